@@ -1,4 +1,4 @@
-//! The cells that the tool holds, from the nodes that the user names.
+//! The cells that the tool holds, from nodes given by the user.
 
 use std::collections::BTreeMap;
 
@@ -11,16 +11,16 @@ use crate::mesh;
 
 /// Cells for a patch of nodes (input ids), ascending.
 ///
-/// Where every node is a cell, those of the patch. Where cells are groups of nodes, a cell is held
-/// if the patch has half of its group or more: the cells held then cover about what the patch
-/// covers, neither more nor less of the body. A patch smaller than that, or each of several such
-/// patches apart, holds the one cell that has most of its nodes, of equals the one with the lowest
-/// input id.
+/// If every node is a cell, those of the patch. If cells are groups of nodes, a cell is held if the patch has
+/// half of its group or more: the held cells then cover about the same part of the body as the patch. A
+/// smaller patch, or each of several separate ones, holds the one cell that has most of its nodes; of equals
+/// the one with the lowest input id.
 ///
 /// # Errors
 /// A node that is no cell, or one that is fixed.
 pub fn held(model: &Model<'_>, nodes: &[u32]) -> Result<Vec<u16>> {
     let mut named: BTreeMap<u16, usize> = BTreeMap::new();
+    // Count the named nodes of each cell.
     let cell_of = cells(model);
     for &node in nodes {
         let cell = cell_of.get(&node).copied().ok_or_else(|| {
@@ -36,11 +36,13 @@ pub fn held(model: &Model<'_>, nodes: &[u32]) -> Result<Vec<u16>> {
     if model.fine_nodes() == 0 {
         return Ok(named.into_keys().collect());
     }
+    // Size of each cell's group.
     let mut size = vec![0_usize; model.cells()];
     for cell in cell_of.into_values() {
         size[usize::from(cell)] += 1;
     }
     let id = |cell: u16| model.input_id()[usize::from(cell)];
+    // Choose the cells patch by patch.
     let mut held = Vec::new();
     for patch in patches(model, named.keys().copied().collect()) {
         let covered = |cell: &u16| 2 * named[cell] >= size[usize::from(*cell)];
@@ -54,7 +56,7 @@ pub fn held(model: &Model<'_>, nodes: &[u32]) -> Result<Vec<u16>> {
     Ok(held)
 }
 
-/// The cell of every input id that has one: a numbering may be far longer than the model.
+/// The cell of every input id that has one. A map, since input ids may be far larger than the model.
 fn cells(model: &Model<'_>) -> BTreeMap<u32, u16> {
     if model.fine_nodes() > 0 {
         let own = |node| Some((node, model.cell_of_input(node)?));
@@ -63,7 +65,7 @@ fn cells(model: &Model<'_>) -> BTreeMap<u32, u16> {
     model.input_id().iter().copied().zip(0..).collect()
 }
 
-/// Cells in sets that links join.
+/// Splits cells into sets that are connected by links.
 fn patches(model: &Model<'_>, cells: Vec<u16>) -> Vec<Vec<u16>> {
     let mut left = cells;
     let mut patches = Vec::new();
@@ -83,7 +85,7 @@ fn patches(model: &Model<'_>, cells: Vec<u16>) -> Vec<Vec<u16>> {
     patches
 }
 
-/// Contact cells of `--contact`, ascending.
+/// The contact cells of `--contact`, ascending.
 pub fn contact_cells(contact: &str, model: &Model<'_>) -> Result<Vec<u16>> {
     if contact == "auto" {
         return automatic(model);
@@ -100,8 +102,7 @@ pub fn contact_cells(contact: &str, model: &Model<'_>) -> Result<Vec<u16>> {
     held(model, &nodes)
 }
 
-/// Input ids with their places at rest \[m\]: the cells', or those of the nodes of the embedded
-/// mesh.
+/// Input ids with their rest positions \[m\]: those of the cells, or of the nodes of the embedded mesh.
 fn places_m<'m>(model: &Model<'m>) -> impl Iterator<Item = (u32, [f64; 3])> + use<'m> {
     let model = *model;
     let fine = (0..model.fine_nodes() as u32)
@@ -112,8 +113,8 @@ fn places_m<'m>(model: &Model<'m>) -> impl Iterator<Item = (u32, [f64; 3])> + us
     fine.chain(coarse).map(move |(id, rest)| (id, to_m(&model, rest.map(f64::from))))
 }
 
-/// The free surface cell farthest from the fixed cells (from the centre where none is fixed),
-/// with its free surface neighbours; any free cell where the model names no surface.
+/// The free surface cell farthest from the fixed cells (from the centre if none is fixed), with its free
+/// surface neighbours; any free cell if the model has no surface.
 pub fn automatic(model: &Model<'_>) -> Result<Vec<u16>> {
     let surface = surface(model);
     let farthest = farthest(model)?;
@@ -126,7 +127,7 @@ pub fn automatic(model: &Model<'_>) -> Result<Vec<u16>> {
     Ok(cells)
 }
 
-/// The surface cells, or all cells where the model names none; ascending.
+/// The surface cells, or all cells if the model has no surface; ascending.
 fn surface(model: &Model<'_>) -> Vec<u16> {
     if model.surface().is_empty() {
         (0..model.cells() as u16).collect()
@@ -139,7 +140,7 @@ fn is_free(model: &Model<'_>, cell: u16) -> bool {
     !model.is_fixed(cell) && model.neighbours(cell.into()).count() > 0
 }
 
-/// The cell in the middle of [`automatic`]'s.
+/// The middle cell of [`automatic`].
 pub fn farthest(model: &Model<'_>) -> Result<u16> {
     let at = |cell: u16| model.rest_position(cell.into());
     let squared = |a: [f32; 3], b: [f32; 3]| -> f32 {
@@ -158,7 +159,7 @@ pub fn farthest(model: &Model<'_>) -> Result<u16> {
         })
 }
 
-/// Into the body at some of its cells: against the sum of their normals, straight down where they
+/// Direction into the body at some of its cells: opposite to the sum of their normals, straight down if they
 /// have none.
 pub fn inward(model: &Model<'_>, cells: &[u16]) -> [f64; 3] {
     let normals = cells.iter().filter_map(|cell| {

@@ -1,4 +1,4 @@
-//! A path that leads far beyond the body, as one in millimetres does that is read in metres.
+//! Detects a path that leads far beyond the body, such as one in millimetres that is read in metres.
 
 use std::fmt;
 
@@ -8,23 +8,23 @@ use super::motion::Pose;
 use super::reach::extent_m;
 use super::{Contact, Engine};
 
-/// Body lengths that a tool stays away from the body's middle, from which on it is far.
+/// Distance from the body's middle, in body lengths, from which on a tool is far.
 const AWAY: f64 = 10.0;
 
-/// How far a path leads.
+/// Extent of a path.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Far {
-    /// How far it moves the cells that the tool holds; of another tool, how near it comes to the middle of
-    /// the body \[m\].
+    /// Largest displacement of the held cells; for another tool, its smallest distance from the body's middle
+    /// \[m\].
     way_m: f64,
     is_held: bool,
-    /// How long the body is \[m\].
+    /// Length of the body \[m\].
     size_m: f64,
 }
 
 impl Far {
-    /// Of the poses that were executed; `None` where they move held cells by no more than the body is long,
-    /// or where another tool comes near the body.
+    /// Checks the executed poses; `None` if they move held cells by no more than the body's length, or if
+    /// another tool comes near the body.
     #[must_use]
     pub fn of(engine: &Engine<'_>, poses: &[Pose]) -> Option<Self> {
         let model = engine.network().model();
@@ -57,7 +57,7 @@ fn place(pose: &Pose) -> Option<Vector3<f64>> {
     is_good.then(|| Vector3::from(pose.position_m.map(f64::from)))
 }
 
-/// How far the tool moves from where it engaged; none where it never did.
+/// Largest displacement of the tool from where it engaged; `None` if it never engaged.
 fn farthest_m(poses: &[Pose]) -> Option<f64> {
     let (mut from, mut most) = (None, None::<f64>);
     for pose in poses {
@@ -71,7 +71,7 @@ fn farthest_m(poses: &[Pose]) -> Option<f64> {
     most
 }
 
-/// How near the tool comes to a place while it is engaged; none where it never is.
+/// Smallest distance of the engaged tool from a point; `None` if it is never engaged.
 fn nearest_m(poses: &[Pose], to_m: [f32; 3]) -> Option<f64> {
     let to = Vector3::from(to_m.map(f64::from));
     let engaged = poses.iter().filter(|pose| pose.engaged == 1);

@@ -13,7 +13,7 @@ pub(crate) fn plane() -> ImageBytes {
     ImageBytes::copy(&fs::read(path).unwrap())
 }
 
-/// A plane at rest, its middle held.
+/// A plane at rest with its middle cell held.
 pub(crate) fn engine(image: &ImageBytes) -> Engine<'_> {
     let model = Model::from_bytes(image.as_bytes()).unwrap();
     let network = Network::new(model, Settings { sweeps: 3, ..Settings::for_model(&model) });

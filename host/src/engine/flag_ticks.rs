@@ -1,4 +1,4 @@
-//! On how many ticks each flag was set, by the flag's name.
+//! Number of ticks on which each flag was set, by the flag's name.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -24,8 +24,8 @@ const NAMES: [(&str, Flags); 12] = [
     ("starts_inside", Flags::STARTS_INSIDE),
 ];
 
-/// Counts the ticks on which each flag was set. As JSON an object that has the flags seen, each
-/// with its count; as text the same in one line.
+/// Counts the ticks on which each flag was set. As JSON an object with the flags that occurred and their
+/// counts; as text the same in one line.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(from = "BTreeMap<String, u64>", into = "BTreeMap<&'static str, u64>")]
 pub struct FlagTicks([u64; NAMES.len()]);
@@ -38,7 +38,7 @@ impl FlagTicks {
         }
     }
 
-    /// On how many ticks a flag was set.
+    /// Number of ticks on which a flag was set.
     #[must_use]
     pub fn of(&self, flag: Flags) -> u64 {
         self.0
@@ -48,7 +48,7 @@ impl FlagTicks {
             .map_or(0, |(ticks, _)| *ticks)
     }
 
-    /// The flags seen, each with its count.
+    /// The flags that occurred, with their counts.
     fn seen(self) -> impl Iterator<Item = (&'static str, u64)> {
         let all = NAMES.into_iter().zip(self.0);
         all.map(|((name, _), ticks)| (name, ticks)).filter(|&(_, ticks)| ticks > 0)

@@ -1,4 +1,4 @@
-//! A tissue of any size on the heap: memory sized once, then ticked like the firmware's.
+//! A tissue of any size on the heap: its memory is allocated once, then it ticks like the firmware's.
 
 pub mod contact;
 pub mod far;
@@ -38,9 +38,8 @@ use tools::AnyTools;
 use touch::TouchMemory;
 pub use touch::{Contact, only_sphere};
 
-/// Fewest sweeps of a tick for links under a moving tool, where a press folds them: on a generated
-/// organ of 1,000 cells 9 of 10 forces are within 54 % of those of 48 sweeps at one sweep, within
-/// 19 % at four.
+/// Fewest sweeps of a tick for links under a moving tool, if a press folds them: on a generated organ of
+/// 1,000 cells 9 of 10 forces are within 54 % of those of 48 sweeps at one sweep, within 19 % at four.
 const LINKS_LEAST_SWEEPS: u16 = 4;
 
 /// Arrays of a tissue under the scheme `D`.
@@ -91,7 +90,7 @@ impl<D: Dynamics> Memory<D> {
     }
 }
 
-/// A tissue whatever its scheme.
+/// A tissue of any scheme.
 trait AnyTissue: AnyTools + AnySaved {
     fn reset(&mut self, network: &Network<'_>) -> Result<()>;
     fn choose(
@@ -207,7 +206,7 @@ pub struct Engine<'m> {
     tissue: Box<dyn AnyTissue + Send>,
     contact: Contact,
     scheme: Scheme,
-    /// See [`shown`]; worked out where somebody asks.
+    /// See [`shown`]; computed at the first use.
     shown: OnceCell<Vec<u32>>,
 }
 
@@ -215,16 +214,16 @@ impl<'m> Engine<'m> {
     /// A body at rest with the contact cells `contacts` (ascending, none fixed), in `f32`.
     ///
     /// # Errors
-    /// A scheme that the model does not support, contact cells that the kernel refuses, named by
-    /// their input ids.
+    /// A scheme that the model does not support; contact cells that the kernel refuses, reported by their
+    /// input ids.
     pub fn new(network: Network<'m>, scheme: Scheme, contacts: &[u16]) -> Result<Self> {
         Self::in_numbers(network, scheme, Arithmetic::F32, contacts)
     }
 
-    /// As [`Self::new`], with cells and links computed in the numbers named.
+    /// Like [`Self::new`], with a number type for cells and links.
     ///
     /// # Errors
-    /// As there; a scheme that does without these numbers; a model beyond their range.
+    /// As there; a scheme that does not support these numbers; a model beyond their range.
     pub fn in_numbers(
         network: Network<'m>,
         scheme: Scheme,
@@ -234,7 +233,7 @@ impl<'m> Engine<'m> {
         Self::with_contact(network, scheme, numbers, Contact::Cells(contacts.to_vec()))
     }
 
-    /// As [`Self::in_numbers`], with any contact.
+    /// Like [`Self::in_numbers`], with any contact.
     ///
     /// # Errors
     /// As there; a probe that the kernel refuses.
@@ -265,7 +264,7 @@ impl<'m> Engine<'m> {
         Ok(engine)
     }
 
-    /// Back to rest, the tool released.
+    /// Resets the body to rest and releases the tool.
     ///
     /// # Errors
     /// As [`Self::new`].
@@ -286,7 +285,7 @@ impl<'m> Engine<'m> {
         })
     }
 
-    /// Goes on under other settings from the next tick on, from the state it is in.
+    /// Changes the settings from the next tick on, and keeps the state.
     ///
     /// # Errors
     /// Settings that do not fit the model.
@@ -305,27 +304,26 @@ impl<'m> Engine<'m> {
         self.tissue.tick(&self.network, poses, budget)
     }
 
-    /// The scheme that it ticks by.
+    /// The scheme of the engine.
     #[must_use]
     pub fn scheme(&self) -> Scheme {
         self.scheme
     }
 
-    /// Shares the sweeps of `track` and `predict` with these threads from here on, on a body of
-    /// several [`parts`](chaincell_kernel::parts); `None` for the ticking thread alone. The bits are
-    /// the same.
+    /// Shares the sweeps of `track` and `predict` with these threads from now on, on a body of several
+    /// [`parts`](chaincell_kernel::parts); `None` for the ticking thread only. The bits are the same.
     pub fn share(&mut self, threads: Option<Threads>) {
         self.tissue.share(threads);
     }
 
-    /// Whether a tick may end after any sweep, see [`Dynamics::IS_ANYTIME`].
+    /// Returns true if a tick may end after any sweep, see [`Dynamics::IS_ANYTIME`].
     #[must_use]
     pub fn is_anytime(&self) -> bool {
         self.tissue.is_anytime()
     }
 
-    /// Fewest sweeps of a tick whose force is one of this contact's: four for links under a moving
-    /// tool, which fewer tear into another equilibrium, or all where the settings have less; else one.
+    /// Fewest sweeps of a tick for a usable force of this contact: four for links under a moving tool, which
+    /// with fewer sweeps tear into another equilibrium, or all if the settings have fewer; otherwise one.
     #[must_use]
     pub fn least_sweeps(&self) -> u16 {
         let is_moving = !matches!(self.contact, Contact::Cells(_));
@@ -334,18 +332,17 @@ impl<'m> Engine<'m> {
         if is_moving && is_of_links { most.min(LINKS_LEAST_SWEEPS) } else { 1 }
     }
 
-    /// Carries out a command other than pause and resume, which are the loop's own. Allocates
-    /// nothing. A reset costs what choosing the contact cells costs, for models with hats some
-    /// ticks.
+    /// Executes a command other than pause and resume, which the loop handles. Allocates nothing. A reset
+    /// costs as much as choosing the contact cells, several ticks for models with a coarse level.
     ///
     /// # Errors
-    /// Why nothing was done.
+    /// The reason for the refusal.
     pub fn obey(&mut self, command: &Command) -> std::result::Result<(), Refusal> {
         match command {
             Command::Pause | Command::Resume => Err(Refusal::Unsupported),
             Command::Reset => self.reset().map_err(|_| Refusal::Reset),
             Command::Grip { .. } | Command::LetGo { .. } => self.obey_hold(command),
-            // Their sweeps and the time a tick belong together.
+            // Under this scheme sweeps and the time per tick depend on each other.
             Command::Sweeps(_) if self.scheme.goes_by_tick() => Err(Refusal::Fixed),
             _ => {
                 let settings = command.settings(*self.network.settings());
@@ -356,14 +353,14 @@ impl<'m> Engine<'m> {
         }
     }
 
-    /// Published positions by ascending input id, as far as there is room. Allocates nothing once
-    /// [`Self::node_count`] was asked.
+    /// Writes published positions by ascending input id, as many as fit. Allocates nothing after a call of
+    /// [`Self::node_count`].
     pub fn read_nodes(&mut self, to: &mut [Node]) {
         let model = self.network.model();
         self.tissue.nodes(model, self.shown.get_or_init(|| shown(model)), to);
     }
 
-    /// Nodes that [`Self::read_nodes`] has positions for.
+    /// Number of nodes for which [`Self::read_nodes`] has positions.
     #[must_use]
     pub fn node_count(&self) -> usize {
         self.shown.get_or_init(|| shown(self.network.model())).len()
@@ -374,8 +371,8 @@ impl<'m> Engine<'m> {
         self.tissue.state_hash(self.network.model())
     }
 
-    /// Puts every cell at a position [mean link lengths from the body's centre], in the model's
-    /// order, without motion and with the tool released.
+    /// Sets every cell to a position [mean link lengths from the body's centre], in the model's order,
+    /// without motion and with the tool released.
     ///
     /// # Errors
     /// Positions that are too few, not finite or too large.
@@ -383,12 +380,12 @@ impl<'m> Engine<'m> {
         self.tissue.set_positions(&self.network, positions)
     }
 
-    /// Leaves the vector unit alone until the next reset: the bits stay the same.
+    /// Stops using the vector unit until the next reset: the bits stay the same.
     pub fn go_scalar(&mut self) {
         self.tissue.go_scalar();
     }
 
-    /// Sweeps over every cell until the next reset, at rest too: the bits stay the same.
+    /// Sweeps over every cell until the next reset, also at rest: the bits stay the same.
     pub fn forbid_sleep(&mut self) {
         self.tissue.forbid_sleep(self.network.model());
     }
@@ -399,7 +396,7 @@ impl<'m> Engine<'m> {
         &self.network
     }
 
-    /// The contact cells chosen; none with a probe.
+    /// The chosen contact cells; none with a probe.
     #[must_use]
     pub fn contacts(&self) -> &[u16] {
         match &self.contact {
@@ -408,7 +405,7 @@ impl<'m> Engine<'m> {
         }
     }
 
-    /// What the tool touches.
+    /// The tool's contact.
     #[must_use]
     pub fn contact(&self) -> &Contact {
         &self.contact
@@ -420,8 +417,8 @@ impl<'m> Engine<'m> {
         self.tissue.ram_bytes()
     }
 
-    /// Every node of the input with its published position: the cells in the model's order, or the
-    /// nodes of the embedded mesh, in the input's.
+    /// Every node of the input with its published position: the cells in the model's order, or the nodes of
+    /// the embedded mesh in the input's order.
     pub fn nodes(&mut self) -> Nodes {
         let model = *self.network.model();
         if model.fine_nodes() == 0 {
@@ -451,7 +448,7 @@ impl<'m> Engine<'m> {
     }
 }
 
-/// By ascending input id: all cells, or the nodes of the embedded mesh.
+/// Indices by ascending input id: all cells, or the nodes of the embedded mesh.
 fn shown(model: &Model<'_>) -> Vec<u32> {
     if model.fine_nodes() > 0 {
         let embedded = |&node: &u32| model.fine_rest(node as usize).is_some();
@@ -472,13 +469,13 @@ pub struct Nodes {
     pub positions_m: Vec<[f64; 3]>,
 }
 
-/// Where a cell rests in the frame of the input mesh \[m\].
+/// Rest position of a cell in the frame of the input mesh \[m\].
 #[must_use]
 pub fn rest_m(model: &Model<'_>, cell: usize) -> [f64; 3] {
     to_m(model, model.rest_position(cell).map(f64::from))
 }
 
-/// An internal position in the frame of the input mesh \[m\].
+/// Converts an internal position to the frame of the input mesh \[m\].
 #[must_use]
 pub fn to_m(model: &Model<'_>, position: [f64; 3]) -> [f64; 3] {
     let centre = model.centre_m();

@@ -12,12 +12,12 @@ use crate::words::counted;
 const TREMOR_HZ: [f64; 3] = [8.3, 9.7, 11.9];
 /// Ticks in a second.
 const TICKS_PER_S: f64 = 1000.0;
-/// Shares of the ticks at which the press begins, the hold begins, and the retreat begins.
+/// Shares of the ticks at which press, hold and retreat start.
 const PHASES: [f64; 3] = [0.1, 0.4, 0.75];
-/// Fewest ticks that have room for every phase.
+/// Fewest ticks that can hold every phase.
 pub const TICKS_MIN: u64 = 20;
 
-/// The tool in one tick, as a row of a path file has it: any number may stand in it.
+/// The tool in one tick, as in a row of a path file: it may contain any number.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Pose {
     /// Number of the tick.
@@ -55,7 +55,7 @@ pub struct Press {
 }
 
 impl Press {
-    /// A press from the point of touch \[m\] along a direction, to a depth \[m\], in so many ticks.
+    /// A press from the point of touch \[m\] along a direction, to a depth \[m\], in `ticks` ticks.
     pub fn new(touch_m: [f64; 3], direction: [f64; 3], depth_m: f64, ticks: u64) -> Result<Self> {
         let direction = Vector3::from(direction);
         let length = libm::sqrt(direction.dot(&direction));
@@ -74,11 +74,12 @@ impl Press {
         Ok(Self { touch_m: Vector3::from(touch_m), direction: direction / length, depth_m, ticks })
     }
 
-    /// The pose of a tick; the first tick is 0. Past the end the tool rests where it started.
+    /// The pose of a tick; the first tick is 0. After the end the tool stays at its start position.
     #[must_use]
     pub fn pose(&self, tick: u64) -> Pose {
+        // Depth along the line in each phase.
         let [press, hold, retreat] = PHASES.map(|share| (share * self.ticks as f64) as u64);
-        // The last tick lets go.
+        // The tool is released in the last tick.
         let end = self.ticks - 1;
         let depth_m = match tick {
             _ if tick < press => self.depth_m * (minimum_jerk(share(0, press, tick)) - 1.0),
@@ -86,6 +87,7 @@ impl Press {
             _ if tick < retreat => self.depth_m,
             _ => self.depth_m * (1.0 - minimum_jerk(share(retreat, end, tick))),
         };
+        // Add the tremor during the hold.
         let window = rise_and_fall(share(hold, retreat, tick));
         let position_m =
             self.touch_m + self.direction * depth_m + tremor(tick) * (0.01 * self.depth_m * window);
@@ -104,24 +106,24 @@ impl Press {
     }
 }
 
-/// How far a tick lies in a phase, from 0 to 1.
+/// Progress of a tick in a phase, from 0 to 1.
 fn share(from: u64, to: u64, tick: u64) -> f64 {
     let done = tick.saturating_sub(from) as f64;
     (done / (to - from) as f64).min(1.0)
 }
 
-/// From 0 to 1 with the least jerk: no speed and no acceleration at either end.
+/// From 0 to 1 with minimum jerk: zero speed and acceleration at both ends.
 fn minimum_jerk(share: f64) -> f64 {
     share * share * share * (10.0 + share * (6.0 * share - 15.0))
 }
 
-/// From 0 to 1 and back, exactly 0 at both ends, so that the tremor sets in and ends smoothly.
+/// From 0 to 1 and back, exactly 0 at both ends, so that the tremor starts and ends smoothly.
 fn rise_and_fall(share: f64) -> f64 {
     let arch = 4.0 * share * (1.0 - share);
     arch * arch
 }
 
-/// Two sines on each axis, at most 1 together.
+/// Two sines on each axis, together at most 1.
 fn tremor(tick: u64) -> Vector3<f64> {
     let sine = |hz: f64| libm::sin(TAU * hz * (tick as f64 / TICKS_PER_S));
     let [a, b, c] = TREMOR_HZ.map(sine);

@@ -1,22 +1,22 @@
-//! The order of the ticks of one publisher: which pose is executed, by the number of its tick.
+//! The order of one publisher's ticks: the tick number decides whether a pose is executed.
 
 /// Largest distance from the last tick at which a tick belongs to the same count: an hour at 1 kHz.
 pub const TICK_JUMP_MAX: u64 = 3_600_000;
 
-/// What the number of a pose's tick says about the pose.
+/// Place of a pose's tick number in the count.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum TickPlace {
     /// It is the next one.
     Next,
-    /// It is not above the last one: the pose came twice, or too late.
+    /// It is not above the last one: the pose arrived twice, or too late.
     Repeated,
     /// It is farther than [`TICK_JUMP_MAX`] from the last one: a bad number.
     Bad,
 }
 
-/// The ticks of one publisher. A bad tick changes no order: the poses behind it go on from the last
-/// good one. A count that really begins elsewhere loses one pose, since the tick that follows a
-/// refused one is taken.
+/// The ticks of one publisher. A bad tick does not change the order: later poses continue from the last good
+/// one. A count that really restarts elsewhere loses one pose, since a tick that follows a refused one is
+/// accepted.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct TickOrder {
     last: Option<u64>,
@@ -24,13 +24,13 @@ pub struct TickOrder {
 }
 
 impl TickOrder {
-    /// The last tick taken.
+    /// The last accepted tick.
     #[must_use]
     pub fn last(&self) -> Option<u64> {
         self.last
     }
 
-    /// Judges the next pose's tick, and notes it.
+    /// Classifies the next pose's tick, and notes it.
     pub fn take(&mut self, tick: u64) -> TickPlace {
         let is_next = |before: u64| follows(before, tick);
         if self.last.is_none_or(is_next) || self.refused.is_some_and(is_next) {
@@ -45,13 +45,13 @@ impl TickOrder {
     }
 }
 
-/// Whether a tick continues the count that came to `last`.
+/// Returns true if a tick continues the count after `last`.
 #[must_use]
 pub fn follows(last: u64, tick: u64) -> bool {
     tick > last && tick - last <= TICK_JUMP_MAX
 }
 
-/// Ticks between two that were executed one after the other, 0 where the count began anew.
+/// Number of ticks between two consecutive executed ones, 0 if the count restarted.
 #[must_use]
 pub fn skipped(last: u64, tick: u64) -> u16 {
     let between = if follows(last, tick) { tick - last - 1 } else { 0 };
@@ -63,7 +63,7 @@ mod tests {
     use super::TickPlace::{Bad, Next, Repeated};
     use super::*;
 
-    /// What becomes of poses with these ticks.
+    /// Places of poses with these ticks.
     fn places(ticks: &[u64]) -> Vec<TickPlace> {
         let mut order = TickOrder::default();
         ticks.iter().map(|&tick| order.take(tick)).collect()

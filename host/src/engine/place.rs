@@ -1,4 +1,4 @@
-//! Where the built-in press goes on a body.
+//! Place of the built-in press on a body.
 
 use chaincell_kernel::{Model, ToolPart};
 use nalgebra::Vector3;
@@ -8,22 +8,22 @@ use super::reach::Reach;
 use super::{Contact, rest_m};
 use crate::error::{Error, Result};
 
-/// Where a press touches, and which way it goes from there.
+/// Point of touch and direction of a press.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Place {
-    /// Position of the tool then \[m\]: of a probe its centre, outside of the body.
+    /// Position of the tool at the touch \[m\]: for a probe its centre, outside of the body.
     pub touch_m: [f64; 3],
-    /// A unit vector.
+    /// Unit vector of the press.
     pub direction: [f64; 3],
 }
 
-/// The middle of the cells that are held; with a probe the place where it first touches on its way to
-/// the cell in the middle of `--contact auto`. Into the body along the mean normal there, unless a
-/// direction is given.
+/// The middle of the held cells; with a probe the position of its first touch on the way to the middle cell
+/// of `--contact auto`. The direction is into the body along the mean normal there, unless a direction is
+/// given.
 ///
 /// # Errors
-/// A direction without length, a model without a free cell, a probe that would pass by, a half space
-/// as the first tool.
+/// A direction of zero length, a model without a free cell, a probe that would miss the body, a half space as
+/// the first tool.
 pub fn place(model: &Model<'_>, contact: &Contact, along: Option<[f64; 3]>) -> Result<Place> {
     if let Contact::Tools { tools, .. } = contact
         && tools.first().is_some_and(|parts| parts.iter().any(ToolPart::is_half_space))
@@ -33,6 +33,7 @@ pub fn place(model: &Model<'_>, contact: &Contact, along: Option<[f64; 3]>) -> R
              or put another tool first",
         ));
     }
+    // The cells to press, and the direction.
     let cells = match contact {
         Contact::Cells(cells) => cells.clone(),
         _ => vec![farthest(model)?],
@@ -43,6 +44,7 @@ pub fn place(model: &Model<'_>, contact: &Contact, along: Option<[f64; 3]>) -> R
         return Err(Error::input("`direction`: its length must be finite and above 0"));
     }
     let direction = direction / length;
+    // Their mean position.
     let mut touch_m = [0.0; 3];
     for &cell in &cells {
         let at = rest_m(model, cell.into());
@@ -50,6 +52,7 @@ pub fn place(model: &Model<'_>, contact: &Contact, along: Option<[f64; 3]>) -> R
             touch_m[axis] += at[axis] / cells.len() as f64;
         }
     }
+    // A probe starts where it first touches.
     if let Some(radius_m) = contact.press_radius_m() {
         let way_m = Reach::of(model).first_touch_m(touch_m, (-direction).into(), radius_m.into());
         let way_m = way_m.ok_or_else(|| {

@@ -1,4 +1,4 @@
-//! What a probe may touch, as it is at rest: how far a point is from it.
+//! Distances of points from the surface that a probe may touch, at rest.
 
 use std::f64::consts::TAU;
 
@@ -7,20 +7,20 @@ use nalgebra::Vector3;
 
 use super::rest_m;
 
-/// The triangles of the surface that a probe meets. Where it meets cells, each of these is a triangle
-/// without size.
+/// The triangles of the surface that a probe touches. If it touches cells, each cell is a triangle of size
+/// zero.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Reach {
     triangles_m: Vec<[Vector3<f64>; 3]>,
 }
 
-/// Looks for the place where a sphere first touches.
+/// Largest number of steps in the search for a sphere's first touch.
 const LOOKS: usize = 400;
-/// A sphere that near to the surface touches it [radii].
+/// A sphere this near to the surface touches it [radii].
 const CLOSE: f64 = 1e-4;
 
 impl Reach {
-    /// Of a model: the triangles of its contact surface, else its free surface cells.
+    /// The triangles of a model's contact surface, or its free surface cells.
     #[must_use]
     pub fn of(model: &Model<'_>) -> Self {
         let at = |cell: u16| Vector3::from(rest_m(model, cell.into()));
@@ -33,7 +33,7 @@ impl Reach {
         Self { triangles_m }
     }
 
-    /// Distance of a point \[m\]; `None` where there is nothing to touch.
+    /// Distance of a point from the surface \[m\]; `None` if there is nothing to touch.
     ///
     /// Cost: one look at each triangle.
     #[must_use]
@@ -44,7 +44,7 @@ impl Reach {
         self.triangles_m.iter().map(squared).min_by(f64::total_cmp).map(libm::sqrt)
     }
 
-    /// Whether a point lies inside the closed surface of the triangles: they stand around it.
+    /// Returns true if a point is inside the closed surface of the triangles.
     #[must_use]
     pub fn is_around(&self, point_m: [f64; 3]) -> bool {
         let point = Vector3::from(point_m);
@@ -55,12 +55,12 @@ impl Reach {
             let below = la * lb * lc + a.dot(&b) * lc + b.dot(&c) * la + c.dot(&a) * lb;
             2.0 * libm::atan2(above, below)
         };
-        // All of the solid angle inside, none of it outside.
+        // Inside, the triangles cover the whole solid angle; outside, none of it.
         self.triangles_m.iter().map(angle).sum::<f64>().abs() > TAU
     }
 
-    /// How far outside of a point, along the unit vector `outward`, the centre of a sphere stands that
-    /// comes from there and touches for the first time \[m\]; `None` where it passes everything.
+    /// Distance from a point, along the unit vector `outward`, at which the centre of a sphere that comes
+    /// from outside first touches \[m\]; `None` if it misses everything.
     #[must_use]
     pub fn first_touch_m(
         &self,
@@ -71,7 +71,7 @@ impl Reach {
         let (point, outward) = (Vector3::from(point_m), Vector3::from(outward));
         let along = |at: &Vector3<f64>| (at - point).dot(&outward);
         let beside = |at: &Vector3<f64>| (at - point - outward * along(at)).norm();
-        // Triangles that are all beside the way are never met.
+        // Triangles that are entirely to the side of the path are never touched.
         let is_met = |corners: &&[Vector3<f64>; 3]| {
             let [a, b, c] = **corners;
             let longest = (b - a).norm().max((c - a).norm());
@@ -81,6 +81,7 @@ impl Reach {
         let ways = || met.iter().flatten().map(along);
         let (lowest, highest) = (ways().reduce(f64::min)?, ways().reduce(f64::max)?);
         let met = Self { triangles_m: met };
+        // Move in by the free distance until the sphere touches.
         let mut way_m = highest + radius_m;
         for _ in 0..LOOKS {
             let gap_m = met.distance_m((point + outward * way_m).into())? - radius_m;
@@ -96,7 +97,7 @@ impl Reach {
     }
 }
 
-/// How long a body is in a direction, a unit vector \[m\].
+/// Length of a body in a direction, a unit vector \[m\].
 #[must_use]
 pub fn extent_m(model: &Model<'_>, direction: [f64; 3]) -> f64 {
     let along = |cell: usize| Vector3::from(rest_m(model, cell)).dot(&Vector3::from(direction));
@@ -105,10 +106,11 @@ pub fn extent_m(model: &Model<'_>, direction: [f64; 3]) -> f64 {
     high.zip(low).map_or(0.0, |(high, low)| high - low)
 }
 
-/// The point of a triangle that is nearest to a point.
+/// The point of a triangle nearest to a given point.
 fn nearest(point: Vector3<f64>, [a, b, c]: [Vector3<f64>; 3]) -> Vector3<f64> {
     let (ab, ac) = (b - a, c - a);
     let from = |corner: Vector3<f64>| (ab.dot(&(point - corner)), ac.dot(&(point - corner)));
+    // Nearest to a corner.
     let (along_a, across_a) = from(a);
     if along_a <= 0.0 && across_a <= 0.0 {
         return a;
@@ -121,6 +123,7 @@ fn nearest(point: Vector3<f64>, [a, b, c]: [Vector3<f64>; 3]) -> Vector3<f64> {
     if across_c >= 0.0 && along_c <= across_c {
         return c;
     }
+    // Nearest to an edge.
     let beyond_ab = along_a * across_b - along_b * across_a;
     if beyond_ab <= 0.0 && along_a >= 0.0 && along_b <= 0.0 {
         return a + ab * (along_a / (along_a - along_b));
@@ -134,6 +137,7 @@ fn nearest(point: Vector3<f64>, [a, b, c]: [Vector3<f64>; 3]) -> Vector3<f64> {
     if beyond_bc <= 0.0 && to_b >= 0.0 && to_c >= 0.0 {
         return b + (c - b) * (to_b / (to_b + to_c));
     }
+    // Nearest to the inside.
     let all = beyond_ab + beyond_ac + beyond_bc;
     a + ab * (beyond_ac / all) + ac * (beyond_ab / all)
 }
@@ -150,7 +154,7 @@ mod tests {
         Reach { triangles_m: triangles_m.to_vec() }
     }
 
-    /// Against the least distance of many points of each triangle.
+    /// Compared with the smallest distance of many points of each triangle.
     #[test]
     fn no_point_of_the_surface_is_nearer() {
         let reach = tetrahedron();
@@ -183,7 +187,7 @@ mod tests {
     #[test]
     fn a_sphere_stops_where_it_first_touches() {
         let reach = tetrahedron();
-        // Beside the tip: the sphere meets it with its side.
+        // Next to the tip: the sphere touches it with its side.
         let off = reach.first_touch_m([0.06, 0.0, 0.0], [0.0, 0.0, 1.0], 0.1).unwrap();
         let centre = [0.06, 0.0, off];
         assert!((reach.distance_m(centre).unwrap() - 0.1).abs() < 1e-4, "{off}");

@@ -1,8 +1,8 @@
-//! A press so slow that the body is at rest at every depth: where the sphere that the tissue meets
-//! first stays behind the tool.
+//! A press so slow that the body is at rest at every depth: finds where the proxy sphere first stays behind
+//! the tool.
 //!
-//! The tool goes in by small steps and waits after each, so a move that is shortened for its speed is
-//! made up for before the next. What is still shortened then is so for the depth.
+//! The tool moves in by small steps and waits after each, so a motion that is shortened because of its speed
+//! is completed before the next one. A motion that is still shortened then is limited by the depth.
 
 use chaincell_kernel::{Flags, Model, Network, TickOutput, ToolPose};
 use nalgebra::Vector3;
@@ -14,36 +14,36 @@ use crate::error::{Error, Result};
 use crate::interrupt;
 use crate::terminal;
 
-/// How deep it goes, in lengths of the body along the press.
+/// Depth of the press, in lengths of the body along the press.
 const SHARE: f64 = 0.6;
-/// Length of a step [radii], and the fewest and the most steps.
+/// Length of a step [radii], and the smallest and largest number of steps.
 const STEP: f64 = 0.1;
 const STEPS: [f64; 2] = [60.0, 400.0];
 /// Sweeps of a tick.
 const SWEEPS: u16 = 8;
-/// The body is at rest when the force changes by no more than this share a tick, and it is waited for
-/// so many ticks at most; at least so many where a move is shortened for the first time.
+/// The body is at rest if the force changes by at most this share per tick. The wait is at most `WAIT_TICKS`
+/// ticks, and at least `SHORTENED_TICKS` if a motion is shortened for the first time.
 const SETTLED: f32 = 1e-3;
 const WAIT_TICKS: usize = 60;
 const SHORTENED_TICKS: usize = 20;
-/// Share of the largest energy above which this is what shortens a move.
+/// Share of the largest energy above which the energy bound is what shortens a motion.
 const LOADED: f32 = 0.95;
 
-/// What a slow press met.
+/// Result of a slow press.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SlowPress {
-    /// Deepest that the tool went \[m\].
+    /// Largest depth of the tool \[m\].
     pub pressed_m: f64,
     /// Length of a step \[m\].
     pub step_m: f64,
-    /// Where the sphere first stayed behind; `None` where it followed all the way.
+    /// The depth at which the sphere first stayed behind; `None` if it always followed.
     pub behind: Option<Behind>,
-    /// Where the tool no longer touched the body, though it had before: it slipped off, or went
+    /// Depth at which the tool no longer touched the body after it had touched: it slipped off, or went
     /// through \[m\]. The press ends there.
     pub lost_m: Option<f64>,
 }
 
-/// The first depth at which the sphere that the tissue meets stays behind the tool.
+/// The first depth at which the proxy sphere stays behind the tool.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Behind {
     /// Depth of the tool below its first touch \[m\].
@@ -52,15 +52,16 @@ pub struct Behind {
     pub force_n: f32,
     /// Smallest force from there on \[N\].
     pub least_n: f32,
-    /// Whether it is the largest energy that a tool may load which holds it.
+    /// True if the largest energy that a tool may load limits the motion.
     pub by_energy: bool,
 }
 
-/// Presses a probe of a radius \[m\] into a body at rest, where the built-in press goes.
+/// Presses a probe of a radius \[m\] into a body at rest, at the place of the built-in press.
 ///
 /// # Errors
 /// No place for the press; a radius that the kernel refuses; Ctrl-C.
 pub fn slow_press(model: &Model<'_>, radius_m: f32) -> Result<SlowPress> {
+    // Prepare the body, the press and its steps.
     let contact = Contact::Probe { radius_m, capacity: 64 };
     let way = place(model, &contact, None)?;
     let settings = Scheme::Track.settings(model, SWEEPS);
@@ -74,6 +75,7 @@ pub fn slow_press(model: &Model<'_>, radius_m: f32) -> Result<SlowPress> {
     let progress = terminal::progress(steps as u64, "press");
     let mut press = SlowPress { pressed_m: 0.0, step_m, behind: None, lost_m: None };
     let mut has_touched = false;
+    // Press step by step, and let the body come to rest after each.
     for step in 0..=steps as u64 {
         interrupt::check()?;
         progress.inc(1);
@@ -82,11 +84,13 @@ pub fn slow_press(model: &Model<'_>, radius_m: f32) -> Result<SlowPress> {
         let sample = ToolPose::at(position_m, 1);
         let output = settle(&mut engine, &sample, press.behind.is_none());
         let (force_n, depth_m) = (output.force_n.norm(), press.pressed_m);
+        // The tool has lost the body.
         if has_touched && output.contacts == 0 {
             press.lost_m = Some(depth_m);
             break;
         }
         has_touched |= output.contacts > 0;
+        // The proxy stays behind, for the first time or still.
         if let Some(behind) = &mut press.behind {
             behind.least_n = behind.least_n.min(force_n);
         } else if output.flags.contains(Flags::MOTION_CLAMPED) {
@@ -99,7 +103,7 @@ pub fn slow_press(model: &Model<'_>, radius_m: f32) -> Result<SlowPress> {
     Ok(press)
 }
 
-/// The answer once the force stays.
+/// The output after the force has settled.
 fn settle(engine: &mut Engine<'_>, sample: &ToolPose, may_catch_up: bool) -> TickOutput {
     let mut last = engine.tick(sample);
     for tick in 1..WAIT_TICKS {

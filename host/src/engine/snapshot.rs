@@ -1,4 +1,4 @@
-//! Snapshots of a tissue on the heap, and of the output stage before it: the kernel's.
+//! Snapshots of a tissue on the heap and of its output stages, in the kernel's format.
 
 use chaincell_kernel::{Dynamics, Network, Settings, TOOLS_MAX};
 
@@ -8,13 +8,13 @@ use crate::error::{Error, Result};
 /// A tissue and its output stage between two ticks.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Saved {
-    /// Which tools were engaged.
+    /// Tools that were engaged.
     pub engaged: [bool; TOOLS_MAX],
     /// The tissue's settings.
     pub settings: Settings,
     /// The tissue's snapshot.
     pub tissue: Vec<u8>,
-    /// Those of the stages, one behind the other; none without a stage.
+    /// The snapshots of the stages in sequence; empty without a stage.
     pub stage: Vec<u8>,
 }
 
@@ -37,19 +37,19 @@ impl<D: Dynamics> AnySaved for Memory<D> {
 }
 
 impl Engine<'_> {
-    /// All that the tissue knows, see [`chaincell_kernel::snapshot`].
+    /// The whole state of the tissue, see [`chaincell_kernel::snapshot`].
     ///
     /// # Errors
-    /// None that a tissue on the heap can have.
+    /// None for a tissue on the heap.
     pub fn save(&mut self) -> Result<Vec<u8>> {
         self.tissue.save(&self.network)
     }
 
-    /// Goes on from what [`Self::save`] gave, of an engine with the same model, scheme, numbers,
-    /// contact and settings.
+    /// Restores the bytes of [`Self::save`] from an engine with the same model, scheme, numbers, contact and
+    /// settings.
     ///
     /// # Errors
-    /// Bytes of another one, or damaged; the tissue stays as it is.
+    /// Bytes of another engine, or damaged ones; the tissue is unchanged then.
     pub fn restore(&mut self, bytes: &[u8]) -> Result<()> {
         self.tissue.restore(&self.network, bytes)
     }

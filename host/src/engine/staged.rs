@@ -1,4 +1,4 @@
-//! A tissue behind an output stage: the device's samples in, the device's forces out.
+//! A tissue with an output stage: the device's samples in, the device's forces out.
 
 use chaincell_kernel::stage::{Stage, StageSettings};
 use chaincell_kernel::trace::Command;
@@ -11,26 +11,26 @@ use crate::engine::tissue::{Node, Refusal, TissueEngine};
 use crate::engine::tools::{Felt, Poses};
 use crate::error::{Error, Result};
 
-/// An engine with a stage between it and the device, one for each of several tools, or without one.
+/// An engine with a stage between it and the device, one for each of several tools, or without a stage.
 ///
-/// Several stages have the same settings, and a ledger, a ramp and limits each: what one lets go is
-/// no matter of the others.
+/// Several stages have the same settings, but each has its own ledger, ramp and limits: a force withheld at
+/// one tool does not affect the others.
 ///
-/// Every sample is one tick of both, so what comes out is a function of the samples alone. A
-/// silence is no tick of either: what is published meanwhile is the loop's own.
+/// Every sample is one tick of both, so the output is a function of the samples alone. A silence is no tick
+/// of either: the loop decides what is published meanwhile.
 pub struct Staged<'m> {
     engine: Engine<'m>,
     stages: Vec<Stage>,
     /// Largest torque of a tool \[N m\].
     max_torque_n_m: f32,
-    /// Which tools were engaged in the last good poses.
+    /// Tools that were engaged in the last good poses.
     engaged: [bool; TOOLS_MAX],
-    /// The last answer, of each tool; without stages that of the first alone.
+    /// The last output of each tool; without stages only that of the first.
     last: [TickOutput; TOOLS_MAX],
 }
 
 impl<'m> Staged<'m> {
-    /// An engine behind a stage of these settings, or as it is.
+    /// An engine with stages of these settings, or without a stage.
     ///
     /// # Errors
     /// A setting out of range.
@@ -54,7 +54,7 @@ impl<'m> Staged<'m> {
         Ok(Self { engine, stages, max_torque_n_m, engaged, last })
     }
 
-    /// Torques of tools are shortened to this from here on \[N m\]. It changes no bit of the tissue.
+    /// Limits the torques of tools from now on \[N m\]. It changes no bit of the tissue.
     pub fn limit_torque(&mut self, max_torque_n_m: f32) {
         self.max_torque_n_m = max_torque_n_m;
     }
@@ -65,16 +65,17 @@ impl<'m> Staged<'m> {
         &self.engine
     }
 
-    /// The tissue, for what reads its nodes.
+    /// The tissue, for callers that read its nodes.
     pub fn engine_mut(&mut self) -> &mut Engine<'m> {
         &mut self.engine
     }
 
-    /// Goes on from what an engine of the same options had saved.
+    /// Restores the state that an engine of the same options has saved.
     ///
     /// # Errors
-    /// What does not fit; nothing has changed then.
+    /// A snapshot that does not fit; nothing has changed then.
     pub fn restore(&mut self, saved: &Saved) -> Result<()> {
+        // Restore copies of the stages first, then settings and tissue.
         let mut stages = self.stages.clone();
         let bytes = stages.iter().map(Stage::snapshot_bytes).sum::<usize>();
         if bytes != saved.stage.len() {
@@ -90,13 +91,14 @@ impl<'m> Staged<'m> {
             self.engine.choose(before)?;
             return Err(why);
         }
+        // Take over the stages only when everything fits.
         self.stages = stages;
         self.engaged = saved.engaged;
         self.last = [TickOutput::NONE; TOOLS_MAX];
         Ok(())
     }
 
-    /// The stage's settings, `None` without one.
+    /// The stage's settings; `None` without a stage.
     #[must_use]
     pub fn settings(&self) -> Option<&StageSettings> {
         self.stages.first().map(Stage::settings)
@@ -130,6 +132,7 @@ impl TissueEngine for Staged<'_> {
         if !self.feels(tool) && stage.is_none() {
             return Felt::default();
         }
+        // Force, contacts and flags: of the stage, or of the tissue without one.
         let felt = self.engine.tool_output(tool);
         let own = if stage.is_some() { tool } else { 0 };
         let last = self.last.get(own).copied().unwrap_or(TickOutput::NONE);
@@ -138,6 +141,7 @@ impl TissueEngine for Staged<'_> {
         if stage.is_none() && tool > 0 {
             (force_n, contacts, flags) = (felt.force_n, felt.contacts, self.clamped(felt.force_n));
         }
+        // Torque: on the stage's ramp, and within its limit.
         let share = stage.map_or(1.0, Stage::share);
         if self.engine.waits(tool) {
             flags.insert(Flags::STARTS_INSIDE);
@@ -199,7 +203,7 @@ impl TissueEngine for Staged<'_> {
         if *command == Command::Reset {
             (self.engaged, self.last) = ([false; TOOLS_MAX], [TickOutput::NONE; TOOLS_MAX]);
             for stage in &mut self.stages {
-                // Settings that made a stage once make it again.
+                // Valid settings stay valid.
                 *stage = Stage::new(*stage.settings()).map_err(|_| Refusal::Reset)?;
             }
         }
@@ -208,7 +212,8 @@ impl TissueEngine for Staged<'_> {
 }
 
 impl Staged<'_> {
-    /// The tissue's limit is one of what a coupling shows too; commands may change it.
+    /// Passes the tissue's force limit to the stages, which limits the coupling's force too; commands may
+    /// change it.
     fn limit_force(&mut self) {
         let max_force_n = self.engine.network().settings().max_force_n;
         self.stages.iter_mut().for_each(|stage| stage.limit_force(max_force_n));
@@ -245,7 +250,7 @@ impl Staged<'_> {
         let [last, ..] = &mut self.last;
         *last = output;
         if !self.feels(0) {
-            // Others may hold on: a late tick would repeat the force.
+            // Other tools may be engaged: a late tick would repeat the force.
             (output.force_n, output.contacts) = (Vector3::zeros(), 0);
         }
         let [last, ..] = &mut self.last;
@@ -253,9 +258,10 @@ impl Staged<'_> {
         output
     }
 
-    /// A tick with a stage for each tool; gives what the first one's device is given.
+    /// A tick with a stage for each tool. Returns the output for the first tool's device.
     fn tick_staged(&mut self, poses: &Poses, budget: Budget<'_>) -> TickOutput {
         self.note_engaged(poses);
+        // Pass each pose through its stage, then tick the tissue.
         let are_good = poses.are_good();
         let mut behind = *poses;
         for (pose, stage) in behind.each_mut().iter_mut().zip(&mut self.stages) {
@@ -264,24 +270,25 @@ impl Staged<'_> {
         }
         let is_bad = !behind.are_good();
         let output = self.engine.tick_by(behind.each(), budget);
+        // Pass the output of each tool through its stage.
         let tools = self.stages.len();
         for tool in 0..tools {
-            // Of one tool the tick's answer is the tool's.
+            // With one tool the tick's output is the tool's.
             let answer = if tools == 1 { output } else { self.answer_of(tool, &output) };
             let places = (self.stages.get_mut(tool), self.last.get_mut(tool));
             if let (Some(stage), Some(last)) = places {
                 let is_bad_alone = behind.each().get(tool).is_some_and(|pose| !pose.is_good());
-                // Another one's bad sample has cost this one its answer.
+                // A bad sample of another tool has cost this one its output.
                 *last =
                     if is_bad && !is_bad_alone { stage.missed() } else { stage.output(&answer) };
             }
         }
         let [first, ..] = self.last;
-        // Whatever the device is given: these are the tissue's, and a replay goes by them.
+        // For any device output: these values are the tissue's, and a replay uses them.
         TickOutput { energy_j: output.energy_j, sweeps: output.sweeps, ..first }
     }
 
-    /// What one of several tools has felt, as the answer to it alone.
+    /// Output of one of several tools, like that of a single tool.
     fn answer_of(&mut self, tool: usize, output: &TickOutput) -> TickOutput {
         let felt = self.engine.tool_output(tool);
         let mut flags = Flags(output.flags.0 & !Flags::FORCE_CLAMPED.0);
@@ -296,13 +303,13 @@ impl Staged<'_> {
         }
     }
 
-    /// Whether the kernel has shortened a force to its limit, less what rounding may add.
+    /// The flag that the kernel has clamped a force to its limit, with a margin for rounding.
     fn clamped(&self, force_n: Vector3<f32>) -> Flags {
         let most = self.engine.network().settings().max_force_n * (1.0 - 1e-5);
         if force_n.norm() >= most { Flags::FORCE_CLAMPED } else { Flags::default() }
     }
 
-    /// Whether a tool has a force of the tissue.
+    /// Returns true if a tool gets a force from the tissue.
     fn feels(&self, tool: usize) -> bool {
         let is_engaged = self.engaged.get(tool).is_some_and(|engaged| *engaged);
         let own = if self.stages.is_empty() { 0 } else { tool };
@@ -311,13 +318,13 @@ impl Staged<'_> {
     }
 }
 
-/// A torque within its limit, and whether that bit.
+/// A torque within its limit; true if the limit shortened it.
 fn shortened(torque: Vector3<f32>, most: f32) -> (Vector3<f32>, bool) {
     let size = libm::sqrt(torque.iter().map(|&x| f64::from(x) * f64::from(x)).sum());
     if size <= f64::from(most) {
         return (torque, false);
     }
-    // Rounding adds nothing to what is a little shorter.
+    // A margin, so that rounding does not exceed the limit.
     let share = f64::from(most) / size * (1.0 - 2.0 * f64::from(f32::EPSILON));
     (torque.map(|x| (f64::from(x) * share) as f32), true)
 }
@@ -330,7 +337,7 @@ mod tests {
     use super::*;
     use crate::engine::fixture::{engine, plane};
 
-    /// Pressed by 40 mm, 1 mm a tick.
+    /// A press of 40 mm, 1 mm per tick.
     fn press(staged: &mut Staged<'_>) -> Vec<TickOutput> {
         let tick = |tick: u8| {
             let position_m = Vector3::new(0.0, 0.0, -1.0e-3 * f32::from(tick));

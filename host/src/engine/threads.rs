@@ -1,8 +1,8 @@
-//! Threads that share the sweeps of a large body with the thread that ticks it.
+//! Threads that share the sweeps of a large body with the ticking thread.
 //!
-//! Each is pinned to a processor of its own. Between the loops of a tick, and for up to two
-//! milliseconds behind one, a thread waits by looking for work, without a system call; then it
-//! sleeps. A shared loop takes a few small blocks of the heap. The bits are those of one thread.
+//! Each thread is pinned to its own processor. Between the loops of a tick, and for up to two milliseconds
+//! after one, a thread waits by polling for work, without a system call; then it sleeps. A shared loop
+//! allocates a few small blocks on the heap. The bits are those of one thread.
 
 use std::fmt::{self, Display};
 use std::hint::spin_loop;
@@ -18,15 +18,15 @@ use rustix::thread::{CpuSet, sched_getaffinity, sched_setaffinity};
 use crate::error::{Error, Result};
 use crate::words::counted;
 
-/// How long a thread looks for work before it sleeps.
+/// Time for which a thread polls for work before it sleeps.
 const LOOKING: Duration = Duration::from_millis(2);
 
-/// How many threads sweep a body.
+/// Number of threads that sweep a body.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ThreadCount {
-    /// So many, 1 to [`parts::PARTS`].
+    /// This many, 1 to [`parts::PARTS`].
     Of(usize),
-    /// One on a small body, else one less than there are processors.
+    /// One on a small body, otherwise one less than the number of processors.
     Auto,
 }
 
@@ -52,7 +52,7 @@ impl Display for ThreadCount {
 }
 
 impl ThreadCount {
-    /// The threads for a body of so many cells; `None` where the ticking thread is alone.
+    /// Starts the threads for a body of `cells` cells; `None` if the ticking thread works alone.
     ///
     /// # Errors
     /// More threads than the body has parts, or than there are processors.
@@ -82,18 +82,18 @@ impl ThreadCount {
     }
 }
 
-/// Helpers of the thread that made them.
+/// Helper threads of the thread that created them.
 pub struct Threads {
     pool: ThreadPool,
-    /// Whether the ticking thread is pinned, from its first shared loop on: not before, since a process
-    /// that it starts would have that processor alone.
+    /// Pins the ticking thread at its first shared loop: not before, since a process that it starts would
+    /// inherit the pinning to that processor.
     pinned: Once,
-    /// Helpers that look for work.
+    /// Number of helpers that poll for work.
     awake: Arc<AtomicUsize>,
 }
 
 impl Threads {
-    /// As many threads, with the ticking one.
+    /// Creates `count` threads, including the ticking one.
     fn new(count: usize) -> Result<Self> {
         let failed =
             |why: &dyn Display| Error::check(format!("--threads {count}: {why}; take --threads 1"));
@@ -110,7 +110,7 @@ impl Threads {
         Ok(Self { pool, pinned: Once::new(), awake: Arc::default() })
     }
 
-    /// Has every helper look for work.
+    /// Makes every helper poll for work.
     fn wake(&self) {
         let count = self.pool.current_num_threads();
         while self.awake.load(Ordering::Relaxed) < count {
@@ -124,8 +124,8 @@ impl Threads {
     }
 }
 
-/// The processors that this process might use before any of its threads was pinned; none where the
-/// system does not tell.
+/// The processors that this process may use before any of its threads is pinned; empty if the system does not
+/// report them.
 fn processors() -> &'static [usize] {
     static PROCESSORS: OnceLock<Vec<usize>> = OnceLock::new();
     PROCESSORS.get_or_init(|| {
@@ -134,7 +134,7 @@ fn processors() -> &'static [usize] {
     })
 }
 
-/// Pins the calling thread to a processor; one that cannot be pinned works from where it is.
+/// Pins the calling thread to a processor; a thread that cannot be pinned works unpinned.
 fn pin(processor: usize) {
     let mut only = CpuSet::new();
     only.set(processor);
@@ -143,7 +143,7 @@ fn pin(processor: usize) {
     }
 }
 
-/// Does what work there is until none has come for a while.
+/// Executes available work until none has arrived for a while.
 fn look_for_work() {
     let mut last = Instant::now();
     while last.elapsed() < LOOKING {
@@ -162,6 +162,7 @@ impl Workers for Threads {
                 pin(processor);
             }
         });
+        // Distribute the jobs: helpers and this thread take the next one in turn.
         self.wake();
         let jobs: Vec<Mutex<&mut Job<'_>>> = jobs.iter_mut().map(Mutex::new).collect();
         let (next, helping) = (AtomicUsize::new(0), AtomicUsize::new(0));
@@ -179,7 +180,7 @@ impl Workers for Threads {
                 });
             }
             work();
-            // Without a system call; what is left of the scope behind it takes no time.
+            // Without a system call; the end of the scope then takes no time.
             while helping.load(Ordering::Acquire) > 0 {
                 spin_loop();
             }

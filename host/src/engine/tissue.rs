@@ -1,4 +1,4 @@
-//! What the loop needs of a tissue.
+//! The loop's interface to a tissue.
 
 pub use chaincell_client::command::Refusal;
 use chaincell_client::payload::NodePosition;
@@ -34,40 +34,39 @@ pub trait TissueEngine {
         self.tick_by(core::slice::from_ref(pose), Budget::All)
     }
 
-    /// Whether a tick may end after any sweep. Without it every tick makes all its sweeps.
+    /// Returns true if a tick may end after any sweep. Otherwise every tick makes all its sweeps.
     fn is_anytime(&self) -> bool {
         false
     }
 
-    /// Fewest sweeps of a tick that is not late, under whatever budget.
+    /// Fewest sweeps of a tick that is not late, under any budget.
     fn least_sweeps(&self) -> u16 {
         1
     }
 
-    /// How many tools were chosen by their parts; 0 where a sample is that of a probe or of held
-    /// cells.
+    /// Number of tools given by --tool; 0 if a pose is that of a probe or of held cells.
     fn tools(&self) -> usize {
         0
     }
 
-    /// What a tool felt in the last tick.
+    /// Output of a tool in the last tick.
     fn felt(&mut self, _tool: usize) -> Felt {
         Felt::default()
     }
 
-    /// Whether an output stage stands before the device.
+    /// Returns true if the tissue has an output stage.
     fn has_stage(&self) -> bool {
         false
     }
 
-    /// The ramp of an output stage begins anew: the device did not feel what was computed.
+    /// Restarts the ramp of an output stage: the device did not apply the computed force.
     fn restart_ramp(&mut self) {}
 
-    /// So many samples in front of the next one got lost: told to an output stage before the tick.
+    /// Reports to an output stage, before the tick, that `ticks` samples before the next one were lost.
     fn skipped(&mut self, _ticks: u16) {}
 
-    /// An answer takes so many ticks of the device from its sample to the device's pushing with it: told
-    /// before the tick, where the delay is measured.
+    /// Reports to an output stage, before the tick, a measured delay: the device's ticks from a sample until
+    /// it applies the answer.
     fn delayed(&mut self, _ticks: u16) {}
 
     /// Checksum of the model image, 0 without one.
@@ -78,28 +77,28 @@ pub trait TissueEngine {
     /// Hash of the state after the last tick.
     fn state_hash(&mut self) -> u64;
 
-    /// Writes the nodes by ascending id, as far as there is room. Allocates nothing.
+    /// Writes the nodes by ascending id, as many as fit. Allocates nothing.
     fn read_nodes(&mut self, _to: &mut [Node]) {}
 
-    /// Tells each contact of a tool on a contact surface, with the input id of its node: at most
+    /// Calls `each` for every contact of a tool on a contact surface, with the input id of its node: at most
     /// [`CONTACTS_MAX`](super::tools::CONTACTS_MAX). Allocates nothing.
     fn read_contacts(&mut self, _each: &mut dyn FnMut(u32, &ContactForce)) {}
 
-    /// All that tissue and output stage know; `None` where there is nothing to save. Takes memory.
+    /// The whole state of tissue and output stage; `None` if it cannot be saved. Allocates memory.
     fn saved(&mut self) -> Option<Saved> {
         None
     }
 
-    /// Carries out a command other than pause and resume. Allocates nothing.
+    /// Executes a command other than pause and resume. Allocates nothing.
     ///
     /// # Errors
-    /// Why nothing was done.
+    /// The reason for the refusal.
     fn command(&mut self, _command: &Command) -> Result<(), Refusal> {
         Err(Refusal::Unsupported)
     }
 }
 
-/// A tissue that isn't there: force 0 at no cost, for measuring what the machine itself takes.
+/// No tissue: force 0 at no cost, to measure the overhead of the machine.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct NoTissue;
 

@@ -1,4 +1,4 @@
-//! Tools on a contact surface: a pose for each, what each feels, what it is in contact with.
+//! Tools on a contact surface: a pose, an output and contacts for each.
 
 use chaincell_kernel::trace::Command;
 use chaincell_kernel::{
@@ -10,10 +10,10 @@ use super::tissue::Refusal;
 use super::touch::TRIANGLES;
 use super::{Contact, Engine, Memory};
 
-/// Most contacts at a time.
+/// Largest number of contacts at a time.
 pub const CONTACTS_MAX: usize = TRIANGLES;
 
-/// Largest difference of a turn's length from 1.
+/// Largest deviation of a quaternion's length from 1.
 const UNIT_TOLERANCE: f64 = 1e-3;
 
 /// Length of a quaternion.
@@ -22,7 +22,7 @@ pub fn length_of(quaternion: [f32; 4]) -> f64 {
     libm::sqrt(quaternion.iter().map(|&x| f64::from(x) * f64::from(x)).sum())
 }
 
-/// Whether a quaternion turns and does nothing else.
+/// Returns true for a unit quaternion, a pure rotation.
 #[must_use]
 pub fn is_unit(quaternion: [f32; 4]) -> bool {
     (length_of(quaternion) - 1.0).abs() <= UNIT_TOLERANCE
@@ -40,16 +40,16 @@ const AWAY: ToolPose =
     ToolPose { position_m: Vector3::new(0.0, 0.0, 0.0), orientation: NOT_TURNED, engaged: 0 };
 
 impl Poses {
-    /// Of no tool.
+    /// Poses of no tool.
     pub const NONE: Self = Self { count: 0, each: [AWAY; TOOLS_MAX] };
 
-    /// Of so many tools, at most [`TOOLS_MAX`], at the origin and not engaged.
+    /// Poses of `count` tools, at most [`TOOLS_MAX`], at the origin and not engaged.
     #[must_use]
     pub fn away(count: usize) -> Self {
         Self { count: count.min(TOOLS_MAX), ..Self::NONE }
     }
 
-    /// Of these tools; what is beyond [`TOOLS_MAX`] is left out.
+    /// These poses; those beyond [`TOOLS_MAX`] are ignored.
     #[must_use]
     pub fn of(poses: &[ToolPose]) -> Self {
         Self::of_tools(poses.len(), poses)
@@ -65,18 +65,18 @@ impl Poses {
         all
     }
 
-    /// One for each tool.
+    /// One pose for each tool.
     #[must_use]
     pub fn each(&self) -> &[ToolPose] {
         self.each.get(..self.count).unwrap_or(&[])
     }
 
-    /// The same, to be changed.
+    /// The same, mutable.
     pub fn each_mut(&mut self) -> &mut [ToolPose] {
         self.each.get_mut(..self.count).unwrap_or(&mut [])
     }
 
-    /// Whether the tick may act on them all.
+    /// Returns true if the tick may use all of them.
     #[must_use]
     pub fn are_good(&self) -> bool {
         self.each().iter().all(ToolPose::is_good)
@@ -89,22 +89,22 @@ impl Default for Poses {
     }
 }
 
-/// What one of several tools felt in a tick, within the limits.
+/// Output of one of several tools in a tick, within the limits.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Felt {
-    /// Force of the tissue on it \[N\].
+    /// Force of the tissue on the tool \[N\].
     pub force_n: [f32; 3],
-    /// Torque on it about its position \[N m\].
+    /// Torque on the tool about its position \[N m\].
     pub torque_n_m: [f32; 3],
-    /// Triangles that it is in contact with, or whose samples it grips.
+    /// Number of triangles in contact with it, or with gripped samples.
     pub contacts: u32,
-    /// What bit at this tool alone: [`Flags::FORCE_CLAMPED`], [`Flags::FORCE_WITHHELD`],
-    /// [`Flags::RELEASE_FIRST`] and [`Flags::STARTS_INSIDE`].
+    /// Flags of this tool: [`Flags::FORCE_CLAMPED`], [`Flags::FORCE_WITHHELD`], [`Flags::RELEASE_FIRST`] and
+    /// [`Flags::STARTS_INSIDE`].
     pub flags: Flags,
 }
 
 impl Felt {
-    /// The flags of the tool in a tick: those of the tick, but for the four that each has of its own.
+    /// All flags of the tool in a tick: those of the tick, except that these four are the tool's.
     #[must_use]
     pub fn all_flags(&self, of_tick: u32) -> u32 {
         let own = [
@@ -118,7 +118,7 @@ impl Felt {
     }
 }
 
-/// What a tissue of any scheme does with tools.
+/// Interface to the tools of a tissue of any scheme.
 pub(super) trait AnyTools {
     fn tool_output(&mut self, network: &Network<'_>, tool: usize) -> ToolOutput;
     fn proxy_pose(&mut self, network: &Network<'_>, tool: usize) -> Option<ProxyPose>;
@@ -155,23 +155,23 @@ impl<D: Dynamics> AnyTools for Memory<D> {
 }
 
 impl Engine<'_> {
-    /// What a tool felt in the last tick, see
+    /// Output of a tool in the last tick, see
     /// [`TissueMut::tool_output`](chaincell_kernel::TissueMut::tool_output).
     pub fn tool_output(&mut self, tool: usize) -> ToolOutput {
         self.tissue.tool_output(&self.network, tool)
     }
 
-    /// Where the tissue meets a tool; `None` while that is not engaged.
+    /// The pose at which the tissue meets a tool; `None` while the tool is not engaged.
     pub fn proxy_pose(&mut self, tool: usize) -> Option<ProxyPose> {
         self.tissue.proxy_pose(&self.network, tool)
     }
 
-    /// Whether a tool waits inside the tissue: it has no force until it was outside.
+    /// Returns true if a tool waits inside the tissue: it has no force until it has been outside.
     pub(super) fn waits(&mut self, tool: usize) -> bool {
         self.proxy_pose(tool).is_some_and(|pose| pose.share <= 0.0)
     }
 
-    /// Tools on a contact surface; 0 with held cells and with a probe among cells.
+    /// Number of tools on a contact surface; 0 with held cells and with a probe among cells.
     #[must_use]
     pub fn tools_on_surface(&self) -> usize {
         if !self.network.model().has_contact_surface() {
@@ -184,7 +184,7 @@ impl Engine<'_> {
         }
     }
 
-    /// Tells each contact that [`Self::contact_forces`] gives, with the input id of its node. Allocates
+    /// Calls `each` for every contact of [`Self::contact_forces`], with the input id of its node. Allocates
     /// nothing.
     pub fn read_contacts(&mut self, each: &mut dyn FnMut(u32, &ContactForce)) {
         let ids = self.network.model().input_id();
@@ -193,30 +193,30 @@ impl Engine<'_> {
         });
     }
 
-    /// The contacts of all tools, one for each triangle and part of a tool; none for held cells and
-    /// for a probe among cells.
+    /// The contacts of all tools, one for each triangle and part of a tool; none for held cells and for a
+    /// probe among cells.
     pub fn contact_forces(&mut self) -> Vec<ContactForce> {
         let mut forces = Vec::new();
         self.tissue.contact_forces(&self.network, &mut |of| forces.push(*of));
         forces
     }
 
-    /// A tool grips what it is in contact with; gives how many samples it holds.
+    /// Makes a tool grip its samples in contact. Returns the number of samples that it holds.
     pub fn grip(&mut self, tool: usize) -> usize {
         self.tissue.grip(&self.network, tool)
     }
 
-    /// A tool lets go of what it grips, within so many ticks.
+    /// Releases a tool's grip within `ticks` ticks.
     pub fn let_go(&mut self, tool: usize, ticks: u16) {
         self.tissue.let_go(tool, ticks);
     }
 
-    /// Samples that a tool grips.
+    /// Number of samples that a tool grips.
     pub fn gripped(&mut self, tool: usize) -> usize {
         self.tissue.gripped(&self.network, tool)
     }
 
-    /// Carries out a grip or a letting go. What is refused changes nothing.
+    /// Executes a grip or a release. A refused command changes nothing.
     pub(super) fn obey_hold(&mut self, command: &Command) -> Result<(), Refusal> {
         let (Command::Grip { tool } | Command::LetGo { tool, .. }) = *command else {
             return Err(Refusal::Unsupported);
@@ -233,7 +233,7 @@ impl Engine<'_> {
         Ok(())
     }
 
-    /// Whether the tissue presses on a tool now: a grip then holds something.
+    /// Returns true if the tissue presses on a tool now, so that a grip would hold something.
     fn is_pressed(&mut self, tool: usize) -> bool {
         let mut found = false;
         self.read_contacts(&mut |_, of| {

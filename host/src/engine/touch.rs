@@ -1,23 +1,23 @@
-//! What the tool touches, and memory for a probe on a model with a contact surface.
+//! The tool's contact, and memory for tools on a model with a contact surface.
 
 use chaincell_kernel::{
     Anchor, Cell, CoarseTouch, Model, NearTriangle, TOOLS_MAX, ToolPart, ToolState, TouchArrays,
     TouchRoom, TouchState,
 };
 
-/// What the tool touches while engaged.
+/// Contact of the tool while engaged.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Contact {
-    /// Cells that it holds: ascending, none fixed.
+    /// Cells that the tool holds: ascending, none fixed.
     Cells(Vec<u16>),
     /// Surface cells that a sphere around the tool pushes out.
     Probe {
         /// Radius \[m\].
         radius_m: f32,
-        /// Most cells that it touches at a time.
+        /// Largest number of cells that it touches at a time.
         capacity: usize,
     },
-    /// A sphere that rubs on a contact surface.
+    /// A sphere with friction on a contact surface.
     Slides {
         /// Radius \[m\].
         radius_m: f32,
@@ -26,7 +26,7 @@ pub enum Contact {
     },
     /// Tools on a model with a contact surface.
     Tools {
-        /// The parts of each.
+        /// The parts of each tool.
         tools: Vec<Vec<ToolPart>>,
         /// Coefficient of friction.
         friction: f32,
@@ -34,7 +34,7 @@ pub enum Contact {
 }
 
 impl Contact {
-    /// The radius \[m\] of the sphere that touches, where it is one.
+    /// Radius \[m\] of the touching sphere; `None` if the contact is no single sphere.
     #[must_use]
     pub fn radius_m(&self) -> Option<f32> {
         match self {
@@ -44,8 +44,8 @@ impl Contact {
         }
     }
 
-    /// Radius \[m\] of the probe that the built-in press takes the first tool for: that of its
-    /// largest part; `None` where cells are held.
+    /// Radius \[m\] of the probe that the built-in press assumes for the first tool: that of its largest
+    /// part; `None` if cells are held.
     #[must_use]
     pub fn press_radius_m(&self) -> Option<f32> {
         match self {
@@ -56,13 +56,13 @@ impl Contact {
         }
     }
 
-    /// How many tools were chosen by their parts.
+    /// Number of tools given by --tool.
     #[must_use]
     pub fn tools(&self) -> usize {
         if let Self::Tools { tools, .. } = self { tools.len() } else { 0 }
     }
 
-    /// Contact slots that the tissue needs.
+    /// Number of contact slots that the tissue needs.
     pub(super) fn slots(&self) -> usize {
         match self {
             Self::Cells(cells) => cells.len(),
@@ -72,7 +72,7 @@ impl Contact {
     }
 }
 
-/// The radius \[m\] where there is one tool and it is a sphere around its position.
+/// The radius \[m\] if there is one tool and it is a sphere around its position.
 #[must_use]
 pub fn only_sphere(tools: &[Vec<ToolPart>]) -> Option<f32> {
     let [parts] = tools else { return None };
@@ -80,12 +80,12 @@ pub fn only_sphere(tools: &[Vec<ToolPart>]) -> Option<f32> {
     (*part == ToolPart::sphere(part.radius_m)).then_some(part.radius_m)
 }
 
-/// Most triangles in reach of a probe; where more are, the nearest ones are kept.
+/// Largest number of triangles in reach of a probe; if more are in reach, the nearest ones are kept.
 pub const TRIANGLES: usize = 1024;
-/// Most samples that friction or grips hold.
+/// Largest number of samples that friction or grips hold.
 const SAMPLES: usize = 2048;
 
-/// The arrays; empty where no probe meets a surface.
+/// The arrays; empty if no tool touches a surface.
 #[derive(Default)]
 pub struct TouchMemory {
     mobility: Vec<f32>,
@@ -99,7 +99,7 @@ pub struct TouchMemory {
 }
 
 impl TouchMemory {
-    /// For a probe on a model that has such a surface.
+    /// Memory for tools on a model with a contact surface.
     pub fn for_contact(model: &Model<'_>, contact: &Contact) -> Self {
         if !model.has_contact_surface() || matches!(contact, Contact::Cells(_)) {
             return Self::default();

@@ -1,13 +1,12 @@
-//! A probe that never touched the body: how near it came.
+//! A probe that never touched the body: its smallest distance.
 //!
-//! A body that no tool touched is at rest to the last bit, so the distances are those from the body
-//! at rest, and they are worked out once, behind the run.
+//! A body that no tool touched is at rest to the last bit, so the distances are those from the body at rest,
+//! and they are computed once, after the run.
 //!
-//! **Bounded cost.** From one position to another the distance changes by no more than the way
-//! between them. So the positions of the run are halved again and again: a part is looked at in its
-//! middle, and left alone where nothing in it can be nearer than the nearest so far by more than
-//! `GRAIN_M`. At most `LOOKS` looks are made, each at every triangle; where these do not suffice
-//! the nearest found stands.
+//! **Bounded cost.** Between two positions the distance changes by at most the distance between them. So the
+//! positions of the run are bisected: a part is evaluated at its middle, and skipped if nothing in it can be
+//! nearer than the nearest so far by more than `GRAIN_M`. At most `LOOKS` positions are evaluated, each
+//! against every triangle; if that does not suffice, the nearest one found is the result.
 
 use std::collections::VecDeque;
 use std::fmt;
@@ -19,36 +18,38 @@ use super::Engine;
 use super::motion::Pose;
 use super::reach::Reach;
 
-/// Most positions that are looked at.
+/// Largest number of evaluated positions.
 const LOOKS: usize = 1000;
-/// What a distance may be off \[m\].
+/// Tolerance of the distance \[m\].
 const GRAIN_M: f64 = 1e-5;
 
-/// How near a probe came that never touched.
+/// Smallest distance of a probe that never touched.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Untouched {
-    /// From the sphere to the surface at rest \[m\]; `None` where it was never engaged.
+    /// Distance from the sphere to the surface at rest \[m\]; `None` if it was never engaged.
     pub nearest_m: Option<f64>,
-    /// When it was that near.
+    /// Tick of that distance.
     pub tick: Option<u64>,
-    /// Whether it was inside the body then, a surface all around it.
+    /// True if it was inside the body then.
     pub is_inside: bool,
 }
 
 impl Untouched {
-    /// Of a run: the poses that were executed, and whether one of them had a contact. `None` where one
-    /// had, where the tool holds cells, and where no pose came.
+    /// Evaluates a run: the executed poses, and whether one of them had a contact. `None` if one had, if the
+    /// tool holds cells, and if there were no poses.
     #[must_use]
     pub fn of(engine: &Engine<'_>, poses: &[Pose], has_touched: bool) -> Option<Self> {
         let radius_m = engine.contact().radius_m()?;
         if has_touched || poses.is_empty() {
             return None;
         }
+        // Keep the good engaged poses.
         let is_good = |pose: &&Pose| pose.position_m.iter().all(|x| x.is_finite());
         let engaged = poses.iter().filter(|pose| pose.engaged == 1).filter(is_good);
         let engaged: Vec<(u64, Vector3<f64>)> = engaged
             .map(|pose| (pose.tick, Vector3::from(pose.position_m.map(f64::from))))
             .collect();
+        // Find the nearest one.
         let reach = Reach::of(engine.network().model());
         let found = nearest(&engaged, |point| reach.distance_m(point.into()));
         Some(Self {
@@ -79,10 +80,12 @@ fn nearest(
     let mut parts = VecDeque::from([(positions, 0.0)]);
     let mut looks = 0;
     while let Some((part, least_m)) = parts.pop_front() {
+        // Skip a part that cannot be nearer.
         let may_be_nearer = best.is_none_or(|(.., best_m)| least_m < best_m - GRAIN_M);
         if !may_be_nearer || looks == LOOKS {
             continue;
         }
+        // Evaluate its middle.
         let middle = part.len() / 2;
         let Some(&(tick, at)) = part.get(middle) else { continue };
         looks += 1;
@@ -90,6 +93,7 @@ fn nearest(
         if best.is_none_or(|(.., best_m)| here_m < best_m) {
             best = Some((tick, at, here_m));
         }
+        // Bound the distance of both halves.
         let (before, rest) = part.split_at(middle);
         for half in [before, rest.get(1..).unwrap_or(&[])] {
             let way_m = half.iter().map(|(_, other)| (other - at).norm()).fold(0.0, f64::max);
@@ -105,7 +109,7 @@ mod tests {
 
     use super::*;
 
-    /// Past a point at a distance of 3 mm, in steps of 0.1 mm, then away for long.
+    /// A path past a point at a distance of 3 mm, in steps of 0.1 mm, then away for long.
     #[test]
     fn the_nearest_of_many_positions_takes_few_looks() {
         let at = |tick: u64| Vector3::new(1e-4 * tick as f64 - 0.3, 0.003, 0.0);
@@ -122,7 +126,7 @@ mod tests {
 
     #[test]
     fn a_tool_that_stands_still_takes_a_bounded_number_of_looks() {
-        // All alike but for less than the grain, and then one that is nearer.
+        // All equal within the tolerance, except one that is nearer.
         let at = |tick: u64| Vector3::new(0.0, 0.0, if tick == 777 { 0.01 } else { 0.02 });
         let positions: Vec<_> = (0..1000).map(|tick| (tick, at(tick))).collect();
         let found = nearest(&positions, |point| Some(point.norm()));

@@ -8,7 +8,7 @@ use crate::number::two_float::Eight;
 pub trait CellArrays<N> {
     /// All +0.0.
     const ZERO: Self;
-    /// The arrays one after the other.
+    /// The arrays as one slice.
     fn flat(&mut self) -> &mut [Cell<N>];
 }
 
@@ -26,7 +26,7 @@ impl<N: Number, const CELLS: usize, const ARRAYS: usize> CellArrays<N>
 pub trait Blocks {
     /// All +0.0.
     const ZERO: Self;
-    /// The blocks of eight `f32`.
+    /// The blocks as one slice.
     fn flat(&mut self) -> &mut [Eight];
 }
 

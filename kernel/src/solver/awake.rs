@@ -1,16 +1,14 @@
-//! Which parts of the body a sweep must look at: sets of slices of eight consecutive cells.
+//! Sets of slices of eight consecutive cells that a sweep must update.
 //!
-//! A slice sleeps while all links of its cells are slack, none of its cells moves, and no cell
-//! linked to them has moved since that was found. Then its residuals and energies are exactly
-//! zero and stay so: leaving it out changes no bit. Motion wakes a slice's neighbours at once,
-//! before the next pass; falling asleep is looked for every [`SETTLE_TICKS`] ticks, in the order
-//! of the cells.
+//! A slice sleeps while all links of its cells are slack, none of its cells moves, and no cell linked to them
+//! has moved since the last check. Then its residuals and energies are exactly zero and stay so: skipping it
+//! changes no bit. Motion wakes a slice's neighbours at once, before the next pass; slices are checked for
+//! sleep every [`SETTLE_TICKS`] ticks, in the order of the cells.
 //!
-//! The threshold is zero: a slice that still moves by one unit in the last place stays awake, so
-//! skipping sleeping slices has no error. A body that is asleep costs a look at its sets. The worst
-//! case is still the full sweep; a tick that looks for slices to put to sleep costs up to half a
-//! sweep more. A coarse level moves every free cell a little in every sweep: with slack (alpha
-//! above 0) nothing sleeps while a tool presses.
+//! The threshold is zero: a slice that still moves by one unit in the last place stays awake, so skipping
+//! sleeping slices has no error. A sleeping body costs a look at its sets. The worst case is still the full
+//! sweep; a tick that checks for sleep costs up to half a sweep more. A coarse level moves every free cell a
+//! little in every sweep: with slack (alpha above 0) nothing sleeps while a tool presses.
 
 use crate::backend::slice_set::SliceSet;
 use crate::model::Model;
@@ -19,7 +17,7 @@ use crate::number::cell::Cell;
 use crate::number::kept::kept;
 use crate::number::two_float::LANES;
 
-/// Ticks from one look for sleepers to the next.
+/// Ticks between two checks for sleep.
 pub(crate) const SETTLE_TICKS: u32 = 16;
 
 /// Awake slices, and those among them whose neighbours are known to be awake.
@@ -39,32 +37,32 @@ impl Awake {
     pub const NONE: Self =
         Self { set: SliceSet::EMPTY, spread: SliceSet::EMPTY, ticks: 0, sleepless: false };
 
-    /// All slices wake, and stay awake.
+    /// Wakes all slices and keeps them awake.
     pub fn forbid_sleep(&mut self, model: &Model<'_>) {
         self.sleepless = true;
         self.wake_all(model);
     }
 
-    /// All slices wake.
+    /// Wakes all slices.
     pub fn wake_all(&mut self, model: &Model<'_>) {
         self.set.fill(model.slice_count());
         self.spread = self.set;
     }
 
-    /// No slice falls asleep for [`SETTLE_TICKS`] ticks.
+    /// Keeps slices from falling asleep for [`SETTLE_TICKS`] ticks.
     pub fn postpone_sleep(&mut self) {
         self.ticks = 0;
     }
 
-    /// Whether sleep is forbidden.
+    /// Returns true if sleep is forbidden.
     pub fn is_sleepless(&self) -> bool {
         self.sleepless
     }
 
-    /// A cell was moved: its slice and those of the cells linked to it wake.
+    /// Wakes the slice of a moved cell and those of the cells linked to it.
     pub fn wake_around(&mut self, model: &Model<'_>, cell: usize) {
         if model.is_nodal() {
-            // A move reaches the neighbours' neighbours too.
+            // The effect of a motion reaches the neighbours' neighbours too.
             return self.wake_all(model);
         }
         self.set.insert(cell / LANES);
@@ -73,8 +71,7 @@ impl Awake {
         }
     }
 
-    /// In these slices cells have moved, those for which `has_moved` holds: the slices of the cells
-    /// linked to them wake.
+    /// Wakes the neighbours of moved cells, those in `slices` for which `has_moved` is true.
     pub fn wake_neighbours(
         &mut self,
         model: &Model<'_>,
@@ -106,8 +103,8 @@ impl Awake {
         }
     }
 
-    /// Every [`SETTLE_TICKS`] calls: puts to sleep the slices all of whose links are slack and
-    /// whose cells and their neighbours stand still.
+    /// Every [`SETTLE_TICKS`] calls: puts to sleep the slices with slack links only, whose cells and
+    /// neighbours do not move.
     pub fn settle<N: Number>(
         &mut self,
         model: &Model<'_>,

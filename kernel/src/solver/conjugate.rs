@@ -1,38 +1,37 @@
-//! How far to go along the new direction and along the last one.
+//! Step lengths along the new direction and along the last step.
 //!
-//! The state goes from y along z (the preconditioned residual, z = M r) and s (the last way
-//! taken): y' = y + alpha z + beta s. In the quadratic model of the energy the best pair solves
+//! The state moves from y along z (the preconditioned residual, z = M r) and s (the last step): y' = y +
+//! alpha z + beta s. In the quadratic model of the energy the best pair solves
 //!
 //! ```text
 //! | z.Hz  z.Hs | |alpha|   | r.z |
 //! | z.Hs  s.Hs | |beta |  = | r.s |
 //! ```
 //!
-//! the locally optimal form of conjugate gradients. H s is the change of the residual on the last
-//! way, so s.Hs = s . (r_last - r) and z.Hs = z . (r_last - r) = z_last . r - z . r cost two inner
-//! products and no pass. z.Hz would cost a pass; it is taken as a part of r.z. Where M is built from
-//! a bound of H that is [`BOUNDED`]: links resist along their direction only, so about a third of
-//! the bound is met. Where M follows H itself it is 1 to 2, as far as both parts of M take the same
-//! motion, and more in a body that is stiffer than at rest: a [`Guess`] rises with every pass that
-//! is discarded, and falls back slowly. What it misses, the next step along s makes good.
+//! the locally optimal form of conjugate gradients. H s is the change of the residual over the last step, so
+//! s.Hs = s . (r_last - r) and z.Hs = z . (r_last - r) = z_last . r - z . r cost two inner products and no
+//! pass. z.Hz would cost a pass; it is estimated as a multiple of r.z. If M is built from a bound of H, the
+//! factor is [`BOUNDED`]: links resist only along their direction, so about a third of the bound is reached.
+//! If M follows H itself, the factor is 1 to 2, since both parts of M contain the same motion, and more in a
+//! body that is stiffer than at rest: a [`Guess`] rises with every discarded pass and falls slowly. The next
+//! step along s corrects its error.
 //!
 //! Source: A. V. Knyazev, Toward the optimal preconditioned eigensolver, 2001 (the local subspace);
 //! E. Polak and G. Ribiere, 1969 (z_last . r kept, since H changes from step to step).
 
 use crate::number::kept::{Kept, Pass, kept, named};
 
-/// z.Hz over r.z of a direction that is within the bound of the curvature.
+/// z.Hz over r.z of a direction whose curvature is bounded.
 pub(super) const BOUNDED: f32 = 0.4;
-/// Range of alpha, for that curvature, and of beta.
+/// Range of alpha, for that curvature, and range of beta.
 const ALPHA: [f32; 2] = [0.5, 3.0];
 const BETA: [f32; 2] = [-0.5, 1.0];
-/// Where the tool has pushed in between, the last way is no secant: the body goes on as it went, with
-/// this alpha for that curvature, and this beta.
+/// If the tool moved in between, no secant is available: this alpha, for that curvature, and this beta.
 pub(super) const PUSHED: f32 = 1.5;
 const GOES_ON: f32 = 0.75;
-/// The alpha where a sphere has pushed the surface: the direction is mostly the sphere's doing.
+/// The alpha after a tool has pushed the surface: the direction is mostly due to the tool.
 pub(super) const PUSHED_BY_SPHERE: f32 = 2.5;
-/// What a sphere adds to z.Hz over r.z: both parts of M take the motion of the surface under it.
+/// Increase of z.Hz over r.z under a tool: both parts of M contain the motion of the surface under it.
 pub(super) const OF_SPHERE: f32 = 0.5;
 
 /// Inner products of a pass.
@@ -40,20 +39,20 @@ pub(super) const OF_SPHERE: f32 = 0.5;
 pub(super) struct Products {
     /// r . z.
     pub rz: f32,
-    /// r . s, s = the last way.
+    /// r . s, s = the last step.
     pub rs: f32,
     /// r . `z_last`.
     pub rz_last: f32,
 }
 
-/// What the next choice needs of the last one.
+/// The last step, as the next choice needs it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Last {
-    /// There is no last way.
+    /// There is no last step.
     None,
-    /// `r_last` . s as the last pass had it.
+    /// `r_last` . s of the last pass.
     Secant(f32),
-    /// The tool pushed since.
+    /// The tool has moved since.
     Pushed,
 }
 
@@ -90,8 +89,8 @@ fn clamp(value: f32, [low, high]: [f32; 2]) -> f32 {
 }
 
 impl Last {
-    /// alpha and beta of this step along a direction of so much z.Hz over r.z; `pushed` is the alpha
-    /// behind a push, for the curvature of [`BOUNDED`].
+    /// Returns alpha and beta along a direction whose z.Hz over r.z is `curvature`; `pushed` is the alpha
+    /// after a tool push, for the curvature [`BOUNDED`].
     #[inline]
     pub fn choose(&mut self, products: Products, curvature: f32, pushed: f32) -> [f32; 2] {
         let Products { rz, rs, .. } = products;
@@ -108,7 +107,7 @@ impl Last {
     }
 }
 
-/// A step along z alone that the guess does not take too far.
+/// A step along z alone that is not longer than the estimate allows.
 fn careful(curvature: f32) -> f32 {
     let alpha = BOUNDED / curvature;
     if alpha < 1.0 { alpha } else { 1.0 }
@@ -119,7 +118,7 @@ fn secant(products: Products, before: f32, curvature: f32) -> [f32; 2] {
     let Products { rz, rs, rz_last } = products;
     let (along, mixed, curved) = (rs / rz, (rz_last - rz) / rz, (before - rs) / rz);
     let finite = along.is_finite() && mixed.is_finite() && curved.is_finite();
-    // Not convex on the last way: forget it.
+    // Not convex along the last step: ignore it.
     if !finite || curved <= 0.0 {
         return [careful(curvature), 0.0];
     }
@@ -129,31 +128,31 @@ fn secant(products: Products, before: f32, curvature: f32) -> [f32; 2] {
     [alpha, clamp((along - alpha * mixed) / curved, BETA)]
 }
 
-/// z.Hz over r.z of a direction that follows H, as far as the guard has let it: what it is above
-/// that of a body that is as stiff as at rest.
+/// Estimate of z.Hz over r.z of a direction that follows H, from the guard's decisions: its excess over the
+/// value of a body at rest stiffness.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Guess(f32);
 
 kept!(Guess { 0: f32 });
 
 impl Guess {
-    /// That of a body that is as stiff as at rest.
+    /// Excess of a body at rest stiffness.
     pub const REST: Self = Self(0.0);
-    /// With it the guard discards few passes.
+    /// With this value the guard discards few passes.
     const AT_REST: f32 = 1.5;
     /// Beyond it a step is not worth its pass.
     const MOST: f32 = 20.0;
-    /// Of what it has risen a pass leaves so much. A body that is stiffer than at rest stays so for
-    /// as long as the tool presses: a guess that falls back within fewer passes is wrong over and
-    /// over, and each time costs a pass.
+    /// Share of the excess that remains after a pass. A body that is stiffer than at rest stays so while the
+    /// tool presses: an estimate that falls within fewer passes is wrong again and again, and each time costs
+    /// a pass.
     const KEPT: f32 = 0.999;
 
-    /// How much steeper a direction is taken to be than it was, behind a pass that was discarded, and
-    /// where a tool had pushed the surface in between.
+    /// Factors by which a discarded pass raises the estimate, the second if a tool had pushed the surface in
+    /// between.
     const RISE: f32 = 2.0;
     const RISE_PUSHED: f32 = 1.15;
-    /// Of what it has risen a pass under such a tool leaves so much: what the tool meets changes as it
-    /// goes, and a guess that stays high makes the body lag behind it.
+    /// Share of the excess that remains after a pass under such a tool: the contact changes as the tool
+    /// moves, and an estimate that stays high makes the body lag.
     const KEPT_PUSHED: f32 = 0.99;
 
     pub fn value(self) -> f32 {
@@ -165,17 +164,17 @@ impl Guess {
         self.0 = (if more < Self::MOST { more } else { Self::MOST }) - Self::AT_REST;
     }
 
-    /// After a pass behind a push of the surface that the guard discarded.
+    /// Raises the estimate after a discarded pass that followed a push of the surface.
     pub fn judge_pushed(&mut self) {
         self.rise(Self::RISE_PUSHED);
     }
 
-    /// After a pass under a tool on the surface that it did not.
+    /// Lowers the estimate after an accepted pass under a tool on the surface.
     pub fn fall_back(&mut self) {
         self.0 *= Self::KEPT_PUSHED;
     }
 
-    /// After a pass: whether the guard discarded it.
+    /// Adjusts the estimate after a pass.
     pub fn judge(&mut self, is_discarded: bool) {
         if is_discarded {
             self.rise(Self::RISE);

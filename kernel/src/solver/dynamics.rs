@@ -1,10 +1,10 @@
-//! A scheme as users see it: its name and how much memory it needs.
+//! The public side of a scheme: its name and its memory.
 
 use super::arrays::{Blocks, CellArrays};
 use super::scheme::Scheme;
 use crate::model::Model;
 
-/// What a scheme computes cells and links in.
+/// Number type in which a scheme computes cells and links.
 pub type NumberOf<D> = <D as Scheme>::Number;
 
 /// A scheme, with its own scalar state.
@@ -13,38 +13,38 @@ pub trait Dynamics: Scheme {
     const NAME: &'static str;
     /// The scheme at rest.
     const REST: Self;
-    /// Whether a tick may end after any sweep: the published state is certified after each, and the
-    /// number of sweeps is no time of the tissue.
+    /// True if a tick may end after any sweep: the published state is certified after each, and sweeps are no
+    /// time of the tissue.
     const IS_ANYTIME: bool = false;
-    /// Whether it moves bodies of nodal shapes.
+    /// True if it supports bodies of nodal shapes.
     const TAKES_SHAPES: bool = false;
-    /// Whether a sphere may meet the triangles of a surface.
+    /// True if it supports tools on a contact surface.
     const TAKES_SURFACES: bool = false;
-    /// Arrays of cells the scheme needs besides state and residual.
+    /// Number of cell arrays that the scheme needs besides state and residual.
     const ARRAYS: usize;
-    /// How many of those hold positions; the others hold what the scheme knows of the chosen cells.
+    /// Number of those that hold positions; the others hold prepared data for the chosen cells.
     const POINTS: usize = Self::ARRAYS;
     /// Those arrays for a number of cells.
     type Arrays<const CELLS: usize>: CellArrays<Self::Number>;
-    /// Room for a coarse level, see [`coarse_room`](crate::coarse_room).
+    /// Memory for a coarse level, see [`coarse_room`](crate::coarse_room).
     type Room: Blocks;
-    /// The scheme without motion; what it knows of the chosen cells stays.
+    /// The scheme without motion; its prepared data for the chosen cells stays.
     #[must_use]
     fn stilled(self) -> Self {
         Self::REST
     }
-    /// What [`Settings::tick_time`](crate::Settings::tick_time) may be so that a number of sweeps
-    /// covers it; for schemes without it what `euler` covers [dimensionless time].
+    /// The largest [`Settings::tick_time`](crate::Settings::tick_time) that a number of sweeps covers; for
+    /// schemes without it the time that `euler` covers [dimensionless time].
     #[must_use]
     fn tick_time(model: &Model<'_>, sweeps: u16) -> f32 {
         f32::from(sweeps) * model.step_max()
     }
-    /// Blocks of room that a model needs with a number of contact cells.
+    /// Blocks of memory that a model needs with a number of contact cells.
     #[must_use]
     fn room_blocks(model: &Model<'_>, held: usize) -> usize {
         Self::room(model, held)
     }
-    /// Blocks of room that a model needs with a probe.
+    /// Blocks of memory that a model needs with a probe.
     #[must_use]
     fn probe_blocks(model: &Model<'_>) -> usize {
         Self::probe_room(model)

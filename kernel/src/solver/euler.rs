@@ -1,4 +1,4 @@
-//! `euler`: the paper's own dynamics (Eq. 2, 12, 15), one explicit step of common size a sweep.
+//! `euler`: the paper's dynamics (Eq. 2, 12, 15), one explicit step of common size per sweep.
 //!
 //! ```text
 //! C dv_i/dt = -(v_i - y_i) / R_x + sum of w mu (y_j - y_i),   y = clamp(v, -K, K)
@@ -37,9 +37,8 @@ impl<N: Loops> Dynamics for Euler<N> {
     type Room = [Eight; 0];
 }
 
-/// A step of the outputs, with the leak of states beyond K: what the guard watches before it, in
-/// internal units, and whether some state is still beyond K. Held cells go back to where the tool
-/// has them.
+/// A step of the outputs, with the leak of states beyond K. Returns the guarded quantity before the step, in
+/// internal units, and whether some state is still beyond K. Held cells return to the tool's displacement.
 pub(super) fn saturated_step<N: Loops>(body: &mut Body<'_, '_, N>, step: f32) -> (TwoFloat, bool) {
     let model = body.terms.model;
     body.awake.wake_all(model);
@@ -64,7 +63,7 @@ pub(super) fn saturated_step<N: Loops>(body: &mut Body<'_, '_, N>, step: f32) ->
     (potential, body.restore_held() | (highest > k))
 }
 
-/// A step within K from residuals that are there; whether some state is beyond K after it.
+/// A step within K from existing residuals. Returns true if some state is beyond K after it.
 pub(super) fn linear_step<N: Loops>(body: &mut Body<'_, '_, N>, step: f32) -> bool {
     let model = body.terms.model;
     let step = step / model.capacitance();

@@ -1,4 +1,4 @@
-//! What the guarded schemes have in common: up to where a pass is accepted.
+//! Common part of the guarded schemes: the decision to accept a pass.
 
 use super::level::Level;
 use crate::number::cell::Cell;
@@ -7,9 +7,9 @@ use crate::terms::links::number::LinkNumber;
 use crate::terms::residual::Terms;
 use crate::terms::rounding::Rounding;
 
-/// What a pass found.
+/// Result of a pass.
 pub(super) struct Pass<'a, N> {
-    /// Where it was made.
+    /// Positions of the pass.
     pub at: &'a [Cell<N>],
     pub residual: &'a [Cell<N>],
     /// Energy in internal units.
@@ -18,11 +18,11 @@ pub(super) struct Pass<'a, N> {
     pub potential: TwoFloat,
 }
 
-/// Whether a pass is discarded: it is above the level by more than half of the allowance for
-/// rounding. Under a current the level is no measure of the energies that were summed.
+/// Returns true if a pass has to be discarded: it is above the level by more than half of the rounding
+/// allowance. Under a current the level is no measure of the summed energies.
 ///
-/// Cost: nothing for a pass within the level or a few last places above it, nor for one so far above
-/// that no rounding explains it; between them one look at each cell.
+/// Cost: nothing for a pass within the level or a few last places above it, nor for one so far above that
+/// rounding cannot explain it; between them one look at each cell.
 pub(super) fn discards<N: LinkNumber>(
     terms: Terms<'_, '_>,
     level: &Level,
@@ -36,16 +36,16 @@ pub(super) fn discards<N: LinkNumber>(
     if !is_above(Rounding::default()) {
         return false;
     }
-    // A number whose spacing is everywhere the same needs no sums.
+    // A number type with uniform spacing needs no sums.
     let is_even = N::GRAIN > 0.0;
     let reach = if is_even { N::GRAIN } else { model.saturation() };
-    // Under a sphere the cells' bounds are beyond those of the model.
+    // Under a tool the cells' bounds exceed those of the model.
     let is_touched = terms.touch.get().is_some();
     !is_touched && is_above(Rounding::at_most(model, reach, energy.hi))
         || !is_even && is_above(Rounding::of_pass(terms.mobility(), at, residual))
 }
 
-/// Whether a potential is above the level by more than half of an allowance.
+/// Returns true if a potential is above the level by more than half of an allowance.
 #[inline(never)]
 fn exceeds(potential: TwoFloat, level: &Level, energy: f32, rounding: Rounding) -> bool {
     potential.exceeds(level.value().plus((0.5 * rounding.allowance(energy)).into()))

@@ -7,10 +7,10 @@ use crate::number::two_float::TwoFloat;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Level {
     value: TwoFloat,
-    /// The next pass at the published state sets the level anew.
+    /// True if the next pass at the published state sets the level anew.
     pub(super) forgotten: bool,
-    /// While the tool drives by a current: its work W at the published state, rounded up. The level
-    /// is then one of E - W, see [`current`](crate::terms::current).
+    /// Under a current drive: its work W at the published state, rounded up. The level then bounds E - W, see
+    /// [`current`](crate::terms::current).
     work: Option<TwoFloat>,
 }
 
@@ -29,22 +29,22 @@ impl Level {
         self.value
     }
 
-    /// Whether the tool drives by a current.
+    /// Returns true if the tool drives by a current.
     pub(crate) fn is_driven(&self) -> bool {
         self.work.is_some()
     }
 
-    /// The tool takes hold to drive by a current, which is 0 yet.
+    /// Starts a current drive, with a current of 0.
     pub(crate) fn begin_work(&mut self) {
         self.work = Some(TwoFloat::ZERO);
     }
 
-    /// The current has done this work, up to the published state.
+    /// Sets the current's work up to the published state.
     pub(crate) fn note_work(&mut self, work: TwoFloat) {
         self.work = Some(work);
     }
 
-    /// The current is 0 from here on: the level is one of E again.
+    /// Ends the current drive: the level bounds E again.
     pub(crate) fn end_work(&mut self) {
         let energy = self.energy();
         self.work = None;
@@ -58,40 +58,40 @@ impl Level {
         if energy.hi > 0.0 { energy } else { TwoFloat::ZERO }
     }
 
-    /// The same as it is published; rounded up where a current's work is part of it.
+    /// The published value of that bound; rounded up if it includes a current's work.
     pub(crate) fn published(&self) -> f32 {
         let energy = self.energy();
         if self.is_driven() && energy.lo > 0.0 { energy.hi.next_up() } else { energy.hi }
     }
 
-    /// The bands changed: the next pass at the published state sets the level anew.
+    /// Drops the level after a change of the bands: the next pass at the published state sets it anew.
     pub(crate) fn forget(&mut self) {
         self.forgotten = true;
     }
 
-    /// Whether the energy has to be found anew.
+    /// Returns true if the energy has to be computed anew.
     pub(crate) fn is_forgotten(&self) -> bool {
         self.forgotten
     }
 
-    /// The tool moved cells, which changed the energy by at most `change`.
+    /// Adds the change of the energy, at most `change`, after the tool moved cells.
     pub(crate) fn shift(&mut self, change: TwoFloat) {
         self.put(self.value.plus(change));
     }
 
-    /// A sweep certified `level`; the level never rises by a sweep.
+    /// Takes the level certified by a sweep; the level never rises by a sweep.
     pub(crate) fn certify(&mut self, level: TwoFloat) {
         let lowest = if self.forgotten { level } else { self.value.min(level) };
         self.set(lowest);
     }
 
-    /// A pass found the energy itself.
+    /// Sets the level to the energy that a pass computed.
     pub(crate) fn set(&mut self, level: TwoFloat) {
         self.forgotten = false;
         self.put(level);
     }
 
-    /// The largest that the energy may be, `most` where that is not known yet.
+    /// Upper bound of the energy; `most` if the level is unknown.
     pub(crate) fn at_most(&self, most: f32) -> f32 {
         if self.forgotten { most } else { self.leading() }
     }

@@ -1,16 +1,16 @@
 //! The schemes that move the network's state, one file each.
 //!
-//! | scheme | question | order in time | a sweep costs | memory beside the state | take it for |
+//! | scheme | question | order in time | cost of a sweep | memory besides the state | use it for |
 //! |---|---|---|---|---|---|
-//! | [`Track`] | where does the body settle under this tool? | none: static | a link pass, a pass over the cells, the coarse level | residual, 2 arrays, the coarse level's room | forces that keep up with the hand; the default |
-//! | [`Predict`] | the same, with the body's answer to the held cells known beforehand | none: static | as `Track`, and 9 multiplications a cell where the tool moves | residual, 5 arrays, the coarse level's room | the same force in a quarter of the sweeps, where the tool holds cells and links have no slack |
-//! | [`Euler`] | how does the body relax in time (the paper's Eq. 2)? | first | a link pass, a pass over the cells | residual | stress relaxation where the time of a tick lies below the bound |
+//! | [`Track`] | where does the body settle under this tool? | none: static | a link pass, a pass over the cells, the coarse level | residual, 2 arrays, the coarse level's memory | forces that keep up with the hand; the default |
+//! | [`Predict`] | the same, with the body's response to the held cells precomputed | none: static | as `Track`, and 9 multiplications per cell if the tool moves | residual, 5 arrays, the coarse level's memory | the same force in a quarter of the sweeps, if the tool holds cells and links have no slack |
+//! | [`Euler`] | how does the body relax in time (the paper's Eq. 2)? | first | a link pass, a pass over the cells | residual | stress relaxation if the time of a tick is below the bound |
 //! | [`Rkl2`] | the same | second | the same | residual, 3 arrays | stress relaxation beyond that bound; any motion that must be right in time |
 //!
-//! An array has 16 bytes a cell in `f32`, and the state is one such array.
+//! An array has 16 bytes per cell in `f32`, and the state is one such array.
 //!
-//! - **Bound of a step.** `Euler` is stable up to 2 C / b, b being the largest mean weight of two
-//!   linked cells. [`Network::new`](crate::Network::new) refuses a larger step and names the bound.
+//! - **Bound of a step.** `Euler` is stable up to 2 C / b, b being the largest mean weight of two linked
+//!   cells. [`Network::new`](crate::Network::new) refuses a larger step and reports the bound.
 //! - **Time.** A step or a tick of dimensionless time h lasts h times the body's time constant.
 //!   [`Settings::step`](crate::Settings::step) is a sweep of `Euler`,
 //!   [`Settings::tick_time`](crate::Settings::tick_time) a tick of `Rkl2`. The static
@@ -23,12 +23,11 @@
 //!
 //! The files:
 //!
-//! - [`Track`], [`Euler`], [`Rkl2`]: the schemes; `predict`: [`Predict`],
-//!   the fields it goes by and how they are solved for.
-//! - `scheme`, [`Dynamics`], `arrays`: what a scheme does, its name and its memory.
-//! - `level`, `guard`: the certified level, and what rounding may do to a computed energy.
+//! - [`Track`], [`Euler`], [`Rkl2`]: the schemes; `predict`: [`Predict`], its fields and their solution.
+//! - `scheme`, [`Dynamics`], `arrays`: a scheme's interface, its name and its memory.
+//! - `level`, `guard`: the certified level, and the rounding of a computed energy.
 //! - `conjugate`: step lengths of `track`; `super_step`: the super-steps of `rkl2`.
-//! - `awake`: which parts of the body a sweep looks at.
+//! - `awake`: the parts of the body that a sweep updates.
 //! - [`coarse`]: the coarse level.
 //! - `loops`: the loops over the cells.
 

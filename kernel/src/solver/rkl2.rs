@@ -1,9 +1,9 @@
 //! `rkl2`: the network's trajectory in time, second order, at a fraction of Euler's passes.
 //!
-//! The dynamics within K is the gradient flow dP/dt = R(P) / C of `euler`. An explicit method that
-//! only wants to be stable on the real axis can take s stages to go about s^2 / 2 times as far as
-//! s Euler steps would in one: its stability polynomial is a shifted Legendre polynomial of degree
-//! s, bounded by 1 where Euler's (1 - h lambda)^s has to stay. With h the super-step,
+//! The dynamics within K is the gradient flow dP/dt = R(P) / C of `euler`. An explicit method that only has
+//! to be stable on the real axis can cover with s stages about s^2 / 4 times as much time as one Euler step:
+//! its stability polynomial is a shifted Legendre polynomial of degree s, bounded by 1 where Euler's (1 - h
+//! lambda)^s would have to stay. With h the super-step,
 //!
 //! ```text
 //! Y_1 = Y_0 + b_1 w h R_0 / C                         w = 4 / (s^2 + s - 2)
@@ -12,19 +12,17 @@
 //! b_0 = b_1 = b_2 = 1/3,  b_j = (j^2 + j - 2) / (2 j (j + 1))
 //! ```
 //!
-//! is of second order and stable for h <= dt (s^2 + s - 2) / 4, dt = the bound of an Euler step,
-//! here 2 C / b, b = the largest mean weight of two linked cells: the largest curvature that any
-//! state of the body can have, so no safety factor is needed. Every stage point is a mean of what
-//! went before (the weights are positive), and the energy of a quadratic well falls. The links' own
-//! curvature changes from stage to stage: now and then a super-step ends above the level, and the
-//! guard undoes it ([`super_step`](super)).
+//! is of second order and stable for h <= dt (s^2 + s - 2) / 4. dt is the bound of an Euler step, here 2 C /
+//! b, with b the largest mean weight of two linked cells: the largest curvature in any state of the body, so
+//! no safety factor is needed. Every stage point is a mean of earlier ones (the weights are positive), and
+//! the energy of a quadratic well falls. The curvature of the links changes from stage to stage: occasionally
+//! a super-step ends above the level, and the guard undoes it ([`super_step`](super)).
 //!
-//! Use: stress relaxation as in the paper's Fig. 5c where h is above Euler's bound, and any motion
-//! that must be right in time. Error on the paper's plane: below 1e-3 of the depth at t = 1, 10,
-//! 100 in 13, 45, 140 passes with 8 neighbours, where Euler takes 64, 100, 400.
+//! Use: stress relaxation as in the paper's Fig. 5c if h is above Euler's bound, and any motion that must be
+//! right in time. Error on the paper's plane: below 1e-3 of the depth at t = 1, 10, 100 in 13, 45, 140 passes
+//! with 8 neighbours, for which Euler takes 64, 100, 400.
 //!
-//! Cost: one link pass and one pass over the cells a stage, three arrays besides state and
-//! residual.
+//! Cost: one link pass and one pass over the cells per stage, three arrays besides state and residual.
 //!
 //! Source: C. D. Meyer, D. S. Balsara, T. D. Aslam, A stabilized Runge-Kutta-Legendre method for
 //! explicit super-time-stepping of parabolic and mixed equations, J. Comput. Phys. 257, 2014.
@@ -104,7 +102,7 @@ mod tests {
                 let x = reach * f32::from(at) / 200.0;
                 assert!(polynomial(stages, x).abs() < 1.0001, "{stages} stages at {x}");
             }
-            // exp(-x) up to its third power; the second power is there to half of that.
+            // exp(-x) up to its third power; the second power to half of that.
             let x = 0.1;
             let off = polynomial(stages, x) - (-x).exp();
             assert!(off.abs() < 0.5 * x * x * x, "{stages} stages: {off:e}");

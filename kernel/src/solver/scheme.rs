@@ -1,4 +1,4 @@
-//! What a scheme does, and what it works on.
+//! The interface of a scheme, and its data.
 
 use super::awake::Awake;
 use super::coarse::{Coarse, CoarseTouch};
@@ -14,7 +14,7 @@ use crate::terms::held::Contact;
 use crate::terms::residual::Terms;
 use crate::terms::state::States;
 
-/// How far a tick goes.
+/// Extent of a tick.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pace {
     /// Sweeps of a tick.
@@ -25,36 +25,36 @@ pub struct Pace {
     pub tick_time: f32,
 }
 
-/// What a scheme works on during one sweep.
+/// Data of a scheme during one sweep.
 pub(crate) struct Body<'a, 'm, N = f32> {
     pub terms: Terms<'a, 'm>,
     pub pace: Pace,
-    /// Cells that the tool acts on: those it holds, or those that a current flows into.
+    /// Cells that the tool acts on: held cells, or cells with a current.
     pub contacts: &'a [Contact<N>],
-    /// Cells the tool holds: they do not move in a sweep.
+    /// Cells that the tool holds: they do not move in a sweep.
     pub held: &'a [Contact<N>],
-    /// Where the tool holds them, relative to their origins.
+    /// Displacement of the held cells from their origins.
     pub applied: [f32; 3],
     /// State v of every cell; its output is published.
     pub state: &'a mut [Cell<N>],
-    /// Room for the residual.
+    /// Memory for the residual.
     pub residual: &'a mut [Cell<N>],
-    /// The scheme's own arrays, one after the other, each as long as `state`; those that its sweeps
-    /// use, once they have begun.
+    /// The scheme's arrays in sequence, each as long as `state`; after `begin` only those that the sweeps
+    /// use.
     pub own: &'a mut [Cell<N>],
-    /// Room for a coarse level.
+    /// Memory for a coarse level.
     pub room: &'a mut [Eight],
-    /// How the coarse level leaves the held cells alone; `None` where it cannot.
+    /// Method by which the coarse level keeps the held cells fixed; `None` if it cannot.
     pub coarse: Option<Coarse>,
-    /// What a sphere makes of an elastic coarse level.
+    /// Effect of tools on an elastic coarse level.
     pub coarse_touch: Option<&'a CoarseTouch>,
-    /// The slices that a sweep looks at.
+    /// The slices that a sweep updates.
     pub awake: &'a mut Awake,
     pub level: &'a mut Level,
 }
 
 impl<N: Number> Body<'_, '_, N> {
-    /// Puts the held cells back where the tool has them; whether one of them is beyond K.
+    /// Restores the held cells to the tool's displacement. Returns true if one of them is beyond K.
     pub fn restore_held(&mut self) -> bool {
         let mut beyond = false;
         let k = N::from_single(self.terms.model.saturation());
@@ -70,36 +70,37 @@ impl<N: Number> Body<'_, '_, N> {
     }
 }
 
-/// The arrays of a body whose tool is chosen, cut to its size.
+/// The arrays of a body whose tool is being chosen, cut to its size.
 pub(crate) struct Memory<'a, N = f32> {
     pub state: &'a [Cell<N>],
     pub residual: &'a mut [Cell<N>],
-    /// The scheme's own arrays.
+    /// The scheme's arrays.
     pub own: &'a mut [Cell<N>],
-    /// Room for a coarse level.
+    /// Memory for a coarse level.
     pub room: &'a mut [Eight],
-    /// What the terms keep of the cells.
+    /// The terms' states of the cells.
     pub states: States<'a>,
     /// The vector unit to use.
     pub vectors: Option<VectorUnit>,
 }
 
-/// What a scheme does; sealed, since the guarantees rest on it.
+/// Interface of a scheme; sealed, since the guarantees depend on it.
 pub trait Scheme: Kept {
-    /// What cells and links are computed in.
+    /// Number type of cells and links.
     type Number: Loops;
 
-    /// A tick's sweeps begin.
+    /// Starts a tick's sweeps.
     #[allow(private_interfaces)]
     fn begin(&mut self, body: &mut Body<'_, '_, Self::Number>) {
         let _ = body;
     }
 
-    /// One sweep: at most one link pass and one update. Whether the pass was rolled back.
+    /// Makes one sweep: at most one link pass and one update. Returns true if the pass was rolled back.
     #[allow(private_interfaces)]
     fn sweep(&mut self, body: &mut Body<'_, '_, Self::Number>) -> bool;
 
-    /// A cell was put at `position`, in the scheme's own arrays too; `k` is the saturation.
+    /// Notes that a cell was set to `position`, and sets it in the scheme's arrays too; `k` is the
+    /// saturation.
     fn place(
         &mut self,
         own: &mut [Cell<Self::Number>],
@@ -108,20 +109,20 @@ pub trait Scheme: Kept {
         k: f32,
     );
 
-    /// The tool moved the cells it holds.
+    /// Notes that the tool moved the cells that it holds.
     fn pushed(&mut self) {}
 
-    /// The tool moved them by `way`.
+    /// Notes that the tool moved them by `way`.
     fn follow(&mut self, way: [f32; 3]) {
         let _ = way;
     }
 
-    /// Tools moved on the surface, by this share of what they did in the last tick.
+    /// Notes that tools moved on the surface, by this share of their last tick's motion.
     fn goes_on(&mut self, share: f32) {
         let _ = share;
     }
 
-    /// Whether a cell has moved since the last pass, or has momentum.
+    /// Returns true if a cell has moved since the last pass, or has momentum.
     fn has_moved(
         state: &[Cell<Self::Number>],
         own: &[Cell<Self::Number>],
@@ -132,22 +133,22 @@ pub trait Scheme: Kept {
         residual.get(cell).is_some_and(|r| r.xyz() != [Self::Number::ZERO; 3])
     }
 
-    /// Blocks of room for a model and a number of held cells.
+    /// Blocks of memory for a model and a number of held cells.
     fn room(model: &Model<'_>, held: usize) -> usize {
         let _ = (model, held);
         0
     }
 
-    /// Whether it is prepared for the cells that were chosen last, so many.
+    /// Returns true if it is prepared for the last choice of cells, `held` in number.
     fn is_prepared(&self, held: usize) -> bool {
         let _ = held;
         false
     }
 
-    /// The tool has a probe from now on.
+    /// Notes that the tool has a probe from now on.
     fn release(&mut self) {}
 
-    /// These cells are the ones the tool will hold.
+    /// Prepares for the cells that the tool will hold.
     #[allow(private_interfaces)]
     fn hold(
         &mut self,
@@ -158,14 +159,14 @@ pub trait Scheme: Kept {
         let _ = (model, memory, held);
     }
 
-    /// Blocks of room for a model and a probe.
+    /// Blocks of memory for a model and a probe.
     fn probe_room(model: &Model<'_>) -> usize {
         let _ = model;
         0
     }
 
-    /// Something resists these cells from now on, infinite where they are held: the number of basis
-    /// functions that the coarse level has at them, `None` where it cannot take that in.
+    /// Prepares the coarse level for cells with a resistance, infinite for held ones. Returns the number of
+    /// basis functions at these cells; `None` if the level cannot handle them.
     fn deflate(
         model: &Model<'_>,
         room: &mut [Eight],
@@ -175,6 +176,6 @@ pub trait Scheme: Kept {
         Some(0)
     }
 
-    /// The bands changed: forget the momentum.
+    /// Drops the momentum after a change of the bands.
     fn interrupt(&mut self);
 }

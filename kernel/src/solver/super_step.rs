@@ -1,27 +1,25 @@
-//! The super-steps of `rkl2`: how long each one is, the guard, and the update.
+//! The super-steps of `rkl2`: their lengths, the guard, and the update.
 //!
-//! **Time.** A tick asks for `tick_time` of network time. It is taken in super-steps of s stages,
-//! one link pass each, s being the least number that covers the super-step's length. What a move of
-//! the tool or of the bands sets off spreads like heat, fast modes first: super-steps are even at
-//! first, and from [`EVEN`] on as long as a fixed fraction of the time since then, so that they
-//! grow by a constant factor. They are as short as the tick's sweeps allow, but not below
-//! [`SHORTEST`] at the beginning, and are cut evenly to end exactly at the tick's time. Where no
-//! such row fits the sweeps, one super-step takes all of them; what it cannot cover either stays
-//! due at the next tick (the lag). Sweeps that are left over cost nothing, and neither does a
-//! sleeping body, for which nothing changes with time.
+//! **Time.** A tick covers `tick_time` of network time in super-steps of s stages, one link pass each; s is
+//! the least number that covers the super-step's length. A disturbance by a move of the tool or of the bands
+//! spreads like heat, fast modes first. So super-steps have equal length at first, and from [`EVEN`] on a
+//! fixed fraction of the time since the disturbance, so that they grow by a constant factor. They are as
+//! short as the tick's sweeps allow, but not below [`SHORTEST`] at first, and are cut evenly to end exactly
+//! at the tick's time. If no such sequence fits the sweeps, one super-step takes all of them; time that it
+//! cannot cover stays due at the next tick (the lag). Unused sweeps cost nothing, and neither does a sleeping
+//! body, for which nothing changes with time.
 //!
-//! **The guard.** The pass at the first stage of the next super-step gives the energy of the last
-//! one's end Y. Only then, where E(Y) <= U + tol with U the certified level, Y is published and U
-//! becomes min(U, E(Y)); otherwise the published state stays (flag 64), and the same length of
-//! time is taken by Euler steps below the proven bound, which cannot raise the energy
-//! ([`euler`](super::Euler)). A super-step begins only where one more sweep of its tick is left to
-//! judge it, so every tick ends with a published state, and no super-step sees the tool move. With
-//! too few sweeps for that, or with a state beyond K, Euler steps advance the tick.
+//! **The guard.** The pass at the first stage of the next super-step gives the energy of the last one's end
+//! Y. Only then, if E(Y) <= U + tol with U the certified level, Y is published and U becomes min(U, E(Y)).
+//! Otherwise the published state stays (flag 64), and the same time is covered by Euler steps below the
+//! proven bound, which cannot raise the energy ([`euler`](super::Euler)). A super-step starts only if one
+//! more sweep of its tick is left to judge it, so every tick ends with a published state, and the tool never
+//! moves during a super-step. With too few sweeps for that, or with a state beyond K, Euler steps advance the
+//! tick.
 //!
 //! All lengths here are in units of the proven bound of an Euler step.
 //!
-//! Rounding: a stage is computed as Y = `Y_0` + (what moved), so that a body at rest keeps its
-//! bits.
+//! Rounding: a stage is computed as Y = `Y_0` + displacement, so that a body at rest keeps its bits.
 
 use core::marker::PhantomData;
 
@@ -40,7 +38,7 @@ use crate::solver::loops::{Loops, Moved};
 
 /// Time after a disturbance from which on super-steps grow in proportion to it.
 const EVEN: f32 = 3.0;
-/// Shortest beginning of a row of super-steps, and how it is lengthened until it fits the sweeps.
+/// Shortest first super-step, and the factor that lengthens it until the sequence fits the sweeps.
 const SHORTEST: f32 = 0.3;
 const LONGER: f32 = 1.25;
 /// Length of an Euler step: below 1, so that it also damps the fastest mode.
@@ -60,38 +58,38 @@ pub struct Factors {
 pub trait Formula: Copy {
     /// Fewest stages of a super-step.
     const STAGES_MIN: u16;
-    /// Longest stable super-step of so many stages.
+    /// Longest stable super-step of `stages` stages.
     fn reach(stages: u16) -> f32;
-    /// The factors of a stage, the first being 1.
+    /// The factors of a stage; the first stage is 1.
     fn factors(stage: u16, stages: u16) -> Factors;
 }
 
 /// State of a scheme that advances by super-steps.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SuperSteps<F> {
-    /// Time still to go.
+    /// Time still to cover.
     due: f32,
-    /// Time to be taken by Euler steps, after a rollback.
+    /// Time to cover by Euler steps after a rollback.
     careful: f32,
     /// Length of the first super-step after a disturbance, in this tick; 0 until it is chosen.
     first: f32,
     /// Time since the last disturbance.
     since: f32,
-    /// Length of the running one.
+    /// Length of the running super-step.
     length: f32,
-    /// Stages of the running super-step, and how many are done; 0 between two.
+    /// Stages of the running super-step, and the number done; 0 between two.
     stages: u16,
     done: u16,
-    /// Sweeps of this tick to come.
+    /// Remaining sweeps of this tick.
     left: u16,
-    /// Cells that the tool acted on in the last sweep: it may let go without a move.
+    /// Number of cells that the tool acted on in the last sweep: it may release without a move.
     contacts: usize,
-    /// Some state is beyond K.
+    /// True if some state is beyond K.
     saturated: bool,
     formula: PhantomData<F>,
 }
 
-/// One stage, in awake slices: `before` takes the place of `at`, `at` is the new point.
+/// One stage, in awake slices: `at` moves to `before`, and the new point to `at`.
 struct Stage<'a, 'm> {
     model: &'a Model<'m>,
     awake: &'a Awake,
@@ -176,7 +174,7 @@ impl<F: Formula> SuperSteps<F> {
         formula: PhantomData,
     };
 
-    /// The time that a number of sweeps a tick covers for sure [dimensionless time].
+    /// The time that a number of sweeps per tick certainly covers [dimensionless time].
     pub(super) fn tick_time_max(model: &Model<'_>, sweeps: u16) -> f32 {
         let stages = sweeps.saturating_sub(1);
         let steps = EULER * f32::from(sweeps);
@@ -184,8 +182,8 @@ impl<F: Formula> SuperSteps<F> {
         length * model.step_max()
     }
 
-    /// Stages and length of a super-step that begins `since` a disturbance with the time `due`
-    /// ahead; `None` where it needs more than `most` stages.
+    /// Stages and length of a super-step that starts `since` after a disturbance with the time `due` ahead;
+    /// `None` if it needs more than `most` stages.
     fn row(first: f32, since: f32, due: f32, most: u16) -> Option<(u16, f32)> {
         let wished = if since > EVEN { first * (since / EVEN) } else { first };
         let whole = (due / wished) as u32 as f32;
@@ -196,8 +194,8 @@ impl<F: Formula> SuperSteps<F> {
             .map(|stages| (stages, length))
     }
 
-    /// Whether a row of super-steps with this beginning fits the running sweep and those to come,
-    /// the last of which judges.
+    /// Returns true if a sequence with this first length fits the running sweep and the remaining ones, the
+    /// last of which judges.
     fn fits(&self, first: f32) -> bool {
         let (mut since, mut due, mut left) = (self.since, self.due, self.left);
         while due > 0.0 {
@@ -207,7 +205,7 @@ impl<F: Formula> SuperSteps<F> {
         true
     }
 
-    /// The shortest beginning that fits; if none does, one that takes all in one super-step.
+    /// The shortest first length that fits; if none does, one that takes all in one super-step.
     fn beginning(&self) -> f32 {
         let mut first = SHORTEST;
         while first < self.due && !self.fits(first) {
@@ -216,7 +214,7 @@ impl<F: Formula> SuperSteps<F> {
         first
     }
 
-    /// Stages and length of the super-step that begins now; `None` for an Euler step.
+    /// Stages and length of the super-step that starts now; `None` for an Euler step.
     fn plan(&self) -> Option<(u16, f32)> {
         if self.saturated || self.careful > 0.0 || self.left < F::STAGES_MIN {
             return None;
@@ -225,14 +223,14 @@ impl<F: Formula> SuperSteps<F> {
         Some(Self::row(self.first, self.since, self.due, self.left).unwrap_or(all))
     }
 
-    /// The super-step is undone; the same time goes by in Euler steps.
+    /// Undoes the super-step; Euler steps will cover the same time.
     fn roll_back(&mut self) -> bool {
         self.done = 0;
         self.careful = self.length;
         true
     }
 
-    /// One Euler step from the published state; within K its residual is there.
+    /// Makes one Euler step from the published state, whose residual is known within K.
     fn euler(&mut self, body: &mut Body<'_, '_>) {
         let model = body.terms.model;
         let length = if self.due < EULER { self.due } else { EULER };
@@ -251,7 +249,7 @@ impl<F: Formula> SuperSteps<F> {
         self.careful = if careful > 0.0 { careful } else { 0.0 };
     }
 
-    /// A super-step begins at the published state, whose residual is there.
+    /// Starts a super-step at the published state, whose residual is known.
     fn start(&mut self, body: &mut Body<'_, '_>, (stages, length): (u16, f32)) {
         (self.stages, self.length, self.done) = (stages, length, 0);
         let cells = body.state.len();
@@ -262,12 +260,13 @@ impl<F: Formula> SuperSteps<F> {
         }
     }
 
-    /// The next stage. Whether the super-step was undone, since a cell went beyond K.
+    /// Computes the next stage. Returns true if the super-step was undone because a cell went beyond K.
     fn stage(&mut self, body: &mut Body<'_, '_>) -> bool {
         let model = body.terms.model;
         let cells = body.state.len();
         let Some((at, rest)) = body.own.split_at_mut_checked(cells) else { return false };
         let Some((before, first)) = rest.split_at_mut_checked(cells) else { return false };
+        // Update the point with the stage's factors.
         self.done += 1;
         let mut factors = F::factors(self.done, self.stages);
         let step = self.length * model.step_max() / model.capacitance();
@@ -276,6 +275,7 @@ impl<F: Formula> SuperSteps<F> {
         let (before, first) = (before, &mut *first);
         let stage = Stage { model, awake, published, at, before, residual, first, factors };
         let moved = run(body.terms.vectors, stage);
+        // Wake neighbours, and undo a super-step that ends beyond K.
         if moved.slices != crate::backend::slice_set::SliceSet::EMPTY {
             Self::wake(body, &moved);
         }
@@ -286,8 +286,8 @@ impl<F: Formula> SuperSteps<F> {
         self.roll_back()
     }
 
-    /// Wakes the neighbours of slices that moved: they are where they were at the beginning. Not
-    /// inlined: rare, and large.
+    /// Wakes the neighbours of slices that moved: they are still at their initial positions. Not inlined:
+    /// rare and large.
     #[inline(never)]
     fn wake(body: &mut Body<'_, '_>, moved: &Moved) {
         let (model, before) = (body.terms.model, body.awake.set);
@@ -308,7 +308,7 @@ impl<F: Formula> SuperSteps<F> {
         }
     }
 
-    /// The next point is the published state. Not inlined: called from two places.
+    /// Copies the published state to the next point. Not inlined: called from two places.
     #[inline(never)]
     fn note(body: &mut Body<'_, '_>) {
         let Some(at) = body.own.get_mut(..body.state.len()) else { return };
@@ -317,8 +317,8 @@ impl<F: Formula> SuperSteps<F> {
         }
     }
 
-    /// A pass; at the end of a super-step it publishes the point or undoes the super-step. Whether
-    /// it was undone.
+    /// Makes a pass; at the end of a super-step it publishes the point or undoes the super-step. Returns true
+    /// if it was undone.
     fn pass(&mut self, body: &mut Body<'_, '_>) -> bool {
         if self.done == 0 {
             Self::note(body);
@@ -338,7 +338,7 @@ impl<F: Formula> SuperSteps<F> {
         false
     }
 
-    /// Publishes the end of a super-step, or undoes it.
+    /// Publishes the end of a super-step, or undoes it. Returns true if it was undone.
     fn judge(&mut self, body: &mut Body<'_, '_>, energy: TwoFloat) -> bool {
         let model = body.terms.model;
         let at = body.own.get(..body.state.len()).unwrap_or(&[]);
@@ -418,7 +418,7 @@ impl<F: Formula> Scheme for SuperSteps<F> {
         self.since = 0.0;
     }
 
-    /// The last pass was at the first of the own arrays.
+    /// The last pass was at the first of the scheme's arrays.
     fn has_moved(state: &[Cell], own: &[Cell], _residual: &[Cell], cell: usize) -> bool {
         state.get(cell).is_some_and(|here| Some(here) != own.get(cell))
     }

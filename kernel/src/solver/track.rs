@@ -1,37 +1,37 @@
-//! `track`: follows the equilibrium as fast as the guard allows; conjugate directions, and a
-//! coarse level where the model has one.
+//! `track`: follows the equilibrium as fast as the guard allows, by conjugate directions, and with a coarse
+//! level if the model has one.
 //!
-//! With y the point of a pass, r its residual, W the cells' weights, and P, B the coarse basis with
-//! its inverse ([`coarse`](crate::solver::coarse)), the preconditioned residual is
+//! With y the point of a pass, r its residual, W the cells' weights, and P, B the coarse basis with its
+//! inverse ([`coarse`](crate::solver::coarse)), the preconditioned residual is
 //!
 //! ```text
 //! z = r / W + P B P' r
 //! ```
 //!
-//! The published point is x = y + z. The next pass is at y' = y + alpha z + beta s with s the way
-//! from the last y to this one, both factors from the local quadratic model ([`conjugate`]).
+//! The published point is x = y + z. The next pass is at y' = y + alpha z + beta s with s the step from the
+//! last y to this one, both factors from the local quadratic model ([`conjugate`]).
 //!
-//! **The guard.** Half the squared distance to a set curves upwards by at most one, so for every
-//! move d of the cells E(y + d) <= E(y) - r . d + d' L d / 2, L the Laplacian of weight w / 2. Let
-//! a = r . r / W and b = r . P B P' r. For the two parts of z: `d1' L d1` <= a and `d2' L d2` <= b
-//! (the largest eigenvalue of L / W is at most 1; B is at most the inverse of P' L P). By the
-//! triangle inequality z' L z <= (sqrt a + sqrt b)^2, hence
+//! **The guard.** Half the squared distance to a set curves upwards by at most one, so for every displacement
+//! d of the cells E(y + d) <= E(y) - r . d + d' L d / 2, L the Laplacian of weight w / 2. Let a = r . r / W
+//! and b = r . P B P' r. For the two parts of z: `d1' L d1` <= a and `d2' L d2` <= b (the largest eigenvalue
+//! of L / W is at most 1; B is at most the inverse of P' L P). By the triangle inequality z' L z <= (sqrt a +
+//! sqrt b)^2, hence
 //!
 //! ```text
 //! E(x) <= U' = E(y) - (a + b) + (sqrt a + sqrt b)^2 / 2 = E(y) - (sqrt a - sqrt b)^2 / 2
 //! ```
 //!
-//! which without a coarse level is E(y) - a / 2. Where E(y) > U + tol, U the level of the last x,
-//! the pass is discarded and the next one starts at x itself, accepted without comparison. What is
-//! published is x, never y, and its energy never exceeds U but for rounding; tol is half of the
-//! allowance for it ([`Rounding`](crate::Rounding)).
+//! which without a coarse level is E(y) - a / 2. If E(y) > U + tol, with U the level of the last x, the pass
+//! is discarded and the next one starts at x itself, accepted without comparison. Only x is published, never
+//! y, and its energy never exceeds U but for rounding; tol is half of the allowance for it
+//! ([`Rounding`](crate::Rounding)).
 //!
-//! **An elastic level** ([`elastic`](crate::solver::coarse::elastic)), which nodal shapes have, gives
-//! a direction z that no bound knows of. The pass at y' is judged as any other; what is published is
-//! x = y + r / W, U' = E(y) - a / 2.
+//! **An elastic level** ([`elastic`](crate::solver::coarse::elastic)), for nodal shapes, gives a direction z
+//! without a proven bound. The pass at y' is judged like any other; the published point is x = y + r / W, U'
+//! = E(y) - a / 2.
 //!
-//! A state beyond K is handled by plain steps from x, whose clamped moves D obey E falls by at
-//! least sum of r . D - `W_i` |D|^2 / 2; the leak per step is min(1, 1 / (`W_i` `R_x`)).
+//! A state beyond K is handled by plain steps from x. Their clamped displacements D lower E by at least the
+//! sum of r . D - `W_i` |D|^2 / 2; the leak per step is min(1, 1 / (`W_i` `R_x`)).
 //!
 //! Cost: one link pass, one pass over the cells, two arrays besides state and residual; with a
 //! coarse level its restriction, product and prolongation.
@@ -64,13 +64,13 @@ use crate::terms::residual::Terms;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Track<const ROOM: usize = 0, N = f32> {
     last: Last,
-    /// Of the direction of an elastic level.
+    /// Curvature estimate of an elastic level's direction.
     guess: Guess,
-    /// Under way; else the next pass starts at the published point and is accepted.
+    /// True while extrapolating; otherwise the next pass starts at the published point and is accepted.
     going: bool,
-    /// Some state is beyond K.
+    /// True if some state is beyond K.
     saturated: bool,
-    /// Corrections of an elastic level for the chosen cells, which stand in the room.
+    /// Number of corrections of an elastic level for the chosen cells, stored in the coarse memory.
     corrections: u32,
     number: PhantomData<N>,
 }
@@ -107,18 +107,18 @@ impl<const ROOM: usize, N: Loops> Dynamics for Track<ROOM, N> {
 }
 
 impl<const ROOM: usize, N: Loops> Track<ROOM, N> {
-    /// Whether the next pass is at an extrapolated point.
+    /// Returns true if the next pass is at an extrapolated point.
     pub(super) fn is_going(&self) -> bool {
         self.going && !self.saturated
     }
 
-    /// Corrections of an elastic level for the chosen cells.
+    /// Number of corrections of an elastic level for the chosen cells.
     pub(super) fn corrections(&self) -> usize {
         self.corrections as usize
     }
 
-    /// Goes on from the published point, whose copies the scheme's arrays get: the guard judges the
-    /// next pass. Not where some state is beyond K.
+    /// Restarts from the published point, copied to the scheme's arrays: the guard judges the next pass. Does
+    /// nothing if some state is beyond K.
     pub(super) fn go_from(&mut self, state: &[Cell<N>], own: &mut [Cell<N>]) {
         if !self.saturated {
             own.chunks_mut(state.len().max(1)).take(2).for_each(|array| copy(array, state));
@@ -126,12 +126,13 @@ impl<const ROOM: usize, N: Loops> Track<ROOM, N> {
         }
     }
 
-    /// A pass at the extrapolated point. Whether the guard discarded it.
+    /// Makes a pass at the extrapolated point. Returns true if the guard discarded it.
     fn extrapolated(&mut self, body: &mut Body<'_, '_, N>) -> bool {
         let model = body.terms.model;
         let cells = body.state.len();
         let Some((at, before)) = body.own.split_at_mut_checked(cells) else { return false };
         let (published, residual) = (&mut *body.state, &mut *body.residual);
+        // Start at the published point, or save the terms' states for a rollback.
         if !self.going {
             copy(at, published);
             copy(before, published);
@@ -139,6 +140,7 @@ impl<const ROOM: usize, N: Loops> Track<ROOM, N> {
         } else {
             body.terms.states.save(&body.awake.set, model.slice_count());
         }
+        // Compute residual, energy and inner products.
         let points = &mut Points { published, at, before, residual };
         let (terms, awake) = (body.terms, &body.awake.set);
         let [energy, sums @ ..] = if elastic_level::<N>(model).is_some() {
@@ -148,11 +150,12 @@ impl<const ROOM: usize, N: Loops> Track<ROOM, N> {
             let [energy, fine, way, direction] = pass;
             [energy, fine, way, direction, fine]
         };
+        // Discard a pass above the level, and adjust the curvature estimate.
         let potential = body.terms.potential(energy, points.at, body.contacts);
         let pass = Pass { at: points.at, residual: points.residual, energy, potential };
         if self.going && discards(body.terms, body.level, &pass) {
             self.going = false;
-            // Behind a tool's push the point says less of how stiff the body is.
+            // After a tool push the pass says less about the stiffness.
             match self.last == Last::Pushed && body.terms.touch.get().is_some() {
                 true => self.guess.judge_pushed(),
                 false => self.guess.judge(true),
@@ -160,6 +163,7 @@ impl<const ROOM: usize, N: Loops> Track<ROOM, N> {
             body.terms.states.restore(&body.awake.set, model.slice_count());
             return true;
         }
+        // Choose the step, certify the level and update the points.
         self.going = true;
         let coarse = body.coarse.filter(|_| !body.awake.set.is_empty(model.slice_count()));
         let step =
@@ -180,6 +184,7 @@ impl<const ROOM: usize, N: Loops> Track<ROOM, N> {
             body.awake.wake_neighbours(model, &moved.slices, has_moved);
             moved.beyond
         };
+        // Beyond K: return to the point of this pass.
         self.restore_held(body);
         if !beyond {
             return false;
@@ -190,8 +195,8 @@ impl<const ROOM: usize, N: Loops> Track<ROOM, N> {
         true
     }
 
-    /// How far to go, with the coarse part of the direction left in the room; `sums` are r . r / W,
-    /// r . s, r . `z_last` and r . (own part of the direction).
+    /// Chooses the step, and leaves the coarse part of the direction in the coarse memory; `sums` are r . r /
+    /// W, r . s, r . `z_last` and r . (local part of the direction).
     #[inline(always)]
     fn choose(
         &mut self,
@@ -201,6 +206,7 @@ impl<const ROOM: usize, N: Loops> Track<ROOM, N> {
         (room, coarse, touch): (&mut [Eight], Option<Coarse>, Option<&CoarseTouch>),
     ) -> Chosen {
         let (model, rs) = (terms.model, way.hi);
+        // An elastic level: the direction has no certificate.
         if coarse.is_some() && elastic_level::<N>(model).is_some() {
             let corrections = match coarse {
                 Some(Coarse::Corrected(held)) if held > 0 => self.corrections(),
@@ -212,7 +218,7 @@ impl<const ROOM: usize, N: Loops> Track<ROOM, N> {
             if !is_finite {
                 room.fill([0.0; LANES]);
             }
-            // A body at rest tells nothing of how stiff it is; asleep it makes no such pass.
+            // A body at rest gives no information on its stiffness; asleep it makes no such pass.
             if fine.hi > 0.0 {
                 match terms.touch.get() {
                     Some(_) => self.guess.fall_back(),
@@ -229,20 +235,21 @@ impl<const ROOM: usize, N: Loops> Track<ROOM, N> {
             let certain = decrease(fine, TwoFloat::ZERO);
             return Chosen { certain, factors, is_coarse: rz > 0.0 };
         }
+        // A coarse level of links, or none: the direction is certified.
         let coarse = match coarse {
             Some(coarse) if coarse_basis::<N>(model).is_some() => {
                 N::coarse(terms, residual, room, coarse)
             }
             _ => TwoFloat::ZERO,
         };
-        // A product that is not finite bounds no move: such a move is left out.
+        // A product that is not finite bounds no step: that part is left out.
         let coarse = if coarse.hi.is_finite() { coarse } else { TwoFloat::ZERO };
         let products = Products { rz: fine.plus(coarse).hi, rs, rz_last: direction.hi };
         let factors = self.last.choose(products, BOUNDED, PUSHED);
         Chosen { certain: decrease(fine, coarse), factors, is_coarse: coarse.hi > 0.0 }
     }
 
-    /// Puts the held cells back where the tool has them, in all arrays.
+    /// Restores the held cells to the tool's displacement, in all arrays.
     fn restore_held(&mut self, body: &mut Body<'_, '_, N>) {
         body.restore_held();
         for contact in body.held {
@@ -253,8 +260,8 @@ impl<const ROOM: usize, N: Loops> Track<ROOM, N> {
         }
     }
 
-    /// Some cell went beyond K: back to the point of this pass, whose energy was found to be
-    /// within the level, and on with a step that saturates.
+    /// Some cell went beyond K: returns to the point of this pass, whose energy is within the level; the next
+    /// step saturates.
     fn stay(&mut self, body: &mut Body<'_, '_, N>) {
         let cells = body.state.len();
         if let Some((_, before)) = body.own.split_at_checked(cells) {
@@ -263,12 +270,13 @@ impl<const ROOM: usize, N: Loops> Track<ROOM, N> {
         self.saturated = true;
     }
 
-    /// A plain step from the published point, saturating.
+    /// A plain step from the published point, with saturation.
     fn plain(&mut self, body: &mut Body<'_, '_, N>) {
         let model = body.terms.model;
         let k = N::from_single(model.saturation());
         body.awake.wake_all(model);
         body.awake.postpone_sleep();
+        // Energy and residual at the outputs.
         let energy = body.terms.saturated_residual(
             &body.awake.set,
             body.state,
@@ -283,6 +291,7 @@ impl<const ROOM: usize, N: Loops> Track<ROOM, N> {
             let moved = add(v, scale(N::from_single(mobility), r.xyz()));
             sub(moved, scale(leak, sub(v, output(v, k))))
         };
+        // Update the cells, and sum the certain decrease of the energy.
         let mut falls = N::Sum::default();
         let (mut highest, still) = (N::ZERO, [N::ZERO; 3]);
         let cells =
@@ -291,7 +300,7 @@ impl<const ROOM: usize, N: Loops> Track<ROOM, N> {
             if mobility > 0.0 {
                 let to = next(v.xyz(), r, mobility);
                 if r.xyz() != still {
-                    // r . D - W |D|^2 / 2, D the clamped move.
+                    // r . D - W |D|^2 / 2, D the clamped displacement.
                     let way = sub(output(to, k), output(v.xyz(), k));
                     let half = scale(N::from_single(0.5 / mobility), way);
                     falls.add(cell % LANES, N::inner(way, sub(r.xyz(), half)));
@@ -307,32 +316,32 @@ impl<const ROOM: usize, N: Loops> Track<ROOM, N> {
     }
 }
 
-/// What a pass leads to.
+/// The step after a pass.
 struct Chosen {
-    /// What the published point is certified to lower the energy by.
+    /// Certified decrease of the energy at the published point.
     certain: TwoFloat,
     /// alpha and beta.
     factors: [f32; 2],
-    /// Whether the direction has a coarse part, which stands in the room.
+    /// True if the direction has a coarse part, stored in the coarse memory.
     is_coarse: bool,
 }
 
-/// The elastic level of a model, where the number type uses it.
+/// The elastic level of a model, if the number type uses it.
 #[inline(always)]
 fn elastic_level<'m, N: Loops>(model: &Model<'m>) -> Option<ElasticLevel<'m>> {
     coarse_basis::<N>(model)?.elastic()
 }
 
-/// Room for the rounding of a sum of products: what of it is sure.
+/// Margin for the rounding of a sum of products: the certain share of it.
 const SURE: f32 = 1.0 - 1.0 / 512.0;
 
-/// What of a fall is sure.
+/// The certain part of a decrease.
 fn sure(fall: TwoFloat) -> TwoFloat {
     let fall = if fall.hi > 0.0 { SURE * fall.hi } else { fall.hi / SURE };
     fall.into()
 }
 
-/// What a step with these two inner products is certified to lower the energy by.
+/// Certified decrease of the energy for a step with these two inner products.
 fn decrease(fine: TwoFloat, coarse: TwoFloat) -> TwoFloat {
     let fine = if fine.hi > 0.0 { fine.hi } else { 0.0 };
     if coarse.hi > 0.0 {

@@ -1,5 +1,4 @@
-//! What the device is given: the tissue's answer behind coupling, passivity control, clamp, ramp and slew
-//! limit.
+//! The device's output: the tissue's answer after coupling, passivity control, clamp, ramp and slew limit.
 
 use nalgebra::Vector3;
 
@@ -18,12 +17,13 @@ const OFF_SAID: f32 = 0.5;
 const SHARE_MIN: f32 = 0.01;
 
 impl Stage {
-    /// What the device is given for what the tissue has answered to [`Self::sample`].
+    /// Returns the device's output for the tissue's answer to [`Self::sample`].
     ///
-    /// Energy, work, stiffness and contacts are the tissue's. To a late answer
-    /// ([`Flags::LATE`]) the device is given the force that it has. After a bad sample, and without one
-    /// since the last answer, it is that of [`Self::missed`], with the tissue's flags.
+    /// Energy, work, stiffness and contacts are the tissue's. After a late answer ([`Flags::LATE`]) the
+    /// device keeps the force that it has. After a bad sample, or without a sample since the last answer, the
+    /// force is that of [`Self::missed`], with the tissue's flags.
     pub fn output(&mut self, tissue: &TickOutput) -> TickOutput {
+        // A bad answer, or one without the stiffness that the stage needs, takes the force away.
         let (mut answer, is_sound) = finite::checked(tissue);
         (self.energy_j, self.contacts) = (answer.energy_j, answer.contacts);
         let is_known = is_sound && !self.is_blind(&answer);
@@ -32,6 +32,7 @@ impl Stage {
             self.asked = Asked::NONE;
             self.ramp.fall();
         }
+        // Without a good sample the stage is silent.
         if !self.is_good {
             answer.flags.insert(Flags::BAD_SAMPLE);
             self.observe(&answer);
@@ -41,6 +42,7 @@ impl Stage {
         if self.begins {
             self.ramp.fall();
         }
+        // Update the coupling and the energy ledger.
         let force: [f32; 3] = answer.force_n.into();
         self.proxy.feel(
             force,
@@ -49,7 +51,7 @@ impl Stage {
         );
         self.observe(&answer);
         if self.engaged && !is_safe {
-            // The force of a late answer is an old one: what is given stays.
+            // A late answer's force is old: keep the present one.
             if !answer.flags.contains(Flags::LATE) {
                 let force = self.before_control(&answer);
                 self.asked = self.controlled(&answer, force);
@@ -59,6 +61,7 @@ impl Stage {
             self.asked = Asked::NONE;
             self.ramp.fall();
         }
+        // Apply the limits and mark the safe state.
         (self.begins, self.is_good, self.ticks) = (false, false, 1);
         self.give(&mut answer);
         if is_safe {
@@ -67,8 +70,9 @@ impl Stage {
         answer
     }
 
-    /// Whether the tissue is under a current: coupling and passivity control go by a stiffness that it
-    /// does not tell. Cells that are held by position have a stiffness wherever they make a force.
+    /// Returns true if coupling or passivity control need a stiffness that the answer does not report: the
+    /// tissue is under a current. Cells that are held by position report a stiffness whenever they make a
+    /// force.
     fn is_blind(&self, answer: &TickOutput) -> bool {
         let goes_by_position =
             self.settings.coupling.is_some() || self.settings.passivity.is_some();
@@ -76,12 +80,13 @@ impl Stage {
         goes_by_position && answer.contacts > 0 && !is_stiff && answer.force_n != Vector3::zeros()
     }
 
-    /// A step of the ramp: down where L is overdrawn, the delay too long for a stage without a coupling,
-    /// or the hand has not paid; none where the hand would get more than it has put in.
+    /// Advances the ramp by a tick. Down if the sampling ledger is at its limit, the delay too long without a
+    /// coupling, or the hand owes energy. Hold if the force would return more than the hand put in.
     fn go_on_ramp(&mut self, answer: &mut TickOutput) {
         if self.settings.passivity.is_none() {
             return self.ramp.up();
         }
+        // Rate of going down, 0 to 1.
         let push = dot(self.asked.force, self.observer.rate());
         let cannot_hold = if self.delay.is_long() {
             self.settings.coupling.is_none()
@@ -93,6 +98,7 @@ impl Stage {
         let unpaid = unpaid::goes_down(ledger, self.is_early, (self.given, most_n));
         let fast = if cannot_hold && unpaid < 0.5 { 0.5 } else { unpaid };
         let is_less = fast > 0.0 && self.ramp.back_off(fast);
+        // Up if the hand owes nothing and has energy left for the push.
         if !is_less && !unpaid::waits(&self.observer) {
             if unpaid::is_in_debt(&self.observer) {
                 return self.ramp.creep_up();
@@ -101,12 +107,13 @@ impl Stage {
                 return self.ramp.up();
             }
         }
+        // Neither: report the withheld force.
         if self.ramp.share() < unpaid::SHARE_SAID {
             answer.flags.insert(Flags::FORCE_WITHHELD);
         }
     }
 
-    /// The last force, or what the watchdog leaves of it.
+    /// The last force, or less of it once the watchdog has expired.
     pub(super) fn silent(&mut self, mut answer: TickOutput) -> TickOutput {
         self.ticks = self.ticks.saturating_add(1);
         if self.watchdog.miss(self.settings.watchdog_ticks) {
@@ -115,7 +122,7 @@ impl Stage {
             answer.flags.insert(Flags::STALE);
         }
         if !self.engaged {
-            // The answer to its release may have got lost.
+            // The answer to the release may be lost.
             self.asked = Asked::NONE;
             self.ramp.fall();
         }
@@ -126,7 +133,7 @@ impl Stage {
         answer
     }
 
-    /// The safe state is there once the force is.
+    /// Sets [`Flags::SAFE_STATE`] only once the force is 0.
     fn mark_safe(&self, answer: &mut TickOutput) {
         answer.flags.0 &= !Flags::SAFE_STATE.0;
         if self.given == [0.0; 3] {
@@ -134,9 +141,10 @@ impl Stage {
         }
     }
 
-    /// Books what the tool has done and what the coupling stores.
+    /// Books the tool's motion and the energy that the coupling stores.
     fn observe(&mut self, answer: &TickOutput) {
         let Some(passivity) = &self.settings.passivity else { return };
+        // Note the phase of the press and the force at the counted position.
         let is_free = self.ramp.share() == 1.0 && answer.force_n == Vector3::zeros();
         self.is_early = self.ramp.share() == 0.0 || (self.is_early && !is_free);
         let at = self.observer.at();
@@ -147,6 +155,7 @@ impl Stage {
             }
             None => (answer.force_n.into(), 0.0),
         };
+        // Start the ledger, resume it after missing ticks, or book this tick.
         if self.begins && self.is_good {
             self.controller = Controller::NEW;
             self.observer.begin(shown);
@@ -160,12 +169,12 @@ impl Stage {
         self.has_gap &= !self.is_good;
     }
 
-    /// Time of the last motion \[s\].
+    /// Duration of the last motion \[s\].
     fn time_s(&self) -> f32 {
         f32::from(self.took) * self.settings.tick_s
     }
 
-    /// The force that the coupling shows, or the tissue's \[N\].
+    /// The coupling's force, or without one the tissue's \[N\].
     fn before_control(&self, answer: &TickOutput) -> [f32; 3] {
         match &self.coupling() {
             Some(coupling) => self.proxy.force(coupling, self.time_s(), self.device, self.dx),
@@ -173,7 +182,7 @@ impl Stage {
         }
     }
 
-    /// What passivity control leaves of a force.
+    /// The force after passivity control.
     fn controlled(&mut self, answer: &TickOutput, force: [f32; 3]) -> Asked {
         if self.settings.passivity.is_none() {
             return Asked::all_of(force);
@@ -184,9 +193,10 @@ impl Stage {
         self.controller.control(&self.observer, self.settings.tick_s, &self.delay, limits, force)
     }
 
-    /// Clamp, share, slew limit; notes what the device gets, and what of it counts for the
-    /// observer: the force before clamp and ramp, and the slew's lag.
+    /// Applies clamp, ramp and slew limit. Notes the given force, and for the observer the force before clamp
+    /// and ramp with the slew limit's lag.
     fn give(&mut self, answer: &mut TickOutput) {
+        // Clamp, and take off the part that the hand has no claim to.
         self.limit.rise(self.settings.max_force_n, self.settings.ramp_ticks);
         let share = self.ramp.share();
         let Asked { force, off } = self.asked;
@@ -198,18 +208,20 @@ impl Stage {
             answer.flags.insert(Flags::FORCE_WITHHELD);
         }
         let (asked, _) = clamped(sub(asked, off), self.most_n());
-        // From +0.0: -0.0 becomes +0.0.
+        // Starting from +0.0 turns -0.0 into +0.0.
         let target = on_ramp([0.0; 3], asked, share);
         let most = self.settings.max_slew_n_per_s * self.settings.tick_s;
         let mut given = slew_limited(self.given, target, most);
+        // A force that is not finite becomes 0 and the safe state.
         if !given.iter().all(|x| x.is_finite()) {
             (self.asked, given) = (Asked::NONE, [0.0; 3]);
             answer.flags.insert(Flags::SAFE_STATE);
         }
         self.given = given;
+        // Note the force for the ledgers.
         if self.settings.passivity.is_some() {
             let mut counts = sub(force, off);
-            // Where next to nothing is given there is nothing to tell.
+            // At a small ramp share the slew lag is ignored.
             if share > SHARE_MIN {
                 counts = add(counts, scale(1.0 / share, sub(given, target)));
             }

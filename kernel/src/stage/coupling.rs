@@ -1,23 +1,22 @@
 //! Virtual coupling: the tissue's tool is a massless proxy on a spring and a damper.
 //!
-//! The proxy p hangs on the device x by `k_c` and `b_c`; with the tissue it has the joint energy
-//! E(p) + `k_c` |x - p|^2 / 2. Each tick takes one damped step of its gradient,
+//! The proxy p is connected to the device x by `k_c` and `b_c`; together with the tissue it has the energy
+//! E(p) + `k_c` |x - p|^2 / 2. Each tick takes one damped step along its gradient,
 //!
 //! ```text
 //! (b_c / h + k_c + k_t / theta) dp = k_c (x - p) + F + (b_c / h) dx
 //! ```
 //!
-//! with F the tissue's force in the last tick and `k_t` the largest bound of its stiffness within a
-//! tick that it has told in this contact. E curves upwards by at most `k_t`, so for theta <= 2 and
-//! a device at rest no step raises the joint energy, however stiff the tissue is against the
-//! coupling; the plain p = x + F / `k_c` diverges where it is stiffer. Before a probe touches, the
-//! tissue tells no stiffness: its first step into it is the device's own. Out of contact `k_t`
-//! fades, for a step may take the proxy out of a stiff tissue for a tick or two; on the way out it
-//! counts for nothing. So in free air p = x, and nothing is shown. Shown to the device is `k_c` (p
-//! - x) + `b_c` (dp - dx) / h: at rest exactly F, and never stiffer than the coupling.
+//! F is the tissue's force in the last tick and `k_t` the largest bound of the stiffness within a tick that
+//! it reported in this contact. E curves upwards by at most `k_t`, so for theta <= 2 and a device at rest no
+//! step raises the joint energy, however stiff the tissue is against the coupling; the plain p = x + F /
+//! `k_c` diverges where it is stiffer. Before a probe touches, the tissue reports no stiffness: the first
+//! step into it is the device's. Out of contact `k_t` fades, since a step may take the proxy out of a stiff
+//! tissue for a tick or two; on the way out it is ignored. So in free air p = x, and no force is shown. The
+//! device shows `k_c` (p - x) + `b_c` (dp - dx) / h: at rest exactly F, and never stiffer than the coupling.
 //!
-//! Where the tissue has cut the tool's motion short (flag 1), the proxy does not go on that way:
-//! it stays within one step of where the tool is.
+//! If the tissue has cut the tool's motion short (flag 1), the proxy does not continue in that direction: it
+//! stays within one step of the tool.
 //!
 //! Source: J. E. Colgate, M. C. Stanley, J. M. Brown, Issues in the haptic display of tool use
 //! (1995); R. J. Adams, B. Hannaford, Stable haptic interaction with virtual environments (1999).
@@ -29,24 +28,24 @@ use crate::stage::settings::Coupling;
 /// Share of the largest step that cannot raise the joint energy: 2 is the bound, 1 the safest.
 const THETA: f32 = 1.5;
 
-/// What is left of a stiffness after a tick without contact. At once forgotten, a proxy that a
-/// stiff tissue has pushed out by a step would plunge into it again.
+/// Share of the stiffness kept after a tick without contact. Without it, a proxy that a stiff tissue has
+/// pushed out by a step would plunge into it again.
 const FORGOTTEN: f32 = 1.0 - 1.0 / 16.0;
 
 /// The proxy.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Proxy {
-    /// Where the tool is \[m\].
+    /// Position of the tool \[m\].
     at: [f32; 3],
-    /// Its motion in this tick, and its last one that was not zero \[m\].
+    /// Motion in this tick, and the last motion that was not zero \[m\].
     moved: [f32; 3],
     way: [f32; 3],
-    /// What the tissue said in the last tick, and the last that was not zero \[N\].
+    /// The tissue's force in the last tick, and the last one that was not zero \[N\].
     force: [f32; 3],
     out: [f32; 3],
-    /// The largest bound of its stiffness in this contact, fading out of contact \[N/m\].
+    /// The largest bound of the tissue's stiffness in this contact, fading out of contact \[N/m\].
     stiffness: f32,
-    /// Whether the tissue cut the last motion short.
+    /// True if the tissue cut the last motion short.
     is_cut: bool,
 }
 
@@ -80,7 +79,7 @@ impl Proxy {
         self.at
     }
 
-    /// Notes what the tissue has answered.
+    /// Notes the tissue's answer.
     pub(super) fn feel(&mut self, force: [f32; 3], stiffness: f32, is_cut: bool) {
         (self.force, self.is_cut) = (force, is_cut);
         if force != [0.0; 3] {
@@ -93,16 +92,17 @@ impl Proxy {
         }
     }
 
-    /// One step, the device being at `device` after a motion of `dx`; `tick_s` is h.
+    /// Takes one step; the device is at `device` after a motion of `dx`, and `tick_s` is h.
     pub(super) fn step(&mut self, of: &Coupling, tick_s: f32, device: [f32; 3], dx: [f32; 3]) {
         let damping = of.damping_n_s_per_m / tick_s;
         let spring = scale(of.stiffness_n_per_m, sub(device, self.at));
         let acting = add(add(spring, self.force), scale(damping, dx));
-        // On its way out of a tissue that it has left there is nothing to be careful of.
+        // On its way out of a tissue that it has left, no stiffness limits the step.
         let leaves = self.force == [0.0; 3] && dot(acting, self.out) > 0.0;
         let tissue = if leaves { 0.0 } else { self.stiffness / THETA };
         let against = damping + of.stiffness_n_per_m + tissue;
         let step = scale(1.0 / against, acting);
+        // Do not continue in a direction that the tissue has cut short.
         let goes_on = self.is_cut && dot(step, self.way) > 0.0;
         let to = if goes_on { self.at } else { add(self.at, step) };
         self.moved = sub(to, self.at);
@@ -112,7 +112,7 @@ impl Proxy {
         self.at = to;
     }
 
-    /// What the coupling exerts on the device, `time_s` after the last sample \[N\].
+    /// Force of the coupling on the device, `time_s` after the last sample \[N\].
     pub(super) fn force(
         &self,
         of: &Coupling,
@@ -124,7 +124,7 @@ impl Proxy {
         add(spring, scale(of.damping_n_s_per_m / time_s, sub(self.moved, dx)))
     }
 
-    /// What the coupling's spring stores with the device at `device` \[J\].
+    /// Energy in the coupling's spring with the device at `device` \[J\].
     pub(super) fn stored(&self, of: &Coupling, device: [f32; 3]) -> f32 {
         let apart = sub(self.at, device);
         0.5 * of.stiffness_n_per_m * dot(apart, apart)

@@ -1,51 +1,51 @@
-//! Delay: how old the force is that the device shows, and what stiffness may be shown with it.
+//! Delay: age of the force that the device shows, and the stiffness that may be shown with it.
 //!
-//! A device that takes d ticks of length h to push with an answer and holds it for one more makes
-//! energy out of a spring k: with `x_i` its motions in a tick,
+//! A device that applies a force d ticks of length h late and holds it for one more generates energy from a
+//! spring k: with `x_i` the motion in tick i,
 //!
 //! ```text
 //! k sum over i of x_i (x_i / 2 + x_{i-1} + ... + x_{i-d})  <=  k (1/2 + d) sum of x_i^2
 //! ```
 //!
-//! by the inequality of Cauchy and Schwarz, whatever the motion is. Its own damping b takes at least
-//! b / h times the sum of `x_i^2`. So up to
+//! by the inequality of Cauchy and Schwarz, for any motion. The device's damping b dissipates at least b / h
+//! times the sum of `x_i^2`. So up to
 //!
 //! ```text
 //! k = 2 b / ((1 + 2 d) h)
 //! ```
 //!
-//! nothing is made, with no control at all. From [`BOUND`] ticks on the coupling is a spring of
-//! [`SHARE`] of that at most: what is left pays for the encoder's counts. Up to [`FREE`] ticks the
-//! controller makes up for the delay, and the coupling is what the settings say. In between the
-//! compliance goes from the one to the other.
+//! no energy is generated, even without control. From [`BOUND`] ticks on the coupling is a spring of at most
+//! [`SHARE`] of that; the rest covers the encoder's quantisation. Up to [`FREE`] ticks the controller
+//! compensates the delay, and the coupling is that of the settings. In between the compliance is
+//! interpolated.
 //!
-//! A delay that is measured counts by its mean over some [`MEMORY`] ticks: the sum is linear in it, and
-//! one late answer is no reason to show less.
+//! A measured delay counts by its mean over about [`MEMORY`] ticks: the sum is linear in it, and one late
+//! answer is no reason to show less stiffness.
 //!
 //! Source: J. E. Colgate, G. Schenkel, Passivity of a class of sampled-data systems (1997).
 
 use super::settings::{Coupling, DELAY_MAX};
 use crate::number::kept::kept;
 
-/// Share of the largest stiffness that is passive by itself.
+/// Share of the passive stiffness that the coupling may show.
 const SHARE: f32 = 0.65;
 /// Ticks over which a measured delay is averaged.
 const MEMORY: f32 = 256.0;
 /// Largest delay that is taken from a measurement \[ticks\].
 pub const DELAY_TICKS_MAX: u16 = 1000;
-/// Delay up to which the coupling is what the settings say \[ticks\].
+/// Delay up to which the coupling is that of the settings \[ticks\].
 const FREE: f32 = 1.0;
-/// Delay from which on it is bounded \[ticks\].
+/// Delay from which on the coupling is bounded \[ticks\].
 const BOUND: f32 = 1.25;
 
-/// The largest stiffness that a device of the damping `damping_n_s_per_m` can show without making
+/// The largest stiffness that a device with the damping `damping_n_s_per_m` can show without generating
 /// energy, with `delay_ticks` of `tick_s` between an answer and its force \[N/m\].
 #[must_use]
 pub fn passive_stiffness_n_per_m(damping_n_s_per_m: f32, delay_ticks: f32, tick_s: f32) -> f32 {
     2.0 * damping_n_s_per_m / ((1.0 + 2.0 * delay_ticks) * tick_s)
 }
 
-/// The delay, as it was told or as it was lately.
+/// The delay, from the settings or as a running mean.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Delay {
     ticks: f32,
@@ -58,7 +58,7 @@ impl Delay {
         Self { ticks: ticks.into() }
     }
 
-    /// An answer takes so many ticks.
+    /// Adds a measured delay to the mean.
     pub(super) fn hear(&mut self, ticks: f32) {
         self.ticks += (ticks - self.ticks) / MEMORY;
     }
@@ -68,18 +68,18 @@ impl Delay {
         self.ticks
     }
 
-    /// The mean in whole ticks, at most [`DELAY_MAX`]: forces that are on their way.
+    /// The mean in whole ticks, at most [`DELAY_MAX`]: the number of forces on their way.
     pub(super) fn whole(&self) -> usize {
         let ticks = self.ticks + 0.5;
         if ticks > f32::from(DELAY_MAX) { DELAY_MAX.into() } else { ticks as usize }
     }
 
-    /// Whether it is too long for a controller to make up for.
+    /// Returns true if the delay is too long for a controller to compensate.
     pub(super) fn is_long(&self) -> bool {
         self.ticks >= BOUND
     }
 
-    /// The coupling that may be shown by a device of the damping `damping`.
+    /// The coupling that a device with the damping `damping` may show at this delay.
     pub(super) fn admits(&self, of: &Coupling, damping: f32, tick_s: f32) -> Coupling {
         if self.ticks <= FREE {
             return *of;

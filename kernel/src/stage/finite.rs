@@ -1,7 +1,7 @@
-//! The finite check: what may enter the stage at all.
+//! Finite check of samples and answers.
 //!
-//! Numbers that no device and no tissue can mean are bad too, so that no square and no product of
-//! the stage ever leaves the range of single precision.
+//! Values beyond any physical range are bad too, so that no square or product in the stage overflows single
+//! precision.
 
 use crate::tick::pose::ToolPose;
 use crate::tick::sample::{Flags, TickOutput};
@@ -11,17 +11,17 @@ const REACH_M: f32 = 1.0e3;
 /// Largest coordinate of a force, a stiffness or a work, in SI units.
 const MOST: f32 = 1.0e9;
 
-/// Whether the stage may act on a sample.
+/// Returns true if the stage may use a sample.
 pub(super) fn is_good(sample: &ToolPose) -> bool {
     sample.is_good() && sample.position_m.iter().all(|x| x.abs() <= REACH_M)
 }
 
-/// The sample as the tissue gets it: one that is bad here is bad there.
+/// Marks a sample that is bad for the stage as bad for the tissue.
 pub(super) fn made_bad(sample: &ToolPose) -> ToolPose {
     ToolPose { engaged: u32::MAX, ..*sample }
 }
 
-/// What of a tissue's answer the stage may act on, and whether that is all of it.
+/// The part of a tissue's answer that the stage may use, and true if that is all of it.
 pub(super) fn checked(tissue: &TickOutput) -> (TickOutput, bool) {
     let TickOutput { force_n, energy_j, work_j, stiffness_n_per_m, contacts, sweeps, flags } =
         *tissue;

@@ -1,14 +1,14 @@
-//! The tissue's own force limit, for what a coupling shows too: a lower one holds at once, a raised one
-//! comes into force step by step.
+//! The tissue's force limit, applied to the coupling's force too: a lower limit holds at once, a higher one
+//! takes effect step by step.
 
 use crate::number::kept::kept;
 
-/// A limit, and what of it is in force.
+/// A limit: its target and its present value.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Limit {
-    /// Where it goes \[N\].
+    /// Target \[N\].
     to_n: f32,
-    /// What is in force \[N\].
+    /// Present value \[N\].
     now_n: f32,
 }
 
@@ -17,7 +17,7 @@ kept!(Limit { to_n: f32, now_n: f32 });
 impl Limit {
     pub(super) const NONE: Self = Self { to_n: f32::INFINITY, now_n: f32::INFINITY };
 
-    /// Another limit. What is not above 0 admits no force.
+    /// Sets another limit; one that is not above 0 admits no force.
     pub(super) fn set(&mut self, max_force_n: f32) {
         self.to_n = if max_force_n > 0.0 { max_force_n } else { 0.0 };
         if self.to_n < self.now_n {
@@ -25,14 +25,14 @@ impl Limit {
         }
     }
 
-    /// A tick of a rise by the device's largest force within `ticks`.
+    /// Raises the present limit by a tick's share of a rise by the device's largest force within `ticks`.
     pub(super) fn rise(&mut self, device_n: f32, ticks: u16) {
         let raised = self.now_n + device_n / f32::from(ticks.max(1));
         let is_there = raised >= self.to_n || raised >= device_n;
         self.now_n = if is_there { self.to_n } else { raised };
     }
 
-    /// The largest force of a device \[N\].
+    /// The largest force now, of a device with the limit `device_n` \[N\].
     pub(super) fn of(&self, device_n: f32) -> f32 {
         if self.now_n < device_n { self.now_n } else { device_n }
     }

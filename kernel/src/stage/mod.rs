@@ -1,55 +1,53 @@
-//! The output stage: what stands between a tissue's answer and a hand.
+//! The output stage: processes the tissue's force before a haptic device shows it to a hand.
 //!
-//! Optional stages in a fixed order, one file each; an absent one is a branch:
+//! The parts are optional and run in a fixed order, one file each; a part that is absent costs a branch:
 //!
-//! 1. finite check: a bad sample is no sample, a bad answer is no force (always there); a pose that no
-//!    hand can have reached since the last one is a bad sample too (`max_speed_m_per_s`);
-//! 2. virtual coupling: the tool is a proxy on a spring;
-//! 3. passivity observer and controller, on what the hand pays and is given;
+//! 1. finite check, always present: a bad sample counts as no sample, a bad answer as no force. A pose that
+//!    no hand can reach from the last one is a bad sample too (`max_speed_m_per_s`);
+//! 2. virtual coupling: the tool in the tissue is a proxy on a spring;
+//! 3. passivity observer and controller: they compare the energy from the hand with the energy to it;
 //! 4. magnitude clamp;
 //! 5. ramp after engaging and after a silence;
 //! 6. watchdog: without samples the last force holds for a while, then falls;
 //! 7. slew limit.
 //!
-//! The slew limit is the last, so that it bounds the step between any two forces that the device is
-//! given, whatever happens: also on release, on a bad answer and in a silence, where the force goes
-//! to zero by steps of that size. Without a slew limit it goes there at once.
+//! The slew limit comes last, so it bounds the step between any two forces that the device receives: also on
+//! release, on a bad answer and in a silence, where the force goes to zero in steps of that size. Without a
+//! slew limit the force goes to zero at once.
 //!
 //! A firmware that does not use the stage links none of it.
 //!
-//! | part | field of [`StageSettings`] | what it is for |
+//! | part | field of [`StageSettings`] | purpose |
 //! |---|---|---|
-//! | coupling | `coupling` | the device never feels more stiffness than it can show |
-//! | passivity | `passivity` | takes out the energy that sampling and holding make |
-//! | reach | `max_speed_m_per_s` | a pose that is wrong, though finite, makes no force |
+//! | coupling | `coupling` | the device never shows more stiffness than it can |
+//! | passivity | `passivity` | removes the energy that sampling and holding generate |
+//! | reach | `max_speed_m_per_s` | a finite but wrong pose makes no force |
 //! | clamp | `max_force_n` | no force above the device's largest; the direction stays |
 //! | ramp | `ramp_ticks` | the force rises from 0 after engaging and after a silence |
 //! | watchdog | `watchdog_ticks` | without samples the force falls to 0 |
 //! | slew limit | `max_slew_n_per_s` | largest change of the force from tick to tick |
 //!
-//! [`StageSettings::for_device`] sets all of them for the Touch, Premium, Falcon, omega and
-//! sigma.7; [`StageSettings::NONE`] sets none. The stage is a function of the samples and answers
-//! alone, so a recorded session replays to the same forces. It works with held cells and with a
-//! probe. Under a current the tissue tells no stiffness: a stage with coupling or passivity control
-//! gives no force there, in the safe state.
+//! [`StageSettings::for_device`] sets all of them for the Touch, Premium, Falcon, omega and sigma.7;
+//! [`StageSettings::NONE`] sets none. The stage depends on samples and answers alone, so a recorded session
+//! replays to the same forces. It works with held cells and with a probe. Under a current the tissue reports
+//! no stiffness: there a stage with coupling or passivity control gives no force and is in the safe state.
 //!
-//! **What it does not do.** Passivity is tested in closed loop with models of five handles and of
-//! soft and stiff hands (`tests/README.md`), not proven. Known, on models with links of 5000 N/m
-//! and more:
+//! **Limits.** Passivity is tested in closed loop with models of five handles and of soft and stiff hands
+//! (`tests/README.md`), not proven. Known on models with links of 5000 N/m and more:
 //!
-//! - In a soft hand on stiff tissue the force hums by up to two counts of the encoder, 0.02 to
-//!   0.08 N. A handle of 50 g in a loose hand hums with couplings above 1000 N/m.
-//! - A press begun within the ramp, or a tool that engages inside the tissue, gives the hand up to 3 and
-//!   8 mJ that it did not put in. Then the force is let go (flag 1024), and comes back as slowly as
-//!   0.2 mW allow: in a stiff hand on stiff links within half a minute. Outside of the tissue it is
-//!   forgotten within a second or two.
-//! - A force at the clamp takes the 10 ms of the slew limit to go.
-//! - Without a coupling, on a contact of 10 kN/m and more, the controller cannot make up for the
-//!   delay. With a ramp the force is let go (flag 1024) and comes back, again and again: keep the
-//!   coupling.
-//! - A hand that lets go deep in the tissue gets back what it put in.
-//! - With [`Passivity::delay_ticks`] of 2 and more the coupling is a soft spring ([`passive_stiffness_n_per_m`]).
-//! - Where the tissue lets a tool go no deeper (flag 1), the hand feels the coupling's spring alone.
+//! - In a soft hand on stiff tissue the force hums by up to two encoder counts, 0.02 to 0.08 N. A handle of
+//!   50 g in a loose hand hums with couplings above 1000 N/m.
+//! - A press that begins during the ramp returns up to 3 mJ more than the hand put in; a tool that engages
+//!   inside the tissue up to 8 mJ. Then the force is withheld (flag 1024) and returns as slowly as 0.2 mW
+//!   allow: in a stiff hand on stiff links within half a minute. Outside the tissue the debt fades within a
+//!   second or two.
+//! - A force at the clamp takes the 10 ms of the slew limit to fall to zero.
+//! - Without a coupling, on a contact of 10 kN/m and more, the controller cannot compensate the delay. With a
+//!   ramp the force is withheld (flag 1024) and returns, again and again: keep the coupling.
+//! - A hand that lets go deep in the tissue gets back the energy that it put in.
+//! - With [`Passivity::delay_ticks`] of 2 and more the coupling is a soft spring
+//!   ([`passive_stiffness_n_per_m`]).
+//! - Where the tissue cuts the tool's motion short (flag 1), the hand feels only the coupling's spring.
 //!
 //! A firmware's tick:
 //!
@@ -112,12 +110,12 @@ use observer::Observer;
 use ramp::Ramp;
 use watchdog::Watchdog;
 
-/// The output stage of one device: [`Self::sample`], the tissue's tick, [`Self::output`]; or
-/// [`Self::missed`] alone.
+/// The output stage of one device. Each tick calls [`Self::sample`], the tissue's tick and [`Self::output`],
+/// or [`Self::missed`] alone.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stage {
     settings: StageSettings,
-    /// The tissue's own limit, see [`Self::limit_force`].
+    /// The tissue's force limit, see [`Self::limit_force`].
     limit: Limit,
     proxy: Proxy,
     observer: Observer,
@@ -129,23 +127,23 @@ pub struct Stage {
     /// The device's last good position and its last motion \[m\].
     device: [f32; 3],
     dx: [f32; 3],
-    /// Whether the tool is engaged, as of the last good sample, and in this tick for the first
-    /// time.
+    /// `engaged`: the tool is engaged, as of the last good sample. `begins`: it engaged with this sample, or
+    /// no answer has come since it did.
     engaged: bool,
     begins: bool,
-    /// Whether a good sample waits for its answer.
+    /// True while a good sample has no answer yet.
     is_good: bool,
-    /// Whether ticks are missing in the ledger.
+    /// True if ticks are missing in the energy ledger.
     has_gap: bool,
-    /// Whether the tool has not been out of the tissue since the ramp was at its foot.
+    /// True from the foot of the ramp until the tool is out of contact at the full ramp.
     is_early: bool,
-    /// Ticks since the last good sample, and those that its motion took.
+    /// Ticks since the last good sample, and ticks that its motion took.
     ticks: u16,
     took: u16,
-    /// The force before ramp and limits, and the last one given \[N\].
+    /// The force before ramp and limits, and the last force that the device received \[N\].
     asked: Asked,
     given: [f32; 3],
-    /// What the tissue last said.
+    /// Energy and contacts in the tissue's last answer.
     energy_j: f32,
     contacts: u32,
 }
@@ -207,7 +205,7 @@ impl Stage {
         })
     }
 
-    /// Goes on as another stage stood, within the limits of this one.
+    /// Takes over `other`'s state, clamped to this stage's limits.
     pub(crate) fn go_on_as(&mut self, other: Self) {
         let most = self.settings.max_force_n;
         let is_within = sqrt(dot(other.given, other.given)) <= finite_number(most);
@@ -223,14 +221,14 @@ impl Stage {
         &self.settings
     }
 
-    /// An answer takes so many ticks from its sample to the device's pushing with it, as it was
-    /// measured: counts above [`DELAY_TICKS_MAX`] are taken as that. Called before [`Self::sample`]. What is shown
-    /// follows the mean of the last 256 or so.
+    /// Reports a measured delay: the ticks from a sample until the device applies the force computed for it,
+    /// clamped to [`DELAY_TICKS_MAX`]. Call it before [`Self::sample`]. The stage uses a running mean over
+    /// about 256 ticks.
     pub fn delayed(&mut self, ticks: u16) {
         self.delay.hear(ticks.min(DELAY_TICKS_MAX).into());
     }
 
-    /// The coupling in force: that of the settings, or what the delay admits of it.
+    /// The coupling in use: that of the settings, softened if the delay requires it.
     #[must_use]
     pub fn coupling(&self) -> Option<Coupling> {
         let of = self.settings.coupling.as_ref()?;
@@ -238,22 +236,23 @@ impl Stage {
         Some(self.delay.admits(of, passivity.device_damping_n_s_per_m, self.settings.tick_s))
     }
 
-    /// The ramp's share of the force, 0 to 1: for a torque that belongs to it.
+    /// The ramp's share of the force, 0 to 1. Scale a torque that belongs to the force by it.
     #[must_use]
     pub fn share(&self) -> f32 {
         self.ramp.share()
     }
 
-    /// What the tissue is given for what the device has measured: the tool behind the coupling.
+    /// Returns the tool pose for the tissue, the proxy of the coupling, from the device's pose.
     ///
     /// A sample that is bad here (not good, or a coordinate beyond 1 km) is bad for the tissue too.
     pub fn sample(&mut self, device: &ToolPose) -> ToolPose {
-        // The answer to the last one has not come.
+        // The last sample got no answer.
         self.has_gap |= self.is_good;
         self.is_good = finite::is_good(device);
         if !self.is_good {
             return finite::made_bad(device);
         }
+        // Reject a pose out of reach of a hand; a device that is elsewhere counts as released.
         let position: [f32; 3] = device.position_m.into();
         let reach_m = self.settings.max_speed_m_per_s * self.settings.tick_s;
         let ticks = f32::from(self.ticks.max(1));
@@ -268,7 +267,8 @@ impl Stage {
             self.ramp.fall();
             self.observer.lost_sight();
         }
-        // Until an answer has come: the first one may get lost.
+        // Stays set until an answer comes: the first one may be lost.
+        // Note the motion, for the ledger and the coupling.
         self.begins = engaged && (self.begins || !self.engaged);
         self.engaged = engaged;
         self.dx = if self.begins { [0.0; 3] } else { sub(position, self.device) };
@@ -277,12 +277,13 @@ impl Stage {
         if self.settings.passivity.is_some() {
             self.observer.see(position, self.took);
         }
+        // Step the proxy, or put it at the device when the tool is not engaged.
         let held = engaged.into();
         let Some(coupling) = &self.coupling() else {
             return ToolPose { engaged: held, ..*device };
         };
         if engaged && !self.begins {
-            // As if no tick were missing: where the tissue is does not depend on silences.
+            // Steps as if no tick were missing: the tissue's position does not depend on silences.
             self.proxy.step(coupling, self.settings.tick_s, position, self.dx);
         } else {
             self.proxy.follow(position);
@@ -290,28 +291,28 @@ impl Stage {
         ToolPose { position_m: self.proxy.at().into(), engaged: held, ..*device }
     }
 
-    /// So many samples in front of the next one got lost: the hand has had the time of them too. Called
-    /// before [`Self::sample`].
+    /// Reports that `ticks` samples before the next one were lost, so the hand had that much more time to
+    /// move. Call it before [`Self::sample`].
     pub fn skipped(&mut self, ticks: u16) {
         self.ticks = self.ticks.max(1).saturating_add(ticks);
     }
 
-    /// No force is above this from here on, besides the device's largest: for
-    /// [`Settings::max_force_n`](crate::Settings::max_force_n), which shortens the tissue's force alone
-    /// while a coupling shows its own. A lower one holds at once, within the slew limit; up to a higher one
-    /// the force may grow by the device's largest within [`StageSettings::ramp_ticks`] \[N\].
+    /// Limits the force from now on, in addition to the device's largest force. It serves
+    /// [`Settings::max_force_n`](crate::Settings::max_force_n), which limits only the tissue's force, not the
+    /// coupling's. A lower limit holds at once, within the slew limit; towards a higher one the limit rises
+    /// by the device's largest force per [`StageSettings::ramp_ticks`] \[N\].
     pub fn limit_force(&mut self, max_force_n: f32) {
         self.limit.set(max_force_n);
     }
 
-    /// The largest force \[N\].
+    /// The largest force now \[N\].
     fn most_n(&self) -> f32 {
         self.limit.of(self.settings.max_force_n)
     }
 
-    /// The device did not feel what was computed: the process around let its force fall, or gave none.
-    /// The ledger books no force for it, the ramp begins anew, and the next pose is taken wherever it is.
-    /// Called before [`Self::sample`].
+    /// Reports that the device did not apply the computed force, because the calling process lowered it or
+    /// gave none. The ledger books no force for it, the ramp starts anew, and the next pose is accepted at
+    /// any place. Call it before [`Self::sample`].
     pub fn restart_ramp(&mut self) {
         self.has_gap = true;
         self.ramp.fall();
@@ -320,11 +321,11 @@ impl Stage {
         self.observer.felt_nothing();
     }
 
-    /// What the device is given in a tick without a sample; the tissue has no tick then. Flags
-    /// [`STALE`](crate::Flags::STALE) once the watchdog lets the force fall, [`SAFE_STATE`](crate::Flags::SAFE_STATE)
-    /// once it is 0.
+    /// Returns the device's output in a tick without a sample; the tissue has no tick then. Sets
+    /// [`STALE`](crate::Flags::STALE) once the watchdog lowers the force,
+    /// [`SAFE_STATE`](crate::Flags::SAFE_STATE) once it is 0.
     pub fn missed(&mut self) -> TickOutput {
-        // The answer to the last sample has not come; one that comes late is no longer on time.
+        // The last sample got no answer; one that comes now is late.
         self.has_gap |= self.is_good;
         let (energy_j, contacts) = (self.energy_j, self.contacts);
         self.silent(TickOutput { energy_j, contacts, ..TickOutput::NONE })

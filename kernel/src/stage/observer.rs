@@ -1,41 +1,39 @@
-//! Passivity observer: what the hand has put in, against what stands on the other side.
+//! Passivity observer: energy in from the hand against energy stored and lost.
 //!
-//! The device holds a force F until the next one, so the hand's work on the port in a tick is
-//! -F . dx, whatever it does in between. Three sums are kept while the tool is engaged:
+//! The device holds a force F until the next one, so the hand's work on the port in a tick is -F . dx,
+//! whatever it does in between. While the tool is engaged the observer keeps three sums:
 //!
 //! ```text
-//! S = sum of -F . dx                                  F = what the device was given
-//! H = sum of -F . dx + b |dx|^2 / h                   less what the handle's damping has taken
+//! S = sum of -F . dx                                  F = the force given to the device
+//! H = sum of -F . dx + b |dx|^2 / h                   plus the loss in the device's damping
 //! L = sum of (M - G) . dx + b |dx|^2 / h              G = the same as F, see below
 //! ```
 //!
-//! M = the mean of what is to be shown before and after dx, what a device without ticks would push
-//! with; b = the damping that the device has for sure. S < 0: the device gave more than it
-//! ever got. H < 0: the hand has got more than it ever gave. L < 0: sampling and holding have made energy out of nothing, k v^2 h^2 / 2 in each tick of
-//! a spring k, three times that with a tick of delay (Colgate's b > k h / 2). What the tissue does
-//! with its work counts neither way: one that gives way, or that takes up cells which the hand did not
-//! pay for, makes no debt. G is the force before ramp and clamp, whose doing is not sampling's, less the
-//! slew limit's lag, which makes energy too. L is for a delay of up to a tick; for a longer one see
-//! [`delay`](super::delay). L is kept within
-//! [-[`DEBT_MAX_J`], [`SURPLUS_MAX_J`]], so that a long quiet time pays for no later swing; S and H at
-//! most [`SURPLUS_MAX_J`] above what tissue and coupling store, so that what the tissue has lost is
-//! no credit. A debt fades within [`FADE_S`]: counts hide a little of every tick, which
-//! adds up in a long hold, and the controller would answer it with the encoder's noise. Of H, by which
-//! a force is withheld ([`unpaid`](super::unpaid)), at most [`FADES_W`] fade in a press that began
-//! within the ramp.
+//! M is the mean of the forces to show before and after dx, the force of a device with continuous time; b is
+//! the least damping of the device. S < 0: the device returned more energy than it received. H < 0: the hand
+//! received more energy than it put in. L < 0: sampling and holding generated energy, k v^2 h^2 / 2 in each
+//! tick of a spring k, and three times that with a delay of a tick (Colgate's b > k h / 2). The energy that
+//! the tissue loses or gains counts neither way: a tissue that gives way, or that captures cells for which
+//! the hand did no work, makes no debt. G is the force before ramp and clamp, whose energy is not sampling's,
+//! less the slew limit's lag, which generates energy too. L holds for a delay of up to a tick; for longer
+//! delays see [`delay`](super::delay). L stays within [-[`DEBT_MAX_J`], [`SURPLUS_MAX_J`]], so that a long
+//! rest gives no credit for a later oscillation. S and H stay at most [`SURPLUS_MAX_J`] above the energy that
+//! tissue and coupling store, so that energy lost in the tissue is no credit. A debt fades within [`FADE_S`]:
+//! quantisation hides a little energy in every tick, which adds up in a long hold, and the controller would
+//! respond to it with encoder noise. Of H, which withholds a force ([`unpaid`](super::unpaid)), at most
+//! [`FADES_W`] fade in a press that began inside the ramp.
 //!
-//! Where ticks are missing in the ledger (an answer was lost, or a silence in which the force
-//! fell), L begins anew, S and H stay, but for what the device gave if it held its last force on the way
-//! that the hand went meanwhile.
+//! If ticks are missing in the ledger (an answer was lost, or the force fell in a silence), L starts anew. S
+//! and H stay, less the work of the device if it held its last force along the hand's motion meanwhile.
 //!
-//! **Quantised positions.** A count q of an encoder that comes after m ticks was a slow motion, not
-//! a jump in the last one: the device has just crossed the border of two counts and is, at a motion
-//! of r = q / m a tick, on average r / 2 beyond it. Motions of r >= q a tick are anywhere in their
-//! count. So the position that counts lags what was measured by (q - r) / 2, never below 0, along
-//! the motion; noise of one count moves it little. b |dx|^2 / (m h) is the least dissipation of
-//! such a motion, and a coupling's force is taken at that position. q = the smallest step that the device has shown
-//! so far: right for encoders along the axes; of joints' encoders it takes too small a one, and the
-//! controller then sees slow motions as jumps.
+//! **Quantised positions.** An encoder count q that arrives after m ticks was a slow motion, not a jump in
+//! the last tick: the device has just crossed the border between two counts and is, at a motion of r = q / m
+//! per tick, on average r / 2 beyond it. With r >= q per tick the device is anywhere in its count. So the
+//! counted position lags the measured one by (q - r) / 2, never below 0, along the motion; noise of one count
+//! moves it little. b |dx|^2 / (m h) is the least dissipation of such a motion, and the coupling's force is
+//! evaluated at that position. q is the smallest step that the device has shown so far. That is right for
+//! encoders along the axes; for joint encoders it is too small, and the controller then takes slow motions
+//! for jumps.
 //!
 //! Source: B. Hannaford, J.-H. Ryu, Time-domain passivity control of haptic interfaces (2002);
 //! J. E. Colgate, G. Schenkel, Passivity of a class of sampled-data systems (1997); quantisation:
@@ -54,29 +52,29 @@ pub(super) const SURPLUS_MAX_J: f32 = 2.0e-6;
 pub(super) const DEBT_MAX_J: f32 = 1.0e-3;
 /// Time in which a debt fades to 1/e \[s\].
 const FADE_S: f32 = 1.0;
-/// Most of H's debt that fades in a press that began within the ramp \[W\].
+/// Largest fading of H's debt in a press that began inside the ramp \[W\].
 const FADES_W: f32 = 2.0e-4;
 /// Largest step that is taken for a count \[m\].
 const COUNT_MAX_M: f32 = 1.0e-4;
 
-/// Ticks without a count after which the device stands still.
+/// Ticks without a count after which the device is at rest.
 const STILL_TICKS: u16 = 1000;
 
 /// Forces on their way to the device, the last one first \[N\].
 type Forces<const N: usize> = [[f32; 3]; N];
-/// As many as may be on their way, and the one that acts.
+/// The largest number of forces on their way, and the acting one.
 const WAY: usize = DELAY_MAX as usize + 1;
 
 /// The observer of one port.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Observer {
-    /// The position as it was measured, as it counts, and the smallest step \[m\].
+    /// The measured position, the counted position and the smallest step \[m\].
     measured: Option<[f32; 3]>,
     at: [f32; 3],
     count: f32,
-    /// Ticks since each coordinate has changed.
+    /// Ticks since the last change of each coordinate.
     still: [u16; 3],
-    /// Motion in this tick, the ticks that it took, and the motion a tick \[m\].
+    /// Motion in this tick, the ticks that it took, and the motion per tick \[m\].
     dx: [f32; 3],
     took: u16,
     rate: [f32; 3],
@@ -86,7 +84,7 @@ pub(super) struct Observer {
     hand: TwoFloat,
     sampling: TwoFloat,
     shown: [f32; 3],
-    /// The last force before ticks in which the device was not given what was computed \[N\].
+    /// The last force before ticks in which the device did not receive the computed force \[N\].
     held: [f32; 3],
 }
 
@@ -125,12 +123,13 @@ impl Observer {
         held: [0.0; 3],
     };
 
-    /// A sample of the device's position, `ticks` after the last one.
+    /// Notes a sample of the device's position, `ticks` after the last one.
     pub(super) fn see(&mut self, position: [f32; 3], ticks: u16) {
         let Some(measured) = self.measured.replace(position) else {
             self.at = position;
             return;
         };
+        // The smallest step seen is the encoder's count.
         let steps = sub(position, measured);
         for step in steps {
             let step = step.abs();
@@ -138,6 +137,7 @@ impl Observer {
                 self.count = step;
             }
         }
+        // Move the counted position, which lags the measured one.
         let before = self.at;
         let axes = self.at.iter_mut().zip(&mut self.still).zip(position).zip(steps);
         for (((at, still), x), step) in axes {
@@ -151,6 +151,7 @@ impl Observer {
             *at = if step > 0.0 { x - behind } else { x + behind };
             *still = 1;
         }
+        // Estimate the motion per tick.
         self.dx = sub(self.at, before);
         if self.took >= STILL_TICKS {
             self.rate = [0.0; 3];
@@ -160,7 +161,7 @@ impl Observer {
             self.rate = scale(1.0 / ticks, self.dx);
             return;
         }
-        // Without a count for so long it cannot be faster than this.
+        // After this many ticks without a count the motion cannot be faster than this.
         let most = self.count / ticks;
         let fast = sqrt(dot(self.rate, self.rate));
         if fast > most {
@@ -168,16 +169,16 @@ impl Observer {
         }
     }
 
-    /// The tool takes hold: a ledger begins, `shown` being the spring's force \[N\].
+    /// Starts the ledger as the tool engages, `shown` being the spring's force \[N\].
     pub(super) fn begin(&mut self, shown: [f32; 3]) {
         (self.port, self.hand) = (TwoFloat::ZERO, TwoFloat::ZERO);
         (self.sampling, self.shown) = (TwoFloat::ZERO, shown);
-        // What was given still acts.
+        // The given forces still act.
         (self.asked, self.held) = ([[0.0; 3]; 2], [0.0; 3]);
     }
 
-    /// Ticks are missing: L begins anew, `shown` being the spring's force \[N\]. Where the hand went the
-    /// way of the last force, the device may have held that all the way.
+    /// Resumes after missing ticks: L starts anew, `shown` being the spring's force \[N\]. If the hand moved
+    /// along the last force, the device may have held it all the way.
     pub(super) fn resume(&mut self, shown: [f32; 3]) {
         (self.sampling, self.shown) = (TwoFloat::ZERO, shown);
         let paid = -dot(self.held, self.dx);
@@ -187,9 +188,8 @@ impl Observer {
         self.held = [0.0; 3];
     }
 
-    /// Books a tick after which the spring's force is `shown` \[N\], and tissue and coupling store at
-    /// most `level` \[J\]; the press is `early` where it began within the ramp; `tick_s` is the time of a
-    /// tick.
+    /// Books a tick after which the spring's force is `shown` \[N\] and tissue and coupling store at most
+    /// `level` \[J\]; `early`: the press began inside the ramp; `tick_s` is the duration of a tick.
     pub(super) fn book(
         &mut self,
         of: &Passivity,
@@ -201,13 +201,16 @@ impl Observer {
         let given = self.given.get(under_way).copied().unwrap_or_default();
         let asked = if under_way == 0 { self.asked[0] } else { self.asked[1] };
         let (dx, fade) = (self.dx, tick_s / FADE_S);
+        // S: the work at the port.
         let (paid, most) = (-dot(given, dx), level + SURPLUS_MAX_J);
         let whole = Limits { most, debt: DEBT_MAX_J, fade, fades: f32::INFINITY };
         self.port = whole.kept(self.port.plus(paid.into()));
+        // H: plus the loss in the device's damping.
         let lost = of.device_damping_n_s_per_m * dot(dx, dx) / (f32::from(self.took) * tick_s);
         let fades = if early { FADES_W * tick_s } else { f32::INFINITY };
         self.hand = Limits { debt: f32::INFINITY, fades, ..whole }
             .kept(self.hand.plus((paid + lost).into()));
+        // L: the difference to a device with continuous time.
         let ideal = scale(0.5, add(self.shown, shown));
         let gained = lost - dot(sub(asked, ideal), dx);
         self.sampling =
@@ -215,7 +218,7 @@ impl Observer {
         self.shown = shown;
     }
 
-    /// What the device was asked for and given in this tick.
+    /// Notes the force asked for and the force given in this tick.
     pub(super) fn give(&mut self, asked: [f32; 3], given: [f32; 3]) {
         self.asked = [asked, self.asked[0]];
         let mut newer = given;
@@ -226,7 +229,7 @@ impl Observer {
         self.dx = [0.0; 3];
     }
 
-    /// Nobody saw on which way the hand went: the device may have held the last force all the way.
+    /// Notes that the hand's path is unknown: the device may have held the last force all the way.
     pub(super) fn lost_sight(&mut self) {
         let [last, ..] = self.given;
         if last != [0.0; 3] {
@@ -234,28 +237,28 @@ impl Observer {
         }
     }
 
-    /// The device has none of the forces that were on their way, though it may have held the last one.
+    /// Drops the forces on their way, which the device never applies; it may have held the last one.
     pub(super) fn felt_nothing(&mut self) {
         self.lost_sight();
         (self.given, self.asked) = ([[0.0; 3]; WAY], [[0.0; 3]; 2]);
     }
 
-    /// Where the device is \[m\].
+    /// Counted position of the device \[m\].
     pub(super) fn at(&self) -> [f32; 3] {
         self.at
     }
 
-    /// Smallest step of its position \[m\].
+    /// Smallest step of the position \[m\].
     pub(super) fn count(&self) -> f32 {
         self.count
     }
 
-    /// Its motion a tick, as it was lately \[m\].
+    /// Recent motion per tick \[m\].
     pub(super) fn rate(&self) -> [f32; 3] {
         self.rate
     }
 
-    /// Whether L is at its largest debt: the controller cannot make up for what is going on.
+    /// Returns true if L is at its largest debt: the controller cannot compensate the generated energy.
     pub(super) fn is_overdrawn(&self) -> bool {
         self.sampling.hi <= -DEBT_MAX_J
     }
@@ -270,26 +273,26 @@ impl Observer {
         self.sampling.hi
     }
 
-    /// What the hand may still get back, S less what is on its way at the present motion, at least
-    /// 0 \[J\].
+    /// Energy that the hand may still get back: S less the work of the forces on their way at the present
+    /// motion, at least 0 \[J\].
     pub(super) fn reserve_j(&self, delay: &Delay) -> f32 {
         let reserve = self.port.hi - self.coming_j(delay, self.rate);
         if reserve > 0.0 { reserve } else { 0.0 }
     }
 
-    /// The work on the hand of what is on its way, at a motion of `rate` a tick \[J\].
+    /// Work that the forces on their way do on the hand at a motion of `rate` per tick \[J\].
     pub(super) fn coming_j(&self, delay: &Delay, rate: [f32; 3]) -> f32 {
         let under_way = self.given.iter().take(delay.whole());
         under_way.fold(0.0, |sum, force| sum + dot(*force, rate))
     }
 }
 
-/// What a ledger is kept within.
+/// Bounds of a ledger.
 struct Limits {
     /// Largest surplus and largest debt \[J\].
     most: f32,
     debt: f32,
-    /// Share of a debt that fades in a tick, and the most of it \[J\].
+    /// Share of a debt that fades per tick, and its upper bound \[J\].
     fade: f32,
     fades: f32,
 }

@@ -1,25 +1,25 @@
-//! Ramp: the share of the force that is given, from 0 to 1 and back in steps of a tick.
+//! Ramp: the share of the force that the device receives. It goes from 0 to 1 and back in a step per tick.
 
 use crate::number::cell::{add, scale, sub};
 use crate::number::kept::kept;
 
-/// The share of a ramp, 0 to 1, after so much of its length, in ticks or in any unit of time. A
-/// ramp of length 0 is at its end.
+/// The share of a ramp, 0 to 1, after `done` of its `length`, in ticks or any unit of time. A ramp of length
+/// 0 is complete.
 #[must_use]
 pub fn ramp_share(done: f32, length: f32) -> f32 {
     if done >= length { 1.0 } else { done / length }
 }
 
-/// What a share of a ramp from one force to another gives \[N\].
+/// Interpolates between two forces by a ramp's share \[N\].
 #[must_use]
 pub fn on_ramp(from_n: [f32; 3], to_n: [f32; 3], share: f32) -> [f32; 3] {
     add(from_n, scale(share, sub(to_n, from_n)))
 }
 
-/// Where the ramp stands.
+/// State of the ramp.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Ramp {
-    /// Steps taken of `of`.
+    /// Steps taken, of `of`.
     taken: u16,
     of: u16,
     /// Ticks until the next step of a slow rise.
@@ -28,16 +28,16 @@ pub(super) struct Ramp {
 
 kept!(Ramp { taken: u16, of: u16, rest: u16 });
 
-/// How much slower a slow rise is.
+/// Factor by which a slow rise is slower.
 const SLOWER: u16 = 12;
 
 impl Ramp {
-    /// At the bottom of a ramp of so many ticks; 0 for one that goes up and down at once.
+    /// A ramp of `ticks` ticks at its bottom; with 0 it goes up and down at once.
     pub(super) const fn new(ticks: u16) -> Self {
         Self { taken: 0, of: if ticks == 0 { 1 } else { ticks }, rest: 0 }
     }
 
-    /// As it stands, on a ramp of the length of this one.
+    /// Takes over the state of `of` on a ramp of this one's length.
     pub(super) fn along(self, of: Self) -> Self {
         Self { taken: of.taken.min(self.of), of: self.of, rest: of.rest.min(SLOWER) }
     }
@@ -50,7 +50,7 @@ impl Ramp {
         self.taken = self.taken.saturating_add(1).min(self.of);
     }
 
-    /// Up by a step in [`SLOWER`] calls: a hand's swing dies away meanwhile.
+    /// Goes up a step every [`SLOWER`] calls, so that the hand's oscillation decays meanwhile.
     pub(super) fn creep_up(&mut self) {
         if self.rest == 0 {
             self.up();
@@ -63,8 +63,8 @@ impl Ramp {
         self.taken = self.taken.saturating_sub(1);
     }
 
-    /// Down by a step and the share `fast`, 0 to 1, of an eighth; false without a ramp, which stays as it
-    /// is.
+    /// Goes down by a step plus `fast` (0 to 1) times an eighth of the ramp. Without a ramp it does nothing
+    /// and returns false.
     pub(super) fn back_off(&mut self, fast: f32) -> bool {
         let is_ramp = self.of > 1;
         if is_ramp {
@@ -74,7 +74,7 @@ impl Ramp {
         is_ramp
     }
 
-    /// The share, 0 to 1.
+    /// The ramp's share, 0 to 1.
     pub(super) fn share(&self) -> f32 {
         ramp_share(self.taken.into(), self.of.into())
     }

@@ -1,42 +1,42 @@
-//! Reach: whether a hand can have come from the last pose to this one.
+//! Reach: rejects poses that a hand cannot reach from the last one.
 //!
-//! A pose that is wrong, though finite (an exponent bit, a sentinel, another unit in one message), lies
-//! farther from the last good one than a hand goes in the time between them. While the tool is engaged
-//! such a pose is a bad sample. One that comes back to where a hand can be is good again at once.
+//! A finite but wrong pose (a flipped exponent bit, a sentinel, another unit in one message) is farther from
+//! the last good pose than a hand moves in the time between them. While the tool is engaged, such a pose is a
+//! bad sample. A pose that is back within reach is good again at once.
 //!
-//! Where [`AGREEING`] poses in a row are nearer to each other than to the last good one, the device
-//! really is elsewhere: another frame, another place after a failure of the sensor. The tool then counts
-//! as released for one sample and takes hold anew where it is, so that its force rises from 0.
+//! If [`AGREEING`] poses in a row are nearer to each other than to the last good one, the device really is
+//! elsewhere: in another frame, or at another place after a sensor failure. The tool then counts as released
+//! for one sample and engages anew at its place, so that its force rises from 0.
 
 use crate::number::cell::{dot, sub};
 use crate::number::kept::kept;
 
-/// Samples in a row that agree with each other from which on they are believed: longer than the ten
-/// bad samples after which the tissue is in its safe state, and than the watchdog of a device.
+/// After this many consecutive samples that agree with each other they are accepted. Longer than the ten bad
+/// samples after which the tissue is in its safe state, and than a device's watchdog.
 const AGREEING: u16 = 50;
 
-/// What a pose is.
+/// Verdict on a pose.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Pose {
-    /// A hand can have gone there.
+    /// Within reach of a hand.
     Good,
-    /// A hand can have gone there since the last good one, but not in a tick: nobody saw on which way.
+    /// Within reach since the last good pose, but not in one tick: the path between is unknown.
     Unseen,
     /// A bad sample.
     Bad,
-    /// The device is elsewhere: a release at this place.
+    /// The device is elsewhere: counts as a release at this place.
     Elsewhere,
 }
 
-/// The judge of the poses of one tool. Costs some ten operations a pose.
+/// Checks the poses of one tool. Costs about ten operations per pose.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reach {
-    /// The last good position, and the last one of all \[m\].
+    /// The last good position, and the last position of all \[m\].
     good: [f32; 3],
     last: [f32; 3],
-    /// Poses in a row that are out of reach and agree.
+    /// Consecutive poses that are out of reach and agree.
     agreeing: u16,
-    /// Whether the last good pose was an engaged one.
+    /// True if the last good pose was engaged.
     engaged: bool,
 }
 
@@ -46,15 +46,17 @@ impl Reach {
     /// No pose has come yet.
     pub const NEW: Self = Self { good: [0.0; 3], last: [0.0; 3], agreeing: 0, engaged: false };
 
-    /// Judges a finite pose, a hand going at most `reach_m` in a tick \[m\] and `ticks` having passed since
-    /// the last good one; an infinite reach admits all.
+    /// Judges a finite pose: a hand moves at most `reach_m` per tick \[m\], and `ticks` have passed since the
+    /// last good pose. An infinite reach accepts all.
     pub fn judge(&mut self, position: [f32; 3], engaged: bool, reach_m: f32, ticks: f32) -> Pose {
+        // Squared distances from the last good pose and from the last pose of all.
         let [way, step] = [self.good, self.last].map(|from| sub(position, from));
         let [way, step] = [dot(way, way), dot(step, step)];
         self.last = position;
-        // Squares that are beyond the numbers are out of reach.
+        // A square that overflows is out of reach.
         let is_within = |reach_m: f32| way <= reach_m * reach_m || reach_m == f32::INFINITY;
         let is_seen = !engaged || !self.engaged || is_within(reach_m);
+        // Out of reach, or next to rejected poses: bad until enough of them agree.
         if engaged && self.engaged && !(is_seen && self.agreeing == 0) {
             let agrees = self.agreeing > 0 && step < way;
             if !is_within(reach_m * ticks) || agrees {
@@ -70,7 +72,7 @@ impl Reach {
         if is_seen { Pose::Good } else { Pose::Unseen }
     }
 
-    /// The next pose is taken wherever it is: nobody knows how long ago the last one was.
+    /// Accepts the next pose at any place: the time since the last one is unknown.
     pub fn forget(&mut self) {
         (self.engaged, self.agreeing) = (false, 0);
     }
@@ -81,7 +83,7 @@ mod tests {
     use super::Pose::{Bad, Elsewhere, Good, Unseen};
     use super::*;
 
-    /// What becomes of engaged poses on a line, a reach of 5 mm apart.
+    /// Verdicts on engaged poses on a line, with a reach of 5 mm per tick.
     fn judged(x_m: &[f32]) -> std::vec::Vec<Pose> {
         let mut reach = Reach::NEW;
         let mut ticks = 1.0;

@@ -1,11 +1,11 @@
-//! What the output stage does, checked once.
+//! Settings of the output stage, and their check.
 
 use crate::tick::choice::choices;
 
 /// Largest ramp or watchdog \[ticks\].
 pub const TICKS_MAX: u16 = 60_000;
 
-/// Largest delay of a device's force \[ticks\].
+/// Largest delay of a device's force that the settings accept \[ticks\].
 pub const DELAY_MAX: u8 = 16;
 
 /// Range of a tick's time \[s\].
@@ -15,7 +15,7 @@ pub const COUPLING_MIN: f32 = 1.0;
 /// Largest stiffness of a coupling \[N/m\], and largest damping \[N s/m\].
 pub const COUPLING_MAX: f32 = 1.0e6;
 
-/// Largest speed of a hand: the fastest strokes of arms are below it [m/s].
+/// Largest speed of a hand; the fastest arm strokes are slower [m/s].
 pub const HAND_SPEED_MAX_M_PER_S: f32 = 5.0;
 
 /// A spring and damper between the device and the tool in the tissue.
@@ -27,18 +27,17 @@ pub struct Coupling {
     pub damping_n_s_per_m: f32,
 }
 
-/// What the passivity observer may count on.
+/// Assumptions of the passivity observer about the device.
 ///
-/// Where the controller cannot make up for what is going on, the force is let go along the ramp:
-/// that takes [`StageSettings::ramp_ticks`] of 2 or more.
+/// If the controller cannot compensate the generated energy, the force is lowered along the ramp. That needs
+/// [`StageSettings::ramp_ticks`] of 2 or more.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Passivity {
-    /// Damping that the device's own mechanics have for sure, 0 to [`COUPLING_MAX`] [N s/m].
+    /// Damping that the device's mechanics have at least, 0 to [`COUPLING_MAX`] [N s/m].
     pub device_damping_n_s_per_m: f32,
-    /// Ticks between an answer and the device's pushing with it, at most [`DELAY_MAX`]: 0 where the
-    /// force of a tick acts from that tick's sample to the next, 1 where it acts a tick later. From 2
-    /// on the coupling shows at most 0.65 of
-    /// [`passive_stiffness_n_per_m`](super::passive_stiffness_n_per_m).
+    /// Ticks between an answer and the device's force, at most [`DELAY_MAX`]: 0 if the force of a tick acts
+    /// from that tick's sample to the next, 1 if it acts a tick later. From 2 on the coupling shows at most
+    /// 0.65 of [`passive_stiffness_n_per_m`](super::passive_stiffness_n_per_m).
     pub delay_ticks: u8,
 }
 
@@ -70,7 +69,7 @@ impl Device {
         }
     }
 
-    /// Largest stiffness that it can show \[N/m\].
+    /// Largest stiffness that the device can show \[N/m\].
     #[must_use]
     pub const fn max_stiffness_n_per_m(self) -> f32 {
         match self {
@@ -82,8 +81,8 @@ impl Device {
         }
     }
 
-    /// Stiffness of the default coupling: that of the device, or the most at which the controller
-    /// keeps a handle of its mass quiet in a loose hand, for all its encoder's counts \[N/m\].
+    /// Stiffness of the default coupling: the device's, or the most at which the controller keeps a handle of
+    /// its mass quiet in a loose hand, despite the encoder's quantisation \[N/m\].
     #[must_use]
     pub const fn coupling_n_per_m(self) -> f32 {
         match self {
@@ -93,8 +92,8 @@ impl Device {
         }
     }
 
-    /// Damping of the default coupling: what keeps a soft hand from swinging on it, where the
-    /// encoder's counts are fine enough to be damped [N s/m].
+    /// Damping of the default coupling, which keeps a soft hand from oscillating; 0 where the encoder's
+    /// counts are too coarse to be damped [N s/m].
     #[must_use]
     pub const fn coupling_n_s_per_m(self) -> f32 {
         match self {
@@ -104,7 +103,7 @@ impl Device {
     }
 }
 
-/// The stages between a tissue and a device; each may be absent.
+/// Settings of the output stage; each part may be absent.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StageSettings {
     /// Time of a tick, within [`TICK_S`] \[s\].
@@ -117,8 +116,8 @@ pub struct StageSettings {
     pub max_slew_n_per_s: f32,
     /// Largest force, infinite for none \[N\].
     pub max_force_n: f32,
-    /// Largest speed of the hand, infinite for none: an engaged pose farther from the last one than this
-    /// admits is a bad sample [m/s].
+    /// Largest speed of the hand, infinite for none: an engaged pose that is farther from the last one than
+    /// this allows is a bad sample [m/s].
     pub max_speed_m_per_s: f32,
     /// Ticks in which the force rises to its full value after engaging and after a silence, and in
     /// which it falls to zero when samples stop; 0 for none.
@@ -128,7 +127,7 @@ pub struct StageSettings {
 }
 
 impl StageSettings {
-    /// Every stage absent but the finite check, at 1 kHz.
+    /// Only the finite check, at 1 kHz.
     pub const NONE: Self = Self {
         tick_s: 1.0e-3,
         coupling: None,
@@ -140,10 +139,9 @@ impl StageSettings {
         watchdog_ticks: 0,
     };
 
-    /// Every stage, for a device at 1 kHz whose force acts a tick late:
-    /// [`Device::coupling_n_per_m`] and [`Device::coupling_n_s_per_m`], 0.5 N s/m of damping of its
-    /// own, full force in 10 ms, hands of up to [`HAND_SPEED_MAX_M_PER_S`], a ramp of 100 ms, silence
-    /// for 20 ms.
+    /// All parts, for a device at 1 kHz whose force acts a tick late: [`Device::coupling_n_per_m`] and
+    /// [`Device::coupling_n_s_per_m`], 0.5 N s/m of mechanical damping, full force in 10 ms, hand speeds up
+    /// to [`HAND_SPEED_MAX_M_PER_S`], a ramp of 100 ms, and a watchdog of 20 ms.
     #[must_use]
     pub const fn for_device(device: Device) -> Self {
         Self {
@@ -161,10 +159,10 @@ impl StageSettings {
         }
     }
 
-    /// Whether every setting is in its range.
+    /// Checks the range of every setting.
     ///
     /// # Errors
-    /// The first that is not.
+    /// The first setting that is out of range.
     pub fn check(&self) -> Result<(), StageError> {
         let above_0 = |x: f32| x > 0.0;
         let damping = |x: f32| (0.0..=COUPLING_MAX).contains(&x);
@@ -196,7 +194,7 @@ impl StageSettings {
     }
 }
 
-/// Which setting of a stage is out of range.
+/// The setting of a stage that is out of range.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum StageError {
     /// The time of a tick is not within [`TICK_S`].

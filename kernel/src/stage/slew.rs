@@ -1,11 +1,10 @@
-//! Slew limit: how far a force may be from the one before.
+//! Slew limit: bounds the change of the force per tick.
 
 use crate::number::cell::{add, dot, scale, sub};
 use crate::number::clamp::ROUND_DOWN;
 use crate::number::sqrt::sqrt;
 
-/// `force_n` moved towards `target_n` by at most `most_n`, within the rounding of its coordinates
-/// \[N\].
+/// Moves `force_n` towards `target_n` by at most `most_n`, within the rounding of its coordinates \[N\].
 #[must_use]
 pub fn slew_limited(force_n: [f32; 3], target_n: [f32; 3], most_n: f32) -> [f32; 3] {
     let way = sub(target_n, force_n);

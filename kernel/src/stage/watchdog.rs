@@ -1,4 +1,4 @@
-//! Watchdog: how long the device has been silent.
+//! Watchdog: counts the ticks without a sample.
 
 use crate::number::kept::kept;
 
@@ -13,13 +13,13 @@ kept!(Watchdog { silent: u32 });
 impl Watchdog {
     pub(super) const NEW: Self = Self { silent: 0 };
 
-    /// A sample has come.
+    /// Notes a sample.
     pub(super) fn hear(&mut self) {
         self.silent = 0;
     }
 
-    /// A tick without a sample. Returns whether the force is to fall: after more than `ticks` such
-    /// ticks in a row, and never where `ticks` is 0.
+    /// Notes a tick without a sample. Returns true if the force has to fall: after more than `ticks` such
+    /// ticks in a row, and never if `ticks` is 0.
     pub(super) fn miss(&mut self, ticks: u16) -> bool {
         self.silent = self.silent.saturating_add(1);
         ticks > 0 && self.silent > u32::from(ticks)

@@ -7,33 +7,32 @@
 //! C dP_i/dt = sum of w mu (P_j - P_i) + I
 //! ```
 //!
-//! I = the tool's displacement since it took hold, a unit of network time; the same at each contact
-//! cell. It is a load, not a place: the cells go where r + I = 0, a stiffer body goes less far, and
-//! one that nothing fixes drifts (up to K). As a force it is 2 `k_ref` I on each contact cell [N],
-//! with I in metres a unit of network time; at equilibrium the links pull back as much.
+//! I is the tool's displacement since it engaged, per unit of network time, the same at each contact cell. It
+//! is a load, not a position: the cells settle at r + I = 0, a stiffer body moves less, and a body without
+//! fixed cells drifts (up to K). As a force it is 2 `k_ref` I on each contact cell [N], with I in metres per
+//! unit of network time; at equilibrium the links pull back by the same force.
 //!
-//! **The guard.** What falls is E - W, with W = sum of I . (`P_i` - `O_i`) over the contact cells,
-//! O = where the tool took hold of them. W is linear, so the curvature bound of E is that of E - W,
-//! its residual is r + I, and every certificate of a scheme holds for it. A change of I changes the
-//! level by -(change of I) . (P - O). The energy itself is at most the level plus W.
+//! **The guard.** The falling quantity is E - W, with W = sum of I . (`P_i` - `O_i`) over the contact cells,
+//! O their positions when the tool engaged. W is linear, so the curvature bound of E is that of E - W, its
+//! residual is r + I, and every certificate of a scheme holds for it. A change of I changes the level by
+//! -(change of I) . (P - O). The energy itself is at most the level plus W.
 //!
-//! **The energy bound.** Outputs stay within K, so with I unchanged E can grow by no more than
+//! **The energy bound.** Outputs stay within K, so with constant I the energy E can grow by at most
 //!
 //! ```text
 //! X(I) = sum over contact cells and axes of |I_a| K - I_a y_a >= 0
 //! ```
 //!
-//! for E(P') <= level + I . (y' - O) and I . y' <= |I|_1 K at every later P'. E + X(I) <= `E_max`
-//! thus bounds E for ever, and sweeps lower E + X, since that is the level and a constant. X is
-//! convex in I, so a change of I that would break the bound is cut at the share at which the chord
-//! from the old value meets it; a change that lowers X is never cut: the tool can always take its
-//! load back.
+//! because E(P') <= level + I . (y' - O) and I . y' <= |I|_1 K at every later P'. So E + X(I) <= `E_max`
+//! bounds E for all time, and sweeps lower E + X, since that is the level plus a constant. X is convex in I,
+//! so a change of I that would break the bound is cut at the share at which the chord from the old value
+//! meets it. A change that lowers X is never cut: the tool can always reduce its load.
 //!
-//! Only chosen cells can be loaded, not a probe's contacts, and there is no output stage with
-//! coupling or passivity control: both rest on the work of a prescribed motion.
+//! Only chosen cells can be loaded, not a probe's contacts, and there is no output stage with coupling or
+//! passivity control: both rely on the work of a prescribed motion.
 //!
-//! Cost: 3 additions a contact cell and pass, W once a pass. It is summed in `f64`, so that the
-//! guard sees none of its rounding.
+//! Cost: 3 additions per contact cell and pass, and W once per pass. W is summed in `f64`, so that its
+//! rounding does not affect the guard.
 
 use crate::model::Model;
 use crate::number::Number;
@@ -42,10 +41,10 @@ use crate::number::two_float::TwoFloat;
 use crate::terms::held::Contact;
 use crate::terms::residual::Terms;
 
-/// Room for the rounding of a current that was cut at the energy bound.
+/// Margin for the rounding of a current that was cut at the energy bound.
 const SHORT: f64 = 0.999;
 
-/// A sum in two single precisions, rounded up.
+/// A sum as two single-precision numbers, rounded up.
 pub(crate) fn rounded_up(sum: f64) -> TwoFloat {
     const ROUNDING: f64 = 1.0 / (1_u64 << 44) as f64;
     let sum = sum + ROUNDING * if sum < 0.0 { -sum } else { sum };
@@ -71,7 +70,7 @@ pub(crate) fn work<N: Number>(
     sum
 }
 
-/// What of a change from one current to another keeps E within `energy_max` for ever.
+/// The part of a change between two currents that keeps E within `energy_max` for all time.
 pub(crate) fn admitted<N: Number>(
     model: &Model<'_>,
     [from, to]: [[f32; 3]; 2],
@@ -102,13 +101,12 @@ pub(crate) fn admitted<N: Number>(
 }
 
 impl Terms<'_, '_> {
-    /// Whether a current other than 0 flows into the contact cells.
+    /// Returns true if a non-zero current flows into the contact cells.
     pub fn is_loaded(&self) -> bool {
         self.current.is_some_and(|current| current != [0.0; 3])
     }
 
-    /// What the guard watches at the states `v` whose energy is `energy`: E - W, or E where no
-    /// current drives.
+    /// The guarded quantity at the states `v` with the energy `energy`: E - W, or E without a current.
     pub fn potential<N: Number>(
         &self,
         energy: TwoFloat,
@@ -159,7 +157,7 @@ mod tests {
         let far = cut(small, [1e6, 2e6, -1e6], energy);
         let left = room(&model, far, energy, &v);
         assert!((0.0..0.01 * f64::from(model.energy_max())).contains(&left), "{far:?}: {left}");
-        // Full, or over full: no further out, but back.
+        // At or above the bound: the current cannot grow, but it can fall.
         let full = 2.0 * f64::from(model.energy_max());
         assert_eq!(cut(small, [1.0, -0.02, 0.0], full), small);
         assert_eq!(cut(far, small, full), small);

@@ -1,22 +1,21 @@
-//! Prescribed contact: the cells a tool holds, how far they may move, and what they feel.
+//! Prescribed contact: the cells that a tool holds, the limits of their motion, and the force on them.
 //!
-//! When the tool takes hold at p0, each contact cell is at its own c0. While it holds them, the
-//! tool at p wants every cell at c0 + (p - p0): all of them move alike, and engaging makes no
-//! force. Two limits shorten that move, and flag 1 says so:
+//! When the tool engages at p0, each contact cell is at its own c0. While it holds them, the tool at p
+//! prescribes c0 + (p - p0) for every cell: all move by the same displacement, and engaging makes no force.
+//! Two limits shorten that displacement, which flag 1 reports:
 //!
 //! - the applied displacement changes by at most
-//!   [`Settings::max_tool_step_m`](crate::Settings::max_tool_step_m) a tick;
-//! - a move D that raises the energy E obeys |D| <= 2 (sqrt(`E_max`) - sqrt(E)) / sqrt(W), with W
-//!   the weight of the links between held and other cells. Then E stays at most `E_max`, the
-//!   model's largest energy. A move that lowers E is not shortened, so the tool can always come
-//!   back.
+//!   [`Settings::max_tool_step_m`](crate::Settings::max_tool_step_m) per tick;
+//! - a displacement D that raises the energy E obeys |D| <= 2 (sqrt(`E_max`) - sqrt(E)) / sqrt(W), with W the
+//!   weight of the links between held and other cells. Then E stays at most `E_max`, the model's largest
+//!   energy. A displacement that lowers E is not shortened, so the tool can always come back.
 //!
-//! The cells do not move during the sweeps. The force on the tool is the sum of the link forces on
-//! them; links between two held cells do not count. When the tool lets go, the cells are free in
-//! that tick and the force is 0.
+//! The cells do not move during the sweeps. The force on the tool is the sum of the link forces on them;
+//! links between two held cells do not count. When the tool releases, the cells are free in that tick and the
+//! force is 0.
 //!
-//! Cost a tick: the links of the held cells once for the force, and at most three times more while
-//! the tool moves.
+//! Cost per tick: the links of the held cells once for the force, and at most three times more while the tool
+//! moves.
 
 use super::links::number::LinkNumber;
 use super::residual::Terms;
@@ -57,12 +56,12 @@ impl<N: Number> Contact<N> {
 /// Why a list of contact cells is refused; the position is that in the list.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum ContactError {
-    /// The tissue has room for fewer contact cells.
+    /// The tissue has memory for fewer contact cells.
     #[error("{needed} contact cells, room for {capacity}: raise the capacity")]
     Capacity {
         /// Cells asked for.
         needed: usize,
-        /// Room.
+        /// Cells that the memory holds.
         capacity: usize,
     },
     /// The cell is not in the model.
@@ -77,9 +76,9 @@ pub enum ContactError {
     /// The tissue was not reset to this network.
     #[error("the tissue belongs to another network: reset it first")]
     Model,
-    /// The tissue has too little room to hold that many cells against the model's coarse level:
-    /// size it with [`coarse_room`](crate::coarse_room), or
-    /// [`elastic_held_room`](crate::elastic_held_room) for nodal shapes.
+    /// The tissue has too little memory to hold that many cells against the model's coarse level: size it
+    /// with [`coarse_room`](crate::coarse_room), or [`elastic_held_room`](crate::elastic_held_room) for nodal
+    /// shapes.
     #[error(
         "holding these cells needs {needed} blocks of eight f32 for the coarse level, there is \
          room for {room}"
@@ -87,10 +86,10 @@ pub enum ContactError {
     CoarseRoom {
         /// Blocks needed.
         needed: usize,
-        /// Blocks there.
+        /// Blocks that the tissue has.
         room: usize,
     },
-    /// The tool is engaged: cells change hands only while it is not.
+    /// The tool is engaged: contacts can be chosen only while it is not.
     #[error("the tool is engaged: release it first")]
     Engaged,
     /// The probe's radius is not above 0, not finite or beyond
@@ -100,10 +99,10 @@ pub enum ContactError {
         /// Largest radius \[m\].
         max_m: f32,
     },
-    /// Tools meet a contact surface, and the model has none.
+    /// Tools need a contact surface, and the model has none.
     #[error("the model has no contact surface: bake it with `probe_contact` surface")]
     NoContactSurface,
-    /// There is room for other numbers of tools.
+    /// The number of tools is 0 or above the tissue's capacity.
     #[error("{needed} tools: there must be 1 to {capacity}, as many as the tissue has room for")]
     Tools {
         /// Tools asked for.
@@ -119,7 +118,7 @@ pub enum ContactError {
         /// Most parts.
         most: usize,
     },
-    /// A part of a tool cannot be.
+    /// The shape of a tool's part is invalid.
     #[error(
         "part {part} of tool {tool}: its radius must be above 0, its lengths finite and not \
          negative, its turn a unit quaternion"
@@ -136,7 +135,7 @@ pub enum ContactError {
         /// Largest coefficient.
         max: f32,
     },
-    /// Friction holds samples, and the tissue has no room for any.
+    /// Friction holds samples, and the tissue has no memory for anchors.
     #[error("friction needs room for anchors: give the tissue some")]
     AnchorRoom,
     /// A probe touches surface cells, and the model has none.
@@ -145,7 +144,7 @@ pub enum ContactError {
          tetrahedra, or name cells"
     )]
     NoSurface,
-    /// The tissue has too little room for a probe and the model's coarse level: size it with
+    /// The tissue has too little memory for a probe and the model's coarse level: size it with
     /// [`probe_room`](crate::probe_room).
     #[error(
         "a probe needs {needed} blocks of eight f32 for the coarse level, there is room for \
@@ -154,7 +153,7 @@ pub enum ContactError {
     ProbeRoom {
         /// Blocks needed.
         needed: usize,
-        /// Blocks there.
+        /// Blocks that the tissue has.
         room: usize,
     },
     /// The model has a contact surface, and this kernel is built without the feature `surface`.
@@ -169,18 +168,18 @@ pub enum ContactError {
          take one of them, or bake the model with `probe-contact` cells"
     )]
     SurfaceScheme,
-    /// The radius asks for more samples than a triangle has.
+    /// The radius needs more samples than a triangle can have.
     #[error("the probe's radius must be at least {min_m} m on this model's surface")]
     RadiusMin {
         /// Smallest radius \[m\].
         min_m: f32,
     },
-    /// The tissue has too little room for a probe on the surface.
+    /// The tissue has too little memory for a probe on the surface.
     #[error("a probe on the surface needs room for {needed} cells, there is room for {capacity}")]
     SurfaceRoom {
         /// Cells of the model.
         needed: usize,
-        /// Room.
+        /// Cells that the memory holds.
         capacity: usize,
     },
 }
@@ -222,14 +221,14 @@ pub(crate) fn each_outer_link<N: LinkNumber>(
     }
 }
 
-/// Room for the rounding of a sum.
+/// Margin for the rounding of a sum.
 const ROUNDED_UP: f32 = 1.001;
 
 /// Weight of the links between held and other cells, and of the other terms at the held cells.
 pub(crate) fn outer_weight<N: LinkNumber>(model: &Model<'_>, held: &[Contact<N>]) -> f32 {
     let mut weight = 0.0;
     if model.is_nodal() {
-        // All move alike: twice the sum of the elements of L between held cells.
+        // All cells move alike: twice the sum of the elements of L between held cells.
         for contact in held {
             model.others.each_of_row(contact.cell(), &mut |other, element| {
                 if held.binary_search_by_key(&other, Contact::cell).is_ok() {
@@ -243,12 +242,12 @@ pub(crate) fn outer_weight<N: LinkNumber>(model: &Model<'_>, held: &[Contact<N>]
     held.iter().fold(weight, |weight, held| model.others.add_move(held.cell(), 1.0, weight))
 }
 
-/// What the terms store at the held cells.
+/// Energy of the terms at the held cells, and its rounding scale.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Touched {
     /// Sum of w d^2, four times their energy.
     pub wd2: TwoFloat,
-    /// Sum of w d (d + u): times eps, what rounding may have made of four times the energy.
+    /// Sum of w d (d + u): times eps, the rounding error of four times the energy.
     pub scale: f32,
 }
 
@@ -276,8 +275,7 @@ pub(crate) fn touched<N: LinkNumber>(
     sums
 }
 
-/// Force of the terms on the held cells, in internal units. Links between two held cells pull on
-/// both alike and drop out.
+/// Force of the terms on the held cells, in internal units. Links between two held cells cancel.
 pub(crate) fn force<N: LinkNumber>(
     terms: Terms<'_, '_>,
     v: &[Cell<N>],
@@ -297,8 +295,8 @@ pub(crate) fn force<N: LinkNumber>(
     sum
 }
 
-/// The longest move that keeps the energy within `energy_max`: a move D raises sqrt(E) by at most
-/// sqrt(W) |D| / 2, W = [`outer_weight`].
+/// The longest displacement that keeps the energy within `energy_max`: a displacement D raises sqrt(E) by at
+/// most sqrt(W) |D| / 2, W = [`outer_weight`].
 pub(crate) fn move_max(energy_max: f32, level: f32, outer_weight: f32) -> f32 {
     let room = sqrt(energy_max) - sqrt(if level > 0.0 { level } else { 0.0 });
     if outer_weight <= 0.0 {
@@ -310,15 +308,15 @@ pub(crate) fn move_max(energy_max: f32, level: f32, outer_weight: f32) -> f32 {
     }
 }
 
-/// How far along a way the energy falls for sure: the force F draws along it, and a move D changes
-/// the energy by at most W |D|^2 / 4 - F . D.
+/// Length along `way` over which the energy certainly falls: the force F pulls along it, and a displacement D
+/// changes the energy by at most W |D|^2 / 4 - F . D.
 pub(crate) fn fall_max(force: [f32; 3], way: [f32; 3], outer_weight: f32) -> f32 {
     let (drawn, length) = (dot(force, way), sqrt(dot(way, way)));
     let least = outer_weight * length;
     if drawn > 0.0 && least > 0.0 { 2.0 * drawn / least } else { 0.0 }
 }
 
-/// `from` moved towards `to` by at most `limit`, and whether the limit bit.
+/// Moves `from` towards `to` by at most `limit`; true if the limit shortened it.
 pub(crate) fn approach(from: [f32; 3], to: [f32; 3], limit: f32) -> ([f32; 3], bool) {
     let way = sub(to, from);
     let length = sqrt(dot(way, way));

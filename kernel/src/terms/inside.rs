@@ -1,32 +1,30 @@
-//! Whether a point lies in the tissue, by the surface as it is now.
+//! Test of whether a point lies in the tissue, by the present surface.
 //!
-//! **By triangles.** Of a line through the point along z the triangles that it crosses count 1 where
-//! it comes out of the body and -1 where it goes in. The point is inside where the sum is above 0
-//! both above and below it: on a closed surface the two are alike, also around cavities and where
-//! parts overlap, and an open one has no inside. Which triangles the line crosses is decided edge by
-//! edge, and two triangles decide alike about the edge that they share, so a line through an edge or a
-//! corner is counted once.
+//! **By triangles.** Along a line through the point in direction z, each crossed triangle counts 1 where the
+//! line leaves the body and -1 where it enters. The point is inside if the sum is above 0 both above and
+//! below it: on a closed surface the two are equal, also around cavities and where parts overlap, and an open
+//! surface has no inside. Crossings are decided edge by edge, and two triangles decide alike about their
+//! shared edge, so a line through an edge or a corner is counted once.
 //!
-//! **By cells**, where an image has no triangles. The surface cells are weighed by the angle that a
-//! part of the surface there fills as seen from the point: n . (x - p) / |x - p|^3, above 0 where it
-//! is seen from behind. Around a point inside nearly all are, around one outside as many as not. The
-//! normals are those at rest.
+//! **By cells**, if an image has no triangles. Each surface cell is weighted by the solid angle of its part
+//! of the surface as seen from the point: n . (x - p) / |x - p|^3, above 0 if it is seen from the back. From
+//! a point inside nearly all are; from a point outside about half of them are. The normals are those at rest.
 //!
 //! A point within rounding of the surface is outside. A body without thickness has no inside.
 //!
-//! Cost: one look at each triangle of the surface, or at each surface cell with a root and a division;
-//! seven where there is a margin.
+//! Cost: one look at each triangle of the surface, or at each surface cell with a root and a division; seven
+//! times that with a margin.
 
 use crate::model::Model;
 use crate::number::cell::{add, dot, peak, scale, sub};
 use crate::number::sqrt::sqrt;
 
-/// Rounding of a distance in the size of its coordinates.
+/// Rounding of a distance, relative to the size of its coordinates.
 const GRAIN: f32 = 4.0 * f32::EPSILON;
-/// Share of what the cells weigh in all from which on a point is inside.
+/// A point is inside if the weighted sum exceeds this share of the weights' magnitudes.
 const BEHIND: f32 = 0.5;
 
-/// A point, and the ways from it along the axes.
+/// Zero, and the unit steps along the axes.
 const AROUND: [[f32; 3]; 7] = [
     [0.0; 3],
     [1.0, 0.0, 0.0],
@@ -37,8 +35,8 @@ const AROUND: [[f32; 3]; 7] = [
     [0.0, 0.0, -1.0],
 ];
 
-/// Whether a point lies in the body, or one at a distance of `margin` from it along an axis, cells being
-/// where `at` says [mean link lengths].
+/// Returns true if a point, or one at the distance `margin` from it along an axis, lies in the body; `at`
+/// gives the cells' positions [mean link lengths].
 pub(crate) fn is_inside(
     model: &Model<'_>,
     at: &impl Fn(usize) -> [f32; 3],
@@ -49,7 +47,8 @@ pub(crate) fn is_inside(
     model.dimension() == 3 && points.any(|point| holds(model, at, point))
 }
 
-/// Whether a point lies in a body that has an inside. One function, whatever the number of callers.
+/// Returns true if a point lies in a body that has an inside. Not inlined, so that several callers share the
+/// code.
 #[inline(never)]
 fn holds(model: &Model<'_>, at: &impl Fn(usize) -> [f32; 3], point: [f32; 3]) -> bool {
     let grain = GRAIN * (1.0 + peak(point));
@@ -59,7 +58,7 @@ fn holds(model: &Model<'_>, at: &impl Fn(usize) -> [f32; 3], point: [f32; 3]) ->
     is_between(model.triangles, at, (point, grain))
 }
 
-/// Whether the line through a point comes out of the triangles above it and below it.
+/// Returns true if the line through a point leaves the body both above and below the point.
 fn is_between(
     triangles: &[[u16; 3]],
     at: &impl Fn(usize) -> [f32; 3],
@@ -82,14 +81,14 @@ fn is_between(
     above > 0 && below > 0
 }
 
-/// How often a triangle goes around the line, seen from above: 1 where it faces upwards, -1 where it
-/// faces downwards, 0 where the line passes it by.
+/// Winding number of a triangle around the line, seen from above: 1 if it faces upwards, -1 if it faces
+/// downwards, 0 if the line does not cross it.
 #[inline(always)]
 fn turns([a, b, c]: [u16; 3], [p, q, r]: [[f32; 3]; 3]) -> i32 {
     edge((a, p), (b, q)) + edge((b, q), (c, r)) + edge((c, r), (a, p))
 }
 
-/// 1 where an edge passes the line on the side of larger x towards larger y, -1 where back.
+/// 1 if an edge passes the line on the side of larger x towards larger y, -1 if towards smaller y.
 #[inline(always)]
 fn edge((a, p): (u16, [f32; 3]), (b, q): (u16, [f32; 3])) -> i32 {
     let is_upward = q[1] > 0.0;
@@ -106,7 +105,7 @@ fn edge((a, p): (u16, [f32; 3]), (b, q): (u16, [f32; 3])) -> i32 {
     }
 }
 
-/// How high the line crosses a triangle.
+/// Height at which the line crosses a triangle.
 fn height([p, q, r]: [[f32; 3]; 3]) -> f32 {
     let area = |a: [f32; 3], b: [f32; 3]| a[0] * b[1] - b[0] * a[1];
     let (of_p, of_q, of_r) = (area(q, r), area(r, p), area(p, q));
@@ -114,11 +113,11 @@ fn height([p, q, r]: [[f32; 3]; 3]) -> f32 {
     let lower = |a: f32, b: f32| if b < a { b } else { a };
     let higher = |a: f32, b: f32| if b > a { b } else { a };
     let (least, most) = (lower(lower(p[2], q[2]), r[2]), higher(higher(p[2], q[2]), r[2]));
-    // Of one that stands on edge the areas are rounding alone.
+    // The areas of a vertical triangle are rounding errors only.
     if height > least { lower(height, most) } else { least }
 }
 
-/// Whether the surface cells are seen from behind.
+/// Returns true if the surface cells are seen from the back.
 fn is_seen_from_behind(
     model: &Model<'_>,
     at: &impl Fn(usize) -> [f32; 3],
@@ -164,7 +163,7 @@ mod tests {
         [4, 7, 6],
     ];
 
-    /// Places of a grid that lie on no face; lines through them meet corners, edges and faces.
+    /// Grid points that lie on no face; lines through them meet corners, edges and faces.
     fn places() -> impl Iterator<Item = [f32; 3]> {
         let steps = || (-7..=7).map(|step| 0.5 * step as f32);
         let all =

@@ -1,4 +1,4 @@
-//! What an energy term needs of a number beyond arithmetic: how a cell's energy is carried.
+//! Requirements of an energy term on a number type beyond arithmetic: the representation of a cell's energy.
 
 use fixed::types::I8F24;
 
@@ -6,15 +6,15 @@ use crate::number::fixed_point::{Products, narrow};
 use crate::number::two_float::{Lanes, TwoFloat};
 use crate::number::{Number, Sum};
 
-/// How the fourth lane of a residual carries the sum of w d^2, or only shows that it is not 0.
+/// The fourth lane of a residual carries the sum of w d^2, or only shows that it is not 0.
 pub trait TermNumber: Number {
-    /// Energies counted one by one, for numbers whose fourth lane cannot carry them.
+    /// Separate count of energies, for numbers whose fourth lane cannot carry them.
     type Tally: Default + Copy;
 
-    /// Whether nodal shapes are computed in it.
+    /// True if nodal shapes support this number type.
     const TAKES_SHAPES: bool = false;
 
-    /// What the fourth lane of a residual gets for w d^2.
+    /// Value that the fourth lane of a residual gets for w d^2.
     fn mark(wd2: Self::Product) -> Self;
     /// Counts w d^2 of a link, which marks both its ends.
     fn count(tally: &mut Self::Tally, wd2: Self::Product);
@@ -47,7 +47,7 @@ impl TermNumber for f32 {
     }
 }
 
-/// The fourth lane is too short for energies: it is 0 only where the cell's sum of w d^2 is.
+/// The fourth lane is too short for energies: it is 0 only if the cell's sum of w d^2 is 0.
 impl TermNumber for I8F24 {
     type Tally = Products;
 
@@ -56,7 +56,7 @@ impl TermNumber for I8F24 {
         narrow((wd2 >> 16).saturating_add(1))
     }
 
-    /// At both ends of the link, as the fourth lanes would.
+    /// Counts both ends of the link, as the fourth lanes would.
     #[inline(always)]
     fn count(tally: &mut Products, wd2: i64) {
         tally.0 = tally.0.wrapping_add(2 * i128::from(wd2));

@@ -1,11 +1,10 @@
-//! Pins: half the squared distance of a cell to an anchor. A term of this crate's tests alone, which
-//! shows what adding one takes: its two files, and the list in `model::terms`.
+//! Pins: half the squared distance of a cell to an anchor. A term used only in this crate's tests, which
+//! shows how to add one: its two files, and the list in `model::terms`.
 //!
-//! The anchor is the pin's point and two displacements, the term's state. It slips: before a pass
-//! it follows a cell that is further away than the slip length, which lowers the energy. And it
-//! gives way: at the start of a tick by a share of the distance that the cell has from where it
-//! would be otherwise. That is a linear part of residual and energy, and what it adds to the energy
-//! is counted.
+//! The anchor is the pin's point plus two displacements, the term's state. It slips: before a pass it follows
+//! a cell that is farther away than the slip length, which lowers the energy. And it relaxes: at the start of
+//! a tick by a share of the cell's distance from the unrelaxed anchor. That is a linear part of residual and
+//! energy, and its change of the energy is booked.
 
 use super::held::{Contact, Touched};
 use super::number::TermNumber;
@@ -19,7 +18,7 @@ use crate::number::cell::{Cell, add, dot, from_single, scale, single, sub};
 use crate::number::sqrt::sqrt;
 use crate::number::two_float::LANES;
 
-/// How far an anchor has slipped, and how far it gives way in this tick [mean link lengths].
+/// Slip of an anchor, and its relaxation in this tick [mean link lengths].
 pub(crate) type Displaced = [[f32; 3]; 2];
 
 impl CellState for Displaced {
@@ -37,27 +36,27 @@ impl CellState for Displaced {
         for value in state.as_flattened_mut() {
             *value = f32::from_bits(words.next()?) + 0.0;
         }
-        // Twice the range of a coordinate is the farthest that an anchor can be from its point.
+        // An anchor is at most twice the range of a coordinate from its point.
         let is_near = state.as_flattened().iter().all(|x| x.abs() <= 2.0 * COORDINATE_MAX);
         is_near.then_some(state)
     }
 }
 
 impl Pin {
-    /// Where the pin acts from.
+    /// Position of the anchor.
     pub fn anchor(&self, [slipped, given]: Displaced) -> [f32; 3] {
         add(add(self.point, slipped), given)
     }
 
-    /// w d^2 / 4 where the cell is at `here`, in double precision.
+    /// w d^2 / 4 with the cell at `here`, in double precision.
     fn energy(&self, state: Displaced, here: [f32; 3]) -> f64 {
         let way = sub(self.anchor(state), here).map(f64::from);
         f64::from(self.weight) * (way[0] * way[0] + way[1] * way[1] + way[2] * way[2]) / 4.0
     }
 }
 
-/// The residual w (a - y) / 2 of a cell at y with the anchor a, and w d^2. In fixed point, w times
-/// twice K is to stay below the largest number.
+/// The residual w (a - y) / 2 of a cell at y with the anchor a, and w d^2. In fixed point, w times twice K
+/// must stay below the largest number.
 #[inline(always)]
 fn pin_force<N: TermNumber>(pin: &Pin, state: Displaced, here: [N; 3]) -> ([N; 3], N::Product) {
     let way = sub(from_single(pin.anchor(state)), here);
@@ -65,7 +64,7 @@ fn pin_force<N: TermNumber>(pin: &Pin, state: Displaced, here: [N; 3]) -> ([N; 3
     (scale(N::from_single(0.5), wd), N::inner(wd, way))
 }
 
-/// The residual of a cell with its pin's: at a pin the energy counts as at both ends of a link.
+/// Adds the pin to a cell's residual: a pin's energy counts twice, like that of a link's two ends.
 #[inline(always)]
 fn with_pin<N: TermNumber>(residual: Cell<N>, ([x, y, z], wd2): ([N; 3], N::Product)) -> Cell<N> {
     let mark = N::mark(wd2);

@@ -1,44 +1,43 @@
 //! Contact by shape: a sphere, the paper's virtual haptic probe (its Fig. 6).
 //!
-//! While engaged the sphere's centre follows the tool, from the tool's position on. In contact are,
-//! in each tick,
+//! While engaged the sphere's centre follows the tool, starting at the tool's position. In each tick the
+//! contacts are
 //!
 //! - the surface cells inside the sphere, and
-//! - the contacts of the last tick that the links hold against it: those on the sphere which their
-//!   links do not pull away from the centre, and those beyond it which they pull towards it by
-//!   enough to bring them there.
+//! - the contacts of the last tick that the links hold against it: those on the sphere which their links do
+//!   not pull away from the centre, and those beyond it which they pull towards it strongly enough to bring
+//!   them there.
 //!
-//! They are put on the sphere radially but within K, a cell at the centre along its normal at rest,
-//! and held there during the sweeps. Fixed cells and cells without links are left alone. Over the
-//! capacity the lowest ids are kept.
+//! They are moved onto the sphere radially but within K, a cell at the centre along its normal at rest, and
+//! held there during the sweeps. Fixed cells and cells without links are not moved. Beyond the capacity the
+//! lowest ids are kept.
 //!
 //! A contact sticks where it touches: there is no sliding along the sphere. A cell that leaves the
 //! contact drops its tangential force within a tick.
 //!
-//! **No chatter.** A distance is known to its rounding only, [`GRAIN`]: a cell that near to the
-//! sphere is on it, neither inside nor beyond, and is not moved. So a tool at rest moves no cell,
-//! and a cell that was let go comes back only when it really goes in.
+//! **No chatter.** A distance is known only up to its rounding, [`GRAIN`]: a cell that near to the sphere is
+//! on it, neither inside nor beyond, and is not moved. So a tool at rest moves no cell, and a released cell
+//! becomes a contact again only when it really enters.
 //!
-//! **No drag.** A contact at a distance b beyond the sphere is brought back to it only if b <= 2 f
-//! / W, f its links' pull towards the centre and W their weight: then what it moves for all
-//! contacts together changes the energy by at most sum of `W_i` `b_i`^2 / 2 - `f_i` `b_i` <= 0. So
-//! a tool that leaves, however fast, draws no cell after it.
+//! **No drag.** A contact at a distance b beyond the sphere is brought back to it only if b <= 2 f / W, with
+//! f its links' pull towards the centre and W their weight: then the moves of all contacts together change
+//! the energy by at most the sum of `W_i` `b_i`^2 / 2 - `f_i` `b_i` <= 0. So a tool that leaves, however
+//! fast, draws no cell along.
 //!
-//! **Energy.** The moves `D_i` of a tick raise sqrt(E) by at most half the root of the sum of
-//! w |`D_i` - `D_j`|^2 over the links. Where that may lead beyond the model's largest energy, and
-//! the energy does rise, all moves are shortened alike.
+//! **Energy.** The moves `D_i` of a tick raise sqrt(E) by at most half the root of the sum of w |`D_i` -
+//! `D_j`|^2 over the links. If that may exceed the model's largest energy, and the energy does rise, all
+//! moves are shortened by the same factor.
 //!
-//! **Engaged in contact or inside the body** the sphere begins as [`begin`](crate::tick::begin) says: what
-//! is said here holds of the sphere as it has grown.
+//! **Engaged in contact or inside the body** the sphere starts as [`begin`](crate::tick::begin) describes:
+//! these rules hold for the sphere at its present size.
 //!
-//! **Late ticks.** Without a sweep nothing is let go and nothing is brought back: contacts inside the
-//! sphere are pushed out, those beyond it stay. Other cells are looked for where the centre has come
-//! an eighth of the radius further since the last look, so a tool that dives in takes the surface
-//! along.
+//! **Late ticks.** Without a sweep no contact is released and none is brought back: contacts inside the
+//! sphere are pushed out, those beyond it stay. Other cells are searched for after the centre has moved an
+//! eighth of the radius since the last search, so a tool that plunges in takes the surface along.
 //!
-//! Cost a tick while engaged: one look at each surface cell; the links of the contacts, at most six
-//! times; at most contacts^2 / 2 slots moved where cells enter. A late tick that does not look costs
-//! the links of the contacts, at most four times.
+//! Cost per tick while engaged: one look at each surface cell; the links of the contacts, at most six times;
+//! at most contacts^2 / 2 slots moved when cells enter. A late tick without a search costs the links of the
+//! contacts, at most four times.
 
 use super::held::Contact;
 use super::links::number::LinkNumber;
@@ -49,7 +48,7 @@ use crate::number::Number;
 use crate::number::cell::{Cell, add, dot, output, peak, scale, single, sub};
 use crate::number::sqrt::sqrt;
 
-/// Rounding of a distance in the size of its coordinates.
+/// Rounding of a distance, relative to the size of its coordinates.
 const GRAIN: f32 = 4.0 * f32::EPSILON;
 
 /// The sphere in a tick [mean link lengths].
@@ -57,9 +56,9 @@ const GRAIN: f32 = 4.0 * f32::EPSILON;
 pub(crate) struct Sphere {
     pub centre: [f32; 3],
     pub radius: f32,
-    /// Cells this near to the surface are on it.
+    /// Cells this near to the sphere's surface are on it.
     pub grain: f32,
-    /// Whether cells beyond it stay where they are: in a late tick.
+    /// True in a late tick: cells beyond the sphere stay where they are.
     pub only_pushes: bool,
 }
 
@@ -74,7 +73,7 @@ impl Sphere {
         sqrt(dot(way, way))
     }
 
-    /// The way from the centre, and its length less the radius.
+    /// The vector from the centre, and its length less the radius.
     fn beyond(&self, at: [f32; 3]) -> ([f32; 3], f32) {
         (sub(at, self.centre), self.distance(at) - self.radius)
     }
@@ -83,7 +82,7 @@ impl Sphere {
         self.beyond(at).1 < -self.grain
     }
 
-    /// Whether a contact at `at` stays one that its links pull by `force`; `mobility` = 1 / W.
+    /// Returns true if a contact at `at`, which its links pull by `force`, stays one; `mobility` = 1 / W.
     pub(crate) fn keeps(&self, at: [f32; 3], force: [f32; 3], mobility: f32) -> bool {
         let (way, beyond) = self.beyond(at);
         let outward = dot(force, way);
@@ -93,7 +92,7 @@ impl Sphere {
         beyond < -self.grain || outward <= 0.0
     }
 
-    /// Where a cell goes; `None` where it stays, as one on the sphere does.
+    /// New position of a cell; `None` if it stays, as a cell on the sphere does.
     pub(crate) fn place(
         &self,
         at: [f32; 3],
@@ -136,18 +135,18 @@ pub(crate) fn residual<N: LinkNumber>(
     sum
 }
 
-/// The contacts, ascending, in slots of which the first `count` are taken.
+/// The contacts, ascending, in slots; the first `count` are taken.
 pub(crate) struct Contacts<'a, N> {
     pub slots: &'a mut [Contact<N>],
     pub count: usize,
-    /// A cell was let go or taken hold of.
+    /// True if a cell was released or added.
     pub changed: bool,
-    /// Some cell found no slot.
+    /// True if some cell found no slot.
     pub full: bool,
 }
 
 impl<N: Number> Contacts<'_, N> {
-    /// Lets go of those for which `keeps` does not hold.
+    /// Releases the contacts for which `keeps` is false.
     pub(crate) fn retain(&mut self, keeps: impl Fn(usize) -> bool) {
         let before = self.count;
         self.count = 0;
@@ -163,7 +162,7 @@ impl<N: Number> Contacts<'_, N> {
         self.changed |= self.count < before;
     }
 
-    /// Takes hold of a cell; over the capacity the highest id goes.
+    /// Adds a cell; beyond the capacity the highest id is dropped.
     pub(crate) fn insert(&mut self, id: u16) {
         let taken = self.slots.get(..self.count).unwrap_or(&[]);
         let Err(at) = taken.binary_search_by_key(&usize::from(id), Contact::cell) else { return };
@@ -180,8 +179,8 @@ impl<N: Number> Contacts<'_, N> {
     }
 }
 
-/// Sum of w |`D_i` - `D_j`|^2 over the links of the contacts, each link once, and of w |`D_i`|^2
-/// over the other terms, D being the ways of the contacts from their origins.
+/// Sum of w |`D_i` - `D_j`|^2 over the links of the contacts, each link once, and of w |`D_i`|^2 over the
+/// other terms; D are the displacements of the contacts from their origins.
 pub(crate) fn spread<N: Number>(model: &Model<'_>, v: &[Cell<N>], held: &[Contact<N>]) -> f32 {
     let k = N::from_single(model.saturation());
     let way = |contact: &Contact<N>| {
@@ -243,9 +242,9 @@ mod tests {
         let keeps = |z: f32, force| sphere().keeps([10.0, -4.0, z], force, 0.3);
         assert!(keeps(1.0, outwards) && keeps(2.0, inwards) && keeps(2.5, inwards));
         assert!(!keeps(2.0, outwards) && !keeps(2.5, outwards));
-        // Twice 0.3 of the force is how far it may be drawn.
+        // It may be drawn by twice 0.3 of the force.
         assert!(keeps(2.59, inwards) && !keeps(2.61, inwards));
-        // No force: what touches stays, what would have to be dragged along does not.
+        // No force: a contact on the sphere stays, one that would have to be dragged does not.
         assert!(keeps(2.0, [0.0; 3]) && !keeps(2.5, [0.0; 3]));
         // On the sphere within rounding is not inside.
         assert!(!keeps(1.999_999, outwards) && !sphere().is_inside([10.0, -4.0, 1.999_999]));

@@ -1,8 +1,8 @@
 //! One pass over the terms: the residual of every cell and the energy of the whole body.
 //!
-//! Residual r of cell i = the negative gradient of E, for links the sum of w mu (`P_j` - `P_i`)
-//! (Eq. 12) with E = sum of w d^2 / 4. The fourth lane of a residual is the cell's sum of w d^2;
-//! adding it over all cells counts each link at both ends, so E is an eighth of that sum.
+//! The residual r of cell i is the negative gradient of E, for links the sum of w mu (`P_j` - `P_i`) (Eq. 12)
+//! with E = sum of w d^2 / 4. The fourth lane of a residual is the cell's sum of w d^2; the sum over all
+//! cells counts each link at both ends, so E is an eighth of that sum.
 
 use super::current::rounded_up;
 use super::held::Contact;
@@ -21,21 +21,21 @@ use crate::number::cell::{Cell, add, from_single, output, single};
 use crate::number::two_float::{LANES, TwoFloat};
 use crate::number::{Number, Sum};
 
-/// The terms as they are in a tick: the body, whether its bands are closed (unloading), and how the
-/// tool acts on its contact cells.
+/// The terms in a tick: the body, whether its bands are closed (unloading), and the tool's effect on its
+/// contact cells.
 #[derive(Clone, Copy)]
 pub(crate) struct Terms<'a, 'm> {
     pub model: &'a Model<'m>,
     pub closed: bool,
     /// The vector unit to use.
     pub vectors: Option<VectorUnit>,
-    /// Who runs the parts of a large body.
+    /// The team that runs the parts of a large body.
     pub team: Team<'a>,
-    /// The current into each contact cell; `None` where the tool holds them.
+    /// The current into each contact cell; `None` if the tool holds them.
     pub current: Option<[f32; 3]>,
-    /// What the terms keep of the cells.
+    /// The terms' states of the cells.
     pub states: States<'a>,
-    /// The sphere that the tissue meets.
+    /// The tools in contact on the surface.
     pub touch: Touch<'a>,
 }
 
@@ -46,13 +46,13 @@ impl<'a, 'm> Terms<'a, 'm> {
         Links { model: self.model, closed: self.closed }
     }
 
-    /// 1 / W of every cell, with the sphere's part where there is one.
+    /// 1 / W of every cell, including the tools' part.
     #[inline(always)]
     pub fn mobility(&self) -> &'a [f32] {
         self.touch.get().map_or(self.model.mobility, |touching| touching.mobility)
     }
 
-    /// The own part of every cell's direction over r / W; empty without an elastic level.
+    /// The local part of every cell's direction over r / W; empty without an elastic level.
     #[inline(always)]
     pub fn factors(&self) -> &'a [f32] {
         if let Some(touching) = self.touch.get() {
@@ -62,7 +62,7 @@ impl<'a, 'm> Terms<'a, 'm> {
         elastic.map_or(&[], |level| level.factors)
     }
 
-    /// Adds what the sphere does to the residuals of awake slices at the outputs of v.
+    /// Adds the tools' contribution to the residuals of awake slices at the outputs of v.
     #[inline(always)]
     fn push<N: Number>(self, awake: &SliceSet, v: &[Cell<N>], residual: &mut [Cell<N>]) {
         let Some(touching) = self.touch.get() else { return };
@@ -76,8 +76,7 @@ impl<'a, 'm> Terms<'a, 'm> {
         }
     }
 
-    /// Works out what the sphere adds to the residuals at states v within K, to be asked for slice by
-    /// slice.
+    /// Computes the tools' contribution to the residuals at states v within K, and returns it slice by slice.
     #[inline(always)]
     pub fn pulls(self, v: &[Cell]) -> impl Fn(usize, &Chunk) -> Option<Chunk> + Copy + use<'a> {
         if let Some(touching) = self.touch.get() {
@@ -87,8 +86,8 @@ impl<'a, 'm> Terms<'a, 'm> {
         move |slice, _| touch.get().and_then(|touching| touching.of_slice(slice))
     }
 
-    /// Works out what the sphere adds to the residuals at states v within K, and puts it where those
-    /// of awake slices will be.
+    /// Computes the tools' contribution to the residuals at states v within K, and writes it into the
+    /// residuals of awake slices.
     #[inline(always)]
     pub fn pull_into(self, awake: &SliceSet, v: &[Cell], residual: &mut [Cell]) {
         let Some(touching) = self.touch.get() else { return };
@@ -104,7 +103,7 @@ impl<'a, 'm> Terms<'a, 'm> {
         }
     }
 
-    /// Brings what the terms keep of the cells in awake slices up to the states v.
+    /// Updates the terms' states of the cells in awake slices to the states v.
     #[inline(always)]
     pub fn update<N: Number>(self, awake: &SliceSet, v: &[Cell<N>]) {
         if !self.states.any() {
@@ -116,8 +115,8 @@ impl<'a, 'm> Terms<'a, 'm> {
         }
     }
 
-    /// A tick begins: gives the terms their corrections and calls `changed` for each cell whose
-    /// state changed. What that adds to the energy, in internal units.
+    /// Starts a tick: applies the terms' corrections and calls `changed` for each cell whose state changed.
+    /// Returns the change of the energy, in internal units.
     #[inline(always)]
     pub fn begin_tick<N: Number>(self, v: &[Cell<N>], mut changed: impl FnMut(usize)) -> TwoFloat {
         let (at, mut rise) = (self.outputs(v), 0.0);
@@ -139,8 +138,8 @@ impl<'a, 'm> Terms<'a, 'm> {
         move |cell| v.get(cell).map_or([0.0; 3], |v| single(output(v.xyz(), k)))
     }
 
-    /// One pass cell by cell at states within K: residuals of awake slices, contact cells driven;
-    /// gives the energy in internal units.
+    /// One pass cell by cell at states within K: residuals of awake slices, with contact cells driven.
+    /// Returns the energy in internal units.
     pub fn energy<N: LinkNumber>(
         self,
         awake: &SliceSet,
@@ -159,7 +158,7 @@ impl<'a, 'm> Terms<'a, 'm> {
         N::energy(&lanes, tally).times_power_of_two(0.125)
     }
 
-    /// Residuals and energies of awake slices at states within K, contact cells driven.
+    /// Residuals and energies of awake slices at states within K, with contact cells driven.
     #[inline(always)]
     pub fn residuals<N: LinkNumber>(
         self,
@@ -181,8 +180,8 @@ impl<'a, 'm> Terms<'a, 'm> {
         tally
     }
 
-    /// The same at the outputs of all states; every slice has to be awake. Gives the sum of w d^2
-    /// over the cells.
+    /// The same at the outputs of all states; every slice must be awake. Returns the sum of w d^2 over the
+    /// cells.
     pub fn saturated_residual<N: LinkNumber>(
         self,
         awake: &SliceSet,
@@ -208,8 +207,8 @@ impl<'a, 'm> Terms<'a, 'm> {
         N::energy(&lanes, tally)
     }
 
-    /// Takes held cells out of the residual, or adds the current to that of the contact cells;
-    /// the fourth lanes stay.
+    /// Clears the residuals of held cells, or adds the current to those of the contact cells; the fourth
+    /// lanes stay.
     fn drive<N: Number>(self, residual: &mut [Cell<N>], contacts: &[Contact<N>]) {
         for contact in contacts {
             if let Some(r) = residual.get_mut(contact.cell()) {
@@ -223,7 +222,7 @@ impl<'a, 'm> Terms<'a, 'm> {
     }
 }
 
-/// No residual yet in awake slices.
+/// Clears the residuals of awake slices.
 fn clear<N: LinkNumber>(awake: &SliceSet, residual: &mut [Cell<N>]) -> N::Tally {
     let cells = residual.len();
     for slice in awake.iter(cells.div_ceil(LANES)) {

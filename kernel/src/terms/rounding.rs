@@ -1,5 +1,4 @@
-//! How far rounding may move the energy of a state: the one definition for guards, contract and
-//! tests.
+//! Bound of a state's energy change due to rounding: the one definition for guards, contract and tests.
 //!
 //! With x the position of a cell, W its weight and e the sum of w d^2 over its links, in
 //! internal units, and eps the spacing of `f32`, a state of energy E has the allowance
@@ -10,31 +9,29 @@
 //! T = the largest term of S,   R = sum of w l0^2 eps^2   over the links
 //! ```
 //!
-//! cells whose links are all slack left out. For nodal shapes e is the magnitude of eight times a
-//! cell's part of the energy, which of a single cell may be below 0.
+//! Cells with only slack links are left out. For nodal shapes e is the magnitude of eight times a cell's part
+//! of the energy, which may be negative for a single cell.
 //!
 //! - The first part is the rounding of the squares and of their sum.
-//! - A coordinate a is rounded by up to eps |a| / 2, which moves E by the residual r times the error
-//!   and by the curvature. The errors of cells are independent, so the first part adds up like a
-//!   random walk. |r|^2 is at most W e / 4, so the second term is more than three times its standard
-//!   deviation. The same term stands for the rounding of the lengths of links, which are at most the
-//!   sum of the |x| of both ends.
-//! - Where one link holds nearly all of the energy its errors are no random walk. A difference of
-//!   coordinates, its square and root, the bound and the published point round its length by up to
-//!   2.75 eps times the |x| of both ends together. 2 sqrt(T) and the part above cover that.
-//! - The curvature is at most that of the Laplacian of weight w / 2 and only ever adds energy: M / 48
-//!   is the mean of what it adds where the last place of every coordinate is as coarse as it may be.
-//! - A link that is outside its band by less than 2 eps l0 counts as slack: R is what all of them may
-//!   store.
+//! - A coordinate a is rounded by up to eps |a| / 2, which moves E by the residual r times the error and by
+//!   the curvature. The errors of cells are independent, so the first part adds up like a random walk. |r|^2
+//!   is at most W e / 4, so the second term is more than three times its standard deviation. The same term
+//!   covers the rounding of the lengths of links, which are at most the sum of the |x| of both ends.
+//! - If one link holds nearly all of the energy, its errors are no random walk. A difference of coordinates,
+//!   its square and root, the bound and the published point round its length by up to 2.75 eps times the |x|
+//!   of both ends together. 2 sqrt(T) and the part above cover that.
+//! - The curvature is at most that of the Laplacian of weight w / 2 and only ever adds energy: M / 48 is the
+//!   mean added energy if the last place of every coordinate is as coarse as possible.
+//! - A link that is outside its band by less than 2 eps l0 counts as slack: R bounds the energy of all such
+//!   links.
 //!
-//! A link counts with the weights at its own ends, by the energy that it stores: a stiff part that
-//! is slack allows a soft one nothing. The 1 stands for links about the centre.
+//! A link counts with the weights at its own ends, by its energy: a stiff part that is slack gives a soft one
+//! no allowance. The 1 covers links near the centre.
 //!
-//! A guard compares passes, and what rounding makes of fixed cells and of slack links is the same in
-//! each: it sums over the free cells alone, without T. It takes half of the allowance for the
-//! energies that it compares. The other half is for the rounding of the point that is published. The
-//! sums are made where an energy is found above the level, so a pass that lowers it pays nothing for
-//! them.
+//! A guard compares passes, in which the rounding of fixed cells and of slack links is the same: it sums over
+//! the free cells only, without T. It takes half of the allowance for the energies that it compares. The
+//! other half covers the rounding of the published point. The sums are computed only if an energy is above
+//! the level, so a pass that lowers the energy does not pay for them.
 
 use crate::model::Model;
 use crate::number::cell::{Cell, single};
@@ -65,13 +62,14 @@ impl Rounding {
         self.largest = if cell.largest > self.largest { cell.largest } else { self.largest };
     }
 
-    /// Adds what a link of this weight and rest length may store as a slack one. In internal units.
+    /// Adds the energy that a link of this weight and rest length may store while it counts as slack. In
+    /// internal units.
     pub fn add_link(&mut self, weight: f32, rest_length: f32) {
         self.slack += weight * rest_length * rest_length * EPSILON_SQUARED;
     }
 
-    /// What a cell of weight W = 1 / `mobility` adds, where its links store e = `wd2`: nothing
-    /// where they are slack. In internal units.
+    /// The sums of a cell of weight W = 1 / `mobility` whose links store e = `wd2`; zero if they are slack.
+    /// In internal units.
     #[must_use]
     pub fn of_cell([x, y, z]: [f32; 3], mobility: f32, wd2: f32) -> Self {
         if mobility > 0.0 && wd2 != 0.0 {
@@ -83,14 +81,14 @@ impl Rounding {
         }
     }
 
-    /// At least that of any state of energy E = `energy` in which no coordinate is beyond `reach`.
+    /// Upper bound for any state of energy E = `energy` in which no coordinate is beyond `reach`.
     pub(crate) fn at_most(model: &Model<'_>, reach: f32, energy: f32) -> Self {
         let cell = 2.0 * model.degree_bound * (3.0 * reach * reach + 1.0) * EPSILON_SQUARED;
         Self { moment: cell * model.cells() as f32, stored: 8.0 * cell * energy, ..Self::default() }
     }
 
-    /// That of a pass at `at` with these residuals: the sums over its free cells. A cell that
-    /// sleeps has no residual, and adds nothing.
+    /// The sums of a pass at `at` with these residuals, over its free cells. A sleeping cell has no residual
+    /// and adds nothing.
     #[cold]
     #[inline(never)]
     pub(crate) fn of_pass<N: LinkNumber>(
@@ -112,8 +110,7 @@ impl Rounding {
         sum
     }
 
-    /// How far rounding may move the energy of a state, of which `energy` is known, in internal
-    /// units.
+    /// Bound of the energy change due to rounding of a state with the energy `energy`, in internal units.
     #[must_use]
     pub fn allowance(self, energy: f32) -> f32 {
         let positive = |x: f32| if x > 0.0 && x.is_finite() { x } else { 0.0 };

@@ -16,14 +16,13 @@ use crate::model::parts::{self, PARTS};
 use crate::number::cell::Cell;
 use crate::number::two_float::{LANES, Lanes, TwoFloat};
 
-/// What a pass sums over the cells beside their residuals, eight cells at a time.
+/// Sums that a pass computes in addition to the residuals, eight cells at a time.
 pub(crate) trait Reduce {
-    /// Adds the terms of a slice: where its cells are, and their residuals with contact cells
-    /// driven.
+    /// Adds the terms of a slice: its cells' positions, and their residuals with contact cells driven.
     fn slice<V: F32x8>(&mut self, slice: usize, at: [V; 3], residual: [V; 4]);
 }
 
-/// The energy alone.
+/// Only the energy.
 #[derive(Default)]
 pub(crate) struct Energy(Lanes);
 
@@ -41,11 +40,11 @@ impl Energy {
     }
 }
 
-/// Contact cells, ascending, met slice by slice.
+/// Contact cells, ascending, visited slice by slice.
 #[derive(Clone, Copy)]
 pub(crate) struct Contacts<'a> {
     contacts: &'a [Contact],
-    /// Those before this one lie in earlier slices.
+    /// The contacts before this one are in earlier slices.
     next: usize,
 }
 
@@ -54,7 +53,7 @@ impl<'a> Contacts<'a> {
         Self { contacts, next: 0 }
     }
 
-    /// Which cells of a slice are contacts, where some are. Slices are to be asked for ascending.
+    /// Flags of the contact cells in a slice; `None` if there are none. Call it for ascending slices.
     #[inline(always)]
     pub fn of_slice(&mut self, slice: usize) -> Option<[bool; LANES]> {
         let (first, mut chosen, mut any) = (slice * LANES, [false; LANES], false);
@@ -72,8 +71,7 @@ impl<'a> Contacts<'a> {
     }
 }
 
-/// The pass over slices, where unit and model allow it; whether they do. The states must lie
-/// within K.
+/// The pass over slices. Returns false if unit or model do not support it. The states must be within K.
 pub(crate) fn residual(
     terms: Terms<'_, '_>,
     awake: &SliceSet,
@@ -97,8 +95,8 @@ pub(crate) fn residual(
     true
 }
 
-/// The same part by part, each with its own sums, for a body of several parts. Where terms keep
-/// states the calling thread does all of it.
+/// The same part by part, each with its own sums, for a body of several parts. If terms keep states, the
+/// calling thread does all the work.
 pub(crate) fn residual_in_parts(
     terms: Terms<'_, '_>,
     awake: &SliceSet,
@@ -112,9 +110,10 @@ pub(crate) fn residual_in_parts(
     };
     let (model, current, contacts) = (terms.model, terms.current, Contacts::new(contacts));
     if !terms.states.any() {
-        // What tools add goes by way of the residuals: threads share no other memory.
+        // The tools' contribution goes through the residuals: threads share no other memory.
         terms.pull_into(awake, at, residual);
     }
+    // Terms with states: the calling thread runs the parts in turn.
     let mut each = parts::split_mut(residual).into_iter().zip(sums).enumerate();
     if terms.states.any() {
         run(terms.vectors, Update { terms, awake, at });
@@ -128,6 +127,7 @@ pub(crate) fn residual_in_parts(
         }
         return true;
     }
+    // Otherwise the team runs the parts.
     let pulled = terms.touch.get().map(|touching| touching.slices);
     let state = |_| State::REST;
     let pulls = |slice, own: &Chunk| pulled?.contains(slice).then_some(*own);
@@ -142,7 +142,7 @@ pub(crate) fn residual_in_parts(
     true
 }
 
-/// What the terms keep of the cells in awake slices, brought up to where they are.
+/// Updates the terms' states of the cells in awake slices to their positions.
 struct Update<'a, 'm> {
     terms: Terms<'a, 'm>,
     awake: &'a SliceSet,
@@ -168,7 +168,7 @@ impl Work for Update<'_, '_> {
     }
 }
 
-/// A pass over the awake slices among some, and what it sums on the way.
+/// A pass over the awake slices of a range, with its sums.
 pub(crate) struct SlicedResidual<'a, 'm, R, S, P> {
     pub model: &'a Model<'m>,
     pub current: Option<[f32; 3]>,
@@ -177,13 +177,13 @@ pub(crate) struct SlicedResidual<'a, 'm, R, S, P> {
     /// A part of the body.
     pub slices: Range<usize>,
     pub at: &'a [Cell],
-    /// Of the cells in these slices.
+    /// Residuals of the cells in these slices.
     pub residual: &'a mut [Cell],
     pub contacts: Contacts<'a>,
-    /// What the terms keep of a cell.
+    /// The terms' state of a cell.
     pub state: S,
     pub reduce: &'a mut R,
-    /// What tools add to the residuals of a slice, whose residuals are given as they were before.
+    /// The tools' contribution to the residuals of a slice, from the slice's residuals before the pass.
     pub pulls: P,
 }
 
@@ -201,6 +201,7 @@ impl<R: Reduce, S: Fn(usize) -> State, P: Fn(usize, &Chunk) -> Option<Chunk>> Wo
         for slice in self.awake.iter_in(self.slices) {
             let [x, y, z, _] = V::transposed(cells.at(slice));
             let here = [x, y, z];
+            // Links, other terms, tools and contacts, in this order.
             let mut sum = if self.model.is_nodal() {
                 [V::splat(0.0); 4]
             } else if varied {
@@ -224,8 +225,8 @@ impl<R: Reduce, S: Fn(usize) -> State, P: Fn(usize, &Chunk) -> Option<Chunk>> Wo
     }
 }
 
-/// Takes the residuals of contact cells out of a slice, or adds the current to them; lane by lane,
-/// since few slices have any.
+/// Clears the residuals of contact cells in a slice, or adds the current to them; lane by lane, since few
+/// slices have any.
 #[inline(always)]
 fn drive<V: F32x8>(sum: &mut [V; 4], current: Option<[f32; 3]>, contacts: [bool; LANES]) {
     for (sum, current) in sum.iter_mut().zip(match current {

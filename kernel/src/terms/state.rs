@@ -1,8 +1,8 @@
-//! What the terms keep of each cell from one pass to the next.
+//! The terms' state of each cell from one pass to the next.
 //!
-//! The state of a cell is that of all terms in the list, and has no size where none of them keeps
-//! any. A tissue holds it twice: as it is now, and as it was at the published positions while a
-//! scheme looks at others, for a pass that the guard discards.
+//! The state of a cell covers all terms in the list, and has no size if none of them keeps a state. A tissue
+//! holds it twice: the present one, and the one at the published positions while a scheme evaluates others,
+//! for a pass that the guard discards.
 
 use crate::backend::slice_set::SliceSet;
 use crate::backend::slices::cells_of;
@@ -10,21 +10,21 @@ use crate::model::terms::Others;
 use crate::number::kept::{Kept, kept};
 use crate::terms::term::Term;
 
-/// What a term keeps of one cell. Never -0.0, so that equal states have equal words.
+/// A term's state of one cell. Never -0.0, so that equal states have equal words.
 pub(crate) trait CellState: Kept + PartialEq + 'static {
     /// The state in the rest shape.
     const REST: Self;
-    /// All zeros: memory before a reset, so that a static of it needs no initial values.
+    /// All zeros: memory before a reset, so that a static needs no initial values.
     const ZERO: Self;
     /// 32-bit words of a state.
     type Words: Iterator<Item = u32>;
-    /// The words that enter the state hash and a saved state, always as many.
+    /// The words for the state hash and a saved state; their number is constant.
     fn words(self) -> Self::Words;
-    /// The state with the next of these words; `None` where there is none.
+    /// The state from the next of these words; `None` if they are no state.
     fn from_words(words: &mut impl Iterator<Item = u32>) -> Option<Self>;
 }
 
-/// What a term without a state keeps.
+/// The state of a term without one.
 pub(crate) type Nothing = [u32; 0];
 
 impl CellState for Nothing {
@@ -80,10 +80,10 @@ impl TermState {
     }
 }
 
-/// 0 where no term keeps any state, so that arrays of this length have no size.
+/// 0 if no term keeps a state, so that arrays of this length have no size.
 const KEPT: usize = (size_of::<TermState>() > 0) as usize;
 
-/// Words that the states in `cells` give to the state hash and to a saved state, cell by cell.
+/// The words of the states in `cells` for the state hash and a saved state, cell by cell.
 pub(crate) fn words(cells: &[TermState]) -> impl Iterator<Item = u32> {
     let kept = cells.iter().take(cells.len() * KEPT);
     kept.flat_map(|cell| cell.now.words())
@@ -93,7 +93,7 @@ pub(crate) fn words(cells: &[TermState]) -> impl Iterator<Item = u32> {
 pub struct TermStates<'a>([&'a mut [TermState]; KEPT]);
 
 impl<'a> TermStates<'a> {
-    /// States in this memory, one a cell.
+    /// States in this memory, one per cell.
     #[must_use]
     #[inline(always)]
     pub fn new(cells: &'a mut [TermState]) -> Self {
@@ -101,36 +101,36 @@ impl<'a> TermStates<'a> {
         Self([(); KEPT].map(|()| cells.take().unwrap_or_default()))
     }
 
-    /// The same memory, for a shorter time.
+    /// The same memory, for a shorter lifetime.
     #[must_use]
     #[inline(always)]
     pub fn reborrow(&mut self) -> TermStates<'_> {
         TermStates(self.0.each_mut().map(|cells| &mut **cells))
     }
 
-    /// Cells that there is room for.
+    /// Number of cells that the memory holds.
     pub(crate) fn capacity(&self) -> usize {
         self.0.first().map_or(0, |cells| cells.len())
     }
 
-    /// The memory of the first `count` cells; none where there is no room.
+    /// The memory of the first `count` cells; empty if it is too small.
     pub(crate) fn cells(&self, count: usize) -> &[TermState] {
         self.0.first().and_then(|cells| cells.get(..count)).unwrap_or(&[])
     }
 
-    /// All of the memory.
+    /// The whole memory.
     pub(crate) fn memory(&mut self) -> &mut [TermState] {
         self.0.first_mut().map_or(&mut [], |cells| cells)
     }
 
-    /// Puts all cells to rest.
+    /// Sets all cells to the rest state.
     pub(crate) fn reset(&mut self) {
         for cells in &mut self.0 {
             cells.fill(TermState::REST);
         }
     }
 
-    /// Takes in the words of so many cells; whether they are states, else nothing changes.
+    /// Reads the words of `count` cells. Returns false and changes nothing if they are not valid states.
     pub(crate) fn read(&mut self, count: usize, words: &[u32]) -> bool {
         let count = if self.capacity() < count { 0 } else { count };
         let cells = self.0.iter_mut().flat_map(|cells| cells.iter_mut().take(count));
@@ -145,7 +145,7 @@ impl<'a> TermStates<'a> {
         is_whole
     }
 
-    /// The same for a tick of a body of which the terms keep so many cells.
+    /// Shares the memory of the first `count` cells for a tick.
     #[inline(always)]
     pub(crate) fn shared(&mut self, count: usize) -> States<'_> {
         let shared = |cells| core::cell::Cell::from_mut(cells).as_slice_of_cells();
@@ -162,7 +162,7 @@ impl States<'_> {
     #[cfg(test)]
     pub const NONE: Self = Self([&[]; KEPT]);
 
-    /// Whether some term keeps states of this body.
+    /// Returns true if some term keeps states of this body.
     #[inline(always)]
     pub fn any(&self) -> bool {
         self.0.first().is_some_and(|cells| !cells.is_empty())
@@ -179,7 +179,7 @@ impl States<'_> {
         self.slot(cell).map_or(TermState::REST, core::cell::Cell::get).now
     }
 
-    /// Gives a cell another state.
+    /// Sets the state of a cell.
     #[inline(always)]
     pub fn put(&self, cell: usize, state: State) {
         if let Some(slot) = self.slot(cell) {
@@ -187,7 +187,7 @@ impl States<'_> {
         }
     }
 
-    /// Saves the states of a slice: its cells are at their published positions.
+    /// Saves the states of a slice whose cells are at their published positions.
     #[inline(always)]
     pub fn save_slice(&self, slice: usize) {
         for slot in self.slice(slice) {
@@ -195,7 +195,7 @@ impl States<'_> {
         }
     }
 
-    /// Saves the states of these slices, of so many in all.
+    /// Saves the states of the slices in `set`, among `slices` in all.
     #[inline(always)]
     pub fn save(&self, set: &SliceSet, slices: usize) {
         if self.any() {
@@ -203,7 +203,7 @@ impl States<'_> {
         }
     }
 
-    /// The saved states of these slices, of so many in all, hold again.
+    /// Restores the saved states of the slices in `set`, among `slices` in all.
     #[inline(always)]
     pub fn restore(&self, set: &SliceSet, slices: usize) {
         if self.any() {

@@ -1,9 +1,8 @@
 //! Stiffening: sets of bands on the links of a body of nodal shapes.
 //!
-//! Tissue is soft where it is little deformed and stiff beyond. A link of rest length l0 and length
-//! u is a spring wherever it is outside a band, and there may be several bands, one inside the
-//! other. With `h_s` half the width of band s, `E_s` its modulus and V the volume of the tetrahedra
-//! around the link
+//! Tissue is soft at small strain and stiff beyond. A link of rest length l0 and length u is a spring outside
+//! a band, and there may be several bands, one inside the other. With `h_s` half the width of band s, `E_s`
+//! its modulus and V the volume of the tetrahedra around the link
 //!
 //! ```text
 //! d_s = u - (1 + h_s) l0 above the band, u - (1 - h_s) l0 below it, 0 inside
@@ -11,16 +10,15 @@
 //! r_i = sum over links and sets of w_s d_s / 2 along the link
 //! ```
 //!
-//! in the kernel's units. In a large even mesh set s adds Young's modulus `E_s` of Poisson's ratio
-//! 1/4 to what is strained beyond `h_s`.
+//! in the kernel's units. In a large even mesh set s adds Young's modulus `E_s` with Poisson's ratio 1/4 to
+//! tissue strained beyond `h_s`.
 //!
-//! **The bound.** Each set is half the squared distance of a linear map to a shell, as the link of
-//! the paper is (Eq. 5 to 13): L is the Laplacian of weights sum of `w_s` / 2, W the sum of the
-//! weights, in every state. A link without a length of its own takes the direction of the rest
-//! shape.
+//! **The bound.** Each set is half the squared distance of a linear map to a shell, like the paper's link
+//! (Eq. 5 to 13): L is the Laplacian of weights sum of `w_s` / 2, W the sum of the weights, in every state. A
+//! link of zero length takes the direction of the rest shape.
 //!
-//! Cost: of a link inside all of its bands a gather and two comparisons; of others one root and two
-//! divisions, however many sets. No state. `f32` alone.
+//! Cost: a gather and two comparisons for a link inside all of its bands; one root and two divisions for
+//! others, for any number of sets. No state. `f32` only.
 
 use super::held::{Contact, Touched};
 use super::links::law::COINCIDENT;
@@ -38,19 +36,17 @@ use crate::number::cell::{Cell, add, dot, scale, single, sub};
 use crate::number::sqrt::sqrt;
 use crate::number::two_float::LANES;
 
-/// Narrows the innermost band by what rounding may do, so that a link that is passed over has no
-/// force.
+/// Narrows the innermost band by the rounding error, so that a skipped link has no force.
 const RIM: f32 = 1.0e-6;
 
-/// What links do: the factor of the way from here to there, and the sum of w d^2.
+/// Force of links: the factor of the vector between the ends, and the sum of w d^2.
 struct Pull<V> {
     factor: Lane<V>,
     wd2: Lane<V>,
 }
 
 impl Stiffening<'_> {
-    /// Links of these squared lengths, rest lengths and volumes; `None` where all are inside their
-    /// bands.
+    /// Links of these squared lengths, rest lengths and volumes; `None` if all are inside their bands.
     #[inline(always)]
     fn pull<V: Real>(self, u2: Lane<V>, l0: Lane<V>, volume: Lane<V>) -> Option<Pull<V>> {
         let (zero, one) = (Lane::of(0.0), Lane::of(1.0));
@@ -62,6 +58,7 @@ impl Stiffening<'_> {
         if !V::any(outside.above(zero)) {
             return None;
         }
+        // Sum over the bands.
         let (u, mut wd, mut wd2) = (u2.root(), zero, zero);
         for set in self.sets() {
             let (half_width, modulus) = (Lane::of(set.half_width), Lane::of(set.modulus));
@@ -71,14 +68,14 @@ impl Stiffening<'_> {
             wd = wd + modulus * d;
             wd2 = wd2 + modulus * d * d;
         }
-        // A link without a length takes the rest shape's way, which is l0 long.
+        // A link of zero length takes the rest shape's vector, which is l0 long.
         let is_void = (l02 * Lane::of(COINCIDENT)).above(u2);
         let along = Lane::select(is_void, l0 + l0, u + u);
         let along = Lane::select(along.above(zero), along, one);
         Some(Pull { factor: volume * wd / along, wd2: volume * wd2 })
     }
 
-    /// What one link does to `cell`: its force, and w d^2.
+    /// Force of one link on `cell`, and w d^2.
     fn force(
         self,
         (group, cell, other): (usize, usize, usize),
@@ -94,14 +91,14 @@ impl Stiffening<'_> {
         Some((scale(factor.0, way), wd2.0))
     }
 
-    /// What the links of a cell do to it.
+    /// Adds the forces of a cell's links to its residual.
     fn residual(self, cell: usize, at: &impl Fn(usize) -> [f32; 3], sum: Cell) -> Cell {
         let slots = self.slots_of(cell);
         let forces = slots.filter_map(|(group, other)| self.force((group, cell, other), at));
         forces.fold(sum, |sum, ([x, y, z], wd2)| sum.plus(Cell([x, y, z, wd2])))
     }
 
-    /// The links of a slice with a link that has no length, cell by cell.
+    /// The links of a slice that has a link of zero length, cell by cell.
     #[cold]
     #[inline(never)]
     fn one_by_one(self, slice: usize, at: &[Cell], lanes: &mut [[f32; LANES]; 4]) {
@@ -178,6 +175,7 @@ impl Term for Stiffening<'_> {
         let place = |cell: usize| at.get(cell).map_or([0.0; 4], |cell| cell.0);
         let here = places::<V>(|lane| place((slice * LANES + lane).min(last)));
         let mut is_void = V::splat(0.0).below(V::splat(0.0));
+        // Add the groups of links.
         for group in range(self.rows, slice) {
             let slots = self.ids.get(group).zip(self.lengths.get(group));
             let Some(((ids, lengths), volumes)) = slots.zip(self.volumes.get(group)) else {
@@ -194,6 +192,7 @@ impl Term for Stiffening<'_> {
             let [fx, fy, fz] = [pull.factor * x, pull.factor * y, pull.factor * z];
             *sum = [sx.plus(fx.0), sy.plus(fy.0), sz.plus(fz.0), wd2.plus(pull.wd2.0)];
         }
+        // A link of zero length: compute the slice cell by cell.
         if V::any(is_void) {
             let mut lanes = [[0.0; LANES]; 4];
             for (sum, lanes) in before.into_iter().zip(&mut lanes) {

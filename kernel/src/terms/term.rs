@@ -1,18 +1,17 @@
-//! What a term beside the links does in a tick, in a pass, and where the tool moves its cells.
+//! A term besides the links: its part in a tick, in a pass, and at the cells that the tool moves.
 //!
-//! **State.** A term may keep a state of each cell. The energy is then a function of positions and
-//! states. A tick changes states in two places, each cell from the positions of any cells and from
-//! its own state alone:
+//! **State.** A term may keep a state of each cell. The energy is then a function of positions and states. A
+//! tick changes states in two places, each cell's from the positions of any cells and from its own state
+//! only:
 //!
-//! - [`Term::begin_tick`], once before anything else: a correction, such as a linear part of
-//!   residual and energy, that is held through all sweeps. It may change the energy, which has to
-//!   stay at least 0, and says by how much.
-//! - [`Term::update`], before each pass over the residuals. It must never raise the energy, nor
-//!   change a state where the term's energy is 0: such a cell may sleep.
+//! - [`Term::begin_tick`], once before anything else: a correction, such as a linear part of residual and
+//!   energy, that is constant through all sweeps. It may change the energy, which must stay at least 0, and
+//!   returns the change.
+//! - [`Term::update`], before each pass over the residuals. It must never raise the energy, nor change a
+//!   state where the term's energy is 0: such a cell may sleep.
 //!
-//! So for fixed states the bound L holds as for any term, and the energy falls in every sweep. What
-//! the guard discards takes its updates with it: the states are then those of the published
-//! positions.
+//! So for fixed states the bound L holds as for any term, and the energy falls in every sweep. If the guard
+//! discards a pass, its updates are discarded too: the states are then those of the published positions.
 //!
 //! The list of the terms is that of `model::terms`. All of it is resolved when the kernel is
 //! compiled: a term that is not in the list costs nothing.
@@ -26,19 +25,19 @@ use crate::model::terms::NoTerm;
 use crate::number::cell::{Cell, add};
 use crate::number::two_float::LANES;
 
-/// A term beside the links. Positions are given as states v and what makes outputs of them;
-/// `state` gives what the term keeps of a cell.
+/// A term besides the links. Positions are given as states v with a function for their outputs; `state`
+/// returns the term's state of a cell.
 pub(crate) trait Term: Copy {
-    /// What the term keeps of a cell; [`Nothing`] if nothing.
+    /// The term's state of a cell; [`Nothing`] if it has none.
     type State: CellState;
 
-    /// Whether [`Self::begin_tick`] may change a state of this body.
+    /// Returns true if [`Self::begin_tick`] may change a state of this body.
     #[inline(always)]
     fn corrects(self) -> bool {
         false
     }
-    /// The state of a cell at the start of a tick, where the outputs are `at`, and what that adds
-    /// to the energy, in internal units.
+    /// The state of a cell at the start of a tick at the outputs `at`, and the change of the energy, in
+    /// internal units.
     fn begin_tick(
         self,
         cell: usize,
@@ -86,7 +85,7 @@ pub(crate) trait Term: Copy {
         state: &impl Fn(usize) -> Self::State,
         add: &mut impl FnMut([f32; 3]),
     );
-    /// Adds what the term stores at the held cells.
+    /// Adds the term's energy at the held cells.
     fn touched<N: TermNumber>(
         self,
         held: &[Contact<N>],
@@ -94,8 +93,8 @@ pub(crate) trait Term: Copy {
         state: &impl Fn(usize) -> Self::State,
         sums: &mut Touched,
     );
-    /// The state of a cell for [`Self::resist`] to the small displacement `field` of the rest shape;
-    /// the next pass finds anew what that replaces.
+    /// The state of a cell for [`Self::resist`] to the small displacement `field` of the rest shape; the next
+    /// pass recomputes the replaced parts.
     fn strain(
         self,
         _cell: usize,
@@ -104,8 +103,8 @@ pub(crate) trait Term: Copy {
     ) -> Self::State {
         state
     }
-    /// The second derivative of the energy at rest times the field, at a cell; 0 for a term that
-    /// does not stand in place of the links.
+    /// The second derivative of the energy at rest times the field, at a cell; 0 for a term that does not
+    /// replace the links.
     fn resist(
         self,
         _cell: usize,
@@ -114,14 +113,13 @@ pub(crate) trait Term: Copy {
     ) -> [f32; 3] {
         [0.0; 3]
     }
-    /// The rotation of a cell, as a unit quaternion with the real part first, where its state has
-    /// one.
+    /// The rotation of a cell as a unit quaternion, real part first; `None` if its state has none.
     #[inline(always)]
     fn turn(self, _state: Self::State) -> Option<[f32; 4]> {
         None
     }
-    /// Adds w |D|^2, `squared` = |D|^2, for a cell that moves by D: the root of the energy rises by
-    /// at most half the root of that sum over all cells that move.
+    /// Adds w |D|^2, `squared` = |D|^2, for a cell that moves by D: the root of the energy rises by at most
+    /// half the root of that sum over all moving cells.
     fn add_move(self, cell: usize, squared: f32, sum: f32) -> f32;
 }
 

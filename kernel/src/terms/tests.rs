@@ -1,4 +1,4 @@
-//! Bakes pins into images, and the bound of the curvature as a dense matrix.
+//! Bakes pins into images; the bound of the curvature as a dense matrix.
 
 use std::vec;
 use std::vec::Vec;
@@ -120,9 +120,9 @@ pub(crate) fn with_word(from: &[u8], kind: u32, at: usize, word: u32) -> &'stati
     image(&contents)
 }
 
-/// Bakes pins into an image: their section, and their part of what bounds the curvature: the
-/// cells' mobilities, the largest step, the inverse of the coarse level. A body that is set
-/// `afloat` loses its fixed cells and its coarse level.
+/// Bakes pins into an image: their section, and their part in the bounds of the curvature: the cells'
+/// mobilities, the largest step, the inverse of the coarse level. A body that is set `afloat` loses its fixed
+/// cells and its coarse level.
 pub(crate) fn pinned(from: &[u8], pins: &[Pin], afloat: bool) -> &'static [u8] {
     let model = Model::from_bytes(from).unwrap();
     let pin_of = |cell: usize| pins.iter().find(|pin| pin.cell == cell).map_or(0.0, |p| p.weight);

@@ -1,4 +1,4 @@
-//! How many sweeps a tick makes.
+//! Sweep budget of a tick.
 
 /// How far the sweeps of a tick go, at most as many as
 /// [`Settings::sweeps`](crate::Settings::sweeps) says.
@@ -8,27 +8,26 @@
 pub enum Budget<'a> {
     /// All sweeps of the settings.
     All,
-    /// So many; 0 for a tick that is late, see [`Self::LATE`].
+    /// This many; 0 for a tick that is late, see [`Self::LATE`].
     Sweeps(u16),
-    /// At least one, then as long as this says so: it is asked after each sweep but the last, and
-    /// told how many are done.
+    /// At least one, then as long as the function returns true: it is called after each sweep but the last,
+    /// with the number of sweeps done.
     While(&'a mut dyn FnMut(u16) -> bool),
 }
 
 impl Budget<'_> {
-    /// No sweep, for poses that newer ones have overtaken: the tools move, by the step limit and the
-    /// energy limit as ever, and the level is charged. The answer repeats the force of the last tick
-    /// with [`Flags::LATE`](crate::Flags::LATE), 0 where the tool lets go. Bands stay as they are until
-    /// a tick with a sweep. A probe pushes out what it touches and lets go of nothing; it looks for
-    /// further cells where it has come an eighth of its radius further since it last did. Tools on a
-    /// contact surface stay where they are.
+    /// No sweep, for poses that newer ones have overtaken: the tools move within the step limit and the
+    /// energy limit as usual, and the energy level is updated. The output repeats the force of the last tick
+    /// with [`Flags::LATE`](crate::Flags::LATE), 0 if the tool releases. Bands stay as they are until a tick
+    /// with a sweep. A probe pushes out the cells that it touches and releases none; it searches for further
+    /// cells only after it has moved an eighth of its radius since the last search. Tools on a contact
+    /// surface stay where they are.
     ///
-    /// Cost: the links of the contact cells, at most four times; for a probe that looks, one look at
-    /// each surface cell besides. Where the level is not known (positions were set, or bands changed)
-    /// there is one sweep.
+    /// Cost: the links of the contact cells, at most four times; for a probe that searches, also one look at
+    /// each surface cell. If the level is unknown (positions were set, or bands changed), there is one sweep.
     pub const LATE: Self = Self::Sweeps(0);
 
-    /// That of a tick that made so many sweeps once; `None` for one with those of the settings.
+    /// Budget that repeats a tick of `sweeps` sweeps; `None` repeats one with those of the settings.
     #[must_use]
     pub const fn again(sweeps: Option<u16>) -> Self {
         match sweeps {
@@ -37,7 +36,7 @@ impl Budget<'_> {
         }
     }
 
-    /// Whether a further sweep is wanted behind so many.
+    /// Returns true if another sweep is wanted after `done`.
     pub(super) fn goes_on(&mut self, done: u16) -> bool {
         match self {
             Self::All => true,

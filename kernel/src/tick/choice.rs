@@ -1,4 +1,4 @@
-//! Choices among named values: one table each, from which every caller takes names and codes.
+//! Choices among named values: one table each, which defines names and codes for every caller.
 
 /// A choice among named values.
 ///

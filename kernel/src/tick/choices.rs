@@ -1,4 +1,4 @@
-//! The choices of a run. Their codes are those of the C interface, where it has them.
+//! The choices of a run. Their codes are those of the C interface, if it has them.
 
 use super::choice::choices;
 use super::settings::Settings;
@@ -10,21 +10,21 @@ choices! {
     /// The scheme that moves the network.
     #[derive(Default)]
     Scheme {
-        /// One explicit step of common size a sweep, [`Euler`].
+        /// One explicit step of common size per sweep, [`Euler`].
         Euler = 1, <Euler as Dynamics>::NAME;
         /// Conjugate directions under an energy guard, with a coarse level, [`Track`].
         #[default]
         Track = 0, <Track as Dynamics>::NAME;
         /// Runge-Kutta-Legendre super-steps of second order, [`Rkl2`].
         Rkl2 = 3, <Rkl2 as Dynamics>::NAME;
-        /// `track` that knows how the body answers a move of the held cells, [`Predict`].
+        /// `track` that predicts how the body responds to a move of the held cells, [`Predict`].
         Predict = 7, <Predict as Dynamics>::NAME;
     }
 }
 
 impl Scheme {
-    /// The defaults of a scheme with a number of sweeps a tick: a scheme that goes by
-    /// [`Settings::tick_time`] gets the time that those sweeps cover.
+    /// The defaults of a scheme with `sweeps` sweeps per tick. A scheme that uses [`Settings::tick_time`]
+    /// gets the time that those sweeps cover.
     #[must_use]
     pub fn settings(self, model: &Model<'_>, sweeps: u16) -> Settings {
         let defaults = Settings::for_model(model);
@@ -35,7 +35,7 @@ impl Scheme {
         Settings { sweeps, tick_time, ..defaults }
     }
 
-    /// Whether the scheme goes by [`Settings::tick_time`].
+    /// Returns true if the scheme uses [`Settings::tick_time`].
     #[must_use]
     pub fn goes_by_tick(self) -> bool {
         matches!(self, Self::Rkl2)
@@ -60,11 +60,11 @@ choices! {
     Unloading {
         /// Never.
         Off = 0, "off";
-        /// From the tool's release until it takes hold again.
+        /// From the tool's release until it engages again.
         #[default]
         Release = 1, "release";
-        /// As `Release`, and while the tool has come back by more than a tenth of a mean link
-        /// length from its deepest point, until it passes that.
+        /// Like `Release`, and also while the tool has retreated by more than a tenth of a mean link length
+        /// from its deepest point, until it passes that point.
         Retreat = 2, "retreat";
     }
 }
@@ -76,13 +76,12 @@ choices! {
         /// It prescribes their positions: they are held there.
         #[default]
         Position = 0, "position";
-        /// It is the current `I_i` of the cell equation (Eq. 2, 4; section 3.2): I = the tool's
-        /// displacement since it took hold, a unit of network time, added to the residual of each
-        /// contact cell, none of which is held. As a force that is a load of 2 `k_ref` I a cell
-        /// \[N\]. At equilibrium the links exert its opposite; where they have settled depends on
-        /// their stiffness, and a body without fixed cells drifts up to K. On release I is 0 at
-        /// once. The guarded quantity is E less the load's work; a current that might take the
-        /// energy beyond [`Model::energy_max`] is cut (flag 1).
+        /// It is the current `I_i` of the cell equation (Eq. 2, 4; section 3.2): I = the tool's displacement
+        /// since it engaged, per unit of network time, added to the residual of each contact cell; no cell is
+        /// held. As a force it is a load of 2 `k_ref` I per cell \[N\]. At equilibrium the links exert the
+        /// opposite force; the settled positions depend on the links' stiffness, and a body without fixed
+        /// cells drifts up to K. On release I becomes 0 at once. The guarded quantity is E less the load's
+        /// work; a current that may raise the energy above [`Model::energy_max`] is cut (flag 1).
         Current = 1, "current";
     }
 }

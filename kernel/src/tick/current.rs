@@ -7,17 +7,18 @@ use crate::solver::Dynamics;
 use crate::terms::current::{admitted, rounded_up, work};
 
 impl<D: Dynamics> Tick<'_, '_, D> {
-    /// I at each contact cell, while the tool drives by it [mean link lengths].
+    /// The current I at each contact cell, if the tool drives by current [mean link lengths].
     pub(super) fn current(&self) -> Option<[f32; 3]> {
         self.head.level.is_driven().then_some(self.head.applied)
     }
 
-    /// Moves the current to a value that the tool asks for, as far as the energy bound allows.
+    /// Moves the current towards the value that the tool asks for, as far as the energy bound allows.
     pub(super) fn let_in(&mut self, wished: [f32; 3]) {
         let model = self.network.model();
         let from = self.head.applied;
         // Rounded to the number type of the cells: work and residual must mean the same current.
         let wished = single(from_single::<D::Number>(wished));
+        // Cut the current at the energy bound.
         let energy = self.head.level.energy();
         let energy = f64::from(energy.hi) + f64::from(energy.lo);
         let to = admitted(model, [from, wished], energy, self.state, self.contacts);
@@ -25,6 +26,7 @@ impl<D: Dynamics> Tick<'_, '_, D> {
         if to != wished {
             self.flags.insert(Flags::MOTION_CLAMPED);
         }
+        // Book the change of the load's work.
         if to != from {
             let [old, new] = [from, to].map(|i| work(model, i, self.state, self.contacts));
             self.head.applied = to;
@@ -37,14 +39,14 @@ impl<D: Dynamics> Tick<'_, '_, D> {
         }
     }
 
-    /// The current stops at once: the cells stay where they are and go on by themselves.
+    /// Stops the current at once; the cells continue from where they are.
     pub(super) fn cut_off(&mut self) {
         self.head.level.end_work();
         self.head.dynamics.pushed();
         self.wake_contacts();
     }
 
-    /// Notes what the current has done, behind the sweeps.
+    /// Books the current's work, after the sweeps.
     pub(super) fn book(&mut self) {
         if let Some(current) = self.current() {
             let work = work(self.network.model(), current, self.state, self.contacts);

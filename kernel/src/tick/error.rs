@@ -1,4 +1,4 @@
-//! Why a tissue refuses a model or a state.
+//! Errors of a tissue that refuses a model or a state.
 
 use crate::model::COORDINATE_MAX;
 use crate::number::float_env::FloatEnvironmentError;
@@ -7,16 +7,16 @@ use crate::terms::links::range::RangeError;
 /// Why a tissue cannot take a model.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum ResetError {
-    /// The model has more cells than the tissue has room for.
+    /// The model has more cells than the tissue has memory for.
     #[error("the model has {needed} cells, the tissue room for {capacity}")]
     Capacity {
         /// Cells of the model.
         needed: usize,
-        /// Room.
+        /// Cells that the memory holds.
         capacity: usize,
     },
-    /// The model has a coarse level, for which the scheme has too little room: size it with
-    /// [`coarse_room`](crate::coarse_room), or bake the model without one.
+    /// The model's coarse level needs more memory than the tissue has: size it with
+    /// [`coarse_room`](crate::coarse_room), or bake the model without a coarse level.
     #[error(
         "the model's coarse level needs {needed} blocks of eight f32, the tissue has {room}: \
          size it with coarse_room, or bake it with `hats` none"
@@ -24,24 +24,24 @@ pub enum ResetError {
     CoarseRoom {
         /// Blocks needed.
         needed: usize,
-        /// Blocks there.
+        /// Blocks that the tissue has.
         room: usize,
     },
-    /// Terms of the energy keep states of the model's cells, for which there is too little room.
+    /// Energy terms keep states of the model's cells, for which the tissue has too little memory.
     #[error("the model needs room for the states of {needed} cells, the tissue has {capacity}")]
     States {
         /// Cells of the model.
         needed: usize,
-        /// Room.
+        /// Cells whose states the memory holds.
         capacity: usize,
     },
-    /// The scheme moves links alone.
+    /// The scheme supports links only, not nodal shapes.
     #[error("a body of nodal shapes moves under track in single precision alone: take that")]
     Shapes,
     /// The model is outside the range of the number type.
     #[error("{0}")]
     Range(RangeError),
-    /// The thread's arithmetic is not what the bits rely on.
+    /// The thread's floating-point environment is not the one that the results rely on.
     #[error("{0}")]
     Float(FloatEnvironmentError),
 }
@@ -52,7 +52,7 @@ pub enum StateError {
     /// The tissue was not reset to this network.
     #[error("the tissue belongs to another network: reset it first")]
     Model,
-    /// Fewer or more positions than cells.
+    /// The number of positions differs from the number of cells.
     #[error("{given} positions for {needed} cells")]
     Count {
         /// Cells of the model.

@@ -1,4 +1,4 @@
-//! Whether a model fits a tissue, and how much memory that takes.
+//! Checks that a model fits a tissue, and computes the memory that it needs.
 
 use super::error::ResetError;
 use super::tissue::TissueMut;
@@ -9,8 +9,8 @@ use crate::solver::Dynamics;
 use crate::terms::held::{Contact, ContactError};
 use crate::terms::surface::IS_BUILT;
 
-/// RAM of the arrays of a body under the scheme `D`, without the scalars and without what terms
-/// keep \[bytes\]; `room` in blocks of eight `f32`.
+/// RAM of a body's arrays under the scheme `D`, without the scalars and without the terms' states \[bytes\];
+/// `room` in blocks of eight `f32`.
 #[must_use]
 pub const fn array_bytes<D: Dynamics>(cells: usize, contacts: usize, room: usize) -> usize {
     (2 + D::ARRAYS) * cells * size_of::<Cell<D::Number>>()
@@ -19,7 +19,7 @@ pub const fn array_bytes<D: Dynamics>(cells: usize, contacts: usize, room: usize
 }
 
 impl<D: Dynamics> TissueMut<'_, D> {
-    /// Whether memory and scheme are enough for a model.
+    /// Checks that memory and scheme suffice for a model.
     pub(crate) fn check_fit(&self, model: &Model<'_>) -> Result<(), ResetError> {
         let cells = model.cells();
         let own = self.own.len().checked_div(D::ARRAYS).unwrap_or(usize::MAX);
@@ -41,7 +41,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
         Ok(())
     }
 
-    /// Whether scheme and memory are enough for a probe on a model with a contact surface.
+    /// Checks that scheme and memory suffice for a probe on a model with a contact surface.
     pub(super) fn check_touch(&self, model: &Model<'_>, radius: f32) -> Result<(), ContactError> {
         let Some(least) = model.probe_radius_min() else { return Ok(()) };
         if !IS_BUILT {

@@ -1,5 +1,5 @@
-//! Handing samples from a position interrupt to the tick: a lock-free queue for one producer and
-//! one consumer, from `heapless`.
+//! Passes samples from a position interrupt to the tick: a lock-free queue for one producer and one consumer,
+//! from `heapless`.
 //!
 //! ```
 //! use chaincell_kernel::handover::SampleQueue;

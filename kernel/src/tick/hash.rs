@@ -14,19 +14,19 @@
 //! 0xCBF29CE484222325 + 4, absorbs by the same rule lane 0, 1, 2, 3 (64 bits each) and the number
 //! of words; its value is the hash. Files and messages show it as 16 lower-case hexadecimal
 //! digits. The absorption is a bijection of the lane, so a difference in a single word always
-//! shows. Cost: one 64-bit multiplication a word, in four independent chains.
+//! shows. Cost: one 64-bit multiplication per word, in four independent chains.
 
 use crate::number::Number;
 use crate::number::cell::{Cell, output};
 use crate::terms::state::{TermState, words};
 
-/// Revision of the arithmetic. Two releases of one revision give the same state hashes for the same
-/// model, settings and samples; a change that alters any raises it. Traces name it. In revision 2
-/// the guard's allowance is that of [`Rounding`](crate::Rounding), a clamped force is rounded down,
-/// and large bodies are summed in [`parts`](crate::parts). In revision 3 a tool that the tissue stops
-/// turns where it cannot go. In revision 4 a tool that is engaged in contact grows from nothing, one
-/// that is engaged inside the tissue waits, the momentum of a body under moving tools is learnt little
-/// by little, and samples that are about to be touched count in the elastic coarse level.
+/// Revision of the arithmetic. Two releases of one revision give the same state hashes for the same model,
+/// settings and samples; a change that alters any hash raises it. Traces record it. In revision 2 the guard's
+/// allowance is that of [`Rounding`](crate::Rounding), a clamped force is rounded down, and large bodies are
+/// summed in [`parts`](crate::parts). In revision 3 a tool that the tissue stops rotates where it cannot
+/// move. In revision 4 a tool that engages in contact grows from nothing, one that engages inside the tissue
+/// waits, the momentum of a body under moving tools is learnt gradually, and samples close to contact count
+/// in the elastic coarse level.
 pub const REVISION: u32 = 4;
 
 const START: u64 = 0xCBF2_9CE4_8422_2325;
@@ -38,8 +38,8 @@ fn absorb(lane: u64, word: u64) -> u64 {
     mixed ^ (mixed >> 32)
 }
 
-/// Hash of the output of the states `v` under the saturation bound `k`, and of what the terms keep
-/// of the cells (see the module's text).
+/// Hash of the output of the states `v` under the saturation bound `k`, and of the states that the terms keep
+/// (see the module's text).
 #[must_use]
 pub fn state_hash<N: Number>(v: &[Cell<N>], terms: &[TermState], k: f32) -> u64 {
     let mut lanes = [START, START + 1, START + 2, START + 3];
@@ -55,17 +55,17 @@ pub fn state_hash<N: Number>(v: &[Cell<N>], terms: &[TermState], k: f32) -> u64 
             }
         }
     }
-    // Four cells are twelve words: what is left starts in lane 0 again.
+    // Four cells are twelve words, so the remainder starts in lane 0 again.
     let rest = blocks.remainder().iter().flat_map(|cell| output(cell.xyz(), k)).map(N::word);
     finish(absorb_all(lanes, rest.chain(words(terms))), v.len() as u64 * 3 + count(terms))
 }
 
-/// Words of what the terms keep.
+/// Number of words in the terms' states.
 fn count(terms: &[TermState]) -> u64 {
     words(terms).count() as u64
 }
 
-/// Absorbs words one after the other, the first into lane 0.
+/// Absorbs words in order, the first into lane 0.
 fn absorb_all(mut lanes: [u64; 4], words: impl Iterator<Item = u32>) -> [u64; 4] {
     for (n, word) in words.enumerate() {
         if let Some(lane) = lanes.get_mut(n % 4) {
@@ -85,7 +85,7 @@ mod tests {
     use super::*;
     use crate::terms::state::{CellState, State};
 
-    /// The definition, word by word, written for itself.
+    /// The definition word by word, implemented independently.
     fn plainly(words: &[f32]) -> u64 {
         let mut lanes: [u64; 4] = core::array::from_fn(|k| START + k as u64);
         for (n, word) in words.iter().enumerate() {
@@ -101,8 +101,8 @@ mod tests {
             let a = i as f32;
             Cell([a, -a * 0.3, a * a, 99.0])
         });
-        // The tests' own term keeps six numbers, others more; those at the published positions do
-        // not count.
+        // The tests' own term keeps six numbers, others more; numbers at the published positions do not
+        // count.
         let states: [TermState; 11] = core::array::from_fn(|i| {
             let a = 0.1 + i as f32;
             TermState {

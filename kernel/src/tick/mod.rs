@@ -1,4 +1,4 @@
-//! The tick: what goes in, what comes out, and what happens in between.
+//! The tick: its inputs, its outputs and its steps.
 //!
 //! A caller resets a [`Tissue`](crate::Tissue) to a [`Network`](crate::Network), chooses contact
 //! cells or a probe while the tool is released, and then ticks once for each sample of its poses:
@@ -11,17 +11,15 @@
 //! | sweeps | [`Settings::sweeps`](crate::Settings::sweeps) link passes under the scheme | `order` |
 //! | output | force, energy, work, stiffness, contacts, flags | `output` |
 //!
-//! A tick cannot fail, panic or allocate, and makes no system call. The number of link passes does
-//! not depend on the input. The state hash is a call of its own, outside the tick. Between two
-//! ticks the settings may change. Contact cells can be chosen only while the tool is released, and
-//! another drive begins when the tool next takes hold. The rules of each step are those of "One
-//! tick" in `host/CONTRACT.md`.
+//! A tick cannot fail, panic or allocate, and makes no system call. The number of link passes does not depend
+//! on the input. The state hash is a separate call, outside the tick. The settings may change between two
+//! ticks. Contact cells can be chosen only while the tool is released, and another drive takes effect when
+//! the tool next engages. The rules of each step are those of "One tick" in `host/CONTRACT.md`.
 //!
 //! - [`choice`], [`choices`]: a choice among named values, and the choices of a run.
-//! - [`settings`], [`budget`], [`sample`]: a run's parameters, how many sweeps a tick makes, its output.
-//! - [`tissue`], [`fit`], `error`: the state in RAM, whether a model fits it, and why it refuses a
-//!   model or a state.
-//! - `begin`: a tool that is engaged in contact or inside the tissue.
+//! - [`settings`], [`budget`], [`sample`]: parameters of a run, sweeps of a tick, its output.
+//! - [`tissue`], [`fit`], `error`: the state in RAM, the check that a model fits it, and its errors.
+//! - `begin`: a tool that engages in contact or inside the tissue.
 //! - [`order`]: one tick; `tool`, `probe`, `surface`, `current`, `unloading`, `output`: its parts.
 //! - [`tools`], [`pose`]: tools on a model with a contact surface; [`touch_room`]: memory for them.
 //! - [`hash`]: the state hash.

@@ -1,5 +1,5 @@
-//! One tick, in the order that the contract fixes: sample, contact, sweeps, outputs. The terms'
-//! corrections come before the contact.
+//! One tick, in the order that the contract fixes: sample, contact, sweeps, outputs. The terms' corrections
+//! precede the contact.
 
 use super::budget::Budget;
 use super::pose::ToolPose;
@@ -20,24 +20,24 @@ use crate::terms::state::States;
 use crate::terms::surface::{IS_BUILT, Touch};
 use crate::terms::term::Term;
 
-/// Bad samples in a row that the last good one stands in for.
+/// Consecutive bad samples for which the last good one is used.
 pub const HELD_TICKS_MAX: u32 = 10;
 
 impl<D: Dynamics> TissueMut<'_, D> {
-    /// One tick of the network with a pose for each tool: infallible, with at most
-    /// [`Settings::sweeps`](crate::Settings::sweeps) link passes whatever the input, none in the safe
-    /// state. [`TickOutput::sweeps`] says how many were made. The published state is certified after
-    /// every sweep of `track` and `predict`.
+    /// Computes one tick of the network with a pose for each tool. It cannot fail and makes at most
+    /// [`Settings::sweeps`](crate::Settings::sweeps) link passes for any input, none in the safe state.
+    /// [`TickOutput::sweeps`] is the number made. Under `track` and `predict` the published state is
+    /// certified after every sweep.
     ///
-    /// Held cells and a probe among cells follow the first pose, whatever its turn. Poses beyond the
-    /// tools are left out, tools beyond the poses stay as they are. One bad pose, or none, makes the
-    /// sample a bad one. The output is that of the first tool, with the work of all;
-    /// [`Self::tool_output`] has the others'.
+    /// Held cells and a probe among cells follow the first pose and ignore its orientation. Poses beyond the
+    /// tools are ignored; tools beyond the poses stay as they are. A bad pose, or no pose, makes the sample a
+    /// bad one. The output is that of the first tool, with the work of all; [`Self::tool_output`] has the
+    /// others'.
     ///
-    /// The safe state (force 0, cells as they are) answers samples that stay bad for more than
-    /// [`HELD_TICKS_MAX`] ticks, and a network other than that of the last reset. The arithmetic
-    /// of the calling thread must be that which the reset found: IEEE 754 to nearest.
-    // One function, so that a firmware with several calls has its code and its frame once.
+    /// The safe state (force 0, cells unchanged) is the output for samples that stay bad for more than
+    /// [`HELD_TICKS_MAX`] ticks, and for a network other than that of the last reset. The calling thread must
+    /// have the floating-point environment that the reset checked: IEEE 754, rounding to nearest.
+    // Not inlined, so that a firmware with several calls has the code and its frame once.
     #[inline(never)]
     pub fn tick(
         &mut self,
@@ -45,6 +45,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
         poses: &[ToolPose],
         mut budget: Budget<'_>,
     ) -> TickOutput {
+        // Check network and sample; stop in the safe state if one is unusable.
         let is_late = D::IS_ANYTIME && budget.is_late() && !self.head.level.is_forgotten();
         let sample = self.joined(poses);
         let is_good = sample.is_some();
@@ -56,6 +57,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
         let Some(sample) = self.head.accept(sample, &mut flags) else {
             return self.safe(network, flags);
         };
+        // Cut the arrays to the model's size.
         let (Some(state), Some(residual), Some(own)) = (
             self.state.get_mut(..cells),
             self.residual.get_mut(..cells),
@@ -64,7 +66,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
             return self.safe(network, flags);
         };
         let chosen = self.contacts.len().min(self.head.chosen);
-        // A probe finds its cells by itself.
+        // A probe finds its cells itself.
         let is_surface = IS_BUILT && network.model().has_contact_surface();
         let slots = match self.head.probe {
             Some(_) if is_surface => 0,
@@ -73,6 +75,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
         };
         let contacts = self.contacts.get_mut(..slots).unwrap_or(&mut []);
         let (room, states) = (&mut *self.room, self.states.shared(network.model().kept_states()));
+        // Collect the tick's data, then apply the terms' corrections and the tool's contact.
         let mut tick = Tick {
             network,
             head: self.head,
@@ -95,11 +98,12 @@ impl<D: Dynamics> TissueMut<'_, D> {
         tick.hold_or_release(&sample);
         match tick.head.probe {
             _ if !tick.head.engaged => {}
-            // Where they are bad, the last good ones stand.
+            // After bad poses the last good ones stay in effect.
             Some(_) if is_surface => tick.press(if is_good { poses } else { &[] }),
             Some(radius) => tick.touch(&sample, radius),
             None => tick.follow(&sample),
         }
+        // Sweep, unless the tick is late.
         if !is_late {
             tick.unload();
             tick.sweep(&mut budget);
@@ -124,7 +128,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
 }
 
 impl<D> Head<D> {
-    /// The sample to act on; `None` where bad samples have gone on for too long.
+    /// Returns the sample to use; `None` after too many bad samples.
     fn accept(&mut self, sample: Option<ToolSample>, flags: &mut Flags) -> Option<ToolSample> {
         if let Some(sample) = sample {
             self.last_good = sample;
@@ -141,7 +145,7 @@ impl<D> Head<D> {
     }
 }
 
-/// A tick under way: the arrays cut to the model's size.
+/// Data of the current tick: the arrays cut to the model's size.
 pub(crate) struct Tick<'a, 'm, D: Dynamics> {
     pub network: &'a Network<'m>,
     pub head: &'a mut Head<D>,
@@ -153,11 +157,11 @@ pub(crate) struct Tick<'a, 'm, D: Dynamics> {
     pub states: States<'a>,
     pub touch: TouchRoom<'a>,
     pub team: Team<'a>,
-    /// What the tool's motion did to E.
+    /// Work of the tool's motion on the tissue, the change of E.
     pub work: TwoFloat,
     /// Sweeps made.
     pub sweeps: u16,
-    /// Whether it makes none, see [`Budget::LATE`].
+    /// True if the tick makes no sweep, see [`Budget::LATE`].
     pub is_late: bool,
     pub flags: Flags,
 }
@@ -170,7 +174,7 @@ impl<'a, 'm, D: Dynamics> Tick<'a, 'm, D> {
         Terms { model, closed, vectors, team, current, states, touch }
     }
 
-    /// The corrections of the terms for this tick, and what they do to the energy.
+    /// Applies the terms' corrections for this tick and books their change of the energy.
     #[inline(always)]
     fn begin_terms(&mut self) {
         let (terms, awake) = (self.terms(), &mut self.head.awake);
@@ -188,12 +192,12 @@ impl<'a, 'm, D: Dynamics> Tick<'a, 'm, D> {
         }
     }
 
-    /// The bounded number of link passes.
+    /// Makes the link passes of the tick.
     fn sweep(&mut self, budget: &mut Budget<'_>) {
         let current = self.current();
         let contacts: &[Contact<D::Number>] = if self.head.engaged { self.contacts } else { &[] };
         let held = if current.is_none() { contacts } else { &[] };
-        // The origins of a probe's contacts are where it has put them.
+        // A probe has set the origins of its contacts.
         let (applied, coarse) = match self.head.probe {
             Some(_) if IS_BUILT && self.network.model().has_contact_surface() => {
                 ([0.0; 3], self.head.deflated.map(Coarse::Resisted))
@@ -201,6 +205,7 @@ impl<'a, 'm, D: Dynamics> Tick<'a, 'm, D> {
             Some(_) => ([0.0; 3], self.head.deflated.map(Coarse::Deflated)),
             None => (self.head.applied, Some(Coarse::Corrected(held.len()))),
         };
+        // Collect all that the scheme reads and writes.
         let &Settings { sweeps, step, tick_time, .. } = self.network.settings();
         let pace = Pace { sweeps, step, tick_time };
         let model = self.network.model();
@@ -230,6 +235,7 @@ impl<'a, 'm, D: Dynamics> Tick<'a, 'm, D> {
             awake: &mut self.head.awake,
             level: &mut self.head.level,
         };
+        // Sweep until the settings or the budget end it.
         self.head.dynamics.begin(&mut body);
         for done in 1..=sweeps {
             if self.head.dynamics.sweep(&mut body) {
@@ -242,7 +248,7 @@ impl<'a, 'm, D: Dynamics> Tick<'a, 'm, D> {
         }
     }
 
-    /// Puts parts of the body to sleep: behind the sweeps, before anything else can move a cell.
+    /// Puts parts of the body to sleep. Runs after the sweeps, before anything else can move a cell.
     fn settle(&mut self) {
         let (state, own, residual) = (&*self.state, &*self.own, &*self.residual);
         self.head.awake.settle(self.network.model(), residual, |cell| {

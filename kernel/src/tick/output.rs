@@ -1,4 +1,4 @@
-//! What a tick answers.
+//! Output of a tick.
 
 use super::begin;
 use super::order::Tick;
@@ -10,8 +10,8 @@ use crate::terms::held;
 use crate::terms::surface::{IS_BUILT, ToolState};
 
 impl<D: Dynamics> Tick<'_, '_, D> {
-    /// Upper bound of the stiffness at the tool \[N/m\]: E curves by at most half the weight of the
-    /// links that a move of the tool stretches.
+    /// Upper bound of the stiffness at the tool \[N/m\]: E curves by at most half the weight of the links
+    /// that a motion of the tool stretches.
     fn stiffness(&self) -> f32 {
         if !self.head.engaged || self.current().is_some() {
             return 0.0;
@@ -19,7 +19,7 @@ impl<D: Dynamics> Tick<'_, '_, D> {
         let model = self.network.model();
         if IS_BUILT && !self.touch.tools().is_empty() && self.head.probe.is_some() {
             let first = self.touch.tool(0);
-            // The term's energy counts in 2 k_ref.
+            // The term's energy is in units of 2 k_ref.
             return first.map_or(0.0, |tool| 2.0 * model.stiffness_n_per_m() * tool.met.stiffness);
         }
         let weight = match self.head.probe {
@@ -31,7 +31,7 @@ impl<D: Dynamics> Tick<'_, '_, D> {
         model.stiffness_n_per_m() * weight
     }
 
-    /// Whether a tool is engaged that has no contact until it was outside.
+    /// Returns true if an engaged tool waits inside the tissue without contact.
     fn waits(&self) -> bool {
         if IS_BUILT && self.network.model().has_contact_surface() {
             return self.touch.tools().iter().any(ToolState::waits);
@@ -39,14 +39,14 @@ impl<D: Dynamics> Tick<'_, '_, D> {
         self.head.engaged && self.head.probe.is_some() && self.head.share <= begin::WAITS
     }
 
-    /// Cells that the tool acts on, or triangles of the surface.
+    /// Number of cells, or of surface triangles, that the tool acts on.
     fn contact_count(&self) -> u32 {
         let tool = self.touch.tool(0);
         tool.map_or(self.contacts.len() as u32, |tool| tool.met.touched)
     }
 
-    /// Force and energy of the state after the last update. A late tick repeats the force of the
-    /// last one, while the tool still holds on, with the energy of the state now.
+    /// Computes force and energy after the last update. A late tick repeats the last force while the tool
+    /// stays engaged, with the present energy.
     pub(super) fn output(mut self) -> TickOutput {
         let (model, settings) = (self.network.model(), self.network.settings());
         if self.is_late {
@@ -55,6 +55,7 @@ impl<D: Dynamics> Tick<'_, '_, D> {
                 self.flags.insert(Flags::BAND_CLOSED);
             }
         }
+        // Compute or repeat the force, and clamp it.
         let mut force_n = [0.0; 3];
         if self.head.engaged {
             force_n = if self.is_late {
@@ -64,7 +65,7 @@ impl<D: Dynamics> Tick<'_, '_, D> {
             } else {
                 scale(model.force_unit_n(), held::force(self.terms(), self.state, self.contacts))
             };
-            // Also of a repeated force: the limit may have changed.
+            // A repeated force is clamped too: the limit may have changed.
             let (within_n, is_clamped) = clamped(force_n, settings.max_force_n);
             if is_clamped {
                 force_n = within_n;

@@ -1,11 +1,11 @@
-//! Where tools are, and what a tool is.
+//! Tool poses and tool parts.
 
 use nalgebra::Vector3;
 
 use crate::number::turn::Turn;
 use crate::terms::surface::Solid;
 
-/// The orientation x, y, z, w of what is not turned.
+/// The identity orientation x, y, z, w.
 pub const NOT_TURNED: [f32; 4] = [0.0, 0.0, 0.0, 1.0];
 
 /// Pose of a tool in a tick, the same bytes in Rust, C, messages and traces.
@@ -15,23 +15,23 @@ pub const NOT_TURNED: [f32; 4] = [0.0, 0.0, 0.0, 1.0];
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(C)]
 pub struct ToolPose {
-    /// Where its frame is in the frame of the input mesh \[m\].
+    /// Position of the tool's frame in the frame of the input mesh \[m\].
     pub position_m: Vector3<f32>,
-    /// Turns its frame into that of the mesh: a unit quaternion x, y, z, w.
+    /// Rotation from the tool's frame to the mesh's: a unit quaternion x, y, z, w.
     pub orientation: [f32; 4],
-    /// 1 while the tissue feels it, else 0.
+    /// 1 while the tool acts on the tissue, else 0.
     pub engaged: u32,
 }
 
 impl ToolPose {
-    /// A tool at a place, not turned.
+    /// A tool at a position, not rotated.
     #[must_use]
     pub const fn at(position_m: Vector3<f32>, engaged: u32) -> Self {
         Self { position_m, orientation: NOT_TURNED, engaged }
     }
 
-    /// Whether the tick may act on it: finite, `engaged` 0 or 1, the quaternion's length within 1/2
-    /// and 2.
+    /// Returns true if the tick may use the pose: finite, `engaged` 0 or 1, quaternion length between 1/2 and
+    /// 2.
     #[must_use]
     pub fn is_good(&self) -> bool {
         self.engaged <= 1 && self.position_m.iter().all(|x| x.is_finite()) && self.turn().is_some()
@@ -46,15 +46,15 @@ impl ToolPose {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(C)]
 pub struct ToolPart {
-    /// Its middle \[m\].
+    /// Centre of the part \[m\].
     pub centre_m: [f32; 3],
-    /// Turns its own frame into the tool's: a unit quaternion x, y, z, w.
+    /// Rotation from the part's frame to the tool's: a unit quaternion x, y, z, w.
     pub orientation: [f32; 4],
-    /// Half the edges of its core \[m\]: 0 0 0 for a sphere, 0 0 a for a capsule along z. Of a half
-    /// space the core is all that lies below z = -radius: infinite in every axis.
+    /// Half edges of the core \[m\]: 0 0 0 for a sphere, 0 0 a for a capsule along z. Infinite in every axis
+    /// for a half space; its core is everything below z = -radius.
     pub half_m: [f32; 3],
-    /// Of the rounded edges around the core \[m\]. A tool that presses goes
-    /// only so far that no sample lies deeper in it than two fifths of it.
+    /// Radius of the rounded edges around the core \[m\]. A tool presses only so far that no sample lies
+    /// deeper in it than two fifths of this.
     pub radius_m: f32,
 }
 
@@ -72,25 +72,25 @@ impl ToolPart {
         Self { half_m: [0.0, 0.0, half_length_m], ..Self::sphere(radius_m) }
     }
 
-    /// A box whose outer half edges are those of `half_m` plus the radius of its rounded edges.
+    /// A box; its outer half edges are `half_m` plus the radius of its rounded edges.
     #[must_use]
     pub const fn rounded_box(half_m: [f32; 3], radius_m: f32) -> Self {
         Self { half_m, ..Self::sphere(radius_m) }
     }
 
-    /// All that lies below z = 0.
+    /// The half space below z = 0.
     #[must_use]
     pub const fn half_space(radius_m: f32) -> Self {
         Self { half_m: [f32::INFINITY; 3], ..Self::sphere(radius_m) }
     }
 
-    /// Whether it is a half space.
+    /// Returns true if the part is a half space.
     #[must_use]
     pub fn is_half_space(&self) -> bool {
         self.half_m == [f32::INFINITY; 3]
     }
 
-    /// The part in mean link lengths; `None` where a number is none, too small or too large.
+    /// The part in mean link lengths; `None` if a number is not finite, too small or too large.
     pub(crate) fn solid(&self, unit_m: f32, most: f32) -> Option<Solid> {
         let own = |x: f32| x / unit_m;
         let (centre, half) = (self.centre_m.map(own), self.half_m.map(own));
@@ -109,7 +109,7 @@ impl ToolPart {
             // -0.0 becomes +0.0.
             false => [half.map(|x| 0.0 - x), half.map(|x| x + 0.0)],
         };
-        // Samples under a half space need no finer rule than under the largest sphere.
+        // Samples under a half space need no finer spacing than under the largest sphere.
         let sampled = if is_plane { most } else { whole };
         Some(Solid { centre, turn, core, radius: whole, whole, sampled })
     }

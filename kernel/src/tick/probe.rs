@@ -1,4 +1,4 @@
-//! The tool's part of a tick where it is a sphere, see [`probe`](crate::terms::probe).
+//! Contact of a spherical tool in a tick, see [`probe`](crate::terms::probe).
 
 use super::begin;
 use super::order::Tick;
@@ -14,19 +14,20 @@ use crate::terms::probe::{Contacts, Sphere, normal, residual, spread};
 
 /// Largest coordinate of a centre [mean link lengths], so that its square stays finite.
 const CENTRE_MAX: f32 = 2.0e6;
-/// Share of the radius that the sphere goes in late ticks before it looks for cells again.
+/// In late ticks the sphere searches for cells after it has moved this share of its radius.
 const LOOK: f32 = 0.125;
-/// The middle of a sphere that is engaged lies outside the body by this share of its radius at least:
-/// cells at the height of its middle, which stick to it, would draw it in.
+/// Least distance of an engaging sphere's centre from the body, as a share of its radius: cells at the height
+/// of the centre, which stick to the sphere, would draw it in.
 const OUT: f32 = 0.125;
-/// Whether a probe may move a cell.
+/// Returns true if a probe may move the cell.
 fn is_free(model: &Model<'_>, cell: usize) -> bool {
     model.mobility.get(cell).is_some_and(|&mobility| mobility > 0.0)
 }
 
 impl<D: Dynamics> Tick<'_, '_, D> {
-    /// The sphere follows the tool and pushes cells out.
+    /// Moves the sphere with the tool and pushes cells out.
     pub(super) fn touch(&mut self, sample: &ToolSample, radius: f32) {
+        // Move the sphere within the step limit.
         let model = self.network.model();
         let from = self.head.applied;
         self.head.applied = self.step_towards(sample);
@@ -35,6 +36,7 @@ impl<D: Dynamics> Tick<'_, '_, D> {
         let unit = model.unit_m();
         let start = sub(self.head.tool_origin_m, model.centre_m())
             .map(|way| (way / unit).clamp(-CENTRE_MAX, CENTRE_MAX));
+        // Set its radius, update its contacts and push them out.
         let whole = Sphere::new(add(start, self.head.applied), radius);
         self.head.share = self.share(&whole);
         let sphere = Sphere::new(whole.centre, self.head.share * radius);
@@ -46,6 +48,7 @@ impl<D: Dynamics> Tick<'_, '_, D> {
             self.head.deepest = -1.0;
         }
         let moved = self.push_out(&sphere);
+        // Adapt the coarse level to the new contacts.
         if changed {
             let cells = self.contacts.iter().map(|contact| (contact.cell(), f32::INFINITY));
             self.head.deflated = D::deflate(model, self.room, cells);
@@ -55,8 +58,8 @@ impl<D: Dynamics> Tick<'_, '_, D> {
         }
     }
 
-    /// The share of its radius that the sphere has in this tick, see [`begin`]. It grows with sweeps
-    /// alone.
+    /// The share of its radius that the sphere has in this tick, see [`begin`]. It grows only in ticks with
+    /// sweeps.
     fn share(&self, whole: &Sphere) -> f32 {
         let share = self.head.share;
         if share >= 1.0 || self.is_late && share >= begin::WAITS {
@@ -64,9 +67,11 @@ impl<D: Dynamics> Tick<'_, '_, D> {
         }
         let (model, at) = (self.network.model(), places(self.network.model(), self.state));
         let is_inside = |margin| is_inside(model, &at, (whole.centre, margin));
+        // A growing sphere grows on, unless the tissue has closed over it.
         if share > begin::WAITS {
             return if is_inside(0.0) { begin::WAITS } else { begin::grown(share) };
         }
+        // A new or waiting sphere starts if the nearest free cell and the body permit.
         let nearest = model.surface.iter().fold(whole.radius, |nearest, &cell| {
             let cell = usize::from(cell);
             let distance = whole.distance(at(cell));
@@ -75,12 +80,12 @@ impl<D: Dynamics> Tick<'_, '_, D> {
         let nearest = nearest / whole.radius;
         let has_waited = share >= begin::WAITS;
         let waits = (has_waited && !begin::is_clear(nearest)) || is_inside(OUT * whole.radius);
-        // A cell at the centre is in no way of the growth: it goes out along its normal.
+        // A cell at the centre does not prevent growth: it leaves along its normal.
         if waits { begin::WAITS } else { begin::begins(nearest) }
     }
 
-    /// Finds the contacts of this tick; whether they are others than in the last one. A late tick
-    /// lets go of none, and seldom looks for further ones.
+    /// Finds the contacts of this tick and returns true if they have changed. A late tick releases none and
+    /// rarely searches for more.
     fn renew(&mut self, sphere: &Sphere) -> bool {
         let (terms, state) = (self.terms(), &*self.state);
         let model = terms.model;
@@ -92,6 +97,7 @@ impl<D: Dynamics> Tick<'_, '_, D> {
             changed: false,
             full: false,
         };
+        // Drop the contacts that the tissue no longer pushes against the sphere.
         if !self.is_late {
             contacts.retain(|cell| {
                 let mobility = model.mobility.get(cell).copied().unwrap_or(0.0);
@@ -99,6 +105,7 @@ impl<D: Dynamics> Tick<'_, '_, D> {
                 sphere.radius > 0.0 && at(cell).is_some_and(keeps)
             });
         }
+        // Search for cells inside the sphere.
         let is_looking = !self.is_late || self.head.unseen >= LOOK * sphere.radius;
         let surface = if is_looking { model.surface } else { &[] };
         if is_looking {
@@ -119,17 +126,19 @@ impl<D: Dynamics> Tick<'_, '_, D> {
         changed
     }
 
-    /// Puts the contacts on the sphere, as far as the model's largest energy allows; whether one of
-    /// them moved.
+    /// Moves the contacts onto the sphere, as far as the model's largest energy allows. Returns true if one
+    /// moved.
     fn push_out(&mut self, sphere: &Sphere) -> bool {
         let model = self.network.model();
         let k = D::Number::from_single(model.saturation());
+        // Start from the published positions.
         for contact in &mut *self.contacts {
             if let Some(v) = self.state.get(contact.cell()) {
                 contact.origin = output(v.xyz(), k);
             }
         }
         let before = held::touched(self.terms(), self.state, self.contacts);
+        // Move fully, and shorten a move that may exceed the energy bound.
         let mut moved = self.put(sphere, 1.0);
         if moved {
             let mut change = self.change(before);
@@ -140,13 +149,14 @@ impl<D: Dynamics> Tick<'_, '_, D> {
                 self.put(sphere, share);
                 change = self.change(before);
                 self.flags.insert(Flags::MOTION_CLAMPED);
-                // Without room for any move all are back where they were.
+                // With a share of 0 all are back at their origins.
                 moved = share > 0.0;
             }
             if moved {
                 self.load(change);
             }
         }
+        // Note the final positions as origins.
         for contact in &mut *self.contacts {
             if let Some(v) = self.state.get(contact.cell()) {
                 contact.origin = output(v.xyz(), k);
@@ -155,8 +165,8 @@ impl<D: Dynamics> Tick<'_, '_, D> {
         moved
     }
 
-    /// Puts the contacts a share of their way from their origins to the sphere, in every copy of
-    /// the state; whether one of them moved.
+    /// Moves the contacts by a share of the displacement from their origins to the sphere, in every copy of
+    /// the state. Returns true if one moved.
     fn put(&mut self, sphere: &Sphere, share: f32) -> bool {
         let model = self.network.model();
         let k = model.saturation();

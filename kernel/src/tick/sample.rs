@@ -1,12 +1,12 @@
-//! What goes into a tick and what comes out of it.
+//! Inputs and outputs of a tick.
 
 use crate::number::kept::kept;
 use nalgebra::Vector3;
 
-/// What the tick keeps of good poses: where the first tool is, and whether one is engaged.
+/// The part of good poses that the tick keeps: the first tool's position, and whether a tool is engaged.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct ToolSample {
-    /// In the frame of the input mesh \[m\].
+    /// Position in the frame of the input mesh \[m\].
     pub position_m: Vector3<f32>,
     /// 1 while a tool holds or loads the body, else 0.
     pub engaged: u32,
@@ -17,25 +17,24 @@ kept!(ToolSample { position_m: Vector3<f32>, engaged: u32 });
 /// What one tick answers. It describes the state after the last update.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TickOutput {
-    /// Force of the tissue on the tool: what the links exert on the contact cells \[N\].
+    /// Force of the tissue on the tool, exerted by the links on the contact cells \[N\].
     pub force_n: Vector3<f32>,
-    /// Certified upper bound of the elastic energy E of the published state \[J\]. It never rises
-    /// while nothing outside acts; a current's work is part of what acts from outside
-    /// ([`Drive::Current`](crate::Drive)): then the level of E less that work never rises, and this
-    /// is that level plus the work, rounded up.
+    /// Certified upper bound of the elastic energy E of the published state \[J\]. It never rises while
+    /// nothing external acts. A current's work is external ([`Drive::Current`](crate::Drive)): under it the
+    /// level of E less that work never rises, and this value is that level plus the work, rounded up.
     pub energy_j: f32,
-    /// What the tool's motion of this tick did to the tissue: the exact change of E over the links
-    /// of the cells it moved, rounded once \[J\]. Its sum is the tissue's side of an energy ledger.
-    /// 0 where nothing moved, and under a current.
+    /// Work of the tool's motion in this tick on the tissue: the exact change of E over the links of the
+    /// moved cells, rounded once \[J\]. Its sum is the tissue's side of an energy ledger. 0 if nothing moved,
+    /// and under a current.
     pub work_j: f32,
-    /// Upper bound of the stiffness that the tool meets within a tick: what the links of the cells
-    /// it acts on would show if all other cells stood still; 0 while it acts on none \[N/m\].
+    /// Upper bound of the stiffness at the tool within a tick: the stiffness of the links of its contact
+    /// cells if all other cells stood still. 0 without contact cells \[N/m\].
     pub stiffness_n_per_m: f32,
-    /// Number of cells the tool acts on.
+    /// Number of cells that the tool acts on.
     pub contacts: u32,
-    /// Sweeps made: 0 where the sample was late, and in the safe state.
+    /// Sweeps made: 0 if the sample was late, and in the safe state.
     pub sweeps: u16,
-    /// What bit during this tick.
+    /// Limits and events of this tick.
     pub flags: Flags,
 }
 
@@ -58,33 +57,32 @@ impl TickOutput {
 pub struct Flags(pub u32);
 
 impl Flags {
-    /// The tool's motion, or the change of its current, was shortened: by the step limit or by the
-    /// energy limit.
+    /// The step limit or the energy limit shortened the tool's motion or the change of its current.
     pub const MOTION_CLAMPED: Self = Self(1);
-    /// A bad sample: the last good one stands in, or the safe state is on.
+    /// A bad sample: the last good one is used, or the safe state is on.
     pub const BAD_SAMPLE: Self = Self(2);
-    /// No sample within the watchdog's time (set by the output stage, or the process around).
+    /// No sample within the watchdog's time (set by the output stage or the calling process).
     pub const STALE: Self = Self(4);
-    /// The force was shortened to the limit in force.
+    /// The force was clamped to the current limit.
     pub const FORCE_CLAMPED: Self = Self(8);
     /// Safe state: the force is zero.
     pub const SAFE_STATE: Self = Self(16);
     /// The links' bands are closed (unloading).
     pub const BAND_CLOSED: Self = Self(32);
-    /// A pass was discarded by the energy guard.
+    /// The energy guard discarded a pass.
     pub const ROLLED_BACK: Self = Self(64);
-    /// More cells in the probe than the tissue has room for: those with the highest ids are free.
+    /// More cells are in the probe than the tissue has capacity for; those with the highest ids are free.
     pub const CONTACT_CAPACITY: Self = Self(128);
-    /// The sample was late, newer ones waiting: it was executed without a sweep, and the force is
-    /// that of an earlier tick.
+    /// The sample was late and newer ones waited: it was executed without a sweep, and the force is that of
+    /// an earlier tick.
     pub const LATE: Self = Self(256);
-    /// The tool counts as not engaged until it has been released once (set by the process around).
+    /// The tool counts as not engaged until it has been released once (set by the calling process).
     pub const RELEASE_FIRST: Self = Self(512);
-    /// The output stage lets the force go along its ramp or holds it back: passivity control cannot
-    /// make up for the energy that sampling and delay make, or the hand has not paid for the force.
+    /// The output stage lowers the force along its ramp or holds it back: passivity control cannot compensate
+    /// the energy that sampling and delay generate, or the hand has put in too little energy.
     pub const FORCE_WITHHELD: Self = Self(1024);
-    /// A tool was engaged inside the tissue, or the tissue closed over it while it grew: it has no
-    /// contact and no force until it has been outside once.
+    /// A tool engaged inside the tissue, or the tissue closed over it while it grew: it has no contact and no
+    /// force until it has been outside once.
     pub const STARTS_INSIDE: Self = Self(2048);
 
     /// Sets every bit of `other`.
@@ -92,7 +90,7 @@ impl Flags {
         self.0 |= other.0;
     }
 
-    /// Whether every bit of `other` is set.
+    /// Returns true if every bit of `other` is set.
     #[must_use]
     pub const fn contains(self, other: Self) -> bool {
         self.0 & other.0 == other.0

@@ -1,4 +1,4 @@
-//! What a run may choose, checked once against the model.
+//! Settings of a run, checked once against the model.
 
 use super::choices::{Drive, Unloading};
 use crate::model::Model;
@@ -6,19 +6,18 @@ use crate::model::Model;
 /// Parameters of a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Settings {
-    /// Sweeps a tick, at least 1.
+    /// Sweeps per tick, at least 1.
     pub sweeps: u16,
-    /// Common step of `euler` a sweep, at most [`Model::step_max`] [dimensionless time].
+    /// Common step of `euler` per sweep, at most [`Model::step_max`] [dimensionless time].
     pub step: f32,
-    /// Time that `rkl2` advances a tick, at least [`Model::tick_time_min`]
-    /// [dimensionless time].
+    /// Time that `rkl2` advances per tick, at least [`Model::tick_time_min`] [dimensionless time].
     pub tick_time: f32,
-    /// Largest motion of the contact cells a tick, or largest change of the current a tick \[m\].
+    /// Largest motion of the contact cells per tick, or largest change of the current per tick \[m\].
     pub max_tool_step_m: f32,
-    /// What the tool's displacement does to chosen cells, from the next time that the tool takes
-    /// hold; a probe prescribes positions.
+    /// How the tool's displacement acts on chosen cells, from the next time that the tool engages; a probe
+    /// prescribes positions.
     pub drive: Drive,
-    /// When the bands close.
+    /// Rule by which the bands close.
     pub unloading: Unloading,
     /// Largest magnitude of the force; infinite means no limit \[N\].
     /// A limit below 1e-15 N admits no force.
@@ -28,7 +27,7 @@ pub struct Settings {
 /// Which setting is out of range.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum SettingsError {
-    /// At least one sweep a tick.
+    /// There must be at least one sweep per tick.
     #[error("sweeps must be at least 1")]
     Sweeps,
     /// The step is not in (0, the bound]: beyond it the energy may grow.
@@ -37,8 +36,8 @@ pub enum SettingsError {
         /// The proven bound.
         max: f32,
     },
-    /// The time a tick is below the smallest or not finite: where it is lost in rounding, no pass
-    /// is made and the energy stays unknown.
+    /// The time per tick is too small or not finite: if it is lost in rounding, no pass is made and the
+    /// energy stays unknown.
     #[error("the time a tick must be finite and at least {min}")]
     TickTime {
         /// The smallest time.
@@ -53,8 +52,9 @@ pub enum SettingsError {
 }
 
 impl Settings {
-    /// The defaults for a model: 4 sweeps, nine tenths of the step bound, that bound a tick, one
-    /// mean link length a tick, prescribed positions, unloading on release, no force limit.
+    /// The defaults for a model: 4 sweeps, nine tenths of the step bound, that bound as the time per tick,
+    /// one mean link length of tool motion per tick, prescribed positions, unloading on release, no force
+    /// limit.
     #[must_use]
     pub fn for_model(model: &Model<'_>) -> Self {
         Self {

@@ -1,5 +1,5 @@
-//! Bodies with pins, a second term beside the links: what holds for the energy of links holds for
-//! the sum of both.
+//! Bodies with pins, a second energy term in addition to the links: the sum obeys the same rules as the
+//! links' energy.
 
 mod predict;
 
@@ -30,7 +30,7 @@ static ORGAN: &[u8] = crate::include_model!("../../../tests/data/varied300.chain
 const CELLS: usize = 299;
 /// Blocks for a coarse level with 16 held cells or a probe.
 const ROOM: usize = 160;
-/// Pins slip beyond it [mean link lengths].
+/// Length beyond which pins slip [mean link lengths].
 const SLIP_LENGTH: f32 = 0.7;
 
 type Body<D> = Tissue<CELLS, D, 16, CELLS>;
@@ -40,7 +40,7 @@ fn noise(n: usize) -> f32 {
     (n as f32 * 0.618_034 + 0.3 * (n / 7) as f32) % 1.0 * 2.0 - 1.0
 }
 
-/// A pin at every tenth free cell, drawn away from its place at rest by up to `reach`.
+/// A pin at every tenth free cell, displaced from its rest position by up to `reach`.
 fn pins(model: &Model<'_>, reach: f32, slip_length: f32, give: f32) -> Vec<Pin> {
     let free = (0..model.cells()).filter(|&cell| !model.is_fixed(cell as u16));
     let pin = |cell: usize| {
@@ -51,7 +51,7 @@ fn pins(model: &Model<'_>, reach: f32, slip_length: f32, give: f32) -> Vec<Pin> 
     free.step_by(10).map(pin).collect()
 }
 
-/// With pins that slip, and give way by a share.
+/// The organ with pins that slip and relax by a share.
 fn organ(reach: f32, give: f32) -> Model<'static> {
     let pins = pins(&Model::from_bytes(ORGAN).unwrap(), reach, SLIP_LENGTH, give);
     Model::from_bytes(pinned(ORGAN, &pins, false)).unwrap()
@@ -62,7 +62,7 @@ fn network(model: Model<'static>, drive: Drive) -> Network<'static> {
     Network::new(model, settings).unwrap()
 }
 
-/// What the pin of a cell keeps.
+/// State of a cell's pin.
 fn state<D: Dynamics>(tissue: &TissueMut<'_, D>, cell: usize) -> Displaced {
     tissue.states.cells(CELLS)[cell].now.0
 }
@@ -74,7 +74,7 @@ fn kept<D: Dynamics>(tissue: &mut Body<D>, model: &Model<'_>) -> Vec<([f64; 3], 
     (0..CELLS).map(|cell| (at(cell), state(&tissue, cell))).collect()
 }
 
-/// What the pins' giving way has added to the energy at the start of a tick \[J\].
+/// Energy that the relaxing pins add at the start of a tick \[J\].
 fn given(
     model: &Model<'_>,
     before: &[([f64; 3], Displaced)],
@@ -91,7 +91,7 @@ fn given(
     model.others.0.iter().map(rise).sum::<f64>() * f64::from(model.energy_unit_j())
 }
 
-/// The energy of the published state \[J\], and what rounding may make of it, in double precision.
+/// Energy of the published state \[J\] and its rounding error, in double precision.
 fn energy<D: Dynamics>(tissue: &mut Body<D>, model: &Model<'_>) -> [f64; 2] {
     let tissue = tissue.view();
     let at = |cell| tissue.position(model, cell).unwrap().map(Number::double);
@@ -128,7 +128,7 @@ fn press<D: Dynamics>(
     tissue.tick(network, &[ToolPose::at(Vector3::from(way_m), on)], Budget::All)
 }
 
-/// How the tool acts.
+/// Kind of the tool's contact.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Tool {
     Held,
@@ -136,8 +136,8 @@ enum Tool {
     Probe,
 }
 
-/// Presses, stays, presses on and lets go; where nothing acts from outside the level never rises,
-/// and it bounds the energy. The number of passes that the guard discarded, and the last hash.
+/// Presses, holds, presses on and releases. While nothing external acts the level never rises, and it bounds
+/// the energy. Returns the number of passes that the guard discarded, and the last hash.
 fn session<D: Dynamics>(
     model: Model<'static>,
     tool: Tool,
@@ -158,7 +158,7 @@ fn session<D: Dynamics>(
         }
     }
     let surface = model.rest_position(usize::from(model.surface()[40]));
-    // The middle of the probe is outside the body.
+    // The probe's centre is outside the body.
     let outside = add(surface, scale(0.7, model.normals()[40]));
     let start = [0, 1, 2].map(|axis| match tool {
         Tool::Probe => model.centre_m()[axis] + outside[axis] * model.unit_m(),
@@ -183,7 +183,7 @@ fn session<D: Dynamics>(
         let now = kept(&mut tissue, &model);
         let rise = given(&model, &before, &now);
         before = now;
-        // A probe at rest still pushes out the cells that come to it.
+        // A probe at rest still pushes out the cells that move into it.
         let pushed = f64::from(output.work_j.max(0.0)) + grain;
         let most = if tool == Tool::Probe { last + pushed } else { last };
         let most = if rise == 0.0 { most } else { most + rise + grain };
@@ -207,7 +207,7 @@ fn all_tools<D: Dynamics>(
     [Tool::Held, Tool::Current, Tool::Probe].map(|tool| session::<D>(model(), tool, &prepare))
 }
 
-/// Puts every cell anywhere within a share of K.
+/// Sets every cell to an arbitrary position within a share of K.
 fn scattered<D: Dynamics>(tissue: &mut Body<D>, model: &Model<'static>, share: f32) {
     let k = share * model.saturation();
     let at = |cell: usize| [0, 1, 2].map(|axis| k * noise(3 * cell + axis));
@@ -232,7 +232,7 @@ fn with_pins_the_level_never_rises_and_bounds_the_energy() {
         )*};
     }
     under!(Track<ROOM>, Predict<ROOM>, Track<0, I8F24>, Euler, Rkl2);
-    // The guard was put to the test.
+    // The guard had something to discard.
     assert!(discarded > 0);
 }
 
@@ -339,7 +339,7 @@ fn pins_that_cannot_be_are_refused() {
     let mut loose = good.clone();
     loose[1].give = 1.0;
     assert_eq!(refused(&loose), ModelError::Value(PINS, 1));
-    // The largest step was worked out without them.
+    // The largest step was computed without the pins.
     let mut stiff = good;
     stiff[0].weight = 1000.0;
     let baked = pinned(ORGAN, &stiff, false);
@@ -350,8 +350,8 @@ fn pins_that_cannot_be_are_refused() {
     assert_eq!(error, ModelError::Parameter(params::DEGREE_BOUND as u32));
 }
 
-/// After some ticks, all of which end at a pass at the published positions or ahead of them, one
-/// whose last pass the guard discards: positions and states stay as they were.
+/// After some ticks, all of which end with a pass at the published positions or ahead of them, the guard
+/// discards the last pass of a tick: positions and states stay as they were.
 fn discards<D: Dynamics>(sweeps: u16, ticks: usize, tolerance: f32) {
     let model = organ(0.8, 0.0);
     let tick_time = D::tick_time(&model, sweeps);
@@ -359,14 +359,14 @@ fn discards<D: Dynamics>(sweeps: u16, ticks: usize, tolerance: f32) {
     let network = Network::new(model, settings).unwrap();
     let mut tissue = Body::<D>::new();
     tissue.reset(&network).unwrap();
-    // Far from K: what goes beyond K is not discarded alike.
+    // Far from K: states beyond K are not restored exactly.
     scattered(&mut tissue, &model, 0.3);
     let mut tick = || press(&mut tissue, &network, [0.0; 3], 0).flags.contains(Flags::ROLLED_BACK);
     let last = (0..ticks).fold(false, |_, _| tick());
-    // The pass behind a discarded one is accepted as it is.
+    // The pass after a discarded one is accepted in any case.
     while last && tick() {}
     let before = kept(&mut tissue, &model);
-    // No state is that low.
+    // A level that no state is below.
     tissue.view().head.level.set(TwoFloat::ZERO);
     let output = press(&mut tissue, &network, [0.0; 3], 0);
     assert!(output.flags.contains(Flags::ROLLED_BACK));
@@ -382,7 +382,7 @@ fn discards<D: Dynamics>(sweeps: u16, ticks: usize, tolerance: f32) {
 fn a_discarded_pass_takes_back_what_the_terms_keep() {
     for ticks in 1..8 {
         discards::<Track<ROOM>>(1, ticks, 0.0);
-        // The first pass of these ticks is where the last one was: it slips by its rounding alone.
+        // The first pass of these ticks is where the last one was: pins slip by rounding alone.
         discards::<Rkl2>(4, ticks, 1e-6);
     }
 }
@@ -426,7 +426,7 @@ fn a_saved_state_goes_on_with_the_same_bits() {
     assert!(two.view().term_words(&model).eq(rest), "a reset forgets");
 }
 
-/// A time that is lost in rounding would make no pass: the smallest is named, and makes one.
+/// A time that is lost in rounding would make no pass: the error reports the smallest, which makes one.
 #[test]
 fn the_smallest_time_makes_a_pass() {
     let model = Model::from_bytes(ORGAN).unwrap();
@@ -446,7 +446,7 @@ fn the_smallest_time_makes_a_pass() {
     assert!(output.energy_j > 0.0 && output.sweeps == settings.sweeps, "{output:?}");
 }
 
-/// A force that is cut is at most the largest.
+/// A clamped force is at most the largest.
 #[test]
 fn a_clamped_force_is_at_most_the_largest() {
     let model = Model::from_bytes(ORGAN).unwrap();

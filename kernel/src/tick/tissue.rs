@@ -1,4 +1,4 @@
-//! The mutable half: statically sized arrays, and the size-erased view that does the work.
+//! The mutable state: statically sized arrays, and the size-erased view that implements the work.
 
 use nalgebra::Vector3;
 
@@ -33,40 +33,39 @@ pub struct Head<D> {
     pub(crate) level: Level,
     /// Checksum of the model the arrays belong to, `None` before the first reset.
     pub(crate) model: Option<u32>,
-    /// Contact cells chosen, or that the probe touches.
+    /// Number of chosen contact cells, or of those that the probe touches.
     pub(crate) chosen: usize,
-    /// Radius of the probe, where contact is by shape [mean link lengths].
+    /// Radius of the probe, if contact is by shape [mean link lengths].
     pub(crate) probe: Option<f32>,
-    /// Share of that radius that the probe has while engaged, 0 where it waits inside the tissue.
+    /// Share of that radius while engaged, 0 if the probe waits inside the tissue.
     pub(crate) share: f32,
-    /// Number of basis functions left out for the probe's contacts; `None` where that cannot be
-    /// done.
+    /// Number of basis functions left out for the probe's contacts; `None` if that is not possible.
     pub(crate) deflated: Option<u16>,
-    /// Way of the probe since it last looked for cells [mean link lengths].
+    /// Motion of the probe since it last searched for cells [mean link lengths].
     pub(crate) unseen: f32,
-    /// Where the probe touched first, relative to where it was engaged [mean link lengths].
+    /// Position of the probe's first touch, relative to where it engaged [mean link lengths].
     pub(crate) touched_at: [f32; 3],
-    /// Whether the tool holds them.
+    /// True if the tool is engaged.
     pub(crate) engaged: bool,
-    /// Tool position when it took hold \[m\].
+    /// Tool position when it engaged \[m\].
     pub(crate) tool_origin_m: [f32; 3],
     /// Displacement of the held cells, or the current into the contact cells [mean link lengths].
     pub(crate) applied: [f32; 3],
-    /// Largest displacement since the tool took hold [mean link lengths].
+    /// Largest displacement since the tool engaged [mean link lengths].
     pub(crate) deepest: f32,
     /// Weight of the links between held and other cells.
     pub(crate) outer_weight: f32,
-    /// Whether the tool let go and has not taken hold since.
+    /// True if the tool was released and has not engaged since.
     pub(crate) released: bool,
-    /// Whether the bands are closed.
+    /// True if the bands are closed.
     pub(crate) closed: bool,
-    /// The slices that a sweep looks at.
+    /// The slices that a sweep updates.
     pub(crate) awake: Awake,
     /// The vector unit found at the reset.
     pub(crate) vectors: Option<VectorUnit>,
     pub(crate) last_good: ToolSample,
     pub(crate) bad_ticks: u32,
-    /// The force of the last tick with a sweep, which a late one repeats \[N\].
+    /// Force of the last tick with a sweep, which a late tick repeats \[N\].
     pub(crate) force_n: [f32; 3],
 }
 
@@ -177,7 +176,7 @@ impl<const CELLS: usize, D: Dynamics, const CONTACTS: usize, const STATES: usize
         }
     }
 
-    /// The view with memory for contact on surfaces. Every call on such a tissue is to go by this view:
+    /// The view with memory for contact on surfaces. Every call on such a tissue must use this view, since
     /// the tools are in that memory.
     pub fn touching<'a>(&'a mut self, touch: TouchRoom<'a>) -> TissueMut<'a, D> {
         TissueMut { touch, ..self.view() }
@@ -243,24 +242,24 @@ pub struct TissueMut<'a, D: Dynamics> {
     pub head: &'a mut Head<D>,
     /// State v of every cell [mean link lengths from the body's centre].
     pub state: &'a mut [Cell<D::Number>],
-    /// Room for the residual.
+    /// Memory for the residual.
     pub residual: &'a mut [Cell<D::Number>],
-    /// The scheme's own arrays.
+    /// The scheme's arrays.
     pub own: &'a mut [Cell<D::Number>],
-    /// Room for the coarse level of a model that has one, see [`coarse_room`](crate::coarse_room).
+    /// Memory for the coarse level of a model that has one, see [`coarse_room`](crate::coarse_room).
     pub room: &'a mut [Eight],
-    /// Room for contact cells.
+    /// Memory for contact cells.
     pub contacts: &'a mut [Contact<D::Number>],
-    /// What the terms of the energy keep, of [`Model::kept_states`] cells.
+    /// States that the energy terms keep of [`Model::kept_states`] cells.
     pub states: TermStates<'a>,
-    /// Room for a probe on a model with a contact surface.
+    /// Memory for tools on a model with a contact surface.
     pub touch: TouchRoom<'a>,
-    /// Who runs the parts of a large body; it changes no bit.
+    /// The team that runs the parts of a large body; it changes no bit.
     pub team: Team<'a>,
 }
 
 impl<D: Dynamics> TissueMut<'_, D> {
-    /// Puts the body into its rest shape, releases the tool and forgets its contact cells.
+    /// Sets the body to its rest shape, releases the tool and forgets its contact cells.
     ///
     /// # Errors
     /// A model that does not fit, or arithmetic that is not IEEE 754 to nearest.
@@ -268,6 +267,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
         float_env::check().map_err(ResetError::Float)?;
         D::Number::admits(network.model()).map_err(ResetError::Range)?;
         self.check_fit(network.model())?;
+        // Reset the scalars; the scheme keeps its preparation for the same model.
         let cells = network.model().cells();
         let is_same = self.head.model == Some(network.model().checksum());
         let dynamics = if is_same { self.head.dynamics.stilled() } else { D::REST };
@@ -275,6 +275,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
         self.head.dynamics = dynamics;
         self.head.model = Some(network.model().checksum());
         self.head.vectors = VectorUnit::find();
+        // Reset tools and arrays.
         self.touch.leave();
         self.residual.fill(Cell::ZERO);
         self.states.reset();
@@ -286,6 +287,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
                 *own = *v;
             }
         }
+        // Terms that may have energy in the rest shape make the level unknown.
         if !network.model().others.rests(network.model()) {
             self.head.level.forget();
             self.head.awake.wake_all(network.model());
@@ -294,19 +296,20 @@ impl<D: Dynamics> TissueMut<'_, D> {
         Ok(())
     }
 
-    /// Puts every cell, fixed ones too, at a position [mean link lengths from the body's centre],
+    /// Sets the position of every cell, also of fixed ones [mean link lengths from the body's centre],
     /// without motion and with the tool released; the contact cells stay chosen.
     ///
-    /// The certified level starts anew from the energy of that state. What the terms keep is that of
-    /// the rest shape: [`Self::set_term_words`] gives back what they had.
+    /// The certified level starts anew from the energy of that state. The terms' states are those of the rest
+    /// shape: [`Self::set_term_words`] restores them.
     ///
     /// # Errors
-    /// What is wrong with the positions; the state stays as it is.
+    /// The first fault of the positions; the state is unchanged then.
     pub fn set_positions(
         &mut self,
         network: &Network<'_>,
         positions: &[[f32; 3]],
     ) -> Result<(), StateError> {
+        // Check model, count and range.
         let model = network.model();
         if self.head.model != Some(model.checksum()) {
             return Err(StateError::Model);
@@ -319,6 +322,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
         if let Some(cell) = positions.iter().position(|p| !p.iter().all(|x| range.contains(x))) {
             return Err(StateError::Position(cell));
         }
+        // Reset the scalars except the chosen contacts.
         let kept = *self.head;
         *self.head = Head::NEW;
         self.head.vectors = kept.vectors;
@@ -342,11 +346,11 @@ impl<D: Dynamics> TissueMut<'_, D> {
         Ok(())
     }
 
-    /// Chooses the cells that the tool holds while engaged: cells of the image, ascending, none of
-    /// them fixed. [`Model::cell_of_input`] finds the cell of an input id.
+    /// Chooses the cells that the tool holds while engaged: cells of the image, ascending, none of them
+    /// fixed. [`Model::cell_of_input`] finds the cell of an input id.
     ///
     /// # Errors
-    /// The first cell that cannot be one, or a list longer than the room; the old choice stays.
+    /// The first cell that cannot be chosen, or a list longer than the capacity; the old choice stays.
     pub fn choose_contacts(
         &mut self,
         network: &Network<'_>,
@@ -391,7 +395,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
         }
     }
 
-    /// The model, where what the tool touches may be chosen.
+    /// Returns the model if the contacts may be chosen now.
     pub(super) fn may_choose<'n, 'm>(
         &self,
         network: &'n Network<'m>,
@@ -406,12 +410,12 @@ impl<D: Dynamics> TissueMut<'_, D> {
         }
     }
 
-    /// Leaves the vector unit alone from here to the next reset: the bits stay the same.
+    /// Stops using the vector unit until the next reset: the bits stay the same.
     pub fn go_scalar(&mut self) {
         self.head.vectors = None;
     }
 
-    /// Sweeps over every cell from here to the next reset, at rest too: the bits stay the same.
+    /// Sweeps over every cell until the next reset, also at rest: the bits stay the same.
     pub fn forbid_sleep(&mut self, model: &Model<'_>) {
         self.head.awake.forbid_sleep(model);
     }
@@ -428,8 +432,8 @@ impl<D: Dynamics> TissueMut<'_, D> {
         ))
     }
 
-    /// Place of a node of the embedded mesh, by input id, in the frame of the input mesh \[m\],
-    /// from the published positions of the cells around it. `None` for a node that is left out,
+    /// Position of a node of the embedded mesh, by input id, in the frame of the input mesh \[m\], computed
+    /// from the published positions of the cells around it. `None` for a node that is left out, for an id
     /// beyond the last, and in a model without an embedded mesh. Cost: the node's weights.
     #[must_use]
     pub fn fine_position_m(&self, model: &Model<'_>, node: usize) -> Option<Vector3<f32>> {
@@ -449,14 +453,14 @@ impl<D: Dynamics> TissueMut<'_, D> {
         Some(output(v.xyz(), D::Number::from_single(model.saturation())))
     }
 
-    /// What the terms keep of the cells, as words: together with the positions a saved state. Low
-    /// byte first in a file. None for models without such a term.
+    /// The states that the terms keep of the cells, as words: with the positions they are a saved state. In a
+    /// file low byte first. Empty for models without such a term.
     pub fn term_words(&self, model: &Model<'_>) -> impl Iterator<Item = u32> {
         state::words(self.states.cells(model.kept_states()))
     }
 
-    /// Gives back what [`Self::term_words`] gave, after [`Self::set_positions`]; the certified level
-    /// starts anew. Whether that could be: other words change nothing.
+    /// Restores the words of [`Self::term_words`], after [`Self::set_positions`]; the certified level starts
+    /// anew. Returns true if the words fit; other words change nothing.
     #[must_use]
     pub fn set_term_words(&mut self, network: &Network<'_>, words: &[u32]) -> bool {
         let model = network.model();

@@ -1,4 +1,4 @@
-//! The tool's part of a tick where it holds chosen cells.
+//! Contact in a tick in which the tool holds chosen cells.
 
 use super::begin;
 use super::choices::Drive;
@@ -11,10 +11,10 @@ use crate::solver::Dynamics;
 use crate::terms::held::{self, Touched};
 use crate::terms::surface::IS_BUILT;
 
-/// Bound of a coordinate of the wished displacement, so that its square stays finite.
+/// Bound of a coordinate of the tool's displacement, so that its square stays finite.
 const DISPLACEMENT_MAX: f32 = 1.0e6;
 
-/// What a move of the tool did to E.
+/// Change of E by a motion of the tool.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Change {
     exact: TwoFloat,
@@ -22,23 +22,25 @@ pub(crate) struct Change {
 }
 
 impl Change {
-    /// Rounded up: the level stays an upper bound where two large energies almost cancel.
+    /// Change rounded up: the level stays an upper bound if two large energies almost cancel.
     pub fn bound(&self) -> TwoFloat {
         self.exact.plus(self.rounding.into())
     }
 }
 
 impl<D: Dynamics> Tick<'_, '_, D> {
-    /// The edges of `engaged`: the tool takes hold of its cells, or lets go of them.
+    /// Handles the edges of `engaged`: the tool engages or releases.
     pub(super) fn hold_or_release(&mut self, sample: &ToolSample) {
         let engaged = sample.engaged == 1;
+        // A tool that engages starts its displacement anew.
         if engaged && !self.head.engaged {
             self.head.tool_origin_m = sample.position_m.into();
             self.head.applied = [0.0; 3];
             self.head.touched_at = [0.0; 3];
-            // Any depth is deeper: taking hold reopens the bands.
+            // Any depth is deeper: engaging reopens the bands.
             self.head.deepest = -1.0;
         }
+        // A probe forgets its contacts; held cells note their origins.
         if self.head.probe.is_some() {
             if engaged != self.head.engaged {
                 if IS_BUILT && !engaged {
@@ -46,7 +48,7 @@ impl<D: Dynamics> Tick<'_, '_, D> {
                 }
                 self.head.deflated = Some(0);
                 self.head.chosen = 0;
-                // The first tick looks, late or not.
+                // The first tick searches, even if it is late.
                 self.head.unseen = f32::INFINITY;
                 self.head.share = begin::NEW;
             }
@@ -66,6 +68,7 @@ impl<D: Dynamics> Tick<'_, '_, D> {
                 Drive::Current => self.head.level.begin_work(),
             }
         }
+        // A released current stops.
         if !engaged && self.current().is_some() {
             self.cut_off();
         }
@@ -75,7 +78,7 @@ impl<D: Dynamics> Tick<'_, '_, D> {
         self.head.engaged = engaged;
     }
 
-    /// The tool's displacement after this tick: towards the sample, by the step limit at most.
+    /// Displacement of the tool after this tick: towards the sample, within the step limit.
     pub fn step_towards(&mut self, sample: &ToolSample) -> [f32; 3] {
         let (model, settings) = (self.network.model(), self.network.settings());
         let wished = sub(sample.position_m.into(), self.head.tool_origin_m)
@@ -98,6 +101,7 @@ impl<D: Dynamics> Tick<'_, '_, D> {
         if to == from {
             return;
         }
+        // Try the whole move.
         let room = held::move_max(
             self.network.model().energy_max(),
             self.head.level.leading(),
@@ -117,8 +121,8 @@ impl<D: Dynamics> Tick<'_, '_, D> {
         }
     }
 
-    /// Puts the held cells as far on their way as the energy bound allows: by `room`, or farther
-    /// where the tissue draws them that way, for as long as that lowers the energy.
+    /// Moves the held cells as far as the energy bound allows: by `room`, or farther if the tissue pulls them
+    /// that way and this lowers the energy.
     fn shorten(&mut self, [from, to]: [[f32; 3]; 2], room: f32, before: Touched) -> Change {
         self.displace(from, before);
         let force = held::force(self.terms(), self.state, self.contacts);
@@ -132,13 +136,13 @@ impl<D: Dynamics> Tick<'_, '_, D> {
         self.displace(held::approach(from, to, room).0, before)
     }
 
-    /// Books what the tool has done.
+    /// Books the work of the tool.
     pub fn load(&mut self, change: Change) {
         self.head.level.shift(change.bound());
         self.work = change.exact;
     }
 
-    /// Puts the held cells at a displacement and returns what that does to the energy.
+    /// Moves the held cells to a displacement and returns the change of the energy.
     fn displace(&mut self, to: [f32; 3], before: Touched) -> Change {
         self.head.applied = to;
         self.place();
@@ -146,14 +150,14 @@ impl<D: Dynamics> Tick<'_, '_, D> {
         self.change(before)
     }
 
-    /// What the links of the contacts store more than `before`.
+    /// Energy of the contacts' links above `before`.
     pub fn change(&self, before: Touched) -> Change {
         let after = held::touched(self.terms(), self.state, self.contacts);
         let rounding = f32::EPSILON * (before.scale + after.scale);
         Change { exact: after.wd2.minus(before.wd2).times_power_of_two(0.25), rounding }
     }
 
-    /// Puts the held cells where the tool has them, in every copy of the state.
+    /// Sets the held cells to the tool's displacement, in every copy of the state.
     fn place(&mut self) {
         let k = self.network.model().saturation();
         let applied = from_single(self.head.applied);

@@ -1,5 +1,4 @@
-//! Tools on a model with a contact surface: their choice, ticks with a pose each, what each feels, and
-//! what it grips.
+//! Tools on a model with a contact surface: choosing them, their outputs and their grips.
 
 use nalgebra::Vector3;
 
@@ -27,16 +26,16 @@ pub struct ToolOutput {
     pub force_n: Vector3<f32>,
     /// Torque on it about its position \[N m\].
     pub torque_n_m: Vector3<f32>,
-    /// Its part in [`TickOutput::work_j`](crate::TickOutput::work_j), the torque's times the turn included \[J\].
+    /// Its part of [`TickOutput::work_j`](crate::TickOutput::work_j), including the work of the torque \[J\].
     pub work_j: f32,
-    /// Upper bound of the stiffness that it meets within a tick [N/m].
+    /// Upper bound of the stiffness at the tool within a tick [N/m].
     pub stiffness_n_per_m: f32,
-    /// Triangles that it is in contact with, or whose samples it grips.
+    /// Number of triangles in contact with it, or with gripped samples.
     pub contacts: u32,
 }
 
 impl ToolOutput {
-    /// Of a tool that touches nothing.
+    /// Output of a tool without contact.
     pub const NONE: Self = Self {
         force_n: Vector3::new(0.0, 0.0, 0.0),
         torque_n_m: Vector3::new(0.0, 0.0, 0.0),
@@ -49,17 +48,17 @@ impl ToolOutput {
 /// Where the tissue meets a tool: its proxy, which stops short of the tool where that is too deep.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ProxyPose {
-    /// Where its frame is in the frame of the input mesh \[m\].
+    /// Position of its frame in the frame of the input mesh \[m\].
     pub position_m: [f32; 3],
-    /// Turns its frame into that of the mesh: a unit quaternion x, y, z, w.
+    /// Rotation from its frame to the mesh's: a unit quaternion x, y, z, w.
     pub orientation: [f32; 4],
-    /// Share of the parts' radii that it has: below 1 behind an engagement in contact, 0 while it waits
-    /// inside the tissue.
+    /// Share of the parts' radii that it has: below 1 after engaging in contact, 0 while it waits inside the
+    /// tissue.
     pub share: f32,
 }
 
 impl<D: Dynamics> TissueMut<'_, D> {
-    /// Where the tissue meets a tool; `None` while that is not engaged.
+    /// Returns the pose at which the tissue meets a tool; `None` while the tool is not engaged.
     #[must_use]
     pub fn proxy_pose(&self, network: &Network<'_>, tool: usize) -> Option<ProxyPose> {
         let (model, proxy) = (network.model(), &self.touch.tool(tool)?.proxy);
@@ -67,15 +66,15 @@ impl<D: Dynamics> TissueMut<'_, D> {
         Some(ProxyPose { position_m, orientation: proxy.turn.orientation(), share: proxy.share })
     }
 
-    /// Gives the tool a sphere that pushes surface cells out while engaged, the paper's haptic
-    /// probe, in place of chosen cells; `radius_m` in metres.
+    /// Replaces chosen cells by the paper's haptic probe: a sphere that pushes surface cells out while
+    /// engaged. `radius_m` is in metres.
     ///
-    /// The sphere's centre is at the tool. At most as many cells as the tissue has contacts are
-    /// touched, the ones with the lowest ids; more set
+    /// The sphere's centre is the tool's position. It touches at most as many cells as the tissue has
+    /// contacts, those with the lowest ids; more cells set
     /// [`Flags::CONTACT_CAPACITY`](crate::Flags::CONTACT_CAPACITY).
     ///
     /// # Errors
-    /// Why this cannot be; the old choice stays.
+    /// The reason for the refusal; the old choice stays.
     pub fn choose_probe(
         &mut self,
         network: &Network<'_>,
@@ -103,21 +102,21 @@ impl<D: Dynamics> TissueMut<'_, D> {
         Ok(())
     }
 
-    /// Gives the tissue tools in place of chosen cells: each a list of at most [`PARTS_MAX`] convex
-    /// parts, with one coefficient of friction by Coulomb's law, 0 for none. Each [`Self::tick`] then
-    /// takes a pose for each.
+    /// Replaces chosen cells by tools: each is a list of at most [`PARTS_MAX`] convex parts; one coefficient
+    /// of Coulomb friction serves all, 0 for none. Each [`Self::tick`] then takes a pose for each tool.
     ///
-    /// The model needs a contact surface ([`Model::has_contact_surface`](crate::Model)). A tissue
-    /// without room for anchors has no friction and no grips.
+    /// The model needs a contact surface ([`Model::has_contact_surface`](crate::Model)). A tissue without
+    /// memory for anchors has no friction and no grips.
     ///
     /// # Errors
-    /// Why this cannot be; the old choice stays.
+    /// The reason for the refusal; the old choice stays.
     pub fn choose_tools(
         &mut self,
         network: &Network<'_>,
         tools: &[&[ToolPart]],
         friction: f32,
     ) -> Result<(), ContactError> {
+        // Check build, model and memory.
         let model = self.may_choose(network)?;
         if !IS_BUILT {
             return Err(ContactError::SurfaceUnbuilt);
@@ -136,6 +135,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
         if friction > 0.0 && anchors == 0 {
             return Err(ContactError::AnchorRoom);
         }
+        // Check every part of every tool.
         let unit_m = model.unit_m();
         let mut radius = f32::MAX;
         for (tool, parts) in tools.iter().enumerate() {
@@ -154,6 +154,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
         if needed > room {
             return Err(ContactError::ProbeRoom { needed, room });
         }
+        // Take over the tools, at no contact.
         if let Some(arrays) = self.touch.whole() {
             for (slot, parts) in arrays.tools.iter_mut().zip(tools) {
                 let parts = parts.iter().filter_map(|part| part.solid(unit_m, COORDINATE_MAX));
@@ -170,7 +171,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
         Ok(())
     }
 
-    /// What a tool felt in the last tick with a sweep; nothing while it is not engaged.
+    /// Output of a tool in the last tick with a sweep; zero while it is not engaged.
     #[must_use]
     pub fn tool_output(&self, network: &Network<'_>, tool: usize) -> ToolOutput {
         let model = network.model();
@@ -187,8 +188,8 @@ impl<D: Dynamics> TissueMut<'_, D> {
         }
     }
 
-    /// The contacts of all tools as they are now, one for each triangle and part of a tool. Cost: one
-    /// look at the samples in reach.
+    /// Calls `each` for every present contact, one per triangle and part of a tool. Cost: one look at the
+    /// samples in reach.
     pub fn contact_forces(&mut self, network: &Network<'_>, mut each: impl FnMut(&ContactForce)) {
         let model = network.model();
         let Some(state) = self.state.get(..model.cells()) else { return };
@@ -210,11 +211,11 @@ impl<D: Dynamics> TissueMut<'_, D> {
         }
     }
 
-    /// A tool grips what it is in contact with: it holds these samples where they are in its frame,
-    /// without slip, until [`Self::let_go`] or until it is no longer engaged. A tool that stays is a
-    /// pin. Gives how many samples it holds; 0 where it touches nothing.
+    /// Makes a tool grip its samples in contact: it holds them at their positions in its frame, without slip,
+    /// until [`Self::let_go`] or until it is no longer engaged. A tool that does not move then acts as a pin.
+    /// Returns the number of samples that it holds, 0 without contact.
     ///
-    /// The force does not jump: a grip begins without pull. Between two ticks.
+    /// The force does not jump: a grip starts without pull. Call it between two ticks.
     pub fn grip(&mut self, network: &Network<'_>, tool: usize) -> usize {
         let model = network.model();
         let Some(state) = self.state.get(..model.cells()) else { return 0 };
@@ -227,7 +228,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
         held
     }
 
-    /// A tool lets go of what it grips, within so many ticks: the pull falls to 0 without a jump.
+    /// Releases the tool's grip within `ticks` ticks: the pull falls to 0 without a jump.
     pub fn let_go(&mut self, tool: usize, ticks: u16) {
         let Some(arrays) = self.touch.whole() else { return };
         if let Some(tool) = arrays.tools.get_mut(tool) {
@@ -235,15 +236,15 @@ impl<D: Dynamics> TissueMut<'_, D> {
         }
     }
 
-    /// Samples that a tool grips.
+    /// Number of samples that a tool grips.
     #[must_use]
     pub fn gripped(&mut self, network: &Network<'_>, tool: usize) -> usize {
         let arrays = self.touch.arrays(network.model().cells());
         arrays.map_or(0, |arrays| held_by(&arrays, tool))
     }
 
-    /// The sample that poses make together: the first one's place, engaged where one is or a tool
-    /// beyond them; `None` where one is bad, or there is none.
+    /// Joins the poses into a sample: the first pose's position, engaged if any pose is or a tool beyond the
+    /// poses is. `None` if a pose is bad, or there is none.
     pub(super) fn joined(&self, poses: &[ToolPose]) -> Option<ToolSample> {
         let (first, tools) = (poses.first()?, self.touch.tools());
         if !poses.iter().all(ToolPose::is_good) {

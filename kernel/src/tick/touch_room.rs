@@ -1,4 +1,4 @@
-//! Memory for contact on surfaces, and what a tissue keeps of it.
+//! Memory for contact on surfaces, and the part of it that a snapshot holds.
 
 use crate::backend::slice_set::SliceSet;
 use crate::model::Model;
@@ -11,21 +11,22 @@ use crate::terms::surface::{
 
 /// Arrays for contact on surfaces, in memory of the caller.
 pub struct TouchArrays<'a> {
-    /// Bounds of the cells, one a cell.
+    /// Stability bounds of the cells, one per cell.
     pub mobility: &'a mut [f32],
-    /// Factors of the cells' own parts, one a cell.
+    /// Factors of the cells' parts, one per cell.
     pub factors: &'a mut [f32],
-    /// What the tools do to the residuals, one a cell.
+    /// Effect of the tools on the residuals, one per cell.
     pub pulls: &'a mut [Cell],
-    /// Triangles in reach: the capacity. Where more are, those deepest in the tools are kept.
+    /// Triangles in reach; the length is the capacity. If more are in reach, those deepest in the tools are
+    /// kept.
     pub near: &'a mut [NearTriangle],
-    /// Samples that friction or grips may hold: two a sample; none where nothing does.
+    /// Anchors of friction and grips: two per sample; empty without friction and grips.
     pub anchors: &'a mut [Anchor],
-    /// The coarse level under the tools: one.
+    /// The coarse level under the tools: one element.
     pub coarse: &'a mut [CoarseTouch],
-    /// The tools: the capacity, at most [`TOOLS_MAX`].
+    /// The tools; the length is the capacity, at most [`TOOLS_MAX`].
     pub tools: &'a mut [ToolState],
-    /// What belongs to all of them: one.
+    /// State shared by all tools: one element.
     pub state: &'a mut [TouchState],
 }
 
@@ -56,7 +57,7 @@ impl<const CELLS: usize, const NEAR: usize, const HELD: usize, const TOOLS: usiz
     /// RAM \[bytes\].
     pub const RAM_BYTES: usize = size_of::<Self>();
 
-    /// Without tools: all bits 0.
+    /// Memory without tools: all bits 0.
     #[must_use]
     pub const fn new() -> Self {
         const { assert!(NEAR > 0 && NEAR <= 65_535, "between 1 and 65,535 triangles in reach") };
@@ -74,7 +75,7 @@ impl<const CELLS: usize, const NEAR: usize, const HELD: usize, const TOOLS: usiz
         }
     }
 
-    /// The room that it is.
+    /// Borrows it as memory for a tissue.
     #[must_use]
     pub fn room(&mut self) -> TouchRoom<'_> {
         TouchRoom::new(TouchArrays {
@@ -102,20 +103,20 @@ impl<const CELLS: usize, const NEAR: usize, const HELD: usize, const TOOLS: usiz
 pub struct TouchRoom<'a>([TouchArrays<'a>; BUILT]);
 
 impl<'a> TouchRoom<'a> {
-    /// Room in these arrays.
+    /// Memory in these arrays.
     #[must_use]
     pub fn new(arrays: TouchArrays<'a>) -> Self {
         let mut arrays = Some(arrays);
         Self([(); BUILT].map(|()| arrays.take().unwrap_or_else(TouchArrays::none)))
     }
 
-    /// No room: a probe on a model with a contact surface is refused.
+    /// No memory: a probe on a model with a contact surface is refused.
     #[must_use]
     pub fn none() -> Self {
         Self([(); BUILT].map(|()| TouchArrays::none()))
     }
 
-    /// The same memory, for a shorter time.
+    /// The same memory, for a shorter lifetime.
     #[must_use]
     pub fn reborrow(&mut self) -> TouchRoom<'_> {
         TouchRoom(self.0.each_mut().map(|arrays| TouchArrays {
@@ -130,7 +131,7 @@ impl<'a> TouchRoom<'a> {
         }))
     }
 
-    /// Cells that there is room for, where triangles have room too.
+    /// Number of cells that the memory holds, 0 if it holds no triangles.
     pub(crate) fn capacity(&self) -> usize {
         let Some(arrays) = self.0.first() else { return 0 };
         if arrays.near.is_empty() || arrays.coarse.is_empty() || arrays.state.is_empty() {
@@ -139,24 +140,24 @@ impl<'a> TouchRoom<'a> {
         arrays.mobility.len().min(arrays.factors.len()).min(arrays.pulls.len())
     }
 
-    /// Tools that there is room for, and anchors.
+    /// Number of tools that the memory holds, and of anchors.
     pub(crate) fn tool_capacity(&self) -> (usize, usize) {
         self.0.first().map_or((0, 0), |arrays| (arrays.tools.len(), arrays.anchors.len() / 2))
     }
 
-    /// The tools that were chosen.
+    /// The chosen tools.
     pub(crate) fn tools(&self) -> &[ToolState] {
         let Some(arrays) = self.0.first() else { return &[] };
         let count = arrays.state.first().map_or(0, |state| state.tools);
         arrays.tools.get(..count).unwrap_or(&[])
     }
 
-    /// A tool while it is engaged.
+    /// A tool, if it is engaged.
     pub(crate) fn tool(&self, index: usize) -> Option<&ToolState> {
         self.tools().get(index).filter(|tool| tool.is_in)
     }
 
-    /// The tools are away, without a word to the body.
+    /// Disengages all tools; level and wake flags are not touched.
     pub(crate) fn leave(&mut self) {
         for arrays in &mut self.0 {
             arrays.tools.iter_mut().for_each(ToolState::leave);
@@ -167,7 +168,7 @@ impl<'a> TouchRoom<'a> {
         }
     }
 
-    /// One pass over what is kept of it.
+    /// One pass over the part that a snapshot holds.
     pub(crate) fn keep(&mut self, cells: usize, pass: &mut Pass<'_>) {
         let Some(arrays) = self.0.first_mut() else { return };
         let mut state = arrays.state.first().copied().unwrap_or(TouchState::AWAY);
@@ -190,12 +191,12 @@ impl<'a> TouchRoom<'a> {
         }
     }
 
-    /// The arrays.
+    /// The whole arrays.
     pub(crate) fn whole(&mut self) -> Option<&mut TouchArrays<'a>> {
         self.0.first_mut()
     }
 
-    /// The arrays cut to a model's size, and to the tools that were chosen.
+    /// The arrays cut to a model's size and to the chosen tools.
     pub(crate) fn arrays(&mut self, cells: usize) -> Option<TouchArrays<'_>> {
         let arrays = self.0.first_mut()?;
         let count = arrays.state.first()?.tools;
@@ -239,7 +240,8 @@ impl<'a> TouchArrays<'a> {
         self.anchors.get(first..first + state.anchors).unwrap_or(&[])
     }
 
-    /// The tools, while one is engaged, and what they do to a coarse level, for the sweeps of a tick.
+    /// The tools and their effect on a coarse level, for the sweeps of a tick; nothing while no tool is
+    /// engaged.
     pub(crate) fn touching(&mut self, model: &Model<'_>) -> (Touch<'_>, Option<&CoarseTouch>) {
         let none = (Touch::NONE, None);
         let Some(state) = self.state.first() else { return none };
@@ -264,19 +266,19 @@ impl<'a> TouchArrays<'a> {
 /// What all tools have in common.
 #[derive(Debug, Clone, Copy)]
 pub struct TouchState {
-    /// Tools that were chosen.
+    /// Number of chosen tools.
     pub(crate) tools: usize,
     /// Coefficient of friction.
     pub(crate) friction: f32,
-    /// Triangles in reach.
+    /// Number of triangles in reach.
     pub(crate) count: usize,
-    /// The slices that have corners of them.
+    /// The slices that contain corners of those triangles.
     pub(crate) slices: SliceSet,
-    /// Whether the bounds of the cells elsewhere are those of this model.
+    /// True if the bounds of all other cells are those of this model.
     pub(crate) is_filled: bool,
-    /// Samples that are held, in one half of the list.
+    /// Number of held samples, in one half of the list.
     pub(crate) anchors: usize,
-    /// Which half.
+    /// True if that is the second half.
     pub(crate) is_second: bool,
 }
 

@@ -1,19 +1,19 @@
-//! When the links' bands close (unloading, the paper's Fig. 5b).
+//! Unloading: closes the links' bands (the paper's Fig. 5b).
 //!
-//! Closed bands admit the rest length alone, so every link restores the rest shape. While they are
-//! closed flag 32 stands.
+//! Closed bands admit only the rest length, so every link restores the rest shape. Flag 32 is set while they
+//! are closed.
 //!
 //! | unloading | bands are closed |
 //! |---|---|
 //! | `off` | never |
-//! | `release` | from the tool's release until it takes hold again |
-//! | `retreat` | also while the tool has come back by more than 0.1 mean link lengths from its deepest point, until it passes that point |
+//! | `release` | from the tool's release until it engages again |
+//! | `retreat` | also while the tool has retreated by more than 0.1 mean link lengths from its deepest point, until it passes that point |
 //!
-//! Closing a band may raise the energy: this is the one act from outside that is not a motion of
-//! the tool. With `release` it acts on a free body. With `retreat` it acts on the tool, which then
-//! gets back more energy than it gave: 2.4 to 4.8 mJ on the paper's plane (`chaincell paper`). With
-//! alpha 0 the bands admit the rest length alone anyway, and unloading changes no force. Every
-//! change of the bands sets the certified level anew and wakes the whole body.
+//! Closing a band may raise the energy: it is the only external action besides a motion of the tool. With
+//! `release` it acts on a free body. With `retreat` it acts on the tool, which then gets back more energy
+//! than it gave: 2.4 to 4.8 mJ on the paper's plane (`chaincell paper`). With alpha 0 the bands admit only
+//! the rest length anyway, and unloading changes no force. Every change of the bands computes the certified
+//! level anew and wakes the whole body.
 
 use super::choices::Unloading;
 use super::order::Tick;
@@ -22,7 +22,7 @@ use crate::number::cell::{dot, sub};
 use crate::number::sqrt::sqrt;
 use crate::solver::Dynamics;
 
-/// How far the tool comes back from its deepest point before the bands close [mean link lengths].
+/// Distance by which the tool retreats from its deepest point before the bands close [mean link lengths].
 const RETREAT: f32 = 0.1;
 
 impl<D: Dynamics> Tick<'_, '_, D> {

@@ -1,30 +1,29 @@
-//! The coarse level beside a probe: without the basis functions that reach its contacts.
+//! The coarse level with a probe: the basis functions at its contacts are left out.
 //!
-//! Contacts of a probe come and go, so the corrections of [`hold`](super::held::hold), which cost 2
-//! n^2 a held cell, cost too much for them. Instead the set H of basis functions with a weight at a
-//! contact is left out: c = 0 there, and no held cell moves. Among the c that are zero on H, the
-//! one that lowers the bound of the energy most is
+//! Contacts of a probe change often, so the corrections of [`hold`](super::held::hold), at 2 n^2 per held
+//! cell, cost too much for them. Instead the set H of basis functions with a weight at a contact is left out:
+//! c = 0 there, and no held cell moves. Among the c that are zero on H, the one that lowers the bound of the
+//! energy most is
 //!
 //! ```text
 //! c = B g - B_H (B_HH)^-1 (B g)_H
 //! ```
 //!
-//! for which c' (A + R) c = g . c still holds, hence the certificate of [`track`](crate::Track).
-//! The principal submatrix `B_HH` is positive definite as B is; its Cholesky factor is worked out
-//! when the contacts change. With more than [`DEFLATED_MAX`] basis functions in H, or where
-//! rounding makes a pivot too small, there is no coarse level until they change again.
+//! for which c' (A + R) c = g . c still holds, hence the certificate of [`track`](crate::Track). The
+//! principal submatrix `B_HH` is positive definite as B is; its Cholesky factor is computed when the contacts
+//! change. With more than [`DEFLATED_MAX`] basis functions in H, or if rounding makes a pivot too small,
+//! there is no coarse level until they change again.
 //!
-//! Tools on a surface hold no cell, they resist it: they add a diagonal D to the bound's Laplacian.
-//! P' D P is at most the diagonal S of its row sums, and by the Woodbury formula
+//! Tools on a surface hold no cell but add a resistance: a diagonal D in the bound's Laplacian. P' D P is at
+//! most the diagonal S of its row sums, and by the Woodbury formula
 //!
 //! ```text
 //! c = (A + R + S)^-1 g = B g - B_H (B_HH + S_H^-1)^-1 (B g)_H
 //! ```
 //!
-//! which is the same with S^-1 on the diagonal: 0 for a cell that is held.
+//! which is the same with S^-1 on the diagonal: 0 for a held cell.
 //!
-//! Cost: k^3 / 6 multiplications when the contacts change, k = |H|; 3 k (n + k) a sweep, n basis
-//! functions.
+//! Cost: k^3 / 6 multiplications when the contacts change, k = |H|; 3 k (n + k) per sweep, n basis functions.
 
 use super::vector;
 use crate::backend::f32x8::F32x8;
@@ -32,25 +31,24 @@ use crate::model::coarse_basis::CoarseBasis;
 use crate::number::sqrt::sqrt;
 use crate::number::two_float::{Eight, LANES};
 
-/// Most basis functions that are left out.
+/// Largest number of basis functions that are left out.
 pub(crate) const DEFLATED_MAX: usize = 64;
-/// Smallest pivot, in the diagonal element.
+/// Smallest pivot, relative to the diagonal element.
 const PIVOT_MIN: f32 = 1.0e-5;
-/// Largest part of c that may be left at the basis functions left out. Above it the factor is too
-/// inexact to use. What is left is put to 0, which changes g . c and c' A c alike to first order in
-/// it. The positive diagonal R covers that: c' A c stays below c' (A + R) c by the share of R, at
-/// least 1e-3, and the certificate takes 1/512 less than the computed products say.
+/// Largest part of c that may remain at the basis functions left out. Above it the factor is too inexact to
+/// use. The remainder is set to 0, which changes g . c and c' A c equally to first order. The positive
+/// diagonal R covers that: c' A c stays below c' (A + R) c by the share of R, at least 1e-3, and the
+/// certificate is 1/512 below the computed products.
 const LEFT_MAX: f32 = 1.0e-4;
 
 /// Blocks of a row of the factor.
 const fn row_blocks(functions: usize) -> usize {
     let row = (if functions < DEFLATED_MAX { functions } else { DEFLATED_MAX }).div_ceil(LANES);
-    // A model has at least one basis function; this tells the compiler so.
+    // A model has at least one basis function; this lets the compiler know.
     if row == 0 { 1 } else { row }
 }
 
-/// Room that the coarse level needs for `functions` basis functions and a probe \[blocks of eight
-/// `f32`\].
+/// Memory that the coarse level needs for `functions` basis functions and a probe \[blocks of eight `f32`\].
 ///
 /// With K = min(`functions`, 64) rounded up to a multiple of 8: six vectors over the basis
 /// functions, K numbers of basis functions, K sums for each axis, K^2 elements of the factor.
@@ -60,9 +58,9 @@ pub const fn probe_room(functions: usize) -> usize {
     6 * functions.div_ceil(LANES) + row * (4 + LANES * row)
 }
 
-/// What lies behind the vectors in the room.
+/// The data after the vectors in the coarse memory.
 struct Deflated<'a> {
-    /// Numbers of the basis functions, ascending.
+    /// Indices of the basis functions, ascending.
     functions: &'a mut [f32],
     /// Three sums each.
     sums: &'a mut [[f32; 3]],
@@ -86,11 +84,12 @@ impl<'a> Deflated<'a> {
         vector(self.factor, self.row, i).as_flattened()
     }
 
-    /// Works out the factor of the first `count` basis functions, with the first of their sums on the
-    /// diagonal; whether that could be done.
+    /// Computes the factor of the first `count` basis functions, with the first of their sums on the
+    /// diagonal. Returns false if that is not possible.
     fn factorise(&mut self, of: &CoarseBasis<'_>, count: usize) -> bool {
-        // The compiler is to know here too that a row is neither empty nor beyond counting.
+        // Lets the compiler know here too that a row is neither empty nor too long.
         let row = self.row.clamp(1, DEFLATED_MAX / LANES);
+        // Fill the rows with the inverse's elements, and add the diagonal.
         self.factor.fill([0.0; LANES]);
         let numbers = self.functions.get(..count).unwrap_or(&[]);
         for (line, &i) in self.factor.as_flattened_mut().chunks_exact_mut(row * LANES).zip(numbers)
@@ -103,6 +102,7 @@ impl<'a> Deflated<'a> {
         for (slot, [give, ..]) in diagonal.zip(&*self.sums).take(count) {
             *slot += give;
         }
+        // Factorise row by row.
         for pivot in 0..count {
             let Some((above, below)) = self.factor.split_at_mut_checked((pivot + 1) * row) else {
                 return false;
@@ -160,9 +160,9 @@ impl<'a> Deflated<'a> {
     }
 }
 
-/// Finds the basis functions that reach these cells, each with what resists it, infinite for one that
-/// is held, and factorises their part of the inverse; their number, or `None` where they are too many
-/// or the factor does not exist.
+/// Finds the basis functions at these cells, each cell with its resistance, infinite for a held one, and
+/// factorises their part of the inverse. Returns their number; `None` if they are too many or the factor does
+/// not exist.
 pub(crate) fn deflate(
     basis: &CoarseBasis<'_>,
     room: &mut [Eight],
@@ -181,6 +181,7 @@ pub(crate) fn deflate(
             }
         }
     }
+    // Index the marked basis functions.
     let mut taken = Deflated::cut(basis, behind)?;
     let mut count = 0;
     let marked = marks.iter().enumerate().filter(|&(_, &mark)| mark > 0.0);
@@ -192,8 +193,8 @@ pub(crate) fn deflate(
     taken.factorise(basis, count).then_some(count as u16)
 }
 
-/// Takes the first `count` basis functions that stand in the room out of c = B g, or as far as they are
-/// resisted; whether the rest is sound.
+/// Removes the first `count` indexed basis functions from c = B g, or reduces them by their resistance.
+/// Returns true if the remainder is small enough.
 #[inline(always)]
 pub(crate) fn solve_deflated<V: F32x8>(
     basis: &CoarseBasis<'_>,
@@ -213,6 +214,7 @@ pub(crate) fn solve_deflated<V: F32x8>(
     let value = |c: &[Eight], axis: usize, function: usize| {
         c.as_flattened().get(axis * stride + function).copied().unwrap_or(0.0)
     };
+    // Solve for the shares of these basis functions.
     let mut highest = 0.0;
     for at in 0..count {
         let sum = [0, 1, 2].map(|axis| value(c, axis, numbers(&taken, at)));
@@ -223,6 +225,7 @@ pub(crate) fn solve_deflated<V: F32x8>(
         }
     }
     taken.solve(count);
+    // Subtract their columns of the inverse.
     for at in 0..count {
         let sum = taken.sums.get(at).copied().unwrap_or([0.0; 3]);
         let row = vector(basis.inverse, blocks, numbers(&taken, at));
@@ -234,6 +237,7 @@ pub(crate) fn solve_deflated<V: F32x8>(
             }
         }
     }
+    // Held: the remainder at these basis functions must be small; set it to 0.
     if !is_held {
         return true;
     }
@@ -270,8 +274,7 @@ mod tests {
         super::deflate(basis, room, held.iter().map(|held| (held.cell(), f32::INFINITY)))
     }
 
-    /// Both sides of the solution without the basis functions of some contacts, by basis function;
-    /// and g . c.
+    /// Both sides of the solution without the basis functions of some contacts, by basis function, and g . c.
     fn solved(
         model: &Model<'_>,
         held: &[Contact],
@@ -336,7 +339,7 @@ mod tests {
                     exact += here * f64::from(g[function][axis]);
                 }
             }
-            // The bound behind the guard: c' A c <= g . c.
+            // The bound used by the guard: c' A c <= g . c.
             assert!(curved <= f64::from(product), "{out} out: {curved} above {product}");
             assert!((f64::from(product) - exact).abs() <= 1e-5 * exact, "{product} {exact}");
         }
@@ -392,7 +395,7 @@ mod tests {
         (taken.functions[0], taken.functions[1]) = (3.0, 3.0);
         taken.sums[..2].fill([0.0; 3]);
         assert!(taken.factorise(&basis, 1) && !taken.factorise(&basis, 2));
-        // A factor of other basis functions leaves something at these.
+        // A factor of other basis functions leaves a remainder at these.
         (taken.functions[0], taken.functions[1]) = (3.0, 4.0);
         assert!(taken.factorise(&basis, 2));
         (taken.functions[0], taken.functions[1]) = (0.0, 9.0);

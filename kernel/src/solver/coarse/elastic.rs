@@ -1,26 +1,24 @@
 //! The coarse level of nodal shapes: the elasticity of the rest shape between basis functions.
 //!
-//! The bound L of nodal shapes is several times as stiff as they are: it knows of no rotation, and
-//! takes every change of a shape as one of its volume. Steps that are certain by it are short. The
-//! direction of the next pass needs no certainty, since the guard judges the pass:
+//! The bound L of nodal shapes is several times as stiff as the shapes: it ignores rotations, and treats
+//! every change of shape as a change of volume. Steps that it certifies are short. The direction of the next
+//! pass needs no certificate, since the guard judges the pass:
 //!
 //! ```text
 //! z = m r + P R B R' P' r,   B = (P' K P + room)^-1
 //! ```
 //!
-//! K is the second derivative of the energy at rest, for all three axes together; R turns each
-//! basis function by the rotation of one cell below it, so that a body that has turned is met in
-//! its own frame (corotated; Mueller, Gross 2004). m is 2.1 over the trace of K at the cell, some
-//! times 1 / W. What is published is the point of a pass that the guard took, plus its r / W alone,
-//! which is certain ([`track`](crate::Track)).
+//! K is the second derivative of the energy at rest, for all three axes together; R rotates each basis
+//! function by the rotation of one cell under it, so that a rotated body is handled in its own frame
+//! (corotated; Mueller, Gross 2004). m is 2.1 over the trace of K at the cell, several times 1 / W. The
+//! published point is that of an accepted pass plus only r / W, which is certified ([`track`](crate::Track)).
 //!
-//! A cell that the tool holds has no residual, and does not follow its basis functions. Where that cuts
-//! off more than the basis functions move, B is corrected
-//! ([`elastic_held`](super::elastic_held)).
+//! A cell that the tool holds has no residual and does not follow its basis functions. If that cuts off more
+//! than the basis functions move, B is corrected ([`elastic_held`](super::elastic_held)).
 //!
-//! Memory with n basis functions: 36 n^2 bytes of the image for B; in RAM 36 bytes a basis function
-//! ([`elastic_room`]). Cost of a sweep: 9 n^2 multiplications beside restriction and prolongation, and
-//! 6 n a correction.
+//! Memory with n basis functions: 36 n^2 bytes of the image for B; in RAM 36 bytes per basis function
+//! ([`elastic_room`]). Cost of a sweep: 9 n^2 multiplications besides restriction and prolongation, and 6 n
+//! per correction.
 
 use super::solve::add_along;
 use super::touched::CoarseTouch;
@@ -34,15 +32,15 @@ use crate::terms::residual::Terms;
 use crate::terms::surface::IS_BUILT;
 use crate::terms::term::Term;
 
-/// Room that the coarse level of nodal shapes needs for `functions` basis functions \[blocks of
-/// eight `f32`\].
+/// Memory that the coarse level of nodal shapes needs for `functions` basis functions \[blocks of eight
+/// `f32`\].
 #[must_use]
 pub const fn elastic_room(functions: usize) -> usize {
     9 * functions.div_ceil(LANES)
 }
 
-/// Turns the vectors of the basis functions, x, y and z apart, by the rotations of their cells, or
-/// back by them.
+/// Rotates the vectors of the basis functions, with x, y and z in separate arrays, by the rotations of their
+/// cells, or back.
 pub(crate) fn turn(
     terms: Terms<'_, '_>,
     basis: &CoarseBasis<'_>,
@@ -58,7 +56,7 @@ pub(crate) fn turn(
     }
 }
 
-/// A vector of a basis function, turned by the rotation of its cell, or back by it.
+/// Rotates a vector of a basis function by the rotation of its cell, or back.
 pub(crate) fn turned_with(
     terms: Terms<'_, '_>,
     basis: &CoarseBasis<'_>,
@@ -77,18 +75,18 @@ fn turned_by(terms: Terms<'_, '_>, cell: u16, v: [f32; 3], back: bool) -> [f32; 
     turned(if back { turn.back() } else { turn }, v)
 }
 
-/// c = B g for the g in the room, which stays there as the last one; gives g . c and the last
-/// g . c.
+/// c = B g for the g in the coarse memory, which is kept there as the last one. Returns g . c and (last g) .
+/// c.
 pub(crate) struct ElasticSolve<'a, 'm> {
     pub basis: CoarseBasis<'m>,
     pub room: &'a mut [Eight],
-    /// How many corrections for held cells stand in the room.
+    /// Number of corrections for held cells in the coarse memory.
     pub corrections: usize,
-    /// What a sphere makes of B.
+    /// Effect of tools on B.
     pub touch: Option<&'a CoarseTouch>,
 }
 
-/// Blocks of c that are summed up side by side.
+/// Blocks of c that are summed side by side.
 const SIDE_BY_SIDE: usize = 6;
 
 impl Work for ElasticSolve<'_, '_> {
@@ -106,6 +104,7 @@ impl Work for ElasticSolve<'_, '_> {
         let Some((last, corrections)) = rest.split_at_mut_checked(blocks) else {
             return [TwoFloat::ZERO; 2];
         };
+        // c = B g.
         let mut first = 0;
         while first + SIDE_BY_SIDE <= blocks {
             columns::<V, SIDE_BY_SIDE>(self.basis.inverse, blocks, first, g, c);
@@ -115,12 +114,14 @@ impl Work for ElasticSolve<'_, '_> {
             columns::<V, 1>(self.basis.inverse, blocks, first, g, c);
             first += 1;
         }
+        // Apply the corrections, and the tools.
         for along in corrections.chunks_exact(blocks).take(self.corrections) {
             add_along::<V>(along, -1.0, g, c);
         }
         if IS_BUILT && let Some(touch) = self.touch {
             touch.correct::<V>(&self.basis, c);
         }
+        // Sum the products, and keep g as the last one.
         let (mut product, mut mixed) = (Lanes::ZERO, Lanes::ZERO);
         for ((g, c), last) in g.iter().zip(c).zip(last) {
             let c = V::load(c);

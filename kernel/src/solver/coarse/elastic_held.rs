@@ -1,18 +1,17 @@
 //! Corrections of an elastic level for cells that the tool holds.
 //!
 //! Held cells do not follow their basis functions, so a direction P c is cut off at them. The cut is a
-//! move of the held cells alone, and resists by their own part D of K. The level that counts it in is
-//!
+//! displacement of only the held cells, resisted by their local part D of K. The level that includes it is
 //! ```text
 //! (B^-1 + P_h' D P_h)^-1 = B - sum of v v',   P_h' D P_h = U U'
 //! ```
 //!
-//! Each column u of U, one for a basis function at a held cell and an axis, gives one v: B u with the
-//! earlier corrections over sqrt(1 + u . B u). They are worked out when the cells are chosen.
+//! Each column u of U, one for a basis function at a held cell and an axis, gives one v: B u with the earlier
+//! corrections over sqrt(1 + u . B u). They are computed when the cells are chosen.
 //!
-//! Where few cells of a compact body are held, the level meets more than the cut, and nothing is
-//! corrected. A slender body yields so far at its end that a direction would meet the cut alone, the
-//! more so the less its volume yields: each pass would be discarded.
+//! If few cells of a compact body are held, the resistance of the level exceeds that of the cut, and nothing
+//! is corrected. A slender body yields so much at its end that a direction would meet the cut alone, more so
+//! the less its volume yields: each pass would be discarded.
 
 use super::elastic::elastic_room;
 use super::held::{apply, dot};
@@ -25,18 +24,18 @@ use crate::number::two_float::{Eight, LANES};
 use crate::solver::loops::scalar::track::factor;
 use crate::terms::held::Contact;
 
-/// Energy of the cuts at all held cells over that of the softest basis function, up to which nothing
-/// is corrected.
+/// Largest ratio of the cuts' energy at all held cells to that of the softest basis function without a
+/// correction.
 const BEARABLE: f32 = 20.0;
-/// The own part of a direction, in mean diagonal elements of K, as the bake has it.
+/// The local part of a direction, in mean diagonal elements of K, as in the bake.
 const OWN_PART: f32 = 0.7;
 /// Pivots of `P_h' D P_h` below this share of their element are 0.
 const LEAST: f32 = 1.0e-4;
-/// A cut that adds less to the matrix than this share stays.
+/// A cut that adds less than this share to the matrix is not corrected.
 const SLIGHT: f64 = 0.1;
 
-/// Room that the coarse level of nodal shapes needs for `functions` basis functions where a tool holds
-/// up to `held` cells whose cuts are corrected \[blocks of eight `f32`\].
+/// Memory that the coarse level of nodal shapes needs for `functions` basis functions if a tool holds up to
+/// `held` cells whose cuts are corrected \[blocks of eight `f32`\].
 #[must_use]
 pub const fn elastic_held_room(functions: usize, held: usize) -> usize {
     let (rank, rows) = (least(functions, held), least(functions, LANES * held));
@@ -54,7 +53,7 @@ fn own_part(model: &Model<'_>, factors: &[f32], cell: usize) -> f32 {
     if length > 0.0 { OWN_PART / length } else { 0.0 }
 }
 
-/// Whether the cuts at so many held cells are to be corrected.
+/// Returns true if the cuts at `held` held cells have to be corrected.
 pub(crate) fn is_corrected(model: &Model<'_>, basis: &CoarseBasis<'_>, held: usize) -> bool {
     let Some(level) = basis.elastic().filter(|_| held > 0) else { return false };
     let (mut most, stride) = (0.0, basis.stride());
@@ -71,10 +70,10 @@ pub(crate) fn is_corrected(model: &Model<'_>, basis: &CoarseBasis<'_>, held: usi
     held as f32 * most > BEARABLE
 }
 
-/// Works out the corrections for cells that the tool will hold, into the room behind the vectors of
-/// the level; how many there are.
+/// Computes the corrections for cells that the tool will hold, and stores them after the level's vectors.
+/// Returns their number.
 ///
-/// Cost: 9 n^2 a correction and more with every one; outside the tick.
+/// Cost: 9 n^2 for a correction, and more with every further one; outside the tick.
 pub(crate) fn hold<N: Number>(
     model: &Model<'_>,
     basis: &CoarseBasis<'_>,
@@ -85,6 +84,7 @@ pub(crate) fn hold<N: Number>(
     let Some(level) = basis.elastic().filter(|_| is_corrected(model, basis, held.len())) else {
         return 0;
     };
+    // Divide the memory: scratch vectors, corrections, rows of the matrix.
     let most = 3 * least(basis.count, held.len());
     let Some((scratch, rest)) = room.split_at_mut_checked(9 * blocks) else { return 0 };
     let Some((vectors, rows)) = rest.split_at_mut_checked(3 * most * blocks) else { return 0 };
@@ -92,6 +92,7 @@ pub(crate) fn hold<N: Number>(
     let Some((numbers, scratch)) = scratch.split_at_mut_checked(blocks) else { return 0 };
     let Some((marks, scratch)) = scratch.split_at_mut_checked(blocks) else { return 0 };
     let Some(diagonals) = scratch.get_mut(..blocks) else { return 0 };
+    // Assemble `P_h' D P_h`.
     let touched = number(basis, held, numbers.as_flattened_mut(), marks.as_flattened_mut());
     let (numbers, marks) = (numbers.as_flattened(), marks.as_flattened());
     let diagonals = diagonals.as_flattened_mut();
@@ -109,6 +110,7 @@ pub(crate) fn hold<N: Number>(
         }
     }
     matrix.note_diagonals(touched);
+    // Factorise it row by row; each row gives up to three corrections.
     let mut count = 0;
     for row in 0..touched {
         if !matrix.reduce(row, touched) {
@@ -134,8 +136,8 @@ pub(crate) fn hold<N: Number>(
     count
 }
 
-/// Numbers the basis functions at held cells: `numbers` has them in turn, `marks` the place of each.
-/// How many there are.
+/// Indexes the basis functions at held cells: `numbers` lists them, `marks` has the index of each. Returns
+/// their number.
 fn number<N: Number>(
     basis: &CoarseBasis<'_>,
     held: &[Contact<N>],
@@ -158,12 +160,12 @@ fn number<N: Number>(
     count
 }
 
-/// `P_h' D P_h`: a row for each basis function at a held cell, which become those of U'.
+/// `P_h' D P_h`: a row for each basis function at a held cell; they become the rows of U'.
 struct Rows<'a> {
     rows: &'a mut [Eight],
     blocks: usize,
     numbers: &'a [f32],
-    /// The diagonal elements as they were.
+    /// The original diagonal elements.
     diagonals: &'a mut [f32],
 }
 
@@ -188,7 +190,7 @@ impl Rows<'_> {
         }
     }
 
-    /// Makes a row one of U' and takes it out of the later ones; whether it is any.
+    /// Turns a row into one of U' and subtracts it from the later ones. Returns false for a zero row.
     fn reduce(&mut self, at: usize, count: usize) -> bool {
         let own = self.function(at);
         let whole = self.diagonals.get(at).copied().unwrap_or(0.0);
@@ -198,7 +200,7 @@ impl Rows<'_> {
             return false;
         }
         let root = 1.0 / sqrt(pivot);
-        // What stands before its own element is rounding.
+        // The elements before the diagonal are rounding errors.
         row.iter_mut().take(own).for_each(|slot| *slot = 0.0);
         row.iter_mut().for_each(|slot| *slot *= root);
         let blocks = self.blocks;

@@ -7,16 +7,17 @@ use crate::number::sqrt::sqrt;
 use crate::number::two_float::{Eight, LANES};
 use crate::terms::held::Contact;
 
-/// Room that the coarse level needs for `functions` basis functions and up to `held` held cells
-/// \[blocks of eight `f32`\].
+/// Memory that the coarse level needs for `functions` basis functions and up to `held` held cells \[blocks of
+/// eight `f32`\].
 #[must_use]
 pub const fn coarse_room(functions: usize, held: usize) -> usize {
     functions.div_ceil(LANES) * (6 + 2 * held)
 }
 
-/// Works out the corrections of the inverse for cells that the tool will hold, into the room.
+/// Computes the corrections of the inverse for cells that the tool will hold, and stores them in the coarse
+/// memory.
 ///
-/// Cost: 2 n^2 a cell and more with every cell; outside the tick.
+/// Cost: 2 n^2 per cell, and more with every further cell; outside the tick.
 pub(crate) fn hold<N: Number>(
     model: &Model<'_>,
     basis: &CoarseBasis<'_>,
@@ -33,7 +34,7 @@ pub(crate) fn hold<N: Number>(
         let diagonal = 0.5 * model.cell_bound(cell);
         let Some(row) = scratch.get_mut(..blocks) else { return };
         row.fill([0.0; LANES]);
-        // a = l p - h, which is the neighbours' share of h.
+        // a = l p - h, the neighbours' share of h.
         let add = |to: &mut [Eight], function: usize, term: f32| {
             if let Some(slot) = to.as_flattened_mut().get_mut(function) {
                 *slot += term;
@@ -63,12 +64,12 @@ pub(crate) fn hold<N: Number>(
             *slot += share * along;
         }
         let left = f64::from(diagonal) - dot(row, taking);
-        // Rounding must not make the matrix indefinite; a larger rest is a shorter step.
+        // Rounding must not make the matrix indefinite; a larger remainder is a shorter step.
         scale(taking, left.max(1.0e-6 * f64::from(diagonal)));
     }
 }
 
-/// v / sqrt(norm); nothing where the norm is not positive.
+/// v / sqrt(norm); 0 if the norm is not positive.
 fn scale(vector: &mut [Eight], norm: f64) {
     let factor = if norm > 0.0 { 1.0 / sqrt(norm as f32) } else { 0.0 };
     for slot in vector.as_flattened_mut() {
@@ -76,8 +77,7 @@ fn scale(vector: &mut [Eight], norm: f64) {
     }
 }
 
-/// The inverse with `earlier` corrections, times a vector; every second correction adds where they are
-/// in `pairs`.
+/// The inverse with `earlier` corrections, times a vector; in `pairs` every second correction is added.
 pub(super) fn apply(
     basis: &CoarseBasis<'_>,
     earlier: &[Eight],

@@ -1,8 +1,7 @@
 //! The loops between cells and basis functions, cell by cell: restriction and the coarse update.
 //!
-//! Basis functions are summed up as over pairs of cells: the first cells of the pairs, then the
-//! second ones, then both together. A box keeps its eight basis functions, or their sums, in
-//! registers.
+//! Basis functions are summed as over pairs of cells: the first cells of the pairs, then the second ones,
+//! then both together. The eight basis functions of a box, or their sums, stay in registers.
 
 use crate::model::coarse_basis::CoarseBasis;
 use crate::model::image::NO_HAT;
@@ -14,7 +13,7 @@ use crate::solver::loops::scalar::Range;
 use crate::solver::loops::scalar::track::factor;
 use crate::terms::residual::Terms;
 
-/// One value a corner of a box and axis.
+/// One value per corner of a box and axis.
 type Corners = [[f32; 3]; LANES];
 
 /// Weights of a cell of a pair at the corners of its box.
@@ -38,7 +37,7 @@ fn sums(cells: &[[u16; 2]], of: &[[Eight; 2]], second: bool, residual: &[Cell]) 
     sums
 }
 
-/// P' r of the masked residuals, into the first three vectors of the room.
+/// P' r of the masked residuals, into the first three vectors of the coarse memory.
 pub(crate) fn restrict(basis: &CoarseBasis<'_>, residual: &[Cell], room: &mut [Eight]) {
     let stride = basis.stride();
     let Some(vectors) = room.get_mut(..3 * basis.blocks()) else { return };
@@ -63,7 +62,7 @@ pub(crate) fn restrict(basis: &CoarseBasis<'_>, residual: &[Cell], room: &mut [E
     }
 }
 
-/// The coarse direction: its values at a basis function.
+/// The coarse direction: a function for its values at the basis functions.
 #[inline(always)]
 pub(super) fn direction<'a>(
     basis: &CoarseBasis<'_>,
@@ -94,7 +93,7 @@ pub(crate) fn at_cell(basis: &CoarseBasis<'_>, room: &[Eight], cell: usize) -> [
     hats.fold([0.0; 3], |sum, (function, weight)| add(sum, scale(weight, value(function))))
 }
 
-/// The update of all free cells with the coarse direction; whether some coordinate is beyond K.
+/// Updates all free cells with the coarse direction. Returns true if some coordinate is beyond K.
 pub(crate) fn step(
     terms: Terms<'_, '_>,
     basis: &CoarseBasis<'_>,
@@ -111,6 +110,7 @@ pub(crate) fn step(
         let pairs = range(basis.rows, at_box);
         let cells = basis.cells.get(pairs.clone()).unwrap_or(&[]);
         let of = basis.weights.get(pairs).unwrap_or(&[]);
+        // Update both cells of each pair.
         for (&[one, other], pair) in cells.iter().zip(of) {
             for (id, second) in [(other, true), (one, false)] {
                 let cell = usize::from(id);
@@ -131,7 +131,7 @@ pub(crate) fn step(
                 let next = add(y, elastic.map_or(z, |_| sure));
                 let ahead = add(add(y, scale(alpha, z)), scale(beta, sub(y, last)));
                 beyond |= linear.is_left(next, ahead);
-                // A box with an odd number of cells names its last one twice, once without weights.
+                // A box with an odd number of cells lists its last one twice, once without weights.
                 if second && other == one {
                     continue;
                 }

@@ -1,10 +1,9 @@
 //! The loops between cells and basis functions, two cells side by side: restriction and the coarse
 //! update.
 //!
-//! Sums over basis functions are taken with the two cells woven: x of one, x of the other, and so on.
-//! The weights of both then come by a single load. A box keeps its eight basis functions in registers
-//! while its cells go by. Where a box has an odd number of cells its last one stands twice, the second
-//! time without weights.
+//! Sums over basis functions interleave the two cells: x of one, x of the other, and so on, so that a single
+//! load gets the weights of both. The eight basis functions of a box stay in registers for all its cells. A
+//! box with an odd number of cells lists its last one twice, the second time without weights.
 
 #![allow(unsafe_code)]
 
@@ -29,7 +28,7 @@ fn pairs<'m>(basis: &CoarseBasis<'m>, at_box: usize) -> (&'m [[u16; 2]], &'m [[E
     (basis.cells.get(pairs.clone()).unwrap_or(&[]), basis.weights.get(pairs).unwrap_or(&[]))
 }
 
-/// P' r of the masked residuals, into the first three vectors of the room.
+/// P' r of the masked residuals, into the first three vectors of the coarse memory.
 pub(crate) struct Restrict<'a, 'm> {
     pub basis: CoarseBasis<'m>,
     pub residual: &'a [Cell],
@@ -47,6 +46,7 @@ impl Work for Restrict<'_, '_> {
         if self.residual.len() != self.basis.entry.len() {
             return;
         }
+        // Sum each box over its pairs of cells.
         for (at_box, corners) in self.basis.corners.iter().enumerate() {
             let (cells, weights) = pairs(&self.basis, at_box);
             let mut sum = [V::splat(0.0); LANES];
@@ -66,6 +66,7 @@ impl Work for Restrict<'_, '_> {
                     h.plus(V::in_turn(high, 3).times(r)),
                 ];
             }
+            // Add its corners to the basis functions.
             let flat = sums.as_flattened_mut();
             for (&function, sum) in corners.iter().zip(sum) {
                 if function == NO_HAT {
@@ -82,8 +83,7 @@ impl Work for Restrict<'_, '_> {
     }
 }
 
-/// The update of all free cells, part by part where there are several; whether some coordinate is
-/// beyond K.
+/// Updates all free cells, part by part if there are several. Returns true if some coordinate is beyond K.
 pub(crate) fn step(
     terms: Terms<'_, '_>,
     basis: &CoarseBasis<'_>,
@@ -97,7 +97,7 @@ pub(crate) fn step(
     }
 }
 
-/// The same; `own` are the factors of the cells' own parts, used with an elastic level alone.
+/// The same; `own` are the factors of the cells' local parts, used only with an elastic level.
 fn steps<const ELASTIC: bool>(
     terms: Terms<'_, '_>,
     basis: &CoarseBasis<'_>,
@@ -107,6 +107,7 @@ fn steps<const ELASTIC: bool>(
 ) -> bool {
     let (model, k) = (terms.model, terms.model.saturation());
     let mobility = terms.mobility();
+    // One part.
     if !basis.is_in_parts {
         let (boxes, mut beyond) = (0..basis.corners.len(), false);
         let (points, beyond_k) = (points.reborrow(), &mut beyond);
@@ -115,6 +116,7 @@ fn steps<const ELASTIC: bool>(
         run(terms.vectors, step);
         return beyond;
     }
+    // Several parts: the team runs them.
     let mut beyond = [false; PARTS];
     let mut each = beyond.iter_mut().zip(parts::split(mobility)).zip(parts::split(own));
     let steps = points.parts().map(|points| {
@@ -128,23 +130,23 @@ fn steps<const ELASTIC: bool>(
     beyond.contains(&true)
 }
 
-/// The update of all free cells of some boxes with the coarse direction: z = r / W + P c, then
-/// x = y + z, `y_last` = y, y = y + alpha z + beta (y - `y_last`). With an elastic level z has the
-/// cell's own part in place of r / W, and x = y + r / W.
+/// The update of all free cells of some boxes with the coarse direction: z = r / W + P c, then x = y + z,
+/// `y_last` = y, y = y + alpha z + beta (y - `y_last`). With an elastic level z has the cell's local part in
+/// place of r / W, and x = y + r / W.
 struct CoarseStep<'a, 'm, const ELASTIC: bool> {
     basis: CoarseBasis<'m>,
-    /// Their cells are those of the arrays: `first` and those behind it.
+    /// The boxes of the arrays' cells, which start at cell `first`.
     boxes: Range<usize>,
     first: usize,
     mobility: &'a [f32],
-    /// Factors of the own parts.
+    /// Factors of the local parts.
     own: &'a [f32],
     room: &'a [Eight],
     points: Points<'a, f32>,
     factors: [f32; 2],
     /// Saturation K.
     k: f32,
-    /// Whether some coordinate is beyond K.
+    /// Set to true if some coordinate is beyond K.
     beyond_k: &'a mut bool,
 }
 
@@ -161,6 +163,7 @@ impl<const ELASTIC: bool> Work for CoarseStep<'_, '_, ELASTIC> {
         }
         let [alpha, beta] = self.factors.map(|factor| V::splat(factor));
         let mut peak = V::splat(0.0);
+        // Update the pairs of cells of each box.
         for at_box in self.boxes {
             let corners = corners::<V>(&self.basis, self.room, at_box);
             let (cells, weights) = pairs(&self.basis, at_box);
@@ -199,7 +202,7 @@ impl<const ELASTIC: bool> Work for CoarseStep<'_, '_, ELASTIC> {
     }
 }
 
-/// The coarse direction at the corners of a box, each twice, woven.
+/// The coarse direction at the corners of a box, each twice, interleaved.
 #[inline(always)]
 fn corners<V: F32x8>(basis: &CoarseBasis<'_>, room: &[Eight], at_box: usize) -> [V; LANES] {
     let value = direction(basis, room);

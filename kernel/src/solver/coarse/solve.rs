@@ -1,4 +1,4 @@
-//! The product with the inverse, so that the held cells are left alone.
+//! The product with the inverse that keeps the held cells fixed.
 
 use super::deflation::solve_deflated;
 use super::vector;
@@ -8,18 +8,19 @@ use crate::model::coarse_basis::CoarseBasis;
 use crate::number::two_float::{Eight, LANES, Lanes, TwoFloat};
 use crate::terms::surface::IS_BUILT;
 
-/// How a solution leaves the held cells alone.
+/// Method by which a solution keeps the held cells fixed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Coarse {
-    /// By the corrections of so many held cells, which stand in the room.
+    /// By the corrections for this number of held cells, stored in the coarse memory.
     Corrected(usize),
-    /// Without so many basis functions, whose factor stands in the room.
+    /// Without this number of basis functions; their factor is in the coarse memory.
     Deflated(u16),
-    /// With so many basis functions resisted by tools on a surface; the same stands in the room.
+    /// With this number of basis functions resisted by tools on a surface; their factor is in the coarse
+    /// memory.
     Resisted(u16),
 }
 
-/// c = B g, so that the held cells are left alone; gives g . c.
+/// c = B g with the held cells fixed. Returns g . c.
 pub(crate) struct Solve<'a, 'm> {
     pub basis: CoarseBasis<'m>,
     pub room: &'a mut [Eight],
@@ -38,6 +39,7 @@ impl Work for Solve<'_, '_> {
         let Some((c, corrections)) = rest.split_at_mut_checked(3 * blocks) else {
             return TwoFloat::ZERO;
         };
+        // c = B g.
         let mut first = 0;
         while first + 2 <= blocks {
             columns::<V, 2>(self.basis.inverse, blocks, first, g, c);
@@ -46,6 +48,7 @@ impl Work for Solve<'_, '_> {
         if first < blocks {
             columns::<V, 1>(self.basis.inverse, blocks, first, g, c);
         }
+        // Keep the held cells fixed.
         match self.coarse {
             Coarse::Corrected(held) => {
                 let vectors = corrections.chunks_exact(blocks).take(2 * held);
@@ -61,6 +64,7 @@ impl Work for Solve<'_, '_> {
                 }
             }
         }
+        // Sum g . c.
         let mut product = Lanes::ZERO;
         for block in 0..blocks {
             let mut term = V::splat(0.0);

@@ -14,7 +14,7 @@ use std::vec::Vec;
 /// `chaincell bake box:7x7x5x0.01 --alpha 0.03 --hats 2.5`.
 pub(crate) static CUBE: &[u8] = crate::include_model!("../../../../tests/data/box7.chaincell");
 
-/// Solves for a right-hand side in the room; returns both sides, axis by axis.
+/// Solves for a right-hand side in the coarse memory; returns both sides, axis by axis.
 fn solved(model: &Model<'_>, held: &[Contact]) -> (Vec<[f64; 3]>, Vec<[f64; 3]>, f64) {
     let basis = model.coarse_basis.unwrap();
     let blocks = basis.blocks();
@@ -42,7 +42,7 @@ fn held_cells_are_corrected_for_exactly() {
     corrected_for_exactly(&Model::from_bytes(CUBE).unwrap());
 }
 
-/// Another term has its part in the bound, and in what a held cell takes out of it.
+/// Another term is part of the bound, and of the part that a held cell removes from it.
 #[test]
 fn held_cells_with_pins_are_corrected_for_exactly() {
     let pin = |cell| Pin { cell, point: [0.0; 3], weight: 3.0, slip_length: 1.0, give: 0.5 };
@@ -77,7 +77,7 @@ fn corrected_for_exactly(model: &Model<'_>) {
                     g[function][axis]
                 );
                 exact += g[function][axis] * c[function][axis];
-                // The bound behind the guard: c' A c <= g . c.
+                // The bound used by the guard: c' A c <= g . c.
                 assert!(own * c[function][axis] >= 0.0);
             }
         }

@@ -1,26 +1,26 @@
-//! An elastic coarse level under tools that meet the surface.
+//! An elastic coarse level under tools on the surface.
 //!
-//! The level's B knows of the body alone. What the tools add to its matrix is, with the samples of
-//! each triangle taken as one of corner weights `w_t` and stiffness K_t, which is `k_t` n n' in contact
-//! and has a part across the normal n where friction or a grip holds the samples,
+//! The level's B covers only the body. The tools add a matrix. With the samples of each triangle taken as one
+//! of corner weights `w_t` and stiffness K_t, which is `k_t` n n' in contact and has a part perpendicular to
+//! the normal n if friction or a grip holds the samples, it is
 //!
 //! ```text
 //! C = U S U',   S_ab = sum over t of p_a p_b d_a' K_t d_b,   p_a = w_t' P_a
 //! ```
 //!
-//! U has a column for each basis function under a tool and each direction d_a that it is pushed in,
-//! turned to the rest shape: one, its mean normal, where all samples slide, else three. With S = L L'
-//! the Woodbury formula gives
+//! U has a column for each basis function under a tool and each direction d_a in which it is pushed, rotated
+//! to the rest shape: one, its mean normal, if all samples slide, else three. With S = L L' the Woodbury
+//! formula gives
 //!
 //! ```text
 //! (B^-1 + C)^-1 = B - B U L (1 + L' U' B U L)^-1 L' U' B
 //! ```
 //!
-//! Without it a direction would press the surface into the tool as if nothing were there, and the
-//! guard would discard the pass. It is a direction as ever: the guard judges the pass, and no proof
-//! rests on it. Beyond [`COLUMNS`] columns the other basis functions are taken as untouched.
+//! Without it a direction would press the surface into the tool as if there were no contact, and the guard
+//! would discard the pass. The guard judges the pass as usual, and no proof depends on this direction. Beyond
+//! [`COLUMNS`] columns the other basis functions are treated as free.
 //!
-//! Cost with m columns: m^3 a tick and m^2 / 2 elements of B; 3 m rows of B a sweep.
+//! Cost with m columns: m^3 per tick and m^2 / 2 elements of B; 3 m rows of B per sweep.
 
 use super::elastic::turned_with;
 use crate::backend::f32x8::F32x8;
@@ -36,8 +36,8 @@ use crate::terms::surface::{Anchor, NearTriangle, Proxies, Solid, each_met};
 const COLUMNS: usize = 48;
 /// Basis functions at the corners of a triangle.
 const OF_TRIANGLE: usize = 24;
-/// Samples so near to a part count as touched [radii]: the tissue is led into it within the tick, and
-/// a direction that knew nothing of them would press them in as if nothing were there.
+/// Samples this near to a part count as touched [radii]: the tissue may move into the part within the tick,
+/// and a direction that ignored them would press them in as if there were no contact.
 const COMING: f32 = 0.2;
 /// Pivots of S below this share of the largest are taken as 0.
 const LEAST: f32 = 1.0e-5;
@@ -50,7 +50,7 @@ pub struct CoarseTouch {
     count: usize,
     /// The basis function of each column.
     functions: [u16; COLUMNS],
-    /// The direction of each column, in the rest shape's frame once prepared.
+    /// The direction of each column; in the rest shape's frame after `prepare`.
     ways: [[f32; 3]; COLUMNS],
     /// L.
     lower: Square,
@@ -59,7 +59,7 @@ pub struct CoarseTouch {
 }
 
 impl CoarseTouch {
-    /// One pass over the columns that there are.
+    /// One pass of a snapshot over the used columns.
     pub(crate) fn keep(&mut self, pass: &mut Pass<'_>) {
         let mut count = self.count;
         count.keep(pass);
@@ -67,7 +67,7 @@ impl CoarseTouch {
         pass.slice(&mut self.ways, count);
         let rows = self.lower.iter_mut().chain(&mut self.factor);
         for (place, row) in rows.enumerate() {
-            // Of both the lower triangle counts.
+            // Only the lower triangles of both are stored.
             let row_at = place % COLUMNS;
             pass.slice(row, if row_at < count { row_at + 1 } else { 0 });
         }
@@ -88,8 +88,8 @@ fn put(square: &mut Square, row: usize, column: usize, value: f32) {
     }
 }
 
-/// Replaces the lower triangle of a symmetric matrix by its Cholesky factor; a column whose pivot is
-/// lost in rounding becomes 0.
+/// Replaces the lower triangle of a symmetric matrix by its Cholesky factor; a column whose pivot is lost in
+/// rounding becomes 0.
 fn cholesky(matrix: &mut Square, count: usize) {
     let mut most = 0.0;
     for i in 0..count {
@@ -113,17 +113,17 @@ fn cholesky(matrix: &mut Square, count: usize) {
     }
 }
 
-/// A triangle under a tool: its samples as one.
+/// A triangle under a tool, with its samples taken as one.
 struct OneSample {
-    /// Along the normal, and across it.
+    /// Stiffness along the normal, and perpendicular to it.
     stiffness: [f32; 2],
     normal: [f32; 3],
-    /// Basis functions with what they move it by.
+    /// Basis functions with their weights at the sample.
     functions: [(u16, f32); OF_TRIANGLE],
     count: usize,
 }
 
-/// What tools meet in a tick.
+/// The contacts of tools in a tick.
 #[derive(Clone, Copy)]
 pub(crate) struct Under<'a> {
     pub tools: Proxies<'a>,
@@ -140,6 +140,7 @@ impl OneSample {
     ) -> Option<Self> {
         let solid = under.tools.part(near.of)?;
         let solid = &Solid { radius: (1.0 + COMING) * solid.radius, ..*solid };
+        // Sum stiffness, normal and corner shares over the samples.
         let (mut shares, mut way) = ([0.0; 3], [0.0; 3]);
         let [mut along, mut across] = [0.0; 2];
         each_met(
@@ -159,9 +160,10 @@ impl OneSample {
                 shares = add(shares, scale(k, sample.weights));
             },
         );
+        // Take the mean normal and the larger stiffness.
         let whole = shares.into_iter().fold(0.0, |sum, share| sum + share);
         let length = sqrt(dot(way, way));
-        // A grip alone has no normal, and is as stiff in all directions.
+        // A grip without contact has no normal, and the same stiffness in all directions.
         let (normal, along) = match length > 0.0 {
             true => (scale(1.0 / length, way), if along > across { along } else { across }),
             false => ([0.0; 3], across),
@@ -175,6 +177,7 @@ impl OneSample {
             functions: [(0, 0.0); OF_TRIANGLE],
             count: 0,
         };
+        // Weights of the basis functions at the corners.
         for (&cell, share) in near.corners.iter().zip(shares) {
             for (function, weight) in basis.row_of(cell.into()) {
                 one.add(function as u16, weight * share / whole);
@@ -206,7 +209,7 @@ impl OneSample {
 }
 
 impl CoarseTouch {
-    /// Nothing under a tool.
+    /// No contact.
     pub const NONE: Self = Self {
         count: 0,
         functions: [0; COLUMNS],
@@ -215,7 +218,7 @@ impl CoarseTouch {
         factor: [[0.0; COLUMNS]; COLUMNS],
     };
 
-    /// Prepares for tools among these triangles, the cells being at `place`.
+    /// Prepares for the contacts with these triangles; the cells are at `place`.
     pub(crate) fn prepare(
         &mut self,
         terms: Terms<'_, '_>,
@@ -226,6 +229,7 @@ impl CoarseTouch {
         let Some(basis) = terms.model.coarse_basis.filter(|basis| basis.elastic().is_some()) else {
             return;
         };
+        // Collect the columns of U and their directions.
         let samples =
             || under.near.iter().filter_map(|near| OneSample::of(&basis, under, near, place));
         let holds = samples().any(|sample| sample.stiffness[1] > 0.0);
@@ -237,6 +241,7 @@ impl CoarseTouch {
                 *way = if length > 0.0 { scale(1.0 / length, *way) } else { [0.0; 3] };
             }
         }
+        // Factorise S, and rotate the directions to the rest shape.
         self.lower.iter_mut().take(count).for_each(|row| row.fill(0.0));
         samples().for_each(|sample| self.stiffen(&sample));
         cholesky(&mut self.lower, count);
@@ -247,7 +252,7 @@ impl CoarseTouch {
         self.find_factor(&basis);
     }
 
-    /// The columns of a function: from, to.
+    /// The range of a basis function's columns.
     fn columns_of(&self, function: u16) -> Option<core::ops::Range<usize>> {
         let taken = self.functions.get(..self.count).unwrap_or(&[]);
         let first = taken.iter().position(|&of| of == function)?;
@@ -255,7 +260,7 @@ impl CoarseTouch {
         Some(first..first + more)
     }
 
-    /// The basis functions of a sample: with its normal, or with all directions.
+    /// Adds the basis functions of a sample: with its normal, or with all directions.
     fn take_in(&mut self, sample: &OneSample, holds: bool) {
         const AXES: [[f32; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
         for &(function, weight) in sample.functions() {
@@ -281,7 +286,7 @@ impl CoarseTouch {
         }
     }
 
-    /// The part of a sample in S.
+    /// Adds the part of a sample to S.
     fn stiffen(&mut self, sample: &OneSample) {
         let mut shares = [(0, 0.0, [0.0; 3]); 3 * OF_TRIANGLE];
         let mut count = 0;
@@ -304,14 +309,14 @@ impl CoarseTouch {
         }
     }
 
-    /// The factor of 1 + L' V L.
+    /// Computes the factor of 1 + L' V L.
     fn find_factor(&mut self, basis: &CoarseBasis<'_>) {
         let (count, stride) = (self.count, basis.stride());
         let of = |index: usize| {
             let function = self.functions.get(index).copied().unwrap_or(0);
             (usize::from(function), self.ways.get(index).copied().unwrap_or([0.0; 3]))
         };
-        // V, then V L in its place row by row, then the matrix in the place of that.
+        // V, then V L in its place row by row, then the matrix in that place.
         for a in 0..count {
             let (one, normal) = of(a);
             for b in 0..=a {
@@ -346,7 +351,7 @@ impl CoarseTouch {
         cholesky(&mut self.factor, count);
     }
 
-    /// y of B U y, for t = U' B g.
+    /// Returns the y that corrects c by - B U y, for t = U' B g.
     fn solve(&self, t: [f32; COLUMNS]) -> [f32; COLUMNS] {
         let (count, mut b, mut y) = (self.count, [0.0; COLUMNS], [0.0; COLUMNS]);
         let get = |of: &[f32; COLUMNS], at: usize| of.get(at).copied().unwrap_or(0.0);
@@ -363,6 +368,7 @@ impl CoarseTouch {
                 *slot = sum / at(&self.factor, row, row);
             }
         }
+        // Back through the factor, then times L.
         for row in (0..count).rev() {
             let mut sum = get(&b, row);
             for k in row + 1..count {
@@ -380,7 +386,7 @@ impl CoarseTouch {
         y
     }
 
-    /// Takes c = B g to what the tools leave of it.
+    /// Corrects c = B g for the tools.
     #[inline(always)]
     pub(crate) fn correct<V: F32x8>(&self, basis: &CoarseBasis<'_>, c: &mut [Eight]) {
         let (stride, blocks) = (basis.stride(), basis.row_blocks());
@@ -434,7 +440,7 @@ mod tests {
                 }
             }
         }
-        // Of rank one: what is left is nothing.
+        // Of rank one: the remainder is zero.
         let mut same = [[0.0; COLUMNS]; COLUMNS];
         same.iter_mut().take(3).for_each(|row| row[..3].fill(4.0));
         cholesky(&mut same, 3);

@@ -3,7 +3,7 @@
 //! - `scalar`: cell by cell, for any number.
 //! - `sliced`: eight cells side by side, `f32` on a vector unit.
 //! - `vfp`: `f32` on the floating-point unit of Armv7E-M.
-//! - `single`: which of them `f32` takes.
+//! - `single`: the choice among them for `f32`.
 //!
 //! All give the same bits.
 
@@ -43,7 +43,7 @@ pub struct Points<'a, N> {
 }
 
 impl<N> Points<'_, N> {
-    /// The same arrays, for a shorter time.
+    /// The same arrays, for a shorter lifetime.
     #[inline(always)]
     pub(crate) fn reborrow(&mut self) -> Points<'_, N> {
         let Points { published, at, before, residual } = self;
@@ -63,24 +63,24 @@ impl<N> Points<'_, N> {
     }
 }
 
-/// What an update did. It is a kilobyte, so updates write it in place.
+/// Result of an update. It is a kilobyte, so updates write it in place.
 pub(crate) struct Moved {
     /// Slices whose cells moved and whose neighbours may be asleep.
     pub slices: SliceSet,
-    /// Whether some coordinate is beyond K.
+    /// True if some coordinate is beyond K.
     pub beyond: bool,
 }
 
 impl Moved {
     pub const NOTHING: Self = Self { slices: SliceSet::EMPTY, beyond: false };
 
-    /// Takes in what another update did.
+    /// Adds the result of another update.
     pub fn unite(&mut self, other: &Self) {
         self.slices.unite(&other.slices);
         self.beyond |= other.beyond;
     }
 
-    /// Takes in the largest magnitudes by lane.
+    /// Compares the largest magnitudes by lane with K.
     #[inline(always)]
     pub fn reach<V: F32x8>(&mut self, peak: V, k: f32) {
         self.beyond |= V::any(peak.above(V::splat(k)));
@@ -90,12 +90,11 @@ impl Moved {
 /// The loops over links and cells, in the shape that suits number and machine; sealed.
 #[allow(private_interfaces)]
 pub trait Loops: LinkNumber {
-    /// Whether the coarse level of a model is used; without it `track` takes the residuals of its
-    /// cells alone.
+    /// True if the coarse level of a model is used; without it `track` uses only the residuals of the cells.
     const COARSE: bool;
 
-    /// One pass at the states `v`: residuals of awake slices, contact cells driven; gives
-    /// the energy in internal units.
+    /// One pass at the states `v`: residuals of awake slices, with contact cells driven. Returns the energy
+    /// in internal units.
     fn residual(
         terms: Terms<'_, '_>,
         awake: &SliceSet,
@@ -116,8 +115,8 @@ pub trait Loops: LinkNumber {
         scalar::track::residual(terms, awake, points, contacts)
     }
 
-    /// The same with an elastic level: `z_last` is the own part of the last direction, and there is
-    /// r . (own part of the direction) besides.
+    /// The same with an elastic level: `z_last` is the local part of the last direction, and the fifth sum is
+    /// r . (local part of the direction).
     fn elastic_residual(
         terms: Terms<'_, '_>,
         awake: &SliceSet,
@@ -127,7 +126,7 @@ pub trait Loops: LinkNumber {
         scalar::track::residual(terms, awake, points, contacts)
     }
 
-    /// The update of `track` without a coarse level; notes in `moved` what it did.
+    /// The update of `track` without a coarse level; writes the result to `moved`.
     fn track_step(
         terms: Terms<'_, '_>,
         awake: &Awake,
@@ -138,7 +137,7 @@ pub trait Loops: LinkNumber {
         scalar::track::step(terms, awake, points, factors, moved);
     }
 
-    /// The coarse part of the direction, into the room; gives its inner product with the
+    /// Computes the coarse part of the direction in the coarse memory. Returns its inner product with the
     /// residual.
     fn coarse(
         terms: Terms<'_, '_>,
@@ -150,8 +149,8 @@ pub trait Loops: LinkNumber {
         TwoFloat::ZERO
     }
 
-    /// The update of `track` with the coarse part that stands in the room; whether some
-    /// coordinate is beyond K.
+    /// The update of `track` with the coarse part from the coarse memory. Returns true if some coordinate is
+    /// beyond K.
     fn coarse_step(
         terms: Terms<'_, '_>,
         room: &[Eight],
@@ -162,8 +161,8 @@ pub trait Loops: LinkNumber {
         false
     }
 
-    /// The direction of an elastic level, with so many corrections for held cells, under a sphere or
-    /// not, into the room; gives its inner products with the residual and with the last one.
+    /// Computes the direction of an elastic level in the coarse memory, with `corrections` corrections for
+    /// held cells and with tools, if any. Returns its inner products with the residual and with the last one.
     fn elastic(
         terms: Terms<'_, '_>,
         residual: &[Cell<Self>],
@@ -175,7 +174,7 @@ pub trait Loops: LinkNumber {
         [TwoFloat::ZERO; 2]
     }
 
-    /// v += step r of the free cells in awake slices; notes in `moved` what it did.
+    /// v += step r of the free cells in awake slices; writes the result to `moved`.
     fn euler_step(
         terms: Terms<'_, '_>,
         awake: &Awake,
@@ -192,7 +191,7 @@ impl Loops for I8F24 {
     const COARSE: bool = false;
 }
 
-/// The coarse basis of the model, where the number type uses it.
+/// The coarse basis of the model, if the number type uses it.
 pub(crate) fn coarse_basis<'m, N: Loops>(model: &Model<'m>) -> Option<CoarseBasis<'m>> {
     model.coarse_basis.filter(|_| N::COARSE)
 }

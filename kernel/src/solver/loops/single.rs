@@ -1,4 +1,4 @@
-//! The loops of `f32`: over slices where a vector unit was found, cell by cell without one.
+//! The loops of `f32`: over slices if a vector unit was found, otherwise cell by cell.
 
 #[cfg(all(target_arch = "arm", target_abi = "eabihf"))]
 use super::vfp;
@@ -150,7 +150,7 @@ fn track_residual<const SUMS: usize>(
     sums.unwrap_or_else(|| scalar::track::residual(terms, awake, points, contacts))
 }
 
-/// P' r into the first three vectors of the room.
+/// P' r into the first three vectors of the coarse memory.
 #[inline(always)]
 fn restrict(terms: Terms<'_, '_>, basis: CoarseBasis<'_>, residual: &[Cell], room: &mut [Eight]) {
     match terms.vectors {

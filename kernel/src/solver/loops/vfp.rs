@@ -1,5 +1,5 @@
-//! The updates of `track` and `euler`, as [`scalar`] does them cell by cell: slices whose
-//! neighbours are known to be awake in one go, the others there.
+//! The updates of `track` and `euler`, with the arithmetic of [`scalar`]: runs of slices whose neighbours are
+//! known to be awake in one loop, the others by [`scalar`].
 
 #![allow(unsafe_code)]
 
@@ -15,9 +15,9 @@ use crate::solver::loops::scalar;
 use crate::solver::loops::{Moved, Points};
 use crate::terms::residual::Terms;
 
-/// Hands the cells of awake slices to `update(watched, cells, beyond)`: those of each slice whose
-/// neighbours may be asleep, `watched`, alone, and it says whether one of them started to move; the
-/// others in runs of slices.
+/// Calls `update(watched, cells, beyond)` for the cells of awake slices. Slices whose neighbours may be
+/// asleep come one by one, `watched`, and `update` returns whether a cell started to move; the others come in
+/// runs of slices.
 fn by_runs(
     model: &Model<'_>,
     awake: &Awake,
@@ -76,7 +76,7 @@ pub(crate) fn euler(
     })
 }
 
-/// The update of `track`; whether some coordinate is beyond K.
+/// The update of `track`. Returns true if some coordinate is beyond K.
 fn run_track(
     terms: Terms<'_, '_>,
     cells: Range<usize>,
@@ -140,7 +140,7 @@ fn run_track(
     far != 0 && published.iter().zip(at).any(|(x, y)| linear.is_left(x.xyz(), y.xyz()))
 }
 
-/// The update of `euler`; whether some coordinate is beyond K.
+/// The update of `euler`. Returns true if some coordinate is beyond K.
 fn run_euler(
     model: &Model<'_>,
     cells: Range<usize>,

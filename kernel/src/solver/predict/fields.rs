@@ -1,12 +1,12 @@
-//! Where the points of `track` go with the tool.
+//! Moves the points of `track` with the tool.
 
 use super::{ARRAYS, TRACK};
 use crate::model::Model;
 use crate::number::cell::{Cell, add, peak, scale};
 use crate::solver::awake::Awake;
 
-/// Moves the point of the next pass and that of the last one along the fields, for a move of the
-/// tool by `way`. Whether some coordinate is beyond K.
+/// Moves the points of the next pass and of the last one along the fields, for a motion of the tool by `way`.
+/// Returns true if some coordinate is beyond K.
 pub(super) fn follow(
     model: &Model<'_>,
     own: &mut [Cell],

@@ -1,33 +1,32 @@
-//! `predict`: [`track`](super::Track) that knows how the body answers a move of the held cells.
+//! `predict`: [`track`](super::Track) with a precomputed response of the body to a motion of the held cells.
 //!
-//! Where a tool moves the cells it holds by dp, the equilibrium of a linear body moves by
+//! If a tool moves the cells that it holds by dp, the equilibrium of a linear body moves by
 //!
 //! ```text
 //! sum over a of dp_a phi_a,   K phi_a = 0 at the free cells, phi_a = e_a at the held ones
 //! ```
 //!
-//! K the second derivative of the energy. The fields phi_x, phi_y and phi_z are solved for when the
-//! cells are chosen, for the rest shape with all links taut ([`response`]). When the tool moves, the point of
-//! the next pass and the one before it move along; the published point does not. Behind a pass that was
-//! discarded both begin at the published point, or the body would be left behind at every move. The guard judges
-//! the pass as any other, so a prediction that is wrong, in a body that has turned or folded, costs
-//! a discarded pass at most, and the certificate is that of `track`.
+//! K is the second derivative of the energy. The fields phi_x, phi_y and phi_z are solved for when the cells
+//! are chosen, for the rest shape with all links taut ([`response`]). When the tool moves, the points of the
+//! next pass and of the last one move along; the published point does not. After a discarded pass both start
+//! at the published point, or the body would lag at every move. The guard judges the pass like any other, so
+//! a wrong prediction, in a body that has rotated or folded, costs at most a discarded pass, and the
+//! certificate is that of `track`.
 //!
-//! A sweep a tick then has the work that is left: what the body does otherwise than the fields say.
+//! One sweep per tick then has to correct only the body's deviation from the fields.
 //!
-//! **Under tools on a surface** there are no fields, since what a tool touches changes as it moves. Where
-//! tools go on by a share of their last moves, the points go on by that share of the way that they went
-//! in the last ticks ([`momentum`]): a body that follows a steady tool is in each tick where that will
-//! be.
+//! **Under tools on a surface** there are no fields, since the contact changes as the tool moves. If tools
+//! continue by a share of their last motion, the points continue by that share of their motion in the last
+//! ticks ([`momentum`]): a body that follows a steady tool is extrapolated to its next position.
 //!
-//! There are no fields, and the scheme is `track` bit for bit, while a probe touches cells, under a
-//! current, and on a body with slack (alpha above 0): there the answer is local and changes with
-//! every link that becomes taut. A prediction moves every free cell, so it wakes the whole body.
+//! There are no fields, and the scheme is `track` bit for bit, while a probe touches cells, under a current,
+//! and on a body with slack (alpha above 0): there the response is local and changes with every link that
+//! becomes taut. A prediction moves every free cell, so it wakes the whole body.
 //!
-//! Cost: three arrays of cells more than `track`; nine multiplications a cell in a tick in which the
-//! tool moves. No sweep, no inner product. Choosing cells costs up to
-//! [`response::ITERATIONS_MAX`] linear link passes for each field, outside the tick, and nothing
-//! where they are the cells chosen last; it forgets the momentum of a body that still moves.
+//! Cost: three more arrays of cells than `track`; nine multiplications per cell in a tick in which the tool
+//! moves. No sweep, no inner product. Choosing cells costs up to [`response::ITERATIONS_MAX`] linear link
+//! passes for each field, outside the tick, and nothing if they are the cells chosen last; it drops the
+//! momentum of a body that still moves.
 
 mod fields;
 mod momentum;
@@ -52,19 +51,18 @@ const ARRAYS: usize = TRACK + 3;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Predict<const ROOM: usize = 0> {
     track: Track<ROOM>,
-    /// How many cells were chosen last; `None` for a probe, and before any choice.
+    /// Number of cells chosen last; `None` for a probe, and before any choice.
     prepared: Option<usize>,
-    /// Whether the fields are those of the chosen cells.
+    /// True if the fields are those of the chosen cells.
     pub(crate) is_known: bool,
-    /// How far the held cells went since the last pass; the fields follow before the next one, so a
+    /// Displacement of the held cells since the last pass. The fields are applied before the next pass, so a
     /// tick without a pass does not pay for them.
     ahead: [f32; 3],
-    /// Share of the body's last way that it goes on by, for tools that moved; `None` where none did.
+    /// Share of the body's last motion by which it continues if tools moved; `None` if none did.
     goes_on: Option<f32>,
-    /// Whether the first field is where the points were in the last tick, and the second one how far
-    /// they go on.
+    /// True if the first field holds the points of the last tick, and the second one their extrapolation.
     is_marked: bool,
-    /// Sweeps since the last tick began.
+    /// Sweeps since the last tick started.
     sweeps: u16,
 }
 
@@ -106,12 +104,13 @@ impl<const ROOM: usize> Dynamics for Predict<ROOM> {
 impl<const ROOM: usize> Scheme for Predict<ROOM> {
     type Number = f32;
 
-    /// Takes the points of the sweeps to where the fields say, and leaves the arrays of `track`.
+    /// Moves the points of the sweeps along the fields, and leaves the arrays of `track` in `body`.
     #[allow(private_interfaces)]
     fn begin(&mut self, body: &mut Body<'_, '_>) {
         let (cells, own) = (body.state.len(), core::mem::take(&mut body.own));
         let way = core::mem::take(&mut self.ahead);
         let follows = way != [0.0; 3] && self.is_known;
+        // Held cells: apply the fields.
         if follows && !self.track.is_going() && !body.level.is_forgotten() {
             self.track.go_from(body.state, own);
         }
@@ -120,6 +119,7 @@ impl<const ROOM: usize> Scheme for Predict<ROOM> {
             // Beyond the range: the next pass starts at the published point.
             self.track.interrupt();
         }
+        // Tools on a surface: extrapolate the body's motion.
         let goes_on = core::mem::take(&mut self.goes_on).filter(|_| IS_BUILT);
         if let Some(share) = goes_on {
             let going = Going {

@@ -1,10 +1,10 @@
-//! How a body answers a move of the held cells: K phi = 0 at the free cells, phi = 1 at the held
-//! ones, by conjugate gradients for each axis.
+//! Response of a body to a motion of the held cells: K phi = 0 at the free cells, phi = 1 at the held ones,
+//! by conjugate gradients for each axis.
 //!
 //! K is the second derivative of the energy at rest: with all links taut, for a link of weight w and
-//! direction n the matrix w n n' / 2 between its ends, or that of nodal shapes, whose stresses are
-//! worked out in their states. The preconditioner is that of `track`: 1 / W or the cell's own part,
-//! and the coarse level where the model has one.
+//! direction n the matrix w n n' / 2 between its ends, or that of nodal shapes, whose stresses are computed
+//! in their states. The preconditioner is that of `track`: 1 / W or the cell's local part, and the coarse
+//! level if the model has one.
 //!
 //! Source: M. R. Hestenes and E. Stiefel, Methods of conjugate gradients, 1952.
 
@@ -22,17 +22,17 @@ use crate::terms::held::Contact;
 use crate::terms::state::States;
 use crate::terms::term::Term;
 
-/// Most link passes for a field.
+/// Largest number of link passes for a field.
 pub const ITERATIONS_MAX: usize = 2000;
-/// Part of the first residual, in the norm of the preconditioner, at which a field is good enough:
-/// what is left is far below what the body does otherwise than its field at rest says.
+/// Share of the first residual, in the norm of the preconditioner, at which a field is accurate enough: the
+/// remainder is far below the body's deviation from its field at rest.
 const ENOUGH: f64 = 1.0e-3;
-/// So many times the field's own energy stands in for that norm where it is less: a slender body
-/// yields to the tool with a small part of the energy that the first residual has.
+/// This multiple of the field's energy replaces that norm if it is smaller: a slender body yields to the tool
+/// with a small part of the energy of the first residual.
 const SOFT: f64 = 100.0;
-/// Part of that norm below which the energy of a field is lost in rounding.
+/// Share of that norm below which the energy of a field is lost in rounding.
 const ROUNDING: f64 = 1.0e-6;
-/// Largest displacement of a cell that a field may have, for a unit move of the tool.
+/// Largest displacement of a cell in a field, for a unit motion of the tool.
 const FIELD_MAX: f32 = 1.0e3;
 
 /// The system of one field, in the arrays of the scheme.
@@ -45,17 +45,17 @@ struct System<'a, 'm> {
     way: &'a mut [Cell],
     /// Its product with K, then the preconditioned residual.
     product: &'a mut [Cell],
-    /// Room for a coarse level.
+    /// Memory for a coarse level.
     room: &'a mut [Eight],
-    /// Corrections of an elastic level in the room.
+    /// Corrections of an elastic level in that memory.
     corrections: usize,
-    /// What the terms keep of the cells.
+    /// The terms' states of the cells.
     states: States<'a>,
     vectors: Option<VectorUnit>,
 }
 
-/// Works out the three fields into the last arrays of the scheme. Whether they can be used: not on
-/// a body with slack, nor where nothing is held. The other arrays are at the state afterwards.
+/// Computes the three fields in the last arrays of the scheme. Returns true if they can be used: not on a
+/// body with slack, and not without held cells. The other arrays are set to the state afterwards.
 pub(super) fn solve(
     model: &Model<'_>,
     mut memory: Memory<'_>,
@@ -77,7 +77,7 @@ pub(super) fn solve(
     is_good
 }
 
-/// Works out the field of an axis; whether it can be used.
+/// Computes the field of an axis. Returns true if it can be used.
 fn field(
     model: &Model<'_>,
     memory: &mut Memory<'_>,
@@ -90,6 +90,7 @@ fn field(
     };
     let Some((way, product)) = points.split_at_mut_checked(cells) else { return false };
     let Some(field) = fields.get_mut(axis * cells..(axis + 1) * cells) else { return false };
+    // Start from a unit displacement of the held cells.
     field.fill(Cell::ZERO);
     let unit = [0, 1, 2].map(|at| if at == axis { 1.0 } else { 0.0 });
     put(field, held, Cell::at(unit));
@@ -100,6 +101,7 @@ fn field(
     let mut energy = system.begin(field);
     let first = system.precondition();
     let mut left = first;
+    // Iterate until the residual is small.
     copy(system.way, system.product);
     for _ in 0..ITERATIONS_MAX {
         if left <= ENOUGH * ENOUGH * measure(first, energy) {
@@ -115,13 +117,13 @@ fn field(
         system.turn((next / left) as f32);
         left = next;
     }
-    // What is held or fixed is not predicted: it goes where the tool has it, or stays.
+    // Held and fixed cells are not predicted: they follow the tool, or stay.
     put(field, held, Cell::ZERO);
-    // What is not finite is not below it either.
+    // This is false for values that are not finite.
     field.iter().all(|field| field.xyz().iter().all(|x| x.abs() <= FIELD_MAX))
 }
 
-/// What is left of a field is compared with this, for the first residual and the field's energy.
+/// Reference for a field's remaining residual, from the first residual and the field's energy.
 fn measure(first: f64, energy: f64) -> f64 {
     let soft = SOFT * energy;
     if soft > first {
@@ -133,7 +135,7 @@ fn measure(first: f64, energy: f64) -> f64 {
     }
 }
 
-/// Gives the held cells a value.
+/// Sets the held cells to a value.
 fn put(cells: &mut [Cell], held: &[Contact], value: Cell) {
     for contact in held {
         if let Some(cell) = cells.get_mut(contact.cell()) {
@@ -148,7 +150,7 @@ fn inner(a: &[Cell], b: &[Cell]) -> f64 {
 }
 
 impl System<'_, '_> {
-    /// The residual of a field that is 0 but at the held cells; twice its energy.
+    /// Computes the residual of a field that is 0 except at the held cells. Returns twice its energy.
     fn begin(&mut self, field: &[Cell]) -> f64 {
         multiply(self.model, self.states, field, self.residual);
         let energy = inner(field, self.residual);
@@ -159,14 +161,14 @@ impl System<'_, '_> {
         energy
     }
 
-    /// The search direction's inner product with K times itself; that stands in the product.
+    /// Computes K times the search direction in `product`. Returns its inner product with the direction.
     fn curvature(&mut self) -> f64 {
         multiply(self.model, self.states, self.way, self.product);
         put(self.product, self.held, Cell::ZERO);
         inner(self.way, self.product)
     }
 
-    /// So far along the search direction.
+    /// Moves by `length` along the search direction.
     fn step(&mut self, field: &mut [Cell], length: f32) {
         for (field, way) in field.iter_mut().zip(&*self.way) {
             *field = Cell::at(add(field.xyz(), scale(length, way.xyz())));
@@ -176,7 +178,7 @@ impl System<'_, '_> {
         }
     }
 
-    /// The preconditioned residual into the product; its inner product with the residual.
+    /// Computes the preconditioned residual in `product`. Returns its inner product with the residual.
     fn precondition(&mut self) -> f64 {
         let basis = self.model.coarse_basis;
         if let Some(basis) = basis {

@@ -5,12 +5,12 @@ use super::*;
 const DEVICES: [Device; 5] =
     [Device::Touch, Device::Premium, Device::Falcon, Device::Omega, Device::Sigma];
 
-/// A device on a given path against a wall of `stiffness` N/m at 0, the tissue's ledger exact.
+/// Forces of a stage on a given path against a wall of `stiffness` N/m at 0 with an exact ledger.
 fn against_a_wall(settings: StageSettings, stiffness: f32, path: impl Fn(u16) -> f32) -> Vec<f32> {
     outputs(settings, stiffness, path).iter().map(|output| output.force_n.z).collect()
 }
 
-/// As [`against_a_wall`], everything that is given.
+/// Like [`against_a_wall`], with the whole outputs.
 fn outputs(settings: StageSettings, stiffness: f32, path: impl Fn(u16) -> f32) -> Vec<TickOutput> {
     let (mut stage, mut wall) = (Stage::new(settings).unwrap(), Wall::new(stiffness));
     let tick = |tick: u16| {
@@ -39,8 +39,7 @@ fn in_free_air_a_coupling_shows_nothing() {
     assert!(against_a_wall(settings, 2.0e4, path).iter().all(|f| f.abs() < 1e-4));
 }
 
-/// Pressed into a wall far stiffer than the coupling and drawn out again, the coupling is what it
-/// was.
+/// After a press into a wall far stiffer than the coupling and a withdrawal, the coupling shows nothing.
 #[test]
 fn in_free_air_a_coupling_shows_nothing_after_a_touch_either() {
     for device in DEVICES {
@@ -55,11 +54,11 @@ fn in_free_air_a_coupling_shows_nothing_after_a_touch_either() {
     }
 }
 
-/// The ledger's debt fades, so a force that was let go comes back to a hand at rest.
+/// The ledger's debt fades, so a withheld force returns to a hand at rest.
 #[test]
 fn a_force_that_was_let_go_comes_back_to_a_hand_at_rest() {
     let settings = StageSettings { coupling: None, ..StageSettings::for_device(Device::Omega) };
-    // 0.3 m/s down to 5 mm, against more than the controller can make up for.
+    // 0.3 m/s down to 5 mm, which generates more energy than the controller can compensate.
     let path = |tick: u16| 1.0e-3 - 3.0e-4 * f32::from(tick.min(20));
     let seen = outputs(settings, 1.0e4, path);
     let has_let_go = |output: &TickOutput| output.flags.contains(Flags::FORCE_WITHHELD);
@@ -67,8 +66,8 @@ fn a_force_that_was_let_go_comes_back_to_a_hand_at_rest() {
     assert!(seen[1000..].iter().all(|output| output.force_n.z > 11.9), "{:?}", seen[3999]);
 }
 
-/// A tool that engages 6 mm inside and is drawn out has paid for nothing: the ramp waits. Where it stood
-/// there before and is drawn out fast, the push is taken off. What is withheld is said.
+/// A tool that engages 6 mm inside and is drawn out has no credit: the ramp holds. If it stood there before
+/// and is drawn out fast, the push is taken off. A withheld force is reported.
 #[test]
 fn a_push_that_nobody_has_paid_for_is_said_to_be_withheld() {
     let ways = [(0_u16, 2.0e-5, 290), (500, 1.0e-4, 56)];
@@ -92,7 +91,7 @@ fn a_push_that_nobody_has_paid_for_is_said_to_be_withheld() {
     }
 }
 
-/// Without a ramp there is nothing to let go with, and nothing is said to be.
+/// Without a ramp no force is lowered, and none is reported as withheld.
 #[test]
 fn without_a_ramp_no_force_is_let_go() {
     let settings = StageSettings {
@@ -107,11 +106,11 @@ fn without_a_ramp_no_force_is_let_go() {
     assert!((seen[3999].force_n.z - 50.0).abs() < 0.1, "{}", seen[3999].force_n.z);
 }
 
-/// What a tissue has swallowed for long pays for no push later.
+/// Energy that the tissue has dissipated for long gives no credit for a later push.
 #[test]
 fn what_was_lost_in_the_tissue_is_no_credit() {
     let settings = StageSettings { coupling: None, ..StageSettings::for_device(Device::Falcon) };
-    // 2 N against the motion, or none, for 10 s to and fro; then 2 N along with it.
+    // 2 N against the motion, or none, for 10 s back and forth; then 2 N along the motion.
     let pushed = |rubs: bool| {
         let mut stage = Stage::new(settings).unwrap();
         let mut z = 0.0;
@@ -138,14 +137,13 @@ fn what_was_lost_in_the_tissue_is_no_credit() {
     assert!((after_rubbing - without).abs() < 0.05, "{after_rubbing} N, {without} N");
 }
 
-/// Pushed out of a wall that it was in from the beginning, a hand has put nothing in: the ramp
-/// waits.
+/// A hand that is pushed out of a wall in which it began has put nothing in: the ramp holds.
 #[test]
 fn a_ramp_gives_no_push_that_was_not_paid_for() {
     for device in DEVICES {
         let settings = StageSettings::for_device(device);
         let path = |step: f32| move |tick: u16| -0.02 + step * f32::from(tick.min(200));
-        // 50 mm/s outwards, and a hand at rest beside it.
+        // 50 mm/s outwards, and for comparison a hand at rest.
         let (leaves, rests) = (
             against_a_wall(settings, 5000.0, path(5.0e-5)),
             against_a_wall(settings, 5000.0, path(0.0)),
@@ -155,7 +153,7 @@ fn a_ramp_gives_no_push_that_was_not_paid_for() {
     }
 }
 
-/// A motion of many counts a tick is no noise: what was not put in is taken off to the last.
+/// A motion of many counts per tick is no noise: a push without credit is taken off completely.
 #[test]
 fn a_fast_hand_is_pushed_by_what_it_has_put_in_alone() {
     let settings = StageSettings { coupling: None, ..StageSettings::for_device(Device::Falcon) };

@@ -1,4 +1,4 @@
-//! What the device felt is what the ledger goes by: wrong poses, forces that were let go, other limits.
+//! The ledger follows what the device felt: wrong poses, withheld forces, other limits.
 
 use super::{Wall, at_height};
 use crate::number::cell::dot;
@@ -7,14 +7,14 @@ use crate::tick::pose::ToolPose;
 use crate::tick::sample::{Flags, TickOutput};
 use std::vec::Vec;
 
-/// A tick of a wall of 1 kN/m behind the stage.
+/// A tick of a wall of 1 kN/m with the stage.
 fn tick(stage: &mut Stage, wall: &mut Wall, sample: &ToolPose) -> TickOutput {
     let tool = stage.sample(sample);
     let answer = if tool.is_good() { wall.tick(&tool) } else { TickOutput::NONE };
     stage.output(&answer)
 }
 
-/// A stage that has been pressed 6 mm deep into a wall within 300 ticks.
+/// A stage after a press of 6 mm into a wall within 300 ticks.
 fn pressed(device: Device) -> (Stage, Wall, TickOutput) {
     let mut stage = Stage::new(StageSettings::for_device(device)).unwrap();
     let (mut wall, mut last) = (Wall::new(1000.0), TickOutput::NONE);
@@ -51,7 +51,7 @@ fn wrong_poses_keep_the_force_and_never_raise_it() {
     }
 }
 
-/// Another frame for good: the force goes, and comes back from 0 as after an engaging.
+/// The frame changes for good: the force goes to 0 and returns from there as after engaging.
 #[test]
 fn a_device_that_is_elsewhere_takes_hold_anew() {
     let (mut stage, mut wall, before) = pressed(Device::Premium);
@@ -68,7 +68,7 @@ fn a_device_that_is_elsewhere_takes_hold_anew() {
     assert!(sizes[first..].windows(2).all(|two| two[1] - two[0] <= 0.5), "{sizes:?}");
 }
 
-/// 18 mm in four ticks of 1 ms: nobody saw on which way, and the ramp begins anew.
+/// 18 mm in four ticks of 1 ms: the path is unknown, and the ramp starts anew.
 #[test]
 fn lost_samples_give_the_hand_their_time() {
     let (mut stage, mut wall, before) = pressed(Device::Premium);
@@ -95,8 +95,7 @@ fn no_force_is_above_the_tissues_own_limit() {
     assert!(raised[59] > 2.0, "{raised:?}");
 }
 
-/// After a force that the device did not feel the ramp begins at 0, and nothing that was not felt is
-/// booked.
+/// After a force that the device did not feel the ramp starts at 0, and that force is not booked.
 #[test]
 fn what_was_not_felt_is_not_booked() {
     let (mut stage, mut wall, before) = pressed(Device::Premium);

@@ -1,8 +1,8 @@
-//! Samples and answers that do not come, and calls out of order.
+//! Missing samples and answers, and calls out of order.
 
 use super::*;
 
-/// An answer that never came: the first one that does begins the ramp.
+/// The first answer is lost: the ramp starts with the first one that arrives.
 #[test]
 fn the_ramp_waits_for_the_first_answer() {
     let mut stage = Stage::new(StageSettings { ramp_ticks: 4, ..StageSettings::NONE }).unwrap();
@@ -12,7 +12,7 @@ fn the_ramp_waits_for_the_first_answer() {
     assert_eq!(tick(&mut stage, -0.001).force_n.z, 0.25);
 }
 
-/// What a motion took, not the tick in which it became known, is what a damper goes by.
+/// A damper uses the duration of a motion, not the tick in which it became known.
 #[test]
 fn a_motion_over_lost_ticks_is_no_jump() {
     let coupling = Some(Coupling { stiffness_n_per_m: 1000.0, damping_n_s_per_m: 5.0 });
@@ -35,7 +35,7 @@ fn a_motion_over_lost_ticks_is_no_jump() {
     assert!((2.3..2.6).contains(&force), "{force}");
 }
 
-/// An answer without a sample is none to a hand that may have gone: the watchdog runs on.
+/// An answer without a sample does not reset the watchdog: the hand may have gone.
 #[test]
 fn answers_alone_do_not_keep_a_force_up() {
     let settings = StageSettings { ramp_ticks: 4, watchdog_ticks: 2, ..StageSettings::NONE };
@@ -64,9 +64,8 @@ fn a_release_whose_answer_is_lost_lets_the_force_go() {
     assert_eq!(forces[2], 0.0);
 }
 
-/// What happens in ticks that nobody has booked is on nobody's account: after silences in which the
-/// hand went away and came back, the same motion meets the same forces, less the damping of a hand
-/// that has put nothing in.
+/// Missed ticks are neither credit nor debt: after silences in which the hand went away and came back, the
+/// same motion meets the same forces, less the damping for a hand without credit.
 #[test]
 fn ticks_that_are_missing_are_no_debt() {
     let profile = StageSettings::for_device(Device::Omega);
@@ -104,8 +103,8 @@ fn ticks_that_are_missing_are_no_debt() {
     }
 }
 
-/// What the coupling has stored meanwhile is no debt either; the proxy stands where the last force
-/// that it was told has left it.
+/// Energy that the coupling stored meanwhile is no debt either; the proxy stays where the last reported force
+/// has left it.
 #[test]
 fn answers_that_are_lost_are_no_debt() {
     let forces = |lost: core::ops::Range<u16>, is_told: bool| {
@@ -134,7 +133,7 @@ fn answers_that_are_lost_are_no_debt() {
     }
 }
 
-/// An answer that comes a call late is shown, and booked by nobody.
+/// An answer that comes a call late is shown, but not booked.
 #[test]
 fn answers_that_are_late_are_shown() {
     let forces = |is_late: bool| {

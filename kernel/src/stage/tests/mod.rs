@@ -1,4 +1,4 @@
-//! Any bits in, only forces within the limits out; and the stages one after the other.
+//! From any input bits only forces within the limits come out; and tests of the single parts.
 
 mod control;
 mod felt;
@@ -17,7 +17,7 @@ enum Event {
     Missed,
 }
 
-/// A number as it may be, or any bits at all.
+/// A number of a plausible size, or any bits.
 fn number(scale: f32) -> impl Strategy<Value = f32> {
     prop_oneof![8 => (-1.0_f32..1.0).prop_map(move |x| x * scale), 1 => any::<u32>().prop_map(f32::from_bits)]
 }
@@ -99,7 +99,7 @@ proptest! {
     }
 }
 
-/// A wall below z = 0, its ledger exact.
+/// A wall below z = 0 with an exact ledger.
 struct Wall {
     stiffness: f32,
     stored: f32,
@@ -123,12 +123,12 @@ impl Wall {
     }
 }
 
-/// An engaged tool at a height.
+/// An engaged tool at height `z`.
 fn at_height(z: f32) -> ToolPose {
     ToolPose::at(Vector3::new(0.0, 0.0, z), 1)
 }
 
-/// The force of a spring of 1 N a tick of motion, along z.
+/// A tick of a spring of 1 kN/m along z.
 fn tick(stage: &mut Stage, z: f32) -> TickOutput {
     let tool = stage.sample(&ToolPose::at(Vector3::new(0.0, 0.0, z), 1));
     let force_n = -1000.0 * tool.position_m;
@@ -180,7 +180,7 @@ fn ramp_silence_and_return() {
         ]
     );
     assert_eq!(z(tick(&mut stage, -0.001)), 0.25);
-    // A bad sample is no sample: the last force holds.
+    // A bad sample counts as none: the last force holds.
     let bad = ToolPose::at(Vector3::new(f32::NAN, 0.0, 0.0), 1);
     assert!(!stage.sample(&bad).is_good());
     let output = stage.output(&TickOutput::NONE);
@@ -262,7 +262,7 @@ fn every_setting_out_of_range_is_named() {
     }
 }
 
-/// Under a current the tissue makes a force and tells neither work nor stiffness.
+/// Under a current the tissue makes a force and reports neither work nor stiffness.
 #[test]
 fn a_stage_that_goes_by_position_gives_no_force_under_a_current() {
     let sample = ToolPose::at(Vector3::zeros(), 1);

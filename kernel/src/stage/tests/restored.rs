@@ -1,4 +1,4 @@
-//! A stage that goes on from the snapshot of one with other settings keeps within its own.
+//! A stage that takes over the snapshot of one with other settings keeps its own limits.
 
 use super::*;
 use std::vec;
@@ -9,7 +9,7 @@ fn saved(stage: &Stage) -> Vec<u8> {
     bytes
 }
 
-/// A push of so much \[N\], which rises a tick after the other.
+/// One tick with the tissue's force `force_n` \[N\].
 fn pushed(stage: &mut Stage, force_n: f32) -> TickOutput {
     stage.sample(&ToolPose::at(Vector3::zeros(), 1));
     let force_n = Vector3::new(0.0, 0.0, force_n);

@@ -5,14 +5,13 @@
 //! | coordinate | 8.24 bits, saturating | K is at most 63; differences stay below 128 |
 //! | residual | 8.24 bits, its sum saturating once | see below |
 //! | squared length | 16.48 bits, unsigned | three squares below 2^62 |
-//! | w d^2 | 24.40 bits, sums in 88.40 | at most 2^63 a link |
+//! | w d^2 | 24.40 bits, sums in 88.40 | at most 2^63 per link |
 //!
-//! A saturated residual is shorter, never longer: the step it makes lowers the energy by at least
-//! what is counted. Partial sums must not saturate, since the rest of a sum would then go beyond
-//! its true value; by Cauchy's inequality a sum of |w d / 2| that reaches 128 needs a sum of w d^2
-//! of 4 * 128^2 / W, W at most 120, which the fourth lane shows by standing at its end. Such cells
-//! are summed again in 64 bits. Lengths are rounded down by less than 2^-24. Steps of `euler` below
-//! 2^-25 vanish.
+//! A saturated residual is shorter, never longer: its step lowers the energy by at least the counted amount.
+//! Partial sums must not saturate, since the rest of a sum would then go beyond its true value. By Cauchy's
+//! inequality a sum of |w d / 2| that reaches 128 needs a sum of w d^2 of 4 * 128^2 / W, W at most 120; then
+//! the fourth lane is saturated. Such cells are summed again in 64 bits. Lengths are rounded down by less
+//! than 2^-24. Steps of `euler` below 2^-25 vanish.
 
 use fixed::types::I8F24;
 
@@ -29,12 +28,12 @@ use crate::number::fixed_point::{ONE, narrow};
 
 /// Largest K.
 const K_MAX: f32 = 63.0;
-/// Largest mean weight of two linked cells, so that twice it fits.
+/// Largest mean weight of two linked cells; twice this fits the format.
 const DEGREE_MAX: f32 = 60.0;
-/// Smallest weight of a link, so that its inverse fits.
+/// Smallest weight of a link; its inverse fits the format.
 const WEIGHT_MIN: f32 = 1.0 / 64.0;
-/// Below this squared length (2^-18 units, where it is known to one part in 64) a link has no
-/// direction of its own.
+/// Below this squared length (2^-18 units, where it is known to one part in 64) a link's direction is
+/// undefined.
 const COINCIDENT: u64 = 1 << 12;
 /// Ends of the band in rest lengths.
 #[derive(Debug, Clone, Copy)]
@@ -43,11 +42,11 @@ pub struct Band {
     high: I8F24,
 }
 
-/// What a link outside its band does along its direction.
+/// Excess of a link outside its band, along its direction.
 struct Excess {
-    /// d, how far it is outside: 24 fraction bits.
+    /// d, the distance to the band: 24 fraction bits.
     d: i64,
-    /// Its length, or its rest length where the ends coincide.
+    /// Its length, or its rest length if the ends coincide.
     along: u64,
     coincident: bool,
 }
@@ -61,7 +60,7 @@ fn excess(u2: u64, l0: I8F24, band: Band) -> Option<Excess> {
         let product = u64::from(bits(l0)) * u64::from(bits(of));
         u32::try_from((product + (1 << 23)) >> 24).unwrap_or(u32::MAX)
     };
-    // Rest lengths and rest positions are rounded on their own.
+    // Rest lengths and rest positions are rounded independently.
     let rim = 4 + (bits(l0) >> 22);
     let (low, high) = (end(band.low), end(band.high));
     let square = |length: u32| u64::from(length) * u64::from(length);
@@ -79,7 +78,7 @@ fn excess(u2: u64, l0: I8F24, band: Band) -> Option<Excess> {
     Some(Excess { d, along: if along > 0 { along } else { 1 }, coincident })
 }
 
-/// What a link does, as wide as it may be: force in 24 fraction bits, w d^2 in 40.
+/// Force and energy of a link in wide formats: force in 24 fraction bits, w d^2 in 40.
 struct Wide {
     force: [i64; 3],
     wd2: i64,
@@ -188,7 +187,7 @@ impl LinkNumber for I8F24 {
     }
 }
 
-/// The residual of a cell, its sum saturating in the end alone.
+/// The residual of a cell; its sum saturates only at the end.
 #[cold]
 fn sum(
     links: Links<'_, '_>,

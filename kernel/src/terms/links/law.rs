@@ -1,8 +1,7 @@
 //! The arithmetic of one link: its band (Eq. 5, 6), weight (Eq. 9, 13) and force (Eq. 7).
 //!
-//! All lengths in mean link lengths. Every loop shape calls these functions, so all give the same
-//! bits. Two thirds of the cost of a taut link are its square root and division; a slack link
-//! needs neither.
+//! All lengths are in mean link lengths. Every loop shape calls these functions, so all give the same bits.
+//! Two thirds of the cost of a taut link are its square root and division; a slack link needs neither.
 
 use core::hint::select_unpredictable;
 
@@ -10,17 +9,17 @@ use crate::number::Number;
 use crate::number::cell::{dot, scale, sub};
 use crate::number::sqrt::sqrt;
 
-/// Widens the band on squared lengths, so that the rest length lies inside at alpha 0 too: the
-/// rounding of l0, of l0^2 and of the product is at most 5 units of 2^-24 together.
+/// Widens the band on squared lengths, so that the rest length lies inside at alpha 0 too: the rounding
+/// errors of l0, of l0^2 and of the product are together at most 5 units of 2^-24.
 pub(crate) const RIM: f32 = 8.0 / 16_777_216.0;
-/// Below this fraction of l0^2 a link has no direction of its own and takes that of the rest shape.
+/// Below this fraction of l0^2 a link's direction is undefined, and it takes that of the rest shape.
 pub(crate) const COINCIDENT: f32 = 1.0e-12;
 
-/// Whether a slack link's root and division are computed and masked, not skipped: on out-of-order
-/// cores that is cheaper than guessing wrong. Adding the masked zeros changes no bit.
+/// True if a slack link's root and division are computed and masked, not skipped: on out-of-order cores that
+/// is cheaper than a mispredicted branch. Adding the masked zeros changes no bit.
 const SPECULATE: bool = cfg!(any(target_arch = "x86_64", target_arch = "aarch64"));
 
-/// The band of a link in rest lengths, as the sweep needs it.
+/// The band of a link in rest lengths, in the form that the sweep uses.
 #[derive(Debug, Clone, Copy)]
 pub struct Band {
     pub(crate) low: f32,
@@ -44,30 +43,29 @@ impl Band {
     }
 }
 
-/// What a taut link does: its force on the first end (the second gets the opposite), and w d^2.
+/// Force and energy of a taut link: its force on the first end (the second gets the opposite), and w d^2.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LinkForce<N: Number = f32> {
     /// w mu (`P_j` - `P_i`), Eq. 13.
     pub force: [N; 3],
-    /// w d^2, d = how far the link is outside its band: four times its energy.
+    /// w d^2, with d the distance to the band: four times its energy.
     pub wd2: N::Product,
 }
 
-/// `low <= a <= high` for non-negative numbers, NaN being outside.
+/// `low <= a <= high` for non-negative numbers; false for NaN.
 ///
-/// In one comparison, on bit patterns: a branch predictor cannot guess whether a taut link is too
-/// long or too short.
+/// It takes one comparison of bit patterns: a branch predictor cannot guess whether a taut link is too long
+/// or too short.
 #[inline(always)]
 fn within(a: f32, low: f32, high: f32) -> bool {
     let width = high.to_bits().wrapping_sub(low.to_bits());
     a.to_bits().wrapping_sub(low.to_bits()) <= width
 }
 
-/// The force of a link of rest length `l0` and weight `w` on its end `pi`, the other end being
-/// `pj`; inside its band `None` or zero.
+/// The force of a link of rest length `l0` and weight `w` on its end `pi`; the other end is `pj`. `None` or
+/// zero inside its band.
 ///
-/// `rest_difference` gives `P_j` - `P_i` of the rest shape; it is asked only where the ends
-/// coincide.
+/// `rest_difference` returns `P_j` - `P_i` of the rest shape; it is called only if the ends coincide.
 #[inline(always)]
 pub fn link_force(
     pi: [f32; 3],
@@ -97,8 +95,7 @@ pub fn link_force(
     Some(LinkForce { force: force.map(keep), wd2: keep(wd * d) })
 }
 
-/// [`link_force`] with as few instructions as each case takes: a link that is too long cannot
-/// coincide.
+/// [`link_force`] with the fewest instructions per case: a link that is too long cannot coincide.
 #[inline(always)]
 fn branching(
     pi: [f32; 3],
@@ -144,7 +141,7 @@ mod tests {
     }
 
     proptest! {
-        /// The rest length is inside its own band for every alpha, 0 included.
+        /// The rest length is inside its own band for every alpha, including 0.
         #[test]
         fn rest_is_slack(a in prop::array::uniform3(-40.0_f32..40.0),
                          b in prop::array::uniform3(-40.0_f32..40.0), alpha in 0.0_f32..1.0) {
@@ -154,7 +151,7 @@ mod tests {
             prop_assert_eq!(at_alpha(a, b, l0, alpha), SLACK);
         }
 
-        /// Both shapes of the force give the same bits.
+        /// Both shapes of the code give the same bits.
         #[test]
         fn branches_change_no_bit(
             pj in prop::array::uniform3(prop_oneof![-4.0_f32..4.0, -1e-7_f32..1e-7, Just(0.0)]),

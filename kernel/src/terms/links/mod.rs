@@ -1,9 +1,9 @@
 //! The links' bands, the first term: half the squared distance of `P_j` - `P_i` to a shell.
 //!
 //! - [`law`]: the arithmetic of one link in single precision.
-//! - [`number`]: what a link needs of a number type. Fixed point has a file of its own.
-//! - [`range`]: which models a number type carries.
-//! - `term`: the links of a body, as they are in a tick.
+//! - [`number`]: requirements of a link on a number type. Fixed point has its own file.
+//! - [`range`]: the range of models that a number type supports.
+//! - `term`: the links of a body in a tick.
 //! - `scalar`, `sliced`, `vfp`: the residual link by link, eight cells side by side, and with the
 //!   floating-point unit of Armv7E-M.
 

@@ -1,4 +1,4 @@
-//! What a link needs of a number type; the links of `f32`.
+//! Requirements of a link on a number type; the links of `f32`.
 
 use super::law::{self, Band, LinkForce};
 use super::range::RangeError;
@@ -11,17 +11,16 @@ use crate::terms::number::TermNumber;
 /// A number type that links can be computed in.
 #[allow(private_interfaces)]
 pub trait LinkNumber: TermNumber {
-    /// What rounding leaves open of a length, whatever its size, in units of the `f32` epsilon
-    /// [mean link lengths].
+    /// Absolute error of a length due to rounding, in units of the `f32` epsilon [mean link lengths].
     const GRAIN: f32 = 0.0;
-    /// The band of a link in rest lengths, as a pass needs it.
+    /// The band of a link in rest lengths, in the form that a pass uses.
     type Band: Copy;
 
     /// The band `1 - alpha` to `1 + alpha` (Eq. 5).
     fn band(alpha: f32) -> Self::Band;
-    /// The force of a link of rest length `l0` and weight `w` on its end `pi`, the other end being
-    /// `pj`; inside its band `None` or zero. `rest_difference` gives `P_j` - `P_i` of the rest
-    /// shape; it is asked only where the ends coincide.
+    /// The force of a link of rest length `l0` and weight `w` on its end `pi`; the other end is `pj`. `None`
+    /// or zero inside its band. `rest_difference` returns `P_j` - `P_i` of the rest shape; it is called only
+    /// if the ends coincide.
     fn link_force(
         pi: [Self; 3],
         pj: [Self; 3],
@@ -30,8 +29,8 @@ pub trait LinkNumber: TermNumber {
         band: Self::Band,
         rest_difference: impl FnOnce() -> [f32; 3],
     ) -> Option<LinkForce<Self>>;
-    /// The same in single precision, also where it leaves the number's range: for the few links of
-    /// the cells that the tool holds.
+    /// The same in single precision, also outside the number's range: for the few links of the cells that the
+    /// tool holds.
     fn link_force_single(
         pi: [Self; 3],
         pj: [Self; 3],
@@ -52,8 +51,8 @@ pub trait LinkNumber: TermNumber {
     ) -> Self::Tally {
         links.accumulate(awake, v, residual, |v| v)
     }
-    /// Sums again, after the links at the outputs `y` of the states, the residuals whose partial
-    /// sums may have left the number's range.
+    /// Recomputes residuals whose partial sums may have left the number's range, after the links at the
+    /// outputs `y` of the states.
     fn mend(
         links: Links<'_, '_>,
         awake: &SliceSet,
@@ -63,10 +62,10 @@ pub trait LinkNumber: TermNumber {
     ) {
         let _ = (links, awake, v, residual, y);
     }
-    /// Whether the number's range carries the model.
+    /// Checks that the number's range supports the model.
     ///
     /// # Errors
-    /// The parameter that is too large.
+    /// The parameter that is out of range.
     fn admits(model: &Model<'_>) -> Result<(), RangeError> {
         let _ = model;
         Ok(())

@@ -1,4 +1,4 @@
-//! Why a number type cannot carry a model.
+//! Error of a model that exceeds the range of a number type.
 
 /// A model whose numbers leave the range of the number type.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
@@ -9,9 +9,9 @@ pub enum RangeError {
          smaller `saturation_m`"
     )]
     Saturation {
-        /// Of the model [mean link lengths].
+        /// Value in the model [mean link lengths].
         k: f32,
-        /// Largest that the type carries.
+        /// Largest value that the type supports.
         max: f32,
     },
     /// The largest mean weight of two linked cells.
@@ -20,9 +20,9 @@ pub enum RangeError {
          f32"
     )]
     Degree {
-        /// Of the model.
+        /// Value in the model.
         degree: f32,
-        /// Largest that the type carries.
+        /// Largest value that the type supports.
         max: f32,
     },
     /// The smallest weight of a link.
@@ -31,15 +31,15 @@ pub enum RangeError {
          take f32"
     )]
     Weight {
-        /// Of the model.
+        /// Value in the model.
         weight: f32,
-        /// Smallest that the type carries.
+        /// Smallest value that the type supports.
         min: f32,
     },
 }
 
 impl RangeError {
-    /// The limit that the model leaves.
+    /// The limit that the model exceeds.
     #[must_use]
     pub fn limit(&self) -> f32 {
         match *self {

@@ -1,9 +1,9 @@
-//! The links one after the other, with unchecked access to the cells.
+//! The links in sequence, with unchecked access to the cells.
 //!
-//! A [`Model`] can only be made by the validation of its image, its fields are private to this
-//! crate and never change, and it guarantees: row starts never descend and end at the number of
-//! links; every upper end is larger than its row's cell and smaller than the number of cells. What
-//! is left to check, the length of the caller's arrays, is checked once a pass.
+//! A [`Model`] is only created by the validation of its image, its fields are private to this crate and never
+//! change, and it guarantees: row starts never descend and end at the number of links; every upper end is
+//! larger than its row's cell and smaller than the number of cells. Only the length of the caller's arrays is
+//! left to check, once per pass.
 
 #![allow(unsafe_code)]
 
@@ -14,13 +14,12 @@ use crate::number::cell::Cell;
 use crate::terms::links::law::LinkForce;
 use crate::terms::number::TermNumber;
 
-/// Adds every link's force to both its ends: `sum[i] += f`, `sum[j] -= f`, and w d^2 to both in
-/// the fourth lane. Starts from +0.0 in awake slices; the links of all others are slack, and are
-/// left out.
+/// Adds every link's force to both its ends: `sum[i] += f`, `sum[j] -= f`, and w d^2 to both in the fourth
+/// lane. Starts from +0.0 in awake slices; the links of all others are slack and are skipped.
 ///
-/// Links run in ascending order of (i, j), so each cell's terms are added in ascending order of
-/// its neighbours, as a loop over cells would. `law(link, i, j, P_i, P_j, l0)` gives the force.
-/// Does nothing where `at` or `sum` are shorter than the model.
+/// Links run in ascending order of (i, j), so each cell's terms are added in ascending order of its
+/// neighbours, as in a loop over cells. `law(link, i, j, P_i, P_j, l0)` returns the force. Does nothing if
+/// `at` or `sum` are shorter than the model.
 #[inline(always)]
 pub(crate) fn accumulate<N: TermNumber>(
     model: &Model<'_>,

@@ -1,8 +1,8 @@
 //! The links over slices: eight cells side by side, one neighbour of each at a time.
 //!
-//! Every lane does what [`link_force`](super::law::link_force) does, in its order. A cell's links
-//! are added in ascending order of its neighbours, as they are link by link, and the force that a
-//! cell feels from below is exactly the opposite of what is computed there for the other end.
+//! Every lane computes [`link_force`](super::law::link_force) in its order. A cell's links are added in
+//! ascending order of its neighbours, as link by link, and the force that a cell gets from a lower one is
+//! exactly the opposite of the force computed for the other end.
 
 #![allow(unsafe_code)]
 
@@ -13,7 +13,7 @@ use crate::model::{Slices, range};
 use crate::number::cell::Cell;
 use crate::number::two_float::LANES;
 
-/// The links of a body whose slices are stored, and where its cells are: as many as the model has.
+/// The links of a body with stored slices, and the positions of all its cells.
 #[derive(Clone, Copy)]
 pub(crate) struct SlicedLinks<'a, 'm> {
     links: Links<'a, 'm>,
@@ -22,26 +22,26 @@ pub(crate) struct SlicedLinks<'a, 'm> {
 }
 
 impl<'a, 'm> SlicedLinks<'a, 'm> {
-    /// `None` for a model without slices, or another number of cells.
+    /// `None` for a model without slices, or for another number of cells.
     pub fn of(links: Links<'a, 'm>, at: &'a [Cell]) -> Option<Self> {
         let slices = links.model.slices?;
         (at.len() == links.model.cells()).then_some(Self { links, slices, at })
     }
 
-    /// Whether links differ in what this tick needs of them.
+    /// Returns true if links differ in weight, or in band while bands are open.
     #[inline(always)]
     pub fn differ(&self) -> bool {
         self.slices.weights.is_some() || !self.links.closed && self.slices.alphas.is_some()
     }
 
-    /// What a tick needs of all links where they do not differ.
+    /// The parameters of all links if they do not differ.
     #[inline(always)]
     pub fn even<V: F32x8>(&self) -> Law<V> {
         Law::uniform(Band::new(self.links.alpha(0)))
     }
 
-    /// Residual and sum of w d^2 of the cells of a slice, which are `here`. `VARIED` where links
-    /// differ, else the law of all is `even`.
+    /// Residual and sum of w d^2 of the cells of a slice, which are at `here`. `VARIED` if links differ;
+    /// otherwise `even` holds for all links.
     #[inline(always)]
     pub fn residual<V: F32x8, const VARIED: bool>(
         &self,
@@ -64,6 +64,7 @@ impl<'a, 'm> SlicedLinks<'a, 'm> {
             }
             add_links(&law, here, there, l0, &mut void, &mut sum);
         }
+        // A coincident pair in the slice: compute it link by link.
         if V::any(void) {
             sum = [V::splat(0.0); 4];
             for (sum, lanes) in sum.iter_mut().zip(&self.one_by_one(slice)) {
@@ -84,12 +85,12 @@ impl<'a, 'm> SlicedLinks<'a, 'm> {
         Law::varied(alpha, of_group(self.slices.weights, group, 1.0))
     }
 
-    /// The sums of a slice with coincident cells, link after link.
+    /// The sums of a slice with coincident cells, link by link.
     #[cold]
     #[inline(never)]
     fn one_by_one(&self, slice: usize) -> [[f32; LANES]; 4] {
         let mut lanes = [[0.0_f32; LANES]; 4];
-        // As they are, also beyond K: a stage of a super-step may be there.
+        // Positions unclamped, also beyond K: a stage of a super-step may be there.
         let at = |cell: usize| self.at.get(cell).map_or([0.0; 3], |v| v.xyz());
         for lane in 0..LANES {
             let cell = slice * LANES + lane;
@@ -148,7 +149,7 @@ impl<V: F32x8> Law<V> {
     }
 }
 
-/// The values of a group, or one for all where they are not stored.
+/// The values of a group, or one value for all if they are not stored.
 #[inline(always)]
 fn of_group<V: F32x8>(values: Option<&[[f32; LANES]]>, group: usize, otherwise: f32) -> V {
     match values.and_then(|values| values.get(group)) {
@@ -157,8 +158,8 @@ fn of_group<V: F32x8>(values: Option<&[[f32; LANES]]>, group: usize, otherwise: 
     }
 }
 
-/// Adds the forces of eight links to the sums. `void` becomes true in the lane of a link without a
-/// direction of its own.
+/// Adds the forces of eight links to the sums. `void` becomes true in the lane of a link with undefined
+/// direction.
 #[inline(always)]
 fn add_links<V: F32x8>(
     law: &Law<V>,

@@ -1,4 +1,4 @@
-//! The links of a body as they are in a tick: with their bands, or with closed ones.
+//! The links of a body in a tick, with their bands or with closed ones.
 
 use super::law::LinkForce;
 use super::number::LinkNumber;
@@ -22,21 +22,21 @@ impl Links<'_, '_> {
         if self.closed { 0.0 } else { self.model.link_alpha(link) }
     }
 
-    /// Whether links differ in what this tick needs of them: weight, or band while it is open.
+    /// Returns true if links differ in weight, or in band while bands are open.
     #[inline(always)]
     pub fn differ(&self) -> bool {
         self.model.link_weights.is_some() || !self.closed && self.model.link_alphas.is_some()
     }
 
-    /// `P_j` - `P_i` of the rest shape. A function of its own: ends hardly ever coincide, and the
-    /// loop over the links has no registers to spare for the rest shape.
+    /// `P_j` - `P_i` of the rest shape. Not inlined: ends rarely coincide, and the loop over the links has no
+    /// registers to spare for the rest shape.
     #[cold]
     #[inline(never)]
     fn rest_difference(self, i: usize, j: usize) -> [f32; 3] {
         sub(self.model.rest_position(j), self.model.rest_position(i))
     }
 
-    /// Residuals and energies of awake slices link by link, at what `y` makes of the states.
+    /// Residuals and energies of awake slices link by link, at the outputs `y` of the states.
     #[inline(always)]
     pub fn accumulate<N: LinkNumber>(
         self,
@@ -80,7 +80,7 @@ impl Links<'_, '_> {
         sqrt(dot(way, way))
     }
 
-    /// The force, in single precision, of one link on its end `cell`, the other end being `other`.
+    /// The force of one link on its end `cell`, in single precision; the other end is `other`.
     pub fn force_on<N: LinkNumber>(
         &self,
         v: &[Cell<N>],
@@ -91,7 +91,7 @@ impl Links<'_, '_> {
         self.force_at(|cell| self.published(v, cell), link, cell, other)
     }
 
-    /// The same with the cells where `at` says that they are.
+    /// The same with the cells at the positions `at`.
     pub fn force_at<N: LinkNumber>(
         &self,
         at: impl Fn(usize) -> [N; 3],

@@ -12,7 +12,7 @@ use crate::number::cell::{Cell, sub};
 use crate::number::two_float::LANES;
 use crate::terms::links::law::{Band, COINCIDENT, link_force};
 
-/// What a row's links are compared with, in the order that [`run`] loads it.
+/// The limits of a row's links, in the order in which [`run`] loads them.
 #[repr(C)]
 struct Limits {
     high: f32,
@@ -22,9 +22,8 @@ struct Limits {
     coincident: f32,
 }
 
-/// Adds every link's force to both its ends, as
-/// [`accumulate`](crate::terms::links::scalar::accumulate) does; one band for all links, all of
-/// weight 1. Does nothing where an array is shorter than the model.
+/// Adds every link's force to both its ends, as [`accumulate`](crate::terms::links::scalar::accumulate) does;
+/// one band for all links, all of weight 1. Does nothing if an array is shorter than the model.
 pub(crate) fn accumulate(
     model: &Model<'_>,
     band: Band,
@@ -45,6 +44,7 @@ pub(crate) fn accumulate(
         low_squared: band.low_squared,
         coincident: COINCIDENT,
     };
+    // Run over blocks of awake slices; a coincident link interrupts the run.
     let mut awake = awake.iter(slices).peekable();
     while let Some(first) = awake.next() {
         let mut end = first + 1;
@@ -68,13 +68,13 @@ pub(crate) fn accumulate(
     }
 }
 
-/// Where the pass stands: a cell, and how many links of its row are left; 0 for all of them.
+/// Progress of the pass: a cell, and the number of links left in its row; 0 for all of them.
 struct Place {
     cell: usize,
     left: usize,
 }
 
-/// A link without a direction of its own.
+/// Adds a link with undefined direction.
 #[cold]
 fn coincident(model: &Model<'_>, band: Band, i: usize, link: usize, at: &[Cell], sum: &mut [Cell]) {
     let (Some(&upper), Some(&l0)) = (model.upper.get(link), model.rest_length.get(link)) else {
@@ -93,8 +93,8 @@ fn coincident(model: &Model<'_>, band: Band, i: usize, link: usize, at: &[Cell],
     }
 }
 
-/// The rows of the cells from `place` to `end`, until a link coincides; where that is, that link
-/// being among those left, or `end` with none left.
+/// Runs the rows of the cells from `place` to `end`, until a link coincides. Returns the place of that link,
+/// counted among those left, or `end` with none left.
 ///
 /// # Safety
 /// `at` and `sum` hold at least as many cells as the model.

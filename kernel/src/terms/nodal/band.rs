@@ -1,14 +1,12 @@
-//! The band of stretches: how far a shape is below the least stretch allowed.
+//! The band of stretches: penalises a shape below the least allowed stretch.
 //!
-//! With R the carried rotation and S = sym(F R') - lo I, the shapes with S >= 0 are a convex set; for
-//! the nearest R they are those whose signed principal stretches are all at least lo. The nearest of
-//! them to F is F - S- R, S- the negative part of S, so the energy band / 2 V |S-|^2 is half a
-//! squared distance. Ordinary shapes have S >= 0, which three minors tell without eigenvalues
-//! (Sylvester).
+//! With R the carried rotation and S = sym(F R') - lo I, the shapes with S >= 0 are a convex set; for the
+//! nearest R they are those whose signed principal stretches are all at least lo. The nearest of them to F is
+//! F - S- R, with S- the negative part of S, so the energy band / 2 V |S-|^2 is half a squared distance.
+//! Ordinary shapes have S >= 0, which three minors show without eigenvalues (Sylvester).
 //!
-//! S- comes from the eigenvectors of S by cyclic Jacobi rotations (Golub, Van Loan, Matrix
-//! Computations, algorithm 8.4.1), a fixed number of them: of a matrix of three rows, four rounds
-//! leave nothing above the rounding.
+//! S- comes from the eigenvectors of S by a fixed number of cyclic Jacobi rotations (Golub, Van Loan, Matrix
+//! Computations, algorithm 8.4.1): for a 3 x 3 matrix, four rounds leave an error below rounding.
 
 use super::matrix::{Matrix, both, dot, each, inner, three, times_transposed};
 use crate::backend::lane::{Lane, Real};
@@ -16,14 +14,15 @@ use crate::backend::lane::{Lane, Real};
 /// Rounds of three rotations.
 const ROUNDS: usize = 4;
 
-/// S- R and |S-|^2 of a shape with the rotation R, 0 for one that is in the band; `None` where all
-/// lanes are.
+/// S- R and |S-|^2 of a shape with the rotation R, 0 for one in the band; `None` if all lanes are in the
+/// band.
 #[inline(always)]
 pub(super) fn short<V: Real>(
     f: Matrix<V>,
     turn: Matrix<V>,
     least: f32,
 ) -> Option<(Matrix<V>, Lane<V>)> {
+    // The elements of S, and its leading minors.
     let [[xx, xy, xz], [yx, yy, yz], [zx, zy, zz]] = times_transposed(f, turn);
     let (half, least) = (Lane::of(0.5), Lane::of(least));
     let diagonal = [xx - least, yy - least, zz - least];
@@ -38,8 +37,9 @@ pub(super) fn short<V: Real>(
         return None;
     }
     let negative = negative_part(diagonal, beside);
-    // Lanes within the band are left out whatever the others need.
+    // Lanes within the band stay 0, whatever the others need.
     let negative = each(negative, |x| Lane::select(is_short, x, zero));
+    // S- times R.
     let [s, t, u] = negative;
     let [d, e, g] = turn;
     let row = |[x, y, z]: [Lane<V>; 3]| {
@@ -55,8 +55,8 @@ fn lower<V: Real>(a: Lane<V>, b: Lane<V>) -> Lane<V> {
     Lane::select(a.above(b), b, a)
 }
 
-/// One rotation that removes the element `off` between the diagonal elements `a` and `b`: its tangent
-/// times the element, cosine and sine.
+/// One rotation that removes the element `off` between the diagonal elements `a` and `b`: returns its tangent
+/// times the element, its cosine and its sine.
 #[inline(always)]
 fn rotation<V: Real>(a: Lane<V>, b: Lane<V>, off: Lane<V>) -> [Lane<V>; 3] {
     let (zero, one, two) = (Lane::of(0.0), Lane::of(1.0), Lane::of(2.0));
@@ -69,7 +69,7 @@ fn rotation<V: Real>(a: Lane<V>, b: Lane<V>, off: Lane<V>) -> [Lane<V>; 3] {
     [tangent * off, cosine, tangent * cosine]
 }
 
-/// Two columns of eigenvectors turned.
+/// Rotates two columns of eigenvectors.
 #[inline(always)]
 fn turned<V: Real>(
     one: [Lane<V>; 3],
@@ -84,13 +84,13 @@ fn turned<V: Real>(
     ]
 }
 
-/// The negative part of a symmetric matrix with these elements on the diagonal and beside it: of x
-/// with y, x with z and y with z.
+/// The negative part of a symmetric matrix with these diagonal and off-diagonal elements: xy, xz and yz.
 #[inline(always)]
 fn negative_part<V: Real>([mut a, mut b, mut c]: [Lane<V>; 3], beside: [Lane<V>; 3]) -> Matrix<V> {
     let (zero, one) = (Lane::of(0.0), Lane::of(1.0));
     let [mut p, mut q, mut r] = beside;
     let [mut x, mut y, mut z] = [[one, zero, zero], [zero, one, zero], [zero, zero, one]];
+    // Diagonalise by Jacobi rotations.
     for _ in 0..ROUNDS {
         let [moved, cosine, sine] = rotation(a, b, p);
         (a, b, p) = (a - moved, b + moved, zero);
@@ -105,6 +105,7 @@ fn negative_part<V: Real>([mut a, mut b, mut c]: [Lane<V>; 3], beside: [Lane<V>;
         (p, q) = (cosine * p - sine * q, sine * p + cosine * q);
         [y, z] = turned(y, z, cosine, sine);
     }
+    // Assemble the matrix from the negative eigenvalues.
     let below = |value: Lane<V>| Lane::select(zero.above(value), value, zero);
     let [a, b, c] = three([a, b, c], below);
     let outer = |value: Lane<V>, [x, y, z]: [Lane<V>; 3]| {
@@ -135,8 +136,8 @@ mod tests {
         }
     }
 
-    /// What is taken away leads to the nearest shape in the band: its least stretch is the least
-    /// allowed, and what was taken is at right angles to what is left above it.
+    /// Removing the result leads to the nearest shape in the band: its least stretch is the least allowed,
+    /// and the removed part is orthogonal to the remaining excess.
     #[test]
     fn what_is_short_is_the_way_to_the_band() {
         let mut seed = 1_u32;
@@ -158,7 +159,7 @@ mod tests {
             }
             let Some((off, squared)) = short(f, turn, 0.7) else { continue };
             found += 1;
-            // S of what is left has no negative minor beyond rounding, and S- its own length.
+            // S of the remainder has no negative minor beyond rounding, and |S-|^2 agrees.
             let left = both(f, off, |f, off| f - off);
             let [[a, p, q], [p2, b, r], [q2, r2, c]] = times_transposed(left, turn);
             let s = [

@@ -1,4 +1,4 @@
-//! Sums over the half-links of a cell, or of eight side by side.
+//! Sums over the half-links of a cell, or of eight cells side by side.
 
 use super::matrix::{Matrix, pairs, three};
 use super::state::chunk;
@@ -10,7 +10,7 @@ use crate::model::range;
 use crate::number::cell::Cell;
 use crate::number::two_float::LANES;
 
-/// Numbers of a cell.
+/// Material numbers of a cell.
 #[derive(Clone, Copy)]
 pub(super) struct Own<V> {
     pub volume: Lane<V>,
@@ -57,7 +57,7 @@ pub(super) fn back<V: F32x8>(slots: &SlotNumbers) -> [V; 3] {
     three(rows(|row| load::<V>(slots, row), nodal::BACK_AREA), |x| x.0)
 }
 
-/// What the half-links of a cell sum up to.
+/// Sums over the half-links of a cell.
 #[derive(Clone, Copy)]
 pub(super) struct Gathered<V> {
     /// Sum of (`u_j` - `u_i`) `a_ij'`.
@@ -75,7 +75,7 @@ impl<V: Real> Gathered<V> {
         Self { slope: [[zero; 3]; 3], pull: [zero; 3], spread: zero }
     }
 
-    /// Adds half-links of these numbers, whose ends are `here` and `there`.
+    /// Adds half-links with these numbers between `here` and `there`.
     #[inline(always)]
     pub fn add(
         &mut self,
@@ -107,7 +107,7 @@ pub(crate) fn places<V: F32x8>(of: impl Fn(usize) -> [f32; 4]) -> [Lane<V>; 3] {
 }
 
 impl<V: F32x8> Gathered<V> {
-    /// Those of the cells of a slice.
+    /// The sums of the cells of a slice.
     #[inline(always)]
     pub fn of_slice(shapes: Nodal<'_>, slice: usize, at: &[Cell]) -> Self {
         let last = at.len().saturating_sub(1);

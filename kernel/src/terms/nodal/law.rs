@@ -8,14 +8,14 @@ use crate::backend::lane::{Lane, Real};
 use crate::model::image::nodal::BETA;
 use crate::model::nodal::Law;
 
-/// What a pass finds of a cell.
+/// Result of a pass at a cell.
 #[derive(Clone, Copy)]
 pub(super) struct Step<V> {
     pub turn: Turn<V>,
     pub unit: Matrix<V>,
     /// P.
     pub stress: Matrix<V>,
-    /// Force of the spread and of the own stress, and eight times the energy.
+    /// Force of the spread and of the cell's stress, and eight times the energy.
     pub pull: [Lane<V>; 4],
 }
 
@@ -26,14 +26,14 @@ fn slope<V: Real>(sums: &Gathered<V>, own: &Own<V>) -> Matrix<V> {
     each(sums.slope, |x| x * share)
 }
 
-/// A matrix and the unit matrix.
+/// A matrix plus the unit matrix.
 #[inline(always)]
 fn and_unit<V: Real>([[a, b, c], [d, e, f], [g, h, i]]: Matrix<V>) -> Matrix<V> {
     let one = Lane::of(1.0);
     [[a + one, b, c], [d, e + one, f], [g, h, i + one]]
 }
 
-/// One step of R and Q, and what they make of the shape.
+/// One step of R and Q, and the resulting stress and energy.
 #[inline(always)]
 pub(super) fn step<V: Real>(
     law: Law,
@@ -49,7 +49,7 @@ pub(super) fn step<V: Real>(
     respond(law, sums, own, turn, unit, squared)
 }
 
-/// The same with R and Q as they are.
+/// The same with unchanged R and Q.
 #[inline(always)]
 pub(super) fn stay<V: Real>(
     law: Law,
@@ -62,8 +62,8 @@ pub(super) fn stay<V: Real>(
     respond(law, sums, own, turn, unit, inner(off, off))
 }
 
-/// Stress of the volume, and twice its energy, by the trace: lambda / 2 (t - 3)^2 with t = R : F, from
-/// t - 3 = 2 mu / lambda on straight.
+/// Stress of the volume and twice its energy, by the trace: lambda / 2 (t - 3)^2 with t = R : F, linear from
+/// t - 3 = 2 mu / lambda on.
 #[inline(always)]
 fn by_trace<V: Real>(own: &Own<V>, turn: Matrix<V>, slope: Matrix<V>) -> (Matrix<V>, Lane<V>) {
     let two_mu = Lane::of(2.0) * own.mu;
@@ -80,7 +80,7 @@ fn by_trace<V: Real>(own: &Own<V>, turn: Matrix<V>, slope: Matrix<V>) -> (Matrix
     (each(turn, |x| pressure * x), energy)
 }
 
-/// `squared` is the squared distance of F and Q.
+/// Stress, force and energy; `squared` is the squared distance of F and Q.
 #[inline(always)]
 fn respond<V: Real>(
     law: Law,
@@ -90,6 +90,7 @@ fn respond<V: Real>(
     unit: Matrix<V>,
     squared: Lane<V>,
 ) -> Step<V> {
+    // Stress and energy density.
     let slope = slope(sums, own);
     let f = and_unit(slope);
     let rotation = rotation(turn);
@@ -104,6 +105,7 @@ fn respond<V: Real>(
     let pressed = both(strain, swollen, |strain, swollen| two_mu * strain + swollen);
     let mut stress = both(pressed, slope, |pressed, slope| pressed - spread * slope);
     let mut shape = two_mu * inner(strain, strain) + volume - spread * inner(slope, slope);
+    // Add the band of stretches.
     if law.stretch_min > 0.0
         && let Some((off, squared)) = short(f, rotation, law.stretch_min)
     {
@@ -112,7 +114,7 @@ fn respond<V: Real>(
     }
     let [x, y, z] = sums.pull;
     let [a, b, c] = times(stress, own.area);
-    // Four times twice the energy of the cell and of the halves of its links.
+    // Four times twice the energy of the cell and of its halves of the links.
     let energy = Lane::of(4.0) * (own.volume * shape) + Lane::of(2.0) * sums.spread;
     // -0.0 becomes +0.0.
     let [x, y, z] = three([x - a, y - b, z - c], |x| x + Lane::of(0.0));

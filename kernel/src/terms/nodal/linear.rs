@@ -1,7 +1,6 @@
 //! The elasticity K of the rest shape: the second derivative of the energy there.
 //!
-//! For a small displacement v a cell's shape changes by G, the sum of (`v_j` - `v_i`) `a_ij'` over
-//! `V_i`, and
+//! A small displacement v changes a cell's shape by G, the sum of (`v_j` - `v_i`) `a_ij'` over `V_i`, and
 //!
 //! ```text
 //! P_i = mu (G + G') + lambda tr G - 2 beta mu G
@@ -14,13 +13,14 @@ use crate::model::nodal::Nodal;
 use crate::number::cell::{dot, scale, sub};
 
 impl Nodal<'_> {
-    /// The state with the stress of a small displacement; what the last pass found is lost.
+    /// The state with the stress of a small displacement; it replaces the results of the last pass.
     pub(super) fn strained(
         self,
         cell: usize,
         state: ShapeState,
         field: &impl Fn(usize) -> [f32; 3],
     ) -> ShapeState {
+        // G, up to the volume.
         let (here, mut slope) = (field(cell), [[0.0; 3]; 3]);
         for (other, slot) in self.slots_of(cell) {
             let (way, area) = (sub(field(other), here), slot.three(nodal::AREA));
@@ -30,6 +30,7 @@ impl Nodal<'_> {
                 }
             }
         }
+        // The stress of G.
         let [[xx, xy, xz], [yx, yy, yz], [zx, zy, zz]] = slope;
         let (mu, lambda) = (self.number(cell, nodal::MU), self.number(cell, nodal::LAMBDA_3) / 3.0);
         let (own, even) = (mu * (1.0 - 2.0 * nodal::BETA), lambda * (xx + yy + zz));
@@ -44,7 +45,7 @@ impl Nodal<'_> {
         ShapeState { stress, ..state }
     }
 
-    /// K times the displacement, at a cell; the stresses are those of the states.
+    /// K times the displacement at a cell; the stresses are those of the states.
     pub(super) fn resistance(
         self,
         cell: usize,

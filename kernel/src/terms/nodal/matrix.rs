@@ -1,20 +1,20 @@
-//! Matrices of three rows and three columns, for one cell or for eight side by side.
+//! 3 x 3 matrices, for one cell or for eight side by side.
 //!
-//! Element by element without loops and without methods of arrays: those are not always inlined, and
-//! the arithmetic of a vector unit is slow outside the functions that are built for it.
+//! Element by element, without loops and array methods: those are not always inlined, and vector arithmetic
+//! is slow outside the functions that are built for the unit.
 
 use crate::backend::lane::{Lane, Real};
 
 /// Rows of a matrix.
 pub(crate) type Matrix<V> = [[Lane<V>; 3]; 3];
 
-/// Three numbers, each changed.
+/// Maps three numbers.
 #[inline(always)]
 pub(super) fn three<A, B>([a, b, c]: [A; 3], of: impl Fn(A) -> B) -> [B; 3] {
     [of(a), of(b), of(c)]
 }
 
-/// Three pairs of numbers, each made one.
+/// Combines three pairs of numbers.
 #[inline(always)]
 pub(super) fn pairs<A, B, C>(
     [a, b, c]: [A; 3],
@@ -24,13 +24,13 @@ pub(super) fn pairs<A, B, C>(
     [of(a, d), of(b, e), of(c, f)]
 }
 
-/// A matrix, each element changed.
+/// Maps the elements of a matrix.
 #[inline(always)]
 pub(super) fn each<A, B>([a, b, c]: [[A; 3]; 3], of: impl Fn(A) -> B + Copy) -> [[B; 3]; 3] {
     [three(a, of), three(b, of), three(c, of)]
 }
 
-/// Two matrices, element by element.
+/// Combines two matrices element by element.
 #[inline(always)]
 pub(super) fn both<A, B, C>(
     [a, b, c]: [[A; 3]; 3],

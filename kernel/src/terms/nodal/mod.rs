@@ -1,17 +1,16 @@
-//! Tissue as nodal shapes: Young's modulus and Poisson's ratio in place of links.
+//! Tissue as nodal shapes: Young's modulus and Poisson's ratio instead of links.
 //!
-//! Each cell i has a volume `V_i`, a quarter of its tetrahedra's, and the mean of their deformation
-//! gradients (Bonet, Burton 1998; Dohrmann, Heinstein, Jung, Key, Witkowski 2000). With the
-//! displacement u = x - X
+//! Each cell i has a volume `V_i`, a quarter of its tetrahedra's, and the mean of their deformation gradients
+//! (Bonet, Burton 1998; Dohrmann, Heinstein, Jung, Key, Witkowski 2000). With the displacement u = x - X
 //!
 //! ```text
 //! F_i = I + (1 / V_i) sum_j (u_j - u_i) a_ij'
 //! a_ij = sum over the tetrahedra with i and j of V_t / 4 times the gradient of j's hat function
 //! ```
 //!
-//! The energy is that of the distances of `F_i` to a rotation and to a shape of unit volume, and,
-//! against modes that the means do not see, of the spread of the tetrahedra's gradients about
-//! `F_i` (Puso, Solberg 2006), beta = 0.2:
+//! The energy measures the distances of `F_i` to a rotation and to a shape of unit volume. Against modes that
+//! the means do not see, it also measures the spread of the tetrahedra's gradients about `F_i` (Puso, Solberg
+//! 2006), beta = 0.2:
 //!
 //! ```text
 //! E   = sum_i V_i [ mu |F_i - R_i|^2 + (3 lambda / 2) |F_i - Q_i|^2 - beta mu |F_i - I|^2 ]
@@ -20,36 +19,34 @@
 //! f_i = sum_j s_ij (u_j - u_i) - P_i a_ii - sum_j P_j a_ji
 //! ```
 //!
-//! This is the law **det1**. The law **trace** has phi(t) = lambda / 2 (t - 3)^2, t = `R_i` : `F_i`, in
-//! place of the distance to Q, straight from t - 3 = 2 mu / lambda on; it needs no Q and loses more of
-//! the force in deep presses. **The band** adds b / 2 `V_i` dist^2 of `F_i` to the shapes that are
-//! nowhere shorter than a least stretch ([`band`]), b = 8 mu: 0 in ordinary states, a barrier in deep
-//! presses.
+//! This is the law **det1**. The law **trace** replaces the distance to Q by phi(t) = lambda / 2 (t - 3)^2, t
+//! = `R_i` : `F_i`, linear from t - 3 = 2 mu / lambda on; it needs no Q and loses more of the force in deep
+//! presses. **The band** adds b / 2 `V_i` dist^2 of `F_i` to the shapes that are nowhere shorter than a least
+//! stretch ([`band`]), b = 8 mu: 0 in ordinary states, a barrier in deep presses.
 //!
 //! The terms with beta are the spread, beta mu sum over i and its tetrahedra of
 //! `V_t` / 4 |`F_t` - `F_i`|^2. Small strain gives Hooke's law.
 //!
-//! **The bound.** For any rotations R and shapes Q of determinant 1, E is a sum of squared
-//! distances of linear maps to convex sets, so L = 2 mu ((1 - beta) Ln + beta Lc) + (3 lambda + b) Ln
-//! bounds its curvature; Ln and Lc are the Laplacians of the nodal and of the tetrahedra's gradients.
-//! W is at least the sum of the magnitudes of a row of L. By the trace 3 lambda Ln gives way to the
-//! sum over k of lambda / `V_k` |`a_ki`| |`a_kj`| in row i, which is at least as large as the
-//! magnitudes of what phi adds for any R. R and Q are states ([`ShapeState`]): before a
-//! pass each takes one step that does not lead away from `F_i` ([`nearest`]), which lowers the
-//! energy; a discarded pass takes them back.
+//! **The bound.** For any rotations R and shapes Q of determinant 1, E is a sum of squared distances of
+//! linear maps to convex sets, so L = 2 mu ((1 - beta) Ln + beta Lc) + (3 lambda + b) Ln bounds its
+//! curvature; Ln and Lc are the Laplacians of the nodal and of the tetrahedra's gradients. W is at least the
+//! sum of the magnitudes of a row of L. Under **trace**, 3 lambda Ln is replaced by the sum over k of lambda
+//! / `V_k` |`a_ki`| |`a_kj`| in row i, which is at least as large as the magnitudes of phi's part for any R.
+//! R and Q are states ([`ShapeState`]): before a pass each takes one step that does not lead away from `F_i`
+//! ([`nearest`]), which lowers the energy; a discarded pass restores them.
 //!
 //! **Rounding.** Differences of displacements are differences of positions less the stored ones of
 //! the rest shape: a body at rest has exactly no energy and no force.
 //!
-//! Cost: two gathers a half-link, of the other end's position and of its stress; a rotation and a
-//! shape a cell. `f32` alone, under `track`.
+//! Cost: two gathers per half-link, of the other end's position and of its stress; a rotation and a shape per
+//! cell. `f32` only, under `track`.
 //!
-//! - `band`: how far a shape is below the least stretch allowed.
+//! - `band`: the penalty below the least allowed stretch.
 //! - `gather`: sums over the half-links of a cell.
 //! - `law`: stress and energy of a shape.
 //! - `linear`: the elasticity of the rest shape.
 //! - [`nearest`]: the steps of R and Q.
-//! - `scalar`: a single cell at any positions, for the few that the tool holds.
+//! - `scalar`: a single cell at any positions, for the few cells that the tool holds.
 
 mod band;
 mod gather;

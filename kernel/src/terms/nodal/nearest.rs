@@ -1,21 +1,20 @@
-//! One step towards the rotation and towards the shape of unit volume that are nearest to a shape.
+//! One step towards the rotation and towards the shape of unit volume nearest to a shape.
 //!
-//! Both are variables of the energy: with them fixed its curvature is bounded, and no step leads
-//! away from the shape. So the energy falls in every sweep, however far the steps are from the
-//! nearest ones.
+//! Both are variables of the energy: with them fixed its curvature is bounded, and no step leads away from
+//! the shape. So the energy falls in every sweep, however far the variables are from the nearest ones.
 
 use super::matrix::{Matrix, both, cofactors, dot, each, inner, minus, times_transposed};
 use crate::backend::lane::{Lane, Real};
 
-/// A unit quaternion: the real part, then the three others.
+/// A unit quaternion, real part first.
 pub(crate) type Turn<V> = [Lane<V>; 4];
 
-/// A quarter of the root of 3: the longest step that never turns away.
+/// A quarter of the root of 3: the longest step that never rotates away from F.
 const STEP: f32 = 0.433_012_7;
-/// Determinants of a step towards unit volume that are taken.
+/// Range of determinants in which a step towards unit volume is accepted.
 const DETERMINANT_MIN: f32 = 0.25;
 const DETERMINANT_MAX: f32 = 2.5;
-/// A distance that is never taken.
+/// A distance that is never accepted.
 const FAR: f32 = f32::MAX;
 
 /// The rotation of a unit quaternion.
@@ -55,14 +54,15 @@ pub(crate) fn turned<V: Real>(f: Matrix<V>, turn: Turn<V>) -> Turn<V> {
     [a * scale + zero, b * scale + zero, c * scale + zero, d * scale + zero]
 }
 
-/// A step of Q, whose determinant is 1, towards the nearest such shape to F, and the squared
-/// distance from F then; where the step does not lead nearer, Q stays.
+/// A step of Q, whose determinant is 1, towards the nearest such shape to F, and the resulting squared
+/// distance from F. If the step does not reduce the distance, Q stays.
 ///
 /// The nearest one is F + p cof Q with det (F + p cof Q) = 1: three Newton steps on
 /// J - 1 + p A + p^2 B + p^3, A = cof F : cof Q, B = F : Q, then the rest of the determinant is
 /// divided out.
 #[inline(always)]
 pub(crate) fn of_unit_volume<V: Real>(f: Matrix<V>, unit: Matrix<V>) -> (Matrix<V>, Lane<V>) {
+    // Newton steps for p.
     let (c, cofactors_f) = (cofactors(unit), cofactors(f));
     let [first, ..] = f;
     let [own, ..] = cofactors_f;
@@ -72,10 +72,11 @@ pub(crate) fn of_unit_volume<V: Real>(f: Matrix<V>, unit: Matrix<V>) -> (Matrix<
     for _ in 0..3 {
         let value = off + p * (a + p * (b + p));
         let slope = a + p * (Lane::of(2.0) * b + Lane::of(3.0) * p);
-        // A slope that is not above 0 is none that the nearest shape has.
+        // The nearest shape has a slope above 0.
         let slope = Lane::select(slope.above(Lane::of(f32::MIN_POSITIVE)), slope, Lane::of(1.0));
         p = p - value / slope;
     }
+    // Divide out the rest of the determinant.
     let next = both(f, c, |f, c| f + p * c);
     let [first, second, third] = next;
     let [own, ..] = cofactors([first, second, third]);
@@ -85,6 +86,7 @@ pub(crate) fn of_unit_volume<V: Real>(f: Matrix<V>, unit: Matrix<V>) -> (Matrix<
     let scale = inverse_cube_root(Lane::select(high.above(tame), tame, Lane::of(1.0)));
     // -0.0 becomes +0.0.
     let next = each(next, |x| x * scale + Lane::of(0.0));
+    // Take the step only if it reduces the distance.
     let (old, new) = (minus(f, unit), minus(f, next));
     let (old, new) = (inner(old, old), inner(new, new));
     let new = Lane::select(determinant.above(low), new, Lane::of(FAR));

@@ -1,4 +1,4 @@
-//! A single cell's shape, at any positions.
+//! The shape of a single cell at any positions.
 
 use super::gather::{Gathered, Own};
 use super::law::{Step, stay, step};
@@ -39,14 +39,13 @@ impl Nodal<'_> {
         state_of(step(self.law, &self.gathered(cell, at), &self.own(cell), turn, unit))
     }
 
-    /// The shape of a cell at these positions, its rotation and its shape of unit volume as they
-    /// are.
+    /// The shape of a cell at these positions, with unchanged rotation and shape of unit volume.
     fn here(self, cell: usize, state: ShapeState, at: &impl Fn(usize) -> [f32; 3]) -> Step<f32> {
         let (turn, unit) = variables(state);
         stay(self.law, &self.gathered(cell, at), &self.own(cell), turn, unit)
     }
 
-    /// Force of the last pass on a cell, and eight times its energy.
+    /// Force on a cell in the last pass, and eight times its energy.
     #[inline(always)]
     pub(super) fn pulled(self, cell: usize, state: &impl Fn(usize) -> ShapeState) -> [f32; 4] {
         let [mut x, mut y, mut z, energy] = state(cell).pull;
@@ -78,7 +77,7 @@ impl Nodal<'_> {
         force
     }
 
-    /// Adds the energy of the cells `held` and of all that are linked to them, each once.
+    /// Adds the energy of the cells `held` and of all cells linked to them, each once.
     pub(super) fn stored_around(
         self,
         held: impl Fn(usize) -> Option<usize> + Copy,
@@ -101,7 +100,7 @@ impl Nodal<'_> {
         }
     }
 
-    /// Adds four times the energy of a cell, and how far rounding may have moved that.
+    /// Adds four times the energy of a cell, and a bound of that value's rounding error.
     fn add_stored(
         self,
         cell: usize,

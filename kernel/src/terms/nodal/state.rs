@@ -1,4 +1,4 @@
-//! What a cell keeps: its rotation, its shape of unit volume, and what the last pass found.
+//! State of a cell: its rotation, its shape of unit volume, and the results of the last pass.
 
 use super::law::Step;
 use super::matrix::{Matrix, each};
@@ -10,9 +10,8 @@ use crate::number::kept::kept;
 use crate::number::two_float::LANES;
 use crate::terms::state::CellState;
 
-/// State of a cell's shape. Rotation and shape of unit volume are what it keeps from pass to pass;
-/// stress and pull follow from them and the positions of the last pass, and share a line of a
-/// processor's cache: neighbours read the stress.
+/// State of a cell's shape. Rotation and shape of unit volume persist from pass to pass; stress and pull
+/// follow from them and the positions of the last pass, and share a cache line: neighbours read the stress.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(C, align(64))]
 pub(crate) struct ShapeState {
@@ -22,7 +21,7 @@ pub(crate) struct ShapeState {
     pub unit: [[f32; 4]; 3],
     /// P by rows; the fourth column is 0.
     pub stress: [[f32; 4]; 3],
-    /// Force of the spread and of the own stress, and eight times the energy.
+    /// Force of the spread and of the cell's stress, and eight times the energy.
     pub pull: [f32; 4],
 }
 
@@ -104,7 +103,7 @@ fn row<V: F32x8>([a, b, c]: [Lane<V>; 3]) -> Chunk {
     cells([a, b, c, Lane::of(0.0)])
 }
 
-/// Puts what a pass found into the states of eight cells.
+/// Writes the results of a pass into the states of eight cells.
 #[inline(always)]
 pub(super) fn store<V: F32x8>(step: Step<V>, states: &mut [ShapeState; LANES]) {
     let (turn, pull) = (cells(step.turn), cells(step.pull));

@@ -1,4 +1,4 @@
-//! The steps of rotation and shape, one cell and eight alike.
+//! The steps of rotation and shape, for one cell and for eight.
 
 use proptest::prelude::*;
 
@@ -42,7 +42,8 @@ fn distance(a: Matrix<f32>, b: Matrix<f32>) -> f32 {
 }
 
 proptest! {
-    /// The step never turns away from the shape, inverted ones too, and the rotation stays one.
+    /// The step never rotates away from the shape, also from an inverted one, and the quaternion stays a
+    /// unit.
     #[test]
     fn a_step_turns_towards_the_shape(f in prop::array::uniform9(-2.0_f32..2.0), q in turn()) {
         let (f, q) = (of(f), q.map(Lane));
@@ -58,7 +59,7 @@ proptest! {
         }
     }
 
-    /// The step never leads away from the shape, keeps the volume, and gives the distance.
+    /// The step never increases the distance from the shape, keeps the volume, and returns the distance.
     #[test]
     fn a_step_of_unit_volume_leads_nearer(f in prop::array::uniform9(-2.0_f32..2.0), q in unit()) {
         let f = of(f);
@@ -93,8 +94,8 @@ proptest! {
             unit = of_unit_volume(f, unit).0;
         }
         prop_assert!(distance(rotation(turn), r) < 1e-4);
-        // At the nearest shape F - Q is a multiple of Q's cofactors. What is left is the root of
-        // what a last place of the determinant moves the distance by.
+        // At the nearest shape F - Q is a multiple of Q's cofactors. The remainder is the square root of the
+        // distance error that one last place of the determinant causes.
         let (off, normal) = (minus(f, unit), cofactors(unit));
         let share = inner(off, normal).0 / inner(normal, normal).0;
         let left = matrix(&|i, j| off[i][j].0 - share * normal[i][j].0);

@@ -1,27 +1,26 @@
-//! Friction by Coulomb's law, and grips: samples that are held where they are in the tool's frame.
+//! Coulomb friction, and grips: samples that are held at their position in the tool's frame.
 //!
-//! Each sample in contact has an anchor in the tool's frame. With p the sample's way from its anchor,
-//! in the plane across the normal n, the term is
+//! Each sample in contact has an anchor in the tool's frame. With p the sample's displacement from its
+//! anchor, in the plane perpendicular to the normal n, the term is
 //!
 //! ```text
 //! E_f = k_t |p|^2 / 2                         where k_t |p| <= mu f_n
 //!       mu f_n |p| - (mu f_n)^2 / (2 k_t)     beyond: it slips
 //! ```
 //!
-//! with the normal force `f_n` and n of the last tick, so both are fixed in a tick, and k_t the
-//! stiffness of contact. The force is k_t |p| back to the anchor, mu `f_n` at most.
+//! n and the normal force `f_n` are those of the last tick, so both are fixed in a tick; k_t is the contact
+//! stiffness. The force is k_t |p| towards the anchor, at most mu `f_n`.
 //!
-//! **The theorem.** E_f is the least over all slips s of k_t |p - s|^2 / 2 + mu `f_n` |s|: a least of
-//! quadratics curves upwards by at most k_t, as each of them does. The cells' bounds grow by as much
-//! as for contact.
+//! **The theorem.** E_f is the minimum over all slips s of k_t |p - s|^2 / 2 + mu `f_n` |s|: a minimum of
+//! quadratics curves upwards by at most k_t, as each of them does. The cells' bounds grow by as much as for
+//! contact.
 //!
-//! **After the sweeps** an anchor takes the normal and the force that its sample has now: p loses its
-//! part along the new normal, and the anchor is dragged along until |p| is at most mu `f_n` / k_t. A
-//! sample that is free again has none. What that does to the energy is counted.
+//! **After the sweeps** an anchor takes the present normal and force of its sample: p loses its component
+//! along the new normal, and the anchor is dragged until |p| is at most mu `f_n` / k_t. A sample that left
+//! contact has no anchor. The change of the energy is booked.
 //!
-//! **A grip** has no normal and no limit: p has all three directions. It holds its sample whether it
-//! is in contact or not, until it is let go: its stiffness then falls to 0 within some ticks, which
-//! lowers the energy.
+//! **A grip** has no normal and no limit: p has all three components. It holds its sample in and out of
+//! contact until it is released: its stiffness then falls to 0 within some ticks, which lowers the energy.
 
 use super::press::{Sample, each_met};
 use super::proxy::{Proxies, Proxy};
@@ -35,20 +34,20 @@ use crate::number::sqrt::sqrt;
 pub struct Anchor {
     /// The triangle, in the model's order.
     pub(crate) triangle: u32,
-    /// Which of its samples.
+    /// Index of the sample in the triangle.
     pub(crate) sample: u16,
-    /// Which part of which tool.
+    /// The part and its tool.
     pub(crate) part: u8,
-    /// Where it is in the tool's frame [mean link lengths].
+    /// Position in the tool's frame [mean link lengths].
     pub(crate) point: [f32; 3],
-    /// Where that is in this tick.
+    /// That position in the body's frame in this tick.
     pub(crate) place: [f32; 3],
-    /// Of the contact in the last tick; 0 for a grip.
+    /// Contact normal in the last tick; 0 for a grip.
     pub(crate) normal: [f32; 3],
-    /// Most force: mu `f_n`; infinite for a grip.
+    /// Largest force, mu `f_n`; infinite for a grip.
     pub(crate) limit: f32,
-    /// Share of its time that a grip has yet: its stiffness goes by the cube, since a pull through soft
-    /// tissue hardly falls before the grip is softer than the tissue.
+    /// Remaining share of the release time, 1 to 0. The stiffness scales with its cube, since a pull through
+    /// soft tissue hardly falls before the grip is softer than the tissue.
     pub(crate) share: f32,
 }
 
@@ -63,9 +62,9 @@ kept!(Anchor {
     share: f32,
 });
 
-/// What an anchor does to its sample.
+/// Force and energy of an anchor.
 pub(crate) struct Hold {
-    /// On the tissue.
+    /// Force on the tissue.
     pub force: [f32; 3],
     pub energy: f32,
     pub is_stuck: bool,
@@ -87,18 +86,18 @@ impl Anchor {
     /// All bits 0, for static memory that takes up no flash.
     pub(crate) const EMPTY: Self = Self { triangle: 0, share: 0.0, ..Self::NONE };
 
-    /// Whether it holds its sample without a limit.
+    /// Returns true if it holds its sample without a force limit.
     pub(crate) fn is_grip(&self) -> bool {
         self.limit == f32::INFINITY
     }
 
-    /// p: the way from the anchor to a point, across the normal.
+    /// p: the displacement of a point from the anchor, perpendicular to the normal.
     fn way_to(&self, point: [f32; 3]) -> [f32; 3] {
         let way = sub(point, self.place);
         sub(way, scale(dot(self.normal, way), self.normal))
     }
 
-    /// What it does to its sample, of this stiffness.
+    /// Its force and energy on a sample with this stiffness.
     #[inline(always)]
     pub(crate) fn hold(&self, point: [f32; 3], stiffness: f32) -> Hold {
         let kept = self.share * self.share * self.share;
@@ -114,8 +113,8 @@ impl Anchor {
         Hold { force, energy, is_stuck: false }
     }
 
-    /// The anchor that its sample has behind a tick's sweeps: dragged along by what is beyond the
-    /// limit. `None` where the sample is free.
+    /// The sample's anchor after a tick's sweeps, dragged by the excess over the limit. `None` if the sample
+    /// left contact.
     pub(crate) fn after(&self, sample: &Sample, friction: f32) -> Option<Self> {
         if self.is_grip() {
             return Some(*self);
@@ -132,32 +131,32 @@ impl Anchor {
         Some(Self { place, normal: sample.normal, limit, ..*self })
     }
 
-    /// The anchor where a sample is now, for one that was free.
+    /// An anchor at a sample's present position, for a sample without one.
     pub(crate) fn new(sample: &Sample, (triangle, part): (u32, u8), friction: f32) -> Option<Self> {
         let none = Self { triangle, part, sample: sample.index, place: sample.point, ..Self::NONE };
         none.after(sample, friction)
     }
 
-    /// Keeps its place in the frame of the tool.
+    /// Stores its position in the tool's frame.
     fn fastened(self, proxy: &Proxy) -> Self {
         Self { point: proxy.in_tool(self.place), ..self }
     }
 
-    /// Goes where the tool has gone.
+    /// Moves with the tool.
     pub(crate) fn follow(&mut self, proxy: &Proxy) {
         self.place = proxy.in_body(self.point);
     }
 }
 
-/// A grip of a sample where it is, for an anchor of it or none.
+/// A grip of a sample at its present position, with or without an anchor before.
 pub(crate) fn grip(sample: &Sample, (triangle, part): (u32, u8)) -> Anchor {
     let (index, place) = (sample.index, sample.point);
     let limit = f32::INFINITY;
     Anchor { triangle, sample: index, part, place, limit, ..Anchor::NONE }
 }
 
-/// The anchors behind a tick's sweeps, from those of the tick, both in their order: `make` says what a
-/// sample's is, for the one that it had. Gives how many there are and whether some found no slot.
+/// Writes the anchors after a tick's sweeps from those of the tick, both in triangle order: `make` returns a
+/// sample's new anchor for its old one. Returns their number, and whether some found no slot.
 pub(crate) fn renew(
     tools: Proxies<'_>,
     near: &[NearTriangle],

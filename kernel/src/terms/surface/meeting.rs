@@ -1,4 +1,4 @@
-//! What a tool meets in all its triangles: energy, force, torque and stiffness.
+//! Contact of a tool over all its triangles: energy, force, torque and stiffness.
 
 use super::friction::Anchor;
 use super::press::each_met;
@@ -10,19 +10,19 @@ use crate::number::sqrt::sqrt;
 use crate::number::turn::cross;
 use crate::number::two_float::TwoFloat;
 
-/// What a tool meets, in internal units.
+/// Contact of a tool, in internal units.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Meeting {
     pub energy: TwoFloat,
-    /// On the tool.
+    /// Force on the tool.
     pub force: [f32; 3],
-    /// On the tool, about its pivot.
+    /// Torque on the tool, about its pivot.
     pub torque: [f32; 3],
     /// Stiffness of the samples inside [2 `k_ref`].
     pub stiffness: f32,
-    /// Smallest distance of a sample from the core of a part over the part's radius as chosen.
+    /// Smallest distance of a sample from a part's core, over the part's full radius.
     pub nearest: f32,
-    /// Triangles with a sample inside, or one that is held.
+    /// Number of triangles with a sample inside the tool or held by it.
     pub touched: u32,
 }
 
@@ -36,7 +36,7 @@ kept!(Meeting {
 });
 
 impl Meeting {
-    /// Of nothing.
+    /// No contact.
     pub const NONE: Self = Self {
         energy: TwoFloat::ZERO,
         force: [0.0; 3],
@@ -46,7 +46,7 @@ impl Meeting {
         touched: 0,
     };
 
-    /// Tool number `tool` among these triangles; without anchors that of contact alone.
+    /// Contact of tool number `tool` with these triangles; without anchors, contact forces only.
     pub fn of(
         (proxy, tool): (&Proxy, usize),
         (near, anchors): (&[NearTriangle], &[Anchor]),
@@ -56,6 +56,7 @@ impl Meeting {
         for near in near.iter().filter(|near| near.tool() == tool) {
             let Some(solid) = proxy.parts().get(near.part()) else { continue };
             let corners = near.corners.map(|cell| at(cell.into()));
+            // Sum the triangle's samples first, then add the triangle.
             let (mut energy, mut stiffness, mut is_met) = (0.0, 0.0, false);
             let (mut force, mut torque) = ([0.0; 3], [0.0; 3]);
             let nearest = each_met(solid, near, anchors, corners, |sample| {
@@ -96,7 +97,7 @@ mod tests {
         [NearTriangle { corners: [0, 1, 2], parts: 6, weight: 3.0, ..NearTriangle::NONE }]
     }
 
-    /// A capsule across the triangle, its frame aside of it.
+    /// A capsule across the triangle; its frame is offset.
     fn tool() -> Proxy {
         let core = [[-0.6, 0.0, 0.0], [0.6, 0.0, 0.0]];
         let centre = [0.3, 0.0, 0.1];
@@ -147,7 +148,7 @@ mod tests {
                 balance[axis] += own;
             }
         }
-        // What the tool feels the corners feel too.
+        // The forces on the corners balance the tool's.
         assert!(dot(balance, balance) < 1e-10, "{balance:?}");
         let stored: f32 = pressed.iter().map(|corner| corner[3] / 8.0).sum();
         assert!((f64::from(stored) - energy(&tool, CORNERS)).abs() < 1e-5);

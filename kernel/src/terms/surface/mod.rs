@@ -1,41 +1,41 @@
-//! Contact on surfaces: tools meet points of the surface's triangles, not cells.
+//! Contact on surfaces: tools touch sample points of the surface's triangles, not cells.
 //!
-//! Sample points q stand on each triangle at rest: the centres of n^2 equal parts, at fixed weights
-//! `A_q` of the triangle's corners, each with the share `a_q` of its area. With dist their depth in a
-//! part of a tool, 0 outside, the term is
+//! Sample points q lie on each triangle at rest: the centres of n^2 equal parts, at fixed weights `A_q` of
+//! the triangle's corners, each with the share `a_q` of its area. With dist their depth in a part of a tool,
+//! 0 outside, the term is
 //!
 //! ```text
 //! E_c = sum over q of k_q dist^2 / 2,   k_q = c E a_q / h,   c = 8 R / h within 6 and 20
 //! ```
 //!
-//! with R the part's radius, h the mean length of the triangle's edges and E Young's modulus there.
-//! Contact is about as stiff as tissue as deep as an edge is long. A harder one is no more accurate: a
-//! coarse mesh is too stiff under a small tool, and soft contact makes up for it. n is such that
-//! samples stand half a radius apart at most, and at least 2. Beside quadratic elements, a quarter to
-//! half a radius deep, the force of a sphere is 2 to 14 % low from R = 2 h on, within 17 % from h on,
-//! and known to 30 % only below (`contact_force`, an example of the laboratory).
+//! R is the part's radius, h the mean edge length of the triangle and E Young's modulus there. Contact is
+//! about as stiff as tissue of one edge length in depth. A stiffer contact is no more accurate: a coarse mesh
+//! is too stiff under a small tool, and soft contact compensates for it. n is at least 2, and samples are at
+//! most half a radius apart. Compared with quadratic elements, a quarter to half a radius deep, the force of
+//! a sphere is 2 to 14 % low from R = 2 h on, within 17 % from h on, and below that known only to 30 %
+//! (`contact_force`, an example of the laboratory).
 //!
-//! **The theorem.** Half the squared distance to a set, here the outside of a part, curves upwards by
-//! at most 1. E_c therefore curves by at most sum of `k_q` `A_q'` `A_q`, whose row sums are `k_q`
-//! `A_q`: the cells' bounds W grow by a third of the stiffness of each of their triangles in reach, and
-//! every certificate of a scheme holds with that W. A tool of several parts is the sum of their terms:
-//! where parts overlap each presses.
+//! **The theorem.** Half the squared distance to a set, here the outside of a part, curves upwards by at most
+//! 1. So E_c curves by at most the sum of `k_q` `A_q'` `A_q`, whose row sums are `k_q` `A_q`: the cells'
+//! bounds W grow by a third of the stiffness of each of their triangles in reach, and every certificate of a
+//! scheme holds with that W. A tool of several parts is the sum of their terms: where parts overlap, each
+//! presses.
 //!
-//! **Candidates.** The triangles in reach are found once a tick and stay the same in all its passes,
-//! so E_c is one function in a tick. Over the capacity those deepest in the tools are kept.
+//! **Candidates.** The triangles in reach are found once per tick and stay the same in all its passes, so E_c
+//! is one function in a tick. Beyond the capacity those deepest in the tools are kept.
 //!
-//! **The force** on a tool is the sum over the samples of `k_q` dist along the way into the part,
-//! minus the gradient of E_c by the tool's place: no sample enters or leaves with a jump, since its
-//! force is 0 at the part's surface. The torque is that of the same forces.
+//! **The force** on a tool is the sum over the samples of `k_q` dist along the direction into the part, minus
+//! the gradient of E_c by the tool's position: no sample makes a jump as it enters or leaves, since its force
+//! is 0 at the part's surface. The torque is that of the same forces.
 //!
 //! - `samples`: the points of a triangle.
 //! - `solid`, `proxy`: the parts of a tool, and the tool as the tissue meets it.
 //! - `search`: the triangles in reach.
-//! - `press`: what a part does to the samples of a triangle.
-//! - `friction`: what holds samples that are in contact, or gripped.
-//! - `meeting`: energy, force, torque and stiffness of a tool between its triangles.
-//! - `forces`: the same for each triangle by itself.
-//! - `touch`: what passes over the cells need of it.
+//! - `press`: force of a part on the samples of a triangle.
+//! - `friction`: anchors of samples in contact, and grips.
+//! - `meeting`: energy, force, torque and stiffness of a tool over its triangles.
+//! - `forces`: the same for each triangle.
+//! - `touch`: the tools' part in passes over the cells.
 
 mod forces;
 mod friction;
@@ -60,7 +60,7 @@ pub(crate) use search::{Near, search};
 pub(crate) use solid::Solid;
 pub(crate) use touch::{Touch, Touching};
 
-/// Whether this kernel is built with contact on surfaces.
+/// True if this kernel is built with contact on surfaces.
 pub(crate) const IS_BUILT: bool = cfg!(feature = "surface");
-/// 1 where it is, else 0: arrays of what only that needs have this length.
+/// 1 if it is, else 0: the length of arrays that only contact needs.
 pub(crate) const BUILT: usize = IS_BUILT as usize;

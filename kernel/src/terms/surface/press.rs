@@ -1,4 +1,4 @@
-//! What a part of a tool does to the samples of a triangle.
+//! Force of a tool's part on the samples of a triangle.
 
 use super::friction::Anchor;
 use super::samples::each;
@@ -7,35 +7,35 @@ use super::solid::Solid;
 use crate::number::cell::{add, dot, scale, sub};
 use crate::number::sqrt::sqrt;
 
-/// A share of the radius: a sample nearer to the core is pushed nowhere.
+/// Share of the radius: a sample nearer to the core is not pushed.
 const MIDDLE: f32 = 1.0e-6;
 
-/// A sample that is in the part, or that an anchor holds.
+/// A sample in the part, or held by an anchor.
 pub(crate) struct Sample {
-    /// Its place in the order of the triangle's samples.
+    /// Its index in the triangle.
     pub index: u16,
-    /// Of the triangle's corners.
+    /// Weights of the triangle's corners.
     pub weights: [f32; 3],
     pub point: [f32; 3],
-    /// In the part; 0 outside.
+    /// Depth in the part; 0 outside.
     pub depth: f32,
-    /// Out of the part, a unit; 0 in the middle.
+    /// Unit vector out of the part; 0 inside the core.
     pub normal: [f32; 3],
     /// Stiffness [2 `k_ref`].
     pub stiffness: f32,
     /// Pressure on the tissue along the normal.
     pub push: [f32; 3],
-    /// Friction on the tissue, or the pull of what grips it.
+    /// Friction on the tissue, or the pull of a grip.
     pub drag: [f32; 3],
-    /// Whether an anchor holds it and it does not slip.
+    /// True if an anchor holds it and it does not slip.
     pub is_stuck: bool,
-    /// Of contact and friction.
+    /// Energy of contact and friction.
     pub energy: f32,
 }
 
-/// Calls `visit` for the samples of a triangle, with corners at `at`, that the part meets or an anchor
-/// holds. Gives the square of the smallest distance of a sample from the core; that of the radius
-/// where the triangle is out of reach.
+/// Calls `visit` for the samples of a triangle, with corners at `at`, that are in the part or held by an
+/// anchor. Returns the square of the smallest distance of a sample from the core, or of the radius if the
+/// triangle is out of reach.
 #[inline(always)]
 pub(crate) fn each_met(
     solid: &Solid,
@@ -49,6 +49,7 @@ pub(crate) fn each_met(
     if anchors.is_empty() && is_beyond(solid, reach, at) {
         return reach;
     }
+    // Visit every sample: find its distance and its anchor.
     let parts = f32::from(near.parts);
     let stiffness = near.weight / (parts * parts);
     let (mut nearest, mut next) = (f32::MAX, 0);
@@ -81,6 +82,7 @@ pub(crate) fn each_met(
             is_stuck: false,
             energy: 0.0,
         };
+        // Add the contact, then the anchor.
         if is_in {
             let distance = sqrt(squared);
             sample.depth = solid.radius - distance;
@@ -101,7 +103,7 @@ pub(crate) fn each_met(
     nearest
 }
 
-/// Whether no point of a triangle can be in the part, by a bound that needs no root: the square of a
+/// Returns true if no point of a triangle can be in the part, by a bound that needs no root: the square of a
 /// sum is at most twice the sum of the squares.
 #[inline(always)]
 fn is_beyond(solid: &Solid, reach: f32, [a, b, c]: [[f32; 3]; 3]) -> bool {
@@ -116,8 +118,8 @@ fn is_beyond(solid: &Solid, reach: f32, [a, b, c]: [[f32; 3]; 3]) -> bool {
     dot(way, way) > 2.0 * (reach + largest)
 }
 
-/// What a triangle's corners get in a pass: residual, and eight times the energy in the fourth lane.
-/// `None` where it is not met.
+/// The contribution to a triangle's corners in a pass: residual, and eight times the energy in the fourth
+/// lane. `None` without contact.
 #[inline(always)]
 pub(crate) fn at_corners(
     solid: &Solid,

@@ -1,4 +1,4 @@
-//! A tool as the tissue meets it: its parts at a pose.
+//! A tool's proxy, which the tissue meets: the tool's parts at a pose.
 
 use super::solid::Solid;
 use crate::number::cell::{add, sub};
@@ -16,10 +16,10 @@ pub(crate) struct Proxy {
     shape: [Solid; PARTS_MAX],
     parts: [Solid; PARTS_MAX],
     count: usize,
-    /// Where the tool's frame is.
+    /// Position of the tool's frame.
     pub pivot: [f32; 3],
     pub turn: Turn,
-    /// Share of the parts' radii that there is.
+    /// Share of the parts' radii.
     pub share: f32,
 }
 
@@ -43,7 +43,7 @@ impl Proxy {
         share: 0.0,
     };
 
-    /// All bits 0, for memory that nobody reads.
+    /// All bits 0, for memory that is never read.
     const EMPTY: Self = Self {
         shape: [Solid::EMPTY; PARTS_MAX],
         parts: [Solid::EMPTY; PARTS_MAX],
@@ -51,7 +51,7 @@ impl Proxy {
         ..Self::NONE
     };
 
-    /// A tool of these parts, at the origin; parts beyond [`PARTS_MAX`] are left out.
+    /// A tool of these parts, at the origin; parts beyond [`PARTS_MAX`] are ignored.
     pub fn of(parts: impl Iterator<Item = Solid>) -> Self {
         let mut proxy = Self::NONE;
         for (slot, part) in proxy.shape.iter_mut().zip(parts) {
@@ -70,7 +70,7 @@ impl Proxy {
         proxy
     }
 
-    /// Whether it has no size, and so no contact.
+    /// Returns true if it has no size, and so no contact.
     pub fn is_away(&self) -> bool {
         self.share <= 0.0
     }
@@ -80,19 +80,19 @@ impl Proxy {
         self.parts.get(..self.count).unwrap_or(&[])
     }
 
-    /// Smallest radius of a part, as it was chosen.
+    /// Smallest full radius of a part.
     pub fn radius_min(&self) -> f32 {
         self.parts().iter().fold(f32::MAX, |r, of| if of.whole < r { of.whole } else { r })
     }
 
-    /// Largest radius of a part, as it was chosen.
+    /// Largest full radius of a part.
     pub fn radius_max(&self) -> f32 {
         self.parts().iter().fold(0.0, |r, of| if of.whole > r { of.whole } else { r })
     }
 
-    /// Largest distance of a core's corner from the pivot: a turn by a small angle moves no point of
-    /// the tool's cores by more than the angle times it. Half spaces are left out: theirs has no end, and
-    /// what counts is how far the surface is.
+    /// Largest distance of a core's corner from the pivot: a rotation by a small angle moves no point of the
+    /// cores by more than the angle times this. Half spaces are left out: they are unbounded, and the
+    /// surface's distance counts for them.
     pub fn arm(&self) -> f32 {
         let shape = self.shape.get(..self.count).unwrap_or(&[]);
         shape.iter().fold(0.0, |most, part| {
@@ -103,24 +103,24 @@ impl Proxy {
         })
     }
 
-    /// Whether it has a half space.
+    /// Returns true if it has a half space.
     pub fn is_endless(&self) -> bool {
         let shape = self.shape.get(..self.count).unwrap_or(&[]);
         shape.iter().any(Solid::is_endless)
     }
 
-    /// A point of the body in the tool's frame.
+    /// Converts a point from the body's frame to the tool's.
     pub fn in_tool(&self, point: [f32; 3]) -> [f32; 3] {
         turned(self.turn.back(), sub(point, self.pivot))
     }
 
-    /// A point of the tool's frame in the body's.
+    /// Converts a point from the tool's frame to the body's.
     pub fn in_body(&self, point: [f32; 3]) -> [f32; 3] {
         add(self.pivot, turned(self.turn, point))
     }
 }
 
-/// The tools, as far as they are engaged.
+/// The chosen tools; those not engaged have no contact.
 #[derive(Clone, Copy)]
 pub(crate) struct Proxies<'a>(pub &'a [ToolState]);
 
@@ -128,19 +128,19 @@ pub(crate) struct Proxies<'a>(pub &'a [ToolState]);
 #[derive(Debug, Clone, Copy)]
 pub struct ToolState {
     pub(crate) proxy: Proxy,
-    /// Whether it is engaged.
+    /// True if it is engaged.
     pub(crate) is_in: bool,
-    /// What it met behind the last sweeps.
+    /// Its contact after the last sweeps.
     pub(crate) met: super::Meeting,
-    /// How far it went in this tick, and its turn as axis times angle.
+    /// Its displacement in this tick, and its rotation as axis times angle.
     pub(crate) way: [f32; 3],
-    /// And in the last one.
+    /// The displacement in the last tick.
     pub(crate) way_before: [f32; 3],
     pub(crate) spin: [f32; 3],
-    /// Where it was asked to go, and how it was to be turned.
+    /// Its target position and rotation.
     pub(crate) target: [f32; 3],
     pub(crate) target_turn: Turn,
-    /// Share of their time that its grips lose in a tick.
+    /// Share of the release time that its grips lose per tick.
     pub(crate) fade: f32,
     /// Work of its move in this tick, internal units.
     pub(crate) work: f32,
@@ -174,7 +174,7 @@ impl ToolState {
         work: 0.0,
     };
 
-    /// All bits 0, for static memory that takes up no flash: a tool is put there when it is chosen.
+    /// All bits 0, for static memory that takes up no flash: choosing a tool overwrites it.
     pub(crate) const EMPTY: Self = Self {
         proxy: Proxy::EMPTY,
         met: super::Meeting { nearest: 0.0, ..super::Meeting::NONE },

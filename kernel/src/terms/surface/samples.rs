@@ -1,9 +1,9 @@
-//! Sample points of a triangle: the centres of the equal parts that its edges are cut into.
+//! Sample points of a triangle: the centres of its equal parts.
 
 use crate::number::cell::{add, scale, sub};
 
-/// Calls `visit(weights, point)` for the samples of a triangle whose edges are cut into `parts`
-/// parts, always in the same order; the weights are those of its corners.
+/// Calls `visit(weights, point)` for the samples of a triangle whose edges are cut into `parts` parts, always
+/// in the same order; the weights are those of its corners.
 #[inline(always)]
 pub(crate) fn each(
     parts: u16,
@@ -15,7 +15,7 @@ pub(crate) fn each(
     let part = 1.0 / f32::from(parts);
     for i in 0..parts {
         for j in 0..parts - i {
-            // The part that stands as the triangle does, then its neighbour that is turned.
+            // The part oriented like the triangle, then its inverted neighbour.
             for third in [THIRD, 2.0 * THIRD] {
                 if third > 0.5 && i + j + 1 >= parts {
                     continue;

@@ -1,4 +1,4 @@
-//! The triangles that tools may touch in a tick.
+//! Search for the triangles that tools may touch in a tick.
 
 use core::array;
 
@@ -14,18 +14,18 @@ use crate::number::sqrt::sqrt;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NearTriangle {
     pub(crate) corners: [u16; 3],
-    /// Into so many parts each edge is cut.
+    /// Subdivisions of an edge.
     pub(crate) parts: u16,
     /// Stiffness of all samples together [2 `k_ref`].
     pub(crate) weight: f32,
-    /// At most the distance of its points from the part, less than 0 inside.
+    /// Lower bound of the distance of its points from the part, negative inside.
     pub(crate) distance: f32,
     /// The triangle, in the model's order.
     pub(crate) index: u32,
-    /// Its anchors, in the list.
+    /// Range of its anchors in the list.
     pub(crate) first: u16,
     pub(crate) held: u16,
-    /// The part: that of its tool plus [`PARTS_MAX`] times the tool.
+    /// Code of the part: its index plus [`PARTS_MAX`] times the tool.
     pub(crate) of: u8,
 }
 
@@ -58,7 +58,7 @@ impl NearTriangle {
         usize::from(self.of) / PARTS_MAX
     }
 
-    /// Which of its parts.
+    /// Index of its part.
     pub(crate) fn part(&self) -> usize {
         usize::from(self.of) % PARTS_MAX
     }
@@ -70,32 +70,31 @@ impl NearTriangle {
         anchors.get(first..first + usize::from(self.held)).unwrap_or(&[])
     }
 
-    /// Order of the list.
+    /// Sort key of the list.
     pub(crate) fn key(&self) -> (u32, u8) {
         (self.index, self.of)
     }
 }
 
-/// What a search found.
+/// Result of a search.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Near {
     /// Slots taken.
     pub count: usize,
-    /// Some triangle in reach found no slot.
+    /// True if some triangle in reach found no slot.
     pub full: bool,
-    /// At most the distance of the surface from the cores of each tool.
+    /// Lower bound of the surface's distance from the cores of each tool.
     pub distance: [f32; TOOLS_MAX],
-    /// At least the distance of the surface from the pivot of each tool that has a half space; 0 of the
-    /// others.
+    /// Upper bound of the surface's distance from the pivot of each tool with a half space; 0 for the others.
     pub extent: [f32; TOOLS_MAX],
 }
 
-/// Finds the triangles that tools may touch while they go by `reach` times the smallest radius of
-/// their parts at most; in the order of the triangles. Where there are more than slots, those are kept
-/// that are deepest in the tools.
+/// Finds the triangles that tools may touch while they move by at most `reach` times the smallest radius of
+/// their parts, in the order of the triangles. If there are more than slots, those deepest in the tools are
+/// kept.
 ///
-/// Cost: one look at each triangle of the surface for each part of an engaged tool; where slots are
-/// lacking, at most 2 log2(slots) moves for each further one and for each slot.
+/// Cost: one look at each triangle of the surface for each part of an engaged tool; if slots are lacking,
+/// also at most 2 log2(slots) moves for each further triangle and for each slot.
 pub(crate) fn search(
     surface: &ContactSurface<'_>,
     at: &impl Fn(usize) -> [f32; 3],
@@ -106,8 +105,9 @@ pub(crate) fn search(
         Near { count: 0, full: false, distance: [f32::MAX; TOOLS_MAX], extent: [0.0; TOOLS_MAX] };
     let is_endless = |tool: &ToolState| tool.is_in && tool.proxy.is_endless();
     let endless: [bool; TOOLS_MAX] = array::from_fn(|tool| tools.get(tool).is_some_and(is_endless));
-    // The largest triangle, and the nearest centre of one, both squared.
+    // The radius of the largest triangle, and the distance of the nearest centre of one, both squared.
     let (mut widest, mut nearest) = (0.0, [f32::MAX; TOOLS_MAX]);
+    // Compare each triangle with each part of each engaged tool.
     for (index, &corners) in surface.triangles.iter().enumerate() {
         let whole = Whole::of(corners.map(|cell| at(cell.into())));
         widest = if whole.squared > widest { whole.squared } else { widest };
@@ -132,6 +132,7 @@ pub(crate) fn search(
             }
         }
     }
+    // Restore the order, and turn the squares into bounds.
     if near.full {
         sort(slots);
     }
@@ -145,10 +146,10 @@ pub(crate) fn search(
     near
 }
 
-/// A triangle as a whole.
+/// Bounding circle of a triangle.
 struct Whole {
     middle: [f32; 3],
-    /// Square of the distance of the farthest corner from the middle.
+    /// Squared distance of the farthest corner from the middle.
     squared: f32,
 }
 
@@ -165,13 +166,13 @@ impl Whole {
         Self { middle, squared }
     }
 
-    /// Square of the middle's distance from a core; and at most the distance of the triangle's points
-    /// from the part, where the core is within `far` of them.
+    /// Squared distance of the middle from a core; and a lower bound of the distance of the triangle's points
+    /// from the part, if the core may be within `far` of them.
     #[inline(always)]
     fn within(&self, solid: &Solid, far: f32) -> (f32, Option<f32>) {
         let way = solid.way_to(self.middle);
         let squared = dot(way, way);
-        // Twice the sum of two squares is at least the square of the sum: most need no root.
+        // Twice the sum of two squares is at least the square of the sum: most triangles need no root.
         if squared > 2.0 * (far * far + self.squared) {
             return (squared, None);
         }
@@ -181,7 +182,7 @@ impl Whole {
 }
 
 impl Near {
-    /// The square of the distance of a triangle's middle from the pivot of a tool.
+    /// Updates the largest squared distance of a triangle's middle from the tool's pivot.
     fn stretch(&mut self, tool: usize, middle: [f32; 3], proxy: &Proxy) {
         let way = sub(middle, proxy.pivot);
         let squared = dot(way, way);
@@ -190,7 +191,7 @@ impl Near {
         }
     }
 
-    /// Gives what was found a slot, or that of the farthest one.
+    /// Stores a triangle in a free slot, or in place of the farthest one.
     fn take(&mut self, found: NearTriangle, slots: &mut [NearTriangle]) {
         if let Some(slot) = slots.get_mut(self.count) {
             *slot = found;
@@ -209,7 +210,7 @@ impl Near {
     }
 }
 
-/// Puts slots into the order of the triangles.
+/// Sorts the slots in the order of the triangles.
 fn sort(slots: &mut [NearTriangle]) {
     let later = |a: &NearTriangle, b: &NearTriangle| a.key() > b.key();
     (0..slots.len() / 2).rev().for_each(|root| sift(slots, root, later));
@@ -219,7 +220,7 @@ fn sort(slots: &mut [NearTriangle]) {
     }
 }
 
-/// Lets a slot sink to its place in a heap in which every slot is above those below it.
+/// Moves a slot down in a heap in which every slot is above its children.
 fn sift(
     slots: &mut [NearTriangle],
     mut root: usize,
@@ -257,7 +258,7 @@ mod tests {
         ToolState { proxy, is_in: true, ..ToolState::NONE }
     }
 
-    /// A strip of triangles along x, one after the other.
+    /// A strip of triangles along x.
     const STRIP: [[u16; 3]; 40] = {
         let mut strip = [[0; 3]; 40];
         let mut at = 0;
@@ -284,7 +285,7 @@ mod tests {
         let (near, all) = found(&[tool([5.0, 0.5, 1.0], 1.5)], 64);
         assert!(!near.full && all.len() > 4 && all.is_sorted(), "{all:?}");
         assert!(near.distance[0] > 0.0 && near.distance[0] <= 1.0, "{:?}", near.distance);
-        // No second tool, far from everything.
+        // There is no second tool: it is far from everything.
         assert!(near.distance[1] > 1e9);
         let nothing = found(&[tool([5.0, 0.5, 100.0], 1.5)], 64);
         assert!(nothing.1.is_empty() && nothing.0.distance[0] > 90.0);

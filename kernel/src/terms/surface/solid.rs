@@ -1,32 +1,30 @@
-//! The parts of a tool: convex bodies with rounded edges.
+//! Parts of a tool: convex bodies with rounded edges.
 //!
-//! A part is all that lies within a radius of its core, a box that may be flat in any axis: of a
-//! sphere it is a point, of a capsule a line, of a half space the half space below. A sample at a
-//! distance d from the core lies r - d deep, and is pushed straight away from the core's nearest
-//! point.
+//! A part is all that lies within a radius of its core, a box that may be flat in any axis: a point for a
+//! sphere, a line for a capsule, the half space below for a half space. A sample at a distance d from the
+//! core is r - d deep, and is pushed straight away from the core's nearest point.
 //!
-//! **The theorem** holds for each: half the squared depth curves upwards by at most 1. Along the way
-//! out it curves by 1, across it by -(r - d) / d or by 0. Inside the core the energy is that at the
-//! core's surface, and no sample is pushed there: it rises to that value and stays, which bends it
-//! downwards.
+//! **The theorem** holds for each part: half the squared depth curves upwards by at most 1. Along the normal
+//! it curves by 1, perpendicular to it by -(r - d) / d or by 0. Inside the core the energy is that at the
+//! core's surface, and no sample is pushed there: it rises to that value and stays, which bends it downwards.
 
 use crate::number::cell::{add, dot, scale, sub};
 use crate::number::kept::kept;
 use crate::number::turn::{Turn, cross, turned};
 
-/// A part of a tool as the tissue meets it, in the body's frame [mean link lengths].
+/// A part of a tool's proxy in the body's frame [mean link lengths].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Solid {
     pub centre: [f32; 3],
-    /// Turns the part's frame into the body's.
+    /// Rotation from the part's frame to the body's.
     pub turn: Turn,
     /// The core's lowest and highest coordinates in the part's frame.
     pub core: [[f32; 3]; 2],
-    /// Around the core. It grows where the tool was engaged in contact.
+    /// Radius around the core. It grows if the tool engaged in contact.
     pub radius: f32,
-    /// As it was chosen.
+    /// The full radius.
     pub whole: f32,
-    /// Of the sphere that samples and stiffness are chosen for.
+    /// Radius of the sphere that samples and stiffness are chosen for.
     pub sampled: f32,
 }
 
@@ -50,14 +48,14 @@ impl Solid {
         sampled: 0.0,
     };
 
-    /// All bits 0, for memory that nobody reads.
+    /// All bits 0, for memory that is never read.
     pub const EMPTY: Self = Self { turn: Turn::EMPTY, ..Self::NONE };
 
     fn is_ball(&self) -> bool {
         self.core == [[0.0; 3]; 2]
     }
 
-    /// The way from the core's nearest point to a point.
+    /// The vector from the core's nearest point to a point.
     #[inline(always)]
     pub fn way_to(&self, point: [f32; 3]) -> [f32; 3] {
         let way = sub(point, self.centre);
@@ -68,7 +66,7 @@ impl Solid {
         let [low, high] = self.core;
         let mut out = [0.0; 3];
         for ((out, at), (low, high)) in out.iter_mut().zip(place).zip(low.into_iter().zip(high)) {
-            // Not a difference of infinities: a core may be without end.
+            // No difference of infinities: a core may be unbounded.
             *out = if at < low {
                 at - low
             } else if at > high {
@@ -80,12 +78,12 @@ impl Solid {
         turned(self.turn, out)
     }
 
-    /// Whether it is a half space: its core has no end.
+    /// Returns true for a half space: its core is unbounded.
     pub fn is_endless(&self) -> bool {
         !self.core[1][0].is_finite()
     }
 
-    /// Half the edges of the core, and its middle in the body's frame.
+    /// Half edges of the core, and its middle in the body's frame.
     fn box_of_core(&self) -> ([f32; 3], [f32; 3]) {
         let [low, high] = self.core;
         let middle = scale(0.5, add(low, high));
@@ -97,8 +95,8 @@ impl Solid {
         self.box_of_core().1
     }
 
-    /// Whether a triangle runs through the core: no axis across a face or an edge of either keeps the
-    /// two apart. A ball's core is a point, which none runs through.
+    /// Returns true if a triangle intersects the core: no axis across a face or an edge of either separates
+    /// the two. A sphere's core is a point, which never intersects.
     pub fn is_crossed(&self, corners: [[f32; 3]; 3]) -> bool {
         if self.is_ball() || self.is_endless() {
             return false;
@@ -110,6 +108,7 @@ impl Solid {
             let along = [a, b, c].map(|corner| dot(axis, corner));
             along.iter().all(|x| *x > reach) || along.iter().all(|x| *x < -reach)
         };
+        // Test the box's faces, the triangle's face, and all pairs of edges.
         let units = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
         let edges = [sub(b, a), sub(c, b), sub(a, c)];
         let mut across = edges.iter().flat_map(|edge| units.map(|unit| cross(*edge, unit)));
@@ -118,7 +117,7 @@ impl Solid {
             || across.any(keeps_apart))
     }
 
-    /// The part of a tool at `pivot`, turned; the part itself is in the tool's frame.
+    /// The part of a tool at `pivot`, rotated; the part itself is in the tool's frame.
     pub fn placed(&self, pivot: [f32; 3], turn: Turn) -> Self {
         let centre = add(pivot, turned(turn, self.centre));
         Self { centre, turn: turn.after(self.turn), ..*self }
@@ -147,7 +146,7 @@ mod tests {
             core: [[-2.0, 0.0, 0.0], [2.0, 0.0, 0.0]],
             ..Solid::NONE
         };
-        // Turned by 90 degrees about z its line lies along y.
+        // Rotated by 90 degrees about z, its line is along y.
         for (point, way) in [
             ([1.5, 1.0, 0.0], [0.5, 0.0, 0.0]),
             ([1.0, 3.0, 0.0], [0.0, 1.0, 0.0]),

@@ -1,5 +1,5 @@
-//! What passes over the cells need of tools: the cells' bounds with it, and what it adds to
-//! their residuals.
+//! The tools' part in passes over the cells: the cells' bounds with the tools, and the tools' contribution to
+//! the residuals.
 
 use core::cell;
 
@@ -14,25 +14,24 @@ use crate::backend::slices::cells_of;
 use crate::number::cell::Cell;
 use crate::number::two_float::LANES;
 
-/// Tools among their triangles during a tick.
+/// The tools and their triangles in a tick.
 #[derive(Clone, Copy)]
 pub(crate) struct Touching<'a> {
     pub tools: Proxies<'a>,
     pub near: &'a [NearTriangle],
     pub anchors: &'a [Anchor],
-    /// The slices that have corners of these triangles.
+    /// The slices that contain corners of these triangles.
     pub slices: &'a SliceSet,
     /// 1 / W of every cell with the tools' part.
     pub mobility: &'a [f32],
-    /// The own part of every cell's direction over r / W with the tools' part; empty without an
-    /// elastic level.
+    /// The local part of every cell's direction over r / W, with the tools; empty without an elastic level.
     pub factors: &'a [f32],
-    /// What the tools add to the residuals, written anew for each pass in those slices.
+    /// The tools' contribution to the residuals, written anew in those slices for each pass.
     pub pulls: &'a [cell::Cell<Cell>],
 }
 
 impl Touching<'_> {
-    /// Works out what the tools add to the residuals of a pass at these outputs.
+    /// Computes the tools' contribution to the residuals of a pass at these outputs.
     pub fn pull(&self, at: &impl Fn(usize) -> [f32; 3]) {
         for slice in self.slices.iter(self.pulls.len().div_ceil(LANES)) {
             let cells = self.pulls.get(cells_of(slice, self.pulls.len()));
@@ -50,7 +49,7 @@ impl Touching<'_> {
         }
     }
 
-    /// What is added to the residuals of a slice, where something may be.
+    /// The contribution to the residuals of a slice; `None` if there is none.
     #[inline(always)]
     pub fn of_slice(&self, slice: usize) -> Option<Chunk> {
         if !self.slices.contains(slice) {
@@ -65,8 +64,7 @@ impl Touching<'_> {
     }
 }
 
-/// The tools that the tissue meets in this tick, if any; without size in a kernel without contact on
-/// surfaces.
+/// The tools in contact in this tick, if any; without size in a kernel without contact on surfaces.
 #[derive(Clone, Copy)]
 pub(crate) struct Touch<'a>([Option<Touching<'a>>; BUILT]);
 

@@ -1,4 +1,4 @@
-//! The bounds of the cells under tools.
+//! Stability bounds of the cells under tools.
 
 use crate::backend::slice_set::SliceSet;
 use crate::backend::slices::cells_of;
@@ -7,18 +7,19 @@ use crate::number::two_float::LANES;
 use crate::terms::surface::NearTriangle;
 use crate::tick::touch_room::{TouchArrays, TouchState};
 
-/// Room for the rounding of the cells' bounds.
+/// Margin for the rounding of the cells' bounds.
 const ROUNDED_UP: f32 = 1.001;
 
-/// The factors of an elastic level, where the model has one.
+/// The factors of an elastic coarse level, if the model has one.
 fn factors<'m>(model: &Model<'m>) -> &'m [f32] {
     let elastic = model.coarse_basis.and_then(|basis| basis.elastic());
     elastic.map_or(&[][..], |level| level.factors)
 }
 
-/// Puts the tools' part into the bounds of the cells at the triangles in reach.
+/// Adds the tools' part to the bounds of the cells at the triangles in reach.
 pub(super) fn enclose(model: &Model<'_>, arrays: &mut TouchArrays<'_>, count: usize) {
     let Some(state) = arrays.state.first_mut() else { return };
+    // Start from the model's bounds.
     let slices = model.slice_count();
     if state.is_filled {
         restore(model, state, arrays.mobility, arrays.factors);
@@ -27,6 +28,7 @@ pub(super) fn enclose(model: &Model<'_>, arrays: &mut TouchArrays<'_>, count: us
         arrays.factors.copy_from(factors(model));
         state.is_filled = true;
     }
+    // Find the slices with corners in reach, and clear their cells' bounds.
     state.count = count;
     state.slices = SliceSet::EMPTY;
     let near = arrays.near.get(..count).unwrap_or(&[]);
@@ -38,6 +40,7 @@ pub(super) fn enclose(model: &Model<'_>, arrays: &mut TouchArrays<'_>, count: us
             *bound = 0.0;
         }
     }
+    // Sum the triangles' parts per cell.
     for near in near {
         let weight = bound(near);
         for cell in near.corners {
@@ -46,6 +49,7 @@ pub(super) fn enclose(model: &Model<'_>, arrays: &mut TouchArrays<'_>, count: us
             }
         }
     }
+    // Combine them with the cells' bounds in the model.
     for cell in state.slices.iter(slices).flat_map(|slice| cells_of(slice, model.cells())) {
         let (Some(slot), Some(&own)) = (arrays.mobility.get_mut(cell), model.mobility.get(cell))
         else {
@@ -54,25 +58,25 @@ pub(super) fn enclose(model: &Model<'_>, arrays: &mut TouchArrays<'_>, count: us
         let more = ROUNDED_UP * *slot * own;
         *slot = own / (1.0 + more);
         if let Some(factor) = arrays.factors.get_mut(cell) {
-            // The own part by itself, f / W, is softened by the tools' bound as r / W is.
+            // The cell's part alone, f / W, is reduced by the tools' bound as r / W is.
             *factor *= (1.0 + more) / (1.0 + *factor * more);
         }
     }
 }
 
-/// Part of a triangle in the bound of each of its corners: a third of its stiffness in contact, and
-/// as much for what holds samples of it.
+/// Part of a triangle in the bound of each of its corners: a third of its contact stiffness, and as much
+/// again for anchors on its samples.
 fn bound(near: &NearTriangle) -> f32 {
     let third = near.weight * (1.0 / 3.0);
     if near.held > 0 { third + third } else { third }
 }
 
-/// The corners of triangles, each with its part in the bound.
+/// Corners of triangles, each with its part in the bound.
 pub(super) fn of_corners(near: &[NearTriangle]) -> impl Iterator<Item = (usize, f32)> {
     near.iter().flat_map(|near| near.corners.map(|cell| (cell.into(), ROUNDED_UP * bound(near))))
 }
 
-/// Gives the cells of the last tick's triangles their own bounds back.
+/// Restores the model's bounds at the cells of the last tick's triangles.
 fn restore(model: &Model<'_>, state: &TouchState, mobility: &mut [f32], own: &mut [f32]) {
     let factors = factors(model);
     for slice in state.slices.iter(model.slice_count()) {

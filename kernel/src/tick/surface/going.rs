@@ -1,4 +1,4 @@
-//! How far a tool's proxy goes towards its tool in a tick.
+//! Motion of a tool's proxy towards its tool in a tick.
 
 use crate::number::cell::{add, dot, scale, sub};
 use crate::number::sqrt::sqrt;
@@ -6,27 +6,27 @@ use crate::number::turn::Turn;
 use crate::terms::surface::{Meeting, NearTriangle, Proxy, ToolState};
 use crate::tick::begin;
 
-/// Where a sample comes nearer to a core than this share of the part's radius the tool gives way, and
-/// it goes no farther in a tick near the surface.
+/// If a sample comes nearer to a core than this share of the part's radius, the tool gives way. Near the
+/// surface the proxy moves at most this share of the radius per tick.
 pub(super) const HALF: f32 = 0.5;
 /// The tool presses only so far that no sample comes nearer than this, and gives way up to here. Between
-/// the two it stays: without room between them it would give way and come back in turn, farther each
-/// time, until the tissue slips past its middle.
+/// the two it stays: without this margin it would give way and come back in turn, farther each time, until
+/// the tissue slips past its middle.
 const FLOOR: f32 = 0.6;
-/// How far the tissue may come towards the tool in a tick, in radii.
+/// Largest motion of the tissue towards the tool per tick, in radii.
 pub(super) const COMING: f32 = 0.25;
-/// Looks for how far it may go.
+/// Trials per tick to find the largest admissible motion.
 const LOOKS: usize = 4;
 
-/// A tool that goes.
+/// One tool's motion in a tick.
 pub(super) struct Go<'a> {
     pub tool: &'a ToolState,
     pub number: usize,
-    /// What its energy of contact may become.
+    /// Bound of its contact energy.
     pub room: f32,
-    /// At most the distance of the surface from its cores.
+    /// Lower bound of the surface's distance from its cores.
     pub distance: f32,
-    /// At least the distance of the surface from its pivot, where it has a half space.
+    /// Upper bound of the surface's distance from its pivot, for a tool with a half space.
     pub extent: f32,
     pub near: &'a [NearTriangle],
 }
@@ -36,12 +36,13 @@ impl Go<'_> {
         Meeting::of((proxy, self.number), (self.near, &[]), at)
     }
 
-    /// The proxy where it goes to, and the contact that it meets there.
+    /// Returns the proxy's new position, and its contact there.
     pub fn go(&self, at: &impl Fn(usize) -> [f32; 3]) -> (Proxy, Meeting) {
         let from = &self.tool.proxy;
         if from.is_away() {
             return (*from, Meeting::NONE);
         }
+        // Contact and size at the present position.
         let here = self.met(from, at);
         let share = if from.share < 1.0 { self.grown(at) } else { 1.0 };
         let way = sub(self.tool.target, from.pivot);
@@ -49,7 +50,7 @@ impl Go<'_> {
             return found;
         }
         let turn = self.tool.target_turn;
-        // What is in the way of going may not be in that of turning out of it.
+        // If the tissue blocks the translation, the rotation alone may be free.
         for pivot in [self.tool.target, from.pivot] {
             if let Some(found) = self.towards((pivot, turn), (share, &here), at) {
                 return found;
@@ -61,8 +62,8 @@ impl Go<'_> {
         (*from, here)
     }
 
-    /// The proxy as far on its way to a place and a turn as it may go from where it meets `here`, with a
-    /// share of its radii; none where a first step is too far.
+    /// Moves the proxy as far towards a pivot and a rotation as it may go from its contact `here`, with a
+    /// share of its radii. Returns `None` if even the last trial is too far.
     fn towards(
         &self,
         to: ([f32; 3], Turn),
@@ -70,12 +71,14 @@ impl Go<'_> {
         at: &impl Fn(usize) -> [f32; 3],
     ) -> Option<(Proxy, Meeting)> {
         let from = &self.tool.proxy;
+        // Bound the step by the distance to the surface.
         let length = self.length(to);
         let radius = from.radius_min();
         let free = self.distance - from.radius_max();
         let near = HALF * from.share * radius;
         let stride = if free > near { free } else { near };
         let mut part = if length > stride { stride / length } else { 1.0 };
+        // Shorten the step until it is neither too deep nor too much energy.
         for _ in 0..LOOKS {
             let next = self.between(to, part, share);
             let meeting = self.met(&next, at);
@@ -87,8 +90,7 @@ impl Go<'_> {
             if !is_deep && !is_loaded {
                 return Some((next, meeting));
             }
-            // A secant between here and there, a little less than it says; half the way for the
-            // energy.
+            // Try slightly less than the secant's root; half the step if the energy is too high.
             let (to_floor, fall) = (here.nearest - floor, here.nearest - meeting.nearest);
             let secant = 0.98 * to_floor / fall;
             let is_sound = !is_loaded && secant > 0.0;
@@ -106,7 +108,7 @@ impl Go<'_> {
         None
     }
 
-    /// At most the way of a point of its cores; of a half space, of those that the surface may be at.
+    /// Upper bound of the motion of a core's point; for a half space, of the points near the surface.
     fn length(&self, (target, turn): ([f32; 3], Turn)) -> f32 {
         let from = &self.tool.proxy;
         let way = sub(target, from.pivot);
@@ -116,7 +118,7 @@ impl Go<'_> {
         sqrt(dot(way, way)) + arm * sqrt(dot(spin, spin))
     }
 
-    /// The tool at a part of a way, with a share of its radii.
+    /// The tool at a part of its motion, with a share of its radii.
     fn between(&self, (target, turn): ([f32; 3], Turn), part: f32, share: f32) -> Proxy {
         let from = &self.tool.proxy;
         if part >= 1.0 {
@@ -126,7 +128,7 @@ impl Go<'_> {
         from.at(pivot, from.turn.towards(turn, part), share)
     }
 
-    /// The share of its radii that a tool grows to: no sample comes nearer to a core than half of it.
+    /// The share of its radii to which a tool grows: no sample comes nearer to a core than half of it.
     fn grown(&self, at: &impl Fn(usize) -> [f32; 3]) -> f32 {
         let from = &self.tool.proxy;
         let whole = self.met(&from.at(from.pivot, from.turn, 1.0), at);
@@ -135,8 +137,8 @@ impl Go<'_> {
         if grown > from.share { grown } else { from.share }
     }
 
-    /// Where the tissue has come nearer to a core than half a radius: out along the force, unless the tool
-    /// goes farther out by itself. That lowers the energy of contact.
+    /// If the tissue has come nearer to a core than half a radius, moves the proxy out along the force,
+    /// unless the tool itself moves farther out. That lowers the contact energy.
     fn retreat(
         &self,
         here: &Meeting,

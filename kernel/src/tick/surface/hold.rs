@@ -1,4 +1,4 @@
-//! What holds samples: friction's anchors and grips, from tick to tick.
+//! Anchors of friction and grips, from tick to tick.
 
 use super::{energy_of, follow};
 use crate::number::two_float::TwoFloat;
@@ -7,7 +7,7 @@ use crate::terms::surface::{
 };
 use crate::tick::touch_room::TouchArrays;
 
-/// Tells the triangles in reach which anchors are theirs; both are in the order of the triangles.
+/// Assigns anchors to the triangles in reach; both lists are in the order of the triangles.
 pub(super) fn regroup(arrays: &mut TouchArrays<'_>, count: usize) {
     let Some(state) = arrays.state.first_mut() else { return };
     state.count = count;
@@ -26,8 +26,8 @@ pub(super) fn regroup(arrays: &mut TouchArrays<'_>, count: usize) {
     }
 }
 
-/// Anchors follow their tools and grips that are let go fade. The energy that all tools then meet;
-/// where that is more than there is room for, nothing is held any more.
+/// Moves anchors with their tools and fades released grips. Returns the contact energy of all tools; if it
+/// exceeds `room`, all anchors are dropped.
 pub(super) fn loaded(
     arrays: &mut TouchArrays<'_>,
     room: f32,
@@ -36,6 +36,7 @@ pub(super) fn loaded(
     let Some(state) = arrays.state.first().copied() else { return TwoFloat::ZERO };
     let first = if state.is_second { arrays.anchors.len() / 2 } else { 0 };
     let anchors = arrays.anchors.get_mut(first..first + state.anchors).unwrap_or_default();
+    // Fade the released grips.
     for anchor in &mut *anchors {
         let tool = arrays.tools.get(usize::from(anchor.part) / PARTS_MAX);
         if anchor.is_grip()
@@ -50,6 +51,7 @@ pub(super) fn loaded(
     if state.anchors == 0 || energy.hi <= room {
         return energy;
     }
+    // Drop all anchors.
     for near in arrays.near.iter_mut().take(state.count) {
         near.held = 0;
     }
@@ -59,8 +61,8 @@ pub(super) fn loaded(
     energy_of(arrays, at)
 }
 
-/// Gives every sample in contact the anchor that it has from now on. What that does to the energy,
-/// rounded up, and whether some sample found no slot.
+/// Gives every sample in contact its anchor for the next tick. Returns the change of the energy, rounded up,
+/// and whether some sample found no slot.
 pub(super) fn renew_all(
     arrays: &mut TouchArrays<'_>,
     at: &impl Fn(usize) -> [f32; 3],
@@ -76,6 +78,7 @@ pub(super) fn renew_all(
         Some(held) if !held.is_grip() || held.share > 0.0 => held.after(sample, state.friction),
         _ => Anchor::new(sample, (near.index, near.of), state.friction),
     });
+    // A tool that holds nothing has finished its release.
     for tool in 0..arrays.tools.len() {
         let holds = held_by(arrays, tool) > 0;
         if let Some(tool) = arrays.tools.get_mut(tool).filter(|_| !holds) {
@@ -87,8 +90,8 @@ pub(super) fn renew_all(
     (after.minus(before).plus(rounding.into()), full)
 }
 
-/// A tool grips the samples that it is in contact with, where they are. How many it holds, and what
-/// that does to the energy.
+/// A tool grips its samples in contact where they are. Returns the number of samples, the change of the
+/// energy, and whether some sample found no slot.
 pub(in crate::tick) fn take_hold(
     arrays: &mut TouchArrays<'_>,
     tool: usize,
@@ -111,7 +114,7 @@ pub(in crate::tick) fn take_hold(
     (held, after.minus(before).plus(rounding.into()), full)
 }
 
-/// Writes the other half of the list anew and goes over to it.
+/// Writes the anchors into the other half of the list and switches to it.
 fn exchange(
     arrays: &mut TouchArrays<'_>,
     at: &impl Fn(usize) -> [f32; 3],
@@ -131,19 +134,19 @@ fn exchange(
     full
 }
 
-/// What a list of tools holds.
+/// Number of samples that a tool grips.
 pub(in crate::tick) fn held_by(arrays: &TouchArrays<'_>, tool: usize) -> usize {
     let of = |anchor: &&Anchor| usize::from(anchor.part) / PARTS_MAX == tool;
     arrays.anchors().iter().filter(of).filter(|anchor| anchor.is_grip()).count()
 }
 
 impl ToolState {
-    /// Whether its proxy is where the tool is.
+    /// Returns true if the proxy is at the tool's pose.
     pub(super) fn is_at_target(&self) -> bool {
         self.proxy.pivot == self.target && self.proxy.turn == self.target_turn
     }
 
-    /// Whether it is also as large.
+    /// Returns true if it also has its full size.
     pub(super) fn is_there(&self) -> bool {
         self.is_at_target() && self.proxy.share >= 1.0 && self.fade <= 0.0
     }

@@ -10,15 +10,14 @@ use crate::tick::begin;
 use crate::tick::order::Tick;
 use crate::tick::touch_room::TouchArrays;
 
-/// Least share of its radii with which a tool begins: the tissue would close over a smaller one.
+/// Least share of its radii with which a tool starts: the tissue would close over a smaller one.
 const LEAST: f32 = 0.04;
 
-/// The middle of a core of a tool that begins or grows lies outside the body by this share of its radius at
-/// least.
+/// Least distance of a core's middle from the body for a tool that starts or grows, as a share of its radius.
 const OUT: f32 = 1.0 / 16.0;
 
-/// Whether a core of a tool lies in the body, be it in part, or its middle nearer to it than a share of
-/// the radius. A half space has no inside: it pushes all tissue the same way.
+/// Returns true if a core of a tool lies at least partly in the body, or if its middle is nearer to it than
+/// `margin` radii. A half space has no inside: it pushes all tissue in one direction.
 fn is_inside(
     model: &Model<'_>,
     (tool, number): (&ToolState, usize),
@@ -37,8 +36,7 @@ fn is_inside(
     })
 }
 
-/// The tool as it begins, and the contact that it meets: with an energy within `room`. One that waits
-/// has `waited`.
+/// The starting tool and its contact, with an energy within `room`. `waited`: the tool has waited inside.
 pub(super) fn begun(
     model: &Model<'_>,
     (tool, number): (&ToolState, usize),
@@ -59,8 +57,8 @@ pub(super) fn begun(
     if meets.energy.hi <= room { (begun, meets) } else { (with(nearest), Meeting::NONE) }
 }
 
-/// Lets tools that grow wait where the tissue has closed over them; what that does to the energy,
-/// `None` where there is none.
+/// Makes growing tools wait if the tissue has closed over them. Returns the change of the energy, `None` if
+/// there is none.
 fn closed_over(
     model: &Model<'_>,
     arrays: &mut TouchArrays<'_>,
@@ -84,7 +82,7 @@ fn closed_over(
 }
 
 impl<D: Dynamics> Tick<'_, '_, D> {
-    /// Lets tools wait that the sweeps of this tick have left inside the body.
+    /// Makes tools wait that the sweeps of this tick have left inside the body.
     pub(super) fn leave_inside(&mut self) {
         let model = self.network.model();
         let at = places(model, &*self.state);

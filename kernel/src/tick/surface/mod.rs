@@ -1,33 +1,32 @@
-//! The tools' part of a tick on a model with a contact surface, see
-//! [`surface`](crate::terms::surface).
+//! Contact of tools in a tick on a model with a contact surface, see [`surface`](crate::terms::surface).
 //!
-//! **The tissue meets a proxy of each tool.** It goes to where the tool is, with three exceptions, each
-//! marked by flag 1 ([`Flags::MOTION_CLAMPED`]) and made up for in later ticks:
+//! **The tissue meets a proxy of each tool.** The proxy follows the tool, with three exceptions, each marked
+//! by flag 1 ([`Flags::MOTION_CLAMPED`]) and made up for in later ticks:
 //!
-//! - **Never through.** It goes only so far that no sample comes nearer to a part's core than 0.6 of its
-//!   radius; where the tissue comes nearer than half by itself, it gives way. A tool that goes deeper
-//!   leaves it behind, and the force stays. Where it cannot go it may still turn: a tool that turns out of
-//!   the tissue is free.
-//! - It goes by half a radius a tick at most while the surface is near; far from it by as much as
-//!   the surface is away, so that it never jumps over it.
-//! - It goes only so far as the model's largest energy allows. A move that lowers the energy is
-//!   never shortened.
+//! - **Never through.** It moves only so far that no sample comes nearer to a part's core than 0.6 of its
+//!   radius; if the tissue itself comes nearer than half, the proxy gives way. A tool that goes deeper leaves
+//!   its proxy at the surface, and the force stays. A blocked proxy may still rotate: a tool that rotates out
+//!   of the tissue becomes free.
+//! - It moves by at most half a radius per tick while the surface is near; far from it by at most the
+//!   distance of the surface, so that it never jumps over it.
+//! - It moves only so far as the model's largest energy allows. A motion that lowers the energy is never
+//!   shortened.
 //!
-//! A tool that is engaged in contact or inside the body begins as [`begin`](crate::tick::begin) says.
+//! A tool that engages in contact or inside the body starts as [`begin`](crate::tick::begin) describes.
 //!
-//! **Energy.** The level changes by what the moves do to the term's energy at the positions as they
-//! are. What the hand feels is less: the sweeps take the rest out of the body within the tick. The
-//! work that the device is charged for is the mean of the forces before and after, times the way, and
-//! that of the torques, times the turn.
+//! **Energy.** The level changes by the term's energy change due to the moves at the present positions. The
+//! hand feels less: the sweeps remove the rest from the body within the tick. The work charged to the device
+//! is the mean of the forces before and after times the displacement, plus the same of the torques times the
+//! rotation.
 //!
-//! **Late ticks** move nothing: the proxies go on in the next tick with a sweep.
+//! **Late ticks** move nothing: the proxies move in the next tick with a sweep.
 //!
-//! Cost a tick while engaged: one look at each triangle of the surface for each part of a tool, up to
-//! twelve looks at the samples of those in reach, and one a sweep; with friction or grips two more.
+//! Cost per tick while engaged: one look at each triangle of the surface for each part of a tool, up to
+//! twelve looks at the samples of those in reach, and one per sweep; with friction or grips two more.
 //!
-//! - `going`: how far a proxy goes.
+//! - `going`: motion of a proxy.
 //! - `inside`: tools inside the body.
-//! - `bounds`: the bounds of the cells under tools.
+//! - `bounds`: stability bounds of the cells under tools.
 
 mod bounds;
 mod going;
@@ -54,7 +53,7 @@ pub(super) use hold::{held_by, take_hold};
 /// Largest coordinate of a tool [mean link lengths], so that its square stays finite.
 const PLACE_MAX: f32 = 2.0e6;
 
-/// Where cells are published, in single precision.
+/// Published cell positions in single precision.
 pub(super) fn places<'a, N: Number>(
     model: &Model<'_>,
     state: &'a [Cell<N>],
@@ -63,7 +62,7 @@ pub(super) fn places<'a, N: Number>(
     move |cell| state.get(cell).map_or([0.0; 3], |v| single(output(v.xyz(), k)))
 }
 
-/// What all engaged tools meet, in energy, and what each does.
+/// Contact energy of all engaged tools, and of each.
 fn energies_of(
     arrays: &TouchArrays<'_>,
     at: &impl Fn(usize) -> [f32; 3],
@@ -79,33 +78,33 @@ fn energies_of(
     (all, own)
 }
 
-/// What all engaged tools meet, in energy.
+/// Contact energy of all engaged tools.
 fn energy_of(arrays: &TouchArrays<'_>, at: &impl Fn(usize) -> [f32; 3]) -> TwoFloat {
     energies_of(arrays, at).0
 }
 
-/// A place in the frame of the mesh \[m\] in mean link lengths from the body's centre.
+/// Converts a position in the mesh's frame \[m\] to mean link lengths from the body's centre.
 fn internal(model: &Model<'_>, position_m: [f32; 3]) -> [f32; 3] {
     sub(position_m, model.centre_m()).map(|way| (way / model.unit_m()).clamp(-PLACE_MAX, PLACE_MAX))
 }
 
-/// Whether a tool begins or ceases to be engaged.
+/// Change of a tool's engagement in a tick.
 #[derive(Clone, Copy, PartialEq)]
 enum Edge {
     None,
     In,
-    /// It is engaged and has waited.
+    /// The tool is engaged and has waited inside the body.
     Waits,
     Out,
 }
 
 impl ToolState {
-    /// Whether it is engaged and has no contact yet.
+    /// Returns true if the tool is engaged and has no contact yet.
     pub(crate) fn waits(&self) -> bool {
         self.is_in && self.proxy.is_away()
     }
 
-    /// A tick begins: the tool is engaged or lets go. One that waits is engaged anew.
+    /// Starts a tick: the tool engages or releases. One that waits engages anew.
     fn engage(&mut self, pose: Option<&ToolPose>) -> Edge {
         (self.way, self.spin) = ([0.0; 3], [0.0; 3]);
         match pose.map(|pose| pose.engaged == 1) {
@@ -123,14 +122,14 @@ impl ToolState {
         }
     }
 
-    /// The tool lets go.
+    /// Releases the tool.
     pub(crate) fn leave(&mut self) {
         self.is_in = false;
         self.met = Meeting::NONE;
         (self.way, self.spin, self.fade) = ([0.0; 3], [0.0; 3], 0.0);
     }
 
-    /// Takes a pose as its target, by the step limit; whether that bit.
+    /// Sets the target from a pose, within the step limit. Returns true if the limit shortened it.
     fn aim(&mut self, model: &Model<'_>, pose: &ToolPose, step: f32) -> bool {
         let wished = internal(model, pose.position_m.into());
         if let Some(turn) = pose.turn() {
@@ -147,15 +146,16 @@ impl ToolState {
 }
 
 impl<D: Dynamics> Tick<'_, '_, D> {
-    /// The tools follow their poses.
+    /// Moves the tools towards their poses.
     pub(super) fn press(&mut self, poses: &[ToolPose]) {
         if self.go(poses) {
             self.prepare();
         }
     }
 
-    /// The tools go on; whether there is something to prepare for.
+    /// Moves the tools. Returns true if the coarse level has to be prepared.
     fn go(&mut self, poses: &[ToolPose]) -> bool {
+        // Note the energy before, and set targets and engagement.
         let model = self.network.model();
         let step = self.network.settings().max_tool_step_m / model.unit_m();
         let at = places(model, &*self.state);
@@ -174,6 +174,7 @@ impl<D: Dynamics> Tick<'_, '_, D> {
                 stays &= *edge == Edge::None && (!tool.is_in || tool.is_there());
             }
         }
+        // Note the displacement of the first tool.
         if let Some(tool) = arrays.tools.first() {
             let start = internal(model, self.head.tool_origin_m);
             self.head.applied = sub(tool.target, start);
@@ -181,6 +182,7 @@ impl<D: Dynamics> Tick<'_, '_, D> {
         if self.is_late || (stays && sleeps) {
             return false;
         }
+        // Search the triangles in reach, and move the proxies.
         let found = model
             .contact_surface()
             .map(|surface| search(&surface, &at, (arrays.tools, HALF + COMING), arrays.near));
@@ -194,6 +196,7 @@ impl<D: Dynamics> Tick<'_, '_, D> {
         if arrays.tools.iter().any(|tool| tool.is_in && !tool.is_at_target()) {
             self.flags.insert(Flags::MOTION_CLAMPED);
         }
+        // Update bounds and level by the change of the energy.
         bounds::enclose(model, &mut arrays, found.count);
         let after = hold::loaded(&mut arrays, room, &at);
         if before != TwoFloat::ZERO || after != TwoFloat::ZERO {
@@ -210,8 +213,8 @@ impl<D: Dynamics> Tick<'_, '_, D> {
         true
     }
 
-    /// Prepares the coarse level for the tools: an elastic one for what they meet, that of links, on
-    /// which the level's certificate rests, for all triangles in reach.
+    /// Prepares the coarse level for the tools: an elastic one for their contacts; the one of links, on which
+    /// the level's certificate relies, for all triangles in reach.
     fn prepare(&mut self) {
         let (terms, model) = (self.terms(), self.network.model());
         let at = places(model, &*self.state);
@@ -222,7 +225,7 @@ impl<D: Dynamics> Tick<'_, '_, D> {
         coarse.prepare(terms, Under { tools: Proxies(arrays.tools), near, anchors }, &at);
     }
 
-    /// All tools let go: the term's energy at the samples is gone.
+    /// Releases all tools and removes their contact energy from the level.
     pub(super) fn leave_surface(&mut self) {
         let model = self.network.model();
         let at = places(model, &*self.state);
@@ -241,13 +244,14 @@ impl<D: Dynamics> Tick<'_, '_, D> {
         }
     }
 
-    /// What the tools meet behind the sweeps: the force on the first in internal units; the work of
-    /// their moves is booked.
+    /// Computes the contacts after the sweeps. Books the work of the tools' moves and returns the force on
+    /// the first tool in internal units.
     pub(super) fn feel(&mut self) -> [f32; 3] {
         self.leave_inside();
         let model = self.network.model();
         let at = places(model, &*self.state);
         let Some(mut arrays) = self.touch.arrays(self.state.len()) else { return [0.0; 3] };
+        // Renew the anchors.
         let (change, full) = hold::renew_all(&mut arrays, &at);
         if full {
             self.flags.insert(Flags::CONTACT_CAPACITY);
@@ -255,6 +259,7 @@ impl<D: Dynamics> Tick<'_, '_, D> {
         if change != TwoFloat::ZERO {
             self.head.level.shift(change);
         }
+        // Book each tool's work and note its contact.
         let mut work = 0.0;
         for number in 0..arrays.tools.len() {
             let Some(tool) = arrays.tools.get(number).filter(|tool| tool.is_in) else { continue };
@@ -272,8 +277,8 @@ impl<D: Dynamics> Tick<'_, '_, D> {
     }
 }
 
-/// The proxies go towards their tools; whether one moved or grew, and how much of the last
-/// tick's moves they make again, at most 1.
+/// Moves the proxies towards their tools. Returns whether a proxy changed, and this tick's motion along the
+/// last one's, 0 to 1.
 fn advance(
     model: &Model<'_>,
     arrays: &mut TouchArrays<'_>,
@@ -281,7 +286,7 @@ fn advance(
     (edges, room, own): ([Edge; TOOLS_MAX], f32, [f32; TOOLS_MAX]),
     at: &impl Fn(usize) -> [f32; 3],
 ) -> (bool, f32) {
-    // What the others have: those before it as they go, those behind it as they are.
+    // Contact energy of the other tools: new for those already moved, old for the rest.
     let (mut moved, mut taken) = (false, own.iter().fold(0.0, |sum, own| sum + own));
     let (mut along, mut last) = (0.0, 0.0);
     let reach = found.distance.iter().zip(&found.extent);
@@ -291,6 +296,7 @@ fn advance(
         let near = arrays.near();
         let is_new = edge != Edge::None;
         let room = room - taken;
+        // Start or move the proxy.
         let (proxy, met) = if is_new {
             inside::begun(model, (tool, number), (edge == Edge::Waits, room), near, at)
         } else {
@@ -298,6 +304,7 @@ fn advance(
         };
         taken += met.energy.hi;
         let from = tool.proxy;
+        // Note its motion, for the work and for the extrapolation.
         if let Some(tool) = arrays.tools.get_mut(number) {
             if !is_new {
                 tool.way = sub(proxy.pivot, from.pivot);
@@ -314,7 +321,7 @@ fn advance(
     (moved, if ratio < 1.0 { ratio } else { 1.0 })
 }
 
-/// Anchors go where their tools have gone.
+/// Moves anchors with their tools.
 fn follow(anchors: &mut [Anchor], tools: &[ToolState]) {
     for anchor in anchors {
         if let Some(tool) = tools.get(usize::from(anchor.part) / PARTS_MAX) {

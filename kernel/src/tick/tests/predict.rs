@@ -1,4 +1,4 @@
-//! The fields, and what a prediction does to force, bits and certificate.
+//! The response fields, and the effect of a prediction on force, bits and certificate.
 
 use std::vec::Vec;
 
@@ -23,14 +23,14 @@ static SLACK: &[u8] = crate::include_model!("../../../../tests/data/varied300.ch
 const CELLS: usize = 499;
 /// Input ids.
 const HELD: [u32; 7] = [415, 435, 436, 438, 439, 457, 477];
-/// The organ, and where the kernel knows shapes the block, with the nodes that the tool holds.
+/// The organ and, if the kernel supports nodal shapes, the block, with the nodes that the tool holds.
 const BODIES: &[(&[u8], &[u32])] = &[
     (ORGAN, &HELD),
     #[cfg(feature = "nodal")]
     (SHAPES, &[59, 63, 83]),
 ];
 const ROOM: usize = 160;
-/// The first of the fields among the arrays of the scheme.
+/// Index of the first field among the arrays of the scheme.
 const TRACK: usize = <Track as Dynamics>::ARRAYS;
 
 type Body<D> = Tissue<CELLS, D, 16, CELLS>;
@@ -42,12 +42,12 @@ fn network(image: &'static [u8], sweeps: u16) -> Network<'static> {
     Network::new(model, Settings { max_tool_step_m: 1.0, ..settings }).unwrap()
 }
 
-/// The cells of the organ that its tool holds.
+/// The organ's cells that the tool holds.
 fn held() -> Vec<u16> {
     cells(ORGAN, &HELD)
 }
 
-/// Cells of nodes.
+/// The cells of input nodes.
 fn cells(image: &'static [u8], ids: &[u32]) -> Vec<u16> {
     let model = Model::from_bytes(image).unwrap();
     let mut cells: Vec<u16> = ids.iter().filter_map(|&id| model.cell_of_input(id)).collect();
@@ -55,7 +55,7 @@ fn cells(image: &'static [u8], ids: &[u32]) -> Vec<u16> {
     cells
 }
 
-/// A body at rest whose tool holds the cells.
+/// A body at rest with its held cells chosen.
 fn body<D: Dynamics>(network: &Network<'_>, held: &[u16]) -> std::boxed::Box<Body<D>> {
     let mut body = std::boxed::Box::new(Body::<D>::new());
     body.reset(network).unwrap();
@@ -63,7 +63,7 @@ fn body<D: Dynamics>(network: &Network<'_>, held: &[u16]) -> std::boxed::Box<Bod
     body
 }
 
-/// A press with a way aside, `way` mean link lengths a tick.
+/// A press with a sideways motion, `way` mean link lengths per tick.
 fn sample(model: &Model<'_>, tick: u16, way: f32) -> ToolPose {
     let depth = way * f32::from(tick) * model.unit_m();
     ToolPose::at(Vector3::new(0.4 * depth, -0.2 * depth, -depth), 1)
@@ -122,8 +122,7 @@ fn one_sweep_with_prediction_is_nearer_than_two_without() {
     assert!(one < 0.02 && one < 0.5 * two, "{one}, without prediction {two}");
 }
 
-/// Poses that come too late for a sweep move no point of the sweeps; the next pass starts where it
-/// does without them.
+/// Poses too late for a sweep move no point of the sweeps; the next pass starts where it would without them.
 #[test]
 fn a_late_pose_leaves_the_fields_to_the_next_pass() {
     let network = network(ORGAN, 1);
@@ -161,7 +160,7 @@ fn every_unit_and_any_sleep_give_the_same_bits() {
         plain,
         press::<Predict<ROOM>>(&network, |tissue| tissue.forbid_sleep(network.model()))
     );
-    // Another path than that of `track`.
+    // The path differs from that of `track`.
     assert_ne!(plain.1, press::<Track<ROOM>>(&network, |_| {}).1);
 }
 
@@ -214,7 +213,7 @@ fn the_fields_outlive_positions_from_outside_and_end_with_the_choice() {
     assert_ne!(fields(&mut body), before);
 }
 
-/// Choosing the same cells again costs nothing, and gives the bits of a first choice.
+/// Choosing the same cells again costs nothing and gives the bits of a first choice.
 #[test]
 fn the_fields_outlive_a_reset_and_are_worked_out_anew_after_a_probe() {
     for &(image, ids) in BODIES {
@@ -229,7 +228,7 @@ fn the_fields_outlive_a_reset_and_are_worked_out_anew_after_a_probe() {
         };
         let mut body = body::<Predict<ROOM>>(&network, &held);
         let first = press(&mut body);
-        // A mark that working the fields out anew would remove.
+        // A mark that computing the fields anew would remove.
         let mark = |body: &mut Body<Predict<ROOM>>| body.view().own[fields].0[3] == 7.0;
         body.view().own[fields].0[3] = 7.0;
         body.reset(&network).unwrap();
@@ -244,7 +243,7 @@ fn the_fields_outlive_a_reset_and_are_worked_out_anew_after_a_probe() {
     }
 }
 
-/// Fields without any sense: the guard discards what they lead to, and the level holds.
+/// Meaningless fields: the guard discards their passes, and the level holds.
 #[test]
 fn wrong_fields_cost_a_discarded_pass_and_never_the_certificate() {
     for (&(image, ids), (strength, is_discarded)) in BODIES.iter().flat_map(|body| {

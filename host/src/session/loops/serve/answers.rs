@@ -1,4 +1,4 @@
-//! What leaves of each tick: a row of the recording and an answer, which goes where its pose came from.
+//! Outputs of each tick: a row of the recording, and an answer on the service from which the pose came.
 
 use chaincell_kernel::{Flags, TickOutput};
 
@@ -16,7 +16,7 @@ impl Run<'_> {
     pub(super) fn publish(&mut self, arrived: &Arrived, output: &TickOutput, step_ns: u64) {
         let sweeps = self.is_anytime().then_some(output.sweeps);
         let answer = self.session.answer(arrived, output, step_ns);
-        // First, so that no answer is seen whose tick a kill could lose.
+        // Recorded first, so that no answer is visible whose tick a kill could lose.
         let row = Row {
             pose: Pose { sweeps, ..arrived.first() },
             force: answer.force,

@@ -1,4 +1,4 @@
-//! A pose on its way to the tissue.
+//! An accepted pose on its way to the tissue.
 
 use chaincell_kernel::TOOLS_MAX;
 
@@ -11,18 +11,18 @@ use crate::session::ipc::tools::Asked;
 pub struct Arrived {
     /// Number of its tick.
     pub tick: u64,
-    /// The poses as they are executed: of the tools that were chosen by their parts, else of one.
+    /// The poses as they are executed: of the tools given by --tool, else of one.
     pub poses: Poses,
-    /// What its answer repeats.
+    /// Fields of its message that the answer repeats.
     pub asked: Asked,
-    /// When it came \[ns\].
+    /// Arrival time \[ns\].
     pub at_ns: u64,
-    /// There was a silence, a gap or a pause before it, or the device did not feel the last force: the
-    /// output stage's ramp begins anew.
+    /// True after a silence, a gap or a pause, or if the device did not feel the last force: the output
+    /// stage's ramp starts anew.
     pub restarts_ramp: bool,
-    /// Ticks in front of it that never came.
+    /// Number of ticks before it that never arrived.
     pub skipped: u16,
-    /// Which tools have no force, since they were not seen released yet.
+    /// Tools without a force, since they have not been released yet.
     pub release_first: [bool; TOOLS_MAX],
 }
 

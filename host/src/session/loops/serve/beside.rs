@@ -1,4 +1,4 @@
-//! What the serving loop does between two ticks: commands, pauses, states for viewers.
+//! Work of the serving loop between two ticks: commands, pauses, states for viewers.
 
 use chaincell_kernel::trace::{Command, CommandRecord};
 
@@ -15,7 +15,7 @@ impl Run<'_> {
         self.shared.voice().answer.map(|answer| answer.force)
     }
 
-    /// State and contacts are others than those that were sent last.
+    /// Marks state and contacts as changed since they were last sent.
     pub(super) fn changed(&mut self) {
         if let Some(state) = &mut self.state {
             state.feed.changed();
@@ -25,12 +25,13 @@ impl Run<'_> {
         }
     }
 
-    /// Commands, then states and contacts, between two ticks; `idle` where no pose waits.
+    /// Handles commands, then publishes states and contacts, between two ticks; `idle` if no pose waits.
     pub(super) fn beside(&mut self, idle: bool) {
         if self.commands.is_none() && self.state.is_none() && self.contacts.is_none() {
             return;
         }
         let now_ns = now_ns();
+        // One command.
         self.told_of_file();
         if self.commands.as_ref().is_some_and(|commands| commands.is_due(now_ns, idle))
             && let Some(request) = self.commands.as_mut().and_then(|of| of.receive(now_ns))
@@ -40,6 +41,7 @@ impl Run<'_> {
                 commands.reply(request, reply, is_later);
             }
         }
+        // The state, if it is due.
         if self.state.as_mut().is_some_and(|state| state.feed.is_due(now_ns, idle)) {
             let header = StateHeader {
                 tick: self.session.last_tick(),
@@ -54,6 +56,7 @@ impl Run<'_> {
                 state.send(header, self.session.engine);
             }
         }
+        // The contacts, if they are due.
         if self.contacts.as_mut().is_some_and(|contacts| contacts.feed.is_due(now_ns, idle)) {
             let header = ContactsHeader {
                 tick: self.session.last_tick(),
@@ -67,7 +70,7 @@ impl Run<'_> {
         }
     }
 
-    /// The hash of the last answer where it has one.
+    /// The hash of the last answer, or a new one if it has none.
     fn state_hash(&mut self) -> u64 {
         match self.answer() {
             Some(TickForce { state_hash: hash @ 1.., .. }) => hash,
@@ -75,7 +78,7 @@ impl Run<'_> {
         }
     }
 
-    /// The reply, and whether it is to wait until a snapshot is written.
+    /// Executes a command. Returns the reply, and whether it has to wait until a snapshot is written.
     fn carry_out(&mut self, message: &CommandMessage) -> (ReplyMessage, bool) {
         let done = message.command().and_then(|command| self.obey(&command));
         let reply = ReplyMessage {

@@ -1,10 +1,9 @@
-//! How many sweeps a tick may make: as many as fit the time between two poses.
+//! Sweep budget of a tick: as many sweeps as fit the time between two poses.
 //!
-//! The fewest that the contact needs are made in any case. A further sweep is made where it would
-//! end in time by the p99 of the last [`COSTS`] sweeps. The time is counted from the arrival of the
-//! pose. What stands behind the sweeps (hash, record, send) is measured and kept free. After a miss,
-//! a pose that came before the answer to the one before had left, sweeps count twice as long; that
-//! fades within a second.
+//! The minimum that the contact needs is always made. A further sweep is made if it would end in time by the
+//! p99 of the last [`COSTS`] sweeps. The time starts at the arrival of the pose. The time after the sweeps
+//! (hash, record, send) is measured and reserved. After a miss, that is a pose that arrived before the
+//! previous answer was sent, sweeps count twice as long; that fades within a second.
 
 use std::fmt;
 use std::str::FromStr;
@@ -14,31 +13,31 @@ use serde::{Deserialize, Serialize};
 use super::POSE_HZ;
 use crate::session::timing::clock::{PERIOD_NS, SECOND_NS};
 
-/// Gaps between poses that the period is the median of.
+/// Number of gaps between poses for the median period.
 const GAPS: usize = 64;
-/// Sweeps that the p99 is taken of.
+/// Number of sweeps for the p99.
 const COSTS: usize = 1000;
-/// Share of the pose period that a tick may take: the rest is the way of the messages.
+/// Share of the pose period that a tick may take: the rest is for the transport of the messages.
 const SHARE: f64 = 7.0 / 8.0;
 /// Largest factor after misses.
 const CARE_MAX: f64 = 16.0;
-/// Sweeps from one look at the p99 to the next.
+/// Sweeps between two updates of the p99.
 const LOOK_SWEEPS: u32 = 64;
 /// A gap of more than this many periods is a silence, not a slower controller.
 const SILENCE_PERIODS: u64 = 100;
-/// Longest budget that is taken \[us\].
+/// Longest budget that is accepted \[us\].
 pub const BUDGET_US_MAX: u32 = 1_000_000;
 
-/// How long the sweeps of a tick may take; as text `auto`, `off` or microseconds.
+/// Time limit for the sweeps of a tick; as text `auto`, `off` or microseconds.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
 pub enum SweepBudget {
-    /// As long as it takes: the settings' count.
+    /// No limit: the number of sweeps in the settings.
     Off,
     /// The pose period.
     #[default]
     Auto,
-    /// So long from the arrival of the pose \[us\].
+    /// This long from the arrival of the pose \[us\].
     Us(u32),
 }
 
@@ -81,13 +80,13 @@ impl fmt::Display for SweepBudget {
     }
 }
 
-/// The budget while it is kept. Allocates nothing after [`Self::new`].
+/// State of the budget. Allocates nothing after [`Self::new`].
 #[derive(Debug)]
 pub(super) struct TimeBudget {
     kind: SweepBudget,
-    /// Fewest sweeps of a tick.
+    /// Minimum number of sweeps of a tick.
     least: u16,
-    /// Shortest pose period that counts \[ns\].
+    /// Lower bound of the pose period \[ns\].
     shortest_ns: u64,
     gaps_ns: [u64; GAPS],
     gaps: usize,
@@ -97,12 +96,12 @@ pub(super) struct TimeBudget {
     new_costs: u32,
     /// p99 of a sweep \[ns\].
     sweep_ns: u64,
-    /// What comes behind the sweeps \[ns\].
+    /// Time after the sweeps \[ns\].
     behind_ns: u64,
-    /// Factor after a miss, and when it was.
+    /// Factor after a miss, and the time of the miss.
     care: f64,
     missed_at_ns: u64,
-    /// The tick under way.
+    /// The current tick.
     deadline_ns: u64,
     sweep_from_ns: u64,
     asked: u16,
@@ -130,7 +129,7 @@ impl TimeBudget {
         }
     }
 
-    /// So many poses came since the last time somebody looked, in this time.
+    /// Notes `poses` poses that arrived within `span_ns` since the last call.
     pub(super) fn arrived(&mut self, poses: u64, span_ns: u64) {
         let gap_ns = span_ns / poses.max(1);
         if gap_ns < SILENCE_PERIODS * PERIOD_NS {
@@ -139,14 +138,14 @@ impl TimeBudget {
         }
     }
 
-    /// Median of the last gaps between poses; not below that of the largest rate, since the poses of
-    /// a program that waits for each answer come as fast as the answers \[ns\].
+    /// Median of the last gaps between poses \[ns\]. It is at least that of the largest rate, since a program
+    /// that waits for each answer sends poses as fast as the answers.
     pub(super) fn period_ns(&self) -> u64 {
         let mut gaps_ns = self.gaps_ns;
         (*gaps_ns.select_nth_unstable(GAPS / 2).1).max(self.shortest_ns)
     }
 
-    /// The sweeps of a tick begin, for a pose that arrived at `arrival_ns`.
+    /// Starts the sweeps of a tick, for a pose that arrived at `arrival_ns`.
     pub(super) fn begin(&mut self, arrival_ns: u64, now_ns: u64) {
         let span_ns = match self.kind {
             SweepBudget::Off => u64::MAX,
@@ -160,7 +159,7 @@ impl TimeBudget {
         self.asked = 0;
     }
 
-    /// A sweep has ended: whether another one fits.
+    /// Notes the end of a sweep. Returns true if another one fits.
     pub(super) fn more(&mut self, now_ns: u64) -> bool {
         self.asked += 1;
         self.note(now_ns);
@@ -168,20 +167,20 @@ impl TimeBudget {
         self.asked < self.least || now_ns.saturating_add(sweep_ns) <= self.deadline_ns
     }
 
-    /// Whether a tick of so many sweeps in this time was the shortest there is, and yet longer than
-    /// the period.
+    /// Returns true if a tick with this many sweeps was as short as possible and still longer than the
+    /// period.
     pub(super) fn is_behind(&self, sweeps: u16, step_ns: u64) -> bool {
         sweeps <= self.least && step_ns > self.period_ns()
     }
 
-    /// The tick has ended after so many sweeps: the last one is noted where nobody asked behind it.
+    /// Ends a tick of `sweeps` sweeps, and notes the last one if [`Self::more`] was not called after it.
     pub(super) fn end(&mut self, now_ns: u64, sweeps: u16) {
         if self.asked < sweeps {
             self.note(now_ns);
         }
     }
 
-    /// The answer has left, `span_ns` after the last sweep; `missed` where the next pose was there
+    /// Notes that the answer was sent `span_ns` after the last sweep; `missed` if the next pose had arrived
     /// before.
     pub(super) fn answered(&mut self, span_ns: u64, missed: bool, now_ns: u64) {
         self.behind_ns = span_ns.max(self.behind_ns - self.behind_ns / 64);
@@ -191,7 +190,7 @@ impl TimeBudget {
         }
     }
 
-    /// By how much a sweep counts longer than it takes, after a miss.
+    /// Factor by which a sweep counts longer than it takes, after a miss.
     fn care(&self, now_ns: u64) -> f64 {
         let since = now_ns.saturating_sub(self.missed_at_ns) as f64 / SECOND_NS as f64;
         1.0 + (self.care - 1.0) * (1.0 - since).max(0.0)
@@ -225,7 +224,7 @@ mod tests {
 
     const US: u64 = 1000;
 
-    /// Sweeps of a tick that begins at `start_ns` with `sweep_ns` each, of at most `most`.
+    /// Number of sweeps, at most `most`, of a tick that starts at `start_ns` with `sweep_ns` per sweep.
     fn sweeps(budget: &mut TimeBudget, start_ns: u64, sweep_ns: u64, most: u64) -> u64 {
         budget.begin(start_ns, start_ns);
         let mut more = |done: &u64| budget.more(start_ns + done * sweep_ns);

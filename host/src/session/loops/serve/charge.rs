@@ -1,20 +1,20 @@
-//! Who is in charge of a session, the order of its ticks, and which tools it was seen to release.
+//! The publisher in charge of a session, the order of its ticks, and the tools that it released.
 
 use chaincell_kernel::{TOOLS_MAX, ToolPose};
 
 use super::arrived::Arrived;
 use crate::engine::order::{TickOrder, TickPlace, follows};
 
-/// What a session that goes on from a snapshot knows of the one before.
+/// State that a resumed session takes from the one before.
 #[derive(Debug, Clone, Copy)]
 pub struct Resumed {
     /// Last tick before the snapshot, 0 for none.
     pub tick: u64,
     /// Id of the publisher that was in charge, 0 for none.
     pub publisher: u128,
-    /// Which tools it was seen to release.
+    /// Tools that it was seen to release.
     pub released: [bool; TOOLS_MAX],
-    /// Whether it was paused.
+    /// True if it was paused.
     pub is_paused: bool,
 }
 
@@ -23,32 +23,31 @@ pub struct Resumed {
 pub struct Charge {
     publisher: Option<u128>,
     order: TickOrder,
-    /// From its last tick but one to its last.
+    /// Distance between its last two ticks.
     step: u64,
-    /// Whether a pose with the tool released has been seen, of each. Until then the tissue counts it as
-    /// not engaged.
+    /// True for each tool that was seen released. Until then the tissue treats it as not engaged.
     has_released: [bool; TOOLS_MAX],
-    /// Which tools go on in the tissue as they were, while the device is given no force until a release:
-    /// it felt nothing since the session was saved.
+    /// Tools that continue in the tissue while the device gets no force until a release: it has felt nothing
+    /// since the session was saved.
     withheld: [bool; TOOLS_MAX],
     resumed: Option<Resumed>,
     last_tick_before: u64,
 }
 
 impl Charge {
-    /// Nobody is in charge of a session that begins at rest.
+    /// No publisher is in charge of a session that starts at rest.
     #[must_use]
     pub fn new() -> Self {
         Self { step: 1, ..Self::default() }
     }
 
-    /// Nobody is in charge of a session that goes on.
+    /// No publisher is in charge yet of a session that resumes.
     #[must_use]
     pub fn resuming(resumed: Resumed) -> Self {
         Self { resumed: Some(resumed), last_tick_before: resumed.tick, ..Self::new() }
     }
 
-    /// Whether the session goes on from another one.
+    /// Returns true if the session resumes another one.
     pub(super) fn is_resumed(&self) -> bool {
         self.resumed.is_some()
     }
@@ -58,13 +57,13 @@ impl Charge {
         self.last_tick_before
     }
 
-    /// Which tools are given no force until they were released.
+    /// Tools that get no force until they are released.
     pub(super) fn withheld(&self) -> [bool; TOOLS_MAX] {
         self.withheld
     }
 
-    /// The publisher in charge and the tools that it was seen to release, for a snapshot. Where nobody has
-    /// taken charge since one, what that one said still holds.
+    /// The publisher in charge and its released tools, for a snapshot. If no publisher has taken charge since
+    /// a resume, the data of the resumed session still holds.
     pub(super) fn saved(&self) -> (u128, [bool; TOOLS_MAX]) {
         match (self.publisher, self.resumed) {
             (Some(publisher), _) => (publisher, self.has_released),
@@ -73,8 +72,8 @@ impl Charge {
         }
     }
 
-    /// A publisher takes charge. The one of the session before goes on where its tools are; another one
-    /// releases them first.
+    /// Puts a publisher in charge. The publisher of the session before resumes with its tools; another one
+    /// has to release them first.
     pub(super) fn take(&mut self, publisher: u128) {
         let before = self.resumed.take().filter(|before| before.publisher == publisher);
         (self.publisher, self.order, self.step) = (Some(publisher), TickOrder::default(), 1);
@@ -87,8 +86,8 @@ impl Charge {
         }
     }
 
-    /// Judges a tick of the publisher in charge, and notes it: its place, how far it is from the one
-    /// before, and how far those were apart.
+    /// Classifies a tick of the publisher in charge, and notes it. Returns its place, its distance from the
+    /// tick before, and the distance between the two before.
     pub(super) fn judge(&mut self, tick: u64) -> (TickPlace, [u64; 2]) {
         let (before, usual) = (self.order.last(), self.step);
         let place = self.order.take(tick);
@@ -99,7 +98,7 @@ impl Charge {
         (place, [step, usual])
     }
 
-    /// Takes tools as not engaged, or without a force, until they were seen released.
+    /// Treats tools as not engaged, or without a force, until they have been released.
     pub(super) fn release(&mut self, arrived: &mut Arrived) {
         let seen = self.has_released.iter_mut().zip(&mut self.withheld);
         let each = seen.zip(&mut arrived.release_first).zip(arrived.poses.each_mut());

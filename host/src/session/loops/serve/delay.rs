@@ -1,17 +1,15 @@
-//! The delay of the loop, measured from send times.
+//! Delay of the loop, measured from send times.
 //!
-//! What counts is the time from a pose to the device's pushing with its answer. The way there is known:
-//! from the pose's send time to its arrival. So are the time that the pose waited, and how long the last
-//! tick took. The way back is taken to be as long as the way there, and the device to push with an answer
-//! in its next tick:
+//! The delay is the time from a pose until the device applies its answer. The time from the pose's send time
+//! to its arrival is known. So are the pose's waiting time and the duration of the last tick. The answer's
+//! transport is assumed to take as long as the pose's, and the device to apply an answer in its next tick:
 //!
 //! ```text
 //! ticks = max(1, ceil((2 there + waited + tick) / h))
 //! ```
 //!
-//! A send time that lies ahead, or more
-//! than a second back, is of another clock: the delay is then taken as [`DELAY_MAX`], the longest that the
-//! stage is told of, and the loop says so.
+//! A send time in the future, or more than a second ago, is of another clock: the delay is then
+//! [`DELAY_MAX`], the longest that the loop reports to the stage, and the loop logs it.
 
 use chaincell_kernel::stage::DELAY_MAX;
 
@@ -20,19 +18,19 @@ use super::arrived::Arrived;
 use crate::session::ipc::complain::complain;
 use crate::session::timing::clock::SECOND_NS;
 
-/// Oldest send time that is believed \[ns\].
+/// Oldest send time that is accepted \[ns\].
 const AGE_MAX_NS: u64 = SECOND_NS;
 
-/// What is measured of a loop.
+/// Measurements of a loop.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct LoopDelay {
-    /// A tick of the device \[ns\]; `None` where the delay is not measured.
+    /// A tick of the device \[ns\]; `None` if the delay is not measured.
     period_ns: Option<u64>,
-    /// How long the last tick took \[ns\].
+    /// Duration of the last tick \[ns\].
     tick_ns: u64,
-    /// What the stage was told before the tick at hand.
+    /// Delay passed to the stage before this tick.
     pub told: Option<u16>,
-    /// Send times that were not believed.
+    /// Number of send times that were ignored.
     pub disbelieved: u64,
 }
 
@@ -41,13 +39,14 @@ impl LoopDelay {
         Self { period_ns, ..Self::default() }
     }
 
-    /// A tick took so long, up to its answer.
+    /// Notes the duration of a tick, up to its answer.
     pub(super) fn took(&mut self, tick_ns: u64) {
         self.tick_ns = tick_ns;
     }
 }
 
-/// The delay of an answer to a pose that was sent at `sent_ns`, arrived at `at_ns` and is executed at `now_ns` \[ticks of `period_ns`\]; `None` for a send time of another clock.
+/// Delay of the answer to a pose that was sent at `sent_ns`, arrived at `at_ns` and is executed at `now_ns`
+/// \[ticks of `period_ns`\]; `None` for a send time of another clock.
 fn ticks(sent_ns: u64, [at_ns, now_ns]: [u64; 2], [tick_ns, period_ns]: [u64; 2]) -> Option<u16> {
     let there_ns = at_ns.checked_sub(sent_ns).filter(|&age_ns| age_ns <= AGE_MAX_NS)?;
     let waited_ns = now_ns.saturating_sub(at_ns);
@@ -57,7 +56,7 @@ fn ticks(sent_ns: u64, [at_ns, now_ns]: [u64; 2], [tick_ns, period_ns]: [u64; 2]
 }
 
 impl Run<'_> {
-    /// How late the answer to this pose will be, where that is measured: the stage is told.
+    /// Measures the delay of the answer to this pose, if the option is on, for the stage.
     pub(super) fn measure_delay(&mut self, arrived: &Arrived, now_ns: u64) {
         let Some(period_ns) = self.delay.period_ns else { return };
         let times_ns = [arrived.at_ns, now_ns];

@@ -1,5 +1,4 @@
-//! The ticks: one with sweeps for the newest pose, one without for a pose that newer ones have
-//! overtaken.
+//! The ticks: with sweeps for the newest pose, without sweeps for a pose that newer ones have overtaken.
 
 use chaincell_kernel::{Budget, Flags, TickOutput};
 
@@ -9,10 +8,11 @@ use super::{Run, ServeOptions};
 use crate::session::timing::clock::now_ns;
 
 impl Run<'_> {
-    /// A tick of its own, with sweeps, for the newest pose or where the count is fixed.
+    /// Executes a tick with sweeps, for the newest pose or with a fixed number of sweeps.
     pub(super) fn execute(&mut self, mut arrived: Arrived) {
         let start_ns = now_ns();
         self.behind_gap = false;
+        // Compute, measure and publish.
         self.shared.begin_tick();
         let output = self.tick(&mut arrived, start_ns);
         self.shared.end_tick();
@@ -28,6 +28,7 @@ impl Run<'_> {
         self.step.record(step_ns);
         self.sweeps.record(u64::from(output.sweeps));
         self.changed();
+        // Check for poses that arrived meanwhile, and judge the load.
         let sent_ns = now_ns();
         self.take_in();
         let is_behind = !self.inbox.is_empty();
@@ -42,12 +43,13 @@ impl Run<'_> {
         self.session.judge(behind, [start_ns, sent_ns]);
     }
 
-    /// The stage is told what it has to know, then as many sweeps as its time has room for.
+    /// Prepares the stage, then makes as many sweeps as fit the time.
     fn tick(&mut self, arrived: &mut Arrived, start_ns: u64) -> TickOutput {
         self.prepare(arrived, start_ns);
         if self.session.is_paused() {
             return self.session.tick(arrived, Budget::All);
         }
+        // Stretch sweeps for a fault on purpose.
         let &ServeOptions { sweep_ns, sweep_after, .. } = &self.server.options;
         let stretch_ns = if self.session.executed < sweep_after { 0 } else { sweep_ns };
         let stretched = |sweeps: u16| {
@@ -56,11 +58,13 @@ impl Run<'_> {
             }
             now_ns()
         };
+        // A fixed number of sweeps.
         if !self.is_anytime() {
             let output = self.session.tick(arrived, Budget::All);
             stretched(output.sweeps);
             return output;
         }
+        // As many sweeps as the budget allows.
         let budget = &mut self.budget;
         budget.begin(arrived.at_ns, start_ns);
         let mut done_ns = 0;

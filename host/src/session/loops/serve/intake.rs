@@ -1,5 +1,4 @@
-//! Poses on their way in: which are accepted, and what their ticks and the clock say of the time
-//! between them.
+//! Intake of poses: accepts or rejects them, and measures the time between them by ticks and clock.
 
 use iceoryx2::identifiers::UniquePublisherId;
 
@@ -12,11 +11,11 @@ use crate::session::ipc::serving::ReceivedPoses;
 use crate::session::loops::peers::Call;
 use crate::session::timing::clock::{MILLISECOND_NS, now_ns};
 
-/// Span between looks whether the publisher in charge is still alive \[ns\].
+/// Time between checks that the publisher in charge is alive \[ns\].
 const ALIVE_CHECK_NS: u64 = 100 * MILLISECOND_NS;
 
 impl Run<'_> {
-    /// Moves what waits in the queue into the inbox, at most a queue full; whether anything came.
+    /// Moves waiting poses from the queue to the inbox, at most a queue full. Returns true if any came.
     pub(super) fn take_in(&mut self) -> bool {
         let before = self.inbox.len();
         let mut received = 0;
@@ -50,10 +49,11 @@ impl Run<'_> {
         )
     }
 
-    /// Puts a pose into the inbox where it is the next one of the publisher in charge.
+    /// Puts a pose into the inbox if it is the next one of the publisher in charge.
     fn accept(&mut self, received: ReceivedPoses) {
         let arrival_ns = now_ns();
         let ReceivedPoses { tick, poses, asked, publisher } = received;
+        // Refuse a second publisher while the first one is alive.
         if self.in_charge != Some(publisher) {
             if self.in_charge.is_some_and(|known| self.is_in_charge(known, arrival_ns)) {
                 complain(&mut self.refused, "a second publisher sends poses", publisher.value());
@@ -63,6 +63,7 @@ impl Run<'_> {
             self.in_charge = Some(publisher);
             self.session.take_charge(publisher.value());
         }
+        // Refuse repeated and bad ticks, and poses above the rate.
         let (place, steps) = self.session.place(tick);
         match place {
             TickPlace::Next => {}
@@ -83,6 +84,7 @@ impl Run<'_> {
             );
             return;
         }
+        // Note the arrival, and queue the pose.
         self.waiter
             .arrived(arrival_ns, arrival_ns.saturating_sub(self.shared.voice().shaper.heard_ns()));
         self.waiter.expect_after(arrival_ns);

@@ -1,15 +1,14 @@
-//! The tissue's side: driven by poses, one tick and one answer for each.
+//! Serves a tissue: one tick and one answer for each pose.
 //!
-//! Of poses that have piled up the newest alone is given sweeps, and so a new force; the ones before
-//! it move the tool without a sweep and are answered with the force that is shown already, see
-//! [`Budget::LATE`](chaincell_kernel::Budget::LATE). Where the count of sweeps is
-//! fixed, all poses are executed in full, and the force falls to 0 while they pile up.
+//! If poses have piled up, only the newest one gets sweeps and so a new force. The ones before it move the
+//! tool without a sweep, and their answers repeat the present force, see
+//! [`Budget::LATE`](chaincell_kernel::Budget::LATE). With a fixed number of sweeps all poses are executed in
+//! full, and the force falls to 0 while they pile up.
 //!
-//! One thread receives, ticks and sends. A second thread for shared memory would stand between
-//! each pose and its answer all the same; instead, new readers are connected while no pose waits,
-//! so that only one that joins during a tick delays that tick's answer (see
-//! [`PeerCost`](crate::session::loops::peers::PeerCost)). States for viewers and commands have their turn while no
-//! pose waits too.
+//! One thread receives, ticks and sends. A second thread for shared memory would still be between each pose
+//! and its answer. Instead, new readers are connected while no pose waits, so that only a reader that joins
+//! during a tick delays that tick's answer (see [`PeerCost`](crate::session::loops::peers::PeerCost)). States
+//! for viewers and commands are also handled while no pose waits.
 
 mod answers;
 mod arrived;
@@ -65,12 +64,12 @@ use snapshots::Snapshots;
 pub use voice::Voice;
 pub use watcher::Shared;
 
-/// Longest pause between looks at Ctrl-C and at the end of the run \[ns\].
+/// Longest pause between checks for Ctrl-C and for the end of the run \[ns\].
 const LOOK_NS: u64 = 5 * MILLISECOND_NS;
-/// Time for readers to take the last answer \[ns\].
+/// Time for readers to receive the last answer \[ns\].
 const LINGER_NS: u64 = 10 * MILLISECOND_NS;
 
-/// A scene whose services exist and that is ready for poses.
+/// A scene with open services, ready for poses.
 #[derive(Debug)]
 pub struct Server {
     options: ServeOptions,
@@ -123,7 +122,7 @@ impl Server {
         })
     }
 
-    /// Sends states of `nodes` nodes at most `hz` times a second, 0 for none.
+    /// Publishes states of `nodes` nodes at most `hz` times a second, 0 for none.
     ///
     /// # Errors
     /// A rate out of range; a service with other types or limits.
@@ -135,8 +134,7 @@ impl Server {
         Ok(self)
     }
 
-    /// Sends contacts at most `hz` times a second, 0 for none, where there are `tools` on a contact
-    /// surface.
+    /// Publishes contacts at most `hz` times a second, 0 for none, if there are `tools` on a contact surface.
     ///
     /// # Errors
     /// As [`Self::with_state`].
@@ -148,7 +146,7 @@ impl Server {
         Ok(self)
     }
 
-    /// Takes commands.
+    /// Accepts commands.
     ///
     /// # Errors
     /// A service with other types or limits.
@@ -157,54 +155,55 @@ impl Server {
         Ok(self)
     }
 
-    /// Takes snapshots by command.
+    /// Accepts snapshot commands.
     #[must_use]
     pub fn with_snapshots(self, place: SnapshotPlace) -> Self {
         Self { snapshots: Some(place), ..self }
     }
 
-    /// Goes on with a session from a snapshot, which the tissue was restored from.
+    /// Resumes a session from a snapshot, from which the tissue has been restored.
     #[must_use]
     pub fn resuming(self, resumed: Resumed) -> Self {
         Self { resumed: Some(resumed), ..self }
     }
 
-    /// Says that clients may come.
+    /// Prints that clients may connect.
     ///
     /// # Errors
-    /// Too little room for them; standard output that cannot be written.
+    /// Too little shared memory for them; standard output that cannot be written.
     pub fn say_ready(&self) -> Result<()> {
         self.scene.check_room_to_join()?;
         terminal::say("ready")
     }
 
-    /// Serves until the end of the run. Allocates nothing of its own from the first pose on, but for
-    /// snapshots.
+    /// Serves until the end of the run. Allocates no memory from the first pose on, except for snapshots.
     pub fn run(
         mut self,
         engine: &mut dyn TissueEngine,
         recorder: &mut Recorder,
     ) -> Result<ServeReport> {
+        // Share the voice with the watcher, and prepare the run.
         let beside = (self.state.take(), self.contacts.take(), self.commands.take());
         let shared = Shared::new(Voice::new(&self.options, now_ns()));
         let snapshots = self.snapshots.take().map(Snapshots::new).unzip();
         let mut run = Run::new(&self, &shared, beside, engine, recorder)?;
         let (answers, leftovers) = (&self.ports.answers, self.scene.leftovers());
+        // Run the loop, with a thread for files and one for the watcher.
         let (ended_by, refused) = std::thread::scope(|scope| {
             let (taken, files) = snapshots;
             run.snapshots = taken;
             if let Some(files) = files {
                 scope.spawn(move || files.write_all());
             }
-            // Before the loop asks for its privileges, which a thread would inherit: on the loop's
-            // core, at its priority, it would not come to its turn while the loop is in a tick.
+            // Started before the loop requests its privileges, which a thread would inherit: on the loop's
+            // core and at its priority it would not run while the loop is in a tick.
             scope.spawn(|| shared.watch(answers, || _ = leftovers.clear()));
             let ended = self.ask_and_loop(&mut run);
             shared.end();
             run.end_snapshots();
             ended
         });
-        // A reader that has only just joined loses what a publisher sends right before its end.
+        // A reader that has just joined misses messages that a publisher sends right before its end.
         sleep_until_ns(now_ns() + LINGER_NS);
         Ok(run.report(ended_by, refused))
     }
@@ -219,7 +218,7 @@ impl Server {
     }
 }
 
-/// What has its turn between ticks.
+/// Publishers and commands that are handled between ticks.
 type Beside = (Option<StatePublisher>, Option<ContactPublisher>, Option<CommandServer>);
 
 struct Run<'a> {
@@ -234,7 +233,7 @@ struct Run<'a> {
     waiter: Waiter,
     peers: PeerWatch,
     step: Latencies,
-    /// Poses accepted and not executed yet, the oldest first.
+    /// Poses accepted and not yet executed, oldest first.
     inbox: VecDeque<Arrived>,
     in_charge: Option<UniquePublisherId>,
     rate: PoseRate,
@@ -245,7 +244,7 @@ struct Run<'a> {
     end_ns: u64,
     publishers: u64,
     late: u64,
-    /// Of these, behind a silence or a gap, and whether those at hand are.
+    /// Late ticks that follow a silence or a gap; and whether the current run of late ticks does.
     late_behind_gaps: u64,
     behind_gap: bool,
     flag_ticks: FlagTicks,
@@ -269,7 +268,7 @@ impl<'a> Run<'a> {
     ) -> Result<Self> {
         let start_ns = now_ns();
         let mut inbox = VecDeque::new();
-        // Written once now: no page fault in the loop.
+        // Touch the pages once now, to avoid page faults in the loop.
         inbox.resize(QUEUE_MESSAGES, Arrived::default());
         inbox.clear();
         let mut waiter = Waiter::new(server.options.wait, PERIOD_NS);
@@ -319,6 +318,7 @@ impl<'a> Run<'a> {
     fn until_the_end(&mut self) -> Ending {
         loop {
             self.shared.begin_round();
+            // Leave the loop at the end of the run.
             if self.server.options.ticks.is_some_and(|ticks| self.session.executed >= ticks) {
                 return Ending::Ticks;
             }
@@ -328,6 +328,7 @@ impl<'a> Run<'a> {
             if now_ns() >= self.end_ns {
                 return Ending::Seconds;
             }
+            // Execute the oldest pose, or wait for one.
             let has_come = self.take_in();
             if let Some(arrived) = self.inbox.pop_front() {
                 if self.is_anytime() && !self.inbox.is_empty() {
@@ -337,10 +338,10 @@ impl<'a> Run<'a> {
                     self.beside(false);
                 }
             } else if has_come {
-                // Poses that are not executed keep commands and viewers waiting no more than others.
+                // Poses that are not executed delay commands and viewers no more than others.
                 self.beside(false);
             } else {
-                // Before the wait: behind it poses may lie in the queue.
+                // Before the wait: after it poses may be in the queue.
                 self.watch();
                 self.beside(true);
                 self.wait();
@@ -348,7 +349,7 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// Whether ticks end when their time is up, and poses may be late.
+    /// Returns true if ticks end when their time is up, and poses may be late.
     fn is_anytime(&self) -> bool {
         self.server.options.budget != SweepBudget::Off
             && self.session.engine.is_anytime()
@@ -367,7 +368,7 @@ impl<'a> Run<'a> {
         self.waiter.pause(deadline_ns, self.server.ports.wake());
     }
 
-    /// Connects new readers while no pose waits, so that no answer pays for it.
+    /// Connects new readers while no pose waits, so that no answer is delayed.
     fn connect_peers(&mut self) {
         let server = self.server;
         self.peers.timed(

@@ -1,23 +1,23 @@
-//! Whether the tissue falls behind the poses for so long that its force is an old one.
+//! Overload detection: the tissue falls behind the poses for so long that its force is old.
 //!
-//! A tick is behind where its sweep took longer than a pose period, or, with a fixed count of sweeps,
-//! where further poses waited at its end; where so many wait that the force is [`FAR`] milliseconds
-//! old, once is enough. Behind for [`TICKS`] ticks and [`TIME_NS`] on end, the
-//! published force falls to 0; it comes back after [`CALM`] ticks in time.
+//! A tick is behind if its sweep took longer than a pose period or, with a fixed number of sweeps, if further
+//! poses waited at its end. If so many wait that the force is [`FAR`] milliseconds old, one such tick is
+//! enough. After [`TICKS`] consecutive ticks and [`TIME_NS`] behind, the published force falls to 0; it
+//! returns after [`CALM`] ticks in time.
 
 use crate::session::timing::clock::MILLISECOND_NS;
 
-/// Ticks behind on end.
+/// Consecutive ticks behind.
 const TICKS: u32 = 3;
-/// Time behind on end \[ns\].
+/// Continuous time behind \[ns\].
 const TIME_NS: u64 = 10 * MILLISECOND_NS;
-/// Ticks in time before the force comes back.
+/// Ticks in time before the force returns.
 const CALM: u32 = 100;
 
-/// Poses that wait from which on a fixed count has fallen behind for good.
+/// Number of waiting poses at which a tick with a fixed number of sweeps is an overload at once.
 pub(super) const FAR: usize = 20;
 
-/// The judge of an overload.
+/// State of the overload detection.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Overload {
     behind: u32,
@@ -27,29 +27,29 @@ pub(super) struct Overload {
     times: u64,
 }
 
-/// How far a tick is behind the poses.
+/// Delay of a tick relative to the poses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Behind {
     /// In time.
     No,
     /// By a tick.
     Yes,
-    /// By so many poses that once is enough.
+    /// By many poses: one such tick is an overload.
     Far,
 }
 
-/// What a tick changed.
+/// Change caused by a tick.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Change {
     None,
-    /// The force is to fall.
+    /// The force has to fall.
     Begins,
-    /// The force may come back.
+    /// The force may return.
     Ends,
 }
 
 impl Overload {
-    /// A tick that began and ended then.
+    /// Notes a tick with its start and end.
     pub(super) fn note(&mut self, behind: Behind, [start_ns, end_ns]: [u64; 2]) -> Change {
         if behind != Behind::No {
             self.calm = 0;
@@ -79,7 +79,7 @@ impl Overload {
         self.is_on
     }
 
-    /// Times that it began.
+    /// Number of overloads.
     pub(super) fn times(&self) -> u64 {
         self.times
     }
@@ -89,7 +89,7 @@ impl Overload {
 mod tests {
     use super::*;
 
-    /// At which of so many ticks of `tick_ms` each, all of them behind, the force begins to fall.
+    /// The tick, of at most 40 of `tick_ms` each that are all behind, at which the force starts to fall.
     fn begins(tick_ms: u64) -> Option<u64> {
         let mut overload = Overload::default();
         let span = |tick| [tick * tick_ms, (tick + 1) * tick_ms].map(|ms| ms * MILLISECOND_NS);

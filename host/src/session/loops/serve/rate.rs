@@ -1,32 +1,31 @@
-//! How many poses a second are executed: a bucket of tokens, one a pose.
+//! Rate limit of poses: a token bucket, one token per pose.
 //!
-//! Each pose is a tick, a millisecond of the tissue's time, so a flood would run its time away
-//! from the clock and take the core from everybody else. The bucket holds as many tokens as the
-//! queue holds poses: whatever a controller catches up after a stall fits in. It fills at
-//! `--max-pose-hz`, by default twice the schedule of 1 kHz: a controller at 1 kHz never meets the
-//! limit, whatever its jitter; one at 10 kHz has 1,024 poses at once and then two of ten executed,
-//! the others counted. For 10 ticks a millisecond give `--max-pose-hz 10000`, or 0 for no
-//! limit.
+//! Each pose is a tick, a millisecond of the tissue's time. A flood of poses would advance the tissue faster
+//! than the clock and occupy the core. The bucket holds as many tokens as the queue holds poses, so a
+//! controller can catch up after any stall. It fills at `--max-pose-hz`, by default twice the schedule of 1
+//! kHz: a controller at 1 kHz never reaches the limit, whatever its jitter. Of a controller at 10 kHz the
+//! first 1,024 poses are executed and then two of ten; the others are counted. For 10 ticks per millisecond
+//! pass `--max-pose-hz 10000`, or 0 for no limit.
 
 use crate::error::{Error, Result};
 use crate::session::ipc::services::QUEUE_MESSAGES;
 use crate::session::timing::clock::SECOND_NS;
 
-/// Poses executed a second unless `--max-pose-hz` says otherwise: twice the schedule \[Hz\].
+/// Default limit of poses executed per second, twice the schedule \[Hz\].
 pub const POSE_HZ: u32 = 2000;
-/// Highest limit that `--max-pose-hz` takes \[Hz\].
+/// Highest limit that `--max-pose-hz` accepts \[Hz\].
 pub const POSE_HZ_MAX: u32 = 1_000_000;
 
-/// The bucket, as the moment at which it is full again.
+/// The bucket, represented by the time at which it is full again.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct PoseRate {
-    /// Time that a token takes to come back, 0 for no limit \[ns\].
+    /// Time in which a token returns, 0 for no limit \[ns\].
     token_ns: u64,
     full_at_ns: u64,
 }
 
 impl PoseRate {
-    /// A full bucket; `hz` 0 is no limit.
+    /// A full bucket; `hz` 0 means no limit.
     ///
     /// # Errors
     /// A rate out of range.
@@ -40,7 +39,7 @@ impl PoseRate {
         Ok(Self { token_ns, full_at_ns: 0 })
     }
 
-    /// Takes a token for a pose that arrived now; false where none is left.
+    /// Takes a token for a pose that arrives now; false if none is left.
     pub(super) fn takes(&mut self, now_ns: u64) -> bool {
         let full_at_ns = self.full_at_ns.max(now_ns).saturating_add(self.token_ns);
         let room_ns = QUEUE_MESSAGES as u64 * self.token_ns;
@@ -59,7 +58,7 @@ mod tests {
 
     const BURST: u64 = QUEUE_MESSAGES as u64;
 
-    /// Poses taken of `count` that arrive every `span_ns` from `start_ns` on.
+    /// Number of poses accepted of `count` that arrive every `span_ns` from `start_ns` on.
     fn taken(rate: &mut PoseRate, start_ns: u64, span_ns: u64, count: u64) -> u64 {
         (0..count).filter(|at| rate.takes(start_ns + at * span_ns)).count() as u64
     }

@@ -1,8 +1,7 @@
-//! A served session without ports and clock: poses in, answers out, every time given.
+//! A served session without ports and clock: its inputs are poses and times, its outputs answers.
 //!
-//! It decides what is executed and what is published; the loop around it receives, waits, measures,
-//! records and sends. So all that may happen to a session can be played in any order on a simulated
-//! clock.
+//! It decides which poses are executed and which force is published; the loop around it receives, waits,
+//! measures, records and sends. So any sequence of events can be tested on a simulated clock.
 
 use std::sync::MutexGuard;
 
@@ -22,34 +21,34 @@ use crate::engine::tissue::{Refusal, TissueEngine};
 use crate::engine::tools::Felt;
 use crate::session::ipc::tools::{Answer, TickForce};
 
-/// Late poses on end from which on the next new force is gone to along a ramp.
+/// After this many consecutive late poses the next new force is reached along a ramp.
 const LATE_RUN: u32 = 4;
 
-/// A tissue that is served.
+/// A served tissue.
 pub struct Session<'a> {
     pub(super) engine: &'a mut dyn TissueEngine,
     shared: &'a Shared,
-    /// How many tools were chosen by their parts.
+    /// Number of tools given by --tool.
     pub(super) chosen: usize,
     watchdog_ms: u32,
     hash_every: u64,
     charge: Charge,
     gate: SpeedGate,
     paused: bool,
-    /// Whether the last tick was one of a pause.
+    /// True if the last tick was in a pause.
     has_rested: bool,
     last_tick: Option<u64>,
-    /// Last tick that made sweeps.
+    /// Last tick with sweeps.
     force_tick: u64,
     late_run: u32,
-    /// Ticks executed.
+    /// Number of ticks executed.
     pub executed: u64,
-    /// Poses that never came, by the numbers of their ticks.
+    /// Number of poses that never arrived, by their tick numbers.
     pub missing: u64,
 }
 
 impl<'a> Session<'a> {
-    /// A session that begins at rest, or goes on where `charge` says; paused or not.
+    /// A session that starts at rest, or resumes as `charge` describes; paused or not.
     pub fn new(
         engine: &'a mut dyn TissueEngine,
         shared: &'a Shared,
@@ -82,27 +81,27 @@ impl<'a> Session<'a> {
         self.shared.voice()
     }
 
-    /// Who is in charge, and which tools were seen released.
+    /// The publisher in charge, and the tools that were seen released.
     pub(super) fn charge(&self) -> &Charge {
         &self.charge
     }
 
-    /// Whether no tick is executed.
+    /// Returns true while paused: no tick is executed.
     #[must_use]
     pub fn is_paused(&self) -> bool {
         self.paused
     }
 
-    /// A publisher is in charge from here on. One of another program may be in another frame, and its
-    /// hand felt nothing so far: every tool counts as not engaged until it was released.
+    /// Puts a publisher in charge. Another program may use another frame, and its hand has felt nothing so
+    /// far: every tool counts as not engaged until it has been released.
     pub fn take_charge(&mut self, publisher: u128) {
         self.charge.take(publisher);
         self.gate.forget();
         self.voice().shaper.begin_ramp();
     }
 
-    /// Judges a tick of the publisher in charge: its place, how far it is from the one before, and how far
-    /// those were apart.
+    /// Classifies a tick of the publisher in charge. Returns its place, its distance from the tick before,
+    /// and the distance between the two before.
     pub fn place(&mut self, tick: u64) -> (TickPlace, [u64; 2]) {
         let (place, steps) = self.charge.judge(tick);
         if place == TickPlace::Next {
@@ -111,7 +110,7 @@ impl<'a> Session<'a> {
         (place, steps)
     }
 
-    /// Takes a pose whose tick is the next one, with what [`Self::place`] said of it.
+    /// Accepts a pose whose tick is the next one, with the distances from [`Self::place`].
     pub fn accept(&mut self, mut arrived: Arrived, [step, usual]: [u64; 2]) -> Arrived {
         arrived.restarts_ramp = self.has_gap([step, usual], arrived.at_ns);
         if arrived.restarts_ramp {
@@ -122,8 +121,8 @@ impl<'a> Session<'a> {
         arrived
     }
 
-    /// Whether the device was without a force, by the clock or by the ticks: the ramp then begins. A
-    /// controller that counts in larger steps all the time has no gap.
+    /// Returns true if the device was without a force, by the clock or by the ticks: the ramp then starts. A
+    /// controller whose ticks always have larger distances has no gap.
     fn has_gap(&mut self, [step, usual]: [u64; 2], arrival_ns: u64) -> bool {
         let was_silent = self.voice().shaper.hear(arrival_ns);
         let bearable = u64::from(self.watchdog_ms);
@@ -134,8 +133,8 @@ impl<'a> Session<'a> {
         is_gap || was_silent
     }
 
-    /// Before the tick of a pose: the stage is told of all in which the device did not feel what was
-    /// computed, of lost samples and, where it is measured, of the delay.
+    /// Prepares the tick of a pose: informs the stage of forces that the device did not apply, of lost
+    /// samples and, if it is measured, of the delay.
     pub fn prepare(&mut self, arrived: &mut Arrived, delay_ticks: Option<u16>) {
         arrived.skipped = self.last_tick.map_or(0, |last| skipped(last, arrived.tick));
         self.last_tick = Some(arrived.tick);
@@ -155,7 +154,7 @@ impl<'a> Session<'a> {
         }
     }
 
-    /// The tick of a pose, with these sweeps; force 0 while paused.
+    /// Computes the tick of a pose with a sweep budget; force 0 while paused.
     pub fn tick(&mut self, arrived: &Arrived, budget: Budget<'_>) -> TickOutput {
         if self.paused {
             return self.rest();
@@ -163,7 +162,7 @@ impl<'a> Session<'a> {
         self.engine.tick_by(arrived.poses.each(), budget)
     }
 
-    /// The answer while paused: force 0, safe state and no other flag; no cell moves.
+    /// The output while paused: force 0, safe state and no other flag; no cell moves.
     fn rest(&self) -> TickOutput {
         let last = self.voice().answer.map(|answer| answer.force);
         TickOutput {
@@ -174,14 +173,16 @@ impl<'a> Session<'a> {
         }
     }
 
-    /// A tick has ended, on time or late: its answer, as the tissue and the stage have it.
+    /// Returns the answer of a tick, on time or late, with the force of tissue and stage.
     pub fn answer(&mut self, arrived: &Arrived, output: &TickOutput, step_ns: u64) -> Answer {
         self.executed += 1;
+        // Start a ramp after a run of late poses.
         let is_late = output.flags.contains(Flags::LATE);
         self.late_run = if is_late { self.late_run + 1 } else { 0 };
         if self.late_run == LATE_RUN {
             self.voice().force_jumps();
         }
+        // Collect hash, tool forces and flags.
         let is_hashed =
             !is_late && self.hash_every != 0 && self.executed.is_multiple_of(self.hash_every);
         let state_hash = if is_hashed { self.engine.state_hash() } else { 0 };
@@ -208,7 +209,7 @@ impl<'a> Session<'a> {
         Answer { force, force_tick, sweeps, asked: arrived.asked, chosen, felt }
     }
 
-    /// What each chosen tool felt in the tick; nothing while paused, when no tool is moved.
+    /// Output of each chosen tool in the tick; no force while paused.
     fn felt(&mut self, arrived: &Arrived) -> [Felt; TOOLS_MAX] {
         let mut all = [Felt::default(); TOOLS_MAX];
         if self.chosen == 0 {
@@ -228,38 +229,37 @@ impl<'a> Session<'a> {
         all
     }
 
-    /// What is published of an answer.
+    /// Returns the published form of an answer.
     pub fn publish(&mut self, answer: Answer, now_ns: u64) -> Answer {
         self.voice().shown(answer, self.charge.withheld(), now_ns)
     }
 
-    /// What is published where no pose comes, once it is time to.
+    /// Returns a message to publish while no pose arrives, if one is due.
     pub fn silence(&mut self, now_ns: u64) -> Option<Answer> {
         self.voice().falling(now_ns)
     }
 
-    /// A tick has ended so far behind the poses: an overload lets the force fall, its end lets it come
-    /// back.
+    /// Notes how far a tick ended after the poses: an overload lowers the force, and its end lets it return.
     pub fn judge(&mut self, behind: Behind, span_ns: [u64; 2]) {
         self.voice().judge(behind, span_ns);
     }
 
-    /// All that tissue and output stage know; `None` where there is nothing to save. Takes memory.
+    /// The whole state of tissue and output stage; `None` if it cannot be saved. Allocates memory.
     pub fn saved(&mut self) -> Option<Saved> {
         self.engine.saved()
     }
 
-    /// The last tick, which may be one before the snapshot that the session goes on from; 0 for none.
+    /// The last tick, which may be one before the snapshot that the session resumed from; 0 for none.
     #[must_use]
     pub fn last_tick(&self) -> u64 {
         let before = self.charge.last_tick_before();
         self.voice().answer.map_or(before, |last| last.force.tick)
     }
 
-    /// Carries out a command, but for a snapshot.
+    /// Executes a command other than a snapshot.
     ///
     /// # Errors
-    /// Why nothing was done.
+    /// The reason for the refusal.
     pub fn obey(&mut self, command: &Command) -> Result<(), Refusal> {
         match command {
             Command::Pause => self.paused = true,

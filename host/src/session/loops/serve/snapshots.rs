@@ -1,4 +1,4 @@
-//! Snapshots by command: taken between two ticks, written beside the trace by a thread of their own.
+//! Snapshots by command: taken between two ticks, written next to the trace by a separate thread.
 
 use std::path::PathBuf;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
@@ -10,42 +10,42 @@ use crate::files::snapshot::{self, SessionSnapshot};
 use crate::files::whole::write_whole;
 use crate::session::ipc::command::CommandServer;
 
-/// Most snapshots of a session: their files take room.
+/// Largest number of snapshots per session, to limit the disk space.
 const SNAPSHOTS_MAX: u32 = 1000;
-/// Longest wait for a file when the session ends.
+/// Longest wait for a file at the end of the session.
 const LAST_FILE: Duration = Duration::from_secs(4);
 
-/// Where snapshots of a session are written, and what they belong to.
+/// Path of a session's snapshots, and the start of its trace.
 #[derive(Debug, Clone)]
 pub struct SnapshotPlace {
     /// The session's trace.
     pub trace: PathBuf,
-    /// What it begins with.
+    /// The bytes that it starts with.
     pub begun: Vec<u8>,
 }
 
 /// A file to be written.
 type File = (PathBuf, Vec<u8>);
 
-/// The loop's end of the writing.
+/// The loop's side of the writing.
 pub(super) struct Snapshots {
     place: SnapshotPlace,
     files: SyncSender<File>,
-    /// Whether each was written, once that is known.
+    /// True for each written file, once that is known.
     written: Receiver<bool>,
     taken: u32,
 }
 
-/// The writer's end.
+/// The writer's side.
 pub(super) struct Writer {
     files: Receiver<File>,
     written: SyncSender<bool>,
 }
 
 impl Snapshots {
-    /// And the writer's end.
+    /// Creates both sides.
     pub(super) fn new(place: SnapshotPlace) -> (Self, Writer) {
-        // One file is under way at a time, so that nothing ever waits for room in a channel.
+        // Only one file is written at a time, so that no send has to wait for a channel.
         let (files, of_loop) = sync_channel(1);
         let (of_writer, written) = sync_channel(1);
         let writer = Writer { files: of_loop, written: of_writer };
@@ -70,7 +70,7 @@ impl Writer {
 }
 
 impl Run<'_> {
-    /// Takes a snapshot; gives its number.
+    /// Takes a snapshot. Returns its checksum.
     pub(super) fn snapshot(&mut self) -> Result<u32, Refusal> {
         let tick = self.session.last_tick();
         let Some(snapshots) = &mut self.snapshots else { return Err(Refusal::NoTrace) };
@@ -105,7 +105,7 @@ impl Run<'_> {
         }
     }
 
-    /// The session ends: nothing more is written than what is under way.
+    /// Ends the snapshots with the session: only the file in progress is completed.
     pub(super) fn end_snapshots(&mut self) {
         let Some(Snapshots { files, written, .. }) = self.snapshots.take() else { return };
         drop(files);

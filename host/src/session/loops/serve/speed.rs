@@ -1,5 +1,5 @@
-//! Poses that no hand can have reached, in front of a tissue without an output stage, which would see
-//! them itself.
+//! Rejects poses out of reach of a hand, for a tissue without an output stage, which would reject them
+//! itself.
 
 use chaincell_kernel::TOOLS_MAX;
 use chaincell_kernel::stage::{Pose, Reach};
@@ -7,16 +7,16 @@ use chaincell_kernel::stage::{Pose, Reach};
 use super::arrived::Arrived;
 use crate::session::timing::clock::MILLISECOND_NS;
 
-/// Executed in place of `engaged`: a bad sample.
+/// Replaces `engaged` in a bad sample.
 const BAD: u32 = u32::MAX;
 
-/// The judge of the poses of all tools.
+/// Checks the poses of all tools.
 #[derive(Debug)]
 pub(super) struct SpeedGate {
     /// Largest speed of a hand, infinite for none [m/s].
     max_speed_m_per_s: f32,
     reaches: [Reach; TOOLS_MAX],
-    /// When the last good pose of each came \[ns\], and the ticks since.
+    /// Arrival time of the last good pose of each tool \[ns\], and the ticks since.
     good_ns: [u64; TOOLS_MAX],
     ticks: [u64; TOOLS_MAX],
 }
@@ -27,12 +27,12 @@ impl SpeedGate {
         Self { max_speed_m_per_s, reaches, good_ns: [0; TOOLS_MAX], ticks: [0; TOOLS_MAX] }
     }
 
-    /// The next poses are taken wherever they are.
+    /// Accepts the next poses at any place.
     pub(super) fn forget(&mut self) {
         self.reaches.iter_mut().for_each(Reach::forget);
     }
 
-    /// Makes bad samples of poses that are out of reach, `step` ticks after the last ones.
+    /// Marks poses out of reach as bad samples; they are `step` ticks after the last ones.
     pub(super) fn judge(&mut self, arrived: &mut Arrived, step: u64) {
         if self.max_speed_m_per_s == f32::INFINITY {
             return;
@@ -44,8 +44,8 @@ impl SpeedGate {
         }
     }
 
-    /// What stands for `engaged`. Poses that were held up come at once, and those of a slow controller
-    /// are far apart: the hand has had the time of the clock or of the ticks, whichever is longer.
+    /// Returns the value for `engaged`. Delayed poses arrive all at once, and those of a slow controller are
+    /// far apart: the hand had the time of the clock or of the ticks, whichever is longer.
     fn judged(
         &mut self,
         tool: usize,

@@ -1,13 +1,12 @@
-//! What is published of the tissue's force: without a jump when poses stop, come again, come from
-//! another program, and when a command, a run of bad samples or an overload takes the force away.
+//! Publishes the tissue's force without a jump: when poses stop, resume or come from another program, and
+//! when a command, a run of bad samples or an overload takes the force away.
 //!
-//! An output stage keeps a ledger of what the device was given. Whatever is published goes through one
-//! function, `say`, which compares it with what was computed: where the device felt another
-//! force, whatever the cause, the stage's ramp begins anew with the next tick, and its ledger books
-//! nothing for this one.
+//! An output stage keeps a ledger of the forces that the device received. Every published force goes through
+//! one function, `say`, which compares it with the computed force. If the device felt a different force, for
+//! any cause, the stage's ramp starts anew with the next tick, and its ledger books nothing for this one.
 //!
-//! The clock never enters the tissue: what is recorded is the tissue's own force. The loop and the
-//! [watcher](super::watcher) beside it speak through one voice.
+//! The clock never affects the tissue: the recording holds the tissue's force. The loop and the
+//! [watcher](super::watcher) thread share one voice.
 
 use chaincell_kernel::trace::Command;
 use chaincell_kernel::{Flags, TOOLS_MAX};
@@ -24,9 +23,9 @@ use crate::session::timing::clock::PERIOD_NS;
 pub struct Voice {
     pub(super) shaper: ForceShaper,
     overload: Overload,
-    /// Whether an output stage stands before the device, which makes its own ramps of all that it sees.
+    /// True if the tissue has an output stage, which makes its own ramps for all events that it sees.
     has_stage: bool,
-    /// Whether the device has felt another force than the last one computed, and no tick was told.
+    /// True if the device has felt another force than the last computed one, and no tick has considered it.
     felt_other: bool,
     /// The tissue's last answer.
     pub(super) answer: Option<Answer>,
@@ -35,7 +34,7 @@ pub struct Voice {
 }
 
 impl Voice {
-    /// Force 0 is shown so far.
+    /// The published force is 0 so far.
     pub fn new(options: &ServeOptions, now_ns: u64) -> Self {
         let &ServeOptions { watchdog_ms, ramp_ms, max_slew_n_per_s, .. } = options;
         Self {
@@ -49,7 +48,7 @@ impl Voice {
         }
     }
 
-    /// A session begins, with an output stage or without; one that goes on from a snapshot was silent.
+    /// Starts a session, with an output stage or without; one that resumes from a snapshot was silent.
     pub(super) fn begin(&mut self, has_stage: bool, is_resumed: bool) {
         self.has_stage = has_stage;
         if is_resumed {
@@ -57,18 +56,20 @@ impl Voice {
         }
     }
 
-    /// The published form of an answer of the tissue; tools that are `withheld` are given no force.
+    /// Returns the published form of an answer of the tissue; tools that are `withheld` get no force.
     pub(super) fn shown(
         &mut self,
         answer: Answer,
         withheld: [bool; TOOLS_MAX],
         now_ns: u64,
     ) -> Answer {
+        // Start a ramp where the computed force may jump.
         let safe = Flags::SAFE_STATE.0;
         let last = self.answer.unwrap_or(answer);
         if (answer.force.flags ^ last.force.flags) & safe != 0 {
             self.force_jumps();
         }
+        // Choose the target force: 0 in an overload and for withheld tools.
         self.shaper.end_silence();
         self.answer = Some(answer);
         let is_overload = self.overload.is_on();
@@ -76,33 +77,35 @@ impl Voice {
         for (tool, _) in withheld.iter().enumerate().filter(|(_, withheld)| **withheld) {
             (target.force_n[tool], target.torque_n_m[tool]) = ([0.0; 3], [0.0; 3]);
         }
+        // Shape it, and adjust the flags.
         let shown = self.shape(&target, now_ns);
         let flags = answer.force.flags | if is_overload { Flags::LATE.0 | safe } else { 0 };
-        // The flag says that the force is zero; on the way there it is not.
+        // The flag means that the force is zero; on the way there it is not.
         let flags = if self.is_zero { flags } else { flags & !safe };
         with(answer, &shown, flags)
     }
 
-    /// The force may jump for a cause that an output stage sees itself: without one it goes along a ramp.
+    /// The computed force may jump for a cause that an output stage handles: without a stage it follows a
+    /// ramp.
     pub(super) fn force_jumps(&mut self) {
-        // On its way to 0 it would never get there.
+        // In an overload the force falls to 0; a new ramp would prevent it from getting there.
         if !self.has_stage && !self.overload.is_on() {
             self.shaper.begin_ramp();
         }
     }
 
-    /// A command was carried out.
+    /// Notes an executed command.
     pub(super) fn obeyed(&mut self, command: &Command) {
         match command {
             Command::Snapshot { .. } => {}
-            // They pass the stage by.
+            // They bypass the stage.
             Command::Pause | Command::Resume | Command::Reset => self.shaper.begin_ramp(),
             Command::MaxForceN(_) if !self.has_stage => self.shaper.begin_raise(),
             _ => self.force_jumps(),
         }
     }
 
-    /// A tick has ended: an overload lets the force fall, its end lets it come back.
+    /// Notes the end of a tick: an overload lowers the force, its end lets it return.
     pub(super) fn judge(&mut self, behind: Behind, span_ns: [u64; 2]) {
         match self.overload.note(behind, span_ns) {
             Change::None => {}
@@ -111,8 +114,8 @@ impl Voice {
         }
     }
 
-    /// What to publish where no answer comes: the force falls to 0 in a silence, a message a
-    /// millisecond. The tissue stays as it is.
+    /// Returns a message to publish while no answer comes: in a silence the force falls to 0, with a message
+    /// per millisecond. The tissue is unchanged.
     pub fn falling(&mut self, now_ns: u64) -> Option<Answer> {
         let last = self.answer?;
         let fall = self.shaper.wait(now_ns)?;
@@ -121,7 +124,7 @@ impl Voice {
         Some(stale(last, &fall.shown, fall.is_done))
     }
 
-    /// As [`Self::falling`], in a tick that does not end, and under an overload between two answers.
+    /// Like [`Self::falling`], in a tick that does not end, and in an overload between two answers.
     pub fn falling_in_tick(&mut self, now_ns: u64) -> Option<Answer> {
         if !self.overload.is_on() {
             return self.falling(now_ns);
@@ -134,18 +137,18 @@ impl Voice {
         Some(stale(last, &shown, self.is_zero))
     }
 
-    /// Times that an overload began.
+    /// Number of overloads.
     pub(super) fn overloads(&self) -> u64 {
         self.overload.times()
     }
 
-    /// Whether the watcher has something to say before long.
+    /// Returns true if the watcher may have a message soon.
     pub(super) fn is_urgent(&self) -> bool {
         (self.overload.is_on() && !self.is_zero) || self.shaper.fall_ns().is_some()
     }
 
-    /// Whether the device has felt another force than the one computed since this was asked last: the
-    /// stage is to be told.
+    /// Returns true if the device has felt another force than the computed one since the last call; the stage
+    /// has to be informed.
     pub(super) fn take_felt_other(&mut self) -> bool {
         std::mem::take(&mut self.felt_other)
     }
@@ -156,13 +159,13 @@ impl Voice {
         shown
     }
 
-    /// Every published force goes through here, and is compared with the one computed last.
+    /// Notes a published force, and compares it with the last computed one.
     fn say(&mut self, shown: &Shown, now_ns: u64) {
         (self.said_ns, self.is_zero) = (now_ns, *shown == Shown::ZERO);
         let Some(answer) = self.answer.filter(|_| self.has_stage) else { return };
         let computed = felt(&answer);
         let touches = answer.force.contacts > 0 || answer.tools().iter().any(|of| of.contacts > 0);
-        // A force of 0 that is on a ramp may be another one in the next tick.
+        // A force of 0 on a ramp may differ from the computed one in the next tick.
         let is_on_way = touches && self.is_zero && !self.shaper.is_done();
         self.felt_other |= computed != *shown || is_on_way;
     }
@@ -186,7 +189,7 @@ fn with(mut answer: Answer, shown: &Shown, flags: u32) -> Answer {
     answer
 }
 
-/// A message that is no answer: the force on its way to 0, of the last tick.
+/// A message without an answer: the force on its way to 0, with the data of the last tick.
 fn stale(last: Answer, shown: &Shown, is_zero: bool) -> Answer {
     let mut flags = Flags(last.force.flags & !Flags::SAFE_STATE.0);
     flags.insert(Flags::STALE);

@@ -1,7 +1,7 @@
-//! A thread beside the loop, so that the force falls to 0 also while a tick does not end.
+//! A thread that lowers the force to 0 also while a tick does not end.
 //!
-//! It looks every [`LOOK_NS`], and every millisecond while the force falls. It speaks only while the
-//! loop is in a tick: between ticks the loop itself is the watchdog.
+//! It checks every [`LOOK_NS`], and every millisecond while the force falls. It publishes only while the loop
+//! is in a tick: between ticks the loop itself is the watchdog.
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -10,23 +10,23 @@ use super::voice::Voice;
 use crate::session::ipc::serving::AnswerPublisher;
 use crate::session::timing::clock::{MILLISECOND_NS, PERIOD_NS, now_ns, sleep_until_ns};
 
-/// Span between looks while nothing is to be said \[ns\].
+/// Time between checks while there is nothing to publish \[ns\].
 const LOOK_NS: u64 = 4 * MILLISECOND_NS;
-/// After so long the loop stands still: it looks at itself every 5 ms \[ns\].
+/// Time after which the loop counts as stopped: it makes a round at least every 5 ms \[ns\].
 const STANDS_NS: u64 = 100 * MILLISECOND_NS;
 
-/// What the loop and the watcher share.
+/// State shared by the loop and the watcher.
 #[derive(Debug)]
 pub struct Shared {
     voice: Mutex<Voice>,
     in_tick: AtomicBool,
     has_ended: AtomicBool,
-    /// Rounds of the loop.
+    /// Number of rounds of the loop.
     rounds: AtomicU64,
 }
 
 impl Shared {
-    /// Between ticks.
+    /// The state between ticks.
     #[must_use]
     pub fn new(voice: Voice) -> Self {
         Self {
@@ -37,50 +37,52 @@ impl Shared {
         }
     }
 
-    /// The voice, for one of the two at a time.
+    /// Locks the voice, for one of the two at a time.
     pub fn voice(&self) -> MutexGuard<'_, Voice> {
         self.voice.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// A tick begins.
+    /// Notes the start of a tick.
     pub(super) fn begin_tick(&self) {
         self.in_tick.store(true, Ordering::Release);
     }
 
-    /// It has ended.
+    /// Notes its end.
     pub(super) fn end_tick(&self) {
         self.in_tick.store(false, Ordering::Release);
     }
 
-    /// The loop begins a further round.
+    /// Notes a further round of the loop.
     pub(super) fn begin_round(&self) {
         self.rounds.fetch_add(1, Ordering::Relaxed);
     }
 
-    /// The loop has ended.
+    /// Notes the end of the loop.
     pub(super) fn end(&self) {
         self.has_ended.store(true, Ordering::Release);
     }
 
-    /// Looks until the loop has ended. Where the loop stands still, a program may have been killed that
-    /// made a connection to it: `clear` then clears up, every 100 ms.
+    /// Checks until the loop has ended. If the loop stands still, a program may have been killed while it
+    /// connected: `clear` then removes its leftovers, every 100 ms.
     pub(super) fn watch(&self, answers: &AnswerPublisher, clear: impl Fn()) {
         let (mut rounds, mut since_ns) = (0, now_ns());
         while !self.has_ended.load(Ordering::Acquire) {
+            // In a tick: publish the falling force.
             let mut span_ns = LOOK_NS;
             if self.in_tick.load(Ordering::Acquire) {
                 let mut voice = self.voice();
-                // Looked at again with the voice in hand: the answer may have left meanwhile.
+                // Checked again with the voice locked: the tick may have ended meanwhile.
                 if self.in_tick.load(Ordering::Acquire)
                     && let Some(answer) = voice.falling_in_tick(now_ns())
                 {
-                    // A message that shared memory does not take is followed by the next one.
+                    // A message that shared memory does not accept is followed by the next one.
                     let _ = answers.send(&answer);
                 }
                 if voice.is_urgent() {
                     span_ns = PERIOD_NS;
                 }
             }
+            // A loop that stands still: clear leftovers.
             let now_ns = now_ns();
             let reached = self.rounds.load(Ordering::Relaxed);
             if reached != rounds {

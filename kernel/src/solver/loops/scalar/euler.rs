@@ -28,7 +28,7 @@ pub(crate) fn step<N: Number>(
     }
 }
 
-/// The update of some cells; whether one of them moved.
+/// Updates some cells. Returns true if one of them moved.
 pub(crate) fn update<N: Number>(
     model: &Model<'_>,
     cells: &ops::Range<usize>,

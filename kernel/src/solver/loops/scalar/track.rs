@@ -32,7 +32,7 @@ pub(crate) fn residual<N: Loops, const SUMS: usize>(
     sums(terms, awake.iter(model.slice_count()), points, tally)
 }
 
-/// The sums of a body of several parts. Not inlined: no firmware's body has any.
+/// The sums of a body of several parts. Not inlined: bodies in firmware have one part.
 #[cold]
 #[inline(never)]
 fn in_parts<N: Loops, const SUMS: usize>(
@@ -45,13 +45,13 @@ fn in_parts<N: Loops, const SUMS: usize>(
     for part in 0..parts::PARTS {
         let slices = awake.iter_in(parts::slices(terms.model.cells(), part));
         totals = plus(totals, sums(terms, slices, points, tally));
-        // What is counted beside the sums is that of the whole body.
+        // The tally is that of the whole body: count it once.
         tally = N::Tally::default();
     }
     totals
 }
 
-/// The totals of two parts together.
+/// Adds the totals of two parts.
 pub(crate) fn plus<const SUMS: usize>(
     mut one: [TwoFloat; SUMS],
     other: [TwoFloat; SUMS],
@@ -75,6 +75,7 @@ fn sums<N: Loops, const SUMS: usize>(
     let mut energy = N::WideSum::default();
     let (mut squared, mut way, mut direction, mut own) =
         (N::Sum::default(), N::Sum::default(), N::Sum::default(), N::Sum::default());
+    // Sum over the cells of each slice.
     for slice in slices {
         let cells = cells_of(slice, mobility.len());
         let here = part(points.residual, &cells).zip(part(points.at, &cells));
@@ -95,6 +96,7 @@ fn sums<N: Loops, const SUMS: usize>(
             direction.add(lane, N::inner(residual, last));
         }
     }
+    // Total the sums in the order of the interface.
     let energy = N::energy(&energy, tally).times_power_of_two(0.125);
     let found = [energy, squared.total(), way.total(), direction.total(), own.total()];
     let mut sums = [TwoFloat::ZERO; SUMS];
@@ -104,7 +106,7 @@ fn sums<N: Loops, const SUMS: usize>(
     sums
 }
 
-/// The own part of a cell's direction over r / W.
+/// The local part of a cell's direction over r / W.
 pub(crate) fn factor(factors: &[f32], cell: usize) -> f32 {
     factors.get(cell).copied().unwrap_or(1.0)
 }
@@ -120,7 +122,7 @@ pub(crate) fn step<N: Loops>(
     let model = terms.model;
     for slice in awake.set.iter(model.slice_count()) {
         let cells = cells_of(slice, model.cells());
-        // The neighbours of cells that moved before are awake.
+        // The neighbours of cells that already moved are awake.
         let started = if awake.spread.contains(slice) {
             update::<N, false>(terms, &cells, points, factors, &mut moved.beyond)
         } else {
@@ -132,7 +134,7 @@ pub(crate) fn step<N: Loops>(
     }
 }
 
-/// The update of some cells; with `WATCHED` whether one of them started to move.
+/// Updates some cells. With `WATCHED`, returns true if one of them started to move.
 pub(crate) fn update<N: Loops, const WATCHED: bool>(
     terms: Terms<'_, '_>,
     cells: &ops::Range<usize>,
@@ -164,7 +166,7 @@ pub(crate) fn update<N: Loops, const WATCHED: bool>(
     started
 }
 
-/// Whether some coordinate that stood still moves.
+/// Returns true if some coordinate that was at rest moves.
 fn starts<N: Loops>(way: [N; 3], y: [N; 3], next: [N; 3], ahead: [N; 3]) -> bool {
     let each = way.iter().zip(y).zip(next).zip(ahead);
     each.into_iter().any(|(((way, y), next), ahead)| *way == N::ZERO && (next != y || ahead != y))

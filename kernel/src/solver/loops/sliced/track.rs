@@ -16,7 +16,7 @@ use crate::terms::held::Contact;
 use crate::terms::residual::Terms;
 use crate::terms::sliced::{self, Reduce};
 
-/// The sums of a pass, see `Loops::track_residual` and, where there are five, `elastic_residual`.
+/// The sums of a pass, see `Loops::track_residual` and, with five sums, `elastic_residual`.
 pub(crate) struct Sums<'a, const SUMS: usize> {
     mobility: Chunks<'a, f32>,
     factors: Chunks<'a, f32>,
@@ -80,7 +80,7 @@ impl<const SUMS: usize> Reduce for Sums<'_, SUMS> {
     }
 }
 
-/// The pass of a body of one part; `None` where slices cannot be used.
+/// The pass of a body of one part; `None` if slices cannot be used.
 pub(crate) fn residual<const SUMS: usize>(
     terms: Terms<'_, '_>,
     awake: &SliceSet,
@@ -92,7 +92,7 @@ pub(crate) fn residual<const SUMS: usize>(
         .then(|| sums.totals())
 }
 
-/// The pass of a body of several parts; `None` where slices cannot be used.
+/// The pass of a body of several parts; `None` if slices cannot be used.
 pub(crate) fn residual_in_parts<const SUMS: usize>(
     terms: Terms<'_, '_>,
     awake: &SliceSet,
@@ -107,7 +107,7 @@ pub(crate) fn residual_in_parts<const SUMS: usize>(
     sums.iter().map(Sums::totals).reduce(plus)
 }
 
-/// The update of awake slices without a coarse level, part by part where there are several.
+/// The update of awake slices without a coarse level, part by part if there are several.
 pub(crate) fn step(
     terms: Terms<'_, '_>,
     awake: &Awake,
@@ -176,7 +176,7 @@ impl Work for Step<'_> {
     }
 }
 
-/// What an update reads and writes.
+/// Arrays that an update reads and writes.
 struct Slices<'a> {
     mobility: Chunks<'a, f32>,
     residual: Chunks<'a, Cell>,
@@ -186,8 +186,8 @@ struct Slices<'a> {
 }
 
 impl Slices<'_> {
-    /// Moves the cells of a slice. Where asked for, gives how far those went that stood still
-    /// before: the neighbours of the others are awake.
+    /// Moves the cells of a slice. With `STARTED`, returns the displacement of cells that were at rest
+    /// before; the neighbours of the others are awake.
     #[inline(always)]
     fn step<V: F32x8, const STARTED: bool>(
         &mut self,

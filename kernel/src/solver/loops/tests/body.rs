@@ -1,4 +1,4 @@
-//! Small bodies of any shape, put together without a bake.
+//! Small bodies of any shape, built without a bake.
 
 use std::vec;
 use std::vec::Vec;
@@ -11,7 +11,7 @@ use crate::number::two_float::LANES;
 /// Links of cells `i < j` with alpha and weight.
 pub(super) type Link = ([u16; 2], f32, f32);
 
-/// What the sections of a model's image hold.
+/// The sections of a model's image.
 pub(super) struct Body {
     rest: Vec<[f32; 3]>,
     rows: Vec<u32>,
@@ -30,7 +30,7 @@ pub(super) struct Body {
     slice_weights: Vec<[f32; LANES]>,
 }
 
-/// Which of a body's links differ.
+/// Flags of the properties in which a body's links differ.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Varied {
     pub alphas: bool,

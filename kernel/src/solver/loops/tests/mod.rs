@@ -1,5 +1,5 @@
-//! Passes and updates over slices, on the machine's unit and in plain Rust, against those that
-//! visit every link once and cell after cell.
+//! Passes and updates over slices, on the machine's unit and in plain Rust, compared with those that visit
+//! links and cells one by one.
 
 mod body;
 
@@ -25,7 +25,7 @@ use crate::terms::state::States;
 use crate::terms::surface::Touch;
 use body::{Body, Link, Varied};
 
-/// Everything that a pass and the updates after it compute, as bits.
+/// All results of a pass and its updates, as bits.
 #[derive(Debug, Default, PartialEq)]
 struct Outcome {
     residual: Vec<[u32; 4]>,
@@ -133,7 +133,7 @@ impl Case {
         let terms = self.terms(model);
         let (mut at, held) = self.arrays();
         let mut residual = vec![Cell([9.0; 4]); at.len()];
-        // Some cells stand still, some do not.
+        // Some cells are at rest, some are not.
         let mut published: Vec<Cell> = at.clone();
         let mut before: Vec<Cell> = model.rest.iter().map(|&rest| Cell::at(rest)).collect();
         for (before, at) in before.iter_mut().zip(&at).step_by(3) {
@@ -172,8 +172,8 @@ impl Case {
     }
 }
 
-/// Where a cell is: near its place, in it, at one of a few points that it shares with others,
-/// less than a denormal away from such a point, as far away as a state may be.
+/// Position of a cell: near its rest position, at it, at one of a few points that it shares with others, less
+/// than a denormal away from such a point, or as far away as a state may be.
 #[derive(Debug, Clone, Copy)]
 enum Place {
     Near([f32; 3]),
@@ -205,8 +205,8 @@ impl Place {
     }
 }
 
-/// A body as at rest but for its size: every link within a few roundings of an edge of its band, or
-/// of the length below which it has no direction.
+/// A body at rest but for its size: every link is within a few roundings of an edge of its band, or of the
+/// length below which its direction is undefined.
 #[derive(Debug, Clone, Copy)]
 struct Size {
     edge: usize,
@@ -244,7 +244,7 @@ fn case() -> impl Strategy<Value = Case> {
         let links = prop::collection::vec((ends, 0.0_f32..0.99, -9.0_f32..9.0), 0..5 * n);
         let places = prop_oneof![
             3 => prop::collection::vec(place(), n),
-            // Most bodies that a tool meets: slices leave early, or have no coincident cell.
+            // Most bodies under a tool: slices leave early, or have no coincident cell.
             1 => prop::collection::vec(prop::array::uniform3(-0.1_f32..0.1).prop_map(Place::Near), n),
         ];
         let held = prop::collection::vec(0..n as u16, 0..4);
