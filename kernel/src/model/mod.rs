@@ -39,6 +39,13 @@ use crate::number::sqrt::sqrt;
 pub const COORDINATE_MAX: f32 = 1.0e6;
 
 /// Rest length of a link between two stored rest positions, by the sweep's own arithmetic.
+///
+/// ```
+/// use chaincell_kernel::model::rest_length;
+///
+/// let length = rest_length([0.0, 0.0, 0.0], [3.0, 4.0, 0.0]);
+/// assert_eq!(length, 5.0); // mean link lengths, as the positions
+/// ```
 #[must_use]
 pub fn rest_length(a: [f32; 3], b: [f32; 3]) -> f32 {
     let difference = sub(b, a);
@@ -57,6 +64,14 @@ pub(crate) fn range(rows: &[u32], at: usize) -> Range<usize> {
 /// Links a model image into flash with the alignment that [`Model::from_bytes`] asks for.
 ///
 /// The path is relative to the file the macro stands in. Gives a `&'static [u8]`.
+///
+/// ```
+/// use chaincell_kernel::include_model;
+///
+/// static IMAGE: &[u8] =
+///     include_model!(concat!(env!("CARGO_MANIFEST_DIR"), "/data/plane9.chaincell"));
+/// assert!(IMAGE.as_ptr().addr().is_multiple_of(16));
+/// ```
 #[macro_export]
 macro_rules! include_model {
     ($path:expr $(,)?) => {{
