@@ -12,6 +12,15 @@ pub const NOT_TURNED: [f32; 4] = [0.0, 0.0, 0.0, 1.0];
 ///
 /// Any bit pattern is admitted; a pose that is not good never reaches the cells: the last good one
 /// stands in for ten ticks, then the safe state answers.
+///
+/// ```
+/// use chaincell_kernel::ToolPose;
+///
+/// let pose = ToolPose::at([0.0, 0.0, -0.002].into(), 1); // 2 mm below the origin, engaged
+/// assert!(pose.is_good());
+/// let unplugged = ToolPose { position_m: [f32::NAN; 3].into(), ..pose };
+/// assert!(!unplugged.is_good());
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(C)]
 pub struct ToolPose {
@@ -30,8 +39,8 @@ impl ToolPose {
         Self { position_m, orientation: NOT_TURNED, engaged }
     }
 
-    /// Whether the tick may act on it: finite, `engaged` 0 or 1, the quaternion's length within 1/2
-    /// and 2.
+    /// Returns true if a tick may act on it: it is finite, `engaged` is 0 or 1, and the quaternion's
+    /// length is within 1/2 and 2.
     #[must_use]
     pub fn is_good(&self) -> bool {
         self.engaged <= 1 && self.position_m.iter().all(|x| x.is_finite()) && self.turn().is_some()
@@ -43,6 +52,16 @@ impl ToolPose {
 }
 
 /// A convex part of a tool with rounded edges, in the tool's frame.
+///
+/// ```
+/// use chaincell_kernel::ToolPart;
+///
+/// // A scalpel's handle of 8 mm, 100 mm long, and a blade in front of it [m].
+/// let handle = ToolPart::capsule(0.046, 0.004);
+/// let blade = ToolPart { centre_m: [0.0, 0.0, -0.06], ..ToolPart::rounded_box([0.0, 0.003, 0.01], 0.0005) };
+/// let tool = [handle, blade];
+/// assert_eq!(tool[0].half_m[2] + tool[0].radius_m, 0.05); // half of its length
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(C)]
 pub struct ToolPart {
@@ -84,7 +103,7 @@ impl ToolPart {
         Self { half_m: [f32::INFINITY; 3], ..Self::sphere(radius_m) }
     }
 
-    /// Whether it is a half space.
+    /// Returns true if it is a half space.
     #[must_use]
     pub fn is_half_space(&self) -> bool {
         self.half_m == [f32::INFINITY; 3]

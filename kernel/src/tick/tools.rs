@@ -74,6 +74,23 @@ impl<D: Dynamics> TissueMut<'_, D> {
     /// touched, the ones with the lowest ids; more set
     /// [`Flags::CONTACT_CAPACITY`](crate::Flags::CONTACT_CAPACITY).
     ///
+    /// ```
+    /// # use chaincell_kernel::{Budget, Model, Network, Settings, Tissue, ToolPose, Track, include_model};
+    /// # let image = include_model!(concat!(env!("CARGO_MANIFEST_DIR"), "/data/plane9.chaincell"));
+    /// # let model = Model::from_bytes(image)?;
+    /// # let network = Network::new(model, Settings::for_model(&model))?;
+    /// # let mut tissue = Tissue::<128, Track>::new();
+    /// # tissue.reset(&network)?;
+    /// tissue.choose_probe(&network, 0.004)?; // a ball of 8 mm
+    /// let mut output = tissue.tick(&network, &[ToolPose::at([0.0, 0.0, 0.005].into(), 1)], Budget::All);
+    /// assert_eq!(output.contacts, 0); // 1 mm above the plane
+    /// for height_m in [0.003, 0.001] {
+    ///     output = tissue.tick(&network, &[ToolPose::at([0.0, 0.0, height_m].into(), 1)], Budget::All);
+    /// }
+    /// assert!(output.contacts == 1 && output.force_n.z > 0.001); // [N], upwards
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
     /// # Errors
     /// Why this cannot be; the old choice stays.
     pub fn choose_probe(
