@@ -7,6 +7,14 @@ use crate::number::kept::kept;
 ///
 /// Positions have 0 in the fourth lane; the residual has the cell's sum of w d^2, or with
 /// fixed-point numbers a mark that is 0 only where that sum is.
+///
+/// ```
+/// use chaincell_kernel::Cell;
+///
+/// let place = Cell::at([1.0, 2.0, 3.0]); // mean link lengths from the body's centre
+/// assert_eq!((place.xyz(), place.w()), ([1.0, 2.0, 3.0], 0.0));
+/// assert_eq!(align_of_val(&place), 16);
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(C, align(16))]
 pub struct Cell<N = f32>(pub [N; 4]);
@@ -89,6 +97,13 @@ pub fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
 ///
 /// Written as a clamp, which equals the state bit for bit inside the range; the paper's
 /// `(|v + K| - |v - K|) / 2` does not in floating point.
+///
+/// ```
+/// use chaincell_kernel::number::cell::output;
+///
+/// let saturation = 13.0; // K [mean link lengths]
+/// assert_eq!(output([0.3_f32, -20.0, 14.0], saturation), [0.3, -13.0, 13.0]);
+/// ```
 #[must_use]
 #[inline(always)]
 pub fn output<N: Number>(v: [N; 3], k: N) -> [N; 3] {

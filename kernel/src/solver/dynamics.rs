@@ -8,17 +8,26 @@ use crate::model::Model;
 pub type NumberOf<D> = <D as Scheme>::Number;
 
 /// A scheme, with its own scalar state.
+///
+/// ```
+/// # use chaincell_kernel::{Dynamics, Euler, NumberOf, Number, Predict, Tissue, Track};
+/// assert_eq!((Euler::<f32>::NAME, NumberOf::<Euler>::NAME), ("euler", "f32"));
+/// // 16 bytes a cell and array, and two arrays of every scheme: state and residual.
+/// assert_eq!(16 * (2 + Track::<0>::ARRAYS), 64);
+/// assert_eq!(16 * (2 + Predict::<0>::ARRAYS), 112);
+/// assert!(Tissue::<512, Track>::RAM_BYTES < 64 * 512 + 16 * 64 + 2_300); // with 64 contact cells
+/// ```
 pub trait Dynamics: Scheme {
     /// Name as in the command's `--dynamics`.
     const NAME: &'static str;
     /// The scheme at rest.
     const REST: Self;
-    /// Whether a tick may end after any sweep: the published state is certified after each, and the
+    /// True if a tick may end after any sweep: the published state is certified after each, and the
     /// number of sweeps is no time of the tissue.
     const IS_ANYTIME: bool = false;
-    /// Whether it moves bodies of nodal shapes.
+    /// True if it moves bodies of nodal shapes.
     const TAKES_SHAPES: bool = false;
-    /// Whether a sphere may meet the triangles of a surface.
+    /// True if a sphere may meet the triangles of a surface.
     const TAKES_SURFACES: bool = false;
     /// Arrays of cells the scheme needs besides state and residual.
     const ARRAYS: usize;
@@ -33,8 +42,8 @@ pub trait Dynamics: Scheme {
     fn stilled(self) -> Self {
         Self::REST
     }
-    /// What [`Settings::tick_time`](crate::Settings::tick_time) may be so that a number of sweeps
-    /// covers it; for schemes without it what `euler` covers [dimensionless time].
+    /// Returns the largest [`Settings::tick_time`](crate::Settings::tick_time) that a number of
+    /// sweeps covers; for schemes without it the time that `euler` covers [dimensionless time].
     #[must_use]
     fn tick_time(model: &Model<'_>, sweeps: u16) -> f32 {
         f32::from(sweeps) * model.step_max()
