@@ -39,13 +39,6 @@ use crate::number::sqrt::sqrt;
 pub const COORDINATE_MAX: f32 = 1.0e6;
 
 /// Rest length of a link between two stored rest positions, by the sweep's own arithmetic.
-///
-/// ```
-/// use chaincell_kernel::model::rest_length;
-///
-/// let length = rest_length([0.0, 0.0, 0.0], [3.0, 4.0, 0.0]);
-/// assert_eq!(length, 5.0); // mean link lengths, as the positions
-/// ```
 #[must_use]
 pub fn rest_length(a: [f32; 3], b: [f32; 3]) -> f32 {
     let difference = sub(b, a);

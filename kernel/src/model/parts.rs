@@ -29,13 +29,6 @@ pub const fn count(cells: usize) -> usize {
 }
 
 /// Returns the part that a cell belongs to in a body of `all` cells.
-///
-/// ```
-/// use chaincell_kernel::parts;
-///
-/// let of_cell = [0, 2_560, 19_999].map(|cell| parts::of_cell(20_003, cell));
-/// assert_eq!(of_cell, [0, 1, 7]);
-/// ```
 #[must_use]
 pub fn of_cell(all: usize, cell: usize) -> usize {
     (1..count(all)).rfind(|&part| cells(all, part).start <= cell).unwrap_or(0)

@@ -123,15 +123,6 @@ impl<'a> Model<'a> {
     }
 
     /// Newtons per internal unit of force, 2 `k_ref` times the mean link length.
-    ///
-    /// ```
-    /// # use chaincell_kernel::{Model, include_model};
-    /// # let image = include_model!(concat!(env!("CARGO_MANIFEST_DIR"), "/data/plane9.chaincell"));
-    /// # let model = Model::from_bytes(image)?;
-    /// let newtons = 2.0 * model.stiffness_n_per_m() * model.unit_m(); // 2 x 20 N/m x 11.9 mm
-    /// assert_eq!(model.force_unit_n(), newtons);
-    /// # Ok::<(), chaincell_kernel::ModelError>(())
-    /// ```
     #[must_use]
     pub fn force_unit_n(&self) -> f32 {
         2.0 * self.stiffness_n_per_m * self.unit_m

@@ -97,13 +97,6 @@ pub fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
 ///
 /// Written as a clamp, which equals the state bit for bit inside the range; the paper's
 /// `(|v + K| - |v - K|) / 2` does not in floating point.
-///
-/// ```
-/// use chaincell_kernel::number::cell::output;
-///
-/// let saturation = 13.0; // K [mean link lengths]
-/// assert_eq!(output([0.3_f32, -20.0, 14.0], saturation), [0.3, -13.0, 13.0]);
-/// ```
 #[must_use]
 #[inline(always)]
 pub fn output<N: Number>(v: [N; 3], k: N) -> [N; 3] {

@@ -54,7 +54,8 @@ impl<N: Number> Contact<N> {
     }
 }
 
-/// Why a list of contact cells is refused; the position is that in the list.
+/// The reason for which a choice of contact cells or tools is refused; a position is that in the
+/// list.
 ///
 /// ```
 /// # use chaincell_kernel::{Model, Network, Settings, Tissue, Track, include_model};

@@ -37,7 +37,7 @@ pub struct Settings {
     pub max_force_n: f32,
 }
 
-/// Which setting is out of range.
+/// The setting that is out of range.
 ///
 /// ```
 /// # use chaincell_kernel::{Model, Network, Settings, include_model};

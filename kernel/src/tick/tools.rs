@@ -20,7 +20,33 @@ use crate::terms::surface::{
 /// Largest coefficient of friction.
 pub const FRICTION_MAX: f32 = 10.0;
 
-/// What one of several tools feels in a tick.
+/// The answer of a tick to one of several tools.
+///
+/// ```
+/// # use chaincell_kernel::{Budget, FEATURES, Model, Network, Settings, Tissue, ToolPart, ToolPose, TouchStore, Track, elastic_room, include_model};
+/// use chaincell_kernel::ToolOutput;
+/// # if FEATURES != ["nodal", "surface"] {
+/// #     return Ok(());
+/// # }
+/// # let image = include_model!(concat!(env!("CARGO_MANIFEST_DIR"), "/data/touch6.chaincell"));
+/// # let model = Model::from_bytes(image)?;
+/// # let network = Network::new(model, Settings::for_model(&model))?;
+/// # type Body = Tissue<160, Track<{ elastic_room(32) }>, 4, 160>;
+/// # let mut body = Box::new(Body::new());
+/// # let mut store = TouchStore::<160, 64, 64>::new();
+/// # let mut tissue = body.touching(store.room());
+/// # tissue.reset(&network)?;
+/// # tissue.choose_tools(&network, &[&[ToolPart::sphere(0.004)]], 0.3)?;
+/// # for step in 0..=6 {
+/// #     let pose = ToolPose::at([0.0, 0.0, 0.036 - 0.001 * step as f32].into(), 1);
+/// #     tissue.tick(&network, &[pose], Budget::All);
+/// # }
+///
+/// let ToolOutput { force_n, torque_n_m, contacts, .. } = tissue.tool_output(&network, 0);
+/// assert!(force_n.z > 0.05 && contacts > 0); // [N], a ball pressed down by 4 mm
+/// assert!(torque_n_m.x.abs() < 0.004 * force_n.z); // [N m], about its centre
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ToolOutput {
     /// Force of the tissue on the tool \[N\].
@@ -46,7 +72,31 @@ impl ToolOutput {
     };
 }
 
-/// Where the tissue meets a tool: its proxy, which stops short of the tool where that is too deep.
+/// The pose at which the tissue meets a tool: its proxy, which stops short of the tool where that
+/// is too deep.
+///
+/// ```
+/// # use chaincell_kernel::{Budget, FEATURES, Model, Network, Settings, Tissue, ToolPart, ToolPose, TouchStore, Track, elastic_room, include_model};
+/// use chaincell_kernel::ProxyPose;
+/// # if FEATURES != ["nodal", "surface"] {
+/// #     return Ok(());
+/// # }
+/// # let image = include_model!(concat!(env!("CARGO_MANIFEST_DIR"), "/data/touch6.chaincell"));
+/// # let model = Model::from_bytes(image)?;
+/// # let network = Network::new(model, Settings::for_model(&model))?;
+/// # type Body = Tissue<160, Track<{ elastic_room(32) }>, 4, 160>;
+/// # let mut body = Box::new(Body::new());
+/// # let mut store = TouchStore::<160, 64, 64>::new();
+/// # let mut tissue = body.touching(store.room());
+/// # tissue.reset(&network)?;
+/// # tissue.choose_tools(&network, &[&[ToolPart::sphere(0.004)]], 0.3)?;
+///
+/// let outside = ToolPose::at([0.0, 0.0, 0.036].into(), 1);
+/// tissue.tick(&network, &[outside], Budget::All);
+/// let ProxyPose { position_m, share, .. } = tissue.proxy_pose(&network, 0).ok_or("not engaged")?;
+/// assert!((position_m[2] - 0.036).abs() < 1e-6 && share == 1.0); // [m], at the tool
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ProxyPose {
     /// Where its frame is in the frame of the input mesh \[m\].
@@ -59,7 +109,7 @@ pub struct ProxyPose {
 }
 
 impl<D: Dynamics> TissueMut<'_, D> {
-    /// Where the tissue meets a tool; `None` while that is not engaged.
+    /// Returns the pose at which the tissue meets a tool; `None` while that is not engaged.
     #[must_use]
     pub fn proxy_pose(&self, network: &Network<'_>, tool: usize) -> Option<ProxyPose> {
         let (model, proxy) = (network.model(), &self.touch.tool(tool)?.proxy);
@@ -92,7 +142,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
     /// ```
     ///
     /// # Errors
-    /// Why this cannot be; the old choice stays.
+    /// The first reason against the choice, see [`ContactError`]; the old choice stays.
     pub fn choose_probe(
         &mut self,
         network: &Network<'_>,
@@ -128,7 +178,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
     /// without room for anchors has no friction and no grips.
     ///
     /// # Errors
-    /// Why this cannot be; the old choice stays.
+    /// The first reason against the choice, see [`ContactError`]; the old choice stays.
     pub fn choose_tools(
         &mut self,
         network: &Network<'_>,
@@ -187,7 +237,8 @@ impl<D: Dynamics> TissueMut<'_, D> {
         Ok(())
     }
 
-    /// What a tool felt in the last tick with a sweep; nothing while it is not engaged.
+    /// Returns force, torque and work of a tool in the last tick with a sweep;
+    /// [`ToolOutput::NONE`] while it is not engaged.
     #[must_use]
     pub fn tool_output(&self, network: &Network<'_>, tool: usize) -> ToolOutput {
         let model = network.model();
@@ -204,8 +255,33 @@ impl<D: Dynamics> TissueMut<'_, D> {
         }
     }
 
-    /// The contacts of all tools as they are now, one for each triangle and part of a tool. Cost: one
+    /// Visits the contacts of all tools as they are now, one for each triangle and part of a tool. Cost: one
     /// look at the samples in reach.
+    ///
+    /// ```
+    /// # use chaincell_kernel::{Budget, FEATURES, Model, Network, Settings, Tissue, ToolPart, ToolPose, TouchStore, Track, elastic_room, include_model};
+    /// # if FEATURES != ["nodal", "surface"] {
+    /// #     return Ok(());
+    /// # }
+    /// # let image = include_model!(concat!(env!("CARGO_MANIFEST_DIR"), "/data/touch6.chaincell"));
+    /// # let model = Model::from_bytes(image)?;
+    /// # let network = Network::new(model, Settings::for_model(&model))?;
+    /// # type Body = Tissue<160, Track<{ elastic_room(32) }>, 4, 160>;
+    /// # let mut body = Box::new(Body::new());
+    /// # let mut store = TouchStore::<160, 64, 64>::new();
+    /// # let mut tissue = body.touching(store.room());
+    /// # tissue.reset(&network)?;
+    /// # tissue.choose_tools(&network, &[&[ToolPart::sphere(0.004)]], 0.3)?;
+    /// # for step in 0..=6 {
+    /// #     let pose = ToolPose::at([0.0, 0.0, 0.036 - 0.001 * step as f32].into(), 1);
+    /// #     tissue.tick(&network, &[pose], Budget::All);
+    /// # }
+    /// let mut sum_n = 0.0;
+    /// tissue.contact_forces(&network, |contact| sum_n += contact.normal_n[2] + contact.tangential_n[2]);
+    /// let force_n = tissue.tool_output(&network, 0).force_n.z;
+    /// assert!((sum_n - force_n).abs() < 1e-3 * force_n); // [N], in all the tool's force
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn contact_forces(&mut self, network: &Network<'_>, mut each: impl FnMut(&ContactForce)) {
         let model = network.model();
         let Some(state) = self.state.get(..model.cells()) else { return };
@@ -229,9 +305,42 @@ impl<D: Dynamics> TissueMut<'_, D> {
 
     /// A tool grips what it is in contact with: it holds these samples where they are in its frame,
     /// without slip, until [`Self::let_go`] or until it is no longer engaged. A tool that stays is a
-    /// pin. Gives how many samples it holds; 0 where it touches nothing.
+    /// pin. Returns the number of samples that it holds; 0 where it touches nothing.
     ///
     /// The force does not jump: a grip begins without pull. Between two ticks.
+    ///
+    /// ```
+    /// # use chaincell_kernel::{Budget, FEATURES, Model, Network, Settings, Tissue, ToolPart, ToolPose, TouchStore, Track, elastic_room, include_model};
+    /// # if FEATURES != ["nodal", "surface"] {
+    /// #     return Ok(());
+    /// # }
+    /// # let image = include_model!(concat!(env!("CARGO_MANIFEST_DIR"), "/data/touch6.chaincell"));
+    /// # let model = Model::from_bytes(image)?;
+    /// # let network = Network::new(model, Settings::for_model(&model))?;
+    /// # type Body = Tissue<160, Track<{ elastic_room(32) }>, 4, 160>;
+    /// # let mut body = Box::new(Body::new());
+    /// # let mut store = TouchStore::<160, 64, 64>::new();
+    /// # let mut tissue = body.touching(store.room());
+    /// # tissue.reset(&network)?;
+    /// # tissue.choose_tools(&network, &[&[ToolPart::sphere(0.004)]], 0.3)?;
+    /// # for step in 0..=6 {
+    /// #     let pose = ToolPose::at([0.0, 0.0, 0.036 - 0.001 * step as f32].into(), 1);
+    /// #     tissue.tick(&network, &[pose], Budget::All);
+    /// # }
+    /// assert!(tissue.grip(&network, 0) > 0); // samples held
+    /// for step in 0..=10 {
+    ///     let pose = ToolPose::at([0.0, 0.0, 0.030 + 0.001 * step as f32].into(), 1);
+    ///     tissue.tick(&network, &[pose], Budget::All);
+    /// }
+    /// assert!(tissue.tool_output(&network, 0).force_n.z < 0.0); // [N], the tissue pulls at the tool
+    ///
+    /// tissue.let_go(0, 5); // within five ticks
+    /// # for _ in 0..6 {
+    /// #     tissue.tick(&network, &[ToolPose::at([0.0, 0.0, 0.040].into(), 1)], Budget::All);
+    /// # }
+    /// assert_eq!(tissue.gripped(&network, 0), 0);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn grip(&mut self, network: &Network<'_>, tool: usize) -> usize {
         let model = network.model();
         let Some(state) = self.state.get(..model.cells()) else { return 0 };
@@ -244,7 +353,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
         held
     }
 
-    /// A tool lets go of what it grips, within so many ticks: the pull falls to 0 without a jump.
+    /// A tool lets go of its grip within `ticks` ticks, at least 1: the pull falls to 0 without a jump.
     pub fn let_go(&mut self, tool: usize, ticks: u16) {
         let Some(arrays) = self.touch.whole() else { return };
         if let Some(tool) = arrays.tools.get_mut(tool) {
@@ -252,7 +361,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
         }
     }
 
-    /// Samples that a tool grips.
+    /// Returns the number of samples that a tool grips.
     #[must_use]
     pub fn gripped(&mut self, network: &Network<'_>, tool: usize) -> usize {
         let arrays = self.touch.arrays(network.model().cells());

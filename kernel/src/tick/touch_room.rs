@@ -34,6 +34,31 @@ pub struct TouchArrays<'a> {
 ///
 /// `const` constructible, so it can be a `static`. [`Tissue::touching`](crate::Tissue::touching)
 /// joins it with a tissue.
+///
+/// ```
+/// # use chaincell_kernel::{Budget, FEATURES, Model, Network, Settings, Tissue, ToolPart, ToolPose, Track, elastic_room, include_model};
+/// use chaincell_kernel::TouchStore;
+/// # if FEATURES != ["nodal", "surface"] {
+/// #     return Ok(());
+/// # }
+/// # let image = include_model!(concat!(env!("CARGO_MANIFEST_DIR"), "/data/touch6.chaincell"));
+/// # let model = Model::from_bytes(image)?;
+/// # let network = Network::new(model, Settings::for_model(&model))?;
+///
+/// let mut body = Tissue::<160, Track<{ elastic_room(32) }>, 4, 160>::new(); // a nodal body
+/// let mut store = TouchStore::<160, 64>::new(); // 64 triangles in reach of one tool
+/// let mut tissue = body.touching(store.room());
+/// tissue.reset(&network)?;
+/// tissue.choose_tools(&network, &[&[ToolPart::sphere(0.004)]], 0.0)?;
+/// let mut force_n = 0.0;
+/// for step in 0..=6 {
+///     let height_m = 0.036 - 0.001 * step as f32; // from 2 mm above the surface
+///     let pose = ToolPose::at([0.0, 0.0, height_m].into(), 1);
+///     force_n = tissue.tick(&network, &[pose], Budget::All).force_n.z;
+/// }
+/// assert!(force_n > 0.05); // [N], upwards
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub struct TouchStore<
     const CELLS: usize,
     const NEAR: usize,

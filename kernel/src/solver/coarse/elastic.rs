@@ -36,14 +36,6 @@ use crate::terms::term::Term;
 
 /// Returns the memory that the coarse level of nodal shapes needs for `functions` basis functions \[blocks of
 /// eight `f32`\].
-///
-/// ```
-/// use chaincell_kernel::{Tissue, Track, elastic_room};
-///
-/// /// A nodal body of up to 512 cells, its coarse level of up to 48 basis functions.
-/// type Body = Tissue<512, Track<{ elastic_room(48) }>, 64, 512>;
-/// assert_eq!(32 * elastic_room(48), 36 * 48); // [bytes]: 36 a basis function
-/// ```
 #[must_use]
 pub const fn elastic_room(functions: usize) -> usize {
     9 * functions.div_ceil(LANES)
