@@ -12,6 +12,15 @@ use crate::services::SceneServices;
 use crate::viewed::{Reader, Viewed};
 
 /// One triangle in contact with one part of a tool: 52 bytes.
+///
+/// ```
+/// use chaincell_client::contacts::Contact;
+///
+/// let contact = Contact { normal_n: [0.0, 0.0, 0.4], area_m2: 2.0e-5, ..Contact::default() };
+/// let pressure_pa = contact.normal_n[2] / contact.area_m2;
+/// assert!((pressure_pa - 20_000.0).abs() < 1.0); // [Pa]
+/// assert_eq!(size_of::<Contact>(), 52);
+/// ```
 #[derive(Debug, Clone, Copy, Default, PartialEq, ZeroCopySend)]
 #[type_name("chaincell.Contact.v1")]
 #[repr(C)]
@@ -74,4 +83,20 @@ impl Viewed for Contact {
 }
 
 /// A reader of contacts.
+///
+/// ```no_run
+/// # fn read() -> chaincell_client::Result<()> {
+/// use chaincell_client::contacts::ContactReader;
+/// use chaincell_client::services::{Domain, SceneServices};
+///
+/// let scene = SceneServices::open(Some("left"), &Domain::default())?;
+/// let reader = ContactReader::open(&scene)?;
+/// if let Some(view) = reader.borrow()? {
+///     for contact in view.rows() {
+///         println!("tool {} at node {}: {:?} N", contact.tool, contact.node, contact.normal_n);
+///     }
+/// }
+/// # Ok(())
+/// # }
+/// ```
 pub type ContactReader = Reader<Contact>;

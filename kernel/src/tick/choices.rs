@@ -68,6 +68,25 @@ choices! {
 
 choices! {
     /// Unloading: when the links' bands close to their rest lengths (the paper's Fig. 5b).
+    ///
+    /// ```
+    /// # use chaincell_kernel::{Budget, Flags, Model, Network, Settings, Tissue, ToolPose, Track, coarse_room, include_model};
+    /// use chaincell_kernel::Unloading;
+    /// # let image = include_model!(concat!(env!("CARGO_MANIFEST_DIR"), "/data/box5.chaincell"));
+    /// # let model = Model::from_bytes(image)?;
+    /// let settings = Settings { unloading: Unloading::Release, ..Settings::for_model(&model) };
+    /// # let network = Network::new(model, settings)?;
+    /// # let mut tissue = Tissue::<128, Track<{ coarse_room(27, 1) }>>::new();
+    /// # tissue.reset(&network)?;
+    /// # tissue.choose_contacts(&network, &[53])?;
+    /// let mut flags = |engaged| {
+    ///     let pose = ToolPose::at([0.0, 0.0, 0.0].into(), engaged);
+    ///     tissue.tick(&network, &[pose], Budget::All).flags
+    /// };
+    /// assert!(!flags(1).contains(Flags::BAND_CLOSED)); // while the tool holds
+    /// assert!(flags(0).contains(Flags::BAND_CLOSED)); // from its release on
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     #[derive(Default)]
     Unloading {
         /// Never.

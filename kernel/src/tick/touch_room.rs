@@ -10,6 +10,29 @@ use crate::terms::surface::{
 };
 
 /// Arrays for contact on surfaces, in memory of the caller.
+///
+/// ```
+/// use chaincell_kernel::{
+///     Anchor, Cell, CoarseTouch, NearTriangle, ToolState, TouchArrays, TouchRoom, TouchState,
+/// };
+///
+/// // Up to 160 cells, 64 triangles in reach, 16 held samples and two tools, sized at run time.
+/// let mut numbers = vec![[0.0; 160]; 2];
+/// let [mobility, factors] = &mut numbers[..] else { unreachable!() };
+/// let (mut pulls, mut near) = (vec![Cell::ZERO; 160], vec![NearTriangle::NONE; 64]);
+/// let (mut anchors, mut tools) = (vec![Anchor::NONE; 2 * 16], vec![ToolState::NONE; 2]);
+/// let memory = TouchRoom::new(TouchArrays {
+///     mobility,
+///     factors,
+///     pulls: &mut pulls,
+///     near: &mut near,
+///     anchors: &mut anchors,
+///     coarse: &mut [CoarseTouch::NONE],
+///     tools: &mut tools,
+///     state: &mut [TouchState::AWAY],
+/// });
+/// // `Tissue::touching(memory)` gives the tissue that takes tools.
+/// ```
 pub struct TouchArrays<'a> {
     /// Bounds of the cells, one a cell.
     pub mobility: &'a mut [f32],
