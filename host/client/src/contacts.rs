@@ -25,13 +25,13 @@ use crate::viewed::{Reader, Viewed};
 #[type_name("chaincell.Contact.v1")]
 #[repr(C)]
 pub struct Contact {
-    /// Which tool.
+    /// The tool, from 0.
     pub tool: u32,
-    /// Which of its parts.
+    /// The part of the tool, from 0.
     pub part: u32,
     /// Input id of the triangle's corner that takes the largest share.
     pub node: u32,
-    /// Where it acts, in the frame of the input mesh \[m\].
+    /// The point at which it acts, in the frame of the input mesh \[m\].
     pub position_m: [f32; 3],
     /// Pressure on the tool \[N\].
     pub normal_n: [f32; 3],
@@ -41,7 +41,7 @@ pub struct Contact {
     pub area_m2: f32,
 }
 
-/// What the contacts belong to: 24 bytes, the user header of a slice of [`Contact`].
+/// Tick and flags that the contacts belong to: 24 bytes, the user header of a slice of [`Contact`].
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ZeroCopySend)]
 #[type_name("chaincell.Contacts.v1")]
 #[repr(C)]

@@ -6,7 +6,7 @@ use iceoryx2::prelude::*;
 
 use crate::error::{Error, Kind, Result};
 
-/// Where iceoryx2 keeps its files; programs with different ones never meet.
+/// Prefix and folder of the files of iceoryx2; programs with different ones never meet.
 ///
 /// ```
 /// use chaincell_client::{Options, services::Domain};

@@ -58,7 +58,7 @@ pub struct Felt {
     pub torque_n_m: [f32; 3],
     /// Number of cells it holds, or of triangles it is in contact with.
     pub contacts: u32,
-    /// What bit, see [`chaincell_kernel::Flags`].
+    /// Limits and events of the tool, see [`chaincell_kernel::Flags`].
     pub flags: u32,
 }
 
@@ -86,21 +86,21 @@ pub struct Answer {
     pub state_hash: u64,
     /// From sending the pose to its answer \[ns\].
     pub round_trip_ns: u64,
-    /// How long ago the answer came \[ns\].
+    /// Age of the answer \[ns\].
     pub age_ns: u64,
     /// Answers that have come.
     pub answers: u64,
     /// Certified upper bound of the elastic energy of the published state \[J\].
     pub energy_j: f32,
-    /// What bit during the tick, see [`chaincell_kernel::Flags`].
+    /// Limits and events of the tick, see [`chaincell_kernel::Flags`].
     pub flags: u32,
-    /// What the client says itself.
+    /// Notes of the client itself.
     pub notes: Notes,
     /// Time the tick took the server \[ns\].
     pub step_ns: u32,
     /// Sweeps made in the tick, 0 in a late one.
     pub sweeps: u32,
-    /// What each tool feels, by its number.
+    /// Force and torque on each tool, by its number.
     pub tools: [Felt; TOOLS_MAX],
 }
 

@@ -68,8 +68,8 @@ impl Shown {
     }
 }
 
-/// What is shown of a force: after each cause for a jump it goes from what was shown last to the
-/// force itself along a straight line, in a time of its own.
+/// Shapes a force: after each cause for a jump the shown force goes from its last value to the
+/// target along a straight line, in a time of its own.
 ///
 /// A step of a ramp is a millisecond of it at most, however late it comes: a process that stood
 /// still makes the ramp longer, never steeper. Nor is it longer than a slew limit allows: the ramp

@@ -37,9 +37,9 @@ pub struct ForceShaper {
 /// A force on its way to 0.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Fall {
-    /// What to show.
+    /// The forces and torques to show.
     pub shown: Shown,
-    /// Whether all of it has come to 0.
+    /// True if all of it has come to 0.
     pub is_done: bool,
 }
 

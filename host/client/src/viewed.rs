@@ -118,7 +118,7 @@ impl<T: Viewed> Reader<T> {
 pub struct View<T: Viewed>(Sample<Ipc, [T], T::Header>);
 
 impl<T: Viewed> View<T> {
-    /// What it belongs to.
+    /// Returns the header: the tick that the rows belong to.
     #[must_use]
     pub fn header(&self) -> T::Header {
         *self.0.user_header()

@@ -238,7 +238,7 @@ impl<'a> Model<'a> {
         self.others.elasticity(cell, 2.0 * self.stiffness_n_per_m / self.unit_m)
     }
 
-    /// How shapes resist a change of their volume, by [`LAW_DET1`](crate::image::LAW_DET1) or
+    /// Returns the law by which shapes resist a change of their volume, [`LAW_DET1`](crate::image::LAW_DET1) or
     /// [`LAW_TRACE`](crate::image::LAW_TRACE), and the stretch below which they resist more, 0 for
     /// none; `None` in a body of links.
     #[must_use]

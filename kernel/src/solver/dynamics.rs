@@ -4,7 +4,7 @@ use super::arrays::{Blocks, CellArrays};
 use super::scheme::Scheme;
 use crate::model::Model;
 
-/// What a scheme computes cells and links in.
+/// The number type in which a scheme computes cells and links.
 pub type NumberOf<D> = <D as Scheme>::Number;
 
 /// A scheme, with its own scalar state.
@@ -31,7 +31,7 @@ pub trait Dynamics: Scheme {
     const TAKES_SURFACES: bool = false;
     /// Arrays of cells the scheme needs besides state and residual.
     const ARRAYS: usize;
-    /// How many of those hold positions; the others hold what the scheme knows of the chosen cells.
+    /// Number of those that hold positions; the others hold the answer of the chosen cells.
     const POINTS: usize = Self::ARRAYS;
     /// Those arrays for a number of cells.
     type Arrays<const CELLS: usize>: CellArrays<Self::Number>;

@@ -76,7 +76,8 @@ use crate::terms::residual::Terms;
 /// # let mut forces_n = [0.0; 2];
 /// for depth_m in [0.0, 0.002, 0.004] {
 ///     let pose = [ToolPose::at([0.0, 0.0, -depth_m].into(), 1)];
-///     let (a, b) = (float.tick(&network, &pose, Budget::All), fixed.tick(&network, &pose, Budget::All));
+///     let a = float.tick(&network, &pose, Budget::All);
+///     let b = fixed.tick(&network, &pose, Budget::All);
 /// #     forces_n = [a.force_n.z, b.force_n.z];
 ///     assert!((a.force_n.z - b.force_n.z).abs() < 1e-6); // [N]
 /// }

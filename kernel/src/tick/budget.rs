@@ -1,7 +1,6 @@
 //! How many sweeps a tick makes.
 
-/// How far the sweeps of a tick go, at most as many as
-/// [`Settings::sweeps`](crate::Settings::sweeps) says.
+/// The number of sweeps that a tick makes, at most [`Settings::sweeps`](crate::Settings::sweeps).
 ///
 /// The sweeps of a scheme that is not [`Dynamics::IS_ANYTIME`](crate::Dynamics::IS_ANYTIME) are the
 /// tissue's time: such a tick makes all of them, whatever the budget.
@@ -27,10 +26,10 @@
 pub enum Budget<'a> {
     /// All sweeps of the settings.
     All,
-    /// So many; 0 for a tick that is late, see [`Self::LATE`].
+    /// This number of sweeps; 0 for a tick that is late, see [`Self::LATE`].
     Sweeps(u16),
-    /// At least one, then as long as this says so: it is asked after each sweep but the last, and
-    /// told how many are done.
+    /// At least one, then as long as this returns true: it is called after each sweep but the last,
+    /// with the number of sweeps done.
     While(&'a mut dyn FnMut(u16) -> bool),
 }
 

@@ -24,7 +24,7 @@ pub const NOT_TURNED: [f32; 4] = [0.0, 0.0, 0.0, 1.0];
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(C)]
 pub struct ToolPose {
-    /// Where its frame is in the frame of the input mesh \[m\].
+    /// Origin of its frame in the frame of the input mesh \[m\].
     pub position_m: Vector3<f32>,
     /// Turns its frame into that of the mesh: a unit quaternion x, y, z, w.
     pub orientation: [f32; 4],
@@ -58,7 +58,8 @@ impl ToolPose {
 ///
 /// // A scalpel's handle of 8 mm, 100 mm long, and a blade in front of it [m].
 /// let handle = ToolPart::capsule(0.046, 0.004);
-/// let blade = ToolPart { centre_m: [0.0, 0.0, -0.06], ..ToolPart::rounded_box([0.0, 0.003, 0.01], 0.0005) };
+/// let blade = ToolPart::rounded_box([0.0, 0.003, 0.01], 0.0005);
+/// let blade = ToolPart { centre_m: [0.0, 0.0, -0.06], ..blade };
 /// let tool = [handle, blade];
 /// assert_eq!(tool[0].half_m[2] + tool[0].radius_m, 0.05); // half of its length
 /// ```

@@ -41,7 +41,7 @@ pub struct TickOutput {
     /// ([`Drive::Current`](crate::Drive)): then the level of E less that work never rises, and this
     /// is that level plus the work, rounded up.
     pub energy_j: f32,
-    /// What the tool's motion of this tick did to the tissue: the exact change of E over the links
+    /// Work of the tool's motion of this tick on the tissue: the exact change of E over the links
     /// of the cells it moved, rounded once \[J\]. Its sum is the tissue's side of an energy ledger.
     /// 0 where nothing moved, and under a current.
     pub work_j: f32,
@@ -52,7 +52,7 @@ pub struct TickOutput {
     pub contacts: u32,
     /// Sweeps made: 0 where the sample was late, and in the safe state.
     pub sweeps: u16,
-    /// What bit during this tick.
+    /// Limits and events of this tick.
     pub flags: Flags,
 }
 

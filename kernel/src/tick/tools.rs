@@ -99,7 +99,7 @@ impl ToolOutput {
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ProxyPose {
-    /// Where its frame is in the frame of the input mesh \[m\].
+    /// Origin of its frame in the frame of the input mesh \[m\].
     pub position_m: [f32; 3],
     /// Turns its frame into that of the mesh: a unit quaternion x, y, z, w.
     pub orientation: [f32; 4],

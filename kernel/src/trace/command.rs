@@ -196,7 +196,7 @@ fn whole(value: f32) -> Option<u16> {
 pub struct CommandRecord {
     /// Number of the last tick before it, 0 before the first.
     pub tick: u64,
-    /// What was done.
+    /// The command.
     pub command: Command,
     /// Hash of the state after it, where one was taken.
     pub state_hash: Option<u64>,
@@ -242,7 +242,7 @@ pub enum Entry {
 }
 
 impl Entry {
-    /// As [`Record::compare`](super::Record::compare); parts and poses have no hash.
+    /// Compares as [`Record::compare`](super::Record::compare) does; parts and poses have no hash.
     ///
     /// # Errors
     /// Another hash.

@@ -214,7 +214,7 @@ const fn number(digits: &str) -> u16 {
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Header {
-    /// What wrote it.
+    /// The release that wrote it.
     pub origin: Origin,
     /// Checksum of the model.
     pub model: u32,

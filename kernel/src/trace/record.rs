@@ -34,9 +34,9 @@ pub struct Record {
     pub sample: ToolPose,
     /// Its sweeps, 0 for a late tick; `None` for those of the settings.
     pub sweeps: Option<u16>,
-    /// Whether the output stage's ramp began anew before it.
+    /// True if the output stage's ramp began anew before it.
     pub ramp_restarted: bool,
-    /// What [`Stage::delayed`](crate::stage::Stage::delayed) was told before it, at most
+    /// Ticks given to [`Stage::delayed`](crate::stage::Stage::delayed) before it, at most
     /// [`DELAY_TICKS_MAX`]; `None` where the delay was not measured.
     pub delay_ticks: Option<u16>,
     /// Hash of the state after it, where one was taken.
@@ -183,7 +183,7 @@ impl Writer {
     }
 }
 
-/// How the records of a trace end.
+/// The end of the records of a trace.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum End {
     /// With the trace.
@@ -262,7 +262,7 @@ pub struct Played {
     pub ticks: u32,
     /// Ticks whose hash was compared.
     pub compared: u32,
-    /// How the records ended.
+    /// The end of the records.
     pub end: End,
 }
 

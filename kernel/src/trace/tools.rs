@@ -12,7 +12,8 @@ use crate::tick::tools::FRICTION_MAX;
 ///
 /// ```
 /// # use chaincell_kernel::{Model, Network, Settings, ToolPart, ToolPose, Track, include_model};
-/// use chaincell_kernel::trace::{Entry, Header, PartRecord, PoseRecord, Reader, Record, RecordedTools, Writer};
+/// # use chaincell_kernel::trace::{Entry, Header, Reader, Record, Writer};
+/// use chaincell_kernel::trace::{PartRecord, PoseRecord, RecordedTools};
 /// # let image = include_model!(concat!(env!("CARGO_MANIFEST_DIR"), "/data/plane9.chaincell"));
 /// # let model = Model::from_bytes(image)?;
 /// # let network = Network::new(model, Settings::for_model(&model))?;
@@ -40,7 +41,7 @@ use crate::tick::tools::FRICTION_MAX;
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RecordedTools {
-    /// How many, 1 to 8.
+    /// Number of tools, 1 to 8.
     pub count: u32,
     /// Coefficient of friction.
     pub friction: f32,
@@ -59,9 +60,9 @@ impl RecordedTools {
 /// A part of a tool.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PartRecord {
-    /// Which tool.
+    /// The tool, from 0.
     pub tool: u8,
-    /// Which of its parts.
+    /// The part, from 0.
     pub part: u8,
     /// The part.
     pub shape: ToolPart,
@@ -70,7 +71,7 @@ pub struct PartRecord {
 /// A tool's pose in the tick whose record comes behind.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PoseRecord {
-    /// Which tool.
+    /// The tool, from 0.
     pub tool: u8,
     /// Its pose as executed, bit by bit.
     pub pose: ToolPose,

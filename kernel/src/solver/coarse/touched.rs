@@ -44,7 +44,8 @@ const LEAST: f32 = 1.0e-5;
 
 type Square = [[f32; COLUMNS]; COLUMNS];
 
-/// What tools make of an elastic coarse level in a tick: memory for it.
+/// Memory for an elastic coarse level under tools in a tick. Example:
+/// [`TouchArrays`](crate::TouchArrays).
 #[derive(Debug, Clone, Copy)]
 pub struct CoarseTouch {
     count: usize,

@@ -30,7 +30,8 @@ use crate::number::cell::{dot, scale, sub};
 use crate::number::kept::kept;
 use crate::number::sqrt::sqrt;
 
-/// What holds a sample.
+/// An anchor that holds a sample, by friction or in a grip. Example:
+/// [`TouchArrays`](crate::TouchArrays).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Anchor {
     /// The triangle, in the model's order.
