@@ -4,7 +4,7 @@ use super::arrays::{Blocks, CellArrays};
 use super::scheme::Scheme;
 use crate::model::Model;
 
-/// The number type in which a scheme computes cells and links.
+/// What a scheme computes cells and links in.
 pub type NumberOf<D> = <D as Scheme>::Number;
 
 /// A scheme, with its own scalar state.
@@ -22,16 +22,16 @@ pub trait Dynamics: Scheme {
     const NAME: &'static str;
     /// The scheme at rest.
     const REST: Self;
-    /// True if a tick may end after any sweep: the published state is certified after each, and the
+    /// Whether a tick may end after any sweep: the published state is certified after each, and the
     /// number of sweeps is no time of the tissue.
     const IS_ANYTIME: bool = false;
-    /// True if it moves bodies of nodal shapes.
+    /// Whether it moves bodies of nodal shapes.
     const TAKES_SHAPES: bool = false;
-    /// True if a sphere may meet the triangles of a surface.
+    /// Whether a sphere may meet the triangles of a surface.
     const TAKES_SURFACES: bool = false;
     /// Arrays of cells the scheme needs besides state and residual.
     const ARRAYS: usize;
-    /// Number of those that hold positions; the others hold the answer of the chosen cells.
+    /// How many of those hold positions; the others hold what the scheme knows of the chosen cells.
     const POINTS: usize = Self::ARRAYS;
     /// Those arrays for a number of cells.
     type Arrays<const CELLS: usize>: CellArrays<Self::Number>;
@@ -42,8 +42,8 @@ pub trait Dynamics: Scheme {
     fn stilled(self) -> Self {
         Self::REST
     }
-    /// Returns the largest [`Settings::tick_time`](crate::Settings::tick_time) that a number of
-    /// sweeps covers; for schemes without it the time that `euler` covers [dimensionless time].
+    /// What [`Settings::tick_time`](crate::Settings::tick_time) may be so that a number of sweeps
+    /// covers it; for schemes without it what `euler` covers [dimensionless time].
     #[must_use]
     fn tick_time(model: &Model<'_>, sweeps: u16) -> f32 {
         f32::from(sweeps) * model.step_max()

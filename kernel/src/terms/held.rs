@@ -54,8 +54,7 @@ impl<N: Number> Contact<N> {
     }
 }
 
-/// The reason for which a choice of contact cells or tools is refused; a position is that in the
-/// list.
+/// Why a list of contact cells is refused; the position is that in the list.
 ///
 /// ```
 /// # use chaincell_kernel::{Model, Network, Settings, Tissue, Track, include_model};

@@ -44,7 +44,7 @@ use crate::terms::links::number::LinkNumber;
 /// Spacing of `f32`, squared.
 const EPSILON_SQUARED: f32 = f32::EPSILON * f32::EPSILON;
 
-/// The sums behind the bound on the change that rounding makes to the energy of a state.
+/// The sums that tell how far rounding may move the energy of a state.
 ///
 /// ```
 /// use chaincell_kernel::Rounding;
@@ -81,8 +81,8 @@ impl Rounding {
         self.slack += weight * rest_length * rest_length * EPSILON_SQUARED;
     }
 
-    /// Returns the sums of a cell of weight W = 1 / `mobility` whose links store e = `wd2`: 0 where
-    /// they are slack. In internal units.
+    /// What a cell of weight W = 1 / `mobility` adds, where its links store e = `wd2`: nothing
+    /// where they are slack. In internal units.
     #[must_use]
     pub fn of_cell([x, y, z]: [f32; 3], mobility: f32, wd2: f32) -> Self {
         if mobility > 0.0 && wd2 != 0.0 {
@@ -123,8 +123,8 @@ impl Rounding {
         sum
     }
 
-    /// Returns the largest change that rounding may make to the energy of a state, `energy` as it
-    /// was computed, in internal units.
+    /// How far rounding may move the energy of a state, of which `energy` is known, in internal
+    /// units.
     #[must_use]
     pub fn allowance(self, energy: f32) -> f32 {
         let positive = |x: f32| if x > 0.0 && x.is_finite() { x } else { 0.0 };

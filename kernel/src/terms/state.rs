@@ -101,7 +101,7 @@ impl<'a> TermStates<'a> {
         Self([(); KEPT].map(|()| cells.take().unwrap_or_default()))
     }
 
-    /// Returns the same memory for a shorter time.
+    /// The same memory, for a shorter time.
     #[must_use]
     #[inline(always)]
     pub fn reborrow(&mut self) -> TermStates<'_> {

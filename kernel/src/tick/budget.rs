@@ -1,6 +1,7 @@
 //! How many sweeps a tick makes.
 
-/// The number of sweeps that a tick makes, at most [`Settings::sweeps`](crate::Settings::sweeps).
+/// How far the sweeps of a tick go, at most as many as
+/// [`Settings::sweeps`](crate::Settings::sweeps) says.
 ///
 /// The sweeps of a scheme that is not [`Dynamics::IS_ANYTIME`](crate::Dynamics::IS_ANYTIME) are the
 /// tissue's time: such a tick makes all of them, whatever the budget.
@@ -26,10 +27,10 @@
 pub enum Budget<'a> {
     /// All sweeps of the settings.
     All,
-    /// This number of sweeps; 0 for a tick that is late, see [`Self::LATE`].
+    /// So many; 0 for a tick that is late, see [`Self::LATE`].
     Sweeps(u16),
-    /// At least one, then as long as this returns true: it is called after each sweep but the last,
-    /// with the number of sweeps done.
+    /// At least one, then as long as this says so: it is asked after each sweep but the last, and
+    /// told how many are done.
     While(&'a mut dyn FnMut(u16) -> bool),
 }
 
@@ -46,8 +47,7 @@ impl Budget<'_> {
     /// there is one sweep.
     pub const LATE: Self = Self::Sweeps(0);
 
-    /// The budget that repeats a recorded tick: its number of sweeps, or `None` for those of the
-    /// settings.
+    /// That of a tick that made so many sweeps once; `None` for one with those of the settings.
     #[must_use]
     pub const fn again(sweeps: Option<u16>) -> Self {
         match sweeps {

@@ -47,7 +47,7 @@ impl Scheme {
         Settings { sweeps, tick_time, ..defaults }
     }
 
-    /// Returns true if the scheme goes by [`Settings::tick_time`].
+    /// Whether the scheme goes by [`Settings::tick_time`].
     #[must_use]
     pub fn goes_by_tick(self) -> bool {
         matches!(self, Self::Rkl2)

@@ -4,7 +4,7 @@ use crate::model::COORDINATE_MAX;
 use crate::number::float_env::FloatEnvironmentError;
 use crate::terms::links::range::RangeError;
 
-/// The reason for which a tissue cannot take a model.
+/// Why a tissue cannot take a model.
 ///
 /// ```
 /// # use chaincell_kernel::{Model, Network, Settings, include_model};
@@ -60,7 +60,7 @@ pub enum ResetError {
     Float(FloatEnvironmentError),
 }
 
-/// The reason for which a state is refused.
+/// Why a state is refused.
 ///
 /// ```
 /// # use chaincell_kernel::{Model, Network, Settings, Tissue, Track, include_model};

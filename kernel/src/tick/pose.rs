@@ -24,7 +24,7 @@ pub const NOT_TURNED: [f32; 4] = [0.0, 0.0, 0.0, 1.0];
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(C)]
 pub struct ToolPose {
-    /// Origin of its frame in the frame of the input mesh \[m\].
+    /// Where its frame is in the frame of the input mesh \[m\].
     pub position_m: Vector3<f32>,
     /// Turns its frame into that of the mesh: a unit quaternion x, y, z, w.
     pub orientation: [f32; 4],
@@ -39,8 +39,8 @@ impl ToolPose {
         Self { position_m, orientation: NOT_TURNED, engaged }
     }
 
-    /// Returns true if a tick may act on it: it is finite, `engaged` is 0 or 1, and the quaternion's
-    /// length is within 1/2 and 2.
+    /// Whether the tick may act on it: finite, `engaged` 0 or 1, the quaternion's length within 1/2
+    /// and 2.
     #[must_use]
     pub fn is_good(&self) -> bool {
         self.engaged <= 1 && self.position_m.iter().all(|x| x.is_finite()) && self.turn().is_some()
@@ -104,7 +104,7 @@ impl ToolPart {
         Self { half_m: [f32::INFINITY; 3], ..Self::sphere(radius_m) }
     }
 
-    /// Returns true if it is a half space.
+    /// Whether it is a half space.
     #[must_use]
     pub fn is_half_space(&self) -> bool {
         self.half_m == [f32::INFINITY; 3]

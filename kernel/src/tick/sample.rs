@@ -14,7 +14,7 @@ pub(crate) struct ToolSample {
 
 kept!(ToolSample { position_m: Vector3<f32>, engaged: u32 });
 
-/// The answer of one tick. It describes the state after the last update.
+/// What one tick answers. It describes the state after the last update.
 ///
 /// ```
 /// # use chaincell_kernel::{Budget, Model, Network, Settings, Tissue, ToolPose, Track, include_model};
@@ -41,7 +41,7 @@ pub struct TickOutput {
     /// ([`Drive::Current`](crate::Drive)): then the level of E less that work never rises, and this
     /// is that level plus the work, rounded up.
     pub energy_j: f32,
-    /// Work of the tool's motion of this tick on the tissue: the exact change of E over the links
+    /// What the tool's motion of this tick did to the tissue: the exact change of E over the links
     /// of the cells it moved, rounded once \[J\]. Its sum is the tissue's side of an energy ledger.
     /// 0 where nothing moved, and under a current.
     pub work_j: f32,
@@ -52,7 +52,7 @@ pub struct TickOutput {
     pub contacts: u32,
     /// Sweeps made: 0 where the sample was late, and in the safe state.
     pub sweeps: u16,
-    /// Limits and events of this tick.
+    /// What bit during this tick.
     pub flags: Flags,
 }
 
@@ -69,7 +69,7 @@ impl TickOutput {
     };
 }
 
-/// Limits and events of a tick; the numbers are summed in files and messages.
+/// What bit during a tick; the numbers are summed in files and messages.
 ///
 /// ```
 /// use chaincell_kernel::Flags;
@@ -117,7 +117,7 @@ impl Flags {
         self.0 |= other.0;
     }
 
-    /// Returns true if every bit of `other` is set.
+    /// Whether every bit of `other` is set.
     #[must_use]
     pub const fn contains(self, other: Self) -> bool {
         self.0 & other.0 == other.0

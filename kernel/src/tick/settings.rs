@@ -27,7 +27,7 @@ pub struct Settings {
     pub tick_time: f32,
     /// Largest motion of the contact cells a tick, or largest change of the current a tick \[m\].
     pub max_tool_step_m: f32,
-    /// Effect of the tool's displacement on chosen cells, from the next time that the tool takes
+    /// What the tool's displacement does to chosen cells, from the next time that the tool takes
     /// hold; a probe prescribes positions.
     pub drive: Drive,
     /// When the bands close.
@@ -37,7 +37,7 @@ pub struct Settings {
     pub max_force_n: f32,
 }
 
-/// The setting that is out of range.
+/// Which setting is out of range.
 ///
 /// ```
 /// # use chaincell_kernel::{Model, Network, Settings, include_model};

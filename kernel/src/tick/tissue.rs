@@ -266,7 +266,7 @@ pub struct TissueMut<'a, D: Dynamics> {
     pub room: &'a mut [Eight],
     /// Room for contact cells.
     pub contacts: &'a mut [Contact<D::Number>],
-    /// States of the energy's terms, of [`Model::kept_states`] cells.
+    /// What the terms of the energy keep, of [`Model::kept_states`] cells.
     pub states: TermStates<'a>,
     /// Room for a probe on a model with a contact surface.
     pub touch: TouchRoom<'a>,
@@ -464,14 +464,14 @@ impl<D: Dynamics> TissueMut<'_, D> {
         Some(output(v.xyz(), D::Number::from_single(model.saturation())))
     }
 
-    /// Returns the states of the energy's terms as words: together with the positions a saved state. Low
+    /// What the terms keep of the cells, as words: together with the positions a saved state. Low
     /// byte first in a file. None for models without such a term.
     pub fn term_words(&self, model: &Model<'_>) -> impl Iterator<Item = u32> {
         state::words(self.states.cells(model.kept_states()))
     }
 
-    /// Gives back the words of [`Self::term_words`] after [`Self::set_positions`]; the certified level
-    /// starts anew. Returns false, and changes nothing, if the words are not of this model.
+    /// Gives back what [`Self::term_words`] gave, after [`Self::set_positions`]; the certified level
+    /// starts anew. Whether that could be: other words change nothing.
     #[must_use]
     pub fn set_term_words(&mut self, network: &Network<'_>, words: &[u32]) -> bool {
         let model = network.model();

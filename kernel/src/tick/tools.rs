@@ -20,7 +20,7 @@ use crate::terms::surface::{
 /// Largest coefficient of friction.
 pub const FRICTION_MAX: f32 = 10.0;
 
-/// The answer of a tick to one of several tools.
+/// What one of several tools feels in a tick.
 ///
 /// ```
 /// # use chaincell_kernel::{Budget, FEATURES, Model, Network, Settings, Tissue, ToolPart, ToolPose, TouchStore, Track, elastic_room, include_model};
@@ -72,8 +72,7 @@ impl ToolOutput {
     };
 }
 
-/// The pose at which the tissue meets a tool: its proxy, which stops short of the tool where that
-/// is too deep.
+/// Where the tissue meets a tool: its proxy, which stops short of the tool where that is too deep.
 ///
 /// ```
 /// # use chaincell_kernel::{Budget, FEATURES, Model, Network, Settings, Tissue, ToolPart, ToolPose, TouchStore, Track, elastic_room, include_model};
@@ -99,7 +98,7 @@ impl ToolOutput {
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ProxyPose {
-    /// Origin of its frame in the frame of the input mesh \[m\].
+    /// Where its frame is in the frame of the input mesh \[m\].
     pub position_m: [f32; 3],
     /// Turns its frame into that of the mesh: a unit quaternion x, y, z, w.
     pub orientation: [f32; 4],
@@ -109,7 +108,7 @@ pub struct ProxyPose {
 }
 
 impl<D: Dynamics> TissueMut<'_, D> {
-    /// Returns the pose at which the tissue meets a tool; `None` while that is not engaged.
+    /// Where the tissue meets a tool; `None` while that is not engaged.
     #[must_use]
     pub fn proxy_pose(&self, network: &Network<'_>, tool: usize) -> Option<ProxyPose> {
         let (model, proxy) = (network.model(), &self.touch.tool(tool)?.proxy);
@@ -142,7 +141,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
     /// ```
     ///
     /// # Errors
-    /// The first reason against the choice, see [`ContactError`]; the old choice stays.
+    /// Why this cannot be; the old choice stays.
     pub fn choose_probe(
         &mut self,
         network: &Network<'_>,
@@ -178,7 +177,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
     /// without room for anchors has no friction and no grips.
     ///
     /// # Errors
-    /// The first reason against the choice, see [`ContactError`]; the old choice stays.
+    /// Why this cannot be; the old choice stays.
     pub fn choose_tools(
         &mut self,
         network: &Network<'_>,
@@ -237,8 +236,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
         Ok(())
     }
 
-    /// Returns force, torque and work of a tool in the last tick with a sweep;
-    /// [`ToolOutput::NONE`] while it is not engaged.
+    /// What a tool felt in the last tick with a sweep; nothing while it is not engaged.
     #[must_use]
     pub fn tool_output(&self, network: &Network<'_>, tool: usize) -> ToolOutput {
         let model = network.model();
@@ -255,7 +253,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
         }
     }
 
-    /// Visits the contacts of all tools as they are now, one for each triangle and part of a tool. Cost: one
+    /// The contacts of all tools as they are now, one for each triangle and part of a tool. Cost: one
     /// look at the samples in reach.
     ///
     /// ```
@@ -305,7 +303,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
 
     /// A tool grips what it is in contact with: it holds these samples where they are in its frame,
     /// without slip, until [`Self::let_go`] or until it is no longer engaged. A tool that stays is a
-    /// pin. Returns the number of samples that it holds; 0 where it touches nothing.
+    /// pin. Gives how many samples it holds; 0 where it touches nothing.
     ///
     /// The force does not jump: a grip begins without pull. Between two ticks.
     ///
@@ -353,7 +351,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
         held
     }
 
-    /// A tool lets go of its grip within `ticks` ticks, at least 1: the pull falls to 0 without a jump.
+    /// A tool lets go of what it grips, within so many ticks: the pull falls to 0 without a jump.
     pub fn let_go(&mut self, tool: usize, ticks: u16) {
         let Some(arrays) = self.touch.whole() else { return };
         if let Some(tool) = arrays.tools.get_mut(tool) {
@@ -361,7 +359,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
         }
     }
 
-    /// Returns the number of samples that a tool grips.
+    /// Samples that a tool grips.
     #[must_use]
     pub fn gripped(&mut self, network: &Network<'_>, tool: usize) -> usize {
         let arrays = self.touch.arrays(network.model().cells());

@@ -38,7 +38,7 @@ pub struct TouchArrays<'a> {
     pub mobility: &'a mut [f32],
     /// Factors of the cells' own parts, one a cell.
     pub factors: &'a mut [f32],
-    /// Part of the tools in the residuals, one a cell.
+    /// What the tools do to the residuals, one a cell.
     pub pulls: &'a mut [Cell],
     /// Triangles in reach: the capacity. Where more are, those deepest in the tools are kept.
     pub near: &'a mut [NearTriangle],
@@ -48,7 +48,7 @@ pub struct TouchArrays<'a> {
     pub coarse: &'a mut [CoarseTouch],
     /// The tools: the capacity, at most [`TOOLS_MAX`].
     pub tools: &'a mut [ToolState],
-    /// State of all tools together: one.
+    /// What belongs to all of them: one.
     pub state: &'a mut [TouchState],
 }
 
@@ -163,7 +163,7 @@ impl<'a> TouchRoom<'a> {
         Self([(); BUILT].map(|()| TouchArrays::none()))
     }
 
-    /// Returns the same memory for a shorter time.
+    /// The same memory, for a shorter time.
     #[must_use]
     pub fn reborrow(&mut self) -> TouchRoom<'_> {
         TouchRoom(self.0.each_mut().map(|arrays| TouchArrays {
@@ -309,7 +309,7 @@ impl<'a> TouchArrays<'a> {
     }
 }
 
-/// State of all tools together.
+/// What all tools have in common.
 #[derive(Debug, Clone, Copy)]
 pub struct TouchState {
     /// Tools that were chosen.

@@ -49,7 +49,7 @@ const fn row_blocks(functions: usize) -> usize {
     if row == 0 { 1 } else { row }
 }
 
-/// Returns the memory that the coarse level needs for `functions` basis functions and a probe \[blocks of eight
+/// Room that the coarse level needs for `functions` basis functions and a probe \[blocks of eight
 /// `f32`\].
 ///
 /// With K = min(`functions`, 64) rounded up to a multiple of 8: six vectors over the basis

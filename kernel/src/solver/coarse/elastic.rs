@@ -34,7 +34,7 @@ use crate::terms::residual::Terms;
 use crate::terms::surface::IS_BUILT;
 use crate::terms::term::Term;
 
-/// Returns the memory that the coarse level of nodal shapes needs for `functions` basis functions \[blocks of
+/// Room that the coarse level of nodal shapes needs for `functions` basis functions \[blocks of
 /// eight `f32`\].
 #[must_use]
 pub const fn elastic_room(functions: usize) -> usize {

@@ -35,7 +35,7 @@ const LEAST: f32 = 1.0e-4;
 /// A cut that adds less to the matrix than this share stays.
 const SLIGHT: f64 = 0.1;
 
-/// Returns the memory that the coarse level of nodal shapes needs for `functions` basis functions where a tool holds
+/// Room that the coarse level of nodal shapes needs for `functions` basis functions where a tool holds
 /// up to `held` cells whose cuts are corrected \[blocks of eight `f32`\].
 ///
 /// ```

@@ -7,8 +7,7 @@ use crate::number::sqrt::sqrt;
 use crate::number::two_float::{Eight, LANES};
 use crate::terms::held::Contact;
 
-/// Returns the memory that the coarse level needs for `functions` basis functions and up to `held`
-/// held cells, the `ROOM` of [`Track`](crate::Track) and [`Predict`](crate::Predict)
+/// Room that the coarse level needs for `functions` basis functions and up to `held` held cells
 /// \[blocks of eight `f32`\].
 ///
 /// ```

@@ -44,8 +44,7 @@ const LEAST: f32 = 1.0e-5;
 
 type Square = [[f32; COLUMNS]; COLUMNS];
 
-/// Memory for an elastic coarse level under tools in a tick. Example:
-/// [`TouchArrays`](crate::TouchArrays).
+/// What tools make of an elastic coarse level in a tick: memory for it.
 #[derive(Debug, Clone, Copy)]
 pub struct CoarseTouch {
     count: usize,

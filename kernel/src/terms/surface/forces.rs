@@ -10,7 +10,7 @@ use crate::number::cell::{add, scale, sub};
 /// [`Tissue`](crate::TissueMut::contact_forces) gives it in SI units.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ContactForce {
-    /// The point at which it acts: the mean of the samples in contact by their force, in the frame of the input
+    /// Where it acts: the mean of the samples in contact by their force, in the frame of the input
     /// mesh \[m\].
     pub position_m: [f32; 3],
     /// Pressure on the tool \[N\].
@@ -23,7 +23,7 @@ pub struct ContactForce {
     pub cell: u16,
     /// The tool, from 0.
     pub tool: u8,
-    /// The part of the tool, from 0.
+    /// Which of its parts.
     pub part: u8,
     /// The triangle, in the model's order.
     pub triangle: u32,

@@ -30,8 +30,7 @@ use crate::number::cell::{dot, scale, sub};
 use crate::number::kept::kept;
 use crate::number::sqrt::sqrt;
 
-/// An anchor that holds a sample, by friction or in a grip. Example:
-/// [`TouchArrays`](crate::TouchArrays).
+/// What holds a sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Anchor {
     /// The triangle, in the model's order.
