@@ -27,24 +27,28 @@
 //! - [`trace`]: recorded sessions, to be played again bit for bit.
 //!
 //! ```
-//! use chaincell_kernel::{Budget, Model, ModelError, Network, Settings, Tissue, ToolPose, Track};
-//! use nalgebra::Vector3;
+//! use chaincell_kernel::{Budget, Model, Network, Settings, Tissue, ToolPose, Track, include_model};
 //!
-//! fn press(image: &[u8]) -> Result<Vector3<f32>, ModelError> {
-//!     let model = Model::from_bytes(image)?;
-//!     let settings = Settings::for_model(&model);
-//!     let (Ok(network), mut tissue) =
-//!         (Network::new(model, settings), Tissue::<512, Track>::new())
-//!     else {
-//!         return Err(ModelError::Layout);
-//!     };
-//!     if tissue.reset(&network).is_err() || tissue.choose_contacts(&network, &[7]).is_err() {
-//!         return Ok(Vector3::zeros());
-//!     }
-//!     let sample = ToolPose::at(Vector3::new(0.0, 0.0, -0.001), 1);
-//!     Ok(tissue.tick(&network, &[sample], Budget::All).force_n)
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! // In flash. From: chaincell bake plane:9x9x0.01 --diagonals --lean -o plane9.chaincell
+//! static IMAGE: &[u8] =
+//!     include_model!(concat!(env!("CARGO_MANIFEST_DIR"), "/data/plane9.chaincell"));
+//! let model = Model::from_bytes(IMAGE)?;
+//! let network = Network::new(model, Settings::for_model(&model))?;
+//! let mut tissue = Tissue::<128, Track>::new(); // all memory; a `static` can hold it
+//! tissue.reset(&network)?;
+//! let held = [model.cell_of_input(40).ok_or("no cell")?]; // the node in the middle
+//! tissue.choose_contacts(&network, &held)?;
+//!
+//! let mut force_n = 0.0;
+//! for tick in 0..=10 {
+//!     let position_m = [0.0, 0.0, -0.001 * tick as f32].into(); // 1 m/s downwards
+//!     let output = tissue.tick(&network, &[ToolPose::at(position_m, 1)], Budget::All);
+//!     force_n = output.force_n.z;
 //! }
-//! assert!(press(&[0; 64]).is_err()); // not a model image
+//! assert!((0.05..0.07).contains(&force_n)); // [N], upwards, against the press of 10 mm
+//! # Ok(())
+//! # }
 //! ```
 #![no_std]
 #![cfg_attr(

@@ -27,7 +27,7 @@ const CLIENTS_MAX: usize = 8;
 /// Commands of one program under way.
 const ACTIVE_MAX: usize = 4;
 
-/// Why a command was refused, by the number in its reply.
+/// The reason for which a command was refused, by the number in its reply.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u32)]
 pub enum Refusal {
@@ -72,7 +72,14 @@ impl From<CommandError> for Refusal {
     }
 }
 
-/// What the reason of a refused command means, by its number in a reply.
+/// Returns a sentence for the reason of a refused command, by its number in a reply.
+///
+/// ```
+/// use chaincell_client::command::{Refusal, refusal_text};
+///
+/// let reason = Refusal::NoTool as u32; // as in a reply
+/// assert_eq!(refusal_text(reason), "there is no tool of this number; they count from 0");
+/// ```
 #[must_use]
 pub fn refusal_text(reason: u32) -> &'static str {
     match reason {
@@ -109,17 +116,27 @@ pub fn refusal_text(reason: u32) -> &'static str {
 }
 
 impl CommandMessage {
-    /// The message of a command.
+    /// Returns the message of a command, 16 bytes.
+    ///
+    /// ```
+    /// use chaincell_client::{Command, command::Refusal, payload::CommandMessage};
+    ///
+    /// let message = CommandMessage::new(&Command::MaxForceN(3.0)); // [N]
+    /// assert_eq!((message.kind, message.parameter, message.value), (4, 2, 3.0));
+    /// assert_eq!(message.command(), Ok(Command::MaxForceN(3.0)));
+    /// let too_many = CommandMessage::new(&Command::Sweeps(1001));
+    /// assert_eq!(too_many.command(), Err(Refusal::Value));
+    /// ```
     #[must_use]
     pub fn new(command: &Command) -> Self {
         let [kind, parameter, value] = command.words();
         Self { kind, parameter, value: f32::from_bits(value), reserved: 0 }
     }
 
-    /// The command, if it is one.
+    /// Returns the command of the message.
     ///
     /// # Errors
-    /// Which of its words means nothing here.
+    /// The refusal of the first word that means nothing here.
     pub fn command(&self) -> std::result::Result<Command, Refusal> {
         if self.reserved != 0 {
             return Err(Refusal::Unknown);
@@ -160,6 +177,21 @@ fn opened(node: &Node<Ipc>, name: &ServiceName) -> Result<Service> {
 }
 
 /// Sends commands.
+///
+/// ```no_run
+/// # fn reset() -> chaincell_client::Result<()> {
+/// use chaincell_client::command::CommandClient;
+/// use chaincell_client::payload::CommandMessage;
+/// use chaincell_client::services::{Domain, SceneServices};
+/// use chaincell_client::{Command, clock::SECOND_NS};
+///
+/// let scene = SceneServices::open(Some("left"), &Domain::default())?;
+/// let commands = CommandClient::open(&scene)?;
+/// let reply = commands.send(CommandMessage::new(&Command::Reset), SECOND_NS, || false)?;
+/// println!("{reply:?}");
+/// # Ok(())
+/// # }
+/// ```
 #[derive(Debug)]
 pub struct CommandClient {
     service: Service,
@@ -182,7 +214,7 @@ impl CommandClient {
         Ok(Self { service, client, label: scene.label().to_owned() })
     }
 
-    /// Whether a server takes commands.
+    /// Returns true if a server takes commands.
     #[must_use]
     pub fn is_served(&self) -> bool {
         self.service.dynamic_config().number_of_servers() > 0

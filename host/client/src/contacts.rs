@@ -12,17 +12,26 @@ use crate::services::SceneServices;
 use crate::viewed::{Reader, Viewed};
 
 /// One triangle in contact with one part of a tool: 52 bytes.
+///
+/// ```
+/// use chaincell_client::contacts::Contact;
+///
+/// let contact = Contact { normal_n: [0.0, 0.0, 0.4], area_m2: 2.0e-5, ..Contact::default() };
+/// let pressure_pa = contact.normal_n[2] / contact.area_m2;
+/// assert!((pressure_pa - 20_000.0).abs() < 1.0); // [Pa]
+/// assert_eq!(size_of::<Contact>(), 52);
+/// ```
 #[derive(Debug, Clone, Copy, Default, PartialEq, ZeroCopySend)]
 #[type_name("chaincell.Contact.v1")]
 #[repr(C)]
 pub struct Contact {
-    /// Which tool.
+    /// The tool, from 0.
     pub tool: u32,
-    /// Which of its parts.
+    /// The part of the tool, from 0.
     pub part: u32,
     /// Input id of the triangle's corner that takes the largest share.
     pub node: u32,
-    /// Where it acts, in the frame of the input mesh \[m\].
+    /// The point at which it acts, in the frame of the input mesh \[m\].
     pub position_m: [f32; 3],
     /// Pressure on the tool \[N\].
     pub normal_n: [f32; 3],
@@ -32,7 +41,7 @@ pub struct Contact {
     pub area_m2: f32,
 }
 
-/// What the contacts belong to: 24 bytes, the user header of a slice of [`Contact`].
+/// Tick and flags that the contacts belong to: 24 bytes, the user header of a slice of [`Contact`].
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ZeroCopySend)]
 #[type_name("chaincell.Contacts.v1")]
 #[repr(C)]
@@ -74,4 +83,20 @@ impl Viewed for Contact {
 }
 
 /// A reader of contacts.
+///
+/// ```no_run
+/// # fn read() -> chaincell_client::Result<()> {
+/// use chaincell_client::contacts::ContactReader;
+/// use chaincell_client::services::{Domain, SceneServices};
+///
+/// let scene = SceneServices::open(Some("left"), &Domain::default())?;
+/// let reader = ContactReader::open(&scene)?;
+/// if let Some(view) = reader.borrow()? {
+///     for contact in view.rows() {
+///         println!("tool {} at node {}: {:?} N", contact.tool, contact.node, contact.normal_n);
+///     }
+/// }
+/// # Ok(())
+/// # }
+/// ```
 pub type ContactReader = Reader<Contact>;

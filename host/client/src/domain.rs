@@ -6,7 +6,15 @@ use iceoryx2::prelude::*;
 
 use crate::error::{Error, Kind, Result};
 
-/// Where iceoryx2 keeps its files; programs with different ones never meet.
+/// Prefix and folder of the files of iceoryx2; programs with different ones never meet.
+///
+/// ```
+/// use chaincell_client::{Options, services::Domain};
+///
+/// let domain = Domain { prefix: Some("test_7_".to_owned()), ..Domain::default() };
+/// let options = Options { domain, ..Options::default() };
+/// assert_ne!(options.domain, Domain::default()); // meets no program of the default
+/// ```
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Domain {
     /// Prefix of all file names; iceoryx2's own default if absent.

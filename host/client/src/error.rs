@@ -3,7 +3,7 @@
 use std::fmt;
 use std::path::Path;
 
-/// What kind of refusal it is.
+/// The kind of a refusal, for programs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
     /// A scene name, or an option, that cannot be.
@@ -37,6 +37,14 @@ pub enum Kind {
 }
 
 /// A refusal.
+///
+/// ```
+/// use chaincell_client::{Error, Kind};
+///
+/// let error = Error::new(Kind::NoServer, "no server on scene \"left\": start `chaincell serve`");
+/// let may_come_later = matches!(error.kind(), Kind::NoServer | Kind::Taken | Kind::Full);
+/// assert!(may_come_later && error.to_string().starts_with("no server"));
+/// ```
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{text}")]
 pub struct Error {
@@ -58,7 +66,7 @@ impl Error {
         Self::new(Kind::Permission, format!("cannot {doing} {}: {why}", path.display()))
     }
 
-    /// What kind it is.
+    /// Returns its kind.
     #[must_use]
     pub fn kind(&self) -> Kind {
         self.kind

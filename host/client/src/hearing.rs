@@ -10,7 +10,15 @@ use crate::ramp::Shown;
 use crate::shaper::ForceShaper;
 use crate::tools::{TOOLS_MAX, ToolForces};
 
-/// What the client says of an answer itself, a sum.
+/// Notes of the client itself on an answer, a sum.
+///
+/// ```
+/// use chaincell_client::Notes;
+///
+/// let notes = Notes(2 + 4); // as C and Python have them
+/// assert!(notes.contains(Notes::SILENT) && notes.contains(Notes::RAMP)); // the force falls
+/// assert!(!notes.contains(Notes::NEW_SESSION));
+/// ```
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Notes(pub u32);
 
@@ -25,14 +33,23 @@ impl Notes {
     /// until they were released. It stays until the first answer of a tool that was.
     pub const NEW_SESSION: Self = Self(8);
 
-    /// Whether all of these are set.
+    /// Returns true if all of these are set.
     #[must_use]
     pub const fn contains(self, other: Self) -> bool {
         self.0 & other.0 == other.0
     }
 }
 
-/// What a tool feels.
+/// Force and torque on a tool.
+///
+/// ```
+/// use chaincell_client::{Felt, Flags};
+///
+/// let felt = Felt { force_n: [0.0, 3.0, 4.0], flags: 8, ..Felt::default() }; // of an answer
+/// let magnitude_n = felt.force_n.iter().map(|x| x * x).sum::<f32>().sqrt();
+/// assert_eq!(magnitude_n, 5.0); // [N]
+/// assert!(Flags(felt.flags).contains(Flags::FORCE_CLAMPED)); // the tissue would push harder
+/// ```
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Felt {
     /// Force of the tissue on it \[N\].
@@ -41,11 +58,22 @@ pub struct Felt {
     pub torque_n_m: [f32; 3],
     /// Number of cells it holds, or of triangles it is in contact with.
     pub contacts: u32,
-    /// What bit, see [`chaincell_kernel::Flags`].
+    /// Limits and events of the tool, see [`chaincell_kernel::Flags`].
     pub flags: u32,
 }
 
-/// What to show at a moment.
+/// The answer to show at a moment.
+///
+/// ```
+/// use chaincell_client::{Answer, Felt};
+///
+/// // `Client::step` gives one; before the first all of it is 0.
+/// let none = Answer::default();
+/// assert_eq!((none.tick, none.tools[0]), (0, Felt::default()));
+/// let answer = Answer { tick: 41, force_tick: 40, round_trip_ns: 250_000, ..none };
+/// assert!(answer.round_trip_ns < 1_000_000); // [ns], within a tick of 1 kHz
+/// assert_eq!(answer.tick - answer.force_tick, 1); // a late tick repeats an earlier force
+/// ```
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Answer {
     /// Number of the tick that was answered last, 0 before the first.
@@ -58,21 +86,21 @@ pub struct Answer {
     pub state_hash: u64,
     /// From sending the pose to its answer \[ns\].
     pub round_trip_ns: u64,
-    /// How long ago the answer came \[ns\].
+    /// Age of the answer \[ns\].
     pub age_ns: u64,
     /// Answers that have come.
     pub answers: u64,
     /// Certified upper bound of the elastic energy of the published state \[J\].
     pub energy_j: f32,
-    /// What bit during the tick, see [`chaincell_kernel::Flags`].
+    /// Limits and events of the tick, see [`chaincell_kernel::Flags`].
     pub flags: u32,
-    /// What the client says itself.
+    /// Notes of the client itself.
     pub notes: Notes,
     /// Time the tick took the server \[ns\].
     pub step_ns: u32,
     /// Sweeps made in the tick, 0 in a late one.
     pub sweeps: u32,
-    /// What each tool feels, by its number.
+    /// Force and torque on each tool, by its number.
     pub tools: [Felt; TOOLS_MAX],
 }
 

@@ -15,7 +15,7 @@ pub const SUBSCRIBERS_MAX: usize = 8;
 /// Processes that may have a service open.
 pub const NODES_MAX: usize = 20;
 
-/// Why a service cannot be opened.
+/// Returns the refusal of a service that cannot be opened.
 pub fn service_error(name: &ServiceName, why: impl Debug) -> Error {
     refusal(
         name,
@@ -24,7 +24,7 @@ pub fn service_error(name: &ServiceName, why: impl Debug) -> Error {
     )
 }
 
-/// Why a service cannot be connected to.
+/// Returns the refusal of a service that cannot be connected to.
 pub fn port_error(name: &ServiceName, why: impl Debug) -> Error {
     refusal(name, ("connect to", why), "end programs that use it")
 }

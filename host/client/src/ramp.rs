@@ -9,7 +9,16 @@ use crate::clock::MILLISECOND_NS;
 /// Time in which a force grows after a limit was raised \[ns\].
 const RAISE_NS: u64 = 1000 * MILLISECOND_NS;
 
-/// What is shown of all tools; without tools by their parts all is 0 but the first force.
+/// Forces and torques of all tools as the device gets them; without tools by their parts all is 0
+/// but the first force.
+///
+/// ```
+/// use chaincell_client::ramp::Shown;
+///
+/// let shown = Shown::of([0.0, 0.0, 2.0]);
+/// assert_eq!((shown.force_n[0], shown.force_n[1]), ([0.0, 0.0, 2.0], [0.0; 3])); // [N]
+/// assert_eq!(shown.torque_n_m, [[0.0; 3]; 8]); // [N m]
+/// ```
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Shown {
     /// Force of each \[N\].
@@ -59,13 +68,28 @@ impl Shown {
     }
 }
 
-/// What is shown of a force: after each cause for a jump it goes from what was shown last to the
-/// force itself along a straight line, in a time of its own.
+/// Shapes a force: after each cause for a jump the shown force goes from its last value to the
+/// target along a straight line, in a time of its own.
 ///
 /// A step of a ramp is a millisecond of it at most, however late it comes: a process that stood
 /// still makes the ramp longer, never steeper. Nor is it longer than a slew limit allows: the ramp
 /// then ends where it has caught up. Forces and torques of several tools go along together; each force
 /// has the slew limit, that of an output stage.
+///
+/// ```
+/// use chaincell_client::clock::MILLISECOND_NS;
+/// use chaincell_client::ramp::{Ramp, Shown};
+///
+/// let mut ramp = Ramp::new(4, f32::INFINITY); // 4 ms, no slew limit
+/// ramp.show(&Shown::of([0.0, 0.0, 8.0]), 0);
+/// ramp.begin_fall();
+/// let mut falling_n = [0.0; 4];
+/// for (ms, force_n) in (1..).zip(&mut falling_n) {
+///     *force_n = ramp.show(&Shown::ZERO, ms * MILLISECOND_NS).force_n[0][2];
+/// }
+/// assert_eq!(falling_n, [6.0, 4.0, 2.0, 0.0]); // [N]
+/// assert!(ramp.is_done() && ramp.largest_step_n() == 8.0); // the first force came at once
+/// ```
 #[derive(Debug, Clone)]
 pub struct Ramp {
     /// Length of a ramp, 0 for none \[ns\], and of the one under way where the forces grow.
@@ -125,12 +149,13 @@ impl Ramp {
         self.has_ended |= self.shown == Shown::ZERO;
     }
 
-    /// Whether the force itself is shown.
+    /// Returns true if the force itself is shown.
     pub fn is_done(&self) -> bool {
         self.has_ended
     }
 
-    /// What to show at a moment. What is not finite is shown as 0.
+    /// Returns the forces and torques to show at `now_ns`, on the way to `target`; 0 in place of
+    /// numbers that are not finite.
     pub fn show(&mut self, target: &Shown, now_ns: u64) -> Shown {
         let target = target.finite();
         let since_ns = now_ns.saturating_sub(self.shown_at_ns).min(MILLISECOND_NS);

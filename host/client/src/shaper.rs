@@ -5,6 +5,21 @@ use crate::clock::{MILLISECOND_NS, PERIOD_NS};
 use crate::ramp::{Ramp, Shown};
 
 /// Shapes the force with a ramp, and takes it to 0 in a silence.
+///
+/// ```
+/// use chaincell_client::clock::MILLISECOND_NS as MS;
+/// use chaincell_client::ramp::Shown;
+/// use chaincell_client::shaper::ForceShaper;
+///
+/// let mut shaper = ForceShaper::new(20, 10, f32::INFINITY, 0); // watchdog 20 ms, ramp 10 ms
+/// shaper.hear(0);
+/// shaper.shape(&Shown::of([0.0, 0.0, 4.0]), 0);
+/// assert_eq!(shaper.wait(19 * MS), None); // the last force holds
+/// let fall = shaper.wait(20 * MS).ok_or("nothing to show")?;
+/// assert!((fall.shown.force_n[0][2] - 3.6).abs() < 1e-6 && !fall.is_done); // [N]
+/// assert_eq!(shaper.silences(), 1);
+/// # Ok::<(), &str>(())
+/// ```
 #[derive(Debug)]
 pub struct ForceShaper {
     ramp: Ramp,
@@ -22,9 +37,9 @@ pub struct ForceShaper {
 /// A force on its way to 0.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Fall {
-    /// What to show.
+    /// The forces and torques to show.
     pub shown: Shown,
-    /// Whether all of it has come to 0.
+    /// True if all of it has come to 0.
     pub is_done: bool,
 }
 
@@ -42,8 +57,8 @@ impl ForceShaper {
         }
     }
 
-    /// Something was heard: after a silence the force rises from what is shown. Whether there was
-    /// one, which a process that stood still sees here first.
+    /// Something was heard: after a silence the force rises from what is shown. Returns true if
+    /// there was one, which a process that stood still sees here first.
     pub fn hear(&mut self, now_ns: u64) -> bool {
         let unseen = !self.silent && self.has_shown && self.is_silent(now_ns);
         let silent = self.silent || unseen;
@@ -98,13 +113,13 @@ impl ForceShaper {
         self.ramp.begin_fall();
     }
 
-    /// What to show of the forces and torques.
+    /// Returns the forces and torques to show at `now_ns`, on the way to `target`.
     pub fn shape(&mut self, target: &Shown, now_ns: u64) -> Shown {
         self.has_shown = true;
         self.ramp.show(target, now_ns)
     }
 
-    /// Nothing was heard: what to show, once it is time to.
+    /// Nothing was heard: returns the falling force when it is time to show it.
     pub fn wait(&mut self, now_ns: u64) -> Option<Fall> {
         if !self.silent && self.is_silent(now_ns) {
             self.silent = true;
@@ -126,7 +141,7 @@ impl ForceShaper {
         self.fall_ns
     }
 
-    /// Whether what is shaped is shown as it is.
+    /// Returns true if no ramp is under way: the target itself is shown.
     #[must_use]
     pub fn is_done(&self) -> bool {
         self.ramp.is_done()

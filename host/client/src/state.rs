@@ -22,4 +22,19 @@ impl Viewed for NodePosition {
 }
 
 /// A reader of states.
+///
+/// ```no_run
+/// # fn read() -> chaincell_client::Result<()> {
+/// use chaincell_client::services::{Domain, SceneServices};
+/// use chaincell_client::state::StateReader;
+///
+/// let scene = SceneServices::open(Some("left"), &Domain::default())?;
+/// let reader = StateReader::open(&scene)?;
+/// if let Some((header, nodes)) = reader.take()? {
+///     let highest_m = nodes.iter().map(|of| of.position_m[2]).fold(f32::MIN, f32::max);
+///     println!("tick {}: up to {highest_m} m", header.tick);
+/// }
+/// # Ok(())
+/// # }
+/// ```
 pub type StateReader = Reader<NodePosition>;

@@ -54,7 +54,8 @@ fn opened<T: Viewed>(node: &Node<Ipc>, name: &ServiceName) -> Result<Topic<T>> {
         .map_err(|why| service_error(name, why))
 }
 
-/// A viewer's side.
+/// A viewer's side; see [`StateReader`](crate::state::StateReader) and
+/// [`ContactReader`](crate::contacts::ContactReader).
 #[derive(Debug)]
 pub struct Reader<T: Viewed> {
     topic: Topic<T>,
@@ -73,7 +74,7 @@ impl<T: Viewed> Reader<T> {
         Ok(Self { topic, subscriber })
     }
 
-    /// Whether a server sends.
+    /// Returns true if a server sends.
     #[must_use]
     pub fn is_served(&self) -> bool {
         // Meanwhile the connection is made, so that no message is missed.
@@ -90,7 +91,7 @@ impl<T: Viewed> Reader<T> {
     /// The newest message that has not been taken, if any, where it lies in shared memory.
     ///
     /// # Errors
-    /// What shared memory says: two may be held at a time.
+    /// A third message while two are held, or shared memory that failed.
     pub fn borrow(&self) -> Result<Option<View<T>>> {
         let sample = self.subscriber.receive();
         let sample = sample.map_err(|why| {
@@ -106,7 +107,7 @@ impl<T: Viewed> Reader<T> {
     /// A copy of the newest message that has not been taken, if any.
     ///
     /// # Errors
-    /// What shared memory says.
+    /// Two messages that are held already, or shared memory that failed.
     pub fn take(&self) -> Result<Option<(T::Header, Vec<T>)>> {
         Ok(self.borrow()?.map(|view| (view.header(), view.rows().to_vec())))
     }
@@ -117,7 +118,7 @@ impl<T: Viewed> Reader<T> {
 pub struct View<T: Viewed>(Sample<Ipc, [T], T::Header>);
 
 impl<T: Viewed> View<T> {
-    /// What it belongs to.
+    /// Returns the header: the tick that the rows belong to.
     #[must_use]
     pub fn header(&self) -> T::Header {
         *self.0.user_header()

@@ -38,6 +38,19 @@ choices! {
 }
 
 /// Waits for messages of one peer and learns when the next one is due.
+///
+/// ```
+/// use chaincell_client::clock::{MILLISECOND_NS, now_ns};
+/// use chaincell_client::wait::{Wait, Waiter};
+/// use chaincell_kernel::Choice;
+///
+/// let mode = Wait::from_name("hybrid").ok_or("no such way to wait")?;
+/// let waiter = Waiter::new(mode, 200_000); // answers take 0.2 ms or so [ns]
+/// let moment_ns = now_ns() + MILLISECOND_NS;
+/// waiter.until(moment_ns); // a sleep, then polling for at most 60 us
+/// assert!(now_ns() >= moment_ns);
+/// # Ok::<(), &str>(())
+/// ```
 #[derive(Debug)]
 pub struct Waiter {
     mode: Wait,

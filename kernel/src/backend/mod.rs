@@ -26,6 +26,30 @@ type Proof = ();
 type Proof = core::convert::Infallible;
 
 /// A vector unit that this processor and its operating system offer. Its existence is the proof.
+///
+/// ```
+/// # use chaincell_kernel::{Budget, Model, Network, Settings, Tissue, ToolPose, Track, include_model};
+/// use chaincell_kernel::VectorUnit;
+/// # let image = include_model!(concat!(env!("CARGO_MANIFEST_DIR"), "/data/plane9.chaincell"));
+/// # let model = Model::from_bytes(image)?;
+/// # let network = Network::new(model, Settings::for_model(&model))?;
+/// let has_unit = VectorUnit::find().is_some(); // a reset takes it by itself
+/// let (mut fast, mut plain) = (Tissue::<128, Track>::new(), Tissue::<128, Track>::new());
+/// for tissue in [&mut fast, &mut plain] {
+///     tissue.reset(&network)?;
+///     tissue.choose_contacts(&network, &[47])?;
+/// }
+/// plain.view().go_scalar();
+/// # let mut force_n = 0.0;
+/// for depth_m in [0.0, 0.002, 0.004] {
+///     let pose = [ToolPose::at([0.0, 0.0, -depth_m].into(), 1)];
+///     let output = fast.tick(&network, &pose, Budget::All);
+///     assert_eq!(output, plain.tick(&network, &pose, Budget::All), "{has_unit}"); // the same bits
+/// #     force_n = output.force_n.z;
+/// }
+/// # assert!(force_n > 0.0);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct VectorUnit(Proof);
 

@@ -13,6 +13,32 @@ use crate::model::parts::PARTS;
 pub type Job<'j> = &'j mut (dyn FnMut() + Send);
 
 /// Threads that a host lends to the kernel.
+///
+/// ```
+/// # use chaincell_kernel::{Model, Network, Settings, Tissue, Track, include_model};
+/// use chaincell_kernel::{Job, Team, Workers};
+///
+/// /// One thread for each part; a host keeps its threads from tick to tick.
+/// struct Threads;
+///
+/// impl Workers for Threads {
+///     fn run(&self, jobs: &mut [Job<'_>]) {
+///         std::thread::scope(|scope| jobs.iter_mut().for_each(|job| drop(scope.spawn(job))));
+///     }
+/// }
+/// # let image = include_model!(concat!(env!("CARGO_MANIFEST_DIR"), "/data/plane9.chaincell"));
+/// # let model = Model::from_bytes(image)?;
+/// # let network = Network::new(model, Settings::for_model(&model))?;
+/// # let mut tissue = Tissue::<128, Track>::new();
+/// # tissue.reset(&network)?;
+/// let mut view = tissue.view();
+/// view.team = Team::of(&Threads); // bodies of fewer than 16,384 cells are one part
+/// # let mut done = [false; 3];
+/// # let [mut a, mut b, mut c] = done.each_mut().map(|done| move || *done = true);
+/// # Threads.run(&mut [&mut a, &mut b, &mut c]);
+/// # assert_eq!(done, [true; 3]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub trait Workers: Sync {
     /// Runs each of these jobs once, in any order and on any threads, and returns when the last of
     /// them has ended. A job that is left out is run by the caller.

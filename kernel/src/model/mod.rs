@@ -57,6 +57,14 @@ pub(crate) fn range(rows: &[u32], at: usize) -> Range<usize> {
 /// Links a model image into flash with the alignment that [`Model::from_bytes`] asks for.
 ///
 /// The path is relative to the file the macro stands in. Gives a `&'static [u8]`.
+///
+/// ```
+/// use chaincell_kernel::include_model;
+///
+/// static IMAGE: &[u8] =
+///     include_model!(concat!(env!("CARGO_MANIFEST_DIR"), "/data/plane9.chaincell"));
+/// assert!(IMAGE.as_ptr().addr().is_multiple_of(16));
+/// ```
 #[macro_export]
 macro_rules! include_model {
     ($path:expr $(,)?) => {{

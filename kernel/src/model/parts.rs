@@ -16,13 +16,19 @@ pub const CELLS_SHARED: usize = 16_384;
 /// Slices in a block: those of a word of a set of slices.
 const BLOCK: usize = 64;
 
-/// Number of parts of a body of so many cells.
+/// Number of parts of a body of this number of cells: 1 below [`CELLS_SHARED`], else [`PARTS`].
+///
+/// ```
+/// use chaincell_kernel::parts;
+///
+/// assert_eq!((parts::count(5_773), parts::count(59_753)), (1, 8));
+/// ```
 #[must_use]
 pub const fn count(cells: usize) -> usize {
     if cells < CELLS_SHARED { 1 } else { PARTS }
 }
 
-/// The part that a cell of a body belongs to.
+/// Returns the part that a cell belongs to in a body of `all` cells.
 #[must_use]
 pub fn of_cell(all: usize, cell: usize) -> usize {
     (1..count(all)).rfind(|&part| cells(all, part).start <= cell).unwrap_or(0)

@@ -61,7 +61,8 @@ impl<'a> Model<'a> {
         self.alpha
     }
 
-    /// Whether some link has a band: it admits lengths other than its rest length.
+    /// Returns true if some link has a band: it admits lengths other than its rest length. Cost: one
+    /// look at each link where alpha differs between links.
     #[must_use]
     pub fn has_slack(&self) -> bool {
         match self.link_alphas {
@@ -107,6 +108,15 @@ impl<'a> Model<'a> {
 
     /// Largest energy a tool may load into the body, in internal units
     /// (times [`Self::energy_unit_j`] in joules).
+    ///
+    /// ```
+    /// # use chaincell_kernel::{Model, include_model};
+    /// # let image = include_model!(concat!(env!("CARGO_MANIFEST_DIR"), "/data/plane9.chaincell"));
+    /// # let model = Model::from_bytes(image)?;
+    /// let most_j = model.energy_max() * model.energy_unit_j();
+    /// assert!((4.0..4.2).contains(&most_j)); // [J]
+    /// # Ok::<(), chaincell_kernel::ModelError>(())
+    /// ```
     #[must_use]
     pub fn energy_max(&self) -> f32 {
         self.energy_max
@@ -130,7 +140,7 @@ impl<'a> Model<'a> {
         self.fixed
     }
 
-    /// Whether a cell's state is fixed.
+    /// Returns true if a cell's state is fixed. Cost: a binary search in [`Self::fixed`].
     #[must_use]
     pub fn is_fixed(&self, cell: u16) -> bool {
         self.fixed.binary_search(&cell).is_ok()
@@ -160,21 +170,33 @@ impl<'a> Model<'a> {
         self.tetrahedra
     }
 
-    /// What the host noted at the bake; empty where it noted nothing.
+    /// Notes of the host from the bake, opaque to the kernel; empty where it left none.
     #[must_use]
     pub fn notes(&self) -> &'a [u8] {
         self.notes
     }
 
-    /// Input id of each cell; in a model with an embedded mesh, the node that the cell stands at.
+    /// Input id of each cell, in the order of the cells; in a model with an embedded mesh, the node
+    /// that the cell stands at.
     #[must_use]
     pub fn input_id(&self) -> &'a [u32] {
         self.input_id
     }
 
-    /// The cell of an input id; `None` for a node that is no cell. Looks through all cells. In a
-    /// model with an embedded mesh, the cell whose group holds the node, at once: several ids may
-    /// have one cell.
+    /// Returns the cell of an input id; `None` for a node that is no cell. Cost: one look at each
+    /// cell. In a model with an embedded mesh this is the cell whose group holds the node, found
+    /// at once; several ids may have one cell.
+    ///
+    /// ```
+    /// # use chaincell_kernel::{Model, include_model};
+    /// # let image = include_model!(concat!(env!("CARGO_MANIFEST_DIR"), "/data/plane9.chaincell"));
+    /// # let model = Model::from_bytes(image)?;
+    /// // The plane's 9 x 9 nodes, row by row: node 40 is the one in the middle.
+    /// let cell = model.cell_of_input(40);
+    /// assert_eq!(cell, Some(47)); // the image has its own order of cells
+    /// assert_eq!(model.cell_of_input(81), None); // there is no such node
+    /// # Ok::<(), chaincell_kernel::ModelError>(())
+    /// ```
     #[must_use]
     pub fn cell_of_input(&self, id: u32) -> Option<u16> {
         if let Some(mesh) = self.embedded {
@@ -202,7 +224,7 @@ impl<'a> Model<'a> {
         self.coarse_basis.map_or(0, |basis| basis.count)
     }
 
-    /// Whether the body is made of nodal shapes: its links carry no force.
+    /// Returns true if the body is made of nodal shapes: its links carry no force.
     #[must_use]
     #[inline(always)]
     pub fn is_nodal(&self) -> bool {
@@ -216,7 +238,7 @@ impl<'a> Model<'a> {
         self.others.elasticity(cell, 2.0 * self.stiffness_n_per_m / self.unit_m)
     }
 
-    /// How shapes resist a change of their volume, by [`LAW_DET1`](crate::image::LAW_DET1) or
+    /// Returns the law by which shapes resist a change of their volume, [`LAW_DET1`](crate::image::LAW_DET1) or
     /// [`LAW_TRACE`](crate::image::LAW_TRACE), and the stretch below which they resist more, 0 for
     /// none; `None` in a body of links.
     #[must_use]
@@ -244,19 +266,19 @@ impl<'a> Model<'a> {
         if self.others.keeps() { self.cells() } else { 0 }
     }
 
-    /// Whether the links are stored once more in slices for vector units.
+    /// Returns true if the links are stored once more in slices for vector units.
     #[must_use]
     pub fn is_sliced(&self) -> bool {
         self.slices.is_some()
     }
 
-    /// Whether alpha is stored for each link.
+    /// Returns true if alpha is stored for each link.
     #[must_use]
     pub fn alpha_varies(&self) -> bool {
         self.link_alphas.is_some()
     }
 
-    /// Whether the stiffness is stored for each link.
+    /// Returns true if the stiffness is stored for each link.
     #[must_use]
     pub fn weight_varies(&self) -> bool {
         self.link_weights.is_some()
@@ -281,7 +303,8 @@ impl<'a> Model<'a> {
         self.rest.get(cell).copied().unwrap_or([0.0; 3])
     }
 
-    /// The links of `cell` as their lower end.
+    /// The links of `cell` as their lower end, as indices into [`Self::upper`]; empty beyond the last
+    /// cell.
     #[must_use]
     #[inline]
     pub fn row(&self, cell: usize) -> Range<usize> {
@@ -294,7 +317,7 @@ impl<'a> Model<'a> {
         range(self.back_rows, cell)
     }
 
-    /// Alpha of a link.
+    /// Alpha of a link, the half-width of its band in rest lengths.
     #[must_use]
     #[inline]
     pub fn link_alpha(&self, link: usize) -> f32 {
@@ -309,7 +332,18 @@ impl<'a> Model<'a> {
         self.link_weights.and_then(|weights| weights.get(link).copied()).unwrap_or(even)
     }
 
-    /// The links of a cell with their other ends, in ascending order of the other end.
+    /// Returns the links of a cell as pairs of link and other end, in ascending order of the other
+    /// end. Cost: one step a link.
+    ///
+    /// ```
+    /// # use chaincell_kernel::{Model, include_model};
+    /// # let image = include_model!(concat!(env!("CARGO_MANIFEST_DIR"), "/data/plane9.chaincell"));
+    /// # let model = Model::from_bytes(image)?;
+    /// let others: Vec<usize> = model.neighbours(47).map(|(_link, cell)| cell).collect();
+    /// assert_eq!(others, [44, 45, 46, 54, 56, 64, 65, 72]); // eight: the plane has diagonals
+    /// assert_eq!(model.cell_weight(47), 8.0); // each has the stiffness k_ref
+    /// # Ok::<(), chaincell_kernel::ModelError>(())
+    /// ```
     pub fn neighbours(&self, cell: usize) -> impl Iterator<Item = (usize, usize)> + use<'a> {
         let (lower, back_link, upper) = (self.lower, self.back_link, self.upper);
         let below = self.back_row(cell).filter_map(move |half| {
@@ -320,7 +354,7 @@ impl<'a> Model<'a> {
         below.chain(above)
     }
 
-    /// W: sum of the weights of a cell's links, in ascending order of their other ends.
+    /// Returns W, the sum of the weights of a cell's links, in ascending order of their other ends.
     #[must_use]
     pub fn cell_weight(&self, cell: usize) -> f32 {
         self.neighbours(cell).fold(0.0, |sum, (link, _)| sum + self.link_weight(link))

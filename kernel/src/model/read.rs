@@ -27,6 +27,18 @@ pub(crate) struct Slices<'a> {
 /// A validated body: mesh, links, bands, weights and bounds, borrowed from the image's bytes.
 ///
 /// Its existence means that every index is in range and every number fit for the tick.
+///
+/// ```
+/// use chaincell_kernel::{Model, include_model};
+/// # let image = include_model!(concat!(env!("CARGO_MANIFEST_DIR"), "/data/plane9.chaincell"));
+///
+/// let model = Model::from_bytes(image)?;
+/// assert_eq!((model.cells(), model.links(), model.fixed().len()), (81, 272, 32));
+/// assert_eq!(model.stiffness_n_per_m(), 20.0); // [N/m], of one link
+/// let length_m = 0.5 * (0.010 + 0.014142); // edges of 10 mm and nearly as many diagonals
+/// assert!((model.unit_m() - length_m).abs() < 2.0e-4); // [m], the mean of all links
+/// # Ok::<(), chaincell_kernel::ModelError>(())
+/// ```
 #[derive(Clone, Copy)]
 pub struct Model<'a> {
     pub(crate) rest: &'a [[f32; 3]],
@@ -71,15 +83,24 @@ pub struct Model<'a> {
 }
 
 impl<'a> Model<'a> {
-    /// Reads an image in place. `bytes` must start at a multiple of 16
+    /// Reads and checks an image in place. `bytes` must be the whole image and start at a multiple of 16
     /// ([`include_model!`](crate::include_model) sees to it).
     ///
     /// Cost: the checksum, about two sweeps and two looks at each element of the inverse of the
     /// coarse level, once; no memory.
     ///
+    /// ```
+    /// use chaincell_kernel::{Model, ModelError, include_model};
+    /// # let image = include_model!(concat!(env!("CARGO_MANIFEST_DIR"), "/data/plane9.chaincell"));
+    ///
+    /// assert!(Model::from_bytes(image).is_ok());
+    /// let half = &image[..image.len() / 2];
+    /// assert_eq!(Model::from_bytes(half).err(), Some(ModelError::Truncated));
+    /// ```
+    ///
     /// # Errors
-    /// What is wrong with the image, with section and position; or with the arithmetic of the calling
-    /// thread, by which the numbers of the image are checked.
+    /// The first fault of the image, with section and position; or the fault of the calling thread's
+    /// arithmetic, by which the numbers of the image are checked.
     pub fn from_bytes(bytes: &'a [u8]) -> Result<Self, ModelError> {
         float_env::check().map_err(ModelError::Float)?;
         let sections = Sections::parse(bytes)?;

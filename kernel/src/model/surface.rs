@@ -98,7 +98,7 @@ impl<'a> Model<'a> {
         Some(ContactSurface { triangles: self.triangles, numbers: self.contact? })
     }
 
-    /// Whether a probe touches the triangles of the surface; else it touches cells.
+    /// Returns true if a probe touches the triangles of the surface; else it touches cells.
     #[must_use]
     pub fn has_contact_surface(&self) -> bool {
         self.contact.is_some()

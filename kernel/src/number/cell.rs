@@ -7,6 +7,14 @@ use crate::number::kept::kept;
 ///
 /// Positions have 0 in the fourth lane; the residual has the cell's sum of w d^2, or with
 /// fixed-point numbers a mark that is 0 only where that sum is.
+///
+/// ```
+/// use chaincell_kernel::Cell;
+///
+/// let place = Cell::at([1.0, 2.0, 3.0]); // mean link lengths from the body's centre
+/// assert_eq!((place.xyz(), place.w()), ([1.0, 2.0, 3.0], 0.0));
+/// assert_eq!(align_of_val(&place), 16);
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(C, align(16))]
 pub struct Cell<N = f32>(pub [N; 4]);

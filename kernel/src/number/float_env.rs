@@ -7,7 +7,7 @@ use super::sqrt::exceptions_are_masked;
 #[cfg(all(target_arch = "x86", not(target_feature = "sse2")))]
 compile_error!("x87 arithmetic carries excess precision: build for a target with SSE2");
 
-/// What is wrong with the floating-point environment of the calling thread.
+/// A fault of the floating-point environment of the calling thread.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum FloatEnvironmentError {
     /// Denormal numbers are flushed to zero (FTZ, DAZ or FZ is on).
@@ -24,11 +24,17 @@ pub enum FloatEnvironmentError {
     Trap,
 }
 
-/// Checks whether this thread's arithmetic is IEEE 754 to nearest: by a look at the control register
+/// Checks that this thread's arithmetic is IEEE 754 to nearest: by a look at the control register
 /// of a 64-bit x86 or Arm processor, then by six operations.
 ///
+/// ```
+/// use chaincell_kernel::float_env;
+///
+/// assert_eq!(float_env::check(), Ok(())); // before a run, on the thread that ticks
+/// ```
+///
 /// # Errors
-/// What is wrong, when something is.
+/// The first fault found: a trap, flushed denormals, or another rounding.
 pub fn check() -> Result<(), FloatEnvironmentError> {
     // First: the operations below raise exceptions.
     if !exceptions_are_masked() {

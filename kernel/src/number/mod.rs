@@ -46,6 +46,15 @@ pub trait Sum<P>: Default {
 }
 
 /// A number type of the network: arithmetic that has the same bits on every target.
+///
+/// ```
+/// use chaincell_kernel::{I8F24, Number};
+///
+/// let tenth = I8F24::from_single(0.1); // 8.24 bits
+/// assert!((tenth.double() - 0.1).abs() <= 1.0 / f64::from(1 << 25));
+/// assert_eq!(I8F24::from_single(500.0), I8F24::MAX); // the end of the range, nearly 128
+/// assert_eq!((<f32 as Number>::NAME, I8F24::NAME), ("f32", "fixed"));
+/// ```
 pub trait Number: Kept + PartialEq + PartialOrd + Debug {
     /// Name as in the command's `--number`.
     const NAME: &'static str;

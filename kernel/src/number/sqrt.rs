@@ -5,6 +5,13 @@
 //! target gives the same bits.
 
 /// Square root of `a`; NaN for negative `a`.
+///
+/// ```
+/// use chaincell_kernel::number::sqrt::sqrt;
+///
+/// assert_eq!(sqrt(2.0), 2.0_f32.sqrt()); // correctly rounded, without `std`
+/// assert!(sqrt(-1.0).is_nan());
+/// ```
 #[must_use]
 #[inline(always)]
 #[cfg(target_arch = "x86_64")]

@@ -15,6 +15,14 @@ pub const LANES: usize = 8;
 pub type Eight = [f32; LANES];
 
 /// The unevaluated sum `hi + lo`.
+///
+/// ```
+/// use chaincell_kernel::number::two_float::TwoFloat;
+///
+/// let energy = TwoFloat::from(1.0).plus(TwoFloat::from(1e-9)); // one `f32` would lose the second
+/// assert!(energy.exceeds(TwoFloat::from(1.0)));
+/// assert_eq!(energy.minus(TwoFloat::from(1.0)).hi, 1e-9);
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct TwoFloat {
     /// Leading part.
@@ -61,7 +69,7 @@ impl TwoFloat {
         Self { hi: self.hi * factor, lo: self.lo * factor }
     }
 
-    /// Whether `self > other`.
+    /// Returns true if `self > other`.
     #[must_use]
     #[inline]
     pub fn exceeds(self, other: Self) -> bool {

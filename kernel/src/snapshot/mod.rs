@@ -38,7 +38,22 @@ pub const SNAPSHOT_HEADER_BYTES: usize = 32;
 /// Where the checksum stands.
 const CRC_AT: usize = 24;
 
-/// Why a snapshot is not made, or refused; nothing has changed.
+/// The reason for which a snapshot is not made, or refused; nothing has changed.
+///
+/// ```
+/// # use chaincell_kernel::{Model, Network, Settings, Tissue, Track, include_model};
+/// use chaincell_kernel::snapshot::SnapshotError;
+/// # let image = include_model!(concat!(env!("CARGO_MANIFEST_DIR"), "/data/plane9.chaincell"));
+/// # let model = Model::from_bytes(image)?;
+/// # let network = Network::new(model, Settings::for_model(&model))?;
+/// # let mut tissue = Tissue::<128, Track>::new();
+/// # tissue.reset(&network)?;
+///
+/// let short = tissue.view().save(&network, &mut [0; 100]);
+/// assert!(matches!(short, Err(SnapshotError::Buffer { given: 100, .. })));
+/// assert_eq!(tissue.view().restore(&network, b"no snapshot"), Err(SnapshotError::Magic));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum SnapshotError {
     /// The tissue was not reset to this network.

@@ -5,7 +5,7 @@ use crate::number::kept::{Kept, Pass};
 use crate::stage::Stage;
 
 impl Stage {
-    /// Bytes of a [snapshot](crate::snapshot): always as many.
+    /// Bytes of a [snapshot](crate::snapshot), the same for every stage.
     #[must_use]
     pub fn snapshot_bytes(&self) -> usize {
         let mut pass = Pass::count();
@@ -14,7 +14,19 @@ impl Stage {
         SNAPSHOT_HEADER_BYTES + pass.end().unwrap_or(0)
     }
 
-    /// Saves all that the stage knows but its settings; gives the number of bytes written.
+    /// Saves the whole stage but its settings; returns the number of bytes written.
+    ///
+    /// ```
+    /// use chaincell_kernel::stage::{Device, Stage, StageSettings};
+    ///
+    /// let stage = Stage::new(StageSettings::for_device(Device::Falcon))?;
+    /// let mut bytes = vec![0; stage.snapshot_bytes()];
+    /// stage.save(&mut bytes)?;
+    /// let mut later = Stage::new(*stage.settings())?; // settings are not in the snapshot
+    /// later.restore(&bytes)?;
+    /// assert_eq!(later, stage);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     ///
     /// # Errors
     /// A buffer that is too short.
@@ -34,7 +46,7 @@ impl Stage {
     /// force is above their largest. The delay is the one that was saved.
     ///
     /// # Errors
-    /// What is wrong with the bytes; the stage stays as it is.
+    /// The first fault of the bytes; the stage stays as it is.
     pub fn restore(&mut self, bytes: &[u8]) -> Result<(), SnapshotError> {
         let words = open(bytes, <Self as Kept>::LAYOUT, 0)?;
         let mut copy = *self;

@@ -46,9 +46,29 @@ impl<D: Dynamics> TissueMut<'_, D> {
         Ok(SNAPSHOT_HEADER_BYTES + pass.end()?)
     }
 
-    /// Saves all that the tissue knows, between two ticks; gives the number of bytes written. The
+    /// Saves the whole tissue between two ticks; returns the number of bytes written. The
     /// tissue does not change. Cost: about that of copying its memory; no memory of its own but a
     /// few kB of stack.
+    ///
+    /// ```
+    /// # use chaincell_kernel::{Budget, Model, Network, Settings, Tissue, ToolPose, Track, include_model};
+    /// # let image = include_model!(concat!(env!("CARGO_MANIFEST_DIR"), "/data/plane9.chaincell"));
+    /// # let model = Model::from_bytes(image)?;
+    /// # let network = Network::new(model, Settings::for_model(&model))?;
+    /// # let mut tissue = Tissue::<128, Track>::new();
+    /// # tissue.reset(&network)?;
+    /// # tissue.choose_contacts(&network, &[47])?;
+    /// # tissue.tick(&network, &[ToolPose::at([0.0; 3].into(), 1)], Budget::All);
+    /// let pose = [ToolPose::at([0.0, 0.0, -0.004].into(), 1)];
+    /// let mut bytes = [0; 8 * 1024];
+    /// let length = tissue.view().save(&network, &mut bytes)?;
+    /// let first = tissue.tick(&network, &pose, Budget::All);
+    ///
+    /// let mut other = Tissue::<128, Track>::new(); // of a later run, on any processor
+    /// other.view().restore(&network, &bytes[..length])?;
+    /// assert_eq!(other.tick(&network, &pose, Budget::All), first); // to the last bit
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     ///
     /// # Errors
     /// A tissue that was not reset to this network, a buffer that is too short.
@@ -73,7 +93,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
     /// there is one.
     ///
     /// # Errors
-    /// What is wrong with the bytes, or lacks in the tissue, or with the thread's arithmetic; the
+    /// The first fault of the bytes, of the tissue's capacity or of the thread's arithmetic; the
     /// tissue stays as it is.
     pub fn restore(&mut self, network: &Network<'_>, bytes: &[u8]) -> Result<(), SnapshotError> {
         let model = network.model();

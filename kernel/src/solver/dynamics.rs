@@ -8,6 +8,15 @@ use crate::model::Model;
 pub type NumberOf<D> = <D as Scheme>::Number;
 
 /// A scheme, with its own scalar state.
+///
+/// ```
+/// # use chaincell_kernel::{Dynamics, Euler, NumberOf, Number, Predict, Tissue, Track};
+/// assert_eq!((Euler::<f32>::NAME, NumberOf::<Euler>::NAME), ("euler", "f32"));
+/// // 16 bytes a cell and array, and two arrays of every scheme: state and residual.
+/// assert_eq!(16 * (2 + Track::<0>::ARRAYS), 64);
+/// assert_eq!(16 * (2 + Predict::<0>::ARRAYS), 112);
+/// assert!(Tissue::<512, Track>::RAM_BYTES < 64 * 512 + 16 * 64 + 2_300); // with 64 contact cells
+/// ```
 pub trait Dynamics: Scheme {
     /// Name as in the command's `--dynamics`.
     const NAME: &'static str;

@@ -38,6 +38,23 @@ use crate::number::two_float::Eight;
 pub struct Second;
 
 /// The scheme `rkl2`.
+///
+/// ```
+/// # use chaincell_kernel::{Budget, Model, Network, Settings, Tissue, ToolPose, include_model};
+/// use chaincell_kernel::{Rkl2, Scheme};
+/// # let image = include_model!(concat!(env!("CARGO_MANIFEST_DIR"), "/data/plane9.chaincell"));
+/// # let model = Model::from_bytes(image)?;
+/// let network = Network::new(model, Scheme::Rkl2.settings(&model, 8))?; // the time of 8 sweeps
+/// let mut tissue = Tissue::<128, Rkl2>::new();
+/// # tissue.reset(&network)?;
+/// # tissue.choose_contacts(&network, &[47])?;
+/// # tissue.tick(&network, &[ToolPose::at([0.0; 3].into(), 1)], Budget::All);
+/// let pose = [ToolPose::at([0.002, 0.0, 0.0].into(), 1)];
+/// let first_n = tissue.tick(&network, &pose, Budget::All).force_n.x;
+/// let later_n = (0..50).fold(0.0, |_, _| tissue.tick(&network, &pose, Budget::All).force_n.x);
+/// assert!(first_n < -0.11 && (later_n + 0.0879).abs() < 2e-4); // [N], in the time of many small steps
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub type Rkl2 = SuperSteps<Second>;
 
 impl Dynamics for Rkl2 {

@@ -54,6 +54,21 @@ impl<N: Number> Contact<N> {
 }
 
 /// Why a list of contact cells is refused; the position is that in the list.
+///
+/// ```
+/// # use chaincell_kernel::{Model, Network, Settings, Tissue, Track, include_model};
+/// use chaincell_kernel::ContactError;
+/// # let image = include_model!(concat!(env!("CARGO_MANIFEST_DIR"), "/data/plane9.chaincell"));
+/// # let model = Model::from_bytes(image)?;
+/// # let network = Network::new(model, Settings::for_model(&model))?;
+/// # let mut tissue = Tissue::<128, Track>::new();
+/// # tissue.reset(&network)?;
+/// let border = model.fixed()[0];
+/// let refused = tissue.choose_contacts(&network, &[border]);
+/// assert_eq!(refused, Err(ContactError::Fixed(0)));
+/// assert_eq!(tissue.choose_contacts(&network, &[46, 47]), Ok(())); // ascending
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum ContactError {
     /// The tissue has memory for fewer contact cells.

@@ -42,6 +42,17 @@ use crate::terms::links::number::LinkNumber;
 const EPSILON_SQUARED: f32 = f32::EPSILON * f32::EPSILON;
 
 /// The sums that tell how far rounding may move the energy of a state.
+///
+/// ```
+/// use chaincell_kernel::Rounding;
+///
+/// // A cell with eight links, one mean link length from the centre, that store e = 0.01.
+/// let mut sums = Rounding::default();
+/// sums.add_cell(Rounding::of_cell([1.0, 0.0, 0.0], 1.0 / 8.0, 0.01));
+/// sums.add_link(1.0, 1.0);
+/// let allowance = sums.allowance(0.01 / 8.0); // internal units, as the energy
+/// assert!((1e-8..1e-6).contains(&allowance));
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Rounding {
     /// M = sum of W (|x|^2 + 1) eps^2.

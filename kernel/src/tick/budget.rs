@@ -5,6 +5,25 @@
 ///
 /// The sweeps of a scheme that is not [`Dynamics::IS_ANYTIME`](crate::Dynamics::IS_ANYTIME) are the
 /// tissue's time: such a tick makes all of them, whatever the budget.
+///
+/// ```
+/// # use chaincell_kernel::{Flags, Model, Network, Settings, Tissue, ToolPose, Track, include_model};
+/// use chaincell_kernel::Budget;
+/// # let image = include_model!(concat!(env!("CARGO_MANIFEST_DIR"), "/data/plane9.chaincell"));
+/// # let model = Model::from_bytes(image)?;
+/// # let network = Network::new(model, Settings::for_model(&model))?;
+/// # let mut tissue = Tissue::<128, Track>::new();
+/// # tissue.reset(&network)?;
+/// # tissue.choose_contacts(&network, &[47])?;
+/// # let poses = [ToolPose::at([0.0, 0.0, -0.001].into(), 1)];
+/// let mut is_time_left = |sweeps: u16| sweeps < 2; // a firmware asks its cycle counter
+/// let output = tissue.tick(&network, &poses, Budget::While(&mut is_time_left));
+/// assert_eq!(output.sweeps, 2);
+///
+/// let overtaken = tissue.tick(&network, &poses, Budget::LATE);
+/// assert!(overtaken.flags.contains(Flags::LATE) && overtaken.sweeps == 0);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub enum Budget<'a> {
     /// All sweeps of the settings.
     All,

@@ -4,6 +4,13 @@
 ///
 /// The command line and JSON go by the name; the C interface, traces and the command service by
 /// the code. A name and a code keep their meaning in every release.
+///
+/// ```
+/// use chaincell_kernel::{Choice, Scheme};
+///
+/// assert_eq!(Scheme::from_name("predict"), Some(Scheme::Predict));
+/// assert_eq!((Scheme::Rkl2.name(), Scheme::Rkl2.code()), ("rkl2", 3));
+/// ```
 pub trait Choice: Copy + Eq + 'static {
     /// Every value, in the order in which help lists them.
     const ALL: &'static [Self];

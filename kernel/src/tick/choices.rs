@@ -25,6 +25,18 @@ choices! {
 impl Scheme {
     /// The defaults of a scheme with `sweeps` sweeps per tick. A scheme that uses [`Settings::tick_time`]
     /// gets the time that those sweeps cover.
+    ///
+    /// ```
+    /// # use chaincell_kernel::{Model, include_model};
+    /// use chaincell_kernel::Scheme;
+    /// # let image = include_model!(concat!(env!("CARGO_MANIFEST_DIR"), "/data/plane9.chaincell"));
+    /// # let model = Model::from_bytes(image)?;
+    ///
+    /// let settings = Scheme::Rkl2.settings(&model, 8);
+    /// // Eight sweeps of `euler` cover at most eight times its largest step.
+    /// assert!(settings.tick_time > 1.5 * 8.0 * model.step_max()); // [dimensionless time]
+    /// # Ok::<(), chaincell_kernel::ModelError>(())
+    /// ```
     #[must_use]
     pub fn settings(self, model: &Model<'_>, sweeps: u16) -> Settings {
         let defaults = Settings::for_model(model);
@@ -56,6 +68,25 @@ choices! {
 
 choices! {
     /// Unloading: when the links' bands close to their rest lengths (the paper's Fig. 5b).
+    ///
+    /// ```
+    /// # use chaincell_kernel::{Budget, Flags, Model, Network, Settings, Tissue, ToolPose, Track, coarse_room, include_model};
+    /// use chaincell_kernel::Unloading;
+    /// # let image = include_model!(concat!(env!("CARGO_MANIFEST_DIR"), "/data/box5.chaincell"));
+    /// # let model = Model::from_bytes(image)?;
+    /// let settings = Settings { unloading: Unloading::Release, ..Settings::for_model(&model) };
+    /// # let network = Network::new(model, settings)?;
+    /// # let mut tissue = Tissue::<128, Track<{ coarse_room(27, 1) }>>::new();
+    /// # tissue.reset(&network)?;
+    /// # tissue.choose_contacts(&network, &[53])?;
+    /// let mut flags = |engaged| {
+    ///     let pose = ToolPose::at([0.0, 0.0, 0.0].into(), engaged);
+    ///     tissue.tick(&network, &[pose], Budget::All).flags
+    /// };
+    /// assert!(!flags(1).contains(Flags::BAND_CLOSED)); // while the tool holds
+    /// assert!(flags(0).contains(Flags::BAND_CLOSED)); // from its release on
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     #[derive(Default)]
     Unloading {
         /// Never.
@@ -82,6 +113,26 @@ choices! {
         /// opposite force; the settled positions depend on the links' stiffness, and a body without fixed
         /// cells drifts up to K. On release I becomes 0 at once. The guarded quantity is E less the load's
         /// work; a current that may raise the energy above [`Model::energy_max`] is cut (flag 1).
+        ///
+        /// ```
+        /// # use chaincell_kernel::{Budget, Model, Network, Settings, Tissue, ToolPose, Track, include_model};
+        /// use chaincell_kernel::Drive;
+        /// # let image = include_model!(concat!(env!("CARGO_MANIFEST_DIR"), "/data/plane9.chaincell"));
+        /// # let model = Model::from_bytes(image)?;
+        /// let settings = Settings { drive: Drive::Current, ..Settings::for_model(&model) };
+        /// # let network = Network::new(model, settings)?;
+        /// # let mut tissue = Tissue::<128, Track>::new();
+        /// # tissue.reset(&network)?;
+        /// # tissue.choose_contacts(&network, &[47])?;
+        /// # tissue.tick(&network, &[ToolPose::at([0.0; 3].into(), 1)], Budget::All);
+        /// let pose = ToolPose::at([0.001, 0.0, 0.0].into(), 1);
+        /// let mut force_n = 0.0;
+        /// for _ in 0..200 {
+        ///     force_n = tissue.tick(&network, &[pose], Budget::All).force_n.x;
+        /// }
+        /// assert!((force_n + 2.0 * 20.0 * 0.001).abs() < 1e-4); // [N]: 2 k_ref I, 0.04 N against the load
+        /// # Ok::<(), Box<dyn std::error::Error>>(())
+        /// ```
         Current = 1, "current";
     }
 }

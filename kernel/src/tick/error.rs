@@ -5,6 +5,20 @@ use crate::number::float_env::FloatEnvironmentError;
 use crate::terms::links::range::RangeError;
 
 /// Why a tissue cannot take a model.
+///
+/// ```
+/// # use chaincell_kernel::{Model, Network, Settings, include_model};
+/// use chaincell_kernel::{ResetError, Tissue, Track};
+/// # let image = include_model!(concat!(env!("CARGO_MANIFEST_DIR"), "/data/plane9.chaincell"));
+/// # let model = Model::from_bytes(image)?;
+/// # let network = Network::new(model, Settings::for_model(&model))?;
+///
+/// let mut small = Tissue::<64, Track>::new();
+/// let refused = small.reset(&network).unwrap_err();
+/// assert_eq!(refused, ResetError::Capacity { needed: 81, capacity: 64 });
+/// assert_eq!(refused.to_string(), "the model has 81 cells, the tissue room for 64");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum ResetError {
     /// The model has more cells than the tissue has memory for.
@@ -47,6 +61,23 @@ pub enum ResetError {
 }
 
 /// Why a state is refused.
+///
+/// ```
+/// # use chaincell_kernel::{Model, Network, Settings, Tissue, Track, include_model};
+/// use chaincell_kernel::StateError;
+/// # let image = include_model!(concat!(env!("CARGO_MANIFEST_DIR"), "/data/plane9.chaincell"));
+/// # let model = Model::from_bytes(image)?;
+/// # let network = Network::new(model, Settings::for_model(&model))?;
+/// # let mut tissue = Tissue::<128, Track>::new();
+/// # tissue.reset(&network)?;
+///
+/// let mut positions: Vec<[f32; 3]> = (0..81).map(|cell| model.rest_position(cell)).collect();
+/// assert_eq!(tissue.view().set_positions(&network, &positions), Ok(()));
+/// positions[47][2] = f32::INFINITY;
+/// let refused = tissue.view().set_positions(&network, &positions);
+/// assert_eq!(refused, Err(StateError::Position(47)));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum StateError {
     /// The tissue was not reset to this network.

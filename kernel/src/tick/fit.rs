@@ -11,6 +11,35 @@ use crate::terms::surface::IS_BUILT;
 
 /// RAM of a body's arrays under the scheme `D`, without the scalars and without the terms' states \[bytes\];
 /// `room` in blocks of eight `f32`.
+///
+/// ```
+/// # use chaincell_kernel::{Model, Network, Settings, include_model};
+/// use chaincell_kernel::{
+///     Cell, Contact, Dynamics, Head, Team, TermStates, TissueMut, TouchRoom, Track, array_bytes,
+/// };
+/// # let image = include_model!(concat!(env!("CARGO_MANIFEST_DIR"), "/data/plane9.chaincell"));
+/// # let model = Model::from_bytes(image)?;
+/// # let network = Network::new(model, Settings::for_model(&model))?;
+/// let cells = model.cells();
+/// let mut head = Head::<Track>::NEW;
+/// let (mut state, mut residual) = (vec![Cell::ZERO; cells], vec![Cell::ZERO; cells]);
+/// let mut own = vec![Cell::ZERO; Track::<0>::ARRAYS * cells];
+/// let mut contacts = [Contact::NONE; 4];
+/// let mut tissue = TissueMut {
+///     head: &mut head,
+///     state: &mut state,
+///     residual: &mut residual,
+///     own: &mut own,
+///     room: &mut [], // the model has no coarse level
+///     contacts: &mut contacts,
+///     states: TermStates::new(&mut []), // nor nodal shapes
+///     touch: TouchRoom::none(), // nor a contact surface
+///     team: Team::ALONE,
+/// };
+/// tissue.reset(&network)?;
+/// assert_eq!(array_bytes::<Track>(cells, 4, 0), 64 * cells + 16 * 4); // of the four arrays
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[must_use]
 pub const fn array_bytes<D: Dynamics>(cells: usize, contacts: usize, room: usize) -> usize {
     (2 + D::ARRAYS) * cells * size_of::<Cell<D::Number>>()

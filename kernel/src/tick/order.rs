@@ -21,6 +21,24 @@ use crate::terms::surface::{IS_BUILT, Touch};
 use crate::terms::term::Term;
 
 /// Consecutive bad samples for which the last good one is used.
+///
+/// ```
+/// # use chaincell_kernel::{Budget, Flags, Model, Network, Settings, Tissue, ToolPose, Track, include_model};
+/// use chaincell_kernel::HELD_TICKS_MAX;
+/// # let image = include_model!(concat!(env!("CARGO_MANIFEST_DIR"), "/data/plane9.chaincell"));
+/// # let model = Model::from_bytes(image)?;
+/// # let network = Network::new(model, Settings::for_model(&model))?;
+/// # let mut tissue = Tissue::<128, Track>::new();
+/// # tissue.reset(&network)?;
+/// let bad = [ToolPose::at([f32::NAN; 3].into(), 1)];
+/// for _ in 0..HELD_TICKS_MAX {
+///     let output = tissue.tick(&network, &bad, Budget::All);
+///     assert_eq!(output.flags, Flags::BAD_SAMPLE);
+/// }
+/// let output = tissue.tick(&network, &bad, Budget::All); // the eleventh
+/// assert!(output.flags.contains(Flags::SAFE_STATE)); // force 0 until a good one comes
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub const HELD_TICKS_MAX: u32 = 10;
 
 impl<D: Dynamics> TissueMut<'_, D> {

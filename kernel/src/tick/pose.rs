@@ -12,6 +12,15 @@ pub const NOT_TURNED: [f32; 4] = [0.0, 0.0, 0.0, 1.0];
 ///
 /// Any bit pattern is admitted; a pose that is not good never reaches the cells: the last good one
 /// stands in for ten ticks, then the safe state answers.
+///
+/// ```
+/// use chaincell_kernel::ToolPose;
+///
+/// let pose = ToolPose::at([0.0, 0.0, -0.002].into(), 1); // 2 mm below the origin, engaged
+/// assert!(pose.is_good());
+/// let unplugged = ToolPose { position_m: [f32::NAN; 3].into(), ..pose };
+/// assert!(!unplugged.is_good());
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(C)]
 pub struct ToolPose {
@@ -43,6 +52,17 @@ impl ToolPose {
 }
 
 /// A convex part of a tool with rounded edges, in the tool's frame.
+///
+/// ```
+/// use chaincell_kernel::ToolPart;
+///
+/// // A scalpel's handle of 8 mm, 100 mm long, and a blade in front of it [m].
+/// let handle = ToolPart::capsule(0.046, 0.004);
+/// let blade = ToolPart::rounded_box([0.0, 0.003, 0.01], 0.0005);
+/// let blade = ToolPart { centre_m: [0.0, 0.0, -0.06], ..blade };
+/// let tool = [handle, blade];
+/// assert_eq!(tool[0].half_m[2] + tool[0].radius_m, 0.05); // half of its length
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(C)]
 pub struct ToolPart {

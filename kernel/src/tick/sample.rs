@@ -15,6 +15,23 @@ pub(crate) struct ToolSample {
 kept!(ToolSample { position_m: Vector3<f32>, engaged: u32 });
 
 /// What one tick answers. It describes the state after the last update.
+///
+/// ```
+/// # use chaincell_kernel::{Budget, Model, Network, Settings, Tissue, ToolPose, Track, include_model};
+/// use chaincell_kernel::{Flags, TickOutput};
+/// # let image = include_model!(concat!(env!("CARGO_MANIFEST_DIR"), "/data/plane9.chaincell"));
+/// # let model = Model::from_bytes(image)?;
+/// # let network = Network::new(model, Settings::for_model(&model))?;
+/// # let mut tissue = Tissue::<128, Track>::new();
+/// # tissue.reset(&network)?;
+/// # tissue.choose_contacts(&network, &[47])?;
+/// # tissue.tick(&network, &[ToolPose::at([0.0; 3].into(), 1)], Budget::All);
+/// # let pose = ToolPose::at([0.0, 0.0, -0.002].into(), 1);
+/// let TickOutput { force_n, energy_j, work_j, .. } = tissue.tick(&network, &[pose], Budget::All);
+/// assert!(force_n.z > 0.0); // [N], on the tool that moved 2 mm downwards
+/// assert!(energy_j > 0.0 && work_j >= energy_j); // [J], the tool has paid for all of it
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TickOutput {
     /// Force of the tissue on the tool, exerted by the links on the contact cells \[N\].
@@ -52,6 +69,14 @@ impl TickOutput {
 }
 
 /// What bit during a tick; the numbers are summed in files and messages.
+///
+/// ```
+/// use chaincell_kernel::Flags;
+///
+/// let flags = Flags(1 + 64); // as a message has them
+/// assert!(flags.contains(Flags::MOTION_CLAMPED) && flags.contains(Flags::ROLLED_BACK));
+/// assert!(!flags.contains(Flags::SAFE_STATE));
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[repr(transparent)]
 pub struct Flags(pub u32);

@@ -4,6 +4,18 @@ use super::choices::{Drive, Unloading};
 use crate::model::Model;
 
 /// Parameters of a run.
+///
+/// ```
+/// # use chaincell_kernel::{Model, Network, include_model};
+/// use chaincell_kernel::Settings;
+/// # let image = include_model!(concat!(env!("CARGO_MANIFEST_DIR"), "/data/plane9.chaincell"));
+/// # let model = Model::from_bytes(image)?;
+///
+/// let settings = Settings { sweeps: 1, max_force_n: 3.0, ..Settings::for_model(&model) };
+/// assert_eq!(settings.max_tool_step_m, model.unit_m()); // [m] a tick: one mean link length
+/// assert!(Network::new(model, settings).is_ok());
+/// # Ok::<(), chaincell_kernel::ModelError>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Settings {
     /// Sweeps per tick, at least 1.
@@ -25,6 +37,18 @@ pub struct Settings {
 }
 
 /// Which setting is out of range.
+///
+/// ```
+/// # use chaincell_kernel::{Model, Network, Settings, include_model};
+/// use chaincell_kernel::SettingsError;
+/// # let image = include_model!(concat!(env!("CARGO_MANIFEST_DIR"), "/data/plane9.chaincell"));
+/// # let model = Model::from_bytes(image)?;
+///
+/// let step = 2.0 * model.step_max(); // beyond it `euler` may make energy
+/// let refused = Network::new(model, Settings { step, ..Settings::for_model(&model) });
+/// assert_eq!(refused.err(), Some(SettingsError::Step { max: 0.25 }));
+/// # Ok::<(), chaincell_kernel::ModelError>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum SettingsError {
     /// There must be at least one sweep per tick.
@@ -70,6 +94,18 @@ impl Settings {
 }
 
 /// A model together with settings that fit it: all that a tick reads and never writes.
+///
+/// ```
+/// # use chaincell_kernel::{Model, include_model};
+/// use chaincell_kernel::{Network, Settings};
+/// # let image = include_model!(concat!(env!("CARGO_MANIFEST_DIR"), "/data/plane9.chaincell"));
+/// # let model = Model::from_bytes(image)?;
+///
+/// let network = Network::new(model, Settings::for_model(&model))?;
+/// assert_eq!(network.settings().sweeps, 4); // link passes a tick
+/// assert_eq!(network.model().cells(), 81);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug, Clone, Copy)]
 pub struct Network<'m> {
     model: Model<'m>,

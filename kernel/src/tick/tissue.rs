@@ -124,6 +124,21 @@ impl<D: Dynamics> Head<D> {
 /// states of ([`Model::kept_states`]).
 ///
 /// `const` constructible, so it can be a `static`. All work is done by [`TissueMut`].
+///
+/// ```
+/// # use chaincell_kernel::*;
+/// # let plane = include_model!(concat!(env!("CARGO_MANIFEST_DIR"), "/data/plane9.chaincell"));
+/// # let model = Model::from_bytes(plane)?;
+/// # let network = Network::new(model, Settings::for_model(&model))?;
+/// let mut tissue = Tissue::<128, Track>::new(); // up to 128 cells, 64 of them held
+/// tissue.reset(&network)?;
+/// tissue.choose_contacts(&network, &[47])?;
+/// tissue.tick(&network, &[ToolPose::at([0.0, 0.0, 0.0].into(), 1)], Budget::All);
+/// tissue.tick(&network, &[ToolPose::at([0.0, 0.0, -0.002].into(), 1)], Budget::All);
+/// let place_m = tissue.view().position_m(&model, 47).ok_or("no cell")?;
+/// assert!((place_m.z + 0.002).abs() < 1e-6); // [m], where the tool holds it
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub struct Tissue<
     const CELLS: usize,
     D: Dynamics,
@@ -236,7 +251,7 @@ impl<const CELLS: usize, D: Dynamics, const CONTACTS: usize, const STATES: usize
 /// A tissue of any size, over memory of the caller.
 ///
 /// `state` and `residual` hold at least as many cells as the model, `own` [`Dynamics::ARRAYS`] times
-/// as many; a reset refuses a model that does not fit.
+/// as many; a reset refuses a model that does not fit. Example: [`array_bytes`](crate::array_bytes).
 pub struct TissueMut<'a, D: Dynamics> {
     /// Scalar state.
     pub head: &'a mut Head<D>,

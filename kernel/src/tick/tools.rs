@@ -20,6 +20,32 @@ use crate::terms::surface::{
 pub const FRICTION_MAX: f32 = 10.0;
 
 /// What one of several tools feels in a tick.
+///
+/// ```
+/// # use chaincell_kernel::{Budget, FEATURES, Model, Network, Settings, Tissue, ToolPart, ToolPose, TouchStore, Track, elastic_room, include_model};
+/// use chaincell_kernel::ToolOutput;
+/// # if FEATURES != ["nodal", "surface"] {
+/// #     return Ok(());
+/// # }
+/// # let image = include_model!(concat!(env!("CARGO_MANIFEST_DIR"), "/data/touch6.chaincell"));
+/// # let model = Model::from_bytes(image)?;
+/// # let network = Network::new(model, Settings::for_model(&model))?;
+/// # type Body = Tissue<160, Track<{ elastic_room(32) }>, 4, 160>;
+/// # let mut body = Box::new(Body::new());
+/// # let mut store = TouchStore::<160, 64, 64>::new();
+/// # let mut tissue = body.touching(store.room());
+/// # tissue.reset(&network)?;
+/// # tissue.choose_tools(&network, &[&[ToolPart::sphere(0.004)]], 0.3)?;
+/// # for step in 0..=6 {
+/// #     let pose = ToolPose::at([0.0, 0.0, 0.036 - 0.001 * step as f32].into(), 1);
+/// #     tissue.tick(&network, &[pose], Budget::All);
+/// # }
+///
+/// let ToolOutput { force_n, torque_n_m, contacts, .. } = tissue.tool_output(&network, 0);
+/// assert!(force_n.z > 0.05 && contacts > 0); // [N], a ball pressed down by 4 mm
+/// assert!(torque_n_m.x.abs() < 0.004 * force_n.z); // [N m], about its centre
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ToolOutput {
     /// Force of the tissue on the tool \[N\].
@@ -46,6 +72,29 @@ impl ToolOutput {
 }
 
 /// Where the tissue meets a tool: its proxy, which stops short of the tool where that is too deep.
+///
+/// ```
+/// # use chaincell_kernel::{Budget, FEATURES, Model, Network, Settings, Tissue, ToolPart, ToolPose, TouchStore, Track, elastic_room, include_model};
+/// use chaincell_kernel::ProxyPose;
+/// # if FEATURES != ["nodal", "surface"] {
+/// #     return Ok(());
+/// # }
+/// # let image = include_model!(concat!(env!("CARGO_MANIFEST_DIR"), "/data/touch6.chaincell"));
+/// # let model = Model::from_bytes(image)?;
+/// # let network = Network::new(model, Settings::for_model(&model))?;
+/// # type Body = Tissue<160, Track<{ elastic_room(32) }>, 4, 160>;
+/// # let mut body = Box::new(Body::new());
+/// # let mut store = TouchStore::<160, 64, 64>::new();
+/// # let mut tissue = body.touching(store.room());
+/// # tissue.reset(&network)?;
+/// # tissue.choose_tools(&network, &[&[ToolPart::sphere(0.004)]], 0.3)?;
+///
+/// let outside = ToolPose::at([0.0, 0.0, 0.036].into(), 1);
+/// tissue.tick(&network, &[outside], Budget::All);
+/// let ProxyPose { position_m, share, .. } = tissue.proxy_pose(&network, 0).ok_or("not engaged")?;
+/// assert!((position_m[2] - 0.036).abs() < 1e-6 && share == 1.0); // [m], at the tool
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ProxyPose {
     /// Position of its frame in the frame of the input mesh \[m\].
@@ -72,6 +121,23 @@ impl<D: Dynamics> TissueMut<'_, D> {
     /// The sphere's centre is the tool's position. It touches at most as many cells as the tissue has
     /// contacts, those with the lowest ids; more cells set
     /// [`Flags::CONTACT_CAPACITY`](crate::Flags::CONTACT_CAPACITY).
+    ///
+    /// ```
+    /// # use chaincell_kernel::{Budget, Model, Network, Settings, Tissue, ToolPose, Track, include_model};
+    /// # let image = include_model!(concat!(env!("CARGO_MANIFEST_DIR"), "/data/plane9.chaincell"));
+    /// # let model = Model::from_bytes(image)?;
+    /// # let network = Network::new(model, Settings::for_model(&model))?;
+    /// # let mut tissue = Tissue::<128, Track>::new();
+    /// # tissue.reset(&network)?;
+    /// tissue.choose_probe(&network, 0.004)?; // a ball of 8 mm
+    /// let mut output = tissue.tick(&network, &[ToolPose::at([0.0, 0.0, 0.005].into(), 1)], Budget::All);
+    /// assert_eq!(output.contacts, 0); // 1 mm above the plane
+    /// for height_m in [0.003, 0.001] {
+    ///     output = tissue.tick(&network, &[ToolPose::at([0.0, 0.0, height_m].into(), 1)], Budget::All);
+    /// }
+    /// assert!(output.contacts == 1 && output.force_n.z > 0.001); // [N], upwards
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     ///
     /// # Errors
     /// The reason for the refusal; the old choice stays.
@@ -190,6 +256,31 @@ impl<D: Dynamics> TissueMut<'_, D> {
 
     /// Calls `each` for every present contact, one per triangle and part of a tool. Cost: one look at the
     /// samples in reach.
+    ///
+    /// ```
+    /// # use chaincell_kernel::{Budget, FEATURES, Model, Network, Settings, Tissue, ToolPart, ToolPose, TouchStore, Track, elastic_room, include_model};
+    /// # if FEATURES != ["nodal", "surface"] {
+    /// #     return Ok(());
+    /// # }
+    /// # let image = include_model!(concat!(env!("CARGO_MANIFEST_DIR"), "/data/touch6.chaincell"));
+    /// # let model = Model::from_bytes(image)?;
+    /// # let network = Network::new(model, Settings::for_model(&model))?;
+    /// # type Body = Tissue<160, Track<{ elastic_room(32) }>, 4, 160>;
+    /// # let mut body = Box::new(Body::new());
+    /// # let mut store = TouchStore::<160, 64, 64>::new();
+    /// # let mut tissue = body.touching(store.room());
+    /// # tissue.reset(&network)?;
+    /// # tissue.choose_tools(&network, &[&[ToolPart::sphere(0.004)]], 0.3)?;
+    /// # for step in 0..=6 {
+    /// #     let pose = ToolPose::at([0.0, 0.0, 0.036 - 0.001 * step as f32].into(), 1);
+    /// #     tissue.tick(&network, &[pose], Budget::All);
+    /// # }
+    /// let mut sum_n = 0.0;
+    /// tissue.contact_forces(&network, |contact| sum_n += contact.normal_n[2] + contact.tangential_n[2]);
+    /// let force_n = tissue.tool_output(&network, 0).force_n.z;
+    /// assert!((sum_n - force_n).abs() < 1e-3 * force_n); // [N], in all the tool's force
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn contact_forces(&mut self, network: &Network<'_>, mut each: impl FnMut(&ContactForce)) {
         let model = network.model();
         let Some(state) = self.state.get(..model.cells()) else { return };
@@ -216,6 +307,39 @@ impl<D: Dynamics> TissueMut<'_, D> {
     /// Returns the number of samples that it holds, 0 without contact.
     ///
     /// The force does not jump: a grip starts without pull. Call it between two ticks.
+    ///
+    /// ```
+    /// # use chaincell_kernel::{Budget, FEATURES, Model, Network, Settings, Tissue, ToolPart, ToolPose, TouchStore, Track, elastic_room, include_model};
+    /// # if FEATURES != ["nodal", "surface"] {
+    /// #     return Ok(());
+    /// # }
+    /// # let image = include_model!(concat!(env!("CARGO_MANIFEST_DIR"), "/data/touch6.chaincell"));
+    /// # let model = Model::from_bytes(image)?;
+    /// # let network = Network::new(model, Settings::for_model(&model))?;
+    /// # type Body = Tissue<160, Track<{ elastic_room(32) }>, 4, 160>;
+    /// # let mut body = Box::new(Body::new());
+    /// # let mut store = TouchStore::<160, 64, 64>::new();
+    /// # let mut tissue = body.touching(store.room());
+    /// # tissue.reset(&network)?;
+    /// # tissue.choose_tools(&network, &[&[ToolPart::sphere(0.004)]], 0.3)?;
+    /// # for step in 0..=6 {
+    /// #     let pose = ToolPose::at([0.0, 0.0, 0.036 - 0.001 * step as f32].into(), 1);
+    /// #     tissue.tick(&network, &[pose], Budget::All);
+    /// # }
+    /// assert!(tissue.grip(&network, 0) > 0); // samples held
+    /// for step in 0..=10 {
+    ///     let pose = ToolPose::at([0.0, 0.0, 0.030 + 0.001 * step as f32].into(), 1);
+    ///     tissue.tick(&network, &[pose], Budget::All);
+    /// }
+    /// assert!(tissue.tool_output(&network, 0).force_n.z < 0.0); // [N], the tissue pulls at the tool
+    ///
+    /// tissue.let_go(0, 5); // within five ticks
+    /// # for _ in 0..6 {
+    /// #     tissue.tick(&network, &[ToolPose::at([0.0, 0.0, 0.040].into(), 1)], Budget::All);
+    /// # }
+    /// assert_eq!(tissue.gripped(&network, 0), 0);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn grip(&mut self, network: &Network<'_>, tool: usize) -> usize {
         let model = network.model();
         let Some(state) = self.state.get(..model.cells()) else { return 0 };

@@ -10,6 +10,29 @@ use crate::terms::surface::{
 };
 
 /// Arrays for contact on surfaces, in memory of the caller.
+///
+/// ```
+/// use chaincell_kernel::{
+///     Anchor, Cell, CoarseTouch, NearTriangle, ToolState, TouchArrays, TouchRoom, TouchState,
+/// };
+///
+/// // Up to 160 cells, 64 triangles in reach, 16 held samples and two tools, sized at run time.
+/// let mut numbers = vec![[0.0; 160]; 2];
+/// let [mobility, factors] = &mut numbers[..] else { unreachable!() };
+/// let (mut pulls, mut near) = (vec![Cell::ZERO; 160], vec![NearTriangle::NONE; 64]);
+/// let (mut anchors, mut tools) = (vec![Anchor::NONE; 2 * 16], vec![ToolState::NONE; 2]);
+/// let memory = TouchRoom::new(TouchArrays {
+///     mobility,
+///     factors,
+///     pulls: &mut pulls,
+///     near: &mut near,
+///     anchors: &mut anchors,
+///     coarse: &mut [CoarseTouch::NONE],
+///     tools: &mut tools,
+///     state: &mut [TouchState::AWAY],
+/// });
+/// // `Tissue::touching(memory)` gives the tissue that takes tools.
+/// ```
 pub struct TouchArrays<'a> {
     /// Stability bounds of the cells, one per cell.
     pub mobility: &'a mut [f32],
@@ -35,6 +58,31 @@ pub struct TouchArrays<'a> {
 ///
 /// `const` constructible, so it can be a `static`. [`Tissue::touching`](crate::Tissue::touching)
 /// joins it with a tissue.
+///
+/// ```
+/// # use chaincell_kernel::{Budget, FEATURES, Model, Network, Settings, Tissue, ToolPart, ToolPose, Track, elastic_room, include_model};
+/// use chaincell_kernel::TouchStore;
+/// # if FEATURES != ["nodal", "surface"] {
+/// #     return Ok(());
+/// # }
+/// # let image = include_model!(concat!(env!("CARGO_MANIFEST_DIR"), "/data/touch6.chaincell"));
+/// # let model = Model::from_bytes(image)?;
+/// # let network = Network::new(model, Settings::for_model(&model))?;
+///
+/// let mut body = Tissue::<160, Track<{ elastic_room(32) }>, 4, 160>::new(); // a nodal body
+/// let mut store = TouchStore::<160, 64>::new(); // 64 triangles in reach of one tool
+/// let mut tissue = body.touching(store.room());
+/// tissue.reset(&network)?;
+/// tissue.choose_tools(&network, &[&[ToolPart::sphere(0.004)]], 0.0)?;
+/// let mut force_n = 0.0;
+/// for step in 0..=6 {
+///     let height_m = 0.036 - 0.001 * step as f32; // from 2 mm above the surface
+///     let pose = ToolPose::at([0.0, 0.0, height_m].into(), 1);
+///     force_n = tissue.tick(&network, &[pose], Budget::All).force_n.z;
+/// }
+/// assert!(force_n > 0.05); // [N], upwards
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub struct TouchStore<
     const CELLS: usize,
     const NEAR: usize,

@@ -11,7 +11,21 @@ use crate::tick::choice::Choice;
 use crate::tick::choices::Unloading;
 use crate::tick::settings::Settings;
 
-/// What may change a run between two ticks.
+/// A change of a run between two ticks.
+///
+/// ```
+/// # use chaincell_kernel::{Model, Settings, include_model};
+/// use chaincell_kernel::trace::Command;
+/// # let image = include_model!(concat!(env!("CARGO_MANIFEST_DIR"), "/data/plane9.chaincell"));
+/// # let model = Model::from_bytes(image)?;
+///
+/// let command = Command::MaxForceN(3.0); // [N]
+/// assert_eq!(command.words(), [4, 2, 3.0_f32.to_bits()]); // as in a trace or a message
+/// assert_eq!(Command::from_words(command.words()), Ok(command));
+/// let settings = command.settings(Settings::for_model(&model));
+/// assert_eq!(settings.max_force_n, 3.0);
+/// # Ok::<(), chaincell_kernel::ModelError>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Command {
     /// Back to rest, the tool released, with the settings in force.
@@ -47,7 +61,7 @@ pub enum Command {
     },
 }
 
-/// Why numbers are no command.
+/// The reason for which numbers are no command.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum CommandError {
     /// No command has this number.
@@ -104,10 +118,11 @@ impl Command {
         [4, parameter, value.to_bits()]
     }
 
-    /// The command of these numbers; whether the value fits the model is the network's question.
+    /// Returns the command of these numbers. [`Network::new`](crate::Network::new) checks later that
+    /// the value fits the model.
     ///
     /// # Errors
-    /// Which of the numbers means nothing.
+    /// The number that means nothing.
     pub fn from_words([kind, parameter, value]: [u32; 3]) -> Result<Self, CommandError> {
         let plain = |command| match (parameter, value) {
             (0, 0) => Ok(command),
@@ -181,13 +196,39 @@ fn whole(value: f32) -> Option<u16> {
 pub struct CommandRecord {
     /// Number of the last tick before it, 0 before the first.
     pub tick: u64,
-    /// What was done.
+    /// The command.
     pub command: Command,
     /// Hash of the state after it, where one was taken.
     pub state_hash: Option<u64>,
 }
 
-/// What stands in a trace.
+/// One entry of a trace.
+///
+/// ```
+/// # use chaincell_kernel::{Model, Network, Settings, ToolPose, Track, include_model};
+/// use chaincell_kernel::trace::{Command, CommandRecord, Entry, Header, Reader, Record, Writer};
+/// # let image = include_model!(concat!(env!("CARGO_MANIFEST_DIR"), "/data/plane9.chaincell"));
+/// # let model = Model::from_bytes(image)?;
+/// # let network = Network::new(model, Settings::for_model(&model))?;
+/// # let header = Header::of::<Track>(&network).ok_or("a scheme without a code")?;
+/// # let mut trace = vec![0; header.bytes(1)];
+/// # let (mut writer, _) = Writer::begin(&header, &[40], &mut trace).ok_or("too short")?;
+/// # trace.extend(writer.record(&Record::of(1, ToolPose::at([0.0; 3].into(), 1))));
+/// # let state_hash = None;
+/// # trace.extend(writer.command(&CommandRecord { tick: 1, command: Command::Reset, state_hash }));
+///
+/// let (mut ticks, mut commands) = (0, vec![]);
+/// Reader::open(&trace)?.entries(|_index, entry| {
+///     match entry {
+///         Entry::Tick(_) => ticks += 1,
+///         Entry::Command(record) => commands.push(record.command),
+///         Entry::Part(_) | Entry::Pose(_) => {} // of tools that were chosen by their parts
+///     }
+///     Ok::<(), std::convert::Infallible>(())
+/// })?;
+/// assert_eq!((ticks, commands), (1, vec![Command::Reset]));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Entry {
     /// An executed tick.
@@ -201,7 +242,7 @@ pub enum Entry {
 }
 
 impl Entry {
-    /// As [`Record::compare`](super::Record::compare); parts and poses have no hash.
+    /// Compares as [`Record::compare`](super::Record::compare) does; parts and poses have no hash.
     ///
     /// # Errors
     /// Another hash.

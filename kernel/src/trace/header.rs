@@ -24,7 +24,15 @@ const CHECKSUM_OFFSET: usize = COMMON_BYTES - 4;
 /// Most contact cells: ids of cells are 16 bits wide.
 const CONTACTS_MAX: usize = crate::model::image::CELLS_MAX;
 
-/// Why a trace cannot be read or played.
+/// The reason for which a trace cannot be read or played.
+///
+/// ```
+/// use chaincell_kernel::trace::{Reader, TraceError};
+///
+/// let error = Reader::open(b"not a trace").unwrap_err();
+/// assert_eq!(error, TraceError::Magic);
+/// assert_eq!(error.to_string(), "not a chaincell trace: record one with `chaincell run --trace`");
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum TraceError {
     /// The first bytes are not those of a trace.
@@ -155,7 +163,7 @@ impl RecordedProbe {
     }
 }
 
-/// What wrote a trace.
+/// The release that wrote a trace.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Origin {
     /// Revision of its arithmetic, see [`REVISION`].
@@ -184,10 +192,29 @@ const fn number(digits: &str) -> u16 {
     }
 }
 
-/// What a trace was recorded with, but for the contact cells.
+/// The model, scheme, settings and tools of a recording, without its contact cells.
+///
+/// ```
+/// # use chaincell_kernel::{Model, Network, Settings, Track, include_model};
+/// use chaincell_kernel::stage::{Device, StageSettings};
+/// use chaincell_kernel::trace::{Header, Reader, TraceError, Writer};
+/// # let image = include_model!(concat!(env!("CARGO_MANIFEST_DIR"), "/data/plane9.chaincell"));
+/// # let model = Model::from_bytes(image)?;
+/// # let network = Network::new(model, Settings::for_model(&model))?;
+///
+/// let header = Header::of::<Track>(&network).ok_or("a scheme without a code")?;
+/// let header = Header { stage: Some(StageSettings::for_device(Device::Falcon)), ..header };
+/// let mut trace = vec![0; header.bytes(1)]; // with one contact cell
+/// Writer::begin(&header, &[40], &mut trace).ok_or("too short")?;
+/// assert_eq!(*Reader::open(&trace)?.header(), header);
+/// # let image = include_model!(concat!(env!("CARGO_MANIFEST_DIR"), "/data/box5.chaincell"));
+/// # let other = Model::from_bytes(image)?;
+/// assert!(matches!(header.network(other), Err(TraceError::Model { .. }))); // not the one recorded
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Header {
-    /// What wrote it.
+    /// The release that wrote it.
     pub origin: Origin,
     /// Checksum of the model.
     pub model: u32,
@@ -364,7 +391,7 @@ impl Header {
         Ok(Read { header, contacts: ids, bytes, checksum: stored })
     }
 
-    /// Whether the trace is one of the scheme `D`.
+    /// Returns true if the trace is one of the scheme `D`.
     #[must_use]
     pub fn is_of<D: Dynamics>(&self) -> bool {
         (self.scheme.name(), self.number.name()) == (D::NAME, NumberOf::<D>::NAME)

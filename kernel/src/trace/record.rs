@@ -34,9 +34,9 @@ pub struct Record {
     pub sample: ToolPose,
     /// Its sweeps, 0 for a late tick; `None` for those of the settings.
     pub sweeps: Option<u16>,
-    /// Whether the output stage's ramp began anew before it.
+    /// True if the output stage's ramp began anew before it.
     pub ramp_restarted: bool,
-    /// What [`Stage::delayed`](crate::stage::Stage::delayed) was told before it, at most
+    /// Ticks given to [`Stage::delayed`](crate::stage::Stage::delayed) before it, at most
     /// [`DELAY_TICKS_MAX`]; `None` where the delay was not measured.
     pub delay_ticks: Option<u16>,
     /// Hash of the state after it, where one was taken.
@@ -51,8 +51,8 @@ impl Record {
         Self { tick, sample, sweeps, ramp_restarted: false, delay_ticks, state_hash }
     }
 
-    /// Compares with the hash of the state after the tick `here`; whether there was one to compare
-    /// with. `index` is the record's place.
+    /// Compares with `here`, the hash of the state after the tick; returns false if the record has
+    /// none. `index` is the record's place.
     ///
     /// # Errors
     /// Another hash.
@@ -83,7 +83,37 @@ fn checksum(seed: u32, index: u32, bytes: &[u8]) -> u32 {
     digest.finalize()
 }
 
-/// Encodes a trace; where the bytes go is the caller's business.
+/// Encodes a trace; the caller stores the bytes.
+///
+/// ```
+/// # use chaincell_kernel::{Budget, Model, Network, Settings, Tissue, ToolPose, Track, include_model};
+/// use chaincell_kernel::trace::{End, Header, Played, Reader, Record, Writer};
+/// # let image = include_model!(concat!(env!("CARGO_MANIFEST_DIR"), "/data/plane9.chaincell"));
+/// # let model = Model::from_bytes(image)?;
+/// # let network = Network::new(model, Settings::for_model(&model))?;
+/// # let mut tissue = Tissue::<128, Track>::new();
+/// # tissue.reset(&network)?;
+/// # let mut log = vec![0; 1024];
+/// tissue.choose_contacts(&network, &[47])?;
+/// let header = Header::of::<Track>(&network).ok_or("a scheme without a code")?;
+/// let (mut writer, length) = Writer::begin(&header, &[40], &mut log).ok_or("too short")?;
+/// # log.truncate(length);
+/// for tick in 1..=3 {
+///     let sample = ToolPose::at([0.0, 0.0, -0.001 * tick as f32].into(), 1);
+///     tissue.tick(&network, &[sample], Budget::All);
+///     let state_hash = Some(tissue.view().state_hash(&model));
+///     log.extend(writer.record(&Record { state_hash, ..Record::of(tick, sample) }));
+/// }
+///
+/// tissue.reset(&network)?;
+/// tissue.choose_contacts(&network, &[47])?;
+/// let played = Reader::open(&log)?.play(|record| {
+///     tissue.tick(&network, &[record.sample], Budget::All);
+///     tissue.view().state_hash(&model)
+/// })?;
+/// assert_eq!(played, Played { ticks: 3, compared: 3, end: End::Complete }); // the same bits
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct Writer {
     seed: u32,
@@ -153,7 +183,7 @@ impl Writer {
     }
 }
 
-/// How the records of a trace end.
+/// The end of the records of a trace.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum End {
     /// With the trace.
@@ -192,6 +222,14 @@ impl fmt::Display for End {
 }
 
 /// The first tick that came out otherwise.
+///
+/// ```
+/// use chaincell_kernel::{ToolPose, trace::Record};
+///
+/// let record = Record { state_hash: Some(0xab), ..Record::of(7, ToolPose::at([0.0; 3].into(), 1)) };
+/// let error = record.compare(6, 0xcd).unwrap_err();
+/// assert!(error.to_string().starts_with("tick 7 (record 6) is the first that differs"));
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ReplayError {
     /// Place of its record.
@@ -217,14 +255,14 @@ impl fmt::Display for ReplayError {
 
 impl core::error::Error for ReplayError {}
 
-/// What was played.
+/// The result of a replay.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Played {
     /// Ticks.
     pub ticks: u32,
     /// Ticks whose hash was compared.
     pub compared: u32,
-    /// How the records ended.
+    /// The end of the records.
     pub end: End,
 }
 
@@ -238,17 +276,17 @@ pub struct Reader<'t> {
 }
 
 impl<'t> Reader<'t> {
-    /// Checks the header.
+    /// Checks the header. Cost: its checksum; no memory.
     ///
     /// # Errors
-    /// What is wrong with it.
+    /// The first fault of the header.
     pub fn open(trace: &'t [u8]) -> Result<Self, TraceError> {
         let Read { header, contacts, bytes, checksum: seed } = Header::read(trace)?;
         let records = trace.get(bytes..).unwrap_or(&[]);
         Ok(Self { header, contacts, records, seed })
     }
 
-    /// What the trace was recorded with.
+    /// Model, scheme, settings and tools of the recording.
     #[must_use]
     pub fn header(&self) -> &Header {
         &self.header
@@ -284,8 +322,8 @@ impl<'t> Reader<'t> {
         Ok(cells)
     }
 
-    /// Reads the sound records from the first on, each told to `each` with its place, which may
-    /// stop with an error; gives how they end. A command ends them: see [`Self::entries`].
+    /// Calls `each` with the place of each sound record, from the first on, and the record; an error
+    /// of `each` stops. Returns the end of the records. A command ends them: see [`Self::entries`].
     ///
     /// # Errors
     /// That of `each`.

@@ -9,9 +9,39 @@ use crate::tick::pose::{ToolPart, ToolPose};
 use crate::tick::tools::FRICTION_MAX;
 
 /// The tools of a recording.
+///
+/// ```
+/// # use chaincell_kernel::{Model, Network, Settings, ToolPart, ToolPose, Track, include_model};
+/// # use chaincell_kernel::trace::{Entry, Header, Reader, Record, Writer};
+/// use chaincell_kernel::trace::{PartRecord, PoseRecord, RecordedTools};
+/// # let image = include_model!(concat!(env!("CARGO_MANIFEST_DIR"), "/data/plane9.chaincell"));
+/// # let model = Model::from_bytes(image)?;
+/// # let network = Network::new(model, Settings::for_model(&model))?;
+/// # let header = Header::of::<Track>(&network).ok_or("a scheme without a code")?;
+/// let header = Header { tools: Some(RecordedTools { count: 1, friction: 0.3 }), ..header };
+/// let mut trace = vec![0; header.bytes(0)];
+/// let (mut writer, _) = Writer::begin(&header, &[], &mut trace).ok_or("too short")?;
+/// let ball = PartRecord { tool: 0, part: 0, shape: ToolPart::sphere(0.004) };
+/// trace.extend(writer.part(&ball).concat());
+/// let pose = ToolPose::at([0.0, 0.0, 0.05].into(), 1);
+/// trace.extend(writer.pose(&PoseRecord { tool: 0, pose })); // of each tool, ahead of the tick
+/// trace.extend(writer.record(&Record::of(1, pose)));
+///
+/// let mut kinds = vec![];
+/// Reader::open(&trace)?.entries(|_index, entry| {
+///     kinds.push(match entry {
+///         Entry::Part(part) => ("part", part.shape.radius_m),
+///         Entry::Pose(of) => ("pose", of.pose.position_m.z),
+///         _ => ("tick", 0.0),
+///     });
+///     Ok::<(), std::convert::Infallible>(())
+/// })?;
+/// assert_eq!(kinds, [("part", 0.004), ("pose", 0.05), ("tick", 0.0)]); // [m]
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RecordedTools {
-    /// How many, 1 to 8.
+    /// Number of tools, 1 to 8.
     pub count: u32,
     /// Coefficient of friction.
     pub friction: f32,
@@ -30,9 +60,9 @@ impl RecordedTools {
 /// A part of a tool.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PartRecord {
-    /// Which tool.
+    /// The tool, from 0.
     pub tool: u8,
-    /// Which of its parts.
+    /// The part, from 0.
     pub part: u8,
     /// The part.
     pub shape: ToolPart,
@@ -41,7 +71,7 @@ pub struct PartRecord {
 /// A tool's pose in the tick whose record comes behind.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PoseRecord {
-    /// Which tool.
+    /// The tool, from 0.
     pub tool: u8,
     /// Its pose as executed, bit by bit.
     pub pose: ToolPose,

@@ -2,7 +2,17 @@
 
 use crate::number::float_env::FloatEnvironmentError;
 
-/// Why [`Model::from_bytes`](crate::Model::from_bytes) refused an image.
+/// The reason for which [`Model::from_bytes`](crate::Model::from_bytes) refused an image.
+///
+/// ```
+/// use chaincell_kernel::{Model, ModelError};
+///
+/// #[repr(align(16))]
+/// struct Aligned([u8; 64]);
+/// let error = Model::from_bytes(&Aligned([0; 64]).0).unwrap_err();
+/// assert_eq!(error, ModelError::Magic);
+/// assert_eq!(error.to_string(), "not a chaincell model: bake one with `chaincell bake`");
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum ModelError {
     /// The bytes do not start at a multiple of 16: use `include_model!` or aligned memory.

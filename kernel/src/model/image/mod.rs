@@ -47,7 +47,7 @@ pub const NO_HAT: u16 = u16::MAX;
 pub const FINE_CELLS: usize = 8;
 /// Cell of a node that is left out.
 pub const NO_CELL: u16 = u16::MAX;
-/// Where the checksum stands.
+/// Offset of the checksum \[bytes\].
 pub const CHECKSUM_OFFSET: usize = 20;
 
 /// Section kinds. Element types in brackets; `half-links` = links counted at their upper end.

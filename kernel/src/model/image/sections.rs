@@ -13,7 +13,15 @@ compile_error!("the model image is read in place and little-endian: big-endian t
 
 static CRC: Crc<u32, Table<1>> = Crc::<u32, Table<1>>::new(&CRC_32_ISO_HDLC);
 
-/// CRC-32 of an image: all bytes but the four of the checksum itself.
+/// CRC-32 of an image: all bytes but the four of the checksum itself. Cost: one pass over them.
+///
+/// ```
+/// use chaincell_kernel::image::{CHECKSUM_OFFSET, checksum};
+/// # let image = chaincell_kernel::include_model!(concat!(env!("CARGO_MANIFEST_DIR"), "/data/plane9.chaincell"));
+///
+/// let stored = &image[CHECKSUM_OFFSET..CHECKSUM_OFFSET + 4];
+/// assert_eq!(checksum(image).to_le_bytes(), stored);
+/// ```
 #[must_use]
 pub fn checksum(image: &[u8]) -> u32 {
     checksum_but(image, CHECKSUM_OFFSET)

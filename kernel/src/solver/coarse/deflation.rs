@@ -52,6 +52,18 @@ const fn row_blocks(functions: usize) -> usize {
 ///
 /// With K = min(`functions`, 64) rounded up to a multiple of 8: six vectors over the basis
 /// functions, K numbers of basis functions, K sums for each axis, K^2 elements of the factor.
+///
+/// ```
+/// # use chaincell_kernel::{Model, Network, Settings, Tissue, Track, include_model};
+/// use chaincell_kernel::probe_room;
+/// # let image = include_model!(concat!(env!("CARGO_MANIFEST_DIR"), "/data/box5.chaincell"));
+/// # let model = Model::from_bytes(image)?;
+/// # let network = Network::new(model, Settings::for_model(&model))?;
+/// let mut tissue = Tissue::<128, Track<{ probe_room(27) }>>::new();
+/// tissue.reset(&network)?;
+/// assert_eq!(tissue.choose_probe(&network, 0.005), Ok(())); // a ball of 10 mm
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[must_use]
 pub const fn probe_room(functions: usize) -> usize {
     let row = row_blocks(functions);

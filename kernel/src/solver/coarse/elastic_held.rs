@@ -36,6 +36,15 @@ const SLIGHT: f64 = 0.1;
 
 /// Memory that the coarse level of nodal shapes needs for `functions` basis functions if a tool holds up to
 /// `held` cells whose cuts are corrected \[blocks of eight `f32`\].
+///
+/// ```
+/// use chaincell_kernel::{Tissue, Track, elastic_held_room, elastic_room};
+///
+/// /// As with [`elastic_room`], and a tool may hold nine cells at the end of a slender body.
+/// type Body = Tissue<512, Track<{ elastic_held_room(48, 9) }>, 9, 512>;
+/// assert_eq!(32 * elastic_room(48), 1_728); // [bytes]
+/// assert_eq!(32 * elastic_held_room(48, 9), 26_496); // [bytes]
+/// ```
 #[must_use]
 pub const fn elastic_held_room(functions: usize, held: usize) -> usize {
     let (rank, rows) = (least(functions, held), least(functions, LANES * held));

@@ -9,6 +9,21 @@ use crate::terms::held::Contact;
 
 /// Memory that the coarse level needs for `functions` basis functions and up to `held` held cells \[blocks of
 /// eight `f32`\].
+///
+/// ```
+/// # use chaincell_kernel::{Model, Network, ResetError, Settings, Tissue, Track, include_model};
+/// use chaincell_kernel::coarse_room;
+/// # let image = include_model!(concat!(env!("CARGO_MANIFEST_DIR"), "/data/box5.chaincell"));
+/// # let model = Model::from_bytes(image)?;
+/// # let network = Network::new(model, Settings::for_model(&model))?;
+/// assert_eq!(model.hats(), 27); // basis functions of this box
+/// let mut tissue = Tissue::<128, Track<{ coarse_room(27, 2) }>>::new(); // up to two held cells
+/// assert_eq!(tissue.reset(&network), Ok(()));
+/// let refused = Tissue::<128, Track>::new().reset(&network);
+/// assert!(matches!(refused, Err(ResetError::CoarseRoom { room: 0, .. })));
+/// assert_eq!(32 * coarse_room(48, 2), 48 * 10 * 4); // [bytes]
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[must_use]
 pub const fn coarse_room(functions: usize, held: usize) -> usize {
     functions.div_ceil(LANES) * (6 + 2 * held)

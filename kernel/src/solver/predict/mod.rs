@@ -48,6 +48,28 @@ const TRACK: usize = <Track as Dynamics>::ARRAYS;
 const ARRAYS: usize = TRACK + 3;
 
 /// State of the scheme; `ROOM` as for [`Track`].
+///
+/// ```
+/// # use chaincell_kernel::{Budget, Dynamics, Model, Network, Settings, Tissue, ToolPose, include_model};
+/// use chaincell_kernel::{Predict, Track};
+/// # let image = include_model!(concat!(env!("CARGO_MANIFEST_DIR"), "/data/plane9.chaincell"));
+/// # let model = Model::from_bytes(image)?;
+///
+/// /// Force of one sweep after the tool went 1 mm in a tick [N].
+/// fn force_n<D: Dynamics>(model: Model) -> Result<f32, Box<dyn std::error::Error>> {
+///     let network = Network::new(model, Settings { sweeps: 1, ..Settings::for_model(&model) })?;
+///     let mut tissue = Tissue::<128, D>::new();
+///     tissue.reset(&network)?;
+///     tissue.choose_contacts(&network, &[47])?; // `predict` solves for the answer here
+///     tissue.tick(&network, &[ToolPose::at([0.0; 3].into(), 1)], Budget::All);
+///     let pose = ToolPose::at([0.001, 0.0, 0.0].into(), 1);
+///     Ok(tissue.tick(&network, &[pose], Budget::All).force_n.x)
+/// }
+/// let (predict_n, track_n) = (force_n::<Predict>(model)?, force_n::<Track>(model)?);
+/// assert!((predict_n + 0.0439).abs() < 2e-4); // [N], the force after any number of sweeps
+/// assert!(track_n < -0.07); // a body that has not settled resists more
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Predict<const ROOM: usize = 0> {
     track: Track<ROOM>,

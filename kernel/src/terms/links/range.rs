@@ -1,6 +1,14 @@
 //! Error of a model that exceeds the range of a number type.
 
 /// A model whose numbers leave the range of the number type.
+///
+/// ```
+/// use chaincell_kernel::RangeError;
+///
+/// let stiff = RangeError::Degree { degree: 75.0, max: 60.0 };
+/// assert_eq!(stiff.limit(), 60.0);
+/// assert!(stiff.to_string().ends_with("the number type carries 60: take f32"));
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum RangeError {
     /// The saturation K.
