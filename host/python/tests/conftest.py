@@ -20,6 +20,8 @@ TOP = Path(__file__).resolve().parents[3]
 SHORT_S = 60
 """Longest time for what ends by itself."""
 
+# A shell starts what it runs in its background with SIGINT ignored, and programs inherit that.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 COUNTS = """
 import threading, time

@@ -1,7 +1,6 @@
 //! Sweep budget of a tick.
 
-/// How far the sweeps of a tick go, at most as many as
-/// [`Settings::sweeps`](crate::Settings::sweeps) says.
+/// Limits the sweeps of a tick, on top of [`Settings::sweeps`](crate::Settings::sweeps).
 ///
 /// The sweeps of a scheme that is not [`Dynamics::IS_ANYTIME`](crate::Dynamics::IS_ANYTIME) are the
 /// tissue's time: such a tick makes all of them, whatever the budget.

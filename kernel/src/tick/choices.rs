@@ -55,7 +55,7 @@ impl Scheme {
 }
 
 choices! {
-    /// What cells and links are computed in, a [`Number`].
+    /// Number format of cells and links, a [`Number`].
     #[derive(Default)]
     Arithmetic {
         /// IEEE 754 single precision.
@@ -101,7 +101,7 @@ choices! {
 }
 
 choices! {
-    /// What the tool's displacement does to its contact cells.
+    /// Effect of the tool's displacement on its contact cells.
     #[derive(Default)]
     Drive {
         /// It prescribes their positions: they are held there.

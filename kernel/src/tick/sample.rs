@@ -14,7 +14,7 @@ pub(crate) struct ToolSample {
 
 kept!(ToolSample { position_m: Vector3<f32>, engaged: u32 });
 
-/// What one tick answers. It describes the state after the last update.
+/// The output of one tick. It describes the state after the last update.
 ///
 /// ```
 /// # use chaincell_kernel::{Budget, Model, Network, Settings, Tissue, ToolPose, Track, include_model};
@@ -68,7 +68,7 @@ impl TickOutput {
     };
 }
 
-/// What bit during a tick; the numbers are summed in files and messages.
+/// Limits and faults that acted during a tick; files and messages hold their sum.
 ///
 /// ```
 /// use chaincell_kernel::Flags;

@@ -19,7 +19,7 @@ use crate::terms::surface::{
 /// Largest coefficient of friction.
 pub const FRICTION_MAX: f32 = 10.0;
 
-/// What one of several tools feels in a tick.
+/// Output of one of several tools in a tick.
 ///
 /// ```
 /// # use chaincell_kernel::{Budget, FEATURES, Model, Network, Settings, Tissue, ToolPart, ToolPose, TouchStore, Track, elastic_room, include_model};

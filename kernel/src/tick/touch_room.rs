@@ -311,7 +311,7 @@ impl<'a> TouchArrays<'a> {
     }
 }
 
-/// What all tools have in common.
+/// State shared by all tools.
 #[derive(Debug, Clone, Copy)]
 pub struct TouchState {
     /// Number of chosen tools.

@@ -1,28 +1,41 @@
 //! The committed corpora through every fuzz body: what a fuzzer once reached stays sound.
 #![allow(clippy::unwrap_used, reason = "a failing helper fails its test")]
 
+use std::fs::File;
+use std::io::Read as _;
 use std::panic::catch_unwind;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use chaincell_tests::fuzz::{TARGETS, canary};
+use flate2::read::GzDecoder;
+use tar::Archive;
 
 /// Most bytes of all corpora: they are minimised before they are committed.
 const BYTES_MAX: u64 = 900_000;
 
-fn corpus(target: &str) -> Vec<PathBuf> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/corpus").join(target);
-    let mut files: Vec<PathBuf> =
-        std::fs::read_dir(&folder).unwrap().map(|entry| entry.unwrap().path()).collect();
-    files.sort();
-    assert!(!files.is_empty(), "{} is empty", folder.display());
-    files
+/// The inputs of a target by their names, in the archive's order.
+fn corpus(target: &str) -> Vec<(String, Vec<u8>)> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/corpus");
+    let place = folder.join(format!("{target}.tar.gz"));
+    let mut archive = Archive::new(GzDecoder::new(File::open(&place).unwrap()));
+    let mut inputs = Vec::new();
+    for entry in archive.entries().unwrap() {
+        let mut entry = entry.unwrap();
+        if entry.header().entry_type().is_file() {
+            let name = entry.path().unwrap().display().to_string();
+            let mut bytes = Vec::new();
+            entry.read_to_end(&mut bytes).unwrap();
+            inputs.push((name, bytes));
+        }
+    }
+    assert!(!inputs.is_empty(), "{} is empty", place.display());
+    inputs
 }
 
-/// Runs a body over a corpus; the first file that breaks a promise is named.
+/// Runs a body over a corpus; the first input that breaks a promise is named.
 fn replay(target: &str, body: fn(&[u8])) {
-    for file in corpus(target) {
-        let bytes = std::fs::read(&file).unwrap();
-        assert!(catch_unwind(|| body(&bytes)).is_ok(), "{} breaks {target}", file.display());
+    for (name, bytes) in corpus(target) {
+        assert!(catch_unwind(|| body(&bytes)).is_ok(), "{name} breaks {target}");
     }
 }
 
@@ -43,6 +56,6 @@ fn the_planted_defect_is_one() {
 #[test]
 fn corpora_stay_small() {
     let all = TARGETS.iter().map(|(target, _)| *target).chain(["canary"]);
-    let bytes: u64 = all.flat_map(corpus).map(|file| file.metadata().unwrap().len()).sum();
-    assert!(bytes < BYTES_MAX, "{bytes} bytes: minimise them with `cargo fuzz cmin`");
+    let bytes: u64 = all.flat_map(corpus).map(|(_, bytes)| bytes.len() as u64).sum();
+    assert!(bytes < BYTES_MAX, "{bytes} bytes: minimise them with `tests/fuzz/run --minimise`");
 }

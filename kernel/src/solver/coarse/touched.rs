@@ -44,7 +44,7 @@ const LEAST: f32 = 1.0e-5;
 
 type Square = [[f32; COLUMNS]; COLUMNS];
 
-/// What tools make of an elastic coarse level in a tick: memory for it.
+/// Memory for the changes that tools make to an elastic coarse level in a tick.
 #[derive(Debug, Clone, Copy)]
 pub struct CoarseTouch {
     count: usize,

@@ -29,7 +29,7 @@ use crate::number::cell::{dot, scale, sub};
 use crate::number::kept::kept;
 use crate::number::sqrt::sqrt;
 
-/// What holds a sample.
+/// The anchor of a sample: friction or a grip holds the sample there.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Anchor {
     /// The triangle, in the model's order.

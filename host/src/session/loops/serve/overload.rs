@@ -1,7 +1,7 @@
 //! Overload detection: the tissue falls behind the poses for so long that its force is old.
 //!
 //! A tick is behind if its sweep took longer than a pose period or, with a fixed number of sweeps, if further
-//! poses waited at its end. If so many wait that the force is [`FAR`] milliseconds old, one such tick is
+//! poses waited at its end. If enough wait that the force is [`FAR`] milliseconds old, one such tick is
 //! enough. After [`TICKS`] consecutive ticks and [`TIME_NS`] behind, the published force falls to 0; it
 //! returns after [`CALM`] ticks in time.
 
