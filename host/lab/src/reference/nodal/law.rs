@@ -54,31 +54,6 @@ impl Law {
     }
 }
 
-/// What a law gives at a gradient.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Answer {
-    /// Energy a volume \[J/m^3\].
-    pub energy: f64,
-    /// Its derivative by the gradient \[Pa\].
-    pub stress: Matrix3<f64>,
-    /// Its second derivative \[Pa\].
-    pub tangent: Tangent,
-}
-
-impl Law {
-    /// The law at a deformation gradient.
-    ///
-    /// # Errors
-    /// Moduli out of their range.
-    pub fn at(self, gradient: &Matrix3<f64>) -> Result<Answer> {
-        let moduli = self.moduli()?;
-        let stretches = Stretches::of(gradient);
-        let Response { energy, slope, .. } = moduli.response(stretches.values);
-        let stress = stretches.with(slope);
-        Ok(Answer { energy, stress, tangent: Tangent::new(&moduli, stretches) })
-    }
-}
-
 /// A law by its moduli.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Moduli {

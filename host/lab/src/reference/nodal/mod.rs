@@ -31,7 +31,7 @@ use chaincell_host::error::{Error, Result};
 use chaincell_kernel::Model;
 use chaincell_kernel::image::LAW_TRACE;
 use law::Moduli;
-pub use law::{Answer, BAND_FROM, BAND_WEIGHT, Law, Tangent, Volume};
+pub use law::{BAND_FROM, BAND_WEIGHT, Law, Tangent, Volume};
 use stretches::Stretches;
 
 /// Beta: the part of the shape's stiffness that acts on tetrahedra.
