@@ -9,7 +9,7 @@ use chaincell_host::error::{Error, Result};
 /// Stretch below which the band acts.
 pub const BAND_FROM: f64 = 0.7;
 /// Stiffness of the band [shear moduli].
-pub const BAND_WEIGHT: f64 = 4.0;
+const BAND_WEIGHT: f64 = 4.0;
 /// Sums and differences of stretches below this count as it: there the law is a kink.
 const KINK: f64 = 1e-6;
 
@@ -32,7 +32,7 @@ pub struct Law {
     pub poisson: f64,
     /// The volume's part.
     pub volume: Volume,
-    /// Whether [`BAND_WEIGHT`] mu times the squared distance of F to the shapes whose stretches are
+    /// Whether `BAND_WEIGHT` mu times the squared distance of F to the shapes whose stretches are
     /// all at least [`BAND_FROM`] is added.
     pub band: bool,
 }
