@@ -103,12 +103,12 @@ fn run() -> Result<()> {
     let Extent { cells, ticks, rounds } =
         if has("--quick") || !has("--bench") { QUICK } else { FULL };
     let liver = match std::env::var_os("CHAINCELL_REFERENCE").filter(|folder| !folder.is_empty()) {
-        Some(folder) => Scene::liver(Path::new(&folder), 0.0, true)?,
+        Some(folder) => Scene::liver(Path::new(&folder), true)?,
         None => {
             eprintln!(
                 "SKIPPED the liver: CHAINCELL_REFERENCE is not set; the generated organ instead"
             );
-            Scene::organ(0.0)?
+            Scene::organ()?
         }
     };
     let mut organ = Scene::organ_of(cells)?;

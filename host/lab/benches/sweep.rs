@@ -74,9 +74,9 @@ fn scene(quick: bool) -> Result<Scene> {
     }
     let Some(folder) = std::env::var_os("CHAINCELL_REFERENCE") else {
         eprintln!("SKIPPED the liver: CHAINCELL_REFERENCE is not set; the generated organ instead");
-        return Scene::organ(0.0);
+        return Scene::organ();
     };
-    Scene::liver(Path::new(&folder), 0.0, true)
+    Scene::liver(Path::new(&folder), true)
 }
 
 /// The rows of a state, from the times of its loops, the plain loop first.

@@ -18,7 +18,7 @@ use chaincell_host::error::Result;
 use chaincell_host::mesh::{MeshOptions, load};
 use chaincell_kernel::ToolPart;
 use chaincell_lab::cli::exit_code;
-use chaincell_lab::experiments::contact::{Moving, POISSON, YOUNG_PA};
+use chaincell_lab::experiments::moving::{Moving, POISSON, YOUNG_PA};
 
 /// Sweeps a tick that are measured, and those of the reference.
 const SWEEPS: [u16; 4] = [1, 2, 4, 8];

@@ -24,8 +24,8 @@ pub const COMMANDS: [(&str, &str); 5] = [
     ),
     (
         "paper",
-        "Compute the results of the paper anew, beside traditional ChainMail and other methods, \
-         and write one HTML page with pictures, tables and numbers",
+        "Compute the results of the paper anew, beside traditional ChainMail, and write one HTML \
+         page with pictures, tables and numbers",
     ),
     (
         "stress",

@@ -5,4 +5,5 @@ mod paper;
 mod quick;
 mod reference;
 mod report;
+mod sphere;
 mod stress;

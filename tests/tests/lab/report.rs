@@ -53,12 +53,11 @@ fn a_quick_report_has_its_figures_and_files() {
     let out = place.path().join("report");
     let _turn = turn();
     let found = quick("report", &out).with(0).json();
-    for path in ["/sweep/scalar_ns", "/sweep/simd_ns", "/rest_ns", "/local_press_ns"] {
+    for path in ["/sweep/scalar_ns", "/sweep/simd_ns"] {
         assert!(real(&found, path) > 0.0, "{path}");
     }
     // The worst case is one: every link is outside its band.
     assert_eq!(real(&found, "/sweep/taut_links"), real(&found, "/sweep/links"));
-    assert!((0.03..0.3).contains(&real(&found, "/local_press/moved")));
     for body in ["slab", "block"] {
         let of = |what: &str| real(&found, &format!("/press/{body}/{what}"));
         assert!((2.0..3000.0).contains(&of("sweeps")) && of("ms") > 0.0);
@@ -76,18 +75,6 @@ fn a_quick_report_has_its_figures_and_files() {
     let after = |sweeps| real(row("plane8", "track", sweeps), "/after_100ms/field");
     assert!(after(16) < after(1) && after(16) < 1e-3, "{} {}", after(16), after(1));
     assert!(real(row("organ", "track", 16), "/largest/field") > 0.0);
-    for row in found["numbers"].as_array().unwrap() {
-        let bound = if row["number"] == "f32" { 1e-300 } else { 1e-4 };
-        assert!(real(row, "/field") < bound && real(row, "/force") < 1e-2, "{row}");
-    }
-    assert_eq!(found["numbers"].as_array().unwrap().len(), 4);
-    for flow in found["flow"].as_array().unwrap() {
-        let enough = [(1.0, 13.0), (10.0, 45.0), (100.0, 140.0)]
-            .into_iter()
-            .any(|(t, passes)| real(flow, "/t") == t && real(flow, "/passes") >= passes);
-        let bound = if enough && flow["scheme"] == "rkl2" { 1e-3 } else { 0.1 };
-        assert!(real(flow, "/error") < bound, "{flow}");
-    }
     assert_eq!(found["reference"], false);
     assert!(real(&found, "/seconds") > 0.0);
     let tools = found["tools"].as_array().unwrap();
@@ -107,16 +94,15 @@ fn a_quick_report_has_its_figures_and_files() {
     }
     assert!(text.contains("Measured in ") && !text.contains(" 1 sweeps"), "{text}");
     for name in [
-        "pareto.png",
-        "pareto.svg",
+        "field.png",
+        "field.svg",
+        "force.png",
         "press.csv",
         "settle.csv",
         "tools.csv",
         "hand.csv",
         "hand_1.png",
         "time.csv",
-        "numbers.csv",
-        "growth.png",
     ] {
         assert!(std::fs::metadata(out.join(format!("report_{name}"))).unwrap().len() > 100);
     }
@@ -131,7 +117,7 @@ fn an_interrupted_report_is_written_as_far_as_it_got() {
     let out = place.path().join("report");
     let ended = interrupted("report", &out);
     assert!(ended.json().get("press").is_some() && out.join("REPORT.md").is_file());
-    assert!(ended.json()["growth"].is_null(), "{}", ended.out);
+    assert_eq!(ended.json()["tools"].as_array().map(Vec::len), Some(0), "{}", ended.out);
 }
 
 #[test]

@@ -1,8 +1,8 @@
 //! What others run, on the same links: single precision, one thread, plain loops; and, in double
 //! precision, traditional `ChainMail`.
 //!
-//! They are measured beside the kernel by `chaincell report` and `chaincell paper` and serve
-//! nothing else.
+//! They are measured beside the kernel by `chaincell report`, `chaincell stress` and
+//! `chaincell paper` and serve nothing else.
 
 pub mod chainmail;
 mod mass_spring;

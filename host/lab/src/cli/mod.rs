@@ -26,7 +26,7 @@ enum Work {
     Report(report::Args),
     Paper(paper::Args),
     Stress(stress::Args),
-    Soak(soak::Args),
+    Soak(Box<soak::Args>),
     Identify(Box<identify::Args>),
     #[command(hide = true)]
     Completions(completions::Args),

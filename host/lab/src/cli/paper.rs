@@ -12,8 +12,8 @@ use chaincell_host::terminal;
 /// Folder of the report unless given.
 const FOLDER: &str = "paper";
 
-/// Compute the results of the paper anew, beside traditional ChainMail and other methods, and
-/// write one HTML page with pictures, tables and numbers.
+/// Compute the results of the paper anew, beside traditional ChainMail, and write one HTML page with
+/// pictures, tables and numbers.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:\n  chaincell paper --out paper\n  \
     chaincell paper --quick --json\n\n\

@@ -4,7 +4,6 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use crate::experiments::report::collect::{Options, Report, collect, pieces};
-use crate::experiments::report::firmware;
 use crate::experiments::report::write::write;
 use chaincell_host::error::{Error, Result};
 use chaincell_host::files::output::Folder;
@@ -17,8 +16,8 @@ const FOLDER: &str = "report";
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:\n  chaincell report --out report\n  \
     chaincell report --quick --json\n\n\
-    Every scheme and number of sweeps against exact energy minima and trajectories of the same\n\
-    links, computed in double precision. Single thread; leave the machine alone meanwhile.\n\
+    Every scheme and number of sweeps against exact energy minima of the same links, computed in\n\
+    double precision. Single thread; leave the machine alone meanwhile.\n\
     With --json alone nothing is written.")]
 pub struct Args {
     /// Fewer bodies, sizes and repetitions; REPORT.md says how long it took
@@ -28,10 +27,6 @@ pub struct Args {
     /// [default: CHAINCELL_REFERENCE; without it generated bodies]
     #[arg(long, value_name = "DIR")]
     reference: Option<PathBuf>,
-    /// Figures of emulated microcontrollers, written by `tests/firmware/run --json`, for the
-    /// report's table of number types
-    #[arg(long, value_name = "FILE")]
-    firmware: Option<PathBuf>,
     /// Folder for the report [default: report]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -47,11 +42,10 @@ pub fn execute(args: &Args) -> Result<()> {
     let given = args.reference.clone();
     let reference = given.or_else(|| std::env::var_os("CHAINCELL_REFERENCE").map(PathBuf::from));
     let options = Options { quick: args.quick, reference };
-    let firmware = args.firmware.as_deref().map(firmware::read).transpose()?.unwrap_or_default();
     let out = args.out.clone().or_else(|| (!args.json).then(|| FOLDER.into()));
     let folder = out.as_deref().map(|out| Folder::open(out, args.force)).transpose()?;
     let bar = terminal::progress(pieces(&options), "measuring");
-    let mut report = Report { firmware, ..Report::default() };
+    let mut report = Report::default();
     let start = Instant::now();
     let ended = collect(&options, &mut report, &bar);
     report.seconds = start.elapsed().as_secs_f64();

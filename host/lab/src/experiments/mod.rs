@@ -1,7 +1,7 @@
 //! The experiments, one folder each.
 
-pub mod contact;
 pub mod identify;
+pub mod moving;
 pub mod paper;
 pub mod report;
 pub mod soak;

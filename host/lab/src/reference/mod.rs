@@ -8,7 +8,6 @@
 mod elastic;
 #[cfg(test)]
 mod grouped;
-pub mod indentation;
 mod links;
 mod minimum;
 pub mod nodal;

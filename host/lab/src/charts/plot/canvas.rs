@@ -23,7 +23,6 @@ pub(super) const TEXT: i32 = 36;
 pub(super) const SMALL: i32 = 32;
 
 const MARKER: i32 = 9;
-const RING: i32 = 16;
 const DASH: i32 = 18;
 
 /// A white picture that writes into `text`.
@@ -87,10 +86,6 @@ pub(super) fn marker(area: &Area<'_>, (x, y): Place, colour: RGBColor, kind: usi
     };
     let corners: Vec<Place> = corners.iter().map(|(dx, dy)| (x + dx, y + dy)).collect();
     area.draw(&Polygon::new(corners, colour.filled())).map_err(failed)
-}
-
-pub(super) fn ring(area: &Area<'_>, at: Place) -> Result<()> {
-    area.draw(&Circle::new(at, RING, INK.stroke_width(3))).map_err(failed)
 }
 
 pub(super) fn font(size: i32) -> TextStyle<'static> {

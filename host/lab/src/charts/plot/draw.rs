@@ -1,4 +1,4 @@
-//! The drawing itself: plotters' axes and grid, then series, front, guides, notes and legend.
+//! The drawing itself: plotters' axes and grid, then series, guides and legend.
 
 use plotters::prelude::*;
 
@@ -8,7 +8,7 @@ use super::span::Span;
 use super::{Chart, SIZE_PX, Style};
 use chaincell_host::error::Result;
 
-/// Okabe and Ito (2008) without yellow, which white swallows, and black, which is the front's.
+/// Okabe and Ito (2008) without yellow, which white swallows, and black, which is the text's.
 const COLOURS: [RGBColor; 6] = [
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),
@@ -23,7 +23,7 @@ const FINE: RGBColor = RGBColor(236, 236, 236);
 
 const MARGIN: i32 = 28;
 pub(super) const GAP: i32 = 14;
-pub(super) const WIDTH: u32 = 4;
+const WIDTH: u32 = 4;
 /// About how many ticks, along x and along y.
 const TICKS: (usize, usize) = (8, 7);
 
@@ -34,23 +34,18 @@ pub(super) fn svg(chart: &Chart) -> Result<(String, usize)> {
     let legend = Legend::new(&area, chart)?;
     let frame = Frame::new(&area, chart, legend.width)?;
     let (mut left_out, mut drawn) = (0, Vec::new());
-    // Lines below, markers above, so that the front hides none.
+    // Lines below, markers above.
     for (at, series) in chart.series.iter().enumerate() {
         let (runs, without) = frame.runs(&series.points);
         left_out += without;
         runs.iter().try_for_each(|run| line(&area, run, series.style, at))?;
         drawn.extend(runs.into_iter().flatten());
     }
-    let front = chart.front.as_ref().map(|(_, points)| frame.runs(points));
-    let (front, without) = front.unwrap_or_default();
-    left_out += without;
-    front.iter().try_for_each(|run| canvas::line(&area, run, INK, WIDTH))?;
     for (at, series) in chart.series.iter().enumerate() {
         for run in frame.runs(&series.points).0 {
             markers(&area, &run, series.style, at)?;
         }
     }
-    front.iter().flatten().try_for_each(|&place| canvas::ring(&area, place))?;
     frame.guides(&area, chart, &drawn)?;
     legend.draw(&area, frame.end)?;
     area.present().map_err(failed)?;
@@ -82,8 +77,7 @@ struct Frame<'a> {
 impl<'a> Frame<'a> {
     /// Draws title, axes and grid beside a legend of that width.
     fn new(area: &Area<'a>, chart: &Chart, legend: i32) -> Result<Self> {
-        let front = chart.front.iter().flat_map(|(_, points)| points);
-        let points = || chart.series.iter().flat_map(|series| &series.points).chain(front.clone());
+        let points = || chart.series.iter().flat_map(|series| &series.points);
         let guides = |vertical: bool| {
             let along = chart.guides.iter().filter(move |guide| guide.vertical == vertical);
             along.map(|guide| guide.at)

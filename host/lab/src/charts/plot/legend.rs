@@ -1,7 +1,7 @@
 //! The legend, to the right of the frame: plotters' own would cover the data.
 
-use super::canvas::{self, Area, INK, Place, TEXT};
-use super::draw::{GAP, WIDTH, line, markers};
+use super::canvas::{self, Area, Place, TEXT};
+use super::draw::{GAP, line, markers};
 use super::{Chart, SIZE_PX, Style};
 use chaincell_host::error::Result;
 
@@ -9,8 +9,8 @@ use chaincell_host::error::Result;
 const SAMPLE: i32 = 64;
 const LEGEND: i32 = SIZE_PX.0 as i32 / 3;
 
-/// An entry: number and style of the series, or none for the front; the label's lines.
-type Entry = (Option<(usize, Style)>, Vec<String>);
+/// An entry: number and style of the series, the label's lines.
+type Entry = ((usize, Style), Vec<String>);
 
 /// What stands to the right of the frame: plotters' own legend covers the data.
 pub(super) struct Legend {
@@ -23,8 +23,7 @@ impl Legend {
     pub fn new(area: &Area<'_>, chart: &Chart) -> Result<Self> {
         let series = chart.series.iter().enumerate();
         let all = series
-            .map(|(at, series)| (Some((at, series.style)), series.label.as_str()))
-            .chain(chart.front.iter().map(|(label, _)| (None, label.as_str())))
+            .map(|(at, series)| ((at, series.style), series.label.as_str()))
             .filter(|(_, label)| !label.is_empty());
         let (mut entries, mut widest) = (Vec::new(), 0);
         for (sample, label) in all {
@@ -46,16 +45,9 @@ impl Legend {
             let middle = top + TEXT / 2;
             let ends = [(left, middle), (left + SAMPLE, middle)];
             let centre = (left + SAMPLE / 2, middle);
-            match *sample {
-                None => {
-                    canvas::line(area, &ends, INK, WIDTH)?;
-                    canvas::ring(area, centre)?;
-                }
-                Some((at, style)) => {
-                    line(area, &ends, style, at)?;
-                    markers(area, &[centre], style, at)?;
-                }
-            }
+            let (at, style) = *sample;
+            line(area, &ends, style, at)?;
+            markers(area, &[centre], style, at)?;
             for words in lines {
                 canvas::text(area, words, TEXT, (left + SAMPLE + GAP, top + TEXT / 2))?;
                 top += TEXT + 4;

@@ -127,7 +127,6 @@ impl Figure {
 /// Chart::new("Speed against error", Axis::log10("time a tick [us]"), Axis::log10("error [%]"))
 ///     .series("track", Style::MarkedLine, &[[60.0, 30.0], [120.0, 8.0], [240.0, 1.5]])
 ///     .series("euler", Style::Markers, &[[55.0, 80.0]])
-///     .front("Pareto front", &[[55.0, 80.0], [60.0, 30.0], [240.0, 1.5]])
 ///     .vertical(1000.0, "1 ms")
 ///     .write(&folder, "speed_error")?;
 /// # Ok(())
@@ -139,7 +138,6 @@ pub struct Chart {
     x: Axis,
     y: Axis,
     series: Vec<Series>,
-    front: Option<(String, Vec<[f64; 2]>)>,
     guides: Vec<Guide>,
 }
 
@@ -148,7 +146,7 @@ impl Chart {
     #[must_use]
     pub fn new(title: &str, x: Axis, y: Axis) -> Self {
         let (series, guides) = (Vec::new(), Vec::new());
-        Self { title: title.into(), x, y, series, front: None, guides }
+        Self { title: title.into(), x, y, series, guides }
     }
 
     /// Adds a series; `points` as x, y in the axes' units, a line in the given order. An empty
@@ -156,13 +154,6 @@ impl Chart {
     #[must_use]
     pub fn series(mut self, label: &str, style: Style, points: &[[f64; 2]]) -> Self {
         self.series.push(Series { label: label.into(), points: points.to_vec(), style });
-        self
-    }
-
-    /// Marks a front: a black line on top of the series with a ring around each point.
-    #[must_use]
-    pub fn front(mut self, label: &str, points: &[[f64; 2]]) -> Self {
-        self.front = Some((label.into(), points.to_vec()));
         self
     }
 

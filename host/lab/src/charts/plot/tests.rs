@@ -24,10 +24,6 @@ fn example() -> Chart {
     .series("euler", Style::MarkedLine, &euler)
     .series("XPBD, links in their order", Style::Markers, &xpbd)
     .series("rkl2", Style::Dashed, &rkl)
-    .front(
-        "Pareto front",
-        &[euler[0], track[0], track[1], coarse[0], coarse[1], track[3], coarse[2]],
-    )
     .vertical(1000.0, "1 ms budget")
     .horizontal(7.0, "7 %: just noticeable")
 }
@@ -52,8 +48,6 @@ fn every_point_and_every_text_is_drawn() {
         .split("points=\"")
         .map(|rest| rest.split('"').next().unwrap_or_default().split_whitespace().count());
     assert_eq!((longest.max(), count(&line, "<circle")), (Some(points.len()), 0));
-    let front = chart(Style::Markers).front("the front", &points[1..]).draw().unwrap();
-    assert_eq!(count(&front, "<circle"), (points.len() + 1) + (points.len() - 1 + 1));
     let guide = chart(Style::Line).vertical(2.5, "budget").horizontal(4.0, "bound").draw().unwrap();
     assert_eq!((count(&guide, ">\nbudget\n<"), count(&guide, ">\nbound\n<")), (1, 1));
 }

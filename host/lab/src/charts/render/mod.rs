@@ -14,6 +14,5 @@ mod shade;
 mod sheet;
 
 pub use body::{Body, Paint};
-pub use camera::View;
 pub use cut::cut;
 pub use sheet::{ColourBar, Panel, Sheet};

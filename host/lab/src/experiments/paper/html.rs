@@ -43,9 +43,8 @@ fn head(report: &PaperReport) -> String {
         "J. Zhang, Y. Zhong, J. Smith, C. Gu: ChainMail based neural dynamics modeling of soft \
          tissue deformation for surgical simulation, Technology and Health Care, 2017. Every \
          picture, table and figure below was computed by the command named here, beside traditional \
-         ChainMail (Gibson's lattice form, Li and Brodlie's generalised form), an explicit \
-         mass-spring system and position-based dynamics; the numbers behind the pictures lie \
-         beside this page.",
+         ChainMail (Gibson's lattice form, Li and Brodlie's generalised form); the numbers behind \
+         the pictures lie beside this page.",
     );
     let bodies = if report.reference {
         "The liver is that of the reference data."

@@ -119,9 +119,9 @@ impl Case {
         let (scene, spec) = match &context.reference {
             Some(folder) => {
                 let path = folder.join("meshes/liver_5762.msh41.msh");
-                (Scene::liver(folder, 0.0, false)?, path.to_string_lossy().into_owned())
+                (Scene::liver(folder, false)?, path.to_string_lossy().into_owned())
             }
-            None => (Scene::organ(0.0)?, "organ".to_owned()),
+            None => (Scene::organ()?, "organ".to_owned()),
         };
         let mesh = mesh::load(&spec, &MeshOptions::default())?;
         let unit_m = f64::from(scene.model()?.unit_m());

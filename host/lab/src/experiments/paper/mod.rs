@@ -5,18 +5,16 @@
 //! | [`plane`] | Fig. 4: the shape of a plane whose centre is displaced | `plane`, `profile_4`, `profile_8` |
 //! | [`mechanics`] | Fig. 5: force over displacement, unloading, stress relaxation | one picture and one CSV file a curve and body |
 //! | [`liver`] | Fig. 6: the liver under a probe | `liver`, `liver_force`, `liver_surface`, `liver_step`, `liver_press` |
-//! | [`methods`] | shape, force and cost of all methods on the same bodies | `methods_*` |
-//! | [`choices`] | what the paper leaves open: step, alpha, K, `R_x`, the force, the current | `choices_*` |
+//! | [`choices`] | what the paper leaves open: K, `R_x`, the force, the current | `choices_*` |
 //! | [`scaling`] | left open there: many elements to one cell | `scaling` |
 //! | [`identified`] | left open there: the material parameters | `identified*` |
 //!
 //! `paper.html` begins with a table of the paper's results, each beside what was computed here.
 //! Every section then says on which body, with which tool and settings. `paper.json` holds the
 //! figures of each section under its key, with units in the names; the CSV files hold the numbers
-//! behind the pictures. Only the times of ticks depend on the machine. The other methods are
-//! traditional `ChainMail` (Gibson's lattice form, Li and Brodlie's generalised form), explicit
-//! mass-spring and position-based dynamics. Without reference data the generated organ stands in
-//! for the liver.
+//! behind the pictures. Only the times of ticks depend on the machine. The other method is
+//! traditional `ChainMail` (Gibson's lattice form, Li and Brodlie's generalised form). Without
+//! reference data the generated organ stands in for the liver.
 //!
 //! An experiment is a file with a function from a [`Context`] to a [`Section`] and a row in
 //! [`EXPERIMENTS`].
@@ -27,7 +25,6 @@ mod html;
 pub mod identified;
 pub mod liver;
 pub mod mechanics;
-pub mod methods;
 mod overview;
 pub mod plane;
 mod press;
@@ -47,7 +44,6 @@ pub const EXPERIMENTS: &[Experiment] = &[
     plane::section,
     mechanics::section,
     liver::section,
-    methods::section,
     choices::section,
     scaling::section,
     identified::section,

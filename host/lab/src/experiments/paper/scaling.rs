@@ -310,38 +310,16 @@ fn table(rows: &[Row]) -> Table {
 }
 
 fn text(nodes: usize, rows: &[Row]) -> Vec<String> {
-    let mut text = vec![format!(
+    let first = format!(
         "The paper leaves open how many elements of the chain one cell may stand for. Here the \
          {nodes} nodes of an organ are put into groups: connected, about equally far apart, fixed \
          and free ones apart, those of the surface by themselves. Each group is a cell at one of \
          its nodes; links between neighbouring groups are as stiff as what they stand for; every \
          node follows the cells around it by weights that reproduce linear fields. The weights are \
          no part of a tick: its cost goes with the cells alone."
-    )];
-    for site in rows.chunk_by(|a, b| a.site == b.site) {
-        let [full, coarse @ ..] = site else { continue };
-        let line = |row: &Row| {
-            format!(
-                "{} cells: force {:+.0} %, field {} %, surface around the press {} % of its depth, \
-                 {} % of the time a tick",
-                row.cells,
-                100.0 * row.force_error,
-                percent(row.field_error),
-                percent(row.profile_error),
-                percent(row.tick_share)
-            )
-        };
-        let lines: Vec<String> = coarse.iter().map(line).collect();
-        text.push(format!(
-            "Errors at the {} against the full network ({:.3} N, {} us a tick of {SWEEPS} sweeps): {}.",
-            full.site,
-            full.force_n,
-            us(full.tick_median_ns),
-            lines.join("; ")
-        ));
-    }
+    );
     let worst = |of: fn(&Row) -> f64| 100.0 * rows.iter().map(of).fold(0.0, f64::max);
-    text.push(format!(
+    let last = format!(
         "Cells cost accuracy in three ways. A patch is held through the cells of whose groups it \
          has half or more, or the one that has most of it: where groups are as large as the patch, \
          the tool's size is theirs, and its nodes miss the tool by up to {:.0} % of the depth. A thin \
@@ -350,8 +328,8 @@ fn text(nodes: usize, rows: &[Row]) -> Vec<String> {
          up for it on the whole, not at each place and depth. {}",
         worst(|row| row.patch_error),
         settled(rows)
-    ));
-    text
+    );
+    vec![first, last]
 }
 
 fn figures(rows: &[Row]) -> Result<Vec<Figure>> {

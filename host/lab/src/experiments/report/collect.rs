@@ -8,16 +8,11 @@ use serde::Serialize;
 
 use super::embedded;
 use super::exact::{ExactPress, PRESS_TICKS};
-use super::firmware::FirmwareRow;
-use super::flow::{self, FlowRow};
-use super::growth::{self, Growth};
 use super::hand::{self, Hand, HandRow};
 use super::machine::Machine;
 use super::model::{self, Measured};
 use super::motions::Motion;
-use super::numbers::{self, NumberRow};
 use super::press::{self, Errors, PressRow};
-use super::quiet::{self, Local};
 use super::scene::Scene;
 use super::setting::Setting;
 use super::settle::{Press, Settled};
@@ -105,12 +100,6 @@ pub struct Report {
     pub machine: Machine,
     /// The worst-case sweep of the main body.
     pub sweep: Option<Sweep>,
-    /// A sweep at rest, median \[ns\].
-    pub rest_ns: Option<u64>,
-    /// A sweep in a local press, median \[ns\].
-    pub local_press_ns: Option<u64>,
-    /// That press.
-    pub local_press: Option<Local>,
     /// The press test with `track`: slab and block.
     pub press: BTreeMap<&'static str, Settled>,
     /// `track` within the budget.
@@ -135,14 +124,6 @@ pub struct Report {
     pub settled: Vec<Settled>,
     /// Sources of the bodies of the press test, with cells that move.
     pub settled_sources: Vec<String>,
-    /// `euler` against the exact trajectory.
-    pub flow: Vec<FlowRow>,
-    /// Emulated microcontrollers, where their figures were given.
-    pub firmware: Vec<FirmwareRow>,
-    /// The number types.
-    pub numbers: Vec<NumberRow>,
-    /// Cost over size.
-    pub growth: Option<Growth>,
 }
 
 /// Measures everything into `report`; an error leaves what was measured so far there.
@@ -153,15 +134,10 @@ pub fn collect(options: &Options, report: &mut Report, bar: &ProgressBar) -> Res
     report.quick = options.quick;
     report.reference = options.reference.is_some();
     report.machine = Machine::read();
-    let main = main_body(options, 0.0)?;
+    let main = main_body(options)?;
     let rounds = if options.quick { 51 } else { 301 };
     let swept = worst::sweep(&main, rounds)?;
     report.sweep = Some(swept);
-    step(bar)?;
-    report.rest_ns = Some(quiet::rest(&main, 20 * rounds)?.p50);
-    step(bar)?;
-    let local = quiet::local(&main_body(options, quiet::ALPHA)?)?;
-    (report.local_press_ns, report.local_press) = (Some(local.sweep_ns), Some(local));
     step(bar)?;
     settle(options, report, bar)?;
     presses(options, &main, report, bar)?;
@@ -173,26 +149,7 @@ pub fn collect(options: &Options, report: &mut Report, bar: &ProgressBar) -> Res
         step(bar)?;
     }
     report.tools = tools::run(small.as_ref().unwrap_or(&main), || step(bar))?;
-    let steps: &[f64] =
-        if options.quick { &[0.02, 0.1] } else { &[0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.4] };
-    for diagonals in [false, true] {
-        report.flow.extend(flow::run(&Scene::plane(diagonals)?, steps)?);
-        step(bar)?;
-    }
-    let small =
-        if options.quick { vec![] } else { vec![Scene::plane(false)?, Scene::organ_of(500)?] };
-    for scene in std::iter::once(Scene::plane(true)?).chain(small) {
-        report.numbers.extend(numbers::run(&scene)?);
-        step(bar)?;
-    }
-    let sizes: &[usize] = if options.quick {
-        &[1000, 4000, 16_000]
-    } else {
-        &[1000, 2000, 5000, 10_000, 20_000, 40_000, 60_000]
-    };
-    let grown = growth::run(sizes, if options.quick { 15 } else { 51 }, || step(bar))?;
-    report.growth = Some(grown);
-    step(bar)
+    Ok(())
 }
 
 /// Straight in, two depths of the main body: the deeper one goes through the liver's snap.
@@ -241,14 +198,13 @@ fn hands(
 /// Pieces of work, for the progress bar.
 #[must_use]
 pub fn pieces(options: &Options) -> u64 {
-    let (settle, growth) = if options.quick { (2, 3) } else { (2 * methods() + 2, 7) };
+    let settle = if options.quick { 2 } else { 2 * methods() };
     let rows = scenes(options) * sweeps(options).len() * Setting::all(true).len();
     let paths = scenes(options) * PRESS_TICKS;
-    let numbers = if options.quick { 1 } else { 3 };
     let hands = motions(options).map(|of_body| Hand::pieces(of_body, &hand::SWEEPS));
     let hands: usize = hands.iter().sum();
     let models = options.reference.as_ref().map_or(0, |_| model::pieces(options.quick) + 1);
-    (7 + settle + growth + rows + paths + numbers + hands + models + 3) as u64
+    (2 + settle + rows + paths + hands + models + 3) as u64
 }
 
 fn methods() -> usize {
@@ -274,12 +230,11 @@ fn steps(bar: &ProgressBar, pieces: u64) -> Result<()> {
     interrupt::check()
 }
 
-/// The real liver, or the organ where it is not at hand. Of a body with a band one cell of the
-/// liver's patch is pressed: a local press.
-fn main_body(options: &Options, alpha: f64) -> Result<Scene> {
+/// The real liver, or the organ where it is not at hand.
+fn main_body(options: &Options) -> Result<Scene> {
     match &options.reference {
-        Some(folder) => Scene::liver(folder, alpha, alpha > 0.0),
-        None => Scene::organ(alpha),
+        Some(folder) => Scene::liver(folder, false),
+        None => Scene::organ(),
     }
 }
 
@@ -331,7 +286,7 @@ fn presses(options: &Options, main: &Scene, report: &mut Report, bar: &ProgressB
     if !options.quick {
         others.extend([Scene::plane(false)?, Scene::cuboid()?]);
         if options.reference.is_some() {
-            others.push(Scene::organ(0.0)?);
+            others.push(Scene::organ()?);
         }
     }
     for (at, scene) in std::iter::once(main).chain(&others).enumerate() {

@@ -5,17 +5,14 @@
 //!
 //! | section of REPORT.md | question | numbers |
 //! |---|---|---|
-//! | Which setting for which budget | which sweeps and coarse level to take for a time budget: the least error among the settings that fit | `report_press.csv`, `report_time.csv` |
+//! | Error against time | error and time a tick of every setting on one body; `track` in half a millisecond | `report_press.csv`, `report_time.csv` |
 //! | A hand that moves | time a tick and error of the force for held cells under a hand's motions, every scheme of a list, two bodies | `report_hand.csv` |
 //! | Model error | how far the exact equilibrium of links and nodal tissue, and the running kernel, are from finite elements | `report_model.csv`, `report_model_running.csv` |
 //! | A measured specimen | force of a sheet of nodal shapes, with stiffening and without, beside a measured one | `report_specimen.csv` |
 //! | Held cells, a moving probe, a load | error and time for each way in which a tool acts | `report_tools.csv` |
-//! | The sweep | time of one sweep in its worst state, at rest, and in a local press, beside a plain loop | `report_summary.json` |
+//! | The sweep | time of one sweep in its worst state, beside a plain loop | `report_summary.json` |
 //! | Time to equilibrium | sweeps and time until a pressed cell is settled, beside mass-spring and position-based dynamics | `report_settle.csv` |
 //! | A press by 3 mean link lengths | error of every scheme against the exact path of energy minima | `report_press.csv` |
-//! | The relaxation in time | error of `euler` and `rkl2` against the exact trajectory of the plane | `report_flow.csv` |
-//! | Number types | distance of fixed point from `f32`, and their cost | `report_numbers.csv` |
-//! | Cost over size | cost and sweeps over the size of the body | `report_growth.csv` |
 //!
 //! An error of the field is |u - `u_exact`| over |`u_exact`|, L2 over the cells; an error of the
 //! force is relative to the exact force. Which ticks count, and which are left out because the body
@@ -25,19 +22,12 @@
 pub mod collect;
 pub mod embedded;
 pub mod exact;
-pub mod firmware;
-pub mod flow;
-pub mod growth;
 pub mod hand;
 pub mod machine;
 pub mod model;
 pub mod motions;
-pub mod numbers;
-pub mod pareto;
 pub mod pictures;
 pub mod press;
-pub mod quiet;
-pub mod recommend;
 pub mod scene;
 pub mod setting;
 pub mod settle;

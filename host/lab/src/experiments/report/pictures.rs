@@ -3,12 +3,10 @@
 use super::collect::{BUDGET_NS, Report, Track};
 use super::hand::HandRow;
 use super::model;
-use super::pareto::front;
 use super::press::{Errors, PressRow};
 use super::setting::Setting;
 use super::specimen;
 use crate::charts::plot::{Axis, Chart, Style};
-use chaincell_host::engine::Scheme;
 use chaincell_host::error::Result;
 use chaincell_host::files::output::Folder;
 use chaincell_host::words::counted;
@@ -19,7 +17,7 @@ const LEAST: f64 = 1e-3;
 pub const HAND: &str = "report_hand_";
 
 /// Rows of the main body, ascending in sweeps.
-pub fn main_rows(report: &Report) -> Vec<&PressRow> {
+fn main_rows(report: &Report) -> Vec<&PressRow> {
     let main = report.scenes.first().map_or("", |scene| scene.name);
     let mut rows: Vec<&PressRow> = report.rows.iter().filter(|row| row.scene == main).collect();
     rows.sort_by_key(|row| row.sweeps);
@@ -42,12 +40,12 @@ pub fn write(report: &Report, folder: &Folder) -> Result<Vec<(String, String)>> 
     };
     if !report.rows.is_empty() {
         let field = |row: &PressRow| row.largest.field;
-        let title = "Which setting for which budget: error of the field against time a tick";
+        let title = "Error of the field against time a tick";
         let caption = "Error of the field against time of a tick; along a line the number of sweeps \
                        grows";
         put(
             budget(report, title, "largest error of the field during the press [%]", field),
-            "report_pareto",
+            "report_field",
             caption,
         )?;
         let force = |row: &PressRow| row.largest.force;
@@ -78,27 +76,10 @@ pub fn write(report: &Report, folder: &Folder) -> Result<Vec<(String, String)>> 
         let caption = "track in half a millisecond a tick: its errors during the press";
         put(time(report, track), "report_time", caption)?;
     }
-    if !report.flow.is_empty() {
-        put(
-            flow(report),
-            "report_flow",
-            "euler and rkl2 against the exact trajectory of the plane",
-        )?;
-    }
-    if let Some(growth) = &report.growth {
-        let points = |of: fn(&super::growth::GrowthRow) -> u64| -> Vec<[f64; 2]> {
-            growth.rows.iter().map(|row| [row.cells as f64, of(row) as f64 * 1e-3]).collect()
-        };
-        let axes = (Axis::log10("cells"), Axis::log10("worst-case sweep [us]"));
-        let chart = Chart::new("Cost over size", axes.0, axes.1)
-            .series("track", Style::MarkedLine, &points(|row| row.sweep_ns))
-            .series("plain per-cell loop", Style::MarkedLine, &points(|row| row.scalar_ns));
-        put(chart, "report_growth", "Time of a worst-case sweep over the number of cells")?;
-    }
     Ok(written)
 }
 
-/// Error over time of a tick on the main body, every scheme, with the front.
+/// Error over time of a tick on the main body, every scheme.
 fn budget(report: &Report, title: &str, error_title: &str, error: fn(&PressRow) -> f64) -> Chart {
     let rows = main_rows(report);
     let body = rows.first().map_or("", |row| row.scene);
@@ -115,9 +96,7 @@ fn budget(report: &Report, title: &str, error_title: &str, error: fn(&PressRow) 
         }
         chart = chart.series(&setting.to_string(), Style::MarkedLine, &points);
     }
-    let points: Vec<[f64; 2]> = rows.iter().map(|row| point(row, error)).collect();
-    let marked: Vec<[f64; 2]> = front(&points).into_iter().map(|at| points[at]).collect();
-    chart.front("best for its time", &marked)
+    chart
 }
 
 /// The first body's rows.
@@ -166,24 +145,4 @@ fn time(report: &Report, track: &Track) -> Chart {
         .series("force", Style::Line, &of(|errors| errors.force))
         .horizontal(7.0, "7 %");
     track.snaps.ticks.iter().fold(chart, |chart, &snap| chart.vertical(snap as f64, "snap"))
-}
-
-/// Error over link passes at each moment of the plane's trajectory.
-fn flow(report: &Report) -> Chart {
-    let title = "the plane, 50 mm, 8 neighbours, against the exact trajectory";
-    let y = Axis::log10("largest error of a cell [% of the depth]");
-    let mut chart = Chart::new(title, Axis::log10("link passes"), y);
-    for (scheme, style) in [(Scheme::Euler, Style::MarkedLine), (Scheme::Rkl2, Style::MarkedLine)] {
-        for t in [1.0, 100.0] {
-            let rows = report
-                .flow
-                .iter()
-                .filter(|row| row.scene == "plane8" && row.t == t && row.scheme.scheme == scheme);
-            let points: Vec<[f64; 2]> =
-                rows.map(|row| [row.passes as f64, 100.0 * row.error]).collect();
-            let name = Setting { scheme, hats: true };
-            chart = chart.series(&format!("{name}, t = {t}"), style, &points);
-        }
-    }
-    chart
 }

@@ -149,9 +149,9 @@ impl Scene {
     ///
     /// # Errors
     /// As the bake.
-    pub fn organ(alpha: f64) -> Result<Self> {
+    pub fn organ() -> Result<Self> {
         let mesh = mesh::load("organ", &MeshOptions::default())?;
-        Self::new("organ", "organ (generated)", &mesh, &mesh.default_fixed, Contact::Auto, alpha)
+        Self::new("organ", "organ (generated)", &mesh, &mesh.default_fixed, Contact::Auto, 0.0)
     }
 
     /// A generated organ of another size.
@@ -178,7 +178,7 @@ impl Scene {
     ///
     /// # Errors
     /// Reference data that cannot be read.
-    pub fn liver(reference: &Path, alpha: f64, one_cell: bool) -> Result<Self> {
+    pub fn liver(reference: &Path, one_cell: bool) -> Result<Self> {
         let path = reference.join("meshes/liver_5762.msh41.msh");
         if !path.is_file() {
             return Err(Error::input(format!(
@@ -192,7 +192,7 @@ impl Scene {
         let direction = sets.vectors("dirn")?.first().copied().unwrap_or(DOWN);
         let nodes = sets.ids(if one_cell { "node" } else { "patch" })?;
         let contact = Contact::Nodes(nodes, direction);
-        Self::new("liver", "liver_5762", &mesh, &sets.ids("fixed")?, contact, alpha)
+        Self::new("liver", "liver_5762", &mesh, &sets.ids("fixed")?, contact, 0.0)
     }
 
     /// A body of the press test, with the depth of its press: a tenth of its height \[m\].

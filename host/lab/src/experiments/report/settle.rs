@@ -131,35 +131,6 @@ impl<B: Baseline> Method for Plain<'_, B> {
     }
 }
 
-/// Depth of the press whose sweeps are counted over the size of a body [mean link lengths].
-const GROWTH_DEPTH: f64 = 1.0;
-/// Sweeps after which that press counts as settled for good.
-const GROWTH_SWEEPS: usize = 400;
-
-/// Sweeps until the field of a press stays within its bound of what it is in the end.
-///
-/// # Errors
-/// As the engine.
-pub fn sweeps(scene: &Scene, setting: Setting) -> Result<usize> {
-    let engine = engine(scene, setting, 1)?;
-    let mut kernel = Kernel { scene, setting, engine, depth_links: GROWTH_DEPTH };
-    kernel.press()?;
-    (0..GROWTH_SWEEPS).for_each(|_| kernel.sweep());
-    let last = kernel.field();
-    kernel.press()?;
-    let mut settled = 1;
-    for sweep in 1..=GROWTH_SWEEPS {
-        kernel.sweep();
-        if distance(&kernel.field(), &last) > FIELD * size(&last) {
-            settled = sweep + 1;
-        }
-        if sweep > 3 * settled + 20 {
-            break;
-        }
-    }
-    Ok(settled)
-}
-
 /// A pressed body with its exact minimum.
 pub struct Press<'s> {
     scene: &'s Scene,

@@ -2,7 +2,6 @@
 
 use std::fmt::Write as _;
 
-use chaincell_kernel::Choice as _;
 use serde_json::{Value, json};
 
 use super::collect::Report;
@@ -11,7 +10,6 @@ use super::hand;
 use super::model;
 use super::pictures;
 use super::press::{Errors, PressRow};
-use super::recommend::{BUDGETS_US, ERROR_MAX, Recommended, choose};
 use super::snaps::{FIRST_TICK, Snaps};
 use super::specimen;
 use super::tables::{Columns, Table, csv, duration, percent, times, us};
@@ -30,7 +28,7 @@ const OTHERS: &str = "## Figures of other commands
 | the same for hours, under load | `chaincell soak --out soak` |
 | Jolt and rapier3d on the bodies of \"Time to equilibrium\" (needs CMake and a C++ compiler) | `cargo bench -p chaincell-lab --features baselines --bench baselines` |
 | instructions of a sweep (needs valgrind) | `cargo bench -p chaincell-lab --bench sweep -- --count` |
-| instructions on microcontrollers, for `report --firmware FILE` | `tests/firmware/run --json > FILE` |
+| instructions on microcontrollers, and the error of whole ticks beside them | `tests/firmware/run`, `tests/firmware/run --fit` |
 ";
 
 /// Writes REPORT.md, report_summary.json, CSV files and pictures.
@@ -39,7 +37,6 @@ const OTHERS: &str = "## Figures of other commands
 /// Files that cannot be written.
 pub fn write(report: &Report, folder: &Folder, command: &str) -> Result<()> {
     let pictures = pictures::write(report, folder)?;
-    let growth = report.growth.as_ref().map_or(&[][..], |growth| &growth.rows);
     let path: Vec<Value> = (report.budget_path.iter())
         .map(|(tick, of)| json!({ "tick": tick, "field": of.field, "force": of.force }))
         .collect();
@@ -51,9 +48,6 @@ pub fn write(report: &Report, folder: &Folder, command: &str) -> Result<()> {
         (specimen::CSV, csv(&report.specimen)),
         ("report_tools.csv", csv(&report.tools)),
         ("report_settle.csv", csv(&report.settled)),
-        ("report_numbers.csv", csv(&report.numbers)),
-        ("report_flow.csv", csv(&report.flow)),
-        ("report_growth.csv", csv(growth)),
         ("report_time.csv", csv(&path)),
     ] {
         // What was not measured leaves no file.
@@ -73,9 +67,8 @@ fn markdown(report: &Report, pictures: &[(String, String)], command: &str) -> St
             let _ = writeln!(text, "![{caption}]({name}.png)\n");
         }
     };
-    text += "## Which setting for which budget\n\n";
-    picture(&mut text, "report_pareto");
-    text += &budgets(report);
+    text += "## Error against time\n\n";
+    picture(&mut text, "report_field");
     text += &track(report);
     picture(&mut text, "report_time");
     picture(&mut text, "report_force");
@@ -92,11 +85,6 @@ fn markdown(report: &Report, pictures: &[(String, String)], command: &str) -> St
     text += &sweep(report);
     text += &settled(report);
     text += &presses(report);
-    text += &flow(report);
-    picture(&mut text, "report_flow");
-    text += &numbers(report);
-    text += &growth(report);
-    picture(&mut text, "report_growth");
     text + OTHERS
 }
 
@@ -128,48 +116,6 @@ fn head(report: &Report, command: &str) -> String {
         machine.load,
         duration(report.seconds)
     )
-}
-
-/// The setting to take within each budget.
-fn budgets(report: &Report) -> String {
-    let rows = pictures::main_rows(report);
-    let Some(first) = rows.first() else { return String::new() };
-    let choices = BUDGETS_US.map(|budget_us| (budget_us, choose(&rows, budget_us)));
-    let figure = |of: fn(&PressRow) -> String| {
-        move |(_, choice): (f64, Option<Recommended<'_>>)| {
-            choice.map_or("-".to_owned(), |choice| of(choice.row))
-        }
-    };
-    let table = Table::of(choices)
-        .column("budget a tick [us]", |(budget_us, _)| budget_us)
-        .column("setting", |(_, choice)| setting(choice))
-        .column("median tick [us]", figure(|row| us(row.tick_ns.p50)))
-        .column("field, during the press [%]", figure(|row| percent(row.largest.field)))
-        .column("force [%]", figure(|row| percent(row.largest.force)))
-        .column("field 20 ms after [%]", figure(|row| percent(row.after_20ms.field)))
-        .column("force 20 ms after [%]", figure(|row| percent(row.after_20ms.force)));
-    format!(
-        "Scene: the body `{}`, cells held by the tool, pressed by 3 mean link lengths in \
-         {PRESS_TICKS} ms. A setting is recommended where its largest errors of field and force \
-         during the press are within {} %; of those that fit the budget, the one with the least \
-         error. Where none of the settings measured is within that bound, the table says so and \
-         gives the one that comes nearest.\n\n{}",
-        first.scene,
-        percent(ERROR_MAX),
-        table.table().markdown()
-    )
-}
-
-/// A budget's setting in words.
-fn setting(choice: Option<Recommended<'_>>) -> String {
-    let Some(Recommended { qualifies, row }) = choice else {
-        return "none: every setting takes longer".to_owned();
-    };
-    let setting = format!("{}, --sweeps {}", row.scheme, row.sweeps);
-    if qualifies {
-        return setting;
-    }
-    format!("none within {} %; the nearest: {setting}", percent(ERROR_MAX))
 }
 
 fn track(report: &Report) -> String {
@@ -204,29 +150,12 @@ fn track(report: &Report) -> String {
 fn sweep(report: &Report) -> String {
     let Some(sweep) = &report.sweep else { return String::new() };
     let mut rows = Vec::new();
-    let mut row = |what: String, ns: Option<u64>| rows.extend(ns.map(|ns| (what, ns)));
+    let mut row = |what: String, ns: u64| rows.push((what, ns));
     for (state, loops) in [("mixed", sweep.mixed), ("stretched", sweep.stretched)] {
-        row(format!("plain per-cell loop, {state}"), Some(loops.scalar_ns));
-        row(format!("`track`, {state}"), Some(loops.simd_ns));
-        row(format!("`track` without vector unit, {state}"), Some(loops.once_per_link_ns));
-        row(format!("`track` with its coarse level, {state}"), Some(loops.hats_ns));
-    }
-    row("`track`, body at rest".into(), report.rest_ns);
-    if let Some(local) = &report.local_press {
-        let what = format!(
-            "`track`, alpha {}, cells held by the tool pressed by {:.2} mean link lengths, which \
-             moves {} % of the cells; {}",
-            super::quiet::ALPHA,
-            local.depth_links,
-            percent(local.moved),
-            force_off(local.force_error, local.force_off_n)
-        );
-        row(what, report.local_press_ns);
-        let what = format!(
-            "the same with the coarse level, which moves all cells; {}",
-            force_off(local.hats_force_error, local.hats_force_off_n)
-        );
-        row(what, Some(local.hats_sweep_ns));
+        row(format!("plain per-cell loop, {state}"), loops.scalar_ns);
+        row(format!("`track`, {state}"), loops.simd_ns);
+        row(format!("`track` without vector unit, {state}"), loops.once_per_link_ns);
+        row(format!("`track` with its coarse level, {state}"), loops.hats_ns);
     }
     let share = |ns: u64| percent(ns as f64 / sweep.mixed.simd_ns.max(1) as f64);
     let table = Table::of(&rows)
@@ -250,17 +179,6 @@ fn sweep(report: &Report) -> String {
         ratio(1_000_000, sweep.mixed.hats_ns),
         table.table().markdown()
     )
-}
-
-/// How far a force is from the one that it settles to, or why there is no such figure.
-fn force_off(error: Option<f64>, off_n: f64) -> String {
-    match error {
-        Some(error) => format!("force off by {} %", percent(error)),
-        None => format!(
-            "error of the force: -, since it settles to no force (at the end of the press it was \
-             {off_n:.1e} N)"
-        ),
-    }
 }
 
 fn ratio(a: u64, b: u64) -> f64 {
@@ -347,89 +265,4 @@ fn press_table<'r>(rows: impl Iterator<Item = &'r PressRow>) -> Columns<&'r Pres
         .column("100 ms after [%]", |row| both(row.after_100ms))
         .column("residual", |row| format!("{:.0e}", row.residual))
         .column("energy above [%]", |row| percent(row.energy_above))
-}
-
-fn flow(report: &Report) -> String {
-    if report.flow.is_empty() {
-        return String::new();
-    }
-    let table = Table::of(&report.flow)
-        .column("scene", |row| row.scene)
-        .column("scheme", |row| row.scheme)
-        .column("step", |row| row.step)
-        .column("t", |row| row.t)
-        .column("link passes", |row| row.passes)
-        .column("error [%]", |row| percent(row.error));
-    format!(
-        "## The relaxation in time\n\nThe plane with its centre held 50 mm away from t = 0 on, \
-         against the exact trajectory of Eq. 2 (Dormand-Prince, f64). Error: largest distance of a \
-         cell, as a fraction of the depth.\n\n{}",
-        table.table().markdown()
-    )
-}
-
-fn numbers(report: &Report) -> String {
-    let Some(first) = report.numbers.first() else { return String::new() };
-    let table = Table::of(&report.numbers)
-        .column("scene", |row| row.scene)
-        .column("scheme", |row| row.scheme.name())
-        .column("number", |row| row.number.name())
-        .column("median tick [us]", |row| us(row.tick_ns_p50))
-        .column("field [%]", |row| percent(row.field))
-        .column("force [%]", |row| percent(row.force))
-        .column("force, largest on the way [%]", |row| percent(row.force_max));
-    format!(
-        "## Number types\n\nA press by 3 mean link lengths in 300 ticks, held to tick {}, {} a \
-         tick, no hats (only f32 has them): against f32 under the same scheme. Field: largest \
-         distance of a cell after the last tick, over the depth. `track` decides from sweep to sweep \
-         by the last bits, so its way differs more than its end.\n\n{}{}",
-        first.ticks,
-        counted(first.sweeps, "sweep"),
-        table.table().markdown(),
-        firmware(report)
-    )
-}
-
-/// Emulated microcontrollers.
-fn firmware(report: &Report) -> String {
-    if report.firmware.is_empty() {
-        return String::new();
-    }
-    let table = Table::of(&report.firmware)
-        .column("target", |row| &row.target)
-        .column("scene", |row| &row.scene)
-        .column("number", |row| &row.tier)
-        .column("instructions a sweep", |row| row.instructions_per_sweep_worst)
-        .column("a link", |row| format!("{:.0}", row.per_link()));
-    format!(
-        "On emulated microcontrollers, in their worst state; a sweep has no error of its own, and \
-         `tests/firmware/run --fit` prints those of whole ticks:\n\n{}",
-        table.table().markdown()
-    )
-}
-
-fn growth(report: &Report) -> String {
-    let Some(growth) = &report.growth else { return String::new() };
-    let table = Table::of(&growth.rows)
-        .column("cells", |row| row.cells)
-        .column("links", |row| row.links)
-        .column("sweep [us]", |row| us(row.sweep_ns))
-        .column("ns a cell", |row| format!("{:.1}", row.sweep_ns as f64 / row.cells as f64))
-        .column("ns a link", |row| format!("{:.2}", row.sweep_ns as f64 / row.links as f64))
-        .column("plain loop [us]", |row| us(row.scalar_ns))
-        .column("hats", |row| row.hats)
-        .column("sweep with hats [us]", |row| us(row.hats_ns))
-        .column("sweeps to settle", |row| row.settle_sweeps)
-        .column("RAM a cell [bytes]", |row| format!("{:.1}", row.ram_bytes_per_cell))
-        .column("flash a cell [bytes]", |row| format!("{:.1}", row.flash_bytes_per_cell));
-    format!(
-        "## Cost over size\n\nGenerated organs, `track`, the time of one sweep from its worst state; a \
-         sweep has no error of its own. Slope of log(time) over \
-         log(links): {:.2} (1 is linear). Sweeps to settle: with hats, held cells pressed by a mean \
-         link length in one step, until the field stays within 5 % of its end. They depend on where \
-         the press falls against the grid of the hats; a body has at most 400 hats, which stand \
-         farther apart in a larger one and do less.\n\n{}",
-        growth.slope,
-        table.table().markdown()
-    )
 }

@@ -9,7 +9,7 @@ use chaincell_host::error::{Error, Result};
 /// Stretch below which the band acts.
 pub const BAND_FROM: f64 = 0.7;
 /// Stiffness of the band [shear moduli].
-pub const BAND_WEIGHT: f64 = 4.0;
+const BAND_WEIGHT: f64 = 4.0;
 /// Sums and differences of stretches below this count as it: there the law is a kink.
 const KINK: f64 = 1e-6;
 
@@ -32,7 +32,7 @@ pub struct Law {
     pub poisson: f64,
     /// The volume's part.
     pub volume: Volume,
-    /// Whether [`BAND_WEIGHT`] mu times the squared distance of F to the shapes whose stretches are
+    /// Whether `BAND_WEIGHT` mu times the squared distance of F to the shapes whose stretches are
     /// all at least [`BAND_FROM`] is added.
     pub band: bool,
 }
@@ -51,31 +51,6 @@ impl Law {
         let mu_pa = 0.5 * young_pa / (1.0 + poisson);
         let lambda_pa = 2.0 * mu_pa * poisson / (1.0 - 2.0 * poisson);
         Ok(Moduli { mu_pa, lambda_pa, volume, band })
-    }
-}
-
-/// What a law gives at a gradient.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Answer {
-    /// Energy a volume \[J/m^3\].
-    pub energy: f64,
-    /// Its derivative by the gradient \[Pa\].
-    pub stress: Matrix3<f64>,
-    /// Its second derivative \[Pa\].
-    pub tangent: Tangent,
-}
-
-impl Law {
-    /// The law at a deformation gradient.
-    ///
-    /// # Errors
-    /// Moduli out of their range.
-    pub fn at(self, gradient: &Matrix3<f64>) -> Result<Answer> {
-        let moduli = self.moduli()?;
-        let stretches = Stretches::of(gradient);
-        let Response { energy, slope, .. } = moduli.response(stretches.values);
-        let stress = stretches.with(slope);
-        Ok(Answer { energy, stress, tangent: Tangent::new(&moduli, stretches) })
     }
 }
 

@@ -26,12 +26,12 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::elastic::Elastic;
 use super::vectors::{dot, minus, norm, plus};
-pub use chaincell_host::bake::tissue::shape::{Half, Shape, volume_m3};
+pub use chaincell_host::bake::tissue::shape::{Shape, volume_m3};
 use chaincell_host::error::{Error, Result};
 use chaincell_kernel::Model;
 use chaincell_kernel::image::LAW_TRACE;
 use law::Moduli;
-pub use law::{Answer, BAND_FROM, BAND_WEIGHT, Law, Tangent, Volume};
+pub use law::{BAND_FROM, Law, Tangent, Volume};
 use stretches::Stretches;
 
 /// Beta: the part of the shape's stiffness that acts on tetrahedra.

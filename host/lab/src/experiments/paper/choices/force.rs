@@ -3,7 +3,7 @@
 use chaincell_kernel::Unloading;
 use serde::Serialize;
 
-use super::measure::press;
+use super::{PRESS_TIME, press};
 use crate::experiments::paper::body::{Body, Source, Tool};
 use crate::reference::vectors::dot;
 use chaincell_host::error::Result;
@@ -68,7 +68,7 @@ fn under_way(body: &Body, state: &str, depth_m: f64, step: f64) -> Result<Readin
     let at = tool.positions();
     let before = tool.links().energy(&at);
     // The next tick of the same press.
-    let further_m = depth_m * step / super::measure::PRESS_TIME;
+    let further_m = depth_m * step / PRESS_TIME;
     tool.press(depth_m + further_m)?;
     let next = tool.positions();
     let slope = (tool.links().energy(&next) - before) * energy_unit_j / further_m;

@@ -1,16 +1,14 @@
-//! Choices that the paper leaves open: what was chosen, what else was tried, what it changes.
+//! Choices that the paper leaves open: saturation and resistance, what the force is, the current
+//! source.
 
 mod current;
 mod force;
-mod map;
-mod measure;
 mod words;
 
 use serde::Serialize;
 use serde_json::json;
 
-use super::body::{Body, Source};
-use super::mechanics::ALPHAS;
+use super::body::{Body, Source, Tool};
 use super::section::{Context, Numbers, Section};
 use crate::charts::plot::{Axis, Chart, Figure, Style};
 use crate::experiments::report::tables::csv;
@@ -18,13 +16,13 @@ use chaincell_host::bake::BakeOptions;
 use chaincell_host::error::Result;
 use current::Yield;
 use force::Readings;
-use map::Softness;
-use measure::{Measures, measure, press};
 
 /// Depth of the press \[m\].
 const DEPTH_M: f64 = 0.05;
-/// Steps of `euler`, of the proven bound; the last is the default.
-const STEPS: [f64; 3] = [0.25, 0.5, 0.9];
+/// Step of `euler`, of the proven bound: the default.
+const STEP: f64 = 0.9;
+/// Network time of a press [dimensionless time].
+const PRESS_TIME: f64 = 30.0;
 /// K, of the largest coordinate at rest; the last but one is the default.
 const SATURATIONS: [f64; 4] = [2.0, 3.0, 4.0, 8.0];
 /// Half the width of the plane: its largest coordinate at rest \[m\].
@@ -34,20 +32,6 @@ const HAIR: f64 = 1e-6;
 const RESISTANCES: [f64; 4] = [0.5, 1.0, 2.0, 4.0];
 /// A depth beyond the smallest K \[m\].
 const BEYOND_M: f64 = 0.25;
-/// Half-widths of the map from stiffness to alpha.
-const MAP: [f64; 11] = [0.0, 0.0025, 0.005, 0.01, 0.02, 0.03, 0.05, 0.07, 0.1, 0.15, 0.2];
-
-/// The measures under one choice.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-struct Tried {
-    /// The choice: `step`, `alpha`.
-    choice: &'static str,
-    /// Its value.
-    value: f64,
-    /// Whether the others are compared with it.
-    chosen: bool,
-    measures: Measures,
-}
 
 /// A run under one K and `R_x`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -62,50 +46,42 @@ struct Range {
 
 /// Everything that is told.
 struct Results {
-    tried: Vec<Tried>,
     within: Vec<Range>,
     beyond: Vec<Range>,
     readings: Vec<Readings>,
-    softness: Vec<Softness>,
     yields: Vec<Yield>,
-}
-
-fn step_of(body: &Body, part: f64) -> Result<f64> {
-    Ok(part * f64::from(body.model()?.step_max()))
 }
 
 impl Results {
     fn run() -> Result<Self> {
         let plane = Source::plane()?;
         let body = plane.with_alpha(0.0)?;
-        let default = step_of(&body, STEPS[2])?;
-        let mut tried = Vec::new();
-        for value in STEPS {
-            let measures = measure(&body, DEPTH_M, step_of(&body, value)?)?;
-            tried.push(Tried { choice: "step", value, chosen: value == STEPS[2], measures });
-        }
-        for value in ALPHAS {
-            let measures = measure(&plane.with_alpha(value)?, DEPTH_M, default)?;
-            tried.push(Tried { choice: "alpha", value, chosen: value == ALPHAS[0], measures });
-        }
+        let step = STEP * f64::from(body.model()?.step_max());
         let both = |depth_m: f64| -> Result<Vec<Range>> {
             let ks = SATURATIONS.map(|k| (k, RESISTANCES[1]));
             let rs = RESISTANCES
                 .map(|r_x| (if depth_m > DEPTH_M { SATURATIONS[0] } else { SATURATIONS[2] }, r_x));
-            ks.into_iter()
-                .chain(rs)
-                .map(|(k, r_x)| range(&plane, k, r_x, depth_m, default))
-                .collect()
+            ks.into_iter().chain(rs).map(|(k, r_x)| range(&plane, k, r_x, depth_m, step)).collect()
         };
         Ok(Self {
-            tried,
             within: both(DEPTH_M)?,
             beyond: both(BEYOND_M)?,
-            readings: force::readings(&body, DEPTH_M, default)?,
-            softness: map::softness(&plane, &MAP)?,
+            readings: force::readings(&body, DEPTH_M, step)?,
             yields: current::yields(&plane)?,
         })
     }
+}
+
+/// A press to `depth_m` in a fixed network time with Euler steps of about `step`: the tool at its
+/// end, with the last force \[N\].
+fn press(body: &Body, depth_m: f64, step: f64) -> Result<(Tool<'_>, f64)> {
+    let ticks = (PRESS_TIME / step).ceil();
+    let mut tool = body.in_time(PRESS_TIME / ticks)?;
+    let mut force_n = 0.0;
+    for tick in 1..=ticks as u32 {
+        force_n = tool.press(depth_m * f64::from(tick) / ticks)?;
+    }
+    Ok((tool, force_n))
 }
 
 /// A press of the plane with Euler steps of `step` under a saturation and a resistance.
@@ -125,42 +101,28 @@ fn range(plane: &Source, k_of_largest: f64, r_x: f64, depth_m: f64, step: f64) -
 pub fn section(_: &Context) -> Result<Section> {
     let found = Results::run()?;
     let numbers = [
-        ("paper_choices", csv(&found.tried)),
         ("paper_choices_range", csv(&[found.within.as_slice(), &found.beyond].concat())),
         ("paper_choices_force", csv(&found.readings)),
-        ("paper_choices_softness", csv(&found.softness)),
         ("paper_choices_current", csv(&found.yields)),
     ];
     Ok(Section {
         key: "choices",
         title: "Choices the paper leaves open".into(),
         text: words::text(&found),
-        figures: figures(&found)?,
+        figures: vec![figure(&found)?],
         tables: words::tables(&found),
         numbers: numbers.map(|(name, csv)| Numbers { name: name.into(), csv }).into(),
         json: json!({
             "depth_m": DEPTH_M,
-            "tried": found.tried,
             "within_range": found.within,
             "beyond_range": found.beyond,
             "force_readings": found.readings,
-            "softness": found.softness,
             "current": found.yields,
         }),
     })
 }
 
-fn figures(found: &Results) -> Result<Vec<Figure>> {
-    let axes = (
-        Axis::linear("alpha [rest lengths]"),
-        Axis::linear("stiffness that gives the same force [k]"),
-    );
-    let mut map = Chart::new("Which alpha feels like which stiffness (plane)", axes.0, axes.1);
-    for depth_m in map::depths(&found.softness) {
-        let at_depth = found.softness.iter().filter(|at| at.depth_m == depth_m);
-        let points: Vec<[f64; 2]> = at_depth.map(|at| [at.alpha, at.stiffness_ratio]).collect();
-        map = map.series(&format!("at {:.0} mm", 1e3 * depth_m), Style::MarkedLine, &points);
-    }
+fn figure(found: &Results) -> Result<Figure> {
     let axes =
         (Axis::log10("input displacement [mm]"), Axis::log10("displacement of the cell [mm]"));
     let mut current =
@@ -174,20 +136,12 @@ fn figures(found: &Results) -> Result<Vec<Figure>> {
     }
     let same = [1.0, 100.0].map(|mm| [mm, mm]);
     let current = current.series("prescribed", Style::Dashed, &same);
-    Ok(vec![
-        Figure::new(
-            "paper_choices_softness",
-            "The stiffness of links without a band that gives the same settled force as a band of \
-             alpha, over the stiffness in use: another curve for every depth.",
-            map.draw()?,
-        ),
-        Figure::new(
-            "paper_choices_current",
-            "Where the contact cell settles when the input displacement is its current source, \
-             beside the prescribed position.",
-            current.draw()?,
-        ),
-    ])
+    Ok(Figure::new(
+        "paper_choices_current",
+        "Where the contact cell settles when the input displacement is its current source, beside \
+         the prescribed position.",
+        current.draw()?,
+    ))
 }
 
 #[cfg(test)]

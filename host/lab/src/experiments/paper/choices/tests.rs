@@ -3,7 +3,7 @@ use super::*;
 #[test]
 fn the_section_holds_in_the_quick_context() {
     let section = section(&Context { quick: true, reference: None }).unwrap();
-    assert_eq!((section.figures.len(), section.tables.len(), section.numbers.len()), (2, 4, 5));
+    assert_eq!((section.figures.len(), section.tables.len(), section.numbers.len()), (1, 3, 3));
     assert!(section.figures.iter().all(|figure| figure.picture.left_out == 0));
     assert!(section.numbers.iter().all(|numbers| numbers.csv.lines().count() > 3));
 }
@@ -17,10 +17,6 @@ fn saturation_acts_only_when_it_is_reached() {
     assert!(at(2.0).force_n < 0.9 * at(8.0).force_n, "{:?}", found.beyond);
     assert_eq!(at(4.0).state_hash, at(8.0).state_hash);
     forces_agree_where_they_must(&found);
-    // The same force at a small and a large depth takes quite another alpha.
-    let alpha = |depth_m: f64| map::alpha_for(&found.softness, depth_m, 0.5).unwrap();
-    let depths = map::depths(&found.softness);
-    assert!(alpha(depths[4]) > 5.0 * alpha(depths[0]));
     // Stiffness that all links share does not move the cell, only the force.
     for at in found.yields.iter().filter(|at| at.alpha == 0.0) {
         let soft = found.yields.iter().find(|soft| soft.input_m == at.input_m).unwrap();

@@ -1,23 +1,15 @@
 //! What the choices change, in sentences and tables.
 
-use super::map::{alpha_for, depths};
-use super::measure::change;
-use super::{DEPTH_M, Range, Results, SATURATIONS, Tried};
+use super::{DEPTH_M, PRESS_TIME, Range, Results, SATURATIONS};
 use crate::experiments::report::tables::{Table, percent};
 
 fn signed(fraction: f64) -> String {
     format!("{}{} %", if fraction > 0.0 { "+" } else { "" }, percent(fraction))
 }
 
-/// How a choice changes force, profile and relaxation against the chosen one.
-fn changes(found: &Results, row: &Tried) -> [f64; 3] {
-    let same = found.tried.iter().find(|other| other.choice == row.choice && other.chosen);
-    let (base, now) = (same.unwrap_or(&found.tried[0]).measures, row.measures);
-    [
-        change(base.force_n, now.force_n),
-        change(base.profile, now.profile),
-        change(base.relaxation_s, now.relaxation_s),
-    ]
+/// Relative change of a figure.
+fn change(from: f64, to: f64) -> f64 {
+    to / from - 1.0
 }
 
 /// How many states a set of runs ends in.
@@ -37,16 +29,10 @@ fn spread(ranges: &[Range]) -> f64 {
 
 /// The paragraphs.
 pub fn text(found: &Results) -> Vec<String> {
-    vec![sensitivity(found), force(found), map(found), current(found)]
+    vec![range(found), force(found), current(found)]
 }
 
-fn sensitivity(found: &Results) -> String {
-    let largest = |choice: &str| {
-        let rows = found.tried.iter().filter(|row| row.choice == choice);
-        rows.fold(0.0, |largest: f64, row| {
-            changes(found, row).iter().fold(largest, |largest, change| largest.max(change.abs()))
-        })
-    };
+fn range(found: &Results) -> String {
     let leaks: Vec<Range> =
         found.beyond.iter().filter(|range| range.k_of_largest == SATURATIONS[0]).cloned().collect();
     let same = match hashes(&found.within) {
@@ -54,15 +40,12 @@ fn sensitivity(found: &Results) -> String {
         count => format!("there are {count} different state hashes"),
     };
     format!(
-        "The plane with 8 neighbours, alpha 0, its centre pressed by {} mm in network time 30. The \
-         step h changes nothing by more than {} %: below the proven bound it is a matter of \
-         accuracy alone. alpha changes most, up to {} %. K from 2 to 8 times the largest coordinate \
-         and R_x from 0.5 to 4: in the linear range {same}. Pressed to {} mm, beyond the smallest K, \
-         the output of the held cell stays at K and the force differs by up to {} %. R_x \
-         {} there: its leak pulls on free cells beyond K, and the press takes {} there.",
+        "The plane with 8 neighbours, alpha 0, its centre pressed by {} mm in network time \
+         {PRESS_TIME}. K from 2 to 8 times the largest coordinate and R_x from 0.5 to 4: in the \
+         linear range {same}. Pressed to {} mm, beyond the smallest K, the output of the held cell \
+         stays at K and the force differs by up to {} %. R_x {} there: its leak pulls on free cells \
+         beyond K, and the press takes {} there.",
         1e3 * DEPTH_M,
-        percent(largest("step")),
-        percent(largest("alpha")),
         found.beyond.first().map_or(0.0, |range| 1e3 * range.depth_m),
         percent(spread(&found.beyond)),
         if hashes(&leaks) == 1 { "changes no bit" } else { "changes the state" },
@@ -89,26 +72,6 @@ fn force(found: &Results) -> String {
         differ(|row| row.one_cell_n),
         differ(|row| row.fixed_n),
         differ(|row| row.energy_slope_n),
-    )
-}
-
-fn map(found: &Results) -> String {
-    let half: Vec<String> = depths(&found.softness)
-        .into_iter()
-        .map(|depth_m| {
-            let alpha = alpha_for(&found.softness, depth_m, 0.5);
-            let alpha = alpha.map_or_else(|| "none".to_owned(), |alpha| format!("{alpha:.3}"));
-            format!("{alpha} at {:.0} mm", 1e3 * depth_m)
-        })
-        .collect();
-    format!(
-        "The paper sets alpha by the spring stiffness k, softer being wider, and gives no map. \
-         Without a band the settled force is proportional to k, so a band feels like that k whose \
-         force it gives. Half the stiffness is alpha {}: there is no map that holds for more than \
-         one depth. Within the slack every alpha feels like k = 0, and far beyond it like the k of \
-         its links. So alpha is kept what it is, a slack, with 0 as default, and the stiffness is a \
-         weight of the links.",
-        half.join(", ")
     )
 }
 
@@ -140,28 +103,10 @@ fn current(found: &Results) -> String {
 /// The tables with their captions.
 pub fn tables(found: &Results) -> Vec<(String, Table)> {
     vec![
-        ("What the choices change: end of the press, profile, relaxation".into(), tried(found)),
         ("K and R_x: within the linear range, and pressed beyond K".into(), ranges(found)),
         ("Readings of the force [N]".into(), readings(found)),
         ("The input displacement as current source".into(), yields(found)),
     ]
-}
-
-fn tried(found: &Results) -> Table {
-    let is_step = |row: &Tried| row.choice == "step";
-    Table::of(&found.tried)
-        .column("choice", |row| if is_step(row) { "step h" } else { row.choice })
-        .column("value", |row| {
-            format!("{}{}", row.value, if is_step(row) { " of the bound" } else { "" })
-        })
-        .column("force at the end [N]", |row| format!("{:.4}", row.measures.force_n))
-        .column("profile off a straight line", |row| format!("{:.4}", row.measures.profile))
-        .column("relaxation to 1/e [s]", |row| format!("{:.4}", row.measures.relaxation_s))
-        .column("changes", |row| match row.chosen {
-            true => "chosen".to_owned(),
-            false => changes(found, row).map(signed).join(", "),
-        })
-        .table()
 }
 
 fn ranges(found: &Results) -> Table {

@@ -3,7 +3,6 @@
 use serde::Serialize;
 
 use crate::experiments::paper::body::Felt;
-use crate::experiments::report::growth::slope;
 
 /// Part of the range over which the stiffness at its start and end is taken.
 const END: f64 = 0.2;
@@ -72,6 +71,16 @@ pub fn shape(curve: &[Felt], none_n: f64) -> Shape {
     }
 }
 
+/// Slope of the least-squares line through points; 0 for fewer than two.
+fn slope(points: &[[f64; 2]]) -> f64 {
+    let n = points.len() as f64;
+    let mean = |at: usize| points.iter().map(|p| p[at]).sum::<f64>() / n;
+    let (x, y) = (mean(0), mean(1));
+    let product = points.iter().map(|p| (p[0] - x) * (p[1] - y)).sum::<f64>();
+    let square = points.iter().map(|p| (p[0] - x).powi(2)).sum::<f64>();
+    if square > 0.0 { product / square } else { 0.0 }
+}
+
 /// Work along a curve of displacement \[m\] and force \[N\], by trapezoids \[J\]; negative on the
 /// way back.
 #[must_use]
@@ -105,6 +114,12 @@ mod tests {
         assert!(never.slack_m == 0.1 && never.force_max_n == 0.0);
         let snap = shape(&curve(|d| if d < 0.05 { d } else { d - 0.04 }), 1e-9);
         assert_eq!((snap.snaps, snap.depth_at_max_m), (1, 0.1));
+    }
+
+    #[test]
+    fn the_slope_of_a_line_with_noise() {
+        let points = [[0.0, 1.1], [1.0, 2.9], [2.0, 5.1], [3.0, 6.9]];
+        assert!((slope(&points) - 1.96).abs() < 1e-12);
     }
 
     #[test]

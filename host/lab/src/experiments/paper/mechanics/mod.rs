@@ -11,8 +11,7 @@ use serde_json::{Value, json};
 
 pub use compression::{Compression, Loop, at_speed, compress, there_and_back};
 pub use curve::Shape;
-pub use prony::{Prony, fit};
-pub use relaxation::{Relaxation, exact, interpolate, jump_n, relax};
+pub use relaxation::{Relaxation, exact, interpolate, relax};
 
 use super::body::{Body, Source};
 use super::section::{Context, Section};

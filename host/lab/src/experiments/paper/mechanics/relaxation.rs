@@ -59,7 +59,7 @@ pub fn jump_n(body: &Body, depth_m: f64) -> Result<f64> {
 /// the time constant.
 ///
 /// # Errors
-/// As [`Tool::press`](crate::experiments::paper::body::Tool::press) and [`fit`].
+/// As [`Tool::press`](crate::experiments::paper::body::Tool::press) and the fit of a series.
 pub fn relax(body: &Body, depth_m: f64, seconds: f64, time_constant_s: f64) -> Result<Relaxation> {
     let mut tool = body.in_time(TICK_S / time_constant_s)?;
     let ticks = (seconds / TICK_S).round() as u32;

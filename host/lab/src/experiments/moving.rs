@@ -8,6 +8,11 @@ use chaincell_host::error::{Error, Result};
 use chaincell_kernel::{Flags, Model, Network, Settings, ToolPose, Unloading};
 use nalgebra::Vector3;
 
+/// Young's modulus of a liver \[Pa\].
+pub const YOUNG_PA: f64 = 5000.0;
+/// Its Poisson's ratio.
+pub const POISSON: f64 = 0.45;
+
 /// How far the force of a number of sweeps a tick is off, in shares of the reference's largest.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MovingRow {
@@ -111,5 +116,34 @@ fn slide(poses: &mut [Pose], aside_m: f64) {
         // The hold is from 0.4 of the ticks to 0.75.
         let share = ((tick as f64 / count as f64 - 0.4) / 0.35).clamp(0.0, 1.0);
         pose.position_m = (at(pose) + aside_m * share * aside).cast::<f32>().into();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use chaincell_host::bake::tissue::Tissue;
+    use chaincell_host::bake::{BakeOptions, PerCell, ProbeContact, bake};
+    use chaincell_host::mesh::{MeshOptions, load};
+    use chaincell_kernel::ToolPart;
+
+    use super::*;
+
+    /// What a budget leaves under load: one sweep a tick, under a tool that moves.
+    #[test]
+    fn one_sweep_holds_the_force_of_a_moving_tool() {
+        let tissue = Tissue::new(PerCell::Uniform(YOUNG_PA), PerCell::Uniform(POISSON));
+        let probe_contact = ProbeContact::Surface;
+        let options = BakeOptions { tissue: Some(tissue), probe_contact, ..BakeOptions::default() };
+        let mesh = load("organ:600", &MeshOptions::default()).unwrap();
+        let image = bake(&mesh, &mesh.default_fixed, &options).unwrap();
+        for way in [(0.043, 0.0, 1000), (0.02, 0.0, 500)] {
+            let tools = vec![vec![ToolPart::sphere(0.012)]];
+            let contact = Contact::Tools { tools, friction: 0.0 };
+            let moving = Moving::press(&image, contact, way, 24).unwrap();
+            let (one, two) = (moving.row(1).unwrap(), moving.row(2).unwrap());
+            println!("{way:?}: {:.3} N, {one:?}, {two:?}", moving.peak_n());
+            assert!(one.median < 0.02 && one.p90 < 0.10, "{way:?}: {one:?}");
+            assert!(two.median < 0.005 && two.p90 < 0.03, "{way:?}: {two:?}");
+        }
     }
 }
