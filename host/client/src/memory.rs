@@ -15,8 +15,8 @@ pub(crate) const FOLDER: &str = "/dev/shm";
 /// What joining a scene takes at most \[bytes\].
 pub(crate) const JOIN_BYTES: u64 = 256 << 10;
 /// What a server takes at most before the states, and its clients beside it \[bytes\].
-pub(crate) const SERVER_BYTES: u64 = 8 << 20;
-/// What a controller of either version and some viewers take at most \[bytes\].
+pub(crate) const SERVER_BYTES: u64 = 6 << 20;
+/// What a controller and some viewers take at most \[bytes\].
 pub(crate) const CLIENTS_BYTES: u64 = 4 << 20;
 /// Files that a program opens to join a scene.
 pub(crate) const JOIN_FILES: u64 = 32;

@@ -75,11 +75,13 @@ fn poses_that_come_late_are_counted_recorded_and_replayed() {
 }
 
 #[test]
-fn poses_without_a_time_are_bounded() {
+fn other_clocks_and_poses_without_a_time_are_bounded() {
     let _turn = turn();
     let auto = ["--delay-ticks", "auto"];
-    let delays = session("delay-zero", &auto, |place| press(place, None));
-    assert!(delays.iter().all(|&delay| delay == Some(16)), "{delays:?}");
+    for (name, age_ns) in [("delay-zero", None), ("delay-old", Some(5_000 * MILLISECOND_NS))] {
+        let delays = session(name, &auto, |place| press(place, age_ns));
+        assert!(delays.iter().all(|&delay| delay == Some(16)), "{delays:?}");
+    }
 }
 
 #[test]

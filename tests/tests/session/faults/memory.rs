@@ -114,7 +114,7 @@ fn a_server_is_ready_only_where_others_can_join() {
         text(&path)
     );
     let mut ready = 0;
-    for kilobytes in [8400, 9216, 10_240, 11_264, 12_288] {
+    for kilobytes in [6400, 7168, 8192, 9216, 10_240] {
         let Some(ended) = with_memory("joins", kilobytes, &lines) else { return };
         match ended.out.split_whitespace().collect::<Vec<_>>()[..] {
             ["0", "0", "130"] => ready += 1,
