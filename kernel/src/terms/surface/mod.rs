@@ -15,8 +15,8 @@
 //! a sphere is 2 to 14 % low from R = 2 h on, within 17 % from h on, and below that known only to 30 %
 //! (`contact_force`, an example of the laboratory).
 //!
-//! **The theorem.** Half the squared distance to a set, here the outside of a part, curves upwards by at most
-//! 1. So E_c curves by at most the sum of `k_q` `A_q'` `A_q`, whose row sums are `k_q` `A_q`: the cells'
+//! **The theorem.** Half the squared distance to a set, here the outside of a part, curves upwards by at
+//! most 1. So E_c curves by at most the sum of `k_q` `A_q'` `A_q`, whose row sums are `k_q` `A_q`: the cells'
 //! bounds W grow by a third of the stiffness of each of their triangles in reach, and every certificate of a
 //! scheme holds with that W. A tool of several parts is the sum of their terms: where parts overlap, each
 //! presses.
