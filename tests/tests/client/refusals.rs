@@ -136,6 +136,8 @@ fn a_pose_that_is_none_is_not_sent_and_the_session_goes_on() {
     let last = press(&mut client, 0..=20).pop().unwrap();
     let bad = ToolPose { position_m: [0.0, f32::NAN, 0.0].into(), ..pose(21) };
     says(&client.step(&[bad], 0).unwrap_err(), Kind::Pose, &["tool 0", "not finite", "metres"]);
+    let half = ToolPose { engaged: 2, ..pose(21) };
+    says(&client.send(&[half]).unwrap_err(), Kind::Pose, &["tool 0", "`engaged`", "give 1"]);
     says(&client.send(&[pose(21), bad]).unwrap_err(), Kind::Pose, &["tool 1"]);
     says(&client.step(&[], 0).unwrap_err(), Kind::Pose, &["1 to 8"]);
     let next = answered(&mut client, &[pose(21)]);

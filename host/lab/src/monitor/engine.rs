@@ -126,13 +126,19 @@ impl<'m> Monitor<'m> {
         sample: &ToolPose,
         sweeps: Option<u16>,
     ) -> TickOutput {
-        let start_j = self.start_j.unwrap_or_else(|| {
+        let known_j = self.start_j;
+        let mut start_j = known_j.unwrap_or_else(|| {
             let start_j = self.energy(&engine.positions(), false).energy;
             self.checks.start(start_j);
             start_j
         });
-        self.start_j = Some(start_j);
         let output = engine.tick_by(&[*sample], Budget::again(sweeps));
+        // The rotations and shapes that the kernel keeps may store more than the nearest ones: the first
+        // level bounds it.
+        if known_j.is_none() && !matches!(self.exact, Exact::Links(_)) {
+            start_j = start_j.max(output.energy_j.into());
+        }
+        self.start_j = Some(start_j);
         self.answer(engine, &output);
         let closed = output.flags.contains(Flags::BAND_CLOSED);
         let positions = engine.positions();
