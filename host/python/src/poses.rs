@@ -38,7 +38,9 @@ impl Tick {
     /// Of a pose, or an array of them, and whether each is engaged.
     pub(crate) fn of(pose: &Bound<'_, PyAny>, engaged: &Engaged<'_>) -> PyResult<Self> {
         if let (Some(position_m), &Engaged::All(engaged)) = (plain(pose), engaged) {
-            let poses = vec![checked(ToolPose::at(position_m.into(), engaged.into()), &|| "the pose".into())?];
+            let poses = vec![checked(ToolPose::at(position_m.into(), engaged.into()), &|| {
+                "the pose".into()
+            })?];
             return Ok(Self { poses, is_several: false });
         }
         let given = parts(pose)?;
