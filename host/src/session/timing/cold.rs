@@ -1,5 +1,5 @@
-//! Steps from the worst state with cold caches: every link out of its band, and nothing of the
-//! body left in any cache.
+//! Times steps from the worst state with cold caches: every link is out of its band, and no data of the
+//! body is in any cache.
 
 use std::time::Instant;
 
@@ -12,9 +12,9 @@ use crate::interrupt;
 use crate::session::timing::histogram::{Latencies, Summary};
 use crate::terminal;
 
-/// Factor of the positions at rest.
+/// Factor on the rest positions.
 const SCALE: f32 = 1.5;
-/// Taken where the system does not tell the size of its last-level cache \[bytes\].
+/// Size assumed if the system does not report its last-level cache \[bytes\].
 const CACHE_BYTES: usize = 32 << 20;
 /// Bytes of a cache line.
 const LINE: usize = 64;
@@ -23,7 +23,7 @@ const LINE: usize = 64;
 pub struct ColdSteps {
     /// Step times.
     pub step: Summary,
-    /// Read between two steps: twice the last-level cache \[bytes\].
+    /// Data read between two steps, twice the last-level cache \[bytes\].
     pub streamed_bytes: usize,
 }
 
@@ -31,7 +31,7 @@ pub struct ColdSteps {
 /// reading twice the last-level cache.
 ///
 /// # Errors
-/// The user's wish to stop.
+/// The user's request to stop.
 pub fn measure(engine: &mut Engine<'_>, ticks: u64) -> Result<ColdSteps> {
     let model = *engine.network().model();
     let scaled = |cell| model.rest_position(cell).map(|x| SCALE * x);
@@ -57,7 +57,7 @@ pub fn measure(engine: &mut Engine<'_>, ticks: u64) -> Result<ColdSteps> {
     Ok(ColdSteps { step: times.summary(), streamed_bytes: stream.len() })
 }
 
-/// Size of the last-level cache as Linux tells it \[bytes\].
+/// Returns the size of the last-level cache that Linux reports, or else a default \[bytes\].
 pub fn last_level_cache_bytes() -> usize {
     let size = |index: u32| {
         let path = format!("/sys/devices/system/cpu/cpu0/cache/index{index}/size");

@@ -1,4 +1,4 @@
-//! Latencies: recorded without allocating, told as percentiles.
+//! Latencies: recorded without allocation, reported as percentiles.
 
 use std::time::Instant;
 
@@ -8,19 +8,19 @@ use serde::{Deserialize, Serialize};
 use crate::error::{Error, Result};
 use crate::session::timing::spans::Spans;
 
-/// Longest span told apart \[ns\]; longer ones count as this long, but for the largest of all.
+/// Upper bound of the histogram \[ns\]: longer spans count as this long, except in the maximum.
 const LONGEST_NS: u64 = 60_000_000_000;
 /// Significant decimal digits of a percentile.
 const DIGITS: u8 = 3;
 
-/// A set of spans in nanoseconds, of fixed size whatever is recorded.
+/// A set of spans in nanoseconds, in memory of fixed size.
 #[derive(Debug, Clone)]
 pub struct Latencies {
     spans: Histogram<u64>,
     max_ns: u64,
 }
 
-/// The spans' percentiles \[ns\]; all 0 when nothing was recorded.
+/// Percentiles of the spans \[ns\]; all are 0 if nothing was recorded.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Summary {
     /// Median.
@@ -36,7 +36,7 @@ pub struct Summary {
 }
 
 impl Summary {
-    /// The percentiles in a line \[us\].
+    /// Returns the percentiles in one line \[us\].
     #[must_use]
     pub fn in_us(&self) -> String {
         let us = |ns: u64| ns as f64 * 1e-3;
@@ -52,20 +52,20 @@ impl Summary {
 }
 
 impl Latencies {
-    /// An empty set, with all the memory it will ever need.
+    /// Creates an empty set, and allocates all the memory that it needs.
     pub fn new() -> Result<Self> {
         let spans = Histogram::new_with_bounds(1, LONGEST_NS, DIGITS)
             .map_err(|why| Error::check(format!("cannot set up a latency histogram: {why}")))?;
         Ok(Self { spans, max_ns: 0 })
     }
 
-    /// Records one span. Allocates nothing.
+    /// Records a span. Does not allocate.
     pub fn record(&mut self, span_ns: u64) {
         self.spans.saturating_record(span_ns);
         self.max_ns = self.max_ns.max(span_ns);
     }
 
-    /// Does `work` and records how long it took.
+    /// Runs `work` and records its duration.
     pub fn time<T>(&mut self, work: impl FnOnce() -> T) -> T {
         let start = Instant::now();
         let done = work();
@@ -79,7 +79,7 @@ impl Latencies {
         self.spans.len()
     }
 
-    /// The spans in buckets, to three significant digits. Allocates: for the end of a run.
+    /// Returns the spans in buckets, to three significant digits. Allocates, so call it at the end of a run.
     #[must_use]
     pub fn spans(&self) -> Spans {
         if self.spans.is_empty() {
@@ -98,13 +98,13 @@ impl Latencies {
         spans
     }
 
-    /// The span that this share is at most as long as, 0 to 1; to three significant digits.
+    /// Returns the quantile of `share`, 0 to 1, to three significant digits.
     #[must_use]
     pub fn at(&self, share: f64) -> u64 {
         self.spans.value_at_quantile(share).min(self.max_ns)
     }
 
-    /// The percentiles, to three significant digits; the maximum is exact.
+    /// Returns the percentiles, to three significant digits; the maximum is exact.
     #[must_use]
     pub fn summary(&self) -> Summary {
         Summary {

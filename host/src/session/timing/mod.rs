@@ -1,4 +1,4 @@
-//! Time: the clock, spans and their percentiles, steps with cold caches.
+//! Time: the clock, spans and their percentiles, and steps with cold caches.
 
 pub use chaincell_client::clock;
 

@@ -1,13 +1,14 @@
-//! Histograms of latencies in buckets of a microsecond, as `cyclictest` prints them.
+//! Latency histograms with buckets of one microsecond, like those of `cyclictest`.
 
 use serde::{Deserialize, Serialize};
 
-/// From here on buckets widen: 16 to each doubling \[us\].
+/// Buckets are wider from here on: 16 per doubling \[us\].
 const FINE_US: u64 = 1024;
-/// Wider buckets to a doubling, as a power of two.
+/// Base-2 logarithm of the number of wider buckets per doubling.
 const PER_DOUBLING_LOG2: u32 = 4;
 
-/// Lower bound of the bucket of a span \[us\]: whole microseconds below 1,024, 6 % beyond.
+/// Returns the lower bound of the bucket of a span \[us\]. Buckets are 1 us wide below 1,024 us, and at most
+/// 6 % of their lower bound beyond.
 #[must_use]
 pub fn bucket_from_us(span_ns: u64) -> u64 {
     let span_us = span_ns / 1000;
@@ -15,13 +16,13 @@ pub fn bucket_from_us(span_ns: u64) -> u64 {
     span_us / width * width
 }
 
-/// Width of the bucket that a span lies in \[us\].
+/// Returns the width of the bucket that contains a span \[us\].
 #[must_use]
 pub fn width_us(span_us: u64) -> u64 {
     if span_us < FINE_US { 1 } else { 1 << (span_us.ilog2() - PER_DOUBLING_LOG2) }
 }
 
-/// Spans of one kind: how many, the extremes, the mean, and the buckets that hold any.
+/// Spans of one kind: their number, extremes, mean, and the buckets that are not empty.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Spans {
     /// The longest \[ns\].
@@ -32,13 +33,12 @@ pub struct Spans {
     pub min_ns: u64,
     /// Number of spans.
     pub count: u64,
-    /// Lower bound \[us\] and count of each bucket that holds any, ascending; see
-    /// [`bucket_from_us`].
+    /// Lower bound \[us\] and count of each bucket that is not empty, ascending; see [`bucket_from_us`].
     pub buckets: Vec<(u64, u64)>,
 }
 
 impl Spans {
-    /// Counts further spans of a bucket that is not below the last one.
+    /// Adds `count` spans; their bucket must not be below the last one.
     pub(crate) fn push(&mut self, span_ns: u64, count: u64) {
         let from_us = bucket_from_us(span_ns);
         match self.buckets.last_mut() {
@@ -48,7 +48,7 @@ impl Spans {
         self.count += count;
     }
 
-    /// These and those together.
+    /// Returns the spans of both.
     #[must_use]
     pub fn and(&self, other: &Self) -> Self {
         let count = self.count + other.count;
@@ -68,7 +68,7 @@ impl Spans {
         }
     }
 
-    /// Number of spans in the bucket from a lower bound \[us\].
+    /// Returns the number of spans in the bucket with this lower bound \[us\].
     #[must_use]
     pub fn at_us(&self, from_us: u64) -> u64 {
         let found = self.buckets.binary_search_by_key(&from_us, |bucket| bucket.0);
