@@ -1,5 +1,5 @@
-//! Commands, on the server's side: carried out between ticks, at most one every 10 ms; those of a flood
-//! overflow and stay without a reply.
+//! Commands on the server's side: executed between ticks, at most one every 10 ms. Further ones overflow and
+//! get no reply.
 
 pub use chaincell_client::command::{CommandClient, Refusal, SWEEPS_MAX, refusal_text};
 use chaincell_client::command::{Service, service};
@@ -13,9 +13,9 @@ use crate::session::ipc::payload::{CommandMessage, ReplyMessage};
 use crate::session::ipc::services::{Ipc, SceneServices, port_error};
 use crate::session::timing::clock::MILLISECOND_NS;
 
-/// Shortest span between two commands \[ns\].
+/// Shortest time between two commands \[ns\].
 const PERIOD_NS: u64 = 10 * MILLISECOND_NS;
-/// Span between looks for a command \[ns\].
+/// Time between checks for a command \[ns\].
 const LOOK_NS: u64 = MILLISECOND_NS;
 
 /// The server's side.
@@ -25,11 +25,11 @@ pub(crate) struct CommandServer {
     server: Server<Ipc, CommandMessage, (), ReplyMessage, ()>,
     look_ns: u64,
     failed: u64,
-    /// A command whose reply waits for a file.
+    /// A command that is answered once a file is written.
     waiting: Option<(Request, ReplyMessage)>,
 }
 
-/// A command with its way back.
+/// A received command, to which a reply can be sent.
 pub(crate) type Request = ActiveRequest<Ipc, CommandMessage, (), ReplyMessage, ()>;
 
 impl CommandServer {
@@ -44,13 +44,13 @@ impl CommandServer {
         Ok(Self { _service: service, server, look_ns: 0, failed: 0, waiting: None })
     }
 
-    /// Whether to look for a command now; where a pose may be waiting (`idle` is false) only after
-    /// a longer time without a look.
+    /// Returns true if it is time to check for a command; while a pose may be waiting (`idle` is false) only
+    /// after a longer time without a check.
     pub(crate) fn is_due(&self, now_ns: u64, idle: bool) -> bool {
         now_ns >= self.look_ns + if idle { 0 } else { PERIOD_NS }
     }
 
-    /// The next command, if any.
+    /// Returns the next command, if any.
     pub(crate) fn receive(&mut self, now_ns: u64) -> Option<Request> {
         self.look_ns = now_ns + LOOK_NS;
         match self.server.receive() {
@@ -65,7 +65,7 @@ impl CommandServer {
         }
     }
 
-    /// Replies to a command, at once or with [`Self::finish`].
+    /// Replies to a command at once, or later in [`Self::finish`].
     pub(crate) fn reply(&mut self, request: Request, reply: ReplyMessage, is_later: bool) {
         if is_later {
             self.waiting = Some((request, reply));
@@ -74,12 +74,12 @@ impl CommandServer {
         }
     }
 
-    /// Whether a command waits for its reply.
+    /// Returns true if the reply to a command is pending.
     pub(crate) fn waits(&self) -> bool {
         self.waiting.is_some()
     }
 
-    /// Sends the reply that waits: done, or refused after all.
+    /// Sends the pending reply: success, or the refusal.
     pub(crate) fn finish(&mut self, refusal: Option<Refusal>) {
         let Some((request, mut reply)) = self.waiting.take() else { return };
         if let Some(why) = refusal {

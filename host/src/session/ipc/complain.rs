@@ -1,6 +1,6 @@
-//! Faults that a loop counts and survives.
+//! Faults that a loop counts and continues after.
 
-/// Counts a fault, and logs the 1st, 2nd, 4th, 8th.. so that a flood stays readable.
+/// Counts a fault, and logs the 1st, 2nd, 4th, 8th and so on, which keeps the log short.
 pub(crate) fn complain(
     count: &mut u64,
     what: impl std::fmt::Display,

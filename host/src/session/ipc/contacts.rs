@@ -1,4 +1,5 @@
-//! Contacts for viewers: what each tool touches and how hard, beside the loop, at the pace of states.
+//! Contacts for viewers: position and forces of each contact of a tool, sent between ticks at the rate of
+//! states.
 
 use chaincell_kernel::ContactForce;
 
@@ -11,7 +12,7 @@ use crate::session::ipc::services::SceneServices;
 use crate::session::ipc::viewed::Feed;
 use crate::session::timing::clock::now_ns;
 
-/// The message of a contact of the tissue whose corner has this input id.
+/// Returns the message of a contact of the tissue; `node` is the input id of its corner.
 fn message(node: u32, contact: &ContactForce) -> Contact {
     Contact {
         tool: contact.tool.into(),
@@ -32,16 +33,16 @@ pub(crate) struct ContactPublisher {
 }
 
 impl ContactPublisher {
-    /// Sent at most `hz` times a second.
+    /// Opens a publisher that sends at most `hz` times per second.
     pub(crate) fn open(scene: &SceneServices, hz: u32) -> Result<Self> {
         let feed = Feed::open(scene, CONTACTS_MAX, hz)?;
         let mut contacts = Vec::new();
-        // Written once now: no page fault in the loop.
+        // Write every element now, to keep page faults out of the loop.
         contacts.resize(CONTACTS_MAX, Contact::default());
         Ok(Self { feed, contacts })
     }
 
-    /// Sends them. Allocates nothing of its own.
+    /// Sends the contacts. Does not allocate itself.
     pub(crate) fn send(&mut self, header: ContactsHeader, engine: &mut dyn TissueEngine) {
         let start_ns = now_ns();
         let found = &mut self.contacts;

@@ -1,4 +1,4 @@
-//! Shared memory: services, their names and owners, and what travels over them.
+//! Shared memory: services, their names and owners, and their messages.
 
 pub use chaincell_client::{names, payload, services};
 
@@ -15,11 +15,11 @@ pub mod state;
 pub mod tools;
 pub mod viewed;
 
-/// Opens a scene, unless the user asks to stop. From then on asking to stop also clears up what this
-/// process may hang in.
+/// Opens a scene, unless the user asks to stop. From then on a request to stop also removes leftovers of
+/// killed programs, on which this process might hang.
 ///
 /// # Errors
-/// Why it cannot be opened; the wish to stop.
+/// The reason why it cannot be opened; the request to stop.
 pub fn open(scene: Option<&str>, domain: &Domain) -> Result<SceneServices> {
     let scene = SceneServices::open_unless(scene, domain, interrupt::asked)?;
     let leftovers = scene.leftovers();

@@ -1,5 +1,5 @@
-//! When something is sent to viewers: between ticks, while nobody waits for an answer, if somebody
-//! reads and something is new, at most so many times a second.
+//! Rate limit of the data for viewers. It is sent between ticks while no pose waits for its answer, if there
+//! are a reader and new data, at most at a given rate.
 
 use std::fmt::Debug;
 
@@ -11,23 +11,23 @@ use crate::error::{Error, Result};
 use crate::session::ipc::services::Ipc;
 use crate::session::timing::clock::{MILLISECOND_NS, SECOND_NS};
 
-/// Most states a second, and contacts.
+/// Highest rate of states and of contacts \[Hz\].
 pub const STATE_HZ_MAX: u32 = 1000;
-/// Span between looks for readers \[ns\].
+/// Time between checks for readers \[ns\].
 const LOOK_NS: u64 = MILLISECOND_NS;
 
-/// The pace of what is sent to the readers of one service.
+/// Rate limit of one service.
 #[derive(Debug)]
 pub(crate) struct Pace {
     period_ns: u64,
     due_ns: u64,
-    /// Sum over the ids of the readers, which changes when one joins.
+    /// Sum of the readers' ids, which changes when one joins.
     readers: u128,
     new: bool,
 }
 
 impl Pace {
-    /// At most `hz` times a second.
+    /// Creates a limit of `hz` messages per second.
     ///
     /// # Errors
     /// A rate out of range.
@@ -40,34 +40,37 @@ impl Pace {
         Ok(Self { period_ns: SECOND_NS / u64::from(hz), due_ns: 0, readers: 0, new: true })
     }
 
-    /// There is something else than what was sent last.
+    /// Notes that there is new data.
     pub(crate) fn changed(&mut self) {
         self.new = true;
     }
 
-    /// It was sent.
+    /// Notes that the data was sent.
     pub(crate) fn sent(&mut self) {
         self.new = false;
     }
 
-    /// Whether to send now; where a pose may be waiting (`idle` is false) only once it is overdue by
-    /// a period.
+    /// Returns true if it is time to send. While a pose may be waiting (`idle` is false), the message has to
+    /// be overdue by a period.
     pub(crate) fn is_due<Element: Debug + ZeroCopySend, Header: Debug + ZeroCopySend>(
         &mut self,
         topic: &PortFactory<Ipc, [Element], Header>,
         now_ns: u64,
         idle: bool,
     ) -> bool {
+        // Wait for the period, or two of them.
         let due_ns = self.due_ns + if idle { 0 } else { self.period_ns };
         if now_ns < due_ns {
             return false;
         }
+        // Without readers nothing is sent.
         let service = topic.dynamic_config();
         if service.number_of_subscribers() == 0 {
             self.readers = 0;
             self.due_ns = now_ns + LOOK_NS.min(self.period_ns);
             return false;
         }
+        // A new reader gets the data even if it is unchanged.
         let mut readers = 0_u128;
         service.list_subscribers(|details| {
             readers = readers.wrapping_add(details.subscriber_id.value());
@@ -75,7 +78,7 @@ impl Pace {
         });
         self.new |= readers != self.readers;
         self.readers = readers;
-        // The list costs iceoryx2 an allocation: with readers there is a look a period.
+        // The list makes iceoryx2 allocate: with readers it is read once per period.
         self.due_ns = now_ns + self.period_ns;
         self.new
     }

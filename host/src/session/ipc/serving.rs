@@ -1,4 +1,4 @@
-//! The ports of `serve`: poses come in, answers go out.
+//! The ports of `serve`: it receives poses and sends answers.
 
 use std::collections::hash_map::RandomState;
 use std::hash::BuildHasher;
@@ -15,36 +15,36 @@ use super::tools::{Answer, Asked, Asking as _, ToolForces, ToolPoses};
 use crate::engine::tools::Poses;
 use crate::error;
 
-/// Name of the ports of `serve`, by which a second one is recognised.
+/// Name of the ports of `serve`, which identifies a second one.
 const SERVE_PORT: &str = "chaincell.serve";
 
-/// Where poses come in and answers go out.
+/// Ports for poses and answers.
 #[derive(Debug)]
 pub struct ServePorts {
     poses: Subscriber<Ipc, ToolPoses, ()>,
     pub(crate) answers: AnswerPublisher,
     /// Wakes the readers of answers.
     ring: Ring,
-    /// Woken when a pose was written.
+    /// Wakes the server when a pose was sent.
     wake: Wake,
 }
 
-/// A message of poses that has arrived.
+/// A received message of poses.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct ReceivedPoses {
     pub tick: u64,
     /// See [`Asking::poses`](super::tools::Asking::poses).
     pub poses: Poses,
-    /// What its answer repeats.
+    /// Fields that its answer repeats.
     pub asked: Asked,
     pub publisher: UniquePublisherId,
 }
 
 impl ServePorts {
-    /// The ports of a scene; refused while another `serve` is alive on it.
+    /// Opens the ports of a scene; refuses while another `serve` is alive on it.
     ///
     /// # Errors
-    /// Another server; no places, or too little memory.
+    /// Another server; no free port, or too little memory.
     pub fn open(scene: &SceneServices, woken: bool) -> error::Result<Self> {
         scene.refuse_second(&scene.forces, SERVE_PORT, None, "serve")?;
         scene.check_room_to_serve()?;
@@ -53,13 +53,13 @@ impl ServePorts {
         let (ring, wake) = scene.server_bells(woken)?;
         let poses = subscriber(&scene.tools, SERVE_PORT)?;
         let ports = Self { poses, answers: AnswerPublisher::new(publisher), ring, wake };
-        // Two that started at once see each other now.
+        // Check again: two that started at the same time see each other now.
         scene.refuse_second(&scene.forces, SERVE_PORT, Some(id), "serve")?;
         scene.take_memory()?;
         Ok(ports)
     }
 
-    /// The next poses, where `chosen` tools were chosen by their parts.
+    /// Returns the next message of poses, for `chosen` tools.
     pub(crate) fn receive(&self, chosen: usize) -> Result<Option<ReceivedPoses>, ReceiveError> {
         let sample = self.poses.receive()?;
         Ok(sample.map(|sample| ReceivedPoses {
@@ -70,7 +70,7 @@ impl ServePorts {
         }))
     }
 
-    /// Connects readers that have joined. What fails is seen again with the next answer.
+    /// Connects readers that have joined. A failure shows again with the next answer.
     pub(crate) fn connect(&self) {
         let _ = self.answers.publisher.update_connections();
     }
@@ -80,7 +80,7 @@ impl ServePorts {
         self.ring.ring();
     }
 
-    /// Woken when a pose was written.
+    /// Returns the waker that signals a sent pose.
     pub(crate) fn wake(&self) -> &Wake {
         &self.wake
     }
@@ -94,9 +94,9 @@ pub(crate) struct AnswerPublisher {
 }
 
 impl AnswerPublisher {
-    /// Of a new session.
+    /// Creates the publisher of a new session.
     fn new(publisher: Publisher<Ipc, ToolForces, ()>) -> Self {
-        // Random keys of the system: no other session has this number.
+        // The system's random keys make this number unique.
         let session_id = RandomState::new().hash_one(std::process::id()).max(1);
         Self { publisher, session_id }
     }

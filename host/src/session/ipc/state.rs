@@ -1,4 +1,4 @@
-//! States for viewers: all node positions, a bounded number of times a second, beside the loop.
+//! States for viewers: all node positions, sent between ticks at a limited rate.
 
 pub use chaincell_client::state::StateReader;
 
@@ -17,12 +17,12 @@ pub(crate) struct StatePublisher {
 }
 
 impl StatePublisher {
-    /// Room for `nodes` nodes, sent at most `hz` times a second.
+    /// Opens a publisher with capacity for `nodes` nodes, sent at most `hz` times per second.
     pub(crate) fn open(scene: &SceneServices, nodes: usize, hz: u32) -> Result<Self> {
         Ok(Self { feed: Feed::open(scene, nodes, hz)?, nodes: vec![Node::default(); nodes] })
     }
 
-    /// Sends the state. Allocates nothing of its own.
+    /// Sends the state. Does not allocate itself.
     pub(crate) fn send(&mut self, header: StateHeader, engine: &mut dyn TissueEngine) {
         let start_ns = now_ns();
         engine.read_nodes(&mut self.nodes);

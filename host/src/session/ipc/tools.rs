@@ -1,23 +1,23 @@
-//! Poses and answers on the server's side: all tools in one message.
+//! Poses and answers on the server's side: a message holds all tools.
 //!
-//! Of the tools of a message those are moved that `serve` was told of: the ones chosen by their parts,
-//! or else tool 0 alone. The others are answered with no force.
+//! A message moves only the tools that `serve` knows: those defined by their parts (the chosen tools), or
+//! else tool 0. The others get no force in the answer.
 
 pub use chaincell_client::tools::{OneToolForce, OneToolPose, TOOLS_MAX, ToolForces, ToolPoses};
 use chaincell_kernel::Flags;
 
 use crate::engine::tools::{Felt, Poses, is_unit};
 
-/// What an answer repeats of a [`ToolPoses`].
+/// Fields of a [`ToolPoses`] that its answer repeats.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Asked {
-    /// When its poses were sent \[ns\], by the clock of the sender.
+    /// Time at which its poses were sent \[ns\], by the sender's clock.
     pub send_ns: u64,
     tools: u32,
     numbers: [u32; TOOLS_MAX],
 }
 
-/// The answer to a tick, of tool 0 where there are several.
+/// The answer to a tick; of several tools the one for tool 0.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct TickForce {
     /// Number of the tick.
@@ -26,47 +26,47 @@ pub struct TickForce {
     pub force_n: [f32; 3],
     /// Certified upper bound of the elastic energy of the published state \[J\].
     pub energy_j: f32,
-    /// Number of cells the tool holds, or of triangles it is in contact with.
+    /// Number of cells that the tool holds, or of triangles that it touches.
     pub contacts: u32,
-    /// What bit during the tick, summed: see [`Flags`].
+    /// Flags of the tick, a sum of [`Flags`].
     pub flags: u32,
-    /// Time the tick took, without waiting, hashing and sending \[ns\].
+    /// Duration of the tick, without waiting, hashing and sending \[ns\].
     pub step_ns: u32,
-    /// Hash of the state after the tick, 0 where none was taken.
+    /// Hash of the state after the tick, 0 for none.
     pub state_hash: u64,
 }
 
 /// An answer of the tissue.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Answer {
-    /// That of the tick.
+    /// Answer to the tick.
     pub force: TickForce,
     /// Number of the last tick that made sweeps, 0 before the first.
     pub force_tick: u64,
     /// Sweeps made in the tick.
     pub sweeps: u32,
-    /// What the message asked for.
+    /// Fields of the message that the answer repeats.
     pub asked: Asked,
-    /// How many tools were chosen by their parts; 0 where [`Self::force`] is all there is.
+    /// Number of chosen tools; 0 if there is only [`Self::force`].
     pub chosen: u32,
-    /// What each of them felt; the flags are its own, [`Flags::RELEASE_FIRST`] too.
+    /// Output of each chosen tool, with the flags of that tool alone, which include [`Flags::RELEASE_FIRST`].
     pub felt: [Felt; TOOLS_MAX],
 }
 
 impl Answer {
-    /// What the chosen tools felt.
+    /// Returns the outputs of the chosen tools.
     #[must_use]
     pub fn tools(&self) -> &[Felt] {
         self.felt.get(..self.chosen as usize).unwrap_or(&self.felt)
     }
 
-    /// The same, to be changed.
+    /// Mutable version of [`Self::tools`].
     pub(crate) fn tools_mut(&mut self) -> &mut [Felt] {
         let chosen = TOOLS_MAX.min(self.chosen as usize);
         &mut self.felt[..chosen]
     }
 
-    /// What is told of a tool.
+    /// Returns the part of the message for tool `number`.
     fn of(&self, number: u32) -> OneToolForce {
         let TickForce { force_n, contacts, flags, .. } = self.force;
         let felt = match self.tools().get(number as usize) {
@@ -81,15 +81,15 @@ impl Answer {
     }
 }
 
-/// What a server reads in a [`ToolPoses`].
+/// A server's view of a [`ToolPoses`].
 pub trait Asking {
-    /// The poses of the tools that were chosen by their parts, 0 to `chosen` - 1; where none were, that of
-    /// tool 0. Those of a bad message are no numbers and no releases.
+    /// Returns the poses of the chosen tools, 0 to `chosen` - 1, or that of tool 0 if none are chosen. In a
+    /// bad message all of them are NaN and engaged, so that none counts as a release.
     #[must_use]
     fn poses(&self, chosen: usize) -> Poses;
 
-    /// What the answer repeats. Where the tools are not told apart those are the chosen ones, or tool 0
-    /// where none were, by ascending number.
+    /// Returns the fields that the answer repeats. If the message does not have each chosen tool exactly
+    /// once, the answer lists the chosen tools, or tool 0 if none are chosen, by ascending number.
     #[must_use]
     fn asked(&self, chosen: usize) -> Asked;
 }
@@ -124,12 +124,12 @@ impl Asking for ToolPoses {
     }
 }
 
-/// The places in use; none where the message has lost count of them.
+/// Returns the entries in use, or none if their number is out of range.
 fn in_use(poses: &ToolPoses) -> &[OneToolPose] {
     poses.each.get(..poses.tools as usize).unwrap_or(&[])
 }
 
-/// Whether each of so many tools is there once.
+/// Returns true if each of the tools 0 to `tools` - 1 has exactly one entry.
 fn has_each(poses: &ToolPoses, tools: usize) -> bool {
     let count = |number| in_use(poses).iter().filter(|tool| tool.number == number).count();
     (0..tools as u32).all(|number| count(number) == 1)
@@ -140,7 +140,7 @@ fn has_zeros(poses: &ToolPoses) -> bool {
 }
 
 impl Answer {
-    /// Its message.
+    /// Returns the answer as a message.
     #[must_use]
     pub fn message(&self, session_id: u64) -> ToolForces {
         let &Answer { force, force_tick, sweeps, asked, .. } = self;
@@ -219,7 +219,7 @@ mod tests {
         assert!(bad.into_iter().all(with_w));
     }
 
-    /// Three tools in another order, the one in the middle not chosen.
+    /// Three tools in another order; the middle one is not chosen.
     fn of_two() -> ToolPoses {
         let mut poses = ToolPoses { tools: 3, ..sound() };
         poses.each.swap(0, 2);
@@ -306,7 +306,7 @@ mod tests {
             each,
         };
         assert_eq!(found, wanted);
-        // A message that has lost count of its tools is answered for tool 0 alone.
+        // If the number of tools is out of range, the answer has only tool 0.
         let lost = ToolPoses { tools: 9, ..sound() };
         let found = Answer { asked: lost.asked(0), ..answer }.message(12);
         assert_eq!((found.tools, found.each[0], found.each[1]), (1, each[1], none));

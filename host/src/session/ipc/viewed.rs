@@ -1,4 +1,4 @@
-//! What viewers read, on the server's side: beside the loop, at a bounded pace.
+//! Data for viewers, on the server's side: sent between ticks, at a limited rate.
 
 use iceoryx2::port::publisher::Publisher;
 use iceoryx2::prelude::*;
@@ -24,7 +24,7 @@ pub(crate) struct Feed<T: Viewed> {
 }
 
 impl<T: Viewed> Feed<T> {
-    /// Room for `most` elements, sent at most `hz` times a second.
+    /// Opens a feed with capacity for `most` elements, sent at most `hz` times per second.
     pub(crate) fn open(scene: &SceneServices, most: usize, hz: u32) -> Result<Self> {
         let pace = Pace::new(hz)?;
         let topic = topic::<T>(scene)?;
@@ -39,17 +39,17 @@ impl<T: Viewed> Feed<T> {
         Ok(Self { topic, publisher, pace, failed: 0, cost: Latencies::new()? })
     }
 
-    /// There is something else than what was sent last.
+    /// Notes that there is new data.
     pub(crate) fn changed(&mut self) {
         self.pace.changed();
     }
 
-    /// Whether to send now, see [`Pace::is_due`].
+    /// Returns true if it is time to send, see [`Pace::is_due`].
     pub(crate) fn is_due(&mut self, now_ns: u64, idle: bool) -> bool {
         self.pace.is_due(&self.topic, now_ns, idle)
     }
 
-    /// Sends so many elements; the work on them began at `start_ns`. Allocates nothing of its own.
+    /// Sends `count` elements; the work on them began at `start_ns`. Does not allocate itself.
     pub(crate) fn send(
         &mut self,
         start_ns: u64,
@@ -73,7 +73,7 @@ impl<T: Viewed> Feed<T> {
         self.cost.record(now_ns() - start_ns);
     }
 
-    /// Messages sent, and the time each took \[ns\].
+    /// Returns the number of messages sent, and their durations \[ns\].
     pub(crate) fn cost(&self) -> (u64, Summary) {
         (self.cost.count(), self.cost.summary())
     }
