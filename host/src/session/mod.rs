@@ -1,4 +1,4 @@
-//! Co-simulation: the tissue in one process, the controller in another, iceoryx2 between them.
+//! Co-simulation: the tissue and the controller run in two processes, connected by iceoryx2.
 //!
 //! ```text
 //! control  --ToolPoses-->  chaincell/tools  -->  serve -> tissue
@@ -8,11 +8,11 @@
 //! Each module uses only those above it:
 //!
 //! - [`timing`]: the clock, latencies and their percentiles.
-//! - [`ipc`]: the server's side of shared memory; messages, names and who may connect are those of
+//! - [`ipc`]: the server's side of shared memory; messages, names and access rules are those of
 //!   [`chaincell_client`].
 //! - [`loops`]: the two sides. `serve` makes each accepted pose one tick and one answer, in order
 //!   of arrival; `control` sends poses on an absolute 1 kHz schedule and times the answers.
-//! - [`supervise`]: both as child processes, with their reports collected.
+//! - [`supervise`]: runs both as child processes and collects their reports.
 
 pub mod ipc;
 pub mod loops;

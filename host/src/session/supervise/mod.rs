@@ -18,28 +18,28 @@ use crate::session::loops::control::ControlReport;
 use crate::session::loops::serve::ServeReport;
 use crate::terminal;
 
-/// What `serve` prints once its services exist.
+/// Line that `serve` prints once its services exist.
 const READY: &str = "ready";
-/// Span between looks at the children.
+/// Time between checks of the children.
 const LOOK: Duration = Duration::from_millis(20);
-/// Time for children that the terminal's Ctrl-C has reached to write their results.
+/// Time in which children that got the terminal's Ctrl-C may write their results.
 const OWN_END: Duration = Duration::from_millis(1500);
-/// Time for a child to end after a termination signal.
+/// Time in which a child has to end after a termination signal.
 const TERM_LIMIT: Duration = Duration::from_secs(5);
-/// Time for `serve` to end by itself once `control` has ended.
+/// Time in which `serve` may end by itself after `control`.
 const SERVE_END: Duration = Duration::from_secs(3);
-/// Time beyond the motion's own for `control` to find the server, wait for answers and report.
+/// Time that `control` has besides the motion, to find the server, wait for answers and report.
 const CONTROL_END: Duration = Duration::from_secs(20);
 
-/// The two child processes of a co-simulation. Give both sides `ends_with_parent`, so that they
-/// end even when this process is killed.
+/// The two child processes of a co-simulation. Set `ends_with_parent` on both sides, so that they end
+/// even if this process is killed.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct CosimOptions {
-    /// The executable of both sides.
+    /// Executable of both sides.
     pub program: PathBuf,
-    /// Its arguments that serve the scene and print a report as the last line.
+    /// Arguments with which it serves the scene and prints a report as the last line.
     pub serve_args: Vec<OsString>,
-    /// Its arguments that control the scene and print a report as the last line.
+    /// Arguments with which it controls the scene and prints a report as the last line.
     pub control_args: Vec<OsString>,
     /// Length of the motion \[ms\].
     pub motion_ms: u64,
@@ -54,14 +54,14 @@ pub struct CosimReports {
     pub serve: ServeReport,
     /// The controller's side.
     pub control: ControlReport,
-    /// Whether the user asked to stop; the reports then cover what was done so far.
+    /// True if the user asked to stop; the reports then cover the run up to that moment.
     pub interrupted: bool,
 }
 
 /// The two child processes while they run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Underway {
-    /// Since the controller was started.
+    /// Time since the start of the controller.
     pub elapsed: Duration,
     /// Process id of the tissue's side.
     pub serve_pid: u32,
@@ -69,19 +69,21 @@ pub struct Underway {
     pub control_pid: u32,
 }
 
-/// Runs both sides to their end. No child outlives this call, however it ends.
+/// Runs both sides to their end. No child outlives this call, even if it fails.
 pub fn cosim(options: &CosimOptions) -> Result<CosimReports> {
     cosim_watched(options, |_| {})
 }
 
-/// As [`cosim`], and calls `watch` some fifty times a second while the motion is under way.
+/// Like [`cosim`], and calls `watch` about fifty times per second during the motion.
 pub fn cosim_watched(
     options: &CosimOptions,
     mut watch: impl FnMut(Underway),
 ) -> Result<CosimReports> {
+    // Start both sides, the server first.
     let mut serve = Side::start("serve", &options.program, &options.serve_args)?;
     serve.wait_for_ready(Duration::from_secs(options.ready_s))?;
     let mut control = Side::start("control", &options.program, &options.control_args)?;
+    // Follow the motion until the controller ends, is overdue, or a side fails.
     let motion = Duration::from_millis(options.motion_ms);
     let progress = terminal::progress(options.motion_ms, "cosim");
     let start = Instant::now();
@@ -99,6 +101,7 @@ pub fn cosim_watched(
         std::thread::sleep(LOOK);
     }
     progress.finish_and_clear();
+    // End both sides and collect their reports.
     let own_end = if interrupt::asked() { OWN_END } else { Duration::ZERO };
     let control_report = control.end(own_end)?;
     let serve_report = serve.end(SERVE_END)?;
@@ -109,7 +112,7 @@ pub fn cosim_watched(
     })
 }
 
-/// One child process; killed when this is dropped.
+/// A child process; dropping this kills it.
 struct Side {
     name: &'static str,
     child: Child,
@@ -128,7 +131,7 @@ impl Side {
             .map_err(start_error)?;
         let (sender, lines) = mpsc::channel();
         if let Some(stdout) = child.stdout.take() {
-            // Ends with the child, whose end closes the pipe.
+            // The thread ends with the child, whose end closes the pipe.
             std::thread::spawn(move || {
                 for line in BufReader::new(stdout).lines().map_while(std::result::Result::ok) {
                     if sender.send(line).is_err() {
@@ -160,7 +163,7 @@ impl Side {
         )))
     }
 
-    /// Lets the child end by itself for a while, then ends it, and takes its report.
+    /// Gives the child the time `by_itself` to end, then ends it, and returns its report.
     fn end<Report: DeserializeOwned>(&mut self, by_itself: Duration) -> Result<Report> {
         let status = self.wait(by_itself)?;
         let lines = self.lines.iter().filter(|line| !line.is_empty());
@@ -205,7 +208,7 @@ impl Side {
         Error::check(format!("cannot wait for chaincell {}: {why}", self.name))
     }
 
-    /// A child that ended without a report has said why on standard error.
+    /// Error for a child that ended without a report; it has written the reason to standard error.
     fn failed(&self, status: ExitStatus) -> Error {
         let text = format!(
             "chaincell {} ended without a report ({status}); its message stands above",

@@ -1,8 +1,8 @@
-//! The project's programs find each other: `chaincell` and `chaincell-lab`.
+//! Lets the project's programs, `chaincell` and `chaincell-lab`, find each other.
 
 use std::path::{Path, PathBuf};
 
-/// The program `name`: beside this one's executable, else in a folder of `PATH`.
+/// Finds the program `name` in the folder of this executable, or else in the folders of `PATH`.
 #[must_use]
 pub fn find(name: &str) -> Option<PathBuf> {
     let own = std::env::current_exe().ok();
