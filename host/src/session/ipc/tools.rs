@@ -284,9 +284,11 @@ mod tests {
             step_ns: 6,
             state_hash: 11,
         };
+        // Answer a message of two tools.
         let asked = sound().asked(0);
         let answer = Answer { force, force_tick: 3, sweeps: 8, asked, ..Answer::default() };
         let found = answer.message(12);
+        // Each tool has its place, and the one that is not chosen no force.
         let none = OneToolForce::default();
         let mut each = [none; TOOLS_MAX];
         each[0] = OneToolForce { number: 5, flags: 16, ..none };

@@ -1,8 +1,8 @@
-//! The controller's side: poses on an absolute 1 kHz schedule, answers timed as they arrive.
+//! The controller's side: sends poses on an absolute 1 kHz schedule and times the answers as they arrive.
 //!
-//! It stands on the client's ports, messages, waiting, watchdog and ramp. [`chaincell_client::Client`]
-//! itself answers one pose after the other; here many are under way, some of them late, twice or out of
-//! order on purpose, and each is timed by itself.
+//! It uses the client's ports, messages, waiting, watchdog and ramp. [`chaincell_client::Client`] itself
+//! handles one pose at a time; here many are under way, some of them late, twice or out of order on
+//! purpose, and each is timed separately.
 
 use serde::{Deserialize, Serialize};
 
@@ -31,37 +31,37 @@ use crate::session::timing::spans::Spans;
 
 /// An answer is due this long after the scheduled send \[ns\].
 const DEADLINE_NS: u64 = MILLISECOND_NS;
-/// First guess of a round trip \[ns\].
+/// Initial estimate of a round trip \[ns\].
 const ROUND_TRIP_GUESS_NS: u64 = 200_000;
 /// Longest wait for outstanding answers after the last pose \[ns\].
 const LINGER_NS: u64 = 2 * SECOND_NS;
-/// Span between looks for a server, and before the first pose \[ns\].
+/// Time between checks for a server, and before the first pose \[ns\].
 const LOOK_NS: u64 = 2 * MILLISECOND_NS;
 
-/// How to control a scene.
+/// Options of controlling a scene.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ControlOptions {
     /// Name of the scene, `None` for the unnamed one.
     pub scene: Option<String>,
-    /// Where iceoryx2 keeps its files.
+    /// Configuration of the files of iceoryx2.
     pub domain: Domain,
-    /// How to wait for answers.
+    /// Way of waiting for answers.
     pub wait: Wait,
     /// Longest wait for a server before the first pose \[s\].
     pub wait_for_server_s: f64,
-    /// How often the poses are played, their ticks counting on.
+    /// Number of times that the poses are played; the ticks continue to count.
     pub repeats: u64,
-    /// Whether the report has histograms.
+    /// True if the report has histograms.
     pub histogram: bool,
-    /// Whether to ask for real-time privileges.
+    /// True to ask for real-time privileges.
     pub realtime: bool,
-    /// Whether to end when the process that started this one has ended.
+    /// True to end when the process that started this one has ended.
     pub ends_with_parent: bool,
     /// Silence of the server after which the force at the device falls to 0, 0 for never \[ms\].
     pub watchdog_ms: u32,
-    /// Time in which it falls, and rises when answers come again; 0 for at once \[ms\].
+    /// Time in which it falls, and rises when answers resume; 0 for at once \[ms\].
     pub ramp_ms: u32,
-    /// Faults on purpose, and the seed that they are drawn with.
+    /// Deliberate faults, and the seed from which they are drawn.
     pub faults: Option<(Faults, u64)>,
 }
 
@@ -83,48 +83,46 @@ impl Default for ControlOptions {
     }
 }
 
-/// What happened while controlling.
+/// Report of a controller's run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ControlReport {
-    /// Poses sent, those sent twice counted once.
+    /// Poses sent; one that was sent twice counts once.
     pub ticks_sent: u64,
     /// Poses whose answer arrived.
     pub ticks_answered: u64,
-    /// Poses sent without an answer, those aside that were sent behind a later one on purpose.
+    /// Poses sent without an answer, except those sent after a later one on purpose.
     pub ticks_unanswered: u64,
     /// Answers that arrived more than 1 ms after the scheduled send.
     pub missed_deadlines: u64,
-    /// Of these, the ones whose pose was itself sent more than 1 ms late: this process was kept
-    /// waiting by the machine.
+    /// Of these, the ones whose pose was itself sent more than 1 ms late: the machine delayed this process.
     pub missed_sent_late: u64,
     /// Of the others, the ones whose tick took more than 1 ms.
     pub missed_in_step: u64,
-    /// In how many answers each flag was set.
+    /// Number of answers in which each flag was set.
     pub flag_ticks: FlagTicks,
-    /// Messages in which the tissue's watchdog said that poses had stopped coming, one each
-    /// millisecond of the force's fall.
+    /// Messages of the tissue's watchdog after poses stopped: one per millisecond while the force falls.
     pub stale_answers: u64,
-    /// Answers to poses that were not sent, or were answered already.
+    /// Answers to poses that were not sent, or that already had an answer.
     pub foreign_answers: u64,
-    /// Poses that shared memory did not take; they count as sent.
+    /// Poses that shared memory did not accept; they count as sent.
     pub sends_failed: u64,
-    /// Times the server was not heard of for the watchdog's time.
+    /// Number of times that no message of the server came for the watchdog's time.
     pub silences: u64,
-    /// Largest change of the force at the device from one moment to the next \[N\].
+    /// Largest change of the force at the device from one shown value to the next \[N\].
     pub largest_force_step_n: f32,
-    /// Faults on purpose.
+    /// Deliberate faults.
     pub injected: Option<Injected>,
-    /// From the send to the arrival of its answer \[ns\].
+    /// Time from the send of a pose to the arrival of its answer \[ns\].
     pub round_trip_ns: Summary,
-    /// From the scheduled to the actual send \[ns\].
+    /// Time from the scheduled to the actual send \[ns\].
     pub send_late_ns: Summary,
-    /// Hash in the last answer that had one, 16 lower-case hexadecimal digits, or empty.
+    /// Hash in the last answer that had one: 16 lower-case hexadecimal digits, or empty.
     pub state_hash: String,
-    /// Whether the user asked to stop before the last pose.
+    /// True if the user asked to stop before the last pose.
     pub interrupted: bool,
-    /// Privileges that were refused, with the reason.
+    /// Privileges that were refused, with the reasons.
     pub refused: Vec<String>,
-    /// Histograms, where they were asked for.
+    /// Histograms, if they were requested.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub histogram: Option<ControlSpans>,
 }
@@ -132,36 +130,35 @@ pub struct ControlReport {
 /// Histograms of a controller's run.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ControlSpans {
-    /// From the send to the arrival of its answer.
+    /// Time from the send of a pose to the arrival of its answer.
     pub round_trip: Spans,
-    /// From the scheduled to the actual send: how late this process woke up.
+    /// Time from the scheduled to the actual send, by which this process woke up late.
     pub send_late: Spans,
 }
 
 /// A controller's run: its report, and the answers in order of arrival.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ControlRun {
-    /// What happened.
+    /// The report.
     pub report: ControlReport,
-    /// One answer for each answered pose, of several tools with the force of tool 0 and the contacts of
-    /// all; none of poses that are repeated, so that a run's memory
-    /// does not depend on its length.
+    /// One answer for each answered pose; with several tools it has the force of tool 0 and the contacts of
+    /// all. Empty if the poses are repeated, so that a run's memory does not depend on its length.
     pub forces: Vec<TickForce>,
 }
 
-/// Plays poses at 1 kHz, or as the faults on purpose say. A late pose is sent late, never skipped.
+/// Plays poses at 1 kHz, or with the given faults. A late pose is sent late, never skipped.
 ///
-/// A server that goes is waited for while the schedule runs on: what it leaves unanswered is
-/// counted, and the next server's answers are taken.
+/// If the server ends, the schedule continues: poses without an answer are counted, and the answers of
+/// the next server are accepted.
 ///
 /// The ticks must ascend strictly. Waits for a server before the first pose and, for at most 2 s,
-/// for outstanding answers after the last one. Takes memory for the poses given, none for time.
+/// for outstanding answers after the last one. The memory depends on the number of poses, not on time.
 pub fn control(poses: &[Pose], options: &ControlOptions) -> Result<ControlRun> {
     control_tools(poses, &[], options)
 }
 
-/// As [`control`], for several tools: `tools` are the poses of all in each of the ticks of `poses`, one
-/// after the other; without any it is [`control`].
+/// Like [`control`], for several tools: `tools` holds the poses of all tools in each tick of `poses`, tick
+/// by tick. If it is empty, this is [`control`].
 pub fn control_tools(
     poses: &[Pose],
     tools: &[ToolPose],
@@ -296,13 +293,13 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// Poses sent that the server should answer, and has not.
+    /// Returns the number of sent poses that the server should have answered and has not.
     fn unanswered(&self) -> u64 {
         let due = self.outstanding.sent() - self.overtaken;
         due.saturating_sub(self.outstanding.answered())
     }
 
-    /// Takes answers until a moment, or until there is nothing more to wait for.
+    /// Receives answers until `moment_ns`, or until `done`.
     fn receive_until(&mut self, moment_ns: u64, done: impl Fn(&Self) -> bool) {
         while !done(self) {
             if self.receive() {
@@ -313,7 +310,7 @@ impl<'a> Run<'a> {
             if now_ns >= moment_ns {
                 return;
             }
-            // The shaper has its turn every millisecond, also in a long wait.
+            // A long wait is cut: the shaper has to run every millisecond.
             self.waiter.pause(moment_ns.min(now_ns + PERIOD_NS), self.ports.wake());
         }
     }
@@ -327,18 +324,21 @@ impl<'a> Run<'a> {
     }
 
     fn on_answer(&mut self, &Heard { force, ref shown }: &Heard, arrival_ns: u64) {
+        // Show the force; a message of the watchdog answers no pose.
         self.shaper.hear(arrival_ns);
         self.shaper.shape(shown, arrival_ns);
         if Flags(force.flags).contains(Flags::STALE) {
             self.stale += 1;
             return;
         }
+        // Find the pose of the answer.
         let index = self.poses.index_of(force.tick);
         let answered = index.and_then(|index| Some((index, self.outstanding.answer(index)?)));
         let Some((index, sent_ns)) = answered else {
             self.foreign += 1;
             return;
         };
+        // Time the round trip.
         let round_trip_ns = arrival_ns.saturating_sub(sent_ns);
         self.waiter.arrived(arrival_ns, round_trip_ns);
         if self.unanswered() > 0 {
@@ -346,6 +346,7 @@ impl<'a> Run<'a> {
         }
         self.round_trip.record(round_trip_ns);
         self.flag_ticks.add(Flags(force.flags));
+        // Check the deadline, and note the cause of a miss.
         let due_ns = self.scheduled_ns(index) + DEADLINE_NS;
         if arrival_ns > due_ns {
             self.missed += 1;
@@ -355,6 +356,7 @@ impl<'a> Run<'a> {
                 self.missed_in_step += 1;
             }
         }
+        // Keep the hash and the answer.
         if force.state_hash != 0 {
             self.state_hash = force.state_hash;
         }
@@ -364,14 +366,14 @@ impl<'a> Run<'a> {
     }
 
     fn linger(&mut self) {
-        // After a wish to stop nobody should wait long, neither the user nor the process that
-        // started this.
+        // After a request to stop, the wait is short for the user and the process that started this one.
         let linger_ns = if self.interrupted { LINGER_NS / 4 } else { LINGER_NS };
         let end_ns = now_ns() + linger_ns;
         self.receive_until(end_ns, |run| run.unanswered() == 0);
     }
 
     fn finish(self, refused: Vec<String>, histogram: bool) -> ControlRun {
+        // The histograms allocate, so they are made here, after the loop.
         let histogram = histogram.then(|| ControlSpans {
             round_trip: self.round_trip.spans(),
             send_late: self.send_late.spans(),

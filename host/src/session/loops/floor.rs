@@ -1,4 +1,4 @@
-//! What the machine itself costs: the same waits and the same loops, without a tissue.
+//! Latency of the machine itself: the same waits and the same loops, without a tissue.
 
 use serde::{Deserialize, Serialize};
 
@@ -16,21 +16,21 @@ use crate::session::loops::wait::{Wait, Waiter};
 use crate::session::timing::clock::{MILLISECOND_NS, PERIOD_NS, now_ns};
 use crate::session::timing::histogram::{Latencies, Summary};
 
-/// Longest wait of either side for the other \[s\].
+/// Longest wait of each side for the other \[s\].
 const MEET_S: f64 = 5.0;
 
-/// The machine's floor in one wait mode.
+/// Latency of the machine itself in one wait mode.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Floor {
-    /// How late an empty 1 kHz loop wakes up \[ns\].
+    /// Delay with which an empty 1 kHz loop wakes up \[ns\].
     pub floor_wakeup_ns: Summary,
-    /// Round trip through `serve` and `control` with no tissue behind them \[ns\].
+    /// Round trip through `serve` and `control` without a tissue \[ns\].
     pub floor_round_trip_ns: Summary,
-    /// Share of its answers that came more than 1 ms after the scheduled send.
+    /// Share of the answers that came more than 1 ms after the scheduled send.
     pub floor_late_share: f64,
 }
 
-/// Measures both floors, `ticks` ticks of 1 ms each.
+/// Measures both latencies, each in `ticks` ticks of 1 ms.
 pub fn measure(wait: Wait, realtime: bool, ticks: u32, domain: &Domain) -> Result<Floor> {
     let wakeup = in_thread(move || wakeup(wait, realtime, ticks))?;
     let round_trip = without_tissue(wait, realtime, ticks.into(), domain)?;
@@ -42,7 +42,7 @@ pub fn measure(wait: Wait, realtime: bool, ticks: u32, domain: &Domain) -> Resul
     })
 }
 
-/// How late the controller's wait reaches each tick of an empty 1 kHz loop.
+/// Measures the delay with which the controller's wait reaches each tick of an empty 1 kHz loop.
 fn wakeup(wait: Wait, realtime: bool, ticks: u32) -> Result<Latencies> {
     if realtime {
         realtime::ask(Role::Control, wait);
@@ -59,17 +59,18 @@ fn wakeup(wait: Wait, realtime: bool, ticks: u32) -> Result<Latencies> {
     Ok(late)
 }
 
-/// Server and controller as two threads, each with a node of its own, connected as two processes
-/// are; `ticks` ticks of 1 ms without a tissue. The report has histograms.
+/// Runs server and controller for `ticks` ticks of 1 ms without a tissue: two threads, each with its own
+/// node, connected like two processes. The report has histograms.
 ///
 /// # Errors
-/// The user's wish to stop; what shared memory refuses.
+/// The user's request to stop; a failure of shared memory.
 pub fn without_tissue(
     wait: Wait,
     realtime: bool,
     ticks: u64,
     domain: &Domain,
 ) -> Result<ControlReport> {
+    // Set both sides up with the same scene.
     let scene = Some(unique_scene("floor"));
     let serve_options = ServeOptions {
         scene: scene.clone(),
@@ -91,6 +92,7 @@ pub fn without_tissue(
         histogram: true,
         ..ControlOptions::default()
     };
+    // Run both to their end.
     let server = std::thread::spawn(move || {
         Server::open(&serve_options)?.run(&mut NoTissue, &mut Recorder::default())
     });
@@ -100,7 +102,7 @@ pub fn without_tissue(
     if report.interrupted { Err(Error::Interrupted) } else { Ok(report) }
 }
 
-/// Runs in a thread of its own, so that its privileges end with it.
+/// Runs `work` in a new thread, so that its privileges end with it.
 fn in_thread<R: Send + 'static>(work: impl FnOnce() -> Result<R> + Send + 'static) -> Result<R> {
     join(std::thread::spawn(work))
 }

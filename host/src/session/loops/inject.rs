@@ -1,7 +1,7 @@
-//! Faults on purpose, between the schedule of poses and shared memory: the same for a seed.
+//! Deliberate faults, injected between the schedule of poses and shared memory; a seed reproduces them.
 //!
-//! They are drawn pose by pose from the seed alone: what is known before a run is known after it,
-//! and the memory does not depend on its length.
+//! They are drawn pose by pose from the seed alone: the totals of a run are known before it, and the memory
+//! does not depend on its length.
 
 use std::collections::VecDeque;
 use std::str::FromStr;
@@ -14,20 +14,20 @@ use crate::engine::motion::Pose;
 use crate::session::timing::clock::{MILLISECOND_NS, SECOND_NS};
 use crate::words::percent;
 
-/// Longest delay of a late pose, and longest stop \[ms\].
+/// Upper limit of a pose's delay, and of a stop \[ms\].
 const SPAN_MS_MAX: u32 = 60_000;
-/// Most poses in a burst.
+/// Largest number of poses in a burst.
 const BURST_MAX: u32 = 1000;
-/// Most pose periods that a sweep is stretched to.
+/// Largest duration to which a sweep is stretched, in pose periods.
 const SWEEP_PERIODS_MAX: f64 = 1000.0;
 /// Highest rate \[Hz\].
 const RATE_HZ_MAX: u32 = 100_000;
 
-/// Which faults, and how often: `late:5%@3,lost:1%,dup:1%,reorder:1%,nan:1%,burst:2%@10,rate:1000,
+/// Kinds of faults and their rates: `late:5%@3,lost:1%,dup:1%,reorder:1%,nan:1%,burst:2%@10,rate:1000,
 /// stop:200@1000`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Faults {
-    /// Share of the poses that are late; those behind them wait.
+    /// Share of the poses that are late; those after them wait.
     pub late: f64,
     /// Longest delay of a late pose \[ms\].
     pub late_ms: u32,
@@ -35,30 +35,30 @@ pub struct Faults {
     pub lost: f64,
     /// Share of the poses that are sent twice.
     pub dup: f64,
-    /// Share of the poses that are sent behind the next one.
+    /// Share of the poses that are sent after the next one.
     pub reorder: f64,
-    /// Share of the poses whose position is no number.
+    /// Share of the poses whose position is NaN.
     pub nan: f64,
-    /// Share of the poses that begin a burst.
+    /// Share of the poses that start a burst.
     pub burst: f64,
-    /// Poses in a burst, all sent at the last one's moment.
+    /// Poses in a burst, all sent when the last one is due.
     pub burst_poses: u32,
-    /// Poses a second.
+    /// Poses per second.
     pub rate_hz: u32,
     /// A stop, in which nothing is sent.
     pub stop: Option<Stop>,
-    /// A sweep of the tissue takes at least so many pose periods, 0 for what it takes.
+    /// Minimum duration of a sweep of the tissue in pose periods, 0 for none.
     pub sweep: f64,
-    /// Poses before that.
+    /// Number of poses before `sweep` applies.
     pub sweep_after: u32,
 }
 
-/// A span without poses; those that were due are sent at its end.
+/// A time without poses; those that were due are sent at its end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct Stop {
-    /// Its length \[ms\].
+    /// Duration \[ms\].
     pub ms: u32,
-    /// Poses before it.
+    /// Number of poses before it.
     pub after_poses: u32,
 }
 
@@ -103,10 +103,12 @@ impl FromStr for Faults {
 
 impl Faults {
     fn set(&mut self, kind: &str, value: &str) -> Result<(), String> {
+        // Split the value at the `@`.
         let (front, extra) = match value.split_once('@') {
             Some((front, extra)) => (front, Some(extra)),
             None => (value, None),
         };
+        // Set the fields of the fault, or refuse it.
         match (kind, extra) {
             ("late", _) => {
                 self.late = share(kind, front)?;
@@ -147,13 +149,13 @@ impl Faults {
         Ok(())
     }
 
-    /// Least time of a sweep \[ns\].
+    /// Returns the minimum duration of a sweep \[ns\].
     #[must_use]
     pub fn sweep_ns(&self) -> u64 {
         (self.sweep * self.period_ns() as f64) as u64
     }
 
-    /// The faults of the tissue alone, as they are given.
+    /// Returns the text of the tissue's faults alone.
     #[must_use]
     pub fn of_sweeps(&self) -> String {
         match self.sweep_after {
@@ -162,14 +164,14 @@ impl Faults {
         }
     }
 
-    /// Whether there is a fault in the poses sent.
+    /// Returns true if there is a fault in the sent poses.
     #[must_use]
     pub fn in_poses(&self) -> bool {
         let Self { sweep, sweep_after, .. } = *self;
         *self != Self { sweep, sweep_after, ..Self::default() }
     }
 
-    /// Time from one scheduled pose to the next \[ns\].
+    /// Returns the time from one scheduled pose to the next \[ns\].
     #[must_use]
     pub fn period_ns(&self) -> u64 {
         SECOND_NS / u64::from(self.rate_hz)
@@ -201,83 +203,83 @@ fn whole(
     number.ok_or_else(|| format!("{kind}: \"{text}\" must be from 1 to {most} [{unit}]"))
 }
 
-/// What was done on purpose so far.
+/// Numbers of deliberate faults so far.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Injected {
-    /// Seed that it was drawn with.
+    /// Seed from which they are drawn.
     pub seed: u64,
-    /// Poses sent later than scheduled because they were late, bursts and stops aside.
+    /// Poses drawn as late, without the delays of bursts and stops.
     pub late: u64,
     /// Poses never sent.
     pub lost: u64,
     /// Poses sent a second time.
     pub duplicated: u64,
-    /// Poses sent behind a later one: the server counts them and executes none.
+    /// Poses sent after a later one: the server counts them and executes none.
     pub overtaken: u64,
-    /// Poses whose position is no number.
+    /// Poses whose position is NaN.
     pub nan: u64,
     /// Bursts.
     pub bursts: u64,
     /// Stops.
     pub stops: u64,
-    /// Rate of the schedule \[Hz\].
+    /// Rate of the schedule, not a count \[Hz\].
     pub rate_hz: u32,
 }
 
 /// One message to send.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Sending {
-    /// Which pose.
+    /// Index of the pose.
     pub index: u64,
-    /// When it is sent, counted from the beginning \[ns\].
+    /// Time at which it is sent, from the start of the run \[ns\].
     pub due_ns: u64,
-    /// Whether the pose was sent already.
+    /// True if the pose was already sent.
     pub again: bool,
-    /// Whether its position is to be no number.
+    /// True if its position has to be NaN.
     pub nan: bool,
-    /// Whether a later pose was sent already: the server counts it and does not execute it.
+    /// True if a later pose was already sent: the server counts this one and does not execute it.
     pub overtaken: bool,
 }
 
 impl Sending {
-    /// The message.
+    /// Returns the pose to send.
     #[must_use]
     pub fn pose(&self, pose: Pose) -> Pose {
         if self.nan { Pose { position_m: [f32::NAN; 3], ..pose } } else { pose }
     }
 }
 
-/// The messages of a run, one after the other in the order of sending.
+/// Iterator over the messages of a run, in the order in which they are sent.
 #[derive(Debug, Clone)]
 pub struct Plan {
     faults: Faults,
     random: Pcg64,
     poses: u64,
-    /// The next pose to look at.
+    /// Index of the next pose.
     next: u64,
-    /// Messages ready to be sent.
+    /// Messages that are ready to be sent.
     ready: VecDeque<Sending>,
-    /// A pose that waits for the next one to be sent.
+    /// A pose to be sent after the next one.
     behind: Option<Sending>,
-    /// The last message's moment.
+    /// Time at which the last message is sent.
     time_ns: u64,
-    /// The highest pose sent.
+    /// Highest index of a sent pose.
     highest: Option<u64>,
     done: Injected,
     asked: bool,
 }
 
-/// What a whole plan comes to.
+/// Totals of a plan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Totals {
     /// Poses that the server should execute and answer.
     pub answers: u64,
-    /// When the last message is sent, counted from the beginning \[ns\].
+    /// Time at which the last message is sent, from the start of the run \[ns\].
     pub end_ns: u64,
 }
 
 impl Plan {
-    /// The messages of so many poses: each once and on time, or with faults and their seed.
+    /// Plans the messages of `poses` poses: each once and on time, or with faults and their seed.
     #[must_use]
     pub fn new(poses: u64, faults: Option<(Faults, u64)>) -> Self {
         let asked = faults.is_some();
@@ -296,19 +298,19 @@ impl Plan {
         }
     }
 
-    /// Time from one scheduled pose to the next \[ns\].
+    /// Returns the time from one scheduled pose to the next \[ns\].
     #[must_use]
     pub fn period_ns(&self) -> u64 {
         self.faults.period_ns()
     }
 
-    /// What was done so far, `None` where no faults were asked for.
+    /// Returns the number of faults so far, `None` if none were requested.
     #[must_use]
     pub fn injected(&self) -> Option<Injected> {
         self.asked.then_some(self.done)
     }
 
-    /// What the rest comes to. Cost: that of going through it.
+    /// Returns the totals of a plan that is not played yet. Cost: it runs through all of it.
     #[must_use]
     pub fn totals(&self) -> Totals {
         let mut rest = self.clone();
@@ -316,21 +318,22 @@ impl Plan {
         Totals { answers: sent - rest.done.overtaken, end_ns: rest.time_ns }
     }
 
-    /// From 0 to below 1.
+    /// Returns a random number from 0 to below 1.
     fn draw(&mut self) -> f64 {
         f64::from(self.random.next_u32()) / 4_294_967_296.0
     }
 
-    /// Makes the messages of the next pose ready.
+    /// Prepares the messages of the next pose.
     fn look(&mut self) {
         let index = self.next;
         self.next += 1;
-        // Always the same number of draws, so that one fault's share leaves the others' poses be.
+        // Always draw 7 numbers, so that the share of one fault does not change the poses of the others.
         let [late, delay, lost, dup, reorder, nan, burst] = [(); 7].map(|()| self.draw());
         if lost < self.faults.lost {
             self.done.lost += 1;
             return;
         }
+        // Delay the pose if it is late or starts a burst.
         let mut due_ns = index * self.period_ns();
         if late < self.faults.late {
             let delay_ms = 1.0 + delay * f64::from(self.faults.late_ms - 1);
@@ -341,9 +344,11 @@ impl Plan {
             due_ns += u64::from(self.faults.burst_poses - 1) * self.period_ns();
             self.done.bursts += 1;
         }
+        // Mark it if its position has to be NaN.
         let nan = nan < self.faults.nan;
         self.done.nan += u64::from(nan);
         let sending = Sending { index, due_ns, again: false, nan, overtaken: false };
+        // Hold it back until the next one, or queue it with the one that was held back and a duplicate.
         if reorder < self.faults.reorder && self.behind.is_none() {
             self.behind = Some(sending);
             return;
@@ -356,7 +361,7 @@ impl Plan {
         }
     }
 
-    /// The earliest moment of a pose that a stop holds up \[ns\].
+    /// Returns the end of the stop if it delays this pose, else 0 \[ns\].
     fn held_until_ns(&mut self, index: u64) -> u64 {
         match self.faults.stop {
             Some(stop) if index >= u64::from(stop.after_poses) => {
@@ -371,7 +376,7 @@ impl Plan {
 impl Iterator for Plan {
     type Item = Sending;
 
-    /// Allocates nothing.
+    /// Does not allocate.
     fn next(&mut self) -> Option<Sending> {
         while self.ready.is_empty() && self.next < self.poses {
             self.look();
@@ -380,7 +385,7 @@ impl Iterator for Plan {
             self.ready.extend(self.behind.take());
         }
         let mut sending = self.ready.pop_front()?;
-        // No message is due before the one ahead of it.
+        // No message is due before the previous one.
         sending.due_ns = sending.due_ns.max(self.held_until_ns(sending.index)).max(self.time_ns);
         self.time_ns = sending.due_ns;
         sending.overtaken = !sending.again && self.highest > Some(sending.index);

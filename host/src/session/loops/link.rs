@@ -1,4 +1,4 @@
-//! What a controller sends and receives.
+//! Sends a controller's poses and receives its answers.
 
 use chaincell_kernel::ToolPose;
 use iceoryx2::port::update_connections::UpdateConnections;
@@ -19,29 +19,29 @@ pub(crate) struct Link(Ports<ToolForces, ToolPoses>);
 pub(crate) struct Heard {
     /// The force is that of tool 0; the contacts are those of all tools.
     pub(crate) force: TickForce,
-    /// All of it that a device shows.
+    /// The forces and torques that a device shows.
     pub(crate) shown: Shown,
 }
 
 impl Link {
-    /// The controller's side of a scene.
+    /// Opens the controller's side of a scene.
     ///
     /// # Errors
-    /// Another controller; no places, or too little memory.
+    /// Another controller; no free port, or too little memory.
     pub(crate) fn open(scene: &SceneServices, woken: bool) -> chaincell_client::Result<Self> {
         Ok(Self(scene.control_ports(woken)?))
     }
 
-    /// Sends the pose of a tick, of several tools those of all.
+    /// Sends the pose of a tick, or those of all tools if there are several.
     ///
     /// # Errors
-    /// What shared memory says.
+    /// The error of shared memory.
     pub(crate) fn send(&self, pose: Pose, tools: &[ToolPose]) -> Result<(), String> {
         let sent = self.0.publisher.send_copy(message(pose, tools));
         sent.map(|_| ()).map_err(|why| format!("{why:?}"))
     }
 
-    /// An answer that has arrived. A connection that fails shows as a missing answer.
+    /// Returns an answer that has arrived. A failed connection shows as a missing answer.
     pub(crate) fn receive(&self) -> Option<Heard> {
         Some(heard(&*self.0.subscriber.receive().ok()??))
     }
@@ -49,24 +49,24 @@ impl Link {
     /// Connects to the server's ports.
     ///
     /// # Errors
-    /// What shared memory says.
+    /// The error of shared memory.
     pub(crate) fn connect(&self) -> Result<(), String> {
         self.0.publisher.update_connections().map_err(|why| format!("{why:?}"))
     }
 
-    /// Wakes the server.
+    /// Returns the bell that wakes the server.
     pub(crate) fn ring(&self) -> &Ring {
         &self.0.ring
     }
 
-    /// Woken when an answer was written.
+    /// Returns the waker that signals a sent answer.
     pub(crate) fn wake(&self) -> &Wake {
         &self.0.wake
     }
 }
 
-/// The message of a tick. It has all tools that there can be; those beyond the path's stay at the origin
-/// and are not engaged.
+/// Returns the message of a tick. It has the maximal number of tools; those beyond the path's stay at the
+/// origin and are not engaged.
 fn message(pose: Pose, tools: &[ToolPose]) -> ToolPoses {
     let first = [pose.into()];
     let given = if tools.is_empty() { &first } else { tools };
@@ -86,7 +86,7 @@ fn message(pose: Pose, tools: &[ToolPose]) -> ToolPoses {
             reserved: 0,
         };
     }
-    // A fault on purpose.
+    // A deliberate fault.
     if pose.position_m.iter().any(|x| x.is_nan()) {
         poses.each[0].position_m = pose.position_m;
     }

@@ -1,4 +1,4 @@
-//! The 1 kHz loops of both sides, how they wait, and what they keep and show.
+//! The 1 kHz loops of both sides, with their waiting, their recordings and the force that they show.
 
 pub use chaincell_client::wait;
 use chaincell_client::{ramp, shaper};

@@ -1,12 +1,12 @@
-//! Poses under way: when each was sent, until its answer arrives. The memory is fixed.
+//! Poses under way: keeps the send time of each until its answer arrives. The memory is fixed.
 
 use crate::session::ipc::services::QUEUE_MESSAGES;
 
-/// Poses that can be under way: those of 16 s, which a controller that stood still for so long sends
-/// at once, before the first answer to them arrives.
+/// Capacity: the poses of 16 s. A controller that stood still for this long sends them at once, before the
+/// first of their answers arrives.
 const ROOM: usize = 16 * QUEUE_MESSAGES;
 
-/// A pose under way; `index` is `u64::MAX` where none is.
+/// A pose under way; `index` is `u64::MAX` for none.
 #[derive(Debug, Clone, Copy)]
 struct Slot {
     index: u64,
@@ -15,7 +15,7 @@ struct Slot {
 
 const EMPTY: Slot = Slot { index: u64::MAX, sent_ns: u64::MAX };
 
-/// The poses under way, and how many were sent and answered.
+/// The poses under way, and the numbers of sent and answered ones.
 #[derive(Debug)]
 pub(crate) struct Outstanding {
     slots: Vec<Slot>,
@@ -24,18 +24,18 @@ pub(crate) struct Outstanding {
 }
 
 impl Outstanding {
-    /// None so far. Every slot is written now, which keeps page faults out of the loop.
+    /// Creates an empty set. Every slot is written now, which keeps page faults out of the loop.
     pub(crate) fn new() -> Self {
         Self { slots: vec![EMPTY; ROOM], sent: 0, answered: 0 }
     }
 
-    /// The pose of this place in the list was sent at this moment.
+    /// Notes that the pose `index` was sent at `sent_ns`.
     pub(crate) fn send(&mut self, index: u64, sent_ns: u64) {
         self.slots[index as usize % ROOM] = Slot { index, sent_ns };
         self.sent += 1;
     }
 
-    /// When the pose of an answer was sent; `None` if it was not, or has its answer.
+    /// Notes the answer to a pose. Returns its send time, `None` if it was not sent or was already answered.
     pub(crate) fn answer(&mut self, index: u64) -> Option<u64> {
         let slot = &mut self.slots[index as usize % ROOM];
         if slot.index != index || index == u64::MAX {
@@ -47,12 +47,12 @@ impl Outstanding {
         Some(sent_ns)
     }
 
-    /// Poses sent.
+    /// Number of poses sent.
     pub(crate) fn sent(&self) -> u64 {
         self.sent
     }
 
-    /// Poses answered.
+    /// Number of poses answered.
     pub(crate) fn answered(&self) -> u64 {
         self.answered
     }

@@ -1,10 +1,10 @@
-//! What it costs when a peer joins or leaves: mapping its memory, in the thread that notices.
+//! Cost of a peer that joins or leaves: the thread that notices it maps or unmaps its memory.
 
 use serde::{Deserialize, Serialize};
 
 use crate::session::timing::clock::now_ns;
 
-/// Cost of peers that came and went.
+/// Cost of peers that joined and left.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct PeerCost {
     /// Ports that appeared on the scene's services while the loop ran.
@@ -20,7 +20,7 @@ pub struct PeerCost {
 }
 
 impl PeerCost {
-    /// The longest of all calls in which a change was noticed \[ns\].
+    /// Returns the longest call in which a change was noticed \[ns\].
     #[must_use]
     pub fn longest_ns(&self) -> u64 {
         self.idle_ns_max.max(self.receive_ns_max).max(self.send_ns_max)
@@ -35,7 +35,7 @@ pub(crate) struct PeerWatch {
     cost: PeerCost,
 }
 
-/// What a timed call did.
+/// Kind of a timed call.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Call {
     Idle,
@@ -48,7 +48,7 @@ impl PeerWatch {
         Self { known: ports_count, settle: false, cost: PeerCost::default() }
     }
 
-    /// Runs a call, and books its time if the set of ports changed since the last one.
+    /// Runs a call, and records its duration if the number of ports changed shortly before or during it.
     pub(crate) fn timed<R>(
         &mut self,
         count: impl Fn() -> usize,

@@ -1,15 +1,15 @@
-//! Poses to play: a path, once or over and over, its ticks counting on.
+//! Poses to play: a path that is played once or repeatedly, with ticks that continue to count.
 
 use chaincell_kernel::ToolPose;
 
 use crate::engine::motion::Pose;
 use crate::error::{Error, Result};
 
-/// A path and how often it is played. The memory is the path's, however often.
+/// A path and the number of times that it is played, which does not affect the memory.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Playlist<'a> {
     poses: &'a [Pose],
-    /// Of several tools the poses of all in each of these ticks, one behind the other.
+    /// With several tools: the poses of all in each of these ticks, tick by tick.
     tools: &'a [ToolPose],
     repeats: u64,
     /// Ticks from one repeat to the next.
@@ -17,6 +17,8 @@ pub(crate) struct Playlist<'a> {
 }
 
 impl<'a> Playlist<'a> {
+    /// Creates the list for one tool.
+    ///
     /// # Errors
     /// Ticks that do not ascend; none or too many repeats.
     pub(crate) fn new(poses: &'a [Pose], repeats: u64) -> Result<Self> {
@@ -30,7 +32,7 @@ impl<'a> Playlist<'a> {
         let span = ends.map_or(0, |(first, last)| (last.tick - first.tick).saturating_add(1));
         let last = ends.map_or(0, |(_, last)| last.tick);
         let fits = span.checked_mul(repeats).and_then(|all| all.checked_add(last)).is_some();
-        // Played once, a path may reach the very last tick.
+        // A path that is played once may reach the largest tick.
         if repeats == 0 || (repeats > 1 && !fits) {
             return Err(Error::input(format!(
                 "`repeat` {repeats}: must be at least 1, and the last tick below 2^64"
@@ -39,7 +41,7 @@ impl<'a> Playlist<'a> {
         Ok(Self { poses, tools: &[], repeats, span })
     }
 
-    /// The same with the poses of several tools in each tick.
+    /// Adds the poses of several tools in each tick.
     pub(crate) fn with_tools(self, tools: &'a [ToolPose]) -> Self {
         Self { tools, ..self }
     }
@@ -49,26 +51,26 @@ impl<'a> Playlist<'a> {
         self.poses.len() as u64 * self.repeats
     }
 
-    /// Whether the path is played more than once.
+    /// Returns true if the path is played more than once.
     pub(crate) fn is_repeated(&self) -> bool {
         self.repeats > 1
     }
 
-    /// The pose of a place in the list, which must be below [`Self::len`].
+    /// Returns the pose at an index, which must be below [`Self::len`].
     pub(crate) fn pose(&self, index: u64) -> Pose {
         let length = self.poses.len() as u64;
         let pose = self.poses[(index % length) as usize];
         Pose { tick: pose.tick + index / length * self.span, ..pose }
     }
 
-    /// The poses of several tools there; none of a path of one.
+    /// Returns the poses of all tools at an index; none for a path of one tool.
     pub(crate) fn tools(&self, index: u64) -> &'a [ToolPose] {
         let count = self.tools.len() / self.poses.len().max(1);
         let at = (index % self.poses.len().max(1) as u64) as usize * count;
         self.tools.get(at..at + count).unwrap_or(&[])
     }
 
-    /// The place of a tick. Cost: a binary search in the path.
+    /// Returns the index of a tick, if the list has it. Cost: a binary search in the path.
     pub(crate) fn index_of(&self, tick: u64) -> Option<u64> {
         let first = self.poses.first()?.tick;
         let since = tick.checked_sub(first)?;

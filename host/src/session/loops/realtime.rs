@@ -1,4 +1,4 @@
-//! Real-time privileges: asked for, told when refused, never needed.
+//! Real-time privileges: they are requested, a refusal is reported, and none is required.
 
 use iceoryx2_bb_posix::process::{Process, ProcessId, ProcessSetSchedulerError};
 use iceoryx2_bb_posix::scheduler::Scheduler;
@@ -10,20 +10,20 @@ use crate::error::{Error, Result};
 use crate::session::loops::wait::Wait;
 use crate::words::counted;
 
-/// Middle of the range 0 to 255, which Linux's 1 to 99 are spread over.
+/// Middle of the range 0 to 255, which maps to Linux's priorities 1 to 99.
 const FIFO_PRIORITY: u8 = 127;
 
-/// Which of the two processes asks, so that they get different cores.
+/// The process that asks; each of the two gets a different core.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Role {
-    /// The tissue: the last core that is allowed.
+    /// The tissue: it gets the last allowed core.
     Serve,
-    /// The controller: the core before that.
+    /// The controller: it gets the allowed core before that.
     Control,
 }
 
-/// Asks for locked memory, `SCHED_FIFO` and a core of its own for the calling thread; the result
-/// names each refusal with its reason.
+/// Asks for locked memory, `SCHED_FIFO` and a separate core for the calling thread. Returns each refusal with
+/// its reason.
 pub fn ask(role: Role, wait: Wait) -> Vec<String> {
     let mut refused = Vec::new();
     if let Err(why) = lock_memory() {
@@ -31,13 +31,13 @@ pub fn ask(role: Role, wait: Wait) -> Vec<String> {
     }
     sharpen_timers();
     if wait == Wait::Spin {
-        // The kernel takes the core away from a FIFO thread that never sleeps: 50 ms each second.
+        // A FIFO thread that never sleeps loses its core for 50 ms in each second.
         refused.push("SCHED_FIFO not asked for: a loop that spins never sleeps".to_owned());
         return refused;
     }
     match ask_fifo() {
         Ok(()) => refused.extend(pin(role)),
-        // Pinned at ordinary priority, a thread would only lose the free cores.
+        // A pinned thread of ordinary priority could not move to a free core.
         Err(why) => refused.push(format!("SCHED_FIFO refused: {why}")),
     }
     refused
@@ -50,7 +50,7 @@ pub fn end_with_parent() -> Result<()> {
 }
 
 fn lock_memory() -> rustix::io::Result<()> {
-    // With a limit, locking what is mapped later would make later mappings fail.
+    // If locked memory is limited, locking future mappings would make them fail.
     let flags = match getrlimit(Resource::Memlock).current {
         None => MlockAllFlags::CURRENT | MlockAllFlags::FUTURE,
         Some(_) => MlockAllFlags::CURRENT,
@@ -58,14 +58,14 @@ fn lock_memory() -> rustix::io::Result<()> {
     mlockall(flags)
 }
 
-/// Ordinary threads are woken up to 50 us late by default, to save power.
+/// Sets the least timer slack: by default ordinary threads wake up to 50 us late, to save power.
 fn sharpen_timers() {
-    // A kernel that refuses leaves the default.
+    // If the kernel refuses, the default remains.
     let _ = rustix::thread::set_current_timer_slack(std::num::NonZeroU64::new(1));
 }
 
 fn ask_fifo() -> std::result::Result<(), String> {
-    // Linux schedules threads: the id of one thread changes that thread alone.
+    // Linux schedules threads: with the id of a thread, only that thread changes.
     let thread = rustix::thread::gettid().as_raw_nonzero().get();
     let mut thread = Process::from_pid(ProcessId::new(thread));
     match thread.set_scheduler(Scheduler::Fifo) {
@@ -89,17 +89,17 @@ fn pin(role: Role) -> Option<String> {
     }
 }
 
-/// Cores that this thread may run on, ascending; none where the system does not tell.
+/// Returns the cores on which this thread may run, ascending; none if the system does not report them.
 #[must_use]
 pub fn allowed_cores() -> Vec<usize> {
     let allowed = sched_getaffinity(None).unwrap_or_default();
     (0..CpuSet::MAX_CPU).filter(|&core| allowed.is_set(core)).collect()
 }
 
-/// Keeps the calling thread on a core.
+/// Pins the calling thread to a core.
 ///
 /// # Errors
-/// A core that is not there or not allowed.
+/// A core that does not exist or is not allowed.
 pub fn pin_to(core: usize) -> rustix::io::Result<()> {
     let mut only = CpuSet::new();
     only.set(core);

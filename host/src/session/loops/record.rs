@@ -1,4 +1,4 @@
-//! Keeps poses as received and their answers, in memory taken beforehand; on disk too, in a trace.
+//! Records the received poses and their answers, in preallocated memory and in a trace on disk.
 
 use chaincell_kernel::ToolPose;
 use chaincell_kernel::trace::{CommandRecord, Record};
@@ -9,45 +9,45 @@ use crate::error::Result;
 use crate::files::recording::TraceFile;
 use crate::session::ipc::tools::TickForce;
 
-/// Records of a trace beside those of its ticks, for commands.
+/// Largest number of commands in a trace, besides the records of its ticks.
 const COMMANDS_MAX: usize = 4096;
 
-/// What was done with a pose.
+/// A recorded tick.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Row {
-    /// The pose, as it was executed, with the sweeps of the tick.
+    /// The executed pose, with the sweeps of the tick.
     pub pose: Pose,
     /// The tissue's answer.
     pub force: TickForce,
-    /// Whether the output stage's ramp began anew before the tick.
+    /// True if the output stage's ramp was restarted before the tick.
     pub ramp_restarted: bool,
-    /// The delay that the output stage was told of before the tick \[ticks\], where it is measured.
+    /// Delay passed to the output stage before the tick, if it is measured \[ticks\].
     pub delay_ticks: Option<u16>,
 }
 
 impl Row {
-    /// A tick without an output stage.
+    /// Creates the row of a tick without an output stage.
     #[must_use]
     pub fn of(pose: Pose, force: TickForce) -> Self {
         Self { pose, force, ramp_restarted: false, delay_ticks: None }
     }
 }
 
-/// What a tool that was chosen by its parts did and felt in a tick.
+/// Pose and output of a tool in a tick, for tools that are defined by their parts.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ToolRow {
-    /// Its pose, as it was executed.
+    /// The executed pose.
     pub pose: ToolPose,
-    /// What it felt.
+    /// The output.
     pub felt: Felt,
 }
 
-/// Ticks of a session, up to a capacity. What comes after the first one that found no room is left
-/// out: nothing that is kept has a gap.
+/// Ticks of a session, up to a capacity. From the first tick that did not fit on all are left out, so that
+/// the recording has no gap.
 #[derive(Debug, Default)]
 pub struct Recorder {
     rows: Vec<Row>,
-    /// Of the tools in each of these ticks, one behind the other.
+    /// Rows of the tools in each of these ticks, tick by tick.
     tool_rows: Vec<ToolRow>,
     keeps_rows: bool,
     trace: Option<TraceFile>,
@@ -58,19 +58,19 @@ pub struct Recorder {
 }
 
 impl Recorder {
-    /// Records that the trace of so many ticks needs room for.
+    /// Returns the number of records that a trace of `ticks` ticks needs.
     #[must_use]
     pub fn trace_records(ticks: usize) -> usize {
         Self::trace_records_of(ticks, 0)
     }
 
-    /// The same with so many tools that were chosen by their parts.
+    /// Like [`Self::trace_records`], with `tools` tools that are defined by their parts.
     #[must_use]
     pub fn trace_records_of(ticks: usize, tools: usize) -> usize {
         ticks.saturating_mul(tools + 1).saturating_add(COMMANDS_MAX)
     }
 
-    /// Room in memory for `capacity_ticks` ticks; 0 keeps nothing.
+    /// Creates a recorder with memory for `capacity_ticks` ticks; with 0 it records nothing.
     #[must_use]
     pub fn with_capacity(capacity_ticks: usize) -> Self {
         let mut rows = Vec::new();
@@ -81,7 +81,7 @@ impl Recorder {
         Self { rows, keeps_rows: true, capacity_ticks, ..Self::default() }
     }
 
-    /// Takes room for what so many tools do and feel in the ticks that are kept.
+    /// Allocates memory for the poses and outputs of `tools` tools in the recorded ticks.
     #[must_use]
     pub fn with_tools(mut self, tools: usize) -> Self {
         let pose = ToolPose::at([0.0; 3].into(), 0);
@@ -91,27 +91,25 @@ impl Recorder {
         self
     }
 
-    /// Keeps `capacity_ticks` ticks in a trace alone.
+    /// Records `capacity_ticks` ticks in a trace only.
     #[must_use]
     pub fn on_disk(capacity_ticks: usize, trace: TraceFile) -> Self {
         Self { trace: Some(trace), capacity_ticks, ..Self::default() }
     }
 
-    /// Keeps the same ticks in a trace too.
+    /// Records the same ticks in a trace too.
     #[must_use]
     pub fn with_trace(self, trace: TraceFile) -> Self {
         Self { trace: Some(trace), ..self }
     }
 
-    /// Keeps one tick, or counts it as left out when full. Called before the answer leaves: a
-    /// controller that has the answer can count on the record. Allocates nothing, calls nothing of
-    /// the system.
+    /// Records a tick, or counts it as left out if the recorder is full. Called before the answer is sent: a
+    /// controller that has the answer can rely on the record. Makes no allocation and no system call.
     pub fn record(&mut self, row: Row) {
         self.record_tools(row, &[], &[]);
     }
 
-    /// As [`Self::record`], with the poses of the tools that were chosen by their parts, and what they
-    /// felt.
+    /// Like [`Self::record`], with the poses and outputs of the tools that are defined by their parts.
     pub fn record_tools(&mut self, row: Row, poses: &[ToolPose], felt: &[Felt]) {
         if self.has_ended() || !self.trace(&row, poses) {
             self.left_out_ticks += 1;
@@ -125,7 +123,7 @@ impl Recorder {
         self.ticks += 1;
     }
 
-    /// The tick into the trace, where there is one; false where it is full.
+    /// Adds a tick to the trace, if there is one. Returns false if the trace is full.
     fn trace(&mut self, row: &Row, poses: &[ToolPose]) -> bool {
         let Some(trace) = &mut self.trace else { return true };
         let &Row { pose, force, ramp_restarted, delay_ticks } = row;
@@ -135,27 +133,27 @@ impl Recorder {
         trace.add_tools(&record, poses)
     }
 
-    /// Poses that were executed, bit for bit as received but for `engaged` before the first
-    /// release, each with its answer, in order.
+    /// Returns the executed poses in order, each with its answer. They have the received bits, except for
+    /// `engaged` before the first release.
     #[must_use]
     pub fn rows(&self) -> &[Row] {
         &self.rows
     }
 
-    /// What each tool did and felt in these ticks: all of a tick one behind the other.
+    /// Returns the rows of all tools in these ticks, tick by tick.
     #[must_use]
     pub fn tool_rows(&self) -> &[ToolRow] {
         &self.tool_rows
     }
 
-    /// Ticks that were kept.
+    /// Number of recorded ticks.
     #[must_use]
     pub fn ticks(&self) -> u64 {
         self.ticks as u64
     }
 
-    /// Whether a command may be carried out without a gap in what is kept: there is a place for
-    /// it, or none is needed since no further tick is kept.
+    /// Returns true if a command leaves no gap in the recording: there is a free record, or none is needed
+    /// since no further tick is recorded.
     #[must_use]
     pub fn has_room_for_command(&self) -> bool {
         let has_room = self.trace.as_ref().is_none_or(TraceFile::has_room);
@@ -166,8 +164,8 @@ impl Recorder {
         self.left_out_ticks > 0 || self.ticks == self.capacity_ticks
     }
 
-    /// Keeps a command behind the ticks so far, where [`Self::has_room_for_command`]. Allocates
-    /// nothing.
+    /// Records a command after the ticks so far; call it only if [`Self::has_room_for_command`]. Does not
+    /// allocate.
     pub fn command(&mut self, record: CommandRecord) {
         if self.has_ended() {
             return;
@@ -178,16 +176,16 @@ impl Recorder {
         }
     }
 
-    /// Ticks that came after the last free place.
+    /// Number of ticks that did not fit.
     #[must_use]
     pub fn left_out_ticks(&self) -> u64 {
         self.left_out_ticks
     }
 
-    /// Ends the trace, cut to its length.
+    /// Ends the trace and cuts it to its length.
     ///
     /// # Errors
-    /// What the system says, with the path.
+    /// The system's error, with the path.
     pub fn finish_trace(&mut self) -> Result<()> {
         self.trace.take().map_or(Ok(()), TraceFile::finish)
     }
@@ -213,7 +211,7 @@ mod tests {
         assert!(recorder.has_room_for_command());
     }
 
-    /// A recorder with a trace, and the trace's path.
+    /// Returns a recorder with a trace, and the trace's path.
     fn traced(ticks: usize, records: usize) -> (tempfile::TempDir, std::path::PathBuf, Recorder) {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.trace");
@@ -236,7 +234,7 @@ mod tests {
         room
     }
 
-    /// Entries of a trace: ticks as they are, commands as 0.
+    /// Returns the entries of a trace: the numbers of ticks, 0 for commands.
     fn entries(path: &std::path::Path) -> (Vec<u64>, End) {
         let bytes = std::fs::read(path).unwrap();
         let mut found = Vec::new();
@@ -259,7 +257,7 @@ mod tests {
         tick(&mut recorder, 1);
         assert!(command(&mut recorder, 1));
         tick(&mut recorder, 2);
-        // A killed process leaves this.
+        // A killed process leaves this state.
         assert_eq!(entries(&path), (vec![1, 0, 2], End::Complete));
         tick(&mut recorder, 3);
         assert!(command(&mut recorder, 3), "behind the last tick that is kept nothing counts");
