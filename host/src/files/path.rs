@@ -1,5 +1,5 @@
-//! Path files: one tool pose a row, `tick,x_m,y_m,z_m,engaged`, and where they were counted the
-//! sweeps of its tick.
+//! Path files: each row is a tool pose, `tick,x_m,y_m,z_m,engaged`, with the sweeps of its tick if they were
+//! counted.
 
 use std::fmt::Write as _;
 use std::io::{BufRead, BufReader};
@@ -13,33 +13,33 @@ use crate::text::{BYTE_ORDER_MARK, gzip};
 
 /// First line of every path file.
 pub const HEADER: &str = "tick,x_m,y_m,z_m,engaged";
-/// The same where the sweeps of each tick were counted.
+/// First line if the sweeps of each tick were counted.
 pub const HEADER_WITH_SWEEPS: &str = "tick,x_m,y_m,z_m,engaged,sweeps";
-/// Largest number of rows that is read: a day and a quarter at 1 kHz.
+/// Largest number of rows that is read: more than a day at 1 kHz.
 const ROWS_MAX: u64 = 100_000_000;
-/// Longest line that is read, its end included: a row of five numbers is far shorter.
+/// Longest line that is read, with its end: a row of five numbers is much shorter.
 const LINE_BYTES_MAX: usize = 4096;
 
-/// What a path may hold.
+/// Rules for the content of a path.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Rules {
-    /// Ticks strictly consecutive, numbers finite, `engaged` 0 or 1.
+    /// Ticks are consecutive, numbers are finite, `engaged` is 0 or 1.
     Strict,
-    /// A recorded session: any number, any `engaged`, any order of ticks.
+    /// A recorded session may have any number, any `engaged` and any order of ticks.
     Recorded,
 }
 
-/// Reads a path file: its sequences of poses, one unless the header stands again before a row of
-/// a recorded session, where another controller took over and numbered anew.
+/// Reads a path file. Returns its sequences of poses: a recorded session has a new one after each repeated
+/// header, where another controller took over and numbered anew; other paths have one.
 ///
 /// # Errors
-/// File, line and field of the first thing that breaks the rules, and the remedy.
+/// File, line and field of the first violation of the rules, and the remedy.
 pub fn read(path: &Path, rules: Rules) -> Result<Vec<Vec<Pose>>> {
     let file = input::open(path).map_err(|why| Error::file("open path", path, why))?;
     parse(BufReader::new(file), &path.display().to_string(), rules)
 }
 
-/// The same from any text; `name` stands for the file.
+/// Like [`read`], from any text; `name` replaces the file's name.
 ///
 /// # Errors
 /// As [`read`].
@@ -49,6 +49,7 @@ pub fn parse(text: impl BufRead, name: &str, rules: Rules) -> Result<Vec<Vec<Pos
     let mut header = String::new();
     each_line(text, name, |line, row| {
         if line == 1 {
+            // The first line is the header.
             header = row.strip_prefix(BYTE_ORDER_MARK).unwrap_or(row).to_owned();
             if header != HEADER && header != HEADER_WITH_SWEEPS {
                 return Err(Error::input(format!(
@@ -62,8 +63,10 @@ pub fn parse(text: impl BufRead, name: &str, rules: Rules) -> Result<Vec<Vec<Pos
                 "{name}:{line}: the header stands again as `{row}`; the first one is `{header}`"
             )));
         } else if row == header && rules == Rules::Recorded {
+            // A repeated header starts the sequence of another controller.
             sequences.push(std::mem::take(&mut poses));
         } else {
+            // A row has to continue the sequence.
             let pose = pose(row, &header, rules)
                 .map_err(|why| Error::input(format!("{name}:{line}: {why}")))?;
             in_order(poses.last(), &pose, rules)
@@ -79,10 +82,11 @@ pub fn parse(text: impl BufRead, name: &str, rules: Rules) -> Result<Vec<Vec<Pos
     Ok(sequences)
 }
 
-/// Reads a text line by line, each told with its number from 1 on and without its end.
+/// Reads a text line by line. Calls `each` with the number of a line, from 1 on, and its text without the
+/// line's end.
 ///
 /// # Errors
-/// A line that is too long, no text, one too many or compressed; that of `each`.
+/// A line that is too long, not text or compressed; too many lines; an error of `each`.
 pub(super) fn each_line(
     mut text: impl BufRead,
     name: &str,
@@ -90,12 +94,14 @@ pub(super) fn each_line(
 ) -> Result<()> {
     let mut bytes = Vec::new();
     for line in 1_u64.. {
+        // Read the next line.
         bytes.clear();
         read_line(&mut text, &mut bytes)
             .map_err(|why| Error::input(format!("{name}:{line}: cannot read: {why}")))?;
         if bytes.is_empty() {
             break;
         }
+        // Refuse a compressed file, a line that is too long, too many lines.
         if let (1, Some(why)) = (line, gzip(&bytes)) {
             return Err(Error::input(format!("{name}: {why}")));
         }
@@ -110,6 +116,7 @@ pub(super) fn each_line(
                 "{name}:{line}: more than {ROWS_MAX} rows: split it"
             )));
         }
+        // Pass the text on.
         let row = std::str::from_utf8(&bytes)
             .map_err(|_| Error::input(format!("{name}:{line}: not text: save it as CSV")))?;
         each(line, row.trim_end_matches(['\n', '\r']))?;
@@ -117,8 +124,8 @@ pub(super) fn each_line(
     Ok(())
 }
 
-/// Reads a line with its end, a line feed, a carriage return or both in a row; of one that is too long no
-/// more than a byte too many.
+/// Reads a line with its end: a line feed, a carriage return, or both in a row. Stops one byte after the
+/// longest line.
 fn read_line(text: &mut impl BufRead, bytes: &mut Vec<u8>) -> std::io::Result<()> {
     while bytes.len() <= LINE_BYTES_MAX {
         let front = match text.fill_buf() {
@@ -145,7 +152,7 @@ fn read_line(text: &mut impl BufRead, bytes: &mut Vec<u8>) -> std::io::Result<()
     Ok(())
 }
 
-/// One row.
+/// Parses a row.
 fn pose(row: &str, header: &str, rules: Rules) -> std::result::Result<Pose, String> {
     let fields: Vec<&str> = row.split(',').map(str::trim).collect();
     let wanted = header.split(',').count();
@@ -161,12 +168,12 @@ fn pose(row: &str, header: &str, rules: Rules) -> std::result::Result<Pose, Stri
     Ok(Pose { tick, position_m, engaged, sweeps: sweeps_of(sweeps)? })
 }
 
-/// A field that is a whole number.
+/// Parses a field that is a whole number.
 pub(super) fn whole(name: &str, text: &str) -> std::result::Result<u64, String> {
     text.parse().map_err(|_| format!("field {name} `{text}`: must be a whole number from 0"))
 }
 
-/// A field that is a number, by its name, text and unit.
+/// Parses a field that is a number, given by its name, text and unit.
 pub(super) fn number(
     (name, text, unit): (&str, &str, &str),
     rules: Rules,
@@ -182,14 +189,14 @@ pub(super) fn number(
     Ok(value)
 }
 
-/// The field `engaged`.
+/// Parses the field `engaged`.
 pub(super) fn engaged_of(text: &str, rules: Rules) -> std::result::Result<u32, String> {
     let told = || format!("field engaged `{text}`: must be 0 or 1");
     let engaged: u32 = text.parse().map_err(|_| told())?;
     if rules == Rules::Strict && engaged > 1 { Err(told()) } else { Ok(engaged) }
 }
 
-/// The field `sweeps`, where there is one.
+/// Parses the field `sweeps`, if there is one.
 pub(super) fn sweeps_of(fields: &[&str]) -> std::result::Result<Option<u16>, String> {
     match fields {
         [] | [""] => Ok(None),
@@ -199,7 +206,7 @@ pub(super) fn sweeps_of(fields: &[&str]) -> std::result::Result<Option<u16>, Str
     }
 }
 
-/// Whether a row may stand behind the last.
+/// Checks that a row may follow the last one.
 fn in_order(last: Option<&Pose>, pose: &Pose, rules: Rules) -> std::result::Result<(), String> {
     match last {
         Some(last) if rules == Rules::Strict && Some(pose.tick) != last.tick.checked_add(1) => {
@@ -214,9 +221,9 @@ fn in_order(last: Option<&Pose>, pose: &Pose, rules: Rules) -> std::result::Resu
     }
 }
 
-/// The text of a path file; decimals that read back as the same single-precision numbers. Where a
-/// tick does not continue the count, a new one begins: the header stands once more. The column
-/// `sweeps` is there where they were counted in a tick.
+/// Returns the text of a path file; its decimals read back as the same single-precision numbers. Before a
+/// tick that does not continue the count, the header is repeated. There is a column `sweeps` if they were
+/// counted in any tick.
 #[must_use]
 pub fn to_text(poses: impl IntoIterator<Item = Pose, IntoIter: Clone>) -> String {
     let poses = poses.into_iter();
@@ -236,7 +243,7 @@ pub fn to_text(poses: impl IntoIterator<Item = Pose, IntoIter: Clone>) -> String
     text
 }
 
-/// The end of a row: the sweeps of its tick where they were counted.
+/// Ends a row, with the sweeps of its tick if the path has a column for them.
 pub(super) fn end_row(text: &mut String, counted: bool, sweeps: Option<u16>) {
     let _ = match sweeps {
         _ if !counted => writeln!(text),

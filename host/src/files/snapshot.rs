@@ -1,19 +1,19 @@
-//! Snapshots of sessions as files: those of tissue and output stage, with what they belong to.
+//! Snapshots of sessions as files: those of tissue and output stage, with the state of the session.
 //!
 //! ```text
 //! offset  bytes  content, little-endian
 //!      0      8  magic "CHAINSES"
 //!      8      4  format version (1)
-//!     12      4  CRC-32 (ISO-HDLC) of all bytes but these four; its number in a trace
+//!     12      4  CRC-32 (ISO-HDLC) of all bytes but these four; identifies the snapshot in a trace
 //!     16      8  last tick before it, 0 for none
 //!     24     16  id of the publisher in charge, 0 for none
 //!     40      4  bit t: tool t was seen released
 //!     44      4  bit t: tool t was engaged
 //!     48      4  1 while paused
-//!     52     28  settings in force: sweeps, step, time a tick, largest motion a tick [m], largest
+//!     52     28  current settings: sweeps, step, time per tick, largest motion per tick [m], largest
 //!                force [N], unloading, drive
-//!     80      …  three times a length (u32) and so many bytes: what a trace of the session begins
-//!                with, the tissue's snapshot, the stage's (none without a stage)
+//!     80      …  three times a length n (u32) and n bytes: the start of the session's trace, the tissue's
+//!                snapshot, the stage's (empty without a stage)
 //! ```
 
 use std::io::Read;
@@ -30,7 +30,7 @@ const MAGIC: [u8; 8] = *b"CHAINSES";
 const VERSION: u32 = 1;
 const CRC_AT: usize = 12;
 static CRC: Crc<u32, Table<16>> = Crc::<u32, Table<16>>::new(&CRC_32_ISO_HDLC);
-/// Largest snapshot that is read: far above that of the largest body.
+/// Largest snapshot that is read: much larger than that of the largest body.
 const BYTES_MAX: u64 = 1 << 28;
 
 /// A session between two ticks.
@@ -40,17 +40,17 @@ pub struct SessionSnapshot {
     pub tick: u64,
     /// Id of the publisher in charge, 0 for none.
     pub publisher: u128,
-    /// Which tools were seen released.
+    /// True for each tool that was seen released.
     pub released: [bool; TOOLS_MAX],
-    /// Whether the session was paused.
+    /// True if the session was paused.
     pub is_paused: bool,
-    /// What a trace of the session begins with: all that it was started with.
+    /// Start of a trace of the session, with all settings from which it was started.
     pub begun: Vec<u8>,
-    /// Tissue and output stage.
+    /// State of tissue and output stage.
     pub saved: Saved,
 }
 
-/// The file of the snapshot behind a tick of a trace.
+/// Returns the path of the snapshot after a tick of a trace.
 #[must_use]
 pub fn place(trace: &Path, tick: u64) -> PathBuf {
     let mut name = trace.as_os_str().to_owned();
@@ -58,7 +58,7 @@ pub fn place(trace: &Path, tick: u64) -> PathBuf {
     name.into()
 }
 
-/// The copy of the snapshot that a trace begins from: under a name that no later one takes.
+/// Returns the path for a copy of the snapshot from which a trace begins; no later snapshot gets this name.
 #[must_use]
 pub fn start_place(trace: &Path) -> PathBuf {
     let mut name = trace.as_os_str().to_owned();
@@ -66,7 +66,7 @@ pub fn start_place(trace: &Path) -> PathBuf {
     name.into()
 }
 
-/// The number of a snapshot in a trace.
+/// Returns the checksum of a snapshot, which identifies it in a trace.
 fn checksum(bytes: &[u8]) -> u32 {
     let mut digest = CRC.digest();
     digest.update(bytes.get(..CRC_AT).unwrap_or(bytes));
@@ -75,7 +75,7 @@ fn checksum(bytes: &[u8]) -> u32 {
 }
 
 impl SessionSnapshot {
-    /// The bytes of its file, and its number in a trace.
+    /// Returns the bytes of its file, and its checksum.
     #[must_use]
     pub fn to_bytes(&self) -> (Vec<u8>, u32) {
         let Saved { engaged, settings: of, tissue, stage } = &self.saved;
@@ -106,10 +106,10 @@ impl SessionSnapshot {
         (bytes, sum)
     }
 
-    /// Reads the bytes of a file; its number in a trace stands beside it.
+    /// Reads the bytes of a file. Returns the snapshot and its checksum.
     ///
     /// # Errors
-    /// What is wrong with them.
+    /// The fault in the bytes.
     pub fn of(bytes: &[u8]) -> std::result::Result<(Self, u32), &'static str> {
         let mut rest = Rest(bytes);
         if rest.take() != Some(MAGIC) {
@@ -127,14 +127,14 @@ impl SessionSnapshot {
         Ok((snapshot, sum))
     }
 
-    /// Reads a file, as [`Self::of`] its bytes.
+    /// Like [`Self::of`], for a file.
     ///
     /// # Errors
-    /// What the system says, or what is wrong with it, with the path.
+    /// The system's error, or the fault in the file, with the path.
     pub fn read(path: &Path) -> Result<(Self, u32)> {
         let failed = |why: std::io::Error| Error::file("read snapshot", path, why);
         let mut bytes = Vec::new();
-        // The open of a pipe would wait for its writer, whatever signal comes.
+        // Opening a pipe would wait for its writer, even after a signal.
         if !std::fs::metadata(path).map_err(failed)?.is_file() {
             return Err(Error::file("read snapshot", path, "it is no file"));
         }
@@ -144,12 +144,12 @@ impl SessionSnapshot {
     }
 }
 
-/// Bit t for tool t.
+/// Returns bit t for tool t.
 fn bits(tools: &[bool; TOOLS_MAX]) -> u32 {
     tools.iter().rev().fold(0, |bits, &is| bits << 1 | u32::from(is))
 }
 
-/// What is still to be read.
+/// Bytes that are still to be read.
 struct Rest<'a>(&'a [u8]);
 
 impl<'a> Rest<'a> {

@@ -1,5 +1,5 @@
-//! Path files of several tools: a row for each tool in each tick. Without tools they are those of
-//! [`path`].
+//! Path files of several tools, with a row for each tool in each tick. Paths without a column `tool` are read
+//! by [`path`].
 
 use std::fmt::Write as _;
 use std::io::{BufRead, BufReader};
@@ -17,37 +17,37 @@ use crate::text::BYTE_ORDER_MARK;
 
 /// First line of a path of several tools.
 pub const HEADER: &str = "tick,tool,x_m,y_m,z_m,qx,qy,qz,qw,engaged";
-/// The same where the sweeps of each tick were counted.
+/// First line if the sweeps of each tick were counted.
 pub const HEADER_WITH_SWEEPS: &str = "tick,tool,x_m,y_m,z_m,qx,qy,qz,qw,engaged,sweeps";
-/// What both begin with, and no path of one tool.
+/// Start of both headers, which distinguishes them from a path of one tool.
 const FRONT: &str = "tick,tool,";
 
-/// Sequences of poses, each from another controller.
+/// Sequences of poses, one per controller.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Paths {
-    /// How many tools; 0 for a path of one tool, which is not turned.
+    /// Number of tools; 0 for a path of one tool without an orientation.
     pub tools: usize,
-    /// The poses of each sequence, or those of tool 0.
+    /// Poses of each sequence; with several tools those of tool 0.
     pub poses: Vec<Vec<Pose>>,
-    /// The poses of all tools in the same ticks.
+    /// Poses of all tools in the same ticks, tick by tick.
     each: Vec<Vec<ToolPose>>,
 }
 
 impl Paths {
-    /// Of one tool.
+    /// Creates the paths of one tool.
     #[must_use]
     pub fn of(poses: Vec<Vec<Pose>>) -> Self {
         Self { tools: 0, poses, each: Vec::new() }
     }
 
-    /// The poses of all tools in a tick of a sequence; none of a path of one tool.
+    /// Returns the poses of all tools in a tick of a sequence; none for a path of one tool.
     #[must_use]
     pub fn each(&self, sequence: usize, tick: usize) -> &[ToolPose] {
         let each = self.each.get(sequence).map_or(&[][..], Vec::as_slice);
         each.get(tick * self.tools..(tick + 1) * self.tools).unwrap_or(&[])
     }
 
-    /// The same path, whose coordinates are in a unit of so many metres.
+    /// Converts a path with coordinates in units of `unit_m` to metres.
     #[must_use]
     pub fn in_metres(mut self, unit_m: f64) -> Self {
         let metres = |x: f32| (f64::from(x) * unit_m) as f32;
@@ -60,7 +60,7 @@ impl Paths {
         self
     }
 
-    /// All sequences one behind the other: the poses, and those of all tools in the same ticks.
+    /// Joins all sequences: returns the poses, and those of all tools in the same ticks.
     #[must_use]
     pub fn concat(self) -> (Vec<Pose>, Vec<ToolPose>) {
         (self.poses.concat(), self.each.concat())
@@ -80,7 +80,7 @@ impl Paths {
     }
 }
 
-/// A row.
+/// A row of the file.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Row {
     tick: u64,
@@ -89,10 +89,10 @@ struct Row {
     sweeps: Option<u16>,
 }
 
-/// Reads a path file of one tool or of several, told apart by the header.
+/// Reads a path file of one tool or of several, depending on its header.
 ///
 /// # Errors
-/// File, line and field of the first thing that breaks the rules, and the remedy.
+/// File, line and field of the first violation of the rules, and the remedy.
 pub fn read(file: &Path, rules: Rules) -> Result<Paths> {
     let name = file.display().to_string();
     let failed = |why: std::io::Error| Error::file("open path", file, why);
@@ -106,7 +106,7 @@ pub fn read(file: &Path, rules: Rules) -> Result<Paths> {
     path::parse(text, &name, rules).map(Paths::of)
 }
 
-/// A path of several tools from any text; `name` stands for the file.
+/// Reads a path of several tools from any text; `name` replaces the file's name.
 ///
 /// # Errors
 /// As [`read`].
@@ -116,6 +116,7 @@ pub fn parse(text: impl BufRead, name: &str, rules: Rules) -> Result<Paths> {
     let mut rows: Vec<Row> = Vec::new();
     each_line(text, name, |line, text| {
         let told = |why: String| Error::input(format!("{name}:{line}: {why}"));
+        // The first line is the header.
         if line == 1 {
             header = text.strip_prefix(BYTE_ORDER_MARK).unwrap_or(text).to_owned();
             return if header == HEADER || header == HEADER_WITH_SWEEPS {
@@ -128,12 +129,14 @@ pub fn parse(text: impl BufRead, name: &str, rules: Rules) -> Result<Paths> {
                 )))
             };
         }
+        // A repeated header starts the sequence of another controller.
         if text == header && rules == Rules::Recorded {
             end_tick(&mut paths, &mut rows).map_err(told)?;
             paths.poses.push(Vec::new());
             paths.each.push(Vec::new());
             return Ok(());
         }
+        // A row of tool 0 starts a tick.
         let row = row(text, &header, rules).map_err(told)?;
         if row.tool == 0 && !rows.is_empty() {
             end_tick(&mut paths, &mut rows).map_err(told)?;
@@ -142,6 +145,7 @@ pub fn parse(text: impl BufRead, name: &str, rules: Rules) -> Result<Paths> {
         rows.push(row);
         Ok(())
     })?;
+    // The text ends the last tick.
     end_tick(&mut paths, &mut rows).map_err(|why| Error::input(format!("{name}: {why}")))?;
     if paths.tools == 0 {
         return Err(Error::input(format!(
@@ -151,7 +155,7 @@ pub fn parse(text: impl BufRead, name: &str, rules: Rules) -> Result<Paths> {
     Ok(paths)
 }
 
-/// All rows of a tick are there.
+/// Checks that a tick has a row for each tool, and adds it to the path.
 fn end_tick(paths: &mut Paths, rows: &mut Vec<Row>) -> std::result::Result<(), String> {
     let Some(first) = rows.first() else { return Ok(()) };
     if paths.tools == 0 {
@@ -171,7 +175,7 @@ fn end_tick(paths: &mut Paths, rows: &mut Vec<Row>) -> std::result::Result<(), S
     Ok(())
 }
 
-/// Whether a row may stand behind those of its tick and the ticks before.
+/// Checks that a row may follow the other ones of its tick, and the ticks before.
 fn check(paths: &Paths, rows: &[Row], row: &Row, rules: Rules) -> std::result::Result<(), String> {
     if row.tool != rows.len() {
         return Err(format!(
@@ -227,7 +231,7 @@ fn row(text: &str, header: &str, rules: Rules) -> std::result::Result<Row, Strin
     Ok(Row { tick: whole("tick", tick)?, tool, pose, sweeps: sweeps_of(sweeps)? })
 }
 
-/// The text of a path of several tools, by the rules of [`path::to_text`].
+/// Returns the text of a path of several tools, in the same way as [`path::to_text`].
 #[must_use]
 pub fn to_text<'a>(
     ticks: impl IntoIterator<Item = (u64, Option<u16>, &'a [ToolPose]), IntoIter: Clone>,
@@ -278,7 +282,7 @@ mod tests {
             assert_eq!(metres.poses[0][1].position_m[2], 0.00032);
             assert_eq!(metres.each(0, 1)[0].position_m[2], 0.00032);
         }
-        // Another controller, which counts from below.
+        // Another controller, which starts at a lower tick.
         let text = to_text([(7, None, &poses[..2]), (2, None, &poses[2..])]);
         let found = parse(text.as_bytes(), "a.csv", Rules::Recorded).unwrap();
         assert_eq!((found.poses.len(), found.each(1, 0)), (2, &poses[2..]));

@@ -1,4 +1,4 @@
-//! Files that appear whole or not at all.
+//! Writes files that appear whole or not at all.
 
 use std::fs;
 use std::io::Write;
@@ -7,7 +7,7 @@ use std::path::Path;
 use crate::error::{Error, Result};
 use crate::input;
 
-/// The folder that a file stands in.
+/// Returns the folder that contains a file.
 #[must_use]
 pub fn folder_of(path: &Path) -> &Path {
     match path.parent() {
@@ -16,10 +16,10 @@ pub fn folder_of(path: &Path) -> &Path {
     }
 }
 
-/// Refuses to write what was made of a file in its place.
+/// Refuses an output path that is the input file.
 ///
 /// # Errors
-/// The output is the input, by whatever name.
+/// An output that is the input, possibly under another name.
 pub fn keep_input(input: &str, output: &Path) -> Result<()> {
     let same = |a: &Path, b: &Path| {
         fs::canonicalize(a).is_ok_and(|a| fs::canonicalize(b).is_ok_and(|b| a == b))
@@ -30,13 +30,12 @@ pub fn keep_input(input: &str, output: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Writes a file under another name beside it first, so that it appears whole or not at all.
-/// Devices, sockets and pipes stay what they are: a new file in their place would replace them. Of a
-/// link the file is written that it leads to.
+/// Writes a file under another name in the same folder first, so that it appears whole or not at all.
+/// Refuses devices, sockets and pipes, which a new file would replace. If the path is a link, its target is
+/// written.
 ///
 /// # Errors
-/// What the system says, with the path; a place that holds an input or something other than a file; a link to
-/// nothing.
+/// The system's error, with the path; a path that is an input or not a file; a link to nothing.
 pub fn write_whole(path: &Path, content: &[u8]) -> Result<()> {
     let failed = |why: std::io::Error| Error::file("write", path, cause(&why));
     input::keep(path)?;
@@ -54,7 +53,7 @@ pub fn write_whole(path: &Path, content: &[u8]) -> Result<()> {
     #[cfg(unix)]
     {
         use std::os::unix::fs::PermissionsExt;
-        // As any new file: what the user's mask leaves of rw for all.
+        // Like any new file: rw for all, reduced by the user's mask.
         builder.permissions(fs::Permissions::from_mode(0o666));
     }
     let mut file = builder.prefix(".chaincell-").tempfile_in(folder_of(&target)).map_err(failed)?;
@@ -63,8 +62,7 @@ pub fn write_whole(path: &Path, content: &[u8]) -> Result<()> {
     Ok(())
 }
 
-/// What the system says of a file, without the other name that it was written under, which `tempfile` puts
-/// behind.
+/// Returns the system's message without the temporary name of the file, which `tempfile` appends.
 fn cause(why: &std::io::Error) -> String {
     let text = why.to_string();
     text.split_once(" at path ").map_or(text.as_str(), |(cause, _)| cause).to_owned()

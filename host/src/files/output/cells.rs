@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use crate::engine::Nodes;
 
-/// `node,x_m,y_m,z_m` with 9 significant digits, sorted by input id.
+/// Returns the rows `node,x_m,y_m,z_m` with 9 significant digits, sorted by input id.
 #[must_use]
 pub fn cells_csv(nodes: &Nodes) -> String {
     let mut rows: Vec<(u32, [f64; 3])> =

@@ -12,12 +12,12 @@ use crate::error::Result;
 #[derive(Debug, Default)]
 pub struct ContactRows(String);
 
-/// Columns, see the contract.
+/// Columns, as the contract defines them.
 const HEADER: &str = "tick,tool,part,node,x_m,y_m,z_m,normal_x_n,normal_y_n,normal_z_n,\
     tangential_x_n,tangential_y_n,tangential_z_n,area_m2\n";
 
 impl ContactRows {
-    /// Adds the contacts of the tick that an engine has just made.
+    /// Adds the contacts of the last tick of an engine.
     pub fn after(&mut self, tick: u64, engine: &mut Engine<'_>) {
         let contacts = engine.contact_forces();
         self.add(engine.network().model(), tick, &contacts);
@@ -38,7 +38,7 @@ impl ContactRows {
         format!("{HEADER}{}", self.0)
     }
 
-    /// Writes `contacts.csv`, where the engine has tools on a contact surface.
+    /// Writes `contacts.csv`, if the engine has tools on a contact surface.
     ///
     /// # Errors
     /// As [`Folder::write`].

@@ -9,11 +9,11 @@ use chaincell_kernel::TickOutput;
 pub struct Answer {
     /// Number of the tick.
     pub tick: u64,
-    /// What the kernel answered.
+    /// The kernel's answer.
     pub output: TickOutput,
 }
 
-/// `tick,fx_n,fy_n,fz_n,energy_j,contacts,flags`, decimals that read back as the same numbers.
+/// Returns the rows `tick,fx_n,fy_n,fz_n,energy_j,contacts,flags`; decimals read back as the same numbers.
 #[must_use]
 pub fn force_csv(answers: &[Answer]) -> String {
     let mut text = String::from("tick,fx_n,fy_n,fz_n,energy_j,contacts,flags\n");

@@ -1,4 +1,4 @@
-//! What a run leaves behind: a folder of files that appear whole or not at all.
+//! Output of a run: a folder of files that appear whole or not at all.
 
 mod cells;
 mod contacts;
@@ -32,12 +32,12 @@ pub struct Folder {
 }
 
 impl Folder {
-    /// Creates the folder, or takes an empty one. One with content is taken only with `force`;
+    /// Creates the folder, or accepts an empty one. A folder with content is accepted only with `force`; the
     /// files of an earlier run in it are then removed, everything else stays.
     ///
     /// # Errors
-    /// A folder that cannot be made or written, that has content or an input of this command, or that a run
-    /// is recording to.
+    /// A folder that cannot be created or written, that has content or an input of this command, or to which
+    /// a run is recording.
     pub fn open(path: &Path, force: bool) -> Result<Self> {
         fs::create_dir_all(path).map_err(|why| Error::file("create folder", path, why))?;
         check_idle("`out`", &path.join(recording::TRACE))?;
@@ -62,16 +62,16 @@ impl Folder {
             fs::remove_file(&file).map_err(|why| Error::file("remove", &file, why))?;
         }
         let folder = Self { path: path.to_owned() };
-        // A folder that cannot be written is told before the run, not after it.
+        // Report a folder that cannot be written before the run, not after it.
         tempfile::tempfile_in(path).map_err(|why| Error::file("write in folder", path, why))?;
         Ok(folder)
     }
 
-    /// Refuses, before [`Self::open`] removes anything, a run for whose trace of `records` records
-    /// there would be no room.
+    /// Refuses a run if the disk is too small for its trace of `records` records. Call it before
+    /// [`Self::open`], which removes files.
     ///
     /// # Errors
-    /// No room, with what to do.
+    /// Too little disk space, with the remedy.
     pub fn check_room(path: &Path, records: usize) -> Result<()> {
         let entries = fs::read_dir(path).into_iter().flatten().flatten();
         let ours = entries.filter(|entry| is_ours(&entry.file_name().to_string_lossy()));
@@ -105,7 +105,7 @@ impl Folder {
     }
 }
 
-/// Whether a run writes files of that name.
+/// Returns true if a run writes files of that name.
 fn is_ours(name: &str) -> bool {
     let is = |front: &str, end: &str| name.starts_with(front) && name.ends_with(end);
     let snapshot = is("cells_", ".csv") || is("state_", ".vtu") || name == SERIES;

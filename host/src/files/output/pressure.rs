@@ -1,16 +1,16 @@
-//! How hard tools press on a contact surface, at its nodes.
+//! Pressure of tools on a contact surface, at its nodes.
 
 use chaincell_kernel::{ContactForce, Model};
 use nalgebra::Vector3;
 
 use crate::engine::{Engine, Nodes, rest_m};
 
-/// Pressure of the tools at each node, in the order of the nodes \[Pa\]; `None` where there is no tool
-/// on a contact surface.
+/// Returns the pressure of the tools at each node, in the order of the nodes \[Pa\]; `None` if there is no
+/// tool on a contact surface.
 ///
-/// The normal force of each contact is shared to the corners of its triangle by where it acts; what a
-/// node gets is divided by its area: a third of that of the triangles around it, at rest. So pressure
-/// times area, summed over the nodes, is the sum of the sizes of the normal forces.
+/// The normal force of each contact is distributed to the corners of its triangle according to its position;
+/// the sum at a node is divided by the node's area, a third of that of the triangles around it at rest. So
+/// pressure times area, summed over the nodes, is the sum of the magnitudes of the normal forces.
 pub(super) fn contact_pressure_pa(engine: &mut Engine<'_>, nodes: &Nodes) -> Option<Vec<f64>> {
     if engine.tools_on_surface() == 0 {
         return None;
@@ -49,7 +49,7 @@ fn pressure_pa(model: &Model<'_>, positions_m: &[[f64; 3]], contacts: &[ContactF
     force_n.into_iter().zip(area_m2).map(over).collect()
 }
 
-/// Shares of a triangle's corners in a point of it: not below 0, together 1.
+/// Returns the weights of a triangle's corners at a point in it: at least 0, with a sum of 1.
 fn shares(at: [[f64; 3]; 3], point: [f64; 3]) -> [f64; 3] {
     let ([a, b, c], point) = (at.map(Vector3::from), Vector3::from(point));
     let normal = (b - a).cross(&(c - a));
@@ -58,7 +58,7 @@ fn shares(at: [[f64; 3]; 3], point: [f64; 3]) -> [f64; 3] {
     };
     let shares = [opposite(b, c), opposite(c, a), opposite(a, b)];
     let sum: f64 = shares.iter().sum();
-    // A triangle without an area has no inside.
+    // A triangle without an area has no inside: weigh its corners equally.
     if sum > 0.0 { shares.map(|share| share / sum) } else { [1.0 / 3.0; 3] }
 }
 

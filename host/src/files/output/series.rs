@@ -1,4 +1,4 @@
-//! A series of bodies in time for `ParaView`: a collection file that names one file a tick.
+//! A time series of bodies for `ParaView`: a collection file that names one file per tick.
 
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
@@ -6,13 +6,13 @@ use std::fmt::Write as _;
 /// Name of the collection.
 pub const SERIES: &str = "series.pvd";
 
-/// Name of the file of a tick.
+/// Returns the name of the file of a tick.
 #[must_use]
 pub fn state_name(tick: u64) -> String {
     format!("state_{tick}.vtu")
 }
 
-/// The collection of the files of these ticks; times in seconds, a tick being 1 ms.
+/// Returns the collection of the files of these ticks; times are in seconds, with 1 ms per tick.
 #[must_use]
 pub fn pvd(ticks: &BTreeSet<u64>) -> String {
     let mut text = String::from(

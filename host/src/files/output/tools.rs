@@ -10,12 +10,12 @@ use crate::error::Result;
 #[derive(Debug, Default)]
 pub struct ToolRows(String);
 
-/// Columns, see the contract.
+/// Columns, as the contract defines them.
 const HEADER: &str = "tick,tool,fx_n,fy_n,fz_n,tx_n_m,ty_n_m,tz_n_m,contacts,flags\n";
 
 impl ToolRows {
-    /// Adds what a tool felt in a tick; decimals that read back as the same numbers. `flags` are those
-    /// of the tick.
+    /// Adds the output of a tool in a tick; decimals read back as the same numbers. `flags` are those of the
+    /// tick.
     pub fn add(&mut self, tick: u64, tool: usize, felt: &Felt, flags: u32) {
         let _ = write!(self.0, "{tick},{tool}");
         for value in [felt.force_n, felt.torque_n_m].as_flattened() {
@@ -24,7 +24,7 @@ impl ToolRows {
         let _ = writeln!(self.0, ",{},{}", felt.contacts, felt.all_flags(flags));
     }
 
-    /// Writes `tools.csv`, where tools were chosen by their parts.
+    /// Writes `tools.csv`, if there are tools that are defined by their parts.
     ///
     /// # Errors
     /// As [`Folder::write`].
@@ -48,7 +48,7 @@ mod tests {
         let felt = Felt { force_n, torque_n_m, contacts: 7, flags: Flags::FORCE_CLAMPED };
         let mut rows = ToolRows::default();
         rows.add(12, 1, &felt, 32);
-        // The limit bit at another tool.
+        // The force limit was reached at another tool.
         rows.add(12, 2, &Felt::default(), 32 + 8);
         assert_eq!(
             rows.0,

@@ -1,4 +1,4 @@
-//! The deformed body for `ParaView` and the like: VTK XML, unstructured grid, ASCII.
+//! The deformed body for `ParaView` and similar programs: VTK XML, unstructured grid, ASCII.
 
 use std::fmt::Write as _;
 
@@ -7,16 +7,16 @@ use chaincell_kernel::Model;
 use super::pressure::contact_pressure_pa;
 use crate::engine::{Engine, Nodes, to_m};
 
-/// VTK's numbers for a point, a line, a triangle and a tetrahedron.
+/// VTK's cell types of a point, a line, a triangle and a tetrahedron.
 const VERTEX: u8 = 1;
 const LINE: u8 = 3;
 const TRIANGLE: u8 = 5;
 const TETRAHEDRON: u8 = 10;
 
-/// Positions of the nodes as [`Engine::nodes`](crate::engine::Engine::nodes) gives them, with
-/// displacement, input id, a mark on those of fixed and of contact cells, and the pressure of tools
-/// \[Pa\] where there are any (`contact_pressure_pa`); drawn as
-/// tetrahedra, else as surface triangles, else as links.
+/// Returns a file with the nodes' positions as [`Engine::nodes`](crate::engine::Engine::nodes) gives them,
+/// their displacement, input id, marks of fixed and of contact cells, and the pressure of tools \[Pa\] if
+/// there are any (`contact_pressure_pa`). The elements are tetrahedra, or else surface triangles, or else
+/// links.
 #[must_use]
 pub fn vtu(engine: &mut Engine<'_>, nodes: &Nodes) -> String {
     let pressure_pa = contact_pressure_pa(engine, nodes);
@@ -44,7 +44,7 @@ pub fn vtu(engine: &mut Engine<'_>, nodes: &Nodes) -> String {
     text
 }
 
-/// One array of a number or a vector at each point.
+/// An array with a number or a vector at each point.
 struct PointArray {
     name: &'static str,
     values: Values,
@@ -66,7 +66,7 @@ impl PointArray {
     }
 }
 
-/// Every array at the points, in the order of the nodes.
+/// Returns all arrays at the points, in the order of the nodes.
 fn point_data(model: &Model<'_>, nodes: &Nodes, contacts: &[u16]) -> Vec<PointArray> {
     let (fine, positions_m) = (model.fine_nodes() > 0, &nodes.positions_m);
     let rest_of = |point: usize| match nodes.ids.get(point) {
@@ -93,16 +93,16 @@ fn point_data(model: &Model<'_>, nodes: &Nodes, contacts: &[u16]) -> Vec<PointAr
     ]
 }
 
-/// The elements that show a model best.
+/// The elements with which a model is shown.
 struct Elements {
     kind: u8,
     corners_each: usize,
     corners: Vec<u32>,
 }
 
-/// The same over the nodes of the embedded mesh; points where there are no elements.
+/// Returns the elements of the embedded mesh, or points if it has none.
 fn fine_elements(model: &Model<'_>, ids: &[u32]) -> Elements {
-    // Every id is in the list, but for nodes that no element has.
+    // Every id of an element is in the list.
     let point = |id: &u32| ids.binary_search(id).unwrap_or_default() as u32;
     let corners = |ids: &[u32]| -> Vec<u32> { ids.iter().map(point).collect() };
     if !model.fine_tetrahedra().is_empty() {
