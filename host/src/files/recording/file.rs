@@ -1,14 +1,13 @@
-//! A trace on disk that grows with every tick of a running loop, by plain stores to memory: the
-//! room is taken, mapped and made writable beforehand. What was added survives the end of the
-//! process, however it ends; a failure of power it need not survive.
+//! A trace on disk to which a running loop adds every tick by plain stores to memory: the file is allocated,
+//! mapped and made writable beforehand. Added records survive any end of the process, but not necessarily
+//! a power failure.
 //!
-//! The system writes the pages to the disk every half minute or so and makes them read-only for it;
-//! a thread beside the loop makes the next ones writable again. Of the loop's own writes one or two
-//! in half a minute meet such a page (a page fault, tens of microseconds); on a file system in
-//! memory none does.
+//! About every half minute the system writes the pages to the disk, and makes them read-only for it; a
+//! separate thread makes the next ones writable again. One or two of the loop's writes per half minute
+//! still hit such a page (a page fault, tens of microseconds); none does on a file system in memory.
 //!
-//! The file is locked while it is written, so that no second run takes it. Another program that
-//! cut it short all the same would end this one at the next write beyond the cut.
+//! The file is locked while it is written, so that no second run uses it. If another program truncates it
+//! anyway, the next write beyond its end kills this process.
 
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{Read, Seek};
@@ -27,21 +26,21 @@ use super::room::{self, no_room};
 use crate::error::{Error, Result};
 use crate::input;
 
-/// Bytes ahead of the loop that are kept writable: six seconds at 1 kHz.
+/// Bytes after the loop's position that are kept writable: five seconds at 1 kHz with a record per tick.
 const AHEAD_BYTES: usize = 1 << 18;
-/// Span between looks at how far the loop is.
+/// Time between checks of the loop's position.
 const LOOK: Duration = Duration::from_millis(10);
-/// Bytes of a record before its checksum, which is written last.
+/// Size of a record without its checksum, which is written last \[bytes\].
 const BODY_BYTES: usize = RECORD_BYTES - 4;
-/// Smallest page of memory.
+/// Size of the smallest memory page \[bytes\].
 const PAGE_BYTES: usize = 4096;
 
-/// A trace file under way.
+/// A trace file to which a run is recording.
 #[derive(Debug)]
 pub struct TraceFile {
     path: PathBuf,
     file: File,
-    // Before the map: its thread ends first.
+    // Declared before the map, so that its thread ends first.
     ahead: Ahead,
     map: Map,
     writer: Writer,
@@ -49,11 +48,12 @@ pub struct TraceFile {
 }
 
 impl TraceFile {
-    /// Takes the room for `records` records behind what `begun` holds, and writes that. An earlier
-    /// trace is replaced with `force`, any other file never; `option` names the file in errors.
+    /// Creates a file that starts with the bytes of `begun`, with space for `records` further records.
+    /// Replaces an earlier trace if `force` is set, and never any other file; `option` names the file in
+    /// errors.
     ///
     /// # Errors
-    /// A file that stays, one that a run is recording to, a disk without room.
+    /// A file that must not be replaced, one to which a run is recording, a full disk.
     pub fn create(
         option: &str,
         path: &Path,
@@ -62,12 +62,12 @@ impl TraceFile {
         records: usize,
     ) -> Result<Self> {
         let bytes = room::bytes_of(records).saturating_add(begun.bytes.len() as u64);
-        // Before anything is removed.
+        // Check the disk before anything is removed.
         room::check(option, path, records, room::taken(path))?;
         let mut file = open(option, path, force)?;
         let taken = room::take(&mut file, bytes).and_then(|()| {
             let mut map = Map::of(&file)?;
-            // Where the kernel knows no such call, every page is touched.
+            // If the system does not support this call, touch every page.
             if map.pages().prepare(0, map.len()).is_err() {
                 (0..map.len()).step_by(PAGE_BYTES).for_each(|at| _ = map.put(at, &[0]));
             }
@@ -75,7 +75,7 @@ impl TraceFile {
             Ok(map)
         });
         let map = taken.map_err(|why| {
-            // What was there before is gone; the rest of an attempt helps nobody.
+            // The earlier content is gone; remove the incomplete file too.
             let _ = std::fs::remove_file(path);
             no_room(option, path, bytes, &why)
         })?;
@@ -84,13 +84,13 @@ impl TraceFile {
         Ok(Self { path: path.to_owned(), file, ahead, map, writer: begun.writer, at })
     }
 
-    /// Whether there is room for another record.
+    /// Returns true if another record fits.
     #[must_use]
     pub fn has_room(&self) -> bool {
         self.map.len() - self.at >= RECORD_BYTES
     }
 
-    /// Adds an executed tick; false where it is full. No system call, no allocation.
+    /// Adds an executed tick. Returns false if the file is full. Makes no system call and no allocation.
     pub fn add(&mut self, record: &Record) -> bool {
         self.has_room() && {
             let bytes = self.writer.record(record);
@@ -98,7 +98,7 @@ impl TraceFile {
         }
     }
 
-    /// As [`Self::add`], with the poses of the tools ahead of the tick: all of them, or nothing.
+    /// Like [`Self::add`], with the poses of the tools before the tick. Adds all of it or nothing.
     pub fn add_tools(&mut self, record: &Record, poses: &[ToolPose]) -> bool {
         if self.map.len() - self.at < (poses.len() + 1) * RECORD_BYTES {
             return false;
@@ -110,7 +110,7 @@ impl TraceFile {
         self.add(record)
     }
 
-    /// As [`Self::add`], for a command that took effect.
+    /// Like [`Self::add`], for an executed command.
     pub fn add_command(&mut self, record: &CommandRecord) -> bool {
         self.has_room() && {
             let bytes = self.writer.command(record);
@@ -121,21 +121,21 @@ impl TraceFile {
     fn append(&mut self, bytes: &[u8; RECORD_BYTES]) -> bool {
         let (body, checksum) = bytes.split_at(BODY_BYTES);
         let whole = self.map.put(self.at, body) && {
-            // Killed between the two, the process leaves a record that is known as unfinished.
+            // If the process is killed between the two, the checksum marks the record as incomplete.
             compiler_fence(Ordering::SeqCst);
             self.map.put(self.at + BODY_BYTES, checksum)
         };
-        // An answer is sent after this, to memory that others see.
+        // The answer, which other processes see, must be sent after this.
         compiler_fence(Ordering::SeqCst);
         self.at += if whole { RECORD_BYTES } else { 0 };
         self.ahead.cursor.store(self.at, Ordering::Relaxed);
         whole
     }
 
-    /// Cuts the file to what was recorded.
+    /// Cuts the file to the recorded length.
     ///
     /// # Errors
-    /// What the system says, with the path; the trace can be read all the same.
+    /// The system's error, with the path; the trace is readable nevertheless.
     pub fn finish(self) -> Result<()> {
         let Self { path, file, ahead, map, at, .. } = self;
         drop(ahead);
@@ -148,7 +148,7 @@ fn refused<T>(option: &str, path: &Path, why: &str) -> Result<T> {
     Err(Error::input(format!("{option} {}: {why}", path.display())))
 }
 
-/// Refuses what is there and no file.
+/// Refuses a path that exists and is not a file.
 pub(super) fn check_kind(option: &str, path: &Path) -> Result<()> {
     if path.exists() && !path.is_file() {
         return refused(option, path, "it is there and no file: name another one");
@@ -156,7 +156,7 @@ pub(super) fn check_kind(option: &str, path: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Refuses a file that holds something: with `force` an earlier trace may go, anything else stays.
+/// Refuses a file with content, except an earlier trace if `force` is set.
 pub(super) fn check_content(option: &str, path: &Path, file: &File, force: bool) -> Result<()> {
     let mut front = Vec::new();
     let read = file.take(MAGIC.len() as u64).read_to_end(&mut front);
@@ -171,7 +171,7 @@ pub(super) fn check_content(option: &str, path: &Path, file: &File, force: bool)
     Ok(())
 }
 
-/// Opens the file for this process alone, emptied.
+/// Opens the file, locks it for this process, and empties it.
 fn open(option: &str, path: &Path, force: bool) -> Result<File> {
     let failed = |why: std::io::Error| Error::file("write", path, why);
     check_kind(option, path)?;
@@ -191,12 +191,12 @@ fn open(option: &str, path: &Path, force: bool) -> Result<File> {
 
 const TAKEN: &str = "another run is recording to it: name another one, or end that run";
 
-/// Refuses a trace that a run is recording to; one that is not there is none.
+/// Refuses a trace to which a run is recording; a missing file is accepted.
 ///
 /// # Errors
-/// That it is taken.
+/// A trace in use.
 pub fn check_idle(option: &str, path: &Path) -> Result<()> {
-    // What cannot be opened is told where it is written.
+    // A file that cannot be opened is reported when it is written.
     let is_taken = |file: File| matches!(file.try_lock(), Err(TryLockError::WouldBlock));
     let taken = path.is_file() && File::open(path).is_ok_and(is_taken);
     if taken {
@@ -205,7 +205,7 @@ pub fn check_idle(option: &str, path: &Path) -> Result<()> {
     Ok(())
 }
 
-/// A thread that keeps the pages ahead of the loop writable.
+/// A thread that keeps the pages after the loop's position writable.
 #[derive(Debug)]
 struct Ahead {
     cursor: Arc<AtomicUsize>,
@@ -225,7 +225,7 @@ impl Ahead {
                 std::thread::park_timeout(LOOK);
             }
         };
-        // Without the thread the loop has the page faults itself.
+        // Without the thread, the page faults occur in the loop.
         let thread = std::thread::Builder::new().name("trace".into()).spawn(work).ok();
         Self { cursor, ends, thread }
     }
@@ -236,7 +236,7 @@ impl Drop for Ahead {
         self.ends.store(true, Ordering::Relaxed);
         if let Some(thread) = self.thread.take() {
             thread.thread().unpark();
-            // It never panics.
+            // The thread never panics.
             let _ = thread.join();
         }
     }

@@ -1,5 +1,5 @@
-//! A file mapped for writing: the one place that writes through a pointer. The crates whose writes
-//! are safe calls cannot make pages writable from another thread while one writes.
+//! A file mapped for writing, the only place that writes through a pointer. Crates with safe write calls
+//! cannot make pages writable in one thread while another thread writes.
 #![allow(unsafe_code, reason = "bytes of a mapped file are written in place")]
 
 use std::fs::File;
@@ -18,7 +18,7 @@ pub(super) struct Map(Arc<MmapRaw>);
 pub(super) struct Pages(Arc<MmapRaw>);
 
 impl Map {
-    /// Maps a whole file.
+    /// Maps the whole file.
     pub(super) fn of(file: &File) -> io::Result<Self> {
         Ok(Self(Arc::new(MmapRaw::map_raw(file)?)))
     }
@@ -31,7 +31,8 @@ impl Map {
         self.0.len()
     }
 
-    /// Puts bytes in their place; false, and nothing done, where they do not fit. No system call.
+    /// Copies bytes to offset `at`. Returns false, and copies nothing, if they do not fit. Makes no system
+    /// call.
     pub(super) fn put(&mut self, at: usize, bytes: &[u8]) -> bool {
         let fits = at.checked_add(bytes.len()).is_some_and(|end| end <= self.len());
         if fits {
@@ -46,8 +47,8 @@ impl Map {
 }
 
 impl Pages {
-    /// Makes the pages of so many bytes from `at` on writable without changing them: a write there
-    /// is then no page fault until the system has written them to the disk.
+    /// Makes the pages of `bytes` bytes from `at` on writable without changing them: a write there then
+    /// causes no page fault, until the system has written them to the disk.
     pub(super) fn prepare(&self, at: usize, bytes: usize) -> io::Result<()> {
         let at = at.min(self.0.len());
         self.0.advise_range(Advice::PopulateWrite, at, bytes.min(self.0.len() - at))

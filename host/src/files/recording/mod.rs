@@ -1,4 +1,4 @@
-//! Traces of sessions in memory and in files; the format is the kernel's.
+//! Traces of sessions in memory and in files, in the kernel's format.
 
 mod file;
 mod map;
@@ -31,12 +31,12 @@ pub use room::{check as check_room, taken};
 
 /// Largest trace that is read: more than a day at 1 kHz.
 const BYTES_MAX: u64 = 1 << 32;
-/// Name of the trace in an output folder, and of the model beside it.
+/// Name of the trace in an output folder.
 pub const TRACE: &str = "session.trace";
-/// See [`TRACE`].
+/// Name of the model in the same folder.
 pub const MODEL: &str = "model.chaincell";
 
-/// A trace that grows with every tick.
+/// A trace in memory, to which ticks are added.
 #[derive(Debug, Clone)]
 pub struct Recording {
     writer: Writer,
@@ -44,17 +44,18 @@ pub struct Recording {
 }
 
 impl Recording {
-    /// Begins the trace of an engine that stands at rest under `scheme` in `numbers`, behind an
-    /// output stage at rest where there is one.
+    /// Begins the trace of an engine at rest that uses `scheme` and `numbers`, with an output stage at rest
+    /// if there is one.
     ///
     /// # Errors
-    /// Contact cells that do not go into a header.
+    /// Contact cells that do not fit into a header.
     pub fn begin(
         engine: &Engine<'_>,
         scheme: Scheme,
         numbers: Arithmetic,
         stage: Option<&StageSettings>,
     ) -> Result<Self> {
+        // Collect the input ids of the contact cells, the probe or the tools.
         let network = engine.network();
         let id = |&cell: &u16| network.model().input_id()[usize::from(cell)];
         let ids: Vec<u32> = engine.contacts().iter().map(id).collect();
@@ -73,6 +74,7 @@ impl Recording {
             }
             _ => None,
         };
+        // Write the header, and the parts of the tools after it.
         let header = Header::new(network, scheme, numbers);
         let header = Header { probe, tools, stage: stage.copied(), ..header };
         let mut begun = Self::of(&header, &ids)
@@ -93,8 +95,8 @@ impl Recording {
         }
     }
 
-    /// Begins a trace with a header and the input ids of the contact cells, in the model's order;
-    /// `None` where they do not go together.
+    /// Begins a trace with a header and the input ids of the contact cells, in the model's order. Returns
+    /// `None` if they do not fit together.
     #[must_use]
     pub fn of(header: &Header, contacts: &[u32]) -> Option<Self> {
         let mut bytes = vec![0; header.bytes(contacts.len())];
@@ -107,26 +109,26 @@ impl Recording {
         self.bytes.extend(self.writer.record(record));
     }
 
-    /// The trace so far.
+    /// Returns the bytes of the trace so far.
     #[must_use]
     pub fn bytes(&self) -> &[u8] {
         &self.bytes
     }
 }
 
-/// Why playing stopped before the end of a trace.
+/// The cause of a replay that stopped before the end of the trace.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Stop {
-    /// An entry came out otherwise.
+    /// The state after an entry differs from the recorded one.
     Differs(ReplayError),
-    /// The command of this record cannot be carried out.
+    /// The command of this record cannot be executed.
     Command(u32),
 }
 
-/// What was played.
+/// Numbers of played entries.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Played {
-    /// Ticks, those answered while paused included.
+    /// Ticks, including those that were answered during a pause.
     pub ticks: u32,
     /// Commands.
     pub commands: u32,
@@ -134,16 +136,16 @@ pub struct Played {
     pub compared: u32,
 }
 
-/// A snapshot that a trace tells of.
+/// A record of a trace that refers to a snapshot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Mark {
-    /// Its record.
+    /// Index of the record.
     pub record: u32,
-    /// Last tick before it.
+    /// Last tick before the snapshot.
     pub tick: u64,
-    /// Number of the snapshot.
+    /// Checksum of the snapshot.
     pub checksum: u32,
-    /// State hash there, where one was taken.
+    /// State hash at the snapshot, if one was recorded.
     pub state_hash: Option<u64>,
 }
 
@@ -157,7 +159,7 @@ impl Mark {
     }
 }
 
-/// The snapshots that a trace tells of, in order; how the trace ends is told where it is played.
+/// Returns the snapshots to which a trace refers, in order. Replay reports how the trace ends.
 #[must_use]
 pub fn marks(trace: &Reader<'_>) -> Vec<Mark> {
     let mut marks = Vec::new();
@@ -168,7 +170,8 @@ pub fn marks(trace: &Reader<'_>) -> Vec<Mark> {
     marks
 }
 
-/// The snapshot ahead of all else in a trace: it may begin from it. Reads no further than that.
+/// Returns the snapshot of the first record after the tools' parts, from which a trace may begin. Reads no
+/// further.
 #[must_use]
 pub fn start_mark(trace: &Reader<'_>) -> Option<Mark> {
     let mut mark = None;
@@ -182,20 +185,20 @@ pub fn start_mark(trace: &Reader<'_>) -> Option<Mark> {
     mark
 }
 
-/// From where a trace is played.
+/// Point from which a trace is played.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Start {
-    /// Behind this record; `None` for the beginning.
+    /// The replay starts after this record; `None` for the beginning.
     pub behind: Option<u32>,
-    /// Whether the session was paused there.
+    /// True if the session was paused there.
     pub is_paused: bool,
 }
 
-/// Plays a trace in a tissue that stands as its own did at the start, commands and pauses included, and
-/// compares the states. A pause is no tick of tissue or stage; a reset begins both anew.
+/// Plays a trace with its commands and pauses, and compares the states. The tissue has to be in the recorded
+/// state of the start. During a pause neither tissue nor stage ticks; a reset resets both.
 ///
 /// # Errors
-/// Why it stopped; `played` then holds what came before.
+/// The cause of the stop; `played` then counts the entries before it.
 pub fn play(
     trace: &Reader<'_>,
     tissue: &mut Staged<'_>,
@@ -206,12 +209,14 @@ pub fn play(
     let mut poses = Poses::away(tissue.tools());
     let mut last = None;
     trace.entries(|index, entry| {
+        // Skip the entries before the start.
         if start.behind.is_some_and(|behind| index <= behind) {
             return Ok(());
         }
         match entry {
-            // What the tissue was begun with.
+            // The tissue already has its parts.
             Entry::Part(_) => return Ok(()),
+            // Poses of tools precede their tick.
             Entry::Pose(record) => {
                 if let Some(place) = poses.each_mut().get_mut(usize::from(record.tool)) {
                     *place = record.pose;
@@ -220,6 +225,7 @@ pub fn play(
             }
             Entry::Tick(record) => {
                 if !paused {
+                    // Repeat the tick with all that the clock decided.
                     if record.ramp_restarted {
                         tissue.restart_ramp();
                     }
@@ -244,17 +250,17 @@ pub fn play(
                 played.commands += 1;
             }
         }
+        // Compare the state with the recorded hash.
         let found = entry.compare(index, tissue.state_hash()).map_err(Stop::Differs)?;
         played.compared += u32::from(found);
         Ok(())
     })
 }
 
-/// Refuses a place for a new trace that holds something: with `force` an earlier trace may go,
-/// anything else stays.
+/// Refuses a path for a new trace if its file has content, except an earlier trace if `force` is set.
 ///
 /// # Errors
-/// A file that is there, with what to do; a folder that cannot be written.
+/// An existing file, with the remedy; a folder that cannot be written.
 pub fn check_place(path: &Path, force: bool) -> Result<()> {
     file::check_kind("`trace`", path)?;
     input::keep(path)?;
@@ -267,10 +273,10 @@ pub fn check_place(path: &Path, force: bool) -> Result<()> {
     check_idle("`trace`", path)
 }
 
-/// The bytes of a trace file. One that does not begin as a trace is read no further.
+/// Returns the bytes of a trace file. Stops reading a file that does not begin like a trace.
 ///
 /// # Errors
-/// What the system says, or that it is no trace, with the path.
+/// The system's error, or that it is no trace, with the path.
 pub fn read(path: &Path) -> Result<Vec<u8>> {
     let failed = |why: std::io::Error| Error::file("read trace", path, why);
     let file = input::open(path).map_err(failed)?;
@@ -287,10 +293,10 @@ pub fn read(path: &Path) -> Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// A tissue as the recording's began, its scheme and its numbers.
+/// Creates a tissue at rest like the recorded one. Returns it with its scheme and its arithmetic.
 ///
 /// # Errors
-/// What the trace has that cannot be played here, with its path.
+/// The reason why the trace cannot be played here, with its path.
 pub fn tissue<'m>(
     trace: &Reader<'_>,
     path: &Path,
@@ -321,7 +327,7 @@ pub fn tissue<'m>(
     Ok((Staged::new(engine, trace.header().stage)?, scheme, numbers))
 }
 
-/// The parts of all tools of a trace.
+/// Returns the parts of all tools of a trace.
 fn parts(trace: &Reader<'_>, tools: usize, path: &Path) -> Result<Vec<Vec<ToolPart>>> {
     let mut parts = vec![Vec::new(); tools];
     let mut is_in_order = true;

@@ -1,4 +1,4 @@
-//! Room on a disk for a trace: looked at before anything is removed, then taken.
+//! Disk space for a trace: checked before anything is removed, then allocated.
 
 use std::fs::File;
 use std::io::Write;
@@ -12,30 +12,29 @@ use rustix::process::geteuid;
 use crate::error::{Error, Result};
 use crate::files::whole::folder_of;
 
-/// Unit of a file's blocks, whatever those of its disk are \[bytes\].
+/// Unit in which a file's blocks are counted, whatever the block size of its disk \[bytes\].
 const BLOCK_BYTES: u64 = 512;
 
-/// Bytes of so many records.
+/// Returns the size of `records` records \[bytes\].
 pub(super) fn bytes_of(records: usize) -> u64 {
     (records as u64).saturating_mul(RECORD_BYTES as u64)
 }
 
-/// What a file takes of its disk, 0 where there is none \[bytes\].
+/// Returns the disk space that a file uses, 0 if it does not exist \[bytes\].
 pub fn taken(path: &Path) -> u64 {
     path.metadata().map_or(0, |file| file.blocks().saturating_mul(BLOCK_BYTES))
 }
 
-/// Refuses a trace that the disk has no room for, `given_up` bytes of it being given up for the
-/// trace. A folder that is not there yet has nothing to lose and is told when it is made; a disk that
-/// does not tell its size is told when it is full.
+/// Refuses a trace for which the free disk space, and the `given_up` bytes of files that it replaces, are too
+/// small. A missing folder is checked when it is created; a disk of unknown size fails only when it is full.
 ///
 /// # Errors
-/// No room, with what to do.
+/// Too little disk space, with the remedy.
 pub fn check(option: &str, path: &Path, records: usize, given_up: u64) -> Result<()> {
-    // Where a link leads, there the room is.
+    // For a link, the disk of its target counts.
     let place = path.canonicalize().unwrap_or_else(|_| path.to_owned());
     let Ok(disk) = statvfs(folder_of(&place)) else { return Ok(()) };
-    // A part of the disk is kept for root.
+    // A part of the disk is reserved for root.
     let blocks = if geteuid().is_root() { disk.f_bfree } else { disk.f_bavail };
     let (free, bytes) = (blocks.saturating_mul(disk.f_frsize), bytes_of(records));
     if disk.f_blocks > 0 && bytes > free.saturating_add(given_up) {
@@ -53,7 +52,7 @@ pub(super) fn no_room(option: &str, path: &Path, bytes: u64, why: &dyn std::fmt:
     ))
 }
 
-/// Takes so many bytes of the disk, all zero.
+/// Allocates `bytes` zero bytes for the file.
 pub(super) fn take(file: &mut File, bytes: u64) -> std::io::Result<()> {
     match rustix::io::retry_on_intr(|| fallocate(&*file, FallocateFlags::empty(), 0, bytes)) {
         Ok(()) => Ok(()),

@@ -1,4 +1,4 @@
-//! Trace files while they are written, and sessions behind an output stage.
+//! Tests of trace files while they are written, and of sessions with an output stage.
 
 use std::fs;
 use std::path::PathBuf;
@@ -12,7 +12,7 @@ use super::*;
 use crate::engine::fixture::{engine, plane};
 use crate::files::output::Folder;
 
-/// The beginning of its trace.
+/// Begins the trace of the plane.
 pub(crate) fn begun(stage: Option<&StageSettings>) -> Recording {
     Recording::begin(&engine(&plane()), Scheme::Track, Arithmetic::F32, stage).unwrap()
 }
@@ -113,7 +113,7 @@ fn a_disk_without_room_is_told_at_once_and_nothing_is_left() {
     assert!(!path.exists());
 }
 
-/// Page faults of this thread so far that needed no disk.
+/// Returns the number of page faults of this thread so far that did not read from the disk.
 fn page_faults() -> u64 {
     let stat = fs::read_to_string("/proc/thread-self/stat").unwrap();
     let fields = stat.rsplit(") ").next().unwrap();
@@ -123,7 +123,7 @@ fn page_faults() -> u64 {
 #[test]
 fn adding_a_record_is_no_page_fault() {
     const RECORDS: u64 = 100_000;
-    // The system may write the pages to the disk meanwhile: the best of three.
+    // The system may write the pages to the disk meanwhile: take the best of three runs.
     let least = (0..3).map(|_| {
         let (_folder, path) = place();
         let mut file = create(&path, false, RECORDS as usize).unwrap();
@@ -133,14 +133,15 @@ fn adding_a_record_is_no_page_fault() {
         page_faults() - before
     });
     let least = least.min().unwrap();
-    // Their bytes stand on 976 pages.
+    // The records fill 1,172 pages.
     assert!(least < 10, "{least} page faults");
 }
 
-/// What an output stage does in a session is played again from the device's samples: pauses, lost
-/// ticks and commands included.
+/// An output stage's behaviour in a session is reproduced from the device's samples, with pauses, lost
+/// ticks and commands.
 #[test]
 fn a_session_behind_a_stage_is_played_to_the_same_bits() {
+    // Set up a tissue with a stage, and its trace.
     let stage_settings = StageSettings {
         coupling: Some(Coupling { stiffness_n_per_m: 200.0, damping_n_s_per_m: 0.5 }),
         passivity: Some(Passivity { device_damping_n_s_per_m: 0.1, delay_ticks: 1 }),
@@ -153,6 +154,7 @@ fn a_session_behind_a_stage_is_played_to_the_same_bits() {
     };
     let (image, mut recording) = (plane(), begun(Some(&stage_settings)));
     let (mut engine, mut stage) = (engine(&image), Stage::new(stage_settings).unwrap());
+    // Record ticks and commands.
     let mut paused = false;
     for at in 0..200 {
         let tick = 10 + at + 3 * (at / 70);
@@ -168,7 +170,7 @@ fn a_session_behind_a_stage_is_played_to_the_same_bits() {
             75 => Command::Resume,
             120 => Command::Reset,
             _ if at % 70 == 69 => {
-                // A silence lets the force fall and moves no cell: the trace does without it.
+                // A silence lets the force fall and moves no cell, so the trace does not contain it.
                 (0..12).for_each(|_| _ = stage.missed());
                 continue;
             }
@@ -193,13 +195,14 @@ fn a_session_behind_a_stage_is_played_to_the_same_bits() {
     let path = Path::new("a.trace");
     let model = Model::from_bytes(image.as_bytes()).unwrap();
     let (mut again, ..) = tissue(&trace, path, model).unwrap();
+    // Play them.
     let mut played = Played::default();
     assert_eq!(play(&trace, &mut again, Start::default(), &mut played), Ok(End::Complete));
     assert_eq!(played, Played { ticks: 200, commands: 3, compared: 203 });
     assert_eq!(again.state_hash(), engine.state_hash());
 }
 
-/// Sweeps that were counted and ramps that began anew, with and without a stage.
+/// Counted sweeps and restarted ramps are reproduced, with and without a stage.
 #[test]
 fn what_the_clock_decided_is_played_again() {
     for ramp_ticks in [None, Some(30)] {
@@ -210,6 +213,7 @@ fn what_the_clock_decided_is_played_again() {
         });
         let (image, mut recording) = (plane(), begun(settings.as_ref()));
         let mut first = Staged::new(engine(&image), settings).unwrap();
+        // Record ticks with restarted ramps and counted sweeps.
         let mut late = 0;
         for at in 0..300 {
             let device = record(at).sample;
@@ -223,6 +227,7 @@ fn what_the_clock_decided_is_played_again() {
             let state_hash = Some(first.state_hash());
             recording.add(&Record { sweeps, ramp_restarted, state_hash, ..Record::of(at, device) });
         }
+        // Play them.
         assert!(late > 50, "{late} late ticks");
         let trace = Reader::open(recording.bytes()).unwrap();
         let model = Model::from_bytes(image.as_bytes()).unwrap();
@@ -230,7 +235,7 @@ fn what_the_clock_decided_is_played_again() {
         let mut played = Played::default();
         assert_eq!(play(&trace, &mut again, Start::default(), &mut played), Ok(End::Complete));
         assert_eq!(played, Played { ticks: 300, commands: 0, compared: 300 });
-        // The stage stands where it stood: the next force is the same too.
+        // The stage is in the same state: the next force is the same too.
         let next = record(300).sample;
         assert_eq!(again.tick(&next), first.tick(&next));
     }
