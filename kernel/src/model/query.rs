@@ -1,4 +1,4 @@
-//! What a model tells of its body.
+//! The properties of a model's body.
 
 use core::ops::Range;
 
@@ -31,7 +31,7 @@ impl<'a> Model<'a> {
         self.parts
     }
 
-    /// Checksum of the image; it tells models apart.
+    /// Checksum of the image; it identifies the model.
     #[must_use]
     pub fn checksum(&self) -> u32 {
         self.checksum
@@ -170,7 +170,7 @@ impl<'a> Model<'a> {
         self.tetrahedra
     }
 
-    /// Notes of the host from the bake, opaque to the kernel; empty where it left none.
+    /// Notes of the host from the bake, opaque to the kernel; empty if the host left none.
     #[must_use]
     pub fn notes(&self) -> &'a [u8] {
         self.notes
@@ -253,20 +253,20 @@ impl<'a> Model<'a> {
         self.others.stiffening(unit_pa, &mut visit);
     }
 
-    /// Calls `visit(other, element)` for what adds up to the row of the curvature's bound L at a
-    /// cell of a body of nodal shapes; several calls may be for one element. A cell's bound is at
-    /// least the sum of the magnitudes of its row. Nothing in a body of links.
+    /// Calls `visit(other, element)` for each contribution to the row of the curvature bound L at a cell of a
+    /// body of nodal shapes; an element may get several contributions, which add up. A cell's bound is at
+    /// least the sum of the magnitudes of its row. There are no calls in a body of links.
     pub fn each_of_bound_row(&self, cell: usize, mut visit: impl FnMut(usize, f32)) {
         self.others.each_of_row(cell, &mut visit);
     }
 
-    /// Cells of which the terms of the energy keep states: none in a body of links.
+    /// Number of cells for which the energy terms keep states: 0 in a body of links.
     #[must_use]
     pub fn kept_states(&self) -> usize {
         if self.others.keeps() { self.cells() } else { 0 }
     }
 
-    /// Returns true if the links are stored once more in slices for vector units.
+    /// Returns true if the links are also stored in slices for vector units.
     #[must_use]
     pub fn is_sliced(&self) -> bool {
         self.slices.is_some()
