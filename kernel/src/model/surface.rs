@@ -115,8 +115,8 @@ impl<'a> Model<'a> {
         }
     }
 
-    /// Smallest radius at which the samples are dense enough; a probe must have a larger one
-    /// [mean link lengths]. `None` if a probe touches cells.
+    /// Smallest radius of a probe, at which the samples are just dense enough [mean link lengths]; `None` if
+    /// a probe touches cells.
     #[must_use]
     pub fn probe_radius_min(&self) -> Option<f32> {
         let contact = self.contact_surface()?;

@@ -20,7 +20,7 @@ const CIRCUIT_RANGE: f32 = 1.0e12;
 const UNIT_RANGE: f32 = 1.0e18;
 /// Largest element of the inverse of the coarse level: far above what weights in their range give.
 const INVERSE_MAX: f32 = 1.0e24;
-/// Largest factor of a cell's own part of the direction: far above what a mesh gives.
+/// Largest factor of the local part of a cell's direction: far above that of a mesh.
 const FACTOR_MAX: f32 = 1.0e4;
 /// Largest weight of a cell at a node of the embedded mesh, of either sign.
 const EMBEDDING_WEIGHT_MAX: f32 = 16.0;

@@ -108,8 +108,8 @@ pub mod kind {
     /// With `HATS`: the basis functions at the corners of each box; [`super::NO_HAT`] for none
     /// ([u16; 8]).
     pub const HAT_CORNERS: u32 = 26;
-    /// With `HATS`: the free cells, box by box, in pairs; the last one of an odd number stands
-    /// twice ([u16; 2]).
+    /// With `HATS`: the free cells, box by box, in pairs; the last cell of an odd number is repeated
+    /// ([u16; 2]).
     pub const HAT_CELLS: u32 = 27;
     /// With `HATS`: weights of those cells at the corners of their box, corner 0 of the first and of the
     /// second cell, corner 1 and so on; 0 where a cell is repeated ([f32; 16] a pair).
