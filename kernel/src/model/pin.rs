@@ -22,7 +22,7 @@ pub(crate) struct Pin {
     pub point: [f32; 3],
     /// k / `k_ref`.
     pub weight: f32,
-    /// Largest distance between cell and anchor: beyond it the anchor follows the cell, and stays where it then is
+    /// Largest distance between cell and anchor: beyond it the cell drags the anchor along, permanently
     /// [mean link lengths].
     pub slip_length: f32,
     /// Share of a tick's first distance by which the anchor gives way in that tick, below 1.

@@ -55,14 +55,14 @@ impl<'a> Model<'a> {
         self.stiffness_n_per_m
     }
 
-    /// Half-width of the links' band in rest lengths (Eq. 5); the mean where links differ.
+    /// Half-width of the links' band in rest lengths (Eq. 5); the mean if links differ.
     #[must_use]
     pub fn alpha(&self) -> f32 {
         self.alpha
     }
 
-    /// Returns true if some link has a band: it admits lengths other than its rest length. Cost: one
-    /// look at each link where alpha differs between links.
+    /// Returns true if some link has a band: it admits lengths other than its rest length. Cost: a read of
+    /// each link if alpha differs between links.
     #[must_use]
     pub fn has_slack(&self) -> bool {
         match self.link_alphas {
@@ -146,7 +146,7 @@ impl<'a> Model<'a> {
         self.fixed.binary_search(&cell).is_ok()
     }
 
-    /// Surface cells, ascending; empty where the bake stored none.
+    /// Surface cells, ascending; empty if the bake stored none.
     #[must_use]
     pub fn surface(&self) -> &'a [u16] {
         self.surface
@@ -176,16 +176,16 @@ impl<'a> Model<'a> {
         self.notes
     }
 
-    /// Input id of each cell, in the order of the cells; in a model with an embedded mesh, the node
-    /// that the cell stands at.
+    /// Input id of each cell, in the order of the cells; in a model with an embedded mesh, the node at which
+    /// the cell lies.
     #[must_use]
     pub fn input_id(&self) -> &'a [u32] {
         self.input_id
     }
 
-    /// Returns the cell of an input id; `None` for a node that is no cell. Cost: one look at each
-    /// cell. In a model with an embedded mesh this is the cell whose group holds the node, found
-    /// at once; several ids may have one cell.
+    /// Returns the cell of an input id; `None` for a node that is no cell. Cost: up to one read of each cell.
+    /// In a model with an embedded mesh the result is the cell whose group holds the node, at the cost of one
+    /// read; several ids may have the same cell.
     ///
     /// ```
     /// # use chaincell_kernel::{Model, include_model};
@@ -238,16 +238,16 @@ impl<'a> Model<'a> {
         self.others.elasticity(cell, 2.0 * self.stiffness_n_per_m / self.unit_m)
     }
 
-    /// Returns the law by which shapes resist a change of their volume, [`LAW_DET1`](crate::image::LAW_DET1) or
-    /// [`LAW_TRACE`](crate::image::LAW_TRACE), and the stretch below which they resist more, 0 for
-    /// none; `None` in a body of links.
+    /// Returns the law by which shapes resist a change of their volume, [`LAW_DET1`](crate::image::LAW_DET1)
+    /// or [`LAW_TRACE`](crate::image::LAW_TRACE), and the stretch below which they resist more, 0 for none;
+    /// `None` in a body of links.
     #[must_use]
     pub fn shape_law(&self) -> Option<(u32, f32)> {
         self.others.shape_law()
     }
 
-    /// Calls `visit(half_width, modulus_pa)` for each set of stiffening bands, the narrowest first:
-    /// half its width in rest lengths, and Young's modulus of the set alone \[Pa\].
+    /// Calls `visit(half_width, modulus_pa)` for each set of stiffening bands, the narrowest first: half its
+    /// width in rest lengths, and Young's modulus of only this set \[Pa\].
     pub fn each_stiffening(&self, mut visit: impl FnMut(f32, f32)) {
         let unit_pa = 2.0 * self.stiffness_n_per_m / self.unit_m;
         self.others.stiffening(unit_pa, &mut visit);

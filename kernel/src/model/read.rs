@@ -18,9 +18,9 @@ pub(crate) struct Slices<'a> {
     pub neighbours: &'a [[u16; LANES]],
     /// Rest lengths, by group and lane; 0 for padding.
     pub lengths: &'a [[f32; LANES]],
-    /// Alpha, by group and lane, where links differ.
+    /// Alpha, by group and lane, if links differ.
     pub alphas: Option<&'a [[f32; LANES]]>,
-    /// Weights, by group and lane, where links differ; 1 for padding.
+    /// Weights, by group and lane, if links differ; 1 for padding.
     pub weights: Option<&'a [[f32; LANES]]>,
 }
 
@@ -84,7 +84,7 @@ pub struct Model<'a> {
 
 impl<'a> Model<'a> {
     /// Reads and checks an image in place. `bytes` must be the whole image and start at a multiple of 16
-    /// ([`include_model!`](crate::include_model) sees to it).
+    /// ([`include_model!`](crate::include_model) does this).
     ///
     /// Cost: the checksum, about two sweeps and two reads of each element of the inverse of the coarse level,
     /// once; no memory.

@@ -15,7 +15,7 @@ const VOLUME_MAX: f32 = 1.0e6;
 pub(crate) struct Set {
     /// Half the width of the band in rest lengths.
     pub half_width: f32,
-    /// Young's modulus of the set alone [2 `k_ref` / l].
+    /// Young's modulus of only this set [2 `k_ref` / l].
     pub modulus: f32,
 }
 

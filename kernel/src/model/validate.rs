@@ -1,7 +1,7 @@
 //! The checks of a model, after which a tick needs none.
 //!
-//! Every function runs in one pass without memory of its own; together they cost about as much as
-//! two sweeps plus the checksum.
+//! Every function runs in one pass and needs no memory; together they cost about as much as two sweeps plus
+//! the checksum.
 
 use super::coarse_basis::CoarseBasis;
 use super::image::{CELLS_MAX, ModelError, NO_CELL, NO_HAT, kind, params};
@@ -9,16 +9,16 @@ use super::terms::TermData;
 use super::{Model, range, rest_length};
 use crate::number::two_float::LANES;
 
-/// Rest lengths, in mean link lengths, span at most this factor either way.
+/// Rest lengths, in mean link lengths, are within this factor of 1.
 const LENGTH_RANGE: f32 = 1.0e6;
-/// Weights, k / `k_ref`, span at most this factor either way.
+/// Weights, k / `k_ref`, are within this factor of 1.
 const WEIGHT_RANGE: f32 = 1.0e9;
 
-/// R_x and C span at most this factor either way.
+/// R_x and C are within this factor of 1.
 const CIRCUIT_RANGE: f32 = 1.0e12;
-/// Newtons and joules per internal unit span at most this factor either way.
+/// Newtons and joules per internal unit are within this factor of 1.
 const UNIT_RANGE: f32 = 1.0e18;
-/// Largest element of the inverse of the coarse level: far above what weights in their range give.
+/// Largest element of the inverse of the coarse level: far above that of weights in their range.
 const INVERSE_MAX: f32 = 1.0e24;
 /// Largest factor of the local part of a cell's direction: far above that of a mesh.
 const FACTOR_MAX: f32 = 1.0e4;
@@ -34,7 +34,7 @@ fn within(value: f32, factor: f32) -> bool {
     (1.0 / factor..=factor).contains(&value)
 }
 
-/// Checks a whole model: ranges first, then order and symmetry, then the numbers.
+/// Checks a whole model: first ranges, then order and symmetry, then the numbers.
 pub(crate) fn model(model: &Model<'_>) -> Result<(), ModelError> {
     parameters(model)?;
     rows(kind::ROWS, model.rows, model.links())?;
@@ -337,8 +337,8 @@ fn input_ids(model: &Model<'_>) -> Result<(), ModelError> {
     bad.map_or(Ok(()), |cell| Err(ModelError::Index(kind::INPUT_ID, at(cell))))
 }
 
-/// Every node of the embedded mesh has cells that exist, with weights that sum to 1, or is left
-/// out. Each cell stands at a node of its own. Elements join nodes that are not left out.
+/// Every node of the embedded mesh has cells that exist, with weights that sum to 1, or is left out. Each
+/// cell lies at its own node. Elements join nodes that are not left out.
 fn embedded_mesh(model: &Model<'_>) -> Result<(), ModelError> {
     let Some(mesh) = model.embedded else { return Ok(()) };
     // Check the cells, weights and rest position of each node.

@@ -52,7 +52,7 @@ impl Number for I8F24 {
     type Sum = Products;
     type WideSum = Products;
 
-    /// Works on the bits, which takes a tenth of the instructions on a target without an FPU.
+    /// This works on the bits, which takes a tenth of the instructions on a target without an FPU.
     #[inline(always)]
     fn from_single(value: f32) -> Self {
         let bits = value.to_bits();

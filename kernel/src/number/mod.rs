@@ -7,8 +7,8 @@
 //! | `f32` | default; targets with an FPU | K up to [`COORDINATE_MAX`](crate::COORDINATE_MAX) mean link lengths | all, with the coarse level | vector units, the Cortex-M's FPU, cell by cell |
 //! | [`I8F24`](fixed::types::I8F24) | targets without an FPU: integer root and division | 8.24 bits: K up to 63 mean link lengths | `euler`, `track` without the coarse level | cell by cell |
 //!
-//! Fixed point takes weights from 1/64, and mean weights of two linked cells up to 60. A reset
-//! refuses other models and names the limit ([`RangeError`](crate::RangeError)).
+//! Fixed point accepts weights from 1/64, and mean weights of two linked cells up to 60. A reset refuses
+//! other models and names the limit ([`RangeError`](crate::RangeError)).
 //!
 //! Cells, links and inner products are computed in the number. The few scalars of a sweep (the certified
 //! level, the factors of a step, tool and force) are in single precision under every number type. Positions,

@@ -198,7 +198,7 @@ pub struct CommandRecord {
     pub tick: u64,
     /// The command.
     pub command: Command,
-    /// Hash of the state after it, where one was taken.
+    /// Hash of the state after it, if one was taken.
     pub state_hash: Option<u64>,
 }
 

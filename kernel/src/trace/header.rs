@@ -144,7 +144,7 @@ pub const fn header_bytes(contacts: usize) -> usize {
 pub struct RecordedProbe {
     /// Radius \[m\].
     pub radius_m: f32,
-    /// Capacity of the tissue for contacts: the bits depend on it where it was reached.
+    /// Capacity of the tissue for contacts: the bits depend on it if it was reached.
     pub capacity: u32,
     /// Coefficient of friction if the probe is a tool on a contact surface; else 0.
     pub friction: f32,

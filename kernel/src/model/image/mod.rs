@@ -165,10 +165,10 @@ pub const LAW_DET1: u32 = 0;
 /// The law of `NODAL` that holds the volume by the sum of the stretches.
 pub const LAW_TRACE: u32 = 1;
 
-/// Row indices of the sections of nodal shapes. Lengths in mean link lengths l, stresses in
-/// 2 `k_ref` / l, so that energies come out in the kernel's own unit.
+/// Row indices of the sections of nodal shapes. Lengths in mean link lengths l, stresses in 2 `k_ref` / l, so
+/// that energies have the kernel's internal unit.
 pub mod nodal {
-    /// Most links of a cell, far above those of a mesh: the checks take the square of it.
+    /// Most links of a cell, far above those of a mesh: the cost of the checks grows with its square.
     pub const LINKS_MAX: usize = 1024;
     /// Numbers of a cell.
     pub const CELL_ROWS: usize = 8;
@@ -229,7 +229,7 @@ pub mod params {
     pub const CENTRE_M: usize = 4;
     /// Stiffness of a link of weight 1 (f32) [N/m].
     pub const STIFFNESS_N_PER_M: usize = 7;
-    /// Half-width of the band in rest lengths; the mean where links differ (f32).
+    /// Half-width of the band in rest lengths; the mean if links differ (f32).
     pub const ALPHA: usize = 8;
     /// Saturation K (f32) [mean link lengths].
     pub const SATURATION: usize = 9;
