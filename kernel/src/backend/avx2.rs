@@ -9,7 +9,7 @@ use super::{VectorUnit, Work};
 use crate::number::cell::Cell;
 use crate::number::two_float::LANES;
 
-/// Whether processor and operating system offer AVX2.
+/// Returns true if processor and operating system offer AVX2.
 pub(super) fn is_offered() -> bool {
     const OSXSAVE_AND_AVX: u32 = 1 << 27 | 1 << 28;
     const AVX2: u32 = 1 << 5;
@@ -34,12 +34,12 @@ fn compiled<W: Work>(work: W) -> W::Output {
     work.run::<Avx2>()
 }
 
-/// A register of eight lanes. Values exist only inside [`run`], where AVX2 is there: that is the
-/// ground of every block below.
+/// A register of eight lanes. Values exist only inside [`run`], where AVX2 is available: this makes every
+/// block below sound.
 #[derive(Clone, Copy)]
 pub(super) struct Avx2(__m256);
 
-/// One half of a register, from a cell.
+/// Loads one half of a register from a cell.
 #[inline(always)]
 fn half(cell: &Cell) -> __m128 {
     // SAFETY: a cell is four aligned floats.
@@ -58,8 +58,8 @@ fn put_half(lanes: __m128, cell: &mut Cell) {
     unsafe { _mm_store_ps(cell.0.as_mut_ptr(), lanes) };
 }
 
-// No closure around vector operations, here and below: closures cannot be marked for inlining, and
-// one that is left out is compiled without AVX2.
+// There are no closures around vector operations here and below: they cannot be marked for inlining, and a
+// closure that is not inlined is compiled without AVX2.
 #[inline(always)]
 fn put_joined(lanes: __m256, low: &mut Cell, high: &mut Cell) {
     // SAFETY: see `Avx2`.
@@ -68,7 +68,7 @@ fn put_joined(lanes: __m256, low: &mut Cell, high: &mut Cell) {
     put_half(halves.1, high);
 }
 
-/// The two cells of a pair.
+/// Returns the two cells of a pair.
 #[inline(always)]
 fn two(chunk: &Chunk, pair: usize) -> &[Cell; 2] {
     match (pair, chunk) {
@@ -79,7 +79,7 @@ fn two(chunk: &Chunk, pair: usize) -> &[Cell; 2] {
     }
 }
 
-/// The same, to be written.
+/// As `two`, for writing.
 #[inline(always)]
 fn two_mut(chunk: &mut Chunk, pair: usize) -> &mut [Cell; 2] {
     match (pair, chunk) {
@@ -107,7 +107,7 @@ impl F32x8 for Avx2 {
 
     #[inline(always)]
     fn store(self, values: &mut [f32; LANES]) {
-        // SAFETY: see `Avx2`; there is room for eight floats.
+        // SAFETY: see `Avx2`; `values` has eight floats.
         unsafe { _mm256_storeu_ps(values.as_mut_ptr(), self.0) };
     }
 

@@ -1,9 +1,9 @@
 //! Eight lanes of `f32`: the operations that the loops over slices are written in.
 //!
-//! Every operation is exactly rounded or exact, so all implementations give the same bits; none
-//! fuses or approximates. [`Lanes8`] is the definition, in plain Rust; the others are checked
-//! against it operation by operation. The one thing left open is which NaN an invalid operation
-//! makes: that differs between processors, and no such NaN is stored.
+//! Every operation is exactly rounded or exact, so all implementations give the same bits; none fuses or
+//! approximates. [`Lanes8`] is the definition, in plain Rust; the others are checked against it operation by
+//! operation. Only the bits of the NaN of an invalid operation are undefined: they differ between processors,
+//! and no such NaN is stored.
 
 #![allow(unsafe_code)]
 
@@ -18,7 +18,7 @@ pub type Chunk = [Cell; LANES];
 
 /// Eight lanes of `f32`.
 pub trait F32x8: Copy {
-    /// One truth value a lane.
+    /// One truth value per lane.
     type Mask: Copy;
 
     /// The same value in every lane.
@@ -39,13 +39,13 @@ pub trait F32x8: Copy {
     fn root(self) -> Self;
     /// The larger of `self` and |other|, `self` where they do not compare.
     fn larger_magnitude(self, other: Self) -> Self;
-    /// Whether `self > other`.
+    /// True in lanes where `self > other`.
     fn above(self, other: Self) -> Self::Mask;
-    /// Whether `self < other`.
+    /// True in lanes where `self < other`.
     fn below(self, other: Self) -> Self::Mask;
-    /// Whether either holds.
+    /// True in lanes where `a` or `b` holds.
     fn either(a: Self::Mask, b: Self::Mask) -> Self::Mask;
-    /// Whether it holds in any lane.
+    /// Returns true if the mask holds in any lane.
     fn any(mask: Self::Mask) -> bool;
     /// The lane where the mask holds, +0.0 elsewhere.
     fn keep(self, mask: Self::Mask) -> Self;
@@ -81,7 +81,7 @@ pub trait F32x8: Copy {
     /// The inverse of [`Self::couple`], the second cell first.
     ///
     /// # Safety
-    /// As there.
+    /// As for [`Self::couple`].
     unsafe fn uncouple(self, cells: &mut [Cell], ids: [u16; 2]);
     /// Two values, each in four lanes.
     ///

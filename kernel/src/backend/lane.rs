@@ -1,13 +1,13 @@
-//! Arithmetic that is written once for one cell and for eight side by side, with the same bits.
+//! Arithmetic that is written once for one cell and for eight in parallel, with the same bits.
 
 use core::ops::{Add, Div, Mul, Sub};
 
 use crate::backend::f32x8::F32x8;
 use crate::number::sqrt::sqrt;
 
-/// One `f32`, or eight of them: exactly rounded operations alone.
+/// One `f32`, or eight of them: only exactly rounded operations.
 pub(crate) trait Real: Copy {
-    /// One truth value a lane.
+    /// One truth value per lane.
     type Mask: Copy;
 
     fn of(value: f32) -> Self;
@@ -16,9 +16,9 @@ pub(crate) trait Real: Copy {
     fn times(self, other: Self) -> Self;
     fn over(self, other: Self) -> Self;
     fn root(self) -> Self;
-    /// Whether `self > other`.
+    /// True in lanes where `self > other`.
     fn above(self, other: Self) -> Self::Mask;
-    /// Whether the mask holds anywhere.
+    /// Returns true if the mask holds in any lane.
     fn any(mask: Self::Mask) -> bool;
     /// `yes` where the mask holds, `no` elsewhere.
     fn select(mask: Self::Mask, yes: Self, no: Self) -> Self;
@@ -122,7 +122,7 @@ impl<V: F32x8> Real for V {
     }
 }
 
-/// A number with the usual signs of arithmetic.
+/// A number with the usual arithmetic operators.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Lane<V>(pub V);
 

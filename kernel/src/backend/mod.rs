@@ -25,7 +25,7 @@ type Proof = ();
 #[cfg(not(any(target_arch = "x86_64", all(target_arch = "aarch64", target_feature = "neon"))))]
 type Proof = core::convert::Infallible;
 
-/// A vector unit that this processor and its operating system offer. Its existence is the proof.
+/// A vector unit that this processor and its operating system offer. A value of this type is the proof.
 ///
 /// ```
 /// # use chaincell_kernel::{Budget, Model, Network, Settings, Tissue, ToolPose, Track, include_model};
@@ -54,7 +54,7 @@ type Proof = core::convert::Infallible;
 pub struct VectorUnit(Proof);
 
 impl VectorUnit {
-    /// Asks the processor. Costs a few microseconds in a virtual machine: once, not every tick.
+    /// Asks the processor. This takes a few microseconds in a virtual machine: call it once, not every tick.
     #[must_use]
     pub fn find() -> Option<Self> {
         #[cfg(target_arch = "x86_64")]
@@ -72,14 +72,14 @@ impl VectorUnit {
 
 /// A loop that any vector unit can do.
 pub(crate) trait Work {
-    /// What it gives.
+    /// The loop's result.
     type Output;
-    /// Does it. Implementations are `#[inline(always)]`, and so is all they call: code is compiled
-    /// for the unit only where it ends up inside the unit's own function.
+    /// Runs the loop. Implementations are `#[inline(always)]`, and so are all functions that they call: code
+    /// is compiled for the unit only if it is inlined into the unit's own function.
     fn run<V: F32x8>(self) -> Self::Output;
 }
 
-/// Does the work on the unit, or in plain Rust without one.
+/// Runs the work on the unit, or in plain Rust without one.
 #[inline]
 pub(crate) fn run<W: Work>(unit: Option<VectorUnit>, work: W) -> W::Output {
     match unit {

@@ -9,17 +9,17 @@ use super::{VectorUnit, Work};
 use crate::number::cell::Cell;
 use crate::number::two_float::LANES;
 
-/// Does the work; NEON is part of every aarch64 target with floating point.
+/// Runs the work; NEON is part of every aarch64 target with floating point.
 #[inline]
 pub(super) fn run<W: Work>(_proof: VectorUnit, work: W) -> W::Output {
     work.run::<Neon>()
 }
 
-/// Lanes 0 to 3 and 4 to 7. NEON being part of the target is the ground of every block below.
+/// Lanes 0 to 3 and 4 to 7. NEON is part of the target: this makes every block below sound.
 #[derive(Clone, Copy)]
 pub(super) struct Neon(float32x4_t, float32x4_t);
 
-/// Truth as all bits of a lane.
+/// All bits of a lane are set where the mask holds.
 #[derive(Clone, Copy)]
 pub(super) struct Mask(uint32x4_t, uint32x4_t);
 
@@ -31,11 +31,11 @@ fn half(cell: &Cell) -> float32x4_t {
 
 #[inline(always)]
 fn put_half(lanes: float32x4_t, cell: &mut Cell) {
-    // SAFETY: see `Neon`; a cell has room for four floats.
+    // SAFETY: see `Neon`; a cell is four floats.
     unsafe { vst1q_f32(cell.0.as_mut_ptr(), lanes) };
 }
 
-/// Four rows to four columns; its own inverse.
+/// Transposes four rows to four columns; it is its own inverse.
 #[inline(always)]
 fn transposed([a, b, c, d]: [float32x4_t; 4]) -> [float32x4_t; 4] {
     // SAFETY: see `Neon`.
@@ -68,7 +68,7 @@ impl F32x8 for Neon {
     #[inline(always)]
     fn store(self, values: &mut [f32; LANES]) {
         let (low, high) = values.split_at_mut(4);
-        // SAFETY: see `Neon`; each half has room for four floats.
+        // SAFETY: see `Neon`; each half has four floats.
         unsafe {
             vst1q_f32(low.as_mut_ptr(), self.0);
             vst1q_f32(high.as_mut_ptr(), self.1);

@@ -29,7 +29,7 @@ impl SliceSet {
         self.0.get(slice / 64).is_some_and(|word| word >> (slice % 64) & 1 != 0)
     }
 
-    /// The first `slices` slices.
+    /// Sets it to the first `slices` slices.
     pub fn fill(&mut self, slices: usize) {
         let mut left = slices;
         for word in &mut self.0 {
@@ -43,13 +43,14 @@ impl SliceSet {
         self.0.iter().take(slices.div_ceil(64)).all(|&word| word == 0)
     }
 
-    /// The slices of the set among the first `slices`, ascending.
+    /// Returns the slices of the set among the first `slices`, ascending.
     #[inline(always)]
     pub fn iter(&self, slices: usize) -> Iter<'_> {
         self.iter_in(0..slices)
     }
 
-    /// The same from a multiple of 64 on. Before the end of all slices the range ends at one too.
+    /// As [`Self::iter`], for a range. It must start at a multiple of 64, and end at one or at the end of all
+    /// slices.
     #[inline(always)]
     pub fn iter_in(&self, slices: Range<usize>) -> Iter<'_> {
         let words = self.0.get(..slices.end.div_ceil(64)).unwrap_or(&self.0);
@@ -57,7 +58,7 @@ impl SliceSet {
         Iter { words, at, left: words.get(at).copied().unwrap_or(0) }
     }
 
-    /// Takes in the slices of another set.
+    /// Adds the slices of another set.
     pub fn unite(&mut self, other: &Self) {
         for (word, more) in self.0.iter_mut().zip(other.0) {
             *word |= more;
@@ -69,7 +70,7 @@ impl SliceSet {
 pub(crate) struct Iter<'a> {
     words: &'a [u64],
     at: usize,
-    /// What is left of the word `at`.
+    /// Remaining bits of the word `at`.
     left: u64,
 }
 

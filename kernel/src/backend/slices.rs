@@ -7,13 +7,13 @@ use crate::number::Number;
 use crate::number::cell::Cell;
 use crate::number::two_float::LANES;
 
-/// The cells of a slice, of so many in all.
+/// Returns the cells of a slice in a body of `cells` cells.
 #[inline(always)]
 pub(crate) fn cells_of(slice: usize, cells: usize) -> Range<usize> {
     slice * LANES..cells.min((slice + 1) * LANES)
 }
 
-/// +0.0 in the cells of these slices.
+/// Sets the cells of these slices to +0.0.
 #[inline(always)]
 pub(crate) fn clear<N: Number>(cells: &mut [Cell<N>], slices: impl Iterator<Item = usize>) {
     for slice in slices {
@@ -23,14 +23,14 @@ pub(crate) fn clear<N: Number>(cells: &mut [Cell<N>], slices: impl Iterator<Item
     }
 }
 
-/// An array by slices: the whole ones where they are, and a copy of what is left over.
+/// An array by slices: whole slices in place, and a padded copy of the remainder.
 pub(crate) struct Chunks<'a, T> {
     whole: &'a [[T; LANES]],
     last: [T; LANES],
 }
 
 impl<'a, T: Copy> Chunks<'a, T> {
-    /// Beyond the end stands `beyond`.
+    /// The padding is `beyond`.
     #[inline(always)]
     pub fn new(values: &'a [T], beyond: T) -> Self {
         let (whole, rest) = values.as_chunks();
@@ -47,7 +47,7 @@ impl<'a, T: Copy> Chunks<'a, T> {
 }
 
 impl<'a> Chunks<'a, Cell> {
-    /// Beyond the end the last cell repeats.
+    /// The padding is the last cell.
     #[inline(always)]
     pub fn repeated(cells: &'a [Cell]) -> Self {
         Self::new(cells, cells.last().copied().unwrap_or(Cell::ZERO))
@@ -62,7 +62,7 @@ pub(crate) struct ChunksMut<'a> {
 }
 
 impl<'a> ChunksMut<'a> {
-    /// Beyond the end stands +0.0.
+    /// The padding is +0.0.
     #[inline(always)]
     pub fn new(cells: &'a mut [Cell]) -> Self {
         let (whole, rest) = cells.as_chunks_mut();
@@ -78,14 +78,14 @@ impl<'a> ChunksMut<'a> {
         }
     }
 
-    /// Writes what is left over back; what lies beyond the end is dropped.
+    /// Writes the remainder back and drops the padding.
     #[inline(always)]
     pub fn finish(self) {
         copy(self.rest, &self.last);
     }
 }
 
-/// What is left over. Not inlined: else the compiler chooses every cell of a slice by itself.
+/// Returns the remainder. It is not inlined: else the compiler selects every cell of a slice separately.
 #[cold]
 #[inline(never)]
 fn last<T>(chunk: T) -> T {
@@ -101,7 +101,7 @@ fn padded<T: Copy>(rest: &[T], beyond: T) -> [T; LANES] {
     last
 }
 
-/// Copies a slice between arrays of the same length; nothing where they are shorter.
+/// Copies a slice between arrays of the same length; copies nothing if they are too short.
 #[inline(always)]
 pub(crate) fn copy_slice(to: &mut [Cell], from: &[Cell], slice: usize) {
     let cells = cells_of(slice, from.len());

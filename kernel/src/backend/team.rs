@@ -1,8 +1,8 @@
 //! Sharing a loop among threads that a host lends.
 //!
-//! The kernel has no threads. It cuts a loop over a large body into [`PARTS`] parts
-//! that touch no memory of each other, and asks its [`Workers`] to run them. The parts are fixed by
-//! the model alone, and each has its own sums: any number of threads gives the same bits.
+//! The kernel has no threads. It cuts a loop over a large body into [`PARTS`] parts that do not touch each
+//! other's memory, and asks its [`Workers`] to run them. The parts are fixed by the model alone, and each has
+//! its own sums: any number of threads gives the same bits.
 
 use core::marker::PhantomData;
 
@@ -45,8 +45,8 @@ pub trait Workers: Sync {
     fn run(&self, jobs: &mut [Job<'_>]);
 }
 
-/// Who runs the parts of a loop: the calling thread alone, or workers. Nobody helps, and nothing is
-/// kept, on targets without a vector unit.
+/// The threads that run the parts of a loop: the calling thread alone, or workers too. On targets without a
+/// vector unit it is always the calling thread, and workers are not stored.
 #[derive(Clone, Copy, Default)]
 pub struct Team<'a> {
     #[cfg(any(target_arch = "x86_64", all(target_arch = "aarch64", target_feature = "neon")))]
@@ -62,7 +62,7 @@ impl<'a> Team<'a> {
         workers_of: PhantomData,
     };
 
-    /// These workers, where the target has a vector unit. The bits are those of one thread.
+    /// Returns a team of these workers, if the target has a vector unit. The bits are those of one thread.
     #[must_use]
     pub fn of(workers: &'a dyn Workers) -> Self {
         #[cfg(any(
@@ -92,7 +92,7 @@ impl<'a> Team<'a> {
         let _ = jobs;
     }
 
-    /// Does the works of the parts on the unit.
+    /// Runs the works of the parts on the unit.
     #[inline(always)]
     pub(crate) fn run<W>(self, unit: Option<VectorUnit>, mut works: [Option<W>; PARTS])
     where
@@ -130,7 +130,7 @@ mod tests {
         }
     }
 
-    /// Runs the first jobs only, in threads of their own.
+    /// Runs only the first three jobs, each in its own thread.
     struct FirstThree;
 
     impl Workers for FirstThree {

@@ -1,5 +1,5 @@
-//! The basis of the coarse level: trilinear hat functions over the rest shape, and between them the
-//! inverse of the curvature bound, or of the elasticity of the rest shape, all from the bake.
+//! The basis of the coarse level: trilinear hat functions over the rest shape, and the inverse of the
+//! curvature bound in this basis, or of the elasticity of the rest shape. The bake computes all of it.
 
 use core::ops::Range;
 
@@ -21,30 +21,30 @@ pub(crate) struct CoarseBasis<'a> {
     /// Weights of each pair at the corners of its box: corner k of the first cell and of the
     /// second, in turn.
     pub weights: &'a [[Eight; 2]],
-    /// Where each cell stands among the cells of the pairs.
+    /// Position of each cell among the cells of the pairs.
     pub entry: &'a [u16],
     /// Rows of the inverse.
     pub inverse: &'a [Eight],
-    /// Of an elastic level, whose inverse couples the axes.
+    /// The elastic level, if there is one; its inverse couples the axes.
     #[cfg(feature = "nodal")]
     elastic: Option<ElasticLevel<'a>>,
-    /// Whether the body has several parts, the cells of each box lie in one of them, and the boxes
-    /// are in the order of the parts.
+    /// True if the body has several parts, the cells of each box lie in one part, and the boxes are in the
+    /// order of the parts.
     pub is_in_parts: bool,
 }
 
-/// What an [elastic level](crate::solver::coarse::elastic) has beside the basis functions.
+/// The data of an [elastic level](crate::solver::coarse::elastic) besides the basis functions.
 #[derive(Clone, Copy)]
 pub(crate) struct ElasticLevel<'a> {
     /// The cell whose rotation each basis function takes.
     pub turns: &'a [u16],
-    /// The own part of each cell's direction over r / W.
+    /// Length of the local part of each cell's direction, relative to r / W.
     pub factors: &'a [f32],
 }
 
 #[cfg(feature = "nodal")]
 impl<'a> ElasticLevel<'a> {
-    /// Of a body of nodal shapes.
+    /// Reads the elastic level; `None` if the body is not made of nodal shapes.
     fn read(
         sections: &Sections<'a>,
         count: usize,
@@ -88,7 +88,7 @@ impl<'a> CoarseBasis<'a> {
         }))
     }
 
-    /// The boxes of a part, of a body that [is in parts](Self::is_in_parts).
+    /// Returns the boxes of a part, for a body that [is in parts](Self::is_in_parts).
     pub fn boxes_of(&self, part: usize) -> Range<usize> {
         let Range { start, end } = parts::cells(self.entry.len(), part);
         let until = |cell: usize| {
@@ -99,19 +99,20 @@ impl<'a> CoarseBasis<'a> {
         until(start)..until(end)
     }
 
-    /// Blocks of a vector over the basis functions.
+    /// Returns the number of blocks in a vector over the basis functions.
     #[inline(always)]
     pub fn blocks(&self) -> usize {
-        // A model has at least one hat; the compiler is to know it too.
+        // A basis has at least one hat; `max` makes this known to the compiler.
         self.count.div_ceil(LANES).max(1)
     }
 
-    /// Length of a row of the inverse with its padding.
+    /// Padded length of a vector over the basis functions: of a row of the inverse, or of one axis in a row
+    /// of an elastic level.
     pub fn stride(&self) -> usize {
         self.blocks() * LANES
     }
 
-    /// What an elastic level has; a kernel without nodal shapes has none.
+    /// Returns the elastic level; `None` in a kernel without nodal shapes.
     #[inline(always)]
     pub fn elastic(&self) -> Option<ElasticLevel<'a>> {
         #[cfg(feature = "nodal")]
@@ -120,25 +121,25 @@ impl<'a> CoarseBasis<'a> {
         None
     }
 
-    /// Blocks of a row of the inverse.
+    /// Returns the number of blocks in a row of the inverse.
     #[inline(always)]
     pub fn row_blocks(&self) -> usize {
         if self.elastic().is_some() { 3 * self.blocks() } else { self.blocks() }
     }
 
-    /// One element of the inverse; 0 beyond it.
+    /// Returns an element of the inverse, 0 beyond its end.
     pub fn inverse_at(&self, row: usize, column: usize) -> f32 {
         let block = self.inverse.get(row * self.row_blocks() + column / LANES);
         block.and_then(|block| block.get(column % LANES)).copied().unwrap_or(0.0)
     }
 
-    /// Weight of an entry at a corner of its box.
+    /// Returns the weight of an entry at a corner of its box.
     pub fn weight(&self, entry: usize, corner: usize) -> f32 {
         let block = self.weights.get(entry / 2).and_then(|pair| pair.get(corner / 4));
         block.and_then(|block| block.get(corner % 4 * 2 + entry % 2)).copied().unwrap_or(0.0)
     }
 
-    /// Row of P of a cell: its basis functions with their weights.
+    /// Returns a cell's row of P: its basis functions with their weights.
     pub fn row_of(self, cell: usize) -> impl Iterator<Item = (usize, f32)> + use<'a> {
         let entry = self.entry.get(cell).copied().filter(|&entry| entry != NO_HAT);
         let parts = entry.and_then(|entry| {
@@ -153,7 +154,7 @@ impl<'a> CoarseBasis<'a> {
     }
 }
 
-/// Whether the cells of each box lie in one part, and the boxes in the order of the parts.
+/// Returns true if the cells of each box lie in one part, and the boxes are in the order of the parts.
 fn is_in_parts(rows: &[u32], pairs: &[[u16; 2]], cells: usize) -> bool {
     let mut part = 0;
     (0..rows.len().saturating_sub(1)).all(|at_box| {
@@ -173,12 +174,12 @@ fn is_in_parts(rows: &[u32], pairs: &[[u16; 2]], cells: usize) -> bool {
 mod tests {
     use super::*;
 
-    /// Parts of a body of so many cells begin at multiples of 2,048.
+    /// Number of cells for which parts begin at multiples of 2,048.
     const CELLS: usize = 16_384;
 
     #[test]
     fn boxes_are_found_by_part_where_they_are_in_order() {
-        // Two boxes in part 0, none in part 1, an empty one, one each in part 2 and 7.
+        // Part 0 has two boxes, part 1 none; an empty box follows, then one box each in parts 2 and 7.
         let (rows, pairs) =
             ([0, 1, 3, 3, 4, 5], [[0, 1], [5, 9], [2047, 2047], [4096, 6143], [14336, 16383]]);
         assert!(is_in_parts(&rows, &pairs, CELLS));

@@ -1,8 +1,8 @@
 //! The embedded mesh: nodes of a mesh finer than the network, which move with the cells around
 //! them.
 //!
-//! A node stands at x = X + sum of w (y - Y) over its cells, X and Y at rest, y published: a tick
-//! does not compute it; asking for a node's position costs its weights.
+//! The position of a node is x = X + sum of w (y - Y) over its cells, with X and Y at rest and y as
+//! published. A tick does not compute it; each query costs a step per weight of the node.
 
 use super::Model;
 use super::image::{FINE_CELLS, ModelError, NO_CELL, Sections, kind};
@@ -23,7 +23,8 @@ pub(crate) struct EmbeddedMesh<'a> {
 }
 
 impl<'a> EmbeddedMesh<'a> {
-    /// The embedded mesh of an image, where it has one: as many nodes as its input numbers.
+    /// Reads the embedded mesh of an image, `None` if it has none. `nodes` is the number of nodes of the
+    /// input's numbering.
     pub fn read(sections: &Sections<'a>, nodes: usize) -> Result<Option<Self>, ModelError> {
         if sections.optional::<[f32; 3]>(kind::FINE_REST)?.is_none() {
             return Ok(None);
@@ -37,7 +38,7 @@ impl<'a> EmbeddedMesh<'a> {
         }))
     }
 
-    /// The cell whose group holds a node.
+    /// Returns the cell whose group holds a node; `None` for a node that is left out.
     pub fn own_cell(&self, node: usize) -> Option<u16> {
         let own = self.cells.get(node)?.first().copied()?;
         if own == NO_CELL { None } else { Some(own) }
@@ -45,8 +46,8 @@ impl<'a> EmbeddedMesh<'a> {
 }
 
 impl<'a> Model<'a> {
-    /// Number of nodes of the embedded mesh, by input id; 0 for a model whose
-    /// every node is a cell. Some may be left out: they have no position.
+    /// Number of nodes of the embedded mesh, by input id; 0 for a model in which every node is a cell. A node
+    /// may be left out: it has no position.
     #[must_use]
     pub fn fine_nodes(&self) -> usize {
         self.embedded.map_or(0, |mesh| mesh.rest.len())
@@ -83,9 +84,9 @@ impl<'a> Model<'a> {
         self.embedded.map_or(&[], |mesh| mesh.tetrahedra)
     }
 
-    /// Position of a node of the embedded mesh where the cells stand at `position_of` [mean link
-    /// lengths from the centre]; `None` beyond the last, for one that is left out, and in a model
-    /// without an embedded mesh. Cost: at most [`FINE_CELLS`] positions.
+    /// Returns the position of a node of the embedded mesh for cells at `position_of`
+    /// [mean link lengths from the centre]; `None` beyond the last node, for a node that is left out, and in
+    /// a model without an embedded mesh. Cost: at most [`FINE_CELLS`] positions.
     #[must_use]
     pub fn fine_position(
         &self,

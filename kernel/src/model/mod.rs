@@ -2,13 +2,13 @@
 //!
 //! - [`image`]: the format, a flat file of sections.
 //! - `read`: [`Model`] and what it borrows from the image; `validate` checks all of it once.
-//! - `query`: what a model tells of its body.
+//! - `query`: the properties of a model's body.
 //! - `coarse_basis`: the basis of the coarse level, with the inverse of its matrix.
-//! - `parts`: what threads share of a large body.
+//! - `parts`: the division of a large body among threads.
 //! - `nodal`: the numbers of nodal shapes.
-//! - `stiffening`: sets of bands on their links.
-//! - `surface`: what the surface resists a probe with.
-//! - `terms`: what the terms of the energy beside the links store, the static list of them.
+//! - `stiffening`: sets of bands on the links of nodal shapes.
+//! - `surface`: the contact stiffness of the surface under a probe.
+//! - `terms`: the static list of the energy terms besides the links, and the data of each.
 //! - `embedded_mesh`: nodes of a finer mesh that move with the cells.
 
 pub(crate) mod coarse_basis;
@@ -38,14 +38,14 @@ use crate::number::sqrt::sqrt;
 /// Largest coordinate of a position that a state may have [mean link lengths].
 pub const COORDINATE_MAX: f32 = 1.0e6;
 
-/// Rest length of a link between two stored rest positions, by the sweep's own arithmetic.
+/// Returns the rest length of a link between two stored rest positions, computed as in the sweep.
 #[must_use]
 pub fn rest_length(a: [f32; 3], b: [f32; 3]) -> f32 {
     let difference = sub(b, a);
     sqrt(dot(difference, difference))
 }
 
-/// `rows[at]..rows[at + 1]`, empty beyond the end.
+/// Returns `rows[at]..rows[at + 1]`, an empty range beyond the end.
 #[inline]
 pub(crate) fn range(rows: &[u32], at: usize) -> Range<usize> {
     match rows.get(at..).and_then(|rows| rows.first_chunk()) {
@@ -56,7 +56,7 @@ pub(crate) fn range(rows: &[u32], at: usize) -> Range<usize> {
 
 /// Links a model image into flash with the alignment that [`Model::from_bytes`] asks for.
 ///
-/// The path is relative to the file the macro stands in. Gives a `&'static [u8]`.
+/// The path is relative to the file that contains the macro. Returns a `&'static [u8]`.
 ///
 /// ```
 /// use chaincell_kernel::include_model;

@@ -1,4 +1,4 @@
-//! Nodal shapes in an image: what every cell and every half-link of them is.
+//! Nodal shapes in an image: the numbers of every cell and every half-link.
 
 use super::image::{LAW_DET1, LAW_TRACE, ModelError, Sections, kind, nodal, params};
 use super::terms::TermData;
@@ -7,8 +7,8 @@ use crate::number::cell::{dot, sub};
 use crate::number::sqrt::sqrt;
 use crate::number::two_float::LANES;
 
-/// Ranges far beyond what a mesh gives, within which energies and forces stay finite up to
-/// [`SATURATION_MAX`]: volumes, moduli, and spreads [mean link lengths, 2 `k_ref` / l].
+/// Ranges far beyond those of a mesh, within which energies and forces stay finite up to [`SATURATION_MAX`]:
+/// volumes, moduli, and spreads [mean link lengths, 2 `k_ref` / l].
 const VOLUMES: core::ops::RangeInclusive<f32> = 1.0e-12..=1.0e6;
 const MODULI: core::ops::RangeInclusive<f32> = 1.0e-6..=1.0e6;
 const LAMBDA_3_MAX: f32 = 1.0e9;
@@ -32,7 +32,7 @@ pub(crate) type CellNumbers = [[f32; LANES]; nodal::CELL_ROWS];
 /// Numbers of eight half-links, by number and lane.
 pub(crate) type SlotNumbers = [[f32; LANES]; nodal::SLOT_ROWS];
 
-/// A half-link: the numbers of eight, and which of them it is.
+/// A half-link: the numbers of a group of eight, and the lane of this one.
 #[derive(Clone, Copy)]
 pub(crate) struct Slot<'a> {
     numbers: &'a SlotNumbers,
@@ -40,13 +40,13 @@ pub(crate) struct Slot<'a> {
 }
 
 impl Slot<'_> {
-    /// A number.
+    /// Returns a number of the half-link.
     #[inline(always)]
     pub fn number(self, row: usize) -> f32 {
         self.numbers.get(row).and_then(|lanes| lanes.get(self.lane)).copied().unwrap_or(0.0)
     }
 
-    /// Three numbers.
+    /// Returns three consecutive numbers.
     #[inline(always)]
     pub fn three(self, row: usize) -> [f32; 3] {
         [self.number(row), self.number(row + 1), self.number(row + 2)]
@@ -56,10 +56,9 @@ impl Slot<'_> {
 /// The law of shapes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Law {
-    /// Whether the volume is held by the trace instead of the distance to the shapes of determinant
-    /// 1.
+    /// True if the law holds the volume by the trace, not by the distance to the shapes of determinant 1.
     pub has_trace: bool,
-    /// Where the band of stretches begins; 0 for no band.
+    /// Stretch at which the band begins; 0 for no band.
     pub stretch_min: f32,
 }
 
@@ -76,7 +75,7 @@ pub(crate) struct Nodal<'a> {
     pub ids: &'a [[u16; LANES]],
     /// Number of cells.
     pub count: usize,
-    /// Of all cells.
+    /// The law of all cells.
     pub law: Law,
 }
 
@@ -90,20 +89,20 @@ impl<'a> Nodal<'a> {
         law: Law { has_trace: false, stretch_min: 0.0 },
     };
 
-    /// Whether the body is made of shapes.
+    /// Returns true if the body is made of shapes.
     #[inline(always)]
     pub fn is_any(&self) -> bool {
         self.count > 0
     }
 
-    /// A number of a cell.
+    /// Returns a number of a cell.
     #[inline(always)]
     pub fn number(&self, cell: usize, row: usize) -> f32 {
         let lanes = self.cells.get(cell / LANES).and_then(|slice| slice.get(row));
         lanes.and_then(|lanes| lanes.get(cell % LANES)).copied().unwrap_or(0.0)
     }
 
-    /// The slots of a cell, padding too: their other ends and their numbers.
+    /// Returns the slots of a cell, including padding: their other ends and their numbers.
     #[inline(always)]
     pub fn slots_of(self, cell: usize) -> impl Iterator<Item = (usize, Slot<'a>)> {
         range(self.rows, cell / LANES).filter_map(move |group| {
@@ -113,7 +112,8 @@ impl<'a> Nodal<'a> {
         })
     }
 
-    /// The part of the row of L at a cell whose share in cell k's gradient is `area`.
+    /// Visits the part of a cell's row of L that comes from cell k's shape, in whose gradient the cell has
+    /// the coefficient `area`.
     fn through(&self, cell: usize, k: usize, area: [f32; 3], visit: &mut impl FnMut(usize, f32)) {
         let even = 2.0 * (1.0 - nodal::BETA) * self.number(k, nodal::MU);
         let (band, volume) = (self.number(k, nodal::BAND), self.number(k, nodal::LAMBDA_3));
@@ -126,13 +126,13 @@ impl<'a> Nodal<'a> {
             visit(other, weight * dot(area, slot.three(nodal::AREA)));
             magnitudes += length(slot.three(nodal::AREA));
         }
-        // By the trace the row's magnitudes are those of lengths, and count on the diagonal.
+        // Under the trace law the volume part is bounded by products of lengths, which go onto the diagonal.
         if self.law.has_trace {
             visit(cell, share * volume / 3.0 * length(area) * magnitudes);
         }
     }
 
-    /// Whether a cell may have this stiffness of the band.
+    /// Returns true if a cell may have this stiffness of the band.
     fn is_band(&self, band: f32) -> bool {
         let most = if self.law.stretch_min > 0.0 { BAND_MAX } else { 0.0 };
         (0.0..=most).contains(&band)
@@ -157,8 +157,8 @@ impl<'a> Nodal<'a> {
         Ok(())
     }
 
-    /// The row sum of L is at least its diagonal element; that it is the row sum is for the bake to
-    /// see to, as with the inverse of the coarse level.
+    /// Checks that the row bound of L is at least the row's diagonal element. The bake is responsible for the
+    /// row sum, as it is for the inverse of the coarse level.
     fn check_bound(&self, model: &Model<'_>, cell: usize) -> Result<(), ModelError> {
         let (bound, mut diagonal) = (self.number(cell, nodal::BOUND), 0.0);
         self.each_of_row(cell, &mut |other, element| {
@@ -189,14 +189,14 @@ impl<'a> Nodal<'a> {
                 let wanted = if is_own { rest.get(axis).copied() } else { Some(0.0) };
                 own(nodal::REST + axis) == wanted
             });
-            // `a_ji` is what the other end has of this one.
+            // `a_ji` must equal the area in the other end's half-link.
             let back = |axis: usize| {
                 let there = self.slots_of(j).find(|&(other, _)| other == i);
                 there.map(|(_, slot)| slot.number(nodal::AREA + axis))
             };
             let is_mutual =
                 !is_own || (0..3).all(|axis| own(nodal::BACK_AREA + axis) == back(axis));
-            // Padding pulls on nothing.
+            // Padding exerts no force.
             let is_idle = (0..nodal::REST).all(|row| own(row) == Some(0.0));
             if !stored || !is_mutual || !is_own && !is_idle {
                 return Err(wrong());

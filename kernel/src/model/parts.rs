@@ -1,4 +1,4 @@
-//! The parts of a large body: what threads share, and what is summed by itself.
+//! The parts of a large body: threads share them, and each has its own sums.
 //!
 //! A body of fewer than [`CELLS_SHARED`] cells is one part, any other is [`PARTS`] parts of
 //! consecutive cells, in whole blocks of 512 cells. A pass of `track` and `predict` sums up each part
@@ -13,7 +13,7 @@ pub const PARTS: usize = 8;
 /// Cells from which a body has several parts.
 pub const CELLS_SHARED: usize = 16_384;
 
-/// Slices in a block: those of a word of a set of slices.
+/// Slices in a block: as many as a word of a set of slices has bits.
 const BLOCK: usize = 64;
 
 /// Number of parts of a body of this number of cells: 1 below [`CELLS_SHARED`], else [`PARTS`].
@@ -48,7 +48,7 @@ pub(crate) fn cells(cells: usize, part: usize) -> Range<usize> {
     cells.min(slices.start * LANES)..cells.min(slices.end * LANES)
 }
 
-/// An array over the cells, cut into the body's parts.
+/// Cuts an array over the cells into the body's parts.
 pub(crate) fn split<T>(array: &[T]) -> [&[T]; PARTS] {
     let mut part = 0;
     [(); PARTS].map(|()| {
@@ -58,7 +58,7 @@ pub(crate) fn split<T>(array: &[T]) -> [&[T]; PARTS] {
     })
 }
 
-/// The same, to be written.
+/// As `split`, for writing.
 pub(crate) fn split_mut<T>(array: &mut [T]) -> [&mut [T]; PARTS] {
     let (all, mut part, mut rest) = (array.len(), 0, array);
     [(); PARTS].map(|()| {

@@ -4,13 +4,13 @@ use super::image::{ModelError, Sections, kind, params};
 use super::terms::TermData;
 use super::{COORDINATE_MAX, Model};
 
-/// Kind of the section of pins, in this crate's tests alone.
+/// Kind of the section of pins, which only this crate's tests have.
 pub(crate) const PINS: u32 = 0x7e57_0001;
 
 /// The pins of a body, by ascending cell.
 ///
-/// A pin of weight w has the energy w d^2 / 4 as a link has, d = its cell's distance from its
-/// anchor. Its map is the cell's position, its set a point: L has w / 2 on the diagonal.
+/// A pin of weight w has the energy w d^2 / 4, as a link has, with d the distance of its cell from its
+/// anchor. Its map is the cell's position and its set is a point: L has w / 2 on the diagonal.
 #[derive(Clone, Copy)]
 pub(crate) struct Pins<'a>(&'a [[u32; 7]]);
 
@@ -18,11 +18,11 @@ pub(crate) struct Pins<'a>(&'a [[u32; 7]]);
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Pin {
     pub cell: usize,
-    /// Where the anchor is in the rest shape [mean link lengths from the body's centre].
+    /// Position of the anchor in the rest shape [mean link lengths from the body's centre].
     pub point: [f32; 3],
     /// k / `k_ref`.
     pub weight: f32,
-    /// Longest distance of cell and anchor: beyond it the anchor follows, and stays where it gets
+    /// Largest distance between cell and anchor: beyond it the cell drags the anchor along, permanently
     /// [mean link lengths].
     pub slip_length: f32,
     /// Share of a tick's first distance by which the anchor gives way in that tick, below 1.
@@ -75,7 +75,7 @@ impl<'a> TermData<'a> for Pins<'a> {
             if !(is_near && is_spring && pin.slip_length > 0.0 && (0.0..1.0).contains(&pin.give)) {
                 return Err(ModelError::Value(PINS, position));
             }
-            // As a link to a fixed cell that has no other.
+            // A pin counts as a link to a fixed cell without other links.
             if (model.cell_bound(pin.cell) + pin.weight) * 0.5 > model.degree_bound {
                 return Err(ModelError::Parameter(params::DEGREE_BOUND as u32));
             }

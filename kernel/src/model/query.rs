@@ -1,4 +1,4 @@
-//! What a model tells of its body.
+//! The properties of a model's body.
 
 use core::ops::Range;
 
@@ -31,7 +31,7 @@ impl<'a> Model<'a> {
         self.parts
     }
 
-    /// Checksum of the image; it tells models apart.
+    /// Checksum of the image; it identifies the model.
     #[must_use]
     pub fn checksum(&self) -> u32 {
         self.checksum
@@ -55,14 +55,14 @@ impl<'a> Model<'a> {
         self.stiffness_n_per_m
     }
 
-    /// Half-width of the links' band in rest lengths (Eq. 5); the mean where links differ.
+    /// Half-width of the links' band in rest lengths (Eq. 5); the mean if links differ.
     #[must_use]
     pub fn alpha(&self) -> f32 {
         self.alpha
     }
 
-    /// Returns true if some link has a band: it admits lengths other than its rest length. Cost: one
-    /// look at each link where alpha differs between links.
+    /// Returns true if some link has a band: it admits lengths other than its rest length. Cost: a read of
+    /// each link if alpha differs between links.
     #[must_use]
     pub fn has_slack(&self) -> bool {
         match self.link_alphas {
@@ -146,7 +146,7 @@ impl<'a> Model<'a> {
         self.fixed.binary_search(&cell).is_ok()
     }
 
-    /// Surface cells, ascending; empty where the bake stored none.
+    /// Surface cells, ascending; empty if the bake stored none.
     #[must_use]
     pub fn surface(&self) -> &'a [u16] {
         self.surface
@@ -170,22 +170,22 @@ impl<'a> Model<'a> {
         self.tetrahedra
     }
 
-    /// Notes of the host from the bake, opaque to the kernel; empty where it left none.
+    /// Notes of the host from the bake, opaque to the kernel; empty if the host left none.
     #[must_use]
     pub fn notes(&self) -> &'a [u8] {
         self.notes
     }
 
-    /// Input id of each cell, in the order of the cells; in a model with an embedded mesh, the node
-    /// that the cell stands at.
+    /// Input id of each cell, in the order of the cells; in a model with an embedded mesh, the node at which
+    /// the cell lies.
     #[must_use]
     pub fn input_id(&self) -> &'a [u32] {
         self.input_id
     }
 
-    /// Returns the cell of an input id; `None` for a node that is no cell. Cost: one look at each
-    /// cell. In a model with an embedded mesh this is the cell whose group holds the node, found
-    /// at once; several ids may have one cell.
+    /// Returns the cell of an input id; `None` for a node that is no cell. Cost: up to one read of each cell.
+    /// In a model with an embedded mesh the result is the cell whose group holds the node, at the cost of one
+    /// read; several ids may have the same cell.
     ///
     /// ```
     /// # use chaincell_kernel::{Model, include_model};
@@ -238,35 +238,35 @@ impl<'a> Model<'a> {
         self.others.elasticity(cell, 2.0 * self.stiffness_n_per_m / self.unit_m)
     }
 
-    /// Returns the law by which shapes resist a change of their volume, [`LAW_DET1`](crate::image::LAW_DET1) or
-    /// [`LAW_TRACE`](crate::image::LAW_TRACE), and the stretch below which they resist more, 0 for
-    /// none; `None` in a body of links.
+    /// Returns the law by which shapes resist a change of their volume, [`LAW_DET1`](crate::image::LAW_DET1)
+    /// or [`LAW_TRACE`](crate::image::LAW_TRACE), and the stretch below which they resist more, 0 for none;
+    /// `None` in a body of links.
     #[must_use]
     pub fn shape_law(&self) -> Option<(u32, f32)> {
         self.others.shape_law()
     }
 
-    /// Calls `visit(half_width, modulus_pa)` for each set of stiffening bands, the narrowest first:
-    /// half its width in rest lengths, and Young's modulus of the set alone \[Pa\].
+    /// Calls `visit(half_width, modulus_pa)` for each set of stiffening bands, the narrowest first: half its
+    /// width in rest lengths, and Young's modulus of only this set \[Pa\].
     pub fn each_stiffening(&self, mut visit: impl FnMut(f32, f32)) {
         let unit_pa = 2.0 * self.stiffness_n_per_m / self.unit_m;
         self.others.stiffening(unit_pa, &mut visit);
     }
 
-    /// Calls `visit(other, element)` for what adds up to the row of the curvature's bound L at a
-    /// cell of a body of nodal shapes; several calls may be for one element. A cell's bound is at
-    /// least the sum of the magnitudes of its row. Nothing in a body of links.
+    /// Calls `visit(other, element)` for each contribution to the row of the curvature bound L at a cell of a
+    /// body of nodal shapes; an element may get several contributions, which add up. A cell's bound is at
+    /// least the sum of the magnitudes of its row. There are no calls in a body of links.
     pub fn each_of_bound_row(&self, cell: usize, mut visit: impl FnMut(usize, f32)) {
         self.others.each_of_row(cell, &mut visit);
     }
 
-    /// Cells of which the terms of the energy keep states: none in a body of links.
+    /// Number of cells for which the energy terms keep states: 0 in a body of links.
     #[must_use]
     pub fn kept_states(&self) -> usize {
         if self.others.keeps() { self.cells() } else { 0 }
     }
 
-    /// Returns true if the links are stored once more in slices for vector units.
+    /// Returns true if the links are also stored in slices for vector units.
     #[must_use]
     pub fn is_sliced(&self) -> bool {
         self.slices.is_some()

@@ -9,7 +9,7 @@ use super::validate;
 use crate::number::float_env;
 use crate::number::two_float::LANES;
 
-/// The links once more, in slices of [`LANES`] consecutive cells for vector units.
+/// A second copy of the links, in slices of [`LANES`] consecutive cells for vector units.
 #[derive(Clone, Copy)]
 pub(crate) struct Slices<'a> {
     /// Groups of each slice, slices + 1.
@@ -18,15 +18,15 @@ pub(crate) struct Slices<'a> {
     pub neighbours: &'a [[u16; LANES]],
     /// Rest lengths, by group and lane; 0 for padding.
     pub lengths: &'a [[f32; LANES]],
-    /// Alpha, by group and lane, where links differ.
+    /// Alpha, by group and lane, if links differ.
     pub alphas: Option<&'a [[f32; LANES]]>,
-    /// Weights, by group and lane, where links differ; 1 for padding.
+    /// Weights, by group and lane, if links differ; 1 for padding.
     pub weights: Option<&'a [[f32; LANES]]>,
 }
 
 /// A validated body: mesh, links, bands, weights and bounds, borrowed from the image's bytes.
 ///
-/// Its existence means that every index is in range and every number fit for the tick.
+/// A value exists only if every index is in range and every number is fit for the tick.
 ///
 /// ```
 /// use chaincell_kernel::{Model, include_model};
@@ -61,11 +61,11 @@ pub struct Model<'a> {
     pub(crate) normals: &'a [[f32; 3]],
     pub(crate) triangles: &'a [[u16; 3]],
     pub(crate) tetrahedra: &'a [[u16; 4]],
-    /// What the triangles resist a probe with, where it touches them in place of cells.
+    /// Contact numbers of the triangles, if a probe touches them in place of cells.
     pub(crate) contact: Option<&'a [[f32; 3]]>,
     pub(crate) notes: &'a [u8],
     pub(crate) embedded: Option<EmbeddedMesh<'a>>,
-    /// Terms of the energy beside the links.
+    /// Energy terms besides the links.
     pub(crate) others: Others<'a>,
     pub(crate) dimension: u32,
     pub(crate) unit_m: f32,
@@ -84,10 +84,10 @@ pub struct Model<'a> {
 
 impl<'a> Model<'a> {
     /// Reads and checks an image in place. `bytes` must be the whole image and start at a multiple of 16
-    /// ([`include_model!`](crate::include_model) sees to it).
+    /// ([`include_model!`](crate::include_model) does this).
     ///
-    /// Cost: the checksum, about two sweeps and two looks at each element of the inverse of the
-    /// coarse level, once; no memory.
+    /// Cost: the checksum, about two sweeps and two reads of each element of the inverse of the coarse level,
+    /// once; no memory.
     ///
     /// ```
     /// use chaincell_kernel::{Model, ModelError, include_model};
@@ -99,16 +99,18 @@ impl<'a> Model<'a> {
     /// ```
     ///
     /// # Errors
-    /// The first fault of the image, with section and position; or the fault of the calling thread's
-    /// arithmetic, by which the numbers of the image are checked.
+    /// The first fault of the image, with section and position; or a fault of the calling thread's
+    /// floating-point environment, on which the checks rely.
     pub fn from_bytes(bytes: &'a [u8]) -> Result<Self, ModelError> {
         float_env::check().map_err(ModelError::Float)?;
+        // Parse the header and read the parameters.
         let sections = Sections::parse(bytes)?;
         let words: &[u32] = sections.sized(kind::PARAMS, params::WORDS)?;
         let word = |index: usize| words.get(index).copied().unwrap_or(0);
         let real = |index: usize| f32::from_bits(word(index));
         let (cells, links) = (word(params::CELLS) as usize, word(params::LINKS) as usize);
         let ends = cells.checked_add(1).ok_or(ModelError::Parameter(0))?;
+        // Read the optional arrays over the links and the surface.
         let per_link = |kind| match sections.optional::<f32>(kind)? {
             Some(values) if values.len() != links => Err(ModelError::SectionSize(kind)),
             values => Ok(values),
@@ -120,6 +122,7 @@ impl<'a> Model<'a> {
         if normals.len() != surface.len() {
             return Err(ModelError::SectionSize(kind::NORMALS));
         }
+        // Read all other sections.
         let model = Self {
             rest: sections.sized(kind::REST, cells)?,
             rows: sections.sized(kind::ROWS, ends)?,
@@ -158,6 +161,7 @@ impl<'a> Model<'a> {
             input_nodes: word(params::INPUT_NODES),
             checksum: sections.checksum,
         };
+        // Check everything that the tick relies on.
         validate::model(&model)?;
         Ok(model)
     }
@@ -173,7 +177,7 @@ impl core::fmt::Debug for Model<'_> {
     }
 }
 
-/// The sliced links of an image, where it has them.
+/// Reads the sliced links of an image, `None` if it has none.
 fn slices<'a>(sections: &Sections<'a>, cells: usize) -> Result<Option<Slices<'a>>, ModelError> {
     let Some(rows) = sections.optional::<u32>(kind::SLICE_ROWS)? else { return Ok(None) };
     if rows.len() != cells.div_ceil(LANES) + 1 {

@@ -5,7 +5,7 @@ use super::terms::TermData;
 use super::{Model, range};
 use crate::number::two_float::LANES;
 
-/// Ranges far beyond what tissue has.
+/// Ranges far beyond those of tissue.
 const HALF_WIDTHS: core::ops::Range<f32> = 0.01..1.0;
 const MODULI: core::ops::RangeInclusive<f32> = 1.0e-6..=1.0e6;
 const VOLUME_MAX: f32 = 1.0e6;
@@ -15,7 +15,7 @@ const VOLUME_MAX: f32 = 1.0e6;
 pub(crate) struct Set {
     /// Half the width of the band in rest lengths.
     pub half_width: f32,
-    /// Young's modulus of the set alone [2 `k_ref` / l].
+    /// Young's modulus of only this set [2 `k_ref` / l].
     pub modulus: f32,
 }
 
@@ -25,12 +25,12 @@ impl Set {
     }
 }
 
-/// The sets of a body, the narrowest band first; none in most.
+/// The sets of a body, the narrowest band first. Most bodies have none.
 #[derive(Clone, Copy)]
 pub(crate) struct Stiffening<'a> {
     sets: &'a [[u32; 2]],
-    /// 2 V / l0^2 of each slot, V the volume of the tetrahedra around its link: times the modulus of
-    /// a set, the link's weight in it.
+    /// 2 V / l0^2 of each slot, with V the volume of the tetrahedra around its link. Times the modulus of a
+    /// set it is the link's weight in that set.
     pub volumes: &'a [[f32; LANES]],
     /// Rest lengths of the slots.
     pub lengths: &'a [[f32; LANES]],
@@ -46,25 +46,25 @@ impl<'a> Stiffening<'a> {
     pub const NONE: Self =
         Self { sets: &[], volumes: &[], lengths: &[], rows: &[], ids: &[], rest: &[] };
 
-    /// Whether the body has any.
+    /// Returns true if the body has a set.
     #[inline(always)]
     pub fn is_any(&self) -> bool {
         !self.sets.is_empty()
     }
 
-    /// The sets, the narrowest band first.
+    /// Returns the sets, the narrowest band first.
     #[inline(always)]
     pub fn sets(self) -> impl Iterator<Item = Set> + use<'a> {
         self.sets.iter().copied().map(Set::of)
     }
 
-    /// The moduli of all sets together.
+    /// Returns the sum of the moduli of all sets.
     #[inline(always)]
     pub fn modulus(&self) -> f32 {
         self.sets().fold(0.0, |sum, set| sum + set.modulus)
     }
 
-    /// The slots of a cell without padding: group and other end.
+    /// Returns the slots of a cell without padding: group and other end.
     #[inline(always)]
     pub fn slots_of(self, cell: usize) -> impl Iterator<Item = (usize, usize)> + use<'a> {
         range(self.rows, cell / LANES).filter_map(move |group| {
@@ -73,13 +73,13 @@ impl<'a> Stiffening<'a> {
         })
     }
 
-    /// A value of a slot.
+    /// Returns a cell's value in a group.
     #[inline(always)]
     pub fn at(values: &[[f32; LANES]], group: usize, cell: usize) -> f32 {
         values.get(group).and_then(|lanes| lanes.get(cell % LANES)).copied().unwrap_or(0.0)
     }
 
-    /// Weights of a cell's links in all sets together.
+    /// Returns the sum of the weights of a cell's links over all sets.
     pub fn weight(&self, cell: usize) -> f32 {
         let volumes = self.slots_of(cell).map(|(group, _)| Self::at(self.volumes, group, cell));
         self.modulus() * volumes.fold(0.0, |sum, volume| sum + volume)
@@ -97,7 +97,7 @@ impl<'a> Stiffening<'a> {
         Ok(())
     }
 
-    /// Both ends of a link have the same value, and padding none.
+    /// Checks that both ends of a link have the same value, and padding has 0.
     fn check_slots(self, cells: usize) -> Result<(), ModelError> {
         for (group, volumes) in self.volumes.iter().enumerate() {
             let wrong = || ModelError::Value(kind::STIFFENING_SLOTS, group as u32);

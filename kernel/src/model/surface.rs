@@ -1,23 +1,23 @@
-//! The surface in an image that a probe touches: what the triangles of `TRIANGLES` resist with.
+//! The surface in an image that a probe touches: the contact stiffness of the triangles of `TRIANGLES`.
 
 use super::Model;
 use super::image::{ModelError, Sections, contact, kind};
 use crate::number::sqrt::sqrt;
 
-/// Ranges far beyond what meshes and tissue have.
+/// A range far beyond the numbers of meshes and tissue.
 const NUMBERS: core::ops::RangeInclusive<f32> = 1.0e-12..=1.0e12;
-/// Contact is this many times as stiff as tissue as deep as an edge is long, at least and at most.
+/// Smallest and largest contact stiffness, relative to tissue as deep as an edge is long.
 const STIFFNESS: [f32; 2] = [6.0, 20.0];
-/// Of the radius over the length of an edge.
+/// Relative contact stiffness per ratio of radius to edge length.
 const OF_RADIUS: f32 = 8.0;
-/// Samples stand so many radii apart, at most.
+/// Largest distance between samples, in radii.
 const SPACING: f32 = 0.45;
-/// Most triangles of a cell, far above the two of a closed surface: a tick looks at each.
+/// Most triangles per cell, far above the two of a closed surface: a tick visits each.
 const TRIANGLES_MAX: usize = 16;
 /// Most samples along an edge.
 const PARTS_MAX: f32 = 32.0;
 
-/// The triangles that a probe touches, and what each resists with.
+/// The triangles that a probe touches, with their contact numbers.
 #[derive(Clone, Copy)]
 pub(crate) struct ContactSurface<'a> {
     /// Corners, outward.
@@ -37,7 +37,7 @@ pub(crate) struct Triangle {
 }
 
 impl Triangle {
-    /// Stiffness of all samples together under a sphere [2 `k_ref`].
+    /// Returns the total stiffness of all samples under a sphere [2 `k_ref`].
     pub fn weight(&self, radius: f32) -> f32 {
         let [least, most] = STIFFNESS;
         let times = OF_RADIUS * radius / self.edge;
@@ -46,7 +46,7 @@ impl Triangle {
         self.stiffness * if times > most { most } else { times }
     }
 
-    /// Into so many parts each edge is cut, for a sample at the centre of each part.
+    /// Returns the number of subdivisions of an edge. There is a sample at the centre of each part.
     pub fn parts(&self, radius: f32) -> u16 {
         let parts = sqrt(self.area) / (SPACING * radius);
         let parts = if parts < PARTS_MAX { parts } else { PARTS_MAX };
@@ -61,7 +61,7 @@ impl<'a> ContactSurface<'a> {
         Self { triangles, numbers }
     }
 
-    /// The numbers of an image, where it has them.
+    /// Reads the contact numbers of an image, `None` if it has none.
     pub fn read(sections: &Sections<'a>) -> Result<Option<&'a [[f32; 3]]>, ModelError> {
         let Some(numbers) = sections.optional::<[f32; 3]>(kind::CONTACT)? else {
             return Ok(None);
@@ -70,7 +70,7 @@ impl<'a> ContactSurface<'a> {
         Ok(Some(numbers))
     }
 
-    /// Checks the numbers and how many there are; the corners are those of `TRIANGLES`.
+    /// Checks the numbers and their count; the corners are checked with `TRIANGLES`.
     pub fn check(&self, cells: usize) -> Result<(), ModelError> {
         if self.numbers.len() > TRIANGLES_MAX * cells {
             return Err(ModelError::SectionSize(kind::CONTACT));
@@ -83,7 +83,7 @@ impl<'a> ContactSurface<'a> {
         Ok(())
     }
 
-    /// Corners and numbers of a triangle.
+    /// Returns the corners and the numbers of a triangle.
     pub fn triangle(&self, index: usize) -> Option<([u16; 3], Triangle)> {
         let numbers = self.numbers.get(index)?;
         let at = |row: usize| numbers.get(row).copied().unwrap_or(1.0);
@@ -93,7 +93,7 @@ impl<'a> ContactSurface<'a> {
 }
 
 impl<'a> Model<'a> {
-    /// The triangles that a probe touches, where it does.
+    /// Returns the triangles that a probe touches; `None` if it touches cells.
     pub(crate) fn contact_surface(&self) -> Option<ContactSurface<'a>> {
         Some(ContactSurface { triangles: self.triangles, numbers: self.contact? })
     }
@@ -104,10 +104,9 @@ impl<'a> Model<'a> {
         self.contact.is_some()
     }
 
-    /// Calls `visit(parts, stiffness_n_per_m)` for each triangle that a probe touches, in the order of
-    /// the image: into how many parts its samples cut each side under a probe of this radius
-    /// \[m\], and the stiffness of all its samples together [N/m]. Nothing where a probe touches
-    /// cells.
+    /// Calls `visit(parts, stiffness_n_per_m)` for each triangle that a probe touches, in the order of the
+    /// image: the number of subdivisions of an edge under a probe of this radius \[m\], and the total
+    /// stiffness of its samples [N/m]. There are no calls if a probe touches cells.
     pub fn each_probe_triangle(&self, radius_m: f32, mut visit: impl FnMut(u16, f32)) {
         let radius = radius_m / self.unit_m;
         let Some(surface) = self.contact_surface() else { return };
@@ -116,8 +115,8 @@ impl<'a> Model<'a> {
         }
     }
 
-    /// Radius from which on samples stand as near to each other as they have to, less than that of
-    /// any probe to be taken [mean link lengths]; `None` where a probe touches cells.
+    /// Smallest radius of a probe, at which the samples are just dense enough [mean link lengths]; `None` if
+    /// a probe touches cells.
     #[must_use]
     pub fn probe_radius_min(&self) -> Option<f32> {
         let contact = self.contact_surface()?;

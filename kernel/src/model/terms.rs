@@ -1,4 +1,4 @@
-//! What an image stores for the terms beside the links: the static list, and what each brings.
+//! The energy terms besides the links in an image: their static list, and the data of each.
 
 use super::Model;
 use super::image::{ModelError, Sections};
@@ -9,14 +9,14 @@ use super::pin::Pins;
 #[cfg(feature = "nodal")]
 use super::stiffening::Stiffening;
 
-/// The end of the list: a term of nothing.
+/// The end of the list: an empty term.
 #[derive(Clone, Copy)]
 pub(crate) struct NoTerm;
 
-/// The terms beside the links: pairs that end in [`NoTerm`].
+/// The terms besides the links: nested pairs that end in [`NoTerm`].
 #[cfg(not(test))]
 pub(crate) type Others<'a> = Built<'a>;
-/// The same in this crate's tests, where a further term shows that one can be added.
+/// In this crate's tests the list has a further term, to show that one can be added.
 #[cfg(test)]
 pub(crate) type Others<'a> = (Pins<'a>, Built<'a>);
 
@@ -26,7 +26,7 @@ type Built<'a> = (Nodal<'a>, (Stiffening<'a>, NoTerm));
 #[cfg(not(feature = "nodal"))]
 type Built<'a> = NoTerm;
 
-/// None of them.
+/// All terms empty.
 #[cfg(all(test, feature = "nodal"))]
 pub(crate) const NONE: Built<'static> = (Nodal::NONE, (Stiffening::NONE, NoTerm));
 #[cfg(all(test, not(feature = "nodal")))]
@@ -35,38 +35,38 @@ pub(crate) const NONE: Built<'static> = NoTerm;
 /// The data of a term in an image, and its part of the bound L of the energy's curvature, see
 /// [`terms`](crate::terms).
 pub(crate) trait TermData<'a>: Copy {
-    /// The term's sections; without them a term of nothing.
+    /// Reads the term's sections; without them the term is empty.
     fn read(sections: &Sections<'a>) -> Result<Self, ModelError>;
     /// Checks the sections against the links of the model, and the model's largest step against
     /// the term.
     fn check(&self, model: &Model<'_>) -> Result<(), ModelError>;
-    /// Adds twice the diagonal of L at a cell, or the sum of the magnitudes of its row where that
-    /// is larger, to the sum of the terms before.
+    /// Adds twice the diagonal of L at a cell, or the sum of the magnitudes of its row where that is larger,
+    /// to the sum of the previous terms.
     fn add_bound(&self, cell: usize, sum: f32) -> f32;
-    /// Whether the term's energy is 0 in the rest shape.
+    /// Returns true if the term's energy is 0 in the rest shape.
     fn rests(&self, model: &Model<'_>) -> bool;
-    /// Whether the term keeps states of this body's cells.
+    /// Returns true if the term keeps states of this body's cells.
     #[inline(always)]
     fn keeps(&self) -> bool {
         false
     }
-    /// Calls `visit(other, element)` for what adds up to the row of L at a cell, where the term
-    /// stands in place of the links.
+    /// Calls `visit(other, element)` for each contribution to the row of L at a cell, in a body in which a
+    /// term replaces the links.
     fn each_of_row(&self, _cell: usize, _visit: &mut impl FnMut(usize, f32)) {}
-    /// Young's modulus \[Pa\] and Poisson's ratio at a cell, with stresses in units of so many Pa.
+    /// Returns Young's modulus \[Pa\] and Poisson's ratio at a cell, from the unit of stress \[Pa\].
     fn elasticity(&self, _cell: usize, _unit_pa: f32) -> Option<[f32; 2]> {
         None
     }
-    /// How shapes resist: by [`LAW_DET1`](super::image::LAW_DET1) or
+    /// Returns the law of the shapes, [`LAW_DET1`](super::image::LAW_DET1) or
     /// [`LAW_TRACE`](super::image::LAW_TRACE), and the stretch at which the band begins, 0 for none.
     fn shape_law(&self) -> Option<(u32, f32)> {
         None
     }
-    /// Calls `visit(half_width, modulus_pa)` for each set of stiffening bands, with stresses in units
-    /// of so many Pa.
+    /// Calls `visit(half_width, modulus_pa)` for each set of stiffening bands, from the unit of stress
+    /// \[Pa\].
     fn stiffening(&self, _unit_pa: f32, _visit: &mut impl FnMut(f32, f32)) {}
-    /// Whether the term stands in place of the links' forces, and what moves a cell reaches past
-    /// the cells linked to it.
+    /// Returns true if the term replaces the forces of the links, so that the motion of a cell affects cells
+    /// beyond its neighbours.
     #[inline(always)]
     fn replaces_links(&self) -> bool {
         false
@@ -149,8 +149,8 @@ impl<'a, A: TermData<'a>, B: TermData<'a>> TermData<'a> for (A, B) {
 }
 
 impl Model<'_> {
-    /// The curvature bound of a cell, the inverse of its mobility: W, the sum of its links'
-    /// weights, and the parts of the other terms. Twice the diagonal of L.
+    /// Returns the curvature bound of a cell, the inverse of its mobility and twice the diagonal of L: W, the
+    /// sum of its links' weights, plus the parts of the other terms.
     #[must_use]
     #[inline]
     pub fn cell_bound(&self, cell: usize) -> f32 {

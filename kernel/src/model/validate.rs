@@ -1,7 +1,7 @@
-//! The checks after which the tick never has to check again.
+//! The checks of a model, after which a tick needs none.
 //!
-//! Every function runs in one pass without memory of its own; together they cost about as much as
-//! two sweeps plus the checksum.
+//! Every function runs in one pass and needs no memory; together they cost about as much as two sweeps plus
+//! the checksum.
 
 use super::coarse_basis::CoarseBasis;
 use super::image::{CELLS_MAX, ModelError, NO_CELL, NO_HAT, kind, params};
@@ -9,32 +9,32 @@ use super::terms::TermData;
 use super::{Model, range, rest_length};
 use crate::number::two_float::LANES;
 
-/// Rest lengths, in mean link lengths, span at most this factor either way.
+/// Rest lengths, in mean link lengths, are within this factor of 1.
 const LENGTH_RANGE: f32 = 1.0e6;
-/// Weights, k / `k_ref`, span at most this factor either way.
+/// Weights, k / `k_ref`, are within this factor of 1.
 const WEIGHT_RANGE: f32 = 1.0e9;
 
-/// R_x and C span at most this factor either way.
+/// R_x and C are within this factor of 1.
 const CIRCUIT_RANGE: f32 = 1.0e12;
-/// Newtons and joules per internal unit span at most this factor either way.
+/// Newtons and joules per internal unit are within this factor of 1.
 const UNIT_RANGE: f32 = 1.0e18;
-/// Largest element of the inverse of the coarse level: far above what weights in their range give.
+/// Largest element of the inverse of the coarse level: far above that of weights in their range.
 const INVERSE_MAX: f32 = 1.0e24;
-/// Largest factor of a cell's own part of the direction: far above what a mesh gives.
+/// Largest factor of the local part of a cell's direction: far above that of a mesh.
 const FACTOR_MAX: f32 = 1.0e4;
 /// Largest weight of a cell at a node of the embedded mesh, of either sign.
 const EMBEDDING_WEIGHT_MAX: f32 = 16.0;
-/// How far the weights of a node may miss 1 in all.
+/// Largest difference between the sum of a node's weights and 1.
 const EMBEDDING_SUM_TOLERANCE: f32 = 1.0e-4;
 /// Largest numbering of an input.
 const INPUT_NODES_MAX: u32 = 1 << 27;
 
-/// Whether a number lies within a factor of 1.
+/// Returns true if a number lies within this factor of 1.
 fn within(value: f32, factor: f32) -> bool {
     (1.0 / factor..=factor).contains(&value)
 }
 
-/// Checks a whole model: ranges first, then order and symmetry, then the numbers.
+/// Checks a whole model: first ranges, then order and symmetry, then the numbers.
 pub(crate) fn model(model: &Model<'_>) -> Result<(), ModelError> {
     parameters(model)?;
     rows(kind::ROWS, model.rows, model.links())?;
@@ -90,7 +90,7 @@ fn parameters(model: &Model<'_>) -> Result<(), ModelError> {
     word(params::ENERGY_MAX, positive(model.energy_max) && model.energy_max < 1.0e18)
 }
 
-/// Row starts: from 0, never descending, up to `end`.
+/// Checks row starts: from 0, never descending, up to `end`.
 fn rows(kind: u32, rows: &[u32], end: usize) -> Result<(), ModelError> {
     let mut last = 0;
     for (i, &start) in rows.iter().enumerate() {
@@ -103,14 +103,14 @@ fn rows(kind: u32, rows: &[u32], end: usize) -> Result<(), ModelError> {
     if last as usize == end { Ok(()) } else { Err(ModelError::Index(kind, at(rows.len()))) }
 }
 
-/// The same, and none of them empty: a tick looks at each.
+/// As `rows`, and no row is empty: a tick visits each.
 fn filled_rows(kind: u32, starts: &[u32], end: usize) -> Result<(), ModelError> {
     rows(kind, starts, end)?;
     let empty = starts.iter().zip(starts.iter().skip(1)).position(|(start, next)| start == next);
     empty.map_or(Ok(()), |position| Err(ModelError::Index(kind, at(position))))
 }
 
-/// `i < j < cells`, ascending and without repeats within each row.
+/// Checks `i < j < cells`, ascending and without repeats within each row.
 fn upper_ends(model: &Model<'_>) -> Result<(), ModelError> {
     for i in 0..model.cells() {
         let mut last = i;
@@ -125,7 +125,7 @@ fn upper_ends(model: &Model<'_>) -> Result<(), ModelError> {
     Ok(())
 }
 
-/// The half-links name the same links once more, from the other end.
+/// Checks that the half-links name the same links from the other end.
 fn half_links(model: &Model<'_>) -> Result<(), ModelError> {
     for i in 0..model.cells() {
         let mut next = 0;
@@ -153,7 +153,7 @@ fn rest_positions(model: &Model<'_>) -> Result<(), ModelError> {
     bad.map_or(Ok(()), |cell| Err(ModelError::Value(kind::REST, at(cell))))
 }
 
-/// Rest lengths must be what the kernel's own arithmetic gives for the stored rest positions.
+/// Rest lengths must equal those that the kernel computes from the stored rest positions.
 fn link_numbers(model: &Model<'_>) -> Result<(), ModelError> {
     for i in 0..model.cells() {
         for k in model.row(i) {
@@ -233,15 +233,17 @@ fn slice_values(model: &Model<'_>) -> Result<(), ModelError> {
     check(kind::SLICE_WEIGHTS, slices.weights, 1.0, &|link| model.link_weight(link))
 }
 
-/// Every free cell stands in one box, with weights of at most 1 in all; the inverse is symmetric
-/// and finite. That it is the inverse is not checked.
+/// Every free cell lies in one box, and its weights sum to at most 1. The inverse must be symmetric and
+/// finite; its values are not compared with the matrix.
 fn basis(model: &Model<'_>) -> Result<(), ModelError> {
     let Some(basis) = model.coarse_basis else { return Ok(()) };
+    // Check the rows and the corners of the boxes.
     filled_rows(kind::HAT_ROWS, basis.rows, basis.cells.len())?;
     let known = |hat: &u16| usize::from(*hat) < basis.count || *hat == NO_HAT;
     if let Some(at_box) = basis.corners.iter().position(|corners| !corners.iter().all(known)) {
         return Err(ModelError::Index(kind::HAT_CORNERS, at(at_box)));
     }
+    // The entry of each free cell must name that cell; other cells have no entry.
     let stands = basis.cells.as_flattened();
     for (cell, (&entry, &mobility)) in basis.entry.iter().zip(model.mobility).enumerate() {
         let here = stands.get(usize::from(entry)).copied().map(usize::from);
@@ -250,6 +252,7 @@ fn basis(model: &Model<'_>) -> Result<(), ModelError> {
             return Err(ModelError::Index(kind::HAT_ENTRY, at(cell)));
         }
     }
+    // Each position is its cell's entry, or repeats the one before with weights of 0.
     for (stand, &cell) in stands.iter().enumerate() {
         let entry = basis.entry.get(usize::from(cell)).copied().map(usize::from);
         let weights = || (0..LANES).map(|corner| basis.weight(stand, corner));
@@ -261,6 +264,7 @@ fn basis(model: &Model<'_>) -> Result<(), ModelError> {
             return Err(ModelError::Value(kind::HAT_WEIGHTS, at(stand)));
         }
     }
+    // Check the inverse and the numbers of an elastic level.
     inverse(&basis)?;
     let Some(elastic) = basis.elastic() else { return Ok(()) };
     corners(kind::HAT_TURNS, elastic.turns, model.cells())?;
@@ -288,7 +292,7 @@ fn inverse(basis: &CoarseBasis<'_>) -> Result<(), ModelError> {
     Ok(())
 }
 
-/// Strictly ascending cell ids.
+/// Checks for strictly ascending cell ids.
 fn ascending(kind: u32, ids: &[u16], cells: usize) -> Result<(), ModelError> {
     let mut next = 0;
     for (position, &id) in ids.iter().enumerate() {
@@ -300,7 +304,7 @@ fn ascending(kind: u32, ids: &[u16], cells: usize) -> Result<(), ModelError> {
     Ok(())
 }
 
-/// Mobilities and the degree bound are what the proof of a falling energy needs them to be.
+/// Mobilities and the degree bound must meet the conditions of the proof that the energy falls.
 fn mobilities(model: &Model<'_>) -> Result<(), ModelError> {
     let mut fixed = model.fixed.iter().copied().map(usize::from).peekable();
     for i in 0..model.cells() {
@@ -333,10 +337,11 @@ fn input_ids(model: &Model<'_>) -> Result<(), ModelError> {
     bad.map_or(Ok(()), |cell| Err(ModelError::Index(kind::INPUT_ID, at(cell))))
 }
 
-/// Every node of the embedded mesh has cells that exist, with weights that sum to 1, or is left
-/// out. Each cell stands at a node of its own. Elements join nodes that are not left out.
+/// Every node of the embedded mesh has cells that exist, with weights that sum to 1, or is left out. Each
+/// cell lies at its own node. Elements join nodes that are not left out.
 fn embedded_mesh(model: &Model<'_>) -> Result<(), ModelError> {
     let Some(mesh) = model.embedded else { return Ok(()) };
+    // Check the cells, weights and rest position of each node.
     for (node, (cells, weights)) in mesh.cells.iter().zip(mesh.weights).enumerate() {
         let left_out = cells.iter().all(|&cell| cell == NO_CELL);
         if !left_out && cells.iter().any(|&cell| usize::from(cell) >= model.cells()) {
@@ -354,6 +359,7 @@ fn embedded_mesh(model: &Model<'_>) -> Result<(), ModelError> {
             return Err(ModelError::Value(kind::FINE_REST, at(node)));
         }
     }
+    // Each cell must lie at its node.
     for (cell, (&id, rest)) in model.input_id.iter().zip(model.rest).enumerate() {
         if mesh.own_cell(id as usize).map(usize::from) != Some(cell) {
             return Err(ModelError::Index(kind::INPUT_ID, at(cell)));
@@ -363,6 +369,7 @@ fn embedded_mesh(model: &Model<'_>) -> Result<(), ModelError> {
             return Err(ModelError::Value(kind::FINE_REST, id));
         }
     }
+    // Elements must not use a node that is left out.
     let joined = |kind: u32, ids: &[u32]| {
         let bad = ids.iter().position(|&id| mesh.own_cell(id as usize).is_none());
         bad.map_or(Ok(()), |position| Err(ModelError::Index(kind, at(position))))

@@ -5,8 +5,8 @@ use crate::number::kept::kept;
 
 /// Four numbers: x, y, z and one more.
 ///
-/// Positions have 0 in the fourth lane; the residual has the cell's sum of w d^2, or with
-/// fixed-point numbers a mark that is 0 only where that sum is.
+/// Positions have 0 in the fourth lane; the residual has the cell's sum of w d^2, or with fixed-point numbers
+/// a mark that is 0 only if that sum is 0.
 ///
 /// ```
 /// use chaincell_kernel::Cell;
@@ -95,7 +95,7 @@ pub fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
 
 /// The output of the network (Eq. 3): every coordinate clamped to `[-k, k]`.
 ///
-/// Written as a clamp, which equals the state bit for bit inside the range; the paper's
+/// It is written as a clamp, which equals the state bit for bit inside the range; the paper's
 /// `(|v + K| - |v - K|) / 2` does not in floating point.
 #[must_use]
 #[inline(always)]

@@ -3,19 +3,20 @@
 use super::cell::{dot, scale};
 use super::sqrt::sqrt;
 
-/// Room for rounding where a length is cut.
+/// Factor that leaves a margin for rounding when a length is shortened.
 pub(crate) const ROUND_DOWN: f32 = 1.0 - 4.0 * f32::EPSILON;
 
-/// Below this the squares of a force are beyond the numbers \[N\].
+/// A limit below this admits no force: the squares of so small a force may underflow \[N\].
 const LEAST: f32 = 1.0e-15;
 
-/// `force` shortened to `most` \[N\], and whether that bit; less than [`LEAST`] admits none.
+/// Returns `force` shortened to `most` \[N\], and true if that changed it; a limit below [`LEAST`] admits no
+/// force.
 pub(crate) fn clamped(force: [f32; 3], most: f32) -> ([f32; 3], bool) {
     if most < LEAST {
         return ([0.0; 3], force != [0.0; 3]);
     }
     let magnitude = sqrt(dot(force, force));
-    // A magnitude is rounded too.
+    // The magnitude is rounded too: keep a margin.
     if magnitude <= ROUND_DOWN * most && magnitude <= f32::MAX {
         return (force, false);
     }
@@ -23,12 +24,12 @@ pub(crate) fn clamped(force: [f32; 3], most: f32) -> ([f32; 3], bool) {
     if magnitude <= f32::MAX {
         return (scale(most / magnitude, force), true);
     }
-    // The squares are beyond the numbers.
+    // The squares overflow: scale the force down first.
     let force = scale(1.0e-20, force.map(finite));
     (scale(most, scale(1.0 / sqrt(dot(force, force)), force)), true)
 }
 
-/// `value`, or the largest number of its sign where it is beyond the numbers.
+/// Returns `value`, or the largest number of its sign if it is infinite; NaN gives the largest number.
 #[inline(always)]
 pub(crate) fn finite(value: f32) -> f32 {
     // Not by `clamp`, which may panic.

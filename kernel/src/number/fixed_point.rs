@@ -5,8 +5,8 @@
 //! | number | 8.24 bits, saturating |
 //! | product | 24.40 bits, rounded down; sums of them in 88.40 bits |
 //!
-//! A product of two numbers as a number is rounded to nearest. Integer sums are exact, so their
-//! order does not matter.
+//! A product of two numbers is rounded to nearest when it is stored as a number. Integer sums are exact,
+//! so their order does not matter.
 
 use fixed::types::I8F24;
 
@@ -16,7 +16,7 @@ use super::{Number, Sum};
 /// One unit.
 pub(crate) const ONE: i32 = 1 << 24;
 
-/// A sum of products, 88.40 bits: no body is large enough to reach its end.
+/// A sum of products, 88.40 bits: no body is large enough to overflow it.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Products(pub(crate) i128);
 
@@ -26,7 +26,7 @@ pub(crate) fn narrow(bits: i64) -> I8F24 {
     I8F24::from_bits(bits.clamp(i64::from(i32::MIN), i64::from(i32::MAX)) as i32)
 }
 
-/// 88.40 bits in single precision, twice.
+/// Returns the two-float of 88.40 bits.
 fn two_float(bits: i128) -> TwoFloat {
     const UNIT: f32 = 1.0 / (1_u64 << 40) as f32;
     let hi = bits as f32;
@@ -52,7 +52,7 @@ impl Number for I8F24 {
     type Sum = Products;
     type WideSum = Products;
 
-    /// By its bits: a target without an FPU takes a tenth of the instructions for it.
+    /// This works on the bits, which takes a tenth of the instructions on a target without an FPU.
     #[inline(always)]
     fn from_single(value: f32) -> Self {
         let bits = value.to_bits();

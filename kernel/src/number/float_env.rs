@@ -24,8 +24,8 @@ pub enum FloatEnvironmentError {
     Trap,
 }
 
-/// Checks that this thread's arithmetic is IEEE 754 to nearest: by a look at the control register
-/// of a 64-bit x86 or Arm processor, then by six operations.
+/// Checks that this thread's arithmetic is IEEE 754 to nearest: reads the control register of a 64-bit x86 or
+/// Arm processor, then tries six operations.
 ///
 /// ```
 /// use chaincell_kernel::float_env;
@@ -36,7 +36,7 @@ pub enum FloatEnvironmentError {
 /// # Errors
 /// The first fault found: a trap, flushed denormals, or another rounding.
 pub fn check() -> Result<(), FloatEnvironmentError> {
-    // First: the operations below raise exceptions.
+    // This check comes first, since the operations below raise exceptions.
     if !exceptions_are_masked() {
         return Err(FloatEnvironmentError::Trap);
     }

@@ -1,35 +1,34 @@
-//! States as words: one pass counts, writes, checks or reads them by the same code, so that these
-//! cannot differ.
+//! States as words. The same code counts, writes, checks and reads them, so that these passes cannot differ.
 
 use core::marker::PhantomData;
 
 use nalgebra::Vector3;
 
-/// What a pass does with each word.
+/// The action of a pass on each word.
 enum Way<'a> {
     Count,
     Write(&'a mut [u8]),
-    /// Reads, without a change to arrays.
+    /// Reads without changing arrays.
     Check(&'a [u8]),
     Read(&'a [u8]),
 }
 
-/// A pass under way.
+/// A pass over the words of a state.
 pub struct Pass<'a> {
     way: Way<'a>,
-    /// Words so far.
+    /// Number of words so far.
     words: usize,
-    /// The first word that cannot be.
+    /// The first invalid word.
     bad: Option<usize>,
     lack: Option<PassError>,
 }
 
-/// Why a pass failed.
+/// The reason for which a pass failed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum PassError {
-    /// The word of this number, from 0, cannot be.
+    /// The word with this index, from 0, is invalid.
     Word(usize),
-    /// An array of `room` items has too few.
+    /// An array has `room` items, which are too few.
     Room { needed: usize, room: usize },
 }
 
@@ -54,7 +53,7 @@ impl<'a> Pass<'a> {
         Self::new(Way::Read(bytes))
     }
 
-    /// Bytes so far, or why it failed.
+    /// Returns the bytes so far, or the reason for which the pass failed.
     pub(crate) fn end(self) -> Result<usize, PassError> {
         match self.lack.or(self.bad.map(PassError::Word)) {
             Some(why) => Err(why),
@@ -62,7 +61,7 @@ impl<'a> Pass<'a> {
         }
     }
 
-    /// Writes a word and gives it back, or gives the one that is stored.
+    /// Counts or writes a word and returns it, or returns the stored word.
     pub(crate) fn word(&mut self, value: u32) -> u32 {
         let at = 4 * self.words;
         self.words += 1;
@@ -87,13 +86,13 @@ impl<'a> Pass<'a> {
         }
     }
 
-    /// The word before cannot be.
+    /// Marks the previous word as invalid.
     pub(crate) fn refuse(&mut self) {
         let word = self.words.saturating_sub(1);
         self.bad = self.bad.or(Some(word));
     }
 
-    /// The first `needed` items of an array.
+    /// Passes over the first `needed` items of an array.
     pub(crate) fn slice<T: Kept>(&mut self, items: &mut [T], needed: usize) {
         let room = items.len();
         let Some(items) = items.get_mut(..needed) else {
@@ -101,7 +100,7 @@ impl<'a> Pass<'a> {
             return;
         };
         if let (Way::Count, [first, ..]) = (&self.way, &*items) {
-            // All items have as many words.
+            // All items have the same number of words.
             let (before, mut copy) = (self.words, *first);
             copy.keep(self);
             self.words = before + (self.words - before) * needed;
@@ -116,15 +115,15 @@ impl<'a> Pass<'a> {
         }
     }
 
-    /// Whether what is read is to be taken over.
+    /// Returns true if the items of arrays take the values that are read.
     pub(crate) fn is_reading(&self) -> bool {
         matches!(self.way, Way::Read(_))
     }
 }
 
-/// What a snapshot can hold.
+/// A value that a snapshot can hold.
 pub trait Kept: Copy {
-    /// Tells layouts apart: of names, order and types of all fields.
+    /// Identifies the layout: a hash of the names, order and types of all fields.
     const LAYOUT: u32;
     /// Any value.
     const BLANK: Self;
@@ -132,11 +131,11 @@ pub trait Kept: Copy {
     fn keep(&mut self, pass: &mut Pass<'_>);
 }
 
-/// The hash FNV-1a, begun with a layout.
+/// Returns the FNV-1a hash of a name, starting from a layout.
 pub const fn named(layout: u32, name: &str) -> u32 {
     let (bytes, mut hash, mut at) = (name.as_bytes(), layout ^ 0x811c_9dc5, 0);
     while at < bytes.len() {
-        // Compile-time code cannot look up without an index.
+        // Constant functions can read a slice only by an index.
         #[allow(clippy::indexing_slicing)]
         let byte = bytes[at] as u32;
         hash = (hash ^ byte).wrapping_mul(0x0100_0193);
@@ -145,12 +144,12 @@ pub const fn named(layout: u32, name: &str) -> u32 {
     hash
 }
 
-/// The layout of one thing behind another.
+/// Returns the layout of one value followed by another.
 pub const fn joined(first: u32, second: u32) -> u32 {
     (first.rotate_left(5) ^ second).wrapping_mul(0x0100_0193)
 }
 
-/// Says that a struct is kept field by field, in this order; but for those that are left as they are.
+/// Implements `Kept` for a struct, field by field in this order. Fields after `but` are not stored.
 macro_rules! kept {
     ($(@[$($generics:tt)*])? $type:ty { $($field:tt: $of:ty),* $(,)? }
         $(but $($left_out:ident: $value:expr),+)?) => {
@@ -177,7 +176,7 @@ macro_rules! kept {
 }
 pub(crate) use kept;
 
-/// Numbers that a word holds whole.
+/// Integers that are stored in one word.
 macro_rules! whole {
     ($($type:ty),*) => {$(
         impl Kept for $type {
@@ -219,7 +218,7 @@ impl Kept for bool {
     }
 }
 
-/// Never a NaN. -0.0 is stored as +0.0.
+/// A NaN is refused. -0.0 is stored as +0.0.
 impl Kept for f32 {
     const LAYOUT: u32 = named(0, "f32");
     const BLANK: Self = 0.0;
@@ -278,7 +277,7 @@ impl<A: Kept, B: Kept> Kept for (A, B) {
     }
 }
 
-/// With room for the value where there is none.
+/// The words of a value are present for `None` too.
 impl<T: Kept> Kept for Option<T> {
     const LAYOUT: u32 = joined(T::LAYOUT, 1);
     const BLANK: Self = None;

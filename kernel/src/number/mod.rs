@@ -7,19 +7,18 @@
 //! | `f32` | default; targets with an FPU | K up to [`COORDINATE_MAX`](crate::COORDINATE_MAX) mean link lengths | all, with the coarse level | vector units, the Cortex-M's FPU, cell by cell |
 //! | [`I8F24`](fixed::types::I8F24) | targets without an FPU: integer root and division | 8.24 bits: K up to 63 mean link lengths | `euler`, `track` without the coarse level | cell by cell |
 //!
-//! Fixed point takes weights from 1/64, and mean weights of two linked cells up to 60. A reset
-//! refuses other models and names the limit ([`RangeError`](crate::RangeError)).
+//! Fixed point accepts weights from 1/64, and mean weights of two linked cells up to 60. A reset refuses
+//! other models and names the limit ([`RangeError`](crate::RangeError)).
 //!
-//! Cells, links and inner products are computed in the number. Everything that a sweep has few of
-//! (the certified level, the factors of a step, tool and force) is in single precision everywhere.
-//! Positions, samples and forces at the interface are `f32` under every number type.
+//! Cells, links and inner products are computed in the number. The few scalars of a sweep (the certified
+//! level, the factors of a step, tool and force) are in single precision under every number type. Positions,
+//! samples and forces at the interface are `f32` under every number type.
 //!
-//! **The same bits.** One number type gives the same bits on every target: one order of operations,
-//! roots and divisions correctly rounded, no fused multiply-add, no approximate instruction, sums
-//! in a fixed tree. It needs rounding to nearest and denormals, which a reset checks
-//! ([`float_env`]). Two number types give different bits: the state hashes of `f32` and
-//! fixed point differ. Their time of a tick and their instructions on microcontrollers stand in
-//! `kernel/README.md`, with the scenes.
+//! **The same bits.** One number type gives the same bits on every target: one order of operations, roots and
+//! divisions correctly rounded, no fused multiply-add, no approximate instruction, sums in a fixed tree. It
+//! needs rounding to nearest and denormals, which a reset checks ([`float_env`]). Two number types give
+//! different bits: the state hashes of `f32` and fixed point differ. `kernel/README.md` lists their time of a
+//! tick and their instructions on microcontrollers, with the scenes.
 
 pub mod cell;
 pub(crate) mod clamp;
@@ -67,11 +66,11 @@ pub trait Number: Kept + PartialEq + PartialOrd + Debug {
     /// Sum of products over the cells, to more than single precision.
     type WideSum: Sum<Self::Product>;
 
-    /// The nearest number, at the end of the range where there is none.
+    /// The nearest number; a value out of range saturates.
     fn from_single(value: f32) -> Self;
     /// The nearest `f32`.
     fn single(self) -> f32;
-    /// The same value.
+    /// The same value in double precision.
     fn double(self) -> f64;
     /// The bits.
     fn word(self) -> u32;

@@ -1,4 +1,4 @@
-//! What takes an instruction of the target's own: correctly rounded square root, and a look at the
+//! Functions that need an instruction of the target: the correctly rounded square root, and a read of the
 //! control register.
 //!
 //! Without an instruction the root is that of `libm`. Both are correctly rounded (IEEE 754), so every
@@ -74,7 +74,7 @@ pub fn sqrt(a: f32) -> f32 {
     libm::sqrtf(a)
 }
 
-/// Whether no floating-point exception stops the program on this thread.
+/// Returns true if no floating-point exception stops the program on this thread.
 #[cfg(target_arch = "x86_64")]
 pub(crate) fn exceptions_are_masked() -> bool {
     const MASKS: u32 = 0x1f80;
@@ -86,7 +86,7 @@ pub(crate) fn exceptions_are_masked() -> bool {
     control & MASKS == MASKS
 }
 
-/// Whether no floating-point exception stops the program on this thread.
+/// Returns true if no floating-point exception stops the program on this thread.
 #[cfg(all(target_arch = "aarch64", target_feature = "neon"))]
 pub(crate) fn exceptions_are_masked() -> bool {
     const TRAPS: u64 = 0x9f00;
@@ -98,7 +98,7 @@ pub(crate) fn exceptions_are_masked() -> bool {
     control & TRAPS == 0
 }
 
-/// Whether no floating-point exception stops the program: on these processors none does.
+/// Returns true: no floating-point exception stops the program on these processors.
 #[cfg(not(any(target_arch = "x86_64", all(target_arch = "aarch64", target_feature = "neon"))))]
 pub(crate) fn exceptions_are_masked() -> bool {
     true

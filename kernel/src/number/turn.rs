@@ -1,4 +1,4 @@
-//! Turns: unit quaternions.
+//! Rotations as unit quaternions.
 
 use super::cell::{add, scale};
 use super::sqrt::sqrt;
@@ -21,13 +21,13 @@ pub struct Turn([f32; 4]);
 
 kept!(Turn { 0: [f32; 4] });
 
-/// a x b.
+/// Returns a x b.
 #[must_use]
 pub fn cross([a, b, c]: [f32; 3], [x, y, z]: [f32; 3]) -> [f32; 3] {
     [b * z - c * y, c * x - a * z, a * y - b * x]
 }
 
-/// A vector, turned.
+/// Returns the rotated vector.
 #[must_use]
 #[inline(always)]
 pub fn turned(Turn([real, a, b, c]): Turn, v: [f32; 3]) -> [f32; 3] {
@@ -41,11 +41,11 @@ impl Turn {
     /// No rotation.
     pub const NONE: Self = Self([1.0, 0.0, 0.0, 0.0]);
 
-    /// All bits 0, for memory that nobody reads.
+    /// All bits 0, for memory that is not read.
     pub(crate) const EMPTY: Self = Self([0.0; 4]);
 
-    /// The rotation of a quaternion, real part first, made a unit; `None` where it is not finite or
-    /// its length is not within 1/2 and 2.
+    /// Returns the rotation of a quaternion, real part first, normalised; `None` if it is not finite or its
+    /// length is not between 1/2 and 2.
     #[must_use]
     pub fn new(quaternion: [f32; 4]) -> Option<Self> {
         let [w, x, y, z] = quaternion;
@@ -57,26 +57,26 @@ impl Turn {
         })
     }
 
-    /// The rotation of an orientation x, y, z, w; `None` as of [`Self::new`].
+    /// Returns the rotation of an orientation x, y, z, w; `None` as in [`Self::new`].
     #[must_use]
     pub fn of_orientation([x, y, z, w]: [f32; 4]) -> Option<Self> {
         Self::new([w, x, y, z])
     }
 
-    /// The rotation of a quaternion that is a unit.
+    /// Returns the rotation of a unit quaternion.
     #[must_use]
     pub(crate) const fn of_unit(quaternion: [f32; 4]) -> Self {
         Self(quaternion)
     }
 
-    /// The way back.
+    /// Returns the inverse rotation.
     #[must_use]
     pub fn back(self) -> Self {
         let Self([w, x, y, z]) = self;
         Self([w, -x, -y, -z])
     }
 
-    /// `first`, then this one.
+    /// Returns the rotation that is `first` followed by this one.
     #[must_use]
     pub fn after(self, first: Self) -> Self {
         let (Self([w, x, y, z]), Self([r, a, b, c])) = (self, first);
@@ -89,8 +89,8 @@ impl Turn {
         Self::new(product).unwrap_or(self)
     }
 
-    /// A share of the shorter way from this rotation to another: nearly even in angle where they are
-    /// near each other.
+    /// Returns the rotation at a share of the shorter path from this one to another. The angle is nearly
+    /// linear in the share if the two are close.
     #[must_use]
     pub fn towards(self, to: Self, share: f32) -> Self {
         if share >= 1.0 {
@@ -108,7 +108,7 @@ impl Turn {
         Self::new(between).unwrap_or(to)
     }
 
-    /// Axis times angle of a small rotation \[rad\]: twice the imaginary part.
+    /// Returns axis times angle of a small rotation \[rad\]: twice the imaginary part.
     #[must_use]
     pub fn small(self) -> [f32; 3] {
         let Self([w, x, y, z]) = self;
@@ -116,7 +116,7 @@ impl Turn {
         [x, y, z].map(|part| twice * part)
     }
 
-    /// The orientation x, y, z, w.
+    /// Returns the orientation x, y, z, w.
     #[must_use]
     pub fn orientation(self) -> [f32; 4] {
         let Self([w, x, y, z]) = self;

@@ -31,7 +31,7 @@ pub struct TwoFloat {
     pub lo: f32,
 }
 
-/// `a + b` and its rounding error, exactly.
+/// Returns `a + b` as rounded, and its exact rounding error.
 #[inline(always)]
 fn two_sum(a: f32, b: f32) -> (f32, f32) {
     let sum = a + b;
@@ -112,7 +112,7 @@ impl Lanes {
         }
     }
 
-    /// The lanes combined in a fixed tree: (0+4, 1+5, 2+6, 3+7), then (+2), then (+1).
+    /// Returns the sum of the lanes, in a fixed tree: (0+4, 1+5, 2+6, 3+7), then (+2), then (+1).
     #[must_use]
     pub fn total(&self) -> TwoFloat {
         let [h0, h1, h2, h3, h4, h5, h6, h7] = self.hi;
@@ -124,8 +124,8 @@ impl Lanes {
     }
 }
 
-/// Eight interleaved sums in single precision, lanes and tree as in [`Lanes`]: for products that
-/// steer a step and certify nothing to the last bit.
+/// Eight interleaved sums in single precision, lanes and tree as in [`Lanes`]: for products that control a
+/// step and certify no energy.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Plain(pub(crate) [f32; LANES]);
 
@@ -141,7 +141,7 @@ impl Plain {
         }
     }
 
-    /// The lanes combined.
+    /// Returns the sum of the lanes.
     #[must_use]
     pub fn total(&self) -> f32 {
         let [a, b, c, d, e, f, g, h] = self.0;

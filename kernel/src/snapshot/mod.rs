@@ -1,25 +1,25 @@
-//! Snapshots: all that a tissue or an output stage knows, as bytes, from which it goes on to the same
+//! Snapshots: the whole state of a tissue or an output stage as bytes, from which it continues with the same
 //! bits, also on another processor.
 //!
 //! ```text
 //! offset  bytes  content, little-endian
 //!      0      8  magic "CHAINSNP"
 //!      8      4  format version (1)
-//!     12      4  layout: a hash of the names, types and order of all that is kept, of the scheme and
+//!     12      4  layout: a hash of the names, types and order of all stored fields, of the scheme and
 //!                of its numbers
-//!     16      4  checksum of the model; 0 of an output stage
+//!     16      4  checksum of the model; 0 for an output stage
 //!     20      4  bytes of the whole snapshot
 //!     24      4  CRC-32 (ISO-HDLC) of all bytes but these four
 //!     28      4  zero
 //!     32      …  words
 //! ```
 //!
-//! A snapshot is for programs of one release of the kernel: the layout says which. What is kept for
-//! long is a trace, which any later release replays.
+//! A snapshot is for programs of one release of the kernel: the layout says which. For long-term storage use
+//! a trace: its reader names the release that replays it.
 //!
-//! Settings are not in it: the caller has them, and the same bits need the same ones. A refused
-//! snapshot changes nothing. CRC-32 finds accidents, not intent: as of a forged model image, a forged
-//! snapshot may break the energy bound, but it cannot leave its memory, nor make a force that is not
+//! Settings are not part of it: the caller provides them, and the same bits need the same settings. A refused
+//! snapshot changes nothing. CRC-32 detects accidents, not manipulation: like a forged model image, a forged
+//! snapshot may break the energy bound, but it causes no access to other memory and no force that is not
 //! finite.
 
 mod stage;
@@ -35,10 +35,10 @@ pub const SNAPSHOT_MAGIC: [u8; 8] = *b"CHAINSNP";
 pub const SNAPSHOT_VERSION: u32 = 1;
 /// Bytes before the words.
 pub const SNAPSHOT_HEADER_BYTES: usize = 32;
-/// Where the checksum stands.
+/// Offset of the checksum.
 const CRC_AT: usize = 24;
 
-/// The reason for which a snapshot is not made, or refused; nothing has changed.
+/// The reason for which a snapshot is not taken, or is refused; nothing has changed.
 ///
 /// ```
 /// # use chaincell_kernel::{Model, Network, Settings, Tissue, Track, include_model};
@@ -85,15 +85,15 @@ pub enum SnapshotError {
     /// The checksum does not match.
     #[error("the snapshot's checksum does not match: copy or save it again")]
     Checksum,
-    /// A value that cannot be (its word behind the header, from 0).
+    /// A word has an invalid value (its index after the header, from 0).
     #[error("word {0} of the snapshot cannot be: save it again")]
     Value(u32),
-    /// The tissue has room for fewer contact cells, tools, triangles or blocks.
+    /// The tissue has capacity for fewer contact cells, tools, triangles or blocks.
     #[error("the snapshot needs room for {needed}, the tissue has {room}")]
     Room {
         /// Items in the snapshot.
         needed: usize,
-        /// Room.
+        /// Capacity of the tissue.
         room: usize,
     },
     /// The tissue cannot take the model.
@@ -110,7 +110,7 @@ impl From<PassError> for SnapshotError {
     }
 }
 
-/// Puts the header before words that have been written.
+/// Writes the header before the words, which have been written already.
 fn seal(bytes: &mut [u8], layout: u32, model: u32) {
     let length = bytes.len() as u32;
     let head = [SNAPSHOT_VERSION, layout, model, length, 0, 0];
@@ -122,7 +122,7 @@ fn seal(bytes: &mut [u8], layout: u32, model: u32) {
     }
 }
 
-/// The words behind a sound header.
+/// Checks the header and returns the words after it.
 fn open(bytes: &[u8], layout: u32, model: u32) -> Result<&[u8], SnapshotError> {
     let word = |at: usize| bytes.get(at..).and_then(<[u8]>::first_chunk).copied();
     let word = |at: usize| word(at).map(u32::from_le_bytes).ok_or(SnapshotError::Length);

@@ -5,7 +5,7 @@ use crate::number::kept::{Kept, Pass};
 use crate::stage::Stage;
 
 impl Stage {
-    /// Bytes of a [snapshot](crate::snapshot), the same for every stage.
+    /// Returns the bytes of a [snapshot](crate::snapshot), the same for every stage.
     #[must_use]
     pub fn snapshot_bytes(&self) -> usize {
         let mut pass = Pass::count();
@@ -14,7 +14,7 @@ impl Stage {
         SNAPSHOT_HEADER_BYTES + pass.end().unwrap_or(0)
     }
 
-    /// Saves the whole stage but its settings; returns the number of bytes written.
+    /// Saves the whole stage except its settings; returns the number of bytes written.
     ///
     /// ```
     /// use chaincell_kernel::stage::{Device, Stage, StageSettings};
@@ -41,9 +41,9 @@ impl Stage {
         Ok(needed)
     }
 
-    /// Goes on from a snapshot, with the settings that this stage has: with those of the saved one to
-    /// the same forces. Whatever the snapshot says, the ramp is as long as the settings have it, and no
-    /// force is above their largest. The delay is the one that was saved.
+    /// Continues from a snapshot with the settings of this stage; if the saved stage had the same settings,
+    /// the forces are the same. For any snapshot the ramp has the length in the settings, and no force is
+    /// above the largest of the settings. The delay is the saved one.
     ///
     /// # Errors
     /// The first fault of the bytes; the stage stays as it is.

@@ -16,11 +16,11 @@ use crate::tick::settings::Network;
 use crate::tick::tissue::{Head, TissueMut};
 use crate::tick::touch_room::TouchState;
 
-/// The layout of a tissue under a scheme; what a model has no use for is left out, so that kernels
-/// built with and without a feature understand each other.
+/// Returns the layout of a tissue under a scheme. Parts that the model does not use are left out, so that
+/// kernels built with and without a feature read each other's snapshots.
 fn layout<D: Dynamics>(model: &Model<'_>) -> u32 {
     let of_all = [
-        // The residual's arrays.
+        // Number of arrays of the residual.
         1,
         D::ARRAYS as u32,
         named(0, D::NAME),
@@ -35,8 +35,8 @@ fn layout<D: Dynamics>(model: &Model<'_>) -> u32 {
 }
 
 impl<D: Dynamics> TissueMut<'_, D> {
-    /// Bytes of a [snapshot](crate::snapshot) of the tissue as it is now: they depend on the model, on
-    /// the cells or tools that were chosen, and on the triangles in reach.
+    /// Returns the bytes of a [snapshot](crate::snapshot) of the tissue in its present state: they depend on
+    /// the model, on the cells or tools that were chosen, and on the triangles in reach.
     ///
     /// # Errors
     /// A tissue that was not reset to this network.
@@ -46,9 +46,8 @@ impl<D: Dynamics> TissueMut<'_, D> {
         Ok(SNAPSHOT_HEADER_BYTES + pass.end()?)
     }
 
-    /// Saves the whole tissue between two ticks; returns the number of bytes written. The
-    /// tissue does not change. Cost: about that of copying its memory; no memory of its own but a
-    /// few kB of stack.
+    /// Saves the whole tissue between two ticks; returns the number of bytes written. The tissue does not
+    /// change. Cost: about that of copying its memory; no memory besides a few kB of stack.
     ///
     /// ```
     /// # use chaincell_kernel::{Budget, Model, Network, Settings, Tissue, ToolPose, Track, include_model};
@@ -87,10 +86,9 @@ impl<D: Dynamics> TissueMut<'_, D> {
         Ok(needed)
     }
 
-    /// Goes on from a snapshot: with the same model, the same settings and the same samples to the
-    /// same state hashes and forces. The tissue needs no reset before, and room for what the
-    /// snapshot has: contact cells, tools, triangles. As after a reset, the vector unit is used where
-    /// there is one.
+    /// Continues from a snapshot: the same model, settings and samples give the same state hashes and forces.
+    /// The tissue needs no reset before, but capacity for the contact cells, tools and triangles of the
+    /// snapshot. As after a reset, the vector unit is used if there is one.
     ///
     /// # Errors
     /// The first fault of the bytes, of the tissue's capacity or of the thread's arithmetic; the
@@ -115,7 +113,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
         Ok(())
     }
 
-    /// The scalars to save, of a tissue that has been reset.
+    /// Returns the scalars to save, and the model; fails if the tissue was not reset to this network.
     fn saved<'n, 'm>(
         &self,
         network: &'n Network<'m>,
@@ -127,7 +125,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
         }
     }
 
-    /// One pass over the scalars and the arrays; gives the scalars.
+    /// Passes over the scalars and the arrays, and returns the scalars.
     fn keep(&mut self, (mut head, model): (Head<D>, &Model<'_>), pass: &mut Pass<'_>) -> Head<D> {
         head.keep(pass);
         let cells = model.cells();

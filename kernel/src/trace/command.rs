@@ -1,8 +1,8 @@
-//! Commands beside the ticks: what may change a run between two of them.
+//! Commands: the changes of a run between two ticks.
 //!
-//! In a record of kind 2, or 5 for a grip and a letting go, the eight bytes from 0 hold the number of
-//! the last tick before the command, 8 the command, 12 the parameter, 16 the value (f32 bits), 20 zero;
-//! the hash, the flag for it and the checksum stand as in a sample's record.
+//! In a record of kind 2, or 5 for grip and let go, the eight bytes from 0 hold the number of the last tick
+//! before the command, 8 the command, 12 the parameter, 16 the value (f32 bits), 20 zero; the hash, the flag
+//! for it and the checksum are those of a sample's record.
 
 use core::fmt;
 
@@ -28,35 +28,35 @@ use crate::tick::settings::Settings;
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Command {
-    /// Back to rest, the tool released, with the settings in force.
+    /// Returns to rest, with the tool released and the settings in force.
     Reset,
-    /// Samples are answered without a tick from here on: no cell moves.
+    /// Samples are answered without a tick from now on: no cell moves.
     Pause,
-    /// Ticks go on.
+    /// Ticks continue.
     Resume,
-    /// Another [`Settings::sweeps`].
+    /// Changes [`Settings::sweeps`].
     Sweeps(u16),
-    /// Another [`Settings::max_force_n`]; infinite means no limit \[N\].
+    /// Changes [`Settings::max_force_n`]; infinite means no limit \[N\].
     MaxForceN(f32),
-    /// Another [`Settings::max_tool_step_m`] \[m\].
+    /// Changes [`Settings::max_tool_step_m`] \[m\].
     MaxToolStepM(f32),
-    /// Another [`Settings::unloading`].
+    /// Changes [`Settings::unloading`].
     Unloading(Unloading),
     /// A tool grips what it is in contact with, see [`TissueMut::grip`](crate::TissueMut::grip).
     Grip {
-        /// Which tool.
+        /// Number of the tool.
         tool: u32,
     },
     /// A tool lets go of what it grips, see [`TissueMut::let_go`](crate::TissueMut::let_go).
     LetGo {
-        /// Which tool.
+        /// Number of the tool.
         tool: u32,
         /// Ticks in which the pull falls to 0, at least 1.
         ticks: u16,
     },
-    /// A snapshot was taken here. Ahead of all ticks of a trace: this is the one that it begins from.
+    /// A snapshot was taken here. Before all ticks of a trace: the trace begins from this snapshot.
     Snapshot {
-        /// Which one: the CRC-32 of its file; 0 where one is asked for.
+        /// CRC-32 of the snapshot's file; 0 in a request for a snapshot.
         checksum: u32,
     },
 }
@@ -66,11 +66,11 @@ pub enum Command {
 pub enum CommandError {
     /// No command has this number.
     Kind,
-    /// No parameter has this number, or one is named where none belongs.
+    /// No parameter has this number, or the command takes none.
     Parameter,
     /// The parameter is fixed for a run.
     Fixed,
-    /// The value is none that the parameter takes.
+    /// The parameter does not take this value.
     Value,
 }
 
@@ -98,9 +98,9 @@ const MAX_TOOL_STEP: u32 = 3;
 const UNLOADING: u32 = 4;
 
 impl Command {
-    /// Number of the command (1 reset, 2 pause, 3 resume, 4 set, 5 grip, 6 let go, 7 snapshot), of the parameter
-    /// (0 none; of set 1 sweeps, 2 largest force, 3 largest tool step, 4 unloading; of grip and let go the
-    /// tool, of a snapshot its checksum) and the bits of the value (of let go the ticks).
+    /// Returns the number of the command (1 reset, 2 pause, 3 resume, 4 set, 5 grip, 6 let go, 7 snapshot),
+    /// the parameter (0 none; for set 1 sweeps, 2 largest force, 3 largest tool step, 4 unloading; for grip
+    /// and let go the tool, for a snapshot its checksum) and the bits of the value (for let go the ticks).
     #[must_use]
     pub fn words(&self) -> [u32; 3] {
         let (parameter, value) = match *self {
@@ -122,7 +122,7 @@ impl Command {
     /// the value fits the model.
     ///
     /// # Errors
-    /// The number that means nothing.
+    /// The number that has no meaning.
     pub fn from_words([kind, parameter, value]: [u32; 3]) -> Result<Self, CommandError> {
         let plain = |command| match (parameter, value) {
             (0, 0) => Ok(command),
@@ -160,7 +160,7 @@ impl Command {
         }
     }
 
-    /// Kind of the record that it stands in.
+    /// Returns the kind of the command's record.
     pub(super) fn record_kind(&self) -> u16 {
         match self {
             Self::Grip { .. } | Self::LetGo { .. } => KIND_TOOL_COMMAND,
@@ -168,7 +168,7 @@ impl Command {
         }
     }
 
-    /// The settings after the command.
+    /// Returns the settings after the command.
     #[must_use]
     pub fn settings(&self, before: Settings) -> Settings {
         match *self {
@@ -186,7 +186,7 @@ impl Command {
     }
 }
 
-/// The whole number that a value is, if it is one of 16 bits.
+/// Returns the value as a whole number of 16 bits, if it is one.
 fn whole(value: f32) -> Option<u16> {
     Some(value as u16).filter(|whole| f32::from(*whole) == value)
 }
@@ -198,7 +198,7 @@ pub struct CommandRecord {
     pub tick: u64,
     /// The command.
     pub command: Command,
-    /// Hash of the state after it, where one was taken.
+    /// Hash of the state after it, if one was taken.
     pub state_hash: Option<u64>,
 }
 
@@ -235,7 +235,7 @@ pub enum Entry {
     Tick(super::Record),
     /// A command between two ticks.
     Command(CommandRecord),
-    /// A part of a tool, ahead of all others.
+    /// A part of a tool; parts come before all other entries.
     Part(super::PartRecord),
     /// A tool's pose in the next tick.
     Pose(super::PoseRecord),
@@ -245,7 +245,7 @@ impl Entry {
     /// Compares as [`Record::compare`](super::Record::compare) does; parts and poses have no hash.
     ///
     /// # Errors
-    /// Another hash.
+    /// A different hash.
     pub fn compare(&self, index: u32, here: u64) -> Result<bool, super::ReplayError> {
         match self {
             Self::Tick(record) => record.compare(index, here),

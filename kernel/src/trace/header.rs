@@ -1,4 +1,4 @@
-//! What a trace was recorded with.
+//! The header of a trace: model, scheme, settings and tools of the recording.
 
 use core::fmt;
 
@@ -14,12 +14,12 @@ use crate::tick::hash::REVISION;
 use crate::tick::settings::{Network, Settings, SettingsError};
 use crate::tick::tools::FRICTION_MAX;
 
-/// Bytes in front of the origin, the checksum the last four.
+/// Bytes before the origin; the checksum is the last four.
 pub(super) const COMMON_BYTES: usize = 64;
-/// What a header has beyond the fixed part.
+/// Flags of the optional parts of a header.
 const STAGE_BIT: u16 = 1;
 const TOOLS_BIT: u16 = 2;
-/// Where the header's checksum stands.
+/// Offset of the header's checksum.
 const CHECKSUM_OFFSET: usize = COMMON_BYTES - 4;
 /// Most contact cells: ids of cells are 16 bits wide.
 const CONTACTS_MAX: usize = crate::model::image::CELLS_MAX;
@@ -43,7 +43,7 @@ pub enum TraceError {
     Truncated,
     /// The header's bytes were changed.
     Checksum,
-    /// The header holds what this release does not know.
+    /// The header has content that this release does not know.
     Layout,
     /// A scheme or number type that is not known here.
     Scheme(u16, u16),
@@ -54,7 +54,7 @@ pub enum TraceError {
         /// Checksum of the model given.
         given: u32,
     },
-    /// The arithmetic of the release that wrote the trace gives other bits than this one's.
+    /// The release that wrote the trace has arithmetic with other bits than this release.
     Revision(Origin),
     /// The settings do not fit the model.
     Settings(SettingsError),
@@ -64,14 +64,13 @@ pub enum TraceError {
     Contact(u32),
     /// The trace was recorded with a probe of this radius \[m\], not with contact cells.
     Probe(f32),
-    /// The trace was recorded with so many tools that were chosen by their parts, not with contact
-    /// cells.
+    /// The trace was recorded with this number of tools, chosen by their parts, not with contact cells.
     Tools(u32),
-    /// More contact cells than there is room for.
+    /// The trace has more contact cells than the memory given for them.
     Contacts {
         /// Contact cells of the trace.
         needed: usize,
-        /// Room.
+        /// Contact cells that fit.
         room: usize,
     },
 }
@@ -133,7 +132,7 @@ impl fmt::Display for TraceError {
 
 impl core::error::Error for TraceError {}
 
-/// Bytes of the header of a trace with so many contact cells and no output stage; with one see
+/// Returns the bytes of the header of a trace with n contact cells and no output stage; with a stage see
 /// [`Header::bytes`].
 #[must_use]
 pub const fn header_bytes(contacts: usize) -> usize {
@@ -145,14 +144,14 @@ pub const fn header_bytes(contacts: usize) -> usize {
 pub struct RecordedProbe {
     /// Radius \[m\].
     pub radius_m: f32,
-    /// Contacts that the tissue had room for: the bits depend on it where that bit.
+    /// Capacity of the tissue for contacts: the bits depend on it if it was reached.
     pub capacity: u32,
-    /// Coefficient of friction, where it is a tool on a contact surface; else 0.
+    /// Coefficient of friction if the probe is a tool on a contact surface; else 0.
     pub friction: f32,
 }
 
 impl RecordedProbe {
-    /// From the header's two words; `None` where they are no probe.
+    /// Reads the probe from the header's words; `None` if they are not valid.
     fn read(radius: u32, capacity: u32, friction: u32) -> Option<Self> {
         let [radius_m, friction] = [radius, friction].map(f32::from_bits);
         let is_one = radius_m > 0.0
@@ -184,7 +183,7 @@ impl Origin {
     };
 }
 
-/// A number in decimal digits.
+/// Returns the number of decimal digits.
 const fn number(digits: &str) -> u16 {
     match u16::from_str_radix(digits, 10) {
         Ok(number) => number,
@@ -224,24 +223,23 @@ pub struct Header {
     pub number: Arithmetic,
     /// Settings in force.
     pub settings: Settings,
-    /// The probe, where contact was by shape; then there are no contact cells.
+    /// The probe, if contact was by shape; then there are no contact cells.
     pub probe: Option<RecordedProbe>,
-    /// The tools, where they were chosen by their parts; then there are neither contact cells nor a
-    /// probe.
+    /// The tools, if they were chosen by their parts; then there are neither contact cells nor a probe.
     pub tools: Option<RecordedTools>,
-    /// The output stage between the device that the samples came from and the tissue. A reset
-    /// begins it anew, a pause is no tick of it.
+    /// The output stage between the device that the samples came from and the tissue. A reset restarts it;
+    /// during a pause it has no ticks.
     pub stage: Option<StageSettings>,
 }
 
 impl Header {
-    /// Bytes of the header with so many contact cells.
+    /// Returns the bytes of the header with n contact cells.
     #[must_use]
     pub const fn bytes(&self, contacts: usize) -> usize {
         header_bytes(contacts) + if self.stage.is_some() { STAGE_BYTES } else { 0 }
     }
 
-    /// The output stage of the recording, as it began. A sample of the trace goes through
+    /// Returns the output stage of the recording in its initial state. A sample of the trace goes through
     /// [`Stage::sample`] to the tissue, the tissue's answer through [`Stage::output`].
     ///
     /// # Errors
@@ -250,14 +248,14 @@ impl Header {
         self.stage.map(Stage::new).transpose().map_err(TraceError::Stage)
     }
 
-    /// Of a network under the scheme `D`; `None` where that has no code in the format.
+    /// Returns the header for a network under the scheme `D`; `None` if the scheme has no code in the format.
     #[must_use]
     pub fn of<D: Dynamics>(network: &Network<'_>) -> Option<Self> {
         let number = Arithmetic::from_name(NumberOf::<D>::NAME)?;
         Some(Self::new(network, Scheme::from_name(D::NAME)?, number))
     }
 
-    /// Of a network under a scheme and in numbers.
+    /// Returns the header for a network under a scheme and a number type.
     #[must_use]
     pub fn new(network: &Network<'_>, scheme: Scheme, number: Arithmetic) -> Self {
         Self {
@@ -272,10 +270,11 @@ impl Header {
         }
     }
 
-    /// Writes the header with the input ids of the contact cells (in the order of the model's
-    /// cells); gives its length and checksum, `None` where `to` is too short, the ids are too many,
-    /// or stand beside a probe or tools.
+    /// Writes the header with the input ids of the contact cells (in the order of the model's cells); returns
+    /// its length and checksum, `None` if `to` is too short, there are too many ids, or more than one of ids,
+    /// probe and tools is given.
     pub(super) fn write(&self, contacts: &[u32], to: &mut [u8]) -> Option<(usize, u32)> {
+        // Contact cells, a probe and tools exclude each other.
         let choices = [!contacts.is_empty(), self.probe.is_some(), self.tools.is_some()];
         if contacts.len() > CONTACTS_MAX || choices.into_iter().filter(|is| *is).count() > 1 {
             return None;
@@ -287,6 +286,7 @@ impl Header {
         };
         let stage_bit = if self.stage.is_some() { STAGE_BIT } else { 0 };
         let tools_bit = if self.tools.is_some() { TOOLS_BIT } else { 0 };
+        // Assemble the words of the fixed part.
         let bytes = self.bytes(contacts.len());
         let to = to.get_mut(..bytes)?;
         to.fill(0);
@@ -316,6 +316,7 @@ impl Header {
             codes(patch, stage_bit | tools_bit),
             friction,
         ];
+        // Write all words, then the checksum.
         let stage = self.stage.as_ref().map(stage::words);
         let all = words.iter().chain(stage.iter().flatten()).chain(contacts);
         for (place, word) in to.chunks_exact_mut(4).zip(all) {
@@ -326,8 +327,9 @@ impl Header {
         Some((bytes, crc))
     }
 
-    /// Reads the header: itself, the bytes of the contact cells, its length and checksum.
+    /// Reads the header, with the bytes of the contact cells, its length and its checksum.
     pub(super) fn read(trace: &[u8]) -> Result<Read<'_>, TraceError> {
+        // Check the magic and the version.
         let magic = trace.get(..MAGIC.len()).unwrap_or(trace);
         if !MAGIC.starts_with(magic) || magic.is_empty() {
             return Err(TraceError::Magic);
@@ -339,7 +341,7 @@ impl Header {
         if version != VERSION {
             return Err(TraceError::Version(version));
         }
-        // A damaged length must not be read as a cut.
+        // Check length and checksum. A damaged length must not be reported as a truncated header.
         let (bytes, contacts) = (bytes as usize, contacts as usize);
         if contacts > CONTACTS_MAX
             || [0, STAGE_BYTES].iter().all(|stage| header_bytes(contacts) + stage != bytes)
@@ -350,6 +352,7 @@ impl Header {
         if checksum(header) != stored {
             return Err(TraceError::Checksum);
         }
+        // Read the rest of the fixed part and check the length against its flags.
         let (origin, parts, friction) = extension(header)?;
         let stage_bytes = if parts & STAGE_BIT != 0 { STAGE_BYTES } else { 0 };
         let front = HEADER_BYTES..HEADER_BYTES + stage_bytes;
@@ -357,6 +360,7 @@ impl Header {
         if bytes != header_bytes(contacts) + stage_bytes {
             return Err(TraceError::Layout);
         }
+        // Decode the settings.
         let [unloading, drive]: [u16; 2] = bytemuck::cast(codes);
         let settings = Settings {
             sweeps: u16::try_from(sweeps).map_err(|_| TraceError::Layout)?,
@@ -367,6 +371,7 @@ impl Header {
             unloading: Unloading::from_code(unloading).ok_or(TraceError::Layout)?,
             max_force_n: f32::from_bits(max_force),
         };
+        // Decode a probe or tools; neither goes with contact cells.
         let (mut probe, mut tools) = (None, None);
         match (radius, capacity) {
             (0, 0) if friction == 0 && !has_tools => {}
@@ -380,6 +385,7 @@ impl Header {
                 probe = Some(read.ok_or(TraceError::Layout)?);
             }
         }
+        // Decode the output stage, the contact cells, the scheme and the number type.
         let ids = front.end..front.end + 4 * contacts;
         let stage = stage::read(header.get(front).ok_or(TraceError::Layout)?)?;
         let ids = header.get(ids).ok_or(TraceError::Layout)?;
@@ -397,7 +403,7 @@ impl Header {
         (self.scheme.name(), self.number.name()) == (D::NAME, NumberOf::<D>::NAME)
     }
 
-    /// The network of the recording.
+    /// Returns the network of the recording.
     ///
     /// # Errors
     /// Another model, another revision of the arithmetic, or settings that do not fit the model.
@@ -423,7 +429,7 @@ pub(super) struct Read<'t> {
     pub(super) checksum: u32,
 }
 
-/// What wrote the trace, which parts it has, and the word of the friction.
+/// Reads the release that wrote the trace, the flags of its optional parts, and the word of the friction.
 fn extension(header: &[u8]) -> Result<(Origin, u16, u32), TraceError> {
     let words: &[u8; HEADER_BYTES - COMMON_BYTES] =
         header.get(COMMON_BYTES..).and_then(<[u8]>::first_chunk).ok_or(TraceError::Layout)?;
@@ -435,7 +441,7 @@ fn extension(header: &[u8]) -> Result<(Origin, u16, u32), TraceError> {
     Ok((Origin { revision, release: [major, minor, patch] }, parts, friction))
 }
 
-/// CRC-32 of a header, but for the checksum itself.
+/// Returns the CRC-32 of a header without the checksum itself.
 fn checksum(header: &[u8]) -> u32 {
     let mut digest = CRC.digest();
     digest.update(header.get(..CHECKSUM_OFFSET).unwrap_or(header));

@@ -1,7 +1,7 @@
-//! The trace: every tick's tool sample and state hash, so that a run can be played again and
-//! checked bit by bit, on a workstation or in firmware.
+//! The trace: the tool sample and the state hash of every tick, so that a run can be replayed and checked bit
+//! by bit, on a workstation or in firmware.
 //!
-//! A little-endian file or memory area, no padding but what stands here:
+//! It is a little-endian file or memory area, without padding other than shown here:
 //!
 //! ```text
 //! header
@@ -20,7 +20,7 @@
 //!     44      4  largest force [N]
 //!     48      4  n = number of contact cells
 //!     52      4  radius of the probe [m] (f32 bits), 0 with contact cells or tools
-//!     56      4  contacts that a probe has room for, 0 with contact cells; the number of tools, 1 to 8
+//!     56      4  capacity of a probe for contacts, 0 with contact cells; the number of tools, 1 to 8
 //!     60      4  CRC-32 (ISO-HDLC) of all bytes of the header but these four
 //!     64      4  revision of the arithmetic, see REVISION
 //!     68      6  release that wrote the trace: major, minor, patch (u16 x 3)
@@ -46,14 +46,14 @@
 //!     20      4  engaged
 //!     24      8  hash of the state after the tick, 0 where none was taken
 //!     32      2  kind: 1 = sample; 2 = command, 5 = command to a tool (grip, let go), whose bytes
-//!                from 0 to 24 stand at [`Command`]; with tools also 3 = part, 4 = pose, see below
+//!                from 0 to 24 are described at [`Command`]; with tools also 3 = part, 4 = pose, see below
 //!     34      2  bit 0: a hash was taken; bit 1: the sweeps were counted; bit 2: the output
-//!                stage's ramp began anew before the tick; bit 3: the delay was measured
+//!                stage's ramp restarted before the tick; bit 3: the delay was measured
 //!     36      2  sweeps of the tick where they were counted: 0 = it was late
 //!     38      2  delay of the loop where it was measured, 0 to 1,000 [ticks of the stage]
 //!     40      4  zero
 //!     44      4  CRC-32 of: the header's CRC, r (u32), the 44 bytes before
-//! with tools, kind 3: a part of a tool, two records one behind the other, ahead of all other kinds
+//! with tools, kind 3: a part of a tool, two consecutive records, before all other kinds
 //!      0     12  first: its middle [m] (f32 bits x 3)          second: 0, 16: its orientation
 //!     12      4  its radius [m] (f32 bits)                             x, y, z, w (f32 bits x 4)
 //!     16     12  half its edges [m] (f32 bits x 3)                     16, 16: zero
@@ -74,33 +74,33 @@
 //!     44      4  CRC-32 as above
 //! ```
 //!
-//! **Tools** that were chosen by their parts are numbered from 0. Their parts come first, by ascending tool and part. Ahead of each tick's record stand the
-//! poses of all tools, by ascending number, with nothing between; the record itself repeats position
-//! and `engaged` of tool 0. What a trace with poses and no tick behind them ends with counts as a cut.
+//! **Tools** that were chosen by their parts are numbered from 0. Their parts come first, by ascending tool
+//! and part. The poses of all tools precede each tick's record, by ascending number, with nothing between;
+//! the record itself repeats position and `engaged` of tool 0. A trace that ends with poses and no tick after
+//! them counts as cut.
 //!
 //! Other versions are refused: [`TraceError::Version`] names the releases that read them.
 //!
-//! Commands to a tool are of a kind of their own: a release that does not know them ends at the
-//! first one, and says that it holds what is unknown there.
+//! Commands to a tool have their own kind: a release that does not know it stops at the first one, and
+//! reports an unknown record.
 //!
-//! Where the sweeps were not counted, a tick has those of the settings.
+//! If the sweeps of a tick were not counted, it has those of the settings.
 //!
-//! A record is one executed tick or one command between two; numbers of ticks are those of the
-//! session, and need not be consecutive. With an output stage a sample is the device's, as
-//! received; ticks without a sample move no cell and leave no record. The trace ends with its
-//! bytes, with an incomplete record (it was cut), or where nothing but zeros follow (memory taken
-//! beforehand). A writer that stores the checksum last leaves an incomplete record too where it
-//! is stopped within one: the checksum is zero and nothing but zeros follow. A record's checksum holds
-//! for its place in its own trace alone, so remains of an earlier trace in the same memory are not
-//! taken for records. Cost: [`Writer::record`] works over 52 bytes, table-driven; no memory.
+//! A record is one executed tick or one command between two; numbers of ticks are those of the session, and
+//! need not be consecutive. With an output stage a sample is the device's, as received; ticks without a
+//! sample move no cell and leave no record. The trace ends with its bytes, with an incomplete record (it was
+//! cut), or where only zeros follow (preallocated memory). A writer that stores the checksum last also leaves
+//! an incomplete record if it is stopped within one: the checksum is zero and only zeros follow. A record's
+//! checksum is valid only at its place in its own trace, so remains of an earlier trace in the same memory
+//! are not taken for records. Cost: [`Writer::record`] works over 52 bytes, table-driven; no memory.
 //!
 //! # Use
 //!
-//! On a workstation `run`, `serve` and `cosim` leave `session.trace` beside `model.chaincell` in
-//! the folder of `--out`, and `serve --record FILE` writes a trace alone. `chaincell replay` plays
-//! a folder or a file again. It ends with exit code 0 for the same bits, with 1 and the first tick
-//! that differs, or with 2 for a trace that is damaged, of an unknown version, or of another revision
-//! of the arithmetic: the message then names the release to take.
+//! On a workstation `run`, `serve` and `cosim` leave `session.trace` next to `model.chaincell` in the folder
+//! of `--out`, and `serve --record FILE` writes a trace alone. `chaincell replay` replays a folder or a file.
+//! It ends with exit code 0 for the same bits, with 1 and the first tick that differs, or with 2 for a trace
+//! that is damaged, of an unknown version, or of another revision of the arithmetic: the message then names
+//! the release to take.
 //!
 //! A firmware writes and reads the same format without a heap. To record, take a [`Header`] with
 //! [`Header::of`] after the reset, begin with [`Writer::begin`], and store the bytes of
@@ -148,7 +148,7 @@ use crc::{CRC_32_ISO_HDLC, Crc, Table};
 
 static CRC: Crc<u32, Table<1>> = Crc::<u32, Table<1>>::new(&CRC_32_ISO_HDLC);
 
-/// Puts a word's bytes in their place; unlike `copy_from_slice` without a panic for other lengths.
+/// Writes the bytes of a word; unlike `copy_from_slice` it does not panic for other lengths.
 fn put(place: &mut [u8], word: u32) {
     for (place, byte) in place.iter_mut().zip(word.to_le_bytes()) {
         *place = byte;
@@ -157,7 +157,7 @@ fn put(place: &mut [u8], word: u32) {
 
 /// First bytes of every trace.
 pub const MAGIC: [u8; 8] = *b"CHAINTRC";
-/// The version of the format, the one that is written and read.
+/// The version of the format that is written and read.
 pub const VERSION: u32 = 5;
 /// Bytes of the header before the output stage and the contact cells.
 pub const HEADER_BYTES: usize = 80;
@@ -165,11 +165,11 @@ pub const HEADER_BYTES: usize = 80;
 pub const RECORD_BYTES: usize = 48;
 /// Kind of a record that holds a tool sample.
 pub const KIND_SAMPLE: u16 = 1;
-/// Kind of a record that holds a command; read by [`Reader::entries`] alone.
+/// Kind of a record that holds a command; only [`Reader::entries`] reads it.
 pub const KIND_COMMAND: u16 = 2;
-/// Kind of a record that holds a command to a tool; read by [`Reader::entries`] alone.
+/// Kind of a record that holds a command to a tool; only [`Reader::entries`] reads it.
 pub const KIND_TOOL_COMMAND: u16 = 5;
-/// Kind of a record that holds half of a tool's part; read by [`Reader::entries`] alone.
+/// Kind of a record that holds half of a tool's part; only [`Reader::entries`] reads it.
 pub const KIND_PART: u16 = 3;
-/// Kind of a record that holds a tool's pose; read by [`Reader::entries`] alone.
+/// Kind of a record that holds a tool's pose; only [`Reader::entries`] reads it.
 pub const KIND_POSE: u16 = 4;

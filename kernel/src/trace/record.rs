@@ -1,4 +1,4 @@
-//! Records one after the other: written, read, played.
+//! The records of a trace: writing, reading and replay.
 
 use core::fmt;
 
@@ -14,13 +14,13 @@ use crate::model::Model;
 use crate::stage::DELAY_TICKS_MAX;
 use crate::tick::pose::ToolPose;
 
-/// Words of a record but for its checksum.
+/// Words of a record without its checksum.
 pub(super) const WORDS: usize = RECORD_BYTES / 4 - 1;
 /// A hash was taken.
 const WITH_HASH: u16 = 1;
 /// The sweeps were counted.
 const WITH_SWEEPS: u16 = 2;
-/// The output stage's ramp began anew.
+/// The output stage's ramp restarted.
 const RAMP_RESTARTED: u16 = 4;
 /// The delay was measured.
 const WITH_DELAY: u16 = 8;
@@ -30,32 +30,32 @@ const WITH_DELAY: u16 = 8;
 pub struct Record {
     /// Number of the tick.
     pub tick: u64,
-    /// The first tool's pose as received, its place bit by bit and without its turn.
+    /// The first tool's pose as received: its position bit by bit, without its orientation.
     pub sample: ToolPose,
-    /// Its sweeps, 0 for a late tick; `None` for those of the settings.
+    /// Sweeps of the tick, 0 for a late one; `None` for those of the settings.
     pub sweeps: Option<u16>,
-    /// True if the output stage's ramp began anew before it.
+    /// True if the output stage's ramp restarted before it.
     pub ramp_restarted: bool,
     /// Ticks given to [`Stage::delayed`](crate::stage::Stage::delayed) before it, at most
-    /// [`DELAY_TICKS_MAX`]; `None` where the delay was not measured.
+    /// [`DELAY_TICKS_MAX`]; `None` if the delay was not measured.
     pub delay_ticks: Option<u16>,
-    /// Hash of the state after it, where one was taken.
+    /// Hash of the state after it, if one was taken.
     pub state_hash: Option<u64>,
 }
 
 impl Record {
-    /// A tick with the sweeps of the settings, without a hash.
+    /// Returns the record of a tick with the sweeps of the settings, without a hash.
     #[must_use]
     pub const fn of(tick: u64, sample: ToolPose) -> Self {
         let (sweeps, delay_ticks, state_hash) = (None, None, None);
         Self { tick, sample, sweeps, ramp_restarted: false, delay_ticks, state_hash }
     }
 
-    /// Compares with `here`, the hash of the state after the tick; returns false if the record has
-    /// none. `index` is the record's place.
+    /// Compares with `here`, the hash of the state after the tick; returns false if the record has none.
+    /// `index` is the record's place in the trace.
     ///
     /// # Errors
-    /// Another hash.
+    /// A different hash.
     pub fn compare(&self, index: u32, here: u64) -> Result<bool, ReplayError> {
         compare(index, self.tick, self.state_hash, here)
     }
@@ -74,7 +74,7 @@ pub(super) fn compare(
     }
 }
 
-/// CRC-32 of a record at its place in its trace, `bytes` without their last four.
+/// Returns the CRC-32 of a record at its place in its trace; `bytes` are those before the checksum.
 fn checksum(seed: u32, index: u32, bytes: &[u8]) -> u32 {
     let mut digest = CRC.digest();
     digest.update(&seed.to_le_bytes());
@@ -121,16 +121,16 @@ pub struct Writer {
 }
 
 impl Writer {
-    /// Writes the header to the front of `to` and gives its length, [`Header::bytes`]; `contacts`
-    /// are the input ids of the contact cells, in the order of the model's cells. `None` where `to`
-    /// is too short or the ids are too many.
+    /// Writes the header to the front of `to` and returns its length, [`Header::bytes`]; `contacts` are the
+    /// input ids of the contact cells, in the order of the model's cells. `None` if `to` is too short or
+    /// there are too many ids.
     #[must_use]
     pub fn begin(header: &Header, contacts: &[u32], to: &mut [u8]) -> Option<(Self, usize)> {
         let (bytes, seed) = header.write(contacts, to)?;
         Some((Self { seed, next: 0 }, bytes))
     }
 
-    /// The bytes of the next record.
+    /// Returns the bytes of the next record.
     pub fn record(&mut self, record: &Record) -> [u8; RECORD_BYTES] {
         let Record { tick, sample, sweeps, ramp_restarted, delay_ticks, state_hash } = record;
         let [x, y, z] = sample.position_m.data.0[0].map(f32::to_bits);
@@ -138,12 +138,12 @@ impl Writer {
         bits |= if *ramp_restarted { RAMP_RESTARTED } else { 0 };
         bits |= if delay_ticks.is_some() { WITH_DELAY } else { 0 };
         let of_kind = [KIND_SAMPLE, bits, sweeps.unwrap_or(0), delay_ticks.unwrap_or(0)];
-        // The turn is not kept; one that is none makes the sample a bad one here too.
+        // The orientation is not stored; an invalid one makes the recorded sample a bad one too.
         let engaged = if sample.turn().is_some() { sample.engaged } else { u32::MAX };
         self.encode(*tick, [x, y, z, engaged], *state_hash, of_kind)
     }
 
-    /// The bytes of the next record, for a command.
+    /// Returns the bytes of the next record, for a command.
     pub fn command(&mut self, record: &CommandRecord) -> [u8; RECORD_BYTES] {
         let [command, parameter, value] = record.command.words();
         self.encode(
@@ -169,7 +169,7 @@ impl Writer {
         self.seal([tick[0], tick[1], a, b, c, d, hash[0], hash[1], kind, more, 0])
     }
 
-    /// The bytes of a record with these words.
+    /// Returns the bytes of the next record, with these words.
     pub(super) fn seal(&mut self, words: [u32; WORDS]) -> [u8; RECORD_BYTES] {
         let mut bytes = [0; RECORD_BYTES];
         for (place, word) in bytes.chunks_exact_mut(4).zip(words) {
@@ -186,9 +186,9 @@ impl Writer {
 /// The end of the records of a trace.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum End {
-    /// With the trace.
+    /// The records end with the trace.
     Complete,
-    /// Within this record: the trace was cut, or its writer was stopped.
+    /// The trace ends within this record: it was cut, or its writer was stopped.
     Cut(u32),
     /// This record's bytes were changed, or belong to another trace.
     Damaged(u32),
@@ -221,7 +221,7 @@ impl fmt::Display for End {
     }
 }
 
-/// The first tick that came out otherwise.
+/// The first tick whose state hash differs from the recorded one.
 ///
 /// ```
 /// use chaincell_kernel::{ToolPose, trace::Record};
@@ -232,13 +232,13 @@ impl fmt::Display for End {
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ReplayError {
-    /// Place of its record.
+    /// Index of its record.
     pub record: u32,
     /// Number of the tick.
     pub tick: u64,
     /// Hash in the trace.
     pub recorded: u64,
-    /// Hash here.
+    /// Hash of the replay.
     pub here: u64,
 }
 
@@ -258,9 +258,9 @@ impl core::error::Error for ReplayError {}
 /// The result of a replay.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Played {
-    /// Ticks.
+    /// Number of ticks.
     pub ticks: u32,
-    /// Ticks whose hash was compared.
+    /// Number of ticks whose hash was compared.
     pub compared: u32,
     /// The end of the records.
     pub end: End,
@@ -276,7 +276,7 @@ pub struct Reader<'t> {
 }
 
 impl<'t> Reader<'t> {
-    /// Checks the header. Cost: its checksum; no memory.
+    /// Opens a trace and checks its header. Cost: the header's checksum; no memory.
     ///
     /// # Errors
     /// The first fault of the header.
@@ -286,22 +286,23 @@ impl<'t> Reader<'t> {
         Ok(Self { header, contacts, records, seed })
     }
 
-    /// Model, scheme, settings and tools of the recording.
+    /// Returns model, scheme, settings and tools of the recording.
     #[must_use]
     pub fn header(&self) -> &Header {
         &self.header
     }
 
-    /// Input ids of the contact cells, in the order of the model's cells.
+    /// Returns the input ids of the contact cells, in the order of the model's cells.
     pub fn contacts(&self) -> impl ExactSizeIterator<Item = u32> + use<'t> {
         let ids = self.contacts.chunks_exact(4);
         ids.map(|id| id.first_chunk().map_or(0, |id| u32::from_le_bytes(*id)))
     }
 
-    /// The contact cells in the model, written to the front of `room`.
+    /// Writes the contact cells in the model to the front of `room`, and returns them.
     ///
     /// # Errors
-    /// An id that is no cell, too little room, or a trace that was recorded with a probe or with tools.
+    /// An id that is no cell, a `room` that is too short, or a trace that was recorded with a probe or with
+    /// tools.
     pub fn contact_cells<'r>(
         &self,
         model: &Model<'_>,
@@ -322,11 +323,11 @@ impl<'t> Reader<'t> {
         Ok(cells)
     }
 
-    /// Calls `each` with the place of each sound record, from the first on, and the record; an error
-    /// of `each` stops. Returns the end of the records. A command ends them: see [`Self::entries`].
+    /// Calls `each` with the index of each sound record, in order, and the record; an error of `each` stops
+    /// the loop. Returns the end of the records. A command ends them, see [`Self::entries`].
     ///
     /// # Errors
-    /// That of `each`.
+    /// The error of `each`.
     pub fn records<E>(
         &self,
         mut each: impl FnMut(u32, &Record) -> Result<(), E>,
@@ -337,11 +338,11 @@ impl<'t> Reader<'t> {
         })
     }
 
-    /// As [`Self::records`], with the commands between the ticks, and of a trace of tools the
-    /// tools' parts and poses: all poses of a tick stand ahead of it.
+    /// As [`Self::records`], with the commands between the ticks and, in a trace with tools, the tools' parts
+    /// and poses: all poses of a tick come before it.
     ///
     /// # Errors
-    /// That of `each`.
+    /// The error of `each`.
     pub fn entries<E>(&self, mut each: impl FnMut(u32, &Entry) -> Result<(), E>) -> Result<End, E> {
         let (mut order, mut records) = (Order::new(self.header.tools), 0);
         let end = self.walk(|index, bytes| {
@@ -352,7 +353,7 @@ impl<'t> Reader<'t> {
                 None => Ok(Ok(())),
             }
         })?;
-        // The poses of a tick without the tick.
+        // Poses without their tick, or half of a part, count as a cut.
         Ok(if end == End::Complete && order.is_within() { End::Cut(records) } else { end })
     }
 
@@ -380,7 +381,7 @@ impl<'t> Reader<'t> {
         Ok(End::Complete)
     }
 
-    /// Kind and words of a record whose checksum holds.
+    /// Returns kind and words of a record whose checksum matches.
     fn sound(&self, index: u32, bytes: &[u8]) -> Result<(u16, [u32; WORDS]), End> {
         let (body, stored) = bytes.split_last_chunk().ok_or(End::Cut(index))?;
         if checksum(self.seed, index, body) != u32::from_le_bytes(*stored) {
@@ -408,9 +409,8 @@ impl<'t> Reader<'t> {
         }
     }
 
-    /// Plays the trace: `tick` plays each record in a tissue that begins as the recording's did,
-    /// reset and with its contact cells or its probe chosen, and gives the hash of the state after
-    /// it.
+    /// Replays the trace: `tick` plays each record in a tissue that begins as that of the recording, reset
+    /// and with its contact cells or its probe chosen, and returns the hash of the state after the record.
     ///
     /// ```
     /// # use chaincell_kernel::{Budget, Model, Tissue, Track, trace::Reader};
@@ -430,7 +430,7 @@ impl<'t> Reader<'t> {
     /// ```
     ///
     /// # Errors
-    /// The first tick that came out otherwise.
+    /// The first tick whose state hash differs from the recorded one.
     pub fn play(&self, mut tick: impl FnMut(&Record) -> u64) -> Result<Played, ReplayError> {
         let (mut ticks, mut compared) = (0, 0);
         let end = self.records(|record, of| {
@@ -443,12 +443,12 @@ impl<'t> Reader<'t> {
     }
 }
 
-/// Whether the writer was stopped within this record, the last one: its checksum comes last.
+/// Returns true if the writer was stopped within this record, the last one: it stores the checksum last.
 fn is_unfinished(record: &[u8], behind: &[u8]) -> bool {
     record.ends_with(&[0; 4]) && behind.iter().all(|&byte| byte == 0)
 }
 
-/// The number in two words, the lower first.
+/// Returns the number in two words, the lower one first.
 fn long(low: u32, high: u32) -> u64 {
     u64::from(low) | u64::from(high) << 32
 }
@@ -477,7 +477,7 @@ pub(super) fn sample(words: &[u32; WORDS]) -> Record {
     }
 }
 
-/// `None` where the words mean no command of the record's kind.
+/// Returns the command in a record; `None` if the words are no command of the record's kind.
 pub(super) fn command(words: &[u32; WORDS]) -> Option<CommandRecord> {
     let [t0, t1, command, parameter, value, zero, .., kind, _, _] = *words;
     let command = Command::from_words([command, parameter, value]).ok()?;

@@ -7,7 +7,7 @@ use crate::stage::{Coupling, Passivity, StageSettings};
 const WORDS: usize = 10;
 /// Bytes of the settings, between the fixed part of the header and the contact cells.
 pub(super) const STAGE_BYTES: usize = 4 * WORDS;
-/// Which of the optional stages are there.
+/// Flags of the optional settings.
 const COUPLING: u32 = 1;
 const PASSIVITY: u32 = 2;
 
@@ -34,7 +34,7 @@ pub(super) fn words(settings: &StageSettings) -> [u32; WORDS] {
     ]
 }
 
-/// The settings in those bytes, `None` where there are none; their ranges are the stage's question.
+/// Reads the settings from these bytes, `None` if there are none. The stage checks their ranges.
 pub(super) fn read(bytes: &[u8]) -> Result<Option<StageSettings>, TraceError> {
     if bytes.is_empty() {
         return Ok(None);
@@ -63,6 +63,6 @@ pub(super) fn read(bytes: &[u8]) -> Result<Option<StageSettings>, TraceError> {
         ramp_ticks,
         watchdog_ticks,
     };
-    // What is absent is zero, and nothing else stands there.
+    // Absent settings must be zero, and no other bits may be set.
     if words(&settings) == found { Ok(Some(settings)) } else { Err(TraceError::Layout) }
 }

@@ -37,7 +37,7 @@ fn settings() -> Settings {
     Settings { sweeps: 3, unloading, max_force_n: 0.7, ..Settings::for_model(&model()) }
 }
 
-/// The input ids in the order of the model's cells, and the cells.
+/// Returns the input ids in the order of the model's cells, and the cells.
 fn held() -> (Vec<u32>, Vec<u16>) {
     let mut cells: Vec<u16> = HELD.iter().map(|&id| model().cell_of_input(id).unwrap()).collect();
     cells.sort_unstable();
@@ -98,7 +98,7 @@ fn bits(record: &Record) -> Bits {
     (tick, position, sample.engaged, [sweeps, delay_ticks], ramp_restarted, state_hash)
 }
 
-/// What a reader finds.
+/// Returns all records that a reader finds, and their end.
 fn read(trace: &[u8]) -> Result<(Vec<Bits>, End), TraceError> {
     let mut found = Vec::new();
     let end = Reader::open(trace)?.records(|index, record| {
@@ -131,7 +131,7 @@ fn a_session_is_read_as_written_and_played_to_the_same_bits() {
     assert_eq!(play(&trace), Ok(Played { ticks: 30, compared: 20, end: End::Complete }));
 }
 
-/// The bytes as the format's table has them, put together by hand.
+/// Compares with bytes that are assembled by hand from the format's table.
 #[test]
 fn the_bytes_are_those_of_the_table() {
     let trace = trace();
@@ -214,7 +214,7 @@ fn memory_taken_beforehand_ends_where_its_zeros_begin() {
         trace.resize(length + zeros, 0);
         assert_eq!(read(&trace), Ok(whole.clone()), "{zeros}");
     }
-    // Zeros with something behind them are no end.
+    // Zeros with other bytes after them are not the end.
     trace.push(1);
     assert_eq!(read(&trace).unwrap().1, End::Damaged(TICKS as u32));
 }
@@ -235,7 +235,7 @@ fn records_hold_at_their_place_in_their_trace_alone() {
 #[test]
 fn the_first_other_tick_is_named() {
     let mut records = session();
-    // Sound, but altered: played, the body goes another way from there on.
+    // The record is sound but altered: in the replay the body moves differently from here on.
     records[17].sample.position_m.z -= 0.004;
     let refused = play(&written(&header(), &held().0, &records)).unwrap_err();
     // Record 17 has no hash.
@@ -248,7 +248,7 @@ fn the_first_other_tick_is_named() {
     assert_eq!(refused, ReplayError { record: 9, tick: 1063, recorded: 1, here });
 }
 
-/// A trace with one word of its header changed and the checksum made right again.
+/// Returns a trace with one word of its header changed and a checksum that matches.
 fn reworded(at: usize, word: u32) -> Vec<u8> {
     let mut trace = trace();
     trace[at..at + 4].copy_from_slice(&word.to_le_bytes());
@@ -272,7 +272,7 @@ fn what_cannot_be_played_is_refused_with_its_reason() {
     let refused = reader.contact_cells(&model(), &mut [0; 2]).err();
     assert_eq!(refused, Some(TraceError::Contacts { needed: 3, room: 2 }));
     assert_eq!(read(b"tick,x_m"), Err(TraceError::Magic));
-    // Cells beside tools among them.
+    // One of these has contact cells as well as tools.
     let words = [
         (24, 3),
         (24, 2 << 16),
@@ -286,15 +286,18 @@ fn what_cannot_be_played_is_refused_with_its_reason() {
     for (at, word) in words {
         assert_eq!(read(&reworded(at, word)), Err(TraceError::Layout), "{at}");
     }
+    // Unknown schemes and number types.
     for (scheme, number) in [(77, 1), (2, 9)] {
         let found = read(&reworded(20, scheme | number << 16));
         assert_eq!(found, Err(TraceError::Scheme(scheme as u16, number as u16)));
     }
+    // A contact node that is no cell.
     let stranger = reworded(80, 4000);
     let refused = Reader::open(&stranger).unwrap().contact_cells(&model(), &mut [0; 4]).err();
     assert_eq!(refused, Some(TraceError::Contact(4000)));
     let drive = |trace: &[u8]| Reader::open(trace).unwrap().header().settings.drive;
     assert_eq!([drive(&trace), drive(&reworded(24, 1 << 16))], [Drive::Position, Drive::Current]);
+    // Settings that do not fit the model.
     let sweepless = reworded(28, 0);
     let refused = Reader::open(&sweepless).unwrap().header().network(model()).err();
     assert!(matches!(refused, Some(TraceError::Settings(_))), "{refused:?}");
@@ -332,7 +335,7 @@ fn a_command_is_not_taken_for_a_sample() {
     assert_eq!((records.len(), end), (3, End::Kind(3, KIND_COMMAND)));
 }
 
-/// Everything in a trace, ticks by their numbers.
+/// Returns all entries of a trace, ticks by their numbers.
 fn entries(trace: &[u8]) -> (Vec<Result<u64, CommandRecord>>, End) {
     let mut found = Vec::new();
     let end = Reader::open(trace).unwrap().entries(|index, entry| {
@@ -364,7 +367,7 @@ fn commands_stand_between_the_ticks() {
     let words = [20, 24, 28].map(|by| header_bytes(HELD.len()) + 2 * RECORD_BYTES + by - 12);
     let word = |at: usize| u32::from_le_bytes(*trace[at..].first_chunk().unwrap());
     assert_eq!(words.map(word), [4, 3, 0.002_f32.to_bits()]);
-    // A reader of samples alone stops there, and one of all at what it does not know.
+    // A reader of samples stops there, and a reader of all entries at a command that it does not know.
     assert_eq!(read(&trace).unwrap().1, End::Kind(1, KIND_COMMAND));
     let at = header_bytes(HELD.len()) + RECORD_BYTES;
     trace[at + 8] = 77;

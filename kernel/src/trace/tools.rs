@@ -1,4 +1,4 @@
-//! Tools in a trace: what they are, and where each is in a tick.
+//! Tools in a trace: their parts, and their poses in each tick.
 
 use super::record::{WORDS, command, sample};
 use super::{
@@ -48,7 +48,7 @@ pub struct RecordedTools {
 }
 
 impl RecordedTools {
-    /// From the header's words; `None` where they are no tools.
+    /// Reads the tools from the header's words; `None` if they are not valid.
     pub(super) fn read(count: u32, friction: u32) -> Option<Self> {
         let friction = f32::from_bits(friction);
         let is_one =
@@ -64,11 +64,11 @@ pub struct PartRecord {
     pub tool: u8,
     /// The part, from 0.
     pub part: u8,
-    /// The part.
+    /// Shape of the part.
     pub shape: ToolPart,
 }
 
-/// A tool's pose in the tick whose record comes behind.
+/// A tool's pose in the tick whose record follows.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PoseRecord {
     /// The tool, from 0.
@@ -77,12 +77,12 @@ pub struct PoseRecord {
     pub pose: ToolPose,
 }
 
-/// Which of the two records of a part.
+/// Numbers of the two records of a part.
 const SIZE: u8 = 0;
 const ORIENTATION: u8 = 1;
 
 impl Writer {
-    /// The bytes of the next two records, for a part of a tool.
+    /// Returns the bytes of the next two records, for a part of a tool.
     pub fn part(&mut self, record: &PartRecord) -> [[u8; RECORD_BYTES]; 2] {
         let PartRecord { tool, part, shape } = *record;
         let ToolPart { centre_m, orientation, half_m, radius_m } = shape;
@@ -97,7 +97,7 @@ impl Writer {
         ]
     }
 
-    /// The bytes of the next record, for a tool's pose ahead of its tick.
+    /// Returns the bytes of the next record, for a tool's pose before its tick.
     pub fn pose(&mut self, record: &PoseRecord) -> [u8; RECORD_BYTES] {
         let PoseRecord { tool, pose: ToolPose { position_m, orientation, engaged } } = *record;
         let [x, y, z] = position_m.data.0[0].map(f32::to_bits);
@@ -106,16 +106,16 @@ impl Writer {
     }
 }
 
-/// How the records of a trace follow each other.
+/// Checks the order of the records of a trace.
 #[derive(Debug)]
 pub(super) struct Order {
     /// Tools of the trace.
     tools: u32,
     /// Tool whose pose comes next.
     next: u32,
-    /// Whether a tick or a command has come, behind which there are no parts.
+    /// True once a record other than a part has come: no parts may follow.
     has_begun: bool,
-    /// First record of a part.
+    /// First record of a part whose second is missing.
     size: Option<[u32; WORDS]>,
 }
 
@@ -125,13 +125,13 @@ impl Order {
         Self { tools, next: 0, has_begun: false, size: None }
     }
 
-    /// Whether what has come is a part of a tick or of a part alone.
+    /// Returns true if the last tick or the last part is incomplete.
     pub(super) fn is_within(&self) -> bool {
         self.next > 0 || self.size.is_some()
     }
 
-    /// What a record holds; the inner `None` for the first of a part. The outer one where it is none
-    /// that may stand there.
+    /// Returns the content of a record; the inner `None` for the first record of a part, the outer one for a
+    /// record that is not allowed at its place.
     pub(super) fn entry(&mut self, kind: u16, words: &[u32; WORDS]) -> Option<Option<Entry>> {
         if kind == KIND_PART {
             return self.part(words);

@@ -1,9 +1,9 @@
-//! Every operation of `F32x8` on the machine's unit against `Lanes8`.
+//! Compares every operation of `F32x8` on the machine's unit with `Lanes8`.
 //!
-//! Only the payload and the sign of a NaN that an operation makes may differ: sum, difference,
-//! product, quotient and root, and what is made of them. The kernel meets such a NaN in one place,
-//! 0 / 0 of a padding slot, and masks it. Operations that move or choose keep even the bits of a
-//! NaN, and no comparison holds for one.
+//! Only the payload and the sign of a NaN from an operation may differ: from sum, difference, product,
+//! quotient and root, and from operations on their results. The kernel meets such a NaN in one place, 0 / 0
+//! of a padding slot, and masks it. Operations that move or choose keep even the bits of a NaN, and no
+//! comparison holds for one.
 
 #![allow(unsafe_code)]
 
@@ -29,18 +29,19 @@ struct Operands {
     ids: [u16; LANES],
 }
 
-/// What an operation gave.
+/// The result of an operation.
 #[derive(Debug, Clone, PartialEq)]
 struct Outcome {
     name: &'static str,
     bits: Vec<u32>,
 }
 
-/// Results of both kinds: whose NaNs are any NaN, and whose bits are all defined.
+/// Results of both kinds: rounded ones, for which all NaNs are equal, and exact ones, all of whose bits are
+/// defined.
 #[derive(Debug, Default, PartialEq)]
 struct Outcomes(Vec<Outcome>);
 
-/// Any NaN.
+/// Stands for any NaN.
 const NAN: u32 = 0x7fc0_0000;
 
 impl Outcomes {
@@ -90,7 +91,7 @@ impl Operands {
         seen.rounded("over", &lanes(a.over(b)));
         seen.rounded("root", &lanes(a.root()));
         seen.rounded("folded", &a.folded().0);
-        // Contracted to one rounding, these would differ.
+        // With a fused multiply-add these would differ.
         seen.rounded("product and sum", &lanes(a.times(b).plus(a)));
         seen.rounded("product and difference", &lanes(a.minus(a.times(b))));
         let mut sums = Lanes::ZERO;
@@ -131,11 +132,13 @@ impl Operands {
         let chunk: &Chunk = cells.first_chunk().unwrap();
         // SAFETY: the ids are below the number of cells.
         seen.exact("gather", &flat(&unsafe { V::gather(&cells, &self.ids) }));
+        // Transposition of eight cells and back.
         let rows = V::transposed(chunk);
         seen.exact("transposed", &flat(&rows));
         let mut back = [Cell([7.0; 4]); LANES];
         V::put_transposed(rows, &mut back);
         seen.exact("put_transposed", &back.map(|cell| cell.0).concat());
+        // Pairs of consecutive cells.
         for pair in 0..4 {
             let two = V::pair(chunk, pair);
             seen.exact("pair", &lanes(two));
@@ -146,6 +149,7 @@ impl Operands {
             seen.exact("in_turn", &lanes(V::in_turn(&self.a, pair)));
             seen.exact("positions", &lanes(two.positions()));
         }
+        // Two cells at any place.
         let couple = [self.ids[0], self.ids[1]];
         let mut back = [Cell([7.0; 4]); 16];
         // SAFETY: the ids are below the number of cells and of values.
@@ -159,14 +163,15 @@ impl Operands {
         // SAFETY: as above.
         let values = unsafe { V::couple_values(self.cells.as_flattened(), couple) };
         seen.exact("couple_values", &lanes(values));
+        // Broadcasts, load and store.
         seen.exact("twice", &lanes(V::twice(chunk[3])));
         seen.exact("splat", &lanes(V::splat(self.a[0])));
         seen.exact("load and store", &lanes(V::load(&self.a)));
     }
 }
 
-/// Values where units differ if they differ anywhere: zeros of both signs, denormals, the ends of
-/// the range, the largest admitted coordinates and stretch and its square, what is not a number.
+/// Values where units differ if they differ anywhere: zeros of both signs, denormals, the ends of the range,
+/// the largest admitted coordinates and stretch and its square, and NaNs.
 const EDGES: [u32; 28] = [
     0,
     0x8000_0000,

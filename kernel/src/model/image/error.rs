@@ -1,4 +1,4 @@
-//! Why an image is refused.
+//! The reasons to refuse an image.
 
 use crate::number::float_env::FloatEnvironmentError;
 
@@ -57,7 +57,7 @@ pub enum ModelError {
     /// A number is not finite or outside its range (section kind, position in the section).
     #[error("section {0}, entry {1}: value out of range: bake again")]
     Value(u32, u32),
-    /// The thread's arithmetic is not what the checks rely on.
+    /// The thread's floating-point environment is not the one on which the checks rely.
     #[error("{0}")]
     Float(FloatEnvironmentError),
 }

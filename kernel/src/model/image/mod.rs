@@ -88,9 +88,9 @@ pub mod kind {
     pub const TRIANGLES: u32 = 16;
     /// Optional, for display: tetrahedra ([u16; 4]).
     pub const TETRAHEDRA: u32 = 17;
-    /// Optional: starts of the slices of eight consecutive cells, in groups of eight slots, as many as
-    /// the links of the slice's most linked cell; the links of every cell once more, lane by lane, for
-    /// vector units (u32, slices + 1).
+    /// Optional: starts of the slices of eight consecutive cells, in groups of eight slots. Slices repeat the
+    /// links of every cell, lane by lane, for vector units; a slice has as many groups as its most linked
+    /// cell has links (u32, slices + 1).
     pub const SLICE_ROWS: u32 = 19;
     /// With `SLICE_ROWS`: other end of each slot, ascending in each lane, then the lane's own cell
     /// (u16, 8 a group).
@@ -108,20 +108,18 @@ pub mod kind {
     /// With `HATS`: the basis functions at the corners of each box; [`super::NO_HAT`] for none
     /// ([u16; 8]).
     pub const HAT_CORNERS: u32 = 26;
-    /// With `HATS`: the free cells, box by box, in pairs; the last one of an odd number stands
-    /// twice ([u16; 2]).
+    /// With `HATS`: the free cells, box by box, in pairs; the last cell of an odd number is repeated
+    /// ([u16; 2]).
     pub const HAT_CELLS: u32 = 27;
-    /// With `HATS`: weights of those cells at the corners of their box, corner 0 of the first and
-    /// of the second cell, corner 1 and so on; 0 for the second stand ([f32; 16] a pair).
+    /// With `HATS`: weights of those cells at the corners of their box, corner 0 of the first and of the
+    /// second cell, corner 1 and so on; 0 where a cell is repeated ([f32; 16] a pair).
     pub const HAT_WEIGHTS: u32 = 28;
-    /// With `HATS`: where each cell stands first in `HAT_CELLS`, 65,535 for a fixed one (u16 a
-    /// cell).
+    /// With `HATS`: first position of each cell in `HAT_CELLS`, 65,535 for a cell of mobility 0 (u16 a cell).
     pub const HAT_ENTRY: u32 = 29;
-    /// With `HATS`: the inverse, symmetric, rows padded with zeros to a multiple of 8 (f32). With
-    /// `HAT_TURNS` that of all three axes together: rows and columns of x, then of y and of z, each
-    /// padded.
+    /// With `HATS`: the inverse, symmetric, rows padded with zeros to a multiple of 8 (f32). With `HAT_TURNS`
+    /// it is that of all three axes together: rows and columns of x, then of y and of z, each padded.
     pub const HAT_INVERSE: u32 = 30;
-    /// Optional: what the host wants to remember, opaque to the kernel (bytes).
+    /// Optional: notes of the host, opaque to the kernel (bytes).
     pub const NOTES: u32 = 18;
     /// Optional: rest positions of the nodes of a mesh finer than the network, by input id
     /// ([f32; 3], input nodes).
@@ -148,8 +146,7 @@ pub mod kind {
     pub const NODAL_SLOTS: u32 = 40;
     /// With `HATS` and `NODAL`: the cell whose rotation each basis function takes (u16).
     pub const HAT_TURNS: u32 = 41;
-    /// With `HAT_TURNS`: how much longer than r / W the own part of each cell's direction is (f32 a
-    /// cell).
+    /// With `HAT_TURNS`: length of the local part of each cell's direction, relative to r / W (f32 a cell).
     pub const HAT_FACTORS: u32 = 42;
     /// With `NODAL`, optional: sets of bands on the links, the narrowest first, at most
     /// [`super::STIFFENING_MAX`]; the bits of half the width in rest lengths and of the modulus
@@ -158,20 +155,20 @@ pub mod kind {
     /// With `STIFFENING`: 2 V / l0^2 of each slot of `SLICE_ROWS`, V the volume of the tetrahedra
     /// around its link; 0 for padding (f32, 8 a group).
     pub const STIFFENING_SLOTS: u32 = 44;
-    /// With `TRIANGLES`, optional: what each triangle resists a probe with, see
-    /// [`super::contact`]; without it a probe touches the cells of `SURFACE` ([f32; 3] a triangle).
+    /// With `TRIANGLES`, optional: the contact numbers of each triangle, see [`super::contact`]; without it a
+    /// probe touches the cells of `SURFACE` ([f32; 3] a triangle).
     pub const CONTACT: u32 = 45;
 }
 
 /// The law of `NODAL` that holds the volume by the distance to the shapes of determinant 1.
 pub const LAW_DET1: u32 = 0;
-/// The law that holds it by the sum of the stretches.
+/// The law of `NODAL` that holds the volume by the sum of the stretches.
 pub const LAW_TRACE: u32 = 1;
 
-/// Row indices of the sections of nodal shapes. Lengths in mean link lengths l, stresses in
-/// 2 `k_ref` / l, so that energies come out in the kernel's own unit.
+/// Row indices of the sections of nodal shapes. Lengths in mean link lengths l, stresses in 2 `k_ref` / l, so
+/// that energies have the kernel's internal unit.
 pub mod nodal {
-    /// Most links of a cell, far above those of a mesh: the checks take the square of it.
+    /// Most links of a cell, far above those of a mesh: the cost of the checks grows with its square.
     pub const LINKS_MAX: usize = 1024;
     /// Numbers of a cell.
     pub const CELL_ROWS: usize = 8;
@@ -193,7 +190,7 @@ pub mod nodal {
     /// `a_ij`, three rows: sum over the tetrahedra with both of `V_t` / 4 times the gradient of
     /// j's hat function.
     pub const AREA: usize = 0;
-    /// `a_ji`, three rows: the same with i's.
+    /// `a_ji`, three rows: the same sum with the gradient of i's hat function.
     pub const BACK_AREA: usize = 3;
     /// 2 beta times the sum over the same tetrahedra of mu `V_t` times minus the product of both
     /// gradients, mu the mean of the corners'.
@@ -207,8 +204,8 @@ pub mod nodal {
 
 /// Indices of the numbers of `CONTACT`, in mean link lengths l.
 pub mod contact {
-    /// E a / h [2 `k_ref`]: a the area at rest, h the mean length of the edges, E the mean of the
-    /// corners' Young's moduli; of links, of those that they are equivalent to.
+    /// E a / h [2 `k_ref`]: a the area at rest, h the mean length of the edges, E the mean of the corners'
+    /// Young's moduli; for links, of the moduli to which they are equivalent.
     pub const STIFFNESS: usize = 0;
     /// h in l.
     pub const EDGE: usize = 1;
@@ -232,7 +229,7 @@ pub mod params {
     pub const CENTRE_M: usize = 4;
     /// Stiffness of a link of weight 1 (f32) [N/m].
     pub const STIFFNESS_N_PER_M: usize = 7;
-    /// Half-width of the band in rest lengths; the mean where links differ (f32).
+    /// Half-width of the band in rest lengths; the mean if links differ (f32).
     pub const ALPHA: usize = 8;
     /// Saturation K (f32) [mean link lengths].
     pub const SATURATION: usize = 9;

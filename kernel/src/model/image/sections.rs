@@ -40,12 +40,12 @@ pub(crate) fn checksum_but(bytes: &[u8], place: usize) -> u32 {
 pub(crate) struct Sections<'a> {
     image: &'a [u8],
     table: &'a [[u32; 4]],
-    /// Checksum of the image, which also tells images apart.
+    /// Checksum of the image, which also identifies it.
     pub checksum: u32,
 }
 
 impl<'a> Sections<'a> {
-    /// Checks everything about `bytes` that does not depend on what the sections mean.
+    /// Checks everything about `bytes` that does not depend on the meaning of the sections.
     pub fn parse(bytes: &'a [u8]) -> Result<Self, ModelError> {
         if !bytes.as_ptr().addr().is_multiple_of(ALIGNMENT) {
             return Err(ModelError::Misaligned);
@@ -76,7 +76,7 @@ impl<'a> Sections<'a> {
         Ok(Self { image, table, checksum: stored })
     }
 
-    /// The section of a kind as a slice of `T`, `None` where the image has none.
+    /// Returns the section of a kind as a slice of `T`, `None` if the image has none.
     pub fn optional<T: AnyBitPattern>(&self, kind: u32) -> Result<Option<&'a [T]>, ModelError> {
         let mut entries = self.table.iter().filter(|entry| entry[0] == kind);
         let Some(&[_, version, offset, bytes]) = entries.next() else { return Ok(None) };
@@ -91,19 +91,19 @@ impl<'a> Sections<'a> {
         cast(section).map(Some).ok_or(ModelError::SectionSize(kind))
     }
 
-    /// Like [`Self::optional`], for a section every model has.
+    /// As [`Self::optional`], for a section that every model has.
     pub fn required<T: AnyBitPattern>(&self, kind: u32) -> Result<&'a [T], ModelError> {
         self.optional(kind)?.ok_or(ModelError::Missing(kind))
     }
 
-    /// A required section of exactly `length` elements.
+    /// Returns a required section of exactly `length` elements.
     pub fn sized<T: AnyBitPattern>(&self, kind: u32, length: usize) -> Result<&'a [T], ModelError> {
         let section = self.required(kind)?;
         if section.len() == length { Ok(section) } else { Err(ModelError::SectionSize(kind)) }
     }
 }
 
-/// Reads `bytes` in place; `None` where size or alignment do not fit.
+/// Reads `bytes` in place; `None` if size or alignment do not fit.
 fn cast<T: AnyBitPattern>(bytes: &[u8]) -> Option<&[T]> {
     bytemuck::try_cast_slice(bytes).ok()
 }

@@ -3,7 +3,7 @@
 use super::*;
 use crate::stage::{Coupling, Passivity, StageSettings};
 
-/// Every part present, every number another.
+/// Returns settings with every part present and all numbers different.
 fn stage() -> StageSettings {
     StageSettings {
         tick_s: 0.5e-3,
@@ -67,7 +67,7 @@ fn no_changed_byte_of_a_stage_goes_unseen_and_no_cut() {
     }
 }
 
-/// Sound checksums do not make up for what means nothing.
+/// A checksum that matches does not make invalid settings valid.
 #[test]
 fn a_stage_that_contradicts_itself_is_refused() {
     for (at, word) in [(80, 4), (80, 1), (80, 2), (88, 1), (100, 256), (116, 0x7F80_0000)] {
@@ -85,7 +85,7 @@ fn a_stage_that_contradicts_itself_is_refused() {
     }
 }
 
-/// Whatever part of its last record a killed writer has stored, the checksum aside.
+/// A killed writer may have stored any part of its last record, except for the checksum.
 #[test]
 fn a_record_that_was_not_finished_is_a_cut() {
     let whole = trace();
@@ -103,7 +103,7 @@ fn a_record_that_was_not_finished_is_a_cut() {
                 let end = if nothing { End::Complete } else { End::Cut(last as u32) };
                 assert_eq!(read(&trace), Ok((all[..last].to_vec(), end)), "{from}..{to}");
                 if !nothing && behind > 0 {
-                    // With anything behind it, it is damage.
+                    // With other bytes after it, the record is damaged.
                     *trace.last_mut().unwrap() = 1;
                     assert_eq!(read(&trace).unwrap().1, End::Damaged(last as u32));
                 }
@@ -112,7 +112,7 @@ fn a_record_that_was_not_finished_is_a_cut() {
     }
 }
 
-/// A release that does not know grips knows no kind 5, and takes nothing of them for another command.
+/// A release without grips does not know kind 5, and takes no such record for another command.
 #[test]
 fn commands_to_a_tool_are_of_a_kind_of_their_own() {
     let grips = [Command::Grip { tool: 3 }, Command::LetGo { tool: 3, ticks: 40 }];

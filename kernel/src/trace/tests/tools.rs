@@ -30,7 +30,7 @@ fn pose(tool: u8, z: f32) -> PoseRecord {
     }
 }
 
-/// Bytes of the header, and the records behind it.
+/// Returns the length of the header, and the whole trace.
 fn written() -> (usize, Vec<u8>) {
     let mut trace = vec![0; 5 * HEADER_BYTES];
     let (mut writer, front) = Writer::begin(&header_of_tools(), &[], &mut trace).unwrap();
@@ -72,11 +72,11 @@ fn parts_and_poses_are_read_as_written() {
     assert_eq!(entries[7], Entry::Pose(pose(1, 11.0)));
     let Entry::Tick(tick) = entries[8] else { panic!("{:?}", entries[8]) };
     assert_eq!(bits(&tick), bits(&session()[1]));
-    // A reader of samples alone ends at once.
+    // A reader of samples stops at once.
     assert_eq!(read(&trace).unwrap(), (Vec::new(), End::Kind(0, KIND_PART)));
 }
 
-/// The bytes as the format's table has them.
+/// Compares the bytes with the format's table.
 #[test]
 fn the_bytes_of_parts_and_poses_are_those_of_the_table() {
     let (front, trace) = written();
@@ -103,14 +103,14 @@ fn a_cut_within_a_tick_or_a_part_is_told() {
     let (front, trace) = written();
     let ends = (0..=16).map(|records| found(&trace[..front + records * RECORD_BYTES]).1);
     for (records, end) in ends.enumerate() {
-        // Behind whole parts, whole ticks and the command.
+        // The trace is complete after a whole part, a whole tick and the command.
         let is_whole = [0, 2, 4, 6, 9, 12, 15, 16].contains(&records);
         let wanted = if is_whole { End::Complete } else { End::Cut(records as u32) };
         assert_eq!(end, wanted, "{records}");
     }
 }
 
-/// Records in another order than the format has them.
+/// Each case has records in an order that the format does not allow.
 #[test]
 fn what_stands_in_another_order_is_refused() {
     let tick = |writer: &mut Writer| writer.record(&session()[0]).to_vec();
@@ -122,13 +122,14 @@ fn what_stands_in_another_order_is_refused() {
     let part = |writer: &mut Writer| writer.part(&parts()[0]).concat();
     let half = |writer: &mut Writer| {
         let first = writer.clone().part(&parts()[0])[0];
-        // One place further.
+        // Advance the writer by one place.
         writer.pose(&pose(0, 0.0));
         first.to_vec()
     };
     let third = |writer: &mut Writer| writer.part(&PartRecord { tool: 2, ..parts()[0] }).concat();
     let (first, second) = (of(pose(0, 0.0)), of(pose(1, 0.0)));
     type Make<'a> = &'a dyn Fn(&mut Writer) -> Vec<u8>;
+    // The records of each case, and index and kind of the first that is refused.
     let cases: [(&[Make<'_>], u32, u16); 8] = [
         (&[&tick], 0, KIND_SAMPLE),
         (&[&first, &tick], 1, KIND_SAMPLE),
