@@ -1,4 +1,4 @@
-//! Abaqus input file: every group as a set of nodes, and of elements where tetrahedra carry it.
+//! Abaqus input file: every group is a set of nodes, and also of elements if tetrahedra carry it.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -45,7 +45,7 @@ pub(super) fn write(mesh: &Mesh) -> Result<Written, String> {
 }
 
 fn set(text: &mut String, keyword: &str, name: &str, members: &[u32]) {
-    // Some programs take quotation marks for a part of the name.
+    // Some programs read quotation marks as a part of the name.
     let is_plain = name.chars().all(|letter| letter.is_ascii_alphanumeric() || letter == '_');
     let mark = if is_plain { "" } else { "\"" };
     let _ = writeln!(text, "*{keyword}, {keyword}={mark}{name}{mark}");

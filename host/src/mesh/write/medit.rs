@@ -1,7 +1,7 @@
-//! Medit 2, ASCII: groups as reference numbers of tetrahedra, triangles of the surface, or vertices.
+//! Medit 2, ASCII: groups are reference numbers of tetrahedra, triangles of the surface, or vertices.
 //!
 //! Each element has one number. A group that shares its elements with another becomes one of vertices;
-//! where its vertices have a number too, the mesh is refused.
+//! if its vertices have a number already, the mesh is refused.
 
 use std::fmt::Write as _;
 
@@ -54,7 +54,7 @@ pub(super) fn write(mesh: &Mesh) -> Result<Written, String> {
     Ok(Written { text, notes })
 }
 
-/// Gives elements a number, unless one of them has one.
+/// Assigns a number to elements, unless one of them has a number. Returns true if it was assigned.
 fn claim(numbers: &mut [i64], elements: &[u32], number: i64) -> bool {
     let is_free = elements.iter().all(|&element| numbers[element as usize] == 0);
     if is_free {

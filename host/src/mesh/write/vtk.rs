@@ -1,7 +1,7 @@
-//! Unstructured grids, legacy VTK 2.0 and XML, ASCII: groups as the numbers `group` of the cells.
+//! Unstructured grids, legacy VTK 2.0 and XML, ASCII: groups are the numbers `group` of the cells.
 //!
 //! A tetrahedron has the number of one group. Groups that share tetrahedra with another, or that
-//! triangles or points carry, have cells of their own behind the tetrahedra.
+//! triangles or points carry, have additional cells after the tetrahedra.
 
 use std::fmt::Write as _;
 
