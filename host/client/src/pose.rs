@@ -1,4 +1,4 @@
-//! Poses of tools on their way to the server, checked before anything is sent.
+//! Messages of tool poses to the server, checked before they are sent.
 
 use chaincell_kernel::ToolPose;
 use nalgebra::Vector3;

@@ -34,7 +34,7 @@ pub struct ForceShaper {
     has_shown: bool,
 }
 
-/// A force on its way to 0.
+/// A force that falls to 0.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Fall {
     /// The forces and torques to show.
@@ -113,7 +113,7 @@ impl ForceShaper {
         self.ramp.begin_fall();
     }
 
-    /// Returns the forces and torques to show at `now_ns`, on the way to `target`.
+    /// Returns the forces and torques to show at `now_ns`, between those shown last and `target`.
     pub fn shape(&mut self, target: &Shown, now_ns: u64) -> Shown {
         self.has_shown = true;
         self.ramp.show(target, now_ns)

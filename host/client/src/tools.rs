@@ -30,7 +30,7 @@ pub struct OneToolPose {
     pub reserved: u32,
 }
 
-/// The samples of all tools in one tick, on their way to the tissue: 344 bytes.
+/// The poses of all tools in one tick, sent to the tissue: 344 bytes.
 #[derive(Debug, Clone, Copy, Default, PartialEq, ZeroCopySend)]
 #[type_name("chaincell.ToolPoses.v2")]
 #[repr(C)]
