@@ -73,6 +73,7 @@ fn points(mut rows: Rows, unit_m: f64, groups: &mut Groups) -> Result<(Vec<[f64;
     rows.end()?;
     // A row has at least a digit for the number and each coordinate, and their separators.
     rows.bytes.fits(count, 7, "points")?;
+    // Each row: number, position, attributes, marker.
     let (mut nodes_m, mut first) = (Vec::new(), 0);
     for place in 0..count {
         rows.next("a point")?;
@@ -129,6 +130,7 @@ fn tetrahedra(
     let attributes = rows.optional("the number of attributes")?;
     rows.end()?;
     rows.bytes.fits(count, 9, "tetrahedra")?;
+    // Each row: number, points, attributes.
     let mut tetrahedra = Vec::new();
     for _ in 0..count {
         rows.next("a tetrahedron")?;

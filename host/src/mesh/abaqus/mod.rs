@@ -152,6 +152,7 @@ impl<'a> Content<'a> {
                 shown(&keyword.name)
             )));
         }
+        // The keyword may change the block that the following lines belong to.
         self.scope.keyword(&keyword.name);
         let outside = self.scope.is_outside();
         let set = |name: &str| keyword.value(name).map(|name| Set { name, outside });
@@ -280,6 +281,7 @@ impl<'a> Content<'a> {
             words = fields(line);
         }
         self.bytes.return_to(item);
+        // Add it to its set, and to the elements of the part or the assembly.
         if let Some(set) = set {
             self.sets.add(set, true, number, &self.bytes);
         }

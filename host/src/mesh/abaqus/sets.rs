@@ -151,6 +151,7 @@ impl Sets {
                 })?);
                 Ok(())
             };
+            // A number, a range, or the members of a set before this one.
             match &entry.what {
                 What::One(number) => add(*number, "set")?,
                 What::Range(first, last, step) => {

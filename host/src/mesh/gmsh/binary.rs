@@ -118,9 +118,11 @@ pub(super) fn read<'a>(
     mut content: Content,
 ) -> Result<RawMesh> {
     let mut file = Binary { bytes, version };
+    // The rest of the section that names the format.
     file.bytes.enter("section $MeshFormat");
     file.probe()?;
     file.end("MeshFormat")?;
+    // The other sections; text between them is skipped.
     while let Some(line) = file.bytes.line() {
         let Some(header) = line.trim_ascii().strip_prefix(b"$") else { continue };
         let Ok(section) = std::str::from_utf8(header) else {

@@ -155,6 +155,7 @@ fn fans(
     points: usize,
     at: &impl Fn(u32) -> String,
 ) -> Result<(), Refusal> {
+    // Number of triangles at each point.
     let mut around = vec![0u32; points];
     triangles.iter().flatten().for_each(|id| around[*id as usize] += 1);
     let mut seen = vec![false; points];

@@ -151,6 +151,7 @@ fn head(bytes: &mut Bytes) -> Result<(Vec<Element>, bool)> {
             _ => return Err(unknown(bytes, line)),
         }
     }
+    // The format must be known, and the faces must be no strips.
     let text = text.ok_or_else(|| bytes.error("there is no format in the head; save it again"))?;
     if elements.iter().any(|element| element.name == "tristrips" && element.count > 0) {
         return Err(bytes.error("strips of triangles; save it with faces"));

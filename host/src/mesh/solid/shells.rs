@@ -101,12 +101,14 @@ fn found(
         if shell[start] != u32::MAX {
             continue;
         }
+        // Walk over the triangles of a new shell.
         shell[start] = count;
         let mut open = vec![start];
         while let Some(own) = open.pop() {
             for k in 0..3 {
                 let other = across[own][k] as usize;
                 let [i, j] = [triangles[own][k], triangles[own][(k + 1) % 3]];
+                // Neighbours agree if they have their common edge in opposite directions.
                 let runs_same =
                     (0..3).any(|l| triangles[other][l] == i && triangles[other][(l + 1) % 3] == j);
                 let wanted = turn[own] ^ runs_same;

@@ -164,6 +164,7 @@ fn nearest_of([a, b, c]: [[f64; 3]; 3], place: [f64; 3]) -> ([f64; 3], Part) {
     let (ab, ac) = (minus(b, a), minus(c, a));
     let along =
         |way: [f64; 3], from: [f64; 3], t: f64| [0, 1, 2].map(|axis| from[axis] + t * way[axis]);
+    // Corners and edges in turn, each with its region of the plane; else the face.
     let from = minus(place, a);
     let (d1, d2) = (dot(ab, from), dot(ac, from));
     if d1 <= 0.0 && d2 <= 0.0 {

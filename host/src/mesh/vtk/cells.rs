@@ -148,6 +148,7 @@ impl Cells {
                 self.types.len()
             )));
         }
+        // Check the nodes and the type of each cell; keep the tetrahedra.
         let mut tetrahedra = Vec::new();
         for (cell, (ends, number)) in self.starts.windows(2).zip(&self.types).enumerate() {
             let nodes = self.nodes.get(ends[0]..ends[1]).unwrap_or_default();

@@ -139,6 +139,7 @@ fn sections(values: &mut Values, version: u32, unit_m: f64) -> Result<RawMesh> {
             }
         }
     }
+    // Check the content, then read the groups from the data after the mesh.
     let nodes_m = points.unwrap_or_default();
     if nodes_m.is_empty() {
         return Err(values.bytes.error_of_file("it has no POINTS; save the mesh with its nodes"));

@@ -11,6 +11,7 @@ use crate::mesh::Mesh;
 const A_LINE: usize = 16;
 
 pub(super) fn write(mesh: &Mesh) -> Result<Written, String> {
+    // Names must differ without regard to case.
     let mut known: BTreeMap<String, &str> = BTreeMap::new();
     for name in mesh.groups.keys() {
         if name.contains(['"', '\n', '\r']) {
@@ -23,6 +24,7 @@ pub(super) fn write(mesh: &Mesh) -> Result<Written, String> {
             ));
         }
     }
+    // Nodes, elements and sets.
     let mut text = String::from("*HEADING\nchaincell\n*NODE\n");
     for (number, place) in (1..).zip(&mesh.nodes_m) {
         let [x, y, z] = place.map(digits);

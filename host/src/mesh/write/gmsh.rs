@@ -24,6 +24,7 @@ pub(super) fn write(mesh: &Mesh) -> Result<Written, String> {
         Elements::Triangles(_) => 2,
         Elements::Points(_) => 0,
     };
+    // Names of the groups.
     if !groups.is_empty() {
         let _ = writeln!(text, "$PhysicalNames\n{}", groups.len());
         for (number, group) in (1..).zip(&groups) {
@@ -74,6 +75,7 @@ pub(super) fn write(mesh: &Mesh) -> Result<Written, String> {
         let before = blocks.iter().take(at.min(first)).filter(|b| b.dimension == block.dimension);
         tags.push(1 + volumes.get(&at).copied().unwrap_or_else(|| before.count()));
     }
+    // The remaining sections.
     entities(&mut text, mesh, &blocks, &tags);
     nodes(&mut text, mesh);
     let count: usize = blocks.iter().map(|block| block.nodes.len()).sum();

@@ -15,6 +15,7 @@ pub(super) fn write(mesh: &Mesh) -> Result<Written, String> {
     let mut tetrahedra = vec![0i64; mesh.tetrahedra.len()];
     let mut triangles = vec![0i64; mesh.triangles.len()];
     let mut notes = Vec::new();
+    // Each group numbers its elements, else its vertices.
     for (Carried { name, elements }, number) in groups.iter().zip(numbers(&groups)) {
         let of_points = name.strip_prefix("points:").and_then(|number| number.parse().ok());
         let number = of_points.unwrap_or(number);
@@ -34,6 +35,7 @@ pub(super) fn write(mesh: &Mesh) -> Result<Written, String> {
             ));
         }
     }
+    // Vertices, triangles with a number, tetrahedra.
     let mut text = String::from("MeshVersionFormatted 2\nDimension\n3\n");
     let _ = writeln!(text, "Vertices\n{}", mesh.nodes_m.len());
     for (place, reference) in mesh.nodes_m.iter().zip(&vertices) {
