@@ -21,10 +21,10 @@ use crate::wait::{Wait, Waiter};
 const ROUND_TRIP_GUESS_NS: u64 = 200_000;
 /// Longest watchdog and ramp \[ms\].
 pub const MS_MAX: u32 = 60_000;
-/// Longest wait that is waited \[ns\]: an hour.
+/// Upper limit of every wait \[ns\]: an hour.
 const WAIT_NS_MAX: u64 = 3600 * SECOND_NS;
 
-/// What a handle is for.
+/// Purpose of a handle.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum Role {
     /// Sends poses; a scene has one.
@@ -39,17 +39,17 @@ pub enum Role {
 pub struct Options {
     /// Name of the scene, `None` for the unnamed one.
     pub scene: Option<String>,
-    /// Where iceoryx2 keeps its files.
+    /// Place of iceoryx2's files.
     pub domain: Domain,
-    /// What the handle is for.
+    /// Purpose of the handle.
     pub role: Role,
     /// How to wait for answers.
     pub wait: Wait,
     /// Longest wait for a server \[ns\].
     pub server_wait_ns: u64,
-    /// Time without an answer after which the force falls to 0, 0 for never, at most [`MS_MAX`] \[ms\].
+    /// Time without an answer after which the force falls to 0; 0 for never; at most [`MS_MAX`] \[ms\].
     pub watchdog_ms: u32,
-    /// Time in which it falls, and rises when answers come again; 0 for at once \[ms\].
+    /// Time in which it falls, and in which it rises when answers come again; 0 for at once \[ms\].
     pub ramp_ms: u32,
 }
 
@@ -70,11 +70,11 @@ impl Default for Options {
 /// How a call that looked for an answer ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Outcome {
-    /// An answer has come: to the pose sent, where one was sent.
+    /// An answer has come; if a pose was sent, the answer to it.
     Answered,
-    /// None has come, and the watchdog has not bitten: the last force counts.
+    /// No answer has come, and the watchdog has not expired: the last force counts.
     NoAnswer,
-    /// None has come for the time of the watchdog: the force falls to 0, or is 0.
+    /// No answer has come for the time of the watchdog: the force falls to 0, or is 0.
     Silent,
 }
 
@@ -87,7 +87,7 @@ pub struct Client {
     state: Option<StateReader>,
     contacts: Option<ContactReader>,
     commands: Option<CommandClient>,
-    // Behind its ports: fields are dropped in order.
+    // After its ports: fields are dropped in order.
     scene: SceneServices,
 }
 
@@ -97,7 +97,7 @@ struct Control {
     waiter: Waiter,
     hearing: Hearing,
     tick: u64,
-    /// When the poses of the last ticks were sent, by tick modulo the length \[ns\].
+    /// Send times of the last poses, by tick modulo the length \[ns\].
     sent_ns: Box<[u64]>,
     foreign: u64,
 }
@@ -106,15 +106,16 @@ impl Client {
     /// Opens a scene, waiting for its server. Allocates, maps memory, looks at files, and sleeps.
     ///
     /// # Errors
-    /// No such scene, other messages, another controller, no place, no permission, no memory.
+    /// No such scene, messages of another version, another controller, no free place, no permission, or too
+    /// little memory.
     pub fn open(options: &Options) -> Result<Self> {
         Self::open_unless(options, || false)
     }
 
-    /// As [`Self::open`], asking every millisecond of the wait whether to stop.
+    /// As [`Self::open`], but calls `stop` every millisecond of the wait, and ends if it returns true.
     ///
     /// # Errors
-    /// As there, and the wish to stop as [`Kind::Stopped`].
+    /// As there, and [`Kind::Stopped`] if `stop` returned true.
     pub fn open_unless(options: &Options, mut stop: impl FnMut() -> bool) -> Result<Self> {
         for (name, ms) in [("watchdog_ms", options.watchdog_ms), ("ramp_ms", options.ramp_ms)] {
             if ms > MS_MAX {
@@ -133,47 +134,46 @@ impl Client {
         Ok(Self { control, state: None, contacts: None, commands: None, scene })
     }
 
-    /// Sends the poses of tools 0, 1 and so on, and waits for the answer to them, at most so long.
+    /// Sends the poses of tools 0, 1 and so on, and waits at most `wait_ns` for the answer to them.
     /// Allocates 104 bytes; waits as [`Options::wait`] says.
     ///
     /// # Errors
-    /// What is no pose, and nothing was sent; a viewer.
+    /// A value that is no pose (nothing was sent then), or a viewer's handle.
     pub fn step(&mut self, poses: &[ToolPose], wait_ns: u64) -> Result<(Outcome, Answer)> {
         let control = self.control()?;
         let tick = control.send(poses)?;
         Ok(control.receive(Some(tick), wait_ns))
     }
 
-    /// Sends the poses of tools 0, 1 and so on, and waits for nothing. Gives the number of the tick.
+    /// Sends the poses of tools 0, 1 and so on, and returns the number of the tick without waiting.
     /// Allocates 104 bytes.
     ///
     /// # Errors
-    /// What is no pose, and nothing was sent; a viewer.
+    /// A value that is no pose (nothing was sent then), or a viewer's handle.
     pub fn send(&mut self, poses: &[ToolPose]) -> Result<u64> {
         self.control()?.send(poses)
     }
 
-    /// Waits for the answer to a tick that was sent, at most so long; as the second half of
-    /// [`Self::step`].
+    /// Waits at most `wait_ns` for the answer to a tick that was sent; the second half of [`Self::step`].
     ///
     /// # Errors
-    /// A viewer.
+    /// A viewer's handle.
     pub fn receive(&mut self, tick: u64, wait_ns: u64) -> Result<(Outcome, Answer)> {
         Ok(self.control()?.receive(Some(tick), wait_ns))
     }
 
-    /// Takes all answers that have come, and gives the newest. Waits for nothing and allocates nothing.
+    /// Takes all answers that have come, and returns the newest. Does not wait and does not allocate.
     ///
     /// # Errors
-    /// A viewer.
+    /// A viewer's handle.
     pub fn try_receive(&mut self) -> Result<(Outcome, Answer)> {
         Ok(self.control()?.receive(None, 0))
     }
 
-    /// What to show now, from the answers taken so far.
+    /// Returns the answer to show now, from the answers taken so far.
     ///
     /// # Errors
-    /// A viewer.
+    /// A viewer's handle.
     pub fn shown(&mut self) -> Result<Answer> {
         let control = self.control()?;
         let now_ns = now_ns();
@@ -181,54 +181,53 @@ impl Client {
         Ok(control.hearing.answer(now_ns))
     }
 
-    /// Whether a server is registered on the scene. One that was killed may be until another program
-    /// starts.
+    /// Returns true if a server is registered on the scene. A killed one may stay registered until another
+    /// program starts.
     #[must_use]
     pub fn is_served(&self) -> bool {
         self.scene.is_served()
     }
 
-    /// Times without an answer for the time of the watchdog, answers to somebody else, and the largest
-    /// change of a tool's force from one moment to the next \[N\].
+    /// Returns the number of silences of the watchdog's length, the number of answers to other programs, and
+    /// the largest change of a tool's force between two updates \[N\].
     ///
     /// # Errors
-    /// A viewer.
+    /// A viewer's handle.
     pub fn counts(&mut self) -> Result<(u64, u64, f32)> {
         let Control { hearing, foreign, .. } = self.control()?;
         Ok((hearing.silences(), *foreign, hearing.largest_step_n()))
     }
 
-    /// The newest state that was not taken yet, where it lies. The first call joins the readers and
+    /// Returns the newest state that was not taken yet, without a copy. The first call joins the readers and
     /// allocates; a state comes with the next tick.
     ///
     /// # Errors
-    /// No place for a further reader; two are held already.
+    /// No place for a further reader, or two states are held already.
     pub fn state(&mut self) -> Result<Option<View<NodePosition>>> {
         joined(&mut self.state, || StateReader::open(&self.scene))?.borrow()
     }
 
-    /// The newest contacts that were not taken yet, where they lie; as [`Self::state`].
+    /// Returns the newest contacts that were not taken yet, without a copy; as [`Self::state`].
     ///
     /// # Errors
-    /// No place for a further reader; two are held already.
+    /// No place for a further reader, or two messages are held already.
     pub fn contacts(&mut self) -> Result<Option<View<Contact>>> {
         joined(&mut self.contacts, || ContactReader::open(&self.scene))?.borrow()
     }
 
-    /// Sends a command and waits for its reply, at most so long: not for the loop of a device.
+    /// Sends a command and waits at most `wait_ns` for its reply: not for the loop of a device.
     ///
     /// # Errors
-    /// No reply in time: whether the command was carried out is not known. A refusal, as
+    /// No reply in time: then it is unknown if the command was carried out. A refusal, as
     /// [`Kind::Refused`] with the reason.
     pub fn command(&mut self, command: &Command, wait_ns: u64) -> Result<ReplyMessage> {
         self.command_unless(command, wait_ns, || false)
     }
 
-    /// As [`Self::command`], asking every millisecond of the wait whether to stop.
+    /// As [`Self::command`], but calls `stop` every millisecond of the wait, and ends if it returns true.
     ///
     /// # Errors
-    /// As there, and the wish to stop as [`Kind::Stopped`]: the command may be carried out all the
-    /// same.
+    /// As there, and [`Kind::Stopped`] if `stop` returned true: the command may still be carried out.
     pub fn command_unless(
         &mut self,
         command: &Command,
@@ -249,7 +248,7 @@ impl Client {
         }
     }
 
-    /// Sends a message that may be no command, and gives the reply whatever it says.
+    /// Sends a message that may be no command, and returns the reply, also a refusal.
     ///
     /// # Errors
     /// No reply in time.
@@ -307,8 +306,8 @@ impl Control {
         Ok(tick)
     }
 
-    /// Takes answers until that to a tick is among them, or the time is up; without a tick, those that
-    /// are there.
+    /// Takes answers until that to `tick` is among them or the time is up; without a tick, any answer will
+    /// do.
     fn receive(&mut self, tick: Option<u64>, wait_ns: u64) -> (Outcome, Answer) {
         let end_ns = now_ns().saturating_add(wait_ns.min(WAIT_NS_MAX));
         let mut is_answered = false;
@@ -321,7 +320,7 @@ impl Control {
             if is_answered || now_ns >= end_ns {
                 break now_ns;
             }
-            // The force has its turn every millisecond, also in a long wait.
+            // The force is updated every millisecond, also in a long wait.
             self.waiter.pause(end_ns.min(now_ns + Hearing::LOOK_NS), &self.ports.wake);
         };
         let outcome = match (is_answered, self.hearing.is_silent()) {
@@ -332,8 +331,8 @@ impl Control {
         (outcome, self.hearing.answer(now_ns))
     }
 
-    /// The tick of the next message, 0 where it is no answer of ours. A connection that fails shows as
-    /// a missing answer.
+    /// Returns the tick of the next message, 0 if it is no answer to this client, none if there is none. A
+    /// failed connection shows as a missing answer.
     fn take(&mut self) -> Option<u64> {
         let forces = *self.ports.subscriber.receive().ok()??;
         if forces.tick == 0 || *self.sent_ns_mut(forces.tick) != forces.send_ns {
@@ -353,7 +352,7 @@ impl Control {
     }
 }
 
-/// What is open, or what is opened now.
+/// Returns the opened value, and opens it if it is not open yet.
 fn joined<T>(place: &mut Option<T>, open: impl FnOnce() -> Result<T>) -> Result<&mut T> {
     let opened = match place.take() {
         Some(opened) => opened,

@@ -1,4 +1,4 @@
-//! Monotonic time as one number, and sleeping until a moment of it.
+//! Monotonic time as one number, and a sleep until a given time.
 
 use std::time::Duration;
 
@@ -34,20 +34,20 @@ pub fn now_ns() -> u64 {
     seconds * SECOND_NS + nanoseconds
 }
 
-/// Sleeps until a moment of [`now_ns`]; a signal ends the sleep early.
+/// Sleeps until [`now_ns`] is `moment_ns`; a signal ends the sleep early.
 pub fn sleep_until_ns(moment_ns: u64) {
     let request = Timespec {
         tv_sec: i64::try_from(moment_ns / SECOND_NS).unwrap_or(i64::MAX),
         tv_nsec: i64::try_from(moment_ns % SECOND_NS).unwrap_or(0),
     };
-    // An early end only makes the caller look again.
+    // After an early end the caller checks the time again.
     let _ = clock_nanosleep_absolute(SleepClock::Monotonic, &request);
 }
 
-/// Longest span that an option may name \[s\].
+/// Longest time span of an option \[s\].
 const SPAN_S_MAX: f64 = 1e9;
 
-/// The span of an option in seconds as nanoseconds.
+/// Converts the time span of an option from seconds to nanoseconds.
 ///
 /// ```
 /// use chaincell_client::clock::span_ns;

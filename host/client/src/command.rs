@@ -1,9 +1,9 @@
-//! Commands: what another program may tell the server, carried out between ticks.
+//! Commands of another program to the server, carried out between ticks.
 //!
-//! Request and response of iceoryx2: a command and its reply belong together, a reply never waits
-//! for a reader, and a request whose sender has gone is dropped. At most one command is carried
-//! out every 10 ms; those of a flood overflow and stay without a reply. A command is three numbers
-//! and names no file.
+//! The service is iceoryx2's request and response: a reply belongs to its command and never waits for
+//! a reader, and a request whose sender has ended is dropped. At most one command is carried out
+//! every 10 ms; commands that overflow the queue get no reply. A command is three numbers and names
+//! no file.
 
 use iceoryx2::port::client::Client;
 use iceoryx2::prelude::*;
@@ -16,15 +16,15 @@ use crate::error::{Error, Kind, Result};
 use crate::payload::{CommandMessage, ReplyMessage};
 use crate::services::{Ipc, NODES_MAX, SceneServices, port_error, service_error};
 
-/// Span between looks for a reply \[ns\].
+/// Polling period for a reply \[ns\].
 const LOOK_NS: u64 = MILLISECOND_NS;
-/// Most sweeps that a command may ask for: a tick must stay short.
+/// Most sweeps that a command may set: a tick must stay short.
 pub const SWEEPS_MAX: u16 = 1000;
-/// Ours, and one that was killed and not yet cleared up.
+/// The running server, and a killed one that is not yet cleared up.
 const SERVERS_MAX: usize = 2;
 /// Programs that may send commands at a time.
 const CLIENTS_MAX: usize = 8;
-/// Commands of one program under way.
+/// Pending commands of one program.
 const ACTIVE_MAX: usize = 4;
 
 /// The reason for which a command was refused, by the number in its reply.
@@ -39,19 +39,19 @@ pub enum Refusal {
     Value = 3,
     /// The parameter is fixed for a run, or under this scheme.
     Fixed = 4,
-    /// The recording has no room for a further command.
+    /// The recording has no capacity for a further command.
     Recording = 5,
     /// The body could not be reset.
     Reset = 6,
     /// This server takes no commands.
     Unsupported = 7,
-    /// The contact is not one of tools on a surface: nothing is gripped.
+    /// The contact is not one of tools on a surface: nothing can be gripped.
     NoSurface = 8,
     /// There is no tool of this number.
     NoTool = 9,
     /// The tool is in contact with nothing, or grips nothing.
     NothingHeld = 10,
-    /// The session is not recorded: a snapshot stands beside its trace.
+    /// The session is not recorded: a snapshot is stored next to its trace.
     NoTrace = 11,
     /// The last snapshot is still being written.
     Busy = 12,
@@ -136,7 +136,7 @@ impl CommandMessage {
     /// Returns the command of the message.
     ///
     /// # Errors
-    /// The refusal of the first word that means nothing here.
+    /// The refusal of the first word that is not valid.
     pub fn command(&self) -> std::result::Result<Command, Refusal> {
         if self.reserved != 0 {
             return Err(Refusal::Unknown);
@@ -155,7 +155,7 @@ pub type Service = request_response::PortFactory<Ipc, CommandMessage, (), ReplyM
 /// Opens or creates the service.
 ///
 /// # Errors
-/// One with other types or limits.
+/// The service exists with other types or limits.
 pub fn service(scene: &SceneServices) -> Result<Service> {
     let name = scene.command_name;
     scene.further(move |node| opened(node, &name))
@@ -203,7 +203,7 @@ impl CommandClient {
     /// Joins the scene.
     ///
     /// # Errors
-    /// A service with other types or limits; too many clients.
+    /// The service exists with other types or limits, or it has too many clients.
     pub fn open(scene: &SceneServices) -> Result<Self> {
         let service = service(scene)?;
         let client = service
@@ -220,10 +220,10 @@ impl CommandClient {
         self.service.dynamic_config().number_of_servers() > 0
     }
 
-    /// Sends a command and waits for the reply, looking for a wish to stop every millisecond.
+    /// Sends a command and waits for the reply; calls `stop` every millisecond, and ends if it returns true.
     ///
     /// # Errors
-    /// No reply within the time; the wish to stop.
+    /// No reply within the time; [`Kind::Stopped`] if `stop` returned true.
     pub fn send(
         &self,
         message: CommandMessage,

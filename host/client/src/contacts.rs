@@ -1,8 +1,8 @@
-//! Contacts for viewers: what each tool touches and how hard, at the pace of states.
+//! Contacts for viewers: positions and forces on each tool, at the rate of states.
 //!
 //! A message is a slice of [`Contact`], one for each triangle in contact with a part of a tool, as the
-//! rows of contacts.csv; it is empty where nothing is in contact. Readers keep the newest alone. It
-//! is sent by servers that have tools on a contact surface.
+//! rows of contacts.csv; it is empty if nothing is in contact. Readers keep only the newest. Servers
+//! that have tools on a contact surface send it.
 
 use std::mem::{offset_of, size_of};
 
@@ -29,11 +29,11 @@ pub struct Contact {
     pub tool: u32,
     /// The part of the tool, from 0.
     pub part: u32,
-    /// Input id of the triangle's corner that takes the largest share.
+    /// Input id of the triangle's corner that takes the largest share of the force.
     pub node: u32,
-    /// The point at which it acts, in the frame of the input mesh \[m\].
+    /// The point at which the force acts, in the frame of the input mesh \[m\].
     pub position_m: [f32; 3],
-    /// Pressure on the tool \[N\].
+    /// Normal force on the tool \[N\].
     pub normal_n: [f32; 3],
     /// Friction, or the pull of a grip, on the tool \[N\].
     pub tangential_n: [f32; 3],

@@ -1,4 +1,4 @@
-//! Where iceoryx2 keeps its files.
+//! The place of iceoryx2's files.
 
 use std::path::PathBuf;
 
@@ -24,7 +24,7 @@ pub struct Domain {
 }
 
 impl Domain {
-    /// iceoryx2's built-in configuration: no file is read, wherever the program is started.
+    /// Returns iceoryx2's built-in configuration with this prefix and folder: no configuration file is read.
     pub(crate) fn config(&self) -> Result<Config> {
         let mut config = Config::default();
         if let Some(prefix) = &self.prefix {

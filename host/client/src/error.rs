@@ -1,4 +1,4 @@
-//! Why something was refused: a kind for programs, a sentence with the place and the remedy for people.
+//! Errors: a kind for programs, a sentence with the place and the remedy for people.
 
 use std::fmt;
 use std::path::Path;
@@ -6,33 +6,33 @@ use std::path::Path;
 /// The kind of a refusal, for programs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
-    /// A scene name, or an option, that cannot be.
+    /// A scene name or an option is invalid.
     Argument,
     /// No server on the scene.
     NoServer,
-    /// The scene speaks messages of another version or make.
+    /// The scene's messages are of another version or program.
     Version,
-    /// Another program has the only place there is.
+    /// Another program has the only place.
     Taken,
-    /// As many programs as can be have joined already.
+    /// The largest number of programs has joined already.
     Full,
-    /// The files of shared memory are somebody else's, or may be written by others.
+    /// The files of shared memory belong to another user, or others may write them.
     Permission,
     /// Shared memory is full.
     Memory,
-    /// A service is there with other limits, or cannot be used.
+    /// A service exists with other limits, or cannot be used.
     Service,
-    /// Shared memory failed under way.
+    /// Shared memory failed during the session.
     Connection,
-    /// A pose that is no pose.
+    /// A pose is invalid.
     Pose,
-    /// No reply to a command in its time.
+    /// No reply to a command came in time.
     NoReply,
     /// The server refused a command.
     Refused,
-    /// Somebody asked to stop.
+    /// The caller asked to stop.
     Stopped,
-    /// The handle is that of a viewer, which sends no poses.
+    /// The handle belongs to a viewer, which sends no poses.
     Viewer,
 }
 
@@ -56,12 +56,12 @@ pub struct Error {
 pub type Result<T> = std::result::Result<T, Error>;
 
 impl Error {
-    /// A refusal of this kind; the text names the place and the remedy.
+    /// Creates an error of this kind; the text names the place and the remedy.
     pub fn new(kind: Kind, text: impl fmt::Display) -> Self {
         Self { kind, text: text.to_string() }
     }
 
-    /// A file operation that failed: what was tried, on which path, and why it failed.
+    /// Creates the error of a failed file operation, with the operation, the path and the cause.
     pub(crate) fn file(doing: &str, path: &Path, why: impl fmt::Display) -> Self {
         Self::new(Kind::Permission, format!("cannot {doing} {}: {why}", path.display()))
     }

@@ -1,4 +1,4 @@
-//! Services that are there with messages of another type: told apart by name and size.
+//! Finds services that exist with messages of another type, by the type's name and size.
 
 use std::mem::size_of;
 
@@ -10,8 +10,8 @@ use iceoryx2::service::static_config::messaging_pattern::MessagingPattern as Fou
 use crate::error::{Error, Kind};
 use crate::names::Ipc;
 
-/// Why a publish-subscribe service cannot be shared: its messages are of another type than
-/// `Payload`, whose name is `type_name`. `None` where they are of that type, or is not there.
+/// Returns the refusal of a publish-subscribe service whose messages are of another type than
+/// `Payload`, whose name is `type_name`. `None` if they are of that type, or if there is no service.
 pub(crate) fn refusal<Payload>(
     config: &Config,
     name: &ServiceName,

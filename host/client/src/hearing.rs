@@ -1,7 +1,7 @@
-//! What a caller is shown of the answers: a function of them and of the time alone.
+//! The answer that a caller is shown: a function of the answers received and of the time alone.
 //!
 //! The force of an answer counts until the next one, at most for the time of the watchdog. Then it falls
-//! to 0 along a ramp, and rises again along one. It is finite, whatever arrives.
+//! to 0 along a ramp; with the next answer it rises along one. It is always finite.
 
 use chaincell_kernel::Flags;
 
@@ -27,10 +27,10 @@ impl Notes {
     pub const NOTHING_YET: Self = Self(1);
     /// No answer for the time of the watchdog: the force falls, or is 0.
     pub const SILENT: Self = Self(2);
-    /// The force is on a ramp, and not yet that of the tissue.
+    /// The force is on a ramp, and not yet the force of the tissue.
     pub const RAMP: Self = Self(4);
-    /// The server is another one than before: its tissue is at rest, and its tools count as not engaged
-    /// until they were released. It stays until the first answer of a tool that was.
+    /// A new session has answered: its tissue is at rest, and its tools count as not engaged until they were
+    /// released. The note stays until the first answer in which no tool must be released.
     pub const NEW_SESSION: Self = Self(8);
 
     /// Returns true if all of these are set.
@@ -80,15 +80,15 @@ pub struct Answer {
     pub tick: u64,
     /// Session of the server that answered, 0 before the first.
     pub session_id: u64,
-    /// Number of the tick whose pose the force is of.
+    /// Number of the tick whose pose the force belongs to.
     pub force_tick: u64,
-    /// Hash of the state after the tick, 0 where none was taken.
+    /// Hash of the state after the tick, 0 if none was computed.
     pub state_hash: u64,
-    /// From sending the pose to its answer \[ns\].
+    /// Time from sending the pose to its answer \[ns\].
     pub round_trip_ns: u64,
     /// Age of the answer \[ns\].
     pub age_ns: u64,
-    /// Answers that have come.
+    /// Number of answers received.
     pub answers: u64,
     /// Certified upper bound of the elastic energy of the published state \[J\].
     pub energy_j: f32,
@@ -96,7 +96,7 @@ pub struct Answer {
     pub flags: u32,
     /// Notes of the client itself.
     pub notes: Notes,
-    /// Time the tick took the server \[ns\].
+    /// Duration of the tick in the server \[ns\].
     pub step_ns: u32,
     /// Sweeps made in the tick, 0 in a late one.
     pub sweeps: u32,
@@ -104,7 +104,7 @@ pub struct Answer {
     pub tools: [Felt; TOOLS_MAX],
 }
 
-/// What was heard, and what is shown of it.
+/// The last answer received, and the forces shown.
 #[derive(Debug)]
 pub(crate) struct Hearing {
     shaper: ForceShaper,
@@ -116,7 +116,7 @@ pub(crate) struct Hearing {
 }
 
 impl Hearing {
-    /// Nothing was heard yet, and nothing is shown.
+    /// Starts without an answer and with no force shown.
     pub(crate) fn new(watchdog_ms: u32, ramp_ms: u32, now_ns: u64) -> Self {
         let mut shaper = ForceShaper::new(watchdog_ms, ramp_ms, f32::INFINITY, now_ns);
         shaper.begin_at_zero();
@@ -130,8 +130,10 @@ impl Hearing {
         }
     }
 
-    /// A message has come. Whether it is an answer, and none of a falling force.
+    /// Takes a message. Returns true if it is an answer, false if it is the server's falling force in a
+    /// silence.
     pub(crate) fn hear(&mut self, forces: &ToolForces, now_ns: u64) -> bool {
+        // Another session: ramp from the force shown to its force.
         if self.last.session_id != 0 && forces.session_id != self.last.session_id {
             self.is_new_session = true;
             self.shaper.begin_ramp();
@@ -139,6 +141,7 @@ impl Hearing {
         self.shaper.hear(now_ns);
         self.is_silent = false;
         self.heard_ns = now_ns;
+        // The force and torque of each tool, by its number.
         let mut told = Shown::ZERO;
         let mut tools = [Felt::default(); TOOLS_MAX];
         for of in forces.each.iter().take(forces.tools as usize) {
@@ -150,6 +153,7 @@ impl Hearing {
                 (felt.contacts, felt.flags) = (of.contacts, of.flags);
             }
         }
+        // Shape them, and keep the rest of the message.
         self.shown = self.shaper.shape(&told, now_ns);
         let is_stale = Flags(forces.flags).contains(Flags::STALE);
         self.last = Answer {
@@ -173,19 +177,19 @@ impl Hearing {
         !is_stale
     }
 
-    /// Nothing has come up to now.
+    /// Notes that no message has come up to `now_ns`.
     pub(crate) fn wait(&mut self, now_ns: u64) {
         if let Some(fall) = self.shaper.wait(now_ns) {
             (self.shown, self.is_silent) = (fall.shown, true);
         }
     }
 
-    /// Whether the watchdog has bitten.
+    /// Returns true if the watchdog has expired.
     pub(crate) fn is_silent(&self) -> bool {
         self.is_silent
     }
 
-    /// What to show now. A new session was told with it.
+    /// Returns the answer to show now. It reports a new session once, or until its tools were released.
     pub(crate) fn answer(&mut self, now_ns: u64) -> Answer {
         let mut answer = self.last;
         answer.age_ns = now_ns.saturating_sub(self.heard_ns);
@@ -205,17 +209,17 @@ impl Hearing {
         answer
     }
 
-    /// Largest change of a tool's force from one moment shown to the next \[N\].
+    /// Returns the largest change between two forces of a tool shown one after the other \[N\].
     pub(crate) fn largest_step_n(&self) -> f32 {
         self.shaper.largest_step_n()
     }
 
-    /// Times that nothing was heard for the watchdog's time.
+    /// Returns the number of silences longer than the watchdog's time.
     pub(crate) fn silences(&self) -> u64 {
         self.shaper.silences()
     }
 
-    /// The span in which nothing may come before something is to be shown again \[ns\].
+    /// Period at which the shown force is updated while no message comes \[ns\].
     pub(crate) const LOOK_NS: u64 = MILLISECOND_NS;
 }
 
@@ -239,7 +243,7 @@ mod tests {
         answer.tools[0].force_n[0]
     }
 
-    /// Answers each millisecond up to one; the last is shown.
+    /// Takes an answer each millisecond up to `up_to_ms`, and returns the answer shown then.
     fn heard(hearing: &mut Hearing, up_to_ms: u64) -> Answer {
         for ms in 1..=up_to_ms {
             assert!(hearing.hear(&forces(ms, 1, 4.0), ms * MS));

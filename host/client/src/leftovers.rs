@@ -1,17 +1,17 @@
-//! What a program leaves in shared memory that was killed while it made it: half a file, or a file that
-//! belongs to nothing. iceoryx2 waits for its maker, for a second or for ever, and clears up only what is
-//! whole. So it is cleared up before iceoryx2 looks, and again while a program waits for it.
+//! Leftovers in shared memory of programs that were killed while they made a file: half a file, or a file
+//! that belongs to nothing. iceoryx2 waits for the maker, for a second or for ever, and clears up only
+//! complete files. So leftovers are removed before iceoryx2 looks, and again while a program waits for it.
 //!
-//! | file | is half made while | its maker |
+//! | file | is a leftover if | its maker |
 //! |---|---|---|
 //! | shared memory | it has no length, or its owner may not read it | in its name |
-//! | count of nodes, in shared memory | the same | unknown: told by its age |
-//! | a service's description | its owner may write it, or its shared memory is not there | a node that lists it |
-//! | the same, whole | no node lists it any more | none: told by its age |
-//! | shared memory, whole | its processes are dead and have no nodes, and no description has it | in its name |
+//! | count of nodes, in shared memory | the same | unknown: judged by its age |
+//! | a service's description | its owner may write it, or its memory is missing | a node that lists it |
+//! | the same, complete | no node lists it any more | none: judged by its age |
+//! | shared memory, complete | its processes are dead, it has no node or description | in its name |
 //! | a node's files | one of three is missing, or its owner may not read it | in its name |
 //!
-//! An id is a time, a process and a count. What a living process is making is left to it.
+//! An id is a time, a process and a count. Files that a living process is making are left alone.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::{self, Metadata};
@@ -26,24 +26,24 @@ use rustix::time::{ClockId, clock_gettime};
 
 use crate::memory;
 
-/// From this age on nobody is making a file any more whose maker is unknown: it takes microseconds.
+/// A file of this age whose maker is unknown is abandoned: to make one takes microseconds.
 const OLD: Duration = Duration::from_millis(300);
-/// A process that has begun later than this after a file is not its maker, but has got its number.
+/// A process that began this long after a file is not its maker, but reuses its process id.
 const LATER: Duration = Duration::from_secs(2);
 /// Clock ticks of `/proc` a second, on every Linux.
 const PROC_HZ: u64 = 100;
-/// What the owner of a file may do.
+/// Permissions of a file's owner.
 const OWNER_READS: u32 = 0o400;
 const OWNER_WRITES: u32 = 0o200;
 
-/// Why the next program cannot go on: a file that a living process is still making, or whose memory is gone.
+/// Cause that blocks the next program: a file that is still being made, or one whose memory is gone.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum Cause {
-    /// A living process has begun to make it.
+    /// A process has begun to make a file.
     Unfinished {
         /// The file.
         path: PathBuf,
-        /// The process, where the file tells it.
+        /// The living process, if the file names it.
         process: Option<u32>,
     },
     /// Its shared memory is gone, although a living process has it open.
@@ -53,7 +53,7 @@ pub(crate) enum Cause {
     },
 }
 
-/// Where iceoryx2 keeps its files.
+/// Folders and prefix of iceoryx2's files.
 #[derive(Debug, Clone)]
 pub struct Leftovers {
     memory: PathBuf,
@@ -62,15 +62,15 @@ pub struct Leftovers {
     prefix: String,
 }
 
-/// A file that stands in the way.
+/// A file that blocks a service.
 struct Fault {
     path: PathBuf,
     details: Metadata,
     /// Living processes that may be its makers.
     makers: Vec<u32>,
-    /// Whether a file without a living maker may have one nevertheless.
+    /// True if the maker is unknown: without a known living one, the file may still have one.
     is_anonymous: bool,
-    /// The service, where the file is the description of one that is whole.
+    /// The service, if the file is a complete description of one.
     whole: Option<String>,
 }
 
@@ -85,8 +85,8 @@ impl Leftovers {
         }
     }
 
-    /// Removes what no living process is making. Whether something stays that may be one in the making,
-    /// until it is old.
+    /// Removes files that no living process is making. Returns true if files of unknown makers stay until
+    /// they are old enough.
     pub fn clear(&self) -> bool {
         let mut is_young_left = false;
         for fault in self.faults().into_iter().filter(|fault| fault.makers.is_empty()) {
@@ -100,7 +100,7 @@ impl Leftovers {
         is_young_left
     }
 
-    /// What a program waits for that cannot open the services of these names.
+    /// Returns the cause for which the services of these names cannot be opened.
     pub(crate) fn cause(&self, services: &[&str]) -> Option<Cause> {
         let mut unfinished = None;
         for Fault { path, makers, whole, .. } in self.faults() {
@@ -118,15 +118,16 @@ impl Leftovers {
     }
 
     fn faults(&self) -> Vec<Fault> {
-        // A maker lists a service first, then makes its description, then its memory.
+        // List the files. A maker lists a service first, then makes its description, then its memory.
         let services = self.files(&self.services, ".service");
         let memory = self.files(&self.memory, "");
         let (listed, nodes) = (self.listed(), self.node_ids());
         let described: Vec<Option<(String, String)>> =
             services.iter().map(|(path, _, details)| described(path, details)).collect();
-        // Those of another release of iceoryx2 are left alone.
+        // With a description of another release of iceoryx2, which cannot be read, memory is left alone.
         let are_known =
             services.iter().zip(&described).all(|(of, id)| id.is_some() || is_begun(&of.2));
+        // Shared memory: half made, or without processes and description.
         let mut faults = Vec::new();
         for (path, name, details) in &memory {
             let is_half = details.len() == 0 || details.mode() & OWNER_READS == 0;
@@ -144,6 +145,7 @@ impl Leftovers {
                 faults.push(fault);
             }
         }
+        // Descriptions: half made, without their memory, or listed by no node.
         let is_there = |id: &str| {
             memory.iter().any(|(_, name, _)| {
                 name.strip_suffix(".dynamic").is_some_and(|of| last_id(of) == id)
@@ -159,14 +161,14 @@ impl Leftovers {
                 continue;
             }
             let makers: Vec<u32> = holders.into_iter().flatten().copied().collect();
-            // One that is whole and listed by nobody was about to be removed.
+            // A complete one that no node lists was about to be removed.
             let (is_anonymous, whole) = (described.is_some(), described.map(|(name, _)| name));
             faults.push(Fault { path, details, makers, is_anonymous, whole });
         }
         faults
     }
 
-    /// The services that nodes have listed, by their hashes, with the living processes among them.
+    /// Returns the services that nodes list, by their hashes, with those nodes' living processes.
     fn listed(&self) -> BTreeMap<String, Vec<u32>> {
         let mut listed: BTreeMap<String, Vec<u32>> = BTreeMap::new();
         for (path, id) in self.node_folders() {
@@ -181,13 +183,14 @@ impl Leftovers {
         listed
     }
 
-    /// Processes that have nodes here, or had and were not cleared up yet.
+    /// Returns the processes that have nodes here, including dead ones not cleared up yet.
     fn node_ids(&self) -> BTreeSet<u32> {
         self.node_folders().into_iter().map(|(_, id)| process_of(id)).collect()
     }
 
-    /// Removes nodes of dead processes that are not whole: iceoryx2 takes them for ones that begin.
+    /// Removes incomplete nodes of dead processes: iceoryx2 takes them for nodes that are being made.
     fn clear_nodes(&self) {
+        // Collect the files of each node.
         let mut nodes: BTreeMap<u128, Vec<(PathBuf, String, Metadata)>> = BTreeMap::new();
         for (_, id) in self.node_folders() {
             nodes.entry(id).or_default();
@@ -197,6 +200,7 @@ impl Leftovers {
                 nodes.entry(id).or_default().push(file);
             }
         }
+        // Remove the nodes whose process is dead.
         for (id, files) in nodes {
             let folder = self.nodes.join(id.to_string());
             let newest = files.iter().map(|(_, _, details)| details.clone()).max_by_key(made);
@@ -207,7 +211,7 @@ impl Leftovers {
             let is_whole = files.len() == 3
                 && files.iter().all(|(_, _, details)| details.mode() & OWNER_READS != 0);
             if is_whole {
-                // iceoryx2 removes a node only with a folder that it finds empty.
+                // iceoryx2 removes a complete node itself, but not one with half-made tags in its folder.
                 let tags = self.files(&folder, "").into_iter();
                 tags.filter(|(_, _, details)| details.mode() & OWNER_WRITES != 0)
                     .for_each(|(path, _, details)| remove_same(&path, &details));
@@ -218,7 +222,7 @@ impl Leftovers {
         }
     }
 
-    /// Folders of nodes, with their ids.
+    /// Returns the folders of nodes, with their ids.
     fn node_folders(&self) -> Vec<(PathBuf, u128)> {
         let Ok(folder) = fs::read_dir(&self.nodes) else { return Vec::new() };
         let ids = folder.flatten().filter_map(|entry| {
@@ -228,8 +232,8 @@ impl Leftovers {
         ids.collect()
     }
 
-    /// This user's files in a folder whose names begin with the prefix and end so; with the rest of their
-    /// names.
+    /// Returns this user's files in a folder whose names begin with the prefix and end with `ending`; each
+    /// with its name after the prefix.
     fn files(&self, folder: &Path, ending: &str) -> Vec<(PathBuf, String, Metadata)> {
         let Ok(folder) = fs::read_dir(folder) else { return Vec::new() };
         let files = folder.flatten().filter_map(|entry| {
@@ -243,7 +247,7 @@ impl Leftovers {
     }
 }
 
-/// A file of shared memory: HASH_ID.KIND, or HASH_ID_ID.KIND with the ids of both its users.
+/// Judges a file of shared memory: HASH_ID.KIND, or HASH_ID_ID.KIND with the ids of both its users.
 fn of_memory(path: &Path, name: &str, details: &Metadata) -> Fault {
     let processes: Vec<u32> = processes_of(name).collect();
     let is_anonymous = processes.is_empty();
@@ -252,23 +256,23 @@ fn of_memory(path: &Path, name: &str, details: &Metadata) -> Fault {
     Fault { path: path.to_owned(), details: details.clone(), makers, is_anonymous, whole: None }
 }
 
-/// The processes of the ids in a name.
+/// Returns the processes of the ids in a name.
 fn processes_of(name: &str) -> impl Iterator<Item = u32> {
     let ids = name.split('.').next().unwrap_or(name).split('_');
     ids.filter_map(|id| id.parse().ok()).map(process_of)
 }
 
-/// The last id in a name.
+/// Returns the last id in a name.
 fn last_id(name: &str) -> &str {
     name.rsplit('_').next().unwrap_or(name)
 }
 
-/// The process of an id: seconds, nanoseconds, process and count of 32 bits each.
+/// Returns the process of an id, which is seconds, nanoseconds, process and count of 32 bits each.
 fn process_of(id: u128) -> u32 {
     (id >> 64) as u32
 }
 
-/// Name and id of the service in a description that is whole.
+/// Returns name and id of the service in a complete description.
 fn described(path: &Path, details: &Metadata) -> Option<(String, String)> {
     if is_begun(details) {
         return None;
@@ -286,22 +290,22 @@ fn described(path: &Path, details: &Metadata) -> Option<(String, String)> {
     Some((name, (u128::from(high) << 64 | u128::from(low)).to_string()))
 }
 
-/// Whether a description is half made.
+/// Returns true if a description is half made.
 fn is_begun(details: &Metadata) -> bool {
     details.mode() & OWNER_WRITES != 0 || details.len() == 0
 }
 
-/// When a file was last written.
+/// Returns the time of the last write to a file.
 fn made(details: &Metadata) -> SystemTime {
     details.modified().unwrap_or(SystemTime::UNIX_EPOCH)
 }
 
-/// Whether a file may still be in the making. One from the future is not: the clock was set back.
+/// Returns true if a file may still be in the making; not one from the future: the clock was set back.
 fn is_young(details: &Metadata) -> bool {
     made(details).elapsed().is_ok_and(|age| age < OLD)
 }
 
-/// Whether the process that made a file is alive, and no other one that has got its number.
+/// Returns true if the process that made a file is alive, and not another one that reuses its id.
 fn lives(process: u32, details: &Metadata) -> bool {
     let Some(pid) = i32::try_from(process).ok().and_then(Pid::from_raw) else { return false };
     let is_there = test_kill_process(pid) != Err(rustix::io::Errno::SRCH);
@@ -312,7 +316,7 @@ fn lives(process: u32, details: &Metadata) -> bool {
     is_there && !has_ended && begun.is_none_or(|ticks| since_boot(ticks) <= made(details) + LATER)
 }
 
-/// The moment so many ticks after the start of the system.
+/// Returns the time `ticks` clock ticks after the start of the system.
 fn since_boot(ticks: u64) -> SystemTime {
     let up = clock_gettime(ClockId::Boottime);
     let up = Duration::new(up.tv_sec.unsigned_abs(), up.tv_nsec.unsigned_abs() as u32);
@@ -320,7 +324,7 @@ fn since_boot(ticks: u64) -> SystemTime {
     SystemTime::now() - up.saturating_sub(then)
 }
 
-/// Removes a file, unless another one has its name by now.
+/// Removes a file, unless another one has its name now.
 fn remove_same(path: &Path, details: &Metadata) {
     let is_same = |now: Metadata| (now.dev(), now.ino()) == (details.dev(), details.ino());
     if fs::symlink_metadata(path).is_ok_and(is_same) {

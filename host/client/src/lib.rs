@@ -5,10 +5,10 @@
 //!
 //! - [`error`], [`clock`]: refusals with their kinds; monotonic time.
 //! - [`payload`], [`tools`]: the messages, byte for byte.
-//! - [`names`], [`services`]: scenes and the services of one, who may connect.
-//! - [`viewed`], [`state`], [`contacts`], [`command`]: what is beside the loop.
-//! - [`ramp`], [`shaper`], [`wait`]: what is shown of a force, and how to wait for it.
-//! - [`ToolPose`], [`Answer`], [`Client`]: what most programs need.
+//! - [`names`], [`services`]: scenes and the services of one, access rights.
+//! - [`viewed`], [`state`], [`contacts`], [`command`]: services besides the control loop.
+//! - [`ramp`], [`shaper`], [`wait`]: shaping of the force that is shown, and waiting for answers.
+//! - [`ToolPose`], [`Answer`], [`Client`]: all that most programs need.
 //!
 //! ```no_run
 //! # fn press() -> chaincell_client::Result<()> {

@@ -1,4 +1,4 @@
-//! How many may use a service, and why it cannot be used, with the remedy.
+//! Limits of a service, and the errors if it cannot be used, with the remedy.
 
 use std::fmt::Debug;
 
@@ -8,9 +8,9 @@ use crate::error::{Error, Kind};
 
 /// Messages that a reader may leave unread before the oldest is lost.
 pub const QUEUE_MESSAGES: usize = 1024;
-/// One program of ours, and a free place for a bridge to another machine.
+/// One program of chaincell, and a free place for a bridge to another machine.
 pub const PUBLISHERS_MAX: usize = 2;
-/// Our own reader, viewers, recorders, bridges.
+/// chaincell's own reader, viewers, recorders, bridges.
 pub const SUBSCRIBERS_MAX: usize = 8;
 /// Processes that may have a service open.
 pub const NODES_MAX: usize = 20;

@@ -1,5 +1,5 @@
-//! Room in shared memory, taken before it is written: the system kills a program that writes where
-//! none is left. And room for open files: each piece of shared memory is one.
+//! Allocates shared memory before it is written: the system kills a program that writes when none is
+//! left. Also raises the limit of open files: each piece of shared memory is one.
 
 use std::fs::{OpenOptions, read_dir};
 use std::os::unix::fs::{MetadataExt, OpenOptionsExt};
@@ -10,36 +10,36 @@ use rustix::process::{Resource, Rlimit, geteuid, getrlimit, setrlimit};
 
 use crate::error::{Error, Kind, Result};
 
-/// Where Linux keeps shared memory.
+/// Linux's folder of shared memory.
 pub(crate) const FOLDER: &str = "/dev/shm";
-/// What joining a scene takes at most \[bytes\].
+/// Upper bound of the memory for joining a scene \[bytes\].
 pub(crate) const JOIN_BYTES: u64 = 256 << 10;
-/// What a server takes at most before the states, and its clients beside it \[bytes\].
+/// Upper bound of the memory of a server, without states, and of its clients \[bytes\].
 pub(crate) const SERVER_BYTES: u64 = 6 << 20;
-/// What a controller and some viewers take at most \[bytes\].
+/// Upper bound of the memory of a controller and some viewers \[bytes\].
 pub(crate) const CLIENTS_BYTES: u64 = 4 << 20;
 /// Files that a program opens to join a scene.
 pub(crate) const JOIN_FILES: u64 = 32;
-/// Files that a server opens besides, and those of its clients: two senders, eight readers of everything,
-/// eight programs that send commands.
+/// Files that a server opens for itself and its clients: two senders, eight readers of everything, eight
+/// programs that send commands.
 pub(crate) const SERVER_FILES: u64 = 96;
 
-/// Refuses to begin where there is too little room for `what`.
+/// Checks that `bytes` of shared memory are left for `what`.
 ///
 /// # Errors
-/// The room that there is, and the remedy.
+/// The memory that is left, and the remedy.
 pub(crate) fn check(what: &str, bytes: u64) -> Result<()> {
-    // Where that cannot be told, iceoryx2 says what it lacks.
+    // If the free memory is unknown, iceoryx2 reports what it lacks.
     let Ok(found) = statvfs(FOLDER) else { return Ok(()) };
     let free_bytes = found.f_bavail.saturating_mul(found.f_frsize);
     if free_bytes < bytes { Err(full(free_bytes, what, bytes)) } else { Ok(()) }
 }
 
-/// Sees to it that so many more files may be opened, for `what`: raises this process's limit as far as it
-/// may.
+/// Ensures that `more` files can be opened for `what`: raises this process's limit if needed and
+/// permitted.
 ///
 /// # Errors
-/// The limit, and what is needed.
+/// The limit, and the number needed.
 pub(crate) fn take_files(what: &str, more: u64) -> Result<()> {
     let Ok(open) = read_dir("/proc/self/fd") else { return Ok(()) };
     let needed = open.count() as u64 + more;
@@ -59,17 +59,17 @@ pub(crate) fn take_files(what: &str, more: u64) -> Result<()> {
     ))
 }
 
-/// Takes every page of the files whose names begin with `prefix` and that are this user's.
+/// Allocates every page of this user's files whose names begin with `prefix`.
 ///
 /// # Errors
-/// Too little room for them.
+/// Too little memory for them.
 pub(crate) fn take(prefix: &str) -> Result<()> {
     let Ok(folder) = read_dir(FOLDER) else { return Ok(()) };
     for entry in folder.flatten() {
         if !entry.file_name().as_encoded_bytes().starts_with(prefix.as_bytes()) {
             continue;
         }
-        // What other users put there, and what has just gone, is not ours to fill or to wait for.
+        // Files of other users and files that have just been removed are skipped.
         let Ok(details) = entry.metadata() else { continue };
         let is_ours = details.is_file() && details.uid() == geteuid().as_raw();
         if !is_ours || details.len() == 0 {

@@ -6,13 +6,13 @@ use iceoryx2::prelude::{ServiceName, ipc_threadsafe};
 
 use crate::error::{Error, Kind, Result};
 
-/// Processes meet in shared memory; a port may be used by two threads of one.
+/// Processes communicate in shared memory; two threads of a process may use a port.
 pub type Ipc = ipc_threadsafe::Service;
 
 /// Longest scene name \[bytes\].
 pub const SCENE_BYTES_MAX: usize = 64;
 
-/// The last parts of service names, which therefore can't name a scene.
+/// The last parts of service names, which can't name a scene.
 const RESERVED: [&str; 5] = ["state", "contacts", "command", "tools", "forces"];
 
 /// The services of one scene.
@@ -28,12 +28,12 @@ pub struct SceneNames {
     pub contacts: ServiceName,
     /// Commands to the tissue's process.
     pub command: ServiceName,
-    /// What a message calls the scene.
+    /// The scene's name in error messages.
     pub label: String,
 }
 
 impl SceneNames {
-    /// Names of the unnamed scene (`None`) or of a scene that `--scene` names.
+    /// Returns the names of the unnamed scene (`None`) or of a scene that `--scene` names.
     pub fn new(scene: Option<&str>) -> Result<Self> {
         let (prefix, label) = match scene {
             None => ("chaincell".to_owned(), "the unnamed scene".to_owned()),
@@ -54,7 +54,7 @@ impl SceneNames {
 }
 
 impl SceneNames {
-    /// The names of all services.
+    /// Returns the names of all services.
     pub(crate) fn services(&self) -> Vec<String> {
         let Self { tools, forces, state, contacts, command, .. } = self;
         let all = [tools, forces, state, contacts, command];
@@ -62,7 +62,7 @@ impl SceneNames {
     }
 }
 
-/// A scene name that no other run on this machine has.
+/// Returns a scene name that no other run on this machine has.
 #[must_use]
 pub fn unique_scene(what: &str) -> String {
     let since_1970 = SystemTime::now().duration_since(UNIX_EPOCH);

@@ -1,5 +1,5 @@
-//! Opening services with an end. iceoryx2 may wait for another program for ever, and looks at no wish to
-//! stop: it opens in a thread, and what stands in its way is cleared up meanwhile.
+//! Opens services within a time limit. iceoryx2 may wait for another program for ever and cannot be
+//! stopped: it opens them in a thread, and files that block it are cleared up meanwhile.
 
 use std::sync::mpsc::{TryRecvError, channel};
 use std::thread;
@@ -8,23 +8,23 @@ use std::time::{Duration, Instant};
 use crate::error::{Error, Kind, Result};
 use crate::leftovers::{Cause, Leftovers};
 
-/// Longest wait for iceoryx2, which waits for a second for another program.
+/// Longest wait for iceoryx2, which itself waits for a second for another program.
 const LIMIT: Duration = Duration::from_secs(4);
-/// Time within which iceoryx2 is asked again.
+/// Time within which opening is tried again.
 const AGAIN: Duration = Duration::from_secs(3);
-/// Span between looks at the wish to stop.
+/// Period at which `stop` is called.
 const LOOK: Duration = Duration::from_millis(2);
-/// Longest wait for what another program may be making.
+/// Longest wait for files that another program may be making.
 const YOUNG: Duration = Duration::from_millis(600);
-/// Span between looks at what other programs left.
+/// Period at which leftovers of other programs are cleared up.
 const CLEAR: Duration = Duration::from_millis(100);
 
-/// Whether another program is making what cannot be opened yet.
+/// Returns true if the service cannot be opened yet because another program is making it.
 fn is_in_creation(why: &Error) -> bool {
     why.kind() == Kind::Service && why.to_string().contains("InCreation")
 }
 
-/// What is opened: the services of a scene, by their names.
+/// The services of a scene to open, by their names.
 #[derive(Debug, Clone)]
 pub(crate) struct Opening {
     pub leftovers: Leftovers,
@@ -33,24 +33,24 @@ pub(crate) struct Opening {
 }
 
 impl Opening {
-    /// Opens them, asking every 2 ms whether to stop.
+    /// Opens them; calls `stop` every 2 ms, and ends if it returns true.
     ///
     /// # Errors
-    /// That of `open`, or what stands in its way; the wish to stop.
+    /// That of `open`, or the cause that blocks it; [`Kind::Stopped`] if `stop` returned true.
     pub(crate) fn within<T: Send + 'static>(
         &self,
         mut stop: impl FnMut() -> bool,
         open: impl Fn() -> Result<T> + Send + 'static,
     ) -> Result<T> {
-        // iceoryx2 gives up a file that stays half made sooner than it is old.
+        // Clear up first: iceoryx2 gives up on a half-made file before it is old enough to be removed.
         let start = Instant::now();
         while self.leftovers.clear() && start.elapsed() < YOUNG && !stop() {
             thread::sleep(LOOK);
         }
         let (done, opened) = channel();
-        // One that never returns ends with the process.
+        // Open in a thread. One that never returns ends with the process.
         let thread = thread::Builder::new().name("opening".into()).spawn(move || {
-            // iceoryx2 gives up on a service that another program is slow to make: it is asked again.
+            // iceoryx2 gives up on a service that another program is slow to make: try again.
             let opened = loop {
                 match open() {
                     Err(why) if is_in_creation(&why) && start.elapsed() < AGAIN => {
@@ -59,12 +59,12 @@ impl Opening {
                     opened => break opened,
                 }
             };
-            // Where nobody waits any more what was opened is closed.
+            // If nobody waits any more, the opened services are closed.
             let _ = done.send(opened);
         });
         thread.map_err(|why| Error::new(Kind::Memory, format!("cannot begin a thread: {why}")))?;
         let mut cleared = Instant::now();
-        // Asked, not waited for: a wait would leave a thread's handle behind in a program of C.
+        // Poll for the end: a blocking wait would leave a thread's handle in a program of C.
         loop {
             match opened.try_recv() {
                 Ok(Err(why)) if why.kind() == Kind::Service => return Err(self.refusal(Some(why))),
@@ -87,7 +87,7 @@ impl Opening {
         }
     }
 
-    /// What stands in the way, else what iceoryx2 says.
+    /// Returns the cause that blocks the services, else the error of iceoryx2.
     fn refusal(&self, why: Option<Error>) -> Error {
         let names: Vec<&str> = self.names.iter().map(String::as_str).collect();
         let text = match (self.leftovers.cause(&names), why) {

@@ -1,9 +1,9 @@
-//! The folder of iceoryx2's files belongs to one user: nobody else may take part, or stand in the
-//! way.
+//! The folder of iceoryx2's files belongs to one user: no other user may take part in a scene or
+//! disturb it.
 //!
-//! Whoever may write in the folder could put other files in the place of a service's. So it is
-//! made before iceoryx2 does, for its owner alone, and one that belongs to another user, is a link,
-//! or may be written by others is refused with the remedy.
+//! A user who may write in the folder could replace the files of a service. So the folder is made
+//! before iceoryx2 makes it, for its owner alone, and one that belongs to another user, is a link, or
+//! may be written by others is refused with the remedy.
 
 use std::fs;
 use std::io;
@@ -12,12 +12,12 @@ use std::path::Path;
 
 use crate::error::{Error, Kind, Result};
 
-/// What the folder's owner may do, and nobody else.
+/// Permissions of the folder: all for its owner, none for others.
 const OWNER_ALL: u32 = 0o700;
-/// Writing by the group and by others.
+/// Write permissions of the group and of others.
 const FOREIGN_WRITES: u32 = 0o022;
 
-/// Makes the folder where it is missing, for this user alone; the folders above it as usual.
+/// Makes the folder if it is missing, for this user alone; its parents with the usual permissions.
 ///
 /// # Errors
 /// A folder of another user, or one that others may write.
@@ -78,7 +78,7 @@ mod tests {
         take(&root).unwrap();
         assert_eq!(mode(&root), 0o700);
         take(&root).unwrap();
-        // As iceoryx2 makes it: a group may look, nobody else may write.
+        // As iceoryx2 makes it: the group may read, only the owner may write.
         fs::set_permissions(&root, fs::Permissions::from_mode(0o750)).unwrap();
         take(&root).unwrap();
         assert_eq!(mode(&root), 0o750);

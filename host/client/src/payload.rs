@@ -1,4 +1,4 @@
-//! States and commands as they travel over shared memory, little-endian, byte for byte as other programs
+//! States and commands as they are sent over shared memory, little-endian, byte for byte as other programs
 //! declare them.
 
 use std::mem::{offset_of, size_of};
@@ -16,7 +16,8 @@ pub struct NodePosition {
     pub position_m: [f32; 3],
 }
 
-/// What a published state belongs to: 40 bytes, the user header of a slice of [`NodePosition`].
+/// Tick and model that a published state belongs to: 40 bytes, the user header of a slice of
+/// [`NodePosition`].
 #[derive(Debug, Clone, Copy, Default, PartialEq, ZeroCopySend)]
 #[type_name("chaincell.State.v2")]
 #[repr(C)]
@@ -66,7 +67,7 @@ pub struct ReplyMessage {
     pub state_hash: u64,
     /// 0 done, 1 refused: nothing has changed.
     pub result: u32,
-    /// Why it was refused, see [`Refusal`](crate::command::Refusal); 0 when done.
+    /// Reason of a refusal, see [`Refusal`](crate::command::Refusal); 0 when done.
     pub reason: u32,
 }
 

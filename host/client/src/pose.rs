@@ -1,4 +1,4 @@
-//! Poses of tools on their way to the server, checked before anything is sent.
+//! Messages of tool poses to the server, checked before they are sent.
 
 use chaincell_kernel::ToolPose;
 use nalgebra::Vector3;
@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 use crate::error::{Error, Kind, Result};
 use crate::tools::{OneToolPose, TOOLS_MAX, ToolPoses};
 
-/// Largest difference of an orientation's length from 1, as the server has it.
+/// Largest difference of an orientation's length from 1, the same as the server's.
 const UNIT_TOLERANCE: f64 = 1e-3;
 
 /// A tool at the origin that is not engaged.
@@ -16,7 +16,7 @@ const AWAY: ToolPose = ToolPose {
     engaged: 0,
 };
 
-/// Why it is no pose.
+/// Returns the reason if it is no pose.
 fn fault(pose: &ToolPose) -> Option<&'static str> {
     let length = pose.orientation.iter().map(|&x| f64::from(x) * f64::from(x)).sum::<f64>();
     if !pose.position_m.iter().all(|x| x.is_finite()) {
@@ -30,11 +30,11 @@ fn fault(pose: &ToolPose) -> Option<&'static str> {
     }
 }
 
-/// The message of a tick. It has all tools that there can be: those beyond `poses` stay at the origin
-/// and are not engaged, and those that the server was not told of are none of its business.
+/// Returns the message of a tick. It has [`TOOLS_MAX`] tools: those beyond `poses` stay at the origin and
+/// are not engaged, and the server ignores those that it does not have.
 ///
 /// # Errors
-/// The first tool that has no pose, and why; no tools, or too many.
+/// The first tool without a valid pose, and the reason; no tools, or too many.
 pub(crate) fn message(tick: u64, send_ns: u64, poses: &[ToolPose]) -> Result<ToolPoses> {
     if !(1..=TOOLS_MAX).contains(&poses.len()) {
         let text = format!("poses of {} tools: give those of 1 to {TOOLS_MAX}", poses.len());

@@ -1,4 +1,4 @@
-//! From one force to another without a jump.
+//! Ramps from one force to another without a jump.
 
 use chaincell_kernel::TOOLS_MAX;
 use chaincell_kernel::stage::{on_ramp, ramp_share, slew_limited};
@@ -6,11 +6,11 @@ use nalgebra::Vector3;
 
 use crate::clock::MILLISECOND_NS;
 
-/// Time in which a force grows after a limit was raised \[ns\].
+/// Shortest time in which a force grows after a limit was raised \[ns\].
 const RAISE_NS: u64 = 1000 * MILLISECOND_NS;
 
-/// Forces and torques of all tools as the device gets them; without tools by their parts all is 0
-/// but the first force.
+/// Forces and torques of all tools as the device gets them; a server without `--tool` sets only the
+/// first force.
 ///
 /// ```
 /// use chaincell_client::ramp::Shown;
@@ -39,13 +39,13 @@ impl Shown {
         shown
     }
 
-    /// With 0 in the place of what is not finite.
+    /// Replaces vectors that are not finite by 0.
     fn finite(self) -> Self {
         let finite = |v: [f32; 3]| if v.iter().all(|x| x.is_finite()) { v } else { [0.0; 3] };
         Self { force_n: self.force_n.map(finite), torque_n_m: self.torque_n_m.map(finite) }
     }
 
-    /// On the straight line from these to others, at a share of it.
+    /// Interpolates on the straight line from `self` to `to`; `share` is from 0 to 1.
     fn on_ramp(&self, to: &Self, share: f32) -> Self {
         let mut between = *to;
         let pairs = between.force_n.iter_mut().zip(&self.force_n);
@@ -60,7 +60,7 @@ impl Shown {
         self.step_n(&Self::ZERO)
     }
 
-    /// Largest change of a tool's force from others to these \[N\].
+    /// Largest change of a tool's force between `from` and `self` \[N\].
     fn step_n(&self, from: &Self) -> f32 {
         let steps = self.force_n.iter().zip(&from.force_n);
         let steps = steps.map(|(to, from)| (Vector3::from(*to) - Vector3::from(*from)).norm());
@@ -69,12 +69,12 @@ impl Shown {
 }
 
 /// Shapes a force: after each cause for a jump the shown force goes from its last value to the
-/// target along a straight line, in a time of its own.
+/// target along a straight line, in the ramp's length.
 ///
-/// A step of a ramp is a millisecond of it at most, however late it comes: a process that stood
-/// still makes the ramp longer, never steeper. Nor is it longer than a slew limit allows: the ramp
-/// then ends where it has caught up. Forces and torques of several tools go along together; each force
-/// has the slew limit, that of an output stage.
+/// A step advances a ramp by a millisecond at most, however late it comes: a suspended process makes
+/// the ramp longer, never steeper. A step is also limited by the slew limit: the ramp then ends when
+/// the shown force has reached the target. Forces and torques of several tools share one ramp; the
+/// slew limit of the output stage applies to each force.
 ///
 /// ```
 /// use chaincell_client::clock::MILLISECOND_NS;
@@ -92,15 +92,15 @@ impl Shown {
 /// ```
 #[derive(Debug, Clone)]
 pub struct Ramp {
-    /// Length of a ramp, 0 for none \[ns\], and of the one under way where the forces grow.
+    /// Length of a ramp, 0 for none, and length of the active one for growing forces \[ns\].
     length_ns: u64,
     rise_ns: u64,
-    /// Largest step of a ramp in a millisecond, infinite for none \[N\].
+    /// Largest step of a force, that of a millisecond at the slew limit; infinite for no limit \[N\].
     step_max_n: f32,
     from: Shown,
-    /// How much of the ramp is done \[ns\].
+    /// Time done of the ramp \[ns\].
     done_ns: u64,
-    /// Whether the force itself is shown.
+    /// True if the target force itself is shown.
     has_ended: bool,
     shown: Shown,
     shown_at_ns: u64,
@@ -108,7 +108,7 @@ pub struct Ramp {
 }
 
 impl Ramp {
-    /// Shows force 0 so far, and no ramp is under way.
+    /// Starts with force 0 shown and no ramp active.
     pub fn new(length_ms: u32, max_slew_n_per_s: f32) -> Self {
         let length_ns = u64::from(length_ms) * MILLISECOND_NS;
         Self {
@@ -124,38 +124,38 @@ impl Ramp {
         }
     }
 
-    /// Begins a ramp at what was shown last.
+    /// Begins a ramp at the force shown last.
     pub fn begin(&mut self) {
         self.from = self.shown;
         (self.done_ns, self.rise_ns) = (0, self.length_ns);
         self.has_ended = self.length_ns == 0 && self.step_max_n == f32::INFINITY;
     }
 
-    /// As [`Self::begin`], for a limit that was changed: a force that grows does so within a second.
+    /// As [`Self::begin`], for a limit that was changed: a growing force takes at least a second.
     pub fn begin_raise(&mut self) {
         self.begin();
         (self.rise_ns, self.has_ended) = (self.length_ns.max(RAISE_NS), false);
     }
 
-    /// Begins a ramp at force 0, for somebody who was shown nothing yet.
+    /// Begins a ramp at force 0, for a reader that was shown no force yet.
     pub fn begin_at_zero(&mut self) {
         self.shown = Shown::ZERO;
         self.begin();
     }
 
-    /// As [`Self::begin`], towards force 0: nothing is left to do where 0 is shown already.
+    /// As [`Self::begin`], towards force 0: the ramp has ended if 0 is shown already.
     pub fn begin_fall(&mut self) {
         self.begin();
         self.has_ended |= self.shown == Shown::ZERO;
     }
 
-    /// Returns true if the force itself is shown.
+    /// Returns true if the target force itself is shown.
     pub fn is_done(&self) -> bool {
         self.has_ended
     }
 
-    /// Returns the forces and torques to show at `now_ns`, on the way to `target`; 0 in place of
-    /// numbers that are not finite.
+    /// Returns the forces and torques to show at `now_ns`, on the ramp to `target`; 0 for vectors that
+    /// are not finite.
     pub fn show(&mut self, target: &Shown, now_ns: u64) -> Shown {
         let target = target.finite();
         let since_ns = now_ns.saturating_sub(self.shown_at_ns).min(MILLISECOND_NS);
@@ -180,7 +180,7 @@ impl Ramp {
         shown
     }
 
-    /// Largest change between two forces shown one after the other \[N\].
+    /// Returns the largest change between two forces shown one after the other \[N\].
     pub fn largest_step_n(&self) -> f32 {
         self.largest_step_n
     }
@@ -197,7 +197,7 @@ mod tests {
     }
 
     impl Ramp {
-        /// What is shown of a single force.
+        /// Shows a single force.
         fn force_n(&mut self, force_n: [f32; 3], now_ns: u64) -> [f32; 3] {
             self.show(&Shown::of(force_n), now_ns).force_n[0]
         }

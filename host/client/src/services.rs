@@ -1,27 +1,28 @@
 //! The scene's services in shared memory: opening them, their limits, and who may connect.
 //!
-//! **Who may connect**: programs of the user that runs the first one, and nobody else. iceoryx2
+//! **Access**: programs of the user that runs the first one may connect, and nobody else. iceoryx2
 //! keeps lists of services and nodes in `/tmp/iceoryx2`, messages in `/dev/shm`. Every file it
 //! makes is readable and writable by its owner alone, whatever the umask; the folder must be this
 //! user's and no other may write in it (its feature `dev_permissions`, which would open all of it,
 //! is not built in). One file is open to all: a word of 16 bytes in `/dev/shm` that counts nodes.
-//! It is mapped only while a program starts; a node's id holds the process and the time besides.
-//! Other users of the machine can hinder a start by breaking it, not a session, and see no message.
-//! Root may do anything. The configuration is iceoryx2's built-in one: no file in the working
-//! folder, in the home folder or in /etc changes it.
+//! It is mapped only while a program starts; a node's id also holds the process and the time.
+//! By corrupting it, other users of the machine can hinder a start but not a session; they see no
+//! message. Root may do anything. The configuration is iceoryx2's built-in one: no file in the
+//! working folder, in the home folder or in /etc changes it.
 //!
-//! **Sizes** are fixed by the types of [`crate::payload`] and [`crate::tools`]. A service refuses a program whose
-//! message has another name, size, alignment, or is a slice where it is none; states and contacts are
-//! slices, their length bounded by the model. Nothing that arrives takes memory of the server.
+//! **Sizes** are fixed by the types of [`crate::payload`] and [`crate::tools`]. A service refuses a
+//! program whose message has another name, size or alignment, or is a slice where it should be none;
+//! states and contacts are slices, their length bounded by the model. No message allocates memory of the
+//! server.
 //!
-//! **Rates**: poses `--max-pose-hz` a second with 1,024 at once; commands one every 10 ms, 4 under
-//! way for each of at most 8 programs; states and contacts `--state-hz` a second, only while somebody
-//! reads; a hash is part of an answer, `--hash-every`. What is beyond is dropped, poses are counted.
-//! A reader that does not read loses the oldest messages and holds up nobody.
+//! **Rates**: poses `--max-pose-hz` a second with 1,024 at once; commands one every 10 ms, 4 pending
+//! for each of at most 8 programs; states and contacts `--state-hz` a second, only while somebody
+//! reads; a hash is part of an answer, `--hash-every`. Messages beyond these rates are dropped; dropped
+//! poses are counted. A reader that does not read loses the oldest messages and delays nobody.
 //!
-//! **No path from a message to a file.** Every message is numbers alone ([`crate::payload`]): none
-//! can name a file. Of the files that `serve` writes, the folder and the names stand on its command
-//! line; a message can only become a row in them, up to `--record-ticks`.
+//! **No path from a message to a file.** Messages hold only numbers ([`crate::payload`]): none can
+//! name a file. The command line of `serve` gives the folder and the names of the files that it
+//! writes; a message can only become a row in them, up to `--record-ticks`.
 
 use std::fmt::Debug;
 use std::os::unix::ffi::OsStrExt;
@@ -50,7 +51,7 @@ use crate::opening::Opening;
 use crate::owner;
 use crate::tools::{TOOL_FORCES, TOOL_POSES, ToolForces, ToolPoses};
 
-/// Longest wait for another process that is clearing up after a killed one.
+/// Longest wait for another process that clears up after a killed one.
 const CLEAR_UP_LIMIT: Duration = Duration::from_millis(500);
 
 /// Name of the ports of `control`, by which a second one is recognised.
@@ -62,7 +63,7 @@ pub type Topic<Payload> = publish_subscribe::PortFactory<Ipc, Payload, ()>;
 /// One scene's services, open in this process.
 #[derive(Debug)]
 pub struct SceneServices {
-    /// This process in shared memory.
+    /// The node of this process in shared memory.
     pub node: Arc<Node<Ipc>>,
     opening: Opening,
     /// Service of states.
@@ -84,13 +85,13 @@ pub struct SceneServices {
 /// The ports of one side: it reads `In` and writes `Out`.
 #[derive(Debug)]
 pub struct Ports<In: ZeroCopySend + Debug + 'static, Out: ZeroCopySend + Debug + 'static> {
-    /// What arrives.
+    /// Receives messages.
     pub subscriber: Subscriber<Ipc, In, ()>,
-    /// What leaves.
+    /// Sends messages.
     pub publisher: Publisher<Ipc, Out, ()>,
     /// Wakes the readers of `Out`.
     pub ring: Ring,
-    /// Woken when something was written to `In`.
+    /// Wakes this side when something was written to `In`.
     pub wake: Wake,
 }
 
@@ -99,44 +100,44 @@ pub struct Ports<In: ZeroCopySend + Debug + 'static, Out: ZeroCopySend + Debug +
 pub struct Ring(Notifier<Ipc>);
 
 impl Ring {
-    /// Wakes them. A reader that can't be woken finds the message by itself a little later.
+    /// Wakes them. A reader that can't be woken finds the message itself a little later.
     pub fn ring(&self) {
         let _ = self.0.notify();
     }
 }
 
-/// What a sleeping reader is woken by; absent where the reader polls.
+/// Wakes a sleeping reader; absent if the reader polls.
 #[derive(Debug)]
 pub struct Wake(Option<Listener<Ipc>>);
 
 impl Wake {
-    /// Sleeps until woken or until the time is up; false when that is impossible.
+    /// Sleeps until woken or until the time is up; returns false if that is impossible.
     pub fn wait(&self, at_most: Duration) -> bool {
         self.0.as_ref().is_some_and(|listener| listener.timed_wait(|_| {}, at_most).is_ok())
     }
 }
 
 impl SceneServices {
-    /// Opens or creates the services, after clearing up what killed processes left behind: within
-    /// seconds, or not at all.
+    /// Opens or creates the services after clearing up leftovers of killed processes: within seconds, or
+    /// fails.
     ///
     /// # Errors
-    /// A service with other types or limits, files of somebody else, no room, or a program that holds
-    /// things up.
+    /// A service with other types or limits, files of another user, too little memory, or a program that
+    /// blocks the services.
     pub fn open(scene: Option<&str>, domain: &Domain) -> Result<Self> {
         Self::open_unless(scene, domain, || false)
     }
 
-    /// As [`Self::open`], asking every 2 ms whether to stop.
+    /// As [`Self::open`], but calls `stop` every 2 ms, and ends if it returns true.
     ///
     /// # Errors
-    /// As there, and the wish to stop as [`Kind::Stopped`].
+    /// As there, and [`Kind::Stopped`] if `stop` returned true.
     pub fn open_unless(
         scene: Option<&str>,
         domain: &Domain,
         stop: impl FnMut() -> bool,
     ) -> Result<Self> {
-        // iceoryx2 writes its remarks to standard error unless IOX2_LOG_LEVEL asks for them.
+        // Silences iceoryx2's log on standard error unless IOX2_LOG_LEVEL asks for it.
         set_log_level_from_env_or(LogLevel::Fatal);
         let names = SceneNames::new(scene)?;
         let config = domain.config()?;
@@ -182,13 +183,13 @@ impl SceneServices {
         })
     }
 
-    /// What clears up behind killed programs.
+    /// Returns the cleaner that removes leftovers of killed programs.
     #[must_use]
     pub fn leftovers(&self) -> Leftovers {
         self.opening.leftovers.clone()
     }
 
-    /// Opens a further service of the scene, within seconds or not at all.
+    /// Opens a further service of the scene: within seconds, or fails.
     pub(crate) fn further<T: Send + 'static>(
         &self,
         open: impl Fn(&Node<Ipc>) -> Result<T> + Send + 'static,
@@ -197,7 +198,7 @@ impl SceneServices {
         self.opening.within(|| false, move || open(&node))
     }
 
-    /// What wakes the readers of answers, and what poses wake.
+    /// Returns the ring that wakes the readers of answers, and the wake that poses trigger.
     ///
     /// # Errors
     /// All places are taken.
@@ -205,10 +206,10 @@ impl SceneServices {
         Ok((ring(&self.forces_wake)?, wake(&self.tools_wake, woken)?))
     }
 
-    /// Ports of the controller's side; refused while another `control` is alive on the scene.
+    /// Opens the ports of the controller's side; fails while another `control` is alive on the scene.
     ///
     /// # Errors
-    /// Another controller; no places, or too little memory.
+    /// Another controller, no free place, or too little memory.
     pub fn control_ports(&self, woken: bool) -> Result<Ports<ToolForces, ToolPoses>> {
         self.refuse_second(&self.tools, CONTROL_PORT, None, "control")?;
         let messages = (QUEUE_MESSAGES * SUBSCRIBERS_MAX * size_of::<ToolPoses>()) as u64;
@@ -219,83 +220,83 @@ impl SceneServices {
             ring: ring(&self.tools_wake)?,
             wake: wake(&self.forces_wake, woken)?,
         };
-        // Two that started at once see each other now.
+        // Two controllers that started at the same time see each other now.
         self.refuse_second(&self.tools, CONTROL_PORT, Some(ports.publisher.id()), "control")?;
         self.take_memory()?;
         Ok(ports)
     }
 
-    /// Refuses to begin where there is too little room for a server and its clients.
+    /// Checks that memory and open files suffice for a server and its clients.
     ///
     /// # Errors
-    /// What there is of memory or open files, and what is needed.
+    /// The amount of memory or open files that is left, and the amount needed.
     pub fn check_room_to_serve(&self) -> Result<()> {
         memory::take_files("a server with its clients", memory::SERVER_FILES)?;
         memory::check("a server with its clients", memory::SERVER_BYTES)
     }
 
-    /// Refuses to say that a server is ready where nobody could join.
+    /// Checks that memory suffices for clients to join, before a server reports that it is ready.
     ///
     /// # Errors
-    /// What there is of memory, and what is needed.
+    /// The amount of memory that is left, and the amount needed.
     pub fn check_room_to_join(&self) -> Result<()> {
         memory::check("what joins a server", memory::CLIENTS_BYTES)
     }
 
-    /// Takes the memory of all ports so far, so that nothing fails for want of it later.
+    /// Allocates the memory of all ports opened so far, so that no later write fails.
     ///
     /// # Errors
-    /// Too little of it.
+    /// Too little memory.
     pub fn take_memory(&self) -> Result<()> {
         memory::take(&self.node.config().global.prefix.to_string())
     }
 
-    /// Whether somebody reads poses and writes answers to them.
+    /// Returns true if a program reads poses and one writes answers.
     #[must_use]
     pub fn is_served(&self) -> bool {
         self.tools.dynamic_config().number_of_subscribers() > 0
             && self.forces.dynamic_config().number_of_publishers() > 0
     }
 
-    /// Whether a program besides this controller could publish poses: a bridge, or another
+    /// Returns true if a program besides this controller could publish poses: a bridge, or another
     /// controller.
     #[must_use]
     pub fn has_other_pose_publisher(&self) -> bool {
         self.tools.dynamic_config().number_of_publishers() > 1
     }
 
-    /// Number of ports on the services of poses and answers, ours included.
+    /// Returns the number of ports on the services of poses and answers, including those of this process.
     #[must_use]
     pub fn ports_count(&self) -> usize {
         ports(&self.tools) + ports(&self.forces)
     }
 
-    /// What a message calls the scene.
+    /// Returns the scene's name in error messages.
     #[must_use]
     pub fn label(&self) -> &str {
         &self.opening.label
     }
 
-    /// The node of a publisher of poses that is still registered.
+    /// Returns the node of a publisher of poses, if it is still registered.
     #[must_use]
     pub fn pose_publisher_node(&self, id: UniquePublisherId) -> Option<UniqueNodeId> {
         publisher_node(&self.tools, id)
     }
 
-    /// Whether a node's process is alive. Looks at files: not for every tick.
+    /// Returns true if a node's process is alive. Reads files: not for every tick.
     #[must_use]
     pub fn is_alive(&self, node_id: UniqueNodeId) -> bool {
         match Node::<Ipc>::state_of(self.node.config(), node_id) {
             Ok(None | Some(NodeState::Dead(_))) => false,
-            // What can't be looked at may well be alive.
+            // A node that can't be inspected may be alive.
             Ok(Some(_)) | Err(_) => true,
         }
     }
 
-    /// Refuses to go on where another program alive has a publisher of this port's name.
+    /// Checks that no other running program has a publisher of this port's name.
     ///
     /// # Errors
-    /// Its process, and the remedy.
+    /// The process of the other program, and the remedy.
     pub fn refuse_second<Payload: ZeroCopySend + Debug>(
         &self,
         topic: &Topic<Payload>,
@@ -335,7 +336,7 @@ impl SceneServices {
         Error::new(Kind::Taken, format!("{text}, or take another scene with `scene` NAME"))
     }
 
-    /// A publisher of a port's name, which holds up nobody.
+    /// Creates a publisher with this port's name, which never blocks.
     ///
     /// # Errors
     /// All places are taken.
@@ -349,7 +350,7 @@ impl SceneServices {
             .publisher_builder()
             .name(&port_name(port)?)
             .max_loaned_samples(1)
-            // A reader that is stuck or killed must never hold up the sender.
+            // A stuck or killed reader must never block the sender.
             .backpressure_strategy(BackpressureStrategy::DiscardData)
             .create()
             .map_err(|why| match why {
@@ -403,7 +404,7 @@ fn wake_topic(node: &Node<Ipc>, name: &ServiceName) -> Result<event::PortFactory
     node.service_builder(name).event().open_or_create().map_err(|why| service_error(name, why))
 }
 
-/// A subscriber of a port's name with the whole queue.
+/// Creates a subscriber with this port's name and the whole queue.
 ///
 /// # Errors
 /// All places are taken.

@@ -1,5 +1,5 @@
-//! The force that the device shows: without a jump when the answers stop, come again or change for
-//! another cause. Both sides of the shared memory shape it.
+//! Shapes the force that the device shows: it does not jump when the answers stop, come again or
+//! change for another cause. Both sides of the shared memory shape it.
 
 use crate::clock::{MILLISECOND_NS, PERIOD_NS};
 use crate::ramp::{Ramp, Shown};
@@ -26,25 +26,25 @@ pub struct ForceShaper {
     /// Silence after which the force falls, 0 for never \[ns\].
     watchdog_ns: u64,
     heard_ns: u64,
-    /// When the falling force is shown next.
+    /// Time at which the falling force is shown next \[ns\].
     fall_ns: Option<u64>,
     silent: bool,
     silences: u64,
-    /// Whether a force was shown yet.
+    /// True if a force was shown yet.
     has_shown: bool,
 }
 
-/// A force on its way to 0.
+/// A force that falls to 0.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Fall {
     /// The forces and torques to show.
     pub shown: Shown,
-    /// True if all of it has come to 0.
+    /// True if all forces and torques have reached 0.
     pub is_done: bool,
 }
 
 impl ForceShaper {
-    /// No force is shown, and something was heard just now.
+    /// Starts with no force shown, as if a message had arrived at `now_ns`.
     pub fn new(watchdog_ms: u32, ramp_ms: u32, max_slew_n_per_s: f32, now_ns: u64) -> Self {
         Self {
             ramp: Ramp::new(ramp_ms, max_slew_n_per_s),
@@ -57,8 +57,8 @@ impl ForceShaper {
         }
     }
 
-    /// Something was heard: after a silence the force rises from what is shown. Returns true if
-    /// there was one, which a process that stood still sees here first.
+    /// Notes that a message arrived: after a silence the force rises from the value shown. Returns true
+    /// if there was one; a process that was suspended notices it only here.
     pub fn hear(&mut self, now_ns: u64) -> bool {
         let unseen = !self.silent && self.has_shown && self.is_silent(now_ns);
         let silent = self.silent || unseen;
@@ -69,7 +69,7 @@ impl ForceShaper {
         silent
     }
 
-    /// Something is shown again in a silence: the force rises from what is shown.
+    /// Ends a silence, if there is one: the force rises from the value shown.
     pub fn end_silence(&mut self) {
         if self.silent {
             self.silent = false;
@@ -83,43 +83,43 @@ impl ForceShaper {
         self.watchdog_ns != 0 && silence_ns >= self.watchdog_ns
     }
 
-    /// When something was heard last.
+    /// Returns the time of the last message \[ns\].
     pub fn heard_ns(&self) -> u64 {
         self.heard_ns
     }
 
-    /// The next force may be another one: it is gone to along a ramp.
+    /// Starts a ramp, since the next force may differ from the last one.
     pub fn begin_ramp(&mut self) {
         self.ramp.begin();
     }
 
-    /// As [`Self::begin_ramp`], for a limit that was changed: a force that grows does so within a second.
+    /// As [`Self::begin_ramp`], for a limit that was changed: a growing force takes at least a second.
     pub fn begin_raise(&mut self) {
         self.ramp.begin_raise();
     }
 
-    /// Nothing was heard before the beginning: a silence, which counts.
+    /// Starts in a silence, which counts.
     pub fn begin_silent(&mut self) {
         (self.silent, self.silences) = (true, self.silences + 1);
     }
 
-    /// The next force is shown to somebody who was shown nothing yet: it rises from 0.
+    /// Starts a ramp at 0, for a reader that was shown no force yet.
     pub fn begin_at_zero(&mut self) {
         self.ramp.begin_at_zero();
     }
 
-    /// The force goes to 0 along a ramp, as long as 0 is what is shaped.
+    /// Starts a ramp to 0, as long as the shaped target is 0.
     pub fn begin_fall(&mut self) {
         self.ramp.begin_fall();
     }
 
-    /// Returns the forces and torques to show at `now_ns`, on the way to `target`.
+    /// Returns the forces and torques to show at `now_ns`, between those shown last and `target`.
     pub fn shape(&mut self, target: &Shown, now_ns: u64) -> Shown {
         self.has_shown = true;
         self.ramp.show(target, now_ns)
     }
 
-    /// Nothing was heard: returns the falling force when it is time to show it.
+    /// Notes that no message has arrived: returns the falling force when it is time to show it.
     pub fn wait(&mut self, now_ns: u64) -> Option<Fall> {
         if !self.silent && self.is_silent(now_ns) {
             self.silent = true;
@@ -136,23 +136,23 @@ impl ForceShaper {
         Some(Fall { shown, is_done })
     }
 
-    /// When [`Self::wait`] has something to show next, in a silence.
+    /// Returns the time of the next output of [`Self::wait`], in a silence \[ns\].
     pub fn fall_ns(&self) -> Option<u64> {
         self.fall_ns
     }
 
-    /// Returns true if no ramp is under way: the target itself is shown.
+    /// Returns true if no ramp is active: the target itself is shown.
     #[must_use]
     pub fn is_done(&self) -> bool {
         self.ramp.is_done()
     }
 
-    /// Largest change of the force from one moment shown to the next \[N\].
+    /// Returns the largest change between two forces shown one after the other \[N\].
     pub fn largest_step_n(&self) -> f32 {
         self.ramp.largest_step_n()
     }
 
-    /// Times that nothing was heard for the watchdog's time.
+    /// Returns the number of silences longer than the watchdog's time.
     pub fn silences(&self) -> u64 {
         self.silences
     }
@@ -176,7 +176,7 @@ mod tests {
             shaper.wait(ms * MILLISECOND_NS);
         }
         assert_eq!((shaper.silences(), shaper.ramp.is_done()), (1, true));
-        // Answers that were held up come all at once.
+        // Delayed answers arrive all at once.
         for _ in 0..100 {
             hears(&mut shaper, 60 * MILLISECOND_NS);
         }

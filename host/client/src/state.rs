@@ -1,9 +1,9 @@
-//! States for viewers: all node positions, at a bounded pace.
+//! States for viewers: all node positions, at a bounded rate.
 //!
 //! A state is a slice of [`NodePosition`], one for every node by ascending input id, as in
-//! cells_final.csv; each row names its node, so that a reader needs nothing but the sample. It is
-//! sent between ticks while nobody waits for an answer, if somebody reads and something is new: a
-//! tick, a command, or a reader. Readers keep the newest state alone.
+//! cells_final.csv; each row names its node, so that a reader needs only the message. It is sent
+//! between ticks while no pose waits for an answer, if somebody reads and there is a new tick,
+//! command or reader. Readers keep only the newest state.
 
 use iceoryx2::prelude::*;
 

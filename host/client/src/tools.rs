@@ -18,7 +18,7 @@ pub const TOOLS_MAX: usize = 8;
 #[type_name("chaincell.OneToolPose.v2")]
 #[repr(C)]
 pub struct OneToolPose {
-    /// Which tool.
+    /// Number of the tool.
     pub number: u32,
     /// 1 while it holds the contact cells, else 0.
     pub engaged: u32,
@@ -30,20 +30,20 @@ pub struct OneToolPose {
     pub reserved: u32,
 }
 
-/// The samples of all tools in one tick, on their way to the tissue: 344 bytes.
+/// The poses of all tools in one tick, sent to the tissue: 344 bytes.
 #[derive(Debug, Clone, Copy, Default, PartialEq, ZeroCopySend)]
 #[type_name("chaincell.ToolPoses.v2")]
 #[repr(C)]
 pub struct ToolPoses {
     /// Number of the tick; a publisher counts upwards.
     pub tick: u64,
-    /// When it was sent, by the sender's monotonic clock, 0 where unknown \[ns\].
+    /// Send time by the sender's monotonic clock, 0 if unknown \[ns\].
     pub send_ns: u64,
-    /// How many of the places below are in use: 1 to 8.
+    /// Number of entries of `each` in use: 1 to 8.
     pub tools: u32,
     /// Zero.
     pub reserved: u32,
-    /// The tools; zero behind those in use.
+    /// The tools; zero after those in use.
     pub each: [OneToolPose; TOOLS_MAX],
 }
 
@@ -52,7 +52,7 @@ pub struct ToolPoses {
 #[type_name("chaincell.OneToolForce.v2")]
 #[repr(C)]
 pub struct OneToolForce {
-    /// Which tool.
+    /// Number of the tool.
     pub number: u32,
     /// Number of cells it holds.
     pub contacts: u32,
@@ -60,7 +60,7 @@ pub struct OneToolForce {
     pub force_n: [f32; 3],
     /// Torque of the tissue on it about its position \[N m\].
     pub torque_n_m: [f32; 3],
-    /// What bit, summed: see [`chaincell_kernel::Flags`].
+    /// Limits and events of the tool, a sum: see [`chaincell_kernel::Flags`].
     pub flags: u32,
     /// Zero.
     pub reserved: u32,
@@ -75,25 +75,25 @@ pub struct ToolForces {
     pub tick: u64,
     /// The server's session, new for each, never 0.
     pub session_id: u64,
-    /// Number of the tick whose pose the force is of.
+    /// Number of the tick whose pose the force belongs to.
     pub force_tick: u64,
-    /// When the message answered was sent, as it said \[ns\].
+    /// Send time of the message answered, as given in it \[ns\].
     pub send_ns: u64,
-    /// Hash of the state after the tick, 0 where none was taken.
+    /// Hash of the state after the tick, 0 if none was computed.
     pub state_hash: u64,
     /// Certified upper bound of the elastic energy of the published state \[J\].
     pub energy_j: f32,
-    /// What bit during the tick, summed: see [`chaincell_kernel::Flags`].
+    /// Limits and events of the tick, a sum: see [`chaincell_kernel::Flags`].
     pub flags: u32,
-    /// Time the tick took, without waiting, hashing and sending \[ns\].
+    /// Duration of the tick, without waiting, hashing and sending \[ns\].
     pub step_ns: u32,
     /// Sweeps made in the tick, 0 in a late one.
     pub sweeps: u32,
-    /// How many of the places below are in use.
+    /// Number of entries of `each` in use.
     pub tools: u32,
     /// Zero.
     pub reserved: u32,
-    /// The tools, in the places of the message answered; zero behind those in use.
+    /// The tools, in the order of the message answered; zero after those in use.
     pub each: [OneToolForce; TOOLS_MAX],
 }
 

@@ -1,5 +1,5 @@
-//! What viewers read: slices of one element with a header, beside the loop, at a bounded pace. Readers keep
-//! the newest alone, and one that does not read delays nobody.
+//! Messages for viewers: slices of one element with a header, sent outside the control loop at a bounded
+//! rate. Readers keep only the newest, and one that does not read delays nobody.
 
 use std::fmt::Debug;
 
@@ -15,16 +15,16 @@ use crate::services::{
     Ipc, NODES_MAX, PUBLISHERS_MAX, SUBSCRIBERS_MAX, SceneServices, port_error, service_error,
 };
 
-/// An element of what viewers read.
+/// An element of a message for viewers.
 pub trait Viewed: Debug + Copy + ZeroCopySend + 'static {
-    /// What the slice belongs to.
+    /// Header of the slice: the tick that it belongs to.
     type Header: Debug + Copy + Default + ZeroCopySend;
-    /// What a message is called: "cannot send ...".
+    /// Name of a message in errors: "cannot send ...".
     const WHAT: &'static str;
-    /// How it is called where there is none.
+    /// Text if there is none: "no state".
     const NONE: &'static str;
 
-    /// The scene's service for it.
+    /// Returns the name of the scene's service for it.
     fn name(scene: &SceneServices) -> &ServiceName;
 }
 
@@ -34,7 +34,7 @@ pub type Topic<T> = publish_subscribe::PortFactory<Ipc, [T], <T as Viewed>::Head
 /// Opens or creates the service.
 ///
 /// # Errors
-/// One with other types or limits.
+/// The service exists with other types or limits.
 pub fn topic<T: Viewed>(scene: &SceneServices) -> Result<Topic<T>> {
     let name = *T::name(scene);
     scene.further(move |node| opened::<T>(node, &name))
@@ -66,7 +66,7 @@ impl<T: Viewed> Reader<T> {
     /// Joins the scene's readers.
     ///
     /// # Errors
-    /// A service with other types or limits; too many readers.
+    /// The service exists with other types or limits, or it has too many readers.
     pub fn open(scene: &SceneServices) -> Result<Self> {
         let topic = topic::<T>(scene)?;
         let subscriber = topic.subscriber_builder().buffer_size(1).create();
@@ -77,21 +77,21 @@ impl<T: Viewed> Reader<T> {
     /// Returns true if a server sends.
     #[must_use]
     pub fn is_served(&self) -> bool {
-        // Meanwhile the connection is made, so that no message is missed.
+        // Also connects, so that no message is missed.
         let _ = self.subscriber.update_connections();
         self.topic.dynamic_config().number_of_publishers() > 0
     }
 
-    /// Limits and types of the service.
+    /// Returns the service, with its limits and types.
     #[must_use]
     pub fn topic(&self) -> &publish_subscribe::PortFactory<Ipc, [T], T::Header> {
         &self.topic
     }
 
-    /// The newest message that has not been taken, if any, where it lies in shared memory.
+    /// Returns the newest message that has not been taken, if any, in shared memory without a copy.
     ///
     /// # Errors
-    /// A third message while two are held, or shared memory that failed.
+    /// Two messages are held already, or shared memory failed.
     pub fn borrow(&self) -> Result<Option<View<T>>> {
         let sample = self.subscriber.receive();
         let sample = sample.map_err(|why| {
@@ -104,16 +104,16 @@ impl<T: Viewed> Reader<T> {
         Ok(sample.map(View))
     }
 
-    /// A copy of the newest message that has not been taken, if any.
+    /// Returns a copy of the newest message that has not been taken, if any.
     ///
     /// # Errors
-    /// Two messages that are held already, or shared memory that failed.
+    /// Two messages are held already, or shared memory failed.
     pub fn take(&self) -> Result<Option<(T::Header, Vec<T>)>> {
         Ok(self.borrow()?.map(|view| (view.header(), view.rows().to_vec())))
     }
 }
 
-/// A message that lies in shared memory until this is dropped.
+/// A message that stays in shared memory until this is dropped.
 #[derive(Debug)]
 pub struct View<T: Viewed>(Sample<Ipc, [T], T::Header>);
 
@@ -124,7 +124,7 @@ impl<T: Viewed> View<T> {
         *self.0.user_header()
     }
 
-    /// Its elements.
+    /// Returns its elements.
     #[must_use]
     pub fn rows(&self) -> &[T] {
         self.0.payload()

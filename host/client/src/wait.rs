@@ -1,4 +1,4 @@
-//! How a loop waits for the next message: by sleeping, by polling, or by being woken.
+//! Waits of a loop for the next message: sleeping, polling, or sleeping until woken.
 
 use std::time::Duration;
 
@@ -11,15 +11,15 @@ use crate::services::Wake;
 const LEAD_NS: u64 = 100_000;
 /// Longest polling for one message \[ns\].
 const POLL_NS: u64 = 200_000;
-/// Sleep between looks at a message that is late \[ns\].
+/// Polling period while a message is late \[ns\].
 const LATE_STEP_NS: u64 = 50_000;
-/// After this long without a message the peer counts as absent \[ns\].
+/// Time without a message after which the peer counts as absent \[ns\].
 const ABSENT_NS: u64 = 100 * MILLISECOND_NS;
-/// Sleep between looks while the peer is absent: its first message meets its deadline \[ns\].
+/// Polling period while the peer is absent, short enough for its first message's deadline \[ns\].
 const ABSENT_STEP_NS: u64 = MILLISECOND_NS / 4;
-/// The last stretch before a deadline is polled, since a sleep ends late \[ns\].
+/// Time before a deadline that is polled, since a sleep ends late \[ns\].
 const APPROACH_NS: u64 = 60_000;
-/// Longest wait for a wake-up: a peer that sends none is found after this long \[ns\].
+/// Longest wait for a wake-up: a peer that sends none is noticed after this time \[ns\].
 const WAKE_STEP_NS: u64 = MILLISECOND_NS;
 
 choices! {
@@ -37,7 +37,7 @@ choices! {
     }
 }
 
-/// Waits for messages of one peer and learns when the next one is due.
+/// Waits for messages of one peer and learns the time at which the next one is due.
 ///
 /// ```
 /// use chaincell_client::clock::{MILLISECOND_NS, now_ns};
@@ -60,13 +60,13 @@ pub struct Waiter {
 }
 
 impl Waiter {
-    /// Starts with a guess of the span between the cause of a message and its arrival \[ns\].
+    /// Starts with a guess of the delay between the cause of a message and its arrival \[ns\].
     #[must_use]
     pub fn new(mode: Wait, typical_ns: u64) -> Self {
         Self { mode, typical_ns: typical_ns.min(PERIOD_NS), expected_ns: None, last_message_ns: 0 }
     }
 
-    /// A message arrived, this long after its cause.
+    /// Notes that a message arrived at `arrival_ns`, `span_ns` after its cause.
     pub fn arrived(&mut self, arrival_ns: u64, span_ns: u64) {
         let span_ns = span_ns.min(PERIOD_NS);
         self.typical_ns = (7 * self.typical_ns + span_ns) / 8;
@@ -74,12 +74,12 @@ impl Waiter {
         self.expected_ns = None;
     }
 
-    /// The cause of the next message happened at this moment.
+    /// Notes that the cause of the next message happened at `cause_ns`.
     pub fn expect_after(&mut self, cause_ns: u64) {
         self.expected_ns = Some(cause_ns + self.typical_ns);
     }
 
-    /// One step of waiting, at most until the deadline; afterwards the caller looks again.
+    /// Makes one step of waiting, at most until the deadline; then the caller checks again.
     pub fn pause(&self, deadline_ns: u64, wake: &Wake) {
         let now_ns = now_ns();
         if now_ns >= deadline_ns {
@@ -97,7 +97,7 @@ impl Waiter {
         }
     }
 
-    /// Waits until a moment, as precisely as the mode allows.
+    /// Waits until `moment_ns`, as precisely as the mode allows.
     pub fn until(&self, moment_ns: u64) {
         while now_ns() < moment_ns {
             self.approach(moment_ns);
@@ -123,7 +123,7 @@ impl Waiter {
         }
     }
 
-    /// One step towards a moment: a sleep, then polling where the mode polls.
+    /// Makes one step of waiting for `moment_ns`: a sleep, then polling if the mode polls.
     fn approach(&self, moment_ns: u64) {
         let polled_ns = match self.mode {
             Wait::Event => 0,

@@ -1,8 +1,8 @@
-//! The coarse level: hat functions over the rest shape, and between them the inverse of the Laplacian
-//! bound of links, or of the elasticity of nodal shapes.
+//! The coarse level: hat functions (hats) over the rest shape, and the inverse of a matrix between them:
+//! that of the Laplacian bound of links, or that of the elasticity of nodal shapes.
 //!
-//! See `chaincell_kernel::solver::coarse` for what they are for. The grid's spacing is the same along all
-//! axes up to what fits the body's box; hats that no free cell touches are left out.
+//! See `chaincell_kernel::solver::coarse` for their use. The grid's spacing is about the same along all
+//! axes, such that a whole number of boxes fits the body; hats that no free cell touches are left out.
 
 use chaincell_kernel::image::{HATS_MAX, NO_HAT, kind};
 use chaincell_kernel::parts;
@@ -13,46 +13,45 @@ use super::tissue::Shapes;
 use super::{Link, OrderedCells};
 use crate::error::{Error, Result};
 
-/// Hats that a model gets at most unless asked for more: their product then takes about a quarter
-/// of a sweep of the paper's liver.
+/// Most hats of a model by default: their product then takes about a quarter of a sweep of the paper's
+/// liver.
 const HATS_DEFAULT_MAX: usize = 400;
-/// Closest hats of the default [mean link lengths].
+/// Smallest spacing by default \[mean link lengths\].
 const SPACING_MIN: f64 = 2.5;
-/// Farthest, beyond which a level of hats is of little use.
+/// Largest spacing by default, beyond which a coarse level is of little use \[mean link lengths\].
 const SPACING_MAX: f64 = 8.0;
-/// Hats that nodal shapes get at most unless asked for more: the product on all axes together is
-/// nine times as large.
+/// Most hats of nodal shapes by default: the product on all axes together is nine times as large.
 const ELASTIC_DEFAULT_MAX: usize = 160;
-/// Closest hats of their default [mean link lengths].
+/// Their smallest spacing by default \[mean link lengths\].
 const ELASTIC_SPACING_MIN: f64 = 4.5;
-/// Farthest: a body of the most cells has fewer hats than that.
+/// Their largest spacing \[mean link lengths\]: even a body of the most cells has few enough hats then.
 const ELASTIC_SPACING_MAX: f64 = 64.0;
-/// Free cells that each of them has at least.
+/// Fewest free cells for each of them.
 const ELASTIC_CELLS_MIN: usize = 6;
 /// Share of its diagonal that is added to the matrix before it is inverted, times the root of the
 /// number of hats n. The kernel's product B g has errors of up to eps n |B| |g|; scaled to a
 /// diagonal of 1, |B| is at most 1 / share and B g at least |g| / 4, so g . B g keeps above the
-/// matrix's own c' A c where share / 16 > eps n / share: share > sqrt(16 eps n). It also covers what
-/// the kernel puts to 0 beside a probe, at most 1e-4 of the largest coordinate of c.
+/// matrix's own c' A c if share / 16 > eps n / share: share > sqrt(16 eps n). It also covers the part of
+/// c that the kernel sets to 0 next to a probe, at most 1e-4 of the largest coordinate of c.
 const ROUNDING_ROOM: f64 = 1.0e-3;
-/// A hat that weighs less on all its cells together is left out: it has next to nothing to move.
-/// The matrix is that of the hats that stay, so the certificate loses nothing.
+/// A hat whose weights on all its cells add up to less is left out: it moves next to nothing. The
+/// matrix is that of the remaining hats, so the certificate stays exact.
 const SUPPORT_MIN: f32 = 1.0e-2;
-/// Where every cell is fewer links than this away from a fixed one, sweeps alone settle the body
-/// as fast.
+/// If every cell is fewer links than this away from a fixed one, sweeps alone settle the body as
+/// fast.
 const RINGS_MIN: usize = 5;
 
-/// How far apart the hats stand.
+/// Spacing of the hats.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum BasisSpacing {
-    /// By size: at most 400 hats, at least 2.5 mean link lengths apart; none
-    /// where every cell is close to a fixed one, and for bodies too large for that. Nodal shapes: at
-    /// most 160, at least 4.5 apart and one for six free cells, for bodies of any size.
+    /// By size: at most 400 hats, at least 2.5 mean link lengths apart; none if every cell is close to
+    /// a fixed one, or if the body is too large for that. Nodal shapes have at most 160, at least 4.5
+    /// apart, and at most one for six free cells, for bodies of any size.
     #[default]
     BySize,
     /// No coarse level.
     None,
-    /// This far apart [mean link lengths].
+    /// This distance \[mean link lengths\].
     Links(f64),
 }
 
@@ -76,7 +75,7 @@ impl Grid {
         Self { low, boxes, size }
     }
 
-    /// The box of a position, and where in it.
+    /// Returns the box of a position, and the position in it, from 0 to 1.
     fn locate(&self, position: [f32; 3]) -> ([usize; 3], [f64; 3]) {
         let along = |axis: usize| (f64::from(position[axis]) - self.low[axis]) / self.size[axis];
         let at = [0, 1, 2].map(|axis| (along(axis) as usize).min(self.boxes[axis] - 1));
@@ -87,7 +86,7 @@ impl Grid {
         (x * self.boxes[1] + y) * self.boxes[2] + z
     }
 
-    /// Grid points at the corners of a box, x slowest.
+    /// Returns the grid points at the corners of a box, x slowest.
     fn corners(&self, [x, y, z]: [usize; 3]) -> [usize; 8] {
         std::array::from_fn(|corner| {
             let (i, j, k) = (x + (corner >> 2), y + (corner >> 1 & 1), z + (corner & 1));
@@ -107,7 +106,7 @@ fn extent(rest: &[[f32; 3]]) -> ([f64; 3], [f64; 3]) {
     (low, [0, 1, 2].map(|axis| high[axis] - low[axis]))
 }
 
-/// Weights of a cell at the corners of its box, x slowest, as the kernel reads them.
+/// Returns the weights of a cell at the corners of its box, x slowest, as the kernel reads them.
 fn weights([x, y, z]: [f64; 3]) -> [f32; 8] {
     let side = |corner: usize, bit: usize, t: f64| if corner >> bit & 1 == 1 { t } else { 1.0 - t };
     std::array::from_fn(|corner| {
@@ -115,14 +114,14 @@ fn weights([x, y, z]: [f64; 3]) -> [f32; 8] {
     })
 }
 
-/// The free cells by part of the body and box, with their weights; the numbers of the hats.
+/// The free cells by part of the body and box, with their weights, and the numbers of the hats.
 struct Level {
     count: usize,
     rows: Vec<u32>,
     corners: Vec<[u16; 8]>,
-    /// In pairs: the last one of a box may stand twice.
+    /// In pairs: the last one of a box may be repeated.
     cells: Vec<u16>,
-    /// As `cells`, without weights for the second stand.
+    /// As `cells`, with weights 0 for a repetition.
     weights: Vec<[f32; 8]>,
     entry: Vec<u16>,
 }
@@ -131,6 +130,7 @@ impl Level {
     fn new(body: &OrderedCells, mobility: &[f32], spacing: f64) -> Self {
         let grid = Grid::new(&body.rest, spacing);
         let part = |cell: usize| parts::of_cell(body.rest.len(), cell);
+        // The free cells, sorted by box.
         let mut by_box: Vec<_> = (body.rest.iter())
             .enumerate()
             .filter(|&(cell, _)| mobility[cell] > 0.0)
@@ -140,6 +140,7 @@ impl Level {
             })
             .collect();
         by_box.sort_unstable_by_key(|&(at_box, cell, ..)| (at_box, cell));
+        // Number the grid points with enough support as hats.
         let points = (0..3).map(|axis| grid.boxes[axis] + 1).product();
         let mut support = vec![0.0; points];
         for &(_, _, at, inside) in &by_box {
@@ -154,6 +155,7 @@ impl Level {
             *hat = count as u16;
             count += 1;
         }
+        // The rows of the boxes, in pairs of cells.
         let mut level = Self {
             count,
             rows: vec![0],
@@ -178,12 +180,12 @@ impl Level {
         level
     }
 
-    /// Whether every entry has a number of 16 bits.
+    /// Returns true if every entry has a number of 16 bits.
     fn is_addressable(&self) -> bool {
         self.cells.len() <= usize::from(NO_HAT)
     }
 
-    /// Row of P of a cell.
+    /// Returns the row of P of a cell.
     fn row(&self, cell: u16) -> Vec<(usize, f64)> {
         let entry = self.entry[usize::from(cell)];
         if entry == NO_HAT {
@@ -197,7 +199,7 @@ impl Level {
             .collect()
     }
 
-    /// The inverse of P' L P, or of P' K P on all axes, with its rounding room.
+    /// Returns the inverse of P' L P, or of P' K P on all axes, with the margin for rounding.
     fn inverse(&self, bound: &Bound<'_>) -> Result<DMatrix<f64>> {
         let mut matrix = match bound {
             Bound::Links(links, weight) => {
@@ -222,7 +224,7 @@ impl Level {
         Ok(factor.inverse())
     }
 
-    /// For each hat the free cell that it weighs most on.
+    /// Returns for each hat the free cell with the largest weight.
     fn highest(&self) -> Vec<u16> {
         let mut highest = vec![(0.0, 0); self.count];
         for cell in 0..self.entry.len() as u16 {
@@ -236,16 +238,16 @@ impl Level {
     }
 }
 
-/// What L, the bound of the curvature, is made of.
+/// Parts of L, the bound of the curvature.
 pub(super) enum Bound<'a> {
     /// The Laplacian of weight w / 2 of links.
     Links(&'a [Link], &'a [f32]),
-    /// That of nodal shapes.
+    /// The bound of nodal shapes.
     Shapes(&'a Shapes),
 }
 
 impl Bound<'_> {
-    /// b, at least the largest eigenvalue of L, from the weights of the cells.
+    /// Returns b, at least the largest eigenvalue of L, from the weights of the cells.
     pub fn largest(&self, weights: &[f32]) -> f32 {
         match self {
             Self::Links(links, _) => {
@@ -267,8 +269,8 @@ fn add_square(matrix: &mut DMatrix<f64>, map: &[(usize, f64)], weight: f64) {
     }
 }
 
-/// Links between the cell farthest from all fixed ones and the nearest of them; `None` where some
-/// cell is linked to no fixed one.
+/// Returns the number of links from the fixed cells to the cell farthest from them; `None` if some
+/// cell has no path of links to a fixed one.
 fn rings(body: &OrderedCells) -> Option<usize> {
     let mut linked = vec![Vec::new(); body.rest.len()];
     for &([i, j], _) in &body.links {
@@ -294,7 +296,7 @@ fn rings(body: &OrderedCells) -> Option<usize> {
     reached.iter().all(|&reached| reached).then_some(rings)
 }
 
-/// How far apart the hats of a body stand by default; `None` for no hats.
+/// Returns the default spacing of the hats of a body; `None` for no hats.
 fn by_size(body: &OrderedCells, mobility: &[f32], bound: &Bound<'_>) -> Option<f64> {
     let (closest, farthest, most) = match bound {
         Bound::Links(..) => {
@@ -320,7 +322,7 @@ fn by_size(body: &OrderedCells, mobility: &[f32], bound: &Bound<'_>) -> Option<f
     None
 }
 
-/// Adds the sections of the coarse level, where the body gets one.
+/// Adds the sections of the coarse level, if the body gets one.
 pub(super) fn push(
     sections: &mut Sections,
     body: &OrderedCells,
@@ -333,6 +335,7 @@ pub(super) fn push(
         BasisSpacing::Links(spacing) => Some(spacing),
         BasisSpacing::BySize => by_size(body, mobility, bound),
     };
+    // Build the level, and check its size.
     let Some(spacing) = spacing else { return Ok(()) };
     let level = Level::new(body, mobility, spacing);
     if level.count == 0 {
@@ -350,6 +353,7 @@ pub(super) fn push(
             level.count
         )));
     }
+    // Invert its matrix, and write the sections.
     let inverse = level.inverse(bound)?;
     let rows = padded(&inverse, level.count);
     sections.push(kind::HATS, &[level.count as u32]);
@@ -370,8 +374,8 @@ pub(super) fn push(
     Ok(())
 }
 
-/// The rows of a symmetric matrix of `count` hats, one axis or three, in single precision. Columns
-/// of each axis are padded, and where there are three its rows too.
+/// Returns the rows of a symmetric matrix of `count` hats, one axis or three, in single precision.
+/// Columns of each axis are padded, and with three axes also the rows.
 fn padded(inverse: &DMatrix<f64>, count: usize) -> Vec<f32> {
     let (axes, stride) = (inverse.nrows() / count, count.next_multiple_of(8));
     let columns = axes * stride;

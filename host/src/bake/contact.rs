@@ -1,5 +1,5 @@
-//! The surface that a probe meets: what each triangle resists with, see the kernel's module of
-//! contact on surfaces.
+//! The surface that a probe touches: stiffness, edge and area of each triangle, see the kernel's module
+//! of contact on surfaces.
 
 use chaincell_kernel::image::{contact, kind};
 
@@ -9,7 +9,7 @@ use super::{BakeOptions, OrderedCells};
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
 
-/// What a probe touches.
+/// Kind of contact with a probe.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum ProbeContact {
     /// Cells of the surface.
@@ -19,7 +19,7 @@ pub enum ProbeContact {
     Surface,
 }
 
-/// What a probe may touch.
+/// Checks that the body supports the kind of contact.
 pub(super) fn check(mesh: &Mesh, options: &BakeOptions) -> Result<()> {
     if options.probe_contact == ProbeContact::Cells {
         return Ok(());
@@ -38,11 +38,11 @@ pub(super) fn check(mesh: &Mesh, options: &BakeOptions) -> Result<()> {
     Err(Error::input(format!("`probe_contact` surface: {lacking}")))
 }
 
-/// What a flat triangle is taken to have: nothing, within the range of the image.
+/// Value of a flat triangle in place of 0, within the range of the image.
 const LEAST: f64 = 1.0e-9;
 
-/// Young's modulus of each cell \[Pa\]; of links, with so much stiffness each \[N/m\], that of the
-/// tissue that they are like.
+/// Returns Young's modulus of each cell \[Pa\]; for links of this stiffness \[N/m\], that of the
+/// equivalent tissue.
 fn young_pa(
     mesh: &Mesh,
     body: &OrderedCells,
@@ -62,8 +62,8 @@ fn young_pa(
     of.map_or_else(|| vec![LEAST; rest_m.len()], |of| of.cells_pa)
 }
 
-/// Adds the section where it is asked for; `reference` is `k_ref`, and `stiffness` that of every link
-/// \[N/m\]. The triangles have their own section.
+/// Adds the section if the options ask for it; `reference` is `k_ref`, and `stiffness` that of every link
+/// \[N/m\]. The triangles are in another section.
 pub(super) fn push(
     sections: &mut Sections,
     mesh: &Mesh,
@@ -74,6 +74,7 @@ pub(super) fn push(
     if options.probe_contact == ProbeContact::Cells {
         return;
     }
+    // Stiffness, mean edge and area of each triangle, in internal units.
     let young = young_pa(mesh, body, options, stiffness);
     let unit_pa = 2.0 * f64::from(reference) / f64::from(body.unit_m);
     let numbers: Vec<[f32; 3]> = (mesh.triangles.iter())

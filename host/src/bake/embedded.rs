@@ -6,14 +6,14 @@ use super::image::Sections;
 use super::network::Plan;
 use super::{OrderedCells, internal};
 
-/// Rest positions, weights and elements of the mesh, where cells are groups of its nodes.
+/// Adds rest positions, weights and elements of the mesh, if cells are groups of its nodes.
 pub fn push(sections: &mut Sections, plan: &Plan<'_>, body: &OrderedCells) {
     let Some(coarse) = plan.coarse() else { return };
     let mesh = plan.mesh();
     let embedding = &coarse.embedding;
     let rest: Vec<[f32; 3]> = (mesh.nodes_m.iter().zip(&embedding.groups))
         .map(|(&at, groups)| match groups[0] {
-            // A node that is left out may be anywhere.
+            // An unused node may have any position.
             NO_CELL => [0.0; 3],
             _ => internal(at, body.centre_m, body.unit_m),
         })

@@ -1,7 +1,7 @@
-//! Young's modulus of the tissue that links are like: how stiff contact with them has to be.
+//! Young's modulus of the tissue to which links are equivalent: contact takes its stiffness from it.
 //!
-//! Springs of stiffness k and length l that point in all directions alike make an isotropic solid
-//! (Cauchy's). A small strain e stretches each by l n' e n, n its direction, and the mean of
+//! Springs of stiffness k and length l with uniformly distributed directions make an isotropic solid
+//! (Cauchy's). A small strain e stretches each by l n' e n, where n is its direction. The mean of
 //! `n_a n_b n_c n_d` over all directions is (`d_ab d_cd` + `d_ac d_bd` + `d_ad d_bc`) / 15, so that
 //!
 //! ```text
@@ -9,28 +9,28 @@
 //! ```
 //!
 //! V is the volume that they fill. A cell has half of each of its links and a quarter of each of its
-//! tetrahedra. Inside their band links give no force; what counts here is their stiffness beyond it, so
-//! a body with slack is softer than this.
+//! tetrahedra. Inside their band links give no force; this takes their stiffness beyond it, so a body
+//! with slack is softer than this.
 
 use chaincell_kernel::Model;
 
 use crate::mesh::geometry::volume6;
 
-/// A cell's volume counts at least so much of the mean: flat tetrahedra have none.
+/// Least volume of a cell, as a share of the mean: flat tetrahedra have none.
 const LEAST: f64 = 1.0e-3;
 
-/// Young's moduli that links are like.
+/// Young's moduli to which links are equivalent.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Equivalent {
-    /// Of the whole body \[Pa\].
+    /// Modulus of the whole body \[Pa\].
     pub body_pa: f64,
-    /// At each cell \[Pa\].
+    /// Modulus at each cell \[Pa\].
     pub cells_pa: Vec<f64>,
 }
 
 impl Equivalent {
-    /// Of links with so much stiffness \[N/m\] between cells at rest \[m\], whose tetrahedra tell the
-    /// volume; `None` where these have none.
+    /// Computes them for links with their stiffness \[N/m\] between cells at rest \[m\]; the tetrahedra
+    /// give the volume. `None` if they have none.
     pub fn new(
         rest_m: &[[f64; 3]],
         links: impl Iterator<Item = ([usize; 2], f64)>,
@@ -57,7 +57,7 @@ impl Equivalent {
         })
     }
 
-    /// Of a baked body of links with a contact surface.
+    /// Computes them for a baked body of links with a contact surface; `None` for other bodies.
     #[must_use]
     pub fn of_model(model: &Model<'_>) -> Option<Self> {
         if model.is_nodal() || !model.has_contact_surface() {
@@ -83,8 +83,8 @@ mod tests {
     use super::*;
     use crate::mesh::{MeshOptions, load};
 
-    /// Far from its surface a box is a lattice of cubes with six edges and six face diagonals each, on
-    /// average: 3 edges d and 6 halves of diagonals of length sqrt(2) d in a volume d^3.
+    /// Far from its surface, a box is a lattice of cubes; a cube has on average 3 edges of length d and
+    /// 6 halves of diagonals of length sqrt(2) d in a volume d^3.
     #[test]
     fn a_lattice_has_the_modulus_of_its_springs() {
         let (d, k) = (0.01, 20.0);

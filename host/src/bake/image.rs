@@ -1,4 +1,4 @@
-//! Writing a model image: the layout is [`chaincell_kernel::image`]'s.
+//! Writes a model image in the layout of [`chaincell_kernel::image`].
 
 use bytemuck::{NoUninit, cast_slice};
 use chaincell_kernel::image::{
@@ -23,7 +23,7 @@ pub struct ImageBytes {
 }
 
 impl ImageBytes {
-    /// A copy of `bytes` in aligned memory.
+    /// Copies `bytes` to aligned memory.
     #[must_use]
     pub fn copy(bytes: &[u8]) -> Self {
         let mut words = vec![0_u128; bytes.len().div_ceil(ALIGNMENT)];
@@ -31,7 +31,7 @@ impl ImageBytes {
         Self { words, length: bytes.len() }
     }
 
-    /// The image.
+    /// Returns the image.
     #[must_use]
     pub fn as_bytes(&self) -> &[u8] {
         &cast_slice(&self.words)[..self.length]
@@ -49,7 +49,7 @@ impl Sections {
         self.entries.push((kind, cast_slice(values).to_vec()));
     }
 
-    /// Header, table, sections at multiples of 16, checksum.
+    /// Writes header, table, sections at multiples of 16, and checksum.
     pub fn finish(self) -> ImageBytes {
         let aligned = |bytes: usize| bytes.next_multiple_of(ALIGNMENT);
         let mut offset = aligned(HEADER_BYTES + ENTRY_BYTES * self.entries.len());
@@ -75,18 +75,18 @@ impl Sections {
     }
 }
 
-/// Whether forces and energies of a body of this mean link length and stiffness stay in the range of single
-/// precision.
+/// Returns true if forces and energies of a body of this mean link length and stiffness stay in the range
+/// of single precision.
 pub(super) fn holds_units(unit_m: f32, stiffness_n_per_m: f32) -> bool {
     let unit_m = f64::from(unit_m);
     let force_unit_n = 2.0 * f64::from(stiffness_n_per_m) * unit_m;
     [force_unit_n, force_unit_n * unit_m].iter().all(|unit| (1e-17..=1e17).contains(unit))
 }
 
-/// The scalars of the body; `nodes` in the input's numbering.
+/// Returns the scalars of the body; `nodes` is the number of the input's nodes.
 ///
 /// # Errors
-/// A saturation below twice the largest coordinate, units out of range.
+/// A saturation below twice the largest coordinate, or units out of range.
 pub(super) fn params(
     nodes: usize,
     body: &OrderedCells,
@@ -103,6 +103,7 @@ pub(super) fn params(
              leave the range of single precision; check `unit_m`"
         )));
     }
+    // The saturation and the largest energy.
     let largest = body.rest.as_flattened().iter().fold(0.0_f32, |a, &x| a.max(x.abs()));
     let saturation = match options.saturation_m {
         None => 4.0 * largest,
@@ -130,9 +131,10 @@ pub(super) fn params(
             }
             (joule / unit_j) as f32
         }
-        // Eight cells of the largest weight, each displaced by the width of the body.
+        // That of eight cells of the largest weight, each displaced by the width of the body.
         None => 8.0 * weights.iter().copied().fold(0.0, f32::max) * largest * largest,
     };
+    // The words of the section.
     let mut words = [0; params::WORDS];
     let mut real = |word: usize, value: f32| words[word] = value.to_bits();
     real(params::UNIT_M, body.unit_m);
@@ -154,13 +156,13 @@ pub(super) fn params(
     Ok(words)
 }
 
-/// Number of axes along which the rest shape has an extent.
+/// Returns the number of axes along which the rest shape has an extent.
 fn dimension(body: &OrderedCells) -> u32 {
     let extended = |axis: usize| body.rest.iter().any(|p| p[axis] != body.rest[0][axis]);
     (0..3).filter(|&axis| extended(axis)).count().max(1) as u32
 }
 
-/// Number of connected parts.
+/// Returns the number of connected parts.
 fn parts(body: &OrderedCells) -> usize {
     let mut parent: Vec<usize> = (0..body.rest.len()).collect();
     let mut parts = parent.len();

@@ -1,11 +1,11 @@
-//! Links that the model's numbers have a length for.
+//! Checks that every link has a length in the model's single precision.
 
 use chaincell_kernel::model::rest_length;
 
 use super::OrderedCells;
 use crate::error::{Error, Result};
 
-/// Shortest and longest link that the kernel takes, in mean link lengths.
+/// Shortest and longest link that the kernel accepts, in mean link lengths.
 const LENGTHS: std::ops::RangeInclusive<f32> = 1e-6..=1e6;
 
 /// Refuses a link without a length in single precision, whose steps grow with the distance from the centre.

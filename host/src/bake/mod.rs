@@ -1,18 +1,18 @@
-//! From a mesh to a model image: cells in an order that keeps neighbours close, links with their
+//! Makes a model image of a mesh: cells in an order that keeps neighbours close, links with their
 //! bands and weights, the bounds that the kernel's proofs need.
 //!
 //! - `network`: the mesh itself, with links up to `--rings` edges long, or groups of its nodes.
 //! - `groups`: `--cells N` puts the nodes of a mesh of up to 2,000,000 nodes into N groups, a cell
-//!   each. A tick costs what N cells cost; every node follows the cells around it.
-//! - `embedded`: those nodes in the image; `--lean` leaves them out, with all that only pictures,
-//!   selectors and vector units need.
+//!   each. A tick takes the time of N cells; every node follows the cells around it.
+//! - `embedded`: those nodes in the image; `--lean` leaves them out, and all other data that only
+//!   pictures, selectors and vector units need.
 //! - `order`, `slices`: the order of the cells, and their links for vector units.
 //! - `coarse_basis`: the coarse level of `track`, `--hats`.
 //! - `tissue`: Young's modulus and Poisson's ratio in place of links.
-//! - `contact`: the surface that a probe meets, `--probe-contact`.
-//! - `equivalent`: Young's modulus of the tissue that links are like.
+//! - `contact`: the surface that a probe touches, `--probe-contact`.
+//! - `equivalent`: Young's modulus of the tissue to which links are equivalent.
 //! - `notes`: node groups and border, for selectors.
-//! - `image`: the file.
+//! - `image`: the layout of the image.
 
 mod coarse_basis;
 mod contact;
@@ -48,7 +48,7 @@ use crate::mesh::{Mesh, MeshOptions, load, vertex_normals};
 /// A quantity of every link: one value, or one per input node, averaged over a link's ends.
 #[derive(Debug, Clone, PartialEq)]
 pub enum PerCell {
-    /// The same everywhere; nothing is stored per link.
+    /// One value everywhere; nothing is stored per link.
     Uniform(f64),
     /// One value per input node.
     Each(Vec<f64>),
@@ -66,17 +66,17 @@ impl PerCell {
     }
 }
 
-/// Largest Poisson's ratio: beyond it single precision loses the shear in the volume.
+/// Largest Poisson's ratio: above it, the rounding of the volume's stress hides that of the shear.
 const POISSON_MAX: f64 = 0.495;
 
-/// What the bake may choose.
+/// Options of the bake.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BakeOptions {
     /// Half-width of the band in rest lengths, in [0, 1).
     pub alpha: PerCell,
     /// Stiffness of a link \[N/m\].
     pub stiffness_n_per_m: PerCell,
-    /// Nodal shapes in place of links; alpha is 0 then, and the stiffness without meaning.
+    /// Nodal shapes in place of links; then alpha is 0, and the stiffness is not used.
     pub tissue: Option<Tissue>,
     /// Saturation K from the body's centre \[m\]; 4 times the largest coordinate if absent.
     pub saturation_m: Option<f64>,
@@ -84,15 +84,15 @@ pub struct BakeOptions {
     pub resistance: f64,
     /// Cell capacitance C.
     pub capacitance: f64,
-    /// What a tool may load into the body \[J\].
+    /// Most energy that a tool may store in the body \[J\].
     pub energy_max_j: Option<f64>,
     /// The coarse level of `track`.
     pub coarse_basis: BasisSpacing,
-    /// Leave out what only a display or a vector unit needs.
+    /// Leave out data that only a display or a vector unit needs.
     pub lean: bool,
-    /// What a probe touches.
+    /// Kind of contact with a probe.
     pub probe_contact: ProbeContact,
-    /// Groups of nodes, each of them a cell; every node is one if absent.
+    /// Number of groups of nodes, each of them a cell; every node is a cell if absent.
     pub cells: Option<usize>,
 }
 
@@ -117,11 +117,11 @@ impl Default for BakeOptions {
 /// Cells of a link, lower first, and the index of the mesh's link.
 type Link = ([u16; 2], usize);
 
-/// Cells in the model's order, with what the sections are made of.
+/// Cells in the model's order, with the data of the sections.
 struct OrderedCells {
-    /// Node of the network's mesh of each cell.
+    /// Each cell's node in the network's mesh.
     node: Vec<u32>,
-    /// Cell of each of its nodes; `u16::MAX` for a node that is no cell.
+    /// Cell of each node of that mesh; `u16::MAX` for a node that is no cell.
     cell_of: Vec<u16>,
     centre_m: [f32; 3],
     unit_m: f32,
@@ -131,11 +131,11 @@ struct OrderedCells {
     fixed: Vec<u16>,
 }
 
-/// The body of commands that are given none: `organ:1000 --young-pa 5000 --poisson 0.45`.
+/// Bakes the default body of commands: `organ:1000 --young-pa 5000 --poisson 0.45`.
 ///
-/// A liver: healthy ones have 4 to 6 kPa by transient elastography (L. Sandrin and others, Ultrasound
-/// in Medicine and Biology 29, 2003, 1705 to 1713), and are nearly incompressible. As many cells as
-/// leave most of a millisecond to a busy machine.
+/// It is a liver: healthy ones have 4 to 6 kPa by transient elastography (L. Sandrin and others,
+/// Ultrasound in Medicine and Biology 29, 2003, 1705 to 1713), and are nearly incompressible. Its
+/// number of cells leaves most of a millisecond to a busy machine.
 ///
 /// # Errors
 /// As [`bake`].
@@ -161,7 +161,7 @@ pub fn bake(mesh: &Mesh, fixed: &[u32], options: &BakeOptions) -> Result<ImageBy
     Ok(image)
 }
 
-/// Ranges of the options, the place named as the option.
+/// Checks the ranges of the options; an error names the option.
 fn check(mesh: &Mesh, options: &BakeOptions) -> Result<()> {
     let each = |name: &str, value: &PerCell, holds: fn(f64) -> bool, range: &str| match value {
         PerCell::Uniform(value) if holds(*value) => Ok(()),
@@ -179,10 +179,12 @@ fn check(mesh: &Mesh, options: &BakeOptions) -> Result<()> {
             None => Ok(()),
         },
     };
+    // Values of links.
     let positive = |value: f64| value > 0.0 && (value as f32).is_normal();
     each("`alpha`", &options.alpha, |a| (0.0..1.0).contains(&(a as f32)), "in [0, 1)")?;
     let stiffness = "above 0 and finite [N/m]";
     each("`stiffness_n_per_m`", &options.stiffness_n_per_m, positive, stiffness)?;
+    // Tissue.
     if let Some(tissue) = &options.tissue {
         each("`young_pa`", &tissue.young_pa, positive, "above 0 and finite [Pa]")?;
         let ratios = |nu: f64| (0.0..=POISSON_MAX).contains(&nu);
@@ -193,6 +195,7 @@ fn check(mesh: &Mesh, options: &BakeOptions) -> Result<()> {
         check_stiffening(&tissue.stiffening)?;
         check_shapes(options)?;
     }
+    // The coarse level and the scalars of the body.
     if let BasisSpacing::Links(spacing) = options.coarse_basis
         && !(1.0..=1e6).contains(&spacing)
     {
@@ -217,7 +220,7 @@ fn check(mesh: &Mesh, options: &BakeOptions) -> Result<()> {
     contact::check(mesh, options)
 }
 
-/// At most three bands, each with a width of its own.
+/// Checks that there are at most three bands, each with a different width.
 fn check_stiffening(bands: &[Band]) -> Result<()> {
     if bands.len() > STIFFENING_MAX {
         let (given, most) = (bands.len(), STIFFENING_MAX);
@@ -245,7 +248,7 @@ fn check_stiffening(bands: &[Band]) -> Result<()> {
     Ok(())
 }
 
-/// What goes with nodal shapes.
+/// Checks the options that nodal shapes exclude.
 fn check_shapes(options: &BakeOptions) -> Result<()> {
     for (name, is_asked, why) in [
         ("alpha", options.alpha != PerCell::Uniform(0.0), "shapes have no slack"),
@@ -259,7 +262,7 @@ fn check_shapes(options: &BakeOptions) -> Result<()> {
     Ok(())
 }
 
-/// Chooses frame and order, and renumbers.
+/// Chooses the frame and the order of the cells, and renumbers links and fixed nodes.
 fn lay_out(mesh: &Mesh, fixed: &[u32]) -> Result<OrderedCells> {
     let mut used = vec![true; mesh.nodes_m.len()];
     for &node in &mesh.unused {
@@ -270,6 +273,7 @@ fn lay_out(mesh: &Mesh, fixed: &[u32]) -> Result<OrderedCells> {
     for &node in mesh.links.as_flattened() {
         valence[node as usize] += 1;
     }
+    // Number the cells.
     let order = order::by_place(&mesh.nodes_m, &valence, nodes);
     let mut cell_of = vec![u16::MAX; mesh.nodes_m.len()];
     for (cell, &node) in order.iter().enumerate() {
@@ -282,6 +286,7 @@ fn lay_out(mesh: &Mesh, fixed: &[u32]) -> Result<OrderedCells> {
         })
         .collect();
     links.sort_unstable();
+    // Renumber the fixed nodes.
     let mut fixed_cells = Vec::with_capacity(fixed.len());
     for &node in fixed {
         match cell_of.get(node as usize) {
@@ -291,6 +296,7 @@ fn lay_out(mesh: &Mesh, fixed: &[u32]) -> Result<OrderedCells> {
     }
     fixed_cells.sort_unstable();
     fixed_cells.dedup();
+    // Rest positions in the frame.
     let (centre_m, unit_m) = frame(mesh, &order);
     let rest = order.iter().map(|&node| internal(mesh.nodes_m[node as usize], centre_m, unit_m));
     Ok(OrderedCells {
@@ -304,7 +310,7 @@ fn lay_out(mesh: &Mesh, fixed: &[u32]) -> Result<OrderedCells> {
     })
 }
 
-/// A position in mean link lengths from the centre.
+/// Converts a position to mean link lengths from the centre.
 fn internal(position_m: [f64; 3], centre_m: [f32; 3], unit_m: f32) -> [f32; 3] {
     // Adding +0.0 turns -0.0 into +0.0.
     std::array::from_fn(|axis| {
@@ -312,8 +318,8 @@ fn internal(position_m: [f64; 3], centre_m: [f32; 3], unit_m: f32) -> [f32; 3] {
     })
 }
 
-/// Centre of the bounding box and mean link length, as the single-precision numbers that every
-/// conversion uses from here on.
+/// Returns the centre of the bounding box and the mean link length, in single precision, as all later
+/// conversions use them.
 fn frame(mesh: &Mesh, nodes: &[u32]) -> ([f32; 3], f32) {
     let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
     for &node in nodes {
@@ -331,7 +337,7 @@ fn frame(mesh: &Mesh, nodes: &[u32]) -> ([f32; 3], f32) {
     (centre, mean as f32)
 }
 
-/// Adjacency in the two halves the kernel reads.
+/// Adjacency in the two halves that the kernel reads.
 struct Adjacency {
     rows: Vec<u32>,
     back_rows: Vec<u32>,
@@ -361,7 +367,7 @@ fn adjacency(cells: usize, links: &[Link]) -> Adjacency {
     Adjacency { rows, back_rows, lower, back_link }
 }
 
-/// W of every cell, added in ascending order of the other end: the kernel's order.
+/// Returns W of every cell, added in ascending order of the other end, as in the kernel.
 fn cell_weights(cells: usize, adjacency: &Adjacency, weight: &[f32]) -> Vec<f32> {
     let range = |rows: &[u32], cell: usize| rows[cell] as usize..rows[cell + 1] as usize;
     (0..cells)
@@ -389,6 +395,7 @@ fn write(plan: &Plan<'_>, body: &OrderedCells, options: &BakeOptions) -> Result<
     let (cells, links) = (body.rest.len(), &body.links);
     let at = |cell: u16| body.rest[usize::from(cell)];
     let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
+    // Bands, stiffness and weights of the links, or the nodal shapes.
     let (alphas, stiffness) = (plan.alpha(links), plan.stiffness(links));
     let shaped = |tissue| Shapes::new(plan.mesh(), body, tissue);
     let shapes = options.tissue.as_ref().map(shaped).transpose()?;
@@ -408,6 +415,7 @@ fn write(plan: &Plan<'_>, body: &OrderedCells, options: &BakeOptions) -> Result<
     let mobility = mobilities(body, &weights);
     let rest_lengths: Vec<f32> =
         links.iter().map(|&([i, j], _)| rest_length(at(i), at(j))).collect();
+    // The scalars.
     let mut sections = Sections::default();
     let nodes = plan.mesh().nodes_m.len();
     let bound = match &shapes {
@@ -417,6 +425,7 @@ fn write(plan: &Plan<'_>, body: &OrderedCells, options: &BakeOptions) -> Result<
     let largest = bound.largest(&weights);
     let params = image::params(nodes, body, options, &weights, largest, alpha, reference)?;
     sections.push(kind::PARAMS, &params);
+    // Cells and links.
     sections.push(kind::REST, body.rest.as_flattened());
     sections.push(kind::ROWS, &adjacency.rows);
     sections.push(kind::UPPER, &links.iter().map(|(ends, _)| ends[1]).collect::<Vec<_>>());
@@ -427,6 +436,7 @@ fn write(plan: &Plan<'_>, body: &OrderedCells, options: &BakeOptions) -> Result<
     sections.push(kind::MOBILITY, &mobility);
     sections.push(kind::FIXED, &body.fixed);
     sections.push(kind::INPUT_ID, &plan.input_ids(body));
+    // Values of each link, and the slices for vector units.
     let each_alpha: Vec<f32> = alphas.each.iter().map(|&alpha| alpha as f32).collect();
     let values = slices::Values {
         rest_lengths: &rest_lengths,
@@ -444,6 +454,7 @@ fn write(plan: &Plan<'_>, body: &OrderedCells, options: &BakeOptions) -> Result<
             shapes.push(&mut sections, &body.rest, &rows, &ids);
         }
     }
+    // The coarse level, the surface, the contact and the embedded mesh.
     coarse_basis::push(&mut sections, body, &mobility, &bound, options.coarse_basis)?;
     surface(&mut sections, plan, body, options.lean);
     contact::push(&mut sections, plan.mesh(), body, options, (reference, &stiffness.each));
@@ -453,7 +464,7 @@ fn write(plan: &Plan<'_>, body: &OrderedCells, options: &BakeOptions) -> Result<
     Ok(sections.finish())
 }
 
-/// Surface cells with normals and, unless the image is lean, the elements for display.
+/// Adds the surface cells with normals and, unless the image is lean, the elements for display.
 fn surface(sections: &mut Sections, plan: &Plan<'_>, body: &OrderedCells, lean: bool) {
     use chaincell_kernel::image::kind;
     let mesh = plan.mesh();

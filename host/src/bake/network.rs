@@ -1,4 +1,4 @@
-//! The network to bake: the mesh itself, or one whose nodes are groups of the mesh's.
+//! The network to bake: the mesh itself, or one whose nodes are groups of the mesh's nodes.
 
 use super::groups::{CoarseLinks, Embedding, Groups, couple, embed, partition, stiffening};
 use super::{BakeOptions, Link, OrderedCells, PerCell};
@@ -9,7 +9,7 @@ use crate::mesh::Mesh;
 pub struct OfLinks {
     /// In the model's order.
     pub each: Vec<f64>,
-    /// Whether they are stored one by one.
+    /// True if they are stored one by one.
     pub varies: bool,
 }
 
@@ -33,7 +33,7 @@ pub struct Coarse {
 }
 
 impl<'a> Plan<'a> {
-    /// Groups the nodes where that is asked for.
+    /// Groups the nodes if the options ask for it.
     ///
     /// # Errors
     /// A number of cells out of range.
@@ -46,32 +46,32 @@ impl<'a> Plan<'a> {
         Ok(Self { mesh, fixed, options, coarse })
     }
 
-    /// The mesh as it was given.
+    /// Returns the mesh as it was given.
     pub fn mesh(&self) -> &Mesh {
         self.mesh
     }
 
-    /// The mesh whose nodes are the cells.
+    /// Returns the mesh whose nodes are the cells.
     pub fn net(&self) -> &Mesh {
         self.coarse.as_ref().map_or(self.mesh, |coarse| &coarse.net)
     }
 
-    /// Its fixed nodes.
+    /// Returns its fixed nodes.
     pub fn fixed(&self) -> &[u32] {
         self.coarse.as_ref().map_or(self.fixed, |coarse| &coarse.fixed)
     }
 
-    /// Whether cells are groups.
+    /// Returns true if cells are groups.
     pub fn is_grouped(&self) -> bool {
         self.coarse.is_some()
     }
 
-    /// The groups, where cells are groups.
+    /// Returns the groups, if cells are groups.
     pub fn coarse(&self) -> Option<&Coarse> {
         self.coarse.as_ref()
     }
 
-    /// Input id of every cell.
+    /// Returns the input id of every cell.
     pub fn input_ids(&self, body: &OrderedCells) -> Vec<u32> {
         match &self.coarse {
             None => body.node.clone(),
@@ -81,14 +81,14 @@ impl<'a> Plan<'a> {
         }
     }
 
-    /// Half-width of the band of every link.
+    /// Returns the half-width of the band of every link.
     pub fn alpha(&self, links: &[Link]) -> OfLinks {
         let coarse = self.coarse.as_ref().map(|coarse| &coarse.links.alpha);
         let varies = matches!(self.options.alpha, PerCell::Each(_));
         self.of_links(links, &self.options.alpha, coarse.filter(|_| varies), varies)
     }
 
-    /// Stiffness of every link [N/m]; in a body of tissue no link has one of its own.
+    /// Returns the stiffness of every link \[N/m\]; in a body of tissue it does not vary.
     pub fn stiffness(&self, links: &[Link]) -> OfLinks {
         let coarse = self.coarse.as_ref().map(|coarse| &coarse.links.stiffness_n_per_m);
         let given = &self.options.stiffness_n_per_m;

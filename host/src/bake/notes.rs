@@ -1,4 +1,4 @@
-//! What a model remembers of its mesh for selectors: node groups and the border.
+//! Data of the mesh that a model keeps for selectors: node groups and the border.
 
 use std::collections::BTreeMap;
 
@@ -25,7 +25,7 @@ impl Notes {
         serde_json::to_vec(self).unwrap_or_default()
     }
 
-    /// The notes of a model; empty where it has none.
+    /// Returns the notes of a model; empty if it has none.
     #[must_use]
     pub fn read(model: &Model<'_>) -> Self {
         serde_json::from_slice(model.notes()).unwrap_or_default()

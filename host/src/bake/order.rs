@@ -1,15 +1,15 @@
-//! Order of the cells: along a Morton curve through their rest positions, so that linked cells lie
-//! close together in memory and the input's numbering leaves no trace; within short windows by
-//! valence, so that the eight cells of a slice have about as many links.
+//! Order of the cells: along a Morton curve through their rest positions, so that linked cells are
+//! close in memory and the order does not depend on the input's numbering; within short windows by
+//! valence, so that the eight cells of a slice have about the same number of links.
 
 /// Bits of each coordinate on the curve.
 const BITS: u32 = 21;
 
-/// Cells that are sorted by valence among themselves.
+/// Number of consecutive cells that are sorted by valence.
 const WINDOW: usize = 128;
 
-/// `nodes` sorted along the curve through their positions, ties by coordinates, then by id; then,
-/// in windows, by `valence` of the node.
+/// Returns `nodes` sorted along the curve through their positions, ties by coordinates, then by id;
+/// then, in windows, by `valence` of the node.
 pub fn by_place(nodes_m: &[[f64; 3]], valence: &[u32], mut nodes: Vec<u32>) -> Vec<u32> {
     let at = |node: u32| nodes_m[node as usize];
     let (mut low, mut size) = ([f64::INFINITY; 3], 0.0_f64);
@@ -39,7 +39,7 @@ pub fn by_place(nodes_m: &[[f64; 3]], valence: &[u32], mut nodes: Vec<u32>) -> V
     nodes
 }
 
-/// The low 21 bits of `x`, two zero bits between neighbours.
+/// Returns the low 21 bits of `x` with two zero bits between neighbours.
 fn spread(x: u64) -> u64 {
     let mut x = x & 0x1f_ffff;
     for (shift, mask) in [

@@ -1,4 +1,4 @@
-//! Links once more for vector units: slices of eight consecutive cells, lane by lane.
+//! A second copy of the links for vector units: slices of eight consecutive cells, lane by lane.
 
 use chaincell_kernel::image::kind;
 use chaincell_kernel::number::two_float::LANES;
@@ -6,16 +6,16 @@ use chaincell_kernel::number::two_float::LANES;
 use super::image::Sections;
 use super::{Adjacency, Link};
 
-/// What a link is to the sweep, in the links' order.
+/// Values of the links for the sweep, in the links' order.
 pub(super) struct Values<'a> {
     pub rest_lengths: &'a [f32],
-    /// Where links differ.
+    /// If links differ.
     pub alphas: Option<&'a [f32]>,
-    /// Where links differ.
+    /// If links differ.
     pub weights: Option<&'a [f32]>,
 }
 
-/// Adds the sections of the sliced links; gives the starts of the slices and the other ends.
+/// Adds the sections of the sliced links; returns the starts of the slices and the other ends.
 pub(super) fn push(
     sections: &mut Sections,
     cells: usize,
@@ -23,6 +23,7 @@ pub(super) fn push(
     links: &[Link],
     values: &Values<'_>,
 ) -> (Vec<u32>, Vec<u16>) {
+    // Slots of the slices; a lane without a further link gets a slot to itself.
     let (mut rows, mut neighbours, mut slots) = (vec![0_u32], Vec::new(), Vec::new());
     for slice in 0..cells.div_ceil(LANES) {
         let lanes: Vec<Vec<(u16, usize)>> = (slice * LANES..(slice + 1) * LANES)
@@ -39,6 +40,7 @@ pub(super) fn push(
         }
         rows.push((neighbours.len() / LANES) as u32);
     }
+    // The values in the order of the slots.
     let of_slots = |values: &[f32], padding: f32| -> Vec<f32> {
         slots.iter().map(|slot| slot.map_or(padding, |link| values[link])).collect()
     };
@@ -54,7 +56,7 @@ pub(super) fn push(
     (rows, neighbours)
 }
 
-/// A cell's other ends in ascending order, with their links; none beyond the last cell.
+/// Returns a cell's other ends in ascending order, with their links; none beyond the last cell.
 fn of_cell(cell: usize, cells: usize, adjacency: &Adjacency, links: &[Link]) -> Vec<(u16, usize)> {
     if cell >= cells {
         return Vec::new();

@@ -1,5 +1,5 @@
-//! A file read byte by byte: lines and words of text, and binary numbers of either byte order;
-//! every error names the file, the byte or line, and the part of the file it is in.
+//! Reads a file byte by byte: lines and words of text, and binary numbers of either byte order;
+//! every error names the file, the byte or line, and the part of the file.
 
 use std::borrow::Cow;
 use std::fmt::Display;
@@ -7,20 +7,20 @@ use std::path::Path;
 
 use crate::error::{Error, Result};
 
-/// Bytes of a text that an error shows at most.
+/// Most bytes of a text that an error shows.
 const SHOWN: usize = 40;
 
-/// A place in a file that has been read into memory. Nothing is copied.
+/// A position in a file that has been read into memory. Nothing is copied.
 pub(super) struct Bytes<'a> {
     path: &'a Path,
     all: &'a [u8],
     at: usize,
-    /// Where the item read last begins: the place that errors name.
+    /// Begin of the item read last: the position that errors name.
     item: usize,
     part: &'a str,
-    /// Whether binary numbers have their lowest byte first.
+    /// True if binary numbers have their lowest byte first.
     pub(super) little: bool,
-    /// Whether errors count lines instead of bytes.
+    /// True if errors count lines instead of bytes.
     pub(super) lines: bool,
 }
 
@@ -29,8 +29,8 @@ pub(super) fn shown(text: &str) -> String {
     text.chars().take(SHOWN).flat_map(char::escape_default).collect()
 }
 
-/// The first line of a text without its end, and its length with it: a line feed, a carriage return, or
-/// both in a row.
+/// Returns the first line of a text without its end, and its length with it. A line ends with a line
+/// feed, a carriage return, or both in a row.
 pub(super) fn first_line(text: &[u8]) -> (&[u8], usize) {
     let end = text.iter().position(|byte| matches!(byte, b'\n' | b'\r')).unwrap_or(text.len());
     let (line, rest) = text.split_at(end);
@@ -42,7 +42,7 @@ pub(super) fn first_line(text: &[u8]) -> (&[u8], usize) {
     (line, end + ends)
 }
 
-/// A word as a real number; the exponent may begin with Fortran's `D`.
+/// Parses a word as a real number; the exponent may begin with Fortran's `D`.
 pub(super) fn real_of(word: &str) -> Option<f64> {
     word.parse().ok().or_else(|| {
         let (front, exponent) = word.split_once(['d', 'D'])?;
@@ -51,7 +51,7 @@ pub(super) fn real_of(word: &str) -> Option<f64> {
     })
 }
 
-/// A line with names as text, trimmed: UTF-8, else Latin-1, in which older programs write.
+/// Returns a line with names as text, trimmed: UTF-8, else Latin-1, which older programs write.
 pub(super) fn name_line(line: &[u8]) -> Cow<'_, str> {
     let line = line.trim_ascii();
     match std::str::from_utf8(line) {
@@ -66,12 +66,12 @@ impl<'a> Bytes<'a> {
         Self { path, all, at, item: at, part: "the file", little: true, lines: false }
     }
 
-    /// What has not been read.
+    /// Returns the bytes that have not been read.
     pub(super) fn rest(&self) -> &'a [u8] {
         self.all.get(self.at..).unwrap_or_default()
     }
 
-    /// Passes over bytes, at most to the file's end.
+    /// Skips bytes, at most to the file's end.
     pub(super) fn skip(&mut self, count: usize) {
         self.at = self.at.saturating_add(count).min(self.all.len());
     }
@@ -81,12 +81,12 @@ impl<'a> Bytes<'a> {
         self.part = part;
     }
 
-    /// The number of the line that holds the place.
+    /// Returns the number of the current line.
     pub(super) fn line_number(&self) -> usize {
         line_number(self.all, self.at)
     }
 
-    /// An error at the item read last.
+    /// Makes an error at the item read last.
     pub(super) fn error(&self, why: impl Display) -> Error {
         let path = self.path.display();
         if self.lines {
@@ -96,12 +96,12 @@ impl<'a> Bytes<'a> {
         }
     }
 
-    /// An error of the file as a whole.
+    /// Makes an error of the file as a whole.
     pub(super) fn error_of_file(&self, why: impl Display) -> Error {
         Error::input(format!("{}: {why}", self.path.display()))
     }
 
-    /// The file ends before `what`.
+    /// Makes the error that the file ends before `what`.
     pub(super) fn truncated(&mut self, what: impl Display) -> Error {
         self.item = self.all.len();
         self.error(format!(
@@ -122,7 +122,7 @@ impl<'a> Bytes<'a> {
         )))
     }
 
-    /// The next bytes of a binary item.
+    /// Reads the next bytes of a binary item.
     pub(super) fn take<const N: usize>(&mut self, what: &str) -> Result<[u8; N]> {
         let Some(bytes) = self.rest().first_chunk::<N>() else {
             return Err(self.truncated(what));
@@ -156,7 +156,7 @@ impl<'a> Bytes<'a> {
         self.take(what).map(f64::from_le_bytes)
     }
 
-    /// The next line without its end; none at the end of the file.
+    /// Reads the next line without its end; none at the end of the file.
     pub(super) fn line(&mut self) -> Option<&'a [u8]> {
         let rest = self.rest();
         if rest.is_empty() {
@@ -168,7 +168,7 @@ impl<'a> Bytes<'a> {
         Some(line)
     }
 
-    /// The next line that is neither blank nor begins with `comment`; none at the end of the file.
+    /// Reads the next line that is neither blank nor begins with `comment`; none at the end of the file.
     pub(super) fn raw_line(&mut self, comment: &str) -> Option<&'a [u8]> {
         loop {
             let line = self.line()?;
@@ -180,7 +180,7 @@ impl<'a> Bytes<'a> {
         }
     }
 
-    /// A line read last as text, trimmed.
+    /// Returns the line read last as text, trimmed.
     pub(super) fn text_of(&self, line: &'a [u8]) -> Result<&'a str> {
         let text = std::str::from_utf8(line).map_err(|why| {
             self.error(format!(
@@ -192,8 +192,8 @@ impl<'a> Bytes<'a> {
         Ok(text.trim())
     }
 
-    /// The next line of text that is neither blank nor begins with `comment`, trimmed; none at the end of
-    /// the file.
+    /// Reads the next line of text that is neither blank nor begins with `comment`, trimmed; none at the end
+    /// of the file.
     pub(super) fn text_line(&mut self, comment: &str) -> Result<Option<&'a str>> {
         while let Some(line) = self.raw_line(comment) {
             let text = self.text_of(line)?;
@@ -204,7 +204,7 @@ impl<'a> Bytes<'a> {
         Ok(None)
     }
 
-    /// Where the item read last begins, for [`Bytes::return_to`].
+    /// Returns the begin of the item read last, for [`Bytes::return_to`].
     pub(super) fn item(&self) -> usize {
         self.item
     }
@@ -214,27 +214,27 @@ impl<'a> Bytes<'a> {
         self.item = item;
     }
 
-    /// A word as a whole number from 0; `what` it is, for errors.
+    /// Parses a word as a whole number from 0; `what` describes it in errors.
     pub(super) fn whole_of(&self, word: &str, what: &str) -> Result<u64> {
         word.parse().map_err(|_| self.no_number(what, word, "a whole number from 0"))
     }
 
-    /// A word as a whole number of either sign.
+    /// Parses a word as a whole number of either sign.
     pub(super) fn signed_of(&self, word: &str, what: &str) -> Result<i64> {
         word.parse().map_err(|_| self.no_number(what, word, "a whole number"))
     }
 
-    /// A word as a coordinate in the file's unit, returned in metres; `name` is its axis.
+    /// Parses a word as a coordinate in the file's unit, returned in metres; `name` is its axis.
     pub(super) fn metres_of(&self, word: &str, unit_m: f64, name: &str) -> Result<f64> {
         self.metres(self.real_of(word, name)?, unit_m, name)
     }
 
-    /// A word as a real number; `what` it is, for errors.
+    /// Parses a word as a real number; `what` describes it in errors.
     pub(super) fn real_of(&self, word: &str, what: &str) -> Result<f64> {
         real_of(word).ok_or_else(|| self.no_number(what, word, "a number"))
     }
 
-    /// What should be a number is none.
+    /// Makes the error that a word is not the number wanted.
     pub(super) fn no_number(&self, what: &str, word: &str, wanted: &str) -> Error {
         let is_comma = |(front, back): (&str, &str)| real_of(&format!("{front}.{back}")).is_some();
         let remedy = if word.split_once(',').is_some_and(is_comma) {
@@ -245,36 +245,36 @@ impl<'a> Bytes<'a> {
         self.error(format!("{what} is '{}'; it must be {wanted}: {remedy}", shown(word)))
     }
 
-    /// The next word of text; none at the end of the file.
+    /// Reads the next word of text; none at the end of the file.
     pub(super) fn word(&mut self) -> Option<&'a str> {
         self.skip_blank();
         let rest = self.rest();
         let end = rest.iter().position(u8::is_ascii_whitespace).unwrap_or(rest.len());
         self.item = self.at;
         self.skip(end);
-        // What is no text shows as no word that anyone expects.
+        // A word that is no text becomes "?", which matches no keyword.
         (end > 0).then(|| std::str::from_utf8(&rest[..end]).unwrap_or("?"))
     }
 
-    /// The next word, which is read again.
+    /// Returns the next word without reading it.
     pub(super) fn peek(&self) -> Option<&'a str> {
         let rest = self.rest().trim_ascii_start();
         let end = rest.iter().position(u8::is_ascii_whitespace).unwrap_or(rest.len());
         std::str::from_utf8(&rest[..end]).ok()
     }
 
-    /// Passes over what is left of the line, which may be nothing.
+    /// Skips the rest of the line, which may be empty.
     pub(super) fn rest_of_line(&mut self) {
         self.skip(first_line(self.rest()).0.len());
     }
 
-    /// Passes over blanks and ends of lines.
+    /// Skips blanks and ends of lines.
     pub(super) fn skip_blank(&mut self) {
         let rest = self.rest();
         self.skip(rest.iter().position(|byte| !byte.is_ascii_whitespace()).unwrap_or(rest.len()));
     }
 
-    /// A coordinate in the file's unit, returned in metres; `name` is its axis.
+    /// Converts a coordinate from the file's unit to metres; `name` is its axis.
     pub(super) fn metres(&self, value: f64, unit_m: f64, name: &str) -> Result<f64> {
         let metres = value * unit_m;
         if metres.abs() <= f64::from(f32::MAX) {

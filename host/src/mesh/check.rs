@@ -1,4 +1,4 @@
-//! What a body must satisfy before it is baked; every refusal names the place and the remedy.
+//! Checks a body before it is baked; every refusal names the place and the remedy.
 
 use super::geometry::distance;
 use super::{Mesh, MeshOptions, RawMesh};
@@ -8,7 +8,7 @@ use crate::words::counted;
 /// Shortest link, as a share of the mean link length.
 const SHORTEST_LINK: f64 = 1e-6;
 
-/// Ids that a text lists before it breaks off.
+/// Most ids that a text lists.
 const IDS_SHOWN: usize = 10;
 
 /// Checks the body of `spec`; returns its nodes without a link, sorted.
@@ -19,6 +19,7 @@ pub(super) fn check(spec: &str, mesh: &Mesh, options: &MeshOptions) -> Result<Ve
             "the body has no links; it needs tetrahedra or a plane's squares".into(),
         ));
     }
+    // Nodes without a link.
     let mut used = vec![false; mesh.nodes_m.len()];
     mesh.links.iter().flatten().for_each(|id| used[*id as usize] = true);
     let (cells, unused): (Vec<u32>, Vec<u32>) =
@@ -31,6 +32,7 @@ pub(super) fn check(spec: &str, mesh: &Mesh, options: &MeshOptions) -> Result<Ve
             first(&unused)
         )));
     }
+    // Size, parts, positions and lengths.
     if cells.len() > options.nodes_max {
         let nodes = format!("{}, more", counted(cells.len(), "node"));
         return Err(refuse(super::too_many(nodes, options.nodes_max, "mesh it coarser")));
@@ -46,7 +48,7 @@ pub(super) fn check(spec: &str, mesh: &Mesh, options: &MeshOptions) -> Result<Ve
     Ok(unused)
 }
 
-/// Refuses numbers that no reader of files lets through.
+/// Refuses invalid numbers of a program; the readers of files refuse them too.
 pub(super) fn numbers(spec: &str, raw: &RawMesh) -> Result<()> {
     let refuse = |why: String| Err(Error::input(format!("mesh {spec}: {why}")));
     let nodes = raw.nodes_m.len();
@@ -88,7 +90,7 @@ fn first(ids: &[u32]) -> String {
 
 /// Refuses a body that is one point, and two cells at one place.
 fn places(mesh: &Mesh, cells: &[u32]) -> std::result::Result<(), String> {
-    // As the image stores them: what differs in f64 alone would coincide there.
+    // As the image stores them: positions that differ only in f64 would coincide there.
     let place = |id: u32| mesh.nodes_m[id as usize].map(|x| x as f32 + 0.0);
     let order = |a: &[f32; 3], b: &[f32; 3]| {
         a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])).then(a[2].total_cmp(&b[2]))
@@ -123,7 +125,7 @@ fn lengths(mesh: &Mesh) -> std::result::Result<(), String> {
     }
 }
 
-/// Number of connected parts among so many of the nodes, those that have links.
+/// Returns the number of connected parts among the `linked` nodes, those that have links.
 pub(super) fn parts(nodes: usize, linked: usize, links: &[[u32; 2]]) -> usize {
     let mut parent: Vec<u32> = (0..nodes as u32).collect();
     let mut count = linked;

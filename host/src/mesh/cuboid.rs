@@ -6,10 +6,10 @@ use super::Mesh;
 use super::size::{centred, parse};
 use crate::error::Result;
 
-/// NX x NY x NZ nodes D metres apart, id = (i * NY + j) * NZ + k with i, j, k along x, y, z.
+/// Generates NX x NY x NZ nodes D metres apart, id = (i * NY + j) * NZ + k with i, j, k along x, y, z.
 ///
-/// Five tetrahedra a cube: one over the four corners with odd i + j + k and one at each other
-/// corner, so that neighbouring cubes cut their common face alike. The bottom z = 0 is held.
+/// A cube has five tetrahedra: one over the four corners with odd i + j + k and one at each other
+/// corner, so that neighbouring cubes divide their common face alike. The bottom z = 0 is held.
 pub(super) fn generate(size: &str, nodes_max: usize) -> Result<Mesh> {
     let ([nx, ny, nz], spacing_m) = parse::<3>("box:NXxNYxNZxD", size, nodes_max)?;
     let id = |[i, j, k]: [usize; 3]| ((i * ny + j) * nz + k) as u32;
@@ -32,9 +32,9 @@ pub(super) fn generate(size: &str, nodes_max: usize) -> Result<Mesh> {
     Ok(Mesh { default_fixed: bottom, ..mesh })
 }
 
-/// Grid places of the five tetrahedra of the cube whose lowest corner is `low`.
+/// Returns the grid positions of the five tetrahedra of the cube whose lowest corner is `low`.
 fn cube(low: [usize; 3]) -> [[[usize; 3]; 4]; 5] {
-    // A cube at an odd place is its even neighbour mirrored in x.
+    // A cube at an odd position is its even neighbour mirrored in x.
     let flip = (low[0] + low[1] + low[2]) % 2;
     let at = |x: usize, y: usize, z: usize| [low[0] + (x ^ flip), low[1] + y, low[2] + z];
     let odd = [at(1, 0, 0), at(0, 1, 0), at(0, 0, 1), at(1, 1, 1)];

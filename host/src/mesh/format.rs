@@ -1,4 +1,4 @@
-//! What a file is: its content tells, and where that does not, its name.
+//! Detects the format of a file by its content, else by its name.
 
 use std::path::Path;
 
@@ -6,17 +6,17 @@ use super::solid::{self, SurfaceReader};
 use super::{MeshReader, READERS};
 use crate::error::{Error, Result};
 
-/// Bytes of a file that are looked at.
+/// Bytes of a file that are examined.
 const HEAD: usize = 64 << 10;
 
-/// How a file is read.
+/// Reader of a file.
 pub(super) enum Format {
     Volume(&'static dyn MeshReader),
     Surface(&'static dyn SurfaceReader),
 }
 
-/// Formats that are not read: how their files begin, what they are, and the remedy. Capital letters are
-/// small ones too.
+/// Formats that are not read: the first bytes of their files, the name, and the remedy. Letters match in
+/// either case.
 const OTHERS: [(&[u8], &str, &str); 20] = [
     (b"\xff\xfe", "text in UTF-16", UTF_8),
     (b"\xfe\xff", "text in UTF-16", UTF_8),
@@ -44,7 +44,7 @@ const SURFACE: &str = "save it as .stl, .ply or .obj";
 const CONVERT: &str = "convert it with meshio convert IN OUT.vtu";
 const GMSH: &str = "convert it with gmsh -save -format msh41 -o OUT.msh IN.unv";
 
-/// The format of a file; none where nothing tells it.
+/// Returns the format of a file; none if it is unknown.
 ///
 /// # Errors
 /// A format that is not read, with the remedy.
@@ -67,14 +67,15 @@ pub(super) fn of(path: &Path, bytes: &[u8]) -> Result<Option<Format>> {
     Ok(by_name.or_else(|| solid::by_name(path).map(Format::Surface)))
 }
 
-/// The first line that is neither blank nor begins with `comment`, trimmed.
+/// Returns the first line that is neither blank nor begins with `comment`, trimmed.
 pub(super) fn first_line<'a>(head: &'a [u8], comment: &[u8]) -> &'a [u8] {
     let lines = head.split(|byte| matches!(byte, b'\n' | b'\r')).map(<[u8]>::trim_ascii);
     let mut lines = lines.filter(|line| !line.is_empty() && !line.starts_with(comment));
     lines.next().unwrap_or_default()
 }
 
-/// Whether a file begins with this sign, in letters of either case; a word must end with it.
+/// Returns true if a file begins with this sign, in letters of either case; a sign that is a word must be
+/// the whole word.
 pub(super) fn begins(bytes: &[u8], sign: &[u8]) -> bool {
     let is_word = sign.last().is_some_and(u8::is_ascii_alphanumeric);
     let goes_on = bytes.get(sign.len()).is_some_and(u8::is_ascii_alphanumeric);

@@ -24,7 +24,7 @@ pub(super) fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
     dot(d, d).sqrt()
 }
 
-/// Signed volume of a tetrahedron times six: positive if b, c, d turn left seen from outside.
+/// Signed volume of a tetrahedron times six: positive if b, c, d are counter-clockwise seen from outside.
 pub(crate) fn volume6(corners: [[f64; 3]; 4]) -> f64 {
     let [a, b, c, d] = corners;
     dot(minus(b, a), cross(minus(c, a), minus(d, a)))
@@ -35,8 +35,8 @@ pub(super) fn corners(nodes: &[[f64; 3]], tetrahedron: [u32; 4]) -> [[f64; 3]; 4
     tetrahedron.map(|id| nodes[id as usize])
 }
 
-/// The tetrahedra without later repetitions of the same four nodes (Gmsh 2.2 writes an element
-/// once for each of its groups), in the order given.
+/// Returns the tetrahedra without later repetitions of the same four nodes (Gmsh 2.2 writes an
+/// element once for each of its groups), in the order given.
 pub(super) fn unique(tetrahedra: &[[u32; 4]]) -> Vec<[u32; 4]> {
     let mut order: Vec<([u32; 4], usize)> =
         tetrahedra.iter().copied().map(sorted).zip(0..).collect();
@@ -52,7 +52,7 @@ fn sorted(mut ids: [u32; 4]) -> [u32; 4] {
     ids
 }
 
-/// Turns inside-out tetrahedra round; returns them with the number of flat ones.
+/// Reverses tetrahedra of negative volume; returns all with the number of flat ones.
 pub(super) fn orient(nodes: &[[f64; 3]], mut tetrahedra: Vec<[u32; 4]>) -> (Vec<[u32; 4]>, usize) {
     let mut flat = 0;
     for tetrahedron in &mut tetrahedra {

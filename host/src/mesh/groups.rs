@@ -1,4 +1,4 @@
-//! Groups as readers collect them: the nodes of everything that has the same name.
+//! Groups as readers collect them: the nodes of all elements and points of the same name.
 
 use std::collections::BTreeMap;
 
@@ -19,15 +19,15 @@ impl Groups {
         }
     }
 
-    /// Adds a node to the group of its own reference number, which is another than that of elements of
-    /// the same number; 0 is none.
+    /// Adds a node to the group of its own reference number, which is not the group of elements of the same
+    /// number; 0 is none.
     pub(super) fn of_point(&mut self, number: i64, node: u32) {
         if number != 0 {
             self.add(format_args!("points:{number}"), [node]);
         }
     }
 
-    /// Sorted unique nodes by group.
+    /// Returns the sorted unique nodes by group.
     pub(super) fn finish(mut self) -> BTreeMap<String, Vec<u32>> {
         for nodes in self.0.values_mut() {
             nodes.sort_unstable();

@@ -1,8 +1,8 @@
 //! Medit meshes, ASCII `.mesh` of versions 1 to 4.
 //!
-//! Read are vertices and tetrahedra; triangles and edges for the groups alone. The groups are the
+//! The reader takes vertices and tetrahedra; triangles and edges only for the groups. The groups are the
 //! reference numbers: `N` of elements, `points:N` of vertices, 0 being none. Sections that the body does
-//! not need are passed over. Layout: Frey, MEDIT: an interactive mesh visualization software (2001).
+//! not need are skipped. Layout: Frey, MEDIT: an interactive mesh visualization software (2001).
 
 use std::path::Path;
 
@@ -17,7 +17,7 @@ pub(super) struct Medit;
 
 /// First word of every file.
 const MAGIC: &str = "MeshVersionFormatted";
-/// Sections of bodies that are no tetrahedra of first order, and what each is.
+/// Sections of elements that are no first-order tetrahedra, with their names and the remedy.
 const REFUSED: [(&str, &str); 8] = [
     ("hexahedra", "hexahedra; mesh it without recombination, or split them into tetrahedra"),
     ("hexaedra", "hexahedra; mesh it without recombination, or split them into tetrahedra"),
@@ -70,7 +70,7 @@ impl MeshReader for Medit {
     }
 }
 
-/// Whether a file is of the binary form, which begins with the number 1 in either byte order.
+/// Returns true if a file is of the binary form, which begins with the number 1 in either byte order.
 fn is_binary(bytes: &[u8]) -> bool {
     bytes.starts_with(&[1, 0, 0, 0]) || bytes.starts_with(&[0, 0, 0, 1])
 }
@@ -99,10 +99,10 @@ impl<'a> Words<'a> {
         self.0.whole_of(word, what)
     }
 
-    /// The number of items that follow, which the file must have room for.
+    /// Reads the number of items that follow, and checks that the file is long enough for them.
     fn count(&mut self, columns: u64, what: &str) -> Result<u64> {
         let count = self.whole(&format!("the number of {what}"))?;
-        // A digit and what separates it from the next.
+        // A column has at least a digit and a separator.
         self.0.fits(count, 2 * columns - 1, what)?;
         Ok(count)
     }
@@ -113,7 +113,7 @@ impl<'a> Words<'a> {
     }
 }
 
-/// What has been read.
+/// Content read so far.
 struct Content {
     unit_m: f64,
     nodes_m: Vec<[f64; 3]>,
@@ -151,7 +151,7 @@ impl Content {
                     refuse(&mut words, &section)?;
                     unknown = true;
                 }
-                // Numbers of a section that is passed over.
+                // Numbers of an unknown section are skipped.
                 _ if !known => unknown = true,
                 _ => {
                     return Err(words.0.error(format!(
@@ -197,7 +197,7 @@ impl Content {
         Ok(())
     }
 
-    /// Elements that only the groups need.
+    /// Reads elements that only the groups need.
     fn elements<const N: usize>(&mut self, words: &mut Words, what: &str) -> Result<()> {
         words.0.enter("a section of elements");
         for _ in 0..words.count(N as u64 + 1, what)? {
@@ -208,7 +208,7 @@ impl Content {
         Ok(())
     }
 
-    /// Positions of vertices, which the file counts from 1.
+    /// Reads the positions of vertices, which the file counts from 1.
     fn corners<const N: usize>(&self, words: &mut Words) -> Result<[u32; N]> {
         let mut ids = [0; N];
         for id in &mut ids {
@@ -242,7 +242,7 @@ impl Content {
     }
 }
 
-/// Refuses a section of bodies that are not read, unless it is empty.
+/// Refuses a section of elements that are not read, unless it is empty.
 fn refuse(words: &mut Words, section: &str) -> Result<()> {
     let Some((_, what)) = REFUSED.iter().find(|(name, _)| *name == section) else {
         return Ok(());

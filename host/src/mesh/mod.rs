@@ -75,17 +75,17 @@ pub struct Mesh {
     pub groups: BTreeMap<String, Vec<u32>>,
     /// Border nodes of a plane, sorted; else empty.
     pub border: Vec<u32>,
-    /// Nodes held unless the user says otherwise, sorted: the border of a plane, the bottom of a
-    /// box, a patch of the organ's back. Empty for files.
+    /// Nodes held by default, sorted: the border of a plane, the bottom of a box, a patch of the
+    /// organ's back. Empty for files.
     pub default_fixed: Vec<u32>,
     /// Nodes without a link, sorted.
     pub unused: Vec<u32>,
-    /// How a closed surface was filled, of a body that was made of one.
+    /// Result of filling, for a body made of a closed surface.
     pub filled: Option<Filled>,
 }
 
 impl Mesh {
-    /// A body linked along the edges of its tetrahedra.
+    /// Makes a body that is linked along the edges of its tetrahedra.
     fn from_tetrahedra(
         nodes_m: Vec<[f64; 3]>,
         tetrahedra: &[[u32; 4]],
@@ -105,7 +105,7 @@ impl Mesh {
     }
 }
 
-/// Why a body is too large, and what helps.
+/// Returns the text for a body that is too large, with the remedy.
 fn too_many(nodes: impl std::fmt::Display, nodes_max: usize, remedy: &str) -> String {
     if nodes_max == CELLS_MAX {
         format!("{nodes} than {nodes_max} cells, the limit; {remedy}, or group them with `cells` N")
@@ -114,7 +114,7 @@ fn too_many(nodes: impl std::fmt::Display, nodes_max: usize, remedy: &str) -> St
     }
 }
 
-/// How a body is read and what is tolerated.
+/// Options of reading a body, and the defects that are tolerated.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MeshOptions {
     /// Metres in one unit of a file's coordinates. Generators always use metres.
@@ -125,9 +125,9 @@ pub struct MeshOptions {
     pub drop_unused: bool,
     /// Accept a body of several unconnected parts.
     pub allow_parts: bool,
-    /// Nodes at most so many edges apart are linked, 1 or more.
+    /// Nodes that are at most this many edges apart are linked, 1 or more.
     pub rings: u32,
-    /// Most nodes: [`CELLS_MAX`], or [`NODES_MAX`] where groups of them become cells.
+    /// Most nodes: [`CELLS_MAX`], or [`NODES_MAX`] if groups of them become cells.
     pub nodes_max: usize,
     /// Fill a closed surface with tetrahedra of this mean edge \[m\].
     pub fill_m: Option<f64>,
@@ -147,7 +147,7 @@ impl Default for MeshOptions {
     }
 }
 
-/// What a reader takes from a file.
+/// Content of a file as a reader returns it.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct RawMesh {
     /// `[node][axis]` in metres, in file order.
@@ -168,9 +168,9 @@ impl From<RawMesh> for Mesh {
 trait MeshReader: Sync {
     /// The format in words, for error texts.
     fn name(&self) -> &'static str;
-    /// Whether a file that begins with `head` tells by itself that it is of the format.
+    /// Returns true if the file's first bytes, `head`, show that it is of the format.
     fn is_in(&self, head: &[u8]) -> bool;
-    /// Whether a path is named as files of the format are.
+    /// Returns true if the path has a name of this format.
     fn has_name(&self, path: &Path) -> bool;
     /// Reads the whole file; `unit_m` is metres per unit of its coordinates.
     fn read(&self, path: &Path, bytes: &[u8], unit_m: f64) -> Result<RawMesh>;
@@ -190,12 +190,14 @@ const READERS: &[&dyn MeshReader] = &[
 /// Reads or generates the body of `spec` and checks it.
 pub fn load(spec: &str, options: &MeshOptions) -> Result<Mesh> {
     check_unit(options)?;
+    // The options must suit the kind of body.
     let (kind, size) = spec.split_once(':').map_or((spec, None), |(k, s)| (k, Some(s)));
     if options.diagonals && kind != "plane" {
         return Err(Error::input(format!(
             "`diagonals` links the squares of a plane; {spec} is none: leave it out"
         )));
     }
+    // Generate or read the body.
     let mesh = match (kind, size) {
         ("plane" | "box" | "organ", _) if options.fill_m.is_some() => {
             return Err(Error::input(format!(
@@ -215,8 +217,8 @@ pub fn load(spec: &str, options: &MeshOptions) -> Result<Mesh> {
     finish(spec, mesh, options)
 }
 
-/// The body of a mesh file's bytes, checked; the format is told by them and by `name`, which
-/// errors name too.
+/// Returns the body of a mesh file's bytes, checked; they and `name` determine the format. Errors
+/// contain `name`.
 ///
 /// # Errors
 /// Place and remedy of the first thing that is not a sound body.
@@ -225,11 +227,11 @@ pub fn from_bytes(name: &str, bytes: &[u8], options: &MeshOptions) -> Result<Mes
     finish(name, body(Path::new(name), bytes, options)?, options)
 }
 
-/// The body of nodes and tetrahedra that a program has as numbers, checked; errors call it `name`.
-/// The unit of the options is not applied.
+/// Returns the body of nodes and tetrahedra given as numbers, checked; errors call it `name`. The unit
+/// of the options is not applied.
 ///
 /// # Errors
-/// A coordinate that is not finite, a tetrahedron or a group with a node that is not there, a
+/// A coordinate that is not finite, a tetrahedron or a group with a node that does not exist, a
 /// tetrahedron with a node twice; then as [`from_bytes`].
 pub fn from_raw(name: &str, raw: RawMesh, options: &MeshOptions) -> Result<Mesh> {
     if options.fill_m.is_some() {
@@ -241,12 +243,12 @@ pub fn from_raw(name: &str, raw: RawMesh, options: &MeshOptions) -> Result<Mesh>
     finish(name, raw.into(), options)
 }
 
-/// The body that fills a closed surface, which a program has as points in the unit of the options and
+/// Returns the body that fills a closed surface, given as points in the unit of the options and
 /// triangles of them; errors call it `name`.
 ///
 /// # Errors
-/// A coordinate that is not finite, a triangle with a point that is not there, no size to fill it with,
-/// a surface that is not closed or runs through itself; then as [`from_bytes`].
+/// A coordinate that is not finite, a triangle with a point that does not exist, no size to fill it with,
+/// a surface that is not closed or intersects itself; then as [`from_bytes`].
 pub fn from_surface(
     name: &str,
     points: &[[f64; 3]],
@@ -272,14 +274,14 @@ fn check_unit(options: &MeshOptions) -> Result<()> {
     )))
 }
 
-/// Links of wider rings, then the checks.
+/// Adds the links of wider rings, then checks the body.
 fn finish(spec: &str, mut mesh: Mesh, options: &MeshOptions) -> Result<Mesh> {
     rings::widen(&mut mesh, options.rings)?;
     mesh.unused = check::check(spec, &mesh, options)?;
     Ok(mesh)
 }
 
-/// The body of a mesh file, or of a closed surface that is filled.
+/// Returns the body of a mesh file, or the body that fills a closed surface.
 fn body(path: &Path, bytes: &[u8], options: &MeshOptions) -> Result<Mesh> {
     let Some(size_m) = options.fill_m else {
         return Ok(parse(path, bytes, options.unit_m)?.into());
@@ -301,10 +303,10 @@ fn body(path: &Path, bytes: &[u8], options: &MeshOptions) -> Result<Mesh> {
     ))
 }
 
-/// The bytes of a file that belongs to a mesh; `what` it is, for errors.
+/// Returns the bytes of a file that belongs to a mesh; `what` describes it in errors.
 fn content(path: &Path, what: &str) -> Result<Vec<u8>> {
     let refuse = |why: std::io::Error| Error::file("open mesh", path, format!("{why}; {what}"));
-    // A pipe without a writer would be waited for.
+    // Reading a pipe without a writer would block.
     if !fs::metadata(path).map_err(refuse)?.is_file() {
         let why = format!("it is a folder, a pipe or a device, no file; {what}");
         return Err(Error::file("read mesh", path, why));
@@ -323,7 +325,7 @@ fn content(path: &Path, what: &str) -> Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// A file's bytes without a byte order mark; what is empty or packed is refused.
+/// Returns a file's bytes without a byte order mark; empty and compressed files are refused.
 fn without_mark<'a>(path: &Path, bytes: &'a [u8]) -> Result<&'a [u8]> {
     if let Some(why) = gzip(bytes) {
         return Err(Error::file("read mesh", path, why));
@@ -335,13 +337,13 @@ fn without_mark<'a>(path: &Path, bytes: &'a [u8]) -> Result<&'a [u8]> {
     Ok(bytes)
 }
 
-/// Whether a file's name ends in this extension, in letters of either case.
+/// Returns true if a file's name has this extension, in letters of either case.
 fn has_extension(path: &Path, extension: &str) -> bool {
     path.extension().is_some_and(|own| own.eq_ignore_ascii_case(extension))
 }
 
-/// The nodes and tetrahedra of a mesh file's bytes, not yet checked as a body; `unit_m` is metres
-/// per unit of its coordinates. The format is told by the content, else by the path's extension.
+/// Returns the nodes and tetrahedra of a mesh file's bytes, not yet checked as a body; `unit_m` is
+/// metres per unit of its coordinates. The content determines the format, else the path's extension.
 ///
 /// # Errors
 /// Place and remedy of the first thing that cannot be read.

@@ -3,7 +3,7 @@
 use super::bytes::Bytes;
 use crate::error::Result;
 
-/// What an array holds.
+/// Type of an array's numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Number {
     I8,
@@ -19,7 +19,7 @@ pub(super) enum Number {
 }
 
 impl Number {
-    /// Bytes of one.
+    /// Returns the size of a number \[bytes\].
     pub(super) fn size(self) -> u64 {
         match self {
             Self::I8 | Self::U8 => 1,
@@ -29,12 +29,12 @@ impl Number {
         }
     }
 
-    /// Whether it is a real number.
+    /// Returns true if it is a real number.
     pub(super) fn is_real(self) -> bool {
         matches!(self, Self::F32 | Self::F64)
     }
 
-    /// The next one of a file, as a real one; `what` it is, for errors.
+    /// Reads the next number of a file as a real one; `what` describes it in errors.
     pub(super) fn real(self, bytes: &mut Bytes, what: &str) -> Result<f64> {
         Ok(match self {
             Self::I8 => i8::from_le_bytes(bytes.take(what)?).into(),
@@ -50,7 +50,7 @@ impl Number {
         })
     }
 
-    /// The next one of a file, as a whole one of either sign; none where it has a fraction.
+    /// Reads the next number of a file as a whole one of either sign; none if it has a fraction.
     pub(super) fn whole(self, bytes: &mut Bytes, what: &str) -> Result<Option<i64>> {
         match self {
             Self::I64 => bytes.i64(what).map(Some),
@@ -65,7 +65,7 @@ impl Number {
     }
 }
 
-/// A real number that is a whole one; none where it has a fraction, or is too large to have one.
+/// Converts a real number to a whole one; none if it has a fraction, or is too large to have one.
 pub(super) fn whole_of(value: f64) -> Option<i64> {
     (value.fract() == 0.0 && value.abs() < 1e15).then_some(value as i64)
 }

@@ -1,14 +1,14 @@
-//! Tetrahedra that overlap: of a mesh that is folded, or of parts that lie in each other.
+//! Finds tetrahedra that overlap: in a folded mesh, or in parts that lie in each other.
 //!
-//! Those whose boxes meet are found by a tree. Two overlap unless there is an axis along which they lie
-//! apart: a normal of a face, or of an edge of each. What they have in common is as thin as rounding where
-//! they share corners, and below a ten thousandth of an edge where parts with nodes of their own touch.
+//! A tree finds pairs whose boxes meet. Two overlap unless there is a separating axis: a normal of a face,
+//! or the cross product of an edge of each. Their common part may be thin: of rounding error if they share
+//! corners, and below a ten thousandth of an edge if parts with separate nodes touch.
 
 use super::Mesh;
 use super::geometry::{EDGES, corners, cross, distance, dot, minus};
 use super::solid::tree::Tree;
 
-/// What may lie in both, as a share of the shorter one's longest edge.
+/// Thickness that may lie in both, as a share of the smaller one's longest edge.
 const THIN: f64 = 1e-4;
 
 /// Corners of the faces of a tetrahedron.
@@ -19,13 +19,13 @@ type Corners = [[f64; 3]; 4];
 /// Tetrahedra that overlap others.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Overlaps {
-    /// How many.
+    /// Number of them.
     pub tetrahedra: usize,
-    /// Where the first two of them lie \[m\].
+    /// Middle of the first two of them \[m\].
     pub place_m: [f64; 3],
 }
 
-/// The tetrahedra of a mesh that overlap others; none where there are none.
+/// Returns the tetrahedra of a mesh that overlap others, if there are any.
 #[must_use]
 pub fn overlaps(mesh: &Mesh) -> Option<Overlaps> {
     if mesh.tetrahedra.is_empty() {
@@ -54,7 +54,7 @@ pub fn overlaps(mesh: &Mesh) -> Option<Overlaps> {
     })
 }
 
-/// A tetrahedron as others are held against it, its first corner at 0.
+/// A tetrahedron prepared for comparison with others, its first corner at 0.
 struct Solid {
     first: [f64; 3],
     corners: Corners,
@@ -63,7 +63,7 @@ struct Solid {
     longest: f64,
 }
 
-/// An axis, and from where to where a tetrahedron reaches along it.
+/// An axis, and a tetrahedron's lowest and highest coordinate along it.
 struct Side {
     axis: [f64; 3],
     reach: [f64; 2],
@@ -74,12 +74,12 @@ impl Side {
         Self { axis, reach: reach(of, axis) }
     }
 
-    /// Whether another tetrahedron lies apart along this axis, but for something thin.
+    /// Returns true if the axis separates another tetrahedron, except for a common part of `thin`.
     fn parts(&self, other: &Corners, thin: f64) -> bool {
         let [low, high] = reach(other, self.axis);
         let both = high.min(self.reach[1]) - low.max(self.reach[0]);
         let square = dot(self.axis, self.axis);
-        // An axis without length tells nothing.
+        // An axis without length separates nothing.
         square > 0.0 && (both <= 0.0 || both * both <= thin * thin * square)
     }
 }
@@ -93,7 +93,7 @@ impl Solid {
         Self { first: of[0], corners, sides: [x, y, z, a, b, c, d], longest: longest(&corners) }
     }
 
-    /// Whether both have more in common than corners, edges and parts of faces.
+    /// Returns true if both have more in common than corners, edges and parts of faces.
     fn overlaps(&self, other: Corners) -> bool {
         let other = other.map(|corner| minus(corner, self.first));
         let thin = THIN * self.longest.min(longest(&other));
@@ -120,7 +120,7 @@ fn normal(of: &Corners, [i, j, k]: [usize; 3]) -> [f64; 3] {
     cross(minus(of[j], of[i]), minus(of[k], of[i]))
 }
 
-/// From where to where a tetrahedron reaches along an axis.
+/// Returns a tetrahedron's lowest and highest coordinate along an axis.
 fn reach(of: &Corners, axis: [f64; 3]) -> [f64; 2] {
     let [a, b, c, d] = of.map(|corner| dot(corner, axis));
     [a.min(b).min(c.min(d)), a.max(b).max(c.max(d))]

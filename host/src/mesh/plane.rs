@@ -4,8 +4,8 @@ use super::size::{centred, parse};
 use super::{Mesh, MeshOptions};
 use crate::error::Result;
 
-/// NX x NY nodes D metres apart, id = i * NY + j with i along x and j along y, linked to four
-/// neighbours and, with `diagonals`, along both diagonals of each square. The border is held.
+/// Generates NX x NY nodes D metres apart, id = i * NY + j with i along x and j along y, linked to
+/// four neighbours and, with `diagonals`, along both diagonals of each square. The border is held.
 pub(super) fn generate(size: &str, options: &MeshOptions) -> Result<Mesh> {
     let diagonals = options.diagonals;
     let ([nx, ny], spacing_m) = parse::<2>("plane:NXxNYxD", size, options.nodes_max)?;

@@ -11,7 +11,7 @@ const LINKS_MAX: usize = 4_000_000;
 /// groups stay as they are. Cost: the edges within `rings` of each node.
 ///
 /// # Errors
-/// No ring at all; more links than a model takes.
+/// No ring, or more links than a model takes.
 pub(super) fn widen(mesh: &mut Mesh, rings: u32) -> Result<()> {
     if rings == 0 {
         return Err(Error::input("`rings` 0: a cell has no neighbours then; give 1 or more"));
@@ -24,7 +24,7 @@ pub(super) fn widen(mesh: &mut Mesh, rings: u32) -> Result<()> {
         neighbours[i as usize].push(j);
         neighbours[j as usize].push(i);
     }
-    // The last node that reached this one, and those reached so far: the front is the tail.
+    // The last start node that reached each node, and the nodes reached so far: the front is the tail.
     let (mut reached_by, mut reached) = (vec![u32::MAX; neighbours.len()], Vec::new());
     let mut links = Vec::new();
     for start in 0..neighbours.len() as u32 {
@@ -51,6 +51,7 @@ pub(super) fn widen(mesh: &mut Mesh, rings: u32) -> Result<()> {
             )));
         }
     }
+    // Each pair was found once, from its lower node.
     links.sort_unstable();
     mesh.links = links;
     Ok(())

@@ -1,4 +1,4 @@
-//! Files of rows of numbers, whose first line says how many there are; `#` begins a comment.
+//! Files of rows of numbers, whose first line gives the number of rows; `#` begins a comment.
 
 use std::path::Path;
 
@@ -49,12 +49,12 @@ impl<'a> Rows<'a> {
         self.bytes.whole_of(word, what)
     }
 
-    /// A whole number that may be left out of the first line.
+    /// Reads a whole number that may be missing in the first line; 0 then.
     pub(super) fn optional(&mut self, what: &str) -> Result<u64> {
         if self.at < self.words.len() { self.whole(what) } else { Ok(0) }
     }
 
-    /// Refuses a line that goes on.
+    /// Refuses a line with further numbers.
     pub(super) fn end(&self) -> Result<()> {
         match self.words.get(self.at) {
             None => Ok(()),
@@ -66,7 +66,7 @@ impl<'a> Rows<'a> {
         }
     }
 
-    /// Refuses lines behind the last one that was promised.
+    /// Refuses lines after the number that the first line gives.
     pub(super) fn end_of_file(mut self, what: &str) -> Result<()> {
         match self.bytes.text_line("#")? {
             None => Ok(()),
@@ -76,7 +76,7 @@ impl<'a> Rows<'a> {
         }
     }
 
-    /// Passes over so many numbers.
+    /// Skips `count` numbers.
     pub(super) fn skip(&mut self, count: u64, what: &str) -> Result<()> {
         for _ in 0..count {
             self.word(what)?;
@@ -84,7 +84,7 @@ impl<'a> Rows<'a> {
         Ok(())
     }
 
-    /// An attribute or a marker as a reference number; 0 where it is no whole number.
+    /// Reads an attribute or a marker as a reference number; 0 if it is no whole number.
     pub(super) fn reference(&mut self, what: &str) -> Result<i64> {
         let word = self.word(what)?;
         let value = self.bytes.real_of(word, what)?;

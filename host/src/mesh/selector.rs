@@ -1,4 +1,4 @@
-//! SELECTOR: a set of nodes in words, for `--fix` and contacts.
+//! SELECTOR: a set of nodes described in text, for `--fix` and contacts.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -15,7 +15,7 @@ const FILE_BYTES_MAX: u64 = 64 << 20;
 const FORMS: &str = "nodes:0,5,7 or 0,5,7, file:PATH, file:PATH#KEY, box:x0,x1,y0,y1,z0,z1, \
                      group:NAME or border";
 
-/// The nodes that `text` selects, sorted and unique, never none.
+/// Returns the nodes that `text` selects, sorted and unique, at least one.
 ///
 /// `nodes:0,5,7` or bare ids; `file:PATH`, ids between white space or commas, or a JSON array;
 /// `file:PATH#KEY`, an array inside a JSON object; `box:x0,x1,y0,y1,z0,z1`, bounds in metres,
@@ -32,8 +32,8 @@ pub fn select(
     select_among(text, (nodes_m.len(), places), groups, border, option)
 }
 
-/// The same where only some of the numbered nodes have places: how many numbers there are, and
-/// the nodes with their places \[m\]. A numbering may be far longer than the list.
+/// As [`select`] if only some node numbers have a position: takes the count of numbers, and the nodes
+/// with their positions \[m\]. There may be far more numbers than positions.
 pub fn select_among(
     text: &str,
     (nodes, places): (usize, impl Iterator<Item = (u32, [f64; 3])>),
@@ -63,7 +63,7 @@ pub fn select_among(
     Ok(picked)
 }
 
-/// What errors need to know.
+/// Context for error messages.
 struct Selector<'a> {
     option: &'a str,
     text: &'a str,
@@ -140,7 +140,7 @@ impl Selector<'_> {
         Ok(ids)
     }
 
-    /// The nodes of a group, or of several between commas.
+    /// Returns the nodes of a group, or of several separated by commas.
     fn group(&self, names: &str, groups: &BTreeMap<String, Vec<u32>>) -> Result<Vec<u32>> {
         if let Some(ids) = groups.get(names) {
             return Ok(ids.clone());
@@ -159,7 +159,7 @@ impl Selector<'_> {
     }
 
     fn file(&self, path: &str) -> Result<Vec<u32>> {
-        // A path may have a # of its own.
+        // A path may contain a #.
         let (path, key) = match path.rsplit_once('#') {
             Some((file, key)) if !Path::new(path).exists() => (file, Some(key)),
             _ => (path, None),

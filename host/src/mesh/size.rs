@@ -2,7 +2,7 @@
 
 use crate::error::{Error, Result};
 
-/// Shortest spacing, in metres: far below it positions in f32 would coincide.
+/// Shortest spacing, in metres: far below it, positions in f32 would coincide.
 const SPACING_MIN_M: f64 = 1e-9;
 /// Longest spacing, in metres.
 const SPACING_MAX_M: f64 = 1e6;
@@ -22,6 +22,7 @@ pub(super) fn parse<const N: usize>(
             "the form is {form}, nodes along each axis and metres between them"
         ));
     }
+    // The node counts of the axes.
     let mut counts = [0usize; N];
     let mut cells = 1usize;
     for ((count, word), axis) in counts.iter_mut().zip(&words).zip(["NX", "NY", "NZ"]) {
@@ -38,6 +39,7 @@ pub(super) fn parse<const N: usize>(
     if cells > nodes_max {
         return refuse(super::too_many("more", nodes_max, "take fewer nodes"));
     }
+    // The spacing.
     match words[N].parse::<f64>() {
         Ok(d) if (SPACING_MIN_M..=SPACING_MAX_M).contains(&d) => Ok((counts, d)),
         _ => refuse(format!(

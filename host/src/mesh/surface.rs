@@ -1,11 +1,11 @@
-//! The outside of a body and its normals.
+//! The surface of a body and its normals.
 
 use super::geometry::{cross, dot, minus};
 
 /// Faces of a tetrahedron of positive volume, counter-clockwise from outside.
 const FACES: [[usize; 3]; 4] = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]];
 
-/// Faces that belong to exactly one of the tetrahedra, which must have positive volume:
+/// Returns the faces that belong to exactly one of the tetrahedra, which must have positive volume:
 /// counter-clockwise from outside, ordered by their sorted ids.
 #[must_use]
 pub fn boundary(tetrahedra: &[[u32; 4]]) -> Vec<[u32; 3]> {
@@ -23,8 +23,8 @@ pub fn boundary(tetrahedra: &[[u32; 4]]) -> Vec<[u32; 3]> {
     single.map(|same| same[0].1).collect()
 }
 
-/// Unit normals `[node]`, each the sum over the node's triangles weighted with their areas; none
-/// where a node has no triangle or its triangles cancel. `nodes_m` and the normals are `[axis]`.
+/// Returns unit normals `[node]`, each the sum over the node's triangles weighted with their areas;
+/// none if a node has no triangle or its triangles cancel. `nodes_m` and the normals are `[axis]`.
 #[must_use]
 pub fn vertex_normals(nodes_m: &[[f64; 3]], triangles: &[[u32; 3]]) -> Vec<Option<[f64; 3]>> {
     let mut sums = vec![[0.0f64; 3]; nodes_m.len()];
@@ -38,7 +38,7 @@ pub fn vertex_normals(nodes_m: &[[f64; 3]], triangles: &[[u32; 3]]) -> Vec<Optio
         }
     }
     let unit = |sum: [f64; 3]| {
-        // Scaled first: areas of tiny triangles squared would vanish.
+        // Scale first: the squared areas of tiny triangles would vanish.
         let largest = sum.iter().fold(0.0f64, |m, x| m.max(x.abs()));
         let scaled = sum.map(|x| x / largest);
         let length = dot(scaled, scaled).sqrt();

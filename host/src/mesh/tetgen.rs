@@ -1,7 +1,8 @@
 //! TetGen meshes: the points in `NAME.node`, the tetrahedra in `NAME.ele`; either name is given.
 //!
-//! Points are numbered from 0 or from 1, as the first one is. Groups are whole numbers: `N` of the first
-//! attribute of the tetrahedra (the region), `points:N` of the points' boundary markers, 0 being none.
+//! Points are numbered from the number of the first one, 0 or 1. Groups are whole numbers: `N` of the
+//! first attribute of the tetrahedra (the region), `points:N` of the points' boundary markers, 0 being
+//! none.
 //! Layout: Si, TetGen, A Quality Tetrahedral Mesh Generator, manual 1.6, chapter 5.
 
 use std::path::Path;
@@ -47,7 +48,7 @@ impl MeshReader for TetGen {
     }
 }
 
-/// The mesh of both files' bytes, each with its path.
+/// Returns the mesh of both files' bytes, each with its path.
 pub(super) fn join(node: (&Path, &[u8]), ele: (&Path, &[u8]), unit_m: f64) -> Result<RawMesh> {
     let mut groups = Groups::default();
     let (nodes_m, first) = points(Rows::new(node.0, node.1), unit_m, &mut groups)?;
@@ -55,8 +56,8 @@ pub(super) fn join(node: (&Path, &[u8]), ele: (&Path, &[u8]), unit_m: f64) -> Re
     Ok(RawMesh { nodes_m, tetrahedra, groups: groups.finish() })
 }
 
-/// `points dimension attributes markers`, then `number x y z attributes.. marker` a line; returns the
-/// places and the number of the first.
+/// Reads `points dimension attributes markers`, then `number x y z attributes.. marker` a line; returns
+/// the positions and the number of the first point.
 fn points(mut rows: Rows, unit_m: f64, groups: &mut Groups) -> Result<(Vec<[f64; 3]>, u64)> {
     rows.bytes.enter("the points");
     rows.next("the number of points")?;
@@ -70,8 +71,9 @@ fn points(mut rows: Rows, unit_m: f64, groups: &mut Groups) -> Result<(Vec<[f64;
     let attributes = rows.optional("the number of attributes")?;
     let markers = rows.optional("the number of boundary markers")?;
     rows.end()?;
-    // A digit each for the number and the coordinates, and what separates them.
+    // A row has at least a digit for the number and each coordinate, and their separators.
     rows.bytes.fits(count, 7, "points")?;
+    // Each row: number, position, attributes, marker.
     let (mut nodes_m, mut first) = (Vec::new(), 0);
     for place in 0..count {
         rows.next("a point")?;
@@ -107,7 +109,7 @@ fn points(mut rows: Rows, unit_m: f64, groups: &mut Groups) -> Result<(Vec<[f64;
     Ok((nodes_m, first))
 }
 
-/// `tetrahedra nodes attributes`, then `number nodes.. attributes..` a line.
+/// Reads `tetrahedra nodes attributes`, then `number nodes.. attributes..` a line.
 fn tetrahedra(
     mut rows: Rows,
     first: u64,
@@ -128,6 +130,7 @@ fn tetrahedra(
     let attributes = rows.optional("the number of attributes")?;
     rows.end()?;
     rows.bytes.fits(count, 9, "tetrahedra")?;
+    // Each row: number, points, attributes.
     let mut tetrahedra = Vec::new();
     for _ in 0..count {
         rows.next("a tetrahedron")?;

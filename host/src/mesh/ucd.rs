@@ -1,7 +1,7 @@
-//! AVS UCD files, ASCII, `.inp` or `.avs`: nodes and tetrahedra; of elements without volume the material
-//! alone.
+//! AVS UCD files, ASCII, `.inp` or `.avs`: nodes and tetrahedra; elements without volume give only their
+//! material.
 //!
-//! Groups are the material numbers, 0 being none. What is attached behind the elements is not looked at.
+//! Groups are the material numbers, 0 being none. Data after the elements is ignored.
 //! Layout: Advanced Visual Systems, AVS Developer's Guide, "UCD data files".
 
 use std::collections::HashMap;
@@ -43,14 +43,14 @@ impl MeshReader for Ucd {
         rows.next("the numbers of nodes and elements")?;
         let nodes = rows.whole("the number of nodes")?;
         let elements = rows.whole("the number of elements")?;
-        // A digit each for the number and the coordinates, and what separates them.
+        // A row has at least a digit for the number and each coordinate, and their separators.
         rows.bytes.fits(nodes, 7, "nodes")?;
         let mut content = Content::default();
         rows.bytes.enter("the nodes");
         for _ in 0..nodes {
             content.node(&mut rows, unit_m)?;
         }
-        // A number, a material, a type and a node.
+        // A row has at least a number, a material, a type and a node.
         rows.bytes.fits(elements, 8, "elements")?;
         rows.bytes.enter("the elements");
         for _ in 0..elements {
@@ -60,7 +60,7 @@ impl MeshReader for Ucd {
     }
 }
 
-/// What has been read.
+/// Content read so far.
 #[derive(Default)]
 struct Content {
     nodes_m: Vec<[f64; 3]>,
@@ -111,6 +111,7 @@ impl Content {
                 )));
             }
         };
+        // The positions of its nodes.
         let mut ids = Vec::with_capacity(count);
         for _ in 0..count {
             let node = rows.whole("a node of the element")?;
@@ -123,6 +124,7 @@ impl Content {
             ids.push(*place);
         }
         rows.end()?;
+        // All elements count for their group; only tetrahedra are kept.
         self.groups.of_element(material, ids.iter().copied());
         if let (true, &[a, b, c, d]) = (kind.eq_ignore_ascii_case("tet"), ids.as_slice()) {
             if (1..4).any(|at| ids[..at].contains(&ids[at])) {

@@ -1,9 +1,9 @@
 //! The mesh embedded in the cells: each node is a weighted mean of cells, exact for linear fields.
 //!
-//! Moving least squares over the nearest cells: of all weights that add up to one and to the
-//! node's own place, those with the least sum of w^2 d^4, d the distance (Shepard 1968; Lancaster
-//! and Salkauskas 1981). Negative ones are given up, the most negative first, where the others
-//! still do.
+//! The weights are moving least squares over the nearest cells: of all weights that add up to one and
+//! reproduce the node's position, those with the least sum of w^2 d^4, d the distance (Shepard 1968;
+//! Lancaster and Salkauskas 1981). Negative ones are dropped, the most negative first, if the others
+//! are still exact.
 
 use nalgebra::{Matrix4, SymmetricEigen, Vector4};
 
@@ -13,15 +13,15 @@ use super::graph::squared;
 use super::{Groups, NONE};
 use crate::mesh::Mesh;
 
-/// Nearest cells that are looked at.
+/// Number of nearest cells that are considered.
 const CANDIDATES: usize = 24;
-/// Largest sum of the weights' sizes: beyond, a node would shake more than its cells.
+/// Largest sum of the weights' magnitudes: above it, a node would shake more than its cells.
 const SIZES_MAX: f64 = 3.0;
-/// How far weights may miss a linear field, as a share of the distance of the cells.
+/// Largest error of the weights in a linear field, as a share of the distance of the cells.
 const EXACT: f64 = 1e-6;
-/// Directions in which the cells spread less than this share of their distance do not count.
+/// Directions in which the cells extend less than this share of the largest do not count.
 const FLAT: f64 = 1e-10;
-/// The same where a node follows linear fields only roughly.
+/// The same for nodes that follow linear fields only roughly.
 const FLAT_ROUGH: f64 = 1e-2;
 
 /// Cells and weights of every node, its own cell first.
@@ -35,9 +35,9 @@ pub struct Embedding {
     pub rough: usize,
 }
 
-/// Embeds every used node of the mesh in the cells of its group and of those within two links of
-/// it.
+/// Embeds every used node of the mesh in the cells of its group and of those within two links of it.
 pub fn embed(mesh: &Mesh, groups: &Groups, links: &[[u32; 2]]) -> Embedding {
+    // The neighbours and the nodes of each group.
     let mut linked = vec![Vec::new(); groups.node.len()];
     for &[a, b] in links {
         linked[a as usize].push(b);
@@ -55,6 +55,7 @@ pub fn embed(mesh: &Mesh, groups: &Groups, links: &[[u32; 2]]) -> Embedding {
             members[own as usize].push(node);
         }
     }
+    // The weights of each node; the node of a cell follows it alone.
     for (own, members) in members.iter().enumerate() {
         let around = around(own as u32, &linked);
         for &node in members {
@@ -75,7 +76,7 @@ pub fn embed(mesh: &Mesh, groups: &Groups, links: &[[u32; 2]]) -> Embedding {
 }
 
 impl Embedding {
-    /// Lets the nodes of fixed groups go with their own cells alone, which never move.
+    /// Lets the nodes of fixed groups follow only their own cells, which never move.
     pub fn pin(&mut self, groups: &Groups) {
         let slots = self.groups.iter_mut().zip(&mut self.weights);
         for (&own, (cells, weights)) in groups.of.iter().zip(slots) {
@@ -88,7 +89,7 @@ impl Embedding {
     }
 }
 
-/// A group with those linked to it, and those linked to them.
+/// Returns a group with those linked to it, and those linked to them.
 fn around(own: u32, linked: &[Vec<u32>]) -> Vec<u32> {
     let near = &linked[own as usize];
     let mut all = vec![own];
@@ -105,7 +106,7 @@ struct Weights {
     exact: bool,
 }
 
-/// A cell near a node: its group, and its place from the node in the cells' mean distance.
+/// A cell near a node: its group, and its position from the node in mean distances of the cells.
 #[derive(Clone, Copy)]
 struct Near {
     group: u32,
@@ -114,6 +115,7 @@ struct Near {
 }
 
 fn weights(mesh: &Mesh, groups: &Groups, node: usize, own: u32, around: &[u32]) -> Weights {
+    // The candidates: the group's cell first, then by distance.
     let at = mesh.nodes_m[node];
     let place = |group: u32| mesh.nodes_m[groups.node[group as usize] as usize];
     let mut order: Vec<(f64, u32)> =
@@ -131,11 +133,12 @@ fn weights(mesh: &Mesh, groups: &Groups, node: usize, own: u32, around: &[u32]) 
             squared: far / size,
         })
         .collect();
+    // The nearest cells, if they give exact weights.
     let nearest = &near[..near.len().min(FINE_CELLS)];
     if let Some(found) = trimmed(nearest) {
         return found.with_own_first(own);
     }
-    // The nearest lie in a plane or on one side: those that count most among more of them.
+    // The nearest lie in a plane or on one side: take the largest weights among all candidates.
     let all = solve(&near, FLAT);
     let mut heaviest: Vec<usize> = (1..near.len()).collect();
     heaviest.sort_by(|&a, &b| all[b].abs().total_cmp(&all[a].abs()).then(a.cmp(&b)));
@@ -144,6 +147,7 @@ fn weights(mesh: &Mesh, groups: &Groups, node: usize, own: u32, around: &[u32]) 
     if let Some(found) = trimmed(&chosen) {
         return found.with_own_first(own);
     }
+    // Otherwise rough weights of the nearest.
     let rough = solve(nearest, FLAT_ROUGH);
     let sum: f64 = rough.iter().sum();
     let of = nearest.iter().zip(rough).map(|(near, w)| (near.group, w / sum)).collect();
@@ -151,7 +155,7 @@ fn weights(mesh: &Mesh, groups: &Groups, node: usize, own: u32, around: &[u32]) 
 }
 
 impl Weights {
-    /// With the own group in front, at weight 0 where it was given up.
+    /// Puts the node's own group first, with weight 0 if it was dropped.
     fn with_own_first(mut self, own: u32) -> Self {
         let weight = self.of.iter().find(|entry| entry.0 == own).map_or(0.0, |entry| entry.1);
         self.of.retain(|&(group, w)| group != own && w != 0.0);
@@ -161,8 +165,8 @@ impl Weights {
     }
 }
 
-/// Exact weights of the least size that giving up negative ones leads to; none where none of them
-/// are exact and small.
+/// Returns the exact weights of least magnitude that occur while negative ones are dropped; none if
+/// none of them are exact and small.
 fn trimmed(near: &[Near]) -> Option<Weights> {
     let mut kept = near.to_vec();
     let mut best: Option<(f64, Vec<(u32, f64)>)> = None;
@@ -183,12 +187,12 @@ fn trimmed(near: &[Near]) -> Option<Weights> {
     best.map(|(_, of)| Weights { of, exact: true })
 }
 
-/// 1 and the place.
+/// Returns 1 and the position.
 fn linear(near: &Near) -> Vector4<f64> {
     Vector4::new(1.0, near.way[0], near.way[1], near.way[2])
 }
 
-/// Least sum of w^2 d^4 under the four conditions, directions of no extent left out.
+/// Minimizes the sum of w^2 d^4 under the four conditions; directions of no extent are left out.
 fn solve(near: &[Near], flat: f64) -> Vec<f64> {
     let importance = |near: &Near| 1.0 / (near.squared * near.squared).max(1e-12);
     let mut matrix = Matrix4::zeros();
@@ -208,7 +212,7 @@ fn solve(near: &[Near], flat: f64) -> Vec<f64> {
     near.iter().map(|cell| importance(cell) * linear(cell).dot(&multipliers)).collect()
 }
 
-/// Largest error of the four conditions.
+/// Returns the largest error of the four conditions.
 fn miss(near: &[Near], w: &[f64]) -> f64 {
     let sum = near.iter().zip(w).fold(Vector4::zeros(), |sum, (near, w)| sum + *w * linear(near));
     (sum - Vector4::new(1.0, 0.0, 0.0, 0.0)).amax()

@@ -6,14 +6,14 @@ use std::collections::BinaryHeap;
 /// Label of a node that belongs to nothing.
 pub const NONE: u32 = u32::MAX;
 
-/// Edges with their lengths, from either end.
+/// Edges with their lengths, stored at both ends.
 pub struct Graph {
     rows: Vec<u32>,
     ends: Vec<(u32, f64)>,
 }
 
 impl Graph {
-    /// A graph over the nodes `nodes_m` \[m\].
+    /// Makes a graph over the nodes at `nodes_m` \[m\].
     pub fn new(nodes_m: &[[f64; 3]], edges: &[[u32; 2]]) -> Self {
         let mut rows = vec![0_u32; nodes_m.len() + 1];
         for &node in edges.as_flattened() {
@@ -35,13 +35,13 @@ impl Graph {
         Self { rows, ends }
     }
 
-    /// Other ends of a node's edges with the edges' lengths \[m\].
+    /// Returns the other ends of a node's edges with the edges' lengths \[m\].
     pub fn around(&self, node: u32) -> &[(u32, f64)] {
         let node = node as usize;
         &self.ends[self.rows[node] as usize..self.rows[node + 1] as usize]
     }
 
-    /// Connected parts among `nodes`, each ascending, in the order of their first nodes.
+    /// Returns the connected parts among `nodes`, each ascending, in the order of their first nodes.
     pub fn parts(&self, nodes: &[u32]) -> Vec<Vec<u32>> {
         let mut seen = vec![true; self.rows.len() - 1];
         for &node in nodes {
@@ -68,8 +68,8 @@ impl Graph {
         parts
     }
 
-    /// The seed nearest to each node along the edges, the lower one of equally near ones; [`NONE`]
-    /// where none is reached. What goes to one seed is connected (Dijkstra from all at once).
+    /// Returns the seed nearest to each node along the edges, the lower one of equally near ones; [`NONE`]
+    /// if none is reached. The nodes of a seed are connected (Dijkstra from all seeds at once).
     pub fn nearest(&self, seeds: &[u32]) -> Vec<u32> {
         let mut label = vec![NONE; self.rows.len() - 1];
         // Lengths are not negative: their bits are in the order of their values.
@@ -90,14 +90,14 @@ impl Graph {
         label
     }
 
-    /// `count` nodes of a connected part, each the one farthest from those before it along the
-    /// edges, the lowest of equally far ones (Gonzalez 1985); the first is the one farthest from
-    /// the middle.
+    /// Returns `count` nodes of a connected part, each the one farthest along the edges from those before
+    /// it, the lowest of equally far ones (Gonzalez 1985); the first is the one farthest from the middle.
     pub fn spread(&self, nodes_m: &[[f64; 3]], part: &[u32], count: usize) -> Vec<u32> {
         let middle = mean(part.iter().map(|&node| nodes_m[node as usize]));
         let away = |node: u32| squared(nodes_m[node as usize], middle);
         let further = |a: &u32, b: &u32| away(*a).total_cmp(&away(*b)).then(b.cmp(a));
         let Some(first) = part.iter().copied().max_by(further) else { return Vec::new() };
+        // Distances only shrink: an outdated entry of the queue is pushed again with its new distance.
         let mut way = vec![f64::INFINITY; nodes_m.len()];
         let mut seeds = Vec::with_capacity(count);
         let mut farthest: BinaryHeap<(u64, Reverse<u32>)> = BinaryHeap::new();
@@ -122,7 +122,7 @@ impl Graph {
         seeds
     }
 
-    /// Shortens the ways of the nodes that are nearer to `seed` than to what was there before.
+    /// Lowers the distances in `way` of the nodes that are nearer to `seed` than to the earlier seeds.
     fn approach(&self, way: &mut [f64], seed: u32) {
         way[seed as usize] = 0.0;
         let mut queue = BinaryHeap::from([Reverse((0_u64, seed))]);

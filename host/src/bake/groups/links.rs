@@ -1,12 +1,12 @@
-//! Links between groups, as stiff as what they stand for.
+//! Links between groups, as stiff as the links of the mesh that they replace.
 //!
 //! A link of stiffness k, rest length l and direction n holds k l^2 (n e n)^2 / 2 in a body under
 //! the homogeneous strain e, and acts on its ends with the force k l (n e n) n. Summed over the
 //! links of a cell, half of each for the energy, these are a moment of fourth and one of third
-//! order; both are fitted to those of its group, the energy to be as stiff, the force because a
-//! cell with a net force leaves the strain and yields. First the k l^2 of the cells are brought to
+//! order. Both are fitted to those of its group: the energy for the same stiffness, the force because
+//! a cell with a net force leaves the strain and yields. First the k l^2 of the cells are scaled to
 //! those of their groups (iterative proportional fitting, Deming and Stephan 1940), starting from
-//! the number of edges between two groups; then least squares with a bound, a coordinate at a time.
+//! the number of edges between two groups; then bounded least squares, a coordinate at a time.
 
 use super::moments::{Fourth, Third, add, dot, fourth, third};
 use super::{Groups, NONE, squared};
@@ -22,7 +22,7 @@ const ROUNDS_EACH: usize = 5;
 const TIE: f64 = 0.02;
 /// Weight of the forces on the cells in the least squares.
 const FORCES: f64 = 2.5;
-/// No link holds less than this share of what the edges suggest: none goes slack.
+/// Least energy of a link, as a share of its start value from the edges: no link becomes slack.
 const LEAST: f64 = 0.05;
 
 /// Links between groups.
@@ -30,13 +30,13 @@ const LEAST: f64 = 0.05;
 pub struct CoarseLinks {
     /// Groups of each link, lower first, sorted.
     pub links: Vec<[u32; 2]>,
-    /// Stiffness of each [N/m].
+    /// Stiffness of each \[N/m\].
     pub stiffness_n_per_m: Vec<f64>,
-    /// Half-width of the band of each, a mean over the links it stands for [rest lengths].
+    /// Half-width of the band of each, a mean over the mesh's links of its groups \[rest lengths\].
     pub alpha: Vec<f64>,
 }
 
-/// What the links of a mesh hold, group by group.
+/// Moments of the links of a mesh, for each group.
 struct Targets {
     energy: Vec<Fourth>,
     force: Vec<Third>,
@@ -46,7 +46,7 @@ struct Targets {
     slack: Vec<f64>,
 }
 
-/// Links groups that an edge of the mesh joins; `stiffness` and `alpha` of every link of the mesh.
+/// Links groups that a link of the mesh joins; `stiffness` and `alpha` are those of the mesh's links.
 pub fn couple(mesh: &Mesh, groups: &Groups, stiffness: &[f64], alpha: &[f64]) -> CoarseLinks {
     let mut joined: Vec<[u32; 2]> = Vec::new();
     let count = groups.node.len();
@@ -56,6 +56,7 @@ pub fn couple(mesh: &Mesh, groups: &Groups, stiffness: &[f64], alpha: &[f64]) ->
         whole: vec![0.0; count],
         slack: vec![0.0; count],
     };
+    // Moments of each group, and the pairs of joined groups.
     for ((&[i, j], k), alpha) in mesh.links.iter().zip(stiffness).zip(alpha) {
         let (direction, length) = between(mesh, i, j);
         let (share, energy) = (0.5 * k * length * length, fourth(direction));
@@ -73,12 +74,13 @@ pub fn couple(mesh: &Mesh, groups: &Groups, stiffness: &[f64], alpha: &[f64]) ->
             joined.push([of[0].min(of[1]), of[0].max(of[1])]);
         }
     }
+    // The links between groups, each with its number of links of the mesh.
     joined.sort_unstable();
     let (links, crossings): (Vec<[u32; 2]>, Vec<f64>) =
         joined.chunk_by(|a, b| a == b).map(|same| (same[0], same.len() as f64)).unzip();
     let geometry: Vec<([f64; 3], f64)> =
         links.iter().map(|link| link_between(mesh, groups, *link)).collect();
-    // The force across a face goes with its area, so k l^2 with the area times the length.
+    // The force across a face scales with its area, so k l^2 with the area times the length.
     let mut share: Vec<f64> =
         crossings.iter().zip(&geometry).map(|(edges, (_, length))| edges * length).collect();
     scale(&links, &mut share, &targets.whole);
@@ -98,7 +100,7 @@ pub fn couple(mesh: &Mesh, groups: &Groups, stiffness: &[f64], alpha: &[f64]) ->
     }
 }
 
-/// Unit vector and distance between two nodes \[m\].
+/// Returns the unit vector and the distance between two nodes \[m\].
 fn between(mesh: &Mesh, i: u32, j: u32) -> ([f64; 3], f64) {
     let (a, b) = (mesh.nodes_m[i as usize], mesh.nodes_m[j as usize]);
     let length = squared(a, b).sqrt();
@@ -125,23 +127,23 @@ fn scale(links: &[[u32; 2]], share: &mut [f64], whole: &[f64]) {
     }
 }
 
-/// What the cells have beyond their targets.
+/// Moments of the cells minus their targets.
 struct Excess {
     energy: Vec<Fourth>,
     force: Vec<Third>,
 }
 
-/// A link as the least squares see it.
+/// Column of a link in the least squares.
 struct Column {
     ends: [usize; 2],
     energy: Fourth,
     force: Third,
-    /// k l of a unit of k l^2 / 2 [1/m].
+    /// k l for a unit of k l^2 / 2 \[1/m\].
     per_length: f64,
 }
 
 impl Excess {
-    /// Counts in a change of a link's share.
+    /// Adds the change of a link's share.
     fn change(&mut self, column: &Column, by: f64) {
         let Column { ends: [a, b], energy, force, per_length } = column;
         add(&mut self.energy[*a], by, energy);
@@ -151,7 +153,7 @@ impl Excess {
     }
 }
 
-/// Brings the moments of the cells to those of the groups, each measured by its own size.
+/// Fits the moments of the cells to those of the groups, each relative to its own size.
 fn fit(links: &[[u32; 2]], geometry: &[([f64; 3], f64)], share: &mut [f64], targets: &Targets) {
     let columns: Vec<Column> = (links.iter().zip(geometry))
         .map(|(ends, &(n, length))| Column {
@@ -163,6 +165,7 @@ fn fit(links: &[[u32; 2]], geometry: &[([f64; 3], f64)], share: &mut [f64], targ
         .collect();
     let mean_m = geometry.iter().map(|entry| entry.1).sum::<f64>() / geometry.len() as f64;
     let forces = FORCES * mean_m * mean_m;
+    // The excess at the start.
     let mut excess = Excess {
         energy: targets.energy.iter().map(|target| target.map(|x| -x)).collect(),
         force: targets.force.iter().map(|target| target.map(|x| -x)).collect(),
@@ -172,12 +175,13 @@ fn fit(links: &[[u32; 2]], geometry: &[([f64; 3], f64)], share: &mut [f64], targ
     }
     let suggested = share.to_vec();
     let importance: Vec<f64> = targets.whole.iter().map(|whole| 1.0 / (whole * whole)).collect();
-    // What has been added to the targets, to be taken off again where the true excess counts.
+    // Sum of the corrections of the targets; the true excess is without them.
     let mut shift = vec![[0.0; 15]; targets.energy.len()];
     for round in 0..ROUNDS {
         if round % ROUNDS_EACH == ROUNDS_EACH - 1 {
             correct(links, &targets.whole, &mut excess.energy, &mut shift);
         }
+        // Minimize over the share of one link after the other.
         for (column, (x, start)) in columns.iter().zip(share.iter_mut().zip(&suggested)) {
             let [a, b] = column.ends;
             let (p, q) = (importance[a], importance[b]);
@@ -196,8 +200,8 @@ fn fit(links: &[[u32; 2]], geometry: &[([f64; 3], f64)], share: &mut [f64], targ
     }
 }
 
-/// Moves the targets by what cells and their neighbours miss together: single cells cannot be met
-/// in every component, but what one misses another can make up for.
+/// Moves the targets by the common error of cells and their neighbours: a single cell cannot match
+/// every component, but its neighbours can compensate its error.
 fn correct(links: &[[u32; 2]], whole: &[f64], excess: &mut [Fourth], shift: &mut [Fourth]) {
     let mut missed: Vec<Fourth> = excess.to_vec();
     for (missed, shift) in missed.iter_mut().zip(&*shift) {

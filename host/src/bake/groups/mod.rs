@@ -1,9 +1,9 @@
-//! Many nodes to one cell: the nodes of a mesh in groups, each of which becomes a cell.
+//! Partitions the nodes of a mesh into groups, each of which becomes a cell.
 //!
-//! A group is connected, all fixed or all free, all on the surface or all inside. Groups lie about
-//! equally far apart, on the surface as inside: one spacing for the whole body, so a group of the
-//! surface holds fewer nodes than one inside. Its cell stands at one of its nodes, the one nearest
-//! to its middle: cells of the surface lie on the surface, and have an input id of their own.
+//! A group is connected, all fixed or all free, all on the surface or all inside. The spacing of the
+//! groups is about the same in the whole body, so a group of the surface holds fewer nodes than one
+//! inside. Its cell is at one of its nodes, the one nearest to its middle: cells of the surface lie
+//! on the surface, and each has its own input id.
 
 mod embedding;
 mod graph;
@@ -29,18 +29,18 @@ const ROUNDS: usize = 8;
 pub struct Groups {
     /// Group of each node, `u32::MAX` for an unused one.
     pub of: Vec<u32>,
-    /// Node at which each group's cell stands.
+    /// Node at which each group's cell is.
     pub node: Vec<u32>,
-    /// Whether each group is fixed.
+    /// True for each group that is fixed.
     pub fixed: Vec<bool>,
 }
 
-/// Puts the nodes of a mesh into `cells` groups, the nodes `fixed` (sorted or not) apart.
+/// Puts the nodes of a mesh into `cells` groups, with the nodes `fixed` (in any order) in separate ones.
 ///
-/// Where the body has more parts that must stay apart than that, each of them is a group.
+/// If the body has more parts that must stay separate than that, each of them is a group.
 ///
 /// # Errors
-/// A number of cells out of range; the user's wish to stop.
+/// A number of cells out of range, or an interrupt of the user.
 pub fn partition(mesh: &Mesh, fixed: &[u32], cells: usize) -> Result<Groups> {
     let kinds = Kinds::new(mesh, fixed);
     let used: Vec<u32> = kinds.used();
@@ -51,6 +51,7 @@ pub fn partition(mesh: &Mesh, fixed: &[u32], cells: usize) -> Result<Groups> {
             if used.len() > CELLS_MAX { "most cells of a model" } else { "nodes of the mesh" }
         )));
     }
+    // Seeds, spread over each part.
     let graph = Graph::new(&mesh.nodes_m, &kinds.inner_edges(mesh));
     let parts = graph.parts(&used);
     let sizes: Vec<(usize, bool)> =
@@ -60,6 +61,7 @@ pub fn partition(mesh: &Mesh, fixed: &[u32], cells: usize) -> Result<Groups> {
         seeds.extend(graph.spread(&mesh.nodes_m, part, count));
         interrupt::check()?;
     }
+    // Groups around the seeds, and new seeds in their middles.
     let mut of = graph.nearest(&seeds);
     for _ in 0..ROUNDS {
         let middles = middles(&mesh.nodes_m, &of, seeds.len());
@@ -75,7 +77,7 @@ pub fn partition(mesh: &Mesh, fixed: &[u32], cells: usize) -> Result<Groups> {
     Ok(Groups { of, node, fixed })
 }
 
-/// What keeps nodes apart.
+/// Properties of nodes that separate groups.
 struct Kinds {
     used: Vec<bool>,
     fixed: Vec<bool>,
@@ -110,8 +112,8 @@ impl Kinds {
         (0..self.used.len() as u32).filter(|&node| self.used[node as usize]).collect()
     }
 
-    /// Links within which a group may spread; on the surface only along the surface, so that no
-    /// group reaches through a thin lobe.
+    /// Returns the links along which a group may spread; on the surface only edges of the surface, so
+    /// that no group reaches through a thin lobe.
     fn inner_edges(&self, mesh: &Mesh) -> Vec<[u32; 2]> {
         let inner = |link: &&[u32; 2]| {
             let [i, j] = link.map(|node| node as usize);
@@ -122,20 +124,23 @@ impl Kinds {
     }
 }
 
-/// Groups for each part of so many nodes, on the surface or not: `cells` in all, at least one and
-/// at most a node each, so that the spacing is about the same everywhere.
+/// Returns the number of groups for each part, given its number of nodes and if it is on the surface:
+/// `cells` in all, at least one a part and at most one a node, so that the spacing is about the same
+/// everywhere.
 fn shares(parts: &[(usize, bool)], cells: usize) -> Vec<usize> {
-    // Nodes go with the square of the spacing on the surface, with its cube inside.
+    // The nodes of a group scale with the square of the spacing on the surface, with its cube inside.
     let share = |spacing: f64, &(nodes, on_surface): &(usize, bool)| {
         let each = if on_surface { spacing * spacing } else { spacing * spacing * spacing };
         (nodes as f64 / each).max(1.0)
     };
+    // Find the spacing by bisection.
     let (mut low, mut high) = (1.0_f64, 1e7_f64);
     for _ in 0..80 {
         let middle = 0.5 * (low + high);
         let total: f64 = parts.iter().map(|part| share(middle, part)).sum();
         if total > cells as f64 { low = middle } else { high = middle }
     }
+    // Round down, then hand out the rest by the largest fractions.
     let wanted: Vec<f64> = parts.iter().map(|part| share(high, part)).collect();
     let mut counts: Vec<usize> = wanted.iter().map(|&share| share as usize).collect();
     let mut order: Vec<usize> = (0..parts.len()).collect();
@@ -156,7 +161,7 @@ fn shares(parts: &[(usize, bool)], cells: usize) -> Vec<usize> {
     counts
 }
 
-/// The node of each group nearest to its middle, the lowest of equally near ones.
+/// Returns the node of each group nearest to its middle, the lowest of equally near ones.
 fn middles(nodes_m: &[[f64; 3]], of: &[u32], groups: usize) -> Vec<u32> {
     let mut members = vec![Vec::new(); groups];
     for (node, &group) in (0_u32..).zip(of) {

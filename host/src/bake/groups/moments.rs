@@ -1,18 +1,18 @@
-//! Moments of a link's direction: what its energy and its force under a homogeneous strain depend
-//! on, of fourth and of third order.
+//! Moments of a link's direction: its energy under a homogeneous strain depends on that of fourth
+//! order, its force on that of third order.
 
-/// A symmetric tensor of fourth order, scaled so that the inner product of two is the full one.
+/// A symmetric tensor of fourth order, scaled so that the inner product equals that of the full tensors.
 pub type Fourth = [f64; 15];
 
-/// A symmetric tensor of third order, in the same way.
+/// A symmetric tensor of third order, scaled in the same way.
 pub type Third = [f64; 10];
 
-/// n n n n of a unit vector: of length 1, and the inner product of two is (n . m)^4.
+/// Returns n n n n of a unit vector: its length is 1, and the inner product of two is (n . m)^4.
 pub fn fourth(n: [f64; 3]) -> Fourth {
     of_order(4, n)
 }
 
-/// n n n of a unit vector: the inner product of two is (n . m)^3.
+/// Returns n n n of a unit vector: the inner product of two is (n . m)^3.
 pub fn third(n: [f64; 3]) -> Third {
     of_order(3, n)
 }

@@ -1,9 +1,9 @@
-//! How much softer a network of groups is than its links' energy says.
+//! Measures how much softer a network of groups is than its links' energy predicts.
 //!
-//! Under homogeneous stress the cells of an irregular network leave the homogeneous strain and
-//! yield more than their links would one by one. Forces that hold the mesh in a homogeneous strain,
-//! put on the cells by the weights of the nodes, strain the network more: by
-//! the factor, over six strains, by which all its links are to be stiffened (a patch test).
+//! Under homogeneous stress the cells of an irregular network leave the homogeneous strain and yield
+//! more than single links would. Forces that hold the mesh in a homogeneous strain, distributed to
+//! the cells by the weights of the nodes, strain the network more. The ratio, over six strains, is
+//! the factor by which all its links are stiffened (a patch test).
 
 use super::embedding::Embedding;
 use super::graph::{mean, squared};
@@ -11,16 +11,16 @@ use crate::mesh::Mesh;
 
 use chaincell_kernel::image::NO_CELL;
 
-/// Most steps of conjugate gradients a strain.
+/// Most steps of conjugate gradients for a strain.
 const STEPS_MAX: usize = 400;
 /// Residual at which they end, as a share of the first.
 const RESIDUAL: f64 = 1e-4;
-/// Bed of every cell in the homogeneous strain, as a share of its links: holds cells that hang
-/// loose.
+/// Stiffness of a spring from every cell to its position in the homogeneous strain, as a share of its
+/// links: it holds loose cells.
 const BED: f64 = 1e-3;
-/// No cell's deviation counts for more than this share of the mean displacement: some hang loose.
+/// Limit of a cell's deviation, as a share of the mean displacement: some cells are loose.
 const CAP: f64 = 0.5;
-/// Range of a factor that is believed.
+/// Range to which the factor is limited.
 const FACTORS: std::ops::RangeInclusive<f64> = 1.0..=1.5;
 
 /// Springs along the links of a body at rest: the second derivative of its energy.
@@ -45,7 +45,7 @@ impl<'a> Springs<'a> {
         Self { links, along, bed }
     }
 
-    /// Forces that hold the nodes at displacements, the bed's share of them aside.
+    /// Returns the forces that hold the nodes at displacements, without those of the bed.
     fn forces(&self, moved: &[[f64; 3]]) -> Vec<[f64; 3]> {
         let mut forces = vec![[0.0; 3]; moved.len()];
         for (&[i, j], &(k, n)) in self.links.iter().zip(&self.along) {
@@ -60,7 +60,7 @@ impl<'a> Springs<'a> {
         forces
     }
 
-    /// Displacements under forces, by conjugate gradients scaled with the cells' links.
+    /// Returns the displacements under forces, by conjugate gradients scaled with the cells' links.
     fn yields(&self, forces: &[[f64; 3]]) -> Vec<[f64; 3]> {
         let scaled = |r: &[[f64; 3]]| -> Vec<[f64; 3]> {
             r.iter()
@@ -68,6 +68,7 @@ impl<'a> Springs<'a> {
                 .map(|(r, k)| r.map(|x| if *k > 0.0 { x / k } else { 0.0 }))
                 .collect()
         };
+        // Start at rest, with the residual as the first direction.
         let mut moved = vec![[0.0; 3]; forces.len()];
         let mut left = forces.to_vec();
         let mut way = scaled(&left);
@@ -77,6 +78,7 @@ impl<'a> Springs<'a> {
             if size <= enough {
                 break;
             }
+            // Step along the direction.
             let mut against = self.forces(&way);
             for ((f, d), k) in against.iter_mut().zip(&way).zip(&self.bed) {
                 *f = std::array::from_fn(|axis| f[axis] + BED * k * d[axis]);
@@ -86,6 +88,7 @@ impl<'a> Springs<'a> {
                 *u = std::array::from_fn(|axis| u[axis] + step * d[axis]);
                 *r = std::array::from_fn(|axis| r[axis] - step * f[axis]);
             }
+            // The next direction.
             let next = scaled(&left);
             let grown = work(&left, &next);
             for (d, z) in way.iter_mut().zip(next) {
@@ -97,13 +100,13 @@ impl<'a> Springs<'a> {
     }
 }
 
-/// Inner product of forces and ways.
+/// Returns the inner product of forces and displacements.
 fn work(a: &[[f64; 3]], b: &[[f64; 3]]) -> f64 {
     a.as_flattened().iter().zip(b.as_flattened()).map(|(a, b)| a * b).sum()
 }
 
-/// The factor for links of `coarse_k` between cells at `cells_m`, for a mesh with links of `k`.
-/// A body without an extent along each axis has none. Cost: a few hundred passes over both.
+/// Returns the factor for links of `coarse_k` between cells at `cells_m`, for a mesh with links of `k`;
+/// 1 for a body without an extent along each axis. Cost: a few hundred passes over both.
 pub fn stiffening(
     mesh: &Mesh,
     k: &[f64],
@@ -127,6 +130,7 @@ pub fn stiffening(
             u[j] += 0.5 * (p[i] - centre[i]);
             u
         };
+        // Forces that hold the mesh in the strain, distributed to the cells.
         let strained: Vec<[f64; 3]> = mesh.nodes_m.iter().map(|&p| strain(p)).collect();
         let forces = fine.forces(&strained);
         let mut handed = vec![[0.0; 3]; cells_m.len()];
@@ -137,7 +141,7 @@ pub fn stiffening(
                 *cell = std::array::from_fn(|axis| cell[axis] + f64::from(w) * force[axis]);
             }
         }
-        // The mean strain, not the work: a few cells that hang loose would rule it.
+        // Compare the mean strain, not the work, which a few loose cells would dominate.
         let expected: Vec<[f64; 3]> = cells_m.iter().map(|&p| strain(p)).collect();
         let held = coarse.forces(&expected);
         for (handed, held) in handed.iter_mut().zip(&held) {
@@ -145,6 +149,7 @@ pub fn stiffening(
         }
         let whole = work(&expected, &expected);
         let cap = CAP * CAP * whole / cells_m.len() as f64;
+        // Displacements beyond the strain, each limited.
         let mut moved = coarse.yields(&handed);
         for u in &mut moved {
             let size = squared(*u, [0.0; 3]);

@@ -66,7 +66,7 @@ fn energy(nodes: &[[f64; 3]], links: &[[u32; 2]], stiffness: &[f64], rows: &Rows
     links.iter().zip(stiffness).map(of).sum()
 }
 
-/// Whether links of the mesh join the nodes of a group.
+/// Returns true if links of the mesh connect the nodes of a group.
 fn connected(mesh: &Mesh, of: &[u32], group: u32) -> bool {
     let inside: Vec<[u32; 2]> = (mesh.links.iter())
         .filter(|link| link.iter().all(|&node| of[node as usize] == group))

@@ -10,11 +10,11 @@ use super::{BETA, Shapes, VolumeLaw};
 #[cfg(test)]
 pub(super) type Map = Vec<(usize, f64)>;
 
-/// Room for the rounding of a bound to single precision.
+/// Margin for the rounding of a bound to single precision.
 const UP: f64 = 1.0 + 1e-6;
 
 impl Shapes {
-    /// Weight of the squares of cell k's gradient.
+    /// Returns the weight of the squares of cell k's gradient.
     fn nodal(&self, k: usize) -> f64 {
         let volume = match self.law {
             VolumeLaw::Det1 => 3.0 * self.lambda[k],
@@ -40,7 +40,7 @@ impl Shapes {
         });
     }
 
-    /// The sums of the magnitudes of the rows of L, rounded up.
+    /// Returns the sums of the magnitudes of the rows of L, rounded up.
     pub(super) fn row_sums(&self) -> Vec<f32> {
         let (mut row, mut touched) = (vec![0.0; self.mu.len()], Vec::new());
         (0..self.mu.len())
@@ -60,7 +60,7 @@ impl Shapes {
             .collect()
     }
 
-    /// Calls `visit(j, value)` for what adds up to the elements of row i of L.
+    /// Calls `visit(j, value)` for the summands of the elements of row i of L.
     fn each_of_row(&self, i: usize, mut visit: impl FnMut(usize, f64)) {
         let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
         let size = |a: [f64; 3]| dot(a, a).sqrt();

@@ -1,15 +1,15 @@
 //! The elasticity K of the rest shape: the second derivative of the energy, for all three axes.
 //!
 //! A displacement u changes cell k's shape by G, the sum of `u_j` `a_kj'` over `V_k`. The stress is
-//! then mu (G + G') + lambda tr G - 2 beta mu G, and K the sum over the cells of what it does to
-//! each `a_kj`, and of the links' spread.
+//! then mu (G + G') + lambda tr G - 2 beta mu G. K is the sum over the cells of the stress times each
+//! `a_kj`, and of the links' spread.
 
 use nalgebra::{DMatrix, Matrix3, Vector3};
 
 use super::{BETA, Shapes};
 
-/// The own part of a cell's direction, in mean diagonal elements of K: a direction that is longer
-/// takes its neighbours' part too.
+/// The local part of a cell's direction, in mean diagonal elements of K: a longer direction would
+/// take its neighbours' part too.
 pub(super) const OWN_PART: f64 = 0.7;
 
 impl Shapes {
@@ -22,14 +22,14 @@ impl Shapes {
         }
     }
 
-    /// The block of K between what has the shares `a` and `b` in cell k's gradient.
+    /// Returns the block of K between two displacements with the shares `a` and `b` in cell k's gradient.
     fn block(&self, k: usize, a: Vector3<f64>, b: Vector3<f64>) -> Matrix3<f64> {
         let even = self.mu[k] * (1.0 - 2.0 * BETA) * a.dot(&b);
         let turned = self.mu[k] * b * a.transpose() + self.lambda[k] * a * b.transpose();
         (Matrix3::from_diagonal_element(even) + turned) / self.shape.volume_m3(k)
     }
 
-    /// P' K P, x of all hats first, then y and z; `row` are the weights of a cell.
+    /// Returns P' K P, x of all hats first, then y and z; `row` returns the weights of a cell.
     pub fn elasticity(&self, hats: usize, row: impl Fn(u16) -> Vec<(usize, f64)>) -> DMatrix<f64> {
         let mut matrix = DMatrix::zeros(3 * hats, 3 * hats);
         let mut add = |a: usize, b: usize, block: Matrix3<f64>| {
@@ -38,6 +38,7 @@ impl Shapes {
             }
         };
         self.each_gradient(|k, map| {
+            // A cell's gradient in terms of the hats.
             let mut shares: Vec<(usize, Vector3<f64>)> = Vec::new();
             for &(cell, area) in map {
                 let area = Vector3::from(area);
@@ -55,6 +56,7 @@ impl Shapes {
             }
         });
         for k in 0..self.mu.len() {
+            // The spread of each link.
             for half in self.shape.of(k).iter().filter(|half| half.to as usize > k) {
                 let mut difference = row(k as u16);
                 difference.extend(row(half.to as u16).into_iter().map(|(hat, w)| (hat, -w)));
@@ -69,7 +71,7 @@ impl Shapes {
         matrix
     }
 
-    /// The own part of each cell's direction over r / W, at least 1.
+    /// Returns the local part of each cell's direction over r / W, at least 1.
     pub fn factors(&self) -> Vec<f32> {
         let mut trace = vec![0.0; self.mu.len()];
         self.each_gradient(|k, map| {

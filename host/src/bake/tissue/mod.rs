@@ -1,8 +1,8 @@
 //! Tissue by Young's modulus and Poisson's ratio: nodal shapes in place of links.
 //!
-//! What the kernel makes of the numbers stands in its module of that name; here they are worked out,
-//! with the bound L of the energy's curvature (`curvature`) and the elasticity of the rest shape
-//! (`elasticity`). `stiffening` are bands on top of them.
+//! The kernel's module of that name describes the use of the numbers; this module computes them, with
+//! the bound L of the energy's curvature (`curvature`) and the elasticity of the rest shape
+//! (`elasticity`). `stiffening` adds bands to them.
 
 pub mod shape;
 
@@ -26,7 +26,7 @@ use stiffening::Stiffening;
 /// Beta in double precision.
 const BETA: f64 = nodal::BETA as f64;
 
-/// How tissue resists a change of its volume; both are Hooke's for small strain.
+/// Law of the resistance to a change of volume; both are Hooke's for small strain.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum VolumeLaw {
     /// By the distance to the shapes of determinant 1.
@@ -36,19 +36,19 @@ pub enum VolumeLaw {
     Trace,
 }
 
-/// Where the band of stretches begins unless asked otherwise.
+/// Default stretch at which the band of stretches begins.
 pub const STRETCH_MIN: f64 = 0.7;
 /// Stiffness of the band \[shear moduli\].
 const BAND: f64 = 8.0;
 
-/// What tissue is made of.
+/// Properties of a tissue.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Tissue {
     /// Young's modulus \[Pa\].
     pub young_pa: PerCell,
     /// Poisson's ratio, from 0 to 0.495.
     pub poisson: PerCell,
-    /// How it resists a change of its volume.
+    /// Law of the resistance to a change of volume.
     pub law: VolumeLaw,
     /// The stretch below which it resists more, from 0.01 to 0.95; `None` for no such band.
     pub stretch_min: Option<f64>,
@@ -75,13 +75,13 @@ pub(super) struct Shapes {
     stiffening: Stiffening,
     /// At least the row sums of the magnitudes of the shapes' L.
     bound: Vec<f32>,
-    /// The same of all of L, what the cells' mobilities are the inverse of.
+    /// The same for all of L: the cells' mobilities are the inverse.
     pub weights: Vec<f32>,
-    /// `k_ref` \[N/m\], of which the stress unit is twice, over a mean link length.
+    /// `k_ref` \[N/m\]: the stress unit is twice this over a mean link length.
     pub stiffness_n_per_m: f32,
 }
 
-/// A value of each cell.
+/// Returns the value of each cell.
 pub(super) fn each(value: &PerCell, body: &OrderedCells) -> Vec<f64> {
     match value {
         PerCell::Uniform(value) => vec![*value; body.rest.len()],
@@ -89,10 +89,10 @@ pub(super) fn each(value: &PerCell, body: &OrderedCells) -> Vec<f64> {
     }
 }
 
-/// Smallest and largest modulus of stiffening that the kernel takes \[mean shear moduli\].
+/// Smallest and largest modulus of stiffening that the kernel accepts \[mean shear moduli\].
 const STIFFENING: std::ops::RangeInclusive<f32> = 1.0e-6..=1.0e6;
 
-/// Whether the kernel takes these bands on a body of this mean shear modulus \[Pa\].
+/// Checks that the kernel accepts these bands on a body of this mean shear modulus \[Pa\].
 fn check_stiffening(bands: &[Band], unit_pa: f64) -> Result<()> {
     let is_beyond = |band: &&Band| !STIFFENING.contains(&((band.modulus_pa / unit_pa) as f32));
     let Some(&Band { half_width, modulus_pa }) = bands.iter().find(is_beyond) else {
@@ -105,7 +105,7 @@ fn check_stiffening(bands: &[Band], unit_pa: f64) -> Result<()> {
     )))
 }
 
-/// Why a mesh has no shapes, by the ids of its nodes.
+/// Returns the error of a mesh without shapes, with the ids of its nodes.
 fn refused(fault: Fault, mesh: &Mesh, body: &OrderedCells) -> Error {
     Error::input(match fault {
         Fault::Tetrahedron(number) => {
@@ -124,10 +124,10 @@ fn refused(fault: Fault, mesh: &Mesh, body: &OrderedCells) -> Error {
 }
 
 impl Shapes {
-    /// The shapes of a body made of `tissue`.
+    /// Computes the shapes of a body made of `tissue`.
     ///
     /// # Errors
-    /// A mesh without tetrahedra, with flat ones, or with links that are none of their edges.
+    /// A mesh without tetrahedra, with flat ones, or with links that are not edges of tetrahedra.
     pub fn new(mesh: &Mesh, body: &OrderedCells, tissue: &Tissue) -> Result<Self> {
         if mesh.tetrahedra.is_empty() {
             return Err(Error::input(
@@ -135,6 +135,7 @@ impl Shapes {
                  bake links",
             ));
         }
+        // Moduli of each cell.
         let cell = |node: u32| u32::from(body.cell_of[node as usize]);
         let tetrahedra: Vec<[u32; 4]> =
             mesh.tetrahedra.iter().map(|nodes| nodes.map(cell)).collect();
@@ -146,6 +147,7 @@ impl Shapes {
         });
         let (mut mu, mut lambda): (Vec<f64>, Vec<f64>) = moduli.unzip();
         let unit_pa = mu.iter().sum::<f64>() / mu.len() as f64;
+        // Units: the mean shear modulus is the unit of stress.
         let stiffness_n_per_m = (0.5 * unit_pa * f64::from(body.unit_m)) as f32;
         if !holds_units(body.unit_m, stiffness_n_per_m) {
             let pick = if stiffness_n_per_m > 1.0 { f64::max } else { f64::min };
@@ -158,6 +160,7 @@ impl Shapes {
         }
         let stored_pa = 2.0 * f64::from(stiffness_n_per_m) / f64::from(body.unit_m);
         mu.iter_mut().chain(&mut lambda).for_each(|modulus| *modulus /= stored_pa);
+        // The shapes and the bands.
         let mean = |nodes: [u32; 4]| nodes.iter().map(|&i| mu[i as usize]).sum::<f64>() / 4.0;
         let shape = Shape::weighted(&rest, &tetrahedra, mean)
             .map_err(|fault| refused(fault, mesh, body))?;
@@ -168,18 +171,19 @@ impl Shapes {
         #[rustfmt::skip]
         let shapes = Self { shape, mu, lambda, law, stretch_min, stiffening, bound, weights, stiffness_n_per_m };
         shapes.check_links(body)?;
+        // The bounds.
         let bound = shapes.row_sums();
         let mut weights = bound.clone();
         shapes.stiffening.add_weights(&mut weights);
         Ok(Self { bound, weights, ..shapes })
     }
 
-    /// Stiffness of a cell's band.
+    /// Returns the stiffness of a cell's band.
     fn band(&self, cell: usize) -> f64 {
         if self.stretch_min > 0.0 { BAND * self.mu[cell] } else { 0.0 }
     }
 
-    /// Links are the edges of the tetrahedra, not too many at a node.
+    /// Checks that the links are the edges of the tetrahedra, and not too many at a node.
     fn check_links(&self, body: &OrderedCells) -> Result<()> {
         let most = nodal::LINKS_MAX;
         if let Some(cell) = (0..body.rest.len()).find(|&cell| self.shape.of(cell).len() > most) {
@@ -215,7 +219,7 @@ impl Shapes {
         }
         for cell in 0..cells {
             let mut put = |row: usize, value: f64| {
-                // -0.0 becomes +0.0.
+                // Adding +0.0 turns -0.0 into +0.0.
                 numbers[cell / LANES][row][cell % LANES] = value as f32 + 0.0;
             };
             put(nodal::VOLUME, self.shape.volume_m3(cell));
@@ -233,7 +237,7 @@ impl Shapes {
         self.stiffening.push(sections, slices, ids);
     }
 
-    /// Numbers of the half-links, group by group.
+    /// Returns the numbers of the half-links, group by group.
     fn slots(
         &self,
         rest: &[[f32; 3]],

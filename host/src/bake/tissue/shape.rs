@@ -1,4 +1,4 @@
-//! What nodal shapes need of a mesh of tetrahedra.
+//! The geometry of nodal shapes of a mesh of tetrahedra.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -10,7 +10,7 @@ fn plus(a: [f64; 3], factor: f64, b: [f64; 3]) -> [f64; 3] {
     std::array::from_fn(|axis| a[axis] + factor * b[axis])
 }
 
-/// Half a link: what node i sees of its neighbour.
+/// Half a link: the coefficients of a neighbour at node i.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Half {
     /// The neighbour j.
@@ -32,7 +32,7 @@ pub struct Shape {
     half: Vec<Half>,
 }
 
-/// Why a mesh has no shapes.
+/// Reason for which a mesh has no shapes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Fault {
     /// The tetrahedron of this number has no positive volume, or a node beyond the last.
@@ -42,7 +42,7 @@ pub enum Fault {
 }
 
 impl Fault {
-    /// What to tell of it, of nodes at `rest_m` in `tetrahedra`.
+    /// Returns the error for nodes at `rest_m` in `tetrahedra`.
     #[must_use]
     pub fn of(self, rest_m: &[[f64; 3]], tetrahedra: &[[u32; 4]]) -> Error {
         Error::input(match self {
@@ -57,7 +57,7 @@ impl Fault {
 }
 
 impl Shape {
-    /// The shapes of nodes at `rest_m` in `tetrahedra` of positive volume.
+    /// Computes the shapes of nodes at `rest_m` in `tetrahedra` of positive volume.
     ///
     /// # Errors
     /// A node beyond the last, a tetrahedron without positive volume, a node in no tetrahedron.
@@ -65,7 +65,7 @@ impl Shape {
         Self::weighted(rest_m, tetrahedra, |_| 1.0).map_err(|fault| fault.of(rest_m, tetrahedra))
     }
 
-    /// The same, the weights of links times a factor of each tetrahedron.
+    /// As [`Self::new`], with the weights of links times a factor of each tetrahedron.
     ///
     /// # Errors
     /// As [`Self::new`].
@@ -95,7 +95,7 @@ impl Shape {
         Ok(Self::gathered(volume_m3, &parts))
     }
 
-    /// Adds up the parts of each half-link, which follow each other.
+    /// Adds up the parts of each half-link, which are consecutive.
     fn gathered(volume_m3: Vec<f64>, parts: &[(u32, Half)]) -> Self {
         let mut own_m2 = vec![[0.0; 3]; volume_m3.len()];
         let mut count = vec![0; volume_m3.len() + 1];
@@ -118,20 +118,20 @@ impl Shape {
         Self { volume_m3, own_m2, start: start.collect(), half }
     }
 
-    /// Half-links of node i, its neighbours ascending.
+    /// Returns the half-links of node i, its neighbours ascending.
     #[inline]
     #[must_use]
     pub fn of(&self, i: usize) -> &[Half] {
         &self.half[self.start[i]..self.start[i + 1]]
     }
 
-    /// Half-links of all nodes: twice the links.
+    /// Returns the number of half-links of all nodes: twice the links.
     #[must_use]
     pub fn halves(&self) -> usize {
         self.half.len()
     }
 
-    /// `a_ji` where a half-link of node i gives `a_ij`; zero where it is none of i's.
+    /// Returns `a_ji` for a half-link of node i, which has `a_ij`; zero if there is no link back.
     #[must_use]
     pub fn back(&self, i: usize, half: &Half) -> [f64; 3] {
         let there = self.of(half.to as usize);
@@ -139,21 +139,21 @@ impl Shape {
         at.map_or([0.0; 3], |at| there[at].area_m2)
     }
 
-    /// `V_i`: a quarter of the volume of the tetrahedra around node i.
+    /// Returns `V_i`: a quarter of the volume of the tetrahedra around node i.
     #[inline]
     #[must_use]
     pub fn volume_m3(&self, i: usize) -> f64 {
         self.volume_m3[i]
     }
 
-    /// `a_ii`: minus the sum of the areas of i's half-links; zero inside the body.
+    /// Returns `a_ii`: minus the sum of the areas of i's half-links; zero inside the body.
     #[inline]
     #[must_use]
     pub fn own(&self, i: usize) -> [f64; 3] {
         self.own_m2[i]
     }
 
-    /// Gradient at node i of a field with one vector a node: the mean over its tetrahedra.
+    /// Returns the gradient at node i of a field with one vector a node: the mean over its tetrahedra.
     #[inline]
     #[must_use]
     pub fn slope(&self, field: &[[f64; 3]], i: usize) -> Matrix3<f64> {
@@ -166,7 +166,7 @@ impl Shape {
     }
 }
 
-/// Signed volume of a tetrahedron.
+/// Returns the signed volume of a tetrahedron.
 ///
 /// # Panics
 /// A node beyond the last.
@@ -181,8 +181,8 @@ fn sides(corners: [[f64; 3]; 4]) -> Matrix3<f64> {
     Matrix3::from_columns(&[side(1), side(2), side(3)])
 }
 
-/// Volume of a tetrahedron and the gradients of its corners' hat functions; `None` without positive
-/// volume.
+/// Returns the volume of a tetrahedron and the gradients of its corners' hat functions; `None` without
+/// positive volume.
 #[must_use]
 pub fn element(rest: &[[f64; 3]], nodes: [u32; 4]) -> Option<(f64, [[f64; 3]; 4])> {
     let mut corners = [[0.0; 3]; 4];

@@ -1,4 +1,4 @@
-//! Sets of bands on the links of nodal shapes: what resists large strain.
+//! Sets of bands on the links of nodal shapes, which resist large strain.
 
 use std::collections::BTreeMap;
 
@@ -8,7 +8,7 @@ use chaincell_kernel::number::two_float::LANES;
 use super::shape::volume_m3;
 use crate::bake::image::Sections;
 
-/// A set of bands: links are springs where they are longer or shorter than it.
+/// A set of bands: links are springs while their length is outside the band.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Band {
     /// Half its width in rest lengths, from 0.01 to below 1.
@@ -17,16 +17,16 @@ pub struct Band {
     pub modulus_pa: f64,
 }
 
-/// The bands of a body, as its image has them.
+/// The bands of a body in the form of its image.
 pub(super) struct Stiffening {
     /// Half-width and modulus \[units of stress\] of each set, the narrowest first.
     sets: Vec<[f32; 2]>,
-    /// 2 V / l0^2 of each link, both ways.
+    /// 2 V / l0^2 of each link, in both directions.
     volumes: BTreeMap<[u32; 2], f32>,
 }
 
 impl Stiffening {
-    /// Bands on the edges of `tetrahedra`, with moduli in units of `unit_pa`.
+    /// Makes bands on the edges of `tetrahedra`, with moduli in units of `unit_pa`.
     pub fn new(bands: &[Band], unit_pa: f64, rest: &[[f64; 3]], tetrahedra: &[[u32; 4]]) -> Self {
         let mut bands = bands.to_vec();
         bands.sort_by(|a, b| a.half_width.total_cmp(&b.half_width));
@@ -51,7 +51,7 @@ impl Stiffening {
         Self { sets: sets.map(|set| set.map(|x| x as f32)).collect(), volumes }
     }
 
-    /// Adds the weights of each cell's links to `sums`, by the kernel's own arithmetic.
+    /// Adds the weights of each cell's links to `sums`, by the kernel's arithmetic.
     pub fn add_weights(&self, sums: &mut [f32]) {
         if self.sets.is_empty() {
             return;
@@ -66,7 +66,7 @@ impl Stiffening {
         }
     }
 
-    /// Adds the sections; `slices` and `ids` are those of the slices.
+    /// Adds the sections; `slices` and `ids` are the starts and the other ends of the slices.
     pub fn push(&self, sections: &mut Sections, slices: &[u32], ids: &[u16]) {
         if self.sets.is_empty() {
             return;

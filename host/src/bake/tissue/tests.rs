@@ -15,7 +15,7 @@ fn refused(mesh: &Mesh, options: &BakeOptions) -> String {
     bake(mesh, &mesh.default_fixed, options).unwrap_err().to_string()
 }
 
-/// Rest positions of the cells [mean link lengths].
+/// Rest positions of the cells \[mean link lengths\].
 fn rest(spec: &str) -> Vec<[f32; 3]> {
     let mesh = load(spec, &MeshOptions::default()).unwrap();
     lay_out(&mesh, &mesh.default_fixed).unwrap().rest
@@ -61,8 +61,7 @@ fn what_is_no_tissue_is_refused_by_name() {
     }
 }
 
-/// For any field d, d' L d is at most the sum of W d^2: what every certificate rests on.
-/// A wheel of so many tetrahedra around the edge from node 0 to node 1.
+/// Returns a wheel of `count` tetrahedra around the edge from node 0 to node 1.
 fn wheel(count: u32) -> Mesh {
     let angle = |k: u32| f64::from(k) / f64::from(count) * std::f64::consts::TAU;
     let rim = (0..count).map(|k| [angle(k).cos(), angle(k).sin(), 0.5]);
@@ -102,6 +101,7 @@ fn a_node_of_too_many_edges_is_refused_by_name() {
     assert!(why.contains("node 0 has 1025 edges, at most 1024: refine"), "{why}");
 }
 
+/// For any field d, d' L d is at most the sum of W d^2: every certificate relies on it.
 #[test]
 fn the_bound_is_above_the_curvature_of_every_field() {
     let mut source = Pcg64::seed_from_u64(5);
@@ -136,7 +136,7 @@ fn the_bound_is_above_the_curvature_of_every_field() {
     }
 }
 
-/// Values of the nodes, soft and stiff, and what the model tells of them.
+/// Soft and stiff nodes keep their values in the model.
 #[test]
 fn each_node_has_its_own_modulus() {
     let mesh = load("box:4x4x4x0.01", &MeshOptions::default()).unwrap();
@@ -153,7 +153,7 @@ fn each_node_has_its_own_modulus() {
     }
 }
 
-/// K is symmetric; of an even strain it gives Hooke's energy, of a motion as a whole none.
+/// K is symmetric; a homogeneous strain has Hooke's energy, a rigid motion has none.
 #[test]
 fn the_elasticity_is_hookes() {
     let (mu, lambda) = (0.5 / 1.45, 0.45 / (1.45 * 0.1));
@@ -208,7 +208,7 @@ fn bands_that_are_none_are_refused_by_name() {
     for modulus_pa in [0.0, -1.0, f64::INFINITY, f64::NAN] {
         assert!(why(&[band(0.1, modulus_pa)]).contains("modulus"), "{modulus_pa}");
     }
-    // 5 kPa and 0.3 have a shear modulus of 1,923 Pa: of that 1e-6 to 1e6.
+    // 5 kPa and 0.3 have a shear modulus of 1,923 Pa; the range is 1e-6 to 1e6 of it.
     for modulus_pa in [1.8e-3, 2.0e9] {
         let why = why(&[good, band(0.2, modulus_pa)]);
         assert!(why.contains("from 1.923e-3 to 1.923e9 [Pa] on this body"), "{why}");

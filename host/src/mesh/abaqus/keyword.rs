@@ -13,7 +13,7 @@ pub(super) struct Keyword {
 }
 
 impl Keyword {
-    /// The keyword of a line; one that ends in a comma goes on in the next.
+    /// Reads the keyword of a line; a line that ends in a comma continues in the next.
     pub(super) fn read(line: &str, bytes: &mut Bytes) -> Result<Self> {
         let item = bytes.item();
         let mut text = line.to_string();
@@ -40,18 +40,18 @@ impl Keyword {
         Ok(Self { name, parameters: parameters.collect() })
     }
 
-    /// Whether there is a parameter of this name.
+    /// Returns true if there is a parameter of this name.
     pub(super) fn has(&self, name: &str) -> bool {
         self.parameters.iter().any(|(own, _)| own == name)
     }
 
-    /// The value of a parameter, where it has one.
+    /// Returns the value of a parameter, if it has one.
     pub(super) fn value(&self, name: &str) -> Option<String> {
         let found = self.parameters.iter().find(|(own, value)| own == name && !value.is_empty());
         found.map(|(_, value)| value.clone())
     }
 
-    /// The value of a parameter that must be there.
+    /// Returns the value of a required parameter.
     pub(super) fn needed(&self, name: &str, bytes: &Bytes) -> Result<String> {
         self.value(name).ok_or_else(|| {
             bytes.error(format!(
@@ -62,7 +62,7 @@ impl Keyword {
     }
 }
 
-/// The fields of a data line, trimmed.
+/// Returns the fields of a data line, trimmed.
 pub(super) fn fields(line: &str) -> impl Iterator<Item = &str> {
     line.split(',').map(str::trim)
 }

@@ -1,10 +1,10 @@
-//! Abaqus input files, `.inp`: nodes, elements C3D4 and sets of one part, and of the assembly that has one
-//! instance of it, which is what Abaqus/CAE writes.
+//! Abaqus input files, `.inp`: nodes, elements C3D4 and sets of one part, and of an assembly with one
+//! instance of it, as Abaqus/CAE writes them.
 //!
-//! Groups are the sets by name, in letters of either case: of `*NSET` the nodes, of `*ELSET` the nodes of
-//! the elements. Elements that are no solids count for their sets alone; nodes of the assembly are reference
-//! points, which the body does not have. Keywords that the body does not need are passed over with their
-//! data. Layout: Abaqus Analysis User's Guide, "Input Syntax Rules" and "Assembly definition".
+//! Groups are the sets by name, in letters of either case: the nodes of `*NSET`, and the nodes of the
+//! elements of `*ELSET`. Elements that are no solids count only for their sets; nodes of the assembly are
+//! reference points, which the body does not have. Keywords that the body does not need are skipped with
+//! their data. Layout: Abaqus Analysis User's Guide, "Input Syntax Rules" and "Assembly definition".
 
 mod keyword;
 mod scope;
@@ -68,7 +68,7 @@ impl MeshReader for Abaqus {
     }
 }
 
-/// What has been read.
+/// Content read so far.
 struct Content<'a> {
     bytes: Bytes<'a>,
     unit_m: f64,
@@ -76,7 +76,7 @@ struct Content<'a> {
     /// Position of each node number.
     places: HashMap<u64, u32>,
     tetrahedra: Vec<[u32; 4]>,
-    /// Where each element's nodes begin and end in `corners`.
+    /// Begin and end of each element's nodes in `corners`.
     elements: HashMap<u64, [usize; 2]>,
     corners: Vec<u32>,
     sets: Sets,
@@ -84,7 +84,7 @@ struct Content<'a> {
     instances: usize,
 }
 
-/// What the data lines behind a keyword are.
+/// Meaning of the data lines after a keyword.
 enum Data {
     Nodes {
         set: Option<Set>,
@@ -98,7 +98,7 @@ enum Data {
         numbers: Numbers,
         generate: bool,
     },
-    /// The place of an instance.
+    /// The position of an instance.
     Place,
     PassedOver,
 }
@@ -143,7 +143,7 @@ impl<'a> Content<'a> {
         self.finish()
     }
 
-    /// What a keyword begins.
+    /// Returns the data that a keyword begins.
     fn begin(&mut self, keyword: &Keyword) -> Result<Data> {
         if REFUSED.contains(&keyword.name.as_str()) || keyword.has("INPUT") {
             return Err(self.bytes.error(format!(
@@ -152,6 +152,7 @@ impl<'a> Content<'a> {
                 shown(&keyword.name)
             )));
         }
+        // The keyword may change the block that the following lines belong to.
         self.scope.keyword(&keyword.name);
         let outside = self.scope.is_outside();
         let set = |name: &str| keyword.value(name).map(|name| Set { name, outside });
@@ -193,12 +194,12 @@ impl<'a> Content<'a> {
         })
     }
 
-    /// A set that begins.
+    /// Begins a set.
     fn set(&mut self, keyword: &Keyword) -> Result<Data> {
         let of_elements = keyword.name == "ELSET";
         let name = keyword.needed(&keyword.name, &self.bytes)?;
         let set = Set { name, outside: self.scope.is_outside() };
-        // With an instance the numbers are those of its part.
+        // With an instance, the numbers are those of its part.
         let outside = set.outside && !keyword.has("INSTANCE");
         if let Some(elements) = keyword.value("ELSET").filter(|_| !of_elements) {
             let numbers = Numbers { of_elements: true, outside };
@@ -209,7 +210,7 @@ impl<'a> Content<'a> {
         Ok(Data::Set { set, numbers, generate: keyword.has("GENERATE") })
     }
 
-    /// Takes a line of data.
+    /// Reads a line of data.
     fn take(&mut self, data: &Data, line: &'a str) -> Result<()> {
         match data {
             _ if line.is_empty() => Ok(()),
@@ -222,7 +223,7 @@ impl<'a> Content<'a> {
         }
     }
 
-    /// `number, x, y, z`; coordinates that are left out are 0.
+    /// `number, x, y, z`; missing coordinates are 0.
     fn node(&mut self, line: &str, set: Option<&Set>) -> Result<()> {
         let mut words = fields(line);
         let number = self.bytes.whole_of(words.next().unwrap_or(""), "the node number")?;
@@ -250,7 +251,7 @@ impl<'a> Content<'a> {
         Ok(())
     }
 
-    /// `number, node, node, ..`; a line that ends in a comma goes on.
+    /// `number, node, node, ..`; a line that ends in a comma continues in the next.
     fn element(&mut self, line: &'a str, kind: &Kind, set: Option<&Set>) -> Result<()> {
         let mut words = fields(line);
         let number = self.bytes.whole_of(words.next().unwrap_or(""), "the element number")?;
@@ -259,7 +260,7 @@ impl<'a> Content<'a> {
         let outside = self.scope.is_outside();
         let mut line = line;
         loop {
-            // Elements of the assembly are none of the body's.
+            // Elements of the assembly do not belong to the body.
             for word in words.by_ref().filter(|word| !(outside || word.is_empty())) {
                 let node = self.bytes.whole_of(word, "a node of the element")?;
                 let place = self.places.get(&node).ok_or_else(|| {
@@ -280,6 +281,7 @@ impl<'a> Content<'a> {
             words = fields(line);
         }
         self.bytes.return_to(item);
+        // Add it to its set, and to the elements of the part or the assembly.
         if let Some(set) = set {
             self.sets.add(set, true, number, &self.bytes);
         }
@@ -299,7 +301,7 @@ impl<'a> Content<'a> {
         Ok(())
     }
 
-    /// Adds a tetrahedron, whose nodes are the last from `start` on.
+    /// Adds a tetrahedron, whose nodes begin at `start` and are the last ones.
     fn tetrahedron(&mut self, number: u64, start: usize, outside: bool) -> Result<()> {
         if outside {
             return Err(self.bytes.error(format!(

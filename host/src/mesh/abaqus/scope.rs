@@ -1,19 +1,19 @@
-//! Whose a line is: the part's, or the assembly's around it, which has nodes, elements and sets of its own
-//! with numbers and names of their own.
+//! The owner of a line: the part, or the assembly around it, which has separate nodes, elements and sets
+//! with separate numbers and names.
 
 use std::collections::HashSet;
 
-/// Where in the file a line stands.
+/// Block of the file that a line is in.
 #[derive(Clone, Copy, PartialEq)]
 enum Place {
-    /// In no part and no assembly: in a file without parts this is the part.
+    /// Neither in a part nor in an assembly: in a file without parts this is the part.
     Model,
     Part,
     Instance,
     Assembly,
 }
 
-/// The place in the file, and what of the assembly's has been read.
+/// The block of the current line, and the assembly's nodes and elements read so far.
 pub(super) struct Scope {
     place: Place,
     has_parts: bool,
@@ -30,19 +30,19 @@ impl Scope {
         Self { place: Place::Model, has_parts: false, owner: None, nodes, elements }
     }
 
-    /// A part begins.
+    /// Begins a part.
     pub(super) fn part(&mut self, name: Option<String>) {
         (self.place, self.has_parts) = (Place::Part, true);
         self.owner = name.or(self.owner.take());
     }
 
-    /// An instance begins.
+    /// Begins an instance.
     pub(super) fn instance(&mut self, name: Option<String>) {
         (self.place, self.has_parts) = (Place::Instance, true);
         self.owner = name.or(self.owner.take());
     }
 
-    /// Another keyword may end what began.
+    /// Notes another keyword, which may end the block or begin the assembly.
     pub(super) fn keyword(&mut self, name: &str) {
         self.place = match name {
             "ASSEMBLY" | "END INSTANCE" => Place::Assembly,
@@ -51,7 +51,7 @@ impl Scope {
         };
     }
 
-    /// Whether what stands here is the assembly's, not the part's.
+    /// Returns true if the current line belongs to the assembly, not to the part.
     pub(super) fn is_outside(&self) -> bool {
         self.place == Place::Assembly || self.place == Place::Model && self.has_parts
     }
@@ -61,12 +61,12 @@ impl Scope {
         if of_elements { &mut self.elements } else { &mut self.nodes }.insert(number);
     }
 
-    /// Whether the assembly has a node or an element of this number.
+    /// Returns true if the assembly has a node or an element of this number.
     pub(super) fn has(&self, of_elements: bool, number: u64) -> bool {
         if of_elements { &self.elements } else { &self.nodes }.contains(&number)
     }
 
-    /// The name that a set of the part has outside of it.
+    /// Returns the name that a set of the part has outside of it.
     pub(super) fn outside_name(&self, set: &str) -> String {
         format!("{}.{set}", self.owner.as_deref().unwrap_or("part"))
     }

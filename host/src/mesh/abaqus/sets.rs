@@ -1,5 +1,5 @@
-//! Sets of nodes and of elements, which are resolved when the whole file is known: a set may name
-//! others, and what it lists may come later.
+//! Sets of nodes and of elements. They are resolved when the whole file has been read: a set may name
+//! others, and its members may come later.
 
 use std::collections::{BTreeMap, HashMap};
 
@@ -9,28 +9,28 @@ use crate::error::Result;
 use crate::mesh::bytes::{Bytes, shown};
 use crate::mesh::groups::Groups;
 
-/// A set as a keyword begins it.
+/// A set that a keyword begins.
 pub(super) struct Set {
     pub(super) name: String,
-    /// Whether it is the assembly's: its name is another one than the same name in the part.
+    /// True if it belongs to the assembly: the same name in the part is another set.
     pub(super) outside: bool,
 }
 
-/// What the numbers of a set are.
+/// Meaning of the numbers of a set.
 #[derive(Clone, Copy)]
 pub(super) struct Numbers {
     pub(super) of_elements: bool,
-    /// Whether they may be those of the assembly's own nodes and elements.
+    /// True if they may be those of the assembly's nodes and elements.
     pub(super) outside: bool,
 }
 
-/// A set, and what its numbers are.
+/// A set, and the meaning of its numbers.
 pub(super) type Numbered<'a> = (&'a Set, Numbers);
 
-/// What the file says of sets, in its order.
+/// Entries of sets in the order of the file.
 #[derive(Default)]
 pub(super) struct Sets {
-    /// Each set as it is first written.
+    /// Each set with its name as first written.
     sets: Vec<Set>,
     /// Position of each set of the part, and of the assembly, by its name in upper case.
     places: [HashMap<String, usize>; 2],
@@ -39,7 +39,7 @@ pub(super) struct Sets {
 
 struct Entry {
     set: usize,
-    /// Where it stands in the file.
+    /// Its position in the file.
     item: usize,
     numbers: Numbers,
     what: What,
@@ -53,7 +53,7 @@ enum What {
 }
 
 impl Sets {
-    /// A set begins: it is there, even without data.
+    /// Begins a set, which exists even without data.
     pub(super) fn begin(&mut self, set: &Set) -> usize {
         let next = self.sets.len();
         let places = &mut self.places[usize::from(set.outside)];
@@ -80,7 +80,7 @@ impl Sets {
         self.push(bytes, of, What::Set(other.into()));
     }
 
-    /// A data line of a set: numbers and names of sets, or first, last and step.
+    /// Reads a data line of a set: numbers and names of sets.
     pub(super) fn line(
         &mut self,
         bytes: &Bytes,
@@ -88,7 +88,7 @@ impl Sets {
         line: &str,
     ) -> Result<()> {
         for word in fields(line).filter(|word| !word.is_empty()) {
-            // `INSTANCE.number` is the part's: there is one instance.
+            // `INSTANCE.number` belongs to the part: there is one instance.
             let (outside, number) = match word.rsplit_once('.') {
                 Some((_, number)) => (false, number),
                 None => (numbers.outside, word),
@@ -102,7 +102,7 @@ impl Sets {
         Ok(())
     }
 
-    /// A data line of a generated set: first, last and step.
+    /// Reads a data line of a generated set: first, last and step.
     pub(super) fn range(&mut self, bytes: &Bytes, of: Numbered, line: &str) -> Result<()> {
         let mut range = [0, 0, 1];
         let mut given = 0;
@@ -122,7 +122,7 @@ impl Sets {
         Ok(())
     }
 
-    /// The nodes of every set; `nodes` and `elements` give those of a number of the part.
+    /// Returns the nodes of every set; `nodes` and `elements` return those of a number of the part.
     pub(super) fn groups<'a>(
         &self,
         bytes: &mut Bytes,
@@ -130,6 +130,7 @@ impl Sets {
         nodes: impl Fn(u64) -> Option<&'a [u32]>,
         elements: impl Fn(u64) -> Option<&'a [u32]>,
     ) -> Result<BTreeMap<String, Vec<u32>>> {
+        // Add the members of each entry; numbers of the assembly are left out.
         let mut members: Vec<Members> = self.sets.iter().map(|_| Members::default()).collect();
         for entry in &self.entries {
             bytes.return_to(entry.item);
@@ -150,6 +151,7 @@ impl Sets {
                 })?);
                 Ok(())
             };
+            // A number, a range, or the members of a set before this one.
             match &entry.what {
                 What::One(number) => add(*number, "set")?,
                 What::Range(first, last, step) => {
@@ -175,7 +177,7 @@ impl Sets {
         Ok(self.named(scope, &members))
     }
 
-    /// The set of a name: of the assembly first where that may be meant.
+    /// Returns the set of a name: that of the assembly first if the name may refer to it.
     fn find(&self, name: &str, outside: bool) -> Option<usize> {
         let (instance, bare) = name.rsplit_once('.').map_or((None, name), |(a, b)| (Some(a), b));
         let [of_part, of_assembly] =
@@ -187,8 +189,8 @@ impl Sets {
         }
     }
 
-    /// The groups by name. What has nothing but reference points is none; a set of the part whose name
-    /// the assembly has too is told by its instance.
+    /// Returns the groups by name. A set that has only reference points is none; a set of the part whose
+    /// name the assembly has too gets the instance's name in front.
     fn named(&self, scope: &Scope, members: &[Members]) -> BTreeMap<String, Vec<u32>> {
         let is_there = |of: &Members| !(of.left_out && of.ids.is_empty());
         let mut groups = Groups::default();
@@ -202,13 +204,13 @@ impl Sets {
     }
 }
 
-/// Nodes of a set; repetitions are dropped now and then, so that sets of sets stay small.
+/// Nodes of a set; repetitions are dropped from time to time, so that sets of sets stay small.
 #[derive(Default)]
 struct Members {
     ids: Vec<u32>,
-    /// How many there were when repetitions were dropped last.
+    /// Their number when repetitions were dropped last.
     unique: usize,
-    /// Whether it had a reference point, or an element of the assembly.
+    /// True if it had a reference point, or an element of the assembly.
     left_out: bool,
 }
 

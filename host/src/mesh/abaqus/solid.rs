@@ -1,16 +1,16 @@
-//! The element types of Abaqus: what is read, what is refused and why.
+//! The element types of Abaqus: types that are read, types that are refused, and the reasons.
 
 use crate::error::Result;
 use crate::mesh::bytes::{Bytes, shown};
 
-/// What becomes of an element.
+/// Use of an element.
 pub(super) enum Kind {
     Tetrahedron,
-    /// Without volume: for its sets alone.
+    /// Without volume: it counts only for its sets.
     Flat,
 }
 
-/// Beginnings of the names of solid elements, before the number of nodes.
+/// Names of solid elements, without the number of nodes that follows.
 const SOLIDS: [&str; 8] = ["DCC3D", "DC3D", "AC3D", "CIN3D", "COH3D", "CSS", "C3D", "SC"];
 
 const RECOMBINED: &str =
@@ -18,7 +18,7 @@ const RECOMBINED: &str =
 const SECOND_ORDER: &str = "only first-order meshes are read, since each node is a cell and the nodes \
                             between corners would have no links of their own: save it with C3D4";
 
-/// The kind of a type's name, or the refusal.
+/// Returns the kind of a type's name, or the refusal.
 pub(super) fn kind(name: &str, bytes: &Bytes) -> Result<Kind> {
     let upper = name.to_ascii_uppercase();
     let Some(rest) = SOLIDS.iter().find_map(|front| upper.strip_prefix(front)) else {

@@ -1,7 +1,7 @@
-//! Binary files: sections between lines of text, the numbers in between of either byte order.
+//! Binary files: sections between lines of text, with numbers of either byte order.
 //!
 //! The names of physical groups and, in 2.2, the counts are text in binary files too. Counts are
-//! held against the bytes that are left before anything is read.
+//! compared with the bytes that are left before anything is read.
 
 use std::path::Path;
 
@@ -44,7 +44,7 @@ impl Source for Binary<'_> {
 }
 
 impl Binary<'_> {
-    /// A number of 32 bits that is not negative: a count, a type or a tag.
+    /// Reads a number of 32 bits that is not negative: a count, a type or a tag.
     pub(super) fn whole(&mut self, name: &str) -> Result<u64> {
         let value = self.bytes.i32(name)?;
         u64::try_from(value).map_err(|_| {
@@ -54,7 +54,7 @@ impl Binary<'_> {
         })
     }
 
-    /// The whole number of a line of text.
+    /// Reads the whole number of a line of text.
     pub(super) fn count_line(&mut self, name: &str) -> Result<u64> {
         let Some(line) = self.bytes.line() else { return Err(self.bytes.truncated(name)) };
         let text = String::from_utf8_lossy(line);
@@ -66,7 +66,7 @@ impl Binary<'_> {
         })
     }
 
-    /// The probe of the byte order: the number 1.
+    /// Reads the number 1, which shows the byte order.
     fn probe(&mut self) -> Result<()> {
         match self.bytes.take("the number 1 that tells the byte order")? {
             [1, 0, 0, 0] => Ok(()),
@@ -81,7 +81,7 @@ impl Binary<'_> {
         }
     }
 
-    /// The line that ends a section.
+    /// Reads the line that ends a section.
     fn end(&mut self, section: &str) -> Result<()> {
         self.bytes.skip_blank();
         let Some(line) = self.bytes.line() else { return Err(self.bytes.truncated("its end")) };
@@ -97,7 +97,7 @@ impl Binary<'_> {
         )))
     }
 
-    /// Passes over a section of unknown length up to the text that ends it.
+    /// Skips a section of unknown length up to the text that ends it.
     fn skip_section(&mut self, section: &str) -> Result<()> {
         let end = [b"$End", section.as_bytes()].concat();
         match self.bytes.rest().windows(end.len()).position(|bytes| bytes == end) {
@@ -110,7 +110,7 @@ impl Binary<'_> {
     }
 }
 
-/// Reads the file from behind the line that names its format.
+/// Reads the file after the line that names its format.
 pub(super) fn read<'a>(
     bytes: Bytes<'a>,
     path: &'a Path,
@@ -118,9 +118,11 @@ pub(super) fn read<'a>(
     mut content: Content,
 ) -> Result<RawMesh> {
     let mut file = Binary { bytes, version };
+    // The rest of the section that names the format.
     file.bytes.enter("section $MeshFormat");
     file.probe()?;
     file.end("MeshFormat")?;
+    // The other sections; text between them is skipped.
     while let Some(line) = file.bytes.line() {
         let Some(header) = line.trim_ascii().strip_prefix(b"$") else { continue };
         let Ok(section) = std::str::from_utf8(header) else {

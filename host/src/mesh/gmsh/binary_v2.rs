@@ -5,8 +5,8 @@ use super::content::Content;
 use super::elements;
 use crate::error::Result;
 
-/// `$Nodes`: the count as text, then a 32-bit tag and three doubles a node; of `$ParametricNodes` with
-/// the dimension and the number of the entity behind them, and the place on a curve or a surface.
+/// `$Nodes`: the count as text, then a 32-bit tag and three doubles a node; in `$ParametricNodes` the
+/// dimension and the number of the entity follow, and the position on a curve or a surface.
 pub(super) fn nodes(file: &mut Binary, content: &mut Content, parametric: bool) -> Result<()> {
     content.begin_nodes(file)?;
     let count = file.count_line("number of nodes")?;
@@ -31,7 +31,7 @@ pub(super) fn nodes(file: &mut Binary, content: &mut Content, parametric: bool) 
 pub(super) fn elements(file: &mut Binary, content: &mut Content) -> Result<()> {
     content.begin_elements(file)?;
     let count = file.count_line("number of elements")?;
-    // An element has its own tag and at least one node.
+    // An element has a tag and at least one node.
     file.bytes.fits(count, 2 * 4, "elements")?;
     let mut left = count;
     while left > 0 {

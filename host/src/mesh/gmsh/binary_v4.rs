@@ -16,7 +16,7 @@ pub(super) fn entities(file: &mut Binary, content: &mut Content) -> Result<()> {
         *count = file.bytes.u64(name)?;
     }
     for (dimension, count) in (0..).zip(counts) {
-        // A point has its place, the others the corners of their bounding box.
+        // A point has its position, the others the corners of their bounding box.
         let (bounds, lists) = if dimension == 0 { (3, 1) } else { (6, 2) };
         file.bytes.fits(count, 4 + 8 * bounds + 8 * lists, "entities")?;
         for _ in 0..count {
@@ -34,7 +34,7 @@ pub(super) fn entities(file: &mut Binary, content: &mut Content) -> Result<()> {
     Ok(())
 }
 
-/// A 64-bit count and as many 32-bit numbers.
+/// Reads a 64-bit count and as many 32-bit numbers.
 fn numbers(file: &mut Binary, what: &str) -> Result<Vec<i64>> {
     let count = file.bytes.u64(what)?;
     file.bytes.fits(count, 4, what)?;
@@ -72,7 +72,7 @@ pub(super) fn nodes(file: &mut Binary, content: &mut Content) -> Result<()> {
                 file.bytes.f64("a node's parameters")?;
             }
         }
-        // Every node counted so far had bytes of its own, so the sum stays small.
+        // Every node counted so far took bytes of the file, so the sum stays small.
         total += count;
     }
     v4::same(file, "nodes", promised, total)
@@ -102,7 +102,7 @@ pub(super) fn elements(file: &mut Binary, content: &mut Content) -> Result<()> {
     v4::same(file, "elements", promised, total)
 }
 
-/// Smallest and largest tag of a section, which nothing here depends on.
+/// Skips the smallest and largest tag of a section, which are not needed.
 fn skip_tag_range(file: &mut Binary) -> Result<()> {
     file.bytes.u64("the smallest tag")?;
     file.bytes.u64("the largest tag").map(|_| ())

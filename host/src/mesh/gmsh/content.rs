@@ -1,4 +1,4 @@
-//! What all formats collect from a file.
+//! The content that all formats collect from a file.
 
 use std::collections::{BTreeMap, HashMap};
 
@@ -8,7 +8,7 @@ use crate::error::{Error, Result};
 use crate::mesh::RawMesh;
 use crate::mesh::groups::Groups;
 
-/// Nodes, tetrahedra and groups as far as the file has been read.
+/// Nodes, tetrahedra and groups read so far.
 pub(super) struct Content {
     unit_m: f64,
     nodes_m: Vec<[f64; 3]>,
@@ -21,7 +21,7 @@ pub(super) struct Content {
     names: BTreeMap<(u64, i64), String>,
     /// Nodes of each dimension and number: physical groups in 2.2, entities in 4.1.
     members: BTreeMap<(u64, i64), Vec<u32>>,
-    /// Physical groups of each dimension and entity; none in 2.2, where members have their group.
+    /// Physical groups of each dimension and entity; none in 2.2, where members name their group.
     pub(super) physicals: Option<BTreeMap<(u64, i64), Vec<i64>>>,
 }
 
@@ -73,7 +73,8 @@ impl Content {
         Ok(())
     }
 
-    /// What follows a second `$MeshFormat`, at `at`: a view that was appended, which the body does not need.
+    /// Accepts the sections after a second `$MeshFormat`, at `at`, if they are an appended view, which the
+    /// body does not need.
     pub(super) fn view(&self, rest: &[u8], at: &impl Place) -> Result<()> {
         let holds = |section: &[u8]| rest.windows(section.len()).any(|part| part == section);
         let meshes: [&[u8]; 3] = [b"$Nodes", b"$ParametricNodes", b"$Elements"];
@@ -86,7 +87,7 @@ impl Content {
         ))
     }
 
-    /// Gives the next position to a node's tag, which stands at `at`.
+    /// Assigns the next position to a node's tag, which is at `at` in the file.
     pub(super) fn tag(&mut self, tag: u64, at: &impl Place) -> Result<()> {
         let place = u32::try_from(self.places.len())
             .map_err(|_| at.refuse("more than 4294967295 nodes, the limit; mesh it coarser"))?;
@@ -150,7 +151,7 @@ impl Content {
         self.members.entry((dimension, number)).or_default().extend(ids);
     }
 
-    /// The body, or why there is none; `refuse` makes an error of the file as a whole.
+    /// Returns the body, or the reason for none; `refuse` makes an error of the file as a whole.
     pub(super) fn finish(self, refuse: impl FnOnce(&str) -> Error) -> Result<RawMesh> {
         let why = match (self.nodes_m.len(), self.tetrahedra.len(), self.others) {
             (0, _, _) => "it has no nodes; mesh the geometry (gmsh -3) and save it".to_string(),
@@ -175,7 +176,7 @@ impl Content {
                 Some(of) => of.get(&(dimension, number)).map_or(&[][..], Vec::as_slice),
             };
             for physical in physicals.iter().filter(|physical| **physical != 0) {
-                // The sign tells the orientation alone.
+                // The sign is only the orientation.
                 let key = (dimension, physical.saturating_abs());
                 let name = self.names.entry(key).or_insert_with(|| key.1.to_string());
                 groups.add(&name, ids.iter().copied());

@@ -1,10 +1,10 @@
-//! The element types of Gmsh: what is read, what is refused and why.
+//! The element types of Gmsh: types that are read, types that are refused, and the reasons.
 
 use super::content::Content;
 use super::source::{Place, Source};
 use crate::error::Result;
 
-/// Dimension of the elements of `kind`, or the refusal.
+/// Returns the dimension of the elements of `kind`, or the refusal.
 pub(super) fn dimension(
     kind: u64,
     element: &dyn std::fmt::Display,

@@ -17,17 +17,17 @@ pub(super) struct Lines<'a> {
 }
 
 impl<'a> Lines<'a> {
-    /// Lines from the front of `rest`; `before` are the file's lines in front of them.
+    /// Starts at the front of `rest`; `before` is the number of the file's lines before it.
     pub(super) fn new(path: &'a Path, rest: &'a [u8], before: usize) -> Self {
         Self { path, rest, number: before, section: "" }
     }
 
-    /// What follows the line read last.
+    /// Returns the bytes after the line read last.
     pub(super) fn rest(&self) -> &'a [u8] {
         self.rest
     }
 
-    /// The next line; none at the end of the file.
+    /// Reads the next line; none at the end of the file.
     fn next_bytes(&mut self) -> Option<&'a [u8]> {
         if self.rest.is_empty() {
             return None;
@@ -38,7 +38,7 @@ impl<'a> Lines<'a> {
         Some(line)
     }
 
-    /// The line read last as text, trimmed.
+    /// Returns the line read last as text, trimmed.
     fn text(&self, line: &'a [u8]) -> Result<&'a str> {
         match std::str::from_utf8(line) {
             Ok(text) => Ok(text.trim()),
@@ -49,7 +49,7 @@ impl<'a> Lines<'a> {
         }
     }
 
-    /// The next line, trimmed; none at the end of the file.
+    /// Reads the next line, trimmed; none at the end of the file.
     pub(super) fn next(&mut self) -> Result<Option<&'a str>> {
         self.next_bytes().map(|line| self.text(line)).transpose()
     }
@@ -59,18 +59,18 @@ impl<'a> Lines<'a> {
         self.section = section;
     }
 
-    /// The next line of the section that is not blank; `what` it holds, for errors.
+    /// Reads the next line of the section that is not blank; `what` describes it in errors.
     pub(super) fn record(&mut self, what: &'static str) -> Result<Fields<'a>> {
         let line = self.section_line(what, Self::text)?;
         Ok(self.fields(line))
     }
 
-    /// The same of a line that holds a name, in UTF-8 or Latin-1.
+    /// As [`Self::record`] for a line with a name, in UTF-8 or Latin-1.
     pub(super) fn record_of_name(&mut self, what: &'static str) -> Result<Cow<'a, str>> {
         self.section_line(what, |_, line| Ok(name_line(line)))
     }
 
-    /// The fields of a line read last.
+    /// Returns the fields of the line read last.
     pub(super) fn fields<'b>(&self, line: &'b str) -> Fields<'b>
     where
         'a: 'b,
@@ -125,9 +125,9 @@ impl<'a> Lines<'a> {
         }
     }
 
-    /// Passes over the section and the line that ends it.
+    /// Skips the section and the line that ends it.
     pub(super) fn skip_section(&mut self) -> Result<()> {
-        // What is passed over may be in any encoding.
+        // The skipped lines may be in any encoding.
         while let Some(line) = self.next_bytes() {
             if line.trim_ascii().strip_prefix(b"$End") == Some(self.section.as_bytes()) {
                 return Ok(());
@@ -143,12 +143,12 @@ impl<'a> Lines<'a> {
         ))
     }
 
-    /// An error at the line read last.
+    /// Makes an error at the line read last.
     pub(super) fn error(&self, why: impl std::fmt::Display) -> Error {
         at(self.path, self.number, why)
     }
 
-    /// An error of the file as a whole.
+    /// Makes an error of the file as a whole.
     pub(super) fn error_of_file(&self, why: impl std::fmt::Display) -> Error {
         Error::input(format!("{}: {why}", self.path.display()))
     }
@@ -204,12 +204,12 @@ pub(super) struct Fields<'a> {
 }
 
 impl<'a> Fields<'a> {
-    /// An error at this line.
+    /// Makes an error at this line.
     pub(super) fn error(&self, why: impl std::fmt::Display) -> Error {
         at(self.path, self.line, why)
     }
 
-    /// The next field, which `name` describes.
+    /// Reads the next field, which `name` describes.
     pub(super) fn word(&mut self, name: &str) -> Result<&'a str> {
         self.words.next().ok_or_else(|| {
             self.error(format!(
@@ -220,7 +220,7 @@ impl<'a> Fields<'a> {
         })
     }
 
-    /// Refuses a line that goes on after its last field.
+    /// Refuses a line with further fields.
     pub(super) fn finish(mut self) -> Result<()> {
         match self.words.next() {
             None => Ok(()),
@@ -233,7 +233,7 @@ impl<'a> Fields<'a> {
         }
     }
 
-    /// A whole number that is not negative: a count, a type or a tag.
+    /// Reads a whole number that is not negative: a count, a type or a tag.
     pub(super) fn whole(&mut self, name: &str) -> Result<u64> {
         let word = self.word(name)?;
         word.parse().map_err(|_| {
@@ -244,7 +244,7 @@ impl<'a> Fields<'a> {
         })
     }
 
-    /// A whole number of either sign.
+    /// Reads a whole number of either sign.
     pub(super) fn signed(&mut self, name: &str) -> Result<i64> {
         let word = self.word(name)?;
         word.parse().map_err(|_| {
@@ -255,7 +255,7 @@ impl<'a> Fields<'a> {
         })
     }
 
-    /// The rest of the line between double quotes; what follows the second one is a remark.
+    /// Reads the rest of the line between double quotes; the text after the second one is a remark.
     pub(super) fn quoted(self, name: &str) -> Result<String> {
         let rest: Vec<&str> = self.words.clone().collect();
         let text = rest.join(" ");

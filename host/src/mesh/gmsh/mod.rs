@@ -1,8 +1,8 @@
 //! Gmsh meshes, formats 2.2 and 4.1, ASCII and binary.
 //!
-//! Read are nodes, first-order tetrahedra and, for the groups, triangles, lines and points, with
-//! the physical groups and their names. Node ids are positions in the file; tags may be sparse
-//! and in any order. Sections that the body does not need are skipped.
+//! The reader takes nodes, first-order tetrahedra and, for the groups, triangles, lines and points,
+//! with the physical groups and their names. Node ids are positions in the file; tags may be
+//! sparse and in any order. Sections that the body does not need are skipped.
 
 mod binary;
 mod binary_v2;
@@ -25,7 +25,7 @@ use super::format::{self, begins};
 use super::{MeshReader, RawMesh, has_extension};
 use crate::error::Result;
 
-/// Sections that a file may begin with.
+/// Sections with which a file may begin.
 const SECTIONS: [&str; 6] =
     ["$MeshFormat", "$Comments", "$PhysicalNames", "$NOD", "$Nodes", "$Elements"];
 
@@ -53,13 +53,13 @@ impl MeshReader for Gmsh {
         let mut content = Content::new(unit_m);
         let mut version = None;
         while let Some(line) = lines.next()? {
-            // Gmsh too passes over what stands between sections.
+            // Gmsh also skips text between sections.
             let Some(section) = line.strip_prefix('$') else { continue };
             lines.enter(section);
             match (section, version) {
                 ("MeshFormat", None) => {
                     let (found, coding) = version_of(&mut lines)?;
-                    // In 4.1 an element has no group but through its entity.
+                    // In 4.1 an element has its groups only through its entity.
                     content.physicals = matches!(found, Version::V4).then(BTreeMap::new);
                     if matches!(coding, Coding::Binary) {
                         let at = bytes.len() - lines.rest().len();

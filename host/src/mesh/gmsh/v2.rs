@@ -5,8 +5,8 @@ use super::elements;
 use super::lines::Lines;
 use crate::error::Result;
 
-/// `$Nodes`: a count, then `tag x y z` a line; of `$ParametricNodes` with the dimension and the number of
-/// the entity behind them, and the place in it.
+/// `$Nodes`: a count, then `tag x y z` a line; in `$ParametricNodes` the dimension and the number of the
+/// entity follow, and the position in it.
 pub(super) fn nodes(lines: &mut Lines, content: &mut Content, parametric: bool) -> Result<()> {
     content.begin_nodes(lines)?;
     let count = lines.record("the number of nodes")?.whole("number of nodes")?;

@@ -20,7 +20,7 @@ pub(super) fn entities(lines: &mut Lines, content: &mut Content) -> Result<()> {
         for _ in 0..count {
             let mut fields = lines.record("an entity")?;
             let tag = fields.signed("entity tag")?;
-            // A point has its place, the others the corners of their bounding box.
+            // A point has its position, the others the corners of their bounding box.
             for _ in 0..if dimension == 0 { 3 } else { 6 } {
                 fields.word("entity's bounds")?;
             }
@@ -57,7 +57,7 @@ pub(super) fn nodes(lines: &mut Lines, content: &mut Content) -> Result<()> {
         for _ in 0..count {
             content.position(&mut lines.record("a node's coordinates")?)?;
         }
-        // Every node counted so far had a line of its own, so the sum stays small.
+        // Every node counted so far took a line of the file, so the sum stays small.
         total += count;
     }
     same(lines, "nodes", promised, total)
@@ -88,7 +88,7 @@ pub(super) fn elements(lines: &mut Lines, content: &mut Content) -> Result<()> {
     same(lines, "elements", promised, total)
 }
 
-/// Refuses a header that promises another number than its blocks hold.
+/// Refuses a header whose number differs from that of its blocks.
 pub(super) fn same(at: &impl Place, what: &str, promised: u64, total: u64) -> Result<()> {
     if promised == total {
         return Ok(());

@@ -1,6 +1,6 @@
 //! `organ[:NODES]`: a generated liver-shaped body of about NODES nodes.
 //!
-//! The same bits on every machine: only + - * / and square roots, in a fixed order.
+//! Every machine gets the same bits: only + - * / and square roots, in a fixed order.
 
 mod shape;
 
@@ -14,26 +14,26 @@ use super::stuffing::{TetMesh, fill};
 use crate::error::{Error, Result};
 use shape::Liver;
 
-/// Nodes unless a size is given.
+/// Default number of nodes.
 const SIZE: usize = 5_762;
-/// Fewest nodes: below, the thin lobe has no inside.
+/// Fewest nodes: with fewer, the thin lobe has no inside.
 const SIZE_MIN: usize = 150;
 /// Most nodes.
 const SIZE_MAX: usize = 60_000;
 
-/// A size that is met this closely ends the search: 1 in 200, of 1 in 50 allowed.
+/// Error of the size that ends the search: 1 in 200, of 1 in 50 allowed.
 const CLOSE: usize = 200;
-/// A size that is not met this closely is refused.
+/// Largest error of the size, 1 in 50: otherwise the size is refused.
 const ALLOWED: usize = 50;
 
-/// The held patch is around this point of the back, in metres.
+/// Middle of the held patch, a point of the back, in metres.
 const BACK_M: [f64; 3] = [-0.03, 0.08, 0.012];
 
-/// One in so many surface nodes is held.
+/// One in this many surface nodes is held.
 const SURFACE_PER_FIXED: usize = 10;
 
-/// A body 0.20 x 0.15 x 0.09 m with nodes within 2 % of `size` (150 to 60,000; default 5,762),
-/// held at a patch of its back, a tenth of the surface nodes.
+/// Generates a body of 0.20 x 0.15 x 0.09 m with nodes within 2 % of `size` (150 to 60,000; default
+/// 5,762), held at a patch of its back, a tenth of the surface nodes.
 pub(super) fn generate(size: Option<&str>) -> Result<Mesh> {
     let size = match size.map(str::parse::<usize>) {
         None => SIZE,
@@ -51,13 +51,13 @@ pub(super) fn generate(size: Option<&str>) -> Result<Mesh> {
     Ok(Mesh { default_fixed: back(&mesh), ..mesh })
 }
 
-/// The body whose number of nodes is close to `size`.
+/// Returns the body whose number of nodes is close to `size`.
 fn sized(size: usize) -> Result<TetMesh> {
     let off = |body: &TetMesh| body.nodes_m.len().abs_diff(size);
     let mut spacing_m = 0.02;
     let (mut best, mut best_m) = (fill(&Liver, spacing_m, 0.0), spacing_m);
     let mut latest = best.nodes_m.len();
-    // Newton's steps find the spacing roughly: nodes go with its inverse cube ..
+    // Newton's steps find the spacing roughly: the number of nodes scales with its inverse cube.
     for _ in 0..12 {
         spacing_m *= (1.0 + (latest as f64 / size as f64 - 1.0) / 3.0).clamp(0.7, 1.3);
         let body = fill(&Liver, spacing_m, 0.0);
@@ -69,7 +69,7 @@ fn sized(size: usize) -> Result<TetMesh> {
             return Ok(best);
         }
     }
-    // .. and small steps around it, with the lattice shifted, the numbers that small bodies skip.
+    // Small steps around it with a shifted lattice find the numbers that small bodies skip.
     let middle_m = best_m;
     for step in (1..=200).map(f64::from) {
         for sign in [-1.0, 1.0] {
@@ -88,7 +88,7 @@ fn sized(size: usize) -> Result<TetMesh> {
     Err(Error::input(format!("mesh organ:{size}: no lattice comes near; take another SIZE")))
 }
 
-/// The surface nodes nearest to the middle of the back, sorted.
+/// Returns the surface nodes nearest to the middle of the back, sorted.
 fn back(mesh: &Mesh) -> Vec<u32> {
     let mut surface: Vec<u32> = mesh.triangles.iter().flatten().copied().collect();
     surface.sort_unstable();
@@ -108,7 +108,7 @@ mod tests {
     use crate::mesh::stuffing::smooth::roundness;
     use crate::mesh::{MeshOptions, boundary, check};
 
-    /// Checks what every size promises; returns the body.
+    /// Checks the properties of every size; returns the body.
     fn sound(size: usize) -> Mesh {
         let mesh = generate(Some(&size.to_string())).unwrap();
         let nodes = mesh.nodes_m.len();
@@ -180,7 +180,7 @@ mod tests {
         }
     }
 
-    /// The same bits on every machine and in every build: a golden sum over the default body.
+    /// The bits are the same on every machine and in every build: a golden sum over the default body.
     #[test]
     fn same_bits_everywhere() {
         let mesh = generate(None).unwrap();

@@ -1,7 +1,7 @@
-//! The liver as a level set: a large right lobe, a thin left one, domed above, flattened below.
+//! The liver as a level set: it has a large right lobe and a thin left one, domed above, flat below.
 //!
-//! x runs from right (negative) to left, y from front to back, z upwards, all in metres. Only
-//! + - * / and square roots, so that every machine gets the same bits.
+//! x is from right (negative) to left, y from front to back, z upwards, all in metres. The only
+//! operations are + - * / and square roots, so that every machine gets the same bits.
 
 use crate::mesh::stuffing::{Shape, between};
 
@@ -44,10 +44,10 @@ const BELOW_M: f64 = 0.0322;
 const BISECTIONS: usize = 32;
 /// Steps of a projection onto the surface.
 const PROJECTIONS: usize = 4;
-/// Half the distance of the points that a derivative is taken from.
+/// Half the distance of the two points of a finite difference.
 const DERIVATIVE_M: f64 = 1e-6;
 
-/// Positive inside the body, negative outside, of order one.
+/// Returns the level-set value: positive inside the body, negative outside, of order one.
 pub(super) fn value([x, y, z]: [f64; 3]) -> f64 {
     let x = x / HALF_LENGTH_M;
     let depth = DEPTH_M * (0.92 - 0.22 * x);
@@ -65,7 +65,7 @@ pub(super) fn value([x, y, z]: [f64; 3]) -> f64 {
     1.0 - 0.5 * x * x * (1.0 + x * x) - y * y - rise
 }
 
-/// Where the line from a point inside to a point outside leaves the body.
+/// Returns the point at which the line from `inside` to `outside` leaves the body.
 fn crossing(inside: [f64; 3], outside: [f64; 3]) -> [f64; 3] {
     let (mut low, mut high) = (0.0, 1.0);
     for _ in 0..BISECTIONS {
@@ -79,7 +79,7 @@ fn crossing(inside: [f64; 3], outside: [f64; 3]) -> [f64; 3] {
     between(inside, outside, (low + high) / 2.0)
 }
 
-/// A point of the surface near `point`, which must be near it.
+/// Returns a point of the surface near `point`, which must be near the surface.
 fn project(mut point: [f64; 3]) -> [f64; 3] {
     for _ in 0..PROJECTIONS {
         let mut slope = [0.0; 3];

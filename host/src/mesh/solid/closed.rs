@@ -1,5 +1,5 @@
-//! What a surface must satisfy before it is filled: closed, each edge between two triangles, nowhere
-//! through itself. Every refusal names a place in the file's unit, and the remedy.
+//! Checks a surface before it is filled: it must be closed, each edge must belong to two triangles, and it
+//! must not intersect itself. Every refusal names a position in the file's unit, and the remedy.
 
 use super::Faces;
 use super::meet::meet;
@@ -8,16 +8,16 @@ use super::tree::{Tree, area2};
 use crate::mesh::geometry::dot;
 use crate::words::counted;
 
-/// Twice a triangle's area below this share of its squared longest edge counts as none.
+/// Twice a triangle's area counts as none below this share of its squared longest edge.
 const FLAT: f64 = 1e-12;
 
-/// Pairs of triangles that meet, after which no more are looked for.
+/// Most pairs of intersecting triangles that are counted.
 const PAIRS_MAX: usize = 10_000;
 
-/// Why a surface is refused.
+/// Reason for which a surface is refused.
 pub(super) type Refusal = String;
 
-/// A closed surface whose triangles turn left seen from outside.
+/// A closed surface whose triangles are counter-clockwise seen from outside.
 pub(super) struct Closed {
     pub(super) points_m: Vec<[f64; 3]>,
     pub(super) triangles: Vec<[u32; 3]>,
@@ -28,13 +28,14 @@ pub(super) struct Closed {
 }
 
 impl Closed {
-    /// Checks a surface but for [`Self::check_crossings`]; `unit_m` is that of the file, for the places that
-    /// errors name.
+    /// Checks a surface except for [`Self::check_crossings`]; `unit_m` is the file's unit, for positions in
+    /// errors.
     pub(super) fn new(faces: Faces, unit_m: f64) -> Result<Self, Refusal> {
         let (points_m, mut triangles) = merged(faces);
         if triangles.is_empty() {
             return Err("its triangles are points and lines; save the surface of the body".into());
         }
+        // Edges, points and areas.
         let at = |id: u32| shown(points_m[id as usize], unit_m);
         let mut across = across(&triangles, &at)?;
         fans(&triangles, &across, points_m.len(), &at)?;
@@ -53,18 +54,19 @@ impl Closed {
                 ));
             }
         }
+        // Parts and their orientation.
         let shells = Shells::new(&points_m, &mut triangles, &mut across, &at)?;
         let tree = Tree::new(triangles.iter().map(|t| t.map(|id| points_m[id as usize])).collect());
         Ok(Self { points_m, triangles, across, tree, shells })
     }
 
-    /// Refuses triangles that run through each other, which takes longer than all else of a large surface.
+    /// Refuses triangles that intersect; of a large surface this check takes longest.
     pub(super) fn check_crossings(&self, unit_m: f64) -> Result<(), Refusal> {
         crossings(&self.triangles, &self.tree, unit_m)
     }
 }
 
-/// A place in the file's unit.
+/// Returns a position as text in the file's unit.
 pub(super) fn shown(place_m: [f64; 3], unit_m: f64) -> String {
     let [x, y, z] = place_m.map(|x| x / unit_m);
     format!("({x:.6}, {y:.6}, {z:.6})")
@@ -74,9 +76,9 @@ fn squared(a: [f64; 3], b: [f64; 3]) -> f64 {
     (0..3).map(|axis| (a[axis] - b[axis]) * (a[axis] - b[axis])).sum()
 }
 
-/// Points at one place become one; triangles that have a point twice then are left out.
+/// Merges points at the same position; leaves out triangles that then have a point twice.
 fn merged(faces: Faces) -> (Vec<[f64; 3]>, Vec<[u32; 3]>) {
-    // Adding 0 makes -0 and 0 the same.
+    // Adding 0 turns -0 into 0.
     let places: Vec<[f64; 3]> = faces.points_m.iter().map(|place| place.map(|x| x + 0.0)).collect();
     let mut used = vec![false; places.len()];
     faces.triangles.iter().flatten().for_each(|id| used[*id as usize] = true);
@@ -87,7 +89,7 @@ fn merged(faces: Faces) -> (Vec<[f64; 3]>, Vec<[u32; 3]>) {
     for same in order.chunk_by(|a, b| key(*a) == key(*b)) {
         same.iter().for_each(|id| first[*id as usize] = same[0]);
     }
-    // Kept points keep their order.
+    // The kept points stay in their order.
     let (mut points_m, mut number) = (Vec::new(), vec![0; places.len()]);
     for (id, place) in places.iter().enumerate() {
         if first[id] == id as u32 {
@@ -101,8 +103,9 @@ fn merged(faces: Faces) -> (Vec<[f64; 3]>, Vec<[u32; 3]>) {
     (points_m, kept)
 }
 
-/// The triangle across each edge, where every edge has two.
+/// Returns the triangle across each edge; every edge must have two.
 fn across(triangles: &[[u32; 3]], at: &impl Fn(u32) -> String) -> Result<Vec<[u32; 3]>, Refusal> {
+    // Sort all edges, then pair those with the same ends.
     let mut edges: Vec<([u32; 2], u32, usize)> = Vec::with_capacity(3 * triangles.len());
     for (triangle, ids) in (0..).zip(triangles) {
         for k in 0..3 {
@@ -123,6 +126,7 @@ fn across(triangles: &[[u32; 3]], at: &impl Fn(u32) -> String) -> Result<Vec<[u3
             _ => shared = (shared.0 + 1, shared.1.or(Some(same[0].0))),
         }
     }
+    // Refuse edges with one triangle, then those with more than two.
     if let (count, Some([i, j])) = open {
         return Err(format!(
             "{} with a triangle on one side alone, one from {} to {}: the surface has holes; close them \
@@ -144,13 +148,14 @@ fn across(triangles: &[[u32; 3]], at: &impl Fn(u32) -> String) -> Result<Vec<[u3
     Ok(across)
 }
 
-/// Refuses points in which parts of the surface touch that no edge joins.
+/// Refuses points at which parts of the surface touch that share no edge there.
 fn fans(
     triangles: &[[u32; 3]],
     across: &[[u32; 3]],
     points: usize,
     at: &impl Fn(u32) -> String,
 ) -> Result<(), Refusal> {
+    // Number of triangles at each point.
     let mut around = vec![0u32; points];
     triangles.iter().flatten().for_each(|id| around[*id as usize] += 1);
     let mut seen = vec![false; points];
@@ -159,7 +164,7 @@ fn fans(
             if std::mem::replace(&mut seen[point as usize], true) {
                 continue;
             }
-            // Walks round the point from triangle to triangle.
+            // Walk around the point from triangle to triangle, and count them.
             let (mut triangle, mut from, mut count) = (start, u32::MAX, 0u32);
             loop {
                 count += 1;
@@ -184,7 +189,7 @@ fn fans(
     Ok(())
 }
 
-/// Refuses triangles that meet elsewhere than in common corners and edges.
+/// Refuses triangles that meet outside common corners and edges.
 fn crossings(triangles: &[[u32; 3]], tree: &Tree, unit_m: f64) -> Result<(), Refusal> {
     let (mut count, mut first) = (0usize, None);
     for triangle in 0..triangles.len() as u32 {

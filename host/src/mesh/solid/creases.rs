@@ -1,6 +1,6 @@
 //! Sharp edges and corners of a surface: nodes of the filled body are moved onto them, so that they are
-//! not cut off. What would spoil the tetrahedra around a node is left out; those at a corner may be flatter
-//! until the nodes around have followed.
+//! not cut off. A move that would spoil the tetrahedra around a node is left out; tetrahedra at a corner
+//! may be flatter until smoothing has moved the nodes around it.
 
 use super::closed::Closed;
 use super::distance::Solid;
@@ -11,31 +11,31 @@ use crate::mesh::stuffing::TetMesh;
 use crate::mesh::stuffing::smooth::{roundness, smooth};
 use crate::mesh::stuffing::web::Web;
 
-/// Cosine of the angle between normals, and between edges in line, beyond which they are sharp: of 40
-/// degrees.
+/// Cosine of 40 degrees: a larger angle between two normals, or between an edge and the next, is sharp.
 const SHARP: f64 = 0.766;
 /// Rounds of moving nodes onto creases and smoothing.
 const ROUNDS: usize = 3;
-/// How far a node is moved at most, in sizes.
+/// Largest distance by which a node is moved, in sizes.
 const REACH: f64 = 0.8;
-/// Nodes on creases are at least so far apart, in sizes.
+/// Smallest distance between nodes on creases, in sizes.
 const APART: f64 = 0.25;
 /// Least roundness that a move may leave.
 const ROUND: f64 = 0.3;
-/// The same of a move onto a corner, before the nodes around follow.
+/// The same for a move onto a corner, before smoothing moves the nodes around it.
 const ROUND_AT_FIRST: f64 = 0.1;
 
 /// The creases of a surface.
 pub(super) struct Creases {
-    /// Sharp edges as triangles of two corners; none where there is no sharp edge.
+    /// Sharp edges as triangles of two corners; none if there is no sharp edge.
     edges: Option<Tree>,
-    /// Places in which creases end, meet or turn sharply.
+    /// Points at which creases end, meet or turn sharply.
     corners_m: Vec<[f64; 3]>,
 }
 
 impl Creases {
-    /// Finds them.
+    /// Finds the creases of a surface.
     pub(super) fn new(closed: &Closed, solid: &Solid) -> Self {
+        // Sharp edges, each once, and the other ends at each point.
         let mut edges = Vec::new();
         let mut ends: Vec<Vec<u32>> = vec![Vec::new(); closed.points_m.len()];
         for (triangle, (ids, across)) in (0..).zip(closed.triangles.iter().zip(&closed.across)) {
@@ -49,6 +49,7 @@ impl Creases {
                 }
             }
         }
+        // Corners: points of sharp edges at which the crease does not go straight on.
         let place = |id: u32| closed.points_m[id as usize];
         let is_corner = |(own, others): (u32, &Vec<u32>)| match others[..] {
             [] => false,
@@ -71,7 +72,7 @@ impl Creases {
             self.align(edges, (solid, &web), body, &mut held, size_m);
             smooth(solid, &web, body, &held);
         }
-        // What stayed bad is let go.
+        // Nodes that still spoil a tetrahedron are released.
         let bad: Vec<u32> = web
             .skin()
             .filter(|&node| held[node as usize] && !is_round(&web, body, node, ROUND))
@@ -91,6 +92,7 @@ impl Creases {
         held: &mut [bool],
         size_m: f64,
     ) {
+        // Index the surface nodes: those on creases, and those that may move.
         let (mut taken, mut free) = (Near::new(APART * size_m), Near::new(REACH * size_m));
         for node in web.skin() {
             let near = if held[node as usize] { &mut taken } else { &mut free };
@@ -106,6 +108,7 @@ impl Creases {
             }
             is_put
         };
+        // Each corner takes the nearest node that can be moved onto it.
         for corner_m in &self.corners_m {
             let around = free.around(*corner_m).filter(|(node, _)| !held[*node as usize]);
             let near = around.map(|(node, place_m)| (distance(place_m, *corner_m), node));
@@ -117,6 +120,7 @@ impl Creases {
                 held[node as usize] = true;
             }
         }
+        // The other nodes near a crease, the nearest first.
         let mut order: Vec<(f64, u32, [f64; 3])> = Vec::new();
         for node in web.skin().filter(|&node| !held[node as usize]) {
             let near = edges.nearest(body.nodes_m[node as usize]);
@@ -131,6 +135,7 @@ impl Creases {
                     .then(|| solid.normal_at(body.nodes_m[node as usize]))
             })
             .collect();
+        // A node moves onto the crease if the crease lies between it and a neighbour.
         for (_, node, place_m) in order {
             let cuts = |other: &u32| match (normals[node as usize], normals[*other as usize]) {
                 (Some(own), Some(other_normal)) => {
@@ -145,7 +150,7 @@ impl Creases {
     }
 }
 
-/// Moves a node unless a tetrahedron around it would be less round than `least`; whether it was moved.
+/// Moves a node unless a tetrahedron around it would be less round than `least`. Returns true if it moved.
 fn move_to(web: &Web, body: &mut TetMesh, node: u32, place_m: [f64; 3], least: f64) -> bool {
     let old = std::mem::replace(&mut body.nodes_m[node as usize], place_m);
     let is_sound = is_round(web, body, node, least);
@@ -155,7 +160,7 @@ fn move_to(web: &Web, body: &mut TetMesh, node: u32, place_m: [f64; 3], least: f
     is_sound
 }
 
-/// Whether all tetrahedra around a node are so round.
+/// Returns true if all tetrahedra around a node are at least this round.
 fn is_round(web: &Web, body: &TetMesh, node: u32, least: f64) -> bool {
     let mut around = web.around[node as usize].iter();
     around.all(|ids| roundness(corners(&body.nodes_m, *ids)) >= least)

@@ -1,14 +1,14 @@
-//! The signed distance from a closed surface, by the nearest point and its normal: on edges and corners
-//! the normals of the triangles around, weighted by their angles (Baerentzen and Aanaes, 2005).
+//! The signed distance from a closed surface, by the nearest point and its normal: on edges and corners it
+//! is the sum of the triangles' normals, weighted by their angles (Baerentzen and Aanaes, 2005).
 
 use super::closed::Closed;
 use super::tree::{Part, area2};
 use crate::mesh::geometry::{dot, minus};
 use crate::mesh::stuffing::{Shape, between};
 
-/// Evaluations that a crossing takes at most.
+/// Most evaluations for a crossing.
 const STEPS: usize = 40;
-/// A crossing is known to this share of the edge.
+/// Accuracy of a crossing, as a share of the edge.
 const CLOSE: f64 = 1e-9;
 
 /// A closed surface with its normals.
@@ -21,7 +21,7 @@ pub(super) struct Solid<'a> {
 }
 
 impl<'a> Solid<'a> {
-    /// The normals of a surface.
+    /// Computes the normals of a surface.
     pub(super) fn new(closed: &'a Closed) -> Self {
         let corners = |triangle: &[u32; 3]| triangle.map(|id| closed.points_m[id as usize]);
         let faces: Vec<[f64; 3]> =
@@ -45,12 +45,12 @@ impl<'a> Solid<'a> {
         self.faces[triangle as usize]
     }
 
-    /// Unit normal of the triangle that is nearest to a place.
+    /// Unit normal of the triangle that is nearest to a point.
     pub(super) fn normal_at(&self, place_m: [f64; 3]) -> [f64; 3] {
         self.normal(self.closed.tree.nearest(place_m).triangle)
     }
 
-    /// Distance of a place from the surface: positive inside.
+    /// Distance of a point from the surface: positive inside.
     pub(super) fn distance_m(&self, place_m: [f64; 3]) -> f64 {
         let near = self.closed.tree.nearest(place_m);
         let triangle = near.triangle as usize;
@@ -81,7 +81,7 @@ impl Shape for Solid<'_> {
         value.abs()
     }
 
-    /// By the Illinois form of the false position.
+    /// Uses the Illinois variant of the false position method.
     fn crossing(&self, inside: [f64; 3], outside: [f64; 3]) -> [f64; 3] {
         let way = minus(outside, inside);
         let close = CLOSE * dot(way, way).sqrt();
@@ -113,9 +113,9 @@ impl Shape for Solid<'_> {
     }
 }
 
-/// A vector of length 1 in this direction.
+/// Returns the vector of length 1 in this direction.
 fn unit(way: [f64; 3]) -> [f64; 3] {
-    // Scaled first: squares of tiny numbers would vanish.
+    // Scale first: squares of tiny numbers would vanish.
     let largest = way.iter().fold(0.0f64, |most, x| most.max(x.abs()));
     let scaled = way.map(|x| x / largest);
     let length = dot(scaled, scaled).sqrt();

@@ -1,4 +1,4 @@
-//! From a closed surface to tetrahedra of a size, and how good they are.
+//! Fills a closed surface with tetrahedra of a size, and measures their quality.
 
 use std::collections::BTreeMap;
 
@@ -17,28 +17,28 @@ use crate::mesh::{Mesh, too_many};
 use crate::words::counted;
 
 /// Edge of a lattice cube over the mean edge of the tetrahedra: three of seven edges of the lattice are
-/// as long as a cube's, four are half of its diagonal.
+/// as long as the cube's, four are half as long as its diagonal.
 const CUBE: f64 = 7.0 / (3.0 + 2.0 * 1.732_050_807_568_877_2);
 /// Most points of the lattice, which covers the box around the body.
 const LATTICE_MAX: f64 = 2.4e7;
 /// Largest error of the volume.
 const VOLUME_ERROR_MAX: f64 = 0.1;
-/// Largest distance between the surfaces, in sizes: the tip of a spike is always lost.
+/// Largest distance between the two surfaces, in sizes: the tip of a spike is always lost.
 const DISTANCE_MAX: f64 = 3.0;
 
-/// Largest distance between the surfaces before smoothing, in sizes.
+/// Largest distance between the two surfaces before smoothing, in sizes.
 const DISTANCE_EARLY_MAX: f64 = 6.0;
-/// Triangles of a surface whose checks take longer than the work of a coarse size.
+/// Triangles from which on the checks take longer than filling with a coarse size.
 const LARGE: usize = 100_000;
-/// Points of the surface that are looked at before smoothing.
+/// Points of the surface that are checked before smoothing.
 const POINTS_EARLY: usize = 10_000;
 
-/// How a surface was filled, and how near the tetrahedra come to it.
+/// Result of filling a surface, and the distance of the tetrahedra from it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Filled {
     /// Triangles of the surface.
     pub triangles: usize,
-    /// Triangles that were turned round, so that all turn left seen from outside.
+    /// Triangles that were reversed, so that all are counter-clockwise seen from outside.
     pub turned: usize,
     /// Closed parts of the surface with a body inside.
     pub bodies: usize,
@@ -46,9 +46,9 @@ pub struct Filled {
     pub cavities: usize,
     /// Volume inside the surface \[m^3\].
     pub volume_m3: f64,
-    /// What the volume of the tetrahedra is more, as a share of that.
+    /// Relative error of the volume of the tetrahedra: positive if it is larger.
     pub volume_error: f64,
-    /// Largest distance of the two surfaces \[m\]: from corners and middles of one to the other.
+    /// Largest distance between the two surfaces \[m\]: from corners and middles of one to the other.
     pub distance_m: f64,
     /// Smallest and largest angle between two faces of a tetrahedron \[degrees\].
     pub dihedral_deg: [f64; 2],
@@ -58,12 +58,12 @@ pub struct Filled {
     pub edge_m: f64,
     /// Unconnected parts of the tetrahedra.
     pub parts: usize,
-    /// Handles, as a ring has one: of the surface, and of the tetrahedra.
+    /// Number of handles (a ring has one) of the surface, and of the tetrahedra.
     pub handles: [i64; 2],
 }
 
 /// Fills a surface with tetrahedra of a mean edge of `size_m`, at most `nodes_max` nodes; errors call it
-/// `name`, and places in them are in its own unit.
+/// `name`, and give positions in its own unit.
 pub(in crate::mesh) fn fill_faces(
     name: &str,
     faces: Faces,
@@ -77,6 +77,7 @@ pub(in crate::mesh) fn fill_faces(
             "`fill_m` {size_m:?}: give the edge of the tetrahedra in metres"
         )));
     }
+    // Check the surface and the size.
     let closed = Closed::new(faces, unit_m).map_err(refuse)?;
     let is_large = closed.triangles.len() > LARGE;
     if !is_large {
@@ -94,6 +95,7 @@ pub(in crate::mesh) fn fill_faces(
     if size_m > distance(low_m, high_m) {
         return Err(none_fits());
     }
+    // Fill it.
     let mut body = stuff(&solid, CUBE * size_m, 0.0);
     if body.tetrahedra.is_empty() {
         return Err(none_fits());
@@ -104,13 +106,14 @@ pub(in crate::mesh) fn fill_faces(
         let remedy = format!("take `fill_m` {fits_m:.2e} or more");
         return Err(refuse(too_many(more, nodes_max, &remedy)));
     }
-    // What takes longer comes last: a size that is too coarse for a large surface is refused soon.
+    // Of a large surface, the longer check comes last: a size that is too coarse is refused early.
     let is_coarse = is_large && closed.triangles.len() > body.tetrahedra.len();
     if is_large && !is_coarse {
         closed.check_crossings(unit_m).map_err(refuse)?;
     }
     check_early(&closed, &body, size_m, unit_m).map_err(refuse)?;
     Creases::new(&closed, &solid).smooth(&solid, &mut body, size_m);
+    // Measure and check the result.
     let mesh = Mesh::from_tetrahedra(body.nodes_m, &body.tetrahedra, BTreeMap::new());
     let (away_m, place_m) = farthest(&closed, &mesh);
     let filled = measure(&closed, &mesh, away_m);
@@ -121,12 +124,12 @@ pub(in crate::mesh) fn fill_faces(
     Ok(Mesh { filled: Some(filled), ..mesh })
 }
 
-/// A size of which some tetrahedra fit into the body.
+/// Returns a size at which some tetrahedra fit into the body.
 fn largest_m(closed: &Closed) -> f64 {
     (closed.shells.volume_m3 / 30.0).cbrt()
 }
 
-/// Refuses sizes of which there would be too many tetrahedra, before any is made.
+/// Refuses sizes that need too many nodes or lattice points, before any is made.
 fn check_size(
     solid: &Solid,
     volume_m3: f64,
@@ -134,12 +137,12 @@ fn check_size(
     nodes_max: usize,
 ) -> std::result::Result<(), String> {
     let cube_m = CUBE * size_m;
-    // A cube has a corner and a centre.
+    // There is one corner and one centre a cube.
     let nodes = 2.0 * volume_m3 / (cube_m * cube_m * cube_m);
     let points = points(solid.bounds_m(), cube_m);
     let of_nodes_m = (2.0 * volume_m3 / nodes_max as f64).cbrt() / CUBE;
     let of_points_m = size_m * (points / LATTICE_MAX).cbrt();
-    // Of a size near 0 there are more points than a number can tell.
+    // For a size near 0 the number of points is not finite.
     let fits_m = 1.05 * Some(of_points_m).filter(|m| m.is_finite()).unwrap_or(0.0).max(of_nodes_m);
     if nodes > nodes_max as f64 {
         let count = if nodes < 1e15 { format!("about {nodes:.0}") } else { "above 1e15".into() };
@@ -182,7 +185,7 @@ fn measure(closed: &Closed, mesh: &Mesh, distance_m: f64) -> Filled {
     }
 }
 
-/// The largest distance of the two surfaces, and a place of it on the surface of the file.
+/// Returns the largest distance between the two surfaces, and the point at which it was found.
 fn farthest(closed: &Closed, mesh: &Mesh) -> (f64, [f64; 3]) {
     let own = |ids: &[u32; 3]| ids.map(|id| mesh.nodes_m[id as usize]);
     let skin = Tree::new(mesh.triangles.iter().map(own).collect());
@@ -198,7 +201,7 @@ fn farthest(closed: &Closed, mesh: &Mesh) -> (f64, [f64; 3]) {
         .fold((0.0, [0.0; 3]), |most, next| if next.0 > most.0 { next } else { most })
 }
 
-/// Handles of closed triangles, by Euler's formula.
+/// Returns the number of handles of closed triangles, by Euler's formula.
 fn handles(triangles: &[[u32; 3]]) -> i64 {
     let edges = triangles.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
     let edges: Vec<[u32; 2]> = edges.filter(|[i, j]| i < j).collect();
@@ -214,8 +217,8 @@ fn middle([a, b, c]: [[f64; 3]; 3]) -> [f64; 3] {
     [0, 1, 2].map(|axis| (a[axis] + b[axis] + c[axis]) / 3.0)
 }
 
-/// Refuses what smoothing cannot mend, before the long work: another number of parts, and a surface that is
-/// far away, as some of its points tell.
+/// Refuses faults that smoothing cannot repair, before the long work: another number of parts, and a
+/// surface that is far away at some of its points.
 fn check_early(
     closed: &Closed,
     body: &TetMesh,
@@ -238,7 +241,7 @@ fn check_early(
     }
 }
 
-/// Refuses a body that has lost a part, which is farthest around `place`, or too much of its shape.
+/// Refuses a body that has lost a part or too much of its shape; `place` is the point farthest away.
 fn check(filled: &Filled, size_m: f64, place: &str) -> std::result::Result<(), String> {
     if filled.distance_m > DISTANCE_MAX * size_m {
         return Err(too_far(place, filled.distance_m, size_m));

@@ -1,4 +1,4 @@
-//! Whether two triangles meet, by exact signs of determinants.
+//! Tests if two triangles meet, by exact signs of determinants.
 
 use robust::{Coord, Coord3D, orient2d, orient3d};
 
@@ -9,9 +9,9 @@ fn turn(a: Place, b: Place, c: Place, d: Place) -> f64 {
     orient3d(of(a), of(b), of(c), of(d))
 }
 
-/// Whether two triangles meet elsewhere than in the corners they share; `ids` are those of the corners.
+/// Returns true if two triangles meet outside the corners they share; `ids` are those of the corners.
 ///
-/// Triangles that share an edge meet if they lie on each other.
+/// Triangles that share an edge meet if they overlap in one plane.
 pub(super) fn meet(places: [[Place; 3]; 2], ids: [[u32; 3]; 2]) -> bool {
     let [own, other] = places;
     let shared = |k: usize| ids[1].contains(&ids[0][k]);
@@ -22,7 +22,7 @@ pub(super) fn meet(places: [[Place; 3]; 2], ids: [[u32; 3]; 2]) -> bool {
             (0..3).any(|k| segment_meets(own[k], own[(k + 1) % 3], other))
                 || (0..3).any(|k| segment_meets(other[k], other[(k + 1) % 3], own))
         }
-        // What they have in common ends on the edge of one of them that lies opposite the corner.
+        // Their common part ends on the edge of one of them that lies opposite the corner.
         1 => {
             let own_corner = (0..3).find(|&k| shared(k)).unwrap_or(0);
             let other_corner = (0..3).find(|&k| ids[0].contains(&ids[1][k])).unwrap_or(0);
@@ -44,7 +44,7 @@ pub(super) fn meet(places: [[Place; 3]; 2], ids: [[u32; 3]; 2]) -> bool {
     }
 }
 
-/// Whether a segment meets a triangle, its border included.
+/// Returns true if a segment meets a triangle, its border included.
 fn segment_meets(p: Place, q: Place, [a, b, c]: [Place; 3]) -> bool {
     let (from, to) = (turn(a, b, c, p), turn(a, b, c, q));
     if from == 0.0 && to == 0.0 {
@@ -57,19 +57,19 @@ fn segment_meets(p: Place, q: Place, [a, b, c]: [Place; 3]) -> bool {
     sides.iter().all(|side| *side >= 0.0) || sides.iter().all(|side| *side <= 0.0)
 }
 
-/// The axis to leave out so that the triangle keeps its area best.
+/// Returns the axis of projection that keeps most of the triangle's area.
 fn plane(triangle: [Place; 3]) -> usize {
     let normal = super::tree::area2(triangle).map(f64::abs);
     (0..3).max_by(|&a, &b| normal[a].total_cmp(&normal[b])).unwrap_or(0)
 }
 
-/// The turn of three points seen along an axis.
+/// Returns the orientation of three points seen along an axis.
 fn flat(a: Place, b: Place, c: Place, axis: usize) -> f64 {
     let of = |place: Place| Coord { x: place[(axis + 1) % 3], y: place[(axis + 2) % 3] };
     orient2d(of(a), of(b), of(c))
 }
 
-/// Whether a segment meets a triangle of the same plane.
+/// Returns true if a segment meets a triangle of the same plane.
 fn flat_meets(p: Place, q: Place, triangle: [Place; 3]) -> bool {
     let axis = plane(triangle);
     let inside = |place: Place| {
@@ -85,7 +85,7 @@ fn flat_meets(p: Place, q: Place, triangle: [Place; 3]) -> bool {
     inside(p) || inside(q) || (0..3).any(|k| crosses(triangle[k], triangle[(k + 1) % 3]))
 }
 
-/// Whether the boxes around two segments meet, which tells those in one line apart.
+/// Returns true if the boxes around two segments meet, which separates segments in one line.
 fn boxes_meet([a, b]: [Place; 2], [c, d]: [Place; 2]) -> bool {
     (0..3).all(|axis| {
         a[axis].min(b[axis]) <= c[axis].max(d[axis]) && c[axis].min(d[axis]) <= a[axis].max(b[axis])
@@ -98,7 +98,7 @@ mod tests {
 
     const FLAT: [Place; 3] = [[0., 0., 0.], [4., 0., 0.], [0., 4., 0.]];
 
-    /// With corners of their own.
+    /// Triangles without common corners.
     fn meets(other: [Place; 3]) -> bool {
         let met = meet([FLAT, other], [[0, 1, 2], [3, 4, 5]]);
         assert_eq!(met, meet([other, FLAT], [[3, 4, 5], [0, 1, 2]]));
@@ -114,7 +114,7 @@ mod tests {
         assert!(meets([[0., 2., 0.], [0., 2., 1.], [-9., 2., 1.]]), "a corner touches an edge");
         assert!(!meets([[1., 1., 1e-300], [1., 1., 1.], [9., 9., 1.]]));
         assert!(!meets([[3., 3., -1.], [3., 3., 1.], [9., 9., 1.]]), "past the long edge");
-        // A large one around the other: its edges pass by.
+        // A large one around the other: its edges pass it.
         assert!(meets([[-9., 1., -1.], [9., 1., -1.], [1., 1., 9.]]));
         // In one plane.
         assert!(meets([[1., 1., 0.], [9., 1., 0.], [9., 9., 0.]]));

@@ -1,4 +1,4 @@
-//! Closed surfaces: read, checked, and filled with tetrahedra by the stuffing of the organ.
+//! Reads and checks closed surfaces, and fills them with tetrahedra by the stuffing of the organ.
 //!
 //! A new format is one file with a `SurfaceReader` and one row in `READERS`.
 
@@ -28,7 +28,7 @@ pub(super) use fill::fill_faces;
 /// Most triangles of a surface.
 const TRIANGLES_MAX: usize = 5_000_000;
 
-/// Triangles as a file gives them.
+/// Triangles as given in a file.
 #[derive(Debug, Default)]
 pub(super) struct Faces {
     /// `[point][axis]` in metres.
@@ -37,7 +37,7 @@ pub(super) struct Faces {
 }
 
 impl Faces {
-    /// Of numbers that a program has, checked; errors call them `name`.
+    /// Makes them of a program's numbers, checked; errors call them `name`.
     pub(super) fn new(
         name: &str,
         points: &[[f64; 3]],
@@ -66,7 +66,7 @@ impl Faces {
         Ok(faces)
     }
 
-    /// Refuses none, and more than can be.
+    /// Refuses no triangles, and too many.
     fn check_count(&self, name: &str) -> Result<()> {
         let refuse = |why: String| Err(Error::input(format!("{name}: {why}")));
         match self.triangles.len() {
@@ -78,7 +78,7 @@ impl Faces {
         }
     }
 
-    /// Adds a triangle with points of its own.
+    /// Adds a triangle with three new points.
     fn triangle(&mut self, corners_m: [[f64; 3]; 3]) {
         let first = self.points_m.len() as u32;
         self.points_m.extend(corners_m);
@@ -118,9 +118,9 @@ impl Faces {
 pub(super) trait SurfaceReader: Sync {
     /// The format in words, for error texts.
     fn name(&self) -> &'static str;
-    /// What its files' names end in.
+    /// Extension of its files' names.
     fn extension(&self) -> &'static str;
-    /// Whether a file's bytes tell by themselves that they are of the format.
+    /// Returns true if a file's bytes show that it is of the format.
     fn is_in(&self, bytes: &[u8]) -> bool;
     /// Reads the whole file; `unit_m` is metres per unit of its coordinates.
     fn read(&self, path: &Path, bytes: &[u8], unit_m: f64) -> Result<Faces>;
@@ -134,17 +134,17 @@ pub(super) fn names() -> impl Iterator<Item = &'static str> {
     READERS.iter().map(|reader| reader.name())
 }
 
-/// The reader of a file whose content tells it.
+/// Returns the reader that recognizes a file's content.
 pub(super) fn by_content(bytes: &[u8]) -> Option<&'static dyn SurfaceReader> {
     READERS.iter().find(|reader| reader.is_in(bytes)).copied()
 }
 
-/// The reader of files that are named so.
+/// Returns the reader for the extension of a path.
 pub(super) fn by_name(path: &Path) -> Option<&'static dyn SurfaceReader> {
     READERS.iter().find(|reader| has_extension(path, reader.extension())).copied()
 }
 
-/// The triangles of a surface file.
+/// Reads the triangles of a surface file.
 pub(super) fn read(
     reader: &dyn SurfaceReader,
     path: &Path,

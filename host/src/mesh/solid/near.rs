@@ -1,8 +1,8 @@
-//! Places by the cubes of a grid, to find those around a place without looking at all.
+//! Points sorted into the cubes of a grid, to find those around a point without a search of all.
 
 use std::collections::HashMap;
 
-/// Numbered places.
+/// Numbered points.
 pub(super) struct Near {
     /// Edge of a cube \[m\].
     edge_m: f64,
@@ -10,17 +10,17 @@ pub(super) struct Near {
 }
 
 impl Near {
-    /// None yet; [`Self::around`] finds those up to `edge_m` away.
+    /// Starts without points; [`Self::around`] finds those up to `edge_m` away.
     pub(super) fn new(edge_m: f64) -> Self {
         Self { edge_m, places: HashMap::new() }
     }
 
-    /// Adds a place.
+    /// Adds a point.
     pub(super) fn add(&mut self, number: u32, place_m: [f64; 3]) {
         self.places.entry(self.cube(place_m)).or_default().push((number, place_m));
     }
 
-    /// All places that are up to `edge_m` away, and some more. Cost: 27 cubes.
+    /// Returns all points that are up to `edge_m` away, and some more. Cost: 27 cubes.
     pub(super) fn around(&self, place_m: [f64; 3]) -> impl Iterator<Item = (u32, [f64; 3])> + '_ {
         let [x, y, z] = self.cube(place_m);
         let steps = [-1, 0, 1];
@@ -40,7 +40,7 @@ mod tests {
     use super::*;
     use crate::mesh::geometry::distance;
 
-    /// The same as by looking at all, on places of both signs and on borders of cubes.
+    /// The result equals a search of all, for coordinates of both signs and on borders of cubes.
     #[test]
     fn all_places_near_are_found() {
         let places: Vec<[f64; 3]> = (0..343_u32)

@@ -1,4 +1,4 @@
-//! Wavefront OBJ surfaces: vertices and faces; everything else is passed over.
+//! Wavefront OBJ surfaces: vertices and faces; everything else is skipped.
 
 use std::path::Path;
 
@@ -7,9 +7,9 @@ use crate::error::Result;
 use crate::mesh::bytes::{Bytes, shown};
 use crate::mesh::format::begins;
 
-/// Bytes that tell the format.
+/// Bytes that are examined for the format.
 const HEAD: usize = 64 << 10;
-/// What a file may begin with.
+/// Words with which a file may begin.
 const FRONT: [&[u8]; 8] = [b"v", b"vn", b"vt", b"o", b"g", b"s", b"mtllib", b"usemtl"];
 
 /// Reader of `.obj` files.
@@ -75,7 +75,7 @@ impl SurfaceReader for Obj {
     }
 }
 
-/// The vertex of `vertex/texture/normal`: from 1, or from the end where it is negative.
+/// Returns the vertex of `vertex/texture/normal`: it counts from 1, or from the end if it is negative.
 fn corner(word: &str, points: usize, bytes: &Bytes) -> Result<u32> {
     let number = word.split('/').next().and_then(|number| number.parse::<i64>().ok());
     let place = match number {

@@ -1,5 +1,5 @@
 //! PLY surfaces, ASCII and binary of either byte order: vertices and faces; other elements and
-//! properties are passed over.
+//! properties are skipped.
 
 use std::path::Path;
 
@@ -66,7 +66,7 @@ impl Property {
     }
 }
 
-/// The type of a name.
+/// Returns the type with this name.
 fn number_type(name: &str) -> Option<Number> {
     Some(match name {
         "char" | "int8" => Number::I8,
@@ -83,7 +83,7 @@ fn number_type(name: &str) -> Option<Number> {
     })
 }
 
-/// The next number of a type.
+/// Reads the next number of a type.
 fn real(number: Number, bytes: &mut Bytes, text: bool, what: &str) -> Result<f64> {
     if text {
         let word = bytes.word().ok_or_else(|| bytes.truncated(what))?;
@@ -92,7 +92,7 @@ fn real(number: Number, bytes: &mut Bytes, text: bool, what: &str) -> Result<f64
     number.real(bytes, what)
 }
 
-/// A whole number from 0 that 32 bits hold.
+/// Reads a whole number from 0 that fits 32 bits.
 fn whole(number: Number, bytes: &mut Bytes, text: bool, what: &str) -> Result<u32> {
     let value = real(number, bytes, text, what)?;
     let is_whole = value.fract() == 0.0 && (0.0..=f64::from(u32::MAX)).contains(&value);
@@ -101,7 +101,7 @@ fn whole(number: Number, bytes: &mut Bytes, text: bool, what: &str) -> Result<u3
         .ok_or_else(|| bytes.no_number(what, &value.to_string(), "a whole number from 0"))
 }
 
-/// The head: the elements in their order, and whether the rows are text.
+/// Reads the head: returns the elements in their order, and true if the rows are text.
 fn head(bytes: &mut Bytes) -> Result<(Vec<Element>, bool)> {
     bytes.enter("its head");
     let (mut elements, mut text, mut first) = (Vec::<Element>::new(), None, true);
@@ -151,6 +151,7 @@ fn head(bytes: &mut Bytes) -> Result<(Vec<Element>, bool)> {
             _ => return Err(unknown(bytes, line)),
         }
     }
+    // The format must be known, and the faces must be no strips.
     let text = text.ok_or_else(|| bytes.error("there is no format in the head; save it again"))?;
     if elements.iter().any(|element| element.name == "tristrips" && element.count > 0) {
         return Err(bytes.error("strips of triangles; save it with faces"));
@@ -165,7 +166,7 @@ fn unknown(bytes: &Bytes, line: &str) -> crate::error::Error {
     ))
 }
 
-/// One row of an element.
+/// Reads one row of an element.
 fn row(
     bytes: &mut Bytes,
     element: &Element,
@@ -183,6 +184,7 @@ fn row(
             }
             continue;
         };
+        // A list: the corners of a face, or one that is skipped.
         let count = whole(length, bytes, text, "the length of a list")?;
         let each = if text { 1 } else { property.number.size() };
         bytes.fits(count.into(), each, "numbers of a list")?;

@@ -1,10 +1,9 @@
-//! Faces of more than three corners, cut into triangles.
+//! Divides faces of more than three corners into triangles.
 //!
-//! A face is looked at along its normal (Newell's). One that can be cut as a fan from its first corner is;
-//! of others ears are cut off one by one (G. H. Meisters, *Polygons have ears*, 1975). Where it runs through
-//! itself as the normal sees it, as a face does that is far from flat, the corner with the shortest diagonal
-//! in front is cut off each time; later checks find what is wrong with it. Cost: the square of the corners,
-//! at worst the cube.
+//! A face is projected along its normal (Newell's). It becomes a fan from its first corner if that is
+//! possible; else ears are cut off one by one (G. H. Meisters, *Polygons have ears*, 1975). If the
+//! projection intersects itself, as that of a face far from flat may, the corner with the shortest diagonal
+//! is cut off each time; later checks find the faults. Cost: the square of the corners, at worst the cube.
 
 use robust::{Coord, orient2d};
 
@@ -15,8 +14,8 @@ pub(super) const CORNERS_MAX: usize = 1000;
 
 type Flat = Coord<f64>;
 
-/// The triangles of a face, `at` being where its corners are; none where it is no fan and has too many
-/// corners.
+/// Returns the triangles of a face, `at` being the positions of its corners; none if it is no fan and has
+/// too many corners.
 pub(super) fn cut(corners: &[u32], at: &[[f64; 3]]) -> Option<Vec<[u32; 3]>> {
     let flat = flattened(at);
     let fan: Vec<[usize; 3]> = (2..corners.len()).map(|last| [0, last - 1, last]).collect();
@@ -29,7 +28,7 @@ pub(super) fn cut(corners: &[u32], at: &[[f64; 3]]) -> Option<Vec<[u32; 3]>> {
     Some(triangles.into_iter().map(|triangle| triangle.map(|corner| corners[corner])).collect())
 }
 
-/// The face as its normal sees it, counter-clockwise.
+/// Projects the face along its normal, counter-clockwise.
 fn flattened(at: &[[f64; 3]]) -> Option<Vec<Flat>> {
     let mut normal = [0.0; 3];
     for (a, b) in at.iter().zip(at.iter().cycle().skip(1)) {
@@ -50,7 +49,7 @@ fn turns_left(flat: &[Flat], [a, b, c]: [usize; 3]) -> bool {
     orient2d(flat[a], flat[b], flat[c]) > 0.0
 }
 
-/// Cuts ears off until a triangle is left.
+/// Cuts off ears until a triangle is left; none if no ear is found.
 fn ears(flat: &[Flat]) -> Option<Vec<[usize; 3]>> {
     let mut left: Vec<usize> = (0..flat.len()).collect();
     let mut triangles = Vec::with_capacity(flat.len() - 2);
@@ -90,7 +89,7 @@ fn shortest(at: &[[f64; 3]]) -> Vec<[usize; 3]> {
     triangles
 }
 
-/// Whether a corner sticks out and no other one lies in the triangle of it and its neighbours.
+/// Returns true if a corner is convex and no other one lies in the triangle of it and its neighbours.
 fn is_ear(flat: &[Flat], left: &[usize], ear: [usize; 3]) -> bool {
     let [a, b, c] = ear;
     let is_in = |corner: usize| {
@@ -145,7 +144,7 @@ mod tests {
 
     #[test]
     fn what_is_not_flat_is_cut_by_the_shorter_diagonals() {
-        // Seen along its normal it runs through itself.
+        // Its projection along the normal intersects itself.
         let twisted =
             [[0., 0.02, 0.037], [0.04, 0.02, 0.042], [0.04, 0.021, 0.0386], [0., 0.0203, 0.043]];
         assert!(flattened(&twisted).is_none_or(|flat| ears(&flat).is_none()));
@@ -156,7 +155,7 @@ mod tests {
             let has_shorter = |of: &[u32; 3]| of.contains(&1) && of.contains(&3);
             assert!(triangles.len() == 2 && triangles.iter().all(has_shorter), "{triangles:?}");
         }
-        // Later checks refuse what has no area.
+        // Later checks refuse triangles without area.
         assert_eq!(
             cut(&[0, 1, 2, 3], &[[0.; 3], [1., 0., 0.], [2., 0., 0.], [3., 0., 0.]]).unwrap().len(),
             2

@@ -1,5 +1,5 @@
-//! The connected parts of a closed surface, each turned outward: the outermost have a body inside, what
-//! lies directly inside one is the wall of a cavity, what lies in a cavity is a body again.
+//! The connected parts of a closed surface (shells), oriented away from the body: an outermost shell has a
+//! body inside, a shell directly inside it is the wall of a cavity, a shell in a cavity has a body again.
 
 use super::closed::Refusal;
 use crate::mesh::geometry::{cross, dot, minus, volume6};
@@ -7,20 +7,20 @@ use crate::mesh::geometry::{cross, dot, minus, volume6};
 /// Most shells.
 const SHELLS_MAX: usize = 1_000;
 
-/// What the parts are.
+/// Number and volume of the shells.
 pub(super) struct Shells {
     /// Shells with a body inside.
     pub(super) bodies: usize,
     /// Shells around a cavity.
     pub(super) cavities: usize,
-    /// Triangles that were turned round.
+    /// Triangles that were reversed.
     pub(super) turned: usize,
     /// Volume between them \[m^3\].
     pub(super) volume_m3: f64,
 }
 
 impl Shells {
-    /// Finds the shells and turns their triangles; `across` stays true.
+    /// Finds the shells and reverses triangles where needed; `across` is updated.
     pub(super) fn new(
         points_m: &[[f64; 3]],
         triangles: &mut [[u32; 3]],
@@ -34,6 +34,7 @@ impl Shells {
                  MeshLab: Remove Isolated Pieces)"
             ));
         }
+        // Signed volume and bounding box of each shell.
         let corners = |triangle: usize| {
             let [a, b, c] = triangles[triangle].map(|id| points_m[id as usize]);
             if turn[triangle] { [a, c, b] } else { [a, b, c] }
@@ -56,6 +57,7 @@ impl Shells {
         let volumes: Vec<f64> = members.iter().map(|shell| volume(shell)).collect();
         let boxes: Vec<[[f64; 3]; 2]> =
             members.iter().map(|shell| bounds(shell.iter().map(|&t| corners(t)))).collect();
+        // A shell inside an even number of others has a body inside.
         let mut is_body = Vec::with_capacity(count);
         for own in 0..count {
             let [place, ..] = corners(members[own][0]);
@@ -67,6 +69,7 @@ impl Shells {
             });
             is_body.push(around.count() % 2 == 0);
         }
+        // Orient the triangles: outward for a body, inward for a cavity.
         let inside_out = |shell: usize| (volumes[shell] > 0.0) != is_body[shell];
         for (triangle, shell) in of_triangle.iter().enumerate() {
             turn[triangle] ^= inside_out(*shell as usize);
@@ -74,7 +77,7 @@ impl Shells {
         let turned = turn.iter().filter(|turn| **turn).count();
         for triangle in (0..triangles.len()).filter(|&triangle| turn[triangle]) {
             triangles[triangle].swap(1, 2);
-            // Edges 0-1, 1-2, 2-0 are 0-2, 2-1, 1-0 now.
+            // Edges 0-1, 1-2, 2-0 have become 0-2, 2-1, 1-0.
             across[triangle].swap(0, 2);
         }
         let signed = |shell: usize| volumes[shell].abs() * if is_body[shell] { 1.0 } else { -1.0 };
@@ -84,7 +87,8 @@ impl Shells {
     }
 }
 
-/// The shell of each triangle, their number, and which triangles to turn so that neighbours agree.
+/// Returns the shell of each triangle, the number of shells, and the triangles to reverse so that
+/// neighbours agree.
 #[allow(clippy::type_complexity, reason = "three lists of one walk")]
 fn found(
     triangles: &[[u32; 3]],
@@ -97,12 +101,14 @@ fn found(
         if shell[start] != u32::MAX {
             continue;
         }
+        // Walk over the triangles of a new shell.
         shell[start] = count;
         let mut open = vec![start];
         while let Some(own) = open.pop() {
             for k in 0..3 {
                 let other = across[own][k] as usize;
                 let [i, j] = [triangles[own][k], triangles[own][(k + 1) % 3]];
+                // Neighbours agree if they have their common edge in opposite directions.
                 let runs_same =
                     (0..3).any(|l| triangles[other][l] == i && triangles[other][(l + 1) % 3] == j);
                 let wanted = turn[own] ^ runs_same;
@@ -133,8 +139,8 @@ fn bounds(triangles: impl Iterator<Item = [[f64; 3]; 3]>) -> [[f64; 3]; 2] {
     [low, high]
 }
 
-/// Whether closed triangles go round a place: the sum of their solid angles (Van Oosterom and Strackee,
-/// 1983) is a whole sphere's, of either sign, or nothing.
+/// Returns true if closed triangles enclose a point: the sum of their solid angles (Van Oosterom and
+/// Strackee, 1983) is that of a whole sphere, of either sign, or else 0.
 fn turns_round(place: [f64; 3], triangles: impl Iterator<Item = [[f64; 3]; 3]>) -> bool {
     let angle = |[a, b, c]: [[f64; 3]; 3]| {
         let [a, b, c] = [a, b, c].map(|corner| minus(corner, place));

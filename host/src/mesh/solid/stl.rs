@@ -1,4 +1,4 @@
-//! STL surfaces, ASCII and binary; the normals of the file are not looked at.
+//! STL surfaces, ASCII and binary; the normals of the file are ignored.
 
 use std::path::Path;
 
@@ -12,9 +12,9 @@ pub(super) struct Stl;
 
 /// Bytes of the head of a binary file, which the number of triangles follows.
 const HEAD: usize = 80;
-/// Bytes at the front in which no text has a zero.
+/// First bytes of a file, which are checked for zeros: text has none.
 const FRONT: usize = 1000;
-/// Bytes of a triangle: a normal, three corners, two bytes that mean nothing.
+/// Bytes of a triangle: a normal, three corners, two unused bytes.
 const TRIANGLE: u64 = 50;
 
 impl SurfaceReader for Stl {
@@ -48,7 +48,7 @@ impl SurfaceReader for Stl {
     }
 }
 
-/// Whether it is as long as its number of triangles says.
+/// Returns true if its length matches its number of triangles.
 fn is_binary(bytes: &[u8]) -> bool {
     let count =
         bytes.get(HEAD..).and_then(|rest| rest.first_chunk()).map(|n| u32::from_le_bytes(*n));
@@ -107,7 +107,7 @@ fn text(mut bytes: Bytes, unit_m: f64) -> Result<Faces> {
     if open { Err(bytes.truncated("endsolid")) } else { Ok(faces) }
 }
 
-/// What follows the word facet: a normal, which may be left out, a loop of three corners or more, and the
+/// Reads the words after facet: a normal, which may be missing, a loop of three corners or more, and the
 /// ends of both.
 fn facet(bytes: &mut Bytes, unit_m: f64, faces: &mut Faces) -> Result<()> {
     let mut word = next(bytes, "outer")?;
@@ -142,7 +142,7 @@ fn facet(bytes: &mut Bytes, unit_m: f64, faces: &mut Faces) -> Result<()> {
     if is_end(word, "facet", bytes) { Ok(()) } else { Err(unexpected(word, "endfacet", bytes)) }
 }
 
-/// Whether a word, or it and the next, end what is named so; the next is passed over then.
+/// Returns true if a word, or it and the next, end the block named `what`; the next is skipped then.
 fn is_end(word: &str, what: &str, bytes: &mut Bytes) -> bool {
     let Some(rest) = word.get(3..).filter(|_| word[..3].eq_ignore_ascii_case("end")) else {
         return false;

@@ -1,23 +1,22 @@
-//! A tree of boxes around triangles or tetrahedra: what lies near a place is found without looking at the
-//! rest.
+//! A tree of boxes around triangles or tetrahedra: it finds the elements near a point without testing all.
 
 use crate::mesh::geometry::{cross, dot, minus};
 
-/// Elements in one box at most.
+/// Most elements in one box.
 const LEAF: usize = 4;
 
 /// A box with two boxes or a few elements in it.
 struct Node {
     low: [f64; 3],
     high: [f64; 3],
-    /// Of the elements in `order`.
+    /// First of its elements in `order`, and their number.
     first: u32,
     count: u32,
-    /// The second of its boxes; the first follows it. 0 for a box of elements.
+    /// Index of the second of its boxes; the first is the next node. 0 for a box of elements.
     second: u32,
 }
 
-/// Corners of elements, triangles unless said otherwise, and the boxes around them.
+/// Corners of elements, triangles by default, and the boxes around them.
 pub(in crate::mesh) struct Tree<const N: usize = 3> {
     corners: Vec<[[f64; 3]; N]>,
     order: Vec<u32>,
@@ -43,7 +42,7 @@ pub(super) enum Part {
 }
 
 impl<const N: usize> Tree<N> {
-    /// The tree of elements, of which there must be one at least.
+    /// Builds the tree of elements, of which there must be at least one.
     pub(in crate::mesh) fn new(corners: Vec<[[f64; 3]; N]>) -> Self {
         let order = (0..corners.len() as u32).collect();
         let mut tree = Self { corners, order, nodes: Vec::new() };
@@ -72,7 +71,7 @@ impl<const N: usize> Tree<N> {
         self.split(first + count / 2, end);
     }
 
-    /// The opposite corners of the box around everything.
+    /// Returns the opposite corners of the box around all elements.
     pub(super) fn bounds(&self) -> [[f64; 3]; 2] {
         [self.nodes[0].low, self.nodes[0].high]
     }
@@ -82,7 +81,7 @@ impl<const N: usize> Tree<N> {
         self.corners[element as usize]
     }
 
-    /// Squared distance of a place from a box.
+    /// Squared distance of a point from a box.
     fn square_to(&self, node: u32, place: [f64; 3]) -> f64 {
         let node = &self.nodes[node as usize];
         let away = |axis: usize| {
@@ -92,7 +91,7 @@ impl<const N: usize> Tree<N> {
         (0..3).map(|axis| away(axis) * away(axis)).sum()
     }
 
-    /// Calls `take` with the elements whose boxes meet that of an element and whose numbers are higher.
+    /// Calls `take` with the elements of higher numbers whose boxes meet that of an element.
     pub(in crate::mesh) fn meeting(&self, element: u32, mut take: impl FnMut(u32)) {
         let own = bounds(self.corners[element as usize]);
         let meets = |[low, high]: [[f64; 3]; 2]| {
@@ -118,7 +117,7 @@ impl<const N: usize> Tree<N> {
 }
 
 impl Tree {
-    /// The nearest point of the triangles.
+    /// Returns the nearest point of the triangles.
     pub(super) fn nearest(&self, place: [f64; 3]) -> Nearest {
         let mut best = Nearest { triangle: 0, place, part: Part::Face, square: f64::INFINITY };
         let mut open = vec![(self.square_to(0, place), 0u32)];
@@ -147,7 +146,7 @@ impl Tree {
     }
 }
 
-/// The box around places.
+/// Returns the box around points.
 #[inline]
 fn bounds(places: impl IntoIterator<Item = [f64; 3]>) -> [[f64; 3]; 2] {
     let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
@@ -160,11 +159,12 @@ fn bounds(places: impl IntoIterator<Item = [f64; 3]>) -> [[f64; 3]; 2] {
     [low, high]
 }
 
-/// The point of a triangle that is nearest to a place (Ericson, Real-Time Collision Detection, 5.1.5).
+/// Returns the point of a triangle nearest to a point (Ericson, Real-Time Collision Detection, 5.1.5).
 fn nearest_of([a, b, c]: [[f64; 3]; 3], place: [f64; 3]) -> ([f64; 3], Part) {
     let (ab, ac) = (minus(b, a), minus(c, a));
     let along =
         |way: [f64; 3], from: [f64; 3], t: f64| [0, 1, 2].map(|axis| from[axis] + t * way[axis]);
+    // Corners and edges in turn, each with its region of the plane; else the face.
     let from = minus(place, a);
     let (d1, d2) = (dot(ab, from), dot(ac, from));
     if d1 <= 0.0 && d2 <= 0.0 {
@@ -198,7 +198,7 @@ fn nearest_of([a, b, c]: [[f64; 3]; 3], place: [f64; 3]) -> ([f64; 3], Part) {
     (inside, Part::Face)
 }
 
-/// Twice the area of a triangle, as a vector along its normal.
+/// Returns twice the area of a triangle, as a vector along its normal.
 pub(super) fn area2([a, b, c]: [[f64; 3]; 3]) -> [f64; 3] {
     cross(minus(b, a), minus(c, a))
 }
@@ -217,7 +217,7 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(300))]
 
-        /// As near as the nearest of all triangles, which many points of each do not beat.
+        /// The distance equals the least of all triangles, and no sampled point of one is nearer.
         #[test]
         fn nearest_is_that_of_all(all in corners(), place in prop::array::uniform3(-2.0..2.0)) {
             let tree = Tree::new(all.clone());

@@ -11,19 +11,21 @@ pub(super) struct Corner {
     pub(super) value: f64,
 }
 
-/// A node of the result: a lattice point `[i, i]`, or the crossing of the edge from i inside to
-/// j outside, `[i, j]`.
+/// A node of the result: a lattice point `[i, i]`, or the crossing `[i, j]` of the edge from i, inside,
+/// to j, outside.
 type Key = [u32; 2];
 
 /// Appends the tetrahedra that fill the inside part; none for a part without volume.
 ///
-/// Quadrangles on common faces are cut by a rule of the face alone, so that neighbours conform.
-/// `place_m` is where the edge from a corner inside to one outside leaves the shape.
+/// Quadrangles on common faces are divided by a rule that depends only on the face, so that neighbours
+/// conform. `place_m` returns the point at which the edge from a corner inside to one outside leaves
+/// the shape.
 pub(super) fn cut(
     corners: [Corner; 4],
     place_m: &mut impl FnMut(&Corner, &Corner) -> [f64; 3],
     pieces: &mut Vec<[Key; 4]>,
 ) {
+    // Sort the corners by their side of the surface.
     let inside: Vec<Corner> = corners.into_iter().filter(|c| c.value > 0.0).collect();
     let outside: Vec<Corner> = corners.into_iter().filter(|c| c.value < 0.0).collect();
     let on = corners.iter().find(|c| c.value == 0.0).map(own);
@@ -49,8 +51,8 @@ pub(super) fn cut(
             let left = [own(a), crossing(a, m), crossing(a, n)];
             let right = [own(b), crossing(b, m), crossing(b, n)];
             let (base, back) = (first(place_m, a, b, m), first(place_m, b, a, n));
-            // The quadrangle on the surface is no neighbour's: its shorter diagonal, unless the
-            // three diagonals would then run in a circle, which no tetrahedra fill.
+            // The quadrangle on the surface has no neighbour: it takes its shorter diagonal, unless the
+            // three diagonals would then form a cycle, which no tetrahedra fill.
             let mut span = |[a, m, b, n]: [&Corner; 4]| distance(place_m(a, m), place_m(b, n));
             let shorter = span([a, m, b, n]) <= span([b, m, a, n]);
             let free = if base == back { !base } else { shorter };
@@ -68,8 +70,8 @@ fn crossing(inside: &Corner, outside: &Corner) -> Key {
     [inside.index, outside.index]
 }
 
-/// Whether the diagonal of the quadrangle a, b and their crossings towards n starts at a: at the
-/// corner with the shorter edge left, which gives the shorter diagonal.
+/// Returns true if the diagonal of the quadrangle a, b and their crossings towards n starts at a. It
+/// starts at the corner with the shorter remaining edge, which gives the shorter diagonal.
 fn first(
     place_m: &mut impl FnMut(&Corner, &Corner) -> [f64; 3],
     a: &Corner,
@@ -86,7 +88,7 @@ fn first(
 fn prism(a: [Key; 3], b: [Key; 3], from_a: [bool; 3], pieces: &mut Vec<[Key; 4]>) {
     for corner in 0..3 {
         let before = (corner + 2) % 3;
-        // Both diagonals next to this corner of a end there; one corner of b has the same.
+        // Both diagonals next to this corner of a end there; one corner of b has the same property.
         if !from_a[corner] || from_a[before] {
             continue;
         }
@@ -127,7 +129,7 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(400))]
 
-        /// Also where the shorter diagonals would run in a circle.
+        /// Also if the shorter diagonals would form a cycle.
         #[test]
         fn halves_are_filled(offsets in prop::array::uniform4(prop::array::uniform3(-0.2..0.2))) {
             let corners = [0, 1, 2, 3].map(|index: usize| {
@@ -141,7 +143,7 @@ mod tests {
         }
     }
 
-    /// Any way of cutting a prism fills it with three tetrahedra that share their faces.
+    /// Every division of a prism fills it with three tetrahedra that share their faces.
     #[test]
     fn prisms_are_filled() {
         let (a, b) = ([[0; 2], [1; 2], [2; 2]], [[3; 2], [4; 2], [5; 2]]);

@@ -1,7 +1,7 @@
 //! Fills the shape with tetrahedra: isosurface stuffing after Labelle and Shewchuk (2007).
 //!
 //! A body-centred cubic lattice covers the shape. Lattice points very near the surface are moved
-//! onto it, tetrahedra that still cross it are cut, and what lies inside is kept.
+//! onto it, tetrahedra that still cross it are cut, and the parts inside are kept.
 
 mod cut;
 pub(super) mod smooth;
@@ -12,30 +12,31 @@ use std::collections::BTreeMap;
 use super::geometry::{corners, distance, volume6};
 use cut::{Corner, cut};
 
-/// A point moves onto the surface when an edge along an axis crosses it within this share.
+/// Share of an edge along an axis within which a crossing moves the point onto the surface.
 const NEAR_LONG: f64 = 0.24999;
 /// The same for an edge between a corner and a centre of a cube.
 const NEAR_SHORT: f64 = 0.41189;
 
-/// Place of the lattice within its first cube, uneven so that no layer is the shape's own plane.
+/// Offset of the lattice in cubes, uneven so that no layer coincides with a plane of the shape.
 const OFFSET: [f64; 3] = [0.137, 0.291, 0.413];
 
-/// Share of a distance that rounding leaves sure.
+/// Share of a distance that is certain despite rounding.
 const SURE: f64 = 0.999;
 
 /// A body that can be filled.
 pub(super) trait Shape {
-    /// Opposite corners of a box around it, in metres.
+    /// Returns opposite corners of a box around it, in metres.
     fn bounds_m(&self) -> [[f64; 3]; 2];
-    /// Positive inside, negative outside.
+    /// Returns a value that is positive inside, negative outside.
     fn value(&self, place_m: [f64; 3]) -> f64;
-    /// How far around a place of this value every place lies on the same side of the surface.
+    /// Returns the radius around a point of this value in which all points lie on the same side of the
+    /// surface.
     fn same_side_m(&self, _value: f64) -> f64 {
         0.0
     }
-    /// Where the line from a point inside to a point outside leaves it.
+    /// Returns the point at which the line from a point inside to a point outside leaves it.
     fn crossing(&self, inside: [f64; 3], outside: [f64; 3]) -> [f64; 3];
-    /// A point of its surface near a point that is near it.
+    /// Returns a point of its surface near `place_m`, which must be near the surface.
     fn project(&self, place_m: [f64; 3]) -> [f64; 3];
 }
 
@@ -50,14 +51,14 @@ struct Lattice<'a, S> {
     shape: &'a S,
     counts: [usize; 3],
     places_m: Vec<[f64; 3]>,
-    /// Of [`Shape::value`], or of a place near by on the same side; 0 for points on the surface.
+    /// [`Shape::value`] of the point or of a near one on the same side; 0 for points on the surface.
     values: Vec<f64>,
 }
 
-/// Where cut edges leave the shape, by the indices of their ends inside and outside.
+/// Points at which cut edges leave the shape, by the indices of their ends inside and outside.
 type Crossings = BTreeMap<[u32; 2], [f64; 3]>;
 
-/// About so many points has the lattice of [`fill`] around a box.
+/// Returns the approximate number of points of the lattice of [`fill`] around a box.
 pub(super) fn points([low_m, high_m]: [[f64; 3]; 2], spacing_m: f64) -> f64 {
     (0..3).map(|axis| 2.0 * ((high_m[axis] - low_m[axis]) / spacing_m + 5.0) + 1.0).product()
 }
@@ -88,7 +89,7 @@ impl<'a, S: Shape> Lattice<'a, S> {
         let offset = [OFFSET[0], OFFSET[1], OFFSET[2] + shift];
         let [low_m, high_m] = shape.bounds_m();
         let extents_m = [0, 1, 2].map(|axis| high_m[axis] - low_m[axis]);
-        // Room for the place within the first cube, the shift and a layer outside.
+        // The lattice also covers the offset, the shift and a layer outside.
         let counts = extents_m.map(|extent_m| 2 * ((extent_m / spacing_m) as usize + 5) + 1);
         let total = counts[0] * counts[1] * counts[2];
         let (places_m, values) = (Vec::with_capacity(total), Vec::with_capacity(total));
@@ -111,11 +112,11 @@ impl<'a, S: Shape> Lattice<'a, S> {
         lattice
     }
 
-    /// Evaluates the shape at a point, and gives those around that are on its side the same value.
+    /// Evaluates the shape at a point, and sets the points around on the same side to the same value.
     fn evaluate(&mut self, index: usize, spacing_m: f64) {
         let value = self.shape.value(self.places_m[index]);
         self.values[index] = value;
-        // Half of a cube's diagonal leads to the points one step away along all axes.
+        // The points one step away along all axes are half of a cube's diagonal away.
         let steps = SURE * self.shape.same_side_m(value) / (0.5 * spacing_m * 3f64.sqrt());
         let at = self.at(index);
         let range = |axis: usize| {
@@ -137,7 +138,7 @@ impl<'a, S: Shape> Lattice<'a, S> {
         [index / (ny * nz), index / nz % ny, index % nz]
     }
 
-    /// The point at an offset; none outside the lattice.
+    /// Returns the index of the point at an offset; none outside the lattice.
     fn index(&self, at: [usize; 3], offset: [isize; 3]) -> Option<usize> {
         let mut index = 0;
         for axis in 0..3 {
@@ -182,7 +183,7 @@ impl<'a, S: Shape> Lattice<'a, S> {
         }
     }
 
-    /// The four tetrahedra around each axis from a cube's centre to the next.
+    /// Calls `take` with the four tetrahedra around each line from a cube's centre to the next.
     fn each_tetrahedron(&self, mut take: impl FnMut([usize; 4])) {
         const RING: [[isize; 2]; 5] = [[-1, -1], [1, -1], [1, 1], [-1, 1], [-1, -1]];
         for index in 0..self.values.len() {
@@ -209,7 +210,7 @@ impl<'a, S: Shape> Lattice<'a, S> {
         }
     }
 
-    /// Numbers the nodes in lattice order and turns every tetrahedron to positive volume.
+    /// Numbers the nodes in lattice order and orients every tetrahedron to positive volume.
     fn number(&self, pieces: &[[[u32; 2]; 4]], crossings: &Crossings) -> TetMesh {
         let mut keys: Vec<[u32; 2]> = pieces.iter().flatten().copied().collect();
         keys.sort_unstable();
@@ -234,12 +235,12 @@ impl<'a, S: Shape> Lattice<'a, S> {
     }
 }
 
-/// Whether the lattice has a point at these coordinates: all even or all odd.
+/// Returns true if the lattice has a point at these coordinates: all even or all odd.
 fn is_point(at: [usize; 3]) -> bool {
     at[0] % 2 == at[1] % 2 && at[1] % 2 == at[2] % 2
 }
 
-/// The point at share `t` of the way from a to b.
+/// Interpolates between a (`t` = 0) and b (`t` = 1).
 pub(super) fn between(a: [f64; 3], b: [f64; 3], t: f64) -> [f64; 3] {
     [a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1]), a[2] + t * (b[2] - a[2])]
 }

@@ -1,4 +1,4 @@
-//! Moves nodes towards the middle of their neighbours where that makes tetrahedra rounder.
+//! Moves nodes towards the middle of their neighbours if that makes tetrahedra rounder.
 
 use super::web::Web;
 use super::{Shape, TetMesh, between};
@@ -7,19 +7,19 @@ use crate::mesh::geometry::{EDGES, corners, distance, volume6};
 /// Rounds over all nodes.
 const PASSES: usize = 10;
 
-/// Shares of the way to the middle of the neighbours that are tried.
+/// Shares of the distance to the middle of the neighbours that are tried.
 const SHARES: [f64; 3] = [1.0, 0.5, 0.25];
 
-/// Steps that are probed, as a share of the mean edge.
+/// Length of the steps that are tried, as a share of the mean edge.
 const STEP: f64 = 0.05;
 
-/// Tetrahedra of at least this quality need no mending.
+/// Tetrahedra of at least this quality need no improvement.
 const GOOD: f64 = 0.6;
 
 /// Edges shorter than this share of the mean edge lower the quality.
 const SHORT: f64 = 0.6;
 
-/// Smooths a body of this web in place; surface nodes stay on the surface, `held` nodes where they are.
+/// Smooths a body of this web in place; surface nodes stay on the surface, `held` nodes do not move.
 pub(in crate::mesh) fn smooth(shape: &impl Shape, web: &Web, body: &mut TetMesh, held: &[bool]) {
     let Web { links, inside, on_skin, around } = web;
     let length = |[i, j]: [u32; 2]| distance(body.nodes_m[i as usize], body.nodes_m[j as usize]);
@@ -54,8 +54,8 @@ struct Site<'a, S> {
 }
 
 impl<S: Shape> Site<'_, S> {
-    /// Moves the node to the largest share of the way to `target` that leaves all tetrahedra good
-    /// or no worse.
+    /// Moves the node by the largest share of the distance to `target` that leaves all tetrahedra good or
+    /// no worse.
     fn relax(&self, nodes_m: &mut [[f64; 3]], target: [f64; 3]) {
         let old = nodes_m[self.node];
         let enough = self.quality(nodes_m).min(GOOD);
@@ -68,7 +68,7 @@ impl<S: Shape> Site<'_, S> {
         nodes_m[self.node] = old;
     }
 
-    /// Moves a node whose tetrahedra are not all good by steps along the axes that help.
+    /// Moves a node whose tetrahedra are not all good by those steps along the axes that improve them.
     fn probe(&self, nodes_m: &mut [[f64; 3]]) {
         let mut best = self.quality(nodes_m);
         if best >= GOOD {
@@ -94,7 +94,7 @@ impl<S: Shape> Site<'_, S> {
         nodes_m[self.node] = if self.surface { self.shape.project(place_m) } else { place_m };
     }
 
-    /// The least roundness around the node, less still where edges are short.
+    /// Returns the least roundness around the node, reduced for short edges.
     fn quality(&self, nodes_m: &[[f64; 3]]) -> f64 {
         let short_m = SHORT * self.mean_m;
         let each = self.around.iter().map(|tetrahedron| {
@@ -117,8 +117,8 @@ fn middle(nodes_m: &[[f64; 3]], ids: &[u32]) -> [f64; 3] {
     sum.map(|x| x / ids.len() as f64)
 }
 
-/// Volume over the cubed root mean square edge: 1 for a regular tetrahedron, 0 for a flat one,
-/// negative inside out.
+/// Returns the volume over the cubed root mean square edge: 1 for a regular tetrahedron, 0 for a flat
+/// one, negative for an inverted one.
 pub(in crate::mesh) fn roundness(points: [[f64; 3]; 4]) -> f64 {
     let squares = EDGES.iter().map(|&[i, j]| {
         let length = distance(points[i], points[j]);

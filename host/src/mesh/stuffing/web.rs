@@ -1,4 +1,4 @@
-//! What lies beside each node of a body: moving nodes changes none of it.
+//! The neighbourhood of each node of a body, which does not change when nodes move.
 
 use super::TetMesh;
 use crate::mesh::geometry::edges;
@@ -8,7 +8,7 @@ use crate::mesh::surface::boundary;
 pub(in crate::mesh) struct Web {
     /// Edges, each once.
     pub(super) links: Vec<[u32; 2]>,
-    /// Neighbours by edges, and those by edges of the surface: none for a node inside.
+    /// Neighbours along edges, and those along edges of the surface: none for a node inside.
     pub(super) inside: Vec<Vec<u32>>,
     pub(in crate::mesh) on_skin: Vec<Vec<u32>>,
     /// Tetrahedra that have the node.
@@ -16,7 +16,7 @@ pub(in crate::mesh) struct Web {
 }
 
 impl Web {
-    /// Of a body. Cost: n log n of its tetrahedra.
+    /// Builds the web of a body. Cost: n log n of its tetrahedra.
     pub(in crate::mesh) fn new(body: &TetMesh) -> Self {
         let count = body.nodes_m.len();
         let mut skin: Vec<[u32; 2]> = boundary(&body.tetrahedra)
@@ -35,7 +35,7 @@ impl Web {
         Self { links, inside, on_skin, around }
     }
 
-    /// The nodes of the surface.
+    /// Returns the nodes of the surface.
     pub(in crate::mesh) fn skin(&self) -> impl Iterator<Item = u32> + '_ {
         (0..).zip(&self.on_skin).filter(|(_, beside)| !beside.is_empty()).map(|(node, _)| node)
     }

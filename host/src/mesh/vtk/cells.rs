@@ -1,4 +1,4 @@
-//! Cells of an unstructured grid: lists of nodes, and what kind each is.
+//! Cells of an unstructured grid: lists of nodes, and the kind of each.
 
 use super::values::{Values, number_type};
 use crate::error::Result;
@@ -6,10 +6,10 @@ use crate::mesh::bytes::{Bytes, shown};
 use crate::mesh::number::Number;
 use crate::words::counted;
 
-/// Cells as far as they have been read.
+/// Cells read so far.
 #[derive(Default)]
 pub(super) struct Cells {
-    /// Where each cell's nodes begin in `nodes`, and behind them the end of the last.
+    /// Begin of each cell's nodes in `nodes`, then the end of the last.
     pub(super) starts: Vec<usize>,
     pub(super) nodes: Vec<u64>,
     pub(super) types: Vec<u64>,
@@ -18,10 +18,10 @@ pub(super) struct Cells {
 /// Smallest number of bytes of a value in either coding.
 const VALUE: Number = Number::I32;
 
-/// What becomes of a cell.
+/// Use of a cell.
 enum Kind {
     Tetrahedron,
-    /// Without volume: passed over; its number of nodes where the type fixes it.
+    /// Without volume: skipped; has its number of nodes if the type fixes it.
     Flat(Option<usize>),
     Refused(&'static str, &'static str),
 }
@@ -62,7 +62,7 @@ impl Cells {
         self.starts.push(0);
         for cell in 0..count {
             let nodes = if left == 0 { 0 } else { values.whole(VALUE, "a number of nodes")? };
-            // The count itself takes a place too.
+            // The count itself is one of the numbers.
             if left == 0 || nodes > left - 1 {
                 return Err(values.bytes.error(format!(
                     "the cells' size is {size}, too little for cell {cell} of {count}; save or \
@@ -139,7 +139,7 @@ impl Cells {
         nodes.iter().filter_map(|&node| u32::try_from(node).ok())
     }
 
-    /// The tetrahedra; `bytes` is where errors of the file come from.
+    /// Returns the tetrahedra; `bytes` makes errors of the file.
     pub(super) fn tetrahedra(&self, bytes: &Bytes, points: usize) -> Result<Vec<[u32; 4]>> {
         let count = self.starts.len().saturating_sub(1);
         if self.types.len() != count {
@@ -148,6 +148,7 @@ impl Cells {
                 self.types.len()
             )));
         }
+        // Check the nodes and the type of each cell; keep the tetrahedra.
         let mut tetrahedra = Vec::new();
         for (cell, (ends, number)) in self.starts.windows(2).zip(&self.types).enumerate() {
             let nodes = self.nodes.get(ends[0]..ends[1]).unwrap_or_default();
@@ -182,7 +183,7 @@ impl Cells {
     }
 }
 
-/// Refuses a file of so many cells that has no tetrahedra; `bytes` is where errors of the file come from.
+/// Refuses a file without tetrahedra, which has `cells` cells; `bytes` makes errors of the file.
 pub(super) fn check_tetrahedra(tetrahedra: &[[u32; 4]], cells: u64, bytes: &Bytes) -> Result<()> {
     if !tetrahedra.is_empty() {
         return Ok(());
@@ -197,7 +198,7 @@ pub(super) fn check_tetrahedra(tetrahedra: &[[u32; 4]], cells: u64, bytes: &Byte
 /// Type number of a first-order tetrahedron.
 const TETRAHEDRON: u64 = 10;
 
-/// Four different nodes.
+/// Returns the nodes if they are four different ones.
 fn corners(nodes: &[u64]) -> Option<[u32; 4]> {
     let mut ids = [0; 4];
     for (at, (id, node)) in ids.iter_mut().zip(nodes).enumerate() {
@@ -209,7 +210,7 @@ fn corners(nodes: &[u64]) -> Option<[u32; 4]> {
     Some(ids)
 }
 
-/// The head of an array of whole numbers.
+/// Reads the head of an array of whole numbers.
 fn array(values: &mut Values, keyword: &str, count: u64) -> Result<Number> {
     values.keyword(keyword)?;
     let name = values.text("the type of the array")?;

@@ -1,4 +1,4 @@
-//! Groups of nodes from what is attached to the cells: whole numbers of a known name, one a cell.
+//! Groups of nodes from the cells' data: arrays of a known name with one whole number a cell.
 
 use std::collections::BTreeMap;
 
@@ -8,8 +8,8 @@ use crate::error::Result;
 use crate::mesh::groups::Groups;
 use crate::mesh::number::Number;
 
-/// Names that programs give the numbers of physical groups, materials and regions: Gmsh's own export,
-/// meshio's from Gmsh, Medit and TetGen, and what others write.
+/// Array names of physical groups, materials and regions: Gmsh's export, meshio's from Gmsh, Medit and
+/// TetGen, and those of other programs.
 const NAMES: [&str; 9] = [
     OF_GMSH,
     "gmsh:physical",
@@ -24,15 +24,15 @@ const NAMES: [&str; 9] = [
 /// Gmsh gives -1 to cells without a group.
 const OF_GMSH: &str = "CellEntityIds";
 
-/// Numbers of a tuple of what has a section of its own.
+/// Components of the arrays that have a separate section.
 const TUPLES: [(&str, u64); 5] =
     [("VECTORS", 3), ("NORMALS", 3), ("TENSORS", 9), ("GLOBAL_IDS", 1), ("PEDIGREE_IDS", 1)];
-/// Bytes of a colour of a table.
+/// Bytes of a colour in a table.
 const COLOUR: u64 = 4;
 
-/// Reads what is attached behind the mesh, begun by the word `begun`, up to the first array of such a
-/// name with whole numbers alone; groups are named by their numbers, 0 is none. Anything else is passed
-/// over, and what cannot be passed over ends it.
+/// Reads the data after the mesh, which begins with the word `begun`, up to the first array of such a
+/// name with only whole numbers; groups are named by their numbers, 0 is none. Other data is skipped;
+/// data that cannot be skipped ends the search.
 pub(super) fn read<'a>(
     values: &mut Values<'a>,
     cells: &Cells,
@@ -43,7 +43,7 @@ pub(super) fn read<'a>(
     while let Some((name, number)) = attached.next(values, begun.take()) {
         values.bytes.enter("the groups of the cells");
         values.begin_data(cells.count(), 1, number, "groups of the cells")?;
-        // To its end even where it is none of groups: the next array follows.
+        // Read it to its end even if it holds no groups: the next array follows.
         let mut numbers = Some(Vec::new());
         for _ in 0..cells.count() {
             let number = values.reference(number, "the group of a cell")?;
@@ -59,7 +59,7 @@ pub(super) fn read<'a>(
     Ok(BTreeMap::new())
 }
 
-/// The groups of numbers, one a cell, of an array of this name.
+/// Returns the groups of an array of this name with one number a cell.
 pub(super) fn named(cells: &Cells, name: &str, numbers: &[i64]) -> BTreeMap<String, Vec<u32>> {
     let mut groups = Groups::default();
     let is_of_gmsh = name.eq_ignore_ascii_case(OF_GMSH);
@@ -71,18 +71,18 @@ pub(super) fn named(cells: &Cells, name: &str, numbers: &[i64]) -> BTreeMap<Stri
     groups.finish()
 }
 
-/// Where the reading of what is attached stands.
+/// State of reading the data after the mesh.
 struct Attached {
     cells: u64,
     of_cells: bool,
     tuples: u64,
-    /// Arrays of a field that are still to come.
+    /// Arrays of a field that are not read yet.
     left: u64,
 }
 
 impl Attached {
-    /// Goes to the next array of groups, from the word `begun` on where it is read already; its name and
-    /// the type of its numbers.
+    /// Goes to the next array of groups, from the word `begun` if it was read already; returns its name
+    /// and the type of its numbers.
     fn next<'a>(
         &mut self,
         values: &mut Values<'a>,
@@ -102,8 +102,7 @@ impl Attached {
         }
     }
 
-    /// Reads the head of a section, and passes over it unless it holds groups. None where that is not
-    /// known to be done.
+    /// Reads the head of a section, and skips it unless it holds groups. None if it is unknown or invalid.
     fn section<'a>(
         &mut self,
         values: &mut Values<'a>,
@@ -157,7 +156,7 @@ impl Attached {
         Some(None)
     }
 
-    /// An array of a field, or the remarks behind one.
+    /// Reads an array of a field, or the remarks after one.
     fn array<'a>(&mut self, values: &mut Values<'a>) -> Option<Option<(&'a str, Number)>> {
         let Some(array) = values.array_of_field().ok()? else { return Some(None) };
         self.left -= 1;
@@ -170,7 +169,7 @@ impl Attached {
     }
 }
 
-/// Whether an array of this name may hold groups.
+/// Returns true if an array of this name may hold groups.
 pub(super) fn is_known(name: &str) -> bool {
     NAMES.iter().any(|known| known.eq_ignore_ascii_case(name))
 }

@@ -1,9 +1,9 @@
 //! Legacy VTK files: unstructured grids of versions 1 to 5, ASCII and binary (big-endian).
 //!
-//! Read are points and tetrahedra. Vertices, lines and faces are passed over, since the surface
-//! follows from the tetrahedra; other bodies are refused. Groups are whole numbers attached to the
-//! cells, see [`groups`]; nothing else that is attached is looked at. Layout: Kitware, The VTK User's
-//! Guide, "VTK File Formats", and for version 5.1 its addendum on OFFSETS and CONNECTIVITY.
+//! The reader takes points and tetrahedra. Vertices, lines and faces are skipped, since the surface
+//! follows from the tetrahedra; other elements are refused. Groups are whole numbers of the cells, see
+//! [`groups`]; all other data is ignored. Layout: Kitware, The VTK User's Guide, "VTK File Formats",
+//! and for version 5.1 its addendum on OFFSETS and CONNECTIVITY.
 
 mod cells;
 mod groups;
@@ -80,7 +80,7 @@ impl MeshReader for Vtk {
     }
 }
 
-/// The version's first number, from the first line.
+/// Returns the version's first number, from the first line.
 fn version(bytes: &mut Bytes) -> Result<u32> {
     let line = bytes.line().unwrap_or_default();
     let number = line.strip_prefix(MAGIC).and_then(|text| std::str::from_utf8(text).ok());
@@ -99,7 +99,7 @@ fn version(bytes: &mut Bytes) -> Result<u32> {
     }
 }
 
-/// The sections up to the data that is attached to points and cells.
+/// Reads the sections, including the data of points and cells.
 fn sections(values: &mut Values, version: u32, unit_m: f64) -> Result<RawMesh> {
     let mut points = None;
     let (mut cells, mut attached) = (Cells::default(), None);
@@ -139,6 +139,7 @@ fn sections(values: &mut Values, version: u32, unit_m: f64) -> Result<RawMesh> {
             }
         }
     }
+    // Check the content, then read the groups from the data after the mesh.
     let nodes_m = points.unwrap_or_default();
     if nodes_m.is_empty() {
         return Err(values.bytes.error_of_file("it has no POINTS; save the mesh with its nodes"));

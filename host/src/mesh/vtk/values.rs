@@ -1,10 +1,10 @@
-//! The numbers of a file: words of text, or binary with the highest byte first.
+//! The numbers of a file: words of text, or binary numbers with the highest byte first.
 
 use crate::error::Result;
 use crate::mesh::bytes::{Bytes, shown};
 use crate::mesh::number::{Number, whole_of};
 
-/// The type of a name, in letters of either case.
+/// Returns the type of a name, in letters of either case.
 pub(super) fn number_type(name: &str) -> Option<Number> {
     Some(match name.to_ascii_lowercase().as_str() {
         "char" | "signed_char" => Number::I8,
@@ -13,7 +13,7 @@ pub(super) fn number_type(name: &str) -> Option<Number> {
         "unsigned_short" => Number::U16,
         "unsigned_int" => Number::U32,
         "unsigned_long" | "vtktypeuint64" => Number::U64,
-        // Of the old vtkIdType 32 bits are written whatever the machine has.
+        // The old vtkIdType is written with 32 bits on every machine.
         "int" | "vtktypeint32" | "vtkidtype" => Number::I32,
         "long" | "vtktypeint64" => Number::I64,
         "float" => Number::F32,
@@ -42,7 +42,7 @@ impl<'a> Values<'a> {
         Self { bytes, binary }
     }
 
-    /// The next word; `what` it is, for errors.
+    /// Reads the next word; `what` describes it in errors.
     pub(super) fn text(&mut self, what: &str) -> Result<&'a str> {
         match self.bytes.word() {
             Some(word) => Ok(word),
@@ -50,7 +50,7 @@ impl<'a> Values<'a> {
         }
     }
 
-    /// A word that must be this one.
+    /// Reads a word that must be `keyword`.
     pub(super) fn keyword(&mut self, keyword: &str) -> Result<()> {
         let word = self.text(keyword)?;
         if word.eq_ignore_ascii_case(keyword) {
@@ -62,13 +62,13 @@ impl<'a> Values<'a> {
         )))
     }
 
-    /// A count in text.
+    /// Reads a count in text.
     pub(super) fn count(&mut self, what: &str) -> Result<u64> {
         let word = self.text(what)?;
         self.bytes.whole_of(word, what)
     }
 
-    /// Begins an array of `count` times `each` numbers, which the file must have room for.
+    /// Begins an array of `count` times `each` numbers, and checks that the file is long enough for them.
     pub(super) fn begin_data(
         &mut self,
         count: u64,
@@ -85,7 +85,7 @@ impl<'a> Values<'a> {
         self.bytes.fits(count, each.saturating_mul(room), what)
     }
 
-    /// The next number of an array, as a real one.
+    /// Reads the next number of an array as a real one.
     pub(super) fn real(&mut self, number: Number, what: &str) -> Result<f64> {
         if self.binary {
             return number.real(&mut self.bytes, what);
@@ -94,7 +94,7 @@ impl<'a> Values<'a> {
         self.bytes.real_of(word, what)
     }
 
-    /// The next number of an array of whole ones, which counts from 0.
+    /// Reads the next number of an array as a whole one from 0.
     pub(super) fn whole(&mut self, number: Number, what: &str) -> Result<u64> {
         let wanted = "a whole number from 0";
         if !self.binary {
@@ -105,7 +105,7 @@ impl<'a> Values<'a> {
         u64::try_from(value).map_err(|_| self.bytes.no_number(what, &value.to_string(), wanted))
     }
 
-    /// The next number of an array of any type; none where it is no whole one.
+    /// Reads the next number of an array of any type; none if it is no whole one.
     pub(super) fn reference(&mut self, number: Number, what: &str) -> Result<Option<i64>> {
         if self.binary {
             number.whole(&mut self.bytes, what)
@@ -117,7 +117,7 @@ impl<'a> Values<'a> {
         }
     }
 
-    /// Passes over `FIELD name n` and its arrays.
+    /// Skips `FIELD name n` and its arrays.
     pub(super) fn skip_field(&mut self) -> Result<()> {
         self.text("the field's name")?;
         let mut left = self.count("the number of arrays")?;
@@ -130,7 +130,7 @@ impl<'a> Values<'a> {
         Ok(())
     }
 
-    /// The head of the next array of a field; none where there were remarks behind the last one.
+    /// Reads the head of the next array of a field; none if remarks after the last one were skipped.
     pub(super) fn array_of_field(&mut self) -> Result<Option<FieldArray<'a>>> {
         let name = self.text("an array's name")?;
         if name.eq_ignore_ascii_case("METADATA") {
@@ -149,7 +149,7 @@ impl<'a> Values<'a> {
         Ok(Some(FieldArray { name, components, tuples, number }))
     }
 
-    /// Passes over so many tuples of an array.
+    /// Skips `tuples` tuples of an array.
     pub(super) fn skip_array(
         &mut self,
         tuples: u64,
@@ -169,7 +169,7 @@ impl<'a> Values<'a> {
         Ok(())
     }
 
-    /// Passes over lines up to a blank one.
+    /// Skips lines up to a blank one.
     pub(super) fn skip_metadata(&mut self) {
         self.bytes.line();
         while self.bytes.line().is_some_and(|line| !line.trim_ascii().is_empty()) {}

@@ -1,4 +1,4 @@
-//! Abaqus input file: every group as a set of nodes, and of elements where tetrahedra carry it.
+//! Abaqus input file: every group is a set of nodes, and also of elements if tetrahedra carry it.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -11,6 +11,7 @@ use crate::mesh::Mesh;
 const A_LINE: usize = 16;
 
 pub(super) fn write(mesh: &Mesh) -> Result<Written, String> {
+    // Names must differ without regard to case.
     let mut known: BTreeMap<String, &str> = BTreeMap::new();
     for name in mesh.groups.keys() {
         if name.contains(['"', '\n', '\r']) {
@@ -23,6 +24,7 @@ pub(super) fn write(mesh: &Mesh) -> Result<Written, String> {
             ));
         }
     }
+    // Nodes, elements and sets.
     let mut text = String::from("*HEADING\nchaincell\n*NODE\n");
     for (number, place) in (1..).zip(&mesh.nodes_m) {
         let [x, y, z] = place.map(digits);
@@ -45,7 +47,7 @@ pub(super) fn write(mesh: &Mesh) -> Result<Written, String> {
 }
 
 fn set(text: &mut String, keyword: &str, name: &str, members: &[u32]) {
-    // Some programs take quotation marks for a part of the name.
+    // Some programs read quotation marks as a part of the name.
     let is_plain = name.chars().all(|letter| letter.is_ascii_alphanumeric() || letter == '_');
     let mark = if is_plain { "" } else { "\"" };
     let _ = writeln!(text, "*{keyword}, {keyword}={mark}{name}{mark}");

@@ -1,4 +1,4 @@
-//! What carries a group in a file: elements whose nodes together are those of the group.
+//! The elements that carry a group in a file: their nodes together are those of the group.
 
 use crate::mesh::Mesh;
 
@@ -18,8 +18,8 @@ pub(super) struct Carried<'a> {
     pub(super) elements: Elements,
 }
 
-/// All groups: by tetrahedra where those that lie inside have all of its nodes, else by triangles of the
-/// surface, else by points.
+/// Returns all groups: carried by tetrahedra if those inside the group have all of its nodes, else by
+/// triangles of the surface, else by points.
 pub(super) fn carried(mesh: &Mesh) -> Vec<Carried<'_>> {
     let groups = mesh.groups.iter().filter(|(_, nodes)| !nodes.is_empty());
     groups.map(|(name, nodes)| Carried { name, elements: elements(mesh, nodes) }).collect()
@@ -37,7 +37,7 @@ fn elements(mesh: &Mesh, nodes: &[u32]) -> Elements {
     }
 }
 
-/// The elements inside the group, where they have all of its nodes.
+/// Returns the elements inside the group, if they have all of its nodes.
 fn cover<const N: usize>(all: &[[u32; N]], is_own: &[bool], nodes: usize) -> Option<Vec<u32>> {
     let is_inside = |ids: &[u32; N]| ids.iter().all(|id| is_own[*id as usize]);
     let inside: Vec<u32> =
@@ -48,10 +48,10 @@ fn cover<const N: usize>(all: &[[u32; N]], is_own: &[bool], nodes: usize) -> Opt
     (covered.len() == nodes).then_some(inside)
 }
 
-/// Numbers for groups in formats that know no names: a name that is one keeps it, the others get the
-/// lowest that are left.
+/// Returns numbers for groups in formats without names: a name that is a number keeps it, the others get
+/// the lowest free numbers.
 pub(super) fn numbers(groups: &[Carried]) -> Vec<i64> {
-    // 0 is no group; "07" is another group than "7".
+    // 0 is no group; "07" and "7" are different groups.
     let is_own = |name: &str, number: i32| number != 0 && number.to_string() == name;
     let own = |group: &Carried| {
         let number = group.name.parse().ok().filter(|&number| is_own(group.name, number));
@@ -62,7 +62,7 @@ pub(super) fn numbers(groups: &[Carried]) -> Vec<i64> {
     groups.iter().map(|group| own(group).or_else(|| free.next()).unwrap_or(i64::MAX)).collect()
 }
 
-/// What to say of a group that has another name in the file.
+/// Returns the note on a group that has another name in the file.
 pub(super) fn renamed(name: &str, there: &str) -> Option<String> {
     (name != there).then(|| format!("group '{name}' is '{there}' in this file"))
 }

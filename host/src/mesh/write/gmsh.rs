@@ -1,4 +1,4 @@
-//! Gmsh 4.1, ASCII: groups as physical groups of volumes, surfaces or points by name.
+//! Gmsh 4.1, ASCII: groups are physical groups of volumes, surfaces or points, by name.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -24,6 +24,7 @@ pub(super) fn write(mesh: &Mesh) -> Result<Written, String> {
         Elements::Triangles(_) => 2,
         Elements::Points(_) => 0,
     };
+    // Names of the groups.
     if !groups.is_empty() {
         let _ = writeln!(text, "$PhysicalNames\n{}", groups.len());
         for (number, group) in (1..).zip(&groups) {
@@ -34,7 +35,7 @@ pub(super) fn write(mesh: &Mesh) -> Result<Written, String> {
         }
         text.push_str("$EndPhysicalNames\n");
     }
-    // Tetrahedra of the same groups are one volume.
+    // Tetrahedra with the same groups are one volume.
     let mut of_tetrahedron = vec![Vec::new(); mesh.tetrahedra.len()];
     let mut blocks = Vec::new();
     for (number, group) in (1..).zip(&groups) {
@@ -68,12 +69,13 @@ pub(super) fn write(mesh: &Mesh) -> Result<Written, String> {
             block.nodes.push(ids.to_vec());
         }
     }
-    // Entities count from 1 in each dimension; flat ones have a block each.
+    // Entities count from 1 in each dimension; those of triangles and points have one block each.
     let mut tags: Vec<usize> = Vec::new();
     for (at, block) in blocks.iter().enumerate() {
         let before = blocks.iter().take(at.min(first)).filter(|b| b.dimension == block.dimension);
         tags.push(1 + volumes.get(&at).copied().unwrap_or_else(|| before.count()));
     }
+    // The remaining sections.
     entities(&mut text, mesh, &blocks, &tags);
     nodes(&mut text, mesh);
     let count: usize = blocks.iter().map(|block| block.nodes.len()).sum();
@@ -94,7 +96,7 @@ fn entities(text: &mut String, mesh: &Mesh, blocks: &[Block], tags: &[usize]) {
     let along = |axis: usize| mesh.nodes_m.iter().map(move |place| place[axis]);
     let low = [0, 1, 2].map(|axis| along(axis).fold(f64::INFINITY, f64::min));
     let high = [0, 1, 2].map(|axis| along(axis).fold(f64::NEG_INFINITY, f64::max));
-    // One line an entity, however many blocks it has.
+    // An entity has one line, also if it has several blocks.
     let mut lines: BTreeMap<(usize, usize), String> = BTreeMap::new();
     for (block, tag) in blocks.iter().zip(tags) {
         let bounds = if block.dimension == 0 { low.to_vec() } else { [low, high].concat() };

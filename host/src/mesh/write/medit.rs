@@ -1,7 +1,7 @@
-//! Medit 2, ASCII: groups as reference numbers of tetrahedra, triangles of the surface, or vertices.
+//! Medit 2, ASCII: groups are reference numbers of tetrahedra, triangles of the surface, or vertices.
 //!
 //! Each element has one number. A group that shares its elements with another becomes one of vertices;
-//! where its vertices have a number too, the mesh is refused.
+//! if its vertices have a number already, the mesh is refused.
 
 use std::fmt::Write as _;
 
@@ -15,6 +15,7 @@ pub(super) fn write(mesh: &Mesh) -> Result<Written, String> {
     let mut tetrahedra = vec![0i64; mesh.tetrahedra.len()];
     let mut triangles = vec![0i64; mesh.triangles.len()];
     let mut notes = Vec::new();
+    // Each group numbers its elements, else its vertices.
     for (Carried { name, elements }, number) in groups.iter().zip(numbers(&groups)) {
         let of_points = name.strip_prefix("points:").and_then(|number| number.parse().ok());
         let number = of_points.unwrap_or(number);
@@ -34,6 +35,7 @@ pub(super) fn write(mesh: &Mesh) -> Result<Written, String> {
             ));
         }
     }
+    // Vertices, triangles with a number, tetrahedra.
     let mut text = String::from("MeshVersionFormatted 2\nDimension\n3\n");
     let _ = writeln!(text, "Vertices\n{}", mesh.nodes_m.len());
     for (place, reference) in mesh.nodes_m.iter().zip(&vertices) {
@@ -54,7 +56,7 @@ pub(super) fn write(mesh: &Mesh) -> Result<Written, String> {
     Ok(Written { text, notes })
 }
 
-/// Gives elements a number, unless one of them has one.
+/// Assigns a number to elements, unless one of them has a number. Returns true if it was assigned.
 fn claim(numbers: &mut [i64], elements: &[u32], number: i64) -> bool {
     let is_free = elements.iter().all(|&element| numbers[element as usize] == 0);
     if is_free {

@@ -1,4 +1,4 @@
-//! Mesh files that are written: text, coordinates in metres with every digit, nodes in their order.
+//! Writes mesh files: text, coordinates in metres with all digits, nodes in their order.
 //!
 //! A new format is one function and one row in `WRITERS`.
 
@@ -15,7 +15,7 @@ use std::path::Path;
 use super::{Mesh, has_extension};
 use crate::error::{Error, Result};
 
-/// Text of a file, and what a user should know of it: groups that have another name there.
+/// Text of a file, and notes for the user, for instance on groups that have another name there.
 #[derive(Debug, Default)]
 pub struct Written {
     /// The file's content.
@@ -24,7 +24,7 @@ pub struct Written {
     pub notes: Vec<String>,
 }
 
-/// A format: its extension, what it needs, and its writer.
+/// A format: its extension, the elements it needs, and its writer.
 struct Writer {
     extension: &'static str,
     needs: Needs,
@@ -47,11 +47,12 @@ const WRITERS: &[Writer] = &[
     Writer { extension: "obj", needs: Needs::Triangles, write: surface::obj },
 ];
 
-/// The mesh in the format of a path's extension: `.msh` (Gmsh 4.1), `.vtk`, `.vtu`, `.inp` (Abaqus) or
-/// `.mesh` (Medit) with all nodes, tetrahedra and groups; `.stl` or `.obj` of the surface alone.
+/// Writes the mesh in the format of a path's extension: `.msh` (Gmsh 4.1), `.vtk`, `.vtu`, `.inp`
+/// (Abaqus) or `.mesh` (Medit) with all nodes, tetrahedra and groups; `.stl` or `.obj` with the surface
+/// alone.
 ///
 /// # Errors
-/// Another extension; a mesh without tetrahedra or surface; groups that the format cannot tell apart.
+/// Another extension; a mesh without tetrahedra or surface; groups that the format cannot distinguish.
 pub fn write(mesh: &Mesh, path: &Path) -> Result<Written> {
     let Some(writer) = WRITERS.iter().find(|writer| has_extension(path, writer.extension)) else {
         let names: Vec<String> = WRITERS.iter().map(|w| format!(".{}", w.extension)).collect();
@@ -74,7 +75,7 @@ pub fn write(mesh: &Mesh, path: &Path) -> Result<Written> {
     (writer.write)(mesh).map_err(|why| Error::file("write", path, why))
 }
 
-/// Numbers of a line.
+/// Writes the numbers of a line.
 fn line(text: &mut String, numbers: impl IntoIterator<Item = impl std::fmt::Display>) {
     for (at, number) in numbers.into_iter().enumerate() {
         let _ = write!(text, "{}{number}", if at == 0 { "" } else { " " });
@@ -82,7 +83,7 @@ fn line(text: &mut String, numbers: impl IntoIterator<Item = impl std::fmt::Disp
     text.push('\n');
 }
 
-/// A coordinate with the fewest digits that give the same number again.
+/// Formats a coordinate with the fewest digits that give the same number again.
 fn digits(x: f64) -> String {
     format!("{x:?}")
 }

@@ -1,4 +1,4 @@
-//! The surface alone: STL and OBJ, ASCII.
+//! STL and OBJ, ASCII: only the surface.
 
 use std::fmt::Write as _;
 

@@ -1,7 +1,7 @@
-//! Unstructured grids, legacy VTK 2.0 and XML, ASCII: groups as the numbers `group` of the cells.
+//! Unstructured grids, legacy VTK 2.0 and XML, ASCII: groups are the numbers `group` of the cells.
 //!
 //! A tetrahedron has the number of one group. Groups that share tetrahedra with another, or that
-//! triangles or points carry, have cells of their own behind the tetrahedra.
+//! triangles or points carry, have additional cells after the tetrahedra.
 
 use std::fmt::Write as _;
 
@@ -78,6 +78,7 @@ pub(super) fn xml(mesh: &Mesh) -> Result<Written, String> {
         "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"0.1\" \
          byte_order=\"LittleEndian\">\n<UnstructuredGrid>\n",
     );
+    // Points.
     let (points, count) = (mesh.nodes_m.len(), grid.cells.len());
     let _ =
         writeln!(text, "<Piece NumberOfPoints=\"{points}\" NumberOfCells=\"{count}\">\n<Points>");
@@ -86,6 +87,7 @@ pub(super) fn xml(mesh: &Mesh) -> Result<Written, String> {
     );
     mesh.nodes_m.iter().for_each(|place| line(&mut text, place.map(digits)));
     text.push_str("</DataArray>\n</Points>\n<Cells>\n");
+    // Cells: their nodes, the ends of their lists, their types.
     array(&mut text, "Int32", "connectivity", |text| {
         grid.cells.iter().for_each(|cell| line(text, cell));
     });
@@ -98,6 +100,7 @@ pub(super) fn xml(mesh: &Mesh) -> Result<Written, String> {
     });
     array(&mut text, "UInt8", "types", |text| grid.types().for_each(|kind| line(text, [kind])));
     text.push_str("</Cells>\n");
+    // Groups.
     if !mesh.groups.is_empty() {
         text.push_str("<CellData Scalars=\"group\">\n");
         array(&mut text, "Int32", "group", |text| {

@@ -7,7 +7,7 @@ use crate::error::Result;
 use crate::mesh::bytes::{Bytes, real_of, shown};
 use crate::mesh::number::whole_of;
 
-/// What a count, a place or a kind must be.
+/// Requirement on a count, a position or a kind, for errors.
 const WHOLE: &str = "a whole number from 0";
 
 /// An array of numbers.
@@ -17,7 +17,7 @@ pub(super) struct Array<'a> {
     number: Number,
 }
 
-/// Type of the numbers: size in bytes, and whether they are real or signed.
+/// Type of the numbers: size in bytes, true if they are real, true if they are signed.
 #[derive(Clone, Copy)]
 struct Number {
     size: usize,
@@ -43,16 +43,16 @@ impl Number {
         Some(Self { size, real, signed })
     }
 
-    /// A whole number from its bytes, lowest first; none where it is negative.
+    /// Returns a whole number from its bytes, lowest first; none if it is negative.
     fn whole(self, bytes: [u8; 8]) -> Option<u64> {
         let value = u64::from_le_bytes(bytes);
         let is_negative = self.signed && value >> (8 * self.size - 1) & 1 == 1;
         (!is_negative).then_some(value)
     }
 
-    /// A whole number of either sign from its bytes, lowest first; none above those of an `i64`.
+    /// Returns a whole number of either sign from its bytes, lowest first; none above the range of an `i64`.
     fn reference(self, bytes: [u8; 8]) -> Option<i64> {
-        // What is above the number's own bytes is shifted out, and the sign in.
+        // The shift removes bits above the number's bytes, and extends the sign.
         let unused = 64 - 8 * self.size;
         if self.signed {
             return Some(i64::from_le_bytes(bytes) << unused >> unused);
@@ -71,7 +71,7 @@ impl Number {
 }
 
 impl<'a> Array<'a> {
-    /// The array of an element; errors name its line from now on.
+    /// Returns the array of an element; errors name its line from now on.
     pub(super) fn of(node: Node<'a, 'a>, place: &mut Bytes) -> Result<Self> {
         place.return_to(node.range().start);
         let kind = node.attribute("type").unwrap_or("");
@@ -87,17 +87,17 @@ impl<'a> Array<'a> {
         Ok(Self { node, name, number })
     }
 
-    /// Its name.
+    /// Returns its name.
     pub(super) fn name(&self) -> &'a str {
         self.name
     }
 
-    /// Numbers of a tuple, as the file gives them.
+    /// Returns the number of components, as the file gives it.
     pub(super) fn components(&self) -> &'a str {
         self.node.attribute("NumberOfComponents").unwrap_or("1")
     }
 
-    /// The whole numbers, which must be so many.
+    /// Returns the whole numbers, which must be `count`.
     pub(super) fn whole(&self, count: u64, coding: &Coding, place: &Bytes) -> Result<Vec<u64>> {
         if self.number.real {
             return Err(place.error(format!(
@@ -114,7 +114,7 @@ impl<'a> Array<'a> {
         numbers.map(|bytes| self.number.whole(coding.widened(bytes)).ok_or_else(negative)).collect()
     }
 
-    /// The numbers of any type, which must be so many; none where one is no whole number.
+    /// Returns the numbers of any type, which must be `count`; none if one is no whole number.
     pub(super) fn references(
         &self,
         count: u64,
@@ -132,7 +132,7 @@ impl<'a> Array<'a> {
         Ok(numbers.map(|bytes| self.number.reference(coding.widened(bytes))).collect())
     }
 
-    /// The real numbers, which must be so many.
+    /// Returns the real numbers, which must be `count`.
     pub(super) fn real(&self, count: u64, coding: &Coding, place: &Bytes) -> Result<Vec<f64>> {
         if self.is_ascii() {
             return self.words(count, "a number", place, real_of);
@@ -152,7 +152,7 @@ impl<'a> Array<'a> {
         self.node.attribute("format").is_none_or(|format| format == "ascii")
     }
 
-    /// Numbers of a text.
+    /// Parses the numbers of a text.
     fn words<T>(
         &self,
         count: u64,

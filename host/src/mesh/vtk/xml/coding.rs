@@ -13,34 +13,34 @@ use crate::error::Result;
 use crate::mesh::FILE_BYTES_MAX;
 use crate::mesh::bytes::{Bytes, shown};
 
-/// How a file codes its arrays.
+/// Coding of a file's arrays.
 pub(super) struct Coding<'a> {
     little: bool,
     /// Bytes of a number in the head of an array.
     head: usize,
     zlib: bool,
-    /// Bytes that compressed arrays may still unpack to.
+    /// Bytes that the arrays may still unpack to.
     room: Cell<u64>,
     appended: Option<Appended<'a>>,
 }
 
-/// Data behind the XML, from its first byte.
+/// Data after the XML, from its first byte.
 struct Appended<'a> {
     data: &'a [u8],
     raw: bool,
 }
 
-/// Bytes that any compressed file may unpack to, and how many more for each of its own: connectivity
-/// shrinks to a fifth at most, even that of a regular grid.
+/// Bytes that any compressed file may unpack to, and the number of further bytes for each of its bytes:
+/// connectivity shrinks to a fifth at most, even that of a regular grid.
 const ROOM: u64 = 16 << 20;
 const ROOM_EACH: u64 = 100;
 
-/// Why an array is refused.
+/// Reason for which an array is refused.
 const CUT: &str = "its data ends early; the file is cut off: save or copy it again";
 
 impl<'a> Coding<'a> {
-    /// What the outermost element of a file of `length` bytes says; `behind` is what follows the tag of
-    /// appended data.
+    /// Reads the coding from the outermost element of a file of `length` bytes; `behind` are the bytes
+    /// after the tag of appended data.
     pub(super) fn of(
         root: Node,
         behind: Option<&'a [u8]>,
@@ -75,7 +75,7 @@ impl<'a> Coding<'a> {
             "base64" => false,
             other => return refuse("encoding", other, "raw and base64"),
         };
-        // An underscore stands before the first byte.
+        // An underscore precedes the first byte.
         let data = behind.and_then(|behind| {
             let front = behind.iter().position(|byte| !byte.is_ascii_whitespace())?;
             behind.get(front..)?.strip_prefix(b"_")
@@ -85,7 +85,7 @@ impl<'a> Coding<'a> {
         Ok(Self { little, head, zlib, room: Cell::new(room), appended })
     }
 
-    /// A number's bytes, lowest first, with zeros behind.
+    /// Returns a number's bytes, lowest first, followed by zeros.
     pub(super) fn widened(&self, bytes: &[u8]) -> [u8; 8] {
         let mut wide = [0; 8];
         for (at, byte) in bytes.iter().take(8).enumerate() {
@@ -94,7 +94,7 @@ impl<'a> Coding<'a> {
         wide
     }
 
-    /// The data of an array: `count` numbers of `size` bytes each.
+    /// Returns the data of an array: `count` numbers of `size` bytes each.
     pub(super) fn decode(
         &self,
         node: Node,
@@ -119,7 +119,7 @@ impl<'a> Coding<'a> {
         )))
     }
 
-    /// Where the data of an array begins.
+    /// Returns the coded bytes from the begin of an array's data.
     fn stream<'b>(&'b self, node: Node<'b, '_>) -> std::result::Result<Stream<'b>, String> {
         let format = node.attribute("format").unwrap_or("");
         match (format, &self.appended) {
@@ -149,7 +149,7 @@ impl<'a> Coding<'a> {
         u64::from_le_bytes(self.widened(bytes))
     }
 
-    /// The number of bytes, then the bytes.
+    /// Reads the number of bytes, then the bytes.
     fn plain(&self, mut stream: Stream, wanted: u64) -> std::result::Result<Vec<u8>, String> {
         self.claim(wanted, wanted)?;
         let mut ahead = stream.clone();
@@ -159,7 +159,7 @@ impl<'a> Coding<'a> {
                 "it has {bytes} bytes where {wanted} are needed; a count is wrong: save the mesh again"
             ));
         }
-        // The head is coded for itself or together with the data.
+        // The head is coded separately or together with the data.
         if !ahead.over {
             return ahead.take(bytes);
         }
@@ -168,7 +168,7 @@ impl<'a> Coding<'a> {
         Ok(both)
     }
 
-    /// Takes an array's bytes from the room, before any is unpacked.
+    /// Subtracts an array's bytes from the remaining limit before any is unpacked.
     fn claim(&self, wanted: u64, unpacked: u64) -> std::result::Result<(), String> {
         if unpacked != wanted {
             return Err(format!(
@@ -187,8 +187,8 @@ impl<'a> Coding<'a> {
         Ok(())
     }
 
-    /// The numbers of blocks and of bytes in one and in the last, the compressed size of each, then the
-    /// blocks.
+    /// Reads the number of blocks, the bytes of a block and of the last one, the compressed size of each,
+    /// then the blocks.
     fn blocks(&self, mut stream: Stream, wanted: u64) -> std::result::Result<Vec<u8>, String> {
         let head = stream.take(3 * self.head as u64)?;
         let mut numbers = head.chunks_exact(self.head).map(|number| self.number(number));
@@ -203,7 +203,7 @@ impl<'a> Coding<'a> {
         for size in sizes {
             let (block, behind) = rest.split_at(size as usize);
             rest = behind;
-            // One byte more than is wanted tells that there are too many.
+            // Reading one byte more than wanted shows if there are too many.
             let room = (wanted + 1).saturating_sub(bytes.len() as u64);
             ZlibDecoder::new(block).take(room).read_to_end(&mut bytes).map_err(|why| {
                 format!("zlib: {why}; the file is damaged: save or copy it again")
@@ -213,7 +213,7 @@ impl<'a> Coding<'a> {
     }
 }
 
-/// Bytes of so many blocks; a last one of 0 is as large as the others.
+/// Returns the bytes of `count` blocks; a last one of 0 is as large as the others.
 fn unpacked(count: u64, each: u64, last: u64) -> u64 {
     let full = count.saturating_mul(each);
     if last == 0 { full } else { full.saturating_sub(each).saturating_add(last) }
@@ -225,12 +225,12 @@ struct Stream<'a> {
     rest: Cow<'a, [u8]>,
     at: usize,
     raw: bool,
-    /// Whether what was taken last is coded together with what follows.
+    /// True if the bytes taken last are coded together with the following ones.
     over: bool,
 }
 
 impl Stream<'_> {
-    /// The next bytes, coded together.
+    /// Takes the next bytes, which are coded together.
     fn take(&mut self, count: u64) -> std::result::Result<Vec<u8>, String> {
         let coded = if self.raw { count } else { count.div_ceil(3).saturating_mul(4) };
         let end = usize::try_from(coded).ok().and_then(|coded| self.at.checked_add(coded));

@@ -1,8 +1,8 @@
 //! VTK XML files of unstructured grids, `.vtu`: ASCII, base64 or appended data, plain or compressed by
-//! zlib, either byte order. Several pieces are put one behind the other.
+//! zlib, either byte order. Several pieces are joined in their order.
 //!
-//! What is read of the grid is what is read of a legacy file. Layout: Kitware, The VTK User's Guide,
-//! "XML File Formats".
+//! The reader takes the same data as from a legacy file. Layout: Kitware, The VTK User's Guide, "XML File
+//! Formats".
 
 mod array;
 mod coding;
@@ -28,7 +28,7 @@ pub(in crate::mesh) struct Vtu;
 const XML_NODES_MAX: u32 = 100_000;
 /// Deepest nesting of elements: a grid has six.
 const XML_DEPTH_MAX: usize = 32;
-/// Where data behind the XML begins.
+/// Begin of the data after the XML.
 const APPENDED: &[u8] = b"<AppendedData";
 
 impl MeshReader for Vtu {
@@ -74,7 +74,7 @@ impl MeshReader for Vtu {
     }
 }
 
-/// The XML, which ends before appended data, and what follows the tag of that data.
+/// Returns the XML, which ends before appended data, and the bytes after the tag of that data.
 fn split<'a>(bytes: &'a [u8], place: &mut Bytes) -> Result<(String, Option<&'a [u8]>)> {
     let at = bytes.windows(APPENDED.len()).position(|window| window == APPENDED);
     let (head, tag, data) = match at {
@@ -103,11 +103,11 @@ fn split<'a>(bytes: &'a [u8], place: &mut Bytes) -> Result<(String, Option<&'a [
     Ok((text, data))
 }
 
-/// Refuses elements that are nested deeper than any grid's, which a parser of XML recurses into.
+/// Refuses elements that are nested deeper than any grid's, since the XML parser is recursive.
 fn check_depth(text: &str, place: &mut Bytes) -> Result<()> {
     let (mut depth, mut behind) = (0usize, 0);
     for (at, _) in text.match_indices('<') {
-        // Of a comment and of plain text the signs inside are none of elements.
+        // Signs inside a comment or plain text belong to no element.
         if at < behind {
             continue;
         }
@@ -140,7 +140,7 @@ fn child<'a, 'input>(of: Node<'a, 'input>, name: &str) -> Option<Node<'a, 'input
     of.children().find(|node| node.has_tag_name(name))
 }
 
-/// Points, cells and groups of all pieces.
+/// Reads the points, cells and groups of all pieces.
 fn grid(root: Node, coding: &Coding, place: &mut Bytes, unit_m: f64) -> Result<RawMesh> {
     let grid = child(root, "UnstructuredGrid");
     let pieces =
@@ -149,7 +149,7 @@ fn grid(root: Node, coding: &Coding, place: &mut Bytes, unit_m: f64) -> Result<R
     for piece in pieces {
         let points = count(piece, "NumberOfPoints", place)?;
         let own_count = count(piece, "NumberOfCells", place)?;
-        // Parallel programs write pieces without anything in them.
+        // Parallel programs write empty pieces.
         if points == 0 && own_count == 0 {
             continue;
         }
@@ -172,7 +172,7 @@ fn grid(root: Node, coding: &Coding, place: &mut Bytes, unit_m: f64) -> Result<R
     Ok(raw)
 }
 
-/// The cells of a piece.
+/// Reads the cells of a piece.
 fn cells(piece: Node, cell_count: u64, coding: &Coding, place: &mut Bytes) -> Result<Cells> {
     let mut cells = Cells { starts: vec![0], ..Cells::default() };
     for end in array(piece, "Cells", "offsets", place)?.whole(cell_count, coding, place)? {
@@ -228,7 +228,7 @@ fn count(piece: Node, name: &str, place: &mut Bytes) -> Result<u64> {
     place.whole_of(piece.attribute(name).unwrap_or("").trim(), name)
 }
 
-/// An array that a grid must have.
+/// Returns an array that a grid must have.
 fn array<'a>(piece: Node<'a, 'a>, of: &str, name: &str, place: &mut Bytes) -> Result<Array<'a>> {
     let mut arrays = child(piece, of).into_iter().flat_map(|of| of.children());
     match arrays.find(|node| node.attribute("Name").is_some_and(|own| own == name)) {
@@ -239,7 +239,7 @@ fn array<'a>(piece: Node<'a, 'a>, of: &str, name: &str, place: &mut Bytes) -> Re
     }
 }
 
-/// The groups of the first array of a known name with whole numbers alone, one a cell.
+/// Returns the groups of the first array of a known name with one whole number a cell.
 fn of_cells(
     piece: Node,
     cells: &Cells,
