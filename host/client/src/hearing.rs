@@ -144,14 +144,9 @@ impl Hearing {
         // The force and torque of each tool, by its number.
         let mut told = Shown::ZERO;
         let mut tools = [Felt::default(); TOOLS_MAX];
-        for of in forces.each.iter().take(forces.tools as usize) {
-            let at = of.number as usize;
-            if let (Some(force_n), Some(torque_n_m), Some(felt)) =
-                (told.force_n.get_mut(at), told.torque_n_m.get_mut(at), tools.get_mut(at))
-            {
-                (*force_n, *torque_n_m) = (of.force_n, of.torque_n_m);
-                (felt.contacts, felt.flags) = (of.contacts, of.flags);
-            }
+        for (at, of) in forces.each_tool() {
+            (told.force_n[at], told.torque_n_m[at]) = (of.force_n, of.torque_n_m);
+            (tools[at].contacts, tools[at].flags) = (of.contacts, of.flags);
         }
         // Shape them, and keep the rest of the message.
         self.shown = self.shaper.shape(&told, now_ns);

@@ -1,29 +1,17 @@
 //! Messages of tool poses to the server, checked before they are sent.
 
 use chaincell_kernel::ToolPose;
-use nalgebra::Vector3;
 
 use crate::error::{Error, Kind, Result};
-use crate::tools::{OneToolPose, TOOLS_MAX, ToolPoses};
-
-/// Largest difference of an orientation's length from 1, the same as the server's.
-const UNIT_TOLERANCE: f64 = 1e-3;
-
-/// A tool at the origin that is not engaged.
-const AWAY: ToolPose = ToolPose {
-    position_m: Vector3::new(0.0, 0.0, 0.0),
-    orientation: [0.0, 0.0, 0.0, 1.0],
-    engaged: 0,
-};
+use crate::tools::{TOOLS_MAX, ToolPoses, is_unit};
 
 /// Returns the reason if it is no pose.
 fn fault(pose: &ToolPose) -> Option<&'static str> {
-    let length = pose.orientation.iter().map(|&x| f64::from(x) * f64::from(x)).sum::<f64>();
     if !pose.position_m.iter().all(|x| x.is_finite()) {
         Some("its position is not finite; give three numbers in metres")
     } else if pose.engaged > 1 {
         Some("its `engaged` is neither 0 nor 1; give 1 while it acts on the tissue")
-    } else if (length.sqrt() - 1.0).abs() <= UNIT_TOLERANCE {
+    } else if is_unit(pose.orientation) {
         None
     } else {
         Some("its orientation is no unit quaternion x, y, z, w; 0, 0, 0, 1 is not turned")
@@ -40,26 +28,19 @@ pub(crate) fn message(tick: u64, send_ns: u64, poses: &[ToolPose]) -> Result<Too
         let text = format!("poses of {} tools: give those of 1 to {TOOLS_MAX}", poses.len());
         return Err(Error::new(Kind::Pose, text));
     }
-    let mut message = ToolPoses { tick, send_ns, tools: TOOLS_MAX as u32, ..ToolPoses::default() };
-    for (number, place) in (0_u32..).zip(&mut message.each) {
-        let pose = poses.get(number as usize).unwrap_or(&AWAY);
+    for (number, pose) in poses.iter().enumerate() {
         if let Some(why) = fault(pose) {
             return Err(Error::new(Kind::Pose, format!("tool {number}: {why}; nothing was sent")));
         }
-        *place = OneToolPose {
-            number,
-            engaged: pose.engaged,
-            position_m: pose.position_m.into(),
-            orientation: pose.orientation,
-            reserved: 0,
-        };
     }
-    Ok(message)
+    Ok(ToolPoses::of(tick, send_ns, poses))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    const AWAY: ToolPose = ToolPose::AWAY;
 
     #[test]
     fn a_message_has_every_tool_in_its_own_place() {

@@ -3,6 +3,7 @@
 
 use std::mem::{offset_of, size_of};
 
+use chaincell_kernel::ToolPose;
 use iceoryx2::prelude::ZeroCopySend;
 
 /// Type name of [`ToolPoses`] in shared memory.
@@ -12,6 +13,21 @@ pub const TOOL_FORCES: &str = "chaincell.ToolForces.v2";
 
 /// Most tools of a message.
 pub const TOOLS_MAX: usize = 8;
+
+/// Largest difference of an orientation's length from 1.
+const UNIT_TOLERANCE: f64 = 1e-3;
+
+/// Length of a quaternion.
+#[must_use]
+pub fn length_of(quaternion: [f32; 4]) -> f64 {
+    quaternion.iter().map(|&x| f64::from(x) * f64::from(x)).sum::<f64>().sqrt()
+}
+
+/// Returns true if a quaternion is a pure rotation: its length is 1 within a thousandth.
+#[must_use]
+pub fn is_unit(quaternion: [f32; 4]) -> bool {
+    (length_of(quaternion) - 1.0).abs() <= UNIT_TOLERANCE
+}
 
 /// One tool of a [`ToolPoses`]: 40 bytes.
 #[derive(Debug, Clone, Copy, Default, PartialEq, ZeroCopySend)]
@@ -45,6 +61,26 @@ pub struct ToolPoses {
     pub reserved: u32,
     /// The tools; zero after those in use.
     pub each: [OneToolPose; TOOLS_MAX],
+}
+
+impl ToolPoses {
+    /// The message of a tick, with every tool in the place of its number: those of `poses`, number 0 first,
+    /// and the others [`ToolPose::AWAY`].
+    #[must_use]
+    pub fn of(tick: u64, send_ns: u64, poses: &[ToolPose]) -> Self {
+        let mut message = Self { tick, send_ns, tools: TOOLS_MAX as u32, ..Self::default() };
+        for (number, place) in (0_u32..).zip(&mut message.each) {
+            let pose = poses.get(number as usize).unwrap_or(&ToolPose::AWAY);
+            *place = OneToolPose {
+                number,
+                engaged: pose.engaged,
+                position_m: pose.position_m.into(),
+                orientation: pose.orientation,
+                reserved: 0,
+            };
+        }
+        message
+    }
 }
 
 /// One tool of a [`ToolForces`]: 40 bytes.
@@ -95,6 +131,14 @@ pub struct ToolForces {
     pub reserved: u32,
     /// The tools, in the order of the message answered; zero after those in use.
     pub each: [OneToolForce; TOOLS_MAX],
+}
+
+impl ToolForces {
+    /// The tools in use, each with its number; without those whose number is no tool's.
+    pub fn each_tool(&self) -> impl Iterator<Item = (usize, &OneToolForce)> {
+        let in_use = self.each.iter().take(self.tools as usize);
+        in_use.map(|tool| (tool.number as usize, tool)).filter(|(number, _)| *number < TOOLS_MAX)
+    }
 }
 
 const _: () = {

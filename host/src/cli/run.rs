@@ -291,12 +291,13 @@ pub fn play(
                 played.poses_repeated += 1;
                 continue;
             }
-            let tools = match paths.each(sequence, at) {
-                [] => Poses::of_tools(tissue.tools(), &[ToolPose::from(*pose)]),
-                each => Poses::of(each),
+            let first = [ToolPose::from(*pose)];
+            let poses = match paths.each(sequence, at) {
+                [] => &first,
+                each => each,
             };
-            let output = played.tick(tissue, pose, &tools);
-            after(pose, &tools, &output, tissue)?;
+            let output = played.tick(tissue, pose, poses);
+            after(pose, &Poses::of_tools(tissue.tools(), poses), &output, tissue)?;
         }
     }
     progress.finish_and_clear();
@@ -310,10 +311,8 @@ impl Played {
     }
 
     /// One timed tick.
-    fn tick(&mut self, tissue: &mut Staged<'_>, pose: &Pose, tools: &Poses) -> TickOutput {
-        let sample = ToolPose::from(*pose);
+    fn tick(&mut self, tissue: &mut Staged<'_>, pose: &Pose, poses: &[ToolPose]) -> TickOutput {
         let start = Instant::now();
-        let poses = if tools.each().is_empty() { &[sample] } else { tools.each() };
         let output = tissue.tick_by(poses, Budget::again(pose.sweeps));
         let span = start.elapsed();
         self.step.record(u64::try_from(span.as_nanos()).unwrap_or(u64::MAX));

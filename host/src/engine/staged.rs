@@ -246,16 +246,12 @@ impl Staged<'_> {
     /// A tick of tools without a stage.
     fn tick_plain(&mut self, poses: &Poses, budget: Budget<'_>) -> TickOutput {
         self.note_engaged(poses);
-        let mut output = self.engine.tick_by(poses.each(), budget);
-        let [last, ..] = &mut self.last;
-        *last = output;
+        self.last[0] = self.engine.tick_by(poses.each(), budget);
         if !self.feels(0) {
             // Other tools may be engaged: a late tick would repeat the force.
-            (output.force_n, output.contacts) = (Vector3::zeros(), 0);
+            (self.last[0].force_n, self.last[0].contacts) = (Vector3::zeros(), 0);
         }
-        let [last, ..] = &mut self.last;
-        *last = output;
-        output
+        self.last[0]
     }
 
     /// A tick with a stage for each tool. Returns the output for the first tool's device.

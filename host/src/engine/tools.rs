@@ -1,10 +1,10 @@
 //! Tools on a contact surface: a pose, an output and contacts for each.
 
+pub use chaincell_client::tools::{is_unit, length_of};
 use chaincell_kernel::trace::Command;
 use chaincell_kernel::{
-    ContactForce, Dynamics, Flags, NOT_TURNED, Network, ProxyPose, TOOLS_MAX, ToolOutput, ToolPose,
+    ContactForce, Dynamics, Flags, Network, ProxyPose, TOOLS_MAX, ToolOutput, ToolPose,
 };
-use nalgebra::Vector3;
 
 use super::tissue::Refusal;
 use super::touch::TRIANGLES;
@@ -13,21 +13,6 @@ use super::{Contact, Engine, Memory};
 /// Largest number of contacts at a time.
 pub const CONTACTS_MAX: usize = TRIANGLES;
 
-/// Largest deviation of a quaternion's length from 1.
-const UNIT_TOLERANCE: f64 = 1e-3;
-
-/// Length of a quaternion.
-#[must_use]
-pub fn length_of(quaternion: [f32; 4]) -> f64 {
-    libm::sqrt(quaternion.iter().map(|&x| f64::from(x) * f64::from(x)).sum())
-}
-
-/// Returns true for a unit quaternion, a pure rotation.
-#[must_use]
-pub fn is_unit(quaternion: [f32; 4]) -> bool {
-    (length_of(quaternion) - 1.0).abs() <= UNIT_TOLERANCE
-}
-
 /// The poses of all tools in a tick, number 0 first.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Poses {
@@ -35,13 +20,9 @@ pub struct Poses {
     each: [ToolPose; TOOLS_MAX],
 }
 
-/// A tool at the origin that is not engaged.
-const AWAY: ToolPose =
-    ToolPose { position_m: Vector3::new(0.0, 0.0, 0.0), orientation: NOT_TURNED, engaged: 0 };
-
 impl Poses {
     /// Poses of no tool.
-    pub const NONE: Self = Self { count: 0, each: [AWAY; TOOLS_MAX] };
+    pub const NONE: Self = Self { count: 0, each: [ToolPose::AWAY; TOOLS_MAX] };
 
     /// Poses of `count` tools, at most [`TOOLS_MAX`], at the origin and not engaged.
     #[must_use]

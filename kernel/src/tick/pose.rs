@@ -33,6 +33,9 @@ pub struct ToolPose {
 }
 
 impl ToolPose {
+    /// A tool at the origin, not turned and not engaged.
+    pub const AWAY: Self = Self::at(Vector3::new(0.0, 0.0, 0.0), 0);
+
     /// A tool at a position, not rotated.
     #[must_use]
     pub const fn at(position_m: Vector3<f32>, engaged: u32) -> Self {

@@ -5,7 +5,7 @@ use chaincell_host::engine::{Arithmetic, Engine, Scheme};
 use chaincell_host::session::ipc::payload::CommandMessage;
 use chaincell_host::session::ipc::tools::{Answer, Asking as _, OneToolPose, ToolPoses};
 use chaincell_kernel::trace::Command;
-use chaincell_kernel::{Choice, NOT_TURNED, Network, ToolPose};
+use chaincell_kernel::{Choice, Network, ToolPose};
 use chaincell_lab::monitor::Monitor;
 
 use super::{bodies, tick};
@@ -79,11 +79,8 @@ fn words<const N: usize>(bytes: &[u8]) -> [u32; N] {
 fn pose(bytes: &[u8; POSE_BYTES]) -> ToolPoses {
     let [low, high, x, y, z, engaged] = words(bytes);
     let tick = u64::from(low) | u64::from(high) << 32;
-    let mut poses = ToolPoses { tick, tools: 1, ..ToolPoses::default() };
-    let position_m = [x, y, z].map(f32::from_bits);
-    poses.each[0] =
-        OneToolPose { engaged, position_m, orientation: NOT_TURNED, ..OneToolPose::default() };
-    poses
+    let place = [x, y, z].map(f32::from_bits);
+    ToolPoses::of(tick, 0, &[ToolPose::at(place.into(), engaged)])
 }
 
 fn poses(bytes: &[u8; POSES_BYTES]) -> ToolPoses {

@@ -42,7 +42,7 @@ fn a_state_lies_in_shared_memory_until_it_is_given_back() {
     let middle = pressed.rows()[40].position_m;
     assert!((middle[2] + 0.0117).abs() < 1e-3, "{middle:?}");
     // What is held stays as it is while further states come.
-    let released = answered(&mut client, &[ToolPose::at([0.0; 3].into(), 0)]);
+    let released = answered(&mut client, &[ToolPose::AWAY]);
     let after = state(&mut viewer, released.state_hash);
     assert_eq!(pressed.rows()[40].position_m, middle);
     assert_ne!(after.rows()[40].position_m, middle);

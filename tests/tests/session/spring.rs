@@ -9,11 +9,11 @@ use chaincell_host::engine::motion::Pose;
 use chaincell_host::engine::tissue::TissueEngine;
 use chaincell_host::session::ipc::names::unique_scene;
 use chaincell_host::session::ipc::services::{Domain, Ports, SceneServices};
-use chaincell_host::session::ipc::tools::{OneToolPose, ToolForces, ToolPoses};
+use chaincell_host::session::ipc::tools::{ToolForces, ToolPoses};
 use chaincell_host::session::loops::control::{ControlOptions, ControlRun};
 use chaincell_host::session::loops::record::Recorder;
 use chaincell_host::session::loops::serve::{ServeOptions, ServeReport, Server};
-use chaincell_kernel::{Budget, NOT_TURNED, TickOutput, ToolPose};
+use chaincell_kernel::{Budget, TickOutput, ToolPose};
 use chaincell_tests::outsider::{LATE, SAFE};
 use nalgebra::Vector3;
 
@@ -89,13 +89,9 @@ pub fn pose(tick: u64) -> Pose {
     Pose { tick, position_m, engaged: 0, sweeps: None }
 }
 
-/// A pose as a message of one tool.
+/// A pose as a message.
 pub fn message(pose: Pose) -> ToolPoses {
-    let Pose { tick, position_m, engaged, .. } = pose;
-    let mut poses = ToolPoses { tick, tools: 1, ..ToolPoses::default() };
-    poses.each[0] =
-        OneToolPose { engaged, position_m, orientation: NOT_TURNED, ..OneToolPose::default() };
-    poses
+    ToolPoses::of(pose.tick, 0, &[pose.into()])
 }
 
 pub fn poses(ticks: std::ops::Range<u64>) -> Vec<Pose> {

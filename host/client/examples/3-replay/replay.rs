@@ -23,7 +23,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let options = Options { scene, watchdog_ms: 0, ramp_ms: 0, ..Options::default() };
     let mut client = Client::open(&options)?;
     // A tool has no force until a pose has released it once.
-    client.step(&[ToolPose::at([0.0; 3].into(), 0)], WAIT_NS)?;
+    client.step(&[ToolPose::AWAY], WAIT_NS)?;
     let start_ns = now_ns();
     for (tick, line) in (0..).zip(file.lines().skip(1)) {
         sleep_until_ns(start_ns + 1_000_000 * tick);

@@ -193,7 +193,7 @@ pub(crate) unsafe fn read_poses(
     poses: *const ToolPose,
     count: usize,
 ) -> Result<([ClientPose; TOOLS_MAX], usize), Code> {
-    let mut read = [ClientPose::at([0.0; 3].into(), 0); TOOLS_MAX];
+    let mut read = [ClientPose::AWAY; TOOLS_MAX];
     if !(1..=TOOLS_MAX).contains(&count) {
         keep(&format!("poses of {count} tools: give those of 1 to {TOOLS_MAX}"));
         return Err(Code::Pose);

@@ -7,6 +7,7 @@
 use serde::{Deserialize, Serialize};
 
 use chaincell_kernel::{Flags, ToolPose};
+use iceoryx2::port::update_connections::UpdateConnections;
 
 use crate::engine::flag_ticks::FlagTicks;
 use crate::engine::motion::Pose;
@@ -14,10 +15,10 @@ use crate::error::{Error, Result};
 use crate::interrupt;
 use crate::session::ipc;
 use crate::session::ipc::complain::complain;
-use crate::session::ipc::services::{Domain, SceneServices};
-use crate::session::ipc::tools::TickForce;
+use crate::session::ipc::services::{Domain, Ports, SceneServices};
+use crate::session::ipc::tools::{TickForce, ToolForces, ToolPoses};
 use crate::session::loops::inject::{Faults, Injected, Plan, Sending};
-use crate::session::loops::link::{Heard, Link};
+use crate::session::loops::link::{Heard, heard, message};
 use crate::session::loops::outstanding::Outstanding;
 use crate::session::loops::playlist::Playlist;
 use crate::session::loops::realtime::{self, Role};
@@ -170,7 +171,7 @@ pub fn control_tools(
     }
     let scene = ipc::open(options.scene.as_deref(), &options.domain)?;
     let woken = options.wait == Wait::Event;
-    let ports = Link::open(&scene, woken)?;
+    let ports = scene.control_ports(woken)?;
     if scene.has_other_pose_publisher() {
         log::warn!(
             "another program may publish poses on {}: the server executes those of one program",
@@ -186,7 +187,7 @@ pub fn control_tools(
     Ok(run.finish(refused, options.histogram))
 }
 
-fn wait_for_server(scene: &SceneServices, ports: &Link, at_most_s: f64) -> Result<()> {
+fn wait_for_server(scene: &SceneServices, ports: &ControlPorts, at_most_s: f64) -> Result<()> {
     let end_ns = now_ns().saturating_add(span_ns("`wait_for_server_s`", at_most_s)?);
     while !scene.is_served() {
         interrupt::check()?;
@@ -200,18 +201,21 @@ fn wait_for_server(scene: &SceneServices, ports: &Link, at_most_s: f64) -> Resul
         sleep_until_ns(now_ns() + LOOK_NS);
     }
     // Without a history, a pose sent before the connection exists would be lost.
-    ports.connect().map_err(|why| {
+    ports.publisher.update_connections().map_err(|why| {
         Error::check(format!(
-            "cannot connect to the server on {} ({why}); restart chaincell serve",
+            "cannot connect to the server on {} ({why:?}); restart chaincell serve",
             scene.label()
         ))
     })
 }
 
+/// The controller's side of a scene.
+type ControlPorts = Ports<ToolForces, ToolPoses>;
+
 struct Run<'a> {
     poses: Playlist<'a>,
     plan: Plan,
-    ports: &'a Link,
+    ports: &'a ControlPorts,
     waiter: Waiter,
     shaper: ForceShaper,
     start_ns: u64,
@@ -232,7 +236,7 @@ struct Run<'a> {
 }
 
 impl<'a> Run<'a> {
-    fn new(poses: Playlist<'a>, ports: &'a Link, options: &ControlOptions) -> Result<Self> {
+    fn new(poses: Playlist<'a>, ports: &'a ControlPorts, options: &ControlOptions) -> Result<Self> {
         let kept = if poses.is_repeated() { 0 } else { poses.len() };
         let mut forces = Vec::new();
         // Writing every element now keeps page faults out of the loop.
@@ -281,10 +285,11 @@ impl<'a> Run<'a> {
     fn send(&mut self, sending: &Sending) {
         let (send_ns, due_ns) = (now_ns(), self.start_ns + sending.due_ns);
         let pose = sending.pose(self.poses.pose(sending.index));
-        if let Err(why) = self.ports.send(pose, self.poses.tools(sending.index)) {
-            complain(&mut self.failed, "cannot send a pose", why);
+        let message = message(pose, self.poses.tools(sending.index));
+        if let Err(why) = self.ports.publisher.send_copy(message) {
+            complain(&mut self.failed, "cannot send a pose", format_args!("{why:?}"));
         }
-        self.ports.ring().ring();
+        self.ports.ring.ring();
         self.send_late.record(send_ns.saturating_sub(due_ns));
         self.waiter.expect_after(send_ns);
         if !sending.again {
@@ -311,16 +316,15 @@ impl<'a> Run<'a> {
                 return;
             }
             // A long wait is cut: the shaper has to run every millisecond.
-            self.waiter.pause(moment_ns.min(now_ns + PERIOD_NS), self.ports.wake());
+            self.waiter.pause(moment_ns.min(now_ns + PERIOD_NS), &self.ports.wake);
         }
     }
 
     fn receive(&mut self) -> bool {
-        let heard = self.ports.receive();
-        if let Some(heard) = heard {
-            self.on_answer(&heard, now_ns());
-        }
-        heard.is_some()
+        // A connection that fails shows as a missing answer.
+        let Ok(Some(forces)) = self.ports.subscriber.receive() else { return false };
+        self.on_answer(&heard(&forces), now_ns());
+        true
     }
 
     fn on_answer(&mut self, &Heard { force, ref shown }: &Heard, arrival_ns: u64) {

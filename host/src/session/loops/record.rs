@@ -84,8 +84,7 @@ impl Recorder {
     /// Allocates memory for the poses and outputs of `tools` tools in the recorded ticks.
     #[must_use]
     pub fn with_tools(mut self, tools: usize) -> Self {
-        let pose = ToolPose::at([0.0; 3].into(), 0);
-        let none = ToolRow { pose, felt: Felt::default() };
+        let none = ToolRow { pose: ToolPose::AWAY, felt: Felt::default() };
         self.tool_rows.resize(self.capacity_ticks.saturating_mul(tools), none);
         self.tool_rows.clear();
         self
