@@ -90,7 +90,7 @@ impl Args {
         let image = model_file::read(path)?;
         let model = model_file::parse(&image, path)?;
         let contact = self.contact.as_deref().unwrap_or("auto");
-        self.press.on(&model, &tissue::contact(contact, None, &model)?)
+        self.press.on(&model, &tissue::contact(contact, &model)?)
     }
 }
 

@@ -105,7 +105,7 @@ struct CosimSummary {
     #[serde(flatten)]
     tissue: TissueReport,
     stage: Option<StageReport>,
-    /// How near a probe came that never touched the body.
+    /// How near the tool came that never touched the body.
     never_touched: Option<Untouched>,
     verdict: Verdict,
 }
@@ -149,7 +149,9 @@ pub fn execute(args: &Args) -> Result<()> {
     let replayed = if by_path {
         replay(&mut tissue, &folder.file("path.csv"))?
     } else {
-        (replay_trace(&mut tissue, &folder.file(recording::TRACE))?, None)
+        let (hash, has_touched) = replay_trace(&mut tissue, &folder.file(recording::TRACE))?;
+        let poses = path::read(&folder.file("path.csv"), Rules::Recorded)?.concat();
+        (hash, Untouched::of(tissue.engine(), &poses, has_touched))
     };
     let summary = summary(args, &tissue, session, replayed)?;
     folder.write_json("summary.json", &summary)?;
@@ -158,7 +160,7 @@ pub fn execute(args: &Args) -> Result<()> {
 }
 
 /// State hash after the poses as received, played once more without shared memory, and how near a
-/// probe came that never touched.
+/// tool came that never touched.
 fn replay(tissue: &mut Staged<'_>, received: &Path) -> Result<(String, Option<Untouched>)> {
     let nothing_received =
         std::fs::metadata(received).is_ok_and(|file| file.len() == path::HEADER.len() as u64 + 1);
@@ -178,12 +180,14 @@ fn replay(tissue: &mut Staged<'_>, received: &Path) -> Result<(String, Option<Un
     Ok((format!("{:016x}", tissue.state_hash()), never_touched))
 }
 
-/// As [`replay`], of a session that took commands, which only the trace has.
-fn replay_trace(tissue: &mut Staged<'_>, path: &Path) -> Result<String> {
+/// As [`replay`], of a session with tools or commands, which only the trace has in full. Also returns whether the
+/// first tool had a contact.
+fn replay_trace(tissue: &mut Staged<'_>, path: &Path) -> Result<(String, bool)> {
     let bytes = recording::read(path)?;
     let trace = Reader::open(&bytes).map_err(|why| Error::file("replay", path, why))?;
-    match recording::play(&trace, tissue, Start::default(), &mut Played::default()) {
-        Ok(_) => Ok(format!("{:016x}", tissue.state_hash())),
+    let mut played = Played::default();
+    match recording::play(&trace, tissue, Start::default(), &mut played) {
+        Ok(_) => Ok((format!("{:016x}", tissue.state_hash()), played.has_touched)),
         Err(Stop::Differs(why)) => Err(Error::check(format!("{}: {why}", path.display()))),
         Err(why @ Stop::Command(_)) => Err(Error::check(format!("{}: {why:?}", path.display()))),
     }

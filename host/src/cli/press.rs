@@ -23,7 +23,7 @@ pub enum Motion {
 /// Where the press goes, how deep and how long.
 #[derive(Debug, Clone, clap::Args)]
 pub struct PressArgs {
-    /// Point where the press touches, x,y,z [m]; with a probe its centre then: a radius outside
+    /// Point where the press touches, x,y,z [m]; with a tool its position then: a radius outside
     /// [default: at the contact of the model; 0,0,0 where no model is known]
     #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true,
         conflicts_with = "path")]

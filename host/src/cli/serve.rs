@@ -215,7 +215,7 @@ fn options(args: &Args, tissue: &Staged<'_>, faults: &Faults) -> Result<ServeOpt
 
 /// The server with all that it sends and takes.
 fn open(options: &ServeOptions, engine: &Engine<'_>, state_hz: u32) -> Result<Server> {
-    let (nodes, tools) = (engine.node_count(), engine.tools_on_surface());
+    let (nodes, tools) = (engine.node_count(), engine.contact().tools());
     let server = Server::open(options)?.with_state(nodes, state_hz)?;
     server.with_contacts(tools, state_hz)?.with_commands()
 }
@@ -352,7 +352,7 @@ fn answer(force: &TickForce) -> Answer {
     Answer { tick: force.tick, output }
 }
 
-/// How near a probe came that never touched, where all of the session is recorded.
+/// How near the tool came that never touched, where all of the session is recorded.
 fn untouched(tissue: &Staged<'_>, rows: &[Row], report: &ServeReport) -> Option<Untouched> {
     let poses: Vec<Pose> = rows.iter().map(|row| row.pose).collect();
     let has_touched = rows.iter().any(|row| row.force.contacts > 0);

@@ -87,6 +87,26 @@ fn orientation(text: &str) -> std::result::Result<[f32; 4], String> {
     Ok(found)
 }
 
+/// The sphere that `--contact probe:RADIUS` stands for; `None` for any other contact.
+///
+/// # Errors
+/// A radius that cannot be.
+pub fn probe(contact: &str) -> Result<Option<ToolSpec>> {
+    if contact == "probe" {
+        return Err(Error::input("--contact probe: give its radius [m], as in probe:0.012"));
+    }
+    let Some(radius) = contact.strip_prefix("probe:") else { return Ok(None) };
+    if radius.parse::<f32>().is_err() {
+        return Err(Error::input(format!(
+            "--contact {contact}: {radius:?} is no radius [m], as in probe:0.012"
+        )));
+    }
+    let sphere = spec(&format!("sphere:{radius}"));
+    sphere.map(Some).map_err(|_| {
+        Error::input(format!("--contact {contact}: the radius must be above 0 and finite [m]"))
+    })
+}
+
 /// So many finite numbers with commas between.
 fn numbers<const N: usize>(text: Option<&str>) -> Option<[f32; N]> {
     let numbers: Option<Vec<f32>> =
@@ -108,8 +128,9 @@ pub fn tools(specs: &[ToolSpec], friction: Option<f32>, model: &Model<'_>) -> Re
     }
     if !model.has_contact_surface() {
         return Err(Error::input(
-            "--tool: tools by their parts meet the surface of a body, and this model has none: bake \
-             it with --probe-contact surface, or take --contact probe:RADIUS",
+            "a tool touches the surface of a body, and this model has none: bake it from a mesh with \
+             triangles or tetrahedra (a --lean one with --contact-surface yes), or hold cells with \
+             --contact cells:SELECTOR",
         ));
     }
     let friction = friction.unwrap_or(0.0);

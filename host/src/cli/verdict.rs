@@ -104,15 +104,15 @@ pub struct Counts {
 
 /// What a tool does to a body, as the tables of errors name it.
 fn contact(engine: &Engine<'_>) -> &'static str {
-    let model = engine.network().model();
-    match (engine.contact(), model.has_contact_surface(), model.kept_states() > 0) {
-        (Contact::Cells(_), _, _) if engine.network().settings().drive == Drive::Current => {
+    match engine.contact() {
+        Contact::Cells(_) if engine.network().settings().drive == Drive::Current => {
             " with loaded cells"
         }
-        (Contact::Cells(_), ..) => " with held cells",
-        (_, false, _) => " under a probe among cells",
-        (_, true, true) => " under a moving tool on shapes",
-        (_, true, false) => " under a moving tool on links",
+        Contact::Cells(_) => " with held cells",
+        Contact::Tools { .. } if engine.network().model().kept_states() > 0 => {
+            " under a moving tool on shapes"
+        }
+        Contact::Tools { .. } => " under a moving tool on links",
     }
 }
 

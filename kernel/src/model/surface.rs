@@ -107,7 +107,7 @@ impl<'a> Model<'a> {
     /// Calls `visit(parts, stiffness_n_per_m)` for each triangle that a probe touches, in the order of the
     /// image: the number of subdivisions of an edge under a probe of this radius \[m\], and the total
     /// stiffness of its samples [N/m]. There are no calls if a probe touches cells.
-    pub fn each_probe_triangle(&self, radius_m: f32, mut visit: impl FnMut(u16, f32)) {
+    pub fn each_contact_triangle(&self, radius_m: f32, mut visit: impl FnMut(u16, f32)) {
         let radius = radius_m / self.unit_m;
         let Some(surface) = self.contact_surface() else { return };
         for (_, of) in (0..surface.triangles.len()).filter_map(|index| surface.triangle(index)) {
@@ -118,7 +118,7 @@ impl<'a> Model<'a> {
     /// Smallest radius of a probe, at which the samples are just dense enough [mean link lengths]; `None` if
     /// a probe touches cells.
     #[must_use]
-    pub fn probe_radius_min(&self) -> Option<f32> {
+    pub fn tool_radius_min(&self) -> Option<f32> {
         let contact = self.contact_surface()?;
         let areas = (0..contact.triangles.len()).filter_map(|index| contact.triangle(index));
         let largest = areas.fold(0.0, |most, (_, of)| if of.area > most { of.area } else { most });

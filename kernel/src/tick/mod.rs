@@ -37,7 +37,6 @@ pub mod hash;
 pub mod order;
 mod output;
 pub mod pose;
-mod probe;
 pub mod sample;
 pub mod settings;
 mod surface;

@@ -304,26 +304,6 @@ fn what_cannot_be_played_is_refused_with_its_reason() {
 }
 
 #[test]
-fn a_probe_is_recorded_and_not_taken_for_cells() {
-    let probe = RecordedProbe { radius_m: 0.0125, capacity: 48, friction: 0.25 };
-    let header = Header { probe: Some(probe), ..header() };
-    let trace = written(&header, &[], &session()[..3]);
-    let word = |at: usize| u32::from_le_bytes(*trace[at..].first_chunk().unwrap());
-    assert_eq!((word(48), word(52), word(56)), (0, 0.0125_f32.to_bits(), 48));
-    let reader = Reader::open(&trace).unwrap();
-    assert_eq!(reader.header().probe, Some(probe));
-    let refused = reader.contact_cells(&model(), &mut [0; 4]).unwrap_err();
-    assert_eq!(refused, TraceError::Probe(0.0125));
-    assert!(refused.to_string().contains("choose that probe"), "{refused}");
-    assert!(Writer::begin(&header, &[31], &mut [0; 4 * HEADER_BYTES]).is_none());
-    for (radius_m, capacity) in [(-1.0, 4), (f32::NAN, 4), (0.0, 4), (0.1, 70_000)] {
-        let probe = Some(RecordedProbe { radius_m, capacity, friction: 0.0 });
-        let trace = written(&Header { probe, ..header }, &[], &[]);
-        assert_eq!(Reader::open(&trace).err(), Some(TraceError::Layout), "{radius_m} {capacity}");
-    }
-}
-
-#[test]
 fn a_command_is_not_taken_for_a_sample() {
     let mut trace = trace();
     let at = header_bytes(HELD.len()) + 3 * RECORD_BYTES;

@@ -16,8 +16,6 @@ use crate::tick::tissue::{Tissue, TissueMut};
 
 /// `chaincell bake organ:500`: 499 cells, alpha 0, 24 basis functions.
 static ORGAN: &[u8] = crate::include_model!("../../../../tests/data/organ500.chaincell");
-/// A block of nodal shapes: 144 cells, 48 basis functions.
-static SHAPES: &[u8] = crate::include_model!("../../../../tests/data/tissue6.chaincell");
 /// An organ with bands.
 static SLACK: &[u8] = crate::include_model!("../../../../tests/data/varied300.chaincell");
 const CELLS: usize = 499;
@@ -165,7 +163,7 @@ fn every_unit_and_any_sleep_give_the_same_bits() {
 }
 
 #[test]
-fn with_slack_and_with_a_probe_it_is_track() {
+fn with_slack_it_is_track() {
     let network = network(SLACK, 3);
     let model = *network.model();
     let held = [285, 286];
@@ -181,18 +179,6 @@ fn with_slack_and_with_a_probe_it_is_track() {
     };
     (0..60).for_each(|tick| same(tick, &sample(&model, tick, 0.02)));
     same(60, &ToolPose { engaged: 0, ..sample(&model, 60, 0.0) });
-    bodies.0.choose_probe(&network, 0.02).unwrap();
-    bodies.1.choose_probe(&network, 0.02).unwrap();
-    let top = model.rest_position(287);
-    for tick in 0..60 {
-        let at = [0, 1, 2].map(|axis| model.centre_m()[axis] + model.unit_m() * top[axis]);
-        let way = sample(&model, tick, 0.02).position_m;
-        let sample = ToolPose::at(Vector3::from(at) + way, 1);
-        assert_eq!(
-            bodies.0.tick(&network, &[sample], Budget::All),
-            bodies.1.tick(&network, &[sample], Budget::All)
-        );
-    }
 }
 
 #[test]
@@ -215,7 +201,7 @@ fn the_fields_outlive_positions_from_outside_and_end_with_the_choice() {
 
 /// Choosing the same cells again costs nothing and gives the bits of a first choice.
 #[test]
-fn the_fields_outlive_a_reset_and_are_worked_out_anew_after_a_probe() {
+fn the_fields_outlive_a_reset_and_are_worked_out_anew_after_other_cells() {
     for &(image, ids) in BODIES {
         let (network, held) = (network(image, 1), cells(image, ids));
         let fields = TRACK * network.model().cells();
@@ -236,7 +222,7 @@ fn the_fields_outlive_a_reset_and_are_worked_out_anew_after_a_probe() {
         assert!(mark(&mut body));
         assert_eq!(press(&mut body), first);
         body.reset(&network).unwrap();
-        body.choose_probe(&network, 0.02).unwrap();
+        body.choose_contacts(&network, &held[..1]).unwrap();
         body.choose_contacts(&network, &held).unwrap();
         assert!(!mark(&mut body));
         assert_eq!(press(&mut body), first);
