@@ -25,10 +25,9 @@ use chaincell_host::engine::threads::ThreadCount;
 use chaincell_host::error::{Error, Result};
 use chaincell_kernel::ToolPose;
 use chaincell_lab::cli::exit_code;
-use chaincell_lab::experiments::report::press::engine;
+use chaincell_lab::experiments::report::engine::{engine, link_sweep_ns};
 use chaincell_lab::experiments::report::scene::Scene;
 use chaincell_lab::experiments::report::setting::Setting;
-use chaincell_lab::states::State;
 use nalgebra::Vector3;
 
 /// Way of the tool a tick \[m\].
@@ -37,7 +36,8 @@ const WAY_M: f64 = 8e-5;
 const SETTLED: u16 = 60;
 /// Ticks that are left out: the tool engages.
 const ENGAGING: usize = 30;
-const FREE: ToolPose = ToolPose::at(Vector3::new(0.0, 0.0, 0.0), 0);
+/// Rounds of a link sweep.
+const SWEEP_ROUNDS: usize = 200;
 
 /// How much is done.
 struct Extent {
@@ -56,20 +56,6 @@ const HELD_TICKS: usize = 20;
 fn median(mut times: Vec<f64>) -> f64 {
     times.sort_unstable_by(f64::total_cmp);
     times.get(times.len() / 2).copied().unwrap_or(f64::NAN)
-}
-
-/// Median time of a bare link sweep \[s\].
-fn bare_sweep(scene: &Scene) -> Result<f64> {
-    let mut engine = engine(scene, Setting { coarse: false, ..Setting::TRACK }, 1)?;
-    let positions = State::Stretched.positions(&scene.model()?, 0);
-    let times = (0..200).map(|_| {
-        engine.set_positions(&positions)?;
-        engine.tick(&FREE);
-        let begin = Instant::now();
-        engine.tick(&FREE);
-        Ok(begin.elapsed().as_secs_f64())
-    });
-    Ok(median(times.collect::<Result<_>>()?))
 }
 
 /// A press: the forces \[N\], and the median time of its ticks that count \[s\].
@@ -128,7 +114,7 @@ fn run() -> Result<()> {
     let (mut bare, mut times) = (Vec::new(), vec![Vec::new(); settings.len()]);
     let mut errors = vec![0.0; settings.len()];
     for _ in 0..rounds {
-        bare.push(bare_sweep(&liver)?);
+        bare.push(1e-9 * link_sweep_ns(&liver, SWEEP_ROUNDS)? as f64);
         for (at, &(sweeps, threads)) in settings.iter().enumerate() {
             let (forces, time) = press(&organ, Scheme::Predict, sweeps, threads, ticks)?;
             times[at].push(time);

@@ -6,7 +6,8 @@
 //! ```
 //!
 //! The body is the reference liver, or the generated organ without CHAINCELL_REFERENCE. Timed are
-//! the states and loops of `chaincell report`, by its code. Counted are the instructions of the
+//! four loops in two states, all loops in turn, so that a slow spell of the machine meets all of them.
+//! Counted are the instructions of the
 //! stretched state: a tick of nine sweeps less one of a single sweep is eight sweeps and nothing
 //! else; they do not depend on the machine's pace. Beside them stand those of a late tick, the tool
 //! moving deeper by a tenth of a millimetre, and its share of a sweep with vectors.
@@ -20,15 +21,14 @@ use std::process::{Command, ExitCode};
 
 use chaincell_host::engine::{Arithmetic, Contact, Scheme};
 use chaincell_host::error::{Error, Result};
-use chaincell_host::session::timing::histogram::Summary;
+use chaincell_host::session::timing::histogram::{Latencies, Summary};
 use chaincell_kernel::{Budget, Model, ToolPose};
 use chaincell_lab::baseline::{Baseline, PerCell};
 use chaincell_lab::bodies::Variant;
 use chaincell_lab::cli::exit_code;
-use chaincell_lab::experiments::report::press::engine;
+use chaincell_lab::experiments::report::engine::{RELEASED, engine};
 use chaincell_lab::experiments::report::scene::Scene;
 use chaincell_lab::experiments::report::setting::Setting;
-use chaincell_lab::experiments::report::worst::{LOOPS, STATES, measure};
 use chaincell_lab::states::State;
 use nalgebra::Vector3;
 use serde::Serialize;
@@ -53,7 +53,16 @@ const PRESS_TICKS: u16 = 100;
 /// Way of the tool a tick, and radius of the probe \[m\].
 const WAY_M: f64 = 1e-4;
 const RADIUS_M: f32 = 0.012;
-const FREE: ToolPose = ToolPose::at(Vector3::new(0.0, 0.0, 0.0), 0);
+/// The loops, in the order of [`measure`].
+const LOOPS: [&str; 4] = [
+    "plain loop over the cells",
+    "track, vector unit",
+    "track, scalar",
+    "track with a coarse level",
+];
+/// States with every link outside its band: too long and too short as it falls out, which no branch
+/// predictor foresees, and all of them too long, which it soon knows.
+const STATES: [State; 2] = [State::Shaken, State::Stretched];
 
 #[derive(Serialize)]
 struct Row {
@@ -77,6 +86,36 @@ fn scene(quick: bool) -> Result<Scene> {
         return Scene::organ();
     };
     Scene::liver(Path::new(&folder), true)
+}
+
+/// Times of a sweep in each of the [`STATES`] and [`LOOPS`].
+fn measure(scene: &Scene, rounds: usize) -> Result<[[Summary; 4]; 2]> {
+    let model = scene.model()?;
+    let states = STATES.map(|state| state.positions(&model, 0));
+    let bare = Setting { coarse: false, ..Setting::TRACK };
+    let mut vector = engine(scene, bare, 1)?;
+    let mut scalar = engine(scene, bare, 1)?;
+    scalar.go_scalar();
+    let mut coarse = engine(scene, Setting::TRACK, 1)?;
+    let mut plain = PerCell::new(&model);
+    let mut times = Vec::with_capacity(8);
+    for _ in 0..8 {
+        times.push(Latencies::new()?);
+    }
+    for _ in 0..rounds {
+        for (state, positions) in states.iter().enumerate() {
+            plain.set_positions(positions);
+            times[4 * state].time(|| plain.step());
+            for (which, engine) in [&mut vector, &mut scalar, &mut coarse].into_iter().enumerate() {
+                engine.set_positions(positions)?;
+                // The first sweep takes no momentum along; the second is one of many.
+                engine.tick(&RELEASED);
+                times[4 * state + 1 + which].time(|| engine.tick(&RELEASED));
+            }
+        }
+    }
+    let of = |state: usize| std::array::from_fn(|which| times[4 * state + which].summary());
+    Ok([of(0), of(1)])
 }
 
 /// The rows of a state, from the times of its loops, the plain loop first.
@@ -116,7 +155,7 @@ fn counted_run(scene: &Scene, number: usize, length: usize) -> Result<Vec<[f64; 
     }
     for _ in 0..COUNTED_TICKS {
         engine.set_positions(&positions)?;
-        black_box(engine.tick(black_box(&FREE)));
+        black_box(engine.tick(black_box(&RELEASED)));
     }
     Ok(engine.positions())
 }

@@ -148,13 +148,6 @@ fn liver(found: &Value, out: &Path) {
     let shown = real(found, "/liver/shown_tick") as usize;
     let contacts = numbers(&press, "network_contacts")[shown];
     assert!(contacts >= 3.0 && contacts == real(found, "/liver/network/contacts"));
-    // Of nodal shapes the force grows on the way in and is near to that at rest.
-    let surface = columns(&out.join("paper_liver_surface.csv"));
-    let [force, settled] = ["force_n", "settled_n"].map(|name| numbers(&surface, name));
-    assert!(settled.len() == 10 && settled.is_sorted() && settled[9] > 0.1, "{settled:?}");
-    let off = force.iter().zip(&settled).map(|(a, b)| (a - b).abs() / b).fold(0.0, f64::max);
-    assert!((off - real(found, "/liver/tissue/force_error_max")).abs() < 1e-9, "{off}");
-    assert!(off < 0.2, "{off}");
     // The probe pushes the surface before it, by about its depth, and folds few tetrahedra.
     let depth_mm = 1e3 * real(found, "/liver/depth_m");
     for method in ["network", "chainmail"] {

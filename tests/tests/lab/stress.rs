@@ -56,9 +56,6 @@ fn the_quick_suite_is_ok_and_has_every_case_that_is_listed() {
     assert_eq!(figure("k-reached-and-left", "coordinate_over_k"), Some(1.0));
     assert!(figure("teleport-cells", "force_over_bound").unwrap() > 0.5);
     assert_eq!(figure("drift", "ticks_each"), Some(1e5));
-    // An explicit step of 1 ms blows up on a stiff body; its stable step does not.
-    assert!(figure("stiff-body", "mass_spring_blows_up_tick").is_some());
-    assert!(figure("stiff-body", "mass_spring_stable_energy_left").unwrap() < 1e-3);
     // The same figures as a table that a terminal of 100 columns shows.
     let table = std::fs::read_to_string(out.join("stress.txt")).unwrap();
     let head = table.split("Refused").next().unwrap();

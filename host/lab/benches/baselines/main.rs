@@ -1,4 +1,4 @@
-//! The press test beside other engines, same links, one thread, one process:
+//! The press test under other methods and engines, same links, one thread, one process:
 //!
 //! ```sh
 //! cargo bench -p chaincell-lab --features baselines --bench baselines [-- [--quick] [--json]]
@@ -15,13 +15,15 @@
 //! and the force on the pressed cell within 1 % of the engine's own converged values. Steps are
 //! counted with the one that moves the cell; a step of chaincell is a sweep.
 //!
-//! Neither Jolt nor rapier gives the force on a prescribed particle: theirs is the sum of its
-//! link forces, extension times stiffness, at the positions they give. Settings and their reasons stand
+//! Mass-spring dynamics and position-based dynamics are plain loops of this crate
+//! ([`chaincell_lab::baseline`]). They, Jolt and rapier give no force on a prescribed particle: theirs
+//! is the sum of its link forces, extension times stiffness, at the positions they give. Settings and their reasons stand
 //! with the engines. The column `off` says how far an engine's converged field is from
 //! chaincell's, the minimum of the links' energy: elasticity that an engine drops shows there.
 
 mod jolt;
 mod ours;
+mod plain;
 mod rapier;
 mod scene;
 
@@ -30,6 +32,7 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use chaincell_host::error::{Error, Result};
+use chaincell_lab::baseline::{Baseline, MassSpring, Xpbd};
 use chaincell_lab::cli::exit_code;
 use chaincell_lab::experiments::report::scene::Scene;
 use chaincell_lab::reference::vectors::distance;
@@ -53,15 +56,23 @@ struct Effort {
     boxes: Option<[[usize; 3]; 2]>,
     /// Steps that are enough to converge.
     ours: usize,
+    plain: usize,
     jolt: usize,
     rapier: usize,
     /// A press is timed so often: the median is told.
     repeats: usize,
 }
 
-const FULL: Effort = Effort { boxes: None, ours: 4000, jolt: 1500, rapier: 400, repeats: 9 };
-const QUICK: Effort =
-    Effort { boxes: Some([[15, 12, 4], [9, 8, 7]]), ours: 200, jolt: 200, rapier: 100, repeats: 1 };
+const FULL: Effort =
+    Effort { boxes: None, ours: 4000, plain: 6000, jolt: 1500, rapier: 400, repeats: 9 };
+const QUICK: Effort = Effort {
+    boxes: Some([[15, 12, 4], [9, 8, 7]]),
+    ours: 200,
+    plain: 1000,
+    jolt: 200,
+    rapier: 100,
+    repeats: 1,
+};
 /// Spacing of the nodes of a small box \[m\].
 const SPACING_M: f64 = 0.005;
 
@@ -212,6 +223,10 @@ fn measure(scene: &Scene, depth_m: f64, effort: Effort) -> Result<Vec<Row>> {
     let jolt =
         |name, tuning| run(name, effort.jolt, &|| Ok(Box::new(jolt::Jolt::new(scene, tuning)?)));
     let baselines = [
+        run(MassSpring::NAME, effort.plain, &|| {
+            Ok(Box::new(plain::Plain::<MassSpring>::new(scene)))
+        })?,
+        run(Xpbd::NAME, effort.plain, &|| Ok(Box::new(plain::Plain::<Xpbd>::new(scene))))?,
         jolt("Jolt 5.6, XPBD edges, soonest", jolt::SOONEST)?,
         jolt("Jolt 5.6, XPBD edges, elastic", jolt::ELASTIC)?,
         run("rapier3d 0.36, edges", effort.rapier, &|| Ok(Box::new(rapier::Rapier::new(scene)?)))?,

@@ -6,7 +6,7 @@
 
 use chaincell_kernel::Model;
 
-use super::{Baseline, Movable, Springs, difference, dot, excess, plus, rest};
+use super::{Baseline, Springs, difference, dot, excess, plus, rest};
 
 /// Fraction of the stability limit.
 const MARGIN: f32 = 0.95;
@@ -74,25 +74,6 @@ impl Baseline for MassSpring {
     }
 }
 
-impl Movable for MassSpring {
-    fn set_positions(&mut self, positions: &[[f32; 3]]) {
-        self.position.copy_from_slice(positions);
-        self.velocity.fill([0.0; 3]);
-    }
-
-    fn release(&mut self, cell: usize) {
-        self.springs.release(cell);
-    }
-}
-
-impl MassSpring {
-    /// The same with a step of its own \[s\], stable or not.
-    #[must_use]
-    pub fn with_step(self, step_s: f32) -> Self {
-        Self { step_s, ..self }
-    }
-}
-
 /// Highest frequency of the links' Laplacian over the masses [1/s].
 fn highest_frequency(springs: &Springs, cells: usize) -> f32 {
     // Neighbours of unlike sign are what the highest mode looks like.
@@ -128,7 +109,6 @@ mod tests {
             band: vec![[1.0; 2]; 39],
             stiffness_n_per_m: vec![20.0; 39],
             inverse_mass_per_kg: vec![0.5; 40],
-            free_per_kg: 0.5,
         };
         let found = highest_frequency(&springs, 40);
         let exact = 2.0 * 10.0_f32.sqrt();

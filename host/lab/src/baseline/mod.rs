@@ -1,8 +1,7 @@
 //! What others run, on the same links: single precision, one thread, plain loops; and, in double
 //! precision, traditional `ChainMail`.
 //!
-//! They are measured beside the kernel by `chaincell report`, `chaincell stress` and
-//! `chaincell paper` and serve nothing else.
+//! They are measured with the kernel by `chaincell paper` and by the benches and serve nothing else.
 
 pub mod chainmail;
 mod mass_spring;
@@ -38,15 +37,6 @@ pub trait Baseline {
     fn positions(&self) -> &[[f32; 3]];
 }
 
-/// A baseline that can be put into any state and let go again.
-pub trait Movable: Baseline {
-    /// Puts every cell at a position, without motion \[mean link lengths from the centre\].
-    fn set_positions(&mut self, positions: &[[f32; 3]]);
-
-    /// Lets a cell go that was held; not for fixed ones.
-    fn release(&mut self, cell: usize);
-}
-
 /// Ends, rest lengths, stiffness and inverse masses as position-based and mass-spring codes keep
 /// them.
 struct Springs {
@@ -56,8 +46,6 @@ struct Springs {
     stiffness_n_per_m: Vec<f32>,
     /// 0 for fixed and held cells [1/kg].
     inverse_mass_per_kg: Vec<f32>,
-    /// Of every free cell [1/kg].
-    free_per_kg: f32,
 }
 
 impl Springs {
@@ -78,12 +66,7 @@ impl Springs {
             inverse_mass_per_kg: cells
                 .map(|cell| if model.is_fixed(cell as u16) { 0.0 } else { inverse })
                 .collect(),
-            free_per_kg: inverse,
         }
-    }
-
-    fn release(&mut self, cell: usize) {
-        self.inverse_mass_per_kg[cell] = self.free_per_kg;
     }
 }
 

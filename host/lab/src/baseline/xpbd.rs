@@ -6,7 +6,7 @@
 
 use chaincell_kernel::Model;
 
-use super::{Baseline, Movable, Springs, difference, dot, excess, plus, rest};
+use super::{Baseline, Springs, difference, dot, excess, plus, rest};
 
 /// Step \[s\].
 const STEP_S: f32 = 1e-3;
@@ -62,16 +62,5 @@ impl Baseline for Xpbd {
 
     fn positions(&self) -> &[[f32; 3]] {
         &self.position
-    }
-}
-
-impl Movable for Xpbd {
-    fn set_positions(&mut self, positions: &[[f32; 3]]) {
-        self.position.copy_from_slice(positions);
-        self.last.copy_from_slice(positions);
-    }
-
-    fn release(&mut self, cell: usize) {
-        self.springs.release(cell);
     }
 }

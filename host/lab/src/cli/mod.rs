@@ -6,12 +6,13 @@ mod report;
 mod soak;
 mod stress;
 
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{Command, CommandFactory, Parser, Subcommand};
 
 use chaincell_host::cli::{completions, man, version};
-use chaincell_host::error::Result;
+use chaincell_host::error::{Error, Result};
 
 /// Experiments with chaincell: measurements, comparisons, material identification.
 #[derive(Debug, Parser)]
@@ -57,6 +58,20 @@ fn whole() -> Command {
     let own = Cli::command();
     let shown = own.get_subcommands().filter(|command| !command.is_hide_set());
     chaincell_host::cli::Cli::command().subcommands(shown.cloned())
+}
+
+/// The folder of reference data, where one is given or named by CHAINCELL_REFERENCE.
+fn reference(given: Option<&Path>) -> Result<Option<PathBuf>> {
+    let of_environment = || std::env::var_os("CHAINCELL_REFERENCE").map(PathBuf::from);
+    let folder = given.map(Path::to_path_buf).or_else(of_environment);
+    match &folder {
+        Some(missing) if !missing.is_dir() => Err(Error::input(format!(
+            "--reference {}: no such folder; leave it out (and CHAINCELL_REFERENCE unset) for a \
+             generated organ",
+            missing.display()
+        ))),
+        _ => Ok(folder),
+    }
 }
 
 /// How an example or a bench ends: what went wrong goes to standard error.

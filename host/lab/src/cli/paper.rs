@@ -40,15 +40,7 @@ pub struct Args {
 }
 
 pub fn execute(args: &Args) -> Result<()> {
-    let given = args.reference.clone();
-    let reference = given.or_else(|| std::env::var_os("CHAINCELL_REFERENCE").map(PathBuf::from));
-    if let Some(missing) = reference.as_deref().filter(|folder| !folder.is_dir()) {
-        return Err(Error::input(format!(
-            "--reference {}: no such folder; leave it out (and CHAINCELL_REFERENCE unset) for the \
-             generated organ",
-            missing.display()
-        )));
-    }
+    let reference = super::reference(args.reference.as_deref())?;
     let out = args.out.clone().or_else(|| (!args.json).then(|| FOLDER.into()));
     let folder = out.as_deref().map(|out| Folder::open(out, args.force)).transpose()?;
     let mut report = PaperReport {

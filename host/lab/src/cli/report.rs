@@ -16,15 +16,16 @@ const FOLDER: &str = "report";
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:\n  chaincell report --out report\n  \
     chaincell report --quick --json\n\n\
-    Every scheme and number of sweeps against exact energy minima of the same links, computed in\n\
-    double precision. Single thread; leave the machine alone meanwhile.\n\
+    Held cells against exact energy minima of the same links, computed in double precision, and\n\
+    tools on a surface against many more sweeps a tick, for several schemes and numbers of sweeps.\n\
+    Single thread; leave the machine alone meanwhile.\n\
     With --json alone nothing is written.")]
 pub struct Args {
     /// Fewer bodies, sizes and repetitions; REPORT.md says how long it took
     #[arg(long)]
     quick: bool,
-    /// Folder of reference data with the real liver and the bodies of the press test
-    /// [default: CHAINCELL_REFERENCE; without it generated bodies]
+    /// Folder of reference data with the real liver
+    /// [default: CHAINCELL_REFERENCE; without it, and with --quick, a generated organ]
     #[arg(long, value_name = "DIR")]
     reference: Option<PathBuf>,
     /// Folder for the report [default: report]
@@ -39,8 +40,7 @@ pub struct Args {
 }
 
 pub fn execute(args: &Args) -> Result<()> {
-    let given = args.reference.clone();
-    let reference = given.or_else(|| std::env::var_os("CHAINCELL_REFERENCE").map(PathBuf::from));
+    let reference = super::reference(args.reference.as_deref())?.filter(|_| !args.quick);
     let options = Options { quick: args.quick, reference };
     let out = args.out.clone().or_else(|| (!args.json).then(|| FOLDER.into()));
     let folder = out.as_deref().map(|out| Folder::open(out, args.force)).transpose()?;

@@ -11,8 +11,7 @@ use chaincell_host::terminal;
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:\n  chaincell stress --quick\n  \
     chaincell stress --only teleport --only nyquist --json\n\n\
-    Every case runs in every scheme and number type, beside explicit mass-spring and link-order\n\
-    position-based dynamics at as many link passes. Seeds are fixed: the figures are the same on\n\
+    Every case runs in every scheme and number type. Seeds are fixed: the figures are the same on\n\
     every machine. Exit code 1 names the cases that failed. Single thread.")]
 pub struct Args {
     /// Smaller bodies, fewer ticks and seeds

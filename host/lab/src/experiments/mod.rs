@@ -1,7 +1,6 @@
 //! The experiments, one folder each.
 
 pub mod identify;
-pub mod moving;
 pub mod paper;
 pub mod report;
 pub mod soak;

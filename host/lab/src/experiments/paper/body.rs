@@ -1,11 +1,11 @@
 //! The bodies that the mechanics of the paper are shown on, and a tool that presses them.
 
-use chaincell_kernel::{Drive, Flags, Model, Settings, TickOutput, ToolPose, Unloading};
+use chaincell_kernel::{Flags, Model, Settings, TickOutput, ToolPose, Unloading};
 use nalgebra::Vector3;
 use serde::Serialize;
 
 use crate::bodies::Variant;
-use crate::experiments::report::press::{field, free_residual};
+use crate::experiments::report::engine::{field, free_residual};
 use crate::experiments::report::scene;
 use crate::reference::Links;
 use crate::reference::vectors::{dot, fields, norm, plus};
@@ -29,9 +29,6 @@ const RESIDUAL_MIN: f64 = 2e-6;
 const FORCE_STAYS: f64 = 1e-2;
 /// A force that is none: a link so far outside its band [mean link lengths].
 const NO_FORCE: f64 = 1e-5;
-/// Part of its way within which a loaded cell rests from look to look, and for how many looks.
-const REST: f64 = 1e-4;
-const CALM_LOOKS: usize = 3;
 /// Centre of the paper's plane.
 const CENTRE: u32 = 220;
 
@@ -75,15 +72,8 @@ impl Source {
     /// # Errors
     /// As [`bake`].
     pub fn with_alpha(&self, alpha: f64) -> Result<Body> {
-        self.bake(&BakeOptions { alpha: PerCell::Uniform(alpha), ..BakeOptions::default() })
-    }
-
-    /// The body.
-    ///
-    /// # Errors
-    /// As [`bake`].
-    pub fn bake(&self, options: &BakeOptions) -> Result<Body> {
-        let image = bake(&self.mesh, &self.mesh.default_fixed, options)?;
+        let options = BakeOptions { alpha: PerCell::Uniform(alpha), ..BakeOptions::default() };
+        let image = bake(&self.mesh, &self.mesh.default_fixed, &options)?;
         let model = parse(&image)?;
         let (contacts, direction) = self.contact.of(&model)?;
         Ok(Body { name: self.name, image, contacts, direction })
@@ -137,15 +127,6 @@ impl Body {
     /// As [`Variant::unlimited`].
     pub fn quasi_static(&self, unloading: Unloading) -> Result<Tool<'_>> {
         self.tool(Scheme::Track, SWEEPS, |settings| Settings { unloading, ..settings })
-    }
-
-    /// A tool whose displacement is the current into the contact cells, with `track`.
-    ///
-    /// # Errors
-    /// As [`Variant::unlimited`].
-    pub fn driven(&self) -> Result<Tool<'_>> {
-        let drive = Drive::Current;
-        self.tool(Scheme::Track, SWEEPS, |settings| Settings { drive, ..settings })
     }
 
     /// A tool on the paper's own dynamics: one Euler step of `step` [dimensionless time] a tick.
@@ -269,54 +250,11 @@ impl Tool<'_> {
         Ok(felt)
     }
 
-    /// Ticks with a current until the contact cells rest to a part in 1e4 from look to look, or as
-    /// many as a press may take; how far they have gone along the press, in the mean \[m\].
-    ///
-    /// # Errors
-    /// As [`Self::press`].
-    pub fn yielded(&mut self, current_m: f64) -> Result<f64> {
-        let (mut way, mut calm) = (0.0_f64, 0);
-        for _ in 0..LOOKS_MAX {
-            self.checked(current_m)?;
-            let before = way;
-            way = self.way_m();
-            calm = if (way - before).abs() <= REST * way.abs() { calm + 1 } else { 0 };
-            if calm == CALM_LOOKS {
-                break;
-            }
-        }
-        Ok(way)
-    }
-
-    fn way_m(&mut self) -> f64 {
-        let unit_m = f64::from(self.engine.network().model().unit_m());
-        let moved = field(&mut self.engine);
-        let contacts = &self.body.contacts;
-        let along = contacts.iter().map(|&cell| dot(moved[usize::from(cell)], self.body.direction));
-        unit_m * along.sum::<f64>() / contacts.len() as f64
-    }
-
-    /// Positions of all cells [mean link lengths from the body's centre].
-    pub fn positions(&mut self) -> Vec<[f64; 3]> {
-        fields(self.links.rest(), 1.0, &field(&mut self.engine))
-    }
-
     /// Energy and largest residual of a free cell in internal units, with the bands as they are.
     fn residual(&mut self, closed: bool) -> (f64, f64) {
-        let at = self.positions();
+        let at = fields(self.links.rest(), 1.0, &field(&mut self.engine));
         let links = if closed { &self.closed } else { &self.links };
         free_residual(links, &at, &self.body.contacts)
-    }
-
-    /// The links in double precision.
-    #[must_use]
-    pub fn links(&self) -> &Links {
-        &self.links
-    }
-
-    /// The state hash.
-    pub fn state_hash(&mut self) -> u64 {
-        self.engine.state_hash()
     }
 }
 

@@ -2,7 +2,6 @@
 
 use std::fmt::Write as _;
 
-use super::overview;
 use super::section::Section;
 use super::write::{PaperReport, file_name};
 use crate::charts::plot::Figure;
@@ -20,7 +19,7 @@ pub(super) fn page(report: &PaperReport) -> String {
          <title>{title}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n<main>\n<h1>{title}</h1>\n"
     );
     text += &head(report);
-    text += &table("The paper's results and ours, in short", &overview::table(&report.json()));
+    text += &table("The paper's results and ours, in short", &results(report));
     text += "<nav aria-label=\"Contents\">\n<ol>\n";
     for section in &report.sections {
         let _ = writeln!(
@@ -37,14 +36,22 @@ pub(super) fn page(report: &PaperReport) -> String {
     text + "</main>\n</body>\n</html>\n"
 }
 
+/// A row for each result of the paper.
+fn results(report: &PaperReport) -> Table {
+    Table::of(report.sections.iter().flat_map(|section| &section.results))
+        .column("the paper", |(result, _)| result)
+        .column("computed here", |(_, ours)| ours)
+        .table()
+}
+
 fn head(report: &PaperReport) -> String {
     let machine = &report.machine;
     let mut text = paragraph(
         "J. Zhang, Y. Zhong, J. Smith, C. Gu: ChainMail based neural dynamics modeling of soft \
          tissue deformation for surgical simulation, Technology and Health Care, 2017. Every \
-         picture, table and figure below was computed by the command named here, beside traditional \
-         ChainMail (Gibson's lattice form, Li and Brodlie's generalised form); the numbers behind \
-         the pictures lie beside this page.",
+         picture, table and figure below was computed by the command named here. The other method is \
+         traditional ChainMail (Gibson's lattice form, Li and Brodlie's generalised form). The numbers \
+         of the pictures are files in the folder of this page.",
     );
     let bodies = if report.reference {
         "The liver is that of the reference data."
@@ -86,25 +93,14 @@ fn body(section: &Section) -> String {
     text + "</section>\n"
 }
 
+/// Escaped, with the parts between backticks as code.
 fn paragraph(text: &str) -> String {
-    format!("<p>{}</p>\n", with_code(text))
-}
-
-/// Escaped, what stands between backticks as code.
-fn with_code(text: &str) -> String {
-    let parts: Vec<&str> = text.split('`').collect();
-    let is_code = |at: usize| at % 2 == 1 && at + 1 < parts.len();
-    let mut safe = String::new();
-    for (at, part) in parts.iter().enumerate() {
-        if is_code(at) {
-            let _ = write!(safe, "<code>{}</code>", escape(part));
-        } else {
-            // A mark without a partner means itself.
-            safe += if at % 2 == 1 { "`" } else { "" };
-            safe += &escape(part);
-        }
-    }
-    safe
+    let part = |(at, part): (usize, &str)| match at % 2 {
+        0 => escape(part),
+        _ => format!("<code>{}</code>", escape(part)),
+    };
+    let text: String = text.split('`').enumerate().map(part).collect();
+    format!("<p>{text}</p>\n")
 }
 
 /// A picture with its caption and the way to its files.
@@ -145,18 +141,8 @@ fn is_number(cell: &str) -> bool {
 
 /// A text that means itself between tags and in attributes.
 pub(super) fn escape(text: &str) -> String {
-    let mut safe = String::with_capacity(text.len());
-    for letter in text.chars() {
-        match letter {
-            '&' => safe += "&amp;",
-            '<' => safe += "&lt;",
-            '>' => safe += "&gt;",
-            '"' => safe += "&quot;",
-            '\'' => safe += "&#39;",
-            other => safe.push(other),
-        }
-    }
-    safe
+    let text = text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;");
+    text.replace('"', "&quot;").replace('\'', "&#39;")
 }
 
 #[cfg(test)]
@@ -167,9 +153,7 @@ mod tests {
     #[test]
     fn text_means_itself() {
         assert_eq!(escape("a<b> & \"c\" 'd'"), "a&lt;b&gt; &amp; &quot;c&quot; &#39;d&#39;");
-        assert_eq!(escape("10 µm"), "10 µm");
-        assert_eq!(with_code("by `a < b` or"), "by <code>a &lt; b</code> or");
-        assert_eq!(with_code("a ` alone"), "a ` alone");
+        assert_eq!(paragraph("by `a < b` or"), "<p>by <code>a &lt; b</code> or</p>\n");
     }
 
     #[test]
@@ -181,6 +165,7 @@ mod tests {
         let section = Section {
             key: "one",
             title: "One <script>".into(),
+            results: vec![("Fig. 1", "ours > theirs".into())],
             text: vec!["if a < b".into()],
             figures: vec![Figure { name, caption: "what & why".into(), picture }],
             tables: vec![("rows".into(), rows)],
@@ -193,6 +178,7 @@ mod tests {
         assert!(
             page.contains("<th>a&lt;b</th>") && page.contains("<td class=\"number\">-1.5</td>")
         );
+        assert!(page.contains("<td>ours &gt; theirs</td>"));
         assert!(page.contains("<a href=\"#one\">") && page.contains("what &amp; why"));
         assert!(!page.contains("<script") && !page.contains("href=\"http"));
     }

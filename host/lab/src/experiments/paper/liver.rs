@@ -7,7 +7,6 @@ use serde_json::{Value, json};
 
 use super::press::{Pressed, Probe, SWEEPS, chainmail, network};
 use super::section::{Context, Numbers, Section};
-use super::touch::{POISSON, Touched, YOUNG_PA};
 use crate::charts::plot::{Axis, Chart, Figure, Style};
 use crate::charts::render::{Body, ColourBar, Paint, Panel, Sheet, cut};
 use crate::experiments::report::scene::Scene;
@@ -15,6 +14,7 @@ use crate::experiments::report::tables::Table;
 use crate::reference::vectors::{minus, norm};
 use chaincell_host::error::Result;
 use chaincell_host::mesh::{self, Mesh, MeshOptions};
+use chaincell_host::words::counted;
 
 /// Radius of the probe and depth of the press [mean link lengths].
 const RADIUS_LINKS: f64 = 3.0;
@@ -37,7 +37,6 @@ struct Case {
     probe: Probe,
     depth_m: f64,
     network: Pressed,
-    tissue: Touched,
     chain: Pressed,
 }
 
@@ -47,8 +46,8 @@ struct Case {
 /// Reference data that cannot be read; as the engine and the drawing.
 pub fn section(context: &Context) -> Result<Section> {
     let case = Case::new(context)?;
-    let methods = [&case.network, &case.tissue.pressed, &case.chain];
-    let [mut network, shapes, chain] = methods.map(|pressed| case.figures(pressed));
+    let [mut network, chain] = [&case.network, &case.chain].map(|pressed| case.figures(pressed));
+    let force_max_n = case.network.force_n.iter().copied().fold(0.0, f64::max);
     network["contacts"] = json!(case.network.contacts.get(case.probe.shown));
     let figures_of = [
         ("largest displacement [mm]", "displacement_max_mm"),
@@ -60,7 +59,6 @@ pub fn section(context: &Context) -> Result<Section> {
     let table = Table::of(figures_of)
         .column("", |(name, _)| name)
         .column("network", |(_, key)| number(&network[key]))
-        .column("nodal shapes", |(_, key)| number(&shapes[key]))
         .column("ChainMail", |(_, key)| number(&chain[key]))
         .table();
     let caption =
@@ -75,20 +73,26 @@ pub fn section(context: &Context) -> Result<Section> {
         1e3 * case.probe.radius_m
     );
     let figures = case.pictures(pressed)?;
-    let mut tissue = case.tissue.json();
-    for (name, value) in shapes.as_object().into_iter().flatten() {
-        tissue[name] = value.clone();
-    }
     Ok(Section {
         key: "liver",
         title: "Fig. 6: the liver under a haptic probe".into(),
-        text: case.text(&network, &tissue, &chain),
+        results: vec![(
+            "Fig. 6: a better shape than ChainMail's",
+            format!(
+                "{:.1} mm deep under a moving probe of {:.0} mm radius: the network moves {} of {} \
+                 smoothly and resists with up to {force_max_n:.2} N; ChainMail moves a block of {} \
+                 cells with an edge and gives no force.",
+                1e3 * case.depth_m,
+                1e3 * case.probe.radius_m,
+                network["moved"],
+                counted(case.mesh.nodes_m.len(), "cell"),
+                chain["moved"]
+            ),
+        )],
+        text: case.text(&network, &chain),
         figures,
         tables: vec![(caption.into(), table)],
-        numbers: vec![
-            Numbers { name: "paper_liver_press".into(), csv: case.csv() },
-            Numbers { name: "paper_liver_surface".into(), csv: case.tissue.csv() },
-        ],
+        numbers: vec![Numbers { name: "paper_liver_press".into(), csv: case.csv() }],
         json: json!({
             "body": case.scene.source,
             "cells": case.mesh.nodes_m.len(),
@@ -99,9 +103,8 @@ pub fn section(context: &Context) -> Result<Section> {
             "shown_tick": case.probe.shown,
             "sweeps_per_tick": SWEEPS,
             "chainmail_alpha": CHAIN_ALPHA,
-            "force_max_n": case.network.force_n.iter().copied().fold(0.0, f64::max),
+            "force_max_n": force_max_n,
             "network": network,
-            "tissue": tissue,
             "chainmail": chain,
         }),
     })
@@ -129,13 +132,11 @@ impl Case {
         let ticks = if context.quick { TICKS_QUICK } else { TICKS };
         let probe = Probe::new(&scene, radius_m, depth_m, ticks)?;
         let network = network(&scene, &probe)?;
-        let tissue = Touched::new(&scene, &mesh, &probe)?;
         let chain = chainmail(&scene, &probe, CHAIN_ALPHA)?;
-        Ok(Self { scene, mesh, probe, depth_m, network, tissue, chain })
+        Ok(Self { scene, mesh, probe, depth_m, network, chain })
     }
 
-    fn text(&self, network: &Value, tissue: &Value, chain: &Value) -> Vec<String> {
-        let of = |value: &Value, key: &str| number(&value[key]);
+    fn text(&self, network: &Value, chain: &Value) -> Vec<String> {
         vec![
             format!(
                 "The paper presses a liver of 5,762 mass points with a virtual haptic probe and finds \
@@ -149,18 +150,14 @@ impl Case {
                 self.probe.poses.len()
             ),
             format!(
-                "The network moves the whole body a little ({} nodes by more than 0.1 mm) and steeply \
-                 near the probe, as an elastic body does; ChainMail moves a block of {} nodes around \
-                 the probe, with an edge where the slack is used up and nothing beyond, and it stays \
-                 there when the probe has gone. At this depth {} of {} tetrahedra are inside out under \
-                 the network, {} under ChainMail. ChainMail has no force to send to a haptic device.",
-                of(network, "moved"),
-                of(chain, "moved"),
-                of(network, "inverted"),
+                "The network moves the whole body a little, by more than 0.1 mm nearly everywhere, and \
+                 steeply near the probe, as an elastic body does. ChainMail has an edge where the slack is \
+                 used up and nothing beyond, and its block stays when the probe has gone. At this depth {} \
+                 of {} tetrahedra are inside out under the network, {} under ChainMail.",
+                network["inverted"],
                 self.mesh.tetrahedra.len(),
-                of(chain, "inverted")
+                chain["inverted"]
             ),
-            self.of_tissue(tissue),
         ]
     }
 
@@ -174,33 +171,11 @@ impl Case {
                 self.force().draw()?,
             ),
             Figure::new(
-                "paper_liver_surface",
-                "Force over displacement of nodal shapes on the way in: as the probe passes, and once the \
-                 body is at rest at that depth.",
-                self.tissue.chart().draw()?,
-            ),
-            Figure::new(
                 "paper_liver_step",
                 "Time of each tick on the same axis: what the 1 kHz loop has to spare.",
                 self.step().draw()?,
             ),
         ])
-    }
-
-    /// What nodal shapes make of the same press.
-    fn of_tissue(&self, tissue: &Value) -> String {
-        let [most, median] = self.tissue.errors().map(|error| 100.0 * error);
-        format!(
-            "The same body as nodal shapes of {:.0} kPa and a Poisson's ratio of {POISSON}, under \
-             predict with as many sweeps: the probe meets points of the triangles and pushes back by how \
-             deep they lie in it, so no cell is put anywhere. {} nodes move by more than 0.1 mm, \
-             {} tetrahedra are inside out, the force reaches {:.2} N. On the way in it is off the force at \
-             rest at the same depth by {median:.2} % in the median and {most:.2} % at most.",
-            1e-3 * YOUNG_PA,
-            number(&tissue["moved"]),
-            number(&tissue["inverted"]),
-            tissue["force_max_n"].as_f64().unwrap_or_default()
-        )
     }
 
     /// Way of every node \[mm\].

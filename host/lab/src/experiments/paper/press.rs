@@ -2,12 +2,12 @@
 
 use std::time::Instant;
 
-use chaincell_kernel::{Model, Settings, ToolPose, Unloading};
+use chaincell_kernel::{Settings, ToolPose, Unloading};
+use nalgebra::Vector3;
 
 use crate::baseline::chainmail::{Chain, Graph, Limits};
 use crate::bodies::Variant;
 use crate::experiments::report::scene::Scene;
-use crate::experiments::report::tools::middle_m;
 use crate::reference::profile::in_input_order;
 use crate::reference::vectors::{dot, minus, norm, plus};
 use chaincell_host::engine::motion::{Pose, Press};
@@ -40,7 +40,10 @@ impl Probe {
     /// A depth or a number of ticks that the motion refuses.
     pub fn new(scene: &Scene, radius_m: f64, depth_m: f64, ticks: u64) -> Result<Self> {
         let model = scene.model()?;
-        let (foot, inward) = (middle_m(scene)?.into(), scene.direction);
+        let at = |&cell: &u16| Vector3::from(rest_m(&model, cell.into()));
+        let foot = scene.contacts.iter().map(at).sum::<Vector3<f64>>();
+        let foot = (foot / scene.contacts.len() as f64).into();
+        let inward = scene.direction;
         let surface = model.surface().iter().map(|&cell| rest_m(&model, cell.into()));
         // How far back along the axis the centre stands when the sphere touches a cell.
         let back = surface.filter_map(|p| {
@@ -83,16 +86,9 @@ pub struct Pressed {
 /// # Errors
 /// As the engine; the user's wish to stop.
 pub fn network(scene: &Scene, probe: &Probe) -> Result<Pressed> {
-    pressed(scene.model()?, Variant::plain(Scheme::Track, Arithmetic::F32), probe)
-}
-
-/// A model under the probe, by a scheme.
-///
-/// # Errors
-/// As the engine; the user's wish to stop.
-pub fn pressed(model: Model<'_>, variant: Variant, probe: &Probe) -> Result<Pressed> {
+    let variant = Variant::plain(Scheme::Track, Arithmetic::F32);
     let contact = Contact::Probe { radius_m: probe.radius_m as f32, capacity: CAPACITY };
-    let mut engine = variant.engine(model, contact, SWEEPS, |settings| Settings {
+    let mut engine = variant.engine(scene.model()?, contact, SWEEPS, |settings| Settings {
         unloading: Unloading::Off,
         ..settings
     })?;

@@ -30,6 +30,8 @@ pub struct Section {
     pub key: &'static str,
     /// Heading.
     pub title: String,
+    /// The paper's results that it is about, each with what was computed here.
+    pub results: Vec<(&'static str, String)>,
     /// Paragraphs, plain text.
     pub text: Vec<String>,
     /// Pictures in order, their names with or without `paper_` in front.

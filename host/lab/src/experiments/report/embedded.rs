@@ -46,7 +46,7 @@ pub fn errors(
     let setting = known.into_iter().find(|of| of.to_string() == scheme).ok_or_else(unknown)?;
     let scene = Scene::organ_with(cells, spacing)?;
     let model = scene.model()?;
-    let reference = Reference::follow(&scene, MOTION, || Ok(()))?;
+    let reference = Reference::follow(&scene, MOTION)?;
     let row = |&sweeps: &u16| {
         let (_, force) = play(&scene, &reference, MOTION, setting, sweeps)?;
         let snaps = reference.snaps.clone();

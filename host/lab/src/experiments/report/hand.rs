@@ -4,8 +4,8 @@
 use chaincell_kernel::ToolPose;
 use serde::Serialize;
 
+use super::engine::engine;
 use super::motions::Motion;
-use super::press::engine;
 use super::scene::Scene;
 use super::setting::Setting;
 use super::snaps::{Snaps, Spread};
@@ -13,6 +13,7 @@ use super::tables::{Table, percent, us};
 use crate::reference::vectors::{minus, norm, plus};
 use crate::reference::{Links, minimum};
 use chaincell_host::error::{Error, Result};
+use chaincell_host::interrupt;
 use chaincell_host::session::timing::histogram::{Latencies, Summary};
 use chaincell_host::words::counted;
 
@@ -40,10 +41,8 @@ pub struct HandRow {
     pub sweeps: u16,
     /// A tick of the motion.
     pub tick_ns: Summary,
-    /// The median tick over a sweep of the links alone, of this body and of the report's main body.
-    pub own_sweeps: f64,
-    /// Likewise of the main body.
-    pub main_sweeps: f64,
+    /// The median tick over a sweep of the links alone of the report's main body.
+    pub link_sweeps: f64,
     /// Errors of the force.
     pub force: Spread,
     /// Snaps of the reference.
@@ -63,16 +62,11 @@ impl Reference {
         Self { snaps: Snaps::of(&path), forces_n }
     }
 
-    /// Follows the minimum under the held cells of a scene, tick by tick; `after` is called behind
-    /// each.
+    /// Follows the minimum under the held cells of a scene, tick by tick.
     ///
     /// # Errors
-    /// A scene whose model is refused; a minimum that was not reached; what `after` says.
-    pub fn follow(
-        scene: &Scene,
-        motion: Motion,
-        mut after: impl FnMut() -> Result<()>,
-    ) -> Result<Self> {
+    /// A scene whose model is refused; a minimum that was not reached; the user's wish to stop.
+    pub fn follow(scene: &Scene, motion: Motion) -> Result<Self> {
         let model = scene.model()?;
         let links = Links::of_model(&model);
         let contacts: Vec<usize> = scene.contacts.iter().map(|&cell| cell.into()).collect();
@@ -94,14 +88,9 @@ impl Reference {
             let force = links.force(&found.positions, &contacts);
             forces_n.push(force.map(|x| force_unit_n * x));
             at = found.positions;
-            after()?;
+            interrupt::check()?;
         }
         Ok(Self::new(forces_n))
-    }
-
-    /// The same motion ended earlier.
-    fn until(&self, ticks: usize) -> Self {
-        Self::new(self.forces_n.iter().take(ticks + 1).copied().collect())
     }
 
     /// Errors of forces by tick, told apart by the snaps.
@@ -135,79 +124,34 @@ pub fn play(
     Ok((times.summary(), reference.spread(&forces_n)))
 }
 
-/// A body with its motions.
-pub struct Hand<'s> {
-    /// The body with the cells that the hand holds.
-    pub scene: &'s Scene,
-    /// Its motions. A straight one behind a deeper one of the same speed has the same reference.
-    pub motions: &'s [Motion],
-    /// Sweeps a tick.
-    pub sweeps: &'s [u16],
-    /// A sweep of its links alone, median \[ns\].
-    pub own_ns: u64,
-    /// The same of the report's main body.
-    pub main_ns: u64,
-}
-
-impl Hand<'_> {
-    /// Pieces of work: the references' ticks and the rows.
-    #[must_use]
-    pub fn pieces(motions: &[Motion], sweeps: &[u16]) -> usize {
-        let paths = motions.iter().enumerate().filter(|(at, motion)| {
-            motions.iter().take(*at).all(|earlier| !motion.begins(*earlier))
-        });
-        let ticks: usize = paths.map(|(_, motion)| motion.ticks() + 1).sum();
-        ticks + motions.len() * sweeps.len() * Setting::COMPARED.len()
-    }
-
-    /// Every motion with every scheme and number of sweeps; `after` is called behind each piece.
-    ///
-    /// # Errors
-    /// As the engine and [`Reference::follow`]; what `after` says.
-    pub fn run(&self, mut after: impl FnMut() -> Result<()>) -> Result<Vec<HandRow>> {
-        let mut followed: Vec<(Motion, Reference)> = Vec::new();
-        let mut rows = Vec::new();
-        for &motion in self.motions {
-            let known = followed.iter().find(|(earlier, _)| motion.begins(*earlier));
-            let reference = match known {
-                Some((_, reference)) => reference.until(motion.ticks()),
-                None => Reference::follow(self.scene, motion, &mut after)?,
-            };
-            for setting in Setting::COMPARED {
-                for &sweeps in self.sweeps {
-                    rows.push(self.row(&reference, motion, setting, sweeps)?);
-                    after()?;
-                }
-            }
-            followed.push((motion, reference));
+/// Every scheme and number of sweeps under a motion of a body; `main_ns` is the time of a sweep over
+/// the links of the report's main body.
+///
+/// # Errors
+/// As the engine and [`Reference::follow`].
+pub fn run(scene: &Scene, motion: Motion, sweeps: &[u16], main_ns: u64) -> Result<Vec<HandRow>> {
+    let model = scene.model()?;
+    let reference = Reference::follow(scene, motion)?;
+    let mut rows = Vec::new();
+    for setting in Setting::COMPARED {
+        for &sweeps in sweeps {
+            interrupt::check()?;
+            let (tick_ns, force) = play(scene, &reference, motion, setting, sweeps)?;
+            rows.push(HandRow {
+                body: scene.source.clone(),
+                cells: model.cells(),
+                links: model.links(),
+                motion: motion.words(),
+                scheme: setting,
+                sweeps,
+                link_sweeps: tick_ns.p50 as f64 / main_ns.max(1) as f64,
+                tick_ns,
+                force,
+                snaps: reference.snaps.clone(),
+            });
         }
-        Ok(rows)
     }
-
-    fn row(
-        &self,
-        reference: &Reference,
-        motion: Motion,
-        setting: Setting,
-        sweeps: u16,
-    ) -> Result<HandRow> {
-        let model = self.scene.model()?;
-        let (tick_ns, force) = play(self.scene, reference, motion, setting, sweeps)?;
-        let over = |ns: u64| tick_ns.p50 as f64 / ns.max(1) as f64;
-        Ok(HandRow {
-            body: self.scene.source.clone(),
-            cells: model.cells(),
-            links: model.links(),
-            motion: motion.words(),
-            scheme: setting,
-            sweeps,
-            own_sweeps: over(self.own_ns),
-            main_sweeps: over(self.main_ns),
-            tick_ns,
-            force,
-            snaps: reference.snaps.clone(),
-        })
-    }
+    Ok(rows)
 }
 
 /// The section of the report.
@@ -222,9 +166,7 @@ pub fn markdown(rows: &[HandRow], picture: &str) -> String {
         .column("scheme", |row| row.scheme)
         .column("sweeps a tick", |row| row.sweeps)
         .column("median tick [us]", |row| us(row.tick_ns.p50))
-        .column("in link sweeps, own / main body", |row| {
-            format!("{:.1} / {:.1}", row.own_sweeps, row.main_sweeps)
-        })
+        .column("in link sweeps", |row| format!("{:.1}", row.link_sweeps))
         .column("force, largest error [%]", |row| percent(row.force.largest))
         .column("median [%]", |row| percent(row.force.median))
         .column("largest in snaps [%]", |row| percent(row.force.in_snaps))
@@ -233,8 +175,9 @@ pub fn markdown(rows: &[HandRow], picture: &str) -> String {
         "## A hand that moves\n\n{picture}Held cells, alpha 0, at 1 kHz. The reference is the force \
          of the energy's minimum of the same links under the same tool, followed tick by tick in \
          f64 to a residual of {RESIDUAL:e} mean link lengths; errors are relative to it, or to {} % \
-         of its largest value where it is smaller. A link sweep is one sweep of `track` without a \
-         coarse level in the worst state, measured in the same run. {} {}\n\n{}",
+         of its largest value where it is smaller. A link sweep is one sweep of `track` \
+         without a coarse level over the first body with every link outside its band, measured in the \
+         same run. {} {}\n\n{}",
         percent(FLOOR),
         Snaps::rule(),
         Motion::description(),
@@ -247,28 +190,16 @@ mod tests {
     use super::*;
     use chaincell_host::bake::BasisSpacing;
 
-    const DEEP: Motion = Motion::Straight { speed_mm_per_s: 50.0, depth_mm: 5.0 };
-    const SHALLOW: Motion = Motion::Straight { speed_mm_per_s: 50.0, depth_mm: 3.0 };
-
     #[test]
-    fn more_sweeps_are_nearer_and_a_shallower_press_needs_no_second_reference() {
+    fn more_sweeps_are_nearer() {
         let scene = Scene::organ_with(200, BasisSpacing::None).unwrap();
-        let (motions, sweeps) = ([DEEP, SHALLOW], [1, 32]);
-        let hand =
-            Hand { scene: &scene, motions: &motions, sweeps: &sweeps, own_ns: 1, main_ns: 2 };
-        let mut pieces = 0;
-        let rows = hand.run(|| {
-            pieces += 1;
-            Ok(())
-        });
-        let rows = rows.unwrap();
-        assert_eq!(pieces, Hand::pieces(&motions, &sweeps));
-        assert_eq!(pieces, DEEP.ticks() + 1 + rows.len());
-        for of_motion in rows.chunks(2) {
-            let [few, many] = [0, 1].map(|at| of_motion[at].force.largest);
+        let motion = Motion::Straight { speed_mm_per_s: 50.0, depth_mm: 3.0 };
+        let rows = run(&scene, motion, &[1, 32], 1).unwrap();
+        assert_eq!(rows.len(), 2 * Setting::COMPARED.len());
+        for of_scheme in rows.chunks(2) {
+            let [few, many] = [0, 1].map(|at| of_scheme[at].force.largest);
             assert!(many < 0.01 && many < 0.2 * few, "{few} {many}");
         }
-        assert!((rows[0].own_sweeps - 2.0 * rows[0].main_sweeps).abs() < 1e-9);
     }
 
     #[test]

@@ -48,20 +48,6 @@ impl Motion {
         }
     }
 
-    /// Whether this is the beginning of another motion.
-    #[must_use]
-    pub fn begins(self, other: Self) -> bool {
-        let is_same = match (self, other) {
-            (
-                Self::Straight { speed_mm_per_s, .. },
-                Self::Straight { speed_mm_per_s: of_other, .. },
-            ) => speed_mm_per_s == of_other,
-            (Self::Circles, Self::Circles) => true,
-            _ => false,
-        };
-        is_same && self.ticks() <= other.ticks()
-    }
-
     /// The tool at a tick, with `inward` of length 1; at tick 0 it takes hold.
     #[must_use]
     pub fn sample(self, tick: usize, inward: [f64; 3]) -> ToolPose {

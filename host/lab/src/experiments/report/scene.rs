@@ -108,12 +108,6 @@ impl Scene {
         parse(self.bare.as_ref().filter(|_| !setting.coarse).unwrap_or(&self.image))
     }
 
-    /// The settings that differ on this body.
-    #[must_use]
-    pub fn settings(&self) -> Vec<Setting> {
-        Setting::all(self.bare.is_some())
-    }
-
     /// The paper's plane, 21 x 21 cells, 10 mm apart, its centre pressed.
     ///
     /// # Errors
@@ -133,17 +127,6 @@ impl Scene {
         let links = if diagonals { "8 neighbours" } else { "4 neighbours" };
         let contact = Contact::Nodes(vec![220], DOWN);
         Self::new(name, format!("{spec}, {links}"), &mesh, &mesh.default_fixed, contact, alpha)
-    }
-
-    /// The links of a regular box, the middle of its top pressed.
-    ///
-    /// # Errors
-    /// As the bake.
-    pub fn cuboid() -> Result<Self> {
-        let spec = "box:21x21x11x0.005";
-        let mesh = mesh::load(spec, &MeshOptions::default())?;
-        let contact = Contact::Nodes(vec![(10 * 21 + 10) * 11 + 10], DOWN);
-        Self::new("box", spec, &mesh, &mesh.default_fixed, contact, 0.0)
     }
 
     /// The generated organ, its part farthest from the fixed cells pressed.

@@ -30,17 +30,6 @@ impl Setting {
         Self { coarse: false, ..Self::PREDICT },
         Self { coarse: false, ..Self::TRACK },
     ];
-
-    /// Every scheme on a body, and `track` once more without a coarse level where it has some.
-    #[must_use]
-    pub fn all(is_coarse: bool) -> Vec<Self> {
-        let schemes = Scheme::ALL.iter();
-        let mut all: Vec<Self> = schemes.map(|&scheme| Self { scheme, coarse: true }).collect();
-        if is_coarse {
-            all.push(Self { scheme: Scheme::Track, coarse: false });
-        }
-        all
-    }
 }
 
 impl Default for Setting {

@@ -1,7 +1,5 @@
 //! Tables of a report, as Markdown and as CSV.
 
-use chaincell_host::session::timing::histogram::Summary;
-
 /// A table of texts.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Table {
@@ -117,12 +115,6 @@ pub fn percent(fraction: impl Into<Option<f64>>) -> String {
 pub fn us(ns: u64) -> String {
     let us = ns as f64 * 1e-3;
     if us < 10.0 { format!("{us:.2}") } else { format!("{us:.0}") }
-}
-
-/// Median, 99 % and maximum in microseconds.
-#[must_use]
-pub fn times(ns: Summary) -> String {
-    format!("{} / {} / {}", us(ns.p50), us(ns.p99), us(ns.max))
 }
 
 /// A time for people: seconds below a minute, then minutes.

@@ -4,12 +4,11 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use super::baselines::{BaselineKind, Measure, Verdict, play};
 use super::tools::ToolTrial;
 use super::trial::{Ended, Trial};
 use crate::bodies::Variant;
 use crate::monitor::{Check, Failure, Worst};
-use chaincell_host::engine::{Arithmetic, Scheme};
+use chaincell_host::engine::Arithmetic;
 use chaincell_host::error::Result;
 
 /// How much is done.
@@ -81,34 +80,20 @@ pub struct Findings {
     pub failures: Vec<Failed>,
     /// Bodies that number types do not take, with the reason.
     pub refused: Vec<String>,
-    /// Worst verdict on each of the other methods.
-    pub others: BTreeMap<BaselineKind, Verdict>,
     /// Every run.
     pub runs: Vec<Run>,
 }
 
 impl Findings {
-    /// Plays a trial under every variant, and under the other methods.
+    /// Plays a trial under every variant.
     ///
     /// # Errors
     /// Interruption; what neither body nor settings explain.
     pub fn play(&mut self, trial: &Trial<'_>) -> Result<()> {
-        let mut measure = None;
         let shapes = trial.body.plain()?.is_nodal();
         for variant in if shapes { Variant::of_shapes() } else { Variant::all() } {
-            let Some(worst) = self.play_under(trial, variant)? else { continue };
-            let is_plain = variant.numbers == Arithmetic::F32 && !variant.coarse;
-            if variant.scheme == Scheme::Track && is_plain {
-                measure = Some(Measure { peak_j: worst.energy_peak_j, end_j: worst.energy_end_j });
-            }
-        }
-        // The other methods compute links.
-        if let Some(measure) = measure.filter(|_| trial.compared && !shapes) {
-            for baseline in BaselineKind::ALL {
-                if let Some(verdict) = play(trial, baseline, measure)? {
-                    self.judge(baseline, verdict);
-                }
-            }
+            let ended = trial.play(variant)?;
+            self.note(&trial.label, variant, ended);
         }
         Ok(())
     }
@@ -127,24 +112,15 @@ impl Findings {
         Ok(())
     }
 
-    fn play_under(&mut self, trial: &Trial<'_>, variant: Variant) -> Result<Option<Worst>> {
-        let ended = trial.play(variant)?;
-        Ok(self.note(&trial.label, variant, ended))
-    }
-
     /// Notes how a trial ended under a variant.
-    fn note(&mut self, label: &str, variant: Variant, ended: Ended) -> Option<Worst> {
+    fn note(&mut self, label: &str, variant: Variant, ended: Ended) {
         let place = || format!("{label}, {variant}");
         match ended {
-            Ended::Absent => None,
+            Ended::Absent => {}
             Ended::Refused(why) if variant.numbers == Arithmetic::F32 => {
                 self.fail(place(), Check::Admission, why);
-                None
             }
-            Ended::Refused(why) => {
-                self.refuse(why);
-                None
-            }
+            Ended::Refused(why) => self.refuse(why),
             Ended::Played { worst, failures } => {
                 let failures = failures.into_iter();
                 self.failures.extend(failures.map(|failure| Failed { place: place(), failure }));
@@ -155,7 +131,6 @@ impl Findings {
                     energy_left: worst.left(),
                     force_max_n: worst.force_max_n,
                 });
-                Some(worst)
             }
         }
     }
@@ -164,14 +139,6 @@ impl Findings {
     pub fn refuse(&mut self, why: String) {
         if !self.refused.contains(&why) {
             self.refused.push(why);
-        }
-    }
-
-    fn judge(&mut self, baseline: BaselineKind, verdict: Verdict) {
-        let known = self.others.entry(baseline).or_insert(verdict);
-        // Within a kind the later figures decide.
-        if verdict.is_worse(known) {
-            *known = verdict;
         }
     }
 
@@ -235,11 +202,6 @@ impl Outcome {
             figures.extend(of_worst.map(|(name, value)| (name.to_owned(), value)));
         }
         figures.insert("refused".to_owned(), found.refused.len() as f64);
-        for (baseline, verdict) in &found.others {
-            for (what, value) in verdict.figures() {
-                figures.insert(format!("{}_{what}", baseline.name()), value);
-            }
-        }
         Self { name: case.name, ok: found.failures.is_empty(), checks: case.checks, found }
     }
 }

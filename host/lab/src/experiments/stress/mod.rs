@@ -1,24 +1,20 @@
 //! `chaincell stress`: bodies in states and under tools that none should come to, in every scheme
-//! and number type, beside explicit mass-spring and position-based dynamics.
+//! and number type.
 //!
 //! A case is a body, a state or a tool, and what it checks beside [`EVERY_TICK`]; [`selected`]
 //! lists them. Each run is played three times: twice with vector units and once without, and the
 //! bits must agree. What a number type refuses is no failure and is listed with its reason.
 //!
-//! The table has a line a case: what it checks, the result, how near the worst tick came to a bound
-//! (force, energy or coordinate, as a part of it), and what the other two methods did: the part of
-//! the energy that is left at the end, or the tick in which they blew up. `stress.json` holds the
-//! same with every failure and every run; `ok` tells whether all cases held, and so does the exit
-//! code.
+//! The table has a line a case: what it checks, the result, and how near the worst tick came to a
+//! bound (force, energy or coordinate, as a part of it). `stress.json` holds the same with every
+//! failure and every run; `ok` says whether all cases held, and so does the exit code.
 
-mod baselines;
 mod case;
 mod cases;
 mod table;
 mod tools;
 mod trial;
 
-pub use baselines::{BaselineKind, Verdict};
 pub use case::{Case, Failed, Outcome, Run, Scale};
 pub use table::table;
 

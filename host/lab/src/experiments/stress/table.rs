@@ -6,14 +6,13 @@ use comfy_table::presets::{ASCII_HORIZONTAL_ONLY, NOTHING};
 use comfy_table::{ColumnConstraint, ContentArrangement, Table, Width};
 
 use super::Suite;
-use super::baselines::{BaselineKind, Verdict};
 use super::case::Outcome;
 use chaincell_host::words::counted;
 
 /// Columns of the terminal.
 const WIDTH: u16 = 100;
 /// Widths of the table's columns.
-const COLUMNS: [u16; 6] = [20, 30, 7, 8, 16, 14];
+const COLUMNS: [u16; 4] = [21, 60, 8, 10];
 /// Failures that are shown of a case; all stand in the JSON.
 const SHOWN: usize = 5;
 
@@ -22,7 +21,7 @@ const SHOWN: usize = 5;
 pub fn table(suite: &Suite) -> String {
     let mut table = plain(&COLUMNS);
     table.load_style(ASCII_HORIZONTAL_ONLY);
-    table.set_header(["case", "checked besides (*)", "result", "nearest", "mass-spring", "PBD"]);
+    table.set_header(["case", "checked besides (*)", "result", "nearest"]);
     table.add_rows(suite.cases.iter().map(row));
     let mut notes = plain(&[WIDTH]);
     notes.add_row([format!("(*) in every tick: {}.", suite.every_tick)]);
@@ -73,30 +72,16 @@ fn plain(widths: &[u16]) -> Table {
     table
 }
 
-/// What the columns of the other methods mean.
+/// What the last column means.
 const NOTES: &str = "nearest: the figure nearest to its bound, which is 1: E of what a tool may load, \
-    F of 2 k sqrt(W E), x of K, r of the rounding allowed. mass-spring (step of 1 ms / its largest \
-    stable step) and PBD (XPBD, links in order, steps of 1 ms, compliance 1/k): as many link passes \
-    a tick as track, a tenth of a velocity lost a step; the worst of the case's trials, with the part \
-    of E0 left at its end. E0: the largest of the start, of track and of what the tool could load \
-    into a body at a standstill. BLOWS UP @tick: not finite, over 10 E0, or beyond 1000 links.";
+    F of 2 k sqrt(W E), x of K, r of the rounding allowed.";
 
-fn row(case: &Outcome) -> [String; 6] {
-    let other = |baseline| case.found.others.get(&baseline).map(Verdict::to_string);
-    let usual = other(BaselineKind::MassSpring);
-    let stable = other(BaselineKind::MassSpringStable);
-    let springs = match (usual, stable) {
-        (Some(usual), Some(stable)) if usual == stable => usual,
-        (Some(usual), Some(stable)) => format!("{usual} /\n{stable}"),
-        _ => "-".to_owned(),
-    };
+fn row(case: &Outcome) -> [String; 4] {
     [
         case.name.to_owned(),
         case.checks.to_owned(),
         if case.ok { "ok" } else { "FAILED" }.to_owned(),
         nearest(case),
-        springs,
-        other(BaselineKind::PositionBased).unwrap_or_else(|| "-".to_owned()),
     ]
 }
 

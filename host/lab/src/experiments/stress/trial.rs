@@ -54,8 +54,6 @@ pub struct Trial<'b> {
     pub sweeps: Option<u16>,
     /// Largest part of the largest energy that `track` may leave at the end.
     pub left_max: Option<f64>,
-    /// Whether the other methods take part.
-    pub compared: bool,
 }
 
 /// How a trial ended under a variant.
@@ -102,7 +100,6 @@ impl<'b> Trial<'b> {
             unloading: Unloading::Off,
             sweeps: None,
             left_max: None,
-            compared: true,
         }
     }
 

@@ -4,9 +4,6 @@ use serde::Serialize;
 
 use crate::experiments::paper::body::Felt;
 
-/// Part of the range over which the stiffness at its start and end is taken.
-const END: f64 = 0.2;
-
 /// How a force grows with the displacement.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 pub struct Shape {
@@ -19,12 +16,6 @@ pub struct Shape {
     /// p of the least-squares line through ln F = p ln d + c, from the slack to the largest force:
     /// 1 for a linear spring, 3 for a plane that is pushed out of itself.
     pub nonlinearity_exponent: f64,
-    /// The same over the displacement beyond the slack.
-    pub exponent_beyond_slack: f64,
-    /// Slope of the curve over the first fifth from the slack to the largest force [N/m].
-    pub stiffness_start_n_per_m: f64,
-    /// Slope over the last fifth before the largest force [N/m].
-    pub stiffness_end_n_per_m: f64,
     /// Forces that fall from one point to the next by more than a fifth of the largest: snaps.
     pub snaps: usize,
     /// Largest residual of a free cell over the force on the tool, where that is above a
@@ -42,30 +33,18 @@ pub fn shape(curve: &[Felt], none_n: f64) -> Shape {
     };
     let slack_m = (curve.iter().take_while(|at| at.force_n <= none_n).last())
         .map_or(0.0, |last| last.depth_m);
-    let rising: Vec<[f64; 2]> = curve
+    let logarithms: Vec<[f64; 2]> = curve
         .iter()
         .filter(|at| at.depth_m > slack_m && at.depth_m <= top.depth_m && at.force_n > none_n)
-        .map(|at| [at.depth_m, at.force_n])
+        .map(|at| [at.depth_m.ln(), at.force_n.ln()])
         .collect();
-    let logarithms = |from: f64| -> Vec<[f64; 2]> {
-        rising.iter().map(|&[d, f]| [(d - from).ln(), f.ln()]).collect()
-    };
-    let range = top.depth_m - slack_m;
-    let within = |from: f64, to: f64| -> Vec<[f64; 2]> {
-        let touch = (slack_m == 0.0 || from == 0.0).then_some([slack_m, 0.0]);
-        let all = touch.into_iter().chain(rising.iter().copied());
-        all.filter(|[d, _]| (slack_m + from * range..=slack_m + to * range).contains(d)).collect()
-    };
     let falls = curve.windows(2).filter(|w| w[0].force_n - w[1].force_n > 0.2 * top.force_n);
     let felt = curve.iter().filter(|at| at.force_n > 0.01 * top.force_n);
     Shape {
         slack_m,
         force_max_n: top.force_n,
         depth_at_max_m: top.depth_m,
-        nonlinearity_exponent: slope(&logarithms(0.0)),
-        exponent_beyond_slack: slope(&logarithms(slack_m)),
-        stiffness_start_n_per_m: slope(&within(0.0, END)),
-        stiffness_end_n_per_m: slope(&within(1.0 - END, 1.0)),
+        nonlinearity_exponent: slope(&logarithms),
         snaps: falls.count(),
         residual: felt.map(|at| at.residual).fold(0.0, f64::max),
     }
@@ -103,10 +82,8 @@ mod tests {
     fn a_cubic_is_told_from_a_line_and_from_slack() {
         let line = shape(&curve(|d| 20.0 * d), 1e-9);
         assert!((line.nonlinearity_exponent - 1.0).abs() < 1e-12 && line.slack_m == 0.0);
-        assert!((line.stiffness_start_n_per_m - 20.0).abs() < 1e-9);
         let cubic = shape(&curve(|d| d.powi(3)), 1e-12);
         assert!((cubic.nonlinearity_exponent - 3.0).abs() < 1e-12);
-        assert!(cubic.stiffness_end_n_per_m > 30.0 * cubic.stiffness_start_n_per_m);
         let slack = shape(&curve(|d| 5.0 * (d - 0.0205).max(0.0)), 1e-9);
         assert!((slack.slack_m - 0.020).abs() < 1e-12);
         assert!(slack.nonlinearity_exponent > 1.5 && slack.snaps == 0);
@@ -114,12 +91,6 @@ mod tests {
         assert!(never.slack_m == 0.1 && never.force_max_n == 0.0);
         let snap = shape(&curve(|d| if d < 0.05 { d } else { d - 0.04 }), 1e-9);
         assert_eq!((snap.snaps, snap.depth_at_max_m), (1, 0.1));
-    }
-
-    #[test]
-    fn the_slope_of_a_line_with_noise() {
-        let points = [[0.0, 1.1], [1.0, 2.9], [2.0, 5.1], [3.0, 6.9]];
-        assert!((slope(&points) - 1.96).abs() < 1e-12);
     }
 
     #[test]

@@ -3,7 +3,6 @@
 mod compression;
 mod curve;
 mod pictures;
-mod prony;
 mod relaxation;
 mod words;
 
@@ -59,8 +58,6 @@ struct Results {
     loop_m: f64,
     held_m: f64,
     cases: Vec<Case>,
-    /// The loop over the whole compression at alpha 0.
-    deep: Loop,
     speeds: Vec<Speed>,
     /// The relaxation at alpha 0 on the exact trajectory \[s, N\].
     exact: Vec<[f64; 2]>,
@@ -100,22 +97,10 @@ impl Results {
                 relaxation: relax(&body, held_m, effort.seconds, TIME_CONSTANT_S)?,
             });
         }
-        let deep = there_and_back(&elastic, deepest_m, effort.steps)?;
         let exact = exact(&elastic, held_m, effort.seconds, TIME_CONSTANT_S)?;
         let speeds = speeds(&elastic, loop_m, effort.speeds)?;
         let (name, words) = (source.name, source.words.clone());
-        Ok(Self {
-            name,
-            words,
-            stiffness_n_per_m,
-            deepest_m,
-            loop_m,
-            held_m,
-            cases,
-            deep,
-            speeds,
-            exact,
-        })
+        Ok(Self { name, words, stiffness_n_per_m, deepest_m, loop_m, held_m, cases, speeds, exact })
     }
 
     /// The case without slack.
@@ -161,6 +146,7 @@ pub fn section(context: &Context) -> Result<Section> {
     Ok(Section {
         key: "mechanics",
         title: "Typical mechanical behaviour (Fig. 5)".into(),
+        results: words::results(&bodies),
         text: words::text(&bodies),
         figures: pictures::figures(&bodies)?,
         tables: words::tables(&bodies),
@@ -187,10 +173,7 @@ fn json_of(body: &Results) -> Value {
             "relaxation": {
                 "first_n": case.relaxation.first_n,
                 "minimum_n": case.relaxation.minimum_n,
-                "time_to_half_s": case.relaxation.time_to_s(0.5),
-                "time_to_tenth_s": case.relaxation.time_to_s(0.1),
             },
-            "prony": case.relaxation.series,
         })
     });
     let speeds = body.speeds.iter().map(|speed| {
@@ -207,10 +190,6 @@ fn json_of(body: &Results) -> Value {
         "loop_m": body.loop_m,
         "held_m": body.held_m,
         "cases": cases.collect::<Vec<Value>>(),
-        "whole_loop_at_alpha_0": {
-            "loading_work_j": body.deep.loading_work_j,
-            "loop_area_j": body.deep.area_j(),
-        },
         "speeds_at_alpha_0": speeds.collect::<Vec<Value>>(),
         "relaxation_error_against_exact": body.error(),
     })

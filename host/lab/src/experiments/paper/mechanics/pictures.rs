@@ -20,7 +20,7 @@ fn mm([metres, force_n]: [f64; 2]) -> [f64; 2] {
 pub fn figures(bodies: &[Results]) -> Result<Vec<Figure>> {
     let mut all = Vec::new();
     type Part = fn(&Results) -> (&'static str, String, Chart);
-    let parts: [Part; 5] = [compression, turns, speeds, relaxation, series];
+    let parts: [Part; 4] = [compression, turns, speeds, relaxation];
     for part in parts {
         for body in bodies {
             let (name, caption, chart) = part(body);
@@ -114,27 +114,6 @@ fn relaxation(body: &Results) -> (&'static str, String, Chart) {
         mm_of(body.held_m)
     );
     ("fig5c", caption, chart)
-}
-
-fn series(body: &Results) -> (&'static str, String, Chart) {
-    let relaxation = &body.elastic().relaxation;
-    let axes = (Axis::log10("time [s]"), Axis::linear("force [N]"));
-    let title = format!("5c: Prony series, alpha 0 ({})", body.words);
-    let mut chart = Chart::new(&title, axes.0, axes.1);
-    for prony in &relaxation.series {
-        let points: Vec<[f64; 2]> =
-            relaxation.curve.iter().map(|&[t_s, _]| [t_s, prony.at(t_s)]).collect();
-        let count = prony.f_n.len();
-        let label = format!("{count} term{}", if count == 1 { "" } else { "s" });
-        chart = chart.series(&label, Style::Line, &points);
-    }
-    let sparse: Vec<[f64; 2]> = relaxation.curve.iter().copied().step_by(3).collect();
-    let caption = format!(
-        "The relaxation of the {} at alpha 0 and Prony series of one, two and three terms fitted \
-         to it.",
-        body.words
-    );
-    ("fig5c_prony", caption, chart.series("model", Style::Markers, &sparse))
 }
 
 /// The curves as CSV.

@@ -3,7 +3,6 @@
 use chaincell_kernel::Unloading;
 
 use super::TICK_S;
-use super::prony::{Prony, TERMS_MAX, fit};
 use crate::experiments::paper::body::Body;
 use crate::reference::{Links, trajectory};
 use chaincell_host::error::Result;
@@ -25,21 +24,6 @@ pub struct Relaxation {
     pub curve: Vec<[f64; 2]>,
     /// The settled force at this depth \[N\].
     pub minimum_n: f64,
-    /// Series of one, two, three terms; none where the force dies away within the window.
-    pub series: Vec<Prony>,
-}
-
-impl Relaxation {
-    /// Time until so much of the difference between first and settled force is left \[s\]; none
-    /// within the window.
-    #[must_use]
-    pub fn time_to_s(&self, left: f64) -> Option<f64> {
-        let wanted = self.minimum_n + left * (self.first_n - self.minimum_n);
-        let at = self.curve.iter().position(|&[_, force]| force <= wanted)?;
-        let [t1, f1] = self.curve[at];
-        let [t0, f0] = at.checked_sub(1).map_or([0.0, self.first_n], |before| self.curve[before]);
-        Some(t0 + (t1 - t0) * (f0 - wanted) / (f0 - f1))
-    }
 }
 
 /// The first force of a jump to `depth_m` \[N\].
@@ -59,7 +43,7 @@ pub fn jump_n(body: &Body, depth_m: f64) -> Result<f64> {
 /// the time constant.
 ///
 /// # Errors
-/// As [`Tool::press`](crate::experiments::paper::body::Tool::press) and the fit of a series.
+/// As [`Tool::press`](crate::experiments::paper::body::Tool::press).
 pub fn relax(body: &Body, depth_m: f64, seconds: f64, time_constant_s: f64) -> Result<Relaxation> {
     let mut tool = body.in_time(TICK_S / time_constant_s)?;
     let ticks = (seconds / TICK_S).round() as u32;
@@ -76,10 +60,7 @@ pub fn relax(body: &Body, depth_m: f64, seconds: f64, time_constant_s: f64) -> R
     for step in 1..=STEPS {
         minimum_n = still.settle(depth_m * f64::from(step) / f64::from(STEPS))?.force_n;
     }
-    let alive = curve.iter().all(|&[_, force_n]| force_n > body.no_force_n().unwrap_or(0.0));
-    let terms = if alive { TERMS_MAX } else { 0 };
-    let series = (1..=terms).map(|terms| fit(&curve, terms)).collect::<Result<_>>()?;
-    Ok(Relaxation { first_n: jump_n(body, depth_m)?, curve, minimum_n, series })
+    Ok(Relaxation { first_n: jump_n(body, depth_m)?, curve, minimum_n })
 }
 
 /// The same force on the exact trajectory, in double precision, at a few moments within `seconds`:

@@ -5,7 +5,7 @@ use crate::reference::Npz;
 #[test]
 fn the_section_holds_in_the_quick_context() {
     let section = section(&Context { quick: true, reference: None }).unwrap();
-    assert_eq!((section.figures.len(), section.tables.len(), section.numbers.len()), (10, 3, 8));
+    assert_eq!((section.figures.len(), section.tables.len(), section.numbers.len()), (8, 2, 8));
     assert!(section.figures.iter().all(|figure| figure.picture.left_out == 0));
     let number = |at: &str| section.json.pointer(at).and_then(Value::as_f64).unwrap();
     // Geometry makes the plane cubic, and a straight chain to the border goes taut where it must.
@@ -34,8 +34,6 @@ fn the_section_holds_in_the_quick_context() {
         assert!(
             number(&format!("/bodies/{body}/speeds_at_alpha_0/0/loop_area_of_loading_work")) > 0.1
         );
-        let residual = |terms: usize| number(&format!("{elastic}/prony/{}/residual", terms - 1));
-        assert!(residual(1) > 0.02 && residual(2) < 0.5 * residual(1) && residual(3) < residual(2));
         let (first, minimum) = (
             number(&format!("{elastic}/relaxation/first_n")),
             number(&format!("{elastic}/relaxation/minimum_n")),

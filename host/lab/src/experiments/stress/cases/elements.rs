@@ -68,30 +68,17 @@ pub fn press_and_disturb(
     name: &str,
     body: &Body,
 ) -> Result<()> {
-    disturb(scale, found, name, body, true)
-}
-
-/// The same, beside the other methods or not.
-pub fn disturb(
-    scale: Scale,
-    found: &mut Findings,
-    name: &str,
-    body: &Body,
-    compared: bool,
-) -> Result<()> {
     let depth_m = 2.0 * body.plain()?.unit_m();
     let ticks = PRESS_TICKS + scale.ticks(60);
     let pressed = Trial::new(format!("{name}, pressed"), body, ticks).under(pressing(depth_m));
-    found.play(&Trial { compared, ..pressed })?;
+    found.play(&pressed)?;
     let ticks = scale.ticks(60);
-    let disturbed = |label: &str| {
-        let trial = Trial::new(format!("{name}, {label}"), body, ticks);
-        Trial { compared, ..trial.under(touching_once(ticks)) }
-    };
     for (label, state) in
         [("inverted", State::Inverted), ("in one point", State::Coincident([0.0; 3]))]
     {
-        found.play(&disturbed(label).from(move |model| state.of_free_cells(model, 0)))?;
+        let trial = Trial::new(format!("{name}, {label}"), body, ticks);
+        let trial = trial.from(move |model| state.of_free_cells(model, 0));
+        found.play(&trial.under(touching_once(ticks)))?;
     }
     Ok(())
 }

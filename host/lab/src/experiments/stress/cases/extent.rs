@@ -40,7 +40,7 @@ fn rod(scale: Scale, found: &mut Findings, columns: u32) -> Result<()> {
     let ticks = PRESS_TICKS + if scale.quick { 20 } else { 40 };
     let bent = Trial::new(format!("{columns} x 2 cells"), &body, ticks);
     let bent = bent.under(pressing(8.0 * SPACING_M));
-    found.play(&Trial { sweeps: Some(8), compared: false, ..bent })
+    found.play(&Trial { sweeps: Some(8), ..bent })
 }
 
 /// Room for the way, of K [mean link lengths].
@@ -65,5 +65,5 @@ fn far(scale: Scale, found: &mut Findings, way: f32) -> Result<()> {
     let ticks = PRESS_TICKS + scale.ticks(60);
     let pressed = Trial::new(format!("{way:e} links away"), &body, ticks).from(displaced);
     let pressed = pressed.under(pressing(2.0 * unit_m as f32));
-    found.play(&Trial { compared: false, ..pressed })
+    found.play(&pressed)
 }

@@ -69,7 +69,7 @@ fn tool(scale: Scale, found: &mut Findings) -> Result<()> {
                 let at = [0, 1, 2].map(|axis| extreme(3 * (tick / 2) + axis));
                 (at, tick < ticks - 30 && tick % 40 != 39)
             });
-            found.play(&Trial { touch, leaps, compared: false, ..trial })?;
+            found.play(&Trial { touch, leaps, ..trial })?;
         }
     }
     Ok(())
@@ -91,7 +91,7 @@ fn positions(scale: Scale, found: &mut Findings) -> Result<()> {
         let trial = trial.from(move |model| {
             (0..model.cells()).map(|cell| [0, 1, 2].map(|axis| of(cell, axis))).collect()
         });
-        found.play(&Trial { compared: false, ..trial })?;
+        found.play(&trial)?;
     }
     each_engine(&body, |variant, engine| {
         refuses(found, variant, engine, &[1.0001 * COORDINATE_MAX, f32::MAX, f32::MIN])

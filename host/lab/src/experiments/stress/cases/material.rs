@@ -5,7 +5,7 @@ use chaincell_kernel::Unloading;
 use crate::bodies::Body;
 use crate::bodies::shape::cuboid;
 use crate::experiments::stress::case::{Case, Findings, Scale};
-use crate::experiments::stress::cases::elements::{disturb, press_and_disturb};
+use crate::experiments::stress::cases::elements::press_and_disturb;
 use crate::experiments::stress::cases::{PRESS_TICKS, pressing};
 use crate::experiments::stress::trial::Trial;
 use crate::monitor::Check;
@@ -62,7 +62,7 @@ fn slack(scale: Scale, found: &mut Findings, alpha: f64) -> Result<()> {
     let ticks = PRESS_TICKS + scale.ticks(60);
     for unloading in [Unloading::Release, Unloading::Retreat] {
         let trial = Trial::new(format!("alpha {alpha}, {unloading:?}"), &body, ticks);
-        found.play(&Trial { unloading, compared: false, ..trial.under(pressing(depth_m)) })?;
+        found.play(&Trial { unloading, ..trial.under(pressing(depth_m)) })?;
     }
     Ok(())
 }
@@ -104,7 +104,7 @@ fn ends(scale: Scale, found: &mut Findings) -> Result<()> {
     for (label, n_per_m, beyond) in
         [("softest", softest, 0.5 * softest), ("stiffest", stiffest, 2.0 * stiffest)]
     {
-        disturb(scale, found, label, &of_stiffness(scale, &[n_per_m])?, false)?;
+        press_and_disturb(scale, found, label, &of_stiffness(scale, &[n_per_m])?)?;
         let taken = of_stiffness(scale, &[beyond]).is_ok();
         found.hold(!taken, label, Check::Admission, || format!("{beyond:e} N/m is taken"));
     }
@@ -126,9 +126,9 @@ fn ends(scale: Scale, found: &mut Findings) -> Result<()> {
         if weight(middle)? < 1.0 / 64.0 { low = middle } else { high = middle }
     }
     found.figure("fixed_weight_min", weight(high)?);
-    disturb(scale, found, "widest contrast of fixed point", &contrast(high)?, false)?;
+    press_and_disturb(scale, found, "widest contrast of fixed point", &contrast(high)?)?;
     let refused = found.refused.len();
-    disturb(scale, found, "twice that contrast", &contrast(0.5 * high)?, false)?;
+    press_and_disturb(scale, found, "twice that contrast", &contrast(0.5 * high)?)?;
     let says = found.refused.len() > refused;
     found.hold(says, "twice that contrast", Check::Admission, || "is taken".to_owned());
     Ok(())
