@@ -91,10 +91,7 @@ fn young_pa(
 
 /// Returns the modulus of each cell of a body without volume \[Pa\]: the mean of its links' stiffness over
 /// their length, as in a body that is as thick as the links are long.
-fn sheet_pa(
-    rest_m: &[[f64; 3]],
-    links: impl Iterator<Item = ([usize; 2], f64)>,
-) -> Vec<f64> {
+fn sheet_pa(rest_m: &[[f64; 3]], links: impl Iterator<Item = ([usize; 2], f64)>) -> Vec<f64> {
     let mut sums = vec![(0.0, 0.0); rest_m.len()];
     for ([i, j], stiffness) in links {
         let squared = (0..3).map(|axis| (rest_m[j][axis] - rest_m[i][axis]).powi(2));

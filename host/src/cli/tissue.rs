@@ -8,9 +8,7 @@
 use std::ffi::OsString;
 
 use chaincell_kernel::stage::StageSettings;
-use chaincell_kernel::{
-    Choice, Drive, Model, Network, Settings, SettingsError, Unloading,
-};
+use chaincell_kernel::{Choice, Drive, Model, Network, Settings, SettingsError, Unloading};
 use serde::Serialize;
 
 use super::choice::parser;

@@ -129,7 +129,7 @@ pub fn tools(specs: &[ToolSpec], friction: Option<f32>, model: &Model<'_>) -> Re
     if !model.has_contact_surface() {
         return Err(Error::input(
             "a tool touches the surface of a body, and this model has none: bake it from a mesh with \
-             triangles or tetrahedra (a --lean one with --contact-surface yes), or hold cells with \
+             triangles or tetrahedra (a lean one with --contact-surface yes), or hold cells with \
              --contact cells:SELECTOR",
         ));
     }

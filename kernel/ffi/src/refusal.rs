@@ -106,7 +106,9 @@ impl From<ContactError> for Refusal {
                 Refusal::sizes(Code::ContactCoarse, needed, room)
             }
             ContactError::Engaged => Code::ContactEngaged.into(),
-            ContactError::SurfaceUnbuilt | ContactError::SurfaceScheme => Code::ContactScheme.into(),
+            ContactError::SurfaceUnbuilt | ContactError::SurfaceScheme => {
+                Code::ContactScheme.into()
+            }
             ContactError::NoContactSurface => Code::ContactNoSurface.into(),
             ContactError::Tools { needed, capacity } => {
                 Refusal::sizes(Code::ContactTools, needed, capacity)

@@ -39,10 +39,10 @@
 use core::marker::PhantomData;
 
 use super::Dynamics;
-use super::coarse::resistance::{resist, tool_room};
 use super::coarse::elastic::elastic_room;
 use super::coarse::elastic_held::{self, elastic_held_room, is_corrected};
 use super::coarse::held::{self, coarse_room};
+use super::coarse::resistance::{resist, tool_room};
 use super::coarse::{Coarse, CoarseTouch};
 use super::conjugate::{BOUNDED, Guess, Last, OF_SPHERE, PUSHED, PUSHED_BY_SPHERE, Products};
 use super::guard::{Pass, discards};

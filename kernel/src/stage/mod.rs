@@ -29,7 +29,7 @@
 //!
 //! [`StageSettings::for_device`] sets all of them for the Touch, Premium, Falcon, omega and sigma.7;
 //! [`StageSettings::NONE`] sets none. The stage depends on samples and answers alone, so a recorded session
-//! replays to the same forces. It works with held cells and with a probe. Under a current the tissue reports
+//! replays to the same forces. It works with held cells and with tools. Under a current the tissue reports
 //! no stiffness: there a stage with coupling or passivity control gives no force and is in the safe state.
 //!
 //! **Limits.** Passivity is tested in closed loop with models of five handles and of soft and stiff hands

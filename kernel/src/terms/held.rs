@@ -108,8 +108,10 @@ pub enum ContactError {
     #[error("the tool is engaged: release it first")]
     Engaged,
     /// Tools need a contact surface, and the model has none.
-    #[error("the model has no contact surface: bake a mesh with triangles or tetrahedra, a lean model with \
-         `contact_surface` yes")]
+    #[error(
+        "the model has no contact surface: bake a mesh with triangles or tetrahedra, a lean model with \
+         `contact_surface` yes"
+    )]
     NoContactSurface,
     /// The number of tools is 0 or above the tissue's capacity.
     #[error("{needed} tools: there must be 1 to {capacity}, as many as the tissue has room for")]

@@ -27,7 +27,7 @@ use crate::terms::tests::{pinned, with_word};
 /// 299 cells, 20 of them fixed; bands, weights, slices, 24 basis functions and a surface.
 static ORGAN: &[u8] = crate::include_model!("../../../tests/data/varied300.chaincell");
 const CELLS: usize = 299;
-/// Blocks for a coarse level with 16 held cells or a probe.
+/// Blocks for a coarse level with 16 held cells.
 const ROOM: usize = 160;
 /// Length beyond which pins slip [mean link lengths].
 const SLIP_LENGTH: f32 = 0.7;

@@ -122,7 +122,7 @@ fn contacts_that_cannot_be_held() {
         ("probe:0", &["radius must be above 0"]),
         ("probe:-0.01", &["radius must be above 0"]),
         ("probe:nan", &["radius must be above 0"]),
-        ("probe:1e9", &["at most"]),
+        ("probe:1e9", &["is more than"]),
         (&key(""), &["add #KEY"]),
         (&key("#none"), &["selects no node"]),
         (&key("#far"), &["'25' is no node"]),
@@ -218,7 +218,6 @@ fn run_parameters_out_of_range() {
         let step = ["--scheme", dynamics, "--step", "0.01"];
         place.refuses_run(&step, &["--step 0.01", "answers the static question"]);
     }
-    place.refuses_run(&["--probe-capacity", "3"], &["--probe-capacity 3", "there is no probe"]);
     place.refuses_run(&["--contact", "probe"], &["--contact probe", "as in probe:0.012"]);
     let both = ["--scheme", "euler", "--step", "0.1", "--time-constant-s", "1"];
     place.refuses_run(&both, &["--time-constant-s", "cannot be used with"]);

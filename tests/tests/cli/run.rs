@@ -444,7 +444,7 @@ fn the_default_scheme_is_the_one_that_suits_the_scene() {
     };
     for (place, options, scheme) in [
         (&tight, &[][..], "predict"),
-        (&tight, &["--contact", "probe:0.02"], "track"),
+        (&tight, &["--contact", "probe:0.02"], "predict"),
         (&tight, &["--drive", "current"], "track"),
         (&tight, &["--precision", "fixed"], "track"),
         (&slack, &[], "track"),
@@ -468,7 +468,6 @@ fn predict_says_where_it_is_track() {
         play(&place.model, &path, &out, &options).with(0).err
     };
     for (place, options, why) in [
-        (&tight, &["--contact", "probe:0.02"][..], "with a probe on cells it is track"),
         (&tight, &["--drive", "current"][..], "under a current it is track"),
         (&slack, &[][..], "on a model with slack"),
     ] {

@@ -24,7 +24,7 @@ fn the_contract_names_every_key() {
     let session = out.to_str().unwrap();
     let mut found = keys("info", &run(["info", model, "--json"]).with(0).json());
     let folder = scratch();
-    let body = ["--young-pa", "5000", "--probe-contact", "surface"];
+    let body = ["--young-pa", "5000"];
     let body = bake(folder.path(), "box:4x4x3x0.01", &body);
     let of_probe = run(["info", text(&body), "--probe", "0.01", "--json"]).with(0).json();
     found.extend(keys("info --probe", &of_probe["probe"]));

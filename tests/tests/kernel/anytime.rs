@@ -3,7 +3,7 @@
 
 use chaincell_host::bake::BakeOptions;
 use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
-use chaincell_kernel::{Budget, Flags, Model, Settings, Unloading};
+use chaincell_kernel::{Budget, Flags, Model, Unloading};
 use chaincell_lab::bodies::{Shape, Variant};
 use chaincell_lab::monitor::Monitor;
 use chaincell_tests::graph::{Case, body, case, holds, kinds, sample, singles};
@@ -55,42 +55,6 @@ proptest! {
             force_n = output.force_n;
             prop_assert_eq!(again.tick_by(&[tool], Budget::again(Some(output.sweeps))), output);
             prop_assert_eq!(again.state_hash(), engine.state_hash());
-        }
-        holds(&monitor)?;
-    }
-
-    /// The same with a probe: a late tick carries what it touches, wherever it jumps to, and leaves
-    /// fixed cells alone.
-    #[test]
-    fn the_certificate_holds_under_a_probe(
-        (case, variant) in any_time(), ticks in ticks(), radius_m in 0.001_f32..0.15,
-        capacity in 1_usize..40, teleports in any::<bool>(),
-        unloading in prop::sample::select(vec![Unloading::Off, Unloading::Release, Unloading::Retreat]),
-    ) {
-        let image = case.with_surface().image();
-        let model = Model::from_bytes(image.as_bytes()).unwrap();
-        let engine = || {
-            let contact = Contact::Probe { radius_m, capacity };
-            case.engine_with(model, variant, contact, |settings| Settings {
-                unloading,
-                max_tool_step_m: if teleports { 100.0 } else { settings.max_tool_step_m },
-                ..settings
-            })
-        };
-        let [mut engine, mut again] = [engine().unwrap(), engine().unwrap()];
-        let mut monitor = Monitor::new(&engine, variant.scheme, variant.numbers);
-        let rest = engine.positions_m();
-        for (way_m, engaged, sweeps) in ticks {
-            let tool = sample(way_m, engaged);
-            let output = monitor.tick_again(&mut engine, &tool, sweeps);
-            prop_assert!(output.contacts as usize <= capacity && (engaged == 1 || output.contacts == 0));
-            prop_assert_eq!(output.flags.contains(Flags::LATE), output.sweeps == 0);
-            prop_assert_eq!(again.tick_by(&[tool], Budget::again(Some(output.sweeps))), output);
-            prop_assert_eq!(again.state_hash(), engine.state_hash());
-            let now = engine.positions_m();
-            for &cell in model.fixed() {
-                prop_assert_eq!(now[usize::from(cell)], rest[usize::from(cell)]);
-            }
         }
         holds(&monitor)?;
     }

@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used)]
 
 use chaincell_host::bake::tissue::Tissue;
-use chaincell_host::bake::{BakeOptions, BasisSpacing, ImageBytes, PerCell, ProbeContact};
+use chaincell_host::bake::{BakeOptions, BasisSpacing, ImageBytes, PerCell};
 use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
 use chaincell_kernel::image::{NO_FUNCTION, kind, nodal, params};
 use chaincell_kernel::{Model, ModelError, Network, TickOutput};
@@ -20,7 +20,6 @@ fn links() -> Forged {
 fn shapes() -> Forged {
     let options = BakeOptions {
         tissue: Some(Tissue::new(PerCell::Uniform(5000.0), PerCell::Uniform(0.4))),
-        probe_contact: ProbeContact::Surface,
         coarse_basis: BasisSpacing::Links(2.0),
         ..BakeOptions::default()
     };
@@ -90,7 +89,7 @@ fn press(image: &ImageBytes, scheme: Scheme, probe: bool) -> usize {
     let network = Network::new(model, settings).unwrap();
     let free = (0..model.cells() as u16).rev().find(|&cell| !model.is_fixed(cell)).unwrap();
     let contact = match probe {
-        true => Contact::Probe { radius_m: model.unit_m(), capacity: 64 },
+        true => Contact::sphere(model.unit_m(), 0.0),
         false => Contact::Cells(vec![free]),
     };
     let mut engine = Engine::with_contact(network, scheme, Arithmetic::F32, contact).unwrap();
@@ -185,7 +184,10 @@ fn answers_are_finite_with_every_weight() {
                 continue;
             }
             for scheme in [Scheme::Track, Scheme::Euler] {
-                taken += press(&image, scheme, false) + press(&image, scheme, true);
+                taken += press(&image, scheme, false);
+                if matches!(scheme, Scheme::Track | Scheme::Predict) {
+                    taken += press(&image, scheme, true);
+                }
             }
         }
     }

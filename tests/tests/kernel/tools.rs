@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used)]
 
 use chaincell_host::bake::tissue::Tissue;
-use chaincell_host::bake::{BakeOptions, ImageBytes, PerCell, ProbeContact, bake};
+use chaincell_host::bake::{BakeOptions, ImageBytes, PerCell, bake};
 use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
 use chaincell_host::mesh::{MeshOptions, load};
 use chaincell_kernel::{
@@ -29,8 +29,7 @@ fn bake_block(tissue: Option<Tissue>) -> ImageBytes {
     let nodes = mesh.nodes_m.iter().enumerate();
     let ground: Vec<u32> =
         nodes.filter(|(_, x)| x[2] < 1e-6).map(|(node, _)| node as u32).collect();
-    let probe_contact = ProbeContact::Surface;
-    bake(&mesh, &ground, &BakeOptions { tissue, probe_contact, ..BakeOptions::default() }).unwrap()
+    bake(&mesh, &ground, &BakeOptions { tissue, ..BakeOptions::default() }).unwrap()
 }
 
 fn engine(image: &ImageBytes, tools: Vec<Vec<ToolPart>>, friction: f32, sweeps: u16) -> Engine<'_> {

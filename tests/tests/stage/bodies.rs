@@ -1,4 +1,4 @@
-//! The output stage with forces that come late, on bodies of links under a probe among their cells and
+//! The output stage with forces that come late, on bodies of links and
 //! of nodal shapes under tools on their surface.
 //!
 //! The ways of poses and forces, devices and hands are those of the walls in `delay`. A press begins

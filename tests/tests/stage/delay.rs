@@ -6,7 +6,7 @@
 #![allow(clippy::unwrap_used)]
 
 use chaincell_host::bake::tissue::Tissue;
-use chaincell_host::bake::{BakeOptions, ImageBytes, PerCell, ProbeContact, bake};
+use chaincell_host::bake::{BakeOptions, ImageBytes, PerCell, bake};
 use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
 use chaincell_host::mesh::{MeshOptions, load};
 use chaincell_kernel::stage::{StageSettings, passive_stiffness_n_per_m};
@@ -175,8 +175,7 @@ fn what_is_passive_is_shown() {
 fn nodal_box() -> ImageBytes {
     let mesh = load("box:9x9x7x0.008", &MeshOptions::default()).unwrap();
     let tissue = Some(Tissue::new(PerCell::Uniform(2.0e4), PerCell::Uniform(0.45)));
-    let options =
-        BakeOptions { tissue, probe_contact: ProbeContact::Surface, ..BakeOptions::default() };
+    let options = BakeOptions { tissue, ..BakeOptions::default() };
     bake(&mesh, &mesh.default_fixed, &options).unwrap()
 }
 
@@ -190,7 +189,7 @@ fn a_sphere_on_a_surface_makes_no_energy_however_late() {
             let settings_of =
                 Settings { sweeps: 2, unloading: Unloading::Off, ..Settings::for_model(&model) };
             let network = Network::new(model, settings_of).unwrap();
-            let contact = Contact::Probe { radius_m: 0.012, capacity: 64 };
+            let contact = Contact::sphere(0.012, 0.0);
             let mut engine =
                 Engine::with_contact(network, Scheme::Predict, Arithmetic::F32, contact).unwrap();
             let above = V::new(0.0, 0.0, 0.048 + 0.012);

@@ -12,8 +12,8 @@ use std::path::Path;
 
 use chaincell_kernel::stage::StageSettings;
 use chaincell_kernel::trace::{
-    Command, CommandRecord, End, Entry, Header, MAGIC, PartRecord, Reader, Record,
-    RecordedTools, ReplayError, TraceError, Writer,
+    Command, CommandRecord, End, Entry, Header, MAGIC, PartRecord, Reader, Record, RecordedTools,
+    ReplayError, TraceError, Writer,
 };
 use chaincell_kernel::{Budget, Model, ToolPart};
 

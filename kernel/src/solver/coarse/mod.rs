@@ -56,10 +56,10 @@ mod solve;
 pub(crate) mod tests;
 pub(crate) mod touched;
 
-pub use resistance::tool_room;
 pub use elastic::elastic_room;
 pub use elastic_held::elastic_held_room;
 pub use held::coarse_room;
+pub use resistance::tool_room;
 pub(crate) use solve::{Coarse, Solve};
 pub use touched::CoarseTouch;
 pub(crate) use touched::Under;

@@ -278,7 +278,10 @@ mod tests {
         let all = resist(&basis, &mut room, free().map(|cell| (cell, 1.0))).map(usize::from);
         assert_eq!(all, (basis.count <= RESISTED_MAX).then_some(basis.count));
         let short = room.len() - 1;
-        assert_eq!(resist(&basis, &mut room[..short], free().take(1).map(|cell| (cell, 1.0))), None);
+        assert_eq!(
+            resist(&basis, &mut room[..short], free().take(1).map(|cell| (cell, 1.0))),
+            None
+        );
         // The same basis function twice has no factor.
         let mut taken = Resisted::cut(&basis, &mut room[6 * basis.blocks()..]).unwrap();
         (taken.functions[0], taken.functions[1]) = (3.0, 3.0);
