@@ -108,6 +108,7 @@ pub(crate) fn exceptions_are_masked() -> bool {
 mod tests {
     use super::sqrt;
 
+    // REQ-BIT-04
     #[test]
     fn agrees_with_libm_to_the_last_bit() {
         let mut bits = 1_u32;

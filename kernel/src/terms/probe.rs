@@ -236,6 +236,7 @@ mod tests {
         assert_eq!(sphere.place([10.0, -9.0, 0.0], up), None);
     }
 
+    // REQ-FOR-06
     #[test]
     fn a_contact_stays_while_it_is_pressed_on() {
         let (inwards, outwards) = ([0.0, 0.0, -1.0], [0.0, 0.0, 1.0]);
@@ -250,6 +251,7 @@ mod tests {
         assert!(!keeps(1.999_999, outwards) && !sphere().is_inside([10.0, -4.0, 1.999_999]));
     }
 
+    // REQ-CON-04
     #[test]
     fn the_lowest_ids_get_the_slots() {
         let mut slots = vec![Contact::<f32>::NONE; 3];

@@ -31,6 +31,7 @@ proptest! {
 
     /// The level bounds the energy after every sweep and in every late tick, whatever the tool does
     /// meanwhile, and the same ticks give the same bits.
+    // REQ-TCK-03, REQ-TCK-06
     #[test]
     fn the_certificate_holds_after_any_sweep((case, variant) in any_time(), ticks in ticks(),
                                              unloading in prop::sample::select(vec![Unloading::Off, Unloading::Release, Unloading::Retreat])) {
@@ -61,6 +62,7 @@ proptest! {
 
     /// The same with a probe: a late tick carries what it touches, wherever it jumps to, and leaves
     /// fixed cells alone.
+    // REQ-TCK-06
     #[test]
     fn the_certificate_holds_under_a_probe(
         (case, variant) in any_time(), ticks in ticks(), radius_m in 0.001_f32..0.15,
@@ -96,6 +98,7 @@ proptest! {
     }
 
     /// Sweeps of a scheme that goes by time are not left out.
+    // REQ-TCK-06
     #[test]
     fn other_schemes_make_every_sweep(case in case(false), scheme in prop::sample::select(vec![Scheme::Euler, Scheme::Rkl2])) {
         let image = case.image();
@@ -111,6 +114,7 @@ proptest! {
 }
 
 /// The tool's way in late ticks counts as in any other: none of it is lost, and none made twice.
+// REQ-TCK-06
 #[test]
 fn a_tick_behind_late_ones_is_where_the_tool_is() {
     let shape = Shape::generated("box:7x6x4x0.008").unwrap();

@@ -97,6 +97,7 @@ fn surface(model: &Model<'_>, beyond_m: &[f64], is: impl Fn(f64) -> bool) -> Vec
 /// Rounding of a distance \[m\].
 const ROUNDING_M: f64 = 1e-7;
 
+// REQ-CON-03
 #[test]
 fn cells_inside_end_on_the_sphere_and_fixed_ones_stay() {
     for (image, kind) in plain() {
@@ -132,6 +133,7 @@ fn cells_inside_end_on_the_sphere_and_fixed_ones_stay() {
     }
 }
 
+// REQ-CON-04
 #[test]
 fn over_the_capacity_the_lowest_cells_are_kept_and_it_is_said() {
     for image in boxes(BasisSpacing::None) {
@@ -152,6 +154,7 @@ fn over_the_capacity_the_lowest_cells_are_kept_and_it_is_said() {
     }
 }
 
+// REQ-CON-03
 #[test]
 fn a_cell_at_the_centre_leaves_along_its_normal() {
     let [links, shapes] = boxes(BasisSpacing::None);
@@ -176,6 +179,7 @@ fn a_cell_at_the_centre_leaves_along_its_normal() {
 }
 
 /// The tool presses, slides and stands still.
+// REQ-FOR-06
 #[test]
 fn contacts_and_force_do_not_chatter() {
     for (image, kind) in cases() {
@@ -212,6 +216,7 @@ fn contacts_and_force_do_not_chatter() {
     }
 }
 
+// REQ-FOR-02
 #[test]
 fn let_go_the_tool_feels_nothing() {
     for (image, kind) in plain() {
@@ -237,6 +242,7 @@ fn let_go_the_tool_feels_nothing() {
 }
 
 /// On the vector unit and without it, with sleep and without.
+// REQ-BIT-02
 #[test]
 fn the_bits_are_the_same_however_they_are_computed() {
     for (image, kind) in cases() {
@@ -264,6 +270,7 @@ fn the_bits_are_the_same_however_they_are_computed() {
     }
 }
 
+// REQ-CON-05
 #[test]
 fn a_probe_that_cannot_be_is_refused() {
     let line = [0.0, 0.01, 0.02].map(|x| [x, 0.0, 0.0]).to_vec();
@@ -296,6 +303,7 @@ proptest! {
 
     /// Wherever the probe jumps to: no NaN, the energy of what is published is at most the
     /// certified level and the model's largest energy.
+    // REQ-ENE-03
     #[test]
     fn the_certified_level_holds(
         (case, variant) in body(false, Variant::plain_ones()), moves in moves(),
@@ -331,6 +339,7 @@ proptest! {
 
 /// A tool that leaves faster than the tissue follows draws nothing after it: no force on
 /// the tool, no energy that nobody put in, and no contact that stays.
+// REQ-ENE-09
 #[test]
 fn a_tool_that_leaves_at_once_draws_no_cell_along() {
     for (image, kind) in plain() {

@@ -58,6 +58,7 @@ fn bits(engine: &mut Engine<'_>, output: &TickOutput) -> (Vec<u32>, u64) {
 const WAYS: [(Scheme, u16); 2] = [(Scheme::Track, 4), (Scheme::Predict, 2)];
 
 /// Spheres of a quarter to a half of an edge, pressed in as deep as they are wide and far deeper.
+// REQ-CON-06
 #[test]
 fn a_sphere_smaller_than_a_link_never_passes_without_force() {
     for spec in ["box:9x9x6x0.008", "organ:1000"] {

@@ -59,6 +59,7 @@ fn run(image: &ImageBytes, choice: Choice) -> (f64, [f64; 2]) {
     (made_j, force_n)
 }
 
+// REQ-STG-02
 #[test]
 fn a_probe_makes_no_energy() {
     let image = slab();
@@ -69,6 +70,7 @@ fn a_probe_makes_no_energy() {
     }
 }
 
+// REQ-STG-03
 #[test]
 fn without_the_stage_a_probe_comes_off() {
     let image = slab();

@@ -57,6 +57,7 @@ impl Act for Digest {
     }
 }
 
+// REQ-BIT-03
 #[test]
 fn sleep_changes_no_bit() {
     for scene in SCENES {
@@ -94,6 +95,7 @@ impl Act for Late {
     }
 }
 
+// REQ-BIT-02
 #[test]
 fn late_and_short_ticks_have_the_same_bits_with_and_without_the_vector_unit() {
     for scene in SCENES {
