@@ -24,7 +24,7 @@ pub struct Case {
     /// Nodal shapes in place of links: alpha is 0 then, and the stiffness without meaning.
     pub tissue: Option<Tissue>,
     /// Distance of the coarse basis functions in mean link lengths.
-    pub hats: Option<f64>,
+    pub coarse_functions: Option<f64>,
     /// Sweeps a tick.
     pub sweeps: u16,
     /// Time a tick of the schemes that go by it, in steps.
@@ -41,10 +41,18 @@ pub fn case(floating: bool) -> impl Strategy<Value = Case> {
         let fixed = prop::collection::vec(0..n as u32 - 1, 1..3);
         let alpha = prop_oneof![Just(0.0), 0.0..0.99];
         let decades = prop::collection::vec(-3.0_f64..3.0, n);
-        let hats = prop::option::of(1.0_f64..4.0);
+        let coarse_functions = prop::option::of(1.0_f64..4.0);
         let rates = (prop_oneof![3 => 1_u16..5, 1 => 5_u16..16], 0.5_f32..40.0);
-        (nodes, chords, parents, fixed, alpha, decades, (hats, rates)).prop_map(
-            move |(nodes_m, chords, parents, mut fixed, alpha, decades, (hats, rates))| {
+        (nodes, chords, parents, fixed, alpha, decades, (coarse_functions, rates)).prop_map(
+            move |(
+                nodes_m,
+                chords,
+                parents,
+                mut fixed,
+                alpha,
+                decades,
+                (coarse_functions, rates),
+            )| {
                 let tree = parents.iter().enumerate().map(|(i, parent)| {
                     let child = i as u32 + 1;
                     [parent.index(i + 1) as u32, child]
@@ -61,7 +69,15 @@ pub fn case(floating: bool) -> impl Strategy<Value = Case> {
                 let stiffness_n_per_m = decades.iter().map(|d| 10.0_f64.powf(*d)).collect();
                 let (sweeps, tick_time) = rates;
                 let shape = shape(nodes_m, links, fixed);
-                Case { shape, alpha, stiffness_n_per_m, tissue: None, hats, sweeps, tick_time }
+                Case {
+                    shape,
+                    alpha,
+                    stiffness_n_per_m,
+                    tissue: None,
+                    coarse_functions,
+                    sweeps,
+                    tick_time,
+                }
             },
         )
     })
@@ -115,9 +131,9 @@ fn shapes(floating: bool) -> impl Strategy<Value = Case> {
         let moved = prop::collection::vec(prop::array::uniform3(-0.1_f64..0.1), nodes);
         let apart_m = prop::array::uniform3(0.01_f64..0.05);
         let fixed = prop::collection::btree_set(0..nodes as u32 - 1, 1..5);
-        let hats = prop::option::of(1.0_f64..4.0);
-        (moved, apart_m, fixed, tissue(nodes), hats, 1_u16..5).prop_map(
-            move |(moved, apart_m, fixed, tissue, hats, sweeps)| {
+        let coarse_functions = prop::option::of(1.0_f64..4.0);
+        (moved, apart_m, fixed, tissue(nodes), coarse_functions, 1_u16..5).prop_map(
+            move |(moved, apart_m, fixed, tissue, coarse_functions, sweeps)| {
                 // A spacing of 1 in every direction, before that of the case.
                 let mut shape = Shape::generated(&format!("box:{a}x{b}x{c}x1")).unwrap();
                 for (node, by) in shape.mesh.nodes_m.iter_mut().zip(moved) {
@@ -127,7 +143,15 @@ fn shapes(floating: bool) -> impl Strategy<Value = Case> {
                 let shape = shape.holding(&[nodes as u32 - 1]);
                 let stiffness_n_per_m = vec![1.0; nodes];
                 let (alpha, tissue, tick_time) = (0.0, Some(tissue), 1.0);
-                Case { shape, alpha, stiffness_n_per_m, tissue, hats, sweeps, tick_time }
+                Case {
+                    shape,
+                    alpha,
+                    stiffness_n_per_m,
+                    tissue,
+                    coarse_functions,
+                    sweeps,
+                    tick_time,
+                }
             },
         )
     })
@@ -219,7 +243,7 @@ impl Case {
         BakeOptions {
             alpha: PerCell::Uniform(self.alpha),
             stiffness_n_per_m: PerCell::Each(self.stiffness_n_per_m.clone()),
-            coarse_basis: self.hats.map_or(BasisSpacing::None, BasisSpacing::Links),
+            coarse_basis: self.coarse_functions.map_or(BasisSpacing::None, BasisSpacing::Links),
             tissue: self.tissue.clone(),
             ..BakeOptions::default()
         }

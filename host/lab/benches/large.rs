@@ -60,7 +60,7 @@ fn median(mut times: Vec<f64>) -> f64 {
 
 /// Median time of a bare link sweep \[s\].
 fn bare_sweep(scene: &Scene) -> Result<f64> {
-    let mut engine = engine(scene, Setting { hats: false, ..Setting::TRACK }, 1)?;
+    let mut engine = engine(scene, Setting { coarse: false, ..Setting::TRACK }, 1)?;
     let positions = State::Stretched.positions(&scene.model()?, 0);
     let times = (0..200).map(|_| {
         engine.set_positions(&positions)?;
@@ -80,7 +80,7 @@ fn press(
     threads: usize,
     ticks: usize,
 ) -> Result<(Vec<[f64; 3]>, f64)> {
-    let mut engine = engine(scene, Setting { scheme, hats: true }, sweeps)?;
+    let mut engine = engine(scene, Setting { scheme, coarse: true }, sweeps)?;
     engine.share(ThreadCount::Of(threads).start(scene.model()?.cells())?);
     let (mut forces, mut times) = (Vec::new(), Vec::new());
     for tick in 0..ticks {

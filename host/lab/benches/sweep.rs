@@ -110,7 +110,7 @@ fn counted_run(scene: &Scene, number: usize, length: usize) -> Result<Vec<[f64; 
         }
         return Ok(body.positions().iter().map(|at| at.map(f64::from)).collect());
     }
-    let mut engine = engine(scene, Setting { hats: number == 3, ..Setting::TRACK }, sweeps)?;
+    let mut engine = engine(scene, Setting { coarse: number == 3, ..Setting::TRACK }, sweeps)?;
     if number == 2 {
         engine.go_scalar();
     }

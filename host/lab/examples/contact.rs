@@ -169,7 +169,11 @@ fn main() {
     };
     let (image, nodes) = body(&mesh, &made);
     let model = Model::from_bytes(image.as_bytes()).unwrap();
-    println!("{mesh}, {kind}: {} cells, {} basis functions", model.cells(), model.hats());
+    println!(
+        "{mesh}, {kind}: {} cells, {} basis functions",
+        model.cells(),
+        model.coarse_functions()
+    );
     let like = match made {
         Made::Tissue(nu) => [YOUNG_PA, nu],
         Made::Links(_) => [Equivalent::of_model(&model).unwrap().body_pa, 0.25],

@@ -60,7 +60,7 @@ fn options(mesh: &Mesh, given: &Given<'_, '_>) -> PyResult<BakeOptions> {
         resistance: given.real("r_x")?.unwrap_or(defaults.resistance),
         capacitance: given.real("capacitance")?.unwrap_or(defaults.capacitance),
         energy_max_j: given.real("energy_max_j")?,
-        coarse_basis: hats(given)?,
+        coarse_basis: coarse_functions(given)?,
         lean,
         probe_contact: match word(given, "probe_contact", &["surface", "cells"])?.unwrap_or(surface)
         {
@@ -196,8 +196,8 @@ fn stiffening(given: &Given<'_, '_>) -> PyResult<Vec<Band>> {
     bands.iter().map(band).collect()
 }
 
-fn hats(given: &Given<'_, '_>) -> PyResult<BasisSpacing> {
-    Ok(match number_or(given, "hats", &["auto", "none"])? {
+fn coarse_functions(given: &Given<'_, '_>) -> PyResult<BasisSpacing> {
+    Ok(match number_or(given, "coarse", &["auto", "none"])? {
         None | Some(Err("auto")) => BasisSpacing::BySize,
         Some(Ok(links)) => BasisSpacing::Links(links),
         Some(Err(_)) => BasisSpacing::None,

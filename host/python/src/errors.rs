@@ -81,7 +81,7 @@ pub(crate) fn client(why: chaincell_client::Error) -> PyErr {
 const RENAMED: [(&str, &str); 6] = [
     ("`saturation_m`", "`k_m`"),
     ("`resistance`", "`r_x`"),
-    ("`coarse_basis`", "`hats`"),
+    ("`coarse_basis`", "`coarse`"),
     ("`fix`", "`fixed`"),
     ("`material`", "`materials`"),
     ("`tool`", "`tools`"),

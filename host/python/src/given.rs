@@ -24,7 +24,7 @@ const BAKE: [&str; 23] = [
     "energy_max_j",
     "fill_m",
     "fixed",
-    "hats",
+    "coarse",
     "k_m",
     "law",
     "lean",

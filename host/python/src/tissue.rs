@@ -74,8 +74,8 @@ impl Live {
             self.with(|of| (of.is_anytime(), of.engine().network().settings().sweeps));
         match sweeps {
             Some(_) if !is_anytime => Err(Class::Argument.error(
-                "`sweeps` of a tick: under this `dynamics` the sweeps are the tissue's time; leave \
-                 it out, or take `dynamics` track",
+                "`sweeps` of a tick: under this `scheme` the sweeps are the tissue's time; leave \
+                 it out, or take `scheme` track",
             )),
             Some(sweeps) if sweeps > most => Err(Class::Argument.error(format!(
                 "`sweeps` {sweeps} of a tick: the tissue makes at most {most}; give it more `sweeps`"

@@ -77,7 +77,7 @@ REAL: list[tuple[str, Callable[[object], object]]] = [
     ("young_pa", lambda x: Model.bake(POINTS, TETS, young_pa=x)),
     ("poisson", lambda x: Model.bake(POINTS, TETS, young_pa=5000, poisson=x)),
     ("k_m", lambda x: Model.bake(POINTS, TETS, k_m=x)),
-    ("hats", lambda x: Model.bake(POINTS, TETS, hats=x)),
+    ("coarse", lambda x: Model.bake(POINTS, TETS, coarse=x)),
     ("unit_m", lambda x: Model.bake(POINTS, TETS, unit_m=x)),
     ("stiffening", lambda x: Model.bake(POINTS, TETS, young_pa=5000, stiffening={0.15: x})),
     ("hz", Rate),

@@ -73,7 +73,7 @@ BAKES: list[tuple[Callable[[], object], type[Exception], str]] = [
     (bake(unit_m=0), ModelError, "`unit_m` 0: must be above 0"),
     (bake(k_m=1e-9), ModelError, "`k_m`"),
     (bake(r_x=-1), ModelError, "`r_x` -1"),
-    (bake(hats=0.1), ModelError, "`hats` 0.1"),
+    (bake(coarse=0.1), ModelError, "`coarse` 0.1"),
     (bake(cells=5), ModelError, "`cells` 5: must be from 2 to 4, the nodes of the mesh"),
     (bake(lean=1), TypeError, "`lean`: give True or False, not int"),
     (bake(probe_contact="edges"), ModelError, '`probe_contact` "edges": give surface or cells'),
@@ -151,7 +151,7 @@ TISSUES: list[tuple[dict[str, object], type[Exception], str]] = [
     ({"sweeps": "many"}, ArgumentError, "'many' for `sweeps`"),
     ({"sweeps": True}, TypeError, "`sweeps`: give a whole number, not bool"),
     ({"sweeps": [1]}, TypeError, "`sweeps`: give a whole number, not list"),
-    ({"dynamics": "newton"}, ArgumentError, "'newton' for `dynamics`.*track"),
+    ({"scheme": "newton"}, ArgumentError, "'newton' for `scheme`.*track"),
     ({"max_force_n": np.nan}, ArgumentError, "`max_force_n`"),
     ({"tools": "sphere:0.01"}, TypeError, "`tools`: give a list of texts"),
     ({"tools": []}, ArgumentError, "`tools` is empty: give at least one tool, or None"),
@@ -221,7 +221,7 @@ def test_bad_paths(plane: Model) -> None:
         ({"path": press(5), "sweeps_made": [9] * 5}, ArgumentError, "`sweeps` 9 of a tick"),
         ({"path": press(5), "sweeps_made": [1]}, ArgumentError, "`sweeps_made`: its shape"),
         ({"path": press(5), "sweeps_made": [70000] * 5}, ArgumentError, "`sweeps_made` 70000"),
-        ({"path": press(1), "sweeps_made": [1], "dynamics": "euler"}, ArgumentError, "`dynamics`"),
+        ({"path": press(1), "sweeps_made": [1], "scheme": "euler"}, ArgumentError, "`scheme`"),
     ]
     for given, error, text in wrongs:
         with pytest.raises(error, match=text):

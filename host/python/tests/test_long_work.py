@@ -47,8 +47,8 @@ def sphere(rings, around):
 @pytest.mark.parametrize(
     "work",
     [
-        "Model.bake_mesh('organ:60000', young_pa=5000, hats=1.0)",
-        "Model.bake(*grid(38), young_pa=5000, hats=1.0)",
+        "Model.bake_mesh('organ:60000', young_pa=5000, coarse=1.0)",
+        "Model.bake(*grid(38), young_pa=5000, coarse=1.0)",
         "Model.bake(points, triangles=faces, fill_m=0.0012, cells=60000)",
     ],
 )

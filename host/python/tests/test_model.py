@@ -56,8 +56,8 @@ def test_every_argument_reaches_the_bake() -> None:
             {"r_x": 2.0},
             {"capacitance": 2.0},
             {"energy_max_j": 0.5},
-            {"hats": "none"},
-            {"hats": 1.0},
+            {"coarse": "none"},
+            {"coarse": 1.0},
             {"lean": True},
             {"cells": 20},
             {"rings": 2},
@@ -80,10 +80,10 @@ def test_every_argument_reaches_the_bake() -> None:
     for base, change in changes:
         more = {"young_pa": 5000} if base is soft else {}
         found = Model.bake(points, tets, **more, **change).checksum
-        if not (base is plain and change == {"hats": "none"}):
+        if not (base is plain and change == {"coarse": "none"}):
             assert found not in seen, change
         seen.add(found)
-    default = Model.bake(points, tets, poisson=None, young_pa=None, hats="auto", law=None)
+    default = Model.bake(points, tets, poisson=None, young_pa=None, coarse="auto", law=None)
     assert default.checksum == plain.checksum
 
 

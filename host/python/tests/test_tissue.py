@@ -42,7 +42,7 @@ def by_command(command: Path, model: Model, path: np.ndarray, folder: Path, *opt
     [
         ({"contact": [40]}, ["--contact", "40"]),
         ({"contact": "cells:nodes:40,41", "sweeps": 2}, ["--contact", "40,41", "--sweeps", "2"]),
-        ({"contact": "40", "dynamics": "euler"}, ["--contact", "40", "--dynamics", "euler"]),
+        ({"contact": "40", "scheme": "euler"}, ["--contact", "40", "--scheme", "euler"]),
         ({"contact": "probe:0.01"}, ["--contact", "probe:0.01"]),
         ({"contact": [40], "device": "touch"}, ["--contact", "40", "--device", "touch"]),
     ],

@@ -1,10 +1,10 @@
-//! The coarse level: hat functions (hats) over the rest shape, and the inverse of a matrix between them:
+//! The coarse level: hat functions over the rest shape, and the inverse of a matrix between them:
 //! that of the Laplacian bound of links, or that of the elasticity of nodal shapes.
 //!
 //! See `chaincell_kernel::solver::coarse` for their use. The grid's spacing is about the same along all
-//! axes, such that a whole number of boxes fits the body; hats that no free cell touches are left out.
+//! axes, such that a whole number of boxes fits the body; coarse functions that no free cell touches are left out.
 
-use chaincell_kernel::image::{HATS_MAX, NO_HAT, kind};
+use chaincell_kernel::image::{COARSE_MAX, NO_FUNCTION, kind};
 use chaincell_kernel::parts;
 use nalgebra::DMatrix;
 
@@ -13,38 +13,38 @@ use super::tissue::Shapes;
 use super::{Link, OrderedCells};
 use crate::error::{Error, Result};
 
-/// Most hats of a model by default: their product then takes about a quarter of a sweep of the paper's
+/// Most coarse functions of a model by default: their product then takes about a quarter of a sweep of the paper's
 /// liver.
 const HATS_DEFAULT_MAX: usize = 400;
 /// Smallest spacing by default \[mean link lengths\].
 const SPACING_MIN: f64 = 2.5;
 /// Largest spacing by default, beyond which a coarse level is of little use \[mean link lengths\].
 const SPACING_MAX: f64 = 8.0;
-/// Most hats of nodal shapes by default: the product on all axes together is nine times as large.
+/// Most coarse functions of nodal shapes by default: the product on all axes together is nine times as large.
 const ELASTIC_DEFAULT_MAX: usize = 160;
 /// Their smallest spacing by default \[mean link lengths\].
 const ELASTIC_SPACING_MIN: f64 = 4.5;
-/// Their largest spacing \[mean link lengths\]: even a body of the most cells has few enough hats then.
+/// Their largest spacing \[mean link lengths\]: even a body of the most cells has few enough coarse functions then.
 const ELASTIC_SPACING_MAX: f64 = 64.0;
 /// Fewest free cells for each of them.
 const ELASTIC_CELLS_MIN: usize = 6;
 /// Share of its diagonal that is added to the matrix before it is inverted, times the root of the
-/// number of hats n. The kernel's product B g has errors of up to eps n |B| |g|; scaled to a
+/// number of coarse functions n. The kernel's product B g has errors of up to eps n |B| |g|; scaled to a
 /// diagonal of 1, |B| is at most 1 / share and B g at least |g| / 4, so g . B g keeps above the
 /// matrix's own c' A c if share / 16 > eps n / share: share > sqrt(16 eps n). It also covers the part of
 /// c that the kernel sets to 0 next to a probe, at most 1e-4 of the largest coordinate of c.
 const ROUNDING_ROOM: f64 = 1.0e-3;
 /// A hat whose weights on all its cells add up to less is left out: it moves next to nothing. The
-/// matrix is that of the remaining hats, so the certificate stays exact.
+/// matrix is that of the remaining coarse functions, so the certificate stays exact.
 const SUPPORT_MIN: f32 = 1.0e-2;
 /// If every cell is fewer links than this away from a fixed one, sweeps alone settle the body as
 /// fast.
 const RINGS_MIN: usize = 5;
 
-/// Spacing of the hats.
+/// Spacing of the coarse functions.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum BasisSpacing {
-    /// By size: at most 400 hats, at least 2.5 mean link lengths apart; none if every cell is close to
+    /// By size: at most 400 coarse functions, at least 2.5 mean link lengths apart; none if every cell is close to
     /// a fixed one, or if the body is too large for that. Nodal shapes have at most 160, at least 4.5
     /// apart, and at most one for six free cells, for bodies of any size.
     #[default]
@@ -114,7 +114,7 @@ fn weights([x, y, z]: [f64; 3]) -> [f32; 8] {
     })
 }
 
-/// The free cells by part of the body and box, with their weights, and the numbers of the hats.
+/// The free cells by part of the body and box, with their weights, and the numbers of the coarse functions.
 struct Level {
     count: usize,
     rows: Vec<u32>,
@@ -140,7 +140,7 @@ impl Level {
             })
             .collect();
         by_box.sort_unstable_by_key(|&(at_box, cell, ..)| (at_box, cell));
-        // Number the grid points with enough support as hats.
+        // Number the grid points with enough support as coarse functions.
         let points = (0..3).map(|axis| grid.boxes[axis] + 1).product();
         let mut support = vec![0.0; points];
         for &(_, _, at, inside) in &by_box {
@@ -148,11 +148,11 @@ impl Level {
                 support[point] += weight;
             }
         }
-        let kept = |&support: &f32| if support > SUPPORT_MIN { 0 } else { NO_HAT };
+        let kept = |&support: &f32| if support > SUPPORT_MIN { 0 } else { NO_FUNCTION };
         let mut hat_of: Vec<u16> = support.iter().map(kept).collect();
         let mut count = 0;
-        for hat in hat_of.iter_mut().filter(|hat| **hat != NO_HAT) {
-            *hat = count as u16;
+        for function in hat_of.iter_mut().filter(|function| **function != NO_FUNCTION) {
+            *function = count as u16;
             count += 1;
         }
         // The rows of the boxes, in pairs of cells.
@@ -162,7 +162,7 @@ impl Level {
             corners: Vec::new(),
             cells: Vec::new(),
             weights: Vec::new(),
-            entry: vec![NO_HAT; body.rest.len()],
+            entry: vec![NO_FUNCTION; body.rest.len()],
         };
         for chunk in by_box.chunk_by(|a, b| a.0 == b.0) {
             level.corners.push(grid.corners(chunk[0].2).map(|point| hat_of[point]));
@@ -182,20 +182,21 @@ impl Level {
 
     /// Returns true if every entry has a number of 16 bits.
     fn is_addressable(&self) -> bool {
-        self.cells.len() <= usize::from(NO_HAT)
+        self.cells.len() <= usize::from(NO_FUNCTION)
     }
 
     /// Returns the row of P of a cell.
     fn row(&self, cell: u16) -> Vec<(usize, f64)> {
         let entry = self.entry[usize::from(cell)];
-        if entry == NO_HAT {
+        if entry == NO_FUNCTION {
             return Vec::new();
         }
         let entry = usize::from(entry);
         let at_box = self.rows.partition_point(|&start| start as usize <= entry / 2) - 1;
-        let hats = self.corners[at_box].iter().zip(self.weights[entry]);
-        hats.filter(|&(&hat, weight)| weight > 0.0 && hat != NO_HAT)
-            .map(|(&hat, weight)| (usize::from(hat), f64::from(weight)))
+        let coarse_functions = self.corners[at_box].iter().zip(self.weights[entry]);
+        coarse_functions
+            .filter(|&(&function, weight)| weight > 0.0 && function != NO_FUNCTION)
+            .map(|(&function, weight)| (usize::from(function), f64::from(weight)))
             .collect()
     }
 
@@ -207,7 +208,9 @@ impl Level {
                 for (&([i, j], _), &w) in links.iter().zip(*weight) {
                     // One link adds w / 2 times the square of the difference of its ends' rows.
                     let mut difference = self.row(i);
-                    difference.extend(self.row(j).into_iter().map(|(hat, value)| (hat, -value)));
+                    difference.extend(
+                        self.row(j).into_iter().map(|(function, value)| (function, -value)),
+                    );
                     add_square(&mut matrix, &difference, 0.5 * f64::from(w));
                 }
                 matrix
@@ -215,11 +218,11 @@ impl Level {
             Bound::Shapes(shapes) => shapes.elasticity(self.count, |cell| self.row(cell)),
         };
         let size = matrix.nrows();
-        for hat in 0..size {
-            matrix[(hat, hat)] *= 1.0 + ROUNDING_ROOM * (size as f64).sqrt();
+        for function in 0..size {
+            matrix[(function, function)] *= 1.0 + ROUNDING_ROOM * (size as f64).sqrt();
         }
         let factor = matrix.cholesky().ok_or_else(|| {
-            Error::check("the hats' matrix is not positive definite: bake with `coarse_basis` none")
+            Error::check("the coarse functions' matrix is not positive definite: bake with `coarse_basis` none")
         })?;
         Ok(factor.inverse())
     }
@@ -228,9 +231,9 @@ impl Level {
     fn highest(&self) -> Vec<u16> {
         let mut highest = vec![(0.0, 0); self.count];
         for cell in 0..self.entry.len() as u16 {
-            for (hat, weight) in self.row(cell) {
-                if weight > highest[hat].0 {
-                    highest[hat] = (weight, cell);
+            for (function, weight) in self.row(cell) {
+                if weight > highest[function].0 {
+                    highest[function] = (weight, cell);
                 }
             }
         }
@@ -296,7 +299,7 @@ fn rings(body: &OrderedCells) -> Option<usize> {
     reached.iter().all(|&reached| reached).then_some(rings)
 }
 
-/// Returns the default spacing of the hats of a body; `None` for no hats.
+/// Returns the default spacing of the coarse functions of a body; `None` for no coarse functions.
 fn by_size(body: &OrderedCells, mobility: &[f32], bound: &Bound<'_>) -> Option<f64> {
     let (closest, farthest, most) = match bound {
         Bound::Links(..) => {
@@ -343,12 +346,12 @@ pub(super) fn push(
     }
     if !level.is_addressable() {
         return Err(Error::input(format!(
-            "`coarse_basis` {spacing}: too many cells for hats that close; set them farther apart"
+            "`coarse_basis` {spacing}: too many cells for coarse functions that close; set them farther apart"
         )));
     }
-    if level.count > HATS_MAX {
+    if level.count > COARSE_MAX {
         return Err(Error::input(format!(
-            "`coarse_basis` {spacing}: that makes {} hats, the kernel takes {HATS_MAX}; set them farther \
+            "`coarse_basis` {spacing}: that makes {} coarse functions, the kernel takes {COARSE_MAX}; set them farther \
              apart",
             level.count
         )));
@@ -356,25 +359,25 @@ pub(super) fn push(
     // Invert its matrix, and write the sections.
     let inverse = level.inverse(bound)?;
     let rows = padded(&inverse, level.count);
-    sections.push(kind::HATS, &[level.count as u32]);
-    sections.push(kind::HAT_ROWS, &level.rows);
-    sections.push(kind::HAT_CORNERS, level.corners.as_flattened());
-    sections.push(kind::HAT_CELLS, &level.cells);
+    sections.push(kind::COARSE, &[level.count as u32]);
+    sections.push(kind::COARSE_ROWS, &level.rows);
+    sections.push(kind::COARSE_CORNERS, level.corners.as_flattened());
+    sections.push(kind::COARSE_CELLS, &level.cells);
     let pairs = level.weights.chunks_exact(2);
     let weights: Vec<f32> = pairs
         .flat_map(|pair| (0..8).flat_map(|corner| [pair[0][corner], pair[1][corner]]))
         .collect();
-    sections.push(kind::HAT_WEIGHTS, &weights);
-    sections.push(kind::HAT_ENTRY, &level.entry);
-    sections.push(kind::HAT_INVERSE, &rows);
+    sections.push(kind::COARSE_WEIGHTS, &weights);
+    sections.push(kind::COARSE_ENTRY, &level.entry);
+    sections.push(kind::COARSE_INVERSE, &rows);
     if let Bound::Shapes(shapes) = bound {
-        sections.push(kind::HAT_TURNS, &level.highest());
-        sections.push(kind::HAT_FACTORS, &shapes.factors());
+        sections.push(kind::COARSE_TURNS, &level.highest());
+        sections.push(kind::COARSE_FACTORS, &shapes.factors());
     }
     Ok(())
 }
 
-/// Returns the rows of a symmetric matrix of `count` hats, one axis or three, in single precision.
+/// Returns the rows of a symmetric matrix of `count` coarse functions, one axis or three, in single precision.
 /// Columns of each axis are padded, and with three axes also the rows.
 fn padded(inverse: &DMatrix<f64>, count: usize) -> Vec<f32> {
     let (axes, stride) = (inverse.nrows() / count, count.next_multiple_of(8));

@@ -7,7 +7,7 @@
 //! - `embedded`: those nodes in the image; `--lean` leaves them out, and all other data that only
 //!   pictures, selectors and vector units need.
 //! - `order`, `slices`: the order of the cells, and their links for vector units.
-//! - `coarse_basis`: the coarse level of `track`, `--hats`.
+//! - `coarse_basis`: the coarse level of `track`, `--coarse`.
 //! - `tissue`: Young's modulus and Poisson's ratio in place of links.
 //! - `contact`: the surface that a probe touches, `--probe-contact`.
 //! - `equivalent`: Young's modulus of the tissue to which links are equivalent.

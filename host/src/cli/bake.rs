@@ -126,17 +126,17 @@ pub struct BodyArgs {
     /// cells of the largest valence, each displaced by the width of the body]
     #[arg(long, value_name = "E", allow_negative_numbers = true)]
     energy_max_j: Option<f64>,
-    /// Coarse level of `track`: distance of its basis functions (hats) in mean link lengths, none,
+    /// Coarse level of `track`: distance of its basis functions in mean link lengths, none,
     /// or auto (at most 400 at 2.5 or more; none where every cell is within four links of a fixed
     /// one; of nodal shapes at most 160 at 4.5 or more)
     #[arg(
         id = "coarse_basis",
-        long = "hats",
+        long = "coarse",
         default_value = "auto",
         value_name = "SPACING",
         allow_negative_numbers = true
     )]
-    hats: String,
+    coarse: String,
     /// Leave out what firmware has no use for: groups, triangles, tetrahedra, the mesh
     /// embedded by --cells, and the links once more in slices for vector units
     #[arg(long)]
@@ -276,7 +276,7 @@ impl BodyArgs {
             resistance: self.r_x,
             capacitance: self.capacitance,
             energy_max_j: self.energy_max_j,
-            coarse_basis: spacing(&self.hats)?,
+            coarse_basis: spacing(&self.coarse)?,
             lean: self.lean,
             probe_contact: self.probe_contact(mesh),
             cells: self.cells,
@@ -389,7 +389,7 @@ fn spacing(text: &str) -> Result<BasisSpacing> {
         "none" => Ok(BasisSpacing::None),
         number => number.parse().map(BasisSpacing::Links).map_err(|_| {
             Error::input(format!(
-                "--hats {number}: give a distance in mean link lengths, none or auto"
+                "--coarse {number}: give a distance in mean link lengths, none or auto"
             ))
         }),
     }

@@ -30,8 +30,8 @@ impl BudgetArgs {
             None => Ok(SweepBudget::Off),
             Some(budget) if engine.is_anytime() || budget == SweepBudget::Off => Ok(budget),
             Some(budget) => Err(Error::input(format!(
-                "--budget-us {budget}: under --dynamics {} the sweeps are the tissue's time, so \
-                 their number is fixed; leave it out, or take --dynamics track",
+                "--budget-us {budget}: under --scheme {} the sweeps are the tissue's time, so \
+                 their number is fixed; leave it out, or take --scheme track",
                 engine.scheme().name()
             ))),
         }

@@ -46,7 +46,7 @@ impl Offline {
     /// What cells and links are computed in.
     #[must_use]
     pub fn numbers(&self) -> Arithmetic {
-        self.tissue.number
+        self.tissue.precision
     }
 
     /// Names of all options, without the dashes.
@@ -69,7 +69,7 @@ mod tests {
     fn a_refusal_is_one_line_that_names_the_option() {
         for (option, part) in [
             ("--sweeps=x", "--sweeps"),
-            ("--dynamics=none", "--dynamics"),
+            ("--scheme=none", "--scheme"),
             ("--device=hammer", "--device"),
             ("--colour=1", "--colour"),
             ("--help", "--help"),

@@ -43,9 +43,9 @@ struct ReplayReport {
     cells: usize,
     links: usize,
     #[serde(serialize_with = "choice::serialize")]
-    dynamics: Scheme,
+    scheme: Scheme,
     #[serde(serialize_with = "choice::serialize")]
-    number: Arithmetic,
+    precision: Arithmetic,
     model_checksum: String,
     ticks: u32,
     commands: u32,
@@ -91,8 +91,8 @@ pub fn execute(args: &Args) -> Result<()> {
     let report = ReplayReport {
         cells: model.cells(),
         links: model.links(),
-        dynamics: scheme,
-        number: numbers,
+        scheme,
+        precision: numbers,
         model_checksum: format!("{:08x}", model.checksum()),
         ticks,
         commands,

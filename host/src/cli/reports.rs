@@ -57,7 +57,7 @@ pub struct ModelReport {
     dimension: u32,
     parts: u32,
     step_bound: f32,
-    hats: usize,
+    coarse_functions: usize,
     alpha: f32,
     alpha_varies: bool,
     stiffness_n_per_m: f32,
@@ -117,7 +117,7 @@ impl ModelReport {
             dimension: model.dimension(),
             parts: model.parts(),
             step_bound: model.step_max(),
-            hats: model.hats(),
+            coarse_functions: model.coarse_functions(),
             alpha: model.alpha(),
             alpha_varies: model.alpha_varies(),
             stiffness_n_per_m: model.stiffness_n_per_m(),
@@ -175,7 +175,7 @@ impl ModelReport {
             format!("{} to {}, mean {:.1}", self.valence.min, self.valence.max, self.valence.mean),
         )?;
         row("grid", format!("{} D, {} part(s)", self.dimension, self.parts))?;
-        row("hats", format!("{} (coarse level of track)", self.hats))?;
+        row("coarse", format!("{} basis functions of the coarse level", self.coarse_functions))?;
         let [low, high] = self.bounding_box_m;
         let side = |axis: usize| format!("{:.4} to {:.4}", low[axis], high[axis]);
         row("box", format!("x {}, y {}, z {} m", side(0), side(1), side(2)))?;

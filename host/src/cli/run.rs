@@ -133,8 +133,8 @@ pub fn execute(args: &Args) -> Result<()> {
     let records = rows * (1 + tissue.tools());
     Folder::check_room(&args.out, records)?;
     let folder = Folder::open(&args.out, args.force)?;
-    let (dynamics, number) = (tissue.engine().scheme(), args.tissue.number);
-    let begun = Recording::begin(tissue.engine(), dynamics, number, tissue.settings())?;
+    let (scheme, precision) = (tissue.engine().scheme(), args.tissue.precision);
+    let begun = Recording::begin(tissue.engine(), scheme, precision, tissue.settings())?;
     let front = begun.bytes().to_vec();
     let place = folder.file(recording::TRACE);
     let mut trace = TraceFile::create("--out", &place, args.force, begun, records)?;
@@ -239,8 +239,8 @@ fn check_sweeps(args: &Args, tissue: &Staged<'_>, poses: &[Vec<Pose>]) -> Result
     let path = args.source.path.as_deref().unwrap_or(Path::new("path")).display();
     match most {
         Some(_) if !tissue.is_anytime() => Err(Error::input(format!(
-            "{path}: it has the column sweeps, but under --dynamics {} the sweeps are the tissue's \
-             time, and their number is fixed; leave the column out, or take --dynamics track",
+            "{path}: it has the column sweeps, but under --scheme {} the sweeps are the tissue's \
+             time, and their number is fixed; leave the column out, or take --scheme track",
             tissue.engine().scheme().name()
         ))),
         Some(most) if most > args.tissue.sweeps => Err(Error::input(format!(

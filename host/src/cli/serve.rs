@@ -143,8 +143,8 @@ pub fn execute(args: &Args) -> Result<()> {
     let server = open(&options, tissue.engine(), args.state_hz)?;
     // Commands may set parameters: what is written is what the session began with.
     let settings = args.tissue.report(tissue.engine());
-    let (dynamics, number) = (tissue.engine().scheme(), args.tissue.number);
-    let begun = Recording::begin(tissue.engine(), dynamics, number, tissue.settings())?;
+    let (scheme, precision) = (tissue.engine().scheme(), args.tissue.precision);
+    let begun = Recording::begin(tissue.engine(), scheme, precision, tissue.settings())?;
     let (folder, mut recorder, server) = recorded(args, begun, &image, server, &mut tissue)?;
     server.say_ready()?;
     let report = server.run(&mut tissue, &mut recorder)?;

@@ -57,11 +57,11 @@ pub struct TissueArgs {
     /// rkl2 the same trajectory beyond euler's bound [default: predict where the tool holds
     /// cells of a model without slack, or meets a contact surface; else track]
     #[arg(long, value_parser = parser::<Scheme>())]
-    dynamics: Option<Scheme>,
+    scheme: Option<Scheme>,
     /// Numbers that cells and links are computed in
     #[arg(long, value_parser = parser::<Arithmetic>(), default_value = Arithmetic::default().name(),
         value_name = "TYPE")]
-    pub number: Arithmetic,
+    pub precision: Arithmetic,
     /// Dimensionless time: the step of euler a sweep [default: 0.9 of the model's bound], or what
     /// rkl2 advances a tick [default: what the sweeps cover]
     #[arg(long, value_name = "H", allow_negative_numbers = true)]
@@ -101,15 +101,15 @@ pub struct TissueArgs {
 const PROBE_CAPACITY: u16 = 64;
 
 /// Why a scheme takes no time.
-const STATIC: &str = "this scheme answers the static question; take --dynamics euler or rkl2";
+const STATIC: &str = "this scheme answers the static question; take --scheme euler or rkl2";
 
 /// Every parameter in force, for summaries.
 #[derive(Debug, Clone, Serialize)]
 pub struct TissueReport {
     #[serde(serialize_with = "choice::serialize")]
-    dynamics: Scheme,
+    scheme: Scheme,
     #[serde(serialize_with = "choice::serialize")]
-    number: Arithmetic,
+    precision: Arithmetic,
     sweeps_per_tick: u16,
     step: f32,
     step_bound: f32,
@@ -160,7 +160,7 @@ impl TissueArgs {
             return Err(self.refuse(SettingsError::MaxForce));
         }
         let cells = model.cells();
-        let mut engine = Engine::with_contact(network, scheme, self.number, contact)?;
+        let mut engine = Engine::with_contact(network, scheme, self.precision, contact)?;
         engine.share(self.threads(scheme, cells)?);
         Ok(engine)
     }
@@ -195,11 +195,11 @@ impl TissueArgs {
             _ if model.has_slack() => Some("on a model with slack (--alpha of bake)"),
             _ => None,
         };
-        match (self.dynamics, why_track) {
-            (None, None) if self.number == Arithmetic::F32 => Scheme::Predict,
+        match (self.scheme, why_track) {
+            (None, None) if self.precision == Arithmetic::F32 => Scheme::Predict,
             (None, _) => Scheme::Track,
             (Some(Scheme::Predict), Some(why)) => {
-                log::warn!("--dynamics predict: {why} it is track, which needs less memory");
+                log::warn!("--scheme predict: {why} it is track, which needs less memory");
                 Scheme::Predict
             }
             (Some(scheme), _) => scheme,
@@ -209,13 +209,13 @@ impl TissueArgs {
     /// The threads beside the ticking one.
     fn threads(&self, scheme: Scheme, cells: usize) -> Result<Option<Threads>> {
         let is_shared = matches!(scheme, Scheme::Track | Scheme::Predict);
-        let number = self.number;
+        let precision = self.precision;
         match self.threads {
-            ThreadCount::Auto if !is_shared || number != Arithmetic::F32 => Ok(None),
-            ThreadCount::Of(count @ 2..) if !is_shared || number != Arithmetic::F32 => {
+            ThreadCount::Auto if !is_shared || precision != Arithmetic::F32 => Ok(None),
+            ThreadCount::Of(count @ 2..) if !is_shared || precision != Arithmetic::F32 => {
                 Err(Error::input(format!(
-                    "--threads {count}: threads share the sweeps of --dynamics track and predict in \
-                     --number f32; leave it out"
+                    "--threads {count}: threads share the sweeps of --scheme track and predict in \
+                     --precision f32; leave it out"
                 )))
             }
             count => count.start(cells),
@@ -253,7 +253,7 @@ impl TissueArgs {
         if step > bound {
             return refused(format!(
                 "euler would step by {step} a sweep, the model's proven bound is {bound}: at least \
-                 {} s with {} a tick, or --dynamics rkl2",
+                 {} s with {} a tick, or --scheme rkl2",
                 TICK_S / (bound * sweeps),
                 counted(self.sweeps, "sweep")
             ));
@@ -316,8 +316,8 @@ impl TissueArgs {
         }
         args.extend(self.probe_capacity.map(|count| format!("--probe-capacity={count}")));
         args.extend(self.friction.map(|friction| format!("--friction={friction}")));
-        args.extend(self.dynamics.map(|scheme| format!("--dynamics={}", scheme.name())));
-        args.push(format!("--number={}", self.number.name()));
+        args.extend(self.scheme.map(|scheme| format!("--scheme={}", scheme.name())));
+        args.push(format!("--precision={}", self.precision.name()));
         args.push(format!("--sweeps={}", self.sweeps));
         args.push(format!("--threads={}", self.threads));
         args.push(format!("--drive={}", self.drive.name()));
@@ -349,8 +349,8 @@ impl TissueArgs {
         let by_tick = engine.scheme().goes_by_tick();
         let euler = f32::from(settings.sweeps) * settings.step;
         TissueReport {
-            dynamics: engine.scheme(),
-            number: self.number,
+            scheme: engine.scheme(),
+            precision: self.precision,
             sweeps_per_tick: settings.sweeps,
             step: if by_tick { settings.tick_time } else { settings.step },
             step_bound: model.step_max(),

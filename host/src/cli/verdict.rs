@@ -187,7 +187,7 @@ impl Verdict {
                 }
                 (true, false) => {
                     "all sweeps of a tick together longer than a pose period let the force fall to \
-                     0: take fewer --sweeps, --dynamics track, or fewer cells with `bake --cells N`"
+                     0: take fewer --sweeps, --scheme track, or fewer cells with `bake --cells N`"
                 }
                 (false, _) => {
                     "the fewest sweeps of a tick, longer than a pose period, let the force fall to \

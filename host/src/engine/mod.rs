@@ -114,8 +114,8 @@ trait AnyTissue: AnyTools + AnySaved {
 impl<D: Dynamics> AnyTissue for Memory<D> {
     fn reset(&mut self, network: &Network<'_>) -> Result<()> {
         self.view().reset(network).map_err(|why| match why {
-            ResetError::Range(why) => Error::input(format!("`number`: {why}")),
-            ResetError::Shapes => Error::input(format!("`dynamics`, `number`: {why}")),
+            ResetError::Range(why) => Error::input(format!("`precision`: {why}")),
+            ResetError::Shapes => Error::input(format!("`scheme`, `precision`: {why}")),
             other => Error::check(other),
         })
     }
@@ -255,7 +255,7 @@ impl<'m> Engine<'m> {
             }
             (Scheme::Predict, Arithmetic::F32) => Box::new(Memory::<Predict>::new(model, held)),
             (_, Arithmetic::Fixed) => {
-                return Err(Error::input("`number` fixed: for `dynamics` euler and track only"));
+                return Err(Error::input("`precision` fixed: for `scheme` euler and track only"));
             }
             (Scheme::Rkl2, Arithmetic::F32) => Box::new(Memory::<Rkl2>::new(model, held)),
         };

@@ -2,7 +2,7 @@
  * Presses the surface of a body with two tools, with friction, and takes hold of it. Prints what each
  * tool feels, and the contacts one by one.
  *
- *   chaincell bake box:6x6x4x0.01 --young-pa 5000 --poisson 0.4 --hats 2.5 \
+ *   chaincell bake box:6x6x4x0.01 --young-pa 5000 --poisson 0.4 --coarse 2.5 \
  *       --probe-contact surface -o touch6.chaincell
  *   cargo build --release -p chaincell-ffi
  *   cc -std=c99 -Ikernel/ffi/include kernel/ffi/examples/grasp.c \

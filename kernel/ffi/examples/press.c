@@ -116,8 +116,8 @@ static int run(const chaincell_model *model, const uint32_t *ids, uint32_t count
         free(whole);
         return EXIT_FAILURE;
     }
-    printf("%" PRIu32 " cells, %" PRIu32 " links, %" PRIu32 " hats: %lu bytes\n", info.cells,
-           info.links, info.hats, (unsigned long)bytes);
+    printf("%" PRIu32 " cells, %" PRIu32 " links, %" PRIu32 " coarse functions: %lu bytes\n", info.cells,
+           info.links, info.coarse_functions, (unsigned long)bytes);
     code = chaincell_tissue_init(storage, bytes, model, CHAINCELL_SCHEME_TRACK, count, &settings,
                                  &tissue, &detail);
     if (!refused("tissue", code, &detail)) {

@@ -37,29 +37,29 @@
 /* Whether a pointer is aligned for a tissue's storage and for an image. */
 #define CHAINCELL_IS_ALIGNED(pointer) ((uintptr_t)(pointer) % CHAINCELL_ALIGN == 0)
 
-/* Bytes of storage for a tissue of so many cells, contact cells and hats: at least what
+/* Bytes of storage for a tissue of so many cells, contact cells and coarse functions: at least what
  * chaincell_tissue_size says, for use where a constant must stand:
  *
  *   CHAINCELL_ALIGNED static unsigned char storage[CHAINCELL_TISSUE_BYTES(512, 4, 0)];
  *
  * Enough for every scheme but rkl2; for schemes that need less or more CHAINCELL_TISSUE_BYTES_OF
- * takes one of the CHAINCELL_CELL_BYTES_ numbers, and 0 hats for all but track and predict. */
-#define CHAINCELL_TISSUE_BYTES(cells, contacts, hats) \
-    CHAINCELL_TISSUE_BYTES_OF(CHAINCELL_CELL_BYTES_TRACK, cells, contacts, hats)
-#define CHAINCELL_TISSUE_BYTES_OF(cell_bytes, cells, contacts, hats) \
+ * takes one of the CHAINCELL_CELL_BYTES_ numbers, and 0 coarse functions for all but track and predict. */
+#define CHAINCELL_TISSUE_BYTES(cells, contacts, coarse_functions) \
+    CHAINCELL_TISSUE_BYTES_OF(CHAINCELL_CELL_BYTES_TRACK, cells, contacts, coarse_functions)
+#define CHAINCELL_TISSUE_BYTES_OF(cell_bytes, cells, contacts, coarse_functions) \
     (CHAINCELL_TISSUE_BYTES_FIXED + CHAINCELL_TISSUE_WORDS_FIXED * sizeof(void *) + \
      (size_t)(cell_bytes) * (size_t)(cells) + (size_t)16 * (size_t)(contacts) + \
      ((size_t)2 * (size_t)(contacts) + 15) / 16 * 16 + \
-     ((size_t)(hats) + 7) / 8 * (6 + (size_t)2 * (size_t)(contacts)) * 32)
+     ((size_t)(coarse_functions) + 7) / 8 * (6 + (size_t)2 * (size_t)(contacts)) * 32)
 
 /* Bytes for a tissue of nodal shapes, for track; cell_bytes as above:
  *
  *   CHAINCELL_SHAPE_ALIGNED static unsigned char storage[CHAINCELL_SHAPE_BYTES(512, 4, 48)]; */
-#define CHAINCELL_SHAPE_BYTES(cells, contacts, hats) \
-    CHAINCELL_SHAPE_BYTES_OF(CHAINCELL_CELL_BYTES_TRACK, cells, contacts, hats)
-#define CHAINCELL_SHAPE_BYTES_OF(cell_bytes, cells, contacts, hats) \
+#define CHAINCELL_SHAPE_BYTES(cells, contacts, coarse_functions) \
+    CHAINCELL_SHAPE_BYTES_OF(CHAINCELL_CELL_BYTES_TRACK, cells, contacts, coarse_functions)
+#define CHAINCELL_SHAPE_BYTES_OF(cell_bytes, cells, contacts, coarse_functions) \
     (CHAINCELL_TISSUE_BYTES_OF(cell_bytes, cells, contacts, 0) + CHAINCELL_SHAPE_ALIGN + \
-     ((size_t)(hats) + 7) / 8 * 9 * 32 + (size_t)CHAINCELL_CELL_BYTES_SHAPE * (size_t)(cells))
+     ((size_t)(coarse_functions) + 7) / 8 * 9 * 32 + (size_t)CHAINCELL_CELL_BYTES_SHAPE * (size_t)(cells))
 
 /* Bytes that room for tools on a surface takes on top of that:
  *
@@ -348,7 +348,7 @@ enum chaincell_code
     /**
      * Too little room for the coarse level: `needed`, `available` blocks of eight `float`.
      */
-    CHAINCELL_CODE_RESET_HATS = -61,
+    CHAINCELL_CODE_RESET_COARSE = -61,
     /**
      * The thread's arithmetic flushes denormals to zero (FTZ, DAZ or FZ is on).
      */
@@ -393,7 +393,7 @@ enum chaincell_code
      * Too little room to hold that many cells beside the coarse level: `needed`, `available`
      * blocks of eight `float`.
      */
-    CHAINCELL_CODE_CONTACT_HATS = -85,
+    CHAINCELL_CODE_CONTACT_COARSE = -85,
     /**
      * The tool is engaged: other cells can be chosen only while it is released.
      */
@@ -410,7 +410,7 @@ enum chaincell_code
      * Too little room for a probe and the coarse level: `needed`, `available` blocks of eight
      * `float`; room for 34 contact cells is enough for every model.
      */
-    CHAINCELL_CODE_CONTACT_PROBE_HATS = -89,
+    CHAINCELL_CODE_CONTACT_PROBE_COARSE = -89,
     /**
      * A probe meets the triangles of this model's surface, which this library or scheme does not
      * do: take track or predict, or bake it with `--probe-contact cells`.
@@ -549,7 +549,7 @@ enum chaincell_scheme
 #endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
  {
     /**
-     * Follows the equilibrium: conjugate directions under an energy guard, with the model's hats.
+     * Follows the equilibrium: conjugate directions under an energy guard, with the model's coarse functions.
      */
     CHAINCELL_SCHEME_TRACK = 0,
     /**
@@ -562,7 +562,7 @@ enum chaincell_scheme
      */
     CHAINCELL_SCHEME_RKL2 = 3,
     /**
-     * Track in fixed point, for targets without an FPU; without hats.
+     * Track in fixed point, for targets without an FPU; without a coarse level.
      */
     CHAINCELL_SCHEME_TRACK_FIXED = 5,
     /**
@@ -709,9 +709,9 @@ typedef struct chaincell_info {
      */
     uint32_t links;
     /**
-     * Number of hats of the coarse level, 0 without one.
+     * Number of coarse functions of the coarse level, 0 without one.
      */
-    uint32_t hats;
+    uint32_t coarse_functions;
     /**
      * Number of fixed cells.
      */
@@ -1253,11 +1253,14 @@ chaincell_code chaincell_stage_restore(struct chaincell_stage *stage,
 size_t chaincell_tissue_align(void);
 
 /**
- * Bytes of a tissue for models of links of up to so many cells and hats, of whose cells a tool may
+ * Bytes of a tissue for models of links of up to so many cells and coarse functions, of whose cells a tool may
  * hold up to `contacts`; 0 where an argument is out of range (no such scheme, cells not in 1 to
- * 65,535, more contacts than cells, more than 1,024 hats). For any model `chaincell_model_size`.
+ * 65,535, more contacts than cells, more than 1,024 coarse functions). For any model `chaincell_model_size`.
  */
-size_t chaincell_tissue_size(int32_t scheme, uint32_t cells, uint32_t contacts, uint32_t hats);
+size_t chaincell_tissue_size(int32_t scheme,
+                             uint32_t cells,
+                             uint32_t contacts,
+                             uint32_t coarse_functions);
 
 /**
  * Bytes of a tissue for this model with room for so many contact cells, and what multiple of
@@ -1410,7 +1413,7 @@ chaincell_code chaincell_choose_contacts(struct chaincell_tissue *tissue,
  * cells; `radius_m` is above 0 [m]. The sphere's centre is at the tool.
  *
  * It touches at most as many cells as the tissue was initialised for, those with the lowest
- * numbers; more set `CHAINCELL_FLAG_CONTACT_CAPACITY`. For a model with hats under track the
+ * numbers; more set `CHAINCELL_FLAG_CONTACT_CAPACITY`. For a model with a coarse level under track the
  * tissue must have been initialised for enough contacts: 34 suffice for every model. On a model
  * baked with `--probe-contact surface` the sphere is a tool on the surface instead, without
  * friction: the tissue must have been initialised with room for one. A refused choice leaves the

@@ -66,7 +66,7 @@ pub enum Code {
     /// The tissue has too few cells for the model: `needed`, `available`.
     ResetCapacity = -60,
     /// Too little room for the coarse level: `needed`, `available` blocks of eight `float`.
-    ResetHats = -61,
+    ResetCoarse = -61,
     /// The thread's arithmetic flushes denormals to zero (FTZ, DAZ or FZ is on).
     FloatFlushToZero = -63,
     /// The thread's arithmetic does not round to nearest.
@@ -89,7 +89,7 @@ pub enum Code {
     ContactModel = -84,
     /// Too little room to hold that many cells beside the coarse level: `needed`, `available`
     /// blocks of eight `float`.
-    ContactHats = -85,
+    ContactCoarse = -85,
     /// The tool is engaged: other cells can be chosen only while it is released.
     ContactEngaged = -86,
     /// The probe's radius is not above 0 and at most `limit` \[m\].
@@ -98,7 +98,7 @@ pub enum Code {
     ContactSurface = -88,
     /// Too little room for a probe and the coarse level: `needed`, `available` blocks of eight
     /// `float`; room for 34 contact cells is enough for every model.
-    ContactProbeHats = -89,
+    ContactProbeCoarse = -89,
     /// A probe meets the triangles of this model's surface, which this library or scheme does not
     /// do: take track or predict, or bake it with `--probe-contact cells`.
     ContactProbeSurface = -90,
@@ -194,7 +194,7 @@ impl Code {
         Self::SettingsUnloading,
         Self::SettingsDrive,
         Self::ResetCapacity,
-        Self::ResetHats,
+        Self::ResetCoarse,
         Self::FloatFlushToZero,
         Self::FloatRounding,
         Self::ResetRange,
@@ -205,11 +205,11 @@ impl Code {
         Self::ContactFixed,
         Self::ContactRepeated,
         Self::ContactModel,
-        Self::ContactHats,
+        Self::ContactCoarse,
         Self::ContactEngaged,
         Self::ContactRadius,
         Self::ContactSurface,
-        Self::ContactProbeHats,
+        Self::ContactProbeCoarse,
         Self::ContactProbeSurface,
         Self::ContactNoSurface,
         Self::ContactTools,
@@ -279,7 +279,7 @@ impl Code {
             Self::SettingsUnloading => c"unloading is none of chaincell_unloading",
             Self::SettingsDrive => c"drive is none of chaincell_drive",
             Self::ResetCapacity => c"the model has more cells than the tissue",
-            Self::ResetHats => c"too little room for the model's hats: bake with --hats none",
+            Self::ResetCoarse => c"too little room for the model's coarse functions: bake with --coarse none",
             Self::FloatFlushToZero => c"denormals are flushed to zero: switch FTZ/DAZ/FZ off",
             Self::FloatRounding => c"rounding is not to nearest: restore the default rounding mode",
             Self::FloatTrap => {
@@ -315,7 +315,7 @@ impl Code {
             Self::ContactFixed => c"a contact cell is fixed and cannot be held by the tool",
             Self::ContactRepeated => c"a contact cell stands twice in the list",
             Self::ContactModel => c"the tissue belongs to another model: initialise it again",
-            Self::ContactHats => c"too little room to hold these cells against the hats",
+            Self::ContactCoarse => c"too little room to hold these cells against the coarse functions",
             Self::ContactEngaged => c"the tool is engaged: release it first",
             Self::ContactRadius => {
                 c"the probe's radius must be above 0 and at most 1e6 mean link lengths"
@@ -340,7 +340,7 @@ impl Code {
                 c"no room for contact on surfaces: initialise by chaincell_tissue_init_with"
             }
             Self::ContactRadiusMin => c"the radius is too small for the triangles of this surface",
-            Self::ContactProbeHats => c"too little room: initialise for 34 contacts or more",
+            Self::ContactProbeCoarse => c"too little room: initialise for 34 contacts or more",
             Self::SnapshotBuffer => c"the buffer is shorter than the snapshot: ask for its size",
             Self::SnapshotMagic => c"not a snapshot",
             Self::SnapshotVersion => c"another version of snapshots: save it by this release",

@@ -32,8 +32,8 @@ pub struct Info {
     pub cells: u32,
     /// Number of links.
     pub links: u32,
-    /// Number of hats of the coarse level, 0 without one.
-    pub hats: u32,
+    /// Number of coarse functions of the coarse level, 0 without one.
+    pub coarse_functions: u32,
     /// Number of fixed cells.
     pub fixed: u32,
     /// Number of connected parts.
@@ -135,7 +135,7 @@ pub unsafe extern "C" fn chaincell_model_info(model: *const ModelStorage, info: 
         let value = Info {
             cells: count(model.cells()),
             links: count(model.links()),
-            hats: count(model.hats()),
+            coarse_functions: count(model.coarse_functions()),
             fixed: count(model.fixed().len()),
             parts: model.parts(),
             input_nodes: model.input_nodes(),

@@ -69,7 +69,7 @@ impl From<ResetError> for Refusal {
                 Refusal::sizes(Code::ResetCapacity, needed, capacity)
             }
             ResetError::CoarseRoom { needed, room } => {
-                Refusal::sizes(Code::ResetHats, needed, room)
+                Refusal::sizes(Code::ResetCoarse, needed, room)
             }
             // The storage has room for the states of every model that it admits.
             ResetError::States { needed, capacity } => {
@@ -103,13 +103,13 @@ impl From<ContactError> for Refusal {
             ContactError::Order(at) => Refusal::position(Code::ContactRepeated, at),
             ContactError::Model => Code::ContactModel.into(),
             ContactError::CoarseRoom { needed, room } => {
-                Refusal::sizes(Code::ContactHats, needed, room)
+                Refusal::sizes(Code::ContactCoarse, needed, room)
             }
             ContactError::Engaged => Code::ContactEngaged.into(),
             ContactError::Radius { max_m } => Refusal::limit(Code::ContactRadius, max_m),
             ContactError::NoSurface => Code::ContactSurface.into(),
             ContactError::ProbeRoom { needed, room } => {
-                Refusal::sizes(Code::ContactProbeHats, needed, room)
+                Refusal::sizes(Code::ContactProbeCoarse, needed, room)
             }
             ContactError::SurfaceUnbuilt | ContactError::SurfaceScheme => {
                 Code::ContactProbeSurface.into()

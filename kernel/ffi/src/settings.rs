@@ -10,14 +10,14 @@ use crate::model::{ModelStorage, load};
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(i32)]
 pub enum Scheme {
-    /// Follows the equilibrium: conjugate directions under an energy guard, with the model's hats.
+    /// Follows the equilibrium: conjugate directions under an energy guard, with the model's coarse functions.
     Track = 0,
     /// One explicit step of common size a sweep: relaxation in time, 32 bytes a cell.
     Euler = 1,
     /// Runge-Kutta-Legendre super-steps of second order: the trajectory in time beyond the bound of
     /// euler.
     Rkl2 = 3,
-    /// Track in fixed point, for targets without an FPU; without hats.
+    /// Track in fixed point, for targets without an FPU; without a coarse level.
     TrackFixed = 5,
     /// Euler in fixed point.
     EulerFixed = 6,

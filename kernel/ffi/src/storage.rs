@@ -1,6 +1,6 @@
 //! A tissue in the caller's storage: sizes, creation, reset, contacts.
 
-use chaincell_kernel::image::{CELLS_MAX, HATS_MAX};
+use chaincell_kernel::image::{CELLS_MAX, COARSE_MAX};
 use chaincell_kernel::{Dynamics, Model, coarse_room};
 
 use crate::code::{Code, Detail, Refusal};
@@ -16,23 +16,24 @@ pub extern "C" fn chaincell_tissue_align() -> usize {
     ALIGN
 }
 
-/// Bytes of a tissue for models of links of up to so many cells and hats, of whose cells a tool may
+/// Bytes of a tissue for models of links of up to so many cells and coarse functions, of whose cells a tool may
 /// hold up to `contacts`; 0 where an argument is out of range (no such scheme, cells not in 1 to
-/// 65,535, more contacts than cells, more than 1,024 hats). For any model `chaincell_model_size`.
+/// 65,535, more contacts than cells, more than 1,024 coarse functions). For any model `chaincell_model_size`.
 #[unsafe(no_mangle)]
 pub extern "C" fn chaincell_tissue_size(
     scheme: i32,
     cells: u32,
     contacts: u32,
-    hats: u32,
+    coarse_functions: u32,
 ) -> usize {
     let Ok(scheme) = Scheme::of(scheme) else { return 0 };
-    let (cells, contacts, hats) = (cells as usize, contacts as usize, hats as usize);
-    if !(1..=CELLS_MAX).contains(&cells) || contacts > cells || hats > HATS_MAX {
+    let (cells, contacts, coarse_functions) =
+        (cells as usize, contacts as usize, coarse_functions as usize);
+    if !(1..=CELLS_MAX).contains(&cells) || contacts > cells || coarse_functions > COARSE_MAX {
         return 0;
     }
     let room = match scheme {
-        Scheme::Track | Scheme::Predict => coarse_room(hats, contacts),
+        Scheme::Track | Scheme::Predict => coarse_room(coarse_functions, contacts),
         _ => 0,
     };
     let sizes = Sizes { cells, contacts, room, states: 0, touch: Touch::NONE };
@@ -389,7 +390,7 @@ pub unsafe extern "C" fn chaincell_choose_contacts(
 /// cells; `radius_m` is above 0 \[m\]. The sphere's centre is at the tool.
 ///
 /// It touches at most as many cells as the tissue was initialised for, those with the lowest
-/// numbers; more set `CHAINCELL_FLAG_CONTACT_CAPACITY`. For a model with hats under track the
+/// numbers; more set `CHAINCELL_FLAG_CONTACT_CAPACITY`. For a model with a coarse level under track the
 /// tissue must have been initialised for enough contacts: 34 suffice for every model. On a model
 /// baked with `--probe-contact surface` the sphere is a tool on the surface instead, without
 /// friction: the tissue must have been initialised with room for one. A refused choice leaves the

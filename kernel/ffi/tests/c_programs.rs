@@ -247,7 +247,7 @@ fn the_headers_macros_bound_the_sizes() {
     let press = program("examples/press.c", folder.path());
     let pressed = succeed(Command::new(press).arg(data("tissue6.chaincell")).arg("41").arg("89"));
     let (body, bytes) = pressed.lines().next().unwrap().rsplit_once(": ").unwrap();
-    assert_eq!(body, "144 cells, 628 links, 18 hats");
+    assert_eq!(body, "144 cells, 628 links, 18 coarse functions");
     let size: usize = bytes.trim_end_matches(" bytes").parse().unwrap();
     let bound: usize = said.lines().nth(40).unwrap().parse().unwrap();
     assert!((size..size + 1024).contains(&bound), "{bound}, {size}");

@@ -3,7 +3,7 @@
 
 use core::ops::Range;
 
-use super::image::{HATS_MAX, ModelError, NO_HAT, Sections, kind};
+use super::image::{COARSE_MAX, ModelError, NO_FUNCTION, Sections, kind};
 use super::parts;
 use super::range;
 use crate::number::two_float::{Eight, LANES};
@@ -53,21 +53,21 @@ impl<'a> ElasticLevel<'a> {
         if sections.optional::<u32>(kind::NODAL)?.is_none() {
             return Ok(None);
         }
-        let turns = sections.sized(kind::HAT_TURNS, count)?;
-        Ok(Some(Self { turns, factors: sections.sized(kind::HAT_FACTORS, cells)? }))
+        let turns = sections.sized(kind::COARSE_TURNS, count)?;
+        Ok(Some(Self { turns, factors: sections.sized(kind::COARSE_FACTORS, cells)? }))
     }
 }
 
 impl<'a> CoarseBasis<'a> {
     pub fn read(sections: &Sections<'a>, cells: usize) -> Result<Option<Self>, ModelError> {
-        let Some(count) = sections.optional::<u32>(kind::HATS)? else { return Ok(None) };
+        let Some(count) = sections.optional::<u32>(kind::COARSE)? else { return Ok(None) };
         let count = match count {
-            &[count] if (1..=HATS_MAX as u32).contains(&count) => count as usize,
-            _ => return Err(ModelError::Value(kind::HATS, 0)),
+            &[count] if (1..=COARSE_MAX as u32).contains(&count) => count as usize,
+            _ => return Err(ModelError::Value(kind::COARSE, 0)),
         };
-        let corners: &[[u16; LANES]] = sections.required(kind::HAT_CORNERS)?;
-        let pairs: &[[u16; 2]] = sections.required(kind::HAT_CELLS)?;
-        let rows = sections.sized(kind::HAT_ROWS, corners.len() + 1)?;
+        let corners: &[[u16; LANES]] = sections.required(kind::COARSE_CORNERS)?;
+        let pairs: &[[u16; 2]] = sections.required(kind::COARSE_CELLS)?;
+        let rows = sections.sized(kind::COARSE_ROWS, corners.len() + 1)?;
         #[cfg(feature = "nodal")]
         let elastic = ElasticLevel::read(sections, count, cells)?;
         #[cfg(not(feature = "nodal"))]
@@ -79,9 +79,9 @@ impl<'a> CoarseBasis<'a> {
             rows,
             corners,
             cells: pairs,
-            weights: sections.sized(kind::HAT_WEIGHTS, pairs.len())?,
-            entry: sections.sized(kind::HAT_ENTRY, cells)?,
-            inverse: sections.sized(kind::HAT_INVERSE, inverse)?,
+            weights: sections.sized(kind::COARSE_WEIGHTS, pairs.len())?,
+            entry: sections.sized(kind::COARSE_ENTRY, cells)?,
+            inverse: sections.sized(kind::COARSE_INVERSE, inverse)?,
             #[cfg(feature = "nodal")]
             elastic,
             is_in_parts: parts::count(cells) > 1 && is_in_parts(rows, pairs, cells),
@@ -141,15 +141,17 @@ impl<'a> CoarseBasis<'a> {
 
     /// Returns a cell's row of P: its basis functions with their weights.
     pub fn row_of(self, cell: usize) -> impl Iterator<Item = (usize, f32)> + use<'a> {
-        let entry = self.entry.get(cell).copied().filter(|&entry| entry != NO_HAT);
+        let entry = self.entry.get(cell).copied().filter(|&entry| entry != NO_FUNCTION);
         let parts = entry.and_then(|entry| {
             let entry = usize::from(entry);
             let at_box = self.rows.partition_point(|&start| start as usize <= entry / 2);
             Some((self.corners.get(at_box.checked_sub(1)?)?, entry))
         });
         parts.into_iter().flat_map(move |(corners, entry)| {
-            let hats = corners.iter().enumerate().filter(|&(_, &hat)| hat != NO_HAT);
-            hats.map(move |(corner, &hat)| (usize::from(hat), self.weight(entry, corner)))
+            let coarse_functions =
+                corners.iter().enumerate().filter(|&(_, &function)| function != NO_FUNCTION);
+            coarse_functions
+                .map(move |(corner, &function)| (usize::from(function), self.weight(entry, corner)))
         })
     }
 }
@@ -186,10 +188,10 @@ mod tests {
         let basis = CoarseBasis {
             count: 1,
             rows: &rows,
-            corners: &[[NO_HAT; LANES]; 5],
+            corners: &[[NO_FUNCTION; LANES]; 5],
             cells: &pairs,
             weights: &[],
-            entry: &[NO_HAT; CELLS],
+            entry: &[NO_FUNCTION; CELLS],
             inverse: &[],
             #[cfg(feature = "nodal")]
             elastic: None,

@@ -220,7 +220,7 @@ impl<'a> Model<'a> {
 
     /// Number of hat functions of the coarse level, 0 without one.
     #[must_use]
-    pub fn hats(&self) -> usize {
+    pub fn coarse_functions(&self) -> usize {
         self.coarse_basis.map_or(0, |basis| basis.count)
     }
 

@@ -4,7 +4,7 @@
 //! the checksum.
 
 use super::coarse_basis::CoarseBasis;
-use super::image::{CELLS_MAX, ModelError, NO_CELL, NO_HAT, kind, params};
+use super::image::{CELLS_MAX, ModelError, NO_CELL, NO_FUNCTION, kind, params};
 use super::terms::TermData;
 use super::{Model, range, rest_length};
 use crate::number::two_float::LANES;
@@ -238,18 +238,18 @@ fn slice_values(model: &Model<'_>) -> Result<(), ModelError> {
 fn basis(model: &Model<'_>) -> Result<(), ModelError> {
     let Some(basis) = model.coarse_basis else { return Ok(()) };
     // Check the rows and the corners of the boxes.
-    filled_rows(kind::HAT_ROWS, basis.rows, basis.cells.len())?;
-    let known = |hat: &u16| usize::from(*hat) < basis.count || *hat == NO_HAT;
+    filled_rows(kind::COARSE_ROWS, basis.rows, basis.cells.len())?;
+    let known = |function: &u16| usize::from(*function) < basis.count || *function == NO_FUNCTION;
     if let Some(at_box) = basis.corners.iter().position(|corners| !corners.iter().all(known)) {
-        return Err(ModelError::Index(kind::HAT_CORNERS, at(at_box)));
+        return Err(ModelError::Index(kind::COARSE_CORNERS, at(at_box)));
     }
     // The entry of each free cell must name that cell; other cells have no entry.
     let stands = basis.cells.as_flattened();
     for (cell, (&entry, &mobility)) in basis.entry.iter().zip(model.mobility).enumerate() {
         let here = stands.get(usize::from(entry)).copied().map(usize::from);
         let expected = if mobility > 0.0 { Some(cell) } else { None };
-        if here != expected || (here.is_none() && entry != NO_HAT) {
-            return Err(ModelError::Index(kind::HAT_ENTRY, at(cell)));
+        if here != expected || (here.is_none() && entry != NO_FUNCTION) {
+            return Err(ModelError::Index(kind::COARSE_ENTRY, at(cell)));
         }
     }
     // Each position is its cell's entry, or repeats the one before with weights of 0.
@@ -258,34 +258,35 @@ fn basis(model: &Model<'_>) -> Result<(), ModelError> {
         let weights = || (0..LANES).map(|corner| basis.weight(stand, corner));
         let again = stand % 2 == 1 && entry == Some(stand - 1) && weights().all(|w| w == 0.0);
         if entry != Some(stand) && !again {
-            return Err(ModelError::Index(kind::HAT_CELLS, at(stand)));
+            return Err(ModelError::Index(kind::COARSE_CELLS, at(stand)));
         }
         if !weights().all(|w| (0.0..=1.0).contains(&w)) || weights().sum::<f32>() > 1.0001 {
-            return Err(ModelError::Value(kind::HAT_WEIGHTS, at(stand)));
+            return Err(ModelError::Value(kind::COARSE_WEIGHTS, at(stand)));
         }
     }
     // Check the inverse and the numbers of an elastic level.
     inverse(&basis)?;
     let Some(elastic) = basis.elastic() else { return Ok(()) };
-    corners(kind::HAT_TURNS, elastic.turns, model.cells())?;
+    corners(kind::COARSE_TURNS, elastic.turns, model.cells())?;
     let is_factor = |factor: &f32| (1.0..=FACTOR_MAX).contains(factor);
     let bad = elastic.factors.iter().position(|factor| !is_factor(factor));
-    bad.map_or(Ok(()), |cell| Err(ModelError::Value(kind::HAT_FACTORS, at(cell))))
+    bad.map_or(Ok(()), |cell| Err(ModelError::Value(kind::COARSE_FACTORS, at(cell))))
 }
 
 /// The inverse is symmetric and finite, its diagonal positive, its padding 0.
 fn inverse(basis: &CoarseBasis<'_>) -> Result<(), ModelError> {
     let columns = basis.row_blocks() * LANES;
     let rows = if basis.elastic().is_some() { columns } else { basis.count };
-    let is_hat = |row: usize| row.checked_rem(basis.stride()).is_some_and(|at| at < basis.count);
+    let is_function =
+        |row: usize| row.checked_rem(basis.stride()).is_some_and(|at| at < basis.count);
     for row in 0..rows {
         for column in 0..columns {
             let value = basis.inverse_at(row, column);
-            let is_any = is_hat(row) && is_hat(column);
+            let is_any = is_function(row) && is_function(column);
             let mirrored = if is_any { basis.inverse_at(column, row) } else { 0.0 };
             let is_below = row != column || !is_any || value > 0.0;
             if !(value.abs() <= INVERSE_MAX && is_below) || value != mirrored {
-                return Err(ModelError::Value(kind::HAT_INVERSE, at(row)));
+                return Err(ModelError::Value(kind::COARSE_INVERSE, at(row)));
             }
         }
     }

@@ -55,7 +55,7 @@ pub trait Sum<P>: Default {
 /// assert_eq!((<f32 as Number>::NAME, I8F24::NAME), ("f32", "fixed"));
 /// ```
 pub trait Number: Kept + PartialEq + PartialOrd + Debug {
-    /// Name as in the command's `--number`.
+    /// Name as in the command's `--precision`.
     const NAME: &'static str;
     /// +0.
     const ZERO: Self;

@@ -18,7 +18,7 @@ pub type NumberOf<D> = <D as Scheme>::Number;
 /// assert!(Tissue::<512, Track>::RAM_BYTES < 64 * 512 + 16 * 64 + 2_300); // with 64 contact cells
 /// ```
 pub trait Dynamics: Scheme {
-    /// Name as in the command's `--dynamics`.
+    /// Name as in the command's `--scheme`.
     const NAME: &'static str;
     /// The scheme at rest.
     const REST: Self;

@@ -163,7 +163,7 @@ pub enum ContactError {
     /// [`probe_room`](crate::probe_room).
     #[error(
         "a probe needs {needed} blocks of eight f32 for the coarse level, there is room for \
-         {room}: size it with probe_room, or bake it with `hats` none"
+         {room}: size it with probe_room, or bake it with `coarse` none"
     )]
     ProbeRoom {
         /// Blocks needed.

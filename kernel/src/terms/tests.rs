@@ -26,7 +26,7 @@ pub(crate) fn matrix(
     let row = |cell: usize| -> Vec<(usize, f64)> {
         let is_held = held.iter().any(|contact| contact.cell() == cell);
         let row = basis.row_of(cell).filter(|_| !is_held);
-        row.map(|(hat, weight)| (hat, f64::from(weight))).collect()
+        row.map(|(function, weight)| (function, f64::from(weight))).collect()
     };
     let mut matrix = vec![vec![0.0; basis.count]; basis.count];
     let mut add = |map: &[(usize, f64)], weight: f32| {
@@ -40,7 +40,7 @@ pub(crate) fn matrix(
         for link in model.row(i) {
             let mut difference = row(i);
             let j = usize::from(model.upper[link]);
-            difference.extend(row(j).into_iter().map(|(hat, weight)| (hat, -weight)));
+            difference.extend(row(j).into_iter().map(|(function, weight)| (function, -weight)));
             add(&difference, model.link_weight(link));
         }
     }
@@ -137,7 +137,7 @@ pub(crate) fn pinned(from: &[u8], pins: &[Pin], afloat: bool) -> &'static [u8] {
     let words: Vec<u8> = pins.iter().flat_map(Pin::words).flat_map(u32::to_le_bytes).collect();
     contents.push((PINS, words));
     if afloat {
-        contents.retain(|&(kind, _)| !(kind::HATS..=kind::HAT_INVERSE).contains(&kind));
+        contents.retain(|&(kind, _)| !(kind::COARSE..=kind::COARSE_INVERSE).contains(&kind));
     }
     for (kind, section) in &mut contents {
         match *kind {
@@ -149,11 +149,11 @@ pub(crate) fn pinned(from: &[u8], pins: &[Pin], afloat: bool) -> &'static [u8] {
                 *section = (0..model.cells()).map(mobility).flat_map(f32::to_le_bytes).collect();
             }
             kind::FIXED if afloat => section.clear(),
-            kind::HAT_INVERSE => {
+            kind::COARSE_INVERSE => {
                 let basis = model.coarse_basis.unwrap();
                 let mut bound = matrix(&model, pins.iter().copied(), &basis, &[]);
-                for (hat, row) in bound.iter_mut().enumerate() {
-                    row[hat] *= 1.0 + ROUNDING_ROOM * (basis.count as f64).sqrt();
+                for (function, row) in bound.iter_mut().enumerate() {
+                    row[function] *= 1.0 + ROUNDING_ROOM * (basis.count as f64).sqrt();
                 }
                 let inverse = inverse(bound);
                 let at = |i: usize, j: usize| {

@@ -33,7 +33,7 @@ pub enum ResetError {
     /// [`coarse_room`](crate::coarse_room), or bake the model without a coarse level.
     #[error(
         "the model's coarse level needs {needed} blocks of eight f32, the tissue has {room}: \
-         size it with coarse_room, or bake it with `hats` none"
+         size it with coarse_room, or bake it with `coarse` none"
     )]
     CoarseRoom {
         /// Blocks needed.

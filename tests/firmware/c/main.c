@@ -5,7 +5,7 @@
 #include "golden.h"
 
 /* The scene of tests/scenes/src/list.rs. */
-enum { CELLS = 499, HATS = 24, CONTACTS = 7, SWEEPS = 4, TICKS = 100 };
+enum { CELLS = 499, COARSE = 24, CONTACTS = 7, SWEEPS = 4, TICKS = 100 };
 static const uint32_t held[CONTACTS] = {415, 435, 436, 438, 439, 457, 477};
 static const float reach_m = 0.06f;
 
@@ -19,7 +19,7 @@ __asm__(".pushsection .rodata.model, \"a\"\n"
 extern const uint8_t model_begin[], model_end[];
 
 /* The body in RAM, sized where it is compiled. */
-CHAINCELL_ALIGNED static unsigned char storage[CHAINCELL_TISSUE_BYTES(CELLS, CONTACTS, HATS)];
+CHAINCELL_ALIGNED static unsigned char storage[CHAINCELL_TISSUE_BYTES(CELLS, CONTACTS, COARSE)];
 static chaincell_model model;
 
 static void say_hexadecimal(const char *name, uint64_t value)

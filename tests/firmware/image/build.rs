@@ -53,11 +53,11 @@ fn variable(name: &str) -> Result<String, String> {
 }
 
 /// The scheme's type: the one place where scheme and number type are chosen.
-fn scheme(hats: usize, held: usize, is_nodal: bool) -> Result<String, String> {
+fn scheme(coarse_functions: usize, held: usize, is_nodal: bool) -> Result<String, String> {
     let (scheme, tier) = (variable("CHAINCELL_SCHEME")?, variable("CHAINCELL_TIER")?);
     let room = match is_nodal {
-        false => format!("{{ coarse_room({hats}, {held}) }}"),
-        true => format!("{{ elastic_room({hats}) }}"),
+        false => format!("{{ coarse_room({coarse_functions}, {held}) }}"),
+        true => format!("{{ elastic_room({coarse_functions}) }}"),
     };
     match (scheme.as_str(), tier.as_str()) {
         ("track", "f32") => Ok(format!("Track<{room}>")),
@@ -81,7 +81,7 @@ fn scene(out: &Path) -> Result<(String, u32), Box<dyn Error>> {
     let model = Model::from_bytes(bytes).map_err(|why| format!("CHAINCELL_MODEL {path}: {why}"))?;
     let held = variable("CHAINCELL_HELD")?;
     let count = held.split(',').filter(|id| !id.is_empty()).count();
-    let scheme = scheme(model.hats(), count, model.is_nodal())?;
+    let scheme = scheme(model.coarse_functions(), count, model.is_nodal())?;
     let mut text = String::new();
     let is_touched = !variable("CHAINCELL_TOOL")?.is_empty();
     let states: Vec<_> = WORST.into_iter().chain(is_touched.then_some(REST)).collect();

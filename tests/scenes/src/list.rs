@@ -11,20 +11,20 @@ use fixed::types::I8F24;
 
 use crate::{Act, Scene, Tier, Tools};
 
-/// `chaincell bake plane:21x21x0.01 --hats none --lean`: four neighbours.
+/// `chaincell bake plane:21x21x0.01 --coarse none --lean`: four neighbours.
 pub static PLANE4: &[u8] = include_model!("../../data/plane4.chaincell");
-/// `chaincell bake plane:21x21x0.01 --diagonals --alpha 0.02 --hats none`: eight neighbours, sliced.
+/// `chaincell bake plane:21x21x0.01 --diagonals --alpha 0.02 --coarse none`: eight neighbours, sliced.
 pub static PLANE8: &[u8] = include_model!("../../data/plane8.chaincell");
-/// `chaincell bake box:7x7x5x0.01 --alpha 0.03 --hats 2.5`: slack, sliced, 18 hats.
+/// `chaincell bake box:7x7x5x0.01 --alpha 0.03 --coarse 2.5`: slack, sliced, 18 coarse functions.
 pub static BOX7: &[u8] = include_model!("../../data/box7.chaincell");
-/// `chaincell bake organ:500 --hats 3.5 --lean`: 24 hats.
+/// `chaincell bake organ:500 --coarse 3.5 --lean`: 24 coarse functions.
 pub static ORGAN500: &[u8] = include_model!("../../data/organ500.chaincell");
-/// `chaincell bake organ:300 --hats 3` with alpha and stiffness of their own for every
-/// link: sliced, 24 hats.
+/// `chaincell bake organ:300 --coarse 3` with alpha and stiffness of their own for every
+/// link: sliced, 24 coarse functions.
 pub static VARIED300: &[u8] = include_model!("../../data/varied300.chaincell");
 
-/// `chaincell bake box:6x6x4x0.01 --young-pa 5000 --poisson 0.4 --hats 2.5 --probe-contact cells`:
-/// nodal shapes, hats.
+/// `chaincell bake box:6x6x4x0.01 --young-pa 5000 --poisson 0.4 --coarse 2.5 --probe-contact cells`:
+/// nodal shapes, coarse functions.
 pub static TISSUE6: &[u8] = include_model!("../../data/tissue6.chaincell");
 /// The same with `--probe-contact surface`.
 pub static TOUCH6: &[u8] = include_model!("../../data/touch6.chaincell");
@@ -144,17 +144,17 @@ scenes! {
         image: PLANE8, cells: 441, held: [220], reach_m: 0.03,
         scheme: Rkl2, also: [], sweeps: 9, unloading: Retreat, max_force_n: f32::INFINITY,
     }
-    /// That plane after its equilibrium, without hats.
+    /// That plane after its equilibrium, without a coarse level.
     plane8_track {
         image: PLANE8, cells: 441, held: [199, 220, 241], reach_m: 0.03,
         scheme: Track, also: [Fixed Track<0, I8F24>], sweeps: 4, unloading: Release, max_force_n: 0.5,
     }
-    /// A block with slack and hats.
+    /// A block with slack and coarse functions.
     box7_track {
         image: BOX7, cells: 245, held: [124, 129], reach_m: 0.03,
         scheme: Track<{ coarse_room(18, 2) }>, also: [Fixed Track<0, I8F24>], sweeps: 4, unloading: Retreat, max_force_n: 0.5,
     }
-    /// The organ with hats.
+    /// The organ with a coarse level.
     organ500_track {
         image: ORGAN500, cells: 499, held: [415, 435, 436, 438, 439, 457, 477], reach_m: 0.06,
         scheme: Track<{ coarse_room(24, 7) }>, also: [Fixed Track<0, I8F24>], sweeps: 4, unloading: Release,
@@ -166,13 +166,13 @@ scenes! {
         scheme: Predict<{ coarse_room(24, 7) }>, also: [], sweeps: 1, unloading: Release,
         max_force_n: f32::INFINITY,
     }
-    /// A block of nodal shapes, with hats; the kernel needs its feature `nodal`.
+    /// A block of nodal shapes, with a coarse level; the kernel needs its feature `nodal`.
     tissue6_track {
         image: TISSUE6, cells: 144, states: 144, held: [59, 63, 83], reach_m: 0.03,
         scheme: Track<{ elastic_room(48) }>, also: [], sweeps: 3, unloading: Release,
         max_force_n: f32::INFINITY,
     }
-    /// An organ whose links all differ, with hats.
+    /// An organ whose links all differ, with a coarse level.
     varied300_track {
         image: VARIED300, cells: 299, held: [287, 288], reach_m: 0.06,
         scheme: Track<{ coarse_room(24, 2) }>, also: [Fixed Track<0, I8F24>], sweeps: 4, unloading: Retreat,

@@ -9,7 +9,7 @@ use chaincell_lab::bodies::Shape;
 
 use crate::graph::shape;
 
-/// Nine by nine cells, diagonals, neither slices nor hats.
+/// Nine by nine cells, diagonals, neither slices nor coarse functions.
 static PLANE9: &[u8] = include_model!("../../data/plane9.chaincell");
 /// 125 cells.
 static BOX5: &[u8] = include_model!("../../data/box5.chaincell");

@@ -44,7 +44,7 @@ fn press(model: Model<'_>, scheme: Scheme, numbers: Arithmetic) {
     let cells = bodies::free_cells(&model, 1, 2);
     let Ok(mut engine) = Engine::in_numbers(network, scheme, numbers, &cells) else { return };
     let mut monitor = Monitor::new(&engine, scheme, numbers);
-    if model.hats() > 0 {
+    if model.coarse_functions() > 0 {
         // The kernel takes the coarse level's inverse as the bake computed it.
         monitor = monitor.without_certificate();
     }

@@ -72,7 +72,7 @@ fn the_scenes_cover_every_scheme_and_kind_of_body() {
     for kind in [false, true] {
         assert!(models.iter().any(|model| model.is_sliced() == kind));
         assert!(models.iter().any(|model| model.is_nodal() == kind));
-        assert!(models.iter().any(|model| (model.hats() > 0) == kind));
+        assert!(models.iter().any(|model| (model.coarse_functions() > 0) == kind));
         assert!(models.iter().any(|model| (model.alpha() > 0.0) == kind));
         assert!(models.iter().any(|model| (model.alpha_varies() && model.weight_varies()) == kind));
     }

@@ -197,9 +197,9 @@ fn run_parameters_out_of_range() {
     let place = Place::new();
     let bound = "must be above 0 and at most 0.5, the model's proven bound";
     for step in ["0", "-0.1", "0.51", "1e9", "NaN", "inf"] {
-        place.refuses_run(&["--dynamics", "euler", "--step", step], &["--step", bound]);
+        place.refuses_run(&["--scheme", "euler", "--step", step], &["--step", bound]);
     }
-    let mut scheme = ["--dynamics", "rkl2", "--step", ""];
+    let mut scheme = ["--scheme", "rkl2", "--step", ""];
     for step in ["0", "1e-45", "-0.1", "NaN", "inf"] {
         scheme[3] = step;
         place.refuses_run(&scheme, &["--step", "must be finite and at least 0.0000000000005"]);
@@ -213,16 +213,16 @@ fn run_parameters_out_of_range() {
         ("1e-44", "rkl2", "must be above 0 and finite"),
         ("0.1", "track", "answers the static question"),
     ] {
-        let scheme = ["--dynamics", dynamics, "--time-constant-s", constant_s];
+        let scheme = ["--scheme", dynamics, "--time-constant-s", constant_s];
         place.refuses_run(&scheme, &["--time-constant-s", why]);
     }
     for dynamics in ["track", "predict"] {
-        let step = ["--dynamics", dynamics, "--step", "0.01"];
+        let step = ["--scheme", dynamics, "--step", "0.01"];
         place.refuses_run(&step, &["--step 0.01", "answers the static question"]);
     }
     place.refuses_run(&["--probe-capacity", "3"], &["--probe-capacity 3", "there is no probe"]);
     place.refuses_run(&["--contact", "probe"], &["--contact probe", "as in probe:0.012"]);
-    let both = ["--dynamics", "euler", "--step", "0.1", "--time-constant-s", "1"];
+    let both = ["--scheme", "euler", "--step", "0.1", "--time-constant-s", "1"];
     place.refuses_run(&both, &["--time-constant-s", "cannot be used with"]);
     for option in ["--max-tool-step-m", "--max-force-n"] {
         for value in ["0", "-1", "NaN", "inf"] {
@@ -237,12 +237,12 @@ fn run_parameters_out_of_range() {
         place.refuses_run(&["--threads", threads], &["--threads", threads, "1 to 8, or auto"]);
     }
     place.refuses_run(&["--threads", "2"], &["--threads 2", "16384 cells or more"]);
-    let euler = ["--threads", "2", "--dynamics", "euler"];
-    place.refuses_run(&euler, &["--threads 2", "--dynamics track and predict"]);
+    let euler = ["--threads", "2", "--scheme", "euler"];
+    place.refuses_run(&euler, &["--threads 2", "--scheme track and predict"]);
     place.refuses_run(&["--snapshot-ticks", "5"], &["--snapshot-ticks 5", "0 to 4"]);
     place.refuses_run(&["--snapshot-ticks", "1,9"], &["--snapshot-ticks 9", "0 to 4"]);
     place.refuses_run(&["--snapshot-ticks", "1,-1"], &["--snapshot-ticks", "-1"]);
-    place.refuses_run(&["--dynamics", "verlet"], &["--dynamics", "euler", "track"]);
+    place.refuses_run(&["--scheme", "verlet"], &["--scheme", "euler", "track"]);
     place.refuses_run(&["--unloading", "never"], &["--unloading", "retreat"]);
 }
 
@@ -269,8 +269,8 @@ fn session_parameters_out_of_range() {
             place.refuses(&args(&["--budget-us", budget]), &["--budget-us", "auto, off"]);
         }
         for dynamics in ["euler", "rkl2"] {
-            let options = ["--dynamics", dynamics, "--budget-us", "auto"];
-            let parts = ["--budget-us auto", dynamics, "the tissue's time", "--dynamics track"];
+            let options = ["--scheme", dynamics, "--budget-us", "auto"];
+            let parts = ["--budget-us auto", dynamics, "the tissue's time", "--scheme track"];
             place.refuses(&args(&options), &parts);
         }
         place.refuses(&args(&["--late-share", "1"]), &["--late-share", "as in 1%, or off"]);

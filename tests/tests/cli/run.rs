@@ -141,7 +141,7 @@ fn files_have_the_columns_of_the_contract() {
 #[test]
 fn the_summary_says_what_was_run() {
     let place = Place::plane(&["--alpha", "0.02", "--stiffness-n-per-m", "30"]);
-    let options = ["--sweeps", "3", "--dynamics", "euler", "--max-force-n", "2"];
+    let options = ["--sweeps", "3", "--scheme", "euler", "--max-force-n", "2"];
     let results = place.run("out", &press(10, D), &options);
     let found = summary(&results.out);
     for (key, value) in [
@@ -163,7 +163,7 @@ fn the_summary_says_what_was_run() {
         let number = found[key].as_f64().unwrap_or(f64::NAN);
         assert!((number / value - 1.0).abs() < 1e-6, "{key}: {} {value}", found[key]);
     }
-    assert_eq!(found["dynamics"], "euler");
+    assert_eq!(found["scheme"], "euler");
     assert_eq!(found["unloading"], "release");
     assert_eq!(found["drive"], "position");
     assert_eq!(found["contact_nodes"], serde_json::json!([40]));
@@ -191,7 +191,7 @@ fn the_drive_is_what_was_asked_for() {
 fn a_time_constant_is_a_step() {
     let place = Place::plane(&[]);
     for (dynamics, sweeps, step) in [("euler", "4", "0.125"), ("rkl2", "8", "0.5")] {
-        let common = ["--dynamics", dynamics, "--sweeps", sweeps];
+        let common = ["--scheme", dynamics, "--sweeps", sweeps];
         let with = |name: &str, more: [&str; 2]| {
             place.run(&format!("{dynamics}{name}"), &press(40, D), &[&common[..], &more].concat())
         };
@@ -210,7 +210,7 @@ fn a_time_constant_is_a_step() {
 fn schemes_in_time_agree() {
     let place = Place::plane(&["--diagonals"]);
     let scheme = |dynamics, sweeps| {
-        let scheme = ["--dynamics", dynamics, "--sweeps", sweeps, "--time-constant-s", "0.0005"];
+        let scheme = ["--scheme", dynamics, "--sweeps", sweeps, "--time-constant-s", "0.0005"];
         place.run(dynamics, &press(30, D), &scheme).cells("final")
     };
     let exact = scheme("euler", "500");
@@ -222,7 +222,7 @@ fn schemes_in_time_agree() {
 fn the_same_path_gives_the_same_bytes() {
     for dynamics in ["track", "predict", "euler", "rkl2"] {
         let place = Place::plane(&["--alpha", "0.05"]);
-        let options = ["--dynamics", dynamics, "--snapshot-ticks", "50"];
+        let options = ["--scheme", dynamics, "--snapshot-ticks", "50"];
         let one = place.run("one", &press_and_release(), &options);
         let two = place.run("two", &press_and_release(), &options);
         for file in ["force.csv", "cells_50.csv", "cells_final.csv", "final.vtu"] {
@@ -230,7 +230,7 @@ fn the_same_path_gives_the_same_bytes() {
         }
         assert_eq!(one.hash(), two.hash());
         // A snapshot is the state after its row, whatever follows.
-        let short = place.run("short", &press_and_release()[..=50], &["--dynamics", dynamics]);
+        let short = place.run("short", &press_and_release()[..=50], &["--scheme", dynamics]);
         assert!(short.bytes("cells_final.csv") == one.bytes("cells_50.csv"), "{dynamics}");
         assert_ne!(short.hash(), one.hash());
     }
@@ -445,19 +445,19 @@ fn the_default_scheme_is_the_one_that_suits_the_scene() {
         let out = place.folder.path().join("out");
         play(&place.model, &path, &out, &[&["--force"], options].concat()).with(0);
         let found = summary(&out);
-        (found["dynamics"].clone(), found["state_hash"].clone())
+        (found["scheme"].clone(), found["state_hash"].clone())
     };
     for (place, options, scheme) in [
         (&tight, &[][..], "predict"),
         (&tight, &["--contact", "probe:0.02"], "track"),
         (&tight, &["--drive", "current"], "track"),
-        (&tight, &["--number", "fixed"], "track"),
+        (&tight, &["--precision", "fixed"], "track"),
         (&slack, &[], "track"),
     ] {
         let found = ran(place, options);
         assert_eq!(found.0, scheme, "{options:?}");
         // Left to choose or told: the same run.
-        assert_eq!(found, ran(place, &[&["--dynamics", scheme], options].concat()));
+        assert_eq!(found, ran(place, &[&["--scheme", scheme], options].concat()));
     }
 }
 
@@ -469,7 +469,7 @@ fn predict_says_where_it_is_track() {
     write_path(&path, [(0, [0.0; 3], 0), (1, [0.0; 3], 1)]);
     let said = |place: &Place, options: &[&str]| {
         let out = place.folder.path().join("out");
-        let options = [&["--dynamics", "predict", "--force"], options].concat();
+        let options = [&["--scheme", "predict", "--force"], options].concat();
         play(&place.model, &path, &out, &options).with(0).err
     };
     for (place, options, why) in [

@@ -85,14 +85,14 @@ fn reworded(whole: &[u8], front: usize, at: usize, to: u16) -> Vec<u8> {
 #[test]
 fn what_run_records_is_replayed_to_the_same_bits() {
     for how in [
-        &["--dynamics", "track", "--unloading", "retreat", "--max-force-n", "0.2"][..],
-        &["--dynamics", "euler", "--step", "0.03", "--contact", "60,61,48"],
-        &["--dynamics", "track", "--contact", "probe:0.025", "--probe-capacity", "5"],
-        &["--dynamics", "rkl2", "--time-constant-s", "0.002"],
-        &["--dynamics", "rkl2", "--sweeps", "9"],
-        &["--dynamics", "track", "--number", "fixed"],
-        &["--dynamics", "euler", "--number", "fixed"],
-        &["--dynamics", "track", "--max-tool-step-m", "0.002", "--unloading", "off"],
+        &["--scheme", "track", "--unloading", "retreat", "--max-force-n", "0.2"][..],
+        &["--scheme", "euler", "--step", "0.03", "--contact", "60,61,48"],
+        &["--scheme", "track", "--contact", "probe:0.025", "--probe-capacity", "5"],
+        &["--scheme", "rkl2", "--time-constant-s", "0.002"],
+        &["--scheme", "rkl2", "--sweeps", "9"],
+        &["--scheme", "track", "--precision", "fixed"],
+        &["--scheme", "euler", "--precision", "fixed"],
+        &["--scheme", "track", "--max-tool-step-m", "0.002", "--unloading", "off"],
     ] {
         let session = session(how);
         let ended = replay(&session.trace, &session.model).with(0);
@@ -100,9 +100,9 @@ fn what_run_records_is_replayed_to_the_same_bits() {
         assert_eq!(found["ticks"], 120, "{how:?}");
         assert_eq!(found["hashes_compared"], 120);
         assert_eq!(found["state_hash"], session.state_hash);
-        assert_eq!(found["dynamics"], how[1]);
-        let number = if how[2] == "--number" { how[3] } else { "f32" };
-        assert_eq!(found["number"], number);
+        assert_eq!(found["scheme"], how[1]);
+        let number = if how[2] == "--precision" { how[3] } else { "f32" };
+        assert_eq!(found["precision"], number);
         assert_eq!(found["end"], "complete");
         assert!(found["first_difference"].is_null());
         // The folder has the same trace, and the model.
@@ -124,7 +124,7 @@ fn what_cosim_records_is_replayed_to_the_same_bits() {
     let model = bake(folder.path(), "box:7x7x5x0.01", &["--alpha", "0.03"]);
     let out = folder.path().join("out");
     let args = ["cosim", text(&model), "--seconds", "1", "--out", text(&out), "--json"];
-    let how = ["--sweeps", "3", "--unloading", "retreat", "--number", "fixed"];
+    let how = ["--sweeps", "3", "--unloading", "retreat", "--precision", "fixed"];
     let ended = run([&args[..], &how, &["--late-share", "off"]].concat()).with(0);
     let found = run(["replay", text(&out.join("session.trace")), "--json"]).with(0).json();
     let ended = ended.json();
@@ -132,7 +132,7 @@ fn what_cosim_records_is_replayed_to_the_same_bits() {
     let hashes = 1000 - ended["ticks_late"].as_u64().unwrap();
     assert_eq!((&found["ticks"], &found["hashes_compared"]), (&1000.into(), &hashes.into()));
     assert_eq!(found["state_hash"], ended["state_hash"]);
-    assert_eq!(found["number"], "fixed");
+    assert_eq!(found["precision"], "fixed");
     // The samples are those of the path file.
     let (_, _, records) = parts(&std::fs::read(out.join("session.trace")).unwrap());
     let path = Table::read(&out.join("path.csv"));
@@ -169,7 +169,7 @@ fn what_a_scene_dumps_is_replayed_to_the_same_bits() {
         let found = replay(&trace, &model).with(0).json();
         assert_eq!(found["hashes_compared"], 150, "{}", scene.name);
         assert_eq!(
-            (&found["dynamics"], &found["number"]),
+            (&found["scheme"], &found["precision"]),
             (&scene.scheme.into(), &tier.name().into())
         );
     }

@@ -171,7 +171,7 @@ fn every_command_that_a_page_names_exists() {
 fn a_command_that_is_not_there_is_seen() {
     let known = Known::read();
     for good in [
-        "chaincell bake organ:500 -o organ.chaincell --lean --hats none",
+        "chaincell bake organ:500 -o organ.chaincell --lean --coarse none",
         "cosim [MODEL] [--seconds 10]",
         "CHAINCELL_SLOW=1 cargo test --release -p chaincell-tests --test docs -- --nocapture",
         "bash .ci/run",

@@ -31,7 +31,7 @@ fn block(alpha: Option<f64>) -> ImageBytes {
         Some(_) => None,
     };
     let (alpha, probe_contact) = (of(alpha.unwrap_or(0.0)), ProbeContact::Surface);
-    // Too near to the ground for hats by itself.
+    // Too near to the ground for coarse functions by itself.
     let coarse_basis = BasisSpacing::Links(2.5);
     let coarse_basis = if tissue.is_some() { BasisSpacing::BySize } else { coarse_basis };
     let options = BakeOptions { alpha, tissue, probe_contact, coarse_basis, ..Default::default() };

@@ -159,7 +159,7 @@ fn a_loaded_plane_settles_at_the_minimum_of_energy_less_load() {
     }
 }
 
-/// A body of each kind under all that moves it, without hats.
+/// A body of each kind under all that moves it, without a coarse level.
 fn each(shape: &Shape) -> Vec<(ImageBytes, Variant)> {
     let coarse_basis = BasisSpacing::None;
     let options = BakeOptions { coarse_basis, ..BakeOptions::default() };

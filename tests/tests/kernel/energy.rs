@@ -91,7 +91,7 @@ fn force_is_what_the_links_exert_on_the_held_cells() {
     for case in &CASES {
         for alpha in ALPHAS {
             for dynamics in ["track", "euler"] {
-                let options = ["--dynamics", dynamics, "--unloading", "retreat"];
+                let options = ["--scheme", dynamics, "--unloading", "retreat"];
                 let played = Played::new(case, alpha, &options);
                 let flags = played.flags();
                 let mut compared = 0;

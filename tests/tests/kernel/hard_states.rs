@@ -134,7 +134,7 @@ fn one_link_that_holds_nearly_all_the_energy() {
         alpha: 0.69,
         stiffness_n_per_m: vec![1e3, 1e-3, 1e3],
         tissue: None,
-        hats: None,
+        coarse_functions: None,
         sweeps: 1,
         tick_time: 0.5,
     };
@@ -157,7 +157,7 @@ fn one_link_that_holds_nearly_all_the_energy() {
 }
 
 /// Nothing holds this body and its stiffness spans four decades: with too little room for the
-/// rounding of the inverse the certificate of its hats was wrong in the fourth digit.
+/// rounding of the inverse the certificate of its coarse functions was wrong in the fourth digit.
 // REQ-ENE-02
 #[test]
 fn hats_of_a_floating_body_of_contrasts() {
@@ -177,7 +177,7 @@ fn hats_of_a_floating_body_of_contrasts() {
             0.007765792267692402,
         ],
         tissue: None,
-        hats: Some(1.0),
+        coarse_functions: Some(1.0),
         sweeps: 1,
         tick_time: 1.0,
     };
@@ -197,7 +197,7 @@ fn a_link_of_next_to_no_length_in_fixed_point() {
         alpha: 0.0,
         stiffness_n_per_m: vec![1.0; 4],
         tissue: None,
-        hats: None,
+        coarse_functions: None,
         sweeps: 1,
         tick_time: 0.5,
     };
@@ -244,7 +244,7 @@ fn sums_that_leave_the_range_on_their_way() {
         alpha: 0.0,
         stiffness_n_per_m: vec![1.0; 13],
         tissue: None,
-        hats: None,
+        coarse_functions: None,
         sweeps: 1,
         tick_time: 1.0,
     };
@@ -278,7 +278,7 @@ fn energies_beyond_what_a_tool_may_load() {
         alpha: 0.0,
         stiffness_n_per_m: vec![1.0; 1000],
         tissue: None,
-        hats: None,
+        coarse_functions: None,
         sweeps: 2,
         tick_time: 1.0,
     };

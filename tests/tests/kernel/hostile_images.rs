@@ -4,13 +4,13 @@
 use chaincell_host::bake::tissue::Tissue;
 use chaincell_host::bake::{BakeOptions, BasisSpacing, ImageBytes, PerCell, ProbeContact};
 use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
-use chaincell_kernel::image::{NO_HAT, kind, nodal, params};
+use chaincell_kernel::image::{NO_FUNCTION, kind, nodal, params};
 use chaincell_kernel::{Model, ModelError, Network, TickOutput};
 use chaincell_lab::bodies::Shape;
 use chaincell_tests::forge::Forged;
 use chaincell_tests::graph::sample;
 
-/// Links with hats.
+/// Links with a coarse level.
 fn links() -> Forged {
     let options = BakeOptions { coarse_basis: BasisSpacing::Links(2.0), ..BakeOptions::default() };
     Forged::of(Shape::generated("box:4x4x4x0.01").unwrap().bake(&options).unwrap().as_bytes())
@@ -35,12 +35,14 @@ fn error(forged: &Forged) -> ModelError {
 #[test]
 fn empty_boxes_are_refused() {
     for mut forged in [links(), shapes()] {
-        let boxes = forged.get::<u32>(kind::HAT_ROWS).len() - 1;
-        forged.change(kind::HAT_ROWS, |rows: &mut Vec<u32>| {
+        let boxes = forged.get::<u32>(kind::COARSE_ROWS).len() - 1;
+        forged.change(kind::COARSE_ROWS, |rows: &mut Vec<u32>| {
             rows.extend([*rows.last().unwrap(); 1000]);
         });
-        forged.change(kind::HAT_CORNERS, |of: &mut Vec<[u16; 8]>| of.extend([[NO_HAT; 8]; 1000]));
-        assert_eq!(error(&forged), ModelError::Index(kind::HAT_ROWS, boxes as u32));
+        forged.change(kind::COARSE_CORNERS, |of: &mut Vec<[u16; 8]>| {
+            of.extend([[NO_FUNCTION; 8]; 1000])
+        });
+        assert_eq!(error(&forged), ModelError::Index(kind::COARSE_ROWS, boxes as u32));
     }
 }
 
@@ -174,7 +176,7 @@ fn answers_are_finite_with_every_weight() {
         reals(&mut forged, kind::WEIGHT, |weight| factor * weight);
         reals(&mut forged, kind::SLICE_WEIGHTS, |w| if w == 1.0 { w } else { factor * w });
         reals(&mut forged, kind::MOBILITY, |mobility| mobility / factor);
-        reals(&mut forged, kind::HAT_INVERSE, |element| element / factor);
+        reals(&mut forged, kind::COARSE_INVERSE, |element| element / factor);
         let degree = forged.get::<f32>(kind::PARAMS)[params::DEGREE_BOUND];
         for (stiffness, unit_m) in UNITS {
             let words = [

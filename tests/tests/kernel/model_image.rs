@@ -147,14 +147,14 @@ fn errors_name_what_is_wrong_with_shapes() {
     assert_eq!(with(kind::NODAL, 1, 2.0), ModelError::Value(kind::NODAL, 1));
     // Without a band its stiffness has to be 0.
     assert_eq!(with(kind::NODAL, 1, 0.0), ModelError::Value(kind::NODAL_CELLS, 0));
-    let turns = with(kind::HAT_TURNS, 0, f32::from_bits(u32::MAX));
-    assert_eq!(turns, ModelError::Index(kind::HAT_TURNS, 0));
+    let turns = with(kind::COARSE_TURNS, 0, f32::from_bits(u32::MAX));
+    assert_eq!(turns, ModelError::Index(kind::COARSE_TURNS, 0));
     for factor in [0.5, f32::NAN, f32::INFINITY] {
-        let why = with(kind::HAT_FACTORS, 5, factor);
-        assert_eq!(why, ModelError::Value(kind::HAT_FACTORS, 5), "{factor}");
+        let why = with(kind::COARSE_FACTORS, 5, factor);
+        assert_eq!(why, ModelError::Value(kind::COARSE_FACTORS, 5), "{factor}");
     }
-    let inverse = with(kind::HAT_INVERSE, 1, 3.0);
-    assert_eq!(inverse, ModelError::Value(kind::HAT_INVERSE, 0));
+    let inverse = with(kind::COARSE_INVERSE, 1, 3.0);
+    assert_eq!(inverse, ModelError::Value(kind::COARSE_INVERSE, 0));
     let bound = with(kind::PARAMS, params::DEGREE_BOUND, 1.0e-3);
     assert_eq!(bound, ModelError::Parameter(params::DEGREE_BOUND as u32));
     let far = with(kind::PARAMS, params::SATURATION, 9.0e5);

@@ -23,7 +23,7 @@ const TICKS: u16 = 2000;
 fn plane() -> ImageBytes {
     let options = MeshOptions { diagonals: true, ..MeshOptions::default() };
     let mesh = load("plane:21x21x0.005", &options).unwrap();
-    // Only single precision has hats.
+    // Only single precision has coarse functions.
     let options = BakeOptions { coarse_basis: BasisSpacing::None, ..BakeOptions::default() };
     bake(&mesh, &mesh.border, &options).unwrap()
 }

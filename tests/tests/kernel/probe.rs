@@ -49,12 +49,14 @@ fn engaged_above(model: Model<'_>, scheme: Scheme, capacity: usize) -> Engine<'_
     engine
 }
 
-/// Bodies of both kinds with hats under the schemes that have them, without under all that move them.
+/// Bodies of both kinds with a coarse level under the schemes that have them, without under all that move them.
 fn cases() -> Vec<(ImageBytes, Variant)> {
-    let of = |hats: bool, variants: [Vec<Variant>; 2]| {
-        let images = boxes(if hats { BasisSpacing::Links(2.5) } else { BasisSpacing::None });
+    let of = |coarse_functions: bool, variants: [Vec<Variant>; 2]| {
+        let images =
+            boxes(if coarse_functions { BasisSpacing::Links(2.5) } else { BasisSpacing::None });
         images.into_iter().zip(variants).flat_map(move |(image, variants)| {
-            let those = variants.into_iter().filter(move |variant| variant.hats == hats);
+            let those =
+                variants.into_iter().filter(move |variant| variant.coarse == coarse_functions);
             those.map(move |variant| (image.clone(), variant))
         })
     };
@@ -62,7 +64,7 @@ fn cases() -> Vec<(ImageBytes, Variant)> {
     of(true, variants.clone()).chain(of(false, variants)).collect()
 }
 
-/// The plain variants of each kind of body, with hats in the image.
+/// The plain variants of each kind of body, with a coarse level in the image.
 fn plain() -> Vec<(ImageBytes, Variant)> {
     let images = boxes(BasisSpacing::Links(2.5)).into_iter();
     let each = images.flat_map(|image| {
@@ -211,7 +213,7 @@ fn contacts_and_force_do_not_chatter() {
         let kept = held.iter().filter(|(cell, before)| at[usize::from(*cell)] == *before);
         assert!(kept.count() >= count as usize, "{kind:?}: held cells move");
         // The coarse level of shapes spreads the rounding of their forces.
-        let hum = if kind.hats && model.is_nodal() { 2.5e-3 } else { 1e-3 };
+        let hum = if kind.coarse && model.is_nodal() { 2.5e-3 } else { 1e-3 };
         assert!(largest(&jumps[1400..]) < hum * peak, "{kind:?}: {}", largest(&jumps[1400..]));
     }
 }

@@ -100,18 +100,19 @@ fn trajectories_are_the_same_without_the_vector_unit() {
     }
     for spec in ["plane:21x21x0.01", "organ:500", "box:7x6x5x0.01"] {
         let shape = body(spec);
-        for (hats, alpha) in [
+        for (coarse_functions, alpha) in [
             (BasisSpacing::None, 0.0),
             (BasisSpacing::None, 0.05),
             (BasisSpacing::Links(2.5), 0.0),
             (BasisSpacing::Links(3.0), 0.05),
         ] {
-            let with_hats = hats != BasisSpacing::None;
+            let is_coarse = coarse_functions != BasisSpacing::None;
             let alpha = PerCell::Uniform(alpha);
-            let options = BakeOptions { alpha, coarse_basis: hats, ..BakeOptions::default() };
+            let options =
+                BakeOptions { alpha, coarse_basis: coarse_functions, ..BakeOptions::default() };
             let image = shape.bake(&options).unwrap();
             let model = Model::from_bytes(image.as_bytes()).unwrap();
-            assert!(model.is_sliced() && (model.hats() > 0) == with_hats, "{spec}");
+            assert!(model.is_sliced() && (model.coarse_functions() > 0) == is_coarse, "{spec}");
             for &scheme in Scheme::ALL {
                 let mut twins = Twins::new(model, scheme, Unloading::Release);
                 let rest = twins.0[0].state_hash();
@@ -250,10 +251,10 @@ fn degenerate_states_are_the_same_without_the_vector_unit() {
         let shape = body(spec);
         let shapes = (!shape.mesh.tetrahedra.is_empty()).then_some(None);
         for links in links.into_iter().chain(shapes) {
-            for hats in [BasisSpacing::None, BasisSpacing::Links(2.0)] {
+            for coarse_functions in [BasisSpacing::None, BasisSpacing::Links(2.0)] {
                 let image = match links {
-                    Some(links) => varied(&shape, links, hats),
-                    None => nodal(&shape, hats),
+                    Some(links) => varied(&shape, links, coarse_functions),
+                    None => nodal(&shape, coarse_functions),
                 };
                 let model = Model::from_bytes(image.as_bytes()).unwrap();
                 assert!(model.is_sliced(), "{spec}");
@@ -262,7 +263,8 @@ fn degenerate_states_are_the_same_without_the_vector_unit() {
                 for (Variant { scheme, .. }, state) in
                     singles.flat_map(|of| degenerate(far).map(|state| (of, state)))
                 {
-                    let what = format!("{spec} {links:?} {hats:?} {scheme:?} {state:?}");
+                    let what =
+                        format!("{spec} {links:?} {coarse_functions:?} {scheme:?} {state:?}");
                     let mut twins = Twins::new(model, scheme, Unloading::Off);
                     seed += 1;
                     let places = state.positions(&model, seed);

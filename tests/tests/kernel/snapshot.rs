@@ -16,11 +16,11 @@ use chaincell_tests::graph::sample;
 const AFTER: usize = 1000;
 
 /// Links that differ, with slack where there is an alpha.
-fn links(alpha: f64, hats: bool) -> ImageBytes {
+fn links(alpha: f64, coarse_functions: bool) -> ImageBytes {
     let options = BakeOptions {
         alpha: PerCell::Uniform(alpha),
         stiffness_n_per_m: PerCell::Each((0..48).map(|i| 10.0 + f64::from(i % 7)).collect()),
-        coarse_basis: if hats { BasisSpacing::Links(2.0) } else { BasisSpacing::None },
+        coarse_basis: if coarse_functions { BasisSpacing::Links(2.0) } else { BasisSpacing::None },
         ..BakeOptions::default()
     };
     Shape::generated("box:4x4x3x0.01").unwrap().bake(&options).unwrap()

@@ -124,7 +124,7 @@ fn sample(tick: u16, top_m: f32, radius_m: f32) -> ToolPose {
 fn every_way_gives_the_same_bits() {
     for alpha in [0.0, 0.05] {
         let image = links("box:9x9x9x0.008", alpha);
-        assert!(model(&image).hats() > 0);
+        assert!(model(&image).coarse_functions() > 0);
         for way in WAYS {
             let [mut one, mut other] = [0, 1].map(|_| engine(&image, 0.006, way));
             other.go_scalar();

@@ -25,7 +25,7 @@ fn finite(value: &Value, place: &str) {
 fn hand(found: &Value) {
     let rows = found["hand"].as_array().unwrap();
     for motion in ["straight at 80 mm/s", "circles with tremor"] {
-        for scheme in ["track", "track without hats"] {
+        for scheme in ["track", "track without a coarse level"] {
             let of = |row: &&Value| {
                 let named = row["motion"].as_str().unwrap().starts_with(motion);
                 named && row["scheme"] == scheme

@@ -193,7 +193,7 @@ fn a_viewer_that_was_killed_disturbs_nobody() {
 fn sweeps_stay_where_time_depends_on_them() {
     let _turn = turn();
     let place = Place::new("fixed");
-    let serve = serve(&place, &["--dynamics", "rkl2"]);
+    let serve = serve(&place, &["--scheme", "rkl2"]);
     let refused = command(&place, &["set", "sweeps=9"]).with(2);
     assert!(refused.err.contains("reason 4"), "{}", refused.err);
     command(&place, &["set", "max_force_n=off"]).with(0);

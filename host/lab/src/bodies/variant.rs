@@ -14,14 +14,14 @@ pub struct Variant {
     /// The numbers.
     pub numbers: Arithmetic,
     /// Whether the model has a coarse level.
-    pub hats: bool,
+    pub coarse: bool,
 }
 
 impl Variant {
     /// A variant without a coarse level.
     #[must_use]
     pub fn plain(scheme: Scheme, numbers: Arithmetic) -> Self {
-        Self { scheme, numbers, hats: false }
+        Self { scheme, numbers, coarse: false }
     }
 
     /// Every scheme in single precision, then those that have fixed point in it; none with a
@@ -37,7 +37,7 @@ impl Variant {
     /// All of them, `track` with a coarse level first.
     #[must_use]
     pub fn all() -> Vec<Self> {
-        let default = Self { hats: true, ..Self::plain(Scheme::Track, Arithmetic::F32) };
+        let default = Self { coarse: true, ..Self::plain(Scheme::Track, Arithmetic::F32) };
         std::iter::once(default).chain(Self::plain_ones()).collect()
     }
 
@@ -46,7 +46,7 @@ impl Variant {
     pub fn of_shapes() -> Vec<Self> {
         let schemes = [Scheme::Track, Scheme::Predict];
         let plain = schemes.map(|scheme| Self::plain(scheme, Arithmetic::F32));
-        plain.iter().flat_map(|&one| [Self { hats: true, ..one }, one]).collect()
+        plain.iter().flat_map(|&one| [Self { coarse: true, ..one }, one]).collect()
     }
 
     /// Whether it moves a body of nodal shapes: the others move links alone.
@@ -111,7 +111,7 @@ impl Variant {
 
 impl fmt::Display for Variant {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let hats = if self.hats { "+hats" } else { "" };
-        write!(f, "{}{hats} {}", self.scheme.name(), self.numbers.name())
+        let coarse = if self.coarse { "+coarse" } else { "" };
+        write!(f, "{}{coarse} {}", self.scheme.name(), self.numbers.name())
     }
 }

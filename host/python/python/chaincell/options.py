@@ -34,7 +34,7 @@ class BakeOptions(TypedDict, total=False):
     probe_contact: Literal["surface", "cells"] | None
     cells: int | None
     """Groups of nodes, each of them a cell, from 2 to 65535."""
-    hats: float | Literal["auto", "none"] | None
+    coarse: float | Literal["auto", "none"] | None
     unit_m: float | None
     """Metres in one unit of the coordinates; of a generator it is 1."""
     fill_m: float | None
@@ -62,8 +62,8 @@ class TissueOptions(TypedDict, total=False):
     friction: float | None
     probe_capacity: int | None
     """From 1 to 65535."""
-    dynamics: Literal["track", "predict", "euler", "rkl2"] | None
-    number: Literal["f32", "fixed"] | None
+    scheme: Literal["track", "predict", "euler", "rkl2"] | None
+    precision: Literal["f32", "fixed"] | None
     sweeps: int | None
     """Sweeps a tick, from 1 to 65535, 4 by default."""
     step: float | None

@@ -29,22 +29,27 @@ impl Shapes {
         (Matrix3::from_diagonal_element(even) + turned) / self.shape.volume_m3(k)
     }
 
-    /// Returns P' K P, x of all hats first, then y and z; `row` returns the weights of a cell.
-    pub fn elasticity(&self, hats: usize, row: impl Fn(u16) -> Vec<(usize, f64)>) -> DMatrix<f64> {
-        let mut matrix = DMatrix::zeros(3 * hats, 3 * hats);
+    /// Returns P' K P, x of all coarse functions first, then y and z; `row` returns the weights of a cell.
+    pub fn elasticity(
+        &self,
+        coarse_functions: usize,
+        row: impl Fn(u16) -> Vec<(usize, f64)>,
+    ) -> DMatrix<f64> {
+        let mut matrix = DMatrix::zeros(3 * coarse_functions, 3 * coarse_functions);
         let mut add = |a: usize, b: usize, block: Matrix3<f64>| {
             for (r, c) in (0..3).flat_map(|r| (0..3).map(move |c| (r, c))) {
-                matrix[(r * hats + a, c * hats + b)] += block[(r, c)];
+                matrix[(r * coarse_functions + a, c * coarse_functions + b)] += block[(r, c)];
             }
         };
         self.each_gradient(|k, map| {
-            // A cell's gradient in terms of the hats.
+            // A cell's gradient in terms of the coarse functions.
             let mut shares: Vec<(usize, Vector3<f64>)> = Vec::new();
             for &(cell, area) in map {
                 let area = Vector3::from(area);
-                shares.extend(row(cell as u16).into_iter().map(|(hat, w)| (hat, w * area)));
+                shares
+                    .extend(row(cell as u16).into_iter().map(|(function, w)| (function, w * area)));
             }
-            shares.sort_unstable_by_key(|&(hat, _)| hat);
+            shares.sort_unstable_by_key(|&(function, _)| function);
             let shares: Vec<(usize, Vector3<f64>)> = shares
                 .chunk_by(|a, b| a.0 == b.0)
                 .map(|same| (same[0].0, same.iter().map(|(_, share)| share).sum()))
@@ -59,7 +64,8 @@ impl Shapes {
             // The spread of each link.
             for half in self.shape.of(k).iter().filter(|half| half.to as usize > k) {
                 let mut difference = row(k as u16);
-                difference.extend(row(half.to as u16).into_iter().map(|(hat, w)| (hat, -w)));
+                difference
+                    .extend(row(half.to as u16).into_iter().map(|(function, w)| (function, -w)));
                 let stiffness = 2.0 * BETA * half.weight_m;
                 for &(one, a) in &difference {
                     for &(other, b) in &difference {

@@ -66,7 +66,7 @@ impl Answer {
         &mut self.felt[..chosen]
     }
 
-    /// Returns the part of the message for tool `number`.
+    /// Returns the part of the message for tool `precision`.
     fn of(&self, number: u32) -> OneToolForce {
         let TickForce { force_n, contacts, flags, .. } = self.force;
         let felt = match self.tools().get(number as usize) {

@@ -122,7 +122,7 @@ fn every_error_of_the_kernel_keeps_what_it_names() {
     becomes(SettingsError::MaxForce, Code::SettingsMaxForce, none);
     let capacity = ResetError::Capacity { needed: 81, capacity: 80 };
     becomes(capacity, Code::ResetCapacity, sizes(81, 80));
-    becomes(ResetError::CoarseRoom { needed: 3, room: 2 }, Code::ResetHats, sizes(3, 2));
+    becomes(ResetError::CoarseRoom { needed: 3, room: 2 }, Code::ResetCoarse, sizes(3, 2));
     becomes(ResetError::Shapes, Code::ResetShapes, none);
     let flush = FloatEnvironmentError::FlushToZero;
     becomes(ResetError::Float(flush), Code::FloatFlushToZero, none);
@@ -136,13 +136,13 @@ fn every_error_of_the_kernel_keeps_what_it_names() {
     becomes(ContactError::Fixed(2), Code::ContactFixed, at(0, 2));
     becomes(ContactError::Order(1), Code::ContactRepeated, at(0, 1));
     becomes(ContactError::Model, Code::ContactModel, none);
-    becomes(ContactError::CoarseRoom { needed: 9, room: 8 }, Code::ContactHats, sizes(9, 8));
+    becomes(ContactError::CoarseRoom { needed: 9, room: 8 }, Code::ContactCoarse, sizes(9, 8));
     becomes(ContactError::Engaged, Code::ContactEngaged, none);
     let radius = Detail { limit: 2.5, ..Detail::default() };
     becomes(ContactError::Radius { max_m: 2.5 }, Code::ContactRadius, radius);
     becomes(ContactError::NoSurface, Code::ContactSurface, none);
-    let hats = ContactError::ProbeRoom { needed: 7, room: 6 };
-    becomes(hats, Code::ContactProbeHats, sizes(7, 6));
+    let coarse_functions = ContactError::ProbeRoom { needed: 7, room: 6 };
+    becomes(coarse_functions, Code::ContactProbeCoarse, sizes(7, 6));
     becomes(ContactError::SurfaceUnbuilt, Code::ContactProbeSurface, none);
     becomes(ContactError::SurfaceScheme, Code::ContactProbeSurface, none);
     becomes(ContactError::NoContactSurface, Code::ContactNoSurface, none);

@@ -119,7 +119,7 @@ fn a_probe_that_cannot_be_is_refused() {
     assert_eq!(probe(made.tissue, 0.02).0, Code::ContactEngaged);
     let small = make(BOX, Scheme::Track, 2);
     let (code, detail) = probe(small.tissue, 0.01);
-    assert_eq!(code, Code::ContactProbeHats);
+    assert_eq!(code, Code::ContactProbeCoarse);
     assert!(detail.needed > detail.available && detail.available > 0, "{detail:?}");
     assert_eq!(probe(make(BOX, Scheme::Euler, 2).tissue, 0.01).0, Code::Ok);
     // Over the capacity the flag is set.

@@ -75,7 +75,7 @@ fn refused(change: impl FnOnce(&mut Image), wanted: Code, section: u32, position
 fn a_good_image_says_what_it_holds() {
     assert_eq!(Image::good().read(0), (Code::Ok, Detail::default()));
     let info = info_of(&model_of(BOX));
-    assert_eq!((info.cells, info.links, info.hats), (125, 540, 27));
+    assert_eq!((info.cells, info.links, info.coarse_functions), (125, 540, 27));
     assert_eq!((info.fixed, info.parts, info.input_nodes), (25, 1, 125));
     assert_eq!(info.checksum, chaincell_kernel::Model::from_bytes(BOX).unwrap().checksum());
     assert!((info.unit_m - 0.011_841).abs() < 1e-6 && info.centre_m == [0.0, 0.0, 0.02]);

@@ -19,19 +19,19 @@ use chaincell_kernel::include_model;
 
 use crate::{Code, Detail, Info, ModelStorage, Output, Scheme, Settings, Tissue, ToolPose};
 
-/// `chaincell bake box:5x5x5x0.01 --hats 2 --alpha 0.02 --lean`: fits every scheme.
+/// `chaincell bake box:5x5x5x0.01 --coarse 2 --alpha 0.02 --lean`: fits every scheme.
 static BOX: &[u8] = include_model!("../../../../tests/data/box5.chaincell");
-/// `chaincell bake plane:9x9x0.01 --diagonals --lean`: no hats.
+/// `chaincell bake plane:9x9x0.01 --diagonals --lean`: no coarse functions.
 static PLANE: &[u8] = include_model!("../../../../tests/data/plane9.chaincell");
 
-/// `chaincell bake box:6x6x4x0.01 --young-pa 5000 --poisson 0.4 --hats 2.5 --probe-contact cells`: nodal
+/// `chaincell bake box:6x6x4x0.01 --young-pa 5000 --poisson 0.4 --coarse 2.5 --probe-contact cells`: nodal
 /// shapes.
 static SHAPES: &[u8] = include_model!("../../../../tests/data/tissue6.chaincell");
 
 /// Bodies of both kinds, and three of their top's nodes.
 static KINDS: [(&[u8], [u32; 3]); 2] = [(BOX, [64, 69, 89]), (SHAPES, [59, 63, 83])];
 
-/// `chaincell bake box:5x5x5x0.01 --cells 30 --hats none`: an embedded mesh.
+/// `chaincell bake box:5x5x5x0.01 --cells 30 --coarse none`: an embedded mesh.
 static CELLS: &[u8] = include_model!("../../../../tests/data/box5_cells.chaincell");
 
 /// Calls the interface with pointers that are good, null, or misaligned.

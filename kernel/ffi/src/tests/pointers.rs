@@ -117,7 +117,7 @@ fn all_of(image: &'static [u8], id: u32, tissue: *mut Tissue) -> [Code; 9] {
 // REQ-CIF-01
 #[test]
 fn of_the_tissue() {
-    // With room for a probe beside the hats.
+    // With room for a probe beside the coarse functions.
     for (image, [id, ..]) in KINDS {
         let made = make(image, Scheme::Track, 40);
         let all = |tissue| all_of(image, id, tissue);

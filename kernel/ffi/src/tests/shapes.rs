@@ -49,7 +49,7 @@ fn the_size_counts_the_states() {
         let links = chaincell_tissue_size(scheme as i32, cells, 2, 0);
         assert!(align == SHAPE_ALIGN && bytes - links >= 256 * cells as usize);
         let info = info_of(&model_of(BOX));
-        let whole = chaincell_tissue_size(scheme as i32, info.cells, 2, info.hats);
+        let whole = chaincell_tissue_size(scheme as i32, info.cells, 2, info.coarse_functions);
         assert_eq!(size(BOX, scheme, 2), (whole, ALIGN));
     }
     let model = model_of(SHAPES);

@@ -11,8 +11,8 @@ use crate::{
     chaincell_tissue_size,
 };
 
-fn size(scheme: Scheme, cells: u32, contacts: u32, hats: u32) -> usize {
-    chaincell_tissue_size(scheme as i32, cells, contacts, hats)
+fn size(scheme: Scheme, cells: u32, contacts: u32, coarse_functions: u32) -> usize {
+    chaincell_tissue_size(scheme as i32, cells, contacts, coarse_functions)
 }
 
 /// Where storage begins to be enough, and that one byte less is refused with both numbers.
@@ -25,7 +25,10 @@ fn the_size_is_exactly_what_a_body_needs() {
             let model = model_of(image);
             let (info, settings) = (info_of(&model), settings_of(&model, scheme));
             let (bytes, _) = size_of_body(&model, scheme as i32, contacts);
-            assert!(image == SHAPES || bytes == size(scheme, info.cells, contacts, info.hats));
+            assert!(
+                image == SHAPES
+                    || bytes == size(scheme, info.cells, contacts, info.coarse_functions)
+            );
             let mut storage = storage(bytes);
             let mut init = |bytes: usize| {
                 let (code, detail, tissue) =
@@ -42,9 +45,9 @@ fn the_size_is_exactly_what_a_body_needs() {
 /// The interface's own part of the memory stays within what the header's macro says.
 #[test]
 fn a_body_takes_what_the_kernels_own_takes_and_little_more() {
-    fn check<D: Dynamics, const HATS: usize>(scheme: Scheme) {
+    fn check<D: Dynamics, const COARSE: usize>(scheme: Scheme) {
         let own = Tissue::<800, D, 8>::RAM_BYTES;
-        let here = size(scheme, 800, 8, HATS as u32);
+        let here = size(scheme, 800, 8, COARSE as u32);
         assert!(here > own && here - own < 1024, "{}: {own}, here {here}", D::NAME);
     }
     check::<Track<{ coarse_room(100, 8) }>, 100>(Scheme::Track);
@@ -75,8 +78,10 @@ fn what_is_out_of_range_has_no_size() {
     for scheme in Scheme::ALL {
         assert!(size(scheme, 65_535, 65_535, 1024).is_multiple_of(ALIGN));
         assert!(size(scheme, 1, 1, 0) > 2000);
-        for (cells, contacts, hats) in [(0, 0, 0), (65_536, 0, 0), (5, 6, 0), (5, 5, 1025)] {
-            assert_eq!(size(scheme, cells, contacts, hats), 0);
+        for (cells, contacts, coarse_functions) in
+            [(0, 0, 0), (65_536, 0, 0), (5, 6, 0), (5, 5, 1025)]
+        {
+            assert_eq!(size(scheme, cells, contacts, coarse_functions), 0);
         }
         assert_eq!(size(scheme, u32::MAX, u32::MAX, u32::MAX), 0);
     }

@@ -10,7 +10,7 @@ use chaincell_kernel::{Model, ToolPart as KernelPart, TouchStore, elastic_room, 
 use super::{BLOCK, BOX, Block, call, hash, model_of, settings_of, storage};
 use crate::{Code, Detail, Room, SHAPE_ALIGN, Scheme, Settings, TOUCH_BYTES, Tissue};
 
-/// `chaincell bake box:6x6x4x0.01 --young-pa 5000 --poisson 0.4 --hats 2.5 --probe-contact surface`.
+/// `chaincell bake box:6x6x4x0.01 --young-pa 5000 --poisson 0.4 --coarse 2.5 --probe-contact surface`.
 pub(super) static SURFACE: &[u8] = include_model!("../../../../tests/data/touch6.chaincell");
 
 /// What the tests of tools have room for.

@@ -9,10 +9,10 @@ CHAINCELL_SHAPE_ALIGNED static unsigned char shapes[CHAINCELL_SHAPE_BYTES(8, 4, 
 CHAINCELL_SHAPE_ALIGNED static unsigned char
     tools[CHAINCELL_SHAPE_BYTES(8, 0, 0) + CHAINCELL_TOUCH_BYTES(8, 1, 64, 32)];
 
-static void line(int32_t scheme, size_t bound, uint32_t cells, uint32_t contacts, uint32_t hats)
+static void line(int32_t scheme, size_t bound, uint32_t cells, uint32_t contacts, uint32_t coarse_functions)
 {
     printf("%d %lu %lu\n", (int)scheme, (unsigned long)bound,
-           (unsigned long)chaincell_tissue_size(scheme, cells, contacts, hats));
+           (unsigned long)chaincell_tissue_size(scheme, cells, contacts, coarse_functions));
 }
 
 int main(void)
@@ -41,19 +41,19 @@ int main(void)
         return 3;
     }
     for (at = 0; at < sizeof counts / sizeof counts[0]; at++) {
-        const uint32_t cells = counts[at][0], contacts = counts[at][1], hats = counts[at][2];
+        const uint32_t cells = counts[at][0], contacts = counts[at][1], coarse_functions = counts[at][2];
 
-        line(CHAINCELL_SCHEME_TRACK, CHAINCELL_TISSUE_BYTES(cells, contacts, hats), cells, contacts,
-             hats);
+        line(CHAINCELL_SCHEME_TRACK, CHAINCELL_TISSUE_BYTES(cells, contacts, coarse_functions), cells, contacts,
+             coarse_functions);
         line(CHAINCELL_SCHEME_PREDICT,
-             CHAINCELL_TISSUE_BYTES_OF(CHAINCELL_CELL_BYTES_PREDICT, cells, contacts, hats), cells,
-             contacts, hats);
+             CHAINCELL_TISSUE_BYTES_OF(CHAINCELL_CELL_BYTES_PREDICT, cells, contacts, coarse_functions), cells,
+             contacts, coarse_functions);
         line(CHAINCELL_SCHEME_EULER,
              CHAINCELL_TISSUE_BYTES_OF(CHAINCELL_CELL_BYTES_EULER, cells, contacts, 0), cells,
-             contacts, hats);
+             contacts, coarse_functions);
         line(CHAINCELL_SCHEME_RKL2,
              CHAINCELL_TISSUE_BYTES_OF(CHAINCELL_CELL_BYTES_RKL2, cells, contacts, 0), cells,
-             contacts, hats);
+             contacts, coarse_functions);
     }
     printf("%lu\n", (unsigned long)CHAINCELL_SHAPE_BYTES(144, 2, 18));
     printf("%lu\n", (unsigned long)(CHAINCELL_SHAPE_BYTES_OF(CHAINCELL_CELL_BYTES_PREDICT, 144, 0, 18) +

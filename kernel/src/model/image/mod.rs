@@ -38,11 +38,11 @@ pub const ALIGNMENT: usize = 16;
 /// Largest number of cells: ids are 16 bits wide, and 65,535 stays free.
 pub const CELLS_MAX: usize = 65_535;
 /// Most hat functions.
-pub const HATS_MAX: usize = 1024;
+pub const COARSE_MAX: usize = 1024;
 /// Most sets of stiffening bands.
 pub const STIFFENING_MAX: usize = 3;
 /// Corner without a hat, and cell without an entry.
-pub const NO_HAT: u16 = u16::MAX;
+pub const NO_FUNCTION: u16 = u16::MAX;
 /// Cells of a node of the embedded mesh.
 pub const FINE_CELLS: usize = 8;
 /// Cell of a node that is left out.
@@ -102,23 +102,23 @@ pub mod kind {
     /// With `SLICE_ROWS` and `WEIGHT`: weight of each slot, 1 for padding (f32, 8 a group).
     pub const SLICE_WEIGHTS: u32 = 23;
     /// Optional: number of hat functions (u32, one word).
-    pub const HATS: u32 = 24;
-    /// With `HATS`: starts of the boxes' pairs in `HAT_CELLS`, none empty (u32, boxes + 1).
-    pub const HAT_ROWS: u32 = 25;
-    /// With `HATS`: the basis functions at the corners of each box; [`super::NO_HAT`] for none
+    pub const COARSE: u32 = 24;
+    /// With `COARSE`: starts of the boxes' pairs in `COARSE_CELLS`, none empty (u32, boxes + 1).
+    pub const COARSE_ROWS: u32 = 25;
+    /// With `COARSE`: the basis functions at the corners of each box; [`super::NO_FUNCTION`] for none
     /// ([u16; 8]).
-    pub const HAT_CORNERS: u32 = 26;
-    /// With `HATS`: the free cells, box by box, in pairs; the last cell of an odd number is repeated
+    pub const COARSE_CORNERS: u32 = 26;
+    /// With `COARSE`: the free cells, box by box, in pairs; the last cell of an odd number is repeated
     /// ([u16; 2]).
-    pub const HAT_CELLS: u32 = 27;
-    /// With `HATS`: weights of those cells at the corners of their box, corner 0 of the first and of the
+    pub const COARSE_CELLS: u32 = 27;
+    /// With `COARSE`: weights of those cells at the corners of their box, corner 0 of the first and of the
     /// second cell, corner 1 and so on; 0 where a cell is repeated ([f32; 16] a pair).
-    pub const HAT_WEIGHTS: u32 = 28;
-    /// With `HATS`: first position of each cell in `HAT_CELLS`, 65,535 for a cell of mobility 0 (u16 a cell).
-    pub const HAT_ENTRY: u32 = 29;
-    /// With `HATS`: the inverse, symmetric, rows padded with zeros to a multiple of 8 (f32). With `HAT_TURNS`
+    pub const COARSE_WEIGHTS: u32 = 28;
+    /// With `COARSE`: first position of each cell in `COARSE_CELLS`, 65,535 for a cell of mobility 0 (u16 a cell).
+    pub const COARSE_ENTRY: u32 = 29;
+    /// With `COARSE`: the inverse, symmetric, rows padded with zeros to a multiple of 8 (f32). With `COARSE_TURNS`
     /// it is that of all three axes together: rows and columns of x, then of y and of z, each padded.
-    pub const HAT_INVERSE: u32 = 30;
+    pub const COARSE_INVERSE: u32 = 30;
     /// Optional: notes of the host, opaque to the kernel (bytes).
     pub const NOTES: u32 = 18;
     /// Optional: rest positions of the nodes of a mesh finer than the network, by input id
@@ -144,10 +144,10 @@ pub mod kind {
     /// With `NODAL`: numbers of the half-links, by group of `SLICE_ROWS`, number and lane, see
     /// [`super::nodal`] ([[f32; 8]; 10] a group).
     pub const NODAL_SLOTS: u32 = 40;
-    /// With `HATS` and `NODAL`: the cell whose rotation each basis function takes (u16).
-    pub const HAT_TURNS: u32 = 41;
-    /// With `HAT_TURNS`: length of the local part of each cell's direction, relative to r / W (f32 a cell).
-    pub const HAT_FACTORS: u32 = 42;
+    /// With `COARSE` and `NODAL`: the cell whose rotation each basis function takes (u16).
+    pub const COARSE_TURNS: u32 = 41;
+    /// With `COARSE_TURNS`: length of the local part of each cell's direction, relative to r / W (f32 a cell).
+    pub const COARSE_FACTORS: u32 = 42;
     /// With `NODAL`, optional: sets of bands on the links, the narrowest first, at most
     /// [`super::STIFFENING_MAX`]; the bits of half the width in rest lengths and of the modulus
     /// [2 `k_ref` / l] ([u32; 2]).

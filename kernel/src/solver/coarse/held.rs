@@ -16,7 +16,7 @@ use crate::terms::held::Contact;
 /// # let image = include_model!(concat!(env!("CARGO_MANIFEST_DIR"), "/data/box5.chaincell"));
 /// # let model = Model::from_bytes(image)?;
 /// # let network = Network::new(model, Settings::for_model(&model))?;
-/// assert_eq!(model.hats(), 27); // basis functions of this box
+/// assert_eq!(model.coarse_functions(), 27); // basis functions of this box
 /// let mut tissue = Tissue::<128, Track<{ coarse_room(27, 2) }>>::new(); // up to two held cells
 /// assert_eq!(tissue.reset(&network), Ok(()));
 /// let refused = Tissue::<128, Track>::new().reset(&network);

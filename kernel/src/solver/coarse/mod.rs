@@ -23,7 +23,7 @@
 //! cells are chosen, never in a tick. The adding one comes first, so every intermediate matrix is positive
 //! definite.
 //!
-//! The bake chooses the spacing of the grid (`--hats SPACING|none|auto`). `auto` takes at most 400 basis
+//! The bake chooses the spacing of the grid (`--coarse SPACING|none|auto`). `auto` takes at most 400 basis
 //! functions, at least 2.5 mean link lengths apart. It takes none if every cell is within four links of a
 //! fixed one, or if they would be more than 8 mean link lengths apart.
 //!

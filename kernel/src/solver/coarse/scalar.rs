@@ -4,7 +4,7 @@
 //! then both together. The eight basis functions of a box, or their sums, stay in registers.
 
 use crate::model::coarse_basis::CoarseBasis;
-use crate::model::image::NO_HAT;
+use crate::model::image::NO_FUNCTION;
 use crate::model::range;
 use crate::number::cell::{Cell, add, scale, sub};
 use crate::number::two_float::{Eight, LANES};
@@ -50,7 +50,7 @@ pub(crate) fn restrict(basis: &CoarseBasis<'_>, residual: &[Cell], room: &mut [E
         let first = sums(cells, weights, false, residual);
         let second = sums(cells, weights, true, residual);
         for ((&function, a), b) in corners.iter().zip(first).zip(second) {
-            if function == NO_HAT {
+            if function == NO_FUNCTION {
                 continue;
             }
             for (axis, term) in add(a, b).into_iter().enumerate() {
@@ -79,7 +79,7 @@ fn corners(basis: &CoarseBasis<'_>, room: &[Eight], at_box: usize) -> Corners {
     let value = direction(basis, room);
     match basis.corners.get(at_box) {
         Some(corners) => corners.map(|function| match function {
-            NO_HAT => [0.0; 3],
+            NO_FUNCTION => [0.0; 3],
             function => value(usize::from(function)),
         }),
         None => [[0.0; 3]; LANES],
@@ -89,8 +89,9 @@ fn corners(basis: &CoarseBasis<'_>, room: &[Eight], at_box: usize) -> Corners {
 /// The coarse direction at one cell.
 pub(crate) fn at_cell(basis: &CoarseBasis<'_>, room: &[Eight], cell: usize) -> [f32; 3] {
     let value = direction(basis, room);
-    let hats = basis.row_of(cell);
-    hats.fold([0.0; 3], |sum, (function, weight)| add(sum, scale(weight, value(function))))
+    let coarse_functions = basis.row_of(cell);
+    coarse_functions
+        .fold([0.0; 3], |sum, (function, weight)| add(sum, scale(weight, value(function))))
 }
 
 /// Updates all free cells with the coarse direction. Returns true if some coordinate is beyond K.

@@ -13,7 +13,7 @@ use super::scalar::direction;
 use crate::backend::f32x8::F32x8;
 use crate::backend::{Work, run};
 use crate::model::coarse_basis::CoarseBasis;
-use crate::model::image::NO_HAT;
+use crate::model::image::NO_FUNCTION;
 use crate::model::parts::{self, PARTS};
 use crate::model::range;
 use crate::number::cell::Cell;
@@ -69,7 +69,7 @@ impl Work for Restrict<'_, '_> {
             // Add its corners to the basis functions.
             let flat = sums.as_flattened_mut();
             for (&function, sum) in corners.iter().zip(sum) {
-                if function == NO_HAT {
+                if function == NO_FUNCTION {
                     continue;
                 }
                 for (axis, term) in sum.unwoven().folded().xyz().into_iter().enumerate() {
@@ -209,7 +209,7 @@ fn corners<V: F32x8>(basis: &CoarseBasis<'_>, room: &[Eight], at_box: usize) -> 
     let mut twice = [V::splat(0.0); LANES];
     if let Some(corners) = basis.corners.get(at_box) {
         for (twice, &function) in twice.iter_mut().zip(corners) {
-            if function != NO_HAT {
+            if function != NO_FUNCTION {
                 *twice = V::twice(Cell::at(value(usize::from(function)))).woven();
             }
         }

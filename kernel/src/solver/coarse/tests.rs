@@ -11,7 +11,7 @@ use crate::terms::tests::{ROUNDING_ROOM, matrix, pinned};
 use std::vec;
 use std::vec::Vec;
 
-/// `chaincell bake box:7x7x5x0.01 --alpha 0.03 --hats 2.5`.
+/// `chaincell bake box:7x7x5x0.01 --alpha 0.03 --coarse 2.5`.
 pub(crate) static CUBE: &[u8] = crate::include_model!("../../../../tests/data/box7.chaincell");
 
 /// Solves for a right-hand side in the coarse memory; returns both sides, axis by axis.

@@ -1,7 +1,7 @@
 //! What this image plays, as `build.rs` found it in the environment.
 
 use chaincell_kernel::{Dynamics, Model, Settings, Unloading};
-// Each scheme's line needs one of these, and perhaps the room for hats.
+// Each scheme's line needs one of these, and perhaps the room for coarse functions.
 #[allow(unused_imports)]
 use chaincell_kernel::{Euler, Predict, Rkl2, Track, coarse_room, elastic_room};
 use chaincell_scenes::{Scene, Tools};

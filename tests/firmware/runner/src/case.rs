@@ -60,25 +60,25 @@ const OF_SIZE: Case = Case { sweeps: 1, of_size: true, ..PLAIN };
 pub const CASES: [Case; 11] = [
     Case {
         name: "plane8_track",
-        bake: &["plane:21x21x0.01", "--diagonals", "--alpha=0.02", "--hats=none", "--lean"],
+        bake: &["plane:21x21x0.01", "--diagonals", "--alpha=0.02", "--coarse=none", "--lean"],
         golden: Some("plane8_track"),
         ..PLAIN
     },
     Case {
         name: "plane8_euler",
-        bake: &["plane:21x21x0.01", "--diagonals", "--alpha=0.02", "--hats=none", "--lean"],
+        bake: &["plane:21x21x0.01", "--diagonals", "--alpha=0.02", "--coarse=none", "--lean"],
         scheme: "euler",
         ..PLAIN
     },
     Case {
         name: "organ500_track",
-        bake: &["organ:500", "--hats=3.5", "--lean"],
+        bake: &["organ:500", "--coarse=3.5", "--lean"],
         golden: Some("organ500_track"),
         ..PLAIN
     },
     Case {
         name: "organ500_predict",
-        bake: &["organ:500", "--hats=3.5", "--lean"],
+        bake: &["organ:500", "--coarse=3.5", "--lean"],
         scheme: "predict",
         golden: Some("organ500_predict"),
         needs_fpu: true,
@@ -112,22 +112,22 @@ pub const CASES: [Case; 11] = [
     },
     Case {
         name: "organ1000_predict",
-        bake: &["organ:1010", "--hats=none", "--lean"],
+        bake: &["organ:1010", "--coarse=none", "--lean"],
         scheme: "predict",
         needs_fpu: true,
         ..OF_SIZE
     },
-    Case { name: "organ1000_track", bake: &["organ:1010", "--hats=4.5", "--lean"], ..OF_SIZE },
+    Case { name: "organ1000_track", bake: &["organ:1010", "--coarse=4.5", "--lean"], ..OF_SIZE },
     Case {
         name: "organ1000_bare",
-        bake: &["organ:1010", "--hats=none", "--lean"],
+        bake: &["organ:1010", "--coarse=none", "--lean"],
         needs_fpu: true,
         ..OF_SIZE
     },
     // As many cells as fit into 1 MB of RAM.
     Case {
         name: "organ16000_track",
-        bake: &["organ:16000", "--hats=none", "--lean"],
+        bake: &["organ:16000", "--coarse=none", "--lean"],
         ticks_max: 10,
         needs_fpu: true,
         ..OF_SIZE
@@ -143,7 +143,7 @@ pub const FIT: [(&str, &[u32], &[&str]); 2] = [
 /// The organ of a size with a coarse level of a spacing, a sweep a tick.
 pub fn fit(scheme: &'static str, cells: u32, spacing: &str) -> Case {
     let leak = |text: String| -> &'static str { Box::leak(text.into_boxed_str()) };
-    let bake = [leak(format!("organ:{cells}")), leak(format!("--hats={spacing}")), "--lean"];
+    let bake = [leak(format!("organ:{cells}")), leak(format!("--coarse={spacing}")), "--lean"];
     let name = leak(format!("{scheme}{cells}-{}", spacing.replace('.', "_")));
     Case { name, bake: Box::leak(Box::new(bake)), scheme, sweeps: 1, ticks_max: 10, ..PLAIN }
 }

@@ -19,7 +19,7 @@ const ERROR_MAX: f64 = 0.05;
 pub struct Errors {
     pub scheme: String,
     pub cells: usize,
-    pub hats: usize,
+    pub coarse_functions: usize,
     sweeps: u16,
     force: Force,
     snaps: Snaps,
@@ -44,7 +44,7 @@ pub struct Row {
     pub scheme: String,
     pub cells: usize,
     pub links: usize,
-    pub hats: usize,
+    pub coarse_functions: usize,
     pub sweeps: u16,
     /// Instructions of a tick in the worst state.
     pub instructions: u64,
@@ -64,7 +64,7 @@ impl Row {
             scheme: errors.scheme.clone(),
             cells: errors.cells,
             links,
-            hats: errors.hats,
+            coarse_functions: errors.coarse_functions,
             sweeps: errors.sweeps,
             instructions: tick + u64::from(errors.sweeps.saturating_sub(1)) * sweep,
             force_error_max: errors.force.largest,
@@ -86,7 +86,7 @@ impl Row {
             "scheme",
             "cells",
             "links",
-            "hats",
+            "coarse_functions",
             "sweeps",
             "instructions",
             "force max %",
@@ -105,7 +105,7 @@ impl Row {
             self.scheme,
             self.cells,
             self.links,
-            self.hats,
+            self.coarse_functions,
             self.sweeps,
             self.instructions,
             percent(self.force_error_max),
@@ -128,10 +128,10 @@ pub fn headline(rows: &[Row]) -> String {
     let Some(row) = best else { return format!("no organ measured has its {bound}") };
     let plural = if row.sweeps == 1 { "sweep" } else { "sweeps" };
     format!(
-        "largest organ with its {bound}: {} cells, {} hats, {}, {} {plural} a tick, {} instructions, \
+        "largest organ with its {bound}: {} cells, {} coarse functions, {}, {} {plural} a tick, {} instructions, \
          force within {:.2} %",
         row.cells,
-        row.hats,
+        row.coarse_functions,
         row.scheme,
         row.sweeps,
         row.instructions,
@@ -164,7 +164,7 @@ mod tests {
             9,
             1000 + sweep,
             sweep,
-            &Errors { scheme: "track".into(), cells, hats: 24, sweeps, force, snaps },
+            &Errors { scheme: "track".into(), cells, coarse_functions: 24, sweeps, force, snaps },
         )
     }
 
@@ -186,7 +186,7 @@ mod tests {
 
     #[test]
     fn errors_are_read_as_they_are_printed() {
-        let line = r#"{"scheme":"predict","cells":499,"hats":24,"sweeps":2,"force":{"median":0.01,"p90":0.02,
+        let line = r#"{"scheme":"predict","cells":499,"coarse_functions":24,"sweeps":2,"force":{"median":0.01,"p90":0.02,
             "largest":0.03,"in_snaps":null},"snaps":{"ticks":[],"share":0.0,"too_many":false}}"#;
         let errors: Errors = serde_json::from_str(line).unwrap();
         let row = Row::new(2685, 300_000, 280_000, &errors);

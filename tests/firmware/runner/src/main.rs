@@ -342,8 +342,11 @@ impl Bench {
         let figures = self.organ(case::fit(scheme, cells, spacing))?;
         let mut rows = vec![];
         for errors in errors {
-            let (own, its) = ((figures.cells, figures.hats), (errors.cells, errors.hats));
-            ensure!(own == its, "organ:{cells}: cells and hats {own:?} and {its:?}");
+            let (own, its) = (
+                (figures.cells, figures.coarse_functions),
+                (errors.cells, errors.coarse_functions),
+            );
+            ensure!(own == its, "organ:{cells}: cells and coarse functions {own:?} and {its:?}");
             // The worst of some ticks in a row: it holds what a moving tool costs.
             let tick = figures.instructions_per_tick_worst;
             let sweep = figures.instructions_per_sweep_worst;

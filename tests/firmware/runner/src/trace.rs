@@ -49,8 +49,8 @@ pub fn record(ready: &Ready, tier: Tier, chaincell: &Path, folder: &Path) -> Res
     let mut run = Command::new(chaincell);
     run.arg("run").arg(&ready.model_path).arg("--path").arg(&path).arg("--recorded");
     run.arg("--out").arg(&out).arg("--force").arg("--trace").arg(&sound);
-    run.args(["--contact", &held.join(","), "--dynamics", ready.scene.scheme]);
-    run.args(["--number", tier.name(), "--unloading", settings.unloading.name()]);
+    run.args(["--contact", &held.join(","), "--scheme", ready.scene.scheme]);
+    run.args(["--precision", tier.name(), "--unloading", settings.unloading.name()]);
     run.args(["--sweeps", &settings.sweeps.to_string()]);
     if settings.max_force_n.is_finite() {
         run.args(["--max-force-n", &settings.max_force_n.to_string()]);

@@ -46,7 +46,7 @@ fn too_little_of_it_is_told_and_nothing_is_left() {
 fn too_little_for_the_states_is_told_before_ready() {
     let _turn = turn();
     let place = place("states");
-    let model = bake(place.folder.path(), "plane:240x240x0.01", &["--hats", "none", "--lean"]);
+    let model = bake(place.folder.path(), "plane:240x240x0.01", &["--coarse", "none", "--lean"]);
     let serve = format!(
         "\"$chaincell\" serve {} --scene {} --contact 28920 --seconds 1; code=$?; {LEFT}; exit $code",
         text(&model),

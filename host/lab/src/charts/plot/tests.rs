@@ -20,7 +20,7 @@ fn example() -> Chart {
         Axis::log10("error of the contact force [%]"),
     )
     .series("track", Style::MarkedLine, &track)
-    .series("track with a coarse level of 320 hats", Style::MarkedLine, &coarse)
+    .series("track with a coarse level of 320 coarse functions", Style::MarkedLine, &coarse)
     .series("euler", Style::MarkedLine, &euler)
     .series("XPBD, links in their order", Style::Markers, &xpbd)
     .series("rkl2", Style::Dashed, &rkl)

@@ -141,7 +141,7 @@ impl Touched {
 }
 
 fn variant() -> Variant {
-    Variant { hats: true, ..Variant::plain(Scheme::Predict, Arithmetic::F32) }
+    Variant { coarse: true, ..Variant::plain(Scheme::Predict, Arithmetic::F32) }
 }
 
 fn parse(image: &ImageBytes) -> Result<Model<'_>> {

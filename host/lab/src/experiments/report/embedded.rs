@@ -22,7 +22,7 @@ pub struct EmbeddedRow {
     /// Its cells.
     pub cells: usize,
     /// Its coarse basis functions.
-    pub hats: usize,
+    pub coarse_functions: usize,
     /// Sweeps a tick.
     pub sweeps: u16,
     /// Errors of the force.
@@ -50,8 +50,8 @@ pub fn errors(
     let row = |&sweeps: &u16| {
         let (_, force) = play(&scene, &reference, MOTION, setting, sweeps)?;
         let snaps = reference.snaps.clone();
-        let (cells, hats) = (model.cells(), model.hats());
-        Ok(EmbeddedRow { scheme: setting, cells, hats, sweeps, force, snaps })
+        let (cells, coarse_functions) = (model.cells(), model.coarse_functions());
+        Ok(EmbeddedRow { scheme: setting, cells, coarse_functions, sweeps, force, snaps })
     };
     sweeps.iter().map(row).collect()
 }
@@ -63,16 +63,21 @@ mod tests {
     #[test]
     fn a_coarse_level_and_sweeps_bring_a_small_organ_nearer() {
         let bare = errors("track", 200, BasisSpacing::None, &[1, 4]).unwrap();
-        let hats = errors("track", 200, BasisSpacing::Links(3.5), &[1, 4]).unwrap();
-        assert_eq!((bare[0].hats, bare[0].cells), (0, hats[0].cells));
-        assert!(hats[0].hats > 0 && hats[0].snaps == bare[0].snaps);
-        for (bare, hats) in bare.iter().zip(&hats) {
-            assert!(hats.force.median < bare.force.median, "{bare:?} {hats:?}");
+        let coarse_functions = errors("track", 200, BasisSpacing::Links(3.5), &[1, 4]).unwrap();
+        assert_eq!((bare[0].coarse_functions, bare[0].cells), (0, coarse_functions[0].cells));
+        assert!(
+            coarse_functions[0].coarse_functions > 0 && coarse_functions[0].snaps == bare[0].snaps
+        );
+        for (bare, coarse_functions) in bare.iter().zip(&coarse_functions) {
+            assert!(
+                coarse_functions.force.median < bare.force.median,
+                "{bare:?} {coarse_functions:?}"
+            );
         }
         assert!(bare[1].force.median < bare[0].force.median, "{bare:?}");
         let predicted = errors("predict", 200, BasisSpacing::None, &[1]).unwrap();
         assert!(predicted[0].force.median < bare[0].force.median, "{predicted:?} {bare:?}");
-        for name in ["neither", "track without hats"] {
+        for name in ["neither", "track without a coarse level"] {
             assert!(errors(name, 200, BasisSpacing::None, &[1]).is_err(), "{name}");
         }
     }

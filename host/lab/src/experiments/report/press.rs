@@ -30,7 +30,7 @@ pub struct Errors {
 pub struct PressRow {
     /// Name of the scene.
     pub scene: &'static str,
-    /// Scheme, with or without hats.
+    /// Scheme, with or without a coarse level.
     pub scheme: Setting,
     /// Sweeps a tick: link passes.
     pub sweeps: u16,

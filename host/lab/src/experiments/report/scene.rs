@@ -86,7 +86,8 @@ impl Scene {
         let image = bake(mesh, fixed, options)?;
         let model = parse(&image)?;
         let without = BakeOptions { coarse_basis: BasisSpacing::None, ..options.clone() };
-        let bare = (model.hats() > 0).then(|| bake(mesh, fixed, &without)).transpose()?;
+        let bare =
+            (model.coarse_functions() > 0).then(|| bake(mesh, fixed, &without)).transpose()?;
         let (contacts, direction) = contact.of(&model)?;
         Ok(Self { name, source: source.into(), image, bare, contacts, direction })
     }
@@ -104,7 +105,7 @@ impl Scene {
     /// # Errors
     /// As [`Self::model`].
     pub fn model_for(&self, setting: Setting) -> Result<Model<'_>> {
-        parse(self.bare.as_ref().filter(|_| !setting.hats).unwrap_or(&self.image))
+        parse(self.bare.as_ref().filter(|_| !setting.coarse).unwrap_or(&self.image))
     }
 
     /// The settings that differ on this body.

@@ -7,37 +7,37 @@ use serde::{Serialize, Serializer};
 
 use chaincell_host::engine::Scheme;
 
-/// A scheme on a body with or without hats.
+/// A scheme on a body with or without a coarse level.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Setting {
     /// The scheme.
     pub scheme: Scheme,
     /// Whether the body keeps the coarse level that the bake gives it by its size.
-    pub hats: bool,
+    pub coarse: bool,
 }
 
 impl Setting {
     /// `track` as it comes.
-    pub const TRACK: Self = Self { scheme: Scheme::Track, hats: true };
+    pub const TRACK: Self = Self { scheme: Scheme::Track, coarse: true };
 
     /// `predict` as it comes.
-    pub const PREDICT: Self = Self { scheme: Scheme::Predict, hats: true };
+    pub const PREDICT: Self = Self { scheme: Scheme::Predict, coarse: true };
 
     /// Those that the tables of a moving tool compare; the first one is the engine's default.
     pub const COMPARED: [Self; 4] = [
         Self::TRACK,
         Self::PREDICT,
-        Self { hats: false, ..Self::PREDICT },
-        Self { hats: false, ..Self::TRACK },
+        Self { coarse: false, ..Self::PREDICT },
+        Self { coarse: false, ..Self::TRACK },
     ];
 
-    /// Every scheme on a body, and `track` once more without the hats where it has some.
+    /// Every scheme on a body, and `track` once more without a coarse level where it has some.
     #[must_use]
-    pub fn all(has_hats: bool) -> Vec<Self> {
+    pub fn all(is_coarse: bool) -> Vec<Self> {
         let schemes = Scheme::ALL.iter();
-        let mut all: Vec<Self> = schemes.map(|&scheme| Self { scheme, hats: true }).collect();
-        if has_hats {
-            all.push(Self { scheme: Scheme::Track, hats: false });
+        let mut all: Vec<Self> = schemes.map(|&scheme| Self { scheme, coarse: true }).collect();
+        if is_coarse {
+            all.push(Self { scheme: Scheme::Track, coarse: false });
         }
         all
     }
@@ -52,7 +52,7 @@ impl Default for Setting {
 impl fmt::Display for Setting {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.scheme.name())?;
-        if self.hats { Ok(()) } else { f.write_str(" without hats") }
+        if self.coarse { Ok(()) } else { f.write_str(" without a coarse level") }
     }
 }
 

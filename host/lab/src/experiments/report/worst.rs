@@ -70,8 +70,12 @@ pub struct Sweep {
 }
 
 /// Loops of a worst sweep, in the order of [`measure`].
-pub const LOOPS: [&str; 4] =
-    ["plain loop over the cells", "track, vector unit", "track, scalar", "track with hats"];
+pub const LOOPS: [&str; 4] = [
+    "plain loop over the cells",
+    "track, vector unit",
+    "track, scalar",
+    "track with a coarse level",
+];
 
 /// Times of a sweep in each of the [`STATES`] and [`LOOPS`], all loops in turn, so that a slow
 /// spell of the machine meets all of them.
@@ -81,11 +85,11 @@ pub const LOOPS: [&str; 4] =
 pub fn measure(scene: &Scene, rounds: usize) -> Result<[[Summary; 4]; 2]> {
     let model = scene.model()?;
     let states = STATES.map(|state| state.positions(&model, 0));
-    let bare = Setting { hats: false, ..Setting::TRACK };
+    let bare = Setting { coarse: false, ..Setting::TRACK };
     let mut vector = engine(scene, bare, 1)?;
     let mut scalar = engine(scene, bare, 1)?;
     scalar.go_scalar();
-    let mut hats = engine(scene, Setting::TRACK, 1)?;
+    let mut coarse = engine(scene, Setting::TRACK, 1)?;
     let mut plain = PerCell::new(&model);
     let mut times = Vec::with_capacity(8);
     for _ in 0..8 {
@@ -95,7 +99,7 @@ pub fn measure(scene: &Scene, rounds: usize) -> Result<[[Summary; 4]; 2]> {
         for (state, positions) in states.iter().enumerate() {
             plain.set_positions(positions);
             times[4 * state].time(|| plain.step());
-            for (which, engine) in [&mut vector, &mut scalar, &mut hats].into_iter().enumerate() {
+            for (which, engine) in [&mut vector, &mut scalar, &mut coarse].into_iter().enumerate() {
                 engine.set_positions(positions)?;
                 // The first sweep takes no momentum along; the second is one of many.
                 engine.tick(&RELEASED);

@@ -97,7 +97,7 @@ impl Findings {
         let shapes = trial.body.plain()?.is_nodal();
         for variant in if shapes { Variant::of_shapes() } else { Variant::all() } {
             let Some(worst) = self.play_under(trial, variant)? else { continue };
-            let is_plain = variant.numbers == Arithmetic::F32 && !variant.hats;
+            let is_plain = variant.numbers == Arithmetic::F32 && !variant.coarse;
             if variant.scheme == Scheme::Track && is_plain {
                 measure = Some(Measure { peak_j: worst.energy_peak_j, end_j: worst.energy_end_j });
             }

@@ -104,7 +104,7 @@ impl<'b> ToolTrial<'b> {
     /// # Errors
     /// [`Error::Interrupted`]; what the engine refuses other than body and tools.
     pub fn play(&self, variant: Variant) -> Result<(Ended, u64)> {
-        let Some(model) = self.body.model(variant.hats)? else { return Ok((Ended::Absent, 0)) };
+        let Some(model) = self.body.model(variant.coarse)? else { return Ok((Ended::Absent, 0)) };
         let mut engines = Vec::new();
         for _ in 0..3 {
             match self.engine(model, variant) {

@@ -61,7 +61,7 @@ pub struct Trial<'b> {
 /// How a trial ended under a variant.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Ended {
-    /// The body has no hats.
+    /// The body has no coarse functions.
     Absent,
     /// The kernel does not take the body in these numbers, with its reason.
     Refused(String),
@@ -160,7 +160,7 @@ impl<'b> Trial<'b> {
     /// # Errors
     /// [`Error::Interrupted`]; what the engine refuses other than the body.
     pub fn play(&self, variant: Variant) -> Result<Ended> {
-        let Some(model) = self.body.model(variant.hats)? else { return Ok(Ended::Absent) };
+        let Some(model) = self.body.model(variant.coarse)? else { return Ok(Ended::Absent) };
         let mut engines = Vec::new();
         for _ in 0..3 {
             match self.engine(model, variant)? {

@@ -88,14 +88,14 @@ fn a_press_ends_in_the_equilibrium() {
             let held: Vec<_> = press.nodes.iter().map(to).collect();
             let found = minimum(&exact, &held, &mesh.nodes_m, 1e-10 * exact.force_n());
             let force = exact.force(&found.positions, &press.nodes);
-            for hats in [BasisSpacing::None, BasisSpacing::Links(2.5)] {
-                let end = played(mesh, law, hats, press);
+            for coarse_functions in [BasisSpacing::None, BasisSpacing::Links(2.5)] {
+                let end = played(mesh, law, coarse_functions, press);
                 let moved = size(&fields(&found.positions, -1.0, &mesh.nodes_m));
                 let field = distance(&end.positions_m, &found.positions) / moved;
                 let off = norm(minus(end.force_n, force)) / norm(force);
                 let energy = end.energy_j / found.energy - 1.0;
                 println!(
-                    "{volume:?}, nu {poisson}, band {band}, {hats:?}: field {field:.1e}, force {off:.1e}, energy {energy:.1e}, \
+                    "{volume:?}, nu {poisson}, band {band}, {coarse_functions:?}: field {field:.1e}, force {off:.1e}, energy {energy:.1e}, \
                      rolled back {:.0} %",
                     100.0 * end.rolled_back
                 );

@@ -58,7 +58,7 @@ pub struct RunningRow {
     pub rolled_back: f64,
     /// Median time of a tick of the press.
     pub tick_us: f64,
-    /// The same in sweeps over the links of this body without hats, measured beside it.
+    /// The same in sweeps over the links of this body without a coarse level, measured beside it.
     pub tick_bare_sweeps: f64,
 }
 
@@ -155,7 +155,7 @@ impl<'a> Player<'a> {
     }
 }
 
-/// Time of a sweep over the links of a body without hats \[us\].
+/// Time of a sweep over the links of a body without a coarse level \[us\].
 fn bare_sweep_us(body: &Body) -> Result<f64> {
     let image = baked(body, Model::EvenLinks, BasisSpacing::None)?;
     let mut player = Player::new(body, &image, Scheme::Track, BARE_SWEEPS)?;

@@ -174,7 +174,7 @@ fn running(rows: &[RunningRow]) -> String {
         "### What a budget leaves\n\nThe running kernel, the held cells pressed at {} mm/s without \
          a stop, as it is when the tool goes through the depth: against the equilibrium of its own \
          model and against quadratic elements. Tick: the median of the press on this machine, and \
-         the same in sweeps over the links of this body without hats, measured beside it. 20 ms \
+         the same in sweeps over the links of this body without a coarse level, measured beside it. 20 ms \
          after: the tool at rest at its deepest.\n\n{}",
         1e3 * SPEED_M_PER_S,
         table.table().markdown()

@@ -62,7 +62,7 @@ fn drift(scale: Scale, found: &mut Findings) -> Result<()> {
     {
         let is_nodal = body.plain()?.is_nodal();
         for variant in if is_nodal { Variant::of_shapes() } else { Variant::all() } {
-            let Some(model) = body.model(variant.hats)? else { continue };
+            let Some(model) = body.model(variant.coarse)? else { continue };
             let is_single = variant.numbers == Arithmetic::F32;
             // The longest drift is for the arithmetic that devices have.
             if scale.slow && !is_single {

@@ -123,7 +123,7 @@ fn each_engine(
 ) -> Result<()> {
     for variant in Variant::all() {
         interrupt::check()?;
-        let Some(model) = body.model(variant.hats)? else { continue };
+        let Some(model) = body.model(variant.coarse)? else { continue };
         if let Ok(mut engine) = Trial::new("", body, 0).engine(model, variant)? {
             of(variant, &mut engine)?;
         }

@@ -43,7 +43,7 @@ fn still(scale: Scale, found: &mut Findings, name: &str, body: &Body) -> Result<
     let ticks = scale.ticks(100);
     for variant in Variant::all() {
         interrupt::check()?;
-        let Some(model) = body.model(variant.hats)? else { continue };
+        let Some(model) = body.model(variant.coarse)? else { continue };
         let mut engine = match Trial::new(name, body, ticks).engine(model, variant)? {
             Ok(engine) => engine,
             Err(why) => {

@@ -30,7 +30,7 @@ fn tiers(scale: Scale, found: &mut Findings) -> Result<()> {
         let mut forces = Vec::new();
         for numbers in [Arithmetic::F32, Arithmetic::Fixed] {
             interrupt::check()?;
-            let variant = Variant { scheme, numbers, hats: false };
+            let variant = Variant { scheme, numbers, coarse: false };
             let Ok(mut engine) = trial.engine(body.plain()?, variant)? else {
                 found.fail(variant.to_string(), Check::Admission, "refused".to_owned());
                 continue;
