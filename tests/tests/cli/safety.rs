@@ -63,14 +63,14 @@ fn is_hazard(word: &str) -> bool {
     })
 }
 
-/// The items `- **REQ-ENE-01** [H1, H2] The requirement.`
+/// The items `- REQ-ENE-01 [H1, H2] The requirement.`
 fn requirements(page: &str) -> Vec<Requirement> {
-    let items = page.lines().filter(|line| line.starts_with("- **REQ-"));
+    let items = page.lines().filter(|line| line.starts_with("- REQ-"));
     let parse = |item: &str| {
-        let (front, rest) = item.split_once("** [").unwrap_or((item, ""));
+        let (front, rest) = item.split_once(" [").unwrap_or((item, ""));
         let (hazards, _) = rest.split_once(']').unwrap_or(("", ""));
         Requirement {
-            id: front.trim_start_matches("- **").to_owned(),
+            id: front.trim_start_matches("- ").to_owned(),
             hazards: words(hazards, is_hazard),
         }
     };
@@ -193,7 +193,7 @@ fn every_requirement_has_tests() {
 /// The check itself, on a page and sources with one fault each.
 #[test]
 fn a_requirement_without_a_test_is_seen() {
-    let page = "| H1 | harm |\n\n- **REQ-ENE-01** [H1] It holds.\n- **REQ-TCK-01** [H1] It ends.\n";
+    let page = "| H1 | harm |\n\n- REQ-ENE-01 [H1] It holds.\n- REQ-TCK-01 [H1] It ends.\n";
     let test = "    // REQ-ENE-01\n    #[test]\n    #[cfg(unix)]\n    fn it_holds() {\n    }\n";
     let script = "# REQ-TCK-01\ncheck\n";
     let all = |page: &str, test: &str, file: &str, script: &str| {
