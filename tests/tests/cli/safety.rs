@@ -176,6 +176,7 @@ fn faults(page: &str, marks: &[Mark]) -> Vec<String> {
 }
 
 /// Prints the table of requirements and tests too: `-- --nocapture` shows it.
+// REQ-SUP-03
 #[test]
 fn every_requirement_has_tests() {
     let (page, marks) = (text(), marks_of_tree());
@@ -191,6 +192,7 @@ fn every_requirement_has_tests() {
 }
 
 /// The check itself, on a page and sources with one fault each.
+// REQ-SUP-03
 #[test]
 fn a_requirement_without_a_test_is_seen() {
     let page = "| H1 | harm |\n\n- REQ-ENE-01 [H1] It holds.\n- REQ-TCK-01 [H1] It ends.\n";
@@ -284,6 +286,7 @@ fn list() -> String {
     format!("{head}{linked}\nOnly at compile time, nothing of it in the library:\n\n{head}{built}")
 }
 
+// REQ-SUP-02
 #[test]
 fn the_list_of_foreign_software_is_true() {
     let page = text();
