@@ -145,6 +145,7 @@ mod tests {
         }
     }
 
+    // REQ-ENE-04
     #[test]
     fn a_current_beyond_the_energy_bound_is_cut_and_can_come_back() {
         let model = Model::from_bytes(PLANE).unwrap();

@@ -334,6 +334,7 @@ pub(crate) fn approach(from: [f32; 3], to: [f32; 3], limit: f32) -> ([f32; 3], b
 mod tests {
     use super::*;
 
+    // REQ-FOR-04
     #[test]
     fn approach_stops_at_the_limit_or_the_target() {
         assert_eq!(approach([1.0, 0.0, 0.0], [1.0, 3.0, 4.0], 5.0), ([1.0, 3.0, 4.0], false));
@@ -342,6 +343,7 @@ mod tests {
         assert_eq!(approach([1.0; 3], [2.0; 3], 0.0), ([1.0; 3], true));
     }
 
+    // REQ-ENE-03
     #[test]
     fn a_full_body_lets_the_tool_move_no_further() {
         assert_eq!(move_max(9.0, 4.0, 16.0), 0.5);
@@ -350,6 +352,7 @@ mod tests {
         assert_eq!(move_max(9.0, 0.0, 0.0), f32::INFINITY);
     }
 
+    // REQ-ENE-04
     #[test]
     fn a_tool_may_follow_a_pull_to_where_the_energy_is_least() {
         assert_eq!(fall_max([3.0, 4.0, 0.0], [0.0, 2.0, 0.0], 16.0), 0.5);

@@ -144,6 +144,7 @@ mod tests {
         is_between(triangles, &|cell| corners[cell], (point, 1e-6))
     }
 
+    // REQ-CON-10
     #[test]
     fn a_body_with_a_cavity_is_between_its_surfaces() {
         let corners: Vec<_> = cube(3.0).chain(cube(1.0)).collect();
@@ -159,6 +160,7 @@ mod tests {
         }
     }
 
+    // REQ-CON-10
     #[test]
     fn what_overlaps_is_inside_and_what_is_open_has_no_inside() {
         let corners: Vec<_> = cube(1.0).chain(cube(1.0).map(|[x, y, z]| [x + 1.0, y, z])).collect();

@@ -157,6 +157,7 @@ fn nodes_that_cannot_be_fixed() {
     }
 }
 
+// REQ-MOD-05
 #[test]
 fn body_parameters_out_of_range() {
     let place = Place::new();
@@ -190,6 +191,7 @@ fn body_parameters_out_of_range() {
     place.refuses_bake(&["--alpha", "file:/dev/zero"], &["--alpha", "/dev/zero", "the limit"]);
 }
 
+// REQ-SET-01
 #[test]
 fn run_parameters_out_of_range() {
     let place = Place::new();

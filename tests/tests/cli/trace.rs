@@ -116,6 +116,7 @@ fn what_run_records_is_replayed_to_the_same_bits() {
     }
 }
 
+// REQ-COS-12
 #[test]
 fn what_cosim_records_is_replayed_to_the_same_bits() {
     let _turn = turn();

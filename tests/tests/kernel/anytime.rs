@@ -31,6 +31,7 @@ proptest! {
 
     /// The level bounds the energy after every sweep and in every late tick, whatever the tool does
     /// meanwhile, and the same ticks give the same bits.
+    // REQ-TCK-03, REQ-TCK-06
     #[test]
     fn the_certificate_holds_after_any_sweep((case, variant) in any_time(), ticks in ticks(),
                                              unloading in prop::sample::select(vec![Unloading::Off, Unloading::Release, Unloading::Retreat])) {
@@ -60,6 +61,7 @@ proptest! {
     }
 
     /// Sweeps of a scheme that goes by time are not left out.
+    // REQ-TCK-06
     #[test]
     fn other_schemes_make_every_sweep(case in case(false), scheme in prop::sample::select(vec![Scheme::Euler, Scheme::Rkl2])) {
         let image = case.image();
@@ -75,6 +77,7 @@ proptest! {
 }
 
 /// The tool's way in late ticks counts as in any other: none of it is lost, and none made twice.
+// REQ-TCK-06
 #[test]
 fn a_tick_behind_late_ones_is_where_the_tool_is() {
     let shape = Shape::generated("box:7x6x4x0.008").unwrap();

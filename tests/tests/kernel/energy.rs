@@ -85,6 +85,7 @@ impl Played {
     }
 }
 
+// REQ-FOR-01
 #[test]
 fn force_is_what_the_links_exert_on_the_held_cells() {
     for case in &CASES {
@@ -120,6 +121,7 @@ fn force_is_what_the_links_exert_on_the_held_cells() {
 
 /// The force on the tool is minus the gradient of the tissue's energy by the held cells, which its
 /// differences in double precision give.
+// REQ-FOR-01
 #[test]
 fn force_is_minus_the_gradient_of_the_energy() {
     let shape = Shape::generated("box:5x5x4x0.01").unwrap().holding(&[51, 71]);
@@ -214,6 +216,7 @@ fn work_is_what_the_tools_motion_stores_in_the_links() {
     }
 }
 
+// REQ-ENE-02
 #[test]
 fn the_energy_of_a_published_state_is_at_most_its_certified_level() {
     for case in &CASES {
@@ -240,6 +243,7 @@ fn the_energy_of_a_published_state_is_at_most_its_certified_level() {
     }
 }
 
+// REQ-ENE-01
 #[test]
 fn the_level_never_rises_while_nothing_outside_acts() {
     for case in &CASES {

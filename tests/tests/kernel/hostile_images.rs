@@ -30,6 +30,7 @@ fn error(forged: &Forged) -> ModelError {
     Model::from_bytes(forged.sealed().as_bytes()).unwrap_err()
 }
 
+// REQ-MOD-06
 #[test]
 fn empty_boxes_are_refused() {
     for mut forged in [links(), shapes()] {
@@ -44,6 +45,7 @@ fn empty_boxes_are_refused() {
     }
 }
 
+// REQ-MOD-06
 #[test]
 fn groups_of_padding_are_refused() {
     for (mut forged, is_nodal) in [(links(), false), (shapes(), true)] {
@@ -60,6 +62,7 @@ fn groups_of_padding_are_refused() {
     }
 }
 
+// REQ-MOD-06
 #[test]
 fn more_triangles_than_a_surface_has_are_refused() {
     let mut forged = shapes();
@@ -131,6 +134,7 @@ fn with_words(mut forged: Forged, words: &[(usize, f32)]) -> Forged {
 const UNITS: [(f32, f32); 6] =
     [(1e-18, 1e18), (1e18, 1e-18), (1e36, 1e-18), (1e-36, 1e18), (4e17, 1.0), (5e-19, 1.0)];
 
+// REQ-MOD-07
 #[test]
 fn answers_are_finite_in_every_unit() {
     let mut taken = 0;
@@ -153,6 +157,7 @@ fn answers_are_finite_in_every_unit() {
     assert!(taken > 3000, "{taken}");
 }
 
+// REQ-MOD-07
 #[test]
 fn answers_are_finite_with_every_weight() {
     let mut taken = 0;
@@ -194,6 +199,7 @@ fn answers_are_finite_with_every_weight() {
     assert!(taken > 3000, "{taken}");
 }
 
+// REQ-MOD-07
 #[test]
 fn answers_are_finite_with_every_modulus() {
     let mut taken = 0;

@@ -161,6 +161,7 @@ fn each(mut check: impl FnMut(&Case, Scheme, &mut dyn FnMut() -> Run<'static>)) 
 }
 
 /// It has no force and says so until it was outside; then it presses as any other.
+// REQ-CON-10
 #[test]
 fn a_tool_engaged_inside_waits_until_it_was_outside() {
     each(|case, scheme, start| {
@@ -184,6 +185,7 @@ fn a_tool_engaged_inside_waits_until_it_was_outside() {
 }
 
 /// A clutch, a new controller (a release of a tick) and a reset, with the middle below the surface.
+// REQ-CON-10
 #[test]
 fn a_tool_that_takes_hold_again_is_not_drawn_in() {
     each(|case, _, start| {
@@ -205,6 +207,7 @@ fn a_tool_that_takes_hold_again_is_not_drawn_in() {
 }
 
 /// The force of a tool that is engaged in contact goes up along a ramp.
+// REQ-CON-11
 #[test]
 fn a_tool_engaged_in_contact_presses_along_a_ramp() {
     each(|case, scheme, start| {
@@ -225,6 +228,7 @@ fn a_tool_engaged_in_contact_presses_along_a_ramp() {
 }
 
 /// A snapshot of a tool that waits, or grows, goes on with the same bits.
+// REQ-CON-10
 #[test]
 fn a_snapshot_knows_that_a_tool_waits() {
     for case in cases() {
@@ -253,6 +257,7 @@ fn a_snapshot_knows_that_a_tool_waits() {
 }
 
 /// Late ticks and bad poses neither end the wait nor forget it.
+// REQ-CON-10
 #[test]
 fn a_late_tick_and_a_bad_pose_leave_a_tool_waiting() {
     for case in cases() {
@@ -277,6 +282,7 @@ fn a_late_tick_and_a_bad_pose_leave_a_tool_waiting() {
 }
 
 /// Of two tools one waits and the other presses as if it were alone.
+// REQ-CON-10
 #[test]
 fn one_of_two_tools_waits() {
     let ball = vec![ToolPart::sphere(RADIUS_M)];
@@ -308,6 +314,7 @@ fn one_of_two_tools_waits() {
 }
 
 /// All that lies below a plane pushes all tissue the same way: it has no inside.
+// REQ-CON-10
 #[test]
 fn a_half_space_presses_wherever_it_is() {
     let image = image(true, false);

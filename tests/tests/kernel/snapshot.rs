@@ -116,6 +116,7 @@ fn held(image: &ImageBytes) -> Contact {
     Contact::Cells(cells)
 }
 
+// REQ-BIT-09
 #[test]
 fn every_scheme_goes_on_from_held_cells() {
     for image in [links(0.0, true), links(0.08, false), shapes()] {
@@ -127,6 +128,7 @@ fn every_scheme_goes_on_from_held_cells() {
     }
 }
 
+// REQ-BIT-09
 #[test]
 fn every_number_type_goes_on() {
     let image = links(0.05, false);
@@ -137,6 +139,7 @@ fn every_number_type_goes_on() {
     }
 }
 
+// REQ-BIT-09
 #[test]
 fn other_drives_and_bands_go_on() {
     for image in [links(0.1, false), shapes()] {
@@ -149,6 +152,7 @@ fn other_drives_and_bands_go_on() {
     }
 }
 
+// REQ-BIT-09
 #[test]
 fn spheres_go_on_over_links_and_shapes() {
     let (links, shapes) = (links(0.0, true), shapes());
@@ -165,6 +169,7 @@ fn spheres_go_on_over_links_and_shapes() {
 }
 
 /// Two tools that rub, one of which grips.
+// REQ-BIT-09
 #[test]
 fn tools_go_on_with_friction_and_grips() {
     let image = shapes();
@@ -219,6 +224,7 @@ fn tools_go_on_with_friction_and_grips() {
 }
 
 /// Loaded, asleep, then woken by other bands.
+// REQ-BIT-09
 #[test]
 fn a_sleeping_press_goes_on_when_it_is_woken() {
     let image = shapes();
@@ -243,6 +249,7 @@ fn a_sleeping_press_goes_on_when_it_is_woken() {
     }
 }
 
+// REQ-BIT-09
 #[test]
 fn a_stage_goes_on_to_the_same_forces() {
     for device in Device::ALL {
@@ -294,6 +301,7 @@ fn refusal(engine: &mut Engine<'_>, bytes: &[u8]) -> String {
     why
 }
 
+// REQ-BIT-10
 #[test]
 fn damaged_snapshots_are_refused_and_change_nothing() {
     for image in [links(0.0, true), shapes()] {
@@ -315,6 +323,7 @@ fn damaged_snapshots_are_refused_and_change_nothing() {
 }
 
 /// Words of any kind with the checksum right: refused, or harmless.
+// REQ-BIT-10
 #[test]
 fn forged_snapshots_are_refused_or_harmless() {
     let wild = [f32::NAN.to_bits(), u32::MAX, f32::MAX.to_bits(), 3, 0, 0xff80_0000];
@@ -356,6 +365,7 @@ fn forged_snapshots_are_refused_or_harmless() {
     }
 }
 
+// REQ-BIT-10
 #[test]
 fn what_does_not_fit_is_told() {
     let (image, other) = (links(0.0, true), links(0.08, false));

@@ -58,6 +58,7 @@ fn press(
     last.unwrap()
 }
 
+// REQ-CON-06
 #[test]
 fn a_sphere_smaller_than_an_edge_never_slips_through() {
     let image = block();
@@ -103,6 +104,7 @@ fn a_sphere_pressed_far_into_an_organ_never_gets_through() {
     }
 }
 
+// REQ-CON-07
 #[test]
 fn a_slow_press_and_release_costs_nothing() {
     let image = block();
@@ -148,6 +150,7 @@ fn a_drag_and_back_leaves_nothing() {
     assert!((after - before).norm() < 0.005 * before.norm(), "{before} {after}");
 }
 
+// REQ-CON-06
 #[test]
 fn the_force_of_a_slide_does_not_jump() {
     let image = block();
@@ -164,6 +167,7 @@ fn the_force_of_a_slide_does_not_jump() {
     assert!(most < 0.02, "{most}");
 }
 
+// REQ-CON-06, REQ-CON-11
 #[test]
 fn a_sphere_engaged_in_contact_starts_small_and_grows() {
     let image = block();
@@ -194,6 +198,7 @@ fn every_way_gives_the_same_bits() {
     assert!(run(false).eq(run(true)));
 }
 
+// REQ-CON-05
 #[test]
 fn what_cannot_meet_a_surface_says_so() {
     let image = block();

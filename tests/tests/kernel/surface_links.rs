@@ -57,6 +57,7 @@ fn bits(engine: &mut Engine<'_>, output: &TickOutput) -> (Vec<u32>, u64) {
 const WAYS: [(Scheme, u16); 2] = [(Scheme::Track, 4), (Scheme::Predict, 2)];
 
 /// Spheres of a quarter to a half of an edge, pressed in as deep as they are wide and far deeper.
+// REQ-CON-06
 #[test]
 fn a_sphere_smaller_than_a_link_never_passes_without_force() {
     for spec in ["box:9x9x6x0.008", "organ:1000"] {
@@ -185,6 +186,7 @@ fn contact_is_as_stiff_as_the_links_are() {
 
 /// A plane, groups of nodes and a lean image have a contact surface too: a sphere that is pressed in is held
 /// back, more the deeper it goes, and let go of it has no force.
+// REQ-ENE-09
 #[test]
 fn planes_groups_and_lean_bodies_press_back() {
     let yes = ContactSurface::Yes;
@@ -235,6 +237,7 @@ fn triangles_of_groups_join_three_of_them() {
 }
 
 /// Without triangles there is none, and a lean image has one only where it is asked for.
+// REQ-CON-05
 #[test]
 fn what_has_no_contact_surface_says_why() {
     let baked = |spec: &str, options: &BakeOptions| {

@@ -69,6 +69,7 @@ fn check(found: &Value, ticks: u64, floor_ticks: u64) {
     assert!(found["command"].as_str().unwrap().contains(" soak "));
 }
 
+// REQ-COS-08
 #[test]
 fn a_short_run_under_load() {
     let _turn = turn();
@@ -135,6 +136,7 @@ fn a_path_played_over_and_over() {
     assert!(none.err.contains("--repeat"), "{}", none.err);
 }
 
+// REQ-COS-08
 #[test]
 fn ten_minutes_with_the_organ() {
     if std::env::var_os("CHAINCELL_SLOW").is_none() {

@@ -95,6 +95,7 @@ pub(crate) fn ways() -> impl Iterator<Item = Way> {
     })
 }
 
+// REQ-STG-11
 #[test]
 fn no_delay_makes_energy() {
     for way in ways() {
@@ -111,6 +112,7 @@ fn no_delay_makes_energy() {
 }
 
 /// What the stage guards against: the same loops with an age that it does not know.
+// REQ-STG-11
 #[test]
 fn a_delay_that_is_not_told_makes_energy() {
     for ticks in [2, 3, 6] {
@@ -130,6 +132,7 @@ fn a_delay_that_is_not_told_makes_energy() {
 
 /// Slow presses: at most a tick late the hand feels the tissue's force; later what is passive, at least
 /// half of it.
+// REQ-STG-11
 #[test]
 fn a_slow_press_is_felt_whatever_the_delay() {
     for way in ways() {
@@ -152,6 +155,7 @@ fn a_slow_press_is_felt_whatever_the_delay() {
 }
 
 /// Against a wall far stiffer than that a hand is shown at least half of what is passive.
+// REQ-STG-11
 #[test]
 fn what_is_passive_is_shown() {
     for ticks in 2..=6 {
@@ -179,6 +183,7 @@ fn nodal_box() -> ImageBytes {
     bake(&mesh, &mesh.default_fixed, &options).unwrap()
 }
 
+// REQ-STG-11
 #[test]
 fn a_sphere_on_a_surface_makes_no_energy_however_late() {
     let image = nodal_box();

@@ -16,6 +16,7 @@ const HIGH_M: f32 = 0.0525;
 const STANDS: u32 = 300;
 
 /// A path straight down and up again, at so much a tick, behind every device.
+// REQ-STG-12
 #[test]
 fn a_press_that_softens_is_felt_and_gives_nothing_back_for_nothing() {
     let mesh = load("box:13x11x6x0.008", &MeshOptions::default()).unwrap();

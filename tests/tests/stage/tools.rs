@@ -61,6 +61,7 @@ fn shifted(image: &ImageBytes, pose: ToolPose) -> ToolPose {
 
 /// The first tool is shaken by 1 mm at 63 Hz on a contact far stiffer than it may show; the
 /// second stands 2 mm deep.
+// REQ-STG-13
 #[test]
 fn one_that_is_overdrawn_does_not_silence_the_other() {
     let image = block(1.0e6);
@@ -89,6 +90,7 @@ fn one_that_is_overdrawn_does_not_silence_the_other() {
 }
 
 /// Force and torque rise along the ramp of the tool that engages, and stay within their limits.
+// REQ-STG-13
 #[test]
 fn each_has_its_ramp_and_its_limits() {
     let image = block(2.0e4);

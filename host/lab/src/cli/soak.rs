@@ -381,6 +381,7 @@ mod tests {
         }
     }
 
+    // REQ-COS-08
     #[test]
     fn memory_is_looked_at_after_the_warm_up_and_before_the_end() {
         let mut looks = Looks::new(&plan(&["--seconds", "4"]).unwrap());

@@ -139,6 +139,7 @@ fn adding_a_record_is_no_page_fault() {
 
 /// An output stage's behaviour in a session is reproduced from the device's samples, with pauses, lost
 /// ticks and commands.
+// REQ-STG-08
 #[test]
 fn a_session_behind_a_stage_is_played_to_the_same_bits() {
     // Set up a tissue with a stage, and its trace.
@@ -203,6 +204,7 @@ fn a_session_behind_a_stage_is_played_to_the_same_bits() {
 }
 
 /// Counted sweeps and restarted ramps are reproduced, with and without a stage.
+// REQ-COS-12
 #[test]
 fn what_the_clock_decided_is_played_again() {
     for ramp_ticks in [None, Some(30)] {

@@ -23,6 +23,7 @@ fn text(code: i32) -> String {
     unsafe { CStr::from_ptr(text) }.to_str().unwrap().into()
 }
 
+// REQ-CIF-06
 #[test]
 fn numbers_do_not_change() {
     let numbers: Vec<i32> = Code::ALL.iter().map(|&code| code as i32).collect();
@@ -97,6 +98,7 @@ fn becomes(why: impl Into<Refusal>, code: Code, detail: Detail) {
     assert_eq!(why.into(), Refusal { code, detail });
 }
 
+// REQ-CIF-06
 #[test]
 fn every_error_of_the_kernel_keeps_what_it_names() {
     let none = Detail::default();
@@ -159,6 +161,7 @@ fn every_error_of_the_kernel_keeps_what_it_names() {
 
 /// Arithmetic that other libraries leave behind is refused, and the body stays as it is.
 #[cfg(target_arch = "x86_64")]
+// REQ-BIT-06
 #[test]
 #[allow(deprecated)]
 fn arithmetic_that_is_not_to_nearest_is_refused() {

@@ -30,6 +30,7 @@ fn no_cell_is_a_choice_too() {
     assert_eq!(pressed(BOX, &[], &[]).1, 0);
 }
 
+// REQ-CON-01
 #[test]
 fn refused_ids_are_named_and_the_old_choice_stays() {
     for (image, [a, b, c]) in KINDS {
@@ -55,6 +56,7 @@ fn refused_ids_are_named_and_the_old_choice_stays() {
     }
 }
 
+// REQ-CON-02
 #[test]
 fn cells_change_hands_only_while_the_tool_is_released() {
     let bodies = KINDS

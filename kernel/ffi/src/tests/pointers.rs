@@ -13,6 +13,7 @@ fn bad<T>(good: *const T) -> [(*mut T, Code); 2] {
     [(core::ptr::null_mut(), Code::Null), (beyond, Code::Misaligned)]
 }
 
+// REQ-CIF-01
 #[test]
 fn of_the_model() {
     let mut model = model_of(BOX);
@@ -48,6 +49,7 @@ fn of_the_model() {
     assert_eq!(call!(chaincell_model_info(&model, &mut info)), Code::NotInitialised);
 }
 
+// REQ-CIF-01
 #[test]
 fn of_the_initialisation() {
     let model = model_of(BOX);
@@ -111,6 +113,7 @@ fn all_of(image: &'static [u8], id: u32, tissue: *mut Tissue) -> [Code; 8] {
     ]
 }
 
+// REQ-CIF-01
 #[test]
 fn of_the_tissue() {
     for (image, [id, ..]) in KINDS {
@@ -129,6 +132,7 @@ fn of_the_tissue() {
 }
 
 /// The calls in a wrong order: storage that no call has filled, and one object for the other.
+// REQ-CIF-02
 #[test]
 fn what_was_not_initialised_is_refused() {
     let mut zeros = [super::Block([0; BLOCK]); 100];
@@ -147,6 +151,7 @@ fn what_was_not_initialised_is_refused() {
     assert_eq!(call!(chaincell_state_hash(not_a_tissue, &mut 0)), Code::NotInitialised);
 }
 
+// REQ-CIF-01
 #[test]
 fn of_the_answers() {
     let made = make(BOX, Scheme::Track, 1);
@@ -186,6 +191,7 @@ fn of_the_answers() {
 }
 
 /// A tick that cannot be leaves a force of zero behind, not an old one.
+// REQ-FOR-05, REQ-CIF-03
 #[test]
 fn of_the_tick() {
     for (image, [id, ..]) in KINDS {

@@ -162,6 +162,7 @@ fn every_unit_and_any_sleep_give_the_same_bits() {
     assert_ne!(plain.1, press::<Track<ROOM>>(&network, |_| {}).1);
 }
 
+// REQ-TCK-07
 #[test]
 fn with_slack_it_is_track() {
     let network = network(SLACK, 3);
@@ -200,6 +201,7 @@ fn the_fields_outlive_positions_from_outside_and_end_with_the_choice() {
 }
 
 /// Choosing the same cells again costs nothing and gives the bits of a first choice.
+// REQ-TCK-07
 #[test]
 fn the_fields_outlive_a_reset_and_are_worked_out_anew_after_other_cells() {
     for &(image, ids) in BODIES {
@@ -230,6 +232,7 @@ fn the_fields_outlive_a_reset_and_are_worked_out_anew_after_other_cells() {
 }
 
 /// Meaningless fields: the guard discards their passes, and the level holds.
+// REQ-TCK-07
 #[test]
 fn wrong_fields_cost_a_discarded_pass_and_never_the_certificate() {
     for (&(image, ids), (strength, is_discarded)) in BODIES.iter().flat_map(|body| {

@@ -46,6 +46,7 @@ impl Act for Play<'_> {
     }
 }
 
+// REQ-TRC-01
 #[test]
 fn the_trace_of_every_scene_is_played_to_the_same_bits() {
     let tiers = |scene: &'static Scene| scene.tiers.iter().map(move |&tier| (scene, tier));

@@ -233,6 +233,7 @@ mod tests {
         done
     }
 
+    // REQ-COS-09
     #[test]
     fn as_many_sweeps_as_fit_the_period() {
         let mut budget = TimeBudget::new(SweepBudget::Auto, 1, POSE_HZ);
