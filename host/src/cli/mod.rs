@@ -15,6 +15,7 @@ mod info;
 mod inject;
 pub mod lab;
 mod latency;
+mod load;
 pub mod man;
 mod mesh_file;
 pub mod model_file;

@@ -7,6 +7,7 @@ use chaincell_kernel::{Choice, Model};
 use tempfile::TempDir;
 
 use super::choice::parser;
+use super::load::Lengths;
 use super::press::press_on;
 use super::verdict::VerdictArgs;
 use crate::engine::Engine;
@@ -21,14 +22,12 @@ use crate::session::loops::floor::{self, Floor};
 use crate::session::loops::inject::{Faults, Plan};
 use crate::session::loops::serve::POSE_HZ;
 use crate::session::loops::wait::Wait;
-use crate::session::supervise::{CosimOptions, CosimReports, cosim};
+use crate::session::supervise::{CosimOptions, CosimReports, Underway, cosim};
 use crate::session::timing::clock::MILLISECOND_NS;
 use crate::session::timing::histogram::Summary;
 use crate::terminal;
 use crate::words::counted;
 
-/// Ticks of each measurement of the machine's floor: a second and a half.
-const FLOOR_TICKS: u32 = 1500;
 /// Longest wait for `serve` [s].
 const READY_S: u64 = 20;
 
@@ -120,9 +119,13 @@ pub struct Files<'a> {
     pub out: Option<&'a Path>,
 }
 
-/// What the two processes are told beside the files.
-#[derive(Debug, Default)]
+/// Options of the two processes, besides the files.
+#[derive(Debug)]
 pub struct Sides {
+    /// Lengths of the session, in which the poses are those of a press.
+    pub lengths: Lengths,
+    /// True for a report with histograms from each.
+    pub histogram: bool,
     /// Further arguments of `serve`.
     pub serve_args: Vec<OsString>,
     /// Further arguments of `control`.
@@ -131,18 +134,35 @@ pub struct Sides {
     pub faults: Option<(Faults, u64)>,
 }
 
-/// Measures the floor, then runs both processes over `poses`.
-pub fn run(files: &Files<'_>, poses: &[Pose], sides: Sides, common: &LoopArgs) -> Result<Session> {
+impl Sides {
+    /// No further options, for a session of these lengths.
+    pub fn of(lengths: Lengths) -> Self {
+        let (serve_args, control_args) = (Vec::new(), Vec::new());
+        Self { lengths, histogram: false, serve_args, control_args, faults: None }
+    }
+}
+
+/// Measures the floor, then runs both processes over `poses`, as often as planned; calls `watch`
+/// meanwhile.
+pub fn run(
+    files: &Files<'_>,
+    poses: &[Pose],
+    sides: Sides,
+    common: &LoopArgs,
+    watch: impl FnMut(Underway),
+) -> Result<Session> {
+    let Lengths { presses, floor_ticks, .. } = sides.lengths;
     let sent = files.scratch.join("sent.csv");
     write_whole(&sent, path::to_text(poses.iter().copied()).as_bytes())?;
     let spinner = terminal::progress(1, "measuring the machine's floor");
-    let floor = floor::measure(common.wait, !common.no_realtime, FLOOR_TICKS, &Domain::default())?;
+    let floor = floor::measure(common.wait, !common.no_realtime, floor_ticks, &Domain::default())?;
     spinner.finish_and_clear();
-    let both = common.to_args();
+    let mut both = common.to_args();
+    both.extend(sides.histogram.then(|| "--histogram".into()));
     let mut serve_args: Vec<OsString> = vec!["serve".into(), files.model.into()];
     serve_args.extend(both.iter().cloned());
     serve_args.extend(VerdictArgs::off());
-    let totals = Plan::new(poses.len() as u64, sides.faults).totals();
+    let totals = Plan::new(poses.len() as u64 * presses, sides.faults).totals();
     if totals.answers == 0 {
         return Err(Error::input("--inject: no pose would be left to answer; lose fewer of them"));
     }
@@ -162,13 +182,14 @@ pub fn run(files: &Files<'_>, poses: &[Pose], sides: Sides, common: &LoopArgs) -
     }
     let mut control_args: Vec<OsString> = vec!["control".into(), "--path".into(), sent.into()];
     control_args.extend(both);
+    control_args.extend(["--repeat".into(), presses.to_string().into()]);
     control_args.extend(VerdictArgs::off());
     control_args.extend(sides.control_args);
     let motion_ms = totals.end_ns / MILLISECOND_NS;
     let program = std::env::current_exe()
         .map_err(|why| Error::check(format!("cannot find this executable: {why}")))?;
     let options = CosimOptions { program, serve_args, control_args, motion_ms, ready_s: READY_S };
-    Ok(Session { reports: cosim(&options)?, floor })
+    Ok(Session { reports: cosim(&options, watch)?, floor })
 }
 
 /// Size in a line, for headings.

@@ -4,5 +4,4 @@ pub mod identify;
 pub mod moving;
 pub mod paper;
 pub mod report;
-pub mod soak;
 pub mod stress;

@@ -9,7 +9,6 @@ use serde::Serialize;
 use super::embedded;
 use super::exact::{ExactPress, PRESS_TICKS};
 use super::hand::{self, Hand, HandRow};
-use super::machine::Machine;
 use super::model::{self, Measured};
 use super::motions::Motion;
 use super::press::{self, Errors, PressRow};
@@ -23,6 +22,7 @@ use super::worst::{self, Sweep};
 use crate::baseline::{MassSpring, PerCell, Xpbd};
 use chaincell_host::error::{Error, Result};
 use chaincell_host::interrupt;
+use chaincell_host::session::timing::machine::Machine;
 use chaincell_host::words::counted;
 
 /// Half a millisecond: the budget of the figures under `track` \[ns\].

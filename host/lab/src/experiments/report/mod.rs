@@ -23,7 +23,6 @@ pub mod collect;
 pub mod embedded;
 pub mod exact;
 pub mod hand;
-pub mod machine;
 pub mod model;
 pub mod motions;
 pub mod pictures;
