@@ -11,7 +11,8 @@ use super::load::report::LoadReport;
 use super::load::{Lengths, MemoryWatch, histogram};
 use super::model_file;
 use super::run::play;
-use super::session::{self, Files, LoopArgs, Session, Sides, tell_refused};
+use super::session::{self, LoopArgs, tell_refused};
+use super::sides::{self, Files, Session, Sides};
 use super::stage::{StageArgs, StageReport};
 use super::tissue::{TissueArgs, TissueReport};
 use super::verdict::{Counts, Verdict, VerdictArgs};
@@ -132,7 +133,7 @@ pub fn execute(args: &Args) -> Result<()> {
         Some(_) => Lengths::under_load(args.seconds)?,
         None => Lengths::of_press(args.seconds)?,
     };
-    let faults = args.inject.faults()?;
+    args.inject.faults()?;
     args.common.check()?;
     let scratch = session::scratch()?;
     let (image, model_path) = match &args.model {
@@ -163,14 +164,14 @@ pub fn execute(args: &Args) -> Result<()> {
     }
     let recorded = lengths.is_recorded.then_some(out.as_path());
     let files = Files { model: &model_path, scratch: scratch.path(), out: recorded };
-    let mut serve_args = args.tissue.to_args();
-    serve_args.extend(args.stage.to_args());
-    serve_args.extend(args.budget.to_args());
-    let control_args = args.inject.to_args();
-    let is_loaded = args.load.is_some();
-    let sides =
-        Sides { histogram: is_loaded, serve_args, control_args, faults, ..Sides::of(lengths) };
-    let (session, load) = under_load(args, &files, &poses, sides)?;
+    let sides = Sides {
+        histogram: args.load.is_some(),
+        stage: args.stage.clone(),
+        budget: args.budget,
+        inject: args.inject.clone(),
+        ..Sides::of(lengths, &args.tissue, &args.common)
+    };
+    let (session, load) = under_load(args, &files, &poses, &sides)?;
     let replayed = match lengths.is_recorded {
         true => replay(&mut tissue, &folder, session.reports.serve.commands_done > 0)?,
         false => (None, None),
@@ -189,17 +190,16 @@ fn under_load(
     args: &Args,
     files: &Files<'_>,
     poses: &[Pose],
-    sides: Sides,
+    sides: &Sides<'_>,
 ) -> Result<(Session, Option<LoadReport>)> {
     let lengths = sides.lengths;
     let Some(threads) = args.load else {
-        return Ok((session::run(files, poses, sides, &args.common, |_| {})?, None));
+        return Ok((sides::run(files, poses, sides, |_| {})?, None));
     };
     // Run the session under the load.
     let load = Load::start(threads.into())?;
     let mut watch = MemoryWatch::new(&lengths);
-    let mut session =
-        session::run(files, poses, sides, &args.common, |underway| watch.look(underway))?;
+    let mut session = sides::run(files, poses, sides, |underway| watch.look(underway))?;
     // Measure the floor once more; a user who asks to stop gets the report without it.
     let realtime = !args.common.no_realtime;
     let after = (!session.reports.interrupted)

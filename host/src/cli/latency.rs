@@ -8,7 +8,8 @@ use serde::Serialize;
 use super::load::Lengths;
 use super::model_file;
 use super::run::play;
-use super::session::{self, Files, LoopArgs, Sides, tell_refused};
+use super::session::{self, LoopArgs, tell_refused};
+use super::sides::{self, Files, Sides};
 use super::tissue::TissueArgs;
 use crate::engine::motion::Pose;
 use crate::error::{Error, Result};
@@ -82,8 +83,8 @@ pub fn execute(args: &Args) -> Result<()> {
     })?;
     let scratch = session::scratch()?;
     let files = Files { model: &args.model, scratch: scratch.path(), out: None };
-    let sides = Sides { serve_args: args.tissue.to_args(), ..Sides::of(lengths) };
-    let session = session::run(&files, &poses, sides, &args.common, |_| {})?;
+    let sides = Sides::of(lengths, &args.tissue, &args.common);
+    let session = sides::run(&files, &poses, &sides, |_| {})?;
     let (serve, control) = (session.reports.serve, session.reports.control);
     let summary = LatencySummary {
         cells: model.cells(),

@@ -29,6 +29,7 @@ mod restore;
 mod run;
 mod serve;
 pub mod session;
+mod sides;
 mod snapshots;
 mod stage;
 mod state;
@@ -40,6 +41,8 @@ pub mod version;
 mod watch;
 
 pub use bake::BodyArgs;
+
+use sides::Source;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -91,8 +94,8 @@ enum Work {
     Info(info::Args),
     Run(run::Args),
     Replay(replay::Args),
-    Serve(serve::Args),
-    Control(control::Args),
+    Serve(Source<serve::Args>),
+    Control(Source<control::Args>),
     State(state::Args),
     Contacts(contacts::Args),
     Command(command::Args),
@@ -123,8 +126,10 @@ impl Cli {
             Work::Info(args) => info::execute(&args),
             Work::Run(args) => run::execute(&args),
             Work::Replay(args) => replay::execute(&args),
-            Work::Serve(args) => serve::execute(&args),
-            Work::Control(args) => control::execute(&args),
+            Work::Serve(source) => serve::execute(&source.options(|settings| settings.serve)?),
+            Work::Control(source) => {
+                control::execute(&source.options(|settings| settings.control)?)
+            }
             Work::State(args) => state::execute(&args),
             Work::Contacts(args) => contacts::execute(&args),
             Work::Command(args) => command::execute(&args),

@@ -8,7 +8,6 @@ use crate::session::loops::control::ControlReport;
 use crate::session::loops::load::LoadFigures;
 use crate::session::timing::machine::Machine;
 use crate::session::timing::memory::Growth;
-use crate::session::timing::spans::Spans;
 use crate::terminal;
 use crate::words::counted;
 
