@@ -42,8 +42,7 @@ mod watch;
 
 pub use bake::BodyArgs;
 
-use sides::Source;
-
+use std::ffi::OsString;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -94,8 +93,8 @@ enum Work {
     Info(info::Args),
     Run(run::Args),
     Replay(replay::Args),
-    Serve(Source<serve::Args>),
-    Control(Source<control::Args>),
+    Serve(serve::Args),
+    Control(control::Args),
     State(state::Args),
     Contacts(contacts::Args),
     Command(command::Args),
@@ -111,6 +110,10 @@ impl Cli {
     /// # Errors
     /// What went wrong, with the exit code it stands for.
     pub fn run() -> Result<()> {
+        let words: Vec<OsString> = std::env::args_os().skip(1).collect();
+        if let Some(ended) = sides::execute(&words) {
+            return ended;
+        }
         lab::hand_over()?;
         let matches = lab::listed(Self::command()).get_matches();
         match Self::from_arg_matches(&matches) {
@@ -126,10 +129,8 @@ impl Cli {
             Work::Info(args) => info::execute(&args),
             Work::Run(args) => run::execute(&args),
             Work::Replay(args) => replay::execute(&args),
-            Work::Serve(source) => serve::execute(&source.options(|settings| settings.serve)?),
-            Work::Control(source) => {
-                control::execute(&source.options(|settings| settings.control)?)
-            }
+            Work::Serve(args) => serve::execute(&args),
+            Work::Control(args) => control::execute(&args),
             Work::State(args) => state::execute(&args),
             Work::Contacts(args) => contacts::execute(&args),
             Work::Command(args) => command::execute(&args),

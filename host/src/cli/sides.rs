@@ -3,7 +3,7 @@
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
-use clap::{Arg, ArgMatches, Args, Command, FromArgMatches, value_parser};
+use clap::{Args, Command};
 use serde::{Deserialize, Serialize};
 
 use super::budget::BudgetArgs;
@@ -29,6 +29,8 @@ use crate::text;
 
 /// Longest wait for `serve` \[s\].
 const READY_S: u64 = 20;
+/// Option of both sides that stands alone.
+const OPTION: &str = "--settings";
 /// Name of the settings file.
 const SETTINGS: &str = "settings.json";
 /// Size limit of a settings file \[bytes\].
@@ -56,53 +58,17 @@ impl Settings {
     }
 }
 
-/// The options of a side: those of the command line, or all of them from a settings file.
-#[derive(Debug)]
-pub enum Source<A> {
-    /// Options of the command line.
-    Line(A),
-    /// Path of a settings file.
-    File(PathBuf),
-}
-
-impl<A> Source<A> {
-    /// Returns the options; `side` takes them from a settings file.
-    ///
-    /// # Errors
-    /// A file that cannot be read, or with a field that is unknown, missing or not valid.
-    pub fn options(self, side: impl FnOnce(Settings) -> A) -> Result<A> {
-        match self {
-            Self::Line(args) => Ok(args),
-            Self::File(path) => Settings::read(&path).map(side),
+/// Carries out `serve --settings FILE` or `control --settings FILE`, which [`run`] starts; `None` for other
+/// words.
+pub fn execute(words: &[OsString]) -> Option<Result<()>> {
+    let [side, option, path] = words else { return None };
+    let settings = || Settings::read(Path::new(path));
+    match (side.to_str(), option.to_str()) {
+        (Some("serve"), Some(OPTION)) => Some(settings().and_then(|of| serve::execute(&of.serve))),
+        (Some("control"), Some(OPTION)) => {
+            Some(settings().and_then(|of| control::execute(&of.control)))
         }
-    }
-}
-
-impl<A: Args> Args for Source<A> {
-    fn augment_args(command: Command) -> Command {
-        let settings = Arg::new("settings").long("settings").value_name("FILE").hide(true);
-        A::augment_args(command).arg(settings.exclusive(true).value_parser(value_parser!(PathBuf)))
-    }
-
-    fn augment_args_for_update(command: Command) -> Command {
-        Self::augment_args(command)
-    }
-}
-
-impl<A: Args> FromArgMatches for Source<A> {
-    fn from_arg_matches(matches: &ArgMatches) -> std::result::Result<Self, clap::Error> {
-        match matches.get_one::<PathBuf>("settings") {
-            Some(path) => Ok(Self::File(path.clone())),
-            None => A::from_arg_matches(matches).map(Self::Line),
-        }
-    }
-
-    fn update_from_arg_matches(
-        &mut self,
-        matches: &ArgMatches,
-    ) -> std::result::Result<(), clap::Error> {
-        *self = Self::from_arg_matches(matches)?;
-        Ok(())
+        _ => None,
     }
 }
 
@@ -227,8 +193,7 @@ pub fn run(
     // Run both processes.
     let program = std::env::current_exe()
         .map_err(|why| Error::check(format!("cannot find this executable: {why}")))?;
-    let side =
-        |name: &str| vec![OsString::from(name), "--settings".into(), settings.clone().into()];
+    let side = |name: &str| vec![OsString::from(name), OPTION.into(), settings.clone().into()];
     let options = CosimOptions {
         program,
         serve_args: side("serve"),
@@ -317,24 +282,5 @@ mod tests {
             assert!(why.contains(path.to_str().unwrap()), "{why}");
             assert!(parts.iter().all(|part| why.contains(part)), "{why}");
         }
-    }
-
-    #[test]
-    fn a_settings_file_stands_alone() {
-        let source = |words: &[&str]| {
-            let command = Source::<serve::Args>::augment_args(Command::new("serve"));
-            let words = [&["serve"], words].concat();
-            let matches = command.try_get_matches_from(words).map_err(|why| why.to_string())?;
-            Source::<serve::Args>::from_arg_matches(&matches).map_err(|why| why.to_string())
-        };
-        assert!(
-            matches!(source(&["--settings", "s"]), Ok(Source::File(path)) if path == Path::new("s"))
-        );
-        assert!(matches!(source(&["m", "--sweeps", "2"]), Ok(Source::Line(_))));
-        for other in [&["m"][..], &["--sweeps", "2"]] {
-            let why = source(&[other, &["--settings", "s"]].concat()).unwrap_err();
-            assert!(why.contains("--settings") && why.contains("cannot be used with"), "{why}");
-        }
-        assert!(source(&[]).unwrap_err().contains("MODEL"));
     }
 }
