@@ -5,11 +5,9 @@
     reason = "help texts, which name units as [N] and are printed as they stand"
 )]
 
-use std::ffi::OsString;
-
 use chaincell_kernel::stage::StageSettings;
 use chaincell_kernel::{Choice, Drive, Model, Network, Settings, SettingsError, Unloading};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::choice::parser;
 use super::tool::{self, ToolSpec};
@@ -25,7 +23,8 @@ use crate::words::counted;
 const TICK_S: f32 = 1e-3;
 
 /// Contact, dynamics and limits.
-#[derive(Debug, Clone, clap::Args)]
+#[derive(Debug, Clone, Serialize, Deserialize, clap::Args)]
+#[serde(deny_unknown_fields)]
 pub struct TissueArgs {
     /// Cells that the tool holds while engaged: cells:SELECTOR (see `bake --help`), input ids, or
     /// auto: the free surface cell farthest from the fixed ones with its surface neighbours. Of a
@@ -39,8 +38,7 @@ pub struct TissueArgs {
     /// z), box:HX,HY,HZ,R (half edges of the core inside the rounding) or half-space[:R] (all below
     /// z = 0), then @X,Y,Z, its place in the tool's frame, and /X,Y,Z,W, its turn, a unit quaternion
     /// [m]
-    #[arg(long, value_name = "PART[+PART...]", value_parser = tool::spec,
-        conflicts_with = "contact")]
+    #[arg(long, value_name = "PART[+PART...]", conflicts_with = "contact")]
     pub tool: Vec<ToolSpec>,
     /// Coefficient of friction between tools and the tissue [default: 0]
     #[arg(long, value_name = "MU", allow_negative_numbers = true)]
@@ -49,9 +47,11 @@ pub struct TissueArgs {
     /// cells or moves on a surface; euler is the paper's own, for relaxation in time;
     /// rkl2 the same trajectory beyond euler's bound [default: predict where the tool holds
     /// cells of a model without slack, or there are tools; else track]
+    #[serde(with = "choice::optional")]
     #[arg(long, value_parser = parser::<Scheme>())]
     scheme: Option<Scheme>,
     /// Numbers that cells and links are computed in
+    #[serde(with = "choice")]
     #[arg(long, value_parser = parser::<Arithmetic>(), default_value = Arithmetic::default().name(),
         value_name = "TYPE")]
     pub precision: Arithmetic,
@@ -73,6 +73,7 @@ pub struct TissueArgs {
     /// What the tool's displacement does to the contact cells: it prescribes their positions, or it
     /// is the current into each of them (the paper's drive), a load of 2 k times the displacement
     /// [N]
+    #[serde(with = "choice")]
     #[arg(long, value_parser = parser::<Drive>(), default_value = Drive::default().name())]
     pub drive: Drive,
     /// Largest motion of the contact cells, or change of the current, a tick [m] [default: one mean
@@ -80,6 +81,7 @@ pub struct TissueArgs {
     #[arg(long, value_name = "D", allow_negative_numbers = true)]
     pub max_tool_step_m: Option<f32>,
     /// When the links' bands close to their rest lengths
+    #[serde(with = "choice")]
     #[arg(long, value_parser = parser::<Unloading>(), default_value = Unloading::default().name())]
     pub unloading: Unloading,
     /// Largest force; a larger one is shortened and flagged [N] [default: no limit]
@@ -296,32 +298,6 @@ impl TissueArgs {
     fn tools(&self) -> Result<Vec<ToolSpec>> {
         let sphere = tool::probe(&self.contact)?.filter(|_| self.tool.is_empty());
         Ok(sphere.map_or_else(|| self.tool.clone(), |sphere| vec![sphere]))
-    }
-
-    /// The same arguments for a child process.
-    pub fn to_args(&self) -> Vec<OsString> {
-        let mut args: Vec<String> =
-            self.tool.iter().map(|tool| format!("--tool={}", tool.text)).collect();
-        if args.is_empty() {
-            args.push(format!("--contact={}", self.contact));
-        }
-        args.extend(self.friction.map(|friction| format!("--friction={friction}")));
-        args.extend(self.scheme.map(|scheme| format!("--scheme={}", scheme.name())));
-        args.push(format!("--precision={}", self.precision.name()));
-        args.push(format!("--sweeps={}", self.sweeps));
-        args.push(format!("--threads={}", self.threads));
-        args.push(format!("--drive={}", self.drive.name()));
-        args.push(format!("--unloading={}", self.unloading.name()));
-        for (option, value) in [
-            ("--step", self.step),
-            ("--time-constant-s", self.time_constant_s),
-            ("--max-tool-step-m", self.max_tool_step_m),
-            ("--max-force-n", self.max_force_n),
-            ("--max-torque-n-m", self.max_torque_n_m),
-        ] {
-            args.extend(value.map(|value| format!("{option}={value}")));
-        }
-        args.into_iter().map(OsString::from).collect()
     }
 
     /// Every parameter in force.

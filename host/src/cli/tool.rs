@@ -1,7 +1,11 @@
 //! Tools by their parts, as `--tool` names them.
 
+use std::fmt;
+use std::str::FromStr;
+
 use chaincell_kernel::{FRICTION_MAX, Model, PARTS_MAX, TOOLS_MAX, ToolPart};
 
+use crate::choice::by_text;
 use crate::engine::Contact;
 use crate::engine::tools::{is_unit, length_of};
 use crate::error::{Error, Result};
@@ -17,20 +21,29 @@ pub struct ToolSpec {
     parts: Vec<ToolPart>,
 }
 
-/// Reads `PART[+PART...]`.
-///
-/// # Errors
-/// The part and the field that is wrong, and what to write.
-pub fn spec(text: &str) -> std::result::Result<ToolSpec, String> {
-    let parts: Vec<&str> = text.split('+').collect();
-    if parts.len() > PARTS_MAX {
-        return Err(format!("{} parts: a tool has at most {PARTS_MAX}", parts.len()));
+impl FromStr for ToolSpec {
+    type Err = String;
+
+    /// Reads `PART[+PART...]`, or says which part and field is wrong, and what to write.
+    fn from_str(text: &str) -> std::result::Result<Self, String> {
+        let parts: Vec<&str> = text.split('+').collect();
+        if parts.len() > PARTS_MAX {
+            return Err(format!("{} parts: a tool has at most {PARTS_MAX}", parts.len()));
+        }
+        let parts = (1..).zip(parts).map(|(number, text)| {
+            part(text).map_err(|why| format!("part {number} `{text}`: {why}"))
+        });
+        Ok(Self { text: text.to_owned(), parts: parts.collect::<std::result::Result<_, _>>()? })
     }
-    let parts = (1..)
-        .zip(parts)
-        .map(|(number, text)| part(text).map_err(|why| format!("part {number} `{text}`: {why}")));
-    Ok(ToolSpec { text: text.to_owned(), parts: parts.collect::<std::result::Result<_, _>>()? })
 }
+
+impl fmt::Display for ToolSpec {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.text)
+    }
+}
+
+by_text!(ToolSpec);
 
 fn part(text: &str) -> std::result::Result<ToolPart, String> {
     let (text, turn) = text.split_once('/').map_or((text, None), |(a, b)| (a, Some(b)));
@@ -160,7 +173,7 @@ mod tests {
     fn a_spec_names_parts_with_place_and_turn() {
         let text = "sphere:0.01+capsule:0.02,0.004@0,0,0.03/0,0.6,0,0.8+box:0.01,0.02,0.03,0.002\
             +half-space+half-space:0.005";
-        let found = spec(text).unwrap();
+        let found = text.parse::<ToolSpec>().unwrap();
         assert_eq!(found.text, text);
         let capsule = ToolPart {
             centre_m: [0.0, 0.0, 0.03],
@@ -175,7 +188,7 @@ mod tests {
             ToolPart::half_space(0.005),
         ];
         assert_eq!(found.parts, wanted);
-        assert_eq!(spec("sphere:0.01/0,0,0,1@0,0,0"), Err(
+        assert_eq!("sphere:0.01/0,0,0,1@0,0,0".parse::<ToolSpec>(), Err(
             "part 1 `sphere:0.01/0,0,0,1@0,0,0`: behind / stands the turn, a unit quaternion: write \
              /X,Y,Z,W"
                 .to_owned()
@@ -201,10 +214,10 @@ mod tests {
             ("sphere:0.1/0,0,0,2", "has length 2"),
         ] {
             let text = format!("sphere:0.01+{text}");
-            let why = spec(&text).unwrap_err();
+            let why = text.parse::<ToolSpec>().unwrap_err();
             assert!(why.starts_with("part 2 `") && why.contains(wanted), "{text}: {why}");
         }
         let nine = ["sphere:0.01"; 9].join("+");
-        assert!(spec(&nine).unwrap_err().contains("at most 8"));
+        assert!(nine.parse::<ToolSpec>().unwrap_err().contains("at most 8"));
     }
 }

@@ -343,6 +343,9 @@ fn unknown_commands_and_options() {
     {
         place.refuses(&[&serve, &[option, value][..]].concat(), &[option, value]);
     }
+    let both = [&serve, &["--settings", "of-cosim"][..]].concat();
+    place.refuses(&both, &["--settings", "unexpected argument"]);
+    place.refuses(&["control", "--settings", "none"], &["cannot read settings none"]);
     for args in [&["--help"][..], &["--version"], &["run", "--help"], &["help", "cosim"]] {
         let ended = run(args).with(0);
         assert!(!ended.out.is_empty() && ended.err.is_empty());
