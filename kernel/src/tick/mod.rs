@@ -14,7 +14,7 @@
 //! A tick cannot fail, panic or allocate, and makes no system call. The number of link passes does not depend
 //! on the input. The state hash is a separate call, outside the tick. The settings may change between two
 //! ticks. Contact cells can be chosen only while the tool is released, and another drive takes effect when
-//! the tool next engages. The rules of each step are those of "One tick" in `host/CONTRACT.md`.
+//! the tool next engages. The rules of each step are those of "One tick" in `host/REFERENCE.md`.
 //!
 //! - [`choice`], [`choices`]: a choice among named values, and the choices of a run.
 //! - [`settings`], [`budget`], [`sample`]: parameters of a run, sweeps of a tick, its output.
