@@ -114,7 +114,7 @@ pub fn probe(contact: &str) -> Result<Option<ToolSpec>> {
             "--contact {contact}: {radius:?} is no radius [m], as in probe:0.012"
         )));
     }
-    let sphere = spec(&format!("sphere:{radius}"));
+    let sphere = format!("sphere:{radius}").parse::<ToolSpec>();
     sphere.map(Some).map_err(|_| {
         Error::input(format!("--contact {contact}: the radius must be above 0 and finite [m]"))
     })

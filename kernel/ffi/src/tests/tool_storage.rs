@@ -2,8 +2,7 @@
 
 use std::vec::Vec;
 
-use chaincell_kernel::CoarseTouch;
-use chaincell_kernel::include_model;
+use chaincell_kernel::{CoarseTouch, TouchStore, include_model};
 
 use super::{BLOCK, BOX, Block, call, hash, model_of, settings_of, storage};
 use crate::{Code, Detail, Room, SHAPE_ALIGN, Scheme, Settings, TOUCH_BYTES, Tissue};

@@ -16,6 +16,9 @@ use crate::tick::tissue::{Tissue, TissueMut};
 
 /// `chaincell bake organ:500`: 499 cells, alpha 0, 24 basis functions.
 static ORGAN: &[u8] = crate::include_model!("../../../../tests/data/organ500.chaincell");
+/// A block of nodal shapes: 144 cells, 48 basis functions.
+#[cfg(feature = "nodal")]
+static SHAPES: &[u8] = crate::include_model!("../../../../tests/data/tissue6.chaincell");
 /// An organ with bands.
 static SLACK: &[u8] = crate::include_model!("../../../../tests/data/varied300.chaincell");
 const CELLS: usize = 499;
