@@ -1,7 +1,7 @@
 //! A sweep at its worst, every link outside its band, beside the plain loop over the cells:
 //!
 //! ```sh
-//! cargo bench -p chaincell-lab --bench sweep [-- [--quick] [--json]]
+//! cargo bench -p chaincell-lab --bench sweep [-- --quick]
 //! cargo bench -p chaincell-lab --bench sweep -- --count      # instructions, under valgrind
 //! ```
 //!
@@ -31,7 +31,6 @@ use chaincell_lab::experiments::report::scene::Scene;
 use chaincell_lab::experiments::report::setting::Setting;
 use chaincell_lab::states::State;
 use nalgebra::Vector3;
-use serde::Serialize;
 
 /// Sweeps of the long and of the short counted tick.
 const SWEEPS: [u16; 2] = [9, 1];
@@ -63,19 +62,6 @@ const LOOPS: [&str; 4] = [
 /// States with every link outside its band: too long and too short as it falls out, which no branch
 /// predictor foresees, and all of them too long, which it soon knows.
 const STATES: [State; 2] = [State::Shaken, State::Stretched];
-
-#[derive(Serialize)]
-struct Row {
-    cells: usize,
-    links: usize,
-    name: &'static str,
-    state: &'static str,
-    sweep_ns_p50: f64,
-    sweep_ns_p99: f64,
-    half_link_ns: f64,
-    /// Time of the plain loop over this one's.
-    times_faster: f64,
-}
 
 fn scene(quick: bool) -> Result<Scene> {
     if quick {
@@ -116,22 +102,6 @@ fn measure(scene: &Scene, rounds: usize) -> Result<[[Summary; 4]; 2]> {
     }
     let of = |state: usize| std::array::from_fn(|which| times[4 * state + which].summary());
     Ok([of(0), of(1)])
-}
-
-/// The rows of a state, from the times of its loops, the plain loop first.
-fn rows(model: &Model<'_>, state: State, loops: [Summary; 4]) -> impl Iterator<Item = Row> {
-    let (cells, links) = (model.cells(), model.links());
-    let plain_ns = loops[0].p50 as f64;
-    LOOPS.into_iter().zip(loops).map(move |(name, times)| Row {
-        cells,
-        links,
-        name,
-        state: if state == State::Stretched { "stretched" } else { "shaken" },
-        sweep_ns_p50: times.p50 as f64,
-        sweep_ns_p99: times.p99 as f64,
-        half_link_ns: times.p50 as f64 / (2 * links) as f64,
-        times_faster: plain_ns / times.p50 as f64,
-    })
 }
 
 /// The run that valgrind counts: ticks of a loop, long or short ones. Positions at its end.
@@ -261,36 +231,30 @@ fn run() -> Result<()> {
         return late_run(&scene, tool, length);
     }
     check(&scene)?;
-    if !has("--json") {
-        println!("{}: {} cells, {} links", scene.name, model.cells(), model.links());
-    }
+    println!("{}: {} cells, {} links", scene.name, model.cells(), model.links());
     if has("--count") {
         return count(&model, if quick { "--quick" } else { "--bench" });
     }
     let rounds = if quick { QUICK_ROUNDS } else { ROUNDS };
-    let times = STATES.into_iter().zip(measure(&scene, rounds)?);
-    let rows: Vec<Row> = times.flat_map(|(state, loops)| rows(&model, state, loops)).collect();
-    if rows.iter().any(|row| row.sweep_ns_p50 <= 0.0) {
-        return Err(Error::check("a sweep took no time"));
-    }
-    if has("--json") {
-        println!("{}", serde_json::to_string_pretty(&rows).map_err(Error::check)?);
-        return Ok(());
-    }
     println!(
         "{:<28} {:<10} {:>9} {:>9} {:>14} {:>12}",
         "loop", "state", "p50 [us]", "p99 [us]", "half-link [ns]", "times faster"
     );
-    for row in rows {
-        println!(
-            "{:<28} {:<10} {:>9.1} {:>9.1} {:>14.2} {:>12.2}",
-            row.name,
-            row.state,
-            1e-3 * row.sweep_ns_p50,
-            1e-3 * row.sweep_ns_p99,
-            row.half_link_ns,
-            row.times_faster
-        );
+    for (state, loops) in STATES.into_iter().zip(measure(&scene, rounds)?) {
+        let state = if state == State::Stretched { "stretched" } else { "shaken" };
+        for (name, times) in LOOPS.into_iter().zip(loops) {
+            let [p50, p99, plain] = [times.p50, times.p99, loops[0].p50].map(|ns| ns as f64);
+            if p50 <= 0.0 {
+                return Err(Error::check("a sweep took no time"));
+            }
+            println!(
+                "{name:<28} {state:<10} {:>9.1} {:>9.1} {:>14.2} {:>12.2}",
+                1e-3 * p50,
+                1e-3 * p99,
+                p50 / (2 * model.links()) as f64,
+                plain / p50
+            );
+        }
     }
     Ok(())
 }

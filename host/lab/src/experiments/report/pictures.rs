@@ -9,6 +9,7 @@ use chaincell_host::files::output::Folder;
 const LEAST: f64 = 1e-3;
 /// How the names of the pictures begin, one for each motion of the first body.
 pub const HAND: &str = "report_hand_";
+/// Likewise one for each motion of a tool.
 pub const TOOLS: &str = "report_tools_";
 
 /// A row as a chart shows it.
