@@ -35,7 +35,7 @@ pub fn write(report: &Report, folder: &Folder) -> Result<Vec<(String, String)>> 
         error: row.force.largest,
     });
     let of_tools = tools.iter().map(|row| Point {
-        motion: row.tool,
+        motion: &row.tool,
         line: format!("{}, {} cells", row.material, row.cells),
         tick_us: 1e-3 * row.tick_ns.p50 as f64,
         error: row.p90,
