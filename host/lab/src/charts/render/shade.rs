@@ -129,10 +129,4 @@ mod tests {
         });
         assert!(walled < 0.9 * flat, "{walled} {flat}");
     }
-
-    #[test]
-    fn pixels_are_means_of_light() {
-        let light = [[1.0; 3], [0.0; 3], [0.0; 3], [1.0; 3]];
-        assert_eq!(shrink(&light, 2, 2), [[188; 3]]);
-    }
 }
