@@ -101,8 +101,8 @@ fn bad_input_is_named_and_nothing_is_written() {
     refused(good, &["--group", "a=group:none"], "no group 'none'");
     refused(good, &["--group", "nodes:1"], "NAME=SELECTOR");
     refused(good, &["--group", "a=nodes:1,2", "--group", "b=nodes:2"], "node 2 is in a already");
-    refused(good, &["--alpha-max", "2"], "--alpha-max 2");
-    refused(good, &["--stiffness-bounds-n-per-m", "5"], "two numbers, LOW,HIGH");
+    refused(good, &["--bounds", "alpha=0,2"], "--bounds alpha=0,2");
+    refused(good, &["--bounds", "stiffness_n_per_m=5"], "give NAME=LOW,HIGH");
     refused(good, &["--hold-out", "0.9"], "--hold-out 0.9");
     refused(&good.replace("0.005", "50"), &[], "beyond the body's size");
     refused(good, &["--contact", "nodes:0"], "node 0 is fixed");
@@ -115,7 +115,7 @@ fn bad_input_is_named_and_nothing_is_written() {
     refused(good, &with(&["--fit", "half-width"]), "--fit: there is no band");
     refused(good, &with(&["--fit", "thickness"]), "--fit: thickness is that of a generated slab");
     refused(good, &with(&["--fit", "offset"]), "--fit: offset is where a probe met");
-    refused(good, &with(&["--young-bounds-pa", "5,1"]), "--young-bounds-pa 5,1");
+    refused(good, &with(&["--bounds", "young_pa=5,1"]), "--bounds young_pa=5,1");
     refused(good, &["--direction", "0,0,1", "--direction", "0,1,0"], "2 of them for 1 targets");
     let quartiles = "displacement_m,force_n,q25_n,q75_n\n0.001,0.1,0.2,0.3\n0.002,0.2,0.1,0.3\n\
         0.003,0.3,0.2,0.4\n0.004,0.4,0.3,0.5\n0.005,0.5,0.4,0.6\n";

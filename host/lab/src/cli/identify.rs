@@ -95,30 +95,11 @@ pub struct Args {
     /// Part of the rows of every target that only judges the result
     #[arg(long, default_value_t = 0.2, value_name = "PART", allow_negative_numbers = true)]
     hold_out: f64,
-    /// Where stiffnesses are looked for [N/m]
-    #[arg(long, default_value = "0.01,1e5", value_name = "LOW,HIGH", allow_hyphen_values = true)]
-    stiffness_bounds_n_per_m: String,
-    /// Largest alpha
-    #[arg(long, default_value_t = 0.5, value_name = "ALPHA", allow_negative_numbers = true)]
-    alpha_max: f64,
-    /// Where the time constant is looked for [s]
-    #[arg(long, default_value = "1e-4,1e4", value_name = "LOW,HIGH", allow_hyphen_values = true)]
-    time_constant_bounds_s: String,
-    /// Where Young's moduli are looked for [Pa]
-    #[arg(long, default_value = "100,1e6", value_name = "LOW,HIGH", allow_hyphen_values = true)]
-    young_bounds_pa: String,
-    /// Where the moduli of --stiffening are looked for [Pa]
-    #[arg(long, default_value = "10,1e7", value_name = "LOW,HIGH", allow_hyphen_values = true)]
-    stiffening_bounds_pa: String,
-    /// Where their half-widths are looked for
-    #[arg(long, default_value = "0.01,0.5", value_name = "LOW,HIGH", allow_hyphen_values = true)]
-    half_width_bounds: String,
-    /// Where the thickness of a slab is looked for [m]
-    #[arg(long, default_value = "0.002,0.1", value_name = "LOW,HIGH", allow_hyphen_values = true)]
-    thickness_bounds_m: String,
-    /// Where the offset of a probe is looked for [m]
-    #[arg(long, default_value = "1e-5,1e-3", value_name = "LOW,HIGH", allow_hyphen_values = true)]
-    offset_bounds_m: String,
+    /// Where a parameter is looked for; repeat it for several. Unless given: stiffness_n_per_m=0.01,1e5,
+    /// alpha=0,0.5, time_constant_s=1e-4,1e4, young_pa=100,1e6, stiffening_pa=10,1e7,
+    /// half_width=0.01,0.5, thickness_m=0.002,0.1, offset_m=1e-5,1e-3
+    #[arg(long, value_name = "NAME=LOW,HIGH")]
+    bounds: Vec<String>,
     #[command(flatten)]
     body: BodyArgs,
     /// Print one JSON object
@@ -191,7 +172,7 @@ pub fn execute(args: &Args) -> Result<()> {
         slab,
         wanted,
     };
-    let bounds = bounds(args)?;
+    let bounds = bounds(&args.bounds)?;
     check(&bench, &bounds, args.hold_out)?;
     check_place(&args.output)?;
     let folder = Folder::open(&args.out, args.force)?;
@@ -265,16 +246,12 @@ fn probe(at: &str, radius_m: f64, is_slab: bool, model: &Model<'_>) -> Result<To
     Ok(Tool::Probe { radius_m, at_m })
 }
 
-fn bounds(args: &Args) -> Result<Bounds> {
-    Ok(Bounds {
-        stiffness_n_per_m: pair("--stiffness-bounds-n-per-m", &args.stiffness_bounds_n_per_m)?,
-        alpha_max: args.alpha_max,
-        time_constant_s: pair("--time-constant-bounds-s", &args.time_constant_bounds_s)?,
-        young_pa: pair("--young-bounds-pa", &args.young_bounds_pa)?,
-        stiffening_pa: pair("--stiffening-bounds-pa", &args.stiffening_bounds_pa)?,
-        half_width: pair("--half-width-bounds", &args.half_width_bounds)?,
-        thickness_m: pair("--thickness-bounds-m", &args.thickness_bounds_m)?,
-        offset_m: pair("--offset-bounds-m", &args.offset_bounds_m)?,
+fn bounds(texts: &[String]) -> Result<Bounds> {
+    texts.iter().try_fold(Bounds::default(), |bounds, text| {
+        let parts = text.split_once('=').and_then(|(name, pair)| Some((name, numbers(pair)?)));
+        let (name, pair) =
+            parts.ok_or_else(|| Error::input(format!("--bounds {text}: give NAME=LOW,HIGH")))?;
+        bounds.with(name, pair)
     })
 }
 
@@ -384,12 +361,6 @@ fn direction(text: &str, model: &Model<'_>, contacts: &[u16]) -> Result<[f64; 3]
 fn numbers<const N: usize>(text: &str) -> Option<[f64; N]> {
     let numbers: Option<Vec<f64>> = text.split(',').map(|x| x.trim().parse().ok()).collect();
     numbers?.try_into().ok()
-}
-
-/// Two numbers.
-fn pair(option: &str, text: &str) -> Result<[f64; 2]> {
-    numbers(text)
-        .ok_or_else(|| Error::input(format!("{option} {text}: give two numbers, LOW,HIGH")))
 }
 
 fn print(args: &Args, found: &Identified, direction: [f64; 3]) -> Result<()> {

@@ -35,12 +35,6 @@ fn plus(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     std::array::from_fn(|axis| a[axis] + b[axis])
 }
 
-/// Turned about z.
-fn turned(p: [f64; 3], degrees: f64) -> [f64; 3] {
-    let (sin, cos) = degrees.to_radians().sin_cos();
-    [cos * p[0] - sin * p[1], sin * p[0] + cos * p[1], p[2]]
-}
-
 /// How far a link is outside its bounds \[m\].
 fn violation(chain: &impl Chain, limits: &Limits, [i, j]: [usize; 2]) -> f64 {
     let apart = |p: &[[f64; 3]]| std::array::from_fn(|axis| p[j][axis] - p[i][axis]);
@@ -173,59 +167,6 @@ fn relaxation_bends_the_pyramid() {
     assert_eq!(slack.relax(&limits(0.26)).moved, 0);
 }
 
-#[test]
-fn nothing_moves_within_the_bounds() {
-    let mesh = body("box:5x5x5", false);
-    let by = [0.2 * SPACING_M, -0.15 * SPACING_M, 0.1 * SPACING_M];
-    let to = plus(mesh.nodes_m[62], by);
-    let mut exact = mesh.nodes_m.clone();
-    exact[62] = to;
-    let mut chain = lattice(&mesh, [5, 5, 5], &[], 0.25);
-    assert_eq!(chain.move_to(&[(62, to)]).unwrap(), Cost { visited: 6, moved: 0 });
-    assert_eq!(chain.elements().positions_m(), exact);
-    let mut chain = graph(&mesh, &[], 0.25);
-    assert_eq!(chain.move_to(&[(62, to)]).unwrap().moved, 0);
-    assert_eq!(chain.elements().positions_m(), exact);
-}
-
-/// Bounds follow the axes: a body turned with its push does not deform alike. They do not know the
-/// place: moved by a power of two it deforms in the same bits.
-#[test]
-fn turned_it_differs_and_shifted_it_does_not() {
-    let mesh = body("plane:9x9", false);
-    let push = [0.5 * SPACING_M, 0.0, 1.5 * SPACING_M];
-    let pushed = |place: &dyn Fn([f64; 3]) -> [f64; 3]| {
-        let rest: Vec<[f64; 3]> = mesh.nodes_m.iter().map(|&p| place(p)).collect();
-        let held = [(40, place(plus(mesh.nodes_m[40], push)))];
-        let mut by_lists = Lattice::new([9, 9, 1], &rest, &[], limits(0.25)).unwrap();
-        let mut by_front = Graph::new(&rest, &mesh.links, &[], limits(0.25)).unwrap();
-        by_lists.move_to(&held).unwrap();
-        by_front.move_to(&held).unwrap();
-        [by_lists.elements().positions_m().to_vec(), by_front.elements().positions_m().to_vec()]
-    };
-    let here = pushed(&|p| p);
-    let there = pushed(&|p| plus(p, [0.5, -0.25, 1.0]));
-    let round = pushed(&|p| turned(p, 45.0));
-    for ((here, there), round) in here.iter().zip(&there).zip(&round) {
-        let back: Vec<[f64; 3]> = there.iter().map(|&p| plus(p, [-0.5, 0.25, -1.0])).collect();
-        assert_eq!(&back, here);
-        let back: Vec<[f64; 3]> = round.iter().map(|&p| turned(p, -45.0)).collect();
-        assert!(farthest(&back, here) > 0.05 * SPACING_M, "{}", farthest(&back, here));
-    }
-}
-
-/// A chain does not come back by itself: a move and its reverse leave it displaced.
-#[test]
-fn a_move_back_is_not_the_inverse() {
-    let mesh = body("plane:9x9", false);
-    let mut chain = lattice(&mesh, [9, 9, 1], &[], 0.25);
-    chain.move_to(&[(40, [0.0, 0.0, 0.75 * SPACING_M])]).unwrap();
-    chain.move_to(&[(40, [0.0; 3])]).unwrap();
-    assert_eq!(chain.elements().positions_m()[40], [0.0; 3]);
-    // A neighbour came up by 0.75 - 0.25 and only goes back to what its link admits.
-    assert_eq!(chain.elements().positions_m()[41][2], 0.25 * SPACING_M);
-}
-
 /// An element that is fixed passes nothing on; the front goes round it.
 #[test]
 fn the_front_goes_round_a_fixed_element() {
@@ -239,20 +180,6 @@ fn the_front_goes_round_a_fixed_element() {
     let mut chain = lattice(&mesh, [5, 5, 1], &[17], 0.25);
     chain.move_to(&[(12, [0.0, 0.0, 2.0 * SPACING_M])]).unwrap();
     assert_eq!(chain.elements().positions_m()[17], mesh.nodes_m[17]);
-}
-
-#[test]
-fn several_elements_are_held() {
-    let mesh = body("plane:5x5", false);
-    let held = [11, 12, 13].map(|e| (e, plus(mesh.nodes_m[e], [0.0, 0.0, SPACING_M])));
-    keeps(lattice(&mesh, [5, 5, 1], &[], 0.25), &held);
-    keeps(graph(&mesh, &[], 0.25), &held);
-}
-
-fn keeps(mut chain: impl Chain, held: &[(usize, [f64; 3])]) {
-    chain.move_to(held).unwrap();
-    chain.relax(&Limits::RIGID);
-    assert!(held.iter().all(|&(e, to)| chain.elements().positions_m()[e] == to));
 }
 
 /// A model's chain is that of its mesh, its elements in the model's order.
@@ -278,15 +205,6 @@ fn of_a_model_as_of_its_mesh() {
     }
     let rest = in_input_order(&model, of_model.elements().rest_m());
     assert!(farthest(&rest, of_mesh.elements().rest_m()) < 1e-7);
-}
-
-#[test]
-fn regions() {
-    let limits = Limits::new(0.5, 1.25, 0.125).unwrap();
-    assert_eq!(limits.region([8.0, 0.0, 0.0]), [[4.0, 10.0], [-1.0, 1.0], [-1.0, 1.0]]);
-    assert_eq!(limits.region([-8.0, 16.0, 0.0]), [[-12.0, -2.0], [7.0, 21.0], [-3.0, 3.0]]);
-    assert_eq!(Limits::of_alpha(0.0).unwrap(), Limits::RIGID);
-    assert_eq!(Limits::of_alpha(0.25).unwrap(), Limits::new(0.75, 1.25, 0.25).unwrap());
 }
 
 #[test]

@@ -4,9 +4,7 @@
 //! those of Okabe and Ito (2008), told apart with every common colour vision; markers differ in
 //! shape too.
 
-mod canvas;
 mod draw;
-mod legend;
 pub(crate) mod raster;
 mod span;
 
@@ -58,6 +56,12 @@ pub enum Style {
     Markers,
     /// Markers joined by a thin line.
     MarkedLine,
+}
+
+impl Style {
+    fn is_marked(self) -> bool {
+        matches!(self, Self::Markers | Self::MarkedLine)
+    }
 }
 
 /// Points that belong together; one that is left out interrupts the line.

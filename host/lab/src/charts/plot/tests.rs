@@ -38,7 +38,7 @@ fn every_point_and_every_text_is_drawn() {
     };
     let marked = chart(Style::Markers).draw().unwrap();
     // One more in the legend.
-    assert_eq!((count(&marked, "<circle"), marked.left_out), (points.len() + 1, 0));
+    assert_eq!((count(&marked, "<polygon"), marked.left_out), (points.len() + 1, 0));
     for text in ["A title", "time [ms] &amp; more", "error [%]", "a series"] {
         assert_eq!(count(&marked, &format!(">\n{text}\n<")), 1, "{text} in {}", marked.svg);
     }
@@ -47,7 +47,7 @@ fn every_point_and_every_text_is_drawn() {
         .svg
         .split("points=\"")
         .map(|rest| rest.split('"').next().unwrap_or_default().split_whitespace().count());
-    assert_eq!((longest.max(), count(&line, "<circle")), (Some(points.len()), 0));
+    assert_eq!((longest.max(), count(&line, "<polygon")), (Some(points.len()), 0));
     let guide = chart(Style::Line).vertical(2.5, "budget").horizontal(4.0, "bound").draw().unwrap();
     assert_eq!((count(&guide, ">\nbudget\n<"), count(&guide, ">\nbound\n<")), (1, 1));
 }
@@ -58,7 +58,7 @@ fn what_has_no_place_is_left_out_and_counted() {
         [[1.0, 2.0], [f64::NAN, 1.0], [2.0, f64::INFINITY], [-1.0, 1.0], [0.0, 3.0], [9.0, 4.0]];
     let log = Chart::new("t", Axis::log10("x"), Axis::linear("y"));
     let picture = log.series("s", Style::Markers, &points).draw().unwrap();
-    assert_eq!((picture.left_out, count(&picture, "<circle")), (4, 2 + 1));
+    assert_eq!((picture.left_out, count(&picture, "<polygon")), (4, 2 + 1));
 }
 
 #[test]
@@ -113,6 +113,6 @@ proptest! {
         let axis = |log: bool| if log { Axis::log10("a") } else { Axis::linear("a") };
         let chart = Chart::new("t", axis(logs[0]), axis(logs[1]));
         let (svg, left_out) = draw::svg(&chart.series("", Style::Markers, &points)).unwrap();
-        prop_assert_eq!(svg.matches("<circle").count() + left_out, points.len());
+        prop_assert_eq!(svg.matches("<polygon").count() + left_out, points.len());
     }
 }

@@ -209,11 +209,4 @@ mod tests {
         assert!(wired(&drawn(&[lined.clone()])) > 5);
         assert_eq!(wired(&drawn(&[triangle(1.0, [0; 3]), lined])), 0);
     }
-
-    #[test]
-    fn values_take_the_colours_of_their_range() {
-        let mut body = triangle(0.0, [0; 3]);
-        body.paint = Paint::Values(vec![1.0; 3]);
-        assert_eq!(drawn(&[body]).pixels[10 * 6 + 2].colour, palette::light(1.0));
-    }
 }

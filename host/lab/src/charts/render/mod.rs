@@ -2,8 +2,8 @@
 //! parallel projection, so that a scale bar holds anywhere in a panel.
 //!
 //! A z-buffer with smooth normals, supersampled; key light, fill light and sky; corners darken
-//! (ambient occlusion from the depths around a pixel), what is far fades, a soft shadow lies on the
-//! ground. Texts, colour bar and scale bars are vectors over the pixels.
+//! (ambient occlusion from the depths around a pixel). Texts, colour bar and scale bars are vectors
+//! over the pixels.
 
 mod body;
 mod camera;

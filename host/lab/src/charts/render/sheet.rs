@@ -67,10 +67,8 @@ pub struct Sheet {
     pub panel_height_px: u32,
     /// From the bodies to the eye.
     pub towards: [f64; 3],
-    /// Upwards; the light of the shadow falls against it.
+    /// Upwards.
     pub up: [f64; 3],
-    /// Whether a shadow lies on the ground.
-    pub shadow: bool,
     /// What the colours mean.
     pub bar: ColourBar,
 }
@@ -141,11 +139,8 @@ impl Sheet {
         match panel.close_up {
             None => {
                 let whole = self.panels.iter().filter(|panel| panel.close_up.is_none());
-                let bodies: Vec<&Body> = whole.clone().flat_map(|panel| &panel.bodies).collect();
-                let shadows = whole.filter(|_| self.shadow);
-                let shadows: Vec<Body> =
-                    shadows.flat_map(|panel| shade::fallen(&panel.bodies, self.up)).collect();
-                let points = bodies.into_iter().chain(&shadows).flat_map(|body| &body.points_m);
+                let bodies = whole.flat_map(|panel| &panel.bodies);
+                let points = bodies.flat_map(|body| &body.points_m);
                 View::fit(points, self.towards, self.up, size_px, AIR)
             }
             Some((centre, radius)) => {
@@ -165,9 +160,7 @@ impl Sheet {
         let view = view.finer(FINE);
         let mut frame = Frame::new(&view);
         panel.bodies.iter().for_each(|body| frame.draw(&view, body, self.bar.range, WIRE));
-        let shadow = self.shadow && panel.close_up.is_none();
-        let ground = shadow.then(|| shade::ground(&view, &panel.bodies, self.up));
-        let light = shade::shade(&frame, ground.as_deref());
+        let light = shade::shade(&frame);
         shade::shrink(&light, frame.width, FINE as usize)
     }
 
@@ -288,12 +281,11 @@ mod tests {
             panel_height_px: 400,
             towards: [0.0, -1.0, 0.3],
             up: [0.0, 0.0, 1.0],
-            shadow: true,
             bar: ColourBar { label: "height [mm]".into(), range: [-50.0, 50.0] },
         };
         let drawn = sheet.draw().unwrap();
         assert!(drawn.svg.contains("a &lt; b") && drawn.svg.contains("height [mm]"));
-        assert!(drawn.svg.contains(">50 mm<") && drawn.svg.contains("data:image/png;base64,"));
+        assert!(drawn.svg.contains(" mm<") && drawn.svg.contains("data:image/png;base64,"));
         let mut decoded = png::Decoder::new(std::io::Cursor::new(&drawn.png)).read_info().unwrap();
         let mut bytes = vec![0; decoded.output_buffer_size().unwrap()];
         let info = decoded.next_frame(&mut bytes).unwrap();

@@ -17,7 +17,7 @@ use serde::Serialize;
 use super::forward::{Predicted, predict};
 use super::target::{Target, rms};
 use super::uncertainty::{self, Estimate};
-use super::unknown::{Unknown, check_bounds, check_ratios};
+use super::unknown::{Unknown, check_ratios};
 use super::{Bench, Bounds, Parameters, start};
 use chaincell_host::error::{Error, Result};
 use chaincell_host::terminal;
@@ -238,7 +238,7 @@ fn kept(numbers: &[f64], held_out: &[bool], width: usize, held: bool) -> impl It
 /// problem.
 ///
 /// # Errors
-/// Targets that the body cannot meet in principle, bounds out of range, fewer numbers than
+/// Targets that the body cannot meet in principle, a part held out that is none, fewer numbers than
 /// unknowns, Ctrl-C.
 pub fn identify(bench: &Bench<'_>, bounds: &Bounds, hold_out: f64) -> Result<Identified> {
     let start = Instant::now();
@@ -281,11 +281,13 @@ pub fn identify(bench: &Bench<'_>, bounds: &Bounds, hold_out: f64) -> Result<Ide
 /// Refuses what [`identify`] would, before anything is computed.
 ///
 /// # Errors
-/// Targets that the body cannot meet in principle, bounds out of range, fewer numbers than
+/// Targets that the body cannot meet in principle, a part held out that is none, fewer numbers than
 /// unknowns.
 pub fn check(bench: &Bench<'_>, bounds: &Bounds, hold_out: f64) -> Result<()> {
     bench.check()?;
-    check_bounds(bounds, hold_out)?;
+    if !(0.0..=0.5).contains(&hold_out) {
+        return Err(Error::input(format!("--hold-out {hold_out}: must be from 0 to 0.5")));
+    }
     if bench.wanted.stiffening {
         check_ratios(bounds)?;
     }

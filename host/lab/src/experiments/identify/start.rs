@@ -69,7 +69,7 @@ fn places(fit: &Fit<'_>) -> Vec<Parameters> {
     }
     let alphas = START_ALPHAS.map(|part| {
         let groups = (0..fit.bench.groups.len()).map(Unknown::Alpha);
-        groups.map(|of| (of, part * fit.bounds.alpha_max)).collect()
+        groups.map(|of| (of, part * of.bounds(fit.bounds)[1])).collect()
     });
     vary(&mut all, &[alphas.to_vec()]);
     let longest_s = (fit.bench.targets.iter())

@@ -127,7 +127,7 @@ fn two_materials_come_apart_with_a_field() {
 fn a_field_alone_gives_only_ratios() {
     let block = Block::new(&HALVES);
     let targets = block.measured(vec![field(&block)], &truth(&[20.0, 60.0], &[0.0, 0.0]), 0.01);
-    let bounds = Bounds { alpha_max: 0.05, ..Bounds::default() };
+    let bounds = Bounds::default().with("alpha", [0.0, 0.05]).unwrap();
     let found = identify(&block.bench(&targets), &bounds, 0.2).unwrap();
     assert!(!found.estimates[0].determined && !found.estimates[1].determined, "{found:#?}");
     assert!(found.undetermined.iter().any(|said| said.contains("only the ratios")), "{found:#?}");

@@ -133,7 +133,8 @@ fn jacobian(fit: &Fit<'_>, parameters: &Parameters) -> Result<DMatrix<f64>> {
         let (three, span) = match unknown {
             Unknown::Alpha(_) => {
                 let step = STEP_ALPHA.max(STEP_LN * value);
-                let middle = value.clamp(step, fit.bounds.alpha_max.max(2.0 * step) - step);
+                let middle =
+                    value.clamp(step, unknown.bounds(fit.bounds)[1].max(2.0 * step) - step);
                 ([middle - step, middle, middle + step], 2.0 * step / ALPHA_UNIT)
             }
             _ => ([value * (-STEP_LN).exp(), value, value * STEP_LN.exp()], 2.0 * STEP_LN),

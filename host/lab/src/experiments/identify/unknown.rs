@@ -9,39 +9,68 @@
 use super::{Bench, Parameters};
 use chaincell_host::error::{Error, Result};
 
-/// Where parameters are looked for.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Bounds {
-    /// Least and largest stiffness [N/m].
-    pub stiffness_n_per_m: [f64; 2],
-    /// Largest alpha; the least is 0.
-    pub alpha_max: f64,
-    /// Least and largest time constant \[s\].
-    pub time_constant_s: [f64; 2],
-    /// Least and largest Young's modulus \[Pa\].
-    pub young_pa: [f64; 2],
-    /// Least and largest modulus of a stiffening band \[Pa\].
-    pub stiffening_pa: [f64; 2],
-    /// Least and largest half-width of a stiffening band \[rest lengths\].
-    pub half_width: [f64; 2],
-    /// Least and largest thickness of a slab \[m\].
-    pub thickness_m: [f64; 2],
-    /// Least and largest displacement of a probe from where it meets the surface to its 0 \[m\].
-    pub offset_m: [f64; 2],
+/// A kind of parameter: its name, where it is looked for unless the user says otherwise, and the
+/// widest bounds that a fit can have.
+struct Kind {
+    name: &'static str,
+    usual: [f64; 2],
+    widest: [f64; 2],
 }
+
+const fn kind(name: &'static str, usual: [f64; 2], widest: [f64; 2]) -> Kind {
+    Kind { name, usual, widest }
+}
+
+/// Bounds of what must be above 0.
+const ANY: [f64; 2] = [1e-12, 1e12];
+
+const STIFFNESS: usize = 0;
+const ALPHA: usize = 1;
+const TIME: usize = 2;
+const YOUNG: usize = 3;
+const STIFFENING: usize = 4;
+const HALF_WIDTH: usize = 5;
+const THICKNESS: usize = 6;
+const OFFSET: usize = 7;
+const KINDS: [Kind; 8] = [
+    kind("stiffness_n_per_m", [0.01, 1e5], ANY),
+    kind("alpha", [0.0, 0.5], [0.0, 0.95]),
+    kind("time_constant_s", [1e-4, 1e4], ANY),
+    kind("young_pa", [100.0, 1e6], ANY),
+    kind("stiffening_pa", [10.0, 1e7], [1e-3, 1e12]),
+    kind("half_width", [0.01, 0.5], [0.01, 0.95]),
+    kind("thickness_m", [0.002, 0.1], ANY),
+    kind("offset_m", [1e-5, 1e-3], ANY),
+];
+
+/// Where parameters are looked for: the least and the largest value of each of the [`KINDS`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Bounds([[f64; 2]; KINDS.len()]);
 
 impl Default for Bounds {
     fn default() -> Self {
-        Self {
-            stiffness_n_per_m: [0.01, 1e5],
-            alpha_max: 0.5,
-            time_constant_s: [1e-4, 1e4],
-            young_pa: [100.0, 1e6],
-            stiffening_pa: [10.0, 1e7],
-            half_width: [0.01, 0.5],
-            thickness_m: [0.002, 0.1],
-            offset_m: [1e-5, 1e-3],
+        Self(KINDS.map(|kind| kind.usual))
+    }
+}
+
+impl Bounds {
+    /// The same with other bounds of a parameter.
+    ///
+    /// # Errors
+    /// A name of no parameter; bounds that no fit can have.
+    pub fn with(mut self, name: &str, [low, high]: [f64; 2]) -> Result<Self> {
+        let refuse = |why: String| Error::input(format!("--bounds {name}={low},{high}: {why}"));
+        let Some(at) = KINDS.iter().position(|kind| kind.name == name) else {
+            let names = KINDS.map(|kind| kind.name).join(", ");
+            return Err(refuse(format!("no such parameter; there are {names}")));
+        };
+        let [least, most] = KINDS[at].widest;
+        if !(low >= least && high > low && high <= most) || at == ALPHA && low != 0.0 {
+            let from = if at == ALPHA { "0 and one" } else { "two numbers" };
+            return Err(refuse(format!("give {from} from {least} to {most}, the lower first")));
         }
+        self.0[at] = [low, high];
+        Ok(self)
     }
 }
 
@@ -126,34 +155,29 @@ impl Unknown {
         } = value;
     }
 
+    fn kind(self) -> usize {
+        match self {
+            Self::Stiffness(_) => STIFFNESS,
+            Self::Alpha(_) => ALPHA,
+            Self::Time => TIME,
+            Self::Young(_) => YOUNG,
+            Self::Stiffening(_) => STIFFENING,
+            Self::HalfWidth(_) => HALF_WIDTH,
+            Self::Thickness => THICKNESS,
+            Self::Offset => OFFSET,
+        }
+    }
+
     /// Its bounds.
     #[must_use]
     pub fn bounds(self, bounds: &Bounds) -> [f64; 2] {
-        match self {
-            Self::Stiffness(_) => bounds.stiffness_n_per_m,
-            Self::Alpha(_) => [0.0, bounds.alpha_max],
-            Self::Time => bounds.time_constant_s,
-            Self::Young(_) => bounds.young_pa,
-            Self::Stiffening(_) => bounds.stiffening_pa,
-            Self::HalfWidth(_) => bounds.half_width,
-            Self::Thickness => bounds.thickness_m,
-            Self::Offset => bounds.offset_m,
-        }
+        bounds.0[self.kind()]
     }
 
     /// Name of the parameter.
     #[must_use]
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Stiffness(_) => "stiffness_n_per_m",
-            Self::Alpha(_) => "alpha",
-            Self::Time => "time_constant_s",
-            Self::Young(_) => "young_pa",
-            Self::Stiffening(_) => "stiffening_pa",
-            Self::HalfWidth(_) => "half_width",
-            Self::Thickness => "thickness_m",
-            Self::Offset => "offset_m",
-        }
+        KINDS[self.kind()].name
     }
 
     /// Name of what it belongs to, a group of nodes or one of several bands; none for the body.
@@ -202,57 +226,18 @@ impl Unknown {
     }
 }
 
-/// Refuses bounds and shares that no fit can have.
-pub(super) fn check_bounds(bounds: &Bounds, hold_out: f64) -> Result<()> {
-    for (option, [low, high]) in [
-        ("--stiffness-bounds-n-per-m", bounds.stiffness_n_per_m),
-        ("--time-constant-bounds-s", bounds.time_constant_s),
-        ("--young-bounds-pa", bounds.young_pa),
-        ("--thickness-bounds-m", bounds.thickness_m),
-        ("--offset-bounds-m", bounds.offset_m),
-    ] {
-        if !(low > 0.0 && high > low && high <= 1e12 && low >= 1e-12) {
-            return Err(Error::input(format!(
-                "{option} {low},{high}: give two numbers from 1e-12 to 1e12, the lower first"
-            )));
-        }
-    }
-    // What a bake takes.
-    for (option, [low, high], [least, most]) in [
-        ("--stiffening-bounds-pa", bounds.stiffening_pa, [1e-3, 1e12]),
-        ("--half-width-bounds", bounds.half_width, [0.01, 0.95]),
-    ] {
-        if !(low >= least && high > low && high <= most) {
-            return Err(Error::input(format!(
-                "{option} {low},{high}: give two numbers from {least} to {most}, the lower first"
-            )));
-        }
-    }
-    if !(bounds.alpha_max > 0.0 && bounds.alpha_max <= 0.95) {
-        return Err(Error::input(format!(
-            "--alpha-max {}: must be above 0 and at most 0.95",
-            bounds.alpha_max
-        )));
-    }
-    if (0.0..=0.5).contains(&hold_out) {
-        Ok(())
-    } else {
-        Err(Error::input(format!("--hold-out {hold_out}: must be from 0 to 0.5")))
-    }
-}
-
 /// Ratios of a band's modulus to Young's that the kernel takes for any Poisson's ratio.
 const RATIOS: [f64; 2] = [1e-6, 3e5];
 
 /// Refuses moduli of bands that no body has beside its Young's modulus.
 pub(super) fn check_ratios(bounds: &Bounds) -> Result<()> {
-    let ([low, high], [soft, stiff]) = (bounds.stiffening_pa, bounds.young_pa);
+    let ([low, high], [soft, stiff]) = (bounds.0[STIFFENING], bounds.0[YOUNG]);
     if low >= RATIOS[0] * stiff && high <= RATIOS[1] * soft {
         return Ok(());
     }
     Err(Error::input(format!(
-        "--stiffening-bounds-pa {low},{high}: must be from {} to {} with --young-bounds-pa \
-         {soft},{stiff}; narrow one of them",
+        "--bounds stiffening_pa={low},{high}: must be from {} to {} with young_pa={soft},{stiff}; \
+         narrow one of them",
         RATIOS[0] * stiff,
         RATIOS[1] * soft
     )))
@@ -285,21 +270,20 @@ mod tests {
     #[test]
     fn bad_bounds_are_named() {
         let good = Bounds::default();
-        let named = |bounds: &Bounds, hold_out: f64, part: &str| {
-            let error = check_bounds(bounds, hold_out).unwrap_err().to_string();
-            assert!(error.contains(part), "{error}");
-        };
-        named(&Bounds { stiffness_n_per_m: [2.0, 1.0], ..good }, 0.2, "--stiffness-bounds-n-per-m");
-        named(&Bounds { time_constant_s: [0.0, 1.0], ..good }, 0.2, "--time-constant-bounds-s");
-        named(&Bounds { young_pa: [0.0, 1.0], ..good }, 0.2, "--young-bounds-pa");
-        named(&Bounds { thickness_m: [1.0, 0.1], ..good }, 0.2, "--thickness-bounds-m");
-        named(&Bounds { stiffening_pa: [0.0, 1.0], ..good }, 0.2, "--stiffening-bounds-pa");
-        named(&Bounds { half_width: [0.1, 1.0], ..good }, 0.2, "--half-width-bounds");
-        named(&Bounds { alpha_max: f64::NAN, ..good }, 0.2, "--alpha-max");
-        named(&good, 0.9, "--hold-out 0.9");
-        named(&Bounds { offset_m: [0.0, 0.1], ..good }, 0.2, "--offset-bounds-m");
+        for (name, bounds) in [
+            ("stiffness_n_per_m", [2.0, 1.0]),
+            ("time_constant_s", [0.0, 1.0]),
+            ("stiffening_pa", [0.0, 1.0]),
+            ("half_width", [0.1, 1.0]),
+            ("alpha", [0.1, 0.2]),
+            ("alpha", [0.0, f64::NAN]),
+            ("poisson", [0.1, 0.2]),
+        ] {
+            let error = good.with(name, bounds).unwrap_err().to_string();
+            assert!(error.contains(&format!("--bounds {name}=")), "{error}");
+        }
         assert!(check_ratios(&good).is_ok());
-        let error = check_ratios(&Bounds { young_pa: [1.0, 1e8], ..good }).unwrap_err();
-        assert!(error.to_string().contains("--stiffening-bounds-pa 10,10000000"), "{error}");
+        let error = check_ratios(&good.with("young_pa", [1.0, 1e8]).unwrap()).unwrap_err();
+        assert!(error.to_string().contains("--bounds stiffening_pa=10,10000000"), "{error}");
     }
 }

@@ -151,12 +151,6 @@ mod tests {
     use crate::charts::plot::{Axis, Chart, Style};
 
     #[test]
-    fn text_means_itself() {
-        assert_eq!(escape("a<b> & \"c\" 'd'"), "a&lt;b&gt; &amp; &quot;c&quot; &#39;d&#39;");
-        assert_eq!(paragraph("by `a < b` or"), "<p>by <code>a &lt; b</code> or</p>\n");
-    }
-
-    #[test]
     fn a_page_holds_its_sections_and_asks_for_nothing() {
         let rows = Table::of([()]).column("a<b", |()| "-1.5").column("c", |()| "x & y").table();
         let chart = Chart::new("t", Axis::linear("x"), Axis::linear("y"));

@@ -170,11 +170,6 @@ impl Case {
                 "Force on the probe during the press. ChainMail has none to show.",
                 self.force().draw()?,
             ),
-            Figure::new(
-                "paper_liver_step",
-                "Time of each tick on the same axis: what the 1 kHz loop has to spare.",
-                self.step().draw()?,
-            ),
         ])
     }
 
@@ -250,7 +245,6 @@ impl Case {
             panel_height_px: 460,
             towards: std::array::from_fn(|x| front[x] + ABOVE * up[x]),
             up,
-            shadow: true,
             bar: ColourBar { label: "displacement [mm]".into(), range: [0.0, largest.max(1e-9)] },
         }
     }
@@ -290,25 +284,12 @@ impl Case {
         long.cross(&up).into()
     }
 
-    fn seconds(&self, values: impl Iterator<Item = f64>) -> Vec<[f64; 2]> {
-        values.enumerate().map(|(tick, value)| [tick as f64, value]).collect()
-    }
-
     fn force(&self) -> Chart {
-        let force = self.seconds(self.network.force_n.iter().copied());
+        let force = self.network.force_n.iter().enumerate();
+        let force: Vec<[f64; 2]> = force.map(|(tick, force_n)| [tick as f64, *force_n]).collect();
         Chart::new("Force on the probe", Axis::linear("time [ms]"), Axis::linear("force [N]"))
             .series("network", Style::Line, &force)
             .vertical(self.probe.shown as f64, "pictures")
-    }
-
-    fn step(&self) -> Chart {
-        let us = |pressed: &Pressed| {
-            self.seconds(pressed.step_ns.iter().map(|&ns| 1e-3 * (ns.max(10)) as f64))
-        };
-        Chart::new("Time of a tick", Axis::linear("time [ms]"), Axis::log10("time [us]"))
-            .series("network", Style::Line, &us(&self.network))
-            .series("ChainMail", Style::Line, &us(&self.chain))
-            .horizontal(1000.0, "1 ms")
     }
 
     fn csv(&self) -> String {

@@ -4,7 +4,7 @@
 //! |---|---|---|
 //! | [`plane`] | Fig. 4: the shape of a plane whose centre is displaced | `plane`, `profile_4`, `profile_8` |
 //! | [`mechanics`] | Fig. 5: force over displacement, unloading, stress relaxation | one picture and one CSV file a curve and body |
-//! | [`liver`] | Fig. 6: the liver under a probe | `liver`, `liver_force`, `liver_step`, `liver_press` |
+//! | [`liver`] | Fig. 6: the liver under a probe | `liver`, `liver_force`, `liver_press` |
 //! | [`scaling`] | left open there: many elements to one cell | `scaling` |
 //! | [`identified`] | left open there: the material parameters | `identified*` |
 //!

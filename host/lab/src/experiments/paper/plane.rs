@@ -259,7 +259,6 @@ fn sheet(planes: &[Plane; 2]) -> Sheet {
         panel_height_px: 340,
         towards: [0.42, -1.0, 0.42],
         up: [0.0, 0.0, 1.0],
-        shadow: false,
         bar: ColourBar { label: "displacement [mm]".into(), range: [0.0, 1e3 * DEPTH_M] },
     }
 }

@@ -9,6 +9,7 @@ use chaincell_host::files::output::Folder;
 const LEAST: f64 = 1e-3;
 /// How the names of the pictures begin, one for each motion of the first body.
 pub const HAND: &str = "report_hand_";
+/// Likewise one for each motion of a tool.
 pub const TOOLS: &str = "report_tools_";
 
 /// A row as a chart shows it.
@@ -34,7 +35,7 @@ pub fn write(report: &Report, folder: &Folder) -> Result<Vec<(String, String)>> 
         error: row.force.largest,
     });
     let of_tools = tools.iter().map(|row| Point {
-        motion: row.tool,
+        motion: &row.tool,
         line: format!("{}, {} cells", row.material, row.cells),
         tick_us: 1e-3 * row.tick_ns.p50 as f64,
         error: row.p90,

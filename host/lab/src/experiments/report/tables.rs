@@ -138,11 +138,6 @@ mod tests {
     }
 
     #[test]
-    fn durations_change_to_minutes() {
-        assert_eq!([0.2, 59.4, 59.6, 183.0].map(duration), ["0 s", "59 s", "1.0 min", "3.0 min"]);
-    }
-
-    #[test]
     fn csv_names_nested_fields() {
         #[derive(serde::Serialize)]
         struct Row {

@@ -63,20 +63,16 @@ fn tasks() -> Vec<Task> {
         let parts = vec![part];
         Task { name, parts, depth_m, aside_m, ticks }
     };
-    let ball = ToolPart::sphere;
+    let (large, small) = (ToolPart::sphere(0.012), ToolPart::sphere(0.004));
+    let rounded = ToolPart::rounded_box([0.006; 3], 0.004);
     vec![
-        task("ball of 12 mm, 43 mm deep in 1 s", ball(0.012), [0.043, 0.0], 1000),
-        task("ball of 12 mm, 10 mm deep in 1 s", ball(0.012), [0.010, 0.0], 1000),
-        task("ball of 12 mm, 23 mm deep in 0.3 s", ball(0.012), [0.023, 0.0], 300),
-        task("ball of 4 mm, 6 mm deep in 1 s", ball(0.004), [0.006, 0.0], 1000),
-        task("ball of 12 mm, 6 mm deep, drawn by 30 mm", ball(0.012), [0.006, 0.03], 1000),
-        task("capsule, 10 mm deep in 1 s", ToolPart::capsule(0.01, 0.006), [0.010, 0.0], 1000),
-        task(
-            "rounded box, 8 mm deep in 1 s",
-            ToolPart::rounded_box([0.006; 3], 0.004),
-            [0.008, 0.0],
-            1000,
-        ),
+        task("ball of 12 mm", large, [0.043, 0.0], 1000),
+        task("ball of 12 mm", large, [0.010, 0.0], 1000),
+        task("ball of 12 mm", large, [0.023, 0.0], 300),
+        task("ball of 4 mm", small, [0.006, 0.0], 1000),
+        task("ball of 12 mm", large, [0.006, 0.03], 1000),
+        task("capsule", ToolPart::capsule(0.01, 0.006), [0.010, 0.0], 1000),
+        task("rounded box", rounded, [0.008, 0.0], 1000),
     ]
 }
 
@@ -91,7 +87,7 @@ pub struct ToolRow {
     /// Nodal shapes or links.
     pub material: &'static str,
     /// What the tool does.
-    pub tool: &'static str,
+    pub tool: String,
     /// Largest force of the reference \[N\].
     pub peak_n: f64,
     /// Sweeps a tick.
@@ -137,7 +133,7 @@ impl Body {
                 body: self.mesh,
                 cells: model.cells(),
                 material: if model.is_nodal() { "nodal shapes" } else { "links" },
-                tool: task.name,
+                tool: task.words(),
                 peak_n,
                 sweeps,
                 tick_ns: played.tick_ns,
@@ -166,6 +162,15 @@ fn errors(forces_n: &[Vector3<f64>], exact: &[Vector3<f64>], peak_n: f64) -> Res
 }
 
 impl Task {
+    fn words(&self) -> String {
+        let aside = match self.aside_m {
+            0.0 => String::new(),
+            aside_m => format!(", drawn by {:.0} mm", 1e3 * aside_m),
+        };
+        let (depth_mm, seconds) = (1e3 * self.depth_m, 1e-3 * self.ticks as f64);
+        format!("{}, {depth_mm:.0} mm deep in {seconds} s{aside}", self.name)
+    }
+
     fn engine<'m>(&self, model: Model<'m>, sweeps: u16) -> Result<Engine<'m>> {
         let (unloading, max_tool_step_m) = (Unloading::Off, 1.0);
         let settings =
@@ -248,7 +253,7 @@ pub fn markdown(rows: &[ToolRow], picture: &str) -> String {
     let table = Table::of(rows)
         .column("body", |row| format!("{}, {}", row.body, counted(row.cells, "cell")))
         .column("of", |row| row.material)
-        .column("tool", |row| row.tool)
+        .column("tool", |row| &row.tool)
         .column("peak [N]", |row| format!("{:.3}", row.peak_n))
         .column("sweeps a tick", |row| row.sweeps)
         .column("median tick [us]", |row| us(row.tick_ns.p50))
