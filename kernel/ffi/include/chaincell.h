@@ -169,8 +169,8 @@
 #define CHAINCELL_FLAG_ROLLED_BACK 64
 
 /**
- * More cells in the probe than the tissue was initialised for: those with the highest numbers are
- * free.
+ * More triangles in reach of the tools, or more samples in contact, than the tissue has room for: the
+ * farthest are left out.
  */
 #define CHAINCELL_FLAG_CONTACT_CAPACITY 128
 
@@ -399,26 +399,12 @@ enum chaincell_code
      */
     CHAINCELL_CODE_CONTACT_ENGAGED = -86,
     /**
-     * The probe's radius is not above 0 and at most `limit` [m].
+     * This library or scheme has no contact with tools: take track or predict.
      */
-    CHAINCELL_CODE_CONTACT_RADIUS = -87,
+    CHAINCELL_CODE_CONTACT_SCHEME = -90,
     /**
-     * The model has no surface that a probe could touch.
-     */
-    CHAINCELL_CODE_CONTACT_SURFACE = -88,
-    /**
-     * Too little room for a probe and the coarse level: `needed`, `available` blocks of eight
-     * `float`; room for 34 contact cells is enough for every model.
-     */
-    CHAINCELL_CODE_CONTACT_PROBE_COARSE = -89,
-    /**
-     * A probe meets the triangles of this model's surface, which this library or scheme does not
-     * do: take track or predict, or bake it with `--probe-contact cells`.
-     */
-    CHAINCELL_CODE_CONTACT_PROBE_SURFACE = -90,
-    /**
-     * Tools meet the triangles of a surface, and this model has none that they could: bake it with
-     * `--probe-contact surface`.
+     * Tools meet the triangles of a surface, and this model has none: bake it with
+     * `--contact-surface yes`.
      */
     CHAINCELL_CODE_CONTACT_NO_SURFACE = -91,
     /**
@@ -855,8 +841,8 @@ typedef struct chaincell_stage {
 
 /**
  * Where a tool is. Any bits are admitted: a pose that is not finite, whose `engaged` is neither 0 nor
- * 1, or whose quaternion is not of length 1/2 to 2 makes the sample a bad one. Held cells and a probe
- * among cells go by the place alone, but the quaternion has to be one: 0, 0, 0, 1 for no turn.
+ * 1, or whose quaternion is not of length 1/2 to 2 makes the sample a bad one. Held cells go
+ * by the position alone, but the quaternion has to be one: 0, 0, 0, 1 for no turn.
  */
 typedef struct chaincell_tool_pose {
     /**
@@ -1409,25 +1395,6 @@ chaincell_code chaincell_choose_contacts(struct chaincell_tissue *tissue,
                                          struct chaincell_detail *detail);
 
 /**
- * Gives the tool a sphere that pushes surface cells out while it is engaged, in place of chosen
- * cells; `radius_m` is above 0 [m]. The sphere's centre is at the tool.
- *
- * It touches at most as many cells as the tissue was initialised for, those with the lowest
- * numbers; more set `CHAINCELL_FLAG_CONTACT_CAPACITY`. For a model with a coarse level under track the
- * tissue must have been initialised for enough contacts: 34 suffice for every model. On a model
- * baked with `--probe-contact surface` the sphere is a tool on the surface instead, without
- * friction: the tissue must have been initialised with room for one. A refused choice leaves the
- * old one. `detail` may be null.
- *
- * Safety
- * `tissue` was made by `chaincell_tissue_init` and no other thread uses it; `detail` is null or
- * storage.
- */
-chaincell_code chaincell_choose_probe(struct chaincell_tissue *tissue,
-                                      float radius_m,
-                                      struct chaincell_detail *detail);
-
-/**
  * One tick with a pose for each tool: infallible with good pointers, and with a number of link passes
  * that does not depend on what the poses say. Bad samples are held for up to 10 ticks, then the safe
  * state answers.
@@ -1518,7 +1485,7 @@ chaincell_code chaincell_set_positions(struct chaincell_tissue *tissue,
  * `counts[i]` parts, 1 to 8; `parts` has those of the first tool, then those of the second and so on.
  * `friction` is the coefficient of all by Coulomb's law, 0 to 10.
  *
- * The model was baked with `--probe-contact surface`, the tissue initialised by
+ * The model has a contact surface, the tissue was initialised by
  * `chaincell_tissue_init_with` with room for so many tools, and for samples where there is friction.
  * The lists are copied. Refused while a tool is engaged; a refused choice leaves the old one. `detail`
  * may be null.
