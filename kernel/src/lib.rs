@@ -86,7 +86,7 @@ pub use model::{COORDINATE_MAX, Model, image};
 pub use number::Number;
 pub use number::cell::Cell;
 pub use number::float_env::{self, FloatEnvironmentError};
-pub use solver::coarse::{CoarseTouch, coarse_room, elastic_held_room, elastic_room, probe_room};
+pub use solver::coarse::{CoarseTouch, coarse_room, elastic_held_room, elastic_room, tool_room};
 pub use solver::{Dynamics, Euler, NumberOf, Predict, Rkl2, Track};
 pub use terms::held::{Contact, ContactError};
 pub use terms::links::range::RangeError;

@@ -1,7 +1,7 @@
 //! Bodies that a tool presses straight down, of links and of nodal shapes, each with three tools.
 
 use chaincell_host::bake::tissue::Tissue;
-use chaincell_host::bake::{BakeOptions, BasisSpacing, ImageBytes, PerCell, ProbeContact, bake};
+use chaincell_host::bake::{BakeOptions, BasisSpacing, ImageBytes, PerCell, bake};
 use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme, rest_m};
 use chaincell_host::mesh::{MeshOptions, load};
 use chaincell_kernel::{Model, Network, Settings, TickOutput, ToolPart, ToolPose, Unloading};
@@ -22,8 +22,6 @@ pub struct Body {
 /// A tool.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Shape {
-    /// A sphere among the cells, of this radius \[m\].
-    Among(f32),
     /// A sphere on the surface, of this radius \[m\].
     Sphere(f32),
     /// A capsule on the surface, lying: half its length and its radius \[m\].
@@ -33,14 +31,13 @@ pub enum Shape {
 impl Shape {
     /// From the tool's place to the surface that it touches \[m\].
     fn radius_m(self) -> f64 {
-        let (Self::Among(radius_m) | Self::Sphere(radius_m) | Self::Capsule(_, radius_m)) = self;
+        let (Self::Sphere(radius_m) | Self::Capsule(_, radius_m)) = self;
         radius_m.into()
     }
 
     fn contact(self) -> Contact {
         let tool = |part| Contact::Tools { tools: vec![vec![part]], friction: 0.0 };
         match self {
-            Self::Among(radius_m) => Contact::Probe { radius_m, capacity: 400 },
             Self::Sphere(radius_m) => tool(ToolPart::sphere(radius_m)),
             Self::Capsule(half_m, radius_m) => {
                 let lying = [half_m, 0.0, 0.0];
@@ -68,8 +65,8 @@ impl Body {
         Self { name, image, top_m, thickness_m: high - low, tools }
     }
 
-    /// Boxes of soft and of stiff links and an organ under a probe among their cells; a box and an
-    /// organ of nodal shapes under tools on their surface.
+    /// Boxes of soft and of stiff links and an organ of links, a box and an organ of nodal shapes, all under
+    /// tools on their surface.
     #[must_use]
     pub fn all() -> [Self; 5] {
         let links = |stiffness: f64| BakeOptions {
@@ -79,15 +76,14 @@ impl Body {
         };
         let shapes = |pa: f64| BakeOptions {
             tissue: Some(Tissue::new(PerCell::Uniform(pa), PerCell::Uniform(0.45))),
-            probe_contact: ProbeContact::Surface,
             ..BakeOptions::default()
         };
-        let among = [0.008, 0.012, 0.018].map(Shape::Among);
+        let spheres = [0.008, 0.012, 0.018].map(Shape::Sphere);
         let on = [Shape::Sphere(0.008), Shape::Sphere(0.014), Shape::Capsule(0.012, 0.008)];
         [
-            Self::new("soft links", "box:9x9x6x0.008", &BakeOptions::default(), among),
-            Self::new("stiff links", "box:9x9x4x0.005", &links(1000.0), among),
-            Self::new("organ of links", "organ:500", &links(300.0), among),
+            Self::new("soft links", "box:9x9x6x0.008", &BakeOptions::default(), spheres),
+            Self::new("stiff links", "box:9x9x4x0.005", &links(1000.0), spheres),
+            Self::new("organ of links", "organ:500", &links(300.0), spheres),
             Self::new("box of 20 kPa", "box:7x7x6x0.008", &shapes(2.0e4), on),
             Self::new("organ of 5 kPa", "organ:500", &shapes(5.0e3), on),
         ]
@@ -112,10 +108,9 @@ impl Body {
             Settings { sweeps: 2, unloading: Unloading::Off, ..Settings::for_model(&model) };
         let network = Network::new(model, settings).unwrap();
         let shape = self.tools[tool];
-        let is_among = matches!(shape, Shape::Among(_));
-        let scheme = if is_among { Scheme::Track } else { Scheme::Predict };
+        let contact = shape.contact();
         let mut engine =
-            Engine::with_contact(network, scheme, Arithmetic::F32, shape.contact()).unwrap();
+            Engine::with_contact(network, Scheme::Predict, Arithmetic::F32, contact).unwrap();
         move |sample| engine.tick(sample)
     }
 }

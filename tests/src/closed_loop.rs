@@ -159,20 +159,6 @@ impl<'m> Loop<'m> {
         the
     }
 
-    /// At rest at `start`, the tool a probe of `radius_m`.
-    #[must_use]
-    pub fn with_probe(
-        image: &'m ImageBytes,
-        choice: Choice,
-        radius_m: f32,
-        start: Vector3<f64>,
-    ) -> Self {
-        let mut the = Self::begin(image, choice);
-        the.tissue.choose_probe(&the.network, radius_m).unwrap();
-        the.stand(start);
-        the
-    }
-
     fn begin(image: &'m ImageBytes, choice: Choice) -> Self {
         let model = Model::from_bytes(image.as_bytes()).unwrap();
         let settings = Settings { unloading: Unloading::Off, ..Settings::for_model(&model) };

@@ -226,17 +226,6 @@ impl Case {
         other
     }
 
-    /// The same with triangles that a probe meets, where it has none.
-    #[must_use]
-    pub fn with_surface(&self) -> Self {
-        let mut case = self.clone();
-        let nodes = self.shape.mesh.nodes_m.len() as u32;
-        if self.tissue.is_none() {
-            case.shape.mesh.triangles = (0..nodes - 2).map(|a| [a, a + 1, a + 2]).collect();
-        }
-        case
-    }
-
     /// What the case says to the bake.
     #[must_use]
     pub fn options(&self) -> BakeOptions {

@@ -49,9 +49,6 @@ pub fn turn() -> std::sync::MutexGuard<'static, ()> {
 
 // The Rust of the pages, compiled as documentation tests.
 #[cfg(doctest)]
-#[doc = include_str!("../../README.md")]
-mod project_page {}
-#[cfg(doctest)]
 #[doc = include_str!("../../host/client/README.md")]
 mod client_page {}
 #[cfg(doctest)]

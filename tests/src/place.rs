@@ -28,7 +28,7 @@ impl Place {
     #[must_use]
     pub fn on_surface(test: &str) -> Self {
         let folder = scratch();
-        let options = ["--young-pa", "5000", "--probe-contact", "surface"];
+        let options = ["--young-pa", "5000"];
         let model = bake(folder.path(), "box:7x7x5x0.01", &options);
         Self { folder, model, scene: scene(test) }
     }

@@ -37,6 +37,7 @@ fn centre() -> u16 {
     network(IMAGE).model().cell_of_input(40).unwrap()
 }
 
+// REQ-TCK-01
 #[test]
 fn a_static_tissue_gives_the_bits_of_the_heap_and_allocates_nothing() {
     static TISSUE: Mutex<Tissue<81, Track, 8>> = Mutex::new(Tissue::new());
@@ -100,6 +101,7 @@ fn states_of_terms_take_memory_where_there_are_some() {
     assert_eq!(Model::from_bytes(IMAGE).unwrap().kept_states(), 0);
 }
 
+// REQ-MOD-04
 #[test]
 fn a_tissue_that_is_too_small_says_so() {
     let network = network(IMAGE);
@@ -108,6 +110,7 @@ fn a_tissue_that_is_too_small_says_so() {
 }
 
 /// Cells are chosen from the body that the tissue has, and found by their input ids.
+// REQ-CON-01
 #[test]
 fn contacts_of_a_body_that_is_not_there_are_refused() {
     let network = network(IMAGE);
@@ -121,6 +124,7 @@ fn contacts_of_a_body_that_is_not_there_are_refused() {
 }
 
 /// A network that the tissue was not reset for is answered by the safe state, not by nonsense.
+// REQ-TCK-05
 #[test]
 fn another_model_than_that_of_the_reset_is_safe() {
     only_its_own(IMAGE, 40, &mut Tissue::<81, Euler>::new().view());

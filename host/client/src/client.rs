@@ -2,70 +2,22 @@
 
 use chaincell_kernel::ToolPose;
 use chaincell_kernel::trace::Command;
-use iceoryx2::port::update_connections::UpdateConnections;
 
-use crate::clock::{SECOND_NS, now_ns, sleep_until_ns};
+use crate::clock::{SECOND_NS, now_ns};
 use crate::command::{CommandClient, refusal_text};
 use crate::contacts::{Contact, ContactReader};
 use crate::error::{Error, Kind, Result};
-use crate::hearing::{Answer, Hearing};
+use crate::exchange::{Exchange, wait_for_server};
+use crate::hearing::Answer;
+use crate::options::{MS_MAX, Options, Role};
 use crate::payload::{CommandMessage, NodePosition, ReplyMessage};
 use crate::pose;
-use crate::services::{Domain, Ports, QUEUE_MESSAGES, SceneServices};
+use crate::services::{QUEUE_MESSAGES, SceneServices};
 use crate::state::StateReader;
-use crate::tools::{ToolForces, ToolPoses};
 use crate::viewed::View;
-use crate::wait::{Wait, Waiter};
 
-/// First guess of a round trip \[ns\].
-const ROUND_TRIP_GUESS_NS: u64 = 200_000;
-/// Longest watchdog and ramp \[ms\].
-pub const MS_MAX: u32 = 60_000;
 /// Upper limit of every wait \[ns\]: an hour.
 const WAIT_NS_MAX: u64 = 3600 * SECOND_NS;
-
-/// Purpose of a handle.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub enum Role {
-    /// Sends poses; a scene has one.
-    #[default]
-    Controller,
-    /// Looks at states and contacts, and sends commands.
-    Viewer,
-}
-
-/// How to open a scene.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Options {
-    /// Name of the scene, `None` for the unnamed one.
-    pub scene: Option<String>,
-    /// Place of iceoryx2's files.
-    pub domain: Domain,
-    /// Purpose of the handle.
-    pub role: Role,
-    /// How to wait for answers.
-    pub wait: Wait,
-    /// Longest wait for a server \[ns\].
-    pub server_wait_ns: u64,
-    /// Time without an answer after which the force falls to 0; 0 for never; at most [`MS_MAX`] \[ms\].
-    pub watchdog_ms: u32,
-    /// Time in which it falls, and in which it rises when answers come again; 0 for at once \[ms\].
-    pub ramp_ms: u32,
-}
-
-impl Default for Options {
-    fn default() -> Self {
-        Self {
-            scene: None,
-            domain: Domain::default(),
-            role: Role::Controller,
-            wait: Wait::Hybrid,
-            server_wait_ns: 10 * SECOND_NS,
-            watchdog_ms: 20,
-            ramp_ms: 20,
-        }
-    }
-}
 
 /// How a call that looked for an answer ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -93,9 +45,7 @@ pub struct Client {
 
 #[derive(Debug)]
 struct Control {
-    ports: Ports<ToolForces, ToolPoses>,
-    waiter: Waiter,
-    hearing: Hearing,
+    exchange: Exchange,
     tick: u64,
     /// Send times of the last poses, by tick modulo the length \[ns\].
     sent_ns: Box<[u64]>,
@@ -125,12 +75,17 @@ impl Client {
         }
         let scene =
             SceneServices::open_unless(options.scene.as_deref(), &options.domain, &mut stop)?;
-        let ports = match options.role {
-            Role::Viewer => None,
-            Role::Controller => Some(scene.control_ports(options.wait == Wait::Event)?),
+        let server_wait_ns = options.server_wait_ns.min(WAIT_NS_MAX);
+        let control = match options.role {
+            Role::Viewer => {
+                wait_for_server(&scene, server_wait_ns, stop)?;
+                None
+            }
+            Role::Controller => {
+                let options = Options { server_wait_ns, ..options.clone() };
+                Some(Control::new(Exchange::open(&scene, &options, stop)?))
+            }
         };
-        wait_for_server(&scene, options.server_wait_ns, stop)?;
-        let control = ports.map(|ports| Control::new(ports, options)).transpose()?;
         Ok(Self { control, state: None, contacts: None, commands: None, scene })
     }
 
@@ -175,10 +130,7 @@ impl Client {
     /// # Errors
     /// A viewer's handle.
     pub fn shown(&mut self) -> Result<Answer> {
-        let control = self.control()?;
-        let now_ns = now_ns();
-        control.hearing.wait(now_ns);
-        Ok(control.hearing.answer(now_ns))
+        Ok(self.control()?.exchange.shown())
     }
 
     /// Returns true if a server is registered on the scene. A killed one may stay registered until another
@@ -194,8 +146,8 @@ impl Client {
     /// # Errors
     /// A viewer's handle.
     pub fn counts(&mut self) -> Result<(u64, u64, f32)> {
-        let Control { hearing, foreign, .. } = self.control()?;
-        Ok((hearing.silences(), *foreign, hearing.largest_step_n()))
+        let Control { exchange, foreign, .. } = self.control()?;
+        Ok((exchange.silences(), *foreign, exchange.largest_step_n()))
     }
 
     /// Returns the newest state that was not taken yet, without a copy. The first call joins the readers and
@@ -274,20 +226,8 @@ impl Client {
 }
 
 impl Control {
-    fn new(ports: Ports<ToolForces, ToolPoses>, options: &Options) -> Result<Self> {
-        // Without a history, a pose sent before the connection exists would be lost.
-        ports.publisher.update_connections().map_err(|why| {
-            let text = format!("cannot connect to the server ({why:?}): start it again");
-            Error::new(Kind::Connection, text)
-        })?;
-        Ok(Self {
-            ports,
-            waiter: Waiter::new(options.wait, ROUND_TRIP_GUESS_NS),
-            hearing: Hearing::new(options.watchdog_ms, options.ramp_ms, now_ns()),
-            tick: 0,
-            sent_ns: vec![0; QUEUE_MESSAGES].into_boxed_slice(),
-            foreign: 0,
-        })
+    fn new(exchange: Exchange) -> Self {
+        Self { exchange, tick: 0, sent_ns: vec![0; QUEUE_MESSAGES].into_boxed_slice(), foreign: 0 }
     }
 
     fn sent_ns_mut(&mut self, tick: u64) -> &mut u64 {
@@ -296,13 +236,8 @@ impl Control {
 
     fn send(&mut self, poses: &[ToolPose]) -> Result<u64> {
         let (tick, send_ns) = (self.tick + 1, now_ns());
-        let message = pose::message(tick, send_ns, poses)?;
-        self.ports.publisher.send_copy(message).map_err(|why| {
-            Error::new(Kind::Connection, format!("shared memory took no pose ({why:?})"))
-        })?;
-        self.ports.ring.ring();
+        self.exchange.send(pose::message(tick, send_ns, poses)?)?;
         (self.tick, *self.sent_ns_mut(tick)) = (tick, send_ns);
-        self.waiter.expect_after(send_ns);
         Ok(tick)
     }
 
@@ -311,43 +246,35 @@ impl Control {
     fn receive(&mut self, tick: Option<u64>, wait_ns: u64) -> (Outcome, Answer) {
         let end_ns = now_ns().saturating_add(wait_ns.min(WAIT_NS_MAX));
         let mut is_answered = false;
-        let now_ns = loop {
+        loop {
             while let Some(answered) = self.take() {
                 is_answered |= answered != 0 && tick.is_none_or(|tick| tick == answered);
             }
-            let now_ns = now_ns();
-            self.hearing.wait(now_ns);
-            if is_answered || now_ns >= end_ns {
-                break now_ns;
+            if is_answered || !self.exchange.pause(end_ns) {
+                break;
             }
-            // The force is updated every millisecond, also in a long wait.
-            self.waiter.pause(end_ns.min(now_ns + Hearing::LOOK_NS), &self.ports.wake);
-        };
-        let outcome = match (is_answered, self.hearing.is_silent()) {
+        }
+        let answer = self.exchange.shown();
+        let outcome = match (is_answered, self.exchange.is_silent()) {
             (true, _) => Outcome::Answered,
             (false, true) => Outcome::Silent,
             (false, false) => Outcome::NoAnswer,
         };
-        (outcome, self.hearing.answer(now_ns))
+        (outcome, answer)
     }
 
-    /// Returns the tick of the next message, 0 if it is no answer to this client, none if there is none. A
-    /// failed connection shows as a missing answer.
+    /// Returns the tick of the next message, 0 if it is no answer to this client, none if there is none.
     fn take(&mut self) -> Option<u64> {
-        let forces = *self.ports.subscriber.receive().ok()??;
+        let forces = self.exchange.receive()?;
         if forces.tick == 0 || *self.sent_ns_mut(forces.tick) != forces.send_ns {
             self.foreign += 1;
             return Some(0);
         }
         let now_ns = now_ns();
-        let is_answer = self.hearing.hear(&forces, now_ns);
-        if !is_answer {
+        if !self.exchange.show(&forces, now_ns) {
             return Some(0);
         }
-        self.waiter.arrived(now_ns, now_ns.saturating_sub(forces.send_ns));
-        if forces.tick < self.tick {
-            self.waiter.expect_after(now_ns);
-        }
+        self.exchange.answered(now_ns, forces.send_ns, forces.tick < self.tick);
         Some(forces.tick)
     }
 }
@@ -359,26 +286,4 @@ fn joined<T>(place: &mut Option<T>, open: impl FnOnce() -> Result<T>) -> Result<
         None => open()?,
     };
     Ok(place.insert(opened))
-}
-
-fn wait_for_server(
-    scene: &SceneServices,
-    at_most_ns: u64,
-    mut stop: impl FnMut() -> bool,
-) -> Result<()> {
-    let end_ns = now_ns().saturating_add(at_most_ns.min(WAIT_NS_MAX));
-    while !scene.is_served() {
-        if stop() {
-            return Err(Error::new(Kind::Stopped, "asked to stop before a server came"));
-        }
-        if now_ns() >= end_ns {
-            let text = format!(
-                "no server on {}: start `chaincell serve` with the same `scene`, or wait longer for it",
-                scene.label()
-            );
-            return Err(Error::new(Kind::NoServer, text));
-        }
-        sleep_until_ns(now_ns() + Hearing::LOOK_NS);
-    }
-    Ok(())
 }

@@ -94,8 +94,8 @@ pub fn refusal_text(reason: u32) -> &'static str {
         6 => "the body could not be reset: start chaincell serve again",
         7 => "this server takes no commands",
         8 => {
-            "nothing can be gripped here: start chaincell serve with a probe on a model that was baked \
-             with a contact surface"
+            "nothing can be gripped here: start chaincell serve with a tool (--contact probe:RADIUS or \
+             --tool)"
         }
         9 => "there is no tool of this number; they count from 0",
         10 => "the tool is in contact with nothing to grip, or has no grip to let go",

@@ -5,7 +5,6 @@
 
 use chaincell_kernel::Flags;
 
-use crate::clock::MILLISECOND_NS;
 use crate::ramp::Shown;
 use crate::shaper::ForceShaper;
 use crate::tools::{TOOLS_MAX, ToolForces};
@@ -213,14 +212,12 @@ impl Hearing {
     pub(crate) fn silences(&self) -> u64 {
         self.shaper.silences()
     }
-
-    /// Period at which the shown force is updated while no message comes \[ns\].
-    pub(crate) const LOOK_NS: u64 = MILLISECOND_NS;
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::clock::MILLISECOND_NS;
     use crate::tools::OneToolForce;
 
     const MS: u64 = MILLISECOND_NS;

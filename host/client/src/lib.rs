@@ -8,6 +8,7 @@
 //! - [`names`], [`services`]: scenes and the services of one, access rights.
 //! - [`viewed`], [`state`], [`contacts`], [`command`]: services besides the control loop.
 //! - [`ramp`], [`shaper`], [`wait`]: shaping of the force that is shown, and waiting for answers.
+//! - [`Exchange`]: a controller's poses and answers, message by message.
 //! - [`ToolPose`], [`Answer`], [`Client`]: all that most programs need.
 //!
 //! ```no_run
@@ -49,6 +50,7 @@ pub mod command;
 pub mod contacts;
 mod domain;
 pub mod error;
+mod exchange;
 mod foreign;
 mod hearing;
 mod leftovers;
@@ -56,6 +58,7 @@ mod limits;
 mod memory;
 pub mod names;
 mod opening;
+mod options;
 mod owner;
 pub mod payload;
 mod pose;
@@ -69,6 +72,8 @@ pub mod wait;
 
 pub use chaincell_kernel::trace::Command;
 pub use chaincell_kernel::{Flags, ToolPose};
-pub use client::{Client, MS_MAX, Options, Outcome, Role};
+pub use client::{Client, Outcome};
 pub use error::{Error, Kind, Result};
+pub use exchange::Exchange;
 pub use hearing::{Answer, Felt, Notes};
+pub use options::{MS_MAX, Options, Role};

@@ -117,7 +117,7 @@ fn late_run(scene: &Scene, number: usize, length: usize) -> Result<()> {
     let (unit_m, centre_m) = (f64::from(model.unit_m()), model.centre_m().map(f64::from));
     let (contact, away_m) = match number {
         0 | 2 => (Contact::Cells(scene.contacts.clone()), 0.0),
-        _ => (Contact::Probe { radius_m: RADIUS_M, capacity: 200 }, f64::from(RADIUS_M)),
+        _ => (Contact::sphere(RADIUS_M, 0.0), f64::from(RADIUS_M)),
     };
     let touched = scene.contacts.first().copied().unwrap_or_default();
     let rest = model.rest_position(usize::from(touched)).map(f64::from);

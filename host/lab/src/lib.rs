@@ -8,7 +8,7 @@
 //! - [`monitor`]: what must hold in every tick.
 //! - [`baseline`]: the methods that chaincell is compared with.
 //! - [`charts`]: curves and bodies as pictures.
-//! - [`experiments`]: report, paper, stress, soak and identification.
+//! - [`experiments`]: report, paper, stress and identification.
 //! - [`cli`]: the command line of `chaincell-lab`.
 
 pub mod baseline;

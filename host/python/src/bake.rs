@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use chaincell_host::bake::tissue::{Band, STRETCH_MIN, Tissue, VolumeLaw};
-use chaincell_host::bake::{self, BakeOptions, BasisSpacing, ImageBytes, PerCell, ProbeContact};
+use chaincell_host::bake::{self, BakeOptions, BasisSpacing, ContactSurface, ImageBytes, PerCell};
 use chaincell_host::cli::values::{Material, per_cell, with_materials};
 use chaincell_host::mesh::{self, CELLS_MAX, Mesh, MeshOptions, NODES_MAX};
 use pyo3::prelude::*;
@@ -49,8 +49,6 @@ fn options(mesh: &Mesh, given: &Given<'_, '_>) -> PyResult<BakeOptions> {
     let tissue = tissue(mesh, given)?;
     let defaults = BakeOptions::default();
     let lean = given.truth("lean")?;
-    let takes_surface = tissue.is_some() && !mesh.triangles.is_empty() && !lean;
-    let surface = if takes_surface { "surface" } else { "cells" };
     Ok(BakeOptions {
         alpha: per_node("alpha", mesh, given)?.unwrap_or(defaults.alpha),
         stiffness_n_per_m: per_node("stiffness_n_per_m", mesh, given)?
@@ -62,10 +60,10 @@ fn options(mesh: &Mesh, given: &Given<'_, '_>) -> PyResult<BakeOptions> {
         energy_max_j: given.real("energy_max_j")?,
         coarse_basis: coarse_functions(given)?,
         lean,
-        probe_contact: match word(given, "probe_contact", &["surface", "cells"])?.unwrap_or(surface)
-        {
-            "surface" => ProbeContact::Surface,
-            _ => ProbeContact::Cells,
+        contact_surface: match word(given, "contact_surface", &["auto", "yes", "no"])? {
+            Some("yes") => ContactSurface::Yes,
+            Some("no") => ContactSurface::No,
+            _ => ContactSurface::Auto,
         },
         cells: cells(given)?,
     })

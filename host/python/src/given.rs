@@ -30,7 +30,7 @@ const BAKE: [&str; 23] = [
     "lean",
     "materials",
     "poisson",
-    "probe_contact",
+    "contact_surface",
     "r_x",
     "rings",
     "stiffening",
@@ -41,11 +41,10 @@ const BAKE: [&str; 23] = [
 ];
 
 /// Arguments of a tissue that are whole numbers, with the ranges that the command has for them.
-const WHOLE: [(&str, RangeInclusive<u32>); 6] = [
+const WHOLE: [(&str, RangeInclusive<u32>); 5] = [
     ("delay_ticks", 0..=DELAY_MAX as u32),
     ("device_hz", 10..=100_000),
     ("engage_ramp_ms", 0..=60_000),
-    ("probe_capacity", 1..=u16::MAX as u32),
     ("sweeps", 1..=u16::MAX as u32),
     ("threads", 1..=PARTS as u32),
 ];

@@ -273,7 +273,7 @@ impl Tissue {
         Ok(rows(nodes.iter().map(|node| node.position_m).collect()).into_pyarray(py))
     }
 
-    /// What tools on a contact surface touch; none for held cells and a probe among cells.
+    /// What the tools touch; nothing for held cells.
     fn contacts(&self, py: Python<'_>) -> PyResult<Contacts> {
         py.detach(|| {
             let mut live = self.live()?;

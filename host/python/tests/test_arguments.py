@@ -29,7 +29,6 @@ WHOLE: list[tuple[str, int, int, Callable[[Tissue, object], object]]] = [
     ("rings", 1, 2**32 - 1, lambda _, n: Model.bake(POINTS, TETS, rings=n)),
     ("sweeps", 0, 65535, lambda of, n: of.tick([0, 0, 0], sweeps=n)),
     ("sweeps", 1, 65535, lambda of, n: Tissue(of.model, sweeps=n)),
-    ("probe_capacity", 1, 65535, lambda of, n: Tissue(of.model, probe_capacity=n)),
     ("threads", 1, 8, lambda of, n: Tissue(of.model, threads=n)),
     ("delay_ticks", 0, 16, lambda of, n: Tissue(of.model, device="touch", delay_ticks=n)),
     ("device_hz", 10, 100_000, lambda of, n: Tissue(of.model, device="touch", device_hz=n)),

@@ -76,7 +76,7 @@ BAKES: list[tuple[Callable[[], object], type[Exception], str]] = [
     (bake(coarse=0.1), ModelError, "`coarse` 0.1"),
     (bake(cells=5), ModelError, "`cells` 5: must be from 2 to 4, the nodes of the mesh"),
     (bake(lean=1), TypeError, "`lean`: give True or False, not int"),
-    (bake(probe_contact="edges"), ModelError, '`probe_contact` "edges": give surface or cells'),
+    (bake(contact_surface="edges"), ModelError, '`contact_surface` "edges": give auto or yes or no'),
     (bake(diagonals=True), ModelError, "`diagonals` is for a plane"),
     (bake(young=1), TypeError, "unexpected keyword argument 'young'; there are .*young_pa"),
     (lambda: Model.bake_mesh(7), TypeError, "`mesh`: give a path, a generator .*not int"),
@@ -156,7 +156,6 @@ TISSUES: list[tuple[dict[str, object], type[Exception], str]] = [
     ({"tools": "sphere:0.01"}, TypeError, "`tools`: give a list of texts"),
     ({"tools": []}, ArgumentError, "`tools` is empty: give at least one tool, or None"),
     ({"step": True}, TypeError, "`step`: give a number or a word, not bool"),
-    ({"tools": ["sphere:0.01"]}, ArgumentError, "`tools`.*bake it with `probe_contact` surface"),
     ({"tools": ["ball:1"]}, ArgumentError, "`tools`: part 1 `ball:1`: unknown kind"),
     ({"friction": 0.3}, ArgumentError, "`friction` 0.3: cells that are held do not slide"),
     ({"device": "hammer"}, ArgumentError, "'hammer' for `device`"),
@@ -174,6 +173,13 @@ def test_bad_options(
         with pytest.raises(error, match=text) as raised:
             act()
         assert type(raised.value) is error and "\n" not in str(raised.value)
+
+
+def test_a_tool_needs_a_contact_surface() -> None:
+    bare = Model.bake_mesh("plane:9x9x0.01", contact_surface="no")
+    for options in ({"tools": ["sphere:0.01"]}, {"contact": "probe:0.01"}):
+        with pytest.raises(ArgumentError, match="a tool touches.*`contact_surface` yes"):
+            Tissue(bare, **options)
 
 
 POSES: list[tuple[object, object, type[Exception], str]] = [

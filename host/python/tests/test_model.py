@@ -44,7 +44,7 @@ def test_every_argument_reaches_the_bake() -> None:
     points, tets = cube()
     plain = Model.bake(points, tets)
     soft = Model.bake(points, tets, young_pa=5000)
-    assert plain.has_contact_surface is False and soft.has_contact_surface is True
+    assert plain.has_contact_surface and soft.has_contact_surface
     changes: list[tuple[Model, dict[str, object]]] = [
         (plain, of)
         for of in (
@@ -62,7 +62,7 @@ def test_every_argument_reaches_the_bake() -> None:
             {"cells": 20},
             {"rings": 2},
             {"unit_m": 0.001},
-            {"probe_contact": "surface"},
+            {"contact_surface": "no"},
         )
     ] + [
         (soft, of)
@@ -73,7 +73,7 @@ def test_every_argument_reaches_the_bake() -> None:
             {"stretch_min": 0.5},
             {"stretch_min": "none"},
             {"stiffening": {0.15: 1700.0, 0.3: 5000.0}},
-            {"probe_contact": "cells"},
+            {"contact_surface": "no"},
         )
     ]
     seen = {plain.checksum, soft.checksum}

@@ -1,30 +1,45 @@
-"""The page's Python runs, one block after the other."""
+"""The Python of the pages runs, and the package's own text names what there is."""
 
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
 import chaincell
 
+from conftest import Server
+
+HERE = Path(__file__).parents[1]
+
+
+def blocks(page: Path) -> list[str]:
+    return re.findall(r"^```python\n(.*?)^```$", page.read_text(), re.DOTALL | re.MULTILINE)
+
 
 def test_the_page_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    page = (Path(__file__).parents[1] / "README.md").read_text()
-    blocks = re.findall(r"^```python\n(.*?)^```$", page, re.DOTALL | re.MULTILINE)
-    assert len(blocks) == 3
+    (block,) = blocks(HERE / "README.md")
     monkeypatch.chdir(tmp_path)
-    names: dict[str, object] = {}
-    for block in blocks:
-        exec(block, names)
+    exec(block, {})
     assert (tmp_path / "corner.chaincell").exists()
 
 
-def test_the_page_names_every_error_and_class() -> None:
-    page = (Path(__file__).parents[1] / "README.md").read_text()
+def test_the_guide_runs(serve: Callable[..., Server]) -> None:
+    # Copied next to the tests, or in the tree.
+    guide = next(page for page in (HERE / "GUIDE.md", HERE.parent / "GUIDE.md") if page.exists())
+    (block,) = blocks(guide)
+    server = serve()
+    names: dict[str, object] = {}
+    exec(block.replace('"left"', repr(server.scene)), names)
+    assert server.interrupt()["ticks_executed"] == 1000
+
+
+def test_the_text_names_every_error_and_class() -> None:
+    text = chaincell.__doc__ or ""
     errors = [name for name, of in vars(chaincell).items() if isinstance(of, type) and issubclass(of, chaincell.Error)]
     assert len(errors) == 14
-    assert "OverflowError" not in page
+    assert "OverflowError" not in text
     for name in [*errors, "Model", "Tissue", "Session", "Rate", "Flags", "Notes"]:
-        assert re.search(rf"`(chaincell\.)?{name}\b", page), name
+        assert re.search(rf"`(chaincell\.)?{name}\b", text), name

@@ -31,8 +31,7 @@ const ELASTIC_CELLS_MIN: usize = 6;
 /// Share of its diagonal that is added to the matrix before it is inverted, times the root of the
 /// number of coarse functions n. The kernel's product B g has errors of up to eps n |B| |g|; scaled to a
 /// diagonal of 1, |B| is at most 1 / share and B g at least |g| / 4, so g . B g keeps above the
-/// matrix's own c' A c if share / 16 > eps n / share: share > sqrt(16 eps n). It also covers the part of
-/// c that the kernel sets to 0 next to a probe, at most 1e-4 of the largest coordinate of c.
+/// matrix's own c' A c if share / 16 > eps n / share: share > sqrt(16 eps n).
 const ROUNDING_ROOM: f64 = 1.0e-3;
 /// A hat whose weights on all its cells add up to less is left out: it moves next to nothing. The
 /// matrix is that of the remaining coarse functions, so the certificate stays exact.

@@ -1,41 +1,61 @@
-//! The surface that a probe touches: stiffness, edge and area of each triangle, see the kernel's module
-//! of contact on surfaces.
+//! The surface that tools touch: stiffness, edge and area of each triangle, see the kernel's module of
+//! contact on surfaces.
 
 use chaincell_kernel::image::{contact, kind};
 
 use super::equivalent::Equivalent;
 use super::image::Sections;
+use super::network::Plan;
 use super::{BakeOptions, OrderedCells};
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
+use crate::mesh::geometry::volume6;
 
-/// Kind of contact with a probe.
+/// Whether a model has a contact surface, which tools touch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum ProbeContact {
-    /// Cells of the surface.
+pub enum ContactSurface {
+    /// If the mesh has triangles and the image is not lean.
     #[default]
-    Cells,
-    /// Points of the surface's triangles.
-    Surface,
+    Auto,
+    /// Yes; a mesh without triangles is refused.
+    Yes,
+    /// No: a tool can only hold cells.
+    No,
 }
 
-/// Checks that the body supports the kind of contact.
+/// Checks that the body can have the contact surface that is asked for.
 pub(super) fn check(mesh: &Mesh, options: &BakeOptions) -> Result<()> {
-    if options.probe_contact == ProbeContact::Cells {
-        return Ok(());
+    if options.contact_surface == ContactSurface::Yes && mesh.triangles.is_empty() {
+        return Err(Error::input(
+            "`contact_surface` yes: the mesh has no triangles; leave it out, and hold cells",
+        ));
     }
-    let lacking = if mesh.triangles.is_empty() {
-        "the mesh has no triangles; leave it out"
-    } else if options.tissue.is_none() && mesh.tetrahedra.len() == mesh.flat_tetrahedra {
-        "the mesh has no volume, which says how stiff its links are together; leave it out"
-    } else if options.lean {
-        "a lean model has no triangles; leave out `lean`, or this"
-    } else if options.cells.is_some() {
-        "triangles join nodes, and cells are groups of them; leave out `cells`, or this"
-    } else {
-        return Ok(());
-    };
-    Err(Error::input(format!("`probe_contact` surface: {lacking}")))
+    Ok(())
+}
+
+/// Returns true if the image gets a contact surface.
+pub(super) fn is_wanted(mesh: &Mesh, options: &BakeOptions) -> bool {
+    match options.contact_surface {
+        ContactSurface::Auto => !options.lean && !mesh.triangles.is_empty(),
+        ContactSurface::Yes => true,
+        ContactSurface::No => false,
+    }
+}
+
+/// Returns the triangles of cells: those of the mesh, or those between three of its groups, each once.
+pub(super) fn triangles(plan: &Plan<'_>, body: &OrderedCells) -> Vec<[u16; 3]> {
+    let cell = |node: u32| body.cell_of[plan.net_node(node) as usize];
+    let mut all: Vec<[u16; 3]> =
+        plan.mesh().triangles.iter().map(|nodes| nodes.map(cell)).collect();
+    if plan.is_grouped() {
+        let mut known = std::collections::BTreeSet::new();
+        all.retain(|&[a, b, c]| {
+            let mut corners = [a, b, c];
+            corners.sort_unstable();
+            a != b && b != c && c != a && known.insert(corners)
+        });
+    }
+    all
 }
 
 /// Value of a flat triangle in place of 0, within the range of the image.
@@ -44,7 +64,7 @@ const LEAST: f64 = 1.0e-9;
 /// Returns Young's modulus of each cell \[Pa\]; for links of this stiffness \[N/m\], that of the
 /// equivalent tissue.
 fn young_pa(
-    mesh: &Mesh,
+    plan: &Plan<'_>,
     body: &OrderedCells,
     options: &BakeOptions,
     stiffness: &[f64],
@@ -55,31 +75,54 @@ fn young_pa(
     let unit_m = f64::from(body.unit_m);
     let rest_m: Vec<[f64; 3]> =
         body.rest.iter().map(|place| place.map(|x| unit_m * f64::from(x))).collect();
-    let links = body.links.iter().map(|(ends, _)| ends.map(usize::from));
-    let cell = |node: u32| usize::from(body.cell_of[node as usize]);
-    let tetrahedra = mesh.tetrahedra.iter().map(|nodes| nodes.map(cell));
-    let of = Equivalent::new(&rest_m, links.zip(stiffness.iter().copied()), tetrahedra);
-    of.map_or_else(|| vec![LEAST; rest_m.len()], |of| of.cells_pa)
+    let links = || {
+        let ends = body.links.iter().map(|(ends, _)| ends.map(usize::from));
+        ends.zip(stiffness.iter().copied())
+    };
+    let mesh = plan.mesh();
+    let cell = |node: u32| usize::from(body.cell_of[plan.net_node(node) as usize]);
+    let tetrahedra = mesh.tetrahedra.iter().map(|nodes| {
+        let corners = nodes.map(|node| mesh.nodes_m[node as usize]);
+        (nodes.map(cell), volume6(corners).abs() / 6.0)
+    });
+    let of = Equivalent::new(&rest_m, links(), tetrahedra);
+    of.map_or_else(|| sheet_pa(&rest_m, links()), |of| of.cells_pa)
+}
+
+/// Returns the modulus of each cell of a body without volume \[Pa\]: the mean of its links' stiffness over
+/// their length, as in a body that is as thick as the links are long.
+fn sheet_pa(rest_m: &[[f64; 3]], links: impl Iterator<Item = ([usize; 2], f64)>) -> Vec<f64> {
+    let mut sums = vec![(0.0, 0.0); rest_m.len()];
+    for ([i, j], stiffness) in links {
+        let squared = (0..3).map(|axis| (rest_m[j][axis] - rest_m[i][axis]).powi(2));
+        let length_m = squared.sum::<f64>().sqrt();
+        for cell in [i, j] {
+            sums[cell].0 += stiffness / length_m;
+            sums[cell].1 += 1.0;
+        }
+    }
+    sums.into_iter().map(|(sum, links)| if links > 0.0 { sum / links } else { LEAST }).collect()
 }
 
 /// Adds the section if the options ask for it; `reference` is `k_ref`, and `stiffness` that of every link
 /// \[N/m\]. The triangles are in another section.
 pub(super) fn push(
     sections: &mut Sections,
-    mesh: &Mesh,
+    plan: &Plan<'_>,
     body: &OrderedCells,
     options: &BakeOptions,
     (reference, stiffness): (f32, &[f64]),
 ) {
-    if options.probe_contact == ProbeContact::Cells {
+    if !is_wanted(plan.mesh(), options) {
         return;
     }
     // Stiffness, mean edge and area of each triangle, in internal units.
-    let young = young_pa(mesh, body, options, stiffness);
+    let young = young_pa(plan, body, options, stiffness);
     let unit_pa = 2.0 * f64::from(reference) / f64::from(body.unit_m);
-    let numbers: Vec<[f32; 3]> = (mesh.triangles.iter())
-        .map(|nodes| {
-            let cells = nodes.map(|node| usize::from(body.cell_of[node as usize]));
+    let numbers: Vec<[f32; 3]> = triangles(plan, body)
+        .into_iter()
+        .map(|corners| {
+            let cells = corners.map(usize::from);
             let [a, b, c] =
                 cells.map(|cell| nalgebra::Vector3::from(body.rest[cell].map(f64::from)));
             let edge = ((b - a).norm() + (c - b).norm() + (a - c).norm()) / 3.0;

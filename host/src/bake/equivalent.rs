@@ -30,11 +30,11 @@ pub struct Equivalent {
 
 impl Equivalent {
     /// Computes them for links with their stiffness \[N/m\] between cells at rest \[m\]; the tetrahedra
-    /// give the volume. `None` if they have none.
+    /// give the volume: the cells at their corners, and their volume \[m^3\]. `None` if they have none.
     pub fn new(
         rest_m: &[[f64; 3]],
         links: impl Iterator<Item = ([usize; 2], f64)>,
-        tetrahedra: impl Iterator<Item = [usize; 4]>,
+        tetrahedra: impl Iterator<Item = ([usize; 4], f64)>,
     ) -> Option<Self> {
         let (mut energies, mut volumes) = (vec![0.0; rest_m.len()], vec![0.0; rest_m.len()]);
         for ([i, j], stiffness) in links {
@@ -43,8 +43,7 @@ impl Equivalent {
             energies[i] += half;
             energies[j] += half;
         }
-        for cells in tetrahedra {
-            let volume_m3 = volume6(cells.map(|cell| rest_m[cell])).abs() / 6.0;
+        for (cells, volume_m3) in tetrahedra {
             cells.into_iter().for_each(|cell| volumes[cell] += 0.25 * volume_m3);
         }
         let sum = |of: &[f64]| of.iter().sum::<f64>();
@@ -74,7 +73,11 @@ impl Equivalent {
                 (ends, stiffness * f64::from(model.link_weight(link)))
             })
         });
-        Self::new(&rest_m, links, model.tetrahedra().iter().map(|cells| cells.map(usize::from)))
+        let tetrahedra = model.tetrahedra().iter().map(|cells| {
+            let cells = cells.map(usize::from);
+            (cells, volume6(cells.map(|cell| rest_m[cell])).abs() / 6.0)
+        });
+        Self::new(&rest_m, links, tetrahedra)
     }
 }
 
@@ -90,7 +93,10 @@ mod tests {
         let (d, k) = (0.01, 20.0);
         let mesh = load("box:9x9x9x0.01", &MeshOptions::default()).unwrap();
         let links = mesh.links.iter().map(|ends| (ends.map(|node| node as usize), k));
-        let tetrahedra = mesh.tetrahedra.iter().map(|nodes| nodes.map(|node| node as usize));
+        let tetrahedra = mesh.tetrahedra.iter().map(|nodes| {
+            let nodes = nodes.map(|node| node as usize);
+            (nodes, volume6(nodes.map(|node| mesh.nodes_m[node])).abs() / 6.0)
+        });
         let of = Equivalent::new(&mesh.nodes_m, links, tetrahedra).unwrap();
         let wanted_pa = k * d * d * (3.0 + 3.0 * 2.0) / (6.0 * d * d * d);
         let middle = of.cells_pa[(4 * 9 + 4) * 9 + 4];

@@ -9,7 +9,7 @@
 //! - `order`, `slices`: the order of the cells, and their links for vector units.
 //! - `coarse_basis`: the coarse level of `track`, `--coarse`.
 //! - `tissue`: Young's modulus and Poisson's ratio in place of links.
-//! - `contact`: the surface that a probe touches, `--probe-contact`.
+//! - `contact`: the surface that tools touch, `--contact-surface`.
 //! - `equivalent`: Young's modulus of the tissue to which links are equivalent.
 //! - `notes`: node groups and border, for selectors.
 //! - `image`: the layout of the image.
@@ -33,7 +33,7 @@ use chaincell_kernel::model::rest_length;
 
 pub use coarse_basis::BasisSpacing;
 use coarse_basis::Bound;
-pub use contact::ProbeContact;
+pub use contact::ContactSurface;
 pub use equivalent::Equivalent;
 pub use groups::{Groups, partition};
 pub use image::ImageBytes;
@@ -90,8 +90,8 @@ pub struct BakeOptions {
     pub coarse_basis: BasisSpacing,
     /// Leave out data that only a display or a vector unit needs.
     pub lean: bool,
-    /// Kind of contact with a probe.
-    pub probe_contact: ProbeContact,
+    /// Whether the model has a contact surface, which tools touch.
+    pub contact_surface: ContactSurface,
     /// Number of groups of nodes, each of them a cell; every node is a cell if absent.
     pub cells: Option<usize>,
 }
@@ -108,7 +108,7 @@ impl Default for BakeOptions {
             energy_max_j: None,
             coarse_basis: BasisSpacing::BySize,
             lean: false,
-            probe_contact: ProbeContact::Cells,
+            contact_surface: ContactSurface::Auto,
             cells: None,
         }
     }
@@ -456,16 +456,17 @@ fn write(plan: &Plan<'_>, body: &OrderedCells, options: &BakeOptions) -> Result<
     }
     // The coarse level, the surface, the contact and the embedded mesh.
     coarse_basis::push(&mut sections, body, &mobility, &bound, options.coarse_basis)?;
-    surface(&mut sections, plan, body, options.lean);
-    contact::push(&mut sections, plan.mesh(), body, options, (reference, &stiffness.each));
+    surface(&mut sections, plan, body, options);
+    contact::push(&mut sections, plan, body, options, (reference, &stiffness.each));
     if !options.lean {
         embedded::push(&mut sections, plan, body);
     }
     Ok(sections.finish())
 }
 
-/// Adds the surface cells with normals and, unless the image is lean, the elements for display.
-fn surface(sections: &mut Sections, plan: &Plan<'_>, body: &OrderedCells, lean: bool) {
+/// Adds the surface cells with normals, the triangles for contact or display and, unless the image is lean, the
+/// other elements for display.
+fn surface(sections: &mut Sections, plan: &Plan<'_>, body: &OrderedCells, options: &BakeOptions) {
     use chaincell_kernel::image::kind;
     let mesh = plan.mesh();
     let normals = vertex_normals(&mesh.nodes_m, &mesh.triangles);
@@ -476,19 +477,17 @@ fn surface(sections: &mut Sections, plan: &Plan<'_>, body: &OrderedCells, lean: 
         sections.push(kind::SURFACE, &cells);
         sections.push(kind::NORMALS, normals.as_flattened());
     }
-    if lean {
+    let shows = !options.lean && !plan.is_grouped();
+    if !mesh.triangles.is_empty() && (shows || contact::is_wanted(mesh, options)) {
+        sections.push(kind::TRIANGLES, contact::triangles(plan, body).as_flattened());
+    }
+    if options.lean {
         return;
     }
     sections.push(kind::NOTES, &Notes::of(mesh).to_bytes());
-    if plan.is_grouped() {
-        return;
-    }
-    let cells_of =
-        |ids: &[u32]| -> Vec<u16> { ids.iter().map(|&id| body.cell_of[id as usize]).collect() };
-    if !mesh.triangles.is_empty() {
-        sections.push(kind::TRIANGLES, &cells_of(mesh.triangles.as_flattened()));
-    }
-    if !mesh.tetrahedra.is_empty() {
-        sections.push(kind::TETRAHEDRA, &cells_of(mesh.tetrahedra.as_flattened()));
+    if shows && !mesh.tetrahedra.is_empty() {
+        let cell = |node: u32| body.cell_of[node as usize];
+        let cells: Vec<u16> = mesh.tetrahedra.as_flattened().iter().map(|&id| cell(id)).collect();
+        sections.push(kind::TETRAHEDRA, &cells);
     }
 }

@@ -71,6 +71,11 @@ impl<'a> Plan<'a> {
         self.coarse.as_ref()
     }
 
+    /// Returns the node of [`Self::net`] that a used node of the mesh belongs to.
+    pub fn net_node(&self, node: u32) -> u32 {
+        self.coarse.as_ref().map_or(node, |coarse| coarse.groups.of[node as usize])
+    }
+
     /// Returns the input id of every cell.
     pub fn input_ids(&self, body: &OrderedCells) -> Vec<u32> {
         match &self.coarse {

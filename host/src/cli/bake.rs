@@ -11,7 +11,7 @@ use super::model_file;
 use super::reports::ModelReport;
 use super::values::{Material, per_cell, with_materials};
 use crate::bake::tissue::{Band, STRETCH_MIN, Tissue, VolumeLaw};
-use crate::bake::{BakeOptions, BasisSpacing, ProbeContact, bake};
+use crate::bake::{BakeOptions, BasisSpacing, ContactSurface, bake};
 use crate::error::{Error, Result};
 use crate::files::whole::{keep_input, write_whole};
 use crate::interrupt;
@@ -141,11 +141,10 @@ pub struct BodyArgs {
     /// embedded by --cells, and the links once more in slices for vector units
     #[arg(long)]
     lean: bool,
-    /// What a probe touches: points of the surface's triangles, which no probe slips between, or cells
-    /// of the surface; of links a mesh needs tetrahedra for it [default: surface on a body of
-    /// --young-pa that has triangles, else cells]
-    #[arg(long, value_enum, value_name = "WHAT")]
-    probe_contact: Option<ProbeContactArg>,
+    /// The surface that tools touch, some 18 bytes a triangle: auto is yes where the mesh has
+    /// triangles and the model is not --lean; without it a tool can only hold cells
+    #[arg(long, value_enum, default_value = "auto", value_name = "WHETHER")]
+    contact_surface: ContactSurfaceArg,
     /// Map the nodes to N cells, groups of neighbouring nodes whose positions follow; a mesh may
     /// then have up to 2,000,000 nodes [default: every node is a cell]
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
@@ -164,16 +163,18 @@ struct Printed {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum ProbeContactArg {
-    Surface,
-    Cells,
+enum ContactSurfaceArg {
+    Auto,
+    Yes,
+    No,
 }
 
-impl From<ProbeContactArg> for ProbeContact {
-    fn from(arg: ProbeContactArg) -> Self {
+impl From<ContactSurfaceArg> for ContactSurface {
+    fn from(arg: ContactSurfaceArg) -> Self {
         match arg {
-            ProbeContactArg::Surface => Self::Surface,
-            ProbeContactArg::Cells => Self::Cells,
+            ContactSurfaceArg::Auto => Self::Auto,
+            ContactSurfaceArg::Yes => Self::Yes,
+            ContactSurfaceArg::No => Self::No,
         }
     }
 }
@@ -278,7 +279,7 @@ impl BodyArgs {
             energy_max_j: self.energy_max_j,
             coarse_basis: spacing(&self.coarse)?,
             lean: self.lean,
-            probe_contact: self.probe_contact(mesh),
+            contact_surface: self.contact_surface.into(),
             cells: self.cells,
         };
         Ok((fixed, options))
@@ -301,17 +302,6 @@ impl BodyArgs {
                  reads them as {other}"
             )
         })
-    }
-
-    /// What a probe touches.
-    fn probe_contact(&self, mesh: &Mesh) -> ProbeContact {
-        let is_tissue = self.young_pa.is_some() || !self.material.is_empty();
-        let takes_surface = is_tissue && !mesh.triangles.is_empty() && !self.lean;
-        match self.probe_contact {
-            Some(what) => what.into(),
-            None if takes_surface => ProbeContact::Surface,
-            None => ProbeContact::Cells,
-        }
     }
 
     /// The nodes that are held for ever.

@@ -1,15 +1,15 @@
 //! Arguments of the time that a tick may take: `serve`, `cosim`.
 
-use std::ffi::OsString;
-
 use chaincell_kernel::Choice;
+use serde::{Deserialize, Serialize};
 
 use crate::engine::Engine;
 use crate::error::{Error, Result};
 use crate::session::loops::serve::SweepBudget;
 
 /// How many sweeps a tick makes under a clock.
-#[derive(Debug, Clone, Copy, Default, clap::Args)]
+#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize, clap::Args)]
+#[serde(deny_unknown_fields)]
 pub struct BudgetArgs {
     /// Time for a tick from the arrival of its pose [us]: `auto` is the time between two poses,
     /// `off` makes all --sweeps whatever it takes. A tick makes at least one sweep, with links under a
@@ -35,10 +35,5 @@ impl BudgetArgs {
                 engine.scheme().name()
             ))),
         }
-    }
-
-    /// The same arguments for a child process.
-    pub fn to_args(self) -> Vec<OsString> {
-        self.budget_us.iter().map(|budget| format!("--budget-us={budget}").into()).collect()
     }
 }

@@ -52,7 +52,7 @@ enum Action {
         assignment: String,
     },
     /// Hold the tissue that the tool touches now, without slip, until let-go or until the tool is not
-    /// engaged; needs a probe on a contact surface
+    /// engaged; needs a tool (--contact probe:RADIUS or --tool)
     Grip {
         /// Which tool, from 0
         #[arg(long, default_value_t = 0, value_name = "N", allow_negative_numbers = true)]

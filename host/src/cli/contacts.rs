@@ -14,7 +14,7 @@ use crate::words::counted;
 /// Look at the contacts that a running `serve` sends: a line a second, until it ends or Ctrl-C.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example:\n  chaincell contacts --scene left --seconds 10\n\n\
-    They are there with --contact probe:RADIUS on a model baked with --probe-contact surface. Any\n\
+    They are there while tools touch a body (--contact probe:RADIUS or --tool). Any\n\
     program may read them: service chaincell/left/contacts, see chaincell_host::session::ipc::contacts.")]
 pub struct Args {
     /// Name of the scene that `serve` was started with
@@ -87,7 +87,7 @@ pub fn execute(args: &Args) -> Result<()> {
     if !args.server.wait(&scene, &reader)? {
         return Err(Error::input(format!(
             "no contacts on {}; start chaincell serve with the same --scene, --contact probe:RADIUS \
-             on a model baked with --probe-contact surface, and a --state-hz above 0",
+             or --tool, and a --state-hz above 0",
             scene.label()
         )));
     }

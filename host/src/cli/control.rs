@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use chaincell_kernel::ToolPose;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::inject::{InjectArgs, tell_injected};
 use super::mesh_file::Units;
@@ -22,50 +22,51 @@ use crate::terminal;
 use crate::words::counted;
 
 /// Send tool poses at 1 kHz to a served scene and time its answers.
-#[derive(Debug, clap::Args)]
+#[derive(Debug, Serialize, Deserialize, clap::Args)]
+#[serde(deny_unknown_fields)]
 #[command(after_help = "Examples:\n  chaincell control --scene left --path press.csv\n  \
     chaincell control --scene left --model liver.chaincell --contact probe:0.012\n  \
     chaincell control --motion press --touch-m 0,0,0.05 --direction=0,0,-1 --depth-m 0.01")]
 pub struct Args {
     #[command(flatten)]
-    common: LoopArgs,
+    pub common: LoopArgs,
     /// Path of tool positions (CSV), one row a millisecond; of several tools one row for each, sent as
     /// one message
     #[arg(long, value_name = "PATH.csv", conflicts_with = "motion")]
-    path: Option<PathBuf>,
+    pub path: Option<PathBuf>,
     /// Unit of the coordinates of --path
     #[arg(long, value_name = "UNITS", value_enum, default_value_t, requires = "path",
         conflicts_with_all = ["motion", "model"])]
-    path_units: Units,
+    pub path_units: Units,
     /// Built-in motion: approach, minimum-jerk press, hold with an 8 to 12 Hz tremor, retreat
     #[arg(long, value_enum, default_value_t)]
-    motion: Motion,
+    pub motion: Motion,
     #[command(flatten)]
-    press: PressArgs,
+    pub press: PressArgs,
     /// Model that the server runs: the press goes to its contact, as in `run` and `cosim`
     #[arg(long, value_name = "MODEL", conflicts_with = "path")]
-    model: Option<PathBuf>,
+    pub model: Option<PathBuf>,
     /// Contact that the server has: probe:RADIUS, cells:SELECTOR or auto [default: auto]
     #[arg(long, value_name = "CONTACT", requires = "model")]
-    contact: Option<String>,
+    pub contact: Option<String>,
     /// Play the path or the motion so many times, its ticks counting on
     #[arg(long, default_value_t = 1, value_name = "N", allow_negative_numbers = true)]
-    repeat: u64,
+    pub repeat: u64,
     #[command(flatten)]
-    server: ServerWait,
+    pub server: ServerWait,
     /// Silence of the server after which the force at the device falls to 0, 0 for never [ms]
     #[arg(long, default_value_t = 20, value_name = "MS", allow_negative_numbers = true)]
-    watchdog_ms: u32,
+    pub watchdog_ms: u32,
     /// Time in which it falls, and rises when answers come again; 0 for at once [ms]
     #[arg(long, default_value_t = 20, value_name = "MS", allow_negative_numbers = true)]
-    ramp_ms: u32,
+    pub ramp_ms: u32,
     #[command(flatten)]
-    verdict: VerdictArgs,
+    pub verdict: VerdictArgs,
     #[command(flatten)]
-    inject: InjectArgs,
+    pub inject: InjectArgs,
     /// Print the report as one JSON object, the last line
     #[arg(long)]
-    json: bool,
+    pub json: bool,
 }
 
 impl Args {
@@ -90,7 +91,7 @@ impl Args {
         let image = model_file::read(path)?;
         let model = model_file::parse(&image, path)?;
         let contact = self.contact.as_deref().unwrap_or("auto");
-        self.press.on(&model, &tissue::contact(contact, None, &model)?)
+        self.press.on(&model, &tissue::contact(contact, &model)?)
     }
 }
 
@@ -117,7 +118,7 @@ fn released_first(paths: Paths) -> (Vec<Pose>, Vec<ToolPose>) {
 pub fn execute(args: &Args) -> Result<()> {
     args.server.check()?;
     let faults = args.inject.faults()?;
-    if faults.is_some_and(|(faults, _)| faults.sweep > 0.0) && !args.common.ends_with_parent {
+    if faults.is_some_and(|(faults, _)| faults.sweep > 0.0) && !args.common.is_child {
         return Err(Error::input(
             "--inject: sweep is a fault of the tissue; give it to serve or cosim",
         ));
@@ -127,7 +128,7 @@ pub fn execute(args: &Args) -> Result<()> {
         scene: args.common.scene.clone(),
         wait: args.common.wait,
         realtime: !args.common.no_realtime,
-        ends_with_parent: args.common.ends_with_parent,
+        ends_with_parent: args.common.is_child,
         wait_for_server_s: args.server.wait_for_server_s,
         repeats: args.repeat,
         histogram: args.common.histogram,

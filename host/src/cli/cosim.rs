@@ -7,15 +7,18 @@ use serde::Serialize;
 
 use super::budget::BudgetArgs;
 use super::inject::{InjectArgs, tell_injected};
+use super::load::report::LoadReport;
+use super::load::{Lengths, MemoryWatch, histogram};
 use super::model_file;
-use super::press::ticks;
 use super::run::play;
-use super::session::{self, Files, LoopArgs, Session, Sides, tell_refused};
+use super::session::{self, LoopArgs, tell_refused};
+use super::sides::{self, Files, Session, Sides};
 use super::stage::{StageArgs, StageReport};
 use super::tissue::{TissueArgs, TissueReport};
 use super::verdict::{Counts, Verdict, VerdictArgs};
 use crate::bake::organ;
 use crate::engine::flag_ticks::FlagTicks;
+use crate::engine::motion::Pose;
 use crate::engine::staged::Staged;
 use crate::engine::tissue::TissueEngine;
 use crate::engine::untouched::Untouched;
@@ -26,7 +29,10 @@ use crate::files::recording::{self, Played, Start, Stop};
 use crate::files::tools_path::Paths;
 use crate::files::whole::write_whole;
 use crate::interrupt;
+use crate::session::ipc::services::Domain;
+use crate::session::loops::floor;
 use crate::session::loops::inject::Injected;
+use crate::session::loops::load::Load;
 use crate::session::loops::peers::PeerCost;
 use crate::session::loops::record::Recorder;
 use crate::session::loops::serve::{Ending, SweepBudget, SweepCounts};
@@ -38,17 +44,26 @@ use crate::words::counted;
 /// Run tissue and controller as two processes at 1 kHz, then replay what was received.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:\n  chaincell cosim\n  \
-    chaincell cosim liver.chaincell --contact cells:file:liver.sets.json#patch --out session\n\n\
-    Exit code 0 when every tick was answered and the replay gave the same state hash, else 1.")]
+    chaincell cosim liver.chaincell --contact cells:file:liver.sets.json#patch --out session\n  \
+    chaincell cosim --load 1 --seconds 28800 --out night\n\n\
+    Exit code 0 when every tick was answered and the replay gave the same state hash, else 1.\n\n\
+    With --load a press of at most 10 s is played over and over. Before and after, for a tenth of the\n\
+    time each, the same loops run under the same load without a tissue: what they miss is the\n\
+    machine's own. Exit code 1 also when a process took more memory at the end than after the\n\
+    warm-up. A session of more than an hour is then neither recorded nor replayed.")]
 pub struct Args {
     /// Model file from `chaincell bake` [default: organ:1000, 5 kPa, Poisson's ratio 0.45]
     model: Option<PathBuf>,
-    /// Length of the press [s]
+    /// Length of the press, with --load of the session, 3 s to 31 days [s]
     #[arg(long, default_value_t = 10.0, value_name = "S", allow_negative_numbers = true)]
     seconds: f64,
     /// Depth of the press [m] [default: 3 mean link lengths]
     #[arg(long, value_name = "D", allow_negative_numbers = true)]
     depth_m: Option<f64>,
+    /// Threads that keep the other cores and the memory busy, 0 for none: histograms, memory growth,
+    /// deadlines missed
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    load: Option<u16>,
     #[command(flatten)]
     tissue: TissueArgs,
     #[command(flatten)]
@@ -61,7 +76,8 @@ pub struct Args {
     stage: StageArgs,
     #[command(flatten)]
     inject: InjectArgs,
-    /// Folder for the model, the poses as received, the forces, a trace and a summary
+    /// Folder for the model, the poses as received, the forces, a trace, a summary, and with --load
+    /// histogram.csv
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Overwrite the results of an earlier run in --out
@@ -97,7 +113,8 @@ struct CosimSummary {
     largest_force_step_n: f32,
     injected: Option<Injected>,
     state_hash: String,
-    replay_state_hash: String,
+    /// None for a session that was not recorded.
+    replay_state_hash: Option<String>,
     interrupted: bool,
     /// Sides that did not end by themselves in time and were stopped, though nobody interrupted.
     stopped: Vec<&'static str>,
@@ -105,14 +122,18 @@ struct CosimSummary {
     #[serde(flatten)]
     tissue: TissueReport,
     stage: Option<StageReport>,
-    /// How near a probe came that never touched the body.
+    /// How near the tool came that never touched the body.
     never_touched: Option<Untouched>,
+    load: Option<LoadReport>,
     verdict: Verdict,
 }
 
 pub fn execute(args: &Args) -> Result<()> {
-    let ticks = ticks(args.seconds)?;
-    let faults = args.inject.faults()?;
+    let lengths = match args.load {
+        Some(_) => Lengths::under_load(args.seconds)?,
+        None => Lengths::of_press(args.seconds)?,
+    };
+    args.inject.faults()?;
     args.common.check()?;
     let scratch = session::scratch()?;
     let (image, model_path) = match &args.model {
@@ -121,11 +142,14 @@ pub fn execute(args: &Args) -> Result<()> {
     };
     let model = model_file::parse(&image, &model_path)?;
     let mut tissue = args.tissue.staged(model, args.stage.settings()?)?;
-    let poses = session::press(tissue.engine(), args.depth_m, ticks)?;
+    let poses = session::press(tissue.engine(), args.depth_m, lengths.press_ticks)?;
     let out = args.out.clone().unwrap_or_else(|| scratch.path().join("out"));
     // Earlier results are not removed for a session that is refused or has no room.
     args.budget.of(tissue.engine())?;
-    Folder::check_room(&out, Recorder::trace_records_of(poses.len(), tissue.tools()))?;
+    if lengths.is_recorded {
+        let ticks = poses.len() * lengths.presses as usize;
+        Folder::check_room(&out, Recorder::trace_records_of(ticks, tissue.tools()))?;
+    }
     let folder = Folder::open(&out, args.force)?;
     if args.model.is_none() {
         write_whole(&model_path, image.as_bytes())?;
@@ -138,28 +162,86 @@ pub fn execute(args: &Args) -> Result<()> {
             args.seconds
         ))?;
     }
-    let files = Files { model: &model_path, scratch: scratch.path(), out: Some(&out) };
-    let mut serve_args = args.tissue.to_args();
-    serve_args.extend(args.stage.to_args());
-    serve_args.extend(args.budget.to_args());
-    let sides = Sides { serve_args, control_args: args.inject.to_args(), faults };
-    let session = session::run(&files, &poses, sides, &args.common)?;
-    // Of several tools the trace alone has all bits.
-    let by_path = session.reports.serve.commands_done == 0 && tissue.tools() == 0;
-    let replayed = if by_path {
-        replay(&mut tissue, &folder.file("path.csv"))?
-    } else {
-        (replay_trace(&mut tissue, &folder.file(recording::TRACE))?, None)
+    let recorded = lengths.is_recorded.then_some(out.as_path());
+    let files = Files { model: &model_path, scratch: scratch.path(), out: recorded };
+    let sides = Sides {
+        histogram: args.load.is_some(),
+        stage: args.stage.clone(),
+        budget: args.budget,
+        inject: args.inject.clone(),
+        ..Sides::of(lengths, &args.tissue, &args.common)
     };
-    let summary = summary(args, &tissue, session, replayed)?;
+    let (session, load) = under_load(args, &files, &poses, &sides)?;
+    let replayed = match lengths.is_recorded {
+        true => replay(&mut tissue, &folder, session.reports.serve.commands_done > 0)?,
+        false => (None, None),
+    };
+    let summary = CosimSummary { load, ..summary(args, &tissue, session, replayed)? };
     folder.write_json("summary.json", &summary)?;
+    if let Some(load) = &summary.load {
+        folder.write("histogram.csv", histogram::csv(&load.histograms).as_bytes())?;
+    }
     print(args, &summary)?;
     judge(args, &summary)
 }
 
-/// State hash after the poses as received, played once more without shared memory, and how near a
-/// probe came that never touched.
-fn replay(tissue: &mut Staged<'_>, received: &Path) -> Result<(String, Option<Untouched>)> {
+/// Runs the session, under the load if there is one, and reports on the load.
+fn under_load(
+    args: &Args,
+    files: &Files<'_>,
+    poses: &[Pose],
+    sides: &Sides<'_>,
+) -> Result<(Session, Option<LoadReport>)> {
+    let lengths = sides.lengths;
+    let Some(threads) = args.load else {
+        return Ok((sides::run(files, poses, sides, |_| {})?, None));
+    };
+    // Run the session under the load.
+    let load = Load::start(threads.into())?;
+    let mut watch = MemoryWatch::new(&lengths);
+    let mut session = sides::run(files, poses, sides, |underway| watch.look(underway))?;
+    // Measure the floor once more; a user who asks to stop gets the report without it.
+    let realtime = !args.common.no_realtime;
+    let after = (!session.reports.interrupted)
+        .then(|| {
+            let domain = Domain::default();
+            floor::without_tissue(args.common.wait, realtime, lengths.floor_ticks, &domain)
+        })
+        .transpose();
+    let after = match after {
+        Err(Error::Interrupted) => None,
+        after => after?,
+    };
+    session.reports.interrupted |= after.is_none();
+    // Report both.
+    let (serve, control) = (&session.reports.serve, &session.reports.control);
+    let mut report = LoadReport::of(control, &session.floor.run, after.as_ref());
+    report.load = load.end();
+    report.press_s = lengths.press_ticks as f64 / 1000.0;
+    report.histograms.step = serve.step_histogram.clone().unwrap_or_default();
+    [report.memory_serve, report.memory_control] = watch.growth();
+    Ok((session, Some(report)))
+}
+
+/// Plays a recorded session once more without shared memory. Returns the state hash at its end, and how
+/// near the tool came that never touched.
+fn replay(
+    tissue: &mut Staged<'_>,
+    folder: &Folder,
+    has_commands: bool,
+) -> Result<(Option<String>, Option<Untouched>)> {
+    // Only the trace has the commands, and all bits of tools.
+    if has_commands || tissue.tools() > 0 {
+        let (hash, has_touched) = replay_trace(tissue, &folder.file(recording::TRACE))?;
+        let poses = path::read(&folder.file("path.csv"), Rules::Recorded)?.concat();
+        return Ok((Some(hash), Untouched::of(tissue.engine(), &poses, has_touched)));
+    }
+    let (hash, never_touched) = replay_path(tissue, &folder.file("path.csv"))?;
+    Ok((Some(hash), never_touched))
+}
+
+/// As [`replay`], from the poses as received.
+fn replay_path(tissue: &mut Staged<'_>, received: &Path) -> Result<(String, Option<Untouched>)> {
     let nothing_received =
         std::fs::metadata(received).is_ok_and(|file| file.len() == path::HEADER.len() as u64 + 1);
     let mut never_touched = None;
@@ -178,12 +260,13 @@ fn replay(tissue: &mut Staged<'_>, received: &Path) -> Result<(String, Option<Un
     Ok((format!("{:016x}", tissue.state_hash()), never_touched))
 }
 
-/// As [`replay`], of a session that took commands, which only the trace has.
-fn replay_trace(tissue: &mut Staged<'_>, path: &Path) -> Result<String> {
+/// As [`replay`], from the trace. Also returns whether the first tool had a contact.
+fn replay_trace(tissue: &mut Staged<'_>, path: &Path) -> Result<(String, bool)> {
     let bytes = recording::read(path)?;
     let trace = Reader::open(&bytes).map_err(|why| Error::file("replay", path, why))?;
-    match recording::play(&trace, tissue, Start::default(), &mut Played::default()) {
-        Ok(_) => Ok(format!("{:016x}", tissue.state_hash())),
+    let mut played = Played::default();
+    match recording::play(&trace, tissue, Start::default(), &mut played) {
+        Ok(_) => Ok((format!("{:016x}", tissue.state_hash()), played.has_touched)),
         Err(Stop::Differs(why)) => Err(Error::check(format!("{}: {why}", path.display()))),
         Err(why @ Stop::Command(_)) => Err(Error::check(format!("{}: {why:?}", path.display()))),
     }
@@ -193,7 +276,7 @@ fn summary(
     args: &Args,
     tissue: &Staged<'_>,
     session: Session,
-    (replay_state_hash, never_touched): (String, Option<Untouched>),
+    (replay_state_hash, never_touched): (Option<String>, Option<Untouched>),
 ) -> Result<CosimSummary> {
     let model = tissue.engine().network().model();
     let Session { reports, floor } = session;
@@ -201,7 +284,7 @@ fn summary(
         answers: reports.control.ticks_answered,
         late: reports.control.missed_deadlines,
         unanswered: reports.control.ticks_unanswered,
-        floor_share: floor.floor_late_share,
+        floor_share: floor.late_share(),
         ..Counts::of_tissue(&reports.serve, args.tissue.sweeps, tissue.engine())
     });
     let (serve, control) = (reports.serve, reports.control);
@@ -228,8 +311,8 @@ fn summary(
         flag_ticks: serve.flag_ticks,
         step_ns: serve.step_ns,
         round_trip_ns: control.round_trip_ns,
-        floor_wakeup_ns: floor.floor_wakeup_ns,
-        floor_round_trip_ns: floor.floor_round_trip_ns,
+        floor_wakeup_ns: floor.wakeup_ns,
+        floor_round_trip_ns: floor.run.round_trip_ns,
         send_late_ns: control.send_late_ns,
         peers: serve.peers,
         poses_throttled: serve.poses_throttled,
@@ -243,6 +326,7 @@ fn summary(
         tissue: args.tissue.report(tissue.engine()),
         stage: args.stage.report()?,
         never_touched,
+        load: None,
         verdict,
     })
 }
@@ -280,12 +364,15 @@ fn print(args: &Args, summary: &CosimSummary) -> Result<()> {
         "force", summary.largest_force_step_n
     ))?;
     tell_injected(summary.injected.as_ref())?;
-    let verdict =
-        if summary.state_hash == summary.replay_state_hash { "the same" } else { "OTHER" };
-    terminal::say(format_args!(
-        "  {:<18}{}, replayed {} ({verdict})",
-        "state hash", summary.state_hash, summary.replay_state_hash
-    ))?;
+    let replayed = match &summary.replay_state_hash {
+        None => "not replayed: longer than an hour".to_owned(),
+        Some(hash) if *hash == summary.state_hash => format!("replayed {hash} (the same)"),
+        Some(hash) => format!("replayed {hash} (OTHER)"),
+    };
+    terminal::say(format_args!("  {:<18}{}, {replayed}", "state hash", summary.state_hash))?;
+    if let Some(load) = &summary.load {
+        load.print()?;
+    }
     if let Some(out) = &args.out {
         terminal::say(format_args!("  {:<18}{}", "results", out.display()))?;
     }
@@ -293,10 +380,11 @@ fn print(args: &Args, summary: &CosimSummary) -> Result<()> {
 }
 
 fn judge(args: &Args, summary: &CosimSummary) -> Result<()> {
-    if summary.state_hash != summary.replay_state_hash {
+    let replayed = summary.replay_state_hash.as_ref();
+    if let Some(hash) = replayed.filter(|hash| **hash != summary.state_hash) {
         Err(Error::check(format!(
-            "the replay gave state hash {}, the session {}",
-            summary.replay_state_hash, summary.state_hash
+            "the replay gave state hash {hash}, the session {}",
+            summary.state_hash
         )))
     } else if summary.interrupted {
         Err(Error::Interrupted)
@@ -308,6 +396,7 @@ fn judge(args: &Args, summary: &CosimSummary) -> Result<()> {
             counted(summary.ticks_sent, "tick")
         )))
     } else {
+        summary.load.as_ref().map_or(Ok(()), LoadReport::judge)?;
         summary.verdict.check(!args.json)
     }
 }

@@ -21,9 +21,9 @@ pub struct Args {
     /// Model file from `chaincell bake`
     #[arg(required_unless_present = "device")]
     model: Option<PathBuf>,
-    /// Also say what a probe of this radius [m] meets. Where it meets triangles a slow press is
-    /// computed, for some seconds: from which depth on the sphere that the tissue meets stays behind
-    /// the tool, so that it never goes through
+    /// Also report on a sphere of this radius [m] as the tool: a slow press is computed, for some
+    /// seconds, to find the depth from which the sphere that the tissue meets stays short of the tool,
+    /// so that it never goes through
     #[arg(long, value_name = "RADIUS_M", allow_negative_numbers = true)]
     probe: Option<f32>,
     /// Also say what stiffness a device can be shown, by the ticks of delay of its force
@@ -47,7 +47,7 @@ pub fn execute(args: &Args) -> Result<()> {
         probe = args.probe.map(|radius_m| ProbeReport::new(&parsed, radius_m)).transpose()?;
         model = Some(ModelReport::new(&parsed, image.as_bytes().len()));
     } else if args.probe.is_some() {
-        return Err(Error::input("`probe`: it meets a model; name one"));
+        return Err(Error::input("`probe`: it touches a model; name one"));
     }
     if args.json {
         return terminal::say_json(&Printed { model, probe, device });

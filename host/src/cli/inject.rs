@@ -1,6 +1,6 @@
 //! Arguments of faults on purpose: `serve`, `control`, `cosim`.
 
-use std::ffi::OsString;
+use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result};
 use crate::session::loops::inject::{Faults, Injected};
@@ -8,7 +8,8 @@ use crate::terminal;
 use crate::words::counted;
 
 /// Faults between the schedule of poses and shared memory.
-#[derive(Debug, Clone, Default, clap::Args)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize, clap::Args)]
+#[serde(deny_unknown_fields)]
 #[command(next_help_heading = "Faults on purpose")]
 pub struct InjectArgs {
     /// Faults in the poses sent, drawn by the seed: late:5%@MS (up to MS late, those behind wait),
@@ -42,13 +43,13 @@ impl InjectArgs {
         }
     }
 
-    /// The same arguments for a child process.
-    pub fn to_args(&self) -> Vec<OsString> {
-        let Some(text) = &self.inject else { return Vec::new() };
-        vec![
-            format!("--inject={text}").into(),
-            format!("--inject-seed={}", self.inject_seed).into(),
-        ]
+    /// The faults in the tissue alone.
+    ///
+    /// # Errors
+    /// As [`Self::faults`].
+    pub fn of_tissue(&self) -> Result<Self> {
+        let faults = self.faults()?.filter(|(faults, _)| faults.sweep > 0.0);
+        Ok(Self { inject: faults.map(|(faults, _)| faults.of_sweeps()), ..*self })
     }
 }
 

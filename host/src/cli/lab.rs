@@ -13,11 +13,7 @@ use crate::session::supervise::program;
 pub const PROGRAM: &str = "chaincell-lab";
 
 /// Its commands, each with its line in `chaincell --help`.
-pub const COMMANDS: [(&str, &str); 5] = [
-    (
-        "soak",
-        "Run both processes for hours under load: histograms, memory growth, deadlines missed",
-    ),
+pub const COMMANDS: [(&str, &str); 4] = [
     (
         "report",
         "Measure speed against error on this machine and write REPORT.md, CSV files and pictures",

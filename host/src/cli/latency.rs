@@ -5,10 +5,11 @@ use std::path::PathBuf;
 use chaincell_kernel::Model;
 use serde::Serialize;
 
+use super::load::Lengths;
 use super::model_file;
-use super::press::ticks;
 use super::run::play;
-use super::session::{self, Files, LoopArgs, Sides, tell_refused};
+use super::session::{self, LoopArgs, tell_refused};
+use super::sides::{self, Files, Sides};
 use super::tissue::TissueArgs;
 use crate::engine::motion::Pose;
 use crate::error::{Error, Result};
@@ -70,20 +71,20 @@ struct LatencySummary {
 }
 
 pub fn execute(args: &Args) -> Result<()> {
-    let ticks = ticks(args.seconds)?;
+    let lengths = Lengths::of_press(args.seconds)?;
     args.common.check()?;
     let image = model_file::read(&args.model)?;
     let model = model_file::parse(&image, &args.model)?;
     // On a thread of its own: one that sweeps with others stays on its processor, and so would the
     // programs that it starts.
     let (poses, alone, cold) = std::thread::scope(|scope| {
-        let measured = scope.spawn(|| alone(args, model, ticks)).join();
+        let measured = scope.spawn(|| alone(args, model, lengths.press_ticks)).join();
         measured.unwrap_or_else(|panic| std::panic::resume_unwind(panic))
     })?;
     let scratch = session::scratch()?;
     let files = Files { model: &args.model, scratch: scratch.path(), out: None };
-    let sides = Sides { serve_args: args.tissue.to_args(), ..Sides::default() };
-    let session = session::run(&files, &poses, sides, &args.common)?;
+    let sides = Sides::of(lengths, &args.tissue, &args.common);
+    let session = sides::run(&files, &poses, &sides, |_| {})?;
     let (serve, control) = (session.reports.serve, session.reports.control);
     let summary = LatencySummary {
         cells: model.cells(),
@@ -95,8 +96,8 @@ pub fn execute(args: &Args) -> Result<()> {
         worst_streamed_bytes: cold.as_ref().map(|cold| cold.streamed_bytes),
         step_ns: serve.step_ns,
         round_trip_ns: control.round_trip_ns,
-        floor_wakeup_ns: session.floor.floor_wakeup_ns,
-        floor_round_trip_ns: session.floor.floor_round_trip_ns,
+        floor_wakeup_ns: session.floor.wakeup_ns,
+        floor_round_trip_ns: session.floor.run.round_trip_ns,
         ticks_answered: control.ticks_answered,
         missed_deadlines: control.missed_deadlines,
         refused: serve.refused,

@@ -1,6 +1,7 @@
 //! How a mesh file is read: options that `bake` and `convert` share; and the units of files.
 
 use clap::ValueEnum;
+use serde::{Deserialize, Serialize};
 
 /// Unit and filling.
 #[derive(Debug, Clone, clap::Args)]
@@ -14,8 +15,8 @@ pub(super) struct MeshFileArgs {
 }
 
 /// Unit of a file's coordinates.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ValueEnum)]
-pub(super) enum Units {
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+pub enum Units {
     #[default]
     M,
     Mm,

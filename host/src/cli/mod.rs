@@ -15,6 +15,7 @@ mod info;
 mod inject;
 pub mod lab;
 mod latency;
+mod load;
 pub mod man;
 mod mesh_file;
 pub mod model_file;
@@ -28,6 +29,7 @@ mod restore;
 mod run;
 mod serve;
 pub mod session;
+mod sides;
 mod snapshots;
 mod stage;
 mod state;
@@ -40,6 +42,7 @@ mod watch;
 
 pub use bake::BodyArgs;
 
+use std::ffi::OsString;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -107,6 +110,10 @@ impl Cli {
     /// # Errors
     /// What went wrong, with the exit code it stands for.
     pub fn run() -> Result<()> {
+        let words: Vec<OsString> = std::env::args_os().skip(1).collect();
+        if let Some(ended) = sides::execute(&words) {
+            return ended;
+        }
         lab::hand_over()?;
         let matches = lab::listed(Self::command()).get_matches();
         match Self::from_arg_matches(&matches) {

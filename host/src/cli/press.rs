@@ -2,6 +2,7 @@
 
 use chaincell_kernel::Model;
 use clap::ValueEnum;
+use serde::{Deserialize, Serialize};
 
 use crate::engine::Contact;
 use crate::engine::motion::{Pose, Press};
@@ -13,7 +14,7 @@ const DEPTH_LINKS: f64 = 3.0;
 const DEPTH_M: f64 = 0.01;
 
 /// A built-in motion.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ValueEnum)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
 pub enum Motion {
     /// Approach, press, hold, retreat
     #[default]
@@ -21,9 +22,10 @@ pub enum Motion {
 }
 
 /// Where the press goes, how deep and how long.
-#[derive(Debug, Clone, clap::Args)]
+#[derive(Debug, Clone, Serialize, Deserialize, clap::Args)]
+#[serde(deny_unknown_fields)]
 pub struct PressArgs {
-    /// Point where the press touches, x,y,z [m]; with a probe its centre then: a radius outside
+    /// Point where the press touches, x,y,z [m]; with a tool its position then: a radius outside
     /// [default: at the contact of the model; 0,0,0 where no model is known]
     #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true,
         conflicts_with = "path")]
@@ -47,7 +49,7 @@ pub struct PressArgs {
 }
 
 /// Three coordinates.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 struct Vector([f64; 3]);
 
 fn vector(text: &str) -> std::result::Result<Vector, String> {

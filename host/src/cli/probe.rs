@@ -1,4 +1,4 @@
-//! What `info --probe` says of a probe on a model.
+//! What `info --probe` says of a sphere on a model.
 
 use chaincell_kernel::Model;
 use serde::Serialize;
@@ -7,19 +7,10 @@ use crate::engine::slow_press::slow_press;
 use crate::error::{Error, Result};
 use crate::terminal;
 
-/// A probe of one radius.
+/// A sphere of one radius, pressed slowly into the model.
 #[derive(Debug, Serialize)]
 pub struct ProbeReport {
     radius_m: f32,
-    /// `triangles` of the surface, or `nodes`.
-    meets: &'static str,
-    /// What there is only where it meets triangles.
-    #[serde(flatten)]
-    surface: Option<SurfaceReport>,
-}
-
-#[derive(Debug, Serialize)]
-struct SurfaceReport {
     /// Fewest and most samples along a side of a triangle.
     samples_per_side: [u16; 2],
     /// Least and largest stiffness of the samples of a triangle together.
@@ -39,10 +30,10 @@ struct SurfaceReport {
 }
 
 impl ProbeReport {
-    /// Presses slowly, for some seconds, where the image has a contact surface.
+    /// Presses slowly, for some seconds.
     ///
     /// # Errors
-    /// A radius out of range; no place for the press; Ctrl-C.
+    /// A radius out of range; a model without a contact surface; no place for the press; Ctrl-C.
     pub fn new(model: &Model<'_>, radius_m: f32) -> Result<Self> {
         let most_m = model.saturation() * model.unit_m();
         if !(radius_m > 0.0 && radius_m <= most_m) {
@@ -52,15 +43,19 @@ impl ProbeReport {
             )));
         }
         if !model.has_contact_surface() {
-            return Ok(Self { radius_m, meets: "nodes", surface: None });
+            return Err(Error::input(format!(
+                "--probe {radius_m}: this model has no contact surface; bake it with \
+                 --contact-surface yes"
+            )));
         }
         let press = slow_press(model, radius_m)?;
         let (mut samples, mut stiffness) = ([u16::MAX, 0], [f32::INFINITY, 0.0_f32]);
-        model.each_probe_triangle(radius_m, |parts, n_per_m| {
+        model.each_contact_triangle(radius_m, |parts, n_per_m| {
             samples = [samples[0].min(parts), samples[1].max(parts)];
             stiffness = [stiffness[0].min(n_per_m), stiffness[1].max(n_per_m)];
         });
-        let surface = SurfaceReport {
+        Ok(Self {
+            radius_m,
             samples_per_side: samples,
             contact_stiffness_n_per_m: stiffness,
             pressed_m: press.pressed_m,
@@ -70,29 +65,20 @@ impl ProbeReport {
             behind_least_force_n: press.behind.map(|behind| behind.least_n),
             lost_depth_m: press.lost_m,
             behind_by: press.behind.map(|of| if of.by_energy { "energy" } else { "depth" }),
-        };
-        Ok(Self { radius_m, meets: "triangles", surface: Some(surface) })
+        })
     }
 
     /// A table on standard output.
     pub fn print(&self) -> Result<()> {
         let row = |name: &str, value: String| terminal::say(format_args!("  {name:<14}{value}"));
         let millimetres = |metres: f64| format!("{:.1} mm", 1e3 * metres);
-        row("probe", format!("{}, meets {}", millimetres(self.radius_m.into()), self.meets))?;
-        let Some(of) = &self.surface else {
-            return row(
-                "",
-                "surface cells go in between the nodes' spacing: a small probe may slip through; \
-                 bake with --probe-contact surface"
-                    .to_owned(),
-            );
-        };
-        let [fewest, most] = of.samples_per_side;
+        row("probe", millimetres(self.radius_m.into()))?;
+        let [fewest, most] = self.samples_per_side;
         row("samples", format!("{fewest} to {most} along each side of a triangle"))?;
-        let [least, largest] = of.contact_stiffness_n_per_m;
+        let [least, largest] = self.contact_stiffness_n_per_m;
         row("contact", format!("{least:.1} to {largest:.1} N/m a triangle"))?;
-        let pressed = millimetres(of.pressed_m);
-        match (of.behind_depth_m, of.behind_force_n, of.behind_by) {
+        let pressed = millimetres(self.pressed_m);
+        match (self.behind_depth_m, self.behind_force_n, self.behind_by) {
             (Some(depth_m), Some(force_n), Some("energy")) => row(
                 "energy bound",
                 format!(
@@ -109,13 +95,13 @@ impl ProbeReport {
             )?,
             _ => row("never through", format!("not needed down to {pressed}"))?,
         }
-        if let Some(depth_m) = of.lost_depth_m {
+        if let Some(depth_m) = self.lost_depth_m {
             return row(
                 "lost",
                 format!("at {}: slipped off or went through", millimetres(depth_m)),
             );
         }
-        of.behind_least_force_n.map_or(Ok(()), |least_n| {
+        self.behind_least_force_n.map_or(Ok(()), |least_n| {
             row("", format!("a slow press feels {least_n:.3} N or more from there to {pressed}"))
         })
     }

@@ -87,7 +87,7 @@ pub fn execute(args: &Args) -> Result<()> {
             return Err(Error::file("replay", path, why));
         }
     };
-    let Played { ticks, commands, compared } = played;
+    let Played { ticks, commands, compared, .. } = played;
     let report = ReplayReport {
         cells: model.cells(),
         links: model.links(),

@@ -85,7 +85,7 @@ struct Source {
     /// Path of tool positions (CSV)
     #[arg(long, value_name = "PATH.csv")]
     path: Option<PathBuf>,
-    /// Built-in motion in place of a path: a press on the contact, with a probe from where it first
+    /// Built-in motion in place of a path: a press on the contact, with a tool from where it first
     /// touches the body
     #[arg(long, value_enum)]
     motion: Option<Motion>,
@@ -104,7 +104,7 @@ struct RunSummary {
     poses_repeated: u64,
     recorded: bool,
     snapshot_ticks: BTreeSet<u64>,
-    /// How near a probe came that never touched the body.
+    /// How near the tool came that never touched the body.
     never_touched: Option<Untouched>,
     /// Flags seen, each with the number of ticks it was set on.
     flag_ticks: FlagTicks,

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use chaincell_kernel::trace::{Command, CommandRecord};
 use chaincell_kernel::{Flags, TickOutput, ToolPose};
 use nalgebra::Vector3;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::budget::BudgetArgs;
 use super::inject::InjectArgs;
@@ -45,70 +45,71 @@ const KNOWN_TICKS_MAX: usize = 6 * RECORD_TICKS;
 const RECORD_TICKS_MAX: usize = 100 * RECORD_TICKS;
 
 /// Serve a model over shared memory: each pose is one tick and one answer.
-#[derive(Debug, clap::Args)]
+#[derive(Debug, Serialize, Deserialize, clap::Args)]
+#[serde(deny_unknown_fields)]
 #[command(after_help = "Example:\n  chaincell serve liver.chaincell --scene left\n\n\
     Prints `ready` once chaincell/left/pose and chaincell/left/force exist; ends on Ctrl-C.\n  \
     `chaincell state` reads its states, `chaincell contacts` its contacts, `chaincell command` resets,\n  \
     pauses and sets it.")]
 pub struct Args {
     /// Model file from `chaincell bake`
-    model: PathBuf,
+    pub model: PathBuf,
     #[command(flatten)]
-    tissue: TissueArgs,
+    pub tissue: TissueArgs,
     #[command(flatten)]
-    common: LoopArgs,
+    pub common: LoopArgs,
     /// Silence after which the published force falls to 0, 0 for never [ms]
     #[arg(long, default_value_t = 20, value_name = "MS", allow_negative_numbers = true)]
-    watchdog_ms: u32,
+    pub watchdog_ms: u32,
     /// Time in which it falls, and rises when poses come again; 0 for at once [ms]
     #[arg(long, default_value_t = 20, value_name = "MS", allow_negative_numbers = true)]
-    ramp_ms: u32,
+    pub ramp_ms: u32,
     /// Send the state hash with every so many ticks; 0 for none but the last
     #[arg(long, default_value_t = 1, value_name = "N", allow_negative_numbers = true)]
-    hash_every: u64,
+    pub hash_every: u64,
     /// Send the positions of all nodes to viewers so many times a second at most, and the contacts of
     /// tools on a contact surface; 0 for never [Hz]
     #[arg(long, default_value_t = 60, value_name = "HZ", allow_negative_numbers = true)]
-    state_hz: u32,
+    pub state_hz: u32,
     /// Execute so many poses a second at most, 1024 of them at once; further ones are counted and not
     /// executed; 0 for no limit [Hz]
     #[arg(long, default_value_t = POSE_HZ, value_name = "HZ", allow_negative_numbers = true)]
-    max_pose_hz: u32,
+    pub max_pose_hz: u32,
     /// End after so many ticks
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
-    ticks: Option<u64>,
+    pub ticks: Option<u64>,
     /// End after so many seconds
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
-    seconds: Option<f64>,
+    pub seconds: Option<f64>,
     /// Folder for the model, the poses as received, the forces, a trace and a summary
     #[arg(long, value_name = "DIR")]
-    out: Option<PathBuf>,
+    pub out: Option<PathBuf>,
     /// Only a trace, in this file, for `chaincell replay`
     #[arg(long, value_name = "FILE", conflicts_with = "out")]
-    record: Option<PathBuf>,
+    pub record: Option<PathBuf>,
     /// Overwrite the results of an earlier run in --out, or an earlier trace in --record
     #[arg(long)]
-    force: bool,
+    pub force: bool,
     /// Go on from a snapshot of `chaincell command snapshot`, with the options of its session; its
     /// controller needs to release no tool first
     #[arg(long, value_name = "FILE")]
-    restore: Option<PathBuf>,
+    pub restore: Option<PathBuf>,
     /// Ticks that --out and --record have room for, 48 bytes of the disk each, and as many for each
     /// --tool
     /// [default: --ticks or --seconds at 1 kHz, at most an hour; else ten minutes]
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
-    record_ticks: Option<usize>,
+    pub record_ticks: Option<usize>,
     #[command(flatten)]
-    budget: BudgetArgs,
+    pub budget: BudgetArgs,
     #[command(flatten)]
-    verdict: VerdictArgs,
+    pub verdict: VerdictArgs,
     #[command(flatten)]
-    stage: StageArgs,
+    pub stage: StageArgs,
     #[command(flatten)]
-    inject: InjectArgs,
+    pub inject: InjectArgs,
     /// Print the report as one JSON object, the last line
     #[arg(long)]
-    json: bool,
+    pub json: bool,
 }
 
 /// summary.json
@@ -192,7 +193,7 @@ fn options(args: &Args, tissue: &Staged<'_>, faults: &Faults) -> Result<ServeOpt
         scene: args.common.scene.clone(),
         wait: args.common.wait,
         realtime: !args.common.no_realtime,
-        ends_with_parent: args.common.ends_with_parent,
+        ends_with_parent: args.common.is_child,
         watchdog_ms: args.watchdog_ms,
         ramp_ms: args.ramp_ms,
         max_slew_n_per_s: tissue.settings().map_or(f32::INFINITY, |stage| stage.max_slew_n_per_s),
@@ -215,7 +216,7 @@ fn options(args: &Args, tissue: &Staged<'_>, faults: &Faults) -> Result<ServeOpt
 
 /// The server with all that it sends and takes.
 fn open(options: &ServeOptions, engine: &Engine<'_>, state_hz: u32) -> Result<Server> {
-    let (nodes, tools) = (engine.node_count(), engine.tools_on_surface());
+    let (nodes, tools) = (engine.node_count(), engine.contact().tools());
     let server = Server::open(options)?.with_state(nodes, state_hz)?;
     server.with_contacts(tools, state_hz)?.with_commands()
 }
@@ -352,7 +353,7 @@ fn answer(force: &TickForce) -> Answer {
     Answer { tick: force.tick, output }
 }
 
-/// How near a probe came that never touched, where all of the session is recorded.
+/// How near the tool came that never touched, where all of the session is recorded.
 fn untouched(tissue: &Staged<'_>, rows: &[Row], report: &ServeReport) -> Option<Untouched> {
     let poses: Vec<Pose> = rows.iter().map(|row| row.pose).collect();
     let has_touched = rows.iter().any(|row| row.force.contacts > 0);

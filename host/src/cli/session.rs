@@ -1,54 +1,42 @@
-//! Both processes of a co-simulation under one command, with the machine's floor beside them.
-
-use std::ffi::OsString;
-use std::path::Path;
+//! Arguments that every command which loops at 1 kHz shares, and lines that several of them print.
 
 use chaincell_kernel::{Choice, Model};
+use serde::{Deserialize, Serialize};
 use tempfile::TempDir;
 
 use super::choice::parser;
 use super::press::press_on;
-use super::verdict::VerdictArgs;
+use crate::choice;
 use crate::engine::Engine;
 use crate::engine::motion::Pose;
 use crate::error::{Error, Result};
-use crate::files::path;
-use crate::files::whole::write_whole;
 use crate::session::ipc;
 use crate::session::ipc::services::Domain;
 use crate::session::ipc::serving::ServePorts;
-use crate::session::loops::floor::{self, Floor};
-use crate::session::loops::inject::{Faults, Plan};
-use crate::session::loops::serve::POSE_HZ;
 use crate::session::loops::wait::Wait;
-use crate::session::supervise::{CosimOptions, CosimReports, cosim};
-use crate::session::timing::clock::MILLISECOND_NS;
 use crate::session::timing::histogram::Summary;
 use crate::terminal;
 use crate::words::counted;
 
-/// Ticks of each measurement of the machine's floor: a second and a half.
-const FLOOR_TICKS: u32 = 1500;
-/// Longest wait for `serve` [s].
-const READY_S: u64 = 20;
-
 /// Arguments of every command that loops at 1 kHz.
-#[derive(Debug, Clone, clap::Args)]
+#[derive(Debug, Clone, Serialize, Deserialize, clap::Args)]
+#[serde(deny_unknown_fields)]
 pub struct LoopArgs {
     /// Name of the scene: services chaincell/NAME/pose and chaincell/NAME/force
     #[arg(long, value_name = "NAME")]
     pub scene: Option<String>,
     /// How to wait for the other process
+    #[serde(with = "choice")]
     #[arg(long, value_parser = parser::<Wait>(), default_value = Wait::default().name())]
     pub wait: Wait,
     /// Do not ask for real-time scheduling, locked memory and a core of its own
     #[arg(long)]
     pub no_realtime: bool,
-    /// End when the process that started this one has ended
-    #[arg(long, hide = true)]
-    pub ends_with_parent: bool,
-    /// Put histograms into the report of --json
-    #[arg(long, hide = true)]
+    /// True for a process that ends with its parent, which reads its report.
+    #[arg(skip)]
+    pub is_child: bool,
+    /// True for a report with histograms.
+    #[arg(skip)]
     pub histogram: bool,
 }
 
@@ -62,19 +50,10 @@ impl LoopArgs {
     /// How a side ends that has printed its report: where another process of this program reads
     /// the report, that one tells the user what went wrong.
     pub fn after_report(&self, outcome: Result<()>) -> Result<()> {
-        outcome.map_err(|why| match self.ends_with_parent {
+        outcome.map_err(|why| match self.is_child {
             true => Error::Reported(why.exit_code()),
             false => why,
         })
-    }
-
-    /// The same arguments for the two child processes, and a report from each.
-    pub fn to_args(&self) -> Vec<OsString> {
-        let mut args: Vec<OsString> = vec!["--json".into()];
-        args.extend(self.scene.iter().map(|name| format!("--scene={name}").into()));
-        args.extend(["--ends-with-parent".into(), "--wait".into(), self.wait.name().into()]);
-        args.extend(self.no_realtime.then(|| "--no-realtime".into()));
-        args
     }
 }
 
@@ -97,78 +76,9 @@ pub fn tell_latencies(rows: &[(&str, &Summary)]) -> Result<()> {
     })
 }
 
-/// What a session measured.
-pub struct Session {
-    /// Both processes' reports.
-    pub reports: CosimReports,
-    /// The machine's floor, measured just before.
-    pub floor: Floor,
-}
-
 /// The built-in press on the body of an engine, at its contact.
 pub fn press(engine: &Engine<'_>, depth_m: Option<f64>, ticks: u64) -> Result<Vec<Pose>> {
     press_on(engine.network().model(), engine.contact(), depth_m, ticks)
-}
-
-/// The model's bytes and the poses as files that the two processes read.
-pub struct Files<'a> {
-    /// Model image.
-    pub model: &'a Path,
-    /// Folder for scratch files.
-    pub scratch: &'a Path,
-    /// Folder for the results of `serve`.
-    pub out: Option<&'a Path>,
-}
-
-/// What the two processes are told beside the files.
-#[derive(Debug, Default)]
-pub struct Sides {
-    /// Further arguments of `serve`.
-    pub serve_args: Vec<OsString>,
-    /// Further arguments of `control`.
-    pub control_args: Vec<OsString>,
-    /// The faults that `control` is told to make, with their seed.
-    pub faults: Option<(Faults, u64)>,
-}
-
-/// Measures the floor, then runs both processes over `poses`.
-pub fn run(files: &Files<'_>, poses: &[Pose], sides: Sides, common: &LoopArgs) -> Result<Session> {
-    let sent = files.scratch.join("sent.csv");
-    write_whole(&sent, path::to_text(poses.iter().copied()).as_bytes())?;
-    let spinner = terminal::progress(1, "measuring the machine's floor");
-    let floor = floor::measure(common.wait, !common.no_realtime, FLOOR_TICKS, &Domain::default())?;
-    spinner.finish_and_clear();
-    let both = common.to_args();
-    let mut serve_args: Vec<OsString> = vec!["serve".into(), files.model.into()];
-    serve_args.extend(both.iter().cloned());
-    serve_args.extend(VerdictArgs::off());
-    let totals = Plan::new(poses.len() as u64, sides.faults).totals();
-    if totals.answers == 0 {
-        return Err(Error::input("--inject: no pose would be left to answer; lose fewer of them"));
-    }
-    if let Some((faults, _)) = sides.faults {
-        // What is sent faster on purpose is to be executed.
-        let pose_hz = faults.rate_hz.max(POSE_HZ);
-        serve_args.extend(["--max-pose-hz".into(), pose_hz.to_string().into()]);
-        if faults.sweep > 0.0 {
-            serve_args.push(format!("--inject={}", faults.of_sweeps()).into());
-        }
-    }
-    serve_args.extend(sides.serve_args);
-    serve_args.extend(["--ticks".into(), totals.answers.to_string().into()]);
-    if let Some(out) = files.out {
-        serve_args.extend(["--force".into(), "--out".into(), out.into()]);
-        serve_args.extend(["--record-ticks".into(), totals.answers.to_string().into()]);
-    }
-    let mut control_args: Vec<OsString> = vec!["control".into(), "--path".into(), sent.into()];
-    control_args.extend(both);
-    control_args.extend(VerdictArgs::off());
-    control_args.extend(sides.control_args);
-    let motion_ms = totals.end_ns / MILLISECOND_NS;
-    let program = std::env::current_exe()
-        .map_err(|why| Error::check(format!("cannot find this executable: {why}")))?;
-    let options = CosimOptions { program, serve_args, control_args, motion_ms, ready_s: READY_S };
-    Ok(Session { reports: cosim(&options)?, floor })
 }
 
 /// Size in a line, for headings.

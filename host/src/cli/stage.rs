@@ -1,15 +1,17 @@
 //! Arguments of the output stage between the tissue and a device: `run`, `serve`, `cosim`.
 
-use std::ffi::OsString;
+use std::fmt;
+use std::str::FromStr;
 
 use chaincell_kernel::Choice;
 use chaincell_kernel::stage::{
     Coupling, DELAY_MAX, Device, HAND_SPEED_MAX_M_PER_S, Passivity, Stage, StageSettings,
     TICKS_MAX, passive_stiffness_n_per_m,
 };
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::choice::parser;
+use crate::choice::{self, by_text};
 use crate::error::{Error, Result};
 use crate::session::timing::clock::SECOND_NS;
 
@@ -17,24 +19,26 @@ use crate::session::timing::clock::SECOND_NS;
 const DEVICE_HZ: u32 = 1000;
 
 /// What stands between the tissue and the device; nothing unless one of these is given.
-#[derive(Debug, Clone, Default, clap::Args)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize, clap::Args)]
+#[serde(deny_unknown_fields)]
 #[command(next_help_heading = "Output stage")]
 pub struct StageArgs {
     /// Device whose profile the stage takes; what is given beside it goes before the profile. Counts
     /// on 0.5 N s/m of damping in the device: give --passivity with your own
+    #[serde(with = "choice::optional")]
     #[arg(long, value_parser = parser::<Device>(), value_name = "DEVICE")]
     device: Option<Device>,
     /// Virtual coupling, a spring [N/m] and a damper [N s/m] between device and tool: K, K:B or none
-    #[arg(long, value_name = "K[:B]", value_parser = coupling, allow_hyphen_values = true)]
+    #[arg(long, value_name = "K[:B]", allow_hyphen_values = true)]
     coupling: Option<OrNone<Coupling>>,
     /// Passivity observer and controller: the damping that the device has for sure [N s/m], or none.
     /// Where it cannot keep up it lets the force go along --engage-ramp-ms, not without one
-    #[arg(long, value_name = "BDEV", value_parser = passivity, allow_hyphen_values = true)]
+    #[arg(long, value_name = "BDEV", allow_hyphen_values = true)]
     passivity: Option<OrNone<Passivity>>,
     /// Ticks between an answer and the device's pushing with it, 0 to 16: 0 where it does so at once. From
     /// 2 on the coupling is weakened to what is passive: `chaincell info --device` prints it. auto:
     /// measured by serve, from the send times of the poses; it begins with 16. 1 by default
-    #[arg(long, value_name = "N|auto", value_parser = delay, allow_hyphen_values = true)]
+    #[arg(long, value_name = "N|auto", allow_hyphen_values = true)]
     delay_ticks: Option<Delay>,
     /// Poses that the device sends in a second: a tick of the stage is one of them. 1000 by default
     #[arg(long, value_name = "HZ", allow_negative_numbers = true,
@@ -48,8 +52,8 @@ pub struct StageArgs {
     max_device_force_n: Option<f32>,
     /// Largest speed of the hand [m/s], or off: an engaged pose farther from the last one is a bad sample.
     /// serve and cosim go by it without an output stage too. 5 by default
-    #[arg(long, value_name = "V|off", value_parser = speed, allow_hyphen_values = true)]
-    max_speed_m_per_s: Option<f32>,
+    #[arg(long, value_name = "V|off", allow_hyphen_values = true)]
+    max_speed_m_per_s: Option<SpeedLimit>,
     /// Ticks in which the force rises after engaging [ms]
     #[arg(long, value_name = "MS", allow_negative_numbers = true,
         value_parser = clap::value_parser!(u16).range(0..=60_000))]
@@ -63,12 +67,100 @@ type Checked<T> = std::result::Result<T, String>;
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct OrNone<Part>(Option<Part>);
 
+impl FromStr for OrNone<Coupling> {
+    type Err = String;
+
+    fn from_str(text: &str) -> Checked<Self> {
+        if text == "none" {
+            return Ok(Self(None));
+        }
+        let (stiffness, damping) = text.split_once(':').unwrap_or((text, "0"));
+        let coupling =
+            Coupling { stiffness_n_per_m: number(stiffness)?, damping_n_s_per_m: number(damping)? };
+        part(coupling, |coupling| StageSettings { coupling, ..StageSettings::NONE })
+    }
+}
+
+impl FromStr for OrNone<Passivity> {
+    type Err = String;
+
+    fn from_str(text: &str) -> Checked<Self> {
+        if text == "none" {
+            return Ok(Self(None));
+        }
+        let passivity = Passivity { device_damping_n_s_per_m: number(text)?, delay_ticks: 1 };
+        part(passivity, |passivity| StageSettings { passivity, ..StageSettings::NONE })
+    }
+}
+
+impl fmt::Display for OrNone<Coupling> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.0 {
+            None => f.write_str("none"),
+            Some(of) => write!(f, "{}:{}", of.stiffness_n_per_m, of.damping_n_s_per_m),
+        }
+    }
+}
+
+impl fmt::Display for OrNone<Passivity> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.0 {
+            None => f.write_str("none"),
+            Some(of) => of.device_damping_n_s_per_m.fmt(f),
+        }
+    }
+}
+
 /// The delay of the loop.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Delay {
     Told(u8),
     Measured,
 }
+
+impl FromStr for Delay {
+    type Err = String;
+
+    fn from_str(text: &str) -> Checked<Self> {
+        let told = text.parse().ok().filter(|ticks| *ticks <= DELAY_MAX).map(Self::Told);
+        match text {
+            "auto" => Ok(Self::Measured),
+            _ => told.ok_or_else(|| format!("must be 0 to {DELAY_MAX}, or auto")),
+        }
+    }
+}
+
+impl fmt::Display for Delay {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Told(ticks) => ticks.fmt(f),
+            Self::Measured => f.write_str("auto"),
+        }
+    }
+}
+
+/// Largest speed of the hand, infinite for any \[m/s\].
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct SpeedLimit(f32);
+
+impl FromStr for SpeedLimit {
+    type Err = String;
+
+    fn from_str(text: &str) -> Checked<Self> {
+        match text {
+            "off" => Ok(Self(f32::INFINITY)),
+            _ => positive(text).map(Self).map_err(|why| why + ", or off"),
+        }
+    }
+}
+
+impl fmt::Display for SpeedLimit {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.0.is_infinite() { f.write_str("off") } else { self.0.fmt(f) }
+    }
+}
+
+by_text!(OrNone<Coupling>, OrNone<Passivity>, Delay, SpeedLimit);
 
 /// The stage in force, for summaries; absent parts are null.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -137,7 +229,7 @@ impl StageArgs {
     /// Largest speed of the hand, infinite for any [m/s].
     #[must_use]
     pub fn max_speed_m_per_s(&self) -> f32 {
-        self.max_speed_m_per_s.unwrap_or(HAND_SPEED_MAX_M_PER_S)
+        self.max_speed_m_per_s.map_or(HAND_SPEED_MAX_M_PER_S, |limit| limit.0)
     }
 
     /// A tick of the device, where the delay is measured \[ns\].
@@ -158,35 +250,6 @@ impl StageArgs {
             ));
         }
         self.settings()
-    }
-
-    /// The same arguments for a child process.
-    pub fn to_args(&self) -> Vec<OsString> {
-        let mut args = Vec::new();
-        args.extend(self.device.map(|device| format!("--device={}", device.name())));
-        args.extend(self.coupling.map(|part| match part.0 {
-            None => "--coupling=none".to_owned(),
-            Some(Coupling { stiffness_n_per_m, damping_n_s_per_m }) => {
-                format!("--coupling={stiffness_n_per_m}:{damping_n_s_per_m}")
-            }
-        }));
-        args.extend(self.passivity.map(|part| match part.0 {
-            None => "--passivity=none".to_owned(),
-            Some(passivity) => format!("--passivity={}", passivity.device_damping_n_s_per_m),
-        }));
-        args.extend(self.delay_ticks.map(|delay| match delay {
-            Delay::Told(ticks) => format!("--delay-ticks={ticks}"),
-            Delay::Measured => "--delay-ticks=auto".to_owned(),
-        }));
-        args.extend(self.device_hz.map(|hz| format!("--device-hz={hz}")));
-        args.extend(self.max_slew_n_per_s.map(|value| format!("--max-slew-n-per-s={value}")));
-        args.extend(self.max_device_force_n.map(|value| format!("--max-device-force-n={value}")));
-        args.extend(self.max_speed_m_per_s.map(|value| match value {
-            f32::INFINITY => "--max-speed-m-per-s=off".to_owned(),
-            value => format!("--max-speed-m-per-s={value}"),
-        }));
-        args.extend(self.engage_ramp_ms.map(|value| format!("--engage-ramp-ms={value}")));
-        args.into_iter().map(OsString::from).collect()
     }
 
     /// Every parameter in force, `None` without a stage.
@@ -220,21 +283,9 @@ impl StageArgs {
     }
 }
 
-fn delay(text: &str) -> Checked<Delay> {
-    let told = text.parse().ok().filter(|ticks| *ticks <= DELAY_MAX).map(Delay::Told);
-    match text {
-        "auto" => Ok(Delay::Measured),
-        _ => told.ok_or_else(|| format!("must be 0 to {DELAY_MAX}, or auto")),
-    }
-}
-
 fn positive(text: &str) -> Checked<f32> {
     let number = text.parse().ok().filter(|x: &f32| x.is_finite() && *x > 0.0);
     number.ok_or_else(|| "must be above 0 and finite".to_owned())
-}
-
-fn speed(text: &str) -> Checked<f32> {
-    if text == "off" { Ok(f32::INFINITY) } else { positive(text).map_err(|why| why + ", or off") }
 }
 
 fn number(text: &str) -> Checked<f32> {
@@ -248,24 +299,6 @@ fn part<Part: Copy>(
 ) -> Checked<OrNone<Part>> {
     settings(Some(part)).check().map_err(|why| why.to_string())?;
     Ok(OrNone(Some(part)))
-}
-
-fn coupling(text: &str) -> Checked<OrNone<Coupling>> {
-    if text == "none" {
-        return Ok(OrNone(None));
-    }
-    let (stiffness, damping) = text.split_once(':').unwrap_or((text, "0"));
-    let coupling =
-        Coupling { stiffness_n_per_m: number(stiffness)?, damping_n_s_per_m: number(damping)? };
-    part(coupling, |coupling| StageSettings { coupling, ..StageSettings::NONE })
-}
-
-fn passivity(text: &str) -> Checked<OrNone<Passivity>> {
-    if text == "none" {
-        return Ok(OrNone(None));
-    }
-    let passivity = Passivity { device_damping_n_s_per_m: number(text)?, delay_ticks: 1 };
-    part(passivity, |passivity| StageSettings { passivity, ..StageSettings::NONE })
 }
 
 #[cfg(test)]
@@ -287,7 +320,6 @@ mod tests {
     fn without_arguments_there_is_no_stage() {
         assert_eq!(stage(&[]).settings().unwrap(), None);
         assert_eq!(stage(&[]).report().unwrap(), None);
-        assert!(stage(&[]).to_args().is_empty());
     }
 
     #[test]
@@ -317,12 +349,10 @@ mod tests {
         let any = &["--device=touch", "--max-speed-m-per-s=off"];
         for args in [all, &["--coupling=none", "--passivity=none"], &["--device=touch"], any] {
             let parent = stage(args);
-            let passed: Vec<String> =
-                parent.to_args().into_iter().map(|arg| arg.into_string().unwrap()).collect();
-            let passed: Vec<&str> = passed.iter().map(String::as_str).collect();
-            let (settings, report) = (parent.settings().unwrap(), parent.report().unwrap());
-            assert_eq!(stage(&passed).settings().unwrap(), settings, "{args:?}");
-            assert_eq!(stage(&passed).report().unwrap(), report, "{args:?}");
+            let text = serde_json::to_string(&parent).unwrap();
+            let child: StageArgs = serde_json::from_str(&text).unwrap();
+            assert_eq!(child.settings().unwrap(), parent.settings().unwrap(), "{text}");
+            assert_eq!(child.report().unwrap(), parent.report().unwrap(), "{text}");
         }
     }
 

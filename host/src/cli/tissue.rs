@@ -5,13 +5,9 @@
     reason = "help texts, which name units as [N] and are printed as they stand"
 )]
 
-use std::ffi::OsString;
-
 use chaincell_kernel::stage::StageSettings;
-use chaincell_kernel::{
-    Choice, Drive, FRICTION_MAX, Model, Network, Settings, SettingsError, Unloading,
-};
-use serde::Serialize;
+use chaincell_kernel::{Choice, Drive, Model, Network, Settings, SettingsError, Unloading};
+use serde::{Deserialize, Serialize};
 
 use super::choice::parser;
 use super::tool::{self, ToolSpec};
@@ -27,38 +23,35 @@ use crate::words::counted;
 const TICK_S: f32 = 1e-3;
 
 /// Contact, dynamics and limits.
-#[derive(Debug, Clone, clap::Args)]
+#[derive(Debug, Clone, Serialize, Deserialize, clap::Args)]
+#[serde(deny_unknown_fields)]
 pub struct TissueArgs {
     /// Cells that the tool holds while engaged: cells:SELECTOR (see `bake --help`), input ids, or
     /// auto: the free surface cell farthest from the fixed ones with its surface neighbours. Of a
     /// model baked with --cells, nodes: the cells are held of whose group they are half or more.
-    /// The tool's displacement counts from where it engages. Or probe:RADIUS: a sphere of that
-    /// radius [m] around the tool pushes surface cells out
+    /// The tool's displacement counts from where it engages. Or probe:RADIUS, in short for --tool
+    /// sphere:RADIUS
     #[arg(long, default_value = "auto", value_name = "CONTACT")]
     pub contact: String,
-    /// A tool by its parts, on a model that was baked with --probe-contact surface; up to eight times,
-    /// the first is tool 0. PART[+PART...], at most eight, each sphere:R, capsule:HALF_LENGTH,R (along
+    /// A tool by its parts, on a model with a contact surface (`bake`); up to eight times, the first is
+    /// tool 0. PART[+PART...], at most eight, each sphere:R, capsule:HALF_LENGTH,R (along
     /// z), box:HX,HY,HZ,R (half edges of the core inside the rounding) or half-space[:R] (all below
     /// z = 0), then @X,Y,Z, its place in the tool's frame, and /X,Y,Z,W, its turn, a unit quaternion
     /// [m]
-    #[arg(long, value_name = "PART[+PART...]", value_parser = tool::spec,
-        conflicts_with_all = ["contact", "probe_capacity"])]
+    #[arg(long, value_name = "PART[+PART...]", conflicts_with = "contact")]
     pub tool: Vec<ToolSpec>,
-    /// Most cells that a probe touches at a time [default: 64]
-    #[arg(long, value_name = "N", allow_negative_numbers = true,
-        value_parser = clap::value_parser!(u16).range(1..))]
-    pub probe_capacity: Option<u16>,
-    /// Coefficient of friction between a probe, or tools, and the contact surface of a model that was baked with
-    /// --probe-contact surface [default: 0]
+    /// Coefficient of friction between tools and the tissue [default: 0]
     #[arg(long, value_name = "MU", allow_negative_numbers = true)]
     pub friction: Option<f32>,
     /// Scheme: track follows the equilibrium; predict does so in fewer sweeps where the tool holds
     /// cells or moves on a surface; euler is the paper's own, for relaxation in time;
     /// rkl2 the same trajectory beyond euler's bound [default: predict where the tool holds
-    /// cells of a model without slack, or meets a contact surface; else track]
+    /// cells of a model without slack, or there are tools; else track]
+    #[serde(with = "choice::optional")]
     #[arg(long, value_parser = parser::<Scheme>())]
     scheme: Option<Scheme>,
     /// Numbers that cells and links are computed in
+    #[serde(with = "choice")]
     #[arg(long, value_parser = parser::<Arithmetic>(), default_value = Arithmetic::default().name(),
         value_name = "TYPE")]
     pub precision: Arithmetic,
@@ -80,6 +73,7 @@ pub struct TissueArgs {
     /// What the tool's displacement does to the contact cells: it prescribes their positions, or it
     /// is the current into each of them (the paper's drive), a load of 2 k times the displacement
     /// [N]
+    #[serde(with = "choice")]
     #[arg(long, value_parser = parser::<Drive>(), default_value = Drive::default().name())]
     pub drive: Drive,
     /// Largest motion of the contact cells, or change of the current, a tick [m] [default: one mean
@@ -87,6 +81,7 @@ pub struct TissueArgs {
     #[arg(long, value_name = "D", allow_negative_numbers = true)]
     pub max_tool_step_m: Option<f32>,
     /// When the links' bands close to their rest lengths
+    #[serde(with = "choice")]
     #[arg(long, value_parser = parser::<Unloading>(), default_value = Unloading::default().name())]
     pub unloading: Unloading,
     /// Largest force; a larger one is shortened and flagged [N] [default: no limit]
@@ -96,9 +91,6 @@ pub struct TissueArgs {
     #[arg(long, value_name = "T", allow_negative_numbers = true, requires = "tool")]
     pub max_torque_n_m: Option<f32>,
 }
-
-/// Most cells that a probe touches at a time unless `--probe-capacity` says otherwise.
-const PROBE_CAPACITY: u16 = 64;
 
 /// Why a scheme takes no time.
 const STATIC: &str = "this scheme answers the static question; take --scheme euler or rkl2";
@@ -124,8 +116,6 @@ pub struct TissueReport {
     max_torque_n_m: Option<f32>,
     tools: Vec<String>,
     contact_nodes: Vec<u32>,
-    probe_radius_m: Option<f32>,
-    probe_capacity: Option<usize>,
     friction: Option<f32>,
     alpha: f32,
     alpha_varies: bool,
@@ -143,7 +133,7 @@ impl TissueArgs {
     /// The engine for a model.
     pub fn engine<'m>(&self, model: Model<'m>) -> Result<Engine<'m>> {
         let contact = self.contact(&model)?;
-        let scheme = self.scheme(&model, &contact);
+        let scheme = self.scheme(&model);
         let defaults = scheme.settings(&model, self.sweeps);
         let (step, tick_time) = self.times(scheme, &model, &defaults)?;
         let settings = Settings {
@@ -188,12 +178,13 @@ impl TissueArgs {
     }
 
     /// The scheme that was asked for, or the one that suits the scene.
-    fn scheme(&self, model: &Model<'_>, contact: &Contact) -> Scheme {
-        let why_track = match contact {
-            Contact::Probe { .. } if !model.has_contact_surface() => Some("with a probe on cells"),
-            _ if self.drive == Drive::Current => Some("under a current"),
-            _ if model.has_slack() => Some("on a model with slack (--alpha of bake)"),
-            _ => None,
+    fn scheme(&self, model: &Model<'_>) -> Scheme {
+        let why_track = if self.drive == Drive::Current {
+            Some("under a current")
+        } else if model.has_slack() {
+            Some("on a model with slack (--alpha of bake)")
+        } else {
+            None
         };
         match (self.scheme, why_track) {
             (None, None) if self.precision == Arithmetic::F32 => Scheme::Predict,
@@ -284,54 +275,29 @@ impl TissueArgs {
 
     /// What the tool touches.
     fn contact(&self, model: &Model<'_>) -> Result<Contact> {
-        let contact = match self.tool.as_slice() {
-            [] => contact(&self.contact, self.probe_capacity, model)?,
-            specs => tool::tools(specs, self.friction, model)?,
-        };
-        if !matches!(contact, Contact::Cells(_)) && self.drive == Drive::Current {
+        let tools = self.tools()?;
+        if tools.is_empty() {
+            if let Some(friction) = self.friction {
+                return Err(Error::input(format!(
+                    "--friction {friction}: cells that are held do not slide; give --contact \
+                     probe:RADIUS or --tool, or leave it out"
+                )));
+            }
+            return contact_cells(&self.contact, model).map(Contact::Cells);
+        }
+        if self.drive == Drive::Current {
             return Err(Error::input(
                 "--drive current loads chosen cells, and a probe or a --tool has none: give --contact \
                  cells:SELECTOR, or leave --drive out",
             ));
         }
-        match (self.friction, contact) {
-            (None, contact) => Ok(contact),
-            (Some(friction), Contact::Probe { radius_m, .. }) if friction != 0.0 => {
-                slides(model, radius_m, friction)
-            }
-            (Some(friction), Contact::Cells(_)) => Err(Error::input(format!(
-                "--friction {friction}: cells that are held do not slide; give --contact \
-                 probe:RADIUS, or leave it out"
-            ))),
-            (Some(_), contact) => Ok(contact),
-        }
+        tool::tools(&tools, self.friction, model)
     }
 
-    /// The same arguments for a child process.
-    pub fn to_args(&self) -> Vec<OsString> {
-        let mut args: Vec<String> =
-            self.tool.iter().map(|tool| format!("--tool={}", tool.text)).collect();
-        if args.is_empty() {
-            args.push(format!("--contact={}", self.contact));
-        }
-        args.extend(self.probe_capacity.map(|count| format!("--probe-capacity={count}")));
-        args.extend(self.friction.map(|friction| format!("--friction={friction}")));
-        args.extend(self.scheme.map(|scheme| format!("--scheme={}", scheme.name())));
-        args.push(format!("--precision={}", self.precision.name()));
-        args.push(format!("--sweeps={}", self.sweeps));
-        args.push(format!("--threads={}", self.threads));
-        args.push(format!("--drive={}", self.drive.name()));
-        args.push(format!("--unloading={}", self.unloading.name()));
-        for (option, value) in [
-            ("--step", self.step),
-            ("--time-constant-s", self.time_constant_s),
-            ("--max-tool-step-m", self.max_tool_step_m),
-            ("--max-force-n", self.max_force_n),
-            ("--max-torque-n-m", self.max_torque_n_m),
-        ] {
-            args.extend(value.map(|value| format!("{option}={value}")));
-        }
-        args.into_iter().map(OsString::from).collect()
+    /// The tools by their parts: those of `--tool`, or the sphere of `--contact probe:RADIUS`.
+    fn tools(&self) -> Result<Vec<ToolSpec>> {
+        let sphere = tool::probe(&self.contact)?.filter(|_| self.tool.is_empty());
+        Ok(sphere.map_or_else(|| self.tool.clone(), |sphere| vec![sphere]))
     }
 
     /// Every parameter in force.
@@ -340,12 +306,12 @@ impl TissueArgs {
         let mut contact_nodes: Vec<u32> =
             engine.contacts().iter().map(|&cell| model.input_id()[usize::from(cell)]).collect();
         contact_nodes.sort_unstable();
-        let (probe_radius_m, probe_capacity, friction) = match *engine.contact() {
-            Contact::Cells(_) => (None, None, None),
-            Contact::Probe { radius_m, capacity } => (Some(radius_m), Some(capacity), None),
-            Contact::Slides { radius_m, friction } => (Some(radius_m), None, Some(friction)),
-            Contact::Tools { friction, .. } => (None, None, Some(friction)),
+        let friction = match *engine.contact() {
+            Contact::Cells(_) => None,
+            Contact::Tools { friction, .. } => Some(friction),
         };
+        // They were read once already.
+        let tools = self.tools().unwrap_or_default();
         let by_tick = engine.scheme().goes_by_tick();
         let euler = f32::from(settings.sweeps) * settings.step;
         TissueReport {
@@ -364,10 +330,8 @@ impl TissueArgs {
             unloading: self.unloading,
             max_force_n: self.max_force_n,
             max_torque_n_m: self.max_torque_n_m,
-            tools: self.tool.iter().map(|tool| tool.text.clone()).collect(),
+            tools: tools.into_iter().map(|tool| tool.text).collect(),
             contact_nodes,
-            probe_radius_m,
-            probe_capacity,
             friction,
             alpha: model.alpha(),
             alpha_varies: model.alpha_varies(),
@@ -383,47 +347,13 @@ impl TissueArgs {
     }
 }
 
-/// A sphere that rubs on a contact surface.
-fn slides(model: &Model<'_>, radius_m: f32, friction: f32) -> Result<Contact> {
-    if !(0.0..=FRICTION_MAX).contains(&friction) {
-        return Err(Error::input(format!("--friction {friction}: must be 0 to {FRICTION_MAX}")));
-    }
-    if !model.has_contact_surface() {
-        return Err(Error::input(format!(
-            "--friction {friction}: the probe touches cells of this model, without friction; bake it \
-             with --probe-contact surface"
-        )));
-    }
-    Ok(Contact::Slides { radius_m, friction })
-}
-
-/// What `--contact` and `--probe-capacity` name on a model.
+/// What `--contact` names on a model.
 ///
 /// # Errors
-/// A selector or a radius that names nothing, a capacity without a probe.
-pub fn contact(contact: &str, probe_capacity: Option<u16>, model: &Model<'_>) -> Result<Contact> {
-    if contact == "probe" {
-        let why = "--contact probe: give its radius [m], as in probe:0.012";
-        return Err(Error::input(why));
+/// A selector or a radius that names nothing, a model without a contact surface.
+pub fn contact(contact: &str, model: &Model<'_>) -> Result<Contact> {
+    match tool::probe(contact)? {
+        Some(sphere) => tool::tools(&[sphere], None, model),
+        None => contact_cells(contact, model).map(Contact::Cells),
     }
-    let Some(radius) = contact.strip_prefix("probe:") else {
-        if let Some(capacity) = probe_capacity {
-            return Err(Error::input(format!(
-                "--probe-capacity {capacity}: there is no probe; give --contact probe:RADIUS, or \
-                 leave it out"
-            )));
-        }
-        return contact_cells(contact, model).map(Contact::Cells);
-    };
-    let radius_m: f32 = radius.parse().map_err(|_| {
-        Error::input(format!("--contact {contact}: {radius:?} is no radius [m], as in probe:0.012"))
-    })?;
-    let most_m = model.saturation() * model.unit_m();
-    if !(radius_m > 0.0 && radius_m <= most_m) {
-        return Err(Error::input(format!(
-            "--contact {contact}: the probe's radius must be above 0 and at most {most_m} m, the \
-             body's own bound (--k-m of bake)"
-        )));
-    }
-    Ok(Contact::Probe { radius_m, capacity: probe_capacity.unwrap_or(PROBE_CAPACITY).into() })
 }

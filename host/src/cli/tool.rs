@@ -1,7 +1,11 @@
 //! Tools by their parts, as `--tool` names them.
 
+use std::fmt;
+use std::str::FromStr;
+
 use chaincell_kernel::{FRICTION_MAX, Model, PARTS_MAX, TOOLS_MAX, ToolPart};
 
+use crate::choice::by_text;
 use crate::engine::Contact;
 use crate::engine::tools::{is_unit, length_of};
 use crate::error::{Error, Result};
@@ -17,20 +21,29 @@ pub struct ToolSpec {
     parts: Vec<ToolPart>,
 }
 
-/// Reads `PART[+PART...]`.
-///
-/// # Errors
-/// The part and the field that is wrong, and what to write.
-pub fn spec(text: &str) -> std::result::Result<ToolSpec, String> {
-    let parts: Vec<&str> = text.split('+').collect();
-    if parts.len() > PARTS_MAX {
-        return Err(format!("{} parts: a tool has at most {PARTS_MAX}", parts.len()));
+impl FromStr for ToolSpec {
+    type Err = String;
+
+    /// Reads `PART[+PART...]`, or says which part and field is wrong, and what to write.
+    fn from_str(text: &str) -> std::result::Result<Self, String> {
+        let parts: Vec<&str> = text.split('+').collect();
+        if parts.len() > PARTS_MAX {
+            return Err(format!("{} parts: a tool has at most {PARTS_MAX}", parts.len()));
+        }
+        let parts = (1..).zip(parts).map(|(number, text)| {
+            part(text).map_err(|why| format!("part {number} `{text}`: {why}"))
+        });
+        Ok(Self { text: text.to_owned(), parts: parts.collect::<std::result::Result<_, _>>()? })
     }
-    let parts = (1..)
-        .zip(parts)
-        .map(|(number, text)| part(text).map_err(|why| format!("part {number} `{text}`: {why}")));
-    Ok(ToolSpec { text: text.to_owned(), parts: parts.collect::<std::result::Result<_, _>>()? })
 }
+
+impl fmt::Display for ToolSpec {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.text)
+    }
+}
+
+by_text!(ToolSpec);
 
 fn part(text: &str) -> std::result::Result<ToolPart, String> {
     let (text, turn) = text.split_once('/').map_or((text, None), |(a, b)| (a, Some(b)));
@@ -87,6 +100,26 @@ fn orientation(text: &str) -> std::result::Result<[f32; 4], String> {
     Ok(found)
 }
 
+/// The sphere that `--contact probe:RADIUS` stands for; `None` for any other contact.
+///
+/// # Errors
+/// A radius that cannot be.
+pub fn probe(contact: &str) -> Result<Option<ToolSpec>> {
+    if contact == "probe" {
+        return Err(Error::input("--contact probe: give its radius [m], as in probe:0.012"));
+    }
+    let Some(radius) = contact.strip_prefix("probe:") else { return Ok(None) };
+    if radius.parse::<f32>().is_err() {
+        return Err(Error::input(format!(
+            "--contact {contact}: {radius:?} is no radius [m], as in probe:0.012"
+        )));
+    }
+    let sphere = format!("sphere:{radius}").parse::<ToolSpec>();
+    sphere.map(Some).map_err(|_| {
+        Error::input(format!("--contact {contact}: the radius must be above 0 and finite [m]"))
+    })
+}
+
 /// So many finite numbers with commas between.
 fn numbers<const N: usize>(text: Option<&str>) -> Option<[f32; N]> {
     let numbers: Option<Vec<f32>> =
@@ -108,8 +141,9 @@ pub fn tools(specs: &[ToolSpec], friction: Option<f32>, model: &Model<'_>) -> Re
     }
     if !model.has_contact_surface() {
         return Err(Error::input(
-            "--tool: tools by their parts meet the surface of a body, and this model has none: bake \
-             it with --probe-contact surface, or take --contact probe:RADIUS",
+            "a tool touches the surface of a body, and this model has none: bake it from a mesh with \
+             triangles or tetrahedra (a lean one with --contact-surface yes), or hold cells with \
+             --contact cells:SELECTOR",
         ));
     }
     let friction = friction.unwrap_or(0.0);
@@ -139,7 +173,7 @@ mod tests {
     fn a_spec_names_parts_with_place_and_turn() {
         let text = "sphere:0.01+capsule:0.02,0.004@0,0,0.03/0,0.6,0,0.8+box:0.01,0.02,0.03,0.002\
             +half-space+half-space:0.005";
-        let found = spec(text).unwrap();
+        let found = text.parse::<ToolSpec>().unwrap();
         assert_eq!(found.text, text);
         let capsule = ToolPart {
             centre_m: [0.0, 0.0, 0.03],
@@ -154,7 +188,7 @@ mod tests {
             ToolPart::half_space(0.005),
         ];
         assert_eq!(found.parts, wanted);
-        assert_eq!(spec("sphere:0.01/0,0,0,1@0,0,0"), Err(
+        assert_eq!("sphere:0.01/0,0,0,1@0,0,0".parse::<ToolSpec>(), Err(
             "part 1 `sphere:0.01/0,0,0,1@0,0,0`: behind / stands the turn, a unit quaternion: write \
              /X,Y,Z,W"
                 .to_owned()
@@ -180,10 +214,10 @@ mod tests {
             ("sphere:0.1/0,0,0,2", "has length 2"),
         ] {
             let text = format!("sphere:0.01+{text}");
-            let why = spec(&text).unwrap_err();
+            let why = text.parse::<ToolSpec>().unwrap_err();
             assert!(why.starts_with("part 2 `") && why.contains(wanted), "{text}: {why}");
         }
         let nine = ["sphere:0.01"; 9].join("+");
-        assert!(spec(&nine).unwrap_err().contains("at most 8"));
+        assert!(nine.parse::<ToolSpec>().unwrap_err().contains("at most 8"));
     }
 }

@@ -1,12 +1,12 @@
 //! The last line of a session: whether 1 kHz was held, and what to change where it was not.
 
-use std::ffi::OsString;
 use std::fmt;
 use std::str::FromStr;
 
 use chaincell_kernel::Drive;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
+use crate::choice::by_text;
 use crate::engine::{Contact, Engine};
 use crate::error::{Error, Result};
 use crate::session::loops::serve::{ServeReport, SweepBudget, SweepCounts};
@@ -37,6 +37,8 @@ impl FromStr for LateShare {
     }
 }
 
+by_text!(LateShare);
+
 impl fmt::Display for LateShare {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -47,7 +49,8 @@ impl fmt::Display for LateShare {
 }
 
 /// When a session has failed.
-#[derive(Debug, Clone, Copy, clap::Args)]
+#[derive(Debug, Clone, Copy, Serialize, Deserialize, clap::Args)]
+#[serde(deny_unknown_fields)]
 pub struct VerdictArgs {
     /// Exit code 1 where more answers are late than this, beyond those that the machine itself
     /// makes late; `off` for never
@@ -57,9 +60,9 @@ pub struct VerdictArgs {
 }
 
 impl VerdictArgs {
-    /// The same arguments for a child process, which leaves the judgement to this one.
-    pub fn off() -> [OsString; 1] {
-        ["--late-share=off".into()]
+    /// Those of a child process, which leaves the judgement to this one.
+    pub fn off() -> Self {
+        Self { late_share: LateShare::Off }
     }
 
     /// Judges what was counted.
@@ -104,15 +107,15 @@ pub struct Counts {
 
 /// What a tool does to a body, as the tables of errors name it.
 fn contact(engine: &Engine<'_>) -> &'static str {
-    let model = engine.network().model();
-    match (engine.contact(), model.has_contact_surface(), model.kept_states() > 0) {
-        (Contact::Cells(_), _, _) if engine.network().settings().drive == Drive::Current => {
+    match engine.contact() {
+        Contact::Cells(_) if engine.network().settings().drive == Drive::Current => {
             " with loaded cells"
         }
-        (Contact::Cells(_), ..) => " with held cells",
-        (_, false, _) => " under a probe among cells",
-        (_, true, true) => " under a moving tool on shapes",
-        (_, true, false) => " under a moving tool on links",
+        Contact::Cells(_) => " with held cells",
+        Contact::Tools { .. } if engine.network().model().kept_states() > 0 => {
+            " under a moving tool on shapes"
+        }
+        Contact::Tools { .. } => " under a moving tool on links",
     }
 }
 

@@ -1,5 +1,7 @@
 //! Looking at what a running `serve` sends to viewers, until it ends.
 
+use serde::{Deserialize, Serialize};
+
 use crate::error::{Error, Result};
 use crate::interrupt;
 use crate::session::ipc::services::SceneServices;
@@ -16,7 +18,8 @@ const START_NS: u64 = SECOND_NS;
 const FIRST_NS: u64 = 5 * SECOND_NS;
 
 /// How long to wait for a server.
-#[derive(Debug, Clone, Copy, clap::Args)]
+#[derive(Debug, Clone, Copy, Serialize, Deserialize, clap::Args)]
+#[serde(deny_unknown_fields)]
 pub struct ServerWait {
     /// Longest wait for a server [s]
     #[arg(long, default_value_t = 10.0, value_name = "S", allow_negative_numbers = true)]

@@ -91,11 +91,6 @@ pub fn contact_cells(contact: &str, model: &Model<'_>) -> Result<Vec<u16>> {
         return automatic(model);
     }
     let selector = contact.strip_prefix("cells:").unwrap_or(contact);
-    if selector.starts_with("probe:") {
-        return Err(Error::input(format!(
-            "`contact` {contact}: probes are not supported; name cells with cells:SELECTOR"
-        )));
-    }
     let notes = Notes::read(model);
     let nodes = (model.input_nodes() as usize, places_m(model));
     let nodes = mesh::select_among(selector, nodes, &notes.groups, &notes.border, "`contact`")?;

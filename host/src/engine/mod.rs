@@ -60,7 +60,7 @@ impl<D: Dynamics> Memory<D> {
         let (cells, slots) = (model.cells(), contact.slots());
         let room = match contact {
             Contact::Cells(_) => D::room_blocks(model, slots),
-            _ => D::probe_blocks(model),
+            Contact::Tools { .. } => D::tool_blocks(model),
         };
         Self {
             head: Head::NEW,
@@ -127,11 +127,6 @@ impl<D: Dynamics> AnyTissue for Memory<D> {
     ) -> std::result::Result<(), ContactError> {
         match contact {
             Contact::Cells(cells) => self.view().choose_contacts(network, cells),
-            Contact::Probe { radius_m, .. } => self.view().choose_probe(network, *radius_m),
-            Contact::Slides { radius_m, friction } => {
-                let sphere = ToolPart::sphere(*radius_m);
-                self.view().choose_tools(network, &[&[sphere]], *friction)
-            }
             Contact::Tools { tools, friction } => {
                 let tools: Vec<&[ToolPart]> = tools.iter().map(Vec::as_slice).collect();
                 self.view().choose_tools(network, &tools, *friction)
@@ -236,7 +231,7 @@ impl<'m> Engine<'m> {
     /// Like [`Self::in_numbers`], with any contact.
     ///
     /// # Errors
-    /// As there; a probe that the kernel refuses.
+    /// As there; tools that the kernel refuses.
     pub fn with_contact(
         network: Network<'m>,
         scheme: Scheme,
@@ -396,7 +391,7 @@ impl<'m> Engine<'m> {
         &self.network
     }
 
-    /// The chosen contact cells; none with a probe.
+    /// The chosen contact cells; none with tools.
     #[must_use]
     pub fn contacts(&self) -> &[u16] {
         match &self.contact {

@@ -11,18 +11,18 @@ use crate::error::{Error, Result};
 /// Point of touch and direction of a press.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Place {
-    /// Position of the tool at the touch \[m\]: for a probe its centre, outside of the body.
+    /// Position of the tool at the touch \[m\]: for a tool of a sphere its centre, outside of the body.
     pub touch_m: [f64; 3],
     /// Unit vector of the press.
     pub direction: [f64; 3],
 }
 
-/// The middle of the held cells; with a probe the position of its first touch on the way to the middle cell
+/// The middle of the held cells; with a tool the position of its first touch on the way to the middle cell
 /// of `--contact auto`. The direction is into the body along the mean normal there, unless a direction is
 /// given.
 ///
 /// # Errors
-/// A direction of zero length, a model without a free cell, a probe that would miss the body, a half space as
+/// A direction of zero length, a model without a free cell, a tool that would miss the body, a half space as
 /// the first tool.
 pub fn place(model: &Model<'_>, contact: &Contact, along: Option<[f64; 3]>) -> Result<Place> {
     if let Contact::Tools { tools, .. } = contact
@@ -52,12 +52,12 @@ pub fn place(model: &Model<'_>, contact: &Contact, along: Option<[f64; 3]>) -> R
             touch_m[axis] += at[axis] / cells.len() as f64;
         }
     }
-    // A probe starts where it first touches.
+    // A tool starts where it first touches.
     if let Some(radius_m) = contact.press_radius_m() {
         let way_m = Reach::of(model).first_touch_m(touch_m, (-direction).into(), radius_m.into());
         let way_m = way_m.ok_or_else(|| {
             Error::input(
-                "`contact` probe: the built-in press would pass by the body: give `touch_m` and \
+                "`tool`: the built-in press would pass by the body: give `touch_m` and \
                  `direction`",
             )
         })?;

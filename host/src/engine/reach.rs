@@ -1,4 +1,4 @@
-//! Distances of points from the surface that a probe may touch, at rest.
+//! Distances of points from the surface that tools touch, at rest.
 
 use std::f64::consts::TAU;
 
@@ -7,8 +7,7 @@ use nalgebra::Vector3;
 
 use super::rest_m;
 
-/// The triangles of the surface that a probe touches. If it touches cells, each cell is a triangle of size
-/// zero.
+/// The triangles of the surface that tools touch.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Reach {
     triangles_m: Vec<[Vector3<f64>; 3]>,
@@ -20,16 +19,11 @@ const LOOKS: usize = 400;
 const CLOSE: f64 = 1e-4;
 
 impl Reach {
-    /// The triangles of a model's contact surface, or its free surface cells.
+    /// The triangles of a model's surface.
     #[must_use]
     pub fn of(model: &Model<'_>) -> Self {
         let at = |cell: u16| Vector3::from(rest_m(model, cell.into()));
-        let triangles_m = if model.has_contact_surface() {
-            model.triangles().iter().map(|corners| corners.map(at)).collect()
-        } else {
-            let free = model.surface().iter().filter(|cell| !model.is_fixed(**cell));
-            free.map(|&cell| [at(cell); 3]).collect()
-        };
+        let triangles_m = model.triangles().iter().map(|corners| corners.map(at)).collect();
         Self { triangles_m }
     }
 

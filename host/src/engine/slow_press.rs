@@ -56,13 +56,13 @@ pub struct Behind {
     pub by_energy: bool,
 }
 
-/// Presses a probe of a radius \[m\] into a body at rest, at the place of the built-in press.
+/// Presses a sphere of a radius \[m\] into a body at rest, at the place of the built-in press.
 ///
 /// # Errors
 /// No place for the press; a radius that the kernel refuses; Ctrl-C.
 pub fn slow_press(model: &Model<'_>, radius_m: f32) -> Result<SlowPress> {
     // Prepare the body, the press and its steps.
-    let contact = Contact::Probe { radius_m, capacity: 64 };
+    let contact = Contact::sphere(radius_m, 0.0);
     let way = place(model, &contact, None)?;
     let settings = Scheme::Track.settings(model, SWEEPS);
     let network = Network::new(*model, settings).map_err(Error::check)?;

@@ -219,7 +219,7 @@ impl Staged<'_> {
         self.stages.iter_mut().for_each(|stage| stage.limit_force(max_force_n));
     }
 
-    /// A tick of held cells or of a probe, which goes by the place of the first pose alone.
+    /// A tick of held cells, which go by the position of the first pose alone.
     fn tick_one(&mut self, poses: &[ToolPose], budget: Budget<'_>) -> TickOutput {
         let Some(first) = poses.first() else { return self.engine.tick_by(&[], budget) };
         let device = match first.is_good() {

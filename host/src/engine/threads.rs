@@ -15,6 +15,7 @@ use chaincell_kernel::{Job, Workers, parts};
 use rayon_core::{ThreadPool, ThreadPoolBuilder, Yield, yield_now};
 use rustix::thread::{CpuSet, sched_getaffinity, sched_setaffinity};
 
+use crate::choice::by_text;
 use crate::error::{Error, Result};
 use crate::words::counted;
 
@@ -50,6 +51,8 @@ impl Display for ThreadCount {
         }
     }
 }
+
+by_text!(ThreadCount);
 
 impl ThreadCount {
     /// Starts the threads for a body of `cells` cells; `None` if the ticking thread works alone.

@@ -44,7 +44,7 @@ pub trait TissueEngine {
         1
     }
 
-    /// Number of tools given by --tool; 0 if a pose is that of a probe or of held cells.
+    /// Number of tools; 0 with held cells.
     fn tools(&self) -> usize {
         0
     }

@@ -8,7 +8,7 @@ use chaincell_kernel::{
 
 use super::tissue::Refusal;
 use super::touch::TRIANGLES;
-use super::{Contact, Engine, Memory};
+use super::{Engine, Memory};
 
 /// Largest number of contacts at a time.
 pub const CONTACTS_MAX: usize = TRIANGLES;
@@ -152,19 +152,6 @@ impl Engine<'_> {
         self.proxy_pose(tool).is_some_and(|pose| pose.share <= 0.0)
     }
 
-    /// Number of tools on a contact surface; 0 with held cells and with a probe among cells.
-    #[must_use]
-    pub fn tools_on_surface(&self) -> usize {
-        if !self.network.model().has_contact_surface() {
-            return 0;
-        }
-        match &self.contact {
-            Contact::Cells(_) => 0,
-            Contact::Probe { .. } | Contact::Slides { .. } => 1,
-            Contact::Tools { tools, .. } => tools.len(),
-        }
-    }
-
     /// Calls `each` for every contact of [`Self::contact_forces`], with the input id of its node. Allocates
     /// nothing.
     pub fn read_contacts(&mut self, each: &mut dyn FnMut(u32, &ContactForce)) {
@@ -174,8 +161,7 @@ impl Engine<'_> {
         });
     }
 
-    /// The contacts of all tools, one for each triangle and part of a tool; none for held cells and for a
-    /// probe among cells.
+    /// The contacts of all tools, one for each triangle and part of a tool; none for held cells.
     pub fn contact_forces(&mut self) -> Vec<ContactForce> {
         let mut forces = Vec::new();
         self.tissue.contact_forces(&self.network, &mut |of| forces.push(*of));
@@ -202,7 +188,7 @@ impl Engine<'_> {
         let (Command::Grip { tool } | Command::LetGo { tool, .. }) = *command else {
             return Err(Refusal::Unsupported);
         };
-        let (tool, tools) = (tool as usize, self.tools_on_surface());
+        let (tool, tools) = (tool as usize, self.contact.tools());
         if tool >= tools {
             return Err(if tools == 0 { Refusal::NoSurface } else { Refusal::NoTool });
         }

@@ -10,20 +10,6 @@ use chaincell_kernel::{
 pub enum Contact {
     /// Cells that the tool holds: ascending, none fixed.
     Cells(Vec<u16>),
-    /// Surface cells that a sphere around the tool pushes out.
-    Probe {
-        /// Radius \[m\].
-        radius_m: f32,
-        /// Largest number of cells that it touches at a time.
-        capacity: usize,
-    },
-    /// A sphere with friction on a contact surface.
-    Slides {
-        /// Radius \[m\].
-        radius_m: f32,
-        /// Coefficient of friction.
-        friction: f32,
-    },
     /// Tools on a model with a contact surface.
     Tools {
         /// The parts of each tool.
@@ -34,29 +20,30 @@ pub enum Contact {
 }
 
 impl Contact {
+    /// One tool, a sphere around its position, with this coefficient of friction.
+    #[must_use]
+    pub fn sphere(radius_m: f32, friction: f32) -> Self {
+        Self::Tools { tools: vec![vec![ToolPart::sphere(radius_m)]], friction }
+    }
+
     /// Radius \[m\] of the touching sphere; `None` if the contact is no single sphere.
     #[must_use]
     pub fn radius_m(&self) -> Option<f32> {
         match self {
             Self::Cells(_) => None,
-            Self::Probe { radius_m, .. } | Self::Slides { radius_m, .. } => Some(*radius_m),
             Self::Tools { tools, .. } => only_sphere(tools),
         }
     }
 
-    /// Radius \[m\] of the probe that the built-in press assumes for the first tool: that of its largest
+    /// Radius \[m\] of the sphere that the built-in press assumes for the first tool: that of its largest
     /// part; `None` if cells are held.
     #[must_use]
     pub fn press_radius_m(&self) -> Option<f32> {
-        match self {
-            Self::Tools { tools, .. } => {
-                tools.first()?.iter().map(|part| part.radius_m).reduce(f32::max)
-            }
-            other => other.radius_m(),
-        }
+        let Self::Tools { tools, .. } = self else { return None };
+        tools.first()?.iter().map(|part| part.radius_m).reduce(f32::max)
     }
 
-    /// Number of tools given by --tool.
+    /// Number of tools, 0 if cells are held.
     #[must_use]
     pub fn tools(&self) -> usize {
         if let Self::Tools { tools, .. } = self { tools.len() } else { 0 }
@@ -64,11 +51,7 @@ impl Contact {
 
     /// Number of contact slots that the tissue needs.
     pub(super) fn slots(&self) -> usize {
-        match self {
-            Self::Cells(cells) => cells.len(),
-            Self::Probe { capacity, .. } => *capacity,
-            Self::Slides { .. } | Self::Tools { .. } => 0,
-        }
+        if let Self::Cells(cells) = self { cells.len() } else { 0 }
     }
 }
 
@@ -80,7 +63,7 @@ pub fn only_sphere(tools: &[Vec<ToolPart>]) -> Option<f32> {
     (*part == ToolPart::sphere(part.radius_m)).then_some(part.radius_m)
 }
 
-/// Largest number of triangles in reach of a probe; if more are in reach, the nearest ones are kept.
+/// Largest number of triangles in reach of the tools; if more are in reach, the nearest ones are kept.
 pub const TRIANGLES: usize = 1024;
 /// Largest number of samples that friction or grips hold.
 const SAMPLES: usize = 2048;

@@ -1,4 +1,4 @@
-//! A probe that never touched the body: its smallest distance.
+//! A sphere that never touched the body: its smallest distance.
 //!
 //! A body that no tool touched is at rest to the last bit, so the distances are those from the body at rest,
 //! and they are computed once, after the run.
@@ -23,7 +23,7 @@ const LOOKS: usize = 1000;
 /// Tolerance of the distance \[m\].
 const GRAIN_M: f64 = 1e-5;
 
-/// Smallest distance of a probe that never touched.
+/// Smallest distance of a sphere that never touched.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Untouched {
     /// Distance from the sphere to the surface at rest \[m\]; `None` if it was never engaged.

@@ -3,7 +3,7 @@
  * tool feels, and the contacts one by one.
  *
  *   chaincell bake box:6x6x4x0.01 --young-pa 5000 --poisson 0.4 --coarse 2.5 \
- *       --probe-contact surface -o touch6.chaincell
+ *       --contact-surface yes -o touch6.chaincell
  *   cargo build --release -p chaincell-ffi
  *   cc -std=c99 -Ikernel/ffi/include kernel/ffi/examples/grasp.c \
  *       target/release/libchaincell_ffi.a -lpthread -ldl -lm -o grasp

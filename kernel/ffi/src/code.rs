@@ -92,18 +92,10 @@ pub enum Code {
     ContactCoarse = -85,
     /// The tool is engaged: other cells can be chosen only while it is released.
     ContactEngaged = -86,
-    /// The probe's radius is not above 0 and at most `limit` \[m\].
-    ContactRadius = -87,
-    /// The model has no surface that a probe could touch.
-    ContactSurface = -88,
-    /// Too little room for a probe and the coarse level: `needed`, `available` blocks of eight
-    /// `float`; room for 34 contact cells is enough for every model.
-    ContactProbeCoarse = -89,
-    /// A probe meets the triangles of this model's surface, which this library or scheme does not
-    /// do: take track or predict, or bake it with `--probe-contact cells`.
-    ContactProbeSurface = -90,
-    /// Tools meet the triangles of a surface, and this model has none that they could: bake it with
-    /// `--probe-contact surface`.
+    /// This library or scheme has no contact with tools: take track or predict.
+    ContactScheme = -90,
+    /// Tools meet the triangles of a surface, and this model has none: bake it with
+    /// `--contact-surface yes`.
     ContactNoSurface = -91,
     /// No tools, or more than the tissue has room for: `needed`, `available`.
     ContactTools = -92,
@@ -165,7 +157,7 @@ pub enum Code {
 
 impl Code {
     /// Every code, in descending order.
-    pub(crate) const ALL: [Self; 73] = [
+    pub(crate) const ALL: [Self; 70] = [
         Self::Ok,
         Self::Null,
         Self::Misaligned,
@@ -207,10 +199,7 @@ impl Code {
         Self::ContactModel,
         Self::ContactCoarse,
         Self::ContactEngaged,
-        Self::ContactRadius,
-        Self::ContactSurface,
-        Self::ContactProbeCoarse,
-        Self::ContactProbeSurface,
+        Self::ContactScheme,
         Self::ContactNoSurface,
         Self::ContactTools,
         Self::ContactParts,
@@ -307,7 +296,7 @@ impl Code {
         }
     }
 
-    /// The codes of contact cells, probes and tools.
+    /// The codes of contact cells and tools.
     fn contact_text(self) -> &'static CStr {
         match self {
             Self::ContactCapacity => c"more contact cells than the tissue was initialised for",
@@ -317,16 +306,8 @@ impl Code {
             Self::ContactModel => c"the tissue belongs to another model: initialise it again",
             Self::ContactCoarse => c"too little room to hold these cells against the coarse functions",
             Self::ContactEngaged => c"the tool is engaged: release it first",
-            Self::ContactRadius => {
-                c"the probe's radius must be above 0 and at most 1e6 mean link lengths"
-            }
-            Self::ContactSurface => {
-                c"the model has no surface: bake a mesh with triangles or tetrahedra, or name cells"
-            }
-            Self::ContactProbeSurface => {
-                c"no contact on surfaces here: take track or predict, or bake --probe-contact cells"
-            }
-            Self::ContactNoSurface => c"no contact surface: bake --probe-contact surface",
+            Self::ContactScheme => c"no contact with tools here: take track or predict, or hold cells",
+            Self::ContactNoSurface => c"no contact surface: bake --contact-surface yes",
             Self::ContactTools => c"there must be 1 tool to as many as the tissue has room for",
             Self::ContactParts => c"a tool must have 1 to 8 parts",
             Self::ContactPart => {
@@ -340,7 +321,6 @@ impl Code {
                 c"no room for contact on surfaces: initialise by chaincell_tissue_init_with"
             }
             Self::ContactRadiusMin => c"the radius is too small for the triangles of this surface",
-            Self::ContactProbeCoarse => c"too little room: initialise for 34 contacts or more",
             Self::SnapshotBuffer => c"the buffer is shorter than the snapshot: ask for its size",
             Self::SnapshotMagic => c"not a snapshot",
             Self::SnapshotVersion => c"another version of snapshots: save it by this release",

@@ -133,7 +133,8 @@ pub(crate) struct Sizes {
 impl Sizes {
     /// What a model takes under the scheme `D` with room for so many contacts.
     pub fn of<D: Dynamics>(model: &Model<'_>, contacts: usize, touch: Touch) -> Self {
-        let room = D::room_blocks(model, contacts);
+        let held = D::room_blocks(model, contacts);
+        let room = if touch.is_none() { held } else { held.max(D::tool_blocks(model)) };
         Self { cells: model.cells(), contacts, room, states: model.kept_states(), touch }
     }
 

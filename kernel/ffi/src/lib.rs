@@ -65,8 +65,8 @@ pub use stage::{
     chaincell_stage_snapshot_size,
 };
 pub use storage::{
-    chaincell_change_settings, chaincell_choose_contacts, chaincell_choose_probe,
-    chaincell_model_size, chaincell_model_size_with, chaincell_tissue_align, chaincell_tissue_init,
+    chaincell_change_settings, chaincell_choose_contacts, chaincell_model_size,
+    chaincell_model_size_with, chaincell_tissue_align, chaincell_tissue_init,
     chaincell_tissue_init_with, chaincell_tissue_reset, chaincell_tissue_restore,
     chaincell_tissue_save, chaincell_tissue_size, chaincell_tissue_snapshot_size,
 };

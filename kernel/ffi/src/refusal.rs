@@ -102,17 +102,12 @@ impl From<ContactError> for Refusal {
             ContactError::Fixed(at) => Refusal::position(Code::ContactFixed, at),
             ContactError::Order(at) => Refusal::position(Code::ContactRepeated, at),
             ContactError::Model => Code::ContactModel.into(),
-            ContactError::CoarseRoom { needed, room } => {
+            ContactError::CoarseRoom { needed, room } | ContactError::ToolRoom { needed, room } => {
                 Refusal::sizes(Code::ContactCoarse, needed, room)
             }
             ContactError::Engaged => Code::ContactEngaged.into(),
-            ContactError::Radius { max_m } => Refusal::limit(Code::ContactRadius, max_m),
-            ContactError::NoSurface => Code::ContactSurface.into(),
-            ContactError::ProbeRoom { needed, room } => {
-                Refusal::sizes(Code::ContactProbeCoarse, needed, room)
-            }
             ContactError::SurfaceUnbuilt | ContactError::SurfaceScheme => {
-                Code::ContactProbeSurface.into()
+                Code::ContactScheme.into()
             }
             ContactError::NoContactSurface => Code::ContactNoSurface.into(),
             ContactError::Tools { needed, capacity } => {

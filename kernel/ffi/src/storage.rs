@@ -99,7 +99,7 @@ fn admitted(room: &Room, model: &Model<'_>, scheme: Scheme) -> Result<(usize, To
     let touch = Touch::of(room)?;
     let takes = cfg!(feature = "surface") && matches!(scheme, Scheme::Track | Scheme::Predict);
     if !touch.is_none() && !takes {
-        return Err(Code::ContactProbeSurface.into());
+        return Err(Code::ContactScheme.into());
     }
     Ok((contacts, touch))
 }
@@ -382,37 +382,6 @@ pub unsafe extern "C" fn chaincell_choose_contacts(
             let (scheme, sizes) = layout::front(tissue)?;
             let ids = memory::slice(input_ids, count)?;
             by_scheme!(scheme, D => choose(layout::parts::<D>(tissue, sizes), ids))
-        })
-    }
-}
-
-/// Gives the tool a sphere that pushes surface cells out while it is engaged, in place of chosen
-/// cells; `radius_m` is above 0 \[m\]. The sphere's centre is at the tool.
-///
-/// It touches at most as many cells as the tissue was initialised for, those with the lowest
-/// numbers; more set `CHAINCELL_FLAG_CONTACT_CAPACITY`. For a model with a coarse level under track the
-/// tissue must have been initialised for enough contacts: 34 suffice for every model. On a model
-/// baked with `--probe-contact surface` the sphere is a tool on the surface instead, without
-/// friction: the tissue must have been initialised with room for one. A refused choice leaves the
-/// old one. `detail` may be null.
-///
-/// # Safety
-/// `tissue` was made by `chaincell_tissue_init` and no other thread uses it; `detail` is null or
-/// storage.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn chaincell_choose_probe(
-    tissue: *mut Tissue,
-    radius_m: f32,
-    detail: *mut Detail,
-) -> Code {
-    // SAFETY: the caller's promises are handed on.
-    unsafe {
-        crate::answer(detail, || {
-            let (scheme, sizes) = layout::front(tissue)?;
-            by_scheme!(scheme, D => {
-                let Parts { network, tissue: mut body, .. } = layout::parts::<D>(tissue, sizes);
-                Ok(body.choose_probe(network, radius_m)?)
-            })
         })
     }
 }

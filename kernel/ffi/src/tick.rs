@@ -11,8 +11,8 @@ use crate::layout::{self, Parts, Published, Tissue, by_scheme};
 use crate::memory;
 
 /// Where a tool is. Any bits are admitted: a pose that is not finite, whose `engaged` is neither 0 nor
-/// 1, or whose quaternion is not of length 1/2 to 2 makes the sample a bad one. Held cells and a probe
-/// among cells go by the place alone, but the quaternion has to be one: 0, 0, 0, 1 for no turn.
+/// 1, or whose quaternion is not of length 1/2 to 2 makes the sample a bad one. Held cells go
+/// by the position alone, but the quaternion has to be one: 0, 0, 0, 1 for no turn.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(C)]
 pub struct ToolPose {
@@ -83,8 +83,8 @@ pub const FLAG_SAFE_STATE: u32 = 16;
 pub const FLAG_BAND_CLOSED: u32 = 32;
 /// A pass was discarded by the energy guard.
 pub const FLAG_ROLLED_BACK: u32 = 64;
-/// More cells in the probe than the tissue was initialised for: those with the highest numbers are
-/// free.
+/// More triangles in reach of the tools, or more samples in contact, than the tissue has room for: the
+/// farthest are left out.
 pub const FLAG_CONTACT_CAPACITY: u32 = 128;
 /// The sample was late: it was executed without a sweep, and the force is that of an earlier tick.
 pub const FLAG_LATE: u32 = 256;

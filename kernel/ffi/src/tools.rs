@@ -136,7 +136,7 @@ unsafe fn choose(
     }
     if sizes.touch.is_none() {
         let is_built = cfg!(feature = "surface");
-        let code = if is_built { Code::ContactRoom } else { Code::ContactProbeSurface };
+        let code = if is_built { Code::ContactRoom } else { Code::ContactScheme };
         return Err(Refusal::sizes(code, sizes.cells, 0));
     }
     let room = sizes.touch.tools();
@@ -169,7 +169,7 @@ unsafe fn choose(
 /// `counts[i]` parts, 1 to 8; `parts` has those of the first tool, then those of the second and so on.
 /// `friction` is the coefficient of all by Coulomb's law, 0 to 10.
 ///
-/// The model was baked with `--probe-contact surface`, the tissue initialised by
+/// The model has a contact surface, the tissue was initialised by
 /// `chaincell_tissue_init_with` with room for so many tools, and for samples where there is friction.
 /// The lists are copied. Refused while a tool is engaged; a refused choice leaves the old one. `detail`
 /// may be null.

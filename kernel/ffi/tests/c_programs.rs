@@ -222,7 +222,7 @@ fn the_example_grasps_as_the_kernel_does() {
         assert!(line.contains(&wanted), "{wanted} in {line}");
     }
     for (image, top, wanted) in [
-        ("tissue6.chaincell", "0.03", "no contact surface: bake --probe-contact surface (-91)"),
+        ("tissue6.chaincell", "0.03", "no contact surface: bake --contact-surface yes (-91)"),
         ("touch6.chaincell", "nan", "usage"),
         ("plane9.chaincell", "0.03", "no contact surface"),
     ] {

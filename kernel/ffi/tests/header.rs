@@ -17,6 +17,7 @@ fn generated(package: &Path) -> String {
     header.replace(" * # Safety", " * Safety")
 }
 
+// REQ-CIF-06
 #[test]
 fn the_header_is_what_the_sources_say() {
     let package = Path::new(env!("CARGO_MANIFEST_DIR"));

@@ -143,6 +143,7 @@ mod tests {
         }
     }
 
+    // REQ-BIT-08
     #[test]
     fn each_part_is_done_once_whoever_helps() {
         for team in [Team::ALONE, Team::of(&FirstThree)] {

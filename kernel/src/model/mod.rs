@@ -7,7 +7,7 @@
 //! - `parts`: the division of a large body among threads.
 //! - `nodal`: the numbers of nodal shapes.
 //! - `stiffening`: sets of bands on the links of nodal shapes.
-//! - `surface`: the contact stiffness of the surface under a probe.
+//! - `surface`: the contact stiffness of the surface under tools.
 //! - `terms`: the static list of the energy terms besides the links, and the data of each.
 //! - `embedded_mesh`: nodes of a finer mesh that move with the cells.
 

@@ -76,6 +76,7 @@ mod tests {
     use super::*;
     use std::vec::Vec;
 
+    // REQ-BIT-08
     #[test]
     fn parts_are_consecutive_and_take_in_every_cell_once() {
         for all in [1, 8, 511, 16_383, 16_384, 16_385, 40_001, 65_535] {

@@ -61,7 +61,7 @@ pub struct Model<'a> {
     pub(crate) normals: &'a [[f32; 3]],
     pub(crate) triangles: &'a [[u16; 3]],
     pub(crate) tetrahedra: &'a [[u16; 4]],
-    /// Contact numbers of the triangles, if a probe touches them in place of cells.
+    /// Contact numbers of the triangles, if tools may touch them.
     pub(crate) contact: Option<&'a [[f32; 3]]>,
     pub(crate) notes: &'a [u8],
     pub(crate) embedded: Option<EmbeddedMesh<'a>>,

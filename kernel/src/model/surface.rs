@@ -1,4 +1,4 @@
-//! The surface in an image that a probe touches: the contact stiffness of the triangles of `TRIANGLES`.
+//! The surface in an image that tools touch: the contact stiffness of the triangles of `TRIANGLES`.
 
 use super::Model;
 use super::image::{ModelError, Sections, contact, kind};
@@ -17,7 +17,7 @@ const TRIANGLES_MAX: usize = 16;
 /// Most samples along an edge.
 const PARTS_MAX: f32 = 32.0;
 
-/// The triangles that a probe touches, with their contact numbers.
+/// The triangles that tools touch, with their contact numbers.
 #[derive(Clone, Copy)]
 pub(crate) struct ContactSurface<'a> {
     /// Corners, outward.
@@ -93,21 +93,21 @@ impl<'a> ContactSurface<'a> {
 }
 
 impl<'a> Model<'a> {
-    /// Returns the triangles that a probe touches; `None` if it touches cells.
+    /// Returns the triangles that tools touch; `None` if the model has no contact surface.
     pub(crate) fn contact_surface(&self) -> Option<ContactSurface<'a>> {
         Some(ContactSurface { triangles: self.triangles, numbers: self.contact? })
     }
 
-    /// Returns true if a probe touches the triangles of the surface; else it touches cells.
+    /// Returns true if tools may touch the model.
     #[must_use]
     pub fn has_contact_surface(&self) -> bool {
         self.contact.is_some()
     }
 
-    /// Calls `visit(parts, stiffness_n_per_m)` for each triangle that a probe touches, in the order of the
-    /// image: the number of subdivisions of an edge under a probe of this radius \[m\], and the total
-    /// stiffness of its samples [N/m]. There are no calls if a probe touches cells.
-    pub fn each_probe_triangle(&self, radius_m: f32, mut visit: impl FnMut(u16, f32)) {
+    /// Calls `visit(parts, stiffness_n_per_m)` for each triangle of the contact surface, in the order of the
+    /// image: the number of subdivisions of an edge under a part of this radius \[m\], and the total
+    /// stiffness of its samples [N/m]. There are no calls without a contact surface.
+    pub fn each_contact_triangle(&self, radius_m: f32, mut visit: impl FnMut(u16, f32)) {
         let radius = radius_m / self.unit_m;
         let Some(surface) = self.contact_surface() else { return };
         for (_, of) in (0..surface.triangles.len()).filter_map(|index| surface.triangle(index)) {
@@ -115,10 +115,10 @@ impl<'a> Model<'a> {
         }
     }
 
-    /// Smallest radius of a probe, at which the samples are just dense enough [mean link lengths]; `None` if
-    /// a probe touches cells.
+    /// Smallest radius of a tool's part, at which the samples are just dense enough [mean link lengths]; `None`
+    /// without a contact surface.
     #[must_use]
-    pub fn probe_radius_min(&self) -> Option<f32> {
+    pub fn tool_radius_min(&self) -> Option<f32> {
         let contact = self.contact_surface()?;
         let areas = (0..contact.triangles.len()).filter_map(|index| contact.triangle(index));
         let largest = areas.fold(0.0, |most, (_, of)| if of.area > most { of.area } else { most });
@@ -131,7 +131,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn small_probes_meet_more_samples_and_softer_ones() {
+    fn small_parts_meet_more_samples_and_softer_ones() {
         let of = Triangle { stiffness: 2.0, edge: 1.0, area: 0.5 };
         assert_eq!(
             [0.1, 0.75, 1.0, 2.5, 10.0].map(|r| of.weight(r)),

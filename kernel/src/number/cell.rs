@@ -138,6 +138,7 @@ pub fn from_single<N: Number>(a: [f32; 3]) -> [N; 3] {
 mod tests {
     use super::*;
 
+    // REQ-ENE-08
     #[test]
     fn output_is_the_state_inside_and_the_bound_outside() {
         assert_eq!(output([0.3_f32, -7.0, 7.5], 7.0), [0.3, -7.0, 7.0]);

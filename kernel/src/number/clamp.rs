@@ -41,6 +41,7 @@ pub(crate) fn finite(value: f32) -> f32 {
 mod tests {
     use super::*;
 
+    // REQ-STG-05
     #[test]
     fn direction_is_kept() {
         assert_eq!(clamped([0.0, 3.0, 4.0], 5.1), ([0.0, 3.0, 4.0], false));

@@ -17,8 +17,9 @@
 //! **The same bits.** One number type gives the same bits on every target: one order of operations, roots and
 //! divisions correctly rounded, no fused multiply-add, no approximate instruction, sums in a fixed tree. It
 //! needs rounding to nearest and denormals, which a reset checks ([`float_env`]). Two number types give
-//! different bits: the state hashes of `f32` and fixed point differ. `kernel/README.md` lists their time of a
-//! tick and their instructions on microcontrollers, with the scenes.
+//! different bits: the state hashes of `f32` and fixed point differ. On its way to the equilibrium `track` takes
+//! other steps in fixed point, since its decisions depend on the last bits; `tests/tests/kernel/numbers.rs`
+//! bounds the difference. `tests/MEASURED.md` lists instructions on microcontrollers.
 
 pub mod cell;
 pub(crate) mod clamp;

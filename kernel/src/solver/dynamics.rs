@@ -53,9 +53,9 @@ pub trait Dynamics: Scheme {
     fn room_blocks(model: &Model<'_>, held: usize) -> usize {
         Self::room(model, held)
     }
-    /// Blocks of memory that a model needs with a probe.
+    /// Blocks of memory that a model needs with tools.
     #[must_use]
-    fn probe_blocks(model: &Model<'_>) -> usize {
-        Self::probe_room(model)
+    fn tool_blocks(model: &Model<'_>) -> usize {
+        Self::tool_room(model)
     }
 }

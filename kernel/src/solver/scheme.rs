@@ -145,7 +145,7 @@ pub trait Scheme: Kept {
         false
     }
 
-    /// Notes that the tool has a probe from now on.
+    /// Notes that tools are chosen from now on.
     fn release(&mut self) {}
 
     /// Prepares for the cells that the tool will hold.
@@ -159,15 +159,15 @@ pub trait Scheme: Kept {
         let _ = (model, memory, held);
     }
 
-    /// Blocks of memory for a model and a probe.
-    fn probe_room(model: &Model<'_>) -> usize {
+    /// Blocks of memory for a model and tools.
+    fn tool_room(model: &Model<'_>) -> usize {
         let _ = model;
         0
     }
 
-    /// Prepares the coarse level for cells with a resistance, infinite for held ones. Returns the number of
-    /// basis functions at these cells; `None` if the level cannot handle them.
-    fn deflate(
+    /// Prepares the coarse level for cells with a resistance. Returns the number of basis functions at these
+    /// cells; `None` if the level cannot handle them.
+    fn resist(
         model: &Model<'_>,
         room: &mut [Eight],
         cells: impl Iterator<Item = (usize, f32)>,

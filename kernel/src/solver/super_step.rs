@@ -444,6 +444,7 @@ mod tests {
         row
     }
 
+    // REQ-TCK-03
     #[test]
     fn a_tick_ends_at_its_time_in_its_sweeps() {
         for sweeps in 4..300_u16 {
@@ -474,6 +475,7 @@ mod tests {
         assert!(scheme.plan().is_some());
     }
 
+    // REQ-TCK-03
     #[test]
     fn few_sweeps_are_euler_steps() {
         assert!(row::<Second>(1.0, 3).is_empty());

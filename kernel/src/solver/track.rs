@@ -39,10 +39,10 @@
 use core::marker::PhantomData;
 
 use super::Dynamics;
-use super::coarse::deflation::{deflate, probe_room};
 use super::coarse::elastic::elastic_room;
 use super::coarse::elastic_held::{self, elastic_held_room, is_corrected};
 use super::coarse::held::{self, coarse_room};
+use super::coarse::resistance::{resist, tool_room};
 use super::coarse::{Coarse, CoarseTouch};
 use super::conjugate::{BOUNDED, Guess, Last, OF_SPHERE, PUSHED, PUSHED_BY_SPHERE, Products};
 use super::guard::{Pass, discards};
@@ -421,20 +421,20 @@ impl<const ROOM: usize, N: Loops> Scheme for Track<ROOM, N> {
         })
     }
 
-    fn probe_room(model: &Model<'_>) -> usize {
+    fn tool_room(model: &Model<'_>) -> usize {
         coarse_basis::<N>(model).map_or(0, |basis| match basis.elastic() {
-            None => probe_room(basis.count),
+            None => tool_room(basis.count),
             Some(_) => elastic_room(basis.count),
         })
     }
 
-    fn deflate(
+    fn resist(
         model: &Model<'_>,
         room: &mut [Eight],
         cells: impl Iterator<Item = (usize, f32)>,
     ) -> Option<u16> {
         let basis = coarse_basis::<N>(model).filter(|basis| basis.elastic().is_none());
-        basis.map_or(Some(0), |basis| deflate(&basis, room, cells))
+        basis.map_or(Some(0), |basis| resist(&basis, room, cells))
     }
 
     #[allow(private_interfaces)]

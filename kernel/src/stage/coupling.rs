@@ -10,7 +10,7 @@
 //! F is the tissue's force in the last tick and `k_t` the largest bound of the stiffness within a tick that
 //! it reported in this contact. E curves upwards by at most `k_t`, so for theta <= 2 and a device at rest no
 //! step raises the joint energy, however stiff the tissue is against the coupling; the plain p = x + F /
-//! `k_c` diverges where it is stiffer. Before a probe touches, the tissue reports no stiffness: the first
+//! `k_c` diverges where it is stiffer. Before a tool touches, the tissue reports no stiffness: the first
 //! step into it is the device's. Out of contact `k_t` fades, since a step may take the proxy out of a stiff
 //! tissue for a tick or two; on the way out it is ignored. So in free air p = x, and no force is shown. The
 //! device shows `k_c` (p - x) + `b_c` (dp - dx) / h: at rest exactly F, and never stiffer than the coupling.

@@ -104,6 +104,7 @@ mod tests {
 
     const OF: Coupling = Coupling { stiffness_n_per_m: 2000.0, damping_n_s_per_m: 0.5 };
 
+    // REQ-STG-11
     #[test]
     fn a_long_delay_admits_less_and_a_device_without_damping_nothing() {
         for told in 0..=16 {
@@ -123,6 +124,7 @@ mod tests {
         assert_eq!(Delay::new(2).admits(&OF, 50.0, 1.0e-3), OF);
     }
 
+    // REQ-STG-11
     #[test]
     fn a_measured_delay_counts_by_its_mean() {
         let mut delay = Delay::new(1);

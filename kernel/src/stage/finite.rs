@@ -42,6 +42,7 @@ mod tests {
     use super::*;
     use nalgebra::Vector3;
 
+    // REQ-STG-01
     #[test]
     fn numbers_that_nobody_means_are_bad() {
         let at = |x| ToolPose::at(Vector3::new(0.0, x, 0.0), 1);
@@ -53,6 +54,7 @@ mod tests {
         assert!(!is_good(&ToolPose { engaged: 2, ..at(0.0) }));
     }
 
+    // REQ-STG-01
     #[test]
     fn an_answer_with_one_bad_number_is_no_force() {
         let good = TickOutput { energy_j: 1.0, contacts: 3, ..TickOutput::NONE };

@@ -29,11 +29,11 @@
 //!
 //! [`StageSettings::for_device`] sets all of them for the Touch, Premium, Falcon, omega and sigma.7;
 //! [`StageSettings::NONE`] sets none. The stage depends on samples and answers alone, so a recorded session
-//! replays to the same forces. It works with held cells and with a probe. Under a current the tissue reports
+//! replays to the same forces. It works with held cells and with tools. Under a current the tissue reports
 //! no stiffness: there a stage with coupling or passivity control gives no force and is in the safe state.
 //!
 //! **Limits.** Passivity is tested in closed loop with models of five handles and of soft and stiff hands
-//! (`tests/README.md`), not proven. Known on models with links of 5000 N/m and more:
+//! (`tests/MEASURED.md`), not proven. Known on models with links of 5000 N/m and more:
 //!
 //! - In a soft hand on stiff tissue the force hums by up to two encoder counts, 0.02 to 0.08 N. A handle of
 //!   50 g in a loose hand hums with couplings above 1000 N/m.

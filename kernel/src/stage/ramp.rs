@@ -84,6 +84,7 @@ impl Ramp {
 mod tests {
     use super::*;
 
+    // REQ-STG-06
     #[test]
     fn up_and_down_in_as_many_ticks() {
         let mut ramp = Ramp::new(4);

@@ -95,6 +95,7 @@ mod tests {
         x_m.iter().map(judge).collect()
     }
 
+    // REQ-STG-15
     #[test]
     fn one_wrong_pose_is_bad_and_the_next_right_one_is_good() {
         for wrong in [300.0, -1.0, 0.03, 6.5e-3, f32::MAX] {
@@ -105,6 +106,7 @@ mod tests {
         assert_eq!(judged(&line), [Good, Bad, Bad, Bad, Good, Good]);
     }
 
+    // REQ-STG-15
     #[test]
     fn a_device_that_is_elsewhere_takes_hold_there_anew() {
         for elsewhere in [300.0, 0.02] {

@@ -19,6 +19,7 @@ pub fn slew_limited(force_n: [f32; 3], target_n: [f32; 3], most_n: f32) -> [f32;
 mod tests {
     use super::*;
 
+    // REQ-STG-05
     #[test]
     fn a_step_is_as_long_as_it_may_be() {
         assert_eq!(slew_limited([1.0; 3], [1.5, 1.0, 1.0], 0.5), [1.5, 1.0, 1.0]);

@@ -30,6 +30,7 @@ impl Watchdog {
 mod tests {
     use super::*;
 
+    // REQ-STG-06
     #[test]
     fn the_force_falls_after_so_many_ticks_without_a_sample() {
         let mut dog = Watchdog::NEW;

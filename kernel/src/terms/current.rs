@@ -28,7 +28,7 @@
 //! so a change of I that would break the bound is cut at the share at which the chord from the old value
 //! meets it. A change that lowers X is never cut: the tool can always reduce its load.
 //!
-//! Only chosen cells can be loaded, not a probe's contacts, and there is no output stage with coupling or
+//! Only chosen cells can be loaded, not the contacts of tools, and there is no output stage with coupling or
 //! passivity control: both rely on the work of a prescribed motion.
 //!
 //! Cost: 3 additions per contact cell and pass, and W once per pass. W is summed in `f64`, so that its
@@ -145,6 +145,7 @@ mod tests {
         }
     }
 
+    // REQ-ENE-04
     #[test]
     fn a_current_beyond_the_energy_bound_is_cut_and_can_come_back() {
         let model = Model::from_bytes(PLANE).unwrap();

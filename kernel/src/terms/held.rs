@@ -107,15 +107,11 @@ pub enum ContactError {
     /// The tool is engaged: contacts can be chosen only while it is not.
     #[error("the tool is engaged: release it first")]
     Engaged,
-    /// The probe's radius is not above 0, not finite or beyond
-    /// [`COORDINATE_MAX`](crate::COORDINATE_MAX) mean link lengths.
-    #[error("the probe's radius must be above 0 and at most {max_m} m")]
-    Radius {
-        /// Largest radius \[m\].
-        max_m: f32,
-    },
     /// Tools need a contact surface, and the model has none.
-    #[error("the model has no contact surface: bake it with `probe_contact` surface")]
+    #[error(
+        "the model has no contact surface: bake a mesh with triangles or tetrahedra, a lean model with \
+         `contact_surface` yes"
+    )]
     NoContactSurface,
     /// The number of tools is 0 or above the tissue's capacity.
     #[error("{needed} tools: there must be 1 to {capacity}, as many as the tissue has room for")]
@@ -153,44 +149,37 @@ pub enum ContactError {
     /// Friction holds samples, and the tissue has no memory for anchors.
     #[error("friction needs room for anchors: give the tissue some")]
     AnchorRoom,
-    /// A probe touches surface cells, and the model has none.
+    /// The tissue has too little memory for tools and the model's coarse level: size it with
+    /// [`tool_room`](crate::tool_room).
     #[error(
-        "the model has no surface that a probe could touch: bake a mesh with triangles or \
-         tetrahedra, or name cells"
+        "tools need {needed} blocks of eight f32 for the coarse level, there is room for \
+         {room}: size it with tool_room, or bake it with `coarse` none"
     )]
-    NoSurface,
-    /// The tissue has too little memory for a probe and the model's coarse level: size it with
-    /// [`probe_room`](crate::probe_room).
-    #[error(
-        "a probe needs {needed} blocks of eight f32 for the coarse level, there is room for \
-         {room}: size it with probe_room, or bake it with `coarse` none"
-    )]
-    ProbeRoom {
+    ToolRoom {
         /// Blocks needed.
         needed: usize,
         /// Blocks that the tissue has.
         room: usize,
     },
-    /// The model has a contact surface, and this kernel is built without the feature `surface`.
+    /// This kernel is built without the feature `surface`.
     #[error(
-        "a probe meets this model's surface: build this program with the feature `surface`, or bake \
-         the model with `probe-contact` cells"
+        "this program has no contact with tools: build it with the feature `surface`, or hold cells"
     )]
     SurfaceUnbuilt,
     /// The scheme has no contact on surfaces.
     #[error(
-        "a probe meets this model's surface under track and predict in single precision alone: \
-         take one of them, or bake the model with `probe-contact` cells"
+        "tools touch tissue under track and predict in single precision alone: take one of them, or \
+         hold cells"
     )]
     SurfaceScheme,
     /// The radius needs more samples than a triangle can have.
-    #[error("the probe's radius must be at least {min_m} m on this model's surface")]
+    #[error("the radius of a tool's part must be at least {min_m} m on this model's surface")]
     RadiusMin {
         /// Smallest radius \[m\].
         min_m: f32,
     },
-    /// The tissue has too little memory for a probe on the surface.
-    #[error("a probe on the surface needs room for {needed} cells, there is room for {capacity}")]
+    /// The tissue has too little memory for tools on the surface.
+    #[error("tools on the surface need room for {needed} cells, there is room for {capacity}")]
     SurfaceRoom {
         /// Cells of the model.
         needed: usize,
@@ -345,6 +334,7 @@ pub(crate) fn approach(from: [f32; 3], to: [f32; 3], limit: f32) -> ([f32; 3], b
 mod tests {
     use super::*;
 
+    // REQ-FOR-04
     #[test]
     fn approach_stops_at_the_limit_or_the_target() {
         assert_eq!(approach([1.0, 0.0, 0.0], [1.0, 3.0, 4.0], 5.0), ([1.0, 3.0, 4.0], false));
@@ -353,6 +343,7 @@ mod tests {
         assert_eq!(approach([1.0; 3], [2.0; 3], 0.0), ([1.0; 3], true));
     }
 
+    // REQ-ENE-03
     #[test]
     fn a_full_body_lets_the_tool_move_no_further() {
         assert_eq!(move_max(9.0, 4.0, 16.0), 0.5);
@@ -361,6 +352,7 @@ mod tests {
         assert_eq!(move_max(9.0, 0.0, 0.0), f32::INFINITY);
     }
 
+    // REQ-ENE-04
     #[test]
     fn a_tool_may_follow_a_pull_to_where_the_energy_is_least() {
         assert_eq!(fall_max([3.0, 4.0, 0.0], [0.0, 2.0, 0.0], 16.0), 0.5);

@@ -1,28 +1,20 @@
 //! Test of whether a point lies in the tissue, by the present surface.
 //!
-//! **By triangles.** Along a line through the point in direction z, each crossed triangle counts 1 where the
+//! Along a line through the point in direction z, each crossed triangle counts 1 where the
 //! line leaves the body and -1 where it enters. The point is inside if the sum is above 0 both above and
 //! below it: on a closed surface the two are equal, also around cavities and where parts overlap, and an open
 //! surface has no inside. Crossings are decided edge by edge, and two triangles decide alike about their
 //! shared edge, so a line through an edge or a corner is counted once.
 //!
-//! **By cells**, if an image has no triangles. Each surface cell is weighted by the solid angle of its part
-//! of the surface as seen from the point: n . (x - p) / |x - p|^3, above 0 if it is seen from the back. From
-//! a point inside nearly all are; from a point outside about half of them are. The normals are those at rest.
-//!
 //! A point within rounding of the surface is outside. A body without thickness has no inside.
 //!
-//! Cost: one look at each triangle of the surface, or at each surface cell with a root and a division; seven
-//! times that with a margin.
+//! Cost: one look at each triangle of the surface; seven times that with a margin.
 
 use crate::model::Model;
-use crate::number::cell::{add, dot, peak, scale, sub};
-use crate::number::sqrt::sqrt;
+use crate::number::cell::{add, peak, scale, sub};
 
 /// Rounding of a distance, relative to the size of its coordinates.
 const GRAIN: f32 = 4.0 * f32::EPSILON;
-/// A point is inside if the weighted sum exceeds this share of the weights' magnitudes.
-const BEHIND: f32 = 0.5;
 
 /// Zero, and the unit steps along the axes.
 const AROUND: [[f32; 3]; 7] = [
@@ -52,9 +44,6 @@ pub(crate) fn is_inside(
 #[inline(never)]
 fn holds(model: &Model<'_>, at: &impl Fn(usize) -> [f32; 3], point: [f32; 3]) -> bool {
     let grain = GRAIN * (1.0 + peak(point));
-    if model.triangles.is_empty() {
-        return is_seen_from_behind(model, at, (point, grain));
-    }
     is_between(model.triangles, at, (point, grain))
 }
 
@@ -117,26 +106,6 @@ fn height([p, q, r]: [[f32; 3]; 3]) -> f32 {
     if height > least { lower(height, most) } else { least }
 }
 
-/// Returns true if the surface cells are seen from the back.
-fn is_seen_from_behind(
-    model: &Model<'_>,
-    at: &impl Fn(usize) -> [f32; 3],
-    (point, grain): ([f32; 3], f32),
-) -> bool {
-    let (mut sum, mut all) = (0.0_f32, 0.0_f32);
-    for (&cell, &normal) in model.surface.iter().zip(model.normals) {
-        let way = sub(at(cell.into()), point);
-        let squared = dot(way, way);
-        if squared <= grain * grain {
-            return false;
-        }
-        let behind = dot(normal, way) / (squared * sqrt(squared));
-        sum += behind;
-        all += behind.abs();
-    }
-    sum > BEHIND * all
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -175,6 +144,7 @@ mod tests {
         is_between(triangles, &|cell| corners[cell], (point, 1e-6))
     }
 
+    // REQ-CON-10
     #[test]
     fn a_body_with_a_cavity_is_between_its_surfaces() {
         let corners: Vec<_> = cube(3.0).chain(cube(1.0)).collect();
@@ -190,6 +160,7 @@ mod tests {
         }
     }
 
+    // REQ-CON-10
     #[test]
     fn what_overlaps_is_inside_and_what_is_open_has_no_inside() {
         let corners: Vec<_> = cube(1.0).chain(cube(1.0).map(|[x, y, z]| [x + 1.0, y, z])).collect();

@@ -12,7 +12,6 @@
 //! - `nodal`: shapes of the tissue around each cell, instead of links.
 //! - `stiffening`: bands on the links of such a body, which resist large strain.
 //! - `inside`: test of whether a point lies in the tissue.
-//! - `probe`: contact cells of a sphere, and their positions on it.
 //! - [`rounding`]: bound of the energy's rounding error.
 //! - `surface`: tools in contact with the triangles of the surface.
 //! - `residual`, `sliced`: one pass, cell by cell and eight cells side by side.
@@ -49,7 +48,6 @@ pub(crate) mod nodal;
 pub(crate) mod number;
 #[cfg(test)]
 pub(crate) mod pin;
-pub(crate) mod probe;
 pub(crate) mod residual;
 pub mod rounding;
 pub(crate) mod sliced;

@@ -13,8 +13,6 @@ const GROWTH: f32 = 0.01;
 /// From this share on a tool touches the surface only within rounding and gets its full size at once.
 const TOUCHES: f32 = 0.999;
 
-/// Share that marks a tool that engages in this tick.
-pub(super) const NEW: f32 = -1.0;
 /// Share of a tool that waits inside the tissue.
 pub(super) const WAITS: f32 = 0.0;
 

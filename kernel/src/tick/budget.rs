@@ -37,12 +37,9 @@ impl Budget<'_> {
     /// No sweep, for poses that newer ones have overtaken: the tools move within the step limit and the
     /// energy limit as usual, and the energy level is updated. The output repeats the force of the last tick
     /// with [`Flags::LATE`](crate::Flags::LATE), 0 if the tool releases. Bands stay as they are until a tick
-    /// with a sweep. A probe pushes out the cells that it touches and releases none; it searches for further
-    /// cells only after it has moved an eighth of its radius since the last search. Tools on a contact
-    /// surface stay where they are.
+    /// with a sweep. Tools on a contact surface stay where they are.
     ///
-    /// Cost: the links of the contact cells, at most four times; for a probe that searches, also one look at
-    /// each surface cell. If the level is unknown (positions were set, or bands changed), there is one sweep.
+    /// Cost: the links of the contact cells, at most four times. If the level is unknown (positions were set, or bands changed), there is one sweep.
     pub const LATE: Self = Self::Sweeps(0);
 
     /// Budget that repeats a tick of `sweeps` sweeps; `None` repeats one with those of the settings.

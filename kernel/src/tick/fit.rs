@@ -70,9 +70,9 @@ impl<D: Dynamics> TissueMut<'_, D> {
         Ok(())
     }
 
-    /// Checks that scheme and memory suffice for a probe on a model with a contact surface.
+    /// Checks that scheme and memory suffice for a part of a tool with this radius.
     pub(super) fn check_touch(&self, model: &Model<'_>, radius: f32) -> Result<(), ContactError> {
-        let Some(least) = model.probe_radius_min() else { return Ok(()) };
+        let Some(least) = model.tool_radius_min() else { return Ok(()) };
         if !IS_BUILT {
             return Err(ContactError::SurfaceUnbuilt);
         }

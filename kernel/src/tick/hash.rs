@@ -95,6 +95,7 @@ mod tests {
         absorb(hash, words.len() as u64)
     }
 
+    // REQ-BIT-05
     #[test]
     fn agrees_with_its_definition_at_every_length() {
         let cells: [Cell; 11] = core::array::from_fn(|i| {
@@ -124,6 +125,7 @@ mod tests {
         }
     }
 
+    // REQ-BIT-05
     #[test]
     fn one_bit_anywhere_changes_it() {
         let mut cells = [Cell([0.5_f32, 0.25, 1.0, 0.0]); 7];

@@ -1,12 +1,12 @@
 //! The tick: its inputs, its outputs and its steps.
 //!
 //! A caller resets a [`Tissue`](crate::Tissue) to a [`Network`](crate::Network), chooses contact
-//! cells or a probe while the tool is released, and then ticks once for each sample of its poses:
+//! cells or tools while the tool is released, and then ticks once for each sample of its poses:
 //!
 //! | step of a tick | what it does | file |
 //! |---|---|---|
 //! | sample | a bad one is replaced by the last good one for 10 ticks, then the safe state answers | `order` |
-//! | contact | held cells follow the tool, a probe places its contacts, or a current loads the cells | `tool`, `probe`, `surface`, `current` |
+//! | contact | held cells follow the tool, tools touch the surface, or a current loads the cells | `tool`, `surface`, `current` |
 //! | bands | unloading closes or reopens them | `unloading` |
 //! | sweeps | [`Settings::sweeps`](crate::Settings::sweeps) link passes under the scheme | `order` |
 //! | output | force, energy, work, stiffness, contacts, flags | `output` |
@@ -14,13 +14,13 @@
 //! A tick cannot fail, panic or allocate, and makes no system call. The number of link passes does not depend
 //! on the input. The state hash is a separate call, outside the tick. The settings may change between two
 //! ticks. Contact cells can be chosen only while the tool is released, and another drive takes effect when
-//! the tool next engages. The rules of each step are those of "One tick" in `host/CONTRACT.md`.
+//! the tool next engages. The rules of each step are those of "One tick" in `host/REFERENCE.md`.
 //!
 //! - [`choice`], [`choices`]: a choice among named values, and the choices of a run.
 //! - [`settings`], [`budget`], [`sample`]: parameters of a run, sweeps of a tick, its output.
 //! - [`tissue`], [`fit`], `error`: the state in RAM, the check that a model fits it, and its errors.
 //! - `begin`: a tool that engages in contact or inside the tissue.
-//! - [`order`]: one tick; `tool`, `probe`, `surface`, `current`, `unloading`, `output`: its parts.
+//! - [`order`]: one tick; `tool`, `surface`, `current`, `unloading`, `output`: its parts.
 //! - [`tools`], [`pose`]: tools on a model with a contact surface; [`touch_room`]: memory for them.
 //! - [`hash`]: the state hash.
 //! - [`handover`]: samples from an interrupt to the tick.
@@ -37,7 +37,6 @@ pub mod hash;
 pub mod order;
 mod output;
 pub mod pose;
-mod probe;
 pub mod sample;
 pub mod settings;
 mod surface;

@@ -47,7 +47,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
     /// [`TickOutput::sweeps`] is the number made. Under `track` and `predict` the published state is
     /// certified after every sweep.
     ///
-    /// Held cells and a probe among cells follow the first pose and ignore its orientation. Poses beyond the
+    /// Held cells follow the first pose and ignore its orientation. Poses beyond the
     /// tools are ignored; tools beyond the poses stay as they are. A bad pose, or no pose, makes the sample a
     /// bad one. The output is that of the first tool, with the work of all; [`Self::tool_output`] has the
     /// others'.
@@ -84,14 +84,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
             return self.safe(network, flags);
         };
         let chosen = self.contacts.len().min(self.head.chosen);
-        // A probe finds its cells itself.
-        let is_surface = IS_BUILT && network.model().has_contact_surface();
-        let slots = match self.head.probe {
-            Some(_) if is_surface => 0,
-            Some(_) => self.contacts.len(),
-            None => chosen,
-        };
-        let contacts = self.contacts.get_mut(..slots).unwrap_or(&mut []);
+        let contacts = self.contacts.get_mut(..chosen).unwrap_or(&mut []);
         let (room, states) = (&mut *self.room, self.states.shared(network.model().kept_states()));
         // Collect the tick's data, then apply the terms' corrections and the tool's contact.
         let mut tick = Tick {
@@ -114,12 +107,13 @@ impl<D: Dynamics> TissueMut<'_, D> {
             tick.begin_terms();
         }
         tick.hold_or_release(&sample);
-        match tick.head.probe {
-            _ if !tick.head.engaged => {}
-            // After bad poses the last good ones stay in effect.
-            Some(_) if is_surface => tick.press(if is_good { poses } else { &[] }),
-            Some(radius) => tick.touch(&sample, radius),
-            None => tick.follow(&sample),
+        if tick.head.engaged {
+            if IS_BUILT && tick.head.has_tools {
+                // After bad poses the last good ones stay in effect.
+                tick.press(if is_good { poses } else { &[] });
+            } else {
+                tick.follow(&sample);
+            }
         }
         // Sweep, unless the tick is late.
         if !is_late {
@@ -215,13 +209,10 @@ impl<'a, 'm, D: Dynamics> Tick<'a, 'm, D> {
         let current = self.current();
         let contacts: &[Contact<D::Number>] = if self.head.engaged { self.contacts } else { &[] };
         let held = if current.is_none() { contacts } else { &[] };
-        // A probe has set the origins of its contacts.
-        let (applied, coarse) = match self.head.probe {
-            Some(_) if IS_BUILT && self.network.model().has_contact_surface() => {
-                ([0.0; 3], self.head.deflated.map(Coarse::Resisted))
-            }
-            Some(_) => ([0.0; 3], self.head.deflated.map(Coarse::Deflated)),
-            None => (self.head.applied, Some(Coarse::Corrected(held.len()))),
+        let (applied, coarse) = if IS_BUILT && self.head.has_tools {
+            ([0.0; 3], self.head.resisted.map(Coarse::Resisted))
+        } else {
+            (self.head.applied, Some(Coarse::Corrected(held.len())))
         };
         // Collect all that the scheme reads and writes.
         let &Settings { sweeps, step, tick_time, .. } = self.network.settings();

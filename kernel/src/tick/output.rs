@@ -1,6 +1,5 @@
 //! Output of a tick.
 
-use super::begin;
 use super::order::Tick;
 use super::sample::{Flags, TickOutput};
 use crate::number::cell::scale;
@@ -17,26 +16,17 @@ impl<D: Dynamics> Tick<'_, '_, D> {
             return 0.0;
         }
         let model = self.network.model();
-        if IS_BUILT && !self.touch.tools().is_empty() && self.head.probe.is_some() {
+        if IS_BUILT && self.head.has_tools {
             let first = self.touch.tool(0);
             // The term's energy is in units of 2 k_ref.
             return first.map_or(0.0, |tool| 2.0 * model.stiffness_n_per_m() * tool.met.stiffness);
         }
-        let weight = match self.head.probe {
-            None => self.head.outer_weight,
-            Some(_) => self.contacts.iter().fold(0.0, |weight, contact| {
-                weight + model.mobility.get(contact.cell()).map_or(0.0, |&m| 1.0 / m)
-            }),
-        };
-        model.stiffness_n_per_m() * weight
+        model.stiffness_n_per_m() * self.head.outer_weight
     }
 
     /// Returns true if an engaged tool waits inside the tissue without contact.
     fn waits(&self) -> bool {
-        if IS_BUILT && self.network.model().has_contact_surface() {
-            return self.touch.tools().iter().any(ToolState::waits);
-        }
-        self.head.engaged && self.head.probe.is_some() && self.head.share <= begin::WAITS
+        IS_BUILT && self.touch.tools().iter().any(ToolState::waits)
     }
 
     /// Number of cells, or of surface triangles, that the tool acts on.
@@ -60,7 +50,7 @@ impl<D: Dynamics> Tick<'_, '_, D> {
         if self.head.engaged {
             force_n = if self.is_late {
                 self.head.force_n
-            } else if IS_BUILT && self.head.probe.is_some() && model.has_contact_surface() {
+            } else if IS_BUILT && self.head.has_tools {
                 scale(model.force_unit_n(), self.feel())
             } else {
                 scale(model.force_unit_n(), held::force(self.terms(), self.state, self.contacts))

@@ -142,6 +142,7 @@ impl ToolPart {
 mod tests {
     use super::*;
 
+    // REQ-CON-09
     #[test]
     fn parts_that_cannot_be_are_refused() {
         let good = ToolPart::capsule(0.01, 0.002);

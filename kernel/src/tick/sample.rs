@@ -96,7 +96,8 @@ impl Flags {
     pub const BAND_CLOSED: Self = Self(32);
     /// The energy guard discarded a pass.
     pub const ROLLED_BACK: Self = Self(64);
-    /// More cells are in the probe than the tissue has capacity for; those with the highest ids are free.
+    /// More triangles are in reach of the tools, or more samples in contact, than the tissue has memory for; the
+    /// farthest ones are left out.
     pub const CONTACT_CAPACITY: Self = Self(128);
     /// The sample was late and newer ones waited: it was executed without a sweep, and the force is that of
     /// an earlier tick.

@@ -26,8 +26,7 @@ pub struct Settings {
     pub tick_time: f32,
     /// Largest motion of the contact cells per tick, or largest change of the current per tick \[m\].
     pub max_tool_step_m: f32,
-    /// How the tool's displacement acts on chosen cells, from the next time that the tool engages; a probe
-    /// prescribes positions.
+    /// How the tool's displacement acts on chosen cells, from the next time that the tool engages.
     pub drive: Drive,
     /// Rule by which the bands close.
     pub unloading: Unloading,

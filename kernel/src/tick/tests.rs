@@ -18,7 +18,6 @@ use crate::model::image::{ModelError, kind, params};
 use crate::model::pin::{PINS, Pin};
 use crate::model::{Model, range};
 use crate::number::Number;
-use crate::number::cell::{add, scale};
 use crate::number::two_float::{LANES, TwoFloat};
 use crate::solver::{Dynamics, Euler, Predict, Rkl2, Track};
 use crate::terms::pin::Displaced;
@@ -28,7 +27,7 @@ use crate::terms::tests::{pinned, with_word};
 /// 299 cells, 20 of them fixed; bands, weights, slices, 24 basis functions and a surface.
 static ORGAN: &[u8] = crate::include_model!("../../../tests/data/varied300.chaincell");
 const CELLS: usize = 299;
-/// Blocks for a coarse level with 16 held cells or a probe.
+/// Blocks for a coarse level with 16 held cells.
 const ROOM: usize = 160;
 /// Length beyond which pins slip [mean link lengths].
 const SLIP_LENGTH: f32 = 0.7;
@@ -133,7 +132,6 @@ fn press<D: Dynamics>(
 enum Tool {
     Held,
     Current,
-    Probe,
 }
 
 /// Presses, holds, presses on and releases. While nothing external acts the level never rises, and it bounds
@@ -148,29 +146,17 @@ fn session<D: Dynamics>(
     let mut tissue = Body::<D>::new();
     tissue.reset(&network).unwrap();
     prepare(&mut tissue, &model);
-    match tool {
-        Tool::Probe => tissue.choose_probe(&network, 2.0 * model.unit_m()).unwrap(),
-        // Some of these cells have pins.
-        _ => {
-            let free = (0..CELLS as u16).filter(|&cell| !model.is_fixed(cell));
-            let cells: Vec<u16> = free.skip(100).step_by(5).take(9).collect();
-            tissue.choose_contacts(&network, &cells).unwrap();
-        }
-    }
-    let surface = model.rest_position(usize::from(model.surface()[40]));
-    // The probe's centre is outside the body.
-    let outside = add(surface, scale(0.7, model.normals()[40]));
-    let start = [0, 1, 2].map(|axis| match tool {
-        Tool::Probe => model.centre_m()[axis] + outside[axis] * model.unit_m(),
-        _ => 0.0,
-    });
+    // Some of these cells have pins.
+    let free = (0..CELLS as u16).filter(|&cell| !model.is_fixed(cell));
+    let cells: Vec<u16> = free.skip(100).step_by(5).take(9).collect();
+    tissue.choose_contacts(&network, &cells).unwrap();
     let (mut discarded, mut last) = (0, f64::INFINITY);
     let mut before = kept(&mut tissue, &model);
     for tick in 0..96_usize {
         let moves = (1..=8).contains(&(tick % 24));
         let depth = if tool == Tool::Current { 0.05 } else { 0.3 };
         let reach = depth * (tick / 24 * 8 + (tick % 24).min(8)) as f32 * model.unit_m();
-        let way = [0, 1, 2].map(|axis| start[axis] + reach * noise(axis + 5));
+        let way = [0, 1, 2].map(|axis| reach * noise(axis + 5));
         let engaged = u32::from(tick < 72);
         let output = press(&mut tissue, &network, way, engaged);
         let acts = moves || tick == 72;
@@ -183,10 +169,7 @@ fn session<D: Dynamics>(
         let now = kept(&mut tissue, &model);
         let rise = given(&model, &before, &now);
         before = now;
-        // A probe at rest still pushes out the cells that move into it.
-        let pushed = f64::from(output.work_j.max(0.0)) + grain;
-        let most = if tool == Tool::Probe { last + pushed } else { last };
-        let most = if rise == 0.0 { most } else { most + rise + grain };
+        let most = if rise == 0.0 { last } else { last + rise + grain };
         let case = (D::NAME, tool, tick);
         if D::NAME != "euler" {
             assert!(energy <= level + grain, "{case:?}: {energy} above {level}");
@@ -202,9 +185,9 @@ fn session<D: Dynamics>(
 fn all_tools<D: Dynamics>(
     give: f32,
     prepare: impl Fn(&mut Body<D>, &Model<'static>),
-) -> [(usize, u64); 3] {
+) -> [(usize, u64); 2] {
     let model = || organ(0.8, give);
-    [Tool::Held, Tool::Current, Tool::Probe].map(|tool| session::<D>(model(), tool, &prepare))
+    [Tool::Held, Tool::Current].map(|tool| session::<D>(model(), tool, &prepare))
 }
 
 /// Sets every cell to an arbitrary position within a share of K.

@@ -33,18 +33,13 @@ pub struct Head<D> {
     pub(crate) level: Level,
     /// Checksum of the model the arrays belong to, `None` before the first reset.
     pub(crate) model: Option<u32>,
-    /// Number of chosen contact cells, or of those that the probe touches.
+    /// Number of chosen contact cells.
     pub(crate) chosen: usize,
-    /// Radius of the probe, if contact is by shape [mean link lengths].
-    pub(crate) probe: Option<f32>,
-    /// Share of that radius while engaged, 0 if the probe waits inside the tissue.
-    pub(crate) share: f32,
-    /// Number of basis functions left out for the probe's contacts; `None` if that is not possible.
-    pub(crate) deflated: Option<u16>,
-    /// Motion of the probe since it last searched for cells [mean link lengths].
-    pub(crate) unseen: f32,
-    /// Position of the probe's first touch, relative to where it engaged [mean link lengths].
-    pub(crate) touched_at: [f32; 3],
+    /// True if tools are chosen in place of cells.
+    pub(crate) has_tools: bool,
+    /// Number of basis functions under the tools, whose resistance the coarse level takes into account;
+    /// `None` if that is not possible.
+    pub(crate) resisted: Option<u16>,
     /// True if the tool is engaged.
     pub(crate) engaged: bool,
     /// Tool position when it engaged \[m\].
@@ -74,11 +69,8 @@ kept!(@[D: Dynamics] Head<D> {
     level: Level,
     model: Option<u32>,
     chosen: usize,
-    probe: Option<f32>,
-    share: f32,
-    deflated: Option<u16>,
-    unseen: f32,
-    touched_at: [f32; 3],
+    has_tools: bool,
+    resisted: Option<u16>,
     engaged: bool,
     tool_origin_m: [f32; 3],
     applied: [f32; 3],
@@ -99,11 +91,8 @@ impl<D: Dynamics> Head<D> {
         level: Level::REST,
         model: None,
         chosen: 0,
-        probe: None,
-        share: 0.0,
-        deflated: None,
-        unseen: 0.0,
-        touched_at: [0.0; 3],
+        has_tools: false,
+        resisted: None,
         engaged: false,
         tool_origin_m: [0.0; 3],
         applied: [0.0; 3],
@@ -215,18 +204,6 @@ impl<const CELLS: usize, D: Dynamics, const CONTACTS: usize, const STATES: usize
         cells: &[u16],
     ) -> Result<(), ContactError> {
         self.view().choose_contacts(network, cells)
-    }
-
-    /// See [`TissueMut::choose_probe`].
-    ///
-    /// # Errors
-    /// As there.
-    pub fn choose_probe(
-        &mut self,
-        network: &Network<'_>,
-        radius_m: f32,
-    ) -> Result<(), ContactError> {
-        self.view().choose_probe(network, radius_m)
     }
 
     /// See [`TissueMut::tick`].
@@ -343,8 +320,8 @@ impl<D: Dynamics> TissueMut<'_, D> {
         self.head.vectors = kept.vectors;
         self.head.dynamics = kept.dynamics.stilled();
         self.head.model = kept.model;
-        self.head.probe = kept.probe;
-        self.head.chosen = if kept.probe.is_some() { 0 } else { kept.chosen };
+        self.head.has_tools = kept.has_tools;
+        self.head.chosen = kept.chosen;
         self.head.level.forget();
         self.head.awake.wake_all(model);
         self.touch.leave();
@@ -387,7 +364,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
             *slot = Contact::new(cell);
         }
         self.head.chosen = cells.len();
-        self.head.probe = None;
+        self.head.has_tools = false;
         if !is_prepared {
             self.prepare(model);
         }

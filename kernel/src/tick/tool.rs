@@ -1,6 +1,5 @@
 //! Contact in a tick in which the tool holds chosen cells.
 
-use super::begin;
 use super::choices::Drive;
 use super::order::Tick;
 use super::sample::{Flags, ToolSample};
@@ -36,21 +35,16 @@ impl<D: Dynamics> Tick<'_, '_, D> {
         if engaged && !self.head.engaged {
             self.head.tool_origin_m = sample.position_m.into();
             self.head.applied = [0.0; 3];
-            self.head.touched_at = [0.0; 3];
             // Any depth is deeper: engaging reopens the bands.
             self.head.deepest = -1.0;
         }
-        // A probe forgets its contacts; held cells note their origins.
-        if self.head.probe.is_some() {
+        // Tools leave the surface; held cells note their origins.
+        if IS_BUILT && self.head.has_tools {
             if engaged != self.head.engaged {
-                if IS_BUILT && !engaged {
+                if !engaged {
                     self.leave_surface();
                 }
-                self.head.deflated = Some(0);
-                self.head.chosen = 0;
-                // The first tick searches, even if it is late.
-                self.head.unseen = f32::INFINITY;
-                self.head.share = begin::NEW;
+                self.head.resisted = Some(0);
             }
         } else if engaged && !self.head.engaged {
             let model = self.network.model();

@@ -115,59 +115,6 @@ impl<D: Dynamics> TissueMut<'_, D> {
         Some(ProxyPose { position_m, orientation: proxy.turn.orientation(), share: proxy.share })
     }
 
-    /// Replaces chosen cells by the paper's haptic probe: a sphere that pushes surface cells out while
-    /// engaged. `radius_m` is in metres.
-    ///
-    /// The sphere's centre is the tool's position. It touches at most as many cells as the tissue has
-    /// contacts, those with the lowest ids; more cells set
-    /// [`Flags::CONTACT_CAPACITY`](crate::Flags::CONTACT_CAPACITY).
-    ///
-    /// ```
-    /// # use chaincell_kernel::{Budget, Model, Network, Settings, Tissue, ToolPose, Track, include_model};
-    /// # let image = include_model!(concat!(env!("CARGO_MANIFEST_DIR"), "/data/plane9.chaincell"));
-    /// # let model = Model::from_bytes(image)?;
-    /// # let network = Network::new(model, Settings::for_model(&model))?;
-    /// # let mut tissue = Tissue::<128, Track>::new();
-    /// # tissue.reset(&network)?;
-    /// tissue.choose_probe(&network, 0.004)?; // a ball of 8 mm
-    /// let mut output = tissue.tick(&network, &[ToolPose::at([0.0, 0.0, 0.005].into(), 1)], Budget::All);
-    /// assert_eq!(output.contacts, 0); // 1 mm above the plane
-    /// for height_m in [0.003, 0.001] {
-    ///     output = tissue.tick(&network, &[ToolPose::at([0.0, 0.0, height_m].into(), 1)], Budget::All);
-    /// }
-    /// assert!(output.contacts == 1 && output.force_n.z > 0.001); // [N], upwards
-    /// # Ok::<(), Box<dyn std::error::Error>>(())
-    /// ```
-    ///
-    /// # Errors
-    /// The reason for the refusal; the old choice stays.
-    pub fn choose_probe(
-        &mut self,
-        network: &Network<'_>,
-        radius_m: f32,
-    ) -> Result<(), ContactError> {
-        let model = self.may_choose(network)?;
-        let radius = radius_m / model.unit_m();
-        if !(radius_m > 0.0 && radius > 0.0 && radius <= COORDINATE_MAX) {
-            return Err(ContactError::Radius { max_m: COORDINATE_MAX * model.unit_m() });
-        }
-        if model.surface().is_empty() {
-            return Err(ContactError::NoSurface);
-        }
-        if model.has_contact_surface() {
-            self.check_touch(model, radius)?;
-            return self.choose_tools(network, &[&[ToolPart::sphere(radius_m)]], 0.0);
-        }
-        let (needed, room) = (D::probe_room(model), self.room.len());
-        if needed > room {
-            return Err(ContactError::ProbeRoom { needed, room });
-        }
-        self.head.chosen = 0;
-        self.head.dynamics.release();
-        self.head.probe = Some(radius);
-        Ok(())
-    }
-
     /// Replaces chosen cells by tools: each is a list of at most [`PARTS_MAX`] convex parts; one coefficient
     /// of Coulomb friction serves all, 0 for none. Each [`Self::tick`] then takes a pose for each tool.
     ///
@@ -203,7 +150,6 @@ impl<D: Dynamics> TissueMut<'_, D> {
         }
         // Check every part of every tool.
         let unit_m = model.unit_m();
-        let mut radius = f32::MAX;
         for (tool, parts) in tools.iter().enumerate() {
             if parts.is_empty() || parts.len() > PARTS_MAX {
                 return Err(ContactError::Parts { tool, most: PARTS_MAX });
@@ -212,13 +158,12 @@ impl<D: Dynamics> TissueMut<'_, D> {
                 let Some(solid) = of.solid(unit_m, COORDINATE_MAX) else {
                     return Err(ContactError::Part { tool, part });
                 };
-                radius = if solid.whole < radius { solid.whole } else { radius };
                 self.check_touch(model, solid.sampled)?;
             }
         }
-        let (needed, room) = (D::probe_room(model), self.room.len());
+        let (needed, room) = (D::tool_room(model), self.room.len());
         if needed > room {
-            return Err(ContactError::ProbeRoom { needed, room });
+            return Err(ContactError::ToolRoom { needed, room });
         }
         // Take over the tools, at no contact.
         if let Some(arrays) = self.touch.whole() {
@@ -233,7 +178,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
         }
         self.head.chosen = 0;
         self.head.dynamics.release();
-        self.head.probe = Some(radius);
+        self.head.has_tools = true;
         Ok(())
     }
 

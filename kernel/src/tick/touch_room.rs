@@ -158,7 +158,7 @@ impl<'a> TouchRoom<'a> {
         Self([(); BUILT].map(|()| arrays.take().unwrap_or_else(TouchArrays::none)))
     }
 
-    /// No memory: a probe on a model with a contact surface is refused.
+    /// No memory: tools are refused.
     #[must_use]
     pub fn none() -> Self {
         Self([(); BUILT].map(|()| TouchArrays::none()))

@@ -18,7 +18,7 @@
 use super::choices::Unloading;
 use super::order::Tick;
 use super::sample::Flags;
-use crate::number::cell::{dot, sub};
+use crate::number::cell::dot;
 use crate::number::sqrt::sqrt;
 use crate::solver::Dynamics;
 
@@ -28,8 +28,7 @@ const RETREAT: f32 = 0.1;
 impl<D: Dynamics> Tick<'_, '_, D> {
     /// Closes or reopens the bands.
     pub(super) fn unload(&mut self) {
-        let way = sub(self.head.applied, self.head.touched_at);
-        let depth = sqrt(dot(way, way));
+        let depth = sqrt(dot(self.head.applied, self.head.applied));
         let released = self.head.released;
         let closed = match self.network.settings().unloading {
             Unloading::Off => false,

@@ -12,7 +12,6 @@ use crate::tick::choice::Choice;
 use crate::tick::choices::{Arithmetic, Drive, Scheme, Unloading};
 use crate::tick::hash::REVISION;
 use crate::tick::settings::{Network, Settings, SettingsError};
-use crate::tick::tools::FRICTION_MAX;
 
 /// Bytes before the origin; the checksum is the last four.
 pub(super) const COMMON_BYTES: usize = 64;
@@ -62,8 +61,6 @@ pub enum TraceError {
     Stage(StageError),
     /// This input id is no cell of the model.
     Contact(u32),
-    /// The trace was recorded with a probe of this radius \[m\], not with contact cells.
-    Probe(f32),
     /// The trace was recorded with this number of tools, chosen by their parts, not with contact cells.
     Tools(u32),
     /// The trace has more contact cells than the memory given for them.
@@ -113,11 +110,6 @@ impl fmt::Display for TraceError {
             Self::Contact(id) => {
                 write!(f, "its contact node {id} is no cell of the model: record again")
             }
-            Self::Probe(radius_m) => write!(
-                f,
-                "it was recorded with a probe of radius {radius_m} m, not with contact cells: \
-                 choose that probe"
-            ),
             Self::Tools(count) => write!(
                 f,
                 "it was recorded with {count} tools that were chosen by their parts, not with contact \
@@ -137,29 +129,6 @@ impl core::error::Error for TraceError {}
 #[must_use]
 pub const fn header_bytes(contacts: usize) -> usize {
     (HEADER_BYTES + 4 * contacts).next_multiple_of(8)
-}
-
-/// The probe of a recording.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct RecordedProbe {
-    /// Radius \[m\].
-    pub radius_m: f32,
-    /// Capacity of the tissue for contacts: the bits depend on it if it was reached.
-    pub capacity: u32,
-    /// Coefficient of friction if the probe is a tool on a contact surface; else 0.
-    pub friction: f32,
-}
-
-impl RecordedProbe {
-    /// Reads the probe from the header's words; `None` if they are not valid.
-    fn read(radius: u32, capacity: u32, friction: u32) -> Option<Self> {
-        let [radius_m, friction] = [radius, friction].map(f32::from_bits);
-        let is_one = radius_m > 0.0
-            && radius_m.is_finite()
-            && capacity as usize <= CONTACTS_MAX
-            && (0.0..=FRICTION_MAX).contains(&friction);
-        is_one.then_some(Self { radius_m, capacity, friction })
-    }
 }
 
 /// The release that wrote a trace.
@@ -223,9 +192,7 @@ pub struct Header {
     pub number: Arithmetic,
     /// Settings in force.
     pub settings: Settings,
-    /// The probe, if contact was by shape; then there are no contact cells.
-    pub probe: Option<RecordedProbe>,
-    /// The tools, if they were chosen by their parts; then there are neither contact cells nor a probe.
+    /// The tools, if they were chosen by their parts; then there are no contact cells.
     pub tools: Option<RecordedTools>,
     /// The output stage between the device that the samples came from and the tissue. A reset restarts it;
     /// during a pause it has no ticks.
@@ -264,26 +231,21 @@ impl Header {
             scheme,
             number,
             settings: *network.settings(),
-            probe: None,
             tools: None,
             stage: None,
         }
     }
 
     /// Writes the header with the input ids of the contact cells (in the order of the model's cells); returns
-    /// its length and checksum, `None` if `to` is too short, there are too many ids, or more than one of ids,
-    /// probe and tools is given.
+    /// its length and checksum, `None` if `to` is too short, there are too many ids, or both ids and
+    /// tools are given.
     pub(super) fn write(&self, contacts: &[u32], to: &mut [u8]) -> Option<(usize, u32)> {
-        // Contact cells, a probe and tools exclude each other.
-        let choices = [!contacts.is_empty(), self.probe.is_some(), self.tools.is_some()];
-        if contacts.len() > CONTACTS_MAX || choices.into_iter().filter(|is| *is).count() > 1 {
+        // Contact cells and tools exclude each other.
+        if contacts.len() > CONTACTS_MAX || (!contacts.is_empty() && self.tools.is_some()) {
             return None;
         }
-        let (count, friction) = match (self.tools, self.probe) {
-            (Some(tools), _) => (tools.count, tools.friction.to_bits()),
-            (None, Some(probe)) => (probe.capacity, probe.friction.to_bits()),
-            (None, None) => (0, 0),
-        };
+        let (count, friction) =
+            self.tools.map_or((0, 0), |tools| (tools.count, tools.friction.to_bits()));
         let stage_bit = if self.stage.is_some() { STAGE_BIT } else { 0 };
         let tools_bit = if self.tools.is_some() { TOOLS_BIT } else { 0 };
         // Assemble the words of the fixed part.
@@ -308,7 +270,7 @@ impl Header {
             settings.max_tool_step_m.to_bits(),
             settings.max_force_n.to_bits(),
             contacts.len() as u32,
-            self.probe.map_or(0, |probe| probe.radius_m.to_bits()),
+            0,
             count,
             0,
             revision,
@@ -337,7 +299,7 @@ impl Header {
         let common: &[u8; COMMON_BYTES] = trace.first_chunk().ok_or(TraceError::Truncated)?;
         let words: [u32; COMMON_BYTES / 4] = bytemuck::cast(*common);
         let [_, _, version, bytes, model, kind, codes, sweeps, rest @ ..] = words;
-        let [step, tick_time, max_tool_step, max_force, contacts, radius, capacity, stored] = rest;
+        let [step, tick_time, max_tool_step, max_force, contacts, zero, count, stored] = rest;
         if version != VERSION {
             return Err(TraceError::Version(version));
         }
@@ -371,20 +333,14 @@ impl Header {
             unloading: Unloading::from_code(unloading).ok_or(TraceError::Layout)?,
             max_force_n: f32::from_bits(max_force),
         };
-        // Decode a probe or tools; neither goes with contact cells.
-        let (mut probe, mut tools) = (None, None);
-        match (radius, capacity) {
-            (0, 0) if friction == 0 && !has_tools => {}
-            _ if contacts > 0 => return Err(TraceError::Layout),
-            (0, count) if has_tools => {
-                tools = Some(RecordedTools::read(count, friction).ok_or(TraceError::Layout)?);
+        // Decode the tools, which exclude contact cells.
+        let tools = match (zero, count, friction) {
+            (0, 0, 0) if !has_tools => None,
+            (0, ..) if has_tools && contacts == 0 => {
+                Some(RecordedTools::read(count, friction).ok_or(TraceError::Layout)?)
             }
-            _ if has_tools => return Err(TraceError::Layout),
-            _ => {
-                let read = RecordedProbe::read(radius, capacity, friction);
-                probe = Some(read.ok_or(TraceError::Layout)?);
-            }
-        }
+            _ => return Err(TraceError::Layout),
+        };
         // Decode the output stage, the contact cells, the scheme and the number type.
         let ids = front.end..front.end + 4 * contacts;
         let stage = stage::read(header.get(front).ok_or(TraceError::Layout)?)?;
@@ -393,7 +349,7 @@ impl Header {
         let unknown = TraceError::Scheme(scheme, number);
         let scheme = Scheme::from_code(scheme).ok_or(unknown)?;
         let number = Arithmetic::from_code(number).ok_or(unknown)?;
-        let header = Self { origin, model, scheme, number, settings, probe, tools, stage };
+        let header = Self { origin, model, scheme, number, settings, tools, stage };
         Ok(Read { header, contacts: ids, bytes, checksum: stored })
     }
 

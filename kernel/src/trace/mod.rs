@@ -19,8 +19,8 @@
 //!     40      4  largest motion a tick [m]
 //!     44      4  largest force [N]
 //!     48      4  n = number of contact cells
-//!     52      4  radius of the probe [m] (f32 bits), 0 with contact cells or tools
-//!     56      4  capacity of a probe for contacts, 0 with contact cells; the number of tools, 1 to 8
+//!     52      4  zero
+//!     56      4  the number of tools, 1 to 8; 0 with contact cells
 //!     60      4  CRC-32 (ISO-HDLC) of all bytes of the header but these four
 //!     64      4  revision of the arithmetic, see REVISION
 //!     68      6  release that wrote the trace: major, minor, patch (u16 x 3)
@@ -140,7 +140,7 @@ mod tests;
 mod tools;
 
 pub use command::{Command, CommandError, CommandRecord, Entry};
-pub use header::{Header, Origin, RecordedProbe, TraceError, header_bytes};
+pub use header::{Header, Origin, TraceError, header_bytes};
 pub use record::{End, Played, Reader, Record, ReplayError, Writer};
 pub use tools::{PartRecord, PoseRecord, RecordedTools};
 

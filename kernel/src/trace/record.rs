@@ -301,16 +301,12 @@ impl<'t> Reader<'t> {
     /// Writes the contact cells in the model to the front of `room`, and returns them.
     ///
     /// # Errors
-    /// An id that is no cell, a `room` that is too short, or a trace that was recorded with a probe or with
-    /// tools.
+    /// An id that is no cell, a `room` that is too short, or a trace that was recorded with tools.
     pub fn contact_cells<'r>(
         &self,
         model: &Model<'_>,
         room: &'r mut [u16],
     ) -> Result<&'r [u16], TraceError> {
-        if let Some(probe) = self.header.probe {
-            return Err(TraceError::Probe(probe.radius_m));
-        }
         if let Some(tools) = self.header.tools {
             return Err(TraceError::Tools(tools.count));
         }
@@ -410,7 +406,7 @@ impl<'t> Reader<'t> {
     }
 
     /// Replays the trace: `tick` plays each record in a tissue that begins as that of the recording, reset
-    /// and with its contact cells or its probe chosen, and returns the hash of the state after the record.
+    /// and with its contact cells or its tools chosen, and returns the hash of the state after the record.
     ///
     /// ```
     /// # use chaincell_kernel::{Budget, Model, Tissue, Track, trace::Reader};

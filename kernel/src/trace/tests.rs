@@ -120,6 +120,7 @@ fn play(trace: &[u8]) -> Result<Played, ReplayError> {
     })
 }
 
+// REQ-TRC-01
 #[test]
 fn a_session_is_read_as_written_and_played_to_the_same_bits() {
     let trace = trace();
@@ -165,6 +166,7 @@ fn the_bytes_are_those_of_the_table() {
     assert_eq!(trace.len(), 96 + TICKS * 48);
 }
 
+// REQ-TRC-02
 #[test]
 fn cut_at_every_byte_it_is_read_up_to_the_last_whole_record() {
     let trace = trace();
@@ -183,6 +185,7 @@ fn cut_at_every_byte_it_is_read_up_to_the_last_whole_record() {
     }
 }
 
+// REQ-TRC-03
 #[test]
 fn no_changed_byte_goes_unseen() {
     let mut trace = trace();
@@ -205,6 +208,7 @@ fn no_changed_byte_goes_unseen() {
     }
 }
 
+// REQ-TRC-02
 #[test]
 fn memory_taken_beforehand_ends_where_its_zeros_begin() {
     let mut trace = trace();
@@ -219,6 +223,7 @@ fn memory_taken_beforehand_ends_where_its_zeros_begin() {
     assert_eq!(read(&trace).unwrap().1, End::Damaged(TICKS as u32));
 }
 
+// REQ-TRC-03
 #[test]
 fn records_hold_at_their_place_in_their_trace_alone() {
     let trace = trace();
@@ -232,6 +237,7 @@ fn records_hold_at_their_place_in_their_trace_alone() {
     assert_eq!(read(&remains).unwrap().1, End::Damaged(10));
 }
 
+// REQ-TRC-04
 #[test]
 fn the_first_other_tick_is_named() {
     let mut records = session();
@@ -260,6 +266,7 @@ fn reworded(at: usize, word: u32) -> Vec<u8> {
     trace
 }
 
+// REQ-TRC-05
 #[test]
 fn what_cannot_be_played_is_refused_with_its_reason() {
     let trace = trace();
@@ -301,26 +308,6 @@ fn what_cannot_be_played_is_refused_with_its_reason() {
     let sweepless = reworded(28, 0);
     let refused = Reader::open(&sweepless).unwrap().header().network(model()).err();
     assert!(matches!(refused, Some(TraceError::Settings(_))), "{refused:?}");
-}
-
-#[test]
-fn a_probe_is_recorded_and_not_taken_for_cells() {
-    let probe = RecordedProbe { radius_m: 0.0125, capacity: 48, friction: 0.25 };
-    let header = Header { probe: Some(probe), ..header() };
-    let trace = written(&header, &[], &session()[..3]);
-    let word = |at: usize| u32::from_le_bytes(*trace[at..].first_chunk().unwrap());
-    assert_eq!((word(48), word(52), word(56)), (0, 0.0125_f32.to_bits(), 48));
-    let reader = Reader::open(&trace).unwrap();
-    assert_eq!(reader.header().probe, Some(probe));
-    let refused = reader.contact_cells(&model(), &mut [0; 4]).unwrap_err();
-    assert_eq!(refused, TraceError::Probe(0.0125));
-    assert!(refused.to_string().contains("choose that probe"), "{refused}");
-    assert!(Writer::begin(&header, &[31], &mut [0; 4 * HEADER_BYTES]).is_none());
-    for (radius_m, capacity) in [(-1.0, 4), (f32::NAN, 4), (0.0, 4), (0.1, 70_000)] {
-        let probe = Some(RecordedProbe { radius_m, capacity, friction: 0.0 });
-        let trace = written(&Header { probe, ..header }, &[], &[]);
-        assert_eq!(Reader::open(&trace).err(), Some(TraceError::Layout), "{radius_m} {capacity}");
-    }
 }
 
 #[test]
@@ -403,6 +390,7 @@ fn a_header_needs_its_room() {
 }
 
 proptest! {
+    // REQ-TRC-01, REQ-COS-12
     #[test]
     fn every_bit_of_a_record_comes_back(
         words in prop::collection::vec((any::<u64>(), any::<[u32; 4]>(), prop::option::of(prop_oneof![any::<u64>(), Just(0), Just(1 << 32)]), prop::option::of(any::<u16>()), prop::option::of(0_u16..=1000), any::<bool>()), 0..9),
@@ -420,6 +408,7 @@ proptest! {
         prop_assert!(found.iter().copied().eq(records.iter().map(bits)));
     }
 
+    // REQ-TRC-05
     #[test]
     fn no_bytes_panic(bytes in prop::collection::vec(any::<u8>(), 0..300), at in 0_usize..200) {
         let _ = read(&bytes);

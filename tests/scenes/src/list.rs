@@ -23,10 +23,10 @@ pub static ORGAN500: &[u8] = include_model!("../../data/organ500.chaincell");
 /// link: sliced, 24 coarse functions.
 pub static VARIED300: &[u8] = include_model!("../../data/varied300.chaincell");
 
-/// `chaincell bake box:6x6x4x0.01 --young-pa 5000 --poisson 0.4 --coarse 2.5 --probe-contact cells`:
+/// `chaincell bake box:6x6x4x0.01 --young-pa 5000 --poisson 0.4 --coarse 2.5 --contact-surface no`:
 /// nodal shapes, coarse functions.
 pub static TISSUE6: &[u8] = include_model!("../../data/tissue6.chaincell");
-/// The same with `--probe-contact surface`.
+/// The same with `--contact-surface yes`.
 pub static TOUCH6: &[u8] = include_model!("../../data/touch6.chaincell");
 
 /// A scissor of two capsules with a ball at their end, and a rounded box beside a sphere.

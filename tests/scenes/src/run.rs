@@ -3,7 +3,7 @@
 use chaincell_kernel::Cell;
 use chaincell_kernel::ContactError;
 use chaincell_kernel::snapshot::SnapshotError;
-use chaincell_kernel::trace::{Header, Record, RecordedProbe, Writer};
+use chaincell_kernel::trace::{Header, Record, Writer};
 use chaincell_kernel::{
     Budget, Dynamics, Model, ModelError, Network, Number, ResetError, SettingsError, TickOutput,
     TissueMut, ToolPose,
@@ -176,25 +176,20 @@ impl<'t, D: Dynamics> Run<'t, D> {
     }
 
     /// Begins the trace of this run: writes its header to the front of `to` and gives its length.
-    /// The records are those of [`Self::record`]. `None` where `to` is too short, and for tools that
-    /// are not one sphere.
+    /// The records are those of [`Self::record`]. `None` where `to` is too short, and for a scene
+    /// of tools, whose poses take records of their own.
     #[must_use]
     pub fn begin_trace(&self, to: &mut [u8]) -> Option<(Writer, usize)> {
+        if self.scene.tools().is_some() {
+            return None;
+        }
         let model = self.network.model();
         let mut ids = [0; HELD_MAX];
         let ids = ids.get_mut(..self.scene.held.len())?;
         ids.copy_from_slice(self.scene.held);
         ids.sort_unstable_by_key(|&id| model.cell_of_input(id));
         let header = Header::of::<D>(&self.network)?;
-        let probe = match self.scene.tools() {
-            Some(tools) => Some(RecordedProbe {
-                radius_m: tools.probe_radius_m()?,
-                capacity: 0,
-                friction: tools.friction,
-            }),
-            None => header.probe,
-        };
-        Writer::begin(&Header { probe, ..header }, ids, to)
+        Writer::begin(&header, ids, to)
     }
 
     /// Plays one tick and gives its record.

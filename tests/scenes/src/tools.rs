@@ -20,15 +20,6 @@ pub struct Tools {
 }
 
 impl Tools {
-    /// One sphere: what a trace can record.
-    #[must_use]
-    pub fn probe_radius_m(&self) -> Option<f32> {
-        match self.parts {
-            &[&[part]] if part == ToolPart::sphere(part.radius_m) => Some(part.radius_m),
-            _ => None,
-        }
-    }
-
     /// Number of tools.
     #[must_use]
     pub fn count(&self) -> usize {

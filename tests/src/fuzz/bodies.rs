@@ -3,7 +3,7 @@
 use std::sync::OnceLock;
 
 use chaincell_host::bake::tissue::{Band, Tissue, VolumeLaw};
-use chaincell_host::bake::{BakeOptions, BasisSpacing, ImageBytes, PerCell, ProbeContact};
+use chaincell_host::bake::{BakeOptions, BasisSpacing, ImageBytes, PerCell};
 use chaincell_kernel::{Model, include_model};
 use chaincell_lab::bodies::Shape;
 
@@ -91,8 +91,7 @@ fn tissues() -> &'static [ImageBytes] {
         let baked = |spec: &str, fixed: bool, options: BakeOptions| {
             let shape = Shape::generated(spec).unwrap();
             let shape = if fixed { shape } else { shape.floating() };
-            let probe_contact = ProbeContact::Surface;
-            shape.bake(&BakeOptions { probe_contact, ..options }).unwrap()
+            shape.bake(&BakeOptions { ..options }).unwrap()
         };
         let stiffening = vec![Band { half_width: 0.05, modulus_pa: 12_000.0 }];
         let liver = BakeOptions {

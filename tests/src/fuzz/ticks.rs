@@ -42,14 +42,8 @@ fn session(bytes: &mut Unstructured<'_>) -> Result<()> {
 }
 
 fn contact(bytes: &mut Unstructured<'_>, model: &Model<'_>) -> Result<Contact> {
-    Ok(match bytes.int_in_range(0..=3)? {
-        0 => {
-            let radius = f32::from(bytes.arbitrary::<u8>()?) / 32.0;
-            let capacity = bytes.int_in_range(0..=12)?;
-            Contact::Probe { radius_m: radius * model.unit_m(), capacity }
-        }
-        count => Contact::Cells(bodies::free_cells(model, bytes.arbitrary()?, count)),
-    })
+    let count = bytes.int_in_range(1..=3)?;
+    Ok(Contact::Cells(bodies::free_cells(model, bytes.arbitrary()?, count)))
 }
 
 /// Near the defaults or of any bits.

@@ -132,6 +132,7 @@ fn elements_other_than_first_order_tetrahedra() {
     text_refused(&elements(""), &[]);
 }
 
+// REQ-MOD-05
 #[test]
 fn bodies_that_no_network_can_carry() {
     text_refused(

@@ -160,6 +160,7 @@ fn lean_images_and_old_ones_have_no_fine_nodes() {
     }
 }
 
+// REQ-MOD-02
 #[test]
 fn damaged_sections_are_refused() {
     let (_, image) = body();

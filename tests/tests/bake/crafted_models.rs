@@ -21,6 +21,7 @@ fn numbered(input_nodes: u32) -> ImageBytes {
     image.sealed()
 }
 
+// REQ-HRD-03
 #[test]
 fn a_numbering_far_beyond_the_nodes_takes_no_memory() {
     let image = numbered(1 << 27);

@@ -4,7 +4,7 @@
 use std::path::Path;
 
 use chaincell_host::bake::tissue::Tissue;
-use chaincell_host::bake::{BakeOptions, BasisSpacing, PerCell, ProbeContact, bake};
+use chaincell_host::bake::{BakeOptions, BasisSpacing, PerCell, bake};
 use chaincell_host::mesh::{MeshOptions, load};
 use chaincell_scenes::{BOX7, ORGAN500, PLANE4, PLANE8, SCENES, TISSUE6, TOUCH6, VARIED300};
 
@@ -51,7 +51,7 @@ fn the_linked_images_are_what_the_bake_gives() {
         ..plain.clone()
     };
     check("tissue6.chaincell", TISSUE6, &baked("box:6x6x4x0.01", false, &tissue));
-    let touch = BakeOptions { probe_contact: ProbeContact::Surface, ..tissue };
+    let touch = BakeOptions { ..tissue };
     check("touch6.chaincell", TOUCH6, &baked("box:6x6x4x0.01", false, &touch));
     let varied = BakeOptions {
         alpha: each(299, |node| node * 7 % 31, 0.002),

@@ -122,7 +122,7 @@ fn contacts_that_cannot_be_held() {
         ("probe:0", &["radius must be above 0"]),
         ("probe:-0.01", &["radius must be above 0"]),
         ("probe:nan", &["radius must be above 0"]),
-        ("probe:1e9", &["at most"]),
+        ("probe:1e9", &["is more than"]),
         (&key(""), &["add #KEY"]),
         (&key("#none"), &["selects no node"]),
         (&key("#far"), &["'25' is no node"]),
@@ -157,6 +157,7 @@ fn nodes_that_cannot_be_fixed() {
     }
 }
 
+// REQ-MOD-05
 #[test]
 fn body_parameters_out_of_range() {
     let place = Place::new();
@@ -190,6 +191,7 @@ fn body_parameters_out_of_range() {
     place.refuses_bake(&["--alpha", "file:/dev/zero"], &["--alpha", "/dev/zero", "the limit"]);
 }
 
+// REQ-SET-01
 #[test]
 fn run_parameters_out_of_range() {
     let place = Place::new();
@@ -218,7 +220,6 @@ fn run_parameters_out_of_range() {
         let step = ["--scheme", dynamics, "--step", "0.01"];
         place.refuses_run(&step, &["--step 0.01", "answers the static question"]);
     }
-    place.refuses_run(&["--probe-capacity", "3"], &["--probe-capacity 3", "there is no probe"]);
     place.refuses_run(&["--contact", "probe"], &["--contact probe", "as in probe:0.012"]);
     let both = ["--scheme", "euler", "--step", "0.1", "--time-constant-s", "1"];
     place.refuses_run(&both, &["--time-constant-s", "cannot be used with"]);
@@ -342,6 +343,9 @@ fn unknown_commands_and_options() {
     {
         place.refuses(&[&serve, &[option, value][..]].concat(), &[option, value]);
     }
+    let both = [&serve, &["--settings", "of-cosim"][..]].concat();
+    place.refuses(&both, &["--settings", "unexpected argument"]);
+    place.refuses(&["control", "--settings", "none"], &["cannot read settings none"]);
     for args in [&["--help"][..], &["--version"], &["run", "--help"], &["help", "cosim"]] {
         let ended = run(args).with(0);
         assert!(!ended.out.is_empty() && ended.err.is_empty());

@@ -37,7 +37,7 @@ fn every_shell_completes_every_command() {
             assert!(names(&said, command), "{shell}: {command} is missing");
         }
         // Options of a command of the product and of one of the laboratory.
-        for option in ["probe-contact", "young-pa", "hold-out"] {
+        for option in ["contact-surface", "young-pa", "hold-out"] {
             assert!(said.contains(option), "{shell}: {option} is missing");
         }
     }
@@ -76,7 +76,7 @@ fn every_command_has_a_manual_page() {
         assert!(page.contains(".SH SYNOPSIS") && page.contains(".SH DESCRIPTION"), "{name}");
     }
     let bake = fs::read_to_string(pages.join("chaincell-bake.1")).unwrap();
-    assert!(bake.contains("probe\\-contact"), "{bake}");
+    assert!(bake.contains("contact\\-surface"), "{bake}");
     let file = folder.path().join("file");
     fs::write(&file, "").unwrap();
     let refused = run(["man", text(&file)]).with(2);

@@ -9,7 +9,7 @@ use chaincell_tests::process::SHORT;
 use chaincell_tests::{Ended, Running, run, scene, turn};
 use serde_json::Value;
 
-const SURFACE: [&str; 4] = ["--young-pa", "5000", "--probe-contact", "surface"];
+const SURFACE: [&str; 2] = ["--young-pa", "5000"];
 const RADIUS_M: f64 = 0.012;
 const PROBE: [&str; 2] = ["--contact", "probe:0.012"];
 /// How often a session that the machine disturbed is tried again.

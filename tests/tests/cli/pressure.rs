@@ -60,7 +60,7 @@ fn check_vtu_of_tools(file: &Path) {
 #[test]
 fn pressure_times_area_is_the_sum_of_the_normal_forces() {
     let folder = scratch();
-    let options = ["--young-pa", "5000", "--probe-contact", "surface"];
+    let options = ["--young-pa", "5000"];
     let model = bake(folder.path(), "box:7x7x5x0.01", &options);
     let out = folder.path().join("out");
     let args = ["run", text(&model), "--motion", "press", "--seconds", "1", "--out", text(&out)];

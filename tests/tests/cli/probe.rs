@@ -30,13 +30,13 @@ fn hold(model: &Path, out: &Path, radius_m: &str, depth_m: f64) -> (f64, u64) {
 #[test]
 fn the_depth_at_which_a_probe_is_held_back_is_that_of_a_press() {
     let folder = scratch();
-    let options = ["--young-pa", "5000", "--probe-contact", "surface"];
+    let options = ["--young-pa", "5000"];
     let model = bake(folder.path(), BOX, &options);
     let out = folder.path().join("out");
     let found = probe(&model, "0.004");
     let depth_m = found["behind_depth_m"].as_f64().unwrap();
     let force_n = found["behind_force_n"].as_f64().unwrap();
-    assert_eq!((&found["meets"], &found["behind_by"]), (&"triangles".into(), &"depth".into()));
+    assert_eq!(found["behind_by"], "depth");
     assert!(depth_m > 0.002 && depth_m < found["pressed_m"].as_f64().unwrap(), "{found}");
     assert!(found["behind_least_force_n"].as_f64().unwrap() > 0.9 * force_n, "{found}");
     assert_eq!(found["lost_depth_m"], Value::Null);
@@ -53,7 +53,7 @@ fn the_depth_at_which_a_probe_is_held_back_is_that_of_a_press() {
 #[test]
 fn samples_and_stiffness_are_those_of_the_triangles() {
     let folder = scratch();
-    let options = ["--young-pa", "5000", "--probe-contact", "surface"];
+    let options = ["--young-pa", "5000"];
     let model = bake(folder.path(), BOX, &options);
     // Triangles of two edges of 10 mm, or of three of 14 mm where a cube is cut: areas of 50 mm2 and
     // 87 mm2 at most. Samples stand 0.45 radii apart at most.
@@ -66,12 +66,11 @@ fn samples_and_stiffness_are_those_of_the_triangles() {
 }
 
 #[test]
-fn an_image_without_a_contact_surface_meets_nodes() {
+fn an_image_without_a_contact_surface_says_what_to_do() {
     let folder = scratch();
-    let model = bake(folder.path(), BOX, &[]);
-    assert_eq!(probe(&model, "0.004"), serde_json::json!({"radius_m": 0.004, "meets": "nodes"}));
-    let said = run(["info", text(&model), "--probe", "0.004"]).with(0).out;
-    assert!(said.contains("meets nodes") && said.contains("--probe-contact surface"), "{said}");
+    let model = bake(folder.path(), BOX, &["--contact-surface", "no"]);
+    let err = run(["info", text(&model), "--probe", "0.004"]).with(2).err;
+    assert!(err.contains("--probe 0.004") && err.contains("--contact-surface yes"), "{err}");
     for radius_m in ["0", "-1", "nan", "1000"] {
         let err = run(["info", text(&model), "--probe", radius_m]).with(2).err;
         assert!(err.contains("--probe") && err.contains("above 0 and at most"), "{err}");

@@ -1,9 +1,11 @@
-//! `kernel/SAFETY.md` says nothing that no test shows: every requirement names tests and checks
-//! that exist, every hazard has its requirements, the list of foreign software is true.
+//! `kernel/SAFETY.md` states nothing that no test shows: every requirement has tests and checks that
+//! carry its mark, every hazard has requirements, the list of foreign software is true.
+//!
+//! A mark is the line directly above a test, `// REQ-ENE-01, REQ-ENE-02`, or above a check of a
+//! script that `.ci/run` or `.ci/slow` runs, `# REQ-TCK-01`.
 #![allow(clippy::unwrap_used, reason = "a failing helper fails its test")]
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -12,6 +14,8 @@ const BEGIN: &str = "<!-- soup: begin -->\n";
 const END: &str = "<!-- soup: end -->";
 /// Scripts that a change has to pass, or the slow suite runs.
 const SUITES: [&str; 2] = [".ci/run", ".ci/slow"];
+/// The sources of a check that the script beside them runs.
+const RUNNER: &str = "tests/firmware/runner/src/";
 
 fn top() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap()
@@ -28,10 +32,15 @@ fn text() -> String {
 /// A requirement: its list item in the page.
 struct Requirement {
     id: String,
-    /// What it answers.
+    /// The hazards that it answers.
     hazards: Vec<String>,
-    /// Names in backticks behind `Tests:`.
-    tests: Vec<String>,
+}
+
+/// A mark in a source: requirements, and the test or check that they stand above.
+struct Mark {
+    ids: Vec<String>,
+    /// `FILE::TEST` or `FILE:LINE`, or why it is neither.
+    place: Result<String, String>,
 }
 
 /// Words of a form such as `REQ-ENE-01` or `H12`, in order.
@@ -53,91 +62,85 @@ fn is_hazard(word: &str) -> bool {
     })
 }
 
-/// The items `- **REQ-ENE-01** [H1, H2] What holds. Tests: `FILE::TEST`, `SCRIPT#WORD`.`
+/// The items `- REQ-ENE-01 [H1, H2] The requirement.`
 fn requirements(page: &str) -> Vec<Requirement> {
-    let mut items: Vec<String> = Vec::new();
-    let mut inside = false;
-    for line in page.lines() {
-        if line.starts_with("- **REQ-") {
-            items.push(String::new());
-            inside = true;
-        } else if !line.starts_with("  ") {
-            inside = false;
-        }
-        if inside {
-            write!(items.last_mut().unwrap(), "{} ", line.trim()).unwrap();
-        }
-    }
-    let parse = |item: &String| {
-        let (front, rest) = item.split_once("** [").unwrap_or((item, ""));
-        let (hazards, rest) = rest.split_once(']').unwrap_or(("", ""));
-        let (_, tests) = rest.split_once("Tests:").unwrap_or(("", ""));
+    let items = page.lines().filter(|line| line.starts_with("- REQ-"));
+    let parse = |item: &str| {
+        let (front, rest) = item.split_once(" [").unwrap_or((item, ""));
+        let (hazards, _) = rest.split_once(']').unwrap_or(("", ""));
         Requirement {
-            id: front.trim_start_matches("- **").to_owned(),
+            id: front.trim_start_matches("- ").to_owned(),
             hazards: words(hazards, is_hazard),
-            tests: tests.split('`').skip(1).step_by(2).map(str::to_owned).collect(),
         }
     };
-    items.iter().map(parse).collect()
+    items.map(parse).collect()
 }
 
-/// Whether a source has a function of this name under `#[test]`, in `proptest!` or not.
-fn has_test(source: &str, name: &str) -> bool {
+/// The name of the test that these lines begin with, its attributes and comments first.
+fn test_below(lines: &[&str]) -> Option<String> {
+    let is_above = |line: &&&str| line.starts_with("#[") || line.starts_with("//");
+    let above = lines.iter().take_while(is_above).count();
+    let (name, _) = lines.get(above)?.strip_prefix("fn ")?.split_once('(')?;
+    lines[..above].contains(&"#[test]").then(|| name.to_owned())
+}
+
+/// Whether a suite runs this script, or the script whose sources hold this file.
+fn is_run(file: &str) -> bool {
+    let script = if file.starts_with(RUNNER) { "tests/firmware/run" } else { file };
+    let line = format!("bash {script}");
+    SUITES.iter().any(|suite| std::fs::read_to_string(top().join(suite)).unwrap().contains(&line))
+}
+
+/// The marks of a source.
+fn marks(file: &str, source: &str) -> Vec<Mark> {
     let lines: Vec<&str> = source.lines().map(str::trim).collect();
-    let head = format!("fn {name}(");
-    lines.iter().enumerate().filter(|(_, line)| line.starts_with(&head)).any(|(at, _)| {
-        let above = lines[..at].iter().rev();
-        above
-            .take_while(|line| line.starts_with("#[") || line.starts_with("//"))
-            .any(|line| *line == "#[test]")
-    })
-}
-
-/// Whether a word stands in a script or in what it runs: the sources beside it.
-fn has_word(script: &str, word: &str) -> bool {
-    let mut places = vec![top().join(script)];
-    if script == "tests/firmware/run" {
-        let folder = top().join("tests/firmware");
-        places.push(folder.join("budgets.toml"));
-        for sources in ["runner/src", "image/src"] {
-            let files = std::fs::read_dir(folder.join(sources)).unwrap();
-            places.extend(files.map(|file| file.unwrap().path()));
-        }
-    }
-    places.iter().any(|place| {
-        let text = std::fs::read_to_string(place).unwrap();
-        text.split(|c: char| !(c.is_ascii_alphanumeric() || c == '_' || c == '-'))
-            .any(|found| found == word)
-    })
-}
-
-/// What is wrong with the name of a test or a check.
-fn fault(name: &str) -> Option<String> {
-    if let Some((file, test)) = name.split_once("::") {
-        let Ok(source) = std::fs::read_to_string(top().join(file)) else {
-            return Some(format!("no file {file}"));
+    let is_test = file.ends_with(".rs") && !file.starts_with(RUNNER);
+    let mut found = Vec::new();
+    for (at, line) in lines.iter().enumerate() {
+        let comment = line.strip_prefix("// ").or_else(|| line.strip_prefix("# "));
+        let Some(comment) = comment.filter(|comment| comment.starts_with("REQ-")) else {
+            continue;
         };
-        return (!has_test(&source, test)).then(|| format!("no test {test} in {file}"));
+        let number = at + 1;
+        let place = if is_test {
+            test_below(&lines[number..])
+                .map(|test| format!("{file}::{test}"))
+                .ok_or_else(|| format!("{file}:{number}: a mark above no test"))
+        } else if is_run(file) {
+            Ok(format!("{file}:{number}"))
+        } else {
+            Err(format!("{file}:{number}: a mark in a file that none of {SUITES:?} runs"))
+        };
+        let ids = comment.split(", ").map(str::to_owned).collect();
+        found.push(Mark { ids, place });
     }
-    let (script, word) = name.split_once('#').unwrap_or((name, ""));
-    if !top().join(script).is_file() {
-        return Some(format!("no script {script}"));
-    }
-    let run = SUITES.iter().any(|suite| {
-        std::fs::read_to_string(top().join(suite)).unwrap().contains(&format!("bash {script}"))
-    });
-    if !run {
-        return Some(format!("{script} is called by none of {SUITES:?}"));
-    }
-    (!word.is_empty() && !has_word(script, word)).then(|| format!("no {word} in {script}"))
+    found
 }
 
-/// All that is wrong with the trace of a page.
-fn faults(page: &str) -> Vec<String> {
+/// The marks of all sources of the tree.
+fn marks_of_tree() -> Vec<Mark> {
+    let listed = Command::new("git")
+        .current_dir(top())
+        .args(["grep", "--untracked", "-lIE", "^[[:space:]]*(//|#) REQ-", "--"])
+        .args(["*.rs", ".ci", "tests/firmware"])
+        .output()
+        .unwrap();
+    assert!(listed.status.success(), "{}", String::from_utf8_lossy(&listed.stderr));
+    let files = String::from_utf8(listed.stdout).unwrap();
+    files
+        .lines()
+        .flat_map(|file| marks(file, &std::fs::read_to_string(top().join(file)).unwrap()))
+        .collect()
+}
+
+/// All that is wrong with the hazards and requirements of a page and the marks of its sources.
+fn faults(page: &str, marks: &[Mark]) -> Vec<String> {
     let requirements = requirements(page);
-    let mut faults = Vec::new();
+    let mut faults: Vec<String> =
+        marks.iter().filter_map(|mark| mark.place.as_ref().err().cloned()).collect();
+    let marked: BTreeSet<&String> = marks.iter().flat_map(|mark| &mark.ids).collect();
     let mut defined = BTreeSet::new();
-    for Requirement { id, hazards, tests } in &requirements {
+    for Requirement { id, hazards } in &requirements {
         if !is_requirement(id) {
             faults.push(format!("{id} is no identifier"));
         }
@@ -147,13 +150,12 @@ fn faults(page: &str) -> Vec<String> {
         if hazards.is_empty() {
             faults.push(format!("{id} answers no hazard"));
         }
-        if tests.is_empty() {
-            faults.push(format!("{id} names no test"));
+        if !marked.contains(id) {
+            faults.push(format!("{id} has no test"));
         }
-        let wrong = tests.iter().filter_map(|name| fault(name));
-        faults.extend(wrong.map(|why| format!("{id}: {why}")));
     }
-    for id in words(page, |word| word.starts_with("REQ-")) {
+    let named = words(page, |word| word.starts_with("REQ-"));
+    for id in named.iter().chain(marked) {
         if !defined.contains(id.as_str()) {
             faults.push(format!("{id} is named and not defined"));
         }
@@ -172,40 +174,63 @@ fn faults(page: &str) -> Vec<String> {
     faults
 }
 
+/// Prints the table of requirements and tests too: `-- --nocapture` shows it.
+// REQ-SUP-03
 #[test]
-fn every_requirement_is_traced_to_tests_that_exist() {
-    let page = text();
-    let faults = faults(&page);
+fn every_requirement_has_tests() {
+    let (page, marks) = (text(), marks_of_tree());
+    for Requirement { id, .. } in requirements(&page) {
+        let of_it = marks.iter().filter(|mark| mark.ids.contains(&id));
+        for place in of_it.filter_map(|mark| mark.place.as_ref().ok()) {
+            println!("{id} {place}");
+        }
+    }
+    let faults = faults(&page, &marks);
     assert!(faults.is_empty(), "kernel/SAFETY.md:\n  {}", faults.join("\n  "));
-    assert!(requirements(&page).len() > 40, "the list was not read");
+    assert!(requirements(&page).len() > 90, "the list was not read");
 }
 
-/// The check itself, on pages with one fault each.
+/// The check itself, on a page and sources with one fault each.
+// REQ-SUP-03
 #[test]
-fn a_broken_trace_is_seen() {
-    let good = "| H1 | harm |\n\n- **REQ-ENE-01** [H1] It holds.\n  \
-                Tests: `tests/tests/cli/safety.rs::a_broken_trace_is_seen`, `.ci/deny`,\n  \
-                `tests/firmware/run#stack_bytes`.\n";
-    assert_eq!(faults(good), Vec::<String>::new());
+fn a_requirement_without_a_test_is_seen() {
+    let page = "| H1 | harm |\n\n- REQ-ENE-01 [H1] It holds.\n- REQ-TCK-01 [H1] It ends.\n";
+    let test = "    // REQ-ENE-01\n    #[test]\n    #[cfg(unix)]\n    fn it_holds() {\n    }\n";
+    let script = "# REQ-TCK-01\ncheck\n";
+    let all = |page: &str, test: &str, file: &str, script: &str| {
+        let mut found = marks("kernel/src/lib.rs", test);
+        found.extend(marks(file, script));
+        faults(page, &found)
+    };
+    assert_eq!(all(page, test, ".ci/deny", script), Vec::<String>::new());
+    let places: Vec<_> = marks("a.rs", test).into_iter().map(|mark| mark.place).collect();
+    assert_eq!(places, [Ok("a.rs::it_holds".to_owned())]);
+    let runner = marks(&format!("{RUNNER}main.rs"), &script.replace('#', "//"));
+    assert!(runner.iter().all(|mark| mark.place.is_ok()) && runner.len() == 1);
     for (from, to, expected) in [
-        ("a_broken_trace_is_seen", "a_broken", "no test a_broken in"),
-        ("a_broken_trace_is_seen", "faults", "no test faults in"),
-        ("tests/tests/cli/safety.rs", "tests/tests/none.rs", "no file"),
-        ("`.ci/deny`", "`.ci/denied`", "no script .ci/denied"),
-        ("`.ci/deny`", "`.ci/bring`", ".ci/bring is called by none"),
-        ("stack_bytes", "heap_bytes", "no heap_bytes in"),
-        ("Tests:", "Shown by", "names no test"),
         ("[H1]", "[]", "answers no hazard"),
         ("[H1]", "[H1, H2]", "H2 is answered and not listed"),
         ("| H1 | harm |", "| H1 | harm |\n| H3 | more |", "no requirement answers H3"),
         ("It holds.", "It holds, as REQ-ENE-02.", "REQ-ENE-02 is named and not defined"),
         ("REQ-ENE-01", "REQ-ENERGY-1", "REQ-ENERGY-1 is no identifier"),
+        ("REQ-ENE-01", "REQ-ENE-02", "REQ-ENE-02 has no test"),
+        ("REQ-TCK-01", "REQ-ENE-01", "stands twice"),
     ] {
-        let found = faults(&good.replace(from, to));
+        let found = all(&page.replace(from, to), test, ".ci/deny", script);
         assert!(found.iter().any(|fault| fault.contains(expected)), "{expected}: {found:?}");
     }
-    let twice = format!("{good}\n{good}");
-    assert!(faults(&twice).iter().any(|fault| fault.contains("stands twice")));
+    for (from, to, expected) in [
+        ("REQ-ENE-01", "REQ-ENE-01, REQ-ENE-07", "REQ-ENE-07 is named and not defined"),
+        ("REQ-ENE-01", "REQ-ENE-01 and more", "REQ-ENE-01 has no test"),
+        ("// REQ-ENE-01", "// As REQ-ENE-01", "REQ-ENE-01 has no test"),
+        ("#[test]", "#[inline]", "kernel/src/lib.rs:1: a mark above no test"),
+        ("fn it_holds", "\n    fn it_holds", "kernel/src/lib.rs:1: a mark above no test"),
+    ] {
+        let found = all(page, &test.replace(from, to), ".ci/deny", script);
+        assert!(found.iter().any(|fault| fault.contains(expected)), "{expected}: {found:?}");
+    }
+    let found = all(page, test, ".ci/bring", script);
+    assert!(found[0].starts_with(".ci/bring:1: a mark in a file that none of"), "{found:?}");
 }
 
 /// Packages of the kernel and its C interface along these edges, without our own: licence and
@@ -236,30 +261,37 @@ fn packages(edges: &str) -> BTreeMap<(String, String), [String; 2]> {
     found
 }
 
+/// Rows of packages by licence, features in brackets.
+fn rows(packages: &BTreeMap<(String, String), [String; 2]>) -> String {
+    let mut by_licence = BTreeMap::<&str, Vec<String>>::new();
+    for ((name, version), [licence, features]) in packages {
+        let with = if features.is_empty() { String::new() } else { format!(" ({features})") };
+        by_licence.entry(licence).or_default().push(format!("{name} {version}{with}"));
+    }
+    let row =
+        |(licence, names): (&str, Vec<String>)| format!("| {licence} | {} |\n", names.join(", "));
+    by_licence.into_iter().map(row).collect()
+}
+
 /// The list of foreign software, from the lock file and the packages' own manifests.
 fn list() -> String {
     let linked = packages("normal,no-proc-macro");
     let mut built = packages("normal,build");
     built.retain(|key, _| !linked.contains_key(key));
-    let mut table = String::from("| crate | version | licence | features |\n|---|---|---|---|\n");
-    for ((name, version), [licence, features]) in &linked {
-        writeln!(table, "| {name} | {version} | {licence} | {features} |").unwrap();
-    }
-    table += "\nOnly at compile time, nothing of it in the library:\n\n";
-    table += "| crate | version | licence |\n|---|---|---|\n";
-    for ((name, version), [licence, _]) in &built {
-        writeln!(table, "| {name} | {version} | {licence} |").unwrap();
-    }
-    table
+    built.values_mut().for_each(|[_, features]| features.clear());
+    assert!(linked.len() > 10 && built.len() > 3, "too few packages: {linked:?}, {built:?}");
+    let head = "| licence | crates |\n|---|---|\n";
+    let (linked, built) = (rows(&linked), rows(&built));
+    format!("{head}{linked}\nOnly at compile time, nothing of it in the library:\n\n{head}{built}")
 }
 
+// REQ-SUP-02
 #[test]
 fn the_list_of_foreign_software_is_true() {
     let page = text();
     let (front, rest) = page.split_once(BEGIN).unwrap();
     let (stands, back) = rest.split_once(END).unwrap();
     let list = list();
-    assert!(list.lines().count() > 20, "too few packages:\n{list}");
     if std::env::var_os("CHAINCELL_RENEW").is_some() {
         std::fs::write(self::page(), format!("{front}{BEGIN}{list}{END}{back}")).unwrap();
         return;

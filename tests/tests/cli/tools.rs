@@ -15,7 +15,7 @@ const TOOLS: [&str; 2] =
 const TOP_M: f64 = 0.03;
 
 fn block(folder: &Path) -> PathBuf {
-    bake(folder, "box:9x9x4x0.01", &["--young-pa", "5000", "--probe-contact", "surface"])
+    bake(folder, "box:9x9x4x0.01", &["--young-pa", "5000"])
 }
 
 /// A press of the built-in motion.
@@ -68,9 +68,9 @@ fn a_tool_that_cannot_be_is_refused_with_its_place_and_the_remedy() {
     assert!(press(&model, &out, &nine).with(2).err.contains("at most 8 tools"));
     let cells = folder.path().join("cells");
     std::fs::create_dir(&cells).unwrap();
-    let cells = bake(&cells, "box:5x5x4x0.01", &[]);
+    let cells = bake(&cells, "box:5x5x4x0.01", &["--contact-surface", "no"]);
     let err = press(&cells, &out, &["--tool", "sphere:0.01"]).with(2).err;
-    assert!(err.contains("--tool") && err.contains("--probe-contact surface"), "{err}");
+    assert!(err.contains("a tool touches") && err.contains("--contact-surface yes"), "{err}");
     assert!(!out.exists(), "a run that was refused made its folder");
 }
 

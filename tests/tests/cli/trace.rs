@@ -87,7 +87,7 @@ fn what_run_records_is_replayed_to_the_same_bits() {
     for how in [
         &["--scheme", "track", "--unloading", "retreat", "--max-force-n", "0.2"][..],
         &["--scheme", "euler", "--step", "0.03", "--contact", "60,61,48"],
-        &["--scheme", "track", "--contact", "probe:0.025", "--probe-capacity", "5"],
+        &["--scheme", "track", "--contact", "probe:0.025"],
         &["--scheme", "rkl2", "--time-constant-s", "0.002"],
         &["--scheme", "rkl2", "--sweeps", "9"],
         &["--scheme", "track", "--precision", "fixed"],
@@ -116,6 +116,7 @@ fn what_run_records_is_replayed_to_the_same_bits() {
     }
 }
 
+// REQ-COS-12
 #[test]
 fn what_cosim_records_is_replayed_to_the_same_bits() {
     let _turn = turn();

@@ -1,13 +1,14 @@
-//! `host/CONTRACT.md` names every key that the commands print.
-
-use std::collections::BTreeSet;
+//! `host/REFERENCE.md` names every key that the commands print, in the row of its command.
 
 use chaincell_tests::files::{bake, scratch, text};
 use chaincell_tests::place::Place;
 use chaincell_tests::{Running, process::SHORT, run, turn};
 use serde_json::Value;
 
-use super::page::pages;
+use super::reference::{reference, rows};
+
+/// The rows of keys that several commands have.
+const SHARED: [&str; 2] = ["several commands", "parameters in force"];
 
 /// Keys of an object, those of its objects apart.
 fn keys(what: &str, object: &Value) -> Vec<(String, String)> {
@@ -16,7 +17,7 @@ fn keys(what: &str, object: &Value) -> Vec<(String, String)> {
 }
 
 #[test]
-fn the_contract_names_every_key() {
+fn the_reference_names_every_key() {
     let _turn = turn();
     let place = Place::new("keys");
     let model = place.model.to_str().unwrap();
@@ -24,7 +25,7 @@ fn the_contract_names_every_key() {
     let session = out.to_str().unwrap();
     let mut found = keys("info", &run(["info", model, "--json"]).with(0).json());
     let folder = scratch();
-    let body = ["--young-pa", "5000", "--probe-contact", "surface"];
+    let body = ["--young-pa", "5000"];
     let body = bake(folder.path(), "box:4x4x3x0.01", &body);
     let of_probe = run(["info", text(&body), "--probe", "0.01", "--json"]).with(0).json();
     found.extend(keys("info --probe", &of_probe["probe"]));
@@ -52,9 +53,12 @@ fn the_contract_names_every_key() {
     let files = ["--path", path.to_str().unwrap(), "--out", offline.to_str().unwrap()];
     let run = run(["run", model, "--contact", "40", "--recorded", "--json"].iter().chain(&files));
     found.extend(keys("run", &run.with(0).json()));
-    let contract = pages().into_iter().find(|page| page.path == "host/CONTRACT.md").unwrap();
-    let named: BTreeSet<&str> = contract.spans.iter().map(String::as_str).collect();
-    let missing: Vec<_> = found.iter().filter(|(_, key)| !named.contains(key.as_str())).collect();
-    assert!(missing.is_empty(), "host/CONTRACT.md does not name {missing:?}");
+    let named = rows(&reference(), "command");
+    let is_named = |what: &str, key: &str| {
+        let cells = named.get(what).into_iter().chain(SHARED.map(|row| &named[row]));
+        cells.flat_map(|cell| cell.split([' ', ',', ';', ':'])).any(|word| word == key)
+    };
+    let missing: Vec<_> = found.iter().filter(|(what, key)| !is_named(what, key)).collect();
+    assert!(missing.is_empty(), "host/REFERENCE.md does not name {missing:?}");
     assert!(found.len() > 100, "only {} keys were seen", found.len());
 }

@@ -3,7 +3,7 @@
 
 use chaincell_host::bake::BakeOptions;
 use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
-use chaincell_kernel::{Budget, Flags, Model, Settings, Unloading};
+use chaincell_kernel::{Budget, Flags, Model, Unloading};
 use chaincell_lab::bodies::{Shape, Variant};
 use chaincell_lab::monitor::Monitor;
 use chaincell_tests::graph::{Case, body, case, holds, kinds, sample, singles};
@@ -31,6 +31,7 @@ proptest! {
 
     /// The level bounds the energy after every sweep and in every late tick, whatever the tool does
     /// meanwhile, and the same ticks give the same bits.
+    // REQ-TCK-03, REQ-TCK-06
     #[test]
     fn the_certificate_holds_after_any_sweep((case, variant) in any_time(), ticks in ticks(),
                                              unloading in prop::sample::select(vec![Unloading::Off, Unloading::Release, Unloading::Retreat])) {
@@ -59,43 +60,8 @@ proptest! {
         holds(&monitor)?;
     }
 
-    /// The same with a probe: a late tick carries what it touches, wherever it jumps to, and leaves
-    /// fixed cells alone.
-    #[test]
-    fn the_certificate_holds_under_a_probe(
-        (case, variant) in any_time(), ticks in ticks(), radius_m in 0.001_f32..0.15,
-        capacity in 1_usize..40, teleports in any::<bool>(),
-        unloading in prop::sample::select(vec![Unloading::Off, Unloading::Release, Unloading::Retreat]),
-    ) {
-        let image = case.with_surface().image();
-        let model = Model::from_bytes(image.as_bytes()).unwrap();
-        let engine = || {
-            let contact = Contact::Probe { radius_m, capacity };
-            case.engine_with(model, variant, contact, |settings| Settings {
-                unloading,
-                max_tool_step_m: if teleports { 100.0 } else { settings.max_tool_step_m },
-                ..settings
-            })
-        };
-        let [mut engine, mut again] = [engine().unwrap(), engine().unwrap()];
-        let mut monitor = Monitor::new(&engine, variant.scheme, variant.numbers);
-        let rest = engine.positions_m();
-        for (way_m, engaged, sweeps) in ticks {
-            let tool = sample(way_m, engaged);
-            let output = monitor.tick_again(&mut engine, &tool, sweeps);
-            prop_assert!(output.contacts as usize <= capacity && (engaged == 1 || output.contacts == 0));
-            prop_assert_eq!(output.flags.contains(Flags::LATE), output.sweeps == 0);
-            prop_assert_eq!(again.tick_by(&[tool], Budget::again(Some(output.sweeps))), output);
-            prop_assert_eq!(again.state_hash(), engine.state_hash());
-            let now = engine.positions_m();
-            for &cell in model.fixed() {
-                prop_assert_eq!(now[usize::from(cell)], rest[usize::from(cell)]);
-            }
-        }
-        holds(&monitor)?;
-    }
-
     /// Sweeps of a scheme that goes by time are not left out.
+    // REQ-TCK-06
     #[test]
     fn other_schemes_make_every_sweep(case in case(false), scheme in prop::sample::select(vec![Scheme::Euler, Scheme::Rkl2])) {
         let image = case.image();
@@ -111,6 +77,7 @@ proptest! {
 }
 
 /// The tool's way in late ticks counts as in any other: none of it is lost, and none made twice.
+// REQ-TCK-06
 #[test]
 fn a_tick_behind_late_ones_is_where_the_tool_is() {
     let shape = Shape::generated("box:7x6x4x0.008").unwrap();

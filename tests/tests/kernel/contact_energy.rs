@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used)]
 
 use chaincell_host::bake::tissue::Tissue;
-use chaincell_host::bake::{BakeOptions, BasisSpacing, ImageBytes, PerCell, ProbeContact, bake};
+use chaincell_host::bake::{BakeOptions, BasisSpacing, ImageBytes, PerCell, bake};
 use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
 use chaincell_host::mesh::{MeshOptions, load};
 use chaincell_kernel::{
@@ -30,11 +30,11 @@ fn block(alpha: Option<f64>) -> ImageBytes {
         None => Some(Tissue::new(of(5000.0), of(0.45))),
         Some(_) => None,
     };
-    let (alpha, probe_contact) = (of(alpha.unwrap_or(0.0)), ProbeContact::Surface);
+    let alpha = of(alpha.unwrap_or(0.0));
     // Too near to the ground for coarse functions by itself.
     let coarse_basis = BasisSpacing::Links(2.5);
     let coarse_basis = if tissue.is_some() { BasisSpacing::BySize } else { coarse_basis };
-    let options = BakeOptions { alpha, tissue, probe_contact, coarse_basis, ..Default::default() };
+    let options = BakeOptions { alpha, tissue, coarse_basis, ..Default::default() };
     bake(&mesh, &ground, &options).unwrap()
 }
 

@@ -5,7 +5,7 @@
 use std::sync::LazyLock;
 
 use chaincell_host::bake::tissue::Tissue;
-use chaincell_host::bake::{BakeOptions, ImageBytes, PerCell, ProbeContact, bake};
+use chaincell_host::bake::{BakeOptions, ImageBytes, PerCell, bake};
 use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
 use chaincell_host::mesh::{MeshOptions, load};
 use chaincell_kernel::{
@@ -18,8 +18,7 @@ use proptest::prelude::*;
 static BLOCK: LazyLock<ImageBytes> = LazyLock::new(|| {
     let mesh = load("box:4x4x4x0.01", &MeshOptions::default()).unwrap();
     let tissue = Some(Tissue::new(PerCell::Uniform(5000.0), PerCell::Uniform(0.45)));
-    let options =
-        BakeOptions { tissue, probe_contact: ProbeContact::Surface, ..BakeOptions::default() };
+    let options = BakeOptions { tissue, ..BakeOptions::default() };
     bake(&mesh, &mesh.default_fixed, &options).unwrap()
 });
 
@@ -77,7 +76,7 @@ fn acts(tools: usize) -> impl Strategy<Value = Vec<Act>> {
 /// Parts of all kinds, from the smallest radius that there may be up to 100 m.
 fn part() -> impl Strategy<Value = ToolPart> {
     let radius = prop_oneof![
-        Just(model().probe_radius_min().unwrap() * model().unit_m() * 1.0001),
+        Just(model().tool_radius_min().unwrap() * model().unit_m() * 1.0001),
         0.001_f32..0.02,
         Just(100.0),
     ];

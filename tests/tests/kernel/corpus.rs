@@ -39,6 +39,7 @@ fn replay(target: &str, body: fn(&[u8])) {
     }
 }
 
+// REQ-HRD-03
 #[test]
 fn every_committed_input_keeps_every_promise() {
     for (target, body) in TARGETS {
@@ -47,6 +48,7 @@ fn every_committed_input_keeps_every_promise() {
     replay("canary", canary);
 }
 
+// REQ-HRD-03
 #[test]
 fn the_planted_defect_is_one() {
     let path = b"tick,x_m,y_m,z_m,engaged\n0,0,0,0,2\n";

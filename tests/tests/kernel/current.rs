@@ -70,6 +70,7 @@ fn nodes_m(engine: &mut Engine<'_>) -> Vec<[f64; 3]> {
 
 /// u = `l_max` + 2 I / w for every link of a chain with a load at its end, where the links
 /// exert 2 k I against it.
+// REQ-FOR-07
 #[test]
 fn a_loaded_chain_settles_at_the_hand_solution() {
     let current_m = 0.006_f32;
@@ -171,6 +172,7 @@ fn each(shape: &Shape) -> Vec<(ImageBytes, Variant)> {
 }
 
 /// Ends on release: no force, no contacts, and back to the rest shape.
+// REQ-ENE-06
 #[test]
 fn a_released_body_returns() {
     for (image, variant) in each(&Shape::generated("box:4x4x4x0.01").unwrap()) {
@@ -239,6 +241,7 @@ fn an_unfixed_body_drifts_by_the_impulse_up_to_saturation() {
 
 /// However absurd the current, the energy stays below the model's bound, and the tool can take the
 /// load back.
+// REQ-ENE-03, REQ-ENE-04
 #[test]
 fn the_energy_bound_holds_for_ever() {
     let slab = Shape::generated("box:6x5x3x0.01").unwrap();
@@ -263,6 +266,7 @@ fn the_energy_bound_holds_for_ever() {
 }
 
 /// With and without the vector unit, with and without sleep.
+// REQ-BIT-03
 #[test]
 fn all_loops_give_the_same_bits() {
     for (spec, spacing, kind) in [
@@ -324,6 +328,7 @@ proptest! {
 
     /// On any graph, under any current: E - I . P never rises while I stays, and E is at most what
     /// is published.
+    // REQ-ENE-06
     #[test]
     fn energy_less_load_never_rises(
         (case, variant) in body(false, Variant::plain_ones()),

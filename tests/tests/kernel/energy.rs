@@ -4,8 +4,8 @@
 
 use std::path::PathBuf;
 
-use chaincell_host::bake::{BakeOptions, ImageBytes, ProbeContact};
-use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
+use chaincell_host::bake::{BakeOptions, ImageBytes};
+use chaincell_host::engine::{Contact, Engine, Scheme};
 use chaincell_kernel::{Model, Network, Settings, ToolPose, Unloading};
 use chaincell_lab::bodies::{Shape, Variant};
 use chaincell_lab::monitor::contact::ExactContact;
@@ -85,6 +85,7 @@ impl Played {
     }
 }
 
+// REQ-FOR-01
 #[test]
 fn force_is_what_the_links_exert_on_the_held_cells() {
     for case in &CASES {
@@ -120,11 +121,11 @@ fn force_is_what_the_links_exert_on_the_held_cells() {
 
 /// The force on the tool is minus the gradient of the tissue's energy by the held cells, which its
 /// differences in double precision give.
+// REQ-FOR-01
 #[test]
 fn force_is_minus_the_gradient_of_the_energy() {
     let shape = Shape::generated("box:5x5x4x0.01").unwrap().holding(&[51, 71]);
-    let probe_contact = ProbeContact::Surface;
-    for options in kinds(&BakeOptions { probe_contact, ..BakeOptions::default() }) {
+    for options in kinds(&BakeOptions { ..BakeOptions::default() }) {
         let image = shape.bake(&options).unwrap();
         let model = Model::from_bytes(image.as_bytes()).unwrap();
         let held = shape.cells(&model);
@@ -174,7 +175,7 @@ fn at(engine: &mut Engine<'_>) -> Vec<[f64; 3]> {
 #[test]
 fn work_is_what_the_tools_motion_stores_in_the_links() {
     let case = &CASES[1];
-    for (alpha, probe) in [("0", false), ("0.05", false), ("0", true)] {
+    for alpha in ["0", "0.05"] {
         let folder = scratch();
         let stiffness = case.stiffness_n_per_m.to_string();
         let body = ["--alpha", alpha, "--stiffness-n-per-m", &stiffness];
@@ -186,45 +187,27 @@ fn work_is_what_the_tools_motion_stores_in_the_links() {
         let mut held: Vec<u16> =
             case.held.iter().map(|&id| model.cell_of_input(id as u32).unwrap()).collect();
         held.sort_unstable();
-        let contact = match probe {
-            true => Contact::Probe { radius_m: 0.012, capacity: 40 },
-            false => Contact::Cells(held),
-        };
-        let mut engine =
-            Engine::with_contact(network, Scheme::Track, Arithmetic::F32, contact).unwrap();
+        let mut engine = Engine::new(network, Scheme::Track, &held).unwrap();
         let mut before = at(&mut engine);
         let lattice =
             Lattice::new(case.spec, &before, case.stiffness_n_per_m, alpha.parse().unwrap());
         let top = before[case.held[0]];
         let (mut compared, mut largest_j) = (0, 0.0_f64);
         for (tick, tool, engaged) in path() {
-            let lift = if probe { 0.0125 } else { 0.0 };
             let position_m = std::array::from_fn(|axis| (top[axis] + f64::from(tool[axis])) as f32);
-            let mut sample = ToolPose::at(nalgebra::Vector3::from(position_m), engaged);
-            sample.position_m.z += lift;
+            let sample = ToolPose::at(nalgebra::Vector3::from(position_m), engaged);
             let output = engine.tick(&sample);
             let after = at(&mut engine);
-            // With a probe the cells that it moved are not told: those at its surface.
-            let moved: Vec<[f64; 3]> = if probe {
-                let centre: [f64; 3] = sample.position_m.map(f64::from).into();
-                let touches = |p: &[f64; 3]| (norm(minus(*p, centre)) - 0.012).abs() < 1e-7;
-                before.iter().zip(&after).map(|(b, a)| if touches(a) { *a } else { *b }).collect()
-            } else {
-                let mut moved = before.clone();
-                for &node in case.held {
-                    moved[node] = after[node];
-                }
-                moved
-            };
+            let mut moved = before.clone();
+            for &node in case.held {
+                moved[node] = after[node];
+            }
             let (stored_j, kept_j) =
                 (lattice.energy_j(&moved, false).0, lattice.energy_j(&before, false).0);
             let expected_j = if engaged == 1 { stored_j - kept_j } else { 0.0 };
             let allowed_j = 1e-5 * (stored_j + kept_j) + 1e-10;
             let off_j = (f64::from(output.work_j) - expected_j).abs();
-            assert!(
-                off_j <= allowed_j,
-                "alpha {alpha} probe {probe} tick {tick}: {output:?} {expected_j:e}"
-            );
+            assert!(off_j <= allowed_j, "alpha {alpha} tick {tick}: {output:?} {expected_j:e}");
             compared += usize::from(expected_j.abs() > 10.0 * allowed_j);
             largest_j = largest_j.max(expected_j);
             before = after;
@@ -233,6 +216,7 @@ fn work_is_what_the_tools_motion_stores_in_the_links() {
     }
 }
 
+// REQ-ENE-02
 #[test]
 fn the_energy_of_a_published_state_is_at_most_its_certified_level() {
     for case in &CASES {
@@ -259,6 +243,7 @@ fn the_energy_of_a_published_state_is_at_most_its_certified_level() {
     }
 }
 
+// REQ-ENE-01
 #[test]
 fn the_level_never_rises_while_nothing_outside_acts() {
     for case in &CASES {

@@ -35,6 +35,7 @@ fn changes() -> Vec<([u32; 2], FloatEnvironmentError)> {
     set.chain(unmasked).collect()
 }
 
+// REQ-BIT-06
 #[test]
 fn what_other_libraries_leave_behind_is_seen() {
     for (change, seen) in changes() {
@@ -44,6 +45,7 @@ fn what_other_libraries_leave_behind_is_seen() {
 }
 
 /// By directed rounding the rest lengths would not be those of the positions.
+// REQ-BIT-06
 #[test]
 fn a_model_names_the_arithmetic_and_not_a_number() {
     for (change, seen) in changes() {

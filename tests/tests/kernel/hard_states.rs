@@ -91,6 +91,7 @@ fn follow(
 proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(cases()) })]
 
+    // REQ-ENE-01, REQ-ENE-02
     #[test]
     fn the_level_never_rises_and_bounds_the_energy(
         (case, variant) in prop_oneof![
@@ -102,6 +103,7 @@ proptest! {
         check(&case, Start { state, seed, variant, wide, held })?;
     }
 
+    // REQ-ENE-05
     #[test]
     fn in_fixed_point_too(
         case in prop_oneof![3 => case(false), 1 => case(true)], state in states(),
@@ -156,6 +158,7 @@ fn one_link_that_holds_nearly_all_the_energy() {
 
 /// Nothing holds this body and its stiffness spans four decades: with too little room for the
 /// rounding of the inverse the certificate of its coarse functions was wrong in the fourth digit.
+// REQ-ENE-02
 #[test]
 fn hats_of_a_floating_body_of_contrasts() {
     let nodes_m = vec![
@@ -225,6 +228,7 @@ fn at_the_ends(case: &Case, of: impl Fn(usize, [f32; 3]) -> [f32; 3]) {
 
 /// Twelve links exert 27 units each, six in one direction and six in the other: sums of some of
 /// them leave the range of fixed point, the sum of all does not.
+// REQ-ENE-05
 #[test]
 fn sums_that_leave_the_range_on_their_way() {
     let around = |at: usize| {
@@ -255,6 +259,7 @@ fn sums_that_leave_the_range_on_their_way() {
 
 /// A body of 1,000 cells thrown into the corners of fixed point's range: its energy is far beyond
 /// what a tool may load into it.
+// REQ-ENE-05
 #[test]
 fn energies_beyond_what_a_tool_may_load() {
     let at = |i: usize| [i / 100, i / 10 % 10, i % 10];

@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used)]
 
 use chaincell_host::bake::tissue::Tissue;
-use chaincell_host::bake::{BakeOptions, ImageBytes, PerCell, ProbeContact, bake};
+use chaincell_host::bake::{BakeOptions, ContactSurface, ImageBytes, PerCell, bake};
 use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
 use chaincell_host::mesh::{MeshOptions, load};
 use chaincell_kernel::Budget;
@@ -28,24 +28,18 @@ struct Case {
     reach_m: f32,
 }
 
-fn image(is_shapes: bool, probe_contact: ProbeContact, lean: bool) -> ImageBytes {
+fn image(is_shapes: bool, lean: bool) -> ImageBytes {
     let mesh = load("box:10x10x5x0.01", &MeshOptions::default()).unwrap();
     let tissue = Tissue::new(PerCell::Uniform(2.0e4), PerCell::Uniform(0.45));
     let tissue = is_shapes.then_some(tissue);
-    let options = BakeOptions { tissue, probe_contact, lean, ..BakeOptions::default() };
+    let contact_surface = ContactSurface::Yes;
+    let options = BakeOptions { tissue, lean, contact_surface, ..BakeOptions::default() };
     bake(&mesh, &mesh.default_fixed, &options).unwrap()
 }
 
 /// Every kind of tool on every kind of body.
 fn cases() -> Vec<Case> {
     let mut cases = Vec::new();
-    let among = |capacity| Contact::Probe { radius_m: RADIUS_M, capacity };
-    for (name, is_shapes, lean) in
-        [("links", false, false), ("lean links", false, true), ("shapes", true, false)]
-    {
-        let (name, image) = (format!("{name}, cells"), image(is_shapes, ProbeContact::Cells, lean));
-        cases.push(Case { name, image, contact: among(64), reach_m: RADIUS_M });
-    }
     let ball = ToolPart::sphere(RADIUS_M);
     let aside = |part: ToolPart, x: f32| ToolPart { centre_m: [x, 0.0, 0.0], ..part };
     let tools = [
@@ -55,9 +49,11 @@ fn cases() -> Vec<Case> {
         ("upright", vec![ToolPart::capsule(0.003, 0.007)], RADIUS_M),
         ("two parts", vec![aside(ball, -0.009), aside(ToolPart::sphere(0.007), 0.008)], RADIUS_M),
     ];
-    for (kind, is_shapes) in [("links", false), ("shapes", true)] {
+    for (kind, is_shapes, lean) in
+        [("links", false, false), ("lean links", false, true), ("shapes", true, false)]
+    {
         for (tool, parts, reach_m) in &tools {
-            let image = image(is_shapes, ProbeContact::Surface, false);
+            let image = image(is_shapes, lean);
             let contact = Contact::Tools { tools: vec![parts.clone()], friction: 0.0 };
             let (name, reach_m) = (format!("{kind}, {tool}"), *reach_m);
             cases.push(Case { name, image, contact, reach_m });
@@ -114,11 +110,7 @@ impl Run<'_> {
     /// One tick; the force out of the body.
     fn tick(&mut self, act: Act) -> (f32, TickOutput) {
         let pose = self.way.pose(act);
-        let output = if self.engine.tools_on_surface() > 0 {
-            self.engine.tick_by(&[pose], Budget::All)
-        } else {
-            self.engine.tick(&ToolPose::at(pose.position_m, pose.engaged))
-        };
+        let output = self.engine.tick(&pose);
         let outward_n = self.way.outward_n(&output);
         assert!(outward_n >= -NOTHING_N, "{} {act:?}: {output:?}", self.name);
         if waits(&output) {
@@ -153,7 +145,7 @@ fn each(mut check: impl FnMut(&Case, Scheme, &mut dyn FnMut() -> Run<'static>)) 
         for (scheme, sweeps) in [(Scheme::Track, 4), (Scheme::Predict, 1)] {
             for way in [Way::Down, Way::Aside] {
                 // Others reach another way aside than down.
-                let is_round = ["cells", "sphere"].iter().any(|end| case.name.ends_with(end));
+                let is_round = case.name.ends_with("sphere");
                 if way == Way::Aside && !is_round {
                     continue;
                 }
@@ -169,6 +161,7 @@ fn each(mut check: impl FnMut(&Case, Scheme, &mut dyn FnMut() -> Run<'static>)) 
 }
 
 /// It has no force and says so until it was outside; then it presses as any other.
+// REQ-CON-10
 #[test]
 fn a_tool_engaged_inside_waits_until_it_was_outside() {
     each(|case, scheme, start| {
@@ -192,6 +185,7 @@ fn a_tool_engaged_inside_waits_until_it_was_outside() {
 }
 
 /// A clutch, a new controller (a release of a tick) and a reset, with the middle below the surface.
+// REQ-CON-10
 #[test]
 fn a_tool_that_takes_hold_again_is_not_drawn_in() {
     each(|case, _, start| {
@@ -213,6 +207,7 @@ fn a_tool_that_takes_hold_again_is_not_drawn_in() {
 }
 
 /// The force of a tool that is engaged in contact goes up along a ramp.
+// REQ-CON-11
 #[test]
 fn a_tool_engaged_in_contact_presses_along_a_ramp() {
     each(|case, scheme, start| {
@@ -233,6 +228,7 @@ fn a_tool_engaged_in_contact_presses_along_a_ramp() {
 }
 
 /// A snapshot of a tool that waits, or grows, goes on with the same bits.
+// REQ-CON-10
 #[test]
 fn a_snapshot_knows_that_a_tool_waits() {
     for case in cases() {
@@ -261,23 +257,17 @@ fn a_snapshot_knows_that_a_tool_waits() {
 }
 
 /// Late ticks and bad poses neither end the wait nor forget it.
+// REQ-CON-10
 #[test]
 fn a_late_tick_and_a_bad_pose_leave_a_tool_waiting() {
     for case in cases() {
         let mut engine = case.engine(Scheme::Track, 4);
-        let is_surface = engine.tools_on_surface() > 0;
         let mut tick = |act, sweeps, is_bad| {
             let mut pose = Way::Down.pose(act);
             if is_bad {
                 pose.position_m.x = f32::NAN;
             }
-            let ToolPose { position_m, engaged, .. } = pose;
-            match is_surface {
-                true => engine.tick_by(&[pose], Budget::again(sweeps)),
-                false => {
-                    engine.tick_by(&[ToolPose::at(position_m, engaged)], Budget::again(sweeps))
-                }
-            }
+            engine.tick_by(&[pose], Budget::again(sweeps))
         };
         for n in 0..40 {
             // A surface is looked at in ticks with sweeps alone.
@@ -287,16 +277,17 @@ fn a_late_tick_and_a_bad_pose_leave_a_tool_waiting() {
             assert!(waits(&output) && output.force_n.norm() == 0.0, "{name}");
         }
         let output = tick((0.5, 1), None, false);
-        assert!(case.name.contains("cells") || !waits(&output), "{}: {output:?}", case.name);
+        assert!(!waits(&output), "{}: {output:?}", case.name);
     }
 }
 
 /// Of two tools one waits and the other presses as if it were alone.
+// REQ-CON-10
 #[test]
 fn one_of_two_tools_waits() {
     let ball = vec![ToolPart::sphere(RADIUS_M)];
     for is_shapes in [false, true] {
-        let image = image(is_shapes, ProbeContact::Surface, false);
+        let image = image(is_shapes, false);
         let force_n = |tools: Vec<Vec<ToolPart>>, inside: bool| {
             let contact = Contact::Tools { tools, friction: 0.0 };
             let case = Case { name: String::new(), image: image.clone(), contact, reach_m: 0.0 };
@@ -323,9 +314,10 @@ fn one_of_two_tools_waits() {
 }
 
 /// All that lies below a plane pushes all tissue the same way: it has no inside.
+// REQ-CON-10
 #[test]
 fn a_half_space_presses_wherever_it_is() {
-    let image = image(true, ProbeContact::Surface, false);
+    let image = image(true, false);
     let contact = Contact::Tools { tools: vec![vec![ToolPart::half_space(0.02)]], friction: 0.0 };
     let case = Case { name: "half space".into(), image, contact, reach_m: 0.0 };
     let mut engine = case.engine(Scheme::Track, 4);

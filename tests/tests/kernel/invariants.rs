@@ -37,6 +37,7 @@ proptest! {
 
     /// Left alone the energy never rises, and the published state's energy never exceeds the
     /// certified level, under the tool and after it.
+    // REQ-ENE-01, REQ-ENE-03, REQ-FOR-02
     #[test]
     fn energy_never_rises_by_itself((case, variant) in bodies(), moves in moves()) {
         let image = case.image();
@@ -110,6 +111,7 @@ proptest! {
     }
 
     /// Untouched, or held without motion, a body stays as it was to the last bit.
+    // REQ-ENE-07
     #[test]
     fn rest_stays_rest((case, variant) in bodies(), engaged in 0_u32..2) {
         let image = case.image();
@@ -124,6 +126,7 @@ proptest! {
     }
 
     /// The vector unit gives the bits of the scalar pass, coincident and flattened cells included.
+    // REQ-BIT-02
     #[test]
     fn vectors_change_no_bit((case, variant) in bodies(), moves in moves(),
                              flat in any::<bool>(), varied in any::<[bool; 2]>()) {
@@ -159,6 +162,7 @@ proptest! {
     }
 
     /// Leaving sleeping parts out changes no bit: wide bands, small moves, long rests.
+    // REQ-BIT-03
     #[test]
     fn sleep_changes_no_bit((case, variant) in bodies(), scalar in any::<bool>(),
                             strokes in prop::collection::vec((0.0_f32..0.03, 1_usize..40, 0_u32..2), 1..12)) {
@@ -182,6 +186,7 @@ proptest! {
 
     /// Saturation: no published coordinate ever leaves the range, the energy rules hold there too,
     /// and the body comes back.
+    // REQ-ENE-08
     #[test]
     fn saturation_is_reached_and_left((case, variant) in bodies(),
                                       way in prop::array::uniform3(-1.0_f32..1.0)) {
@@ -231,6 +236,7 @@ fn what_is_learnt_of_a_body_outlasts_its_sleep() {
 }
 
 /// 10,000 ticks at rest on the generated organ, without a band: the hash stays.
+// REQ-ENE-07
 #[test]
 fn ten_thousand_ticks_of_rest() {
     let shape = Shape::generated("organ:300").unwrap();
@@ -252,6 +258,7 @@ fn ten_thousand_ticks_of_rest() {
 }
 
 /// Bad samples: the last good one holds for ten ticks, then force 0 and cells as they are.
+// REQ-SMP-01, REQ-SMP-02
 #[test]
 fn bad_samples_end_in_the_safe_state() {
     let shape = Shape::generated("box:5x5x5x0.01").unwrap().holding(&[124]);

@@ -33,6 +33,7 @@ fn moved(
 }
 
 /// The bound stops the tool on its way out and lets it come back.
+// REQ-ENE-04
 #[test]
 fn the_energy_bound_never_locks_the_tool() {
     let energy_max_j = 0.0005;
@@ -57,6 +58,7 @@ fn the_energy_bound_never_locks_the_tool() {
 }
 
 /// With a leak of 1 the free cells return into the range in one step; a held one stays beyond.
+// REQ-ENE-08
 #[test]
 fn euler_clamps_a_held_cell_beyond_saturation_at_every_step() {
     let image = plane(&BakeOptions {
@@ -78,6 +80,7 @@ fn euler_clamps_a_held_cell_beyond_saturation_at_every_step() {
     }
 }
 
+// REQ-MOD-05
 #[test]
 fn units_beyond_single_precision_are_refused() {
     let mesh = load("plane:3x3x0.01", &Default::default()).unwrap();

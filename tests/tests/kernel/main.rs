@@ -16,7 +16,6 @@ mod model_image;
 mod never_through;
 mod numbers;
 mod plane;
-mod probe;
 mod same_bits;
 mod slender;
 mod snapshot;

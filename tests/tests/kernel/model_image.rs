@@ -54,6 +54,7 @@ fn error(bytes: Vec<u8>) -> ModelError {
     Model::from_bytes(resealed(bytes).as_bytes()).unwrap_err()
 }
 
+// REQ-MOD-01
 #[test]
 fn every_flipped_bit_and_every_truncation_is_seen() {
     // The image of shapes is many times as long.
@@ -68,6 +69,7 @@ fn every_flipped_bit_and_every_truncation_is_seen() {
     }
 }
 
+// REQ-MOD-02
 #[test]
 fn errors_name_what_is_wrong() {
     let bytes = image().as_bytes().to_vec();
@@ -107,6 +109,7 @@ fn errors_name_what_is_wrong() {
     assert_eq!(error(with(at(kind::PARAMS, 0), &[65, 0])), ModelError::SectionSize(kind::REST));
 }
 
+// REQ-MOD-02
 #[test]
 fn errors_name_what_is_wrong_with_shapes() {
     let bytes = shapes().as_bytes().to_vec();
@@ -178,6 +181,7 @@ proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(4000) })]
 
     /// Words changed at random, the checksum made right again: refused, or run without a panic.
+    // REQ-MOD-03
     #[test]
     fn changed_words_are_refused_or_harmless(changes in prop::collection::vec(
         (any::<prop::sample::Index>(), prop_oneof![
@@ -192,6 +196,7 @@ proptest! {
     }
 
     /// The same with the numbers of shapes, and every force finite.
+    // REQ-MOD-03
     #[test]
     fn changed_shapes_are_refused_or_harmless(changes in prop::collection::vec(
         (any::<bool>(), any::<prop::sample::Index>(), prop_oneof![

@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used)]
 
 use chaincell_host::bake::tissue::Tissue;
-use chaincell_host::bake::{BakeOptions, ImageBytes, PerCell, ProbeContact, bake};
+use chaincell_host::bake::{BakeOptions, ImageBytes, PerCell, bake};
 use chaincell_host::engine::place::place;
 use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
 use chaincell_host::mesh::{MeshOptions, load};
@@ -17,8 +17,7 @@ const STEPS_M: [(u16, f64); 2] = [(4, 1.0e-4), (1, 3.0e-4)];
 fn baked(spec: &str, fixed: Option<Vec<u32>>, young_pa: PerCell) -> ImageBytes {
     let mesh = load(spec, &MeshOptions::default()).unwrap();
     let tissue = Some(Tissue::new(young_pa, PerCell::Uniform(0.45)));
-    let options =
-        BakeOptions { tissue, probe_contact: ProbeContact::Surface, ..BakeOptions::default() };
+    let options = BakeOptions { tissue, ..BakeOptions::default() };
     bake(&mesh, &fixed.unwrap_or_else(|| mesh.default_fixed.clone()), &options).unwrap()
 }
 
@@ -44,7 +43,7 @@ fn press(image: &ImageBytes, radius_m: f32, sweeps: u16, step_m: f64) -> Pressed
         max_tool_step_m: 0.01,
         ..Settings::for_model(&model)
     };
-    let contact = Contact::Probe { radius_m, capacity: 64 };
+    let contact = Contact::sphere(radius_m, 0.0);
     let network = Network::new(model, settings).unwrap();
     let mut engine =
         Engine::with_contact(network, Scheme::Predict, Arithmetic::F32, contact).unwrap();

@@ -105,6 +105,7 @@ proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(60) })]
 
     /// Built with the checks for overflow on, so that what would wrap panics.
+    // REQ-SMP-03
     #[test]
     fn no_sample_leaves_the_range(
         samples in prop::collection::vec(any_sample(), 1..60),
@@ -123,6 +124,7 @@ proptest! {
     }
 }
 
+// REQ-MOD-04
 #[test]
 fn other_schemes_and_larger_bodies_are_refused() {
     let shape = Shape::generated("plane:60x3x0.01").unwrap();
@@ -138,6 +140,7 @@ fn other_schemes_and_larger_bodies_are_refused() {
     assert!(why.to_string().contains("euler and track"), "{why}");
 }
 
+// REQ-ENE-05, REQ-MOD-04
 #[test]
 fn shapes_move_under_track_and_predict_in_single_precision_alone() {
     let image = block();

@@ -98,6 +98,7 @@ fn converges_at_first_order(text: &str, diagonals: bool, alpha: f64) {
     assert!(last(2) < 1e-5, "t = 100: {:e}", last(2));
 }
 
+// REQ-FOR-07
 #[test]
 fn euler_converges_with_8_neighbours() {
     converges_at_first_order(include_str!("../../data/plane_c8_a000_d050.csv"), true, 0.0);
@@ -114,6 +115,7 @@ fn euler_converges_with_a_band() {
 }
 
 /// `track` answers the static question: the energy minimum, unique without a band.
+// REQ-FOR-07
 #[test]
 fn track_finds_the_minimum() {
     let Reference(exact) = reference(include_str!("../../data/plane_c8_a000_d050.csv"));
@@ -182,6 +184,7 @@ fn rkl2_begins_anew_after_every_move() {
     assert!(off < 1e-3, "{off:e} of the depth");
 }
 
+// REQ-FOR-07
 #[test]
 fn rkl2_is_right_in_a_few_passes_with_8_neighbours() {
     let text = include_str!("../../data/plane_c8_a000_d050.csv");

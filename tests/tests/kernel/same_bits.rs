@@ -92,6 +92,7 @@ fn is_here(test: &str) -> bool {
     found
 }
 
+// REQ-BIT-02
 #[test]
 fn trajectories_are_the_same_without_the_vector_unit() {
     if !is_here("trajectories_are_the_same_without_the_vector_unit") {
@@ -129,6 +130,7 @@ fn trajectories_are_the_same_without_the_vector_unit() {
 }
 
 /// Tissue by Young's modulus and Poisson's ratio, pressed and let go.
+// REQ-BIT-02, REQ-BIT-08
 #[test]
 fn trajectories_of_nodal_shapes_are_the_same_without_the_vector_unit() {
     if !is_here("trajectories_of_nodal_shapes_are_the_same_without_the_vector_unit") {
@@ -170,6 +172,7 @@ fn trajectories_of_nodal_shapes_are_the_same_without_the_vector_unit() {
 }
 
 /// Bodies of several parts, awake in all of them or in a few.
+// REQ-BIT-08
 #[test]
 fn trajectories_of_large_bodies_are_the_same_with_several_threads() {
     let spec = "organ:16800";
@@ -236,6 +239,7 @@ fn degenerate(far: f32) -> [State; 8] {
     ]
 }
 
+// REQ-BIT-02
 #[test]
 fn degenerate_states_are_the_same_without_the_vector_unit() {
     if !is_here("degenerate_states_are_the_same_without_the_vector_unit") {

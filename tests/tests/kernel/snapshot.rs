@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used)]
 
 use chaincell_host::bake::tissue::{Band, Tissue};
-use chaincell_host::bake::{BakeOptions, BasisSpacing, ImageBytes, PerCell, ProbeContact};
+use chaincell_host::bake::{BakeOptions, BasisSpacing, ImageBytes, PerCell};
 use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
 use chaincell_kernel::stage::{Device, Stage, StageSettings};
 use chaincell_kernel::trace::Command;
@@ -32,7 +32,6 @@ fn shapes() -> ImageBytes {
     let tissue = Tissue::new(PerCell::Uniform(5000.0), PerCell::Uniform(0.45));
     let options = BakeOptions {
         tissue: Some(Tissue { stiffening, ..tissue }),
-        probe_contact: ProbeContact::Surface,
         coarse_basis: BasisSpacing::Links(2.0),
         ..BakeOptions::default()
     };
@@ -102,7 +101,7 @@ impl<'a> Case<'a> {
             assert_eq!(one, two, "{:?}, {:?}: tick {tick}", self.scheme, self.contact);
             touched += usize::from(one.0.contacts > 0);
         }
-        assert!(touched > AFTER / 3, "{:?}: {touched}", self.contact);
+        assert!(touched > AFTER / 4, "{:?}: {touched}", self.contact);
     }
 }
 
@@ -117,6 +116,7 @@ fn held(image: &ImageBytes) -> Contact {
     Contact::Cells(cells)
 }
 
+// REQ-BIT-09
 #[test]
 fn every_scheme_goes_on_from_held_cells() {
     for image in [links(0.0, true), links(0.08, false), shapes()] {
@@ -128,6 +128,7 @@ fn every_scheme_goes_on_from_held_cells() {
     }
 }
 
+// REQ-BIT-09
 #[test]
 fn every_number_type_goes_on() {
     let image = links(0.05, false);
@@ -138,6 +139,7 @@ fn every_number_type_goes_on() {
     }
 }
 
+// REQ-BIT-09
 #[test]
 fn other_drives_and_bands_go_on() {
     for image in [links(0.1, false), shapes()] {
@@ -150,12 +152,13 @@ fn other_drives_and_bands_go_on() {
     }
 }
 
+// REQ-BIT-09
 #[test]
-fn probes_go_on_among_cells_and_on_surfaces() {
+fn spheres_go_on_over_links_and_shapes() {
     let (links, shapes) = (links(0.0, true), shapes());
     let probe = |image: &ImageBytes| {
         let model = Model::from_bytes(image.as_bytes()).unwrap();
-        Contact::Probe { radius_m: 1.2 * model.unit_m(), capacity: 64 }
+        Contact::sphere(1.2 * model.unit_m(), 0.0)
     };
     for image in [&links, &shapes] {
         for scheme in [Scheme::Track, Scheme::Predict] {
@@ -166,6 +169,7 @@ fn probes_go_on_among_cells_and_on_surfaces() {
 }
 
 /// Two tools that rub, one of which grips.
+// REQ-BIT-09
 #[test]
 fn tools_go_on_with_friction_and_grips() {
     let image = shapes();
@@ -220,11 +224,12 @@ fn tools_go_on_with_friction_and_grips() {
 }
 
 /// Loaded, asleep, then woken by other bands.
+// REQ-BIT-09
 #[test]
 fn a_sleeping_press_goes_on_when_it_is_woken() {
     let image = shapes();
     let radius_m = 0.012;
-    let case = Case::new(&image, Scheme::Track, Contact::Probe { radius_m, capacity: 64 });
+    let case = Case::new(&image, Scheme::Track, Contact::sphere(radius_m, 0.0));
     let (mut first, mut second) = (case.engine(), case.engine());
     let sample = case.sample(120);
     (0..120).for_each(|tick| {
@@ -244,6 +249,7 @@ fn a_sleeping_press_goes_on_when_it_is_woken() {
     }
 }
 
+// REQ-BIT-09
 #[test]
 fn a_stage_goes_on_to_the_same_forces() {
     for device in Device::ALL {
@@ -295,6 +301,7 @@ fn refusal(engine: &mut Engine<'_>, bytes: &[u8]) -> String {
     why
 }
 
+// REQ-BIT-10
 #[test]
 fn damaged_snapshots_are_refused_and_change_nothing() {
     for image in [links(0.0, true), shapes()] {
@@ -316,12 +323,13 @@ fn damaged_snapshots_are_refused_and_change_nothing() {
 }
 
 /// Words of any kind with the checksum right: refused, or harmless.
+// REQ-BIT-10
 #[test]
 fn forged_snapshots_are_refused_or_harmless() {
     let wild = [f32::NAN.to_bits(), u32::MAX, f32::MAX.to_bits(), 3, 0, 0xff80_0000];
     for (image, step, least) in [(shapes(), 68, 20), (links(0.0, true), 44, 10)] {
         let radius_m = 0.012;
-        let case = Case::new(&image, Scheme::Track, Contact::Probe { radius_m, capacity: 64 });
+        let case = Case::new(&image, Scheme::Track, Contact::sphere(radius_m, 0.0));
         let (_, bytes) = pressed(&case);
         let (mut refused, mut taken) = (0, 0);
         for (count, at) in (32..bytes.len() - 4).step_by(step).enumerate() {
@@ -357,6 +365,7 @@ fn forged_snapshots_are_refused_or_harmless() {
     }
 }
 
+// REQ-BIT-10
 #[test]
 fn what_does_not_fit_is_told() {
     let (image, other) = (links(0.0, true), links(0.08, false));

@@ -1,9 +1,9 @@
-//! A probe on the triangles of a surface: it never slips through, its force does not jump, and what
+//! A sphere on the triangles of a surface: it never slips through, its force does not jump, and what
 //! it costs the hand is what the body holds.
 #![allow(clippy::unwrap_used)]
 
 use chaincell_host::bake::tissue::Tissue;
-use chaincell_host::bake::{BakeOptions, ImageBytes, PerCell, ProbeContact, bake};
+use chaincell_host::bake::{BakeOptions, ImageBytes, PerCell, bake};
 use chaincell_host::engine::motion::Press;
 use chaincell_host::engine::place::place;
 use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
@@ -14,13 +14,13 @@ use chaincell_kernel::{Flags, Model, Network, Settings, TickOutput, ToolPose, Un
 const TOP_M: f32 = 0.04;
 
 /// A block of liver on a fixed ground, 40 mm high, with edges of about 8 mm.
-fn block(probe_contact: ProbeContact) -> ImageBytes {
+fn block() -> ImageBytes {
     let mesh = load("box:11x11x6x0.008", &MeshOptions::default()).unwrap();
     let nodes = mesh.nodes_m.iter().enumerate();
     let ground: Vec<u32> =
         nodes.filter(|(_, x)| x[2] < 1e-6).map(|(node, _)| node as u32).collect();
     let tissue = Some(Tissue::new(PerCell::Uniform(5000.0), PerCell::Uniform(0.45)));
-    bake(&mesh, &ground, &BakeOptions { tissue, probe_contact, ..BakeOptions::default() }).unwrap()
+    bake(&mesh, &ground, &BakeOptions { tissue, ..BakeOptions::default() }).unwrap()
 }
 
 fn model(image: &ImageBytes) -> Model<'_> {
@@ -34,7 +34,7 @@ fn engine<'m>(model: Model<'m>, radius_m: f32, sweeps: u16) -> Engine<'m> {
         max_tool_step_m: 0.01,
         ..Settings::for_model(&model)
     };
-    let contact = Contact::Probe { radius_m, capacity: 64 };
+    let contact = Contact::sphere(radius_m, 0.0);
     let network = Network::new(model, settings).unwrap();
     Engine::with_contact(network, Scheme::Track, Arithmetic::F32, contact).unwrap()
 }
@@ -58,9 +58,10 @@ fn press(
     last.unwrap()
 }
 
+// REQ-CON-06
 #[test]
 fn a_sphere_smaller_than_an_edge_never_slips_through() {
-    let image = block(ProbeContact::Surface);
+    let image = block();
     for (radius_m, x_m) in [(0.003, 0.0), (0.003, 0.0037), (0.002, 0.002)] {
         let mut engine = engine(model(&image), radius_m, 4);
         let (mut most, mut clamped) = (0.0_f32, false);
@@ -83,8 +84,7 @@ fn a_sphere_smaller_than_an_edge_never_slips_through() {
 fn a_sphere_pressed_far_into_an_organ_never_gets_through() {
     let mesh = load("organ:1000", &MeshOptions::default()).unwrap();
     let tissue = Some(Tissue::new(PerCell::Uniform(5000.0), PerCell::Uniform(0.45)));
-    let options =
-        BakeOptions { tissue, probe_contact: ProbeContact::Surface, ..BakeOptions::default() };
+    let options = BakeOptions { tissue, ..BakeOptions::default() };
     let image = bake(&mesh, &mesh.default_fixed, &options).unwrap();
     for sweeps in [1, 4] {
         let mut engine = engine(model(&image), 0.012, sweeps);
@@ -104,9 +104,10 @@ fn a_sphere_pressed_far_into_an_organ_never_gets_through() {
     }
 }
 
+// REQ-CON-07
 #[test]
 fn a_slow_press_and_release_costs_nothing() {
-    let image = block(ProbeContact::Surface);
+    let image = block();
     let radius_m = 0.006;
     let mut engine = engine(model(&image), radius_m, 16);
     let mut work = 0.0;
@@ -133,7 +134,7 @@ fn a_slow_press_and_release_costs_nothing() {
 
 #[test]
 fn a_drag_and_back_leaves_nothing() {
-    let image = block(ProbeContact::Surface);
+    let image = block();
     let radius_m = 0.008;
     let mut engine = engine(model(&image), radius_m, 8);
     let shape = (0.0, radius_m, 0.003);
@@ -149,9 +150,10 @@ fn a_drag_and_back_leaves_nothing() {
     assert!((after - before).norm() < 0.005 * before.norm(), "{before} {after}");
 }
 
+// REQ-CON-06
 #[test]
 fn the_force_of_a_slide_does_not_jump() {
-    let image = block(ProbeContact::Surface);
+    let image = block();
     let radius_m = 0.012;
     let mut engine = engine(model(&image), radius_m, 8);
     let mut last = press(&mut engine, (-0.01, radius_m, 0.003), 300).force_n;
@@ -165,9 +167,10 @@ fn the_force_of_a_slide_does_not_jump() {
     assert!(most < 0.02, "{most}");
 }
 
+// REQ-CON-06, REQ-CON-11
 #[test]
 fn a_sphere_engaged_in_contact_starts_small_and_grows() {
-    let image = block(ProbeContact::Surface);
+    let image = block();
     let mut engine = engine(model(&image), 0.006, 8);
     let first = engine.tick(&at(0.0, 0.006, 0.0045)).force_n.norm();
     let later =
@@ -178,7 +181,7 @@ fn a_sphere_engaged_in_contact_starts_small_and_grows() {
 /// Scalar and vector units, awake and asleep: the same bits, through contact and rollbacks.
 #[test]
 fn every_way_gives_the_same_bits() {
-    let image = block(ProbeContact::Surface);
+    let image = block();
     let run = |scalar: bool| {
         let mut engine = engine(model(&image), 0.006, 4);
         if scalar {
@@ -195,23 +198,16 @@ fn every_way_gives_the_same_bits() {
     assert!(run(false).eq(run(true)));
 }
 
+// REQ-CON-05
 #[test]
 fn what_cannot_meet_a_surface_says_so() {
-    let image = block(ProbeContact::Surface);
+    let image = block();
     let of = |scheme, radius_m| {
         let network = Network::new(model(&image), Settings::for_model(&model(&image))).unwrap();
-        let contact = Contact::Probe { radius_m, capacity: 64 };
+        let contact = Contact::sphere(radius_m, 0.0);
         Engine::with_contact(network, scheme, Arithmetic::F32, contact).map(drop)
     };
     let small = of(Scheme::Track, 1.0e-4).unwrap_err().to_string();
-    assert!(small.contains("radius must be at least 0.0003"), "{small}");
+    assert!(small.contains("must be at least 0.0003"), "{small}");
     assert!(of(Scheme::Track, 0.001).is_ok() && of(Scheme::Predict, 0.001).is_ok());
-}
-
-/// Without the section a probe touches cells, and the image is what it was.
-#[test]
-fn a_model_without_the_section_has_none() {
-    let (cells, surface) = (block(ProbeContact::Cells), block(ProbeContact::Surface));
-    assert!(!model(&cells).has_contact_surface() && model(&surface).has_contact_surface());
-    assert!(cells.as_bytes().len() < surface.as_bytes().len());
 }

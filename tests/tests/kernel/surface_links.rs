@@ -1,8 +1,8 @@
-//! A probe on the triangles of a body of links.
+//! A sphere on the triangles of a body of links.
 #![allow(clippy::unwrap_used)]
 
 use chaincell_host::bake::tissue::Tissue;
-use chaincell_host::bake::{BakeOptions, ImageBytes, PerCell, ProbeContact, bake};
+use chaincell_host::bake::{BakeOptions, ContactSurface, ImageBytes, PerCell, bake};
 use chaincell_host::engine::motion::Press;
 use chaincell_host::engine::place::place;
 use chaincell_host::engine::threads::ThreadCount;
@@ -10,11 +10,11 @@ use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
 use chaincell_host::mesh::{MeshOptions, load};
 use chaincell_kernel::{Flags, Model, Network, Settings, TickOutput, ToolPose, Unloading, parts};
 
-/// A body of links with a contact surface, as `bake SPEC --alpha ALPHA --probe-contact surface`.
+/// A body of links with a contact surface, as `bake SPEC --alpha ALPHA`.
 fn links(spec: &str, alpha: f64) -> ImageBytes {
     let mesh = load(spec, &MeshOptions::default()).unwrap();
-    let (alpha, probe_contact) = (PerCell::Uniform(alpha), ProbeContact::Surface);
-    let options = BakeOptions { alpha, probe_contact, ..BakeOptions::default() };
+    let alpha = PerCell::Uniform(alpha);
+    let options = BakeOptions { alpha, ..BakeOptions::default() };
     bake(&mesh, &mesh.default_fixed, &options).unwrap()
 }
 
@@ -27,7 +27,7 @@ fn engine(image: &ImageBytes, radius_m: f32, (scheme, sweeps): (Scheme, u16)) ->
     let (unloading, max_tool_step_m) = (Unloading::Off, 0.01);
     let settings = Settings::for_model(&model);
     let settings = Settings { sweeps, unloading, max_tool_step_m, ..settings };
-    let contact = Contact::Probe { radius_m, capacity: 64 };
+    let contact = Contact::sphere(radius_m, 0.0);
     let network = Network::new(model, settings).unwrap();
     Engine::with_contact(network, scheme, Arithmetic::F32, contact).unwrap()
 }
@@ -42,8 +42,7 @@ fn the_fewest_sweeps_are_those_of_the_contact() {
     assert_eq!(Engine::new(network, Scheme::Predict, &[7]).unwrap().least_sweeps(), 1);
     let mesh = load("box:5x5x5x0.008", &MeshOptions::default()).unwrap();
     let tissue = Some(Tissue::new(PerCell::Uniform(5000.0), PerCell::Uniform(0.45)));
-    let options =
-        BakeOptions { tissue, probe_contact: ProbeContact::Surface, ..BakeOptions::default() };
+    let options = BakeOptions { tissue, ..BakeOptions::default() };
     let shapes = bake(&mesh, &mesh.default_fixed, &options).unwrap();
     assert_eq!(engine(&shapes, 0.01, (Scheme::Predict, 9)).least_sweeps(), 1);
 }
@@ -58,6 +57,7 @@ fn bits(engine: &mut Engine<'_>, output: &TickOutput) -> (Vec<u32>, u64) {
 const WAYS: [(Scheme, u16); 2] = [(Scheme::Track, 4), (Scheme::Predict, 2)];
 
 /// Spheres of a quarter to a half of an edge, pressed in as deep as they are wide and far deeper.
+// REQ-CON-06
 #[test]
 fn a_sphere_smaller_than_a_link_never_passes_without_force() {
     for spec in ["box:9x9x6x0.008", "organ:1000"] {
@@ -174,28 +174,89 @@ fn contact_is_as_stiff_as_the_links_are() {
     let stiffness = |k: f64| {
         let mesh = load("box:5x5x5x0.01", &MeshOptions::default()).unwrap();
         let stiffness_n_per_m = PerCell::Uniform(k);
-        let probe_contact = ProbeContact::Surface;
-        let options = BakeOptions { stiffness_n_per_m, probe_contact, ..BakeOptions::default() };
+        let options = BakeOptions { stiffness_n_per_m, ..BakeOptions::default() };
         let image = bake(&mesh, &mesh.default_fixed, &options).unwrap();
         let mut sum = 0.0;
-        model(&image).each_probe_triangle(0.01, |_, of| sum += of);
+        model(&image).each_contact_triangle(0.01, |_, of| sum += of);
         sum
     };
     let ratio = stiffness(60.0) / stiffness(20.0);
     assert!((ratio - 3.0).abs() < 1e-4, "{ratio}");
 }
 
+/// A plane, groups of nodes and a lean image have a contact surface too: a sphere that is pressed in is held
+/// back, more the deeper it goes, and let go of it has no force.
+// REQ-ENE-09
+#[test]
+fn planes_groups_and_lean_bodies_press_back() {
+    let yes = ContactSurface::Yes;
+    let grouped = BakeOptions { cells: Some(120), ..BakeOptions::default() };
+    let lean = BakeOptions { lean: true, contact_surface: yes, ..BakeOptions::default() };
+    for (spec, options) in [
+        ("plane:11x11x0.01", BakeOptions::default()),
+        ("box:11x11x5x0.01", grouped),
+        ("box:9x9x5x0.01", lean),
+    ] {
+        let mesh = load(spec, &MeshOptions::default()).unwrap();
+        let image = bake(&mesh, &mesh.default_fixed, &options).unwrap();
+        let model = model(&image);
+        assert!(model.has_contact_surface(), "{spec}");
+        let (contact, ticks) = (Contact::sphere(0.015, 0.0), 400);
+        let place = place(&model, &contact, None).unwrap();
+        for way in WAYS {
+            let mut engine = engine(&image, 0.015, way);
+            let press = Press::new(place.touch_m, place.direction, 0.008, ticks).unwrap();
+            let (mut last_n, mut deepest_n) = (0.0_f32, 0.0_f32);
+            for pose in press.poses() {
+                let output = engine.tick(&ToolPose::from(pose));
+                assert!(!output.flags.contains(Flags::STARTS_INSIDE), "{spec}: {output:?}");
+                last_n = output.force_n.norm();
+                deepest_n = deepest_n.max(last_n);
+            }
+            assert!(deepest_n > 0.002 && deepest_n < 10.0, "{spec} {way:?}: {deepest_n} N");
+            assert_eq!(last_n, 0.0, "{spec} {way:?}");
+        }
+    }
+}
+
+/// The triangles between groups stand once each, and those within one are none.
+#[test]
+fn triangles_of_groups_join_three_of_them() {
+    let options = BakeOptions { cells: Some(60), ..BakeOptions::default() };
+    let mesh = load("box:9x9x5x0.01", &MeshOptions::default()).unwrap();
+    let image = bake(&mesh, &mesh.default_fixed, &options).unwrap();
+    let triangles = model(&image).triangles();
+    let sorted = triangles.iter().map(|corners| {
+        let mut corners = *corners;
+        corners.sort_unstable();
+        assert!(corners[0] < corners[1] && corners[1] < corners[2], "{corners:?}");
+        corners
+    });
+    let each: std::collections::BTreeSet<[u16; 3]> = sorted.collect();
+    assert!(each.len() == triangles.len() && triangles.len() > 40, "{}", triangles.len());
+}
+
+/// Without triangles there is none, and a lean image has one only where it is asked for.
+// REQ-CON-05
 #[test]
 fn what_has_no_contact_surface_says_why() {
-    let refused = |spec: &str, change: fn(&mut BakeOptions), why: &str| {
+    let baked = |spec: &str, options: &BakeOptions| {
         let mesh = load(spec, &MeshOptions::default()).unwrap();
-        let mut options =
-            BakeOptions { probe_contact: ProbeContact::Surface, ..BakeOptions::default() };
-        change(&mut options);
-        let said = bake(&mesh, &mesh.default_fixed, &options).unwrap_err().to_string();
-        assert!(said.contains("`probe_contact` surface") && said.contains(why), "{said}");
+        bake(&mesh, &mesh.default_fixed, options)
     };
-    refused("plane:5x5x0.01", |_| (), "no volume");
-    refused("box:4x4x4x0.01", |options| options.lean = true, "lean");
-    refused("box:4x4x4x0.01", |options| options.cells = Some(20), "groups");
+    let no = BakeOptions { contact_surface: ContactSurface::No, ..BakeOptions::default() };
+    let lean = BakeOptions { lean: true, ..BakeOptions::default() };
+    for options in [no, lean] {
+        let image = baked("box:4x4x4x0.01", &options).unwrap();
+        let network = Network::new(model(&image), Settings::for_model(&model(&image))).unwrap();
+        let contact = Contact::sphere(0.01, 0.0);
+        let refused = Engine::with_contact(network, Scheme::Track, Arithmetic::F32, contact);
+        let said = refused.map(drop).unwrap_err().to_string();
+        assert!(said.contains("no contact surface") && said.contains("contact_surface"), "{said}");
+    }
+    let mut mesh = load("box:4x4x4x0.01", &MeshOptions::default()).unwrap();
+    mesh.triangles.clear();
+    let options = BakeOptions { contact_surface: ContactSurface::Yes, ..BakeOptions::default() };
+    let said = bake(&mesh, &mesh.default_fixed, &options).unwrap_err().to_string();
+    assert!(said.contains("`contact_surface` yes: the mesh has no triangles"), "{said}");
 }

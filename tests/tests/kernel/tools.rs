@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used)]
 
 use chaincell_host::bake::tissue::Tissue;
-use chaincell_host::bake::{BakeOptions, ImageBytes, PerCell, ProbeContact, bake};
+use chaincell_host::bake::{BakeOptions, ImageBytes, PerCell, bake};
 use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
 use chaincell_host::mesh::{MeshOptions, load};
 use chaincell_kernel::{
@@ -29,8 +29,7 @@ fn bake_block(tissue: Option<Tissue>) -> ImageBytes {
     let nodes = mesh.nodes_m.iter().enumerate();
     let ground: Vec<u32> =
         nodes.filter(|(_, x)| x[2] < 1e-6).map(|(node, _)| node as u32).collect();
-    let probe_contact = ProbeContact::Surface;
-    bake(&mesh, &ground, &BakeOptions { tissue, probe_contact, ..BakeOptions::default() }).unwrap()
+    bake(&mesh, &ground, &BakeOptions { tissue, ..BakeOptions::default() }).unwrap()
 }
 
 fn engine(image: &ImageBytes, tools: Vec<Vec<ToolPart>>, friction: f32, sweeps: u16) -> Engine<'_> {
@@ -63,6 +62,7 @@ fn contacts(engine: &mut Engine<'_>, tool: u8) -> [Vector3<f32>; 2] {
     ]
 }
 
+// REQ-CON-07
 #[test]
 fn a_tool_that_slips_is_held_back_by_the_coefficient() {
     let blocks = blocks();
@@ -105,6 +105,7 @@ fn a_tool_that_slips_is_held_back_by_the_coefficient() {
     }
 }
 
+// REQ-CON-08
 #[test]
 fn friction_sticks_until_it_slips() {
     let image = block();
@@ -135,6 +136,7 @@ fn friction_sticks_until_it_slips() {
 
 /// Work of a slow press with every kind of part, turned on the way: what the body holds, and nothing
 /// behind a closed cycle.
+// REQ-CON-07
 #[test]
 fn work_of_force_and_torque_is_the_energy() {
     let image = block();
@@ -200,6 +202,7 @@ fn two_tools_feel_what_two_parts_of_one_feel() {
     assert!(two.tool_output(1).force_n.z > 0.01);
 }
 
+// REQ-CON-08
 #[test]
 fn a_grip_pulls_until_it_is_let_go_without_a_jump() {
     for (body, image) in blocks() {
@@ -294,6 +297,7 @@ fn plays(image: &ImageBytes, scalar: bool) -> Vec<(u32, ToolOutput, ToolOutput, 
     (0..160_u8).map(tick).collect()
 }
 
+// REQ-CON-09
 #[test]
 fn tools_that_cannot_be_are_refused_by_name() {
     let image = block();

@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a failing helper fails its test")]
 
 use chaincell_host::bake::tissue::Tissue;
-use chaincell_host::bake::{BakeOptions, ImageBytes, PerCell, ProbeContact, bake};
+use chaincell_host::bake::{BakeOptions, ImageBytes, PerCell, bake};
 use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
 use chaincell_host::mesh::{MeshOptions, load};
 use chaincell_kernel::{Flags, Model, Network, Settings, ToolPose, Unloading};
@@ -22,8 +22,7 @@ const LOOK: usize = 10;
 fn slab() -> ImageBytes {
     let mesh = load(SLAB, &MeshOptions::default()).unwrap();
     let tissue = Some(Tissue::new(PerCell::Uniform(5000.0), PerCell::Uniform(0.45)));
-    let probe_contact = ProbeContact::Surface;
-    let options = BakeOptions { tissue, probe_contact, ..BakeOptions::default() };
+    let options = BakeOptions { tissue, ..BakeOptions::default() };
     bake(&mesh, &mesh.default_fixed, &options).unwrap()
 }
 
@@ -34,7 +33,7 @@ fn forces(image: &ImageBytes, radius_m: f64, aside_m: f64, depths_m: &[f64]) -> 
     let settings =
         Settings { sweeps: 32, unloading, max_tool_step_m, ..Settings::for_model(&model) };
     let network = Network::new(model, settings).unwrap();
-    let contact = Contact::Probe { radius_m: radius_m as f32, capacity: 64 };
+    let contact = Contact::sphere(radius_m as f32, 0.0);
     let mut engine =
         Engine::with_contact(network, Scheme::Track, Arithmetic::F32, contact).unwrap();
     let mut tick = |depth_m: f64| {

@@ -157,13 +157,14 @@ fn a_service_with_other_limits_is_refused_with_the_remedy() {
 
 /// Both sides as children of this test, so many ticks long.
 fn both(options: &ServeOptions, ticks: u64) -> Result<CosimReports> {
-    cosim(&CosimOptions {
+    let options = CosimOptions {
         program: std::env::current_exe().unwrap(),
         serve_args: child_args("child_serve", options, ticks),
         control_args: child_args("child_control", options, ticks),
         motion_ms: ticks,
         ready_s: LIMIT.as_secs(),
-    })
+    };
+    cosim(&options, |_| {})
 }
 
 #[test]

@@ -134,7 +134,7 @@ fn contacts_are_there_for_tools_on_a_surface_alone() {
     let cells = Place::new("contacts-cells");
     let server = cells.serve(&["--json"]);
     let refused = contacts(&cells);
-    assert!(refused.contains("--probe-contact surface"), "{refused}");
+    assert!(refused.contains("--contact probe:RADIUS"), "{refused}");
     server.interrupt().with(130);
     let off = Place::on_surface("contacts-off");
     let server = serve(&off, &["--state-hz", "0"]);

@@ -36,6 +36,7 @@ fn the_organ_without_a_model() {
     assert!((980..=1020).contains(&cells), "{cells}");
 }
 
+// REQ-COS-12
 #[test]
 fn a_session_is_replayed_by_run() {
     let _turn = turn();

@@ -61,6 +61,7 @@ fn session(name: &str, options: &[&str], press: impl FnOnce(&Place)) -> Vec<Opti
     recorded(&trace)
 }
 
+// REQ-STG-14
 #[test]
 fn poses_that_come_late_are_counted_recorded_and_replayed() {
     let _turn = turn();
@@ -74,6 +75,7 @@ fn poses_that_come_late_are_counted_recorded_and_replayed() {
     assert!(delays.iter().all(|delay| delay.is_some_and(|ticks| (9..=16).contains(&ticks))));
 }
 
+// REQ-STG-14
 #[test]
 fn other_clocks_and_poses_without_a_time_are_bounded() {
     let _turn = turn();

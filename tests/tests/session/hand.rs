@@ -167,6 +167,7 @@ fn least_enough(made_j: impl Iterator<Item = f64>) -> f64 {
     last_j
 }
 
+// REQ-COS-10
 #[test]
 fn no_load_gives_a_hand_energy_out_of_nothing() {
     let _turn = turn();

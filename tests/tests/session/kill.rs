@@ -112,6 +112,7 @@ fn an_answer_that_is_seen_has_its_record_in_the_file() {
     serve.end(SHORT).with(0);
 }
 
+// REQ-COS-06
 #[test]
 fn no_answered_tick_is_lost_to_a_kill() {
     let _turn = turn();
@@ -163,6 +164,7 @@ fn no_answered_tick_is_lost_to_a_kill() {
 }
 
 /// What is left of a killed session is not overwritten unasked, and is again where it is.
+// REQ-COS-06
 #[test]
 fn a_killed_session_keeps_its_place_and_a_new_one_begins_by_force() {
     let _turn = turn();

@@ -124,11 +124,13 @@ const STAYS: &str =
 const ENDS: &str = "kill -INT $server; { sleep 5; kill -9 $server; } > /dev/null 2>&1 & late=$!
     wait $server; code=$?; kill $late; [ $code = 130 ] || echo \"no end of the server: $code\"";
 
+// REQ-COS-02
 #[test]
 fn a_server_starts_behind_one_that_was_killed_at_its_start() {
     each("killed-serve", "", SERVE, &format!("0 {SERVE}"), "");
 }
 
+// REQ-COS-02
 #[test]
 fn a_controller_joins_behind_one_that_was_killed_at_its_start() {
     let control = "control --scene own --path short.csv --late-share off --watchdog-ms 0";
@@ -138,6 +140,7 @@ fn a_controller_joins_behind_one_that_was_killed_at_its_start() {
     each("killed-control", &format!("{path}\n{STAYS}"), control, &format!("0 {control}"), &after);
 }
 
+// REQ-COS-02
 #[test]
 fn a_viewer_joins_behind_one_that_was_killed_at_its_start() {
     let command = "command --scene own pause";
@@ -154,6 +157,7 @@ fn a_viewer_joins_behind_one_that_was_killed_at_its_start() {
 
 /// Stopped, not killed: nothing may be cleared up. The wait ends with a message, and obeys the first
 /// Ctrl-C.
+// REQ-COS-02
 #[test]
 fn a_program_that_stands_still_at_its_start_is_named_within_seconds() {
     let _turn = turn();

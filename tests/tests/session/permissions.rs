@@ -46,6 +46,7 @@ fn shared_files(pid: u32) -> BTreeSet<PathBuf> {
     all.filter(|path| path.starts_with("/dev/shm") || path.starts_with("/tmp/iceoryx2")).collect()
 }
 
+// REQ-COS-07
 #[test]
 fn every_file_of_a_scene_is_its_owners_alone() {
     let _turn = turn();
@@ -107,6 +108,7 @@ fn as_nobody(program: &Path, args: &[&str]) -> chaincell_tests::Ended {
     Running::start(&mut command).end(SHORT)
 }
 
+// REQ-COS-07
 #[test]
 fn another_user_is_refused_and_disturbs_nothing() {
     if !rustix::process::geteuid().is_root() {
@@ -151,6 +153,7 @@ fn another_user_is_refused_and_disturbs_nothing() {
     assert_eq!(served["publishers"], 1);
 }
 
+// REQ-COS-07
 #[test]
 fn a_configuration_in_the_working_folder_changes_nothing() {
     let _turn = turn();
@@ -198,6 +201,7 @@ struct LongOrder {
     words: [u32; 1024],
 }
 
+// REQ-COS-07
 #[test]
 fn messages_of_other_sizes_are_refused() {
     let _turn = turn();
@@ -231,6 +235,7 @@ fn messages_of_other_sizes_are_refused() {
     assert_eq!(serve.end(SHORT).with(0).json()["ticks_executed"], 1);
 }
 
+// REQ-COS-07
 #[test]
 fn poses_beyond_the_rate_are_counted_and_not_executed() {
     let _turn = turn();
@@ -298,6 +303,7 @@ fn own_files(pid: u32) -> BTreeSet<PathBuf> {
         .collect()
 }
 
+// REQ-COS-07
 #[test]
 fn no_message_reaches_a_file() {
     let _turn = turn();

@@ -61,6 +61,7 @@ fn written(path: &Path) {
     }
 }
 
+// REQ-COS-11
 #[test]
 fn a_session_goes_on_from_a_snapshot_and_has_no_force_until_a_release() {
     let _turn = turn();

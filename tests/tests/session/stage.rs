@@ -36,6 +36,7 @@ fn session(test: &str, ticks: u64, stage: &[&str], beside: impl Fn(&str)) -> (Pl
     (place, out)
 }
 
+// REQ-STG-08
 #[test]
 fn a_device_gets_no_more_than_its_stage_allows_and_the_session_is_replayed() {
     let _turn = turn();
@@ -75,6 +76,7 @@ fn a_device_gets_no_more_than_its_stage_allows_and_the_session_is_replayed() {
     assert_eq!(summary(&again)["state_hash"], found["state_hash"]);
 }
 
+// REQ-STG-08
 #[test]
 fn pauses_and_resets_are_replayed_behind_a_stage() {
     let _turn = turn();

@@ -318,7 +318,7 @@ fn the_floor_is_measured_in_every_wait_mode() {
     for wait in [Wait::Hybrid, Wait::Spin, Wait::Event] {
         let (_root, options) = options();
         let floor = floor::measure(wait, false, 50, &options.domain).unwrap();
-        assert!(floor.floor_round_trip_ns.p50 > 0);
-        assert!(floor.floor_round_trip_ns.max >= floor.floor_round_trip_ns.p9999);
+        assert!(floor.run.round_trip_ns.p50 > 0);
+        assert!(floor.run.round_trip_ns.max >= floor.run.round_trip_ns.p9999);
     }
 }

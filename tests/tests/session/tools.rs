@@ -38,7 +38,7 @@ struct Block {
 impl Block {
     fn new(test: &str) -> Self {
         let folder = scratch();
-        let options = ["--young-pa", "5000", "--probe-contact", "surface"];
+        let options = ["--young-pa", "5000"];
         let model = bake(folder.path(), "box:9x9x4x0.01", &options);
         Self { folder, model, scene: scene(test) }
     }

@@ -1,4 +1,4 @@
-//! The output stage with forces that come late, on bodies of links under a probe among their cells and
+//! The output stage with forces that come late, on bodies of links and
 //! of nodal shapes under tools on their surface.
 //!
 //! The ways of poses and forces, devices and hands are those of the walls in `delay`. A press begins
@@ -144,6 +144,7 @@ fn look(body: &Body, case: &Case) -> (Seen, f64) {
     (seen, shown.0 / shown.1)
 }
 
+// REQ-STG-02, REQ-STG-11
 #[test]
 fn bodies_are_felt_and_give_nothing_for_nothing_however_late() {
     let mut faults = Vec::new();
@@ -189,6 +190,7 @@ fn bodies_are_felt_and_give_nothing_for_nothing_however_late() {
 }
 
 /// The same on walls: a press of 12 mm within the ramp, and a tool that engages 20 mm inside.
+// REQ-STG-11
 #[test]
 fn walls_throw_no_tool_that_engages_however_late() {
     for stiffness in [300.0, 1000.0, 5000.0, 10_000.0] {

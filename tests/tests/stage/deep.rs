@@ -67,6 +67,7 @@ fn press(body: &Body, tool: usize, speed: f64, settings: StageSettings) -> Seen 
     seen
 }
 
+// REQ-STG-12
 #[test]
 fn a_deep_press_is_felt_and_never_let_go() {
     let stride = if std::env::var_os("CHAINCELL_SLOW").is_some() { 1 } else { STRIDE };

@@ -6,7 +6,7 @@
 #![allow(clippy::unwrap_used)]
 
 use chaincell_host::bake::tissue::Tissue;
-use chaincell_host::bake::{BakeOptions, ImageBytes, PerCell, ProbeContact, bake};
+use chaincell_host::bake::{BakeOptions, ImageBytes, PerCell, bake};
 use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
 use chaincell_host::mesh::{MeshOptions, load};
 use chaincell_kernel::stage::{StageSettings, passive_stiffness_n_per_m};
@@ -95,6 +95,7 @@ pub(crate) fn ways() -> impl Iterator<Item = Way> {
     })
 }
 
+// REQ-STG-11
 #[test]
 fn no_delay_makes_energy() {
     for way in ways() {
@@ -111,6 +112,7 @@ fn no_delay_makes_energy() {
 }
 
 /// What the stage guards against: the same loops with an age that it does not know.
+// REQ-STG-11
 #[test]
 fn a_delay_that_is_not_told_makes_energy() {
     for ticks in [2, 3, 6] {
@@ -130,6 +132,7 @@ fn a_delay_that_is_not_told_makes_energy() {
 
 /// Slow presses: at most a tick late the hand feels the tissue's force; later what is passive, at least
 /// half of it.
+// REQ-STG-11
 #[test]
 fn a_slow_press_is_felt_whatever_the_delay() {
     for way in ways() {
@@ -152,6 +155,7 @@ fn a_slow_press_is_felt_whatever_the_delay() {
 }
 
 /// Against a wall far stiffer than that a hand is shown at least half of what is passive.
+// REQ-STG-11
 #[test]
 fn what_is_passive_is_shown() {
     for ticks in 2..=6 {
@@ -175,11 +179,11 @@ fn what_is_passive_is_shown() {
 fn nodal_box() -> ImageBytes {
     let mesh = load("box:9x9x7x0.008", &MeshOptions::default()).unwrap();
     let tissue = Some(Tissue::new(PerCell::Uniform(2.0e4), PerCell::Uniform(0.45)));
-    let options =
-        BakeOptions { tissue, probe_contact: ProbeContact::Surface, ..BakeOptions::default() };
+    let options = BakeOptions { tissue, ..BakeOptions::default() };
     bake(&mesh, &mesh.default_fixed, &options).unwrap()
 }
 
+// REQ-STG-11
 #[test]
 fn a_sphere_on_a_surface_makes_no_energy_however_late() {
     let image = nodal_box();
@@ -190,7 +194,7 @@ fn a_sphere_on_a_surface_makes_no_energy_however_late() {
             let settings_of =
                 Settings { sweeps: 2, unloading: Unloading::Off, ..Settings::for_model(&model) };
             let network = Network::new(model, settings_of).unwrap();
-            let contact = Contact::Probe { radius_m: 0.012, capacity: 64 };
+            let contact = Contact::sphere(0.012, 0.0);
             let mut engine =
                 Engine::with_contact(network, Scheme::Predict, Arithmetic::F32, contact).unwrap();
             let above = V::new(0.0, 0.0, 0.048 + 0.012);

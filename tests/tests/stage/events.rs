@@ -310,6 +310,7 @@ fn an_undisturbed_session_makes_nothing() {
     }
 }
 
+// REQ-STG-16
 #[test]
 fn no_pair_of_events_gives_a_hand_energy_out_of_nothing() {
     let pairs = EVENTS.iter().flat_map(|&first| EVENTS.map(|second| (first, second)));
@@ -322,6 +323,7 @@ fn no_pair_of_events_gives_a_hand_energy_out_of_nothing() {
     hold("pairs", PAIR_MAX_J, cases);
 }
 
+// REQ-STG-16
 #[test]
 fn no_sequence_of_events_gives_a_hand_energy_out_of_nothing() {
     let is_long = std::env::var_os("CHAINCELL_SLOW").is_some();

@@ -75,6 +75,7 @@ fn print(name: &str, choice: &Choice, press: usize, tissue: f32, seen: &Seen) {
     );
 }
 
+// REQ-STG-02
 #[test]
 fn a_hold_is_quiet() {
     let slow = std::env::var_os("CHAINCELL_SLOW").is_some();
@@ -106,6 +107,7 @@ fn a_hold_is_quiet() {
     }
 }
 
+// REQ-STG-03
 #[test]
 fn without_the_stage_a_soft_hand_swings() {
     let image = column(TISSUES[1]);

@@ -145,6 +145,7 @@ fn name((way, device, grip): &(Way, usize, usize)) -> String {
     format!("{:?}, hand {} N/m, {way:?}", DEVICES[*device].0, GRIPS[*grip].0)
 }
 
+// REQ-STG-11
 #[test]
 fn holds_on_walls_do_not_grow_however_late() {
     let (seconds, stride) = length(7, 13);
@@ -164,6 +165,7 @@ fn holds_on_walls_do_not_grow_however_late() {
     assert_eq!(faults, 0);
 }
 
+// REQ-STG-11
 #[test]
 fn holds_on_bodies_do_not_grow_however_late() {
     let mut faults = 0;

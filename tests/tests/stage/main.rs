@@ -8,7 +8,6 @@ mod holds;
 mod long;
 mod overload;
 mod passivity;
-mod probe;
 mod replayed;
 mod served;
 mod softening;

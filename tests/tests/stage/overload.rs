@@ -69,6 +69,7 @@ fn until_zero_ms(sweep_ns: u64, stage: Option<StageSettings>) -> u64 {
     u64::MAX
 }
 
+// REQ-COS-09
 #[test]
 fn a_sweep_above_the_pose_period_takes_the_force_away_within_forty_milliseconds() {
     for stage in [None, Some(premium())] {

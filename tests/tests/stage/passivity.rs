@@ -104,6 +104,7 @@ fn check(name: &str, image: &ImageBytes, stiffness: f32, choice: Choice, ticks: 
     assert!(seen.kinetic_j < 0.1, "{profile:?}: {}", seen.kinetic_j);
 }
 
+// REQ-STG-02
 #[test]
 fn no_energy_is_made() {
     let slow = std::env::var_os("CHAINCELL_SLOW").is_some();
@@ -121,6 +122,7 @@ fn no_energy_is_made() {
 }
 
 /// Encoders that sit in joints count along no axis of space.
+// REQ-STG-02
 #[test]
 fn no_energy_is_made_by_encoders_askew() {
     let image = column(TISSUES[1]);
@@ -130,6 +132,7 @@ fn no_energy_is_made_by_encoders_askew() {
     }
 }
 
+// REQ-STG-03
 #[test]
 fn without_the_stage_the_same_loop_oscillates() {
     let image = column(TISSUES[1]);
@@ -142,6 +145,7 @@ fn without_the_stage_the_same_loop_oscillates() {
 }
 
 /// On the stiff body a coupling alone is not enough, but for the lightest one in a soft hand.
+// REQ-STG-03
 #[test]
 fn without_passivity_control_the_coupling_makes_energy() {
     let image = column(TISSUES[1]);
@@ -157,6 +161,7 @@ fn without_passivity_control_the_coupling_makes_energy() {
 
 /// A slow press and a hold on a given path, measured without counts: what passivity control does to
 /// the force.
+// REQ-STG-04
 #[test]
 fn a_slow_press_feels_the_same() {
     for stiffness in TISSUES {

@@ -5,7 +5,7 @@
 use std::path::Path;
 
 use chaincell_host::bake::tissue::Tissue;
-use chaincell_host::bake::{BakeOptions, ImageBytes, PerCell, ProbeContact, bake};
+use chaincell_host::bake::{BakeOptions, ImageBytes, PerCell, bake};
 use chaincell_host::engine::motion::Pose;
 use chaincell_host::engine::order::skipped;
 use chaincell_host::engine::staged::Staged;
@@ -84,8 +84,7 @@ fn event() -> impl Strategy<Value = Event> {
 fn block() -> ImageBytes {
     let mesh = load("box:5x5x3x0.01", &MeshOptions::default()).unwrap();
     let tissue = Some(Tissue::new(PerCell::Uniform(5.0e3), PerCell::Uniform(0.45)));
-    let options =
-        BakeOptions { tissue, probe_contact: ProbeContact::Surface, ..BakeOptions::default() };
+    let options = BakeOptions { tissue, ..BakeOptions::default() };
     bake(&mesh, &mesh.default_fixed, &options).unwrap()
 }
 

@@ -16,6 +16,7 @@ const HIGH_M: f32 = 0.0525;
 const STANDS: u32 = 300;
 
 /// A path straight down and up again, at so much a tick, behind every device.
+// REQ-STG-12
 #[test]
 fn a_press_that_softens_is_felt_and_gives_nothing_back_for_nothing() {
     let mesh = load("box:13x11x6x0.008", &MeshOptions::default()).unwrap();
@@ -24,7 +25,7 @@ fn a_press_that_softens_is_felt_and_gives_nothing_back_for_nothing() {
         for step_m in [5.0e-6_f32, 2.0e-5, 1.0e-4] {
             let model = Model::from_bytes(image.as_bytes()).unwrap();
             let network = Network::new(model, Settings::for_model(&model)).unwrap();
-            let contact = Contact::Probe { radius_m: 0.012, capacity: 64 };
+            let contact = Contact::sphere(0.012, 0.0);
             let mut engine =
                 Engine::with_contact(network, Scheme::Track, Arithmetic::F32, contact).unwrap();
             let mut stage = Stage::new(StageSettings::for_device(device)).unwrap();

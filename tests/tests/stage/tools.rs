@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used)]
 
 use chaincell_host::bake::tissue::Tissue;
-use chaincell_host::bake::{BakeOptions, ImageBytes, PerCell, ProbeContact, bake};
+use chaincell_host::bake::{BakeOptions, ImageBytes, PerCell, bake};
 use chaincell_host::engine::staged::Staged;
 use chaincell_host::engine::tissue::TissueEngine;
 use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
@@ -22,8 +22,7 @@ const TORQUE_N_M: f32 = 4.0e-3;
 fn block(modulus: f64) -> ImageBytes {
     let mesh = load("box:9x5x6x0.008", &MeshOptions::default()).unwrap();
     let tissue = Some(Tissue::new(PerCell::Uniform(modulus), PerCell::Uniform(0.45)));
-    let options =
-        BakeOptions { tissue, probe_contact: ProbeContact::Surface, ..BakeOptions::default() };
+    let options = BakeOptions { tissue, ..BakeOptions::default() };
     bake(&mesh, &mesh.default_fixed, &options).unwrap()
 }
 
@@ -62,6 +61,7 @@ fn shifted(image: &ImageBytes, pose: ToolPose) -> ToolPose {
 
 /// The first tool is shaken by 1 mm at 63 Hz on a contact far stiffer than it may show; the
 /// second stands 2 mm deep.
+// REQ-STG-13
 #[test]
 fn one_that_is_overdrawn_does_not_silence_the_other() {
     let image = block(1.0e6);
@@ -90,6 +90,7 @@ fn one_that_is_overdrawn_does_not_silence_the_other() {
 }
 
 /// Force and torque rise along the ramp of the tool that engages, and stay within their limits.
+// REQ-STG-13
 #[test]
 fn each_has_its_ramp_and_its_limits() {
     let image = block(2.0e4);

@@ -45,6 +45,7 @@ fn run(
 }
 
 /// 20 mm deep in a wall a coupling has some 0.1 J to push a handle out with: nobody has paid for it.
+// REQ-STG-02
 #[test]
 fn a_handle_that_engages_inside_is_not_thrown() {
     for (device, (profile, ..)) in DEVICES.iter().enumerate() {
@@ -58,6 +59,7 @@ fn a_handle_that_engages_inside_is_not_thrown() {
 }
 
 /// Taps as hard as an arm can, in a stiff grip, for 15 s.
+// REQ-STG-02
 #[test]
 fn hard_taps_get_nothing() {
     for (device, &(profile, ..)) in DEVICES.iter().enumerate() {

@@ -37,7 +37,7 @@ const EXACT: f64 = 2e-3;
     tumour=group:tumour --group rest=group:rest \\\n    --contact cells:nodes:17,18 -o \
     liver.chaincell --out fit\n  \
     chaincell identify slab:0.06x0.02x0.001 --young-pa 3000 --stiffening 0.1=5000 \\\n    \
-    --fit stiffening,half-width,thickness --contact probe:0.004 --probe-contact surface \\\n    \
+    --fit stiffening,half-width,thickness --contact probe:0.004 \\\n    \
     --target probed.csv -o liver.chaincell --out fit\n\n\
     A target is a CSV file whose first line says what it holds:\n  \
     displacement_m,force_n                equilibrium forces of a growing press, along its direction\n  \

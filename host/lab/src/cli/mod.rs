@@ -3,7 +3,6 @@
 mod identify;
 mod paper;
 mod report;
-mod soak;
 mod stress;
 
 use std::path::{Path, PathBuf};
@@ -27,7 +26,6 @@ enum Work {
     Report(report::Args),
     Paper(paper::Args),
     Stress(stress::Args),
-    Soak(Box<soak::Args>),
     Identify(Box<identify::Args>),
     #[command(hide = true)]
     Completions(completions::Args),
@@ -45,7 +43,6 @@ impl Cli {
             Work::Report(args) => report::execute(&args),
             Work::Paper(args) => paper::execute(&args),
             Work::Stress(args) => stress::execute(&args),
-            Work::Soak(args) => soak::execute(&args),
             Work::Identify(args) => identify::execute(&args),
             Work::Completions(args) => completions::execute(whole(), &args),
             Work::Man(args) => man::execute(whole(), &args),

@@ -4,9 +4,9 @@ use std::path::PathBuf;
 
 use crate::experiments::paper::section::Context;
 use crate::experiments::paper::write::{PaperReport, collect, pieces};
-use crate::experiments::report::machine::Machine;
 use chaincell_host::error::{Error, Result};
 use chaincell_host::files::output::Folder;
+use chaincell_host::session::timing::machine::Machine;
 use chaincell_host::terminal;
 
 /// Folder of the report unless given.

@@ -3,5 +3,4 @@
 pub mod identify;
 pub mod paper;
 pub mod report;
-pub mod soak;
 pub mod stress;

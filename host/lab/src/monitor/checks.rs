@@ -298,6 +298,7 @@ mod tests {
         checks.failures.iter().map(|failure| failure.check).collect()
     }
 
+    // REQ-HRD-01
     #[test]
     fn what_is_within_its_bounds_passes_and_what_is_not_is_named() {
         assert_eq!(failing(BOUNDS, SEEN), []);

@@ -120,7 +120,7 @@ impl<'m> ExactContact<'m> {
             let sampled_m =
                 if part.is_half_space() { COORDINATE_MAX * model.unit_m() } else { part.radius_m };
             let (mut numbers, mut triangles) = (corners.iter(), Triangles::new());
-            model.each_probe_triangle(sampled_m, |parts, stiffness_n_per_m| {
+            model.each_contact_triangle(sampled_m, |parts, stiffness_n_per_m| {
                 let weight = f64::from(stiffness_n_per_m / (2.0 * model.stiffness_n_per_m()));
                 triangles.extend(numbers.next().map(|corners| (*corners, parts, weight)));
             });

@@ -5,7 +5,7 @@ use chaincell_kernel::{Budget, Drive, Flags, Model, TickOutput, ToolPose, Unload
 use super::checks::{Bounds, Certificate, Check, Checks, Failure, Seen, Worst, is_of_tissue};
 use super::energy::{Energy, energy, energy_of_shapes};
 use crate::reference::{Links, Nodal, Stiffening};
-use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
+use chaincell_host::engine::{Arithmetic, Engine, Scheme};
 
 /// How far fixed point may move a length [mean link lengths].
 const FIXED_RESOLUTION: f64 = 8.0 / 16_777_216.0;
@@ -50,10 +50,9 @@ pub struct Monitor<'m> {
     exact: Exact,
     /// How far the numbers may move a length, beyond rounding [mean link lengths].
     resolution: f64,
-    probe: bool,
     /// Whether the tool loads its cells with a current: the drive of a hold is that of its start.
     driven: bool,
-    /// Weight of the links between held and other cells; of a cell at most, for a probe.
+    /// Weight of the links between held and other cells.
     weight: f64,
     /// Square root of the energy that bands load into the links when they close \[J\].
     slack_root: f64,
@@ -69,12 +68,7 @@ impl<'m> Monitor<'m> {
     #[must_use]
     pub fn new(engine: &Engine<'m>, scheme: Scheme, numbers: Arithmetic) -> Self {
         let model = *engine.network().model();
-        let probe = matches!(engine.contact(), Contact::Probe { .. });
-        let weight = if probe {
-            (0..model.cells()).map(|cell| weight_of(&model, cell)).fold(0.0, f64::max)
-        } else {
-            outer_weight(&model, engine.contacts())
-        };
+        let weight = outer_weight(&model, engine.contacts());
         let exact = Exact::of(&model);
         let slack = (0..model.links()).map(|link| {
             let slack = f64::from(model.link_alpha(link)) * f64::from(model.rest_lengths()[link]);
@@ -88,7 +82,6 @@ impl<'m> Monitor<'m> {
         Self {
             model,
             resolution: if numbers == Arithmetic::Fixed { FIXED_RESOLUTION } else { 0.0 },
-            probe,
             driven: false,
             weight,
             slack_root: (slack.sum::<f64>() * f64::from(model.energy_unit_j())).sqrt(),
@@ -146,7 +139,6 @@ impl<'m> Monitor<'m> {
         let asked = engine.network().settings().drive == Drive::Current;
         self.driven = output.contacts > 0 && (self.driven || asked);
         let unit_j = f64::from(self.model.energy_unit_j());
-        let contacts = if self.probe { f64::from(output.contacts) } else { 1.0 };
         // Forces of shapes follow from the rotations and shapes that the kernel keeps, with which the
         // energy is higher, up to the level.
         let energy_j = match self.exact {
@@ -172,7 +164,7 @@ impl<'m> Monitor<'m> {
                 f64::INFINITY
             } else {
                 f64::from(self.model.force_unit_n())
-                    * ((contacts * self.weight * stored).sqrt() + self.last.force_allowance)
+                    * ((self.weight * stored).sqrt() + self.last.force_allowance)
             },
             positions: &positions,
         });
@@ -227,7 +219,7 @@ impl<'m> Monitor<'m> {
         });
         let safe = output.flags.contains(Flags::SAFE_STATE);
         let known = is_of_tissue(output.flags) && output.contacts as usize <= self.model.cells();
-        // A late tick repeats a force, also where a probe has just left the body.
+        // A late tick repeats a force.
         let late = output.flags.contains(Flags::LATE);
         let touches = force_n == 0.0 || (!safe && (late || output.contacts > 0));
         self.hold(Check::Answer, known && touches, || format!("{output:?}"));
@@ -240,21 +232,9 @@ impl<'m> Monitor<'m> {
         let in_one = |flag| output.flags.contains(flag) != before.flags.contains(flag);
         let moves =
             *sample != before.sample || has(Flags::MOTION_CLAMPED) || has(Flags::BAD_SAMPLE);
-        let tool = if self.probe {
-            // The sphere also pushes cells that come to it.
-            output.contacts > 0 || sample.engaged != 0 || has(Flags::BAD_SAMPLE)
-        } else {
-            self.driven || output.contacts > 0 && before.contacts > 0 && moves
-        };
+        let tool = self.driven || output.contacts > 0 && before.contacts > 0 && moves;
         tool || in_one(Flags::BAND_CLOSED)
     }
-}
-
-/// Weight of a cell's links, or twice its bound.
-fn weight_of(model: &Model<'_>, cell: usize) -> f64 {
-    let weight =
-        if model.is_nodal() { 2.0 * model.cell_bound(cell) } else { model.cell_weight(cell) };
-    weight.into()
 }
 
 /// Weight of the links between the cells `held` (ascending) and others; of nodal shapes, twice what

@@ -272,7 +272,7 @@ impl<'m> ToolMonitor<'m> {
 mod tests {
     use super::*;
     use chaincell_host::bake::tissue::Tissue;
-    use chaincell_host::bake::{BakeOptions, ImageBytes, PerCell, ProbeContact, bake};
+    use chaincell_host::bake::{BakeOptions, ImageBytes, PerCell, bake};
     use chaincell_host::engine::{Arithmetic, Contact, Scheme};
     use chaincell_host::mesh::{MeshOptions, load};
     use chaincell_kernel::{Network, Settings};
@@ -280,8 +280,7 @@ mod tests {
     fn block() -> ImageBytes {
         let mesh = load("box:4x4x4x0.01", &MeshOptions::default()).unwrap();
         let tissue = Some(Tissue::new(PerCell::Uniform(5000.0), PerCell::Uniform(0.45)));
-        let probe_contact = ProbeContact::Surface;
-        let options = BakeOptions { tissue, probe_contact, ..BakeOptions::default() };
+        let options = BakeOptions { tissue, ..BakeOptions::default() };
         bake(&mesh, &mesh.default_fixed, &options).unwrap()
     }
 

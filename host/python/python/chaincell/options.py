@@ -31,7 +31,7 @@ class BakeOptions(TypedDict, total=False):
     stretch_min: float | Literal["none"] | None
     stiffening: Mapping[float, float] | None
     """Half-widths of bands with the moduli [Pa] that they add."""
-    probe_contact: Literal["surface", "cells"] | None
+    contact_surface: Literal["auto", "yes", "no"] | None
     cells: int | None
     """Groups of nodes, each of them a cell, from 2 to 65535."""
     coarse: float | Literal["auto", "none"] | None
@@ -60,8 +60,6 @@ class TissueOptions(TypedDict, total=False):
     tools: Sequence[str] | None
     """Tools by their parts, as "sphere:0.01+capsule:0.02,0.004", one at least; instead of a contact."""
     friction: float | None
-    probe_capacity: int | None
-    """From 1 to 65535."""
     scheme: Literal["track", "predict", "euler", "rkl2"] | None
     precision: Literal["f32", "fixed"] | None
     sweeps: int | None

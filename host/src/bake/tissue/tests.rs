@@ -32,6 +32,7 @@ fn throw(source: &mut Pcg64) -> f64 {
     f64::from(source.next_u32()) / f64::from(u32::MAX) * 2.0 - 1.0
 }
 
+// REQ-MOD-05
 #[test]
 fn what_is_no_tissue_is_refused_by_name() {
     let block = load("box:4x4x4x0.01", &MeshOptions::default()).unwrap();

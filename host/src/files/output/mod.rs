@@ -123,10 +123,7 @@ fn is_ours(name: &str) -> bool {
         recording::MODEL,
         "identified.json",
         "residuals.csv",
-        "soak.json",
         "histogram.csv",
-        "histogram.svg",
-        "histogram.png",
         "stress.json",
         "stress.txt",
     ];

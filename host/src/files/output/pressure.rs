@@ -12,7 +12,7 @@ use crate::engine::{Engine, Nodes, rest_m};
 /// the sum at a node is divided by the node's area, a third of that of the triangles around it at rest. So
 /// pressure times area, summed over the nodes, is the sum of the magnitudes of the normal forces.
 pub(super) fn contact_pressure_pa(engine: &mut Engine<'_>, nodes: &Nodes) -> Option<Vec<f64>> {
-    if engine.tools_on_surface() == 0 {
+    if engine.contact().tools() == 0 {
         return None;
     }
     let contacts = engine.contact_forces();

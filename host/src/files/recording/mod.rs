@@ -12,8 +12,8 @@ use std::path::Path;
 
 use chaincell_kernel::stage::StageSettings;
 use chaincell_kernel::trace::{
-    Command, CommandRecord, End, Entry, Header, MAGIC, PartRecord, Reader, Record, RecordedProbe,
-    RecordedTools, ReplayError, TraceError, Writer,
+    Command, CommandRecord, End, Entry, Header, MAGIC, PartRecord, Reader, Record, RecordedTools,
+    ReplayError, TraceError, Writer,
 };
 use chaincell_kernel::{Budget, Model, ToolPart};
 
@@ -55,28 +55,19 @@ impl Recording {
         numbers: Arithmetic,
         stage: Option<&StageSettings>,
     ) -> Result<Self> {
-        // Collect the input ids of the contact cells, the probe or the tools.
+        // Collect the input ids of the contact cells, or the tools.
         let network = engine.network();
         let id = |&cell: &u16| network.model().input_id()[usize::from(cell)];
         let ids: Vec<u32> = engine.contacts().iter().map(id).collect();
-        let probe = match *engine.contact() {
-            Contact::Cells(_) | Contact::Tools { .. } => None,
-            Contact::Probe { radius_m, capacity } => {
-                Some(RecordedProbe { radius_m, capacity: capacity as u32, friction: 0.0 })
-            }
-            Contact::Slides { radius_m, friction } => {
-                Some(RecordedProbe { radius_m, capacity: 0, friction })
-            }
-        };
         let tools = match *engine.contact() {
             Contact::Tools { ref tools, friction } => {
                 Some(RecordedTools { count: tools.len() as u32, friction })
             }
-            _ => None,
+            Contact::Cells(_) => None,
         };
         // Write the header, and the parts of the tools after it.
         let header = Header::new(network, scheme, numbers);
-        let header = Header { probe, tools, stage: stage.copied(), ..header };
+        let header = Header { tools, stage: stage.copied(), ..header };
         let mut begun = Self::of(&header, &ids)
             .ok_or_else(|| Error::check("the contact cells do not go into a trace's header"))?;
         if let Contact::Tools { tools, .. } = engine.contact() {
@@ -134,6 +125,8 @@ pub struct Played {
     pub commands: u32,
     /// Entries whose hash was compared.
     pub compared: u32,
+    /// True if the first tool had a contact.
+    pub has_touched: bool,
 }
 
 /// A record of a trace that refers to a snapshot.
@@ -235,7 +228,8 @@ pub fn play(
                     }
                     let one = [record.sample];
                     let poses = if tissue.tools() > 0 { poses.each() } else { &one };
-                    tissue.tick_by(poses, Budget::again(record.sweeps));
+                    let output = tissue.tick_by(poses, Budget::again(record.sweeps));
+                    played.has_touched |= output.contacts > 0;
                 }
                 last = Some(record.tick);
                 played.ticks += 1;
@@ -306,17 +300,11 @@ pub fn tissue<'m>(
     let Header { scheme, number: numbers, .. } = *trace.header();
     let network = trace.header().network(model).map_err(refused)?;
     trace.header().output_stage().map_err(refused)?;
-    let contact = match (trace.header().tools, trace.header().probe) {
-        (Some(RecordedTools { count, friction }), _) => {
+    let contact = match trace.header().tools {
+        Some(RecordedTools { count, friction }) => {
             Contact::Tools { tools: parts(trace, count as usize, path)?, friction }
         }
-        (None, Some(RecordedProbe { radius_m, friction, .. })) if friction > 0.0 => {
-            Contact::Slides { radius_m, friction }
-        }
-        (None, Some(RecordedProbe { radius_m, capacity, .. })) => {
-            Contact::Probe { radius_m, capacity: capacity as usize }
-        }
-        (None, None) => {
+        None => {
             let mut cells = vec![0; trace.contacts().len()];
             trace.contact_cells(&model, &mut cells).map_err(refused)?;
             Contact::Cells(cells)

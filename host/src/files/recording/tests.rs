@@ -139,6 +139,7 @@ fn adding_a_record_is_no_page_fault() {
 
 /// An output stage's behaviour in a session is reproduced from the device's samples, with pauses, lost
 /// ticks and commands.
+// REQ-STG-08
 #[test]
 fn a_session_behind_a_stage_is_played_to_the_same_bits() {
     // Set up a tissue with a stage, and its trace.
@@ -198,11 +199,12 @@ fn a_session_behind_a_stage_is_played_to_the_same_bits() {
     // Play them.
     let mut played = Played::default();
     assert_eq!(play(&trace, &mut again, Start::default(), &mut played), Ok(End::Complete));
-    assert_eq!(played, Played { ticks: 200, commands: 3, compared: 203 });
+    assert_eq!(played, Played { ticks: 200, commands: 3, compared: 203, has_touched: true });
     assert_eq!(again.state_hash(), engine.state_hash());
 }
 
 /// Counted sweeps and restarted ramps are reproduced, with and without a stage.
+// REQ-COS-12
 #[test]
 fn what_the_clock_decided_is_played_again() {
     for ramp_ticks in [None, Some(30)] {
@@ -234,7 +236,7 @@ fn what_the_clock_decided_is_played_again() {
         let (mut again, ..) = tissue(&trace, Path::new("a.trace"), model).unwrap();
         let mut played = Played::default();
         assert_eq!(play(&trace, &mut again, Start::default(), &mut played), Ok(End::Complete));
-        assert_eq!(played, Played { ticks: 300, commands: 0, compared: 300 });
+        assert_eq!(played, Played { ticks: 300, commands: 0, compared: 300, has_touched: true });
         // The stage is in the same state: the next force is the same too.
         let next = record(300).sample;
         assert_eq!(again.tick(&next), first.tick(&next));

@@ -1,13 +1,13 @@
 //! The controller's side: sends poses on an absolute 1 kHz schedule and times the answers as they arrive.
 //!
-//! It uses the client's ports, messages, waiting, watchdog and ramp. [`chaincell_client::Client`] itself
-//! handles one pose at a time; here many are under way, some of them late, twice or out of order on
-//! purpose, and each is timed separately.
+//! It stands on the client's [`Exchange`], with the schedule, the deliberate faults and the accounting on
+//! top. [`chaincell_client::Client`] numbers its own poses, sends each once, and refuses one that is no
+//! number; here some are late, sent twice or out of order on purpose, and each is timed separately.
 
 use serde::{Deserialize, Serialize};
 
+use chaincell_client::{Exchange, Kind, Options};
 use chaincell_kernel::{Flags, ToolPose};
-use iceoryx2::port::update_connections::UpdateConnections;
 
 use crate::engine::flag_ticks::FlagTicks;
 use crate::engine::motion::Pose;
@@ -15,29 +15,24 @@ use crate::error::{Error, Result};
 use crate::interrupt;
 use crate::session::ipc;
 use crate::session::ipc::complain::complain;
-use crate::session::ipc::services::{Domain, Ports, SceneServices};
-use crate::session::ipc::tools::{TickForce, ToolForces, ToolPoses};
+use crate::session::ipc::services::Domain;
+use crate::session::ipc::tools::{TickForce, ToolForces};
 use crate::session::loops::inject::{Faults, Injected, Plan, Sending};
-use crate::session::loops::link::{Heard, heard, message};
+use crate::session::loops::link::{message, tick_force};
 use crate::session::loops::outstanding::Outstanding;
 use crate::session::loops::playlist::Playlist;
 use crate::session::loops::realtime::{self, Role};
-use crate::session::loops::shaper::ForceShaper;
-use crate::session::loops::wait::{Wait, Waiter};
-use crate::session::timing::clock::{
-    MILLISECOND_NS, PERIOD_NS, SECOND_NS, now_ns, sleep_until_ns, span_ns,
-};
+use crate::session::loops::wait::Wait;
+use crate::session::timing::clock::{MILLISECOND_NS, SECOND_NS, now_ns, span_ns};
 use crate::session::timing::histogram::{Latencies, Summary};
 use crate::session::timing::spans::Spans;
 
 /// An answer is due this long after the scheduled send \[ns\].
 const DEADLINE_NS: u64 = MILLISECOND_NS;
-/// Initial estimate of a round trip \[ns\].
-const ROUND_TRIP_GUESS_NS: u64 = 200_000;
 /// Longest wait for outstanding answers after the last pose \[ns\].
 const LINGER_NS: u64 = 2 * SECOND_NS;
-/// Time between checks for a server, and before the first pose \[ns\].
-const LOOK_NS: u64 = 2 * MILLISECOND_NS;
+/// Time before the first pose \[ns\].
+const START_NS: u64 = 2 * MILLISECOND_NS;
 
 /// Options of controlling a scene.
 #[derive(Debug, Clone, PartialEq)]
@@ -170,54 +165,36 @@ pub fn control_tools(
         realtime::end_with_parent()?;
     }
     let scene = ipc::open(options.scene.as_deref(), &options.domain)?;
-    let woken = options.wait == Wait::Event;
-    let ports = scene.control_ports(woken)?;
+    let server_wait_ns = span_ns("`wait_for_server_s`", options.wait_for_server_s)?;
+    let &ControlOptions { wait, watchdog_ms, ramp_ms, wait_for_server_s, .. } = options;
+    let of_client = Options { wait, server_wait_ns, watchdog_ms, ramp_ms, ..Options::default() };
+    let opened = Exchange::open(&scene, &of_client, interrupt::asked);
+    let exchange = opened.map_err(|why| match why.kind() {
+        Kind::NoServer => Error::input(format!(
+            "no server on {} after {wait_for_server_s} s; start chaincell serve with the same \
+             `scene`, or wait longer with `wait_for_server_s`",
+            scene.label()
+        )),
+        _ => why.into(),
+    })?;
     if scene.has_other_pose_publisher() {
         log::warn!(
             "another program may publish poses on {}: the server executes those of one program",
             scene.label()
         );
     }
-    wait_for_server(&scene, &ports, options.wait_for_server_s)?;
     let refused =
         if options.realtime { realtime::ask(Role::Control, options.wait) } else { Vec::new() };
-    let mut run = Run::new(poses, &ports, options)?;
+    let mut run = Run::new(poses, exchange, options.faults)?;
     run.play();
     run.linger();
     Ok(run.finish(refused, options.histogram))
 }
 
-fn wait_for_server(scene: &SceneServices, ports: &ControlPorts, at_most_s: f64) -> Result<()> {
-    let end_ns = now_ns().saturating_add(span_ns("`wait_for_server_s`", at_most_s)?);
-    while !scene.is_served() {
-        interrupt::check()?;
-        if now_ns() >= end_ns {
-            return Err(Error::input(format!(
-                "no server on {} after {at_most_s} s; start chaincell serve with the same \
-                 `scene`, or wait longer with `wait_for_server_s`",
-                scene.label()
-            )));
-        }
-        sleep_until_ns(now_ns() + LOOK_NS);
-    }
-    // Without a history, a pose sent before the connection exists would be lost.
-    ports.publisher.update_connections().map_err(|why| {
-        Error::check(format!(
-            "cannot connect to the server on {} ({why:?}); restart chaincell serve",
-            scene.label()
-        ))
-    })
-}
-
-/// The controller's side of a scene.
-type ControlPorts = Ports<ToolForces, ToolPoses>;
-
 struct Run<'a> {
     poses: Playlist<'a>,
     plan: Plan,
-    ports: &'a ControlPorts,
-    waiter: Waiter,
-    shaper: ForceShaper,
+    exchange: Exchange,
     start_ns: u64,
     outstanding: Outstanding,
     overtaken: u64,
@@ -236,20 +213,17 @@ struct Run<'a> {
 }
 
 impl<'a> Run<'a> {
-    fn new(poses: Playlist<'a>, ports: &'a ControlPorts, options: &ControlOptions) -> Result<Self> {
+    fn new(poses: Playlist<'a>, exchange: Exchange, faults: Option<(Faults, u64)>) -> Result<Self> {
         let kept = if poses.is_repeated() { 0 } else { poses.len() };
         let mut forces = Vec::new();
         // Writing every element now keeps page faults out of the loop.
         forces.resize(usize::try_from(kept).unwrap_or(0), TickForce::default());
         forces.clear();
-        let now_ns = now_ns();
         Ok(Self {
             poses,
-            plan: Plan::new(poses.len(), options.faults),
-            ports,
-            waiter: Waiter::new(options.wait, ROUND_TRIP_GUESS_NS),
-            shaper: ForceShaper::new(options.watchdog_ms, options.ramp_ms, f32::INFINITY, now_ns),
-            start_ns: now_ns + LOOK_NS,
+            plan: Plan::new(poses.len(), faults),
+            exchange,
+            start_ns: now_ns() + START_NS,
             outstanding: Outstanding::new(),
             overtaken: 0,
             forces,
@@ -285,13 +259,11 @@ impl<'a> Run<'a> {
     fn send(&mut self, sending: &Sending) {
         let (send_ns, due_ns) = (now_ns(), self.start_ns + sending.due_ns);
         let pose = sending.pose(self.poses.pose(sending.index));
-        let message = message(pose, self.poses.tools(sending.index));
-        if let Err(why) = self.ports.publisher.send_copy(message) {
-            complain(&mut self.failed, "cannot send a pose", format_args!("{why:?}"));
+        let message = message(pose, send_ns, self.poses.tools(sending.index));
+        if let Err(why) = self.exchange.send(message) {
+            complain(&mut self.failed, "cannot send a pose", format_args!("{why}"));
         }
-        self.ports.ring.ring();
         self.send_late.record(send_ns.saturating_sub(due_ns));
-        self.waiter.expect_after(send_ns);
         if !sending.again {
             self.outstanding.send(sending.index, send_ns);
             self.overtaken += u64::from(sending.overtaken);
@@ -307,34 +279,21 @@ impl<'a> Run<'a> {
     /// Receives answers until `moment_ns`, or until `done`.
     fn receive_until(&mut self, moment_ns: u64, done: impl Fn(&Self) -> bool) {
         while !done(self) {
-            if self.receive() {
-                continue;
-            }
-            let now_ns = now_ns();
-            self.shaper.wait(now_ns);
-            if now_ns >= moment_ns {
+            if let Some(forces) = self.exchange.receive() {
+                self.on_answer(&forces, now_ns());
+            } else if !self.exchange.pause(moment_ns) {
                 return;
             }
-            // A long wait is cut: the shaper has to run every millisecond.
-            self.waiter.pause(moment_ns.min(now_ns + PERIOD_NS), &self.ports.wake);
         }
     }
 
-    fn receive(&mut self) -> bool {
-        // A connection that fails shows as a missing answer.
-        let Ok(Some(forces)) = self.ports.subscriber.receive() else { return false };
-        self.on_answer(&heard(&forces), now_ns());
-        true
-    }
-
-    fn on_answer(&mut self, &Heard { force, ref shown }: &Heard, arrival_ns: u64) {
+    fn on_answer(&mut self, forces: &ToolForces, arrival_ns: u64) {
         // Show the force; a message of the watchdog answers no pose.
-        self.shaper.hear(arrival_ns);
-        self.shaper.shape(shown, arrival_ns);
-        if Flags(force.flags).contains(Flags::STALE) {
+        if !self.exchange.show(forces, arrival_ns) {
             self.stale += 1;
             return;
         }
+        let force = tick_force(forces);
         // Find the pose of the answer.
         let index = self.poses.index_of(force.tick);
         let answered = index.and_then(|index| Some((index, self.outstanding.answer(index)?)));
@@ -344,10 +303,7 @@ impl<'a> Run<'a> {
         };
         // Time the round trip.
         let round_trip_ns = arrival_ns.saturating_sub(sent_ns);
-        self.waiter.arrived(arrival_ns, round_trip_ns);
-        if self.unanswered() > 0 {
-            self.waiter.expect_after(arrival_ns);
-        }
+        self.exchange.answered(arrival_ns, sent_ns, self.unanswered() > 0);
         self.round_trip.record(round_trip_ns);
         self.flag_ticks.add(Flags(force.flags));
         // Check the deadline, and note the cause of a miss.
@@ -394,8 +350,8 @@ impl<'a> Run<'a> {
                 stale_answers: self.stale,
                 foreign_answers: self.foreign,
                 sends_failed: self.failed,
-                silences: self.shaper.silences(),
-                largest_force_step_n: self.shaper.largest_step_n(),
+                silences: self.exchange.silences(),
+                largest_force_step_n: self.exchange.largest_step_n(),
                 injected: self.plan.injected(),
                 round_trip_ns: self.round_trip.summary(),
                 send_late_ns: self.send_late.summary(),

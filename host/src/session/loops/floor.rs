@@ -1,7 +1,5 @@
 //! Latency of the machine itself: the same waits and the same loops, without a tissue.
 
-use serde::{Deserialize, Serialize};
-
 use crate::engine::motion::Pose;
 use crate::engine::tissue::NoTissue;
 use crate::error::{Error, Result};
@@ -20,37 +18,38 @@ use crate::session::timing::histogram::{Latencies, Summary};
 const MEET_S: f64 = 5.0;
 
 /// Latency of the machine itself in one wait mode.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Floor {
     /// Delay with which an empty 1 kHz loop wakes up \[ns\].
-    pub floor_wakeup_ns: Summary,
-    /// Round trip through `serve` and `control` without a tissue \[ns\].
-    pub floor_round_trip_ns: Summary,
-    /// Share of the answers that came more than 1 ms after the scheduled send.
-    pub floor_late_share: f64,
+    pub wakeup_ns: Summary,
+    /// The controller's run through `serve` and `control` without a tissue.
+    pub run: ControlReport,
 }
 
-/// Measures both latencies, each in `ticks` ticks of 1 ms.
-pub fn measure(wait: Wait, realtime: bool, ticks: u32, domain: &Domain) -> Result<Floor> {
+impl Floor {
+    /// Returns the share of the answers that came more than 1 ms after the scheduled send.
+    #[must_use]
+    pub fn late_share(&self) -> f64 {
+        self.run.missed_deadlines as f64 / self.run.ticks_answered.max(1) as f64
+    }
+}
+
+/// Measures the latency, each part in `ticks` ticks of 1 ms.
+pub fn measure(wait: Wait, realtime: bool, ticks: u64, domain: &Domain) -> Result<Floor> {
     let wakeup = in_thread(move || wakeup(wait, realtime, ticks))?;
-    let round_trip = without_tissue(wait, realtime, ticks.into(), domain)?;
-    Ok(Floor {
-        floor_wakeup_ns: wakeup.summary(),
-        floor_round_trip_ns: round_trip.round_trip_ns,
-        floor_late_share: round_trip.missed_deadlines as f64
-            / round_trip.ticks_answered.max(1) as f64,
-    })
+    let run = without_tissue(wait, realtime, ticks, domain)?;
+    Ok(Floor { wakeup_ns: wakeup.summary(), run })
 }
 
 /// Measures the delay with which the controller's wait reaches each tick of an empty 1 kHz loop.
-fn wakeup(wait: Wait, realtime: bool, ticks: u32) -> Result<Latencies> {
+fn wakeup(wait: Wait, realtime: bool, ticks: u64) -> Result<Latencies> {
     if realtime {
         realtime::ask(Role::Control, wait);
     }
     let mut late = Latencies::new()?;
     let waiter = Waiter::new(wait, PERIOD_NS);
     let start_ns = now_ns() + MILLISECOND_NS;
-    for tick in 0..u64::from(ticks) {
+    for tick in 0..ticks {
         interrupt::check()?;
         let moment_ns = start_ns + tick * PERIOD_NS;
         waiter.until(moment_ns);

@@ -4,23 +4,12 @@ use chaincell_kernel::ToolPose;
 
 use crate::engine::motion::Pose;
 use crate::session::ipc::tools::{TickForce, ToolForces, ToolPoses};
-use crate::session::loops::ramp::Shown;
-use crate::session::timing::clock::now_ns;
-
-/// An answer.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Heard {
-    /// The force is that of tool 0; the contacts are those of all tools.
-    pub(crate) force: TickForce,
-    /// The forces and torques that a device shows.
-    pub(crate) shown: Shown,
-}
 
 /// The message of a tick: of several tools the poses of all, else that of the first.
-pub(crate) fn message(pose: Pose, tools: &[ToolPose]) -> ToolPoses {
+pub(crate) fn message(pose: Pose, send_ns: u64, tools: &[ToolPose]) -> ToolPoses {
     let first = [pose.into()];
     let given = if tools.is_empty() { &first } else { tools };
-    let mut poses = ToolPoses::of(pose.tick, now_ns(), given);
+    let mut poses = ToolPoses::of(pose.tick, send_ns, given);
     // A deliberate fault.
     if pose.position_m.iter().any(|x| x.is_nan()) {
         poses.each[0].position_m = pose.position_m;
@@ -28,8 +17,8 @@ pub(crate) fn message(pose: Pose, tools: &[ToolPose]) -> ToolPoses {
     poses
 }
 
-/// Reads an answer.
-pub(crate) fn heard(forces: &ToolForces) -> Heard {
+/// Reads an answer: the force is that of tool 0, the contacts are those of all tools.
+pub(crate) fn tick_force(forces: &ToolForces) -> TickForce {
     let mut force = TickForce {
         tick: forces.tick,
         energy_j: forces.energy_j,
@@ -38,11 +27,11 @@ pub(crate) fn heard(forces: &ToolForces) -> Heard {
         state_hash: forces.state_hash,
         ..TickForce::default()
     };
-    let mut shown = Shown::ZERO;
-    for (at, of) in forces.each_tool() {
-        (shown.force_n[at], shown.torque_n_m[at]) = (of.force_n, of.torque_n_m);
+    for (number, of) in forces.each_tool() {
+        if number == 0 {
+            force.force_n = of.force_n;
+        }
         force.contacts = force.contacts.saturating_add(of.contacts);
     }
-    force.force_n = shown.force_n[0];
-    Heard { force, shown }
+    force
 }

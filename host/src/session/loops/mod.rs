@@ -7,6 +7,7 @@ pub mod control;
 pub mod floor;
 pub mod inject;
 mod link;
+pub mod load;
 mod outstanding;
 pub mod peers;
 mod playlist;

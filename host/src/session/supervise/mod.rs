@@ -69,16 +69,9 @@ pub struct Underway {
     pub control_pid: u32,
 }
 
-/// Runs both sides to their end. No child outlives this call, even if it fails.
-pub fn cosim(options: &CosimOptions) -> Result<CosimReports> {
-    cosim_watched(options, |_| {})
-}
-
-/// Like [`cosim`], and calls `watch` about fifty times per second during the motion.
-pub fn cosim_watched(
-    options: &CosimOptions,
-    mut watch: impl FnMut(Underway),
-) -> Result<CosimReports> {
+/// Runs both sides to their end, and calls `watch` about fifty times per second during the motion. No child
+/// outlives this call, even if it fails.
+pub fn cosim(options: &CosimOptions, mut watch: impl FnMut(Underway)) -> Result<CosimReports> {
     // Start both sides, the server first.
     let mut serve = Side::start("serve", &options.program, &options.serve_args)?;
     serve.wait_for_ready(Duration::from_secs(options.ready_s))?;

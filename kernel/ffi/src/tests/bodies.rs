@@ -66,6 +66,7 @@ fn alone(image: &'static [u8], scheme: Scheme, ids: &[u32]) -> Run {
     (0..TICKS).map(|at| step(made.tissue, at)).collect()
 }
 
+// REQ-CIF-06
 #[test]
 fn every_scheme_gives_the_kernels_bits() {
     let ids = [69, 64];
@@ -89,6 +90,7 @@ fn every_scheme_gives_the_kernels_bits() {
 }
 
 /// No state but that in the storages.
+// REQ-CIF-05
 #[test]
 fn bodies_that_take_turns_do_as_they_do_alone() {
     let kinds = [
@@ -109,6 +111,7 @@ fn bodies_that_take_turns_do_as_they_do_alone() {
 }
 
 /// Reentrant: bodies on threads of their own.
+// REQ-CIF-05
 #[test]
 fn bodies_on_two_threads_do_as_they_do_alone() {
     for (image, [id, ..]) in KINDS {
@@ -139,6 +142,7 @@ fn a_reset_body_is_a_new_one() {
 }
 
 /// Nothing in a tissue points into it.
+// REQ-CIF-05
 #[test]
 fn a_copied_body_goes_on_where_it_was() {
     for (image, [one, two, _]) in KINDS {
@@ -156,6 +160,7 @@ fn a_copied_body_goes_on_where_it_was() {
 }
 
 /// The kernel's rule: held for ten ticks, then safe.
+// REQ-SMP-01
 #[test]
 fn bad_samples_are_the_kernels_matter() {
     for (image, [id, ..]) in KINDS {
@@ -209,6 +214,7 @@ fn positions_are_the_kernels_and_go_back() {
     assert_eq!(hash(other.tissue), hash(made.tissue));
 }
 
+// REQ-CIF-07
 #[test]
 fn positions_that_cannot_be_are_refused() {
     for (image, [id, ..]) in KINDS {
@@ -282,6 +288,7 @@ extern "C" fn two(done: u32, context: *mut c_void) -> i32 {
     i32::from(done < 2)
 }
 
+// REQ-TCK-06
 #[test]
 fn a_tick_ends_where_the_callback_says_and_a_late_one_repeats_the_force() {
     for (image, [id, ..]) in KINDS {

@@ -23,6 +23,7 @@ fn text(code: i32) -> String {
     unsafe { CStr::from_ptr(text) }.to_str().unwrap().into()
 }
 
+// REQ-CIF-06
 #[test]
 fn numbers_do_not_change() {
     let numbers: Vec<i32> = Code::ALL.iter().map(|&code| code as i32).collect();
@@ -49,7 +50,7 @@ fn numbers_do_not_change() {
         (Code::FloatTrap, -67),
         (Code::ContactCapacity, -80),
         (Code::ContactEngaged, -86),
-        (Code::ContactProbeSurface, -90),
+        (Code::ContactScheme, -90),
         (Code::ContactNoSurface, -91),
         (Code::ContactRadiusMin, -98),
         (Code::StatePosition, -102),
@@ -97,6 +98,7 @@ fn becomes(why: impl Into<Refusal>, code: Code, detail: Detail) {
     assert_eq!(why.into(), Refusal { code, detail });
 }
 
+// REQ-CIF-06
 #[test]
 fn every_error_of_the_kernel_keeps_what_it_names() {
     let none = Detail::default();
@@ -136,13 +138,9 @@ fn every_error_of_the_kernel_keeps_what_it_names() {
     becomes(ContactError::Model, Code::ContactModel, none);
     becomes(ContactError::CoarseRoom { needed: 9, room: 8 }, Code::ContactCoarse, sizes(9, 8));
     becomes(ContactError::Engaged, Code::ContactEngaged, none);
-    let radius = Detail { limit: 2.5, ..Detail::default() };
-    becomes(ContactError::Radius { max_m: 2.5 }, Code::ContactRadius, radius);
-    becomes(ContactError::NoSurface, Code::ContactSurface, none);
-    let coarse_functions = ContactError::ProbeRoom { needed: 7, room: 6 };
-    becomes(coarse_functions, Code::ContactProbeCoarse, sizes(7, 6));
-    becomes(ContactError::SurfaceUnbuilt, Code::ContactProbeSurface, none);
-    becomes(ContactError::SurfaceScheme, Code::ContactProbeSurface, none);
+    becomes(ContactError::ToolRoom { needed: 7, room: 6 }, Code::ContactCoarse, sizes(7, 6));
+    becomes(ContactError::SurfaceUnbuilt, Code::ContactScheme, none);
+    becomes(ContactError::SurfaceScheme, Code::ContactScheme, none);
     becomes(ContactError::NoContactSurface, Code::ContactNoSurface, none);
     let tools = ContactError::Tools { needed: 3, capacity: 2 };
     becomes(tools, Code::ContactTools, sizes(3, 2));
@@ -163,6 +161,7 @@ fn every_error_of_the_kernel_keeps_what_it_names() {
 
 /// Arithmetic that other libraries leave behind is refused, and the body stays as it is.
 #[cfg(target_arch = "x86_64")]
+// REQ-BIT-06
 #[test]
 #[allow(deprecated)]
 fn arithmetic_that_is_not_to_nearest_is_refused() {

@@ -1,6 +1,6 @@
 //! Contact cells by input ids.
 
-use super::{BOX, KINDS, call, choose, hash, info_of, make, model_of, sample, schemes_of, tick};
+use super::{BOX, KINDS, choose, hash, info_of, make, model_of, sample, schemes_of, tick};
 use crate::{Code, Scheme};
 
 /// A body that holds these ids, after a few ticks of a press.
@@ -30,6 +30,7 @@ fn no_cell_is_a_choice_too() {
     assert_eq!(pressed(BOX, &[], &[]).1, 0);
 }
 
+// REQ-CON-01
 #[test]
 fn refused_ids_are_named_and_the_old_choice_stays() {
     for (image, [a, b, c]) in KINDS {
@@ -55,6 +56,7 @@ fn refused_ids_are_named_and_the_old_choice_stays() {
     }
 }
 
+// REQ-CON-02
 #[test]
 fn cells_change_hands_only_while_the_tool_is_released() {
     let bodies = KINDS
@@ -69,65 +71,4 @@ fn cells_change_hands_only_while_the_tool_is_released() {
         assert_eq!(choose(made.tissue, &[b, a]).0, Code::Ok);
         assert_eq!(tick(made.tissue, sample(0)).contacts, 2);
     }
-}
-
-fn probe(tissue: *mut crate::Tissue, radius_m: f32) -> (Code, crate::Detail) {
-    let mut detail = crate::Detail::default();
-    (call!(chaincell_choose_probe(tissue, radius_m, &mut detail)), detail)
-}
-
-/// Down on the top of the box, from where the sphere touches it.
-fn press(at: u16) -> crate::ToolPose {
-    let down = 0.0002 * f32::from(at.min(60));
-    super::pose_at([0.0, 0.0, 0.055 - down], u32::from(at < 80))
-}
-
-#[test]
-fn a_probe_touches_cells_and_lets_go() {
-    for scheme in Scheme::ALL {
-        let made = make(BOX, scheme, 34);
-        assert_eq!(probe(made.tissue, 0.015).0, Code::Ok);
-        let mut most = 0;
-        for at in 0..100 {
-            let output = tick(made.tissue, press(at));
-            most = most.max(output.contacts);
-            if at == 60 {
-                assert!(output.contacts > 0 && output.force_n[2] > 0.0, "{scheme:?} {output:?}");
-            }
-            if at >= 80 {
-                assert_eq!((output.contacts, output.force_n), (0, [0.0; 3]), "{scheme:?}");
-            }
-            assert_eq!(output.flags & crate::FLAG_CONTACT_CAPACITY, 0);
-        }
-        assert!(most > 1, "{scheme:?}");
-    }
-}
-
-#[test]
-fn a_probe_that_cannot_be_is_refused() {
-    let made = make(BOX, Scheme::Track, 34);
-    for radius_m in [0.0, -0.01, f32::NAN, f32::INFINITY, 1e9] {
-        let (code, detail) = probe(made.tissue, radius_m);
-        assert_eq!(code, Code::ContactRadius, "{radius_m}");
-        assert!(detail.limit > 1.0 && detail.limit.is_finite());
-    }
-    assert_eq!(probe(made.tissue, 0.01).0, Code::Ok);
-    tick(made.tissue, press(0));
-    assert_eq!(probe(made.tissue, 0.02).0, Code::ContactEngaged);
-    let small = make(BOX, Scheme::Track, 2);
-    let (code, detail) = probe(small.tissue, 0.01);
-    assert_eq!(code, Code::ContactProbeCoarse);
-    assert!(detail.needed > detail.available && detail.available > 0, "{detail:?}");
-    assert_eq!(probe(make(BOX, Scheme::Euler, 2).tissue, 0.01).0, Code::Ok);
-    // Over the capacity the flag is set.
-    let few = make(BOX, Scheme::Euler, 2);
-    assert_eq!(probe(few.tissue, 0.03).0, Code::Ok);
-    let deep = super::pose_at([0.0, 0.0, 0.05], 1);
-    // It grows from nothing where it is engaged in contact.
-    for _ in 0..100 {
-        tick(few.tissue, deep);
-    }
-    let output = tick(few.tissue, deep);
-    assert_eq!(output.contacts, 2);
-    assert_ne!(output.flags & crate::FLAG_CONTACT_CAPACITY, 0);
 }

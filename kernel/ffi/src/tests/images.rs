@@ -83,6 +83,7 @@ fn a_good_image_says_what_it_holds() {
     assert!((info.step_max - 0.11111).abs() < 1e-5 && (info.energy_max_j - 2.304).abs() < 1e-3);
 }
 
+// REQ-MOD-02
 #[test]
 fn what_stands_in_the_header_is_checked() {
     assert_eq!(Image::good().read(4).0, Code::ModelMisaligned);
@@ -102,6 +103,7 @@ fn what_stands_in_the_header_is_checked() {
     assert_eq!(image.read(0).0, Code::ModelChecksum);
 }
 
+// REQ-MOD-02
 #[test]
 fn sections_and_positions_are_named() {
     let none = 999_u32.to_le_bytes();

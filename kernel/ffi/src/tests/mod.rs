@@ -24,7 +24,7 @@ static BOX: &[u8] = include_model!("../../../../tests/data/box5.chaincell");
 /// `chaincell bake plane:9x9x0.01 --diagonals --lean`: no coarse functions.
 static PLANE: &[u8] = include_model!("../../../../tests/data/plane9.chaincell");
 
-/// `chaincell bake box:6x6x4x0.01 --young-pa 5000 --poisson 0.4 --coarse 2.5 --probe-contact cells`: nodal
+/// `chaincell bake box:6x6x4x0.01 --young-pa 5000 --poisson 0.4 --coarse 2.5 --contact-surface no`: nodal
 /// shapes.
 static SHAPES: &[u8] = include_model!("../../../../tests/data/tissue6.chaincell");
 

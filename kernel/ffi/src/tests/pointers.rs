@@ -13,6 +13,7 @@ fn bad<T>(good: *const T) -> [(*mut T, Code); 2] {
     [(core::ptr::null_mut(), Code::Null), (beyond, Code::Misaligned)]
 }
 
+// REQ-CIF-01
 #[test]
 fn of_the_model() {
     let mut model = model_of(BOX);
@@ -48,6 +49,7 @@ fn of_the_model() {
     assert_eq!(call!(chaincell_model_info(&model, &mut info)), Code::NotInitialised);
 }
 
+// REQ-CIF-01
 #[test]
 fn of_the_initialisation() {
     let model = model_of(BOX);
@@ -88,12 +90,12 @@ fn of_the_initialisation() {
 }
 
 /// What every function says of a tissue of 125 cells that is none.
-fn all(tissue: *mut Tissue) -> [Code; 9] {
+fn all(tissue: *mut Tissue) -> [Code; 8] {
     all_of(BOX, 64, tissue)
 }
 
 /// The same of a tissue of an image with a node that may be chosen.
-fn all_of(image: &'static [u8], id: u32, tissue: *mut Tissue) -> [Code; 9] {
+fn all_of(image: &'static [u8], id: u32, tissue: *mut Tissue) -> [Code; 8] {
     let model = model_of(image);
     let (settings, cells) = (settings_of(&model, Scheme::Track), info_of(&model).cells as usize);
     let (ids, mut position, mut word) = ([id], [0.0; 3], 0);
@@ -103,7 +105,6 @@ fn all_of(image: &'static [u8], id: u32, tissue: *mut Tissue) -> [Code; 9] {
         call!(chaincell_tissue_reset(tissue, none)),
         call!(chaincell_change_settings(tissue, &settings, none)),
         call!(chaincell_choose_contacts(tissue, ids.as_ptr(), 1, none)),
-        call!(chaincell_choose_probe(tissue, 0.01, none)),
         call!(chaincell_tick(tissue, &sample(0), 1, core::ptr::null(), &mut NO_OUTPUT.clone())),
         call!(chaincell_state_hash(tissue, &mut word)),
         call!(chaincell_position(tissue, id, &mut position)),
@@ -112,30 +113,31 @@ fn all_of(image: &'static [u8], id: u32, tissue: *mut Tissue) -> [Code; 9] {
     ]
 }
 
+// REQ-CIF-01
 #[test]
 fn of_the_tissue() {
-    // With room for a probe beside the coarse functions.
     for (image, [id, ..]) in KINDS {
         let made = make(image, Scheme::Track, 40);
         let all = |tissue| all_of(image, id, tissue);
         let mut position = [0.0; 3];
         for (bad, code) in bad(made.tissue) {
-            assert_eq!(all(bad), [code; 9]);
+            assert_eq!(all(bad), [code; 8]);
             assert_eq!(call!(chaincell_fine_position(bad, 0, &mut position)), code);
         }
-        assert_eq!(all(made.tissue.wrapping_byte_add(8)), [Code::Misaligned; 9]);
+        assert_eq!(all(made.tissue.wrapping_byte_add(8)), [Code::Misaligned; 8]);
         // Within the storage, at its alignment: no tissue begins there.
-        assert_eq!(all(made.tissue.wrapping_byte_add(64)), [Code::NotInitialised; 9]);
-        assert_eq!(all(made.tissue), [Code::Ok; 9]);
+        assert_eq!(all(made.tissue.wrapping_byte_add(64)), [Code::NotInitialised; 8]);
+        assert_eq!(all(made.tissue), [Code::Ok; 8]);
     }
 }
 
 /// The calls in a wrong order: storage that no call has filled, and one object for the other.
+// REQ-CIF-02
 #[test]
 fn what_was_not_initialised_is_refused() {
     let mut zeros = [super::Block([0; BLOCK]); 100];
-    assert_eq!(all(zeros.as_mut_ptr().cast()), [Code::NotInitialised; 9]);
-    assert_eq!(all(storage(6400).as_mut_ptr().cast()), [Code::NotInitialised; 9]);
+    assert_eq!(all(zeros.as_mut_ptr().cast()), [Code::NotInitialised; 8]);
+    assert_eq!(all(storage(6400).as_mut_ptr().cast()), [Code::NotInitialised; 8]);
     let mut info = Info::default();
     let empty = ModelStorage::EMPTY;
     assert_eq!(call!(chaincell_model_info(&empty, &mut info)), Code::NotInitialised);
@@ -149,6 +151,7 @@ fn what_was_not_initialised_is_refused() {
     assert_eq!(call!(chaincell_state_hash(not_a_tissue, &mut 0)), Code::NotInitialised);
 }
 
+// REQ-CIF-01
 #[test]
 fn of_the_answers() {
     let made = make(BOX, Scheme::Track, 1);
@@ -182,13 +185,13 @@ fn of_the_answers() {
     assert_eq!(call!(chaincell_tissue_reset(made.tissue, misaligned)), code);
     assert_eq!(call!(chaincell_change_settings(made.tissue, &settings, misaligned)), code);
     assert_eq!(call!(chaincell_choose_contacts(made.tissue, ids.as_ptr(), 1, misaligned)), code);
-    assert_eq!(call!(chaincell_choose_probe(made.tissue, 0.01, misaligned)), code);
     let set = call!(chaincell_set_positions(made.tissue, numbers.as_ptr(), 125, misaligned));
     assert_eq!(set, code);
     assert_eq!(hash(made.tissue), before);
 }
 
 /// A tick that cannot be leaves a force of zero behind, not an old one.
+// REQ-FOR-05, REQ-CIF-03
 #[test]
 fn of_the_tick() {
     for (image, [id, ..]) in KINDS {

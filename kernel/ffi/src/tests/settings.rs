@@ -84,6 +84,7 @@ fn refused(change: fn(&mut Settings), wanted: Code) {
     }
 }
 
+// REQ-SET-01
 #[test]
 fn every_setting_out_of_range_is_named() {
     refused(|s| s.sweeps = 0, Code::SettingsSweeps);
@@ -101,6 +102,7 @@ fn every_setting_out_of_range_is_named() {
 }
 
 /// Changed settings count from the next tick on, refused ones never.
+// REQ-SET-02
 #[test]
 fn settings_change_under_way() {
     let run = |(image, [id, ..]): (&'static [u8], [u32; 3]), sweeps: Option<u32>| {

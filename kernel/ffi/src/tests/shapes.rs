@@ -61,6 +61,7 @@ fn the_size_counts_the_states() {
     assert_eq!(call!(chaincell_model_size(none, 0, 2, null, null)), Code::Null);
 }
 
+// REQ-CIF-06
 #[test]
 fn it_is_the_kernels_body_to_the_last_bit() {
     let model = Model::from_bytes(SHAPES).unwrap();
@@ -89,6 +90,7 @@ fn it_is_the_kernels_body_to_the_last_bit() {
 }
 
 /// Every byte may be moved, to storage of the same alignment.
+// REQ-MOD-04
 #[test]
 fn storage_that_is_not_aligned_is_refused() {
     let mut storage = lines(Scheme::Predict);
@@ -111,6 +113,7 @@ fn storage_that_is_not_aligned_is_refused() {
     assert_eq!(call!(chaincell_state_hash(there, &mut 0)), Code::Misaligned);
 }
 
+// REQ-MOD-04
 #[test]
 fn schemes_that_move_no_shapes_say_so() {
     for scheme in Scheme::ALL {

@@ -16,6 +16,7 @@ fn size(scheme: Scheme, cells: u32, contacts: u32, coarse_functions: u32) -> usi
 }
 
 /// Where storage begins to be enough, and that one byte less is refused with both numbers.
+// REQ-MOD-04, REQ-CIF-04
 #[test]
 fn the_size_is_exactly_what_a_body_needs() {
     for (image, contacts) in [(BOX, 0), (BOX, 3), (BOX, 125), (PLANE, 9), (SHAPES, 0), (SHAPES, 9)]
@@ -70,6 +71,7 @@ fn hats_count_for_the_scheme_that_has_them() {
     assert_eq!(size(Scheme::Euler, 500, 2, 400), size(Scheme::Euler, 500, 2, 0));
 }
 
+// REQ-CIF-04
 #[test]
 fn what_is_out_of_range_has_no_size() {
     assert_eq!(chaincell_tissue_align(), ALIGN);
@@ -116,6 +118,7 @@ fn storage_can_be_used_again() {
 }
 
 /// A refused call leaves no body of before that could go on by mistake.
+// REQ-CIF-02
 #[test]
 fn a_refused_call_takes_the_storage_too() {
     for (image, _) in KINDS {

@@ -56,6 +56,7 @@ fn every_scheme_goes_on_to_the_same_bits() {
     }
 }
 
+// REQ-BIT-10
 #[test]
 fn a_snapshot_that_does_not_fit_changes_nothing() {
     let made = pressed(Scheme::Track, 20);

@@ -112,6 +112,7 @@ fn a_stage_is_the_kernels() {
     }
 }
 
+// REQ-STG-07
 #[test]
 fn every_setting_out_of_range_is_named() {
     let refused = |change: fn(&mut StageSettings), wanted: Code| {
@@ -142,6 +143,7 @@ fn every_setting_out_of_range_is_named() {
     }
 }
 
+// REQ-STG-17
 #[test]
 fn a_limit_and_a_restart_are_the_stages() {
     let (_, mut stage) = make(&settings(DeviceKind::Falcon));
@@ -161,6 +163,7 @@ fn a_limit_and_a_restart_are_the_stages() {
 }
 
 /// Null and misaligned, and storage without a stage: refused, and the force is 0.
+// REQ-STG-07
 #[test]
 fn bad_pointers_give_no_force() {
     let (_, mut stage) = make(&settings(DeviceKind::Touch));

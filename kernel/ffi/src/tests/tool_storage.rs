@@ -2,15 +2,12 @@
 
 use std::vec::Vec;
 
-use chaincell_kernel::{
-    Budget, CoarseTouch, Network, Settings as KernelSettings, Tissue as Own, Track,
-};
-use chaincell_kernel::{Model, ToolPart as KernelPart, TouchStore, elastic_room, include_model};
+use chaincell_kernel::{CoarseTouch, TouchStore, include_model};
 
 use super::{BLOCK, BOX, Block, call, hash, model_of, settings_of, storage};
 use crate::{Code, Detail, Room, SHAPE_ALIGN, Scheme, Settings, TOUCH_BYTES, Tissue};
 
-/// `chaincell bake box:6x6x4x0.01 --young-pa 5000 --poisson 0.4 --coarse 2.5 --probe-contact surface`.
+/// `chaincell bake box:6x6x4x0.01 --young-pa 5000 --poisson 0.4 --coarse 2.5 --contact-surface yes`.
 pub(super) static SURFACE: &[u8] = include_model!("../../../../tests/data/touch6.chaincell");
 
 /// What the tests of tools have room for.
@@ -120,7 +117,7 @@ fn room_that_cannot_be_is_refused() {
     assert_eq!(code(track, Room { contacts: 145, ..ROOM }), (Code::Range, 145, 144));
     assert_eq!(code(track, room(1, 8, 0)), (Code::Ok, 0, 0));
     for scheme in [Scheme::TrackFixed, Scheme::Euler] {
-        assert_eq!(code(scheme, room(1, 8, 0)).0, Code::ContactProbeSurface);
+        assert_eq!(code(scheme, room(1, 8, 0)).0, Code::ContactScheme);
     }
     let (code, ..) = size(SURFACE, 8, &ROOM);
     assert_eq!(code, Code::Scheme);
@@ -160,43 +157,6 @@ fn a_body_without_tools_is_the_body_of_before() {
         assert_eq!(outputs[0], outputs[1]);
     }
     assert_eq!(hash(with.tissue), hash(without.tissue));
-}
-
-/// The kernel's own probe on a surface, to the last bit.
-#[test]
-fn a_probe_touches_the_surface_where_there_is_room() {
-    let probe = |tissue, radius_m: f32| {
-        let mut detail = Detail::default();
-        let code = call!(chaincell_choose_probe(tissue, radius_m, &mut detail));
-        (code, detail)
-    };
-    let without = placed(Scheme::Track, &Room { contacts: 34, ..Room::default() });
-    let (code, detail) = probe(without.tissue, 0.01);
-    assert_eq!((code, detail.needed, detail.available), (Code::ContactRoom, 144, 0));
-    let with = placed(Scheme::Track, &Room { contacts: 0, tools: 1, triangles: 64, samples: 0 });
-    let (code, detail) = probe(with.tissue, 1.0e-5);
-    assert!(code == Code::ContactRadiusMin && detail.limit > 1.0e-4, "{code:?} {detail:?}");
-    assert_eq!(probe(with.tissue, 0.01).0, Code::Ok);
-    let model = Model::from_bytes(SURFACE).unwrap();
-    let kernel = KernelSettings { max_tool_step_m: 0.01, ..KernelSettings::for_model(&model) };
-    let network = Network::new(model, kernel).unwrap();
-    let mut own = Own::<144, Track<{ elastic_room(24) }>, 0, 144>::new();
-    let mut store = TouchStore::<144, 64, 0, 1>::new();
-    own.touching(store.room()).reset(&network).unwrap();
-    let tool: &[KernelPart] = &[KernelPart::sphere(0.01)];
-    own.touching(store.room()).choose_tools(&network, &[tool], 0.0).unwrap();
-    let mut most = 0.0_f32;
-    for at in 0..80_u16 {
-        let position_m = [0.003, 0.001, 0.04 - 0.0001 * f32::from(at.min(60))];
-        let sample = super::pose_at(position_m, u32::from(at < 70));
-        let here = super::tick(with.tissue, sample);
-        let sample = super::of_kernel(&sample);
-        let there = own.touching(store.room()).tick(&network, &[sample], Budget::All);
-        assert_eq!(here, crate::Output::of(&there), "tick {at}");
-        most = most.max(here.force_n[2]);
-    }
-    assert!(most > 0.05, "{most}");
-    assert_eq!(hash(with.tissue), own.touching(store.room()).state_hash(&model));
 }
 
 /// Nothing in a tissue points into it, its tools neither.

@@ -213,6 +213,7 @@ fn compare(operands: Operands) -> Result<(), TestCaseError> {
     Ok(())
 }
 
+// REQ-BIT-02
 #[test]
 fn every_pair_of_edges_gives_the_same_bits() {
     let edge = |index: usize| f32::from_bits(EDGES[index % EDGES.len()]);

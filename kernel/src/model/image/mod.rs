@@ -155,8 +155,8 @@ pub mod kind {
     /// With `STIFFENING`: 2 V / l0^2 of each slot of `SLICE_ROWS`, V the volume of the tetrahedra
     /// around its link; 0 for padding (f32, 8 a group).
     pub const STIFFENING_SLOTS: u32 = 44;
-    /// With `TRIANGLES`, optional: the contact numbers of each triangle, see [`super::contact`]; without it a
-    /// probe touches the cells of `SURFACE` ([f32; 3] a triangle).
+    /// With `TRIANGLES`, optional: the contact numbers of each triangle, see [`super::contact`]
+    /// ([f32; 3] a triangle); without it tools are refused.
     pub const CONTACT: u32 = 45;
 }
 

@@ -32,24 +32,23 @@
 //!
 //! Memory with n basis functions: 4 n^2 bytes of the image for B and about 38 bytes per free cell for P; in
 //! RAM 24 bytes per basis function, and 8 bytes per basis function for each held cell ([`coarse_room`],
-//! [`probe_room`]). Only [`Track`](crate::Track) in `f32` uses it.
+//! [`tool_room`]). Only [`Track`](crate::Track) in `f32` uses it.
 //!
 //! Cost of a sweep: restriction and prolongation, 8 multiplications per cell and axis each; the product, n^2
 //! for each axis with n basis functions; 4 n per held cell and axis.
 //!
 //! - `solve`: c = B g.
 //! - `held`: the corrections for chosen cells.
-//! - `deflation`: the level without the basis functions at a probe's contacts, or with the resistance of
-//!   tools on a surface.
+//! - `resistance`: the level of links under tools.
 //! - `elastic`: the level of nodal shapes, which couples the axes.
 //! - `elastic_held`: its corrections for chosen cells.
 //! - `touched`: the elastic level under tools.
 //! - `scalar`, `sliced`: restriction and prolongation, cell by cell and two cells side by side.
 
-pub(crate) mod deflation;
 pub(crate) mod elastic;
 pub(crate) mod elastic_held;
 pub(crate) mod held;
+pub(crate) mod resistance;
 pub(crate) mod scalar;
 pub(crate) mod sliced;
 mod solve;
@@ -57,10 +56,10 @@ mod solve;
 pub(crate) mod tests;
 pub(crate) mod touched;
 
-pub use deflation::probe_room;
 pub use elastic::elastic_room;
 pub use elastic_held::elastic_held_room;
 pub use held::coarse_room;
+pub use resistance::tool_room;
 pub(crate) use solve::{Coarse, Solve};
 pub use touched::CoarseTouch;
 pub(crate) use touched::Under;

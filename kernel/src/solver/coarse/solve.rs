@@ -1,26 +1,23 @@
-//! The product with the inverse that keeps the held cells fixed.
+//! The product with the inverse, with held cells kept fixed or under the resistance of tools.
 
-use super::deflation::solve_deflated;
+use super::resistance::solve_resisted;
 use super::vector;
 use crate::backend::Work;
 use crate::backend::f32x8::F32x8;
 use crate::model::coarse_basis::CoarseBasis;
 use crate::number::two_float::{Eight, LANES, Lanes, TwoFloat};
-use crate::terms::surface::IS_BUILT;
 
-/// Method by which a solution keeps the held cells fixed.
+/// What the tool does to the coarse level.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Coarse {
     /// By the corrections for this number of held cells, stored in the coarse memory.
     Corrected(usize),
-    /// Without this number of basis functions; their factor is in the coarse memory.
-    Deflated(u16),
     /// With this number of basis functions resisted by tools on a surface; their factor is in the coarse
     /// memory.
     Resisted(u16),
 }
 
-/// c = B g with the held cells fixed. Returns g . c.
+/// c = B g with the held cells fixed, or under the tools' resistance. Returns g . c.
 pub(crate) struct Solve<'a, 'm> {
     pub basis: CoarseBasis<'m>,
     pub room: &'a mut [Eight],
@@ -48,7 +45,7 @@ impl Work for Solve<'_, '_> {
         if first < blocks {
             columns::<V, 1>(self.basis.inverse, blocks, first, g, c);
         }
-        // Keep the held cells fixed.
+        // Keep the held cells fixed, or take the tools' resistance into account.
         match self.coarse {
             Coarse::Corrected(held) => {
                 let vectors = corrections.chunks_exact(blocks).take(2 * held);
@@ -56,10 +53,8 @@ impl Work for Solve<'_, '_> {
                     correct::<V>(along, blocks, if index % 2 == 0 { -1.0 } else { 1.0 }, g, c);
                 }
             }
-            Coarse::Deflated(taken) | Coarse::Resisted(taken) => {
-                let is_held = !IS_BUILT || matches!(self.coarse, Coarse::Deflated(_));
-                let taken = (taken.into(), is_held);
-                if !solve_deflated::<V>(&self.basis, corrections, taken, c) {
+            Coarse::Resisted(count) => {
+                if !solve_resisted::<V>(&self.basis, corrections, count.into(), c) {
                     return TwoFloat::ZERO;
                 }
             }

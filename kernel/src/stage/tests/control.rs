@@ -20,6 +20,7 @@ fn outputs(settings: StageSettings, stiffness: f32, path: impl Fn(u16) -> f32) -
     (0..4000).map(tick).collect()
 }
 
+// REQ-STG-04
 #[test]
 fn a_press_beyond_the_clamp_keeps_its_force() {
     for device in DEVICES {
@@ -31,6 +32,7 @@ fn a_press_beyond_the_clamp_keeps_its_force() {
     }
 }
 
+// REQ-STG-04
 #[test]
 fn in_free_air_a_coupling_shows_nothing() {
     let settings = StageSettings { passivity: None, ..StageSettings::for_device(Device::Omega) };
@@ -40,6 +42,7 @@ fn in_free_air_a_coupling_shows_nothing() {
 }
 
 /// After a press into a wall far stiffer than the coupling and a withdrawal, the coupling shows nothing.
+// REQ-STG-04
 #[test]
 fn in_free_air_a_coupling_shows_nothing_after_a_touch_either() {
     for device in DEVICES {
@@ -55,6 +58,7 @@ fn in_free_air_a_coupling_shows_nothing_after_a_touch_either() {
 }
 
 /// The ledger's debt fades, so a withheld force returns to a hand at rest.
+// REQ-STG-09
 #[test]
 fn a_force_that_was_let_go_comes_back_to_a_hand_at_rest() {
     let settings = StageSettings { coupling: None, ..StageSettings::for_device(Device::Omega) };
@@ -92,6 +96,7 @@ fn a_push_that_nobody_has_paid_for_is_said_to_be_withheld() {
 }
 
 /// Without a ramp no force is lowered, and none is reported as withheld.
+// REQ-STG-09
 #[test]
 fn without_a_ramp_no_force_is_let_go() {
     let settings = StageSettings {
@@ -107,6 +112,7 @@ fn without_a_ramp_no_force_is_let_go() {
 }
 
 /// Energy that the tissue has dissipated for long gives no credit for a later push.
+// REQ-STG-09
 #[test]
 fn what_was_lost_in_the_tissue_is_no_credit() {
     let settings = StageSettings { coupling: None, ..StageSettings::for_device(Device::Falcon) };
@@ -138,6 +144,7 @@ fn what_was_lost_in_the_tissue_is_no_credit() {
 }
 
 /// A hand that is pushed out of a wall in which it began has put nothing in: the ramp holds.
+// REQ-STG-09
 #[test]
 fn a_ramp_gives_no_push_that_was_not_paid_for() {
     for device in DEVICES {
@@ -154,6 +161,7 @@ fn a_ramp_gives_no_push_that_was_not_paid_for() {
 }
 
 /// A motion of many counts per tick is no noise: a push without credit is taken off completely.
+// REQ-STG-09
 #[test]
 fn a_fast_hand_is_pushed_by_what_it_has_put_in_alone() {
     let settings = StageSettings { coupling: None, ..StageSettings::for_device(Device::Falcon) };

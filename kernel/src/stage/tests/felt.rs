@@ -29,6 +29,7 @@ fn size(output: &TickOutput) -> f32 {
     dot(output.force_n.into(), output.force_n.into()).sqrt()
 }
 
+// REQ-STG-15
 #[test]
 fn wrong_poses_keep_the_force_and_never_raise_it() {
     for device in [Device::Touch, Device::Premium, Device::Omega] {
@@ -69,6 +70,7 @@ fn a_device_that_is_elsewhere_takes_hold_anew() {
 }
 
 /// 18 mm in four ticks of 1 ms: the path is unknown, and the ramp starts anew.
+// REQ-STG-15
 #[test]
 fn lost_samples_give_the_hand_their_time() {
     let (mut stage, mut wall, before) = pressed(Device::Premium);
@@ -80,6 +82,7 @@ fn lost_samples_give_the_hand_their_time() {
     assert!(output.flags.contains(Flags::BAD_SAMPLE));
 }
 
+// REQ-STG-17
 #[test]
 fn no_force_is_above_the_tissues_own_limit() {
     let (mut stage, mut wall, before) = pressed(Device::Premium);
@@ -96,6 +99,7 @@ fn no_force_is_above_the_tissues_own_limit() {
 }
 
 /// After a force that the device did not feel the ramp starts at 0, and that force is not booked.
+// REQ-STG-16
 #[test]
 fn what_was_not_felt_is_not_booked() {
     let (mut stage, mut wall, before) = pressed(Device::Premium);

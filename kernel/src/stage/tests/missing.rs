@@ -3,6 +3,7 @@
 use super::*;
 
 /// The first answer is lost: the ramp starts with the first one that arrives.
+// REQ-STG-06
 #[test]
 fn the_ramp_waits_for_the_first_answer() {
     let mut stage = Stage::new(StageSettings { ramp_ticks: 4, ..StageSettings::NONE }).unwrap();
@@ -13,6 +14,7 @@ fn the_ramp_waits_for_the_first_answer() {
 }
 
 /// A damper uses the duration of a motion, not the tick in which it became known.
+// REQ-STG-10
 #[test]
 fn a_motion_over_lost_ticks_is_no_jump() {
     let coupling = Some(Coupling { stiffness_n_per_m: 1000.0, damping_n_s_per_m: 5.0 });
@@ -36,6 +38,7 @@ fn a_motion_over_lost_ticks_is_no_jump() {
 }
 
 /// An answer without a sample does not reset the watchdog: the hand may have gone.
+// REQ-STG-10
 #[test]
 fn answers_alone_do_not_keep_a_force_up() {
     let settings = StageSettings { ramp_ticks: 4, watchdog_ticks: 2, ..StageSettings::NONE };
@@ -51,6 +54,7 @@ fn answers_alone_do_not_keep_a_force_up() {
     assert_eq!(tick(&mut stage, -0.001).force_n.z, 0.25);
 }
 
+// REQ-STG-10
 #[test]
 fn a_release_whose_answer_is_lost_lets_the_force_go() {
     let settings = StageSettings { max_slew_n_per_s: 400.0, ..StageSettings::NONE };
@@ -66,6 +70,7 @@ fn a_release_whose_answer_is_lost_lets_the_force_go() {
 
 /// Missed ticks are neither credit nor debt: after silences in which the hand went away and came back, the
 /// same motion meets the same forces, less the damping for a hand without credit.
+// REQ-STG-09
 #[test]
 fn ticks_that_are_missing_are_no_debt() {
     let profile = StageSettings::for_device(Device::Omega);
@@ -105,6 +110,7 @@ fn ticks_that_are_missing_are_no_debt() {
 
 /// Energy that the coupling stored meanwhile is no debt either; the proxy stays where the last reported force
 /// has left it.
+// REQ-STG-09
 #[test]
 fn answers_that_are_lost_are_no_debt() {
     let forces = |lost: core::ops::Range<u16>, is_told: bool| {
@@ -134,6 +140,7 @@ fn answers_that_are_lost_are_no_debt() {
 }
 
 /// An answer that comes a call late is shown, but not booked.
+// REQ-STG-10
 #[test]
 fn answers_that_are_late_are_shown() {
     let forces = |is_late: bool| {

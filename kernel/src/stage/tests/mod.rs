@@ -63,6 +63,7 @@ fn step(stage: &mut Stage, event: &Event) -> TickOutput {
 }
 
 proptest! {
+    // REQ-STG-01, REQ-STG-05
     #[test]
     fn any_bits_give_a_force_within_the_limits(
         events in prop::collection::vec(event(), 1..200), device in 0..5_usize, ramp in 0..20_u16,
@@ -135,6 +136,7 @@ fn tick(stage: &mut Stage, z: f32) -> TickOutput {
     stage.output(&TickOutput { force_n, contacts: 1, ..TickOutput::NONE })
 }
 
+// REQ-STG-04
 #[test]
 fn an_absent_stage_changes_no_bit() {
     let mut stage = Stage::new(StageSettings::NONE).unwrap();
@@ -152,6 +154,7 @@ fn an_absent_stage_changes_no_bit() {
     assert_eq!(stage.output(&answer), answer);
 }
 
+// REQ-STG-06
 #[test]
 fn ramp_silence_and_return() {
     let settings = StageSettings { ramp_ticks: 4, watchdog_ticks: 2, ..StageSettings::NONE };
@@ -187,6 +190,7 @@ fn ramp_silence_and_return() {
     assert_eq!((z(output), output.flags), (0.25, Flags::BAD_SAMPLE));
 }
 
+// REQ-STG-05
 #[test]
 fn a_bad_answer_lets_the_force_go_by_the_slew_limit() {
     let settings = StageSettings { max_slew_n_per_s: 400.0, ..StageSettings::NONE };
@@ -208,6 +212,7 @@ fn a_bad_answer_lets_the_force_go_by_the_slew_limit() {
 }
 
 /// A coupling at rest shows the tissue's force, however stiff the tissue is against it.
+// REQ-STG-04
 #[test]
 fn a_coupling_shows_the_tissues_force() {
     for stiffness in [10.0_f32, 300.0, 50_000.0] {
@@ -230,6 +235,7 @@ fn a_coupling_shows_the_tissues_force() {
     }
 }
 
+// REQ-STG-07
 #[test]
 fn every_setting_out_of_range_is_named() {
     let whole = StageSettings::for_device(Device::Sigma);

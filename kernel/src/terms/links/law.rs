@@ -142,6 +142,7 @@ mod tests {
 
     proptest! {
         /// The rest length is inside its own band for every alpha, including 0.
+        // REQ-ENE-07
         #[test]
         fn rest_is_slack(a in prop::array::uniform3(-40.0_f32..40.0),
                          b in prop::array::uniform3(-40.0_f32..40.0), alpha in 0.0_f32..1.0) {
@@ -164,6 +165,7 @@ mod tests {
         }
 
         /// Eq. 13 in double precision; and the force on j is the opposite of that on i.
+        // REQ-FOR-01
         #[test]
         fn link_force_is_the_papers(pj in prop::array::uniform3(-4.0_f32..4.0), l0 in 0.1_f32..4.0,
                               alpha in 0.0_f32..0.9) {

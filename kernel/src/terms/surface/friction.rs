@@ -193,6 +193,7 @@ mod tests {
         Anchor { place: [1.0, 0.0, 0.0], normal: [0.0, 0.0, 1.0], limit: 0.3, ..Anchor::NONE }
     }
 
+    // REQ-CON-08
     #[test]
     fn friction_is_the_slope_of_its_energy_and_no_more_than_the_limit() {
         for x in [1.0_f32, 1.05, 1.2, 4.0] {

@@ -115,6 +115,7 @@ mod tests {
         f64::from(meeting.energy.hi) + f64::from(meeting.energy.lo)
     }
 
+    // REQ-CON-06
     #[test]
     fn forces_and_torque_are_the_gradient_of_the_energy() {
         let (tool, step) = (tool(), 1.0e-2);

@@ -13,7 +13,7 @@
 //! is too stiff under a small tool, and soft contact compensates for it. n is at least 2, and samples are at
 //! most half a radius apart. Compared with quadratic elements, a quarter to half a radius deep, the force of
 //! a sphere is 2 to 14 % low from R = 2 h on, within 17 % from h on, and below that known only to 30 %
-//! (`contact_force`, an example of the laboratory).
+//! (`tests/MEASURED.md`).
 //!
 //! **The theorem.** Half the squared distance to a set, here the outside of a part, curves upwards by at
 //! most 1. So E_c curves by at most the sum of `k_q` `A_q'` `A_q`, whose row sums are `k_q` `A_q`: the cells'

@@ -219,7 +219,7 @@ impl<D: Dynamics> Tick<'_, '_, D> {
         let (terms, model) = (self.terms(), self.network.model());
         let at = places(model, &*self.state);
         let Some(mut arrays) = self.touch.arrays(self.state.len()) else { return };
-        self.head.deflated = D::deflate(model, self.room, bounds::of_corners(arrays.near()));
+        self.head.resisted = D::resist(model, self.room, bounds::of_corners(arrays.near()));
         let [coarse, ..] = core::mem::take(&mut arrays.coarse) else { return };
         let (near, anchors) = (arrays.near(), arrays.anchors());
         coarse.prepare(terms, Under { tools: Proxies(arrays.tools), near, anchors }, &at);

@@ -21,6 +21,7 @@ fn staged(stage: StageSettings) -> Vec<u8> {
     written(&Header { stage: Some(stage), ..header() }, &held().0, &session()[..4])
 }
 
+// REQ-TRC-01
 #[test]
 fn a_stage_is_read_as_written() {
     let whole = stage();
@@ -52,6 +53,7 @@ fn the_bytes_of_a_stage_are_those_of_the_table() {
     assert_eq!(trace.len(), 136 + 4 * 48);
 }
 
+// REQ-TRC-03
 #[test]
 fn no_changed_byte_of_a_stage_goes_unseen_and_no_cut() {
     let mut trace = staged(stage());
@@ -68,6 +70,7 @@ fn no_changed_byte_of_a_stage_goes_unseen_and_no_cut() {
 }
 
 /// A checksum that matches does not make invalid settings valid.
+// REQ-TRC-05
 #[test]
 fn a_stage_that_contradicts_itself_is_refused() {
     for (at, word) in [(80, 4), (80, 1), (80, 2), (88, 1), (100, 256), (116, 0x7F80_0000)] {
@@ -86,6 +89,7 @@ fn a_stage_that_contradicts_itself_is_refused() {
 }
 
 /// A killed writer may have stored any part of its last record, except for the checksum.
+// REQ-TRC-02
 #[test]
 fn a_record_that_was_not_finished_is_a_cut() {
     let whole = trace();

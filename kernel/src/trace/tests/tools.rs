@@ -153,9 +153,6 @@ fn what_stands_in_another_order_is_refused() {
 fn a_header_has_tools_that_can_be_and_nothing_beside_them() {
     let mut room = [0; 4 * HEADER_BYTES];
     assert!(Writer::begin(&header_of_tools(), &[31], &mut room).is_none());
-    let probe = Some(RecordedProbe { radius_m: 0.01, capacity: 0, friction: 0.0 });
-    let both = Header { probe, ..header_of_tools() };
-    assert!(Writer::begin(&both, &[], &mut room).is_none());
     for tools in [
         RecordedTools { count: 0, ..TOOLS },
         RecordedTools { count: 9, ..TOOLS },

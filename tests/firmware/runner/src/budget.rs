@@ -90,6 +90,7 @@ fn held(figures: &Figures) -> Vec<(&'static str, u64)> {
             ("instructions_without_tool", touch.instructions_without_tool),
         ]
     });
+    // REQ-TCK-03, REQ-TCK-04
     let all = [
         ("instructions_per_sweep_worst", figures.instructions_per_sweep_worst),
         ("instructions_per_tick_worst", figures.instructions_per_tick_worst),

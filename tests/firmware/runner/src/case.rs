@@ -86,13 +86,13 @@ pub const CASES: [Case; 11] = [
     },
     Case {
         name: "organ500_nodal",
-        bake: &["organ:500", "--young-pa=5000", "--poisson=0.45", "--probe-contact=cells"],
+        bake: &["organ:500", "--young-pa=5000", "--poisson=0.45", "--contact-surface=no"],
         needs_fpu: true,
         ..PLAIN
     },
     Case {
         name: "organ500_touch",
-        bake: &["organ:500", "--young-pa=5000", "--poisson=0.45", "--probe-contact=surface"],
+        bake: &["organ:500", "--young-pa=5000", "--poisson=0.45"],
         sphere: Some(Sphere { radius_m: 0.012, friction: 0.3, near: 24, anchors: 96 }),
         needs_fpu: true,
         ..PLAIN
@@ -104,7 +104,7 @@ pub const CASES: [Case; 11] = [
             "--young-pa=5000",
             "--law=trace",
             "--stretch-min=none",
-            "--probe-contact=cells",
+            "--contact-surface=no",
         ],
         scheme: "predict",
         needs_fpu: true,

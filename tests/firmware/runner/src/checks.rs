@@ -36,14 +36,17 @@ pub fn hold(ready: &Ready, tier: Tier, said: &Said, chaincell: &Path, stem: &Pat
         bail!("a trace of this machine: tick {tick} is the first that differs");
     }
     let ticks = u64::from(trace::TICKS);
+    // REQ-TRC-01
     for name in ["replayed", "compared"] {
         let count = said.number(name)?;
         ensure!(count == ticks, "a trace of this machine: {count} ticks {name}, not {ticks}");
     }
+    // REQ-TRC-04
     let named = said.number("altered_differs_at")?;
     let altered = u64::from(trace::ALTERED);
     ensure!(named == altered, "tick {altered} of a trace is altered, the image names {named}");
     trace::replay(ready, &said.bytes("trace")?, chaincell, stem)?;
+    // REQ-SMP-03
     if let Ok(what) = said.text("wrong") {
         bail!("state {}, tick {}: {what}", said.text("wrong_state")?, said.number("wrong_tick")?);
     }

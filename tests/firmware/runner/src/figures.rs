@@ -148,6 +148,7 @@ impl Figures {
         };
         let name = format!("{} {} {}", figures.target, figures.scene, figures.tier);
         ensure!(figures.ticks == u64::from(ready.ticks), "{name}: {} ticks", figures.ticks);
+        // REQ-BIT-01
         let (own, hosts) = (&figures.digest, &figures.host_digest);
         ensure!(
             own == hosts && figures.state_hash == figures.host_state_hash,

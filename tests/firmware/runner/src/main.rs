@@ -281,7 +281,9 @@ impl Bench {
     fn canaries(&self) -> Result<()> {
         let ready = self.prepare(CASES[0])?;
         for (feature, refusal) in [
+            // REQ-TCK-02
             ("canary-panic", "a_panic_is_left_in_the_image"),
+            // REQ-TCK-01
             ("canary-alloc", "no global memory allocator found"),
         ] {
             let with = With { feature, traces: None };

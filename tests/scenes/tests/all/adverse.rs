@@ -18,6 +18,7 @@ impl Act for Endure {
     }
 }
 
+// REQ-ENE-01, REQ-SMP-03
 #[test]
 fn every_scene_stays_finite_and_its_level_never_rises_by_itself() {
     // The level of `euler` is the energy of its last pass, one step behind.

@@ -76,6 +76,7 @@ impl Act for Digests {
     }
 }
 
+// REQ-BIT-01
 #[test]
 fn every_scene_gives_its_goldens() {
     let mut table = String::new();
@@ -122,6 +123,7 @@ fn the_vector_unit_and_plain_arithmetic_agree_tick_by_tick() {
     }
 }
 
+// REQ-BIT-07
 #[test]
 fn a_fault_is_found_in_its_tick_and_cell() {
     for (scene, tier) in played() {

@@ -47,6 +47,7 @@ const SNAPSHOTS: &[(&str, Tier, usize, u32)] = &[
     ("touch6_tools", Tier::F32, 66248, 0x1fa5472c),
 ];
 
+// REQ-BIT-09
 #[test]
 fn every_scene_goes_on_from_the_same_bytes() {
     let mut lines = String::new();

@@ -31,6 +31,7 @@ impl Act for Watch {
     }
 }
 
+// REQ-CON-04
 #[test]
 fn a_sphere_touches_and_two_tools_grip_with_too_few_slots() {
     let (flags, contacts, gripped) = played(&touch6_predict::SCENE, Watch);
@@ -57,6 +58,7 @@ impl Act for Digest {
     }
 }
 
+// REQ-BIT-03
 #[test]
 fn sleep_changes_no_bit() {
     for scene in SCENES {
@@ -94,6 +96,7 @@ impl Act for Late {
     }
 }
 
+// REQ-BIT-02
 #[test]
 fn late_and_short_ticks_have_the_same_bits_with_and_without_the_vector_unit() {
     for scene in SCENES {

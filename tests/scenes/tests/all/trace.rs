@@ -1,9 +1,9 @@
 //! A scene's trace, written and played in a scene's own tissue, as firmware does it.
 #![allow(clippy::unwrap_used)]
 
-use chaincell_kernel::trace::{End, Played, Reader, RecordedProbe, header_bytes};
-use chaincell_kernel::{Budget, Dynamics, Model, TissueMut, ToolPart};
-use chaincell_scenes::{Act, Run, SCENES, Scene, box7_track, stage, touch6_tools};
+use chaincell_kernel::trace::{End, Played, Reader, header_bytes};
+use chaincell_kernel::{Budget, Dynamics, Model, TissueMut};
+use chaincell_scenes::{Act, Run, SCENES, Scene, box7_track, stage};
 
 /// The trace of a scene's first ticks.
 struct Record(u32);
@@ -36,16 +36,8 @@ impl Act for Play<'_> {
         let network = trace.header().network(model).unwrap();
         let mut room = [0; 16];
         tissue.reset(&network).unwrap();
-        match trace.header().probe {
-            Some(RecordedProbe { radius_m, friction, .. }) => {
-                let tools: &[&[ToolPart]] = &[&[ToolPart::sphere(radius_m)]];
-                tissue.choose_tools(&network, tools, friction).unwrap();
-            }
-            None => {
-                let cells = trace.contact_cells(&model, &mut room).unwrap();
-                tissue.choose_contacts(&network, cells).unwrap();
-            }
-        }
+        let cells = trace.contact_cells(&model, &mut room).unwrap();
+        tissue.choose_contacts(&network, cells).unwrap();
         let played = trace.play(|record| {
             tissue.tick(&network, &[record.sample], Budget::again(record.sweeps));
             tissue.state_hash(&model)
@@ -54,17 +46,15 @@ impl Act for Play<'_> {
     }
 }
 
+// REQ-TRC-01
 #[test]
 fn the_trace_of_every_scene_is_played_to_the_same_bits() {
     let tiers = |scene: &'static Scene| scene.tiers.iter().map(move |&tier| (scene, tier));
     for (scene, tier) in SCENES.into_iter().flat_map(tiers) {
         let trace = stage(scene.name, tier, Record(80)).unwrap();
-        if scene.name == touch6_tools::SCENE.name {
-            // A trace holds one sphere.
-            assert_eq!(trace, None);
-            continue;
-        }
-        let trace = trace.unwrap();
+        // The poses of tools take records of their own.
+        assert_eq!(trace.is_none(), scene.tools().is_some());
+        let Some(trace) = trace else { continue };
         let played = stage(scene.name, tier, Play(&trace)).unwrap();
         let wanted = Played { ticks: 80, compared: 80, end: End::Complete };
         assert_eq!(played, wanted, "{}", scene.name);

@@ -9,6 +9,7 @@ use super::*;
 /// A library that makes every look at the wall clock jump by 400 days, back and forth.
 const JUMPS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/data/clock_jumps.c");
 
+// REQ-COS-05
 #[test]
 fn a_wall_clock_that_jumps_at_every_look_changes_nothing() {
     let _turn = turn();
@@ -42,6 +43,7 @@ fn a_wall_clock_that_jumps_at_every_look_changes_nothing() {
     });
 }
 
+// REQ-COS-05
 #[test]
 fn clocks_a_day_apart_are_no_matter() {
     let _turn = turn();

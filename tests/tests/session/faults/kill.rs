@@ -9,6 +9,7 @@ use rustix::process::Signal;
 
 use super::*;
 
+// REQ-COS-01
 #[test]
 fn a_killed_control_leaves_a_force_that_falls_and_rises_with_the_next_one() {
     let _turn = turn();
@@ -38,6 +39,7 @@ fn a_killed_control_leaves_a_force_that_falls_and_rises_with_the_next_one() {
     tell_seen("control killed, another one started", count(&served, "ticks_executed"), 0, &seen);
 }
 
+// REQ-COS-02
 #[test]
 fn a_control_outlives_its_server_and_goes_on_with_the_next_one() {
     let _turn = turn();
@@ -68,6 +70,7 @@ fn a_control_outlives_its_server_and_goes_on_with_the_next_one() {
     tell("serve killed, another one started", answered, lost, step_n, most_n);
 }
 
+// REQ-COS-02
 #[test]
 fn a_control_without_a_server_again_ends_by_itself() {
     let _turn = turn();

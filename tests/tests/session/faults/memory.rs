@@ -58,6 +58,7 @@ fn too_little_for_the_states_is_told_before_ready() {
     assert_eq!(ended.out, "", "left behind, or ready");
 }
 
+// REQ-COS-05
 #[test]
 fn a_session_goes_on_while_another_program_fills_it() {
     let _turn = turn();

@@ -12,6 +12,7 @@ fn stretched(periods: &str) -> Ended {
     run(["cosim", text(&place.model), "--seconds", "5", "--inject", &sweep, "--json"])
 }
 
+// REQ-COS-09
 #[test]
 fn a_sweep_below_the_pose_period_is_a_force_in_time() {
     let _turn = turn();
@@ -49,6 +50,7 @@ fn overloaded_before(fault: &str, served: &Value) -> bool {
     overloads > 1
 }
 
+// REQ-COS-09
 #[test]
 fn a_sweep_above_the_pose_period_takes_the_force_away() {
     let _turn = turn();
@@ -86,6 +88,7 @@ fn a_sweep_above_the_pose_period_takes_the_force_away() {
     }
 }
 
+// REQ-COS-09
 #[test]
 fn a_fixed_count_that_cannot_keep_up_lets_the_force_go() {
     let _turn = turn();
@@ -108,6 +111,7 @@ fn a_fixed_count_that_cannot_keep_up_lets_the_force_go() {
 }
 
 /// The press of [`hold`] with thirty of its poses held back and sent at once.
+// REQ-COS-09
 #[test]
 fn thirty_poses_at_once_make_no_larger_force_than_in_time() {
     let _turn = turn();
@@ -134,6 +138,7 @@ fn thirty_poses_at_once_make_no_larger_force_than_in_time() {
 }
 
 /// What a poser who never lets go gets from a server that has just begun.
+// REQ-COS-11
 #[test]
 fn a_server_that_begins_anew_waits_for_a_release() {
     let _turn = turn();

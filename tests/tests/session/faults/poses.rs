@@ -42,6 +42,7 @@ fn press_once(faults: &str) -> Result<(Value, Value, Vec<Force>), String> {
     Ok((report, served, seen))
 }
 
+// REQ-COS-03
 #[test]
 fn late_lost_and_bursts() {
     let _turn = turn();
@@ -51,6 +52,7 @@ fn late_lost_and_bursts() {
     }
 }
 
+// REQ-COS-03
 #[test]
 fn twice_and_out_of_order() {
     let _turn = turn();
@@ -60,6 +62,7 @@ fn twice_and_out_of_order() {
     }
 }
 
+// REQ-COS-03
 #[test]
 fn no_numbers() {
     let _turn = turn();
@@ -69,6 +72,7 @@ fn no_numbers() {
     assert!(bad > 0 && held == bad, "{held} of {bad} bad samples held");
 }
 
+// REQ-COS-03
 #[test]
 fn ten_times_as_fast() {
     let _turn = turn();
@@ -114,6 +118,7 @@ fn ten_times_as_fast_for_half_a_second() {
     });
 }
 
+// REQ-COS-03
 #[test]
 fn a_stop_and_all_of_them_at_once() {
     let _turn = turn();
@@ -123,6 +128,7 @@ fn a_stop_and_all_of_them_at_once() {
     press("late:5%,lost:1%,dup:1%,reorder:1%,nan:1%,burst:2%,stop:100@500");
 }
 
+// REQ-COS-03
 #[test]
 fn bad_samples_without_end_take_the_force_away_along_a_ramp() {
     let _turn = turn();

@@ -5,6 +5,7 @@ use chaincell_tests::{Running, run, turn};
 
 use super::*;
 
+// REQ-COS-04
 #[test]
 fn a_service_of_another_release_or_layout_is_refused_by_name() {
     let _turn = turn();
@@ -35,6 +36,7 @@ fn a_service_of_another_release_or_layout_is_refused_by_name() {
     place.serve(&[]).interrupt().with(130);
 }
 
+// REQ-COS-04
 #[test]
 fn a_program_of_another_release_or_layout_cannot_join_and_disturbs_nobody() {
     let _turn = turn();

@@ -81,6 +81,7 @@ fn assert_no_jump(
     Err(format!("{fault}: {within_ms} N in a millisecond, of {most_n} N"))
 }
 
+// REQ-COS-05
 #[test]
 fn a_server_that_stood_still_throws_no_hand() {
     let _turn = turn();
@@ -97,6 +98,7 @@ fn a_server_that_stood_still_throws_no_hand() {
     }
 }
 
+// REQ-COS-05
 #[test]
 fn a_control_that_stood_still_throws_no_hand_and_the_force_falls_meanwhile() {
     let _turn = turn();
@@ -110,6 +112,7 @@ fn a_control_that_stood_still_throws_no_hand_and_the_force_falls_meanwhile() {
     }
 }
 
+// REQ-COS-05
 #[test]
 fn a_reader_that_never_reads_holds_up_nobody() {
     let _turn = turn();

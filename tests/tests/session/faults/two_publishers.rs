@@ -9,6 +9,7 @@ use super::*;
 /// First tick of the second publisher.
 const SECOND: u64 = 1_000_000;
 
+// REQ-COS-04, REQ-COS-11
 #[test]
 fn a_second_publisher_is_not_heard_until_the_first_is_gone_and_then_releases_first() {
     let _turn = turn();

@@ -1,6 +1,5 @@
 //! Recovery of Young's modulus, stiffening and thickness of a slab from what a probe feels on it.
 
-use chaincell_host::bake::ProbeContact;
 use chaincell_host::bake::tissue::Tissue;
 
 use super::*;
@@ -22,8 +21,7 @@ impl Probed {
         let mesh = slab.mesh().unwrap();
         let tissue = Tissue::new(PerCell::Uniform(2000.0), PerCell::Uniform(0.45));
         let tissue = Some(Tissue { stiffening: vec![BAND], ..tissue });
-        let probe_contact = ProbeContact::Surface;
-        let options = BakeOptions { tissue, probe_contact, ..BakeOptions::default() };
+        let options = BakeOptions { tissue, ..BakeOptions::default() };
         let groups = groups(&[], &mesh).unwrap();
         Self { slab, mesh, options, groups }
     }

@@ -5,9 +5,6 @@ use chaincell_host::error::{Error, Result};
 use chaincell_kernel::ToolPose;
 use nalgebra::Vector3;
 
-/// Most points of a surface that a probe touches at a time.
-const PROBE_CAPACITY: usize = 512;
-
 /// What touches the body.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Tool<'a> {
@@ -27,9 +24,7 @@ impl Tool<'_> {
     pub(super) fn contact(&self) -> Contact {
         match *self {
             Self::Held(cells) => Contact::Cells(cells.to_vec()),
-            Self::Probe { radius_m, .. } => {
-                Contact::Probe { radius_m: radius_m as f32, capacity: PROBE_CAPACITY }
-            }
+            Self::Probe { radius_m, .. } => Contact::sphere(radius_m as f32, 0.0),
         }
     }
 

@@ -17,8 +17,6 @@ use chaincell_host::interrupt;
 
 /// Sweeps a tick of the network.
 pub const SWEEPS: u16 = 4;
-/// Most cells that the probe touches.
-const CAPACITY: usize = 256;
 /// Part of the ticks at which the pictures are taken: late in the hold.
 const SHOWN: f64 = 0.7;
 
@@ -87,7 +85,7 @@ pub struct Pressed {
 /// As the engine; the user's wish to stop.
 pub fn network(scene: &Scene, probe: &Probe) -> Result<Pressed> {
     let variant = Variant::plain(Scheme::Track, Arithmetic::F32);
-    let contact = Contact::Probe { radius_m: probe.radius_m as f32, capacity: CAPACITY };
+    let contact = Contact::sphere(probe.radius_m as f32, 0.0);
     let mut engine = variant.engine(scene.model()?, contact, SWEEPS, |settings| Settings {
         unloading: Unloading::Off,
         ..settings

@@ -8,10 +8,10 @@ use serde_json::{Value, json};
 
 use super::section::{Context, Section};
 use super::{EXPERIMENTS, html};
-use crate::experiments::report::machine::Machine;
 use chaincell_host::error::Result;
 use chaincell_host::files::output::Folder;
 use chaincell_host::interrupt;
+use chaincell_host::session::timing::machine::Machine;
 
 /// All sections so far, with what they were computed on.
 #[derive(Debug, Clone, Default)]

@@ -8,11 +8,11 @@ use serde::Serialize;
 use super::embedded;
 use super::engine::link_sweep_ns;
 use super::hand::{self, HandRow};
-use super::machine::Machine;
 use super::motions::Motion;
 use super::scene::Scene;
 use super::tools::{self, ToolRow};
 use chaincell_host::error::Result;
+use chaincell_host::session::timing::machine::Machine;
 
 /// What to measure.
 #[derive(Debug, Clone, Default)]

@@ -17,7 +17,6 @@ pub mod collect;
 pub mod embedded;
 pub mod engine;
 pub mod hand;
-pub mod machine;
 pub mod motions;
 pub mod pictures;
 pub mod scene;

@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use super::tables::{Table, percent, us};
 use chaincell_host::bake::tissue::Tissue;
-use chaincell_host::bake::{BakeOptions, ImageBytes, PerCell, ProbeContact, bake};
+use chaincell_host::bake::{BakeOptions, ImageBytes, PerCell, bake};
 use chaincell_host::cli::session::press;
 use chaincell_host::engine::motion::Pose;
 use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
@@ -116,8 +116,7 @@ impl Body {
         let mesh = load(self.mesh, &MeshOptions::default())?;
         let shapes = Tissue::new(PerCell::Uniform(YOUNG_PA), PerCell::Uniform(POISSON));
         let tissue = (self.material == Material::Shapes).then_some(shapes);
-        let probe_contact = ProbeContact::Surface;
-        let options = BakeOptions { tissue, probe_contact, ..BakeOptions::default() };
+        let options = BakeOptions { tissue, ..BakeOptions::default() };
         bake(&mesh, &mesh.default_fixed, &options)
     }
 

@@ -15,7 +15,7 @@ const OTHERS: &str = "## Figures of other commands
 | figure | command |
 | --- | --- |
 | time of a tick, also by several threads, and round trip in the 1 kHz loop, beside the machine's own floor | `chaincell cosim`, `chaincell latency MODEL --worst` |
-| the same for hours, under load | `chaincell soak --out soak` |
+| the same for hours, under load | `chaincell cosim --load 1 --seconds 28800 --out night` |
 | sweeps to equilibrium beside mass-spring, position-based dynamics, Jolt and rapier3d (needs CMake and a C++ compiler) | `cargo bench -p chaincell-lab --features baselines --bench baselines` |
 | instructions of a sweep in its worst state (needs valgrind) | `cargo bench -p chaincell-lab --bench sweep` |
 | instructions on microcontrollers, and the error of whole ticks beside them | `tests/firmware/run`, `tests/firmware/run --fit` |

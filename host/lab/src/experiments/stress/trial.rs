@@ -10,19 +10,8 @@ use chaincell_host::engine::{Contact, Engine, Scheme};
 use chaincell_host::error::{Error, Result};
 use chaincell_host::interrupt;
 
-/// Most cells that a probe touches at a time.
-const CAPACITY: usize = 64;
 /// A tool step without a limit \[m\].
 const NO_LIMIT_M: f32 = 1e30;
-
-/// What the tool touches.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Touch {
-    /// It holds the body's contact nodes.
-    Cells,
-    /// A sphere \[m\].
-    Probe(f32),
-}
 
 /// Where the tool is \[m\], and whether it touches.
 pub type Pose = ([f32; 3], bool);
@@ -38,8 +27,6 @@ pub struct Trial<'b> {
     pub body: &'b Body,
     /// Where the cells start; at rest unless given.
     pub state: Option<Positions>,
-    /// What the tool touches.
-    pub touch: Touch,
     /// The tool's pose in a tick.
     pub script: Box<dyn Fn(u32) -> Pose>,
     /// Sweeps of a tick, 0 for a late one, `None` for all of them.
@@ -92,7 +79,6 @@ impl<'b> Trial<'b> {
             label: label.into(),
             body,
             state: None,
-            touch: Touch::Cells,
             script: Box::new(|_| ([0.0; 3], false)),
             sweeps_made: |_| None,
             ticks,
@@ -115,15 +101,6 @@ impl<'b> Trial<'b> {
         Self { script: Box::new(script), ..self }
     }
 
-    /// What the tool touches, in the model's cells.
-    #[must_use]
-    pub fn contact(&self, model: &Model<'_>) -> Contact {
-        match self.touch {
-            Touch::Cells => Contact::Cells(self.body.held(model)),
-            Touch::Probe(radius_m) => Contact::Probe { radius_m, capacity: CAPACITY },
-        }
-    }
-
     /// Where the cells start.
     #[must_use]
     pub fn start(&self, model: &Model<'_>) -> Option<Vec<[f32; 3]>> {
@@ -140,7 +117,8 @@ impl<'b> Trial<'b> {
         variant: Variant,
     ) -> Result<std::result::Result<Engine<'m>, String>> {
         let sweeps = self.sweeps.unwrap_or(variant.sweeps());
-        let engine = variant.engine(model, self.contact(&model), sweeps, |settings| Settings {
+        let contact = Contact::Cells(self.body.held(&model));
+        let engine = variant.engine(model, contact, sweeps, |settings| Settings {
             max_tool_step_m: if self.leaps { NO_LIMIT_M } else { settings.max_tool_step_m },
             unloading: self.unloading,
             ..settings

@@ -66,6 +66,7 @@ fn played(mesh: &Mesh, law: Law, coarse_basis: BasisSpacing, press: &Press) -> E
 }
 
 /// Presses that end in the exact equilibrium: field, force, energy.
+// REQ-FOR-07
 #[test]
 fn a_press_ends_in_the_equilibrium() {
     let even = load("box:9x9x5x0.0125", &MeshOptions::default()).unwrap();

@@ -8,9 +8,8 @@
 use std::fmt;
 use std::str::FromStr;
 
-use serde::{Deserialize, Serialize};
-
 use super::POSE_HZ;
+use crate::choice::by_text;
 use crate::session::timing::clock::{PERIOD_NS, SECOND_NS};
 
 /// Number of gaps between poses for the median period.
@@ -29,8 +28,7 @@ const SILENCE_PERIODS: u64 = 100;
 pub const BUDGET_US_MAX: u32 = 1_000_000;
 
 /// Time limit for the sweeps of a tick; as text `auto`, `off` or microseconds.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(try_from = "String", into = "String")]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum SweepBudget {
     /// No limit: the number of sweeps in the settings.
     Off,
@@ -56,19 +54,7 @@ impl FromStr for SweepBudget {
     }
 }
 
-impl TryFrom<String> for SweepBudget {
-    type Error = String;
-
-    fn try_from(text: String) -> Result<Self, String> {
-        text.parse()
-    }
-}
-
-impl From<SweepBudget> for String {
-    fn from(budget: SweepBudget) -> Self {
-        budget.to_string()
-    }
-}
+by_text!(SweepBudget);
 
 impl fmt::Display for SweepBudget {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -233,6 +219,7 @@ mod tests {
         done
     }
 
+    // REQ-COS-09
     #[test]
     fn as_many_sweeps_as_fit_the_period() {
         let mut budget = TimeBudget::new(SweepBudget::Auto, 1, POSE_HZ);

@@ -81,6 +81,7 @@ mod tests {
         ticks(sent_ns, [at_ns, now_ns], [tick_ns, PERIOD_NS])
     }
 
+    // REQ-STG-14
     #[test]
     fn the_way_counts_twice_and_the_wait_and_the_tick_once() {
         let start = 5_000_000_000;
@@ -92,6 +93,7 @@ mod tests {
         assert_eq!(ticks(start, [start + 400_000; 2], [300_000, PERIOD_NS / 2]), Some(3));
     }
 
+    // REQ-STG-14
     #[test]
     fn what_is_long_is_bounded_and_another_clock_is_seen() {
         let start = 5_000_000_000;

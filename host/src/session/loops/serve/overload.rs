@@ -96,6 +96,7 @@ mod tests {
         (0..40).find(|&tick| overload.note(Behind::Yes, span(tick)) == Change::Begins)
     }
 
+    // REQ-COS-09
     #[test]
     fn three_ticks_and_ten_milliseconds() {
         assert_eq!(begins(2), Some(4));

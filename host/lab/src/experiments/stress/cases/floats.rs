@@ -7,7 +7,7 @@ use crate::bodies::Body;
 use crate::bodies::Variant;
 use crate::bodies::shape::cuboid;
 use crate::experiments::stress::case::{Case, Findings, Scale};
-use crate::experiments::stress::trial::{Touch, Trial, sample};
+use crate::experiments::stress::trial::{Trial, sample};
 use crate::monitor::Check;
 use chaincell_host::bake::BakeOptions;
 use chaincell_host::engine::Engine;
@@ -17,7 +17,7 @@ use chaincell_host::interrupt;
 pub const CASES: &[Case] = &[
     Case {
         name: "tool-floats",
-        checks: "tool at the largest, smallest and subnormal floats in turn, cells and probe",
+        checks: "tool at the largest, smallest and subnormal floats in turn",
         run: tool,
     },
     Case {
@@ -59,18 +59,14 @@ fn the_box(scale: Scale) -> Result<Body> {
 
 fn tool(scale: Scale, found: &mut Findings) -> Result<()> {
     let body = the_box(scale)?;
-    let probe = Touch::Probe(2.0 * body.plain()?.unit_m());
     let ticks = scale.ticks(120);
-    for (label, touch) in [("cells", Touch::Cells), ("probe", probe)] {
-        for leaps in [false, true] {
-            let way = if leaps { "at once" } else { "a link a tick" };
-            let trial = Trial::new(format!("{label}, {way}"), &body, ticks);
-            let trial = trial.under(move |tick| {
-                let at = [0, 1, 2].map(|axis| extreme(3 * (tick / 2) + axis));
-                (at, tick < ticks - 30 && tick % 40 != 39)
-            });
-            found.play(&Trial { touch, leaps, ..trial })?;
-        }
+    for leaps in [false, true] {
+        let label = if leaps { "at once" } else { "a link a tick" };
+        let trial = Trial::new(label, &body, ticks).under(move |tick| {
+            let at = [0, 1, 2].map(|axis| extreme(3 * (tick / 2) + axis));
+            (at, tick < ticks - 30 && tick % 40 != 39)
+        });
+        found.play(&Trial { leaps, ..trial })?;
     }
     Ok(())
 }

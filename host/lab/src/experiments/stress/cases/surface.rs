@@ -9,7 +9,7 @@ use crate::experiments::stress::tools::{Act, Step, ToolTrial};
 use crate::experiments::stress::trial::Positions;
 use crate::states::{State, scattered};
 use chaincell_host::bake::tissue::{Band, Tissue};
-use chaincell_host::bake::{BakeOptions, PerCell, ProbeContact};
+use chaincell_host::bake::{BakeOptions, PerCell};
 use chaincell_host::error::Result;
 
 pub const CASES: &[Case] = &[
@@ -129,8 +129,7 @@ fn baked(scale: Scale, kinds: Vec<Kind>) -> Result<Bodies> {
     let of = |poisson, stiffening, energy_max_j| -> Result<Body> {
         let of = PerCell::Uniform;
         let tissue = Some(Tissue { stiffening, ..Tissue::new(of(5000.0), of(poisson)) });
-        let probe_contact = ProbeContact::Surface;
-        let options = BakeOptions { tissue, probe_contact, energy_max_j, ..BakeOptions::default() };
+        let options = BakeOptions { tissue, energy_max_j, ..BakeOptions::default() };
         Body::new(cuboid(nodes)?, &options)
     };
     let kinds = kinds.into_iter();

@@ -3,7 +3,7 @@
 use crate::bodies::Body;
 use crate::bodies::shape::cuboid;
 use crate::experiments::stress::case::{Case, Findings, Scale};
-use crate::experiments::stress::trial::{Pose, Touch, Trial};
+use crate::experiments::stress::trial::{Pose, Trial};
 use crate::states::scattered;
 use chaincell_host::bake::BakeOptions;
 use chaincell_host::error::Result;
@@ -12,42 +12,22 @@ pub const CASES: &[Case] = &[
     Case {
         name: "teleport-cells",
         checks: "held cell anywhere within 3 widths, elsewhere every tick; then let go",
-        run: |scale, found| teleport(scale, found, Touch::Cells),
-    },
-    Case {
-        name: "teleport-probe",
-        checks: "sphere of 2 links anywhere within 2 widths, elsewhere every tick; then gone",
-        run: |scale, found| teleport(scale, found, Touch::Probe(0.0)),
+        run: |scale, found| teleport(scale, found),
     },
     Case {
         name: "late-cells",
         checks: "held cell anywhere within 3 widths, 6 of 10 ticks late, others cut to 1 or 2 sweeps",
-        run: |scale, found| late(scale, found, Touch::Cells),
-    },
-    Case {
-        name: "late-probe",
-        checks: "sphere of 2 links anywhere within 2 widths, ticks late and cut as for late-cells",
-        run: |scale, found| late(scale, found, Touch::Probe(0.0)),
+        run: |scale, found| late(scale, found),
     },
     Case {
         name: "jump-through-cells",
         checks: "held cell from above to below the body and back, every 5 ticks; then let go",
-        run: |scale, found| jump(scale, found, Touch::Cells, 5),
-    },
-    Case {
-        name: "jump-through-probe",
-        checks: "sphere of 2 links from above into the middle, through, back, every 5 ticks",
-        run: |scale, found| jump(scale, found, Touch::Probe(0.0), 5),
+        run: |scale, found| jump(scale, found, 5),
     },
     Case {
         name: "nyquist-cells",
         checks: "held cell up and down by a link every tick; let go, track leaves under 1e-3 E",
-        run: |scale, found| nyquist(scale, found, Touch::Cells),
-    },
-    Case {
-        name: "nyquist-probe",
-        checks: "sphere of 2 links in and out of the top every tick; then the same",
-        run: |scale, found| nyquist(scale, found, Touch::Probe(0.0)),
+        run: |scale, found| nyquist(scale, found),
     },
 ];
 
@@ -55,8 +35,6 @@ pub const CASES: &[Case] = &[
 const HELD: u32 = 120;
 /// Ticks after it.
 const FREE: u32 = 60;
-/// Radius of the probe [mean link lengths].
-const RADIUS: f32 = 2.0;
 
 /// The box, its mean link length \[m\] and its centre \[m\].
 fn body(scale: Scale) -> Result<(Body, f32, [f32; 3])> {
@@ -80,49 +58,34 @@ fn around(
     }
 }
 
-fn trial<'b>(label: &str, body: &'b Body, scale: Scale, touch: Touch, unit_m: f32) -> Trial<'b> {
-    let touch = match touch {
-        Touch::Cells => touch,
-        Touch::Probe(_) => Touch::Probe(RADIUS * unit_m),
-    };
-    let ticks = scale.ticks(HELD + FREE);
-    Trial { touch, ..Trial::new(label, body, ticks) }
-}
-
-fn teleport(scale: Scale, found: &mut Findings, touch: Touch) -> Result<()> {
-    anywhere(scale, found, touch, |_| None)
+fn teleport(scale: Scale, found: &mut Findings) -> Result<()> {
+    anywhere(scale, found, |_| None)
 }
 
 /// As under a load: runs of poses that newer ones have overtaken, and ticks that end early.
-fn late(scale: Scale, found: &mut Findings, touch: Touch) -> Result<()> {
-    anywhere(scale, found, touch, |tick| match tick % 10 {
+fn late(scale: Scale, found: &mut Findings) -> Result<()> {
+    anywhere(scale, found, |tick| match tick % 10 {
         0 | 5 => Some(1),
         3 | 9 => Some(2),
         _ => Some(0),
     })
 }
 
-fn anywhere(
-    scale: Scale,
-    found: &mut Findings,
-    touch: Touch,
-    sweeps_made: fn(u32) -> Option<u16>,
-) -> Result<()> {
+fn anywhere(scale: Scale, found: &mut Findings, sweeps_made: fn(u32) -> Option<u16>) -> Result<()> {
     let (body, unit_m, centre_m) = body(scale)?;
     let held = scale.ticks(HELD);
-    let widths = if touch == Touch::Cells { 3.0 } else { 2.0 };
-    let by = widths * scale.nodes() as f32 / 2.0;
+    let by = 3.0 * scale.nodes() as f32 / 2.0;
     for leaps in [false, true] {
         let label = if leaps { "at once" } else { "a link a tick" };
         let places = scattered(u64::from(leaps), held as usize, by);
         let script = around(unit_m, centre_m, held, move |tick| places[tick as usize]);
-        let trial = trial(label, &body, scale, touch, unit_m).under(script);
+        let trial = Trial::new(label, &body, scale.ticks(HELD + FREE)).under(script);
         found.play(&Trial { leaps, sweeps_made, ..trial })?;
     }
     Ok(())
 }
 
-fn jump(scale: Scale, found: &mut Findings, touch: Touch, every: u32) -> Result<()> {
+fn jump(scale: Scale, found: &mut Findings, every: u32) -> Result<()> {
     let (body, unit_m, centre_m) = body(scale)?;
     let held = scale.ticks(HELD);
     let height = scale.nodes() as f32;
@@ -132,27 +95,22 @@ fn jump(scale: Scale, found: &mut Findings, touch: Touch, every: u32) -> Result<
             let up = [1.0, 0.3, -1.0, -0.3][(tick / every) as usize % 4];
             [0.05, 0.02, up * height]
         });
-        let trial = trial(label, &body, scale, touch, unit_m).under(script);
+        let trial = Trial::new(label, &body, scale.ticks(HELD + FREE)).under(script);
         found.play(&Trial { leaps, ..trial })?;
     }
     Ok(())
 }
 
-fn nyquist(scale: Scale, found: &mut Findings, touch: Touch) -> Result<()> {
+fn nyquist(scale: Scale, found: &mut Findings) -> Result<()> {
     let (body, unit_m, centre_m) = body(scale)?;
     let held = scale.ticks(HELD);
-    // The probe stands over a cell: between cells a shallow one touches nothing.
-    let [x, y, top] = body.plain()?.rest_position(usize::from(body.held(&body.plain()?)[0]));
     for amplitude in [0.5_f32, 0.01] {
         let script = around(unit_m, centre_m, held, move |tick| {
             let up = if tick % 2 == 0 { amplitude } else { -amplitude };
-            match touch {
-                Touch::Cells => [0.05, 0.02, up],
-                Touch::Probe(_) => [x, y, top + RADIUS + up],
-            }
+            [0.05, 0.02, up]
         });
         let label = format!("amplitude {amplitude} links");
-        let trial = trial(&label, &body, scale, touch, unit_m).under(script);
+        let trial = Trial::new(label, &body, scale.ticks(HELD + FREE)).under(script);
         found.play(&Trial { left_max: Some(1e-3), ..trial })?;
     }
     Ok(())

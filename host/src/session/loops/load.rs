@@ -1,4 +1,4 @@
-//! Load beside a run: threads that copy and compute without a pause, and share nothing with it.
+//! Load during a run: threads that copy and compute without a pause, and share nothing with it.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -7,21 +7,21 @@ use std::time::Instant;
 
 use serde::Serialize;
 
-use chaincell_host::error::{Error, Result};
-use chaincell_host::session::loops::realtime::{allowed_cores, pin_to};
-use chaincell_host::session::timing::cold::last_level_cache_bytes;
+use crate::error::{Error, Result};
+use crate::session::loops::realtime::{allowed_cores, pin_to};
+use crate::session::timing::cold::last_level_cache_bytes;
 
-/// Most that a thread copies to and fro \[bytes\].
+/// Largest number of bytes that a thread copies back and forth.
 const BUFFER_BYTES_MAX: usize = 64 << 20;
-/// Copied between looks whether to stop \[bytes\].
+/// Bytes copied between two checks for the end.
 const CHUNK_BYTES: usize = 1 << 20;
 
-/// What the load did.
+/// Figures of a load.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 pub struct LoadFigures {
-    /// Threads that were busy all the time.
+    /// Number of threads, all of them busy all the time.
     pub threads: usize,
-    /// Read and written by all of them, a second \[GB/s\].
+    /// Rate at which all of them together read and write \[GB/s\].
     pub gb_per_s: f64,
 }
 
@@ -31,7 +31,7 @@ struct Shared {
     bytes: AtomicU64,
 }
 
-/// Busy threads, ended with the value.
+/// Busy threads; dropping this ends them.
 #[derive(Debug)]
 pub struct Load {
     shared: Arc<Shared>,
@@ -39,17 +39,11 @@ pub struct Load {
     start: Instant,
 }
 
-/// Threads unless the user says otherwise: one for each core but the tissue's, at least one.
-#[must_use]
-pub fn default_threads() -> usize {
-    allowed_cores().len().saturating_sub(1).max(1)
-}
-
 impl Load {
-    /// Starts so many threads, on all cores but the last, which is the tissue's.
+    /// Starts `threads` threads on all cores except the last, which is the tissue's.
     ///
     /// # Errors
-    /// A thread that the system refuses.
+    /// The system refuses a thread.
     pub fn start(threads: usize) -> Result<Self> {
         let cores = allowed_cores();
         let others = cores.get(..cores.len().saturating_sub(1)).unwrap_or_default();
@@ -70,7 +64,7 @@ impl Load {
         Ok(load)
     }
 
-    /// Ends it.
+    /// Ends the threads and returns their figures.
     #[must_use]
     pub fn end(mut self) -> LoadFigures {
         let threads = self.threads.len();
@@ -95,7 +89,7 @@ impl Drop for Load {
     }
 }
 
-/// Copies as much as the last-level cache holds to and fro and adds it up, until told to stop.
+/// Copies as many bytes as the last-level cache holds back and forth and adds them up, until `stop` is set.
 fn work(shared: &Shared) {
     let half = last_level_cache_bytes().clamp(CHUNK_BYTES, BUFFER_BYTES_MAX / 2);
     let (mut one, mut other) = (vec![1_u8; half], vec![2_u8; half]);
@@ -120,7 +114,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn threads_work_until_they_are_told_to_stop() {
+    fn threads_work_until_they_are_stopped() {
         let load = Load::start(2).unwrap();
         // Many chunks of each.
         while load.shared.bytes.load(Ordering::Relaxed) < 100 * CHUNK_BYTES as u64 {
@@ -132,6 +126,5 @@ mod tests {
         assert_eq!(figures.threads, 2);
         assert!(figures.gb_per_s > 0.0, "{figures:?}");
         assert_eq!(Load::start(0).unwrap().end(), LoadFigures::default());
-        assert!(default_threads() >= 1);
     }
 }

@@ -1,27 +1,17 @@
-//! The coarse level with a probe: the basis functions at its contacts are left out.
+//! The coarse level of links under tools: the resistance of the contacts is taken into account.
 //!
-//! Contacts of a probe change often, so the corrections of [`hold`](super::held::hold), at 2 n^2 per held
-//! cell, cost too much for them. Instead the set H of basis functions with a weight at a contact is left out:
-//! c = 0 there, and no held cell moves. Among the c that are zero on H, the one that lowers the bound of the
-//! energy most is
-//!
-//! ```text
-//! c = B g - B_H (B_HH)^-1 (B g)_H
-//! ```
-//!
-//! for which c' (A + R) c = g . c still holds, hence the certificate of [`track`](crate::Track). The
-//! principal submatrix `B_HH` is positive definite as B is; its Cholesky factor is computed when the contacts
-//! change. With more than [`DEFLATED_MAX`] basis functions in H, or if rounding makes a pivot too small,
-//! there is no coarse level until they change again.
-//!
-//! Tools on a surface hold no cell but add a resistance: a diagonal D in the bound's Laplacian. P' D P is at
-//! most the diagonal S of its row sums, and by the Woodbury formula
+//! A tool on the surface adds a resistance to the cells of the triangles in reach: a diagonal D in the bound's
+//! Laplacian. P' D P is at most the diagonal S of its row sums, and by the Woodbury formula the step that
+//! lowers the bound of the energy most is
 //!
 //! ```text
 //! c = (A + R + S)^-1 g = B g - B_H (B_HH + S_H^-1)^-1 (B g)_H
 //! ```
 //!
-//! which is the same with S^-1 on the diagonal: 0 for a held cell.
+//! H is the set of basis functions with a weight at such a cell. c' (A + R + S) c = g . c holds, hence the
+//! certificate of [`track`](crate::Track). `B_HH` + S_H^-1 is positive definite as B is; its Cholesky factor
+//! is computed when the contacts change. With more than [`RESISTED_MAX`] basis functions in H, or if rounding
+//! makes a pivot too small, there is no coarse level until they change again.
 //!
 //! Cost: k^3 / 6 multiplications when the contacts change, k = |H|; 3 k (n + k) per sweep, n basis functions.
 
@@ -31,47 +21,33 @@ use crate::model::coarse_basis::CoarseBasis;
 use crate::number::sqrt::sqrt;
 use crate::number::two_float::{Eight, LANES};
 
-/// Largest number of basis functions that are left out.
-pub(crate) const DEFLATED_MAX: usize = 64;
+/// Largest number of basis functions that contacts may resist.
+pub(crate) const RESISTED_MAX: usize = 64;
 /// Smallest pivot, relative to the diagonal element.
 const PIVOT_MIN: f32 = 1.0e-5;
-/// Largest part of c that may remain at the basis functions left out. Above it the factor is too inexact to
-/// use. The remainder is set to 0, which changes g . c and c' A c equally to first order. The positive
-/// diagonal R covers that: c' A c stays below c' (A + R) c by the share of R, at least 1e-3, and the
-/// certificate is 1/512 below the computed products.
-const LEFT_MAX: f32 = 1.0e-4;
-
 /// Blocks of a row of the factor.
 const fn row_blocks(functions: usize) -> usize {
-    let row = (if functions < DEFLATED_MAX { functions } else { DEFLATED_MAX }).div_ceil(LANES);
+    let row = (if functions < RESISTED_MAX { functions } else { RESISTED_MAX }).div_ceil(LANES);
     // A model has at least one basis function; this lets the compiler know.
     if row == 0 { 1 } else { row }
 }
 
-/// Memory that the coarse level needs for `functions` basis functions and a probe \[blocks of eight `f32`\].
+/// Memory that the coarse level needs for `functions` basis functions and tools \[blocks of eight `f32`\].
 ///
 /// With K = min(`functions`, 64) rounded up to a multiple of 8: six vectors over the basis
 /// functions, K numbers of basis functions, K sums for each axis, K^2 elements of the factor.
 ///
 /// ```
-/// # use chaincell_kernel::{Model, Network, Settings, Tissue, Track, include_model};
-/// use chaincell_kernel::probe_room;
-/// # let image = include_model!(concat!(env!("CARGO_MANIFEST_DIR"), "/data/box5.chaincell"));
-/// # let model = Model::from_bytes(image)?;
-/// # let network = Network::new(model, Settings::for_model(&model))?;
-/// let mut tissue = Tissue::<128, Track<{ probe_room(27) }>>::new();
-/// tissue.reset(&network)?;
-/// assert_eq!(tissue.choose_probe(&network, 0.005), Ok(())); // a ball of 10 mm
-/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// assert_eq!(chaincell_kernel::tool_room(27), 6 * 4 + 4 * (4 + 8 * 4));
 /// ```
 #[must_use]
-pub const fn probe_room(functions: usize) -> usize {
+pub const fn tool_room(functions: usize) -> usize {
     let row = row_blocks(functions);
     6 * functions.div_ceil(LANES) + row * (4 + LANES * row)
 }
 
 /// The data after the vectors in the coarse memory.
-struct Deflated<'a> {
+struct Resisted<'a> {
     /// Indices of the basis functions, ascending.
     functions: &'a mut [f32],
     /// Three sums each.
@@ -81,7 +57,7 @@ struct Deflated<'a> {
     row: usize,
 }
 
-impl<'a> Deflated<'a> {
+impl<'a> Resisted<'a> {
     fn cut(basis: &CoarseBasis<'_>, behind: &'a mut [Eight]) -> Option<Self> {
         let row = row_blocks(basis.count);
         let (numbers, rest) = behind.split_at_mut_checked(row)?;
@@ -100,7 +76,7 @@ impl<'a> Deflated<'a> {
     /// diagonal. Returns false if that is not possible.
     fn factorise(&mut self, of: &CoarseBasis<'_>, count: usize) -> bool {
         // Lets the compiler know here too that a row is neither empty nor too long.
-        let row = self.row.clamp(1, DEFLATED_MAX / LANES);
+        let row = self.row.clamp(1, RESISTED_MAX / LANES);
         // Fill the rows with the inverse's elements, and add the diagonal.
         self.factor.fill([0.0; LANES]);
         let numbers = self.functions.get(..count).unwrap_or(&[]);
@@ -172,10 +148,9 @@ impl<'a> Deflated<'a> {
     }
 }
 
-/// Finds the basis functions at these cells, each cell with its resistance, infinite for a held one, and
-/// factorises their part of the inverse. Returns their number; `None` if they are too many or the factor does
+/// Finds the basis functions at these cells, each cell with its resistance, and factorises their part of the inverse. Returns their number; `None` if they are too many or the factor does
 /// not exist.
-pub(crate) fn deflate(
+pub(crate) fn resist(
     basis: &CoarseBasis<'_>,
     room: &mut [Eight],
     cells: impl Iterator<Item = (usize, f32)>,
@@ -194,7 +169,7 @@ pub(crate) fn deflate(
         }
     }
     // Index the marked basis functions.
-    let mut taken = Deflated::cut(basis, behind)?;
+    let mut taken = Resisted::cut(basis, behind)?;
     let mut count = 0;
     let marked = marks.iter().enumerate().filter(|&(_, &mark)| mark > 0.0);
     for (function, mark) in marked {
@@ -205,21 +180,21 @@ pub(crate) fn deflate(
     taken.factorise(basis, count).then_some(count as u16)
 }
 
-/// Removes the first `count` indexed basis functions from c = B g, or reduces them by their resistance.
-/// Returns true if the remainder is small enough.
+/// Reduces c = B g by the resistance of the first `count` indexed basis functions. Returns false if the
+/// memory is too small for them.
 #[inline(always)]
-pub(crate) fn solve_deflated<V: F32x8>(
+pub(crate) fn solve_resisted<V: F32x8>(
     basis: &CoarseBasis<'_>,
     behind: &mut [Eight],
-    (count, is_held): (usize, bool),
+    count: usize,
     c: &mut [Eight],
 ) -> bool {
     let blocks = basis.blocks();
     if count == 0 {
         return true;
     }
-    let Some(mut taken) = Deflated::cut(basis, behind) else { return false };
-    let numbers = |taken: &Deflated<'_>, at: usize| {
+    let Some(mut taken) = Resisted::cut(basis, behind) else { return false };
+    let numbers = |taken: &Resisted<'_>, at: usize| {
         taken.functions.get(at).map_or(0, |&function| function as usize)
     };
     let stride = blocks * LANES;
@@ -227,11 +202,8 @@ pub(crate) fn solve_deflated<V: F32x8>(
         c.as_flattened().get(axis * stride + function).copied().unwrap_or(0.0)
     };
     // Solve for the shares of these basis functions.
-    let mut highest = 0.0;
     for at in 0..count {
         let sum = [0, 1, 2].map(|axis| value(c, axis, numbers(&taken, at)));
-        let here = crate::number::cell::peak(sum);
-        highest = if here > highest { here } else { highest };
         if let Some(slot) = taken.sums.get_mut(at) {
             *slot = sum;
         }
@@ -249,21 +221,7 @@ pub(crate) fn solve_deflated<V: F32x8>(
             }
         }
     }
-    // Held: the remainder at these basis functions must be small; set it to 0.
-    if !is_held {
-        return true;
-    }
-    let mut left = 0.0;
-    for at in 0..count {
-        for axis in 0..3 {
-            let at = axis * stride + numbers(&taken, at);
-            if let Some(slot) = c.as_flattened_mut().get_mut(at) {
-                left = if slot.abs() > left { slot.abs() } else { left };
-                *slot = 0.0;
-            }
-        }
-    }
-    left <= LEFT_MAX * highest
+    true
 }
 
 #[cfg(test)]
@@ -273,91 +231,10 @@ mod tests {
     use crate::model::Model;
     use crate::solver::coarse::tests::CUBE;
     use crate::solver::coarse::{Coarse, Solve};
-    use crate::terms::held::Contact;
     use crate::terms::tests::{ROUNDING_ROOM, matrix};
     use std::vec;
     use std::vec::Vec;
 
-    fn held(cells: &[u16]) -> Vec<Contact> {
-        cells.iter().copied().map(Contact::new).collect()
-    }
-
-    fn deflate(basis: &CoarseBasis<'_>, room: &mut [Eight], held: &[Contact]) -> Option<u16> {
-        super::deflate(basis, room, held.iter().map(|held| (held.cell(), f32::INFINITY)))
-    }
-
-    /// Both sides of the solution without the basis functions of some contacts, by basis function, and g . c.
-    fn solved(
-        model: &Model<'_>,
-        held: &[Contact],
-        vectors: Option<VectorUnit>,
-    ) -> (Vec<[f32; 3]>, Vec<[f32; 3]>, f32) {
-        let basis = model.coarse_basis.unwrap();
-        let blocks = basis.blocks();
-        let mut room = vec![[0.0_f32; LANES]; probe_room(basis.count)];
-        let taken = deflate(&basis, &mut room, held).unwrap();
-        for axis in 0..3 {
-            for function in 0..basis.count {
-                let seed = (7 * function + 3 * axis) as f32 * 0.618_034;
-                room[axis * blocks + function / LANES][function % LANES] = seed % 1.0 - 0.5;
-            }
-        }
-        let solve = Solve { basis, room: &mut room, coarse: Coarse::Deflated(taken) };
-        let product = run(vectors, solve);
-        let side = |from: usize| {
-            let at = |function: usize, axis: usize| {
-                room[(from + axis) * blocks + function / LANES][function % LANES]
-            };
-            (0..basis.count).map(|function| [0, 1, 2].map(|axis| at(function, axis))).collect()
-        };
-        (side(0), side(3), product.hi)
-    }
-
-    #[test]
-    fn the_best_direction_without_the_hats_of_the_contacts() {
-        let model = Model::from_bytes(CUBE).unwrap();
-        let basis = model.coarse_basis.unwrap();
-        let whole = matrix(&model, model.others.0.iter(), &basis, &[]);
-        let free: Vec<u16> = (0..model.cells() as u16).filter(|&c| !model.is_fixed(c)).collect();
-        let last = free[free.len() - 1];
-        for cells in [&[][..], &[free[0]], &[free[3], free[70], last], &free[90..110]] {
-            let held = held(cells);
-            let (g, c, product) = solved(&model, &held, VectorUnit::find());
-            assert_eq!(solved(&model, &held, None), (g.clone(), c.clone(), product));
-            let mut is_out = vec![false; basis.count];
-            for contact in &held {
-                for (function, weight) in basis.row_of(contact.cell()) {
-                    is_out[function] |= weight > 0.0;
-                }
-            }
-            let out = is_out.iter().filter(|&&out| out).count();
-            assert!((out > 0) != cells.is_empty() && out < basis.count, "{out}");
-            let (mut curved, mut exact) = (0.0, 0.0);
-            for function in 0..basis.count {
-                for axis in 0..3 {
-                    let here = f64::from(c[function][axis]);
-                    let room =
-                        ROUNDING_ROOM * (basis.count as f64).sqrt() * whole[function][function];
-                    let sum: f64 = (0..basis.count)
-                        .map(|other| whole[function][other] * f64::from(c[other][axis]))
-                        .sum();
-                    if is_out[function] {
-                        assert_eq!(here, 0.0);
-                    } else {
-                        let off = (sum + room * here - f64::from(g[function][axis])).abs();
-                        assert!(off < 2e-3, "{out} out, function {function}: off by {off}");
-                    }
-                    curved += here * sum;
-                    exact += here * f64::from(g[function][axis]);
-                }
-            }
-            // The bound used by the guard: c' A c <= g . c.
-            assert!(curved <= f64::from(product), "{out} out: {curved} above {product}");
-            assert!((f64::from(product) - exact).abs() <= 1e-5 * exact, "{product} {exact}");
-        }
-    }
-
-    #[cfg(feature = "surface")]
     #[test]
     fn the_best_direction_under_what_resists_cells() {
         let model = Model::from_bytes(CUBE).unwrap();
@@ -373,8 +250,8 @@ mod tests {
             resists[function] += f64::from(more);
         }
         let blocks = basis.blocks();
-        let mut room = vec![[0.0_f32; LANES]; probe_room(basis.count)];
-        let count = super::deflate(&basis, &mut room, cells.iter().copied()).unwrap();
+        let mut room = vec![[0.0_f32; LANES]; tool_room(basis.count)];
+        let count = resist(&basis, &mut room, cells.iter().copied()).unwrap();
         assert!(resists.iter().filter(|&&of| of > 0.0).count() == usize::from(count) && count > 4);
         for (function, g) in room[..blocks].as_flattened_mut()[..basis.count].iter_mut().enumerate()
         {
@@ -393,33 +270,27 @@ mod tests {
     }
 
     #[test]
-    fn too_many_hats_or_a_bad_factor_leave_no_coarse_level() {
+    fn too_many_functions_or_a_bad_factor_leave_no_coarse_level() {
         let model = Model::from_bytes(CUBE).unwrap();
         let basis = model.coarse_basis.unwrap();
-        let mut room = vec![[0.0_f32; LANES]; probe_room(basis.count)];
-        let all: Vec<u16> = (0..model.cells() as u16).filter(|&c| !model.is_fixed(c)).collect();
-        let taken = deflate(&basis, &mut room, &held(&all)).map(usize::from);
-        assert_eq!(taken, (basis.count <= DEFLATED_MAX).then_some(basis.count));
+        let mut room = vec![[0.0_f32; LANES]; tool_room(basis.count)];
+        let free = || (0..model.cells()).filter(|&cell| !model.is_fixed(cell as u16));
+        let all = resist(&basis, &mut room, free().map(|cell| (cell, 1.0))).map(usize::from);
+        assert_eq!(all, (basis.count <= RESISTED_MAX).then_some(basis.count));
         let short = room.len() - 1;
-        assert_eq!(deflate(&basis, &mut room[..short], &held(&all[..1])), None);
+        assert_eq!(
+            resist(&basis, &mut room[..short], free().take(1).map(|cell| (cell, 1.0))),
+            None
+        );
         // The same basis function twice has no factor.
-        let mut taken = Deflated::cut(&basis, &mut room[6 * basis.blocks()..]).unwrap();
+        let mut taken = Resisted::cut(&basis, &mut room[6 * basis.blocks()..]).unwrap();
         (taken.functions[0], taken.functions[1]) = (3.0, 3.0);
         taken.sums[..2].fill([0.0; 3]);
         assert!(taken.factorise(&basis, 1) && !taken.factorise(&basis, 2));
-        // A factor of other basis functions leaves a remainder at these.
-        (taken.functions[0], taken.functions[1]) = (3.0, 4.0);
-        assert!(taken.factorise(&basis, 2));
-        (taken.functions[0], taken.functions[1]) = (0.0, 9.0);
-        for slot in &mut room[..6 * basis.blocks()] {
-            *slot = [1.0; LANES];
-        }
-        let solve = Solve { basis, room: &mut room, coarse: Coarse::Deflated(2) };
-        assert_eq!(run(VectorUnit::find(), solve).hi, 0.0);
     }
 
     #[test]
     fn the_room_is_what_the_page_says() {
-        assert_eq!([1, 8, 9, 64, 400].map(probe_room), [18, 18, 52, 592, 844]);
+        assert_eq!([1, 8, 9, 64, 400].map(tool_room), [18, 18, 52, 592, 844]);
     }
 }
