@@ -140,8 +140,8 @@ impl Case {
         vec![
             format!(
                 "The paper presses a liver of 5,762 mass points with a virtual haptic probe and finds \
-                 the network's shape better than ChainMail's. Here a sphere of {:.0} mm radius pushes \
-                 surface cells out of its way at 1 kHz, {:.1} mm deep, by the same motion for both: \
+                 the network's shape better than ChainMail's. Here a sphere of {:.0} mm radius is pressed \
+                 {:.1} mm into the surface at 1 kHz, by the same motion for both: \
                  approach, press, hold with a hand's tremor, retreat in {} ms. The network takes \
                  {SWEEPS} sweeps a tick (track, alpha 0); ChainMail is the generalised form with bounds \
                  of {CHAIN_ALPHA} of a link, the surface elements inside the sphere put on it.",

@@ -12,7 +12,7 @@ use chaincell_host::words::counted;
 /// Columns of the terminal.
 const WIDTH: u16 = 100;
 /// Widths of the table's columns.
-const COLUMNS: [u16; 4] = [21, 60, 8, 10];
+const COLUMNS: [u16; 4] = [20, 58, 8, 10];
 /// Failures that are shown of a case; all stand in the JSON.
 const SHOWN: usize = 5;
 
