@@ -71,4 +71,4 @@ pub use chaincell_kernel::trace::Command;
 pub use chaincell_kernel::{Flags, ToolPose};
 pub use client::{Client, MS_MAX, Options, Outcome, Role};
 pub use error::{Error, Kind, Result};
-pub use hearing::{Answer, Felt, Notes};
+pub use hearing::{Answer, Notes, ToolOutput};

@@ -12,7 +12,7 @@ fn pressed(image: &'static [u8], ids: &[u32], and_then: &[u32]) -> (u64, u32) {
     }
     let mut contacts = 0;
     for at in 0..20 {
-        contacts = tick(made.tissue, sample(at)).contacts;
+        contacts = tick(made.tissue, sample(at)).tool.contacts;
     }
     (hash(made.tissue), contacts)
 }
@@ -67,7 +67,7 @@ fn cells_change_hands_only_while_the_tool_is_released() {
         assert_eq!(choose(made.tissue, &[b]).0, Code::ContactEngaged);
         tick(made.tissue, sample(59));
         assert_eq!(choose(made.tissue, &[b, a]).0, Code::Ok);
-        assert_eq!(tick(made.tissue, sample(0)).contacts, 2);
+        assert_eq!(tick(made.tissue, sample(0)).tool.contacts, 2);
     }
 }
 
@@ -89,7 +89,7 @@ fn a_probe_touches_cells_and_lets_go() {
         assert_eq!(probe(made.tissue, 0.015).0, Code::Ok);
         let mut most = 0;
         for at in 0..100 {
-            let output = tick(made.tissue, press(at));
+            let output = tick(made.tissue, press(at)).tool;
             most = most.max(output.contacts);
             if at == 60 {
                 assert!(output.contacts > 0 && output.force_n[2] > 0.0, "{scheme:?} {output:?}");
@@ -127,7 +127,7 @@ fn a_probe_that_cannot_be_is_refused() {
     for _ in 0..100 {
         tick(few.tissue, deep);
     }
-    let output = tick(few.tissue, deep);
+    let output = tick(few.tissue, deep).tool;
     assert_eq!(output.contacts, 2);
     assert_ne!(output.flags & crate::FLAG_CONTACT_CAPACITY, 0);
 }
