@@ -9,7 +9,7 @@ use super::binary_source::Binary;
 use super::content::Content;
 use super::lines::Lines;
 use super::{SAVE, Version, binary_v2, binary_v4};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::mesh::RawMesh;
 use crate::mesh::bytes::Bytes;
 
