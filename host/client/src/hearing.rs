@@ -42,15 +42,16 @@ impl Notes {
 /// Force and torque on a tool.
 ///
 /// ```
-/// use chaincell_client::{Felt, Flags};
+/// use chaincell_client::{Flags, ToolOutput};
 ///
-/// let felt = Felt { force_n: [0.0, 3.0, 4.0], flags: 8, ..Felt::default() }; // of an answer
-/// let magnitude_n = felt.force_n.iter().map(|x| x * x).sum::<f32>().sqrt();
+/// let output = ToolOutput { force_n: [0.0, 3.0, 4.0], flags: 8, ..ToolOutput::default() }; // of an answer
+/// let magnitude_n = output.force_n.iter().map(|x| x * x).sum::<f32>().sqrt();
 /// assert_eq!(magnitude_n, 5.0); // [N]
-/// assert!(Flags(felt.flags).contains(Flags::FORCE_CLAMPED)); // the tissue would push harder
+/// assert!(Flags(output.flags).contains(Flags::FORCE_CLAMPED)); // the tissue would push harder
 /// ```
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Felt {
+#[repr(C)]
+pub struct ToolOutput {
     /// Force of the tissue on it \[N\].
     pub force_n: [f32; 3],
     /// Torque on it about its position \[N m\].
@@ -64,11 +65,11 @@ pub struct Felt {
 /// The answer to show at a moment.
 ///
 /// ```
-/// use chaincell_client::{Answer, Felt};
+/// use chaincell_client::{Answer, ToolOutput};
 ///
 /// // `Client::step` gives one; before the first all of it is 0.
 /// let none = Answer::default();
-/// assert_eq!((none.tick, none.tools[0]), (0, Felt::default()));
+/// assert_eq!((none.tick, none.tools[0]), (0, ToolOutput::default()));
 /// let answer = Answer { tick: 41, force_tick: 40, round_trip_ns: 250_000, ..none };
 /// assert!(answer.round_trip_ns < 1_000_000); // [ns], within a tick of 1 kHz
 /// assert_eq!(answer.tick - answer.force_tick, 1); // a late tick repeats an earlier force
@@ -100,7 +101,7 @@ pub struct Answer {
     /// Sweeps made in the tick, 0 in a late one.
     pub sweeps: u32,
     /// Force and torque on each tool, by its number.
-    pub tools: [Felt; TOOLS_MAX],
+    pub tools: [ToolOutput; TOOLS_MAX],
 }
 
 /// The last answer received, and the forces shown.
@@ -142,7 +143,7 @@ impl Hearing {
         self.heard_ns = now_ns;
         // The force and torque of each tool, by its number.
         let mut told = Shown::ZERO;
-        let mut tools = [Felt::default(); TOOLS_MAX];
+        let mut tools = [ToolOutput::default(); TOOLS_MAX];
         for (at, of) in forces.each_tool() {
             (told.force_n[at], told.torque_n_m[at]) = (of.force_n, of.torque_n_m);
             (tools[at].contacts, tools[at].flags) = (of.contacts, of.flags);
@@ -250,7 +251,7 @@ mod tests {
             hearing.wait(ms * MS);
             let answer = hearing.answer(ms * MS);
             assert!(answer.notes.contains(Notes::NOTHING_YET), "{ms}");
-            assert_eq!(answer.tools, [Felt::default(); TOOLS_MAX]);
+            assert_eq!(answer.tools, [ToolOutput::default(); TOOLS_MAX]);
         }
     }
 
@@ -268,7 +269,7 @@ mod tests {
         let answer = heard(&mut hearing, 11);
         assert_eq!((answer.tick, answer.session_id, answer.notes), (11, 1, Notes::default()));
         assert_eq!((size_n(&answer), answer.tools[3].torque_n_m[1]), (4.0, 0.4));
-        assert_eq!((answer.tools[3].contacts, answer.tools[1]), (5, Felt::default()));
+        assert_eq!((answer.tools[3].contacts, answer.tools[1]), (5, ToolOutput::default()));
     }
 
     #[test]

@@ -75,5 +75,5 @@ pub use chaincell_kernel::{Flags, ToolPose};
 pub use client::{Client, Outcome};
 pub use error::{Error, Kind, Result};
 pub use exchange::Exchange;
-pub use hearing::{Answer, Felt, Notes};
+pub use hearing::{Answer, Notes, ToolOutput};
 pub use options::{MS_MAX, Options, Role};

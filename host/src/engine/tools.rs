@@ -1,12 +1,12 @@
 //! Tools on a contact surface: a pose, an output and contacts for each.
 
+use chaincell_client::command::Refusal;
 pub use chaincell_client::tools::{is_unit, length_of};
 use chaincell_kernel::trace::Command;
 use chaincell_kernel::{
     ContactForce, Dynamics, Flags, Network, ProxyPose, TOOLS_MAX, ToolOutput, ToolPose,
 };
 
-use super::tissue::Refusal;
 use super::touch::TRIANGLES;
 use super::{Engine, Memory};
 

@@ -73,9 +73,9 @@ static void *read_image(const char *path, size_t *bytes, void **whole)
 static chaincell_code choose(chaincell_tissue *tissue)
 {
     static const chaincell_tool_part parts[3] = {
-        {{0.0f, 0.0f, 0.0f}, {1.0f, 0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f}, 0.005f},
-        {{0.0f, -0.004f, 0.0f}, {1.0f, 0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.004f}, 0.005f},
-        {{0.0f, 0.004f, 0.0f}, {1.0f, 0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.004f}, 0.005f}};
+        {{0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f, 1.0f}, {0.0f, 0.0f, 0.0f}, 0.005f},
+        {{0.0f, -0.004f, 0.0f}, {0.0f, 0.0f, 0.0f, 1.0f}, {0.0f, 0.0f, 0.004f}, 0.005f},
+        {{0.0f, 0.004f, 0.0f}, {0.0f, 0.0f, 0.0f, 1.0f}, {0.0f, 0.0f, 0.004f}, 0.005f}};
     static const uint32_t counts[TOOLS] = {1, 2};
 
     return chaincell_choose_tools(tissue, parts, counts, TOOLS, FRICTION, NULL);
@@ -112,16 +112,16 @@ static void place(int tick, float top_m, chaincell_tool_pose poses[TOOLS])
 }
 
 /* What each tool feels, and its contacts. */
-static int print(chaincell_tissue *tissue, int tick)
+static int print(chaincell_tissue *tissue, const chaincell_output outputs[TOOLS], int tick)
 {
     chaincell_contact contacts[CONTACTS_MAX];
-    chaincell_tool_output felt;
     size_t count, held, at;
     uint32_t tool;
 
     for (tool = 0; tool < TOOLS; tool++) {
-        if (refused("output", chaincell_output_of_tool(tissue, tool, &felt)) ||
-            refused("gripped", chaincell_gripped(tissue, tool, &held))) {
+        const chaincell_tool_output felt = outputs[tool].tool;
+
+        if (refused("gripped", chaincell_gripped(tissue, tool, &held))) {
             return 1;
         }
         printf("tick %3d: tool %" PRIu32 ": force %.4e %.4e %.4e N, torque %.4e %.4e %.4e N m, "
@@ -153,7 +153,7 @@ static int print(chaincell_tissue *tissue, int tick)
 static int grasp(chaincell_tissue *tissue, float top_m)
 {
     chaincell_tool_pose poses[TOOLS];
-    chaincell_output output;
+    chaincell_output outputs[TOOLS];
     double work_j = 0.0;
     uint64_t hash;
     int tick;
@@ -169,11 +169,11 @@ static int grasp(chaincell_tissue *tissue, float top_m)
             return EXIT_FAILURE;
         }
         place(tick, top_m, poses);
-        if (refused("tick", chaincell_tick(tissue, poses, TOOLS, NULL, &output))) {
+        if (refused("tick", chaincell_tick(tissue, poses, TOOLS, NULL, outputs))) {
             return EXIT_FAILURE;
         }
-        work_j += (double)output.work_j;
-        if (tick % PRINT_EVERY == PRINT_EVERY - 1 && print(tissue, tick)) {
+        work_j += (double)outputs[BALL].work_j + (double)outputs[JAW].work_j;
+        if (tick % PRINT_EVERY == PRINT_EVERY - 1 && print(tissue, outputs, tick)) {
             return EXIT_FAILURE;
         }
     }
@@ -196,16 +196,16 @@ static int run(const chaincell_model *model, float top_m)
 
     if (refused("settings",
                 chaincell_settings_default(model, CHAINCELL_SCHEME_PREDICT, &settings)) ||
-        refused("size", chaincell_model_size_with(model, CHAINCELL_SCHEME_PREDICT, &room, &bytes,
-                                                  &align))) {
+        refused("size", chaincell_model_size(model, CHAINCELL_SCHEME_PREDICT, &room, &bytes,
+                                             &align))) {
         return EXIT_FAILURE;
     }
     storage = aligned(bytes, align, &whole);
     if (storage == NULL) {
         fprintf(stderr, "grasp: no memory for %lu bytes\n", (unsigned long)bytes);
-    } else if (!refused("tissue", chaincell_tissue_init_with(storage, bytes, model,
-                                                             CHAINCELL_SCHEME_PREDICT, &room,
-                                                             &settings, &tissue, NULL))) {
+    } else if (!refused("tissue", chaincell_tissue_init(storage, bytes, model,
+                                                        CHAINCELL_SCHEME_PREDICT, &room, &settings,
+                                                        &tissue, NULL))) {
         printf("%lu bytes\n", (unsigned long)bytes);
         status = grasp(tissue, top_m);
     }

@@ -81,8 +81,8 @@ static int press(chaincell_tissue *tissue)
         }
         if (tick % PRINT_EVERY == PRINT_EVERY - 1) {
             printf("tick %3" PRIu32 ": force %.6e %.6e %.6e N, energy %.6e J, flags %" PRIu32 "\n",
-                   tick, (double)output.force_n[0], (double)output.force_n[1],
-                   (double)output.force_n[2], (double)output.energy_j, output.flags);
+                   tick, (double)output.tool.force_n[0], (double)output.tool.force_n[1],
+                   (double)output.tool.force_n[2], (double)output.energy_j, output.tool.flags);
         }
     }
     if (refused("hash", chaincell_state_hash(tissue, &hash), &none)) {
@@ -95,6 +95,7 @@ static int press(chaincell_tissue *tissue)
 /* Puts a body into storage of its own, and presses it. */
 static int run(const chaincell_model *model, const uint32_t *ids, uint32_t count)
 {
+    chaincell_room room = {0, 0, 0, 0};
     chaincell_detail detail;
     chaincell_settings settings;
     chaincell_info info;
@@ -104,9 +105,10 @@ static int run(const chaincell_model *model, const uint32_t *ids, uint32_t count
     size_t bytes, align;
     int status = EXIT_FAILURE;
 
+    room.contacts = count;
     if (chaincell_model_info(model, &info) != CHAINCELL_CODE_OK ||
         chaincell_settings_default(model, CHAINCELL_SCHEME_TRACK, &settings) != CHAINCELL_CODE_OK ||
-        chaincell_model_size(model, CHAINCELL_SCHEME_TRACK, count, &bytes, &align) !=
+        chaincell_model_size(model, CHAINCELL_SCHEME_TRACK, &room, &bytes, &align) !=
             CHAINCELL_CODE_OK) {
         return EXIT_FAILURE;
     }
@@ -118,7 +120,7 @@ static int run(const chaincell_model *model, const uint32_t *ids, uint32_t count
     }
     printf("%" PRIu32 " cells, %" PRIu32 " links, %" PRIu32 " coarse functions: %lu bytes\n", info.cells,
            info.links, info.coarse_functions, (unsigned long)bytes);
-    code = chaincell_tissue_init(storage, bytes, model, CHAINCELL_SCHEME_TRACK, count, &settings,
+    code = chaincell_tissue_init(storage, bytes, model, CHAINCELL_SCHEME_TRACK, &room, &settings,
                                  &tissue, &detail);
     if (!refused("tissue", code, &detail)) {
         code = chaincell_choose_contacts(tissue, ids, count, &detail);

@@ -2,8 +2,8 @@
  * chaincell: soft tissue that a haptic device can feel. The C interface of the kernel.
  *
  *   chaincell_model    a validated model, in storage of yours; the image stays where it is
- *   chaincell_tissue   a body, in storage of yours: CHAINCELL_TISSUE_BYTES or chaincell_tissue_size
- *   chaincell_tick     one tick, every millisecond: poses in, force out
+ *   chaincell_tissue   a body, in storage of yours: CHAINCELL_TISSUE_BYTES or chaincell_model_size
+ *   chaincell_tick     one tick, every millisecond: poses in, forces out
  *   chaincell_stage    between the two and a hand: coupling, passivity, limits, watchdog
  *
  * Every function that takes a pointer answers with a chaincell_code, 0 when all is well. None
@@ -38,7 +38,7 @@
 #define CHAINCELL_IS_ALIGNED(pointer) ((uintptr_t)(pointer) % CHAINCELL_ALIGN == 0)
 
 /* Bytes of storage for a tissue of so many cells, contact cells and coarse functions: at least what
- * chaincell_tissue_size says, for use where a constant must stand:
+ * chaincell_model_size says, for use where a constant must stand:
  *
  *   CHAINCELL_ALIGNED static unsigned char storage[CHAINCELL_TISSUE_BYTES(512, 4, 0)];
  *
@@ -75,17 +75,7 @@
 /**
  * Version of this interface: major 65,536, minor 256, patch 1.
  */
-#define CHAINCELL_VERSION 1792
-
-/**
- * Alignment of a tissue's storage [bytes].
- */
-#define CHAINCELL_ALIGN 16
-
-/**
- * The same for a body of nodal shapes [bytes].
- */
-#define CHAINCELL_SHAPE_ALIGN 64
+#define CHAINCELL_VERSION 2048
 
 /**
  * At most so many bytes stand before a tissue's arrays, and so many words of the size of an
@@ -124,6 +114,16 @@
 #define CHAINCELL_CELL_BYTES_SHAPE 256
 
 /**
+ * Alignment of a tissue's storage [bytes].
+ */
+#define CHAINCELL_ALIGN 16
+
+/**
+ * The same for a body of nodal shapes [bytes].
+ */
+#define CHAINCELL_SHAPE_ALIGN 64
+
+/**
  * Words of a `chaincell_model`.
  */
 #define CHAINCELL_MODEL_WORDS 128
@@ -134,7 +134,7 @@
 #define CHAINCELL_STAGE_WORDS 160
 
 /**
- * The tool's motion was shortened, by the step limit or by the energy limit.
+ * The tool's motion, or the change of its current, was shortened, by the step limit or the energy limit.
  */
 #define CHAINCELL_FLAG_MOTION_CLAMPED 1
 
@@ -144,7 +144,7 @@
 #define CHAINCELL_FLAG_BAD_SAMPLE 2
 
 /**
- * No sample for so long that the stage lets the force fall.
+ * No sample for so long that the stage, or the server, lets the force fall.
  */
 #define CHAINCELL_FLAG_STALE 4
 
@@ -169,13 +169,14 @@
 #define CHAINCELL_FLAG_ROLLED_BACK 64
 
 /**
- * More triangles in reach of the tools, or more samples in contact, than the tissue has room for: the
- * farthest are left out.
+ * More triangles are in reach of the tools, or more samples in contact, than the tissue was initialised
+ * for: the farthest are left out.
  */
 #define CHAINCELL_FLAG_CONTACT_CAPACITY 128
 
 /**
- * The sample was late: it was executed without a sweep, and the force is that of an earlier tick.
+ * The sample was late, since newer ones had come or the tissue cannot keep up: it was executed without a
+ * sweep, and the force is that of an earlier tick.
  */
 #define CHAINCELL_FLAG_LATE 256
 
@@ -860,34 +861,70 @@ typedef struct chaincell_tool_pose {
 } chaincell_tool_pose;
 
 /**
- * What one tick answers. It describes the state after the last update.
+ * What a stage has to know of the time since its last sample.
  */
-typedef struct chaincell_output {
+typedef struct chaincell_stage_news {
+    /**
+     * Ticks from a sample to the device's pushing with its answer, as they were measured; negative where
+     * nobody did. What is shown follows the mean of the last 256 or so.
+     */
+    int32_t delay_ticks;
+    /**
+     * Other than 0 where the device did not feel what was computed: its force was let fall, or it was given
+     * none, as in a pause or before a restored session. The ramp begins anew.
+     */
+    uint32_t restarts_ramp;
+    /**
+     * No force is above this from here on, besides the stage's own largest: for the `max_force_n` of the
+     * tissue's settings, which shortens the tissue's force alone while a coupling shows its own. Up to a
+     * higher one the force may grow by the device's largest within `ramp_ticks` [N]. 0 leaves it.
+     */
+    float max_force_n;
+} chaincell_stage_news;
+
+/**
+ * What a tool feels in a tick, of the kernel and of the client alike.
+ */
+typedef struct chaincell_tool_output {
     /**
      * Force of the tissue on the tool [N].
      */
     float force_n[3];
     /**
+     * Torque on it about its position; 0 for held cells [N m].
+     */
+    float torque_n_m[3];
+    /**
+     * Number of cells it holds, or of triangles that it is in contact with or whose samples it grips.
+     */
+    uint32_t contacts;
+    /**
+     * Limits and events, a sum of `CHAINCELL_FLAG_` numbers.
+     */
+    uint32_t flags;
+} chaincell_tool_output;
+
+/**
+ * What one tick answers to a tool. It describes the state after the last update.
+ */
+typedef struct chaincell_output {
+    /**
+     * What the tool feels. The flags are those of the tick.
+     */
+    struct chaincell_tool_output tool;
+    /**
      * Certified level: an upper bound of the elastic energy of the published state [J].
      */
     float energy_j;
     /**
-     * What the tool's motion of this tick did to the tissue, exactly: the tissue's side of an
-     * energy ledger [J].
+     * What the motion of the tool in this tick did to the tissue, exactly: the tissue's side of an energy
+     * ledger, including the work of the torque [J].
      */
     float work_j;
     /**
      * Upper bound of the stiffness that the tool meets within a tick [N/m].
      */
     float stiffness_n_per_m;
-    /**
-     * Number of cells the tool holds.
-     */
-    uint32_t contacts;
-    /**
-     * What bit during this tick, a sum of `CHAINCELL_FLAG_` numbers.
-     */
-    uint32_t flags;
     /**
      * Sweeps made: 0 where the sample was late, and in the safe state.
      */
@@ -974,32 +1011,6 @@ typedef struct chaincell_tool_part {
 } chaincell_tool_part;
 
 /**
- * What one of several tools feels in a tick.
- */
-typedef struct chaincell_tool_output {
-    /**
-     * Force of the tissue on the tool [N].
-     */
-    float force_n[3];
-    /**
-     * Torque on it about its position [N m].
-     */
-    float torque_n_m[3];
-    /**
-     * Its part in the `work_j` of `chaincell_output`, the torque's times the turn included [J].
-     */
-    float work_j;
-    /**
-     * Upper bound of the stiffness that it meets within a tick [N/m].
-     */
-    float stiffness_n_per_m;
-    /**
-     * Triangles that it is in contact with, or whose samples it grips.
-     */
-    uint32_t contacts;
-} chaincell_tool_output;
-
-/**
  * The contact of one triangle with one part of a tool.
  */
 typedef struct chaincell_contact {
@@ -1076,17 +1087,7 @@ chaincell_code chaincell_model_info(const struct chaincell_model *model,
                                     struct chaincell_info *info);
 
 /**
- * The cell of an input id: its place in arrays of positions. Looks through all cells.
- *
- * Safety
- * `model` is storage for a model, `cell` storage for the answer.
- */
-chaincell_code chaincell_model_cell(const struct chaincell_model *model,
-                                    uint32_t input_id,
-                                    uint32_t *cell);
-
-/**
- * The input id of a cell, the other way round.
+ * The input id of a cell, by its place in arrays of positions.
  *
  * Safety
  * `model` is storage for a model, `input_id` storage for the answer.
@@ -1108,16 +1109,6 @@ chaincell_code chaincell_settings_default(const struct chaincell_model *model,
                                           struct chaincell_settings *settings);
 
 /**
- * Whether the settings fit the model; else the first that does not. `detail` may be null.
- *
- * Safety
- * `model` is storage for a model, `settings` are settings, `detail` is null or storage.
- */
-chaincell_code chaincell_settings_check(const struct chaincell_model *model,
-                                        const struct chaincell_settings *settings,
-                                        struct chaincell_detail *detail);
-
-/**
  * The settings for a device (one of `chaincell_device`) at 1 kHz whose force acts a tick late:
  * every stage on.
  *
@@ -1136,50 +1127,23 @@ chaincell_code chaincell_stage_init(struct chaincell_stage *stage,
                                     const struct chaincell_stage_settings *settings);
 
 /**
- * An answer takes so many ticks from its sample to the device's pushing with it, as it was measured:
- * called before `chaincell_stage_sample`. What is shown follows the mean of the last 256 or so.
- *
- * Safety
- * `stage` was made by `chaincell_stage_init` and no other thread uses it.
- */
-chaincell_code chaincell_stage_delayed(struct chaincell_stage *stage,
-                                       uint32_t ticks);
-
-/**
- * No force is above `max_force_n` from here on, besides the stage's own largest: for the `max_force_n`
- * of the tissue's settings, which shortens the tissue's force alone while a coupling shows its own. Up to
- * a higher one the force may grow by the device's largest within `ramp_ticks`.
- *
- * Safety
- * As [`chaincell_stage_delayed`].
- */
-chaincell_code chaincell_stage_limit_force(struct chaincell_stage *stage,
-                                           float max_force_n);
-
-/**
- * The device did not feel what was computed: its force was let fall, or it was given none, as in a pause
- * or before a restored session. The ramp begins anew. Called before `chaincell_stage_sample`.
- *
- * Safety
- * As [`chaincell_stage_delayed`].
- */
-chaincell_code chaincell_stage_restart_ramp(struct chaincell_stage *stage);
-
-/**
  * What the tissue is to be given for what the device has measured: the tool behind the coupling.
- * `device` and `tool` may be one pose; the turn goes through as it is.
+ * `device` and `tool` may be one pose; the orientation goes through as it is. `news` is null where there
+ * are none. A refused call changes nothing.
  *
  * Safety
- * `stage` was made by `chaincell_stage_init` and no other thread uses it; `device` is a pose,
- * `tool` storage for the answer.
+ * `stage` was made by `chaincell_stage_init` and no other thread uses it; `device` is a pose, `news` is
+ * null or news, `tool` is storage for the answer.
  */
 chaincell_code chaincell_stage_sample(struct chaincell_stage *stage,
                                       const struct chaincell_tool_pose *device,
+                                      const struct chaincell_stage_news *news,
                                       struct chaincell_tool_pose *tool);
 
 /**
  * What the device is given for what the tissue has answered to the tool of
- * `chaincell_stage_sample`. `tissue` and `output` may be one output.
+ * `chaincell_stage_sample`; a torque goes along the force's ramp. `tissue` and `output` may be one output.
+ * A null `tissue` is a tick without a sample, in which the tissue has no tick either.
  *
  * A tissue under a current tells neither work nor stiffness: a stage with coupling or passivity
  * control then gives force 0 with `CHAINCELL_FLAG_SAFE_STATE`.
@@ -1188,131 +1152,75 @@ chaincell_code chaincell_stage_sample(struct chaincell_stage *stage,
  * same.
  *
  * Safety
- * `stage` was made by `chaincell_stage_init` and no other thread uses it; `tissue` is an output,
- * `output` storage for the answer.
+ * `stage` was made by `chaincell_stage_init` and no other thread uses it; `tissue` is null or an output,
+ * `output` is storage for the answer.
  */
 chaincell_code chaincell_stage_output(struct chaincell_stage *stage,
                                       const struct chaincell_output *tissue,
                                       struct chaincell_output *output);
 
 /**
- * What the device is given in a tick without a sample; the tissue has no tick then.
+ * Saves all that the stage knows but its settings into `bytes` bytes at `snapshot`; `written` says how
+ * many it took and may be null. A null `snapshot` of 0 bytes asks how many it would take.
  *
  * Safety
- * `stage` was made by `chaincell_stage_init` and no other thread uses it; `output` is storage for
- * the answer.
+ * `stage` was made by `chaincell_stage_init` and no other thread uses it; `snapshot` is storage of `bytes`
+ * bytes, `written` is null or storage for the answer.
  */
-chaincell_code chaincell_stage_missed(struct chaincell_stage *stage,
-                                      struct chaincell_output *output);
-
-/**
- * Bytes of a stage's snapshot; 0 where there is no stage.
- *
- * Safety
- * `stage` was made by `chaincell_stage_init` and no other thread uses it.
- */
-size_t chaincell_stage_snapshot_size(struct chaincell_stage *stage);
-
-/**
- * Saves all that the stage knows but its settings into `bytes` bytes at `snapshot`, at least
- * `chaincell_stage_snapshot_size`.
- *
- * Safety
- * As `chaincell_stage_snapshot_size`; `snapshot` is storage of `bytes` bytes.
- */
-chaincell_code chaincell_stage_save(struct chaincell_stage *stage, uint8_t *snapshot, size_t bytes);
+chaincell_code chaincell_stage_save(struct chaincell_stage *stage,
+                                    uint8_t *snapshot,
+                                    size_t bytes,
+                                    size_t *written);
 
 /**
  * Goes on from a stage's snapshot: with the same settings, samples and answers to the same forces. A
  * snapshot that is refused changes nothing.
  *
  * Safety
- * As `chaincell_stage_snapshot_size`; `snapshot` points to `bytes` bytes.
+ * `stage` was made by `chaincell_stage_init` and no other thread uses it; `snapshot` points to `bytes`
+ * bytes.
  */
 chaincell_code chaincell_stage_restore(struct chaincell_stage *stage,
                                        const uint8_t *snapshot,
                                        size_t bytes);
 
 /**
- * Alignment of a tissue's storage, `CHAINCELL_ALIGN` [bytes].
- */
-size_t chaincell_tissue_align(void);
-
-/**
- * Bytes of a tissue for models of links of up to so many cells and coarse functions, of whose cells a tool may
- * hold up to `contacts`; 0 where an argument is out of range (no such scheme, cells not in 1 to
- * 65,535, more contacts than cells, more than 1,024 coarse functions). For any model `chaincell_model_size`.
- */
-size_t chaincell_tissue_size(int32_t scheme,
-                             uint32_t cells,
-                             uint32_t contacts,
-                             uint32_t coarse_functions);
-
-/**
- * Bytes of a tissue for this model with room for so many contact cells, and what multiple of
- * bytes its storage starts at: `CHAINCELL_ALIGN`, or `CHAINCELL_SHAPE_ALIGN` for a body of nodal
- * shapes. `bytes` or `align` may be null.
+ * Bytes of a tissue for this model with this room, and what multiple of bytes its storage starts at:
+ * `CHAINCELL_ALIGN`, or `CHAINCELL_SHAPE_ALIGN` for a body of nodal shapes and with room for tools on a
+ * surface. `bytes` or `align` may be null.
  *
  * Safety
- * `model` is storage for a model; `bytes` and `align` are null or storage for the answers.
+ * `model` is storage for a model, `room` is a room; `bytes` and `align` are null or storage for the
+ * answers.
  */
 chaincell_code chaincell_model_size(const struct chaincell_model *model,
                                     int32_t scheme,
-                                    uint32_t contacts,
+                                    const struct chaincell_room *room,
                                     size_t *bytes,
                                     size_t *align);
 
 /**
- * As `chaincell_model_size`, with room for tools on the model's surface too. With such a room the
- * storage starts at a multiple of `CHAINCELL_SHAPE_ALIGN`.
+ * Puts a body at rest into storage, with this room, and no contacts chosen yet; room for tools under track
+ * and predict alone.
  *
- * Safety
- * As `chaincell_model_size`; `room` is a room.
- */
-chaincell_code chaincell_model_size_with(const struct chaincell_model *model,
-                                         int32_t scheme,
-                                         const struct chaincell_room *room,
-                                         size_t *bytes,
-                                         size_t *align);
-
-/**
- * Puts a body at rest into storage, with room for `contacts` contact cells, none chosen yet.
- *
- * `storage` starts at a multiple of `CHAINCELL_ALIGN`, for a body of nodal shapes at one of
- * `CHAINCELL_SHAPE_ALIGN`, and has `bytes` bytes, at least `chaincell_model_size`; what stood there is lost, also where the call is refused.
- * `scheme` is one of `chaincell_scheme`. The answer in `tissue` is the address of the storage, or
- * null. Model and settings are copied; the model's image is not. `detail` may be null. Cost:
- * clears the storage.
+ * `storage` starts at a multiple of what `chaincell_model_size` says, and has `bytes` bytes, at least as
+ * many as it says; what stood there is lost, also where the call is refused. `scheme` is one of
+ * `chaincell_scheme`. The answer in `tissue` is the address of the storage, or null. Model and settings
+ * are copied; the model's image is not. `detail` may be null. Cost: clears the storage.
  *
  * Safety
  * `storage` has `bytes` bytes which nobody else uses as long as the tissue is in use, nor do they
- * overlap the other arguments or the image; `model` is storage for a model, `settings` are
- * settings, `tissue` is storage for an address, `detail` is null or storage.
+ * overlap the other arguments or the image; `model` is storage for a model, `room` is a room, `settings`
+ * are settings, `tissue` is storage for an address, `detail` is null or storage.
  */
 chaincell_code chaincell_tissue_init(void *storage,
                                      size_t bytes,
                                      const struct chaincell_model *model,
                                      int32_t scheme,
-                                     uint32_t contacts,
+                                     const struct chaincell_room *room,
                                      const struct chaincell_settings *settings,
                                      struct chaincell_tissue **tissue,
                                      struct chaincell_detail *detail);
-
-/**
- * As `chaincell_tissue_init`, with room for tools on the model's surface too: `bytes` is at least
- * `chaincell_model_size_with` of the same room. Under track and predict alone.
- *
- * Safety
- * As `chaincell_tissue_init`; `room` is a room.
- */
-chaincell_code chaincell_tissue_init_with(void *storage,
-                                          size_t bytes,
-                                          const struct chaincell_model *model,
-                                          int32_t scheme,
-                                          const struct chaincell_room *room,
-                                          const struct chaincell_settings *settings,
-                                          struct chaincell_tissue **tissue,
-                                          struct chaincell_detail *detail);
 
 /**
  * Back to rest: the tool released, no contact cells chosen.
@@ -1328,25 +1236,16 @@ chaincell_code chaincell_tissue_reset(struct chaincell_tissue *tissue,
                                       struct chaincell_detail *detail);
 
 /**
- * Bytes of a snapshot of the tissue as it is now, between two ticks: they depend on the model, on what
- * was chosen to touch it, and on the triangles in reach. `detail` may be null.
+ * Saves all that the tissue knows but its settings, between two ticks, into `bytes` bytes at `snapshot`;
+ * `written` says how many it took and may be null. The tissue does not change. Cost: that of copying the
+ * tissue, twice over, and a checksum.
+ *
+ * A null `snapshot` of 0 bytes asks how many it would take now, which depends on the model, on what was
+ * chosen to touch it, and on the triangles in reach. `detail` may be null.
  *
  * Safety
- * `tissue` was made by `chaincell_tissue_init` and no other thread uses it; `bytes` is storage for
- * the answer, `detail` is null or storage.
- */
-chaincell_code chaincell_tissue_snapshot_size(struct chaincell_tissue *tissue,
-                                              size_t *bytes,
-                                              struct chaincell_detail *detail);
-
-/**
- * Saves all that the tissue knows but its settings, between two ticks, into `bytes` bytes at
- * `snapshot`, at least `chaincell_tissue_snapshot_size`. The tissue does not change. `written` may
- * be null. Cost: that of copying the tissue, twice over, and a checksum.
- *
- * Safety
- * As `chaincell_tissue_snapshot_size`; `snapshot` is storage of `bytes` bytes, `written` is null or
- * storage for the answer.
+ * `tissue` was made by `chaincell_tissue_init` and no other thread uses it; `snapshot` is storage of
+ * `bytes` bytes, `written` is null or storage for the answer, `detail` is null or storage.
  */
 chaincell_code chaincell_tissue_save(struct chaincell_tissue *tissue,
                                      uint8_t *snapshot,
@@ -1360,7 +1259,8 @@ chaincell_code chaincell_tissue_save(struct chaincell_tissue *tissue,
  * had in use. A snapshot that is refused changes nothing. `detail` may be null.
  *
  * Safety
- * As `chaincell_tissue_snapshot_size`; `snapshot` points to `bytes` bytes.
+ * `tissue` was made by `chaincell_tissue_init` and no other thread uses it; `snapshot` points to `bytes`
+ * bytes, `detail` is null or storage.
  */
 chaincell_code chaincell_tissue_restore(struct chaincell_tissue *tissue,
                                         const uint8_t *snapshot,
@@ -1395,29 +1295,28 @@ chaincell_code chaincell_choose_contacts(struct chaincell_tissue *tissue,
                                          struct chaincell_detail *detail);
 
 /**
- * One tick with a pose for each tool: infallible with good pointers, and with a number of link passes
- * that does not depend on what the poses say. Bad samples are held for up to 10 ticks, then the safe
- * state answers.
+ * One tick with a pose for each tool, and an answer to each in `outputs`: infallible with good pointers,
+ * and with a number of link passes that does not depend on what the poses say. Bad samples are held for
+ * up to 10 ticks, then the safe state answers.
  *
  * `count` is 1, or up to as many tools as the tissue has room for, best as many as were chosen. Tools
  * beyond the poses stay as they are; but all let go where no pose is engaged. One bad pose makes the
- * sample a bad one. A null `budget` stands for all sweeps of the settings; `output->sweeps` says how
- * many were made, and the level is certified after every one. `output` is that of the first tool, with
- * the work of all; `chaincell_output_of_tool` has the others'.
+ * sample a bad one. A null `budget` stands for all sweeps of the settings; `outputs->sweeps` says how
+ * many were made, and the level is certified after every one. A single output has the work of all tools.
  *
- * Where a pointer is bad nothing moves, and an `output` that can be written says force 0 with
+ * Where a pointer is bad nothing moves, and `outputs` that can be written say force 0 with
  * `CHAINCELL_FLAG_SAFE_STATE`. The calling thread's arithmetic is that of the last reset.
  *
  * Safety
  * `tissue` was made by `chaincell_tissue_init` and no other thread uses it; `poses` are `count` poses,
  * `budget` is null or a budget, whose `more` is null or may be called with its `context` and does not
- * touch the tissue; `output` is storage for the answer.
+ * touch the tissue; `outputs` is storage for `count` answers.
  */
 chaincell_code chaincell_tick(struct chaincell_tissue *tissue,
                               const struct chaincell_tool_pose *poses,
                               size_t count,
                               const struct chaincell_budget *budget,
-                              struct chaincell_output *output);
+                              struct chaincell_output *outputs);
 
 /**
  * The state hash: 64 bits over the published positions of all cells, and over their shapes where
@@ -1430,8 +1329,9 @@ chaincell_code chaincell_tick(struct chaincell_tissue *tissue,
 chaincell_code chaincell_state_hash(const struct chaincell_tissue *tissue, uint64_t *hash);
 
 /**
- * Published position of the cell of an input id, in the frame of the input mesh [m]. Looks
- * through all cells for the id.
+ * Published position of a node of the input mesh, by its id, in the frame of the input mesh [m]: of a
+ * model baked with --cells and without --lean from the cells around the node, of others that of the
+ * node's cell. Cost: the node's weights, or a look through all cells for the id.
  *
  * Safety
  * `tissue` was made by `chaincell_tissue_init` and no other thread writes it; `position_m` is
@@ -1442,20 +1342,7 @@ chaincell_code chaincell_position(const struct chaincell_tissue *tissue,
                                   float (*position_m)[3]);
 
 /**
- * Place of a node of the embedded mesh, by input id, from the published positions of the cells
- * around it, in the frame of the input mesh [m]. Only for a model baked with --cells and
- * without --lean. Cost: the node's weights.
- *
- * Safety
- * `tissue` was made by `chaincell_tissue_init` and no other thread writes it; `position_m` is
- * storage for the answer.
- */
-chaincell_code chaincell_fine_position(const struct chaincell_tissue *tissue,
-                                       uint32_t node,
-                                       float (*position_m)[3]);
-
-/**
- * Published positions of all cells, x, y, z of each in the model's order (`chaincell_model_cell`)
+ * Published positions of all cells, x, y, z of each in the model's order (`chaincell_model_input_id`)
  * [mean link lengths from the body's centre]: bit by bit what `chaincell_set_positions` takes.
  *
  * Safety
@@ -1485,14 +1372,13 @@ chaincell_code chaincell_set_positions(struct chaincell_tissue *tissue,
  * `counts[i]` parts, 1 to 8; `parts` has those of the first tool, then those of the second and so on.
  * `friction` is the coefficient of all by Coulomb's law, 0 to 10.
  *
- * The model has a contact surface, the tissue was initialised by
- * `chaincell_tissue_init_with` with room for so many tools, and for samples where there is friction.
+ * The model has a contact surface, the tissue was initialised by `chaincell_tissue_init` with room for so
+ * many tools, and for samples where there is friction.
  * The lists are copied. Refused while a tool is engaged; a refused choice leaves the old one. `detail`
  * may be null.
  *
  * Safety
- * `tissue` was made by `chaincell_tissue_init` or `chaincell_tissue_init_with` and no other thread
- * uses it; `counts` are `tools` numbers, `parts` as many parts as they say, `detail` is null or
+ * `tissue` was made by `chaincell_tissue_init` and no other thread uses it; `counts` are `tools` numbers, `parts` as many parts as they say, `detail` is null or
  * storage.
  */
 chaincell_code chaincell_choose_tools(struct chaincell_tissue *tissue,
@@ -1503,25 +1389,13 @@ chaincell_code chaincell_choose_tools(struct chaincell_tissue *tissue,
                                       struct chaincell_detail *detail);
 
 /**
- * What a tool, from 0, felt in the last tick with a sweep; nothing while it is not engaged or was not
- * chosen.
- *
- * Safety
- * `tissue` was made by `chaincell_tissue_init_with` and no other thread uses it; `output` is storage
- * for the answer.
- */
-chaincell_code chaincell_output_of_tool(struct chaincell_tissue *tissue,
-                                        uint32_t tool,
-                                        struct chaincell_tool_output *output);
-
-/**
  * The contacts of all tools as they are now, one for each triangle and part of a tool: writes the first
  * `room` of them and says in `count` how many there are. `contacts` may be null where `room` is 0.
  *
  * Cost: one look at the samples in reach.
  *
  * Safety
- * `tissue` was made by `chaincell_tissue_init_with` and no other thread uses it; `contacts` has room for
+ * `tissue` was made by `chaincell_tissue_init` and no other thread uses it; `contacts` has room for
  * `room` of them, `count` is storage for the answer.
  */
 chaincell_code chaincell_contact_forces(struct chaincell_tissue *tissue,
@@ -1538,7 +1412,7 @@ chaincell_code chaincell_contact_forces(struct chaincell_tissue *tissue,
  * samples.
  *
  * Safety
- * `tissue` was made by `chaincell_tissue_init_with` and no other thread uses it; `samples` is null or
+ * `tissue` was made by `chaincell_tissue_init` and no other thread uses it; `samples` is null or
  * storage for the answer.
  */
 chaincell_code chaincell_grip(struct chaincell_tissue *tissue,
@@ -1550,7 +1424,7 @@ chaincell_code chaincell_grip(struct chaincell_tissue *tissue,
  * evenly. 0 is as 1.
  *
  * Safety
- * `tissue` was made by `chaincell_tissue_init_with` and no other thread uses it.
+ * `tissue` was made by `chaincell_tissue_init` and no other thread uses it.
  */
 chaincell_code chaincell_let_go(struct chaincell_tissue *tissue,
                                 uint32_t tool,
@@ -1560,7 +1434,7 @@ chaincell_code chaincell_let_go(struct chaincell_tissue *tissue,
  * Samples that a tool, from 0, grips.
  *
  * Safety
- * `tissue` was made by `chaincell_tissue_init_with` and no other thread uses it; `samples` is storage for
+ * `tissue` was made by `chaincell_tissue_init` and no other thread uses it; `samples` is storage for
  * the answer.
  */
 chaincell_code chaincell_gripped(struct chaincell_tissue *tissue,

@@ -239,7 +239,7 @@ impl Code {
             Self::Misaligned => {
                 c"a pointer is misaligned: tissue storage starts at a multiple of 16"
             }
-            Self::Storage => c"the storage is too small: ask chaincell_tissue_size",
+            Self::Storage => c"the storage is too small: ask chaincell_model_size",
             Self::NotInitialised => c"no model or tissue stands there: initialise it first",
             Self::Scheme => c"no such scheme: see chaincell_scheme",
             Self::Range => {
@@ -315,10 +315,10 @@ impl Code {
             }
             Self::ContactFriction => c"friction must be 0 to 10",
             Self::ContactSamples => {
-                c"friction needs room for samples: see chaincell_tissue_init_with"
+                c"friction needs room for samples: see chaincell_room"
             }
             Self::ContactRoom => {
-                c"no room for contact on surfaces: initialise by chaincell_tissue_init_with"
+                c"no room for contact on surfaces: initialise with a chaincell_room"
             }
             Self::ContactRadiusMin => c"the radius is too small for the triangles of this surface",
             Self::SnapshotBuffer => c"the buffer is shorter than the snapshot: ask for its size",

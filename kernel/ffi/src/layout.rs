@@ -25,14 +25,10 @@ use chaincell_kernel::{
 };
 
 use crate::code::Code;
-use crate::memory;
+use crate::memory::{self, ALIGN, SHAPE_ALIGN};
 use crate::settings::Scheme;
 use crate::touch::Touch;
 
-/// Alignment of a tissue's storage \[bytes\].
-pub const ALIGN: usize = 16;
-/// The same for a body of nodal shapes \[bytes\].
-pub const SHAPE_ALIGN: usize = 64;
 /// At most so many bytes stand before a tissue's arrays, and so many words of the size of an
 /// address (the next number): what `CHAINCELL_TISSUE_BYTES` goes by.
 pub const TISSUE_BYTES: usize = 2496;

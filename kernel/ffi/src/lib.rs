@@ -46,47 +46,41 @@ mod touch;
 
 pub use code::{Code, Detail};
 pub use layout::{
-    ALIGN, CELL_BYTES_EULER, CELL_BYTES_PREDICT, CELL_BYTES_RKL2, CELL_BYTES_SHAPE,
-    CELL_BYTES_TRACK, SHAPE_ALIGN, TISSUE_BYTES, TISSUE_WORDS, Tissue,
+    CELL_BYTES_EULER, CELL_BYTES_PREDICT, CELL_BYTES_RKL2, CELL_BYTES_SHAPE, CELL_BYTES_TRACK,
+    TISSUE_BYTES, TISSUE_WORDS, Tissue,
 };
+pub use memory::{ALIGN, SHAPE_ALIGN};
 pub use model::{
-    Info, MODEL_WORDS, ModelStorage, chaincell_model_cell, chaincell_model_info,
-    chaincell_model_init, chaincell_model_input_id,
+    Info, MODEL_WORDS, ModelStorage, chaincell_model_info, chaincell_model_init,
+    chaincell_model_input_id,
 };
-pub use settings::{
-    DriveMode, Scheme, Settings, UnloadingMode, chaincell_settings_check,
-    chaincell_settings_default,
-};
+pub use settings::{DriveMode, Scheme, Settings, UnloadingMode, chaincell_settings_default};
 pub use stage::{
-    DeviceKind, STAGE_WORDS, StageSettings, StageStorage, chaincell_stage_default,
-    chaincell_stage_delayed, chaincell_stage_init, chaincell_stage_limit_force,
-    chaincell_stage_missed, chaincell_stage_output, chaincell_stage_restart_ramp,
-    chaincell_stage_restore, chaincell_stage_sample, chaincell_stage_save,
-    chaincell_stage_snapshot_size,
+    DeviceKind, STAGE_WORDS, StageNews, StageSettings, StageStorage, chaincell_stage_default,
+    chaincell_stage_init, chaincell_stage_output, chaincell_stage_restore, chaincell_stage_sample,
+    chaincell_stage_save,
 };
 pub use storage::{
     chaincell_change_settings, chaincell_choose_contacts, chaincell_model_size,
-    chaincell_model_size_with, chaincell_tissue_align, chaincell_tissue_init,
-    chaincell_tissue_init_with, chaincell_tissue_reset, chaincell_tissue_restore,
-    chaincell_tissue_save, chaincell_tissue_size, chaincell_tissue_snapshot_size,
+    chaincell_tissue_init, chaincell_tissue_reset, chaincell_tissue_restore, chaincell_tissue_save,
 };
 pub use tick::{
     Budget, FLAG_BAD_SAMPLE, FLAG_BAND_CLOSED, FLAG_CONTACT_CAPACITY, FLAG_FORCE_CLAMPED,
     FLAG_FORCE_WITHHELD, FLAG_LATE, FLAG_MOTION_CLAMPED, FLAG_RELEASE_FIRST, FLAG_ROLLED_BACK,
-    FLAG_SAFE_STATE, FLAG_STALE, FLAG_STARTS_INSIDE, More, Output, ToolPose,
-    chaincell_fine_position, chaincell_position, chaincell_positions, chaincell_set_positions,
-    chaincell_state_hash, chaincell_tick,
+    FLAG_SAFE_STATE, FLAG_STALE, FLAG_STARTS_INSIDE, More, Output, ToolOutput, ToolPose,
+    chaincell_position, chaincell_positions, chaincell_set_positions, chaincell_state_hash,
+    chaincell_tick,
 };
 pub use tools::{
-    ContactForce, ToolOutput, ToolPart, chaincell_choose_tools, chaincell_contact_forces,
-    chaincell_grip, chaincell_gripped, chaincell_let_go, chaincell_output_of_tool,
+    ContactForce, ToolPart, chaincell_choose_tools, chaincell_contact_forces, chaincell_grip,
+    chaincell_gripped, chaincell_let_go,
 };
 pub use touch::{CELL_BYTES_TOUCH, Room, SAMPLE_BYTES, TOOL_BYTES, TOUCH_BYTES, TRIANGLE_BYTES};
 
 use code::Refusal;
 
 /// Version of this interface: major 65,536, minor 256, patch 1.
-pub const VERSION: u32 = 0x0700;
+pub const VERSION: u32 = 0x0800;
 
 /// Version of the library, to compare with `CHAINCELL_VERSION` of the header.
 #[unsafe(no_mangle)]

@@ -2,6 +2,11 @@
 
 use crate::code::Code;
 
+/// Alignment of a tissue's storage \[bytes\].
+pub const ALIGN: usize = 16;
+/// The same for a body of nodal shapes \[bytes\].
+pub const SHAPE_ALIGN: usize = 64;
+
 /// Whether a pointer may be used at all.
 pub(crate) fn check<T>(pointer: *const T) -> Result<(), Code> {
     check_to(pointer.cast(), align_of::<T>())

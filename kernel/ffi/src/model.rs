@@ -152,26 +152,7 @@ pub unsafe extern "C" fn chaincell_model_info(model: *const ModelStorage, info: 
     }))
 }
 
-/// The cell of an input id: its place in arrays of positions. Looks through all cells.
-///
-/// # Safety
-/// `model` is storage for a model, `cell` storage for the answer.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn chaincell_model_cell(
-    model: *const ModelStorage,
-    input_id: u32,
-    cell: *mut u32,
-) -> Code {
-    // SAFETY: the caller's promises are handed on.
-    Code::of(unsafe { load(model) }.and_then(|model| {
-        memory::check(cell)?;
-        let found = model.cell_of_input(input_id).ok_or(Code::UnknownId)?;
-        // SAFETY: the caller's promises are handed on.
-        unsafe { memory::write(cell, u32::from(found)) }
-    }))
-}
-
-/// The input id of a cell, the other way round.
+/// The input id of a cell, by its place in arrays of positions.
 ///
 /// # Safety
 /// `model` is storage for a model, `input_id` storage for the answer.

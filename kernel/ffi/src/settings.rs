@@ -2,7 +2,7 @@
 
 use chaincell_kernel::{Arithmetic, Choice, Model, Network};
 
-use crate::code::{Code, Detail, Refusal};
+use crate::code::{Code, Refusal};
 use crate::memory;
 use crate::model::{ModelStorage, load};
 
@@ -154,23 +154,4 @@ pub unsafe extern "C" fn chaincell_settings_default(
         // SAFETY: the caller's promises are handed on.
         unsafe { memory::write(settings, value) }
     }))
-}
-
-/// Whether the settings fit the model; else the first that does not. `detail` may be null.
-///
-/// # Safety
-/// `model` is storage for a model, `settings` are settings, `detail` is null or storage.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn chaincell_settings_check(
-    model: *const ModelStorage,
-    settings: *const Settings,
-    detail: *mut Detail,
-) -> Code {
-    // SAFETY: the caller's promises are handed on.
-    unsafe {
-        crate::answer(detail, || {
-            memory::read(settings)?.network(load(model)?)?;
-            Ok(())
-        })
-    }
 }

@@ -6,7 +6,7 @@ use chaincell_kernel::{Flags, TickOutput};
 use crate::code::{Code, Refusal};
 use crate::memory;
 use crate::settings::chosen;
-use crate::tick::{KernelPose, Output, ToolPose, answer_to};
+use crate::tick::{FLAG_SAFE_STATE, KernelPose, Output, ToolPose, answer_to};
 
 /// Words of a `chaincell_stage`.
 pub const STAGE_WORDS: usize = 160;
@@ -180,58 +180,53 @@ pub unsafe extern "C" fn chaincell_stage_init(
     }))
 }
 
-/// An answer takes so many ticks from its sample to the device's pushing with it, as it was measured:
-/// called before `chaincell_stage_sample`. What is shown follows the mean of the last 256 or so.
-///
-/// # Safety
-/// `stage` was made by `chaincell_stage_init` and no other thread uses it.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn chaincell_stage_delayed(stage: *mut StageStorage, ticks: u32) -> Code {
-    // SAFETY: the caller's promises are handed on.
-    Code::of(unsafe { self::stage(stage) }.map(|stage| {
-        stage.delayed(u16::try_from(ticks).unwrap_or(u16::MAX));
-    }))
+/// What a stage has to know of the time since its last sample.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[repr(C)]
+pub struct StageNews {
+    /// Ticks from a sample to the device's pushing with its answer, as they were measured; negative where
+    /// nobody did. What is shown follows the mean of the last 256 or so.
+    pub delay_ticks: i32,
+    /// Other than 0 where the device did not feel what was computed: its force was let fall, or it was given
+    /// none, as in a pause or before a restored session. The ramp begins anew.
+    pub restarts_ramp: u32,
+    /// No force is above this from here on, besides the stage's own largest: for the `max_force_n` of the
+    /// tissue's settings, which shortens the tissue's force alone while a coupling shows its own. Up to a
+    /// higher one the force may grow by the device's largest within `ramp_ticks` \[N\]. 0 leaves it.
+    pub max_force_n: f32,
 }
 
-/// No force is above `max_force_n` from here on, besides the stage's own largest: for the `max_force_n`
-/// of the tissue's settings, which shortens the tissue's force alone while a coupling shows its own. Up to
-/// a higher one the force may grow by the device's largest within `ramp_ticks`.
-///
-/// # Safety
-/// As [`chaincell_stage_delayed`].
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn chaincell_stage_limit_force(
-    stage: *mut StageStorage,
-    max_force_n: f32,
-) -> Code {
-    if max_force_n.is_nan() || max_force_n <= 0.0 {
-        return Code::StageMaxForce;
+impl StageNews {
+    /// Tells the stage.
+    fn tell(&self, stage: &mut Stage) -> Result<(), Code> {
+        if self.max_force_n.is_nan() || self.max_force_n < 0.0 {
+            return Err(Code::StageMaxForce);
+        }
+        if self.max_force_n > 0.0 {
+            stage.limit_force(self.max_force_n);
+        }
+        if self.restarts_ramp != 0 {
+            stage.restart_ramp();
+        }
+        if let Ok(ticks) = u32::try_from(self.delay_ticks) {
+            stage.delayed(u16::try_from(ticks).unwrap_or(u16::MAX));
+        }
+        Ok(())
     }
-    // SAFETY: the caller's promises are handed on.
-    Code::of(unsafe { self::stage(stage) }.map(|stage| stage.limit_force(max_force_n)))
-}
-
-/// The device did not feel what was computed: its force was let fall, or it was given none, as in a pause
-/// or before a restored session. The ramp begins anew. Called before `chaincell_stage_sample`.
-///
-/// # Safety
-/// As [`chaincell_stage_delayed`].
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn chaincell_stage_restart_ramp(stage: *mut StageStorage) -> Code {
-    // SAFETY: the caller's promises are handed on.
-    Code::of(unsafe { self::stage(stage) }.map(Stage::restart_ramp))
 }
 
 /// What the tissue is to be given for what the device has measured: the tool behind the coupling.
-/// `device` and `tool` may be one pose; the turn goes through as it is.
+/// `device` and `tool` may be one pose; the orientation goes through as it is. `news` is null where there
+/// are none. A refused call changes nothing.
 ///
 /// # Safety
-/// `stage` was made by `chaincell_stage_init` and no other thread uses it; `device` is a pose,
-/// `tool` storage for the answer.
+/// `stage` was made by `chaincell_stage_init` and no other thread uses it; `device` is a pose, `news` is
+/// null or news, `tool` is storage for the answer.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn chaincell_stage_sample(
     stage: *mut StageStorage,
     device: *const ToolPose,
+    news: *const StageNews,
     tool: *mut ToolPose,
 ) -> Code {
     // SAFETY: the caller's promises are handed on.
@@ -239,6 +234,10 @@ pub unsafe extern "C" fn chaincell_stage_sample(
         // SAFETY: the caller's promises are handed on.
         let ToolPose { position_m, orientation, engaged } = unsafe { memory::read(device) }?;
         memory::check(tool)?;
+        if !news.is_null() {
+            // SAFETY: the caller's promises are handed on.
+            unsafe { memory::read(news) }?.tell(stage)?;
+        }
         let device = KernelPose { position_m: position_m.into(), orientation, engaged };
         let KernelPose { position_m, orientation, engaged } = stage.sample(&device);
         let value = ToolPose { position_m: position_m.into(), orientation, engaged };
@@ -247,21 +246,29 @@ pub unsafe extern "C" fn chaincell_stage_sample(
     }))
 }
 
-/// Gives the device an answer; where a pointer is bad, force 0 in the safe state.
-///
-/// # Safety
-/// As [`chaincell_stage_output`].
-unsafe fn give(
-    stage: *mut StageStorage,
-    output: *mut Output,
-    work: impl FnOnce(&mut Stage) -> Result<TickOutput, Code>,
-) -> Code {
-    // SAFETY: the caller's promises are handed on.
-    unsafe { answer_to(output, || Ok(Output::of(&self::stage(stage).and_then(work)?))) }
+/// The kernel's answer of an output.
+pub(crate) fn answer_of(output: &Output) -> TickOutput {
+    TickOutput {
+        force_n: output.tool.force_n.into(),
+        energy_j: output.energy_j,
+        work_j: output.work_j,
+        stiffness_n_per_m: output.stiffness_n_per_m,
+        contacts: output.tool.contacts,
+        sweeps: u16::try_from(output.sweeps).unwrap_or(u16::MAX),
+        flags: Flags(output.tool.flags),
+    }
+}
+
+/// A torque on the stage's ramp; none where the force is none, and of what is no number.
+fn torque(stage: &Stage, tissue: &Output, flags: u32) -> [f32; 3] {
+    let torque_n_m = tissue.tool.torque_n_m.map(|x| x * stage.share());
+    let is_felt = flags & FLAG_SAFE_STATE == 0 && torque_n_m.iter().all(|x| x.is_finite());
+    if is_felt { torque_n_m } else { [0.0; 3] }
 }
 
 /// What the device is given for what the tissue has answered to the tool of
-/// `chaincell_stage_sample`. `tissue` and `output` may be one output.
+/// `chaincell_stage_sample`; a torque goes along the force's ramp. `tissue` and `output` may be one output.
+/// A null `tissue` is a tick without a sample, in which the tissue has no tick either.
 ///
 /// A tissue under a current tells neither work nor stiffness: a stage with coupling or passivity
 /// control then gives force 0 with `CHAINCELL_FLAG_SAFE_STATE`.
@@ -270,71 +277,60 @@ unsafe fn give(
 /// same.
 ///
 /// # Safety
-/// `stage` was made by `chaincell_stage_init` and no other thread uses it; `tissue` is an output,
-/// `output` storage for the answer.
+/// `stage` was made by `chaincell_stage_init` and no other thread uses it; `tissue` is null or an output,
+/// `output` is storage for the answer.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn chaincell_stage_output(
     stage: *mut StageStorage,
     tissue: *const Output,
     output: *mut Output,
 ) -> Code {
+    let tissue = match tissue.is_null() {
+        true => Ok(None),
+        // SAFETY: the caller's promises are handed on.
+        false => unsafe { memory::read(tissue) }.map(Some),
+    };
+    let work = |outputs: &mut [Output]| {
+        // SAFETY: the caller's promises are handed on.
+        let (stage, tissue) = (unsafe { self::stage(stage) }?, tissue?);
+        for output in outputs {
+            *output = match &tissue {
+                Some(tissue) => Output::of(&stage.output(&answer_of(tissue))),
+                None => Output::of(&stage.missed()),
+            };
+            if let Some(tissue) = &tissue {
+                output.tool.torque_n_m = torque(stage, tissue, output.tool.flags);
+            }
+        }
+        Ok(())
+    };
     // SAFETY: the caller's promises are handed on.
-    unsafe {
-        give(stage, output, |stage| {
-            let tissue = memory::read(tissue)?;
-            Ok(stage.output(&TickOutput {
-                force_n: tissue.force_n.into(),
-                energy_j: tissue.energy_j,
-                work_j: tissue.work_j,
-                stiffness_n_per_m: tissue.stiffness_n_per_m,
-                contacts: tissue.contacts,
-                sweeps: u16::try_from(tissue.sweeps).unwrap_or(u16::MAX),
-                flags: Flags(tissue.flags),
-            }))
-        })
-    }
+    unsafe { answer_to(output, 1, work) }
 }
 
-/// What the device is given in a tick without a sample; the tissue has no tick then.
+/// Saves all that the stage knows but its settings into `bytes` bytes at `snapshot`; `written` says how
+/// many it took and may be null. A null `snapshot` of 0 bytes asks how many it would take.
 ///
 /// # Safety
-/// `stage` was made by `chaincell_stage_init` and no other thread uses it; `output` is storage for
-/// the answer.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn chaincell_stage_missed(
-    stage: *mut StageStorage,
-    output: *mut Output,
-) -> Code {
-    // SAFETY: the caller's promises are handed on.
-    unsafe { give(stage, output, |stage| Ok(stage.missed())) }
-}
-
-/// Bytes of a stage's snapshot; 0 where there is no stage.
-///
-/// # Safety
-/// `stage` was made by `chaincell_stage_init` and no other thread uses it.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn chaincell_stage_snapshot_size(stage: *mut StageStorage) -> usize {
-    // SAFETY: the caller's promises are handed on.
-    unsafe { self::stage(stage) }.map_or(0, |stage| stage.snapshot_bytes())
-}
-
-/// Saves all that the stage knows but its settings into `bytes` bytes at `snapshot`, at least
-/// `chaincell_stage_snapshot_size`.
-///
-/// # Safety
-/// As `chaincell_stage_snapshot_size`; `snapshot` is storage of `bytes` bytes.
+/// `stage` was made by `chaincell_stage_init` and no other thread uses it; `snapshot` is storage of `bytes`
+/// bytes, `written` is null or storage for the answer.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn chaincell_stage_save(
     stage: *mut StageStorage,
     snapshot: *mut u8,
     bytes: usize,
+    written: *mut usize,
 ) -> Code {
     // SAFETY: the caller's promises are handed on.
     Code::of(unsafe { self::stage(stage) }.and_then(|stage| {
+        let asks = snapshot.is_null() && bytes == 0;
         // SAFETY: the caller's promises are handed on.
         let snapshot = unsafe { memory::slice_mut(snapshot, bytes) }?;
-        stage.save(snapshot).map(drop).map_err(|why| Refusal::from(why).code)
+        if !asks {
+            stage.save(snapshot).map_err(|why| Refusal::from(why).code)?;
+        }
+        // SAFETY: the caller's promises are handed on.
+        unsafe { memory::write_if_asked(written, stage.snapshot_bytes()) }
     }))
 }
 
@@ -342,7 +338,8 @@ pub unsafe extern "C" fn chaincell_stage_save(
 /// snapshot that is refused changes nothing.
 ///
 /// # Safety
-/// As `chaincell_stage_snapshot_size`; `snapshot` points to `bytes` bytes.
+/// `stage` was made by `chaincell_stage_init` and no other thread uses it; `snapshot` points to `bytes`
+/// bytes.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn chaincell_stage_restore(
     stage: *mut StageStorage,

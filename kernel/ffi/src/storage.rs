@@ -1,71 +1,23 @@
 //! A tissue in the caller's storage: sizes, creation, reset, contacts.
 
-use chaincell_kernel::image::{CELLS_MAX, COARSE_MAX};
-use chaincell_kernel::{Dynamics, Model, coarse_room};
+use chaincell_kernel::{Dynamics, Model};
 
 use crate::code::{Code, Detail, Refusal};
-use crate::layout::{self, ALIGN, Parts, Sizes, Tissue, by_scheme};
-use crate::memory;
+use crate::layout::{self, Parts, Sizes, Tissue, by_scheme};
+use crate::memory::{self, ALIGN};
 use crate::model::{ModelStorage, load};
 use crate::settings::{Scheme, Settings};
 use crate::touch::{Room, Touch};
 
-/// Alignment of a tissue's storage, `CHAINCELL_ALIGN` \[bytes\].
-#[unsafe(no_mangle)]
-pub extern "C" fn chaincell_tissue_align() -> usize {
-    ALIGN
-}
-
-/// Bytes of a tissue for models of links of up to so many cells and coarse functions, of whose cells a tool may
-/// hold up to `contacts`; 0 where an argument is out of range (no such scheme, cells not in 1 to
-/// 65,535, more contacts than cells, more than 1,024 coarse functions). For any model `chaincell_model_size`.
-#[unsafe(no_mangle)]
-pub extern "C" fn chaincell_tissue_size(
-    scheme: i32,
-    cells: u32,
-    contacts: u32,
-    coarse_functions: u32,
-) -> usize {
-    let Ok(scheme) = Scheme::of(scheme) else { return 0 };
-    let (cells, contacts, coarse_functions) =
-        (cells as usize, contacts as usize, coarse_functions as usize);
-    if !(1..=CELLS_MAX).contains(&cells) || contacts > cells || coarse_functions > COARSE_MAX {
-        return 0;
-    }
-    let room = match scheme {
-        Scheme::Track | Scheme::Predict => coarse_room(coarse_functions, contacts),
-        _ => 0,
-    };
-    let sizes = Sizes { cells, contacts, room, states: 0, touch: Touch::NONE };
-    by_scheme!(scheme, D => sizes.bytes::<D>())
-}
-
-/// Bytes of a tissue for this model with room for so many contact cells, and what multiple of
-/// bytes its storage starts at: `CHAINCELL_ALIGN`, or `CHAINCELL_SHAPE_ALIGN` for a body of nodal
-/// shapes. `bytes` or `align` may be null.
+/// Bytes of a tissue for this model with this room, and what multiple of bytes its storage starts at:
+/// `CHAINCELL_ALIGN`, or `CHAINCELL_SHAPE_ALIGN` for a body of nodal shapes and with room for tools on a
+/// surface. `bytes` or `align` may be null.
 ///
 /// # Safety
-/// `model` is storage for a model; `bytes` and `align` are null or storage for the answers.
+/// `model` is storage for a model, `room` is a room; `bytes` and `align` are null or storage for the
+/// answers.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn chaincell_model_size(
-    model: *const ModelStorage,
-    scheme: i32,
-    contacts: u32,
-    bytes: *mut usize,
-    align: *mut usize,
-) -> Code {
-    let room = Room { contacts, ..Room::default() };
-    // SAFETY: the caller's promises are handed on.
-    unsafe { chaincell_model_size_with(model, scheme, &room, bytes, align) }
-}
-
-/// As `chaincell_model_size`, with room for tools on the model's surface too. With such a room the
-/// storage starts at a multiple of `CHAINCELL_SHAPE_ALIGN`.
-///
-/// # Safety
-/// As `chaincell_model_size`; `room` is a room.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn chaincell_model_size_with(
     model: *const ModelStorage,
     scheme: i32,
     room: *const Room,
@@ -115,7 +67,7 @@ struct Wish {
 }
 
 /// # Safety
-/// As [`chaincell_tissue_init_with`].
+/// As [`chaincell_tissue_init`].
 unsafe fn init(wish: &Wish) -> Result<*mut Tissue, Refusal> {
     memory::check_to(wish.storage, ALIGN)?;
     if wish.bytes >= layout::FRONT_BYTES {
@@ -150,43 +102,20 @@ unsafe fn init(wish: &Wish) -> Result<*mut Tissue, Refusal> {
     })
 }
 
-/// Puts a body at rest into storage, with room for `contacts` contact cells, none chosen yet.
+/// Puts a body at rest into storage, with this room, and no contacts chosen yet; room for tools under track
+/// and predict alone.
 ///
-/// `storage` starts at a multiple of `CHAINCELL_ALIGN`, for a body of nodal shapes at one of
-/// `CHAINCELL_SHAPE_ALIGN`, and has `bytes` bytes, at least `chaincell_model_size`; what stood there is lost, also where the call is refused.
-/// `scheme` is one of `chaincell_scheme`. The answer in `tissue` is the address of the storage, or
-/// null. Model and settings are copied; the model's image is not. `detail` may be null. Cost:
-/// clears the storage.
+/// `storage` starts at a multiple of what `chaincell_model_size` says, and has `bytes` bytes, at least as
+/// many as it says; what stood there is lost, also where the call is refused. `scheme` is one of
+/// `chaincell_scheme`. The answer in `tissue` is the address of the storage, or null. Model and settings
+/// are copied; the model's image is not. `detail` may be null. Cost: clears the storage.
 ///
 /// # Safety
 /// `storage` has `bytes` bytes which nobody else uses as long as the tissue is in use, nor do they
-/// overlap the other arguments or the image; `model` is storage for a model, `settings` are
-/// settings, `tissue` is storage for an address, `detail` is null or storage.
+/// overlap the other arguments or the image; `model` is storage for a model, `room` is a room, `settings`
+/// are settings, `tissue` is storage for an address, `detail` is null or storage.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn chaincell_tissue_init(
-    storage: *mut core::ffi::c_void,
-    bytes: usize,
-    model: *const ModelStorage,
-    scheme: i32,
-    contacts: u32,
-    settings: *const Settings,
-    tissue: *mut *mut Tissue,
-    detail: *mut Detail,
-) -> Code {
-    let room = Room { contacts, ..Room::default() };
-    // SAFETY: the caller's promises are handed on.
-    unsafe {
-        chaincell_tissue_init_with(storage, bytes, model, scheme, &room, settings, tissue, detail)
-    }
-}
-
-/// As `chaincell_tissue_init`, with room for tools on the model's surface too: `bytes` is at least
-/// `chaincell_model_size_with` of the same room. Under track and predict alone.
-///
-/// # Safety
-/// As `chaincell_tissue_init`; `room` is a room.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn chaincell_tissue_init_with(
     storage: *mut core::ffi::c_void,
     bytes: usize,
     model: *const ModelStorage,
@@ -228,38 +157,16 @@ pub unsafe extern "C" fn chaincell_tissue_reset(tissue: *mut Tissue, detail: *mu
     }
 }
 
-/// Bytes of a snapshot of the tissue as it is now, between two ticks: they depend on the model, on what
-/// was chosen to touch it, and on the triangles in reach. `detail` may be null.
+/// Saves all that the tissue knows but its settings, between two ticks, into `bytes` bytes at `snapshot`;
+/// `written` says how many it took and may be null. The tissue does not change. Cost: that of copying the
+/// tissue, twice over, and a checksum.
+///
+/// A null `snapshot` of 0 bytes asks how many it would take now, which depends on the model, on what was
+/// chosen to touch it, and on the triangles in reach. `detail` may be null.
 ///
 /// # Safety
-/// `tissue` was made by `chaincell_tissue_init` and no other thread uses it; `bytes` is storage for
-/// the answer, `detail` is null or storage.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn chaincell_tissue_snapshot_size(
-    tissue: *mut Tissue,
-    bytes: *mut usize,
-    detail: *mut Detail,
-) -> Code {
-    // SAFETY: the caller's promises are handed on.
-    unsafe {
-        crate::answer(detail, || {
-            let (scheme, sizes) = layout::front(tissue)?;
-            let size = by_scheme!(scheme, D => {
-                let Parts { network, tissue: mut body, .. } = layout::parts::<D>(tissue, sizes);
-                body.snapshot_bytes(network)?
-            });
-            Ok(memory::write(bytes, size)?)
-        })
-    }
-}
-
-/// Saves all that the tissue knows but its settings, between two ticks, into `bytes` bytes at
-/// `snapshot`, at least `chaincell_tissue_snapshot_size`. The tissue does not change. `written` may
-/// be null. Cost: that of copying the tissue, twice over, and a checksum.
-///
-/// # Safety
-/// As `chaincell_tissue_snapshot_size`; `snapshot` is storage of `bytes` bytes, `written` is null or
-/// storage for the answer.
+/// `tissue` was made by `chaincell_tissue_init` and no other thread uses it; `snapshot` is storage of
+/// `bytes` bytes, `written` is null or storage for the answer, `detail` is null or storage.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn chaincell_tissue_save(
     tissue: *mut Tissue,
@@ -272,10 +179,11 @@ pub unsafe extern "C" fn chaincell_tissue_save(
     unsafe {
         crate::answer(detail, || {
             let (scheme, sizes) = layout::front(tissue)?;
+            let asks = snapshot.is_null() && bytes == 0;
             let snapshot = memory::slice_mut(snapshot, bytes)?;
             let size = by_scheme!(scheme, D => {
                 let Parts { network, tissue: mut body, .. } = layout::parts::<D>(tissue, sizes);
-                body.save(network, snapshot)?
+                if asks { body.snapshot_bytes(network)? } else { body.save(network, snapshot)? }
             });
             Ok(memory::write_if_asked(written, size)?)
         })
@@ -287,7 +195,8 @@ pub unsafe extern "C" fn chaincell_tissue_save(
 /// had in use. A snapshot that is refused changes nothing. `detail` may be null.
 ///
 /// # Safety
-/// As `chaincell_tissue_snapshot_size`; `snapshot` points to `bytes` bytes.
+/// `tissue` was made by `chaincell_tissue_init` and no other thread uses it; `snapshot` points to `bytes`
+/// bytes, `detail` is null or storage.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn chaincell_tissue_restore(
     tissue: *mut Tissue,

@@ -4,7 +4,7 @@ use core::mem::offset_of;
 
 use chaincell_kernel::number::cell::{Cell, output, single};
 use chaincell_kernel::tick::hash::state_hash;
-use chaincell_kernel::{Flags, Network, Number, TickOutput};
+use chaincell_kernel::{Flags, Network, Number, TOOLS_MAX, TickOutput};
 
 use crate::code::{Code, Detail, Refusal};
 use crate::layout::{self, Parts, Published, Tissue, by_scheme};
@@ -25,6 +25,7 @@ pub struct ToolPose {
 }
 
 pub(crate) type KernelPose = chaincell_kernel::ToolPose;
+type KernelOutput = chaincell_kernel::ToolOutput;
 
 // Poses of the caller are read as those of the kernel.
 const _: () = assert!(size_of::<ToolPose>() == size_of::<KernelPose>());
@@ -33,47 +34,61 @@ const _: () = assert!(offset_of!(ToolPose, position_m) == offset_of!(KernelPose,
 const _: () = assert!(offset_of!(ToolPose, orientation) == offset_of!(KernelPose, orientation));
 const _: () = assert!(offset_of!(ToolPose, engaged) == offset_of!(KernelPose, engaged));
 
-/// What one tick answers. It describes the state after the last update.
+/// What a tool feels in a tick, of the kernel and of the client alike.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[repr(C)]
+pub struct ToolOutput {
+    /// Force of the tissue on the tool \[N\].
+    pub force_n: [f32; 3],
+    /// Torque on it about its position; 0 for held cells \[N m\].
+    pub torque_n_m: [f32; 3],
+    /// Number of cells it holds, or of triangles that it is in contact with or whose samples it grips.
+    pub contacts: u32,
+    /// Limits and events, a sum of `CHAINCELL_FLAG_` numbers.
+    pub flags: u32,
+}
+
+/// What one tick answers to a tool. It describes the state after the last update.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(C)]
 pub struct Output {
-    /// Force of the tissue on the tool \[N\].
-    pub force_n: [f32; 3],
+    /// What the tool feels. The flags are those of the tick.
+    pub tool: ToolOutput,
     /// Certified level: an upper bound of the elastic energy of the published state \[J\].
     pub energy_j: f32,
-    /// What the tool's motion of this tick did to the tissue, exactly: the tissue's side of an
-    /// energy ledger \[J\].
+    /// What the motion of the tool in this tick did to the tissue, exactly: the tissue's side of an energy
+    /// ledger, including the work of the torque \[J\].
     pub work_j: f32,
     /// Upper bound of the stiffness that the tool meets within a tick \[N/m\].
     pub stiffness_n_per_m: f32,
-    /// Number of cells the tool holds.
-    pub contacts: u32,
-    /// What bit during this tick, a sum of `CHAINCELL_FLAG_` numbers.
-    pub flags: u32,
     /// Sweeps made: 0 where the sample was late, and in the safe state.
     pub sweeps: u32,
 }
 
 impl Output {
-    /// The kernel's answer.
+    /// The kernel's answer, which knows no torque.
     pub(crate) fn of(answer: &TickOutput) -> Self {
+        let (contacts, flags) = (answer.contacts, answer.flags.0);
         Self {
-            force_n: answer.force_n.into(),
+            tool: ToolOutput {
+                force_n: answer.force_n.into(),
+                torque_n_m: [0.0; 3],
+                contacts,
+                flags,
+            },
             energy_j: answer.energy_j,
             work_j: answer.work_j,
             stiffness_n_per_m: answer.stiffness_n_per_m,
-            contacts: answer.contacts,
-            flags: answer.flags.0,
             sweeps: answer.sweeps.into(),
         }
     }
 }
 
-/// The tool's motion was shortened, by the step limit or by the energy limit.
+/// The tool's motion, or the change of its current, was shortened, by the step limit or the energy limit.
 pub const FLAG_MOTION_CLAMPED: u32 = 1;
 /// A bad sample: the last good one stands in, or the safe state is on.
 pub const FLAG_BAD_SAMPLE: u32 = 2;
-/// No sample for so long that the stage lets the force fall.
+/// No sample for so long that the stage, or the server, lets the force fall.
 pub const FLAG_STALE: u32 = 4;
 /// The force was shortened to the limit in force.
 pub const FLAG_FORCE_CLAMPED: u32 = 8;
@@ -83,10 +98,11 @@ pub const FLAG_SAFE_STATE: u32 = 16;
 pub const FLAG_BAND_CLOSED: u32 = 32;
 /// A pass was discarded by the energy guard.
 pub const FLAG_ROLLED_BACK: u32 = 64;
-/// More triangles in reach of the tools, or more samples in contact, than the tissue has room for: the
-/// farthest are left out.
+/// More triangles are in reach of the tools, or more samples in contact, than the tissue was initialised
+/// for: the farthest are left out.
 pub const FLAG_CONTACT_CAPACITY: u32 = 128;
-/// The sample was late: it was executed without a sweep, and the force is that of an earlier tick.
+/// The sample was late, since newer ones had come or the tissue cannot keep up: it was executed without a
+/// sweep, and the force is that of an earlier tick.
 pub const FLAG_LATE: u32 = 256;
 /// The tool counts as not engaged until it has been released once; set by a process around.
 pub const FLAG_RELEASE_FIRST: u32 = 512;
@@ -112,12 +128,15 @@ const _: () = assert!(FLAG_STARTS_INSIDE == Flags::STARTS_INSIDE.0);
 
 /// The answer to a call without a body.
 pub(crate) const SAFE: Output = Output {
-    force_n: [0.0; 3],
+    tool: ToolOutput {
+        force_n: [0.0; 3],
+        torque_n_m: [0.0; 3],
+        contacts: 0,
+        flags: FLAG_SAFE_STATE,
+    },
     energy_j: 0.0,
     work_j: 0.0,
     stiffness_n_per_m: 0.0,
-    contacts: 0,
-    flags: FLAG_SAFE_STATE,
     sweeps: 0,
 };
 
@@ -163,33 +182,39 @@ unsafe fn with_budget(
     })
 }
 
-/// Writes an answer; where there is none, force 0 in the safe state.
+/// Writes `count` answers, at most as many as there may be tools: those of the work, or force 0 in the safe
+/// state where it is refused.
 ///
 /// # Safety
-/// A pointer that passes [`memory::check`] is storage for an answer.
+/// A pointer that passes [`memory::check`] is storage for `count` answers.
 pub(crate) unsafe fn answer_to(
-    output: *mut Output,
-    work: impl FnOnce() -> Result<Output, Code>,
+    outputs: *mut Output,
+    count: usize,
+    work: impl FnOnce(&mut [Output]) -> Result<(), Code>,
 ) -> Code {
-    if let Err(code) = memory::check(output) {
+    if let Err(code) = memory::check(outputs) {
         return code;
     }
-    let (code, answer) = match work() {
-        Ok(answer) => (Code::Ok, answer),
-        Err(code) => (code, SAFE),
-    };
-    // SAFETY: checked above, and the caller says that it is storage.
-    unsafe { output.write(answer) };
-    code
+    let count = count.min(TOOLS_MAX);
+    for at in 0..count {
+        // SAFETY: checked above, and the caller says that it is storage.
+        unsafe { outputs.add(at).write(SAFE) };
+    }
+    // SAFETY: written just now, and the caller says that they are ours.
+    Code::of(work(unsafe { core::slice::from_raw_parts_mut(outputs, count) }))
 }
 
+/// One tick into answers in the safe state, as many as there are poses.
+///
 /// # Safety
 /// As [`chaincell_tick`].
 unsafe fn tick(
     tissue: *mut Tissue,
-    (poses, count): (*const ToolPose, usize),
+    poses: *const ToolPose,
+    count: usize,
     budget: *const Budget,
-) -> Result<Output, Code> {
+    outputs: &mut [Output],
+) -> Result<(), Code> {
     // SAFETY: the caller's promises are handed on.
     let (scheme, sizes) = unsafe { layout::front(tissue) }?;
     if !(1..=sizes.touch.tools().max(1)).contains(&count) {
@@ -202,42 +227,76 @@ unsafe fn tick(
         // SAFETY: the caller's promises are handed on.
         false => Some(unsafe { memory::read(budget) }?),
     };
-    let answer = by_scheme!(scheme, D => {
+    by_scheme!(scheme, D => {
         // SAFETY: a tissue of this scheme stands there, and the caller says that it is ours.
         let Parts { network, tissue: mut body, .. } = unsafe { layout::parts::<D>(tissue, sizes) };
         // SAFETY: the caller's promise is handed on.
-        unsafe { with_budget(budget.as_ref(), |budget| body.tick(network, poses, budget)) }
+        let answer =
+            unsafe { with_budget(budget.as_ref(), |budget| body.tick(network, poses, budget)) };
+        outputs.fill(Output::of(&answer));
+        if !sizes.touch.is_none() {
+            give_each_its_own(outputs, poses, |tool| body.tool_output(network, tool));
+        }
     });
-    Ok(Output::of(&answer))
+    Ok(())
 }
 
-/// One tick with a pose for each tool: infallible with good pointers, and with a number of link passes
-/// that does not depend on what the poses say. Bad samples are held for up to 10 ticks, then the safe
-/// state answers.
+/// Gives each of the tools on a surface its own part of the tick's answer, which stands in all `outputs`.
+fn give_each_its_own(
+    outputs: &mut [Output],
+    poses: &[KernelPose],
+    felt: impl Fn(usize) -> KernelOutput,
+) {
+    let tools = outputs.len();
+    let is_shared = tools > 1 && (0..tools).any(|tool| felt(tool) != KernelOutput::NONE);
+    for (tool, (output, pose)) in outputs.iter_mut().zip(poses).enumerate() {
+        let flags = output.tool.flags;
+        if flags & FLAG_SAFE_STATE != 0 {
+            continue;
+        }
+        // What a tool felt stays until the next tick with a sweep.
+        let (felt, is_late) = (felt(tool), flags & FLAG_LATE != 0);
+        if is_shared && !is_late {
+            output.work_j = felt.work_j;
+        }
+        if tool > 0 {
+            output.tool.force_n = felt.force_n.into();
+            output.tool.contacts = felt.contacts;
+            output.stiffness_n_per_m = felt.stiffness_n_per_m;
+        }
+        output.tool.torque_n_m = felt.torque_n_m.into();
+        if is_late && pose.is_good() && pose.engaged == 0 {
+            (output.tool.force_n, output.tool.torque_n_m) = ([0.0; 3], [0.0; 3]);
+        }
+    }
+}
+
+/// One tick with a pose for each tool, and an answer to each in `outputs`: infallible with good pointers,
+/// and with a number of link passes that does not depend on what the poses say. Bad samples are held for
+/// up to 10 ticks, then the safe state answers.
 ///
 /// `count` is 1, or up to as many tools as the tissue has room for, best as many as were chosen. Tools
 /// beyond the poses stay as they are; but all let go where no pose is engaged. One bad pose makes the
-/// sample a bad one. A null `budget` stands for all sweeps of the settings; `output->sweeps` says how
-/// many were made, and the level is certified after every one. `output` is that of the first tool, with
-/// the work of all; `chaincell_output_of_tool` has the others'.
+/// sample a bad one. A null `budget` stands for all sweeps of the settings; `outputs->sweeps` says how
+/// many were made, and the level is certified after every one. A single output has the work of all tools.
 ///
-/// Where a pointer is bad nothing moves, and an `output` that can be written says force 0 with
+/// Where a pointer is bad nothing moves, and `outputs` that can be written say force 0 with
 /// `CHAINCELL_FLAG_SAFE_STATE`. The calling thread's arithmetic is that of the last reset.
 ///
 /// # Safety
 /// `tissue` was made by `chaincell_tissue_init` and no other thread uses it; `poses` are `count` poses,
 /// `budget` is null or a budget, whose `more` is null or may be called with its `context` and does not
-/// touch the tissue; `output` is storage for the answer.
+/// touch the tissue; `outputs` is storage for `count` answers.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn chaincell_tick(
     tissue: *mut Tissue,
     poses: *const ToolPose,
     count: usize,
     budget: *const Budget,
-    output: *mut Output,
+    outputs: *mut Output,
 ) -> Code {
     // SAFETY: the caller's promises are handed on.
-    unsafe { answer_to(output, || tick(tissue, (poses, count), budget)) }
+    unsafe { answer_to(outputs, count, |outputs| tick(tissue, poses, count, budget, outputs)) }
 }
 
 /// Output of a state in single precision.
@@ -268,8 +327,9 @@ pub unsafe extern "C" fn chaincell_state_hash(tissue: *const Tissue, hash: *mut 
     }))
 }
 
-/// Published position of the cell of an input id, in the frame of the input mesh \[m\]. Looks
-/// through all cells for the id.
+/// Published position of a node of the input mesh, by its id, in the frame of the input mesh \[m\]: of a
+/// model baked with --cells and without --lean from the cells around the node, of others that of the
+/// node's cell. Cost: the node's weights, or a look through all cells for the id.
 ///
 /// # Safety
 /// `tissue` was made by `chaincell_tissue_init` and no other thread writes it; `position_m` is
@@ -287,50 +347,20 @@ pub unsafe extern "C" fn chaincell_position(
         let (network, position) = unsafe {
             by_scheme!(scheme, D => {
                 let Published { network, state, .. } = layout::published::<D>(tissue, sizes);
-                let cell = network.model().cell_of_input(input_id).ok_or(Code::UnknownId)?;
-                (network, published(network, state.get(usize::from(cell)).ok_or(Code::UnknownId)?))
+                let (model, at) =
+                    (network.model(), |cell: usize| state.get(cell).map(|v| published(network, v)));
+                let of_cell = || model.cell_of_input(input_id).and_then(|cell| at(cell.into()));
+                (network, model.fine_position(input_id as usize, at).or_else(of_cell))
             })
         };
-        let model = network.model();
-        let ([x, y, z], [a, b, c]) = (position, model.centre_m());
-        let unit = model.unit_m();
-        // SAFETY: the caller's promises are handed on.
-        unsafe { memory::write(position_m, [a + x * unit, b + y * unit, c + z * unit]) }
-    }))
-}
-
-/// Place of a node of the embedded mesh, by input id, from the published positions of the cells
-/// around it, in the frame of the input mesh \[m\]. Only for a model baked with --cells and
-/// without --lean. Cost: the node's weights.
-///
-/// # Safety
-/// `tissue` was made by `chaincell_tissue_init` and no other thread writes it; `position_m` is
-/// storage for the answer.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn chaincell_fine_position(
-    tissue: *const Tissue,
-    node: u32,
-    position_m: *mut [f32; 3],
-) -> Code {
-    // SAFETY: the caller's promises are handed on.
-    Code::of(unsafe { layout::front(tissue) }.and_then(|(scheme, sizes)| {
-        memory::check(position_m)?;
-        // SAFETY: a tissue of this scheme stands there, and nobody writes it.
-        let (network, place) = unsafe {
-            by_scheme!(scheme, D => {
-                let Published { network, state, .. } = layout::published::<D>(tissue, sizes);
-                let at = |cell: usize| state.get(cell).map(|v| published(network, v));
-                (network, network.model().fine_position(node as usize, at))
-            })
-        };
-        let (model, [x, y, z]) = (network.model(), place.ok_or(Code::UnknownId)?);
+        let (model, [x, y, z]) = (network.model(), position.ok_or(Code::UnknownId)?);
         let ([a, b, c], unit) = (model.centre_m(), model.unit_m());
         // SAFETY: the caller's promises are handed on.
         unsafe { memory::write(position_m, [a + x * unit, b + y * unit, c + z * unit]) }
     }))
 }
 
-/// Published positions of all cells, x, y, z of each in the model's order (`chaincell_model_cell`)
+/// Published positions of all cells, x, y, z of each in the model's order (`chaincell_model_input_id`)
 /// [mean link lengths from the body's centre]: bit by bit what `chaincell_set_positions` takes.
 ///
 /// # Safety

@@ -27,22 +27,6 @@ pub struct ToolPart {
     pub radius_m: f32,
 }
 
-/// What one of several tools feels in a tick.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[repr(C)]
-pub struct ToolOutput {
-    /// Force of the tissue on the tool \[N\].
-    pub force_n: [f32; 3],
-    /// Torque on it about its position \[N m\].
-    pub torque_n_m: [f32; 3],
-    /// Its part in the `work_j` of `chaincell_output`, the torque's times the turn included \[J\].
-    pub work_j: f32,
-    /// Upper bound of the stiffness that it meets within a tick \[N/m\].
-    pub stiffness_n_per_m: f32,
-    /// Triangles that it is in contact with, or whose samples it grips.
-    pub contacts: u32,
-}
-
 /// The contact of one triangle with one part of a tool.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(C)]
@@ -126,7 +110,8 @@ unsafe fn cut<'a>(
 unsafe fn choose(
     tissue: *mut Tissue,
     parts: *const ToolPart,
-    (counts, tools): (*const u32, usize),
+    counts: *const u32,
+    tools: usize,
     friction: f32,
 ) -> Result<(), Refusal> {
     // SAFETY: the caller's promises are handed on.
@@ -169,14 +154,13 @@ unsafe fn choose(
 /// `counts[i]` parts, 1 to 8; `parts` has those of the first tool, then those of the second and so on.
 /// `friction` is the coefficient of all by Coulomb's law, 0 to 10.
 ///
-/// The model has a contact surface, the tissue was initialised by
-/// `chaincell_tissue_init_with` with room for so many tools, and for samples where there is friction.
+/// The model has a contact surface, the tissue was initialised by `chaincell_tissue_init` with room for so
+/// many tools, and for samples where there is friction.
 /// The lists are copied. Refused while a tool is engaged; a refused choice leaves the old one. `detail`
 /// may be null.
 ///
 /// # Safety
-/// `tissue` was made by `chaincell_tissue_init` or `chaincell_tissue_init_with` and no other thread
-/// uses it; `counts` are `tools` numbers, `parts` as many parts as they say, `detail` is null or
+/// `tissue` was made by `chaincell_tissue_init` and no other thread uses it; `counts` are `tools` numbers, `parts` as many parts as they say, `detail` is null or
 /// storage.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn chaincell_choose_tools(
@@ -188,38 +172,7 @@ pub unsafe extern "C" fn chaincell_choose_tools(
     detail: *mut Detail,
 ) -> Code {
     // SAFETY: the caller's promises are handed on.
-    unsafe { crate::answer(detail, || choose(tissue, parts, (counts, tools), friction)) }
-}
-
-/// What a tool, from 0, felt in the last tick with a sweep; nothing while it is not engaged or was not
-/// chosen.
-///
-/// # Safety
-/// `tissue` was made by `chaincell_tissue_init_with` and no other thread uses it; `output` is storage
-/// for the answer.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn chaincell_output_of_tool(
-    tissue: *mut Tissue,
-    tool: u32,
-    output: *mut ToolOutput,
-) -> Code {
-    // SAFETY: the caller's promises are handed on.
-    Code::of(unsafe { with_tool(tissue, tool) }.and_then(|(scheme, sizes, tool)| {
-        let felt = by_touching_scheme!(scheme, D => {
-            // SAFETY: a tissue of this scheme stands there, and the caller says that it is ours.
-            let Parts { network, tissue: body, .. } = unsafe { layout::parts::<D>(tissue, sizes) };
-            body.tool_output(network, tool)
-        });
-        let value = ToolOutput {
-            force_n: felt.force_n.into(),
-            torque_n_m: felt.torque_n_m.into(),
-            work_j: felt.work_j,
-            stiffness_n_per_m: felt.stiffness_n_per_m,
-            contacts: felt.contacts,
-        };
-        // SAFETY: the caller's promises are handed on.
-        unsafe { memory::write(output, value) }
-    }))
+    unsafe { crate::answer(detail, || choose(tissue, parts, counts, tools, friction)) }
 }
 
 /// The contacts of all tools as they are now, one for each triangle and part of a tool: writes the first
@@ -228,7 +181,7 @@ pub unsafe extern "C" fn chaincell_output_of_tool(
 /// Cost: one look at the samples in reach.
 ///
 /// # Safety
-/// `tissue` was made by `chaincell_tissue_init_with` and no other thread uses it; `contacts` has room for
+/// `tissue` was made by `chaincell_tissue_init` and no other thread uses it; `contacts` has room for
 /// `room` of them, `count` is storage for the answer.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn chaincell_contact_forces(
@@ -284,7 +237,7 @@ impl ContactForce {
 /// samples.
 ///
 /// # Safety
-/// `tissue` was made by `chaincell_tissue_init_with` and no other thread uses it; `samples` is null or
+/// `tissue` was made by `chaincell_tissue_init` and no other thread uses it; `samples` is null or
 /// storage for the answer.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn chaincell_grip(
@@ -315,7 +268,7 @@ pub unsafe extern "C" fn chaincell_grip(
 /// evenly. 0 is as 1.
 ///
 /// # Safety
-/// `tissue` was made by `chaincell_tissue_init_with` and no other thread uses it.
+/// `tissue` was made by `chaincell_tissue_init` and no other thread uses it.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn chaincell_let_go(tissue: *mut Tissue, tool: u32, ticks: u32) -> Code {
     // SAFETY: the caller's promises are handed on.
@@ -333,7 +286,7 @@ pub unsafe extern "C" fn chaincell_let_go(tissue: *mut Tissue, tool: u32, ticks:
 /// Samples that a tool, from 0, grips.
 ///
 /// # Safety
-/// `tissue` was made by `chaincell_tissue_init_with` and no other thread uses it; `samples` is storage for
+/// `tissue` was made by `chaincell_tissue_init` and no other thread uses it; `samples` is storage for
 /// the answer.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn chaincell_gripped(

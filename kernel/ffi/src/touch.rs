@@ -18,7 +18,7 @@ use chaincell_kernel::{
 };
 
 use crate::code::{Code, Refusal};
-use crate::layout::ALIGN;
+use crate::memory::ALIGN;
 
 /// Most triangles in reach: their numbers have 16 bits.
 const TRIANGLES_MAX: u32 = 65_535;

@@ -11,11 +11,14 @@
 //! - `terms`: the static list of the energy terms besides the links, and the data of each.
 //! - `embedded_mesh`: nodes of a finer mesh that move with the cells.
 
+mod body;
 pub(crate) mod coarse_basis;
 mod embedded_mesh;
 pub mod image;
+mod layout;
 #[cfg(feature = "nodal")]
 pub(crate) mod nodal;
+pub(crate) mod others;
 pub mod parts;
 #[cfg(test)]
 pub(crate) mod pin;
@@ -29,8 +32,8 @@ mod validate;
 
 use core::ops::Range;
 
-pub use read::Model;
-pub(crate) use read::Slices;
+pub use body::Model;
+pub(crate) use body::Slices;
 
 use crate::number::cell::{dot, sub};
 use crate::number::sqrt::sqrt;

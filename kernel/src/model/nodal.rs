@@ -1,8 +1,9 @@
 //! Nodal shapes in an image: the numbers of every cell and every half-link.
 
 use super::image::{LAW_DET1, LAW_TRACE, ModelError, Sections, kind, nodal, params};
+use super::layout::Layout;
+use super::range;
 use super::terms::TermData;
-use super::{Model, range};
 use crate::number::cell::{dot, sub};
 use crate::number::sqrt::sqrt;
 use crate::number::two_float::LANES;
@@ -159,7 +160,7 @@ impl<'a> Nodal<'a> {
 
     /// Checks that the row bound of L is at least the row's diagonal element. The bake is responsible for the
     /// row sum, as it is for the inverse of the coarse level.
-    fn check_bound(&self, model: &Model<'_>, cell: usize) -> Result<(), ModelError> {
+    fn check_bound(&self, layout: &Layout<'_>, cell: usize) -> Result<(), ModelError> {
         let (bound, mut diagonal) = (self.number(cell, nodal::BOUND), 0.0);
         self.each_of_row(cell, &mut |other, element| {
             diagonal += if other == cell { element } else { 0.0 };
@@ -167,13 +168,18 @@ impl<'a> Nodal<'a> {
         if !(bound > 0.0 && bound >= (1.0 - ROUNDING) * diagonal) {
             return Err(ModelError::Value(kind::NODAL_CELLS, cell as u32));
         }
-        if bound > model.degree_bound {
+        if bound > layout.degree_bound {
             return Err(ModelError::Parameter(params::DEGREE_BOUND as u32));
         }
         Ok(())
     }
 
-    fn check_group(&self, model: &Model<'_>, slice: usize, group: usize) -> Result<(), ModelError> {
+    fn check_group(
+        &self,
+        layout: &Layout<'_>,
+        slice: usize,
+        group: usize,
+    ) -> Result<(), ModelError> {
         let wrong = || ModelError::Value(kind::NODAL_SLOTS, group as u32);
         let (slots, ids) = self.slots.get(group).zip(self.ids.get(group)).ok_or_else(wrong)?;
         let spreads = slots.get(nodal::SPREAD).ok_or_else(wrong)?;
@@ -182,9 +188,9 @@ impl<'a> Nodal<'a> {
         }
         for (lane, &id) in ids.iter().enumerate() {
             let (i, j) = (slice * LANES + lane, usize::from(id));
-            let rest = sub(model.rest_position(j), model.rest_position(i));
+            let rest = sub(layout.rest_position(j), layout.rest_position(i));
             let own = |row: usize| slots.get(row).and_then(|of| of.get(lane)).copied();
-            let is_own = i < model.cells() && i != j;
+            let is_own = i < layout.cells() && i != j;
             let stored = (0..3).all(|axis| {
                 let wanted = if is_own { rest.get(axis).copied() } else { Some(0.0) };
                 own(nodal::REST + axis) == wanted
@@ -226,28 +232,28 @@ impl<'a> TermData<'a> for Nodal<'a> {
         Ok(Self { cells, slots, rows, ids, count, law })
     }
 
-    fn check(&self, model: &Model<'_>) -> Result<(), ModelError> {
+    fn check(&self, layout: &Layout<'_>) -> Result<(), ModelError> {
         if !self.is_any() {
             return Ok(());
         }
-        if self.count != model.cells() || model.link_weights.is_some() || model.has_slack() {
+        if self.count != layout.cells() || layout.has_weights || layout.has_slack {
             return Err(ModelError::Layout);
         }
-        for cell in 0..model.cells() {
+        for cell in 0..layout.cells() {
             self.check_cell(cell)?;
         }
-        for slice in 0..model.slice_count() {
+        for slice in 0..layout.slices() {
             if range(self.rows, slice).len() > nodal::LINKS_MAX {
                 return Err(ModelError::Index(kind::SLICE_ROWS, slice as u32));
             }
             for group in range(self.rows, slice) {
-                self.check_group(model, slice, group)?;
+                self.check_group(layout, slice, group)?;
             }
         }
-        for cell in 0..model.cells() {
-            self.check_bound(model, cell)?;
+        for cell in 0..layout.cells() {
+            self.check_bound(layout, cell)?;
         }
-        if model.saturation <= SATURATION_MAX {
+        if layout.saturation <= SATURATION_MAX {
             Ok(())
         } else {
             Err(ModelError::Parameter(params::SATURATION as u32))
@@ -258,7 +264,7 @@ impl<'a> TermData<'a> for Nodal<'a> {
         sum + self.number(cell, nodal::BOUND)
     }
 
-    fn rests(&self, _: &Model<'_>) -> bool {
+    fn rests(&self, _: &Layout<'_>) -> bool {
         true
     }
 

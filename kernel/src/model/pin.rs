@@ -1,8 +1,9 @@
 //! Pins in an image: cells on springs to points.
 
+use super::COORDINATE_MAX;
 use super::image::{ModelError, Sections, kind, params};
+use super::layout::Layout;
 use super::terms::TermData;
-use super::{COORDINATE_MAX, Model};
 
 /// Kind of the section of pins, which only this crate's tests have.
 pub(crate) const PINS: u32 = 0x7e57_0001;
@@ -62,11 +63,11 @@ impl<'a> TermData<'a> for Pins<'a> {
         Ok(Self(sections.optional(PINS)?.unwrap_or(&[])))
     }
 
-    fn check(&self, model: &Model<'_>) -> Result<(), ModelError> {
+    fn check(&self, layout: &Layout<'_>) -> Result<(), ModelError> {
         let mut next = 0;
         for (position, pin) in self.iter().enumerate() {
             let position = position as u32;
-            if pin.cell < next || pin.cell >= model.cells() {
+            if pin.cell < next || pin.cell >= layout.cells() {
                 return Err(ModelError::Index(PINS, position));
             }
             next = pin.cell + 1;
@@ -75,12 +76,13 @@ impl<'a> TermData<'a> for Pins<'a> {
             if !(is_near && is_spring && pin.slip_length > 0.0 && (0.0..1.0).contains(&pin.give)) {
                 return Err(ModelError::Value(PINS, position));
             }
-            // A pin counts as a link to a fixed cell without other links.
-            if (model.cell_bound(pin.cell) + pin.weight) * 0.5 > model.degree_bound {
-                return Err(ModelError::Parameter(params::DEGREE_BOUND as u32));
-            }
-            if model.mobility.get(pin.cell).is_none_or(|&mobility| mobility <= 0.0) {
+            let mobility = layout.mobility.get(pin.cell).copied().unwrap_or(0.0);
+            if mobility <= 0.0 {
                 return Err(ModelError::Index(kind::MOBILITY, pin.cell as u32));
+            }
+            // A pin counts as a link to a fixed cell without other links.
+            if (1.0 / mobility + pin.weight) * 0.5 > layout.degree_bound {
+                return Err(ModelError::Parameter(params::DEGREE_BOUND as u32));
             }
         }
         Ok(())
@@ -90,8 +92,8 @@ impl<'a> TermData<'a> for Pins<'a> {
         self.at(cell).map_or(sum, |pin| sum + pin.weight)
     }
 
-    fn rests(&self, model: &Model<'_>) -> bool {
-        self.iter().all(|pin| pin.point == model.rest_position(pin.cell))
+    fn rests(&self, layout: &Layout<'_>) -> bool {
+        self.iter().all(|pin| pin.point == layout.rest_position(pin.cell))
     }
 
     fn keeps(&self) -> bool {

@@ -2,6 +2,8 @@
 
 use core::ops::Range;
 
+use super::layout::Layout;
+use super::surface::ContactSurface;
 use super::terms::TermData;
 use super::{Model, range};
 use crate::number::two_float::LANES;
@@ -358,5 +360,113 @@ impl<'a> Model<'a> {
     #[must_use]
     pub fn cell_weight(&self, cell: usize) -> f32 {
         self.neighbours(cell).fold(0.0, |sum, (link, _)| sum + self.link_weight(link))
+    }
+
+    /// The part that terms are checked against.
+    pub(crate) fn layout(&self) -> Layout<'a> {
+        Layout {
+            rest: self.rest,
+            #[cfg(test)]
+            mobility: self.mobility,
+            has_weights: self.link_weights.is_some(),
+            has_slack: self.has_slack(),
+            saturation: self.saturation,
+            degree_bound: self.degree_bound,
+        }
+    }
+
+    /// Returns the curvature bound of a cell, the inverse of its mobility and twice the diagonal of L: W, the
+    /// sum of its links' weights, plus the parts of the other terms.
+    #[must_use]
+    #[inline]
+    pub fn cell_bound(&self, cell: usize) -> f32 {
+        self.others.add_bound(cell, self.cell_weight(cell))
+    }
+
+    /// Number of nodes of the embedded mesh, by input id; 0 for a model in which every node is a cell. A node
+    /// may be left out: it has no position.
+    #[must_use]
+    pub fn fine_nodes(&self) -> usize {
+        self.embedded.map_or(0, |mesh| mesh.rest.len())
+    }
+
+    /// Rest position of a node of the embedded mesh [mean link lengths from the centre].
+    #[must_use]
+    pub fn fine_rest(&self, node: usize) -> Option<[f32; 3]> {
+        let mesh = self.embedded?;
+        mesh.own_cell(node)?;
+        mesh.rest.get(node).copied()
+    }
+
+    /// Cells of a node of the embedded mesh, with their weights; its own cell first. Empty for a
+    /// node that is left out.
+    pub fn fine_weights(&self, node: usize) -> impl Iterator<Item = (u16, f32)> + use<'a> {
+        let of = self.embedded.and_then(|mesh| {
+            mesh.own_cell(node)?;
+            Some((mesh.cells.get(node)?, mesh.weights.get(node)?))
+        });
+        of.into_iter()
+            .flat_map(|(cells, weights)| cells.iter().copied().zip(weights.iter().copied()))
+    }
+
+    /// Surface triangles of the embedded mesh, outward, for display.
+    #[must_use]
+    pub fn fine_triangles(&self) -> &'a [[u32; 3]] {
+        self.embedded.map_or(&[], |mesh| mesh.triangles)
+    }
+
+    /// Tetrahedra of the embedded mesh, for display.
+    #[must_use]
+    pub fn fine_tetrahedra(&self) -> &'a [[u32; 4]] {
+        self.embedded.map_or(&[], |mesh| mesh.tetrahedra)
+    }
+
+    /// Returns the position of a node of the embedded mesh for cells at `position_of`
+    /// [mean link lengths from the centre]; `None` beyond the last node, for a node that is left out, and in
+    /// a model without an embedded mesh. Cost: at most [`FINE_CELLS`](super::image::FINE_CELLS) positions.
+    #[must_use]
+    pub fn fine_position(
+        &self,
+        node: usize,
+        position_of: impl Fn(usize) -> Option<[f32; 3]>,
+    ) -> Option<[f32; 3]> {
+        let mut place = self.fine_rest(node)?;
+        for (cell, weight) in self.fine_weights(node).filter(|&(_, weight)| weight != 0.0) {
+            let cell = usize::from(cell);
+            let (now, rest) = (position_of(cell)?, self.rest_position(cell));
+            for ((x, now), rest) in place.iter_mut().zip(now).zip(rest) {
+                *x += weight * (now - rest);
+            }
+        }
+        Some(place)
+    }
+
+    /// Returns the triangles that tools touch; `None` if the model has no contact surface.
+    pub(crate) fn contact_surface(&self) -> Option<ContactSurface<'a>> {
+        Some(ContactSurface::of(self.triangles, self.contact?))
+    }
+
+    /// Returns true if tools may touch the model.
+    #[must_use]
+    pub fn has_contact_surface(&self) -> bool {
+        self.contact.is_some()
+    }
+
+    /// Calls `visit(parts, stiffness_n_per_m)` for each triangle of the contact surface, in the order of the
+    /// image: the number of subdivisions of an edge under a part of this radius \[m\], and the total
+    /// stiffness of its samples [N/m]. There are no calls without a contact surface.
+    pub fn each_contact_triangle(&self, radius_m: f32, mut visit: impl FnMut(u16, f32)) {
+        let radius = radius_m / self.unit_m;
+        let Some(surface) = self.contact_surface() else { return };
+        for (_, of) in (0..surface.triangles.len()).filter_map(|index| surface.triangle(index)) {
+            visit(of.parts(radius), 2.0 * self.stiffness_n_per_m * of.weight(radius));
+        }
+    }
+
+    /// Smallest radius of a tool's part, at which the samples are just dense enough [mean link lengths]; `None`
+    /// without a contact surface.
+    #[must_use]
+    pub fn tool_radius_min(&self) -> Option<f32> {
+        Some(self.contact_surface()?.radius_min())
     }
 }

@@ -1,8 +1,9 @@
 //! Stiffening in an image: sets of bands on the links of a body of nodal shapes.
 
 use super::image::{ModelError, STIFFENING_MAX, Sections, kind};
+use super::layout::Layout;
+use super::range;
 use super::terms::TermData;
-use super::{Model, range};
 use crate::number::two_float::LANES;
 
 /// Ranges far beyond those of tissue.
@@ -145,16 +146,16 @@ impl<'a> TermData<'a> for Stiffening<'a> {
         })
     }
 
-    fn check(&self, model: &Model<'_>) -> Result<(), ModelError> {
+    fn check(&self, layout: &Layout<'_>) -> Result<(), ModelError> {
         self.check_sets()?;
-        self.check_slots(model.cells())
+        self.check_slots(layout.cells())
     }
 
     fn add_bound(&self, cell: usize, sum: f32) -> f32 {
         if self.is_any() { sum + self.weight(cell) } else { sum }
     }
 
-    fn rests(&self, _: &Model<'_>) -> bool {
+    fn rests(&self, _: &Layout<'_>) -> bool {
         true
     }
 

@@ -1,6 +1,5 @@
 //! The surface in an image that tools touch: the contact stiffness of the triangles of `TRIANGLES`.
 
-use super::Model;
 use super::image::{ModelError, Sections, contact, kind};
 use crate::number::sqrt::sqrt;
 
@@ -56,7 +55,7 @@ impl Triangle {
 }
 
 impl<'a> ContactSurface<'a> {
-    #[cfg(test)]
+    /// The triangles with their numbers.
     pub fn of(triangles: &'a [[u16; 3]], numbers: &'a [[f32; 3]]) -> Self {
         Self { triangles, numbers }
     }
@@ -83,46 +82,19 @@ impl<'a> ContactSurface<'a> {
         Ok(())
     }
 
+    /// Smallest radius of a tool's part, at which the samples are just dense enough [mean link lengths].
+    pub fn radius_min(&self) -> f32 {
+        let areas = (0..self.triangles.len()).filter_map(|index| self.triangle(index));
+        let largest = areas.fold(0.0, |most, (_, of)| if of.area > most { of.area } else { most });
+        sqrt(largest) / (SPACING * PARTS_MAX)
+    }
+
     /// Returns the corners and the numbers of a triangle.
     pub fn triangle(&self, index: usize) -> Option<([u16; 3], Triangle)> {
         let numbers = self.numbers.get(index)?;
         let at = |row: usize| numbers.get(row).copied().unwrap_or(1.0);
         let [stiffness, edge, area] = [contact::STIFFNESS, contact::EDGE, contact::AREA].map(at);
         Some((*self.triangles.get(index)?, Triangle { stiffness, edge, area }))
-    }
-}
-
-impl<'a> Model<'a> {
-    /// Returns the triangles that tools touch; `None` if the model has no contact surface.
-    pub(crate) fn contact_surface(&self) -> Option<ContactSurface<'a>> {
-        Some(ContactSurface { triangles: self.triangles, numbers: self.contact? })
-    }
-
-    /// Returns true if tools may touch the model.
-    #[must_use]
-    pub fn has_contact_surface(&self) -> bool {
-        self.contact.is_some()
-    }
-
-    /// Calls `visit(parts, stiffness_n_per_m)` for each triangle of the contact surface, in the order of the
-    /// image: the number of subdivisions of an edge under a part of this radius \[m\], and the total
-    /// stiffness of its samples [N/m]. There are no calls without a contact surface.
-    pub fn each_contact_triangle(&self, radius_m: f32, mut visit: impl FnMut(u16, f32)) {
-        let radius = radius_m / self.unit_m;
-        let Some(surface) = self.contact_surface() else { return };
-        for (_, of) in (0..surface.triangles.len()).filter_map(|index| surface.triangle(index)) {
-            visit(of.parts(radius), 2.0 * self.stiffness_n_per_m * of.weight(radius));
-        }
-    }
-
-    /// Smallest radius of a tool's part, at which the samples are just dense enough [mean link lengths]; `None`
-    /// without a contact surface.
-    #[must_use]
-    pub fn tool_radius_min(&self) -> Option<f32> {
-        let contact = self.contact_surface()?;
-        let areas = (0..contact.triangles.len()).filter_map(|index| contact.triangle(index));
-        let largest = areas.fold(0.0, |most, (_, of)| if of.area > most { of.area } else { most });
-        Some(sqrt(largest) / (SPACING * PARTS_MAX))
     }
 }
 

@@ -1,50 +1,25 @@
-//! The energy terms besides the links in an image: their static list, and the data of each.
+//! The interface of an energy term's data, and lists of terms.
 
-use super::Model;
 use super::image::{ModelError, Sections};
-#[cfg(feature = "nodal")]
-use super::nodal::Nodal;
-#[cfg(test)]
-use super::pin::Pins;
-#[cfg(feature = "nodal")]
-use super::stiffening::Stiffening;
+use super::layout::Layout;
 
 /// The end of the list: an empty term.
 #[derive(Clone, Copy)]
 pub(crate) struct NoTerm;
-
-/// The terms besides the links: nested pairs that end in [`NoTerm`].
-#[cfg(not(test))]
-pub(crate) type Others<'a> = Built<'a>;
-/// In this crate's tests the list has a further term, to show that one can be added.
-#[cfg(test)]
-pub(crate) type Others<'a> = (Pins<'a>, Built<'a>);
-
-/// The terms that the features of this crate build.
-#[cfg(feature = "nodal")]
-type Built<'a> = (Nodal<'a>, (Stiffening<'a>, NoTerm));
-#[cfg(not(feature = "nodal"))]
-type Built<'a> = NoTerm;
-
-/// All terms empty.
-#[cfg(all(test, feature = "nodal"))]
-pub(crate) const NONE: Built<'static> = (Nodal::NONE, (Stiffening::NONE, NoTerm));
-#[cfg(all(test, not(feature = "nodal")))]
-pub(crate) const NONE: Built<'static> = NoTerm;
 
 /// The data of a term in an image, and its part of the bound L of the energy's curvature, see
 /// [`terms`](crate::terms).
 pub(crate) trait TermData<'a>: Copy {
     /// Reads the term's sections; without them the term is empty.
     fn read(sections: &Sections<'a>) -> Result<Self, ModelError>;
-    /// Checks the sections against the links of the model, and the model's largest step against
+    /// Checks the sections against the cells of the body, and the body's largest step against
     /// the term.
-    fn check(&self, model: &Model<'_>) -> Result<(), ModelError>;
+    fn check(&self, layout: &Layout<'_>) -> Result<(), ModelError>;
     /// Adds twice the diagonal of L at a cell, or the sum of the magnitudes of its row where that is larger,
     /// to the sum of the previous terms.
     fn add_bound(&self, cell: usize, sum: f32) -> f32;
     /// Returns true if the term's energy is 0 in the rest shape.
-    fn rests(&self, model: &Model<'_>) -> bool;
+    fn rests(&self, layout: &Layout<'_>) -> bool;
     /// Returns true if the term keeps states of this body's cells.
     #[inline(always)]
     fn keeps(&self) -> bool {
@@ -86,7 +61,7 @@ impl<'a> TermData<'a> for NoTerm {
     }
 
     #[inline(always)]
-    fn check(&self, _: &Model<'_>) -> Result<(), ModelError> {
+    fn check(&self, _: &Layout<'_>) -> Result<(), ModelError> {
         Ok(())
     }
 
@@ -96,7 +71,7 @@ impl<'a> TermData<'a> for NoTerm {
     }
 
     #[inline(always)]
-    fn rests(&self, _: &Model<'_>) -> bool {
+    fn rests(&self, _: &Layout<'_>) -> bool {
         true
     }
 }
@@ -106,17 +81,17 @@ impl<'a, A: TermData<'a>, B: TermData<'a>> TermData<'a> for (A, B) {
         Ok((A::read(sections)?, B::read(sections)?))
     }
 
-    fn check(&self, model: &Model<'_>) -> Result<(), ModelError> {
-        self.0.check(model)?;
-        self.1.check(model)
+    fn check(&self, layout: &Layout<'_>) -> Result<(), ModelError> {
+        self.0.check(layout)?;
+        self.1.check(layout)
     }
 
     fn add_bound(&self, cell: usize, sum: f32) -> f32 {
         self.1.add_bound(cell, self.0.add_bound(cell, sum))
     }
 
-    fn rests(&self, model: &Model<'_>) -> bool {
-        self.0.rests(model) && self.1.rests(model)
+    fn rests(&self, layout: &Layout<'_>) -> bool {
+        self.0.rests(layout) && self.1.rests(layout)
     }
 
     #[inline(always)]
@@ -145,15 +120,5 @@ impl<'a, A: TermData<'a>, B: TermData<'a>> TermData<'a> for (A, B) {
     #[inline(always)]
     fn replaces_links(&self) -> bool {
         self.0.replaces_links() || self.1.replaces_links()
-    }
-}
-
-impl Model<'_> {
-    /// Returns the curvature bound of a cell, the inverse of its mobility and twice the diagonal of L: W, the
-    /// sum of its links' weights, plus the parts of the other terms.
-    #[must_use]
-    #[inline]
-    pub fn cell_bound(&self, cell: usize) -> f32 {
-        self.others.add_bound(cell, self.cell_weight(cell))
     }
 }

@@ -45,7 +45,7 @@ pub(crate) fn model(model: &Model<'_>) -> Result<(), ModelError> {
     link_numbers(model)?;
     slices(model)?;
     ascending(kind::FIXED, model.fixed, model.cells())?;
-    model.others.check(model)?;
+    model.others.check(&model.layout())?;
     mobilities(model)?;
     slice_values(model)?;
     basis(model)?;

@@ -5,7 +5,7 @@
 //! of the energy in every state; all proofs of the schemes rely on that.
 //!
 //! - [`links`]: the links' bands (Eq. 5 to 13).
-//! - `term`: the interface of any other term; `model::terms` lists them.
+//! - `term`: the interface of any other term; `model::others` lists them.
 //! - [`state`]: the terms' state of each cell.
 //! - [`held`]: a constraint, the cells that the tool holds.
 //! - `current`: a load, the current into the contact cells.
@@ -17,7 +17,7 @@
 //! - `residual`, `sliced`: one pass, cell by cell and eight cells side by side.
 //!
 //! **Adding a term** takes a file here, a file in [`model`](crate::model), and an entry in the list of
-//! `model::terms`. The term provides:
+//! `model::others`. The term provides:
 //!
 //! | what | where |
 //! |---|---|

@@ -1,5 +1,5 @@
 //! Pins: half the squared distance of a cell to an anchor. A term used only in this crate's tests, which
-//! shows how to add one: its two files, and the list in `model::terms`.
+//! shows how to add one: its two files, and the list in `model::others`.
 //!
 //! The anchor is the pin's point plus two displacements, the term's state. It slips: before a pass it follows
 //! a cell that is farther away than the slip length, which lowers the energy. And it relaxes: at the start of

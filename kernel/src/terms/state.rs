@@ -6,7 +6,7 @@
 
 use crate::backend::slice_set::SliceSet;
 use crate::backend::slices::cells_of;
-use crate::model::terms::Others;
+use crate::model::others::Others;
 use crate::number::kept::{Kept, kept};
 use crate::terms::term::Term;
 

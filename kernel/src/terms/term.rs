@@ -13,7 +13,7 @@
 //! So for fixed states the bound L holds as for any term, and the energy falls in every sweep. If the guard
 //! discards a pass, its updates are discarded too: the states are then those of the published positions.
 //!
-//! The list of the terms is that of `model::terms`. All of it is resolved when the kernel is
+//! The list of the terms is that of `model::others`. All of it is resolved when the kernel is
 //! compiled: a term that is not in the list costs nothing.
 
 use super::held::{Contact, Touched};

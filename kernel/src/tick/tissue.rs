@@ -280,7 +280,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
             }
         }
         // Terms that may have energy in the rest shape make the level unknown.
-        if !network.model().others.rests(network.model()) {
+        if !network.model().others.rests(&network.model().layout()) {
             self.head.level.forget();
             self.head.awake.wake_all(network.model());
         }

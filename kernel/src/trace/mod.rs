@@ -132,17 +132,22 @@
 //! ```
 
 mod command;
+mod error;
 mod header;
+mod order;
+mod reader;
 mod record;
 mod stage;
 #[cfg(test)]
 mod tests;
-mod tools;
+mod writer;
 
-pub use command::{Command, CommandError, CommandRecord, Entry};
-pub use header::{Header, Origin, TraceError, header_bytes};
-pub use record::{End, Played, Reader, Record, ReplayError, Writer};
-pub use tools::{PartRecord, PoseRecord, RecordedTools};
+pub use command::{Command, CommandError};
+pub use error::{Origin, TraceError};
+pub use header::{Header, RecordedTools, header_bytes};
+pub use reader::{End, Played, Reader};
+pub use record::{CommandRecord, Entry, PartRecord, PoseRecord, Record, ReplayError};
+pub use writer::Writer;
 
 use crc::{CRC_32_ISO_HDLC, Crc, Table};
 

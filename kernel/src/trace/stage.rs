@@ -1,6 +1,6 @@
 //! The output stage's settings in a header.
 
-use super::TraceError;
+use super::error::TraceError;
 use crate::stage::{Coupling, Passivity, StageSettings};
 
 /// Words of the settings.

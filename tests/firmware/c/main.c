@@ -49,6 +49,7 @@ static int is_done(const char *what, chaincell_code code)
 
 static chaincell_tissue *begin(void)
 {
+    static const chaincell_room room = {CONTACTS, 0, 0, 0};
     const size_t bytes = (size_t)(model_end - model_begin);
     chaincell_settings settings;
     chaincell_tissue *tissue = NULL;
@@ -61,7 +62,7 @@ static chaincell_tissue *begin(void)
     settings.sweeps = SWEEPS;
     settings.unloading = CHAINCELL_UNLOADING_RELEASE;
     if (is_done("tissue", chaincell_tissue_init(storage, sizeof storage, &model,
-                                                CHAINCELL_SCHEME_TRACK, CONTACTS, &settings,
+                                                CHAINCELL_SCHEME_TRACK, &room, &settings,
                                                 &tissue, NULL)) &&
         is_done("contacts", chaincell_choose_contacts(tissue, held, CONTACTS, NULL))) {
         return tissue;

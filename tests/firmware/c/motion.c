@@ -63,11 +63,11 @@ uint64_t golden_absorb(uint64_t digest, uint64_t state_hash, const chaincell_out
     int axis;
 
     for (axis = 0; axis < 3; axis++) {
-        number.real = output->force_n[axis];
+        number.real = output->tool.force_n[axis];
         crc = absorb(crc, number.bits, 4);
     }
     number.real = output->energy_j;
     crc = absorb(crc, number.bits, 4);
-    crc = absorb(crc, output->contacts, 4);
-    return ~absorb(crc, output->flags, 4);
+    crc = absorb(crc, output->tool.contacts, 4);
+    return ~absorb(crc, output->tool.flags, 4);
 }

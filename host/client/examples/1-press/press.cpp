@@ -16,12 +16,12 @@ constexpr std::uint64_t WAIT_NS = 1'000'000'000;
 int main(int, char **words)
 {
     // The tissue's own forces, however late they are. For a device leave both at 20 ms.
-    chaincell_client_options options;
-    chaincell_client_options_default(&options);
+    chaincell_client_options options = CHAINCELL_CLIENT_OPTIONS_DEFAULT;
     options.watchdog_ms = options.ramp_ms = 0;
     chaincell_client client;
-    if (chaincell_client_open(CHAINCELL_CLIENT_VERSION, words[1], &options, &client) < 0) {
-        return std::fprintf(stderr, "%s\n", chaincell_client_last_error()), 1;
+    chaincell_client_code code = chaincell_client_open(CHAINCELL_CLIENT_VERSION, words[1], &options, &client);
+    if (code < 0) {
+        return std::fprintf(stderr, "%s\n", chaincell_client_error_text(code)), 1;
     }
     double largest_n = 0.0;
     chaincell_client_answer answer{};
@@ -31,9 +31,10 @@ int main(int, char **words)
         const double depth_m = 0.02 * std::min(tick / 500.0, 1.0);
         // A tool has no force until a pose has released it once.
         const bool engaged = tick > 0 && tick <= 1000;
-        const chaincell_client_pose pose{{0, 0, static_cast<float>(-depth_m)}, {0, 0, 0, 1}, engaged};
-        if (chaincell_client_step(client, &pose, 1, WAIT_NS, &answer) < 0) {
-            return std::fprintf(stderr, "%s\n", chaincell_client_last_error()), 1;
+        const chaincell_tool_pose pose{{0, 0, static_cast<float>(-depth_m)}, {0, 0, 0, 1}, engaged};
+        code = chaincell_client_step(client, &pose, 1, WAIT_NS, &answer);
+        if (code < 0) {
+            return std::fprintf(stderr, "%s\n", chaincell_client_error_text(code)), 1;
         }
         const double x = answer.tools[0].force_n[0]; // what a device shows now
         const double y = answer.tools[0].force_n[1];

@@ -18,12 +18,12 @@ constexpr double TOP_M = 0.04;
 int main(int, char **words)
 {
     // The tissue's own forces, however late they are. For a device leave both at 20 ms.
-    chaincell_client_options options;
-    chaincell_client_options_default(&options);
+    chaincell_client_options options = CHAINCELL_CLIENT_OPTIONS_DEFAULT;
     options.watchdog_ms = options.ramp_ms = 0;
     chaincell_client client;
-    if (chaincell_client_open(CHAINCELL_CLIENT_VERSION, words[1], &options, &client) < 0) {
-        return std::fprintf(stderr, "%s\n", chaincell_client_last_error()), 1;
+    chaincell_client_code code = chaincell_client_open(CHAINCELL_CLIENT_VERSION, words[1], &options, &client);
+    if (code < 0) {
+        return std::fprintf(stderr, "%s\n", chaincell_client_error_text(code)), 1;
     }
     const auto start = std::chrono::steady_clock::now();
     for (int tick = 0; tick < 1000; ++tick) {
@@ -33,14 +33,15 @@ int main(int, char **words)
         const double t = 0.05 * std::max(tick / 500.0 - 1.0, 0.0);
         const double sin = 2.0 * t / (1.0 + t * t), cos = (1.0 - t * t) / (1.0 + t * t);
         const bool engaged = tick > 0; // first released
-        const chaincell_client_pose poses[] = {
+        const chaincell_tool_pose poses[] = {
             {{-0.015F, 0, static_cast<float>(z_m + 0.008)}, {0, 0, 0, 1}, engaged},
             {{0.015F, 0, static_cast<float>(z_m + 0.006)},
              {static_cast<float>(sin), 0, 0, static_cast<float>(cos)},
              engaged}};
         chaincell_client_answer answer;
-        if (chaincell_client_step(client, poses, 2, WAIT_NS, &answer) < 0) {
-            return std::fprintf(stderr, "%s\n", chaincell_client_last_error()), 1;
+        code = chaincell_client_step(client, poses, 2, WAIT_NS, &answer);
+        if (code < 0) {
+            return std::fprintf(stderr, "%s\n", chaincell_client_error_text(code)), 1;
         }
         if (tick % 250 == 249) {
             std::printf("tick %" PRIu64 ": state hash %016" PRIx64 "\n", answer.tick, answer.state_hash);

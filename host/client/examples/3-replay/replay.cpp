@@ -23,15 +23,15 @@ int main(int count, char **words)
         return std::fprintf(stderr, "which file?\n"), 1;
     }
     // The tissue's own forces, however late they are. For a device leave both at 20 ms.
-    chaincell_client_options options;
-    chaincell_client_options_default(&options);
+    chaincell_client_options options = CHAINCELL_CLIENT_OPTIONS_DEFAULT;
     options.watchdog_ms = options.ramp_ms = 0;
     chaincell_client client;
-    if (chaincell_client_open(CHAINCELL_CLIENT_VERSION, words[1], &options, &client) < 0) {
-        return std::fprintf(stderr, "%s\n", chaincell_client_last_error()), 1;
+    chaincell_client_code code = chaincell_client_open(CHAINCELL_CLIENT_VERSION, words[1], &options, &client);
+    if (code < 0) {
+        return std::fprintf(stderr, "%s\n", chaincell_client_error_text(code)), 1;
     }
     // A tool has no force until a pose has released it once.
-    chaincell_client_pose pose{{0, 0, 0}, {0, 0, 0, 1}, 0};
+    chaincell_tool_pose pose{{0, 0, 0}, {0, 0, 0, 1}, 0};
     chaincell_client_answer answer;
     chaincell_client_step(client, &pose, 1, WAIT_NS, &answer);
     const auto start = std::chrono::steady_clock::now();
@@ -43,8 +43,9 @@ int main(int count, char **words)
         if (std::sscanf(line.c_str(), "%*u,%f,%f,%f,%" SCNu32, at_m, at_m + 1, at_m + 2, &pose.engaged) != 4) {
             return std::fprintf(stderr, "%s\n", line.c_str()), 1;
         }
-        if (chaincell_client_step(client, &pose, 1, WAIT_NS, &answer) < 0) {
-            return std::fprintf(stderr, "%s\n", chaincell_client_last_error()), 1;
+        code = chaincell_client_step(client, &pose, 1, WAIT_NS, &answer);
+        if (code < 0) {
+            return std::fprintf(stderr, "%s\n", chaincell_client_error_text(code)), 1;
         }
         if (tick % 500 == 499) {
             std::printf("row %d: state hash %016" PRIx64 "\n", tick, answer.state_hash);

@@ -10,8 +10,7 @@
  *   chaincell_client_close    leaves the scene
  *
  * Every call answers with a chaincell_client_code: 0 when all is well, negative when it was refused;
- * chaincell_client_error_text says it in words, chaincell_client_last_error with the place and the
- * remedy. None unwinds. A handle is a number: 0, or one that was closed, is refused.
+ * chaincell_client_error_text says it in words. None unwinds. A handle is a number: 0, or one that was closed, is refused.
  *
  * Where answers stay out for the time of the watchdog, the force that is shown falls to 0 along a ramp,
  * and rises along one when they come again. A step of a ramp is a millisecond of it at most, so call at
@@ -19,6 +18,8 @@
  *
  * One thread at a time may call with a handle; another one gets CHAINCELL_CLIENT_CODE_BUSY at once. A
  * handle for the loop of the device and one as a viewer for the pictures do not hinder each other.
+ *
+ * Poses, what a tool feels and flags are those of chaincell.h, of which this needs no function.
  *
  * Written from host/client/ffi/src: change it there.
  */
@@ -28,11 +29,17 @@
 
 #include <stddef.h>
 #include <stdint.h>
+#include "chaincell.h"
+
+/* Initialises a chaincell_client_options: how a scene is opened by default, as its controller. */
+#define CHAINCELL_CLIENT_OPTIONS_DEFAULT \
+    {CHAINCELL_CLIENT_ROLE_CONTROLLER, CHAINCELL_CLIENT_WAIT_HYBRID, UINT64_C(10000000000), 20, 20}
+
 
 /**
  * Version of this interface: major 65,536, minor 256, patch 1.
  */
-#define CHAINCELL_CLIENT_VERSION 256
+#define CHAINCELL_CLIENT_VERSION 512
 
 /**
  * The body takes its rest shape.
@@ -88,66 +95,6 @@
  * Unloading: 0 off, 1 release, 2 retreat.
  */
 #define CHAINCELL_CLIENT_PARAMETER_UNLOADING 4
-
-/**
- * The motion of the tool, or the change of its current, was shortened.
- */
-#define CHAINCELL_CLIENT_FLAG_MOTION_CLAMPED 1
-
-/**
- * The last good sample stands in, or the safe state answers.
- */
-#define CHAINCELL_CLIENT_FLAG_BAD_SAMPLE 2
-
-/**
- * The server had no pose within the time of its watchdog.
- */
-#define CHAINCELL_CLIENT_FLAG_STALE 4
-
-/**
- * The force was shortened to its limit.
- */
-#define CHAINCELL_CLIENT_FLAG_FORCE_CLAMPED 8
-
-/**
- * The force is 0.
- */
-#define CHAINCELL_CLIENT_FLAG_SAFE_STATE 16
-
-/**
- * The bands are closed (unloading).
- */
-#define CHAINCELL_CLIENT_FLAG_BAND_CLOSED 32
-
-/**
- * The energy guard discarded a pass.
- */
-#define CHAINCELL_CLIENT_FLAG_ROLLED_BACK 64
-
-/**
- * More in contact than there is room for.
- */
-#define CHAINCELL_CLIENT_FLAG_CONTACT_CAPACITY 128
-
-/**
- * The force is not of this pose: newer ones had come, or the tissue cannot keep up.
- */
-#define CHAINCELL_CLIENT_FLAG_LATE 256
-
-/**
- * The tool counts as not engaged until it was released once.
- */
-#define CHAINCELL_CLIENT_FLAG_RELEASE_FIRST 512
-
-/**
- * The output stage lets the force go along its ramp.
- */
-#define CHAINCELL_CLIENT_FLAG_FORCE_WITHHELD 1024
-
-/**
- * The tool was engaged inside the tissue: it has no force until it has been outside once.
- */
-#define CHAINCELL_CLIENT_FLAG_STARTS_INSIDE 2048
 
 /**
  * No answer has come yet.
@@ -397,7 +344,7 @@ typedef struct chaincell_client_states {
      */
     size_t count;
     /**
-     * Flags of the last answer, a sum of CHAINCELL_CLIENT_FLAG_.
+     * Flags of the last answer, a sum of CHAINCELL_FLAG_.
      */
     uint32_t flags;
     /**
@@ -461,7 +408,7 @@ typedef struct chaincell_client_touches {
      */
     size_t count;
     /**
-     * Flags of the last answer, a sum of CHAINCELL_CLIENT_FLAG_.
+     * Flags of the last answer, a sum of CHAINCELL_FLAG_.
      */
     uint32_t flags;
     /**
@@ -497,7 +444,7 @@ typedef struct chaincell_client_reply {
 } chaincell_client_reply;
 
 /**
- * How to open a scene: 24 bytes; `chaincell_client_options_default` fills it.
+ * How to open a scene: 24 bytes; `CHAINCELL_CLIENT_OPTIONS_DEFAULT` initialises it.
  */
 typedef struct chaincell_client_options {
     /**
@@ -522,46 +469,6 @@ typedef struct chaincell_client_options {
      */
     uint32_t ramp_ms;
 } chaincell_client_options;
-
-/**
- * Where a tool is and whether it is engaged: 32 bytes.
- */
-typedef struct chaincell_client_pose {
-    /**
-     * Its position in the frame of the input mesh [m].
-     */
-    float position_m[3];
-    /**
-     * Its orientation, a unit quaternion: x, y, z, w.
-     */
-    float orientation[4];
-    /**
-     * 1 while it acts on the tissue, else 0.
-     */
-    uint32_t engaged;
-} chaincell_client_pose;
-
-/**
- * What a tool feels: 32 bytes.
- */
-typedef struct chaincell_client_tool {
-    /**
-     * Force of the tissue on it [N].
-     */
-    float force_n[3];
-    /**
-     * Torque on it about its position [N m].
-     */
-    float torque_n_m[3];
-    /**
-     * Number of cells it holds, or of triangles it is in contact with.
-     */
-    uint32_t contacts;
-    /**
-     * What bit, a sum of CHAINCELL_CLIENT_FLAG_.
-     */
-    uint32_t flags;
-} chaincell_client_tool;
 
 /**
  * What to show at a moment: 336 bytes. Every force is finite, whatever has come.
@@ -600,7 +507,7 @@ typedef struct chaincell_client_answer {
      */
     float energy_j;
     /**
-     * What bit during the tick, a sum of CHAINCELL_CLIENT_FLAG_.
+     * What bit during the tick, a sum of CHAINCELL_FLAG_.
      */
     uint32_t flags;
     /**
@@ -622,7 +529,7 @@ typedef struct chaincell_client_answer {
     /**
      * What each tool feels, by its number.
      */
-    struct chaincell_client_tool tools[CHAINCELL_CLIENT_TOOLS_MAX];
+    chaincell_tool_output tools[CHAINCELL_CLIENT_TOOLS_MAX];
 } chaincell_client_answer;
 
 #ifdef __cplusplus
@@ -630,24 +537,14 @@ extern "C" {
 #endif // __cplusplus
 
 /**
- * Version of the library, to compare with `CHAINCELL_CLIENT_VERSION` of the header.
- */
-uint32_t chaincell_client_abi_version(void);
-
-/**
- * A code in words, for logs: a string that is always there. Never null, whatever the number.
+ * A code in words, for logs: never null, whatever the number. Of what this thread's last refused call has
+ * answered it says the place and the remedy too, until the next one that is refused.
  */
 const char *chaincell_client_error_text(int32_t code);
 
 /**
- * Why a call of this thread was refused last, with the place and the remedy; empty where none was.
- * Never null; it stays until the next call of this thread that is refused.
- */
-const char *chaincell_client_last_error(void);
-
-/**
  * Takes the newest state that was not taken yet, where it lies in shared memory, until
- * `chaincell_client_state_release`: 3 where none has come; where one is held already it is given once more
+ * `chaincell_client_release`: 3 where none has come; where one is held already it is given once more
  * with -42. The first call joins the readers, allocates
  * and mostly gives 3. Not for the loop of a device: use a viewer's handle in another thread.
  *
@@ -658,13 +555,8 @@ chaincell_client_code chaincell_client_state(chaincell_client client,
                                              struct chaincell_client_states *state);
 
 /**
- * Gives a state back: its nodes must not be read any more.
- */
-chaincell_client_code chaincell_client_state_release(chaincell_client client);
-
-/**
  * Takes the newest contacts that were not taken yet, as `chaincell_client_state` does; until
- * `chaincell_client_contacts_release`. A server without tools on a contact surface sends none.
+ * `chaincell_client_release`. A server without tools on a contact surface sends none.
  *
  * Safety
  * `contacts` is null or, where aligned, storage for one.
@@ -673,9 +565,9 @@ chaincell_client_code chaincell_client_contacts(chaincell_client client,
                                                 struct chaincell_client_touches *contacts);
 
 /**
- * Gives contacts back: they must not be read any more.
+ * Gives back the state and the contacts that are held: they must not be read any more.
  */
-chaincell_client_code chaincell_client_contacts_release(chaincell_client client);
+chaincell_client_code chaincell_client_release(chaincell_client client);
 
 /**
  * Sends a command and waits for its reply at most `wait_ns`: `kind` is one of CHAINCELL_CLIENT_COMMAND_,
@@ -691,14 +583,6 @@ chaincell_client_code chaincell_client_command(chaincell_client client,
                                                float value,
                                                uint64_t wait_ns,
                                                struct chaincell_client_reply *reply);
-
-/**
- * Fills in how a scene is opened by default: as its controller.
- *
- * Safety
- * `options` is null or, where aligned, storage for options.
- */
-chaincell_client_code chaincell_client_options_default(struct chaincell_client_options *options);
 
 /**
  * Opens a scene by its name, null for the unnamed one; without `options` by default. `version` is
@@ -723,7 +607,7 @@ chaincell_client_code chaincell_client_close(chaincell_client client);
 /**
  * Sends the poses of `count` tools, 1 to 8, tool 0 first, waits for the answer at most `wait_ns`, and
  * gives what to show. Tools beyond `count` are not engaged. Where the poses are refused `shown` is
- * that of `chaincell_client_shown`; where the handle is, it is all 0.
+ * what to show now; where the handle is, it is all 0.
  *
  * One allocation of 104 bytes; it sleeps or polls as the options say.
  *
@@ -731,7 +615,7 @@ chaincell_client_code chaincell_client_close(chaincell_client client);
  * `poses` is null or, where aligned, `count` poses; `shown` is null or, where aligned, storage for one.
  */
 chaincell_client_code chaincell_client_step(chaincell_client client,
-                                            const struct chaincell_client_pose *poses,
+                                            const chaincell_tool_pose *poses,
                                             size_t count,
                                             uint64_t wait_ns,
                                             struct chaincell_client_answer *shown);
@@ -745,12 +629,12 @@ chaincell_client_code chaincell_client_step(chaincell_client client,
  * number.
  */
 chaincell_client_code chaincell_client_send(chaincell_client client,
-                                            const struct chaincell_client_pose *poses,
+                                            const chaincell_tool_pose *poses,
                                             size_t count,
                                             uint64_t *tick);
 
 /**
- * Takes all answers that have come, and gives what to show: 0 where one came, else 1 or 2. Waits for
+ * Takes all answers that have come, and gives what to show now: 0 where one came, else 1 or 2. Waits for
  * nothing and allocates nothing.
  *
  * Safety
@@ -758,15 +642,6 @@ chaincell_client_code chaincell_client_send(chaincell_client client,
  */
 chaincell_client_code chaincell_client_try_receive(chaincell_client client,
                                                    struct chaincell_client_answer *shown);
-
-/**
- * What to show now, from the answers taken so far. Waits for nothing and allocates nothing.
- *
- * Safety
- * `shown` is null or, where aligned, storage for one.
- */
-chaincell_client_code chaincell_client_shown(chaincell_client client,
-                                             struct chaincell_client_answer *shown);
 
 #ifdef __cplusplus
 }  // extern "C"

@@ -33,7 +33,7 @@ pub const PARAMETER_MAX_TOOL_STEP: u32 = 3;
 pub const PARAMETER_UNLOADING: u32 = 4;
 
 /// Takes the newest state that was not taken yet, where it lies in shared memory, until
-/// `chaincell_client_state_release`: 3 where none has come; where one is held already it is given once more
+/// `chaincell_client_release`: 3 where none has come; where one is held already it is given once more
 /// with -42. The first call joins the readers, allocates
 /// and mostly gives 3. Not for the loop of a device: use a viewer's handle in another thread.
 ///
@@ -57,14 +57,8 @@ pub unsafe extern "C" fn chaincell_client_state(client: Handle, state: *mut Stat
     })
 }
 
-/// Gives a state back: its nodes must not be read any more.
-#[unsafe(no_mangle)]
-pub extern "C" fn chaincell_client_state_release(client: Handle) -> Code {
-    guarded(|| with(client, |open| open.state.take().map(|_| Code::Ok).ok_or(Code::NotHeld)))
-}
-
 /// Takes the newest contacts that were not taken yet, as `chaincell_client_state` does; until
-/// `chaincell_client_contacts_release`. A server without tools on a contact surface sends none.
+/// `chaincell_client_release`. A server without tools on a contact surface sends none.
 ///
 /// # Safety
 /// `contacts` is null or, where aligned, storage for one.
@@ -89,10 +83,15 @@ pub unsafe extern "C" fn chaincell_client_contacts(
     })
 }
 
-/// Gives contacts back: they must not be read any more.
+/// Gives back the state and the contacts that are held: they must not be read any more.
 #[unsafe(no_mangle)]
-pub extern "C" fn chaincell_client_contacts_release(client: Handle) -> Code {
-    guarded(|| with(client, |open| open.contacts.take().map(|_| Code::Ok).ok_or(Code::NotHeld)))
+pub extern "C" fn chaincell_client_release(client: Handle) -> Code {
+    guarded(|| {
+        with(client, |open| {
+            let (state, contacts) = (open.state.take(), open.contacts.take());
+            if state.is_none() && contacts.is_none() { Err(Code::NotHeld) } else { Ok(Code::Ok) }
+        })
+    })
 }
 
 /// Sends a command and waits for its reply at most `wait_ns`: `kind` is one of CHAINCELL_CLIENT_COMMAND_,

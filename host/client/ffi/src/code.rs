@@ -153,6 +153,8 @@ const TEXT_BYTES: usize = 512;
 
 thread_local! {
     static LAST: RefCell<[u8; TEXT_BYTES]> = const { RefCell::new([0; TEXT_BYTES]) };
+    /// The code that the text belongs to, 0 where there is none.
+    static LAST_CODE: Cell<i32> = const { Cell::new(0) };
     /// Whether the call that is under way has kept why.
     static IS_KEPT: Cell<bool> = const { Cell::new(false) };
 }
@@ -167,6 +169,7 @@ pub(crate) fn refused(code: Code) {
     if !IS_KEPT.try_with(Cell::get).unwrap_or(true) {
         keep(&code.text().to_string_lossy());
     }
+    let _ = LAST_CODE.try_with(|last| last.set(code as i32));
 }
 
 /// Keeps why a call was refused, for this thread.
@@ -182,9 +185,11 @@ pub(crate) fn keep(text: &str) {
     let _ = IS_KEPT.try_with(|is_kept| is_kept.set(true));
 }
 
-/// What was kept last, empty where nothing was.
-pub(crate) fn kept() -> *const c_char {
-    LAST.try_with(|last| last.as_ptr().cast_const().cast()).unwrap_or(c"".as_ptr())
+/// Why the last call was refused, if it was with this code.
+pub(crate) fn kept(code: i32) -> Option<*const c_char> {
+    let is_last = LAST_CODE.try_with(|last| last.get() == code && code < 0).unwrap_or(false);
+    let text = LAST.try_with(|last| last.as_ptr().cast_const().cast()).ok();
+    text.filter(|_| is_last)
 }
 
 impl From<Error> for Code {
@@ -212,13 +217,18 @@ mod tests {
     #[test]
     fn a_text_is_kept_whole_or_cut_between_letters() {
         // SAFETY: the text ends with a 0 and is this thread's own.
-        let now = || unsafe { CStr::from_ptr(kept()) }.to_str().unwrap().to_owned();
-        assert_eq!(now(), "");
-        keep("käfer");
+        let now = || unsafe { CStr::from_ptr(kept(-40).unwrap()) }.to_str().unwrap().to_owned();
+        assert_eq!(kept(-40), None);
+        let told = |text: &str| {
+            keep(text);
+            refused(Code::Pose);
+        };
+        told("käfer");
         assert_eq!(now(), "käfer");
-        keep(&"ä".repeat(400));
+        assert_eq!((kept(-41), kept(0)), (None, None));
+        told(&"ä".repeat(400));
         assert_eq!(now(), "ä".repeat(255));
-        keep("");
+        told("");
         assert_eq!(now(), "");
     }
 }

@@ -11,6 +11,9 @@
 //! [`Code`]; every pointer is checked for null and alignment; no panic leaves a call. What cannot be
 //! checked is said under `# Safety` of each function.
 //!
+//! Poses, what a tool feels and flags are those of `chaincell.h`, which the header includes: types and numbers
+//! alone, without a function of that library.
+//!
 //! The header is written from these sources; a test compares it and says how to renew it.
 #![cfg_attr(
     not(test),
@@ -20,9 +23,9 @@
 
 mod beside;
 mod code;
-mod flags;
 mod handles;
 mod memory;
+mod notes;
 mod step;
 #[cfg(test)]
 mod tests;
@@ -32,46 +35,28 @@ pub use beside::{
     COMMAND_GRIP, COMMAND_LET_GO, COMMAND_PAUSE, COMMAND_RESET, COMMAND_RESUME, COMMAND_SET,
     COMMAND_SNAPSHOT, PARAMETER_MAX_FORCE, PARAMETER_MAX_TOOL_STEP, PARAMETER_SWEEPS,
     PARAMETER_UNLOADING, chaincell_client_command, chaincell_client_contacts,
-    chaincell_client_contacts_release, chaincell_client_state, chaincell_client_state_release,
+    chaincell_client_release, chaincell_client_state,
 };
 pub use code::Code;
-pub use flags::{
-    FLAG_BAD_SAMPLE, FLAG_BAND_CLOSED, FLAG_CONTACT_CAPACITY, FLAG_FORCE_CLAMPED,
-    FLAG_FORCE_WITHHELD, FLAG_LATE, FLAG_MOTION_CLAMPED, FLAG_RELEASE_FIRST, FLAG_ROLLED_BACK,
-    FLAG_SAFE_STATE, FLAG_STALE, FLAG_STARTS_INSIDE, NOTE_NEW_SESSION, NOTE_NOTHING_YET, NOTE_RAMP,
-    NOTE_SILENT,
-};
+pub use notes::{NOTE_NEW_SESSION, NOTE_NOTHING_YET, NOTE_RAMP, NOTE_SILENT};
 pub use step::{
-    Handle, chaincell_client_close, chaincell_client_open, chaincell_client_options_default,
-    chaincell_client_send, chaincell_client_shown, chaincell_client_step,
-    chaincell_client_try_receive,
+    Handle, chaincell_client_close, chaincell_client_open, chaincell_client_send,
+    chaincell_client_step, chaincell_client_try_receive,
 };
-pub use types::{
-    Contact, Contacts, Node, Options, Reply, Role, Shown, State, TOOLS_MAX, ToolForce, ToolPose,
-    WaitMode,
-};
+pub use types::{Contact, Contacts, Node, Options, Reply, Role, Shown, State, TOOLS_MAX, WaitMode};
 
 use std::ffi::c_char;
 
 /// Version of this interface: major 65,536, minor 256, patch 1.
-pub const VERSION: u32 = 0x0100;
+pub const VERSION: u32 = 0x0200;
 
-/// Version of the library, to compare with `CHAINCELL_CLIENT_VERSION` of the header.
-#[unsafe(no_mangle)]
-pub extern "C" fn chaincell_client_abi_version() -> u32 {
-    VERSION
-}
-
-/// A code in words, for logs: a string that is always there. Never null, whatever the number.
+/// A code in words, for logs: never null, whatever the number. Of what this thread's last refused call has
+/// answered it says the place and the remedy too, until the next one that is refused.
 #[unsafe(no_mangle)]
 pub extern "C" fn chaincell_client_error_text(code: i32) -> *const c_char {
+    if let Some(kept) = code::kept(code) {
+        return kept;
+    }
     let known = Code::ALL.into_iter().find(|&known| known as i32 == code);
     known.map_or(c"unknown code", Code::text).as_ptr()
-}
-
-/// Why a call of this thread was refused last, with the place and the remedy; empty where none was.
-/// Never null; it stays until the next call of this thread that is refused.
-#[unsafe(no_mangle)]
-pub extern "C" fn chaincell_client_last_error() -> *const c_char {
-    code::kept()
 }

@@ -3,27 +3,16 @@
 use std::ffi::c_char;
 
 use chaincell_client::names::SCENE_BYTES_MAX;
-use chaincell_client::{Answer, Client, Outcome, ToolPose as ClientPose};
+use chaincell_client::{Answer, Client, Outcome, ToolPose};
 
 use crate::VERSION;
 use crate::code::{Code, keep};
 use crate::handles::{self, Open, guarded, with};
 use crate::memory;
-use crate::types::{Options, Shown, TOOLS_MAX, ToolPose};
+use crate::types::{Options, Shown, TOOLS_MAX};
 
 /// An open scene; 0 is none. A number that was closed is never given again.
 pub type Handle = u64;
-
-/// Fills in how a scene is opened by default: as its controller.
-///
-/// # Safety
-/// `options` is null or, where aligned, storage for options.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn chaincell_client_options_default(options: *mut Options) -> Code {
-    let default = chaincell_client::Options::default().into();
-    // SAFETY: the caller's promise is handed on.
-    guarded(|| unsafe { memory::write(options, default) }.map(|()| Code::Ok))
-}
 
 /// Opens a scene by its name, null for the unnamed one; without `options` by default. `version` is
 /// CHAINCELL_CLIENT_VERSION. Waits for a server as the options say, allocates and maps memory: not for
@@ -82,7 +71,7 @@ pub extern "C" fn chaincell_client_close(client: Handle) -> Code {
 
 /// Sends the poses of `count` tools, 1 to 8, tool 0 first, waits for the answer at most `wait_ns`, and
 /// gives what to show. Tools beyond `count` are not engaged. Where the poses are refused `shown` is
-/// that of `chaincell_client_shown`; where the handle is, it is all 0.
+/// what to show now; where the handle is, it is all 0.
 ///
 /// One allocation of 104 bytes; it sleeps or polls as the options say.
 ///
@@ -132,7 +121,7 @@ pub unsafe extern "C" fn chaincell_client_send(
     })
 }
 
-/// Takes all answers that have come, and gives what to show: 0 where one came, else 1 or 2. Waits for
+/// Takes all answers that have come, and gives what to show now: 0 where one came, else 1 or 2. Waits for
 /// nothing and allocates nothing.
 ///
 /// # Safety
@@ -141,16 +130,6 @@ pub unsafe extern "C" fn chaincell_client_send(
 pub unsafe extern "C" fn chaincell_client_try_receive(client: Handle, shown: *mut Shown) -> Code {
     // SAFETY: the caller's promise is handed on.
     unsafe { show(client, shown, |open| Ok(open.client.try_receive()?)) }
-}
-
-/// What to show now, from the answers taken so far. Waits for nothing and allocates nothing.
-///
-/// # Safety
-/// `shown` is null or, where aligned, storage for one.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn chaincell_client_shown(client: Handle, shown: *mut Shown) -> Code {
-    // SAFETY: the caller's promise is handed on.
-    unsafe { show(client, shown, |open| Ok((Outcome::Answered, open.client.shown()?))) }
 }
 
 /// Does something that gives an answer and writes it. What is refused leaves what to show now, or nothing
@@ -192,8 +171,8 @@ fn code_of(outcome: Outcome) -> Code {
 pub(crate) unsafe fn read_poses(
     poses: *const ToolPose,
     count: usize,
-) -> Result<([ClientPose; TOOLS_MAX], usize), Code> {
-    let mut read = [ClientPose::AWAY; TOOLS_MAX];
+) -> Result<([ToolPose; TOOLS_MAX], usize), Code> {
+    let mut read = [ToolPose::AWAY; TOOLS_MAX];
     if !(1..=TOOLS_MAX).contains(&count) {
         keep(&format!("poses of {count} tools: give those of 1 to {TOOLS_MAX}"));
         return Err(Code::Pose);
@@ -201,8 +180,7 @@ pub(crate) unsafe fn read_poses(
     memory::check(poses)?;
     for (number, place) in read.iter_mut().enumerate().take(count) {
         // SAFETY: not null and aligned, and the caller says that there are `count` of them.
-        let pose = unsafe { poses.add(number).read() };
-        *place = pose.into();
+        *place = unsafe { poses.add(number).read() };
     }
     Ok((read, count))
 }

@@ -14,8 +14,7 @@ fn misaligned<T>(value: &mut T) -> *mut T {
     std::ptr::from_mut(value).wrapping_byte_add(1)
 }
 
-const POSE: ToolPose =
-    ToolPose { position_m: [0.0; 3], orientation: [0.0, 0.0, 0.0, 1.0], engaged: 0 };
+const POSE: chaincell_client::ToolPose = chaincell_client::ToolPose::AWAY;
 
 #[test]
 fn every_number_has_a_text() {
@@ -25,7 +24,19 @@ fn every_number_has_a_text() {
     for code in [i32::MIN, -1000, 1000, i32::MAX] {
         assert_eq!(text(chaincell_client_error_text(code)), "unknown code");
     }
-    assert_eq!(chaincell_client_abi_version(), VERSION);
+}
+
+/// The header's initialiser is the client's default.
+#[test]
+fn the_default_options_are_the_clients() {
+    let Options { role, wait, server_wait_ns, watchdog_ms, ramp_ms } =
+        chaincell_client::Options::default().into();
+    assert_eq!((role, wait), (Role::Controller as i32, WaitMode::Hybrid as i32));
+    let said = format!(
+        "{{CHAINCELL_CLIENT_ROLE_CONTROLLER, CHAINCELL_CLIENT_WAIT_HYBRID, UINT64_C({server_wait_ns}), \
+         {watchdog_ms}, {ramp_ms}}}"
+    );
+    assert!(include_str!("../include/chaincell_client.h").contains(&said), "{said}");
 }
 
 #[test]
@@ -35,9 +46,7 @@ fn pointers_are_checked_before_anything_else() {
     let mut shown = [Shown::default(); 2];
     // SAFETY: pointers are null, misaligned or good.
     unsafe {
-        assert_eq!(chaincell_client_options_default(null_mut()), Code::Null);
         let options = misaligned(&mut options);
-        assert_eq!(chaincell_client_options_default(options), Code::Misaligned);
         let name = c"nobody".as_ptr();
         assert_eq!(chaincell_client_open(VERSION, name, null(), null_mut()), Code::Null);
         assert_eq!(chaincell_client_open(VERSION, name, options, &mut handle), Code::Misaligned);
@@ -46,7 +55,6 @@ fn pointers_are_checked_before_anything_else() {
         assert_eq!(chaincell_client_step(1, &POSE, 1, 0, null_mut()), Code::Null);
         assert_eq!(chaincell_client_step(1, &POSE, 1, 0, odd), Code::Misaligned);
         assert_eq!(chaincell_client_try_receive(1, null_mut()), Code::Null);
-        assert_eq!(chaincell_client_shown(1, null_mut()), Code::Null);
         assert_eq!(chaincell_client_state(1, null_mut()), Code::Null);
         assert_eq!(chaincell_client_contacts(1, null_mut()), Code::Null);
     }
@@ -80,29 +88,27 @@ fn a_handle_that_is_none_is_refused_everywhere_and_nothing_is_felt() {
             assert_eq!(chaincell_client_contacts(handle, &mut contacts), Code::Closed);
             assert_eq!(chaincell_client_command(handle, 1, 0, 0.0, 0, null_mut()), Code::Closed);
         }
-        assert_eq!(chaincell_client_state_release(handle), Code::Closed);
-        assert_eq!(chaincell_client_contacts_release(handle), Code::Closed);
+        assert_eq!(chaincell_client_release(handle), Code::Closed);
         assert_eq!(chaincell_client_close(handle), Code::Closed);
     }
 }
 
 #[test]
 fn why_a_call_was_refused_is_that_of_the_last_one() {
-    let mut shown = Shown::default();
+    let said = |code: Code| text(chaincell_client_error_text(code as i32));
     // SAFETY: pointers are null or good.
-    unsafe {
-        assert_eq!(chaincell_client_step(1, &POSE, 1, 0, null_mut()), Code::Null);
-        assert_eq!(text(chaincell_client_last_error()), "a pointer is null");
-        assert!(step::read_poses(null(), 9).is_err());
-        assert_eq!(chaincell_client_step(1, &POSE, 1, 0, &mut shown), Code::Closed);
-    }
-    assert!(text(chaincell_client_last_error()).starts_with("no client has this handle"));
-    assert_eq!(chaincell_client_state_release(0), Code::Closed);
-    assert_eq!(chaincell_client_abi_version(), VERSION);
-    assert!(
-        text(chaincell_client_last_error()).starts_with("no client has this handle"),
-        "it stays"
-    );
+    let pose = || unsafe {
+        assert_eq!(chaincell_client_send(1, &POSE, 1, misaligned(&mut 0_u64)), Code::Misaligned);
+        step::read_poses(null(), 9)
+    };
+    assert!(pose().is_err());
+    assert!(said(Code::Pose).starts_with("a pose that is no pose"), "it is not the call's yet");
+    assert_eq!(handles::guarded(|| pose().map(|_| Code::Ok)), Code::Pose);
+    assert_eq!(said(Code::Pose), "poses of 9 tools: give those of 1 to 8");
+    assert!(said(Code::Held).starts_with("what was taken last"), "another code is another text");
+    assert_eq!(chaincell_client_release(0), Code::Closed);
+    assert!(said(Code::Pose).starts_with("a pose that is no pose"));
+    assert!(said(Code::Closed).starts_with("no client has this handle"));
 }
 
 #[test]
@@ -113,7 +119,7 @@ fn what_cannot_be_opened_says_why() {
         // SAFETY: pointers are good, the text ends with a 0.
         let code = unsafe { chaincell_client_open(version, scene.as_ptr(), &options, &mut handle) };
         assert_eq!(handle, 0);
-        (code, text(chaincell_client_last_error()))
+        (code, text(chaincell_client_error_text(code as i32)))
     };
     let (code, why) = refused(VERSION + 1, c"nobody", default);
     assert!(code == Code::Version && why.contains("of one release"), "{why}");

@@ -4,7 +4,7 @@ use std::mem::{offset_of, size_of};
 
 use chaincell_client::payload::{NodePosition, ReplyMessage, StateHeader};
 use chaincell_client::wait::Wait;
-use chaincell_client::{Answer, Felt, contacts};
+use chaincell_client::{Answer, ToolOutput, ToolPose, contacts};
 
 use crate::code::{Code, keep};
 
@@ -33,7 +33,7 @@ pub enum WaitMode {
     Event = 2,
 }
 
-/// How to open a scene: 24 bytes; `chaincell_client_options_default` fills it.
+/// How to open a scene: 24 bytes; `CHAINCELL_CLIENT_OPTIONS_DEFAULT` initialises it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(C)]
 pub struct Options {
@@ -98,44 +98,6 @@ fn none_of(name: &str, value: i32) -> Code {
     Code::Argument
 }
 
-/// Where a tool is and whether it is engaged: 32 bytes.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[repr(C)]
-pub struct ToolPose {
-    /// Its position in the frame of the input mesh \[m\].
-    pub position_m: [f32; 3],
-    /// Its orientation, a unit quaternion: x, y, z, w.
-    pub orientation: [f32; 4],
-    /// 1 while it acts on the tissue, else 0.
-    pub engaged: u32,
-}
-
-impl From<ToolPose> for chaincell_client::ToolPose {
-    fn from(ToolPose { position_m, orientation, engaged }: ToolPose) -> Self {
-        Self { position_m: position_m.into(), orientation, engaged }
-    }
-}
-
-/// What a tool feels: 32 bytes.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-#[repr(C)]
-pub struct ToolForce {
-    /// Force of the tissue on it \[N\].
-    pub force_n: [f32; 3],
-    /// Torque on it about its position \[N m\].
-    pub torque_n_m: [f32; 3],
-    /// Number of cells it holds, or of triangles it is in contact with.
-    pub contacts: u32,
-    /// What bit, a sum of CHAINCELL_CLIENT_FLAG_.
-    pub flags: u32,
-}
-
-impl From<Felt> for ToolForce {
-    fn from(Felt { force_n, torque_n_m, contacts, flags }: Felt) -> Self {
-        Self { force_n, torque_n_m, contacts, flags }
-    }
-}
-
 /// What to show at a moment: 336 bytes. Every force is finite, whatever has come.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 #[repr(C)]
@@ -156,7 +118,7 @@ pub struct Shown {
     pub answers: u64,
     /// Certified upper bound of the elastic energy of the tissue \[J\].
     pub energy_j: f32,
-    /// What bit during the tick, a sum of CHAINCELL_CLIENT_FLAG_.
+    /// What bit during the tick, a sum of CHAINCELL_FLAG_.
     pub flags: u32,
     /// What the client says itself, a sum of CHAINCELL_CLIENT_NOTE_.
     pub notes: u32,
@@ -167,7 +129,7 @@ pub struct Shown {
     /// Zero.
     pub reserved: u32,
     /// What each tool feels, by its number.
-    pub tools: [ToolForce; TOOLS_MAX],
+    pub tools: [ToolOutput; TOOLS_MAX],
 }
 
 impl From<Answer> for Shown {
@@ -186,7 +148,7 @@ impl From<Answer> for Shown {
             step_ns: of.step_ns,
             sweeps: of.sweeps,
             reserved: 0,
-            tools: of.tools.map(ToolForce::from),
+            tools: of.tools,
         }
     }
 }
@@ -215,7 +177,7 @@ pub struct State {
     pub nodes: *const Node,
     /// Number of nodes.
     pub count: usize,
-    /// Flags of the last answer, a sum of CHAINCELL_CLIENT_FLAG_.
+    /// Flags of the last answer, a sum of CHAINCELL_FLAG_.
     pub flags: u32,
     /// Checksum of the model, as chaincell info prints it.
     pub model_checksum: u32,
@@ -272,7 +234,7 @@ pub struct Contacts {
     pub contacts: *const Contact,
     /// Number of contacts.
     pub count: usize,
-    /// Flags of the last answer, a sum of CHAINCELL_CLIENT_FLAG_.
+    /// Flags of the last answer, a sum of CHAINCELL_FLAG_.
     pub flags: u32,
     /// Zero.
     pub reserved: u32,
@@ -322,10 +284,16 @@ impl From<ReplyMessage> for Reply {
 const _: () = {
     assert!(TOOLS_MAX == chaincell_client::tools::TOOLS_MAX);
     assert!(size_of::<Options>() == 24);
-    assert!(size_of::<ToolPose>() == 32);
+    // A pose and what a tool feels are those of chaincell.h.
+    assert!(size_of::<ToolPose>() == 32 && align_of::<ToolPose>() == 4);
+    assert!(offset_of!(ToolPose, position_m) == 0);
     assert!(offset_of!(ToolPose, orientation) == 12);
     assert!(offset_of!(ToolPose, engaged) == 28);
-    assert!(size_of::<ToolForce>() == 32);
+    assert!(size_of::<ToolOutput>() == 32 && align_of::<ToolOutput>() == 4);
+    assert!(offset_of!(ToolOutput, force_n) == 0);
+    assert!(offset_of!(ToolOutput, torque_n_m) == 12);
+    assert!(offset_of!(ToolOutput, contacts) == 24);
+    assert!(offset_of!(ToolOutput, flags) == 28);
     assert!(size_of::<Shown>() == 336);
     assert!(offset_of!(Shown, energy_j) == 56);
     assert!(offset_of!(Shown, tools) == 80);

@@ -1,6 +1,6 @@
 //! Sections of format 2.2, binary.
 
-use super::binary::Binary;
+use super::binary_source::Binary;
 use super::content::Content;
 use super::elements;
 use crate::error::Result;

@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use super::binary::Binary;
+use super::binary_source::Binary;
 use super::content::Content;
 use super::{elements, v4};
 use crate::error::Result;

@@ -5,6 +5,7 @@
 //! sparse and in any order. Sections that the body does not need are skipped.
 
 mod binary;
+mod binary_source;
 mod binary_v2;
 mod binary_v4;
 mod content;

@@ -3,7 +3,7 @@
 
 use super::Faces;
 use super::meet::meet;
-use super::shells::Shells;
+use super::shells::{Refusal, Shells};
 use super::tree::{Tree, area2};
 use crate::mesh::geometry::dot;
 use crate::words::counted;
@@ -13,9 +13,6 @@ const FLAT: f64 = 1e-12;
 
 /// Most pairs of intersecting triangles that are counted.
 const PAIRS_MAX: usize = 10_000;
-
-/// Reason for which a surface is refused.
-pub(super) type Refusal = String;
 
 /// A closed surface whose triangles are counter-clockwise seen from outside.
 pub(super) struct Closed {

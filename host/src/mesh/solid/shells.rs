@@ -1,8 +1,10 @@
 //! The connected parts of a closed surface (shells), oriented away from the body: an outermost shell has a
 //! body inside, a shell directly inside it is the wall of a cavity, a shell in a cavity has a body again.
 
-use super::closed::Refusal;
 use crate::mesh::geometry::{cross, dot, minus, volume6};
+
+/// Reason for which a surface is refused.
+pub(super) type Refusal = String;
 
 /// Most shells.
 const SHELLS_MAX: usize = 1_000;

@@ -12,7 +12,7 @@ fn pressed(image: &'static [u8], ids: &[u32], and_then: &[u32]) -> (u64, u32) {
     }
     let mut contacts = 0;
     for at in 0..20 {
-        contacts = tick(made.tissue, sample(at)).contacts;
+        contacts = tick(made.tissue, sample(at)).tool.contacts;
     }
     (hash(made.tissue), contacts)
 }
@@ -69,6 +69,6 @@ fn cells_change_hands_only_while_the_tool_is_released() {
         assert_eq!(choose(made.tissue, &[b]).0, Code::ContactEngaged);
         tick(made.tissue, sample(59));
         assert_eq!(choose(made.tissue, &[b, a]).0, Code::Ok);
-        assert_eq!(tick(made.tissue, sample(0)).contacts, 2);
+        assert_eq!(tick(made.tissue, sample(0)).tool.contacts, 2);
     }
 }

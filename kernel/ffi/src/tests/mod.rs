@@ -17,7 +17,9 @@ use std::vec::Vec;
 
 use chaincell_kernel::include_model;
 
-use crate::{Code, Detail, Info, ModelStorage, Output, Scheme, Settings, Tissue, ToolPose};
+use crate::{
+    Code, Detail, Info, ModelStorage, Output, Room, Scheme, Settings, Tissue, ToolOutput, ToolPose,
+};
 
 /// `chaincell bake box:5x5x5x0.01 --coarse 2 --alpha 0.02 --lean`: fits every scheme.
 static BOX: &[u8] = include_model!("../../../../tests/data/box5.chaincell");
@@ -58,8 +60,8 @@ fn storage(bytes: usize) -> Vec<Block> {
 
 /// Bytes and alignment of a tissue for a model; 0 where it has no size.
 fn size_of_body(model: &ModelStorage, scheme: i32, contacts: u32) -> (usize, usize) {
-    let (mut bytes, mut align) = (0, 0);
-    call!(chaincell_model_size(model, scheme, contacts, &mut bytes, &mut align));
+    let (mut bytes, mut align, room) = (0, 0, Room { contacts, ..Room::default() });
+    call!(chaincell_model_size(model, scheme, &room, &mut bytes, &mut align));
     (bytes, align)
 }
 
@@ -132,12 +134,13 @@ fn init(
     settings: &Settings,
 ) -> (Code, Detail, *mut Tissue) {
     let (mut tissue, mut detail) = (core::ptr::dangling_mut(), Detail::default());
+    let room = Room { contacts, ..Room::default() };
     let code = call!(chaincell_tissue_init(
         storage.as_mut_ptr().cast(),
         bytes,
         model,
         scheme,
-        contacts,
+        &room,
         settings,
         &mut tissue,
         &mut detail,
@@ -172,12 +175,10 @@ fn of_kernel(pose: &ToolPose) -> chaincell_kernel::ToolPose {
 }
 
 const NO_OUTPUT: Output = Output {
-    force_n: [f32::NAN; 3],
+    tool: ToolOutput { force_n: [f32::NAN; 3], torque_n_m: [f32::NAN; 3], contacts: 99, flags: 99 },
     energy_j: f32::NAN,
     work_j: f32::NAN,
     stiffness_n_per_m: f32::NAN,
-    contacts: 99,
-    flags: 99,
     sweeps: 99,
 };
 

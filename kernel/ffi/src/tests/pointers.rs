@@ -4,7 +4,8 @@ use super::{
     BLOCK, BOX, KINDS, NO_OUTPUT, call, hash, info_of, make, model_of, sample, settings_of, storage,
 };
 use crate::{
-    Budget, Code, Detail, FLAG_SAFE_STATE, Info, ModelStorage, Scheme, Settings, Tissue, ToolPose,
+    Budget, Code, Detail, FLAG_SAFE_STATE, Info, ModelStorage, Room, Scheme, Settings, Tissue,
+    ToolPose,
 };
 
 /// Null and, inside aligned memory, one byte beyond.
@@ -23,26 +24,21 @@ fn of_the_model() {
     for (bad, code) in bad(&model) {
         assert_eq!(call!(chaincell_model_init(bad, image, BOX.len(), detail)), code);
         assert_eq!(call!(chaincell_model_info(bad, &mut info)), code);
-        assert_eq!(call!(chaincell_model_cell(bad, 0, &mut word)), code);
         assert_eq!(call!(chaincell_model_input_id(bad, 0, &mut word)), code);
         let mut settings = settings_of(&model, Scheme::Track);
         assert_eq!(call!(chaincell_settings_default(bad, 0, &mut settings)), code);
-        assert_eq!(call!(chaincell_settings_check(bad, &settings, detail)), code);
     }
     for (bad, code) in bad(&info) {
         assert_eq!(call!(chaincell_model_info(&model, bad)), code);
     }
     for (bad, code) in bad(&word) {
-        assert_eq!(call!(chaincell_model_cell(&model, 0, bad)), code);
         assert_eq!(call!(chaincell_model_input_id(&model, 0, bad)), code);
     }
     let settings = settings_of(&model, Scheme::Track);
     for (bad, code) in bad(&settings) {
         assert_eq!(call!(chaincell_settings_default(&model, 0, bad)), code);
-        assert_eq!(call!(chaincell_settings_check(&model, bad, detail)), code);
     }
     let [_, (misaligned, code)] = bad(detail);
-    assert_eq!(call!(chaincell_settings_check(&model, &settings, misaligned)), code);
     assert_eq!(call!(chaincell_model_init(&mut model, image, BOX.len(), misaligned)), code);
     let null = core::ptr::null();
     assert_eq!(call!(chaincell_model_init(&mut model, null, BOX.len(), detail)), Code::Null);
@@ -56,11 +52,12 @@ fn of_the_initialisation() {
     let settings = settings_of(&model, Scheme::Track);
     let mut storage = storage(1 << 16);
     let there = storage.as_mut_ptr().cast::<Tissue>();
+    let room = Room { contacts: 1, ..Room::default() };
     let init = |storage: *mut Tissue, model, settings, detail| {
         let (bytes, mut tissue) = (1 << 16, core::ptr::dangling_mut());
         #[rustfmt::skip]
         let code = call!(chaincell_tissue_init(
-            storage.cast(), bytes, model, 0, 1, settings, &mut tissue, detail
+            storage.cast(), bytes, model, 0, &room, settings, &mut tissue, detail
         ));
         (code, tissue)
     };
@@ -83,7 +80,7 @@ fn of_the_initialisation() {
     for (bad, code) in bad(&raw mut tissue) {
         #[rustfmt::skip]
         let got = call!(chaincell_tissue_init(
-            there.cast(), 1 << 16, &model, 0, 1, &settings, bad, none
+            there.cast(), 1 << 16, &model, 0, &room, &settings, bad, none
         ));
         assert_eq!(got, code);
     }
@@ -119,10 +116,8 @@ fn of_the_tissue() {
     for (image, [id, ..]) in KINDS {
         let made = make(image, Scheme::Track, 40);
         let all = |tissue| all_of(image, id, tissue);
-        let mut position = [0.0; 3];
         for (bad, code) in bad(made.tissue) {
             assert_eq!(all(bad), [code; 8]);
-            assert_eq!(call!(chaincell_fine_position(bad, 0, &mut position)), code);
         }
         assert_eq!(all(made.tissue.wrapping_byte_add(8)), [Code::Misaligned; 8]);
         // Within the storage, at its alignment: no tissue begins there.
@@ -165,9 +160,6 @@ fn of_the_answers() {
     for (bad, code) in bad(&position) {
         assert_eq!(call!(chaincell_position(made.tissue, 64, bad)), code);
     }
-    for (bad, code) in bad(&position) {
-        assert_eq!(call!(chaincell_fine_position(made.tissue, 64, bad)), code);
-    }
     for (bad, code) in bad(numbers.as_ptr()) {
         assert_eq!(call!(chaincell_positions(made.tissue, bad, 125)), code);
         assert_eq!(call!(chaincell_set_positions(made.tissue, bad, 125, none)), code);
@@ -198,7 +190,7 @@ fn of_the_tick() {
         let made = make(image, Scheme::Track, 1);
         let good = sample(0);
         let safe = crate::tick::SAFE;
-        assert_eq!((safe.force_n, safe.flags), ([0.0; 3], FLAG_SAFE_STATE));
+        assert_eq!((safe.tool.force_n, safe.tool.flags), ([0.0; 3], FLAG_SAFE_STATE));
         let tick = |tissue, sample: *const ToolPose| {
             let mut output = NO_OUTPUT;
             (call!(chaincell_tick(tissue, sample, 1, core::ptr::null(), &mut output)), output)
@@ -221,14 +213,14 @@ fn of_the_tick() {
         // None of them was a tick: the first one takes hold at its own position.
         super::choose(made.tissue, &[id]);
         let (code, output) = tick(made.tissue, &sample(20));
-        assert_eq!((code, output.force_n, output.contacts), (Code::Ok, [0.0; 3], 1));
+        assert_eq!((code, output.tool.force_n, output.tool.contacts), (Code::Ok, [0.0; 3], 1));
     }
 }
 
 #[test]
 fn null_asks_for_no_detail() {
-    let model = model_of(BOX);
-    let settings = Settings { sweeps: 0, ..settings_of(&model, Scheme::Track) };
-    let none = core::ptr::null_mut();
-    assert_eq!(call!(chaincell_settings_check(&model, &settings, none)), Code::SettingsSweeps);
+    let (made, none) = (make(BOX, Scheme::Track, 1), core::ptr::null_mut());
+    let settings = Settings { sweeps: 0, ..settings_of(&model_of(BOX), Scheme::Track) };
+    let code = call!(chaincell_change_settings(made.tissue, &settings, none));
+    assert_eq!(code, Code::SettingsSweeps);
 }

@@ -6,11 +6,12 @@ use chaincell_kernel::{
     Budget, Model, Network, Settings as KernelSettings, Tissue as Own, Track, elastic_room,
 };
 
+use super::sizes::size as links_size;
 use super::{
     BLOCK, BOX, Block, SHAPES, call, choose, hash, info_of, make, model_of, sample, settings_of,
     size_of_body, storage, tick,
 };
-use crate::{ALIGN, Code, Detail, SHAPE_ALIGN, Scheme, Tissue, chaincell_tissue_size};
+use crate::{ALIGN, Code, Detail, Room, SHAPE_ALIGN, Scheme, Tissue};
 
 /// Bytes and alignment of a tissue for an image.
 fn size(image: &[u8], scheme: Scheme, contacts: u32) -> (usize, usize) {
@@ -24,12 +25,13 @@ fn place(storage: &mut [Block], skip: usize, scheme: Scheme) -> (Code, *mut Tiss
     let there = storage.as_mut_ptr().cast::<u8>().wrapping_add(skip);
     let bytes = size_of_val(storage) - skip;
     let (mut tissue, mut detail) = (core::ptr::null_mut(), Detail::default());
+    let room = Room { contacts: 2, ..Room::default() };
     let code = call!(chaincell_tissue_init(
         there.cast(),
         bytes,
         &model,
         scheme as i32,
-        2,
+        &room,
         &settings,
         &mut tissue,
         &mut detail,
@@ -46,19 +48,21 @@ fn the_size_counts_the_states() {
     let cells = info_of(&model_of(SHAPES)).cells;
     for scheme in Scheme::ALL {
         let (bytes, align) = size(SHAPES, scheme, 2);
-        let links = chaincell_tissue_size(scheme as i32, cells, 2, 0);
+        let links = links_size(scheme, cells, 2, 0);
         assert!(align == SHAPE_ALIGN && bytes - links >= 256 * cells as usize);
         let info = info_of(&model_of(BOX));
-        let whole = chaincell_tissue_size(scheme as i32, info.cells, 2, info.coarse_functions);
+        let whole = links_size(scheme, info.cells, 2, info.coarse_functions);
         assert_eq!(size(BOX, scheme, 2), (whole, ALIGN));
     }
     let model = model_of(SHAPES);
     let null = core::ptr::null_mut();
-    assert_eq!(call!(chaincell_model_size(&model, 0, 2, null, null)), Code::Ok);
-    assert_eq!(call!(chaincell_model_size(&model, 8, 2, null, null)), Code::Scheme);
-    assert_eq!(call!(chaincell_model_size(&model, 0, cells + 1, null, null)), Code::Range);
+    let room = Room { contacts: 2, ..Room::default() };
+    let most = Room { contacts: cells + 1, ..room };
+    assert_eq!(call!(chaincell_model_size(&model, 0, &room, null, null)), Code::Ok);
+    assert_eq!(call!(chaincell_model_size(&model, 8, &room, null, null)), Code::Scheme);
+    assert_eq!(call!(chaincell_model_size(&model, 0, &most, null, null)), Code::Range);
     let none = core::ptr::null();
-    assert_eq!(call!(chaincell_model_size(none, 0, 2, null, null)), Code::Null);
+    assert_eq!(call!(chaincell_model_size(none, 0, &room, null, null)), Code::Null);
 }
 
 // REQ-CIF-06
@@ -82,7 +86,7 @@ fn it_is_the_kernels_body_to_the_last_bit() {
         let here = tick(tissue, sample);
         let there = own.tick(&network, &[super::of_kernel(&sample)], Budget::All);
         assert_eq!(
-            here.force_n.map(f32::to_bits),
+            here.tool.force_n.map(f32::to_bits),
             <[f32; 3]>::from(there.force_n).map(f32::to_bits)
         );
         assert_eq!(hash(tissue), own.view().state_hash(&model), "tick {at}");

@@ -1,18 +1,29 @@
 //! Sizes, storage that is too small, and arguments out of range.
 
+use std::process::Command;
+use std::string::String;
+use std::vec::Vec;
+
 use chaincell_kernel::{Dynamics, Euler, I8F24, Predict, Rkl2, Tissue, Track, coarse_room};
 
 use super::{
     BLOCK, BOX, KINDS, PLANE, SHAPES, call, info_of, init, make, model_of, schemes_of, settings_of,
     size_of_body, storage, try_make,
 };
-use crate::{
-    ALIGN, Code, Detail, Scheme, Settings, TISSUE_BYTES, TISSUE_WORDS, chaincell_tissue_align,
-    chaincell_tissue_size,
-};
+use crate::layout::{Sizes, by_scheme};
+use crate::touch::Touch;
+use crate::{ALIGN, Code, Detail, Scheme, Settings, TISSUE_BYTES, TISSUE_WORDS};
 
-fn size(scheme: Scheme, cells: u32, contacts: u32, coarse_functions: u32) -> usize {
-    chaincell_tissue_size(scheme as i32, cells, contacts, coarse_functions)
+/// Bytes of a body of links.
+pub(super) fn size(scheme: Scheme, cells: u32, contacts: u32, coarse_functions: u32) -> usize {
+    let (cells, contacts, coarse_functions) =
+        (cells as usize, contacts as usize, coarse_functions as usize);
+    let room = match scheme {
+        Scheme::Track | Scheme::Predict => coarse_room(coarse_functions, contacts),
+        _ => 0,
+    };
+    let sizes = Sizes { cells, contacts, room, states: 0, touch: Touch::NONE };
+    by_scheme!(scheme, D => sizes.bytes::<D>())
 }
 
 /// Where storage begins to be enough, and that one byte less is refused with both numbers.
@@ -73,20 +84,31 @@ fn hats_count_for_the_scheme_that_has_them() {
 
 // REQ-CIF-04
 #[test]
-fn what_is_out_of_range_has_no_size() {
-    assert_eq!(chaincell_tissue_align(), ALIGN);
+fn every_size_is_a_multiple_of_the_alignment() {
     for scheme in Scheme::ALL {
         assert!(size(scheme, 65_535, 65_535, 1024).is_multiple_of(ALIGN));
         assert!(size(scheme, 1, 1, 0) > 2000);
-        for (cells, contacts, coarse_functions) in
-            [(0, 0, 0), (65_536, 0, 0), (5, 6, 0), (5, 5, 1025)]
-        {
-            assert_eq!(size(scheme, cells, contacts, coarse_functions), 0);
-        }
-        assert_eq!(size(scheme, u32::MAX, u32::MAX, u32::MAX), 0);
     }
-    for scheme in [-1, 2, 4, 8, i32::MIN, i32::MAX] {
-        assert_eq!(chaincell_tissue_size(scheme, 10, 1, 0), 0);
+}
+
+/// `CHAINCELL_TISSUE_BYTES` is enough, and wastes little.
+#[test]
+fn the_headers_macros_bound_the_sizes() {
+    let (folder, package) =
+        (tempfile::tempdir().unwrap(), std::path::Path::new(env!("CARGO_MANIFEST_DIR")));
+    let program = folder.path().join("sizes");
+    let mut cc = Command::new("cc");
+    cc.args(["-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-I"]);
+    cc.arg(package.join("include")).arg(package.join("tests/c/sizes.c")).arg("-o").arg(&program);
+    assert!(cc.status().unwrap().success());
+    let said = String::from_utf8(Command::new(&program).output().unwrap().stdout).unwrap();
+    assert_eq!(said.lines().count(), 40);
+    for line in said.lines() {
+        let numbers: Vec<u32> = line.split(' ').map(|word| word.parse().unwrap()).collect();
+        let [scheme, bound, cells, contacts, coarse] = numbers[..] else { panic!("{line}") };
+        let scheme = Scheme::of(scheme as i32).unwrap();
+        let (bound, size) = (bound as usize, size(scheme, cells, contacts, coarse));
+        assert!((size..size + 512).contains(&bound), "{size} bytes of {line}");
     }
 }
 

@@ -7,8 +7,8 @@ use super::{BOX, KINDS, Made, PLANE, call, choose, hash, make, sample, schemes_o
 use crate::{Code, Detail, Scheme, StageStorage, Tissue};
 
 fn size(tissue: *mut Tissue) -> usize {
-    let mut bytes = 0;
-    assert_eq!(call!(chaincell_tissue_snapshot_size(tissue, &mut bytes, null_mut())), Code::Ok);
+    let (mut bytes, none) = (0, null_mut());
+    assert_eq!(call!(chaincell_tissue_save(tissue, none, 0, &mut bytes, null_mut())), Code::Ok);
     bytes
 }
 
@@ -98,7 +98,7 @@ fn a_buffer_that_is_too_short_is_told_by_how_much() {
     assert_eq!(nowhere, Code::Null);
     let none = call!(chaincell_tissue_restore(made.tissue, null(), needed, null_mut()));
     assert_eq!(none, Code::Null);
-    let nobody = call!(chaincell_tissue_snapshot_size(null_mut(), null_mut(), null_mut()));
+    let nobody = call!(chaincell_tissue_save(null_mut(), null_mut(), 0, null_mut(), null_mut()));
     assert_eq!(nobody, Code::Null);
 }
 
@@ -114,11 +114,16 @@ fn a_stage_goes_on_to_the_same_forces() {
     (0..30).for_each(|at| {
         super::stage::pass(&mut first, sample(at));
     });
-    let bytes = call!(chaincell_stage_snapshot_size(&mut first));
+    let mut save = |to: *mut u8, bytes: usize| {
+        let mut written = 0;
+        (call!(chaincell_stage_save(&mut first, to, bytes, &mut written)), written)
+    };
+    let (asked, bytes) = save(null_mut(), 0);
     let mut saved = std::vec![0; bytes];
-    let short = call!(chaincell_stage_save(&mut first, saved.as_mut_ptr(), bytes - 1));
-    assert_eq!(short, Code::SnapshotBuffer);
-    assert_eq!(call!(chaincell_stage_save(&mut first, saved.as_mut_ptr(), bytes)), Code::Ok);
+    assert_eq!(asked, Code::Ok);
+    assert_eq!(save(saved.as_mut_ptr(), bytes - 1).0, Code::SnapshotBuffer);
+    assert_eq!(save(null_mut(), bytes).0, Code::Null);
+    assert_eq!(save(saved.as_mut_ptr(), bytes), (Code::Ok, bytes));
     assert_eq!(call!(chaincell_stage_restore(&mut second, saved.as_ptr(), bytes)), Code::Ok);
     for at in 30..300 {
         let both = [&mut first, &mut second].map(|of| super::stage::pass(of, sample(at)));
@@ -128,5 +133,6 @@ fn a_stage_goes_on_to_the_same_forces() {
     let damaged = call!(chaincell_stage_restore(&mut second, saved.as_ptr(), bytes));
     assert_eq!(damaged, Code::SnapshotChecksum);
     let mut nothing = StageStorage::EMPTY;
-    assert_eq!(call!(chaincell_stage_snapshot_size(&mut nothing)), 0);
+    let none = call!(chaincell_stage_save(&mut nothing, null_mut(), 0, null_mut()));
+    assert_eq!(none, Code::NotInitialised);
 }

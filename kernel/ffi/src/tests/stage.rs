@@ -1,12 +1,14 @@
 //! The output stage through the interface: the kernel's own, and every refusal.
 
+use core::ptr::null;
+
 use chaincell_kernel::stage::{Device, Stage, StageSettings as KernelSettings};
 use chaincell_kernel::{Choice, TickOutput};
 
 use super::{BOX, NO_OUTPUT, call, choose, model_of, of_kernel, pose_at, settings_of, tick};
 use crate::{
-    Code, DeviceKind, DriveMode, FLAG_SAFE_STATE, Output, Scheme, StageSettings, StageStorage,
-    ToolPose,
+    Code, DeviceKind, DriveMode, FLAG_SAFE_STATE, Output, Scheme, StageNews, StageSettings,
+    StageStorage, ToolOutput, ToolPose,
 };
 
 const DEVICES: [(DeviceKind, Device); 5] = [
@@ -51,12 +53,10 @@ pub(super) fn make(settings: &StageSettings) -> (Code, StageStorage) {
 fn answer(tool: [f32; 3]) -> Output {
     let [x, y, z] = tool.map(|x| -900.0 * x);
     Output {
-        force_n: [x, y, z],
+        tool: ToolOutput { force_n: [x, y, z], torque_n_m: [0.5, 0.0, 0.0], contacts: 1, flags: 0 },
         energy_j: 0.1,
         work_j: 0.0,
         stiffness_n_per_m: 900.0,
-        contacts: 1,
-        flags: 0,
         sweeps: 4,
     }
 }
@@ -64,7 +64,7 @@ fn answer(tool: [f32; 3]) -> Output {
 /// A sample to the stage, and the spring's answer back.
 pub(super) fn pass(stage: &mut StageStorage, mut sample: ToolPose) -> Output {
     let (this, there) = (&raw const sample, &raw mut sample);
-    assert_eq!(call!(chaincell_stage_sample(stage, this, there)), Code::Ok);
+    assert_eq!(call!(chaincell_stage_sample(stage, this, null(), there)), Code::Ok);
     let (tissue, mut output) = (answer(sample.position_m), NO_OUTPUT);
     assert_eq!(call!(chaincell_stage_output(stage, &tissue, &mut output)), Code::Ok);
     output
@@ -80,7 +80,8 @@ fn a_stage_is_the_kernels() {
         for tick in 0..400_u16 {
             let mut output = NO_OUTPUT;
             if (250..320).contains(&tick) {
-                assert_eq!(call!(chaincell_stage_missed(&mut stage, &mut output)), Code::Ok);
+                let code = call!(chaincell_stage_output(&mut stage, null(), &mut output));
+                assert_eq!(code, Code::Ok);
                 assert_eq!(output, Output::of(&own.missed()), "{kind:?} {tick}");
                 continue;
             }
@@ -88,7 +89,7 @@ fn a_stage_is_the_kernels() {
             let mut sample = pose_at([x, 0.5 * x, 0.0], 1);
             let own_sample = of_kernel(&sample);
             let (this, there) = (&raw const sample, &raw mut sample);
-            assert_eq!(call!(chaincell_stage_sample(&mut stage, this, there)), Code::Ok);
+            assert_eq!(call!(chaincell_stage_sample(&mut stage, this, null(), there)), Code::Ok);
             let tool = own.sample(&own_sample);
             assert_eq!(
                 sample.position_m.map(f32::to_bits),
@@ -99,14 +100,17 @@ fn a_stage_is_the_kernels() {
             let code = call!(chaincell_stage_output(&mut stage, &tissue, &mut output));
             assert_eq!(code, Code::Ok);
             let wanted = own.output(&TickOutput {
-                force_n: tissue.force_n.into(),
+                force_n: tissue.tool.force_n.into(),
                 energy_j: tissue.energy_j,
                 work_j: tissue.work_j,
                 stiffness_n_per_m: tissue.stiffness_n_per_m,
-                contacts: tissue.contacts,
+                contacts: tissue.tool.contacts,
                 sweeps: 4,
-                flags: chaincell_kernel::Flags(tissue.flags),
+                flags: chaincell_kernel::Flags(tissue.tool.flags),
             });
+            let torque_n_m = output.tool.torque_n_m;
+            assert!(torque_n_m[0] <= 0.5 * own.share(), "{kind:?} {tick}: {torque_n_m:?}");
+            output.tool.torque_n_m = [0.0; 3];
             assert_eq!(output, Output::of(&wanted), "{kind:?} {tick}");
         }
     }
@@ -120,7 +124,7 @@ fn every_setting_out_of_range_is_named() {
         change(&mut settings);
         let (code, mut stage) = make(&settings);
         assert_eq!(code, wanted);
-        let code = call!(chaincell_stage_missed(&mut stage, &mut NO_OUTPUT.clone()));
+        let code = call!(chaincell_stage_output(&mut stage, null(), &mut NO_OUTPUT.clone()));
         assert_eq!(code, if wanted == Code::Ok { Code::Ok } else { Code::NotInitialised });
     };
     refused(|s| (s.coupling_n_per_m, s.passivity) = (0.0, 0), Code::Ok);
@@ -143,23 +147,57 @@ fn every_setting_out_of_range_is_named() {
     }
 }
 
+/// No news but those changed.
+const NO_NEWS: StageNews = StageNews { delay_ticks: -1, restarts_ramp: 0, max_force_n: 0.0 };
+
 // REQ-STG-17
 #[test]
-fn a_limit_and_a_restart_are_the_stages() {
+fn news_are_the_stages() {
     let (_, mut stage) = make(&settings(DeviceKind::Falcon));
-    assert_eq!(call!(chaincell_stage_limit_force(&mut stage, 0.5)), Code::Ok);
-    for bad in [0.0, -1.0, f32::NAN] {
-        assert_eq!(call!(chaincell_stage_limit_force(&mut stage, bad)), Code::StageMaxForce);
-    }
     let sample = |tick: u16| pose_at([1.0e-4 * f32::from(tick), 0.0, 0.0], 1);
-    let sizes: std::vec::Vec<f32> =
-        (0..200).map(|at| -pass(&mut stage, sample(at)).force_n[0]).collect();
-    assert!(sizes.iter().all(|&size| size <= 0.5) && sizes[199] > 0.49, "{sizes:?}");
-    assert_eq!(call!(chaincell_stage_restart_ramp(&mut stage)), Code::Ok);
-    assert!(-pass(&mut stage, sample(200)).force_n[0] <= 0.01);
-    let null = core::ptr::null_mut::<StageStorage>();
-    assert_eq!(call!(chaincell_stage_limit_force(null, 0.5)), Code::Null);
-    assert_eq!(call!(chaincell_stage_restart_ramp(null)), Code::Null);
+    let mut tell = |tick: u16, news: StageNews| {
+        let mut pose = sample(tick);
+        let (this, there) = (&raw const pose, &raw mut pose);
+        let code = call!(chaincell_stage_sample(&mut stage, this, &news, there));
+        let (tissue, mut output) = (answer(pose.position_m), NO_OUTPUT);
+        if code == Code::Ok {
+            assert_eq!(call!(chaincell_stage_output(&mut stage, &tissue, &mut output)), Code::Ok);
+        }
+        (code, -output.tool.force_n[0], output.tool.torque_n_m[0])
+    };
+    for bad in [-1.0, f32::NAN] {
+        let news = StageNews { max_force_n: bad, ..NO_NEWS };
+        assert_eq!(tell(0, news).0, Code::StageMaxForce);
+    }
+    let limited = StageNews { max_force_n: 0.5, ..NO_NEWS };
+    assert_eq!(tell(0, limited).0, Code::Ok);
+    let sizes: std::vec::Vec<f32> = (1..200).map(|at| tell(at, NO_NEWS).1).collect();
+    assert!(sizes.iter().all(|&size| size <= 0.5) && sizes[198] > 0.49, "{sizes:?}");
+    assert_eq!(tell(200, NO_NEWS).2, 0.5);
+    // The torque goes along the ramp of the force.
+    let (_, force_n, torque_n_m) = tell(201, StageNews { restarts_ramp: 1, ..NO_NEWS });
+    assert!(force_n <= 0.01 && torque_n_m < 0.1, "{force_n} {torque_n_m}");
+    // A longer delay than the settings': a weaker coupling.
+    let mut own = Stage::new(KernelSettings::for_device(Device::Falcon)).unwrap();
+    let (_, mut stage) = make(&settings(DeviceKind::Falcon));
+    for tick in 0..300 {
+        let mut pose = sample(tick);
+        own.delayed(9);
+        let wanted = own.sample(&of_kernel(&pose));
+        let (this, there) = (&raw const pose, &raw mut pose);
+        let news = StageNews { delay_ticks: 9, ..NO_NEWS };
+        assert_eq!(call!(chaincell_stage_sample(&mut stage, this, &news, there)), Code::Ok);
+        assert_eq!(pose.position_m, <[f32; 3]>::from(wanted.position_m), "tick {tick}");
+        let tissue = answer(pose.position_m);
+        own.output(&crate::stage::answer_of(&tissue));
+        let code = call!(chaincell_stage_output(&mut stage, &tissue, &mut NO_OUTPUT.clone()));
+        assert_eq!(code, Code::Ok);
+    }
+    let (mut pose, news) = (sample(0), NO_NEWS);
+    let odd = (&raw const news).wrapping_byte_add(1);
+    let (there, none) = (&raw mut pose, core::ptr::null_mut::<StageStorage>());
+    assert_eq!(call!(chaincell_stage_sample(&mut stage, there, odd, there)), Code::Misaligned);
+    assert_eq!(call!(chaincell_stage_sample(none, there, &news, there)), Code::Null);
 }
 
 /// Null and misaligned, and storage without a stage: refused, and the force is 0.
@@ -170,34 +208,39 @@ fn bad_pointers_give_no_force() {
     let mut empty = StageStorage::EMPTY;
     let mut sample = pose_at([0.0; 3], 1);
     let tissue = answer([1.0; 3]);
-    let null = core::ptr::null_mut::<StageStorage>();
+    let nowhere = core::ptr::null_mut::<StageStorage>();
     let beyond = (&raw mut stage).wrapping_byte_add(1);
-    let is_safe = |output: &Output| output.force_n == [0.0; 3] && output.flags == FLAG_SAFE_STATE;
+    let is_safe =
+        |output: &Output| output.tool.force_n == [0.0; 3] && output.tool.flags == FLAG_SAFE_STATE;
     for (bad, code) in
-        [(null, Code::Null), (beyond, Code::Misaligned), (&raw mut empty, Code::NotInitialised)]
+        [(nowhere, Code::Null), (beyond, Code::Misaligned), (&raw mut empty, Code::NotInitialised)]
     {
         let mut output = NO_OUTPUT;
         assert_eq!(call!(chaincell_stage_output(bad, &tissue, &mut output)), code);
         assert!(is_safe(&output));
         output = NO_OUTPUT;
-        assert_eq!(call!(chaincell_stage_missed(bad, &mut output)), code);
+        assert_eq!(call!(chaincell_stage_output(bad, null(), &mut output)), code);
         assert!(is_safe(&output));
         let there = &raw mut sample;
-        assert_eq!(call!(chaincell_stage_sample(bad, there, there)), code);
+        assert_eq!(call!(chaincell_stage_sample(bad, there, null(), there)), code);
         if code != Code::NotInitialised {
             assert_eq!(call!(chaincell_stage_init(bad, &settings(DeviceKind::Touch))), code);
         }
     }
-    let (none, nothing) = (core::ptr::null::<Output>(), core::ptr::null_mut::<Output>());
+    let (odd, nothing) =
+        ((&raw const tissue).wrapping_byte_add(1), core::ptr::null_mut::<Output>());
     let mut output = NO_OUTPUT;
-    assert_eq!(call!(chaincell_stage_output(&mut stage, none, &mut output)), Code::Null);
+    assert_eq!(call!(chaincell_stage_output(&mut stage, odd, &mut output)), Code::Misaligned);
     assert!(is_safe(&output));
     assert_eq!(call!(chaincell_stage_output(&mut stage, &tissue, nothing)), Code::Null);
-    assert_eq!(call!(chaincell_stage_missed(&mut stage, nothing)), Code::Null);
-    let (of, to) = (core::ptr::null::<ToolPose>(), core::ptr::null_mut::<ToolPose>());
-    assert_eq!(call!(chaincell_stage_sample(&mut stage, of, &raw mut sample)), Code::Null);
-    assert_eq!(call!(chaincell_stage_sample(&mut stage, &raw const sample, to)), Code::Null);
-    assert_eq!(call!(chaincell_stage_init(&mut stage, core::ptr::null())), Code::Null);
+    assert_eq!(call!(chaincell_stage_output(&mut stage, null(), nothing)), Code::Null);
+    let (of, to) = (null::<ToolPose>(), core::ptr::null_mut::<ToolPose>());
+    assert_eq!(call!(chaincell_stage_sample(&mut stage, of, null(), &raw mut sample)), Code::Null);
+    assert_eq!(
+        call!(chaincell_stage_sample(&mut stage, &raw const sample, null(), to)),
+        Code::Null
+    );
+    assert_eq!(call!(chaincell_stage_init(&mut stage, null())), Code::Null);
     assert_eq!(call!(chaincell_stage_default(0, core::ptr::null_mut())), Code::Null);
 }
 
@@ -207,8 +250,8 @@ fn a_current_behind_the_stage_gives_no_force() {
     let made = super::make(BOX, Scheme::Track, 1);
     let mut of = settings_of(&model_of(BOX), Scheme::Track);
     of.drive = DriveMode::Current as i32;
-    let null = core::ptr::null_mut();
-    assert_eq!(call!(chaincell_change_settings(made.tissue, &of, null)), Code::Ok);
+    let no_detail = core::ptr::null_mut();
+    assert_eq!(call!(chaincell_change_settings(made.tissue, &of, no_detail)), Code::Ok);
     assert_eq!(choose(made.tissue, &[64]).0, Code::Ok);
     let stages = [settings(DeviceKind::Falcon), {
         let plain = settings(DeviceKind::Falcon);
@@ -221,12 +264,12 @@ fn a_current_behind_the_stage_gives_no_force() {
         for at in 0..100_u16 {
             let mut sample = super::sample(at);
             let (this, there) = (&raw const sample, &raw mut sample);
-            assert_eq!(call!(chaincell_stage_sample(&mut stage, this, there)), Code::Ok);
+            assert_eq!(call!(chaincell_stage_sample(&mut stage, this, null(), there)), Code::Ok);
             let tissue = tick(made.tissue, sample);
             let mut output = NO_OUTPUT;
             assert_eq!(call!(chaincell_stage_output(&mut stage, &tissue, &mut output)), Code::Ok);
-            peak_n = output.force_n.iter().fold(peak_n, |a, x| a.max(x.abs()));
-            safe += usize::from(output.flags & FLAG_SAFE_STATE != 0);
+            peak_n = output.tool.force_n.iter().fold(peak_n, |a, x| a.max(x.abs()));
+            safe += usize::from(output.tool.flags & FLAG_SAFE_STATE != 0);
         }
         assert_eq!(safe > 0, settings.passivity != 0);
         peak_n

@@ -22,7 +22,7 @@ pub(super) struct Placed {
 /// Bytes and alignment.
 fn size(image: &[u8], scheme: i32, room: &Room) -> (Code, usize, usize) {
     let (model, mut bytes, mut align) = (model_of(image), 0, 0);
-    let code = call!(chaincell_model_size_with(&model, scheme, room, &mut bytes, &mut align));
+    let code = call!(chaincell_model_size(&model, scheme, room, &mut bytes, &mut align));
     (code, bytes, align)
 }
 
@@ -34,7 +34,7 @@ fn init(
 ) -> (Code, Detail, *mut Tissue) {
     let (model, mut tissue) = (model_of(image), core::ptr::dangling_mut());
     let mut detail = Detail::default();
-    let code = call!(chaincell_tissue_init_with(
+    let code = call!(chaincell_tissue_init(
         storage.cast(),
         bytes,
         &model,

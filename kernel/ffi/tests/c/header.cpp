@@ -3,10 +3,10 @@
 
 CHAINCELL_ALIGNED static unsigned char storage[CHAINCELL_TISSUE_BYTES(8, 1, 0)];
 
-static_assert(sizeof(chaincell_output) == 36, "an output is nine words");
+static_assert(sizeof(chaincell_output) == 48, "an output is twelve words");
 static_assert(sizeof(chaincell_tool_part) == 44, "a part is eleven words");
 static_assert(sizeof(chaincell_tool_pose) == 32, "a pose is eight words");
-static_assert(sizeof(chaincell_tool_output) == 36, "what a tool feels is nine words");
+static_assert(sizeof(chaincell_tool_output) == 32, "what a tool feels is eight words");
 static_assert(sizeof(chaincell_contact) == 56, "a contact is fourteen words");
 static_assert(sizeof(chaincell_room) == 16, "room is four words");
 static_assert(sizeof(chaincell_code) == 4, "codes are 32 bits wide");

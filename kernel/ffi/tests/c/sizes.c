@@ -1,4 +1,5 @@
-/* Prints what the header's macros say of the sizes, and what the library says, side by side. */
+/* Prints what the header's macros say of the sizes: scheme, bound, cells, contacts, coarse functions. With
+ * any argument those of two bodies of nodal shapes in place of these. */
 #include <stdio.h>
 
 #include "chaincell.h"
@@ -9,54 +10,47 @@ CHAINCELL_SHAPE_ALIGNED static unsigned char shapes[CHAINCELL_SHAPE_BYTES(8, 4, 
 CHAINCELL_SHAPE_ALIGNED static unsigned char
     tools[CHAINCELL_SHAPE_BYTES(8, 0, 0) + CHAINCELL_TOUCH_BYTES(8, 1, 64, 32)];
 
-static void line(int32_t scheme, size_t bound, uint32_t cells, uint32_t contacts, uint32_t coarse_functions)
+static const uint32_t counts[][3] = {{1, 0, 0},      {1, 1, 1},        {512, 4, 48},
+                                     {1000, 7, 0},   {5773, 64, 367},  {5773, 65, 369},
+                                     {65535, 0, 0},  {65535, 9, 1024}, {65535, 65535, 0},
+                                     {300, 300, 100}};
+
+static void line(int scheme, size_t bound, const uint32_t of[3])
 {
-    printf("%d %lu %lu\n", (int)scheme, (unsigned long)bound,
-           (unsigned long)chaincell_tissue_size(scheme, cells, contacts, coarse_functions));
+    printf("%d %lu %lu %lu %lu\n", scheme, (unsigned long)bound, (unsigned long)of[0],
+           (unsigned long)of[1], (unsigned long)of[2]);
 }
 
-int main(void)
+int main(int argc, char **argv)
 {
-    static const uint32_t counts[][3] = {{1, 0, 0},      {1, 1, 1},        {512, 4, 48},
-                                         {1000, 7, 0},   {5773, 64, 367},  {5773, 65, 369},
-                                         {65535, 0, 0},  {65535, 9, 1024}, {65535, 65535, 0},
-                                         {300, 300, 100}};
     size_t at;
 
-    if (!CHAINCELL_IS_ALIGNED(storage) || CHAINCELL_IS_ALIGNED(storage + 8)) {
+    (void)argv;
+    if (!CHAINCELL_IS_ALIGNED(storage) || CHAINCELL_IS_ALIGNED(storage + 8) ||
+        (uintptr_t)shapes % CHAINCELL_SHAPE_ALIGN != 0 ||
+        (uintptr_t)tools % CHAINCELL_SHAPE_ALIGN != 0) {
         return 1;
     }
-    if ((uintptr_t)shapes % CHAINCELL_SHAPE_ALIGN != 0 ||
-        sizeof shapes - CHAINCELL_TISSUE_BYTES(8, 4, 0) <
-            8 * (size_t)CHAINCELL_CELL_BYTES_SHAPE) {
-        return 4;
-    }
-    if ((uintptr_t)tools % CHAINCELL_SHAPE_ALIGN != 0) {
-        return 5;
-    }
-    if (CHAINCELL_ALIGN != chaincell_tissue_align() || CHAINCELL_VERSION != chaincell_version()) {
+    if (sizeof shapes - CHAINCELL_TISSUE_BYTES(8, 4, 0) <
+        8 * (size_t)CHAINCELL_CELL_BYTES_SHAPE) {
         return 2;
     }
-    if (sizeof storage < chaincell_tissue_size(CHAINCELL_SCHEME_TRACK, 512, 4, 48)) {
-        return 3;
+    if (argc > 1) {
+        printf("%lu\n%lu\n", (unsigned long)CHAINCELL_SHAPE_BYTES(144, 2, 18),
+               (unsigned long)(CHAINCELL_SHAPE_BYTES_OF(CHAINCELL_CELL_BYTES_PREDICT, 144, 0, 18) +
+                               CHAINCELL_TOUCH_BYTES(144, 2, 256, 512)));
+        return 0;
     }
     for (at = 0; at < sizeof counts / sizeof counts[0]; at++) {
-        const uint32_t cells = counts[at][0], contacts = counts[at][1], coarse_functions = counts[at][2];
+        const uint32_t *of = counts[at];
 
-        line(CHAINCELL_SCHEME_TRACK, CHAINCELL_TISSUE_BYTES(cells, contacts, coarse_functions), cells, contacts,
-             coarse_functions);
+        line(CHAINCELL_SCHEME_TRACK, CHAINCELL_TISSUE_BYTES(of[0], of[1], of[2]), of);
         line(CHAINCELL_SCHEME_PREDICT,
-             CHAINCELL_TISSUE_BYTES_OF(CHAINCELL_CELL_BYTES_PREDICT, cells, contacts, coarse_functions), cells,
-             contacts, coarse_functions);
+             CHAINCELL_TISSUE_BYTES_OF(CHAINCELL_CELL_BYTES_PREDICT, of[0], of[1], of[2]), of);
         line(CHAINCELL_SCHEME_EULER,
-             CHAINCELL_TISSUE_BYTES_OF(CHAINCELL_CELL_BYTES_EULER, cells, contacts, 0), cells,
-             contacts, coarse_functions);
+             CHAINCELL_TISSUE_BYTES_OF(CHAINCELL_CELL_BYTES_EULER, of[0], of[1], 0), of);
         line(CHAINCELL_SCHEME_RKL2,
-             CHAINCELL_TISSUE_BYTES_OF(CHAINCELL_CELL_BYTES_RKL2, cells, contacts, 0), cells,
-             contacts, coarse_functions);
+             CHAINCELL_TISSUE_BYTES_OF(CHAINCELL_CELL_BYTES_RKL2, of[0], of[1], 0), of);
     }
-    printf("%lu\n", (unsigned long)CHAINCELL_SHAPE_BYTES(144, 2, 18));
-    printf("%lu\n", (unsigned long)(CHAINCELL_SHAPE_BYTES_OF(CHAINCELL_CELL_BYTES_PREDICT, 144, 0, 18) +
-                                    CHAINCELL_TOUCH_BYTES(144, 2, 256, 512)));
     return 0;
 }

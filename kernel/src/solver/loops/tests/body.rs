@@ -3,8 +3,8 @@
 use std::vec;
 use std::vec::Vec;
 
+use crate::model::others::NONE;
 use crate::model::pin::Pins;
-use crate::model::terms::NONE;
 use crate::model::{Model, Slices, rest_length};
 use crate::number::two_float::LANES;
 

@@ -1,0 +1,28 @@
+//! The terms besides the links, as this crate is built.
+
+#[cfg(feature = "nodal")]
+use super::nodal::Nodal;
+#[cfg(test)]
+use super::pin::Pins;
+#[cfg(feature = "nodal")]
+use super::stiffening::Stiffening;
+use super::terms::NoTerm;
+
+/// The terms besides the links: nested pairs that end in [`NoTerm`].
+#[cfg(not(test))]
+pub(crate) type Others<'a> = Built<'a>;
+/// In this crate's tests the list has a further term, to show that one can be added.
+#[cfg(test)]
+pub(crate) type Others<'a> = (Pins<'a>, Built<'a>);
+
+/// The terms that the features of this crate build.
+#[cfg(feature = "nodal")]
+type Built<'a> = (Nodal<'a>, (Stiffening<'a>, NoTerm));
+#[cfg(not(feature = "nodal"))]
+type Built<'a> = NoTerm;
+
+/// All terms empty.
+#[cfg(all(test, feature = "nodal"))]
+pub(crate) const NONE: Built<'static> = (Nodal::NONE, (Stiffening::NONE, NoTerm));
+#[cfg(all(test, not(feature = "nodal")))]
+pub(crate) const NONE: Built<'static> = NoTerm;
