@@ -78,16 +78,6 @@
 #define CHAINCELL_VERSION 2048
 
 /**
- * Alignment of a tissue's storage [bytes].
- */
-#define CHAINCELL_ALIGN 16
-
-/**
- * The same for a body of nodal shapes [bytes].
- */
-#define CHAINCELL_SHAPE_ALIGN 64
-
-/**
  * At most so many bytes stand before a tissue's arrays, and so many words of the size of an
  * address (the next number): what `CHAINCELL_TISSUE_BYTES` goes by.
  */
@@ -122,6 +112,16 @@
  * Bytes a cell of nodal shapes takes more.
  */
 #define CHAINCELL_CELL_BYTES_SHAPE 256
+
+/**
+ * Alignment of a tissue's storage [bytes].
+ */
+#define CHAINCELL_ALIGN 16
+
+/**
+ * The same for a body of nodal shapes [bytes].
+ */
+#define CHAINCELL_SHAPE_ALIGN 64
 
 /**
  * Words of a `chaincell_model`.
