@@ -7,7 +7,7 @@ use chaincell_kernel::tick::hash::state_hash;
 use chaincell_kernel::{Flags, Network, Number, TOOLS_MAX, TickOutput};
 
 use crate::code::{Code, Detail, Refusal};
-use crate::layout::{self, Parts, Published, Tissue, by_scheme};
+use crate::layout::{self, Parts, Published, Tissue, by_scheme, by_touching_scheme};
 use crate::memory;
 
 /// Where a tool is. Any bits are admitted: a pose that is not finite, whose `engaged` is neither 0 nor
@@ -227,17 +227,20 @@ unsafe fn tick(
         // SAFETY: the caller's promises are handed on.
         false => Some(unsafe { memory::read(budget) }?),
     };
-    by_scheme!(scheme, D => {
+    let answer = by_scheme!(scheme, D => {
         // SAFETY: a tissue of this scheme stands there, and the caller says that it is ours.
         let Parts { network, tissue: mut body, .. } = unsafe { layout::parts::<D>(tissue, sizes) };
         // SAFETY: the caller's promise is handed on.
-        let answer =
-            unsafe { with_budget(budget.as_ref(), |budget| body.tick(network, poses, budget)) };
-        outputs.fill(Output::of(&answer));
-        if !sizes.touch.is_none() {
-            give_each_its_own(outputs, poses, |tool| body.tool_output(network, tool));
-        }
+        unsafe { with_budget(budget.as_ref(), |budget| body.tick(network, poses, budget)) }
     });
+    outputs.fill(Output::of(&answer));
+    if cfg!(feature = "surface") && !sizes.touch.is_none() {
+        by_touching_scheme!(scheme, D => {
+            // SAFETY: as above.
+            let Parts { network, tissue: body, .. } = unsafe { layout::parts::<D>(tissue, sizes) };
+            give_each_its_own(outputs, poses, |tool| body.tool_output(network, tool));
+        });
+    }
     Ok(())
 }
 
