@@ -11,7 +11,7 @@ use crate::error::{Error, Result};
 use crate::mesh::Mesh;
 use crate::mesh::geometry::volume6;
 
-/// Whether a model has a contact surface, which tools touch.
+/// Choice of a contact surface, which tools touch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum ContactSurface {
     /// If the mesh has triangles and the image is not lean.

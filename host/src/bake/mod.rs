@@ -90,7 +90,7 @@ pub struct BakeOptions {
     pub coarse_basis: BasisSpacing,
     /// Leave out data that only a display or a vector unit needs.
     pub lean: bool,
-    /// Whether the model has a contact surface, which tools touch.
+    /// Choice of a contact surface, which tools touch.
     pub contact_surface: ContactSurface,
     /// Number of groups of nodes, each of them a cell; every node is a cell if absent.
     pub cells: Option<usize>,

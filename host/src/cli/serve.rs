@@ -48,7 +48,7 @@ const RECORD_TICKS_MAX: usize = 100 * RECORD_TICKS;
 #[derive(Debug, Serialize, Deserialize, clap::Args)]
 #[serde(deny_unknown_fields)]
 #[command(after_help = "Example:\n  chaincell serve liver.chaincell --scene left\n\n\
-    Prints `ready` once chaincell/left/pose and chaincell/left/force exist; ends on Ctrl-C.\n  \
+    Prints `ready` once chaincell/left/tools and chaincell/left/forces exist; ends on Ctrl-C.\n  \
     `chaincell state` reads its states, `chaincell contacts` its contacts, `chaincell command` resets,\n  \
     pauses and sets it.")]
 pub struct Args {

@@ -22,7 +22,7 @@ use crate::words::counted;
 #[derive(Debug, Clone, Serialize, Deserialize, clap::Args)]
 #[serde(deny_unknown_fields)]
 pub struct LoopArgs {
-    /// Name of the scene: services chaincell/NAME/pose and chaincell/NAME/force
+    /// Name of the scene: services chaincell/NAME/tools and chaincell/NAME/forces
     #[arg(long, value_name = "NAME")]
     pub scene: Option<String>,
     /// How to wait for the other process

@@ -7,7 +7,7 @@ use crate::backend::f32x8::F32x8;
 use crate::model::coarse_basis::CoarseBasis;
 use crate::number::two_float::{Eight, LANES, Lanes, TwoFloat};
 
-/// What the tool does to the coarse level.
+/// Effect of the tool on the coarse level.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Coarse {
     /// By the corrections for this number of held cells, stored in the coarse memory.
