@@ -148,11 +148,12 @@ fn liver(found: &Value, out: &Path) {
     let shown = real(found, "/liver/shown_tick") as usize;
     let contacts = numbers(&press, "network_contacts")[shown];
     assert!(contacts >= 3.0 && contacts == real(found, "/liver/network/contacts"));
-    // The probe pushes the surface before it, by about its depth, and folds few tetrahedra.
+    // The probe pushes the surface before it, by about its depth, and folds few tetrahedra; links
+    // that fold carry a node of the network farther.
     let depth_mm = 1e3 * real(found, "/liver/depth_m");
-    for method in ["network", "chainmail"] {
+    for (method, most) in [("network", 2.0), ("chainmail", 1.2)] {
         let way = real(found, &format!("/liver/{method}/displacement_max_mm"));
-        assert!((0.9..1.2).contains(&(way / depth_mm)), "{method}: {way} of {depth_mm}");
+        assert!((0.9..most).contains(&(way / depth_mm)), "{method}: {way} of {depth_mm}");
         let folded = real(found, &format!("/liver/{method}/inverted"));
         assert!(folded < 0.005 * real(found, "/liver/tetrahedra"), "{method}: {folded}");
     }
