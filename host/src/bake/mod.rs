@@ -477,14 +477,13 @@ fn surface(sections: &mut Sections, plan: &Plan<'_>, body: &OrderedCells, option
         sections.push(kind::SURFACE, &cells);
         sections.push(kind::NORMALS, normals.as_flattened());
     }
+    if !options.lean {
+        sections.push(kind::NOTES, &Notes::of(mesh).to_bytes());
+    }
     let shows = !options.lean && !plan.is_grouped();
     if !mesh.triangles.is_empty() && (shows || contact::is_wanted(mesh, options)) {
         sections.push(kind::TRIANGLES, contact::triangles(plan, body).as_flattened());
     }
-    if options.lean {
-        return;
-    }
-    sections.push(kind::NOTES, &Notes::of(mesh).to_bytes());
     if shows && !mesh.tetrahedra.is_empty() {
         let cell = |node: u32| body.cell_of[node as usize];
         let cells: Vec<u16> = mesh.tetrahedra.as_flattened().iter().map(|&id| cell(id)).collect();

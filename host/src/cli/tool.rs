@@ -18,6 +18,8 @@ const HALF_SPACE_RADIUS_M: f32 = 0.01;
 pub struct ToolSpec {
     /// As given.
     pub text: String,
+    /// True for the sphere of `--contact probe:RADIUS`.
+    is_probe: bool,
     parts: Vec<ToolPart>,
 }
 
@@ -33,7 +35,8 @@ impl FromStr for ToolSpec {
         let parts = (1..).zip(parts).map(|(number, text)| {
             part(text).map_err(|why| format!("part {number} `{text}`: {why}"))
         });
-        Ok(Self { text: text.to_owned(), parts: parts.collect::<std::result::Result<_, _>>()? })
+        let parts = parts.collect::<std::result::Result<_, _>>()?;
+        Ok(Self { text: text.to_owned(), is_probe: false, parts })
     }
 }
 
@@ -115,7 +118,7 @@ pub fn probe(contact: &str) -> Result<Option<ToolSpec>> {
         )));
     }
     let sphere = format!("sphere:{radius}").parse::<ToolSpec>();
-    sphere.map(Some).map_err(|_| {
+    sphere.map(|sphere| Some(ToolSpec { is_probe: true, ..sphere })).map_err(|_| {
         Error::input(format!("--contact {contact}: the radius must be above 0 and finite [m]"))
     })
 }
@@ -151,12 +154,17 @@ pub fn tools(specs: &[ToolSpec], friction: Option<f32>, model: &Model<'_>) -> Re
         return Err(Error::input(format!("--friction {friction}: must be 0 to {FRICTION_MAX}")));
     }
     let most_m = model.saturation() * model.unit_m();
-    for ToolSpec { text, parts } in specs {
+    for spec in specs {
+        let ToolSpec { text, is_probe, parts } = spec;
         let half = |part: &ToolPart| if part.is_half_space() { [0.0; 3] } else { part.half_m };
         let sizes = parts.iter().flat_map(|part| [[part.radius_m; 3], part.centre_m, half(part)]);
         if let Some(size_m) = sizes.flatten().find(|size_m| size_m.abs() > most_m) {
+            let given = match is_probe {
+                true => format!("--contact {}", text.replace("sphere", "probe")),
+                false => format!("--tool {text}"),
+            };
             return Err(Error::input(format!(
-                "--tool {text}: {size_m} m is more than {most_m} m, the body's own bound (--k-m of \
+                "{given}: {size_m} m is more than {most_m} m, the body's own bound (--k-m of \
                  bake)"
             )));
         }

@@ -13,13 +13,15 @@ use crate::{Act, Scene, Tier, Tools};
 
 /// `chaincell bake plane:21x21x0.01 --coarse none --lean`: four neighbours.
 pub static PLANE4: &[u8] = include_model!("../../data/plane4.chaincell");
-/// `chaincell bake plane:21x21x0.01 --diagonals --alpha 0.02 --coarse none`: eight neighbours, sliced.
+/// `chaincell bake plane:21x21x0.01 --diagonals --alpha 0.02 --coarse none --contact-surface no`: eight
+/// neighbours, sliced.
 pub static PLANE8: &[u8] = include_model!("../../data/plane8.chaincell");
-/// `chaincell bake box:7x7x5x0.01 --alpha 0.03 --coarse 2.5`: slack, sliced, 18 coarse functions.
+/// `chaincell bake box:7x7x5x0.01 --alpha 0.03 --coarse 2.5 --contact-surface no`: slack, sliced, 18 coarse
+/// functions.
 pub static BOX7: &[u8] = include_model!("../../data/box7.chaincell");
 /// `chaincell bake organ:500 --coarse 3.5 --lean`: 24 coarse functions.
 pub static ORGAN500: &[u8] = include_model!("../../data/organ500.chaincell");
-/// `chaincell bake organ:300 --coarse 3` with alpha and stiffness of their own for every
+/// `chaincell bake organ:300 --coarse 3 --contact-surface no` with alpha and stiffness of their own for every
 /// link: sliced, 24 coarse functions.
 pub static VARIED300: &[u8] = include_model!("../../data/varied300.chaincell");
 

@@ -4,7 +4,7 @@
 use std::path::Path;
 
 use chaincell_host::bake::tissue::Tissue;
-use chaincell_host::bake::{BakeOptions, BasisSpacing, PerCell, bake};
+use chaincell_host::bake::{BakeOptions, BasisSpacing, ContactSurface, PerCell, bake};
 use chaincell_host::mesh::{MeshOptions, load};
 use chaincell_scenes::{BOX7, ORGAN500, PLANE4, PLANE8, SCENES, TISSUE6, TOUCH6, VARIED300};
 
@@ -33,7 +33,11 @@ fn check(name: &str, linked: &[u8], baked: &[u8]) {
 
 #[test]
 fn the_linked_images_are_what_the_bake_gives() {
-    let plain = BakeOptions { coarse_basis: BasisSpacing::None, ..BakeOptions::default() };
+    let plain = BakeOptions {
+        coarse_basis: BasisSpacing::None,
+        contact_surface: ContactSurface::No,
+        ..BakeOptions::default()
+    };
     let slack = |alpha| PerCell::Uniform(alpha);
     let four = BakeOptions { lean: true, ..plain.clone() };
     check("plane4.chaincell", PLANE4, &baked("plane:21x21x0.01", false, &four));
@@ -51,7 +55,7 @@ fn the_linked_images_are_what_the_bake_gives() {
         ..plain.clone()
     };
     check("tissue6.chaincell", TISSUE6, &baked("box:6x6x4x0.01", false, &tissue));
-    let touch = BakeOptions { ..tissue };
+    let touch = BakeOptions { contact_surface: ContactSurface::Yes, ..tissue };
     check("touch6.chaincell", TOUCH6, &baked("box:6x6x4x0.01", false, &touch));
     let varied = BakeOptions {
         alpha: each(299, |node| node * 7 % 31, 0.002),

@@ -171,7 +171,7 @@ fn at(engine: &mut Engine<'_>) -> Vec<[f64; 3]> {
 }
 
 /// The work that a tick tells is what the links stored more when the tool moved its cells, and
-/// nothing else had moved yet: of chosen cells, and of a probe's.
+/// nothing else had moved yet.
 #[test]
 fn work_is_what_the_tools_motion_stores_in_the_links() {
     let case = &CASES[1];

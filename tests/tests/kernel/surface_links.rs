@@ -184,6 +184,34 @@ fn contact_is_as_stiff_as_the_links_are() {
     assert!((ratio - 3.0).abs() < 1e-4, "{ratio}");
 }
 
+/// A sphere that stands still in the tissue feels a steady force, on links and on shapes.
+// REQ-FOR-06
+#[test]
+fn a_tool_at_rest_feels_a_steady_force() {
+    const DEPTH_M: f32 = 0.004;
+    let of_links = links("box:9x9x5x0.01", 0.0);
+    let mesh = load("box:9x9x5x0.01", &MeshOptions::default()).unwrap();
+    let tissue = Some(Tissue::new(PerCell::Uniform(5000.0), PerCell::Uniform(0.45)));
+    let options = BakeOptions { tissue, ..BakeOptions::default() };
+    let of_shapes = bake(&mesh, &mesh.default_fixed, &options).unwrap();
+    for (image, share) in [(of_links, 1.0e-3), (of_shapes, 2.5e-3)] {
+        for way in WAYS {
+            let mut engine = engine(&image, 0.012, way);
+            let force_n = |tick: u16, engine: &mut Engine<'_>| {
+                let depth_m = DEPTH_M * f32::from(tick.min(200)) / 200.0;
+                let position_m = [0.001, 0.002, 0.04 + 0.012 - depth_m];
+                engine.tick(&ToolPose::at(position_m.into(), 1)).force_n
+            };
+            let all: Vec<_> = (0..700).map(|tick| force_n(tick, &mut engine)).collect();
+            let peak_n = all.iter().map(|force| force.norm()).fold(0.0, f32::max);
+            assert!(peak_n > 0.01, "{way:?}: {peak_n} N");
+            let step_n = |two: &[nalgebra::Vector3<f32>]| (two[1] - two[0]).norm();
+            let largest_n = all[300..].windows(2).map(step_n).fold(0.0, f32::max);
+            assert!(largest_n < share * peak_n, "{way:?}: {largest_n} N of {peak_n} N");
+        }
+    }
+}
+
 /// A plane, groups of nodes and a lean image have a contact surface too: a sphere that is pressed in is held
 /// back, more the deeper it goes, and let go of it has no force.
 // REQ-ENE-09

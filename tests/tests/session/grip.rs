@@ -140,7 +140,10 @@ fn cells_that_are_held_are_not_gripped() {
     let place = Place::new("grip-cells");
     let serve = place.serve(&["--json"]);
     let refused = command(&place, &["grip"]).with(2).err;
-    assert!(refused.contains("reason 8") && refused.contains("contact surface"), "{refused}");
+    assert!(
+        refused.contains("reason 8") && refused.contains("--contact probe:RADIUS"),
+        "{refused}"
+    );
     let out_of_range = command(&place, &["let-go", "--ticks", "0"]).with(2).err;
     assert!(out_of_range.contains("--ticks"), "{out_of_range}");
     serve.interrupt().with(130);
