@@ -35,7 +35,7 @@ pub struct Record {
     /// True if the output stage's ramp restarted before it.
     pub ramp_restarted: bool,
     /// Ticks given to [`Stage::delayed`](crate::stage::Stage::delayed) before it, at most
-    /// [`DELAY_TICKS_MAX`]; `None` if the delay was not measured.
+    /// [`DELAY_TICKS_MAX`](crate::stage::DELAY_TICKS_MAX); `None` if the delay was not measured.
     pub delay_ticks: Option<u16>,
     /// Hash of the state after it, if one was taken.
     pub state_hash: Option<u64>,

@@ -43,7 +43,7 @@ const KINDS: [Kind; 8] = [
     kind("offset_m", [1e-5, 1e-3], ANY),
 ];
 
-/// Where parameters are looked for: the least and the largest value of each of the [`KINDS`].
+/// Where parameters are looked for: the least and the largest value of each kind.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bounds([[f64; 2]; KINDS.len()]);
 
