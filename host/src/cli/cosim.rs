@@ -1,8 +1,9 @@
 //! `chaincell cosim`: the main job, both processes side by side and the replay that checks them.
 
+use std::convert::Infallible;
 use std::path::{Path, PathBuf};
 
-use chaincell_kernel::trace::Reader;
+use chaincell_kernel::trace::{Entry, Reader};
 use serde::Serialize;
 
 use super::budget::BudgetArgs;
@@ -10,7 +11,6 @@ use super::inject::{InjectArgs, tell_injected};
 use super::load::report::LoadReport;
 use super::load::{Lengths, MemoryWatch, histogram};
 use super::model_file;
-use super::run::play;
 use super::session::{self, LoopArgs, tell_refused};
 use super::sides::{self, Files, Session, Sides};
 use super::stage::{StageArgs, StageReport};
@@ -24,11 +24,8 @@ use crate::engine::tissue::TissueEngine;
 use crate::engine::untouched::Untouched;
 use crate::error::{Error, Result};
 use crate::files::output::Folder;
-use crate::files::path::{self, Rules};
 use crate::files::recording::{self, Played, Start, Stop};
-use crate::files::tools_path::Paths;
 use crate::files::whole::write_whole;
-use crate::interrupt;
 use crate::session::ipc::services::Domain;
 use crate::session::loops::floor;
 use crate::session::loops::inject::Injected;
@@ -46,7 +43,8 @@ use crate::words::counted;
 #[command(after_help = "Examples:\n  chaincell cosim\n  \
     chaincell cosim liver.chaincell --contact cells:file:liver.sets.json#patch --out session\n  \
     chaincell cosim --load 1 --seconds 28800 --out night\n\n\
-    Exit code 0 when every tick was answered and the replay gave the same state hash, else 1.\n\n\
+    Exit code 0 when every tick was answered, the replay gave the same state hash and the verdict is\n  \
+    held, else 1.\n\n\
     With --load a press of at most 10 s is played over and over. Before and after, for a tenth of the\n\
     time each, the same loops run under the same load without a tissue: what they miss is the\n\
     machine's own. Exit code 1 also when a process took more memory at the end than after the\n\
@@ -173,7 +171,10 @@ pub fn execute(args: &Args) -> Result<()> {
     };
     let (session, load) = under_load(args, &files, &poses, &sides)?;
     let replayed = match lengths.is_recorded {
-        true => replay(&mut tissue, &folder, session.reports.serve.commands_done > 0)?,
+        true => {
+            let (hash, never_touched) = replay(&mut tissue, &folder.file(recording::TRACE))?;
+            (Some(hash), never_touched)
+        }
         false => (None, None),
     };
     let summary = CosimSummary { load, ..summary(args, &tissue, session, replayed)? };
@@ -223,53 +224,32 @@ fn under_load(
     Ok((session, Some(report)))
 }
 
-/// Plays a recorded session once more without shared memory. Returns the state hash at its end, and how
-/// near the tool came that never touched.
-fn replay(
-    tissue: &mut Staged<'_>,
-    folder: &Folder,
-    has_commands: bool,
-) -> Result<(Option<String>, Option<Untouched>)> {
-    // Only the trace has the commands, and all bits of tools.
-    if has_commands || tissue.tools() > 0 {
-        let (hash, has_touched) = replay_trace(tissue, &folder.file(recording::TRACE))?;
-        let poses = path::read(&folder.file("path.csv"), Rules::Recorded)?.concat();
-        return Ok((Some(hash), Untouched::of(tissue.engine(), &poses, has_touched)));
-    }
-    let (hash, never_touched) = replay_path(tissue, &folder.file("path.csv"))?;
-    Ok((Some(hash), never_touched))
-}
-
-/// As [`replay`], from the poses as received.
-fn replay_path(tissue: &mut Staged<'_>, received: &Path) -> Result<(String, Option<Untouched>)> {
-    let nothing_received =
-        std::fs::metadata(received).is_ok_and(|file| file.len() == path::HEADER.len() as u64 + 1);
-    let mut never_touched = None;
-    if !nothing_received {
-        let poses = Paths::of(path::read(received, Rules::Recorded)?);
-        let mut executed = Vec::new();
-        // An interrupted session is short and checked like any other.
-        let played = interrupt::ignoring(|| {
-            play(tissue, &poses, |pose, _, _, _| {
-                executed.push(*pose);
-                Ok(())
-            })
-        })?;
-        never_touched = Untouched::of(tissue.engine(), &executed, played.has_touched());
-    }
-    Ok((format!("{:016x}", tissue.state_hash()), never_touched))
-}
-
-/// As [`replay`], from the trace. Also returns whether the first tool had a contact.
-fn replay_trace(tissue: &mut Staged<'_>, path: &Path) -> Result<(String, bool)> {
-    let bytes = recording::read(path)?;
-    let trace = Reader::open(&bytes).map_err(|why| Error::file("replay", path, why))?;
+/// Plays the recorded session once more without shared memory. Returns the state hash at its end, and how near
+/// the tool came that never touched. Only the trace has all of a session: the sweeps and the delay of each tick,
+/// the commands, and the poses of all tools bit by bit.
+fn replay(tissue: &mut Staged<'_>, place: &Path) -> Result<(String, Option<Untouched>)> {
+    let bytes = recording::read(place)?;
+    let trace = Reader::open(&bytes).map_err(|why| Error::file("replay", place, why))?;
     let mut played = Played::default();
     match recording::play(&trace, tissue, Start::default(), &mut played) {
-        Ok(_) => Ok((format!("{:016x}", tissue.state_hash()), played.has_touched)),
-        Err(Stop::Differs(why)) => Err(Error::check(format!("{}: {why}", path.display()))),
-        Err(why @ Stop::Command(_)) => Err(Error::check(format!("{}: {why:?}", path.display()))),
+        Ok(_) => {}
+        Err(Stop::Differs(why)) => {
+            return Err(Error::check(format!("{}: {why}", place.display())));
+        }
+        Err(why @ Stop::Command(_)) => {
+            return Err(Error::check(format!("{}: {why:?}", place.display())));
+        }
     }
+    // The poses of the first tool.
+    let mut poses = Vec::new();
+    let Ok(_) = trace.entries(|_, entry| {
+        if let Entry::Tick(record) = entry {
+            poses.push(Pose::of(record.tick, &record.sample));
+        }
+        Ok::<(), Infallible>(())
+    });
+    let never_touched = Untouched::of(tissue.engine(), &poses, played.has_touched);
+    Ok((format!("{:016x}", tissue.state_hash()), never_touched))
 }
 
 fn summary(
