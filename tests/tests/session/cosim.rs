@@ -60,6 +60,25 @@ fn a_session_is_replayed_by_run() {
     assert!(second.err.contains("not empty") && second.err.contains("--force"));
 }
 
+/// Tools and a delay that is measured are in the trace alone: the second run is the same.
+// REQ-COS-12
+#[test]
+fn tools_and_a_measured_delay_are_replayed() {
+    let _turn = turn();
+    let folder = scratch();
+    let model = bake(folder.path(), "box:7x7x5x0.01", &["--young-pa", "5000"]);
+    for how in [
+        &["--contact", "probe:0.012"][..],
+        &["--tool", "sphere:0.012", "--tool", "capsule:0.01,0.005", "--friction", "0.3"],
+        &["--device", "omega", "--delay-ticks", "auto"],
+    ] {
+        let args = ["cosim", text(&model), "--seconds", "1", "--json", "--late-share", "off"];
+        let found = run([&args[..], how].concat()).with(0).json();
+        check_summary(&found, 1000);
+        assert_eq!(found["never_touched"], Value::Null, "{how:?}");
+    }
+}
+
 /// Replays a session's folder into another one and compares.
 #[track_caller]
 fn replay(session: &Path, out: &Path, how: &[&str]) {
