@@ -190,11 +190,13 @@ impl Verdict {
                 }
                 (true, false) => {
                     "all sweeps of a tick together longer than a pose period let the force fall to \
-                     0: take fewer --sweeps, --scheme track, or fewer cells (`bake --cells N` for links, a coarser mesh for tissue)"
+                     0: take fewer --sweeps, --scheme track, or fewer cells (`bake --cells N` \
+                     for links, a coarser mesh for tissue)"
                 }
                 (false, _) => {
                     "the fewest sweeps of a tick, longer than a pose period, let the force fall to \
-                     0: bake fewer cells (`--cells N` for links, a coarser mesh for tissue), or take a faster core"
+                     0: bake fewer cells (`--cells N` for links, a coarser mesh for tissue), or \
+                     take a faster core"
                 }
             });
         }
@@ -208,7 +210,10 @@ impl Verdict {
         if self.floor_share > self.late_share / 2.0 {
             return Some("the machine itself is late: give each process a free core");
         }
-        Some("give each process a free core, or bake fewer cells (`--cells N` for links, a coarser mesh for tissue)")
+        Some(
+            "give each process a free core, or bake fewer cells (`--cells N` for links, a coarser mesh \
+             for tissue)",
+        )
     }
 
     /// Prints the line.
