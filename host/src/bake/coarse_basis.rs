@@ -1,8 +1,8 @@
-//! The coarse level: hat functions over the rest shape, and the inverse of a matrix between them:
+//! The coarse level: coarse functions (hats) over the rest shape, and the inverse of a matrix between them:
 //! that of the Laplacian bound of links, or that of the elasticity of nodal shapes.
 //!
 //! See `chaincell_kernel::solver::coarse` for their use. The grid's spacing is about the same along all
-//! axes, such that a whole number of boxes fits the body; coarse functions that no free cell touches are left out.
+//! axes, such that a whole number of boxes fits the body; functions that no free cell touches are left out.
 
 use chaincell_kernel::image::{COARSE_MAX, NO_FUNCTION, kind};
 use chaincell_kernel::parts;
@@ -13,37 +13,37 @@ use super::tissue::Shapes;
 use super::{Link, OrderedCells};
 use crate::error::{Error, Result};
 
-/// Most coarse functions of a model by default: their product then takes about a quarter of a sweep of the paper's
+/// Most functions of a model by default: their product then takes about a quarter of a sweep of the paper's
 /// liver.
-const HATS_DEFAULT_MAX: usize = 400;
+const DEFAULT_MAX: usize = 400;
 /// Smallest spacing by default \[mean link lengths\].
 const SPACING_MIN: f64 = 2.5;
 /// Largest spacing by default, beyond which a coarse level is of little use \[mean link lengths\].
 const SPACING_MAX: f64 = 8.0;
-/// Most coarse functions of nodal shapes by default: the product on all axes together is nine times as large.
+/// Most functions of nodal shapes by default: the product on all axes together is nine times as large.
 const ELASTIC_DEFAULT_MAX: usize = 160;
 /// Their smallest spacing by default \[mean link lengths\].
 const ELASTIC_SPACING_MIN: f64 = 4.5;
-/// Their largest spacing \[mean link lengths\]: even a body of the most cells has few enough coarse functions then.
+/// Their largest spacing \[mean link lengths\]: even a body of the most cells has few enough functions then.
 const ELASTIC_SPACING_MAX: f64 = 64.0;
 /// Fewest free cells for each of them.
 const ELASTIC_CELLS_MIN: usize = 6;
 /// Share of its diagonal that is added to the matrix before it is inverted, times the root of the
-/// number of coarse functions n. The kernel's product B g has errors of up to eps n |B| |g|; scaled to a
+/// number of functions n. The kernel's product B g has errors of up to eps n |B| |g|; scaled to a
 /// diagonal of 1, |B| is at most 1 / share and B g at least |g| / 4, so g . B g keeps above the
 /// matrix's own c' A c if share / 16 > eps n / share: share > sqrt(16 eps n).
 const ROUNDING_ROOM: f64 = 1.0e-3;
-/// A hat whose weights on all its cells add up to less is left out: it moves next to nothing. The
-/// matrix is that of the remaining coarse functions, so the certificate stays exact.
+/// A function whose weights on all its cells add up to less is left out: it moves next to nothing. The
+/// matrix is that of the remaining functions, so the certificate stays exact.
 const SUPPORT_MIN: f32 = 1.0e-2;
 /// If every cell is fewer links than this away from a fixed one, sweeps alone settle the body as
 /// fast.
 const RINGS_MIN: usize = 5;
 
-/// Spacing of the coarse functions.
+/// Spacing of the functions.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum BasisSpacing {
-    /// By size: at most 400 coarse functions, at least 2.5 mean link lengths apart; none if every cell is close to
+    /// By size: at most 400 functions, at least 2.5 mean link lengths apart; none if every cell is close to
     /// a fixed one, or if the body is too large for that. Nodal shapes have at most 160, at least 4.5
     /// apart, and at most one for six free cells, for bodies of any size.
     #[default]
@@ -113,7 +113,7 @@ fn weights([x, y, z]: [f64; 3]) -> [f32; 8] {
     })
 }
 
-/// The free cells by part of the body and box, with their weights, and the numbers of the coarse functions.
+/// The free cells by part of the body and box, with their weights, and the numbers of the functions.
 struct Level {
     count: usize,
     rows: Vec<u32>,
@@ -139,7 +139,7 @@ impl Level {
             })
             .collect();
         by_box.sort_unstable_by_key(|&(at_box, cell, ..)| (at_box, cell));
-        // Number the grid points with enough support as coarse functions.
+        // Number the grid points with enough support as functions.
         let points = (0..3).map(|axis| grid.boxes[axis] + 1).product();
         let mut support = vec![0.0; points];
         for &(_, _, at, inside) in &by_box {
@@ -148,9 +148,9 @@ impl Level {
             }
         }
         let kept = |&support: &f32| if support > SUPPORT_MIN { 0 } else { NO_FUNCTION };
-        let mut hat_of: Vec<u16> = support.iter().map(kept).collect();
+        let mut function_of: Vec<u16> = support.iter().map(kept).collect();
         let mut count = 0;
-        for function in hat_of.iter_mut().filter(|function| **function != NO_FUNCTION) {
+        for function in function_of.iter_mut().filter(|function| **function != NO_FUNCTION) {
             *function = count as u16;
             count += 1;
         }
@@ -164,7 +164,7 @@ impl Level {
             entry: vec![NO_FUNCTION; body.rest.len()],
         };
         for chunk in by_box.chunk_by(|a, b| a.0 == b.0) {
-            level.corners.push(grid.corners(chunk[0].2).map(|point| hat_of[point]));
+            level.corners.push(grid.corners(chunk[0].2).map(|point| function_of[point]));
             for &(_, cell, _, inside) in chunk {
                 level.entry[usize::from(cell)] = level.cells.len() as u16;
                 level.cells.push(cell);
@@ -192,8 +192,8 @@ impl Level {
         }
         let entry = usize::from(entry);
         let at_box = self.rows.partition_point(|&start| start as usize <= entry / 2) - 1;
-        let coarse_functions = self.corners[at_box].iter().zip(self.weights[entry]);
-        coarse_functions
+        let functions = self.corners[at_box].iter().zip(self.weights[entry]);
+        functions
             .filter(|&(&function, weight)| weight > 0.0 && function != NO_FUNCTION)
             .map(|(&function, weight)| (usize::from(function), f64::from(weight)))
             .collect()
@@ -221,12 +221,14 @@ impl Level {
             matrix[(function, function)] *= 1.0 + ROUNDING_ROOM * (size as f64).sqrt();
         }
         let factor = matrix.cholesky().ok_or_else(|| {
-            Error::check("the coarse functions' matrix is not positive definite: bake with `coarse_basis` none")
+            Error::check(
+                "the coarse functions' matrix is not positive definite: bake with `coarse_basis` none",
+            )
         })?;
         Ok(factor.inverse())
     }
 
-    /// Returns for each hat the free cell with the largest weight.
+    /// Returns for each function the free cell with the largest weight.
     fn highest(&self) -> Vec<u16> {
         let mut highest = vec![(0.0, 0); self.count];
         for cell in 0..self.entry.len() as u16 {
@@ -298,14 +300,14 @@ fn rings(body: &OrderedCells) -> Option<usize> {
     reached.iter().all(|&reached| reached).then_some(rings)
 }
 
-/// Returns the default spacing of the coarse functions of a body; `None` for no coarse functions.
+/// Returns the default spacing of the functions of a body; `None` for no functions.
 fn by_size(body: &OrderedCells, mobility: &[f32], bound: &Bound<'_>) -> Option<f64> {
     let (closest, farthest, most) = match bound {
         Bound::Links(..) => {
             if rings(body).is_some_and(|rings| rings < RINGS_MIN) {
                 return None;
             }
-            (SPACING_MIN, SPACING_MAX, HATS_DEFAULT_MAX)
+            (SPACING_MIN, SPACING_MAX, DEFAULT_MAX)
         }
         Bound::Shapes(_) => {
             let free = mobility.iter().filter(|&&mobility| mobility > 0.0).count();
@@ -345,13 +347,14 @@ pub(super) fn push(
     }
     if !level.is_addressable() {
         return Err(Error::input(format!(
-            "`coarse_basis` {spacing}: too many cells for coarse functions that close; set them farther apart"
+            "`coarse_basis` {spacing}: too many cells for coarse functions that close; set them \
+             farther apart"
         )));
     }
     if level.count > COARSE_MAX {
         return Err(Error::input(format!(
-            "`coarse_basis` {spacing}: that makes {} coarse functions, the kernel takes {COARSE_MAX}; set them farther \
-             apart",
+            "`coarse_basis` {spacing}: that makes {} coarse functions, the kernel takes {COARSE_MAX}; \
+             set them farther apart",
             level.count
         )));
     }
@@ -376,7 +379,7 @@ pub(super) fn push(
     Ok(())
 }
 
-/// Returns the rows of a symmetric matrix of `count` coarse functions, one axis or three, in single precision.
+/// Returns the rows of a symmetric matrix of `count` functions, one axis or three, in single precision.
 /// Columns of each axis are padded, and with three axes also the rows.
 fn padded(inverse: &DMatrix<f64>, count: usize) -> Vec<f32> {
     let (axes, stride) = (inverse.nrows() / count, count.next_multiple_of(8));

@@ -1,6 +1,8 @@
 //! The surface that tools touch: stiffness, edge and area of each triangle, see the kernel's module of
 //! contact on surfaces.
 
+use std::collections::BTreeSet;
+
 use chaincell_kernel::image::{contact, kind};
 
 use super::equivalent::Equivalent;
@@ -8,8 +10,6 @@ use super::image::Sections;
 use super::network::Plan;
 use super::{BakeOptions, OrderedCells};
 use crate::error::{Error, Result};
-use crate::mesh::Mesh;
-use crate::mesh::geometry::volume6;
 
 /// Choice of a contact surface, which tools touch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -23,39 +23,48 @@ pub enum ContactSurface {
     No,
 }
 
-/// Checks that the body can have the contact surface that is asked for.
-pub(super) fn check(mesh: &Mesh, options: &BakeOptions) -> Result<()> {
-    if options.contact_surface == ContactSurface::Yes && mesh.triangles.is_empty() {
-        return Err(Error::input(
-            "`contact_surface` yes: the mesh has no triangles; leave it out, and hold cells",
-        ));
-    }
-    Ok(())
-}
-
-/// Returns true if the image gets a contact surface.
-pub(super) fn is_wanted(mesh: &Mesh, options: &BakeOptions) -> bool {
+/// Returns true if the image gets a contact surface, where there are triangles.
+fn is_wanted(options: &BakeOptions) -> bool {
     match options.contact_surface {
-        ContactSurface::Auto => !options.lean && !mesh.triangles.is_empty(),
+        ContactSurface::Auto => !options.lean,
         ContactSurface::Yes => true,
         ContactSurface::No => false,
     }
 }
 
-/// Returns the triangles of cells: those of the mesh, or those between three of its groups, each once.
-pub(super) fn triangles(plan: &Plan<'_>, body: &OrderedCells) -> Vec<[u16; 3]> {
+/// Returns the triangles of cells for contact and for display: those of the mesh, or for contact those
+/// between three of its groups, each once. They are empty if nothing needs them.
+///
+/// # Errors
+/// A contact surface that is asked for, and no triangle that it could have.
+pub(super) fn triangles(
+    plan: &Plan<'_>,
+    body: &OrderedCells,
+    options: &BakeOptions,
+) -> Result<Vec<[u16; 3]>> {
+    if !is_wanted(options) && (options.lean || plan.is_grouped()) {
+        return Ok(Vec::new());
+    }
     let cell = |node: u32| body.cell_of[plan.net_node(node) as usize];
     let mut all: Vec<[u16; 3]> =
         plan.mesh().triangles.iter().map(|nodes| nodes.map(cell)).collect();
     if plan.is_grouped() {
-        let mut known = std::collections::BTreeSet::new();
+        let mut known = BTreeSet::new();
         all.retain(|&[a, b, c]| {
             let mut corners = [a, b, c];
             corners.sort_unstable();
             a != b && b != c && c != a && known.insert(corners)
         });
     }
-    all
+    if options.contact_surface == ContactSurface::Yes && all.is_empty() {
+        let lacking = if plan.is_grouped() {
+            "no triangle joins three groups of `cells`; take more cells, or leave it out"
+        } else {
+            "the mesh has no triangles; leave it out, and hold cells"
+        };
+        return Err(Error::input(format!("`contact_surface` yes: {lacking}")));
+    }
+    Ok(all)
 }
 
 /// Value of a flat triangle in place of 0, within the range of the image.
@@ -81,10 +90,10 @@ fn young_pa(
     };
     let mesh = plan.mesh();
     let cell = |node: u32| usize::from(body.cell_of[plan.net_node(node) as usize]);
-    let tetrahedra = mesh.tetrahedra.iter().map(|nodes| {
-        let corners = nodes.map(|node| mesh.nodes_m[node as usize]);
-        (nodes.map(cell), volume6(corners).abs() / 6.0)
-    });
+    let tetrahedra = mesh
+        .tetrahedra
+        .iter()
+        .map(|nodes| (nodes.map(cell), nodes.map(|node| mesh.nodes_m[node as usize])));
     let of = Equivalent::new(&rest_m, links(), tetrahedra);
     of.map_or_else(|| sheet_pa(&rest_m, links()), |of| of.cells_pa)
 }
@@ -104,23 +113,24 @@ fn sheet_pa(rest_m: &[[f64; 3]], links: impl Iterator<Item = ([usize; 2], f64)>)
     sums.into_iter().map(|(sum, links)| if links > 0.0 { sum / links } else { LEAST }).collect()
 }
 
-/// Adds the section if the options ask for it; `reference` is `k_ref`, and `stiffness` that of every link
-/// \[N/m\]. The triangles are in another section.
+/// Adds the section of the triangles' contact if the options ask for it; `reference` is `k_ref`, and
+/// `stiffness` that of every link \[N/m\]. The triangles are in another section.
 pub(super) fn push(
     sections: &mut Sections,
     plan: &Plan<'_>,
     body: &OrderedCells,
     options: &BakeOptions,
+    triangles: &[[u16; 3]],
     (reference, stiffness): (f32, &[f64]),
 ) {
-    if !is_wanted(plan.mesh(), options) {
+    if !is_wanted(options) || triangles.is_empty() {
         return;
     }
     // Stiffness, mean edge and area of each triangle, in internal units.
     let young = young_pa(plan, body, options, stiffness);
     let unit_pa = 2.0 * f64::from(reference) / f64::from(body.unit_m);
-    let numbers: Vec<[f32; 3]> = triangles(plan, body)
-        .into_iter()
+    let numbers: Vec<[f32; 3]> = triangles
+        .iter()
         .map(|corners| {
             let cells = corners.map(usize::from);
             let [a, b, c] =
@@ -139,7 +149,5 @@ pub(super) fn push(
             numbers
         })
         .collect();
-    if !numbers.is_empty() {
-        sections.push(kind::CONTACT, numbers.as_flattened());
-    }
+    sections.push(kind::CONTACT, numbers.as_flattened());
 }

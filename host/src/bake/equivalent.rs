@@ -30,11 +30,11 @@ pub struct Equivalent {
 
 impl Equivalent {
     /// Computes them for links with their stiffness \[N/m\] between cells at rest \[m\]; the tetrahedra
-    /// give the volume: the cells at their corners, and their volume \[m^3\]. `None` if they have none.
+    /// give the volume: the cells at their corners, and the corners \[m\]. `None` if they have none.
     pub fn new(
         rest_m: &[[f64; 3]],
         links: impl Iterator<Item = ([usize; 2], f64)>,
-        tetrahedra: impl Iterator<Item = ([usize; 4], f64)>,
+        tetrahedra: impl Iterator<Item = ([usize; 4], [[f64; 3]; 4])>,
     ) -> Option<Self> {
         let (mut energies, mut volumes) = (vec![0.0; rest_m.len()], vec![0.0; rest_m.len()]);
         for ([i, j], stiffness) in links {
@@ -43,7 +43,8 @@ impl Equivalent {
             energies[i] += half;
             energies[j] += half;
         }
-        for (cells, volume_m3) in tetrahedra {
+        for (cells, corners_m) in tetrahedra {
+            let volume_m3 = volume6(corners_m).abs() / 6.0;
             cells.into_iter().for_each(|cell| volumes[cell] += 0.25 * volume_m3);
         }
         let sum = |of: &[f64]| of.iter().sum::<f64>();
@@ -75,7 +76,7 @@ impl Equivalent {
         });
         let tetrahedra = model.tetrahedra().iter().map(|cells| {
             let cells = cells.map(usize::from);
-            (cells, volume6(cells.map(|cell| rest_m[cell])).abs() / 6.0)
+            (cells, cells.map(|cell| rest_m[cell]))
         });
         Self::new(&rest_m, links, tetrahedra)
     }
@@ -95,7 +96,7 @@ mod tests {
         let links = mesh.links.iter().map(|ends| (ends.map(|node| node as usize), k));
         let tetrahedra = mesh.tetrahedra.iter().map(|nodes| {
             let nodes = nodes.map(|node| node as usize);
-            (nodes, volume6(nodes.map(|node| mesh.nodes_m[node])).abs() / 6.0)
+            (nodes, nodes.map(|node| mesh.nodes_m[node]))
         });
         let of = Equivalent::new(&mesh.nodes_m, links, tetrahedra).unwrap();
         let wanted_pa = k * d * d * (3.0 + 3.0 * 2.0) / (6.0 * d * d * d);

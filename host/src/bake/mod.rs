@@ -217,7 +217,7 @@ fn check(mesh: &Mesh, options: &BakeOptions) -> Result<()> {
             return Err(Error::input(format!("{name} {value}: must be from 1e-11 to 1e11")));
         }
     }
-    contact::check(mesh, options)
+    Ok(())
 }
 
 /// Checks that there are at most three bands, each with a different width.
@@ -456,17 +456,25 @@ fn write(plan: &Plan<'_>, body: &OrderedCells, options: &BakeOptions) -> Result<
     }
     // The coarse level, the surface, the contact and the embedded mesh.
     coarse_basis::push(&mut sections, body, &mobility, &bound, options.coarse_basis)?;
-    surface(&mut sections, plan, body, options);
-    contact::push(&mut sections, plan, body, options, (reference, &stiffness.each));
+    let triangles = contact::triangles(plan, body, options)?;
+    surface(&mut sections, plan, body, options.lean, &triangles);
+    let of_links = (reference, &*stiffness.each);
+    contact::push(&mut sections, plan, body, options, &triangles, of_links);
     if !options.lean {
         embedded::push(&mut sections, plan, body);
     }
     Ok(sections.finish())
 }
 
-/// Adds the surface cells with normals, the triangles for contact or display and, unless the image is lean, the
-/// other elements for display.
-fn surface(sections: &mut Sections, plan: &Plan<'_>, body: &OrderedCells, options: &BakeOptions) {
+/// Adds the surface cells with normals, the triangles and, unless the image is lean, the other elements for
+/// display.
+fn surface(
+    sections: &mut Sections,
+    plan: &Plan<'_>,
+    body: &OrderedCells,
+    lean: bool,
+    triangles: &[[u16; 3]],
+) {
     use chaincell_kernel::image::kind;
     let mesh = plan.mesh();
     let normals = vertex_normals(&mesh.nodes_m, &mesh.triangles);
@@ -477,14 +485,13 @@ fn surface(sections: &mut Sections, plan: &Plan<'_>, body: &OrderedCells, option
         sections.push(kind::SURFACE, &cells);
         sections.push(kind::NORMALS, normals.as_flattened());
     }
-    if !options.lean {
+    if !lean {
         sections.push(kind::NOTES, &Notes::of(mesh).to_bytes());
     }
-    let shows = !options.lean && !plan.is_grouped();
-    if !mesh.triangles.is_empty() && (shows || contact::is_wanted(mesh, options)) {
-        sections.push(kind::TRIANGLES, contact::triangles(plan, body).as_flattened());
+    if !triangles.is_empty() {
+        sections.push(kind::TRIANGLES, triangles.as_flattened());
     }
-    if shows && !mesh.tetrahedra.is_empty() {
+    if !lean && !plan.is_grouped() && !mesh.tetrahedra.is_empty() {
         let cell = |node: u32| body.cell_of[node as usize];
         let cells: Vec<u16> = mesh.tetrahedra.as_flattened().iter().map(|&id| cell(id)).collect();
         sections.push(kind::TETRAHEDRA, &cells);

@@ -102,7 +102,7 @@ impl<'a> CoarseBasis<'a> {
     /// Returns the number of blocks in a vector over the basis functions.
     #[inline(always)]
     pub fn blocks(&self) -> usize {
-        // A basis has at least one hat; `max` makes this known to the compiler.
+        // A basis has at least one function; `max` makes this known to the compiler.
         self.count.div_ceil(LANES).max(1)
     }
 

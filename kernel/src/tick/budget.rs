@@ -39,7 +39,8 @@ impl Budget<'_> {
     /// with [`Flags::LATE`](crate::Flags::LATE), 0 if the tool releases. Bands stay as they are until a tick
     /// with a sweep. Tools on a contact surface stay where they are.
     ///
-    /// Cost: the links of the contact cells, at most four times. If the level is unknown (positions were set, or bands changed), there is one sweep.
+    /// Cost: the links of the contact cells, at most four times. If the level is unknown (positions were set, or
+    /// bands changed), there is one sweep.
     pub const LATE: Self = Self::Sweeps(0);
 
     /// Budget that repeats a tick of `sweeps` sweeps; `None` repeats one with those of the settings.

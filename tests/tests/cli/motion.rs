@@ -44,7 +44,7 @@ fn to_the_top(at: [f64; 3]) -> f64 {
     (side(at[0]).powi(2) + side(at[1]).powi(2) + above.powi(2)).sqrt()
 }
 
-/// On triangles and on cells: it starts outside, touching, and goes in.
+/// On tissue and on links: it starts outside, touching, and goes in.
 #[test]
 fn a_press_with_a_probe_starts_at_the_surface_and_goes_in() {
     for options in [&SURFACE[..], &[]] {
@@ -109,7 +109,7 @@ fn still(at: [f32; 3], engaged: u32) -> Vec<Row> {
 
 #[test]
 fn a_tool_that_never_touched_is_said() {
-    // The probe on top is 12 mm wide: 42 mm is where it touches, on triangles and on a cell.
+    // The probe on top is 12 mm wide: 42 mm is where it touches.
     for options in [&SURFACE[..], &[]] {
         let (folder, model) = body(options);
         let ran = |rows: Vec<Row>| {

@@ -125,7 +125,7 @@ fn force_is_what_the_links_exert_on_the_held_cells() {
 #[test]
 fn force_is_minus_the_gradient_of_the_energy() {
     let shape = Shape::generated("box:5x5x4x0.01").unwrap().holding(&[51, 71]);
-    for options in kinds(&BakeOptions { ..BakeOptions::default() }) {
+    for options in kinds(&BakeOptions::default()) {
         let image = shape.bake(&options).unwrap();
         let model = Model::from_bytes(image.as_bytes()).unwrap();
         let held = shape.cells(&model);

@@ -287,4 +287,7 @@ fn what_has_no_contact_surface_says_why() {
     let options = BakeOptions { contact_surface: ContactSurface::Yes, ..BakeOptions::default() };
     let said = bake(&mesh, &mesh.default_fixed, &options).unwrap_err().to_string();
     assert!(said.contains("`contact_surface` yes: the mesh has no triangles"), "{said}");
+    let grouped = BakeOptions { cells: Some(3), ..options };
+    let said = baked("organ:300", &grouped).unwrap_err().to_string();
+    assert!(said.contains("`contact_surface` yes: no triangle joins three groups"), "{said}");
 }

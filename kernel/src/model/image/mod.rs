@@ -37,11 +37,11 @@ pub const ENTRY_BYTES: usize = 16;
 pub const ALIGNMENT: usize = 16;
 /// Largest number of cells: ids are 16 bits wide, and 65,535 stays free.
 pub const CELLS_MAX: usize = 65_535;
-/// Most hat functions.
+/// Most coarse functions.
 pub const COARSE_MAX: usize = 1024;
 /// Most sets of stiffening bands.
 pub const STIFFENING_MAX: usize = 3;
-/// Corner without a hat, and cell without an entry.
+/// Corner without a coarse function, and cell without an entry.
 pub const NO_FUNCTION: u16 = u16::MAX;
 /// Cells of a node of the embedded mesh.
 pub const FINE_CELLS: usize = 8;
@@ -101,7 +101,7 @@ pub mod kind {
     pub const SLICE_ALPHAS: u32 = 22;
     /// With `SLICE_ROWS` and `WEIGHT`: weight of each slot, 1 for padding (f32, 8 a group).
     pub const SLICE_WEIGHTS: u32 = 23;
-    /// Optional: number of hat functions (u32, one word).
+    /// Optional: number of coarse functions (u32, one word).
     pub const COARSE: u32 = 24;
     /// With `COARSE`: starts of the boxes' pairs in `COARSE_CELLS`, none empty (u32, boxes + 1).
     pub const COARSE_ROWS: u32 = 25;

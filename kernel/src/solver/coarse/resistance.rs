@@ -148,8 +148,8 @@ impl<'a> Resisted<'a> {
     }
 }
 
-/// Finds the basis functions at these cells, each cell with its resistance, and factorises their part of the inverse. Returns their number; `None` if they are too many or the factor does
-/// not exist.
+/// Finds the basis functions at these cells, each cell with its resistance, and factorises their part of the
+/// inverse. Returns their number; `None` if they are too many or the factor does not exist.
 pub(crate) fn resist(
     basis: &CoarseBasis<'_>,
     room: &mut [Eight],
