@@ -205,7 +205,8 @@ fn without_a_server_both_say_what_to_start() {
     let place = Place::new("nobody");
     let refused = command(&place, &["reset"]).with(2);
     assert!(refused.err.contains("start chaincell serve"), "{}", refused.err);
-    let refused = run(["state", "--scene", &place.scene, "--once"]).with(2);
+    let args = ["state", "--scene", &place.scene, "--once", "--wait-for-server-s", "0.2"];
+    let refused = run(args).with(2);
     assert!(refused.err.contains("start chaincell serve"), "{}", refused.err);
     let refused = run(["serve", text(&place.model), "--state-hz", "1001"]).with(2);
     assert!(refused.err.contains("--state-hz 1001"), "{}", refused.err);

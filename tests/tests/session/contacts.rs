@@ -130,7 +130,8 @@ fn a_reader_that_stops_reading_or_is_killed_harms_nothing() {
 #[test]
 fn contacts_are_there_for_tools_on_a_surface_alone() {
     let _turn = turn();
-    let contacts = |place: &Place| run(["contacts", "--scene", &place.scene, "--once"]).with(2).err;
+    let args = |place: &Place| ["contacts", "--scene", &place.scene, "--once"].map(str::to_owned);
+    let contacts = |place: &Place| run(args(place)).with(2).err;
     let cells = Place::new("contacts-cells");
     let server = cells.serve(&["--json"]);
     let refused = contacts(&cells);
@@ -140,7 +141,9 @@ fn contacts_are_there_for_tools_on_a_surface_alone() {
     let server = serve(&off, &["--state-hz", "0"]);
     assert!(contacts(&off).contains("--state-hz above 0"));
     server.interrupt().with(130);
-    assert!(contacts(&off).contains("start chaincell serve"));
+    let wait = ["--wait-for-server-s", "0.2"].map(str::to_owned);
+    let refused = run([&args(&off)[..], &wait].concat()).with(2).err;
+    assert!(refused.contains("start chaincell serve"), "{refused}");
     let refused = run(["contacts", "--seconds", "0"]).with(2).err;
     assert!(refused.contains("--seconds"), "{refused}");
 }
