@@ -216,6 +216,7 @@ impl Bench {
     /// Orders all images that are wanted from their folders' builders, until nobody takes them.
     fn order_all(&self, builders: &[Sender<Order>], to: &Sender<Result<Done>>) -> Result<()> {
         for case in CASES {
+            // Cores that play the case, and number types that they compute in.
             let all = TARGETS
                 .iter()
                 .flat_map(|target| tiers(target, &case).iter().map(move |&tier| (target, tier)));
@@ -229,9 +230,9 @@ impl Bench {
             let is_checked = |&(target, tier): &_| checks::wanted(target, &ready, tier);
             let mut made = vec![];
             for &tier in Tier::ALL {
-                let mut of = wanted.iter().filter(|(_, of)| *of == tier).peekable();
-                if of.peek().is_some() {
-                    let traces = match of.any(is_checked) {
+                let mut images = wanted.iter().filter(|(_, other)| *other == tier).peekable();
+                if images.peek().is_some() {
+                    let traces = match images.any(is_checked) {
                         true => Some(Arc::new(self.record(&ready, tier)?)),
                         false => None,
                     };
@@ -240,8 +241,8 @@ impl Bench {
             }
             // An image to be measured, and after it the one to be tried.
             for (target, tier) in wanted {
-                let here = made.iter().find(|(of, ..)| *of == tier);
-                let (_, answer, traces) = here.context("not played on this machine")?;
+                let played = made.iter().find(|(other, ..)| *other == tier);
+                let (_, answer, traces) = played.context("not played on this machine")?;
                 let traces = traces.as_ref().filter(|_| is_checked(&(target, tier)));
                 let tried = traces.map(|traces| Kind::Checked(Arc::clone(traces)));
                 for kind in [Some(Kind::Measured(*answer)), tried].into_iter().flatten() {
