@@ -8,7 +8,7 @@ use chaincell_host::error::Error;
 use chaincell_host::mesh::Mesh;
 use chaincell_kernel::{Model, Settings, ToolPose, Unloading};
 use chaincell_lab::bodies::{Shape, Variant};
-use chaincell_lab::monitor::Monitor;
+use chaincell_lab::monitor::{Monitor, Step, play};
 use nalgebra::Vector3;
 use proptest::prelude::*;
 
@@ -69,15 +69,8 @@ pub fn case(floating: bool) -> impl Strategy<Value = Case> {
                 let stiffness_n_per_m = decades.iter().map(|d| 10.0_f64.powf(*d)).collect();
                 let (sweeps, tick_time) = rates;
                 let shape = shape(nodes_m, links, fixed);
-                Case {
-                    shape,
-                    alpha,
-                    stiffness_n_per_m,
-                    tissue: None,
-                    coarse_functions,
-                    sweeps,
-                    tick_time,
-                }
+                let case = Case::new(shape, alpha, stiffness_n_per_m);
+                Case { coarse_functions, sweeps, tick_time, ..case }
             },
         )
     })
@@ -140,17 +133,8 @@ fn shapes(floating: bool) -> impl Strategy<Value = Case> {
                 }
                 shape.fixed = if floating { Vec::new() } else { fixed.into_iter().collect() };
                 let shape = shape.holding(&[nodes as u32 - 1]);
-                let stiffness_n_per_m = vec![1.0; nodes];
-                let (alpha, tissue, tick_time) = (0.0, Some(tissue), 1.0);
-                Case {
-                    shape,
-                    alpha,
-                    stiffness_n_per_m,
-                    tissue,
-                    coarse_functions,
-                    sweeps,
-                    tick_time,
-                }
+                let case = Case::new(shape, 0.0, vec![1.0; nodes]);
+                Case { tissue: Some(tissue), coarse_functions, sweeps, ..case }
             },
         )
     })
@@ -196,6 +180,13 @@ pub fn shape(nodes_m: Vec<[f64; 3]>, links: Vec<[u32; 2]>, fixed: Vec<u32>) -> S
 }
 
 impl Case {
+    /// A body of links without a coarse level, a sweep and a step a tick.
+    #[must_use]
+    pub fn new(shape: Shape, alpha: f64, stiffness_n_per_m: Vec<f64>) -> Self {
+        let (tissue, coarse_functions, sweeps, tick_time) = (None, None, 1, 1.0);
+        Self { shape, alpha, stiffness_n_per_m, tissue, coarse_functions, sweeps, tick_time }
+    }
+
     /// The same with node i called `to[i]`.
     #[must_use]
     pub fn renumbered(&self, to: &[usize]) -> Self {
@@ -274,6 +265,21 @@ impl Case {
         let tick_time = self.tick_time * step;
         let of = |settings| change(Settings { step, tick_time, ..settings });
         variant.engine(model, contact, self.sweeps, of)
+    }
+
+    /// Plays steps on an image of the body, from a state or from rest.
+    ///
+    /// # Errors
+    /// As [`Self::engine`].
+    pub fn play<'m>(
+        &self,
+        image: &'m ImageBytes,
+        variant: Variant,
+        unloading: Unloading,
+        state: Option<&[[f32; 3]]>,
+        steps: impl IntoIterator<Item = Step>,
+    ) -> Result<Monitor<'m>, Error> {
+        play(|| self.engine(image, variant, unloading), variant.numbers, state, steps)
     }
 }
 

@@ -249,17 +249,17 @@ fn the_energy_bound_holds_for_ever() {
         let mut engine = engine(&image, variant, &[38, 41], |_| ());
         let model = *engine.network().model();
         let bound_j = f64::from(model.energy_max() * model.energy_unit_j());
-        let mut monitor = Monitor::new(&engine, variant.scheme, variant.numbers);
-        monitor.tick(&mut engine, &sample([0.0; 3], 1));
+        let mut monitor = Monitor::new(&engine, variant.numbers);
+        monitor.tick(&mut engine, &[sample([0.0; 3], 1)], None);
         for tick in 0..600_u16 {
             let far = if tick % 200 < 150 { 3e4 } else { -3e4 };
-            let output = monitor.tick(&mut engine, &sample([far, 2.0 * far, 1e5], 1));
+            let output = monitor.tick(&mut engine, &[sample([far, 2.0 * far, 1e5], 1)], None);
             assert!(tick > 0 || output.flags.contains(Flags::MOTION_CLAMPED), "{variant}");
             assert!(f64::from(output.energy_j) <= 1.0001 * bound_j, "{variant} {tick}");
         }
         let highest_j = monitor.worst().energy_peak_j;
         assert!(highest_j > 0.01 * bound_j, "{variant}: {highest_j} of {bound_j}");
-        let output = monitor.tick(&mut engine, &sample([0.0; 3], 1));
+        let output = monitor.tick(&mut engine, &[sample([0.0; 3], 1)], None);
         assert!(!output.flags.contains(Flags::MOTION_CLAMPED), "{variant}");
         assert!(monitor.failures().is_empty(), "{variant}: {:?}", monitor.failures());
     }
@@ -348,16 +348,16 @@ proptest! {
         let Ok(mut engine) = case.engine_with(model, variant, contact, loaded) else {
             return Ok(());
         };
-        let mut monitor = Monitor::new(&engine, variant.scheme, variant.numbers);
+        let mut monitor = Monitor::new(&engine, variant.numbers);
         let resolution =
             if variant.numbers == Arithmetic::Fixed { 2.0_f64.powi(-22) } else { 0.0 };
         let k = 2.0 * f64::from(model.stiffness_n_per_m());
         let origin_m = engine.positions_m()[cell];
-        monitor.tick(&mut engine, &sample([0.0; 3], 1));
+        monitor.tick(&mut engine, &[sample([0.0; 3], 1)], None);
         for current_m in currents {
             let mut before = f64::INFINITY;
             for tick in 0..20 {
-                let output = monitor.tick(&mut engine, &sample(current_m, 1));
+                let output = monitor.tick(&mut engine, &[sample(current_m, 1)], None);
                 prop_assert!(!output.flags.contains(Flags::MOTION_CLAMPED));
                 let at_m = engine.positions_m()[cell];
                 let (mut work, mut rounding) = (0.0, 0.0);
@@ -371,9 +371,9 @@ proptest! {
                     rounding += k * f64::from(model.unit_m()) * grain * (at_m[axis] - origin_m[axis]).abs();
                 }
                 let stored = monitor.stored();
-                let allowance = stored.allowance + rounding;
+                let allowance = stored.allowance_j + rounding;
                 let certified = f64::from(output.energy_j);
-                let guarded = stored.energy - work;
+                let guarded = stored.energy_j - work;
                 prop_assert!(
                     guarded <= before + allowance,
                     "tick {}: {:e} after {:e}, {:e}", tick, guarded, before, allowance
