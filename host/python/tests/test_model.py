@@ -82,7 +82,7 @@ def test_every_argument_reaches_the_bake() -> None:
         if not (base is plain and change == {"coarse": "none"}):
             assert found not in seen, change
         seen.add(found)
-    default = Model.bake(points, tets, poisson=None, young_pa=None, coarse="auto", law=None)
+    default = Model.bake(points, tets, poisson=None, young_pa=None, coarse="auto")
     assert default.checksum == plain.checksum
 
 
