@@ -69,16 +69,17 @@ fn engine<'m>(
     Engine::with_contact(network, scheme, Arithmetic::F32, contact)
 }
 
-/// Plays steps of tools without friction on every block in every way, and gives what came of it.
+/// Plays steps of tools of this friction on every block in every way, and gives what came of it.
 fn each(
     tools: &[Vec<ToolPart>],
+    friction: f32,
     state: Option<State>,
     steps: &[Step],
     see: impl Fn(&str, &Monitor<'_>),
 ) {
     for (kind, image) in BLOCKS.iter() {
         for way in WAYS {
-            let new = || engine(image, tools, 0.0, way);
+            let new = || engine(image, tools, friction, way);
             let state = state.map(|state| state.positions(&model(image), 3));
             let steps = steps.iter().cloned();
             let monitor = play(new, Arithmetic::F32, state.as_deref(), steps).unwrap();
@@ -113,7 +114,7 @@ fn slides_and_taps() {
             let (down, aside) = (f32::from(tick.min(40)), f32::from(tick.clamp(40, 80) - 40));
             Step::of(&[at(-0.01 + 5.0e-4 * aside, 2.0e-4 * down)])
         });
-        each(&tools, None, &slide.collect::<Vec<_>>(), |name, monitor| {
+        each(&tools, 0.0, None, &slide.collect::<Vec<_>>(), |name, monitor| {
             touches(name, monitor);
             let (stored_j, level_j) = (monitor.stored().energy_j, monitor.worst().level_end_j);
             assert!(level_j < 1.01 * stored_j, "{name}: level {level_j} over energy {stored_j}");
@@ -124,7 +125,7 @@ fn slides_and_taps() {
             let late = Step { sweeps: Some(0), ..Step::of(&[tap]) };
             [Some(Step::of(&[tap])), (tick % 5 == 0).then_some(late)].into_iter().flatten()
         });
-        each(&tools, None, &taps.collect::<Vec<_>>(), touches);
+        each(&tools, 0.0, None, &taps.collect::<Vec<_>>(), touches);
     }
 }
 
@@ -150,7 +151,7 @@ fn jumps_through_the_body() {
             let engaged = u32::from(jump % 7 < 6);
             vec![Step::of(&[ToolPose { engaged, ..tilted(place, 6.0 * next()) }]); stays]
         });
-        each(&[vec![part]], None, &steps.collect::<Vec<_>>(), touches);
+        each(&[vec![part]], 0.0, None, &steps.collect::<Vec<_>>(), touches);
     }
 }
 
@@ -162,10 +163,10 @@ fn a_half_space_that_turns() {
         let angle = [0.0, 0.3, 0.0, -0.3][tick / 60 % 4];
         Step::of(&[tilted([-0.1, 0.0, TOP_M + 0.02], std::f32::consts::PI + angle)])
     });
-    each(&[vec![ToolPart::half_space(0.004)]], None, &steps.collect::<Vec<_>>(), touches);
+    each(&[vec![ToolPart::half_space(0.004)]], 0.0, None, &steps.collect::<Vec<_>>(), touches);
 }
 
-/// A tool of two parts and another one, then no pose at all.
+/// A tool of two parts and another one, then no pose at all; without friction, and with it and a grip.
 #[test]
 fn tools_together() {
     let jaw = vec![
@@ -180,8 +181,10 @@ fn tools_together() {
         first.engaged = u32::from(tick % 50 < 44);
         Step::of(&[first, tilted([0.015 - aside_m, -0.004, z - 0.006], -turned)])
     });
-    let steps = steps.chain((0..40).map(|_| Step::default()));
-    each(&tools, None, &steps.collect::<Vec<_>>(), touches);
+    let mut steps: Vec<Step> = steps.chain((0..40).map(|_| Step::default())).collect();
+    each(&tools, 0.0, None, &steps, touches);
+    steps[90].act = Some(Act::Grip(1));
+    each(&tools, 0.25, None, &steps, touches);
 }
 
 #[test]
@@ -200,7 +203,7 @@ fn from_hard_states() {
                 let inside = tilted([0.0, 0.001, 0.5 * TOP_M], 0.4);
                 Step::of(&[if tick < 30 { inside } else { tilted([0.01, 0.0, TOP_M], 0.0) }])
             });
-            each(&[vec![part]], Some(state), &steps.collect::<Vec<_>>(), |_, _| ());
+            each(&[vec![part]], 0.0, Some(state), &steps.collect::<Vec<_>>(), |_, _| ());
         }
     }
 }

@@ -189,7 +189,11 @@ fn states() -> impl Strategy<Value = State> {
         Just(State::Coincident([0.0; 3])),
         Just(State::HalfCoincident),
         (-6.0_f32..3.0).prop_map(|decades| State::Scattered(10.0_f32.powf(decades))),
+        (-1.0_f32..3.0).prop_map(|decades| State::Mixed(10.0_f32.powf(decades))),
         Just(State::Stretched),
+        Just(State::Grid),
+        Just(State::Denormal),
+        Just(State::Rest),
     ]
 }
 

@@ -528,4 +528,39 @@ mod tests {
         assert!(failing(0.0115, 0.0).contains(&Check::Force));
         assert!(failing(0.012, 1.0).contains(&Check::Force));
     }
+
+    /// The checks that fail in a tick after the engine alone did something between two ticks.
+    fn after(between: impl Fn(&mut Engine<'_>), pose: ToolPose, sweeps: Option<u16>) -> Vec<Check> {
+        let image = block();
+        let model = Model::from_bytes(image.as_bytes()).unwrap();
+        let network = Network::new(model, Settings::for_model(&model)).unwrap();
+        let free = (0..model.cells() as u16).rfind(|&cell| !model.is_fixed(cell)).unwrap();
+        let mut engine = Engine::new(network, Scheme::Track, &[free]).unwrap();
+        let mut monitor = Monitor::new(&engine, Arithmetic::F32);
+        monitor.rests(&mut engine);
+        monitor.tick(&mut engine, &[ToolPose::at([0.0; 3].into(), 1)], None);
+        between(&mut engine);
+        monitor.tick(&mut engine, &[pose], sweeps);
+        monitor.failures().iter().map(|failure| failure.check).collect()
+    }
+
+    #[test]
+    fn what_the_engine_does_alone_is_seen() {
+        let [still, bad] = [0.0, f32::NAN].map(|z| ToolPose::at([0.0, 0.0, z].into(), 1));
+        let pressed = ToolPose::at([0.0, 0.0, -0.001].into(), 1);
+        assert_eq!(after(|_| (), still, None), []);
+        assert_eq!(after(|_| (), pressed, Some(0)), []);
+        let press = |engine: &mut Engine<'_>| {
+            engine.tick(&pressed);
+        };
+        assert!(after(press, still, None).contains(&Check::Rest));
+        assert!(after(press, pressed, Some(0)).contains(&Check::Sweeps));
+        let bad_ticks = |engine: &mut Engine<'_>| {
+            (0..10).for_each(|_| {
+                engine.tick(&bad);
+            });
+        };
+        assert_eq!(after(|_| (), bad, None), []);
+        assert!(after(bad_ticks, bad, None).contains(&Check::Safe));
+    }
 }

@@ -1,10 +1,11 @@
-//! Plays steps on an engine, on a second one, and on one without vector unit and sleep: all bits agree, and
-//! every tick is checked.
+//! Plays steps on an engine and on its twins: a second one, one without vector unit and sleep, and of a large
+//! body one with two threads. All bits agree, and every tick is checked.
 
-use chaincell_kernel::{Budget, Flags, TickOutput, ToolPose};
+use chaincell_kernel::{Budget, Flags, TickOutput, ToolPose, parts};
 use nalgebra::Vector3;
 
 use super::{Check, Monitor};
+use chaincell_host::engine::threads::ThreadCount;
 use chaincell_host::engine::{Arithmetic, Engine};
 use chaincell_host::error::Result;
 use chaincell_host::interrupt;
@@ -59,8 +60,7 @@ fn bits(engine: &mut Engine<'_>, output: &TickOutput) -> (Vec<u32>, Flags, u16, 
     (numbers, output.flags, output.sweeps, engine.state_hash())
 }
 
-/// Plays steps on three engines that `new` makes, from a state [mean link lengths from the centre] or from
-/// rest.
+/// Plays steps on engines that `new` makes, from a state [mean link lengths from the centre] or from rest.
 ///
 /// # Errors
 /// Those of `new` and of the state; an interruption.
@@ -70,8 +70,15 @@ pub fn play<'m>(
     state: Option<&[[f32; 3]]>,
     steps: impl IntoIterator<Item = Step>,
 ) -> Result<Monitor<'m>> {
-    let (mut one, mut twins) = (new()?, [new()?, new()?]);
-    plain(&mut twins[1]);
+    let (mut one, mut twins) = (new()?, vec![new()?, new()?]);
+    plain(&mut twins);
+    let cells = one.network().model().cells();
+    if parts::count(cells) > 1 {
+        // A machine of one processor has no second thread.
+        let (mut shared, threads) = (new()?, ThreadCount::Of(2).start(cells));
+        shared.share(threads.unwrap_or_default());
+        twins.push(shared);
+    }
     let mut monitor = Monitor::new(&one, numbers);
     match state {
         None => monitor.rests(&mut one),
@@ -96,10 +103,12 @@ pub fn play<'m>(
     Ok(monitor)
 }
 
-/// Turns the vector unit and sleep off.
-fn plain(engine: &mut Engine<'_>) {
-    engine.go_scalar();
-    engine.forbid_sleep();
+/// Turns the vector unit and sleep of the second twin off.
+fn plain(twins: &mut [Engine<'_>]) {
+    if let Some(engine) = twins.get_mut(1) {
+        engine.go_scalar();
+        engine.forbid_sleep();
+    }
 }
 
 /// Does the same to all engines.
@@ -107,7 +116,7 @@ fn carry_out<'m>(
     act: Act,
     monitor: &mut Monitor<'m>,
     one: &mut Engine<'m>,
-    twins: &mut [Engine<'m>; 2],
+    twins: &mut [Engine<'m>],
 ) -> Result<()> {
     match act {
         Act::Grip(tool) => {
@@ -124,7 +133,7 @@ fn carry_out<'m>(
             one.reset()?;
             monitor.rests(one);
             twins.iter_mut().try_for_each(Engine::reset)?;
-            plain(&mut twins[1]);
+            plain(twins);
         }
     }
     Ok(())
