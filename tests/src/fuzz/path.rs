@@ -35,13 +35,13 @@ fn play(sequences: &[Vec<Pose>]) {
     let network = Network::new(model, Settings::for_model(&model)).unwrap();
     let cells = bodies::free_cells(&model, 0, 1);
     let mut engine = Engine::new(network, Scheme::Track, &cells).unwrap();
-    let mut monitor = Monitor::new(&engine, Scheme::Track, Arithmetic::F32);
+    let mut monitor = Monitor::new(&engine, Arithmetic::F32);
     let mut left = PLAYED_MAX;
     for poses in sequences {
         let mut order = TickOrder::default();
         for pose in poses.iter().take(left) {
             if order.take(pose.tick) == TickPlace::Next {
-                tick(&mut monitor, &mut engine, &ToolPose::from(*pose), pose.sweeps);
+                tick(&mut monitor, &mut engine, &[ToolPose::from(*pose)], pose.sweeps);
             }
         }
         left = left.saturating_sub(poses.len());

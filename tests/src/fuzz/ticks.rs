@@ -30,7 +30,7 @@ fn session(bytes: &mut Unstructured<'_>) -> Result<()> {
     let new = || Engine::with_contact(network, scheme, numbers, contact.clone());
     let (Ok(engine), Ok(twin)) = (new(), new()) else { return Ok(()) };
     let mut session = Session {
-        monitor: Monitor::new(&engine, scheme, numbers),
+        monitor: Monitor::new(&engine, numbers),
         twins: Twins::new(engine, twin, bytes)?,
         tool: sample(model.centre_m(), 0),
         left: TICKS_MAX,
@@ -108,7 +108,7 @@ impl Session<'_> {
             self.left -= 1;
             // Some ticks end early, and some are late.
             let sweeps = [None, None, Some(0), None, Some(1), Some(0), Some(2)][self.left % 7];
-            let output = tick(&mut self.monitor, &mut self.twins.engine, &tool, sweeps);
+            let output = tick(&mut self.monitor, &mut self.twins.engine, &[tool], sweeps);
             if let Some(twin) = &mut self.twins.twin {
                 assert_eq!(twin.tick_by(&[tool], Budget::again(sweeps)), output);
                 assert_eq!(twin.state_hash(), self.twins.engine.state_hash());
