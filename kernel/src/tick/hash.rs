@@ -57,12 +57,8 @@ pub fn state_hash<N: Number>(v: &[Cell<N>], terms: &[TermState], k: f32) -> u64 
     }
     // Four cells are twelve words, so the remainder starts in lane 0 again.
     let rest = blocks.remainder().iter().flat_map(|cell| output(cell.xyz(), k)).map(N::word);
-    finish(absorb_all(lanes, rest.chain(words(terms))), v.len() as u64 * 3 + count(terms))
-}
-
-/// Number of words in the terms' states.
-fn count(terms: &[TermState]) -> u64 {
-    words(terms).count() as u64
+    let count = v.len() as u64 * 3 + words(terms, v.len()).count() as u64;
+    finish(absorb_all(lanes, rest.chain(words(terms, v.len()))), count)
 }
 
 /// Absorbs words in order, the first into lane 0.
@@ -83,7 +79,7 @@ fn finish(lanes: [u64; 4], words: u64) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::terms::state::{CellState, State};
+    use crate::terms::state::{CellState, State, TermStates, term_states};
 
     /// The definition word by word, implemented independently.
     fn plainly(words: &[f32]) -> u64 {
@@ -104,23 +100,26 @@ mod tests {
         });
         // The tests' own term keeps six numbers, others more; numbers at the published positions do not
         // count.
-        let states: [TermState; 11] = core::array::from_fn(|i| {
-            let a = 0.1 + i as f32;
-            TermState {
-                now: ([[a, -a, 2.0 * a], [3.0 * a, 0.0, 1.0]], State::REST.1),
-                ..TermState::REST
-            }
-        });
+        let pin = |cell: usize| {
+            let a = 0.1 + cell as f32;
+            [[a, -a, 2.0 * a], [3.0 * a, 0.0, 1.0]]
+        };
+        let shape = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
         for length in 0..=11 {
             let mut words = std::vec::Vec::new();
             for cell in &cells[..length] {
                 words.extend(cell.xyz().map(|word| word.clamp(-50.0, 50.0)));
             }
             assert_eq!(state_hash(&cells[..length], &[], 50.0), plainly(&words));
-            for state in &states[..length] {
-                words.extend(state.now.words().map(f32::from_bits));
+            let mut memory = std::vec![TermState::ZERO; term_states(length)];
+            let mut states = TermStates::new(&mut memory);
+            states.reset(length);
+            for cell in 0..length {
+                states.shared(length).put(cell, (pin(cell), State::REST.1));
+                words.extend(pin(cell).as_flattened());
+                words.extend(&shape[..State::LASTING - 6]);
             }
-            let hash = state_hash(&cells[..length], &states[..length], 50.0);
+            let hash = state_hash(&cells[..length], &memory, 50.0);
             assert_eq!(hash, plainly(&words));
         }
     }
