@@ -1,7 +1,7 @@
 //! Random bodies of 4 to 40 cells for property tests, with and without a coarse level: of links, with
 //! stiffness over six decades and alpha from 0 to 0.99, and of nodal shapes, with moduli over three.
 
-use chaincell_host::bake::tissue::{Band, STRETCH_MIN, Tissue, VolumeLaw};
+use chaincell_host::bake::tissue::{Band, STRETCH_MIN, Tissue};
 use chaincell_host::bake::{BakeOptions, BasisSpacing, ImageBytes, PerCell};
 use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
 use chaincell_host::error::Error;
@@ -83,19 +83,18 @@ pub fn case(floating: bool) -> impl Strategy<Value = Case> {
     })
 }
 
-/// Random tissue for so many nodes: under both laws, with the band and without, alike or varied,
-/// with up to two bands that stiffen it.
+/// Random tissue for n nodes: with the band of stretches and without, alike or varied, with up to two
+/// bands that stiffen it.
 fn tissue(nodes: usize) -> impl Strategy<Value = Tissue> {
     let decades = prop_oneof![Just(vec![0.0]), prop::collection::vec(-1.5_f64..1.5, nodes),];
     let ratios = prop_oneof![
         (0.0_f64..0.49).prop_map(|ratio| vec![ratio]),
         prop::collection::vec(0.0_f64..0.49, nodes),
     ];
-    let law = prop::sample::select(vec![VolumeLaw::Det1, VolumeLaw::Trace]);
     let stretch_min = prop::option::of(Just(STRETCH_MIN));
     let bands = prop::collection::vec((0.01_f64..0.3, 0.1_f64..20.0), 0..3);
-    (2.0_f64..6.0, decades, ratios, law, stretch_min, bands).prop_map(
-        |(mean, decades, ratios, law, stretch_min, bands)| {
+    (2.0_f64..6.0, decades, ratios, stretch_min, bands).prop_map(
+        |(mean, decades, ratios, stretch_min, bands)| {
             let young_pa = decades.iter().map(|decade| 10.0_f64.powf(mean + decade)).collect();
             let mut widths: Vec<f64> = bands.iter().map(|(width, _)| *width).collect();
             widths.sort_by(f64::total_cmp);
@@ -105,7 +104,7 @@ fn tissue(nodes: usize) -> impl Strategy<Value = Tissue> {
             };
             let stiffening = widths.into_iter().zip(&bands).map(band).collect();
             let tissue = Tissue::new(of_cells(young_pa), of_cells(ratios));
-            Tissue { law, stretch_min, stiffening, ..tissue }
+            Tissue { stretch_min, stiffening, ..tissue }
         },
     )
 }

@@ -69,7 +69,6 @@ def test_every_argument_reaches_the_bake() -> None:
         for of in (
             {"poisson": 0.3},
             {"poisson": np.linspace(0.3, 0.4, len(points))},
-            {"law": "trace"},
             {"stretch_min": 0.5},
             {"stretch_min": "none"},
             {"stiffening": {0.15: 1700.0, 0.3: 5000.0}},
@@ -250,8 +249,8 @@ def test_materials_are_those_of_the_command(command: Path, tmp_path: Path) -> No
          {"materials": {"soft": {"young_pa": 3000}, "hard": hard}}),
         (["--material", "group:hard,young-pa=20000,poisson=0.4", "--material", "group:soft,young-pa=3000"],
          {"materials": {"hard": hard, "soft": {"young_pa": np.float32(3000)}}}),
-        (["--young-pa", "5000", "--poisson", "0.3", "--material", "group:hard,poisson=0.45", "--law", "trace"],
-         {"young_pa": 5000, "poisson": 0.3, "materials": {"hard": {"poisson": 0.45}}, "law": "trace"}),
+        (["--young-pa", "5000", "--poisson", "0.3", "--material", "group:hard,poisson=0.45"],
+         {"young_pa": 5000, "poisson": 0.3, "materials": {"hard": {"poisson": 0.45}}}),
     ]
     seen = set()
     for line, given in cases:

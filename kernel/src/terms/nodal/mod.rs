@@ -19,10 +19,8 @@
 //! f_i = sum_j s_ij (u_j - u_i) - P_i a_ii - sum_j P_j a_ji
 //! ```
 //!
-//! This is the law **det1**. The law **trace** replaces the distance to Q by phi(t) = lambda / 2 (t - 3)^2, t
-//! = `R_i` : `F_i`, linear from t - 3 = 2 mu / lambda on; it needs no Q and loses more of the force in deep
-//! presses. **The band** adds b / 2 `V_i` dist^2 of `F_i` to the shapes that are nowhere shorter than a least
-//! stretch ([`band`]), b = 8 mu: 0 in ordinary states, a barrier in deep presses.
+//! **The band** adds b / 2 `V_i` dist^2 of `F_i` to the shapes that are nowhere shorter than a least stretch
+//! ([`band`]), b = 8 mu: 0 in ordinary states, a barrier in deep presses.
 //!
 //! The terms with beta are the spread, beta mu sum over i and its tetrahedra of
 //! `V_t` / 4 |`F_t` - `F_i`|^2. Small strain gives Hooke's law.
@@ -30,10 +28,9 @@
 //! **The bound.** For any rotations R and shapes Q of determinant 1, E is a sum of squared distances of
 //! linear maps to convex sets, so L = 2 mu ((1 - beta) Ln + beta Lc) + (3 lambda + b) Ln bounds its
 //! curvature; Ln and Lc are the Laplacians of the nodal and of the tetrahedra's gradients. W is at least the
-//! sum of the magnitudes of a row of L. Under **trace**, 3 lambda Ln is replaced by the sum over k of lambda
-//! / `V_k` |`a_ki`| |`a_kj`| in row i, which is at least as large as the magnitudes of phi's part for any R.
-//! R and Q are states ([`ShapeState`]): before a pass each takes one step that does not lead away from `F_i`
-//! ([`nearest`]), which lowers the energy; a discarded pass restores them.
+//! sum of the magnitudes of a row of L. R and Q are states ([`ShapeState`]): before a pass each takes one
+//! step that does not lead away from `F_i` ([`nearest`]), which lowers the energy; a discarded pass restores
+//! them.
 //!
 //! **Rounding.** Differences of displacements are differences of positions less the stored ones of
 //! the rest shape: a body at rest has exactly no energy and no force.
@@ -110,7 +107,7 @@ impl Term for Nodal<'_> {
         };
         let Some((turn, unit)) = state::load::<V>(from) else { return };
         let sums = Gathered::<V>::of_slice(ends, slice, here);
-        let step = law::step(self.law, &sums, &own(numbers), turn, unit);
+        let step = law::step(self.stretch_min, &sums, &own(numbers), turn, unit);
         state::store(&step, to, cells_of(slice, self.count).len());
     }
 

@@ -38,13 +38,13 @@ impl Nodal<'_> {
         at: &impl Fn(usize) -> [f32; 3],
     ) -> ShapeState {
         let (turn, unit) = variables(state);
-        state_of(step(self.law, &self.gathered(cell, at), &self.own(cell), turn, unit))
+        state_of(step(self.stretch_min, &self.gathered(cell, at), &self.own(cell), turn, unit))
     }
 
     /// The shape of a cell at these positions, with unchanged rotation and shape of unit volume.
     fn here(self, cell: usize, state: ShapeState, at: &impl Fn(usize) -> [f32; 3]) -> Step<f32> {
         let (turn, unit) = variables(state);
-        stay(self.law, &self.gathered(cell, at), &self.own(cell), turn, unit)
+        stay(self.stretch_min, &self.gathered(cell, at), &self.own(cell), turn, unit)
     }
 
     /// Force on a cell in the last pass, and eight times its energy.
