@@ -237,22 +237,33 @@ fn of_words(words: &[u32]) -> State {
     State::load(0, SliceMemory { lasting: &rows, results: &results, lines: &lines })
 }
 
-/// The words of what lasts of `cells` cells, for the state hash and a saved state, cell by cell.
-pub(crate) fn words(memory: &[TermState], cells: usize) -> impl Iterator<Item = u32> {
-    let cells = if memory.is_empty() { 0 } else { cells };
+/// The present rows of what lasts of `cells` cells, slice by slice.
+#[inline(always)]
+pub(crate) fn lasting(
+    memory: &[TermState],
+    cells: usize,
+) -> impl Iterator<Item = &[Row; State::LASTING]> {
     let rows = memory.get(cells.next_multiple_of(LANES)..).unwrap_or(&[]);
-    (0..cells).flat_map(move |cell| {
-        let rows = rows.get(cell / LANES * (ROWS / 2)..).unwrap_or(&[]);
-        let first = if stored(rows, ROWS - 1, 0) == 0.0 { 0 } else { State::LASTING };
-        (first..first + State::LASTING).map(move |row| stored(rows, row, cell % LANES).to_bits())
+    // SAFETY: a line is two rows of plain numbers, with a larger alignment; the lines stay borrowed.
+    let rows: &[Row] =
+        unsafe { core::slice::from_raw_parts(rows.as_ptr().cast(), rows.len() * (2 * IS_KEPT)) };
+    rows.as_chunks::<ROWS>().0.iter().filter_map(|rows| {
+        let [.., flags] = rows;
+        let [now, ..] = flags;
+        let first = if *now == 0.0 { 0 } else { State::LASTING };
+        rows.get(first..)?.first_chunk()
     })
 }
 
-/// A number of a row in lines of two rows.
-#[inline(always)]
-fn stored(lines: &[TermState], row: usize, lane: usize) -> f32 {
-    let numbers = lines.get(row / 2).map(|line| line.0.as_flattened());
-    numbers.and_then(|numbers| numbers.get(row % 2 * LANES + lane)).copied().unwrap_or(0.0)
+/// The words of what lasts of `cells` cells for a saved state, cell by cell.
+pub(crate) fn words(memory: &[TermState], cells: usize) -> impl Iterator<Item = u32> {
+    let slices = lasting(memory, cells).enumerate();
+    slices.flat_map(move |(slice, rows)| {
+        let of_cell = move |cell: usize| {
+            rows.iter().filter_map(move |row| row.get(cell % LANES)).map(|x| x.to_bits())
+        };
+        (slice * LANES..cells.min((slice + 1) * LANES)).flat_map(of_cell)
+    })
 }
 
 /// The memory of a body's states: the lines of all cells, then the rows of each slice.
