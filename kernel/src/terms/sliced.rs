@@ -157,8 +157,8 @@ impl Work for Update<'_, '_> {
         let Terms { model, states, .. } = self.terms;
         let cells = Chunks::repeated(self.at);
         for slice in self.awake.iter(model.slice_count()) {
-            if let Some(memory) = states.step(slice) {
-                model.others.update_slice::<V>(slice, cells.at(slice), self.at, memory);
+            if let Some([from, to]) = states.step(slice) {
+                model.others.update_slice::<V>(slice, cells.at(slice), self.at, from, to);
             }
         }
     }

@@ -137,7 +137,15 @@ impl Term for Stiffening<'_> {
     }
 
     #[inline(always)]
-    fn update_slice<V: F32x8>(self, _: usize, _: &Chunk, _: &[Cell], _: [SliceMemory<'_>; 2]) {}
+    fn update_slice<V: F32x8>(
+        self,
+        _: usize,
+        _: &Chunk,
+        _: &[Cell],
+        _: SliceMemory<'_>,
+        _: SliceMemory<'_>,
+    ) {
+    }
 
     fn accumulate<N: TermNumber>(
         self,

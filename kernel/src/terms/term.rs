@@ -59,7 +59,8 @@ pub(crate) trait Term: Copy {
         slice: usize,
         _here: &Chunk,
         at: &[Cell],
-        [from, to]: [SliceMemory<'_>; 2],
+        from: SliceMemory<'_>,
+        to: SliceMemory<'_>,
     ) {
         let place = |cell: usize| at.get(cell).map_or([0.0; 3], |cell| cell.xyz());
         for lane in 0..LANES {
@@ -150,7 +151,15 @@ impl Term for NoTerm {
     }
 
     #[inline(always)]
-    fn update_slice<V: F32x8>(self, _: usize, _: &Chunk, _: &[Cell], _: [SliceMemory<'_>; 2]) {}
+    fn update_slice<V: F32x8>(
+        self,
+        _: usize,
+        _: &Chunk,
+        _: &[Cell],
+        _: SliceMemory<'_>,
+        _: SliceMemory<'_>,
+    ) {
+    }
 
     #[inline(always)]
     fn accumulate<N: TermNumber>(
@@ -229,11 +238,12 @@ impl<A: Term, B: Term> Term for (A, B) {
         slice: usize,
         here: &Chunk,
         at: &[Cell],
-        [from, to]: [SliceMemory<'_>; 2],
+        from: SliceMemory<'_>,
+        to: SliceMemory<'_>,
     ) {
-        self.0.update_slice::<V>(slice, here, at, [from, to]);
-        let others = [from.after::<A::State>(), to.after::<A::State>()];
-        self.1.update_slice::<V>(slice, here, at, others);
+        self.0.update_slice::<V>(slice, here, at, from, to);
+        let (from, to) = (from.after::<A::State>(), to.after::<A::State>());
+        self.1.update_slice::<V>(slice, here, at, from, to);
     }
 
     #[inline(always)]

@@ -100,7 +100,8 @@ impl Term for Nodal<'_> {
         slice: usize,
         here: &Chunk,
         at: &[Cell],
-        [from, to]: [SliceMemory<'_>; 2],
+        from: SliceMemory<'_>,
+        to: SliceMemory<'_>,
     ) {
         let (Some(numbers), Some(ends)) = (self.cells.get(slice), Ends::of(self, at)) else {
             return;
