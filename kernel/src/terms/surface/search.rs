@@ -204,6 +204,33 @@ impl Search<'_> {
             }
         }
     }
+
+    /// Compares eight triangles with each sphere, as [`Whole::within`]: above 0 in lanes that may be in reach.
+    #[inline(always)]
+    fn may_reach<V: F32x8>(&mut self, middle: [V; 3], size: V) -> V {
+        let (mut may_reach, two) = (V::splat(0.0), V::splat(2.0));
+        for (tool, nearest) in self.tools.iter().zip(&mut self.nearest) {
+            if !tool.is_in {
+                continue;
+            }
+            let stride = self.reach * tool.proxy.radius_min();
+            for solid in tool.proxy.parts() {
+                let [x, y, z] = solid.centre;
+                let way = squared(middle, [V::splat(x), V::splat(y), V::splat(z)]);
+                let far = solid.whole + stride;
+                let beyond = way.above(two.times(V::splat(far * far).plus(size)));
+                may_reach = V::select(beyond, may_reach, two);
+                if V::any(way.below(V::splat(*nearest))) {
+                    let mut lanes = [0.0; LANES];
+                    way.store(&mut lanes);
+                    for squared in lanes {
+                        *nearest = if squared < *nearest { squared } else { *nearest };
+                    }
+                }
+            }
+        }
+        may_reach
+    }
 }
 
 /// A search of spheres over eight triangles at a time: those that may be in reach are looked at one by one.
@@ -220,8 +247,7 @@ impl<A: Fn(usize) -> [f32; 3]> Work for Sieve<'_, '_, A> {
     #[inline(always)]
     fn run<V: F32x8>(self) {
         let Self { seek, state, saturation, at } = self;
-        let (mut widest, zero) = (V::splat(0.0), V::splat(0.0));
-        let (third, two) = (V::splat(1.0 / 3.0), V::splat(2.0));
+        let (mut widest, zero, third) = (V::splat(0.0), V::splat(0.0), V::splat(1.0 / 3.0));
         let triangles = seek.surface.triangles;
         let (slices, padding) = (triangles.len().div_ceil(LANES), triangles.last().copied());
         let chunks = Chunks::new(triangles, padding.unwrap_or_default());
@@ -251,28 +277,8 @@ impl<A: Fn(usize) -> [f32; 3]> Work for Sieve<'_, '_, A> {
             let sizes = [squared(a, middle), squared(b, middle), squared(c, middle)];
             let size = larger(larger(larger(zero, sizes[0]), sizes[1]), sizes[2]);
             widest = larger(widest, size);
-            // Compare with each sphere, as `Whole::within`.
-            let mut may_reach = zero;
-            for (tool, nearest) in seek.tools.iter().zip(&mut seek.nearest) {
-                if !tool.is_in {
-                    continue;
-                }
-                let stride = seek.reach * tool.proxy.radius_min();
-                for solid in tool.proxy.parts() {
-                    let [x, y, z] = solid.centre;
-                    let way = squared(middle, [V::splat(x), V::splat(y), V::splat(z)]);
-                    let far = solid.whole + stride;
-                    let beyond = way.above(two.times(V::splat(far * far).plus(size)));
-                    may_reach = V::select(beyond, may_reach, two);
-                    if V::any(way.below(V::splat(*nearest))) {
-                        let mut lanes = [0.0; LANES];
-                        way.store(&mut lanes);
-                        for squared in lanes {
-                            *nearest = if squared < *nearest { squared } else { *nearest };
-                        }
-                    }
-                }
-            }
+            // Look at those that may be in reach one by one.
+            let may_reach = seek.may_reach(middle, size);
             if V::any(may_reach.above(zero)) {
                 let mut lanes = [0.0; LANES];
                 may_reach.store(&mut lanes);
