@@ -10,7 +10,7 @@ use chaincell_host::mesh::load;
 use chaincell_kernel::ContactError;
 use chaincell_kernel::{
     Budget, Dynamics, Euler, Head, Model, Network, ResetError, Rkl2, Settings, TermState, Tissue,
-    TissueMut, ToolPose, Track, include_model,
+    TissueMut, ToolPose, Track, include_model, term_states,
 };
 use chaincell_scenes::{Scene, tissue6_track};
 use chaincell_tests::allocations::{Counting, so_far};
@@ -97,7 +97,7 @@ fn states_of_terms_take_memory_where_there_are_some() {
     };
     assert!(size_of::<TermState>() > 0);
     assert_eq!(Tissue::<81, Track, 1>::RAM_BYTES, whole(0));
-    assert_eq!(Tissue::<81, Track, 1, 81>::RAM_BYTES, whole(81));
+    assert_eq!(Tissue::<81, Track, 1, { term_states(81) }>::RAM_BYTES, whole(term_states(81)));
     assert_eq!(Model::from_bytes(IMAGE).unwrap().kept_states(), 0);
 }
 

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use chaincell_kernel::Contact;
 use chaincell_kernel::{
-    Dynamics, Euler, Head, Model, Predict, Rkl2, TermState, Track, array_bytes,
+    Dynamics, Euler, Head, Model, Predict, Rkl2, TermState, Track, array_bytes, term_states,
 };
 use serde::Serialize;
 
@@ -247,6 +247,6 @@ fn ram_bytes<D: Dynamics>(model: &Model<'_>) -> usize {
     const { assert!(size_of::<Contact>() == 16) };
     let (cells, contacts) = (model.cells(), CONTACTS.min(model.cells()));
     let arrays = array_bytes::<D>(cells, contacts, D::room_blocks(model, contacts));
-    let states = model.kept_states() * size_of::<TermState>();
+    let states = term_states(model.kept_states()) * size_of::<TermState>();
     size_of::<Head<D>>().next_multiple_of(16) + arrays + states
 }

@@ -136,7 +136,7 @@ impl<const ROOM: usize> Scheme for Predict<ROOM> {
             self.track.go_from(body.state, own);
         }
         let follows = follows && self.track.is_going();
-        if follows && fields::follow(body.terms.model, own, body.awake, way) {
+        if follows && fields::follow(body.terms.model, own, body.awake, way, body.terms.vectors) {
             // Beyond the range: the next pass starts at the published point.
             self.track.interrupt();
         }

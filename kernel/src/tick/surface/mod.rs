@@ -45,7 +45,7 @@ use crate::solver::Dynamics;
 use crate::solver::coarse::Under;
 use crate::terms::held::approach;
 use crate::terms::surface::{
-    Anchor, Meeting, Near, PARTS_MAX, Proxies, TOOLS_MAX, ToolState, search,
+    Anchor, EightWide, Meeting, Near, PARTS_MAX, Proxies, TOOLS_MAX, ToolState, search,
 };
 use going::{COMING, Go, HALF};
 pub(super) use hold::{held_by, take_hold};
@@ -183,9 +183,10 @@ impl<D: Dynamics> Tick<'_, '_, D> {
             return false;
         }
         // Search the triangles in reach, and move the proxies.
-        let found = model
-            .contact_surface()
-            .map(|surface| search(&surface, &at, (arrays.tools, HALF + COMING), arrays.near));
+        let eight = EightWide::of(self.head.vectors, &*self.state, model.saturation());
+        let found = model.contact_surface().map(|surface| {
+            search(&surface, &at, (arrays.tools, HALF + COMING), arrays.near, eight)
+        });
         let Some(found) = found else { return false };
         if found.full {
             self.flags.insert(Flags::CONTACT_CAPACITY);
