@@ -109,7 +109,7 @@ fn each(test: &str, before: &str, killed: &str, proper: &str, after: &str) {
     );
     let Some(ended) = in_own_memory(test, &place, &lines) else { return };
     assert_eq!(ended.out, "", "{}", ended.err);
-    let told = std::fs::read_to_string(place.folder.path().join("told")).unwrap();
+    let told = std::fs::read_to_string(place.file("told")).unwrap();
     let reached = told.lines().filter(|line| *line == "reached").count();
     println!("{reached} killed");
     assert!(reached > 5, "only {reached} were killed: this is no test");

@@ -26,7 +26,7 @@ fn depth_m(tick: u64) -> f32 {
 fn every_pose_of_a_path_is_answered() {
     let _turn = turn();
     let place = Place::new("path");
-    let (path, out) = (place.folder.path().join("path.csv"), place.folder.path().join("out"));
+    let (path, out) = (place.file("path.csv"), place.file("out"));
     let rows = (0..500)
         .map(|tick| (tick, [0.0, 0.0, -depth_m(tick)], u32::from((1..400).contains(&tick))));
     write_path(&path, rows);
@@ -43,7 +43,7 @@ fn every_pose_of_a_path_is_answered() {
     assert_eq!(served["state_hash"], control["state_hash"]);
     assert_eq!(summary(&out)["state_hash"], served["state_hash"]);
     // Offline the same path gives the same, bit for bit.
-    let offline = place.folder.path().join("offline");
+    let offline = place.file("offline");
     play(&place.model, &path, &offline, &["--contact", "40"]).with(0);
     let force = |folder: &PathBuf| std::fs::read(folder.join("force.csv")).unwrap();
     assert!(force(&out) == force(&offline));
@@ -55,7 +55,7 @@ fn one_server_after_the_other_but_never_two() {
     let _turn = turn();
     let place = Place::new("servers");
     let mut first = place.serve(&["--json"]);
-    let out = place.folder.path().join("out");
+    let out = place.file("out");
     std::fs::create_dir(&out).unwrap();
     std::fs::write(out.join("force.csv"), "of an earlier run").unwrap();
     let args = ["serve", text(&place.model), "--scene", &place.scene, "--out", text(&out)];
@@ -168,7 +168,7 @@ fn readers_that_join_and_leave_cost_no_answer() {
 fn poses_of_another_program_drive_the_tissue() {
     let _turn = turn();
     let place = Place::new("foreign");
-    let out = place.folder.path().join("out");
+    let out = place.file("out");
     let silence = ["--watchdog-ms", "1000", "--ramp-ms", "0", "--budget-us", "off"];
     let serve = place.serve(&[&silence[..], &["--out", text(&out), "--json"]].concat());
     let outsider = Outsider::join(&place.scene, true);
@@ -199,7 +199,7 @@ fn poses_of_another_program_drive_the_tissue() {
     assert_eq!((&served["ticks_executed"], &served["poses_repeated"]), (&6.into(), &2.into()));
     assert_eq!(served["state_hash"], format!("{:016x}", next.state_hash));
     // What was recorded replays to the same bits.
-    let again = place.folder.path().join("again");
+    let again = place.file("again");
     let options = ["--recorded", "--contact", "40"];
     play(&place.model, &out.join("path.csv"), &again, &options).with(0);
     assert_eq!(summary(&again)["state_hash"], served["state_hash"]);
@@ -209,7 +209,7 @@ fn poses_of_another_program_drive_the_tissue() {
 fn ctrl_c_ends_both_sides_with_what_they_have() {
     let _turn = turn();
     let place = Place::new("ctrl-c");
-    let out = place.folder.path().join("out");
+    let out = place.file("out");
     let serve = place.serve(&["--out", text(&out), "--json"]);
     let outsider = Outsider::join(&place.scene, false);
     let control = Running::chaincell(control_args(&place, &["--seconds", "60"]));
@@ -231,7 +231,7 @@ fn ctrl_c_ends_both_sides_with_what_they_have() {
 #[test]
 fn ctrl_c_on_an_idle_server_with_results() {
     let place = Place::new("idle");
-    let out = place.folder.path().join("out");
+    let out = place.file("out");
     let serve = place.serve(&["--out", text(&out), "--record-ticks", "10"]);
     serve.interrupt().with(130);
     assert_eq!(Table::read(&out.join("force.csv")).rows.len(), 0);
@@ -241,9 +241,9 @@ fn ctrl_c_on_an_idle_server_with_results() {
 #[test]
 fn ctrl_c_on_a_run_keeps_whole_files() {
     let place = Place::new("run");
-    let path = place.folder.path().join("path.csv");
+    let path = place.file("path.csv");
     write_path(&path, (0..2_000_000).map(|tick| (tick, [0.0; 3], 1)));
-    let out = place.folder.path().join("out");
+    let out = place.file("out");
     let args = ["run", text(&place.model), "--path", text(&path), "--out", text(&out)];
     let options = ["--sweeps", "1000", "--snapshot-ticks", "0"];
     let mut running = Running::chaincell([&args[..], &options].concat());

@@ -108,7 +108,8 @@ pub fn wait_until(what: &str, mut done: impl FnMut() -> bool) {
 
 /// A controller of another make, which may send whatever it likes.
 pub struct Sender {
-    pub scene: SceneServices,
+    // It holds the node of the ports.
+    _scene: SceneServices,
     pub ports: Ports<ToolForces, ToolPoses>,
 }
 
@@ -117,7 +118,7 @@ impl Sender {
         let scene = SceneServices::open(options.scene.as_deref(), &options.domain).unwrap();
         let ports = scene.control_ports(false).unwrap();
         wait_until("a server", || scene.is_served());
-        Self { scene, ports }
+        Self { _scene: scene, ports }
     }
 
     pub fn send(&self, ticks: &[u64]) {

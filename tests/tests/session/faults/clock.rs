@@ -13,8 +13,8 @@ const JUMPS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/data/clock_jumps.c");
 #[test]
 fn a_wall_clock_that_jumps_at_every_look_changes_nothing() {
     let _turn = turn();
-    let place = place("jumps");
-    let library = place.folder.path().join("clock_jumps.so");
+    let place = Place::stiff("jumps");
+    let library = place.file("clock_jumps.so");
     let built =
         Command::new("cc").args(["-shared", "-fPIC", "-O1", "-o", text(&library), JUMPS]).output();
     if !built.is_ok_and(|built| built.status.success()) {

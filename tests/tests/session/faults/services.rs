@@ -9,7 +9,7 @@ use super::*;
 #[test]
 fn a_service_of_another_release_or_layout_is_refused_by_name() {
     let _turn = turn();
-    let place = place("other-type");
+    let place = Place::stiff("other-type");
     let args = ["serve", text(&place.model), "--scene", &place.scene, "--contact", "40"];
     {
         let _release =
