@@ -1,9 +1,10 @@
 //! A small model to serve, on a scene of its own.
 
 use std::path::PathBuf;
+use std::process::Command;
 
 use crate::files::{bake, scratch, text};
-use crate::{Ended, Running, run, scene};
+use crate::{Ended, Running, chaincell, run, scene};
 
 /// A folder with a baked model, and a scene's name.
 pub struct Place {
@@ -67,5 +68,14 @@ impl Place {
     #[track_caller]
     pub fn command(&self, action: &[&str]) -> Ended {
         run([&["command", "--scene", &self.scene, "--json"], action].concat())
+    }
+
+    /// The command line of a controller on its scene; how late the answers are is not the question.
+    #[must_use]
+    pub fn control(&self, options: &[&str]) -> Command {
+        let mut command = chaincell();
+        command.args(["control", "--scene", &self.scene, "--json", "--late-share", "off"]);
+        command.args(options);
+        command
     }
 }

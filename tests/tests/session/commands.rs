@@ -152,30 +152,6 @@ fn commands_that_mean_nothing_change_nothing_and_say_why() {
 }
 
 #[test]
-fn a_viewer_that_was_killed_disturbs_nobody() {
-    let _turn = turn();
-    let place = Place::new("killed");
-    let serve = serve(&place, &["--ticks", "40"]);
-    let mut viewer = Running::chaincell(["state", "--scene", &place.scene, "--json"]);
-    let outsider = Outsider::join(&place.scene, true);
-    let press = |from: u64, to: u64| {
-        for tick in from..to {
-            outsider.send(pose(tick));
-            assert_eq!(outsider.receive().tick, tick);
-        }
-    };
-    press(0, 20);
-    assert!(viewer.is_running());
-    drop(viewer);
-    press(20, 39);
-    let (stamp, rows) = Viewer::join(&place.scene).after(39);
-    assert_eq!((stamp.tick, rows.len()), (38, 81));
-    press(39, 40);
-    let served = serve.end(SHORT).with(0).json();
-    assert_eq!((&served["ticks_executed"], &served["sends_failed"]), (&40.into(), &0.into()));
-}
-
-#[test]
 fn sweeps_stay_where_time_depends_on_them() {
     let _turn = turn();
     let place = Place::new("fixed");

@@ -13,11 +13,10 @@ use chaincell_kernel::trace::{End, RECORD_BYTES, Reader, Record, header_bytes};
 use chaincell_tests::files::{text, write_path};
 use chaincell_tests::outsider::{Outsider, Pose};
 use chaincell_tests::place::Place;
-use chaincell_tests::process::SHORT;
+use chaincell_tests::process::{SHORT, unshared};
 use chaincell_tests::{Ended, Running, run, turn};
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::{Rng, SeedableRng};
-use rustix::process::Signal;
 
 /// Servers that are killed.
 const KILLS: u64 = 15;
@@ -49,10 +48,7 @@ fn answered(outsider: &Outsider, serve: &mut Running, life: Duration) -> Vec<(u6
         }
         take(&mut seen);
     }
-    serve.signal(Signal::KILL);
-    while serve.is_running() {
-        std::thread::yield_now();
-    }
+    serve.kill();
     // What lies in shared memory was answered too.
     take(&mut seen);
     seen
@@ -176,10 +172,7 @@ fn a_killed_session_keeps_its_place_and_a_new_one_begins_by_force() {
     let outsider = Outsider::join(&place.scene, true);
     outsider.send(pose(0));
     assert_eq!(outsider.receive().tick, 0);
-    serve.signal(Signal::KILL);
-    while serve.is_running() {
-        std::thread::yield_now();
-    }
+    serve.kill();
     assert_eq!(run(["replay", text(&out), "--json"]).with(0).json()["ticks"], 1);
     let refused = run(["serve", model, "--scene", &other, "--out", text(&out)]).with(2);
     assert!(refused.err.contains("not empty"), "{}", refused.err);
@@ -222,16 +215,14 @@ fn ticks_beyond_the_room_are_told_and_what_was_kept_is_replayed() {
 /// How a command ends on a disk of 1 MB, named `disk`, that has an earlier result in `disk/out`;
 /// and that result alone is there then. `None` without the right to mount such a disk.
 fn on_a_small_disk(place: &Place, arguments: &[&str]) -> Option<Ended> {
-    let mount = "mount -t tmpfs -o size=1m none disk 2>/dev/null || exit 99; mkdir disk/out; \
-        echo earlier > disk/out/force.csv; \"$0\" \"$@\"; code=$?; \
+    let lines = "mount -t tmpfs -o size=1m none disk 2>/dev/null || exit 99; mkdir disk/out; \
+        echo earlier > disk/out/force.csv; \"$chaincell\" \"$@\"; code=$?; \
         [ \"$(find disk -type f)\" = disk/out/force.csv ] || exit 98; exit $code";
     let _ = std::fs::create_dir(place.file("disk"));
-    let binary = chaincell_tests::chaincell().get_program().to_owned();
-    let mut command = std::process::Command::new("unshare");
-    command.current_dir(place.folder.path()).args(["--mount", "sh", "-c", mount]);
-    let ended = Running::start(command.arg(binary).args(arguments)).end(SHORT);
+    let mut command = unshared("a disk without room", place.folder.path(), lines)?;
+    let ended = Running::start(command.args(arguments)).end(SHORT);
     assert_ne!(ended.code, Some(98), "earlier results are gone, or something is left: {ended:?}");
-    (ended.code != Some(99) && !ended.err.contains("unshare")).then_some(ended)
+    Some(ended)
 }
 
 #[test]
@@ -249,10 +240,7 @@ fn a_disk_without_room_is_told_before_the_run() {
         ([&["cosim", model, "--seconds", "30"][..], &out].concat(), "--out disk/out/se", "1.6"),
     ];
     for (arguments, option, room_mb) in commands {
-        let Some(ended) = on_a_small_disk(&place, &arguments) else {
-            println!("SKIPPED a_disk_without_room_is_told_before_the_run: no right to mount one");
-            return;
-        };
+        let Some(ended) = on_a_small_disk(&place, &arguments) else { return };
         let ended = ended.with(2);
         for wanted in [option, &format!("no room for the trace, {room_mb} MB"), "--record-ticks"] {
             assert!(ended.err.contains(wanted), "wanted `{wanted}`, got {}", ended.err);

@@ -10,9 +10,8 @@ use chaincell_tests::outsider::{
     Commander, Force, Order, Outsider, Pose, RELEASE_FIRST, Reply, Viewer,
 };
 use chaincell_tests::place::Place;
-use chaincell_tests::process::SHORT;
+use chaincell_tests::process::{SHORT, unshared};
 use chaincell_tests::{Running, run, turn};
-use rustix::process::Signal;
 
 /// The last tick before the snapshot.
 const TICK: u64 = 79;
@@ -65,10 +64,7 @@ fn a_session_goes_on_from_a_snapshot_and_has_no_force_until_a_release() {
     let wanted = outsider.play(TICK + 1..140, pose);
     assert!(wanted.last().unwrap().force_n[2] > 0.01, "{wanted:?}");
     written(&beside(&first, TICK));
-    killed.signal(Signal::KILL);
-    while killed.is_running() {
-        std::thread::yield_now();
-    }
+    killed.kill();
     let from = beside(&first, TICK);
     let ticks = ["--ticks", "60", "--out", text(&second), "--restore", text(&from)];
     let restored = serve(&place, &ticks);
@@ -223,25 +219,19 @@ fn a_snapshot_that_cannot_be_written_is_refused() {
     let place = Place::new("full-disk");
     let lines = format!(
         "mount -t tmpfs -o size=1m none disk || exit 99
-        \"$0\" serve {} --scene {} --contact 40 --late-share off --record disk/a.trace --record-ticks 10 > out 2> err & s=$!
+        \"$chaincell\" serve {} --scene {} --contact 40 --late-share off --record disk/a.trace --record-ticks 10 > out 2> err & s=$!
         until grep -q ready out; do sleep 0.01; done
         dd if=/dev/zero of=disk/fill bs=4k 2> /dev/null
-        \"$0\" command --scene {1} snapshot; echo $?; ls disk
+        \"$chaincell\" command --scene {1} snapshot; echo $?; ls disk
         rm disk/fill
-        \"$0\" command --scene {1} snapshot > /dev/null; echo $?; ls disk
+        \"$chaincell\" command --scene {1} snapshot > /dev/null; echo $?; ls disk
         kill -INT $s; wait $s; echo $?",
         text(&place.model),
         place.scene
     );
     std::fs::create_dir(place.file("disk")).unwrap();
-    let binary = chaincell_tests::chaincell().get_program().to_owned();
-    let mut command = std::process::Command::new("unshare");
-    command.current_dir(place.folder.path()).args(["--mount", "sh", "-c", &lines]);
-    let ended = Running::start(command.arg(binary)).end(SHORT);
-    if ended.code == Some(99) || ended.err.contains("unshare") {
-        println!("SKIPPED a_snapshot_that_cannot_be_written_is_refused: no right to mount");
-        return;
-    }
+    let Some(mut command) = unshared("a full disk", place.folder.path(), &lines) else { return };
+    let ended = Running::start(&mut command).end(SHORT);
     let said: Vec<&str> = ended.out.split_whitespace().collect();
     let wanted = ["2", "a.trace", "fill", "0", "a.trace", "a.trace.0.snapshot", "130"];
     assert_eq!(said, wanted, "{ended:?}");

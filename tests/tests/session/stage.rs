@@ -26,8 +26,7 @@ fn session(test: &str, ticks: u64, stage: &[&str], beside: impl Fn(&str)) -> (Pl
     let count = ticks.to_string();
     let own = ["--ticks", &count, "--out", text(&out), "--json"];
     let serve = place.serve(&[&own[..], stage].concat());
-    let control = ["control", "--scene", &place.scene, "--path", text(&path), "--json"];
-    let control = Running::chaincell([&control[..], &["--late-share", "off"]].concat());
+    let control = Running::start(&mut place.control(&["--path", text(&path)]));
     beside(&place.scene);
     control.end(SHORT).with(0);
     serve.end(SHORT).with(0);

@@ -404,8 +404,8 @@ fn a_controller_plays_a_path_of_two_tools() {
     let out = block.file("out");
     let server =
         serve(&block, &["--budget-us", "off", "--json", "--ticks", "61", "--out", text(&out)]);
-    let args = ["control", "--scene", &block.scene, "--path", text(&path), "--json"];
-    let told = run([&args[..], &["--late-share", "off"]].concat()).with(0).json();
+    let control = &mut block.control(&["--path", text(&path)]);
+    let told = Running::start(control).end(SHORT).with(0).json();
     assert_eq!((&told["ticks_answered"], &told["has_touched"]), (&61.into(), &true.into()));
     let served = server.end(SHORT).with(0).json();
     assert_eq!(told["state_hash"], served["state_hash"]);

@@ -23,10 +23,7 @@ fn a_killed_server_lets_the_force_fall_and_the_next_one_is_told_of() {
     let mut client = Client::open(&shaped).unwrap();
     let before = press(&mut client, 0..=200).pop().unwrap();
     assert!(size_n(&before) > SOME_N && before.notes == Notes::default(), "{before:?}");
-    serve.signal(Signal::KILL);
-    while serve.is_running() {
-        std::thread::yield_now();
-    }
+    serve.kill();
     let (mut last_n, mut outcomes) = (size_n(&before), Vec::new());
     for step in 0..STEPS_MAX {
         let (outcome, answer) = client.step(&[pose(200)], MS_NS).unwrap();

@@ -1,8 +1,10 @@
 //! Shared memory that is full: in a mount namespace of its own, with a small one.
 
+use std::path::Path;
 use std::process::Command;
 
 use chaincell_tests::files::bake;
+use chaincell_tests::process::unshared;
 use chaincell_tests::{chaincell, turn};
 
 use super::*;
@@ -10,14 +12,8 @@ use super::*;
 /// Runs shell lines where /dev/shm has so many kilobytes and `$chaincell` is the command; `None`
 /// with a line that says so where this user may not.
 fn with_memory(test: &str, kilobytes: u32, lines: &str) -> Option<Ended> {
-    let may = Command::new("unshare").args(["-m", "true"]).output();
-    if !may.is_ok_and(|tried| tried.status.success()) {
-        println!("SKIPPED {test}: `unshare -m` is not permitted");
-        return None;
-    }
-    let script = format!("mount -t tmpfs -o size={kilobytes}k tmpfs /dev/shm || exit 99\n{lines}");
-    let mut command = Command::new("unshare");
-    command.args(["-m", "sh", "-c", &script]).env("chaincell", chaincell().get_program());
+    let lines = format!("mount -t tmpfs -o size={kilobytes}k tmpfs /dev/shm || exit 99\n{lines}");
+    let mut command = unshared(test, Path::new("/"), &lines)?;
     Some(Running::start(&mut command).end(SHORT))
 }
 

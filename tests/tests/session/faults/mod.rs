@@ -14,14 +14,13 @@ mod services;
 mod stand_still;
 
 use std::path::PathBuf;
-use std::process::Command;
 use std::time::{Duration, Instant};
 
 use chaincell_tests::files::{text, write_path};
 use chaincell_tests::outsider::{Force, Outsider, SAFE, STALE, largest_step_n, size};
 use chaincell_tests::place::Place;
 use chaincell_tests::process::SHORT;
-use chaincell_tests::{Ended, Running, chaincell};
+use chaincell_tests::{Ended, Running};
 use serde_json::Value;
 
 /// Ticks in which the tool goes to its depth, and holds from then on.
@@ -79,18 +78,9 @@ fn hold(place: &Place, ticks: u64) -> PathBuf {
     path
 }
 
-/// The command line of a controller on the place's scene.
-fn control_command(place: &Place, options: &[&str]) -> Command {
-    let mut command = chaincell();
-    // How late the answers are is not the question.
-    command.args(["control", "--scene", &place.scene, "--json", "--late-share", "off"]);
-    command.args(options);
-    command
-}
-
 /// A controller on the place's scene.
 fn control(place: &Place, options: &[&str]) -> Running {
-    Running::start(&mut control_command(place, options))
+    Running::start(&mut place.control(options))
 }
 
 /// A controller that presses, and holds for so many ticks in all.

@@ -10,7 +10,7 @@ use super::*;
 /// Poses of a run, those of a stop aside.
 const POSES: u64 = 1500;
 /// Lengths of the stops [ms].
-const STOPS_MS: [u64; 4] = [200, 1500, 3000, 10_000];
+const STOPS_MS: [u64; 3] = [200, 1500, 10_000];
 
 /// Which side stands still.
 #[derive(Debug, Clone, Copy, PartialEq)]
