@@ -163,23 +163,31 @@ fn ctrl_c_before_the_first_tick() {
     assert!(ended.err.contains("interrupted"), "{}", ended.err);
 }
 
-#[test]
-fn a_killed_cosim_leaves_no_process_behind() {
-    let _turn = turn();
-    let place = Place::new("killed-cosim");
+/// A session of a minute under way, and its two processes.
+fn with_children(test: &str) -> (Place, Running, Vec<String>) {
+    let place = Place::new(test);
     let args = ["cosim", text(&place.model), "--scene", &place.scene, "--seconds", "60"];
     let cosim = Running::chaincell(args);
     Outsider::join(&place.scene, false).after(100);
     let children = format!("/proc/{0}/task/{0}/children", cosim.id());
     let children = std::fs::read_to_string(children).unwrap();
-    let children: Vec<&str> = children.split_whitespace().collect();
+    let children: Vec<String> = children.split_whitespace().map(str::to_owned).collect();
     assert_eq!(children.len(), 2);
+    (place, cosim, children)
+}
+
+/// The command line of a process; empty where it has ended.
+fn command_line(id: &str) -> String {
+    std::fs::read_to_string(format!("/proc/{id}/cmdline")).unwrap_or_default()
+}
+
+#[test]
+fn a_killed_cosim_leaves_no_process_behind() {
+    let _turn = turn();
+    let (_place, cosim, children) = with_children("killed-cosim");
     drop(cosim);
-    // A process that nobody has waited for has no command line any more.
-    let is_running =
-        |id: &&str| std::fs::read(format!("/proc/{id}/cmdline")).is_ok_and(|line| !line.is_empty());
     let start = Instant::now();
-    while children.iter().any(is_running) {
+    while children.iter().any(|id| !command_line(id).is_empty()) {
         assert!(start.elapsed() < SHORT, "{children:?} run on");
         std::thread::sleep(Duration::from_millis(1));
     }
@@ -188,11 +196,10 @@ fn a_killed_cosim_leaves_no_process_behind() {
 #[test]
 fn cosim_says_which_side_failed() {
     let _turn = turn();
-    let place = Place::new("cosim-taken");
-    let other = place.serve(&[]);
-    let args = ["cosim", text(&place.model), "--scene", &place.scene, "--seconds", "0.1"];
-    let refused = run(args).with(2);
-    assert!(refused.err.contains("has a running chaincell serve"), "{}", refused.err);
-    assert!(refused.err.contains("chaincell serve ended"), "{}", refused.err);
-    other.interrupt().with(130);
+    let (_place, cosim, children) = with_children("failed-side");
+    let serve = children.iter().find(|id| command_line(id).contains("serve")).unwrap();
+    let killed = std::process::Command::new("kill").args(["-KILL", serve]).status();
+    assert!(killed.unwrap().success());
+    let ended = cosim.end(SHORT);
+    assert!(ended.code != Some(0) && ended.err.contains("chaincell serve ended"), "{ended:#?}");
 }

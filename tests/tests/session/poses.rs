@@ -87,7 +87,9 @@ fn a_bad_sample_is_recorded_bit_for_bit() {
     let trace = place.file("a.trace");
     let server = serve(&place, "1", &["--record", text(&trace)]);
     let position_m = [f32::NAN, 0.0, f32::INFINITY];
-    Outsider::join(&place.scene, true).send(Pose { tick: 3, position_m, engaged: 77 });
+    let outsider = Outsider::join(&place.scene, true);
+    outsider.send(Pose { tick: 3, position_m, engaged: 77 });
+    assert_eq!(outsider.receive().tick, 3);
     server.end(SHORT).with(0);
     let bytes = std::fs::read(trace).unwrap();
     let mut kept = Vec::new();

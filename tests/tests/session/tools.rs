@@ -212,7 +212,8 @@ fn a_message_with_a_fault_in_one_tool_is_a_bad_sample_for_all() {
     let served = server.interrupt().with(130).json();
     assert_eq!(served["flag_ticks"]["bad_sample"], 1 + 9 + 12);
     let path = std::fs::read_to_string(out.join("path.csv")).unwrap();
-    assert_eq!(path.lines().filter(|row| row.contains("NaN,NaN,NaN")).count(), 2 * 22, "{path}");
+    // In two of them the message is sound, and the pose is not.
+    assert_eq!(path.lines().filter(|row| row.contains("NaN,NaN,NaN")).count(), 2 * 20, "{path}");
     let replayed = run(["replay", text(&out), "--json"]).with(0).json();
     assert_eq!(replayed["state_hash"], served["state_hash"]);
 }
