@@ -88,11 +88,6 @@ fn tissues() -> &'static [ImageBytes] {
     static IMAGES: OnceLock<Vec<ImageBytes>> = OnceLock::new();
     IMAGES.get_or_init(|| {
         let of = |poisson| Tissue::new(PerCell::Uniform(5000.0), PerCell::Uniform(poisson));
-        let baked = |spec: &str, fixed: bool, options: BakeOptions| {
-            let shape = Shape::generated(spec).unwrap();
-            let shape = if fixed { shape } else { shape.floating() };
-            shape.bake(&BakeOptions { ..options }).unwrap()
-        };
         let stiffening = vec![Band { half_width: 0.05, modulus_pa: 12_000.0 }];
         let liver = BakeOptions {
             tissue: Some(of(0.45)),
@@ -110,9 +105,9 @@ fn tissues() -> &'static [ImageBytes] {
             ..BakeOptions::default()
         };
         vec![
-            baked("box:4x3x3x0.01", true, liver),
-            baked("box:2x3x3x0.01", false, loose),
-            baked("box:3x3x2x0.01", true, bare),
+            grid("box:4x3x3x0.01", true, liver),
+            grid("box:2x3x3x0.01", false, loose),
+            grid("box:3x3x2x0.01", true, bare),
         ]
     })
 }

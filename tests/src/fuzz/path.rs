@@ -17,17 +17,17 @@ pub fn path(data: &[u8]) {
     let strict = parse(data, "fuzz.csv", Rules::Strict);
     let recorded = parse(data, "fuzz.csv", Rules::Recorded);
     if let Ok(strict) = &strict {
-        assert!(strict.len() == 1 && recorded.is_ok());
+        assert!(strict.poses.len() == 1 && recorded.is_ok());
     }
-    let Ok(sequences) = recorded else { return };
-    let poses = || sequences.iter().flatten().copied();
+    let Ok(paths) = recorded else { return };
+    let poses = || paths.poses.iter().flatten().copied();
     let again = parse(to_text(poses()).as_bytes(), "again.csv", Rules::Recorded).unwrap();
     let key = |pose: Pose| {
         let bits = |x: f32| if x.is_nan() { f32::NAN.to_bits() } else { x.to_bits() };
         (pose.tick, pose.position_m.map(bits), pose.engaged)
     };
-    assert!(again.iter().flatten().copied().map(key).eq(poses().map(key)));
-    play(&sequences);
+    assert!(again.poses.iter().flatten().copied().map(key).eq(poses().map(key)));
+    play(&paths.poses);
 }
 
 fn play(sequences: &[Vec<Pose>]) {

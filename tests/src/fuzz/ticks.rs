@@ -6,7 +6,7 @@ use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
 use chaincell_kernel::{Budget, Choice, Drive, Model, Network, Settings, ToolPose, Unloading};
 use chaincell_lab::monitor::Monitor;
 
-use super::twins::{Twins, command};
+use super::twins::Twins;
 use super::{bodies, tick};
 use crate::graph::sample;
 
@@ -92,7 +92,11 @@ impl Session<'_> {
             }
             3 => self.tick(ToolPose { engaged: 0, ..self.tool }, 1),
             4 => self.tick(self.tool, bytes.int_in_range(1..=12)?),
-            5 => self.command(bytes.arbitrary()?),
+            5 => {
+                if self.twins.command(bytes.arbitrary()?, SWEEPS_MAX) {
+                    self.monitor.interfere();
+                }
+            }
             6 => self.other_settings(bytes)?,
             _ => {
                 self.twins.displace(bytes, 3)?;
@@ -113,17 +117,6 @@ impl Session<'_> {
                 assert_eq!(twin.tick_by(&[tool], Budget::again(sweeps)), output);
                 assert_eq!(twin.state_hash(), self.twins.engine.state_hash());
             }
-        }
-    }
-
-    /// A command; words that are none ask for a snapshot.
-    fn command(&mut self, words: [u32; 3]) {
-        match command(words, SWEEPS_MAX) {
-            Some(command) => {
-                self.monitor.interfere();
-                self.twins.obey(&command);
-            }
-            None => self.twins.go_on_from_a_snapshot(),
         }
     }
 

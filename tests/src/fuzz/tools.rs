@@ -9,7 +9,7 @@ use chaincell_lab::monitor::Monitor;
 
 use super::bodies::tissue;
 use super::tick;
-use super::twins::{Twins, command};
+use super::twins::Twins;
 
 /// Most ticks of a session, and most sweeps of a tick.
 const TICKS_MAX: usize = 60;
@@ -137,7 +137,11 @@ impl Session<'_> {
                 let (tool, ticks) = (usize::from(tool % 4), u16::from(ticks % 32));
                 self.twins.both(|engine| engine.let_go(tool, ticks));
             }
-            8 => self.command(bytes.arbitrary()?),
+            8 => {
+                if self.twins.command(bytes.arbitrary()?, SWEEPS_MAX) {
+                    self.monitor.interfere();
+                }
+            }
             _ => {
                 self.twins.displace(bytes, 2)?;
                 self.monitor.interfere();
@@ -174,16 +178,6 @@ impl Session<'_> {
         let held = self.monitor.grip(&mut self.twins.engine, tool % 4);
         if let Some(twin) = &mut self.twins.twin {
             assert_eq!(twin.grip(tool % 4), held);
-        }
-    }
-
-    fn command(&mut self, words: [u32; 3]) {
-        match command(words, SWEEPS_MAX) {
-            Some(command) => {
-                self.monitor.interfere();
-                self.twins.obey(&command);
-            }
-            None => self.twins.go_on_from_a_snapshot(),
         }
     }
 }

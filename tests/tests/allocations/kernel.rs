@@ -1,7 +1,5 @@
 //! The kernel as firmware uses it: a model linked into the program, a tissue in static memory, no
 //! allocation; the same bits as the host's engine.
-#![allow(clippy::unwrap_used)]
-
 use std::sync::Mutex;
 
 use chaincell_host::bake::{BakeOptions, bake};
@@ -13,14 +11,11 @@ use chaincell_kernel::{
     TissueMut, ToolPose, Track, include_model, term_states,
 };
 use chaincell_scenes::{Scene, tissue6_track};
-use chaincell_tests::allocations::{Counting, so_far};
+use chaincell_tests::allocations::so_far;
 use nalgebra::Vector3;
 
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
-
 /// `chaincell bake plane:9x9x0.01 --diagonals --lean -o tests/data/plane9.chaincell`
-static IMAGE: &[u8] = include_model!("../data/plane9.chaincell");
+static IMAGE: &[u8] = include_model!("../../data/plane9.chaincell");
 
 fn sample(tick: u16) -> ToolPose {
     let position_m = Vector3::new(0.0, 0.0002 * f32::from(tick % 40), 0.001 * f32::from(tick % 60));
