@@ -15,6 +15,7 @@ mod limits;
 mod model_image;
 mod never_through;
 mod numbers;
+mod one_sweep;
 mod plane;
 mod same_bits;
 mod slender;
