@@ -11,6 +11,7 @@ mod limits;
 mod model_image;
 mod never_through;
 mod numbers;
+mod one_sweep;
 mod plane;
 mod properties;
 mod same_bits;
