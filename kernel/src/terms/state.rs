@@ -58,15 +58,15 @@ impl<A: CellState, B: CellState> CellState for (A, B) {
 /// The state of a cell under all terms.
 pub(crate) type State = <Others<'static> as Term>::State;
 
-/// Memory for what the terms keep of one cell.
-#[derive(Clone, Copy)]
-pub struct TermState {
-    pub(crate) now: State,
-    /// The state at the published position.
-    pub(crate) saved: State,
+kept! {
+    /// Memory for what the terms keep of one cell.
+    #[derive(Clone, Copy)]
+    pub struct TermState {
+        pub(crate) now: State,
+        /// The state at the published position.
+        pub(crate) saved: State,
+    }
 }
-
-kept!(TermState { now: State, saved: State });
 
 impl TermState {
     /// In the rest shape.

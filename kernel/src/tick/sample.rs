@@ -3,16 +3,16 @@
 use crate::number::kept::kept;
 use nalgebra::Vector3;
 
-/// The part of good poses that the tick keeps: the first tool's position, and whether a tool is engaged.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct ToolSample {
-    /// Position in the frame of the input mesh \[m\].
-    pub position_m: Vector3<f32>,
-    /// 1 while a tool holds or loads the body, else 0.
-    pub engaged: u32,
+kept! {
+    /// The part of good poses that the tick keeps: the first tool's position, and whether a tool is engaged.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub(crate) struct ToolSample {
+        /// Position in the frame of the input mesh \[m\].
+        pub position_m: Vector3<f32>,
+        /// 1 while a tool holds or loads the body, else 0.
+        pub engaged: u32,
+    }
 }
-
-kept!(ToolSample { position_m: Vector3<f32>, engaged: u32 });
 
 /// The output of one tick. It describes the state after the last update.
 ///

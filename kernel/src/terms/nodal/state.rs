@@ -10,22 +10,22 @@ use crate::number::kept::kept;
 use crate::number::two_float::LANES;
 use crate::terms::state::CellState;
 
-/// State of a cell's shape. Rotation and shape of unit volume persist from pass to pass; stress and pull
-/// follow from them and the positions of the last pass, and share a cache line: neighbours read the stress.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[repr(C, align(64))]
-pub(crate) struct ShapeState {
-    /// R as a unit quaternion, the real part first.
-    pub turn: [f32; 4],
-    /// Q by rows; the fourth column is 0.
-    pub unit: [[f32; 4]; 3],
-    /// P by rows; the fourth column is 0.
-    pub stress: [[f32; 4]; 3],
-    /// Force of the spread and of the cell's stress, and eight times the energy.
-    pub pull: [f32; 4],
+kept! {
+    /// State of a cell's shape. Rotation and shape of unit volume persist from pass to pass; stress and pull
+    /// follow from them and the positions of the last pass, and share a cache line: neighbours read the stress.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    #[repr(C, align(64))]
+    pub(crate) struct ShapeState {
+        /// R as a unit quaternion, the real part first.
+        pub turn: [f32; 4],
+        /// Q by rows; the fourth column is 0.
+        pub unit: [[f32; 4]; 3],
+        /// P by rows; the fourth column is 0.
+        pub stress: [[f32; 4]; 3],
+        /// Force of the spread and of the cell's stress, and eight times the energy.
+        pub pull: [f32; 4],
+    }
 }
-
-kept!(ShapeState { turn: [f32; 4], unit: [[f32; 4]; 3], stress: [[f32; 4]; 3], pull: [f32; 4] });
 
 impl CellState for ShapeState {
     const REST: Self = Self {
