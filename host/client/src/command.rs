@@ -27,38 +27,53 @@ const CLIENTS_MAX: usize = 8;
 /// Pending commands of one program.
 const ACTIVE_MAX: usize = 4;
 
-/// The reason for which a command was refused, by the number in its reply.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[repr(u32)]
-pub enum Refusal {
-    /// No such command, or a reserved word that is not zero.
-    Unknown = 1,
-    /// No such parameter.
-    Parameter = 2,
-    /// The value is out of the parameter's range.
-    Value = 3,
-    /// The parameter is fixed for a run, or under this scheme.
-    Fixed = 4,
-    /// The recording has no capacity for a further command.
-    Recording = 5,
-    /// The body could not be reset.
-    Reset = 6,
-    /// This server takes no commands.
-    Unsupported = 7,
-    /// The contact is not one of tools on a surface: nothing can be gripped.
-    NoSurface = 8,
-    /// There is no tool of this number.
-    NoTool = 9,
-    /// The tool is in contact with nothing, or grips nothing.
-    NothingHeld = 10,
-    /// The session is not recorded: a snapshot is stored next to its trace.
-    NoTrace = 11,
-    /// The last snapshot is still being written.
-    Busy = 12,
-    /// The snapshot could not be written.
-    NotWritten = 13,
-    /// The session has taken as many snapshots as it may.
-    Snapshots = 14,
+chaincell_kernel::codes! {
+    /// The reason for which a command was refused, by the number in its reply.
+    ///
+    /// ```
+    /// use chaincell_client::command::Refusal;
+    ///
+    /// assert_eq!(Refusal::text_of(9), Some(Refusal::NoTool.text()));
+    /// assert_eq!(Refusal::text_of(0), None); // the command was carried out
+    /// ```
+    Refusal: u32, str {
+        /// No such command, or a reserved word that is not zero.
+        Unknown = 1, "unknown command, or the server is of another release";
+        /// No such parameter.
+        Parameter = 2, "unknown parameter; sweeps, max_force_n, max_tool_step_m and unloading may be set";
+        /// The value is out of the parameter's range.
+        Value = 3,
+            "the value is out of range; sweeps are a whole number from 1 to 1000, limits above 0, unloading \
+                0 to 2, the ticks of letting go a whole number from 1 to 65535, and 0 where there is nothing \
+                to set";
+        /// The parameter is fixed for a run, or under this scheme.
+        Fixed = 4, "fixed for a run: start chaincell serve again with another value";
+        /// The recording has no capacity for a further command.
+        Recording = 5, "the recording has no room for a further command: start chaincell serve again";
+        /// The body could not be reset.
+        Reset = 6, "the body could not be reset: start chaincell serve again";
+        /// This server takes no commands.
+        Unsupported = 7, "this server takes no commands";
+        /// The contact is not one of tools on a surface: nothing can be gripped.
+        NoSurface = 8,
+            "nothing can be gripped here: start chaincell serve with a tool (--contact probe:RADIUS or --tool)";
+        /// There is no tool of this number.
+        NoTool = 9, "there is no tool of this number; they count from 0";
+        /// The tool is in contact with nothing, or grips nothing.
+        NothingHeld = 10, "the tool is in contact with nothing to grip, or has no grip to let go";
+        /// The session is not recorded: a snapshot is stored next to its trace.
+        NoTrace = 11,
+            "a snapshot stands beside the trace of the session: start chaincell serve with --record or --out";
+        /// The last snapshot is still being written.
+        Busy = 12, "the last snapshot is still being written: ask again";
+        /// The snapshot could not be written.
+        NotWritten = 13,
+            "the snapshot could not be written: the disk is full, or the folder of the trace cannot be \
+                written; chaincell serve has said why";
+        /// The session has taken as many snapshots as it may.
+        Snapshots = 14,
+            "a session takes at most 1000 snapshots: start chaincell serve again, with --restore to go on";
+    }
 }
 
 impl From<CommandError> for Refusal {
@@ -82,37 +97,7 @@ impl From<CommandError> for Refusal {
 /// ```
 #[must_use]
 pub fn refusal_text(reason: u32) -> &'static str {
-    match reason {
-        1 => "unknown command, or the server is of another release",
-        2 => "unknown parameter; sweeps, max_force_n, max_tool_step_m and unloading may be set",
-        3 => {
-            "the value is out of range; sweeps are a whole number from 1 to 1000, limits above 0, unloading 0 to \
-             2, the ticks of letting go a whole number from 1 to 65535, and 0 where there is nothing to set"
-        }
-        4 => "fixed for a run: start chaincell serve again with another value",
-        5 => "the recording has no room for a further command: start chaincell serve again",
-        6 => "the body could not be reset: start chaincell serve again",
-        7 => "this server takes no commands",
-        8 => {
-            "nothing can be gripped here: start chaincell serve with a tool (--contact probe:RADIUS or \
-             --tool)"
-        }
-        9 => "there is no tool of this number; they count from 0",
-        10 => "the tool is in contact with nothing to grip, or has no grip to let go",
-        11 => {
-            "a snapshot stands beside the trace of the session: start chaincell serve with --record or \
-             --out"
-        }
-        12 => "the last snapshot is still being written: ask again",
-        13 => {
-            "the snapshot could not be written: the disk is full, or the folder of the trace cannot be \
-             written; chaincell serve has said why"
-        }
-        14 => {
-            "a session takes at most 1000 snapshots: start chaincell serve again, with --restore to go on"
-        }
-        _ => "for a reason unknown to this release",
-    }
+    Refusal::text_of(reason).unwrap_or("for a reason unknown to this release")
 }
 
 impl CommandMessage {

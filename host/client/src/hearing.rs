@@ -9,33 +9,26 @@ use crate::ramp::Shown;
 use crate::shaper::ForceShaper;
 use crate::tools::{TOOLS_MAX, ToolForces};
 
-/// Notes of the client itself on an answer, a sum.
-///
-/// ```
-/// use chaincell_client::Notes;
-///
-/// let notes = Notes(2 + 4); // as C and Python have them
-/// assert!(notes.contains(Notes::SILENT) && notes.contains(Notes::RAMP)); // the force falls
-/// assert!(!notes.contains(Notes::NEW_SESSION));
-/// ```
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Notes(pub u32);
-
-impl Notes {
-    /// No answer has come yet.
-    pub const NOTHING_YET: Self = Self(1);
-    /// No answer for the time of the watchdog: the force falls, or is 0.
-    pub const SILENT: Self = Self(2);
-    /// The force is on a ramp, and not yet the force of the tissue.
-    pub const RAMP: Self = Self(4);
-    /// A new session has answered: its tissue is at rest, and its tools count as not engaged until they were
-    /// released. The note stays until the first answer in which no tool must be released.
-    pub const NEW_SESSION: Self = Self(8);
-
-    /// Returns true if all of these are set.
-    #[must_use]
-    pub const fn contains(self, other: Self) -> bool {
-        self.0 & other.0 == other.0
+chaincell_kernel::flags! {
+    /// Notes of the client itself on an answer, a sum.
+    ///
+    /// ```
+    /// use chaincell_client::Notes;
+    ///
+    /// let notes = Notes(2 + 4); // as C and Python have them
+    /// assert!(notes.contains(Notes::SILENT) && notes.contains(Notes::RAMP)); // the force falls
+    /// assert!(!notes.contains(Notes::NEW_SESSION));
+    /// ```
+    Notes {
+        /// No answer has come yet.
+        NOTHING_YET = 1;
+        /// No answer for the time of the watchdog: the force falls, or is 0.
+        SILENT = 2;
+        /// The force is on a ramp, and not yet the force of the tissue.
+        RAMP = 4;
+        /// A new session has answered: its tissue is at rest, and its tools count as not engaged until they were
+        /// released. The note stays until the first answer in which no tool must be released.
+        NEW_SESSION = 8;
     }
 }
 

@@ -8,54 +8,37 @@ use serde::{Deserialize, Serialize};
 
 use crate::words::counted;
 
-/// Names of the flags, in the order of their bits.
-const NAMES: [(&str, Flags); 12] = [
-    ("motion_clamped", Flags::MOTION_CLAMPED),
-    ("bad_sample", Flags::BAD_SAMPLE),
-    ("stale", Flags::STALE),
-    ("force_clamped", Flags::FORCE_CLAMPED),
-    ("safe_state", Flags::SAFE_STATE),
-    ("band_closed", Flags::BAND_CLOSED),
-    ("rolled_back", Flags::ROLLED_BACK),
-    ("contact_capacity", Flags::CONTACT_CAPACITY),
-    ("late", Flags::LATE),
-    ("release_first", Flags::RELEASE_FIRST),
-    ("force_withheld", Flags::FORCE_WITHHELD),
-    ("starts_inside", Flags::STARTS_INSIDE),
-];
+/// Number of flags.
+const COUNT: usize = Flags::ALL.len();
 
 /// Counts the ticks on which each flag was set. As JSON an object with the flags that occurred and their
 /// counts; as text the same in one line.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(from = "BTreeMap<String, u64>", into = "BTreeMap<&'static str, u64>")]
-pub struct FlagTicks([u64; NAMES.len()]);
+#[serde(from = "BTreeMap<String, u64>", into = "BTreeMap<String, u64>")]
+pub struct FlagTicks([u64; COUNT]);
 
 impl FlagTicks {
     /// Counts one tick's flags. Allocates nothing.
     pub fn add(&mut self, flags: Flags) {
-        for (ticks, (_, flag)) in self.0.iter_mut().zip(NAMES) {
-            *ticks += u64::from(flags.contains(flag));
+        for (ticks, (flag, ..)) in self.0.iter_mut().zip(Flags::ALL) {
+            *ticks += u64::from(flags.contains(*flag));
         }
     }
 
     /// Number of ticks on which a flag was set.
     #[must_use]
     pub fn of(&self, flag: Flags) -> u64 {
-        self.0
-            .iter()
-            .zip(NAMES)
-            .find(|(_, (_, named))| *named == flag)
-            .map_or(0, |(ticks, _)| *ticks)
+        self.0.iter().zip(Flags::ALL).find(|(_, all)| all.0 == flag).map_or(0, |(ticks, _)| *ticks)
     }
 
-    /// The flags that occurred, with their counts.
-    fn seen(self) -> impl Iterator<Item = (&'static str, u64)> {
-        let all = NAMES.into_iter().zip(self.0);
-        all.map(|((name, _), ticks)| (name, ticks)).filter(|&(_, ticks)| ticks > 0)
+    /// The names of the flags that occurred, with their counts.
+    fn seen(self) -> impl Iterator<Item = (String, u64)> {
+        let all = Flags::ALL.iter().map(|(_, name, _)| name.to_lowercase()).zip(self.0);
+        all.filter(|&(_, ticks)| ticks > 0)
     }
 }
 
-impl From<FlagTicks> for BTreeMap<&'static str, u64> {
+impl From<FlagTicks> for BTreeMap<String, u64> {
     fn from(flags: FlagTicks) -> Self {
         flags.seen().collect()
     }
@@ -63,7 +46,11 @@ impl From<FlagTicks> for BTreeMap<&'static str, u64> {
 
 impl From<BTreeMap<String, u64>> for FlagTicks {
     fn from(named: BTreeMap<String, u64>) -> Self {
-        Self(NAMES.map(|(name, _)| named.get(name).copied().unwrap_or_default()))
+        let mut flags = Self::default();
+        for (ticks, (_, name, _)) in flags.0.iter_mut().zip(Flags::ALL) {
+            *ticks = named.get(&name.to_lowercase()).copied().unwrap_or_default();
+        }
+        flags
     }
 }
 
@@ -98,7 +85,7 @@ mod tests {
 
     #[test]
     fn every_bit_has_one_name() {
-        let named = NAMES.iter().fold(0, |bits, (_, flag)| bits + flag.0);
+        let named = Flags::ALL.iter().fold(0, |bits, (flag, ..)| bits + flag.0);
         assert_eq!(named, 4095);
     }
 }

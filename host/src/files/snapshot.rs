@@ -19,7 +19,7 @@
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-use chaincell_kernel::{Choice, Drive, Settings, TOOLS_MAX, Unloading};
+use chaincell_kernel::{Settings, TOOLS_MAX};
 use crc::{CRC_32_ISO_HDLC, Crc, Table};
 
 use crate::engine::snapshot::Saved;
@@ -78,25 +78,14 @@ impl SessionSnapshot {
     /// Returns the bytes of its file, and its checksum.
     #[must_use]
     pub fn to_bytes(&self) -> (Vec<u8>, u32) {
-        let Saved { engaged, settings: of, tissue, stage } = &self.saved;
+        let Saved { engaged, settings, tissue, stage } = &self.saved;
         let mut bytes = MAGIC.to_vec();
         bytes.extend(VERSION.to_le_bytes());
         bytes.extend([0; 4]);
         bytes.extend(self.tick.to_le_bytes());
         bytes.extend(self.publisher.to_le_bytes());
-        let words = [
-            bits(&self.released),
-            bits(engaged),
-            self.is_paused.into(),
-            of.sweeps.into(),
-            of.step.to_bits(),
-            of.tick_time.to_bits(),
-            of.max_tool_step_m.to_bits(),
-            of.max_force_n.to_bits(),
-            of.unloading.code().into(),
-            of.drive.code().into(),
-        ];
-        bytes.extend(words.iter().flat_map(|word| word.to_le_bytes()));
+        let words = [bits(&self.released), bits(engaged), self.is_paused.into()];
+        bytes.extend(words.iter().chain(&settings.words()).flat_map(|word| word.to_le_bytes()));
         for part in [&self.begun, tissue, stage] {
             bytes.extend((part.len() as u32).to_le_bytes());
             bytes.extend(part);
@@ -163,10 +152,6 @@ impl<'a> Rest<'a> {
         self.take().map(u32::from_le_bytes)
     }
 
-    fn real(&mut self) -> Option<f32> {
-        self.word().map(f32::from_bits)
-    }
-
     fn tools(&mut self) -> Option<[bool; TOOLS_MAX]> {
         let bits = self.word()?;
         Some(std::array::from_fn(|tool| bits >> tool & 1 == 1))
@@ -188,15 +173,11 @@ impl<'a> Rest<'a> {
             1 => true,
             _ => return None,
         };
-        let settings = Settings {
-            sweeps: u16::try_from(self.word()?).ok()?,
-            step: self.real()?,
-            tick_time: self.real()?,
-            max_tool_step_m: self.real()?,
-            max_force_n: self.real()?,
-            unloading: Unloading::from_code(u16::try_from(self.word()?).ok()?)?,
-            drive: Drive::from_code(u16::try_from(self.word()?).ok()?)?,
-        };
+        let mut words = [0; Settings::COUNT];
+        for word in &mut words {
+            *word = self.word()?;
+        }
+        let settings = Settings::from_words(words)?;
         let (begun, tissue, stage) = (self.part()?, self.part()?, self.part()?);
         let saved = Saved { engaged, settings, tissue, stage };
         Some(SessionSnapshot { tick, publisher, released, is_paused, begun, saved })

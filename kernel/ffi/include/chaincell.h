@@ -72,7 +72,6 @@
      (size_t)CHAINCELL_TRIANGLE_BYTES * (size_t)(triangles) + \
      (size_t)CHAINCELL_SAMPLE_BYTES * (size_t)(samples))
 
-
 /**
  * Version of this interface: major 65,536, minor 256, patch 1.
  */
@@ -140,22 +139,23 @@
 #define CHAINCELL_FLAG_MOTION_CLAMPED 1
 
 /**
- * A bad sample: the last good one stands in, or the safe state is on.
+ * A bad sample, no number or farther than a hand moves: the last good one is used, or the safe
+ * state is on.
  */
 #define CHAINCELL_FLAG_BAD_SAMPLE 2
 
 /**
- * No sample for so long that the stage, or the server, lets the force fall.
+ * No sample within the watchdog's time (set by the output stage or the calling process).
  */
 #define CHAINCELL_FLAG_STALE 4
 
 /**
- * The force was shortened to the limit in force.
+ * Force or torque was clamped to its limit.
  */
 #define CHAINCELL_FLAG_FORCE_CLAMPED 8
 
 /**
- * Safe state: the force is zero and the cells stay as they are.
+ * Safe state: the force is zero.
  */
 #define CHAINCELL_FLAG_SAFE_STATE 16
 
@@ -165,64 +165,38 @@
 #define CHAINCELL_FLAG_BAND_CLOSED 32
 
 /**
- * A pass was discarded by the energy guard.
+ * The energy guard discarded a pass.
  */
 #define CHAINCELL_FLAG_ROLLED_BACK 64
 
 /**
- * More triangles are in reach of the tools, or more samples in contact, than the tissue was initialised
- * for: the farthest are left out.
+ * More triangles are in reach of the tools, or more samples in contact, than the tissue has memory
+ * for: the farthest ones are left out.
  */
 #define CHAINCELL_FLAG_CONTACT_CAPACITY 128
 
 /**
- * The sample was late, since newer ones had come or the tissue cannot keep up: it was executed without a
+ * The sample was late, as newer ones waited or the tissue cannot keep up: it was executed without a
  * sweep, and the force is that of an earlier tick.
  */
 #define CHAINCELL_FLAG_LATE 256
 
 /**
- * The tool counts as not engaged until it has been released once; set by a process around.
+ * The tool counts as not engaged until it has been released once (set by the calling process).
  */
 #define CHAINCELL_FLAG_RELEASE_FIRST 512
 
 /**
- * The stage lets the force go along its ramp or holds it back: passivity control cannot make up for the
- * energy that sampling and delay make, or the hand has not paid for the force.
+ * The output stage lowers the force along its ramp or holds it back: passivity control cannot
+ * compensate the energy that sampling and delay generate, or the hand has put in too little energy.
  */
 #define CHAINCELL_FLAG_FORCE_WITHHELD 1024
 
 /**
- * A tool was engaged inside the tissue, or the tissue closed over it while it grew: it has no contact
- * and no force until it has been outside once.
+ * A tool engaged inside the tissue, or the tissue closed over it while it grew: it has no contact and
+ * no force until it has been outside once.
  */
 #define CHAINCELL_FLAG_STARTS_INSIDE 2048
-
-/**
- * At most so many bytes the room for contact on surfaces takes beside those of the four numbers
- * below: what `CHAINCELL_TOUCH_BYTES` goes by.
- */
-#define CHAINCELL_TOUCH_BYTES_FIXED 20480
-
-/**
- * Bytes of that room for each cell of the model.
- */
-#define CHAINCELL_CELL_BYTES_TOUCH 24
-
-/**
- * Bytes for each triangle in reach.
- */
-#define CHAINCELL_TRIANGLE_BYTES 28
-
-/**
- * Bytes for each sample that friction or grips hold.
- */
-#define CHAINCELL_SAMPLE_BYTES 104
-
-/**
- * At most so many bytes for each tool.
- */
-#define CHAINCELL_TOOL_BYTES 1184
 
 /**
  * What a call came to: 0 when all is well, negative when it was refused.
@@ -527,6 +501,94 @@ typedef enum chaincell_code chaincell_code;
 typedef int32_t chaincell_code;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
+
+
+/**
+ * Version of this interface: major 65,536, minor 256, patch 1.
+ */
+#define CHAINCELL_VERSION 2048
+
+/**
+ * At most so many bytes stand before a tissue's arrays, and so many words of the size of an
+ * address (the next number): what `CHAINCELL_TISSUE_BYTES` goes by.
+ */
+#define CHAINCELL_TISSUE_BYTES_FIXED 2496
+
+/**
+ * Those words.
+ */
+#define CHAINCELL_TISSUE_WORDS_FIXED 96
+
+/**
+ * Bytes a cell under track.
+ */
+#define CHAINCELL_CELL_BYTES_TRACK 64
+
+/**
+ * Bytes a cell under euler.
+ */
+#define CHAINCELL_CELL_BYTES_EULER 32
+
+/**
+ * Bytes a cell under rkl2.
+ */
+#define CHAINCELL_CELL_BYTES_RKL2 80
+
+/**
+ * Bytes a cell under predict, the most of all schemes.
+ */
+#define CHAINCELL_CELL_BYTES_PREDICT 112
+
+/**
+ * Bytes a cell of nodal shapes takes more.
+ */
+#define CHAINCELL_CELL_BYTES_SHAPE 256
+
+/**
+ * Alignment of a tissue's storage [bytes].
+ */
+#define CHAINCELL_ALIGN 16
+
+/**
+ * The same for a body of nodal shapes [bytes].
+ */
+#define CHAINCELL_SHAPE_ALIGN 64
+
+/**
+ * Words of a `chaincell_model`.
+ */
+#define CHAINCELL_MODEL_WORDS 128
+
+/**
+ * Words of a `chaincell_stage`.
+ */
+#define CHAINCELL_STAGE_WORDS 160
+
+/**
+ * At most so many bytes the room for contact on surfaces takes beside those of the four numbers
+ * below: what `CHAINCELL_TOUCH_BYTES` goes by.
+ */
+#define CHAINCELL_TOUCH_BYTES_FIXED 20480
+
+/**
+ * Bytes of that room for each cell of the model.
+ */
+#define CHAINCELL_CELL_BYTES_TOUCH 24
+
+/**
+ * Bytes for each triangle in reach.
+ */
+#define CHAINCELL_TRIANGLE_BYTES 28
+
+/**
+ * Bytes for each sample that friction or grips hold.
+ */
+#define CHAINCELL_SAMPLE_BYTES 104
+
+/**
+ * At most so many bytes for each tool.
+ */
+#define CHAINCELL_TOOL_BYTES 1184
 
 /**
  * The scheme that moves the network.

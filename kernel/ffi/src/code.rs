@@ -2,338 +2,161 @@
 
 use core::ffi::CStr;
 
-/// What a call came to: 0 when all is well, negative when it was refused.
-///
-/// A number never changes its meaning; `chaincell_code_text` says it in words.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[repr(i32)]
-pub enum Code {
-    /// Done.
-    Ok = 0,
-    /// A pointer is null.
-    Null = -1,
-    /// A pointer does not have the alignment of what it points to.
-    Misaligned = -2,
-    /// The storage is too small: `needed` and `available` bytes.
-    Storage = -3,
-    /// No model or tissue stands there: initialise it first.
-    NotInitialised = -4,
-    /// No such scheme.
-    Scheme = -5,
-    /// A number is out of its range: the model's number of cells bounds it, or what its function or
-    /// field says; `needed` what was asked for, `available` the most.
-    Range = -6,
-    /// No cell has this input id: `position` in the list.
-    UnknownId = -7,
-    /// The image does not start at a multiple of 16.
-    ModelMisaligned = -20,
-    /// The image ends before it is complete.
-    ModelTruncated = -21,
-    /// The first bytes are not those of a model image.
-    ModelMagic = -22,
-    /// The image has format `available`, this library reads `needed`.
-    ModelVersion = -23,
-    /// The checksum does not match: the bytes were changed after the bake.
-    ModelChecksum = -24,
-    /// The header or the section table contradicts itself.
-    ModelLayout = -25,
-    /// A required section is missing: `section`.
-    ModelMissing = -26,
-    /// A section has a version that this library does not read: `section`.
-    ModelSectionVersion = -27,
-    /// A section has the wrong size: `section`.
-    ModelSectionSize = -28,
-    /// A scalar of the body is out of range: `position` is its word.
-    ModelParameter = -29,
-    /// An index is out of range or order: `section`, `position`.
-    ModelIndex = -30,
-    /// A number is not finite or out of range: `section`, `position`.
-    ModelValue = -31,
-    /// `sweeps` is not in 1 to 65,535.
-    SettingsSweeps = -40,
-    /// `step` is not above 0 and at most `limit`, the model's proven bound.
-    SettingsStep = -41,
-    /// `tick_time` is not finite, or below `limit`.
-    SettingsTickTime = -42,
-    /// `max_tool_step_m` is not positive and finite.
-    SettingsMaxToolStep = -43,
-    /// `max_force_n` is not positive.
-    SettingsMaxForce = -44,
-    /// `unloading` is none of its three values.
-    SettingsUnloading = -45,
-    /// `drive` is neither of its two values.
-    SettingsDrive = -46,
-    /// The tissue has too few cells for the model: `needed`, `available`.
-    ResetCapacity = -60,
-    /// Too little room for the coarse level: `needed`, `available` blocks of eight `float`.
-    ResetCoarse = -61,
-    /// The thread's arithmetic flushes denormals to zero (FTZ, DAZ or FZ is on).
-    FloatFlushToZero = -63,
-    /// The thread's arithmetic does not round to nearest.
-    FloatRounding = -64,
-    /// The model leaves the range of the scheme's numbers: `limit` is the one that it leaves.
-    ResetRange = -65,
-    /// A body of nodal shapes needs track or predict.
-    ResetShapes = -66,
-    /// Floating-point exceptions stop the program on this thread.
-    FloatTrap = -67,
-    /// More contact cells than the tissue has room for: `needed`, `available`.
-    ContactCapacity = -80,
-    /// The contact cell is not in the model: `position` in the list.
-    ContactUnknown = -81,
-    /// The contact cell is fixed: `position` in the list.
-    ContactFixed = -82,
-    /// The contact cell is named twice: `position` of the second one in the list.
-    ContactRepeated = -83,
-    /// The tissue belongs to another model.
-    ContactModel = -84,
-    /// Too little room to hold that many cells beside the coarse level: `needed`, `available`
-    /// blocks of eight `float`.
-    ContactCoarse = -85,
-    /// The tool is engaged: other cells can be chosen only while it is released.
-    ContactEngaged = -86,
-    /// This library or scheme has no contact with tools: take track or predict.
-    ContactScheme = -90,
-    /// Tools meet the triangles of a surface, and this model has none: bake it with
-    /// `--contact-surface yes`.
-    ContactNoSurface = -91,
-    /// No tools, or more than the tissue has room for: `needed`, `available`.
-    ContactTools = -92,
-    /// A tool has no parts, or too many: `position` is the tool, `needed` its parts, `available` the
-    /// most.
-    ContactParts = -93,
-    /// A part of a tool cannot be: `position` in the list of all parts.
-    ContactPart = -94,
-    /// Friction is not within 0 and `limit`.
-    ContactFriction = -95,
-    /// Friction holds samples, and the tissue has no room for any.
-    ContactSamples = -96,
-    /// The tissue has no room for contact on surfaces: `needed` cells, `available`.
-    ContactRoom = -97,
-    /// A radius is below `limit`, the smallest that this model's surface takes \[m\].
-    ContactRadiusMin = -98,
-    /// The tissue belongs to another model.
-    StateModel = -100,
-    /// More or fewer positions than cells: `needed`, `available`.
-    StateCount = -101,
-    /// A coordinate is not finite or too large: `position` is its cell.
-    StatePosition = -102,
-    /// `tick_s` is not within 1e-5 to 1.
-    StageTick = -120,
-    /// The coupling's stiffness or damping is negative or above 1e6.
-    StageCoupling = -121,
-    /// The device's damping is negative or above 1e6, or the delay above 16 ticks, without a
-    /// coupling above 1.
-    StagePassivity = -122,
-    /// `max_slew_n_per_s` is not positive.
-    StageSlew = -123,
-    /// The stage's `max_force_n` is not positive.
-    StageMaxForce = -124,
-    /// `ramp_ticks` or `watchdog_ticks` is above 60,000.
-    StageTicks = -125,
-    /// No such device.
-    StageDevice = -126,
-    /// The stage's `max_speed_m_per_s` is not positive.
-    StageMaxSpeed = -127,
-    /// The buffer is shorter than the snapshot: `needed`, `available` bytes.
-    SnapshotBuffer = -140,
-    /// The bytes are no snapshot.
-    SnapshotMagic = -141,
-    /// Another version of snapshots: `needed`, `available`.
-    SnapshotVersion = -142,
-    /// The snapshot is of another scheme or release.
-    SnapshotLayout = -143,
-    /// The snapshot is of another model.
-    SnapshotModel = -144,
-    /// The snapshot is not whole.
-    SnapshotLength = -145,
-    /// The snapshot's checksum does not match.
-    SnapshotChecksum = -146,
-    /// A value that cannot be: `position` is its word behind the header.
-    SnapshotValue = -147,
-    /// Too little room for what the snapshot has: `needed`, `available`.
-    SnapshotRoom = -148,
-}
-
-impl Code {
-    /// Every code, in descending order.
-    pub(crate) const ALL: [Self; 70] = [
-        Self::Ok,
-        Self::Null,
-        Self::Misaligned,
-        Self::Storage,
-        Self::NotInitialised,
-        Self::Scheme,
-        Self::Range,
-        Self::UnknownId,
-        Self::ModelMisaligned,
-        Self::ModelTruncated,
-        Self::ModelMagic,
-        Self::ModelVersion,
-        Self::ModelChecksum,
-        Self::ModelLayout,
-        Self::ModelMissing,
-        Self::ModelSectionVersion,
-        Self::ModelSectionSize,
-        Self::ModelParameter,
-        Self::ModelIndex,
-        Self::ModelValue,
-        Self::SettingsSweeps,
-        Self::SettingsStep,
-        Self::SettingsTickTime,
-        Self::SettingsMaxToolStep,
-        Self::SettingsMaxForce,
-        Self::SettingsUnloading,
-        Self::SettingsDrive,
-        Self::ResetCapacity,
-        Self::ResetCoarse,
-        Self::FloatFlushToZero,
-        Self::FloatRounding,
-        Self::ResetRange,
-        Self::ResetShapes,
-        Self::FloatTrap,
-        Self::ContactCapacity,
-        Self::ContactUnknown,
-        Self::ContactFixed,
-        Self::ContactRepeated,
-        Self::ContactModel,
-        Self::ContactCoarse,
-        Self::ContactEngaged,
-        Self::ContactScheme,
-        Self::ContactNoSurface,
-        Self::ContactTools,
-        Self::ContactParts,
-        Self::ContactPart,
-        Self::ContactFriction,
-        Self::ContactSamples,
-        Self::ContactRoom,
-        Self::ContactRadiusMin,
-        Self::StateModel,
-        Self::StateCount,
-        Self::StatePosition,
-        Self::StageTick,
-        Self::StageCoupling,
-        Self::StagePassivity,
-        Self::StageSlew,
-        Self::StageMaxForce,
-        Self::StageTicks,
-        Self::StageDevice,
-        Self::StageMaxSpeed,
-        Self::SnapshotBuffer,
-        Self::SnapshotMagic,
-        Self::SnapshotVersion,
-        Self::SnapshotLayout,
-        Self::SnapshotModel,
-        Self::SnapshotLength,
-        Self::SnapshotChecksum,
-        Self::SnapshotValue,
-        Self::SnapshotRoom,
-    ];
-
-    /// The code in words, with the remedy.
-    #[must_use]
-    pub fn text(self) -> &'static CStr {
-        match self {
-            Self::Ok => c"ok",
-            Self::Null => c"a pointer is null: only that of the detail may be",
-            Self::Misaligned => {
-                c"a pointer is misaligned: tissue storage starts at a multiple of 16"
-            }
-            Self::Storage => c"the storage is too small: ask chaincell_model_size",
-            Self::NotInitialised => c"no model or tissue stands there: initialise it first",
-            Self::Scheme => c"no such scheme: see chaincell_scheme",
-            Self::Range => {
-                c"a number is out of its range: cells bound it, or what the header says there"
-            }
-            Self::UnknownId => c"no cell has this input id: take one of the input mesh's nodes",
-            Self::ModelMisaligned => {
-                c"the image does not start at a multiple of 16 bytes: place it with CHAINCELL_ALIGNED"
-            }
-            Self::ModelTruncated => c"the image is truncated: copy or bake it again",
-            Self::ModelMagic => c"not a chaincell model: bake one with `chaincell bake`",
-            Self::ModelVersion => c"the image has another format version: bake it again",
-            Self::ModelChecksum => c"the image's checksum does not match: copy or bake it again",
-            Self::ModelLayout => c"the image's section table contradicts itself: bake it again",
-            Self::ModelMissing => c"a section of the image is missing: bake it again",
-            Self::ModelSectionVersion => c"a section has an unknown version: bake the model again",
-            Self::ModelSectionSize => c"a section of the image has the wrong size: bake it again",
-            Self::ModelParameter => c"a parameter of the image is out of range: bake it again",
-            Self::ModelIndex => c"an index of the image is out of range or order: bake it again",
-            Self::ModelValue => c"a value of the image is out of range: bake it again",
-            Self::SettingsSweeps => c"sweeps must be 1 to 65535",
-            Self::SettingsStep => c"step must be above 0 and at most the model's bound, step_max",
-            Self::SettingsTickTime => c"tick_time must be finite, and at least the smallest time",
-            Self::SettingsMaxToolStep => c"max_tool_step_m must be positive and finite",
-            Self::SettingsMaxForce => c"max_force_n must be positive",
-            Self::SettingsUnloading => c"unloading is none of chaincell_unloading",
-            Self::SettingsDrive => c"drive is none of chaincell_drive",
-            Self::ResetCapacity => c"the model has more cells than the tissue",
-            Self::ResetCoarse => c"too little room for the model's coarse functions: bake with --coarse none",
-            Self::FloatFlushToZero => c"denormals are flushed to zero: switch FTZ/DAZ/FZ off",
-            Self::FloatRounding => c"rounding is not to nearest: restore the default rounding mode",
-            Self::FloatTrap => {
-                c"floating-point exceptions stop the program: mask them, by fedisableexcept(FE_ALL_EXCEPT)"
-            }
-            Self::ResetRange => {
-                c"the model leaves the range of fixed point: bake it with a smaller --k-m, or take another scheme"
-            }
-            Self::ResetShapes => c"a body of nodal shapes needs the scheme track or predict",
-            Self::StateModel => c"the tissue belongs to another model: initialise it again",
-            Self::StateCount => c"there must be one position for each cell",
-            Self::StatePosition => c"coordinates must be finite and at most 1e6 mean link lengths",
-            Self::StageTick => c"tick_s must be 1e-5 to 1",
-            Self::StageCoupling => c"the coupling's stiffness and damping must be 0 to 1e6",
-            Self::StagePassivity => {
-                c"the device's damping must be 0 to 1e6 N s/m, the delay 0 to 16 ticks, \
-                  without a coupling 0 or 1"
-            }
-            Self::StageSlew => c"max_slew_n_per_s must be positive",
-            Self::StageMaxForce => c"the stage's max_force_n must be positive",
-            Self::StageMaxSpeed => c"max_speed_m_per_s must be positive",
-            Self::StageTicks => c"ramp_ticks and watchdog_ticks must be at most 60000",
-            Self::StageDevice => c"no such device: see chaincell_device",
-            _ => self.contact_text(),
-        }
-    }
-
-    /// The codes of contact cells and tools.
-    fn contact_text(self) -> &'static CStr {
-        match self {
-            Self::ContactCapacity => c"more contact cells than the tissue was initialised for",
-            Self::ContactUnknown => c"a contact cell is not in the model",
-            Self::ContactFixed => c"a contact cell is fixed and cannot be held by the tool",
-            Self::ContactRepeated => c"a contact cell stands twice in the list",
-            Self::ContactModel => c"the tissue belongs to another model: initialise it again",
-            Self::ContactCoarse => c"too little room to hold these cells against the coarse functions",
-            Self::ContactEngaged => c"the tool is engaged: release it first",
-            Self::ContactScheme => c"no contact with tools here: take track or predict, or hold cells",
-            Self::ContactNoSurface => c"no contact surface: bake --contact-surface yes",
-            Self::ContactTools => c"there must be 1 tool to as many as the tissue has room for",
-            Self::ContactParts => c"a tool must have 1 to 8 parts",
-            Self::ContactPart => {
-                c"a part's radius must be above 0, its lengths finite and not negative, its turn a unit quaternion"
-            }
-            Self::ContactFriction => c"friction must be 0 to 10",
-            Self::ContactSamples => {
-                c"friction needs room for samples: see chaincell_room"
-            }
-            Self::ContactRoom => {
-                c"no room for contact on surfaces: initialise with a chaincell_room"
-            }
-            Self::ContactRadiusMin => c"the radius is too small for the triangles of this surface",
-            Self::SnapshotBuffer => c"the buffer is shorter than the snapshot: ask for its size",
-            Self::SnapshotMagic => c"not a snapshot",
-            Self::SnapshotVersion => c"another version of snapshots: save it by this release",
-            Self::SnapshotLayout => {
-                c"the snapshot is of another scheme or release: use the one that saved it"
-            }
-            Self::SnapshotModel => c"the snapshot is of another model: load that one",
-            Self::SnapshotLength => c"the snapshot is not whole: copy or save it again",
-            Self::SnapshotChecksum => c"the snapshot's checksum does not match: copy it again",
-            Self::SnapshotValue => c"a value in the snapshot cannot be: save it again",
-            Self::SnapshotRoom => c"too little room for the snapshot: initialise with that of the saved",
-            _ => c"unknown code",
-        }
+chaincell_kernel::codes! {
+    /// What a call came to: 0 when all is well, negative when it was refused.
+    ///
+    /// A number never changes its meaning; `chaincell_code_text` says it in words.
+    Code: i32, CStr {
+        /// Done.
+        Ok = 0, c"ok";
+        /// A pointer is null.
+        Null = -1, c"a pointer is null: only that of the detail may be";
+        /// A pointer does not have the alignment of what it points to.
+        Misaligned = -2, c"a pointer is misaligned: tissue storage starts at a multiple of 16";
+        /// The storage is too small: `needed` and `available` bytes.
+        Storage = -3, c"the storage is too small: ask chaincell_model_size";
+        /// No model or tissue stands there: initialise it first.
+        NotInitialised = -4, c"no model or tissue stands there: initialise it first";
+        /// No such scheme.
+        Scheme = -5, c"no such scheme: see chaincell_scheme";
+        /// A number is out of its range: the model's number of cells bounds it, or what its function or
+        /// field says; `needed` what was asked for, `available` the most.
+        Range = -6, c"a number is out of its range: cells bound it, or what the header says there";
+        /// No cell has this input id: `position` in the list.
+        UnknownId = -7, c"no cell has this input id: take one of the input mesh's nodes";
+        /// The image does not start at a multiple of 16.
+        ModelMisaligned = -20,
+            c"the image does not start at a multiple of 16 bytes: place it with CHAINCELL_ALIGNED";
+        /// The image ends before it is complete.
+        ModelTruncated = -21, c"the image is truncated: copy or bake it again";
+        /// The first bytes are not those of a model image.
+        ModelMagic = -22, c"not a chaincell model: bake one with `chaincell bake`";
+        /// The image has format `available`, this library reads `needed`.
+        ModelVersion = -23, c"the image has another format version: bake it again";
+        /// The checksum does not match: the bytes were changed after the bake.
+        ModelChecksum = -24, c"the image's checksum does not match: copy or bake it again";
+        /// The header or the section table contradicts itself.
+        ModelLayout = -25, c"the image's section table contradicts itself: bake it again";
+        /// A required section is missing: `section`.
+        ModelMissing = -26, c"a section of the image is missing: bake it again";
+        /// A section has a version that this library does not read: `section`.
+        ModelSectionVersion = -27, c"a section has an unknown version: bake the model again";
+        /// A section has the wrong size: `section`.
+        ModelSectionSize = -28, c"a section of the image has the wrong size: bake it again";
+        /// A scalar of the body is out of range: `position` is its word.
+        ModelParameter = -29, c"a parameter of the image is out of range: bake it again";
+        /// An index is out of range or order: `section`, `position`.
+        ModelIndex = -30, c"an index of the image is out of range or order: bake it again";
+        /// A number is not finite or out of range: `section`, `position`.
+        ModelValue = -31, c"a value of the image is out of range: bake it again";
+        /// `sweeps` is not in 1 to 65,535.
+        SettingsSweeps = -40, c"sweeps must be 1 to 65535";
+        /// `step` is not above 0 and at most `limit`, the model's proven bound.
+        SettingsStep = -41, c"step must be above 0 and at most the model's bound, step_max";
+        /// `tick_time` is not finite, or below `limit`.
+        SettingsTickTime = -42, c"tick_time must be finite, and at least the smallest time";
+        /// `max_tool_step_m` is not positive and finite.
+        SettingsMaxToolStep = -43, c"max_tool_step_m must be positive and finite";
+        /// `max_force_n` is not positive.
+        SettingsMaxForce = -44, c"max_force_n must be positive";
+        /// `unloading` is none of its three values.
+        SettingsUnloading = -45, c"unloading is none of chaincell_unloading";
+        /// `drive` is neither of its two values.
+        SettingsDrive = -46, c"drive is none of chaincell_drive";
+        /// The tissue has too few cells for the model: `needed`, `available`.
+        ResetCapacity = -60, c"the model has more cells than the tissue";
+        /// Too little room for the coarse level: `needed`, `available` blocks of eight `float`.
+        ResetCoarse = -61, c"too little room for the model's coarse functions: bake with --coarse none";
+        /// The thread's arithmetic flushes denormals to zero (FTZ, DAZ or FZ is on).
+        FloatFlushToZero = -63, c"denormals are flushed to zero: switch FTZ/DAZ/FZ off";
+        /// The thread's arithmetic does not round to nearest.
+        FloatRounding = -64, c"rounding is not to nearest: restore the default rounding mode";
+        /// The model leaves the range of the scheme's numbers: `limit` is the one that it leaves.
+        ResetRange = -65,
+            c"the model leaves the range of fixed point: bake it with a smaller --k-m, or take another scheme";
+        /// A body of nodal shapes needs track or predict.
+        ResetShapes = -66, c"a body of nodal shapes needs the scheme track or predict";
+        /// Floating-point exceptions stop the program on this thread.
+        FloatTrap = -67,
+            c"floating-point exceptions stop the program: mask them, by fedisableexcept(FE_ALL_EXCEPT)";
+        /// More contact cells than the tissue has room for: `needed`, `available`.
+        ContactCapacity = -80, c"more contact cells than the tissue was initialised for";
+        /// The contact cell is not in the model: `position` in the list.
+        ContactUnknown = -81, c"a contact cell is not in the model";
+        /// The contact cell is fixed: `position` in the list.
+        ContactFixed = -82, c"a contact cell is fixed and cannot be held by the tool";
+        /// The contact cell is named twice: `position` of the second one in the list.
+        ContactRepeated = -83, c"a contact cell stands twice in the list";
+        /// The tissue belongs to another model.
+        ContactModel = -84, c"the tissue belongs to another model: initialise it again";
+        /// Too little room to hold that many cells beside the coarse level: `needed`, `available`
+        /// blocks of eight `float`.
+        ContactCoarse = -85, c"too little room to hold these cells against the coarse functions";
+        /// The tool is engaged: other cells can be chosen only while it is released.
+        ContactEngaged = -86, c"the tool is engaged: release it first";
+        /// This library or scheme has no contact with tools: take track or predict.
+        ContactScheme = -90, c"no contact with tools here: take track or predict, or hold cells";
+        /// Tools meet the triangles of a surface, and this model has none: bake it with
+        /// `--contact-surface yes`.
+        ContactNoSurface = -91, c"no contact surface: bake --contact-surface yes";
+        /// No tools, or more than the tissue has room for: `needed`, `available`.
+        ContactTools = -92, c"there must be 1 tool to as many as the tissue has room for";
+        /// A tool has no parts, or too many: `position` is the tool, `needed` its parts, `available` the
+        /// most.
+        ContactParts = -93, c"a tool must have 1 to 8 parts";
+        /// A part of a tool cannot be: `position` in the list of all parts.
+        ContactPart = -94,
+            c"a part's radius must be above 0, its lengths finite and not negative, its turn a unit quaternion";
+        /// Friction is not within 0 and `limit`.
+        ContactFriction = -95, c"friction must be 0 to 10";
+        /// Friction holds samples, and the tissue has no room for any.
+        ContactSamples = -96, c"friction needs room for samples: see chaincell_room";
+        /// The tissue has no room for contact on surfaces: `needed` cells, `available`.
+        ContactRoom = -97, c"no room for contact on surfaces: initialise with a chaincell_room";
+        /// A radius is below `limit`, the smallest that this model's surface takes \[m\].
+        ContactRadiusMin = -98, c"the radius is too small for the triangles of this surface";
+        /// The tissue belongs to another model.
+        StateModel = -100, c"the tissue belongs to another model: initialise it again";
+        /// More or fewer positions than cells: `needed`, `available`.
+        StateCount = -101, c"there must be one position for each cell";
+        /// A coordinate is not finite or too large: `position` is its cell.
+        StatePosition = -102, c"coordinates must be finite and at most 1e6 mean link lengths";
+        /// `tick_s` is not within 1e-5 to 1.
+        StageTick = -120, c"tick_s must be 1e-5 to 1";
+        /// The coupling's stiffness or damping is negative or above 1e6.
+        StageCoupling = -121, c"the coupling's stiffness and damping must be 0 to 1e6";
+        /// The device's damping is negative or above 1e6, or the delay above 16 ticks, without a
+        /// coupling above 1.
+        StagePassivity = -122,
+            c"the device's damping must be 0 to 1e6 N s/m, the delay 0 to 16 ticks, without a coupling 0 or 1";
+        /// `max_slew_n_per_s` is not positive.
+        StageSlew = -123, c"max_slew_n_per_s must be positive";
+        /// The stage's `max_force_n` is not positive.
+        StageMaxForce = -124, c"the stage's max_force_n must be positive";
+        /// `ramp_ticks` or `watchdog_ticks` is above 60,000.
+        StageTicks = -125, c"ramp_ticks and watchdog_ticks must be at most 60000";
+        /// No such device.
+        StageDevice = -126, c"no such device: see chaincell_device";
+        /// The stage's `max_speed_m_per_s` is not positive.
+        StageMaxSpeed = -127, c"max_speed_m_per_s must be positive";
+        /// The buffer is shorter than the snapshot: `needed`, `available` bytes.
+        SnapshotBuffer = -140, c"the buffer is shorter than the snapshot: ask for its size";
+        /// The bytes are no snapshot.
+        SnapshotMagic = -141, c"not a snapshot";
+        /// Another version of snapshots: `needed`, `available`.
+        SnapshotVersion = -142, c"another version of snapshots: save it by this release";
+        /// The snapshot is of another scheme or release.
+        SnapshotLayout = -143, c"the snapshot is of another scheme or release: use the one that saved it";
+        /// The snapshot is of another model.
+        SnapshotModel = -144, c"the snapshot is of another model: load that one";
+        /// The snapshot is not whole.
+        SnapshotLength = -145, c"the snapshot is not whole: copy or save it again";
+        /// The snapshot's checksum does not match.
+        SnapshotChecksum = -146, c"the snapshot's checksum does not match: copy it again";
+        /// A value that cannot be: `position` is its word behind the header.
+        SnapshotValue = -147, c"a value in the snapshot cannot be: save it again";
+        /// Too little room for what the snapshot has: `needed`, `available`.
+        SnapshotRoom = -148, c"too little room for the snapshot: initialise with that of the saved";
     }
 }
 

@@ -65,11 +65,8 @@ pub use storage::{
     chaincell_tissue_init, chaincell_tissue_reset, chaincell_tissue_restore, chaincell_tissue_save,
 };
 pub use tick::{
-    Budget, FLAG_BAD_SAMPLE, FLAG_BAND_CLOSED, FLAG_CONTACT_CAPACITY, FLAG_FORCE_CLAMPED,
-    FLAG_FORCE_WITHHELD, FLAG_LATE, FLAG_MOTION_CLAMPED, FLAG_RELEASE_FIRST, FLAG_ROLLED_BACK,
-    FLAG_SAFE_STATE, FLAG_STALE, FLAG_STARTS_INSIDE, More, Output, ToolOutput, ToolPose,
-    chaincell_position, chaincell_positions, chaincell_set_positions, chaincell_state_hash,
-    chaincell_tick,
+    Budget, More, Output, ToolOutput, ToolPose, chaincell_position, chaincell_positions,
+    chaincell_set_positions, chaincell_state_hash, chaincell_tick,
 };
 pub use tools::{
     ContactForce, ToolPart, chaincell_choose_tools, chaincell_contact_forces, chaincell_grip,
@@ -91,8 +88,7 @@ pub extern "C" fn chaincell_version() -> u32 {
 /// A code in words, for logs: a string that is always there. Never null, whatever the number.
 #[unsafe(no_mangle)]
 pub extern "C" fn chaincell_code_text(code: i32) -> *const core::ffi::c_char {
-    let known = Code::ALL.into_iter().find(|&known| known as i32 == code);
-    known.map_or(c"unknown code", Code::text).as_ptr()
+    Code::text_of(code).unwrap_or(c"unknown code").as_ptr()
 }
 
 impl Code {

@@ -6,7 +6,7 @@ use chaincell_kernel::{Flags, TickOutput};
 use crate::code::{Code, Refusal};
 use crate::memory;
 use crate::settings::chosen;
-use crate::tick::{FLAG_SAFE_STATE, KernelPose, Output, ToolPose, answer_to};
+use crate::tick::{KernelPose, Output, ToolPose, answer_to};
 
 /// Words of a `chaincell_stage`.
 pub const STAGE_WORDS: usize = 160;
@@ -262,7 +262,7 @@ pub(crate) fn answer_of(output: &Output) -> TickOutput {
 /// A torque on the stage's ramp; none where the force is none, and of what is no number.
 fn torque(stage: &Stage, tissue: &Output, flags: u32) -> [f32; 3] {
     let torque_n_m = tissue.tool.torque_n_m.map(|x| x * stage.share());
-    let is_felt = flags & FLAG_SAFE_STATE == 0 && torque_n_m.iter().all(|x| x.is_finite());
+    let is_felt = flags & Flags::SAFE_STATE.0 == 0 && torque_n_m.iter().all(|x| x.is_finite());
     if is_felt { torque_n_m } else { [0.0; 3] }
 }
 

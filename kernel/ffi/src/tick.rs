@@ -84,55 +84,13 @@ impl Output {
     }
 }
 
-/// The tool's motion, or the change of its current, was shortened, by the step limit or the energy limit.
-pub const FLAG_MOTION_CLAMPED: u32 = 1;
-/// A bad sample: the last good one stands in, or the safe state is on.
-pub const FLAG_BAD_SAMPLE: u32 = 2;
-/// No sample for so long that the stage, or the server, lets the force fall.
-pub const FLAG_STALE: u32 = 4;
-/// The force was shortened to the limit in force.
-pub const FLAG_FORCE_CLAMPED: u32 = 8;
-/// Safe state: the force is zero and the cells stay as they are.
-pub const FLAG_SAFE_STATE: u32 = 16;
-/// The links' bands are closed (unloading).
-pub const FLAG_BAND_CLOSED: u32 = 32;
-/// A pass was discarded by the energy guard.
-pub const FLAG_ROLLED_BACK: u32 = 64;
-/// More triangles are in reach of the tools, or more samples in contact, than the tissue was initialised
-/// for: the farthest are left out.
-pub const FLAG_CONTACT_CAPACITY: u32 = 128;
-/// The sample was late, since newer ones had come or the tissue cannot keep up: it was executed without a
-/// sweep, and the force is that of an earlier tick.
-pub const FLAG_LATE: u32 = 256;
-/// The tool counts as not engaged until it has been released once; set by a process around.
-pub const FLAG_RELEASE_FIRST: u32 = 512;
-/// The stage lets the force go along its ramp or holds it back: passivity control cannot make up for the
-/// energy that sampling and delay make, or the hand has not paid for the force.
-pub const FLAG_FORCE_WITHHELD: u32 = 1024;
-/// A tool was engaged inside the tissue, or the tissue closed over it while it grew: it has no contact
-/// and no force until it has been outside once.
-pub const FLAG_STARTS_INSIDE: u32 = 2048;
-
-const _: () = assert!(FLAG_MOTION_CLAMPED == Flags::MOTION_CLAMPED.0);
-const _: () = assert!(FLAG_BAD_SAMPLE == Flags::BAD_SAMPLE.0);
-const _: () = assert!(FLAG_STALE == Flags::STALE.0);
-const _: () = assert!(FLAG_FORCE_CLAMPED == Flags::FORCE_CLAMPED.0);
-const _: () = assert!(FLAG_SAFE_STATE == Flags::SAFE_STATE.0);
-const _: () = assert!(FLAG_BAND_CLOSED == Flags::BAND_CLOSED.0);
-const _: () = assert!(FLAG_ROLLED_BACK == Flags::ROLLED_BACK.0);
-const _: () = assert!(FLAG_CONTACT_CAPACITY == Flags::CONTACT_CAPACITY.0);
-const _: () = assert!(FLAG_LATE == Flags::LATE.0);
-const _: () = assert!(FLAG_RELEASE_FIRST == Flags::RELEASE_FIRST.0);
-const _: () = assert!(FLAG_FORCE_WITHHELD == Flags::FORCE_WITHHELD.0);
-const _: () = assert!(FLAG_STARTS_INSIDE == Flags::STARTS_INSIDE.0);
-
 /// The answer to a call without a body.
 pub(crate) const SAFE: Output = Output {
     tool: ToolOutput {
         force_n: [0.0; 3],
         torque_n_m: [0.0; 3],
         contacts: 0,
-        flags: FLAG_SAFE_STATE,
+        flags: Flags::SAFE_STATE.0,
     },
     energy_j: 0.0,
     work_j: 0.0,
@@ -254,11 +212,11 @@ fn give_each_its_own(
     let is_shared = tools > 1 && (0..tools).any(|tool| felt(tool) != KernelOutput::NONE);
     for (tool, (output, pose)) in outputs.iter_mut().zip(poses).enumerate() {
         let flags = output.tool.flags;
-        if flags & FLAG_SAFE_STATE != 0 {
+        if flags & Flags::SAFE_STATE.0 != 0 {
             continue;
         }
         // What a tool felt stays until the next tick with a sweep.
-        let (felt, is_late) = (felt(tool), flags & FLAG_LATE != 0);
+        let (felt, is_late) = (felt(tool), flags & Flags::LATE.0 != 0);
         if is_shared && !is_late {
             output.work_j = felt.work_j;
         }

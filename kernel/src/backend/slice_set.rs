@@ -8,11 +8,11 @@ use crate::number::two_float::LANES;
 
 const WORDS: usize = CELLS_MAX.div_ceil(LANES * 64);
 
-/// A set of slices.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct SliceSet([u64; WORDS]);
-
-kept!(SliceSet { 0: [u64; WORDS] });
+kept! {
+    /// A set of slices.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+    pub(crate) struct SliceSet([u64; WORDS]);
+}
 
 impl SliceSet {
     pub const EMPTY: Self = Self([0; WORDS]);

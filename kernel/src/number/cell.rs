@@ -3,23 +3,23 @@
 use crate::number::Number;
 use crate::number::kept::kept;
 
-/// Four numbers: x, y, z and one more.
-///
-/// Positions have 0 in the fourth lane; the residual has the cell's sum of w d^2, or with fixed-point numbers
-/// a mark that is 0 only if that sum is 0.
-///
-/// ```
-/// use chaincell_kernel::Cell;
-///
-/// let place = Cell::at([1.0, 2.0, 3.0]); // mean link lengths from the body's centre
-/// assert_eq!((place.xyz(), place.w()), ([1.0, 2.0, 3.0], 0.0));
-/// assert_eq!(align_of_val(&place), 16);
-/// ```
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[repr(C, align(16))]
-pub struct Cell<N = f32>(pub [N; 4]);
-
-kept!(@[N: Number] Cell<N> { 0: [N; 4] });
+kept! {
+    /// Four numbers: x, y, z and one more.
+    ///
+    /// Positions have 0 in the fourth lane; the residual has the cell's sum of w d^2, or with fixed-point numbers
+    /// a mark that is 0 only if that sum is 0.
+    ///
+    /// ```
+    /// use chaincell_kernel::Cell;
+    ///
+    /// let place = Cell::at([1.0, 2.0, 3.0]); // mean link lengths from the body's centre
+    /// assert_eq!((place.xyz(), place.w()), ([1.0, 2.0, 3.0], 0.0));
+    /// assert_eq!(align_of_val(&place), 16);
+    /// ```
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    #[repr(C, align(16))]
+    pub struct Cell<N = f32>(pub [N; 4]);
+}
 
 impl<N: Number> Cell<N> {
     /// All lanes +0.0.

@@ -149,13 +149,47 @@ pub const fn joined(first: u32, second: u32) -> u32 {
     (first.rotate_left(5) ^ second).wrapping_mul(0x0100_0193)
 }
 
-/// Implements `Kept` for a struct, field by field in this order. Fields after `but` are not stored.
+/// Defines a struct and implements `Kept` for it, field by field in this order. A second list has the
+/// fields that are not stored, with their values in `Kept::BLANK`.
 macro_rules! kept {
-    ($(@[$($generics:tt)*])? $type:ty { $($field:tt: $of:ty),* $(,)? }
-        $(but $($left_out:ident: $value:expr),+)?) => {
-        impl $(<$($generics)*>)? $crate::number::kept::Kept for $type {
+    ($(#[$meta:meta])* $vis:vis struct $name:ident $(<$param:ident $(= $default:ty)?>)? {
+        $($fields:tt)*
+    } $(not stored { $($left_out:tt)* })?) => {
+        kept!(@define [$(#[$meta])* $vis struct $name $(<$param $(= $default)?>)?]
+            [$(<$param: $crate::number::kept::Kept>)?] [$name $(<$param>)?]
+            concat!(stringify!($name) $(, "<", stringify!($param), ">")?),
+            [$($fields)*] [$($($left_out)*)?]);
+    };
+    ($(#[$meta:meta])* $vis:vis struct $name:ident<
+        const $size:ident: usize = $value:literal $(, $param:ident = $default:ty)?
+    > { $($fields:tt)* }) => {
+        kept!(@define
+            [$(#[$meta])* $vis struct $name<const $size: usize = $value $(, $param = $default)?>]
+            [<const $size: usize $(, $param: $crate::number::kept::Kept)?>] [$name<$size $(, $param)?>]
+            concat!(stringify!($name), "<", stringify!($size) $(, ", ", stringify!($param))?, ">"),
+            [$($fields)*] []);
+    };
+    ($(#[$meta:meta])* $vis:vis struct $name:ident $(<$param:ident = $default:ty>)? (
+        $in:vis $of:ty
+    );) => {
+        $(#[$meta])* $vis struct $name $(<$param = $default>)? ($in $of);
+        kept!(@implement [$(<$param: $crate::number::kept::Kept>)?] [$name $(<$param>)?]
+            concat!(stringify!($name) $(, "<", stringify!($param), ">")?), [0: $of] []);
+    };
+    (@define [$($head:tt)*] $generics:tt $type:tt $text:expr,
+        [$($(#[$of_field:meta])* $in:vis $field:ident: $of:ty),* $(,)?]
+        [$($(#[$of_other:meta])* $other_in:vis $other:ident: $other_of:ty = $value:expr),* $(,)?]) => {
+        $($head)* {
+            $($(#[$of_field])* $in $field: $of,)*
+            $($(#[$of_other])* $other_in $other: $other_of,)*
+        }
+        kept!(@implement $generics $type $text, [$($field: $of),*] [$($other: $value),*]);
+    };
+    (@implement [$($generics:tt)*] [$($type:tt)*] $text:expr,
+        [$($field:tt: $of:ty),*] [$($other:ident: $value:expr),*]) => {
+        impl $($generics)* $crate::number::kept::Kept for $($type)* {
             const LAYOUT: u32 = {
-                let layout = $crate::number::kept::named(0, stringify!($type));
+                let layout = $crate::number::kept::named(0, $text);
                 $(
                     let layout = $crate::number::kept::named(layout, stringify!($field));
                     let layout = $crate::number::kept::joined(layout, <$of as $crate::number::kept::Kept>::LAYOUT);
@@ -163,7 +197,7 @@ macro_rules! kept {
                 layout
             };
             const BLANK: Self = Self {
-                $($($left_out: $value,)+)?
+                $($other: $value,)*
                 $($field: <$of as $crate::number::kept::Kept>::BLANK),*
             };
 

@@ -4,22 +4,22 @@ use super::cell::{add, scale};
 use super::sqrt::sqrt;
 use crate::number::kept::kept;
 
-/// A rotation: a unit quaternion, its real part first.
-///
-/// ```
-/// use chaincell_kernel::number::turn::{Turn, turned};
-///
-/// let half = 0.5_f32.sqrt();
-/// let quarter = Turn::of_orientation([0.0, 0.0, half, half]).ok_or("no rotation")?; // about z
-/// let [x, y, _] = turned(quarter, [1.0, 0.0, 0.0]);
-/// assert!(x.abs() < 1e-6 && (y - 1.0).abs() < 1e-6);
-/// assert_eq!(turned(quarter.back(), [0.0, 0.0, 2.0]), [0.0, 0.0, 2.0]); // the axis stays
-/// # Ok::<(), &str>(())
-/// ```
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Turn([f32; 4]);
-
-kept!(Turn { 0: [f32; 4] });
+kept! {
+    /// A rotation: a unit quaternion, its real part first.
+    ///
+    /// ```
+    /// use chaincell_kernel::number::turn::{Turn, turned};
+    ///
+    /// let half = 0.5_f32.sqrt();
+    /// let quarter = Turn::of_orientation([0.0, 0.0, half, half]).ok_or("no rotation")?; // about z
+    /// let [x, y, _] = turned(quarter, [1.0, 0.0, 0.0]);
+    /// assert!(x.abs() < 1e-6 && (y - 1.0).abs() < 1e-6);
+    /// assert_eq!(turned(quarter.back(), [0.0, 0.0, 2.0]), [0.0, 0.0, 2.0]); // the axis stays
+    /// # Ok::<(), &str>(())
+    /// ```
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct Turn([f32; 4]);
+}
 
 /// Returns a x b.
 #[must_use]

@@ -14,21 +14,23 @@ pub const LANES: usize = 8;
 /// Eight values of `f32`.
 pub type Eight = [f32; LANES];
 
-/// The unevaluated sum `hi + lo`.
-///
-/// ```
-/// use chaincell_kernel::number::two_float::TwoFloat;
-///
-/// let energy = TwoFloat::from(1.0).plus(TwoFloat::from(1e-9)); // one `f32` would lose the second
-/// assert!(energy.exceeds(TwoFloat::from(1.0)));
-/// assert_eq!(energy.minus(TwoFloat::from(1.0)).hi, 1e-9);
-/// ```
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct TwoFloat {
-    /// Leading part.
-    pub hi: f32,
-    /// Trailing part.
-    pub lo: f32,
+kept! {
+    /// The unevaluated sum `hi + lo`.
+    ///
+    /// ```
+    /// use chaincell_kernel::number::two_float::TwoFloat;
+    ///
+    /// let energy = TwoFloat::from(1.0).plus(TwoFloat::from(1e-9)); // one `f32` would lose the second
+    /// assert!(energy.exceeds(TwoFloat::from(1.0)));
+    /// assert_eq!(energy.minus(TwoFloat::from(1.0)).hi, 1e-9);
+    /// ```
+    #[derive(Debug, Clone, Copy, PartialEq, Default)]
+    pub struct TwoFloat {
+        /// Leading part.
+        pub hi: f32,
+        /// Trailing part.
+        pub lo: f32,
+    }
 }
 
 /// Returns `a + b` as rounded, and its exact rounding error.
@@ -39,8 +41,6 @@ fn two_sum(a: f32, b: f32) -> (f32, f32) {
     let of_a = sum - of_b;
     (sum, (a - of_a) + (b - of_b))
 }
-
-kept!(TwoFloat { hi: f32, lo: f32 });
 
 impl TwoFloat {
     /// Zero.

@@ -20,17 +20,17 @@ use crate::number::two_float::LANES;
 /// Ticks between two checks for sleep.
 pub(crate) const SETTLE_TICKS: u32 = 16;
 
-/// Awake slices, and those among them whose neighbours are known to be awake.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Awake {
-    pub set: SliceSet,
-    pub spread: SliceSet,
-    ticks: u32,
-    /// No slice is put to sleep.
-    sleepless: bool,
+kept! {
+    /// Awake slices, and those among them whose neighbours are known to be awake.
+    #[derive(Debug, Clone, Copy)]
+    pub(crate) struct Awake {
+        pub set: SliceSet,
+        pub spread: SliceSet,
+        ticks: u32,
+        /// No slice is put to sleep.
+        sleepless: bool,
+    }
 }
-
-kept!(Awake { set: SliceSet, spread: SliceSet, ticks: u32, sleepless: bool });
 
 impl Awake {
     /// All slices sleep.

@@ -128,12 +128,12 @@ fn secant(products: Products, before: f32, curvature: f32) -> [f32; 2] {
     [alpha, clamp((along - alpha * mixed) / curved, BETA)]
 }
 
-/// Estimate of z.Hz over r.z of a direction that follows H, from the guard's decisions: its excess over the
-/// value of a body at rest stiffness.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Guess(f32);
-
-kept!(Guess { 0: f32 });
+kept! {
+    /// Estimate of z.Hz over r.z of a direction that follows H, from the guard's decisions: its excess over the
+    /// value of a body at rest stiffness.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub(super) struct Guess(f32);
+}
 
 impl Guess {
     /// Excess of a body at rest stiffness.

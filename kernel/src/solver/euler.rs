@@ -15,37 +15,37 @@ use core::marker::PhantomData;
 use super::Dynamics;
 use super::scheme::{Body, Scheme};
 use crate::number::cell::{Cell, add, output, peak, scale, sub};
-use crate::number::kept::{Kept, kept};
+use crate::number::kept::kept;
 use crate::number::two_float::Eight;
 use crate::number::two_float::TwoFloat;
 use crate::solver::loops::{Loops, Moved};
 
-/// State of the scheme: whether any state is beyond K.
-///
-/// ```
-/// # use chaincell_kernel::{Budget, Model, Network, Settings, Tissue, ToolPose, include_model};
-/// use chaincell_kernel::Euler;
-/// # let image = include_model!(concat!(env!("CARGO_MANIFEST_DIR"), "/data/plane9.chaincell"));
-/// # let model = Model::from_bytes(image)?;
-/// # let network = Network::new(model, Settings::for_model(&model))?;
-/// let mut tissue = Tissue::<128, Euler>::new();
-/// # tissue.reset(&network)?;
-/// # tissue.choose_contacts(&network, &[47])?;
-/// # tissue.tick(&network, &[ToolPose::at([0.0; 3].into(), 1)], Budget::All);
-/// // The tool goes 2 mm aside and stays: the stress relaxes.
-/// let pose = [ToolPose::at([0.002, 0.0, 0.0].into(), 1)];
-/// let first_n = tissue.tick(&network, &pose, Budget::All).force_n.x;
-/// let later_n = (0..50).fold(0.0, |_, _| tissue.tick(&network, &pose, Budget::All).force_n.x);
-/// assert!(first_n < -0.11 && (later_n + 0.0879).abs() < 2e-4); // [N], down to the settled force
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Euler<N = f32> {
-    saturated: bool,
-    number: PhantomData<N>,
+kept! {
+    /// State of the scheme: whether any state is beyond K.
+    ///
+    /// ```
+    /// # use chaincell_kernel::{Budget, Model, Network, Settings, Tissue, ToolPose, include_model};
+    /// use chaincell_kernel::Euler;
+    /// # let image = include_model!(concat!(env!("CARGO_MANIFEST_DIR"), "/data/plane9.chaincell"));
+    /// # let model = Model::from_bytes(image)?;
+    /// # let network = Network::new(model, Settings::for_model(&model))?;
+    /// let mut tissue = Tissue::<128, Euler>::new();
+    /// # tissue.reset(&network)?;
+    /// # tissue.choose_contacts(&network, &[47])?;
+    /// # tissue.tick(&network, &[ToolPose::at([0.0; 3].into(), 1)], Budget::All);
+    /// // The tool goes 2 mm aside and stays: the stress relaxes.
+    /// let pose = [ToolPose::at([0.002, 0.0, 0.0].into(), 1)];
+    /// let first_n = tissue.tick(&network, &pose, Budget::All).force_n.x;
+    /// let later_n = (0..50).fold(0.0, |_, _| tissue.tick(&network, &pose, Budget::All).force_n.x);
+    /// assert!(first_n < -0.11 && (later_n + 0.0879).abs() < 2e-4); // [N], down to the settled force
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct Euler<N = f32> {
+        saturated: bool,
+        number: PhantomData<N>,
+    }
 }
-
-kept!(@[N: Kept] Euler<N> { saturated: bool, number: PhantomData<N> });
 
 impl<N: Loops> Dynamics for Euler<N> {
     const NAME: &'static str = "euler";

@@ -3,18 +3,18 @@
 use crate::number::kept::kept;
 use crate::number::two_float::TwoFloat;
 
-/// The certified level: an upper bound of the energy of the published state, internal units.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Level {
-    value: TwoFloat,
-    /// True if the next pass at the published state sets the level anew.
-    pub(super) forgotten: bool,
-    /// Under a current drive: its work W at the published state, rounded up. The level then bounds E - W, see
-    /// [`current`](crate::terms::current).
-    work: Option<TwoFloat>,
+kept! {
+    /// The certified level: an upper bound of the energy of the published state, internal units.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct Level {
+        value: TwoFloat,
+        /// True if the next pass at the published state sets the level anew.
+        pub(super) forgotten: bool,
+        /// Under a current drive: its work W at the published state, rounded up. The level then bounds E - W, see
+        /// [`current`](crate::terms::current).
+        work: Option<TwoFloat>,
+    }
 }
-
-kept!(Level { value: TwoFloat, forgotten: bool, work: Option<TwoFloat> });
 
 impl Level {
     /// The level of the rest shape.

@@ -31,11 +31,14 @@ use super::Dynamics;
 use super::super_step::{Factors, Formula, SuperSteps};
 use crate::model::Model;
 use crate::number::cell::Cell;
+use crate::number::kept::kept;
 use crate::number::two_float::Eight;
 
-/// The formulas of second order.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Second;
+kept! {
+    /// The formulas of second order.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct Second {}
+}
 
 /// The scheme `rkl2`.
 ///

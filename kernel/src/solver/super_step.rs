@@ -31,7 +31,7 @@ use crate::backend::slices::{Chunks, ChunksMut, copy_slice};
 use crate::backend::{Work, run};
 use crate::model::Model;
 use crate::number::cell::{Cell, peak};
-use crate::number::kept::kept;
+use crate::number::kept::{Kept, kept};
 use crate::number::two_float::TwoFloat;
 use crate::solver::awake::Awake;
 use crate::solver::loops::{Loops, Moved};
@@ -55,7 +55,7 @@ pub struct Factors {
 }
 
 /// The formulas of a super-step.
-pub trait Formula: Copy {
+pub trait Formula: Kept {
     /// Fewest stages of a super-step.
     const STAGES_MIN: u16;
     /// Longest stable super-step of `stages` stages.
@@ -64,29 +64,31 @@ pub trait Formula: Copy {
     fn factors(stage: u16, stages: u16) -> Factors;
 }
 
-/// State of a scheme that advances by super-steps.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SuperSteps<F> {
-    /// Time still to cover.
-    due: f32,
-    /// Time to cover by Euler steps after a rollback.
-    careful: f32,
-    /// Length of the first super-step after a disturbance, in this tick; 0 until it is chosen.
-    first: f32,
-    /// Time since the last disturbance.
-    since: f32,
-    /// Length of the running super-step.
-    length: f32,
-    /// Stages of the running super-step, and the number done; 0 between two.
-    stages: u16,
-    done: u16,
-    /// Remaining sweeps of this tick.
-    left: u16,
-    /// Number of cells that the tool acted on in the last sweep: it may release without a move.
-    contacts: usize,
-    /// True if some state is beyond K.
-    saturated: bool,
-    formula: PhantomData<F>,
+kept! {
+    /// State of a scheme that advances by super-steps.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct SuperSteps<F> {
+        /// Time still to cover.
+        due: f32,
+        /// Time to cover by Euler steps after a rollback.
+        careful: f32,
+        /// Length of the first super-step after a disturbance, in this tick; 0 until it is chosen.
+        first: f32,
+        /// Time since the last disturbance.
+        since: f32,
+        /// Length of the running super-step.
+        length: f32,
+        /// Stages of the running super-step, and the number done; 0 between two.
+        stages: u16,
+        done: u16,
+        /// Remaining sweeps of this tick.
+        left: u16,
+        /// Number of cells that the tool acted on in the last sweep: it may release without a move.
+        contacts: usize,
+        /// True if some state is beyond K.
+        saturated: bool,
+        formula: PhantomData<F>,
+    }
 }
 
 /// One stage, in awake slices: `at` moves to `before`, and the new point to `at`.
@@ -144,20 +146,6 @@ impl Work for Stage<'_, '_> {
         moved
     }
 }
-
-kept!(@[F: Formula] SuperSteps<F> {
-    due: f32,
-    careful: f32,
-    first: f32,
-    since: f32,
-    length: f32,
-    stages: u16,
-    done: u16,
-    left: u16,
-    contacts: usize,
-    saturated: bool,
-    formula: PhantomData<F>,
-});
 
 impl<F: Formula> SuperSteps<F> {
     pub(super) const REST: Self = Self {

@@ -53,59 +53,52 @@ use crate::model::Model;
 use crate::model::coarse_basis::ElasticLevel;
 use crate::number::Sum;
 use crate::number::cell::{Cell, add, output, peak, scale, sub};
-use crate::number::kept::{Kept, kept};
+use crate::number::kept::kept;
 use crate::number::sqrt::sqrt;
 use crate::number::two_float::{Eight, LANES, TwoFloat};
 use crate::terms::held::Contact;
 use crate::terms::residual::Terms;
 
-/// State of the scheme; `ROOM` blocks of eight `f32` of memory for the model's coarse level, `N`
-/// the numbers of cells and links.
-///
-/// ```
-/// # use chaincell_kernel::{Budget, Model, Network, Settings, Tissue, ToolPose, include_model};
-/// use chaincell_kernel::{I8F24, Track};
-/// # let image = include_model!(concat!(env!("CARGO_MANIFEST_DIR"), "/data/plane9.chaincell"));
-/// # let model = Model::from_bytes(image)?;
-/// # let network = Network::new(model, Settings::for_model(&model))?;
-/// let mut float = Tissue::<128, Track>::new();
-/// let mut fixed = Tissue::<128, Track<0, I8F24>>::new(); // for targets without an FPU
-/// float.reset(&network)?;
-/// fixed.reset(&network)?;
-/// # (float.choose_contacts(&network, &[47])?, fixed.choose_contacts(&network, &[47])?);
-/// # let mut forces_n = [0.0; 2];
-/// for depth_m in [0.0, 0.002, 0.004] {
-///     let pose = [ToolPose::at([0.0, 0.0, -depth_m].into(), 1)];
-///     let a = float.tick(&network, &pose, Budget::All);
-///     let b = fixed.tick(&network, &pose, Budget::All);
-/// #     forces_n = [a.force_n.z, b.force_n.z];
-///     assert!((a.force_n.z - b.force_n.z).abs() < 1e-6); // [N]
-/// }
-/// # assert!(forces_n[0] > 0.01, "{forces_n:?}");
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Track<const ROOM: usize = 0, N = f32> {
-    last: Last,
-    /// Curvature estimate of an elastic level's direction.
-    guess: Guess,
-    /// True while extrapolating; otherwise the next pass starts at the published point and is accepted.
-    going: bool,
-    /// True if some state is beyond K.
-    saturated: bool,
-    /// Number of corrections of an elastic level for the chosen cells, stored in the coarse memory.
-    corrections: u32,
-    number: PhantomData<N>,
+kept! {
+    /// State of the scheme; `ROOM` blocks of eight `f32` of memory for the model's coarse level, `N`
+    /// the numbers of cells and links.
+    ///
+    /// ```
+    /// # use chaincell_kernel::{Budget, Model, Network, Settings, Tissue, ToolPose, include_model};
+    /// use chaincell_kernel::{I8F24, Track};
+    /// # let image = include_model!(concat!(env!("CARGO_MANIFEST_DIR"), "/data/plane9.chaincell"));
+    /// # let model = Model::from_bytes(image)?;
+    /// # let network = Network::new(model, Settings::for_model(&model))?;
+    /// let mut float = Tissue::<128, Track>::new();
+    /// let mut fixed = Tissue::<128, Track<0, I8F24>>::new(); // for targets without an FPU
+    /// float.reset(&network)?;
+    /// fixed.reset(&network)?;
+    /// # (float.choose_contacts(&network, &[47])?, fixed.choose_contacts(&network, &[47])?);
+    /// # let mut forces_n = [0.0; 2];
+    /// for depth_m in [0.0, 0.002, 0.004] {
+    ///     let pose = [ToolPose::at([0.0, 0.0, -depth_m].into(), 1)];
+    ///     let a = float.tick(&network, &pose, Budget::All);
+    ///     let b = fixed.tick(&network, &pose, Budget::All);
+    /// #     forces_n = [a.force_n.z, b.force_n.z];
+    ///     assert!((a.force_n.z - b.force_n.z).abs() < 1e-6); // [N]
+    /// }
+    /// # assert!(forces_n[0] > 0.01, "{forces_n:?}");
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct Track<const ROOM: usize = 0, N = f32> {
+        last: Last,
+        /// Curvature estimate of an elastic level's direction.
+        guess: Guess,
+        /// True while extrapolating; otherwise the next pass starts at the published point and is accepted.
+        going: bool,
+        /// True if some state is beyond K.
+        saturated: bool,
+        /// Number of corrections of an elastic level for the chosen cells, stored in the coarse memory.
+        corrections: u32,
+        number: PhantomData<N>,
+    }
 }
-
-kept!(@[const ROOM: usize, N: Kept] Track<ROOM, N> {
-    last: Last,
-    guess: Guess,
-    going: bool,
-    saturated: bool,
-    corrections: u32,
-    number: PhantomData<N>,
-});
 
 impl<const ROOM: usize, N: Loops> Dynamics for Track<ROOM, N> {
     const NAME: &'static str = "track";

@@ -32,25 +32,25 @@ pub(super) const SURE_COUNTS: f32 = 4.0;
 /// Squared motion per tick below which a tool is at rest \[m^2\].
 const STILL_M2: f32 = 1.0e-20;
 
-/// The controller.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Controller {
-    /// Energy that the last tick ordered to dissipate \[J\].
-    ordered: f32,
+kept! {
+    /// The controller.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub(super) struct Controller {
+        /// Energy that the last tick ordered to dissipate \[J\].
+        ordered: f32,
+    }
 }
 
-kept!(Controller { ordered: f32 });
-
-/// A force to show: it is clamped first, then the part that the hand has no claim to is taken off \[N\].
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Asked {
-    /// The force, including the damping of the energy that sampling generated.
-    pub(super) force: [f32; 3],
-    /// The part to take off.
-    pub(super) off: [f32; 3],
+kept! {
+    /// A force to show: it is clamped first, then the part that the hand has no claim to is taken off \[N\].
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub(super) struct Asked {
+        /// The force, including the damping of the energy that sampling generated.
+        pub(super) force: [f32; 3],
+        /// The part to take off.
+        pub(super) off: [f32; 3],
+    }
 }
-
-kept!(Asked { force: [f32; 3], off: [f32; 3] });
 
 impl Asked {
     pub(super) const NONE: Self = Self { force: [0.0; 3], off: [0.0; 3] };

@@ -32,32 +32,24 @@ const THETA: f32 = 1.5;
 /// pushed out by a step would plunge into it again.
 const FORGOTTEN: f32 = 1.0 - 1.0 / 16.0;
 
-/// The proxy.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Proxy {
-    /// Position of the tool \[m\].
-    at: [f32; 3],
-    /// Motion in this tick, and the last motion that was not zero \[m\].
-    moved: [f32; 3],
-    way: [f32; 3],
-    /// The tissue's force in the last tick, and the last one that was not zero \[N\].
-    force: [f32; 3],
-    out: [f32; 3],
-    /// The largest bound of the tissue's stiffness in this contact, fading out of contact \[N/m\].
-    stiffness: f32,
-    /// True if the tissue cut the last motion short.
-    is_cut: bool,
+kept! {
+    /// The proxy.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub(super) struct Proxy {
+        /// Position of the tool \[m\].
+        at: [f32; 3],
+        /// Motion in this tick, and the last motion that was not zero \[m\].
+        moved: [f32; 3],
+        way: [f32; 3],
+        /// The tissue's force in the last tick, and the last one that was not zero \[N\].
+        force: [f32; 3],
+        out: [f32; 3],
+        /// The largest bound of the tissue's stiffness in this contact, fading out of contact \[N/m\].
+        stiffness: f32,
+        /// True if the tissue cut the last motion short.
+        is_cut: bool,
+    }
 }
-
-kept!(Proxy {
-    at: [f32; 3],
-    moved: [f32; 3],
-    way: [f32; 3],
-    force: [f32; 3],
-    out: [f32; 3],
-    stiffness: f32,
-    is_cut: bool,
-});
 
 impl Proxy {
     pub(super) const NEW: Self = Self {

@@ -45,13 +45,13 @@ pub fn passive_stiffness_n_per_m(damping_n_s_per_m: f32, delay_ticks: f32, tick_
     2.0 * damping_n_s_per_m / ((1.0 + 2.0 * delay_ticks) * tick_s)
 }
 
-/// The delay, from the settings or as a running mean.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Delay {
-    ticks: f32,
+kept! {
+    /// The delay, from the settings or as a running mean.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub(super) struct Delay {
+        ticks: f32,
+    }
 }
-
-kept!(Delay { ticks: f32 });
 
 impl Delay {
     pub(super) fn new(ticks: u8) -> Self {

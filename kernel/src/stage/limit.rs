@@ -3,16 +3,16 @@
 
 use crate::number::kept::kept;
 
-/// A limit: its target and its present value.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Limit {
-    /// Target \[N\].
-    to_n: f32,
-    /// Present value \[N\].
-    now_n: f32,
+kept! {
+    /// A limit: its target and its present value.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub(super) struct Limit {
+        /// Target \[N\].
+        to_n: f32,
+        /// Present value \[N\].
+        now_n: f32,
+    }
 }
-
-kept!(Limit { to_n: f32, now_n: f32 });
 
 impl Limit {
     pub(super) const NONE: Self = Self { to_n: f32::INFINITY, now_n: f32::INFINITY };

@@ -110,67 +110,46 @@ use observer::Observer;
 use ramp::Ramp;
 use watchdog::Watchdog;
 
-/// The output stage of one device. Each tick calls [`Self::sample`], the tissue's tick and [`Self::output`],
-/// or [`Self::missed`] alone.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Stage {
-    settings: StageSettings,
-    /// The tissue's force limit, see [`Self::limit_force`].
-    limit: Limit,
-    proxy: Proxy,
-    observer: Observer,
-    controller: Controller,
-    delay: Delay,
-    ramp: Ramp,
-    watchdog: Watchdog,
-    reach: Reach,
-    /// The device's last good position and its last motion \[m\].
-    device: [f32; 3],
-    dx: [f32; 3],
-    /// `engaged`: the tool is engaged, as of the last good sample. `begins`: it engaged with this sample, or
-    /// no answer has come since it did.
-    engaged: bool,
-    begins: bool,
-    /// True while a good sample has no answer yet.
-    is_good: bool,
-    /// True if ticks are missing in the energy ledger.
-    has_gap: bool,
-    /// True from the foot of the ramp until the tool is out of contact at the full ramp.
-    is_early: bool,
-    /// Ticks since the last good sample, and ticks that its motion took.
-    ticks: u16,
-    took: u16,
-    /// The force before ramp and limits, and the last force that the device received \[N\].
-    asked: Asked,
-    given: [f32; 3],
-    /// Energy and contacts in the tissue's last answer.
-    energy_j: f32,
-    contacts: u32,
+kept! {
+    /// The output stage of one device. Each tick calls [`Self::sample`], the tissue's tick and [`Self::output`],
+    /// or [`Self::missed`] alone.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct Stage {
+        proxy: Proxy,
+        observer: Observer,
+        controller: Controller,
+        delay: Delay,
+        ramp: Ramp,
+        watchdog: Watchdog,
+        reach: Reach,
+        /// The device's last good position and its last motion \[m\].
+        device: [f32; 3],
+        dx: [f32; 3],
+        /// `engaged`: the tool is engaged, as of the last good sample. `begins`: it engaged with this sample, or
+        /// no answer has come since it did.
+        engaged: bool,
+        begins: bool,
+        /// True while a good sample has no answer yet.
+        is_good: bool,
+        /// True if ticks are missing in the energy ledger.
+        has_gap: bool,
+        /// True from the foot of the ramp until the tool is out of contact at the full ramp.
+        is_early: bool,
+        /// Ticks since the last good sample, and ticks that its motion took.
+        ticks: u16,
+        took: u16,
+        /// The force before ramp and limits, and the last force that the device received \[N\].
+        asked: Asked,
+        given: [f32; 3],
+        /// Energy and contacts in the tissue's last answer.
+        energy_j: f32,
+        contacts: u32,
+        /// The tissue's force limit, see [`Self::limit_force`].
+        limit: Limit,
+    } not stored {
+        settings: StageSettings = StageSettings::NONE,
+    }
 }
-
-kept!(Stage {
-    proxy: Proxy,
-    observer: Observer,
-    controller: Controller,
-    delay: Delay,
-    ramp: Ramp,
-    watchdog: Watchdog,
-    reach: Reach,
-    device: [f32; 3],
-    dx: [f32; 3],
-    engaged: bool,
-    begins: bool,
-    is_good: bool,
-    has_gap: bool,
-    is_early: bool,
-    ticks: u16,
-    took: u16,
-    asked: Asked,
-    given: [f32; 3],
-    energy_j: f32,
-    contacts: u32,
-    limit: Limit,
-} but settings: StageSettings::NONE);
 
 impl Stage {
     /// A stage at rest.

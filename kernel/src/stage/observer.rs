@@ -65,45 +65,30 @@ type Forces<const N: usize> = [[f32; 3]; N];
 /// The largest number of forces on their way, and the acting one.
 const WAY: usize = DELAY_MAX as usize + 1;
 
-/// The observer of one port.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Observer {
-    /// The measured position, the counted position and the smallest step \[m\].
-    measured: Option<[f32; 3]>,
-    at: [f32; 3],
-    count: f32,
-    /// Ticks since the last change of each coordinate.
-    still: [u16; 3],
-    /// Motion in this tick, the ticks that it took, and the motion per tick \[m\].
-    dx: [f32; 3],
-    took: u16,
-    rate: [f32; 3],
-    given: Forces<WAY>,
-    asked: Forces<2>,
-    port: TwoFloat,
-    hand: TwoFloat,
-    sampling: TwoFloat,
-    shown: [f32; 3],
-    /// The last force before ticks in which the device did not receive the computed force \[N\].
-    held: [f32; 3],
+kept! {
+    /// The observer of one port.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub(super) struct Observer {
+        /// The measured position, the counted position and the smallest step \[m\].
+        measured: Option<[f32; 3]>,
+        at: [f32; 3],
+        count: f32,
+        /// Ticks since the last change of each coordinate.
+        still: [u16; 3],
+        /// Motion in this tick, the ticks that it took, and the motion per tick \[m\].
+        dx: [f32; 3],
+        took: u16,
+        rate: [f32; 3],
+        given: Forces<WAY>,
+        asked: Forces<2>,
+        port: TwoFloat,
+        hand: TwoFloat,
+        sampling: TwoFloat,
+        shown: [f32; 3],
+        /// The last force before ticks in which the device did not receive the computed force \[N\].
+        held: [f32; 3],
+    }
 }
-
-kept!(Observer {
-    measured: Option<[f32; 3]>,
-    at: [f32; 3],
-    count: f32,
-    still: [u16; 3],
-    dx: [f32; 3],
-    took: u16,
-    rate: [f32; 3],
-    given: Forces<WAY>,
-    asked: Forces<2>,
-    port: TwoFloat,
-    hand: TwoFloat,
-    sampling: TwoFloat,
-    shown: [f32; 3],
-    held: [f32; 3],
-});
 
 impl Observer {
     pub(super) const NEW: Self = Self {

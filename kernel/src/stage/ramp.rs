@@ -16,17 +16,17 @@ pub fn on_ramp(from_n: [f32; 3], to_n: [f32; 3], share: f32) -> [f32; 3] {
     add(from_n, scale(share, sub(to_n, from_n)))
 }
 
-/// State of the ramp.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Ramp {
-    /// Steps taken, of `of`.
-    taken: u16,
-    of: u16,
-    /// Ticks until the next step of a slow rise.
-    rest: u16,
+kept! {
+    /// State of the ramp.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+    pub(super) struct Ramp {
+        /// Steps taken, of `of`.
+        taken: u16,
+        of: u16,
+        /// Ticks until the next step of a slow rise.
+        rest: u16,
+    }
 }
-
-kept!(Ramp { taken: u16, of: u16, rest: u16 });
 
 /// Factor by which a slow rise is slower.
 const SLOWER: u16 = 12;

@@ -28,19 +28,19 @@ pub enum Pose {
     Elsewhere,
 }
 
-/// Checks the poses of one tool. Costs about ten operations per pose.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Reach {
-    /// The last good position, and the last position of all \[m\].
-    good: [f32; 3],
-    last: [f32; 3],
-    /// Consecutive poses that are out of reach and agree.
-    agreeing: u16,
-    /// True if the last good pose was engaged.
-    engaged: bool,
+kept! {
+    /// Checks the poses of one tool. Costs about ten operations per pose.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct Reach {
+        /// The last good position, and the last position of all \[m\].
+        good: [f32; 3],
+        last: [f32; 3],
+        /// Consecutive poses that are out of reach and agree.
+        agreeing: u16,
+        /// True if the last good pose was engaged.
+        engaged: bool,
+    }
 }
-
-kept!(Reach { good: [f32; 3], last: [f32; 3], agreeing: u16, engaged: bool });
 
 impl Reach {
     /// No pose has come yet.

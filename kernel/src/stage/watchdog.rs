@@ -2,13 +2,13 @@
 
 use crate::number::kept::kept;
 
-/// Ticks since the last sample.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Watchdog {
-    silent: u32,
+kept! {
+    /// Ticks since the last sample.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+    pub(super) struct Watchdog {
+        silent: u32,
+    }
 }
-
-kept!(Watchdog { silent: u32 });
 
 impl Watchdog {
     pub(super) const NEW: Self = Self { silent: 0 };

@@ -28,14 +28,14 @@ use crate::number::kept::kept;
 use crate::number::sqrt::sqrt;
 use crate::number::two_float::TwoFloat;
 
-/// A contact cell and where it was when the tool took hold of it [mean link lengths].
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Contact<N = f32> {
-    pub(crate) origin: [N; 3],
-    id: u16,
+kept! {
+    /// A contact cell and where it was when the tool took hold of it [mean link lengths].
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct Contact<N = f32> {
+        pub(crate) origin: [N; 3],
+        id: u16,
+    }
 }
-
-kept!(@[N: Number] Contact<N> { origin: [N; 3], id: u16 });
 
 impl<N: Number> Contact<N> {
     /// An empty slot.

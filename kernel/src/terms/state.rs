@@ -88,12 +88,12 @@ const ROWS: usize = (2 * State::LASTING + State::RESULTS + 1).next_multiple_of(2
 /// Lines of a slice: one for each cell, then the rows.
 const LINES: usize = IS_KEPT * (LANES + ROWS / 2);
 
-/// Memory for the terms' states: a line of 64 bytes. [`term_states`] is the number that a body needs.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(any(test, feature = "nodal"), repr(C, align(64)))]
-pub struct TermState(pub(crate) [[f32; 4]; 4 * IS_KEPT]);
-
-kept!(TermState { 0: [[f32; 4]; 4 * IS_KEPT] });
+kept! {
+    /// Memory for the terms' states: a line of 64 bytes. [`term_states`] is the number that a body needs.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    #[cfg_attr(any(test, feature = "nodal"), repr(C, align(64)))]
+    pub struct TermState(pub(crate) [[f32; 4]; 4 * IS_KEPT]);
+}
 
 const _: () = assert!(size_of::<TermState>() == IS_KEPT * 2 * size_of::<Row>());
 

@@ -17,6 +17,7 @@
 //! the tool next engages. The rules of each step are those of "One tick" in `host/REFERENCE.md`.
 //!
 //! - [`choice`], [`choices`]: a choice among named values, and the choices of a run.
+//! - [`tables`]: tables of flags and codes.
 //! - [`settings`], [`budget`], [`sample`]: parameters of a run, sweeps of a tick, its output.
 //! - [`tissue`], [`fit`], `error`: the state in RAM, the check that a model fits it, and its errors.
 //! - `begin`: a tool that engages in contact or inside the tissue.
@@ -40,6 +41,7 @@ pub mod pose;
 pub mod sample;
 pub mod settings;
 mod surface;
+pub mod tables;
 #[cfg(test)]
 mod tests;
 pub mod tissue;

@@ -1,18 +1,19 @@
 //! Inputs and outputs of a tick.
 
+use super::tables::flags;
 use crate::number::kept::kept;
 use nalgebra::Vector3;
 
-/// The part of good poses that the tick keeps: the first tool's position, and whether a tool is engaged.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct ToolSample {
-    /// Position in the frame of the input mesh \[m\].
-    pub position_m: Vector3<f32>,
-    /// 1 while a tool holds or loads the body, else 0.
-    pub engaged: u32,
+kept! {
+    /// The part of good poses that the tick keeps: the first tool's position, and whether a tool is engaged.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub(crate) struct ToolSample {
+        /// Position in the frame of the input mesh \[m\].
+        pub position_m: Vector3<f32>,
+        /// 1 while a tool holds or loads the body, else 0.
+        pub engaged: u32,
+    }
 }
-
-kept!(ToolSample { position_m: Vector3<f32>, engaged: u32 });
 
 /// The output of one tick. It describes the state after the last update.
 ///
@@ -68,57 +69,45 @@ impl TickOutput {
     };
 }
 
-/// Limits and faults that acted during a tick; files and messages hold their sum.
-///
-/// ```
-/// use chaincell_kernel::Flags;
-///
-/// let flags = Flags(1 + 64); // as a message has them
-/// assert!(flags.contains(Flags::MOTION_CLAMPED) && flags.contains(Flags::ROLLED_BACK));
-/// assert!(!flags.contains(Flags::SAFE_STATE));
-/// ```
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-#[repr(transparent)]
-pub struct Flags(pub u32);
-
-impl Flags {
-    /// The step limit or the energy limit shortened the tool's motion or the change of its current.
-    pub const MOTION_CLAMPED: Self = Self(1);
-    /// A bad sample: the last good one is used, or the safe state is on.
-    pub const BAD_SAMPLE: Self = Self(2);
-    /// No sample within the watchdog's time (set by the output stage or the calling process).
-    pub const STALE: Self = Self(4);
-    /// The force was clamped to the current limit.
-    pub const FORCE_CLAMPED: Self = Self(8);
-    /// Safe state: the force is zero.
-    pub const SAFE_STATE: Self = Self(16);
-    /// The links' bands are closed (unloading).
-    pub const BAND_CLOSED: Self = Self(32);
-    /// The energy guard discarded a pass.
-    pub const ROLLED_BACK: Self = Self(64);
-    /// More triangles are in reach of the tools, or more samples in contact, than the tissue has memory for; the
-    /// farthest ones are left out.
-    pub const CONTACT_CAPACITY: Self = Self(128);
-    /// The sample was late and newer ones waited: it was executed without a sweep, and the force is that of
-    /// an earlier tick.
-    pub const LATE: Self = Self(256);
-    /// The tool counts as not engaged until it has been released once (set by the calling process).
-    pub const RELEASE_FIRST: Self = Self(512);
-    /// The output stage lowers the force along its ramp or holds it back: passivity control cannot compensate
-    /// the energy that sampling and delay generate, or the hand has put in too little energy.
-    pub const FORCE_WITHHELD: Self = Self(1024);
-    /// A tool engaged inside the tissue, or the tissue closed over it while it grew: it has no contact and no
-    /// force until it has been outside once.
-    pub const STARTS_INSIDE: Self = Self(2048);
-
-    /// Sets every bit of `other`.
-    pub const fn insert(&mut self, other: Self) {
-        self.0 |= other.0;
-    }
-
-    /// Returns true if every bit of `other` is set.
-    #[must_use]
-    pub const fn contains(self, other: Self) -> bool {
-        self.0 & other.0 == other.0
+flags! {
+    /// Limits and faults that acted during a tick; files and messages hold their sum.
+    ///
+    /// ```
+    /// use chaincell_kernel::Flags;
+    ///
+    /// let flags = Flags(1 + 64); // as a message has them
+    /// assert!(flags.contains(Flags::MOTION_CLAMPED) && flags.contains(Flags::ROLLED_BACK));
+    /// assert!(!flags.contains(Flags::SAFE_STATE));
+    /// ```
+    Flags {
+        /// The step limit or the energy limit shortened the tool's motion or the change of its current.
+        MOTION_CLAMPED = 1;
+        /// A bad sample, no number or farther than a hand moves: the last good one is used, or the safe
+        /// state is on.
+        BAD_SAMPLE = 2;
+        /// No sample within the watchdog's time (set by the output stage or the calling process).
+        STALE = 4;
+        /// Force or torque was clamped to its limit.
+        FORCE_CLAMPED = 8;
+        /// Safe state: the force is zero.
+        SAFE_STATE = 16;
+        /// The links' bands are closed (unloading).
+        BAND_CLOSED = 32;
+        /// The energy guard discarded a pass.
+        ROLLED_BACK = 64;
+        /// More triangles are in reach of the tools, or more samples in contact, than the tissue has memory
+        /// for: the farthest ones are left out.
+        CONTACT_CAPACITY = 128;
+        /// The sample was late, as newer ones waited or the tissue cannot keep up: it was executed without a
+        /// sweep, and the force is that of an earlier tick.
+        LATE = 256;
+        /// The tool counts as not engaged until it has been released once (set by the calling process).
+        RELEASE_FIRST = 512;
+        /// The output stage lowers the force along its ramp or holds it back: passivity control cannot
+        /// compensate the energy that sampling and delay generate, or the hand has put in too little energy.
+        FORCE_WITHHELD = 1024;
+        /// A tool engaged inside the tissue, or the tissue closed over it while it grew: it has no contact and
+        /// no force until it has been outside once.
+        STARTS_INSIDE = 2048;
     }
 }

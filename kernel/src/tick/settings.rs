@@ -1,38 +1,150 @@
 //! Settings of a run, checked once against the model.
 
+use super::choice::Choice;
 use super::choices::{Drive, Unloading};
 use crate::model::Model;
 
-/// Parameters of a run.
-///
-/// ```
-/// # use chaincell_kernel::{Model, Network, include_model};
-/// use chaincell_kernel::Settings;
-/// # let image = include_model!(concat!(env!("CARGO_MANIFEST_DIR"), "/data/plane9.chaincell"));
-/// # let model = Model::from_bytes(image)?;
-///
-/// let settings = Settings { sweeps: 1, max_force_n: 3.0, ..Settings::for_model(&model) };
-/// assert_eq!(settings.max_tool_step_m, model.unit_m()); // [m] a tick: one mean link length
-/// assert!(Network::new(model, settings).is_ok());
-/// # Ok::<(), chaincell_kernel::ModelError>(())
-/// ```
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Settings {
-    /// Sweeps per tick, at least 1.
-    pub sweeps: u16,
-    /// Common step of `euler` per sweep, at most [`Model::step_max`] [dimensionless time].
-    pub step: f32,
-    /// Time that `rkl2` advances per tick, at least [`Model::tick_time_min`] [dimensionless time].
-    pub tick_time: f32,
-    /// Largest motion of the contact cells per tick, or largest change of the current per tick \[m\].
-    pub max_tool_step_m: f32,
-    /// How the tool's displacement acts on chosen cells, from the next time that the tool engages.
-    pub drive: Drive,
-    /// Rule by which the bands close.
-    pub unloading: Unloading,
-    /// Largest magnitude of the force; infinite means no limit \[N\].
-    /// A limit below 1e-15 N admits no force.
-    pub max_force_n: f32,
+/// Defines the settings in one table: each line is `name: type = default, check;` after its meaning. Traces and
+/// snapshots hold a word for each, in this order.
+macro_rules! settings {
+    ($(#[$of_all:meta])+ $all:ident {
+        $($(#[$meaning:meta])+ $name:ident: $type:ty = $default:expr, $check:expr;)+
+    }) => {
+        $(#[$of_all])+
+        #[derive(Debug, Clone, Copy, PartialEq)]
+        pub struct $all {
+            $($(#[$meaning])+ pub $name: $type,)+
+        }
+
+        impl $all {
+            /// Number of settings.
+            pub const COUNT: usize = [$(stringify!($name)),+].len();
+
+            /// The defaults for a model: 4 sweeps, nine tenths of the step bound, that bound as the time per
+            /// tick, one mean link length of tool motion per tick, prescribed positions, unloading on release,
+            /// no force limit.
+            #[must_use]
+            pub fn for_model(model: &Model<'_>) -> Self {
+                Self { $($name: of_model($default, model)),+ }
+            }
+
+            /// Checks every setting against the model.
+            fn check(&self, model: &Model<'_>) -> Result<(), SettingsError> {
+                $(checked($check, self.$name, model)?;)+
+                Ok(())
+            }
+
+            /// Returns the settings as words.
+            #[must_use]
+            pub fn words(&self) -> [u32; Self::COUNT] {
+                [$(self.$name.word()),+]
+            }
+
+            /// Returns the settings of words; `None` if one has no meaning. [`Network::new`] checks the ranges.
+            #[must_use]
+            pub fn from_words([$($name),+]: [u32; Self::COUNT]) -> Option<Self> {
+                Some(Self { $($name: Word::of_word($name)?),+ })
+            }
+        }
+    };
+}
+
+settings! {
+    /// Parameters of a run.
+    ///
+    /// ```
+    /// # use chaincell_kernel::{Model, Network, include_model};
+    /// use chaincell_kernel::Settings;
+    /// # let image = include_model!(concat!(env!("CARGO_MANIFEST_DIR"), "/data/plane9.chaincell"));
+    /// # let model = Model::from_bytes(image)?;
+    ///
+    /// let settings = Settings { sweeps: 1, max_force_n: 3.0, ..Settings::for_model(&model) };
+    /// assert_eq!(settings.max_tool_step_m, model.unit_m()); // [m] a tick: one mean link length
+    /// assert!(Network::new(model, settings).is_ok());
+    /// # Ok::<(), chaincell_kernel::ModelError>(())
+    /// ```
+    Settings {
+        /// Sweeps per tick, at least 1.
+        sweeps: u16 = |_| 4, |sweeps, _| unless(sweeps > 0, SettingsError::Sweeps);
+        /// Common step of `euler` per sweep, at most [`Model::step_max`] [dimensionless time].
+        step: f32 = |model| 0.9 * model.step_max(), |step, model| {
+            let max = model.step_max();
+            unless(step > 0.0 && step <= max, SettingsError::Step { max })
+        };
+        /// Time that `rkl2` advances per tick, at least [`Model::tick_time_min`] [dimensionless time].
+        tick_time: f32 = |model| model.step_max(), |time, model| {
+            let min = model.tick_time_min();
+            unless(time >= min && time.is_finite(), SettingsError::TickTime { min })
+        };
+        /// Largest motion of the contact cells per tick, or largest change of the current per tick \[m\].
+        max_tool_step_m: f32 = |model| model.unit_m(), |step_m, _| {
+            unless(step_m > 0.0 && step_m.is_finite(), SettingsError::MaxToolStep)
+        };
+        /// Largest magnitude of the force; infinite means no limit \[N\].
+        /// A limit below 1e-15 N admits no force.
+        max_force_n: f32 = |_| f32::INFINITY, |force_n, _| {
+            unless(force_n > 0.0, SettingsError::MaxForce)
+        };
+        /// Rule by which the bands close.
+        unloading: Unloading = |_| Unloading::default(), |_, _| Ok(());
+        /// How the tool's displacement acts on chosen cells, from the next time that the tool engages.
+        drive: Drive = |_| Drive::default(), |_, _| Ok(());
+    }
+}
+
+/// A setting's default.
+fn of_model<T>(default: impl Fn(&Model<'_>) -> T, model: &Model<'_>) -> T {
+    default(model)
+}
+
+/// The check of a setting.
+fn checked<T>(
+    check: impl Fn(T, &Model<'_>) -> Result<(), SettingsError>,
+    value: T,
+    model: &Model<'_>,
+) -> Result<(), SettingsError> {
+    check(value, model)
+}
+
+/// Refuses a value unless it is in its range.
+fn unless(is_in_range: bool, why: SettingsError) -> Result<(), SettingsError> {
+    if is_in_range { Ok(()) } else { Err(why) }
+}
+
+/// A setting as a word.
+trait Word: Sized {
+    fn word(self) -> u32;
+    fn of_word(word: u32) -> Option<Self>;
+}
+
+impl Word for u16 {
+    fn word(self) -> u32 {
+        self.into()
+    }
+
+    fn of_word(word: u32) -> Option<Self> {
+        Self::try_from(word).ok()
+    }
+}
+
+impl Word for f32 {
+    fn word(self) -> u32 {
+        self.to_bits()
+    }
+
+    fn of_word(word: u32) -> Option<Self> {
+        Some(Self::from_bits(word))
+    }
+}
+
+impl<T: Choice> Word for T {
+    fn word(self) -> u32 {
+        self.code().into()
+    }
+
+    fn of_word(word: u32) -> Option<Self> {
+        Self::from_code(u16::try_from(word).ok()?)
+    }
 }
 
 /// Which setting is out of range.
@@ -74,24 +186,6 @@ pub enum SettingsError {
     MaxForce,
 }
 
-impl Settings {
-    /// The defaults for a model: 4 sweeps, nine tenths of the step bound, that bound as the time per tick,
-    /// one mean link length of tool motion per tick, prescribed positions, unloading on release, no force
-    /// limit.
-    #[must_use]
-    pub fn for_model(model: &Model<'_>) -> Self {
-        Self {
-            sweeps: 4,
-            step: 0.9 * model.step_max(),
-            tick_time: model.step_max(),
-            max_tool_step_m: model.unit_m(),
-            drive: Drive::Position,
-            unloading: Unloading::Release,
-            max_force_n: f32::INFINITY,
-        }
-    }
-}
-
 /// A model together with settings that fit it: all that a tick reads and never writes.
 ///
 /// ```
@@ -117,20 +211,8 @@ impl<'m> Network<'m> {
     /// # Errors
     /// The first setting that is out of range, with the range.
     pub fn new(model: Model<'m>, settings: Settings) -> Result<Self, SettingsError> {
-        let (max, min) = (model.step_max(), model.tick_time_min());
-        if settings.sweeps == 0 {
-            Err(SettingsError::Sweeps)
-        } else if !(settings.step > 0.0 && settings.step <= max) {
-            Err(SettingsError::Step { max })
-        } else if !(settings.tick_time >= min && settings.tick_time.is_finite()) {
-            Err(SettingsError::TickTime { min })
-        } else if !(settings.max_tool_step_m > 0.0 && settings.max_tool_step_m.is_finite()) {
-            Err(SettingsError::MaxToolStep)
-        } else if settings.max_force_n.is_nan() || settings.max_force_n <= 0.0 {
-            Err(SettingsError::MaxForce)
-        } else {
-            Ok(Self { model, settings })
-        }
+        settings.check(&model)?;
+        Ok(Self { model, settings })
     }
 
     /// The model.

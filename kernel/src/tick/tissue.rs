@@ -26,63 +26,46 @@ use crate::terms::held::{self, Contact, ContactError};
 use crate::terms::links::number::LinkNumber;
 use crate::terms::state::{self, TermState, TermStates};
 
-/// Scalar state of a tissue: all of it but the arrays.
-#[derive(Debug, Clone, Copy)]
-pub struct Head<D> {
-    pub(crate) dynamics: D,
-    pub(crate) level: Level,
-    /// Checksum of the model the arrays belong to, `None` before the first reset.
-    pub(crate) model: Option<u32>,
-    /// Number of chosen contact cells.
-    pub(crate) chosen: usize,
-    /// True if tools are chosen in place of cells.
-    pub(crate) has_tools: bool,
-    /// Number of basis functions under the tools, whose resistance the coarse level takes into account;
-    /// `None` if that is not possible.
-    pub(crate) resisted: Option<u16>,
-    /// True if the tool is engaged.
-    pub(crate) engaged: bool,
-    /// Tool position when it engaged \[m\].
-    pub(crate) tool_origin_m: [f32; 3],
-    /// Displacement of the held cells, or the current into the contact cells [mean link lengths].
-    pub(crate) applied: [f32; 3],
-    /// Largest displacement since the tool engaged [mean link lengths].
-    pub(crate) deepest: f32,
-    /// Weight of the links between held and other cells.
-    pub(crate) outer_weight: f32,
-    /// True if the tool was released and has not engaged since.
-    pub(crate) released: bool,
-    /// True if the bands are closed.
-    pub(crate) closed: bool,
-    /// The slices that a sweep updates.
-    pub(crate) awake: Awake,
-    /// The vector unit found at the reset.
-    pub(crate) vectors: Option<VectorUnit>,
-    pub(crate) last_good: ToolSample,
-    pub(crate) bad_ticks: u32,
-    /// Force of the last tick with a sweep, which a late tick repeats \[N\].
-    pub(crate) force_n: [f32; 3],
+kept! {
+    /// Scalar state of a tissue: all of it but the arrays.
+    #[derive(Debug, Clone, Copy)]
+    pub struct Head<D> {
+        pub(crate) dynamics: D,
+        pub(crate) level: Level,
+        /// Checksum of the model the arrays belong to, `None` before the first reset.
+        pub(crate) model: Option<u32>,
+        /// Number of chosen contact cells.
+        pub(crate) chosen: usize,
+        /// True if tools are chosen in place of cells.
+        pub(crate) has_tools: bool,
+        /// Number of basis functions under the tools, whose resistance the coarse level takes into account;
+        /// `None` if that is not possible.
+        pub(crate) resisted: Option<u16>,
+        /// True if the tool is engaged.
+        pub(crate) engaged: bool,
+        /// Tool position when it engaged \[m\].
+        pub(crate) tool_origin_m: [f32; 3],
+        /// Displacement of the held cells, or the current into the contact cells [mean link lengths].
+        pub(crate) applied: [f32; 3],
+        /// Largest displacement since the tool engaged [mean link lengths].
+        pub(crate) deepest: f32,
+        /// Weight of the links between held and other cells.
+        pub(crate) outer_weight: f32,
+        /// True if the tool was released and has not engaged since.
+        pub(crate) released: bool,
+        /// True if the bands are closed.
+        pub(crate) closed: bool,
+        /// The slices that a sweep updates.
+        pub(crate) awake: Awake,
+        pub(crate) last_good: ToolSample,
+        pub(crate) bad_ticks: u32,
+        /// Force of the last tick with a sweep, which a late tick repeats \[N\].
+        pub(crate) force_n: [f32; 3],
+    } not stored {
+        /// The vector unit found at the reset.
+        pub(crate) vectors: Option<VectorUnit> = None,
+    }
 }
-
-kept!(@[D: Dynamics] Head<D> {
-    dynamics: D,
-    level: Level,
-    model: Option<u32>,
-    chosen: usize,
-    has_tools: bool,
-    resisted: Option<u16>,
-    engaged: bool,
-    tool_origin_m: [f32; 3],
-    applied: [f32; 3],
-    deepest: f32,
-    outer_weight: f32,
-    released: bool,
-    closed: bool,
-    awake: Awake,
-    last_good: ToolSample,
-    bad_ticks: u32,
-    force_n: [f32; 3],
-} but vectors: None);
 
 impl<D: Dynamics> Head<D> {
     /// At rest, without a model.

@@ -311,34 +311,26 @@ impl<'a> TouchArrays<'a> {
     }
 }
 
-/// State shared by all tools.
-#[derive(Debug, Clone, Copy)]
-pub struct TouchState {
-    /// Number of chosen tools.
-    pub(crate) tools: usize,
-    /// Coefficient of friction.
-    pub(crate) friction: f32,
-    /// Number of triangles in reach.
-    pub(crate) count: usize,
-    /// The slices that contain corners of those triangles.
-    pub(crate) slices: SliceSet,
-    /// True if the bounds of all other cells are those of this model.
-    pub(crate) is_filled: bool,
-    /// Number of held samples, in one half of the list.
-    pub(crate) anchors: usize,
-    /// True if that is the second half.
-    pub(crate) is_second: bool,
+kept! {
+    /// State shared by all tools.
+    #[derive(Debug, Clone, Copy)]
+    pub struct TouchState {
+        /// Number of chosen tools.
+        pub(crate) tools: usize,
+        /// Coefficient of friction.
+        pub(crate) friction: f32,
+        /// Number of triangles in reach.
+        pub(crate) count: usize,
+        /// The slices that contain corners of those triangles.
+        pub(crate) slices: SliceSet,
+        /// True if the bounds of all other cells are those of this model.
+        pub(crate) is_filled: bool,
+        /// Number of held samples, in one half of the list.
+        pub(crate) anchors: usize,
+        /// True if that is the second half.
+        pub(crate) is_second: bool,
+    }
 }
-
-kept!(TouchState {
-    tools: usize,
-    friction: f32,
-    count: usize,
-    slices: SliceSet,
-    is_filled: bool,
-    anchors: usize,
-    is_second: bool,
-});
 
 impl TouchState {
     /// No tool is engaged.

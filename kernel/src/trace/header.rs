@@ -9,7 +9,7 @@ use crate::solver::{Dynamics, NumberOf};
 use crate::stage::{Stage, StageSettings};
 use crate::terms::surface::TOOLS_MAX;
 use crate::tick::choice::Choice;
-use crate::tick::choices::{Arithmetic, Drive, Scheme, Unloading};
+use crate::tick::choices::{Arithmetic, Scheme};
 use crate::tick::hash::REVISION;
 use crate::tick::settings::{Network, Settings};
 use crate::tick::tools::FRICTION_MAX;
@@ -172,7 +172,7 @@ impl Header {
         let bytes = self.bytes(contacts.len());
         let to = to.get_mut(..bytes)?;
         to.fill(0);
-        let settings = &self.settings;
+        let [sweeps, step, tick_time, tool_step, force, unloading, drive] = self.settings.words();
         let [low, high]: [u32; 2] = bytemuck::cast(MAGIC);
         let codes = |low: u16, high: u16| u32::from(low) | u32::from(high) << 16;
         let Origin { revision, release: [major, minor, patch] } = self.origin;
@@ -183,12 +183,12 @@ impl Header {
             bytes as u32,
             self.model,
             codes(self.scheme.code(), self.number.code()),
-            codes(settings.unloading.code(), settings.drive.code()),
-            settings.sweeps.into(),
-            settings.step.to_bits(),
-            settings.tick_time.to_bits(),
-            settings.max_tool_step_m.to_bits(),
-            settings.max_force_n.to_bits(),
+            unloading | drive << 16,
+            sweeps,
+            step,
+            tick_time,
+            tool_step,
+            force,
             contacts.len() as u32,
             0,
             count,
@@ -219,7 +219,7 @@ impl Header {
         let common: &[u8; COMMON_BYTES] = trace.first_chunk().ok_or(TraceError::Truncated)?;
         let words: [u32; COMMON_BYTES / 4] = bytemuck::cast(*common);
         let [_, _, version, bytes, model, kind, codes, sweeps, rest @ ..] = words;
-        let [step, tick_time, max_tool_step, max_force, contacts, zero, count, stored] = rest;
+        let [step, tick_time, tool_step, force, contacts, zero, count, stored] = rest;
         if version != VERSION {
             return Err(TraceError::Version(version));
         }
@@ -243,16 +243,9 @@ impl Header {
             return Err(TraceError::Layout);
         }
         // Decode the settings.
-        let [unloading, drive]: [u16; 2] = bytemuck::cast(codes);
-        let settings = Settings {
-            sweeps: u16::try_from(sweeps).map_err(|_| TraceError::Layout)?,
-            step: f32::from_bits(step),
-            tick_time: f32::from_bits(tick_time),
-            max_tool_step_m: f32::from_bits(max_tool_step),
-            drive: Drive::from_code(drive).ok_or(TraceError::Layout)?,
-            unloading: Unloading::from_code(unloading).ok_or(TraceError::Layout)?,
-            max_force_n: f32::from_bits(max_force),
-        };
+        let [unloading, drive] = [codes & 0xffff, codes >> 16];
+        let settings = [sweeps, step, tick_time, tool_step, force, unloading, drive];
+        let settings = Settings::from_words(settings).ok_or(TraceError::Layout)?;
         // Decode the tools, which exclude contact cells.
         let tools = match (zero, count, friction) {
             (0, 0, 0) if !has_tools => None,

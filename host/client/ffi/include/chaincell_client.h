@@ -35,67 +35,6 @@
 #define CHAINCELL_CLIENT_OPTIONS_DEFAULT \
     {CHAINCELL_CLIENT_ROLE_CONTROLLER, CHAINCELL_CLIENT_WAIT_HYBRID, UINT64_C(10000000000), 20, 20}
 
-
-/**
- * Version of this interface: major 65,536, minor 256, patch 1.
- */
-#define CHAINCELL_CLIENT_VERSION 512
-
-/**
- * The body takes its rest shape.
- */
-#define CHAINCELL_CLIENT_COMMAND_RESET 1
-
-/**
- * Poses are answered with force 0, and no cell moves.
- */
-#define CHAINCELL_CLIENT_COMMAND_PAUSE 2
-
-/**
- * Ends a pause.
- */
-#define CHAINCELL_CLIENT_COMMAND_RESUME 3
-
-/**
- * Sets a parameter to the value.
- */
-#define CHAINCELL_CLIENT_COMMAND_SET 4
-
-/**
- * The tool that is the parameter takes hold of what it is in contact with.
- */
-#define CHAINCELL_CLIENT_COMMAND_GRIP 5
-
-/**
- * The tool that is the parameter lets go within so many ticks as the value says.
- */
-#define CHAINCELL_CLIENT_COMMAND_LET_GO 6
-
-/**
- * The session is saved beside its trace.
- */
-#define CHAINCELL_CLIENT_COMMAND_SNAPSHOT 7
-
-/**
- * Sweeps a tick, 1 to 1,000.
- */
-#define CHAINCELL_CLIENT_PARAMETER_SWEEPS 1
-
-/**
- * Largest force [N]; infinity for no limit.
- */
-#define CHAINCELL_CLIENT_PARAMETER_MAX_FORCE 2
-
-/**
- * Largest move of a tool a tick [m].
- */
-#define CHAINCELL_CLIENT_PARAMETER_MAX_TOOL_STEP 3
-
-/**
- * Unloading: 0 off, 1 release, 2 retreat.
- */
-#define CHAINCELL_CLIENT_PARAMETER_UNLOADING 4
-
 /**
  * No answer has come yet.
  */
@@ -107,20 +46,15 @@
 #define CHAINCELL_CLIENT_NOTE_SILENT 2
 
 /**
- * The force is on a ramp, and not yet that of the tissue.
+ * The force is on a ramp, and not yet the force of the tissue.
  */
 #define CHAINCELL_CLIENT_NOTE_RAMP 4
 
 /**
- * The server is another one than before: its tissue is at rest, and its tools count as not engaged until
- * they were released. It stays until the first answer of a tool that was.
+ * A new session has answered: its tissue is at rest, and its tools count as not engaged until they were
+ * released. The note stays until the first answer in which no tool must be released.
  */
 #define CHAINCELL_CLIENT_NOTE_NEW_SESSION 8
-
-/**
- * Most tools of a scene.
- */
-#define CHAINCELL_CLIENT_TOOLS_MAX 8
 
 /**
  * What a call came to: 0 when all is well, above 0 when there is nothing new, negative when it was
@@ -245,6 +179,72 @@ typedef enum chaincell_client_code chaincell_client_code;
 typedef int32_t chaincell_client_code;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
+
+
+/**
+ * Version of this interface: major 65,536, minor 256, patch 1.
+ */
+#define CHAINCELL_CLIENT_VERSION 512
+
+/**
+ * The body takes its rest shape.
+ */
+#define CHAINCELL_CLIENT_COMMAND_RESET 1
+
+/**
+ * Poses are answered with force 0, and no cell moves.
+ */
+#define CHAINCELL_CLIENT_COMMAND_PAUSE 2
+
+/**
+ * Ends a pause.
+ */
+#define CHAINCELL_CLIENT_COMMAND_RESUME 3
+
+/**
+ * Sets a parameter to the value.
+ */
+#define CHAINCELL_CLIENT_COMMAND_SET 4
+
+/**
+ * The tool that is the parameter takes hold of what it is in contact with.
+ */
+#define CHAINCELL_CLIENT_COMMAND_GRIP 5
+
+/**
+ * The tool that is the parameter lets go within so many ticks as the value says.
+ */
+#define CHAINCELL_CLIENT_COMMAND_LET_GO 6
+
+/**
+ * The session is saved beside its trace.
+ */
+#define CHAINCELL_CLIENT_COMMAND_SNAPSHOT 7
+
+/**
+ * Sweeps a tick, 1 to 1,000.
+ */
+#define CHAINCELL_CLIENT_PARAMETER_SWEEPS 1
+
+/**
+ * Largest force [N]; infinity for no limit.
+ */
+#define CHAINCELL_CLIENT_PARAMETER_MAX_FORCE 2
+
+/**
+ * Largest move of a tool a tick [m].
+ */
+#define CHAINCELL_CLIENT_PARAMETER_MAX_TOOL_STEP 3
+
+/**
+ * Unloading: 0 off, 1 release, 2 retreat.
+ */
+#define CHAINCELL_CLIENT_PARAMETER_UNLOADING 4
+
+/**
+ * Most tools of a scene.
+ */
+#define CHAINCELL_CLIENT_TOOLS_MAX 8
 
 /**
  * What a handle is for.

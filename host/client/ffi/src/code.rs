@@ -5,130 +5,68 @@ use std::ffi::{CStr, c_char};
 
 use chaincell_client::{Error, Kind};
 
-/// What a call came to: 0 when all is well, above 0 when there is nothing new, negative when it was
-/// refused.
-///
-/// A number never changes its meaning; `chaincell_client_error_text` says it in words.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[repr(i32)]
-pub enum Code {
-    /// Done; of a step: the answer to these poses has come.
-    Ok = 0,
-    /// No answer has come, and the watchdog has not bitten: the last force counts.
-    NoAnswer = 1,
-    /// No answer has come for the time of the watchdog: the force falls to 0 along its ramp, or is 0.
-    Silent = 2,
-    /// Nothing has come that was not taken yet.
-    NothingNew = 3,
-    /// A pointer is null.
-    Null = -1,
-    /// A pointer does not have the alignment of what it points to.
-    Misaligned = -2,
-    /// Header and library are of different versions.
-    Version = -3,
-    /// No client has this handle: it was closed, or never opened.
-    Closed = -4,
-    /// Another thread is in a call with this handle.
-    Busy = -5,
-    /// The process has as many clients as it can.
-    TooMany = -6,
-    /// The library has a fault; its handle cannot be used any more, close it.
-    Fault = -7,
-    /// A scene name or an option that cannot be.
-    Argument = -8,
-    /// No server on the scene.
-    NoServer = -20,
-    /// The scene speaks messages of another version or make.
-    Messages = -21,
-    /// Another controller has joined the scene.
-    Taken = -22,
-    /// As many programs as can be have joined already.
-    Full = -23,
-    /// The files of shared memory belong to somebody else, or may be written by others.
-    Permission = -24,
-    /// Shared memory is full.
-    Memory = -25,
-    /// A service of the scene has other limits, or cannot be used.
-    Service = -26,
-    /// Shared memory failed under way.
-    Connection = -27,
-    /// A pose that is no pose, or none, or too many: nothing was sent.
-    Pose = -40,
-    /// The handle is that of a viewer, which has no tools.
-    Viewer = -41,
-    /// What was taken last was not released yet.
-    Held = -42,
-    /// There is nothing to release.
-    NotHeld = -43,
-    /// No reply to the command in its time: whether it was carried out is not known.
-    NoReply = -44,
-    /// The server refused the command: nothing has changed.
-    Refused = -45,
+chaincell_kernel::codes! {
+    /// What a call came to: 0 when all is well, above 0 when there is nothing new, negative when it was
+    /// refused.
+    ///
+    /// A number never changes its meaning; `chaincell_client_error_text` says it in words.
+    Code: i32, CStr {
+        /// Done; of a step: the answer to these poses has come.
+        Ok = 0, c"done";
+        /// No answer has come, and the watchdog has not bitten: the last force counts.
+        NoAnswer = 1, c"no answer in time: the last force counts";
+        /// No answer has come for the time of the watchdog: the force falls to 0 along its ramp, or is 0.
+        Silent = 2, c"no answer for the time of the watchdog: the force falls to 0, or is 0";
+        /// Nothing has come that was not taken yet.
+        NothingNew = 3, c"nothing has come that was not taken yet";
+        /// A pointer is null.
+        Null = -1, c"a pointer is null";
+        /// A pointer does not have the alignment of what it points to.
+        Misaligned = -2, c"a pointer has not the alignment of what it points to";
+        /// Header and library are of different versions.
+        Version = -3, c"header and library are of different versions: build with the header beside the library";
+        /// No client has this handle: it was closed, or never opened.
+        Closed = -4, c"no client has this handle: it was closed, or never opened";
+        /// Another thread is in a call with this handle.
+        Busy = -5, c"another thread is in a call with this handle: open one for each thread";
+        /// The process has as many clients as it can.
+        TooMany = -6, c"this process has 64 clients open: close one";
+        /// The library has a fault; its handle cannot be used any more, close it.
+        Fault = -7, c"the library has a fault: close the handle, and report it";
+        /// A scene name or an option that cannot be.
+        Argument = -8, c"a scene name or an option cannot be";
+        /// No server on the scene.
+        NoServer = -20, c"no server on the scene: start chaincell serve with this scene";
+        /// The scene speaks messages of another version or make.
+        Messages = -21, c"the scene speaks messages of another version: take server and client of one release";
+        /// Another controller has joined the scene.
+        Taken = -22, c"another controller has joined the scene: end it, or take another scene";
+        /// As many programs as can be have joined already.
+        Full = -23, c"as many programs as can be have joined the scene: end one";
+        /// The files of shared memory belong to somebody else, or may be written by others.
+        Permission = -24, c"the files of shared memory are not this user's alone: run as their owner";
+        /// Shared memory is full.
+        Memory = -25, c"shared memory is full: free some of /dev/shm";
+        /// A service of the scene has other limits, or cannot be used.
+        Service = -26, c"a service of the scene has other limits: end the programs that use it";
+        /// Shared memory failed under way.
+        Connection = -27, c"shared memory failed: start the server again";
+        /// A pose that is no pose, or none, or too many: nothing was sent.
+        Pose = -40, c"a pose that is no pose, or none, or more than 8: nothing was sent";
+        /// The handle is that of a viewer, which has no tools.
+        Viewer = -41, c"a viewer has no tools: open the scene as its controller";
+        /// What was taken last was not released yet.
+        Held = -42, c"what was taken last is still held: release it first";
+        /// There is nothing to release.
+        NotHeld = -43, c"there is nothing to release";
+        /// No reply to the command in its time: whether it was carried out is not known.
+        NoReply = -44, c"no reply in time: whether the command was carried out is not known";
+        /// The server refused the command: nothing has changed.
+        Refused = -45, c"the server refused the command: nothing has changed";
+    }
 }
 
 impl Code {
-    /// Every code.
-    pub(crate) const ALL: [Self; 26] = [
-        Self::Ok,
-        Self::NoAnswer,
-        Self::Silent,
-        Self::NothingNew,
-        Self::Null,
-        Self::Misaligned,
-        Self::Version,
-        Self::Closed,
-        Self::Busy,
-        Self::TooMany,
-        Self::Fault,
-        Self::Argument,
-        Self::NoServer,
-        Self::Messages,
-        Self::Taken,
-        Self::Full,
-        Self::Permission,
-        Self::Memory,
-        Self::Service,
-        Self::Connection,
-        Self::Pose,
-        Self::Viewer,
-        Self::Held,
-        Self::NotHeld,
-        Self::NoReply,
-        Self::Refused,
-    ];
-
-    /// The code in words.
-    pub(crate) fn text(self) -> &'static CStr {
-        match self {
-            Self::Ok => c"done",
-            Self::NoAnswer => c"no answer in time: the last force counts",
-            Self::Silent => c"no answer for the time of the watchdog: the force falls to 0, or is 0",
-            Self::NothingNew => c"nothing has come that was not taken yet",
-            Self::Null => c"a pointer is null",
-            Self::Misaligned => c"a pointer has not the alignment of what it points to",
-            Self::Version => c"header and library are of different versions: build with the header beside the library",
-            Self::Closed => c"no client has this handle: it was closed, or never opened",
-            Self::Busy => c"another thread is in a call with this handle: open one for each thread",
-            Self::TooMany => c"this process has 64 clients open: close one",
-            Self::Fault => c"the library has a fault: close the handle, and report it",
-            Self::Argument => c"a scene name or an option cannot be",
-            Self::NoServer => c"no server on the scene: start chaincell serve with this scene",
-            Self::Messages => c"the scene speaks messages of another version: take server and client of one release",
-            Self::Taken => c"another controller has joined the scene: end it, or take another scene",
-            Self::Full => c"as many programs as can be have joined the scene: end one",
-            Self::Permission => c"the files of shared memory are not this user's alone: run as their owner",
-            Self::Memory => c"shared memory is full: free some of /dev/shm",
-            Self::Service => c"a service of the scene has other limits: end the programs that use it",
-            Self::Connection => c"shared memory failed: start the server again",
-            Self::Pose => c"a pose that is no pose, or none, or more than 8: nothing was sent",
-            Self::Viewer => c"a viewer has no tools: open the scene as its controller",
-            Self::Held => c"what was taken last is still held: release it first",
-            Self::NotHeld => c"there is nothing to release",
-            Self::NoReply => c"no reply in time: whether the command was carried out is not known",
-            Self::Refused => c"the server refused the command: nothing has changed",
-        }
-    }
-
     fn of(kind: Kind) -> Self {
         match kind {
             Kind::Argument => Self::Argument,
@@ -206,9 +144,9 @@ mod tests {
 
     #[test]
     fn every_code_has_a_number_and_a_text_of_its_own() {
-        for (at, one) in Code::ALL.into_iter().enumerate() {
-            for other in &Code::ALL[at + 1..] {
-                assert_ne!(one as i32, *other as i32);
+        for (at, (one, ..)) in Code::ALL.iter().enumerate() {
+            for (other, ..) in &Code::ALL[at + 1..] {
+                assert_ne!(*one as i32, *other as i32);
                 assert_ne!(one.text(), other.text());
             }
         }

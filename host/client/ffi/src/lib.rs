@@ -25,7 +25,6 @@ mod beside;
 mod code;
 mod handles;
 mod memory;
-mod notes;
 mod step;
 #[cfg(test)]
 mod tests;
@@ -38,7 +37,6 @@ pub use beside::{
     chaincell_client_release, chaincell_client_state,
 };
 pub use code::Code;
-pub use notes::{NOTE_NEW_SESSION, NOTE_NOTHING_YET, NOTE_RAMP, NOTE_SILENT};
 pub use step::{
     Handle, chaincell_client_close, chaincell_client_open, chaincell_client_send,
     chaincell_client_step, chaincell_client_try_receive,
@@ -57,6 +55,5 @@ pub extern "C" fn chaincell_client_error_text(code: i32) -> *const c_char {
     if let Some(kept) = code::kept(code) {
         return kept;
     }
-    let known = Code::ALL.into_iter().find(|&known| known as i32 == code);
-    known.map_or(c"unknown code", Code::text).as_ptr()
+    Code::text_of(code).unwrap_or(c"unknown code").as_ptr()
 }

@@ -18,7 +18,7 @@ const POSE: chaincell_client::ToolPose = chaincell_client::ToolPose::AWAY;
 
 #[test]
 fn every_number_has_a_text() {
-    for code in Code::ALL {
+    for &(code, ..) in Code::ALL {
         assert!(!text(chaincell_client_error_text(code as i32)).is_empty());
     }
     for code in [i32::MIN, -1000, 1000, i32::MAX] {

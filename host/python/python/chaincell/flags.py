@@ -1,45 +1,52 @@
-"""What is said of a tick, as sums of bits."""
+"""Flags and notes of a tick, sums of bits. Written from the tables of the kernel and the client: change them
+there."""
 
 from enum import IntFlag
 
 
 class Flags(IntFlag):
-    """What bit during a tick."""
+    """Limits and faults that acted during a tick."""
 
     MOTION_CLAMPED = 1
-    """The tool's motion was shortened."""
+    """The step limit or the energy limit shortened the tool's motion or the change of its current."""
     BAD_SAMPLE = 2
-    """A bad pose: the last good one stands in, or the safe state is on."""
+    """A bad sample, no number or farther than a hand moves: the last good one is used, or the safe
+    state is on."""
     STALE = 4
-    """No pose within the watchdog's time."""
+    """No sample within the watchdog's time (set by the output stage or the calling process)."""
     FORCE_CLAMPED = 8
-    """The force was shortened to its limit."""
+    """Force or torque was clamped to its limit."""
     SAFE_STATE = 16
-    """The force is 0, and no cell moves."""
+    """Safe state: the force is zero."""
     BAND_CLOSED = 32
-    """The bands of the links are closed."""
+    """The links' bands are closed (unloading)."""
     ROLLED_BACK = 64
-    """A pass was discarded by the energy guard."""
+    """The energy guard discarded a pass."""
     CONTACT_CAPACITY = 128
-    """More contacts than there is room for."""
+    """More triangles are in reach of the tools, or more samples in contact, than the tissue has memory
+    for: the farthest ones are left out."""
     LATE = 256
-    """A newer pose waited: no sweep was made, and the force is that of an earlier tick."""
+    """The sample was late, as newer ones waited or the tissue cannot keep up: it was executed without a
+    sweep, and the force is that of an earlier tick."""
     RELEASE_FIRST = 512
-    """The tool counts as not engaged until a pose has released it."""
+    """The tool counts as not engaged until it has been released once (set by the calling process)."""
     FORCE_WITHHELD = 1024
-    """The output stage lets the force go."""
+    """The output stage lowers the force along its ramp or holds it back: passivity control cannot
+    compensate the energy that sampling and delay generate, or the hand has put in too little energy."""
     STARTS_INSIDE = 2048
-    """The tool was engaged inside the tissue: no force until it has been outside once."""
+    """A tool engaged inside the tissue, or the tissue closed over it while it grew: it has no contact and
+    no force until it has been outside once."""
 
 
 class Notes(IntFlag):
-    """What the client says of an answer itself."""
+    """Notes of the client itself on an answer."""
 
     NOTHING_YET = 1
     """No answer has come yet."""
     SILENT = 2
-    """No answer for the watchdog's time: the force falls, or is 0."""
+    """No answer for the time of the watchdog: the force falls, or is 0."""
     RAMP = 4
-    """The force is on a ramp, and not yet that of the tissue."""
+    """The force is on a ramp, and not yet the force of the tissue."""
     NEW_SESSION = 8
-    """The server is another one than before: release each tool once."""
+    """A new session has answered: its tissue is at rest, and its tools count as not engaged until they were
+    released. The note stays until the first answer in which no tool must be released."""

@@ -5,7 +5,7 @@ use core::ptr::{null, null_mut};
 use core::sync::atomic::{AtomicU32, Ordering};
 use std::vec::Vec;
 
-use chaincell_kernel::{Dynamics, Euler, Model, Network, Predict, Rkl2, Track, coarse_room};
+use chaincell_kernel::{Dynamics, Euler, Flags, Model, Network, Predict, Rkl2, Track, coarse_room};
 
 use super::{
     BLOCK, BOX, CELLS, KINDS, Made, NO_OUTPUT, PLANE, SHAPES, call, choose, hash, info_of, make,
@@ -311,9 +311,9 @@ fn a_tick_ends_where_the_callback_says_and_a_late_one_repeats_the_force() {
         assert!(before != [0.0; 3] && hash(some) != hash(none));
         assert_eq!(call!(chaincell_tick(some, &sample(40), 1, &late, &mut output)), Code::Ok);
         assert_eq!((output.tool.force_n, output.sweeps), (before, 0));
-        assert_ne!(output.tool.flags & crate::FLAG_LATE, 0);
+        assert_ne!(output.tool.flags & Flags::LATE.0, 0);
         let none: *mut Tissue = null_mut();
         assert_eq!(call!(chaincell_tick(none, &sample(40), 1, &late, &mut output)), Code::Null);
-        assert_eq!((output.tool.force_n, output.tool.flags), ([0.0; 3], crate::FLAG_SAFE_STATE));
+        assert_eq!((output.tool.force_n, output.tool.flags), ([0.0; 3], Flags::SAFE_STATE.0));
     }
 }

@@ -1,12 +1,11 @@
 //! Every pointer of every function: null and misaligned.
 
+use chaincell_kernel::Flags;
+
 use super::{
     BLOCK, BOX, KINDS, NO_OUTPUT, call, hash, info_of, make, model_of, sample, settings_of, storage,
 };
-use crate::{
-    Budget, Code, Detail, FLAG_SAFE_STATE, Info, ModelStorage, Room, Scheme, Settings, Tissue,
-    ToolPose,
-};
+use crate::{Budget, Code, Detail, Info, ModelStorage, Room, Scheme, Settings, Tissue, ToolPose};
 
 /// Null and, inside aligned memory, one byte beyond.
 fn bad<T>(good: *const T) -> [(*mut T, Code); 2] {
@@ -190,7 +189,7 @@ fn of_the_tick() {
         let made = make(image, Scheme::Track, 1);
         let good = sample(0);
         let safe = crate::tick::SAFE;
-        assert_eq!((safe.tool.force_n, safe.tool.flags), ([0.0; 3], FLAG_SAFE_STATE));
+        assert_eq!((safe.tool.force_n, safe.tool.flags), ([0.0; 3], Flags::SAFE_STATE.0));
         let tick = |tissue, sample: *const ToolPose| {
             let mut output = NO_OUTPUT;
             (call!(chaincell_tick(tissue, sample, 1, core::ptr::null(), &mut output)), output)

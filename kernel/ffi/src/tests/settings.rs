@@ -1,6 +1,6 @@
 //! Settings: the kernel's defaults, and each one out of range.
 
-use chaincell_kernel::{Arithmetic, Choice, Drive, Dynamics, Model, Rkl2, Unloading};
+use chaincell_kernel::{Arithmetic, Choice, Drive, Dynamics, Flags, Model, Rkl2, Unloading};
 
 use super::{
     BOX, KINDS, SHAPES, call, choose, hash, make, model_of, sample, settings_of, tick, try_make,
@@ -129,7 +129,7 @@ fn unloading_is_what_was_asked_for() {
         assert_eq!((code, choose(made.tissue, &[64]).0), (Code::Ok, Code::Ok));
         // Down, back, and let go.
         let ticks = [0, 10, 20, 30, 40, 2, 59];
-        ticks.map(|at| tick(made.tissue, sample(at)).tool.flags & crate::FLAG_BAND_CLOSED != 0)
+        ticks.map(|at| tick(made.tissue, sample(at)).tool.flags & Flags::BAND_CLOSED.0 != 0)
     });
     assert_eq!(flags[0], [false; 7]);
     assert_eq!(flags[1], [false, false, false, false, false, false, true]);

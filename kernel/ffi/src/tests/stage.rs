@@ -3,12 +3,12 @@
 use core::ptr::null;
 
 use chaincell_kernel::stage::{Device, Stage, StageSettings as KernelSettings};
-use chaincell_kernel::{Choice, TickOutput};
+use chaincell_kernel::{Choice, Flags, TickOutput};
 
 use super::{BOX, NO_OUTPUT, call, choose, model_of, of_kernel, pose_at, settings_of, tick};
 use crate::{
-    Code, DeviceKind, DriveMode, FLAG_SAFE_STATE, Output, Scheme, StageNews, StageSettings,
-    StageStorage, ToolOutput, ToolPose,
+    Code, DeviceKind, DriveMode, Output, Scheme, StageNews, StageSettings, StageStorage,
+    ToolOutput, ToolPose,
 };
 
 const DEVICES: [(DeviceKind, Device); 5] = [
@@ -106,7 +106,7 @@ fn a_stage_is_the_kernels() {
                 stiffness_n_per_m: tissue.stiffness_n_per_m,
                 contacts: tissue.tool.contacts,
                 sweeps: 4,
-                flags: chaincell_kernel::Flags(tissue.tool.flags),
+                flags: Flags(tissue.tool.flags),
             });
             let torque_n_m = output.tool.torque_n_m;
             assert!(torque_n_m[0] <= 0.5 * own.share(), "{kind:?} {tick}: {torque_n_m:?}");
@@ -210,8 +210,9 @@ fn bad_pointers_give_no_force() {
     let tissue = answer([1.0; 3]);
     let nowhere = core::ptr::null_mut::<StageStorage>();
     let beyond = (&raw mut stage).wrapping_byte_add(1);
-    let is_safe =
-        |output: &Output| output.tool.force_n == [0.0; 3] && output.tool.flags == FLAG_SAFE_STATE;
+    let is_safe = |output: &Output| {
+        output.tool.force_n == [0.0; 3] && output.tool.flags == Flags::SAFE_STATE.0
+    };
     for (bad, code) in
         [(nowhere, Code::Null), (beyond, Code::Misaligned), (&raw mut empty, Code::NotInitialised)]
     {
@@ -269,7 +270,7 @@ fn a_current_behind_the_stage_gives_no_force() {
             let mut output = NO_OUTPUT;
             assert_eq!(call!(chaincell_stage_output(&mut stage, &tissue, &mut output)), Code::Ok);
             peak_n = output.tool.force_n.iter().fold(peak_n, |a, x| a.max(x.abs()));
-            safe += usize::from(output.tool.flags & FLAG_SAFE_STATE != 0);
+            safe += usize::from(output.tool.flags & Flags::SAFE_STATE.0 != 0);
         }
         assert_eq!(safe > 0, settings.passivity != 0);
         peak_n

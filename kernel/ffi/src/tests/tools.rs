@@ -4,15 +4,15 @@ use core::ptr::{null, null_mut};
 use std::vec::Vec;
 
 use chaincell_kernel::{
-    Model, NOT_TURNED, Network, Settings as KernelSettings, TickOutput, Tissue as Own,
+    Flags, Model, NOT_TURNED, Network, Settings as KernelSettings, TickOutput, Tissue as Own,
     ToolPart as KernelPart, TouchStore, Track, elastic_room, term_states,
 };
 
 use super::tool_storage::{ROOM, SURFACE, placed};
 use super::{BOX, NO_OUTPUT, call, hash, make, of_kernel};
 use crate::{
-    Budget, Code, ContactForce, Detail, FLAG_BAD_SAMPLE, FLAG_LATE, FLAG_SAFE_STATE, Output, Room,
-    Scheme, Tissue, ToolOutput, ToolPart, ToolPose,
+    Budget, Code, ContactForce, Detail, Output, Room, Scheme, Tissue, ToolOutput, ToolPart,
+    ToolPose,
 };
 
 const BALL: ToolPart =
@@ -194,7 +194,7 @@ fn a_late_tick_and_one_that_ends_early_take_poses() {
     for (output, before) in tick(&poses, &late).iter().zip(&before) {
         let tool = ToolOutput { flags: before.tool.flags, ..output.tool };
         assert_eq!((output.sweeps, output.work_j, tool), (0, 0.0, before.tool));
-        assert_ne!(output.tool.flags & FLAG_LATE, 0);
+        assert_ne!(output.tool.flags & Flags::LATE.0, 0);
     }
     extern "C" fn one(_: u32, context: *mut core::ffi::c_void) -> i32 {
         i32::from(!context.is_null())
@@ -241,8 +241,8 @@ fn bad_poses_are_the_kernels_matter() {
         let there = outputs.as_mut_ptr();
         let code = call!(chaincell_tick(made.tissue, poses.as_ptr(), 2, null(), there));
         for output in outputs.map(|of| of.tool) {
-            let is_safe = output.flags & FLAG_SAFE_STATE != 0;
-            assert!(code == Code::Ok && output.flags & FLAG_BAD_SAMPLE != 0);
+            let is_safe = output.flags & Flags::SAFE_STATE.0 != 0;
+            assert!(code == Code::Ok && output.flags & Flags::BAD_SAMPLE.0 != 0);
             assert_eq!((is_safe, output.force_n[2] > 0.0), (at >= 10, at < 10), "{at}");
             assert_eq!(is_safe, output.torque_n_m == [0.0; 3]);
         }
@@ -315,7 +315,10 @@ fn what_there_is_no_room_for_is_refused() {
         let (poses, mut outputs, mut count) = (poses(0), [NO_OUTPUT; 2], 0);
         let there = outputs.as_mut_ptr();
         let code = call!(chaincell_tick(tissue, poses.as_ptr(), 2, null(), there));
-        assert_eq!((code, outputs.map(|of| of.tool.flags)), (Code::Range, [FLAG_SAFE_STATE; 2]));
+        assert_eq!(
+            (code, outputs.map(|of| of.tool.flags)),
+            (Code::Range, [Flags::SAFE_STATE.0; 2])
+        );
         let code = call!(chaincell_contact_forces(tissue, null_mut(), 0, &mut count));
         assert_eq!(code, Code::ContactRoom);
         assert_eq!(call!(chaincell_grip(tissue, 0, &mut count)), Code::ContactRoom);
@@ -335,7 +338,7 @@ fn numbers_out_of_their_range_are_refused() {
         let there = outputs.as_mut_ptr();
         let code = call!(chaincell_tick(made.tissue, poses.as_ptr(), wrong, null(), there));
         assert_eq!(code, Code::Range);
-        assert!(outputs[..written].iter().all(|of| of.tool.flags == FLAG_SAFE_STATE));
+        assert!(outputs[..written].iter().all(|of| of.tool.flags == Flags::SAFE_STATE.0));
         assert!(outputs[written..].iter().all(|of| of.tool.flags == 99));
     }
     for wrong in [2, u32::MAX] {

@@ -49,56 +49,48 @@ use momentum::Going;
 const TRACK: usize = <Track as Dynamics>::ARRAYS;
 const ARRAYS: usize = TRACK + 3;
 
-/// State of the scheme; `ROOM` as for [`Track`].
-///
-/// ```
-/// # use chaincell_kernel::{Budget, Dynamics, Model, Network, Settings, Tissue, ToolPose, include_model};
-/// use chaincell_kernel::{Predict, Track};
-/// # let image = include_model!(concat!(env!("CARGO_MANIFEST_DIR"), "/data/plane9.chaincell"));
-/// # let model = Model::from_bytes(image)?;
-///
-/// /// Force of one sweep after the tool went 1 mm in a tick [N].
-/// fn force_n<D: Dynamics>(model: Model) -> Result<f32, Box<dyn std::error::Error>> {
-///     let network = Network::new(model, Settings { sweeps: 1, ..Settings::for_model(&model) })?;
-///     let mut tissue = Tissue::<128, D>::new();
-///     tissue.reset(&network)?;
-///     tissue.choose_contacts(&network, &[47])?; // `predict` solves for the answer here
-///     tissue.tick(&network, &[ToolPose::at([0.0; 3].into(), 1)], Budget::All);
-///     let pose = ToolPose::at([0.001, 0.0, 0.0].into(), 1);
-///     Ok(tissue.tick(&network, &[pose], Budget::All).force_n.x)
-/// }
-/// let (predict_n, track_n) = (force_n::<Predict>(model)?, force_n::<Track>(model)?);
-/// assert!((predict_n + 0.0439).abs() < 2e-4); // [N], the force after any number of sweeps
-/// assert!(track_n < -0.07); // a body that has not settled resists more
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Predict<const ROOM: usize = 0> {
-    track: Track<ROOM>,
-    /// Number of cells chosen last; `None` with tools, and before any choice.
-    prepared: Option<usize>,
-    /// True if the fields are those of the chosen cells.
-    pub(crate) is_known: bool,
-    /// Displacement of the held cells since the last pass. The fields are applied before the next pass, so a
-    /// tick without a pass does not pay for them.
-    ahead: [f32; 3],
-    /// Share of the body's last motion by which it continues if tools moved; `None` if none did.
-    goes_on: Option<f32>,
-    /// True if the first field holds the points of the last tick, and the second one their extrapolation.
-    is_marked: bool,
-    /// Sweeps since the last tick started.
-    sweeps: u16,
+kept! {
+    /// State of the scheme; `ROOM` as for [`Track`].
+    ///
+    /// ```
+    /// # use chaincell_kernel::{Budget, Dynamics, Model, Network, Settings, Tissue, ToolPose, include_model};
+    /// use chaincell_kernel::{Predict, Track};
+    /// # let image = include_model!(concat!(env!("CARGO_MANIFEST_DIR"), "/data/plane9.chaincell"));
+    /// # let model = Model::from_bytes(image)?;
+    ///
+    /// /// Force of one sweep after the tool went 1 mm in a tick [N].
+    /// fn force_n<D: Dynamics>(model: Model) -> Result<f32, Box<dyn std::error::Error>> {
+    ///     let network = Network::new(model, Settings { sweeps: 1, ..Settings::for_model(&model) })?;
+    ///     let mut tissue = Tissue::<128, D>::new();
+    ///     tissue.reset(&network)?;
+    ///     tissue.choose_contacts(&network, &[47])?; // `predict` solves for the answer here
+    ///     tissue.tick(&network, &[ToolPose::at([0.0; 3].into(), 1)], Budget::All);
+    ///     let pose = ToolPose::at([0.001, 0.0, 0.0].into(), 1);
+    ///     Ok(tissue.tick(&network, &[pose], Budget::All).force_n.x)
+    /// }
+    /// let (predict_n, track_n) = (force_n::<Predict>(model)?, force_n::<Track>(model)?);
+    /// assert!((predict_n + 0.0439).abs() < 2e-4); // [N], the force after any number of sweeps
+    /// assert!(track_n < -0.07); // a body that has not settled resists more
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct Predict<const ROOM: usize = 0> {
+        track: Track<ROOM>,
+        /// Number of cells chosen last; `None` with tools, and before any choice.
+        prepared: Option<usize>,
+        /// True if the fields are those of the chosen cells.
+        pub(crate) is_known: bool,
+        /// Displacement of the held cells since the last pass. The fields are applied before the next pass, so a
+        /// tick without a pass does not pay for them.
+        ahead: [f32; 3],
+        /// Share of the body's last motion by which it continues if tools moved; `None` if none did.
+        goes_on: Option<f32>,
+        /// True if the first field holds the points of the last tick, and the second one their extrapolation.
+        is_marked: bool,
+        /// Sweeps since the last tick started.
+        sweeps: u16,
+    }
 }
-
-kept!(@[const ROOM: usize] Predict<ROOM> {
-    track: Track<ROOM>,
-    prepared: Option<usize>,
-    is_known: bool,
-    ahead: [f32; 3],
-    goes_on: Option<f32>,
-    is_marked: bool,
-    sweeps: u16,
-});
 
 impl<const ROOM: usize> Dynamics for Predict<ROOM> {
     const NAME: &'static str = "predict";

@@ -29,38 +29,29 @@ use crate::number::cell::{dot, scale, sub};
 use crate::number::kept::kept;
 use crate::number::sqrt::sqrt;
 
-/// The anchor of a sample: friction or a grip holds the sample there.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Anchor {
-    /// The triangle, in the model's order.
-    pub(crate) triangle: u32,
-    /// Index of the sample in the triangle.
-    pub(crate) sample: u16,
-    /// The part and its tool.
-    pub(crate) part: u8,
-    /// Position in the tool's frame [mean link lengths].
-    pub(crate) point: [f32; 3],
-    /// That position in the body's frame in this tick.
-    pub(crate) place: [f32; 3],
-    /// Contact normal in the last tick; 0 for a grip.
-    pub(crate) normal: [f32; 3],
-    /// Largest force, mu `f_n`; infinite for a grip.
-    pub(crate) limit: f32,
-    /// Remaining share of the release time, 1 to 0. The stiffness scales with its cube, since a pull through
-    /// soft tissue hardly falls before the grip is softer than the tissue.
-    pub(crate) share: f32,
+kept! {
+    /// The anchor of a sample: friction or a grip holds the sample there.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct Anchor {
+        /// The triangle, in the model's order.
+        pub(crate) triangle: u32,
+        /// Index of the sample in the triangle.
+        pub(crate) sample: u16,
+        /// The part and its tool.
+        pub(crate) part: u8,
+        /// Position in the tool's frame [mean link lengths].
+        pub(crate) point: [f32; 3],
+        /// That position in the body's frame in this tick.
+        pub(crate) place: [f32; 3],
+        /// Contact normal in the last tick; 0 for a grip.
+        pub(crate) normal: [f32; 3],
+        /// Largest force, mu `f_n`; infinite for a grip.
+        pub(crate) limit: f32,
+        /// Remaining share of the release time, 1 to 0. The stiffness scales with its cube, since a pull through
+        /// soft tissue hardly falls before the grip is softer than the tissue.
+        pub(crate) share: f32,
+    }
 }
-
-kept!(Anchor {
-    triangle: u32,
-    sample: u16,
-    part: u8,
-    point: [f32; 3],
-    place: [f32; 3],
-    normal: [f32; 3],
-    limit: f32,
-    share: f32,
-});
 
 /// Force and energy of an anchor.
 pub(crate) struct Hold {

@@ -10,30 +10,23 @@ use crate::number::sqrt::sqrt;
 use crate::number::turn::cross;
 use crate::number::two_float::TwoFloat;
 
-/// Contact of a tool, in internal units.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Meeting {
-    pub energy: TwoFloat,
-    /// Force on the tool.
-    pub force: [f32; 3],
-    /// Torque on the tool, about its pivot.
-    pub torque: [f32; 3],
-    /// Stiffness of the samples inside [2 `k_ref`].
-    pub stiffness: f32,
-    /// Smallest distance of a sample from a part's core, over the part's full radius.
-    pub nearest: f32,
-    /// Number of triangles with a sample inside the tool or held by it.
-    pub touched: u32,
+kept! {
+    /// Contact of a tool, in internal units.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub(crate) struct Meeting {
+        pub energy: TwoFloat,
+        /// Force on the tool.
+        pub force: [f32; 3],
+        /// Torque on the tool, about its pivot.
+        pub torque: [f32; 3],
+        /// Stiffness of the samples inside [2 `k_ref`].
+        pub stiffness: f32,
+        /// Smallest distance of a sample from a part's core, over the part's full radius.
+        pub nearest: f32,
+        /// Number of triangles with a sample inside the tool or held by it.
+        pub touched: u32,
+    }
 }
-
-kept!(Meeting {
-    energy: TwoFloat,
-    force: [f32; 3],
-    torque: [f32; 3],
-    stiffness: f32,
-    nearest: f32,
-    touched: u32,
-});
 
 impl Meeting {
     /// No contact.

@@ -10,27 +10,20 @@ pub const PARTS_MAX: usize = 8;
 /// Most tools.
 pub const TOOLS_MAX: usize = 8;
 
-/// A tool's parts in its frame and in the body's [mean link lengths].
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Proxy {
-    shape: [Solid; PARTS_MAX],
-    parts: [Solid; PARTS_MAX],
-    count: usize,
-    /// Position of the tool's frame.
-    pub pivot: [f32; 3],
-    pub turn: Turn,
-    /// Share of the parts' radii.
-    pub share: f32,
+kept! {
+    /// A tool's parts in its frame and in the body's [mean link lengths].
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub(crate) struct Proxy {
+        shape: [Solid; PARTS_MAX],
+        parts: [Solid; PARTS_MAX],
+        count: usize,
+        /// Position of the tool's frame.
+        pub pivot: [f32; 3],
+        pub turn: Turn,
+        /// Share of the parts' radii.
+        pub share: f32,
+    }
 }
-
-kept!(Proxy {
-    shape: [Solid; PARTS_MAX],
-    parts: [Solid; PARTS_MAX],
-    count: usize,
-    pivot: [f32; 3],
-    turn: Turn,
-    share: f32,
-});
 
 impl Proxy {
     /// No tool.
@@ -124,40 +117,29 @@ impl Proxy {
 #[derive(Clone, Copy)]
 pub(crate) struct Proxies<'a>(pub &'a [ToolState]);
 
-/// A tool and what the tissue does to it.
-#[derive(Debug, Clone, Copy)]
-pub struct ToolState {
-    pub(crate) proxy: Proxy,
-    /// True if it is engaged.
-    pub(crate) is_in: bool,
-    /// Its contact after the last sweeps.
-    pub(crate) met: super::Meeting,
-    /// Its displacement in this tick, and its rotation as axis times angle.
-    pub(crate) way: [f32; 3],
-    /// The displacement in the last tick.
-    pub(crate) way_before: [f32; 3],
-    pub(crate) spin: [f32; 3],
-    /// Its target position and rotation.
-    pub(crate) target: [f32; 3],
-    pub(crate) target_turn: Turn,
-    /// Share of the release time that its grips lose per tick.
-    pub(crate) fade: f32,
-    /// Work of its move in this tick, internal units.
-    pub(crate) work: f32,
+kept! {
+    /// A tool and what the tissue does to it.
+    #[derive(Debug, Clone, Copy)]
+    pub struct ToolState {
+        pub(crate) proxy: Proxy,
+        /// True if it is engaged.
+        pub(crate) is_in: bool,
+        /// Its contact after the last sweeps.
+        pub(crate) met: super::Meeting,
+        /// Its displacement in this tick, and its rotation as axis times angle.
+        pub(crate) way: [f32; 3],
+        /// The displacement in the last tick.
+        pub(crate) way_before: [f32; 3],
+        pub(crate) spin: [f32; 3],
+        /// Its target position and rotation.
+        pub(crate) target: [f32; 3],
+        pub(crate) target_turn: Turn,
+        /// Share of the release time that its grips lose per tick.
+        pub(crate) fade: f32,
+        /// Work of its move in this tick, internal units.
+        pub(crate) work: f32,
+    }
 }
-
-kept!(ToolState {
-    proxy: Proxy,
-    is_in: bool,
-    met: super::Meeting,
-    way: [f32; 3],
-    way_before: [f32; 3],
-    spin: [f32; 3],
-    target: [f32; 3],
-    target_turn: Turn,
-    fade: f32,
-    work: f32,
-});
 
 impl ToolState {
     /// No tool.

@@ -15,35 +15,26 @@ use crate::number::kept::kept;
 use crate::number::sqrt::sqrt;
 use crate::number::two_float::LANES;
 
-/// A triangle in reach of a part of a tool.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct NearTriangle {
-    pub(crate) corners: [u16; 3],
-    /// Subdivisions of an edge.
-    pub(crate) parts: u16,
-    /// Stiffness of all samples together [2 `k_ref`].
-    pub(crate) weight: f32,
-    /// Lower bound of the distance of its points from the part, negative inside.
-    pub(crate) distance: f32,
-    /// The triangle, in the model's order.
-    pub(crate) index: u32,
-    /// Range of its anchors in the list.
-    pub(crate) first: u16,
-    pub(crate) held: u16,
-    /// Code of the part: its index plus [`PARTS_MAX`] times the tool.
-    pub(crate) of: u8,
+kept! {
+    /// A triangle in reach of a part of a tool.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct NearTriangle {
+        pub(crate) corners: [u16; 3],
+        /// Subdivisions of an edge.
+        pub(crate) parts: u16,
+        /// Stiffness of all samples together [2 `k_ref`].
+        pub(crate) weight: f32,
+        /// Lower bound of the distance of its points from the part, negative inside.
+        pub(crate) distance: f32,
+        /// The triangle, in the model's order.
+        pub(crate) index: u32,
+        /// Range of its anchors in the list.
+        pub(crate) first: u16,
+        pub(crate) held: u16,
+        /// Code of the part: its index plus [`PARTS_MAX`] times the tool.
+        pub(crate) of: u8,
+    }
 }
-
-kept!(NearTriangle {
-    corners: [u16; 3],
-    parts: u16,
-    weight: f32,
-    distance: f32,
-    index: u32,
-    first: u16,
-    held: u16,
-    of: u8,
-});
 
 impl NearTriangle {
     /// An empty slot.

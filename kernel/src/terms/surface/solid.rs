@@ -12,30 +12,23 @@ use crate::number::cell::{add, dot, scale, sub};
 use crate::number::kept::kept;
 use crate::number::turn::{Turn, cross, turned};
 
-/// A part of a tool's proxy in the body's frame [mean link lengths].
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Solid {
-    pub centre: [f32; 3],
-    /// Rotation from the part's frame to the body's.
-    pub turn: Turn,
-    /// The core's lowest and highest coordinates in the part's frame.
-    pub core: [[f32; 3]; 2],
-    /// Radius around the core. It grows if the tool engaged in contact.
-    pub radius: f32,
-    /// The full radius.
-    pub whole: f32,
-    /// Radius of the sphere that samples and stiffness are chosen for.
-    pub sampled: f32,
+kept! {
+    /// A part of a tool's proxy in the body's frame [mean link lengths].
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub(crate) struct Solid {
+        pub centre: [f32; 3],
+        /// Rotation from the part's frame to the body's.
+        pub turn: Turn,
+        /// The core's lowest and highest coordinates in the part's frame.
+        pub core: [[f32; 3]; 2],
+        /// Radius around the core. It grows if the tool engaged in contact.
+        pub radius: f32,
+        /// The full radius.
+        pub whole: f32,
+        /// Radius of the sphere that samples and stiffness are chosen for.
+        pub sampled: f32,
+    }
 }
-
-kept!(Solid {
-    centre: [f32; 3],
-    turn: Turn,
-    core: [[f32; 3]; 2],
-    radius: f32,
-    whole: f32,
-    sampled: f32,
-});
 
 impl Solid {
     /// No part.

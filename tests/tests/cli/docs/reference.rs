@@ -1,15 +1,15 @@
-//! Tables of `host/REFERENCE.md`: flags, and layouts of messages.
+//! Tables of `host/REFERENCE.md`: flags, and layouts of messages; and the flags of the Python package.
 
 use std::collections::BTreeMap;
 use std::fmt::Debug;
 
+use chaincell_client::Notes;
 use chaincell_client::contacts::{Contact, ContactsHeader};
 use chaincell_client::payload::{CommandMessage, NodePosition, ReplyMessage, StateHeader};
 use chaincell_client::tools::{OneToolForce, OneToolPose, ToolForces, ToolPoses};
-use chaincell_host::engine::flag_ticks::FlagTicks;
 use chaincell_kernel::Flags;
 
-use super::page::pages;
+use super::page::{pages, top};
 
 /// The source of the reference.
 pub fn reference() -> String {
@@ -31,17 +31,63 @@ pub fn rows(page: &str, header: &str) -> BTreeMap<String, String> {
     rows.map(row).collect()
 }
 
+/// Fails if a file is not what the tables say; `CHAINCELL_PAGES=renew` writes it anew.
+fn check(path: &str, wanted: impl Fn(&str) -> String) {
+    let file = top().join(path);
+    let text = std::fs::read_to_string(&file).unwrap();
+    let wanted = wanted(&text);
+    if std::env::var("CHAINCELL_PAGES").is_ok_and(|value| value == "renew") {
+        std::fs::write(&file, &wanted).unwrap();
+        return;
+    }
+    let other = wanted.lines().find(|line| !text.lines().any(|one| one == *line));
+    assert!(
+        text == wanted,
+        "{path}: renew it with CHAINCELL_PAGES=renew, the table says {other:?}"
+    );
+}
+
 #[test]
 fn the_reference_has_every_flag() {
-    let rows = rows(&reference(), "flag");
-    for (bit, rest) in &rows {
-        let mut ticks = FlagTicks::default();
-        ticks.add(Flags(bit.parse().unwrap()));
-        let name = rest.split(" |").next().unwrap();
-        assert_eq!(serde_json::to_string(&ticks).unwrap(), format!(r#"{{"{name}":1}}"#), "{bit}");
-    }
-    let named: u32 = rows.keys().map(|bit| bit.parse::<u32>().unwrap()).sum();
-    assert_eq!(named, 0xfff, "not every flag is named");
+    let line = |meaning: &str| meaning.split_whitespace().collect::<Vec<_>>().join(" ");
+    let rows = Flags::ALL.iter().map(|(flag, name, meaning)| {
+        format!("| {} | `{}` | {} |\n", flag.0, name.to_lowercase(), line(meaning))
+    });
+    let table = "| flag | name | meaning |\n|---|---|---|\n".to_owned() + &rows.collect::<String>();
+    check("host/REFERENCE.md", |text| {
+        let start = text.find("| flag |").unwrap();
+        let end = start + text[start..].find("\n\n").unwrap() + 1;
+        text[..start].to_owned() + &table + &text[end..]
+    });
+}
+
+#[test]
+fn python_has_every_flag() {
+    let member = |bit: u32, name: &str, meaning: &str| {
+        let meaning: Vec<&str> = meaning.lines().map(str::trim).collect();
+        format!("    {name} = {bit}\n    \"\"\"{}\"\"\"\n", meaning.join("\n    "))
+    };
+    let flags = Flags::ALL.iter().map(|(flag, name, meaning)| member(flag.0, name, meaning));
+    let notes = Notes::ALL.iter().map(|(note, name, meaning)| member(note.0, name, meaning));
+    let (flags, notes) = (flags.collect::<String>(), notes.collect::<String>());
+    let wanted = format!(
+        r#""""Flags and notes of a tick, sums of bits. Written from the tables of the kernel and the client: change them
+there."""
+
+from enum import IntFlag
+
+
+class Flags(IntFlag):
+    """Limits and faults that acted during a tick."""
+
+{flags}
+
+class Notes(IntFlag):
+    """Notes of the client itself on an answer."""
+
+{notes}"#
+    );
+    check("host/python/python/chaincell/flags.py", |_| wanted.clone());
 }
 
 /// Bytes of a field's type, such as `f32 x 3`.
