@@ -241,6 +241,59 @@ fn grip_and_let_go(body: &str, image: &ImageBytes) {
     );
 }
 
+/// A square sheet of links, 160 mm wide, whose border is fixed.
+fn sheet() -> ImageBytes {
+    let mesh = load("plane:17x17x0.01", &MeshOptions::default()).unwrap();
+    let border = |x: &[f64; 3]| x[0].abs().max(x[1].abs()) > 0.079;
+    let nodes = mesh.nodes_m.iter().enumerate();
+    let border: Vec<u32> =
+        nodes.filter(|(_, x)| border(x)).map(|(node, _)| node as u32).collect();
+    bake(&mesh, &border, &BakeOptions::default()).unwrap()
+}
+
+/// The tool lifts off while its grip is released, and the sheet falls back out of its reach.
+// REQ-CON-08
+#[test]
+fn a_grip_that_is_let_go_while_the_tool_lifts_off_fades_and_never_comes_back() {
+    const RADIUS_M: f32 = 0.012;
+    let image = sheet();
+    for step_m in [5.0e-5_f32, 2.0e-4, 1.0e-3] {
+        let mut engine = engine(&image, vec![vec![ToolPart::sphere(RADIUS_M)]], 0.0, 8);
+        let mut height_m = 0.001_f32;
+        let mut tick = |engine: &mut Engine<'_>, by_m: f32| {
+            height_m += by_m;
+            engine.tick_by(&[pose([0.0, 0.0, height_m + RADIUS_M])], Budget::All);
+            engine.tool_output(0).force_n
+        };
+        // Press, grip and lift the sheet.
+        for _ in 0..80 {
+            tick(&mut engine, -5.0e-5);
+        }
+        assert!(engine.grip(0) > 0);
+        let mut last = Vector3::zeros();
+        for _ in 0..200 {
+            last = tick(&mut engine, 5.0e-5);
+        }
+        let pulled = last.norm();
+        assert!(last.z < -0.01, "{last}");
+        // Let go while lifting off: no tick changes the force by more than a tenth.
+        engine.let_go(0, 50);
+        for number in 1..=60 {
+            let force = tick(&mut engine, step_m);
+            let jump = (force - last).norm();
+            println!("{step_m} {number} {force} {}", engine.gripped(0));
+            assert!(jump < 0.1 * pulled, "{step_m}, tick {number}: {last} to {force} of {pulled}");
+            last = force;
+        }
+        assert_eq!((engine.gripped(0), last.norm()), (0, 0.0), "{step_m}");
+        // Back to the sheet, and into it: nothing pulls any more.
+        for _ in 0..400 {
+            let force = tick(&mut engine, -5.0e-5);
+            assert!(force.z >= 0.0, "{step_m}: {force}");
+        }
+    }
+}
+
 #[test]
 fn forces_of_contacts_add_up_to_the_tools() {
     for (body, image) in blocks() {

@@ -10,7 +10,7 @@ use crate::number::cell::{add, dot, scale, sub};
 use crate::number::kept::kept;
 use crate::number::sqrt::sqrt;
 
-/// A triangle in reach of a part of a tool.
+/// A triangle in reach of a part of a tool, or gripped by it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NearTriangle {
     pub(crate) corners: [u16; 3],
@@ -18,7 +18,8 @@ pub struct NearTriangle {
     pub(crate) parts: u16,
     /// Stiffness of all samples together [2 `k_ref`].
     pub(crate) weight: f32,
-    /// Lower bound of the distance of its points from the part, negative inside.
+    /// Lower bound of the distance of its points from the part, negative inside; for a gripped triangle the
+    /// least number.
     pub(crate) distance: f32,
     /// The triangle, in the model's order.
     pub(crate) index: u32,
@@ -90,15 +91,17 @@ pub(crate) struct Near {
 }
 
 /// Finds the triangles that tools may touch while they move by at most `reach` times the smallest radius of
-/// their parts, in the order of the triangles. If there are more than slots, those deepest in the tools are
-/// kept.
+/// their parts, and those that they grip at any distance, in the order of the triangles. If there are more
+/// than slots, gripped triangles and those deepest in the tools are kept. `anchors` are in the order of the
+/// triangles, too.
 ///
-/// Cost: one look at each triangle of the surface for each part of an engaged tool; if slots are lacking,
-/// also at most 2 log2(slots) moves for each further triangle and for each slot.
+/// Cost: one look at each triangle of the surface for each part of an engaged tool, and at each anchor; if
+/// slots are lacking, also at most 2 log2(slots) moves for each further triangle and for each slot.
 pub(crate) fn search(
     surface: &ContactSurface<'_>,
     at: &impl Fn(usize) -> [f32; 3],
     (tools, reach): (&[ToolState], f32),
+    anchors: &[Anchor],
     slots: &mut [NearTriangle],
 ) -> Near {
     let mut near =
@@ -107,10 +110,16 @@ pub(crate) fn search(
     let endless: [bool; TOOLS_MAX] = array::from_fn(|tool| tools.get(tool).is_some_and(is_endless));
     // The radius of the largest triangle, and the distance of the nearest centre of one, both squared.
     let (mut widest, mut nearest) = (0.0, [f32::MAX; TOOLS_MAX]);
+    let mut anchors = anchors.iter().filter(|anchor| anchor.is_grip()).peekable();
     // Compare each triangle with each part of each engaged tool.
     for (index, &corners) in surface.triangles.iter().enumerate() {
         let whole = Whole::of(corners.map(|cell| at(cell.into())));
         widest = if whole.squared > widest { whole.squared } else { widest };
+        // Collect the codes of the parts that grip it.
+        let mut grips = 0_u64;
+        while let Some(anchor) = anchors.next_if(|anchor| anchor.triangle as usize <= index) {
+            grips |= 1_u64.unbounded_shl(anchor.part.into());
+        }
         for ((number, tool), nearest) in tools.iter().enumerate().zip(&mut nearest) {
             if !tool.is_in {
                 continue;
@@ -122,10 +131,13 @@ pub(crate) fn search(
             for (part, solid) in tool.proxy.parts().iter().enumerate() {
                 let (squared, distance) = whole.within(solid, solid.whole + stride);
                 *nearest = if squared < *nearest { squared } else { *nearest };
+                let code = (number * PARTS_MAX + part) as u8;
+                let is_gripped = grips != 0 && grips & 1_u64.unbounded_shl(code.into()) != 0;
+                let distance = if is_gripped { Some(f32::MIN) } else { distance };
                 let Some(distance) = distance else { continue };
                 let Some((_, of)) = surface.triangle(index) else { continue };
                 let (parts, weight) = (of.parts(solid.sampled), of.weight(solid.sampled));
-                let (index, of) = (index as u32, (number * PARTS_MAX + part) as u8);
+                let (index, of) = (index as u32, code);
                 #[rustfmt::skip]
                 let found = NearTriangle { corners, parts, weight, distance, index, of, ..NearTriangle::NONE };
                 near.take(found, slots);
@@ -274,9 +286,17 @@ mod tests {
     }
 
     fn found(tools: &[ToolState], room: usize) -> (Near, std::vec::Vec<(u32, u8)>) {
+        found_with(tools, &[], room)
+    }
+
+    fn found_with(
+        tools: &[ToolState],
+        anchors: &[Anchor],
+        room: usize,
+    ) -> (Near, std::vec::Vec<(u32, u8)>) {
         let surface = ContactSurface::of(&STRIP, &[[1.0; 3]; 40]);
         let mut slots = std::vec![NearTriangle::NONE; room];
-        let near = search(&surface, &place, (tools, 0.0), &mut slots);
+        let near = search(&surface, &place, (tools, 0.0), anchors, &mut slots);
         (near, slots[..near.count].iter().map(NearTriangle::key).collect())
     }
 
@@ -309,5 +329,21 @@ mod tests {
         let (_, all) = found(&tools, 64);
         assert!(all.iter().all(|(_, of)| *of == 8 || *of == 16), "{all:?}");
         assert!([8, 16].iter().all(|of| all.iter().any(|(_, own)| own == of)));
+    }
+    // REQ-CON-08
+    #[test]
+    fn what_a_tool_grips_is_found_at_any_distance() {
+        let anchor = |triangle, part| Anchor { triangle, part, limit: f32::INFINITY, ..Anchor::NONE };
+        let tools = [tool([5.0, 0.5, 100.0], 1.0), tool([5.0, 0.5, 0.2], 3.0)];
+        let friction = Anchor { limit: 1.0, ..anchor(20, 0) };
+        let anchors = [anchor(3, 0), friction, anchor(30, 0), anchor(39, 8)];
+        let (_, all) = found_with(&tools, &anchors, 64);
+        let gripped = [(3, 0), (30, 0), (39, 8)];
+        assert!(gripped.iter().all(|key| all.contains(key)) && !all.contains(&(20, 0)), "{all:?}");
+        // Where slots are lacking it is kept, but not for a tool that is not engaged.
+        let (near, kept) = found_with(&tools, &anchors, 5);
+        assert!(near.full && gripped.iter().all(|key| kept.contains(key)), "{kept:?}");
+        let away = [ToolState { is_in: false, ..tools[0] }];
+        assert!(found_with(&away, &anchors, 64).1.is_empty());
     }
 }

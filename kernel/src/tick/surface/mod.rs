@@ -183,10 +183,9 @@ impl<D: Dynamics> Tick<'_, '_, D> {
             return false;
         }
         // Search the triangles in reach, and move the proxies.
-        let found = model
-            .contact_surface()
-            .map(|surface| search(&surface, &at, (arrays.tools, HALF + COMING), arrays.near));
-        let Some(found) = found else { return false };
+        let Some(surface) = model.contact_surface() else { return false };
+        let anchors = arrays.state.first().map_or(&[][..], |state| state.present(arrays.anchors));
+        let found = search(&surface, &at, (arrays.tools, HALF + COMING), anchors, arrays.near);
         if found.full {
             self.flags.insert(Flags::CONTACT_CAPACITY);
         }
