@@ -33,11 +33,12 @@ fn numbers_in_words(text: &str) -> String {
     .fold(text.to_owned(), |text, (said, remedy)| text.replace(said, remedy))
 }
 
-/// The refusal of a number that `is not in LEAST..=MOST`.
+/// The refusal of a number that `is not in` a range of Rust.
 fn range_in_words(text: &str) -> Option<String> {
     let (before, after) = text.split_once(" is not in ")?;
     let (range, after) = after.split_once('\n').unwrap_or((after, ""));
-    let (least, most) = range.split_once("..=")?;
+    let (least, most) = range.split_once("..")?;
+    let most = most.trim_start_matches('=');
     let (before, _) = before.rsplit_once(": ")?;
     let range = match most.parse::<u64>() {
         Ok(u64::MAX) => format!("at least {least}"),
@@ -80,7 +81,10 @@ mod tests {
             (many, "the number is too large"),
         ] {
             let why = refused(&[&bake[..], &[value]].concat());
-            assert!(why.contains(value) && why.contains("--cells") && why.contains(remedy), "{why}");
+            assert!(
+                why.contains(value) && why.contains("--cells") && why.contains(remedy),
+                "{why}"
+            );
         }
         for (option, value, range) in [
             ("--load", "-1", "must be from 0 to 65535"),

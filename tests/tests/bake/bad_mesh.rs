@@ -153,7 +153,12 @@ fn bodies_that_no_network_can_carry() {
 fn files_that_are_no_files() {
     let folder = scratch();
     refused(folder.path(), &folder.path().join("none.msh"), &[], &["organ[:NODES]"]);
-    refused(folder.path(), folder.path(), &[], &["cannot open mesh", "it is a folder: give a file"]);
+    refused(
+        folder.path(),
+        folder.path(),
+        &[],
+        &["cannot open mesh", "it is a folder: give a file"],
+    );
     // Nobody writes into the pipe: it is not waited for.
     let pipe = folder.path().join("pipe.msh");
     let mode = rustix::fs::Mode::RWXU;

@@ -333,7 +333,8 @@ mod tests {
     // REQ-CON-08
     #[test]
     fn what_a_tool_grips_is_found_at_any_distance() {
-        let anchor = |triangle, part| Anchor { triangle, part, limit: f32::INFINITY, ..Anchor::NONE };
+        let anchor =
+            |triangle, part| Anchor { triangle, part, limit: f32::INFINITY, ..Anchor::NONE };
         let tools = [tool([5.0, 0.5, 100.0], 1.0), tool([5.0, 0.5, 0.2], 3.0)];
         let friction = Anchor { limit: 1.0, ..anchor(20, 0) };
         let anchors = [anchor(3, 0), friction, anchor(30, 0), anchor(39, 8)];
