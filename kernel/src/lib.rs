@@ -91,7 +91,7 @@ pub use solver::{Dynamics, Euler, NumberOf, Predict, Rkl2, Track};
 pub use terms::held::{Contact, ContactError};
 pub use terms::links::range::RangeError;
 pub use terms::rounding::Rounding;
-pub use terms::state::{TermState, TermStates};
+pub use terms::state::{TermState, TermStates, term_states};
 pub use terms::surface::{Anchor, ContactForce, NearTriangle, PARTS_MAX, TOOLS_MAX, ToolState};
 pub use tick::budget::Budget;
 pub use tick::choice::Choice;

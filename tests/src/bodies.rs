@@ -7,6 +7,20 @@ use chaincell_host::mesh::{MeshOptions, load};
 use chaincell_kernel::{Model, Network, Settings, TickOutput, ToolPart, ToolPose, Unloading};
 use nalgebra::Vector3;
 
+/// A generated body, fixed where its generator fixes it.
+#[must_use]
+pub fn baked(spec: &str, options: &BakeOptions) -> ImageBytes {
+    let mesh = load(spec, &MeshOptions::default()).unwrap();
+    bake(&mesh, &mesh.default_fixed, options).unwrap()
+}
+
+/// A generated body of nodal shapes of this modulus \[Pa\].
+#[must_use]
+pub fn nodal(spec: &str, young_pa: f64) -> ImageBytes {
+    let tissue = Some(Tissue::new(PerCell::Uniform(young_pa), PerCell::Uniform(0.45)));
+    baked(spec, &BakeOptions { tissue, ..BakeOptions::default() })
+}
+
 /// A body, and what presses it.
 pub struct Body {
     /// What it is.
@@ -48,9 +62,7 @@ impl Shape {
 }
 
 impl Body {
-    fn new(name: &'static str, spec: &str, options: &BakeOptions, tools: [Shape; 3]) -> Self {
-        let mesh = load(spec, &MeshOptions::default()).unwrap();
-        let image = bake(&mesh, &mesh.default_fixed, options).unwrap();
+    fn new(name: &'static str, image: ImageBytes, tools: [Shape; 3]) -> Self {
         let model = Model::from_bytes(image.as_bytes()).unwrap();
         let cells = (0..model.cells()).map(|cell| Vector3::from(rest_m(&model, cell)));
         let mut by_height: Vec<Vector3<f64>> = cells.collect();
@@ -74,18 +86,14 @@ impl Body {
             coarse_basis: BasisSpacing::None,
             ..BakeOptions::default()
         };
-        let shapes = |pa: f64| BakeOptions {
-            tissue: Some(Tissue::new(PerCell::Uniform(pa), PerCell::Uniform(0.45))),
-            ..BakeOptions::default()
-        };
         let spheres = [0.008, 0.012, 0.018].map(Shape::Sphere);
         let on = [Shape::Sphere(0.008), Shape::Sphere(0.014), Shape::Capsule(0.012, 0.008)];
         [
-            Self::new("soft links", "box:9x9x6x0.008", &BakeOptions::default(), spheres),
-            Self::new("stiff links", "box:9x9x4x0.005", &links(1000.0), spheres),
-            Self::new("organ of links", "organ:500", &links(300.0), spheres),
-            Self::new("box of 20 kPa", "box:7x7x6x0.008", &shapes(2.0e4), on),
-            Self::new("organ of 5 kPa", "organ:500", &shapes(5.0e3), on),
+            Self::new("soft links", baked("box:9x9x6x0.008", &BakeOptions::default()), spheres),
+            Self::new("stiff links", baked("box:9x9x4x0.005", &links(1000.0)), spheres),
+            Self::new("organ of links", baked("organ:500", &links(300.0)), spheres),
+            Self::new("box of 20 kPa", nodal("box:7x7x6x0.008", 2.0e4), on),
+            Self::new("organ of 5 kPa", nodal("organ:500", 5.0e3), on),
         ]
     }
 

@@ -1,14 +1,14 @@
 //! Random bodies of 4 to 40 cells for property tests, with and without a coarse level: of links, with
 //! stiffness over six decades and alpha from 0 to 0.99, and of nodal shapes, with moduli over three.
 
-use chaincell_host::bake::tissue::{Band, STRETCH_MIN, Tissue, VolumeLaw};
+use chaincell_host::bake::tissue::{Band, STRETCH_MIN, Tissue};
 use chaincell_host::bake::{BakeOptions, BasisSpacing, ImageBytes, PerCell};
 use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
 use chaincell_host::error::Error;
 use chaincell_host::mesh::Mesh;
 use chaincell_kernel::{Model, Settings, ToolPose, Unloading};
 use chaincell_lab::bodies::{Shape, Variant};
-use chaincell_lab::monitor::Monitor;
+use chaincell_lab::monitor::{Monitor, Step, play};
 use nalgebra::Vector3;
 use proptest::prelude::*;
 
@@ -69,33 +69,25 @@ pub fn case(floating: bool) -> impl Strategy<Value = Case> {
                 let stiffness_n_per_m = decades.iter().map(|d| 10.0_f64.powf(*d)).collect();
                 let (sweeps, tick_time) = rates;
                 let shape = shape(nodes_m, links, fixed);
-                Case {
-                    shape,
-                    alpha,
-                    stiffness_n_per_m,
-                    tissue: None,
-                    coarse_functions,
-                    sweeps,
-                    tick_time,
-                }
+                let case = Case::new(shape, alpha, stiffness_n_per_m);
+                Case { coarse_functions, sweeps, tick_time, ..case }
             },
         )
     })
 }
 
-/// Random tissue for so many nodes: under both laws, with the band and without, alike or varied,
-/// with up to two bands that stiffen it.
+/// Random tissue for n nodes: with the band of stretches and without, alike or varied, with up to two
+/// bands that stiffen it.
 fn tissue(nodes: usize) -> impl Strategy<Value = Tissue> {
     let decades = prop_oneof![Just(vec![0.0]), prop::collection::vec(-1.5_f64..1.5, nodes),];
     let ratios = prop_oneof![
         (0.0_f64..0.49).prop_map(|ratio| vec![ratio]),
         prop::collection::vec(0.0_f64..0.49, nodes),
     ];
-    let law = prop::sample::select(vec![VolumeLaw::Det1, VolumeLaw::Trace]);
     let stretch_min = prop::option::of(Just(STRETCH_MIN));
     let bands = prop::collection::vec((0.01_f64..0.3, 0.1_f64..20.0), 0..3);
-    (2.0_f64..6.0, decades, ratios, law, stretch_min, bands).prop_map(
-        |(mean, decades, ratios, law, stretch_min, bands)| {
+    (2.0_f64..6.0, decades, ratios, stretch_min, bands).prop_map(
+        |(mean, decades, ratios, stretch_min, bands)| {
             let young_pa = decades.iter().map(|decade| 10.0_f64.powf(mean + decade)).collect();
             let mut widths: Vec<f64> = bands.iter().map(|(width, _)| *width).collect();
             widths.sort_by(f64::total_cmp);
@@ -105,7 +97,7 @@ fn tissue(nodes: usize) -> impl Strategy<Value = Tissue> {
             };
             let stiffening = widths.into_iter().zip(&bands).map(band).collect();
             let tissue = Tissue::new(of_cells(young_pa), of_cells(ratios));
-            Tissue { law, stretch_min, stiffening, ..tissue }
+            Tissue { stretch_min, stiffening, ..tissue }
         },
     )
 }
@@ -141,17 +133,8 @@ fn shapes(floating: bool) -> impl Strategy<Value = Case> {
                 }
                 shape.fixed = if floating { Vec::new() } else { fixed.into_iter().collect() };
                 let shape = shape.holding(&[nodes as u32 - 1]);
-                let stiffness_n_per_m = vec![1.0; nodes];
-                let (alpha, tissue, tick_time) = (0.0, Some(tissue), 1.0);
-                Case {
-                    shape,
-                    alpha,
-                    stiffness_n_per_m,
-                    tissue,
-                    coarse_functions,
-                    sweeps,
-                    tick_time,
-                }
+                let case = Case::new(shape, 0.0, vec![1.0; nodes]);
+                Case { tissue: Some(tissue), coarse_functions, sweeps, ..case }
             },
         )
     })
@@ -197,6 +180,13 @@ pub fn shape(nodes_m: Vec<[f64; 3]>, links: Vec<[u32; 2]>, fixed: Vec<u32>) -> S
 }
 
 impl Case {
+    /// A body of links without a coarse level, a sweep and a step a tick.
+    #[must_use]
+    pub fn new(shape: Shape, alpha: f64, stiffness_n_per_m: Vec<f64>) -> Self {
+        let (tissue, coarse_functions, sweeps, tick_time) = (None, None, 1, 1.0);
+        Self { shape, alpha, stiffness_n_per_m, tissue, coarse_functions, sweeps, tick_time }
+    }
+
     /// The same with node i called `to[i]`.
     #[must_use]
     pub fn renumbered(&self, to: &[usize]) -> Self {
@@ -275,6 +265,21 @@ impl Case {
         let tick_time = self.tick_time * step;
         let of = |settings| change(Settings { step, tick_time, ..settings });
         variant.engine(model, contact, self.sweeps, of)
+    }
+
+    /// Plays steps on an image of the body, from a state or from rest.
+    ///
+    /// # Errors
+    /// As [`Self::engine`].
+    pub fn play<'m>(
+        &self,
+        image: &'m ImageBytes,
+        variant: Variant,
+        unloading: Unloading,
+        state: Option<&[[f32; 3]]>,
+        steps: impl IntoIterator<Item = Step>,
+    ) -> Result<Monitor<'m>, Error> {
+        play(|| self.engine(image, variant, unloading), variant.numbers, state, steps)
     }
 }
 

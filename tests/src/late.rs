@@ -69,6 +69,10 @@ pub struct Moment {
     pub apart_m: f64,
     /// What hand and handle have got out of nothing so far \[J\].
     pub got_j: f64,
+    /// What the device has given to the handle so far \[J\].
+    pub port_j: f64,
+    /// How fast the handle moves \[m/s\].
+    pub speed_m_per_s: f64,
 }
 
 /// Repeatable chances.
@@ -198,7 +202,14 @@ pub fn run_looking(
         let (got_j, apart_m) = (moving.got_j(), (tool - moving.position).norm());
         seen.made_j = seen.made_j.max(got_j - least.j());
         seen.got_j = seen.got_j.max(got_j);
-        look(Moment { time_s: tick as f64 * way.tick_s, force_n: force.norm(), apart_m, got_j });
+        look(Moment {
+            time_s: tick as f64 * way.tick_s,
+            force_n: force.norm(),
+            apart_m,
+            got_j,
+            port_j: moving.port_j,
+            speed_m_per_s: moving.velocity.norm(),
+        });
     }
     seen
 }

@@ -8,11 +8,10 @@ use std::time::{Duration, Instant};
 
 use iceoryx2::node::{Node, NodeView};
 use iceoryx2::port::client::Client;
-use iceoryx2::port::publisher::Publisher;
 use iceoryx2::port::subscriber::Subscriber;
 use iceoryx2::prelude::*;
 use iceoryx2::service::port_factory::publish_subscribe;
-use tools::{Forces, Poses};
+use tools::{Forces, Poses, ToolsOutsider};
 
 /// Longest wait for a service or a message.
 const LIMIT: Duration = Duration::from_secs(60);
@@ -138,40 +137,60 @@ pub struct Reply {
     pub reason: u32,
 }
 
-/// A viewer of somebody else.
+/// What messages of a topic belong to.
+pub trait Header: Copy + std::fmt::Debug + ZeroCopySend + 'static {
+    /// Last part of the service's name.
+    const TOPIC: &'static str;
+
+    /// Ticks answered.
+    fn ticks_answered(&self) -> u64;
+}
+
+impl Header for Stamp {
+    const TOPIC: &'static str = "state";
+
+    fn ticks_answered(&self) -> u64 {
+        self.ticks_answered
+    }
+}
+
+/// A reader of somebody else: rows and what they belong to.
 #[derive(Debug)]
-pub struct Viewer {
-    subscriber: Subscriber<ipc::Service, [Row], Stamp>,
+pub struct Reader<Row: ZeroCopySend + std::fmt::Debug + 'static, H: Header> {
+    subscriber: Subscriber<ipc::Service, [Row], H>,
     _node: Node<ipc::Service>,
 }
 
-impl Viewer {
-    /// Joins a scene's viewers.
+/// A viewer of somebody else.
+pub type Viewer = Reader<Row, Stamp>;
+
+impl<Row: Clone + ZeroCopySend + std::fmt::Debug, H: Header> Reader<Row, H> {
+    /// Joins a scene's readers.
     #[track_caller]
     #[must_use]
     pub fn join(scene: &str) -> Self {
         let node = node();
-        let name = service(scene, "state");
-        let state = eventually(|| {
+        let name = service(scene, H::TOPIC);
+        let topic = eventually(|| {
             let service = node.service_builder(&name).publish_subscribe::<[Row]>();
-            service.user_header::<Stamp>().open().ok()
+            service.user_header::<H>().open().ok()
         });
-        let subscriber = state.subscriber_builder().create().unwrap();
+        let subscriber = topic.subscriber_builder().create().unwrap();
         Self { subscriber, _node: node }
     }
 
-    /// A state that has arrived.
+    /// A message that has arrived.
     #[must_use]
-    pub fn try_receive(&self) -> Option<(Stamp, Vec<Row>)> {
+    pub fn try_receive(&self) -> Option<(H, Vec<Row>)> {
         let sample = self.subscriber.receive().unwrap()?;
         Some((*sample.user_header(), sample.payload().to_vec()))
     }
 
-    /// The first state of at least so many answered ticks.
+    /// The first message of at least so many answered ticks.
     #[track_caller]
     #[must_use]
-    pub fn after(&self, ticks_answered: u64) -> (Stamp, Vec<Row>) {
-        eventually(|| self.try_receive().filter(|state| state.0.ticks_answered >= ticks_answered))
+    pub fn after(&self, ticks_answered: u64) -> (H, Vec<Row>) {
+        eventually(|| self.try_receive().filter(|found| found.0.ticks_answered() >= ticks_answered))
     }
 }
 
@@ -274,14 +293,9 @@ fn service(scene: &str, topic: &str) -> ServiceName {
     format!("chaincell/{scene}/{topic}").as_str().try_into().unwrap()
 }
 
-/// The outside program, on one scene.
+/// The outside program with one tool, on one scene.
 #[derive(Debug)]
-pub struct Outsider {
-    // Ports before their node: fields are dropped in this order.
-    publisher: Option<Publisher<ipc::Service, Poses, ()>>,
-    subscriber: Subscriber<ipc::Service, Forces, ()>,
-    _node: Node<ipc::Service>,
-}
+pub struct Outsider(ToolsOutsider);
 
 impl Outsider {
     /// Joins a scene as a reader of answers once its services exist; as a sender of poses too if
@@ -289,32 +303,29 @@ impl Outsider {
     #[track_caller]
     #[must_use]
     pub fn join(scene: &str, sends: bool) -> Self {
-        let node = node();
-        let name = |topic: &str| service(scene, topic);
-        let forces = eventually(|| {
-            node.service_builder(&name("forces")).publish_subscribe::<Forces>().open().ok()
-        });
-        let subscriber = forces.subscriber_builder().create().unwrap();
-        let publisher = sends.then(|| {
-            let tools = eventually(|| {
-                node.service_builder(&name("tools")).publish_subscribe::<Poses>().open().ok()
-            });
-            tools.publisher_builder().create().unwrap()
-        });
-        Self { publisher, subscriber, _node: node }
+        Self(ToolsOutsider::join_as(scene, sends))
     }
 
     /// Sends one pose.
     pub fn send(&self, pose: Pose) {
-        let message = Poses::of(pose.tick, pose.position_m, pose.engaged);
-        self.publisher.as_ref().unwrap().send_copy(message).unwrap();
+        self.0.send(Poses::of(pose.tick, pose.position_m, pose.engaged));
     }
 
     /// The next answer.
     #[track_caller]
     #[must_use]
     pub fn receive(&self) -> Force {
-        eventually(|| self.try_receive())
+        self.0.receive().into()
+    }
+
+    /// Sends the poses of ticks, each after the answer to the one before; the answers.
+    #[track_caller]
+    pub fn play(&self, ticks: std::ops::Range<u64>, pose: impl Fn(u64) -> Pose) -> Vec<Force> {
+        let answer = |tick| {
+            self.send(pose(tick));
+            self.receive()
+        };
+        ticks.map(answer).collect()
     }
 
     /// Waits for an answer to a tick of at least this number.
@@ -331,8 +342,23 @@ impl Outsider {
     /// An answer that has arrived.
     #[must_use]
     pub fn try_receive(&self) -> Option<Force> {
-        self.subscriber.receive().unwrap().map(|sample| Force::from(*sample))
+        self.0.try_receive().map(Force::from)
     }
+}
+
+/// Length of a vector.
+#[must_use]
+pub fn size(of: [f32; 3]) -> f64 {
+    of.iter().map(|&x| f64::from(x) * f64::from(x)).sum::<f64>().sqrt()
+}
+
+/// Largest change of the force from a message to the next one \[N\].
+#[must_use]
+pub fn largest_step_n(seen: &[Force]) -> f64 {
+    let step = |pair: &[Force]| {
+        size(std::array::from_fn(|axis| pair[1].force_n[axis] - pair[0].force_n[axis]))
+    };
+    seen.windows(2).map(step).fold(0.0, f64::max)
 }
 
 #[track_caller]

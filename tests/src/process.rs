@@ -31,7 +31,9 @@ fn binary() -> &'static Path {
             .current_dir(Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap())
             .args(["build", "--locked", "--offline", "--quiet", "--profile", profile])
             // The whole workspace selects the same features as its tests: nothing is built twice.
-            .args(["--workspace", "--bin", "chaincell", "--bin", "chaincell-lab", "--target-dir"])
+            .args(["--workspace", "--bin", "chaincell", "--bin", "chaincell-lab"])
+            .args(cfg!(feature = "baselines").then_some("--features=chaincell-tests/baselines"))
+            .arg("--target-dir")
             .arg(target)
             .stdin(Stdio::null())
             .output()
@@ -49,6 +51,21 @@ pub fn chaincell() -> Command {
     let mut command = Command::new(binary());
     command.env_remove("CHAINCELL_LOG").env_remove("IOX2_LOG_LEVEL");
     command
+}
+
+/// A shell with a mount namespace of its own in a folder: it runs `lines`, where `$chaincell` is the command
+/// and `$@` are the arguments to come. `None`, with a line that says so, where this user may not.
+#[must_use]
+pub fn unshared(test: &str, folder: &Path, lines: &str) -> Option<Command> {
+    let may = Command::new("unshare").args(["-m", "true"]).output();
+    if !may.is_ok_and(|tried| tried.status.success()) {
+        println!("SKIPPED {test}: `unshare -m` is not permitted");
+        return None;
+    }
+    let mut command = Command::new("unshare");
+    command.args(["-m", "--propagation", "private", "sh", "-c", lines, "sh"]);
+    command.current_dir(folder).env("chaincell", chaincell().get_program());
+    Some(command)
 }
 
 /// How a process ended.
@@ -138,6 +155,12 @@ impl Running {
     /// Sends a signal.
     pub fn signal(&self, signal: Signal) {
         kill_process(self.pid(), signal).unwrap();
+    }
+
+    /// Kills it, and waits until it is gone.
+    pub fn kill(&mut self) {
+        self.child.kill().unwrap();
+        self.child.wait().unwrap();
     }
 
     /// Ctrl-C, and how the process then ended.

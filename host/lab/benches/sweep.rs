@@ -8,8 +8,10 @@
 //! The body is the reference liver, or the generated organ without CHAINCELL_REFERENCE. A tick of nine
 //! sweeps less one of a single sweep is eight sweeps and nothing else; the instructions do not depend
 //! on the machine's pace. After them come those of a late tick, the tool moving deeper by a tenth of a
-//! millimetre, and its share of a sweep with vectors. All loops are run first: their results are finite,
-//! and the same with and without the vector unit.
+//! millimetre, and its share of a sweep with vectors. Last come whole ticks of one sweep of an organ of
+//! nodal shapes (5,783 nodes, 5 kPa, Poisson's ratio 0.45, `predict`) in the same press, with held cells and
+//! under a probe, and its state hash. All loops are run first: their results are finite, and the same with
+//! and without the vector unit.
 //!
 //! `--quick`, which `cargo test` in the place of `cargo bench` takes by itself, counts on a small organ.
 
@@ -44,6 +46,10 @@ const LATE: [(&str, Scheme); 3] = [
 /// Late ticks of the long and of the short counted run, and ticks of the press before them.
 const LATE_TICKS: [u16; 2] = [64, 0];
 const PRESS_TICKS: u16 = 100;
+/// What is counted of an organ of nodal shapes.
+const SHAPES: [&str; 3] = ["tick of shapes, held cells", "tick of shapes, probe", "state hash"];
+/// Nodes of that organ, and of the quick form.
+const SHAPE_NODES: [usize; 2] = [5_783, QUICK_CELLS];
 /// Way of the tool a tick, and radius of the probe \[m\].
 const WAY_M: f64 = 1e-4;
 const RADIUS_M: f32 = 0.012;
@@ -108,24 +114,50 @@ fn check(scene: &Scene) -> Result<()> {
     Ok(())
 }
 
+/// The tool's pose `way_m` below the place of the first cell that is pressed.
+fn pose(scene: &Scene, model: &Model<'_>, way_m: f64) -> ToolPose {
+    let (unit_m, centre_m) = (f64::from(model.unit_m()), model.centre_m().map(f64::from));
+    let touched = scene.contacts.first().copied().unwrap_or_default();
+    let rest = model.rest_position(usize::from(touched)).map(f64::from);
+    let at = |x| (centre_m[x] + unit_m * rest[x] + way_m * scene.direction[x]) as f32;
+    ToolPose::at(Vector3::from([0, 1, 2].map(at)), 1)
+}
+
+/// The run that valgrind counts: ticks of one sweep after a press, or hashes, many or none.
+fn shapes_run(quick: bool, number: usize, length: usize) -> Result<()> {
+    let (true, Some(&count)) = (number < SHAPES.len(), LATE_TICKS.get(length)) else {
+        return Err(Error::input("--shapes is 0 to 2 and --length 0 or 1"));
+    };
+    let scene = Scene::organ_of_tissue(SHAPE_NODES[usize::from(quick)])?;
+    let model = scene.model()?;
+    let (contact, away_m) = match number {
+        1 => (Contact::sphere(RADIUS_M, 0.0), f64::from(RADIUS_M)),
+        _ => (Contact::Cells(scene.contacts.clone()), 0.0),
+    };
+    let variant = Variant::plain(Scheme::Predict, Arithmetic::F32);
+    let mut engine = variant.unlimited(model, contact, 1, |settings| settings)?;
+    let ticks = if number == 2 { 0 } else { count };
+    for tick in 0..PRESS_TICKS + ticks {
+        let way_m = WAY_M * f64::from(tick) - away_m;
+        black_box(engine.tick(black_box(&pose(&scene, &model, way_m))));
+    }
+    for _ in 0..count - ticks {
+        black_box(engine.state_hash());
+    }
+    Ok(())
+}
+
 /// The run that valgrind counts: late ticks behind a press, many or none.
 fn late_run(scene: &Scene, number: usize, length: usize) -> Result<()> {
     let (true, Some(&ticks)) = (number < LATE.len(), LATE_TICKS.get(length)) else {
         return Err(Error::input("--late is 0 to 2 and --length 0 or 1"));
     };
     let model = scene.model()?;
-    let (unit_m, centre_m) = (f64::from(model.unit_m()), model.centre_m().map(f64::from));
     let (contact, away_m) = match number {
         0 | 2 => (Contact::Cells(scene.contacts.clone()), 0.0),
         _ => (Contact::sphere(RADIUS_M, 0.0), f64::from(RADIUS_M)),
     };
-    let touched = scene.contacts.first().copied().unwrap_or_default();
-    let rest = model.rest_position(usize::from(touched)).map(f64::from);
-    let sample = |tick: u16| {
-        let way_m = WAY_M * f64::from(tick) - away_m;
-        let at = |x| (centre_m[x] + unit_m * rest[x] + way_m * scene.direction[x]) as f32;
-        ToolPose::at(Vector3::from([0, 1, 2].map(at)), 1)
-    };
+    let sample = |tick: u16| pose(scene, &model, WAY_M * f64::from(tick) - away_m);
     let (name, scheme) = LATE[number];
     let variant = Variant::plain(scheme, Arithmetic::F32);
     let mut engine = variant.unlimited(model, contact, 4, |settings| settings)?;
@@ -173,6 +205,12 @@ fn count(model: &Model<'_>, form: &str) -> Result<()> {
         let tick = (long - short) / f64::from(LATE_TICKS[0]);
         println!("{name:<28} {tick:>16.0}   1/{:.0} of a sweep", sweeps[1] / tick);
     }
+    for (number, name) in SHAPES.into_iter().enumerate() {
+        let number = number.to_string();
+        let long = instructions(&[form, "--shapes", &number, "--length", "0"])?;
+        let short = instructions(&[form, "--shapes", &number, "--length", "1"])?;
+        println!("{name:<28} {:>16.0}", (long - short) / f64::from(LATE_TICKS[0]));
+    }
     Ok(())
 }
 
@@ -184,6 +222,9 @@ fn run() -> Result<()> {
     };
     let has = |name: &str| arguments.iter().any(|argument| argument == name);
     let quick = has("--quick") || !has("--bench");
+    if let (Some(shapes), Some(length)) = (number("--shapes"), number("--length")) {
+        return shapes_run(quick, shapes, length);
+    }
     let scene = scene(quick)?;
     let model = scene.model()?;
     if let (Some(loop_number), Some(length)) = (number("--loop"), number("--length")) {

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use chaincell_host::bake::tissue::{Band, STRETCH_MIN, Tissue, VolumeLaw};
+use chaincell_host::bake::tissue::{Band, STRETCH_MIN, Tissue};
 use chaincell_host::bake::{self, BakeOptions, BasisSpacing, ContactSurface, ImageBytes, PerCell};
 use chaincell_host::cli::values::{Material, per_cell, with_materials};
 use chaincell_host::mesh::{self, CELLS_MAX, Mesh, MeshOptions, NODES_MAX};
@@ -86,7 +86,7 @@ fn word(
 fn tissue(mesh: &Mesh, given: &Given<'_, '_>) -> PyResult<Option<Tissue>> {
     let (young_pa, materials) = (per_node("young_pa", mesh, given)?, given.any("materials")?);
     if young_pa.is_none() && materials.is_none() {
-        for name in ["poisson", "law", "stretch_min", "stiffening"] {
+        for name in ["poisson", "stretch_min", "stiffening"] {
             if given.any(name)?.is_some() {
                 let text = format!(
                     "`{name}` goes with `young_pa` or `materials`: give one of them, or leave it out"
@@ -109,17 +109,13 @@ fn tissue(mesh: &Mesh, given: &Given<'_, '_>) -> PyResult<Option<Tissue>> {
         (Some(young_pa), None) => (young_pa, poisson),
         (young_pa, materials) => of_groups(young_pa, poisson, materials, mesh)?,
     };
-    let law = match word(given, "law", &["det1", "trace"])? {
-        Some("trace") => VolumeLaw::Trace,
-        _ => VolumeLaw::Det1,
-    };
     let stretch_min = number_or(given, "stretch_min", &["none"])?;
     let stretch_min = match stretch_min {
         None => Some(STRETCH_MIN),
         Some(Ok(stretch)) => Some(stretch),
         Some(Err(_)) => None,
     };
-    Ok(Some(Tissue { young_pa, poisson, law, stretch_min, stiffening: stiffening(given)? }))
+    Ok(Some(Tissue { young_pa, poisson, stretch_min, stiffening: stiffening(given)? }))
 }
 
 /// What materials say of their groups, in their order, over the values of all nodes.

@@ -26,7 +26,6 @@ const BAKE: [&str; 23] = [
     "fixed",
     "coarse",
     "k_m",
-    "law",
     "lean",
     "materials",
     "poisson",

@@ -65,7 +65,6 @@ BAKES: list[tuple[Callable[[], object], type[Exception], str]] = [
     (bake(young_pa="soft"), ModelError, "`young_pa`: `soft` is no number"),
     (bake(young_pa=5000, poisson=0.5), ModelError, "`poisson` 0.5: must be from 0 to 0.495"),
     (bake(young_pa=5000, alpha=0.1), ModelError, "`alpha` is for links"),
-    (bake(young_pa=5000, law="hooke"), ModelError, '`law` "hooke": give det1 or trace'),
     (bake(young_pa=5000, stretch_min=2.0), ModelError, "`stretch_min` 2: must be"),
     (bake(young_pa=5000, stiffening=[1]), TypeError, "`stiffening`: give a dict"),
     (bake(young_pa=5000, stiffening={"a": 1}), TypeError, "`stiffening`: give numbers"),

@@ -69,7 +69,6 @@ def test_every_argument_reaches_the_bake() -> None:
         for of in (
             {"poisson": 0.3},
             {"poisson": np.linspace(0.3, 0.4, len(points))},
-            {"law": "trace"},
             {"stretch_min": 0.5},
             {"stretch_min": "none"},
             {"stiffening": {0.15: 1700.0, 0.3: 5000.0}},
@@ -83,7 +82,7 @@ def test_every_argument_reaches_the_bake() -> None:
         if not (base is plain and change == {"coarse": "none"}):
             assert found not in seen, change
         seen.add(found)
-    default = Model.bake(points, tets, poisson=None, young_pa=None, coarse="auto", law=None)
+    default = Model.bake(points, tets, poisson=None, young_pa=None, coarse="auto")
     assert default.checksum == plain.checksum
 
 
@@ -250,8 +249,8 @@ def test_materials_are_those_of_the_command(command: Path, tmp_path: Path) -> No
          {"materials": {"soft": {"young_pa": 3000}, "hard": hard}}),
         (["--material", "group:hard,young-pa=20000,poisson=0.4", "--material", "group:soft,young-pa=3000"],
          {"materials": {"hard": hard, "soft": {"young_pa": np.float32(3000)}}}),
-        (["--young-pa", "5000", "--poisson", "0.3", "--material", "group:hard,poisson=0.45", "--law", "trace"],
-         {"young_pa": 5000, "poisson": 0.3, "materials": {"hard": {"poisson": 0.45}}, "law": "trace"}),
+        (["--young-pa", "5000", "--poisson", "0.3", "--material", "group:hard,poisson=0.45"],
+         {"young_pa": 5000, "poisson": 0.3, "materials": {"hard": {"poisson": 0.45}}}),
     ]
     seen = set()
     for line, given in cases:

@@ -10,7 +10,7 @@ use super::mesh_file::MeshFileArgs;
 use super::model_file;
 use super::reports::ModelReport;
 use super::values::{Material, per_cell, with_materials};
-use crate::bake::tissue::{Band, STRETCH_MIN, Tissue, VolumeLaw};
+use crate::bake::tissue::{Band, STRETCH_MIN, Tissue};
 use crate::bake::{BakeOptions, BasisSpacing, ContactSurface, bake};
 use crate::error::{Error, Result};
 use crate::files::whole::{keep_input, write_whole};
@@ -72,10 +72,6 @@ pub struct BodyArgs {
     /// later one counts where groups share nodes
     #[arg(long, value_name = "MATERIAL", conflicts_with_all = ["alpha", "stiffness_n_per_m"])]
     material: Vec<String>,
-    /// How shapes resist a change of their volume: det1 by the distance to those of determinant 1,
-    /// trace by the sum of the stretches, cheaper and softer in deep presses [default: det1]
-    #[arg(long, value_name = "det1|trace", requires = "tissue", value_parser = law)]
-    law: Option<VolumeLaw>,
     /// The stretch below which shapes resist five times as much, which keeps deep presses from
     /// folding them; none for no such band [default: 0.7]
     #[arg(long, value_name = "STRETCH", requires = "tissue")]
@@ -345,17 +341,8 @@ impl BodyArgs {
                 Error::input(format!("--stretch-min {text}: give a stretch, as 0.7, or none"))
             })?),
         };
-        let law = self.law.unwrap_or_default();
         let stiffening = self.stiffening.clone().unwrap_or_default().0;
-        Ok(Some(Tissue { young_pa, poisson, law, stretch_min, stiffening }))
-    }
-}
-
-fn law(text: &str) -> std::result::Result<VolumeLaw, &'static str> {
-    match text {
-        "det1" => Ok(VolumeLaw::Det1),
-        "trace" => Ok(VolumeLaw::Trace),
-        _ => Err("give det1 or trace"),
+        Ok(Some(Tissue { young_pa, poisson, stretch_min, stiffening }))
     }
 }
 

@@ -15,8 +15,7 @@ use super::verdict::{Counts, Verdict, VerdictArgs};
 use super::watch::ServerWait;
 use crate::engine::motion::Pose;
 use crate::error::{Error, Result};
-use crate::files::path::Rules;
-use crate::files::tools_path::{self, Paths};
+use crate::files::path::{self, Paths, Rules};
 use crate::session::loops::control::{ControlOptions, ControlReport, control_tools};
 use crate::terminal;
 use crate::words::counted;
@@ -77,7 +76,7 @@ impl Args {
                  leave it out"
             ))),
             (Some(file), None) => {
-                let paths = tools_path::read(file, Rules::Strict)?;
+                let paths = path::read(file, Rules::Strict)?;
                 Ok(released_first(paths.in_metres(self.path_units.unit_m())))
             }
             (None, _) => Ok((self.press()?, Vec::new())),

@@ -13,7 +13,7 @@ use super::sides::{self, Files, Sides};
 use super::tissue::TissueArgs;
 use crate::engine::motion::Pose;
 use crate::error::{Error, Result};
-use crate::files::tools_path::Paths;
+use crate::files::path::Paths;
 use crate::interrupt;
 use crate::session::timing::cold::{self, ColdSteps};
 use crate::session::timing::histogram::Summary;

@@ -3,9 +3,8 @@
 use std::collections::BTreeMap;
 
 use chaincell_kernel::Contact;
-use chaincell_kernel::image::LAW_TRACE;
 use chaincell_kernel::{
-    Dynamics, Euler, Head, Model, Predict, Rkl2, TermState, Track, array_bytes,
+    Dynamics, Euler, Head, Model, Predict, Rkl2, TermState, Track, array_bytes, term_states,
 };
 use serde::Serialize;
 
@@ -70,9 +69,6 @@ pub struct ModelReport {
     /// Young's modulus \[Pa\] of the tissue that links with a contact surface are like.
     #[serde(skip_serializing_if = "Option::is_none")]
     equivalent_young_pa: Option<Spread>,
-    /// How shapes hold their volume: det1 or trace.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    law: Option<&'static str>,
     /// The stretch below which shapes resist more.
     #[serde(skip_serializing_if = "Option::is_none")]
     stretch_min: Option<f32>,
@@ -102,7 +98,6 @@ impl ModelReport {
     pub fn new(model: &Model<'_>, image_bytes: usize) -> Self {
         let valence = |cell| model.neighbours(cell).count();
         let valences = || (0..model.cells()).map(valence);
-        let law = model.shape_law();
         Self {
             cells: model.cells(),
             nodes: nodes(model),
@@ -129,8 +124,7 @@ impl ModelReport {
                 min: of.cells_pa.iter().copied().fold(f64::INFINITY, f64::min),
                 max: of.cells_pa.iter().copied().fold(0.0, f64::max),
             }),
-            law: law.map(|(law, _)| if law == LAW_TRACE { "trace" } else { "det1" }),
-            stretch_min: law.map(|(_, least)| least).filter(|least| *least > 0.0),
+            stretch_min: model.stretch_min().filter(|least| *least > 0.0),
             stiffening: {
                 let mut bands = Vec::new();
                 model
@@ -190,7 +184,7 @@ impl ModelReport {
                 Some(least) => format!("band below a stretch of {least}"),
                 None => "no band of stretches".to_owned(),
             };
-            row("law", format!("{}, {band}", self.law.unwrap_or_default()))?;
+            row("shapes", band)?;
             for [half_width, modulus_pa] in &self.stiffening {
                 row("stiffening", format!("{modulus_pa:.0} Pa beyond a strain of {half_width}"))?;
             }
@@ -253,6 +247,6 @@ fn ram_bytes<D: Dynamics>(model: &Model<'_>) -> usize {
     const { assert!(size_of::<Contact>() == 16) };
     let (cells, contacts) = (model.cells(), CONTACTS.min(model.cells()));
     let arrays = array_bytes::<D>(cells, contacts, D::room_blocks(model, contacts));
-    let states = model.kept_states() * size_of::<TermState>();
+    let states = term_states(model.kept_states()) * size_of::<TermState>();
     size_of::<Head<D>>().next_multiple_of(16) + arrays + states
 }

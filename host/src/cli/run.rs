@@ -24,10 +24,9 @@ use crate::engine::tools::Poses;
 use crate::engine::untouched::Untouched;
 use crate::error::{Error, Result};
 use crate::files::output::{Answer, ContactRows, Folder, ToolRows, cells_csv, force_csv, vtu};
-use crate::files::path::{self, Rules};
+use crate::files::path::{self, Paths, Rules};
 use crate::files::recording;
 use crate::files::recording::{Recording, TraceFile};
-use crate::files::tools_path::{self, Paths};
 use crate::files::whole::folder_of;
 use crate::files::whole::write_whole;
 use crate::interrupt;
@@ -197,7 +196,7 @@ fn paths(args: &Args, tissue: &Staged<'_>) -> Result<Paths> {
         return Ok(Paths::of(vec![args.press.on(engine.network().model(), engine.contact())?]));
     };
     let rules = if args.recorded { Rules::Recorded } else { Rules::Strict };
-    let paths = tools_path::read(file, rules)?.in_metres(args.path_units.unit_m());
+    let paths = path::read(file, rules)?.in_metres(args.path_units.unit_m());
     if paths.tools > 0 && paths.tools != tissue.tools() {
         return Err(Error::input(format!(
             "{}: it moves {}, and --tool chooses {}: give --tool once for each tool of the path",

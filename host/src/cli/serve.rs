@@ -23,10 +23,10 @@ use crate::engine::tissue::TissueEngine;
 use crate::engine::untouched::Untouched;
 use crate::error::{Error, Result};
 use crate::files::output::{Answer, Folder, ToolRows, force_csv};
+use crate::files::path;
 use crate::files::recording::{self, Recording, TraceFile};
 use crate::files::snapshot::{self, SessionSnapshot};
 use crate::files::whole::write_whole;
-use crate::files::{path, tools_path};
 use crate::input;
 use crate::session::ipc::tools::TickForce;
 use crate::session::loops::inject::Faults;
@@ -265,7 +265,7 @@ fn write_poses(folder: &Folder, recorder: &Recorder, tools: usize) -> Result<()>
     let poses: Vec<ToolPose> = recorder.tool_rows().iter().map(|row| row.pose).collect();
     let each = rows.iter().zip(poses.chunks_exact(tools));
     let received = each.map(|(row, poses)| (row.pose.tick, row.pose.sweeps, poses));
-    folder.write("path.csv", tools_path::to_text(received).as_bytes())?;
+    folder.write("path.csv", path::tools_to_text(received).as_bytes())?;
     let mut felt = ToolRows::default();
     for (row, of_tick) in rows.iter().zip(recorder.tool_rows().chunks_exact(tools)) {
         for (tool, of) in of_tick.iter().enumerate() {

@@ -22,7 +22,7 @@ use std::cell::OnceCell;
 
 use chaincell_kernel::Cell;
 use chaincell_kernel::trace::Command;
-use chaincell_kernel::{Budget, Contact as Slot, ContactError};
+use chaincell_kernel::{Budget, Contact as Slot, ContactError, term_states};
 use chaincell_kernel::{
     Dynamics, Euler, Head, I8F24, Model, Network, Number, Predict, ResetError, Rkl2, Settings,
     Team, TermState, TermStates, TickOutput, TissueMut, ToolPart, ToolPose, Track,
@@ -69,7 +69,7 @@ impl<D: Dynamics> Memory<D> {
             own: vec![Cell::ZERO; D::ARRAYS * cells],
             room: vec![[0.0; 8]; room],
             contacts: vec![Slot::NONE; slots],
-            states: vec![TermState::REST; model.kept_states()],
+            states: vec![TermState::ZERO; term_states(model.kept_states())],
             touch: TouchMemory::for_contact(model, contact),
             threads: None,
         }

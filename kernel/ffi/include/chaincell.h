@@ -59,7 +59,8 @@
     CHAINCELL_SHAPE_BYTES_OF(CHAINCELL_CELL_BYTES_TRACK, cells, contacts, coarse_functions)
 #define CHAINCELL_SHAPE_BYTES_OF(cell_bytes, cells, contacts, coarse_functions) \
     (CHAINCELL_TISSUE_BYTES_OF(cell_bytes, cells, contacts, 0) + CHAINCELL_SHAPE_ALIGN + \
-     ((size_t)(coarse_functions) + 7) / 8 * 9 * 32 + (size_t)CHAINCELL_CELL_BYTES_SHAPE * (size_t)(cells))
+     ((size_t)(coarse_functions) + 7) / 8 * 9 * 32 + \
+     (size_t)CHAINCELL_CELL_BYTES_SHAPE * (((size_t)(cells) + 7) / 8 * 8))
 
 /* Bytes that room for tools on a surface takes on top of that:
  *
@@ -109,9 +110,9 @@
 #define CHAINCELL_CELL_BYTES_PREDICT 112
 
 /**
- * Bytes a cell of nodal shapes takes more.
+ * Bytes a cell of nodal shapes takes more, the number of cells rounded up to a multiple of eight.
  */
-#define CHAINCELL_CELL_BYTES_SHAPE 256
+#define CHAINCELL_CELL_BYTES_SHAPE 192
 
 /**
  * Alignment of a tissue's storage [bytes].

@@ -21,7 +21,7 @@ use chaincell_kernel::Contact;
 use chaincell_kernel::Team;
 use chaincell_kernel::{
     Dynamics, Head, I8F24, Model, Network, Number, NumberOf, TermState, TermStates, TissueMut,
-    TouchRoom, array_bytes,
+    TouchRoom, array_bytes, term_states,
 };
 
 use crate::code::Code;
@@ -43,8 +43,8 @@ pub const CELL_BYTES_RKL2: usize = 80;
 /// Bytes a cell under predict, the most of all schemes.
 pub const CELL_BYTES_PREDICT: usize = 112;
 
-/// Bytes a cell of nodal shapes takes more.
-pub const CELL_BYTES_SHAPE: usize = 256;
+/// Bytes a cell of nodal shapes takes more, the number of cells rounded up to a multiple of eight.
+pub const CELL_BYTES_SHAPE: usize = 192;
 
 /// "CHti": a tissue stands in the storage.
 const TISSUE_TAG: u32 = u32::from_le_bytes(*b"CHti");
@@ -141,7 +141,7 @@ impl Sizes {
 
     /// Where the room for contact starts; at a multiple of [`SHAPE_ALIGN`] as the states do.
     const fn touch_at<D: Dynamics>(&self) -> usize {
-        self.states_at::<D>() + self.states * size_of::<TermState>()
+        self.states_at::<D>() + term_states(self.states) * size_of::<TermState>()
     }
 
     /// Where the states start.
@@ -191,7 +191,7 @@ const _: () = assert!(is_as_promised::<chaincell_kernel::Euler<I8F24>>(CELL_BYTE
 const _: () = assert!(align_of::<Cell>() <= ALIGN && align_of::<Cell<I8F24>>() <= ALIGN);
 const _: () = assert!(align_of::<Contact>() <= ALIGN && size_of::<Contact>().is_multiple_of(2));
 const _: () = assert!(size_of::<Contact<I8F24>>() == size_of::<Contact>());
-const _: () = assert!(matches!(size_of::<TermState>(), 0 | CELL_BYTES_SHAPE));
+const _: () = assert!(matches!(term_states(8) * size_of::<TermState>() / 8, 0 | CELL_BYTES_SHAPE));
 const _: () = assert!(align_of::<TermState>() <= SHAPE_ALIGN);
 const _: () = assert!(size_of::<TermState>().is_multiple_of(SHAPE_ALIGN));
 
@@ -304,7 +304,7 @@ pub(crate) unsafe fn parts<'a, D: Dynamics>(tissue: *mut Tissue, sizes: Sizes) -
                 own: core::slice::from_raw_parts_mut(own, D::ARRAYS * cells),
                 room: core::slice::from_raw_parts_mut(blocks, room),
                 contacts: core::slice::from_raw_parts_mut(slots, contacts),
-                states: TermStates::new(core::slice::from_raw_parts_mut(states, kept)),
+                states: TermStates::new(core::slice::from_raw_parts_mut(states, term_states(kept))),
                 touch: match D::TAKES_SURFACES {
                     true => touch.room(tissue.cast::<u8>().add(sizes.touch_at::<D>()), cells),
                     false => TouchRoom::none(),
@@ -340,7 +340,7 @@ pub(crate) unsafe fn published<'a, D: Dynamics>(
         Published {
             network: &(*body).front.network,
             state: core::slice::from_raw_parts(body.add(1).cast(), sizes.cells),
-            terms: core::slice::from_raw_parts(terms, sizes.states),
+            terms: core::slice::from_raw_parts(terms, term_states(sizes.states)),
         }
     }
 }

@@ -8,7 +8,7 @@ use std::sync::OnceLock;
 
 use chaincell_kernel::{
     Budget, Model, Network, Predict, Settings, Tissue, ToolPart, ToolPose, TouchStore, Track,
-    coarse_room, elastic_room, include_model,
+    coarse_room, elastic_room, include_model, term_states,
 };
 use nalgebra::Vector3;
 
@@ -170,7 +170,7 @@ fn placed(tick: u16) -> [ToolPose; 2] {
 fn grasped() -> Vec<String> {
     let model = Model::from_bytes(SURFACE).unwrap();
     let network = Network::new(model, Settings::for_model(&model)).unwrap();
-    let mut tissue = Tissue::<144, Predict<{ elastic_room(24) }>, 0, 144>::new();
+    let mut tissue = Tissue::<144, Predict<{ elastic_room(24) }>, 0, { term_states(144) }>::new();
     let mut store = TouchStore::<144, 256, 512, 2>::new();
     let mut body = tissue.touching(store.room());
     body.reset(&network).unwrap();

@@ -1,11 +1,10 @@
 //! Nodal shapes in an image: the numbers of every cell and every half-link.
 
-use super::image::{LAW_DET1, LAW_TRACE, ModelError, Sections, kind, nodal, params};
+use super::image::{LAW_DET1, ModelError, Sections, kind, nodal, params};
 use super::layout::Layout;
 use super::range;
 use super::terms::TermData;
 use crate::number::cell::{dot, sub};
-use crate::number::sqrt::sqrt;
 use crate::number::two_float::LANES;
 
 /// Ranges far beyond those of a mesh, within which energies and forces stay finite up to [`SATURATION_MAX`]:
@@ -23,10 +22,6 @@ const SLOPE_MAX: f32 = 1.0e4;
 const SATURATION_MAX: f32 = 1.0e5;
 /// Share of a row's diagonal element that rounding may have taken from the row's bound.
 const ROUNDING: f32 = 1.0e-3;
-
-fn length(a: [f32; 3]) -> f32 {
-    sqrt(dot(a, a))
-}
 
 /// Numbers of eight cells, by number and lane.
 pub(crate) type CellNumbers = [[f32; LANES]; nodal::CELL_ROWS];
@@ -54,15 +49,6 @@ impl Slot<'_> {
     }
 }
 
-/// The law of shapes.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Law {
-    /// True if the law holds the volume by the trace, not by the distance to the shapes of determinant 1.
-    pub has_trace: bool,
-    /// Stretch at which the band begins; 0 for no band.
-    pub stretch_min: f32,
-}
-
 /// The nodal shapes of a body; none in a body of links.
 #[derive(Clone, Copy)]
 pub(crate) struct Nodal<'a> {
@@ -76,19 +62,13 @@ pub(crate) struct Nodal<'a> {
     pub ids: &'a [[u16; LANES]],
     /// Number of cells.
     pub count: usize,
-    /// The law of all cells.
-    pub law: Law,
+    /// Stretch at which the band begins; 0 for no band.
+    pub stretch_min: f32,
 }
 
 impl<'a> Nodal<'a> {
-    pub const NONE: Self = Self {
-        cells: &[],
-        slots: &[],
-        rows: &[],
-        ids: &[],
-        count: 0,
-        law: Law { has_trace: false, stretch_min: 0.0 },
-    };
+    pub const NONE: Self =
+        Self { cells: &[], slots: &[], rows: &[], ids: &[], count: 0, stretch_min: 0.0 };
 
     /// Returns true if the body is made of shapes.
     #[inline(always)]
@@ -113,29 +93,23 @@ impl<'a> Nodal<'a> {
         })
     }
 
-    /// Visits the part of a cell's row of L that comes from cell k's shape, in whose gradient the cell has
+    /// Visits the part of a row of L that comes from cell k's shape, in whose gradient the row's cell has
     /// the coefficient `area`.
-    fn through(&self, cell: usize, k: usize, area: [f32; 3], visit: &mut impl FnMut(usize, f32)) {
+    fn through(&self, k: usize, area: [f32; 3], visit: &mut impl FnMut(usize, f32)) {
         let even = 2.0 * (1.0 - nodal::BETA) * self.number(k, nodal::MU);
         let (band, volume) = (self.number(k, nodal::BAND), self.number(k, nodal::LAMBDA_3));
         let share = 1.0 / self.number(k, nodal::VOLUME);
-        let weight = share * (even + band + if self.law.has_trace { 0.0 } else { volume });
+        let weight = share * (even + band + volume);
         let own = [0, 1, 2].map(|axis| self.number(k, nodal::OWN + axis));
         visit(k, weight * dot(area, own));
-        let mut magnitudes = length(own);
         for (other, slot) in self.slots_of(k) {
             visit(other, weight * dot(area, slot.three(nodal::AREA)));
-            magnitudes += length(slot.three(nodal::AREA));
-        }
-        // Under the trace law the volume part is bounded by products of lengths, which go onto the diagonal.
-        if self.law.has_trace {
-            visit(cell, share * volume / 3.0 * length(area) * magnitudes);
         }
     }
 
     /// Returns true if a cell may have this stiffness of the band.
     fn is_band(&self, band: f32) -> bool {
-        let most = if self.law.stretch_min > 0.0 { BAND_MAX } else { 0.0 };
+        let most = if self.stretch_min > 0.0 { BAND_MAX } else { 0.0 };
         (0.0..=most).contains(&band)
     }
 
@@ -214,14 +188,13 @@ impl<'a> Nodal<'a> {
 
 impl<'a> TermData<'a> for Nodal<'a> {
     fn read(sections: &Sections<'a>) -> Result<Self, ModelError> {
-        let Some(law) = sections.optional::<u32>(kind::NODAL)? else { return Ok(Self::NONE) };
-        let law = match *law {
-            [law @ (LAW_DET1 | LAW_TRACE), stretch] => {
-                Law { has_trace: law == LAW_TRACE, stretch_min: f32::from_bits(stretch) }
-            }
-            _ => return Err(ModelError::Value(kind::NODAL, 0)),
+        let Some(words) = sections.optional::<u32>(kind::NODAL)? else { return Ok(Self::NONE) };
+        let stretch_min = match *words {
+            [LAW_DET1, stretch] => f32::from_bits(stretch),
+            [_, _] => return Err(ModelError::SectionVersion(kind::NODAL)),
+            _ => return Err(ModelError::SectionSize(kind::NODAL)),
         };
-        if law.stretch_min.to_bits() != 0 && !(0.01..=STRETCH_MAX).contains(&law.stretch_min) {
+        if stretch_min.to_bits() != 0 && !(0.01..=STRETCH_MAX).contains(&stretch_min) {
             return Err(ModelError::Value(kind::NODAL, 1));
         }
         let ids: &[[u16; LANES]] = sections.required(kind::SLICE_NEIGHBOURS)?;
@@ -229,7 +202,7 @@ impl<'a> TermData<'a> for Nodal<'a> {
         let count = sections.required::<u32>(kind::INPUT_ID)?.len();
         let cells = sections.sized(kind::NODAL_CELLS, count.div_ceil(LANES))?;
         let slots = sections.sized(kind::NODAL_SLOTS, ids.len())?;
-        Ok(Self { cells, slots, rows, ids, count, law })
+        Ok(Self { cells, slots, rows, ids, count, stretch_min })
     }
 
     fn check(&self, layout: &Layout<'_>) -> Result<(), ModelError> {
@@ -276,9 +249,9 @@ impl<'a> TermData<'a> for Nodal<'a> {
         if !self.is_any() {
             return;
         }
-        self.through(cell, cell, [0, 1, 2].map(|axis| self.number(cell, nodal::OWN + axis)), visit);
+        self.through(cell, [0, 1, 2].map(|axis| self.number(cell, nodal::OWN + axis)), visit);
         for (other, slot) in self.slots_of(cell).filter(|(other, _)| *other != cell) {
-            self.through(cell, other, slot.three(nodal::BACK_AREA), visit);
+            self.through(other, slot.three(nodal::BACK_AREA), visit);
             visit(cell, slot.number(nodal::SPREAD));
             visit(other, -slot.number(nodal::SPREAD));
         }
@@ -293,9 +266,8 @@ impl<'a> TermData<'a> for Nodal<'a> {
         Some([2.0 * mu * (1.0 + poisson) * unit_pa, poisson])
     }
 
-    fn shape_law(&self) -> Option<(u32, f32)> {
-        let law = if self.law.has_trace { LAW_TRACE } else { LAW_DET1 };
-        self.is_any().then_some((law, self.law.stretch_min))
+    fn stretch_min(&self) -> Option<f32> {
+        self.is_any().then_some(self.stretch_min)
     }
 
     fn replaces_links(&self) -> bool {

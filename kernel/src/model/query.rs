@@ -240,12 +240,10 @@ impl<'a> Model<'a> {
         self.others.elasticity(cell, 2.0 * self.stiffness_n_per_m / self.unit_m)
     }
 
-    /// Returns the law by which shapes resist a change of their volume, [`LAW_DET1`](crate::image::LAW_DET1)
-    /// or [`LAW_TRACE`](crate::image::LAW_TRACE), and the stretch below which they resist more, 0 for none;
-    /// `None` in a body of links.
+    /// Returns the stretch below which shapes resist more, 0 for none; `None` in a body of links.
     #[must_use]
-    pub fn shape_law(&self) -> Option<(u32, f32)> {
-        self.others.shape_law()
+    pub fn stretch_min(&self) -> Option<f32> {
+        self.others.stretch_min()
     }
 
     /// Calls `visit(half_width, modulus_pa)` for each set of stiffening bands, the narrowest first: half its

@@ -32,9 +32,8 @@ pub(crate) trait TermData<'a>: Copy {
     fn elasticity(&self, _cell: usize, _unit_pa: f32) -> Option<[f32; 2]> {
         None
     }
-    /// Returns the law of the shapes, [`LAW_DET1`](super::image::LAW_DET1) or
-    /// [`LAW_TRACE`](super::image::LAW_TRACE), and the stretch at which the band begins, 0 for none.
-    fn shape_law(&self) -> Option<(u32, f32)> {
+    /// Returns the stretch at which the band of shapes begins, 0 for no band; `None` without shapes.
+    fn stretch_min(&self) -> Option<f32> {
         None
     }
     /// Calls `visit(half_width, modulus_pa)` for each set of stiffening bands, from the unit of stress
@@ -108,8 +107,8 @@ impl<'a, A: TermData<'a>, B: TermData<'a>> TermData<'a> for (A, B) {
         self.0.elasticity(cell, unit_pa).or_else(|| self.1.elasticity(cell, unit_pa))
     }
 
-    fn shape_law(&self) -> Option<(u32, f32)> {
-        self.0.shape_law().or_else(|| self.1.shape_law())
+    fn stretch_min(&self) -> Option<f32> {
+        self.0.stretch_min().or_else(|| self.1.stretch_min())
     }
 
     fn stiffening(&self, unit_pa: f32, visit: &mut impl FnMut(f32, f32)) {

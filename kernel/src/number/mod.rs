@@ -89,4 +89,9 @@ pub trait Number: Kept + PartialEq + PartialOrd + Debug {
     fn inner(a: [Self; 3], b: [Self; 3]) -> Self::Product;
     /// A product in single precision.
     fn product_single(product: Self::Product) -> f32;
+    /// The cells, if these numbers are `f32`.
+    #[inline(always)]
+    fn singles(_cells: &[cell::Cell<Self>]) -> Option<&[cell::Cell]> {
+        None
+    }
 }

@@ -1,6 +1,6 @@
 //! `f32`: the default.
 
-use super::cell::dot;
+use super::cell::{Cell, dot};
 use super::two_float::{Lanes, Plain, TwoFloat};
 use super::{Number, Sum};
 
@@ -54,6 +54,11 @@ impl Number for f32 {
     #[inline(always)]
     fn magnitude(self) -> Self {
         Self::from_bits(self.to_bits() & 0x7fff_ffff)
+    }
+
+    #[inline(always)]
+    fn singles(cells: &[Cell]) -> Option<&[Cell]> {
+        Some(cells)
     }
 
     #[inline(always)]

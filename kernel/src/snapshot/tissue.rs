@@ -9,7 +9,7 @@ use crate::number::kept::{Kept, Pass, joined, named};
 use crate::solver::{Dynamics, NumberOf};
 use crate::terms::held::Contact;
 use crate::terms::links::number::LinkNumber;
-use crate::terms::state::TermState;
+use crate::terms::state::{TermState, term_states};
 use crate::terms::surface::{Anchor, NearTriangle, ToolState};
 use crate::tick::error::ResetError;
 use crate::tick::settings::Network;
@@ -135,7 +135,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
         let room = if head.has_tools { D::tool_room(model) } else { D::room(model, head.chosen) };
         pass.slice(self.room, room);
         pass.slice(self.contacts, head.chosen);
-        pass.slice(self.states.memory(), model.kept_states());
+        pass.slice(self.states.memory(), term_states(model.kept_states()));
         if model.has_contact_surface() {
             self.touch.keep(cells, pass);
         }

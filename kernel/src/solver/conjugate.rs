@@ -30,7 +30,7 @@ const BETA: [f32; 2] = [-0.5, 1.0];
 pub(super) const PUSHED: f32 = 1.5;
 const GOES_ON: f32 = 0.75;
 /// The alpha after a tool has pushed the surface: the direction is mostly due to the tool.
-pub(super) const PUSHED_BY_SPHERE: f32 = 2.5;
+pub(super) const PUSHED_BY_SPHERE: f32 = 2.2;
 /// Increase of z.Hz over r.z under a tool: both parts of M contain the motion of the surface under it.
 pub(super) const OF_SPHERE: f32 = 0.5;
 

@@ -275,7 +275,7 @@ pub(crate) fn touched<N: LinkNumber>(
         }
     }
     let output = |cell| links.published(v, cell);
-    terms.model.others.touched(held, &output, &|cell| terms.states.at(cell), &mut sums);
+    terms.model.others.touched(held, &output, terms.states.all(), &mut sums);
     sums
 }
 
@@ -292,9 +292,9 @@ pub(crate) fn force<N: LinkNumber>(
             sum = add(sum, on.force);
         }
     });
-    let (at, state) = (|cell| links.published(v, cell), |cell| terms.states.at(cell));
+    let (at, states) = (|cell| links.published(v, cell), terms.states.all());
     for cell in held.iter().map(Contact::cell) {
-        terms.model.others.cell(cell, &at, &state, &mut |of| sum = add(sum, of));
+        terms.model.others.cell(cell, &at, states, &mut |of| sum = add(sum, of));
     }
     sum
 }

@@ -8,7 +8,7 @@
 
 use super::held::{Contact, Touched};
 use super::number::TermNumber;
-use super::state::CellState;
+use super::state::{CellState, SliceMemory, StatesOf, number, put};
 use super::term::Term;
 use crate::backend::f32x8::F32x8;
 use crate::backend::slice_set::SliceSet;
@@ -22,23 +22,22 @@ use crate::number::two_float::LANES;
 pub(crate) type Displaced = [[f32; 3]; 2];
 
 impl CellState for Displaced {
-    const REST: Self = Self::ZERO;
-    const ZERO: Self = [[0.0; 3]; 2];
-    type Words = core::array::IntoIter<u32, 6>;
+    const REST: Self = [[0.0; 3]; 2];
+    const LASTING: usize = 6;
+    const RESULTS: usize = 0;
 
-    fn words(self) -> Self::Words {
-        let [[a, b, c], [d, e, f]] = self;
-        [a, b, c, d, e, f].map(f32::to_bits).into_iter()
+    fn load(lane: usize, memory: SliceMemory<'_>) -> Self {
+        let number = |row| number(memory.lasting, row, lane);
+        [[number(0), number(1), number(2)], [number(3), number(4), number(5)]]
     }
 
-    fn from_words(words: &mut impl Iterator<Item = u32>) -> Option<Self> {
-        let mut state = Self::REST;
-        for value in state.as_flattened_mut() {
-            *value = f32::from_bits(words.next()?) + 0.0;
-        }
+    fn store(self, lane: usize, memory: SliceMemory<'_>) {
+        put(memory.lasting, lane, self.into_iter().flatten());
+    }
+
+    fn is_valid(self) -> bool {
         // An anchor is at most twice the range of a coordinate from its point.
-        let is_near = state.as_flattened().iter().all(|x| x.abs() <= 2.0 * COORDINATE_MAX);
-        is_near.then_some(state)
+        self.as_flattened().iter().all(|x| x.abs() <= 2.0 * COORDINATE_MAX)
     }
 }
 
@@ -114,11 +113,11 @@ impl Term for Pins<'_> {
         residual: &mut [Cell<N>],
         tally: &mut N::Tally,
         output: &impl Fn([N; 3]) -> [N; 3],
-        state: &impl Fn(usize) -> Displaced,
+        states: StatesOf<'_, Displaced>,
     ) {
         for pin in self.iter().filter(|pin| awake.contains(pin.cell / LANES)) {
             if let (Some(v), Some(r)) = (v.get(pin.cell), residual.get_mut(pin.cell)) {
-                let force = pin_force(&pin, state(pin.cell), output(v.xyz()));
+                let force = pin_force(&pin, states.at(pin.cell), output(v.xyz()));
                 if force.0 != [N::ZERO; 3] {
                     *r = with_pin(*r, force);
                     N::count(tally, force.1);
@@ -134,7 +133,7 @@ impl Term for Pins<'_> {
         slice: usize,
         at: &[Cell],
         sum: &mut [V; 4],
-        state: &impl Fn(usize) -> Displaced,
+        states: StatesOf<'_, Displaced>,
     ) {
         for cell in slice * LANES..at.len().min((slice + 1) * LANES) {
             if let (Some(pin), Some(v)) = (self.at(cell), at.get(cell)) {
@@ -143,7 +142,7 @@ impl Term for Pins<'_> {
                     sum.store(lanes);
                 }
                 let lane = cell % LANES;
-                let force = pin_force(&pin, state(cell), v.xyz());
+                let force = pin_force(&pin, states.at(cell), v.xyz());
                 if force.0 != [0.0; 3] {
                     let Cell(with) = with_pin(Cell(lanes.map(|lanes| lanes[lane])), force);
                     for ((sum, lanes), value) in sum.iter_mut().zip(&mut lanes).zip(with) {
@@ -159,11 +158,11 @@ impl Term for Pins<'_> {
         self,
         cell: usize,
         at: &impl Fn(usize) -> [N; 3],
-        state: &impl Fn(usize) -> Displaced,
+        states: StatesOf<'_, Displaced>,
         add: &mut impl FnMut([f32; 3]),
     ) {
         if let Some(pin) = self.at(cell) {
-            add(pin_force(&pin, state(cell), single(at(cell))).0);
+            add(pin_force(&pin, states.at(cell), single(at(cell))).0);
         }
     }
 
@@ -171,11 +170,11 @@ impl Term for Pins<'_> {
         self,
         held: &[Contact<N>],
         output: &impl Fn(usize) -> [N; 3],
-        state: &impl Fn(usize) -> Displaced,
+        states: StatesOf<'_, Displaced>,
         sums: &mut Touched,
     ) {
         for pin in held.iter().filter_map(|contact| self.at(contact.cell())) {
-            let (state, here) = (state(pin.cell), single(output(pin.cell)));
+            let (state, here) = (states.at(pin.cell), single(output(pin.cell)));
             let (residual, wd2) = pin_force(&pin, state, here);
             let (wd, anchor) = (2.0 * sqrt(dot(residual, residual)), pin.anchor(state));
             sums.wd2 = sums.wd2.plus(wd2.into());

@@ -8,7 +8,7 @@ use super::current::rounded_up;
 use super::held::Contact;
 use super::links::number::LinkNumber;
 use super::links::term::Links;
-use super::state::States;
+use super::state::{CellState, State, States};
 use super::surface::Touch;
 use super::term::Term;
 use crate::backend::VectorUnit;
@@ -110,8 +110,12 @@ impl<'a, 'm> Terms<'a, 'm> {
             return;
         }
         let at = self.outputs(v);
-        for cell in awake.iter(self.model.slice_count()).flat_map(|s| cells_of(s, v.len())) {
-            self.states.put(cell, self.model.others.update(cell, self.states.at(cell), &at));
+        for slice in awake.iter(self.model.slice_count()) {
+            let Some([from, to]) = self.states.step(slice) else { continue };
+            for (lane, cell) in cells_of(slice, v.len()).enumerate() {
+                let state = State::load(lane, from);
+                self.model.others.update(cell, state, &at).store(lane, to);
+            }
         }
     }
 
@@ -173,8 +177,8 @@ impl<'a, 'm> Terms<'a, 'm> {
         } else {
             N::accumulate(self.links(), awake, v, residual)
         };
-        let state = |cell| self.states.at(cell);
-        self.model.others.accumulate(awake, v, residual, &mut tally, &|v| v, &state);
+        let states = self.states.all();
+        self.model.others.accumulate(awake, v, residual, &mut tally, &|v| v, states);
         self.push(awake, v, residual);
         self.drive(residual, contacts);
         tally
@@ -196,8 +200,8 @@ impl<'a, 'm> Terms<'a, 'm> {
         } else {
             self.links().accumulate(awake, v, residual, |v| output(v, k))
         };
-        let state = |cell| self.states.at(cell);
-        self.model.others.accumulate(awake, v, residual, &mut tally, &|v| output(v, k), &state);
+        let states = self.states.all();
+        self.model.others.accumulate(awake, v, residual, &mut tally, &|v| output(v, k), states);
         self.push(awake, v, residual);
         self.drive(residual, contacts);
         let mut lanes = N::WideSum::default();

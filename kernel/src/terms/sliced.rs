@@ -5,7 +5,7 @@ use core::ops::Range;
 use super::held::Contact;
 use super::links::sliced::SlicedLinks;
 use super::residual::Terms;
-use super::state::{CellState, State};
+use super::state::States;
 use super::term::Term;
 use crate::backend::f32x8::{Chunk, F32x8};
 use crate::backend::slice_set::SliceSet;
@@ -87,10 +87,10 @@ pub(crate) fn residual(
         run(terms.vectors, Update { terms, awake, at });
     }
     let (model, current, contacts) = (terms.model, terms.current, Contacts::new(contacts));
-    let (slices, state) = (0..model.slice_count(), |cell| terms.states.at(cell));
+    let (slices, states) = (0..model.slice_count(), || terms.states);
     let pulls = terms.pulls(at);
     #[rustfmt::skip]
-    let pass = SlicedResidual { model, current, links, awake, slices, at, residual, contacts, state, reduce, pulls };
+    let pass = SlicedResidual { model, current, links, awake, slices, at, residual, contacts, states, reduce, pulls };
     run(terms.vectors, pass);
     true
 }
@@ -117,25 +117,25 @@ pub(crate) fn residual_in_parts(
     let mut each = parts::split_mut(residual).into_iter().zip(sums).enumerate();
     if terms.states.any() {
         run(terms.vectors, Update { terms, awake, at });
-        let state = |cell| terms.states.at(cell);
+        let states = || terms.states;
         let pulls = terms.pulls(at);
         for (part, (residual, reduce)) in each {
             let slices = parts::slices(model.cells(), part);
             #[rustfmt::skip]
-            let pass = SlicedResidual { model, current, links, awake, slices, at, residual, contacts, state, reduce, pulls };
+            let pass = SlicedResidual { model, current, links, awake, slices, at, residual, contacts, states, reduce, pulls };
             run(terms.vectors, pass);
         }
         return true;
     }
     // Otherwise the team runs the parts.
     let pulled = terms.touch.get().map(|touching| touching.slices);
-    let state = |_| State::REST;
+    let states = || States::NONE;
     let pulls = |slice, own: &Chunk| pulled?.contains(slice).then_some(*own);
     let passes = [(); PARTS].map(|()| {
         let (part, (residual, reduce)) = each.next()?;
         let slices = parts::slices(model.cells(), part);
         #[rustfmt::skip]
-        let pass = SlicedResidual { model, current, links, awake, slices, at, residual, contacts, state, reduce, pulls };
+        let pass = SlicedResidual { model, current, links, awake, slices, at, residual, contacts, states, reduce, pulls };
         Some(pass)
     });
     terms.team.run(terms.vectors, passes);
@@ -155,14 +155,10 @@ impl Work for Update<'_, '_> {
     #[inline(always)]
     fn run<V: F32x8>(self) {
         let Terms { model, states, .. } = self.terms;
+        let cells = Chunks::repeated(self.at);
         for slice in self.awake.iter(model.slice_count()) {
-            let mut each = [State::REST; LANES];
-            for (lane, state) in each.iter_mut().enumerate() {
-                *state = states.at(slice * LANES + lane);
-            }
-            model.others.update_slice::<V>(slice, self.at, &mut each);
-            for (lane, state) in each.into_iter().enumerate() {
-                states.put(slice * LANES + lane, state);
+            if let Some([from, to]) = states.step(slice) {
+                model.others.update_slice::<V>(slice, cells.at(slice), self.at, from, to);
             }
         }
     }
@@ -180,21 +176,22 @@ pub(crate) struct SlicedResidual<'a, 'm, R, S, P> {
     /// Residuals of the cells in these slices.
     pub residual: &'a mut [Cell],
     pub contacts: Contacts<'a>,
-    /// The terms' state of a cell.
-    pub state: S,
+    /// Returns the terms' states of the cells. A function, since threads share no states.
+    pub states: S,
     pub reduce: &'a mut R,
     /// The tools' contribution to the residuals of a slice, from the slice's residuals before the pass.
     pub pulls: P,
 }
 
-impl<R: Reduce, S: Fn(usize) -> State, P: Fn(usize, &Chunk) -> Option<Chunk>> Work
-    for SlicedResidual<'_, '_, R, S, P>
+impl<'a, R: Reduce, S: Fn() -> States<'a>, P: Fn(usize, &Chunk) -> Option<Chunk>> Work
+    for SlicedResidual<'a, '_, R, S, P>
 {
     type Output = ();
 
     #[inline(always)]
     fn run<V: F32x8>(self) {
-        let Self { links, at, mut contacts, reduce, state, pulls, .. } = self;
+        let Self { links, at, mut contacts, reduce, pulls, .. } = self;
+        let states = (self.states)().all();
         let (cells, mut residual) = (Chunks::repeated(at), ChunksMut::new(self.residual));
         let (varied, even) = (links.differ(), links.even());
         let first = self.slices.start;
@@ -209,7 +206,7 @@ impl<R: Reduce, S: Fn(usize) -> State, P: Fn(usize, &Chunk) -> Option<Chunk>> Wo
             } else {
                 links.residual::<V, false>(slice, here, even)
             };
-            self.model.others.slice(slice, at, &mut sum, &state);
+            self.model.others.slice(slice, at, &mut sum, states);
             if let Some(pulls) = pulls(slice, residual.at(slice - first)) {
                 let [x, y, z, w] = V::transposed(&pulls);
                 let [a, b, c, d] = sum;

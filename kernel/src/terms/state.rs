@@ -1,27 +1,39 @@
 //! The terms' state of each cell from one pass to the next.
 //!
-//! The state of a cell covers all terms in the list, and has no size if none of them keeps a state. A tissue
-//! holds it twice: the present one, and the one at the published positions while a scheme evaluates others,
-//! for a pass that the guard discards.
+//! The state of a cell covers all terms in the list, and takes no memory if none of them keeps a state. It
+//! has three parts: what lasts from pass to pass, the results of the last pass, and a line of the cell that
+//! its neighbours read. The first two are rows of eight numbers, one of each cell of a slice. What lasts
+//! exists in two banks, the present one and that of the published positions, for a pass that the guard
+//! discards: two flags per slice say which bank is which, so that saving and restoring copy nothing.
+
+#![allow(unsafe_code)]
+
+use core::cell::Cell;
+use core::marker::PhantomData;
 
 use crate::backend::slice_set::SliceSet;
-use crate::backend::slices::cells_of;
 use crate::model::others::Others;
-use crate::number::kept::{Kept, kept};
+use crate::number::kept::kept;
+use crate::number::two_float::LANES;
 use crate::terms::term::Term;
 
-/// A term's state of one cell. Never -0.0, so that equal states have equal words.
-pub(crate) trait CellState: Kept + PartialEq + 'static {
+/// A number of each cell of a slice.
+pub(crate) type Row = [f32; LANES];
+
+/// A term's state of one cell. What lasts is never -0.0, so that equal states have equal words.
+pub(crate) trait CellState: Copy + PartialEq + 'static {
     /// The state in the rest shape.
     const REST: Self;
-    /// All zeros: memory before a reset, so that a static needs no initial values.
-    const ZERO: Self;
-    /// 32-bit words of a state.
-    type Words: Iterator<Item = u32>;
-    /// The words for the state hash and a saved state; their number is constant.
-    fn words(self) -> Self::Words;
-    /// The state from the next of these words; `None` if they are no state.
-    fn from_words(words: &mut impl Iterator<Item = u32>) -> Option<Self>;
+    /// Rows of what lasts from pass to pass.
+    const LASTING: usize;
+    /// Rows of the results of the last pass.
+    const RESULTS: usize;
+    /// The state of a lane.
+    fn load(lane: usize, memory: SliceMemory<'_>) -> Self;
+    /// Stores the state of a lane.
+    fn store(self, lane: usize, memory: SliceMemory<'_>);
+    /// Returns true if what lasts may be that of a cell.
+    fn is_valid(self) -> bool;
 }
 
 /// The state of a term without one.
@@ -29,169 +41,371 @@ pub(crate) type Nothing = [u32; 0];
 
 impl CellState for Nothing {
     const REST: Self = [];
-    const ZERO: Self = [];
-    type Words = core::iter::Empty<u32>;
+    const LASTING: usize = 0;
+    const RESULTS: usize = 0;
 
-    fn words(self) -> Self::Words {
-        core::iter::empty()
+    #[inline(always)]
+    fn load(_: usize, _: SliceMemory<'_>) -> Self {
+        []
     }
 
-    fn from_words(_: &mut impl Iterator<Item = u32>) -> Option<Self> {
-        Some([])
+    #[inline(always)]
+    fn store(self, _: usize, _: SliceMemory<'_>) {}
+
+    fn is_valid(self) -> bool {
+        true
     }
 }
 
 impl<A: CellState, B: CellState> CellState for (A, B) {
     const REST: Self = (A::REST, B::REST);
-    const ZERO: Self = (A::ZERO, B::ZERO);
-    type Words = core::iter::Chain<A::Words, B::Words>;
+    const LASTING: usize = A::LASTING + B::LASTING;
+    const RESULTS: usize = A::RESULTS + B::RESULTS;
 
-    fn words(self) -> Self::Words {
-        self.0.words().chain(self.1.words())
+    #[inline(always)]
+    fn load(lane: usize, memory: SliceMemory<'_>) -> Self {
+        (A::load(lane, memory), B::load(lane, memory.after::<A>()))
     }
 
-    fn from_words(words: &mut impl Iterator<Item = u32>) -> Option<Self> {
-        Some((A::from_words(words)?, B::from_words(words)?))
+    #[inline(always)]
+    fn store(self, lane: usize, memory: SliceMemory<'_>) {
+        self.0.store(lane, memory);
+        self.1.store(lane, memory.after::<A>());
+    }
+
+    fn is_valid(self) -> bool {
+        self.0.is_valid() && self.1.is_valid()
     }
 }
 
 /// The state of a cell under all terms.
 pub(crate) type State = <Others<'static> as Term>::State;
 
-/// Memory for what the terms keep of one cell.
-#[derive(Clone, Copy)]
-pub struct TermState {
-    pub(crate) now: State,
-    /// The state at the published position.
-    pub(crate) saved: State,
-}
+/// 0 if no term keeps a state, so that arrays of this length have no size.
+const IS_KEPT: usize = (State::LASTING > 0) as usize;
+/// Rows of a slice: both banks, the results, and the flags of the banks; an even number.
+const ROWS: usize = (2 * State::LASTING + State::RESULTS + 1).next_multiple_of(2);
+/// Lines of a slice: one for each cell, then the rows.
+const LINES: usize = IS_KEPT * (LANES + ROWS / 2);
 
-kept!(TermState { now: State, saved: State });
+/// Memory for the terms' states: a line of 64 bytes. [`term_states`] is the number that a body needs.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(any(test, feature = "nodal"), repr(C, align(64)))]
+pub struct TermState(pub(crate) [[f32; 4]; 4 * IS_KEPT]);
+
+kept!(TermState { 0: [[f32; 4]; 4 * IS_KEPT] });
+
+const _: () = assert!(size_of::<TermState>() == IS_KEPT * 2 * size_of::<Row>());
 
 impl TermState {
-    /// In the rest shape.
-    pub const REST: Self = Self::published(State::REST);
-    /// Before a reset: all zeros.
-    pub const ZERO: Self = Self::published(State::ZERO);
+    /// Memory before a reset, which puts all cells to rest.
+    pub const ZERO: Self = Self([[0.0; 4]; 4 * IS_KEPT]);
+}
 
-    /// A state at a published position.
-    pub(crate) const fn published(state: State) -> Self {
-        Self { now: state, saved: state }
+/// Number of [`TermState`] for the states of `cells` cells, of a model
+/// [`kept_states`](crate::Model::kept_states).
+///
+/// ```
+/// use chaincell_kernel::{Tissue, Track, term_states};
+///
+/// // A body of up to 160 cells with nodal shapes.
+/// type Body = Tissue<160, Track, 4, { term_states(160) }>;
+/// # let _ = Body::new();
+/// ```
+#[must_use]
+pub const fn term_states(cells: usize) -> usize {
+    cells.div_ceil(LANES) * LINES
+}
+
+/// Memory of the states of a slice, in one bank; of one term and those after it in the list.
+#[derive(Clone, Copy)]
+pub(crate) struct SliceMemory<'a> {
+    /// Rows of what lasts.
+    pub lasting: &'a [Cell<Row>],
+    /// Rows of the results of the last pass.
+    pub results: &'a [Cell<Row>],
+    /// The line of each cell; at most one term of the list has it.
+    pub lines: &'a [Cell<TermState>],
+}
+
+impl SliceMemory<'_> {
+    /// Memory of the terms after the first one.
+    #[inline(always)]
+    pub fn after<A: CellState>(self) -> Self {
+        let lasting = self.lasting.get(A::LASTING..).unwrap_or(&[]);
+        Self { lasting, results: self.results.get(A::RESULTS..).unwrap_or(&[]), ..self }
     }
 }
 
-/// 0 if no term keeps a state, so that arrays of this length have no size.
-const KEPT: usize = (size_of::<TermState>() > 0) as usize;
+/// A number of a lane; 0 beyond the last row.
+#[inline(always)]
+#[cfg_attr(not(any(test, feature = "nodal")), expect(dead_code, reason = "no term has a state"))]
+pub(crate) fn number(rows: &[Cell<Row>], row: usize, lane: usize) -> f32 {
+    let lanes = rows.get(row).map(Cell::as_array_of_cells);
+    lanes.and_then(|lanes| lanes.get(lane)).map_or(0.0, Cell::get)
+}
 
-/// The words of the states in `cells` for the state hash and a saved state, cell by cell.
-pub(crate) fn words(cells: &[TermState]) -> impl Iterator<Item = u32> {
-    let kept = cells.iter().take(cells.len() * KEPT);
-    kept.flat_map(|cell| cell.now.words())
+/// Sets the numbers of a lane, row by row.
+#[inline(always)]
+#[cfg_attr(not(any(test, feature = "nodal")), expect(dead_code, reason = "no term has a state"))]
+pub(crate) fn put(rows: &[Cell<Row>], lane: usize, numbers: impl IntoIterator<Item = f32>) {
+    for (row, number) in rows.iter().zip(numbers) {
+        if let Some(slot) = row.as_array_of_cells().get(lane) {
+            slot.set(number);
+        }
+    }
 }
 
 /// The terms' states of all cells, in memory of the caller; without size where no term has any.
-pub struct TermStates<'a>([&'a mut [TermState]; KEPT]);
+pub struct TermStates<'a>([&'a mut [TermState]; IS_KEPT]);
 
 impl<'a> TermStates<'a> {
-    /// States in this memory, one per cell.
+    /// States in this memory.
     #[must_use]
     #[inline(always)]
-    pub fn new(cells: &'a mut [TermState]) -> Self {
-        let mut cells = Some(cells);
-        Self([(); KEPT].map(|()| cells.take().unwrap_or_default()))
+    pub fn new(memory: &'a mut [TermState]) -> Self {
+        let mut memory = Some(memory);
+        Self([(); IS_KEPT].map(|()| memory.take().unwrap_or_default()))
     }
 
     /// The same memory, for a shorter lifetime.
     #[must_use]
     #[inline(always)]
     pub fn reborrow(&mut self) -> TermStates<'_> {
-        TermStates(self.0.each_mut().map(|cells| &mut **cells))
+        TermStates(self.0.each_mut().map(|memory| &mut **memory))
     }
 
     /// Number of cells that the memory holds.
     pub(crate) fn capacity(&self) -> usize {
-        self.0.first().map_or(0, |cells| cells.len())
+        let size = self.0.first().map_or(0, |memory| memory.len());
+        size.checked_div(LINES).unwrap_or(0) * LANES
     }
 
-    /// The memory of the first `count` cells; empty if it is too small.
-    pub(crate) fn cells(&self, count: usize) -> &[TermState] {
-        self.0.first().and_then(|cells| cells.get(..count)).unwrap_or(&[])
+    /// The memory of `cells` cells; empty if it is too small.
+    pub(crate) fn cells(&self, cells: usize) -> &[TermState] {
+        self.0.first().and_then(|memory| memory.get(..term_states(cells))).unwrap_or(&[])
     }
 
     /// The whole memory.
     pub(crate) fn memory(&mut self) -> &mut [TermState] {
-        self.0.first_mut().map_or(&mut [], |cells| cells)
+        self.0.first_mut().map_or(&mut [], |memory| memory)
     }
 
-    /// Sets all cells to the rest state.
-    pub(crate) fn reset(&mut self) {
-        for cells in &mut self.0 {
-            cells.fill(TermState::REST);
+    /// Sets `cells` cells to the rest state.
+    pub(crate) fn reset(&mut self, cells: usize) {
+        self.memory().fill(TermState::ZERO);
+        let states = self.shared(cells);
+        for cell in 0..states.slices() * LANES {
+            states.publish(cell, State::REST);
         }
     }
 
-    /// Reads the words of `count` cells. Returns false and changes nothing if they are not valid states.
-    pub(crate) fn read(&mut self, count: usize, words: &[u32]) -> bool {
-        let count = if self.capacity() < count { 0 } else { count };
-        let cells = self.0.iter_mut().flat_map(|cells| cells.iter_mut().take(count));
-        let (mut ahead, mut words) = (words.iter().copied(), words.iter().copied());
-        let mut state = || State::from_words(&mut ahead);
-        let is_whole = (0..count * KEPT).all(|_| state().is_some()) && ahead.next().is_none();
+    /// Reads the words of `cells` cells. Returns false and changes nothing if they are not valid states.
+    pub(crate) fn read(&mut self, cells: usize, words: &[u32]) -> bool {
+        let states = self.shared(cells);
+        let cells = if states.any() { cells } else { 0 };
+        if words.len() != cells * State::LASTING {
+            return false;
+        }
+        let each = || words.chunks_exact(State::LASTING.max(1)).map(of_words).enumerate();
+        let is_whole = each().all(|(_, state)| state.is_valid());
         if is_whole {
-            for cell in cells {
-                *cell = State::from_words(&mut words).map_or(*cell, TermState::published);
-            }
+            each().for_each(|(cell, state)| states.publish(cell, state));
         }
         is_whole
     }
 
-    /// Shares the memory of the first `count` cells for a tick.
+    /// Shares the memory of `cells` cells for a tick.
     #[inline(always)]
-    pub(crate) fn shared(&mut self, count: usize) -> States<'_> {
-        let shared = |cells| core::cell::Cell::from_mut(cells).as_slice_of_cells();
-        States(self.0.each_mut().map(|cells| shared(cells.get_mut(..count).unwrap_or_default())))
+    pub(crate) fn shared(&mut self, cells: usize) -> States<'_> {
+        States(self.0.each_mut().map(|memory| {
+            let memory = Cell::from_mut(memory.get_mut(..term_states(cells)).unwrap_or_default());
+            Arrays::of(memory.as_slice_of_cells())
+        }))
+    }
+}
+
+/// The state of a cell with these words; results and line are 0.
+fn of_words(words: &[u32]) -> State {
+    let rows = [const { Cell::new([0.0; LANES]) }; State::LASTING];
+    for (row, word) in rows.iter().zip(words) {
+        // -0.0 becomes +0.0.
+        row.set([f32::from_bits(*word) + 0.0; LANES]);
+    }
+    let results = [const { Cell::new([0.0; LANES]) }; State::RESULTS];
+    let lines = [const { Cell::new(TermState::ZERO) }; LANES];
+    State::load(0, SliceMemory { lasting: &rows, results: &results, lines: &lines })
+}
+
+/// The present rows of what lasts of `cells` cells, slice by slice.
+#[inline(always)]
+pub(crate) fn lasting(
+    memory: &[TermState],
+    cells: usize,
+) -> impl Iterator<Item = &[Row; State::LASTING]> {
+    let rows = memory.get(cells.next_multiple_of(LANES)..).unwrap_or(&[]);
+    // SAFETY: a line is two rows of plain numbers, with a larger alignment; the lines stay borrowed.
+    let rows: &[Row] =
+        unsafe { core::slice::from_raw_parts(rows.as_ptr().cast(), rows.len() * (2 * IS_KEPT)) };
+    rows.as_chunks::<ROWS>().0.iter().filter_map(|rows| {
+        let [.., flags] = rows;
+        let [now, ..] = flags;
+        let first = if *now == 0.0 { 0 } else { State::LASTING };
+        rows.get(first..)?.first_chunk()
+    })
+}
+
+/// The words of what lasts of `cells` cells for a saved state, cell by cell.
+pub(crate) fn words(memory: &[TermState], cells: usize) -> impl Iterator<Item = u32> {
+    let slices = lasting(memory, cells).enumerate();
+    slices.flat_map(move |(slice, rows)| {
+        let of_cell = move |cell: usize| {
+            rows.iter().filter_map(move |row| row.get(cell % LANES)).map(|x| x.to_bits())
+        };
+        (slice * LANES..cells.min((slice + 1) * LANES)).flat_map(of_cell)
+    })
+}
+
+/// The memory of a body's states: the lines of all cells, then the rows of each slice.
+#[derive(Clone, Copy)]
+struct Arrays<'a> {
+    lines: &'a [Cell<TermState>],
+    rows: &'a [[Cell<Row>; ROWS]],
+}
+
+impl<'a> Arrays<'a> {
+    #[inline(always)]
+    fn of(memory: &'a [Cell<TermState>]) -> Self {
+        let slices = memory.len().checked_div(LINES).unwrap_or(0);
+        let (lines, rows) = memory.split_at_checked(slices * LANES).unwrap_or_default();
+        // SAFETY: a line is two rows of plain numbers, with a larger alignment, and a `Cell` is laid out as
+        // its content; the lines stay borrowed.
+        let rows = unsafe {
+            core::slice::from_raw_parts(rows.as_ptr().cast(), rows.len() * (2 * IS_KEPT))
+        };
+        Self { lines, rows: rows.as_chunks().0 }
+    }
+
+    /// The rows of a slice, and the lines of its cells.
+    #[inline(always)]
+    fn slice(self, slice: usize) -> Option<Slice<'a>> {
+        let lines = self.lines.as_chunks().0.get(slice)?;
+        Some(Slice { rows: self.rows.get(slice)?, lines })
+    }
+}
+
+/// The states of a slice.
+#[derive(Clone, Copy)]
+struct Slice<'a> {
+    rows: &'a [Cell<Row>; ROWS],
+    lines: &'a [Cell<TermState>; LANES],
+}
+
+impl<'a> Slice<'a> {
+    /// Flags of the present bank and of the published one: 0 for the first, 1 for the second.
+    #[inline(always)]
+    fn flags(self) -> [&'a Cell<f32>; 2] {
+        let [.., flags] = self.rows;
+        let [now, published, ..] = flags.as_array_of_cells();
+        [now, published]
+    }
+
+    #[inline(always)]
+    fn bank(self, flag: f32) -> SliceMemory<'a> {
+        let (banks, rest) = self.rows.split_at(2 * State::LASTING);
+        let (first, second) = banks.split_at(State::LASTING);
+        let lasting = if flag == 0.0 { first } else { second };
+        SliceMemory { lasting, results: rest, lines: self.lines }
+    }
+
+    /// The present bank.
+    #[inline(always)]
+    fn present(self) -> SliceMemory<'a> {
+        self.bank(self.flags()[0].get())
+    }
+
+    /// The present bank, and the one for the next states, which becomes the present one: never that of the
+    /// published states.
+    #[inline(always)]
+    fn step(self) -> [SliceMemory<'a>; 2] {
+        let ([now, published], from) = (self.flags(), self.present());
+        now.set(if published.get() == 0.0 { 1.0 } else { 0.0 });
+        [from, self.bank(now.get())]
     }
 }
 
 /// The terms' states during a tick.
 #[derive(Clone, Copy)]
-pub(crate) struct States<'a>([&'a [core::cell::Cell<TermState>]; KEPT]);
+pub(crate) struct States<'a>([Arrays<'a>; IS_KEPT]);
 
-impl States<'_> {
+impl<'a> States<'a> {
     /// No memory: every cell is at rest.
-    #[cfg(test)]
-    pub const NONE: Self = Self([&[]; KEPT]);
+    pub const NONE: Self = Self([Arrays { lines: &[], rows: &[] }; IS_KEPT]);
+
+    /// Number of slices.
+    #[inline(always)]
+    fn slices(&self) -> usize {
+        self.0.first().map_or(0, |arrays| arrays.rows.len())
+    }
 
     /// Returns true if some term keeps states of this body.
     #[inline(always)]
     pub fn any(&self) -> bool {
-        self.0.first().is_some_and(|cells| !cells.is_empty())
+        self.slices() > 0
     }
 
     #[inline(always)]
-    fn slot(&self, cell: usize) -> Option<&core::cell::Cell<TermState>> {
-        self.0.first()?.get(cell)
+    fn slice(&self, slice: usize) -> Option<Slice<'a>> {
+        self.0.first()?.slice(slice)
+    }
+
+    /// The states of all terms.
+    #[inline(always)]
+    pub fn all(self) -> StatesOf<'a, State> {
+        StatesOf { states: self, lasting: 0, results: 0, term: PhantomData }
     }
 
     /// The state of a cell.
     #[inline(always)]
     pub fn at(&self, cell: usize) -> State {
-        self.slot(cell).map_or(TermState::REST, core::cell::Cell::get).now
+        self.all().at(cell)
     }
 
-    /// Sets the state of a cell.
+    /// The memory of a slice's states, and that for the next ones, which become the present ones.
     #[inline(always)]
+    pub fn step(&self, slice: usize) -> Option<[SliceMemory<'a>; 2]> {
+        Some(self.slice(slice)?.step())
+    }
+
+    /// Sets the state of a cell, between passes.
     pub fn put(&self, cell: usize, state: State) {
-        if let Some(slot) = self.slot(cell) {
-            slot.set(TermState { now: state, ..slot.get() });
+        let Some([from, to]) = self.step(cell / LANES) else { return };
+        for (from, to) in from.lasting.iter().zip(to.lasting) {
+            to.set(from.get());
         }
+        state.store(cell % LANES, to);
+    }
+
+    /// Replaces the results of the last pass, and the line, by those of `state`.
+    pub fn replace_results(&self, cell: usize, state: State) {
+        if let Some(slice) = self.slice(cell / LANES) {
+            state.store(cell % LANES, slice.present());
+        }
+    }
+
+    /// Sets the state of a cell at its published position.
+    fn publish(&self, cell: usize, state: State) {
+        let Some(slice) = self.slice(cell / LANES) else { return };
+        state.store(cell % LANES, slice.bank(0.0));
+        state.store(cell % LANES, slice.bank(1.0));
     }
 
     /// Saves the states of a slice whose cells are at their published positions.
     #[inline(always)]
     pub fn save_slice(&self, slice: usize) {
-        for slot in self.slice(slice) {
-            slot.set(TermState::published(slot.get().now));
+        if let Some(slice) = self.slice(slice) {
+            let [now, published] = slice.flags();
+            published.set(now.get());
         }
     }
 
@@ -203,19 +417,73 @@ impl States<'_> {
         }
     }
 
-    /// Restores the saved states of the slices in `set`, among `slices` in all.
+    /// Restores the saved states of the slices in `set`, among `slices` in all. The results of the discarded
+    /// pass stay until the next one.
     #[inline(always)]
     pub fn restore(&self, set: &SliceSet, slices: usize) {
         if self.any() {
-            for slot in set.iter(slices).flat_map(|slice| self.slice(slice)) {
-                slot.set(TermState::published(slot.get().saved));
+            for slice in set.iter(slices).filter_map(|slice| self.slice(slice)) {
+                let [now, published] = slice.flags();
+                now.set(published.get());
             }
         }
     }
+}
 
+/// The states of one term, or of a list.
+#[derive(Clone, Copy)]
+pub(crate) struct StatesOf<'a, S> {
+    states: States<'a>,
+    /// Rows of the terms before.
+    lasting: usize,
+    results: usize,
+    term: PhantomData<S>,
+}
+
+impl<'a, S: CellState> StatesOf<'a, S> {
     #[inline(always)]
-    fn slice(&self, slice: usize) -> &[core::cell::Cell<TermState>] {
-        let cells = self.0.first().copied().unwrap_or(&[]);
-        cells.get(cells_of(slice, cells.len())).unwrap_or(&[])
+    fn memory(&self, slice: Slice<'a>) -> SliceMemory<'a> {
+        let SliceMemory { lasting, results, lines } = slice.present();
+        let lasting = lasting.get(self.lasting..).unwrap_or(&[]);
+        SliceMemory { lasting, results: results.get(self.results..).unwrap_or(&[]), lines }
+    }
+
+    /// The state of a cell.
+    #[inline(always)]
+    pub fn at(&self, cell: usize) -> S {
+        let slice = self.states.slice(cell / LANES);
+        slice.map_or(S::REST, |slice| S::load(cell % LANES, self.memory(slice)))
+    }
+
+    /// Rows of the results of the last pass.
+    #[inline(always)]
+    #[cfg_attr(not(feature = "nodal"), expect(dead_code, reason = "no term has results"))]
+    pub fn results(&self, slice: usize) -> &'a [Cell<Row>] {
+        let slice = self.states.slice(slice);
+        slice.map_or(&[], |slice| self.memory(slice).results)
+    }
+
+    /// The lines of all cells, and of the padding of the last slice.
+    #[inline(always)]
+    #[cfg_attr(not(feature = "nodal"), expect(dead_code, reason = "no term has lines"))]
+    pub fn lines(&self) -> &'a [Cell<TermState>] {
+        self.states.0.first().map_or(&[], |arrays| arrays.lines)
+    }
+}
+
+impl<'a, A: CellState, B: CellState> StatesOf<'a, (A, B)> {
+    /// The states of the first term.
+    #[inline(always)]
+    pub fn first(self) -> StatesOf<'a, A> {
+        let Self { states, lasting, results, .. } = self;
+        StatesOf { states, lasting, results, term: PhantomData }
+    }
+
+    /// The states of the others.
+    #[inline(always)]
+    pub fn others(self) -> StatesOf<'a, B> {
+        let Self { states, lasting, results, .. } = self;
+        let (lasting, results) = (lasting + A::LASTING, results + A::RESULTS);
+        StatesOf { states, lasting, results, term: PhantomData }
     }
 }

@@ -24,9 +24,9 @@ use super::held::{Contact, Touched};
 use super::links::law::COINCIDENT;
 use super::nodal::places;
 use super::number::TermNumber;
-use super::state::Nothing;
+use super::state::{Nothing, SliceMemory, StatesOf};
 use super::term::Term;
-use crate::backend::f32x8::F32x8;
+use crate::backend::f32x8::{Chunk, F32x8};
 use crate::backend::lane::{Lane, Real};
 use crate::backend::slice_set::SliceSet;
 use crate::backend::slices::cells_of;
@@ -137,7 +137,15 @@ impl Term for Stiffening<'_> {
     }
 
     #[inline(always)]
-    fn update_slice<V: F32x8>(self, _: usize, _: &[Cell], _: &mut [Nothing; LANES]) {}
+    fn update_slice<V: F32x8>(
+        self,
+        _: usize,
+        _: &Chunk,
+        _: &[Cell],
+        _: SliceMemory<'_>,
+        _: SliceMemory<'_>,
+    ) {
+    }
 
     fn accumulate<N: TermNumber>(
         self,
@@ -146,7 +154,7 @@ impl Term for Stiffening<'_> {
         residual: &mut [Cell<N>],
         _: &mut N::Tally,
         output: &impl Fn([N; 3]) -> [N; 3],
-        _: &impl Fn(usize) -> Nothing,
+        _: StatesOf<'_, Nothing>,
     ) {
         if !self.is_any() {
             return;
@@ -166,7 +174,7 @@ impl Term for Stiffening<'_> {
         slice: usize,
         at: &[Cell],
         sum: &mut [V; 4],
-        _: &impl Fn(usize) -> Nothing,
+        _: StatesOf<'_, Nothing>,
     ) {
         if !self.is_any() {
             return;
@@ -209,7 +217,7 @@ impl Term for Stiffening<'_> {
         self,
         cell: usize,
         at: &impl Fn(usize) -> [N; 3],
-        _: &impl Fn(usize) -> Nothing,
+        _: StatesOf<'_, Nothing>,
         add_to: &mut impl FnMut([f32; 3]),
     ) {
         let at = |cell: usize| single(at(cell));
@@ -227,7 +235,7 @@ impl Term for Stiffening<'_> {
         self,
         held: &[Contact<N>],
         output: &impl Fn(usize) -> [N; 3],
-        _: &impl Fn(usize) -> Nothing,
+        _: StatesOf<'_, Nothing>,
         sums: &mut Touched,
     ) {
         let at = |cell: usize| single(output(cell));

@@ -18,15 +18,15 @@
 
 use super::held::{Contact, Touched};
 use super::number::TermNumber;
-use super::state::{CellState, Nothing};
-use crate::backend::f32x8::F32x8;
+use super::state::{CellState, Nothing, SliceMemory, StatesOf};
+use crate::backend::f32x8::{Chunk, F32x8};
 use crate::backend::slice_set::SliceSet;
 use crate::model::terms::NoTerm;
 use crate::number::cell::{Cell, add};
 use crate::number::two_float::LANES;
 
-/// A term besides the links. Positions are given as states v with a function for their outputs; `state`
-/// returns the term's state of a cell.
+/// A term besides the links. Positions are given as states v with a function for their outputs; `states` are
+/// the term's states of the cells.
 pub(crate) trait Term: Copy {
     /// The term's state of a cell; [`Nothing`] if it has none.
     type State: CellState;
@@ -51,12 +51,21 @@ pub(crate) trait Term: Copy {
         state: Self::State,
         at: &impl Fn(usize) -> [f32; 3],
     ) -> Self::State;
-    /// The states of the cells of a slice for a pass at v within K; the same bits.
+    /// Stores the states of the cells of a slice for a pass at v within K; the same bits. `here` are the
+    /// slice's cells, the last one of the body repeated.
     #[inline(always)]
-    fn update_slice<V: F32x8>(self, slice: usize, at: &[Cell], states: &mut [Self::State; LANES]) {
+    fn update_slice<V: F32x8>(
+        self,
+        slice: usize,
+        _here: &Chunk,
+        at: &[Cell],
+        from: SliceMemory<'_>,
+        to: SliceMemory<'_>,
+    ) {
         let place = |cell: usize| at.get(cell).map_or([0.0; 3], |cell| cell.xyz());
-        for (lane, state) in states.iter_mut().enumerate() {
-            *state = self.update(slice * LANES + lane, *state, &place);
+        for lane in 0..LANES {
+            let state = Self::State::load(lane, from);
+            self.update(slice * LANES + lane, state, &place).store(lane, to);
         }
     }
     /// Adds the term to the residuals of awake slices, cell by cell.
@@ -67,7 +76,7 @@ pub(crate) trait Term: Copy {
         residual: &mut [Cell<N>],
         tally: &mut N::Tally,
         output: &impl Fn([N; 3]) -> [N; 3],
-        state: &impl Fn(usize) -> Self::State,
+        states: StatesOf<'_, Self::State>,
     );
     /// Adds the term to the residuals of a slice whose states v are within K; the same bits.
     fn slice<V: F32x8>(
@@ -75,14 +84,14 @@ pub(crate) trait Term: Copy {
         slice: usize,
         at: &[Cell],
         sum: &mut [V; 4],
-        state: &impl Fn(usize) -> Self::State,
+        states: StatesOf<'_, Self::State>,
     );
     /// Adds the residual of the term at a cell, at the outputs `at`, in single precision.
     fn cell<N: TermNumber>(
         self,
         cell: usize,
         at: &impl Fn(usize) -> [N; 3],
-        state: &impl Fn(usize) -> Self::State,
+        states: StatesOf<'_, Self::State>,
         add: &mut impl FnMut([f32; 3]),
     );
     /// Adds the term's energy at the held cells.
@@ -90,7 +99,7 @@ pub(crate) trait Term: Copy {
         self,
         held: &[Contact<N>],
         output: &impl Fn(usize) -> [N; 3],
-        state: &impl Fn(usize) -> Self::State,
+        states: StatesOf<'_, Self::State>,
         sums: &mut Touched,
     );
     /// The state of a cell for [`Self::resist`] to the small displacement `field` of the rest shape; the next
@@ -109,13 +118,13 @@ pub(crate) trait Term: Copy {
         self,
         _cell: usize,
         _field: &impl Fn(usize) -> [f32; 3],
-        _state: &impl Fn(usize) -> Self::State,
+        _states: StatesOf<'_, Self::State>,
     ) -> [f32; 3] {
         [0.0; 3]
     }
     /// The rotation of a cell as a unit quaternion, real part first; `None` if its state has none.
     #[inline(always)]
-    fn turn(self, _state: Self::State) -> Option<[f32; 4]> {
+    fn turn(self, _cell: usize, _states: StatesOf<'_, Self::State>) -> Option<[f32; 4]> {
         None
     }
     /// Adds w |D|^2, `squared` = |D|^2, for a cell that moves by D: the root of the energy rises by at most
@@ -142,7 +151,15 @@ impl Term for NoTerm {
     }
 
     #[inline(always)]
-    fn update_slice<V: F32x8>(self, _: usize, _: &[Cell], _: &mut [Nothing; LANES]) {}
+    fn update_slice<V: F32x8>(
+        self,
+        _: usize,
+        _: &Chunk,
+        _: &[Cell],
+        _: SliceMemory<'_>,
+        _: SliceMemory<'_>,
+    ) {
+    }
 
     #[inline(always)]
     fn accumulate<N: TermNumber>(
@@ -152,19 +169,19 @@ impl Term for NoTerm {
         _: &mut [Cell<N>],
         _: &mut N::Tally,
         _: &impl Fn([N; 3]) -> [N; 3],
-        _: &impl Fn(usize) -> Nothing,
+        _: StatesOf<'_, Nothing>,
     ) {
     }
 
     #[inline(always)]
-    fn slice<V: F32x8>(self, _: usize, _: &[Cell], _: &mut [V; 4], _: &impl Fn(usize) -> Nothing) {}
+    fn slice<V: F32x8>(self, _: usize, _: &[Cell], _: &mut [V; 4], _: StatesOf<'_, Nothing>) {}
 
     #[inline(always)]
     fn cell<N: TermNumber>(
         self,
         _: usize,
         _: &impl Fn(usize) -> [N; 3],
-        _: &impl Fn(usize) -> Nothing,
+        _: StatesOf<'_, Nothing>,
         _: &mut impl FnMut([f32; 3]),
     ) {
     }
@@ -174,7 +191,7 @@ impl Term for NoTerm {
         self,
         _: &[Contact<N>],
         _: &impl Fn(usize) -> [N; 3],
-        _: &impl Fn(usize) -> Nothing,
+        _: StatesOf<'_, Nothing>,
         _: &mut Touched,
     ) {
     }
@@ -216,16 +233,17 @@ impl<A: Term, B: Term> Term for (A, B) {
     }
 
     #[inline(always)]
-    fn update_slice<V: F32x8>(self, slice: usize, at: &[Cell], states: &mut [Self::State; LANES]) {
-        let (mut a, mut b) = ([A::State::REST; LANES], [B::State::REST; LANES]);
-        for (state, (a, b)) in states.iter().zip(a.iter_mut().zip(&mut b)) {
-            (*a, *b) = *state;
-        }
-        self.0.update_slice::<V>(slice, at, &mut a);
-        self.1.update_slice::<V>(slice, at, &mut b);
-        for (state, pair) in states.iter_mut().zip(a.into_iter().zip(b)) {
-            *state = pair;
-        }
+    fn update_slice<V: F32x8>(
+        self,
+        slice: usize,
+        here: &Chunk,
+        at: &[Cell],
+        from: SliceMemory<'_>,
+        to: SliceMemory<'_>,
+    ) {
+        self.0.update_slice::<V>(slice, here, at, from, to);
+        let (from, to) = (from.after::<A::State>(), to.after::<A::State>());
+        self.1.update_slice::<V>(slice, here, at, from, to);
     }
 
     #[inline(always)]
@@ -236,10 +254,10 @@ impl<A: Term, B: Term> Term for (A, B) {
         residual: &mut [Cell<N>],
         tally: &mut N::Tally,
         output: &impl Fn([N; 3]) -> [N; 3],
-        state: &impl Fn(usize) -> Self::State,
+        states: StatesOf<'_, Self::State>,
     ) {
-        self.0.accumulate(awake, v, residual, tally, output, &|cell| state(cell).0);
-        self.1.accumulate(awake, v, residual, tally, output, &|cell| state(cell).1);
+        self.0.accumulate(awake, v, residual, tally, output, states.first());
+        self.1.accumulate(awake, v, residual, tally, output, states.others());
     }
 
     #[inline(always)]
@@ -248,10 +266,10 @@ impl<A: Term, B: Term> Term for (A, B) {
         slice: usize,
         at: &[Cell],
         sum: &mut [V; 4],
-        state: &impl Fn(usize) -> Self::State,
+        states: StatesOf<'_, Self::State>,
     ) {
-        self.0.slice(slice, at, sum, &|cell| state(cell).0);
-        self.1.slice(slice, at, sum, &|cell| state(cell).1);
+        self.0.slice(slice, at, sum, states.first());
+        self.1.slice(slice, at, sum, states.others());
     }
 
     #[inline(always)]
@@ -259,11 +277,11 @@ impl<A: Term, B: Term> Term for (A, B) {
         self,
         cell: usize,
         at: &impl Fn(usize) -> [N; 3],
-        state: &impl Fn(usize) -> Self::State,
+        states: StatesOf<'_, Self::State>,
         add: &mut impl FnMut([f32; 3]),
     ) {
-        self.0.cell(cell, at, &|cell| state(cell).0, add);
-        self.1.cell(cell, at, &|cell| state(cell).1, add);
+        self.0.cell(cell, at, states.first(), add);
+        self.1.cell(cell, at, states.others(), add);
     }
 
     #[inline(always)]
@@ -271,11 +289,11 @@ impl<A: Term, B: Term> Term for (A, B) {
         self,
         held: &[Contact<N>],
         output: &impl Fn(usize) -> [N; 3],
-        state: &impl Fn(usize) -> Self::State,
+        states: StatesOf<'_, Self::State>,
         sums: &mut Touched,
     ) {
-        self.0.touched(held, output, &|cell| state(cell).0, sums);
-        self.1.touched(held, output, &|cell| state(cell).1, sums);
+        self.0.touched(held, output, states.first(), sums);
+        self.1.touched(held, output, states.others(), sums);
     }
 
     fn strain(
@@ -291,15 +309,15 @@ impl<A: Term, B: Term> Term for (A, B) {
         self,
         cell: usize,
         field: &impl Fn(usize) -> [f32; 3],
-        state: &impl Fn(usize) -> Self::State,
+        states: StatesOf<'_, Self::State>,
     ) -> [f32; 3] {
-        let one = self.0.resist(cell, field, &|cell| state(cell).0);
-        add(one, self.1.resist(cell, field, &|cell| state(cell).1))
+        let one = self.0.resist(cell, field, states.first());
+        add(one, self.1.resist(cell, field, states.others()))
     }
 
     #[inline(always)]
-    fn turn(self, state: Self::State) -> Option<[f32; 4]> {
-        self.0.turn(state.0).or_else(|| self.1.turn(state.1))
+    fn turn(self, cell: usize, states: StatesOf<'_, Self::State>) -> Option<[f32; 4]> {
+        self.0.turn(cell, states.first()).or_else(|| self.1.turn(cell, states.others()))
     }
 
     #[inline(always)]

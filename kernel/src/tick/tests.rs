@@ -21,7 +21,7 @@ use crate::number::Number;
 use crate::number::two_float::{LANES, TwoFloat};
 use crate::solver::{Dynamics, Euler, Predict, Rkl2, Track};
 use crate::terms::pin::Displaced;
-use crate::terms::state::{CellState, State};
+use crate::terms::state::{self, CellState, State, TermState, TermStates, term_states};
 use crate::terms::tests::{pinned, with_word};
 
 /// 299 cells, 20 of them fixed; bands, weights, slices, 24 basis functions and a surface.
@@ -32,7 +32,7 @@ const ROOM: usize = 160;
 /// Length beyond which pins slip [mean link lengths].
 const SLIP_LENGTH: f32 = 0.7;
 
-type Body<D> = Tissue<CELLS, D, 16, CELLS>;
+type Body<D> = Tissue<CELLS, D, 16, { term_states(CELLS) }>;
 
 /// Numbers from -1 to 1 without a pattern.
 fn noise(n: usize) -> f32 {
@@ -63,7 +63,9 @@ fn network(model: Model<'static>, drive: Drive) -> Network<'static> {
 
 /// State of a cell's pin.
 fn state<D: Dynamics>(tissue: &TissueMut<'_, D>, cell: usize) -> Displaced {
-    tissue.states.cells(CELLS)[cell].now.0
+    let words = state::words(tissue.states.cells(CELLS), CELLS);
+    let mut numbers = words.skip(State::LASTING * cell).map(f32::from_bits);
+    std::array::from_fn(|_| std::array::from_fn(|_| numbers.next().unwrap()))
 }
 
 /// Positions and states of all cells.
@@ -245,7 +247,7 @@ fn the_pins_carry_the_force() {
     let model = Model::from_bytes(pinned(ORGAN, &pins, true)).unwrap();
     assert!(model.fixed().is_empty());
     let network = network(model, Drive::Position);
-    let mut tissue = Tissue::<CELLS, Track, 64, CELLS>::new();
+    let mut tissue = Tissue::<CELLS, Track, 64, { term_states(CELLS) }>::new();
     tissue.reset(&network).unwrap();
     // The first of them has a pin.
     let first = pins[2].cell as u16;
@@ -405,7 +407,9 @@ fn a_saved_state_goes_on_with_the_same_bits() {
         assert_eq!(one.view().state_hash(&model), two.view().state_hash(&model));
     }
     two.reset(&network).unwrap();
-    let rest = (0..CELLS).flat_map(|_| State::REST.words());
+    let mut memory = std::vec![TermState::ZERO; term_states(CELLS)];
+    TermStates::new(&mut memory).reset(CELLS);
+    let rest = state::words(&memory, CELLS);
     assert!(two.view().term_words(&model).eq(rest), "a reset forgets");
 }
 

@@ -109,8 +109,8 @@ impl<D: Dynamics> Head<D> {
 }
 
 /// A body's state in statically sized memory: room for `CELLS` cells under the scheme `D`, of
-/// which a tool may hold `CONTACTS`; with room for `STATES` cells that terms of the energy keep
-/// states of ([`Model::kept_states`]).
+/// which a tool may hold `CONTACTS`; with memory for the states that terms of the energy keep of its
+/// cells, `STATES` = [`term_states`](crate::term_states)`(CELLS)` for a body of nodal shapes.
 ///
 /// `const` constructible, so it can be a `static`. All work is done by [`TissueMut`].
 ///
@@ -242,7 +242,9 @@ pub struct TissueMut<'a, D: Dynamics> {
     pub room: &'a mut [Eight],
     /// Memory for contact cells.
     pub contacts: &'a mut [Contact<D::Number>],
-    /// States that the energy terms keep of [`Model::kept_states`] cells.
+    /// States that the energy terms keep of [`Model::kept_states`] cells, [`term_states`] for that number.
+    ///
+    /// [`term_states`]: crate::term_states
     pub states: TermStates<'a>,
     /// Memory for tools on a model with a contact surface.
     pub touch: TouchRoom<'a>,
@@ -270,7 +272,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
         // Reset tools and arrays.
         self.touch.leave();
         self.residual.fill(Cell::ZERO);
-        self.states.reset();
+        self.states.reset(network.model().kept_states());
         for (v, rest) in self.state.iter_mut().zip(network.model().rest) {
             *v = Cell::at(from_single(*rest));
         }
@@ -325,7 +327,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
         self.head.level.forget();
         self.head.awake.wake_all(model);
         self.touch.leave();
-        self.states.reset();
+        self.states.reset(model.kept_states());
         if kept.awake.is_sleepless() {
             self.head.awake.forbid_sleep(model);
         }
@@ -448,7 +450,8 @@ impl<D: Dynamics> TissueMut<'_, D> {
     /// The states that the terms keep of the cells, as words: with the positions they are a saved state. In a
     /// file low byte first. Empty for models without such a term.
     pub fn term_words(&self, model: &Model<'_>) -> impl Iterator<Item = u32> {
-        state::words(self.states.cells(model.kept_states()))
+        let cells = model.kept_states();
+        state::words(self.states.cells(cells), cells)
     }
 
     /// Restores the words of [`Self::term_words`], after [`Self::set_positions`]; the certified level starts

@@ -22,7 +22,7 @@ pub const FRICTION_MAX: f32 = 10.0;
 /// Output of one of several tools in a tick.
 ///
 /// ```
-/// # use chaincell_kernel::{Budget, FEATURES, Model, Network, Settings, Tissue, ToolPart, ToolPose, TouchStore, Track, elastic_room, include_model};
+/// # use chaincell_kernel::{Budget, FEATURES, Model, Network, Settings, Tissue, ToolPart, ToolPose, TouchStore, Track, elastic_room, include_model, term_states};
 /// use chaincell_kernel::ToolOutput;
 /// # if FEATURES != ["nodal", "surface"] {
 /// #     return Ok(());
@@ -30,7 +30,7 @@ pub const FRICTION_MAX: f32 = 10.0;
 /// # let image = include_model!(concat!(env!("CARGO_MANIFEST_DIR"), "/data/touch6.chaincell"));
 /// # let model = Model::from_bytes(image)?;
 /// # let network = Network::new(model, Settings::for_model(&model))?;
-/// # type Body = Tissue<160, Track<{ elastic_room(32) }>, 4, 160>;
+/// # type Body = Tissue<160, Track<{ elastic_room(32) }>, 4, { term_states(160) }>;
 /// # let mut body = Box::new(Body::new());
 /// # let mut store = TouchStore::<160, 64, 64>::new();
 /// # let mut tissue = body.touching(store.room());
@@ -74,7 +74,7 @@ impl ToolOutput {
 /// Where the tissue meets a tool: its proxy, which stops short of the tool where that is too deep.
 ///
 /// ```
-/// # use chaincell_kernel::{Budget, FEATURES, Model, Network, Settings, Tissue, ToolPart, ToolPose, TouchStore, Track, elastic_room, include_model};
+/// # use chaincell_kernel::{Budget, FEATURES, Model, Network, Settings, Tissue, ToolPart, ToolPose, TouchStore, Track, elastic_room, include_model, term_states};
 /// use chaincell_kernel::ProxyPose;
 /// # if FEATURES != ["nodal", "surface"] {
 /// #     return Ok(());
@@ -82,7 +82,7 @@ impl ToolOutput {
 /// # let image = include_model!(concat!(env!("CARGO_MANIFEST_DIR"), "/data/touch6.chaincell"));
 /// # let model = Model::from_bytes(image)?;
 /// # let network = Network::new(model, Settings::for_model(&model))?;
-/// # type Body = Tissue<160, Track<{ elastic_room(32) }>, 4, 160>;
+/// # type Body = Tissue<160, Track<{ elastic_room(32) }>, 4, { term_states(160) }>;
 /// # let mut body = Box::new(Body::new());
 /// # let mut store = TouchStore::<160, 64, 64>::new();
 /// # let mut tissue = body.touching(store.room());
@@ -203,14 +203,14 @@ impl<D: Dynamics> TissueMut<'_, D> {
     /// samples in reach.
     ///
     /// ```
-    /// # use chaincell_kernel::{Budget, FEATURES, Model, Network, Settings, Tissue, ToolPart, ToolPose, TouchStore, Track, elastic_room, include_model};
+    /// # use chaincell_kernel::{Budget, FEATURES, Model, Network, Settings, Tissue, ToolPart, ToolPose, TouchStore, Track, elastic_room, include_model, term_states};
     /// # if FEATURES != ["nodal", "surface"] {
     /// #     return Ok(());
     /// # }
     /// # let image = include_model!(concat!(env!("CARGO_MANIFEST_DIR"), "/data/touch6.chaincell"));
     /// # let model = Model::from_bytes(image)?;
     /// # let network = Network::new(model, Settings::for_model(&model))?;
-    /// # type Body = Tissue<160, Track<{ elastic_room(32) }>, 4, 160>;
+    /// # type Body = Tissue<160, Track<{ elastic_room(32) }>, 4, { term_states(160) }>;
     /// # let mut body = Box::new(Body::new());
     /// # let mut store = TouchStore::<160, 64, 64>::new();
     /// # let mut tissue = body.touching(store.room());
@@ -254,14 +254,14 @@ impl<D: Dynamics> TissueMut<'_, D> {
     /// The force does not jump: a grip starts without pull. Call it between two ticks.
     ///
     /// ```
-    /// # use chaincell_kernel::{Budget, FEATURES, Model, Network, Settings, Tissue, ToolPart, ToolPose, TouchStore, Track, elastic_room, include_model};
+    /// # use chaincell_kernel::{Budget, FEATURES, Model, Network, Settings, Tissue, ToolPart, ToolPose, TouchStore, Track, elastic_room, include_model, term_states};
     /// # if FEATURES != ["nodal", "surface"] {
     /// #     return Ok(());
     /// # }
     /// # let image = include_model!(concat!(env!("CARGO_MANIFEST_DIR"), "/data/touch6.chaincell"));
     /// # let model = Model::from_bytes(image)?;
     /// # let network = Network::new(model, Settings::for_model(&model))?;
-    /// # type Body = Tissue<160, Track<{ elastic_room(32) }>, 4, 160>;
+    /// # type Body = Tissue<160, Track<{ elastic_room(32) }>, 4, { term_states(160) }>;
     /// # let mut body = Box::new(Body::new());
     /// # let mut store = TouchStore::<160, 64, 64>::new();
     /// # let mut tissue = body.touching(store.room());

@@ -60,7 +60,7 @@ pub struct TouchArrays<'a> {
 /// joins it with a tissue.
 ///
 /// ```
-/// # use chaincell_kernel::{Budget, FEATURES, Model, Network, Settings, Tissue, ToolPart, ToolPose, Track, elastic_room, include_model};
+/// # use chaincell_kernel::{Budget, FEATURES, Model, Network, Settings, Tissue, ToolPart, ToolPose, Track, elastic_room, include_model, term_states};
 /// use chaincell_kernel::TouchStore;
 /// # if FEATURES != ["nodal", "surface"] {
 /// #     return Ok(());
@@ -69,7 +69,7 @@ pub struct TouchArrays<'a> {
 /// # let model = Model::from_bytes(image)?;
 /// # let network = Network::new(model, Settings::for_model(&model))?;
 ///
-/// let mut body = Tissue::<160, Track<{ elastic_room(32) }>, 4, 160>::new(); // a nodal body
+/// let mut body = Tissue::<160, Track<{ elastic_room(32) }>, 4, { term_states(160) }>::new(); // a nodal body
 /// let mut store = TouchStore::<160, 64>::new(); // 64 triangles in reach of one tool
 /// let mut tissue = body.touching(store.room());
 /// tissue.reset(&network)?;

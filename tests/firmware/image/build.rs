@@ -21,7 +21,7 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::{env, fs};
 
-use chaincell_kernel::Model;
+use chaincell_kernel::{Model, term_states};
 
 /// Flash and RAM that the linker has [bytes]; the measurement's own states lie beyond that flash.
 const FLASH_BYTES: u32 = 2 << 20;
@@ -93,7 +93,7 @@ fn scene(out: &Path) -> Result<(String, u32), Box<dyn Error>> {
         writeln!(text, "pub static {name}: &[u8] = {state};")?;
     }
     writeln!(text, "pub const CELLS: usize = {};", model.cells())?;
-    writeln!(text, "pub const STATES: usize = {};", model.kept_states())?;
+    writeln!(text, "pub const STATES: usize = {};", term_states(model.kept_states()))?;
     writeln!(text, "pub const HELD: [u32; {count}] = [{held}];")?;
     for (name, kind) in [
         ("SWEEPS", "u16"),

@@ -4,7 +4,7 @@
 
 use chaincell_kernel::{
     Dynamics, Euler, Model, Predict, Rkl2, Settings, Tissue, ToolPart, TouchStore, Track,
-    Unloading, coarse_room, elastic_room, include_model,
+    Unloading, coarse_room, elastic_room, include_model, term_states,
 };
 
 use fixed::types::I8F24;
@@ -97,7 +97,7 @@ macro_rules! scenes {
             /// A tissue that the scene just fits.
             pub type Body = BodyOf<Scheme>;
             /// The same for the scene's scheme in another number type.
-            pub type BodyOf<D> = Tissue<$cells, D, { HELD.len() }, { 0 $(+ $states)? }>;
+            pub type BodyOf<D> = Tissue<$cells, D, { HELD.len() }, { 0 $(+ term_states($states))? }>;
             const HELD: &[u32] = &$held;
             /// The scene.
             pub static SCENE: Scene = Scene {

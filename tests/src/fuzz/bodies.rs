@@ -2,7 +2,7 @@
 
 use std::sync::OnceLock;
 
-use chaincell_host::bake::tissue::{Band, Tissue, VolumeLaw};
+use chaincell_host::bake::tissue::{Band, Tissue};
 use chaincell_host::bake::{BakeOptions, BasisSpacing, ImageBytes, PerCell};
 use chaincell_kernel::{Model, include_model};
 use chaincell_lab::bodies::Shape;
@@ -83,16 +83,11 @@ pub fn model(choice: u8) -> Model<'static> {
 }
 
 /// Nodal shapes with a contact surface: liver; floating, nearly of constant volume, stiffening, into
-/// which a tool may load little; the law of the trace without a coarse level.
+/// which a tool may load little; without a coarse level and without the band of stretches.
 fn tissues() -> &'static [ImageBytes] {
     static IMAGES: OnceLock<Vec<ImageBytes>> = OnceLock::new();
     IMAGES.get_or_init(|| {
         let of = |poisson| Tissue::new(PerCell::Uniform(5000.0), PerCell::Uniform(poisson));
-        let baked = |spec: &str, fixed: bool, options: BakeOptions| {
-            let shape = Shape::generated(spec).unwrap();
-            let shape = if fixed { shape } else { shape.floating() };
-            shape.bake(&BakeOptions { ..options }).unwrap()
-        };
         let stiffening = vec![Band { half_width: 0.05, modulus_pa: 12_000.0 }];
         let liver = BakeOptions {
             tissue: Some(of(0.45)),
@@ -104,15 +99,15 @@ fn tissues() -> &'static [ImageBytes] {
             energy_max_j: Some(1e-4),
             ..BakeOptions::default()
         };
-        let trace = BakeOptions {
-            tissue: Some(Tissue { law: VolumeLaw::Trace, stretch_min: None, ..of(0.3) }),
+        let bare = BakeOptions {
+            tissue: Some(Tissue { stretch_min: None, ..of(0.3) }),
             coarse_basis: BasisSpacing::None,
             ..BakeOptions::default()
         };
         vec![
-            baked("box:4x3x3x0.01", true, liver),
-            baked("box:2x3x3x0.01", false, loose),
-            baked("box:3x3x2x0.01", true, trace),
+            grid("box:4x3x3x0.01", true, liver),
+            grid("box:2x3x3x0.01", false, loose),
+            grid("box:3x3x2x0.01", true, bare),
         ]
     })
 }

@@ -29,14 +29,14 @@ pub use tools::tools;
 pub use trace::trace;
 pub use words::words;
 
-/// A tick that must keep every promise, with so many sweeps, 0 for a late one, `None` for all.
+/// A tick that must keep every promise, with this number of sweeps, 0 for a late one, `None` for all.
 fn tick<'m>(
     monitor: &mut Monitor<'m>,
     engine: &mut Engine<'m>,
-    sample: &ToolPose,
+    poses: &[ToolPose],
     sweeps: Option<u16>,
 ) -> TickOutput {
-    let output = monitor.tick_again(engine, sample, sweeps);
+    let output = monitor.tick(engine, poses, sweeps);
     assert!(monitor.failures().is_empty(), "{:?}", monitor.failures());
     output
 }

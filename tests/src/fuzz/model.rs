@@ -43,7 +43,7 @@ fn press(model: Model<'_>, scheme: Scheme, numbers: Arithmetic) {
     let network = Network::new(model, scheme.settings(&model, 2)).unwrap();
     let cells = bodies::free_cells(&model, 1, 2);
     let Ok(mut engine) = Engine::in_numbers(network, scheme, numbers, &cells) else { return };
-    let mut monitor = Monitor::new(&engine, scheme, numbers);
+    let mut monitor = Monitor::new(&engine, numbers);
     if model.coarse_functions() > 0 {
         // The kernel takes the coarse level's inverse as the bake computed it.
         monitor = monitor.without_certificate();
@@ -54,7 +54,7 @@ fn press(model: Model<'_>, scheme: Scheme, numbers: Arithmetic) {
     for (place, engaged) in
         [([x, y, z], 0), ([x, y, z], 1), (down, 1), (down, 1), (down, 0), (down, 0)]
     {
-        tick(&mut monitor, &mut engine, &sample(place, engaged), None);
+        tick(&mut monitor, &mut engine, &[sample(place, engaged)], None);
     }
     let mut nodes = vec![Node::default(); engine.node_count()];
     engine.read_nodes(&mut nodes);

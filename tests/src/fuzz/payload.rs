@@ -28,7 +28,7 @@ pub fn payload(data: &[u8]) {
     let network = Network::new(model, scheme.settings(&model, 2)).unwrap();
     let cells = bodies::free_cells(&model, body, 2);
     let Ok(mut engine) = Engine::new(network, scheme, &cells) else { return };
-    let mut monitor = Monitor::new(&engine, scheme, Arithmetic::F32);
+    let mut monitor = Monitor::new(&engine, Arithmetic::F32);
     let (mut last, mut paused) = (None, false);
     for _ in 0..MESSAGES_MAX {
         let Some((&kind, behind)) = rest.split_first() else { return };
@@ -61,7 +61,7 @@ pub fn payload(data: &[u8]) {
             };
             let pose = answered(&message);
             if last.is_none_or(|last| message.tick > last) && !paused {
-                tick(&mut monitor, &mut engine, &pose, None);
+                tick(&mut monitor, &mut engine, &[pose], None);
             }
             last = last.max(Some(message.tick));
         }

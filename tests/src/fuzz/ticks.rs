@@ -6,7 +6,7 @@ use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
 use chaincell_kernel::{Budget, Choice, Drive, Model, Network, Settings, ToolPose, Unloading};
 use chaincell_lab::monitor::Monitor;
 
-use super::twins::{Twins, command};
+use super::twins::Twins;
 use super::{bodies, tick};
 use crate::graph::sample;
 
@@ -30,7 +30,7 @@ fn session(bytes: &mut Unstructured<'_>) -> Result<()> {
     let new = || Engine::with_contact(network, scheme, numbers, contact.clone());
     let (Ok(engine), Ok(twin)) = (new(), new()) else { return Ok(()) };
     let mut session = Session {
-        monitor: Monitor::new(&engine, scheme, numbers),
+        monitor: Monitor::new(&engine, numbers),
         twins: Twins::new(engine, twin, bytes)?,
         tool: sample(model.centre_m(), 0),
         left: TICKS_MAX,
@@ -92,7 +92,11 @@ impl Session<'_> {
             }
             3 => self.tick(ToolPose { engaged: 0, ..self.tool }, 1),
             4 => self.tick(self.tool, bytes.int_in_range(1..=12)?),
-            5 => self.command(bytes.arbitrary()?),
+            5 => {
+                if self.twins.command(bytes.arbitrary()?, SWEEPS_MAX) {
+                    self.monitor.interfere();
+                }
+            }
             6 => self.other_settings(bytes)?,
             _ => {
                 self.twins.displace(bytes, 3)?;
@@ -108,22 +112,11 @@ impl Session<'_> {
             self.left -= 1;
             // Some ticks end early, and some are late.
             let sweeps = [None, None, Some(0), None, Some(1), Some(0), Some(2)][self.left % 7];
-            let output = tick(&mut self.monitor, &mut self.twins.engine, &tool, sweeps);
+            let output = tick(&mut self.monitor, &mut self.twins.engine, &[tool], sweeps);
             if let Some(twin) = &mut self.twins.twin {
                 assert_eq!(twin.tick_by(&[tool], Budget::again(sweeps)), output);
                 assert_eq!(twin.state_hash(), self.twins.engine.state_hash());
             }
-        }
-    }
-
-    /// A command; words that are none ask for a snapshot.
-    fn command(&mut self, words: [u32; 3]) {
-        match command(words, SWEEPS_MAX) {
-            Some(command) => {
-                self.monitor.interfere();
-                self.twins.obey(&command);
-            }
-            None => self.twins.go_on_from_a_snapshot(),
         }
     }
 

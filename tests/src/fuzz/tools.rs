@@ -5,10 +5,11 @@ use arbitrary::{Result, Unstructured};
 use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
 use chaincell_kernel::Budget;
 use chaincell_kernel::{Model, Network, Settings, ToolPart, ToolPose, Unloading};
-use chaincell_lab::monitor::ToolMonitor;
+use chaincell_lab::monitor::Monitor;
 
 use super::bodies::tissue;
-use super::twins::{Twins, command};
+use super::tick;
+use super::twins::Twins;
 
 /// Most ticks of a session, and most sweeps of a tick.
 const TICKS_MAX: usize = 60;
@@ -37,7 +38,7 @@ fn session(bytes: &mut Unstructured<'_>) -> Result<()> {
     let contact = Contact::Tools { tools: tools.clone(), friction };
     let new = || Engine::with_contact(network, scheme, Arithmetic::F32, contact.clone());
     let (Ok(engine), Ok(twin)) = (new(), new()) else { return Ok(()) };
-    let monitor = ToolMonitor::new(&engine, &tools, friction).unwrap();
+    let monitor = Monitor::new(&engine, Arithmetic::F32);
     let (twins, left) = (Twins::new(engine, twin, bytes)?, TICKS_MAX);
     let poses = vec![ToolPose::at(model.centre_m().into(), 0); tools.len()];
     let is_endless = tools.iter().flatten().any(ToolPart::is_half_space);
@@ -93,7 +94,7 @@ fn orientation(bytes: &mut Unstructured<'_>) -> Result<[f32; 4]> {
 
 struct Session<'m> {
     twins: Twins<'m>,
-    monitor: ToolMonitor<'m>,
+    monitor: Monitor<'m>,
     poses: Vec<ToolPose>,
     is_endless: bool,
     left: usize,
@@ -136,7 +137,11 @@ impl Session<'_> {
                 let (tool, ticks) = (usize::from(tool % 4), u16::from(ticks % 32));
                 self.twins.both(|engine| engine.let_go(tool, ticks));
             }
-            8 => self.command(bytes.arbitrary()?),
+            8 => {
+                if self.twins.command(bytes.arbitrary()?, SWEEPS_MAX) {
+                    self.monitor.interfere();
+                }
+            }
             _ => {
                 self.twins.displace(bytes, 2)?;
                 self.monitor.interfere();
@@ -158,8 +163,7 @@ impl Session<'_> {
             // Now and then the last tool has no pose.
             let given = self.poses.len() - usize::from(self.left % 11 == 3);
             let poses = self.poses.get(..given).unwrap_or_default();
-            let output = self.monitor.tick(&mut self.twins.engine, poses, sweeps);
-            assert!(self.monitor.failures().is_empty(), "{:?}", self.monitor.failures());
+            let output = tick(&mut self.monitor, &mut self.twins.engine, poses, sweeps);
             if let Some(twin) = &mut self.twins.twin {
                 assert_eq!(twin.tick_by(poses, Budget::again(sweeps)), output);
                 assert_eq!(twin.state_hash(), self.twins.engine.state_hash());
@@ -174,16 +178,6 @@ impl Session<'_> {
         let held = self.monitor.grip(&mut self.twins.engine, tool % 4);
         if let Some(twin) = &mut self.twins.twin {
             assert_eq!(twin.grip(tool % 4), held);
-        }
-    }
-
-    fn command(&mut self, words: [u32; 3]) {
-        match command(words, SWEEPS_MAX) {
-            Some(command) => {
-                self.monitor.interfere();
-                self.twins.obey(&command);
-            }
-            None => self.twins.go_on_from_a_snapshot(),
         }
     }
 }

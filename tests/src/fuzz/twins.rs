@@ -27,8 +27,20 @@ impl<'m> Twins<'m> {
         self.twin.as_mut().into_iter().for_each(change);
     }
 
-    /// Carries out a command, whatever comes of it.
-    pub fn obey(&mut self, command: &Command) {
+    /// Carries out the command of these words, whatever comes of it, and says so; words that are none, or
+    /// ask for more sweeps than that, ask for a snapshot.
+    pub fn command(&mut self, words: [u32; 3], sweeps_max: u16) -> bool {
+        let command = Command::from_words(words).ok();
+        let is_slow = |of: &Command| matches!(of, Command::Sweeps(sweeps) if *sweeps > sweeps_max);
+        let Some(command) = command.filter(|of| !is_slow(of)) else {
+            self.go_on_from_a_snapshot();
+            return false;
+        };
+        self.obey(&command);
+        true
+    }
+
+    fn obey(&mut self, command: &Command) {
         self.both(|engine| {
             let _ = engine.obey(command);
         });
@@ -39,7 +51,7 @@ impl<'m> Twins<'m> {
 
     /// The twin goes on from what the engine saves, in memory of another life, while the engine just
     /// goes on; without a twin the engine goes on from it.
-    pub fn go_on_from_a_snapshot(&mut self) {
+    fn go_on_from_a_snapshot(&mut self) {
         let bytes = self.engine.save().unwrap();
         assert_eq!(self.engine.save().unwrap(), bytes);
         let Some(twin) = &mut self.twin else { return self.engine.restore(&bytes).unwrap() };
@@ -75,11 +87,4 @@ impl<'m> Twins<'m> {
 fn plain(twin: &mut Engine<'_>) {
     twin.go_scalar();
     twin.forbid_sleep();
-}
-
-/// The command of these words, where it asks for at most so many sweeps.
-pub(super) fn command(words: [u32; 3], sweeps_max: u16) -> Option<Command> {
-    let command = Command::from_words(words).ok()?;
-    let is_slow = matches!(command, Command::Sweeps(sweeps) if sweeps > sweeps_max);
-    (!is_slow).then_some(command)
 }

@@ -1,10 +1,8 @@
 //! A program of somebody else that reads contacts.
 
-use iceoryx2::node::Node;
-use iceoryx2::port::subscriber::Subscriber;
 use iceoryx2::prelude::*;
 
-use super::{eventually, node, service};
+use super::{Header, Reader};
 
 /// A row of contacts: 52 bytes, as declared by the contract.
 #[derive(Debug, Clone, Copy, Default, PartialEq, ZeroCopySend)]
@@ -45,38 +43,12 @@ pub struct Touched {
 const _: () = assert!(size_of::<Touch>() == 52 && size_of::<Touched>() == 24);
 
 /// A reader of contacts of somebody else.
-#[derive(Debug)]
-pub struct Watcher {
-    subscriber: Subscriber<ipc::Service, [Touch], Touched>,
-    _node: Node<ipc::Service>,
-}
+pub type Watcher = Reader<Touch, Touched>;
 
-impl Watcher {
-    /// Joins a scene's readers.
-    #[track_caller]
-    #[must_use]
-    pub fn join(scene: &str) -> Self {
-        let node = node();
-        let name = service(scene, "contacts");
-        let contacts = eventually(|| {
-            let service = node.service_builder(&name).publish_subscribe::<[Touch]>();
-            service.user_header::<Touched>().open().ok()
-        });
-        let subscriber = contacts.subscriber_builder().create().unwrap();
-        Self { subscriber, _node: node }
-    }
+impl Header for Touched {
+    const TOPIC: &'static str = "contacts";
 
-    /// Contacts that have arrived.
-    #[must_use]
-    pub fn try_receive(&self) -> Option<(Touched, Vec<Touch>)> {
-        let sample = self.subscriber.receive().unwrap()?;
-        Some((*sample.user_header(), sample.payload().to_vec()))
-    }
-
-    /// The first contacts of at least so many answered ticks.
-    #[track_caller]
-    #[must_use]
-    pub fn after(&self, ticks_answered: u64) -> (Touched, Vec<Touch>) {
-        eventually(|| self.try_receive().filter(|found| found.0.ticks_answered >= ticks_answered))
+    fn ticks_answered(&self) -> u64 {
+        self.ticks_answered
     }
 }

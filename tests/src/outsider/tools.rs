@@ -110,7 +110,7 @@ impl Poses {
 #[derive(Debug)]
 pub struct ToolsOutsider {
     // Ports before their node: fields are dropped in this order.
-    publisher: Publisher<ipc::Service, Poses, ()>,
+    publisher: Option<Publisher<ipc::Service, Poses, ()>>,
     subscriber: Subscriber<ipc::Service, Forces, ()>,
     _node: Node<ipc::Service>,
 }
@@ -120,23 +120,31 @@ impl ToolsOutsider {
     #[track_caller]
     #[must_use]
     pub fn join(scene: &str) -> Self {
+        Self::join_as(scene, true)
+    }
+
+    /// Joins it as a reader, and as a sender too if it `sends`.
+    #[track_caller]
+    pub(super) fn join_as(scene: &str, sends: bool) -> Self {
         let node = node();
         let forces = eventually(|| {
             let service = node.service_builder(&service(scene, "forces"));
             service.publish_subscribe::<Forces>().open().ok()
         });
         let subscriber = forces.subscriber_builder().create().unwrap();
-        let tools = eventually(|| {
-            let service = node.service_builder(&service(scene, "tools"));
-            service.publish_subscribe::<Poses>().open().ok()
+        let publisher = sends.then(|| {
+            let tools = eventually(|| {
+                let service = node.service_builder(&service(scene, "tools"));
+                service.publish_subscribe::<Poses>().open().ok()
+            });
+            tools.publisher_builder().create().unwrap()
         });
-        let publisher = tools.publisher_builder().create().unwrap();
         Self { publisher, subscriber, _node: node }
     }
 
     /// Sends one message.
     pub fn send(&self, poses: Poses) {
-        self.publisher.send_copy(poses).unwrap();
+        self.publisher.as_ref().unwrap().send_copy(poses).unwrap();
     }
 
     /// The next answer.

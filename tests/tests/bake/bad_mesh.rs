@@ -12,12 +12,6 @@ const SOUND: &str = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n\
     $Nodes\n5\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n5 1 1 1\n$EndNodes\n\
     $Elements\n2\n1 4 2 1 1 1 2 3 4\n2 4 2 1 1 2 3 4 5\n$EndElements\n";
 
-/// The same, format 4.1.
-const SOUND_41: &str = "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n\
-    $Nodes\n1 5 1 5\n3 1 0 5\n1\n2\n3\n4\n5\n\
-    0 0 0\n1 0 0\n0 1 0\n0 0 1\n1 1 1\n$EndNodes\n\
-    $Elements\n1 2 1 2\n3 1 4 2\n1 1 2 3 4\n2 2 3 4 5\n$EndElements\n";
-
 /// Bakes `mesh` where it lies and expects a refusal that holds all `parts`.
 #[track_caller]
 fn refused(folder: &Path, mesh: &Path, options: &[&str], parts: &[&str]) {
@@ -42,59 +36,15 @@ fn text_refused(mesh: &str, parts: &[&str]) {
 }
 
 #[test]
-fn the_sound_meshes_are_baked() {
-    for mesh in [SOUND, SOUND_41] {
-        let folder = scratch();
-        let (file, model) = (folder.path().join("a.msh"), folder.path().join("a.chaincell"));
-        std::fs::write(&file, mesh).unwrap();
-        let ended = run(["bake", text(&file), "-o", text(&model), "--json"]).with(0);
-        assert_eq!(
-            (ended.json()["cells"].as_u64(), ended.json()["links"].as_u64()),
-            (Some(5), Some(9))
-        );
-        assert!(model.is_file());
-    }
-}
-
-#[test]
-fn truncated_at_every_line() {
-    for mesh in [SOUND, SOUND_41] {
-        let lines: Vec<&str> = mesh.lines().collect();
-        for length in 1..lines.len() {
-            text_refused(&(lines[..length].join("\n") + "\n"), &[]);
-        }
-    }
-}
-
-#[test]
-fn corrupt_numbers_name_the_line() {
-    let bad = |from: &str, to: &str, parts: &[&str]| {
+fn what_is_not_read_names_the_way_out() {
+    for (from, to, parts) in [
+        ("2.2 0 8", "4.0 0 8", &["body.msh:2", "4.0", "gmsh -save"]),
+        ("2 1 0 0", "2 1 NaN 0", &["body.msh:7", "NaN", "mend"]),
+        ("2 1 0 0", "2 1e300 0 0", &["body.msh:7", "1e300", "--units"]),
+    ] {
         assert!(SOUND.contains(from));
         text_refused(&SOUND.replacen(from, to, 1), parts);
-    };
-    bad("2 1 0 0", "2 1 NaN 0", &["body.msh:7", "NaN", "mend"]);
-    bad("2 1 0 0", "2 inf 0 0", &["body.msh:7", "inf"]);
-    bad("2 1 0 0", "2 1e300 0 0", &["body.msh:7", "1e300", "--units"]);
-    bad("2 1 0 0", "2 1e999 0 0", &["body.msh:7", "1e999"]);
-    bad("2 1 0 0", "2 1 0", &["body.msh:7", "line ends"]);
-    bad("2 1 0 0", "2 1 0 0 7", &["body.msh:7", "line goes on"]);
-    bad("2 1 0 0", "x 1 0 0", &["body.msh:7", "'x'"]);
-    bad("2 1 0 0", "1 1 0 0", &["body.msh:7", "node tag 1 is given twice"]);
-    bad("1 2 3 4\n", "1 2 3 99\n", &["body.msh:14", "99"]);
-    bad("1 2 3 4\n", "1 2 3 3\n", &["body.msh:14", "twice"]);
-    bad("$Nodes\n5", "$Nodes\n18446744073709551615", &["body.msh:"]);
-    bad("$Nodes\n5", "$Nodes\n4", &["body.msh:"]);
-    bad("$Elements\n2", "$Elements\n-2", &["body.msh:13", "whole number"]);
-    bad("$Elements\n2", "$Elements\n3", &["body.msh:16"]);
-}
-
-#[test]
-fn formats_that_are_not_read_name_the_way_out() {
-    for version in ["1.0", "3", "4.0", "5.2", "x"] {
-        let mesh = SOUND.replacen("2.2 0 8", &format!("{version} 0 8"), 1);
-        text_refused(&mesh, &["body.msh:2", version, "gmsh -save"]);
     }
-    text_refused(&SOUND.replacen("2.2 0 8", "2.2 1 8", 1), &["body.msh: byte", "byte order"]);
     text_refused("", &["empty"]);
     text_refused("\u{0}\u{1}\u{2}", &["$MeshFormat"]);
     text_refused("solid body\nendsolid\n", &["a surface", "--fill SIZE"]);
@@ -115,21 +65,6 @@ fn formats_that_are_not_read_name_the_way_out() {
             &["it is gzip-compressed: unpack it first with gunzip"],
         );
     }
-}
-
-#[test]
-fn elements_other_than_first_order_tetrahedra() {
-    let elements = |lines: &str| {
-        let count = lines.lines().count();
-        let head = SOUND.split("$Elements").next().unwrap();
-        format!("{head}$Elements\n{count}\n{lines}$EndElements\n")
-    };
-    text_refused(&elements("1 11 2 1 1 1 2 3 4 5 5 5 5 5 5\n"), &["body.msh:14", "order"]);
-    text_refused(&elements("1 2 2 1 1 1 2 3\n2 2 2 1 1 2 3 4\n"), &["tetrahedra"]);
-    text_refused(&elements("1 4 2 1 1 1 2 3 4\n2 5 2 1 1 1 2 3 4 5 1 2 3\n"), &["body.msh:15"]);
-    text_refused(&elements("1 4 2 1 1 1 2 3 4\n2 6 2 1 1 1 2 3 4 5 1\n"), &["body.msh:15"]);
-    text_refused(&elements("1 4 2 1 1 1 2 3 4\n2 999 2 1 1 1 2\n"), &["body.msh:15", "999"]);
-    text_refused(&elements(""), &[]);
 }
 
 // REQ-MOD-05
@@ -207,4 +142,29 @@ fn generators_with_bad_sizes() {
         refused(folder.path(), Path::new(spec), &[], &[]);
     }
     refused(folder.path(), Path::new("box:3x3x3x0.01"), &["--diagonals"], &["--diagonals"]);
+}
+
+#[test]
+fn unused_nodes_of_a_binary_file_are_refused_or_dropped() {
+    let folder = scratch();
+    let file = folder.path().join("a.msh");
+    let mut bytes = std::fs::read(super::readers::data("box.msh22.binary.msh")).unwrap();
+    // One node more, of tag 999, that no element has.
+    let at = bytes.windows(10).position(|window| window == b"$Nodes\n32\n").unwrap() + 7;
+    bytes[at + 1] = b'3';
+    let mut node = 999_i32.to_le_bytes().to_vec();
+    node.extend([0; 24]);
+    bytes.splice(at + 3..at + 3, node);
+    std::fs::write(&file, &bytes).unwrap();
+    let model = folder.path().join("model.chaincell");
+    let args = ["bake", text(&file), "-o", text(&model), "--fix", "group:held below", "--json"];
+    let refused = run(args).with(2);
+    assert!(refused.err.contains("--drop-unused"), "{}", refused.err);
+    let ended = run([&args[..], &["--drop-unused"]].concat()).with(0);
+    assert_eq!(ended.json()["cells"], 32);
+    // A cut file is refused with its place, and leaves nothing behind.
+    std::fs::write(&file, &bytes[..1000]).unwrap();
+    std::fs::remove_file(&model).unwrap();
+    let refused = run(args).with(2);
+    assert!(refused.err.contains("a.msh: byte") && !model.exists(), "{}", refused.err);
 }

@@ -1,10 +1,9 @@
-//! Meshes in other formats: what is written gives the same model to the bit; other programs' files of
-//! one mesh do too.
+//! Meshes in other formats: what is written gives the same model to the bit.
 
 #![allow(clippy::unwrap_used, reason = "a failing helper fails its test")]
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::Duration;
 
 use chaincell_host::mesh::{Mesh, RawMesh, parse, write};
@@ -13,12 +12,10 @@ use chaincell_tests::{Running, run};
 use proptest::prelude::*;
 use rustix::process::Signal;
 
+use super::readers::data;
+
 /// The formats that keep everything.
 const FORMATS: [&str; 5] = ["msh", "vtk", "vtu", "inp", "mesh"];
-
-fn data(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("data/meshes").join(name)
-}
 
 /// The model's bytes.
 #[track_caller]
@@ -27,46 +24,6 @@ fn baked(mesh: &str, options: &[&str]) -> Vec<u8> {
     let model = folder.path().join("model.chaincell");
     run([&["bake", mesh, "-o", text(&model)], options].concat()).with(0);
     std::fs::read(&model).unwrap()
-}
-
-#[test]
-fn files_of_every_program_give_the_same_model() {
-    let fix = ["--fix", "box:-1,1,-1,1,-0.001,0.001"];
-    let with_groups = baked(text(&data("box.ascii.vtk")), &fix);
-    for name in [
-        "vtk.raw",
-        "vtk.raw_zlib",
-        "vtk.base64_zlib",
-        "vtk.inline",
-        "vtk.big",
-        "meshio.ascii",
-        "meshio.zlib",
-    ] {
-        assert!(baked(text(&data(&format!("box.{name}.vtu"))), &fix) == with_groups, "{name}");
-    }
-    let wanted = baked(text(&data("box.msh41.ascii.msh")), &["--fix", "group:held below"]);
-    assert!(baked(text(&data("box.meshio.inp")), &["--fix", "group:held below"]) == wanted);
-    // Without groups they are all one.
-    let lean = |name: &str| baked(text(&data(name)), &[&fix[..], &["--lean"]].concat());
-    let wanted = lean("box.msh41.ascii.msh");
-    for name in [
-        "box.ascii.vtk",
-        "box.vtk.raw.vtu",
-        "box.meshio.inp",
-        "box.gmsh.inp",
-        "box.meshio.mesh",
-        "box.meshio.node",
-        "box.meshio.ele",
-    ] {
-        assert!(lean(name) == wanted, "{name}");
-    }
-    let surfaces = ["gmsh.stl", "gmsh.obj", "meshio.ascii.ply", "meshio.binary.ply"];
-    let filled = surfaces.map(|name| {
-        baked(text(&data(&format!("mm.{name}"))), &["--units", "mm", "--fill", "0.003"])
-    });
-    assert!(filled.windows(2).all(|pair| pair[0] == pair[1]));
-    let binary = text(&data("mm.gmsh.binary.stl")).to_owned();
-    assert!(baked(&binary, &["--units", "mm", "--fill", "0.003"]) == filled[0]);
 }
 
 #[test]

@@ -4,7 +4,6 @@ mod bad_mesh;
 mod cells;
 mod convert;
 mod crafted_models;
-mod mesh_formats;
 mod mesh_options;
 mod notes;
 mod readers;

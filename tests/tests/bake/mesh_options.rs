@@ -19,20 +19,6 @@ fn options_are_checked() {
 }
 
 #[test]
-fn files_that_cannot_be_read_are_named() {
-    let options = MeshOptions::default();
-    assert!(refusal("no-such.msh", &options).contains("organ[:NODES]"));
-    assert!(refusal("organs", &options).contains("cannot open mesh organs"));
-    let folder = tempfile::tempdir().unwrap();
-    assert!(refusal(folder.path().to_str().unwrap(), &options).contains("cannot read mesh"));
-    for (name, text, part) in [("a.step", "ISO", "Gmsh"), ("b.msh", "", "empty")] {
-        let path = folder.path().join(name);
-        std::fs::write(&path, text).unwrap();
-        assert!(refusal(path.to_str().unwrap(), &options).contains(part));
-    }
-}
-
-#[test]
 fn units_do_not_scale_generators() {
     let mm = MeshOptions { unit_m: 0.001, ..MeshOptions::default() };
     assert_eq!(

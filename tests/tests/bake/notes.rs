@@ -2,14 +2,10 @@
 
 #![allow(clippy::unwrap_used, reason = "a failing helper fails its test")]
 
-use std::path::{Path, PathBuf};
-
 use chaincell_tests::files::{scratch, text};
 use chaincell_tests::{Ended, run};
 
-fn data(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("data/meshes").join(name)
-}
+use super::readers::data;
 
 #[track_caller]
 fn baked(mesh: &str, options: &[&str]) -> Ended {

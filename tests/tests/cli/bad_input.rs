@@ -14,12 +14,16 @@ fn models_that_are_no_models() {
     let empty = place.file("empty", b"");
     let mesh = place.file("body.msh", b"$MeshFormat\n2.2 0 8\n$EndMeshFormat\n");
     let longer = place.file("longer", [bytes.as_slice(), &[0; 16]].concat());
+    let cut = place.file("cut", &bytes[..bytes.len() - 1]);
+    let mut wrong = bytes.clone();
+    wrong[97] ^= 1;
+    let wrong = place.file("wrong", wrong);
     let missing = place.folder.path().join("missing");
     let folder = place.folder.path().to_owned();
     for model in [&mesh, &place.path] {
         place.refuses(&["info", text(model)], &["not a chaincell model", "chaincell bake"]);
     }
-    for model in [&empty, &mesh, &longer, &missing, &folder, &place.path] {
+    for model in [&empty, &mesh, &longer, &cut, &wrong, &missing, &folder, &place.path] {
         place.refuses(&["info", text(model)], &["cannot read model", text(model)]);
         for command in ["serve", "cosim", "latency"] {
             place.refuses(&[command, text(model)], &["cannot read model", text(model)]);
@@ -31,30 +35,6 @@ fn models_that_are_no_models() {
 }
 
 #[test]
-fn models_that_are_cut_off() {
-    let place = Place::new();
-    let bytes = std::fs::read(&place.model).unwrap();
-    let cut = place.folder.path().join("cut");
-    for length in (0..bytes.len()).step_by(61).chain([1, 15, 16, 31, 32, bytes.len() - 1]) {
-        std::fs::write(&cut, &bytes[..length]).unwrap();
-        place.refuses(&["info", text(&cut)], &["cannot read model", text(&cut)]);
-    }
-}
-
-#[test]
-fn models_with_a_wrong_byte() {
-    let place = Place::new();
-    let mut bytes = std::fs::read(&place.model).unwrap();
-    let wrong = place.folder.path().join("wrong");
-    for at in (0..bytes.len()).step_by(97).chain(0..32) {
-        bytes[at] ^= 1 << (at % 8);
-        std::fs::write(&wrong, &bytes).unwrap();
-        bytes[at] ^= 1 << (at % 8);
-        place.refuses(&["info", text(&wrong)], &["cannot read model", text(&wrong)]);
-    }
-}
-
-#[test]
 fn paths_that_break_the_rules() {
     const HEADER: &str = "tick,x_m,y_m,z_m,engaged";
     let place = Place::new();
@@ -62,21 +42,8 @@ fn paths_that_break_the_rules() {
     let scene = chaincell_tests::scene("paths");
     for (content, part) in [
         (format!("{HEADER}\n0,0,0,0,0\n2,0,0,0,0\n"), "bad.csv:3: field tick 2: must be 1"),
-        (format!("{HEADER}\n0,0,0,0,0\n0,0,0,0,0\n"), "bad.csv:3: field tick 0: must be 1"),
-        (format!("{HEADER}\n3,0,0,0,0\n2,0,0,0,0\n"), "bad.csv:3: field tick 2: must be 4"),
         (format!("{HEADER}\n0,0,NaN,0,0\n"), "bad.csv:2: field y_m `NaN`: must be finite"),
-        (format!("{HEADER}\n0,inf,0,0,0\n"), "bad.csv:2: field x_m `inf`: must be finite"),
-        (format!("{HEADER}\n0,0,0,1e99,0\n"), "bad.csv:2: field z_m `1e99`: must be finite"),
-        (format!("{HEADER}\n0,0,0,,0\n"), "bad.csv:2: field z_m ``: must be a number"),
-        (format!("{HEADER}\n0,0,0,0,2\n"), "bad.csv:2: field engaged `2`: must be 0 or 1"),
-        (format!("{HEADER}\n0,0,0,0,-1\n"), "bad.csv:2: field engaged `-1`"),
-        (format!("{HEADER}\n0.5,0,0,0,0\n"), "bad.csv:2: field tick `0.5`"),
-        (format!("{HEADER}\n0,0,0,0\n"), "bad.csv:2: 4 fields; a row has 5"),
-        (format!("{HEADER}\n\n"), "bad.csv:2: "),
-        (format!("{HEADER}\n"), "bad.csv: no rows"),
         ("tick,x,y,z,engaged\n0,0,0,0,0\n".into(), "bad.csv:1: the header is"),
-        ("0,0,0,0,0\n".into(), "bad.csv:1: the header is"),
-        (String::new(), "bad.csv: no rows"),
     ] {
         let path = place.file("bad.csv", content);
         let args = ["run", text(&place.model), "--path", text(&path), "--out", text(&out)];
@@ -87,33 +54,20 @@ fn paths_that_break_the_rules() {
         let args = ["run", text(&place.model), "--path", text(&path), "--out", text(&out)];
         place.refuses(&args, &[text(&path), "cannot"]);
     }
-    let binary = place.file("bad.csv", [HEADER.as_bytes(), b"\n\xff\xfe,0\n"].concat());
-    let args = ["run", text(&place.model), "--path", text(&binary), "--out", text(&out)];
-    place.refuses(&args, &["bad.csv:2: not text"]);
-    for (bytes, part) in [
-        (&b"\x1f\x8b\x08\0\0"[..], "bad.csv: it is gzip-compressed: unpack it first with gunzip"),
-        (&[b'0'; 5000], "bad.csv:1: the line has more than 4096 bytes"),
-    ] {
-        place.file("bad.csv", bytes);
-        place.refuses(&args, &[part]);
-    }
+    let packed = place.file("bad.csv", b"\x1f\x8b\x08\0\0");
+    let args = ["run", text(&place.model), "--path", text(&packed), "--out", text(&out)];
+    place.refuses(&args, &["bad.csv: it is gzip-compressed: unpack it first with gunzip"]);
 }
 
 #[test]
 fn contacts_that_cannot_be_held() {
     let place = Place::new();
-    let sets = place.file("sets.json", r#"{"none": [], "far": [25], "one": 3}"#);
+    let sets = place.file("sets.json", r#"{"far": [25]}"#);
     let key = |key: &str| format!("cells:file:{}{key}", sets.display());
     for (contact, parts) in [
         ("cells:nodes:25", &["'25' is no node", "0 to 24"][..]),
-        ("25", &["'25' is no node"]),
         ("cells:nodes:0", &["node 0 is fixed"]),
-        ("cells:nodes:12,12", &["node 12 is given twice"]),
-        ("cells:nodes:", &["no node"]),
         ("cells:", &["unknown selector"]),
-        ("", &["unknown selector"]),
-        ("cells:box:5,6,0,1,0,1", &["selects no node"]),
-        ("cells:group:liver", &["no group 'liver'", "its groups"]),
         ("cells:border", &["fixed"]),
         ("probe:thick", &["probe:thick", "no radius [m]"]),
         ("probe:", &["no radius [m]"]),
@@ -121,12 +75,7 @@ fn contacts_that_cannot_be_held() {
         ("probe:-0.01", &["radius must be above 0"]),
         ("probe:nan", &["radius must be above 0"]),
         ("probe:1e9", &["is more than"]),
-        (&key(""), &["add #KEY"]),
-        (&key("#none"), &["selects no node"]),
         (&key("#far"), &["'25' is no node"]),
-        (&key("#one"), &["is no array"]),
-        (&key("#other"), &["no key 'other'"]),
-        ("cells:file:/none/none", &["cannot read /none/none"]),
     ] {
         let parts = [parts, &["--contact"]].concat();
         place.refuses_run(&["--contact", contact], &parts);
@@ -143,12 +92,6 @@ fn nodes_that_cannot_be_fixed() {
     for (fix, part) in [
         ("nodes:25", "'25' is no node"),
         ("nodes:1,1", "given twice"),
-        ("box:5,6,0,1,0,1", "selects no node"),
-        ("box:1,0,0,1,0,1", "x0 is above x1"),
-        ("box:0,1", "six bounds"),
-        ("group:top", "no group 'top'"),
-        ("everything", "unknown selector"),
-        ("", "unknown selector"),
         ("file:/none/none", "cannot read /none/none"),
     ] {
         place.refuses_bake(&["--fix", fix], &["--fix", part]);
@@ -303,10 +246,7 @@ fn scene_names_that_are_refused() {
     let place = Place::new();
     let (model, out) = (text(&place.model), place.folder.path().join("out"));
     let long = "x".repeat(65);
-    for scene in [
-        "", "a/b", "/", "..\\", &long, "state", "command", "tools", "forces", "a\nb", "a\u{7}b",
-        "a b", "käfer",
-    ] {
+    for scene in ["", "a/b", &long, "tools"] {
         for command in [
             &["serve", model, "--out", text(&out)][..],
             &["cosim", model, "--out", text(&out)],

@@ -12,7 +12,7 @@ use chaincell_tests::process::SHORT;
 use chaincell_tests::{Running, chaincell, run};
 
 /// The commands that the help lists.
-fn commands() -> BTreeSet<String> {
+pub(super) fn commands() -> BTreeSet<String> {
     let help = run(["help"]).with(0).out;
     let names = help.lines().filter_map(|line| {
         let name = line.strip_prefix("  ")?.split(' ').next()?;

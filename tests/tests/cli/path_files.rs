@@ -11,7 +11,7 @@ use chaincell_host::files::path::{HEADER, Rules, parse, to_text};
 use proptest::prelude::*;
 
 fn strict(text: &str) -> Result<Vec<Vec<Pose>>> {
-    parse(text.as_bytes(), "p.csv", Rules::Strict)
+    parse(text.as_bytes(), "p.csv", Rules::Strict).map(|paths| paths.poses)
 }
 
 fn error(text: &str) -> String {
@@ -49,7 +49,7 @@ fn line_ends_of_every_kind_are_read() {
         let text = [HEADER, "3,1,2,3,1", "4,1,2,3,1", ""].join(end);
         for bytes in [1, 7, 4096] {
             let text = BufReader::with_capacity(bytes, text.as_bytes());
-            let poses = parse(text, "p.csv", Rules::Strict).unwrap();
+            let poses = parse(text, "p.csv", Rules::Strict).unwrap().poses;
             assert_eq!((poses[0].len(), poses[0][1].tick), (2, 4), "{end:?} {bytes}");
         }
         let wrong = error(&[HEADER, "3,1,2,3,1", "4,x,2,3,1", ""].join(end));
@@ -78,7 +78,7 @@ fn a_count_that_goes_on_far_ahead_begins_a_sequence() {
     let pose = |tick| Pose { tick, ..Pose::default() };
     let end = 5 + TICK_JUMP_MAX;
     let back = parse(to_text([5, end, 2 * end].map(pose)).as_bytes(), "p.csv", Rules::Recorded);
-    let lengths: Vec<usize> = back.unwrap().iter().map(Vec::len).collect();
+    let lengths: Vec<usize> = back.unwrap().poses.iter().map(Vec::len).collect();
     assert_eq!(lengths, [2, 1]);
 }
 
@@ -86,7 +86,7 @@ fn a_count_that_goes_on_far_ahead_begins_a_sequence() {
 fn a_controller_that_numbers_anew_begins_a_sequence() {
     let pose = |tick| Pose { tick, ..Pose::default() };
     let text = to_text([5, 6, 2, 3, 3].map(pose));
-    let back = parse(text.as_bytes(), "p.csv", Rules::Recorded).unwrap();
+    let back = parse(text.as_bytes(), "p.csv", Rules::Recorded).unwrap().poses;
     let ticks: Vec<Vec<u64>> =
         back.iter().map(|poses| poses.iter().map(|pose| pose.tick).collect()).collect();
     assert_eq!(ticks, [vec![5, 6], vec![2, 3], vec![3]]);
@@ -106,7 +106,7 @@ proptest! {
             })
             .collect();
         let text = to_text(poses.iter().copied());
-        let back = parse(text.as_bytes(), "p.csv", Rules::Recorded).unwrap();
+        let back = parse(text.as_bytes(), "p.csv", Rules::Recorded).unwrap().poses;
         let key = |pose: &Pose| {
             (pose.tick, pose.position_m.map(f32::to_bits), pose.engaged, pose.sweeps)
         };

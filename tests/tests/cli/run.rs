@@ -236,22 +236,6 @@ fn the_same_path_gives_the_same_bytes() {
     }
 }
 
-#[test]
-fn final_vtu_is_well_formed() {
-    let folder = scratch();
-    for (spec, elements, corners) in [("plane:4x5x0.01", 24, 3), ("box:3x3x4x0.01", 60, 4)] {
-        let model = bake(folder.path(), spec, &[]);
-        let path = folder.path().join("path.csv");
-        write_path(&path, press(5, 0.005));
-        let out = folder.path().join("out");
-        play(&model, &path, &out, &["--force"]).with(0);
-        check_vtu(&out.join("final.vtu"), elements, corners);
-        let at = positions(&out.join("cells_final.csv"));
-        let vtu = array(&std::fs::read_to_string(out.join("final.vtu")).unwrap(), "position_m");
-        assert_eq!(vtu.len(), 3 * at.len());
-    }
-}
-
 /// Numbers of a named array.
 pub(super) fn array(vtu: &str, name: &str) -> Vec<f64> {
     let start = vtu.find(&format!("Name=\"{name}\"")).unwrap();

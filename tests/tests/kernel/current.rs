@@ -6,7 +6,7 @@ use chaincell_host::bake::{BakeOptions, BasisSpacing, ImageBytes, PerCell};
 use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
 use chaincell_kernel::{Drive, Flags, Model, Settings, Unloading};
 use chaincell_lab::bodies::{Shape, Variant};
-use chaincell_lab::monitor::Monitor;
+use chaincell_lab::monitor::{Monitor, Step, play};
 use chaincell_lab::reference::Links;
 use chaincell_tests::graph::{body, holds, kinds, sample, shape};
 use proptest::prelude::*;
@@ -249,17 +249,17 @@ fn the_energy_bound_holds_for_ever() {
         let mut engine = engine(&image, variant, &[38, 41], |_| ());
         let model = *engine.network().model();
         let bound_j = f64::from(model.energy_max() * model.energy_unit_j());
-        let mut monitor = Monitor::new(&engine, variant.scheme, variant.numbers);
-        monitor.tick(&mut engine, &sample([0.0; 3], 1));
+        let mut monitor = Monitor::new(&engine, variant.numbers);
+        monitor.tick(&mut engine, &[sample([0.0; 3], 1)], None);
         for tick in 0..600_u16 {
             let far = if tick % 200 < 150 { 3e4 } else { -3e4 };
-            let output = monitor.tick(&mut engine, &sample([far, 2.0 * far, 1e5], 1));
+            let output = monitor.tick(&mut engine, &[sample([far, 2.0 * far, 1e5], 1)], None);
             assert!(tick > 0 || output.flags.contains(Flags::MOTION_CLAMPED), "{variant}");
             assert!(f64::from(output.energy_j) <= 1.0001 * bound_j, "{variant} {tick}");
         }
         let highest_j = monitor.worst().energy_peak_j;
         assert!(highest_j > 0.01 * bound_j, "{variant}: {highest_j} of {bound_j}");
-        let output = monitor.tick(&mut engine, &sample([0.0; 3], 1));
+        let output = monitor.tick(&mut engine, &[sample([0.0; 3], 1)], None);
         assert!(!output.flags.contains(Flags::MOTION_CLAMPED), "{variant}");
         assert!(monitor.failures().is_empty(), "{variant}: {:?}", monitor.failures());
     }
@@ -289,36 +289,25 @@ fn all_loops_give_the_same_bits() {
             .collect();
         let nodes = [free[free.len() / 3], free[free.len() / 2]];
         for variant in Variant::singles_of(&model) {
-            let scheme = variant.scheme;
-            let mut engines = [(); 3].map(|()| {
-                engine(&image, variant, &nodes, |settings| {
+            let new = || {
+                Ok(engine(&image, variant, &nodes, |settings| {
                     settings.unloading = Unloading::Retreat;
                     settings.max_tool_step_m = model.unit_m();
                     settings.sweeps = 9;
-                })
-            });
-            engines[1].go_scalar();
-            engines[2].forbid_sleep();
-            let mut hashes = Vec::new();
-            for tick in 0..220_u16 {
+                }))
+            };
+            let steps = (0..220_u16).map(|tick| {
                 let way = |from: u16, to: u16| {
                     f32::from(tick.clamp(from, to) - from) / f32::from(to - from)
                 };
                 let depth = way(20, 60) - way(90, 130);
-                let engaged = u32::from(!(140..=190).contains(&tick));
                 let at = [0.5 * way(60, 90), 0.2 * depth, -2.0 * depth].map(|x| x * model.unit_m());
-                let [one, others @ ..] = engines.each_mut().map(|engine| {
-                    let output = engine.tick(&sample(at, engaged));
-                    let force = output.force_n.data.0[0].map(f32::to_bits);
-                    let energy = output.energy_j.to_bits();
-                    (force, energy, output.flags, engine.state_hash())
-                });
-                assert_eq!(others, [one; 2], "{spec} {spacing:?} {scheme:?} tick {tick}");
-                hashes.push(one.3);
-            }
-            hashes.sort_unstable();
-            hashes.dedup();
-            assert!(hashes.len() > 100, "{spec} {scheme:?}: the body hardly moved");
+                Step::at(at, u32::from(!(140..=190).contains(&tick)))
+            });
+            let monitor = play(new, variant.numbers, None, steps).unwrap();
+            let what = format!("{spec} {spacing:?} {variant}");
+            assert!(monitor.failures().is_empty(), "{what}: {:?}", monitor.failures());
+            assert!(monitor.worst().energy_peak_j > 1e-7, "{what}: the body hardly moved");
         }
     }
 }
@@ -348,16 +337,16 @@ proptest! {
         let Ok(mut engine) = case.engine_with(model, variant, contact, loaded) else {
             return Ok(());
         };
-        let mut monitor = Monitor::new(&engine, variant.scheme, variant.numbers);
+        let mut monitor = Monitor::new(&engine, variant.numbers);
         let resolution =
             if variant.numbers == Arithmetic::Fixed { 2.0_f64.powi(-22) } else { 0.0 };
         let k = 2.0 * f64::from(model.stiffness_n_per_m());
         let origin_m = engine.positions_m()[cell];
-        monitor.tick(&mut engine, &sample([0.0; 3], 1));
+        monitor.tick(&mut engine, &[sample([0.0; 3], 1)], None);
         for current_m in currents {
             let mut before = f64::INFINITY;
             for tick in 0..20 {
-                let output = monitor.tick(&mut engine, &sample(current_m, 1));
+                let output = monitor.tick(&mut engine, &[sample(current_m, 1)], None);
                 prop_assert!(!output.flags.contains(Flags::MOTION_CLAMPED));
                 let at_m = engine.positions_m()[cell];
                 let (mut work, mut rounding) = (0.0, 0.0);
@@ -371,9 +360,9 @@ proptest! {
                     rounding += k * f64::from(model.unit_m()) * grain * (at_m[axis] - origin_m[axis]).abs();
                 }
                 let stored = monitor.stored();
-                let allowance = stored.allowance + rounding;
+                let allowance = stored.allowance_j + rounding;
                 let certified = f64::from(output.energy_j);
-                let guarded = stored.energy - work;
+                let guarded = stored.energy_j - work;
                 prop_assert!(
                     guarded <= before + allowance,
                     "tick {}: {:e} after {:e}, {:e}", tick, guarded, before, allowance

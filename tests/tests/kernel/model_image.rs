@@ -143,7 +143,15 @@ fn errors_name_what_is_wrong_with_shapes() {
         let why = with(kind::NODAL_SLOTS, of_cell(row), value);
         assert!(matches!(why, ModelError::Value(kind::NODAL_SLOTS, _)), "{row}: {why}");
     }
-    assert_eq!(with(kind::NODAL, 0, f32::from_bits(9)), ModelError::Value(kind::NODAL, 0));
+    // The law 1 of release 0.2, by the sum of the stretches, and one that never was.
+    for law in [1, 9] {
+        let why = with(kind::NODAL, 0, f32::from_bits(law));
+        assert_eq!(why, ModelError::SectionVersion(kind::NODAL));
+        assert_eq!(
+            why.to_string(),
+            "section 38 has an unknown version: bake again with this release"
+        );
+    }
     assert_eq!(with(kind::NODAL, 1, 2.0), ModelError::Value(kind::NODAL, 1));
     // Without a band its stiffness has to be 0.
     assert_eq!(with(kind::NODAL, 1, 0.0), ModelError::Value(kind::NODAL_CELLS, 0));

@@ -8,7 +8,7 @@ use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
 use chaincell_host::mesh::{MeshOptions, load};
 use chaincell_kernel::{Model, Settings, ToolPose, Unloading};
 use chaincell_lab::bodies::{Shape, Variant};
-use chaincell_lab::monitor::Monitor;
+use chaincell_lab::monitor::{Step, play};
 use chaincell_lab::reference::vectors::farthest;
 use chaincell_tests::graph::holds;
 use nalgebra::Vector3;
@@ -46,10 +46,13 @@ fn engine(image: &ImageBytes, node: u32, variant: Variant) -> Engine<'_> {
     variant.engine(model, centre, 4, settings).unwrap()
 }
 
-/// Positions after the press [m], and the force of every tick \[N\].
-fn press(scheme: Scheme, numbers: Arithmetic) -> (Vec<[f64; 3]>, Vec<f64>) {
-    let image = plane();
-    let mut engine = engine(&image, CENTRE, Variant::plain(scheme, numbers));
+/// Positions after the press of a node [m], and the force of every tick \[N\].
+fn press(
+    (image, node): (&ImageBytes, u32),
+    scheme: Scheme,
+    numbers: Arithmetic,
+) -> (Vec<[f64; 3]>, Vec<f64>) {
+    let mut engine = engine(image, node, Variant::plain(scheme, numbers));
     let forces = (1..=TICKS).map(|tick| {
         let depth_m = DEPTH_M * f32::from(tick.min(PRESSING)) / f32::from(PRESSING);
         let sample = ToolPose::at(Vector3::new(0.0, 0.0, -depth_m), 1);
@@ -73,12 +76,20 @@ fn difference(
 
 #[test]
 fn a_press_of_two_thousand_ticks() {
-    // What track does on the way hangs on decisions that the last bit may turn.
-    for (scheme, bounds) in
-        [(Scheme::Euler, [1e-5, 1e-5, 2e-5]), (Scheme::Track, [1e-4, 1e-3, 5e-2])]
-    {
+    let options = BakeOptions { coarse_basis: BasisSpacing::None, ..BakeOptions::default() };
+    let body = Shape::generated("box:5x5x5x0.015").unwrap().bake(&options).unwrap();
+    let plane = plane();
+    // The middle of the box's top.
+    let (plane, body) = ((&plane, CENTRE), (&body, 64));
+    // What track does on the way over the plane hangs on decisions that the last bit may turn.
+    for (of, scheme, bounds) in [
+        (plane, Scheme::Euler, [1e-5, 1e-5, 2e-5]),
+        (plane, Scheme::Track, [1e-4, 1e-3, 5e-2]),
+        (body, Scheme::Euler, [1e-4, 1e-3, 2e-3]),
+        (body, Scheme::Track, [1e-4, 1e-3, 2e-3]),
+    ] {
         let [fixed, single] =
-            [Arithmetic::Fixed, Arithmetic::F32].map(|numbers| press(scheme, numbers));
+            [Arithmetic::Fixed, Arithmetic::F32].map(|numbers| press(of, scheme, numbers));
         let off = difference(&fixed, &single);
         let [field, end, way] = off;
         println!("{scheme:?}: field {field:.1e}, force {end:.1e}, {way:.1e}");
@@ -115,12 +126,9 @@ proptest! {
     ) {
         let (image, node) = if of_shapes.is_some() { (block(), TOP) } else { (plane(), CENTRE) };
         let variant = of_shapes.unwrap_or(Variant::plain(scheme, numbers));
-        let mut engine = engine(&image, node, variant);
-        let mut monitor = Monitor::new(&engine, variant.scheme, variant.numbers);
-        for sample in &samples {
-            monitor.tick(&mut engine, sample);
-        }
-        holds(&monitor)?;
+        let steps = samples.iter().map(|sample| Step::of(&[*sample]));
+        let new = || Ok(engine(&image, node, variant));
+        holds(&play(new, variant.numbers, None, steps).unwrap())?;
     }
 }
 

@@ -178,26 +178,6 @@ fn a_sphere_engaged_in_contact_starts_small_and_grows() {
     assert!(first < 0.5 * later && later > 0.05, "{first} {later}");
 }
 
-/// Scalar and vector units, awake and asleep: the same bits, through contact and rollbacks.
-#[test]
-fn every_way_gives_the_same_bits() {
-    let image = block();
-    let run = |scalar: bool| {
-        let mut engine = engine(model(&image), 0.006, 4);
-        if scalar {
-            engine.go_scalar();
-        }
-        (0..240_u16).map(move |tick| {
-            let depth = 0.0001 * f32::from(tick.min(60));
-            let mut sample = at(0.0002 * f32::from(tick.saturating_sub(60)), 0.006, depth);
-            sample.engaged = u32::from(tick < 200);
-            let output = engine.tick(&sample);
-            (output.force_n, output.energy_j.to_bits(), engine.state_hash())
-        })
-    };
-    assert!(run(false).eq(run(true)));
-}
-
 // REQ-CON-05
 #[test]
 fn what_cannot_meet_a_surface_says_so() {

@@ -5,10 +5,10 @@ use chaincell_host::bake::tissue::Tissue;
 use chaincell_host::bake::{BakeOptions, ContactSurface, ImageBytes, PerCell, bake};
 use chaincell_host::engine::motion::Press;
 use chaincell_host::engine::place::place;
-use chaincell_host::engine::threads::ThreadCount;
 use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
 use chaincell_host::mesh::{MeshOptions, load};
-use chaincell_kernel::{Flags, Model, Network, Settings, TickOutput, ToolPose, Unloading, parts};
+use chaincell_kernel::{Flags, Model, Network, Settings, ToolPose, Unloading, parts};
+use chaincell_lab::monitor::{Step, play};
 
 /// A body of links with a contact surface, as `bake SPEC --alpha ALPHA`.
 fn links(spec: &str, alpha: f64) -> ImageBytes {
@@ -45,13 +45,6 @@ fn the_fewest_sweeps_are_those_of_the_contact() {
     let options = BakeOptions { tissue, ..BakeOptions::default() };
     let shapes = bake(&mesh, &mesh.default_fixed, &options).unwrap();
     assert_eq!(engine(&shapes, 0.01, (Scheme::Predict, 9)).least_sweeps(), 1);
-}
-
-/// Everything that a tick gives, bit by bit.
-fn bits(engine: &mut Engine<'_>, output: &TickOutput) -> (Vec<u32>, u64) {
-    let TickOutput { force_n, energy_j, work_j, contacts, .. } = *output;
-    let all = force_n.iter().copied().chain([energy_j, work_j]).map(f32::to_bits);
-    (all.chain([contacts]).collect(), engine.state_hash())
 }
 
 const WAYS: [(Scheme, u16); 2] = [(Scheme::Track, 4), (Scheme::Predict, 2)];
@@ -110,62 +103,22 @@ fn untouched_it_stays_at_rest() {
     }
 }
 
-/// Presses, slides and lets go, over and over.
-fn sample(tick: u16, top_m: f32, radius_m: f32) -> ToolPose {
-    let within = f32::from(tick % 60);
-    let depth_m = 2.0e-4 * within.min(20.0);
-    let position_m = [2.0e-4 * (within - 30.0), 0.001, top_m + radius_m - depth_m].into();
-    ToolPose::at(position_m, u32::from(tick % 60 < 50))
-}
-
-/// Scalar and vector units: the same bits, and no -0.0 that would tell them apart.
+/// A body in parts that a sphere presses, slides over and lets go, over and over: one thread and two, vector
+/// unit and none.
 #[test]
-fn every_way_gives_the_same_bits() {
-    for alpha in [0.0, 0.05] {
-        let image = links("box:9x9x9x0.008", alpha);
-        assert!(model(&image).coarse_functions() > 0);
-        for way in WAYS {
-            let [mut one, mut other] = [0, 1].map(|_| engine(&image, 0.006, way));
-            other.go_scalar();
-            let mut touched = 0;
-            for tick in 0..130 {
-                let sample = sample(tick, 0.064, 0.006);
-                let [a, b] = [&mut one, &mut other].map(|engine| {
-                    let output = engine.tick(&sample);
-                    (bits(engine, &output), output.contacts)
-                });
-                assert_eq!(a, b, "{alpha} {way:?} {tick}");
-                touched += u32::from(a.1 > 0);
-            }
-            assert!(touched > 80, "{touched}");
-        }
-    }
-}
-
-/// A body in parts: one thread and two, vector unit and none.
-#[test]
-fn threads_give_the_same_bits_under_a_probe() {
+fn threads_give_the_same_bits_under_a_sphere() {
     let image = links("box:26x26x25x0.004", 0.0);
     let cells = model(&image).cells();
     assert!(cells >= 16_384 && parts::count(cells) > 1);
-    let way = (Scheme::Track, 2);
-    let mut engines = [0, 1, 2].map(|_| engine(&image, 0.006, way));
-    match ThreadCount::Of(2).start(cells) {
-        Ok(threads) => engines[1].share(threads),
-        Err(why) => println!("SKIPPED threads: {why}"),
-    }
-    engines[2].go_scalar();
-    let mut most = 0.0_f32;
-    for tick in 0..56 {
-        let sample = sample(tick, 0.096, 0.006);
-        let [one, two, scalar] = engines.each_mut().map(|engine| {
-            let output = engine.tick(&sample);
-            most = most.max(output.force_n.norm());
-            bits(engine, &output)
-        });
-        assert!(one == two && one == scalar, "tick {tick}: {one:?} {two:?} {scalar:?}");
-    }
-    assert!(most > 0.05, "{most} N");
+    let steps = (0..56_u16).map(|tick| {
+        let depth_m = 2.0e-4 * f32::from(tick.min(20));
+        let aside_m = 2.0e-4 * (f32::from(tick) - 30.0);
+        Step::at([aside_m, 0.001, 0.096 + 0.006 - depth_m], u32::from(tick < 50))
+    });
+    let new = || Ok(engine(&image, 0.006, (Scheme::Track, 2)));
+    let monitor = play(new, Arithmetic::F32, None, steps).unwrap();
+    assert!(monitor.failures().is_empty(), "{:?}", monitor.failures());
+    assert!(monitor.worst().force_max_n > 0.05, "{:?}", monitor.worst());
 }
 
 /// As [`chaincell_host::bake::Equivalent`] says: a harder body meets a probe more stiffly.

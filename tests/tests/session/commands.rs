@@ -18,10 +18,6 @@ fn serve(place: &Place, options: &[&str]) -> Running {
     place.serve(&[&["--watchdog-ms", "0", "--ramp-ms", "0", "--json"], options].concat())
 }
 
-fn command(place: &Place, action: &[&str]) -> chaincell_tests::Ended {
-    run([&["command", "--scene", &place.scene, "--json"], action].concat())
-}
-
 fn pose(tick: u64) -> Pose {
     Pose { tick, position_m: [0.0, 0.001, -0.0003 * tick as f32], engaged: u32::from(tick > 0) }
 }
@@ -50,14 +46,10 @@ fn two_viewers_see_what_an_offline_run_of_the_same_poses_writes() {
         assert_eq!(rows[80].position_m, [0.04, 0.04, 0.0]);
     }
     let outsider = Outsider::join(&place.scene, true);
-    let mut hash = 0;
-    for tick in 0..60 {
-        outsider.send(pose(tick));
-        hash = outsider.receive().state_hash;
-    }
-    let path = place.folder.path().join("path.csv");
+    let hash = outsider.play(0..60, pose)[59].state_hash;
+    let path = place.file("path.csv");
     write_path(&path, (0..60).map(|tick| (tick, pose(tick).position_m, pose(tick).engaged)));
-    let offline = place.folder.path().join("offline");
+    let offline = place.file("offline");
     play(&place.model, &path, &offline, &["--contact", "40"]).with(0);
     let cells = Table::read(&offline.join("cells_final.csv"));
     for viewer in &viewers {
@@ -67,7 +59,7 @@ fn two_viewers_see_what_an_offline_run_of_the_same_poses_writes() {
         assert!(viewer.try_receive().is_none(), "a state that nothing has changed");
     }
     // The command of users sees the same.
-    let csv = place.folder.path().join("now.csv");
+    let csv = place.file("now.csv");
     let args = ["state", "--scene", &place.scene, "--once", "--json", "--csv", text(&csv)];
     let seen = run(args).with(0).json();
     assert_eq!(seen["state_hash"], summary(&offline)["state_hash"]);
@@ -84,37 +76,31 @@ fn two_viewers_see_what_an_offline_run_of_the_same_poses_writes() {
 fn a_session_with_commands_is_replayed_to_the_same_bits() {
     let _turn = turn();
     let place = Place::new("commands");
-    let out = place.folder.path().join("out");
+    let out = place.file("out");
     let serve = serve(&place, &["--ticks", "120", "--out", text(&out)]);
-    let rest = command(&place, &["reset"]).with(0).json();
+    let rest = place.command(&["reset"]).with(0).json();
     assert_eq!((&rest["tick"], &rest["ticks_answered"]), (&0.into(), &0.into()));
     let outsider = Outsider::join(&place.scene, true);
-    let press = |from: u64, to: u64| {
-        let answers = (from..to).map(|tick| {
-            outsider.send(pose(tick));
-            outsider.receive()
-        });
-        answers.collect::<Vec<_>>()
-    };
+    let press = |from: u64, to: u64| outsider.play(from..to, pose);
     let pressed = press(0, 40);
     assert!(pressed[39].force_n[2].abs() > 0.0);
-    command(&place, &["pause"]).with(0);
+    place.command(&["pause"]).with(0);
     let paused = press(40, 50);
     for answer in &paused {
         assert_eq!((answer.force_n, answer.flags), ([0.0; 3], SAFE_STATE));
         assert_eq!(answer.state_hash, pressed[39].state_hash, "a cell has moved");
     }
     for set in ["sweeps=9", "max_tool_step_m=0.002", "unloading=retreat", "max_force_n=0.05"] {
-        command(&place, &["set", set]).with(0);
+        place.command(&["set", set]).with(0);
     }
-    let resumed = command(&place, &["resume"]).with(0).json();
+    let resumed = place.command(&["resume"]).with(0).json();
     assert_eq!((&resumed["tick"], &resumed["ticks_answered"]), (&49.into(), &50.into()));
     let limited = press(50, 80);
     assert!(limited.iter().all(|answer| answer.force_n[2].abs() <= 0.0501));
     assert!(
         limited[29].flags & SAFE_STATE == 0 && limited[29].state_hash != pressed[39].state_hash
     );
-    let reset = command(&place, &["reset"]).with(0).json();
+    let reset = place.command(&["reset"]).with(0).json();
     assert_eq!(reset["state_hash"], rest["state_hash"]);
     let last = press(80, 120).last().unwrap().state_hash;
     let served = serve.end(SHORT).with(0).json();
@@ -155,7 +141,7 @@ fn commands_that_mean_nothing_change_nothing_and_say_why() {
         let wanted = Reply { result: 1, reason, ..rest };
         assert_eq!(commander.order(order), wanted, "{order:?}");
     }
-    let refused = command(&place, &["set", "step=0.1"]).with(2);
+    let refused = place.command(&["set", "step=0.1"]).with(2);
     assert!(refused.err.contains("start it again"), "{}", refused.err);
     let outsider = Outsider::join(&place.scene, true);
     outsider.send(pose(0));
@@ -166,46 +152,23 @@ fn commands_that_mean_nothing_change_nothing_and_say_why() {
 }
 
 #[test]
-fn a_viewer_that_was_killed_disturbs_nobody() {
-    let _turn = turn();
-    let place = Place::new("killed");
-    let serve = serve(&place, &["--ticks", "40"]);
-    let mut viewer = Running::chaincell(["state", "--scene", &place.scene, "--json"]);
-    let outsider = Outsider::join(&place.scene, true);
-    let press = |from: u64, to: u64| {
-        for tick in from..to {
-            outsider.send(pose(tick));
-            assert_eq!(outsider.receive().tick, tick);
-        }
-    };
-    press(0, 20);
-    assert!(viewer.is_running());
-    drop(viewer);
-    press(20, 39);
-    let (stamp, rows) = Viewer::join(&place.scene).after(39);
-    assert_eq!((stamp.tick, rows.len()), (38, 81));
-    press(39, 40);
-    let served = serve.end(SHORT).with(0).json();
-    assert_eq!((&served["ticks_executed"], &served["sends_failed"]), (&40.into(), &0.into()));
-}
-
-#[test]
 fn sweeps_stay_where_time_depends_on_them() {
     let _turn = turn();
     let place = Place::new("fixed");
     let serve = serve(&place, &["--scheme", "rkl2"]);
-    let refused = command(&place, &["set", "sweeps=9"]).with(2);
+    let refused = place.command(&["set", "sweeps=9"]).with(2);
     assert!(refused.err.contains("reason 4"), "{}", refused.err);
-    command(&place, &["set", "max_force_n=off"]).with(0);
+    place.command(&["set", "max_force_n=off"]).with(0);
     serve.interrupt().with(130);
 }
 
 #[test]
 fn without_a_server_both_say_what_to_start() {
     let place = Place::new("nobody");
-    let refused = command(&place, &["reset"]).with(2);
+    let refused = place.command(&["reset"]).with(2);
     assert!(refused.err.contains("start chaincell serve"), "{}", refused.err);
-    let refused = run(["state", "--scene", &place.scene, "--once"]).with(2);
+    let args = ["state", "--scene", &place.scene, "--once", "--wait-for-server-s", "0.2"];
+    let refused = run(args).with(2);
     assert!(refused.err.contains("start chaincell serve"), "{}", refused.err);
     let refused = run(["serve", text(&place.model), "--state-hz", "1001"]).with(2);
     assert!(refused.err.contains("--state-hz 1001"), "{}", refused.err);

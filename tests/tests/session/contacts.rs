@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use chaincell_tests::files::{Table, play, write_path};
 use chaincell_tests::outsider::contacts::{Touch, Touched, Watcher};
-use chaincell_tests::outsider::{Force, Outsider, Pose};
+use chaincell_tests::outsider::{Outsider, Pose, size};
 use chaincell_tests::place::Place;
 use chaincell_tests::process::SHORT;
 use chaincell_tests::{Running, run, turn};
@@ -26,14 +26,6 @@ fn pose(tick: u64) -> Pose {
     Pose { tick, position_m, engaged: u32::from(tick > 0) }
 }
 
-fn answers(outsider: &Outsider, ticks: std::ops::Range<u64>) -> Vec<Force> {
-    let one = |tick| {
-        outsider.send(pose(tick));
-        outsider.receive()
-    };
-    ticks.map(one).collect()
-}
-
 fn sum_n(touches: &[Touch]) -> [f64; 3] {
     std::array::from_fn(|axis| {
         let along = |of: &Touch| f64::from(of.normal_n[axis]) + f64::from(of.tangential_n[axis]);
@@ -42,9 +34,8 @@ fn sum_n(touches: &[Touch]) -> [f64; 3] {
 }
 
 fn assert_near(found: [f64; 3], wanted: [f32; 3]) {
-    let size = wanted.iter().map(|x| f64::from(*x) * f64::from(*x)).sum::<f64>().sqrt();
     for (here, there) in found.into_iter().zip(wanted) {
-        assert!((here - f64::from(there)).abs() <= 1e-5 * size, "{found:?} of {wanted:?}");
+        assert!((here - f64::from(there)).abs() <= 1e-5 * size(wanted), "{found:?} of {wanted:?}");
     }
 }
 
@@ -57,7 +48,7 @@ fn an_outside_reader_sees_the_contacts_whose_sum_is_the_force() {
     // Whoever joins sees at once that there is nothing.
     assert_eq!(watcher.after(0), (Touched::default(), Vec::new()));
     let outsider = Outsider::join(&place.scene, true);
-    let pressed = answers(&outsider, 0..80);
+    let pressed = outsider.play(0..80, pose);
     let last = pressed[79];
     let (stamp, touches) = watcher.after(80);
     let wanted =
@@ -76,9 +67,9 @@ fn an_outside_reader_sees_the_contacts_whose_sum_is_the_force() {
     assert_near([axis(0), axis(1), axis(2)], last.force_n);
     assert!(seen["largest_pressure_pa"].as_f64().unwrap() > 100.0, "{seen}");
     // The rows of an offline run of the same poses, to the bit.
-    let path = place.folder.path().join("path.csv");
+    let path = place.file("path.csv");
     write_path(&path, (0..80).map(|tick| (tick, pose(tick).position_m, pose(tick).engaged)));
-    let offline = place.folder.path().join("offline");
+    let offline = place.file("offline");
     play(&place.model, &path, &offline, &TOOL).with(0);
     let table = Table::read(&offline.join("contacts.csv"));
     let rows: Vec<&Vec<f64>> = table.rows.iter().filter(|row| row[0] == 79.0).collect();
@@ -109,7 +100,7 @@ fn a_reader_that_stops_reading_or_is_killed_harms_nothing() {
     let mut killed = Running::chaincell(["contacts", "--scene", &place.scene, "--json"]);
     let outsider = Outsider::join(&place.scene, true);
     for tick in 0..299 {
-        assert_eq!(answers(&outsider, tick..tick + 1)[0].tick, tick);
+        assert_eq!(outsider.play(tick..tick + 1, pose)[0].tick, tick);
         std::thread::sleep(Duration::from_millis(1));
         if tick == 150 {
             assert!(killed.is_running());
@@ -120,7 +111,7 @@ fn a_reader_that_stops_reading_or_is_killed_harms_nothing() {
     assert_eq!(Watcher::join(&place.scene).after(299).0.tick, 298);
     assert_eq!(stuck.try_receive().map(|(stamp, _)| stamp.tick), Some(298));
     assert!(stuck.try_receive().is_none());
-    let last = answers(&outsider, 299..300);
+    let last = outsider.play(299..300, pose);
     assert!(last[0].contacts > 0);
     let served = serve.end(SHORT).with(0).json();
     assert_eq!((&served["ticks_executed"], &served["sends_failed"]), (&300.into(), &0.into()));
@@ -130,7 +121,8 @@ fn a_reader_that_stops_reading_or_is_killed_harms_nothing() {
 #[test]
 fn contacts_are_there_for_tools_on_a_surface_alone() {
     let _turn = turn();
-    let contacts = |place: &Place| run(["contacts", "--scene", &place.scene, "--once"]).with(2).err;
+    let args = |place: &Place| ["contacts", "--scene", &place.scene, "--once"].map(str::to_owned);
+    let contacts = |place: &Place| run(args(place)).with(2).err;
     let cells = Place::new("contacts-cells");
     let server = cells.serve(&["--json"]);
     let refused = contacts(&cells);
@@ -140,7 +132,9 @@ fn contacts_are_there_for_tools_on_a_surface_alone() {
     let server = serve(&off, &["--state-hz", "0"]);
     assert!(contacts(&off).contains("--state-hz above 0"));
     server.interrupt().with(130);
-    assert!(contacts(&off).contains("start chaincell serve"));
+    let wait = ["--wait-for-server-s", "0.2"].map(str::to_owned);
+    let refused = run([&args(&off)[..], &wait].concat()).with(2).err;
+    assert!(refused.contains("start chaincell serve"), "{refused}");
     let refused = run(["contacts", "--seconds", "0"]).with(2).err;
     assert!(refused.contains("--seconds"), "{refused}");
 }

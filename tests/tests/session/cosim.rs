@@ -4,9 +4,12 @@
 
 use std::os::unix::process::CommandExt;
 use std::path::Path;
+use std::time::{Duration, Instant};
 
 use chaincell_tests::files::{Table, bake, is_hash, scratch, summary, text};
 use chaincell_tests::outsider::Outsider;
+use chaincell_tests::place::Place;
+use chaincell_tests::process::SHORT;
 use chaincell_tests::{Running, chaincell, run, scene, turn};
 use serde_json::Value;
 
@@ -44,7 +47,8 @@ fn a_session_is_replayed_by_run() {
     let body = ["--alpha", "0.03", "--stiffness-n-per-m", "40"];
     let model = bake(folder.path(), "box:9x9x5x0.01", &body);
     let (out, again) = (folder.path().join("out"), folder.path().join("again"));
-    let how = ["--sweeps", "3", "--unloading", "retreat", "--max-force-n", "0.5"];
+    let how =
+        ["--sweeps", "3", "--unloading", "retreat", "--max-force-n", "0.5", "--precision", "fixed"];
     let late = ["--late-share", "off"];
     let args = ["cosim", text(&model), "--seconds", "1", "--out", text(&out), "--json"];
     let ended = run([&args[..], &how, &late].concat()).with(0);
@@ -55,6 +59,14 @@ fn a_session_is_replayed_by_run() {
     assert_eq!(Table::read(&out.join("path.csv")).header, "tick,x_m,y_m,z_m,engaged,sweeps");
     assert_eq!(Table::read(&out.join("path.csv")).rows.len(), 1000);
     replay(&out, &again, &how);
+    let found = run(["replay", text(&out), "--json"]).with(0).json();
+    // A late tick has no hash.
+    let hashes = 1000 - ended.json()["ticks_late"].as_u64().unwrap();
+    assert_eq!((&found["ticks"], &found["hashes_compared"]), (&1000.into(), &hashes.into()));
+    assert_eq!(
+        (&found["state_hash"], &found["precision"]),
+        (&ended.json()["state_hash"], &"fixed".into())
+    );
     // The session's folder is not taken a second time.
     let second = run(args).with(2);
     assert!(second.err.contains("not empty") && second.err.contains("--force"));
@@ -149,4 +161,45 @@ fn ctrl_c_before_the_first_tick() {
     cosim.wait_for_line(&format!("{}: 81 cells, 144 links, 30 s at 1 kHz", text(&model)));
     let ended = cosim.interrupt().with(130);
     assert!(ended.err.contains("interrupted"), "{}", ended.err);
+}
+
+/// A session of a minute under way, and its two processes.
+fn with_children(test: &str) -> (Place, Running, Vec<String>) {
+    let place = Place::new(test);
+    let args = ["cosim", text(&place.model), "--scene", &place.scene, "--seconds", "60"];
+    let cosim = Running::chaincell(args);
+    Outsider::join(&place.scene, false).after(100);
+    let children = format!("/proc/{0}/task/{0}/children", cosim.id());
+    let children = std::fs::read_to_string(children).unwrap();
+    let children: Vec<String> = children.split_whitespace().map(str::to_owned).collect();
+    assert_eq!(children.len(), 2);
+    (place, cosim, children)
+}
+
+/// The command line of a process; empty where it has ended.
+fn command_line(id: &str) -> String {
+    std::fs::read_to_string(format!("/proc/{id}/cmdline")).unwrap_or_default()
+}
+
+#[test]
+fn a_killed_cosim_leaves_no_process_behind() {
+    let _turn = turn();
+    let (_place, cosim, children) = with_children("killed-cosim");
+    drop(cosim);
+    let start = Instant::now();
+    while children.iter().any(|id| !command_line(id).is_empty()) {
+        assert!(start.elapsed() < SHORT, "{children:?} run on");
+        std::thread::sleep(Duration::from_millis(1));
+    }
+}
+
+#[test]
+fn cosim_says_which_side_failed() {
+    let _turn = turn();
+    let (_place, cosim, children) = with_children("failed-side");
+    let serve = children.iter().find(|id| command_line(id).contains("serve")).unwrap();
+    let killed = std::process::Command::new("kill").args(["-KILL", serve]).status();
+    assert!(killed.unwrap().success());
+    let ended = cosim.end(SHORT);
+    assert!(ended.code != Some(0) && ended.err.contains("chaincell serve ended"), "{ended:#?}");
 }

@@ -50,7 +50,7 @@ fn recorded(trace: &Path) -> Vec<Option<u16>> {
 /// Serves a press and replays it; gives the delays.
 fn session(name: &str, options: &[&str], press: impl FnOnce(&Place)) -> Vec<Option<u16>> {
     let place = Place::new(name);
-    let trace = place.folder.path().join("a.trace");
+    let trace = place.file("a.trace");
     let server = serve(&place, &trace, options);
     press(&place);
     let served = server.end(SHORT).with(0).json();
@@ -93,7 +93,7 @@ fn a_delay_that_was_told_is_not_measured() {
     let delays = session("delay-told", &told, |place| press(place, Some(2 * MILLISECOND_NS)));
     assert!(delays.len() as u64 == TICKS && delays.iter().all(Option::is_none));
     let place = Place::new("delay-offline");
-    let [path, out] = ["p.csv", "out"].map(|name| place.folder.path().join(name));
+    let [path, out] = ["p.csv", "out"].map(|name| place.file(name));
     write_path(&path, (0..3).map(|tick| (tick, [0.0; 3], 1)));
     let auto = ["--device", "omega", "--delay-ticks", "auto", "--contact", "40"];
     let offline = ["run", text(&place.model), "--path", text(&path), "--out", text(&out)];

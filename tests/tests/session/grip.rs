@@ -4,10 +4,10 @@
 
 use chaincell_tests::files::text;
 use chaincell_tests::outsider::contacts::Watcher;
-use chaincell_tests::outsider::{Commander, Force, Order, Outsider, Pose, Reply};
+use chaincell_tests::outsider::{Commander, Order, Outsider, Pose, Reply, largest_step_n};
 use chaincell_tests::place::Place;
 use chaincell_tests::process::SHORT;
-use chaincell_tests::{Ended, Running, run, turn};
+use chaincell_tests::{Running, run, turn};
 
 /// A tick at which the sphere is 2 mm deep.
 const DEEP: u64 = 40;
@@ -18,32 +18,11 @@ fn serve(place: &Place, options: &[&str]) -> Running {
     place.serve(&[&always[..], options].concat())
 }
 
-fn command(place: &Place, action: &[&str]) -> Ended {
-    run([&["command", "--scene", &place.scene, "--json"], action].concat())
-}
-
 /// Down to 2 mm, then along by 0.05 mm a tick to 4 mm, then at rest.
 fn pose(tick: u64) -> Pose {
     let down = 0.0001 * tick.min(DEEP) as f32;
     let along = 0.00005 * tick.saturating_sub(DEEP).min(80) as f32;
     Pose { tick, position_m: [along, 0.002, 0.048 - down], engaged: u32::from(tick > 0) }
-}
-
-fn answers(outsider: &Outsider, ticks: std::ops::Range<u64>) -> Vec<Force> {
-    let one = |tick| {
-        outsider.send(pose(tick));
-        outsider.receive()
-    };
-    ticks.map(one).collect()
-}
-
-/// Largest change of the force from one answer to the next \[N\].
-fn largest_step_n(answers: &[Force]) -> f32 {
-    let step = |pair: &[Force]| {
-        let [one, other] = [pair[0].force_n, pair[1].force_n];
-        (0..3).map(|axis| (other[axis] - one[axis]).abs()).fold(0.0, f32::max)
-    };
-    answers.windows(2).map(step).fold(0.0, f32::max)
 }
 
 #[test]
@@ -52,31 +31,31 @@ fn a_grip_by_command_drags_the_tissue_along_and_is_replayed_to_the_same_bits() {
     let mut dragged_n = Vec::new();
     for grips in [false, true] {
         let place = Place::on_surface("grip");
-        let out = place.folder.path().join("out");
+        let out = place.file("out");
         let serve = serve(&place, &["--ticks", "280", "--out", text(&out), "--state-hz", "1000"]);
         let watcher = Watcher::join(&place.scene);
         let outsider = Outsider::join(&place.scene, true);
-        answers(&outsider, 0..DEEP + 1);
+        outsider.play(0..DEEP + 1, pose);
         if grips {
-            let reply = command(&place, &["grip"]).with(0).json();
+            let reply = place.command(&["grip"]).with(0).json();
             assert_eq!((&reply["tick"], &reply["ticks_answered"]), (&40.into(), &41.into()));
         }
-        let dragged = answers(&outsider, DEEP + 1..160);
+        let dragged = outsider.play(DEEP + 1..160, pose);
         dragged_n.push(dragged.last().unwrap().force_n[0]);
         if grips {
             let (_, touches) = watcher.after(160);
             let pull_n: f32 = touches.iter().map(|of| of.tangential_n[0]).sum();
             assert!(pull_n < 0.9 * dragged_n[1], "{pull_n} N of {} N", dragged_n[1]);
-            command(&place, &["let-go", "--ticks", "40"]).with(0);
+            place.command(&["let-go", "--ticks", "40"]).with(0);
         }
-        let last = [dragged.last().copied().into_iter().collect(), answers(&outsider, 160..280)];
+        let last = [dragged.last().copied().into_iter().collect(), outsider.play(160..280, pose)];
         let last = last.concat();
         if grips {
             // It goes over to the force of a sphere that holds nothing, and does not jump there.
             let (free_n, rest_n) = (dragged_n[0], last.last().unwrap().force_n[0]);
             assert!((rest_n - free_n).abs() < 0.05 * dragged_n[1].abs(), "{rest_n} of {free_n}");
             let step_n = largest_step_n(&last);
-            assert!(step_n < 0.2 * dragged_n[1].abs(), "a step of {step_n} N");
+            assert!(step_n < 0.2 * f64::from(dragged_n[1].abs()), "a step of {step_n} N");
         }
         let served = serve.end(SHORT).with(0).json();
         assert_eq!(served["commands_done"], if grips { 2 } else { 0 });
@@ -94,7 +73,7 @@ fn what_cannot_be_gripped_is_refused_and_changes_nothing() {
     let grip = |tool| Order { kind: 5, parameter: tool, ..Order::default() };
     let let_go = |tool, ticks| Order { kind: 6, parameter: tool, value: ticks, reserved: 0 };
     let place = Place::on_surface("grip-refused");
-    let out = place.folder.path().join("out");
+    let out = place.file("out");
     let serve = serve(&place, &["--ticks", "120", "--out", text(&out)]);
     let commander = Commander::join(&place.scene);
     let refused = |order: Order, reason: u32, state: (u64, u64, u64)| {
@@ -103,7 +82,7 @@ fn what_cannot_be_gripped_is_refused_and_changes_nothing() {
         assert_eq!(commander.order(order), wanted, "{order:?}");
     };
     let outsider = Outsider::join(&place.scene, true);
-    let away = answers(&outsider, 0..6)[5];
+    let away = outsider.play(0..6, pose)[5];
     assert_eq!(away.contacts, 0);
     let state = (5, 6, away.state_hash);
     refused(grip(0), 10, state);
@@ -114,20 +93,20 @@ fn what_cannot_be_gripped_is_refused_and_changes_nothing() {
     refused(Order { value: 1.0, ..grip(0) }, 3, state);
     refused(let_go(0, 0.0), 3, state);
     refused(let_go(0, 70_000.0), 3, state);
-    let nothing = command(&place, &["grip"]).with(2).err;
+    let nothing = place.command(&["grip"]).with(2).err;
     assert!(nothing.contains("reason 10") && nothing.contains("in contact"), "{nothing}");
-    let nobody = command(&place, &["let-go", "--tool", "3"]).with(2).err;
+    let nobody = place.command(&["let-go", "--tool", "3"]).with(2).err;
     assert!(nobody.contains("reason 9"), "{nobody}");
-    let deep = answers(&outsider, 6..60)[53];
+    let deep = outsider.play(6..60, pose)[53];
     assert!(deep.contacts > 0);
     refused(let_go(0, 20.0), 10, (59, 60, deep.state_hash));
     assert_eq!(commander.order(grip(0)).result, 0);
-    answers(&outsider, 60..100);
+    outsider.play(60..100, pose);
     // Not engaged it lets go by itself.
     outsider.send(Pose { engaged: 0, ..pose(100) });
     let free = outsider.receive();
     refused(let_go(0, 20.0), 10, (100, 101, free.state_hash));
-    answers(&outsider, 101..120);
+    outsider.play(101..120, pose);
     let served = serve.end(SHORT).with(0).json();
     assert_eq!((&served["commands_done"], &served["commands_refused"]), (&1.into(), &12.into()));
     let replayed = run(["replay", text(&out), "--json"]).with(0).json();
@@ -139,12 +118,12 @@ fn cells_that_are_held_are_not_gripped() {
     let _turn = turn();
     let place = Place::new("grip-cells");
     let serve = place.serve(&["--json"]);
-    let refused = command(&place, &["grip"]).with(2).err;
+    let refused = place.command(&["grip"]).with(2).err;
     assert!(
         refused.contains("reason 8") && refused.contains("--contact probe:RADIUS"),
         "{refused}"
     );
-    let out_of_range = command(&place, &["let-go", "--ticks", "0"]).with(2).err;
+    let out_of_range = place.command(&["let-go", "--ticks", "0"]).with(2).err;
     assert!(out_of_range.contains("--ticks"), "{out_of_range}");
     serve.interrupt().with(130);
 }

@@ -13,9 +13,10 @@ use chaincell_kernel::trace::{End, RECORD_BYTES, Reader, Record, header_bytes};
 use chaincell_tests::files::{text, write_path};
 use chaincell_tests::outsider::{Outsider, Pose};
 use chaincell_tests::place::Place;
-use chaincell_tests::process::SHORT;
+use chaincell_tests::process::{SHORT, unshared};
 use chaincell_tests::{Ended, Running, run, turn};
-use rustix::process::Signal;
+use rand_pcg::Pcg64;
+use rand_pcg::rand_core::{Rng, SeedableRng};
 
 /// Servers that are killed.
 const KILLS: u64 = 15;
@@ -25,14 +26,6 @@ const KILLS_SLOW: u64 = 200;
 const LIFE_US: u64 = 30_000;
 /// Poses that wait for the server at a time.
 const BURST: u64 = 8;
-
-/// The next number of a sequence without pattern (SplitMix64).
-fn random(state: &mut u64) -> u64 {
-    *state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
-    let mixed = (*state ^ (*state >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    let mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    mixed ^ (mixed >> 31)
-}
 
 fn pose(tick: u64) -> Pose {
     let depth_m = -0.0002 * (tick % 97) as f32;
@@ -55,10 +48,7 @@ fn answered(outsider: &Outsider, serve: &mut Running, life: Duration) -> Vec<(u6
         }
         take(&mut seen);
     }
-    serve.signal(Signal::KILL);
-    while serve.is_running() {
-        std::thread::yield_now();
-    }
+    serve.kill();
     // What lies in shared memory was answered too.
     take(&mut seen);
     seen
@@ -82,7 +72,7 @@ fn recorded(trace: &Path) -> (Vec<(u64, u64)>, End) {
 fn an_answer_that_is_seen_has_its_record_in_the_file() {
     let _turn = turn();
     let place = Place::new("first");
-    let trace = place.folder.path().join("first.trace");
+    let trace = place.file("first.trace");
     let record = ["--record", text(&trace), "--record-ticks", "3000", "--watchdog-ms", "0"];
     let loop_options = ["--wait", "spin", "--ticks", "3000", "--max-pose-hz", "0"];
     let serve = place.serve(&[&record[..], &loop_options].concat());
@@ -123,10 +113,11 @@ fn no_answered_tick_is_lost_to_a_kill() {
     }
     let mut place = Place::new("kill");
     let scene = place.scene.clone();
-    let (mut state, mut ticks, mut unanswered, mut cut) = (20, 0, 0, 0);
+    let (mut ticks, mut unanswered, mut cut) = (0, 0, 0);
+    let mut random = Pcg64::seed_from_u64(20);
     for kill in 0..kills {
         place.scene = format!("{scene}-{kill}");
-        let out = place.folder.path().join(format!("out{kill}"));
+        let out = place.file(&format!("out{kill}"));
         let options = [
             "--out",
             text(&out),
@@ -139,7 +130,7 @@ fn no_answered_tick_is_lost_to_a_kill() {
         ];
         let mut serve = place.serve(&options);
         let outsider = Outsider::join(&place.scene, true);
-        let life = Duration::from_micros(random(&mut state) % LIFE_US);
+        let life = Duration::from_micros(random.next_u64() % LIFE_US);
         let seen = answered(&outsider, &mut serve, life);
         drop(serve);
         let (found, end) = recorded(&out.join("session.trace"));
@@ -169,7 +160,7 @@ fn no_answered_tick_is_lost_to_a_kill() {
 fn a_killed_session_keeps_its_place_and_a_new_one_begins_by_force() {
     let _turn = turn();
     let place = Place::new("again");
-    let out = place.folder.path().join("out");
+    let out = place.file("out");
     let options = ["--out", text(&out), "--record-ticks", "500", "--watchdog-ms", "0"];
     let mut serve = place.serve(&options);
     // Another one on the same folder, on a scene of its own.
@@ -181,10 +172,7 @@ fn a_killed_session_keeps_its_place_and_a_new_one_begins_by_force() {
     let outsider = Outsider::join(&place.scene, true);
     outsider.send(pose(0));
     assert_eq!(outsider.receive().tick, 0);
-    serve.signal(Signal::KILL);
-    while serve.is_running() {
-        std::thread::yield_now();
-    }
+    serve.kill();
     assert_eq!(run(["replay", text(&out), "--json"]).with(0).json()["ticks"], 1);
     let refused = run(["serve", model, "--scene", &other, "--out", text(&out)]).with(2);
     assert!(refused.err.contains("not empty"), "{}", refused.err);
@@ -204,7 +192,7 @@ fn a_killed_session_keeps_its_place_and_a_new_one_begins_by_force() {
 fn ticks_beyond_the_room_are_told_and_what_was_kept_is_replayed() {
     let _turn = turn();
     let place = Place::new("beyond");
-    let trace = place.folder.path().join("a.trace");
+    let trace = place.file("a.trace");
     let record = ["--record", text(&trace), "--record-ticks", "30", "--ticks", "40", "--json"];
     let all = ["--watchdog-ms", "0", "--budget-us", "off", "--late-share", "off"];
     let serve = place.serve(&[&record[..], &all].concat());
@@ -217,7 +205,7 @@ fn ticks_beyond_the_room_are_told_and_what_was_kept_is_replayed() {
     assert!(ended.err.contains("WARNING: the last 10 of 40 ticks are NOT recorded"), "{ended:?}");
     // The model is the only other file in the folder, and beside the trace.
     assert_eq!(run(["replay", text(&trace), "--json"]).with(0).json()["ticks"], 30);
-    let moved = place.folder.path().join("moved");
+    let moved = place.file("moved");
     std::fs::rename(&place.model, &moved).unwrap();
     let refused = run(["replay", text(&trace)]).with(2);
     assert!(refused.err.contains("name the model of the recording with --model"), "{refused:?}");
@@ -227,22 +215,20 @@ fn ticks_beyond_the_room_are_told_and_what_was_kept_is_replayed() {
 /// How a command ends on a disk of 1 MB, named `disk`, that has an earlier result in `disk/out`;
 /// and that result alone is there then. `None` without the right to mount such a disk.
 fn on_a_small_disk(place: &Place, arguments: &[&str]) -> Option<Ended> {
-    let mount = "mount -t tmpfs -o size=1m none disk 2>/dev/null || exit 99; mkdir disk/out; \
-        echo earlier > disk/out/force.csv; \"$0\" \"$@\"; code=$?; \
+    let lines = "mount -t tmpfs -o size=1m none disk 2>/dev/null || exit 99; mkdir disk/out; \
+        echo earlier > disk/out/force.csv; \"$chaincell\" \"$@\"; code=$?; \
         [ \"$(find disk -type f)\" = disk/out/force.csv ] || exit 98; exit $code";
-    let _ = std::fs::create_dir(place.folder.path().join("disk"));
-    let binary = chaincell_tests::chaincell().get_program().to_owned();
-    let mut command = std::process::Command::new("unshare");
-    command.current_dir(place.folder.path()).args(["--mount", "sh", "-c", mount]);
-    let ended = Running::start(command.arg(binary).args(arguments)).end(SHORT);
+    let _ = std::fs::create_dir(place.file("disk"));
+    let mut command = unshared("a disk without room", place.folder.path(), lines)?;
+    let ended = Running::start(command.args(arguments)).end(SHORT);
     assert_ne!(ended.code, Some(98), "earlier results are gone, or something is left: {ended:?}");
-    (ended.code != Some(99) && !ended.err.contains("unshare")).then_some(ended)
+    Some(ended)
 }
 
 #[test]
 fn a_disk_without_room_is_told_before_the_run() {
     let place = Place::new("room");
-    let path = place.folder.path().join("long.csv");
+    let path = place.file("long.csv");
     write_path(&path, (0..30_000).map(|tick| (tick, [0.0; 3], 0)));
     let (model, path, scene) = (text(&place.model), text(&path), place.scene.as_str());
     let out = ["--out", "disk/out", "--force"];
@@ -254,10 +240,7 @@ fn a_disk_without_room_is_told_before_the_run() {
         ([&["cosim", model, "--seconds", "30"][..], &out].concat(), "--out disk/out/se", "1.6"),
     ];
     for (arguments, option, room_mb) in commands {
-        let Some(ended) = on_a_small_disk(&place, &arguments) else {
-            println!("SKIPPED a_disk_without_room_is_told_before_the_run: no right to mount one");
-            return;
-        };
+        let Some(ended) = on_a_small_disk(&place, &arguments) else { return };
         let ended = ended.with(2);
         for wanted in [option, &format!("no room for the trace, {room_mb} MB"), "--record-ticks"] {
             assert!(ended.err.contains(wanted), "wanted `{wanted}`, got {}", ended.err);

@@ -11,8 +11,8 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 use chaincell_tests::place::Place;
-use chaincell_tests::process::SHORT;
-use chaincell_tests::{Ended, Running, chaincell, turn};
+use chaincell_tests::process::{SHORT, unshared};
+use chaincell_tests::{Ended, Running, turn};
 
 /// Calls of a start that are tried.
 const CALLS: usize = 60;
@@ -21,7 +21,7 @@ const KINDS: [&str; 8] =
     ["any", "shm_open", "open", "ftruncate", "fchmod", "mkdir", "write", "unlink"];
 /// Begins the shell in which a test's programs run: with shared memory of their own.
 const OWN_MEMORY: &str = "mount -t tmpfs -o size=256m,mode=1777 tmpfs /dev/shm && mkdir -p -m 700 /tmp/iceoryx2 \
-    && mount -t tmpfs -o mode=700 tmpfs /tmp/iceoryx2 && exec \"$@\"";
+    && mount -t tmpfs -o mode=700 tmpfs /tmp/iceoryx2 || exit 99";
 
 /// What kills, where a compiler of C is at hand.
 fn killer(folder: &Path) -> Option<PathBuf> {
@@ -59,31 +59,13 @@ nothing_is_left() {
 /// Runs shell lines with shared memory of their own; what they say. `None`, with a line that says so,
 /// where there is no compiler, or this user may not.
 fn in_own_memory(test: &str, place: &Place, lines: &str) -> Option<Ended> {
-    let may = Command::new("unshare").args(["-m", "true"]).output();
-    if !may.is_ok_and(|tried| tried.status.success()) {
-        println!("SKIPPED {test}: `unshare -m` is not permitted");
-        return None;
-    }
     let Some(library) = killer(place.folder.path()) else {
         println!("SKIPPED {test}: no `cc`");
         return None;
     };
-    let script = format!("{SHELL}\n{lines}");
-    let mut command = Command::new("unshare");
-    command.args([
-        "-m",
-        "--propagation",
-        "private",
-        "sh",
-        "-c",
-        OWN_MEMORY,
-        "sh",
-        "sh",
-        "-c",
-        &script,
-    ]);
-    command.current_dir(place.folder.path()).env("library", library).env("told", "told");
-    command.env("chaincell", chaincell().get_program()).env("model", &place.model);
+    let lines = format!("{OWN_MEMORY}\n{SHELL}\n{lines}");
+    let mut command = unshared(test, place.folder.path(), &lines)?;
+    command.env("library", library).env("told", "told").env("model", &place.model);
     Some(Running::start(&mut command).end(20 * SHORT))
 }
 
@@ -109,7 +91,7 @@ fn each(test: &str, before: &str, killed: &str, proper: &str, after: &str) {
     );
     let Some(ended) = in_own_memory(test, &place, &lines) else { return };
     assert_eq!(ended.out, "", "{}", ended.err);
-    let told = std::fs::read_to_string(place.folder.path().join("told")).unwrap();
+    let told = std::fs::read_to_string(place.file("told")).unwrap();
     let reached = told.lines().filter(|line| *line == "reached").count();
     println!("{reached} killed");
     assert!(reached > 5, "only {reached} were killed: this is no test");

@@ -115,9 +115,8 @@ fn a_path_played_over_and_over() {
     let _turn = turn();
     let place = chaincell_tests::place::Place::new("repeat");
     let serve = place.serve(&["--ticks", "600", "--json"]);
-    let args = ["control", "--scene", &place.scene, "--seconds", "0.2", "--repeat", "3", "--json"];
-    let args = [&args[..], &["--late-share", "off"]].concat();
-    let control = chaincell_tests::run(args).with(0).json();
+    let mut control = place.control(&["--seconds", "0.2", "--repeat", "3"]);
+    let control = Running::start(&mut control).end(SHORT).with(0).json();
     assert_eq!((&control["ticks_sent"], &control["ticks_answered"]), (&600.into(), &600.into()));
     assert_eq!(control["foreign_answers"], 0);
     let served = serve.end(SHORT).with(0).json();

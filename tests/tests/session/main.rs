@@ -1,13 +1,12 @@
-//! Server, controller and others over shared memory: real processes, faults, permissions.
+//! Server, controller, clients and others over shared memory: real processes, faults, permissions.
 
-mod child_processes;
+mod client;
 mod commands;
 mod contacts;
 mod cosim;
 mod delay;
 mod faults;
 mod grip;
-mod hand;
 mod inject;
 mod kill;
 mod killed_at_start;
@@ -15,11 +14,10 @@ mod load;
 mod messages;
 mod motion;
 mod permissions;
+mod poses;
 mod printed;
 mod processes;
 mod replayed;
 mod snapshot;
-mod spring;
 mod stage;
-mod threads;
 mod tools;

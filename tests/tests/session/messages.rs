@@ -5,13 +5,11 @@
 use std::collections::BTreeSet;
 use std::time::Duration;
 
-use chaincell_tests::files::text;
 use chaincell_tests::outsider::tools::{Forces, Poses, ToolForce, ToolPose, ToolsOutsider};
-use chaincell_tests::outsider::{BAD_SAMPLE, LATE, RELEASE_FIRST, SAFE, STALE};
+use chaincell_tests::outsider::{RELEASE_FIRST, SAFE, STALE, size};
 use chaincell_tests::place::Place;
 use chaincell_tests::process::SHORT;
-use chaincell_tests::{Running, run, turn};
-use rustix::process::Signal;
+use chaincell_tests::{Running, turn};
 
 /// Ticks of a press.
 const TICKS: u64 = 40;
@@ -28,18 +26,6 @@ fn position_m(tick: u64) -> [f32; 3] {
 /// A press from the first tick on, its tool released in that one.
 fn poses(tick: u64) -> Poses {
     Poses::of(tick, position_m(tick), u32::from(tick > 0))
-}
-
-fn press(outsider: &ToolsOutsider, ticks: std::ops::Range<u64>) -> Vec<Forces> {
-    let answers = ticks.map(|tick| {
-        outsider.send(poses(tick));
-        outsider.receive()
-    });
-    answers.collect()
-}
-
-fn size_n(force_n: [f32; 3]) -> f64 {
-    force_n.iter().map(|&x| f64::from(x) * f64::from(x)).sum::<f64>().sqrt()
 }
 
 /// Press and release, with another tool in front that this release does not have.
@@ -87,87 +73,12 @@ fn a_tool_that_was_not_chosen_changes_no_bit() {
         server.end(SHORT).with(0);
     }
     let force_n = |tick: usize| alone[tick].each[0].force_n;
-    assert!(size_n(force_n(60)) > 0.0 && force_n(80) == [0.0; 3]);
+    assert!(size(force_n(60)) > 0.0 && force_n(80) == [0.0; 3]);
     assert!(sessions.len() == 2 && !sessions.contains(&0), "{sessions:?}");
 }
 
-#[test]
-fn late_answers_say_of_which_tick_their_force_is() {
-    let _turn = turn();
-    let place = Place::new("force-tick");
-    let server = serve(&place, &["--ticks", "50", "--late-share", "off"]);
-    let outsider = ToolsOutsider::join(&place.scene);
-    let before = press(&outsider, 0..TICKS);
-    assert!(before.iter().all(|answer| answer.force_tick == answer.tick && answer.sweeps > 0));
-    server.signal(Signal::STOP);
-    // A process that was told to stop does so a little later.
-    std::thread::sleep(Duration::from_millis(50));
-    (TICKS..50).for_each(|tick| outsider.send(poses(tick)));
-    server.signal(Signal::CONT);
-    let burst: Vec<Forces> = (TICKS..50).map(|_| outsider.receive()).collect();
-    for (at, answer) in (TICKS..).zip(&burst) {
-        let is_late = at < 49;
-        assert_eq!((answer.tick, answer.flags & LATE != 0), (at, is_late), "{answer:?}");
-        assert_eq!(answer.sweeps == 0, is_late);
-        assert_eq!(answer.force_tick, if is_late { TICKS - 1 } else { at });
-        assert_eq!(answer.send_ns, 1000 * at);
-        let same = answer.each[0].force_n == before[39].each[0].force_n;
-        assert_eq!(same, is_late, "{at}");
-    }
-    server.end(SHORT).with(0);
-}
-
-#[test]
-fn a_message_that_is_not_sound_is_a_bad_sample() {
-    let _turn = turn();
-    let place = Place::new("not-sound");
-    let out = place.folder.path().join("out");
-    let server = serve(&place, &["--out", text(&out), "--budget-us", "off"]);
-    let outsider = ToolsOutsider::join(&place.scene);
-    let mut tick = 0;
-    let mut answer = |change: &dyn Fn(&mut Poses)| {
-        let mut sent = Poses::of(tick, position_m(tick), 1);
-        change(&mut sent);
-        tick += 1;
-        outsider.send(sent);
-        outsider.receive()
-    };
-    let turned = |poses: &mut Poses| poses.each[0].orientation = [0.0, 0.0, 0.0, 1.002];
-    let is_release = |poses: &mut Poses| poses.each[0].engaged = 0;
-    let bad_release = |poses: &mut Poses| {
-        turned(poses);
-        is_release(poses);
-    };
-    assert_eq!(answer(&bad_release).flags & BAD_SAMPLE, BAD_SAMPLE);
-    assert_eq!(answer(&|_| {}).flags & RELEASE_FIRST, RELEASE_FIRST, "that was a release");
-    answer(&is_release);
-    let faults: [&dyn Fn(&mut Poses); 8] = [
-        &turned,
-        &|poses| poses.each[0].orientation[0] = f32::NAN,
-        &|poses| poses.tools = 0,
-        &|poses| poses.tools = 9,
-        &|poses| poses.each[0].number = 1,
-        &|poses| poses.tools = 2,
-        &|poses| poses.reserved = 1,
-        &|poses| poses.each[7].reserved = 1,
-    ];
-    for (at, fault) in faults.iter().enumerate() {
-        let good = (0..5).map(|_| answer(&|_| {})).last().unwrap();
-        assert_eq!((good.flags & (BAD_SAMPLE | RELEASE_FIRST), good.each[0].contacts), (0, 1));
-        let bad = answer(fault);
-        assert_eq!(bad.flags & (BAD_SAMPLE | SAFE), BAD_SAMPLE, "{at}: {bad:?}");
-        let tool = bad.each[0];
-        assert_eq!((bad.tools, tool.number, tool.flags, tool.contacts), (1, 0, bad.flags, 1));
-    }
-    let served = server.interrupt().with(130).json();
-    assert_eq!(served["flag_ticks"]["bad_sample"], 9);
-    let path = std::fs::read_to_string(out.join("path.csv")).unwrap();
-    assert_eq!(path.lines().filter(|row| row.contains("NaN,NaN,NaN")).count(), 9, "{path}");
-    let replayed = run(["replay", text(&out), "--json"]).with(0).json();
-    assert_eq!(replayed["state_hash"], served["state_hash"]);
-}
-
 /// Takes turns on one scene; the ramp is half a second long, so that each of its steps is seen.
+// REQ-COS-04, REQ-COS-11
 #[test]
 fn one_publisher_is_in_charge_and_the_next_one_feels_no_jump() {
     let _turn = turn();
@@ -183,7 +94,7 @@ fn one_publisher_is_in_charge_and_the_next_one_feels_no_jump() {
         tick += 1;
         std::thread::sleep(Duration::from_millis(1));
         if tick > 700 {
-            break size_n(forces.each[0].force_n);
+            break size(forces.each[0].force_n);
         }
         second.send(poses(1_000_000 + tick));
     };
@@ -199,7 +110,7 @@ fn one_publisher_is_in_charge_and_the_next_one_feels_no_jump() {
         second.send(Poses::of(2_000_000 + at, pose_m, u32::from(at > 200)));
         let forces = second.receive();
         assert_eq!(forces.tick, 2_000_000 + at);
-        shown.push(size_n(forces.each[0].force_n));
+        shown.push(size(forces.each[0].force_n));
         std::thread::sleep(Duration::from_millis(1));
     }
     let steps = shown.windows(2).map(|pair| (pair[1] - pair[0]).abs() / held_n).enumerate();
@@ -216,49 +127,35 @@ fn one_publisher_is_in_charge_and_the_next_one_feels_no_jump() {
     third.send(poses(30));
     let again = third.receive();
     let is_first = again.tick <= 30 && again.flags & RELEASE_FIRST != 0;
-    assert!(is_first && size_n(again.each[0].force_n) > 0.9 * held_n, "no jump: {again:?}");
+    assert!(is_first && size(again.each[0].force_n) > 0.9 * held_n, "no jump: {again:?}");
     let served = server.interrupt().with(130).json();
     assert_eq!(served["publishers"], 3);
     assert!(served["poses_refused"].as_u64().unwrap() >= 700, "{served}");
 }
 
-/// In a silence, and in a tick that does not end.
 #[test]
-fn the_force_falls_in_a_silence_and_in_a_long_tick() {
+fn the_force_falls_in_a_tick_that_does_not_end() {
     let _turn = turn();
-    for in_tick in [false, true] {
-        let place = Place::new("falling");
-        let long = "sweep:300@40";
-        let options: &[&str] =
-            if in_tick { &["--inject", long, "--json"] } else { &["--json", "--ticks", "41"] };
-        let server = place.serve(options);
-        let outsider = ToolsOutsider::join(&place.scene);
-        let last = loop_of_answers(&outsider);
-        if in_tick {
-            outsider.send(poses(TICKS));
-        }
-        let mut falling = vec![last];
-        while falling.last().unwrap().flags & SAFE == 0 {
-            let found = outsider.receive();
-            let size = |forces: &Forces| size_n(forces.each[0].force_n);
-            assert!(size(&found) < size(falling.last().unwrap()), "{found:?}");
-            let zero = if size(&found) == 0.0 { SAFE } else { 0 };
-            let mut wanted = Forces { flags: STALE + zero, step_ns: 0, sweeps: 0, ..last };
-            wanted.each[0].force_n = found.each[0].force_n;
-            wanted.each[0].flags = wanted.flags;
-            assert_eq!(found, wanted);
-            falling.push(found);
-        }
-        assert!(falling.len() > 10, "{} messages", falling.len());
-        if in_tick {
-            assert_eq!(outsider.receive().tick, TICKS);
-            server.interrupt().with(130);
-        } else {
-            outsider.send(poses(TICKS));
-            let served = server.end(SHORT).with(0).json();
-            assert_eq!(served["watchdog_fired"].as_u64().map(|times| times >= 1), Some(true));
-        }
+    let place = Place::new("falling");
+    let server = place.serve(&["--inject", "sweep:300@40", "--json"]);
+    let outsider = ToolsOutsider::join(&place.scene);
+    let last = loop_of_answers(&outsider);
+    outsider.send(poses(TICKS));
+    let mut falling = vec![last];
+    while falling.last().unwrap().flags & SAFE == 0 {
+        let found = outsider.receive();
+        let size_n = |forces: &Forces| size(forces.each[0].force_n);
+        assert!(size_n(&found) < size_n(falling.last().unwrap()), "{found:?}");
+        let zero = if size_n(&found) == 0.0 { SAFE } else { 0 };
+        let mut wanted = Forces { flags: STALE + zero, step_ns: 0, sweeps: 0, ..last };
+        wanted.each[0].force_n = found.each[0].force_n;
+        wanted.each[0].flags = wanted.flags;
+        assert_eq!(found, wanted);
+        falling.push(found);
     }
+    assert!(falling.len() > 10, "{} messages", falling.len());
+    assert_eq!(outsider.receive().tick, TICKS);
+    server.interrupt().with(130);
 }
 
 /// Presses as fast as answers come; the last answer that shows a force.
@@ -274,6 +171,6 @@ fn loop_of_answers(outsider: &ToolsOutsider) -> Forces {
         };
         std::thread::sleep(Duration::from_millis(1));
     }
-    assert!(size_n(last.each[0].force_n) > 0.0);
+    assert!(size(last.each[0].force_n) > 0.0);
     last
 }

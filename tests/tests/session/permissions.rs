@@ -119,9 +119,7 @@ fn another_user_is_refused_and_disturbs_nothing() {
     let place = Place::new("nobody");
     let (program, model) = readable_by_all(&place);
     let serve = place.serve(&["--ticks", "3000", "--json"]);
-    let late = ["--late-share", "off"];
-    let control = ["control", "--scene", &place.scene, "--seconds", "3", "--json"];
-    let control = Running::chaincell([&control[..], &late].concat());
+    let control = Running::start(&mut place.control(&["--seconds", "3"]));
     Outsider::join(&place.scene, false).after(100);
     let scene = ["--scene", &place.scene];
     for args in [

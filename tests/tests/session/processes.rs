@@ -10,11 +10,12 @@ use chaincell_tests::files::{Table, is_hash, play, summary, text, write_path};
 use chaincell_tests::outsider::{Outsider, Pose};
 use chaincell_tests::place::Place;
 use chaincell_tests::process::SHORT;
-use chaincell_tests::{Running, run, turn};
+use chaincell_tests::{Ended, Running, run, turn};
 
-/// Arguments of a controller on the place's scene.
-fn control_args<'a>(place: &'a Place, options: &[&'a str]) -> Vec<&'a str> {
-    [&["control", "--scene", &place.scene, "--json", "--late-share", "off"], options].concat()
+/// A controller on the place's scene, to its end.
+#[track_caller]
+fn control(place: &Place, options: &[&str]) -> Ended {
+    Running::start(&mut place.control(options)).end(SHORT)
 }
 
 /// Depth of the plane's middle [m] at a tick of a slow wave.
@@ -26,14 +27,14 @@ fn depth_m(tick: u64) -> f32 {
 fn every_pose_of_a_path_is_answered() {
     let _turn = turn();
     let place = Place::new("path");
-    let (path, out) = (place.folder.path().join("path.csv"), place.folder.path().join("out"));
+    let (path, out) = (place.file("path.csv"), place.file("out"));
     let rows = (0..500)
         .map(|tick| (tick, [0.0, 0.0, -depth_m(tick)], u32::from((1..400).contains(&tick))));
     write_path(&path, rows);
     // All sweeps of every tick, as offline.
     let options = ["--ticks", "500", "--out", text(&out), "--json", "--budget-us", "off"];
     let serve = place.serve(&options);
-    let control = run(control_args(&place, &["--path", text(&path)])).with(0).json();
+    let control = control(&place, &["--path", text(&path)]).with(0).json();
     let served = serve.end(SHORT).with(0).json();
     assert_eq!((&control["ticks_sent"], &control["ticks_answered"]), (&500.into(), &500.into()));
     assert_eq!((&control["foreign_answers"], &control["sends_failed"]), (&0.into(), &0.into()));
@@ -43,7 +44,7 @@ fn every_pose_of_a_path_is_answered() {
     assert_eq!(served["state_hash"], control["state_hash"]);
     assert_eq!(summary(&out)["state_hash"], served["state_hash"]);
     // Offline the same path gives the same, bit for bit.
-    let offline = place.folder.path().join("offline");
+    let offline = place.file("offline");
     play(&place.model, &path, &offline, &["--contact", "40"]).with(0);
     let force = |folder: &PathBuf| std::fs::read(folder.join("force.csv")).unwrap();
     assert!(force(&out) == force(&offline));
@@ -55,7 +56,7 @@ fn one_server_after_the_other_but_never_two() {
     let _turn = turn();
     let place = Place::new("servers");
     let mut first = place.serve(&["--json"]);
-    let out = place.folder.path().join("out");
+    let out = place.file("out");
     std::fs::create_dir(&out).unwrap();
     std::fs::write(out.join("force.csv"), "of an earlier run").unwrap();
     let args = ["serve", text(&place.model), "--scene", &place.scene, "--out", text(&out)];
@@ -66,7 +67,7 @@ fn one_server_after_the_other_but_never_two() {
     }
     assert!(!second.out.contains("ready"));
     assert!(first.is_running());
-    let control = run(control_args(&place, &["--seconds", "0.2"])).with(0).json();
+    let control = control(&place, &["--seconds", "0.2"]).with(0).json();
     assert_eq!(control["ticks_answered"], 200, "the first server was not disturbed");
     assert_eq!(first.interrupt().with(130).json()["ticks_executed"], 200);
     place.serve(&[]).interrupt().with(130);
@@ -79,23 +80,13 @@ fn one_server_after_the_other_but_never_two() {
 }
 
 #[test]
-fn a_server_that_was_killed_is_replaced() {
-    let _turn = turn();
-    let place = Place::new("killed");
-    drop(place.serve(&[]));
-    let serve = place.serve(&["--ticks", "100"]);
-    run(control_args(&place, &["--seconds", "0.1"])).with(0);
-    serve.end(SHORT).with(0);
-}
-
-#[test]
 fn control_without_a_server() {
     let place = Place::new("nobody");
-    let ended = run(control_args(&place, &["--wait-for-server-s", "1"])).with(2);
+    let ended = control(&place, &["--wait-for-server-s", "1"]).with(2);
     for part in ["no server", &place.scene, "chaincell serve", "--wait-for-server-s"] {
         assert!(ended.err.contains(part), "{}", ended.err);
     }
-    let waiting = Running::chaincell(control_args(&place, &["--wait-for-server-s", "60"]));
+    let waiting = Running::start(&mut place.control(&["--wait-for-server-s", "60"]));
     // The services exist: it is waiting.
     let _outsider = Outsider::join(&place.scene, false);
     waiting.interrupt().with(130);
@@ -107,9 +98,9 @@ fn a_second_control_is_refused_and_the_first_goes_on() {
     let place = Place::new("controls");
     let serve = place.serve(&["--json"]);
     let outsider = Outsider::join(&place.scene, false);
-    let first = Running::chaincell(control_args(&place, &["--seconds", "60"]));
+    let first = Running::start(&mut place.control(&["--seconds", "60"]));
     let seen = outsider.after(100);
-    let second = run(control_args(&place, &["--seconds", "0.1"])).with(2);
+    let second = control(&place, &["--seconds", "0.1"]).with(2);
     assert!(second.err.contains("has a running chaincell control"), "{}", second.err);
     assert!(second.err.contains("--scene NAME"), "{}", second.err);
     outsider.after(seen + 100);
@@ -121,30 +112,13 @@ fn a_second_control_is_refused_and_the_first_goes_on() {
 }
 
 #[test]
-fn a_control_that_was_killed_is_followed_by_another() {
-    let _turn = turn();
-    let place = Place::new("follow");
-    let serve = place.serve(&["--json"]);
-    let outsider = Outsider::join(&place.scene, false);
-    let first = Running::chaincell(control_args(&place, &["--seconds", "60"]));
-    outsider.after(200);
-    drop(first);
-    let second = run(control_args(&place, &["--seconds", "0.3"])).with(0).json();
-    assert_eq!((&second["ticks_sent"], &second["ticks_answered"]), (&300.into(), &300.into()));
-    let served = serve.interrupt().with(130).json();
-    assert_eq!((&served["publishers"], &served["poses_repeated"]), (&2.into(), &0.into()));
-    assert!(served["ticks_executed"].as_u64().unwrap() > 500);
-    assert_eq!(served["state_hash"], second["state_hash"]);
-}
-
-#[test]
 fn readers_that_join_and_leave_cost_no_answer() {
     let _turn = turn();
     let place = Place::new("readers");
     // With a hash in every answer.
     let serve = place.serve(&["--ticks", "2000", "--json", "--budget-us", "off"]);
     let always = Outsider::join(&place.scene, false);
-    let control = Running::chaincell(control_args(&place, &["--seconds", "2"]));
+    let control = Running::start(&mut place.control(&["--seconds", "2"]));
     let mut ticks = Vec::new();
     while ticks.len() < 2000 {
         let answer = always.receive();
@@ -168,7 +142,7 @@ fn readers_that_join_and_leave_cost_no_answer() {
 fn poses_of_another_program_drive_the_tissue() {
     let _turn = turn();
     let place = Place::new("foreign");
-    let out = place.folder.path().join("out");
+    let out = place.file("out");
     let silence = ["--watchdog-ms", "1000", "--ramp-ms", "0", "--budget-us", "off"];
     let serve = place.serve(&[&silence[..], &["--out", text(&out), "--json"]].concat());
     let outsider = Outsider::join(&place.scene, true);
@@ -199,7 +173,7 @@ fn poses_of_another_program_drive_the_tissue() {
     assert_eq!((&served["ticks_executed"], &served["poses_repeated"]), (&6.into(), &2.into()));
     assert_eq!(served["state_hash"], format!("{:016x}", next.state_hash));
     // What was recorded replays to the same bits.
-    let again = place.folder.path().join("again");
+    let again = place.file("again");
     let options = ["--recorded", "--contact", "40"];
     play(&place.model, &out.join("path.csv"), &again, &options).with(0);
     assert_eq!(summary(&again)["state_hash"], served["state_hash"]);
@@ -209,10 +183,10 @@ fn poses_of_another_program_drive_the_tissue() {
 fn ctrl_c_ends_both_sides_with_what_they_have() {
     let _turn = turn();
     let place = Place::new("ctrl-c");
-    let out = place.folder.path().join("out");
+    let out = place.file("out");
     let serve = place.serve(&["--out", text(&out), "--json"]);
     let outsider = Outsider::join(&place.scene, false);
-    let control = Running::chaincell(control_args(&place, &["--seconds", "60"]));
+    let control = Running::start(&mut place.control(&["--seconds", "60"]));
     outsider.after(200);
     let control = control.interrupt().with(130).json();
     let sent = control["ticks_sent"].as_u64().unwrap();
@@ -231,7 +205,7 @@ fn ctrl_c_ends_both_sides_with_what_they_have() {
 #[test]
 fn ctrl_c_on_an_idle_server_with_results() {
     let place = Place::new("idle");
-    let out = place.folder.path().join("out");
+    let out = place.file("out");
     let serve = place.serve(&["--out", text(&out), "--record-ticks", "10"]);
     serve.interrupt().with(130);
     assert_eq!(Table::read(&out.join("force.csv")).rows.len(), 0);
@@ -241,9 +215,9 @@ fn ctrl_c_on_an_idle_server_with_results() {
 #[test]
 fn ctrl_c_on_a_run_keeps_whole_files() {
     let place = Place::new("run");
-    let path = place.folder.path().join("path.csv");
+    let path = place.file("path.csv");
     write_path(&path, (0..2_000_000).map(|tick| (tick, [0.0; 3], 1)));
-    let out = place.folder.path().join("out");
+    let out = place.file("out");
     let args = ["run", text(&place.model), "--path", text(&path), "--out", text(&out)];
     let options = ["--sweeps", "1000", "--snapshot-ticks", "0"];
     let mut running = Running::chaincell([&args[..], &options].concat());

@@ -127,12 +127,9 @@ fn whatever_is_sent_to_two_staged_tools_is_played_again() {
     let place = Place::on_surface("whatever");
     for seed in 0..sessions {
         let device = ["premium", "touch", "omega", "falcon"][seed as usize % 4];
-        let trace = place.folder.path().join(format!("{seed}.trace"));
+        let trace = place.file(&format!("{seed}.trace"));
         let options = ["--device", device, "--record", text(&trace), "--hash-every", "1"];
-        let args = ["serve", text(&place.model), "--scene", &place.scene, TOOL, TOOL];
-        let judged = ["--late-share", "off", "--json"];
-        let mut server = Running::chaincell([&args[..], &options, &judged].concat());
-        server.wait_for_line("ready");
+        let server = place.serve(&[&options[..], &[TOOL, TOOL, "--json"]].concat());
         send(&server, &place.scene, &mut Chance(seed));
         let served = server.interrupt().with(130).json();
         let replayed = run(["replay", text(&trace), "--model", text(&place.model), "--json"]);

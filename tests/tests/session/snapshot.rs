@@ -6,15 +6,15 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use chaincell_tests::files::text;
-use chaincell_tests::outsider::{Commander, Force, Order, Outsider, Pose, Reply, Viewer};
+use chaincell_tests::outsider::{
+    Commander, Force, Order, Outsider, Pose, RELEASE_FIRST, Reply, Viewer,
+};
 use chaincell_tests::place::Place;
-use chaincell_tests::process::SHORT;
-use chaincell_tests::{Ended, Running, run, turn};
-use rustix::process::Signal;
+use chaincell_tests::process::{SHORT, unshared};
+use chaincell_tests::{Running, run, turn};
 
 /// The last tick before the snapshot.
 const TICK: u64 = 79;
-const RELEASE_FIRST: u32 = 512;
 
 /// Ticks make all their sweeps, and an output stage stands before the device.
 fn serve(place: &Place, options: &[&str]) -> Running {
@@ -22,22 +22,10 @@ fn serve(place: &Place, options: &[&str]) -> Running {
     place.serve(&[&always[..], &["--device", "touch"], options].concat())
 }
 
-fn command(place: &Place, action: &[&str]) -> Ended {
-    run([&["command", "--scene", &place.scene, "--json"], action].concat())
-}
-
 /// A press that goes on and on.
 fn pose(tick: u64) -> Pose {
     let depth_m = 0.0001 * tick as f32;
     Pose { tick, position_m: [0.0002, 0.001, -depth_m], engaged: u32::from(tick > 0) }
-}
-
-fn answers(outsider: &Outsider, ticks: std::ops::Range<u64>) -> Vec<Force> {
-    let one = |tick| {
-        outsider.send(pose(tick));
-        outsider.receive()
-    };
-    ticks.map(one).collect()
 }
 
 /// What the tissue and the stage did.
@@ -66,24 +54,21 @@ fn written(path: &Path) {
 fn a_session_goes_on_from_a_snapshot_and_has_no_force_until_a_release() {
     let _turn = turn();
     let place = Place::new("snapshot");
-    let [first, second] = ["first", "second"].map(|name| place.folder.path().join(name));
+    let [first, second] = ["first", "second"].map(|name| place.file(name));
     let mut killed = serve(&place, &["--out", text(&first)]);
     let outsider = Outsider::join(&place.scene, true);
-    answers(&outsider, 0..TICK + 1);
-    command(&place, &["set", "sweeps=3"]).with(0);
-    let told = command(&place, &["snapshot"]).with(0).json();
+    outsider.play(0..TICK + 1, pose);
+    place.command(&["set", "sweeps=3"]).with(0);
+    let told = place.command(&["snapshot"]).with(0).json();
     assert_eq!(told["tick"], TICK);
-    let wanted = answers(&outsider, TICK + 1..140);
+    let wanted = outsider.play(TICK + 1..140, pose);
     assert!(wanted.last().unwrap().force_n[2] > 0.01, "{wanted:?}");
     written(&beside(&first, TICK));
-    killed.signal(Signal::KILL);
-    while killed.is_running() {
-        std::thread::yield_now();
-    }
+    killed.kill();
     let from = beside(&first, TICK);
     let ticks = ["--ticks", "60", "--out", text(&second), "--restore", text(&from)];
     let restored = serve(&place, &ticks);
-    let found = answers(&outsider, TICK + 1..140);
+    let found = outsider.play(TICK + 1..140, pose);
     let hashes = |of: &[Force]| of.iter().map(|force| force.state_hash).collect::<Vec<_>>();
     assert_eq!(hashes(&found), hashes(&wanted));
     // The device felt nothing since the snapshot.
@@ -105,18 +90,17 @@ fn a_session_goes_on_from_a_snapshot_and_has_no_force_until_a_release() {
 fn a_restored_session_is_saved_again_before_its_first_pose() {
     let _turn = turn();
     let place = Place::new("snapshot-again");
-    let [first, second, third] =
-        ["first", "second", "third"].map(|name| place.folder.path().join(name));
+    let [first, second, third] = ["first", "second", "third"].map(|name| place.file(name));
     let served = serve(&place, &["--ticks", "80", "--out", text(&first)]);
     // Ahead of all else: this trace begins at rest, whatever becomes of the file.
-    command(&place, &["snapshot"]).with(0);
-    command(&place, &["set", "sweeps=3"]).with(0);
-    command(&place, &["snapshot"]).with(0);
+    place.command(&["snapshot"]).with(0);
+    place.command(&["set", "sweeps=3"]).with(0);
+    place.command(&["snapshot"]).with(0);
     let outsider = Outsider::join(&place.scene, true);
-    answers(&outsider, 0..TICK);
-    let told = command(&place, &["snapshot"]).with(0).json();
+    outsider.play(0..TICK, pose);
+    let told = place.command(&["snapshot"]).with(0).json();
     assert_eq!(told["tick"], TICK - 1);
-    answers(&outsider, TICK..TICK + 1);
+    outsider.play(TICK..TICK + 1, pose);
     served.end(SHORT).with(0);
     run(["replay", text(&first)]).with(0);
     let from = run(["replay", text(&first), "--from", "0"]).with(0);
@@ -124,10 +108,10 @@ fn a_restored_session_is_saved_again_before_its_first_pose() {
     let file = beside(&first, TICK - 1);
     let ticks = ["--ticks", "20", "--out", text(&second), "--restore", text(&file)];
     let restored = serve(&place, &ticks);
-    command(&place, &["set", "sweeps=2"]).with(0);
-    let told = command(&place, &["snapshot"]).with(0).json();
+    place.command(&["set", "sweeps=2"]).with(0);
+    let told = place.command(&["snapshot"]).with(0).json();
     assert_eq!(told["tick"], TICK - 1, "the last tick before it");
-    let wanted = answers(&outsider, TICK..TICK + 20);
+    let wanted = outsider.play(TICK..TICK + 20, pose);
     assert_ne!(wanted[0].flags & RELEASE_FIRST, 0);
     restored.end(SHORT).with(0);
     run(["replay", text(&second)]).with(0);
@@ -138,7 +122,7 @@ fn a_restored_session_is_saved_again_before_its_first_pose() {
     let restored = serve(&place, &ticks);
     let state = Viewer::join(&place.scene).after(0).0;
     assert_eq!((state.tick, state.ticks_answered), (TICK - 1, 0));
-    assert_eq!(done(&answers(&outsider, TICK..TICK + 20)), done(&wanted));
+    assert_eq!(done(&outsider.play(TICK..TICK + 20, pose)), done(&wanted));
     restored.end(SHORT).with(0);
     run(["replay", text(&third)]).with(0);
 }
@@ -147,18 +131,18 @@ fn a_restored_session_is_saved_again_before_its_first_pose() {
 fn another_controller_releases_first() {
     let _turn = turn();
     let place = Place::new("snapshot-other");
-    let out = place.folder.path().join("out");
+    let out = place.file("out");
     let first = serve(&place, &["--ticks", "90", "--out", text(&out)]);
     let outsider = Outsider::join(&place.scene, true);
-    answers(&outsider, 0..TICK + 1);
-    command(&place, &["snapshot"]).with(0);
-    answers(&outsider, TICK + 1..90);
+    outsider.play(0..TICK + 1, pose);
+    place.command(&["snapshot"]).with(0);
+    outsider.play(TICK + 1..90, pose);
     first.end(SHORT).with(0);
     drop(outsider);
     let from = beside(&out, TICK);
     let second = serve(&place, &["--ticks", "3", "--restore", text(&from)]);
     let other = Outsider::join(&place.scene, true);
-    let flags: Vec<u32> = answers(&other, 80..81).iter().map(|force| force.flags).collect();
+    let flags: Vec<u32> = other.play(80..81, pose).iter().map(|force| force.flags).collect();
     assert!(flags[0] & RELEASE_FIRST != 0, "{flags:?}");
     other.send(Pose { engaged: 0, ..pose(81) });
     let _ = other.receive();
@@ -171,7 +155,7 @@ fn another_controller_releases_first() {
 fn what_cannot_go_on_is_told_and_nothing_is_lost() {
     let _turn = turn();
     let place = Place::new("snapshot-refused");
-    let out = place.folder.path().join("out");
+    let out = place.file("out");
     // Without a trace there is no place.
     let unrecorded = serve(&place, &["--ticks", "1"]);
     let commander = Commander::join(&place.scene);
@@ -179,15 +163,15 @@ fn what_cannot_go_on_is_told_and_nothing_is_lost() {
     let refused = |reply: Reply| (reply.result, reply.reason);
     assert_eq!(refused(commander.order(asked(0))), (1, 11));
     assert_eq!(refused(commander.order(asked(5))), (1, 2));
-    let told = command(&place, &["snapshot"]).with(2).err;
+    let told = place.command(&["snapshot"]).with(2).err;
     assert!(told.contains("--record"), "{told}");
     let outsider = Outsider::join(&place.scene, true);
-    answers(&outsider, 0..1);
+    outsider.play(0..1, pose);
     unrecorded.end(SHORT).with(0);
     let recorded = serve(&place, &["--ticks", "6", "--out", text(&out)]);
-    answers(&outsider, 1..6);
-    command(&place, &["snapshot"]).with(0);
-    answers(&outsider, 6..7);
+    outsider.play(1..6, pose);
+    place.command(&["snapshot"]).with(0);
+    outsider.play(6..7, pose);
     recorded.end(SHORT).with(0);
     let file = beside(&out, 5);
     let trace = out.join("session.trace");
@@ -217,9 +201,9 @@ fn what_cannot_go_on_is_told_and_nothing_is_lost() {
 fn a_session_without_a_tick_is_told_as_such() {
     let _turn = turn();
     let place = Place::new("snapshot-unused");
-    let out = place.folder.path().join("out");
+    let out = place.file("out");
     let served = serve(&place, &["--out", text(&out)]);
-    command(&place, &["snapshot"]).with(0);
+    place.command(&["snapshot"]).with(0);
     served.interrupt().with(130);
     let replay = |more: &[&str]| run([&["replay", text(&out)], more].concat()).with(2).err;
     assert!(replay(&[]).contains("it holds no tick"), "{}", replay(&[]));
@@ -235,25 +219,19 @@ fn a_snapshot_that_cannot_be_written_is_refused() {
     let place = Place::new("full-disk");
     let lines = format!(
         "mount -t tmpfs -o size=1m none disk || exit 99
-        \"$0\" serve {} --scene {} --contact 40 --late-share off --record disk/a.trace --record-ticks 10 > out 2> err & s=$!
+        \"$chaincell\" serve {} --scene {} --contact 40 --late-share off --record disk/a.trace --record-ticks 10 > out 2> err & s=$!
         until grep -q ready out; do sleep 0.01; done
         dd if=/dev/zero of=disk/fill bs=4k 2> /dev/null
-        \"$0\" command --scene {1} snapshot; echo $?; ls disk
+        \"$chaincell\" command --scene {1} snapshot; echo $?; ls disk
         rm disk/fill
-        \"$0\" command --scene {1} snapshot > /dev/null; echo $?; ls disk
+        \"$chaincell\" command --scene {1} snapshot > /dev/null; echo $?; ls disk
         kill -INT $s; wait $s; echo $?",
         text(&place.model),
         place.scene
     );
-    std::fs::create_dir(place.folder.path().join("disk")).unwrap();
-    let binary = chaincell_tests::chaincell().get_program().to_owned();
-    let mut command = std::process::Command::new("unshare");
-    command.current_dir(place.folder.path()).args(["--mount", "sh", "-c", &lines]);
-    let ended = Running::start(command.arg(binary)).end(SHORT);
-    if ended.code == Some(99) || ended.err.contains("unshare") {
-        println!("SKIPPED a_snapshot_that_cannot_be_written_is_refused: no right to mount");
-        return;
-    }
+    std::fs::create_dir(place.file("disk")).unwrap();
+    let Some(mut command) = unshared("a full disk", place.folder.path(), &lines) else { return };
+    let ended = Running::start(&mut command).end(SHORT);
     let said: Vec<&str> = ended.out.split_whitespace().collect();
     let wanted = ["2", "a.trace", "fill", "0", "a.trace", "a.trace.0.snapshot", "130"];
     assert_eq!(said, wanted, "{ended:?}");

@@ -5,31 +5,28 @@
 use std::path::PathBuf;
 use std::time::Duration;
 
-use chaincell_tests::files::{Table, bake, play, scratch, summary, text, write_path};
+use chaincell_tests::files::{Table, play, summary, text, write_path};
 use chaincell_tests::place::Place;
 use chaincell_tests::process::SHORT;
-use chaincell_tests::{Running, run, scene, turn};
+use chaincell_tests::{Running, run, turn};
 
 /// A stiff plane and a path that presses its middle by 20 mm to some newtons, and holds.
 fn place(test: &str, ticks: u64) -> (Place, PathBuf) {
-    let folder = scratch();
-    let stiff = ["--alpha", "0", "--stiffness-n-per-m", "1000"];
-    let model = bake(folder.path(), "plane:9x9x0.01", &stiff);
-    let path = folder.path().join("press.csv");
+    let place = Place::stiff(test);
+    let path = place.file("press.csv");
     let row = |tick: u64| (tick, [0.0, 0.0, -1e-4 * tick.min(200) as f32], u32::from(tick > 0));
     write_path(&path, (0..ticks).map(row));
-    (Place { folder, model, scene: scene(test) }, path)
+    (place, path)
 }
 
 /// Serves `ticks` ticks of the path behind a stage, and what `beside` does meanwhile.
 fn session(test: &str, ticks: u64, stage: &[&str], beside: impl Fn(&str)) -> (Place, PathBuf) {
     let (place, path) = place(test, ticks);
-    let out = place.folder.path().join("out");
+    let out = place.file("out");
     let count = ticks.to_string();
     let own = ["--ticks", &count, "--out", text(&out), "--json"];
     let serve = place.serve(&[&own[..], stage].concat());
-    let control = ["control", "--scene", &place.scene, "--path", text(&path), "--json"];
-    let control = Running::chaincell([&control[..], &["--late-share", "off"]].concat());
+    let control = Running::start(&mut place.control(&["--path", text(&path)]));
     beside(&place.scene);
     control.end(SHORT).with(0);
     serve.end(SHORT).with(0);
@@ -95,7 +92,7 @@ fn pauses_and_resets_are_replayed_behind_a_stage() {
 #[test]
 fn a_stage_that_goes_by_positions_is_refused_with_a_current() {
     let (place, path) = place("staged-current", 10);
-    let out = place.folder.path().join("out");
+    let out = place.file("out");
     let options = ["--drive", "current", "--device", "touch"];
     let refused = play(&place.model, &path, &out, &options).with(2);
     assert!(refused.err.contains("--drive current") && refused.err.contains("--coupling none"));

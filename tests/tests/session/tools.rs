@@ -6,11 +6,14 @@
 use std::path::PathBuf;
 use std::time::Duration;
 
-use chaincell_tests::files::{Table, bake, scratch, text};
+use chaincell_tests::files::{Table, text};
 use chaincell_tests::outsider::tools::{Forces, Poses, ToolForce, ToolPose, ToolsOutsider};
-use chaincell_tests::outsider::{BAD_SAMPLE, Commander, LATE, Order, RELEASE_FIRST, SAFE, STALE};
+use chaincell_tests::outsider::{
+    BAD_SAMPLE, Commander, LATE, Order, RELEASE_FIRST, SAFE, STALE, size,
+};
+use chaincell_tests::place::Place;
 use chaincell_tests::process::SHORT;
-use chaincell_tests::{Running, run, scene, turn};
+use chaincell_tests::{Running, run, turn};
 use rustix::process::Signal;
 
 /// A capsule of 15 mm half length along x.
@@ -29,30 +32,13 @@ const SIDE_M: f32 = 0.04;
 type Fault<'a> = &'a dyn Fn(&mut Poses);
 
 /// A block of 80 mm x 80 mm x 30 mm on a fixed ground.
-struct Block {
-    folder: tempfile::TempDir,
-    model: PathBuf,
-    scene: String,
+fn block(test: &str) -> Place {
+    Place::of(test, "box:9x9x4x0.01", &["--young-pa", "5000"])
 }
 
-impl Block {
-    fn new(test: &str) -> Self {
-        let folder = scratch();
-        let options = ["--young-pa", "5000"];
-        let model = bake(folder.path(), "box:9x9x4x0.01", &options);
-        Self { folder, model, scene: scene(test) }
-    }
-
-    fn serve(&self, options: &[&str]) -> Running {
-        let args = ["serve", text(&self.model), "--scene", &self.scene, "--late-share", "off"];
-        let mut serve = Running::chaincell([&args, &TOOLS[..], options].concat());
-        serve.wait_for_line("ready");
-        serve
-    }
-
-    fn file(&self, name: &str) -> PathBuf {
-        self.folder.path().join(name)
-    }
+/// A server of both tools.
+fn serve(block: &Place, options: &[&str]) -> Running {
+    block.serve(&[&TOOLS, options].concat())
 }
 
 /// A server to which no silence counts as one, and whose forces are published as they are.
@@ -90,10 +76,6 @@ fn of(forces: &Forces, number: u32) -> ToolForce {
     found
 }
 
-fn size(of: [f32; 3]) -> f64 {
-    of.iter().map(|&x| f64::from(x) * f64::from(x)).sum::<f64>().sqrt()
-}
-
 fn answer(outsider: &ToolsOutsider, sent: Poses) -> Forces {
     outsider.send(sent);
     outsider.receive()
@@ -114,10 +96,10 @@ fn press(outsider: &ToolsOutsider) -> Forces {
 #[test]
 fn each_tool_feels_its_own_force_and_torque_and_the_session_replays() {
     let _turn = turn();
-    let block = Block::new("two-tools");
+    let block = block("two-tools");
     let out = block.file("out");
     let server =
-        block.serve(&[&PLAIN[..], &["--ticks", &ALL.to_string(), "--out", text(&out)]].concat());
+        serve(&block, &[&PLAIN[..], &["--ticks", &ALL.to_string(), "--out", text(&out)]].concat());
     let outsider = ToolsOutsider::join(&block.scene);
     let pressed = press(&outsider);
     for (number, sign) in [(0, 1.0), (1, -1.0)] {
@@ -170,11 +152,16 @@ fn each_tool_feels_its_own_force_and_torque_and_the_session_replays() {
 #[test]
 fn a_message_with_a_fault_in_one_tool_is_a_bad_sample_for_all() {
     let _turn = turn();
-    let block = Block::new("bad-tools");
+    let block = block("bad-tools");
     let out = block.file("out");
-    let server = block.serve(&[&PLAIN[..], &["--out", text(&out)]].concat());
+    let server = serve(&block, &[&PLAIN[..], &["--out", text(&out)]].concat());
     let outsider = ToolsOutsider::join(&block.scene);
-    let mut last = press(&outsider);
+    // A release in it is none.
+    let bad = Poses { tools: 0, ..poses(0) };
+    assert_eq!(answer(&outsider, bad).flags & BAD_SAMPLE, BAD_SAMPLE);
+    assert_eq!(answer(&outsider, poses(1)).flags & RELEASE_FIRST, RELEASE_FIRST);
+    let later = |tick| Poses { tick: tick + 2, ..poses(tick) };
+    let mut last = last((0..=TICKS).map(|tick| answer(&outsider, later(tick))));
     let faults: [(&str, Fault<'_>); 9] = [
         ("a tool twice", &|sent| sent.each[0].number = 0),
         ("a tool that is not chosen in the place of one", &|sent| sent.each[0].number = 9),
@@ -186,7 +173,7 @@ fn a_message_with_a_fault_in_one_tool_is_a_bad_sample_for_all() {
         ("engaged 2", &|sent| sent.each[0].engaged = 2),
         ("a reserved word", &|sent| sent.each[0].reserved = 1),
     ];
-    let mut tick = TICKS;
+    let mut tick = TICKS + 2;
     for (what, fault) in faults {
         tick += 1;
         let mut sent = poses(tick);
@@ -223,7 +210,10 @@ fn a_message_with_a_fault_in_one_tool_is_a_bad_sample_for_all() {
         }
     }
     let served = server.interrupt().with(130).json();
-    assert_eq!(served["flag_ticks"]["bad_sample"], 9 + 12);
+    assert_eq!(served["flag_ticks"]["bad_sample"], 1 + 9 + 12);
+    let path = std::fs::read_to_string(out.join("path.csv")).unwrap();
+    // In two of them the message is sound, and the pose is not.
+    assert_eq!(path.lines().filter(|row| row.contains("NaN,NaN,NaN")).count(), 2 * 20, "{path}");
     let replayed = run(["replay", text(&out), "--json"]).with(0).json();
     assert_eq!(replayed["state_hash"], served["state_hash"]);
 }
@@ -231,8 +221,8 @@ fn a_message_with_a_fault_in_one_tool_is_a_bad_sample_for_all() {
 #[test]
 fn a_tool_counts_as_released_until_it_was_released_itself() {
     let _turn = turn();
-    let block = Block::new("release-each");
-    let server = block.serve(&PLAIN);
+    let block = block("release-each");
+    let server = serve(&block, &PLAIN);
     let outsider = ToolsOutsider::join(&block.scene);
     for tick in 0..TICKS {
         let mut sent = poses(tick + 1);
@@ -261,8 +251,8 @@ fn a_tool_counts_as_released_until_it_was_released_itself() {
 #[test]
 fn forces_and_torques_of_a_lost_client_fall_together_along_a_line_to_exactly_0() {
     let _turn = turn();
-    let block = Block::new("lost-client");
-    let server = block.serve(&["--budget-us", "off", "--json", "--watchdog-ms", "200"]);
+    let block = block("lost-client");
+    let server = serve(&block, &["--budget-us", "off", "--json", "--watchdog-ms", "200"]);
     let outsider = ToolsOutsider::join(&block.scene);
     let held = slow_press(&outsider);
     let mut falling = Vec::new();
@@ -323,10 +313,10 @@ fn slow_press(outsider: &ToolsOutsider) -> Forces {
 #[test]
 fn a_tool_that_lets_go_in_a_late_tick_has_no_force_at_once() {
     let _turn = turn();
-    let block = Block::new("late-tools");
+    let block = block("late-tools");
     let out = block.file("out");
     let options = ["--watchdog-ms", "0", "--ramp-ms", "0", "--json", "--out", text(&out)];
-    let server = block.serve(&options);
+    let server = serve(&block, &options);
     let outsider = ToolsOutsider::join(&block.scene);
     let before = press(&outsider);
     server.signal(Signal::STOP);
@@ -344,6 +334,8 @@ fn a_tool_that_lets_go_in_a_late_tick_has_no_force_at_once() {
         let found = outsider.receive();
         let is_late = tick < TICKS + 9;
         assert_eq!((found.tick, found.flags & LATE != 0), (tick, is_late), "{found:?}");
+        assert_eq!((found.sweeps == 0, found.send_ns), (is_late, 7));
+        assert_eq!(found.force_tick, if is_late { TICKS } else { tick }, "{found:?}");
         let [first, second] = [0, 1].map(|number| of(&found, number));
         if tick < TICKS + 5 {
             assert_eq!(first.force_n, of(&before, 0).force_n);
@@ -367,9 +359,9 @@ fn a_tool_that_lets_go_in_a_late_tick_has_no_force_at_once() {
 #[test]
 fn torques_and_forces_are_shortened_for_each_tool_by_itself() {
     let _turn = turn();
-    let block = Block::new("shortened");
+    let block = block("shortened");
     let free = {
-        let server = block.serve(&PLAIN);
+        let server = serve(&block, &PLAIN);
         let found = press(&ToolsOutsider::join(&block.scene));
         server.interrupt().with(130);
         found
@@ -378,7 +370,7 @@ fn torques_and_forces_are_shortened_for_each_tool_by_itself() {
         [size(of(&free, 1).torque_n_m) * 0.5, size(of(&free, 1).force_n) * 0.5];
     for (option, most) in [("--max-torque-n-m", torque_n_m), ("--max-force-n", force_n)] {
         let (of_torque, most_text) = (option == "--max-torque-n-m", most.to_string());
-        let server = block.serve(&[&PLAIN[..], &[option, &most_text]].concat());
+        let server = serve(&block, &[&PLAIN[..], &[option, &most_text]].concat());
         let outsider = ToolsOutsider::join(&block.scene);
         // Tool 0 stays just above the block.
         let found = (0..=TICKS).map(|tick| {
@@ -400,7 +392,7 @@ fn torques_and_forces_are_shortened_for_each_tool_by_itself() {
 #[test]
 fn a_controller_plays_a_path_of_two_tools() {
     let _turn = turn();
-    let block = Block::new("control-two");
+    let block = block("control-two");
     let path = block.file("two.csv");
     let mut rows = String::from("tick,tool,x_m,y_m,z_m,qx,qy,qz,qw,engaged\n");
     for tick in 0..60 {
@@ -412,9 +404,9 @@ fn a_controller_plays_a_path_of_two_tools() {
     std::fs::write(&path, rows).unwrap();
     let out = block.file("out");
     let server =
-        block.serve(&["--budget-us", "off", "--json", "--ticks", "61", "--out", text(&out)]);
-    let args = ["control", "--scene", &block.scene, "--path", text(&path), "--json"];
-    let told = run([&args[..], &["--late-share", "off"]].concat()).with(0).json();
+        serve(&block, &["--budget-us", "off", "--json", "--ticks", "61", "--out", text(&out)]);
+    let control = &mut block.control(&["--path", text(&path)]);
+    let told = Running::start(control).end(SHORT).with(0).json();
     assert_eq!((&told["ticks_answered"], &told["has_touched"]), (&61.into(), &true.into()));
     let served = server.end(SHORT).with(0).json();
     assert_eq!(told["state_hash"], served["state_hash"]);

@@ -17,7 +17,7 @@ use chaincell_kernel::trace::Command;
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::{Rng, SeedableRng};
 
-use crate::served::{MS_NS, Server, World, plane, premium, tissue};
+use crate::served::{MS_NS, Server, World, plane, premium, smooth, tissue};
 
 /// Ticks of a press and the way back.
 const CYCLE: u64 = 900;
@@ -60,7 +60,7 @@ enum Event {
     Clutch(u64),
 }
 
-const EVENTS: [Event; 23] = [
+const EVENTS: [Event; 25] = [
     Event::Glitch(1, 300.0),
     Event::Glitch(1, -0.02),
     Event::Glitch(3, 1.0),
@@ -75,9 +75,11 @@ const EVENTS: [Event; 23] = [
     Event::Lost(10),
     Event::Lost(60),
     Event::Burst(8),
+    Event::Burst(30),
     Event::Burst(60),
     Event::Stop(15),
     Event::Stop(120),
+    Event::Stop(200),
     Event::SlowTick(50),
     Event::Sweeps(2),
     Event::MaxForce(0.5),
@@ -89,10 +91,6 @@ const EVENTS: [Event; 23] = [
 /// Where the hand wants to be at a tick of its cycle, below the start \[m\].
 fn depth_m(tick: u64) -> f64 {
     let at = tick as f64 / CYCLE as f64;
-    let smooth = |x: f64| {
-        let x = x.clamp(0.0, 1.0);
-        x * x * (3.0 - 2.0 * x)
-    };
     0.02 * (smooth((at - 0.2) / 0.2) - smooth((at - 0.7) / 0.2))
 }
 
@@ -310,7 +308,7 @@ fn an_undisturbed_session_makes_nothing() {
     }
 }
 
-// REQ-STG-16
+// REQ-STG-16, REQ-COS-10
 #[test]
 fn no_pair_of_events_gives_a_hand_energy_out_of_nothing() {
     let pairs = EVENTS.iter().flat_map(|&first| EVENTS.map(|second| (first, second)));

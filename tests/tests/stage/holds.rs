@@ -9,7 +9,6 @@
 #![allow(clippy::unwrap_used)]
 
 use chaincell_host::bake::ImageBytes;
-use chaincell_kernel::stage::StageSettings;
 use chaincell_tests::closed_loop::{Choice, DEVICES, GRIPS, Loop, TISSUES, column};
 use nalgebra::Vector3;
 
@@ -104,17 +103,5 @@ fn a_hold_is_quiet() {
             assert!(least > 0.1 && largest - least <= choice.swing_n(), "{seen:?}");
             assert!(seen.power_w <= HUM_W, "{seen:?}");
         }
-    }
-}
-
-// REQ-STG-03
-#[test]
-fn without_the_stage_a_soft_hand_swings() {
-    let image = column(TISSUES[1]);
-    for (choice, press) in cases().filter(|(choice, _)| choice.grip == 0) {
-        let choice = Choice { settings: StageSettings::NONE, ..choice };
-        let seen = hold(&image, choice, press, 20_000);
-        print("without", &choice, press, TISSUES[1], &seen);
-        assert!(seen.force_n[1] - seen.force_n[0] > 5.0, "{seen:?}");
     }
 }

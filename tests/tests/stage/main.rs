@@ -10,6 +10,5 @@ mod overload;
 mod passivity;
 mod replayed;
 mod served;
-mod softening;
 mod tools;
 mod walls;

@@ -4,20 +4,19 @@
 
 use std::path::Path;
 
-use chaincell_host::bake::tissue::Tissue;
-use chaincell_host::bake::{BakeOptions, ImageBytes, PerCell, bake};
+use chaincell_host::bake::ImageBytes;
 use chaincell_host::engine::motion::Pose;
 use chaincell_host::engine::order::skipped;
 use chaincell_host::engine::staged::Staged;
 use chaincell_host::engine::tissue::TissueEngine;
 use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
 use chaincell_host::files::recording::{Played, Recording, Start, TraceFile, play, tissue};
-use chaincell_host::mesh::{MeshOptions, load};
 use chaincell_host::session::ipc::tools::TickForce;
 use chaincell_host::session::loops::record::{Recorder, Row};
 use chaincell_kernel::stage::{Device, StageSettings};
 use chaincell_kernel::trace::{Command, CommandRecord, End, Reader};
 use chaincell_kernel::{Budget, Model, NOT_TURNED, Network, Settings, ToolPart, ToolPose};
+use chaincell_tests::bodies::nodal;
 use nalgebra::Vector3;
 use proptest::prelude::*;
 
@@ -79,13 +78,6 @@ fn event() -> impl Strategy<Value = Event> {
         Command::LetGo { tool: 1, ticks: 3 },
     ]);
     prop_oneof![30 => tick, 1 => command.prop_map(Event::Command)]
-}
-
-fn block() -> ImageBytes {
-    let mesh = load("box:5x5x3x0.01", &MeshOptions::default()).unwrap();
-    let tissue = Some(Tissue::new(PerCell::Uniform(5.0e3), PerCell::Uniform(0.45)));
-    let options = BakeOptions { tissue, ..BakeOptions::default() };
-    bake(&mesh, &mesh.default_fixed, &options).unwrap()
 }
 
 /// Two spheres, each behind a stage.
@@ -177,7 +169,7 @@ fn plays_again(image: &ImageBytes, device: Device, events: &[Event]) -> Result<(
 /// device is given no new force, and the tissue has its sweeps.
 #[test]
 fn a_pose_that_is_bad_to_one_stage_alone_is_a_tick_with_sweeps() {
-    let image = block();
+    let image = nodal("box:5x5x3x0.01", 5.0e3);
     let press = |depth_m, x| {
         let position_m = Vector3::new(x, 0.002, TOP_M + RADIUS_M - depth_m);
         ToolPose::at(position_m, 1)
@@ -197,7 +189,7 @@ fn a_pose_that_is_bad_to_one_stage_alone_is_a_tick_with_sweeps() {
 
 #[test]
 fn whatever_came_is_played_again() {
-    let image = block();
+    let image = nodal("box:5x5x3x0.01", 5.0e3);
     let cases = if std::env::var_os("CHAINCELL_SLOW").is_some() { 2_000 } else { 60 };
     let events = prop::collection::vec(event(), 1..120);
     let mut runner = proptest::test_runner::TestRunner::new(ProptestConfig {

@@ -8,19 +8,19 @@
 
 use std::collections::VecDeque;
 
-use chaincell_host::bake::{BakeOptions, ImageBytes, PerCell, bake};
+use chaincell_host::bake::{BakeOptions, ImageBytes, PerCell};
 use chaincell_host::engine::motion::Pose;
 use chaincell_host::engine::order::TickPlace;
 use chaincell_host::engine::staged::Staged;
 use chaincell_host::engine::tools::Poses;
 use chaincell_host::engine::{Engine, Scheme};
-use chaincell_host::mesh::{MeshOptions, load};
 use chaincell_host::session::ipc::tools::Answer;
 use chaincell_host::session::loops::serve::{Arrived, Behind, Session, Shared};
 use chaincell_kernel::Budget;
 use chaincell_kernel::stage::{Device, StageSettings};
 use chaincell_kernel::trace::Command;
 use chaincell_kernel::{Flags, Model, Network, Settings};
+use chaincell_tests::bodies::baked;
 use chaincell_tests::closed_loop::handle;
 use chaincell_tests::handle::{Hand, Moving};
 use nalgebra::{Rotation3, Vector3};
@@ -32,14 +32,13 @@ const PREMIUM: usize = 1;
 
 /// A plane of links of 1 kN/m, as `bake plane:5x5x0.01 --alpha 0 --stiffness-n-per-m 1000` makes it.
 pub fn plane() -> ImageBytes {
-    let mesh = load("plane:5x5x0.01", &MeshOptions::default()).unwrap();
     let uniform = PerCell::Uniform;
     let options = BakeOptions {
         alpha: uniform(0.0),
         stiffness_n_per_m: uniform(1000.0),
         ..BakeOptions::default()
     };
-    bake(&mesh, &mesh.default_fixed, &options).unwrap()
+    baked("plane:5x5x0.01", &options)
 }
 
 pub fn tissue(image: &ImageBytes, stage: Option<StageSettings>) -> Staged<'_> {
@@ -53,6 +52,12 @@ pub fn tissue(image: &ImageBytes, stage: Option<StageSettings>) -> Staged<'_> {
 /// The stage that `serve --device premium` has.
 pub fn premium() -> StageSettings {
     StageSettings { watchdog_ticks: 0, ..StageSettings::for_device(Device::Premium) }
+}
+
+/// From 0 to 1 without a jump of the speed.
+pub fn smooth(share: f64) -> f64 {
+    let share = share.clamp(0.0, 1.0);
+    share * share * (3.0 - 2.0 * share)
 }
 
 /// Device and hand, and what they see of the server.

@@ -1,14 +1,13 @@
 //! Two tools on a surface, each behind a stage of its own: what one of them loses is not the other's.
 #![allow(clippy::unwrap_used)]
 
-use chaincell_host::bake::tissue::Tissue;
-use chaincell_host::bake::{BakeOptions, ImageBytes, PerCell, bake};
+use chaincell_host::bake::ImageBytes;
 use chaincell_host::engine::staged::Staged;
 use chaincell_host::engine::tissue::TissueEngine;
 use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
-use chaincell_host::mesh::{MeshOptions, load};
 use chaincell_kernel::stage::{Device, StageSettings};
 use chaincell_kernel::{Budget, Flags, Model, Network, Settings, ToolPart, ToolPose, Unloading};
+use chaincell_tests::bodies::nodal;
 use nalgebra::Vector3;
 
 /// Where the first tool stands and the second, their radius, and the height of the body [m].
@@ -17,14 +16,6 @@ const RADIUS_M: f32 = 0.012;
 const TOP_M: f32 = 0.04;
 /// Largest torque of a tool [N m].
 const TORQUE_N_M: f32 = 4.0e-3;
-
-/// Of this modulus of elasticity [Pa].
-fn block(modulus: f64) -> ImageBytes {
-    let mesh = load("box:9x5x6x0.008", &MeshOptions::default()).unwrap();
-    let tissue = Some(Tissue::new(PerCell::Uniform(modulus), PerCell::Uniform(0.45)));
-    let options = BakeOptions { tissue, ..BakeOptions::default() };
-    bake(&mesh, &mesh.default_fixed, &options).unwrap()
-}
 
 /// Two tools behind these stages; the second sits beside the place that its hand holds, so that it
 /// feels a torque.
@@ -64,7 +55,7 @@ fn shifted(image: &ImageBytes, pose: ToolPose) -> ToolPose {
 // REQ-STG-13
 #[test]
 fn one_that_is_overdrawn_does_not_silence_the_other() {
-    let image = block(1.0e6);
+    let image = nodal("box:9x5x6x0.008", 1.0e6);
     let settings = StageSettings { coupling: None, ..StageSettings::for_device(Device::Premium) };
     let mut staged = staged(&image, settings);
     let (mut withheld, mut least, mut silenced) = ([0; 2], f32::INFINITY, false);
@@ -93,7 +84,7 @@ fn one_that_is_overdrawn_does_not_silence_the_other() {
 // REQ-STG-13
 #[test]
 fn each_has_its_ramp_and_its_limits() {
-    let image = block(2.0e4);
+    let image = nodal("box:9x5x6x0.008", 2.0e4);
     let settings = StageSettings { max_force_n: 0.8, ..StageSettings::for_device(Device::Omega) };
     let mut staged = staged(&image, settings);
     let mut last_torque = 0.0;

@@ -1,4 +1,4 @@
-//! Calls in the wrong order and with the wrong pointers. Tests with a server are in `tests/tests/client`.
+//! Calls in the wrong order and with the wrong pointers. Tests with a server are in `tests/tests/session/client`.
 
 use std::ffi::CStr;
 use std::ptr::{null, null_mut};

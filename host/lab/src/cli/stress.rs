@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use crate::experiments::stress::{Options, Scale, Suite, run, selected, table};
+use crate::experiments::stress::{Options, Scale, Suite, run, selected};
 use chaincell_host::error::{Error, Result};
 use chaincell_host::files::output::Folder;
 use chaincell_host::terminal;
@@ -66,12 +66,12 @@ pub fn execute(args: &Args) -> Result<()> {
     }
     if let Some(folder) = &folder {
         folder.write_json("stress.json", &suite)?;
-        folder.write("stress.txt", table(&suite).as_bytes())?;
+        folder.write("stress.txt", suite.table().as_bytes())?;
     }
     if args.json {
         terminal::say_json(&suite)?;
     } else {
-        terminal::say(table(&suite))?;
+        terminal::say(suite.table())?;
     }
     ended?;
     let failed: Vec<&str> =

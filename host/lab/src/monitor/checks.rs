@@ -93,8 +93,10 @@ pub enum Check {
     /// The force is at most 2 `k_ref` sqrt(W E) and the largest force that is set.
     Force,
     /// The flags are known ones, the contacts are cells, no force without a contact or in the safe
-    /// state.
+    /// state, no contact of a tool that is away; the contacts of a tool add up to its force.
     Answer,
+    /// As many sweeps as are asked for; a late tick repeats the force.
+    Sweeps,
     /// A second run and the scalar loops give the same bits.
     SameBits,
     /// A body at rest stays as it was to the last bit.
@@ -103,7 +105,8 @@ pub enum Check {
     Return,
     /// What must be admitted is admitted, and what must be refused is refused.
     Admission,
-    /// The answer to bad samples: held, then safe, then back.
+    /// The answer to bad samples: the last good one, then the safe state in which no bit changes, then
+    /// back.
     Safe,
     /// What is left of a quantity after long is what it was.
     Drift,
@@ -133,6 +136,8 @@ pub struct Worst {
     pub energy_peak_j: f64,
     /// Energy after the last tick \[J\].
     pub energy_end_j: f64,
+    /// Level after the last tick \[J\].
+    pub level_end_j: f64,
     /// Largest force \[N\].
     pub force_max_n: f64,
     /// Largest part of the rounding's allowance by which the energy lay above the level.
@@ -154,6 +159,7 @@ impl Worst {
             energy_start_j: self.energy_start_j.max(other.energy_start_j),
             energy_peak_j: self.energy_peak_j.max(other.energy_peak_j),
             energy_end_j: self.energy_end_j.max(other.energy_end_j),
+            level_end_j: self.level_end_j.max(other.level_end_j),
             force_max_n: self.force_max_n.max(other.force_max_n),
             rounding_used: self.rounding_used.max(other.rounding_used),
             coordinate_over_k: self.coordinate_over_k.max(other.coordinate_over_k),
@@ -240,7 +246,7 @@ impl Checks {
         let worst = &mut self.worst;
         worst.ticks += 1;
         worst.energy_peak_j = worst.energy_peak_j.max(energy_j);
-        worst.energy_end_j = energy_j;
+        (worst.energy_end_j, worst.level_end_j) = (energy_j, level_j);
         worst.force_max_n = worst.force_max_n.max(force);
         worst.coordinate_over_k = worst.coordinate_over_k.max(over_k);
         worst.energy_over_bound = worst.energy_over_bound.max(over(energy_j, bound_j));

@@ -6,11 +6,14 @@
 use chaincell_kernel::{COORDINATE_MAX, Model, ProxyPose, Rounding, ToolPart};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
-use super::energy::{self, energy_of_shapes};
+use super::energy::{Energy, energy, energy_of_shapes};
 use crate::reference::{Links, Nodal, Stiffening};
+use chaincell_host::engine::Arithmetic;
 
 /// Spacing of single precision.
 const EPS: f64 = f32::EPSILON as f64;
+/// How far fixed point may move a length [mean link lengths].
+const FIXED_RESOLUTION: f64 = 8.0 / 16_777_216.0;
 
 /// The triangles as a part meets them: corners, parts of an edge, stiffness of all samples
 /// [2 `k_ref`].
@@ -25,6 +28,8 @@ pub struct Stored {
     pub energy_j: f64,
     /// How far rounding may move it.
     pub allowance_j: f64,
+    /// How far rounding may move a force of the tissue [mean link lengths times 2 `k_ref`].
+    pub force_allowance: f64,
     /// What each tool meets.
     pub met: Vec<Met>,
 }
@@ -42,26 +47,31 @@ pub struct Met {
 #[derive(Debug, Clone)]
 pub struct ExactContact<'m> {
     model: Model<'m>,
-    tissue: Of,
+    tissue: Tissue,
+    /// How far the numbers may move a length, beyond rounding [mean link lengths].
+    resolution: f64,
     /// Bounds of the cells.
     bounds: Vec<f64>,
     tools: Vec<Vec<(ToolPart, Triangles)>>,
 }
 
-/// What the tissue is made of.
+/// The material of a body.
 #[derive(Debug, Clone)]
-enum Of {
-    Shapes(Nodal, Stiffening),
+enum Tissue {
+    Shapes(Box<(Nodal, Stiffening)>),
     Links(Links),
+    /// Shapes that the reference does not know.
+    Unknown,
 }
 
-impl Of {
-    fn energy(&self, positions: &[[f64; 3]], bounds: &[f64]) -> energy::Energy {
-        match self {
-            Self::Shapes(shapes, stiffening) => {
-                energy_of_shapes(shapes, stiffening, positions, bounds)
-            }
-            Self::Links(links) => energy::energy(links, positions, false, |_| 0.0),
+impl Tissue {
+    fn of(model: &Model<'_>) -> Self {
+        if !model.is_nodal() {
+            return Self::Links(Links::of_model(model));
+        }
+        match Nodal::of_model(model) {
+            Ok(Some(shapes)) => Self::Shapes(Box::new((shapes, Stiffening::of_model(model)))),
+            _ => Self::Unknown,
         }
     }
 }
@@ -111,9 +121,9 @@ fn each_sample(parts: u16, mut visit: impl FnMut([f64; 3])) {
 }
 
 impl<'m> ExactContact<'m> {
-    /// Of a model with a contact surface under these tools; `None` for another one.
+    /// Of a model under these tools, which need its contact surface, or under none.
     #[must_use]
-    pub fn new(model: Model<'m>, tools: &[Vec<ToolPart>]) -> Option<Self> {
+    pub fn new(model: Model<'m>, tools: &[Vec<ToolPart>], numbers: Arithmetic) -> Self {
         let corners: Vec<[usize; 3]> =
             model.triangles().iter().map(|corners| corners.map(usize::from)).collect();
         let of = |part: &ToolPart| {
@@ -128,17 +138,14 @@ impl<'m> ExactContact<'m> {
         };
         let tools = tools.iter().map(|parts| parts.iter().map(of).collect()).collect();
         let bounds = (0..model.cells()).map(|cell| f64::from(model.cell_bound(cell))).collect();
-        let tissue = match Nodal::of_model(&model).ok()? {
-            Some(shapes) => Of::Shapes(shapes, Stiffening::of_model(&model)),
-            None => Of::Links(Links::of_model(&model)),
-        };
-        model.has_contact_surface().then_some(Self { model, tissue, bounds, tools })
+        let resolution = if numbers == Arithmetic::Fixed { FIXED_RESOLUTION } else { 0.0 };
+        Self { model, tissue: Tissue::of(&model), resolution, bounds, tools }
     }
 
-    /// Whether the tissue is a body of links.
+    /// Returns true if the energy of the tissue is known.
     #[must_use]
-    pub fn is_of_links(&self) -> bool {
-        matches!(self.tissue, Of::Links(_))
+    pub fn is_known(&self) -> bool {
+        !matches!(self.tissue, Tissue::Unknown)
     }
 
     /// Number of tools.
@@ -175,10 +182,24 @@ impl<'m> ExactContact<'m> {
         Placed { centre, turn: of_tool * turn(part.orientation), core, radius: share * radius }
     }
 
+    fn tissue_energy(&self, positions: &[[f64; 3]], closed: bool) -> Energy {
+        match &self.tissue {
+            Tissue::Shapes(of) => energy_of_shapes(&of.0, &of.1, positions, &self.bounds),
+            Tissue::Links(links) => energy(links, positions, closed, |_| 0.5 * self.resolution),
+            Tissue::Unknown => Energy::default(),
+        }
+    }
+
     /// Energy of tissue and tools at these positions [mean link lengths from the centre], the least of
-    /// all rotations and shapes that the kernel may keep.
+    /// all rotations and shapes that the kernel may keep; with the links' bands as they are or `closed`.
     #[must_use]
-    pub fn stored(&self, positions: &[[f64; 3]], proxies: &[Option<ProxyPose>]) -> Stored {
+    pub fn stored(
+        &self,
+        positions: &[[f64; 3]],
+        proxies: &[Option<ProxyPose>],
+        closed: bool,
+    ) -> Stored {
+        // The samples that the tools press.
         let mut pressed = Pressed::new(positions.len(), self.tools.len());
         for (number, (parts, proxy)) in self.tools.iter().zip(proxies).enumerate() {
             let Some(proxy) = proxy else { continue };
@@ -187,15 +208,20 @@ impl<'m> ExactContact<'m> {
                 pressed.add(number, &placed, triangles, positions);
             }
         }
-        let tissue = self.tissue.energy(positions, &self.bounds);
-        let mut rounding = Rounding::default();
-        for (cell, at) in positions.iter().enumerate() {
-            let bound = self.bounds[cell] + pressed.bounds[cell];
-            let mobility = if bound > 0.0 { (1.0 / bound) as f32 } else { 0.0 };
-            let stored = (8.0 * pressed.stored[cell]) as f32;
-            rounding.add_cell(Rounding::of_cell(at.map(|x| x as f32), mobility, stored));
+        // The rounding of their energy.
+        let tissue = self.tissue_energy(positions, closed);
+        let mut allowance = tissue.allowance;
+        if !self.tools.is_empty() {
+            let mut rounding = Rounding::default();
+            for (cell, at) in positions.iter().enumerate() {
+                let bound = self.bounds[cell] + pressed.bounds[cell];
+                let mobility = if bound > 0.0 { (1.0 / bound) as f32 } else { 0.0 };
+                let stored = (8.0 * pressed.stored[cell]) as f32;
+                rounding.add_cell(Rounding::of_cell(at.map(|x| x as f32), mobility, stored));
+            }
+            allowance += f64::from(rounding.allowance(pressed.energy as f32)) + pressed.slack;
         }
-        let allowance = f64::from(rounding.allowance(pressed.energy as f32)) + pressed.slack;
+        // Units.
         let unit_j = f64::from(self.model.energy_unit_j());
         let unit_n_per_m = 2.0 * f64::from(self.model.stiffness_n_per_m());
         for met in &mut pressed.met {
@@ -205,7 +231,8 @@ impl<'m> ExactContact<'m> {
         Stored {
             tissue_j: unit_j * tissue.energy,
             energy_j: unit_j * (tissue.energy + pressed.energy),
-            allowance_j: unit_j * (tissue.allowance + allowance),
+            allowance_j: unit_j * allowance,
+            force_allowance: tissue.force_allowance,
             met: pressed.met,
         }
     }

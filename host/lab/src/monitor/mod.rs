@@ -1,18 +1,18 @@
 //! What must hold in every tick, whatever is done to a body: the one list of checks that the stress
-//! cases, the fuzz targets and the tests use.
+//! cases, the property tests and the fuzz targets use.
 //!
-//! - [`energy`]: the links' energy in double precision, and what rounding leaves open of it.
-//! - [`contact`]: the same of nodal shapes under tools on a contact surface.
-//! - [`checks`]: the checks themselves, on plain numbers.
+//! - [`energy`]: the energy of a tissue in double precision, and what rounding leaves open of it.
+//! - [`contact`]: the same with tools on a contact surface.
+//! - [`checks`]: the checks on plain numbers.
 //! - [`engine`]: follows an engine tick by tick and hands its numbers to the checks.
-//! - [`tools`]: the same under tools on a contact surface.
+//! - [`play`]: plays steps on an engine and its twins.
 
 pub mod checks;
 pub mod contact;
 pub mod energy;
 pub mod engine;
-pub mod tools;
+pub mod play;
 
 pub use checks::{Check, Failure, Worst};
 pub use engine::Monitor;
-pub use tools::ToolMonitor;
+pub use play::{Act, Step, play};

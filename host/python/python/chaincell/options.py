@@ -27,7 +27,6 @@ class BakeOptions(TypedDict, total=False):
     """Half-width of a link's band in rest lengths, in [0, 1)."""
     stiffness_n_per_m: PerNode | None
     """Stiffness of a link [N/m]."""
-    law: Literal["det1", "trace"] | None
     stretch_min: float | Literal["none"] | None
     stiffening: Mapping[float, float] | None
     """Half-widths of bands with the moduli [Pa] that they add."""

@@ -4,7 +4,7 @@
 //! Ln is the Laplacian of the nodal gradients, sum of `n_k` / `V_k` times the squares of
 //! sum over j of `a_kj` `u_j`, and Lc that of the tetrahedra's, the cotangent weights.
 
-use super::{BETA, Shapes, VolumeLaw};
+use super::{BETA, Shapes};
 
 /// A linear map of a few cells whose square is a part of L.
 #[cfg(test)]
@@ -16,11 +16,7 @@ const UP: f64 = 1.0 + 1e-6;
 impl Shapes {
     /// Returns the weight of the squares of cell k's gradient.
     fn nodal(&self, k: usize) -> f64 {
-        let volume = match self.law {
-            VolumeLaw::Det1 => 3.0 * self.lambda[k],
-            VolumeLaw::Trace => 0.0,
-        };
-        let modulus = 2.0 * (1.0 - BETA) * self.mu[k] + volume + self.band(k);
+        let modulus = 2.0 * (1.0 - BETA) * self.mu[k] + 3.0 * self.lambda[k] + self.band(k);
         modulus / self.shape.volume_m3(k)
     }
 
@@ -63,15 +59,8 @@ impl Shapes {
     /// Calls `visit(j, value)` for the summands of the elements of row i of L.
     fn each_of_row(&self, i: usize, mut visit: impl FnMut(usize, f64)) {
         let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-        let size = |a: [f64; 3]| dot(a, a).sqrt();
         let mut through = |k: usize, of_i: [f64; 3]| {
             let weight = self.nodal(k);
-            if self.law == VolumeLaw::Trace {
-                let others = self.shape.of(k).iter().map(|half| size(half.area_m2));
-                let sizes = others.fold(size(self.shape.own(k)), |sum, size| sum + size);
-                let share = self.lambda[k] / self.shape.volume_m3(k);
-                visit(i, share * size(of_i) * sizes);
-            }
             visit(k, weight * dot(of_i, self.shape.own(k)));
             for half in self.shape.of(k) {
                 visit(half.to as usize, weight * dot(of_i, half.area_m2));

@@ -12,7 +12,7 @@ mod stiffening;
 #[cfg(test)]
 mod tests;
 
-use chaincell_kernel::image::{LAW_DET1, LAW_TRACE, kind, nodal};
+use chaincell_kernel::image::{LAW_DET1, kind, nodal};
 use chaincell_kernel::number::two_float::LANES;
 
 use super::image::{Sections, holds_units};
@@ -26,16 +26,6 @@ use stiffening::Stiffening;
 /// Beta in double precision.
 const BETA: f64 = nodal::BETA as f64;
 
-/// Law of the resistance to a change of volume; both are Hooke's for small strain.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum VolumeLaw {
-    /// By the distance to the shapes of determinant 1.
-    #[default]
-    Det1,
-    /// By the sum of the stretches: fewer instructions, and softer in deep presses.
-    Trace,
-}
-
 /// Default stretch at which the band of stretches begins.
 pub const STRETCH_MIN: f64 = 0.7;
 /// Stiffness of the band \[shear moduli\].
@@ -48,8 +38,6 @@ pub struct Tissue {
     pub young_pa: PerCell,
     /// Poisson's ratio, from 0 to 0.495.
     pub poisson: PerCell,
-    /// Law of the resistance to a change of volume.
-    pub law: VolumeLaw,
     /// The stretch below which it resists more, from 0.01 to 0.95; `None` for no such band.
     pub stretch_min: Option<f64>,
     /// Bands on the links, at most three, which resist large strain.
@@ -57,11 +45,10 @@ pub struct Tissue {
 }
 
 impl Tissue {
-    /// Tissue of the default law, with the default band of stretches and no stiffening.
+    /// Tissue with the default band of stretches and no stiffening.
     #[must_use]
     pub fn new(young_pa: PerCell, poisson: PerCell) -> Self {
-        let (law, stretch_min) = (VolumeLaw::default(), Some(STRETCH_MIN));
-        Self { young_pa, poisson, law, stretch_min, stiffening: Vec::new() }
+        Self { young_pa, poisson, stretch_min: Some(STRETCH_MIN), stiffening: Vec::new() }
     }
 }
 
@@ -70,7 +57,6 @@ pub(super) struct Shapes {
     shape: Shape,
     mu: Vec<f64>,
     lambda: Vec<f64>,
-    law: VolumeLaw,
     stretch_min: f32,
     stiffening: Stiffening,
     /// At least the row sums of the magnitudes of the shapes' L.
@@ -166,10 +152,10 @@ impl Shapes {
             .map_err(|fault| refused(fault, mesh, body))?;
         check_stiffening(&tissue.stiffening, stored_pa)?;
         let stiffening = Stiffening::new(&tissue.stiffening, stored_pa, &rest, &tetrahedra);
-        let (law, bound, weights) = (tissue.law, Vec::new(), Vec::new());
+        let (bound, weights) = (Vec::new(), Vec::new());
         let stretch_min = tissue.stretch_min.unwrap_or(0.0) as f32;
         #[rustfmt::skip]
-        let shapes = Self { shape, mu, lambda, law, stretch_min, stiffening, bound, weights, stiffness_n_per_m };
+        let shapes = Self { shape, mu, lambda, stretch_min, stiffening, bound, weights, stiffness_n_per_m };
         shapes.check_links(body)?;
         // The bounds.
         let bound = shapes.row_sums();
@@ -207,11 +193,7 @@ impl Shapes {
 
     /// Adds the sections; `rows` and `neighbours` are those of the slices.
     pub fn push(&self, sections: &mut Sections, rest: &[[f32; 3]], slices: &[u32], ids: &[u16]) {
-        let law = match self.law {
-            VolumeLaw::Det1 => LAW_DET1,
-            VolumeLaw::Trace => LAW_TRACE,
-        };
-        sections.push(kind::NODAL, &[law, self.stretch_min.to_bits()]);
+        sections.push(kind::NODAL, &[LAW_DET1, self.stretch_min.to_bits()]);
         let cells = rest.len();
         let mut numbers = vec![[[0.0_f32; LANES]; nodal::CELL_ROWS]; cells.div_ceil(LANES)];
         for slice in &mut numbers {

@@ -4,6 +4,7 @@ use std::vec::Vec;
 
 use chaincell_kernel::{
     Budget, Model, Network, Settings as KernelSettings, Tissue as Own, Track, elastic_room,
+    term_states,
 };
 
 use super::sizes::size as links_size;
@@ -49,7 +50,7 @@ fn the_size_counts_the_states() {
     for scheme in Scheme::ALL {
         let (bytes, align) = size(SHAPES, scheme, 2);
         let links = links_size(scheme, cells, 2, 0);
-        assert!(align == SHAPE_ALIGN && bytes - links >= 256 * cells as usize);
+        assert!(align == SHAPE_ALIGN && bytes - links >= 192 * cells as usize);
         let info = info_of(&model_of(BOX));
         let whole = links_size(scheme, info.cells, 2, info.coarse_functions);
         assert_eq!(size(BOX, scheme, 2), (whole, ALIGN));
@@ -70,7 +71,7 @@ fn the_size_counts_the_states() {
 fn it_is_the_kernels_body_to_the_last_bit() {
     let model = Model::from_bytes(SHAPES).unwrap();
     let network = Network::new(model, KernelSettings::for_model(&model)).unwrap();
-    let mut own = Own::<144, Track<{ elastic_room(64) }>, 2, 144>::new();
+    let mut own = Own::<144, Track<{ elastic_room(64) }>, 2, { term_states(144) }>::new();
     let mut storage = lines(Scheme::Track);
     let (code, tissue) = place(&mut storage, 0, Scheme::Track);
     assert_eq!(code, Code::Ok);

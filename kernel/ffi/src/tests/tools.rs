@@ -5,7 +5,7 @@ use std::vec::Vec;
 
 use chaincell_kernel::{
     Model, NOT_TURNED, Network, Settings as KernelSettings, TickOutput, Tissue as Own,
-    ToolPart as KernelPart, TouchStore, Track, elastic_room,
+    ToolPart as KernelPart, TouchStore, Track, elastic_room, term_states,
 };
 
 use super::tool_storage::{ROOM, SURFACE, placed};
@@ -90,7 +90,7 @@ fn tools_are_the_kernels_to_the_last_bit() {
     let model = Model::from_bytes(SURFACE).unwrap();
     let settings = KernelSettings { max_tool_step_m: 0.01, ..KernelSettings::for_model(&model) };
     let network = Network::new(model, settings).unwrap();
-    let mut own = Own::<144, Track<{ elastic_room(24) }>, 2, 144>::new();
+    let mut own = Own::<144, Track<{ elastic_room(24) }>, 2, { term_states(144) }>::new();
     let mut store = TouchStore::<144, 256, 300, 2>::new();
     own.touching(store.room()).reset(&network).unwrap();
     let [a, b, c] = PARTS.map(|of| KernelPart {

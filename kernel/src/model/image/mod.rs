@@ -135,8 +135,8 @@ pub mod kind {
     /// With `FINE_REST`, optional, for display: tetrahedra over the nodes ([u32; 4]).
     pub const FINE_TETRAHEDRA: u32 = 37;
     /// Optional, needs `SLICE_ROWS`: the body is made of nodal shapes, its links carry no force;
-    /// the law of the shape, [`super::LAW_DET1`] or [`super::LAW_TRACE`], and the bits of the stretch
-    /// at which the band begins, 0 for none (u32, two words).
+    /// the law of the shape, [`super::LAW_DET1`], and the bits of the stretch at which the band begins, 0
+    /// for none (u32, two words). Another law is refused as another version of the section.
     pub const NODAL: u32 = 38;
     /// With `NODAL`: numbers of the cells, by slice, number and lane, see [`super::nodal`]
     /// ([[f32; 8]; 8] a slice).
@@ -162,8 +162,6 @@ pub mod kind {
 
 /// The law of `NODAL` that holds the volume by the distance to the shapes of determinant 1.
 pub const LAW_DET1: u32 = 0;
-/// The law of `NODAL` that holds the volume by the sum of the stretches.
-pub const LAW_TRACE: u32 = 1;
 
 /// Row indices of the sections of nodal shapes. Lengths in mean link lengths l, stresses in 2 `k_ref` / l, so
 /// that energies have the kernel's internal unit.

@@ -70,7 +70,7 @@ pub(crate) fn turned_with(
 
 #[inline(always)]
 fn turned_by(terms: Terms<'_, '_>, cell: u16, v: [f32; 3], back: bool) -> [f32; 3] {
-    let turn = terms.model.others.turn(terms.states.at(cell.into()));
+    let turn = terms.model.others.turn(cell.into(), terms.states.all());
     let Some(turn) = turn.map(Turn::of_unit) else { return v };
     turned(if back { turn.back() } else { turn }, v)
 }

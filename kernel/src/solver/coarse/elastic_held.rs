@@ -38,10 +38,10 @@ const SLIGHT: f64 = 0.1;
 /// `held` cells whose cuts are corrected \[blocks of eight `f32`\].
 ///
 /// ```
-/// use chaincell_kernel::{Tissue, Track, elastic_held_room, elastic_room};
+/// use chaincell_kernel::{Tissue, Track, elastic_held_room, elastic_room, term_states};
 ///
 /// /// As with [`elastic_room`], and a tool may hold nine cells at the end of a slender body.
-/// type Body = Tissue<512, Track<{ elastic_held_room(48, 9) }>, 9, 512>;
+/// type Body = Tissue<512, Track<{ elastic_held_room(48, 9) }>, 9, { term_states(512) }>;
 /// assert_eq!(32 * elastic_room(48), 1_728); // [bytes]
 /// assert_eq!(32 * elastic_held_room(48, 9), 26_496); // [bytes]
 /// ```

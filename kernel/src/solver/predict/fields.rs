@@ -1,8 +1,12 @@
 //! Moves the points of `track` with the tool.
 
 use super::{ARRAYS, TRACK};
+use crate::backend::f32x8::F32x8;
+use crate::backend::slices::{Chunks, ChunksMut};
+use crate::backend::{VectorUnit, Work, run};
 use crate::model::Model;
 use crate::number::cell::{Cell, add, peak, scale};
+use crate::number::two_float::LANES;
 use crate::solver::awake::Awake;
 
 /// Moves the points of the next pass and of the last one along the fields, for a motion of the tool by `way`.
@@ -12,6 +16,7 @@ pub(super) fn follow(
     own: &mut [Cell],
     awake: &mut Awake,
     way: [f32; 3],
+    vectors: Option<VectorUnit>,
 ) -> bool {
     let cells = model.cells();
     if own.len() != ARRAYS * cells {
@@ -22,6 +27,16 @@ pub(super) fn follow(
     let Some((x, rest)) = fields.split_at_checked(cells) else { return false };
     let Some((y, z)) = rest.split_at_checked(cells) else { return false };
     awake.wake_all(model);
+    let fields = [x, y, z];
+    let highest = match vectors {
+        Some(unit) => run(Some(unit), Follow { at, before, fields, way }),
+        None => one_by_one(at, before, fields, way),
+    };
+    highest > model.saturation()
+}
+
+/// Moves both points cell by cell. Returns the largest magnitude of a coordinate of the first one.
+fn one_by_one(at: &mut [Cell], before: &mut [Cell], [x, y, z]: [&[Cell]; 3], way: [f32; 3]) -> f32 {
     let mut highest = 0.0;
     for ((at, before), ((x, y), z)) in at.iter_mut().zip(before).zip(x.iter().zip(y).zip(z)) {
         let along = add(scale(way[0], x.xyz()), scale(way[1], y.xyz()));
@@ -31,5 +46,45 @@ pub(super) fn follow(
         let here = peak(at.xyz());
         highest = if here > highest { here } else { highest };
     }
-    highest > model.saturation()
+    highest
+}
+
+/// The same over slices.
+struct Follow<'a> {
+    at: &'a mut [Cell],
+    before: &'a mut [Cell],
+    fields: [&'a [Cell]; 3],
+    way: [f32; 3],
+}
+
+impl Work for Follow<'_> {
+    type Output = f32;
+
+    #[inline(always)]
+    fn run<V: F32x8>(self) -> f32 {
+        let ([a, b, c], [x, y, z]) = (self.way, self.fields);
+        let (a, b, c) = (V::splat(a), V::splat(b), V::splat(c));
+        let (x, y) = (Chunks::new(x, Cell::ZERO), Chunks::new(y, Cell::ZERO));
+        let (z, slices) = (Chunks::new(z, Cell::ZERO), self.at.len().div_ceil(LANES));
+        let (mut at, mut before) = (ChunksMut::new(self.at), ChunksMut::new(self.before));
+        let mut highest = V::splat(0.0);
+        for slice in 0..slices {
+            let (x, y, z) = (x.at(slice), y.at(slice), z.at(slice));
+            let (at, before) = (at.at(slice), before.at(slice));
+            // Two cells at a time; their fourth lanes become 0.
+            for pair in 0..LANES / 2 {
+                let along = a.times(V::pair(x, pair)).plus(b.times(V::pair(y, pair)));
+                let along = along.plus(c.times(V::pair(z, pair)));
+                let next = V::pair(at, pair).plus(along).positions();
+                highest = highest.larger_magnitude(next);
+                next.put_pair(at, pair);
+                V::pair(before, pair).plus(along).positions().put_pair(before, pair);
+            }
+        }
+        at.finish();
+        before.finish();
+        let mut lanes = [0.0; LANES];
+        highest.store(&mut lanes);
+        lanes.into_iter().fold(0.0, |most, lane| if lane > most { lane } else { most })
+    }
 }

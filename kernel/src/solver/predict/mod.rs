@@ -17,18 +17,21 @@
 //!
 //! **Under tools on a surface** there are no fields, since the contact changes as the tool moves. If tools
 //! continue by a share of their last motion, the points continue by that share of their motion in the last
-//! ticks ([`momentum`]): a body that follows a steady tool is extrapolated to its next position.
+//! ticks ([`momentum`]): a body that follows a steady tool is extrapolated to its next position. Then the
+//! cells under the tools are brought into balance with their neighbours ([`near`]), which covers what no
+//! extrapolation foresees: new contacts, and a tool that turns back.
 //!
 //! There are no fields, and the scheme is `track` bit for bit, under a current, and on a body with slack (alpha above 0): there the response is local and changes with every link that
 //! becomes taut. A prediction moves every free cell, so it wakes the whole body.
 //!
 //! Cost: three more arrays of cells than `track`; nine multiplications per cell in a tick in which the tool
-//! moves. No sweep, no inner product. Choosing cells costs up to [`response::ITERATIONS_MAX`] linear link
+//! moves. No sweep, no inner product. Under tools that move, at most half a pass more. Choosing cells costs up to [`response::ITERATIONS_MAX`] linear link
 //! passes for each field, outside the tick (80 ms for 5,773 cells on a workstation), and nothing if they are
 //! the cells chosen last; it drops the momentum of a body that still moves.
 
 mod fields;
 mod momentum;
+mod near;
 mod response;
 
 use super::Dynamics;
@@ -136,7 +139,7 @@ impl<const ROOM: usize> Scheme for Predict<ROOM> {
             self.track.go_from(body.state, own);
         }
         let follows = follows && self.track.is_going();
-        if follows && fields::follow(body.terms.model, own, body.awake, way) {
+        if follows && fields::follow(body.terms.model, own, body.awake, way, body.terms.vectors) {
             // Beyond the range: the next pass starts at the published point.
             self.track.interrupt();
         }
@@ -149,7 +152,9 @@ impl<const ROOM: usize> Scheme for Predict<ROOM> {
                 is_marked: self.is_marked,
                 is_going: self.track.is_going(),
             };
-            if momentum::go_on(body.terms.model, own, body.state, going) {
+            if momentum::go_on(body.terms.model, own, body.state, going)
+                || going.is_going && near::balance(body, own)
+            {
                 self.track.interrupt();
             }
         }

@@ -224,11 +224,11 @@ fn multiply(model: &Model<'_>, states: States<'_>, field: &[Cell], product: &mut
     let at = |cell: usize| field.get(cell).map_or([0.0; 3], |field| field.xyz());
     if model.is_nodal() {
         for cell in 0..field.len() {
-            states.put(cell, model.others.strain(cell, states.at(cell), &at));
+            states.replace_results(cell, model.others.strain(cell, states.at(cell), &at));
         }
         for (cell, product) in product.iter_mut().enumerate() {
             let moves = model.mobility.get(cell).is_some_and(|&mobility| mobility > 0.0);
-            let resisted = || model.others.resist(cell, &at, &|cell| states.at(cell));
+            let resisted = || model.others.resist(cell, &at, states.all());
             *product = Cell::at(if moves { resisted() } else { [0.0; 3] });
         }
         return;

@@ -1,14 +1,19 @@
 //! Sums over the half-links of a cell, or of eight cells side by side.
 
+#![allow(unsafe_code)]
+
+use core::cell::Cell as Shared;
+
 use super::matrix::{Matrix, pairs, three};
-use super::state::chunk;
-use crate::backend::f32x8::F32x8;
+use super::state::{chunk, stress};
+use crate::backend::f32x8::{Chunk, F32x8};
 use crate::backend::lane::{Lane, Real};
 use crate::model::image::nodal;
 use crate::model::nodal::{CellNumbers, Nodal, SlotNumbers};
 use crate::model::range;
 use crate::number::cell::Cell;
 use crate::number::two_float::LANES;
+use crate::terms::state::TermState;
 
 /// Material numbers of a cell.
 #[derive(Clone, Copy)]
@@ -106,19 +111,70 @@ pub(crate) fn places<V: F32x8>(of: impl Fn(usize) -> [f32; 4]) -> [Lane<V>; 3] {
     [Lane(x), Lane(y), Lane(z)]
 }
 
-impl<V: F32x8> Gathered<V> {
-    /// The sums of the cells of a slice.
+/// The half-links of a body, with an array that has an element for each cell.
+#[derive(Clone, Copy)]
+pub(super) struct Ends<'a, T> {
+    shapes: Nodal<'a>,
+    array: &'a [T],
+}
+
+impl<'a, T> Ends<'a, T> {
+    /// `None` if the array is too short.
     #[inline(always)]
-    pub fn of_slice(shapes: Nodal<'_>, slice: usize, at: &[Cell]) -> Self {
-        let last = at.len().saturating_sub(1);
-        let place = |cell: usize| at.get(cell).map_or([0.0; 4], |cell| cell.0);
-        let here = places::<V>(|lane| place((slice * LANES + lane).min(last)));
+    pub fn of(shapes: Nodal<'a>, array: &'a [T]) -> Option<Self> {
+        (array.len() >= shapes.count).then_some(Self { shapes, array })
+    }
+
+    /// The groups of half-links of a slice: their numbers, and the elements of their other ends.
+    #[inline(always)]
+    pub fn groups(self, slice: usize) -> impl Iterator<Item = (&'a SlotNumbers, [&'a T; LANES])> {
+        let groups = range(self.shapes.rows, slice);
+        let slots = self.shapes.slots.get(groups.clone()).unwrap_or(&[]);
+        let ids = self.shapes.ids.get(groups).unwrap_or(&[]);
+        slots.iter().zip(ids).map(move |(slots, &[a, b, c, d, e, f, g, h])| {
+            let at = |id: u16| {
+                // SAFETY: a model's slices name only its cells, and there are as many elements.
+                unsafe { self.array.get_unchecked(usize::from(id)) }
+            };
+            (slots, [at(a), at(b), at(c), at(d), at(e), at(f), at(g), at(h)])
+        })
+    }
+}
+
+/// Positions of eight cells.
+#[inline(always)]
+fn gathered<V: F32x8>([a, b, c, d, e, f, g, h]: [&Cell; LANES]) -> [Lane<V>; 3] {
+    let [x, y, z, _] = V::transposed(&[*a, *b, *c, *d, *e, *f, *g, *h]);
+    [Lane(x), Lane(y), Lane(z)]
+}
+
+/// Stresses in the lines of eight cells, by rows.
+#[inline(always)]
+pub(super) fn stresses<V: F32x8>(lines: [&Shared<TermState>; LANES]) -> [[V; 3]; 3] {
+    let [a, b, c, d, e, f, g, h] = lines;
+    let ([a, i, q], [b, j, r], [c, k, s]) = (stress(a), stress(b), stress(c));
+    let ([d, l, t], [e, m, u], [f, n, v]) = (stress(d), stress(e), stress(f));
+    let ([g, o, w], [h, p, x]) = (stress(g), stress(h));
+    [row([a, b, c, d, e, f, g, h]), row([i, j, k, l, m, n, o, p]), row([q, r, s, t, u, v, w, x])]
+}
+
+/// The lanes of eight times three numbers.
+#[inline(always)]
+fn row<V: F32x8>([a, b, c, d, e, f, g, h]: [[f32; 4]; LANES]) -> [V; 3] {
+    let chunk = [Cell(a), Cell(b), Cell(c), Cell(d), Cell(e), Cell(f), Cell(g), Cell(h)];
+    let [x, y, z, _] = V::transposed(&chunk);
+    [x, y, z]
+}
+
+impl<V: F32x8> Gathered<V> {
+    /// The sums of the cells of a slice, which are at `here`.
+    #[inline(always)]
+    pub fn of_slice(ends: Ends<'_, Cell>, slice: usize, here: &Chunk) -> Self {
+        let [x, y, z, _] = V::transposed(here);
+        let here = [Lane(x), Lane(y), Lane(z)];
         let mut sums = Self::none();
-        for group in range(shapes.rows, slice) {
-            let slots = shapes.slots.get(group).zip(shapes.ids.get(group));
-            let Some((slots, ids)) = slots else { continue };
-            let there = places::<V>(|lane| place(ids.get(lane).copied().map_or(0, usize::from)));
-            sums.add(here, there, |row| load(slots, row));
+        for (slots, there) in ends.groups(slice) {
+            sums.add(here, gathered(there), |row| load(slots, row));
         }
         sums
     }

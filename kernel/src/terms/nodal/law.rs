@@ -6,7 +6,6 @@ use super::matrix::{Matrix, both, each, inner, minus, three, times};
 use super::nearest::{Turn, of_unit_volume, rotation, turned};
 use crate::backend::lane::{Lane, Real};
 use crate::model::image::nodal::BETA;
-use crate::model::nodal::Law;
 
 /// Result of a pass at a cell.
 #[derive(Clone, Copy)]
@@ -36,7 +35,7 @@ fn and_unit<V: Real>([[a, b, c], [d, e, f], [g, h, i]]: Matrix<V>) -> Matrix<V> 
 /// One step of R and Q, and the resulting stress and energy.
 #[inline(always)]
 pub(super) fn step<V: Real>(
-    law: Law,
+    stretch_min: f32,
     sums: &Gathered<V>,
     own: &Own<V>,
     turn: Turn<V>,
@@ -44,46 +43,27 @@ pub(super) fn step<V: Real>(
 ) -> Step<V> {
     let f = and_unit(slope(sums, own));
     let turn = turned(f, turn);
-    let (unit, squared) =
-        if law.has_trace { (unit, Lane::of(0.0)) } else { of_unit_volume(f, unit) };
-    respond(law, sums, own, turn, unit, squared)
+    let (unit, squared) = of_unit_volume(f, unit);
+    respond(stretch_min, sums, own, turn, unit, squared)
 }
 
 /// The same with unchanged R and Q.
 #[inline(always)]
 pub(super) fn stay<V: Real>(
-    law: Law,
+    stretch_min: f32,
     sums: &Gathered<V>,
     own: &Own<V>,
     turn: Turn<V>,
     unit: Matrix<V>,
 ) -> Step<V> {
     let off = minus(and_unit(slope(sums, own)), unit);
-    respond(law, sums, own, turn, unit, inner(off, off))
-}
-
-/// Stress of the volume and twice its energy, by the trace: lambda / 2 (t - 3)^2 with t = R : F, linear from
-/// t - 3 = 2 mu / lambda on.
-#[inline(always)]
-fn by_trace<V: Real>(own: &Own<V>, turn: Matrix<V>, slope: Matrix<V>) -> (Matrix<V>, Lane<V>) {
-    let two_mu = Lane::of(2.0) * own.mu;
-    let lambda = own.lambda_3 * Lane::of(1.0 / 3.0);
-    let [[a, _, _], [_, b, _], [_, _, c]] = turn;
-    // R : F - 3; at rest exactly 0.
-    let over = inner(turn, slope) + (((a + b) + c) - Lane::of(3.0));
-    let pressure = lambda * over;
-    let is_straight = pressure.above(two_mu);
-    let divisor = Lane::select(is_straight, lambda, Lane::of(1.0));
-    let straight = two_mu * (over + over - two_mu / divisor);
-    let energy = Lane::select(is_straight, straight, pressure * over);
-    let pressure = Lane::select(is_straight, two_mu, pressure);
-    (each(turn, |x| pressure * x), energy)
+    respond(stretch_min, sums, own, turn, unit, inner(off, off))
 }
 
 /// Stress, force and energy; `squared` is the squared distance of F and Q.
 #[inline(always)]
 fn respond<V: Real>(
-    law: Law,
+    stretch_min: f32,
     sums: &Gathered<V>,
     own: &Own<V>,
     turn: Turn<V>,
@@ -97,17 +77,13 @@ fn respond<V: Real>(
     let strain = minus(f, rotation);
     let two_mu = Lane::of(2.0) * own.mu;
     let spread = Lane::of(2.0 * BETA) * own.mu;
-    let (swollen, volume) = if law.has_trace {
-        by_trace(own, rotation, slope)
-    } else {
-        (each(minus(f, unit), |x| own.lambda_3 * x), own.lambda_3 * squared)
-    };
+    let (swollen, volume) = (each(minus(f, unit), |x| own.lambda_3 * x), own.lambda_3 * squared);
     let pressed = both(strain, swollen, |strain, swollen| two_mu * strain + swollen);
     let mut stress = both(pressed, slope, |pressed, slope| pressed - spread * slope);
     let mut shape = two_mu * inner(strain, strain) + volume - spread * inner(slope, slope);
     // Add the band of stretches.
-    if law.stretch_min > 0.0
-        && let Some((off, squared)) = short(f, rotation, law.stretch_min)
+    if stretch_min > 0.0
+        && let Some((off, squared)) = short(f, rotation, stretch_min)
     {
         stress = both(stress, off, |stress, off| stress + own.band * off);
         shape = shape + own.band * squared;

@@ -11,6 +11,7 @@ use super::state::ShapeState;
 use crate::model::image::nodal;
 use crate::model::nodal::Nodal;
 use crate::number::cell::{dot, scale, sub};
+use crate::terms::state::StatesOf;
 
 impl Nodal<'_> {
     /// The state with the stress of a small displacement; it replaces the results of the last pass.
@@ -50,10 +51,11 @@ impl Nodal<'_> {
         self,
         cell: usize,
         field: &impl Fn(usize) -> [f32; 3],
-        state: &impl Fn(usize) -> ShapeState,
+        states: StatesOf<'_, ShapeState>,
     ) -> [f32; 3] {
-        let push =
-            |of: usize, area: [f32; 3]| state(of).stress.map(|[x, y, z, _]| dot([x, y, z], area));
+        let push = |of: usize, area: [f32; 3]| {
+            states.at(of).stress.map(|[x, y, z, _]| dot([x, y, z], area))
+        };
         let here = field(cell);
         let mut sum = push(cell, [0, 1, 2].map(|axis| self.number(cell, nodal::OWN + axis)));
         for (other, slot) in self.slots_of(cell) {

@@ -19,10 +19,8 @@
 //! f_i = sum_j s_ij (u_j - u_i) - P_i a_ii - sum_j P_j a_ji
 //! ```
 //!
-//! This is the law **det1**. The law **trace** replaces the distance to Q by phi(t) = lambda / 2 (t - 3)^2, t
-//! = `R_i` : `F_i`, linear from t - 3 = 2 mu / lambda on; it needs no Q and loses more of the force in deep
-//! presses. **The band** adds b / 2 `V_i` dist^2 of `F_i` to the shapes that are nowhere shorter than a least
-//! stretch ([`band`]), b = 8 mu: 0 in ordinary states, a barrier in deep presses.
+//! **The band** adds b / 2 `V_i` dist^2 of `F_i` to the shapes that are nowhere shorter than a least stretch
+//! ([`band`]), b = 8 mu: 0 in ordinary states, a barrier in deep presses.
 //!
 //! The terms with beta are the spread, beta mu sum over i and its tetrahedra of
 //! `V_t` / 4 |`F_t` - `F_i`|^2. Small strain gives Hooke's law.
@@ -30,10 +28,9 @@
 //! **The bound.** For any rotations R and shapes Q of determinant 1, E is a sum of squared distances of
 //! linear maps to convex sets, so L = 2 mu ((1 - beta) Ln + beta Lc) + (3 lambda + b) Ln bounds its
 //! curvature; Ln and Lc are the Laplacians of the nodal and of the tetrahedra's gradients. W is at least the
-//! sum of the magnitudes of a row of L. Under **trace**, 3 lambda Ln is replaced by the sum over k of lambda
-//! / `V_k` |`a_ki`| |`a_kj`| in row i, which is at least as large as the magnitudes of phi's part for any R.
-//! R and Q are states ([`ShapeState`]): before a pass each takes one step that does not lead away from `F_i`
-//! ([`nearest`]), which lowers the energy; a discarded pass restores them.
+//! sum of the magnitudes of a row of L. R and Q are states ([`ShapeState`]): before a pass each takes one
+//! step that does not lead away from `F_i` ([`nearest`]), which lowers the energy; a discarded pass restores
+//! them.
 //!
 //! **Rounding.** Differences of displacements are differences of positions less the stored ones of
 //! the rest shape: a body at rest has exactly no energy and no force.
@@ -66,16 +63,16 @@ pub(crate) use state::ShapeState;
 
 use super::held::{Contact, Touched};
 use super::number::TermNumber;
+use super::state::{SliceMemory, StatesOf};
 use super::term::Term;
-use crate::backend::f32x8::F32x8;
+use crate::backend::f32x8::{Chunk, F32x8};
 use crate::backend::slice_set::SliceSet;
 use crate::backend::slices::cells_of;
 use crate::model::image::nodal;
 use crate::model::nodal::Nodal;
-use crate::model::range;
 use crate::number::cell::{Cell, from_single, single};
 use crate::number::two_float::LANES;
-use gather::{Gathered, back, own};
+use gather::{Ends, Gathered, back, own, stresses};
 
 impl Term for Nodal<'_> {
     type State = ShapeState;
@@ -98,12 +95,21 @@ impl Term for Nodal<'_> {
     }
 
     #[inline(always)]
-    fn update_slice<V: F32x8>(self, slice: usize, at: &[Cell], states: &mut [ShapeState; LANES]) {
-        let Some(numbers) = self.cells.get(slice) else { return };
-        let sums = Gathered::<V>::of_slice(self, slice, at);
-        let (turn, unit) = state::load::<V>(states);
-        let step = law::step(self.law, &sums, &own(numbers), turn, unit);
-        state::store(step, states);
+    fn update_slice<V: F32x8>(
+        self,
+        slice: usize,
+        here: &Chunk,
+        at: &[Cell],
+        from: SliceMemory<'_>,
+        to: SliceMemory<'_>,
+    ) {
+        let (Some(numbers), Some(ends)) = (self.cells.get(slice), Ends::of(self, at)) else {
+            return;
+        };
+        let Some((turn, unit)) = state::load::<V>(from) else { return };
+        let sums = Gathered::<V>::of_slice(ends, slice, here);
+        let step = law::step(self.stretch_min, &sums, &own(numbers), turn, unit);
+        state::store(&step, to, cells_of(slice, self.count).len());
     }
 
     fn accumulate<N: TermNumber>(
@@ -113,14 +119,14 @@ impl Term for Nodal<'_> {
         residual: &mut [Cell<N>],
         _: &mut N::Tally,
         _: &impl Fn([N; 3]) -> [N; 3],
-        state: &impl Fn(usize) -> ShapeState,
+        states: StatesOf<'_, ShapeState>,
     ) {
         if !self.is_any() {
             return;
         }
         let slices = v.len().div_ceil(LANES);
         for cell in awake.iter(slices).flat_map(|slice| cells_of(slice, v.len())) {
-            let pulled = self.pulled(cell, state);
+            let pulled = self.pulled(cell, states);
             if let Some(r) = residual.get_mut(cell) {
                 let [x, y, z, wd2] = pulled;
                 let [x, y, z] = from_single([x, y, z]);
@@ -135,27 +141,22 @@ impl Term for Nodal<'_> {
         slice: usize,
         _: &[Cell],
         sum: &mut [V; 4],
-        state: &impl Fn(usize) -> ShapeState,
+        states: StatesOf<'_, ShapeState>,
     ) {
         if !self.is_any() {
             return;
         }
-        // Lanes beyond the last cell have no force and no energy.
-        let pull = |cell: usize| if cell < self.count { state(cell).pull } else { [0.0; 4] };
-        let mut pull = V::transposed(&state::chunk(|lane| pull(slice * LANES + lane)));
-        for group in range(self.rows, slice) {
-            let Some((slots, ids)) = self.slots.get(group).zip(self.ids.get(group)) else {
-                continue;
-            };
-            let area = back::<V>(slots);
-            let [x, y, z] = area;
-            let along = |[a, b, c]: [V; 3]| a.times(x).plus(b.times(y)).plus(c.times(z));
-            let [first, second, third] = state::stresses::<V>(ids, state);
-            let [px, py, pz, energy] = pull;
-            pull =
-                [px.minus(along(first)), py.minus(along(second)), pz.minus(along(third)), energy];
+        let pull = state::load_pull::<V>(states.results(slice));
+        let (Some(pull), Some(ends)) = (pull, Ends::of(self, states.lines())) else { return };
+        let [mut px, mut py, mut pz, energy] = pull;
+        for (slots, lines) in ends.groups(slice) {
+            let [x, y, z] = back::<V>(slots);
+            let [[a, b, c], [d, e, f], [g, h, i]] = stresses::<V>(lines);
+            px = px.minus(a.times(x).plus(b.times(y)).plus(c.times(z)));
+            py = py.minus(d.times(x).plus(e.times(y)).plus(f.times(z)));
+            pz = pz.minus(g.times(x).plus(h.times(y)).plus(i.times(z)));
         }
-        let ([px, py, pz, energy], [x, y, z, wd2]) = (pull, *sum);
+        let [x, y, z, wd2] = *sum;
         *sum = [x.plus(px), y.plus(py), z.plus(pz), wd2.plus(energy)];
     }
 
@@ -163,11 +164,11 @@ impl Term for Nodal<'_> {
         self,
         cell: usize,
         at: &impl Fn(usize) -> [N; 3],
-        state: &impl Fn(usize) -> ShapeState,
+        states: StatesOf<'_, ShapeState>,
         add: &mut impl FnMut([f32; 3]),
     ) {
         if self.is_any() {
-            add(self.at_positions(cell, &|cell| single(at(cell)), state));
+            add(self.at_positions(cell, &|cell| single(at(cell)), states));
         }
     }
 
@@ -175,13 +176,13 @@ impl Term for Nodal<'_> {
         self,
         held: &[Contact<N>],
         output: &impl Fn(usize) -> [N; 3],
-        state: &impl Fn(usize) -> ShapeState,
+        states: StatesOf<'_, ShapeState>,
         sums: &mut Touched,
     ) {
         if self.is_any() {
             let cells = |at: usize| held.get(at).map(Contact::cell);
             let at = |cell| single(output(cell));
-            self.stored_around(cells, held.len(), &at, state, sums);
+            self.stored_around(cells, held.len(), &at, states, sums);
         }
     }
 
@@ -198,14 +199,14 @@ impl Term for Nodal<'_> {
         self,
         cell: usize,
         field: &impl Fn(usize) -> [f32; 3],
-        state: &impl Fn(usize) -> ShapeState,
+        states: StatesOf<'_, ShapeState>,
     ) -> [f32; 3] {
-        if self.is_any() { self.resistance(cell, field, state) } else { [0.0; 3] }
+        if self.is_any() { self.resistance(cell, field, states) } else { [0.0; 3] }
     }
 
     #[inline(always)]
-    fn turn(self, state: ShapeState) -> Option<[f32; 4]> {
-        Some(state.turn)
+    fn turn(self, cell: usize, states: StatesOf<'_, ShapeState>) -> Option<[f32; 4]> {
+        Some(states.at(cell).turn)
     }
 
     #[inline(always)]

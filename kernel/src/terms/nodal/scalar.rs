@@ -3,12 +3,14 @@
 use super::gather::{Gathered, Own};
 use super::law::{Step, stay, step};
 use super::matrix::{three, times};
-use super::state::ShapeState;
+use super::state::{ShapeState, pull, stress};
 use crate::backend::lane::Lane;
 use crate::model::image::nodal;
 use crate::model::nodal::Nodal;
 use crate::number::cell::sub;
+use crate::number::two_float::LANES;
 use crate::terms::held::Touched;
+use crate::terms::state::StatesOf;
 
 impl Nodal<'_> {
     /// The cells linked to a cell, ascending.
@@ -36,21 +38,22 @@ impl Nodal<'_> {
         at: &impl Fn(usize) -> [f32; 3],
     ) -> ShapeState {
         let (turn, unit) = variables(state);
-        state_of(step(self.law, &self.gathered(cell, at), &self.own(cell), turn, unit))
+        state_of(step(self.stretch_min, &self.gathered(cell, at), &self.own(cell), turn, unit))
     }
 
     /// The shape of a cell at these positions, with unchanged rotation and shape of unit volume.
     fn here(self, cell: usize, state: ShapeState, at: &impl Fn(usize) -> [f32; 3]) -> Step<f32> {
         let (turn, unit) = variables(state);
-        stay(self.law, &self.gathered(cell, at), &self.own(cell), turn, unit)
+        stay(self.stretch_min, &self.gathered(cell, at), &self.own(cell), turn, unit)
     }
 
     /// Force on a cell in the last pass, and eight times its energy.
     #[inline(always)]
-    pub(super) fn pulled(self, cell: usize, state: &impl Fn(usize) -> ShapeState) -> [f32; 4] {
-        let [mut x, mut y, mut z, energy] = state(cell).pull;
+    pub(super) fn pulled(self, cell: usize, states: StatesOf<'_, ShapeState>) -> [f32; 4] {
+        let [mut x, mut y, mut z, energy] = pull(states.results(cell / LANES), cell % LANES);
         for (other, slot) in self.slots_of(cell) {
-            let stress = three(state(other).stress, |[a, b, c, _]| [Lane(a), Lane(b), Lane(c)]);
+            let stress = states.lines().get(other).map_or([[0.0; 4]; 3], stress);
+            let stress = three(stress, |[a, b, c, _]| [Lane(a), Lane(b), Lane(c)]);
             let area = three(slot.three(nodal::BACK_AREA), Lane);
             let [Lane(a), Lane(b), Lane(c)] = times(stress, area);
             (x, y, z) = (x - a, y - b, z - c);
@@ -63,12 +66,12 @@ impl Nodal<'_> {
         self,
         cell: usize,
         at: &impl Fn(usize) -> [f32; 3],
-        state: &impl Fn(usize) -> ShapeState,
+        states: StatesOf<'_, ShapeState>,
     ) -> [f32; 3] {
-        let Step { pull: [x, y, z, _], .. } = self.here(cell, state(cell), at);
+        let Step { pull: [x, y, z, _], .. } = self.here(cell, states.at(cell), at);
         let mut force = [x.0, y.0, z.0];
         for (other, slot) in self.slots_of(cell).filter(|(other, _)| *other != cell) {
-            let stress = self.here(other, state(other), at).stress;
+            let stress = self.here(other, states.at(other), at).stress;
             let area = three(slot.three(nodal::BACK_AREA), Lane);
             for (sum, part) in force.iter_mut().zip(times(stress, area)) {
                 *sum -= part.0;
@@ -83,18 +86,18 @@ impl Nodal<'_> {
         held: impl Fn(usize) -> Option<usize> + Copy,
         count: usize,
         at: &impl Fn(usize) -> [f32; 3],
-        state: &impl Fn(usize) -> ShapeState,
+        states: StatesOf<'_, ShapeState>,
         sums: &mut Touched,
     ) {
         let cells = || (0..count).filter_map(held);
         for cell in cells() {
-            self.add_stored(cell, at, state, sums);
+            self.add_stored(cell, at, states, sums);
             for other in self.others(cell) {
                 // A cell that is linked to several held ones counts with the first of them.
                 let is_held = cells().any(|held| held == other);
                 let first = cells().find(|&held| self.others(other).any(|next| next == held));
                 if !is_held && first == Some(cell) {
-                    self.add_stored(other, at, state, sums);
+                    self.add_stored(other, at, states, sums);
                 }
             }
         }
@@ -105,10 +108,10 @@ impl Nodal<'_> {
         self,
         cell: usize,
         at: &impl Fn(usize) -> [f32; 3],
-        state: &impl Fn(usize) -> ShapeState,
+        states: StatesOf<'_, ShapeState>,
         sums: &mut Touched,
     ) {
-        let here = self.here(cell, state(cell), at);
+        let here = self.here(cell, states.at(cell), at);
         let [.., energy] = here.pull;
         sums.wd2 = sums.wd2.plus((0.5 * energy.0).into());
         let mut size = 0.0;
@@ -134,8 +137,7 @@ impl Nodal<'_> {
 /// R and Q of a state.
 #[inline(always)]
 fn variables(state: ShapeState) -> ([Lane<f32>; 4], [[Lane<f32>; 3]; 3]) {
-    let row = |[a, b, c, _]: [f32; 4]| [Lane(a), Lane(b), Lane(c)];
-    (state.turn.map(Lane), three(state.unit, row))
+    (state.turn.map(Lane), three(state.unit, |row| three(row, Lane)))
 }
 
 #[inline(always)]
@@ -143,7 +145,7 @@ fn state_of(step: Step<f32>) -> ShapeState {
     let row = |[a, b, c]: [Lane<f32>; 3]| [a.0, b.0, c.0, 0.0];
     ShapeState {
         turn: step.turn.map(|x| x.0),
-        unit: three(step.unit, row),
+        unit: three(step.unit, |row| three(row, |x| x.0)),
         stress: three(step.stress, row),
         pull: step.pull.map(|x| x.0),
     }

@@ -1,58 +1,86 @@
 //! State of a cell: its rotation, its shape of unit volume, and the results of the last pass.
 
+use core::cell::Cell as Shared;
+
 use super::law::Step;
-use super::matrix::{Matrix, each};
+use super::matrix::Matrix;
 use super::nearest::Turn;
 use crate::backend::f32x8::{Chunk, F32x8};
 use crate::backend::lane::Lane;
 use crate::number::cell::Cell;
-use crate::number::kept::kept;
 use crate::number::two_float::LANES;
-use crate::terms::state::CellState;
+use crate::terms::state::{CellState, Row, SliceMemory, TermState, number, put};
 
 /// State of a cell's shape. Rotation and shape of unit volume persist from pass to pass; stress and pull
-/// follow from them and the positions of the last pass, and share a cache line: neighbours read the stress.
+/// follow from them and the positions of the last pass. Neighbours read the stress from the cell's line.
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[repr(C, align(64))]
 pub(crate) struct ShapeState {
     /// R as a unit quaternion, the real part first.
     pub turn: [f32; 4],
-    /// Q by rows; the fourth column is 0.
-    pub unit: [[f32; 4]; 3],
+    /// Q by rows.
+    pub unit: [[f32; 3]; 3],
     /// P by rows; the fourth column is 0.
     pub stress: [[f32; 4]; 3],
     /// Force of the spread and of the cell's stress, and eight times the energy.
     pub pull: [f32; 4],
 }
 
-kept!(ShapeState { turn: [f32; 4], unit: [[f32; 4]; 3], stress: [[f32; 4]; 3], pull: [f32; 4] });
+/// Rows of R and Q.
+const LASTING: usize = 13;
+/// Rows of the pull.
+const RESULTS: usize = 4;
 
 impl CellState for ShapeState {
     const REST: Self = Self {
         turn: [1.0, 0.0, 0.0, 0.0],
-        unit: [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]],
-        ..Self::ZERO
+        unit: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+        stress: [[0.0; 4]; 3],
+        pull: [0.0; 4],
     };
-    const ZERO: Self =
-        Self { turn: [0.0; 4], unit: [[0.0; 4]; 3], stress: [[0.0; 4]; 3], pull: [0.0; 4] };
-    type Words = core::array::IntoIter<u32, 13>;
+    const LASTING: usize = LASTING;
+    const RESULTS: usize = RESULTS;
 
-    fn words(self) -> Self::Words {
-        let [[a, b, c, _], [d, e, f, _], [g, h, i, _]] = self.unit;
-        let [p, q, r, s] = self.turn;
-        [p, q, r, s, a, b, c, d, e, f, g, h, i].map(f32::to_bits).into_iter()
+    #[inline(always)]
+    fn load(lane: usize, memory: SliceMemory<'_>) -> Self {
+        let row = |row| number(memory.lasting, row, lane);
+        let three = |first| [row(first), row(first + 1), row(first + 2)];
+        Self {
+            turn: [row(0), row(1), row(2), row(3)],
+            unit: [three(4), three(7), three(10)],
+            stress: memory.lines.get(lane).map_or([[0.0; 4]; 3], stress),
+            pull: pull(memory.results, lane),
+        }
     }
 
-    fn from_words(words: &mut impl Iterator<Item = u32>) -> Option<Self> {
-        let mut next = || words.next().map(|word| f32::from_bits(word) + 0.0);
-        let turn = [next()?, next()?, next()?, next()?];
-        let mut row = || Some([next()?, next()?, next()?, 0.0]);
-        let unit = [row()?, row()?, row()?];
-        let size = turn.iter().fold(0.0, |sum, x| sum + x * x);
-        let is_state =
-            (0.99..1.01).contains(&size) && unit.as_flattened().iter().all(|x| x.is_finite());
-        is_state.then_some(Self { turn, unit, ..Self::REST })
+    #[inline(always)]
+    fn store(self, lane: usize, memory: SliceMemory<'_>) {
+        let ([p, q, r, s], [[a, b, c], [d, e, f], [g, h, i]]) = (self.turn, self.unit);
+        put(memory.lasting, lane, [p, q, r, s, a, b, c, d, e, f, g, h, i]);
+        put(memory.results, lane, self.pull);
+        if let Some(line) = memory.lines.get(lane) {
+            let [a, b, c] = self.stress;
+            line.set(TermState([a, b, c, [0.0; 4]]));
+        }
     }
+
+    fn is_valid(self) -> bool {
+        let size = self.turn.iter().fold(0.0, |sum, x| sum + x * x);
+        (0.99..1.01).contains(&size) && self.unit.as_flattened().iter().all(|x| x.is_finite())
+    }
+}
+
+/// The stress in a cell's line.
+#[inline(always)]
+pub(super) fn stress(line: &Shared<TermState>) -> [[f32; 4]; 3] {
+    let TermState([a, b, c, _]) = line.get();
+    [a, b, c]
+}
+
+/// The pull of a lane.
+#[inline(always)]
+pub(super) fn pull(results: &[Shared<Row>], lane: usize) -> [f32; 4] {
+    let row = |row| number(results, row, lane);
+    [row(0), row(1), row(2), row(3)]
 }
 
 /// Eight times four numbers.
@@ -70,62 +98,68 @@ pub(super) fn chunk(of: impl Fn(usize) -> [f32; 4]) -> Chunk {
     ]
 }
 
-/// The lanes of eight times three numbers.
 #[inline(always)]
-fn rows<V: F32x8>(of: impl Fn(usize, usize) -> [f32; 4]) -> [[V; 3]; 3] {
-    let row = |row: usize| {
-        let [x, y, z, _] = V::transposed(&chunk(|lane| of(row, lane)));
-        [x, y, z]
-    };
-    [row(0), row(1), row(2)]
+fn load_row<V: F32x8>(row: &Shared<Row>) -> Lane<V> {
+    Lane(V::load(&row.get()))
 }
 
-/// Rotations and shapes of unit volume of eight cells.
 #[inline(always)]
-pub(super) fn load<V: F32x8>(states: &[ShapeState; LANES]) -> (Turn<V>, Matrix<V>) {
-    let at = |lane: usize| states.get(lane).copied().unwrap_or(ShapeState::REST);
-    let [p, q, r, s] = V::transposed(&chunk(|lane| at(lane).turn));
-    let unit = rows(|row, lane| at(lane).unit.get(row).copied().unwrap_or([0.0; 4]));
-    ([Lane(p), Lane(q), Lane(r), Lane(s)], each(unit, Lane))
+fn store_row<V: F32x8>(lanes: Lane<V>, row: &Shared<Row>) {
+    let mut numbers = [0.0; LANES];
+    lanes.0.store(&mut numbers);
+    row.set(numbers);
 }
 
-/// Eight cells of four numbers each.
+/// Rotations and shapes of unit volume of the cells of a slice.
 #[inline(always)]
-fn cells<V: F32x8>([a, b, c, d]: [Lane<V>; 4]) -> Chunk {
+pub(super) fn load<V: F32x8>(memory: SliceMemory<'_>) -> Option<(Turn<V>, Matrix<V>)> {
+    let rows: &[Shared<Row>; LASTING] = memory.lasting.first_chunk()?;
+    let [p, q, r, s, a, b, c, d, e, f, g, h, i] = rows;
+    let turn = [load_row(p), load_row(q), load_row(r), load_row(s)];
+    let unit = [
+        [load_row(a), load_row(b), load_row(c)],
+        [load_row(d), load_row(e), load_row(f)],
+        [load_row(g), load_row(h), load_row(i)],
+    ];
+    Some((turn, unit))
+}
+
+/// The pulls of the cells of a slice.
+#[inline(always)]
+pub(super) fn load_pull<V: F32x8>(results: &[Shared<Row>]) -> Option<[V; 4]> {
+    let [a, b, c, d]: &[Shared<Row>; RESULTS] = results.first_chunk()?;
+    Some([load_row(a).0, load_row(b).0, load_row(c).0, load_row(d).0])
+}
+
+/// The rows of a matrix for eight cells.
+#[inline(always)]
+fn row<V: F32x8>([a, b, c]: [Lane<V>; 3]) -> Chunk {
     let mut chunk = [Cell::ZERO; LANES];
-    V::put_transposed([a.0, b.0, c.0, d.0], &mut chunk);
+    V::put_transposed([a.0, b.0, c.0, V::splat(0.0)], &mut chunk);
     chunk
 }
 
-/// Rows of a matrix for eight cells.
+/// Stores the results of a pass over the first `cells` cells of a slice; the padding stays at rest.
 #[inline(always)]
-fn row<V: F32x8>([a, b, c]: [Lane<V>; 3]) -> Chunk {
-    cells([a, b, c, Lane::of(0.0)])
-}
-
-/// Writes the results of a pass into the states of eight cells.
-#[inline(always)]
-pub(super) fn store<V: F32x8>(step: Step<V>, states: &mut [ShapeState; LANES]) {
-    let (turn, pull) = (cells(step.turn), cells(step.pull));
-    let ([a, b, c], [d, e, f]) = (step.unit, step.stress);
-    let ([a, b, c], [d, e, f]) = ([row(a), row(b), row(c)], [row(d), row(e), row(f)]);
-    let of = |chunk: &Chunk, lane: usize| chunk.get(lane).map_or([0.0; 4], |cell| cell.0);
-    for (lane, state) in states.iter_mut().enumerate() {
-        *state = ShapeState {
-            turn: of(&turn, lane),
-            unit: [of(&a, lane), of(&b, lane), of(&c, lane)],
-            stress: [of(&d, lane), of(&e, lane), of(&f, lane)],
-            pull: of(&pull, lane),
-        };
+pub(super) fn store<V: F32x8>(step: &Step<V>, memory: SliceMemory<'_>, cells: usize) {
+    let Some(rows) = memory.lasting.first_chunk::<LASTING>() else { return };
+    let Some(results) = memory.results.first_chunk::<RESULTS>() else { return };
+    // R, Q and the pull by rows.
+    let ([p, q, r, s], [w, x, y, z]) = (step.turn, step.pull);
+    let [[a, b, c], [d, e, f], [g, h, i]] = step.unit;
+    for (row, lanes) in rows.iter().zip([p, q, r, s, a, b, c, d, e, f, g, h, i]) {
+        store_row(lanes, row);
     }
-}
-
-/// The stresses of eight cells, by rows.
-#[inline(always)]
-pub(super) fn stresses<V: F32x8>(
-    ids: &[u16; LANES],
-    state: &impl Fn(usize) -> ShapeState,
-) -> [[V; 3]; 3] {
-    let id = |lane: usize| ids.get(lane).copied().map_or(0, usize::from);
-    rows(|row, lane| state(id(lane)).stress.get(row).copied().unwrap_or([0.0; 4]))
+    for (row, lanes) in results.iter().zip([w, x, y, z]) {
+        store_row(lanes, row);
+    }
+    // The stress by cells.
+    let [a, b, c] = step.stress;
+    let (a, b, c) = (row(a), row(b), row(c));
+    for (((line, a), b), c) in memory.lines.iter().zip(a).zip(b).zip(c) {
+        line.set(TermState([a.0, b.0, c.0, [0.0; 4]]));
+    }
+    for lane in cells..LANES {
+        ShapeState::REST.store(lane, memory);
+    }
 }

@@ -56,7 +56,7 @@ pub(crate) use press::{Sample, each_met};
 pub use proxy::{PARTS_MAX, TOOLS_MAX, ToolState};
 pub(crate) use proxy::{Proxies, Proxy};
 pub use search::NearTriangle;
-pub(crate) use search::{Near, search};
+pub(crate) use search::{EightWide, Near, search};
 pub(crate) use solid::Solid;
 pub(crate) use touch::{Touch, Touching};
 

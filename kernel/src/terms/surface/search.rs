@@ -5,10 +5,15 @@ use core::array;
 use super::friction::Anchor;
 use super::proxy::{PARTS_MAX, Proxy, TOOLS_MAX, ToolState};
 use super::solid::Solid;
+use crate::backend::f32x8::{Chunk, F32x8};
+use crate::backend::slices::Chunks;
+use crate::backend::{VectorUnit, Work, run};
 use crate::model::surface::ContactSurface;
-use crate::number::cell::{add, dot, scale, sub};
+use crate::number::Number;
+use crate::number::cell::{Cell, add, dot, scale, sub};
 use crate::number::kept::kept;
 use crate::number::sqrt::sqrt;
+use crate::number::two_float::LANES;
 
 /// A triangle in reach of a part of a tool, or gripped by it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -90,61 +95,65 @@ pub(crate) struct Near {
     pub extent: [f32; TOOLS_MAX],
 }
 
+/// States in `f32` and the unit that looks at eight triangles at a time.
+#[derive(Clone, Copy)]
+pub(crate) struct EightWide<'a> {
+    unit: VectorUnit,
+    state: &'a [Cell],
+    saturation: f32,
+}
+
+impl<'a> EightWide<'a> {
+    /// `None` without a unit, and for other numbers.
+    #[inline(always)]
+    pub fn of<N: Number>(
+        unit: Option<VectorUnit>,
+        state: &'a [Cell<N>],
+        saturation: f32,
+    ) -> Option<Self> {
+        Some(Self { unit: unit?, state: N::singles(state)?, saturation })
+    }
+}
+
 /// Finds the triangles that tools may touch while they move by at most `reach` times the smallest radius of
 /// their parts, and those that they grip at any distance, in the order of the triangles. If there are more
 /// than slots, gripped triangles and those deepest in the tools are kept. `anchors` are in the order of the
 /// triangles, too.
 ///
-/// Cost: one look at each triangle of the surface for each part of an engaged tool, and at each anchor; if
-/// slots are lacking, also at most 2 log2(slots) moves for each further triangle and for each slot.
+/// Cost: one look at each triangle of the surface for each part of an engaged tool, and at each anchor; with
+/// `eight` and without grips a look at eight triangles for each sphere; if slots are lacking, also at most
+/// 2 log2(slots) moves for each further triangle and for each slot.
 pub(crate) fn search(
     surface: &ContactSurface<'_>,
     at: &impl Fn(usize) -> [f32; 3],
     (tools, reach): (&[ToolState], f32),
     anchors: &[Anchor],
     slots: &mut [NearTriangle],
+    eight: Option<EightWide<'_>>,
 ) -> Near {
-    let mut near =
+    let near =
         Near { count: 0, full: false, distance: [f32::MAX; TOOLS_MAX], extent: [0.0; TOOLS_MAX] };
     let is_endless = |tool: &ToolState| tool.is_in && tool.proxy.is_endless();
     let endless: [bool; TOOLS_MAX] = array::from_fn(|tool| tools.get(tool).is_some_and(is_endless));
-    // The radius of the largest triangle, and the distance of the nearest centre of one, both squared.
-    let (mut widest, mut nearest) = (0.0, [f32::MAX; TOOLS_MAX]);
-    let mut anchors = anchors.iter().filter(|anchor| anchor.is_grip()).peekable();
+    let nearest = [f32::MAX; TOOLS_MAX];
+    let mut seek =
+        Search { surface, tools, reach, endless, anchors, slots, near, widest: 0.0, nearest };
     // Compare each triangle with each part of each engaged tool.
-    for (index, &corners) in surface.triangles.iter().enumerate() {
-        let whole = Whole::of(corners.map(|cell| at(cell.into())));
-        widest = if whole.squared > widest { whole.squared } else { widest };
-        // Collect the codes of the parts that grip it.
-        let mut grips = 0_u64;
-        while let Some(anchor) = anchors.next_if(|anchor| anchor.triangle as usize <= index) {
-            grips |= 1_u64.unbounded_shl(anchor.part.into());
+    let engaged = || tools.iter().filter(|tool| tool.is_in);
+    let are_balls = engaged().all(|tool| tool.proxy.parts().iter().all(Solid::is_ball));
+    let has_grips = anchors.iter().any(Anchor::is_grip);
+    match eight.filter(|_| are_balls && !has_grips) {
+        Some(EightWide { unit, state, saturation }) => {
+            run(Some(unit), Sieve { seek: &mut seek, state, saturation, at });
         }
-        for ((number, tool), nearest) in tools.iter().enumerate().zip(&mut nearest) {
-            if !tool.is_in {
-                continue;
-            }
-            if endless.get(number).is_some_and(|is| *is) {
-                near.stretch(number, whole.middle, &tool.proxy);
-            }
-            let stride = reach * tool.proxy.radius_min();
-            for (part, solid) in tool.proxy.parts().iter().enumerate() {
-                let (squared, distance) = whole.within(solid, solid.whole + stride);
-                *nearest = if squared < *nearest { squared } else { *nearest };
-                let code = (number * PARTS_MAX + part) as u8;
-                let is_gripped = grips != 0 && grips & 1_u64.unbounded_shl(code.into()) != 0;
-                let distance = if is_gripped { Some(f32::MIN) } else { distance };
-                let Some(distance) = distance else { continue };
-                let Some((_, of)) = surface.triangle(index) else { continue };
-                let (parts, weight) = (of.parts(solid.sampled), of.weight(solid.sampled));
-                let (index, of) = (index as u32, code);
-                #[rustfmt::skip]
-                let found = NearTriangle { corners, parts, weight, distance, index, of, ..NearTriangle::NONE };
-                near.take(found, slots);
+        None => {
+            for (index, &corners) in surface.triangles.iter().enumerate() {
+                seek.look(index, corners, at);
             }
         }
     }
     // Restore the order, and turn the squares into bounds.
+    let Search { mut near, slots, widest, nearest, .. } = seek;
     if near.full {
         sort(slots);
     }
@@ -156,6 +165,181 @@ pub(crate) fn search(
         *extent = sqrt(*extent) + widest;
     }
     near
+}
+
+/// A search.
+struct Search<'a> {
+    surface: &'a ContactSurface<'a>,
+    tools: &'a [ToolState],
+    reach: f32,
+    /// True for a tool with a half space.
+    endless: [bool; TOOLS_MAX],
+    /// Anchors of the triangles that are still to come.
+    anchors: &'a [Anchor],
+    slots: &'a mut [NearTriangle],
+    near: Near,
+    /// Radius of the largest triangle, squared.
+    widest: f32,
+    /// Distance of the nearest centre of a triangle from each tool, squared.
+    nearest: [f32; TOOLS_MAX],
+}
+
+impl Search<'_> {
+    /// Compares a triangle with each part of each engaged tool.
+    fn look(&mut self, index: usize, corners: [u16; 3], at: &impl Fn(usize) -> [f32; 3]) {
+        let [a, b, c] = corners;
+        let whole = Whole::of([at(a.into()), at(b.into()), at(c.into())]);
+        self.widest = if whole.squared > self.widest { whole.squared } else { self.widest };
+        // Collect the codes of the parts that grip it.
+        let mut grips = 0_u64;
+        while let Some((anchor, rest)) = self.anchors.split_first()
+            && anchor.triangle as usize <= index
+        {
+            self.anchors = rest;
+            let code = if anchor.is_grip() { anchor.part.into() } else { u64::BITS };
+            grips |= 1_u64.unbounded_shl(code);
+        }
+        for ((number, tool), nearest) in self.tools.iter().enumerate().zip(&mut self.nearest) {
+            if !tool.is_in {
+                continue;
+            }
+            if self.endless.get(number).is_some_and(|is| *is) {
+                self.near.stretch(number, whole.middle, &tool.proxy);
+            }
+            let stride = self.reach * tool.proxy.radius_min();
+            for (part, solid) in tool.proxy.parts().iter().enumerate() {
+                let (squared, distance) = whole.within(solid, solid.whole + stride);
+                *nearest = if squared < *nearest { squared } else { *nearest };
+                let code = (number * PARTS_MAX + part) as u8;
+                let is_gripped = grips != 0 && grips & 1_u64.unbounded_shl(code.into()) != 0;
+                let distance = if is_gripped { Some(f32::MIN) } else { distance };
+                let Some(distance) = distance else { continue };
+                let Some((_, of)) = self.surface.triangle(index) else { continue };
+                let (parts, weight) = (of.parts(solid.sampled), of.weight(solid.sampled));
+                let (index, of) = (index as u32, code);
+                #[rustfmt::skip]
+                let found = NearTriangle { corners, parts, weight, distance, index, of, ..NearTriangle::NONE };
+                self.near.take(found, self.slots);
+            }
+        }
+    }
+
+    /// Compares eight triangles with each sphere, as [`Whole::within`]: above 0 in lanes that may be in reach.
+    #[inline(always)]
+    fn may_reach<V: F32x8>(&mut self, middle: [V; 3], size: V) -> V {
+        let (mut may_reach, two) = (V::splat(0.0), V::splat(2.0));
+        for (tool, nearest) in self.tools.iter().zip(&mut self.nearest) {
+            if !tool.is_in {
+                continue;
+            }
+            let stride = self.reach * tool.proxy.radius_min();
+            for solid in tool.proxy.parts() {
+                let [x, y, z] = solid.centre;
+                let way = squared(middle, [V::splat(x), V::splat(y), V::splat(z)]);
+                let far = solid.whole + stride;
+                let beyond = way.above(two.times(V::splat(far * far).plus(size)));
+                may_reach = V::select(beyond, may_reach, two);
+                if V::any(way.below(V::splat(*nearest))) {
+                    let mut lanes = [0.0; LANES];
+                    way.store(&mut lanes);
+                    for squared in lanes {
+                        *nearest = if squared < *nearest { squared } else { *nearest };
+                    }
+                }
+            }
+        }
+        may_reach
+    }
+}
+
+/// A search of spheres over eight triangles at a time: those that may be in reach are looked at one by one.
+struct Sieve<'a, 'b, A> {
+    seek: &'a mut Search<'b>,
+    state: &'a [Cell],
+    saturation: f32,
+    at: &'a A,
+}
+
+impl<A: Fn(usize) -> [f32; 3]> Work for Sieve<'_, '_, A> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<V: F32x8>(self) {
+        let Self { seek, state, saturation, at } = self;
+        let (mut widest, zero, third) = (V::splat(0.0), V::splat(0.0), V::splat(1.0 / 3.0));
+        let triangles = seek.surface.triangles;
+        let (slices, padding) = (triangles.len().div_ceil(LANES), triangles.last().copied());
+        let chunks = Chunks::new(triangles, padding.unwrap_or_default());
+        let place = |cell: u16| state.get(usize::from(cell)).copied().unwrap_or(Cell::ZERO);
+        for slice in 0..slices {
+            let chunk = chunks.at(slice);
+            let [a, b, c, d, e, f, g, h] = chunk;
+            let corner = |corner: usize| {
+                let at = |[a, b, c]: [u16; 3]| match corner {
+                    0 => place(a),
+                    1 => place(b),
+                    _ => place(c),
+                };
+                [at(*a), at(*b), at(*c), at(*d), at(*e), at(*f), at(*g), at(*h)]
+            };
+            let (first, second, last) = (corner(0), corner(1), corner(2));
+            let a = outputs::<V>(&first, saturation);
+            let b = outputs::<V>(&second, saturation);
+            let c = outputs::<V>(&last, saturation);
+            // Middle and size, as `Whole::of`.
+            let ([ax, ay, az], [bx, by, bz], [cx, cy, cz]) = (a, b, c);
+            let middle = [
+                third.times(ax.plus(bx).plus(cx)),
+                third.times(ay.plus(by).plus(cy)),
+                third.times(az.plus(bz).plus(cz)),
+            ];
+            let sizes = [squared(a, middle), squared(b, middle), squared(c, middle)];
+            let size = larger(larger(larger(zero, sizes[0]), sizes[1]), sizes[2]);
+            widest = larger(widest, size);
+            // Look at those that may be in reach one by one.
+            let may_reach = seek.may_reach(middle, size);
+            if V::any(may_reach.above(zero)) {
+                let mut lanes = [0.0; LANES];
+                may_reach.store(&mut lanes);
+                for (lane, (&corners, may)) in chunk.iter().zip(lanes).enumerate() {
+                    let index = slice * LANES + lane;
+                    if may > 0.0 && index < triangles.len() {
+                        seek.look(index, corners, at);
+                    }
+                }
+            }
+        }
+        let mut lanes = [0.0; LANES];
+        widest.store(&mut lanes);
+        for size in lanes {
+            seek.widest = if size > seek.widest { size } else { seek.widest };
+        }
+    }
+}
+
+/// Outputs of eight cells.
+#[inline(always)]
+fn outputs<V: F32x8>(cells: &Chunk, saturation: f32) -> [V; 3] {
+    let (low, high) = (V::splat(-saturation), V::splat(saturation));
+    let [x, y, z, _] = V::transposed(cells);
+    [clamped(x, low, high), clamped(y, low, high), clamped(z, low, high)]
+}
+
+#[inline(always)]
+fn clamped<V: F32x8>(x: V, low: V, high: V) -> V {
+    V::select(x.above(high), high, V::select(x.below(low), low, x))
+}
+
+/// Squared distance.
+#[inline(always)]
+fn squared<V: F32x8>([x, y, z]: [V; 3], [a, b, c]: [V; 3]) -> V {
+    let (x, y, z) = (x.minus(a), y.minus(b), z.minus(c));
+    x.times(x).plus(y.times(y)).plus(z.times(z))
+}
+
+#[inline(always)]
+fn larger<V: F32x8>(most: V, x: V) -> V {
+    V::select(x.above(most), x, most)
 }
 
 /// Bounding circle of a triangle.
@@ -281,10 +465,18 @@ mod tests {
         strip
     };
 
-    fn place(cell: usize) -> [f32; 3] {
+    /// The states' bound: the last cells are beyond it.
+    const SATURATION: f32 = 20.0;
+
+    fn far_place(cell: usize) -> [f32; 3] {
         [0.5 * cell as f32, (cell % 2) as f32, 0.0]
     }
 
+    fn place(cell: usize) -> [f32; 3] {
+        crate::number::cell::output(far_place(cell), SATURATION)
+    }
+
+    /// The result, one triangle after the other and, if this machine can, eight at a time: the same.
     fn found(tools: &[ToolState], room: usize) -> (Near, std::vec::Vec<(u32, u8)>) {
         found_with(tools, &[], room)
     }
@@ -294,9 +486,22 @@ mod tests {
         anchors: &[Anchor],
         room: usize,
     ) -> (Near, std::vec::Vec<(u32, u8)>) {
-        let surface = ContactSurface::of(&STRIP, &[[1.0; 3]; 40]);
-        let mut slots = std::vec![NearTriangle::NONE; room];
-        let near = search(&surface, &place, (tools, 0.0), anchors, &mut slots);
+        let state: std::vec::Vec<Cell> = (0..42).map(|cell| Cell::at(far_place(cell))).collect();
+        let eight = EightWide::of(VectorUnit::find(), &state, SATURATION);
+        // A strip that fills its last eight, and one that does not.
+        let [whole, part] = [40, 37].map(|count| {
+            let (strip, numbers) = (&STRIP[..count], &[[1.0; 3]; 40][..count]);
+            let surface = ContactSurface::of(strip, numbers);
+            let [one, wide] = [None, eight].map(|eight| {
+                let mut slots = std::vec![NearTriangle::NONE; room];
+                let near = search(&surface, &place, (tools, 0.0), anchors, &mut slots, eight);
+                (near, slots)
+            });
+            assert_eq!(one, wide);
+            one
+        });
+        assert!(part.0.count <= whole.0.count);
+        let (near, slots) = whole;
         (near, slots[..near.count].iter().map(NearTriangle::key).collect())
     }
 

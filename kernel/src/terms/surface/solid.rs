@@ -51,8 +51,11 @@ impl Solid {
     /// All bits 0, for memory that is never read.
     pub const EMPTY: Self = Self { turn: Turn::EMPTY, ..Self::NONE };
 
-    fn is_ball(&self) -> bool {
-        self.core == [[0.0; 3]; 2]
+    /// Returns true for a sphere: its core is a point.
+    #[inline(always)]
+    pub fn is_ball(&self) -> bool {
+        let [[a, b, c], [d, e, f]] = self.core;
+        [a, b, c, d, e, f].iter().all(|x| *x == 0.0)
     }
 
     /// The vector from the core's nearest point to a point.

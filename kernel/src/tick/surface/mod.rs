@@ -45,7 +45,7 @@ use crate::solver::Dynamics;
 use crate::solver::coarse::Under;
 use crate::terms::held::approach;
 use crate::terms::surface::{
-    Anchor, Meeting, Near, PARTS_MAX, Proxies, TOOLS_MAX, ToolState, search,
+    Anchor, EightWide, Meeting, Near, PARTS_MAX, Proxies, TOOLS_MAX, ToolState, search,
 };
 use going::{COMING, Go, HALF};
 pub(super) use hold::{held_by, take_hold};
@@ -184,8 +184,10 @@ impl<D: Dynamics> Tick<'_, '_, D> {
         }
         // Search the triangles in reach, and move the proxies.
         let Some(surface) = model.contact_surface() else { return false };
+        let eight = EightWide::of(self.head.vectors, &*self.state, model.saturation());
         let anchors = arrays.state.first().map_or(&[][..], |state| state.present(arrays.anchors));
-        let found = search(&surface, &at, (arrays.tools, HALF + COMING), anchors, arrays.near);
+        let tools = (&*arrays.tools, HALF + COMING);
+        let found = search(&surface, &at, tools, anchors, arrays.near, eight);
         if found.full {
             self.flags.insert(Flags::CONTACT_CAPACITY);
         }

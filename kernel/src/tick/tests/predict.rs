@@ -7,6 +7,7 @@ use nalgebra::Vector3;
 use crate::model::Model;
 use crate::number::cell::{Cell, add, dot, scale, sub};
 use crate::solver::{Dynamics, Predict, Track};
+use crate::terms::state::term_states;
 use crate::tick::budget::Budget;
 use crate::tick::choices::Unloading;
 use crate::tick::pose::ToolPose;
@@ -34,7 +35,7 @@ const ROOM: usize = 160;
 /// Index of the first field among the arrays of the scheme.
 const TRACK: usize = <Track as Dynamics>::ARRAYS;
 
-type Body<D> = Tissue<CELLS, D, 16, CELLS>;
+type Body<D> = Tissue<CELLS, D, 16, { term_states(CELLS) }>;
 
 fn network(image: &'static [u8], sweeps: u16) -> Network<'static> {
     let model = Model::from_bytes(image).unwrap();

@@ -8,7 +8,7 @@ use chaincell_kernel::Team;
 use chaincell_kernel::{
     Anchor, Budget, CoarseTouch, Dynamics, Euler, Head, Model, NearTriangle, Network, Predict,
     Rkl2, Settings, TermState, TermStates, TissueMut, ToolPose, ToolState, TouchArrays, TouchRoom,
-    TouchState, Track,
+    TouchState, Track, term_states,
 };
 use chaincell_scenes::adverse::{self, AdverseError};
 use chaincell_scenes::{Act, Run, RunError, Scene, Tier, golden};
@@ -126,7 +126,7 @@ fn stage<A: Act>(ready: &Ready, tier: Tier, act: A) -> Result<A::Output> {
 
 fn with<D: Dynamics, A: Act>(ready: &Ready, act: A) -> A::Output {
     let (cells, held) = (ready.model.cells(), ready.scene.held.len());
-    let mut states = vec![TermState::REST; ready.model.kept_states()];
+    let mut states = vec![TermState::ZERO; term_states(ready.model.kept_states())];
     let tissue = TissueMut {
         head: &mut { Head::<D>::NEW },
         state: &mut vec![Cell::ZERO; cells],

@@ -10,7 +10,7 @@ use object::elf::SHF_ALLOC;
 use object::{Object, ObjectSection, ObjectSymbol, SectionFlags, SectionKind};
 
 use crate::case::{Ready, Sphere};
-use crate::target::Target;
+use crate::target::{FOLDERS, Target};
 use crate::trace::Traces;
 
 /// Names of an allocator's functions, inside whatever mangling.
@@ -61,7 +61,7 @@ impl Workshop {
         let mut cargo = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
         cargo.current_dir(&self.workspace).args([what, "--locked", "--profile=image"]);
         cargo.args(["--package=chaincell-firmware", "--target", target.triple]);
-        cargo.arg("--target-dir").arg(self.folder());
+        cargo.arg("--target-dir").arg(self.folder(target));
         let mut flags = format!("-Ctarget-cpu={}", target.cpu);
         if let Some((rustc, libraries)) = &self.packages {
             cargo.arg("-Zbuild-std=core").env("RUSTC", rustc).env("RUSTC_BOOTSTRAP", "1");
@@ -77,9 +77,9 @@ impl Workshop {
         cargo
     }
 
-    /// Where images and what comes of them go.
-    pub fn folder(&self) -> PathBuf {
-        self.workspace.join("target/images")
+    /// Where a target's images and what comes of them go.
+    pub fn folder(&self, target: &Target) -> PathBuf {
+        self.workspace.join("target").join(FOLDERS[target.folder])
     }
 
     /// Builds the image of a scene. The outer error is trouble, the inner one the compiler's
@@ -106,10 +106,10 @@ impl Workshop {
         if !built.status.success() {
             return Ok(Err(String::from_utf8_lossy(&built.stderr).into_owned()));
         }
-        let from = self.folder().join(target.triple).join("image/chaincell-firmware");
+        let from = self.folder(target).join(target.triple).join("image/chaincell-firmware");
         let (core, scene, tier) = (target.name, ready.case.name, tier.name());
         let name = format!("{core}-{scene}-{tier}{feature}");
-        let to = self.folder().join(name).with_extension("elf");
+        let to = self.folder(target).join(name).with_extension("elf");
         std::fs::copy(&from, &to).with_context(|| format!("{}", from.display()))?;
         Ok(Ok(Image::read(&to, target, ready)?))
     }

@@ -16,7 +16,7 @@ mod trace;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
-use std::sync::mpsc::sync_channel;
+use std::sync::mpsc::{Receiver, Sender, channel};
 
 use anyhow::{Context, Result, anyhow, bail, ensure};
 use chaincell_kernel::Choice;
@@ -28,11 +28,12 @@ use case::{CASES, Case, FIT, Ready};
 use figures::Figures;
 use host::Answer;
 use image::{Image, With, Workshop, allocators};
-use target::{TARGETS, Target};
+use target::{FOLDERS, TARGETS, Target};
 use tier::tiers;
+use trace::Traces;
 
-/// Longest run of one image on this machine \[s\].
-const SECONDS: u32 = 120;
+/// Longest run of one image on this machine, also where it is busy with others \[s\].
+const SECONDS: u32 = 600;
 const SECONDS_SLOW: u32 = 1800;
 
 /// Run the kernel on emulated microcontrollers: the same bits as here, and what it costs.
@@ -65,12 +66,11 @@ struct Args {
     press_error: Option<PathBuf>,
 }
 
-/// An image with the scene it plays.
-struct Built {
+/// An image that is wanted, with the scene it plays.
+struct Job {
     target: &'static Target,
     ready: Arc<Ready>,
     tier: Tier,
-    image: Image,
     kind: Kind,
 }
 
@@ -78,9 +78,20 @@ struct Built {
 enum Kind {
     /// To be measured; with this machine's answer.
     Measured(Answer),
-    /// To be tried, see [`checks`].
-    Checked,
+    /// To be tried, see [`checks`]; with what it plays.
+    Checked(Arc<Traces>),
 }
+
+/// A job, done.
+struct Built {
+    job: Job,
+    image: Image,
+}
+
+/// A job, and where it goes when it is done.
+type Order = (Job, Sender<Result<Built>>);
+/// Where a job comes from when it is done.
+type Done = Receiver<Result<Built>>;
 
 /// What a run works with.
 struct Bench {
@@ -175,31 +186,37 @@ impl Bench {
         Ok(())
     }
 
-    /// Measures all images that are wanted; the next one is built while one runs.
+    /// Measures all images that are wanted, in their order. Cargo builds one image at a time in a
+    /// folder: each folder has a thread that builds the next ones while one runs.
     fn each(&self, mut take: impl FnMut(Figures) -> Result<()>) -> Result<()> {
         std::thread::scope(|scope| {
-            let (to, built) = sync_channel(1);
+            let builders = FOLDERS.map(|_| {
+                let (to, orders) = channel();
+                scope.spawn(move || self.build_all(orders));
+                to
+            });
+            let (to, done) = channel();
             scope.spawn(move || {
-                let sent = self.build_all(|image| to.send(Ok(image)).is_ok());
-                if let Err(why) = sent {
+                if let Err(why) = self.order_all(&builders, &to) {
                     // Nobody listens any more where an earlier image has failed.
                     let _ = to.send(Err(why));
                 }
             });
-            for built in built {
-                let built = built?;
-                match built.kind {
-                    Kind::Measured(host) => take(self.emulate(&built, host)?)?,
-                    Kind::Checked => self.check(&built)?,
+            for built in done {
+                let Built { job, image } = built?.recv()??;
+                match job.kind {
+                    Kind::Measured(host) => take(self.emulate(&job, &image, host)?)?,
+                    Kind::Checked(_) => self.check(&job, &image)?,
                 }
             }
             Ok(())
         })
     }
 
-    /// Builds all images that are wanted, until `send` says that nobody wants more.
-    fn build_all(&self, send: impl Fn(Built) -> bool) -> Result<()> {
+    /// Orders all images that are wanted from their folders' builders, until nobody takes them.
+    fn order_all(&self, builders: &[Sender<Order>], to: &Sender<Result<Done>>) -> Result<()> {
         for case in CASES {
+            // Cores that play the case, and number types that they compute in.
             let all = TARGETS
                 .iter()
                 .flat_map(|target| tiers(target, &case).iter().map(move |&tier| (target, tier)));
@@ -209,24 +226,50 @@ impl Bench {
                 continue;
             }
             let ready = Arc::new(self.prepare(case)?);
+            // What this machine makes of the scene, once for all cores.
+            let is_checked = |&(target, tier): &_| checks::wanted(target, &ready, tier);
+            let mut made = vec![];
+            for &tier in Tier::ALL {
+                let mut images = wanted.iter().filter(|(_, other)| *other == tier).peekable();
+                if images.peek().is_some() {
+                    let traces = match images.any(is_checked) {
+                        true => Some(Arc::new(self.record(&ready, tier)?)),
+                        false => None,
+                    };
+                    made.push((tier, host::play(&ready, tier)?, traces));
+                }
+            }
+            // An image to be measured, and after it the one to be tried.
             for (target, tier) in wanted {
-                let kind = Kind::Measured(host::play(&ready, tier)?);
-                let image = self.build(target, &ready, tier, None)?;
-                if !send(Built { target, ready: Arc::clone(&ready), tier, image, kind }) {
-                    return Ok(());
-                }
-                if !checks::wanted(target, &ready, tier) {
-                    continue;
-                }
-                let traces = trace::record(&ready, tier, &self.args.chaincell, &self.models)?;
-                let with = With { feature: "checks", traces: Some(&traces) };
-                let (image, kind) = (self.build(target, &ready, tier, Some(with))?, Kind::Checked);
-                if !send(Built { target, ready: Arc::clone(&ready), tier, image, kind }) {
-                    return Ok(());
+                let played = made.iter().find(|(other, ..)| *other == tier);
+                let (_, answer, traces) = played.context("not played on this machine")?;
+                let traces = traces.as_ref().filter(|_| is_checked(&(target, tier)));
+                let tried = traces.map(|traces| Kind::Checked(Arc::clone(traces)));
+                for kind in [Some(Kind::Measured(*answer)), tried].into_iter().flatten() {
+                    let job = Job { target, ready: Arc::clone(&ready), tier, kind };
+                    let (built, done) = channel();
+                    let builder = &builders[target.folder];
+                    if to.send(Ok(done)).is_err() || builder.send((job, built)).is_err() {
+                        return Ok(());
+                    }
                 }
             }
         }
         Ok(())
+    }
+
+    /// Builds images of one folder, until no more are ordered or nobody waits for one.
+    fn build_all(&self, orders: Receiver<Order>) {
+        for (job, to) in orders {
+            let with = match &job.kind {
+                Kind::Measured(_) => None,
+                Kind::Checked(traces) => Some(With { feature: "checks", traces: Some(traces) }),
+            };
+            let image = self.build(job.target, &job.ready, job.tier, with);
+            if to.send(image.map(|image| Built { job, image })).is_err() {
+                return;
+            }
+        }
     }
 
     fn wants(&self, target: &Target, case: &Case, tier: Tier) -> bool {
@@ -255,8 +298,12 @@ impl Bench {
         })
     }
 
-    fn emulate(&self, built: &Built, host: Answer) -> Result<Figures> {
-        let Built { target, ready, tier, image, .. } = built;
+    fn record(&self, ready: &Ready, tier: Tier) -> Result<Traces> {
+        trace::record(ready, tier, &self.args.chaincell, &self.models)
+    }
+
+    fn emulate(&self, job: &Job, image: &Image, host: Answer) -> Result<Figures> {
+        let Job { target, ready, tier, .. } = job;
         let said = emulate::run(target, image, self.seconds())?;
         Figures::new(target, ready, *tier, image, &said, host)
     }
@@ -266,11 +313,11 @@ impl Bench {
     }
 
     /// Traces both ways, hard states and samples.
-    fn check(&self, built: &Built) -> Result<()> {
-        let Built { target, ready, tier, image, .. } = built;
+    fn check(&self, job: &Job, image: &Image) -> Result<()> {
+        let Job { target, ready, tier, .. } = job;
         let name = format!("{}-{}-{}", target.name, ready.case.name, tier.name());
         let said = emulate::run(target, image, self.seconds())?;
-        let stem = self.workshop.folder().join(&name);
+        let stem = self.workshop.folder(target).join(&name);
         checks::hold(ready, *tier, &said, &self.args.chaincell, &stem).context(name.clone())?;
         self.say(&format!("  checked: {name}: traces both ways, hard states and samples"));
         Ok(())
@@ -301,7 +348,7 @@ impl Bench {
 
     fn lint(&self) -> Result<()> {
         let ready = self.prepare(CASES[0])?;
-        let traces = trace::record(&ready, Tier::F32, &self.args.chaincell, &self.models)?;
+        let traces = self.record(&ready, Tier::F32)?;
         // Arm and RISC-V have files of their own; all else is the same source.
         for target in TARGETS.iter().filter(|target| ["m7", "rv32"].contains(&target.name)) {
             if !self.workshop.lint(target, &ready, &traces)? {
@@ -365,7 +412,7 @@ impl Bench {
         let ready = self.prepare(case)?;
         let (target, host) = (&TARGETS[0], host::play(&ready, Tier::F32)?);
         let image = self.build(target, &ready, Tier::F32, None)?;
-        let (ready, tier) = (Arc::new(ready), Tier::F32);
-        self.emulate(&Built { target, ready, tier, image, kind: Kind::Measured(host) }, host)
+        let (ready, tier, kind) = (Arc::new(ready), Tier::F32, Kind::Measured(host));
+        self.emulate(&Job { target, ready, tier, kind }, &image, host)
     }
 }

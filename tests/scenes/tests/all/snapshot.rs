@@ -40,11 +40,11 @@ const SNAPSHOTS: &[(&str, Tier, usize, u32)] = &[
     ("organ500_track", Tier::F32, 36204, 0xadd9fac1),
     ("organ500_track", Tier::Fixed, 34284, 0x371c2483),
     ("organ500_predict", Tier::F32, 60196, 0x50b3812e),
-    ("tissue6_track", Tier::F32, 49228, 0x1c357616),
+    ("tissue6_track", Tier::F32, 40012, 0x69e76005),
     ("varied300_track", Tier::F32, 22364, 0xe1cd8f3e),
     ("varied300_track", Tier::Fixed, 21404, 0x869f4844),
-    ("touch6_predict", Tier::F32, 71996, 0xb8da3ebc),
-    ("touch6_tools", Tier::F32, 66224, 0x69455561),
+    ("touch6_predict", Tier::F32, 62780, 0x0761cd39),
+    ("touch6_tools", Tier::F32, 57008, 0xea602b86),
 ];
 
 // REQ-BIT-09

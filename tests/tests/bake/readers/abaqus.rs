@@ -75,18 +75,6 @@ fn nodes_elements_and_sets_are_read() {
 }
 
 #[test]
-fn what_other_programs_write() {
-    let gmsh = load("box.msh41.ascii.msh");
-    let meshio = load("box.meshio.inp");
-    assert_eq!((&meshio.nodes_m, &meshio.tetrahedra), (&gmsh.nodes_m, &gmsh.tetrahedra));
-    assert_eq!(meshio.groups, gmsh.groups);
-    let inp = load("box.gmsh.inp");
-    assert_eq!(inp.tetrahedra, gmsh.tetrahedra);
-    assert_eq!(inp.groups["held_below"], gmsh.groups["held below"]);
-    assert_eq!(inp.groups["body"], gmsh.groups["body"]);
-}
-
-#[test]
 fn what_is_not_read_names_line_and_remedy() {
     refused("** made by hand\n*Heading\n any", "any", &["a.inp:1:", "no Abaqus input file"]);
     refused("20, 1., 0, 0", "20, nan, 0, 0", &["a.inp:7: the x is NaN", "`unit_m`"]);

@@ -37,6 +37,50 @@ fn bytes_of(name: &str) -> Vec<u8> {
     std::fs::read(data(name)).unwrap()
 }
 
+/// A box that Gmsh 4.15 meshed, as programs write it: the same body, with the groups that the format has.
+#[test]
+fn what_other_programs_write() {
+    let gmsh = load("box.msh41.ascii.msh");
+    assert_eq!((gmsh.nodes_m.len(), gmsh.tetrahedra.len()), (32, 70));
+    assert_eq!(gmsh.groups["held below"].len(), 12);
+    let of = |prefix: &str, names: &[&str], ending: &str| -> Vec<String> {
+        names.iter().map(|name| format!("box.{prefix}{name}.{ending}")).collect()
+    };
+    let msh = of("msh", &["22.ascii", "22.binary", "41.binary", "41.parametric"], "msh");
+    let vtk = of("vtk.", &["raw", "raw_zlib", "base64_zlib", "inline", "big"], "vtu");
+    let meshio = of("meshio.", &["ascii", "zlib"], "vtu");
+    let legacy = of("", &["ascii", "binary"], "vtk");
+    let numbers = [("7", "held below"), ("1", "body")];
+    let names = [("held below", "held below"), ("body", "body")];
+    for (files, groups) in [
+        ([msh, of("meshio", &[""], "inp")].concat(), &names[..]),
+        (of("gmsh", &[""], "inp"), &[("held_below", "held below"), ("body", "body")]),
+        ([vtk, meshio, legacy, of("meshio", &[""], "mesh")].concat(), &numbers),
+        ([of("meshio", &[""], "node"), of("meshio", &[""], "ele")].concat(), &[("1", "body")]),
+    ] {
+        for file in files {
+            let file = file.as_str();
+            let read = load(file);
+            assert_eq!(read.tetrahedra, gmsh.tetrahedra, "{file}");
+            // Twelve digits are written of some texts.
+            let is_short = ["box.meshio.ascii.vtu", "box.gmsh.inp"].contains(&file);
+            let places = read.nodes_m.iter().flatten().zip(gmsh.nodes_m.iter().flatten());
+            assert!({ places }.all(|(a, b)| a == b || is_short && (a - b).abs() < 1e-13), "{file}");
+            for (name, of) in groups {
+                assert_eq!(read.groups[*name], gmsh.groups[*of], "{file}");
+            }
+        }
+    }
+    for name in ["box51.ascii.vtk", "box51.binary.vtk"] {
+        let read = load(name);
+        assert_eq!((&read.nodes_m, &read.tetrahedra), (&gmsh.nodes_m, &gmsh.tetrahedra), "{name}");
+        assert!(read.groups.is_empty());
+    }
+    let (mesh, inp) = (load("mm.gmsh.mesh"), load("mm.gmsh.inp"));
+    assert_eq!((&mesh.nodes_m, &mesh.tetrahedra), (&inp.nodes_m, &inp.tetrahedra));
+    assert!(mesh.groups.len() > 1);
+}
+
 #[test]
 fn a_volume_is_read_under_every_name() {
     for file in FILES {
@@ -54,9 +98,11 @@ fn a_volume_is_read_under_every_name() {
 #[test]
 fn a_surface_is_one_under_every_name() {
     let options = MeshOptions { fill_m: Some(0.008), unit_m: 0.001, ..MeshOptions::default() };
+    let first = from_bytes(SURFACES[0], &bytes_of(SURFACES[0]), &options).unwrap();
     for file in SURFACES {
         let bytes = bytes_of(file);
         let wanted = from_bytes(file, &bytes, &options).unwrap();
+        assert_eq!(wanted.tetrahedra, first.tetrahedra, "{file}");
         for name in NAMES {
             let read = parse(Path::new(name), &bytes, 1.0);
             assert_refused(read, &[name, "a surface", "`fill_m` SIZE"]);

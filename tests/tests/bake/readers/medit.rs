@@ -55,17 +55,6 @@ fn references_are_groups_and_other_sections_are_passed_over() {
 }
 
 #[test]
-fn what_other_programs_write() {
-    let (gmsh, meshio) = (load("box.msh41.ascii.msh"), load("box.meshio.mesh"));
-    assert_eq!((&meshio.nodes_m, &meshio.tetrahedra), (&gmsh.nodes_m, &gmsh.tetrahedra));
-    assert_eq!(meshio.groups["7"], gmsh.groups["held below"]);
-    assert_eq!(meshio.groups["1"], gmsh.groups["body"]);
-    let (mesh, inp) = (load("mm.gmsh.mesh"), load("mm.gmsh.inp"));
-    assert_eq!((&mesh.nodes_m, &mesh.tetrahedra), (&inp.nodes_m, &inp.tetrahedra));
-    assert!(mesh.groups.len() > 1);
-}
-
-#[test]
 fn what_is_not_read_names_line_and_remedy() {
     refused("MeshVersionFormatted", "MeshVersion", &["a.mesh:1: 'MeshVersion'", "no Medit file"]);
     refused("Formatted 2", "Formatted 9", &["a.mesh:1: version 9"]);

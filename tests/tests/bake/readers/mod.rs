@@ -17,7 +17,7 @@ mod xml;
 use std::path::{Path, PathBuf};
 
 use chaincell_host::error::Result;
-use chaincell_host::mesh::{RawMesh, parse};
+use chaincell_host::mesh::{Mesh, RawMesh, parse};
 
 /// Every part stands in the reason why a file is refused.
 #[track_caller]
@@ -48,7 +48,7 @@ fn is_sound(read: &Result<RawMesh>, name: &str) -> bool {
 }
 
 /// A mesh file of the test data.
-fn data(name: &str) -> PathBuf {
+pub(super) fn data(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("data/meshes").join(name)
 }
 

@@ -1,9 +1,7 @@
 //! Surface files, `.stl`, `.obj` and `.ply`: the same tetrahedron in each, whole, wrong and damaged.
 
-use chaincell_host::mesh::{Mesh, MeshOptions, from_bytes};
-use proptest::prelude::*;
-
 use super::*;
+use chaincell_host::mesh::{MeshOptions, from_bytes};
 
 const PLACES: [[f32; 3]; 4] = [[0., 0., 0.], [1., 0., 0.], [0., 1., 0.], [0., 0., 1.]];
 const TRIANGLES: [[usize; 3]; 4] = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]];
@@ -90,7 +88,7 @@ fn binary_ply(little: bool) -> Vec<u8> {
     bytes
 }
 
-fn files() -> [(&'static str, Vec<u8>); 6] {
+pub(super) fn files() -> [(&'static str, Vec<u8>); 6] {
     [
         ("a.stl", text_stl()),
         ("a.stl", binary_stl()),
@@ -101,7 +99,7 @@ fn files() -> [(&'static str, Vec<u8>); 6] {
     ]
 }
 
-fn fill(name: &str, bytes: &[u8]) -> Result<Mesh> {
+pub(super) fn fill(name: &str, bytes: &[u8]) -> Result<Mesh> {
     let options = MeshOptions { fill_m: Some(0.08), nodes_max: 2_000, ..MeshOptions::default() };
     from_bytes(name, bytes, &options)
 }
@@ -255,41 +253,3 @@ const TWISTED: &str = "v 0 0 0\nv 0.04 0 0\nv 0.04 0.04 0\nv 0 0.04 0\nv 0 0 0.0
     v 0.04 0.0212621 0.0385561\nv 0 0.0202958 0.042921\nf 1 3 2\nf 1 4 3\nf 5 6 10\nf 5 10 9\n\
     f 12 11 7\nf 12 7 8\nf 1 2 6\nf 1 6 5\nf 3 4 8\nf 3 8 7\nf 2 3 7\nf 2 7 11\nf 2 11 10\n\
     f 2 10 6\nf 4 1 5\nf 4 5 9\nf 4 9 12\nf 4 12 8\n";
-
-#[test]
-fn every_cut_is_refused() {
-    for (name, bytes) in files() {
-        // Not needed are the name behind endsolid, the last references of an .obj and the edge behind the
-        // faces of a .ply.
-        let whole = bytes.len() - if name == "a.stl" { 8 } else { 20 };
-        for end in 0..whole {
-            let why = fill(name, &bytes[..end]).unwrap_err().to_string();
-            assert!(why.contains(name), "{why}");
-        }
-    }
-}
-
-proptest! {
-    #![proptest_config(ProptestConfig::with_cases(400))]
-
-    #[test]
-    fn mutated_bytes_never_panic(
-        which in 0..6_usize,
-        edits in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..4),
-        digits in any::<bool>(),
-        cut in prop::option::of(any::<prop::sample::Index>()),
-    ) {
-        let (name, mut bytes) = files()[which].clone();
-        for (at, value) in edits {
-            let at = at.index(bytes.len());
-            bytes[at] = if digits { b"0123456789-./ \n"[value as usize % 15] } else { value };
-        }
-        if let Some(cut) = cut {
-            bytes.truncate(cut.index(bytes.len()));
-        }
-        match fill(name, &bytes) {
-            Ok(mesh) => prop_assert!(mesh.nodes_m.iter().flatten().all(|x| x.is_finite())),
-            Err(why) => prop_assert!(why.to_string().contains(name), "{}", why),
-        }
-    }
-}

@@ -37,14 +37,6 @@ fn either_name_gives_the_pair_with_its_groups() {
 }
 
 #[test]
-fn what_other_programs_write() {
-    let (gmsh, meshio) = (load("box.msh41.ascii.msh"), load("box.meshio.node"));
-    assert_eq!((&meshio.nodes_m, &meshio.tetrahedra), (&gmsh.nodes_m, &gmsh.tetrahedra));
-    assert_eq!(meshio.groups["1"], gmsh.groups["body"]);
-    assert_eq!(load("box.meshio.ele"), meshio);
-}
-
-#[test]
 fn what_is_not_read_names_line_and_remedy() {
     refused("5 3 1 1", "5 2 1 1", &["a.node:3: points of dimension 2"]);
     refused("5 3 1 1", "6 3 1 1", &["a.node:9: the file ends", "cut off"]);

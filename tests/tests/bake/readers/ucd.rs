@@ -1,7 +1,5 @@
 //! AVS UCD files, `.inp` and `.avs`.
 
-use chaincell_host::mesh::Mesh;
-
 use super::*;
 
 const TEXT: &str = "# made by hand

@@ -2,7 +2,7 @@
 
 use std::process::Command;
 
-use chaincell_tests::turn;
+use chaincell_tests::{chaincell, turn};
 
 use super::*;
 
@@ -13,8 +13,8 @@ const JUMPS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/data/clock_jumps.c");
 #[test]
 fn a_wall_clock_that_jumps_at_every_look_changes_nothing() {
     let _turn = turn();
-    let place = place("jumps");
-    let library = place.folder.path().join("clock_jumps.so");
+    let place = Place::stiff("jumps");
+    let library = place.file("clock_jumps.so");
     let built =
         Command::new("cc").args(["-shared", "-fPIC", "-O1", "-o", text(&library), JUMPS]).output();
     if !built.is_ok_and(|built| built.status.success()) {
@@ -36,7 +36,7 @@ fn a_wall_clock_that_jumps_at_every_look_changes_nothing() {
         serve.wait_for_line("ready");
         let outsider = Outsider::join(&place.scene, false);
         let path = hold(&place, 800);
-        let mut control = control_command(&place, &["--path", text(&path), "--wait", "event"]);
+        let mut control = place.control(&["--path", text(&path), "--wait", "event"]);
         let control = jumping(&mut control);
         let (ended, seen) = until_end(control, &outsider);
         undisturbed("wall clock jumps by 400 days at every look", ended, serve, &seen, 800)
@@ -56,7 +56,7 @@ fn clocks_a_day_apart_are_no_matter() {
     one_of_a_few(|| {
         let (place, serve, outsider) = served("apart");
         let path = hold(&place, 800);
-        let control = control_command(&place, &["--path", text(&path)]);
+        let control = place.control(&["--path", text(&path)]);
         let mut command = Command::new("unshare");
         command.args(apart).arg(control.get_program()).args(control.get_args());
         let (ended, seen) = until_end(Running::start(&mut command), &outsider);

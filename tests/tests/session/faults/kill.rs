@@ -43,7 +43,7 @@ fn a_killed_control_leaves_a_force_that_falls_and_rises_with_the_next_one() {
 #[test]
 fn a_control_outlives_its_server_and_goes_on_with_the_next_one() {
     let _turn = turn();
-    let place = place("killed-server");
+    let place = Place::stiff("killed-server");
     let first = place.serve(&[]);
     let outsider = Outsider::join(&place.scene, false);
     let control = holding_control(&place, 3000);
@@ -74,7 +74,7 @@ fn a_control_outlives_its_server_and_goes_on_with_the_next_one() {
 #[test]
 fn a_control_without_a_server_again_ends_by_itself() {
     let _turn = turn();
-    let place = place("no-server-again");
+    let place = Place::stiff("no-server-again");
     let serve = place.serve(&[]);
     let outsider = Outsider::join(&place.scene, false);
     let control = control(&place, &["--path", text(&hold(&place, 1000))]);

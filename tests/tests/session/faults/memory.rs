@@ -1,8 +1,10 @@
 //! Shared memory that is full: in a mount namespace of its own, with a small one.
 
+use std::path::Path;
 use std::process::Command;
 
 use chaincell_tests::files::bake;
+use chaincell_tests::process::unshared;
 use chaincell_tests::{chaincell, turn};
 
 use super::*;
@@ -10,14 +12,8 @@ use super::*;
 /// Runs shell lines where /dev/shm has so many kilobytes and `$chaincell` is the command; `None`
 /// with a line that says so where this user may not.
 fn with_memory(test: &str, kilobytes: u32, lines: &str) -> Option<Ended> {
-    let may = Command::new("unshare").args(["-m", "true"]).output();
-    if !may.is_ok_and(|tried| tried.status.success()) {
-        println!("SKIPPED {test}: `unshare -m` is not permitted");
-        return None;
-    }
-    let script = format!("mount -t tmpfs -o size={kilobytes}k tmpfs /dev/shm || exit 99\n{lines}");
-    let mut command = Command::new("unshare");
-    command.args(["-m", "sh", "-c", &script]).env("chaincell", chaincell().get_program());
+    let lines = format!("mount -t tmpfs -o size={kilobytes}k tmpfs /dev/shm || exit 99\n{lines}");
+    let mut command = unshared(test, Path::new("/"), &lines)?;
     Some(Running::start(&mut command).end(SHORT))
 }
 
@@ -27,7 +23,7 @@ const LEFT: &str = "ls /dev/shm | grep -v global_mgmt";
 #[test]
 fn too_little_of_it_is_told_and_nothing_is_left() {
     let _turn = turn();
-    let place = place("little");
+    let place = Place::stiff("little");
     let serve = format!(
         "\"$chaincell\" serve {} --scene {} --contact 40 --seconds 1; code=$?; {LEFT}; exit $code",
         text(&place.model),
@@ -45,7 +41,7 @@ fn too_little_of_it_is_told_and_nothing_is_left() {
 #[test]
 fn too_little_for_the_states_is_told_before_ready() {
     let _turn = turn();
-    let place = place("states");
+    let place = Place::stiff("states");
     let model = bake(place.folder.path(), "plane:240x240x0.01", &["--coarse", "none", "--lean"]);
     let serve = format!(
         "\"$chaincell\" serve {} --scene {} --contact 28920 --seconds 1; code=$?; {LEFT}; exit $code",
@@ -62,7 +58,7 @@ fn too_little_for_the_states_is_told_before_ready() {
 #[test]
 fn a_session_goes_on_while_another_program_fills_it() {
     let _turn = turn();
-    let place = place("filled");
+    let place = Place::stiff("filled");
     let path = hold(&place, 1500);
     let (scene, folder) = (&place.scene, text(place.folder.path()));
     let lines = format!(
@@ -99,7 +95,7 @@ fn a_session_goes_on_while_another_program_fills_it() {
 #[test]
 fn a_server_is_ready_only_where_others_can_join() {
     let _turn = turn();
-    let place = place("joins");
+    let place = Place::stiff("joins");
     let path = hold(&place, 20);
     let (scene, folder) = (&place.scene, text(place.folder.path()));
     let lines = format!(
@@ -132,7 +128,7 @@ fn a_server_is_ready_only_where_others_can_join() {
 #[test]
 fn too_few_open_files_are_told_before_ready() {
     let _turn = turn();
-    let place = place("files");
+    let place = Place::stiff("files");
     let serve = |limit: &str| {
         let line = format!(
             "ulimit {limit}; exec \"$0\" serve {} --scene {} --contact 40 --seconds 0.1",
@@ -154,7 +150,7 @@ fn too_few_open_files_are_told_before_ready() {
 #[test]
 fn files_that_somebody_removed_are_named_as_the_cause() {
     let _turn = turn();
-    let place = place("removed");
+    let place = Place::stiff("removed");
     let (scene, folder) = (&place.scene, text(place.folder.path()));
     let lines = format!(
         "\"$chaincell\" serve {} --scene {scene} --contact 40 > {folder}/out & s=$!

@@ -12,17 +12,15 @@ mod overload;
 mod poses;
 mod services;
 mod stand_still;
-mod two_publishers;
 
 use std::path::PathBuf;
-use std::process::Command;
 use std::time::{Duration, Instant};
 
-use chaincell_tests::files::{bake, scratch, text, write_path};
-use chaincell_tests::outsider::{Force, Outsider, SAFE, STALE};
+use chaincell_tests::files::{text, write_path};
+use chaincell_tests::outsider::{Force, Outsider, SAFE, STALE, largest_step_n, size};
 use chaincell_tests::place::Place;
 use chaincell_tests::process::SHORT;
-use chaincell_tests::{Ended, Running, chaincell, scene};
+use chaincell_tests::{Ended, Running};
 use serde_json::Value;
 
 /// Ticks in which the tool goes to its depth, and holds from then on.
@@ -58,17 +56,9 @@ fn one_of_a_few<T>(mut attempt: impl FnMut() -> Result<T, String>) -> T {
     attempt().unwrap_or_else(|why| panic!("{why}"))
 }
 
-/// A stiff plane, whose middle a server holds with some newtons, and a scene.
-fn place(test: &str) -> Place {
-    let folder = scratch();
-    let stiff = ["--alpha", "0", "--stiffness-n-per-m", "1000"];
-    let model = bake(folder.path(), "plane:9x9x0.01", &stiff);
-    Place { folder, model, scene: scene(test) }
-}
-
 /// A place with its server, which tells its figures, and a reader of the answers.
 fn served(test: &str) -> (Place, Running, Outsider) {
-    let place = place(test);
+    let place = Place::stiff(test);
     let serve = place.serve(&["--json"]);
     let outsider = Outsider::join(&place.scene, false);
     (place, serve, outsider)
@@ -82,24 +72,15 @@ fn depth_m(tick: u64) -> f32 {
 
 /// A path that presses and holds, so many ticks long.
 fn hold(place: &Place, ticks: u64) -> PathBuf {
-    let path = place.folder.path().join(format!("hold{ticks}.csv"));
+    let path = place.file(&format!("hold{ticks}.csv"));
     let row = |tick: u64| (tick, [0.0, 0.0, -depth_m(tick)], u32::from(tick > 0));
     write_path(&path, (0..ticks).map(row));
     path
 }
 
-/// The command line of a controller on the place's scene.
-fn control_command(place: &Place, options: &[&str]) -> Command {
-    let mut command = chaincell();
-    // How late the answers are is not the question.
-    command.args(["control", "--scene", &place.scene, "--json", "--late-share", "off"]);
-    command.args(options);
-    command
-}
-
 /// A controller on the place's scene.
 fn control(place: &Place, options: &[&str]) -> Running {
-    Running::start(&mut control_command(place, options))
+    Running::start(&mut place.control(options))
 }
 
 /// A controller that presses, and holds for so many ticks in all.
@@ -180,22 +161,12 @@ fn until_end(mut process: Running, outsider: &Outsider) -> (Ended, Vec<Force>) {
 
 /// Size of a force [N].
 fn size_n(force: &Force) -> f64 {
-    force.force_n.iter().map(|&x| f64::from(x) * f64::from(x)).sum::<f64>().sqrt()
+    size(force.force_n)
 }
 
 /// Largest force of messages [N].
 fn largest_n(seen: &[Force]) -> f64 {
     seen.iter().map(size_n).fold(0.0, f64::max)
-}
-
-/// Largest change of the force from a message to the next one [N].
-fn largest_step_n(seen: &[Force]) -> f64 {
-    let step = |pair: &[Force]| {
-        let difference: [f32; 3] =
-            std::array::from_fn(|axis| pair[1].force_n[axis] - pair[0].force_n[axis]);
-        size_n(&Force { force_n: difference, ..Force::default() })
-    };
-    seen.windows(2).map(step).fold(0.0, f64::max)
 }
 
 /// A whole number of a report.

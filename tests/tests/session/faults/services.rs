@@ -1,5 +1,6 @@
 //! Programs that use the scene's names for messages of another release or make.
 
+use chaincell_tests::outsider::tools::Poses;
 use chaincell_tests::outsider::{OtherPoses, OtherService, PosesOfAnotherRelease};
 use chaincell_tests::{Running, run, turn};
 
@@ -9,7 +10,7 @@ use super::*;
 #[test]
 fn a_service_of_another_release_or_layout_is_refused_by_name() {
     let _turn = turn();
-    let place = place("other-type");
+    let place = Place::stiff("other-type");
     let args = ["serve", text(&place.model), "--scene", &place.scene, "--contact", "40"];
     {
         let _release =
@@ -31,6 +32,12 @@ fn a_service_of_another_release_or_layout_is_refused_by_name() {
         let _layout = OtherService::<OtherPoses>::create(&place.scene, "tools").unwrap();
         let ended = run(args).with(2);
         assert!(ended.err.contains("chaincell.ToolPoses.v2 of 32 bytes"), "{}", ended.err);
+    }
+    {
+        // Our own messages, in fewer places.
+        let _small = OtherService::<Poses>::create(&place.scene, "tools").unwrap();
+        let ended = run(args).with(2);
+        assert!(ended.err.contains("start chaincell serve first"), "{}", ended.err);
     }
     // Once it is gone the scene is ours.
     place.serve(&[]).interrupt().with(130);

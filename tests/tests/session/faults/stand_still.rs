@@ -10,7 +10,7 @@ use super::*;
 /// Poses of a run, those of a stop aside.
 const POSES: u64 = 1500;
 /// Lengths of the stops [ms].
-const STOPS_MS: [u64; 4] = [200, 1500, 3000, 10_000];
+const STOPS_MS: [u64; 3] = [200, 1500, 10_000];
 
 /// Which side stands still.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -23,7 +23,7 @@ enum Side {
 /// serve say, and all messages with their times.
 fn stopped(side: Side, ms: u64) -> (Value, Value, Vec<Timed>) {
     // At ordinary priority, so that the reader has its turn as often as both sides.
-    let place = place("stopped");
+    let place = Place::stiff("stopped");
     let serve = place.serve(&["--json", "--no-realtime"]);
     let outsider = Outsider::join(&place.scene, false);
     let path = hold(&place, POSES + ms);
@@ -116,7 +116,7 @@ fn a_control_that_stood_still_throws_no_hand_and_the_force_falls_meanwhile() {
 #[test]
 fn a_reader_that_never_reads_holds_up_nobody() {
     let _turn = turn();
-    let place = place("never-reads");
+    let place = Place::stiff("never-reads");
     let serve = place.serve(&["--json"]);
     let (idle, outsider) =
         (Outsider::join(&place.scene, false), Outsider::join(&place.scene, false));

@@ -7,7 +7,7 @@ use chaincell_kernel::Model;
 use super::setting::Setting;
 use crate::reference::Npz;
 use crate::reference::vectors::unit;
-use chaincell_host::bake::{BakeOptions, BasisSpacing, ImageBytes, PerCell, bake};
+use chaincell_host::bake::{BakeOptions, BasisSpacing, ImageBytes, PerCell, Tissue, bake};
 use chaincell_host::engine::contact::{automatic, inward};
 use chaincell_host::error::{Error, Result};
 use chaincell_host::mesh::{self, Mesh, MeshOptions};
@@ -155,6 +155,18 @@ impl Scene {
         let mesh = mesh::load(&spec, &MeshOptions::default())?;
         let options = BakeOptions { coarse_basis: spacing, ..BakeOptions::default() };
         Self::baked("organ", spec, &mesh, &mesh.default_fixed, Contact::Auto, &options)
+    }
+
+    /// A generated organ of nodal shapes: Young's modulus 5 kPa, Poisson's ratio 0.45.
+    ///
+    /// # Errors
+    /// As the generator and the bake.
+    pub fn organ_of_tissue(cells: usize) -> Result<Self> {
+        let spec = format!("organ:{cells}");
+        let mesh = mesh::load(&spec, &MeshOptions::default())?;
+        let tissue = Tissue::new(PerCell::Uniform(5e3), PerCell::Uniform(0.45));
+        let options = BakeOptions { tissue: Some(tissue), ..BakeOptions::default() };
+        Self::baked("organ of shapes", spec, &mesh, &mesh.default_fixed, Contact::Auto, &options)
     }
 
     /// The real liver, its patch of seven cells pressed along its normal; one of them with

@@ -4,10 +4,9 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use super::tools::ToolTrial;
-use super::trial::{Ended, Trial};
+use super::trial::{Trial, refusal};
 use crate::bodies::Variant;
-use crate::monitor::{Check, Failure, Worst};
+use crate::monitor::{Check, Failure, Monitor, Worst};
 use chaincell_host::engine::Arithmetic;
 use chaincell_host::error::Result;
 
@@ -85,54 +84,47 @@ pub struct Findings {
 }
 
 impl Findings {
-    /// Plays a trial under every variant.
+    /// Plays a trial under every variant that moves its body.
     ///
     /// # Errors
     /// Interruption; what neither body nor settings explain.
     pub fn play(&mut self, trial: &Trial<'_>) -> Result<()> {
-        let shapes = trial.body.plain()?.is_nodal();
-        for variant in if shapes { Variant::of_shapes() } else { Variant::all() } {
-            let ended = trial.play(variant)?;
-            self.note(&trial.label, variant, ended);
-        }
-        Ok(())
-    }
-
-    /// Plays a trial of tools on a surface under every variant.
-    ///
-    /// # Errors
-    /// Interruption; what neither body nor settings explain.
-    pub fn play_tools(&mut self, trial: &ToolTrial<'_>) -> Result<()> {
-        for variant in Variant::of_shapes() {
-            let (ended, missing) = trial.play(variant)?;
-            self.note(&trial.label, variant, ended);
-            let known = self.figures.entry("ticks_without_certificate".to_owned()).or_default();
-            *known += missing as f64;
+        let of_shapes = trial.tools.is_some() || trial.body.plain()?.is_nodal();
+        for variant in if of_shapes { Variant::of_shapes() } else { Variant::all() } {
+            let place = format!("{}, {variant}", trial.label);
+            match refusal(trial.play(variant))? {
+                Ok(None) => {}
+                Ok(Some(monitor)) => self.note(&place, trial, variant, &monitor),
+                Err(why) if variant.numbers == Arithmetic::F32 => {
+                    self.fail(place, Check::Admission, why);
+                }
+                Err(why) => self.refuse(why),
+            }
         }
         Ok(())
     }
 
     /// Notes how a trial ended under a variant.
-    fn note(&mut self, label: &str, variant: Variant, ended: Ended) {
-        let place = || format!("{label}, {variant}");
-        match ended {
-            Ended::Absent => {}
-            Ended::Refused(why) if variant.numbers == Arithmetic::F32 => {
-                self.fail(place(), Check::Admission, why);
-            }
-            Ended::Refused(why) => self.refuse(why),
-            Ended::Played { worst, failures } => {
-                let failures = failures.into_iter();
-                self.failures.extend(failures.map(|failure| Failed { place: place(), failure }));
-                self.worst = self.worst.or(worst);
-                self.runs.push(Run {
-                    trial: label.to_owned(),
-                    variant: variant.to_string(),
-                    energy_left: worst.left(),
-                    force_max_n: worst.force_max_n,
-                });
-            }
+    fn note(&mut self, place: &str, trial: &Trial<'_>, variant: Variant, monitor: &Monitor<'_>) {
+        let worst = *monitor.worst();
+        self.failed(place, monitor);
+        self.worst = self.worst.or(worst);
+        self.runs.push(Run {
+            trial: trial.label.clone(),
+            variant: variant.to_string(),
+            energy_left: worst.left(),
+            force_max_n: worst.force_max_n,
+        });
+        if trial.tools.is_some() {
+            let known = self.figures.entry("ticks_without_certificate".to_owned()).or_default();
+            *known += monitor.missing() as f64;
         }
+    }
+
+    /// Notes the failures that a monitor has seen.
+    pub fn failed(&mut self, place: &str, monitor: &Monitor<'_>) {
+        let failures = monitor.failures().iter().cloned();
+        self.failures.extend(failures.map(|failure| Failed { place: place.to_owned(), failure }));
     }
 
     /// Notes what a number type refuses.
@@ -142,8 +134,7 @@ impl Findings {
         }
     }
 
-    /// Notes a failure.
-    pub fn fail(&mut self, place: String, check: Check, what: String) {
+    fn fail(&mut self, place: String, check: Check, what: String) {
         self.failures.push(Failed { place, failure: Failure { check, tick: 0, what } });
     }
 
@@ -203,5 +194,20 @@ impl Outcome {
         }
         figures.insert("refused".to_owned(), found.refused.len() as f64);
         Self { name: case.name, ok: found.failures.is_empty(), checks: case.checks, found }
+    }
+
+    /// The figure that came nearest to its bound, which is 1.
+    #[must_use]
+    pub fn nearest(&self) -> String {
+        let of = [
+            ("energy_over_bound", "E"),
+            ("force_over_bound", "F"),
+            ("coordinate_over_k", "x"),
+            ("rounding_over_allowance", "r"),
+        ];
+        let known = |key: &str| self.found.figures.get(key).copied();
+        let figures = of.iter().filter_map(|(key, name)| Some((name, known(key)?)));
+        let nearest = figures.max_by(|a, b| a.1.total_cmp(&b.1));
+        nearest.map_or("-".to_owned(), |(name, value)| format!("{name} {value:.2}"))
     }
 }

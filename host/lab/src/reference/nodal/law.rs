@@ -13,25 +13,15 @@ const BAND_WEIGHT: f64 = 4.0;
 /// Sums and differences of stretches below this count as it: there the law is a kink.
 const KINK: f64 = 1e-6;
 
-/// How the law resists a change of volume.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Volume {
-    /// 3 lambda / 2 times the squared distance of F to the shapes of determinant 1.
-    Det1,
-    /// lambda / 2 (t - 3)^2, t the sum of the stretches; from t - 3 = 2 mu / lambda on straight.
-    Trace,
-}
-
-/// An elastic law, Hooke's for small strain: mu |F - R|^2, R the rotation nearest to F, with a
-/// term of the volume, and outside a band of stretches one that resists their fall.
+/// An elastic law, Hooke's for small strain: mu |F - R|^2, R the rotation nearest to F, 3 lambda / 2 times
+/// the squared distance of F to the shapes of determinant 1, and outside a band of stretches a term that
+/// resists their fall.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Law {
     /// Young's modulus \[Pa\], above 0.
     pub young_pa: f64,
     /// Poisson's ratio, from 0 to below 0.5.
     pub poisson: f64,
-    /// The volume's part.
-    pub volume: Volume,
     /// Whether `BAND_WEIGHT` mu times the squared distance of F to the shapes whose stretches are
     /// all at least [`BAND_FROM`] is added.
     pub band: bool,
@@ -41,7 +31,7 @@ impl Law {
     /// # Errors
     /// Moduli out of their range.
     pub(super) fn moduli(self) -> Result<Moduli> {
-        let Self { young_pa, poisson, volume, band } = self;
+        let Self { young_pa, poisson, band } = self;
         if !(young_pa > 0.0 && young_pa.is_finite()) {
             return Err(Error::input(format!("`young_pa` {young_pa}: above 0 and finite [Pa]")));
         }
@@ -50,7 +40,7 @@ impl Law {
         }
         let mu_pa = 0.5 * young_pa / (1.0 + poisson);
         let lambda_pa = 2.0 * mu_pa * poisson / (1.0 - 2.0 * poisson);
-        Ok(Moduli { mu_pa, lambda_pa, volume, band })
+        Ok(Moduli { mu_pa, lambda_pa, band })
     }
 }
 
@@ -59,7 +49,6 @@ impl Law {
 pub(super) struct Moduli {
     pub mu_pa: f64,
     pub lambda_pa: f64,
-    volume: Volume,
     pub(super) band: bool,
 }
 
@@ -73,17 +62,14 @@ pub(super) struct Response {
 
 impl Moduli {
     /// What volume and band add to the 2 mu of the shape in a bound of the second derivative by F,
-    /// in every state. A change of the trace is at most the square root of 3 times that of F.
+    /// in every state.
     pub fn bound_pa(&self) -> f64 {
         let band = if self.band { 2.0 * BAND_WEIGHT } else { 0.0 };
         3.0 * self.lambda_pa + band * self.mu_pa
     }
 
     pub fn response(&self, s: [f64; 3]) -> Response {
-        let mut all = match self.volume {
-            Volume::Det1 => self.det1(s),
-            Volume::Trace => self.trace(s),
-        };
+        let mut all = self.det1(s);
         for (i, s) in s.into_iter().enumerate() {
             let (off, short) = (s - 1.0, (s - BAND_FROM).min(0.0));
             let band = if self.band && short < 0.0 { BAND_WEIGHT } else { 0.0 };
@@ -104,26 +90,6 @@ impl Moduli {
             curvature: std::array::from_fn(|i| {
                 std::array::from_fn(|j| stiff * (f64::from(u8::from(i == j)) - unit.slope[i][j]))
             }),
-        }
-    }
-
-    fn trace(&self, s: [f64; 3]) -> Response {
-        let over = (s[0] - 1.0) + (s[1] - 1.0) + (s[2] - 1.0);
-        let cap = 2.0 * self.mu_pa / self.lambda_pa;
-        if over < cap {
-            let slope = self.lambda_pa * over;
-            Response {
-                energy: 0.5 * slope * over,
-                slope: [slope; 3],
-                curvature: [[self.lambda_pa; 3]; 3],
-            }
-        } else {
-            let slope = 2.0 * self.mu_pa;
-            Response {
-                energy: slope * (over - 0.5 * cap),
-                slope: [slope; 3],
-                curvature: [[0.0; 3]; 3],
-            }
         }
     }
 }

@@ -29,9 +29,8 @@ use super::vectors::{dot, minus, norm, plus};
 pub use chaincell_host::bake::tissue::shape::{Shape, volume_m3};
 use chaincell_host::error::{Error, Result};
 use chaincell_kernel::Model;
-use chaincell_kernel::image::LAW_TRACE;
 use law::Moduli;
-pub use law::{BAND_FROM, Law, Tangent, Volume};
+pub use law::{BAND_FROM, Law, Tangent};
 use stretches::Stretches;
 
 /// Beta: the part of the shape's stiffness that acts on tetrahedra.
@@ -102,18 +101,17 @@ impl Nodal {
     /// # Errors
     /// As [`Self::new`].
     pub fn of_model(model: &Model<'_>) -> Result<Option<Self>> {
-        let Some((volume, least)) = model.shape_law() else { return Ok(None) };
+        let Some(least) = model.stretch_min() else { return Ok(None) };
         let band = least > 0.0;
         if band && least != BAND_FROM as f32 {
             return Ok(None);
         }
         let unit_pa = 2.0 * f64::from(model.stiffness_n_per_m()) / f64::from(model.unit_m());
-        let volume = if volume == LAW_TRACE { Volume::Trace } else { Volume::Det1 };
         let moduli = (0..model.cells()).filter_map(|cell| model.elasticity(cell));
         let law = |[young_pa, poisson]: [f32; 2]| {
             // A ratio of single precision may lie just below 0.
             let poisson = f64::from(poisson).max(0.0);
-            Law { young_pa: f64::from(young_pa) / unit_pa, poisson, volume, band }
+            Law { young_pa: f64::from(young_pa) / unit_pa, poisson, band }
         };
         let laws: Vec<Law> = moduli.map(law).collect();
         let rest: Vec<_> =

@@ -1,6 +1,6 @@
 //! The kernel's tissue beside the exact one.
 
-use chaincell_host::bake::tissue::{Tissue, VolumeLaw};
+use chaincell_host::bake::tissue::Tissue;
 use chaincell_host::bake::{BakeOptions, BasisSpacing, PerCell, bake};
 use chaincell_host::engine::{Engine, Scheme};
 use chaincell_kernel::{Flags, Model, Network, Settings, ToolPose};
@@ -30,12 +30,8 @@ struct End {
 fn played(mesh: &Mesh, law: Law, coarse_basis: BasisSpacing, press: &Press) -> End {
     let of = |value| PerCell::Uniform(value);
     let stretch_min = law.band.then_some(BAND_FROM);
-    let volume = match law.volume {
-        Volume::Det1 => VolumeLaw::Det1,
-        Volume::Trace => VolumeLaw::Trace,
-    };
     let tissue = Tissue::new(of(law.young_pa), of(law.poisson));
-    let tissue = Some(Tissue { law: volume, stretch_min, ..tissue });
+    let tissue = Some(Tissue { stretch_min, ..tissue });
     let options = BakeOptions { tissue, coarse_basis, ..BakeOptions::default() };
     let image = bake(mesh, &mesh.default_fixed, &options).unwrap();
     let model = Model::from_bytes(image.as_bytes()).unwrap();
@@ -75,14 +71,8 @@ fn a_press_ends_in_the_equilibrium() {
     let down = Press { nodes, by_m: [0.002, 0.0, -0.006], ticks: 200 };
     let aside = Press { nodes: vec![35], by_m: [0.004, 0.003, -0.002], ticks: 100 };
     for (mesh, press) in [(&even, &down), (&shaken(), &aside)] {
-        for (volume, poisson, band) in [
-            (Volume::Det1, 0.0, true),
-            (Volume::Det1, 0.3, false),
-            (Volume::Det1, 0.45, true),
-            (Volume::Trace, 0.3, true),
-            (Volume::Trace, 0.45, false),
-        ] {
-            let law = Law { young_pa: 5000.0, poisson, volume, band };
+        for (poisson, band) in [(0.0, true), (0.3, false), (0.45, true)] {
+            let law = Law { young_pa: 5000.0, poisson, band };
             let exact = body(mesh, law);
             let to = |&i: &usize| (i, plus(mesh.nodes_m[i], 1.0, press.by_m));
             let held: Vec<_> = press.nodes.iter().map(to).collect();
@@ -95,7 +85,7 @@ fn a_press_ends_in_the_equilibrium() {
                 let off = norm(minus(end.force_n, force)) / norm(force);
                 let energy = end.energy_j / found.energy - 1.0;
                 println!(
-                    "{volume:?}, nu {poisson}, band {band}, {coarse_functions:?}: field {field:.1e}, force {off:.1e}, energy {energy:.1e}, \
+                    "nu {poisson}, band {band}, {coarse_functions:?}: field {field:.1e}, force {off:.1e}, energy {energy:.1e}, \
                      rolled back {:.0} %",
                     100.0 * end.rolled_back
                 );

@@ -10,10 +10,8 @@ use chaincell_host::mesh::{Mesh, MeshOptions, load};
 
 const POISSON: f64 = 0.4;
 
-fn laws() -> Vec<Law> {
-    let of = |volume, band| Law { young_pa: 5000.0, poisson: POISSON, volume, band };
-    let volumes = [Volume::Det1, Volume::Trace];
-    volumes.into_iter().flat_map(|volume| [of(volume, false), of(volume, true)]).collect()
+fn laws() -> [Law; 2] {
+    [false, true].map(|band| Law { young_pa: 5000.0, poisson: POISSON, band })
 }
 
 /// A field with coordinates up to `size_m`.

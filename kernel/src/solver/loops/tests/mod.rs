@@ -103,9 +103,9 @@ impl Case {
                 let (at, residual, awake) = (&*points.at, &mut *points.residual, &awake.set);
                 let (contacts, reduce) = (Contacts::new(held), &mut sums);
                 let (current, slices) = (terms.current, 0..model.slice_count());
-                let (state, pulls) = (|cell| terms.states.at(cell), |_, _: &_| None);
+                let (states, pulls) = (|| terms.states, |_, _: &_| None);
                 #[rustfmt::skip]
-                let pass = SlicedResidual { model, current, links, awake, slices, at, residual, contacts, state, reduce, pulls };
+                let pass = SlicedResidual { model, current, links, awake, slices, at, residual, contacts, states, reduce, pulls };
                 run(unit, pass);
                 sums.totals()
             },

@@ -1,12 +1,12 @@
 //! A tiny body kept moving for long: energy, centroid and hash.
 
-use chaincell_kernel::Model;
+use chaincell_kernel::{Model, ToolPose};
 
 use crate::bodies::Body;
 use crate::bodies::Variant;
 use crate::bodies::shape::cuboid;
-use crate::experiments::stress::case::{Case, Failed, Findings, Scale};
-use crate::experiments::stress::trial::{Trial, sample};
+use crate::experiments::stress::case::{Case, Findings, Scale};
+use crate::experiments::stress::trial::{Trial, refusal};
 use crate::monitor::{Check, Monitor};
 use crate::reference::vectors::{minus, norm};
 use chaincell_host::bake::tissue::Tissue;
@@ -70,15 +70,15 @@ fn drift(scale: Scale, found: &mut Findings) -> Result<()> {
             }
             let sweeps = (!variant.scheme.goes_by_tick()).then_some(SWEEPS);
             let trial = Trial { sweeps, ..Trial::new(label, body, 0) };
-            let engines = [trial.engine(model, variant)?, trial.engine(model, variant)?];
-            match engines {
-                [Ok(one), Ok(mut scalar)] => {
+            let [one, scalar] = [(); 2].map(|()| trial.engine(model, variant));
+            match refusal(one.and_then(|one| Ok((one, scalar?))))? {
+                Ok((one, mut scalar)) => {
                     scalar.go_scalar();
                     let place = format!("{label}, {variant}");
                     let watch = Rounds { found, place, model, variant, most };
                     watch.go(one, scalar, ticks / u64::from(ROUND))?;
                 }
-                [Err(why), _] | [_, Err(why)] => found.refuse(why),
+                Err(why) => found.refuse(why),
             }
         }
     }
@@ -102,12 +102,12 @@ impl Rounds<'_, '_> {
             .map(|tick| {
                 let turn = f64::from(tick) / f64::from(ROUND) * std::f64::consts::TAU;
                 let at = [libm::sin(turn), 0.5 * libm::sin(2.0 * turn), libm::cos(turn) - 1.0];
-                sample((at.map(|x| REACH * unit_m * x as f32), true))
+                ToolPose::at(at.map(|x| REACH * unit_m * x as f32).into(), 1)
             })
             .collect();
         let (mut level, mut centroid) = (0.0_f64, None);
         let mut worst = [0.0_f64; 2];
-        let mut monitor = Monitor::new(&one, self.variant.scheme, self.variant.numbers);
+        let mut monitor = Monitor::new(&one, self.variant.numbers);
         for round in 0..rounds {
             interrupt::check()?;
             let mut highest_j = 0.0_f64;
@@ -117,7 +117,7 @@ impl Rounds<'_, '_> {
                 } else {
                     // The last tick of a round is checked in full.
                     monitor.interfere();
-                    monitor.tick(&mut one, at)
+                    monitor.tick(&mut one, &[*at], None)
                 };
                 highest_j = highest_j.max(f64::from(output.energy_j));
                 scalar.tick(at);
@@ -141,8 +141,7 @@ impl Rounds<'_, '_> {
         }
         let [over, way] = worst;
         let Self { found, place, most, .. } = self;
-        let failures = monitor.failures().iter().cloned();
-        found.failures.extend(failures.map(|failure| Failed { place: place.clone(), failure }));
+        found.failed(&place, &monitor);
         found.hold(over <= most.level, place.clone(), Check::Drift, || {
             format!("level {over} of the first rounds'")
         });

@@ -1,54 +1,86 @@
 //! The cases, by what is hard about them.
 
+mod bodies;
 mod drift;
-mod elements;
-mod extent;
 mod floats;
+mod hands;
 mod material;
-mod range;
-mod rest;
-mod shapes;
-mod states;
-mod supports;
 mod surface;
-mod tiers;
-mod tool;
 
-use super::case::Case;
-use super::trial::Pose;
+use super::case::{Case, Findings, Scale};
+use super::trial::Trial;
+use crate::bodies::shape::cuboid;
+use crate::bodies::{Body, Shape};
+use crate::monitor::Step;
+use crate::states::State;
+use chaincell_host::bake::BakeOptions;
+use chaincell_host::error::Result;
 
 /// All of them, in the order of the table.
 pub fn all() -> impl Iterator<Item = Case> {
-    let groups: [&[Case]; 13] = [
-        states::CASES,
-        elements::CASES,
-        material::CASES,
-        shapes::CASES,
-        surface::CASES,
-        supports::CASES,
-        tool::CASES,
-        range::CASES,
-        extent::CASES,
-        floats::CASES,
-        rest::CASES,
-        tiers::CASES,
-        drift::CASES,
-    ];
+    let groups =
+        [bodies::CASES, material::CASES, surface::CASES, hands::CASES, floats::CASES, drift::CASES];
     groups.concat().into_iter()
 }
 
 /// Ticks of a press of [`pressing`].
-pub const PRESS_TICKS: u32 = 80;
+const PRESS_TICKS: u32 = 80;
+/// Ticks after a state, and after a press, in the quick suite.
+const TICKS: u32 = 60;
+
+/// The box.
+fn the_box(scale: Scale) -> Result<Body> {
+    plain(cuboid(scale.nodes())?)
+}
+
+/// A body of links by the default options.
+fn plain(shape: Shape) -> Result<Body> {
+    Body::new(shape, &BakeOptions::default())
+}
 
 /// Down by `depth_m` in 40 ticks, there for 40, then gone.
-pub fn pressing(depth_m: f32) -> impl Fn(u32) -> Pose {
+fn pressing(depth_m: f32) -> impl Fn(u32) -> Step {
     move |tick| {
         let part = tick.saturating_sub(1).min(39) as f32 / 39.0;
-        ([0.0, 0.0, -part * depth_m], tick < PRESS_TICKS)
+        Step::at([0.0, 0.0, -part * depth_m], u32::from(tick < PRESS_TICKS))
     }
 }
 
 /// Away, holding still, away again, a third of the ticks each.
-pub fn touching_once(ticks: u32) -> impl Fn(u32) -> Pose {
-    move |tick| ([0.0; 3], (ticks / 3..2 * ticks / 3).contains(&tick))
+fn touching_once(ticks: u32) -> impl Fn(u32) -> Step {
+    move |tick| Step::at([0.0; 3], u32::from((ticks / 3..2 * ticks / 3).contains(&tick)))
+}
+
+/// A press by this many mean link lengths, and after it at least `free` ticks.
+fn pressed<'b>(
+    label: impl Into<String>,
+    body: &'b Body,
+    links: f32,
+    free: u32,
+) -> Result<Trial<'b>> {
+    let depth_m = links * body.plain()?.unit_m();
+    Ok(Trial::new(label, body, PRESS_TICKS + free).under(pressing(depth_m)))
+}
+
+/// From a state of the free cells, or of all.
+fn displaced<'b>(label: &str, body: &'b Body, state: State, all: bool, ticks: u32) -> Trial<'b> {
+    let cells = if all { "all cells" } else { "free cells" };
+    let trial = Trial::new(format!("{label}, {cells}"), body, ticks);
+    let trial = trial.from(move |model| match all {
+        true => state.positions(model, 0),
+        false => state.of_free_cells(model, 0),
+    });
+    trial.under(touching_once(ticks))
+}
+
+/// Presses a body by two mean link lengths and lets it go; inverts it; puts it into one point.
+fn press_and_disturb(scale: Scale, found: &mut Findings, name: &str, body: &Body) -> Result<()> {
+    let ticks = scale.ticks(TICKS);
+    found.play(&pressed(format!("{name}, pressed"), body, 2.0, ticks)?)?;
+    for (label, state) in
+        [("inverted", State::Inverted), ("in one point", State::Coincident([0.0; 3]))]
+    {
+        found.play(&displaced(&format!("{name}, {label}"), body, state, false, ticks))?;
+    }
+    Ok(())
 }

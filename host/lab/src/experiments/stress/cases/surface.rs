@@ -2,11 +2,13 @@
 
 use chaincell_kernel::{Model, ToolPart, ToolPose};
 
+use super::hands::cut;
+use super::material::stiffening;
 use crate::bodies::Body;
 use crate::bodies::shape::cuboid;
 use crate::experiments::stress::case::{Case, Findings, Scale};
-use crate::experiments::stress::tools::{Act, Step, ToolTrial};
-use crate::experiments::stress::trial::Positions;
+use crate::experiments::stress::trial::{Positions, Trial};
+use crate::monitor::{Act, Step};
 use crate::states::{State, scattered};
 use chaincell_host::bake::tissue::{Band, Tissue};
 use chaincell_host::bake::{BakeOptions, PerCell};
@@ -90,15 +92,6 @@ struct Besides {
     is_late: bool,
 }
 
-/// Sweeps of a tick as under a load.
-fn cut(tick: u32) -> Option<u16> {
-    match tick % 10 {
-        0 | 5 => Some(1),
-        3 | 9 => Some(2),
-        _ => Some(0),
-    }
-}
-
 /// Bodies and what they are measured by.
 struct Bodies {
     bodies: Vec<(&'static str, Body)>,
@@ -111,14 +104,8 @@ struct Bodies {
 
 /// A box of liver, and one nearly of constant volume that stiffens.
 fn bodies(scale: Scale) -> Result<Bodies> {
-    let stiffening = vec![
-        Band { half_width: 0.05, modulus_pa: 12_000.0 },
-        Band { half_width: 0.2, modulus_pa: 70_000.0 },
-    ];
-    baked(
-        scale,
-        vec![("liver", 0.45, Vec::new(), None), ("stiffened, nu 0.49", 0.49, stiffening, None)],
-    )
+    let stiffened = ("stiffened, nu 0.49", 0.49, stiffening(), None);
+    baked(scale, vec![("liver", 0.45, Vec::new(), None), stiffened])
 }
 
 /// What a body is called, its Poisson's ratio, its bands, and what a tool may load into it \[J\].
@@ -145,7 +132,7 @@ fn baked(scale: Scale, kinds: Vec<Kind>) -> Result<Bodies> {
 }
 
 impl Bodies {
-    /// Plays a script of `held` ticks and the tools gone behind it on every body.
+    /// Plays a script of `held` ticks, after which the tools are gone, on every body.
     fn play(
         &self,
         found: &mut Findings,
@@ -155,22 +142,21 @@ impl Bodies {
     ) -> Result<()> {
         for (body_label, body) in &self.bodies {
             let (held, script) = (self.held, script.clone());
-            let ticks = held + self.free;
-            let trial =
-                ToolTrial::new(format!("{body_label}, {label}"), body, tools, ticks, move |tick| {
-                    let mut step = script(tick.min(held - 1));
-                    if tick >= held {
-                        step.act = None;
-                        step.poses.iter_mut().for_each(|pose| pose.engaged = 0);
-                    }
-                    step
-                });
+            let trial = Trial::new(format!("{body_label}, {label}"), body, held + self.free);
+            let trial = trial.under(move |tick| {
+                let mut step = script(tick.min(held - 1));
+                step.sweeps = cut(tick).filter(|_| besides.is_late);
+                if tick >= held {
+                    step.act = None;
+                    step.poses.iter_mut().for_each(|pose| pose.engaged = 0);
+                }
+                step
+            });
             let state = besides.state.map(|state| {
                 Box::new(move |model: &Model<'_>| state.of_free_cells(model, 0)) as Positions
             });
-            let sweeps_made = if besides.is_late { cut } else { |_| None };
-            let friction = besides.friction;
-            found.play_tools(&ToolTrial { state, friction, sweeps_made, ..trial })?;
+            let parts = tools.iter().map(|parts| parts.to_vec()).collect();
+            found.play(&Trial { state, tools: Some((parts, besides.friction)), ..trial })?;
         }
         Ok(())
     }
@@ -183,11 +169,6 @@ impl Bodies {
             ToolPose::at(at_m.into(), 1)
         }
     }
-}
-
-/// Tools at poses.
-fn step(poses: &[ToolPose]) -> Step {
-    Step { act: None, poses: poses.to_vec() }
 }
 
 /// A pose turned about y and x \[rad\].
@@ -213,7 +194,7 @@ fn deep(scale: Scale, found: &mut Findings) -> Result<()> {
             Besides::default(),
             move |tick| {
                 let depth = 1.8 * ramp(tick, held / 2);
-                step(&[at([0.13, 0.07, 1.0 + radius - depth])])
+                Step::of(&[at([0.13, 0.07, 1.0 + radius - depth])])
             },
         )?;
     }
@@ -226,11 +207,11 @@ fn teleport(scale: Scale, found: &mut Findings) -> Result<()> {
     let at = bodies.at();
     bodies.play(found, ("in and out", &[&sphere]), Besides::default(), move |tick| {
         let up = if (tick / 3) % 2 == 0 { 0.2 } else { 4.0 };
-        step(&[at([0.1, 0.05, up])])
+        Step::of(&[at([0.1, 0.05, up])])
     })?;
     let places = scattered(5, bodies.held as usize, 2.0);
     bodies.play(found, ("anywhere", &[&sphere]), Besides::default(), move |tick| {
-        step(&[at(places[tick as usize])])
+        Step::of(&[at(places[tick as usize])])
     })
 }
 
@@ -242,7 +223,7 @@ fn squeeze(scale: Scale, found: &mut Findings) -> Result<()> {
     let sphere = [ToolPart::sphere(radius_m)];
     bodies.play(found, ("spheres", &[&sphere, &sphere]), Besides::default(), move |tick| {
         let x = 1.2 + radius - (1.2 + radius) * ramp(tick, 2 * held / 3);
-        step(&[at([x, 0.1, 0.3]), at([-x, 0.05, 0.35])])
+        Step::of(&[at([x, 0.1, 0.3]), at([-x, 0.05, 0.35])])
     })?;
     // The half space of a tool is what lies below its z = 0: a quarter turn puts it aside.
     let plane = [ToolPart::half_space(0.4 * EDGE_M)];
@@ -251,7 +232,7 @@ fn squeeze(scale: Scale, found: &mut Findings) -> Result<()> {
         let x = 1.2 - 1.2 * ramp(tick, 2 * held / 3);
         let (right, left) = (at([x, 0.0, 0.0]), at([-x, 0.0, 0.0]));
         let right = ToolPose { orientation: [0.0, -aside, 0.0, aside], ..right };
-        step(&[right, ToolPose { orientation: [0.0, aside, 0.0, aside], ..left }])
+        Step::of(&[right, ToolPose { orientation: [0.0, aside, 0.0, aside], ..left }])
     })
 }
 
@@ -266,7 +247,7 @@ fn turns(scale: Scale, found: &mut Findings) -> Result<()> {
             let label = format!("{name}, {angle} rad");
             bodies.play(found, (&label, &[part]), Besides::default(), move |tick| {
                 let depth = ramp(tick, 30);
-                step(&[turned(at([0.1, 0.0, 1.6 - 1.3 * depth]), angle * tick as f32)])
+                Step::of(&[turned(at([0.1, 0.0, 1.6 - 1.3 * depth]), angle * tick as f32)])
             })?;
         }
     }
@@ -283,7 +264,7 @@ fn half_space(scale: Scale, found: &mut Findings) -> Result<()> {
             bodies.play(found, (&label, &[&plane]), Besides::default(), move |tick| {
                 let part = ramp(tick % (2 * every), every);
                 let up = 1.5 - 3.0 * if (tick / (2 * every)) % 2 == 0 { part } else { 1.0 - part };
-                step(&[turned(at([0.0, 0.0, up]), angle)])
+                Step::of(&[turned(at([0.0, 0.0, up]), angle)])
             })?;
         }
     }
@@ -302,7 +283,7 @@ fn friction(scale: Scale, found: &mut Findings) -> Result<()> {
         bodies.play(found, (name, &[part]), rough, move |tick| {
             let way = if tick % 2 == 0 { side } else { -side };
             let at_m = [way, 0.3 * way, up - 0.8 * ramp(tick, 40)];
-            step(&[turned(at(at_m), 0.05 * tick as f32)])
+            Step::of(&[turned(at(at_m), 0.05 * tick as f32)])
         })?;
     }
     Ok(())
@@ -326,7 +307,7 @@ fn grip(scale: Scale, found: &mut Findings) -> Result<()> {
             };
             let pulled = 10.0 * ramp(tick.saturating_sub(gripped), away);
             let z = up - 0.3 * ramp(tick, gripped) + pulled;
-            Step { act, poses: vec![at([0.1 + 0.2 * pulled, 0.0, z])] }
+            Step { act, ..Step::of(&[at([0.1 + 0.2 * pulled, 0.0, z])]) }
         })?;
     }
     Ok(())
@@ -339,7 +320,7 @@ fn inside(scale: Scale, found: &mut Findings) -> Result<()> {
         let (sphere, places) = ([ToolPart::sphere(radius * EDGE_M)], places.clone());
         bodies.play(found, (name, &[&sphere]), Besides::default(), move |tick| {
             let pose = at(places[(tick / 4) as usize % places.len()]);
-            step(&[ToolPose { engaged: u32::from(tick % 4 > 0), ..pose }])
+            Step::of(&[ToolPose { engaged: u32::from(tick % 4 > 0), ..pose }])
         })?;
     }
     Ok(())
@@ -359,7 +340,7 @@ fn folded(scale: Scale, found: &mut Findings) -> Result<()> {
     ] {
         let from = Besides { state: Some(state), ..Besides::default() };
         bodies.play(found, (name, &[&rounded]), from, move |tick| {
-            step(&[turned(at([0.1, 0.0, 0.6 - 0.4 * ramp(tick, 30)]), 0.1 * tick as f32)])
+            Step::of(&[turned(at([0.1, 0.0, 0.6 - 0.4 * ramp(tick, 30)]), 0.1 * tick as f32)])
         })?;
     }
     Ok(())
@@ -372,17 +353,21 @@ fn energy_max(scale: Scale, found: &mut Findings) -> Result<()> {
     let up = 1.0 + 1.5 * EDGE_M / bodies.half_m;
     let rough = Besides { friction: 1.0, ..Besides::default() };
     bodies.play(found, ("pressed", &[&sphere]), rough, move |tick| {
-        step(&[at([ramp(tick.saturating_sub(held / 2), 10), 0.0, up - 2.0 * ramp(tick, held / 2)])])
+        Step::of(&[at([
+            ramp(tick.saturating_sub(held / 2), 10),
+            0.0,
+            up - 2.0 * ramp(tick, held / 2),
+        ])])
     })?;
     let places = scattered(11, bodies.held as usize, 2.0);
     let large = [ToolPart::sphere(3.0 * EDGE_M)];
     bodies.play(found, ("anywhere", &[&large]), Besides::default(), move |tick| {
-        step(&[at(places[(tick / 2) as usize])])
+        Step::of(&[at(places[(tick / 2) as usize])])
     })?;
     bodies.play(found, ("gripped", &[&sphere]), Besides::default(), move |tick| {
         let act = (tick == 12).then_some(Act::Grip(0));
         let pulled = 3.0 * ramp(tick.saturating_sub(12), 30);
-        Step { act, poses: vec![at([0.1, 0.0, up - 0.1 * ramp(tick, 12) + pulled])] }
+        Step { act, ..Step::of(&[at([0.1, 0.0, up - 0.1 * ramp(tick, 12) + pulled])]) }
     })
 }
 
@@ -396,7 +381,7 @@ fn late(scale: Scale, found: &mut Findings) -> Result<()> {
         let label = format!("friction {friction}");
         bodies.play(found, (&label, &[&sphere]), late, move |tick| {
             let [x, y, z] = places[(tick / 2) as usize];
-            step(&[at([x, y, 1.2 + z])])
+            Step::of(&[at([x, y, 1.2 + z])])
         })?;
     }
     Ok(())

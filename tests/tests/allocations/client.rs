@@ -1,20 +1,12 @@
 //! What the client allocates in the loop of a device: what iceoryx2 takes for a message sent.
 
-#![allow(clippy::unwrap_used, reason = "a failing helper fails its test")]
-
 use chaincell_client::{Client, Options, Outcome, ToolPose};
-use chaincell_tests::allocations::{Counting, so_far};
+use chaincell_tests::allocations::so_far;
 use chaincell_tests::place::Place;
+use chaincell_tests::turn;
 
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
+use super::{BYTES_PER_SEND, COUNTED_TICKS, WARM_UP_TICKS};
 
-/// Ticks before counting: the connections are made in the first ones.
-const WARM_UP_TICKS: u64 = 50;
-/// Ticks that are counted.
-const COUNTED_TICKS: u64 = 500;
-/// What iceoryx2 allocates for each message that is sent, in one piece.
-const BYTES_PER_SEND: u64 = 104;
 /// Longest wait for an answer \[ns\].
 const WAIT_NS: u64 = 20_000_000_000;
 
@@ -28,6 +20,7 @@ fn counted(work: impl FnOnce()) -> (u64, u64) {
 
 #[test]
 fn a_step_allocates_for_its_message_and_nothing_else() {
+    let _turn = turn();
     let place = Place::new("client-allocates");
     let serve = place.serve(&[]);
     let scene = Some(place.scene.clone());

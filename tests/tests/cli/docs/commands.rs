@@ -7,6 +7,7 @@ use std::process::Command;
 use chaincell_tests::run;
 use serde_json::Value;
 
+use super::super::handout::commands;
 use super::page::{Page, pages, top};
 use super::shell::{Purpose, purpose};
 
@@ -26,19 +27,13 @@ fn options(text: &str) -> impl Iterator<Item = &str> {
 
 impl Known {
     fn read() -> Self {
-        let help = run(["help"]).with(0).out;
-        let listed = help.lines().filter_map(|line| {
-            let name = line.strip_prefix("  ")?.split(' ').next()?;
-            let is_one = !name.is_empty() && name.bytes().all(|b| b.is_ascii_lowercase());
-            is_one.then(|| name.to_owned())
-        });
         let of = |name: String| {
-            let help =
-                if name == "help" { String::new() } else { run([&name, "--help"]).with(0).out };
+            let help = run([&name, "--help"]).with(0).out;
             let words = options(&help).map(|word| word.trim_end_matches('.').to_owned());
             (name, words.collect())
         };
-        let commands: BTreeMap<String, BTreeSet<String>> = listed.map(of).collect();
+        let commands: BTreeMap<String, BTreeSet<String>> =
+            commands().into_iter().map(of).chain([("help".to_owned(), BTreeSet::new())]).collect();
         assert!(commands.len() > 10 && commands["run"].contains("--path"), "{commands:?}");
         Self { commands, packages: packages() }
     }
@@ -173,7 +168,7 @@ fn a_command_that_is_not_there_is_seen() {
     for good in [
         "chaincell bake organ:500 -o organ.chaincell --lean --coarse none",
         "cosim [MODEL] [--seconds 10]",
-        "CHAINCELL_SLOW=1 cargo test --release -p chaincell-tests --test docs -- --nocapture",
+        "CHAINCELL_SLOW=1 cargo test --release -p chaincell-tests --test cli -- --nocapture",
         "bash .ci/run",
         "tests/fuzz/run --seconds 60",
         "cargo run --release -- cosim     # with a comment",

@@ -1,7 +1,5 @@
 //! The kernel as firmware uses it: a model linked into the program, a tissue in static memory, no
 //! allocation; the same bits as the host's engine.
-#![allow(clippy::unwrap_used)]
-
 use std::sync::Mutex;
 
 use chaincell_host::bake::{BakeOptions, bake};
@@ -10,17 +8,14 @@ use chaincell_host::mesh::load;
 use chaincell_kernel::ContactError;
 use chaincell_kernel::{
     Budget, Dynamics, Euler, Head, Model, Network, ResetError, Rkl2, Settings, TermState, Tissue,
-    TissueMut, ToolPose, Track, include_model,
+    TissueMut, ToolPose, Track, include_model, term_states,
 };
 use chaincell_scenes::{Scene, tissue6_track};
-use chaincell_tests::allocations::{Counting, so_far};
+use chaincell_tests::allocations::so_far;
 use nalgebra::Vector3;
 
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
-
 /// `chaincell bake plane:9x9x0.01 --diagonals --lean -o tests/data/plane9.chaincell`
-static IMAGE: &[u8] = include_model!("../data/plane9.chaincell");
+static IMAGE: &[u8] = include_model!("../../data/plane9.chaincell");
 
 fn sample(tick: u16) -> ToolPose {
     let position_m = Vector3::new(0.0, 0.0002 * f32::from(tick % 40), 0.001 * f32::from(tick % 60));
@@ -97,7 +92,7 @@ fn states_of_terms_take_memory_where_there_are_some() {
     };
     assert!(size_of::<TermState>() > 0);
     assert_eq!(Tissue::<81, Track, 1>::RAM_BYTES, whole(0));
-    assert_eq!(Tissue::<81, Track, 1, 81>::RAM_BYTES, whole(81));
+    assert_eq!(Tissue::<81, Track, 1, { term_states(81) }>::RAM_BYTES, whole(term_states(81)));
     assert_eq!(Model::from_bytes(IMAGE).unwrap().kept_states(), 0);
 }
 

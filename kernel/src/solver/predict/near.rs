@@ -1,0 +1,139 @@
+//! Balances the cells under the tools before the pass of a tick in which tools moved.
+//!
+//! A pass publishes its own point; what it finds out moves the point of the next one. So a tool that moves
+//! loads the few cells under it a tick before they can give way, and with one sweep a tick the hand feels
+//! that. The extrapolation ([`momentum`](super::momentum)) foresees what repeats, but not a new contact or a
+//! tool that turns back. Here the cells of the slices in contact give way before the pass, by
+//!
+//! ```text
+//! d_k = a_k z + b d_k-1,    p += d_k
+//! ```
+//!
+//! with z the local part of a direction at p, and fixed a and b. The rest of the body stays where it is: only
+//! these slices and their neighbours are computed. No proof depends on the result, since the guard judges the
+//! pass at the new point like any other.
+//!
+//! Cost: [`PASSES`] passes over those slices, or as many as make half a pass over the body. A tool that is
+//! large for its body, with half of the slices around it, pays nothing and gains nothing.
+
+use super::{ARRAYS, TRACK};
+use crate::backend::slice_set::SliceSet;
+use crate::backend::slices::cells_of;
+use crate::model::Model;
+use crate::number::cell::{Cell, add, peak, scale};
+use crate::number::two_float::LANES;
+use crate::solver::loops::Loops;
+use crate::solver::loops::scalar::track::factor;
+use crate::solver::scheme::Body;
+use crate::terms::surface::Touching;
+
+/// Most passes over the slices under tools.
+const PASSES: usize = 4;
+/// a in the first pass and in later ones, and b, on nodal shapes.
+const FIRST: f32 = 0.3;
+const LATER: f32 = 0.5;
+const ONWARD: f32 = 0.5;
+/// a on links over that on nodal shapes: r / W is a shorter step than a local part.
+const OF_LINKS: f32 = 2.0;
+
+/// Moves the points of the next pass and of the last one at the cells under the tools. The last field is
+/// memory for d. Returns true if some coordinate is beyond K.
+#[inline(never)]
+pub(super) fn balance(body: &mut Body<'_, '_>, own: &mut [Cell]) -> bool {
+    let Some(&touching) = body.terms.touch.get() else { return false };
+    let (model, cells) = (body.terms.model, body.state.len());
+    if own.len() != ARRAYS * cells {
+        return false;
+    }
+    let Some((points, fields)) = own.split_at_mut_checked(TRACK * cells) else { return false };
+    let Some((at, before)) = points.split_at_mut_checked(cells) else { return false };
+    let Some((_, ways)) = fields.split_at_mut_checked(2 * cells) else { return false };
+    // Choose the slices, and the number of passes.
+    let slices = model.slice_count();
+    let core = in_contact(&touching, slices, at);
+    let around = with_neighbours(model, &core);
+    let passes = (slices / 2).checked_div(around.iter(slices).count()).unwrap_or(0).min(PASSES);
+    if passes == 0 {
+        return false;
+    }
+    for cell in core.iter(slices).flat_map(|slice| cells_of(slice, cells)) {
+        if let Some(way) = ways.get_mut(cell) {
+            *way = Cell::ZERO;
+        }
+    }
+    // Move the cells; the terms' states of the last pass come back afterwards.
+    body.terms.states.save(&around, slices);
+    let (mobility, factors) = (body.terms.mobility(), body.terms.factors());
+    let unit = if model.is_nodal() { 1.0 } else { OF_LINKS };
+    let mut highest = 0.0;
+    for pass in 0..passes {
+        f32::residual(body.terms, &around, at, body.residual, body.contacts);
+        let (a, b) = if pass == 0 { (unit * FIRST, 0.0) } else { (unit * LATER, ONWARD) };
+        let residual = &*body.residual;
+        let mut step = Step { at, before, ways, residual, mobility, factors, a, b };
+        for cell in core.iter(slices).flat_map(|slice| cells_of(slice, cells)) {
+            let here = step.go(cell);
+            highest = if here > highest { here } else { highest };
+        }
+    }
+    body.terms.states.restore(&around, slices);
+    highest > model.saturation()
+}
+
+/// The slices with a cell that a tool pushes or pulls.
+fn in_contact(touching: &Touching<'_>, slices: usize, at: &[Cell]) -> SliceSet {
+    touching.pull(&|cell: usize| at.get(cell).map_or([0.0; 3], |at| at.xyz()));
+    let mut set = SliceSet::EMPTY;
+    for slice in touching.slices.iter(slices) {
+        let pulls = touching.pulls.get(cells_of(slice, at.len())).unwrap_or(&[]);
+        if pulls.iter().any(|pull| pull.get() != Cell::ZERO) {
+            set.insert(slice);
+        }
+    }
+    set
+}
+
+/// These slices, and those with a neighbour of one of their cells.
+fn with_neighbours(model: &Model<'_>, core: &SliceSet) -> SliceSet {
+    let mut set = *core;
+    let slices = core.iter(model.slice_count());
+    for cell in slices.flat_map(|slice| cells_of(slice, model.cells())) {
+        for (_, other) in model.neighbours(cell) {
+            set.insert(other / LANES);
+        }
+    }
+    set
+}
+
+/// The arrays of a pass, and its factors a and b.
+struct Step<'a> {
+    at: &'a mut [Cell],
+    before: &'a mut [Cell],
+    ways: &'a mut [Cell],
+    residual: &'a [Cell],
+    mobility: &'a [f32],
+    factors: &'a [f32],
+    a: f32,
+    b: f32,
+}
+
+impl Step<'_> {
+    /// Moves a cell. Returns its largest coordinate.
+    fn go(&mut self, cell: usize) -> f32 {
+        let (Some(at), Some(before), Some(way), Some(r), Some(&mobility)) = (
+            self.at.get_mut(cell),
+            self.before.get_mut(cell),
+            self.ways.get_mut(cell),
+            self.residual.get(cell),
+            self.mobility.get(cell),
+        ) else {
+            return 0.0;
+        };
+        let z = scale(factor(self.factors, cell) * mobility, r.xyz());
+        let d = add(scale(self.a, z), scale(self.b, way.xyz()));
+        *way = Cell::at(d);
+        *at = Cell::at(add(at.xyz(), d));
+        *before = Cell::at(add(before.xyz(), d));
+        peak(at.xyz())
+    }
+}
