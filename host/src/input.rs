@@ -7,7 +7,7 @@
 use std::collections::BTreeMap;
 use std::fs::{self, File, Metadata};
 use std::io;
-use std::os::unix::fs::MetadataExt;
+use std::os::unix::fs::{FileTypeExt, MetadataExt};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, OnceLock, PoisonError};
 
@@ -23,11 +23,23 @@ pub fn begin() {
     let _ = INPUTS.get_or_init(Inputs::default);
 }
 
-/// Opens a file to read it.
+/// Opens a file to read it, or what a shell pipes into `/dev/stdin` or `<(COMMAND)`.
 ///
 /// # Errors
-/// What the system says.
+/// What the system says; a folder, a device or a named pipe, which may have no end or no writer.
 pub fn open(path: &Path) -> io::Result<File> {
+    let kind = fs::metadata(path)?.file_type();
+    // Only a named pipe has a place among the files; the others are open already, and end with their writer.
+    let is_piped = kind.is_fifo() && fs::canonicalize(path).is_err();
+    if !kind.is_file() && !is_piped {
+        let kind = match kind {
+            kind if kind.is_dir() => "a folder",
+            kind if kind.is_fifo() => "a named pipe",
+            kind if kind.is_socket() => "a socket",
+            _ => "a device",
+        };
+        return Err(io::Error::other(format!("it is {kind}: give a file")));
+    }
     let file = File::open(path)?;
     if let Some(inputs) = INPUTS.get() {
         let found = [file.metadata(), fs::symlink_metadata(path)];

@@ -27,10 +27,10 @@ const REPLY_NS: u64 = 5 * SECOND_NS;
     Exit code 0 when it was done, 1 when no reply came, 2 when it was refused or nobody\n    serves the scene.")]
 pub struct Args {
     /// Name of the scene that `serve` was started with
-    #[arg(long, value_name = "NAME")]
+    #[arg(long, value_name = "NAME", global = true)]
     scene: Option<String>,
     /// Print the reply as one JSON object
-    #[arg(long)]
+    #[arg(long, global = true)]
     json: bool,
     #[command(subcommand)]
     action: Action,

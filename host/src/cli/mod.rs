@@ -20,7 +20,7 @@ pub mod man;
 mod mesh_file;
 pub mod model_file;
 pub mod offline;
-mod options;
+pub mod options;
 mod press;
 mod probe;
 mod replay;
@@ -115,7 +115,7 @@ impl Cli {
             return ended;
         }
         lab::hand_over()?;
-        let matches = lab::listed(Self::command()).get_matches();
+        let matches = options::read(lab::listed(Self::command()));
         match Self::from_arg_matches(&matches) {
             Ok(cli) => cli.execute(),
             Err(why) => why.exit(),

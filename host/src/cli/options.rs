@@ -1,8 +1,54 @@
-//! The library's errors name fields, in backticks; the command line names its options.
+//! Refusals in the words of the command line.
 
-use clap::Command;
+use clap::error::ErrorKind;
+use clap::{ArgMatches, Command};
 
-/// A message with every field that an option of these commands sets named as that option.
+use crate::terminal;
+
+/// Reads the arguments of this process; ends it where they ask for help or are refused.
+pub fn read(command: Command) -> ArgMatches {
+    command.try_get_matches().unwrap_or_else(|why| {
+        if why.kind() != ErrorKind::ValueValidation {
+            why.exit();
+        }
+        terminal::note(numbers_in_words(why.to_string().trim_end()));
+        std::process::exit(why.exit_code())
+    })
+}
+
+/// A refusal with a remedy in place of what Rust says of a bad number.
+fn numbers_in_words(text: &str) -> String {
+    if let Some(text) = range_in_words(text) {
+        return text;
+    }
+    [
+        ("invalid digit found in string", "give a whole number, as in 4"),
+        ("cannot parse integer from empty string", "give a whole number, as in 4"),
+        ("invalid float literal", "give a number, as in 0.01"),
+        ("cannot parse float from empty string", "give a number, as in 0.01"),
+        ("number too large to fit in target type", "the number is too large"),
+        ("number too small to fit in target type", "the number is too small"),
+    ]
+    .into_iter()
+    .fold(text.to_owned(), |text, (said, remedy)| text.replace(said, remedy))
+}
+
+/// The refusal of a number that `is not in` a range of Rust.
+fn range_in_words(text: &str) -> Option<String> {
+    let (before, after) = text.split_once(" is not in ")?;
+    let (range, after) = after.split_once('\n').unwrap_or((after, ""));
+    let (least, most) = range.split_once("..")?;
+    let most = most.trim_start_matches('=');
+    let (before, _) = before.rsplit_once(": ")?;
+    let range = match most.parse::<u64>() {
+        Ok(u64::MAX) => format!("at least {least}"),
+        _ => format!("from {least} to {most}"),
+    };
+    Some(format!("{before}: must be {range}\n{after}"))
+}
+
+/// A message of the library, which names fields in backticks, with every field that an option of these
+/// commands sets named as that option.
 pub(super) fn named(message: &str, commands: &[Command]) -> String {
     let subcommands = commands.iter().flat_map(Command::get_subcommands);
     let options = subcommands.flat_map(Command::get_arguments);
@@ -20,6 +66,40 @@ mod tests {
 
     use super::*;
     use crate::cli::Cli;
+
+    #[test]
+    fn a_bad_number_has_a_remedy() {
+        let refused = |args: &[&str]| {
+            let why = Cli::command().try_get_matches_from(args).unwrap_err();
+            numbers_in_words(&why.to_string())
+        };
+        let bake = ["chaincell", "bake", "organ", "-o", "x", "--cells"];
+        let many = "99999999999999999999999";
+        for (value, remedy) in [
+            ("2/3", "give a whole number"),
+            ("", "give a whole number"),
+            (many, "the number is too large"),
+        ] {
+            let why = refused(&[&bake[..], &[value]].concat());
+            assert!(
+                why.contains(value) && why.contains("--cells") && why.contains(remedy),
+                "{why}"
+            );
+        }
+        for (option, value, range) in [
+            ("--load", "-1", "must be from 0 to 65535"),
+            ("--sweeps", "70000", "must be from 0 to 65535"),
+        ] {
+            let why = refused(&["chaincell", "cosim", option, value]);
+            assert!(why.contains(range) && why.contains(value) && why.contains(option), "{why}");
+        }
+        let why = refused(&["chaincell", "serve", "m", "--ticks", "0"]);
+        assert!(why.contains("'0' for '--ticks <N>': must be at least 1\n"), "{why}");
+        for value in ["x", ""] {
+            let why = refused(&["chaincell", "run", "m", "--out", "x", "--friction", value]);
+            assert!(why.contains("--friction") && why.contains("give a number"), "{why}");
+        }
+    }
 
     #[test]
     fn fields_become_options_and_other_words_stay() {

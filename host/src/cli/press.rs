@@ -25,7 +25,7 @@ pub enum Motion {
 #[derive(Debug, Clone, Serialize, Deserialize, clap::Args)]
 #[serde(deny_unknown_fields)]
 pub struct PressArgs {
-    /// Point where the press touches, x,y,z [m]; with a tool its position then: a radius outside
+    /// Point where the press touches, x,y,z [m]; with a tool its position then, all of it outside
     /// [default: at the contact of the model; 0,0,0 where no model is known]
     #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true,
         conflicts_with = "path")]

@@ -25,7 +25,7 @@ pub struct ProbeReport {
     behind_least_force_n: Option<f32>,
     /// `depth`, or `energy` where the largest energy that a tool may load holds it.
     behind_by: Option<&'static str>,
-    /// Depth at which the tool lost the body, slipped off or gone through.
+    /// Depth at which nothing touches the tool any more.
     lost_depth_m: Option<f64>,
 }
 
@@ -98,7 +98,11 @@ impl ProbeReport {
         if let Some(depth_m) = self.lost_depth_m {
             return row(
                 "lost",
-                format!("at {}: slipped off or went through", millimetres(depth_m)),
+                format!(
+                    "from {} on nothing touches the sphere: it slid off the side of the body, or slack \
+                     tissue let it by; a press there has no force",
+                    millimetres(depth_m)
+                ),
             );
         }
         self.behind_least_force_n.map_or(Ok(()), |least_n| {

@@ -64,11 +64,11 @@ pub fn start(
 fn after(trace: &Reader<'_>, path: &Path, tick: u64) -> Result<Mark> {
     let marks = marks(trace);
     let mark = marks.iter().rev().find(|mark| mark.tick == tick);
-    let none = || format!("--from {tick}: {} tells of {}", path.display(), told(&marks));
+    let none = || format!("--from {tick}: {} has {}", path.display(), told(&marks));
     mark.copied().ok_or_else(|| Error::input(none()))
 }
 
-/// The snapshot that a trace tells of, and its file: of the one that it begins from the copy first.
+/// The snapshot that a trace names, and its file: of the one that it begins from the copy first.
 fn found(trace: &Path, mark: &Mark, is_start: bool) -> Result<(SessionSnapshot, PathBuf)> {
     let copy = Some(start_place(trace)).filter(|file| is_start && file.exists());
     let mut why = None;
@@ -76,7 +76,7 @@ fn found(trace: &Path, mark: &Mark, is_start: bool) -> Result<(SessionSnapshot, 
         match SessionSnapshot::read(&file) {
             Ok((snapshot, checksum)) if checksum == mark.checksum => return Ok((snapshot, file)),
             Ok(_) => {
-                let other = "it is not the one that the trace tells of: copy that one";
+                let other = "it is not the one that the trace names: copy that one";
                 why.get_or_insert(Error::file("replay", &file, other));
             }
             Err(other) => {

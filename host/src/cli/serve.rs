@@ -76,7 +76,8 @@ pub struct Args {
     #[arg(long, default_value_t = POSE_HZ, value_name = "HZ", allow_negative_numbers = true)]
     pub max_pose_hz: u32,
     /// End after so many ticks
-    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", allow_negative_numbers = true,
+        value_parser = clap::value_parser!(u64).range(1..))]
     pub ticks: Option<u64>,
     /// End after so many seconds
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
@@ -323,6 +324,11 @@ fn recorder(
 /// Ticks that there is room for.
 fn record_ticks(args: &Args) -> Result<usize> {
     if let Some(asked) = args.record_ticks {
+        if args.record.is_none() && args.out.is_none() {
+            return Err(Error::input(format!(
+                "--record-ticks {asked}: nothing is recorded: give --record or --out, or leave it out"
+            )));
+        }
         let remedy = format!("--record-ticks {asked}: must be at most {RECORD_TICKS_MAX}");
         return if asked <= RECORD_TICKS_MAX { Ok(asked) } else { Err(Error::input(remedy)) };
     }

@@ -150,9 +150,21 @@ impl TissueArgs {
             return Err(self.refuse(SettingsError::MaxForce));
         }
         let cells = model.cells();
-        let mut engine = Engine::with_contact(network, scheme, self.precision, contact)?;
+        let mut engine = Engine::with_contact(network, scheme, self.precision, contact)
+            .map_err(|why| self.of_contact(why))?;
         engine.share(self.threads(scheme, cells)?);
         Ok(engine)
+    }
+
+    /// Names `--contact` in a refusal of the tool that `--contact probe:RADIUS` stands for.
+    fn of_contact(&self, why: Error) -> Error {
+        let given = format!("`contact` {}", self.contact);
+        match why {
+            Error::Input(text) if self.tool.is_empty() => {
+                Error::Input(text.replace("`tool`", &given))
+            }
+            other => other,
+        }
     }
 
     /// The engine for a model behind an output stage, or without one.

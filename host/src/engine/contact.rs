@@ -93,7 +93,8 @@ pub fn contact_cells(contact: &str, model: &Model<'_>) -> Result<Vec<u16>> {
     let selector = contact.strip_prefix("cells:").unwrap_or(contact);
     let notes = Notes::read(model);
     let nodes = (model.input_nodes() as usize, places_m(model));
-    let nodes = mesh::select_among(selector, nodes, &notes.groups, &notes.border, "`contact`")?;
+    let given = format!("`contact` {contact}");
+    let nodes = mesh::select_among(selector, nodes, &notes.groups, &notes.border, &given)?;
     held(model, &nodes)
 }
 

@@ -275,7 +275,7 @@ impl<'m> Engine<'m> {
                     "`contact`: node {} is fixed and cannot be held by the tool",
                     name(at).unwrap_or_default()
                 )),
-                other => Error::input(format!("`contact`: {other}")),
+                other => Error::input(format!("`{}`: {other}", self.contact.option())),
             }
         })
     }

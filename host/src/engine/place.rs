@@ -11,7 +11,7 @@ use crate::error::{Error, Result};
 /// Point of touch and direction of a press.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Place {
-    /// Position of the tool at the touch \[m\]: for a tool of a sphere its centre, outside of the body.
+    /// Position of the tool at the touch \[m\]; all of a tool is then outside of the body.
     pub touch_m: [f64; 3],
     /// Unit vector of the press.
     pub direction: [f64; 3],
@@ -25,12 +25,10 @@ pub struct Place {
 /// A direction of zero length, a model without a free cell, a tool that would miss the body, a half space as
 /// the first tool.
 pub fn place(model: &Model<'_>, contact: &Contact, along: Option<[f64; 3]>) -> Result<Place> {
-    if let Contact::Tools { tools, .. } = contact
-        && tools.first().is_some_and(|parts| parts.iter().any(ToolPart::is_half_space))
-    {
+    if contact.first_tool().is_some_and(|parts| parts.iter().any(ToolPart::is_half_space)) {
         return Err(Error::input(
-            "`tool` half-space: the built-in press needs a first tool of finite size; give a `path`, \
-             or put another tool first",
+            "`tool` half-space: the built-in press needs a first tool of finite size; put another tool \
+             first, or give run or control a `path`",
         ));
     }
     // The cells to press, and the direction.
@@ -52,12 +50,12 @@ pub fn place(model: &Model<'_>, contact: &Contact, along: Option<[f64; 3]>) -> R
             touch_m[axis] += at[axis] / cells.len() as f64;
         }
     }
-    // A tool starts where it first touches.
-    if let Some(radius_m) = contact.press_radius_m() {
-        let way_m = Reach::of(model).first_touch_m(touch_m, (-direction).into(), radius_m.into());
+    // A tool begins where it first touches.
+    if let Some(parts) = contact.first_tool() {
+        let way_m = Reach::of(model).first_touch_m(touch_m, (-direction).into(), parts);
         let way_m = way_m.ok_or_else(|| {
             Error::input(
-                "`tool`: the built-in press would pass by the body: give `touch_m` and \
+                "the built-in press would pass by the body: give run or control `touch_m` and \
                  `direction`",
             )
         })?;

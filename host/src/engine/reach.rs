@@ -2,8 +2,8 @@
 
 use std::f64::consts::TAU;
 
-use chaincell_kernel::Model;
-use nalgebra::Vector3;
+use chaincell_kernel::{Model, ToolPart};
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
 use super::rest_m;
 
@@ -13,10 +13,14 @@ pub struct Reach {
     triangles_m: Vec<[Vector3<f64>; 3]>,
 }
 
-/// Largest number of steps in the search for a sphere's first touch.
+/// Largest number of steps in the search for a tool's first touch.
 const LOOKS: usize = 400;
-/// A sphere this near to the surface touches it [radii].
+/// A tool this near to the surface touches it [radii].
 const CLOSE: f64 = 1e-4;
+/// Largest number of looks at the nearest points of a core and a triangle.
+const TURNS: usize = 64;
+/// A nearest point that moves by less has been found [radii].
+const ROUNDING: f64 = 1e-9;
 
 impl Reach {
     /// The triangles of a model's surface.
@@ -53,41 +57,107 @@ impl Reach {
         self.triangles_m.iter().map(angle).sum::<f64>().abs() > TAU
     }
 
-    /// Distance from a point, along the unit vector `outward`, at which the centre of a sphere that comes
-    /// from outside first touches \[m\]; `None` if it misses everything.
+    /// Distance from a point, along the unit vector `outward`, at which a tool of these parts that comes from
+    /// outside first touches \[m\]; `None` if it misses everything. The tool is not turned.
     #[must_use]
     pub fn first_touch_m(
         &self,
         point_m: [f64; 3],
         outward: [f64; 3],
-        radius_m: f64,
+        parts: &[ToolPart],
     ) -> Option<f64> {
         let (point, outward) = (Vector3::from(point_m), Vector3::from(outward));
+        let parts: Vec<Solid> = parts.iter().map(Solid::of).collect();
+        let arm_m = parts.iter().map(Solid::arm_m).reduce(f64::max)?;
+        let close_m = CLOSE * parts.iter().map(|part| part.radius_m).reduce(f64::min)?;
         let along = |at: &Vector3<f64>| (at - point).dot(&outward);
         let beside = |at: &Vector3<f64>| (at - point - outward * along(at)).norm();
         // Triangles that are entirely to the side of the path are never touched.
         let is_met = |corners: &&[Vector3<f64>; 3]| {
             let [a, b, c] = **corners;
             let longest = (b - a).norm().max((c - a).norm());
-            beside(&a) <= radius_m + longest
+            beside(&a) <= arm_m + longest
         };
         let met: Vec<_> = self.triangles_m.iter().filter(is_met).copied().collect();
         let ways = || met.iter().flatten().map(along);
         let (lowest, highest) = (ways().reduce(f64::min)?, ways().reduce(f64::max)?);
-        let met = Self { triangles_m: met };
-        // Move in by the free distance until the sphere touches.
-        let mut way_m = highest + radius_m;
+        // Move in by the free distance until the tool touches.
+        let mut way_m = highest + arm_m;
         for _ in 0..LOOKS {
-            let gap_m = met.distance_m((point + outward * way_m).into())? - radius_m;
-            if gap_m <= CLOSE * radius_m {
+            let position = point + outward * way_m;
+            let gap = |part: &Solid| part.gap_m(position, &met);
+            let gap_m = parts.iter().map(gap).reduce(f64::min)?;
+            if gap_m <= close_m {
                 break;
             }
             way_m -= gap_m;
-            if way_m < lowest - radius_m {
+            if way_m < lowest - arm_m {
                 return None;
             }
         }
         Some(way_m)
+    }
+}
+
+/// A part of a tool: a box in the tool's frame, which may be a point or a segment, and a radius around it.
+struct Solid {
+    centre_m: Vector3<f64>,
+    turn: UnitQuaternion<f64>,
+    half_m: Vector3<f64>,
+    radius_m: f64,
+}
+
+impl Solid {
+    fn of(part: &ToolPart) -> Self {
+        let [x, y, z, w] = part.orientation.map(f64::from);
+        Self {
+            centre_m: Vector3::from(part.centre_m.map(f64::from)),
+            turn: UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z)),
+            half_m: Vector3::from(part.half_m.map(f64::from)),
+            radius_m: part.radius_m.into(),
+        }
+    }
+
+    /// Distance of its farthest point from the tool's position, at most.
+    fn arm_m(&self) -> f64 {
+        self.centre_m.norm() + self.half_m.norm() + self.radius_m
+    }
+
+    /// Distance of the part from the triangles with the tool at a position, negative inside; never more than
+    /// it is.
+    fn gap_m(&self, position: Vector3<f64>, triangles: &[[Vector3<f64>; 3]]) -> f64 {
+        let middle = position + self.centre_m;
+        let mut least_m = f64::MAX;
+        for corners in triangles {
+            // Most triangles are too far from the ball around the core.
+            let far_m = (nearest(middle, *corners) - middle).norm() - self.half_m.norm();
+            if far_m < least_m {
+                least_m = least_m.min(self.core_gap_m(middle, corners));
+            }
+        }
+        least_m - self.radius_m
+    }
+
+    /// Distance of the core from a triangle: the nearest points of both, each found from the other in turn.
+    fn core_gap_m(&self, middle: Vector3<f64>, corners: &[Vector3<f64>; 3]) -> f64 {
+        let mut core = middle;
+        for _ in 0..TURNS {
+            let place = nearest(core, *corners);
+            let local = self.turn.inverse_transform_vector(&(place - middle));
+            let inside = local.zip_map(&self.half_m, |x, half| x.clamp(-half, half));
+            let next = middle + self.turn * inside;
+            let has_come = (next - core).norm() <= ROUNDING * self.radius_m;
+            core = next;
+            if has_come {
+                return (nearest(core, *corners) - core).norm();
+            }
+        }
+        // The planes across the line between the two are apart by no more than core and triangle.
+        let way = nearest(core, *corners) - core;
+        let Some(normal) = way.try_normalize(0.0) else { return 0.0 };
+        let support = self.turn.inverse_transform_vector(&normal).abs().dot(&self.half_m);
+        let corner = corners.iter().map(|corner| (corner - middle).dot(&normal)).reduce(f64::min);
+        (corner.unwrap_or(0.0) - support).max(0.0)
     }
 }
 
@@ -178,14 +248,50 @@ mod tests {
         assert!(!open.is_around([0.1, 0.1, 1e-3]));
     }
 
+    const UP: [f64; 3] = [0.0, 0.0, 1.0];
+
+    /// A floor at z = 0.
+    fn floor() -> Reach {
+        let corners = [[-9.0, -9.0, 0.0], [9.0, -9.0, 0.0], [0.0, 9.0, 0.0]];
+        Reach { triangles_m: vec![corners.map(Vector3::from)] }
+    }
+
+    #[test]
+    fn every_kind_of_part_stops_where_its_lowest_point_touches() {
+        let (sin, cos) = (std::f32::consts::PI / 8.0).sin_cos();
+        let about_x = |part| ToolPart { orientation: [sin, 0.0, 0.0, cos], ..part };
+        let moved = |part, z| ToolPart { centre_m: [0.2, 0.1, z], ..part };
+        let capsule = ToolPart::capsule(0.5, 0.1);
+        let block = ToolPart::rounded_box([0.4, 0.3, 0.2], 0.1);
+        let half = f64::sqrt(0.5);
+        for (parts, height) in [
+            (vec![ToolPart::sphere(0.1)], 0.1),
+            (vec![capsule], 0.6),
+            (vec![about_x(capsule)], 0.5 * half + 0.1),
+            (vec![block], 0.3),
+            (vec![about_x(block)], 0.5 * half + 0.1),
+            (vec![moved(block, -0.2), capsule], 0.6),
+            (vec![moved(about_x(block), -0.4), capsule], 0.5 * half + 0.5),
+        ] {
+            let found = floor().first_touch_m([0.0; 3], UP, &parts).unwrap();
+            assert!((found - height).abs() < 1e-4, "{parts:?}: {found}, not {height}");
+        }
+        // Over the tip of the tetrahedron, which the lowest edge of the box meets first.
+        let found = tetrahedron().first_touch_m([0.0, 0.1, 0.0], UP, &[about_x(block)]).unwrap();
+        assert!(found > 1.2 && found < 1.5, "{found}");
+        for (kind, part) in [("box", block), ("capsule", capsule)] {
+            assert_eq!(floor().first_touch_m([30.0, 0.0, 0.0], UP, &[part]), None, "{kind}");
+        }
+    }
+
     #[test]
     fn a_sphere_stops_where_it_first_touches() {
         let reach = tetrahedron();
         // Next to the tip: the sphere touches it with its side.
-        let off = reach.first_touch_m([0.06, 0.0, 0.0], [0.0, 0.0, 1.0], 0.1).unwrap();
+        let off = reach.first_touch_m([0.06, 0.0, 0.0], UP, &[ToolPart::sphere(0.1)]).unwrap();
         let centre = [0.06, 0.0, off];
         assert!((reach.distance_m(centre).unwrap() - 0.1).abs() < 1e-4, "{off}");
         assert!(off > 1.0 && off < 1.1, "{off}");
-        assert_eq!(reach.first_touch_m([3.0, 0.0, 0.0], [0.0, 0.0, 1.0], 0.1), None);
+        assert_eq!(reach.first_touch_m([3.0, 0.0, 0.0], UP, &[ToolPart::sphere(0.1)]), None);
     }
 }

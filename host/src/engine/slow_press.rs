@@ -38,8 +38,8 @@ pub struct SlowPress {
     pub step_m: f64,
     /// The depth at which the sphere first stayed behind; `None` if it always followed.
     pub behind: Option<Behind>,
-    /// Depth at which the tool no longer touched the body after it had touched: it slipped off, or went
-    /// through \[m\]. The press ends there.
+    /// Depth at which the tool no longer touches the body after it had touched: it slid off its side, or
+    /// slack tissue let it by \[m\]. The press ends there.
     pub lost_m: Option<f64>,
 }
 
@@ -84,7 +84,7 @@ pub fn slow_press(model: &Model<'_>, radius_m: f32) -> Result<SlowPress> {
         let sample = ToolPose::at(position_m, 1);
         let output = settle(&mut engine, &sample, press.behind.is_none());
         let (force_n, depth_m) = (output.force_n.norm(), press.pressed_m);
-        // The tool has lost the body.
+        // Nothing touches the tool any more.
         if has_touched && output.contacts == 0 {
             press.lost_m = Some(depth_m);
             break;

@@ -35,12 +35,16 @@ impl Contact {
         }
     }
 
-    /// Radius \[m\] of the sphere that the built-in press assumes for the first tool: that of its largest
-    /// part; `None` if cells are held.
+    /// Parts of the first tool, which the built-in press moves; `None` if cells are held.
     #[must_use]
-    pub fn press_radius_m(&self) -> Option<f32> {
+    pub fn first_tool(&self) -> Option<&[ToolPart]> {
         let Self::Tools { tools, .. } = self else { return None };
-        tools.first()?.iter().map(|part| part.radius_m).reduce(f32::max)
+        tools.first().map(Vec::as_slice)
+    }
+
+    /// The option that names it.
+    pub(super) fn option(&self) -> &'static str {
+        if matches!(self, Self::Cells(_)) { "contact" } else { "tool" }
     }
 
     /// Number of tools, 0 if cells are held.

@@ -123,10 +123,6 @@ impl SessionSnapshot {
     pub fn read(path: &Path) -> Result<(Self, u32)> {
         let failed = |why: std::io::Error| Error::file("read snapshot", path, why);
         let mut bytes = Vec::new();
-        // Opening a pipe would wait for its writer, even after a signal.
-        if !std::fs::metadata(path).map_err(failed)?.is_file() {
-            return Err(Error::file("read snapshot", path, "it is no file"));
-        }
         let file = input::open(path).map_err(failed)?;
         file.take(BYTES_MAX + 1).read_to_end(&mut bytes).map_err(failed)?;
         Self::of(&bytes).map_err(|why| Error::file("read snapshot", path, why))

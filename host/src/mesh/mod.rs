@@ -31,7 +31,6 @@ mod vtk;
 mod write;
 
 use std::collections::BTreeMap;
-use std::fs;
 use std::io::Read;
 use std::path::Path;
 
@@ -306,11 +305,6 @@ fn body(path: &Path, bytes: &[u8], options: &MeshOptions) -> Result<Mesh> {
 /// Returns the bytes of a file that belongs to a mesh; `what` describes it in errors.
 fn content(path: &Path, what: &str) -> Result<Vec<u8>> {
     let refuse = |why: std::io::Error| Error::file("open mesh", path, format!("{why}; {what}"));
-    // Reading a pipe without a writer would block.
-    if !fs::metadata(path).map_err(refuse)?.is_file() {
-        let why = format!("it is a folder, a pipe or a device, no file; {what}");
-        return Err(Error::file("read mesh", path, why));
-    }
     let file = input::open(path).map_err(refuse)?;
     let mut bytes = Vec::new();
     let taken = file.take(FILE_BYTES_MAX + 1).read_to_end(&mut bytes);

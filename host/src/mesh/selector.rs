@@ -29,19 +29,20 @@ pub fn select(
     option: &str,
 ) -> Result<Vec<u32>> {
     let places = (0u32..).zip(nodes_m.iter().copied());
-    select_among(text, (nodes_m.len(), places), groups, border, option)
+    select_among(text, (nodes_m.len(), places), groups, border, &format!("{option} {text}"))
 }
 
 /// As [`select`] if only some node numbers have a position: takes the count of numbers, and the nodes
-/// with their positions \[m\]. There may be far more numbers than positions.
+/// with their positions \[m\]. There may be far more numbers than positions. Errors begin with `given`, the
+/// option with its whole value.
 pub fn select_among(
     text: &str,
     (nodes, places): (usize, impl Iterator<Item = (u32, [f64; 3])>),
     groups: &BTreeMap<String, Vec<u32>>,
     border: &[u32],
-    option: &str,
+    given: &str,
 ) -> Result<Vec<u32>> {
-    let selector = Selector { option, text, nodes };
+    let selector = Selector { given, nodes };
     let (kind, rest) = text.split_once(':').unwrap_or((text, ""));
     let picked = match (kind, rest) {
         ("border", "") if border.is_empty() => {
@@ -65,14 +66,13 @@ pub fn select_among(
 
 /// Context for error messages.
 struct Selector<'a> {
-    option: &'a str,
-    text: &'a str,
+    given: &'a str,
     nodes: usize,
 }
 
 impl Selector<'_> {
     fn refuse(&self, why: impl std::fmt::Display) -> Error {
-        Error::input(format!("{} {}: {why}", self.option, self.text))
+        Error::input(format!("{}: {why}", self.given))
     }
 
     fn wrong(&self, place: Option<&str>, token: &str) -> Error {

@@ -283,9 +283,7 @@ impl<'a> TouchArrays<'a> {
 
     /// The anchors of this tick.
     pub(crate) fn anchors(&self) -> &[Anchor] {
-        let Some(state) = self.state.first() else { return &[] };
-        let first = if state.is_second { self.anchors.len() / 2 } else { 0 };
-        self.anchors.get(first..first + state.anchors).unwrap_or(&[])
+        self.state.first().map_or(&[][..], |state| state.present(self.anchors))
     }
 
     /// The tools and their effect on a coarse level, for the sweeps of a tick; nothing while no tool is
@@ -297,11 +295,10 @@ impl<'a> TouchArrays<'a> {
             return none;
         }
         let is_elastic = model.coarse_basis.is_some_and(|basis| basis.elastic().is_some());
-        let first = if state.is_second { self.anchors.len() / 2 } else { 0 };
         let touching = Touching {
             tools: Proxies(self.tools),
             near: self.near.get(..state.count).unwrap_or(&[]),
-            anchors: self.anchors.get(first..first + state.anchors).unwrap_or(&[]),
+            anchors: state.present(self.anchors),
             slices: &state.slices,
             mobility: self.mobility,
             factors: if is_elastic { self.factors } else { &[] },
@@ -343,4 +340,10 @@ impl TouchState {
         anchors: 0,
         is_second: false,
     };
+
+    /// The anchors of this tick among those in both halves of the list.
+    pub(crate) fn present<'a>(&self, anchors: &'a [Anchor]) -> &'a [Anchor] {
+        let first = if self.is_second { anchors.len() / 2 } else { 0 };
+        anchors.get(first..first + self.anchors).unwrap_or(&[])
+    }
 }

@@ -88,13 +88,18 @@ fn bodies_that_no_network_can_carry() {
 fn files_that_are_no_files() {
     let folder = scratch();
     refused(folder.path(), &folder.path().join("none.msh"), &[], &["organ[:NODES]"]);
-    refused(folder.path(), folder.path(), &[], &["cannot read mesh", "no file"]);
+    refused(
+        folder.path(),
+        folder.path(),
+        &[],
+        &["cannot open mesh", "it is a folder: give a file"],
+    );
     // Nobody writes into the pipe: it is not waited for.
     let pipe = folder.path().join("pipe.msh");
     let mode = rustix::fs::Mode::RWXU;
     rustix::fs::mknodat(rustix::fs::CWD, &pipe, rustix::fs::FileType::Fifo, mode, 0).unwrap();
     let ended = run(["bake", text(&pipe), "-o", "x", "--fix", "none"]).with(2);
-    assert!(ended.err.contains("pipe.msh: it is a folder, a pipe or a device"), "{}", ended.err);
+    assert!(ended.err.contains("pipe.msh: it is a named pipe: give a file"), "{}", ended.err);
     refused(folder.path(), &folder.path().join("none/none.msh"), &[], &["cannot open mesh"]);
 }
 

@@ -1,12 +1,14 @@
-//! No command removes or replaces a file that it reads, by whatever name it is given.
+//! No command removes or replaces a file that it reads, by whatever name it is given, or waits for one that
+//! has no end.
 
 #![allow(clippy::unwrap_used, reason = "a failing helper fails its test")]
 
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
-use chaincell_tests::files::{bake, content, scratch, text};
-use chaincell_tests::{Ended, run};
+use chaincell_tests::files::{bake, content, scratch, summary, text};
+use chaincell_tests::{Ended, chaincell, run};
 
 /// A folder with a baked plane, and the results of a run in `out`.
 fn place() -> (tempfile::TempDir, PathBuf, PathBuf) {
@@ -79,4 +81,57 @@ fn no_output_stands_in_the_place_of_an_input() {
     refused(run(["cosim", text(&out.join("model.chaincell")), "--out", text(&out), "--force"]));
     assert_eq!(content(&out), before);
     run(["replay", text(&trace)]).with(0);
+}
+
+/// A named pipe into which nobody writes, a device without end and a folder are refused at once, wherever a
+/// file is read; what a shell pipes into the command is read.
+#[test]
+fn what_is_no_file_is_refused_and_what_is_piped_is_read() {
+    let (folder, model, out) = place();
+    let pipe = folder.path().join("pipe");
+    let mode = rustix::fs::Mode::RWXU;
+    rustix::fs::mknodat(rustix::fs::CWD, &pipe, rustix::fs::FileType::Fifo, mode, 0).unwrap();
+    let (model, path, trace) = (text(&model), out.join("path.csv"), out.join("session.trace"));
+    let other = folder.path().join("other");
+    for (input, kind) in [
+        (text(&pipe), "it is a named pipe: give a file"),
+        ("/dev/zero", "it is a device: give a file"),
+        (text(&out), "it is a folder: give a file"),
+    ] {
+        let of_file = format!("file:{input}");
+        let cells = format!("cells:{of_file}");
+        let baked = ["bake", "plane:5x5x0.01", "-o", text(&other)];
+        for args in [
+            &["info", input][..],
+            &["serve", input],
+            &["cosim", input],
+            &["serve", model, "--restore", input],
+            &["serve", model, "--contact", &cells],
+            &["run", input, "--motion", "press", "--out", text(&other)],
+            &["run", model, "--path", input, "--out", text(&other)],
+            &["control", "--settings", input],
+            &["control", "--path", input],
+            &["replay", input, "--model", model],
+            &["replay", text(&trace), "--model", input],
+            &[&baked[..], &["--alpha", &of_file]].concat(),
+            &[&baked[..], &["--fix", &of_file]].concat(),
+            &["convert", input, text(&other)],
+        ] {
+            // A folder of results can be replayed.
+            if args.starts_with(&["replay", text(&out)]) {
+                continue;
+            }
+            let err = run(args).with(2).err;
+            assert!(err.contains(kind) && err.contains(input), "{args:?}: {err}");
+        }
+        assert!(!other.exists(), "{input}");
+    }
+    for read in ["--path /dev/stdin < $0", "--path /dev/stdin < <(cat $0)", "--path <(cat $0)"] {
+        let script = format!("exec $1 run $2 {read} --out $3 --force");
+        let mut shell = Command::new("bash");
+        shell.args(["-c", &script, text(&path)]).arg(chaincell().get_program());
+        let ended = shell.args([model, text(&other)]).output().unwrap();
+        assert!(ended.status.success(), "{read}: {}", String::from_utf8_lossy(&ended.stderr));
+        assert_eq!(summary(&other)["state_hash"], summary(&out)["state_hash"], "{read}");
+    }
 }

@@ -51,7 +51,7 @@ fn a_tool_that_cannot_be_is_refused_with_its_place_and_the_remedy() {
         (&["--tool", "sphere:0.01", "--contact", "probe:0.01"], "cannot be used with"),
         (&["--tool", "sphere:0.01", "--friction", "11"], "--friction 11: must be 0 to 10"),
         (&["--tool", "sphere:0.01", "--max-torque-n-m", "0"], "must be above 0 and finite"),
-        (&["--tool", "half-space"], "give a --path"),
+        (&["--tool", "half-space"], "give run or control a --path"),
         (&["--tool", "sphere:0.01", "--drive", "current"], "a --tool has none"),
     ];
     for (options, wanted) in refused {
@@ -98,6 +98,33 @@ fn one_sphere_is_the_probe_and_the_press_moves_the_first_tool_alone() {
     hash(&["--tool", "sphere:0.008", "--tool", "sphere:0.02", "--device", "omega"]);
     let replayed = run(["replay", text(&out), "--json"]).with(0).json();
     assert_eq!(replayed["state_hash"], summary(&out)["state_hash"]);
+}
+
+/// The built-in press begins outside with every kind of tool, turned or not, and presses.
+#[test]
+fn the_press_of_every_kind_of_tool_begins_outside_and_presses() {
+    let folder = scratch();
+    let model = block(folder.path());
+    let out = folder.path().join("out");
+    for tool in [
+        "capsule:0.02,0.004",
+        "capsule:0.02,0.004/0.7071068,0,0,0.7071068",
+        "box:0.01,0.008,0.012,0.003",
+        "box:0.01,0.008,0.012,0.003/0.2,0.3,0.1,0.9273618",
+        "sphere:0.004+capsule:0.012,0.003@0,0,-0.02/0,0.3826834,0,0.9238795",
+    ] {
+        for direction in [&[][..], &["--direction=0.5,0,-1"]] {
+            let options = [&["--tool", tool], direction].concat();
+            let pressed = press(&model, &out, &options).with(0).json();
+            let table = Table::read(&out.join("force.csv"));
+            let (flags, forces) = (table.whole("flags"), table.vectors("fx_n"));
+            assert!(flags.iter().all(|flags| flags & 2048 == 0), "{tool}: {pressed}");
+            assert!(forces.iter().any(|force| force[2] > 0.01), "{tool}: {pressed}");
+            // Not from far away, either: half of a millimetre deeper it is in contact.
+            let first = table.whole("contacts").iter().position(|of| *of > 0).unwrap();
+            assert!(first < 30, "{tool}: {first}");
+        }
+    }
 }
 
 #[test]

@@ -241,6 +241,57 @@ fn grip_and_let_go(body: &str, image: &ImageBytes) {
     );
 }
 
+/// A square sheet of links, 160 mm wide, whose border is fixed.
+fn sheet() -> ImageBytes {
+    let mesh = load("plane:17x17x0.01", &MeshOptions::default()).unwrap();
+    let border = |x: &[f64; 3]| x[0].abs().max(x[1].abs()) > 0.079;
+    let nodes = mesh.nodes_m.iter().enumerate();
+    let border: Vec<u32> = nodes.filter(|(_, x)| border(x)).map(|(node, _)| node as u32).collect();
+    bake(&mesh, &border, &BakeOptions::default()).unwrap()
+}
+
+/// The tool lifts off while its grip is released, and the sheet falls back out of its reach.
+// REQ-CON-08
+#[test]
+fn a_grip_that_is_let_go_while_the_tool_lifts_off_fades_and_never_comes_back() {
+    const RADIUS_M: f32 = 0.012;
+    let image = sheet();
+    for step_m in [5.0e-5_f32, 2.0e-4, 1.0e-3] {
+        let mut engine = engine(&image, vec![vec![ToolPart::sphere(RADIUS_M)]], 0.0, 8);
+        let tick = |engine: &mut Engine<'_>, height_m: f32| {
+            engine.tick_by(&[pose([0.0, 0.0, height_m + RADIUS_M])], Budget::All);
+            engine.tool_output(0).force_n
+        };
+        // Press, grip and lift the sheet.
+        for step in 0..80_u8 {
+            tick(&mut engine, 0.001 - 5.0e-5 * f32::from(step));
+        }
+        assert!(engine.grip(0) > 0);
+        let mut last = Vector3::zeros();
+        for step in 0..500_u16 {
+            last = tick(&mut engine, 5.0e-5 * f32::from(step) - 0.003);
+        }
+        assert!(last.z < -0.02, "{last}");
+        // Let go while lifting off: the pull falls smoothly to exactly 0.
+        engine.let_go(0, 50);
+        let (mut largest, mut jump) = (last.norm(), 0.0_f32);
+        for number in 1..=60_u8 {
+            let force = tick(&mut engine, 0.022 + step_m * f32::from(number));
+            jump = jump.max((force - last).norm());
+            largest = largest.max(force.norm());
+            last = force;
+        }
+        assert!(jump < 0.1 * largest, "{step_m}: {jump} of {largest}");
+        assert_eq!((engine.gripped(0), last.norm()), (0, 0.0), "{step_m}");
+        // Back to the sheet, and into it: nothing pulls any more.
+        for step in 0..150_u8 {
+            last = tick(&mut engine, 0.001 - 5.0e-5 * f32::from(step));
+            assert!(last.z >= 0.0, "{step_m}, {step}: {last}");
+        }
+        assert!(last.z > 0.0, "{step_m}: {last}");
+    }
+}
+
 #[test]
 fn contacts_are_where_the_tool_is() {
     for (body, image) in blocks() {

@@ -39,6 +39,9 @@ impl Folder {
     /// A folder that cannot be created or written, that has content or an input of this command, or to which
     /// a run is recording.
     pub fn open(path: &Path, force: bool) -> Result<Self> {
+        if path.is_file() {
+            return Err(Error::file("create folder", path, "a file is there: name a folder"));
+        }
         fs::create_dir_all(path).map_err(|why| Error::file("create folder", path, why))?;
         check_idle("`out`", &path.join(recording::TRACE))?;
         let entries = fs::read_dir(path).map_err(|why| Error::file("read folder", path, why))?;
@@ -158,6 +161,6 @@ mod tests {
         let path = place.path().join("out");
         fs::write(&path, b"x").unwrap();
         let refused = Folder::open(&path, true).unwrap_err().to_string();
-        assert!(refused.contains("cannot create folder"), "{refused}");
+        assert!(refused.contains("a file is there: name a folder"), "{refused}");
     }
 }

@@ -16,7 +16,7 @@ use crate::number::sqrt::sqrt;
 use crate::number::two_float::LANES;
 
 kept! {
-    /// A triangle in reach of a part of a tool.
+    /// A triangle in reach of a part of a tool, or gripped by it.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct NearTriangle {
         pub(crate) corners: [u16; 3],
@@ -24,7 +24,8 @@ kept! {
         pub(crate) parts: u16,
         /// Stiffness of all samples together [2 `k_ref`].
         pub(crate) weight: f32,
-        /// Lower bound of the distance of its points from the part, negative inside.
+        /// Lower bound of the distance of its points from the part, negative inside; for a gripped triangle
+        /// the least number.
         pub(crate) distance: f32,
         /// The triangle, in the model's order.
         pub(crate) index: u32,
@@ -106,16 +107,18 @@ impl<'a> EightWide<'a> {
 }
 
 /// Finds the triangles that tools may touch while they move by at most `reach` times the smallest radius of
-/// their parts, in the order of the triangles. If there are more than slots, those deepest in the tools are
-/// kept.
+/// their parts, and those that they grip at any distance, in the order of the triangles. If there are more
+/// than slots, gripped triangles and those deepest in the tools are kept. `anchors` are in the order of the
+/// triangles, too.
 ///
-/// Cost: one look at each triangle of the surface for each part of an engaged tool, with `eight` a look at
-/// eight of them for each sphere; if slots are lacking, also at most 2 log2(slots) moves for each further
-/// triangle and for each slot.
+/// Cost: one look at each triangle of the surface for each part of an engaged tool, and at each anchor; with
+/// `eight` and without grips a look at eight triangles for each sphere; if slots are lacking, also at most
+/// 2 log2(slots) moves for each further triangle and for each slot.
 pub(crate) fn search(
     surface: &ContactSurface<'_>,
     at: &impl Fn(usize) -> [f32; 3],
     (tools, reach): (&[ToolState], f32),
+    anchors: &[Anchor],
     slots: &mut [NearTriangle],
     eight: Option<EightWide<'_>>,
 ) -> Near {
@@ -124,11 +127,13 @@ pub(crate) fn search(
     let is_endless = |tool: &ToolState| tool.is_in && tool.proxy.is_endless();
     let endless: [bool; TOOLS_MAX] = array::from_fn(|tool| tools.get(tool).is_some_and(is_endless));
     let nearest = [f32::MAX; TOOLS_MAX];
-    let mut seek = Search { surface, tools, reach, endless, slots, near, widest: 0.0, nearest };
+    let mut seek =
+        Search { surface, tools, reach, endless, anchors, slots, near, widest: 0.0, nearest };
     // Compare each triangle with each part of each engaged tool.
     let engaged = || tools.iter().filter(|tool| tool.is_in);
     let are_balls = engaged().all(|tool| tool.proxy.parts().iter().all(Solid::is_ball));
-    match eight.filter(|_| are_balls) {
+    let has_grips = anchors.iter().any(Anchor::is_grip);
+    match eight.filter(|_| are_balls && !has_grips) {
         Some(EightWide { unit, state, saturation }) => {
             run(Some(unit), Sieve { seek: &mut seek, state, saturation, at });
         }
@@ -160,6 +165,8 @@ struct Search<'a> {
     reach: f32,
     /// True for a tool with a half space.
     endless: [bool; TOOLS_MAX],
+    /// Anchors of the triangles that are still to come.
+    anchors: &'a [Anchor],
     slots: &'a mut [NearTriangle],
     near: Near,
     /// Radius of the largest triangle, squared.
@@ -174,6 +181,15 @@ impl Search<'_> {
         let [a, b, c] = corners;
         let whole = Whole::of([at(a.into()), at(b.into()), at(c.into())]);
         self.widest = if whole.squared > self.widest { whole.squared } else { self.widest };
+        // Collect the codes of the parts that grip it.
+        let mut grips = 0_u64;
+        while let Some((anchor, rest)) = self.anchors.split_first()
+            && anchor.triangle as usize <= index
+        {
+            self.anchors = rest;
+            let code = if anchor.is_grip() { anchor.part.into() } else { u64::BITS };
+            grips |= 1_u64.unbounded_shl(code);
+        }
         for ((number, tool), nearest) in self.tools.iter().enumerate().zip(&mut self.nearest) {
             if !tool.is_in {
                 continue;
@@ -185,10 +201,13 @@ impl Search<'_> {
             for (part, solid) in tool.proxy.parts().iter().enumerate() {
                 let (squared, distance) = whole.within(solid, solid.whole + stride);
                 *nearest = if squared < *nearest { squared } else { *nearest };
+                let code = (number * PARTS_MAX + part) as u8;
+                let is_gripped = grips != 0 && grips & 1_u64.unbounded_shl(code.into()) != 0;
+                let distance = if is_gripped { Some(f32::MIN) } else { distance };
                 let Some(distance) = distance else { continue };
                 let Some((_, of)) = self.surface.triangle(index) else { continue };
                 let (parts, weight) = (of.parts(solid.sampled), of.weight(solid.sampled));
-                let (index, of) = (index as u32, (number * PARTS_MAX + part) as u8);
+                let (index, of) = (index as u32, code);
                 #[rustfmt::skip]
                 let found = NearTriangle { corners, parts, weight, distance, index, of, ..NearTriangle::NONE };
                 self.near.take(found, self.slots);
@@ -450,6 +469,14 @@ mod tests {
 
     /// The result, one triangle after the other and, if this machine can, eight at a time: the same.
     fn found(tools: &[ToolState], room: usize) -> (Near, std::vec::Vec<(u32, u8)>) {
+        found_with(tools, &[], room)
+    }
+
+    fn found_with(
+        tools: &[ToolState],
+        anchors: &[Anchor],
+        room: usize,
+    ) -> (Near, std::vec::Vec<(u32, u8)>) {
         let state: std::vec::Vec<Cell> = (0..42).map(|cell| Cell::at(far_place(cell))).collect();
         let eight = EightWide::of(VectorUnit::find(), &state, SATURATION);
         // A strip that fills its last eight, and one that does not.
@@ -458,7 +485,7 @@ mod tests {
             let surface = ContactSurface::of(strip, numbers);
             let [one, wide] = [None, eight].map(|eight| {
                 let mut slots = std::vec![NearTriangle::NONE; room];
-                let near = search(&surface, &place, (tools, 0.0), &mut slots, eight);
+                let near = search(&surface, &place, (tools, 0.0), anchors, &mut slots, eight);
                 (near, slots)
             });
             assert_eq!(one, wide);
@@ -498,5 +525,22 @@ mod tests {
         let (_, all) = found(&tools, 64);
         assert!(all.iter().all(|(_, of)| *of == 8 || *of == 16), "{all:?}");
         assert!([8, 16].iter().all(|of| all.iter().any(|(_, own)| own == of)));
+    }
+    // REQ-CON-08
+    #[test]
+    fn what_a_tool_grips_is_found_at_any_distance() {
+        let anchor =
+            |triangle, part| Anchor { triangle, part, limit: f32::INFINITY, ..Anchor::NONE };
+        let tools = [tool([5.0, 0.5, 100.0], 1.0), tool([5.0, 0.5, 0.2], 3.0)];
+        let friction = Anchor { limit: 1.0, ..anchor(20, 0) };
+        let anchors = [anchor(3, 0), friction, anchor(30, 0), anchor(39, 8)];
+        let (_, all) = found_with(&tools, &anchors, 64);
+        let gripped = [(3, 0), (30, 0), (39, 8)];
+        assert!(gripped.iter().all(|key| all.contains(key)) && !all.contains(&(20, 0)), "{all:?}");
+        // Where slots are lacking it is kept, but not for a tool that is not engaged.
+        let (near, kept) = found_with(&tools, &anchors, 5);
+        assert!(near.full && gripped.iter().all(|key| kept.contains(key)), "{kept:?}");
+        let away = [ToolState { is_in: false, ..tools[0] }];
+        assert!(found_with(&away, &anchors, 64).1.is_empty());
     }
 }

@@ -11,8 +11,7 @@ use crate::tick::touch_room::TouchArrays;
 pub(super) fn regroup(arrays: &mut TouchArrays<'_>, count: usize) {
     let Some(state) = arrays.state.first_mut() else { return };
     state.count = count;
-    let first = if state.is_second { arrays.anchors.len() / 2 } else { 0 };
-    let anchors = arrays.anchors.get(first..first + state.anchors).unwrap_or(&[]);
+    let anchors = state.present(arrays.anchors);
     let mut next = 0;
     for near in arrays.near.iter_mut().take(count) {
         let key = near.key();
@@ -68,11 +67,14 @@ pub(super) fn renew_all(
     at: &impl Fn(usize) -> [f32; 3],
 ) -> (TwoFloat, bool) {
     let nothing = (TwoFloat::ZERO, false);
-    let Some(state) = arrays.state.first().copied() else { return nothing };
-    if state.count == 0 || (state.friction <= 0.0 && state.anchors == 0) {
+    let Some(slot) = arrays.state.first_mut() else { return nothing };
+    if slot.count == 0 || (slot.friction <= 0.0 && slot.anchors == 0) {
+        // Nothing is in reach or held: no anchor stays for a later tick.
+        slot.anchors = 0;
         arrays.tools.iter_mut().for_each(|tool| tool.fade = 0.0);
         return nothing;
     }
+    let state = *slot;
     let before = energy_of(arrays, at);
     let full = exchange(arrays, at, |sample, near, held| match held {
         Some(held) if !held.is_grip() || held.share > 0.0 => held.after(sample, state.friction),

@@ -183,11 +183,11 @@ impl<D: Dynamics> Tick<'_, '_, D> {
             return false;
         }
         // Search the triangles in reach, and move the proxies.
+        let Some(surface) = model.contact_surface() else { return false };
         let eight = EightWide::of(self.head.vectors, &*self.state, model.saturation());
-        let found = model.contact_surface().map(|surface| {
-            search(&surface, &at, (arrays.tools, HALF + COMING), arrays.near, eight)
-        });
-        let Some(found) = found else { return false };
+        let anchors = arrays.state.first().map_or(&[][..], |state| state.present(arrays.anchors));
+        let tools = (&*arrays.tools, HALF + COMING);
+        let found = search(&surface, &at, tools, anchors, arrays.near, eight);
         if found.full {
             self.flags.insert(Flags::CONTACT_CAPACITY);
         }
