@@ -28,6 +28,7 @@
 pub mod fit;
 pub mod forward;
 pub mod noisy;
+mod problem;
 pub mod slab;
 mod start;
 pub mod target;
@@ -43,7 +44,7 @@ use chaincell_host::bake::{BakeOptions, PerCell};
 use chaincell_host::error::{Error, Result};
 use chaincell_host::mesh::{self, Mesh};
 use slab::Slab;
-use target::{Data, Target};
+use target::{Kind, Target};
 use tool::Tool;
 
 pub use fit::{Identified, check, identify};
@@ -163,12 +164,10 @@ impl Bench<'_> {
                      cells: --contact cells:SELECTOR"
                 )));
             }
-            if let Data::Field { nodes, .. } = &target.data {
-                let last = self.mesh.nodes_m.len() as u32;
-                let is_none = |node: &&u32| **node >= last || self.mesh.unused.contains(node);
-                if let Some(node) = nodes.iter().find(is_none) {
-                    return Err(Error::input(format!("{name}: node {node} is none of the body's")));
-                }
+            let last = self.mesh.nodes_m.len() as u32;
+            let is_none = |node: &&u32| **node >= last || self.mesh.unused.contains(node);
+            if let Some(node) = target.nodes.iter().find(is_none) {
+                return Err(Error::input(format!("{name}: node {node} is none of the body's")));
             }
         }
         self.check_wanted()?;
@@ -187,7 +186,7 @@ impl Bench<'_> {
         let Wanted { stiffening, half_width, thickness, offset } = self.wanted;
         let tissue = self.options.tissue.as_ref();
         let bands = tissue.map_or(0, |tissue| tissue.stiffening.len());
-        let is_field = |target: &Target| matches!(target.data, Data::Field { .. });
+        let is_field = |target: &Target| target.kind == Kind::Field;
         let why = if self.wanted != Wanted::default() && tissue.is_none() {
             "all that it names is looked for on nodal shapes: add --young-pa"
         } else if offset && !matches!(self.tool, Tool::Probe { .. }) {

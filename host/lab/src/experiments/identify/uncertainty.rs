@@ -11,8 +11,8 @@ use std::collections::BTreeSet;
 use nalgebra::{DMatrix, SymmetricEigen};
 use serde::Serialize;
 
-use super::fit::Fit;
 use super::forward::Predicted;
+use super::problem::Fit;
 use super::unknown::Unknown;
 use super::{Bounds, Parameters};
 use chaincell_host::error::Result;

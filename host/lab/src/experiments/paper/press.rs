@@ -5,7 +5,7 @@ use std::time::Instant;
 use chaincell_kernel::{Settings, ToolPose, Unloading};
 use nalgebra::Vector3;
 
-use crate::baseline::chainmail::{Chain, Graph, Limits};
+use crate::baseline::chainmail::{ChainMail, Limits};
 use crate::bodies::Variant;
 use crate::experiments::report::scene::Scene;
 use crate::reference::profile::in_input_order;
@@ -114,7 +114,7 @@ pub fn network(scene: &Scene, probe: &Probe) -> Result<Pressed> {
 /// As the chain; the user's wish to stop.
 pub fn chainmail(scene: &Scene, probe: &Probe, alpha: f64) -> Result<Pressed> {
     let model = scene.model()?;
-    let mut chain = Graph::of_model(&model, Limits::of_alpha(alpha)?)?;
+    let mut chain = ChainMail::of_model(&model, Limits::of_alpha(alpha)?)?;
     let free = |cell: &&u16| !model.is_fixed(**cell);
     let surface: Vec<usize> =
         model.surface().iter().filter(free).map(|&cell| usize::from(cell)).collect();
@@ -123,7 +123,7 @@ pub fn chainmail(scene: &Scene, probe: &Probe, alpha: f64) -> Result<Pressed> {
         interrupt::check()?;
         let centre = pose.position_m.map(f64::from);
         let start = Instant::now();
-        let positions = chain.elements().positions_m();
+        let positions = chain.positions_m();
         let inside = surface.iter().filter(|_| pose.engaged == 1).filter_map(|&element| {
             let off = minus(positions[element], centre);
             let apart = norm(off);
@@ -137,7 +137,7 @@ pub fn chainmail(scene: &Scene, probe: &Probe, alpha: f64) -> Result<Pressed> {
         pressed.step_ns.push(start.elapsed().as_nanos() as u64);
         pressed.contacts.push(held.len() as u32);
         if tick == probe.shown {
-            pressed.shown_m = in_input_order(&model, chain.elements().positions_m());
+            pressed.shown_m = in_input_order(&model, chain.positions_m());
         }
     }
     Ok(pressed)

@@ -37,6 +37,9 @@ pub enum Motion {
 }
 
 impl Motion {
+    /// Straight in, as the table of microcontrollers has it.
+    pub const SLOW: Self = Self::Straight { speed_mm_per_s: 50.0, depth_mm: 15.0 };
+
     /// Last tick of the motion.
     #[must_use]
     pub fn ticks(self) -> usize {

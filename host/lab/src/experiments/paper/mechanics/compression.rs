@@ -3,7 +3,8 @@
 use chaincell_kernel::Unloading;
 
 use super::curve::{Shape, shape, work_j};
-use crate::experiments::paper::body::{Body, Felt};
+use crate::experiments::paper::body::Felt;
+use crate::experiments::report::scene::Scene;
 use chaincell_host::error::Result;
 
 /// Settled forces at ascending depths.
@@ -18,7 +19,7 @@ pub struct Compression {
 ///
 /// # Errors
 /// As [`Tool::settle`](crate::experiments::paper::body::Tool::settle).
-pub fn compress(body: &Body, deepest_m: f64, steps: u32) -> Result<Compression> {
+pub fn compress(body: &Scene, deepest_m: f64, steps: u32) -> Result<Compression> {
     let mut tool = body.quasi_static(Unloading::Off)?;
     let depths = (1..=steps).map(|step| deepest_m * f64::from(step) / f64::from(steps));
     let curve: Vec<Felt> = depths.map(|depth_m| tool.settle(depth_m)).collect::<Result<_>>()?;
@@ -69,7 +70,7 @@ impl Loop {
 ///
 /// # Errors
 /// As [`compress`].
-pub fn there_and_back(body: &Body, deepest_m: f64, steps: u32) -> Result<Loop> {
+pub fn there_and_back(body: &Scene, deepest_m: f64, steps: u32) -> Result<Loop> {
     let mut tool = body.quasi_static(Unloading::Retreat)?;
     let depth = |step: u32| deepest_m * f64::from(step) / f64::from(steps);
     let way_in: Vec<Felt> = (1..=steps).map(|at| tool.settle(depth(at))).collect::<Result<_>>()?;
@@ -93,7 +94,7 @@ pub fn there_and_back(body: &Body, deepest_m: f64, steps: u32) -> Result<Loop> {
 /// # Errors
 /// As [`compress`]; a time constant below the bound of an Euler step.
 pub fn at_speed(
-    body: &Body,
+    body: &Scene,
     deepest_m: f64,
     speed_m_per_s: f64,
     time_constant_s: f64,

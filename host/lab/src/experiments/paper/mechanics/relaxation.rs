@@ -3,7 +3,7 @@
 use chaincell_kernel::Unloading;
 
 use super::TICK_S;
-use crate::experiments::paper::body::Body;
+use crate::experiments::report::scene::Scene;
 use crate::reference::{Links, trajectory};
 use chaincell_host::error::Result;
 
@@ -29,8 +29,8 @@ pub struct Relaxation {
 /// The first force of a jump to `depth_m` \[N\].
 ///
 /// # Errors
-/// As [`Body::model`].
-pub fn jump_n(body: &Body, depth_m: f64) -> Result<f64> {
+/// As [`Scene::model`].
+pub fn jump_n(body: &Scene, depth_m: f64) -> Result<f64> {
     let links = Links::of_model(&body.model()?);
     let mut at = links.rest().to_vec();
     for (cell, position) in body.held(depth_m)? {
@@ -44,7 +44,7 @@ pub fn jump_n(body: &Body, depth_m: f64) -> Result<f64> {
 ///
 /// # Errors
 /// As [`Tool::press`](crate::experiments::paper::body::Tool::press).
-pub fn relax(body: &Body, depth_m: f64, seconds: f64, time_constant_s: f64) -> Result<Relaxation> {
+pub fn relax(body: &Scene, depth_m: f64, seconds: f64, time_constant_s: f64) -> Result<Relaxation> {
     let mut tool = body.in_time(TICK_S / time_constant_s)?;
     let ticks = (seconds / TICK_S).round() as u32;
     let (mut curve, mut next) = (Vec::new(), 1.0);
@@ -67,9 +67,9 @@ pub fn relax(body: &Body, depth_m: f64, seconds: f64, time_constant_s: f64) -> R
 /// times and forces \[s, N\].
 ///
 /// # Errors
-/// As [`Body::model`].
+/// As [`Scene::model`].
 pub fn exact(
-    body: &Body,
+    body: &Scene,
     depth_m: f64,
     seconds: f64,
     time_constant_s: f64,

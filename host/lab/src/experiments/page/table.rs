@@ -1,4 +1,4 @@
-//! Tables of a report, as Markdown and as CSV.
+//! Tables of a page, and rows as CSV.
 
 /// A table of texts.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -50,15 +50,6 @@ impl Table {
     #[must_use]
     pub fn rows(&self) -> &[Vec<String>] {
         &self.rows
-    }
-
-    /// As Markdown, with an empty line behind it.
-    #[must_use]
-    pub fn markdown(&self) -> String {
-        let line = |cells: &[String]| format!("| {} |\n", cells.join(" | "));
-        let rule = vec!["---".to_owned(); self.head.len()];
-        let rows: String = self.rows.iter().map(|row| line(row)).collect();
-        format!("{}{}{rows}\n", line(&self.head), line(&rule))
     }
 }
 
@@ -129,8 +120,11 @@ mod tests {
 
     #[test]
     fn tables_and_numbers() {
-        let table = Table::of([(1, "x")]).column("a", |row| row.0).column("b", |row| row.1);
-        assert_eq!(table.table().markdown(), "| a | b |\n| --- | --- |\n| 1 | x |\n\n");
+        let table = Table::of([(1, "x")]).column("a", |row| row.0).column("b", |row| row.1).table();
+        assert_eq!(
+            (table.head(), table.rows()),
+            (&["a", "b"].map(String::from)[..], &[vec!["1".to_owned(), "x".to_owned()]][..])
+        );
         assert_eq!([0.123, 0.0123, 0.00123, 0.0].map(percent), ["12", "1.2", "0.12", "0"]);
         assert_eq!(percent(1e-7), "1.0e-5");
         assert_eq!([None, Some(f64::NAN), Some(f64::INFINITY)].map(percent), ["-", "-", "-"]);
