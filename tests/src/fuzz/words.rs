@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::io::{Seek, Write};
 
 use chaincell_host::mesh::select;
-use chaincell_lab::experiments::identify::target::{Holding, parse};
+use chaincell_lab::experiments::target::{Holding, parse};
 use tempfile::NamedTempFile;
 
 const NODES_M: [[f64; 3]; 4] =

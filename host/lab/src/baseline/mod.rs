@@ -3,7 +3,7 @@
 //!
 //! They are measured with the kernel by `chaincell paper` and by the benches and serve nothing else.
 
-pub mod chainmail;
+pub(crate) mod chainmail;
 mod mass_spring;
 mod xpbd;
 

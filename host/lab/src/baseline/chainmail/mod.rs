@@ -33,15 +33,11 @@ pub struct ChainMail {
     held: Vec<usize>,
     /// Number of the last move that looked at an element; moves count from 1.
     looked_at: Vec<u64>,
-    sponsor: Vec<usize>,
     moves: u64,
 }
 
 impl ChainMail {
     /// Elements at rest at `rest_m` \[m\], linked along `links`, `fixed` never to move.
-    ///
-    /// # Errors
-    /// A link or a fixed element beyond the last position.
     pub fn new(
         rest_m: &[[f64; 3]],
         links: &[[u32; 2]],
@@ -72,15 +68,11 @@ impl ChainMail {
             fixed: is_fixed,
             held: Vec::new(),
             looked_at: vec![0; count],
-            sponsor: (0..count).collect(),
             moves: 0,
         })
     }
 
     /// The cells and links of a model, its fixed cells fixed; elements in the model's order.
-    ///
-    /// # Errors
-    /// None for a model that the kernel accepts.
     pub fn of_model(model: &Model<'_>, limits: Limits) -> Result<Self> {
         let rest = (0..model.cells()).map(|cell| rest_m(model, cell));
         let links = (0..model.cells()).flat_map(|cell| {
@@ -91,30 +83,18 @@ impl ChainMail {
     }
 
     /// Positions \[m\].
-    #[must_use]
     pub fn positions_m(&self) -> &[[f64; 3]] {
         &self.position_m
     }
 
     /// Positions at rest \[m\].
-    #[must_use]
     pub fn rest_m(&self) -> &[[f64; 3]] {
         &self.rest_m
-    }
-
-    /// The element that led the last move to this one; none for held ones and those it did not reach.
-    #[must_use]
-    pub fn sponsor(&self, element: usize) -> Option<usize> {
-        let reached = self.moves > 0 && self.looked_at.get(element) == Some(&self.moves);
-        self.sponsor.get(element).copied().filter(|&sponsor| reached && sponsor != element)
     }
 
     /// Puts elements at positions \[m\], lets the chain follow and holds them there until the next
     /// move. Each element is looked at once at most; a link's bounds are kept towards the element
     /// that led there. Cost: linear in the elements looked at.
-    ///
-    /// # Errors
-    /// An element that is not there or is fixed; a position that is not finite.
     pub fn move_to(&mut self, held: &[(usize, [f64; 3])]) -> Result<()> {
         self.put(held)?;
         let mut front = VecDeque::new();
@@ -170,7 +150,6 @@ impl ChainMail {
             self.held.push(element);
             self.position_m[element] = position;
             self.looked_at[element] = self.moves;
-            self.sponsor[element] = element;
         }
         Ok(())
     }
@@ -187,7 +166,6 @@ impl ChainMail {
             return false;
         }
         self.looked_at[element] = self.moves;
-        self.sponsor[element] = sponsor;
         if self.fixed[element] {
             return false;
         }

@@ -74,7 +74,9 @@ fn an_empty_chart_and_absurd_numbers_are_drawn() {
 fn files_appear_and_the_png_shows_the_text() {
     let place = tempfile::tempdir().unwrap();
     let folder = Folder::open(place.path(), false).unwrap();
-    assert_eq!(example().write(&folder, "chart"), Ok(0));
+    let picture = example().draw().unwrap();
+    assert_eq!(picture.left_out, 0);
+    picture.write(&folder, "chart").unwrap();
     let png = Pixmap::decode_png(&std::fs::read(folder.file("chart.png")).unwrap()).unwrap();
     assert_eq!((png.width(), png.height()), SIZE_PX);
     let dark = |png: &Pixmap| png.pixels().iter().filter(|pixel| pixel.red() < 100).count();

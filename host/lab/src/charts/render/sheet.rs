@@ -84,9 +84,6 @@ struct Place {
 
 impl Sheet {
     /// Draws the sheet. About a second, by the number of pixels rather than of triangles.
-    ///
-    /// # Errors
-    /// What the drawing libraries refuse.
     pub fn draw(&self) -> Result<Picture> {
         let rows = (self.panels.len() as u32).div_ceil(self.columns.max(1)).max(1);
         let height = TITLE + rows * (SUBTITLE + self.panel_height_px) + MARGIN;

@@ -159,10 +159,6 @@ impl LeastSquaresProblem<f64, Dyn, Dyn> for Descent<'_> {
 /// Finds the parameters of a bench; of every target the part `hold_out` of its rows, evenly
 /// spread, only judges the result. Deterministic. Cost: some hundred evaluations of the forward
 /// problem.
-///
-/// # Errors
-/// Targets that the body cannot meet in principle, a part held out that is none, fewer numbers than
-/// unknowns, Ctrl-C.
 pub fn identify(bench: &Bench<'_>, bounds: &Bounds, hold_out: f64) -> Result<Identified> {
     let start = Instant::now();
     check(bench, bounds, hold_out)?;
@@ -202,10 +198,6 @@ pub fn identify(bench: &Bench<'_>, bounds: &Bounds, hold_out: f64) -> Result<Ide
 }
 
 /// Refuses what [`identify`] would, before anything is computed.
-///
-/// # Errors
-/// Targets that the body cannot meet in principle, a part held out that is none, fewer numbers than
-/// unknowns.
 pub fn check(bench: &Bench<'_>, bounds: &Bounds, hold_out: f64) -> Result<()> {
     bench.check()?;
     if !(0.0..=0.5).contains(&hold_out) {

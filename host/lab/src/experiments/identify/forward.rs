@@ -53,9 +53,6 @@ struct Pace {
 pub type Predicted = Vec<Vec<f64>>;
 
 /// Bakes the body with parameters.
-///
-/// # Errors
-/// As the bake.
 pub fn image(bench: &Bench<'_>, parameters: &Parameters) -> Result<ImageBytes> {
     let whole = bench.groups.len() == 1 && bench.groups[0].nodes.len() == bench.mesh.nodes_m.len();
     let per_cell = |base: &[f64], of_group: &[f64]| {
@@ -85,9 +82,6 @@ pub fn image(bench: &Bench<'_>, parameters: &Parameters) -> Result<ImageBytes> {
 /// What the targets would have measured on a body with these parameters. Pure: the same bits for
 /// the same arguments. Cost: a bake, some hundred sweeps for each displacement, some ten for each
 /// moment.
-///
-/// # Errors
-/// A displacement beyond what the body can be loaded with; Ctrl-C.
 pub fn predict(bench: &Bench<'_>, parameters: &Parameters) -> Result<Predicted> {
     let image = image(bench, parameters)?;
     let model = Model::from_bytes(image.as_bytes()).map_err(Error::check)?;

@@ -103,13 +103,11 @@ pub struct Bench<'a> {
 
 impl Bench<'_> {
     /// Whether a time constant can be seen in the data.
-    #[must_use]
     pub fn has_time(&self) -> bool {
         self.targets.iter().any(|target| target.is_in_time())
     }
 
     /// All parameters as they are before the fit.
-    #[must_use]
     pub fn start(&self) -> Parameters {
         let groups = self.groups.len();
         let thickness_m = self.slab.map_or(0.0, |slab| slab.thickness_m);
@@ -139,9 +137,6 @@ impl Bench<'_> {
     }
 
     /// Refuses what no parameter could explain.
-    ///
-    /// # Errors
-    /// A displacement beyond the body's own size, a node that is none, a group without nodes.
     pub fn check(&self) -> Result<()> {
         let size_m = size(self.mesh);
         for target in self.targets {
@@ -230,9 +225,6 @@ fn size(mesh: &Mesh) -> f64 {
 }
 
 /// Materials from NAME=SELECTOR each; all nodes as one where none is named.
-///
-/// # Errors
-/// A text without name, a name given twice, a selector that fails, a node in two groups.
 pub fn groups(texts: &[String], mesh: &Mesh) -> Result<Vec<Group>> {
     if texts.is_empty() {
         let nodes = (0..mesh.nodes_m.len() as u32).collect();

@@ -9,9 +9,6 @@ use super::target::{Target, rms};
 use chaincell_host::error::{Error, Result};
 
 /// The targets with the numbers `exact` and normal noise of `part` of each one's root mean square.
-///
-/// # Errors
-/// A part that is negative or not finite.
 pub fn noisy(
     mut targets: Vec<Target>,
     exact: Predicted,

@@ -56,7 +56,6 @@ pub struct Estimate {
 
 impl Estimate {
     /// Name with the group.
-    #[must_use]
     pub fn name(&self) -> String {
         match &self.group {
             Some(group) => format!("{} of {group}", self.parameter),

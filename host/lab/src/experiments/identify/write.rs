@@ -12,7 +12,6 @@ pub const RESIDUALS_HEADER: &str = "target,kind,row,x,measured,fit,residual,held
 
 /// `target,kind,row,x,measured,fit,residual,held_out`: x is the displacement \[m\], the time \[s\],
 /// or the node; a field has three rows a node, x, y and z. Targets are numbered from 1.
-#[must_use]
 pub fn residuals_csv(targets: &[Target], found: &Identified) -> String {
     let mut text = format!("{RESIDUALS_HEADER}\n");
     let each = targets.iter().zip(&found.fitted).zip(&found.held_out);
@@ -41,9 +40,6 @@ fn places(target: &Target) -> Vec<f64> {
 }
 
 /// Two charts for each target of more than one row: measured and fitted, and the residuals.
-///
-/// # Errors
-/// What the drawing libraries refuse.
 pub fn charts(targets: &[Target], found: &Identified) -> Result<Vec<Figure>> {
     let mut drawn = Vec::new();
     let each = targets.iter().zip(&found.fitted).zip(&found.held_out);

@@ -14,12 +14,9 @@ use indicatif::ProgressBar;
 use chaincell_host::error::Result;
 use chaincell_host::files::output::Folder;
 use chaincell_host::interrupt;
-pub use section::{Context, Experiment, Findings, Numbers, Page, Section};
+pub use section::{Context, Findings, Numbers, Page, Section};
 
 /// Runs every experiment of a page; those that are done stay in `findings` whatever ends the rest.
-///
-/// # Errors
-/// What an experiment says; the user's wish to stop.
 pub fn collect(findings: &mut Findings, bar: &ProgressBar) -> Result<()> {
     for experiment in findings.page.experiments {
         let start = Instant::now();
@@ -35,9 +32,6 @@ pub fn collect(findings: &mut Findings, bar: &ProgressBar) -> Result<()> {
 }
 
 /// Writes the page, its figures as JSON, pictures and CSV files.
-///
-/// # Errors
-/// Files that cannot be written.
 pub fn write(findings: &Findings, folder: &Folder) -> Result<()> {
     let page = findings.page;
     for section in &findings.sections {

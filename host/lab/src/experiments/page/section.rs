@@ -67,7 +67,6 @@ pub struct Page {
 
 impl Page {
     /// Name of a file of the page, without its ending.
-    #[must_use]
     pub fn file_name(&self, name: &str) -> String {
         let front = format!("{}_", self.name);
         format!("{front}{}", name.strip_prefix(&front).unwrap_or(name))
@@ -93,14 +92,12 @@ pub struct Findings {
 
 impl Findings {
     /// Nothing so far.
-    #[must_use]
     pub fn new(page: &'static Page, context: Context) -> Self {
         let (sections, seconds) = (Vec::new(), BTreeMap::new());
         Self { page, context, machine: Machine::read(), interrupted: false, sections, seconds }
     }
 
     /// The command line that gives them again.
-    #[must_use]
     pub fn command(&self) -> String {
         let quick = if self.context.quick { " --quick" } else { "" };
         let reference = if self.context.reference.is_some() { " --reference DIR" } else { "" };
@@ -108,7 +105,6 @@ impl Findings {
     }
 
     /// The figures of every section by its key, and where they come from.
-    #[must_use]
     pub fn json(&self) -> Value {
         let mut all = json!({
             "command": self.command(),

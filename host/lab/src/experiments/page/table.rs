@@ -16,7 +16,6 @@ pub struct Columns<T> {
 
 impl<T: Copy> Columns<T> {
     /// Adds a column with its head; `cell` is what stands in the row of a thing.
-    #[must_use]
     pub fn column<C: std::fmt::Display>(mut self, head: &str, cell: impl Fn(T) -> C) -> Self {
         self.table.head.push(head.to_owned());
         for (row, &thing) in self.table.rows.iter_mut().zip(&self.things) {
@@ -26,7 +25,6 @@ impl<T: Copy> Columns<T> {
     }
 
     /// The table.
-    #[must_use]
     pub fn table(self) -> Table {
         self.table
     }
@@ -41,13 +39,11 @@ impl Table {
     }
 
     /// The head.
-    #[must_use]
     pub fn head(&self) -> &[String] {
         &self.head
     }
 
     /// The rows in order.
-    #[must_use]
     pub fn rows(&self) -> &[Vec<String>] {
         &self.rows
     }
@@ -55,7 +51,6 @@ impl Table {
 
 /// CSV of rows, their fields in alphabetical order; nested ones are named `outer_inner`, commas
 /// become semicolons.
-#[must_use]
 pub fn csv(rows: &[impl serde::Serialize]) -> String {
     let mut text = String::new();
     for (at, row) in rows.iter().enumerate() {
@@ -86,7 +81,6 @@ fn flatten(name: &str, value: &serde_json::Value, fields: &mut Vec<(String, Stri
 }
 
 /// A fraction in percent, to two significant digits; `-` for none and for what is no finite number.
-#[must_use]
 pub fn percent(fraction: impl Into<Option<f64>>) -> String {
     let Some(fraction) = fraction.into().filter(|fraction: &f64| fraction.is_finite()) else {
         return "-".to_owned();
@@ -102,14 +96,12 @@ pub fn percent(fraction: impl Into<Option<f64>>) -> String {
 }
 
 /// Nanoseconds in microseconds.
-#[must_use]
 pub fn us(ns: u64) -> String {
     let us = ns as f64 * 1e-3;
     if us < 10.0 { format!("{us:.2}") } else { format!("{us:.0}") }
 }
 
 /// A time for people: seconds below a minute, then minutes.
-#[must_use]
 pub fn duration(seconds: f64) -> String {
     if seconds < 59.5 { format!("{seconds:.0} s") } else { format!("{:.1} min", seconds / 60.0) }
 }

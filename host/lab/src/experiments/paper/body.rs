@@ -42,33 +42,21 @@ pub struct Felt {
 
 impl Scene {
     /// A force that is none: a link a few roundings outside its band \[N\].
-    ///
-    /// # Errors
-    /// As [`Self::model`].
     pub fn no_force_n(&self) -> Result<f64> {
         Ok(NO_FORCE * f64::from(self.model()?.force_unit_n()))
     }
 
     /// A tool that follows equilibria, with `track`.
-    ///
-    /// # Errors
-    /// As [`Variant::unlimited`].
     pub fn quasi_static(&self, unloading: Unloading) -> Result<Tool<'_>> {
         self.tool(Scheme::Track, SWEEPS, |settings| Settings { unloading, ..settings })
     }
 
     /// A tool on the paper's own dynamics: one Euler step of `step` [dimensionless time] a tick.
-    ///
-    /// # Errors
-    /// As [`Variant::unlimited`].
     pub fn in_time(&self, step: f64) -> Result<Tool<'_>> {
         self.tool(Scheme::Euler, 1, |settings| Settings { step: step as f32, ..settings })
     }
 
     /// The contact cells with their positions at a depth, in internal units.
-    ///
-    /// # Errors
-    /// As [`Self::model`].
     pub fn held(&self, depth_m: f64) -> Result<Vec<(usize, [f64; 3])>> {
         let model = self.model()?;
         let depth = depth_m / f64::from(model.unit_m());
@@ -80,9 +68,6 @@ impl Scene {
     }
 
     /// The force that the press takes at positions, in double precision \[N\].
-    ///
-    /// # Errors
-    /// As [`Self::model`].
     pub fn push_of(&self, links: &Links, at: &[[f64; 3]]) -> Result<f64> {
         let contacts: Vec<usize> = self.contacts.iter().map(|&cell| usize::from(cell)).collect();
         let force = links.force(at, &contacts);
@@ -119,15 +104,11 @@ impl Tool<'_> {
     }
 
     /// The force that a press takes, of a tick's answer \[N\].
-    #[must_use]
     pub fn push_n(&self, answer: &TickOutput) -> f64 {
         -dot(answer.force_n.map(f64::from).into(), self.body.direction)
     }
 
     /// One tick at a depth, and the force it takes \[N\].
-    ///
-    /// # Errors
-    /// The user asked to stop; the body's energy bound stopped the tool.
     pub fn press(&mut self, depth_m: f64) -> Result<f64> {
         let answer = self.checked(depth_m)?;
         Ok(self.push_n(&answer))
@@ -147,9 +128,6 @@ impl Tool<'_> {
     }
 
     /// Ticks at a depth until the body has settled, at most so many that it should have.
-    ///
-    /// # Errors
-    /// As [`Self::press`].
     pub fn settle(&mut self, depth_m: f64) -> Result<Felt> {
         let mut felt = Felt { depth_m, force_n: 0.0, energy_j: 0.0, residual: 0.0 };
         for _ in 0..LOOKS_MAX {

@@ -99,9 +99,6 @@ impl Organ {
 }
 
 /// Identifies the two materials from the curves alone, and with the field.
-///
-/// # Errors
-/// As the fit; Ctrl-C.
 pub fn section(context: &Context) -> Result<Section> {
     let organ = Organ::new(context.quick)?;
     let truth = Parameters {

@@ -41,9 +41,6 @@ struct Case {
 }
 
 /// The figures of Fig. 6.
-///
-/// # Errors
-/// Reference data that cannot be read; as the engine and the drawing.
 pub fn section(context: &Context) -> Result<Section> {
     let case = Case::new(context)?;
     let [mut network, chain] = [&case.network, &case.chain].map(|pressed| case.figures(pressed));

@@ -40,9 +40,6 @@ const RELAXATIONS: u32 = 1000;
 const BAND_ALPHA: f64 = 0.1;
 
 /// The figures of Fig. 4.
-///
-/// # Errors
-/// As the bake and the drawing.
 pub fn section(_context: &Context) -> Result<Section> {
     let planes = [Plane::new(false)?, Plane::new(true)?];
     let mut json = json!({ "depth_m": DEPTH_M, "chainmail_alpha": CHAIN_ALPHA });

@@ -33,9 +33,6 @@ pub struct Probe {
 impl Probe {
     /// The built-in press of a sphere along the axis of a scene, from where it first touches to
     /// `depth_m` below.
-    ///
-    /// # Errors
-    /// A depth or a number of ticks that the motion refuses.
     pub fn new(scene: &Scene, radius_m: f64, depth_m: f64, ticks: u64) -> Result<Self> {
         let model = scene.model()?;
         let at = |&cell: &u16| Vector3::from(rest_m(&model, cell.into()));
@@ -58,7 +55,6 @@ impl Probe {
     }
 
     /// Its centre when the pictures are taken, and when it first touches \[m\].
-    #[must_use]
     pub fn centres_m(&self) -> [[f64; 3]; 2] {
         let at = |pose: Option<&Pose>| pose.map_or([0.0; 3], |pose| pose.position_m.map(f64::from));
         let first = self.poses.iter().find(|pose| pose.engaged == 1);
@@ -80,9 +76,6 @@ pub struct Pressed {
 }
 
 /// The network under the probe.
-///
-/// # Errors
-/// As the engine; the user's wish to stop.
 pub fn network(scene: &Scene, probe: &Probe) -> Result<Pressed> {
     let variant = Variant::plain(Scheme::Track, Arithmetic::F32);
     let contact = Contact::sphere(probe.radius_m as f32, 0.0);
@@ -109,9 +102,6 @@ pub fn network(scene: &Scene, probe: &Probe) -> Result<Pressed> {
 
 /// Generalised `ChainMail` under the probe: surface elements inside it are put on it, the chain
 /// follows.
-///
-/// # Errors
-/// As the chain; the user's wish to stop.
 pub fn chainmail(scene: &Scene, probe: &Probe, alpha: f64) -> Result<Pressed> {
     let model = scene.model()?;
     let mut chain = ChainMail::of_model(&model, Limits::of_alpha(alpha)?)?;

@@ -92,9 +92,6 @@ impl Site {
 }
 
 /// The press over numbers of cells.
-///
-/// # Errors
-/// As the generator, the bake and the engine; a drawing that fails; the user's wish to stop.
 pub fn section(context: &Context) -> Result<Section> {
     let (size, numbers): (usize, &[usize]) = if context.quick {
         (2000, &[500, 200, 100])

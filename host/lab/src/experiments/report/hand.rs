@@ -205,7 +205,7 @@ fn words(variant: Variant) -> String {
 ///
 /// # Errors
 /// As [`run`]; reference data that cannot be read; a drawing that fails.
-pub fn section(context: &Context) -> Result<Section> {
+pub(crate) fn section(context: &Context) -> Result<Section> {
     let bodies: Vec<(Source, &[Motion])> = if context.quick {
         vec![(Source::organ(Some(QUICK_CELLS))?, &[FAST, Motion::Circles])]
     } else {

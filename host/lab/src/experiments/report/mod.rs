@@ -16,7 +16,7 @@
 pub mod embedded;
 pub mod hand;
 pub mod motions;
-pub mod pictures;
+mod pictures;
 pub mod scene;
 pub mod snaps;
 pub mod tools;
@@ -26,7 +26,7 @@ use super::page::{Context, Page, Section};
 use chaincell_host::error::Result;
 
 /// The page, with its measurements in order.
-pub static PAGE: Page = Page {
+pub(crate) static PAGE: Page = Page {
     name: "report",
     title: "Speed against error",
     intro: "Time of a tick and error of the force on this machine: one thread, numbers in f32. Compare \

@@ -220,7 +220,7 @@ impl Task {
 /// # Errors
 /// As the bake and the engine; a tool that touches nothing; a drawing that fails; the user's wish to
 /// stop.
-pub fn section(context: &Context) -> Result<Section> {
+pub(crate) fn section(context: &Context) -> Result<Section> {
     let (tasks, mut rows) = (tasks(), Vec::new());
     for body in if context.quick { &QUICK[..] } else { &BODIES } {
         let image = body.image()?;

@@ -135,9 +135,6 @@ fn speeds(body: &Scene, loop_m: f64, count: usize) -> Result<Vec<Speed>> {
 }
 
 /// Fig. 5: on the paper's plane and the generated organ.
-///
-/// # Errors
-/// The user asked to stop; a picture that cannot be drawn.
 pub fn section(context: &Context) -> Result<Section> {
     let effort = if context.quick {
         Effort { steps: 25, seconds: 2.0, speeds: 2 }

@@ -27,9 +27,6 @@ pub struct Relaxation {
 }
 
 /// The first force of a jump to `depth_m` \[N\].
-///
-/// # Errors
-/// As [`Scene::model`].
 pub fn jump_n(body: &Scene, depth_m: f64) -> Result<f64> {
     let links = Links::of_model(&body.model()?);
     let mut at = links.rest().to_vec();
@@ -41,9 +38,6 @@ pub fn jump_n(body: &Scene, depth_m: f64) -> Result<f64> {
 
 /// Holds a body at `depth_m` from t = 0 on, for `seconds`, a tick of 1 ms advancing by 1 ms over
 /// the time constant.
-///
-/// # Errors
-/// As [`Tool::press`](crate::experiments::paper::body::Tool::press).
 pub fn relax(body: &Scene, depth_m: f64, seconds: f64, time_constant_s: f64) -> Result<Relaxation> {
     let mut tool = body.in_time(TICK_S / time_constant_s)?;
     let ticks = (seconds / TICK_S).round() as u32;
@@ -65,9 +59,6 @@ pub fn relax(body: &Scene, depth_m: f64, seconds: f64, time_constant_s: f64) -> 
 
 /// The same force on the exact trajectory, in double precision, at a few moments within `seconds`:
 /// times and forces \[s, N\].
-///
-/// # Errors
-/// As [`Scene::model`].
 pub fn exact(
     body: &Scene,
     depth_m: f64,
@@ -83,7 +74,6 @@ pub fn exact(
 }
 
 /// The force of a curve at a time between its samples \[N\].
-#[must_use]
 pub fn interpolate(curve: &[[f64; 2]], t_s: f64) -> Option<f64> {
     let pair = curve.windows(2).find(|w| (w[0][0]..=w[1][0]).contains(&t_s))?;
     let part = (t_s / pair[0][0]).ln() / (pair[1][0] / pair[0][0]).ln();
