@@ -21,8 +21,7 @@ use chaincell_host::error::{Error, Result};
 use chaincell_kernel::{Budget, Model, ToolPose};
 use chaincell_lab::bodies::Variant;
 use chaincell_lab::cli::exit_code;
-use chaincell_lab::experiments::report::hand::RELEASED;
-use chaincell_lab::experiments::report::scene::{Scene, Source};
+use chaincell_lab::experiments::report::scene::{RELEASED, Scene, Source};
 use chaincell_lab::states::State;
 use nalgebra::Vector3;
 

@@ -49,6 +49,7 @@ impl ChainMail {
         if let Some(element) = named.copied().find(|&element| element as usize >= count) {
             return Err(Error::input(format!("element {element}: the chain has {count} elements")));
         }
+        // Both sides of each link, once.
         let mut neighbours = vec![Vec::new(); count];
         for &[i, j] in links {
             neighbours[i as usize].push(j);
@@ -58,6 +59,7 @@ impl ChainMail {
             of_element.sort_unstable();
             of_element.dedup();
         }
+        // At rest, before the first move.
         let mut is_fixed = vec![false; count];
         fixed.iter().for_each(|&element| is_fixed[element as usize] = true);
         Ok(Self {

@@ -62,6 +62,7 @@ pub(super) fn svg(chart: &Chart) -> Result<(String, usize)> {
         "<svg viewBox=\"0 0 {wide} {high}\" xmlns=\"http://www.w3.org/2000/svg\">\n\
          <rect width=\"{wide}\" height=\"{high}\" fill=\"#ffffff\"/>\n"
     );
+    // The frame: what the legend leaves, over the range of points and guides.
     let legend = legend_width(chart)?;
     let points = || chart.series.iter().flat_map(|series| &series.points);
     let guides = |vertical: bool| {
@@ -77,8 +78,8 @@ pub(super) fn svg(chart: &Chart) -> Result<(String, usize)> {
         bottom: high - MARGIN - 2.0 * (f64::from(TEXT) + GAP),
     };
     axes(&mut svg, &frame, chart)?;
+    // The series, a line for each run of points that have a place: lines below, markers above.
     let mut left_out = 0;
-    // Lines below, markers above.
     let mut markers = String::new();
     for (at, series) in chart.series.iter().enumerate() {
         let places: Vec<Option<(f64, f64)>> =
@@ -93,6 +94,7 @@ pub(super) fn svg(chart: &Chart) -> Result<(String, usize)> {
         }
     }
     svg += &markers;
+    // Guides and legend over all.
     for guide in &chart.guides {
         draw_guide(&mut svg, &frame, guide)?;
     }

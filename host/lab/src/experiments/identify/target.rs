@@ -179,6 +179,7 @@ pub fn read(path: &Path, holding: &Holding) -> Result<Vec<Target>> {
 pub fn parse(text: &str, name: &str, holding: &Holding) -> Result<Vec<Target>> {
     let text = text.trim_start_matches('\u{feff}');
     let header = text.lines().next().unwrap_or_default().trim();
+    // The header says what the columns are.
     let rows = |width| Rows { name, header }.read(text, width);
     let by_time = "sort the rows by time";
     let target = match header {
@@ -212,11 +213,13 @@ pub fn parse(text: &str, name: &str, holding: &Holding) -> Result<Vec<Target>> {
             )));
         }
     };
+    // A target that no parameter changes fits nothing.
     if target.scale() == 0.0 {
         return Err(Error::input(format!(
             "{name}: every value is 0, which no parameter changes; give a target that moves"
         )));
     }
+    // The force with a field is a press of one row.
     let mut targets = vec![target];
     if let (Kind::Field, Some(force_n)) = (targets[0].kind, holding.force_n) {
         if !(force_n.is_finite() && force_n > 0.0) {

@@ -2,13 +2,12 @@
 //! of a list, against the force of the energy's minimum followed tick by tick in double precision.
 
 use chaincell_kernel::{Choice, ToolPose};
-use nalgebra::Vector3;
 use serde::Serialize;
 use serde_json::json;
 
 use super::motions::Motion;
 use super::pictures::{Point, figures};
-use super::scene::{Scene, Source};
+use super::scene::{RELEASED, Scene, Source};
 use super::snaps::{Snaps, Spread};
 use crate::bodies::Variant;
 use crate::experiments::page::table::{Table, csv, percent, us};
@@ -40,9 +39,6 @@ const QUICK_CELLS: usize = 300;
 /// Times that a sweep is measured.
 const ROUNDS: usize = 301;
 const QUICK_ROUNDS: usize = 15;
-
-/// A tool that is away.
-pub const RELEASED: ToolPose = ToolPose::at(Vector3::new(0.0, 0.0, 0.0), 0);
 
 /// The schemes that are compared, with and without the coarse level that the bake gives by size.
 const COMPARED: [Variant; 4] = [
@@ -90,9 +86,6 @@ impl Reference {
     }
 
     /// Follows the minimum under the held cells of a scene, tick by tick.
-    ///
-    /// # Errors
-    /// A scene whose model is refused; a minimum that was not reached; the user's wish to stop.
     pub fn follow(scene: &Scene, motion: Motion) -> Result<Self> {
         let model = scene.model()?;
         let links = Links::of_model(&model);
@@ -132,9 +125,6 @@ impl Reference {
 }
 
 /// What a scheme gave: times of the ticks and errors of the force.
-///
-/// # Errors
-/// As the engine.
 pub fn play(
     scene: &Scene,
     reference: &Reference,
@@ -153,9 +143,6 @@ pub fn play(
 
 /// Every scheme and number of sweeps under a motion of a body; `main_ns` is the time of a sweep over
 /// the links of the report's main body.
-///
-/// # Errors
-/// As the engine and [`Reference::follow`].
 pub fn run(scene: &Scene, motion: Motion, sweeps: &[u16], main_ns: u64) -> Result<Vec<HandRow>> {
     let model = scene.model()?;
     let reference = Reference::follow(scene, motion)?;
@@ -202,10 +189,8 @@ fn words(variant: Variant) -> String {
 }
 
 /// Every body under its motions.
-///
-/// # Errors
-/// As [`run`]; reference data that cannot be read; a drawing that fails.
-pub(crate) fn section(context: &Context) -> Result<Section> {
+pub fn section(context: &Context) -> Result<Section> {
+    // Bodies with their motions.
     let bodies: Vec<(Source, &[Motion])> = if context.quick {
         vec![(Source::organ(Some(QUICK_CELLS))?, &[FAST, Motion::Circles])]
     } else {
@@ -217,6 +202,7 @@ pub(crate) fn section(context: &Context) -> Result<Section> {
         let motions = &[FAST_DEEP, FAST, Motion::SLOW, Motion::Circles];
         vec![(main, motions), (large, &[FAST, SHALLOW])]
     };
+    // Every scheme under every motion.
     let rounds = if context.quick { QUICK_ROUNDS } else { ROUNDS };
     let (mut rows, mut main_ns) = (Vec::new(), 0);
     for (source, motions) in bodies {

@@ -10,16 +10,16 @@
 //!
 //! An error of the force is relative: to the exact force under a hand, to the largest force of the
 //! motion under a tool. Which ticks count under a hand, and which are left out because the body
-//! snaps from one equilibrium to another, is one rule: see [`snaps`]. `report.json` has every figure,
+//! snaps from one equilibrium to another, is one rule: see `snaps`. `report.json` has every figure,
 //! the CSV files the rows of the tables.
 
 pub mod embedded;
-pub mod hand;
-pub mod motions;
+mod hand;
+mod motions;
 mod pictures;
 pub mod scene;
-pub mod snaps;
-pub mod tools;
+mod snaps;
+mod tools;
 
 use super::page::table::Table;
 use super::page::{Context, Page, Section};

@@ -20,9 +20,6 @@ pub struct Point<'r> {
 
 /// A chart for each motion, `name_1` and so on, a line for each setting or body; `measure` says
 /// which error it is.
-///
-/// # Errors
-/// As [`Chart::draw`].
 pub fn figures(name: &str, measure: &str, points: &[Point<'_>]) -> Result<Vec<Figure>> {
     let mut motions: Vec<&str> = Vec::new();
     for point in points {

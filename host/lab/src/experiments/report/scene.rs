@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use chaincell_kernel::{Model, Settings};
+use chaincell_kernel::{Model, Settings, ToolPose};
+use nalgebra::Vector3;
 
 use crate::bodies::Variant;
 use crate::reference::Npz;
@@ -13,6 +14,8 @@ use chaincell_host::engine::{self, Engine};
 use chaincell_host::error::{Error, Result};
 use chaincell_host::mesh::{self, Mesh, MeshOptions};
 
+/// A tool that is away.
+pub const RELEASED: ToolPose = ToolPose::at(Vector3::new(0.0, 0.0, 0.0), 0);
 /// Downwards.
 const DOWN: [f64; 3] = [0.0, 0.0, -1.0];
 

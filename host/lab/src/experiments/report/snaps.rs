@@ -48,7 +48,6 @@ pub struct Spread {
 
 impl Snaps {
     /// The snaps of a path of forces, tick by tick.
-    #[must_use]
     pub fn of(forces: &[[f64; 3]]) -> Self {
         let limit = CHANGE * forces.iter().map(|force| norm(*force)).fold(0.0, f64::max);
         let changes = forces.windows(2).map(|pair| norm(minus(pair[1], pair[0])));
@@ -72,13 +71,11 @@ impl Snaps {
     }
 
     /// Whether a tick is left out as part of a snap.
-    #[must_use]
     pub fn hold(&self, tick: usize) -> bool {
         !self.too_many && self.is_near(tick)
     }
 
     /// Errors by tick, those that count, apart by whether they are inside snaps.
-    #[must_use]
     pub fn spread(&self, errors: &[(usize, f64)]) -> Spread {
         let counted = errors.iter().copied().filter(|(tick, _)| *tick >= FIRST_TICK);
         let (inside, outside): (Vec<_>, Vec<_>) = counted.partition(|(tick, _)| self.hold(*tick));
@@ -98,14 +95,12 @@ impl Snaps {
     }
 
     /// The part of the ticks that is left out, for a table.
-    #[must_use]
     pub fn share_words(&self) -> String {
         let share = percent(self.share);
         if self.too_many { format!("0 (snaps take {share})") } else { share }
     }
 
     /// The rule, for the text of a report.
-    #[must_use]
     pub fn rule() -> String {
         format!(
             "Errors count from tick {FIRST_TICK} on. A snap is a tick in which the force of the \

@@ -216,11 +216,8 @@ impl Task {
 }
 
 /// Every body under every motion of its list.
-///
-/// # Errors
-/// As the bake and the engine; a tool that touches nothing; a drawing that fails; the user's wish to
-/// stop.
-pub(crate) fn section(context: &Context) -> Result<Section> {
+pub fn section(context: &Context) -> Result<Section> {
+    // Every body under the motions of its list.
     let (tasks, mut rows) = (tasks(), Vec::new());
     for body in if context.quick { &QUICK[..] } else { &BODIES } {
         let image = body.image()?;
@@ -235,6 +232,7 @@ pub(crate) fn section(context: &Context) -> Result<Section> {
             rows.extend(body.rows(&image, &task, REFERENCE_SWEEPS)?);
         }
     }
+    // A chart for each motion.
     let shown = rows.iter().map(|row| Point {
         motion: &row.tool,
         line: format!("{}, {} cells", row.material, row.cells),
