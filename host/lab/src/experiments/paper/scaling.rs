@@ -344,13 +344,16 @@ fn figures(rows: &[Row]) -> Result<Vec<Figure>> {
     let time = |row: &Row| 1e-3 * row.tick_median_ns as f64;
     let time = chart("Time of a tick", "time [us]", time, 0).horizontal(1000.0, "1 ms");
     let figure = |name, sees: &str, chart: Chart| -> Result<Figure> {
-        let caption = format!("{sees} Cells that stand for many nodes, at the end of a press.");
+        let caption = format!(
+            "Each line is a press at one place, its points networks of fewer cells to the left. {sees}"
+        );
         Ok(Figure::new(name, caption, chart.draw()?))
     };
+    let off = "against the network of all nodes, at the end of the press.";
     Ok(vec![
-        figure("scaling_field", "The displacements are farther off the fewer the cells.", field)?,
-        figure("scaling_force", "The force on the tool is off too, by site and number.", force)?,
-        figure("scaling_time", "A tick takes the less time the fewer the cells.", time)?,
+        figure("scaling_field", &format!("Displacements of all nodes {off}"), field)?,
+        figure("scaling_force", &format!("The force on the tool {off}"), force)?,
+        figure("scaling_time", "Median tick of the press under track.", time)?,
     ])
 }
 
