@@ -71,8 +71,8 @@ pub fn section(_context: &Context) -> Result<Section> {
     for plane in &planes {
         let caption = format!(
             "The network is a spike at first and spreads to a tent with hollow sides; those of ChainMail \
-             run straight, jagged with 8 neighbours. Profiles along the middle row, {} neighbours: the network at equilibrium and \
-             on its way there, and ChainMail.",
+             run straight, jagged with 8 neighbours. Profiles along the middle row, {} neighbours: the \
+             network at equilibrium and on its way there, and ChainMail.",
             plane.neighbours
         );
         let name = format!("paper_profile_{}", plane.neighbours);

@@ -113,8 +113,8 @@ fn relaxation(body: &Results) -> (&'static str, String, Chart) {
         .series("alpha 0, exact trajectory", Style::Markers, &body.exact)
         .horizontal(body.elastic().relaxation.minimum_n, "alpha 0, settled");
     let caption = format!(
-        "The force falls to a minimum, at alpha 0 along the exact trajectory. Stress relaxation of the {} after a \
-         jump to {} mm that is held.",
+        "The force falls to a minimum, at alpha 0 along the exact trajectory. Stress relaxation of the \
+         {} after a jump to {} mm that is held.",
         body.words,
         mm_of(body.held_m)
     );
