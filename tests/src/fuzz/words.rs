@@ -59,8 +59,8 @@ fn target(text: &str) {
         match parse(text, "fuzz.csv", &holding) {
             Ok(targets) => {
                 for target in targets {
-                    assert!(target.observed().iter().all(|x| x.is_finite()));
-                    assert!(target.observed().len() == target.rows() * target.width());
+                    assert!(target.observed.iter().all(|x| x.is_finite()));
+                    assert!(target.observed.len() == target.rows() * target.width());
                     assert!(target.scale() > 0.0, "{target:?}");
                 }
             }
