@@ -1,5 +1,4 @@
-//! Instructions of a sweep with every link outside its band, beside the plain loop over the cells, by
-//! callgrind:
+//! Instructions of a sweep with every link outside its band, by callgrind:
 //!
 //! ```sh
 //! cargo bench -p chaincell-lab --bench sweep [-- --quick]
@@ -19,15 +18,13 @@ use std::hint::black_box;
 use std::path::Path;
 use std::process::{Command, ExitCode};
 
+use chaincell_host::bake::{BakeOptions, PerCell, Tissue};
 use chaincell_host::engine::{Arithmetic, Contact, Scheme};
 use chaincell_host::error::{Error, Result};
 use chaincell_kernel::{Budget, Model, ToolPose};
-use chaincell_lab::baseline::{Baseline, PerCell};
 use chaincell_lab::bodies::Variant;
 use chaincell_lab::cli::exit_code;
-use chaincell_lab::experiments::report::engine::{RELEASED, engine};
-use chaincell_lab::experiments::report::scene::Scene;
-use chaincell_lab::experiments::report::setting::Setting;
+use chaincell_lab::experiments::report::scene::{RELEASED, Scene, Source};
 use chaincell_lab::states::State;
 use nalgebra::Vector3;
 
@@ -50,45 +47,39 @@ const PRESS_TICKS: u16 = 100;
 const SHAPES: [&str; 3] = ["tick of shapes, held cells", "tick of shapes, probe", "state hash"];
 /// Nodes of that organ, and of the quick form.
 const SHAPE_NODES: [usize; 2] = [5_783, QUICK_CELLS];
+/// Its Young's modulus and Poisson's ratio.
+const YOUNG_PA: f64 = 5e3;
+const POISSON: f64 = 0.45;
 /// Way of the tool a tick, and radius of the probe \[m\].
 const WAY_M: f64 = 1e-4;
 const RADIUS_M: f32 = 0.012;
 /// The loops by their number.
-const LOOPS: [&str; 4] = [
-    "plain loop over the cells",
-    "track, vector unit",
-    "track, scalar",
-    "track with a coarse level",
-];
+const LOOPS: [&str; 3] = ["track, vector unit", "track, scalar", "track with a coarse level"];
 
 fn scene(quick: bool) -> Result<Scene> {
-    if quick {
-        return Scene::organ_of(QUICK_CELLS);
-    }
-    let Some(folder) = std::env::var_os("CHAINCELL_REFERENCE") else {
-        eprintln!("SKIPPED the liver: CHAINCELL_REFERENCE is not set; the generated organ instead");
-        return Scene::organ();
+    let source = match std::env::var_os("CHAINCELL_REFERENCE") {
+        _ if quick => Source::organ(Some(QUICK_CELLS))?,
+        Some(folder) => Source::liver(Path::new(&folder))?,
+        None => {
+            eprintln!(
+                "SKIPPED the liver: CHAINCELL_REFERENCE is not set; the generated organ instead"
+            );
+            Source::organ(None)?
+        }
     };
-    Scene::liver(Path::new(&folder), true)
+    source.with_alpha(0.0)
 }
 
 /// The run that valgrind counts: ticks of a loop, long or short ones. Positions at its end.
 fn counted_run(scene: &Scene, number: usize, length: usize) -> Result<Vec<[f64; 3]>> {
     let (true, Some(&sweeps)) = (number < LOOPS.len(), SWEEPS.get(length)) else {
-        return Err(Error::input("--loop is 0 to 3 and --length 0 or 1"));
+        return Err(Error::input("--loop is 0 to 2 and --length 0 or 1"));
     };
     let model = scene.model()?;
     let positions = State::Stretched.positions(&model, 0);
-    if number == 0 {
-        let mut body = PerCell::new(&model);
-        for _ in 0..COUNTED_TICKS {
-            body.set_positions(&positions);
-            (0..sweeps).for_each(|_| body.step());
-        }
-        return Ok(body.positions().iter().map(|at| at.map(f64::from)).collect());
-    }
-    let mut engine = engine(scene, Setting { coarse: number == 3, ..Setting::TRACK }, sweeps)?;
-    if number == 2 {
+    let variant = Variant::single(Scheme::Track, number == 2);
+    let mut engine = scene.engine(variant, sweeps, |settings| settings)?;
+    if number == 1 {
         engine.go_scalar();
     }
     for _ in 0..COUNTED_TICKS {
@@ -102,12 +93,12 @@ fn counted_run(scene: &Scene, number: usize, length: usize) -> Result<Vec<[f64; 
 fn check(scene: &Scene) -> Result<()> {
     for length in 0..SWEEPS.len() {
         let run = |number| counted_run(scene, number, length);
-        let ends = [run(0)?, run(1)?, run(2)?, run(3)?];
+        let ends = [run(0)?, run(1)?, run(2)?];
         let is_finite = |end: &[[f64; 3]]| end.as_flattened().iter().all(|x| x.is_finite());
         if let Some((name, _)) = LOOPS.iter().zip(&ends).find(|(_, end)| !is_finite(end)) {
             return Err(Error::check(format!("{name}: positions that are not finite")));
         }
-        if ends[1] != ends[2] {
+        if ends[0] != ends[1] {
             return Err(Error::check("track: other bits without the vector unit"));
         }
     }
@@ -128,7 +119,9 @@ fn shapes_run(quick: bool, number: usize, length: usize) -> Result<()> {
     let (true, Some(&count)) = (number < SHAPES.len(), LATE_TICKS.get(length)) else {
         return Err(Error::input("--shapes is 0 to 2 and --length 0 or 1"));
     };
-    let scene = Scene::organ_of_tissue(SHAPE_NODES[usize::from(quick)])?;
+    let tissue = Tissue::new(PerCell::Uniform(YOUNG_PA), PerCell::Uniform(POISSON));
+    let options = BakeOptions { tissue: Some(tissue), ..BakeOptions::default() };
+    let scene = Source::organ(Some(SHAPE_NODES[usize::from(quick)]))?.bake(&options)?;
     let model = scene.model()?;
     let (contact, away_m) = match number {
         1 => (Contact::sphere(RADIUS_M, 0.0), f64::from(RADIUS_M)),
@@ -203,7 +196,7 @@ fn count(model: &Model<'_>, form: &str) -> Result<()> {
         let long = instructions(&[form, "--late", &number, "--length", "0"])?;
         let short = instructions(&[form, "--late", &number, "--length", "1"])?;
         let tick = (long - short) / f64::from(LATE_TICKS[0]);
-        println!("{name:<28} {tick:>16.0}   1/{:.0} of a sweep", sweeps[1] / tick);
+        println!("{name:<28} {tick:>16.0}   1/{:.0} of a sweep", sweeps[0] / tick);
     }
     for (number, name) in SHAPES.into_iter().enumerate() {
         let number = number.to_string();

@@ -7,13 +7,13 @@
 //! - [`states`]: states that no tool brings a body to.
 //! - [`monitor`]: what must hold in every tick.
 //! - [`baseline`]: the methods that chaincell is compared with.
-//! - [`charts`]: curves and bodies as pictures.
+//! - `charts`: curves and bodies as pictures.
 //! - [`experiments`]: report, paper, stress and identification.
 //! - [`cli`]: the command line of `chaincell-lab`.
 
 pub mod baseline;
 pub mod bodies;
-pub mod charts;
+mod charts;
 pub mod cli;
 pub mod experiments;
 pub mod monitor;

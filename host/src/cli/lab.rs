@@ -16,7 +16,8 @@ pub const PROGRAM: &str = "chaincell-lab";
 pub const COMMANDS: [(&str, &str); 4] = [
     (
         "report",
-        "Measure speed against error on this machine and write REPORT.md, CSV files and pictures",
+        "Measure speed against error on this machine and write one HTML page with pictures, tables and \
+         numbers",
     ),
     (
         "paper",

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::io::{Seek, Write};
 
 use chaincell_host::mesh::select;
-use chaincell_lab::experiments::identify::target::{Holding, parse};
+use chaincell_lab::experiments::target::{Holding, parse};
 use tempfile::NamedTempFile;
 
 const NODES_M: [[f64; 3]; 4] =
@@ -59,8 +59,8 @@ fn target(text: &str) {
         match parse(text, "fuzz.csv", &holding) {
             Ok(targets) => {
                 for target in targets {
-                    assert!(target.observed().iter().all(|x| x.is_finite()));
-                    assert!(target.observed().len() == target.rows() * target.width());
+                    assert!(target.observed.iter().all(|x| x.is_finite()));
+                    assert!(target.observed.len() == target.rows() * target.width());
                     assert!(target.scale() > 0.0, "{target:?}");
                 }
             }

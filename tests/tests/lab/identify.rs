@@ -101,6 +101,7 @@ fn bad_input_is_named_and_nothing_is_written() {
     refused(good, &["--group", "a=group:none"], "no group 'none'");
     refused(good, &["--group", "nodes:1"], "NAME=SELECTOR");
     refused(good, &["--group", "a=nodes:1,2", "--group", "b=nodes:2"], "node 2 is in a already");
+    refused(good, &["--group", "a=nodes:1", "--group", "a=nodes:2"], "given twice");
     refused(good, &["--bounds", "alpha=0,2"], "--bounds alpha=0,2");
     refused(good, &["--bounds", "stiffness_n_per_m=5"], "give NAME=LOW,HIGH");
     refused(good, &["--hold-out", "0.9"], "--hold-out 0.9");

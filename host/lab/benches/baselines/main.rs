@@ -34,7 +34,7 @@ use std::time::Instant;
 use chaincell_host::error::{Error, Result};
 use chaincell_lab::baseline::{Baseline, MassSpring, Xpbd};
 use chaincell_lab::cli::exit_code;
-use chaincell_lab::experiments::report::scene::Scene;
+use chaincell_lab::experiments::report::scene::{Scene, Source};
 use chaincell_lab::reference::vectors::distance;
 use serde::Serialize;
 
@@ -246,19 +246,17 @@ fn measure(scene: &Scene, depth_m: f64, effort: Effort) -> Result<Vec<Row>> {
 }
 
 /// Slab and block, each with the depth of its press \[m\].
-fn scenes(effort: Effort) -> Result<[(Scene, f64); 2]> {
+fn scenes(effort: Effort) -> Result<[(Source, f64); 2]> {
     if let Some([slab, block]) = effort.boxes {
-        return Ok([
-            Scene::press_of("slab", slab, SPACING_M)?,
-            Scene::press_of("block", block, SPACING_M)?,
-        ]);
+        let small = |name, nodes| Source::press_of(name, nodes, SPACING_M);
+        return Ok([small("slab", slab)?, small("block", block)?]);
     }
-    let reference = std::env::var_os("CHAINCELL_REFERENCE").map(PathBuf::from);
-    if reference.is_none() {
-        eprintln!("SKIPPED slab and block: CHAINCELL_REFERENCE is not set; boxes of like size");
+    if let Some(folder) = std::env::var_os("CHAINCELL_REFERENCE").map(PathBuf::from) {
+        return Ok([Source::press("slab", &folder)?, Source::press("block", &folder)?]);
     }
-    let scene = |name| Scene::press(name, reference.as_deref());
-    Ok([scene("slab")?, scene("block")?])
+    eprintln!("SKIPPED slab and block: CHAINCELL_REFERENCE is not set; boxes of like size");
+    let slab = Source::press_of("slab", [45, 32, 4], 0.0037)?;
+    Ok([slab, Source::press_of("block", [25, 21, 11], 0.005)?])
 }
 
 fn print(row: &Row) {
@@ -281,8 +279,8 @@ fn run_all() -> Result<()> {
     let has = |name: &str| std::env::args().any(|argument| argument == name);
     let effort = if has("--quick") || !has("--bench") { QUICK } else { FULL };
     let mut rows = Vec::new();
-    for (scene, depth_m) in scenes(effort)? {
-        rows.extend(measure(&scene, depth_m, effort)?);
+    for (body, depth_m) in scenes(effort)? {
+        rows.extend(measure(&body.with_alpha(0.0)?, depth_m, effort)?);
     }
     if has("--json") {
         println!("{}", serde_json::to_string_pretty(&rows).map_err(Error::check)?);

@@ -3,13 +3,11 @@
 //!
 //! They are measured with the kernel by `chaincell paper` and by the benches and serve nothing else.
 
-pub mod chainmail;
+pub(crate) mod chainmail;
 mod mass_spring;
-mod per_cell;
 mod xpbd;
 
 pub use mass_spring::MassSpring;
-pub use per_cell::PerCell;
 pub use xpbd::Xpbd;
 
 use crate::reference::Links;
@@ -135,11 +133,6 @@ mod tests {
             .any(|((p, rest), fixed)| *fixed && p != rest);
         assert!(!moved, "{}: a fixed cell moved", B::NAME);
         assert_eq!(body.positions()[corner], to, "{}: the held cell moved", B::NAME);
-    }
-
-    #[test]
-    fn per_cell_settles() {
-        settles::<PerCell>(2000, 1e-4);
     }
 
     #[test]

@@ -24,6 +24,12 @@ impl Variant {
         Self { scheme, numbers, coarse: false }
     }
 
+    /// A scheme in single precision, with a coarse level or without.
+    #[must_use]
+    pub const fn single(scheme: Scheme, coarse: bool) -> Self {
+        Self { scheme, numbers: Arithmetic::F32, coarse }
+    }
+
     /// Every scheme in single precision, then those that have fixed point in it; none with a
     /// coarse level.
     #[must_use]
@@ -31,22 +37,23 @@ impl Variant {
         let schemes = Scheme::ALL.iter();
         let others =
             [Scheme::Track, Scheme::Euler].map(|scheme| Self::plain(scheme, Arithmetic::Fixed));
-        schemes.map(|&scheme| Self::plain(scheme, Arithmetic::F32)).chain(others).collect()
+        schemes.map(|&scheme| Self::single(scheme, false)).chain(others).collect()
     }
 
     /// All of them, `track` with a coarse level first.
     #[must_use]
     pub fn all() -> Vec<Self> {
-        let default = Self { coarse: true, ..Self::plain(Scheme::Track, Arithmetic::F32) };
-        std::iter::once(default).chain(Self::plain_ones()).collect()
+        std::iter::once(Self::single(Scheme::Track, true)).chain(Self::plain_ones()).collect()
     }
 
     /// Those that compute nodal shapes.
     #[must_use]
     pub fn of_shapes() -> Vec<Self> {
         let schemes = [Scheme::Track, Scheme::Predict];
-        let plain = schemes.map(|scheme| Self::plain(scheme, Arithmetic::F32));
-        plain.iter().flat_map(|&one| [Self { coarse: true, ..one }, one]).collect()
+        schemes
+            .iter()
+            .flat_map(|&one| [true, false].map(|coarse| Self::single(one, coarse)))
+            .collect()
     }
 
     /// Whether it moves a body of nodal shapes: the others move links alone.

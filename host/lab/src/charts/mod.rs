@@ -1,4 +1,5 @@
-//! Pictures: curves and bars as charts, bodies as shaded surfaces.
+//! Pictures: curves as charts, bodies as shaded surfaces.
 
+pub(crate) mod pen;
 pub mod plot;
 pub mod render;

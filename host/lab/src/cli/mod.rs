@@ -1,8 +1,7 @@
 //! The command line of the laboratory: one file a command.
 
 mod identify;
-mod paper;
-mod report;
+mod page;
 mod stress;
 
 use std::path::{Path, PathBuf};
@@ -23,8 +22,8 @@ pub struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Work {
-    Report(report::Args),
-    Paper(paper::Args),
+    Report(page::Report),
+    Paper(page::Paper),
     Stress(stress::Args),
     Identify(Box<identify::Args>),
     #[command(hide = true)]
@@ -40,8 +39,8 @@ impl Cli {
     /// What went wrong, with the exit code it stands for.
     pub fn execute(self) -> Result<()> {
         match self.command {
-            Work::Report(args) => report::execute(&args),
-            Work::Paper(args) => paper::execute(&args),
+            Work::Report(args) => args.execute(),
+            Work::Paper(args) => args.execute(),
             Work::Stress(args) => stress::execute(&args),
             Work::Identify(args) => identify::execute(&args),
             Work::Completions(args) => completions::execute(whole(), &args),

@@ -1,6 +1,9 @@
 //! The experiments, one folder each.
 
-pub mod identify;
-pub mod paper;
+pub(crate) mod identify;
+pub(crate) mod page;
+pub(crate) mod paper;
 pub mod report;
 pub mod stress;
+
+pub use identify::target;

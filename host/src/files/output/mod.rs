@@ -112,7 +112,7 @@ impl Folder {
 fn is_ours(name: &str) -> bool {
     let is = |front: &str, end: &str| name.starts_with(front) && name.ends_with(end);
     let snapshot = is("cells_", ".csv") || is("state_", ".vtu") || name == SERIES;
-    let report = name == "REPORT.md" || name.starts_with("report_");
+    let report = ["report.html", "report.json"].contains(&name) || name.starts_with("report_");
     let paper = ["paper.html", "paper.json"].contains(&name) || name.starts_with("paper_");
     let chart = is("target", ".svg") || is("target", ".png");
     let fixed = [

@@ -16,9 +16,6 @@ impl Limits {
 
     /// `a_min` and `a_max`, the least and the largest offset along an axis, and `b`, the largest
     /// shear across it, as fractions of the offset at rest.
-    ///
-    /// # Errors
-    /// Unless 0 <= `a_min` <= 1 <= `a_max`, 0 <= `b` and all are finite.
     pub fn new(compression: f64, extension: f64, shear: f64) -> Result<Self> {
         let holds = (0.0..=1.0).contains(&compression)
             && (1.0..f64::INFINITY).contains(&extension)
@@ -36,9 +33,6 @@ impl Limits {
     ///
     /// The band leaves a link alpha of its length along its direction and is free across it, where
     /// a chain needs a bound: it is given the same freedom there.
-    ///
-    /// # Errors
-    /// Unless alpha is in [0, 1).
     pub fn of_alpha(alpha: f64) -> Result<Self> {
         if !(0.0..1.0).contains(&alpha) {
             return Err(Error::input(format!("alpha {alpha} of a chain: must be in [0, 1)")));
@@ -50,7 +44,6 @@ impl Limits {
     /// S the sum of the other two |D|, the ends the other way round where D is negative.
     ///
     /// For a link along an axis these are Gibson's: min and max along it, shear across it.
-    #[must_use]
     pub fn region(&self, rest: [f64; 3]) -> [[f64; 2]; 3] {
         let size = rest.map(f64::abs);
         std::array::from_fn(|axis| {

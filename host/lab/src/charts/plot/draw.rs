@@ -1,186 +1,189 @@
-//! The drawing itself: plotters' axes, grid and series, then guides and a legend to the right of the
-//! frame, since plotters' own would cover the data.
+//! The drawing itself: axes, grid and series, then guides, and a legend to the right of the frame.
 
-use std::fmt::Display;
-use std::sync::OnceLock;
-
-use plotters::coord::Shift;
-use plotters::prelude::*;
-use plotters::style::text_anchor::{HPos, Pos, VPos};
+use std::fmt::Write as _;
 
 use super::span::Span;
-use super::{Chart, Guide, SIZE_PX, Series, Style};
-use chaincell_host::error::{Error, Result};
-
-type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
-type Axes<'a> = ChartContext<'a, SVGBackend<'a>, Cartesian2d<Span, Span>>;
+use super::{Chart, Guide, SIZE_PX, Series, Style, raster};
+use crate::charts::pen::{INK, line, text, text_upwards};
+use chaincell_host::error::Result;
 
 /// Okabe and Ito (2008) without yellow, which white swallows, and black, which is the text's.
-const COLOURS: [RGBColor; 6] = [
-    RGBColor(0, 114, 178),
-    RGBColor(213, 94, 0),
-    RGBColor(0, 158, 115),
-    RGBColor(204, 121, 167),
-    RGBColor(230, 159, 0),
-    RGBColor(86, 180, 233),
-];
-const INK: RGBColor = RGBColor(30, 30, 30);
-const GUIDE: RGBColor = RGBColor(120, 120, 120);
-const GRID: RGBColor = RGBColor(205, 205, 205);
-const FINE: RGBColor = RGBColor(236, 236, 236);
+const COLOURS: [&str; 6] = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9"];
+const GUIDE: &str = "#787878";
+const GRID: &str = "#cdcdcd";
+const FINE: &str = "#ececec";
 
-/// Font sizes as plotters counts them: 1.24 times the em \[px\].
-const TITLE: i32 = 42;
-const TEXT: i32 = 36;
-const SMALL: i32 = 32;
-const MARGIN: i32 = 28;
-const GAP: i32 = 14;
+/// Font sizes \[px\].
+const TITLE: u32 = 34;
+const TEXT: u32 = 29;
+const SMALL: u32 = 26;
+/// Air around everything, and between parts \[px\].
+const MARGIN: f64 = 28.0;
+const GAP: f64 = 14.0;
 const WIDTH: u32 = 4;
-const DASH: i32 = 18;
-const MARKER: i32 = 9;
+const DASH: u32 = 18;
+const MARKER: f64 = 9.0;
 /// Width of the labels of the y axis, and of the sample of a line in the legend \[px\].
-const LABELS: i32 = 120;
-const SAMPLE: i32 = 64;
+const LABELS: f64 = 120.0;
+const SAMPLE: f64 = 64.0;
 /// About how many ticks, along x and along y.
 const TICKS: (usize, usize) = (8, 7);
 
+/// Where the axes are on the picture.
+struct Frame {
+    x: Span,
+    y: Span,
+    left: f64,
+    right: f64,
+    top: f64,
+    bottom: f64,
+}
+
+impl Frame {
+    /// The place of a point; none where an axis has none for it.
+    fn place(&self, [x, y]: [f64; 2]) -> Option<(f64, f64)> {
+        Some((self.across(self.x.place(x)?), self.down(self.y.place(y)?)))
+    }
+
+    fn across(&self, at: f64) -> f64 {
+        self.left + self.x.part(at) * (self.right - self.left)
+    }
+
+    fn down(&self, at: f64) -> f64 {
+        self.bottom - self.y.part(at) * (self.bottom - self.top)
+    }
+}
+
 /// The chart as an SVG document, and the number of points left out.
 pub(super) fn svg(chart: &Chart) -> Result<(String, usize)> {
-    let mut text = String::new();
-    let area = open(&mut text)?;
-    let legend = legend_width(&area, chart)?;
-    let (plot, side) = area.split_horizontally(SIZE_PX.0 as i32 - legend);
-    let ((x, y), mut axes) = axes(&plot, chart, legend)?;
-    let mut left_out = 0;
-    let mut runs: Vec<Vec<Vec<(f64, f64)>>> = Vec::new();
-    for series in &chart.series {
-        let places: Vec<Option<(f64, f64)>> =
-            series.points.iter().map(|&[a, b]| Some((x.place(a)?, y.place(b)?))).collect();
-        left_out += places.iter().filter(|place| place.is_none()).count();
-        let of_series = places.split(Option::is_none).filter(|run| !run.is_empty());
-        runs.push(of_series.map(|run| run.iter().copied().flatten().collect()).collect());
-    }
-    // Lines below, markers above.
-    for (at, (series, runs)) in chart.series.iter().zip(&runs).enumerate() {
-        runs.iter().try_for_each(|run| line(&mut axes, run, series.style, at))?;
-    }
-    for (at, (series, runs)) in chart.series.iter().zip(&runs).enumerate() {
-        let marked = runs.iter().flatten().filter(|_| series.style.is_marked());
-        axes.draw_series(marked.map(|&place| EmptyElement::at(place) + marker(at)))
-            .map_err(failed)?;
-    }
-    for guide in &chart.guides {
-        draw_guide(&area, &axes, guide, if guide.vertical { &x } else { &y })?;
-    }
-    draw_legend(&side, chart)?;
-    area.present().map_err(failed)?;
-    drop((area, plot, side, axes));
-    let text: String = text.split_inclusive('\n').filter(|line| has_length(line)).collect();
-    let size = format!("width=\"{}\" height=\"{}\" viewBox", SIZE_PX.0, SIZE_PX.1);
+    let (wide, high) = (f64::from(SIZE_PX.0), f64::from(SIZE_PX.1));
     // Without a size of its own the document fills the page that shows it.
-    Ok((text.replacen(&size, "viewBox", 1), left_out))
-}
-
-/// A white picture that writes into `text`, with the font that comes along.
-fn open(text: &mut String) -> Result<Area<'_>> {
-    static FONT: OnceLock<bool> = OnceLock::new();
-    let register = || {
-        let font = dejavu::sans::regular();
-        plotters::style::register_font("sans-serif", FontStyle::Normal, font).is_ok()
-    };
-    if !FONT.get_or_init(register) {
-        return Err(failed("the font does not load"));
-    }
-    let root = SVGBackend::with_string(text, SIZE_PX).into_drawing_area();
-    root.fill(&WHITE).map_err(failed)?;
-    Ok(root)
-}
-
-/// Draws title, axes and grid; gives what the axes span.
-fn axes<'a>(plot: &Area<'a>, chart: &Chart, legend: i32) -> Result<((Span, Span), Axes<'a>)> {
+    let mut svg = format!(
+        "<svg viewBox=\"0 0 {wide} {high}\" xmlns=\"http://www.w3.org/2000/svg\">\n\
+         <rect width=\"{wide}\" height=\"{high}\" fill=\"#ffffff\"/>\n"
+    );
+    // The frame: what the legend leaves, over the range of points and guides.
+    let legend = legend_width(chart)?;
     let points = || chart.series.iter().flat_map(|series| &series.points);
     let guides = |vertical: bool| {
         let along = chart.guides.iter().filter(move |guide| guide.vertical == vertical);
         along.map(|guide| guide.at)
     };
-    let x = Span::new(&chart.x, points().map(|point| point[0]).chain(guides(true)), TICKS.0);
-    let y = Span::new(&chart.y, points().map(|point| point[1]).chain(guides(false)), TICKS.1);
+    let frame = Frame {
+        x: Span::new(&chart.x, points().map(|point| point[0]).chain(guides(true)), TICKS.0),
+        y: Span::new(&chart.y, points().map(|point| point[1]).chain(guides(false)), TICKS.1),
+        left: MARGIN + f64::from(TEXT) + GAP + LABELS,
+        right: wide - legend - MARGIN,
+        top: MARGIN + f64::from(TITLE) + GAP,
+        bottom: high - MARGIN - 2.0 * (f64::from(TEXT) + GAP),
+    };
+    axes(&mut svg, &frame, chart)?;
+    // The series, a line for each run of points that have a place: lines below, markers above.
+    let mut left_out = 0;
+    let mut markers = String::new();
+    for (at, series) in chart.series.iter().enumerate() {
+        let places: Vec<Option<(f64, f64)>> =
+            series.points.iter().map(|&point| frame.place(point)).collect();
+        left_out += places.iter().filter(|place| place.is_none()).count();
+        for run in places.split(Option::is_none) {
+            let run: Vec<(f64, f64)> = run.iter().copied().flatten().collect();
+            stroke(&mut svg, &run, series.style, at);
+            if series.style.is_marked() {
+                run.into_iter().for_each(|place| marker(&mut markers, place, at));
+            }
+        }
+    }
+    svg += &markers;
+    // Guides and legend over all.
+    for guide in &chart.guides {
+        draw_guide(&mut svg, &frame, guide)?;
+    }
+    draw_legend(&mut svg, chart, wide - legend);
+    Ok((svg + "</svg>\n", left_out))
+}
+
+/// Title, grid, ticks with their labels and the axes' own titles.
+fn axes(svg: &mut String, frame: &Frame, chart: &Chart) -> Result<()> {
+    let Frame { x, y, left, right, top, bottom } = frame;
+    let middle = 0.5 * (left + right);
     // A title shrinks to the width that there is.
-    let wide = SIZE_PX.0 as i32 - legend - 2 * MARGIN;
-    let length = width(plot, &chart.title, TITLE)?;
-    let title = if length > wide { TITLE * wide / length } else { TITLE };
-    let mut axes = ChartBuilder::on(plot)
-        .margin(MARGIN)
-        .caption(&chart.title, font(title))
-        .set_label_area_size(LabelAreaPosition::Left, TEXT + GAP + LABELS)
-        .set_label_area_size(LabelAreaPosition::Bottom, 2 * (TEXT + GAP))
-        .build_cartesian_2d(x.clone(), y.clone())
-        .map_err(failed)?;
-    axes.configure_mesh()
-        .bold_line_style(GRID.stroke_width(2))
-        .light_line_style(FINE.stroke_width(2))
-        .axis_style(INK.stroke_width(2))
-        .label_style(font(TEXT))
-        .axis_desc_style(font(TEXT))
-        .set_all_tick_mark_size(GAP / 2)
-        .x_desc(&chart.x.title)
-        .y_desc(&chart.y.title)
-        .draw()
-        .map_err(failed)?;
-    Ok(((x, y), axes))
+    let length = raster::text_width(&chart.title, TITLE)?;
+    let size = (f64::from(TITLE) * ((right - left) / length).min(1.0)) as u32;
+    text(svg, (middle, top - GAP), size, "middle", &chart.title);
+    for (ticks, colour) in [(&x.fine, FINE), (&x.ticks, GRID)] {
+        for at in ticks.iter().map(|&at| frame.across(at)) {
+            line(svg, &[(at, *top), (at, *bottom)], colour, 2, 0);
+        }
+    }
+    for (ticks, colour) in [(&y.fine, FINE), (&y.ticks, GRID)] {
+        for at in ticks.iter().map(|&at| frame.down(at)) {
+            line(svg, &[(*left, at), (*right, at)], colour, 2, 0);
+        }
+    }
+    line(svg, &[(*left, *top), (*left, *bottom), (*right, *bottom)], INK, 2, 0);
+    let (below, rise) = (bottom + f64::from(TEXT) + GAP / 2.0, 0.35 * f64::from(TEXT));
+    for &at in &x.ticks {
+        text(svg, (frame.across(at), below), TEXT, "middle", &x.label(at));
+    }
+    for &at in &y.ticks {
+        text(svg, (left - GAP, frame.down(at) + rise), TEXT, "end", &y.label(at));
+    }
+    text(svg, (middle, below + f64::from(TEXT) + GAP), TEXT, "middle", &chart.x.title);
+    let side = (MARGIN + f64::from(TEXT), 0.5 * (top + bottom));
+    text_upwards(svg, side, TEXT, &chart.y.title);
+    Ok(())
 }
 
 /// The line of series number `at` along `run`.
-fn line(axes: &mut Axes<'_>, run: &[(f64, f64)], style: Style, at: usize) -> Result<()> {
-    let colour = COLOURS[at % COLOURS.len()];
-    let run = run.iter().copied();
-    match style {
-        Style::Markers => Ok(()),
-        Style::Dashed => axes
-            .draw_series(DashedLineSeries::new(run, DASH, DASH / 2, colour.stroke_width(WIDTH)))
-            .map(|_| ())
-            .map_err(failed),
-        Style::Line | Style::MarkedLine => {
-            let width = if style == Style::Line { WIDTH } else { WIDTH / 2 };
-            let series = LineSeries::new(run, colour.stroke_width(width));
-            axes.draw_series(series).map(|_| ()).map_err(failed)
-        }
+fn stroke(svg: &mut String, run: &[(f64, f64)], style: Style, at: usize) {
+    let (width, dash) = match style {
+        Style::Line => (WIDTH, 0),
+        Style::Dashed => (WIDTH, DASH),
+        Style::MarkedLine => (WIDTH / 2, 0),
+        Style::Markers => return,
+    };
+    if run.len() > 1 {
+        line(svg, run, COLOURS[at % COLOURS.len()], width, dash);
     }
 }
 
-/// The marker of series number `at`: square, triangle, diamond, triangle on its tip, octagon. The shape
+/// The marker of series number `at`: octagon, square, triangle, diamond, triangle on its tip. The shape
 /// moves on with the colours' second round, so that no pair comes twice soon.
-fn marker(at: usize) -> Polygon<(i32, i32)> {
+fn marker(svg: &mut String, (x, y): (f64, f64), at: usize) {
     let r = MARKER;
-    let corners = match (at + at / COLOURS.len()) % 5 {
-        0 => vec![(-4, -r), (4, -r), (r, -4), (r, 4), (4, r), (-4, r), (-r, 4), (-r, -4)],
-        1 => vec![(-r, -r), (r, -r), (r, r), (-r, r)],
-        2 => vec![(0, -r - 3), (r + 2, r), (-r - 2, r)],
-        3 => vec![(0, -r - 4), (r + 4, 0), (0, r + 4), (-r - 4, 0)],
-        _ => vec![(0, r + 3), (r + 2, -r), (-r - 2, -r)],
+    let corners: &[(f64, f64)] = match (at + at / COLOURS.len()) % 5 {
+        0 => &[(-4., -r), (4., -r), (r, -4.), (r, 4.), (4., r), (-4., r), (-r, 4.), (-r, -4.)],
+        1 => &[(-r, -r), (r, -r), (r, r), (-r, r)],
+        2 => &[(0., -r - 3.), (r + 2., r), (-r - 2., r)],
+        3 => &[(0., -r - 4.), (r + 4., 0.), (0., r + 4.), (-r - 4., 0.)],
+        _ => &[(0., r + 3.), (r + 2., -r), (-r - 2., -r)],
     };
-    Polygon::new(corners, COLOURS[at % COLOURS.len()].filled())
+    let points: Vec<String> =
+        corners.iter().map(|(dx, dy)| format!("{:.1},{:.1}", x + dx, y + dy)).collect();
+    let colour = COLOURS[at % COLOURS.len()];
+    let _ = writeln!(svg, "<polygon points=\"{}\" fill=\"{colour}\"/>", points.join(" "));
 }
 
 /// A line across the frame with its label at its end, on a ground of its own.
-fn draw_guide(area: &Area<'_>, axes: &Axes<'_>, guide: &Guide, span: &Span) -> Result<()> {
+fn draw_guide(svg: &mut String, frame: &Frame, guide: &Guide) -> Result<()> {
+    let span = if guide.vertical { &frame.x } else { &frame.y };
     let Some(at) = span.place(guide.at) else { return Ok(()) };
-    let (across, along) = (axes.x_range(), axes.y_range());
-    let ends = match guide.vertical {
-        true => [(at, along.start), (at, along.end)],
-        false => [(across.start, at), (across.end, at)],
+    let (wide, high) = (raster::text_width(&guide.label, SMALL)?, f64::from(SMALL));
+    let (ends, left, top) = if guide.vertical {
+        let x = frame.across(at);
+        ([(x, frame.bottom), (x, frame.top)], x + GAP, frame.top + GAP)
+    } else {
+        let y = frame.down(at);
+        ([(frame.left, y), (frame.right, y)], frame.right - GAP - wide, y - GAP - high)
     };
-    let ends = ends.map(|end| axes.backend_coord(&end));
-    let style = GUIDE.stroke_width(WIDTH - 1);
-    area.draw(&plotters::element::DashedPathElement::new(ends, DASH, DASH / 2, style))
-        .map_err(failed)?;
-    let (x, y) = ends[1];
-    let wide = width(area, &guide.label, SMALL)?;
-    let (left, top) =
-        if guide.vertical { (x + GAP, y + GAP) } else { (x - GAP - wide, y - GAP - SMALL) };
-    let corners = [(left, top), (left + wide, top + SMALL)];
-    area.draw(&Rectangle::new(corners, WHITE.mix(0.8).filled())).map_err(failed)?;
-    text(area, &guide.label, SMALL, (left, top + SMALL / 2))
+    line(svg, &ends, GUIDE, WIDTH - 1, DASH);
+    let _ = writeln!(
+        svg,
+        "<rect x=\"{left:.1}\" y=\"{top:.1}\" width=\"{wide:.1}\" height=\"{high}\" fill=\"#ffffff\" \
+         fill-opacity=\"0.8\"/>"
+    );
+    text(svg, (left, top + 0.85 * high), SMALL, "start", &guide.label);
+    Ok(())
 }
 
 /// The lines of a label in the legend: it breaks at its commas.
@@ -188,67 +191,26 @@ fn lines(series: &Series) -> impl Iterator<Item = &str> {
     series.label.split_inclusive(", ").map(str::trim_end)
 }
 
-fn legend_width(area: &Area<'_>, chart: &Chart) -> Result<i32> {
-    let mut widest = 0;
+fn legend_width(chart: &Chart) -> Result<f64> {
+    let mut widest = 0.0;
     for label in chart.series.iter().flat_map(lines) {
-        widest = widest.max(width(area, label, TEXT)?);
+        widest = raster::text_width(label, TEXT)?.max(widest);
     }
-    Ok(if widest == 0 { 0 } else { SAMPLE + GAP + widest + MARGIN })
+    Ok(if widest == 0.0 { 0.0 } else { SAMPLE + GAP + widest + MARGIN })
 }
 
-fn draw_legend(side: &Area<'_>, chart: &Chart) -> Result<()> {
-    let mut top = MARGIN + TITLE + GAP;
+fn draw_legend(svg: &mut String, chart: &Chart, left: f64) {
+    let mut top = MARGIN + f64::from(TITLE) + GAP;
     for (at, series) in chart.series.iter().enumerate().filter(|(_, of)| !of.label.is_empty()) {
-        let middle = top + TEXT / 2;
-        let colour = COLOURS[at % COLOURS.len()];
-        let ends = [(0, middle), (SAMPLE, middle)];
-        match series.style {
-            Style::Markers => Ok(()),
-            Style::Dashed => {
-                let style = colour.stroke_width(WIDTH);
-                let dashes = plotters::element::DashedPathElement::new(ends, DASH, DASH / 2, style);
-                side.draw(&dashes)
-            }
-            _ => side.draw(&PathElement::new(ends, colour.stroke_width(WIDTH))),
-        }
-        .map_err(failed)?;
+        let middle = top + 0.5 * f64::from(TEXT);
+        stroke(svg, &[(left, middle), (left + SAMPLE, middle)], series.style, at);
         if series.style.is_marked() {
-            side.draw(&(EmptyElement::at((SAMPLE / 2, middle)) + marker(at))).map_err(failed)?;
+            marker(svg, (left + 0.5 * SAMPLE, middle), at);
         }
         for words in lines(series) {
-            text(side, words, TEXT, (SAMPLE + GAP, top + TEXT / 2))?;
-            top += TEXT + 4;
+            text(svg, (left + SAMPLE + GAP, top + 0.85 * f64::from(TEXT)), TEXT, "start", words);
+            top += f64::from(TEXT) + 8.0;
         }
         top += GAP;
     }
-    Ok(())
-}
-
-/// Width of a text \[px\].
-fn width(area: &Area<'_>, text: &str, size: i32) -> Result<i32> {
-    let (wide, _) = area.estimate_text_size(text, &font(size)).map_err(failed)?;
-    i32::try_from(wide).map_err(failed)
-}
-
-fn font(size: i32) -> TextStyle<'static> {
-    TextStyle::from(("sans-serif", size).into_font()).color(&INK)
-}
-
-/// A text that begins at its place, its middle at that height.
-fn text(area: &Area<'_>, text: &str, size: i32, at: (i32, i32)) -> Result<()> {
-    let style = font(size).pos(Pos::new(HPos::Left, VPos::Center));
-    area.draw_text(text, &style, at).map_err(failed)
-}
-
-/// Whether a line of the document is no stroke of one point alone, such as the last dash of a line
-/// may be: the PNG's renderer complains of it.
-pub(super) fn has_length(line: &str) -> bool {
-    let points = line.split_once(" points=\"").map_or("", |(_, rest)| rest);
-    let mut points = points.split('"').next().unwrap_or_default().split_whitespace();
-    let first = points.next();
-    first.is_none() || points.any(|point| Some(point) != first)
-}
-
-fn failed(why: impl Display) -> Error {
-    Error::check(format!("picture: {why}"))
 }

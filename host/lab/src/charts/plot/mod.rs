@@ -33,13 +33,11 @@ pub struct Axis {
 
 impl Axis {
     /// A linear axis over the range of the data.
-    #[must_use]
     pub fn linear(title: &str) -> Self {
         Self { title: title.into(), scale: Scale::Linear }
     }
 
     /// A logarithmic axis over the range of the data.
-    #[must_use]
     pub fn log10(title: &str) -> Self {
         Self { title: title.into(), scale: Scale::Log10 }
     }
@@ -93,9 +91,6 @@ pub struct Picture {
 
 impl Picture {
     /// Writes `name.svg` and `name.png`.
-    ///
-    /// # Errors
-    /// A file that cannot be written.
     pub fn write(&self, folder: &Folder, name: &str) -> Result<()> {
         folder.write(&format!("{name}.svg"), self.svg.as_bytes())?;
         folder.write(&format!("{name}.png"), &self.png)
@@ -121,21 +116,6 @@ impl Figure {
 }
 
 /// A chart to draw.
-///
-/// ```no_run
-/// use chaincell_host::files::output::Folder;
-/// use chaincell_lab::charts::plot::{Axis, Chart, Style};
-///
-/// # fn main() -> chaincell_host::error::Result<()> {
-/// let folder = Folder::open("report".as_ref(), false)?;
-/// Chart::new("Speed against error", Axis::log10("time a tick [us]"), Axis::log10("error [%]"))
-///     .series("track", Style::MarkedLine, &[[60.0, 30.0], [120.0, 8.0], [240.0, 1.5]])
-///     .series("euler", Style::Markers, &[[55.0, 80.0]])
-///     .vertical(1000.0, "1 ms")
-///     .write(&folder, "speed_error")?;
-/// # Ok(())
-/// # }
-/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Chart {
     title: String,
@@ -147,7 +127,6 @@ pub struct Chart {
 
 impl Chart {
     /// An empty chart.
-    #[must_use]
     pub fn new(title: &str, x: Axis, y: Axis) -> Self {
         let (series, guides) = (Vec::new(), Vec::new());
         Self { title: title.into(), x, y, series, guides }
@@ -155,44 +134,28 @@ impl Chart {
 
     /// Adds a series; `points` as x, y in the axes' units, a line in the given order. An empty
     /// label keeps it out of the legend.
-    #[must_use]
     pub fn series(mut self, label: &str, style: Style, points: &[[f64; 2]]) -> Self {
         self.series.push(Series { label: label.into(), points: points.to_vec(), style });
         self
     }
 
     /// Adds a vertical guide line at `x`.
-    #[must_use]
     pub fn vertical(mut self, x: f64, label: &str) -> Self {
         self.guides.push(Guide { vertical: true, at: x, label: label.into() });
         self
     }
 
     /// Adds a horizontal guide line at `y`.
-    #[must_use]
     pub fn horizontal(mut self, y: f64, label: &str) -> Self {
         self.guides.push(Guide { vertical: false, at: y, label: label.into() });
         self
     }
 
     /// Draws the chart. About a tenth of a second, most of it for the PNG.
-    ///
-    /// # Errors
-    /// What the drawing libraries refuse.
     pub fn draw(&self) -> Result<Picture> {
         let (svg, left_out) = draw::svg(self)?;
         let png = raster::png(&svg)?;
         Ok(Picture { svg, png, left_out })
-    }
-
-    /// Writes `name.svg` and `name.png`; returns the number of points left out.
-    ///
-    /// # Errors
-    /// As [`Self::draw`]; a file that cannot be written.
-    pub fn write(&self, folder: &Folder, name: &str) -> Result<usize> {
-        let picture = self.draw()?;
-        picture.write(folder, name)?;
-        Ok(picture.left_out)
     }
 }
 

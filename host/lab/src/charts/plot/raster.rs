@@ -6,6 +6,7 @@ use resvg::tiny_skia::{Pixmap, Transform};
 use resvg::usvg::{Options, Tree, fontdb};
 
 use super::SIZE_PX;
+use crate::charts::pen;
 use chaincell_host::error::{Error, Result};
 
 /// The document as PNG of [`SIZE_PX`].
@@ -30,11 +31,21 @@ fn blank((width, height): (u32, u32)) -> Result<Pixmap> {
 }
 
 fn draw(svg: &str, pixels: &mut Pixmap) -> Result<()> {
-    let options = Options { fontdb: fonts(), ..Options::default() };
-    let tree =
-        Tree::from_str(svg, &options).map_err(|why| Error::check(format!("picture: {why}")))?;
-    resvg::render(&tree, Transform::identity(), &mut pixels.as_mut());
+    resvg::render(&tree(svg)?, Transform::identity(), &mut pixels.as_mut());
     Ok(())
+}
+
+fn tree(svg: &str) -> Result<Tree> {
+    let options = Options { fontdb: fonts(), ..Options::default() };
+    Tree::from_str(svg, &options).map_err(|why| Error::check(format!("picture: {why}")))
+}
+
+/// Width of a text \[px\], 0 of none.
+pub(super) fn text_width(text: &str, size: u32) -> Result<f64> {
+    let mut svg =
+        String::from("<svg width=\"9\" height=\"9\" xmlns=\"http://www.w3.org/2000/svg\">");
+    pen::text(&mut svg, (0.0, 0.0), size, "start", text);
+    Ok(tree(&(svg + "</svg>"))?.root().bounding_box().width().into())
 }
 
 fn fonts() -> Arc<fontdb::Database> {

@@ -1,9 +1,5 @@
 //! What an axis shows: its range, its ticks, and which numbers it can take.
 
-use std::ops::Range;
-
-use plotters::coord::ranged1d::{KeyPointHint, NoDefaultFormatting, Ranged, ValueFormatter};
-
 use super::{Axis, Scale};
 
 /// Numbers beyond this cannot be spread over a frame without overflow.
@@ -46,6 +42,11 @@ impl Span {
         place(self.scale, number).filter(|at| (self.from..=self.to).contains(at))
     }
 
+    /// How far along the axis a place in scale is, 0 to 1.
+    pub fn part(&self, at: f64) -> f64 {
+        (at - self.from) / (self.to - self.from)
+    }
+
     /// The label of a tick.
     pub fn label(&self, tick: f64) -> String {
         let number = match self.scale {
@@ -85,31 +86,6 @@ impl Span {
                 even(from, to, count).into_iter().map(f64::log10).collect()
             }
         };
-    }
-}
-
-/// The axis as plotters draws it; its values are places in scale.
-impl Ranged for Span {
-    type FormatOption = NoDefaultFormatting;
-    type ValueType = f64;
-
-    fn map(&self, at: &f64, (start, end): (i32, i32)) -> i32 {
-        let part = (at - self.from) / (self.to - self.from);
-        start + (part * f64::from(end - start)).round() as i32
-    }
-
-    fn key_points<Hint: KeyPointHint>(&self, hint: Hint) -> Vec<f64> {
-        if hint.weight().allow_light_points() { self.fine.clone() } else { self.ticks.clone() }
-    }
-
-    fn range(&self) -> Range<f64> {
-        self.from..self.to
-    }
-}
-
-impl ValueFormatter<f64> for Span {
-    fn format_ext(&self, at: &f64) -> String {
-        self.label(*at)
     }
 }
 

@@ -30,7 +30,6 @@ impl Body {
     /// A sphere of one colour, in `fine` rings of latitude.
     ///
     /// `centre_m` and `radius_m` \[m\], `colour` in sRGB.
-    #[must_use]
     pub fn sphere(centre_m: [f64; 3], radius_m: f64, colour: [u8; 3], fine: u32) -> Self {
         let round = 2 * fine;
         let point = |ring: u32, at: u32| {

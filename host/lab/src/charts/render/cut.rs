@@ -18,7 +18,6 @@ struct Part<'b> {
 
 /// Cuts a body of `tetrahedra` open: what lies before the plane through `through_m` \[m\] on the
 /// side of `normal` goes. Gives skin and cut face; values are interpolated along edges.
-#[must_use]
 pub fn cut(
     whole: &Body,
     tetrahedra: &[[u32; 4]],

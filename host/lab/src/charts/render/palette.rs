@@ -10,7 +10,6 @@ const ENDS: [f64; 2] = [0.97, 0.16];
 
 /// sRGB of a part from 0 to 1: magma (van der Walt and Smith 2015) from its light end on, uniform
 /// to the eye and falling in lightness, so that it survives grey. What is not a number is grey.
-#[must_use]
 pub(super) fn srgb(part: f64) -> [u8; 3] {
     if part.is_nan() {
         return [128; 3];
@@ -21,7 +20,6 @@ pub(super) fn srgb(part: f64) -> [u8; 3] {
 }
 
 /// The same as amounts of light.
-#[must_use]
 pub(super) fn light(part: f64) -> [f32; 3] {
     static TABLE: OnceLock<Vec<[f32; 3]>> = OnceLock::new();
     let last = (ENTRIES - 1) as f64;
@@ -32,7 +30,6 @@ pub(super) fn light(part: f64) -> [f32; 3] {
 }
 
 /// Amounts of light of an sRGB colour.
-#[must_use]
 pub(super) fn linear(colour: [u8; 3]) -> [f32; 3] {
     colour.map(|byte| {
         let c = f32::from(byte) / 255.0;
@@ -41,7 +38,6 @@ pub(super) fn linear(colour: [u8; 3]) -> [f32; 3] {
 }
 
 /// sRGB of amounts of light; more than white is white.
-#[must_use]
 pub(super) fn encode(light: [f32; 3]) -> [u8; 3] {
     light.map(|c| {
         let c = c.clamp(0.0, 1.0);

@@ -9,6 +9,7 @@ use super::body::Body;
 use super::camera::View;
 use super::frame::Frame;
 use super::{palette, shade};
+use crate::charts::pen::{INK, text, text_upwards};
 use crate::charts::plot::{self, Picture, SIZE_PX};
 use chaincell_host::error::{Error, Result};
 
@@ -32,7 +33,6 @@ const LARGE: u32 = 34;
 const TEXT: u32 = 29;
 /// Longest scale bar as a part of a panel's width.
 const SCALE_BAR: f64 = 0.22;
-const INK: &str = "#1e1e1e";
 
 /// What the colours mean.
 #[derive(Debug, Clone, PartialEq)]
@@ -84,22 +84,19 @@ struct Place {
 
 impl Sheet {
     /// Draws the sheet. About a second, by the number of pixels rather than of triangles.
-    ///
-    /// # Errors
-    /// What the drawing libraries refuse.
     pub fn draw(&self) -> Result<Picture> {
         let rows = (self.panels.len() as u32).div_ceil(self.columns.max(1)).max(1);
         let height = TITLE + rows * (SUBTITLE + self.panel_height_px) + MARGIN;
         let size_px = (SIZE_PX.0, height);
         let mut pixels = vec![[255; 3]; (size_px.0 * size_px.1) as usize];
         let mut texts = String::new();
-        text(&mut texts, (MARGIN, TITLE - 18), LARGE, "start", &self.title);
+        text(&mut texts, (MARGIN.into(), f64::from(TITLE - 18)), LARGE, "start", &self.title);
         for (at, panel) in self.panels.iter().enumerate() {
             let place = self.place(at as u32);
             let view = self.view(panel, place);
             paste(&mut pixels, size_px.0, place, &self.raster(panel, view));
-            let middle = place.left + place.width / 2;
-            text(&mut texts, (middle, place.top - 12), TEXT, "middle", &panel.title);
+            let above = (f64::from(place.left + place.width / 2), f64::from(place.top - 12));
+            text(&mut texts, above, TEXT, "middle", &panel.title);
             scale_bar(&mut texts, place, view.pixels_per_m);
             if panel.close_up.is_some() {
                 let Place { left, top, width, height } = place;
@@ -194,30 +191,11 @@ impl Sheet {
                 texts,
                 "<path d=\"M{right} {y:.1}h10\" stroke=\"{INK}\" stroke-width=\"2\"/>"
             );
-            text(texts, (right + 18, (y + 10.0) as u32), TEXT, "start", &label);
+            text(texts, (f64::from(right + 18), y + 10.0), TEXT, "start", &label);
         }
-        let (x, y) = (SIZE_PX.0 - MARGIN, top + long / 2);
-        let _ = writeln!(
-            texts,
-            "<text transform=\"translate({x} {y}) rotate(-90)\" text-anchor=\"middle\" \
-             font-family=\"sans-serif\" font-size=\"{TEXT}\" fill=\"{INK}\">{}</text>",
-            plain(&self.bar.label)
-        );
+        let side = (f64::from(SIZE_PX.0 - MARGIN), f64::from(top + long / 2));
+        text_upwards(texts, side, TEXT, &self.bar.label);
     }
-}
-
-fn text(texts: &mut String, (x, y): (u32, u32), size: u32, anchor: &str, what: &str) {
-    let _ = writeln!(
-        texts,
-        "<text x=\"{x}\" y=\"{y}\" text-anchor=\"{anchor}\" font-family=\"sans-serif\" \
-         font-size=\"{size}\" fill=\"{INK}\">{}</text>",
-        plain(what)
-    );
-}
-
-/// A text as XML has it.
-fn plain(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
 }
 
 /// A round length at the lower left of a panel.
@@ -236,7 +214,7 @@ fn scale_bar(texts: &mut String, place: Place, pixels_per_m: f64) {
     // Twelve digits hide the rounding of the power.
     let millimetres = format!("{:.9}", 1e3 * long_m);
     let label = format!("{} mm", millimetres.trim_end_matches('0').trim_end_matches('.'));
-    text(texts, (x, y - 16), TEXT, "start", &label);
+    text(texts, (x.into(), f64::from(y - 16)), TEXT, "start", &label);
 }
 
 fn paste(pixels: &mut [[u8; 3]], width: u32, place: Place, panel: &[[u8; 3]]) {

@@ -8,13 +8,13 @@
 use std::sync::Mutex;
 use std::time::Instant;
 
-use indicatif::ProgressBar;
 use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
 use nalgebra_034::storage::Owned;
 use nalgebra_034::{DMatrix, DVector, Dyn};
 use serde::Serialize;
 
-use super::forward::{Predicted, predict};
+use super::forward::Predicted;
+use super::problem::{Fit, difference};
 use super::target::{Target, rms};
 use super::uncertainty::{self, Estimate};
 use super::unknown::{Unknown, check_ratios};
@@ -84,81 +84,16 @@ pub struct Identified {
     pub held_out: Vec<Vec<bool>>,
 }
 
-/// Residuals of the rows that are fitted, with their weights.
-pub(super) struct Fit<'a> {
-    pub bench: &'a Bench<'a>,
-    pub bounds: &'a Bounds,
-    pub unknowns: Vec<Unknown>,
-    pub held_out: Vec<Vec<bool>>,
-    /// Standard deviation of each number of each target.
-    pub noise: Vec<Vec<f64>>,
-    /// Counts evaluations.
-    bar: ProgressBar,
-}
-
-impl Fit<'_> {
-    /// The forward problem, counted.
-    pub fn predict(&self, parameters: &Parameters) -> Result<Predicted> {
-        let found = predict(self.bench, parameters);
-        self.bar.inc(1);
-        found
-    }
-
-    /// (fit - measured) / noise of the rows fitted.
-    pub fn residuals(&self, predicted: &Predicted) -> Vec<f64> {
-        let each = self.bench.targets.iter().zip(predicted).zip(&self.noise).zip(&self.held_out);
-        let residuals = each.flat_map(|(((target, fit), noise), held)| {
-            let off = difference(target, fit, held, false);
-            off.into_iter()
-                .zip(kept(noise, held, target.width(), false))
-                .map(|(r, noise)| r / noise)
-        });
-        residuals.collect()
-    }
-
-    /// Predictions at several places, on as many threads as the machine has.
-    pub fn predict_all(&self, places: &[Parameters]) -> Result<Vec<Predicted>> {
-        let threads = std::thread::available_parallelism().map_or(1, usize::from);
-        let share = places.len().div_ceil(threads).max(1);
-        std::thread::scope(|scope| {
-            let work = |part: &[Parameters]| -> Result<Vec<_>> {
-                part.iter().map(|place| self.predict(place)).collect()
-            };
-            let parts = places.chunks(share);
-            let running: Vec<_> = parts.map(|part| scope.spawn(move || work(part))).collect();
-            let mut found = Vec::with_capacity(places.len());
-            for thread in running {
-                let part = thread.join().map_err(|_| Error::check("a thread of the fit died"))?;
-                found.extend(part?);
-            }
-            Ok(found)
-        })
-    }
-
-    fn parameters(&self, x: &[f64]) -> Parameters {
-        let mut parameters = self.bench.start();
-        for (unknown, &x) in self.unknowns.iter().zip(x) {
-            unknown.set(&mut parameters, unknown.value(self.bounds, x));
-        }
-        parameters
-    }
-
-    fn coordinates(&self, parameters: &Parameters) -> Vec<f64> {
-        let each = self.unknowns.iter();
-        each.map(|unknown| unknown.coordinate(self.bounds, unknown.get(parameters))).collect()
-    }
-
-    /// Follows the residuals downhill; where it ends, and half the sum of squares there.
-    fn descend(&self, start: &Parameters) -> Result<(Parameters, f64)> {
-        let x = DVector::from_vec(self.coordinates(start));
-        let mut descent = Descent { fit: self, x: x.clone(), at: None, failed: Mutex::new(None) };
-        descent.set_params(&x);
-        let method = LevenbergMarquardt::new().with_tol(TOLERANCE).with_patience(PATIENCE);
-        let (descent, report) = method.minimize(descent);
-        match descent.failed.into_inner() {
-            Ok(Some(why)) => Err(why),
-            _ => Ok((self.parameters(descent.x.as_slice()), report.objective_function)),
-        }
+/// Follows the residuals downhill; where it ends, and half the sum of squares there.
+fn descend(fit: &Fit<'_>, start: &Parameters) -> Result<(Parameters, f64)> {
+    let x = DVector::from_vec(fit.coordinates(start));
+    let mut descent = Descent { fit, x: x.clone(), at: None, failed: Mutex::new(None) };
+    descent.set_params(&x);
+    let method = LevenbergMarquardt::new().with_tol(TOLERANCE).with_patience(PATIENCE);
+    let (descent, report) = method.minimize(descent);
+    match descent.failed.into_inner() {
+        Ok(Some(why)) => Err(why),
+        _ => Ok((fit.parameters(descent.x.as_slice()), report.objective_function)),
     }
 }
 
@@ -221,25 +156,9 @@ impl LeastSquaresProblem<f64, Dyn, Dyn> for Descent<'_> {
     }
 }
 
-/// Fit less measured, of the rows held out or of the others.
-fn difference(target: &Target, fit: &[f64], held_out: &[bool], held: bool) -> Vec<f64> {
-    let off: Vec<f64> = target.observed().iter().zip(fit).map(|(o, f)| f - o).collect();
-    kept(&off, held_out, target.width(), held).collect()
-}
-
-/// The numbers of the rows held out, or of the others.
-fn kept(numbers: &[f64], held_out: &[bool], width: usize, held: bool) -> impl Iterator<Item = f64> {
-    let rows = numbers.iter().enumerate();
-    rows.filter(move |(at, _)| held_out[at / width] == held).map(|(_, number)| *number)
-}
-
 /// Finds the parameters of a bench; of every target the part `hold_out` of its rows, evenly
 /// spread, only judges the result. Deterministic. Cost: some hundred evaluations of the forward
 /// problem.
-///
-/// # Errors
-/// Targets that the body cannot meet in principle, a part held out that is none, fewer numbers than
-/// unknowns, Ctrl-C.
 pub fn identify(bench: &Bench<'_>, bounds: &Bounds, hold_out: f64) -> Result<Identified> {
     let start = Instant::now();
     check(bench, bounds, hold_out)?;
@@ -252,7 +171,7 @@ pub fn identify(bench: &Bench<'_>, bounds: &Bounds, hold_out: f64) -> Result<Ide
     let mut fit = Fit { bench, bounds, unknowns, held_out, noise, bar };
     let mut best: Option<(Parameters, f64)> = None;
     for start in start::best(&fit)? {
-        let end = fit.descend(&start)?;
+        let end = descend(&fit, &start)?;
         if best.as_ref().is_none_or(|best| end.1 < best.1) {
             best = Some(end);
         }
@@ -260,7 +179,7 @@ pub fn identify(bench: &Bench<'_>, bounds: &Bounds, hold_out: f64) -> Result<Ide
     let (mut parameters, _) = best.ok_or_else(|| Error::check("no start for the fit"))?;
     fit.noise = noise_of(&fit, &fit.predict(&parameters)?);
     if bench.targets.len() > 1 {
-        (parameters, _) = fit.descend(&parameters)?;
+        (parameters, _) = descend(&fit, &parameters)?;
     }
     let fitted = fit.predict(&parameters)?;
     let (estimates, undetermined) = uncertainty::judge(&fit, &parameters, &fitted)?;
@@ -279,10 +198,6 @@ pub fn identify(bench: &Bench<'_>, bounds: &Bounds, hold_out: f64) -> Result<Ide
 }
 
 /// Refuses what [`identify`] would, before anything is computed.
-///
-/// # Errors
-/// Targets that the body cannot meet in principle, a part held out that is none, fewer numbers than
-/// unknowns.
 pub fn check(bench: &Bench<'_>, bounds: &Bounds, hold_out: f64) -> Result<()> {
     bench.check()?;
     if !(0.0..=0.5).contains(&hold_out) {
@@ -340,7 +255,7 @@ fn goodness(targets: &[Target], fitted: &Predicted, held_out: &[Vec<bool>]) -> V
     each.map(|((target, values), held)| {
         let residuals = difference(target, values, held, false);
         let judged = difference(target, values, held, true);
-        let (kind, unit) = target.kind();
+        let (kind, unit) = target.words();
         let rows_held_out = held.iter().filter(|held| **held).count();
         let squares: f64 = residuals.iter().map(|r| r * r).sum();
         let next: f64 = residuals.windows(2).map(|pair| pair[0] * pair[1]).sum();

@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 
 use chaincell_kernel::{Flags, Model, Settings, ToolPose};
 
-use super::target::{Data, Target};
+use super::target::{Kind, Target};
 use super::tool::Tool;
 use super::{Bench, Parameters};
 use crate::bodies::Variant;
@@ -53,9 +53,6 @@ struct Pace {
 pub type Predicted = Vec<Vec<f64>>;
 
 /// Bakes the body with parameters.
-///
-/// # Errors
-/// As the bake.
 pub fn image(bench: &Bench<'_>, parameters: &Parameters) -> Result<ImageBytes> {
     let whole = bench.groups.len() == 1 && bench.groups[0].nodes.len() == bench.mesh.nodes_m.len();
     let per_cell = |base: &[f64], of_group: &[f64]| {
@@ -85,9 +82,6 @@ pub fn image(bench: &Bench<'_>, parameters: &Parameters) -> Result<ImageBytes> {
 /// What the targets would have measured on a body with these parameters. Pure: the same bits for
 /// the same arguments. Cost: a bake, some hundred sweeps for each displacement, some ten for each
 /// moment.
-///
-/// # Errors
-/// A displacement beyond what the body can be loaded with; Ctrl-C.
 pub fn predict(bench: &Bench<'_>, parameters: &Parameters) -> Result<Predicted> {
     let image = image(bench, parameters)?;
     let model = Model::from_bytes(image.as_bytes()).map_err(Error::check)?;
@@ -98,20 +92,16 @@ pub fn predict(bench: &Bench<'_>, parameters: &Parameters) -> Result<Predicted> 
         let line = Line { bench, direction, offset_m: parameters.offset_m };
         let equilibria = Equilibria::follow(line, targets(), &model)?;
         for (found, target) in found.iter_mut().zip(bench.targets).filter(|(_, of)| along(of)) {
-            *found = match &target.data {
-                Data::Press { displacement_m, .. } => {
-                    displacement_m.iter().map(|&d| equilibria.force_n(d)).collect()
-                }
-                Data::Field { displacement_m, nodes, .. } => {
-                    equilibria.field(*displacement_m, nodes)
-                }
-                Data::Relaxation { displacement_m, time_s, .. } => {
-                    relax(line, &model, parameters.time_constant_s, *displacement_m, time_s)?
-                }
-                Data::Path { time_s, displacement_m, .. } => {
-                    let path = time_s.iter().copied().zip(displacement_m.iter().copied());
-                    follow_path(line, &model, parameters.time_constant_s, path)?
-                }
+            let (depths_m, first_m) = (&target.displacement_m, target.displacement_m[0]);
+            let path = |start_m: f64, depth_m: &dyn Fn(usize) -> f64| {
+                let rows = target.time_s.iter().enumerate().map(|(row, &t)| (t, depth_m(row)));
+                follow_path(line, &model, parameters.time_constant_s, start_m, rows)
+            };
+            *found = match target.kind {
+                Kind::Press => depths_m.iter().map(|&d| equilibria.force_n(d)).collect(),
+                Kind::Field => equilibria.field(first_m, &target.nodes),
+                Kind::Relaxation => path(first_m, &|_| first_m)?,
+                Kind::Path => path(0.0, &|row| depths_m[row])?,
             };
         }
     }
@@ -150,17 +140,14 @@ impl Line<'_> {
 fn displacements<'a>(targets: impl Iterator<Item = &'a Target>) -> Vec<(f64, bool)> {
     let mut wanted: BTreeMap<u64, bool> = BTreeMap::new();
     for target in targets {
-        match &target.data {
-            Data::Press { displacement_m, .. } => {
-                // The bits of positive numbers ascend as they do.
-                displacement_m.iter().for_each(|d| {
-                    wanted.entry(d.abs().to_bits()).or_default();
-                });
-            }
-            Data::Field { displacement_m, .. } => {
-                wanted.insert(displacement_m.to_bits(), true);
-            }
-            Data::Relaxation { .. } | Data::Path { .. } => {}
+        // The bits of positive numbers ascend as they do.
+        let bits = target.displacement_m.iter().map(|d| d.abs().to_bits());
+        match target.kind {
+            Kind::Press => bits.for_each(|bits| {
+                wanted.entry(bits).or_default();
+            }),
+            Kind::Field => wanted.extend(bits.map(|bits| (bits, true))),
+            Kind::Relaxation | Kind::Path => {}
         }
     }
     wanted.into_iter().map(|(bits, field)| (f64::from_bits(bits), field)).collect()
@@ -243,6 +230,12 @@ impl<'a, 'm> Press<'a, 'm> {
         (-along as f32, output.energy_j, output.flags)
     }
 
+    /// The force of a tick in which the tool reaches its depth \[N\].
+    fn unclamped(&mut self, depth_m: f64) -> Result<f32> {
+        let (force, _, flags) = self.tick(depth_m);
+        if flags.contains(Flags::MOTION_CLAMPED) { Err(beyond(depth_m)) } else { Ok(force) }
+    }
+
     /// Ticks until the force is that of the equilibrium \[N\]; on the way there a few suffice.
     fn settle(&mut self, depth_m: f64, to_the_end: bool) -> Result<f64> {
         let (mut last, mut calm, mut clamped) = (f32::NAN, 0, false);
@@ -287,64 +280,34 @@ impl<'a, 'm> Press<'a, 'm> {
     }
 }
 
-/// Force along the direction after a step at t = 0 \[N\].
-fn relax(
-    line: Line<'_>,
-    model: &Model<'_>,
-    time_constant_s: f64,
-    depth_m: f64,
-    time_s: &[f64],
-) -> Result<Vec<f64>> {
-    let mut press = Press::new(line, *model, Scheme::Rkl2, SWEEPS)?;
-    let (mut force, _, flags) = press.tick(depth_m);
-    if flags.contains(Flags::MOTION_CLAMPED) {
-        return Err(beyond(depth_m));
-    }
-    let mut at_s = 0.0;
-    let mut forces = Vec::with_capacity(time_s.len());
-    for &t in time_s {
-        let span = (t - at_s) / time_constant_s;
-        let ticks = (span / TICK_TIME_MAX).ceil();
-        // A body that has come to rest stays there.
-        let ticks = ticks.min(200.0);
-        if span > 0.0 {
-            press.advance_by((span / ticks).min(TICK_TIME_MAX))?;
-            for _ in 0..ticks as usize {
-                interrupt::check()?;
-                force = press.tick(depth_m).0;
-            }
-        }
-        at_s = t;
-        forces.push(f64::from(force));
-    }
-    Ok(forces)
-}
-
-/// Force along the direction at each time and displacement of a path, from rest at t = 0 \[N\].
+/// Force along the direction at each time and displacement of a path, from rest at t = 0 on, when the
+/// tool makes a step to `start_m` \[N\].
 fn follow_path(
     line: Line<'_>,
     model: &Model<'_>,
     time_constant_s: f64,
+    start_m: f64,
     path: impl Iterator<Item = (f64, f64)>,
 ) -> Result<Vec<f64>> {
     let mut press = Press::new(line, *model, Scheme::Rkl2, SWEEPS)?;
     let (mut at_s, mut at_m, mut force) = (0.0, 0.0, 0.0);
     let mut forces = Vec::new();
+    if start_m != 0.0 {
+        (at_m, force) = (start_m, press.unclamped(start_m)?);
+    }
     for (t, depth_m) in path {
         let span = (t - at_s) / time_constant_s;
         let moves = if depth_m == at_m { 1.0 } else { PATH_MOVES };
+        // A body that has come to rest stays there.
         let ticks = (span / TICK_TIME_MAX).ceil().clamp(moves, 200.0);
         if span > 0.0 {
             press.advance_by((span / ticks).min(TICK_TIME_MAX))?;
         }
-        for tick in 1..=ticks as usize {
-            interrupt::check()?;
-            let depth_m = at_m + (depth_m - at_m) * tick as f64 / ticks;
-            let (now, _, flags) = press.tick(depth_m);
-            if flags.contains(Flags::MOTION_CLAMPED) {
-                return Err(beyond(depth_m));
+        if span > 0.0 || depth_m != at_m {
+            for tick in 1..=ticks as usize {
+                interrupt::check()?;
+                force = press.unclamped(at_m + (depth_m - at_m) * tick as f64 / ticks)?;
             }
-            force = now;
         }
         (at_s, at_m) = (t, depth_m);
         forces.push(f64::from(force));

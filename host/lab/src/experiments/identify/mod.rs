@@ -28,6 +28,7 @@
 pub mod fit;
 pub mod forward;
 pub mod noisy;
+mod problem;
 pub mod slab;
 mod start;
 pub mod target;
@@ -43,7 +44,7 @@ use chaincell_host::bake::{BakeOptions, PerCell};
 use chaincell_host::error::{Error, Result};
 use chaincell_host::mesh::{self, Mesh};
 use slab::Slab;
-use target::{Data, Target};
+use target::{Kind, Target};
 use tool::Tool;
 
 pub use fit::{Identified, check, identify};
@@ -102,13 +103,11 @@ pub struct Bench<'a> {
 
 impl Bench<'_> {
     /// Whether a time constant can be seen in the data.
-    #[must_use]
     pub fn has_time(&self) -> bool {
         self.targets.iter().any(|target| target.is_in_time())
     }
 
     /// All parameters as they are before the fit.
-    #[must_use]
     pub fn start(&self) -> Parameters {
         let groups = self.groups.len();
         let thickness_m = self.slab.map_or(0.0, |slab| slab.thickness_m);
@@ -138,9 +137,6 @@ impl Bench<'_> {
     }
 
     /// Refuses what no parameter could explain.
-    ///
-    /// # Errors
-    /// A displacement beyond the body's own size, a node that is none, a group without nodes.
     pub fn check(&self) -> Result<()> {
         let size_m = size(self.mesh);
         for target in self.targets {
@@ -163,12 +159,10 @@ impl Bench<'_> {
                      cells: --contact cells:SELECTOR"
                 )));
             }
-            if let Data::Field { nodes, .. } = &target.data {
-                let last = self.mesh.nodes_m.len() as u32;
-                let is_none = |node: &&u32| **node >= last || self.mesh.unused.contains(node);
-                if let Some(node) = nodes.iter().find(is_none) {
-                    return Err(Error::input(format!("{name}: node {node} is none of the body's")));
-                }
+            let last = self.mesh.nodes_m.len() as u32;
+            let is_none = |node: &&u32| **node >= last || self.mesh.unused.contains(node);
+            if let Some(node) = target.nodes.iter().find(is_none) {
+                return Err(Error::input(format!("{name}: node {node} is none of the body's")));
             }
         }
         self.check_wanted()?;
@@ -187,7 +181,7 @@ impl Bench<'_> {
         let Wanted { stiffening, half_width, thickness, offset } = self.wanted;
         let tissue = self.options.tissue.as_ref();
         let bands = tissue.map_or(0, |tissue| tissue.stiffening.len());
-        let is_field = |target: &Target| matches!(target.data, Data::Field { .. });
+        let is_field = |target: &Target| target.kind == Kind::Field;
         let why = if self.wanted != Wanted::default() && tissue.is_none() {
             "all that it names is looked for on nodal shapes: add --young-pa"
         } else if offset && !matches!(self.tool, Tool::Probe { .. }) {
@@ -231,9 +225,6 @@ fn size(mesh: &Mesh) -> f64 {
 }
 
 /// Materials from NAME=SELECTOR each; all nodes as one where none is named.
-///
-/// # Errors
-/// A text without name, a name given twice, a selector that fails, a node in two groups.
 pub fn groups(texts: &[String], mesh: &Mesh) -> Result<Vec<Group>> {
     if texts.is_empty() {
         let nodes = (0..mesh.nodes_m.len() as u32).collect();

@@ -5,13 +5,10 @@ use rand_pcg::Pcg64;
 use rand_pcg::rand_core::SeedableRng;
 
 use super::forward::Predicted;
-use super::target::{Data, Target, rms};
+use super::target::{Target, rms};
 use chaincell_host::error::{Error, Result};
 
 /// The targets with the numbers `exact` and normal noise of `part` of each one's root mean square.
-///
-/// # Errors
-/// A part that is negative or not finite.
 pub fn noisy(
     mut targets: Vec<Target>,
     exact: Predicted,
@@ -21,13 +18,7 @@ pub fn noisy(
     let mut random = Pcg64::seed_from_u64(seed);
     for (target, values) in targets.iter_mut().zip(exact) {
         let noise = Normal::new(0.0, part * rms(&values)).map_err(Error::check)?;
-        let into = match &mut target.data {
-            Data::Press { force_n, .. }
-            | Data::Path { force_n, .. }
-            | Data::Relaxation { force_n, .. } => force_n,
-            Data::Field { displacements_m, .. } => displacements_m.as_flattened_mut(),
-        };
-        for (into, value) in into.iter_mut().zip(values) {
+        for (into, value) in target.observed.iter_mut().zip(values) {
             *into = value + noise.sample(&mut random);
         }
     }

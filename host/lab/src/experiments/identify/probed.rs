@@ -44,7 +44,7 @@ impl Probed {
     fn measured(&self, truth: &Parameters) -> Target {
         let displacement_m: Vec<f64> = (1..=5).map(|at| 4e-4 * f64::from(at)).collect();
         let force_n = vec![0.0; displacement_m.len()];
-        let empty = [Target::new("probe", Data::Press { displacement_m, force_n })];
+        let empty = [Target::press("probe", displacement_m, force_n)];
         let wanted = Wanted { thickness: true, ..Wanted::default() };
         let exact = forward::predict(&self.bench(&empty, wanted), truth).unwrap();
         noisy::noisy(empty.to_vec(), exact, 0.0, 1).unwrap().remove(0)
@@ -86,7 +86,7 @@ fn a_thinner_slab_is_stiffer_under_the_probe() {
     let body = Probed::new();
     let force_n = |thickness_m: f64| {
         let slab = Parameters { thickness_m, ..truth(1000.0, 4000.0) };
-        body.measured(&slab).observed()[4]
+        body.measured(&slab).observed[4]
     };
     assert!(force_n(0.004) > 1.2 * force_n(0.008));
 }
@@ -97,7 +97,7 @@ fn an_offset_shifts_the_curve() {
     let body = Probed::new();
     let force_n = |offset_m: f64| {
         let parameters = Parameters { offset_m, ..truth(1000.0, 4000.0) };
-        body.measured(&parameters).observed()
+        body.measured(&parameters).observed
     };
     let (before, after) = (force_n(0.0), force_n(4e-4));
     for row in 0..4 {
@@ -110,8 +110,7 @@ fn an_offset_shifts_the_curve() {
 fn quartiles_weigh_the_rows() {
     let body = Probed::new();
     let mut target = body.measured(&truth(900.0, 4000.0));
-    let Data::Press { force_n, .. } = &mut target.data else { unreachable!() };
-    force_n[4] *= 2.0;
+    target.observed[4] *= 2.0;
     let found = |wide: f64| {
         let quartiles = (0..5).map(|row| if row == 4 { [0.0, wide] } else { [0.0, 0.001] });
         let targets = [target.clone().with_quartiles(quartiles)];
@@ -123,28 +122,15 @@ fn quartiles_weigh_the_rows() {
 }
 
 #[test]
-fn what_a_body_does_not_have_is_not_looked_for() {
+fn nothing_of_time_is_looked_for_on_nodal_shapes_and_under_a_probe() {
     let body = Probed::new();
-    let press = body.measured(&truth(900.0, 4000.0));
+    let targets = [Target::relaxation("relax.csv", 0.001, vec![0.0, 1.0], vec![1.0, 0.5])];
+    let bench = body.bench(&targets, Wanted::default());
     let refused = |bench: &Bench<'_>, part: &str| {
         let error = check(bench, &Bounds::default(), 0.0).unwrap_err();
         assert!(error.exit_code() == 2 && error.to_string().contains(part), "{error}");
     };
-    let targets = [press];
-    let all = Wanted { stiffening: true, half_width: true, thickness: true, offset: true };
-    let bench = body.bench(&targets, all);
-    refused(&Bench { slab: None, ..bench.clone() }, "--fit: thickness is that of a generated slab");
-    let links = BakeOptions::default();
-    refused(&Bench { options: &links, ..bench.clone() }, "on nodal shapes: add --young-pa");
-    let held = Tool::Held(&[0]);
-    refused(&Bench { tool: held, ..bench.clone() }, "--fit: offset is where a probe met");
-    let mut plain = body.options.clone();
-    plain.tissue.as_mut().unwrap().stiffening.clear();
-    refused(&Bench { options: &plain, ..bench.clone() }, "as --stiffening 0.1=5000");
-    let (time_s, force_n) = (vec![0.0, 1.0], vec![1.0, 0.5]);
-    let data = Data::Relaxation { displacement_m: 0.001, time_s, force_n };
-    let targets = [Target::new("relax.csv", data)];
-    let bench = Bench { targets: &targets, ..bench };
     refused(&bench, "relax.csv: nodal shapes have no time constant");
+    let links = BakeOptions::default();
     refused(&Bench { options: &links, ..bench }, "relax.csv: a probe has no relaxation in time");
 }

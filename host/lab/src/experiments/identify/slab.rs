@@ -26,9 +26,6 @@ pub struct Slab {
 
 impl Slab {
     /// The slab of a spec, or none where the spec is another mesh's.
-    ///
-    /// # Errors
-    /// Numbers that make no slab.
     pub fn parse(spec: &str) -> Result<Option<Self>> {
         let Some(size) = spec.strip_prefix("slab:") else { return Ok(None) };
         let refuse = |why: &str| Err(Error::input(format!("mesh {spec}: {why}")));
@@ -56,9 +53,6 @@ impl Slab {
     }
 
     /// The mesh; its ground is held unless the user says otherwise.
-    ///
-    /// # Errors
-    /// More nodes than a body may have cells.
     pub fn mesh(&self) -> Result<Mesh> {
         let across = 2 * self.half + 1;
         let spec = format!("box:{across}x{across}x{}x1", self.layers + 1);
@@ -68,7 +62,6 @@ impl Slab {
     }
 
     /// The same mesh at another thickness: its links are the same, its layers thinner or thicker.
-    #[must_use]
     pub fn at_thickness(&self, mesh: &Mesh, thickness_m: f64) -> Mesh {
         let mut mesh = mesh.clone();
         Self { thickness_m, ..*self }.place(&mut mesh);

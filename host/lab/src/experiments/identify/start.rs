@@ -1,8 +1,7 @@
 //! Where the fit starts: the best of a fixed set of places.
 
-use super::fit::Fit;
 use super::forward::Predicted;
-use super::target::Data;
+use super::problem::Fit;
 use super::unknown::Unknown;
 use super::{Parameters, Wanted};
 use chaincell_host::error::Result;
@@ -51,7 +50,7 @@ fn scale(fit: &Fit<'_>, found: &Predicted) -> f64 {
     let (mut both, mut square) = (0.0, 0.0);
     for ((target, values), noise) in fit.bench.targets.iter().zip(found).zip(&fit.noise) {
         if target.width() == 1 {
-            for ((o, f), noise) in target.observed().iter().zip(values).zip(noise) {
+            for ((o, f), noise) in target.observed.iter().zip(values).zip(noise) {
                 both += o * f / (noise * noise);
                 square += f * f / (noise * noise);
             }
@@ -72,12 +71,8 @@ fn places(fit: &Fit<'_>) -> Vec<Parameters> {
         groups.map(|of| (of, part * of.bounds(fit.bounds)[1])).collect()
     });
     vary(&mut all, &[alphas.to_vec()]);
-    let longest_s = (fit.bench.targets.iter())
-        .filter_map(|target| match &target.data {
-            Data::Relaxation { time_s, .. } | Data::Path { time_s, .. } => time_s.last().copied(),
-            _ => None,
-        })
-        .fold(0.0, f64::max);
+    let ends_s = fit.bench.targets.iter().filter_map(|target| target.time_s.last().copied());
+    let longest_s = ends_s.fold(0.0, f64::max);
     if longest_s > 0.0 {
         let times = START_TIMES.map(|part| vec![(Unknown::Time, part * longest_s)]);
         vary(&mut all, &[times.to_vec()]);

@@ -21,43 +21,17 @@ pub const ROWS_MIN: usize = 5;
 /// Largest file that is read \[bytes\].
 const BYTES_MAX: u64 = 64 << 20;
 
-/// The measured quantity and its numbers.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Data {
+/// What was measured.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
     /// Force of the tool in equilibrium as the displacement grows.
-    Press {
-        /// Displacement of the tool along its direction, ascending \[m\].
-        displacement_m: Vec<f64>,
-        /// Force along that direction that the tool exerts \[N\].
-        force_n: Vec<f64>,
-    },
+    Press,
     /// Force of the tool after a displacement in one step at t = 0.
-    Relaxation {
-        /// Displacement of the tool \[m\].
-        displacement_m: f64,
-        /// Time since then, ascending \[s\].
-        time_s: Vec<f64>,
-        /// Force along the direction that the tool exerts \[N\].
-        force_n: Vec<f64>,
-    },
+    Relaxation,
     /// Force of the tool along a path in time, from rest at t = 0.
-    Path {
-        /// Time, ascending \[s\].
-        time_s: Vec<f64>,
-        /// Displacement of the tool at each time, straight in between \[m\].
-        displacement_m: Vec<f64>,
-        /// Force along the direction that the tool exerts \[N\].
-        force_n: Vec<f64>,
-    },
+    Path,
     /// Displacements of nodes in equilibrium.
-    Field {
-        /// Displacement of the tool \[m\].
-        displacement_m: f64,
-        /// Input ids, each once.
-        nodes: Vec<u32>,
-        /// `[row][axis]` \[m\].
-        displacements_m: Vec<[f64; 3]>,
-    },
+    Field,
 }
 
 /// Measured data with a name.
@@ -65,8 +39,18 @@ pub enum Data {
 pub struct Target {
     /// Name for messages, charts and tables: the file's.
     pub name: String,
-    /// The numbers.
-    pub data: Data,
+    /// What was measured.
+    pub kind: Kind,
+    /// Displacement of the tool along its direction: of each row of a press, ascending, and of a path,
+    /// straight in between; the only one of a relaxation or a field \[m\].
+    pub displacement_m: Vec<f64>,
+    /// Time of each row of a relaxation or a path, ascending \[s\].
+    pub time_s: Vec<f64>,
+    /// Input ids of a field, each once.
+    pub nodes: Vec<u32>,
+    /// The measured numbers, row by row: force along the direction that the tool exerts \[N\], three
+    /// displacements a node of a field \[m\].
+    pub observed: Vec<f64>,
     /// Standard deviation of each number, where the data says so.
     pub deviation: Option<Vec<f64>>,
     /// Direction of the push, a unit vector, where it is not that of the bench.
@@ -74,10 +58,43 @@ pub struct Target {
 }
 
 impl Target {
-    /// A target whose noise is unknown, along the direction of its bench.
+    fn new(
+        name: impl Into<String>,
+        kind: Kind,
+        displacement_m: Vec<f64>,
+        observed: Vec<f64>,
+    ) -> Self {
+        let (name, time_s, nodes) = (name.into(), Vec::new(), Vec::new());
+        let (deviation, direction) = (None, None);
+        Self { name, kind, displacement_m, time_s, nodes, observed, deviation, direction }
+    }
+
+    /// Forces of a growing press.
     #[must_use]
-    pub fn new(name: impl Into<String>, data: Data) -> Self {
-        Self { name: name.into(), data, deviation: None, direction: None }
+    pub fn press(name: impl Into<String>, displacement_m: Vec<f64>, force_n: Vec<f64>) -> Self {
+        Self::new(name, Kind::Press, displacement_m, force_n)
+    }
+
+    /// Forces after a step.
+    #[must_use]
+    pub fn relaxation(
+        name: impl Into<String>,
+        displacement_m: f64,
+        time_s: Vec<f64>,
+        force_n: Vec<f64>,
+    ) -> Self {
+        Self { time_s, ..Self::new(name, Kind::Relaxation, vec![displacement_m], force_n) }
+    }
+
+    /// Displacements of nodes.
+    #[must_use]
+    pub fn field(
+        name: impl Into<String>,
+        displacement_m: f64,
+        nodes: Vec<u32>,
+        observed_m: Vec<f64>,
+    ) -> Self {
+        Self { nodes, ..Self::new(name, Kind::Field, vec![displacement_m], observed_m) }
     }
 
     /// The same with the quartiles of each number as its error.
@@ -90,64 +107,41 @@ impl Target {
     /// Whether it shows what happens in time.
     #[must_use]
     pub fn is_in_time(&self) -> bool {
-        matches!(self.data, Data::Relaxation { .. } | Data::Path { .. })
+        matches!(self.kind, Kind::Relaxation | Kind::Path)
     }
 
     /// Largest displacement of the tool \[m\].
     #[must_use]
     pub fn depth_m(&self) -> f64 {
-        match &self.data {
-            Data::Press { displacement_m, .. } | Data::Path { displacement_m, .. } => {
-                displacement_m.iter().fold(0.0, |most, d| most.max(d.abs()))
-            }
-            Data::Relaxation { displacement_m, .. } | Data::Field { displacement_m, .. } => {
-                *displacement_m
-            }
-        }
+        self.displacement_m.iter().fold(0.0, |most, d| most.max(d.abs()))
     }
 
     /// Rows: points of a curve, nodes of a field.
     #[must_use]
     pub fn rows(&self) -> usize {
-        match &self.data {
-            Data::Press { force_n, .. }
-            | Data::Path { force_n, .. }
-            | Data::Relaxation { force_n, .. } => force_n.len(),
-            Data::Field { nodes, .. } => nodes.len(),
-        }
+        self.observed.len() / self.width()
     }
 
     /// Numbers a row.
     #[must_use]
     pub fn width(&self) -> usize {
-        if matches!(self.data, Data::Field { .. }) { 3 } else { 1 }
-    }
-
-    /// The measured numbers, row by row \[N, or m for a field\].
-    #[must_use]
-    pub fn observed(&self) -> Vec<f64> {
-        match &self.data {
-            Data::Press { force_n, .. }
-            | Data::Path { force_n, .. }
-            | Data::Relaxation { force_n, .. } => force_n.clone(),
-            Data::Field { displacements_m, .. } => displacements_m.as_flattened().to_vec(),
-        }
+        if self.kind == Kind::Field { 3 } else { 1 }
     }
 
     /// Root mean square of the measured numbers.
     #[must_use]
     pub fn scale(&self) -> f64 {
-        rms(&self.observed())
+        rms(&self.observed)
     }
 
     /// Kind in words, its unit.
     #[must_use]
-    pub fn kind(&self) -> (&'static str, &'static str) {
-        match self.data {
-            Data::Press { .. } => ("force-displacement", "N"),
-            Data::Relaxation { .. } => ("relaxation", "N"),
-            Data::Path { .. } => ("path in time", "N"),
-            Data::Field { .. } => ("field", "m"),
+    pub fn words(&self) -> (&'static str, &'static str) {
+        match self.kind {
+            Kind::Press => ("force-displacement", "N"),
+            Kind::Relaxation => ("relaxation", "N"),
+            Kind::Path => ("path in time", "N"),
+            Kind::Field => ("field", "m"),
         }
     }
 }
@@ -185,17 +179,31 @@ pub fn read(path: &Path, holding: &Holding) -> Result<Vec<Target>> {
 pub fn parse(text: &str, name: &str, holding: &Holding) -> Result<Vec<Target>> {
     let text = text.trim_start_matches('\u{feff}');
     let header = text.lines().next().unwrap_or_default().trim();
+    // The header says what the columns are.
     let rows = |width| Rows { name, header }.read(text, width);
-    let mut deviation = None;
-    let data = match header {
-        PRESS_HEADER => press(name, &rows(2)?)?,
-        QUARTILES_HEADER => {
-            let rows = rows(4)?;
-            deviation = Some(deviations(name, &rows)?);
-            press(name, &rows)?
+    let by_time = "sort the rows by time";
+    let target = match header {
+        PRESS_HEADER | QUARTILES_HEADER => {
+            let rows = rows(if header == PRESS_HEADER { 2 } else { 4 })?;
+            let hint = "keep the loading branch alone";
+            let displacement_m = ascending(name, "displacement_m", &rows, hint)?;
+            let press = Target::press(name, displacement_m, column_of(&rows, 1));
+            match header {
+                PRESS_HEADER => press,
+                _ => press.with_quartiles(quartiles(name, &rows)?.into_iter()),
+            }
         }
-        PATH_HEADER => path(name, &rows(3)?)?,
-        RELAXATION_HEADER => relaxation(name, &rows(2)?, held(name, holding)?)?,
+        PATH_HEADER => {
+            let rows = rows(3)?;
+            let time_s = ascending(name, "time_s", &rows, by_time)?;
+            let path = Target::new(name, Kind::Path, column_of(&rows, 1), column_of(&rows, 2));
+            Target { time_s, ..path }
+        }
+        RELAXATION_HEADER => {
+            let (rows, displacement_m) = (rows(2)?, held(name, holding)?);
+            let time_s = ascending(name, "time_s", &rows, by_time)?;
+            Target::relaxation(name, displacement_m, time_s, column_of(&rows, 1))
+        }
         FIELD_HEADER => field(name, &rows(4)?, held(name, holding)?)?,
         other => {
             return Err(Error::input(format!(
@@ -205,20 +213,20 @@ pub fn parse(text: &str, name: &str, holding: &Holding) -> Result<Vec<Target>> {
             )));
         }
     };
-    let is_field = matches!(data, Data::Field { .. });
-    let mut targets = vec![Target { deviation, ..Target::new(name, data) }];
-    if targets[0].scale() == 0.0 {
+    // A target that no parameter changes fits nothing.
+    if target.scale() == 0.0 {
         return Err(Error::input(format!(
             "{name}: every value is 0, which no parameter changes; give a target that moves"
         )));
     }
-    if let (true, Some(force_n)) = (is_field, holding.force_n) {
+    // The force with a field is a press of one row.
+    let mut targets = vec![target];
+    if let (Kind::Field, Some(force_n)) = (targets[0].kind, holding.force_n) {
         if !(force_n.is_finite() && force_n > 0.0) {
             return Err(Error::input(format!("--force-n {force_n}: must be above 0 and finite")));
         }
-        let displacement_m = vec![held(name, holding)?];
-        let data = Data::Press { displacement_m, force_n: vec![force_n] };
-        targets.push(Target::new(format!("{name} --force-n"), data));
+        let name = format!("{name} --force-n");
+        targets.push(Target::press(name, targets[0].displacement_m.clone(), vec![force_n]));
     }
     Ok(targets)
 }
@@ -295,21 +303,20 @@ fn ascending(name: &str, column: &str, rows: &[(usize, Vec<f64>)], hint: &str) -
         }
         last = Some(row[0]);
     }
-    Ok(rows.iter().map(|(_, row)| row[0]).collect())
+    Ok(column_of(rows, 0))
 }
 
-fn press(name: &str, rows: &[(usize, Vec<f64>)]) -> Result<Data> {
-    let hint = "keep the loading branch alone";
-    let displacement_m = ascending(name, "displacement_m", rows, hint)?;
-    Ok(Data::Press { displacement_m, force_n: rows.iter().map(|(_, row)| row[1]).collect() })
+/// A column of the rows.
+fn column_of(rows: &[(usize, Vec<f64>)], at: usize) -> Vec<f64> {
+    rows.iter().map(|(_, row)| row[at]).collect()
 }
 
-/// Standard deviations from quartiles, which are on either side of the force.
-fn deviations(name: &str, rows: &[(usize, Vec<f64>)]) -> Result<Vec<f64>> {
+/// The quartiles of each row, which are on either side of the force.
+fn quartiles(name: &str, rows: &[(usize, Vec<f64>)]) -> Result<Vec<[f64; 2]>> {
     let each = rows.iter().map(|(line, row)| {
         let (force, low, high) = (row[1], row[2], row[3]);
         if low <= force && force <= high && low < high {
-            return Ok(0.5 * (high - low) / QUARTILE);
+            return Ok([low, high]);
         }
         Err(Error::input(format!(
             "{name}:{line}: fields q25_n {low}, q75_n {high}: must be on either side of force_n \
@@ -319,19 +326,7 @@ fn deviations(name: &str, rows: &[(usize, Vec<f64>)]) -> Result<Vec<f64>> {
     each.collect()
 }
 
-fn path(name: &str, rows: &[(usize, Vec<f64>)]) -> Result<Data> {
-    let time_s = ascending(name, "time_s", rows, "sort the rows by time")?;
-    let column = |at: usize| rows.iter().map(|(_, row)| row[at]).collect();
-    Ok(Data::Path { time_s, displacement_m: column(1), force_n: column(2) })
-}
-
-fn relaxation(name: &str, rows: &[(usize, Vec<f64>)], displacement_m: f64) -> Result<Data> {
-    let time_s = ascending(name, "time_s", rows, "sort the rows by time")?;
-    let force_n = rows.iter().map(|(_, row)| row[1]).collect();
-    Ok(Data::Relaxation { displacement_m, time_s, force_n })
-}
-
-fn field(name: &str, rows: &[(usize, Vec<f64>)], displacement_m: f64) -> Result<Data> {
+fn field(name: &str, rows: &[(usize, Vec<f64>)], displacement_m: f64) -> Result<Target> {
     let mut nodes = Vec::with_capacity(rows.len());
     let mut seen = std::collections::BTreeSet::new();
     for (line, row) in rows {
@@ -348,8 +343,8 @@ fn field(name: &str, rows: &[(usize, Vec<f64>)], displacement_m: f64) -> Result<
         }
         nodes.push(node as u32);
     }
-    let displacements_m = rows.iter().map(|(_, row)| [row[1], row[2], row[3]]).collect();
-    Ok(Data::Field { displacement_m, nodes, displacements_m })
+    let observed_m = rows.iter().flat_map(|(_, row)| row[1..].iter().copied()).collect();
+    Ok(Target::field(name, displacement_m, nodes, observed_m))
 }
 
 #[cfg(test)]
@@ -369,9 +364,9 @@ mod tests {
     fn the_header_says_what_a_target_is() {
         let rows = "0,0\n1,2\n2,3\n3,5\n4,6\n";
         let press = parse(&format!("{PRESS_HEADER}\n{rows}"), "a", &Holding::default()).unwrap();
-        assert_eq!((press[0].kind().0, press[0].rows()), ("force-displacement", 5));
+        assert_eq!((press[0].words().0, press[0].rows()), ("force-displacement", 5));
         let time = parse(&format!("{RELAXATION_HEADER}\n{rows}"), "b", &AT).unwrap();
-        assert_eq!(time[0].kind().0, "relaxation");
+        assert_eq!(time[0].words().0, "relaxation");
         let rows = "0,0,0\n1,1,2\n2,1,3\n3,1,5\n4,1,6\n";
         let path = parse(&format!("{PATH_HEADER}\n{rows}"), "p", &Holding::default()).unwrap();
         assert!(path[0].is_in_time() && path[0].depth_m() == 1.0);
@@ -383,7 +378,7 @@ mod tests {
         let rows = "5,0,0,1\n4,0,0,1\n3,0,1,0\n2,0,0,0\n1,2,0,0\n";
         let holding = Holding { force_n: Some(2.0), ..AT };
         let field = parse(&format!("{FIELD_HEADER}\r\n{rows}"), "c", &holding).unwrap();
-        assert_eq!((field.len(), field[0].observed().len(), field[1].rows()), (2, 15, 1));
+        assert_eq!((field.len(), field[0].observed.len(), field[1].rows()), (2, 15, 1));
     }
 
     #[test]

@@ -51,19 +51,19 @@ impl Block {
 fn curve() -> Target {
     let displacement_m: Vec<f64> = (1..=30).map(|at| 4e-4 * f64::from(at)).collect();
     let force_n = vec![0.0; displacement_m.len()];
-    Target::new("curve", Data::Press { displacement_m, force_n })
+    Target::press("curve", displacement_m, force_n)
 }
 
 fn relaxation() -> Target {
     let time_s: Vec<f64> = (0..400).map(|at| 0.002 * f64::from(at)).collect();
-    let data = Data::Relaxation { displacement_m: 0.01, force_n: vec![0.0; time_s.len()], time_s };
-    Target::new("relaxation", data)
+    let force_n = vec![0.0; time_s.len()];
+    Target::relaxation("relaxation", 0.01, time_s, force_n)
 }
 
 fn field(block: &Block) -> Target {
     let nodes: Vec<u32> = (0..block.mesh.nodes_m.len() as u32).collect();
-    let displacements_m = vec![[0.0; 3]; nodes.len()];
-    Target::new("field", Data::Field { displacement_m: 0.01, nodes, displacements_m })
+    let observed_m = vec![0.0; 3 * nodes.len()];
+    Target::field("field", 0.01, nodes, observed_m)
 }
 
 fn truth(stiffness_n_per_m: &[f64], alpha: &[f64]) -> Parameters {
@@ -107,23 +107,6 @@ fn stiffness_alpha_and_time_come_back_from_noisy_curves() {
 }
 
 #[test]
-fn two_materials_come_apart_with_a_field() {
-    let block = Block::new(&HALVES);
-    let truth = truth(&[20.0, 80.0], &[0.03, 0.03]);
-    let targets = block.measured(vec![curve(), field(&block)], &truth, 0.02);
-    let found = identify(&block.bench(&targets), &Bounds::default(), 0.2).unwrap();
-    for estimate in found.estimates.iter().filter(|estimate| estimate.determined) {
-        let truth = match (estimate.parameter, estimate.group.as_deref()) {
-            ("alpha", _) => 0.03,
-            (_, Some("top")) => 20.0,
-            _ => 80.0,
-        };
-        near(estimate.value, truth, 0.05);
-    }
-    assert!(found.estimates[0].determined && found.estimates[1].determined, "{found:#?}");
-}
-
-#[test]
 fn a_field_alone_gives_only_ratios() {
     let block = Block::new(&HALVES);
     let targets = block.measured(vec![field(&block)], &truth(&[20.0, 60.0], &[0.0, 0.0]), 0.01);
@@ -161,29 +144,9 @@ fn what_cannot_be_met_is_refused() {
         let error = identify(&block.bench(&targets), &Bounds::default(), 0.2).unwrap_err();
         assert!(error.to_string().contains(part), "{error}");
     };
-    let far = Data::Press { displacement_m: vec![0.001, 5.0], force_n: vec![1.0, 2.0] };
-    refused(Target::new("far", far), "beyond the body's size");
-    let few = Data::Press { displacement_m: vec![0.001, 0.002], force_n: vec![1.0, 2.0] };
-    refused(Target::new("few", few), "2 numbers to fit 2 parameters");
+    let few = Target::press("few", vec![0.001, 0.002], vec![1.0, 2.0]);
+    refused(few, "2 numbers to fit 2 parameters");
     let mut none = field(&block);
-    if let Data::Field { nodes, .. } = &mut none.data {
-        nodes[0] = 9999;
-    }
+    none.nodes[0] = 9999;
     refused(none, "node 9999 is none of the body's");
-}
-
-#[test]
-fn groups_are_named_once_and_apart() {
-    let mesh = mesh::load("box:3x3x3x0.01", &MeshOptions::default()).unwrap();
-    let refused = |texts: &[&str], part: &str| {
-        let texts: Vec<String> = texts.iter().map(ToString::to_string).collect();
-        let error = groups(&texts, &mesh).unwrap_err().to_string();
-        assert!(error.contains(part), "{error}");
-    };
-    refused(&["nodes:1"], "NAME=SELECTOR");
-    refused(&["a=nodes:1", "a=nodes:2"], "given twice");
-    refused(&["a=nodes:1,2", "b=nodes:2"], "node 2 is in a already");
-    refused(&["a=group:no"], "no group 'no'");
-    refused(&["a=box:5,6,5,6,5,6"], "selects no node");
-    assert_eq!(groups(&[], &mesh).unwrap()[0].nodes.len(), 27);
 }

@@ -42,9 +42,6 @@ impl Tool<'_> {
 }
 
 /// The radius of `probe:RADIUS` \[m\]; none for held cells.
-///
-/// # Errors
-/// A radius that is none.
 pub fn probe_radius(contact: &str) -> Result<Option<f64>> {
     let Some(radius) = contact.strip_prefix("probe") else { return Ok(None) };
     let radius_m = radius.strip_prefix(':').and_then(|radius| radius.parse().ok());

@@ -11,8 +11,8 @@ use std::collections::BTreeSet;
 use nalgebra::{DMatrix, SymmetricEigen};
 use serde::Serialize;
 
-use super::fit::Fit;
 use super::forward::Predicted;
+use super::problem::Fit;
 use super::unknown::Unknown;
 use super::{Bounds, Parameters};
 use chaincell_host::error::Result;
@@ -56,7 +56,6 @@ pub struct Estimate {
 
 impl Estimate {
     /// Name with the group.
-    #[must_use]
     pub fn name(&self) -> String {
         match &self.group {
             Some(group) => format!("{} of {group}", self.parameter),

@@ -55,9 +55,6 @@ impl Default for Bounds {
 
 impl Bounds {
     /// The same with other bounds of a parameter.
-    ///
-    /// # Errors
-    /// A name of no parameter; bounds that no fit can have.
     pub fn with(mut self, name: &str, [low, high]: [f64; 2]) -> Result<Self> {
         let refuse = |why: String| Error::input(format!("--bounds {name}={low},{high}: {why}"));
         let Some(at) = KINDS.iter().position(|kind| kind.name == name) else {
@@ -110,7 +107,6 @@ pub enum Unknown {
 
 impl Unknown {
     /// All unknowns of a bench.
-    #[must_use]
     pub fn of(bench: &Bench<'_>) -> Vec<Self> {
         let groups = 0..bench.groups.len();
         let Some(tissue) = &bench.options.tissue else {
@@ -127,7 +123,6 @@ impl Unknown {
     }
 
     /// Its value.
-    #[must_use]
     pub fn get(self, parameters: &Parameters) -> f64 {
         match self {
             Self::Stiffness(group) => parameters.stiffness_n_per_m[group],
@@ -169,19 +164,16 @@ impl Unknown {
     }
 
     /// Its bounds.
-    #[must_use]
     pub fn bounds(self, bounds: &Bounds) -> [f64; 2] {
         bounds.0[self.kind()]
     }
 
     /// Name of the parameter.
-    #[must_use]
     pub fn name(self) -> &'static str {
         KINDS[self.kind()].name
     }
 
     /// Name of what it belongs to, a group of nodes or one of several bands; none for the body.
-    #[must_use]
     pub fn owner(self, bench: &Bench<'_>) -> Option<String> {
         match self {
             Self::Stiffness(group) | Self::Alpha(group) | Self::Young(group) => {
@@ -196,14 +188,12 @@ impl Unknown {
     }
 
     /// Whether it is a modulus or a stiffness: forces grow with all of them together.
-    #[must_use]
     pub fn is_modulus(self) -> bool {
         matches!(self, Self::Stiffness(_) | Self::Young(_) | Self::Stiffening(_))
     }
 
     /// Value at a coordinate: alpha itself and the logarithms of the others run between their
     /// bounds along the logistic curve.
-    #[must_use]
     pub fn value(self, bounds: &Bounds, x: f64) -> f64 {
         let [low, high] = self.bounds(bounds);
         let part = 1.0 / (1.0 + (-x).exp());
@@ -214,7 +204,6 @@ impl Unknown {
     }
 
     /// Coordinate of a value, kept off the bounds.
-    #[must_use]
     pub fn coordinate(self, bounds: &Bounds, value: f64) -> f64 {
         let [low, high] = self.bounds(bounds);
         let part = match self {

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use super::fit::Identified;
-use super::target::{Data, Target};
+use super::target::{Kind, Target};
 use crate::charts::plot::{Axis, Chart, Figure, Style};
 use chaincell_host::error::Result;
 
@@ -12,13 +12,12 @@ pub const RESIDUALS_HEADER: &str = "target,kind,row,x,measured,fit,residual,held
 
 /// `target,kind,row,x,measured,fit,residual,held_out`: x is the displacement \[m\], the time \[s\],
 /// or the node; a field has three rows a node, x, y and z. Targets are numbered from 1.
-#[must_use]
 pub fn residuals_csv(targets: &[Target], found: &Identified) -> String {
     let mut text = format!("{RESIDUALS_HEADER}\n");
     let each = targets.iter().zip(&found.fitted).zip(&found.held_out);
     for (number, ((target, fit), held)) in (1..).zip(each) {
-        let (kind, x) = (target.kind().0, places(target));
-        for (at, (measured, fit)) in target.observed().iter().zip(fit).enumerate() {
+        let (kind, x) = (target.words().0, places(target));
+        for (at, (measured, fit)) in target.observed.iter().zip(fit).enumerate() {
             let row = at / target.width();
             let (x, held, off) = (x[row], u8::from(held[row]), fit - measured);
             let _ = writeln!(
@@ -33,17 +32,14 @@ pub fn residuals_csv(targets: &[Target], found: &Identified) -> String {
 
 /// Abscissa of every row.
 fn places(target: &Target) -> Vec<f64> {
-    match &target.data {
-        Data::Press { displacement_m, .. } => displacement_m.clone(),
-        Data::Relaxation { time_s, .. } | Data::Path { time_s, .. } => time_s.clone(),
-        Data::Field { nodes, .. } => nodes.iter().map(|&node| f64::from(node)).collect(),
+    match target.kind {
+        Kind::Press => target.displacement_m.clone(),
+        Kind::Relaxation | Kind::Path => target.time_s.clone(),
+        Kind::Field => target.nodes.iter().map(|&node| f64::from(node)).collect(),
     }
 }
 
 /// Two charts for each target of more than one row: measured and fitted, and the residuals.
-///
-/// # Errors
-/// What the drawing libraries refuse.
 pub fn charts(targets: &[Target], found: &Identified) -> Result<Vec<Figure>> {
     let mut drawn = Vec::new();
     let each = targets.iter().zip(&found.fitted).zip(&found.held_out);
@@ -51,13 +47,16 @@ pub fn charts(targets: &[Target], found: &Identified) -> Result<Vec<Figure>> {
         if target.rows() < 2 {
             continue;
         }
-        let (kind, _) = target.kind();
+        let (kind, _) = target.words();
         let both =
             if target.width() == 3 { field(target, fit, held) } else { curve(target, fit, held) };
         for (chart, what) in both.into_iter().zip(["fit", "residuals"]) {
-            let shows = if what == "fit" { "measured and fitted" } else { "fit less measured" };
+            let shows = match what {
+                "fit" => "The nearer the markers are to the line, the better is the fit.",
+                _ => "Residuals of a good fit have no pattern.",
+            };
             let caption = format!(
-                "Target {number}, {kind}: {shows}; markers of another colour were held out."
+                "{shows} Markers of another colour were held out. Target {number}, {kind}."
             );
             let name = format!("target{number}_{}_{what}", kind.replace(['-', ' '], "_"));
             drawn.push(Figure::new(name, caption, chart.draw()?));
@@ -73,15 +72,15 @@ fn part(points: &[[f64; 2]], held: &[bool], width: usize, which: bool) -> Vec<[f
 }
 
 fn curve(target: &Target, fit: &[f64], held: &[bool]) -> [Chart; 2] {
-    let (title, x_title, factor) = match target.data {
-        Data::Relaxation { .. } => ("Relaxation after a step", "time [s]", 1.0),
-        Data::Path { .. } => ("Force along a path in time", "time [s]", 1.0),
+    let (title, x_title, factor) = match target.kind {
+        Kind::Relaxation => ("Relaxation after a step", "time [s]", 1.0),
+        Kind::Path => ("Force along a path in time", "time [s]", 1.0),
         _ => ("Force against displacement", "displacement [mm]", 1e3),
     };
     let x: Vec<f64> = places(target).iter().map(|x| factor * x).collect();
     let points = |y: &[f64]| -> Vec<[f64; 2]> { x.iter().zip(y).map(|(&x, &y)| [x, y]).collect() };
-    let measured = points(&target.observed());
-    let off: Vec<f64> = fit.iter().zip(target.observed()).map(|(f, o)| f - o).collect();
+    let measured = points(&target.observed);
+    let off: Vec<f64> = fit.iter().zip(&target.observed).map(|(f, o)| f - o).collect();
     let off = points(&off);
     let fitted = Chart::new(title, Axis::linear(x_title), Axis::linear("force [N]"))
         .series("fit", Style::Line, &points(fit))
@@ -99,7 +98,7 @@ fn curve(target: &Target, fit: &[f64], held: &[bool]) -> [Chart; 2] {
 }
 
 fn field(target: &Target, fit: &[f64], held: &[bool]) -> [Chart; 2] {
-    let measured: Vec<f64> = target.observed().iter().map(|u| 1e3 * u).collect();
+    let measured: Vec<f64> = target.observed.iter().map(|u| 1e3 * u).collect();
     let pairs: Vec<[f64; 2]> = measured.iter().zip(fit).map(|(&m, f)| [m, 1e3 * f]).collect();
     // Over the fit: noise in the abscissa would slant the cloud.
     let off: Vec<[f64; 2]> = pairs.iter().map(|&[m, f]| [f, f - m]).collect();

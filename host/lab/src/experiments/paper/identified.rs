@@ -3,15 +3,16 @@
 use chaincell_kernel::Model;
 use serde_json::json;
 
-use super::section::{Context, Numbers, Section};
 use crate::charts::plot::Figure;
 use crate::experiments::identify::noisy::noisy;
-use crate::experiments::identify::target::{Data, Target};
+use crate::experiments::identify::target::Target;
 use crate::experiments::identify::tool::Tool;
+use crate::experiments::identify::uncertainty::Estimate;
 use crate::experiments::identify::{
     Bench, Bounds, Group, Identified, Parameters, Wanted, forward, identify, write,
 };
-use crate::experiments::report::tables::{Table, percent};
+use crate::experiments::page::table::{Table, percent};
+use crate::experiments::page::{Context, Numbers, Section};
 use crate::reference::vectors::{minus, norm};
 use chaincell_host::bake::{BakeOptions, bake};
 use chaincell_host::engine::contact::contact_cells;
@@ -87,24 +88,17 @@ impl Organ {
         let displacement_m: Vec<f64> = (1..=25).map(|at| DEPTH_M * f64::from(at) / 25.0).collect();
         let time_s: Vec<f64> = (0..400).map(|at| 0.002 * f64::from(at)).collect();
         let nodes: Vec<u32> = (0..self.mesh.nodes_m.len() as u32).collect();
-        let target = |name: &str, data| Target::new(name, data);
         let (few, many) = (vec![0.0; displacement_m.len()], vec![0.0; time_s.len()]);
-        let displacements_m = vec![[0.0; 3]; nodes.len()];
+        let field_m = vec![0.0; 3 * nodes.len()];
         vec![
-            target("pull", Data::Press { displacement_m, force_n: few }),
-            target(
-                "relaxation",
-                Data::Relaxation { displacement_m: DEPTH_M, time_s, force_n: many },
-            ),
-            target("field", Data::Field { displacement_m: DEPTH_M, nodes, displacements_m }),
+            Target::press("pull", displacement_m, few),
+            Target::relaxation("relaxation", DEPTH_M, time_s, many),
+            Target::field("field", DEPTH_M, nodes, field_m),
         ]
     }
 }
 
 /// Identifies the two materials from the curves alone, and with the field.
-///
-/// # Errors
-/// As the fit; Ctrl-C.
 pub fn section(context: &Context) -> Result<Section> {
     let organ = Organ::new(context.quick)?;
     let truth = Parameters {
@@ -160,10 +154,7 @@ pub fn section(context: &Context) -> Result<Section> {
 }
 
 /// Every estimate with the true value beside it.
-fn with_truth<'a>(
-    found: &'a Identified,
-    truth: &Parameters,
-) -> Vec<(&'a crate::experiments::identify::uncertainty::Estimate, f64)> {
+fn with_truth<'a>(found: &'a Identified, truth: &Parameters) -> Vec<(&'a Estimate, f64)> {
     let values = truth.stiffness_n_per_m.iter().chain(&truth.alpha).chain([&truth.time_constant_s]);
     found.estimates.iter().zip(values.copied()).collect()
 }

@@ -6,14 +6,14 @@ use nalgebra::Vector3;
 use serde_json::{Value, json};
 
 use super::press::{Pressed, Probe, SWEEPS, chainmail, network};
-use super::section::{Context, Numbers, Section};
 use crate::charts::plot::{Axis, Chart, Figure, Style};
 use crate::charts::render::{Body, ColourBar, Paint, Panel, Sheet, cut};
-use crate::experiments::report::scene::Scene;
-use crate::experiments::report::tables::Table;
+use crate::experiments::page::table::Table;
+use crate::experiments::page::{Context, Numbers, Section};
+use crate::experiments::report::scene::{Scene, Source};
 use crate::reference::vectors::{minus, norm};
 use chaincell_host::error::Result;
-use chaincell_host::mesh::{self, Mesh, MeshOptions};
+use chaincell_host::mesh::Mesh;
 use chaincell_host::words::counted;
 
 /// Radius of the probe and depth of the press [mean link lengths].
@@ -41,9 +41,6 @@ struct Case {
 }
 
 /// The figures of Fig. 6.
-///
-/// # Errors
-/// Reference data that cannot be read; as the engine and the drawing.
 pub fn section(context: &Context) -> Result<Section> {
     let case = Case::new(context)?;
     let [mut network, chain] = [&case.network, &case.chain].map(|pressed| case.figures(pressed));
@@ -64,8 +61,9 @@ pub fn section(context: &Context) -> Result<Section> {
     let caption =
         "At the moment of the pictures, late in the hold; times over the ticks in contact";
     let pressed = format!(
-        "Fig. 6: {} ({} cells, {} tetrahedra) pressed {:.1} mm deep by a spherical probe of {:.1} mm \
-         radius; colours show how far the surface has moved.",
+        "Under the network the whole organ follows the probe, most of all below it; ChainMail moves a \
+         block with an edge. Fig. 6: {} ({} cells, {} tetrahedra) pressed {:.1} mm deep by a spherical \
+         probe of {:.1} mm radius; colours show how far the surface has moved.",
         case.scene.source,
         case.mesh.nodes_m.len(),
         case.mesh.tetrahedra.len(),
@@ -119,14 +117,11 @@ fn number(value: &Value) -> String {
 
 impl Case {
     fn new(context: &Context) -> Result<Self> {
-        let (scene, spec) = match &context.reference {
-            Some(folder) => {
-                let path = folder.join("meshes/liver_5762.msh41.msh");
-                (Scene::liver(folder, false)?, path.to_string_lossy().into_owned())
-            }
-            None => (Scene::organ()?, "organ".to_owned()),
+        let source = match &context.reference {
+            Some(folder) => Source::liver(folder)?,
+            None => Source::organ(None)?,
         };
-        let mesh = mesh::load(&spec, &MeshOptions::default())?;
+        let (scene, mesh) = (source.with_alpha(0.0)?, source.mesh);
         let unit_m = f64::from(scene.model()?.unit_m());
         let (radius_m, depth_m) = (RADIUS_LINKS * unit_m, DEPTH_LINKS * unit_m);
         let ticks = if context.quick { TICKS_QUICK } else { TICKS };
@@ -170,7 +165,8 @@ impl Case {
             Figure::new("paper_liver", pressed, self.sheet().draw()?),
             Figure::new(
                 "paper_liver_force",
-                "Force on the probe during the press. ChainMail has none to show.",
+                "The force rises with the press, trembles with the hand and goes with the retreat. \
+                 ChainMail has none to show.",
                 self.force().draw()?,
             ),
         ])

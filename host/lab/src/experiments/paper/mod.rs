@@ -11,30 +11,33 @@
 //! `paper.html` begins with a table of the paper's results, each with what was computed here. Every
 //! section then says on which body, with which tool and settings. `paper.json` holds the figures of
 //! each section under its key, with units in the names; the CSV files hold the numbers of the
-//! pictures. Only the times of ticks depend on the machine. The other method is
-//! traditional `ChainMail` (Gibson's lattice form, Li and Brodlie's generalised form). Without
-//! reference data the generated organ stands in for the liver.
-//!
-//! An experiment is a file with a function from a [`Context`] to a [`Section`] and a row in
-//! [`EXPERIMENTS`].
+//! pictures. Only the times of ticks depend on the machine. The other method is traditional
+//! `ChainMail`. Without reference data the generated organ stands in for the liver.
 
 pub mod body;
-mod html;
 pub mod identified;
 pub mod liver;
 pub mod mechanics;
 pub mod plane;
 mod press;
 pub mod scaling;
-pub mod section;
-pub mod write;
 
-use chaincell_host::error::Result;
-use section::{Context, Section};
+use super::page::Page;
 
-/// What computes a section of the report.
-pub type Experiment = fn(&Context) -> Result<Section>;
-
-/// Every experiment, in the order of the report.
-pub const EXPERIMENTS: &[Experiment] =
-    &[plane::section, mechanics::section, liver::section, scaling::section, identified::section];
+/// The page, with every experiment in order.
+pub static PAGE: Page = Page {
+    name: "paper",
+    title: "The paper's results, computed anew",
+    intro: "J. Zhang, Y. Zhong, J. Smith, C. Gu: ChainMail based neural dynamics modeling of soft \
+            tissue deformation for surgical simulation, Technology and Health Care, 2017. Every \
+            picture, table and figure below was computed by the command named here. The other method \
+            is traditional ChainMail, in the generalised form of Li and Brodlie, which on a lattice is \
+            Gibson's. The numbers of the pictures are files in the folder of this page.",
+    experiments: &[
+        plane::section,
+        mechanics::section,
+        liver::section,
+        scaling::section,
+        identified::section,
+    ],
+};

@@ -5,18 +5,18 @@ use chaincell_kernel::{Settings, ToolPose};
 use nalgebra::Vector3;
 use serde_json::{Value, json};
 
-use super::section::{Context, Numbers, Section};
-use crate::baseline::chainmail::{Chain, Graph, Lattice, Limits};
+use crate::baseline::chainmail::{ChainMail, Limits};
 use crate::bodies::Variant;
 use crate::charts::plot::{Axis, Chart, Figure, Style};
 use crate::charts::render::{Body, ColourBar, Paint, Panel, Sheet};
-use crate::experiments::report::scene::Scene;
-use crate::experiments::report::tables::Table;
+use crate::experiments::page::table::Table;
+use crate::experiments::page::{Context, Numbers, Section};
+use crate::experiments::report::scene::{Scene, Source};
 use crate::reference::profile::{in_input_order, middle_row, nonlinearity};
 use crate::reference::vectors::{minus, norm};
-use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
+use chaincell_host::engine::{Engine, Scheme};
 use chaincell_host::error::Result;
-use chaincell_host::mesh::{self, Mesh, MeshOptions};
+use chaincell_host::mesh::Mesh;
 
 /// Displacement of the centre \[m\].
 const DEPTH_M: f64 = 0.03;
@@ -40,9 +40,6 @@ const RELAXATIONS: u32 = 1000;
 const BAND_ALPHA: f64 = 0.1;
 
 /// The figures of Fig. 4.
-///
-/// # Errors
-/// As the bake and the drawing.
 pub fn section(_context: &Context) -> Result<Section> {
     let planes = [Plane::new(false)?, Plane::new(true)?];
     let mut json = json!({ "depth_m": DEPTH_M, "chainmail_alpha": CHAIN_ALPHA });
@@ -52,7 +49,7 @@ pub fn section(_context: &Context) -> Result<Section> {
     let [four, eight] = planes.each_ref().map(Plane::nonlinearities);
     let rows = planes[0].shapes.iter().zip(four?).zip(eight?);
     let table = Table::of(rows)
-        .column("method", |((shape, _), _)| shape.method.replace("traditional ", ""))
+        .column("method", |((shape, _), _)| &shape.method)
         .column("4 neighbours", |((_, four), _)| format!("{four:.3}"))
         .column("8 neighbours", |(_, eight)| format!("{eight:.3}"))
         .table();
@@ -62,7 +59,8 @@ pub fn section(_context: &Context) -> Result<Section> {
     let mut figures = vec![Figure {
         name: "paper_plane".into(),
         caption: format!(
-            "Fig. 4: the plane of 21 x 21 cells, 10 mm apart, border fixed, centre displaced by {:.0} \
+            "Under the network the plane is a tent with hollow sides, under ChainMail a pyramid with \
+             straight ones. Fig. 4: 21 x 21 cells, 10 mm apart, border fixed, centre displaced by {:.0} \
              mm. Left the network at equilibrium, right ChainMail right after the move; 4 neighbours \
              above, 8 below.",
             1e3 * DEPTH_M
@@ -72,8 +70,9 @@ pub fn section(_context: &Context) -> Result<Section> {
     let mut numbers = Vec::new();
     for plane in &planes {
         let caption = format!(
-            "Profiles along the middle row, {} neighbours: the network at equilibrium and on its way \
-             there, and ChainMail.",
+            "The network is a spike at first and spreads to a tent with hollow sides; those of ChainMail \
+             run straight, jagged with 8 neighbours. Profiles along the middle row, {} neighbours: the \
+             network at equilibrium and on its way there, and ChainMail.",
             plane.neighbours
         );
         let name = format!("paper_profile_{}", plane.neighbours);
@@ -121,9 +120,9 @@ fn text() -> Vec<String> {
              gives a straight-sided pyramid. Both are computed here: the network with alpha 0 at its \
              equilibrium (track, {PULL_TICKS} ms of pull, {HOLD_TICKS} ms of hold), a cusp around the \
              contact point; ChainMail with bounds of {} of a link with 4 neighbours, so wide that \
-             the pull just reaches the border, where it is Gibson's, and {} with 8, where it is the \
-             generalised form. With 8 the difference is small: a diagonal may shear by as much as both \
-             its sides, so the generalised chain's sides are jagged about straight lines.",
+             the pull just reaches the border, and {} with 8. With 8 the difference is small: a \
+             diagonal may shear by as much as both its sides, so the chain's sides are jagged about \
+             straight lines.",
             CHAIN_ALPHA[0], CHAIN_ALPHA[1]
         ),
         "Which moment is shown matters, and the paper does not say which. On the way to equilibrium \
@@ -165,9 +164,8 @@ struct Plane {
 
 impl Plane {
     fn new(diagonals: bool) -> Result<Self> {
-        let scene = Scene::plane(diagonals)?;
-        let options = MeshOptions { diagonals, ..MeshOptions::default() };
-        let mesh = mesh::load("plane:21x21x0.01", &options)?;
+        let source = Source::plane(diagonals)?;
+        let scene = source.with_alpha(0.0)?;
         let mut shapes = vec![Shape::new("network, equilibrium", "network", equilibrium(&scene)?)];
         for (t, positions_m) in relaxation(&scene)? {
             shapes.push(Shape::new(
@@ -176,15 +174,15 @@ impl Plane {
                 positions_m,
             ));
         }
-        let banded = equilibrium(&Scene::plane_of(diagonals, BAND_ALPHA)?)?;
+        let banded = equilibrium(&source.with_alpha(BAND_ALPHA)?)?;
         let method = format!("network, alpha {BAND_ALPHA}, equilibrium");
         shapes.push(Shape::new(method, "network_band", banded));
-        let [moved, relaxed] = chainmail(&mesh, diagonals)?;
-        let method = if diagonals { "generalised ChainMail" } else { "traditional ChainMail" };
+        let [moved, relaxed] = chainmail(&source.mesh, diagonals)?;
+        let method = "ChainMail";
         shapes.push(Shape::new(method, "chainmail", moved));
         let method = format!("{method}, {RELAXATIONS} relaxation sweeps");
         shapes.push(Shape::new(method, "chainmail_relaxed", relaxed));
-        Ok(Self { neighbours: if diagonals { 8 } else { 4 }, mesh, shapes })
+        Ok(Self { neighbours: if diagonals { 8 } else { 4 }, mesh: source.mesh, shapes })
     }
 
     fn name(&self) -> String {
@@ -282,16 +280,6 @@ fn positions(engine: &mut Engine<'_>) -> Vec<[f64; 3]> {
     in_input_order(engine.network().model(), &positions_m)
 }
 
-fn engine(
-    scene: &Scene,
-    scheme: Scheme,
-    sweeps: u16,
-    change: impl FnOnce(Settings) -> Settings,
-) -> Result<Engine<'_>> {
-    let contact = Contact::Cells(scene.contacts.clone());
-    Variant::plain(scheme, Arithmetic::F32).unlimited(scene.model()?, contact, sweeps, change)
-}
-
 /// The centre pulled up by a share of the depth.
 fn pull(engine: &mut Engine<'_>, scene: &Scene, share: f64) {
     let position_m = scene.direction.map(|x| (-share * DEPTH_M * x) as f32);
@@ -299,7 +287,8 @@ fn pull(engine: &mut Engine<'_>, scene: &Scene, share: f64) {
 }
 
 fn equilibrium(scene: &Scene) -> Result<Vec<[f64; 3]>> {
-    let mut engine = engine(scene, Scheme::Track, SWEEPS, |settings| settings)?;
+    let track = Variant::single(Scheme::Track, true);
+    let mut engine = scene.engine(track, SWEEPS, |settings| settings)?;
     for tick in 0..=PULL_TICKS + HOLD_TICKS {
         pull(&mut engine, scene, f64::from(tick.min(PULL_TICKS)) / f64::from(PULL_TICKS));
     }
@@ -309,7 +298,8 @@ fn equilibrium(scene: &Scene) -> Result<Vec<[f64; 3]>> {
 /// The centre displaced at once, then the paper's own relaxation.
 fn relaxation(scene: &Scene) -> Result<Vec<(u32, Vec<[f64; 3]>)>> {
     let step = 1.0 / STEPS as f32;
-    let mut engine = engine(scene, Scheme::Euler, 1, |settings| Settings { step, ..settings })?;
+    let euler = Variant::single(Scheme::Euler, true);
+    let mut engine = scene.engine(euler, 1, |settings| Settings { step, ..settings })?;
     pull(&mut engine, scene, 0.0);
     let mut steps = 0;
     let moments = MOMENTS.into_iter().map(|t| {
@@ -322,24 +312,13 @@ fn relaxation(scene: &Scene) -> Result<Vec<(u32, Vec<[f64; 3]>)>> {
     Ok(moments.collect())
 }
 
-/// Gibson's chain on the lattice; with diagonals the generalised one.
+/// The chain right after the move, and relaxed.
 fn chainmail(mesh: &Mesh, diagonals: bool) -> Result<[Vec<[f64; 3]>; 2]> {
     let limits = Limits::of_alpha(CHAIN_ALPHA[usize::from(diagonals)])?;
-    let (nodes_m, fixed) = (&mesh.nodes_m, &mesh.default_fixed);
-    if diagonals {
-        pulled(Graph::new(nodes_m, &mesh.links, fixed, limits)?)
-    } else {
-        pulled(Lattice::new([NODES[0], NODES[1], 1], nodes_m, fixed, limits)?)
-    }
-}
-
-/// A chain right after the move, and relaxed.
-fn pulled(mut chain: impl Chain) -> Result<[Vec<[f64; 3]>; 2]> {
-    let [x, y, z] = chain.elements().rest_m()[CENTRE];
+    let mut chain = ChainMail::new(&mesh.nodes_m, &mesh.links, &mesh.default_fixed, limits)?;
+    let [x, y, z] = chain.rest_m()[CENTRE];
     chain.move_to(&[(CENTRE, [x, y, z + DEPTH_M])])?;
-    let moved = chain.elements().positions_m().to_vec();
-    (0..RELAXATIONS).for_each(|_| {
-        chain.relax(&Limits::RIGID);
-    });
-    Ok([moved, chain.elements().positions_m().to_vec()])
+    let moved = chain.positions_m().to_vec();
+    (0..RELAXATIONS).for_each(|_| chain.relax(&Limits::RIGID));
+    Ok([moved, chain.positions_m().to_vec()])
 }

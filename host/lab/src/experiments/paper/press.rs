@@ -5,7 +5,7 @@ use std::time::Instant;
 use chaincell_kernel::{Settings, ToolPose, Unloading};
 use nalgebra::Vector3;
 
-use crate::baseline::chainmail::{Chain, Graph, Limits};
+use crate::baseline::chainmail::{ChainMail, Limits};
 use crate::bodies::Variant;
 use crate::experiments::report::scene::Scene;
 use crate::reference::profile::in_input_order;
@@ -33,9 +33,6 @@ pub struct Probe {
 impl Probe {
     /// The built-in press of a sphere along the axis of a scene, from where it first touches to
     /// `depth_m` below.
-    ///
-    /// # Errors
-    /// A depth or a number of ticks that the motion refuses.
     pub fn new(scene: &Scene, radius_m: f64, depth_m: f64, ticks: u64) -> Result<Self> {
         let model = scene.model()?;
         let at = |&cell: &u16| Vector3::from(rest_m(&model, cell.into()));
@@ -58,7 +55,6 @@ impl Probe {
     }
 
     /// Its centre when the pictures are taken, and when it first touches \[m\].
-    #[must_use]
     pub fn centres_m(&self) -> [[f64; 3]; 2] {
         let at = |pose: Option<&Pose>| pose.map_or([0.0; 3], |pose| pose.position_m.map(f64::from));
         let first = self.poses.iter().find(|pose| pose.engaged == 1);
@@ -80,9 +76,6 @@ pub struct Pressed {
 }
 
 /// The network under the probe.
-///
-/// # Errors
-/// As the engine; the user's wish to stop.
 pub fn network(scene: &Scene, probe: &Probe) -> Result<Pressed> {
     let variant = Variant::plain(Scheme::Track, Arithmetic::F32);
     let contact = Contact::sphere(probe.radius_m as f32, 0.0);
@@ -109,12 +102,9 @@ pub fn network(scene: &Scene, probe: &Probe) -> Result<Pressed> {
 
 /// Generalised `ChainMail` under the probe: surface elements inside it are put on it, the chain
 /// follows.
-///
-/// # Errors
-/// As the chain; the user's wish to stop.
 pub fn chainmail(scene: &Scene, probe: &Probe, alpha: f64) -> Result<Pressed> {
     let model = scene.model()?;
-    let mut chain = Graph::of_model(&model, Limits::of_alpha(alpha)?)?;
+    let mut chain = ChainMail::of_model(&model, Limits::of_alpha(alpha)?)?;
     let free = |cell: &&u16| !model.is_fixed(**cell);
     let surface: Vec<usize> =
         model.surface().iter().filter(free).map(|&cell| usize::from(cell)).collect();
@@ -123,7 +113,7 @@ pub fn chainmail(scene: &Scene, probe: &Probe, alpha: f64) -> Result<Pressed> {
         interrupt::check()?;
         let centre = pose.position_m.map(f64::from);
         let start = Instant::now();
-        let positions = chain.elements().positions_m();
+        let positions = chain.positions_m();
         let inside = surface.iter().filter(|_| pose.engaged == 1).filter_map(|&element| {
             let off = minus(positions[element], centre);
             let apart = norm(off);
@@ -137,7 +127,7 @@ pub fn chainmail(scene: &Scene, probe: &Probe, alpha: f64) -> Result<Pressed> {
         pressed.step_ns.push(start.elapsed().as_nanos() as u64);
         pressed.contacts.push(held.len() as u32);
         if tick == probe.shown {
-            pressed.shown_m = in_input_order(&model, chain.elements().positions_m());
+            pressed.shown_m = in_input_order(&model, chain.positions_m());
         }
     }
     Ok(pressed)

@@ -5,10 +5,10 @@ use chaincell_kernel::{Model, ToolPose};
 use nalgebra::Vector3;
 use serde::Serialize;
 
-use super::section::{Context, Numbers, Section};
 use crate::bodies::Variant;
 use crate::charts::plot::{Axis, Chart, Figure, Style};
-use crate::experiments::report::tables::{Table, csv, percent, us};
+use crate::experiments::page::table::{Table, csv, percent, us};
+use crate::experiments::page::{Context, Numbers, Section};
 use crate::reference::vectors::{distance, dot, minus, norm, plus, size};
 use chaincell_host::bake::{BakeOptions, ImageBytes, bake};
 use chaincell_host::engine::contact::{automatic, held, inward};
@@ -92,9 +92,6 @@ impl Site {
 }
 
 /// The press over numbers of cells.
-///
-/// # Errors
-/// As the generator, the bake and the engine; a drawing that fails; the user's wish to stop.
 pub fn section(context: &Context) -> Result<Section> {
     let (size, numbers): (usize, &[usize]) = if context.quick {
         (2000, &[500, 200, 100])
@@ -346,11 +343,17 @@ fn figures(rows: &[Row]) -> Result<Vec<Figure>> {
     let force = chart("Error of the force", "error [%]", |row| 100.0 * row.force_error.abs(), 1);
     let time = |row: &Row| 1e-3 * row.tick_median_ns as f64;
     let time = chart("Time of a tick", "time [us]", time, 0).horizontal(1000.0, "1 ms");
-    let at_end = "at the end of a press, against the network of all nodes.";
+    let figure = |name, sees: &str, chart: Chart| -> Result<Figure> {
+        let caption = format!(
+            "Each line is a press at one place, its points networks of fewer cells to the left. {sees}"
+        );
+        Ok(Figure::new(name, caption, chart.draw()?))
+    };
+    let off = "against the network of all nodes, at the end of the press.";
     Ok(vec![
-        Figure::new("scaling_field", format!("Displacements of all nodes {at_end}"), field.draw()?),
-        Figure::new("scaling_force", format!("The force on the tool {at_end}"), force.draw()?),
-        Figure::new("scaling_time", "Median tick of the press under track.", time.draw()?),
+        figure("scaling_field", &format!("Displacements of all nodes {off}"), field)?,
+        figure("scaling_force", &format!("The force on the tool {off}"), force)?,
+        figure("scaling_time", "Median tick of the press under track.", time)?,
     ])
 }
 
@@ -363,7 +366,7 @@ mod tests {
         // With CHAINCELL_SLOW=1 as the report runs it.
         let quick = std::env::var_os("CHAINCELL_SLOW").is_none();
         let section = section(&Context { quick, ..Context::default() }).unwrap();
-        println!("{}\n{}", section.text.join("\n"), section.tables[0].1.markdown());
+        println!("{}\n{:#?}", section.text.join("\n"), section.tables[0].1);
         let rows = section.json["networks"].as_array().unwrap();
         let each = if quick { 4 } else { 6 };
         assert_eq!(rows.len(), 3 * each);

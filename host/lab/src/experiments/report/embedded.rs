@@ -5,20 +5,19 @@ use serde::Serialize;
 
 use super::hand::{Reference, play};
 use super::motions::Motion;
-use super::scene::Scene;
-use super::setting::Setting;
+use super::scene::Source;
 use super::snaps::{Snaps, Spread};
-use chaincell_host::bake::BasisSpacing;
+use crate::bodies::Variant;
+use chaincell_host::bake::{BakeOptions, BasisSpacing};
+use chaincell_host::engine::Scheme;
 use chaincell_host::error::{Error, Result};
-
-/// The motion of the table.
-pub const MOTION: Motion = Motion::Straight { speed_mm_per_s: 50.0, depth_mm: 15.0 };
+use chaincell_kernel::Choice;
 
 /// An organ with a number of sweeps a tick.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct EmbeddedRow {
     /// The scheme.
-    pub scheme: Setting,
+    pub scheme: &'static str,
     /// Its cells.
     pub cells: usize,
     /// Its coarse basis functions.
@@ -42,16 +41,18 @@ pub fn errors(
     sweeps: &[u16],
 ) -> Result<Vec<EmbeddedRow>> {
     let unknown = || Error::input(format!("{scheme}: no such scheme, take track or predict"));
-    let known = [Setting::TRACK, Setting::PREDICT];
-    let setting = known.into_iter().find(|of| of.to_string() == scheme).ok_or_else(unknown)?;
-    let scene = Scene::organ_with(cells, spacing)?;
+    let known = [Scheme::Track, Scheme::Predict];
+    let scheme = known.into_iter().find(|of| of.name() == scheme).ok_or_else(unknown)?;
+    let options = BakeOptions { coarse_basis: spacing, ..BakeOptions::default() };
+    let scene = Source::organ(Some(cells))?.bake(&options)?;
     let model = scene.model()?;
-    let reference = Reference::follow(&scene, MOTION)?;
+    let reference = Reference::follow(&scene, Motion::SLOW)?;
     let row = |&sweeps: &u16| {
-        let (_, force) = play(&scene, &reference, MOTION, setting, sweeps)?;
+        let variant = Variant::single(scheme, true);
+        let (_, force) = play(&scene, &reference, Motion::SLOW, variant, sweeps)?;
         let snaps = reference.snaps.clone();
         let (cells, coarse_functions) = (model.cells(), model.coarse_functions());
-        Ok(EmbeddedRow { scheme: setting, cells, coarse_functions, sweeps, force, snaps })
+        Ok(EmbeddedRow { scheme: scheme.name(), cells, coarse_functions, sweeps, force, snaps })
     };
     sweeps.iter().map(row).collect()
 }

@@ -3,25 +3,68 @@
 //! Every figure comes with the body and the tool that it was measured on. Times depend on the
 //! machine and its load: compare ratios within one report. Sweeps and errors do not.
 //!
-//! | section of REPORT.md | question | numbers |
+//! | section of report.html | question | numbers |
 //! |---|---|---|
 //! | A hand that moves | time a tick and error of the force for held cells under a hand's motions, every scheme of a list, two bodies | `report_hand.csv` |
 //! | A tool that moves | time a tick and error of the force for tools pressed into a surface and drawn over it, bodies of both kinds | `report_tools.csv` |
 //!
 //! An error of the force is relative: to the exact force under a hand, to the largest force of the
 //! motion under a tool. Which ticks count under a hand, and which are left out because the body
-//! snaps from one equilibrium to another, is one rule: see [`snaps`]. `report_summary.json` has
-//! every figure, the CSV files the rows of the tables.
+//! snaps from one equilibrium to another, is one rule: see `snaps`. `report.json` has every figure,
+//! the CSV files the rows of the tables.
 
-pub mod collect;
 pub mod embedded;
-pub mod engine;
-pub mod hand;
-pub mod motions;
-pub mod pictures;
+mod hand;
+mod motions;
+mod pictures;
 pub mod scene;
-pub mod setting;
-pub mod snaps;
-pub mod tables;
-pub mod tools;
-pub mod write;
+mod snaps;
+mod tools;
+
+use super::page::table::Table;
+use super::page::{Context, Page, Section};
+use chaincell_host::error::Result;
+
+/// The page, with its measurements in order.
+pub(crate) static PAGE: Page = Page {
+    name: "report",
+    title: "Speed against error",
+    intro: "Time of a tick and error of the force on this machine: one thread, numbers in f32. Compare \
+            ratios within one report, not times of two.",
+    experiments: &[hand::section, tools::section, others],
+};
+
+/// Figures that other commands measure.
+const OTHERS: [(&str, &str); 5] = [
+    (
+        "time of a tick, also by several threads, and round trip in the 1 kHz loop, beside the \
+         machine's own floor",
+        "chaincell cosim, chaincell latency MODEL --worst",
+    ),
+    ("the same for hours, under load", "chaincell cosim --load 1 --seconds 28800 --out night"),
+    (
+        "sweeps to equilibrium beside mass-spring, position-based dynamics, Jolt and rapier3d (needs \
+         CMake and a C++ compiler)",
+        "cargo bench -p chaincell-lab --features baselines --bench baselines",
+    ),
+    (
+        "instructions of a sweep in its worst state (needs valgrind)",
+        "cargo bench -p chaincell-lab --bench sweep",
+    ),
+    (
+        "instructions on microcontrollers, and the error of whole ticks beside them",
+        "tests/firmware/run, tests/firmware/run --fit",
+    ),
+];
+
+/// What this report does not measure, and what does.
+fn others(_: &Context) -> Result<Section> {
+    let table =
+        Table::of(OTHERS).column("figure", |(figure, _)| figure).column("command", |(_, by)| by);
+    Ok(Section {
+        key: "others",
+        title: "Figures of other commands".to_owned(),
+        tables: vec![("Run in the source tree".to_owned(), table.table())],
+        ..Section::default()
+    })
+}

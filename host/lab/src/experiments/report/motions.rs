@@ -37,8 +37,10 @@ pub enum Motion {
 }
 
 impl Motion {
+    /// Straight in, as the table of microcontrollers has it.
+    pub const SLOW: Self = Self::Straight { speed_mm_per_s: 50.0, depth_mm: 15.0 };
+
     /// Last tick of the motion.
-    #[must_use]
     pub fn ticks(self) -> usize {
         match self {
             Self::Straight { speed_mm_per_s, depth_mm } => {
@@ -49,7 +51,6 @@ impl Motion {
     }
 
     /// The tool at a tick, with `inward` of length 1; at tick 0 it takes hold.
-    #[must_use]
     pub fn sample(self, tick: usize, inward: [f64; 3]) -> ToolPose {
         let way_mm = self.way_mm(tick as f64 * TICK_S, Vector3::from(inward));
         ToolPose::at(way_mm.map(|x| (1e-3 * x) as f32), 1)
@@ -72,7 +73,6 @@ impl Motion {
     }
 
     /// What it is, for tables.
-    #[must_use]
     pub fn words(self) -> String {
         match self {
             Self::Straight { speed_mm_per_s, depth_mm } => {
@@ -83,7 +83,6 @@ impl Motion {
     }
 
     /// What the motions are, for the text of a report.
-    #[must_use]
     pub fn description() -> String {
         format!(
             "Circles with tremor: in at {CIRCLES_SPEED_MM_PER_S} mm/s to {CIRCLES_DEPTH_MM} mm, \

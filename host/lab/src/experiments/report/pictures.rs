@@ -1,73 +1,48 @@
-//! The charts of a report.
+//! The charts of a report: error of the force over time of a tick.
 
-use super::collect::Report;
-use crate::charts::plot::{Axis, Chart, Style};
+use crate::charts::plot::{Axis, Chart, Figure, Style};
 use chaincell_host::error::Result;
-use chaincell_host::files::output::Folder;
 
 /// Errors below this are drawn at it \[%\].
 const LEAST: f64 = 1e-3;
-/// How the names of the pictures begin, one for each motion of the first body.
-pub const HAND: &str = "report_hand_";
-/// Likewise one for each motion of a tool.
-pub const TOOLS: &str = "report_tools_";
 
 /// A row as a chart shows it.
-struct Point<'r> {
+pub struct Point<'r> {
     /// Which chart and which line.
-    motion: &'r str,
-    line: String,
-    tick_us: f64,
+    pub motion: &'r str,
+    /// The line.
+    pub line: String,
+    /// Median time of a tick \[ns\].
+    pub tick_ns: u64,
     /// Error as a fraction.
-    error: f64,
+    pub error: f64,
 }
 
-/// Writes every chart that there are figures for; returns their names with captions.
-///
-/// # Errors
-/// As [`Chart::write`].
-pub fn write(report: &Report, folder: &Folder) -> Result<Vec<(String, String)>> {
-    let (hand, tools) = (&report.hand, &report.tools);
-    let of_hand = hand.iter().filter(|row| row.body == hand[0].body).map(|row| Point {
-        motion: &row.motion,
-        line: row.scheme.to_string(),
-        tick_us: 1e-3 * row.tick_ns.p50 as f64,
-        error: row.force.largest,
-    });
-    let of_tools = tools.iter().map(|row| Point {
-        motion: &row.tool,
-        line: format!("{}, {} cells", row.material, row.cells),
-        tick_us: 1e-3 * row.tick_ns.p50 as f64,
-        error: row.p90,
-    });
-    let mut written = Vec::new();
-    for (points, name, held, measure) in [
-        (of_hand.collect::<Vec<_>>(), HAND, "Held cells, ", "largest"),
-        (of_tools.collect(), TOOLS, "", "nine of ten ticks within this"),
-    ] {
-        let mut motions: Vec<&str> = Vec::new();
-        for point in &points {
-            if !motions.contains(&point.motion) {
-                motions.push(point.motion);
-            }
-        }
-        for (number, motion) in motions.into_iter().enumerate() {
-            let caption = format!("{held}{motion}: error of the force against time of a tick");
-            let here = points.iter().filter(|point| point.motion == motion);
-            let chart = chart(&format!("{held}{motion}"), measure, here);
-            let name = format!("{name}{}", number + 1);
-            chart.write(folder, &name)?;
-            written.push((name, caption));
+/// A chart for each motion, `name_1` and so on, a line for each setting or body; `measure` says
+/// which error it is.
+pub fn figures(name: &str, measure: &str, points: &[Point<'_>]) -> Result<Vec<Figure>> {
+    let mut motions: Vec<&str> = Vec::new();
+    for point in points {
+        if !motions.contains(&point.motion) {
+            motions.push(point.motion);
         }
     }
-    Ok(written)
+    let draw = |(number, motion): (usize, &str)| {
+        let here = points.iter().filter(|point| point.motion == motion);
+        let caption = format!(
+            "The lower left is best: a small error in a short tick. Along each line the sweeps a tick \
+             grow from 1 to 8. Error of the force, {measure}: {motion}."
+        );
+        let picture = chart(motion, measure, here).draw()?;
+        Ok(Figure::new(format!("{name}_{}", number + 1), caption, picture))
+    };
+    motions.into_iter().enumerate().map(draw).collect()
 }
 
-/// Error of the force over time of a tick, a line for each setting or body.
 fn chart<'p>(title: &str, measure: &str, points: impl Iterator<Item = &'p Point<'p>>) -> Chart {
     let mut lines: Vec<(&str, Vec<[f64; 2]>)> = Vec::new();
     for point in points {
-        let place = [point.tick_us, (100.0 * point.error).max(LEAST)];
+        let place = [1e-3 * point.tick_ns as f64, (100.0 * point.error).max(LEAST)];
         match lines.iter_mut().find(|(line, _)| *line == point.line) {
             Some((_, places)) => places.push(place),
             None => lines.push((&point.line, vec![place])),

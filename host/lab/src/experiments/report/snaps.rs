@@ -8,6 +8,9 @@
 
 use serde::Serialize;
 
+use crate::experiments::page::table::percent;
+use crate::reference::vectors::{minus, norm};
+
 /// First tick whose error counts: before it everything is small.
 pub const FIRST_TICK: usize = 30;
 /// A change of the force in a tick beyond this part of its largest value is a snap.
@@ -44,23 +47,21 @@ pub struct Spread {
 }
 
 impl Snaps {
-    /// The snaps of a path of forces with their ticks, ascending; between moments that are several
-    /// ticks apart the change of a tick is the mean one.
-    #[must_use]
-    pub fn of(path: &[(usize, [f64; 3])]) -> Self {
-        let size = |force: [f64; 3]| force.iter().map(|x| x * x).sum::<f64>().sqrt();
-        let limit = CHANGE * path.iter().map(|(_, force)| size(*force)).fold(0.0, f64::max);
-        let is_jump = |pair: &&[(usize, [f64; 3])]| {
-            let change = std::array::from_fn(|x| pair[1].1[x] - pair[0].1[x]);
-            size(change) > limit * (pair[1].0 - pair[0].0) as f64
-        };
-        let jumps: Vec<usize> = path.windows(2).filter(is_jump).map(|pair| pair[1].0).collect();
+    /// The snaps of a path of forces, tick by tick.
+    pub fn of(forces: &[[f64; 3]]) -> Self {
+        let limit = CHANGE * forces.iter().map(|force| norm(*force)).fold(0.0, f64::max);
+        let changes = forces.windows(2).map(|pair| norm(minus(pair[1], pair[0])));
+        let jumps: Vec<usize> = (1..)
+            .zip(changes)
+            .filter(|(_, change)| *change > limit)
+            .map(|(tick, _)| tick)
+            .collect();
         let follows = |tick: usize| jumps.contains(&(tick.wrapping_sub(1)));
         let ticks = jumps.iter().copied().filter(|&tick| !follows(tick)).collect();
         let mut snaps = Self { ticks, jumps, ..Self::default() };
-        let end = path.last().map_or(0, |(tick, _)| *tick);
-        let inside = (FIRST_TICK..=end).filter(|&tick| snaps.is_near(tick)).count();
-        snaps.share = inside as f64 / (end + 1).saturating_sub(FIRST_TICK).max(1) as f64;
+        let counted = FIRST_TICK..forces.len();
+        let inside = counted.clone().filter(|&tick| snaps.is_near(tick)).count();
+        snaps.share = inside as f64 / counted.len().max(1) as f64;
         snaps.too_many = snaps.share > SHARE_MAX;
         snaps
     }
@@ -70,13 +71,11 @@ impl Snaps {
     }
 
     /// Whether a tick is left out as part of a snap.
-    #[must_use]
     pub fn hold(&self, tick: usize) -> bool {
         !self.too_many && self.is_near(tick)
     }
 
     /// Errors by tick, those that count, apart by whether they are inside snaps.
-    #[must_use]
     pub fn spread(&self, errors: &[(usize, f64)]) -> Spread {
         let counted = errors.iter().copied().filter(|(tick, _)| *tick >= FIRST_TICK);
         let (inside, outside): (Vec<_>, Vec<_>) = counted.partition(|(tick, _)| self.hold(*tick));
@@ -96,14 +95,12 @@ impl Snaps {
     }
 
     /// The part of the ticks that is left out, for a table.
-    #[must_use]
     pub fn share_words(&self) -> String {
-        let share = super::tables::percent(self.share);
+        let share = percent(self.share);
         if self.too_many { format!("0 (snaps take {share})") } else { share }
     }
 
     /// The rule, for the text of a report.
-    #[must_use]
     pub fn rule() -> String {
         format!(
             "Errors count from tick {FIRST_TICK} on. A snap is a tick in which the force of the \
@@ -121,10 +118,10 @@ mod tests {
     use super::*;
 
     /// A force that falls slowly from 2 N, and by `fall` more at each of `jumps`.
-    fn path(end: usize, jumps: &[usize], fall: f64) -> Vec<(usize, [f64; 3])> {
+    fn path(end: usize, jumps: &[usize], fall: f64) -> Vec<[f64; 3]> {
         let fallen = |tick: usize| jumps.iter().filter(|&&jump| jump <= tick).count() as f64;
         let force = |tick: usize| 2.0 - tick as f64 / end as f64 - fall * fallen(tick);
-        (0..=end).map(|tick| (tick, [0.0, force(tick), 0.0])).collect()
+        (0..=end).map(|tick| [0.0, force(tick), 0.0]).collect()
     }
 
     fn held(snaps: &Snaps, end: usize) -> Vec<usize> {
@@ -177,11 +174,5 @@ mod tests {
         let expected = Spread { median: 0.1, p90: 0.1, largest: 0.4, in_snaps: Some(0.7) };
         assert_eq!(found, expected);
         assert_eq!(Snaps::default().spread(&errors).in_snaps, None);
-    }
-
-    #[test]
-    fn moments_some_ticks_apart_have_the_mean_change_of_a_tick() {
-        let coarse = [(0, [0.0; 3]), (50, [1.0, 0.0, 0.0]), (51, [0.9, 0.0, 0.0])];
-        assert_eq!(Snaps::of(&coarse).ticks, [51]);
     }
 }

@@ -4,8 +4,11 @@
 use chaincell_kernel::{Flags, Model, Network, Settings, ToolPart, ToolPose, Unloading};
 use nalgebra::Vector3;
 use serde::Serialize;
+use serde_json::json;
 
-use super::tables::{Table, percent, us};
+use super::pictures::{Point, figures};
+use crate::experiments::page::table::{Table, csv, percent, us};
+use crate::experiments::page::{Context, Numbers, Section};
 use chaincell_host::bake::tissue::Tissue;
 use chaincell_host::bake::{BakeOptions, ImageBytes, PerCell, bake};
 use chaincell_host::cli::session::press;
@@ -212,45 +215,58 @@ impl Task {
     }
 }
 
-fn bodies(quick: bool) -> &'static [Body] {
-    if quick { &QUICK } else { &BODIES }
-}
-
-/// Pieces of work: the motions of all bodies.
-#[must_use]
-pub fn pieces(quick: bool) -> usize {
-    bodies(quick).iter().map(|body| body.tasks.len()).sum()
-}
-
-/// Every body under every motion of its list; `each` takes the rows of a motion.
-///
-/// # Errors
-/// As the bake and the engine; a tool that touches nothing; the user's wish to stop.
-pub fn run(quick: bool, mut each: impl FnMut(Vec<ToolRow>)) -> Result<()> {
-    let tasks = tasks();
-    for body in bodies(quick) {
+/// Every body under every motion of its list.
+pub fn section(context: &Context) -> Result<Section> {
+    // Every body under the motions of its list.
+    let (tasks, mut rows) = (tasks(), Vec::new());
+    for body in if context.quick { &QUICK[..] } else { &BODIES } {
         let image = body.image()?;
         for task in body.tasks.iter().filter_map(|&at| tasks.get(at)) {
-            // The quick form takes a tenth of the time at the same speed.
-            let task = match quick {
+            // The quick form takes a third of the time at the same speed.
+            let task = match context.quick {
                 true => {
                     Task { depth_m: 0.3 * task.depth_m, ticks: 3 * task.ticks / 10, ..task.clone() }
                 }
                 false => task.clone(),
             };
-            each(body.rows(&image, &task, REFERENCE_SWEEPS)?);
+            rows.extend(body.rows(&image, &task, REFERENCE_SWEEPS)?);
         }
     }
-    Ok(())
+    // A chart for each motion.
+    let shown = rows.iter().map(|row| Point {
+        motion: &row.tool,
+        line: format!("{}, {} cells", row.material, row.cells),
+        tick_ns: row.tick_ns.p50,
+        error: row.p90,
+    });
+    let measure = "nine of ten ticks within this";
+    let figures = figures("tools", measure, &shown.collect::<Vec<_>>())?;
+    let caption = "Tools on a surface: time of a tick and error of the force".to_owned();
+    Ok(Section {
+        key: "tools",
+        title: "A tool that moves".to_owned(),
+        text: vec![text()],
+        figures,
+        tables: vec![(caption, table(&rows))],
+        numbers: vec![Numbers { name: "tools".to_owned(), csv: csv(&rows) }],
+        json: json!(rows),
+        ..Section::default()
+    })
 }
 
-/// The section of the report; `picture` stands in it as it is.
-#[must_use]
-pub fn markdown(rows: &[ToolRow], picture: &str) -> String {
-    if rows.is_empty() {
-        return String::new();
-    }
-    let table = Table::of(rows)
+fn text() -> String {
+    format!(
+        "Tools on a contact surface under `predict` at 1 kHz, by the built-in press: approach, press, \
+         hold with a hand's tremor, retreat. Nodal shapes of {:.0} kPa and a Poisson's ratio of \
+         {POISSON}, links as the bake makes them. The reference is the same tool on the same body with \
+         {} a tick; errors are in percent of its peak, over the ticks in which a force acts.",
+        1e-3 * YOUNG_PA,
+        counted(REFERENCE_SWEEPS, "sweep")
+    )
+}
+
+fn table(rows: &[ToolRow]) -> Table {
+    Table::of(rows)
         .column("body", |row| format!("{}, {}", row.body, counted(row.cells, "cell")))
         .column("of", |row| row.material)
         .column("tool", |row| &row.tool)
@@ -260,17 +276,8 @@ pub fn markdown(rows: &[ToolRow], picture: &str) -> String {
         .column("force, median error [%]", |row| percent(row.median))
         .column("90 % within [%]", |row| percent(row.p90))
         .column("largest [%]", |row| percent(row.largest))
-        .column("ticks with a discarded pass", |row| row.rolled_back);
-    format!(
-        "## A tool that moves\n\n{picture}Tools on a contact surface under `predict` at 1 kHz, by the \
-         built-in press: approach, press, hold with a hand's tremor, retreat. Nodal shapes of {:.0} \
-         kPa and a Poisson's ratio of {POISSON}, links as the bake makes them. The reference is the \
-         same tool on the same body with {} a tick; errors are in percent of its peak, over the ticks \
-         in which a force acts.\n\n{}",
-        1e-3 * YOUNG_PA,
-        counted(REFERENCE_SWEEPS, "sweep"),
-        table.table().markdown()
-    )
+        .column("ticks with a discarded pass", |row| row.rolled_back)
+        .table()
 }
 
 #[cfg(test)]

@@ -3,7 +3,8 @@
 use chaincell_kernel::Unloading;
 
 use super::curve::{Shape, shape, work_j};
-use crate::experiments::paper::body::{Body, Felt};
+use crate::experiments::paper::body::Felt;
+use crate::experiments::report::scene::Scene;
 use chaincell_host::error::Result;
 
 /// Settled forces at ascending depths.
@@ -15,10 +16,7 @@ pub struct Compression {
 }
 
 /// Presses a body step by step to `deepest_m`, settling at each.
-///
-/// # Errors
-/// As [`Tool::settle`](crate::experiments::paper::body::Tool::settle).
-pub fn compress(body: &Body, deepest_m: f64, steps: u32) -> Result<Compression> {
+pub fn compress(body: &Scene, deepest_m: f64, steps: u32) -> Result<Compression> {
     let mut tool = body.quasi_static(Unloading::Off)?;
     let depths = (1..=steps).map(|step| deepest_m * f64::from(step) / f64::from(steps));
     let curve: Vec<Felt> = depths.map(|depth_m| tool.settle(depth_m)).collect::<Result<_>>()?;
@@ -43,7 +41,6 @@ pub struct Loop {
 
 impl Loop {
     /// The loop through a way in and a way back.
-    #[must_use]
     pub fn new(loading: Vec<[f64; 2]>, unloading: Vec<[f64; 2]>) -> Self {
         let (loading_work_j, returned_work_j) = (work_j(&loading), -work_j(&unloading));
         Self { loading, unloading, loading_work_j, returned_work_j, band_energy_j: 0.0 }
@@ -51,13 +48,11 @@ impl Loop {
 
     /// Area between the paths \[J\]: above 0 where the body kept work, as tissue does; below 0
     /// where the tool got back more than it gave.
-    #[must_use]
     pub fn area_j(&self) -> f64 {
         self.loading_work_j - self.returned_work_j
     }
 
     /// The area over the work of loading; none where that is next to nothing beside what returned.
-    #[must_use]
     pub fn relative(&self) -> Option<f64> {
         let enough = self.loading_work_j > 1e-3 * self.returned_work_j.abs();
         enough.then(|| self.area_j() / self.loading_work_j)
@@ -66,10 +61,7 @@ impl Loop {
 
 /// Presses a body to `deepest_m` and back, settling at every step. The kernel closes the bands a
 /// tenth of a mean link length after the turn ([`Unloading::Retreat`]).
-///
-/// # Errors
-/// As [`compress`].
-pub fn there_and_back(body: &Body, deepest_m: f64, steps: u32) -> Result<Loop> {
+pub fn there_and_back(body: &Scene, deepest_m: f64, steps: u32) -> Result<Loop> {
     let mut tool = body.quasi_static(Unloading::Retreat)?;
     let depth = |step: u32| deepest_m * f64::from(step) / f64::from(steps);
     let way_in: Vec<Felt> = (1..=steps).map(|at| tool.settle(depth(at))).collect::<Result<_>>()?;
@@ -89,11 +81,8 @@ pub fn there_and_back(body: &Body, deepest_m: f64, steps: u32) -> Result<Loop> {
 
 /// Presses a body at a speed to `deepest_m` and back on the paper's own dynamics, a tick of 1 ms
 /// advancing by 1 ms over the time constant; the bands stay as they are.
-///
-/// # Errors
-/// As [`compress`]; a time constant below the bound of an Euler step.
 pub fn at_speed(
-    body: &Body,
+    body: &Scene,
     deepest_m: f64,
     speed_m_per_s: f64,
     time_constant_s: f64,

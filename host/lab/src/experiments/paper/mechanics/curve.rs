@@ -24,7 +24,6 @@ pub struct Shape {
 }
 
 /// Measures a curve of ascending depths; forces up to `none_n` count as none.
-#[must_use]
 pub fn shape(curve: &[Felt], none_n: f64) -> Shape {
     let top = curve.iter().copied().max_by(|a, b| a.force_n.total_cmp(&b.force_n));
     let Some(top) = top.filter(|top| top.force_n > none_n) else {
@@ -62,7 +61,6 @@ fn slope(points: &[[f64; 2]]) -> f64 {
 
 /// Work along a curve of displacement \[m\] and force \[N\], by trapezoids \[J\]; negative on the
 /// way back.
-#[must_use]
 pub fn work_j(points: &[[f64; 2]]) -> f64 {
     points.windows(2).map(|w| 0.5 * (w[0][1] + w[1][1]) * (w[1][0] - w[0][0])).sum()
 }

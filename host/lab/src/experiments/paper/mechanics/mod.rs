@@ -12,8 +12,8 @@ pub use compression::{Compression, Loop, at_speed, compress, there_and_back};
 pub use curve::Shape;
 pub use relaxation::{Relaxation, exact, interpolate, relax};
 
-use super::body::{Body, Source};
-use super::section::{Context, Section};
+use crate::experiments::page::{Context, Section};
+use crate::experiments::report::scene::{Scene, Source};
 use chaincell_host::error::Result;
 
 /// Length of a tick \[s\].
@@ -99,7 +99,11 @@ impl Results {
         }
         let exact = exact(&elastic, held_m, effort.seconds, TIME_CONSTANT_S)?;
         let speeds = speeds(&elastic, loop_m, effort.speeds)?;
-        let (name, words) = (source.name, source.words.clone());
+        let words = match is_plane {
+            true => source.words.clone(),
+            false => format!("generated organ of {} cells", source.mesh.nodes_m.len()),
+        };
+        let name = source.name;
         Ok(Self { name, words, stiffness_n_per_m, deepest_m, loop_m, held_m, cases, speeds, exact })
     }
 
@@ -120,7 +124,7 @@ impl Results {
 }
 
 /// Loops at speeds, the slowest last of `PRESS_S` left out first.
-fn speeds(body: &Body, loop_m: f64, count: usize) -> Result<Vec<Speed>> {
+fn speeds(body: &Scene, loop_m: f64, count: usize) -> Result<Vec<Speed>> {
     let chosen = PRESS_S.into_iter().skip(PRESS_S.len() - count);
     chosen
         .map(|press_s| {
@@ -131,16 +135,13 @@ fn speeds(body: &Body, loop_m: f64, count: usize) -> Result<Vec<Speed>> {
 }
 
 /// Fig. 5: on the paper's plane and the generated organ.
-///
-/// # Errors
-/// The user asked to stop; a picture that cannot be drawn.
 pub fn section(context: &Context) -> Result<Section> {
     let effort = if context.quick {
         Effort { steps: 25, seconds: 2.0, speeds: 2 }
     } else {
         Effort { steps: 50, seconds: 10.0, speeds: 3 }
     };
-    let sources = [Source::plane()?, Source::organ(context.quick)?];
+    let sources = [Source::plane(true)?, Source::organ(context.quick.then_some(1000))?];
     let bodies: Vec<Results> =
         sources.iter().map(|source| Results::run(source, &effort)).collect::<Result<_>>()?;
     Ok(Section {

@@ -5,8 +5,8 @@ use serde_json::{Value, json};
 use super::words::mm as mm_of;
 use super::{Case, Results};
 use crate::charts::plot::{Axis, Chart, Figure, Style};
-use crate::experiments::paper::section::Numbers;
-use crate::experiments::report::tables::csv;
+use crate::experiments::page::Numbers;
+use crate::experiments::page::table::csv;
 use chaincell_host::error::Result;
 
 /// Cases drawn as loops: both ways of each take a colour.
@@ -40,9 +40,13 @@ fn compression(body: &Results) -> (&'static str, String, Chart) {
         let points: Vec<[f64; 2]> = [[0.0; 2]].into_iter().chain(felt).collect();
         chart = chart.series(&format!("alpha {}", case.alpha), Style::Line, &points);
     }
+    let grows = match body.elastic().compression.shape.nonlinearity_exponent > 1.0 {
+        true => "ever more steeply",
+        false => "ever less steeply",
+    };
     let caption = format!(
-        "Compression of the {}, settled at every step: the force over the displacement of the \
-         contact, for four bands.",
+        "The force rises {grows} with the depth, and with a band only from where the slack ends. \
+         Compression of the {}, settled at every step, for four bands.",
         body.words
     );
     ("fig5a", caption, chart)
@@ -63,9 +67,9 @@ fn turns(body: &Results) -> (&'static str, String, Chart) {
         }
     }
     let caption = format!(
-        "Loading and unloading of the {}, settled at every step. A tenth of a mean link length \
-         after the turn the links are restored to their initial lengths: from there on every path \
-         is that of alpha 0.",
+        "With a band the way back lies above the way in; without one they are one path. Loading and \
+         unloading of the {}, settled at every step. A tenth of a mean link length after the turn the \
+         links are restored to their initial lengths: from there on every path is that of alpha 0.",
         body.words
     );
     ("fig5b", caption, chart)
@@ -83,8 +87,8 @@ fn speeds(body: &Results) -> (&'static str, String, Chart) {
     let still: Vec<[f64; 2]> = body.elastic().turn.loading.iter().copied().map(mm).collect();
     let chart = chart.series("settled at every step", Style::Dashed, &still);
     let caption = format!(
-        "Loading and unloading of the {} at constant speed on the paper's own dynamics: a loop \
-         without any change of the links, made by the time that cells take to follow.",
+        "The faster the press, the wider the loop. Loading and unloading of the {} at constant speed on \
+         the paper's own dynamics, without any change of the links: cells take their time to follow.",
         body.words
     );
     ("fig5b_speed", caption, chart)
@@ -109,7 +113,8 @@ fn relaxation(body: &Results) -> (&'static str, String, Chart) {
         .series("alpha 0, exact trajectory", Style::Markers, &body.exact)
         .horizontal(body.elastic().relaxation.minimum_n, "alpha 0, settled");
     let caption = format!(
-        "Stress relaxation of the {}: the force after a jump to {} mm that is held.",
+        "The force falls to a minimum, at alpha 0 along the exact trajectory. Stress relaxation of the \
+         {} after a jump to {} mm that is held.",
         body.words,
         mm_of(body.held_m)
     );

@@ -3,7 +3,7 @@
 use chaincell_kernel::Unloading;
 
 use super::TICK_S;
-use crate::experiments::paper::body::Body;
+use crate::experiments::report::scene::Scene;
 use crate::reference::{Links, trajectory};
 use chaincell_host::error::Result;
 
@@ -27,10 +27,7 @@ pub struct Relaxation {
 }
 
 /// The first force of a jump to `depth_m` \[N\].
-///
-/// # Errors
-/// As [`Body::model`].
-pub fn jump_n(body: &Body, depth_m: f64) -> Result<f64> {
+pub fn jump_n(body: &Scene, depth_m: f64) -> Result<f64> {
     let links = Links::of_model(&body.model()?);
     let mut at = links.rest().to_vec();
     for (cell, position) in body.held(depth_m)? {
@@ -41,10 +38,7 @@ pub fn jump_n(body: &Body, depth_m: f64) -> Result<f64> {
 
 /// Holds a body at `depth_m` from t = 0 on, for `seconds`, a tick of 1 ms advancing by 1 ms over
 /// the time constant.
-///
-/// # Errors
-/// As [`Tool::press`](crate::experiments::paper::body::Tool::press).
-pub fn relax(body: &Body, depth_m: f64, seconds: f64, time_constant_s: f64) -> Result<Relaxation> {
+pub fn relax(body: &Scene, depth_m: f64, seconds: f64, time_constant_s: f64) -> Result<Relaxation> {
     let mut tool = body.in_time(TICK_S / time_constant_s)?;
     let ticks = (seconds / TICK_S).round() as u32;
     let (mut curve, mut next) = (Vec::new(), 1.0);
@@ -65,11 +59,8 @@ pub fn relax(body: &Body, depth_m: f64, seconds: f64, time_constant_s: f64) -> R
 
 /// The same force on the exact trajectory, in double precision, at a few moments within `seconds`:
 /// times and forces \[s, N\].
-///
-/// # Errors
-/// As [`Body::model`].
 pub fn exact(
-    body: &Body,
+    body: &Scene,
     depth_m: f64,
     seconds: f64,
     time_constant_s: f64,
@@ -83,7 +74,6 @@ pub fn exact(
 }
 
 /// The force of a curve at a time between its samples \[N\].
-#[must_use]
 pub fn interpolate(curve: &[[f64; 2]], t_s: f64) -> Option<f64> {
     let pair = curve.windows(2).find(|w| (w[0][0]..=w[1][0]).contains(&t_s))?;
     let part = (t_s / pair[0][0]).ln() / (pair[1][0] / pair[0][0]).ln();

@@ -50,7 +50,7 @@ fn relaxation_is_that_of_the_reference() {
         println!("SKIPPED: CHAINCELL_REFERENCE names no folder of reference data");
         return;
     };
-    let body = Source::plane().unwrap().with_alpha(0.0).unwrap();
+    let body = Source::plane(true).unwrap().with_alpha(0.0).unwrap();
     let two_k = 2.0 * f64::from(body.model().unwrap().stiffness_n_per_m());
     for (name, depth_m) in [("flow_c8_a000_d010", 0.01), ("flow_c8_a000_d050", 0.05)] {
         let path = std::path::Path::new(&folder).join(format!("plane/{name}.npz"));

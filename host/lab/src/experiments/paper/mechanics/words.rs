@@ -1,8 +1,8 @@
 //! What the experiments of Fig. 5 say, in sentences and tables.
 
 use super::{Case, Loop, Results, Shape, TIME_CONSTANT_S};
+use crate::experiments::page::table::{Table, percent};
 use crate::experiments::paper::body::SETTLE_SWEEPS;
-use crate::experiments::report::tables::{Table, percent};
 use chaincell_host::words::counted;
 
 /// Four significant digits of a quantity that spans decades.

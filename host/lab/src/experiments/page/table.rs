@@ -1,4 +1,4 @@
-//! Tables of a report, as Markdown and as CSV.
+//! Tables of a page, and rows as CSV.
 
 /// A table of texts.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -16,7 +16,6 @@ pub struct Columns<T> {
 
 impl<T: Copy> Columns<T> {
     /// Adds a column with its head; `cell` is what stands in the row of a thing.
-    #[must_use]
     pub fn column<C: std::fmt::Display>(mut self, head: &str, cell: impl Fn(T) -> C) -> Self {
         self.table.head.push(head.to_owned());
         for (row, &thing) in self.table.rows.iter_mut().zip(&self.things) {
@@ -26,7 +25,6 @@ impl<T: Copy> Columns<T> {
     }
 
     /// The table.
-    #[must_use]
     pub fn table(self) -> Table {
         self.table
     }
@@ -41,30 +39,18 @@ impl Table {
     }
 
     /// The head.
-    #[must_use]
     pub fn head(&self) -> &[String] {
         &self.head
     }
 
     /// The rows in order.
-    #[must_use]
     pub fn rows(&self) -> &[Vec<String>] {
         &self.rows
-    }
-
-    /// As Markdown, with an empty line behind it.
-    #[must_use]
-    pub fn markdown(&self) -> String {
-        let line = |cells: &[String]| format!("| {} |\n", cells.join(" | "));
-        let rule = vec!["---".to_owned(); self.head.len()];
-        let rows: String = self.rows.iter().map(|row| line(row)).collect();
-        format!("{}{}{rows}\n", line(&self.head), line(&rule))
     }
 }
 
 /// CSV of rows, their fields in alphabetical order; nested ones are named `outer_inner`, commas
 /// become semicolons.
-#[must_use]
 pub fn csv(rows: &[impl serde::Serialize]) -> String {
     let mut text = String::new();
     for (at, row) in rows.iter().enumerate() {
@@ -95,7 +81,6 @@ fn flatten(name: &str, value: &serde_json::Value, fields: &mut Vec<(String, Stri
 }
 
 /// A fraction in percent, to two significant digits; `-` for none and for what is no finite number.
-#[must_use]
 pub fn percent(fraction: impl Into<Option<f64>>) -> String {
     let Some(fraction) = fraction.into().filter(|fraction: &f64| fraction.is_finite()) else {
         return "-".to_owned();
@@ -111,14 +96,12 @@ pub fn percent(fraction: impl Into<Option<f64>>) -> String {
 }
 
 /// Nanoseconds in microseconds.
-#[must_use]
 pub fn us(ns: u64) -> String {
     let us = ns as f64 * 1e-3;
     if us < 10.0 { format!("{us:.2}") } else { format!("{us:.0}") }
 }
 
 /// A time for people: seconds below a minute, then minutes.
-#[must_use]
 pub fn duration(seconds: f64) -> String {
     if seconds < 59.5 { format!("{seconds:.0} s") } else { format!("{:.1} min", seconds / 60.0) }
 }
@@ -129,8 +112,11 @@ mod tests {
 
     #[test]
     fn tables_and_numbers() {
-        let table = Table::of([(1, "x")]).column("a", |row| row.0).column("b", |row| row.1);
-        assert_eq!(table.table().markdown(), "| a | b |\n| --- | --- |\n| 1 | x |\n\n");
+        let table = Table::of([(1, "x")]).column("a", |row| row.0).column("b", |row| row.1).table();
+        assert_eq!(
+            (table.head(), table.rows()),
+            (&["a", "b"].map(String::from)[..], &[vec!["1".to_owned(), "x".to_owned()]][..])
+        );
         assert_eq!([0.123, 0.0123, 0.00123, 0.0].map(percent), ["12", "1.2", "0.12", "0"]);
         assert_eq!(percent(1e-7), "1.0e-5");
         assert_eq!([None, Some(f64::NAN), Some(f64::INFINITY)].map(percent), ["-", "-", "-"]);

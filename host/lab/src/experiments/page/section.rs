@@ -1,0 +1,123 @@
+//! What an experiment hands to its page: text, pictures, tables, the numbers behind them.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+use serde_json::{Value, json};
+
+use super::table::Table;
+use crate::charts::plot::Figure;
+use chaincell_host::error::Result;
+use chaincell_host::session::timing::machine::Machine;
+
+/// What the experiments are run on.
+#[derive(Debug, Clone, Default)]
+pub struct Context {
+    /// Folder of reference data with the real liver; without it the generated organ stands in.
+    pub reference: Option<PathBuf>,
+    /// Fewer ticks, sizes and repetitions.
+    pub quick: bool,
+}
+
+/// The numbers behind a picture or a table.
+#[derive(Debug, Clone)]
+pub struct Numbers {
+    /// Name of the file without ending, the page's name in front or not.
+    pub name: String,
+    /// CSV text: a header whose names end in their units, rows.
+    pub csv: String,
+}
+
+/// One experiment on a page.
+#[derive(Debug, Clone, Default)]
+pub struct Section {
+    /// Key of its figures in the JSON file.
+    pub key: &'static str,
+    /// Heading.
+    pub title: String,
+    /// The paper's results that it is about, each with what was computed here.
+    pub results: Vec<(&'static str, String)>,
+    /// Paragraphs, plain text.
+    pub text: Vec<String>,
+    /// Pictures in order, their names with or without the page's name in front.
+    pub figures: Vec<Figure>,
+    /// Tables with their captions.
+    pub tables: Vec<(String, Table)>,
+    /// CSV files.
+    pub numbers: Vec<Numbers>,
+    /// What the JSON file holds of it; names end in their units.
+    pub json: Value,
+}
+
+/// What computes a section.
+pub type Experiment = fn(&Context) -> Result<Section>;
+
+/// A page of experiments, made by one command.
+#[derive(Debug)]
+pub struct Page {
+    /// Name of the command, of the page's files and in front of all others.
+    pub name: &'static str,
+    /// Heading.
+    pub title: &'static str,
+    /// The first paragraph.
+    pub intro: &'static str,
+    /// What it shows, in order.
+    pub experiments: &'static [Experiment],
+}
+
+impl Page {
+    /// Name of a file of the page, without its ending.
+    pub fn file_name(&self, name: &str) -> String {
+        let front = format!("{}_", self.name);
+        format!("{front}{}", name.strip_prefix(&front).unwrap_or(name))
+    }
+}
+
+/// All sections of a page so far, with what they were computed on.
+#[derive(Debug, Clone)]
+pub struct Findings {
+    /// The page.
+    pub page: &'static Page,
+    /// What the experiments were run on.
+    pub context: Context,
+    /// The machine.
+    pub machine: Machine,
+    /// Whether sections are missing, by the user's wish or an error.
+    pub interrupted: bool,
+    /// In the order of the page.
+    pub sections: Vec<Section>,
+    /// How long each took, by its key \[s\].
+    pub seconds: BTreeMap<&'static str, f64>,
+}
+
+impl Findings {
+    /// Nothing so far.
+    pub fn new(page: &'static Page, context: Context) -> Self {
+        let (sections, seconds) = (Vec::new(), BTreeMap::new());
+        Self { page, context, machine: Machine::read(), interrupted: false, sections, seconds }
+    }
+
+    /// The command line that gives them again.
+    pub fn command(&self) -> String {
+        let quick = if self.context.quick { " --quick" } else { "" };
+        let reference = if self.context.reference.is_some() { " --reference DIR" } else { "" };
+        format!("chaincell {}{quick}{reference}", self.page.name)
+    }
+
+    /// The figures of every section by its key, and where they come from.
+    pub fn json(&self) -> Value {
+        let mut all = json!({
+            "command": self.command(),
+            "version": env!("CARGO_PKG_VERSION"),
+            "machine": self.machine,
+            "quick": self.context.quick,
+            "reference": self.context.reference.is_some(),
+            "interrupted": self.interrupted,
+            "seconds": self.seconds,
+        });
+        for section in self.sections.iter().filter(|section| !section.json.is_null()) {
+            all[section.key] = section.json.clone();
+        }
+        all
+    }
+}
