@@ -5,7 +5,7 @@
 //! - [`contact`]: the same with tools on a contact surface.
 //! - [`checks`]: the checks on plain numbers.
 //! - [`engine`]: follows an engine tick by tick and hands its numbers to the checks.
-//! - [`play`]: plays steps on an engine and its twins.
+//! - [`mod@play`]: plays steps on an engine and its twins.
 
 pub mod checks;
 pub mod contact;
