@@ -18,7 +18,8 @@ use std::hint::black_box;
 use std::path::Path;
 use std::process::{Command, ExitCode};
 
-use chaincell_host::bake::{BakeOptions, PerCell, Tissue};
+use chaincell_host::bake::tissue::Tissue;
+use chaincell_host::bake::{BakeOptions, PerCell};
 use chaincell_host::engine::{Arithmetic, Contact, Scheme};
 use chaincell_host::error::{Error, Result};
 use chaincell_kernel::{Budget, Model, ToolPose};
