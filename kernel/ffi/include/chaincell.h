@@ -73,68 +73,7 @@
      (size_t)CHAINCELL_SAMPLE_BYTES * (size_t)(samples))
 
 /**
- * Version of this interface: major 65,536, minor 256, patch 1.
- */
-#define CHAINCELL_VERSION 2048
-
-/**
- * At most so many bytes stand before a tissue's arrays, and so many words of the size of an
- * address (the next number): what `CHAINCELL_TISSUE_BYTES` goes by.
- */
-#define CHAINCELL_TISSUE_BYTES_FIXED 2496
-
-/**
- * Those words.
- */
-#define CHAINCELL_TISSUE_WORDS_FIXED 96
-
-/**
- * Bytes a cell under track.
- */
-#define CHAINCELL_CELL_BYTES_TRACK 64
-
-/**
- * Bytes a cell under euler.
- */
-#define CHAINCELL_CELL_BYTES_EULER 32
-
-/**
- * Bytes a cell under rkl2.
- */
-#define CHAINCELL_CELL_BYTES_RKL2 80
-
-/**
- * Bytes a cell under predict, the most of all schemes.
- */
-#define CHAINCELL_CELL_BYTES_PREDICT 112
-
-/**
- * Bytes a cell of nodal shapes takes more, the number of cells rounded up to a multiple of eight.
- */
-#define CHAINCELL_CELL_BYTES_SHAPE 192
-
-/**
- * Alignment of a tissue's storage [bytes].
- */
-#define CHAINCELL_ALIGN 16
-
-/**
- * The same for a body of nodal shapes [bytes].
- */
-#define CHAINCELL_SHAPE_ALIGN 64
-
-/**
- * Words of a `chaincell_model`.
- */
-#define CHAINCELL_MODEL_WORDS 128
-
-/**
- * Words of a `chaincell_stage`.
- */
-#define CHAINCELL_STAGE_WORDS 160
-
-/**
- * The tool's motion, or the change of its current, was shortened, by the step limit or the energy limit.
+ * The step limit or the energy limit shortened the tool's motion or the change of its current.
  */
 #define CHAINCELL_FLAG_MOTION_CLAMPED 1
 
@@ -540,9 +479,9 @@ typedef int32_t chaincell_code;
 #define CHAINCELL_CELL_BYTES_PREDICT 112
 
 /**
- * Bytes a cell of nodal shapes takes more.
+ * Bytes a cell of nodal shapes takes more, the number of cells rounded up to a multiple of eight.
  */
-#define CHAINCELL_CELL_BYTES_SHAPE 256
+#define CHAINCELL_CELL_BYTES_SHAPE 192
 
 /**
  * Alignment of a tissue's storage [bytes].

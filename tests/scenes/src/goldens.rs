@@ -62,8 +62,8 @@ pub static GOLDENS: &[Golden] = &[
     of("varied300_track", Tier::F32, 2000, 0xa6b84a2ff4aac5b2, 64000),
     of("varied300_track", Tier::Fixed, 100, 0x4923f5d3e2a81f66, 3200),
     of("varied300_track", Tier::Fixed, 2000, 0x8d5e555ea22989f5, 64000),
-    of("touch6_predict", Tier::F32, 100, 0xfc0288248dd47c79, 3200),
-    of("touch6_predict", Tier::F32, 2000, 0x14847de172d61fe6, 64000),
-    of("touch6_tools", Tier::F32, 100, 0xb215bb10dfc141b0, 3200),
-    of("touch6_tools", Tier::F32, 2000, 0x09238499c1cc5466, 64000),
+    of("touch6_predict", Tier::F32, 100, 0x9fdd7151259b055f, 3200),
+    of("touch6_predict", Tier::F32, 2000, 0xbeb7fb165b1171da, 64000),
+    of("touch6_tools", Tier::F32, 100, 0x9f276d51211bf6ae, 3200),
+    of("touch6_tools", Tier::F32, 2000, 0x3c36fa07fbda8690, 64000),
 ];
