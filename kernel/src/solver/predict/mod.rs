@@ -144,7 +144,7 @@ impl<const ROOM: usize> Scheme for Predict<ROOM> {
                 is_marked: self.is_marked,
                 is_going: self.track.is_going(),
             };
-            if momentum::go_on(body.terms.model, own, body.state, going)
+            if momentum::go_on(body.terms.model, own, body.state, going, body.terms.vectors)
                 || going.is_going && near::balance(body, own)
             {
                 self.track.interrupt();

@@ -15,8 +15,12 @@
 //! a body with memory moves in the wrong direction for long: there k is 1 and c below 1.
 
 use super::{ARRAYS, TRACK};
+use crate::backend::f32x8::F32x8;
+use crate::backend::slices::ChunksMut;
+use crate::backend::{VectorUnit, Work, run};
 use crate::model::Model;
 use crate::number::cell::{Cell, add, peak, scale, sub};
+use crate::number::two_float::LANES;
 
 /// On nodal shapes: k per sweep of a tick, and the largest k.
 const LEARNT: f32 = 0.15;
@@ -45,6 +49,7 @@ pub(super) fn go_on(
     own: &mut [Cell],
     published: &[Cell],
     Going { share, sweeps, is_marked, is_going }: Going,
+    vectors: Option<VectorUnit>,
 ) -> bool {
     let cells = model.cells();
     if own.len() != ARRAYS * cells {
@@ -66,18 +71,75 @@ pub(super) fn go_on(
     // Update v, and move the points.
     let (learnt, carried) = learning(model, sweeps);
     let (learnt, share) = (if is_marked { learnt } else { 0.0 }, carried * share);
-    let mut highest = 0.0;
-    for (((at, before), mark), way) in at.iter_mut().zip(before).zip(marks).zip(ways) {
-        let (here, last) = (at.xyz(), way.xyz());
-        let gone = sub(here, mark.xyz());
-        let on = scale(share, add(last, scale(learnt, sub(gone, last))));
-        (*mark, *way) = (Cell::at(here), Cell::at(on));
-        *at = Cell::at(add(here, on));
-        *before = Cell::at(add(before.xyz(), on));
-        let here = peak(at.xyz());
-        highest = if here > highest { here } else { highest };
-    }
+    let ways = ways.get_mut(..cells).unwrap_or_default();
+    let on = Onward { at, before, marks, ways, learnt, share };
+    let highest = match vectors {
+        Some(unit) => run(Some(unit), on),
+        None => on.one_by_one(),
+    };
     highest > model.saturation()
+}
+
+/// Updates v, and moves both points by it.
+struct Onward<'a> {
+    at: &'a mut [Cell],
+    before: &'a mut [Cell],
+    marks: &'a mut [Cell],
+    ways: &'a mut [Cell],
+    learnt: f32,
+    share: f32,
+}
+
+impl Onward<'_> {
+    /// Cell by cell. Returns the largest magnitude of a coordinate of the first point.
+    fn one_by_one(self) -> f32 {
+        let Self { at, before, marks, ways, learnt, share } = self;
+        let mut highest = 0.0;
+        for (((at, before), mark), way) in at.iter_mut().zip(before).zip(marks).zip(ways) {
+            let (here, last) = (at.xyz(), way.xyz());
+            let gone = sub(here, mark.xyz());
+            let on = scale(share, add(last, scale(learnt, sub(gone, last))));
+            (*mark, *way) = (Cell::at(here), Cell::at(on));
+            *at = Cell::at(add(here, on));
+            *before = Cell::at(add(before.xyz(), on));
+            let here = peak(at.xyz());
+            highest = if here > highest { here } else { highest };
+        }
+        highest
+    }
+}
+
+impl Work for Onward<'_> {
+    type Output = f32;
+
+    /// Two cells at a time.
+    #[inline(always)]
+    fn run<V: F32x8>(self) -> f32 {
+        let slices = self.at.len().div_ceil(LANES);
+        let (learnt, share) = (V::splat(self.learnt), V::splat(self.share));
+        let (mut at, mut before) = (ChunksMut::new(self.at), ChunksMut::new(self.before));
+        let (mut marks, mut ways) = (ChunksMut::new(self.marks), ChunksMut::new(self.ways));
+        let mut highest = V::splat(0.0);
+        for slice in 0..slices {
+            let (at, before) = (at.at(slice), before.at(slice));
+            let (mark, way) = (marks.at(slice), ways.at(slice));
+            for pair in 0..LANES / 2 {
+                let (here, last) = (V::pair(at, pair).positions(), V::pair(way, pair));
+                let gone = here.minus(V::pair(mark, pair));
+                let on = share.times(last.plus(learnt.times(gone.minus(last)))).positions();
+                here.put_pair(mark, pair);
+                on.put_pair(way, pair);
+                let next = here.plus(on);
+                highest = highest.larger_magnitude(next);
+                next.put_pair(at, pair);
+                V::pair(before, pair).plus(on).positions().put_pair(before, pair);
+            }
+        }
+        [at, before, marks, ways].into_iter().for_each(ChunksMut::finish);
+        let mut lanes = [0.0; LANES];
+        highest.store(&mut lanes);
+        lanes.into_iter().fold(0.0, |most, lane| if lane > most { lane } else { most })
+    }
 }
 
 /// k and c after a tick of `sweeps` sweeps.
