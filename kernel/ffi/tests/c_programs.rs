@@ -112,7 +112,7 @@ fn the_example_presses_as_the_kernel_does() {
         (
             "tissue6.chaincell",
             vec![41, 89],
-            pressed::<{ elastic_room(64) }, 256>(TISSUE, &[41, 89]),
+            pressed::<{ elastic_room(64) }, { term_states(256) }>(TISSUE, &[41, 89]),
         ),
     ];
     for (image, ids, wanted) in cases {

@@ -13,7 +13,7 @@ use chaincell_host::error::Result;
 use chaincell_host::mesh::{MeshOptions, load};
 use chaincell_kernel::{
     Budget, Model, NOT_TURNED, Network, Predict, Settings, Tissue as Memory, ToolPart, ToolPose,
-    TouchStore, Unloading,
+    TouchStore, Unloading, term_states,
 };
 use chaincell_lab::monitor::{Act, Monitor, Step, play};
 use chaincell_lab::states::State;
@@ -301,7 +301,7 @@ proptest! {
     fn the_smallest_memory_is_enough(steps in steps(1), radius_m in 0.002_f32..0.03) {
         let model = model(&BLOCK);
         let network = Network::new(model, Settings::for_model(&model)).unwrap();
-        let mut tissue = Box::new(Memory::<64, Predict<2048>, 1, 64>::new());
+        let mut tissue = Box::new(Memory::<64, Predict<2048>, 1, { term_states(64) }>::new());
         let mut store = Box::new(TouchStore::<64, 1, 1, 1>::new());
         let mut tissue = tissue.touching(store.room());
         tissue.reset(&network).unwrap();

@@ -3,31 +3,31 @@
 
 use chaincell_host::bake::tissue::Tissue;
 use chaincell_host::bake::{BakeOptions, ImageBytes, PerCell, bake};
-use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
+use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme, rest_m};
 use chaincell_host::mesh::{MeshOptions, load};
 use chaincell_kernel::{Model, Network, Settings, ToolPose, Unloading};
 use nalgebra::Vector3;
 
 const RADIUS_M: f64 = 0.012;
 /// Sweeps a tick of the reference.
-const MANY: u16 = 32;
+const MANY: u16 = 24;
 
 fn image(poisson: f64) -> ImageBytes {
-    let mesh = load("box:17x17x9x0.006", &MeshOptions::default()).unwrap();
+    let mesh = load("organ:3000", &MeshOptions::default()).unwrap();
     let tissue = Tissue::new(PerCell::Uniform(5000.0), PerCell::Uniform(poisson));
     let options = BakeOptions { tissue: Some(tissue), ..BakeOptions::default() };
     bake(&mesh, &mesh.default_fixed, &options).unwrap()
 }
 
-/// Where the ball is after a tick: it comes down at 0.1 m/s for 0.12 s, then slides at 0.1 m/s for
+/// Where the ball is after a tick, seen from the highest cell: it comes down at 0.1 m/s for 0.12 s, then slides at 0.1 m/s for
 /// 0.15 s with a tremor of 0.3 mm at 9 Hz, and half of that way back \[m\].
-fn place_m(tick: u16, top_m: f64) -> Vector3<f64> {
+fn place_m(tick: u16, top_m: Vector3<f64>) -> Vector3<f64> {
     let time_s = 1.0e-3 * f64::from(tick);
     let depth_m = 0.1 * time_s.min(0.12) - 0.002;
     let slid_s = (time_s - 0.12).max(0.0);
     let aside_m = 0.1 * slid_s.min(0.15) - 0.1 * (slid_s - 0.15).max(0.0);
     let tremor_m = 0.0003 * (std::f64::consts::TAU * 9.0 * slid_s).sin();
-    Vector3::new(aside_m, 0.5 * aside_m + tremor_m, top_m + RADIUS_M - depth_m - tremor_m)
+    top_m + Vector3::new(aside_m, tremor_m, RADIUS_M - depth_m - tremor_m)
 }
 
 fn forces_n(image: &ImageBytes, sweeps: u16) -> Vec<Vector3<f32>> {
@@ -37,11 +37,11 @@ fn forces_n(image: &ImageBytes, sweeps: u16) -> Vec<Vector3<f32>> {
     let contact = Contact::sphere(RADIUS_M as f32, 0.0);
     let mut engine =
         Engine::with_contact(network, Scheme::Predict, Arithmetic::F32, contact).unwrap();
-    let heights = (0..model.cells()).map(|cell| model.rest_position(cell)[2]);
-    let top_m = heights.fold(f32::MIN, f32::max) * model.unit_m() + model.centre_m()[2];
+    let cells = (0..model.cells()).map(|cell| Vector3::from(rest_m(&model, cell)));
+    let top_m = cells.max_by(|a, b| a.z.total_cmp(&b.z)).unwrap();
     (0..345)
         .map(|tick| {
-            let at = place_m(tick, top_m.into()).map(|x| x as f32);
+            let at = place_m(tick, top_m).map(|x| x as f32);
             engine.tick(&ToolPose::at(at, 1)).force_n
         })
         .collect()

@@ -13,8 +13,8 @@
 //! these slices and their neighbours are computed. No proof depends on the result, since the guard judges the
 //! pass at the new point like any other.
 //!
-//! Cost: [`PASSES`] passes over those slices, or as many as make half a pass over the body. A tool that is
-//! large for its body, with half of the slices around it, pays nothing and gains nothing.
+//! Cost: [`PASSES`] passes over those slices, at most two thirds of a pass over the body. A tool that is
+//! larger for its body pays nothing and gains nothing: a second sweep does more there for the same time.
 
 use super::{ARRAYS, TRACK};
 use crate::backend::slice_set::SliceSet;
@@ -27,7 +27,7 @@ use crate::solver::loops::scalar::track::factor;
 use crate::solver::scheme::Body;
 use crate::terms::surface::Touching;
 
-/// Most passes over the slices under tools.
+/// Passes over the slices under tools: after fewer, what they moved is on its way.
 const PASSES: usize = 4;
 /// a in the first pass and in later ones, and b, on nodal shapes.
 const FIRST: f32 = 0.3;
@@ -48,12 +48,12 @@ pub(super) fn balance(body: &mut Body<'_, '_>, own: &mut [Cell]) -> bool {
     let Some((points, fields)) = own.split_at_mut_checked(TRACK * cells) else { return false };
     let Some((at, before)) = points.split_at_mut_checked(cells) else { return false };
     let Some((_, ways)) = fields.split_at_mut_checked(2 * cells) else { return false };
-    // Choose the slices, and the number of passes.
+    // Choose the slices; too many are not worth their passes.
     let slices = model.slice_count();
     let core = in_contact(&touching, slices, at);
     let around = with_neighbours(model, &core);
-    let passes = (slices / 2).checked_div(around.iter(slices).count()).unwrap_or(0).min(PASSES);
-    if passes == 0 {
+    let count = around.iter(slices).count();
+    if count == 0 || 3 * PASSES * count > 2 * slices {
         return false;
     }
     for cell in core.iter(slices).flat_map(|slice| cells_of(slice, cells)) {
@@ -66,7 +66,7 @@ pub(super) fn balance(body: &mut Body<'_, '_>, own: &mut [Cell]) -> bool {
     let (mobility, factors) = (body.terms.mobility(), body.terms.factors());
     let unit = if model.is_nodal() { 1.0 } else { OF_LINKS };
     let mut highest = 0.0;
-    for pass in 0..passes {
+    for pass in 0..PASSES {
         f32::residual(body.terms, &around, at, body.residual, body.contacts);
         let (a, b) = if pass == 0 { (unit * FIRST, 0.0) } else { (unit * LATER, ONWARD) };
         let residual = &*body.residual;

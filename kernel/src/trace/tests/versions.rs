@@ -20,5 +20,5 @@ fn another_revision_is_named_with_its_release_and_nothing_is_played() {
     let refused = reader.header().network(model()).err();
     assert_eq!(refused, Some(TraceError::Revision(origin)));
     let told = refused.unwrap().to_string();
-    assert!(told.contains("revision 4") && told.ends_with("with chaincell 7.8.9"), "{told}");
+    assert!(told.contains("revision 5") && told.ends_with("with chaincell 7.8.9"), "{told}");
 }
