@@ -3,7 +3,7 @@
 //! Every mesh node is a cell; a link between two cells admits a band of lengths; the network's
 //! dynamics deform the body (J. Zhang, Y. Zhong, J. Smith, C. Gu, "ChainMail based neural dynamics
 //! modeling of soft tissue deformation for surgical simulation", 2017; equation numbers refer to
-//! it). No `std`, no heap, no panic in the tick, a constant number of link passes a tick, and the
+//! it). No `std`, no heap, no panic in the tick, a bounded number of link passes a tick, and the
 //! same bits on every target.
 //!
 //! - [`Model`]: the body, read in place from its image in flash.

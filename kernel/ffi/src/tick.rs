@@ -233,7 +233,7 @@ fn give_each_its_own(
 }
 
 /// One tick with a pose for each tool, and an answer to each in `outputs`: infallible with good pointers,
-/// and with a number of link passes that does not depend on what the poses say. Bad samples are held for
+/// and with a number of link passes that is bounded whatever the poses say. Bad samples are held for
 /// up to 10 ticks, then the safe state answers.
 ///
 /// `count` is 1, or up to as many tools as the tissue has room for, best as many as were chosen. Tools

@@ -11,8 +11,8 @@
 //! | sweeps | [`Settings::sweeps`](crate::Settings::sweeps) link passes under the scheme | `order` |
 //! | output | force, energy, work, stiffness, contacts, flags | `output` |
 //!
-//! A tick cannot fail, panic or allocate, and makes no system call. The number of link passes does not depend
-//! on the input. The state hash is a separate call, outside the tick. The settings may change between two
+//! A tick cannot fail, panic or allocate, and makes no system call. The number of link passes is
+//! bounded for any input. The state hash is a separate call, outside the tick. The settings may change between two
 //! ticks. Contact cells can be chosen only while the tool is released, and another drive takes effect when
 //! the tool next engages. The rules of each step are those of "One tick" in `host/REFERENCE.md`.
 //!

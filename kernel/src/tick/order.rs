@@ -43,8 +43,9 @@ pub const HELD_TICKS_MAX: u32 = 10;
 
 impl<D: Dynamics> TissueMut<'_, D> {
     /// Computes one tick of the network with a pose for each tool. It cannot fail and makes at most
-    /// [`Settings::sweeps`](crate::Settings::sweeps) link passes for any input, none in the safe state.
-    /// [`TickOutput::sweeps`] is the number made. Under `track` and `predict` the published state is
+    /// [`Settings::sweeps`](crate::Settings::sweeps) link passes for any input, none in the safe state; under
+    /// `predict`, tools that moved take at most two thirds of a pass more, around their contacts.
+    /// [`TickOutput::sweeps`] is the number of sweeps made. Under `track` and `predict` the published state is
     /// certified after every sweep.
     ///
     /// Held cells follow the first pose and ignore its orientation. Poses beyond the
