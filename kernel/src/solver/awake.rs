@@ -32,6 +32,14 @@ kept! {
     }
 }
 
+/// Inserts the slice of a cell and those of the cells linked to it.
+pub(super) fn insert_around(set: &mut SliceSet, model: &Model<'_>, cell: usize) {
+    set.insert(cell / LANES);
+    for (_, other) in model.neighbours(cell) {
+        set.insert(other / LANES);
+    }
+}
+
 impl Awake {
     /// All slices sleep.
     pub const NONE: Self =
@@ -65,10 +73,7 @@ impl Awake {
             // The effect of a motion reaches the neighbours' neighbours too.
             return self.wake_all(model);
         }
-        self.set.insert(cell / LANES);
-        for (_, other) in model.neighbours(cell) {
-            self.set.insert(other / LANES);
-        }
+        insert_around(&mut self.set, model, cell);
     }
 
     /// Wakes the neighbours of moved cells, those in `slices` for which `has_moved` is true.

@@ -27,12 +27,11 @@ pub(super) fn follow(
     let Some((x, rest)) = fields.split_at_checked(cells) else { return false };
     let Some((y, z)) = rest.split_at_checked(cells) else { return false };
     awake.wake_all(model);
-    let fields = [x, y, z];
-    let highest = match vectors {
-        Some(unit) => run(Some(unit), Follow { at, before, fields, way }),
-        None => one_by_one(at, before, fields, way),
-    };
-    highest > model.saturation()
+    let (fields, saturation) = ([x, y, z], model.saturation());
+    match vectors {
+        Some(unit) => run(Some(unit), Follow { at, before, fields, way, saturation }),
+        None => one_by_one(at, before, fields, way) > saturation,
+    }
 }
 
 /// Moves both points cell by cell. Returns the largest magnitude of a coordinate of the first one.
@@ -55,13 +54,14 @@ struct Follow<'a> {
     before: &'a mut [Cell],
     fields: [&'a [Cell]; 3],
     way: [f32; 3],
+    saturation: f32,
 }
 
 impl Work for Follow<'_> {
-    type Output = f32;
+    type Output = bool;
 
     #[inline(always)]
-    fn run<V: F32x8>(self) -> f32 {
+    fn run<V: F32x8>(self) -> bool {
         let ([a, b, c], [x, y, z]) = (self.way, self.fields);
         let (a, b, c) = (V::splat(a), V::splat(b), V::splat(c));
         let (x, y) = (Chunks::new(x, Cell::ZERO), Chunks::new(y, Cell::ZERO));
@@ -83,8 +83,6 @@ impl Work for Follow<'_> {
         }
         at.finish();
         before.finish();
-        let mut lanes = [0.0; LANES];
-        highest.store(&mut lanes);
-        lanes.into_iter().fold(0.0, |most, lane| if lane > most { lane } else { most })
+        V::any(highest.above(V::splat(self.saturation)))
     }
 }

@@ -25,10 +25,10 @@
 //! becomes taut. A prediction moves every free cell, so it wakes the whole body.
 //!
 //! Cost: three more arrays of cells than `track`; nine multiplications per cell in a tick in which the tool
-//! moves. No sweep, no inner product. Under tools that move, at most two thirds of a pass more. Choosing cells costs up to
-//! [`response::ITERATIONS_MAX`] linear link passes for each field, outside the tick (80 ms for 5,773 cells on
-//! a workstation), and nothing if they are the cells chosen last; it drops the momentum of a body that still
-//! moves.
+//! moves. No sweep, no inner product. Under tools that move, at most two thirds of a pass more. Choosing
+//! cells costs up to [`response::ITERATIONS_MAX`] linear link passes for each field, outside the tick (80 ms
+//! for 5,773 cells on a workstation), and nothing if they are the cells chosen last; it drops the momentum of
+//! a body that still moves.
 
 mod fields;
 mod momentum;

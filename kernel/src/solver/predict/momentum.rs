@@ -72,12 +72,12 @@ pub(super) fn go_on(
     let (learnt, carried) = learning(model, sweeps);
     let (learnt, share) = (if is_marked { learnt } else { 0.0 }, carried * share);
     let ways = ways.get_mut(..cells).unwrap_or_default();
-    let on = Onward { at, before, marks, ways, learnt, share };
-    let highest = match vectors {
+    let saturation = model.saturation();
+    let on = Onward { at, before, marks, ways, learnt, share, saturation };
+    match vectors {
         Some(unit) => run(Some(unit), on),
         None => on.one_by_one(),
-    };
-    highest > model.saturation()
+    }
 }
 
 /// Updates v, and moves both points by it.
@@ -88,12 +88,13 @@ struct Onward<'a> {
     ways: &'a mut [Cell],
     learnt: f32,
     share: f32,
+    saturation: f32,
 }
 
 impl Onward<'_> {
-    /// Cell by cell. Returns the largest magnitude of a coordinate of the first point.
-    fn one_by_one(self) -> f32 {
-        let Self { at, before, marks, ways, learnt, share } = self;
+    /// Cell by cell. Returns true if some coordinate of the first point is beyond K.
+    fn one_by_one(self) -> bool {
+        let Self { at, before, marks, ways, learnt, share, saturation } = self;
         let mut highest = 0.0;
         for (((at, before), mark), way) in at.iter_mut().zip(before).zip(marks).zip(ways) {
             let (here, last) = (at.xyz(), way.xyz());
@@ -105,16 +106,16 @@ impl Onward<'_> {
             let here = peak(at.xyz());
             highest = if here > highest { here } else { highest };
         }
-        highest
+        highest > saturation
     }
 }
 
 impl Work for Onward<'_> {
-    type Output = f32;
+    type Output = bool;
 
     /// Two cells at a time.
     #[inline(always)]
-    fn run<V: F32x8>(self) -> f32 {
+    fn run<V: F32x8>(self) -> bool {
         let slices = self.at.len().div_ceil(LANES);
         let (learnt, share) = (V::splat(self.learnt), V::splat(self.share));
         let (mut at, mut before) = (ChunksMut::new(self.at), ChunksMut::new(self.before));
@@ -136,9 +137,7 @@ impl Work for Onward<'_> {
             }
         }
         [at, before, marks, ways].into_iter().for_each(ChunksMut::finish);
-        let mut lanes = [0.0; LANES];
-        highest.store(&mut lanes);
-        lanes.into_iter().fold(0.0, |most, lane| if lane > most { lane } else { most })
+        V::any(highest.above(V::splat(self.saturation)))
     }
 }
 

@@ -18,10 +18,11 @@
 
 use super::{ARRAYS, TRACK};
 use crate::backend::slice_set::SliceSet;
-use crate::backend::slices::cells_of;
+use crate::backend::slices::{cells_of, clear};
 use crate::model::Model;
 use crate::number::cell::{Cell, add, peak, scale};
 use crate::number::two_float::LANES;
+use crate::solver::awake::insert_around;
 use crate::solver::loops::Loops;
 use crate::solver::loops::scalar::track::factor;
 use crate::solver::scheme::Body;
@@ -56,11 +57,7 @@ pub(super) fn balance(body: &mut Body<'_, '_>, own: &mut [Cell]) -> bool {
     if count == 0 || 3 * PASSES * count > 2 * slices {
         return false;
     }
-    for cell in core.iter(slices).flat_map(|slice| cells_of(slice, cells)) {
-        if let Some(way) = ways.get_mut(cell) {
-            *way = Cell::ZERO;
-        }
-    }
+    clear(ways, core.iter(slices));
     // Move the cells; the terms' states of the last pass come back afterwards.
     body.terms.states.save(&around, slices);
     let (mobility, factors) = (body.terms.mobility(), body.terms.factors());
@@ -85,8 +82,7 @@ fn in_contact(touching: &Touching<'_>, slices: usize, at: &[Cell]) -> SliceSet {
     touching.pull(&|cell: usize| at.get(cell).map_or([0.0; 3], |at| at.xyz()));
     let mut set = SliceSet::EMPTY;
     for slice in touching.slices.iter(slices) {
-        let pulls = touching.pulls.get(cells_of(slice, at.len())).unwrap_or(&[]);
-        if pulls.iter().any(|pull| pull.get() != Cell::ZERO) {
+        if touching.of_slice(slice).is_some_and(|pulls| pulls != [Cell::ZERO; LANES]) {
             set.insert(slice);
         }
     }
@@ -98,9 +94,7 @@ fn with_neighbours(model: &Model<'_>, core: &SliceSet) -> SliceSet {
     let mut set = *core;
     let slices = core.iter(model.slice_count());
     for cell in slices.flat_map(|slice| cells_of(slice, model.cells())) {
-        for (_, other) in model.neighbours(cell) {
-            set.insert(other / LANES);
-        }
+        insert_around(&mut set, model, cell);
     }
     set
 }
