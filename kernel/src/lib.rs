@@ -18,7 +18,7 @@
 //! - [`number`]: arithmetic with the same bits on every target.
 //! - [`model`]: the model's image, its checks, what it tells.
 //! - [`backend`]: vector units and the loops that run on them.
-//! - [`terms`]: the terms of the energy and what the tool does to it.
+//! - [`energy`]: the terms of the energy and what the tool does to it.
 //! - [`solver`]: the schemes.
 //! - [`tick`]: settings, samples, tissue, the tick, the state hash.
 //! - [`stage`]: between the tissue's answer and a device: coupling, passivity, limits, ramp,
@@ -60,12 +60,12 @@
 extern crate std;
 
 pub mod backend;
+pub mod energy;
 pub mod model;
 pub mod number;
 pub mod snapshot;
 pub mod solver;
 pub mod stage;
-pub mod terms;
 pub mod tick;
 pub mod trace;
 
@@ -79,6 +79,11 @@ pub const FEATURES: &[&str] = &[
 
 pub use backend::VectorUnit;
 pub use backend::team::{Job, Team, Workers};
+pub use energy::held::{Contact, ContactError};
+pub use energy::links::range::RangeError;
+pub use energy::rounding::Rounding;
+pub use energy::state::{TermState, TermStates, term_states};
+pub use energy::surface::{Anchor, ContactForce, NearTriangle, PARTS_MAX, TOOLS_MAX, ToolState};
 pub use fixed::types::I8F24;
 pub use model::image::ModelError;
 pub use model::parts;
@@ -88,11 +93,6 @@ pub use number::cell::Cell;
 pub use number::float_env::{self, FloatEnvironmentError};
 pub use solver::coarse::{CoarseTouch, coarse_room, elastic_held_room, elastic_room, tool_room};
 pub use solver::{Dynamics, Euler, NumberOf, Predict, Rkl2, Track};
-pub use terms::held::{Contact, ContactError};
-pub use terms::links::range::RangeError;
-pub use terms::rounding::Rounding;
-pub use terms::state::{TermState, TermStates, term_states};
-pub use terms::surface::{Anchor, ContactForce, NearTriangle, PARTS_MAX, TOOLS_MAX, ToolState};
 pub use tick::budget::Budget;
 pub use tick::choice::Choice;
 pub use tick::choices::{Arithmetic, Drive, Scheme, Unloading};

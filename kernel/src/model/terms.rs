@@ -8,7 +8,7 @@ use super::layout::Layout;
 pub(crate) struct NoTerm;
 
 /// The data of a term in an image, and its part of the bound L of the energy's curvature, see
-/// [`terms`](crate::terms).
+/// [`terms`](crate::energy).
 pub(crate) trait TermData<'a>: Copy {
     /// Reads the term's sections; without them the term is empty.
     fn read(sections: &Sections<'a>) -> Result<Self, ModelError>;

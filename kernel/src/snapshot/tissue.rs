@@ -2,15 +2,15 @@
 
 use super::{SNAPSHOT_HEADER_BYTES, SnapshotError, open, seal};
 use crate::backend::VectorUnit;
+use crate::energy::held::Contact;
+use crate::energy::links::number::LinkNumber;
+use crate::energy::state::{TermState, term_states};
+use crate::energy::surface::{Anchor, NearTriangle, ToolState};
 use crate::model::Model;
 use crate::number::cell::Cell;
 use crate::number::float_env;
 use crate::number::kept::{Kept, Pass, joined, named};
 use crate::solver::{Dynamics, NumberOf};
-use crate::terms::held::Contact;
-use crate::terms::links::number::LinkNumber;
-use crate::terms::state::{TermState, term_states};
-use crate::terms::surface::{Anchor, NearTriangle, ToolState};
 use crate::tick::error::ResetError;
 use crate::tick::settings::Network;
 use crate::tick::tissue::{Head, TissueMut};

@@ -1,11 +1,11 @@
 //! Common part of the guarded schemes: the decision to accept a pass.
 
 use super::level::Level;
+use crate::energy::links::number::LinkNumber;
+use crate::energy::residual::Terms;
+use crate::energy::rounding::Rounding;
 use crate::number::cell::Cell;
 use crate::number::two_float::TwoFloat;
-use crate::terms::links::number::LinkNumber;
-use crate::terms::residual::Terms;
-use crate::terms::rounding::Rounding;
 
 /// Result of a pass.
 pub(super) struct Pass<'a, N> {

@@ -11,7 +11,7 @@ kept! {
         /// True if the next pass at the published state sets the level anew.
         pub(super) forgotten: bool,
         /// Under a current drive: its work W at the published state, rounded up. The level then bounds E - W, see
-        /// [`current`](crate::terms::current).
+        /// [`current`](crate::energy::current).
         work: Option<TwoFloat>,
     }
 }

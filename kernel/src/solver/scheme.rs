@@ -5,14 +5,14 @@ use super::coarse::{Coarse, CoarseTouch};
 use super::level::Level;
 use super::loops::Loops;
 use crate::backend::VectorUnit;
+use crate::energy::held::Contact;
+use crate::energy::residual::Terms;
+use crate::energy::state::States;
 use crate::model::Model;
 use crate::number::Number;
 use crate::number::cell::{Cell, add, from_single, peak};
 use crate::number::kept::Kept;
 use crate::number::two_float::Eight;
-use crate::terms::held::Contact;
-use crate::terms::residual::Terms;
-use crate::terms::state::States;
 
 /// Extent of a tick.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -49,6 +49,8 @@ use super::guard::{Pass, discards};
 use super::loops::{Loops, Moved, Points, coarse_basis};
 use super::scheme::{Body, Memory, Scheme};
 use crate::backend::slices::copy;
+use crate::energy::held::Contact;
+use crate::energy::residual::Terms;
 use crate::model::Model;
 use crate::model::coarse_basis::ElasticLevel;
 use crate::number::Sum;
@@ -56,8 +58,6 @@ use crate::number::cell::{Cell, add, output, peak, scale, sub};
 use crate::number::kept::kept;
 use crate::number::sqrt::sqrt;
 use crate::number::two_float::{Eight, LANES, TwoFloat};
-use crate::terms::held::Contact;
-use crate::terms::residual::Terms;
 
 kept! {
     /// State of the scheme; `ROOM` blocks of eight `f32` of memory for the model's coarse level, `N`

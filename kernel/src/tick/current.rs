@@ -1,10 +1,10 @@
-//! The tool's part of a tick under the current drive, see [`current`](crate::terms::current).
+//! The tool's part of a tick under the current drive, see [`current`](crate::energy::current).
 
 use super::order::Tick;
 use super::sample::Flags;
+use crate::energy::current::{admitted, rounded_up, work};
 use crate::number::cell::{from_single, single};
 use crate::solver::Dynamics;
-use crate::terms::current::{admitted, rounded_up, work};
 
 impl<D: Dynamics> Tick<'_, '_, D> {
     /// The current I at each contact cell, if the tool drives by current [mean link lengths].

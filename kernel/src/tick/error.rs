@@ -1,8 +1,8 @@
 //! Errors of a tissue that refuses a model or a state.
 
+use crate::energy::links::range::RangeError;
 use crate::model::COORDINATE_MAX;
 use crate::number::float_env::FloatEnvironmentError;
-use crate::terms::links::range::RangeError;
 
 /// Why a tissue cannot take a model.
 ///

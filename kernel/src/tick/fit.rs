@@ -2,12 +2,12 @@
 
 use super::error::ResetError;
 use super::tissue::TissueMut;
+use crate::energy::held::{Contact, ContactError};
+use crate::energy::surface::IS_BUILT;
 use crate::model::Model;
 use crate::number::cell::Cell;
 use crate::number::two_float::Eight;
 use crate::solver::Dynamics;
-use crate::terms::held::{Contact, ContactError};
-use crate::terms::surface::IS_BUILT;
 
 /// RAM of a body's arrays under the scheme `D`, without the scalars and without the terms' states \[bytes\];
 /// `room` in blocks of eight `f32`.

@@ -18,10 +18,10 @@
 //! is a bijection of the lane, so a difference in a single word always shows. Cost: one 64-bit multiplication
 //! for two words, in eight independent chains.
 
+use crate::energy::state::{TermState, lasting};
 use crate::number::Number;
 use crate::number::cell::{Cell, output};
 use crate::number::two_float::LANES;
-use crate::terms::state::{TermState, lasting};
 
 /// Revision of the arithmetic. Two releases of one revision give the same state hashes for the same model,
 /// settings and samples; a change that alters any hash raises it. Traces record it. In revision 2 the guard's
@@ -128,7 +128,7 @@ fn longs(row: &[f32; LANES]) -> [u64; 4] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::terms::state::{CellState, State, TermStates, term_states};
+    use crate::energy::state::{CellState, State, TermStates, term_states};
 
     /// The definition word by word, implemented independently: the words of each slice, cells first.
     fn plainly(slices: &[std::vec::Vec<f32>]) -> u64 {

@@ -8,17 +8,17 @@ use super::settings::{Network, Settings};
 use super::tissue::{Head, TissueMut};
 use super::touch_room::TouchRoom;
 use crate::backend::team::Team;
+use crate::energy::held::Contact;
+use crate::energy::residual::Terms;
+use crate::energy::state::States;
+use crate::energy::surface::{IS_BUILT, Touch};
+use crate::energy::term::Term;
 use crate::number::cell::Cell;
 use crate::number::clamp::finite;
 use crate::number::two_float::{Eight, TwoFloat};
 use crate::solver::Dynamics;
 use crate::solver::coarse::Coarse;
 use crate::solver::scheme::{Body, Pace};
-use crate::terms::held::Contact;
-use crate::terms::residual::Terms;
-use crate::terms::state::States;
-use crate::terms::surface::{IS_BUILT, Touch};
-use crate::terms::term::Term;
 
 /// Consecutive bad samples for which the last good one is used.
 ///

@@ -2,11 +2,11 @@
 
 use super::order::Tick;
 use super::sample::{Flags, TickOutput};
+use crate::energy::held;
+use crate::energy::surface::{IS_BUILT, ToolState};
 use crate::number::cell::scale;
 use crate::number::clamp::{clamped, finite};
 use crate::solver::Dynamics;
-use crate::terms::held;
-use crate::terms::surface::{IS_BUILT, ToolState};
 
 impl<D: Dynamics> Tick<'_, '_, D> {
     /// Upper bound of the stiffness at the tool \[N/m\]: E curves by at most half the weight of the links

@@ -2,8 +2,8 @@
 
 use nalgebra::Vector3;
 
+use crate::energy::surface::Solid;
 use crate::number::turn::Turn;
-use crate::terms::surface::Solid;
 
 /// The identity orientation x, y, z, w.
 pub const NOT_TURNED: [f32; 4] = [0.0, 0.0, 0.0, 1.0];

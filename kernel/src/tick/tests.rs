@@ -14,15 +14,15 @@ use super::pose::ToolPose;
 use super::sample::Flags;
 use super::settings::{Network, Settings, SettingsError};
 use super::tissue::{Tissue, TissueMut};
+use crate::energy::pin::Displaced;
+use crate::energy::state::{self, CellState, State, TermState, TermStates, term_states};
+use crate::energy::tests::{pinned, with_word};
 use crate::model::image::{ModelError, kind, params};
 use crate::model::pin::{PINS, Pin};
 use crate::model::{Model, range};
 use crate::number::Number;
 use crate::number::two_float::{LANES, TwoFloat};
 use crate::solver::{Dynamics, Euler, Predict, Rkl2, Track};
-use crate::terms::pin::Displaced;
-use crate::terms::state::{self, CellState, State, TermState, TermStates, term_states};
-use crate::terms::tests::{pinned, with_word};
 
 /// 299 cells, 20 of them fixed; bands, weights, slices, 24 basis functions and a surface.
 static ORGAN: &[u8] = crate::include_model!("../../../tests/data/varied300.chaincell");

@@ -11,6 +11,9 @@ use super::settings::Network;
 use super::touch_room::TouchRoom;
 use crate::backend::VectorUnit;
 use crate::backend::team::Team;
+use crate::energy::held::{self, Contact, ContactError};
+use crate::energy::links::number::LinkNumber;
+use crate::energy::state::{self, TermState, TermStates};
 use crate::model::image::CELLS_MAX;
 use crate::model::terms::TermData;
 use crate::model::{COORDINATE_MAX, Model};
@@ -22,9 +25,6 @@ use crate::solver::awake::Awake;
 use crate::solver::level::Level;
 use crate::solver::scheme::Memory;
 use crate::solver::{Blocks, CellArrays, Dynamics};
-use crate::terms::held::{self, Contact, ContactError};
-use crate::terms::links::number::LinkNumber;
-use crate::terms::state::{self, TermState, TermStates};
 
 kept! {
     /// Scalar state of a tissue: all of it but the arrays.

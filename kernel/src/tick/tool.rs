@@ -3,12 +3,12 @@
 use super::choices::Drive;
 use super::order::Tick;
 use super::sample::{Flags, ToolSample};
+use crate::energy::held::{self, Touched};
+use crate::energy::surface::IS_BUILT;
 use crate::number::Number;
 use crate::number::cell::{Cell, add, from_single, output, sub};
 use crate::number::two_float::TwoFloat;
 use crate::solver::Dynamics;
-use crate::terms::held::{self, Touched};
-use crate::terms::surface::IS_BUILT;
 
 /// Bound of a coordinate of the tool's displacement, so that its square stays finite.
 const DISPLACEMENT_MAX: f32 = 1.0e6;

@@ -7,14 +7,14 @@ use super::sample::ToolSample;
 use super::settings::Network;
 use super::surface::{held_by, places, take_hold};
 use super::tissue::TissueMut;
+use crate::energy::held::ContactError;
+use crate::energy::surface::{
+    ContactForce, IS_BUILT, PARTS_MAX, Proxies, Proxy, TOOLS_MAX, ToolState, forces,
+};
 use crate::model::COORDINATE_MAX;
 use crate::number::cell::{add, scale};
 use crate::number::clamp::{clamped, finite};
 use crate::solver::Dynamics;
-use crate::terms::held::ContactError;
-use crate::terms::surface::{
-    ContactForce, IS_BUILT, PARTS_MAX, Proxies, Proxy, TOOLS_MAX, ToolState, forces,
-};
 
 /// Largest coefficient of friction.
 pub const FRICTION_MAX: f32 = 10.0;

@@ -1,13 +1,13 @@
 //! Memory for contact on surfaces, and the part of it that a snapshot holds.
 
 use crate::backend::slice_set::SliceSet;
+use crate::energy::surface::{
+    Anchor, BUILT, NearTriangle, Proxies, TOOLS_MAX, ToolState, Touch, Touching,
+};
 use crate::model::Model;
 use crate::number::cell::Cell;
 use crate::number::kept::{Kept, Pass, kept};
 use crate::solver::coarse::CoarseTouch;
-use crate::terms::surface::{
-    Anchor, BUILT, NearTriangle, Proxies, TOOLS_MAX, ToolState, Touch, Touching,
-};
 
 /// Arrays for contact on surfaces, in memory of the caller.
 ///

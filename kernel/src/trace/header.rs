@@ -3,11 +3,11 @@
 use super::error::{Origin, TraceError};
 use super::stage::{self, STAGE_BYTES};
 use super::{CRC, HEADER_BYTES, MAGIC, VERSION, put};
+use crate::energy::surface::TOOLS_MAX;
 use crate::model::Model;
 use crate::number::Number;
 use crate::solver::{Dynamics, NumberOf};
 use crate::stage::{Stage, StageSettings};
-use crate::terms::surface::TOOLS_MAX;
 use crate::tick::choice::Choice;
 use crate::tick::choices::{Arithmetic, Scheme};
 use crate::tick::hash::REVISION;

@@ -3,7 +3,7 @@
 use super::header::RecordedTools;
 use super::record::{Entry, ORIENTATION, PartRecord, SIZE, WORDS, command, pose, sample};
 use super::{KIND_COMMAND, KIND_PART, KIND_POSE, KIND_SAMPLE, KIND_TOOL_COMMAND};
-use crate::terms::surface::PARTS_MAX;
+use crate::energy::surface::PARTS_MAX;
 use crate::tick::pose::ToolPart;
 
 /// Checks the order of the records of a trace.

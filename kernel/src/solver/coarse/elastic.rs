@@ -25,12 +25,12 @@ use super::touched::CoarseTouch;
 use super::vector;
 use crate::backend::Work;
 use crate::backend::f32x8::F32x8;
+use crate::energy::residual::Terms;
+use crate::energy::surface::IS_BUILT;
+use crate::energy::term::Term;
 use crate::model::coarse_basis::{CoarseBasis, ElasticLevel};
 use crate::number::turn::{Turn, turned};
 use crate::number::two_float::{Eight, LANES, Lanes, TwoFloat};
-use crate::terms::residual::Terms;
-use crate::terms::surface::IS_BUILT;
-use crate::terms::term::Term;
 
 /// Memory that the coarse level of nodal shapes needs for `functions` basis functions \[blocks of eight
 /// `f32`\].

@@ -16,13 +16,13 @@
 use super::elastic::elastic_room;
 use super::held::{apply, dot};
 use super::vector;
+use crate::energy::held::Contact;
 use crate::model::Model;
 use crate::model::coarse_basis::CoarseBasis;
 use crate::number::Number;
 use crate::number::sqrt::sqrt;
 use crate::number::two_float::{Eight, LANES};
 use crate::solver::loops::scalar::track::factor;
-use crate::terms::held::Contact;
 
 /// Largest ratio of the cuts' energy at all held cells to that of the softest basis function without a
 /// correction.

@@ -1,11 +1,11 @@
 //! Corrections of the inverse for cells that the tool holds.
 
+use crate::energy::held::Contact;
 use crate::model::Model;
 use crate::model::coarse_basis::CoarseBasis;
 use crate::number::Number;
 use crate::number::sqrt::sqrt;
 use crate::number::two_float::{Eight, LANES};
-use crate::terms::held::Contact;
 
 /// Memory that the coarse level needs for `functions` basis functions and up to `held` held cells \[blocks of
 /// eight `f32`\].

@@ -228,10 +228,10 @@ pub(crate) fn solve_resisted<V: F32x8>(
 mod tests {
     use super::*;
     use crate::backend::{VectorUnit, run};
+    use crate::energy::tests::{ROUNDING_ROOM, matrix};
     use crate::model::Model;
     use crate::solver::coarse::tests::CUBE;
     use crate::solver::coarse::{Coarse, Solve};
-    use crate::terms::tests::{ROUNDING_ROOM, matrix};
     use std::vec;
     use std::vec::Vec;
 

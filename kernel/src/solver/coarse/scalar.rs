@@ -3,6 +3,7 @@
 //! Basis functions are summed as over pairs of cells: the first cells of the pairs, then the second ones,
 //! then both together. The eight basis functions of a box, or their sums, stay in registers.
 
+use crate::energy::residual::Terms;
 use crate::model::coarse_basis::CoarseBasis;
 use crate::model::image::NO_FUNCTION;
 use crate::model::range;
@@ -11,7 +12,6 @@ use crate::number::two_float::{Eight, LANES};
 use crate::solver::loops::Points;
 use crate::solver::loops::scalar::Range;
 use crate::solver::loops::scalar::track::factor;
-use crate::terms::residual::Terms;
 
 /// One value per corner of a box and axis.
 type Corners = [[f32; 3]; LANES];

@@ -12,6 +12,7 @@ use core::ops::Range;
 use super::scalar::direction;
 use crate::backend::f32x8::F32x8;
 use crate::backend::{Work, run};
+use crate::energy::residual::Terms;
 use crate::model::coarse_basis::CoarseBasis;
 use crate::model::image::NO_FUNCTION;
 use crate::model::parts::{self, PARTS};
@@ -19,7 +20,6 @@ use crate::model::range;
 use crate::number::cell::Cell;
 use crate::number::two_float::{Eight, LANES};
 use crate::solver::loops::Points;
-use crate::terms::residual::Terms;
 
 /// The pairs of cells of a box, with their weights.
 #[inline(always)]

@@ -3,11 +3,11 @@
 use super::held::{coarse_room, hold};
 use super::*;
 use crate::backend::{VectorUnit, run};
+use crate::energy::held::Contact;
+use crate::energy::tests::{ROUNDING_ROOM, matrix, pinned};
 use crate::model::Model;
 use crate::model::pin::Pin;
 use crate::number::two_float::LANES;
-use crate::terms::held::Contact;
-use crate::terms::tests::{ROUNDING_ROOM, matrix, pinned};
 use std::vec;
 use std::vec::Vec;
 

@@ -24,13 +24,13 @@
 
 use super::elastic::turned_with;
 use crate::backend::f32x8::F32x8;
+use crate::energy::residual::Terms;
+use crate::energy::surface::{Anchor, NearTriangle, Proxies, Solid, each_met};
 use crate::model::coarse_basis::CoarseBasis;
 use crate::number::cell::{add, dot, scale, sub};
 use crate::number::kept::{Kept, Pass};
 use crate::number::sqrt::sqrt;
 use crate::number::two_float::Eight;
-use crate::terms::residual::Terms;
-use crate::terms::surface::{Anchor, NearTriangle, Proxies, Solid, each_met};
 
 /// Most columns of U.
 const COLUMNS: usize = 48;

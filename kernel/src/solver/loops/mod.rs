@@ -21,14 +21,14 @@ use super::awake::Awake;
 use super::coarse::{Coarse, CoarseTouch};
 use crate::backend::f32x8::F32x8;
 use crate::backend::slice_set::SliceSet;
+use crate::energy::held::Contact;
+use crate::energy::links::number::LinkNumber;
+use crate::energy::residual::Terms;
 use crate::model::Model;
 use crate::model::coarse_basis::CoarseBasis;
 use crate::model::parts::{self, PARTS};
 use crate::number::cell::Cell;
 use crate::number::two_float::{Eight, TwoFloat};
-use crate::terms::held::Contact;
-use crate::terms::links::number::LinkNumber;
-use crate::terms::residual::Terms;
 
 /// The arrays of `track`.
 pub struct Points<'a, N> {

@@ -5,6 +5,9 @@ use super::vfp;
 use super::{Loops, Moved, Points, scalar, sliced};
 use crate::backend::run;
 use crate::backend::slice_set::SliceSet;
+use crate::energy::held::Contact;
+use crate::energy::residual::Terms;
+use crate::energy::sliced::{self as sliced_terms, Energy};
 use crate::model::coarse_basis::CoarseBasis;
 use crate::model::parts;
 use crate::number::cell::Cell;
@@ -13,9 +16,6 @@ use crate::solver::awake::Awake;
 use crate::solver::coarse::elastic::{self, ElasticSolve};
 use crate::solver::coarse::sliced::Restrict;
 use crate::solver::coarse::{self, Coarse, CoarseTouch, Solve};
-use crate::terms::held::Contact;
-use crate::terms::residual::Terms;
-use crate::terms::sliced::{self as sliced_terms, Energy};
 
 #[allow(private_interfaces)]
 impl Loops for f32 {

@@ -7,13 +7,13 @@ use core::arch::asm;
 use core::ops::Range;
 
 use crate::backend::slices::cells_of;
+use crate::energy::residual::Terms;
 use crate::model::Model;
 use crate::number::cell::Cell;
 use crate::number::two_float::LANES;
 use crate::solver::awake::Awake;
 use crate::solver::loops::scalar;
 use crate::solver::loops::{Moved, Points};
-use crate::terms::residual::Terms;
 
 /// Calls `update(watched, cells, beyond)` for the cells of awake slices. Slices whose neighbours may be
 /// asleep come one by one, `watched`, and `update` returns whether a cell started to move; the others come in

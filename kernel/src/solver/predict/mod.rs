@@ -38,12 +38,12 @@ mod response;
 use super::Dynamics;
 use super::scheme::{Body, Memory, Scheme};
 use super::track::Track;
+use crate::energy::held::Contact;
+use crate::energy::surface::IS_BUILT;
 use crate::model::Model;
 use crate::number::cell::{Cell, add};
 use crate::number::kept::kept;
 use crate::number::two_float::Eight;
-use crate::terms::held::Contact;
-use crate::terms::surface::IS_BUILT;
 use momentum::Going;
 
 /// Arrays of `track`, then one for each field.

@@ -19,6 +19,7 @@
 use super::{ARRAYS, TRACK};
 use crate::backend::slice_set::SliceSet;
 use crate::backend::slices::{cells_of, clear};
+use crate::energy::surface::Touching;
 use crate::model::Model;
 use crate::number::cell::{Cell, add, peak, scale};
 use crate::number::two_float::LANES;
@@ -26,7 +27,6 @@ use crate::solver::awake::insert_around;
 use crate::solver::loops::Loops;
 use crate::solver::loops::scalar::track::factor;
 use crate::solver::scheme::Body;
-use crate::terms::surface::Touching;
 
 /// Passes over the slices under tools: after fewer, what they moved is on its way.
 const PASSES: usize = 4;

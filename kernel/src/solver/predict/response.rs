@@ -11,6 +11,9 @@
 use super::{ARRAYS, TRACK};
 use crate::backend::slices::copy;
 use crate::backend::{VectorUnit, run};
+use crate::energy::held::Contact;
+use crate::energy::state::States;
+use crate::energy::term::Term;
 use crate::model::Model;
 use crate::number::cell::{Cell, add, dot, scale, sub};
 use crate::number::two_float::Eight;
@@ -18,9 +21,6 @@ use crate::solver::coarse::elastic::ElasticSolve;
 use crate::solver::coarse::{Coarse, Solve, scalar};
 use crate::solver::loops::scalar::track::factor;
 use crate::solver::scheme::Memory;
-use crate::terms::held::Contact;
-use crate::terms::state::States;
-use crate::terms::term::Term;
 
 /// Largest number of link passes for a field.
 pub const ITERATIONS_MAX: usize = 2000;

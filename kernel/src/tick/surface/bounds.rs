@@ -2,9 +2,9 @@
 
 use crate::backend::slice_set::SliceSet;
 use crate::backend::slices::cells_of;
+use crate::energy::surface::NearTriangle;
 use crate::model::Model;
 use crate::number::two_float::LANES;
-use crate::terms::surface::NearTriangle;
 use crate::tick::touch_room::{TouchArrays, TouchState};
 
 /// Margin for the rounding of the cells' bounds.

@@ -1,9 +1,9 @@
 //! Motion of a tool's proxy towards its tool in a tick.
 
+use crate::energy::surface::{Meeting, NearTriangle, Proxy, ToolState};
 use crate::number::cell::{add, dot, scale, sub};
 use crate::number::sqrt::sqrt;
 use crate::number::turn::Turn;
-use crate::terms::surface::{Meeting, NearTriangle, Proxy, ToolState};
 use crate::tick::begin;
 
 /// If a sample comes nearer to a core than this share of the part's radius, the tool gives way. Near the

@@ -1,10 +1,10 @@
 //! Anchors of friction and grips, from tick to tick.
 
 use super::{energy_of, follow};
-use crate::number::two_float::TwoFloat;
-use crate::terms::surface::{
+use crate::energy::surface::{
     Anchor, NearTriangle, PARTS_MAX, Proxies, Sample, ToolState, grip, renew,
 };
+use crate::number::two_float::TwoFloat;
 use crate::tick::touch_room::TouchArrays;
 
 /// Assigns anchors to the triangles in reach; both lists are in the order of the triangles.

@@ -1,11 +1,11 @@
 //! Tools inside the body, see [`begin`](crate::tick::begin).
 
 use super::{energy_of, places};
+use crate::energy::inside;
+use crate::energy::surface::{Meeting, NearTriangle, Proxy, ToolState};
 use crate::model::Model;
 use crate::number::two_float::TwoFloat;
 use crate::solver::Dynamics;
-use crate::terms::inside;
-use crate::terms::surface::{Meeting, NearTriangle, Proxy, ToolState};
 use crate::tick::begin;
 use crate::tick::order::Tick;
 use crate::tick::touch_room::TouchArrays;

@@ -1,4 +1,4 @@
-//! Contact of tools in a tick on a model with a contact surface, see [`surface`](crate::terms::surface).
+//! Contact of tools in a tick on a model with a contact surface, see [`surface`](crate::energy::surface).
 //!
 //! **The tissue meets a proxy of each tool.** The proxy follows the tool, with three exceptions, each marked
 //! by flag 1 ([`Flags::MOTION_CLAMPED`]) and made up for in later ticks:
@@ -37,16 +37,16 @@ use super::order::Tick;
 use super::pose::ToolPose;
 use super::sample::Flags;
 use super::touch_room::TouchArrays;
+use crate::energy::held::approach;
+use crate::energy::surface::{
+    Anchor, EightWide, Meeting, Near, PARTS_MAX, Proxies, TOOLS_MAX, ToolState, search,
+};
 use crate::model::Model;
 use crate::number::Number;
 use crate::number::cell::{Cell, add, dot, output, single, sub};
 use crate::number::two_float::TwoFloat;
 use crate::solver::Dynamics;
 use crate::solver::coarse::Under;
-use crate::terms::held::approach;
-use crate::terms::surface::{
-    Anchor, EightWide, Meeting, Near, PARTS_MAX, Proxies, TOOLS_MAX, ToolState, search,
-};
 use going::{COMING, Go, HALF};
 pub(super) use hold::{held_by, take_hold};
 

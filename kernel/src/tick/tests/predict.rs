@@ -4,10 +4,10 @@ use std::vec::Vec;
 
 use nalgebra::Vector3;
 
+use crate::energy::state::term_states;
 use crate::model::Model;
 use crate::number::cell::{Cell, add, dot, scale, sub};
 use crate::solver::{Dynamics, Predict, Track};
-use crate::terms::state::term_states;
 use crate::tick::budget::Budget;
 use crate::tick::choices::Unloading;
 use crate::tick::pose::ToolPose;

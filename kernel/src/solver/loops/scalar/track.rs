@@ -5,14 +5,14 @@ use core::ops;
 use super::{Range, part, part_mut};
 use crate::backend::slice_set::{Iter, SliceSet};
 use crate::backend::slices::cells_of;
+use crate::energy::held::Contact;
+use crate::energy::residual::Terms;
 use crate::model::parts;
 use crate::number::Sum;
 use crate::number::cell::{Cell, add, scale, sub};
 use crate::number::two_float::TwoFloat;
 use crate::solver::awake::Awake;
 use crate::solver::loops::{Loops, Moved, Points};
-use crate::terms::held::Contact;
-use crate::terms::residual::Terms;
 
 /// See `Loops::track_residual` and, with five sums, `Loops::elastic_residual`.
 pub(crate) fn residual<N: Loops, const SUMS: usize>(

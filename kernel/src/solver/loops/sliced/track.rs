@@ -6,15 +6,15 @@ use crate::backend::f32x8::F32x8;
 use crate::backend::slice_set::SliceSet;
 use crate::backend::slices::{Chunks, ChunksMut};
 use crate::backend::{Work, run};
+use crate::energy::held::Contact;
+use crate::energy::residual::Terms;
+use crate::energy::sliced::{self, Reduce};
 use crate::model::parts::{self, PARTS};
 use crate::number::cell::Cell;
 use crate::number::two_float::{Lanes, Plain, TwoFloat};
 use crate::solver::awake::Awake;
 use crate::solver::loops::scalar::track::plus;
 use crate::solver::loops::{Moved, Points};
-use crate::terms::held::Contact;
-use crate::terms::residual::Terms;
-use crate::terms::sliced::{self, Reduce};
 
 /// The sums of a pass, see `Loops::track_residual` and, with five sums, `elastic_residual`.
 pub(crate) struct Sums<'a, const SUMS: usize> {

@@ -12,17 +12,17 @@ use crate::backend::slice_set::SliceSet;
 use crate::backend::team::Team;
 use crate::backend::tests::unit;
 use crate::backend::{VectorUnit, run};
+use crate::energy::held::Contact;
+use crate::energy::links::sliced::SlicedLinks;
+use crate::energy::residual::Terms;
+use crate::energy::sliced::{Contacts, SlicedResidual};
+use crate::energy::state::States;
+use crate::energy::surface::Touch;
 use crate::model::image::CELLS_MAX;
 use crate::model::{COORDINATE_MAX, Model, rest_length};
 use crate::number::cell::Cell;
 use crate::number::two_float::TwoFloat;
 use crate::solver::awake::Awake;
-use crate::terms::held::Contact;
-use crate::terms::links::sliced::SlicedLinks;
-use crate::terms::residual::Terms;
-use crate::terms::sliced::{Contacts, SlicedResidual};
-use crate::terms::state::States;
-use crate::terms::surface::Touch;
 use body::{Body, Link, Varied};
 
 /// All results of a pass and its updates, as bits.

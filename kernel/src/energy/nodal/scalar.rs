@@ -5,12 +5,12 @@ use super::law::{Step, stay, step};
 use super::matrix::{three, times};
 use super::state::{ShapeState, pull, stress};
 use crate::backend::lane::Lane;
+use crate::energy::held::Touched;
+use crate::energy::state::StatesOf;
 use crate::model::image::nodal;
 use crate::model::nodal::Nodal;
 use crate::number::cell::sub;
 use crate::number::two_float::LANES;
-use crate::terms::held::Touched;
-use crate::terms::state::StatesOf;
 
 impl Nodal<'_> {
     /// The cells linked to a cell, ascending.

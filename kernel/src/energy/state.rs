@@ -12,10 +12,10 @@ use core::cell::Cell;
 use core::marker::PhantomData;
 
 use crate::backend::slice_set::SliceSet;
+use crate::energy::term::Term;
 use crate::model::others::Others;
 use crate::number::kept::kept;
 use crate::number::two_float::LANES;
-use crate::terms::term::Term;
 
 /// A number of each cell of a slice.
 pub(crate) type Row = [f32; LANES];

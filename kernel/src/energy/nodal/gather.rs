@@ -8,12 +8,12 @@ use super::matrix::{Matrix, pairs, three};
 use super::state::{chunk, stress};
 use crate::backend::f32x8::{Chunk, F32x8};
 use crate::backend::lane::{Lane, Real};
+use crate::energy::state::TermState;
 use crate::model::image::nodal;
 use crate::model::nodal::{CellNumbers, Nodal, SlotNumbers};
 use crate::model::range;
 use crate::number::cell::Cell;
 use crate::number::two_float::LANES;
-use crate::terms::state::TermState;
 
 /// Material numbers of a cell.
 #[derive(Clone, Copy)]

@@ -33,10 +33,10 @@
 //! other half covers the rounding of the published point. The sums are computed only if an energy is above
 //! the level, so a pass that lowers the energy does not pay for them.
 
+use crate::energy::links::number::LinkNumber;
 use crate::model::Model;
 use crate::number::cell::{Cell, single};
 use crate::number::sqrt::sqrt;
-use crate::terms::links::number::LinkNumber;
 
 /// Spacing of `f32`, squared.
 const EPSILON_SQUARED: f32 = f32::EPSILON * f32::EPSILON;

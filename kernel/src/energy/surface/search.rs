@@ -437,7 +437,7 @@ fn exchange(slots: &mut [NearTriangle], a: usize, b: usize) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::terms::surface::proxy::Proxy;
+    use crate::energy::surface::proxy::Proxy;
 
     fn tool(centre: [f32; 3], whole: f32) -> ToolState {
         let part = Solid { whole, sampled: whole, ..Solid::NONE };

@@ -1,5 +1,5 @@
 //! The link pass, link by link. Every operation is that of
-//! [`link_force`](crate::terms::links::law), in its order.
+//! [`link_force`](crate::energy::links::law), in its order.
 
 #![allow(unsafe_code)]
 
@@ -7,10 +7,10 @@ use core::arch::asm;
 
 use crate::backend::slice_set::SliceSet;
 use crate::backend::slices::clear;
+use crate::energy::links::law::{Band, COINCIDENT, link_force};
 use crate::model::Model;
 use crate::number::cell::{Cell, sub};
 use crate::number::two_float::LANES;
-use crate::terms::links::law::{Band, COINCIDENT, link_force};
 
 /// The limits of a row's links, in the order in which [`run`] loads them.
 #[repr(C)]
@@ -22,7 +22,7 @@ struct Limits {
     coincident: f32,
 }
 
-/// Adds every link's force to both its ends, as [`accumulate`](crate::terms::links::scalar::accumulate) does;
+/// Adds every link's force to both its ends, as [`accumulate`](crate::energy::links::scalar::accumulate) does;
 /// one band for all links, all of weight 1. Does nothing if an array is shorter than the model.
 pub(crate) fn accumulate(
     model: &Model<'_>,

@@ -79,10 +79,10 @@ impl Meeting {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::energy::surface::Solid;
+    use crate::energy::surface::press::at_corners;
     use crate::number::cell::dot;
     use crate::number::turn::Turn;
-    use crate::terms::surface::Solid;
-    use crate::terms::surface::press::at_corners;
 
     const CORNERS: [[f32; 3]; 3] = [[0.0, 0.0, 0.0], [2.0, 0.0, 0.1], [0.0, 2.0, -0.2]];
 

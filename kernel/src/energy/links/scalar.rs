@@ -9,10 +9,10 @@
 
 use crate::backend::slice_set::SliceSet;
 use crate::backend::slices::{cells_of, clear};
+use crate::energy::links::law::LinkForce;
+use crate::energy::number::TermNumber;
 use crate::model::Model;
 use crate::number::cell::Cell;
-use crate::terms::links::law::LinkForce;
-use crate::terms::number::TermNumber;
 
 /// Adds every link's force to both its ends: `sum[i] += f`, `sum[j] -= f`, and w d^2 to both in the fourth
 /// lane. Starts from +0.0 in awake slices; the links of all others are slack and are skipped.

@@ -8,10 +8,10 @@
 //! ```
 
 use super::state::ShapeState;
+use crate::energy::state::StatesOf;
 use crate::model::image::nodal;
 use crate::model::nodal::Nodal;
 use crate::number::cell::{dot, scale, sub};
-use crate::terms::state::StatesOf;
 
 impl Nodal<'_> {
     /// The state with the stress of a small displacement; it replaces the results of the last pass.

@@ -4,9 +4,9 @@ use super::law::{self, Band, LinkForce};
 use super::range::RangeError;
 use super::term::Links;
 use crate::backend::slice_set::SliceSet;
+use crate::energy::number::TermNumber;
 use crate::model::Model;
 use crate::number::cell::{Cell, single};
-use crate::terms::number::TermNumber;
 
 /// A number type that links can be computed in.
 #[allow(private_interfaces)]

@@ -7,9 +7,9 @@ use super::matrix::Matrix;
 use super::nearest::Turn;
 use crate::backend::f32x8::{Chunk, F32x8};
 use crate::backend::lane::Lane;
+use crate::energy::state::{CellState, Row, SliceMemory, TermState, number, put};
 use crate::number::cell::Cell;
 use crate::number::two_float::LANES;
-use crate::terms::state::{CellState, Row, SliceMemory, TermState, number, put};
 
 /// State of a cell's shape. Rotation and shape of unit volume persist from pass to pass; stress and pull
 /// follow from them and the positions of the last pass. Neighbours read the stress from the cell's line.

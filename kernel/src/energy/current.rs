@@ -34,12 +34,12 @@
 //! Cost: 3 additions per contact cell and pass, and W once per pass. W is summed in `f64`, so that its
 //! rounding does not affect the guard.
 
+use crate::energy::held::Contact;
+use crate::energy::residual::Terms;
 use crate::model::Model;
 use crate::number::Number;
 use crate::number::cell::{Cell, output};
 use crate::number::two_float::TwoFloat;
-use crate::terms::held::Contact;
-use crate::terms::residual::Terms;
 
 /// Margin for the rounding of a current that was cut at the energy bound.
 const SHORT: f64 = 0.999;
