@@ -21,8 +21,9 @@ impl<D: Dynamics> TissueMut<'_, D> {
         Some(ProxyPose { position_m, orientation: proxy.turn.orientation(), share: proxy.share })
     }
 
-    /// Replaces chosen cells by tools: each is a list of at most [`PARTS_MAX`] convex parts; one coefficient
-    /// of Coulomb friction serves all, 0 for none. Each [`Self::tick`] then takes a pose for each tool.
+    /// Replaces chosen cells by tools: each is a list of at most [`PARTS_MAX`](crate::PARTS_MAX) convex parts;
+    /// one coefficient of Coulomb friction serves all, 0 for none. Each [`Self::tick`] then takes a pose for each
+    /// tool.
     ///
     /// The model needs a contact surface ([`Model::has_contact_surface`](crate::Model)). A tissue without
     /// memory for anchors has no friction and no grips.
