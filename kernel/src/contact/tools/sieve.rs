@@ -40,13 +40,13 @@ impl Search<'_> {
             let stride = self.reach * tool.proxy.radius_min();
             for solid in tool.proxy.parts() {
                 let [x, y, z] = solid.centre;
-                let way = squared(middle, [V::splat(x), V::splat(y), V::splat(z)]);
+                let squares = squared(middle, [V::splat(x), V::splat(y), V::splat(z)]);
                 let far = solid.whole + stride;
-                let beyond = way.above(two.times(V::splat(far * far).plus(size)));
+                let beyond = squares.above(two.times(V::splat(far * far).plus(size)));
                 may_reach = V::select(beyond, may_reach, two);
-                if V::any(way.below(V::splat(*nearest))) {
+                if V::any(squares.below(V::splat(*nearest))) {
                     let mut lanes = [0.0; LANES];
-                    way.store(&mut lanes);
+                    squares.store(&mut lanes);
                     for squared in lanes {
                         *nearest = if squared < *nearest { squared } else { *nearest };
                     }
