@@ -282,7 +282,7 @@ pub(crate) fn force<N: LinkNumber>(
     });
     let (at, states) = (|cell| links.published(v, cell), terms.states.all());
     for cell in held.iter().map(Contact::cell) {
-        terms.model.others.cell(cell, &at, states, &mut |pull| sum = add(sum, pull));
+        terms.model.others.cell(cell, &at, states, &mut |of| sum = add(sum, of));
     }
     sum
 }
