@@ -79,7 +79,8 @@ pub const FEATURES: &[&str] = &[
 
 pub use backend::VectorUnit;
 pub use backend::team::{Job, Team, Workers};
-pub use energy::held::{Contact, ContactError};
+pub use energy::contact::Contact;
+pub use energy::held::ContactError;
 pub use energy::links::range::RangeError;
 pub use energy::rounding::Rounding;
 pub use energy::state::{TermState, TermStates, term_states};

@@ -3,7 +3,7 @@
 use std::vec;
 use std::vec::Vec;
 
-use super::held::Contact;
+use super::contact::Contact;
 use crate::model::Model;
 use crate::model::coarse_basis::CoarseBasis;
 use crate::model::image::{

@@ -2,7 +2,7 @@
 
 use super::{SNAPSHOT_HEADER_BYTES, SnapshotError, open, seal};
 use crate::backend::VectorUnit;
-use crate::energy::held::Contact;
+use crate::energy::contact::Contact;
 use crate::energy::links::number::LinkNumber;
 use crate::energy::state::{TermState, term_states};
 use crate::energy::surface::{Anchor, NearTriangle, ToolState};

@@ -2,7 +2,7 @@
 
 use super::order::Tick;
 use super::sample::Flags;
-use crate::energy::current::{admitted, rounded_up, work};
+use crate::energy::current::{Load, admitted, rounded_up};
 use crate::number::cell::{from_single, single};
 use crate::solver::Dynamics;
 
@@ -28,7 +28,7 @@ impl<D: Dynamics> Tick<'_, '_, D> {
         }
         // Book the change of the load's work.
         if to != from {
-            let [old, new] = [from, to].map(|i| work(model, i, self.state, self.contacts));
+            let [old, new] = [from, to].map(|current| self.work(current));
             self.head.applied = to;
             self.head.level.shift(rounded_up(old - new));
             self.head.level.note_work(rounded_up(new));
@@ -49,9 +49,15 @@ impl<D: Dynamics> Tick<'_, '_, D> {
     /// Books the current's work, after the sweeps.
     pub(super) fn book(&mut self) {
         if let Some(current) = self.current() {
-            let work = work(self.network.model(), current, self.state, self.contacts);
+            let work = self.work(current);
             self.head.level.note_work(rounded_up(work));
         }
+    }
+
+    /// Work of a current since the tool engaged.
+    fn work(&self, current: [f32; 3]) -> f64 {
+        let load = Load { current: Some(current), cells: self.contacts };
+        load.work(&self.terms().published(self.state))
     }
 
     fn wake_contacts(&mut self) {

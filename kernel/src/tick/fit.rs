@@ -2,7 +2,8 @@
 
 use super::error::ResetError;
 use super::tissue::TissueMut;
-use crate::energy::held::{Contact, ContactError};
+use crate::energy::contact::Contact;
+use crate::energy::held::ContactError;
 use crate::energy::surface::IS_BUILT;
 use crate::model::Model;
 use crate::number::cell::Cell;

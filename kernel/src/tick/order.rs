@@ -8,11 +8,10 @@ use super::settings::{Network, Settings};
 use super::tissue::{Head, TissueMut};
 use super::touch_room::TouchRoom;
 use crate::backend::team::Team;
-use crate::energy::held::Contact;
+use crate::energy::contact::Contact;
 use crate::energy::residual::Terms;
 use crate::energy::state::States;
 use crate::energy::surface::{IS_BUILT, Touch};
-use crate::energy::term::Term;
 use crate::number::cell::Cell;
 use crate::number::clamp::finite;
 use crate::number::two_float::{Eight, TwoFloat};
@@ -180,20 +179,18 @@ pub(crate) struct Tick<'a, 'm, D: Dynamics> {
 }
 
 impl<'a, 'm, D: Dynamics> Tick<'a, 'm, D> {
-    pub fn terms(&self) -> Terms<'a, 'm> {
-        let (model, current) = (self.network.model(), self.current());
+    /// The terms without the tools.
+    pub fn terms(&self) -> Terms<'a, 'm, D::Number> {
+        let (team, current) = (self.team, self.current());
         let (closed, vectors) = (self.head.closed, self.head.vectors);
-        let (team, states, touch) = (self.team, self.states, Touch::NONE);
-        Terms { model, closed, vectors, team, current, states, touch }
+        let terms = Terms::of(self.network.model(), self.states);
+        Terms { closed, vectors, team, current, ..terms }
     }
 
     /// Applies the terms' corrections for this tick and books their change of the energy.
     #[inline(always)]
     fn begin_terms(&mut self) {
         let (terms, awake) = (self.terms(), &mut self.head.awake);
-        if !terms.model.others.corrects() {
-            return;
-        }
         let mut is_changed = false;
         let rise = terms.begin_tick(self.state, |cell| {
             awake.wake_around(terms.model, cell);
@@ -207,13 +204,12 @@ impl<'a, 'm, D: Dynamics> Tick<'a, 'm, D> {
 
     /// Makes the link passes of the tick.
     fn sweep(&mut self, budget: &mut Budget<'_>) {
-        let current = self.current();
         let contacts: &[Contact<D::Number>] = if self.head.engaged { self.contacts } else { &[] };
-        let held = if current.is_none() { contacts } else { &[] };
+        let terms = Terms { contacts, ..self.terms() };
         let (applied, coarse) = if IS_BUILT && self.head.has_tools {
             ([0.0; 3], self.head.resisted.map(Coarse::Resisted))
         } else {
-            (self.head.applied, Some(Coarse::Corrected(held.len())))
+            (self.head.applied, Some(Coarse::Corrected(terms.held().len())))
         };
         // Collect all that the scheme reads and writes.
         let &Settings { sweeps, step, tick_time, .. } = self.network.settings();
@@ -223,18 +219,8 @@ impl<'a, 'm, D: Dynamics> Tick<'a, 'm, D> {
         let nothing = (Touch::NONE, None);
         let (touch, coarse_touch) = arrays.as_mut().map_or(nothing, |of| of.touching(model));
         let mut body = Body {
-            terms: Terms {
-                model,
-                closed: self.head.closed,
-                vectors: self.head.vectors,
-                team: self.team,
-                current,
-                states: self.states,
-                touch,
-            },
+            terms: Terms { touch, ..terms },
             pace,
-            contacts,
-            held,
             applied,
             coarse,
             coarse_touch,

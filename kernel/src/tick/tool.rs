@@ -3,7 +3,8 @@
 use super::choices::Drive;
 use super::order::Tick;
 use super::sample::{Flags, ToolSample};
-use crate::energy::held::{self, Touched};
+use crate::energy::contact::Touched;
+use crate::energy::held;
 use crate::energy::surface::IS_BUILT;
 use crate::number::Number;
 use crate::number::cell::{Cell, add, from_single, output, sub};

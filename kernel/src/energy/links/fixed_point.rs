@@ -15,10 +15,10 @@
 
 use fixed::types::I8F24;
 
+use super::bands::Links;
 use super::law::LinkForce;
 use super::number::LinkNumber;
 use super::range::RangeError;
-use super::term::Links;
 use crate::backend::slice_set::SliceSet;
 use crate::backend::slices::cells_of;
 use crate::model::Model;

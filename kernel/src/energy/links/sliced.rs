@@ -6,8 +6,8 @@
 
 #![allow(unsafe_code)]
 
+use super::bands::Links;
 use super::law::{Band, COINCIDENT, LinkForce, RIM};
-use super::term::Links;
 use crate::backend::f32x8::F32x8;
 use crate::model::{Slices, range};
 use crate::number::cell::Cell;
@@ -28,22 +28,20 @@ impl<'a, 'm> SlicedLinks<'a, 'm> {
         (at.len() == links.model.cells()).then_some(Self { links, slices, at })
     }
 
-    /// Returns true if links differ in weight, or in band while bands are open.
+    /// Residual and sum of w d^2 of the cells of a slice, which are at `here`.
     #[inline(always)]
-    pub fn differ(&self) -> bool {
-        self.slices.weights.is_some() || !self.links.closed && self.slices.alphas.is_some()
+    pub fn residual<V: F32x8>(&self, slice: usize, here: [V; 3]) -> [V; 4] {
+        let even = Law::uniform(Band::new(self.links.alpha(0)));
+        if self.slices.weights.is_some() || !self.links.closed && self.slices.alphas.is_some() {
+            self.sums::<V, true>(slice, here, even)
+        } else {
+            self.sums::<V, false>(slice, here, even)
+        }
     }
 
-    /// The parameters of all links if they do not differ.
+    /// The same. `VARIED` if links differ; otherwise `even` holds for all links.
     #[inline(always)]
-    pub fn even<V: F32x8>(&self) -> Law<V> {
-        Law::uniform(Band::new(self.links.alpha(0)))
-    }
-
-    /// Residual and sum of w d^2 of the cells of a slice, which are at `here`. `VARIED` if links differ;
-    /// otherwise `even` holds for all links.
-    #[inline(always)]
-    pub fn residual<V: F32x8, const VARIED: bool>(
+    fn sums<V: F32x8, const VARIED: bool>(
         &self,
         slice: usize,
         here: [V; 3],
@@ -95,7 +93,7 @@ impl<'a, 'm> SlicedLinks<'a, 'm> {
         for lane in 0..LANES {
             let cell = slice * LANES + lane;
             for (link, other) in self.links.model.neighbours(cell) {
-                let on: Option<LinkForce> = self.links.force_at(at, link, cell, other);
+                let on: Option<LinkForce> = self.links.force_at(&at, link, cell, other);
                 let Some(LinkForce { force: [x, y, z], wd2 }) = on else { continue };
                 for (lanes, term) in lanes.iter_mut().zip([x, y, z, wd2]) {
                     if let Some(sum) = lanes.get_mut(lane) {
@@ -110,7 +108,7 @@ impl<'a, 'm> SlicedLinks<'a, 'm> {
 
 /// Bands and weights of eight links.
 #[derive(Clone, Copy)]
-pub(crate) struct Law<V> {
+struct Law<V> {
     low: V,
     high: V,
     low_squared: V,

@@ -6,7 +6,6 @@
 use core::arch::asm;
 
 use crate::backend::slice_set::SliceSet;
-use crate::backend::slices::clear;
 use crate::energy::links::law::{Band, COINCIDENT, link_force};
 use crate::model::Model;
 use crate::number::cell::{Cell, sub};
@@ -36,7 +35,6 @@ pub(crate) fn accumulate(
         return;
     }
     let slices = model.slice_count();
-    clear(sum, awake.iter(slices));
     let limits = Limits {
         high: band.high,
         high_squared: band.high_squared,

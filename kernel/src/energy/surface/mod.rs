@@ -58,7 +58,7 @@ pub(crate) use proxy::{Proxies, Proxy};
 pub use search::NearTriangle;
 pub(crate) use search::{EightWide, Near, search};
 pub(crate) use solid::Solid;
-pub(crate) use touch::{Touch, Touching};
+pub(crate) use touch::{Pulled, Touch, Touching};
 
 /// True if this kernel is built with contact on surfaces.
 pub(crate) const IS_BUILT: bool = cfg!(feature = "surface");

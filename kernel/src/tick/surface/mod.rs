@@ -38,6 +38,7 @@ use super::pose::ToolPose;
 use super::sample::Flags;
 use super::touch_room::TouchArrays;
 use crate::energy::held::approach;
+use crate::energy::residual::Terms;
 use crate::energy::surface::{
     Anchor, EightWide, Meeting, Near, PARTS_MAX, Proxies, TOOLS_MAX, ToolState, search,
 };
@@ -217,7 +218,8 @@ impl<D: Dynamics> Tick<'_, '_, D> {
     /// Prepares the coarse level for the tools: an elastic one for their contacts; the one of links, on which
     /// the level's certificate relies, for all triangles in reach.
     fn prepare(&mut self) {
-        let (terms, model) = (self.terms(), self.network.model());
+        let model = self.network.model();
+        let terms = Terms::of(model, self.states);
         let at = places(model, &*self.state);
         let Some(mut arrays) = self.touch.arrays(self.state.len()) else { return };
         self.head.resisted = D::resist(model, self.room, bounds::of_corners(arrays.near()));

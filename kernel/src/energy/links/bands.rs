@@ -1,0 +1,36 @@
+//! The links of a body in a tick, with their bands or with closed ones.
+
+use crate::model::Model;
+use crate::model::terms::Keeps;
+use crate::number::cell::sub;
+
+/// The links, and whether their bands are closed (unloading).
+#[derive(Clone, Copy)]
+pub(crate) struct Links<'a, 'm> {
+    pub model: &'a Model<'m>,
+    pub closed: bool,
+}
+
+impl Keeps for Links<'_, '_> {}
+
+impl Links<'_, '_> {
+    /// Alpha of a link, 0 while the bands are closed.
+    #[inline]
+    pub fn alpha(&self, link: usize) -> f32 {
+        if self.closed { 0.0 } else { self.model.link_alpha(link) }
+    }
+
+    /// Returns true if links differ in weight, or in band while bands are open.
+    #[inline(always)]
+    pub fn differ(&self) -> bool {
+        self.model.link_weights.is_some() || !self.closed && self.model.link_alphas.is_some()
+    }
+
+    /// `P_j` - `P_i` of the rest shape. Not inlined: ends rarely coincide, and the loop over the links has no
+    /// registers to spare for the rest shape.
+    #[cold]
+    #[inline(never)]
+    pub fn rest_difference(self, i: usize, j: usize) -> [f32; 3] {
+        sub(self.model.rest_position(j), self.model.rest_position(i))
+    }
+}
