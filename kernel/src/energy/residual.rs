@@ -57,9 +57,8 @@ impl<'a, 'm, N: LinkNumber> Terms<'a, 'm, N> {
     /// The list with another form of the tools' term.
     #[inline(always)]
     pub fn list_with<T: Term<N>>(&self, tools: T) -> impl Term<N> + use<'a, 'm, N, T> {
-        let links = Links { model: self.model, closed: self.closed };
         let load = Load { current: self.current, cells: self.contacts };
-        (links, (self.model.others, (tools, load)))
+        (Links::of(self.model, self.closed), (self.model.others, (tools, load)))
     }
 
     /// Cells that the tool holds: they do not move in a sweep.

@@ -1,7 +1,8 @@
 //! The links of a body in a tick, with their bands or with closed ones.
 
-use crate::model::Model;
+use super::law::Band;
 use crate::model::terms::Keeps;
+use crate::model::{Model, Slices};
 use crate::number::cell::sub;
 
 /// The links, and whether their bands are closed (unloading).
@@ -9,11 +10,21 @@ use crate::number::cell::sub;
 pub(crate) struct Links<'a, 'm> {
     pub model: &'a Model<'m>,
     pub closed: bool,
+    /// The band of all links, if they do not differ.
+    pub(super) even: Band,
+    /// The links by slices, if the model has these and they carry forces.
+    pub(super) slices: Option<Slices<'m>>,
 }
 
 impl Keeps for Links<'_, '_> {}
 
-impl Links<'_, '_> {
+impl<'a, 'm> Links<'a, 'm> {
+    #[inline(always)]
+    pub fn of(model: &'a Model<'m>, closed: bool) -> Self {
+        let even = Band::new(if closed { 0.0 } else { model.link_alpha(0) });
+        Self { model, closed, even, slices: model.slices.filter(|_| !model.is_nodal()) }
+    }
+
     /// Alpha of a link, 0 while the bands are closed.
     #[inline]
     pub fn alpha(&self, link: usize) -> f32 {

@@ -3,7 +3,6 @@
 use super::bands::Links;
 use super::number::LinkNumber;
 use super::scalar::accumulate;
-use super::sliced::SlicedLinks;
 use crate::backend::f32x8::F32x8;
 use crate::energy::contact::{Contact, Touched, is_among};
 use crate::energy::state::StatesOf;
@@ -47,10 +46,8 @@ impl<N: LinkNumber> Term<N> for Links<'_, '_> {
 
     #[inline(always)]
     fn slice<V: F32x8>(self, here: Here<'_, V>, sum: &mut [V; 4], _: StatesOf<'_>) {
-        if !self.model.is_nodal()
-            && let Some(links) = SlicedLinks::of(self, here.at)
-        {
-            *sum = links.residual(here.slice, here.cells);
+        if let Some(of_links) = self.of_slice(here.slice, here.cells, here.at) {
+            *sum = of_links;
         }
     }
 
