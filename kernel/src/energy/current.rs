@@ -35,7 +35,7 @@
 //! rounding does not affect the guard.
 
 use crate::backend::f32x8::F32x8;
-use crate::energy::contact::Contact;
+use crate::energy::held::Contact;
 use crate::energy::links::number::LinkNumber;
 use crate::energy::state::StatesOf;
 use crate::energy::term::{Here, Pass, Term, change_lane};

@@ -1,4 +1,4 @@
-//! The terms of the energy, the tool's effect on it, and one pass over all terms.
+//! The terms of the energy, and one pass over all of them.
 //!
 //! The energy is a sum of (w / 2) dist^2(G x, S): the distances of linear maps G of a few cells to sets S.
 //! Half the squared distance to a set curves upwards by at most one, so L = sum of w G'G bounds the curvature
@@ -8,13 +8,12 @@
 //! - [`links`]: the links' bands (Eq. 5 to 13).
 //! - `nodal`: shapes of the tissue around each cell, instead of links.
 //! - `stiffening`: bands on the links of such a body, which resist large strain.
-//! - `surface`: tools in contact with the triangles of the surface.
+//! - `surface`: tools in contact with the triangles of the surface; [`contact`](crate::contact) moves them.
 //! - `current`: a load, the current into the contact cells.
 //! - [`state`]: the terms' state of each cell.
 //! - `residual`, `sliced`: the list of the terms, and one pass over it, cell by cell and eight cells side by
 //!   side.
-//! - [`contact`], [`held`]: a constraint, the cells that the tool holds.
-//! - `inside`: test of whether a point lies in the tissue.
+//! - [`held`]: the cells that a tool holds or loads.
 //! - [`rounding`]: bound of the energy's rounding error.
 //!
 //! **Adding a term** takes a file here, a file in [`model`](crate::model), and an entry in the list of
@@ -42,10 +41,8 @@
 //! resolved when the kernel is compiled: there is no dynamic dispatch, and a term that is not in the list, or
 //! that has no state, takes no memory and no time.
 
-pub mod contact;
 pub(crate) mod current;
 pub mod held;
-pub(crate) mod inside;
 pub mod links;
 #[cfg(feature = "nodal")]
 pub(crate) mod nodal;

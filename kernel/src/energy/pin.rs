@@ -8,7 +8,7 @@
 
 use core::ops::Range;
 
-use super::contact::{Contact, Touched};
+use super::held::{Contact, Touched};
 use super::links::number::LinkNumber;
 use super::state::{SliceMemory, StatesOf, number, put};
 use super::term::{Here, Pass, Term, change_lane};

@@ -5,8 +5,8 @@
 //! with E = sum of w d^2 / 4. The fourth lane of a residual is the cell's sum of w d^2; the sum over all
 //! cells counts each link at both ends, so E is an eighth of that sum.
 
-use super::contact::Contact;
 use super::current::{Load, rounded_up};
+use super::held::Contact;
 use super::links::bands::Links;
 use super::links::number::LinkNumber;
 use super::state::States;

@@ -2,7 +2,7 @@
 
 use core::ops::Range;
 
-use super::contact::Contact;
+use super::held::Contact;
 use super::residual::Terms;
 use super::state::{States, StatesOf};
 use super::surface::Pulled;

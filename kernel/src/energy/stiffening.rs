@@ -20,7 +20,7 @@
 //! Cost: a gather and two comparisons for a link inside all of its bands; one root and two divisions for
 //! others, for any number of sets. No state. `f32` only.
 
-use super::contact::{Contact, Touched, is_among};
+use super::held::{Contact, Touched, is_among};
 use super::links::law::COINCIDENT;
 use super::links::number::LinkNumber;
 use super::nodal::places;

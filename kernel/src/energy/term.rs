@@ -18,7 +18,7 @@
 
 use core::ops::Range;
 
-use super::contact::{Contact, Touched};
+use super::held::{Contact, Touched};
 use super::links::number::LinkNumber;
 use super::state::{SliceMemory, StatesOf};
 use crate::backend::f32x8::{Chunk, F32x8};

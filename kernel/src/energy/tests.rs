@@ -3,7 +3,7 @@
 use std::vec;
 use std::vec::Vec;
 
-use super::contact::Contact;
+use super::held::Contact;
 use crate::model::Model;
 use crate::model::coarse_basis::CoarseBasis;
 use crate::model::image::{

@@ -5,7 +5,7 @@ use super::coarse::{Coarse, CoarseTouch};
 use super::level::Level;
 use super::loops::Loops;
 use crate::backend::VectorUnit;
-use crate::energy::contact::Contact;
+use crate::energy::held::Contact;
 use crate::energy::residual::Terms;
 use crate::energy::state::States;
 use crate::model::Model;

@@ -49,7 +49,7 @@ use super::guard::{Pass, discards};
 use super::loops::{Loops, Moved, Points, coarse_basis};
 use super::scheme::{Body, Memory, Scheme};
 use crate::backend::slices::copy;
-use crate::energy::contact::Contact;
+use crate::energy::held::Contact;
 use crate::energy::residual::Terms;
 use crate::model::Model;
 use crate::model::coarse_basis::ElasticLevel;

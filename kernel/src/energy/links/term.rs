@@ -4,7 +4,7 @@ use super::bands::Links;
 use super::number::LinkNumber;
 use super::scalar::accumulate;
 use crate::backend::f32x8::F32x8;
-use crate::energy::contact::{Contact, Touched, is_among};
+use crate::energy::held::{Contact, Touched, is_among};
 use crate::energy::state::StatesOf;
 use crate::energy::term::{Here, Pass, Term};
 use crate::number::cell::{Cell, add, dot, scale, single, sub};

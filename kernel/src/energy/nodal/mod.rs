@@ -62,7 +62,7 @@ pub(crate) use gather::places;
 
 use core::ops::Range;
 
-use super::contact::{Contact, Touched};
+use super::held::{Contact, Touched};
 use super::links::number::LinkNumber;
 use super::state::{SliceMemory, StatesOf};
 use super::term::{Here, Pass, Term};

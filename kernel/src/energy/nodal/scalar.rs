@@ -5,7 +5,7 @@ use super::law::{stay, step};
 use super::matrix::{three, times};
 use super::state::{ShapeState, Step, pull, stress};
 use crate::backend::lane::Lane;
-use crate::energy::contact::Touched;
+use crate::energy::held::Touched;
 use crate::energy::state::StatesOf;
 use crate::model::image::nodal;
 use crate::model::nodal::Nodal;

@@ -16,7 +16,7 @@
 use super::elastic::elastic_room;
 use super::held::{apply, dot};
 use super::vector;
-use crate::energy::contact::Contact;
+use crate::energy::held::Contact;
 use crate::model::Model;
 use crate::model::coarse_basis::CoarseBasis;
 use crate::number::Number;

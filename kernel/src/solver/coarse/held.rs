@@ -1,6 +1,6 @@
 //! Corrections of the inverse for cells that the tool holds.
 
-use crate::energy::contact::Contact;
+use crate::energy::held::Contact;
 use crate::model::Model;
 use crate::model::coarse_basis::CoarseBasis;
 use crate::number::Number;

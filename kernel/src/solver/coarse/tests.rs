@@ -3,7 +3,7 @@
 use super::held::{coarse_room, hold};
 use super::*;
 use crate::backend::{VectorUnit, run};
-use crate::energy::contact::Contact;
+use crate::energy::held::Contact;
 use crate::energy::tests::{ROUNDING_ROOM, matrix, pinned};
 use crate::model::Model;
 use crate::model::pin::Pin;

@@ -38,7 +38,7 @@ mod response;
 use super::Dynamics;
 use super::scheme::{Body, Memory, Scheme};
 use super::track::Track;
-use crate::energy::contact::Contact;
+use crate::energy::held::Contact;
 use crate::energy::surface::IS_BUILT;
 use crate::model::Model;
 use crate::number::cell::{Cell, add};

@@ -11,7 +11,7 @@
 use super::{ARRAYS, TRACK};
 use crate::backend::slices::copy;
 use crate::backend::{VectorUnit, run};
-use crate::energy::contact::Contact;
+use crate::energy::held::Contact;
 use crate::energy::residual::Terms;
 use crate::energy::state::States;
 use crate::energy::term::Term;

@@ -11,7 +11,7 @@ use super::{Loops, Moved, Points, scalar, sliced};
 use crate::backend::slice_set::SliceSet;
 use crate::backend::tests::unit;
 use crate::backend::{VectorUnit, run};
-use crate::energy::contact::Contact;
+use crate::energy::held::Contact;
 use crate::energy::residual::Terms;
 use crate::energy::sliced::SlicedResidual;
 use crate::energy::state::States;
