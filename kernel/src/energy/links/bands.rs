@@ -36,12 +36,12 @@ impl<'a, 'm> Links<'a, 'm> {
     pub fn differ(&self) -> bool {
         self.model.link_weights.is_some() || !self.closed && self.model.link_alphas.is_some()
     }
+}
 
-    /// `P_j` - `P_i` of the rest shape. Not inlined: ends rarely coincide, and the loop over the links has no
-    /// registers to spare for the rest shape.
-    #[cold]
-    #[inline(never)]
-    pub fn rest_difference(self, i: usize, j: usize) -> [f32; 3] {
-        sub(self.model.rest_position(j), self.model.rest_position(i))
-    }
+/// `P_j` - `P_i` of the rest shape. Not inlined: ends rarely coincide, and the loop over the links has no
+/// registers to spare for the rest shape.
+#[cold]
+#[inline(never)]
+pub(super) fn rest_difference(model: &Model<'_>, i: usize, j: usize) -> [f32; 3] {
+    sub(model.rest_position(j), model.rest_position(i))
 }

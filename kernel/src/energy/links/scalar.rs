@@ -9,7 +9,7 @@
 
 use crate::backend::slice_set::SliceSet;
 use crate::backend::slices::cells_of;
-use crate::energy::links::bands::Links;
+use crate::energy::links::bands::{Links, rest_difference};
 use crate::energy::links::law::LinkForce;
 use crate::energy::links::number::LinkNumber;
 use crate::energy::number::TermNumber;
@@ -77,7 +77,7 @@ impl Links<'_, '_> {
         let (yi, yj) = (at(i), at(j));
         let l0 = self.model.rest_length.get(link).copied()?;
         let (w, band) = (self.model.link_weight(link), N::band(self.alpha(link)));
-        let on_i = N::link_force_single(yi, yj, l0, w, band, || self.rest_difference(i, j))?;
+        let on_i = N::link_force_single(yi, yj, l0, w, band, || rest_difference(self.model, i, j))?;
         Some(if cell == i { on_i } else { LinkForce { force: on_i.force.map(|f| -f), ..on_i } })
     }
 }

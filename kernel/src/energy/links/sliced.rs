@@ -9,7 +9,7 @@
 use super::bands::Links;
 use super::law::{Band, COINCIDENT, LinkForce, RIM};
 use crate::backend::f32x8::F32x8;
-use crate::model::{Slices, range};
+use crate::model::{Model, Slices, range};
 use crate::number::cell::Cell;
 use crate::number::two_float::LANES;
 
@@ -27,7 +27,8 @@ impl Links<'_, '_> {
         // A coincident pair in the slice: compute it link by link.
         if V::any(void) {
             sum = [V::splat(0.0); 4];
-            for (sum, lanes) in sum.iter_mut().zip(&self.one_by_one(slice, at)) {
+            for (sum, lanes) in sum.iter_mut().zip(&one_by_one(self.model, self.closed, slice, at))
+            {
                 *sum = V::load(lanes);
             }
         }
@@ -62,28 +63,28 @@ impl Links<'_, '_> {
         }
         Some((sum, void))
     }
+}
 
-    /// The sums of a slice with coincident cells, link by link.
-    #[cold]
-    #[inline(never)]
-    fn one_by_one(self, slice: usize, at: &[Cell]) -> [[f32; LANES]; 4] {
-        let mut lanes = [[0.0_f32; LANES]; 4];
-        // Positions unclamped, also beyond K: a stage of a super-step may be there.
-        let at = |cell: usize| at.get(cell).map_or([0.0; 3], |v| v.xyz());
-        for lane in 0..LANES {
-            let cell = slice * LANES + lane;
-            for (link, other) in self.model.neighbours(cell) {
-                let on: Option<LinkForce> = self.force_at(&at, link, cell, other);
-                let Some(LinkForce { force: [x, y, z], wd2 }) = on else { continue };
-                for (lanes, term) in lanes.iter_mut().zip([x, y, z, wd2]) {
-                    if let Some(sum) = lanes.get_mut(lane) {
-                        *sum += term;
-                    }
+/// The sums of a slice with coincident cells, link by link.
+#[cold]
+#[inline(never)]
+fn one_by_one(model: &Model<'_>, closed: bool, slice: usize, at: &[Cell]) -> [[f32; LANES]; 4] {
+    let (links, mut lanes) = (Links::of(model, closed), [[0.0_f32; LANES]; 4]);
+    // Positions unclamped, also beyond K: a stage of a super-step may be there.
+    let at = |cell: usize| at.get(cell).map_or([0.0; 3], |v| v.xyz());
+    for lane in 0..LANES {
+        let cell = slice * LANES + lane;
+        for (link, other) in model.neighbours(cell) {
+            let on: Option<LinkForce> = links.force_at(&at, link, cell, other);
+            let Some(LinkForce { force: [x, y, z], wd2 }) = on else { continue };
+            for (lanes, term) in lanes.iter_mut().zip([x, y, z, wd2]) {
+                if let Some(sum) = lanes.get_mut(lane) {
+                    *sum += term;
                 }
             }
         }
-        lanes
     }
+    lanes
 }
 
 /// Bands and weights of eight links.

@@ -1,6 +1,6 @@
 //! The links' part in a pass, and at the cells of a tool. Links of a body of nodal shapes carry no force.
 
-use super::bands::Links;
+use super::bands::{Links, rest_difference};
 use super::number::LinkNumber;
 use super::scalar::accumulate;
 use crate::backend::f32x8::F32x8;
@@ -27,7 +27,7 @@ impl<N: LinkNumber> Term<N> for Links<'_, '_> {
         if self.differ() {
             accumulate(model, awake, v, residual, |link, i, j, pi, pj, l0| {
                 let (w, band) = (model.link_weight(link), N::band(self.alpha(link)));
-                let rest = || self.rest_difference(i, j);
+                let rest = || rest_difference(model, i, j);
                 let force = N::link_force(y(pi), y(pj), l0, w, band, rest)?;
                 N::count(tally, force.wd2);
                 Some(force)
@@ -35,7 +35,7 @@ impl<N: LinkNumber> Term<N> for Links<'_, '_> {
         } else {
             let band = N::band(self.alpha(0));
             accumulate(model, awake, v, residual, |_, i, j, pi, pj, l0| {
-                let rest = || self.rest_difference(i, j);
+                let rest = || rest_difference(model, i, j);
                 let force = N::link_force(y(pi), y(pj), l0, 1.0, band, rest)?;
                 N::count(tally, force.wd2);
                 Some(force)
