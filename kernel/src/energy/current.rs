@@ -34,7 +34,7 @@
 //! Cost: 3 additions per contact cell and pass, and W once per pass. W is summed in `f64`, so that its
 //! rounding does not affect the guard.
 
-use crate::backend::f32x8::F32x8;
+use crate::backend::f32x8::{Chunk, F32x8};
 use crate::energy::held::Contact;
 use crate::energy::links::number::LinkNumber;
 use crate::energy::state::StatesOf;
@@ -98,7 +98,13 @@ impl<N: LinkNumber> Term<N> for Load<'_, N> {
     }
 
     #[inline(always)]
-    fn slice<V: F32x8>(self, here: Here<'_, V>, sum: &mut [V; 4], _: StatesOf<'_>) {
+    fn slice<V: F32x8>(
+        self,
+        here: Here<'_, V>,
+        _: &impl Fn() -> Chunk,
+        sum: &mut [V; 4],
+        _: StatesOf<'_>,
+    ) {
         let Some(current) = self.current else { return };
         let first = here.slice * LANES;
         let next = self.cells.partition_point(|contact| contact.cell() < first);

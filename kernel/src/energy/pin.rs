@@ -12,7 +12,7 @@ use super::held::{Contact, Touched};
 use super::links::number::LinkNumber;
 use super::state::{SliceMemory, StatesOf, number, put};
 use super::term::{Here, Pass, Term, change_lane};
-use crate::backend::f32x8::F32x8;
+use crate::backend::f32x8::{Chunk, F32x8};
 use crate::model::pin::{Pin, Pins};
 use crate::number::cell::{Cell, add, dot, from_single, scale, single, sub};
 use crate::number::sqrt::sqrt;
@@ -137,7 +137,13 @@ impl<N: LinkNumber> Term<N> for Pins<'_> {
 
     /// Lane by lane, since few slices have a pin.
     #[inline(always)]
-    fn slice<V: F32x8>(self, here: Here<'_, V>, sum: &mut [V; 4], states: StatesOf<'_>) {
+    fn slice<V: F32x8>(
+        self,
+        here: Here<'_, V>,
+        _: &impl Fn() -> Chunk,
+        sum: &mut [V; 4],
+        states: StatesOf<'_>,
+    ) {
         for lane in 0..LANES {
             let cell = here.slice * LANES + lane;
             if let (Some(pin), Some(v)) = (self.at(cell), here.at.get(cell)) {

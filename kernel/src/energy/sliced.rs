@@ -154,15 +154,18 @@ impl<'a, R: Reduce, T: Term<f32>, L: Fn() -> (T, States<'a>)> Work for SlicedRes
         let (list, states) = (self.list)();
         let states: StatesOf<'_> = states.all();
         let (cells, mut residual) = (Chunks::repeated(at), ChunksMut::new(self.residual));
-        let (first, mut held) = (self.slices.start, self.held.iter().map(Contact::cell).peekable());
+        let (first, mut held) = (self.slices.start, self.held);
         for slice in self.awake.iter_in(self.slices) {
             let [x, y, z, _] = V::transposed(cells.at(slice));
             let (cells, mut sum) = ([x, y, z], [V::splat(0.0); 4]);
-            let before = &*residual.at(slice - first);
-            list.slice(Here { slice, cells, at, before }, &mut sum, states);
-            while let Some(cell) = held.next_if(|&cell| cell < (slice + 1) * LANES) {
+            let before = || *residual.seen(slice - first);
+            list.slice(Here { slice, cells, at }, &before, &mut sum, states);
+            while let [contact, others @ ..] = held
+                && contact.cell() < (slice + 1) * LANES
+            {
+                held = others;
                 // Cells of slices that sleep are passed over.
-                if let Some(lane) = cell.checked_sub(slice * LANES) {
+                if let Some(lane) = contact.cell().checked_sub(slice * LANES) {
                     change_lane(&mut sum, lane, |r| Cell([0.0, 0.0, 0.0, r.w()]));
                 }
             }

@@ -26,7 +26,7 @@ use super::links::number::LinkNumber;
 use super::nodal::places;
 use super::state::StatesOf;
 use super::term::{Here, Pass, Term, change_lane};
-use crate::backend::f32x8::F32x8;
+use crate::backend::f32x8::{Chunk, F32x8};
 use crate::backend::lane::{Lane, Real};
 use crate::model::range;
 use crate::model::stiffening::Stiffening;
@@ -124,7 +124,13 @@ impl<N: LinkNumber> Term<N> for Stiffening<'_> {
     }
 
     #[inline(always)]
-    fn slice<V: F32x8>(self, here: Here<'_, V>, sum: &mut [V; 4], _: StatesOf<'_>) {
+    fn slice<V: F32x8>(
+        self,
+        here: Here<'_, V>,
+        _: &impl Fn() -> Chunk,
+        sum: &mut [V; 4],
+        _: StatesOf<'_>,
+    ) {
         if !self.is_any() {
             return;
         }

@@ -66,8 +66,6 @@ pub(crate) struct Here<'a, V> {
     pub cells: [V; 3],
     /// Positions of all cells.
     pub at: &'a [Cell],
-    /// Residuals of its cells before the pass.
-    pub before: &'a Chunk,
 }
 
 /// A term of the energy of a body in the number `N`. Positions are outputs of the cells' states v; `states`
@@ -121,9 +119,17 @@ pub(crate) trait Term<N: LinkNumber>: Keeps {
         _states: StatesOf<'_>,
     ) {
     }
-    /// Adds the term to the residuals of a slice whose states v are within K; the same bits.
+    /// Adds the term to the residuals of a slice whose states v are within K; the same bits. `before` returns
+    /// the residuals of the last pass.
     #[inline(always)]
-    fn slice<V: F32x8>(self, _here: Here<'_, V>, _sum: &mut [V; 4], _states: StatesOf<'_>) {}
+    fn slice<V: F32x8>(
+        self,
+        _here: Here<'_, V>,
+        _before: &impl Fn() -> Chunk,
+        _sum: &mut [V; 4],
+        _states: StatesOf<'_>,
+    ) {
+    }
     /// Adds the energy that no residual carries, to that of all terms.
     #[inline(always)]
     fn potential(self, energy: TwoFloat, _at: &impl Fn(usize) -> [N; 3]) -> TwoFloat {
@@ -221,9 +227,15 @@ impl<N: LinkNumber, A: Term<N>, B: Term<N>> Term<N> for (A, B) {
     }
 
     #[inline(always)]
-    fn slice<V: F32x8>(self, here: Here<'_, V>, sum: &mut [V; 4], states: StatesOf<'_>) {
-        self.0.slice(here, sum, states);
-        self.1.slice(here, sum, states.after::<A>());
+    fn slice<V: F32x8>(
+        self,
+        here: Here<'_, V>,
+        before: &impl Fn() -> Chunk,
+        sum: &mut [V; 4],
+        states: StatesOf<'_>,
+    ) {
+        self.0.slice(here, before, sum, states);
+        self.1.slice(here, before, sum, states.after::<A>());
     }
 
     #[inline(always)]

@@ -7,7 +7,8 @@ use super::layout::Layout;
 #[derive(Clone, Copy)]
 pub(crate) struct NoTerm;
 
-/// What a term keeps of each cell between passes: rows of eight numbers, one of each cell of a slice.
+/// The state that a term keeps of each cell between passes, in rows of eight numbers, one of each cell of a
+/// slice.
 pub(crate) trait Keeps: Copy {
     /// Rows of what lasts from pass to pass. Its numbers are never -0.0, so that equal states have equal
     /// words.

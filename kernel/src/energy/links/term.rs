@@ -3,7 +3,7 @@
 use super::bands::{Links, rest_difference};
 use super::number::LinkNumber;
 use super::scalar::accumulate;
-use crate::backend::f32x8::F32x8;
+use crate::backend::f32x8::{Chunk, F32x8};
 use crate::energy::held::{Contact, Touched, is_among};
 use crate::energy::state::StatesOf;
 use crate::energy::term::{Here, Pass, Term};
@@ -45,7 +45,13 @@ impl<N: LinkNumber> Term<N> for Links<'_, '_> {
     }
 
     #[inline(always)]
-    fn slice<V: F32x8>(self, here: Here<'_, V>, sum: &mut [V; 4], _: StatesOf<'_>) {
+    fn slice<V: F32x8>(
+        self,
+        here: Here<'_, V>,
+        _: &impl Fn() -> Chunk,
+        sum: &mut [V; 4],
+        _: StatesOf<'_>,
+    ) {
         if let Some(of_links) = self.of_slice(here.slice, here.cells, here.at) {
             *sum = of_links;
         }

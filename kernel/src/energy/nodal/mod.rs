@@ -126,7 +126,13 @@ impl<N: LinkNumber> Term<N> for Nodal<'_> {
     }
 
     #[inline(always)]
-    fn slice<V: F32x8>(self, here: Here<'_, V>, sum: &mut [V; 4], states: StatesOf<'_>) {
+    fn slice<V: F32x8>(
+        self,
+        here: Here<'_, V>,
+        _: &impl Fn() -> Chunk,
+        sum: &mut [V; 4],
+        states: StatesOf<'_>,
+    ) {
         if !self.is_any() {
             return;
         }

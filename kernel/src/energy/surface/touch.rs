@@ -130,7 +130,13 @@ impl<N: LinkNumber> Term<N> for Touch<'_> {
     }
 
     #[inline(always)]
-    fn slice<V: F32x8>(self, here: Here<'_, V>, sum: &mut [V; 4], _: StatesOf<'_>) {
+    fn slice<V: F32x8>(
+        self,
+        here: Here<'_, V>,
+        _: &impl Fn() -> Chunk,
+        sum: &mut [V; 4],
+        _: StatesOf<'_>,
+    ) {
         if let Some(pulls) = self.get().and_then(|touching| touching.of_slice(here.slice)) {
             add_to(sum, &pulls);
         }
@@ -154,9 +160,15 @@ impl Keeps for Pulled<'_> {}
 
 impl Term<f32> for Pulled<'_> {
     #[inline(always)]
-    fn slice<V: F32x8>(self, here: Here<'_, V>, sum: &mut [V; 4], _: StatesOf<'_>) {
+    fn slice<V: F32x8>(
+        self,
+        here: Here<'_, V>,
+        before: &impl Fn() -> Chunk,
+        sum: &mut [V; 4],
+        _: StatesOf<'_>,
+    ) {
         if self.0.is_some_and(|slices| slices.contains(here.slice)) {
-            add_to(sum, here.before);
+            add_to(sum, &before());
         }
     }
 }
