@@ -37,6 +37,11 @@ fn the_organ_without_a_model() {
     check_summary(&found, 2000);
     let cells = found["cells"].as_u64().unwrap();
     assert!((980..=1020).contains(&cells), "{cells}");
+    let error = &found["force_error"];
+    let share = |of: &str| error[of].as_f64().unwrap();
+    assert!(0.0 < share("median") && share("median") <= share("p99"), "{error}");
+    assert!(share("p99") < 1.0 && error["ticks"].as_u64().unwrap() > 50, "{error}");
+    assert_eq!(error["sweeps"], 64);
 }
 
 // REQ-COS-12
