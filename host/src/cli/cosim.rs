@@ -17,7 +17,7 @@ use super::sides::{self, Files, Session, Sides};
 use super::stage::{StageArgs, StageReport};
 use super::tissue::{TissueArgs, TissueReport};
 use super::verdict::{Counts, Verdict, VerdictArgs};
-use crate::bake::organ;
+use crate::bake::{ORGAN_POISSON, ORGAN_SIZE, ORGAN_YOUNG_PA, organ};
 use crate::engine::convergence::{Convergence, ForceError};
 use crate::engine::flag_ticks::FlagTicks;
 use crate::engine::motion::Pose;
@@ -52,7 +52,10 @@ use crate::words::counted;
     machine's own. Exit code 1 also when a process took more memory at the end than after the\n\
     warm-up. A session of more than an hour is then neither recorded nor replayed.")]
 pub struct Args {
-    /// Model file from `chaincell bake` [default: organ:1000, 5 kPa, Poisson's ratio 0.45]
+    #[arg(help = format!(
+        "Model file from `chaincell bake` [default: organ:{ORGAN_SIZE}, {} kPa, Poisson's ratio \
+         {ORGAN_POISSON}]", 1e-3 * ORGAN_YOUNG_PA
+    ))]
     model: Option<PathBuf>,
     /// Length of the press, with --load of the session, 3 s to 31 days [s]
     #[arg(long, default_value_t = 10.0, value_name = "S", allow_negative_numbers = true)]
