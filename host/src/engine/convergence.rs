@@ -54,7 +54,7 @@ pub struct Convergence {
 }
 
 impl Convergence {
-    /// For a session of so many ticks on a body of so many cells.
+    /// For a session of `ticks` ticks on a body of `cells` cells.
     #[must_use]
     pub fn new(ticks: u64, cells: usize) -> Self {
         let affordable = CELL_SWEEPS / (u64::from(MANY) * (cells as u64).max(1));

@@ -73,4 +73,16 @@ impl Npz {
             wide.into_iter().map(u32::try_from).collect();
         narrow.map_err(|why| self.failed(name, why))
     }
+
+    /// Rows of `N` whole numbers.
+    ///
+    /// # Errors
+    /// As [`Self::ids`], and a number that is no multiple of `N`.
+    pub fn rows<const N: usize>(&mut self, name: &str) -> Result<Vec<[u32; N]>> {
+        let ids = self.ids(name)?;
+        match ids.as_chunks() {
+            (rows, []) => Ok(rows.to_vec()),
+            _ => Err(self.failed(name, format_args!("not of rows of {N}"))),
+        }
+    }
 }
