@@ -142,7 +142,8 @@ impl<'a, 'm> Terms<'a, 'm> {
         move |cell| v.get(cell).map_or([0.0; 3], |v| single(output(v.xyz(), k)))
     }
 
-    /// One pass cell by cell at states within K: residuals of awake slices, with contact cells driven.
+    /// One pass cell by cell at states within K after [`Self::update`]: residuals of awake slices, with contact
+    /// cells driven.
     /// Returns the energy in internal units.
     pub fn energy<N: LinkNumber>(
         self,
@@ -162,7 +163,8 @@ impl<'a, 'm> Terms<'a, 'm> {
         N::energy(&lanes, tally).times_power_of_two(0.125)
     }
 
-    /// Residuals and energies of awake slices at states within K, with contact cells driven.
+    /// Residuals and energies of awake slices at states within K after [`Self::update`], with contact cells
+    /// driven.
     #[inline(always)]
     pub fn residuals<N: LinkNumber>(
         self,
@@ -171,7 +173,6 @@ impl<'a, 'm> Terms<'a, 'm> {
         residual: &mut [Cell<N>],
         contacts: &[Contact<N>],
     ) -> N::Tally {
-        self.update(awake, v);
         let mut tally = if self.model.is_nodal() {
             clear(awake, residual)
         } else {

@@ -71,10 +71,11 @@ impl<'a> Contacts<'a> {
     }
 }
 
-/// The pass over slices. Returns false if unit or model do not support it. The states must be within K.
+/// The pass over slices, after an update of the terms' states in the slices `changed`. Returns false if unit
+/// or model do not support it. The states must be within K.
 pub(crate) fn residual(
     terms: Terms<'_, '_>,
-    awake: &SliceSet,
+    [changed, awake]: [&SliceSet; 2],
     at: &[Cell],
     residual: &mut [Cell],
     contacts: &[Contact],
@@ -84,7 +85,7 @@ pub(crate) fn residual(
         return false;
     };
     if terms.states.any() {
-        run(terms.vectors, Update { terms, awake, at });
+        run(terms.vectors, Update { terms, awake: changed, at });
     }
     let (model, current, contacts) = (terms.model, terms.current, Contacts::new(contacts));
     let (slices, states) = (0..model.slice_count(), || terms.states);

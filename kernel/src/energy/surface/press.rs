@@ -9,6 +9,8 @@ use crate::number::sqrt::sqrt;
 
 /// Share of the radius: a sample nearer to the core is not pushed.
 const MIDDLE: f32 = 1.0e-6;
+/// Margin for the rounding of distances.
+const ROUNDED_UP: f32 = 1.001;
 
 /// A sample in the part, or held by an anchor.
 pub(crate) struct Sample {
@@ -44,13 +46,12 @@ pub(crate) fn each_met(
     at: [[f32; 3]; 3],
     mut visit: impl FnMut(&Sample),
 ) -> f32 {
-    let reach = solid.radius * solid.radius;
+    let (reach, parts) = (solid.radius * solid.radius, f32::from(near.parts));
     let mut anchors = near.anchors_of(anchors);
-    if anchors.is_empty() && is_beyond(solid, reach, at) {
+    if anchors.is_empty() && is_beyond(solid, parts, at) {
         return reach;
     }
     // Visit every sample: find its distance and its anchor.
-    let parts = f32::from(near.parts);
     let stiffness = near.weight / (parts * parts);
     let (mut nearest, mut next) = (f32::MAX, 0);
     each(near.parts, at, |weights, point| {
@@ -103,10 +104,10 @@ pub(crate) fn each_met(
     nearest
 }
 
-/// Returns true if no point of a triangle can be in the part, by a bound that needs no root: the square of a
-/// sum is at most twice the sum of the squares.
+/// Returns true if no sample of a triangle can be in the part: those nearest to the corners are the farthest
+/// from its middle, by all but one of `parts` parts of the way to a corner.
 #[inline(always)]
-fn is_beyond(solid: &Solid, reach: f32, [a, b, c]: [[f32; 3]; 3]) -> bool {
+fn is_beyond(solid: &Solid, parts: f32, [a, b, c]: [[f32; 3]; 3]) -> bool {
     let middle = scale(1.0 / 3.0, add(add(a, b), c));
     let squared = |corner| {
         let way = sub(corner, middle);
@@ -114,8 +115,9 @@ fn is_beyond(solid: &Solid, reach: f32, [a, b, c]: [[f32; 3]; 3]) -> bool {
     };
     let corners = [a, b, c].map(squared);
     let largest = corners.into_iter().fold(0.0, |most, r| if r > most { r } else { most });
+    let far = ROUNDED_UP * (solid.radius + (parts - 1.0) / parts * sqrt(largest));
     let way = solid.way_to(middle);
-    dot(way, way) > 2.0 * (reach + largest)
+    dot(way, way) > far * far
 }
 
 /// The contribution to a triangle's corners in a pass: residual, and eight times the energy in the fourth

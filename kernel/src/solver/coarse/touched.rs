@@ -113,11 +113,19 @@ fn cholesky(matrix: &mut Square, count: usize) {
     }
 }
 
-/// A triangle under a tool, with its samples taken as one.
-struct OneSample {
-    /// Stiffness along the normal, and perpendicular to it.
+/// The samples of a triangle under a tool, taken as one.
+#[derive(Clone, Copy)]
+struct Mean {
+    /// Stiffness along the normal, and perpendicular to it; 0 without contact.
     stiffness: [f32; 2],
     normal: [f32; 3],
+    /// Stiffness at each corner.
+    shares: [f32; 3],
+}
+
+/// The same with basis functions in place of corners.
+struct OneSample {
+    mean: Mean,
     /// Basis functions with their weights at the sample.
     functions: [(u16, f32); OF_TRIANGLE],
     count: usize,
@@ -131,9 +139,14 @@ pub(crate) struct Under<'a> {
     pub anchors: &'a [Anchor],
 }
 
-impl OneSample {
+fn sum(shares: [f32; 3]) -> f32 {
+    shares.into_iter().fold(0.0, |sum, share| sum + share)
+}
+
+impl Mean {
+    const NONE: Self = Self { stiffness: [0.0; 2], normal: [0.0; 3], shares: [0.0; 3] };
+
     fn of(
-        basis: &CoarseBasis<'_>,
         under: Under<'_>,
         near: &NearTriangle,
         place: &impl Fn(usize) -> [f32; 3],
@@ -161,35 +174,43 @@ impl OneSample {
             },
         );
         // Take the mean normal and the larger stiffness.
-        let whole = shares.into_iter().fold(0.0, |sum, share| sum + share);
+        let whole = sum(shares);
         let length = sqrt(dot(way, way));
         // A grip without contact has no normal, and the same stiffness in all directions.
         let (normal, along) = match length > 0.0 {
             true => (scale(1.0 / length, way), if along > across { along } else { across }),
             false => ([0.0; 3], across),
         };
-        if !(whole > 0.0 && along > 0.0) {
-            return None;
-        }
-        let mut one = Self {
-            stiffness: [along, across],
-            normal,
-            functions: [(0, 0.0); OF_TRIANGLE],
-            count: 0,
-        };
-        // Weights of the basis functions at the corners.
-        for (&cell, share) in near.corners.iter().zip(shares) {
+        let is_met = whole > 0.0 && along > 0.0;
+        is_met.then_some(Self { stiffness: [along, across], normal, shares })
+    }
+
+    fn to_block(self) -> Eight {
+        let ([along, across], [x, y, z], [a, b, c]) = (self.stiffness, self.normal, self.shares);
+        [along, across, x, y, z, a, b, c]
+    }
+
+    fn of_block([along, across, x, y, z, a, b, c]: Eight) -> Self {
+        Self { stiffness: [along, across], normal: [x, y, z], shares: [a, b, c] }
+    }
+}
+
+impl OneSample {
+    fn of(basis: &CoarseBasis<'_>, near: &NearTriangle, mean: Mean) -> Self {
+        let mut one = Self { mean, functions: [(0, 0.0); OF_TRIANGLE], count: 0 };
+        let whole = sum(mean.shares);
+        for (&cell, share) in near.corners.iter().zip(mean.shares) {
             for (function, weight) in basis.row_of(cell.into()) {
                 one.add(function as u16, weight * share / whole);
             }
         }
-        Some(one)
+        one
     }
 
     /// K d.
     fn resist(&self, d: [f32; 3]) -> [f32; 3] {
-        let [along, across] = self.stiffness;
-        let inward = scale(dot(self.normal, d), self.normal);
+        let Mean { stiffness: [along, across], normal, .. } = self.mean;
+        let inward = scale(dot(normal, d), normal);
         add(scale(along, inward), scale(across, sub(d, inward)))
     }
 
@@ -229,11 +250,21 @@ impl CoarseTouch {
         let Some(basis) = terms.model.coarse_basis.filter(|basis| basis.elastic().is_some()) else {
             return;
         };
+        // Take the samples of each triangle as one.
+        let mut holds = false;
+        for (index, near) in under.near.iter().enumerate() {
+            let mean = Mean::of(under, near, place).unwrap_or(Mean::NONE);
+            holds |= mean.stiffness[1] > 0.0;
+            if let Some(slot) = self.means_mut().get_mut(index) {
+                *slot = mean.to_block();
+            }
+        }
         // Collect the columns of U and their directions.
-        let samples =
-            || under.near.iter().filter_map(|near| OneSample::of(&basis, under, near, place));
-        let holds = samples().any(|sample| sample.stiffness[1] > 0.0);
-        samples().for_each(|sample| self.take_in(&sample, holds));
+        for (index, near) in under.near.iter().enumerate() {
+            if let Some(sample) = self.sample(&basis, under, (index, near), place) {
+                self.take_in(&sample, holds);
+            }
+        }
         let count = self.count;
         if !holds {
             for way in self.ways.iter_mut().take(count) {
@@ -243,13 +274,39 @@ impl CoarseTouch {
         }
         // Factorise S, and rotate the directions to the rest shape.
         self.lower.iter_mut().take(count).for_each(|row| row.fill(0.0));
-        samples().for_each(|sample| self.stiffen(&sample));
+        for (index, near) in under.near.iter().enumerate() {
+            if let Some(sample) = self.sample(&basis, under, (index, near), place) {
+                self.stiffen(&sample);
+            }
+        }
         cholesky(&mut self.lower, count);
         let functions = self.functions;
         for (way, &function) in self.ways.iter_mut().zip(&functions).take(count) {
             *way = turned_with(terms, &basis, function.into(), *way, true);
         }
         self.find_factor(&basis);
+    }
+
+    /// Memory for the means of the first triangles until the factor takes their place.
+    fn means_mut(&mut self) -> &mut [Eight] {
+        self.factor.as_flattened_mut().as_chunks_mut().0
+    }
+
+    /// The samples of a triangle taken as one: from the memory, or computed anew beyond it. `None` without
+    /// contact.
+    fn sample(
+        &self,
+        basis: &CoarseBasis<'_>,
+        under: Under<'_>,
+        (index, near): (usize, &NearTriangle),
+        place: &impl Fn(usize) -> [f32; 3],
+    ) -> Option<OneSample> {
+        let means: &[Eight] = self.factor.as_flattened().as_chunks().0;
+        let mean = match means.get(index) {
+            Some(block) => Mean::of_block(*block),
+            None => Mean::of(under, near, place)?,
+        };
+        (mean.stiffness[0] > 0.0).then(|| OneSample::of(basis, near, mean))
     }
 
     /// The range of a basis function's columns.
@@ -278,7 +335,7 @@ impl CoarseTouch {
                 self.count = end;
             }
             if !holds && let Some(columns) = self.columns_of(function) {
-                let push = scale(sample.stiffness[0] * weight, sample.normal);
+                let push = scale(sample.mean.stiffness[0] * weight, sample.mean.normal);
                 for way in self.ways.get_mut(columns).unwrap_or_default() {
                     *way = add(*way, push);
                 }

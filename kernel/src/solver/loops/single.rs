@@ -23,15 +23,16 @@ impl Loops for f32 {
 
     fn residual(
         terms: Terms<'_, '_>,
-        awake: &SliceSet,
+        [changed, awake]: [&SliceSet; 2],
         v: &[Cell],
         residual: &mut [Cell],
         contacts: &[Contact],
     ) -> TwoFloat {
         let mut energy = Energy::default();
-        if sliced_terms::residual(terms, awake, v, residual, contacts, &mut energy) {
+        if sliced_terms::residual(terms, [changed, awake], v, residual, contacts, &mut energy) {
             energy.total()
         } else {
+            terms.update(changed, v);
             terms.energy(awake, v, residual, contacts)
         }
     }

@@ -22,6 +22,7 @@ pub(crate) fn residual<N: Loops, const SUMS: usize>(
     contacts: &[Contact<N>],
 ) -> [TwoFloat; SUMS] {
     let model = terms.model;
+    terms.update(awake, points.at);
     let tally = terms.residuals(awake, points.at, points.residual, contacts);
     if awake.is_empty(model.slice_count()) {
         return [TwoFloat::ZERO; SUMS];
