@@ -97,12 +97,12 @@ fn cholesky(matrix: &mut Square, count: usize) {
         most = if own > most { own } else { most };
     }
     for column in 0..count {
-        for row in column..count {
-            let mut sum = at(matrix, row, column);
-            for k in 0..column {
-                sum -= at(matrix, row, k) * at(matrix, column, k);
+        let first = matrix.get(column).copied().unwrap_or([0.0; COLUMNS]);
+        for row in matrix.iter_mut().take(count).skip(column) {
+            let (known, rest) = row.split_at_mut(column.min(COLUMNS));
+            if let Some(slot) = rest.first_mut() {
+                *slot = known.iter().zip(&first).fold(*slot, |sum, (a, b)| sum - a * b);
             }
-            put(matrix, row, column, sum);
         }
         let pivot = at(matrix, column, column);
         let root = if pivot > LEAST * most { 1.0 / sqrt(pivot) } else { 0.0 };
@@ -110,6 +110,14 @@ fn cholesky(matrix: &mut Square, count: usize) {
             let value = at(matrix, row, column);
             put(matrix, row, column, value * root);
         }
+    }
+}
+
+/// Adds numbers times a factor to sums.
+#[inline(always)]
+fn add_scaled<'a>(pairs: impl Iterator<Item = (&'a mut f32, &'a f32)>, factor: f32) {
+    for (sum, number) in pairs {
+        *sum += factor * number;
     }
 }
 
@@ -359,9 +367,11 @@ impl CoarseTouch {
         let shares = shares.get(..count).unwrap_or(&[]);
         for &(a, weight, way) in shares {
             let resisted = scale(weight, sample.resist(way));
+            let row = self.lower.get_mut(a).map_or(&mut [][..], |row| row.as_mut_slice());
             for &(b, other, across) in shares.iter().filter(|&&(b, ..)| b <= a) {
-                let sum = at(&self.lower, a, b) + other * dot(across, resisted);
-                put(&mut self.lower, a, b, sum);
+                if let Some(sum) = row.get_mut(b) {
+                    *sum += other * dot(across, resisted);
+                }
             }
         }
     }
@@ -376,13 +386,14 @@ impl CoarseTouch {
         // V, then V L in its place row by row, then the matrix in that place.
         for a in 0..count {
             let (one, normal) = of(a);
+            let rows = [0, 1, 2].map(|row| basis.inverse_row(row * stride + one));
             for b in 0..=a {
                 let (other, across) = of(b);
                 let mut sum = 0.0;
-                for (row, n) in normal.into_iter().enumerate() {
+                for (row, n) in rows.into_iter().zip(normal) {
                     for (column, m) in across.into_iter().enumerate() {
-                        sum +=
-                            n * m * basis.inverse_at(row * stride + one, column * stride + other);
+                        let element = row.get(column * stride + other);
+                        sum += n * m * element.copied().unwrap_or(0.0);
                     }
                 }
                 put(&mut self.factor, a, b, sum);
@@ -390,19 +401,23 @@ impl CoarseTouch {
             }
         }
         for row in self.factor.iter_mut().take(count) {
-            let v = *row;
-            for (column, slot) in row.iter_mut().enumerate().take(count) {
-                let below = v.iter().enumerate().take(count).skip(column);
-                *slot = below.fold(0.0, |sum, (k, v)| sum + v * at(&self.lower, k, column));
+            let mut sums = [0.0; COLUMNS];
+            for (k, (v, lower)) in row.iter().zip(&self.lower).enumerate().take(count) {
+                add_scaled(sums.iter_mut().zip(lower).take(k + 1), *v);
             }
+            *row = sums;
         }
         for a in 0..count {
-            for b in 0..=a {
-                let mut sum = if a == b { 1.0 } else { 0.0 };
-                for k in a..count {
-                    sum += at(&self.lower, k, a) * at(&self.factor, k, b);
-                }
-                put(&mut self.factor, a, b, sum);
+            let mut sums = [0.0; COLUMNS];
+            if let Some(slot) = sums.get_mut(a) {
+                *slot = 1.0;
+            }
+            for (lower, row) in self.lower.iter().zip(&self.factor).take(count).skip(a) {
+                let factor = lower.get(a).copied().unwrap_or(0.0);
+                add_scaled(sums.iter_mut().zip(row).take(a + 1), factor);
+            }
+            if let Some(row) = self.factor.get_mut(a) {
+                *row = sums;
             }
         }
         cholesky(&mut self.factor, count);
