@@ -75,7 +75,8 @@ impl<'a> Contacts<'a> {
 /// or model do not support it. The states must be within K.
 pub(crate) fn residual(
     terms: Terms<'_, '_>,
-    [changed, awake]: [&SliceSet; 2],
+    changed: &SliceSet,
+    awake: &SliceSet,
     at: &[Cell],
     residual: &mut [Cell],
     contacts: &[Contact],

@@ -104,8 +104,9 @@ impl<N: Loops> Scheme for Euler<N> {
             body.level.set(potential);
             beyond
         } else {
-            let sets = [&body.awake.set; 2];
-            let energy = N::residual(body.terms, sets, body.state, body.residual, body.contacts);
+            let set = &body.awake.set;
+            let energy =
+                N::residual(body.terms, set, set, body.state, body.residual, body.contacts);
             body.level.set(body.terms.potential(energy, body.state, body.contacts));
             linear_step(body, step)
         };

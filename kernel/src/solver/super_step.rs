@@ -312,8 +312,8 @@ impl<F: Formula> SuperSteps<F> {
             Self::note(body);
         }
         let at = body.own.get(..body.state.len()).unwrap_or(&[]);
-        let energy =
-            f32::residual(body.terms, [&body.awake.set; 2], at, body.residual, body.contacts);
+        let awake = &body.awake.set;
+        let energy = f32::residual(body.terms, awake, awake, at, body.residual, body.contacts);
         if self.done == 0 {
             let potential = body.terms.potential(energy, at, body.contacts);
             body.level.certify(potential);

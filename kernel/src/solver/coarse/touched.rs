@@ -198,7 +198,8 @@ impl Mean {
         [along, across, x, y, z, a, b, c]
     }
 
-    fn of_block([along, across, x, y, z, a, b, c]: Eight) -> Self {
+    fn of_block(block: Eight) -> Self {
+        let [along, across, x, y, z, a, b, c] = block;
         Self { stiffness: [along, across], normal: [x, y, z], shares: [a, b, c] }
     }
 }
@@ -269,7 +270,7 @@ impl CoarseTouch {
         }
         // Collect the columns of U and their directions.
         for (index, near) in under.near.iter().enumerate() {
-            if let Some(sample) = self.sample(&basis, under, (index, near), place) {
+            if let Some(sample) = self.sample(&basis, under, index, near, place) {
                 self.take_in(&sample, holds);
             }
         }
@@ -283,7 +284,7 @@ impl CoarseTouch {
         // Factorise S, and rotate the directions to the rest shape.
         self.lower.iter_mut().take(count).for_each(|row| row.fill(0.0));
         for (index, near) in under.near.iter().enumerate() {
-            if let Some(sample) = self.sample(&basis, under, (index, near), place) {
+            if let Some(sample) = self.sample(&basis, under, index, near, place) {
                 self.stiffen(&sample);
             }
         }
@@ -306,7 +307,8 @@ impl CoarseTouch {
         &self,
         basis: &CoarseBasis<'_>,
         under: Under<'_>,
-        (index, near): (usize, &NearTriangle),
+        index: usize,
+        near: &NearTriangle,
         place: &impl Fn(usize) -> [f32; 3],
     ) -> Option<OneSample> {
         let means: &[Eight] = self.factor.as_flattened().as_chunks().0;

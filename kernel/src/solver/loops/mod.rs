@@ -97,7 +97,8 @@ pub trait Loops: LinkNumber {
     /// residuals of awake slices, with contact cells driven. Returns the energy in internal units.
     fn residual(
         terms: Terms<'_, '_>,
-        [changed, awake]: [&SliceSet; 2],
+        changed: &SliceSet,
+        awake: &SliceSet,
         v: &[Cell<Self>],
         residual: &mut [Cell<Self>],
         contacts: &[Contact<Self>],

@@ -23,13 +23,14 @@ impl Loops for f32 {
 
     fn residual(
         terms: Terms<'_, '_>,
-        [changed, awake]: [&SliceSet; 2],
+        changed: &SliceSet,
+        awake: &SliceSet,
         v: &[Cell],
         residual: &mut [Cell],
         contacts: &[Contact],
     ) -> TwoFloat {
         let mut energy = Energy::default();
-        if sliced_terms::residual(terms, [changed, awake], v, residual, contacts, &mut energy) {
+        if sliced_terms::residual(terms, changed, awake, v, residual, contacts, &mut energy) {
             energy.total()
         } else {
             terms.update(changed, v);

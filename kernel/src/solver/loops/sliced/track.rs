@@ -88,7 +88,7 @@ pub(crate) fn residual<const SUMS: usize>(
     contacts: &[Contact],
 ) -> Option<[TwoFloat; SUMS]> {
     let mut sums = Sums::<SUMS>::new(terms, points.published, points.before);
-    sliced::residual(terms, [awake; 2], points.at, points.residual, contacts, &mut sums)
+    sliced::residual(terms, awake, awake, points.at, points.residual, contacts, &mut sums)
         .then(|| sums.totals())
 }
 
