@@ -118,3 +118,33 @@ pub(crate) fn at_corners(
     });
     is_met.then_some(corners)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_sample_in_reach_is_ruled_out() {
+        let corners = [[0.0, 0.0, 0.0], [2.0, 0.3, 0.1], [-0.4, 1.5, -0.2]];
+        let (mut met, mut ruled_out) = (0, 0);
+        for parts in [1, 2, 3, 8] {
+            let near =
+                NearTriangle { corners: [0, 1, 2], parts, weight: 1.0, ..NearTriangle::NONE };
+            for place in 0..1000_u16 {
+                let [x, y, z] = [place % 10, place / 10 % 10, place / 100].map(f32::from);
+                let centre = [0.6 * x - 2.0, 0.6 * y - 2.0, 0.3 * z - 1.5];
+                let solid = Solid { centre, whole: 0.7, sampled: 0.7, radius: 0.7, ..Solid::NONE };
+                let (mut all, mut visited) = (0, 0);
+                each(parts, corners, |_, point| {
+                    let way = solid.way_to(point);
+                    all += usize::from(dot(way, way) < 0.7 * 0.7);
+                });
+                each_met(&solid, &near, &[], corners, |_| visited += 1);
+                assert_eq!(visited, all, "{parts} {centre:?}");
+                met += visited;
+                ruled_out += usize::from(is_beyond(&solid, parts.into(), corners));
+            }
+        }
+        assert!(met > 100 && ruled_out > 2000, "{met} {ruled_out}");
+    }
+}
