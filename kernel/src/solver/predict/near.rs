@@ -9,10 +9,9 @@
 //! d_k = a_k z + b d_k-1,    p += d_k
 //! ```
 //!
-//! with z the local part of a direction at p, and fixed a and b. The rest of the body stays where it is: only
-//! these slices and their neighbours are computed. No proof depends on the result, since the guard judges the
-//! pass at the new point like any other. A neighbour's stress changes with these cells: its state is updated too,
-//! but its residual is not needed.
+//! with z the local part of a direction at p, and fixed a and b. The rest of the body stays where it is. The
+//! stress of its neighbours changes with these cells, so their states are updated too. No proof depends on the
+//! result, since the guard judges the pass at the new point like any other.
 //!
 //! Cost: [`PASSES`] passes over those slices, at most two thirds of a pass over the body. A tool that is
 //! larger for its body pays nothing and gains nothing: a second sweep does more there for the same time.
