@@ -102,7 +102,9 @@ pub use tick::handover;
 pub use tick::order::HELD_TICKS_MAX;
 pub use tick::pose::{NOT_TURNED, ToolPart, ToolPose};
 pub use tick::sample::{Flags, TickOutput};
-pub use tick::settings::{Network, Settings, SettingsError};
+pub use tick::settings::{
+    Network, PlainSettings, SettingField, SettingKind, Settings, SettingsError,
+};
 pub use tick::tissue::{Head, Tissue, TissueMut};
 pub use tick::tools::{FRICTION_MAX, ProxyPose, ToolOutput};
 pub use tick::touch_room::{TouchArrays, TouchRoom, TouchState, TouchStore};

@@ -9,6 +9,7 @@ use super::load::Lengths;
 use super::model_file;
 use super::run::play;
 use super::session::{self, LoopArgs, tell_refused};
+use super::shared::PrintArgs;
 use super::sides::{self, Files, Sides};
 use super::tissue::TissueArgs;
 use crate::engine::motion::Pose;
@@ -45,9 +46,8 @@ pub struct Args {
     tissue: TissueArgs,
     #[command(flatten)]
     common: LoopArgs,
-    /// Print one JSON object
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    print: PrintArgs,
 }
 
 #[derive(Debug, Serialize)]
@@ -89,7 +89,7 @@ pub fn execute(args: &Args) -> Result<()> {
     let summary = LatencySummary {
         cells: model.cells(),
         links: model.links(),
-        sweeps_per_tick: args.tissue.sweeps,
+        sweeps_per_tick: args.tissue.given(&model).sweeps,
         ticks: control.ticks_sent,
         step_alone_ns: alone,
         worst_step_ns: cold.as_ref().map(|cold| cold.step),
@@ -131,7 +131,7 @@ fn alone(
 }
 
 fn print(args: &Args, summary: &LatencySummary) -> Result<()> {
-    if args.json {
+    if args.print.json {
         return terminal::say_json(summary);
     }
     tell_refused(&summary.refused);

@@ -62,15 +62,9 @@ class TissueOptions(TypedDict, total=False):
     scheme: Literal["track", "predict", "euler", "rkl2"] | None
     precision: Literal["f32", "fixed"] | None
     sweeps: int | None
-    """Sweeps a tick, from 1 to 65535, 4 by default."""
-    step: float | None
     time_constant_s: float | None
     threads: int | Literal["auto"] | None
     """From 1 to 8."""
-    drive: str | None
-    unloading: str | None
-    max_tool_step_m: float | None
-    max_force_n: float | None
     max_torque_n_m: float | None
     device: Literal["touch", "premium", "falcon", "omega", "sigma"] | None
     coupling: float | str | None
