@@ -1,8 +1,9 @@
 //! Settings of a run, checked once against the model.
 
 use super::choice::Choice;
-use super::choices::{Drive, Unloading};
+use super::choices::{Drive, Scheme, Unloading};
 use crate::model::Model;
+use crate::solver::{Dynamics, Rkl2};
 
 /// Defines the settings in one table: each line is `name: type, value of the option, default in words = default,
 /// check;` after its meaning. An empty value stands for no option. Traces and snapshots hold a word for each, in
@@ -178,6 +179,32 @@ pub enum SettingKind {
     Real,
     /// The lines of a [`Choice`].
     Choice(&'static [(u16, &'static str, &'static str)]),
+}
+
+impl Scheme {
+    /// The defaults of a scheme with `sweeps` sweeps per tick. A scheme that uses [`Settings::tick_time`]
+    /// gets the time that those sweeps cover.
+    ///
+    /// ```
+    /// # use chaincell_kernel::{Model, include_model};
+    /// use chaincell_kernel::Scheme;
+    /// # let image = include_model!(concat!(env!("CARGO_MANIFEST_DIR"), "/data/plane9.chaincell"));
+    /// # let model = Model::from_bytes(image)?;
+    ///
+    /// let settings = Scheme::Rkl2.settings(&model, 8);
+    /// // Eight sweeps of `euler` cover at most eight times its largest step.
+    /// assert!(settings.tick_time > 1.5 * 8.0 * model.step_max()); // [dimensionless time]
+    /// # Ok::<(), chaincell_kernel::ModelError>(())
+    /// ```
+    #[must_use]
+    pub fn settings(self, model: &Model<'_>, sweeps: u16) -> Settings {
+        let defaults = Settings::for_model(model);
+        let tick_time = match self {
+            Self::Rkl2 => Rkl2::tick_time(model, sweeps),
+            Self::Euler | Self::Track | Self::Predict => defaults.tick_time,
+        };
+        Settings { sweeps, tick_time, ..defaults }
+    }
 }
 
 /// A setting's default.
