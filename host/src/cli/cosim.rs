@@ -12,7 +12,7 @@ use super::load::report::LoadReport;
 use super::load::{Lengths, MemoryWatch, histogram};
 use super::model_file;
 use super::session::{self, LoopArgs, tell_refused};
-use super::shared::{FolderArgs, PrintArgs};
+use super::shared::{DepthArgs, FolderArgs, PrintArgs};
 use super::sides::{self, Files, Session, Sides};
 use super::stage::{StageArgs, StageReport};
 use super::tissue::{TissueArgs, TissueReport};
@@ -56,9 +56,8 @@ pub struct Args {
     /// Length of the press, with --load of the session, 3 s to 31 days [s]
     #[arg(long, default_value_t = 10.0, value_name = "S", allow_negative_numbers = true)]
     seconds: f64,
-    /// Depth of the press [m] [default: 3 mean link lengths]
-    #[arg(long, value_name = "D", allow_negative_numbers = true)]
-    depth_m: Option<f64>,
+    #[command(flatten)]
+    depth: DepthArgs,
     /// Threads that keep the other cores and the memory busy, 0 for none: histograms, memory growth,
     /// deadlines missed
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
@@ -135,7 +134,7 @@ pub fn execute(args: &Args) -> Result<()> {
     };
     let model = model_file::parse(&image, &model_path)?;
     let mut tissue = args.tissue.staged(model, args.stage.settings()?)?;
-    let poses = session::press(tissue.engine(), args.depth_m, lengths.press_ticks)?;
+    let poses = session::press(tissue.engine(), args.depth.depth_m, lengths.press_ticks)?;
     let out = args.folder.out.clone().unwrap_or_else(|| scratch.path().join("out"));
     // Earlier results are not removed for a session that is refused or has no room.
     args.budget.of(tissue.engine())?;

@@ -9,7 +9,7 @@ use super::load::Lengths;
 use super::model_file;
 use super::run::play;
 use super::session::{self, LoopArgs, tell_refused};
-use super::shared::PrintArgs;
+use super::shared::{DepthArgs, PrintArgs};
 use super::sides::{self, Files, Sides};
 use super::tissue::TissueArgs;
 use crate::engine::motion::Pose;
@@ -35,9 +35,8 @@ pub struct Args {
     /// Length of each measurement [s]
     #[arg(long, default_value_t = 5.0, value_name = "S", allow_negative_numbers = true)]
     seconds: f64,
-    /// Depth of the press [m] [default: 3 mean link lengths]
-    #[arg(long, value_name = "D", allow_negative_numbers = true)]
-    depth_m: Option<f64>,
+    #[command(flatten)]
+    depth: DepthArgs,
     /// Also time steps from the worst state with cold caches: positions scaled by 1.5, so that
     /// every link is out of its band, after reading twice the last-level cache
     #[arg(long)]
@@ -120,7 +119,7 @@ fn alone(
     ticks: u64,
 ) -> Result<(Vec<Pose>, Summary, Option<ColdSteps>)> {
     let mut tissue = args.tissue.staged(model, None)?;
-    let poses = session::press(tissue.engine(), args.depth_m, ticks)?;
+    let poses = session::press(tissue.engine(), args.depth.depth_m, ticks)?;
     let paths = Paths::of(vec![poses]);
     let alone = play(&mut tissue, &paths, |_, _, _, _| Ok(()))?;
     let poses = paths.poses.concat();

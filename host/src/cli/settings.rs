@@ -1,6 +1,5 @@
 //! Options of the kernel's settings: one for each line of its table that has one.
 
-use std::collections::BTreeMap;
 use std::sync::LazyLock;
 
 use chaincell_kernel::{SettingField, SettingKind, Settings};
@@ -17,7 +16,6 @@ static OPTIONS: LazyLock<[String; Settings::COUNT]> =
 
 /// The settings that were given, as words.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(into = "BTreeMap<String, String>", try_from = "BTreeMap<String, String>")]
 pub struct SettingArgs([Option<u32>; Settings::COUNT]);
 
 impl SettingArgs {
@@ -59,48 +57,18 @@ fn text(field: &SettingField, word: u32) -> String {
     }
 }
 
-/// Returns the word of a text.
-fn word(field: &SettingField, text: &str) -> Result<u32, String> {
-    let why = |why: &dyn std::fmt::Display| format!("`{}` \"{text}\": {why}", field.name);
-    match field.kind {
-        SettingKind::Whole => text.parse::<u16>().map(u32::from).map_err(|found| why(&found)),
-        SettingKind::Real => text.parse::<f32>().map(f32::to_bits).map_err(|found| why(&found)),
-        SettingKind::Choice(table) => {
-            let found = table.iter().find(|(_, name, _)| *name == text);
-            found.map(|(code, ..)| u32::from(*code)).ok_or_else(|| why(&"no such value"))
-        }
-    }
-}
-
-impl From<SettingArgs> for BTreeMap<String, String> {
-    fn from(args: SettingArgs) -> Self {
-        let all = Settings::FIELDS.iter().zip(args.0);
-        all.filter_map(|(field, given)| Some((field.name.to_owned(), text(field, given?))))
-            .collect()
-    }
-}
-
-impl TryFrom<BTreeMap<String, String>> for SettingArgs {
-    type Error = String;
-
-    fn try_from(texts: BTreeMap<String, String>) -> Result<Self, String> {
-        let mut args = Self::default();
-        for (name, text) in texts {
-            let mut all = Settings::FIELDS.iter().zip(&mut args.0);
-            let found = all.find(|(field, _)| field.name == name);
-            let (field, given) = found.ok_or_else(|| format!("there is no setting `{name}`"))?;
-            *given = Some(word(field, &text)?);
-        }
-        Ok(args)
-    }
-}
-
 /// The option of a setting.
 fn option((field, long): (&'static SettingField, &'static String)) -> Arg {
     let parser: ValueParser = match field.kind {
         SettingKind::Whole => clap::value_parser!(u16).map(u32::from).into(),
         SettingKind::Real => ValueParser::new(|text: &str| text.parse().map(f32::to_bits)),
-        SettingKind::Choice(table) => names(table).try_map(|name| word(field, &name)).into(),
+        SettingKind::Choice(table) => {
+            let word = move |name: String| {
+                let found = table.iter().find(|(_, known, _)| *known == name);
+                found.map(|(code, ..)| u32::from(*code)).ok_or("no such value")
+            };
+            names(table).try_map(word).into()
+        }
     };
     Arg::new(field.name)
         .long(long.as_str())
@@ -174,7 +142,7 @@ mod tests {
     }
 
     #[test]
-    fn each_setting_is_an_option_and_a_text() {
+    fn each_setting_is_an_option() {
         let image = std::fs::read(DATA).unwrap();
         let image = crate::bake::ImageBytes::copy(&image);
         let defaults = Settings::for_model(&Model::from_bytes(image.as_bytes()).unwrap());
@@ -191,19 +159,8 @@ mod tests {
         assert_eq!(args.over(defaults), wanted);
         assert_eq!(args.shown("max_force_n"), "--max-force-n 0.1");
         assert_eq!(args.shown("step"), "--step");
-        let texts = BTreeMap::from(args);
-        assert_eq!(SettingArgs::try_from(texts), Ok(args));
         for bad in ["--sweeps=x", "--drive=x", "--step=x", "--tick-time=1"] {
             assert!(read(&[bad]).is_err(), "{bad}");
-        }
-    }
-
-    #[test]
-    fn a_bad_text_is_refused_with_its_setting() {
-        for (name, text) in [("sweeps", "-1"), ("step", "x"), ("drive", "x"), ("colour", "1")] {
-            let texts = BTreeMap::from([(name.to_owned(), text.to_owned())]);
-            let why = SettingArgs::try_from(texts).unwrap_err();
-            assert!(why.contains(&format!("`{name}`")), "{why}");
         }
     }
 }

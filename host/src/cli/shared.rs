@@ -13,6 +13,14 @@ pub struct PrintArgs {
     pub json: bool,
 }
 
+/// The depth of the built-in press.
+#[derive(Debug, Clone, Copy, clap::Args)]
+pub struct DepthArgs {
+    /// Depth of the press [m] [default: 3 mean link lengths]
+    #[arg(long, value_name = "D", allow_negative_numbers = true)]
+    pub depth_m: Option<f64>,
+}
+
 /// The folder of a session.
 #[derive(Debug, Clone, Serialize, Deserialize, clap::Args)]
 #[serde(deny_unknown_fields)]

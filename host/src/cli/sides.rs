@@ -222,8 +222,6 @@ mod tests {
             "current",
             "--max-force-n",
             "0.1",
-            "--sweeps",
-            "4",
             "--friction",
             "1e-7",
             "--wait",
@@ -267,7 +265,6 @@ mod tests {
         let text = serde_json::to_string_pretty(&settings()).unwrap();
         for (good, bad, parts) in [
             ("\"threads\": \"auto\"", "\"threads\": \"few\"", ["\"threads\": \"few\"", "or auto"]),
-            ("\"sweeps\": \"4\"", "\"sweeps\": \"-1\"", ["`sweeps`", "\"-1\""]),
             (
                 "\"wait\": \"spin\"",
                 "\"wait\": \"turn\"",

@@ -32,7 +32,7 @@ macro_rules! settings {
         /// assert_eq!(PlainSettings { drive: 2, ..plain }.settings(), Err("drive"));
         /// # Ok::<(), chaincell_kernel::ModelError>(())
         /// ```
-        #[derive(Debug, Clone, Copy, PartialEq)]
+        #[derive(Debug, Clone, Copy, PartialEq, Default)]
         #[repr(C)]
         pub struct $plain {
             $($(#[doc = $meaning])+ pub $name: <$type as Word>::Plain,)+

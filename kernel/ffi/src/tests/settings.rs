@@ -31,16 +31,8 @@ fn the_defaults_are_the_kernels() {
             Scheme::Rkl2 => Rkl2::tick_time(&model, 4),
             _ => kernel.tick_time,
         };
-        let wanted = Settings {
-            sweeps: 4,
-            unloading: Unloading::Release as i32,
-            step: kernel.step,
-            tick_time,
-            max_tool_step_m: model.unit_m(),
-            max_force_n: f32::INFINITY,
-            drive: Drive::Position as i32,
-        };
-        assert_eq!(settings_of(&storage, scheme), wanted);
+        let wanted = chaincell_kernel::Settings { tick_time, ..kernel };
+        assert_eq!(settings_of(&storage, scheme), wanted.plain());
     }
 }
 
