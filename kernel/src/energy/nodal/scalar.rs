@@ -1,9 +1,9 @@
 //! The shape of a single cell at any positions.
 
 use super::gather::{Gathered, Own};
-use super::law::{Step, stay, step};
+use super::law::{stay, step};
 use super::matrix::{three, times};
-use super::state::{ShapeState, pull, stress};
+use super::state::{ShapeState, Step, pull, stress};
 use crate::backend::lane::Lane;
 use crate::energy::held::Touched;
 use crate::energy::state::StatesOf;
@@ -49,8 +49,9 @@ impl Nodal<'_> {
 
     /// Force on a cell in the last pass, and eight times its energy.
     #[inline(always)]
-    pub(super) fn pulled(self, cell: usize, states: StatesOf<'_, ShapeState>) -> [f32; 4] {
-        let [mut x, mut y, mut z, energy] = pull(states.results(cell / LANES), cell % LANES);
+    pub(super) fn pulled(self, cell: usize, states: StatesOf<'_>) -> [f32; 4] {
+        let results = states.slice(cell / LANES).map_or(&[][..], |memory| memory.results);
+        let [mut x, mut y, mut z, energy] = pull(results, cell % LANES);
         for (other, slot) in self.slots_of(cell) {
             let stress = states.lines().get(other).map_or([[0.0; 4]; 3], stress);
             let stress = three(stress, |[a, b, c, _]| [Lane(a), Lane(b), Lane(c)]);
@@ -66,12 +67,12 @@ impl Nodal<'_> {
         self,
         cell: usize,
         at: &impl Fn(usize) -> [f32; 3],
-        states: StatesOf<'_, ShapeState>,
+        states: StatesOf<'_>,
     ) -> [f32; 3] {
-        let Step { pull: [x, y, z, _], .. } = self.here(cell, states.at(cell), at);
+        let Step { pull: [x, y, z, _], .. } = self.here(cell, states.shape(cell), at);
         let mut force = [x.0, y.0, z.0];
         for (other, slot) in self.slots_of(cell).filter(|(other, _)| *other != cell) {
-            let stress = self.here(other, states.at(other), at).stress;
+            let stress = self.here(other, states.shape(other), at).stress;
             let area = three(slot.three(nodal::BACK_AREA), Lane);
             for (sum, part) in force.iter_mut().zip(times(stress, area)) {
                 *sum -= part.0;
@@ -86,7 +87,7 @@ impl Nodal<'_> {
         held: impl Fn(usize) -> Option<usize> + Copy,
         count: usize,
         at: &impl Fn(usize) -> [f32; 3],
-        states: StatesOf<'_, ShapeState>,
+        states: StatesOf<'_>,
         sums: &mut Touched,
     ) {
         let cells = || (0..count).filter_map(held);
@@ -108,10 +109,10 @@ impl Nodal<'_> {
         self,
         cell: usize,
         at: &impl Fn(usize) -> [f32; 3],
-        states: StatesOf<'_, ShapeState>,
+        states: StatesOf<'_>,
         sums: &mut Touched,
     ) {
-        let here = self.here(cell, states.at(cell), at);
+        let here = self.here(cell, states.shape(cell), at);
         let [.., energy] = here.pull;
         sums.wd2 = sums.wd2.plus((0.5 * energy.0).into());
         let mut size = 0.0;
