@@ -3,6 +3,7 @@
 use std::convert::Infallible;
 use std::path::{Path, PathBuf};
 
+use chaincell_kernel::Budget;
 use chaincell_kernel::trace::{Entry, Reader};
 use serde::Serialize;
 
@@ -12,11 +13,13 @@ use super::load::report::LoadReport;
 use super::load::{Lengths, MemoryWatch, histogram};
 use super::model_file;
 use super::session::{self, LoopArgs, tell_refused};
+use super::shared::{DepthArgs, FolderArgs, PrintArgs};
 use super::sides::{self, Files, Session, Sides};
 use super::stage::{StageArgs, StageReport};
 use super::tissue::{TissueArgs, TissueReport};
 use super::verdict::{Counts, Verdict, VerdictArgs};
-use crate::bake::organ;
+use crate::bake::{ORGAN_POISSON, ORGAN_SIZE, ORGAN_YOUNG_PA, organ};
+use crate::engine::convergence::{Convergence, ForceError};
 use crate::engine::flag_ticks::FlagTicks;
 use crate::engine::motion::Pose;
 use crate::engine::staged::Staged;
@@ -47,17 +50,19 @@ use crate::words::counted;
     held, else 1.\n\n\
     With --load a press of at most 10 s is played over and over. Before and after, for a tenth of the\n\
     time each, the same loops run under the same load without a tissue: what they miss is the\n\
-    machine's own. Exit code 1 also when a process took more memory at the end than after the\n\
-    warm-up. A session of more than an hour is then neither recorded nor replayed.")]
+    machine's own. --out gets histogram.csv too. Exit code 1 also when a process took more memory at\n\
+    the end than after the warm-up. A session of more than an hour is then neither recorded nor replayed.")]
 pub struct Args {
-    /// Model file from `chaincell bake` [default: organ:1000, 5 kPa, Poisson's ratio 0.45]
+    #[arg(help = format!(
+        "Model file from `chaincell bake` [default: organ:{ORGAN_SIZE}, {} kPa, Poisson's ratio \
+         {ORGAN_POISSON}]", 1e-3 * ORGAN_YOUNG_PA
+    ))]
     model: Option<PathBuf>,
     /// Length of the press, with --load of the session, 3 s to 31 days [s]
     #[arg(long, default_value_t = 10.0, value_name = "S", allow_negative_numbers = true)]
     seconds: f64,
-    /// Depth of the press [m] [default: 3 mean link lengths]
-    #[arg(long, value_name = "D", allow_negative_numbers = true)]
-    depth_m: Option<f64>,
+    #[command(flatten)]
+    depth: DepthArgs,
     /// Threads that keep the other cores and the memory busy, 0 for none: histograms, memory growth,
     /// deadlines missed
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
@@ -74,16 +79,10 @@ pub struct Args {
     stage: StageArgs,
     #[command(flatten)]
     inject: InjectArgs,
-    /// Folder for the model, the poses as received, the forces, a trace, a summary, and with --load
-    /// histogram.csv
-    #[arg(long, value_name = "DIR")]
-    out: Option<PathBuf>,
-    /// Overwrite the results of an earlier run in --out
-    #[arg(long)]
-    force: bool,
-    /// Print one JSON object
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    folder: FolderArgs,
+    #[command(flatten)]
+    print: PrintArgs,
 }
 
 /// What is printed and written to summary.json.
@@ -120,6 +119,8 @@ struct CosimSummary {
     #[serde(flatten)]
     tissue: TissueReport,
     stage: Option<StageReport>,
+    /// None for a session that was not recorded, or without a force.
+    force_error: Option<ForceError>,
     /// How near the tool came that never touched the body.
     never_touched: Option<Untouched>,
     load: Option<LoadReport>,
@@ -140,19 +141,19 @@ pub fn execute(args: &Args) -> Result<()> {
     };
     let model = model_file::parse(&image, &model_path)?;
     let mut tissue = args.tissue.staged(model, args.stage.settings()?)?;
-    let poses = session::press(tissue.engine(), args.depth_m, lengths.press_ticks)?;
-    let out = args.out.clone().unwrap_or_else(|| scratch.path().join("out"));
+    let poses = session::press(tissue.engine(), args.depth.depth_m, lengths.press_ticks)?;
+    let out = args.folder.out.clone().unwrap_or_else(|| scratch.path().join("out"));
     // Earlier results are not removed for a session that is refused or has no room.
     args.budget.of(tissue.engine())?;
     if lengths.is_recorded {
         let ticks = poses.len() * lengths.presses as usize;
         Folder::check_room(&out, Recorder::trace_records_of(ticks, tissue.tools()))?;
     }
-    let folder = Folder::open(&out, args.force)?;
+    let folder = Folder::open(&out, args.folder.force)?;
     if args.model.is_none() {
         write_whole(&model_path, image.as_bytes())?;
     }
-    if !args.json {
+    if !args.print.json {
         terminal::say(format_args!(
             "{}: {}, {} s at 1 kHz",
             args.model.as_ref().map_or("organ".into(), |path| path.display().to_string()),
@@ -171,11 +172,8 @@ pub fn execute(args: &Args) -> Result<()> {
     };
     let (session, load) = under_load(args, &files, &poses, &sides)?;
     let replayed = match lengths.is_recorded {
-        true => {
-            let (hash, never_touched) = replay(&mut tissue, &folder.file(recording::TRACE))?;
-            (Some(hash), never_touched)
-        }
-        false => (None, None),
+        true => replay(&mut tissue, &folder.file(recording::TRACE), lengths.ticks())?,
+        false => Replayed::default(),
     };
     let summary = CosimSummary { load, ..summary(args, &tissue, session, replayed)? };
     folder.write_json("summary.json", &summary)?;
@@ -224,14 +222,25 @@ fn under_load(
     Ok((session, Some(report)))
 }
 
-/// Plays the recorded session once more without shared memory. Returns the state hash at its end, and how near
-/// the tool came that never touched. Only the trace has all of a session: the sweeps and the delay of each tick,
-/// the commands, and the poses of all tools bit by bit.
-fn replay(tissue: &mut Staged<'_>, place: &Path) -> Result<(String, Option<Untouched>)> {
+/// What the replay of a session found; nothing for a session that was not recorded.
+#[derive(Default)]
+struct Replayed {
+    state_hash: Option<String>,
+    force_error: Option<ForceError>,
+    never_touched: Option<Untouched>,
+}
+
+/// Plays the recorded session of at most so many ticks once more without shared memory. Only the trace has all of
+/// a session: the sweeps and the delay of each tick, the commands, and the poses of all tools bit by bit.
+fn replay(tissue: &mut Staged<'_>, place: &Path, ticks: u64) -> Result<Replayed> {
     let bytes = recording::read(place)?;
     let trace = Reader::open(&bytes).map_err(|why| Error::file("replay", place, why))?;
     let mut played = Played::default();
-    match recording::play(&trace, tissue, Start::default(), &mut played) {
+    let mut convergence = Convergence::new(ticks, tissue.engine().network().model().cells());
+    let tick = |tissue: &mut Staged<'_>, poses: &[_], budget: Budget<'_>| {
+        convergence.tick(tissue, poses, budget)
+    };
+    match recording::play_by(&trace, tissue, Start::default(), &mut played, tick) {
         Ok(_) => {}
         Err(Stop::Differs(why)) => {
             return Err(Error::check(format!("{}: {why}", place.display())));
@@ -249,14 +258,15 @@ fn replay(tissue: &mut Staged<'_>, place: &Path) -> Result<(String, Option<Untou
         Ok::<(), Infallible>(())
     });
     let never_touched = Untouched::of(tissue.engine(), &poses, played.has_touched);
-    Ok((format!("{:016x}", tissue.state_hash()), never_touched))
+    let state_hash = Some(format!("{:016x}", tissue.state_hash()));
+    Ok(Replayed { state_hash, force_error: convergence.error(), never_touched })
 }
 
 fn summary(
     args: &Args,
     tissue: &Staged<'_>,
     session: Session,
-    (replay_state_hash, never_touched): (Option<String>, Option<Untouched>),
+    replayed: Replayed,
 ) -> Result<CosimSummary> {
     let model = tissue.engine().network().model();
     let Session { reports, floor } = session;
@@ -265,7 +275,7 @@ fn summary(
         late: reports.control.missed_deadlines,
         unanswered: reports.control.ticks_unanswered,
         floor_share: floor.late_share(),
-        ..Counts::of_tissue(&reports.serve, args.tissue.sweeps, tissue.engine())
+        ..Counts::of_tissue(&reports.serve, args.tissue.given(model).sweeps, tissue.engine())
     });
     let (serve, control) = (reports.serve, reports.control);
     let ended_early =
@@ -299,20 +309,21 @@ fn summary(
         largest_force_step_n: control.largest_force_step_n,
         injected: control.injected,
         state_hash: serve.state_hash,
-        replay_state_hash,
+        replay_state_hash: replayed.state_hash,
         interrupted: reports.interrupted,
         stopped: stopped.collect(),
         refused,
         tissue: args.tissue.report(tissue.engine()),
         stage: args.stage.report()?,
-        never_touched,
+        force_error: replayed.force_error,
+        never_touched: replayed.never_touched,
         load: None,
         verdict,
     })
 }
 
 fn print(args: &Args, summary: &CosimSummary) -> Result<()> {
-    if args.json {
+    if args.print.json {
         return terminal::say_json(summary);
     }
     tell_refused(&summary.refused);
@@ -343,6 +354,9 @@ fn print(args: &Args, summary: &CosimSummary) -> Result<()> {
         "  {:<18}largest step {} N",
         "force", summary.largest_force_step_n
     ))?;
+    if let Some(error) = &summary.force_error {
+        terminal::say(format_args!("  {:<18}{error}", "force error"))?;
+    }
     tell_injected(summary.injected.as_ref())?;
     let replayed = match &summary.replay_state_hash {
         None => "not replayed: longer than an hour".to_owned(),
@@ -353,7 +367,7 @@ fn print(args: &Args, summary: &CosimSummary) -> Result<()> {
     if let Some(load) = &summary.load {
         load.print()?;
     }
-    if let Some(out) = &args.out {
+    if let Some(out) = &args.folder.out {
         terminal::say(format_args!("  {:<18}{}", "results", out.display()))?;
     }
     summary.verdict.tell()
@@ -367,7 +381,7 @@ fn judge(args: &Args, summary: &CosimSummary) -> Result<()> {
             summary.state_hash
         )))
     } else if summary.interrupted {
-        Err(Error::Interrupted)
+        Err(Error::interrupted(args.folder.out.as_deref()))
     } else if summary.ticks_unanswered > 0 {
         Err(Error::check(unanswered(summary)))
     } else if let Some(stopped) = summary.stopped.first() {
@@ -377,7 +391,7 @@ fn judge(args: &Args, summary: &CosimSummary) -> Result<()> {
         )))
     } else {
         summary.load.as_ref().map_or(Ok(()), LoadReport::judge)?;
-        summary.verdict.check(!args.json)
+        summary.verdict.check(!args.print.json)
     }
 }
 

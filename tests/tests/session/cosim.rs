@@ -6,6 +6,7 @@ use std::os::unix::process::CommandExt;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
+use chaincell_host::bake::ORGAN_SIZE;
 use chaincell_tests::files::{Table, bake, is_hash, scratch, summary, text};
 use chaincell_tests::outsider::Outsider;
 use chaincell_tests::place::Place;
@@ -36,7 +37,14 @@ fn the_organ_without_a_model() {
     let found: Value = serde_json::from_str(&ended.out).expect("one object and nothing else");
     check_summary(&found, 2000);
     let cells = found["cells"].as_u64().unwrap();
-    assert!((980..=1020).contains(&cells), "{cells}");
+    assert!(cells.abs_diff(ORGAN_SIZE as u64) <= ORGAN_SIZE as u64 / 50, "{cells}");
+    let readme = include_str!("../../../README.md");
+    assert!(readme.contains(&format!("\norgan: {cells} cells, ")), "README has another size");
+    let error = &found["force_error"];
+    let share = |of: &str| error[of].as_f64().unwrap();
+    assert!(0.0 < share("median") && share("median") <= share("p99"), "{error}");
+    assert!(share("p99") < 1.0 && error["ticks"].as_u64().unwrap() > 50, "{error}");
+    assert_eq!(error["sweeps"], 64);
 }
 
 // REQ-COS-12
@@ -139,7 +147,10 @@ fn ctrl_c_ends_a_session_with_its_results_so_far() {
         Outsider::join(&name, false).after(300);
         // A terminal's Ctrl-C reaches the children too.
         let ended = if to_group { cosim.interrupt_group() } else { cosim.interrupt() };
-        let found = ended.with(130).json();
+        let ended = ended.with(130);
+        let place = format!("interrupted; the results so far are in {}", text(&out));
+        assert!(ended.err.contains(&place), "{}", ended.err);
+        let found = ended.json();
         let ticks = found["ticks_answered"].as_u64().unwrap();
         assert!((300..30_000).contains(&ticks), "{ticks}");
         assert_eq!(found["interrupted"], true);
@@ -160,7 +171,9 @@ fn ctrl_c_before_the_first_tick() {
     // The heading stands before the machine's floor is measured.
     cosim.wait_for_line(&format!("{}: 81 cells, 144 links, 30 s at 1 kHz", text(&model)));
     let ended = cosim.interrupt().with(130);
-    assert!(ended.err.contains("interrupted"), "{}", ended.err);
+    // Nothing is written yet, and nothing says so.
+    assert_eq!(ended.err.trim(), "chaincell: interrupted");
+    assert_eq!(std::fs::read_dir(&out).unwrap().count(), 0);
 }
 
 /// A session of a minute under way, and its two processes.

@@ -6,25 +6,9 @@ use chaincell_kernel::stage::{Device, Stage, StageSettings as KernelSettings};
 use chaincell_kernel::{Choice, Flags, TickOutput};
 
 use super::{NO_OUTPUT, call, of_kernel, pose_at};
-use crate::{
-    Code, DeviceKind, Output, StageNews, StageSettings, StageStorage, ToolOutput, ToolPose,
-};
+use crate::{Code, Output, StageNews, StageSettings, StageStorage, ToolOutput, ToolPose};
 
-const DEVICES: [(DeviceKind, Device); 5] = [
-    (DeviceKind::Touch, Device::Touch),
-    (DeviceKind::Premium, Device::Premium),
-    (DeviceKind::Falcon, Device::Falcon),
-    (DeviceKind::Omega, Device::Omega),
-    (DeviceKind::Sigma, Device::Sigma),
-];
-
-#[test]
-fn every_device_has_the_kernels_code() {
-    assert_eq!(DEVICES.len(), Device::ALL.len());
-    assert!(DEVICES.iter().all(|&(c, kernel)| c as i32 == i32::from(kernel.code())));
-}
-
-pub(super) fn settings(device: DeviceKind) -> StageSettings {
+pub(super) fn settings(device: Device) -> StageSettings {
     let mut settings = StageSettings {
         tick_s: 0.0,
         coupling_n_per_m: -1.0,
@@ -72,8 +56,8 @@ pub(super) fn pass(stage: &mut StageStorage, mut sample: ToolPose) -> Output {
 /// Samples, a bad one, silence: the same bits as from the kernel's own stage.
 #[test]
 fn a_stage_is_the_kernels() {
-    for (kind, device) in DEVICES {
-        let (code, mut stage) = make(&settings(kind));
+    for &device in Device::ALL {
+        let (code, mut stage) = make(&settings(device));
         assert_eq!(code, Code::Ok);
         let mut own = Stage::new(KernelSettings::for_device(device)).unwrap();
         for tick in 0..400_u16 {
@@ -81,7 +65,7 @@ fn a_stage_is_the_kernels() {
             if (250..320).contains(&tick) {
                 let code = call!(chaincell_stage_output(&mut stage, null(), &mut output));
                 assert_eq!(code, Code::Ok);
-                assert_eq!(output, Output::of(&own.missed()), "{kind:?} {tick}");
+                assert_eq!(output, Output::of(&own.missed()), "{device:?} {tick}");
                 continue;
             }
             let x = 1.0e-5 * f32::from(tick) * if tick == 200 { f32::NAN } else { 1.0 };
@@ -108,9 +92,9 @@ fn a_stage_is_the_kernels() {
                 flags: Flags(tissue.tool.flags),
             });
             let torque_n_m = output.tool.torque_n_m;
-            assert!(torque_n_m[0] <= 0.5 * own.share(), "{kind:?} {tick}: {torque_n_m:?}");
+            assert!(torque_n_m[0] <= 0.5 * own.share(), "{device:?} {tick}: {torque_n_m:?}");
             output.tool.torque_n_m = [0.0; 3];
-            assert_eq!(output, Output::of(&wanted), "{kind:?} {tick}");
+            assert_eq!(output, Output::of(&wanted), "{device:?} {tick}");
         }
     }
 }
@@ -119,7 +103,7 @@ fn a_stage_is_the_kernels() {
 #[test]
 fn every_setting_out_of_range_is_named() {
     let refused = |change: fn(&mut StageSettings), wanted: Code| {
-        let mut settings = settings(DeviceKind::Falcon);
+        let mut settings = settings(Device::Falcon);
         change(&mut settings);
         let (code, mut stage) = make(&settings);
         assert_eq!(code, wanted);
@@ -141,7 +125,7 @@ fn every_setting_out_of_range_is_named() {
     refused(|s| s.ramp_ticks = 65_537, Code::StageTicks);
     refused(|s| s.watchdog_ticks = 60_001, Code::StageTicks);
     for device in [-1, 5, i32::MAX] {
-        let mut settings = settings(DeviceKind::Touch);
+        let mut settings = settings(Device::Touch);
         assert_eq!(call!(chaincell_stage_default(device, &mut settings)), Code::StageDevice);
     }
 }
@@ -152,7 +136,7 @@ const NO_NEWS: StageNews = StageNews { delay_ticks: -1, restarts_ramp: 0, max_fo
 // REQ-STG-17
 #[test]
 fn news_are_the_stages() {
-    let (_, mut stage) = make(&settings(DeviceKind::Falcon));
+    let (_, mut stage) = make(&settings(Device::Falcon));
     let sample = |tick: u16| pose_at([1.0e-4 * f32::from(tick), 0.0, 0.0], 1);
     let mut tell = |tick: u16, news: StageNews| {
         let mut pose = sample(tick);
@@ -178,7 +162,7 @@ fn news_are_the_stages() {
     assert!(force_n <= 0.01 && torque_n_m < 0.1, "{force_n} {torque_n_m}");
     // A longer delay than the settings': a weaker coupling.
     let mut own = Stage::new(KernelSettings::for_device(Device::Falcon)).unwrap();
-    let (_, mut stage) = make(&settings(DeviceKind::Falcon));
+    let (_, mut stage) = make(&settings(Device::Falcon));
     for tick in 0..300 {
         let mut pose = sample(tick);
         own.delayed(9);
@@ -203,7 +187,7 @@ fn news_are_the_stages() {
 // REQ-STG-07
 #[test]
 fn bad_pointers_give_no_force() {
-    let (_, mut stage) = make(&settings(DeviceKind::Touch));
+    let (_, mut stage) = make(&settings(Device::Touch));
     let mut empty = StageStorage::EMPTY;
     let mut sample = pose_at([0.0; 3], 1);
     let tissue = answer([1.0; 3]);
@@ -224,7 +208,7 @@ fn bad_pointers_give_no_force() {
         let there = &raw mut sample;
         assert_eq!(call!(chaincell_stage_sample(bad, there, null(), there)), code);
         if code != Code::NotInitialised {
-            assert_eq!(call!(chaincell_stage_init(bad, &settings(DeviceKind::Touch))), code);
+            assert_eq!(call!(chaincell_stage_init(bad, &settings(Device::Touch))), code);
         }
     }
     let (odd, nothing) =

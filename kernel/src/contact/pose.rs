@@ -1,0 +1,172 @@
+//! Tool poses and tool parts.
+
+use nalgebra::Vector3;
+
+use crate::energy::surface::Solid;
+use crate::number::turn::Turn;
+
+/// The identity orientation x, y, z, w.
+pub const NOT_TURNED: [f32; 4] = [0.0, 0.0, 0.0, 1.0];
+
+/// Pose of a tool in a tick, the same bytes in Rust, C, messages and traces.
+///
+/// Any bit pattern is admitted; a pose that is not good never reaches the cells: the last good one
+/// stands in for ten ticks, then the safe state answers.
+///
+/// ```
+/// use chaincell_kernel::ToolPose;
+///
+/// let pose = ToolPose::at([0.0, 0.0, -0.002].into(), 1); // 2 mm below the origin, engaged
+/// assert!(pose.is_good());
+/// let unplugged = ToolPose { position_m: [f32::NAN; 3].into(), ..pose };
+/// assert!(!unplugged.is_good());
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[repr(C)]
+pub struct ToolPose {
+    /// Position of the tool's frame in the frame of the input mesh \[m\].
+    pub position_m: Vector3<f32>,
+    /// Rotation from the tool's frame to the mesh's: a unit quaternion x, y, z, w.
+    pub orientation: [f32; 4],
+    /// 1 while the tool acts on the tissue, else 0.
+    pub engaged: u32,
+}
+
+impl ToolPose {
+    /// A tool at the origin, not turned and not engaged.
+    pub const AWAY: Self = Self::at(Vector3::new(0.0, 0.0, 0.0), 0);
+
+    /// A tool at a position, not rotated.
+    #[must_use]
+    pub const fn at(position_m: Vector3<f32>, engaged: u32) -> Self {
+        Self { position_m, orientation: NOT_TURNED, engaged }
+    }
+
+    /// Returns true if the tick may use the pose: finite, `engaged` 0 or 1, quaternion length between 1/2 and
+    /// 2.
+    #[must_use]
+    pub fn is_good(&self) -> bool {
+        self.engaged <= 1 && self.position_m.iter().all(|x| x.is_finite()) && self.turn().is_some()
+    }
+
+    pub(crate) fn turn(&self) -> Option<Turn> {
+        Turn::of_orientation(self.orientation)
+    }
+}
+
+/// A convex part of a tool with rounded edges, in the tool's frame.
+///
+/// ```
+/// use chaincell_kernel::ToolPart;
+///
+/// // A scalpel's handle of 8 mm, 100 mm long, and a blade in front of it [m].
+/// let handle = ToolPart::capsule(0.046, 0.004);
+/// let blade = ToolPart::rounded_box([0.0, 0.003, 0.01], 0.0005);
+/// let blade = ToolPart { centre_m: [0.0, 0.0, -0.06], ..blade };
+/// let tool = [handle, blade];
+/// assert_eq!(tool[0].half_m[2] + tool[0].radius_m, 0.05); // half of its length
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[repr(C)]
+pub struct ToolPart {
+    /// Centre of the part \[m\].
+    pub centre_m: [f32; 3],
+    /// Rotation from the part's frame to the tool's: a unit quaternion x, y, z, w.
+    pub orientation: [f32; 4],
+    /// Half edges of the core \[m\]: 0 0 0 for a sphere, 0 0 a for a capsule along z. Infinite in every axis
+    /// for a half space; its core is everything below z = -radius.
+    pub half_m: [f32; 3],
+    /// Radius of the rounded edges around the core \[m\]. A tool presses only so far that no sample lies
+    /// deeper in it than two fifths of this.
+    pub radius_m: f32,
+}
+
+impl ToolPart {
+    /// A sphere around the tool's position.
+    #[must_use]
+    pub const fn sphere(radius_m: f32) -> Self {
+        let (centre_m, half_m) = ([0.0; 3], [0.0; 3]);
+        Self { centre_m, orientation: NOT_TURNED, half_m, radius_m }
+    }
+
+    /// A capsule along z: a cylinder of this half length with half spheres at its ends.
+    #[must_use]
+    pub const fn capsule(half_length_m: f32, radius_m: f32) -> Self {
+        Self { half_m: [0.0, 0.0, half_length_m], ..Self::sphere(radius_m) }
+    }
+
+    /// A box; its outer half edges are `half_m` plus the radius of its rounded edges.
+    #[must_use]
+    pub const fn rounded_box(half_m: [f32; 3], radius_m: f32) -> Self {
+        Self { half_m, ..Self::sphere(radius_m) }
+    }
+
+    /// The half space below z = 0.
+    #[must_use]
+    pub const fn half_space(radius_m: f32) -> Self {
+        Self { half_m: [f32::INFINITY; 3], ..Self::sphere(radius_m) }
+    }
+
+    /// Returns true if the part is a half space.
+    #[must_use]
+    pub fn is_half_space(&self) -> bool {
+        self.half_m == [f32::INFINITY; 3]
+    }
+
+    /// The part in mean link lengths; `None` if a number is not finite, too small or too large.
+    pub(crate) fn solid(&self, unit_m: f32, most: f32) -> Option<Solid> {
+        let in_links = |x: f32| x / unit_m;
+        let (centre, half) = (self.centre_m.map(in_links), self.half_m.map(in_links));
+        let whole = in_links(self.radius_m);
+        let is_within = |x: f32| x.is_finite() && x.abs() <= most;
+        let is_plane = self.is_half_space();
+        let is_good = self.radius_m > 0.0
+            && whole > 0.0
+            && is_within(whole)
+            && centre.into_iter().all(is_within)
+            && (is_plane || half.into_iter().all(|x| x >= 0.0 && is_within(x)));
+        let turn = Turn::of_orientation(self.orientation).filter(|_| is_good)?;
+        let end = f32::INFINITY;
+        let core = match is_plane {
+            true => [[-end; 3], [end, end, -whole]],
+            // -0.0 becomes +0.0.
+            false => [half.map(|x| 0.0 - x), half.map(|x| x + 0.0)],
+        };
+        // Samples under a half space need no finer spacing than under the largest sphere.
+        let sampled = if is_plane { most } else { whole };
+        Some(Solid { centre, turn, core, radius: whole, whole, sampled })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    // REQ-CON-09
+    #[test]
+    fn parts_that_cannot_be_are_refused() {
+        let good = ToolPart::capsule(0.01, 0.002);
+        assert!(good.solid(0.005, 100.0).is_some());
+        assert!(ToolPart::half_space(0.004).solid(0.005, 100.0).is_some());
+        for bad in [
+            ToolPart { radius_m: 0.0, ..good },
+            ToolPart { radius_m: f32::NAN, ..good },
+            ToolPart { half_m: [0.0, -0.01, 0.0], ..good },
+            ToolPart { half_m: [0.0, f32::INFINITY, 0.0], ..good },
+            ToolPart { centre_m: [f32::NAN, 0.0, 0.0], ..good },
+            ToolPart { orientation: [0.0; 4], ..good },
+            ToolPart { radius_m: 9.0, ..good },
+        ] {
+            assert!(bad.solid(0.005, 100.0).is_none(), "{bad:?}");
+        }
+    }
+
+    #[test]
+    fn poses_that_cannot_be_are_seen() {
+        let good = ToolPose::at([0.0, 0.1, 0.2].into(), 1);
+        assert!(good.is_good());
+        assert!(!ToolPose { engaged: 2, ..good }.is_good());
+        assert!(!ToolPose { orientation: [0.0, f32::NAN, 0.0, 1.0], ..good }.is_good());
+        assert!(!ToolPose { position_m: [f32::INFINITY, 0.0, 0.0].into(), ..good }.is_good());
+    }
+}
