@@ -16,7 +16,7 @@ const DISPLACEMENT_MAX: f32 = 1.0e6;
 /// The body that a contact changes in a tick, and the tool's motion.
 pub(crate) struct Context<'a, 'm, D: Dynamics> {
     /// The terms without the contact.
-    pub terms: Terms<'a, 'm>,
+    pub terms: Terms<'a, 'm, D::Number>,
     /// State v of every cell.
     pub state: &'a mut [Cell<D::Number>],
     /// The scheme's arrays.
@@ -82,12 +82,12 @@ pub(crate) fn places<'a, N: Number>(
 
 /// Moves `from` towards `to` by at most `limit`; true if the limit shortened it.
 pub(crate) fn approach(from: [f32; 3], to: [f32; 3], limit: f32) -> ([f32; 3], bool) {
-    let way = sub(to, from);
-    let length = sqrt(dot(way, way));
+    let step = sub(to, from);
+    let length = sqrt(dot(step, step));
     if length <= limit {
         return (to, false);
     }
-    (add(from, scale(limit / length, way)), true)
+    (add(from, scale(limit / length, step)), true)
 }
 
 #[cfg(test)]

@@ -51,10 +51,10 @@ impl Nodal<'_> {
         self,
         cell: usize,
         field: &impl Fn(usize) -> [f32; 3],
-        states: StatesOf<'_, ShapeState>,
+        states: StatesOf<'_>,
     ) -> [f32; 3] {
         let push = |of: usize, area: [f32; 3]| {
-            states.at(of).stress.map(|[x, y, z, _]| dot([x, y, z], area))
+            states.shape(of).stress.map(|[x, y, z, _]| dot([x, y, z], area))
         };
         let here = field(cell);
         let mut sum = push(cell, [0, 1, 2].map(|axis| self.number(cell, nodal::OWN + axis)));

@@ -28,7 +28,7 @@
 //! **The bound.** For any rotations R and shapes Q of determinant 1, E is a sum of squared distances of
 //! linear maps to convex sets, so L = 2 mu ((1 - beta) Ln + beta Lc) + (3 lambda + b) Ln bounds its
 //! curvature; Ln and Lc are the Laplacians of the nodal and of the tetrahedra's gradients. W is at least the
-//! sum of the magnitudes of a row of L. R and Q are states ([`ShapeState`]): before a pass each takes one
+//! sum of the magnitudes of a row of L. R and Q are states (`state`): before a pass each takes one
 //! step that does not lead away from `F_i` ([`nearest`]), which lowers the energy; a discarded pass restores
 //! them.
 //!
@@ -59,39 +59,34 @@ mod state;
 mod tests;
 
 pub(crate) use gather::places;
-pub(crate) use state::ShapeState;
+
+use core::ops::Range;
 
 use super::held::{Contact, Touched};
-use super::number::TermNumber;
+use super::links::number::LinkNumber;
 use super::state::{SliceMemory, StatesOf};
-use super::term::Term;
+use super::term::{Here, Pass, Term};
 use crate::backend::f32x8::{Chunk, F32x8};
-use crate::backend::slice_set::SliceSet;
 use crate::backend::slices::cells_of;
-use crate::model::image::nodal;
 use crate::model::nodal::Nodal;
-use crate::number::cell::{Cell, from_single, single};
+use crate::number::cell::{Cell, add, single};
 use crate::number::two_float::LANES;
 use gather::{Ends, Gathered, back, own, stresses};
+use state::ShapeState;
 
-impl Term for Nodal<'_> {
-    type State = ShapeState;
-
-    #[inline(always)]
-    fn begin_tick(
+impl<N: LinkNumber> Term<N> for Nodal<'_> {
+    fn update(
         self,
-        _: usize,
-        state: ShapeState,
-        _: &impl Fn(usize) -> [f32; 3],
-    ) -> (ShapeState, f64) {
-        (state, 0.0)
-    }
-
-    fn update(self, cell: usize, state: ShapeState, at: &impl Fn(usize) -> [f32; 3]) -> ShapeState {
-        if !self.is_any() {
-            return state;
+        cells: Range<usize>,
+        at: &impl Fn(usize) -> [f32; 3],
+        from: SliceMemory<'_>,
+        to: SliceMemory<'_>,
+    ) {
+        if self.is_any() {
+            for (lane, cell) in cells.enumerate() {
+                self.stepped(cell, ShapeState::load(lane, from), at).store(lane, to);
+            }
         }
-        self.stepped(cell, state, at)
     }
 
     #[inline(always)]
@@ -112,25 +107,20 @@ impl Term for Nodal<'_> {
         state::store(&step, to, cells_of(slice, self.count).len());
     }
 
-    fn accumulate<N: TermNumber>(
+    fn accumulate<const CLAMPED: bool>(
         self,
-        awake: &SliceSet,
-        v: &[Cell<N>],
+        pass: &Pass<'_, N, CLAMPED>,
         residual: &mut [Cell<N>],
         _: &mut N::Tally,
-        _: &impl Fn([N; 3]) -> [N; 3],
-        states: StatesOf<'_, ShapeState>,
+        states: StatesOf<'_>,
     ) {
         if !self.is_any() {
             return;
         }
-        let slices = v.len().div_ceil(LANES);
-        for cell in awake.iter(slices).flat_map(|slice| cells_of(slice, v.len())) {
-            let pulled = self.pulled(cell, states);
+        for cell in pass.cells() {
+            let pulled = Cell(self.pulled(cell, states).map(N::from_single));
             if let Some(r) = residual.get_mut(cell) {
-                let [x, y, z, wd2] = pulled;
-                let [x, y, z] = from_single([x, y, z]);
-                *r = r.plus(Cell([x, y, z, N::from_single(wd2)]));
+                *r = r.plus(pulled);
             }
         }
     }
@@ -138,18 +128,19 @@ impl Term for Nodal<'_> {
     #[inline(always)]
     fn slice<V: F32x8>(
         self,
-        slice: usize,
-        _: &[Cell],
+        here: Here<'_, V>,
+        _: &impl Fn() -> Chunk,
         sum: &mut [V; 4],
-        states: StatesOf<'_, ShapeState>,
+        states: StatesOf<'_>,
     ) {
         if !self.is_any() {
             return;
         }
-        let pull = state::load_pull::<V>(states.results(slice));
+        let Some(memory) = states.slice(here.slice) else { return };
+        let pull = state::load_pull::<V>(memory.results);
         let (Some(pull), Some(ends)) = (pull, Ends::of(self, states.lines())) else { return };
         let [mut px, mut py, mut pz, energy] = pull;
-        for (slots, lines) in ends.groups(slice) {
+        for (slots, lines) in ends.groups(here.slice) {
             let [x, y, z] = back::<V>(slots);
             let [[a, b, c], [d, e, f], [g, h, i]] = stresses::<V>(lines);
             px = px.minus(a.times(x).plus(b.times(y)).plus(c.times(z)));
@@ -160,61 +151,51 @@ impl Term for Nodal<'_> {
         *sum = [x.plus(px), y.plus(py), z.plus(pz), wd2.plus(energy)];
     }
 
-    fn cell<N: TermNumber>(
+    fn cell(
         self,
         cell: usize,
+        _: &[Contact<N>],
         at: &impl Fn(usize) -> [N; 3],
-        states: StatesOf<'_, ShapeState>,
-        add: &mut impl FnMut([f32; 3]),
-    ) {
-        if self.is_any() {
-            add(self.at_positions(cell, &|cell| single(at(cell)), states));
+        states: StatesOf<'_>,
+        sum: [f32; 3],
+    ) -> [f32; 3] {
+        if !self.is_any() {
+            return sum;
         }
+        add(sum, self.at_positions(cell, &|cell| single(at(cell)), states))
     }
 
-    fn touched<N: TermNumber>(
+    fn touched(
         self,
         held: &[Contact<N>],
-        output: &impl Fn(usize) -> [N; 3],
-        states: StatesOf<'_, ShapeState>,
+        at: &impl Fn(usize) -> [N; 3],
+        states: StatesOf<'_>,
         sums: &mut Touched,
     ) {
         if self.is_any() {
             let cells = |at: usize| held.get(at).map(Contact::cell);
-            let at = |cell| single(output(cell));
-            self.stored_around(cells, held.len(), &at, states, sums);
+            self.stored_around(cells, held.len(), &|cell| single(at(cell)), states, sums);
         }
     }
 
-    fn strain(
-        self,
-        cell: usize,
-        state: ShapeState,
-        field: &impl Fn(usize) -> [f32; 3],
-    ) -> ShapeState {
-        if self.is_any() { self.strained(cell, state, field) } else { state }
-    }
-
-    fn resist(
-        self,
-        cell: usize,
-        field: &impl Fn(usize) -> [f32; 3],
-        states: StatesOf<'_, ShapeState>,
-    ) -> [f32; 3] {
-        if self.is_any() { self.resistance(cell, field, states) } else { [0.0; 3] }
-    }
-
-    #[inline(always)]
-    fn turn(self, cell: usize, states: StatesOf<'_, ShapeState>) -> Option<[f32; 4]> {
-        Some(states.at(cell).turn)
-    }
-
-    #[inline(always)]
-    fn add_move(self, cell: usize, squared: f32, sum: f32) -> f32 {
+    fn resist(self, field: &[Cell], product: &mut [Cell], states: StatesOf<'_>) {
         if !self.is_any() {
-            return sum;
+            return;
         }
-        // The root of the energy rises by at most that of d' L d / 2, and L is at most W.
-        sum + 2.0 * self.number(cell, nodal::BOUND) * squared
+        let at = |cell: usize| field.get(cell).map_or([0.0; 3], |field| field.xyz());
+        // The stresses, then the forces.
+        for cell in 0..field.len() {
+            if let Some(memory) = states.slice(cell / LANES) {
+                self.strained(cell, states.shape(cell), &at).store(cell % LANES, memory);
+            }
+        }
+        for (cell, product) in product.iter_mut().enumerate() {
+            *product = Cell::at(add(product.xyz(), self.resistance(cell, &at, states)));
+        }
+    }
+
+    #[inline(always)]
+    fn turn(self, cell: usize, states: StatesOf<'_>) -> Option<[f32; 4]> {
+        self.is_any().then(|| states.shape(cell).turn)
     }
 }

@@ -1,9 +1,9 @@
 //! The shape of a single cell at any positions.
 
 use super::gather::{Gathered, Own};
-use super::law::{Step, stay, step};
+use super::law::{stay, step};
 use super::matrix::{three, times};
-use super::state::{ShapeState, pull, stress};
+use super::state::{ShapeState, Step, pull, stress};
 use crate::backend::lane::Lane;
 use crate::energy::held::Touched;
 use crate::energy::state::StatesOf;
@@ -49,8 +49,9 @@ impl Nodal<'_> {
 
     /// Force on a cell in the last pass, and eight times its energy.
     #[inline(always)]
-    pub(super) fn pulled(self, cell: usize, states: StatesOf<'_, ShapeState>) -> [f32; 4] {
-        let [mut x, mut y, mut z, energy] = pull(states.results(cell / LANES), cell % LANES);
+    pub(super) fn pulled(self, cell: usize, states: StatesOf<'_>) -> [f32; 4] {
+        let results = states.slice(cell / LANES).map_or(&[][..], |memory| memory.results);
+        let [mut x, mut y, mut z, energy] = pull(results, cell % LANES);
         for (other, slot) in self.slots_of(cell) {
             let stress = states.lines().get(other).map_or([[0.0; 4]; 3], stress);
             let stress = three(stress, |[a, b, c, _]| [Lane(a), Lane(b), Lane(c)]);
@@ -66,12 +67,12 @@ impl Nodal<'_> {
         self,
         cell: usize,
         at: &impl Fn(usize) -> [f32; 3],
-        states: StatesOf<'_, ShapeState>,
+        states: StatesOf<'_>,
     ) -> [f32; 3] {
-        let Step { pull: [x, y, z, _], .. } = self.here(cell, states.at(cell), at);
+        let Step { pull: [x, y, z, _], .. } = self.here(cell, states.shape(cell), at);
         let mut force = [x.0, y.0, z.0];
         for (other, slot) in self.slots_of(cell).filter(|(other, _)| *other != cell) {
-            let stress = self.here(other, states.at(other), at).stress;
+            let stress = self.here(other, states.shape(other), at).stress;
             let area = three(slot.three(nodal::BACK_AREA), Lane);
             for (sum, part) in force.iter_mut().zip(times(stress, area)) {
                 *sum -= part.0;
@@ -80,13 +81,13 @@ impl Nodal<'_> {
         force
     }
 
-    /// Adds the energy of the cells `held` and of all cells linked to them, each once.
+    /// Adds the energy of the cells `held`, ascending, and of all cells linked to them, each once.
     pub(super) fn stored_around(
         self,
         held: impl Fn(usize) -> Option<usize> + Copy,
         count: usize,
         at: &impl Fn(usize) -> [f32; 3],
-        states: StatesOf<'_, ShapeState>,
+        states: StatesOf<'_>,
         sums: &mut Touched,
     ) {
         let cells = || (0..count).filter_map(held);
@@ -94,9 +95,9 @@ impl Nodal<'_> {
             self.add_stored(cell, at, states, sums);
             for other in self.others(cell) {
                 // A cell that is linked to several held ones counts with the first of them.
-                let is_held = cells().any(|held| held == other);
-                let first = cells().find(|&held| self.others(other).any(|next| next == held));
-                if !is_held && first == Some(cell) {
+                let is_held = |cell: usize| cells().any(|held| held == cell);
+                let is_earlier = |next: usize| next < cell && is_held(next);
+                if !is_held(other) && !self.others(other).any(is_earlier) {
                     self.add_stored(other, at, states, sums);
                 }
             }
@@ -108,10 +109,10 @@ impl Nodal<'_> {
         self,
         cell: usize,
         at: &impl Fn(usize) -> [f32; 3],
-        states: StatesOf<'_, ShapeState>,
+        states: StatesOf<'_>,
         sums: &mut Touched,
     ) {
-        let here = self.here(cell, states.at(cell), at);
+        let here = self.here(cell, states.shape(cell), at);
         let [.., energy] = here.pull;
         sums.wd2 = sums.wd2.plus((0.5 * energy.0).into());
         let mut size = 0.0;

@@ -12,6 +12,7 @@ use super::{ARRAYS, TRACK};
 use crate::backend::slices::copy;
 use crate::backend::{VectorUnit, run};
 use crate::energy::held::Contact;
+use crate::energy::residual::Terms;
 use crate::energy::state::States;
 use crate::energy::term::Term;
 use crate::model::Model;
@@ -221,32 +222,11 @@ impl System<'_, '_> {
 
 /// K times a field, at the cells that can move.
 fn multiply(model: &Model<'_>, states: States<'_>, field: &[Cell], product: &mut [Cell]) {
-    let at = |cell: usize| field.get(cell).map_or([0.0; 3], |field| field.xyz());
-    if model.is_nodal() {
-        for cell in 0..field.len() {
-            states.replace_results(cell, model.others.strain(cell, states.at(cell), &at));
-        }
-        for (cell, product) in product.iter_mut().enumerate() {
-            let moves = model.mobility.get(cell).is_some_and(|&mobility| mobility > 0.0);
-            let resisted = || model.others.resist(cell, &at, states.all());
-            *product = Cell::at(if moves { resisted() } else { [0.0; 3] });
-        }
-        return;
-    }
-    for (cell, product) in product.iter_mut().enumerate() {
-        let mut sum = [0.0; 3];
-        if model.mobility.get(cell).is_some_and(|&mobility| mobility > 0.0) {
-            let (rest, here) = (model.rest_position(cell), at(cell));
-            for (link, other) in model.neighbours(cell) {
-                let along = sub(model.rest_position(other), rest);
-                let squared = dot(along, along);
-                if squared > 0.0 {
-                    let stretch = dot(along, sub(here, at(other)));
-                    let factor = 0.5 * model.link_weight(link) * stretch / squared;
-                    sum = add(sum, scale(factor, along));
-                }
-            }
-        }
-        *product = Cell::at(sum);
+    product.fill(Cell::ZERO);
+    Terms::<f32>::of(model, states).list().resist(field, product, states.all());
+    for (product, _) in
+        product.iter_mut().zip(model.mobility).filter(|(_, mobility)| **mobility <= 0.0)
+    {
+        *product = Cell::ZERO;
     }
 }
