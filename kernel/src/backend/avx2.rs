@@ -3,6 +3,7 @@
 #![allow(unsafe_code)]
 
 use core::arch::x86_64::*;
+use core::cell::Cell as Shared;
 
 use super::f32x8::{Chunk, F32x8};
 use super::{VectorUnit, Work};
@@ -56,6 +57,14 @@ fn joined(low: &Cell, high: &Cell) -> __m256 {
 fn put_half(lanes: __m128, cell: &mut Cell) {
     // SAFETY: a cell is four aligned floats.
     unsafe { _mm_store_ps(cell.0.as_mut_ptr(), lanes) };
+}
+
+/// Adds one half of a register to a cell.
+#[inline(always)]
+fn add_half(more: __m128, cell: &Shared<Cell>) {
+    let place = cell.as_ptr().cast::<f32>();
+    // SAFETY: a cell is four aligned floats, and a `Shared` lends no reference to them.
+    unsafe { _mm_store_ps(place, _mm_add_ps(_mm_load_ps(place), more)) };
 }
 
 // There are no closures around vector operations here and below: they cannot be marked for inlining, and a
@@ -232,6 +241,26 @@ impl F32x8 for Avx2 {
             put_joined(_mm256_unpackhi_ps(xz_low, yw_low), b, f);
             put_joined(_mm256_unpacklo_ps(xz_high, yw_high), c, g);
             put_joined(_mm256_unpackhi_ps(xz_high, yw_high), d, h);
+        }
+    }
+
+    #[inline(always)]
+    fn add_to([x, y, z, w]: [Self; 4], cells: [&Shared<Cell>; LANES]) {
+        let [a, b, c, d, e, f, g, h] = cells;
+        // SAFETY: see `Avx2`.
+        unsafe {
+            let (xz_low, xz_high) = (_mm256_unpacklo_ps(x.0, z.0), _mm256_unpackhi_ps(x.0, z.0));
+            let (yw_low, yw_high) = (_mm256_unpacklo_ps(y.0, w.0), _mm256_unpackhi_ps(y.0, w.0));
+            let ae = _mm256_unpacklo_ps(xz_low, yw_low);
+            let bf = _mm256_unpackhi_ps(xz_low, yw_low);
+            let cg = _mm256_unpacklo_ps(xz_high, yw_high);
+            let dh = _mm256_unpackhi_ps(xz_high, yw_high);
+            for (more, cell) in [(ae, a), (bf, b), (cg, c), (dh, d)] {
+                add_half(_mm256_castps256_ps128(more), cell);
+            }
+            for (more, cell) in [(ae, e), (bf, f), (cg, g), (dh, h)] {
+                add_half(_mm256_extractf128_ps::<1>(more), cell);
+            }
         }
     }
 

@@ -6,6 +6,8 @@
 //! a tick by a share of the cell's distance from the unrelaxed anchor. That is a linear part of residual and
 //! energy, and its change of the energy is booked.
 
+use core::ops::Range;
+
 use super::held::{Contact, Touched};
 use super::number::TermNumber;
 use super::state::{CellState, SliceMemory, StatesOf, number, put};
@@ -24,7 +26,6 @@ pub(crate) type Displaced = [[f32; 3]; 2];
 impl CellState for Displaced {
     const REST: Self = [[0.0; 3]; 2];
     const LASTING: usize = 6;
-    const RESULTS: usize = 0;
 
     fn load(lane: usize, memory: SliceMemory<'_>) -> Self {
         let number = |row| number(memory.lasting, row, lane);
@@ -45,6 +46,19 @@ impl Pin {
     /// Position of the anchor.
     pub fn anchor(&self, [slipped, given]: Displaced) -> [f32; 3] {
         add(add(self.point, slipped), given)
+    }
+
+    /// The state for a pass with the cell at `here`.
+    fn slipped(&self, state: Displaced, here: [f32; 3]) -> Displaced {
+        let ([slipped, given], way) = (state, sub(here, self.anchor(state)));
+        let distance = sqrt(dot(way, way));
+        if distance <= self.slip_length {
+            return state;
+        }
+        let share = (distance - self.slip_length) / distance;
+        let next = [add(slipped, scale(share, way)).map(|x| x + 0.0), given];
+        // Rounding must not raise the energy.
+        if self.energy(next, here) < self.energy(state, here) { next } else { state }
     }
 
     /// w d^2 / 4 with the cell at `here`, in double precision.
@@ -91,18 +105,18 @@ impl Term for Pins<'_> {
         (next, pin.energy(next, here) - pin.energy(state, here))
     }
 
-    fn update(self, cell: usize, state: Displaced, at: &impl Fn(usize) -> [f32; 3]) -> Displaced {
-        let Some(pin) = self.at(cell) else { return state };
-        let ([slipped, given], here) = (state, at(cell));
-        let way = sub(here, pin.anchor(state));
-        let distance = sqrt(dot(way, way));
-        if distance <= pin.slip_length {
-            return state;
+    fn update(
+        self,
+        cells: Range<usize>,
+        at: &impl Fn(usize) -> [f32; 3],
+        from: SliceMemory<'_>,
+        to: SliceMemory<'_>,
+    ) {
+        for (lane, cell) in cells.enumerate() {
+            let state = Displaced::load(lane, from);
+            let next = self.at(cell).map_or(state, |pin| pin.slipped(state, at(cell)));
+            next.store(lane, to);
         }
-        let share = (distance - pin.slip_length) / distance;
-        let next = [add(slipped, scale(share, way)).map(|x| x + 0.0), given];
-        // Rounding must not raise the energy.
-        if pin.energy(next, here) < pin.energy(state, here) { next } else { state }
     }
 
     #[inline(always)]

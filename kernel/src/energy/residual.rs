@@ -8,7 +8,7 @@ use super::current::rounded_up;
 use super::held::Contact;
 use super::links::number::LinkNumber;
 use super::links::term::Links;
-use super::state::{CellState, State, States};
+use super::state::States;
 use super::surface::Touch;
 use super::term::Term;
 use crate::backend::VectorUnit;
@@ -103,18 +103,28 @@ impl<'a, 'm> Terms<'a, 'm> {
         }
     }
 
+    /// Stores the displacements of all cells at the states v, for passes over some slices.
+    #[inline(always)]
+    pub fn displace<N: Number>(self, v: &[Cell<N>]) {
+        if self.states.any() {
+            let (at, quads) = (self.outputs(v), self.states.all().quads());
+            self.model.others.displace(0..v.len(), &at, quads);
+        }
+    }
+
     /// Updates the terms' states of the cells in awake slices to the states v.
     #[inline(always)]
     pub fn update<N: Number>(self, awake: &SliceSet, v: &[Cell<N>]) {
         if !self.states.any() {
             return;
         }
-        let at = self.outputs(v);
+        let (at, quads) = (self.outputs(v), self.states.all().quads());
         for slice in awake.iter(self.model.slice_count()) {
-            let Some([from, to]) = self.states.step(slice) else { continue };
-            for (lane, cell) in cells_of(slice, v.len()).enumerate() {
-                let state = State::load(lane, from);
-                self.model.others.update(cell, state, &at).store(lane, to);
+            self.model.others.displace(cells_of(slice, v.len()), &at, quads);
+        }
+        for slice in awake.iter(self.model.slice_count()) {
+            if let Some([from, to]) = self.states.step(slice) {
+                self.model.others.update(cells_of(slice, v.len()), &at, from, to);
             }
         }
     }

@@ -1,10 +1,10 @@
 //! The terms' state of each cell from one pass to the next.
 //!
 //! The state of a cell covers all terms in the list, and takes no memory if none of them keeps a state. It
-//! has three parts: what lasts from pass to pass, the results of the last pass, and a line of the cell that
-//! its neighbours read. The first two are rows of eight numbers, one of each cell of a slice. What lasts
-//! exists in two banks, the present one and that of the published positions, for a pass that the guard
-//! discards: two flags per slice say which bank is which, so that saving and restoring copy nothing.
+//! lasts from pass to pass, in rows of eight numbers, one of each cell of a slice. It exists in two banks, the
+//! present one and that of the published positions, for a pass that the guard discards: two flags per slice
+//! say which bank is which, so that saving and restoring copy nothing. Besides, each cell has its displacement
+//! and its force in the pass: its neighbours read the first and add to the second.
 
 #![allow(unsafe_code)]
 
@@ -14,11 +14,14 @@ use core::marker::PhantomData;
 use crate::backend::slice_set::SliceSet;
 use crate::energy::term::Term;
 use crate::model::others::Others;
+use crate::number::cell;
 use crate::number::kept::kept;
 use crate::number::two_float::LANES;
 
 /// A number of each cell of a slice.
 pub(crate) type Row = [f32; LANES];
+/// Displacement or force of a cell.
+pub(crate) type Quad = Cell<cell::Cell>;
 
 /// A term's state of one cell. What lasts is never -0.0, so that equal states have equal words.
 pub(crate) trait CellState: Copy + PartialEq + 'static {
@@ -26,8 +29,6 @@ pub(crate) trait CellState: Copy + PartialEq + 'static {
     const REST: Self;
     /// Rows of what lasts from pass to pass.
     const LASTING: usize;
-    /// Rows of the results of the last pass.
-    const RESULTS: usize;
     /// The state of a lane.
     fn load(lane: usize, memory: SliceMemory<'_>) -> Self;
     /// Stores the state of a lane.
@@ -42,7 +43,6 @@ pub(crate) type Nothing = [u32; 0];
 impl CellState for Nothing {
     const REST: Self = [];
     const LASTING: usize = 0;
-    const RESULTS: usize = 0;
 
     #[inline(always)]
     fn load(_: usize, _: SliceMemory<'_>) -> Self {
@@ -60,7 +60,6 @@ impl CellState for Nothing {
 impl<A: CellState, B: CellState> CellState for (A, B) {
     const REST: Self = (A::REST, B::REST);
     const LASTING: usize = A::LASTING + B::LASTING;
-    const RESULTS: usize = A::RESULTS + B::RESULTS;
 
     #[inline(always)]
     fn load(lane: usize, memory: SliceMemory<'_>) -> Self {
@@ -83,10 +82,12 @@ pub(crate) type State = <Others<'static> as Term>::State;
 
 /// 0 if no term keeps a state, so that arrays of this length have no size.
 const IS_KEPT: usize = (State::LASTING > 0) as usize;
-/// Rows of a slice: both banks, the results, and the flags of the banks; an even number.
-const ROWS: usize = (2 * State::LASTING + State::RESULTS + 1).next_multiple_of(2);
-/// Lines of a slice: one for each cell, then the rows.
-const LINES: usize = IS_KEPT * (LANES + ROWS / 2);
+/// Rows of a slice: both banks and their flags; an even number.
+const ROWS: usize = (2 * State::LASTING + 1).next_multiple_of(2);
+/// Lines of the displacements of a slice, and of its forces.
+const QUADS: usize = LANES * size_of::<cell::Cell>() / 64;
+/// Lines of a slice: displacements and forces, then the rows.
+const LINES: usize = IS_KEPT * (2 * QUADS + ROWS / 2);
 
 kept! {
     /// Memory for the terms' states: a line of 64 bytes. [`term_states`] is the number that a body needs.
@@ -117,23 +118,29 @@ pub const fn term_states(cells: usize) -> usize {
     cells.div_ceil(LANES) * LINES
 }
 
+/// Displacements and forces of all cells in a pass, the padding of the last slice included; at most one term
+/// of the list uses them.
+#[derive(Clone, Copy)]
+#[cfg_attr(not(feature = "nodal"), expect(dead_code, reason = "no term has displacements"))]
+pub(crate) struct Quads<'a> {
+    pub displacements: &'a [Quad],
+    /// Forces; the fourth lane is the cell's sum of w d^2.
+    pub forces: &'a [Quad],
+}
+
 /// Memory of the states of a slice, in one bank; of one term and those after it in the list.
 #[derive(Clone, Copy)]
 pub(crate) struct SliceMemory<'a> {
     /// Rows of what lasts.
     pub lasting: &'a [Cell<Row>],
-    /// Rows of the results of the last pass.
-    pub results: &'a [Cell<Row>],
-    /// The line of each cell; at most one term of the list has it.
-    pub lines: &'a [Cell<TermState>],
+    pub quads: Quads<'a>,
 }
 
 impl SliceMemory<'_> {
     /// Memory of the terms after the first one.
     #[inline(always)]
     pub fn after<A: CellState>(self) -> Self {
-        let lasting = self.lasting.get(A::LASTING..).unwrap_or(&[]);
-        Self { lasting, results: self.results.get(A::RESULTS..).unwrap_or(&[]), ..self }
+        Self { lasting: self.lasting.get(A::LASTING..).unwrap_or(&[]), ..self }
     }
 }
 
@@ -225,16 +232,14 @@ impl<'a> TermStates<'a> {
     }
 }
 
-/// The state of a cell with these words; results and line are 0.
+/// The state of a cell with these words.
 fn of_words(words: &[u32]) -> State {
     let rows = [const { Cell::new([0.0; LANES]) }; State::LASTING];
     for (row, word) in rows.iter().zip(words) {
         // -0.0 becomes +0.0.
         row.set([f32::from_bits(*word) + 0.0; LANES]);
     }
-    let results = [const { Cell::new([0.0; LANES]) }; State::RESULTS];
-    let lines = [const { Cell::new(TermState::ZERO) }; LANES];
-    State::load(0, SliceMemory { lasting: &rows, results: &results, lines: &lines })
+    State::load(0, SliceMemory { lasting: &rows, quads: Quads::NONE })
 }
 
 /// The present rows of what lasts of `cells` cells, slice by slice.
@@ -243,7 +248,7 @@ pub(crate) fn lasting(
     memory: &[TermState],
     cells: usize,
 ) -> impl Iterator<Item = &[Row; State::LASTING]> {
-    let rows = memory.get(cells.next_multiple_of(LANES)..).unwrap_or(&[]);
+    let rows = memory.get(cells.div_ceil(LANES) * 2 * QUADS..).unwrap_or(&[]);
     // SAFETY: a line is two rows of plain numbers, with a larger alignment; the lines stay borrowed.
     let rows: &[Row] =
         unsafe { core::slice::from_raw_parts(rows.as_ptr().cast(), rows.len() * (2 * IS_KEPT)) };
@@ -266,10 +271,14 @@ pub(crate) fn words(memory: &[TermState], cells: usize) -> impl Iterator<Item = 
     })
 }
 
-/// The memory of a body's states: the lines of all cells, then the rows of each slice.
+impl Quads<'_> {
+    const NONE: Self = Self { displacements: &[], forces: &[] };
+}
+
+/// The memory of a body's states: displacements, forces, then the rows of each slice.
 #[derive(Clone, Copy)]
 struct Arrays<'a> {
-    lines: &'a [Cell<TermState>],
+    quads: Quads<'a>,
     rows: &'a [[Cell<Row>; ROWS]],
 }
 
@@ -277,20 +286,24 @@ impl<'a> Arrays<'a> {
     #[inline(always)]
     fn of(memory: &'a [Cell<TermState>]) -> Self {
         let slices = memory.len().checked_div(LINES).unwrap_or(0);
-        let (lines, rows) = memory.split_at_checked(slices * LANES).unwrap_or_default();
-        // SAFETY: a line is two rows of plain numbers, with a larger alignment, and a `Cell` is laid out as
-        // its content; the lines stay borrowed.
-        let rows = unsafe {
-            core::slice::from_raw_parts(rows.as_ptr().cast(), rows.len() * (2 * IS_KEPT))
+        let (quads, rows) = memory.split_at_checked(slices * 2 * QUADS).unwrap_or_default();
+        let (displacements, forces) = quads.split_at(quads.len() / 2);
+        // SAFETY: a line is two rows or four quadruples of plain numbers, with a larger alignment, and a
+        // `Cell` is laid out as its content; the lines stay borrowed.
+        let (rows, displacements, forces) = unsafe {
+            (
+                core::slice::from_raw_parts(rows.as_ptr().cast(), rows.len() * (2 * IS_KEPT)),
+                core::slice::from_raw_parts(displacements.as_ptr().cast(), 4 * displacements.len()),
+                core::slice::from_raw_parts(forces.as_ptr().cast(), 4 * forces.len()),
+            )
         };
-        Self { lines, rows: rows.as_chunks().0 }
+        Self { quads: Quads { displacements, forces }, rows: rows.as_chunks().0 }
     }
 
-    /// The rows of a slice, and the lines of its cells.
+    /// The states of a slice.
     #[inline(always)]
     fn slice(self, slice: usize) -> Option<Slice<'a>> {
-        let lines = self.lines.as_chunks().0.get(slice)?;
-        Some(Slice { rows: self.rows.get(slice)?, lines })
+        Some(Slice { rows: self.rows.get(slice)?, quads: self.quads })
     }
 }
 
@@ -298,7 +311,7 @@ impl<'a> Arrays<'a> {
 #[derive(Clone, Copy)]
 struct Slice<'a> {
     rows: &'a [Cell<Row>; ROWS],
-    lines: &'a [Cell<TermState>; LANES],
+    quads: Quads<'a>,
 }
 
 impl<'a> Slice<'a> {
@@ -312,10 +325,10 @@ impl<'a> Slice<'a> {
 
     #[inline(always)]
     fn bank(self, flag: f32) -> SliceMemory<'a> {
-        let (banks, rest) = self.rows.split_at(2 * State::LASTING);
-        let (first, second) = banks.split_at(State::LASTING);
+        let (first, rest) = self.rows.split_at(State::LASTING);
+        let (second, _) = rest.split_at(State::LASTING);
         let lasting = if flag == 0.0 { first } else { second };
-        SliceMemory { lasting, results: rest, lines: self.lines }
+        SliceMemory { lasting, quads: self.quads }
     }
 
     /// The present bank.
@@ -340,7 +353,7 @@ pub(crate) struct States<'a>([Arrays<'a>; IS_KEPT]);
 
 impl<'a> States<'a> {
     /// No memory: every cell is at rest.
-    pub const NONE: Self = Self([Arrays { lines: &[], rows: &[] }; IS_KEPT]);
+    pub const NONE: Self = Self([Arrays { quads: Quads::NONE, rows: &[] }; IS_KEPT]);
 
     /// Number of slices.
     #[inline(always)]
@@ -362,7 +375,7 @@ impl<'a> States<'a> {
     /// The states of all terms.
     #[inline(always)]
     pub fn all(self) -> StatesOf<'a, State> {
-        StatesOf { states: self, lasting: 0, results: 0, term: PhantomData }
+        StatesOf { states: self, lasting: 0, term: PhantomData }
     }
 
     /// The state of a cell.
@@ -384,13 +397,6 @@ impl<'a> States<'a> {
             to.set(from.get());
         }
         state.store(cell % LANES, to);
-    }
-
-    /// Replaces the results of the last pass, and the line, by those of `state`.
-    pub fn replace_results(&self, cell: usize, state: State) {
-        if let Some(slice) = self.slice(cell / LANES) {
-            state.store(cell % LANES, slice.present());
-        }
     }
 
     /// Sets the state of a cell at its published position.
@@ -417,8 +423,7 @@ impl<'a> States<'a> {
         }
     }
 
-    /// Restores the saved states of the slices in `set`, among `slices` in all. The results of the discarded
-    /// pass stay until the next one.
+    /// Restores the saved states of the slices in `set`, among `slices` in all.
     #[inline(always)]
     pub fn restore(&self, set: &SliceSet, slices: usize) {
         if self.any() {
@@ -436,16 +441,14 @@ pub(crate) struct StatesOf<'a, S> {
     states: States<'a>,
     /// Rows of the terms before.
     lasting: usize,
-    results: usize,
     term: PhantomData<S>,
 }
 
 impl<'a, S: CellState> StatesOf<'a, S> {
     #[inline(always)]
     fn memory(&self, slice: Slice<'a>) -> SliceMemory<'a> {
-        let SliceMemory { lasting, results, lines } = slice.present();
-        let lasting = lasting.get(self.lasting..).unwrap_or(&[]);
-        SliceMemory { lasting, results: results.get(self.results..).unwrap_or(&[]), lines }
+        let SliceMemory { lasting, quads } = slice.present();
+        SliceMemory { lasting: lasting.get(self.lasting..).unwrap_or(&[]), quads }
     }
 
     /// The state of a cell.
@@ -455,19 +458,11 @@ impl<'a, S: CellState> StatesOf<'a, S> {
         slice.map_or(S::REST, |slice| S::load(cell % LANES, self.memory(slice)))
     }
 
-    /// Rows of the results of the last pass.
+    /// Displacements and forces of all cells.
     #[inline(always)]
-    #[cfg_attr(not(feature = "nodal"), expect(dead_code, reason = "no term has results"))]
-    pub fn results(&self, slice: usize) -> &'a [Cell<Row>] {
-        let slice = self.states.slice(slice);
-        slice.map_or(&[], |slice| self.memory(slice).results)
-    }
-
-    /// The lines of all cells, and of the padding of the last slice.
-    #[inline(always)]
-    #[cfg_attr(not(feature = "nodal"), expect(dead_code, reason = "no term has lines"))]
-    pub fn lines(&self) -> &'a [Cell<TermState>] {
-        self.states.0.first().map_or(&[], |arrays| arrays.lines)
+    #[cfg_attr(not(feature = "nodal"), expect(dead_code, reason = "no term has displacements"))]
+    pub fn quads(&self) -> Quads<'a> {
+        self.states.0.first().map_or(Quads::NONE, |arrays| arrays.quads)
     }
 }
 
@@ -475,15 +470,14 @@ impl<'a, A: CellState, B: CellState> StatesOf<'a, (A, B)> {
     /// The states of the first term.
     #[inline(always)]
     pub fn first(self) -> StatesOf<'a, A> {
-        let Self { states, lasting, results, .. } = self;
-        StatesOf { states, lasting, results, term: PhantomData }
+        let Self { states, lasting, .. } = self;
+        StatesOf { states, lasting, term: PhantomData }
     }
 
     /// The states of the others.
     #[inline(always)]
     pub fn others(self) -> StatesOf<'a, B> {
-        let Self { states, lasting, results, .. } = self;
-        let (lasting, results) = (lasting + A::LASTING, results + A::RESULTS);
-        StatesOf { states, lasting, results, term: PhantomData }
+        let Self { states, lasting, .. } = self;
+        StatesOf { states, lasting: lasting + A::LASTING, term: PhantomData }
     }
 }

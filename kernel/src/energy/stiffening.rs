@@ -24,9 +24,9 @@ use super::held::{Contact, Touched};
 use super::links::law::COINCIDENT;
 use super::nodal::places;
 use super::number::TermNumber;
-use super::state::{Nothing, SliceMemory, StatesOf};
+use super::state::{Nothing, StatesOf};
 use super::term::Term;
-use crate::backend::f32x8::{Chunk, F32x8};
+use crate::backend::f32x8::F32x8;
 use crate::backend::lane::{Lane, Real};
 use crate::backend::slice_set::SliceSet;
 use crate::backend::slices::cells_of;
@@ -129,22 +129,6 @@ impl Term for Stiffening<'_> {
         _: &impl Fn(usize) -> [f32; 3],
     ) -> (Nothing, f64) {
         (state, 0.0)
-    }
-
-    #[inline(always)]
-    fn update(self, _: usize, state: Nothing, _: &impl Fn(usize) -> [f32; 3]) -> Nothing {
-        state
-    }
-
-    #[inline(always)]
-    fn update_slice<V: F32x8>(
-        self,
-        _: usize,
-        _: &Chunk,
-        _: &[Cell],
-        _: SliceMemory<'_>,
-        _: SliceMemory<'_>,
-    ) {
     }
 
     fn accumulate<N: TermNumber>(

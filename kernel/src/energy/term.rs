@@ -7,7 +7,7 @@
 //! - [`Term::begin_tick`], once before anything else: a correction, such as a linear part of residual and
 //!   energy, that is constant through all sweeps. It may change the energy, which must stay at least 0, and
 //!   returns the change.
-//! - [`Term::update`], before each pass over the residuals. It must never raise the energy, nor change a
+//! - [`Term::update`], before each pass over the residuals, after [`Term::displace`]. It must never raise the energy, nor change a
 //!   state where the term's energy is 0: such a cell may sleep.
 //!
 //! So for fixed states the bound L holds as for any term, and the energy falls in every sweep. If the guard
@@ -16,14 +16,16 @@
 //! The list of the terms is that of `model::others`. All of it is resolved when the kernel is
 //! compiled: a term that is not in the list costs nothing.
 
+use core::ops::Range;
+
 use super::held::{Contact, Touched};
 use super::number::TermNumber;
-use super::state::{CellState, Nothing, SliceMemory, StatesOf};
-use crate::backend::f32x8::{Chunk, F32x8};
+use super::state::{CellState, Nothing, Quads, SliceMemory, StatesOf};
+use crate::backend::f32x8::F32x8;
 use crate::backend::slice_set::SliceSet;
+use crate::backend::slices::cells_of;
 use crate::model::terms::NoTerm;
-use crate::number::cell::{Cell, add};
-use crate::number::two_float::LANES;
+use crate::number::cell::Cell;
 
 /// A term besides the links. Positions are given as states v with a function for their outputs; `states` are
 /// the term's states of the cells.
@@ -44,29 +46,31 @@ pub(crate) trait Term: Copy {
         state: Self::State,
         at: &impl Fn(usize) -> [f32; 3],
     ) -> (Self::State, f64);
-    /// The state of a cell for a pass at the outputs `at`.
+    /// Stores the displacements of the cells of a slice at the outputs `at`, and clears their forces. A pass
+    /// does so for all its slices before the first update; the displacements of other slices stay.
+    #[inline(always)]
+    fn displace(self, _cells: Range<usize>, _at: &impl Fn(usize) -> [f32; 3], _quads: Quads<'_>) {}
+    /// Stores the states of the cells of a slice for a pass at the outputs `at`.
+    #[inline(always)]
     fn update(
         self,
-        cell: usize,
-        state: Self::State,
-        at: &impl Fn(usize) -> [f32; 3],
-    ) -> Self::State;
-    /// Stores the states of the cells of a slice for a pass at v within K; the same bits. `here` are the
-    /// slice's cells, the last one of the body repeated.
+        _cells: Range<usize>,
+        _at: &impl Fn(usize) -> [f32; 3],
+        _from: SliceMemory<'_>,
+        _to: SliceMemory<'_>,
+    ) {
+    }
+    /// The same eight cells side by side, at v within K; the same bits.
     #[inline(always)]
     fn update_slice<V: F32x8>(
         self,
         slice: usize,
-        _here: &Chunk,
         at: &[Cell],
         from: SliceMemory<'_>,
         to: SliceMemory<'_>,
     ) {
         let place = |cell: usize| at.get(cell).map_or([0.0; 3], |cell| cell.xyz());
-        for lane in 0..LANES {
-            let state = Self::State::load(lane, from);
-            self.update(slice * LANES + lane, state, &place).store(lane, to);
-        }
+        self.update(cells_of(slice, at.len()), &place, from, to);
     }
     /// Adds the term to the residuals of awake slices, cell by cell.
     fn accumulate<N: TermNumber>(
@@ -102,26 +106,9 @@ pub(crate) trait Term: Copy {
         states: StatesOf<'_, Self::State>,
         sums: &mut Touched,
     );
-    /// The state of a cell for [`Self::resist`] to the small displacement `field` of the rest shape; the next
-    /// pass recomputes the replaced parts.
-    fn strain(
-        self,
-        _cell: usize,
-        state: Self::State,
-        _field: &impl Fn(usize) -> [f32; 3],
-    ) -> Self::State {
-        state
-    }
-    /// The second derivative of the energy at rest times the field, at a cell; 0 for a term that does not
-    /// replace the links.
-    fn resist(
-        self,
-        _cell: usize,
-        _field: &impl Fn(usize) -> [f32; 3],
-        _states: StatesOf<'_, Self::State>,
-    ) -> [f32; 3] {
-        [0.0; 3]
-    }
+    /// Adds the second derivative of the energy at rest times a small displacement of the cells; nothing for a
+    /// term that does not replace the links.
+    fn resist(self, _field: &[Cell], _product: &mut [Cell]) {}
     /// The rotation of a cell as a unit quaternion, real part first; `None` if its state has none.
     #[inline(always)]
     fn turn(self, _cell: usize, _states: StatesOf<'_, Self::State>) -> Option<[f32; 4]> {
@@ -143,22 +130,6 @@ impl Term for NoTerm {
         _: &impl Fn(usize) -> [f32; 3],
     ) -> (Nothing, f64) {
         (state, 0.0)
-    }
-
-    #[inline(always)]
-    fn update(self, _: usize, state: Nothing, _: &impl Fn(usize) -> [f32; 3]) -> Nothing {
-        state
-    }
-
-    #[inline(always)]
-    fn update_slice<V: F32x8>(
-        self,
-        _: usize,
-        _: &Chunk,
-        _: &[Cell],
-        _: SliceMemory<'_>,
-        _: SliceMemory<'_>,
-    ) {
     }
 
     #[inline(always)]
@@ -223,27 +194,34 @@ impl<A: Term, B: Term> Term for (A, B) {
     }
 
     #[inline(always)]
+    fn displace(self, cells: Range<usize>, at: &impl Fn(usize) -> [f32; 3], quads: Quads<'_>) {
+        self.0.displace(cells.clone(), at, quads);
+        self.1.displace(cells, at, quads);
+    }
+
+    #[inline(always)]
     fn update(
         self,
-        cell: usize,
-        state: Self::State,
+        cells: Range<usize>,
         at: &impl Fn(usize) -> [f32; 3],
-    ) -> Self::State {
-        (self.0.update(cell, state.0, at), self.1.update(cell, state.1, at))
+        from: SliceMemory<'_>,
+        to: SliceMemory<'_>,
+    ) {
+        self.0.update(cells.clone(), at, from, to);
+        self.1.update(cells, at, from.after::<A::State>(), to.after::<A::State>());
     }
 
     #[inline(always)]
     fn update_slice<V: F32x8>(
         self,
         slice: usize,
-        here: &Chunk,
         at: &[Cell],
         from: SliceMemory<'_>,
         to: SliceMemory<'_>,
     ) {
-        self.0.update_slice::<V>(slice, here, at, from, to);
+        self.0.update_slice::<V>(slice, at, from, to);
         let (from, to) = (from.after::<A::State>(), to.after::<A::State>());
-        self.1.update_slice::<V>(slice, here, at, from, to);
+        self.1.update_slice::<V>(slice, at, from, to);
     }
 
     #[inline(always)]
@@ -296,23 +274,9 @@ impl<A: Term, B: Term> Term for (A, B) {
         self.1.touched(held, output, states.others(), sums);
     }
 
-    fn strain(
-        self,
-        cell: usize,
-        state: Self::State,
-        field: &impl Fn(usize) -> [f32; 3],
-    ) -> Self::State {
-        (self.0.strain(cell, state.0, field), self.1.strain(cell, state.1, field))
-    }
-
-    fn resist(
-        self,
-        cell: usize,
-        field: &impl Fn(usize) -> [f32; 3],
-        states: StatesOf<'_, Self::State>,
-    ) -> [f32; 3] {
-        let one = self.0.resist(cell, field, states.first());
-        add(one, self.1.resist(cell, field, states.others()))
+    fn resist(self, field: &[Cell], product: &mut [Cell]) {
+        self.0.resist(field, product);
+        self.1.resist(field, product);
     }
 
     #[inline(always)]

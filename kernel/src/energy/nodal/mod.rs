@@ -32,11 +32,16 @@
 //! step that does not lead away from `F_i` ([`nearest`]), which lowers the energy; a discarded pass restores
 //! them.
 //!
-//! **Rounding.** Differences of displacements are differences of positions less the stored ones of
-//! the rest shape: a body at rest has exactly no energy and no force.
+//! **Rounding.** A pass first subtracts the rest positions from the positions, so that a body at rest has
+//! exactly no displacement, no energy and no force.
 //!
-//! Cost: two gathers per half-link, of the other end's position and of its stress; a rotation and a shape per
-//! cell. A sweep takes nine times as long as one over bare links. `f32` only, under `track` and `predict`.
+//! **Order.** A pass goes over the slices once: it gathers the displacements of a slice's neighbours, computes
+//! its shapes, and takes P `a_ij` from the neighbours' forces, group by group and lane by lane, the same way
+//! on every target. A sleeping slice has no stress and pushes no neighbour. A pass over some slices is right
+//! at the cells all of whose neighbours are in them, if the displacements of all cells are those of the pass.
+//!
+//! Cost: per half-link the displacement of the other end is gathered and its force changed; a rotation and a
+//! shape per cell. A sweep takes nine times as long as one over bare links. `f32` only, under `track` and `predict`.
 //! For held cells one sweep a tick is enough up to nu 0.48; nearer to 0.5 W grows, steps get shorter and the
 //! force lags.
 //!
@@ -61,18 +66,20 @@ mod tests;
 pub(crate) use gather::places;
 pub(crate) use state::ShapeState;
 
+use core::ops::Range;
+
 use super::held::{Contact, Touched};
 use super::number::TermNumber;
-use super::state::{SliceMemory, StatesOf};
+use super::state::{Quads, SliceMemory, StatesOf};
 use super::term::Term;
-use crate::backend::f32x8::{Chunk, F32x8};
+use crate::backend::f32x8::F32x8;
 use crate::backend::slice_set::SliceSet;
 use crate::backend::slices::cells_of;
 use crate::model::image::nodal;
 use crate::model::nodal::Nodal;
-use crate::number::cell::{Cell, from_single, single};
+use crate::number::cell::{Cell, single};
 use crate::number::two_float::LANES;
-use gather::{Ends, Gathered, back, own, stresses};
+use gather::{Ends, Gathered, lanes, own};
 
 impl Term for Nodal<'_> {
     type State = ShapeState;
@@ -87,29 +94,43 @@ impl Term for Nodal<'_> {
         (state, 0.0)
     }
 
-    fn update(self, cell: usize, state: ShapeState, at: &impl Fn(usize) -> [f32; 3]) -> ShapeState {
-        if !self.is_any() {
-            return state;
+    #[inline(always)]
+    fn displace(self, cells: Range<usize>, at: &impl Fn(usize) -> [f32; 3], quads: Quads<'_>) {
+        if self.is_any() {
+            self.displaced(cells, at, quads);
         }
-        self.stepped(cell, state, at)
+    }
+
+    fn update(
+        self,
+        cells: Range<usize>,
+        _: &impl Fn(usize) -> [f32; 3],
+        from: SliceMemory<'_>,
+        to: SliceMemory<'_>,
+    ) {
+        if self.is_any() {
+            self.stepped(cells, from, to);
+        }
     }
 
     #[inline(always)]
     fn update_slice<V: F32x8>(
         self,
         slice: usize,
-        here: &Chunk,
-        at: &[Cell],
+        _: &[Cell],
         from: SliceMemory<'_>,
         to: SliceMemory<'_>,
     ) {
-        let (Some(numbers), Some(ends)) = (self.cells.get(slice), Ends::of(self, at)) else {
+        let Quads { displacements, forces } = from.quads;
+        let ends = Ends::of(self, displacements).zip(Ends::of(self, forces));
+        let (Some(numbers), Some((displacements, forces))) = (self.cells.get(slice), ends) else {
             return;
         };
         let Some((turn, unit)) = state::load::<V>(from) else { return };
-        let sums = Gathered::<V>::of_slice(ends, slice, here);
+        let Some(sums) = Gathered::<V>::of_slice(displacements, slice) else { return };
         let step = law::step(self.stretch_min, &sums, &own(numbers), turn, unit);
         state::store(&step, to, cells_of(slice, self.count).len());
+        forces.push(slice, step.stress, step.pull);
     }
 
     fn accumulate<N: TermNumber>(
@@ -124,13 +145,10 @@ impl Term for Nodal<'_> {
         if !self.is_any() {
             return;
         }
-        let slices = v.len().div_ceil(LANES);
+        let (slices, forces) = (v.len().div_ceil(LANES), states.quads().forces);
         for cell in awake.iter(slices).flat_map(|slice| cells_of(slice, v.len())) {
-            let pulled = self.pulled(cell, states);
-            if let Some(r) = residual.get_mut(cell) {
-                let [x, y, z, wd2] = pulled;
-                let [x, y, z] = from_single([x, y, z]);
-                *r = r.plus(Cell([x, y, z, N::from_single(wd2)]));
+            if let (Some(r), Some(force)) = (residual.get_mut(cell), forces.get(cell)) {
+                *r = r.plus(Cell(force.get().0.map(N::from_single)));
             }
         }
     }
@@ -143,21 +161,11 @@ impl Term for Nodal<'_> {
         sum: &mut [V; 4],
         states: StatesOf<'_, ShapeState>,
     ) {
-        if !self.is_any() {
-            return;
+        let forces = Ends::of(self, states.quads().forces).filter(|_| self.is_any());
+        if let Some(own) = forces.and_then(|forces| forces.own(slice)) {
+            let ([x, y, z, wd2], [a, b, c, d]) = (*sum, lanes::<V>(own.each_ref()));
+            *sum = [x.plus(a), y.plus(b), z.plus(c), wd2.plus(d)];
         }
-        let pull = state::load_pull::<V>(states.results(slice));
-        let (Some(pull), Some(ends)) = (pull, Ends::of(self, states.lines())) else { return };
-        let [mut px, mut py, mut pz, energy] = pull;
-        for (slots, lines) in ends.groups(slice) {
-            let [x, y, z] = back::<V>(slots);
-            let [[a, b, c], [d, e, f], [g, h, i]] = stresses::<V>(lines);
-            px = px.minus(a.times(x).plus(b.times(y)).plus(c.times(z)));
-            py = py.minus(d.times(x).plus(e.times(y)).plus(f.times(z)));
-            pz = pz.minus(g.times(x).plus(h.times(y)).plus(i.times(z)));
-        }
-        let [x, y, z, wd2] = *sum;
-        *sum = [x.plus(px), y.plus(py), z.plus(pz), wd2.plus(energy)];
     }
 
     fn cell<N: TermNumber>(
@@ -186,22 +194,8 @@ impl Term for Nodal<'_> {
         }
     }
 
-    fn strain(
-        self,
-        cell: usize,
-        state: ShapeState,
-        field: &impl Fn(usize) -> [f32; 3],
-    ) -> ShapeState {
-        if self.is_any() { self.strained(cell, state, field) } else { state }
-    }
-
-    fn resist(
-        self,
-        cell: usize,
-        field: &impl Fn(usize) -> [f32; 3],
-        states: StatesOf<'_, ShapeState>,
-    ) -> [f32; 3] {
-        if self.is_any() { self.resistance(cell, field, states) } else { [0.0; 3] }
+    fn resist(self, field: &[Cell], product: &mut [Cell]) {
+        self.add_resistance(field, product);
     }
 
     #[inline(always)]

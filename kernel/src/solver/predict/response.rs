@@ -2,8 +2,7 @@
 //! by conjugate gradients for each axis.
 //!
 //! K is the second derivative of the energy at rest: with all links taut, for a link of weight w and
-//! direction n the matrix w n n' / 2 between its ends, or that of nodal shapes, whose stresses are computed
-//! in their states. The preconditioner is that of `track`: 1 / W or the cell's local part, and the coarse
+//! direction n the matrix w n n' / 2 between its ends, or that of nodal shapes. The preconditioner is that of `track`: 1 / W or the cell's local part, and the coarse
 //! level if the model has one.
 //!
 //! Source: M. R. Hestenes and E. Stiefel, Methods of conjugate gradients, 1952.
@@ -12,7 +11,6 @@ use super::{ARRAYS, TRACK};
 use crate::backend::slices::copy;
 use crate::backend::{VectorUnit, run};
 use crate::energy::held::Contact;
-use crate::energy::state::States;
 use crate::energy::term::Term;
 use crate::model::Model;
 use crate::number::cell::{Cell, add, dot, scale, sub};
@@ -49,8 +47,6 @@ struct System<'a, 'm> {
     room: &'a mut [Eight],
     /// Corrections of an elastic level in that memory.
     corrections: usize,
-    /// The terms' states of the cells.
-    states: States<'a>,
     vectors: Option<VectorUnit>,
 }
 
@@ -95,9 +91,8 @@ fn field(
     let unit = [0, 1, 2].map(|at| if at == axis { 1.0 } else { 0.0 });
     put(field, held, Cell::at(unit));
     let (residual, room) = (&mut *memory.residual, &mut *memory.room);
-    let (states, vectors) = (memory.states, memory.vectors);
-    let mut system =
-        System { model, held, residual, way, product, room, corrections, states, vectors };
+    let vectors = memory.vectors;
+    let mut system = System { model, held, residual, way, product, room, corrections, vectors };
     let mut energy = system.begin(field);
     let first = system.precondition();
     let mut left = first;
@@ -152,7 +147,7 @@ fn inner(a: &[Cell], b: &[Cell]) -> f64 {
 impl System<'_, '_> {
     /// Computes the residual of a field that is 0 except at the held cells. Returns twice its energy.
     fn begin(&mut self, field: &[Cell]) -> f64 {
-        multiply(self.model, self.states, field, self.residual);
+        multiply(self.model, field, self.residual);
         let energy = inner(field, self.residual);
         put(self.residual, self.held, Cell::ZERO);
         for residual in &mut *self.residual {
@@ -163,7 +158,7 @@ impl System<'_, '_> {
 
     /// Computes K times the search direction in `product`. Returns its inner product with the direction.
     fn curvature(&mut self) -> f64 {
-        multiply(self.model, self.states, self.way, self.product);
+        multiply(self.model, self.way, self.product);
         put(self.product, self.held, Cell::ZERO);
         inner(self.way, self.product)
     }
@@ -220,16 +215,15 @@ impl System<'_, '_> {
 }
 
 /// K times a field, at the cells that can move.
-fn multiply(model: &Model<'_>, states: States<'_>, field: &[Cell], product: &mut [Cell]) {
+fn multiply(model: &Model<'_>, field: &[Cell], product: &mut [Cell]) {
     let at = |cell: usize| field.get(cell).map_or([0.0; 3], |field| field.xyz());
     if model.is_nodal() {
-        for cell in 0..field.len() {
-            states.replace_results(cell, model.others.strain(cell, states.at(cell), &at));
-        }
-        for (cell, product) in product.iter_mut().enumerate() {
-            let moves = model.mobility.get(cell).is_some_and(|&mobility| mobility > 0.0);
-            let resisted = || model.others.resist(cell, &at, states.all());
-            *product = Cell::at(if moves { resisted() } else { [0.0; 3] });
+        product.fill(Cell::ZERO);
+        model.others.resist(field, product);
+        for (product, &mobility) in product.iter_mut().zip(model.mobility) {
+            if mobility <= 0.0 {
+                *product = Cell::ZERO;
+            }
         }
         return;
     }
