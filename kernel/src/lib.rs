@@ -18,8 +18,9 @@
 //! - [`number`]: arithmetic with the same bits on every target.
 //! - [`model`]: the model's image, its checks, what it tells.
 //! - [`backend`]: vector units and the loops that run on them.
-//! - [`energy`]: the terms of the energy and what the tool does to it.
+//! - [`energy`]: the terms of the energy.
 //! - [`solver`]: the schemes.
+//! - [`contact`]: tools that hold or load cells, and tools on the surface.
 //! - [`tick`]: settings, samples, tissue, the tick, the state hash.
 //! - [`stage`]: between the tissue's answer and a device: coupling, passivity, limits, ramp,
 //!   watchdog.
@@ -60,6 +61,7 @@
 extern crate std;
 
 pub mod backend;
+pub mod contact;
 pub mod energy;
 pub mod model;
 pub mod number;
@@ -79,11 +81,16 @@ pub const FEATURES: &[&str] = &[
 
 pub use backend::VectorUnit;
 pub use backend::team::{Job, Team, Workers};
-pub use energy::held::{Contact, ContactError};
+pub use contact::error::ContactError;
+pub use contact::memory::{TouchArrays, TouchRoom, TouchState, TouchStore};
+pub use contact::output::{ProxyPose, ToolOutput};
+pub use contact::pose::{NOT_TURNED, ToolPart, ToolPose};
+pub use contact::tools::{ContactForce, FRICTION_MAX};
+pub use energy::held::Contact;
 pub use energy::links::range::RangeError;
 pub use energy::rounding::Rounding;
 pub use energy::state::{TermState, TermStates, term_states};
-pub use energy::surface::{Anchor, ContactForce, NearTriangle, PARTS_MAX, TOOLS_MAX, ToolState};
+pub use energy::surface::{Anchor, NearTriangle, PARTS_MAX, TOOLS_MAX, ToolState};
 pub use fixed::types::I8F24;
 pub use model::image::ModelError;
 pub use model::parts;
@@ -99,10 +106,7 @@ pub use tick::choices::{Arithmetic, Drive, Scheme, Unloading};
 pub use tick::error::{ResetError, StateError};
 pub use tick::fit::array_bytes;
 pub use tick::handover;
-pub use tick::order::HELD_TICKS_MAX;
-pub use tick::pose::{NOT_TURNED, ToolPart, ToolPose};
 pub use tick::sample::{Flags, TickOutput};
 pub use tick::settings::{Network, Settings, SettingsError};
+pub use tick::tick::HELD_TICKS_MAX;
 pub use tick::tissue::{Head, Tissue, TissueMut};
-pub use tick::tools::{FRICTION_MAX, ProxyPose, ToolOutput};
-pub use tick::touch_room::{TouchArrays, TouchRoom, TouchState, TouchStore};

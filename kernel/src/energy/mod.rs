@@ -11,7 +11,6 @@
 //! - `current`: a load, the current into the contact cells.
 //! - `nodal`: shapes of the tissue around each cell, instead of links.
 //! - `stiffening`: bands on the links of such a body, which resist large strain.
-//! - `inside`: test of whether a point lies in the tissue.
 //! - [`rounding`]: bound of the energy's rounding error.
 //! - `surface`: tools in contact with the triangles of the surface.
 //! - `residual`, `sliced`: one pass, cell by cell and eight cells side by side.
@@ -41,7 +40,6 @@
 
 pub(crate) mod current;
 pub mod held;
-pub(crate) mod inside;
 pub mod links;
 #[cfg(feature = "nodal")]
 pub(crate) mod nodal;

@@ -2,6 +2,7 @@
 
 use super::{SNAPSHOT_HEADER_BYTES, SnapshotError, open, seal};
 use crate::backend::VectorUnit;
+use crate::contact::memory::TouchState;
 use crate::energy::held::Contact;
 use crate::energy::links::number::LinkNumber;
 use crate::energy::state::{TermState, term_states};
@@ -14,7 +15,6 @@ use crate::solver::{Dynamics, NumberOf};
 use crate::tick::error::ResetError;
 use crate::tick::settings::Network;
 use crate::tick::tissue::{Head, TissueMut};
-use crate::tick::touch_room::TouchState;
 
 /// Returns the layout of a tissue under a scheme. Parts that the model does not use are left out, so that
 /// kernels built with and without a feature read each other's snapshots.

@@ -3,7 +3,7 @@
 //! Values beyond any physical range are bad too, so that no square or product in the stage overflows single
 //! precision.
 
-use crate::tick::pose::ToolPose;
+use crate::contact::pose::ToolPose;
 use crate::tick::sample::{Flags, TickOutput};
 
 /// Largest coordinate of a device's position \[m\].

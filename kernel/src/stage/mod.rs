@@ -96,11 +96,11 @@ pub use settings::{
 };
 pub use slew::slew_limited;
 
+use crate::contact::pose::ToolPose;
 use crate::number::cell::{dot, sub};
 use crate::number::clamp::{clamped, finite as finite_number};
 use crate::number::kept::kept;
 use crate::number::sqrt::sqrt;
-use crate::tick::pose::ToolPose;
 use crate::tick::sample::TickOutput;
 use controller::{Asked, Controller};
 use coupling::Proxy;

@@ -1,8 +1,6 @@
 //! The choices of a run. Their codes are those of the C interface, if it has them.
 
 use super::choice::choices;
-use super::settings::Settings;
-use crate::model::Model;
 use crate::number::Number;
 use crate::solver::{Dynamics, Euler, Predict, Rkl2, Track};
 
@@ -23,31 +21,7 @@ choices! {
 }
 
 impl Scheme {
-    /// The defaults of a scheme with `sweeps` sweeps per tick. A scheme that uses [`Settings::tick_time`]
-    /// gets the time that those sweeps cover.
-    ///
-    /// ```
-    /// # use chaincell_kernel::{Model, include_model};
-    /// use chaincell_kernel::Scheme;
-    /// # let image = include_model!(concat!(env!("CARGO_MANIFEST_DIR"), "/data/plane9.chaincell"));
-    /// # let model = Model::from_bytes(image)?;
-    ///
-    /// let settings = Scheme::Rkl2.settings(&model, 8);
-    /// // Eight sweeps of `euler` cover at most eight times its largest step.
-    /// assert!(settings.tick_time > 1.5 * 8.0 * model.step_max()); // [dimensionless time]
-    /// # Ok::<(), chaincell_kernel::ModelError>(())
-    /// ```
-    #[must_use]
-    pub fn settings(self, model: &Model<'_>, sweeps: u16) -> Settings {
-        let defaults = Settings::for_model(model);
-        let tick_time = match self {
-            Self::Rkl2 => Rkl2::tick_time(model, sweeps),
-            Self::Euler | Self::Track | Self::Predict => defaults.tick_time,
-        };
-        Settings { sweeps, tick_time, ..defaults }
-    }
-
-    /// Returns true if the scheme uses [`Settings::tick_time`].
+    /// Returns true if the scheme uses [`Settings::tick_time`](crate::Settings::tick_time).
     #[must_use]
     pub fn goes_by_tick(self) -> bool {
         matches!(self, Self::Rkl2)
@@ -112,7 +86,7 @@ choices! {
         /// held. As a force it is a load of 2 `k_ref` I per cell \[N\]. At equilibrium the links exert the
         /// opposite force; the settled positions depend on the links' stiffness, and a body without fixed
         /// cells drifts up to K. On release I becomes 0 at once. The guarded quantity is E less the load's
-        /// work; a current that may raise the energy above [`Model::energy_max`] is cut (flag 1).
+        /// work; a current that may raise the energy above [`Model::energy_max`](crate::Model::energy_max) is cut (flag 1).
         ///
         /// ```
         /// # use chaincell_kernel::{Budget, Model, Network, Settings, Tissue, ToolPose, Track, include_model};

@@ -2,8 +2,7 @@
 
 use super::error::ResetError;
 use super::tissue::TissueMut;
-use crate::energy::held::{Contact, ContactError};
-use crate::energy::surface::IS_BUILT;
+use crate::energy::held::Contact;
 use crate::model::Model;
 use crate::number::cell::Cell;
 use crate::number::two_float::Eight;
@@ -66,25 +65,6 @@ impl<D: Dynamics> TissueMut<'_, D> {
         let (needed, room) = (D::room(model, 0), self.room.len());
         if needed > room {
             return Err(ResetError::CoarseRoom { needed, room });
-        }
-        Ok(())
-    }
-
-    /// Checks that scheme and memory suffice for a part of a tool with this radius.
-    pub(super) fn check_touch(&self, model: &Model<'_>, radius: f32) -> Result<(), ContactError> {
-        let Some(least) = model.tool_radius_min() else { return Ok(()) };
-        if !IS_BUILT {
-            return Err(ContactError::SurfaceUnbuilt);
-        }
-        if !D::TAKES_SURFACES {
-            return Err(ContactError::SurfaceScheme);
-        }
-        if radius < least {
-            return Err(ContactError::RadiusMin { min_m: least * model.unit_m() });
-        }
-        let (needed, capacity) = (model.cells(), self.touch.capacity());
-        if needed > capacity {
-            return Err(ContactError::SurfaceRoom { needed, capacity });
         }
         Ok(())
     }

@@ -15,7 +15,7 @@
 //! assert!(!lost && sample.is_some());
 //! ```
 
-use crate::tick::pose::ToolPose;
+use crate::contact::pose::ToolPose;
 
 /// Queue of at most `N - 1` samples; `const` constructible, split into its two ends once.
 pub type SampleQueue<const N: usize> = heapless::spsc::Queue<ToolPose, N>;

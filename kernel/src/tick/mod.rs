@@ -5,11 +5,11 @@
 //!
 //! | step of a tick | what it does | file |
 //! |---|---|---|
-//! | sample | a bad one is replaced by the last good one for 10 ticks, then the safe state answers | `order` |
-//! | contact | held cells follow the tool, tools touch the surface, or a current loads the cells | `tool`, `surface`, `current` |
+//! | sample | a bad one is replaced by the last good one for 10 ticks, then the safe state answers | `sample` |
+//! | contact | held cells follow the tool, tools touch the surface, or a current loads the cells | [`contact`](crate::contact) |
 //! | bands | unloading closes or reopens them | `unloading` |
-//! | sweeps | [`Settings::sweeps`](crate::Settings::sweeps) link passes under the scheme | `order` |
-//! | output | force, energy, work, stiffness, contacts, flags | `output` |
+//! | sweeps | [`Settings::sweeps`](crate::Settings::sweeps) link passes under the scheme | [`solver`](crate::solver) |
+//! | output | force, energy, work, stiffness, contacts, flags | `tick` |
 //!
 //! A tick cannot fail, panic or allocate, and makes no system call. The number of link passes is
 //! bounded for any input. The state hash is a separate call, outside the tick. The settings may change between two
@@ -20,32 +20,25 @@
 //! - [`tables`]: tables of flags and codes.
 //! - [`settings`], [`budget`], [`sample`]: parameters of a run, sweeps of a tick, its output.
 //! - [`tissue`], [`fit`], `error`: the state in RAM, the check that a model fits it, and its errors.
-//! - `begin`: a tool that engages in contact or inside the tissue.
-//! - [`order`]: one tick; `tool`, `surface`, `current`, `unloading`, `output`: its parts.
-//! - [`tools`], [`pose`]: tools on a model with a contact surface; [`touch_room`]: memory for them.
+//! - [`mod@tick`]: one tick; `unloading`: the rule of its bands.
+//! - [`tools`]: tools on a model with a contact surface.
 //! - [`hash`]: the state hash.
 //! - [`handover`]: samples from an interrupt to the tick.
 
-mod begin;
 pub mod budget;
 pub mod choice;
 pub mod choices;
-mod current;
 pub mod error;
 pub mod fit;
 pub mod handover;
 pub mod hash;
-pub mod order;
-mod output;
-pub mod pose;
 pub mod sample;
 pub mod settings;
-mod surface;
 pub mod tables;
 #[cfg(test)]
 mod tests;
+#[expect(clippy::module_inception, reason = "the file of this room's verb")]
+pub mod tick;
 pub mod tissue;
-mod tool;
 pub mod tools;
-pub mod touch_room;
 mod unloading;

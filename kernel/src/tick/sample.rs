@@ -1,6 +1,8 @@
 //! Inputs and outputs of a tick.
 
 use super::tables::flags;
+use crate::contact::pose::ToolPose;
+use crate::energy::surface::ToolState;
 use crate::number::kept::kept;
 use nalgebra::Vector3;
 
@@ -12,6 +14,21 @@ kept! {
         pub position_m: Vector3<f32>,
         /// 1 while a tool holds or loads the body, else 0.
         pub engaged: u32,
+    }
+}
+
+impl ToolSample {
+    /// Joins the poses of these tools into a sample: the first pose's position, engaged if any pose is or a tool
+    /// beyond the poses is. `None` if a pose is bad, or there is none.
+    pub fn joined(poses: &[ToolPose], tools: &[ToolState]) -> Option<Self> {
+        let first = poses.first()?;
+        if !poses.iter().all(ToolPose::is_good) {
+            return None;
+        }
+        let stays = tools.iter().skip(poses.len()).any(|tool| tool.is_in);
+        let moved = poses.get(..tools.len().max(1)).unwrap_or(poses);
+        let engaged = u32::from(stays || moved.iter().any(|pose| pose.engaged == 1));
+        Some(Self { position_m: first.position_m, engaged })
     }
 }
 

@@ -1,8 +1,9 @@
 //! Settings of a run, checked once against the model.
 
 use super::choice::Choice;
-use super::choices::{Drive, Unloading};
+use super::choices::{Drive, Scheme, Unloading};
 use crate::model::Model;
+use crate::solver::{Dynamics, Rkl2};
 
 /// Defines the settings in one table: each line is `name: type = default, check;` after its meaning. Traces and
 /// snapshots hold a word for each, in this order.
@@ -89,6 +90,32 @@ settings! {
         unloading: Unloading = |_| Unloading::default(), |_, _| Ok(());
         /// How the tool's displacement acts on chosen cells, from the next time that the tool engages.
         drive: Drive = |_| Drive::default(), |_, _| Ok(());
+    }
+}
+
+impl Scheme {
+    /// The defaults of a scheme with `sweeps` sweeps per tick. A scheme that uses [`Settings::tick_time`]
+    /// gets the time that those sweeps cover.
+    ///
+    /// ```
+    /// # use chaincell_kernel::{Model, include_model};
+    /// use chaincell_kernel::Scheme;
+    /// # let image = include_model!(concat!(env!("CARGO_MANIFEST_DIR"), "/data/plane9.chaincell"));
+    /// # let model = Model::from_bytes(image)?;
+    ///
+    /// let settings = Scheme::Rkl2.settings(&model, 8);
+    /// // Eight sweeps of `euler` cover at most eight times its largest step.
+    /// assert!(settings.tick_time > 1.5 * 8.0 * model.step_max()); // [dimensionless time]
+    /// # Ok::<(), chaincell_kernel::ModelError>(())
+    /// ```
+    #[must_use]
+    pub fn settings(self, model: &Model<'_>, sweeps: u16) -> Settings {
+        let defaults = Settings::for_model(model);
+        let tick_time = match self {
+            Self::Rkl2 => Rkl2::tick_time(model, sweeps),
+            Self::Euler | Self::Track | Self::Predict => defaults.tick_time,
+        };
+        Settings { sweeps, tick_time, ..defaults }
     }
 }
 

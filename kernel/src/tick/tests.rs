@@ -10,10 +10,10 @@ use nalgebra::Vector3;
 
 use super::budget::Budget;
 use super::choices::{Drive, Unloading};
-use super::pose::ToolPose;
 use super::sample::Flags;
 use super::settings::{Network, Settings, SettingsError};
 use super::tissue::{Tissue, TissueMut};
+use crate::contact::pose::ToolPose;
 use crate::energy::pin::Displaced;
 use crate::energy::state::{self, CellState, State, TermState, TermStates, term_states};
 use crate::energy::tests::{pinned, with_word};

@@ -16,38 +16,20 @@
 //! level anew and wakes the whole body.
 
 use super::choices::Unloading;
-use super::order::Tick;
-use super::sample::Flags;
-use crate::number::cell::dot;
-use crate::number::sqrt::sqrt;
-use crate::solver::Dynamics;
 
 /// Distance by which the tool retreats from its deepest point before the bands close [mean link lengths].
 const RETREAT: f32 = 0.1;
 
-impl<D: Dynamics> Tick<'_, '_, D> {
-    /// Closes or reopens the bands.
-    pub(super) fn unload(&mut self) {
-        let depth = sqrt(dot(self.head.applied, self.head.applied));
-        let released = self.head.released;
-        let closed = match self.network.settings().unloading {
-            Unloading::Off => false,
-            Unloading::Release => released,
-            Unloading::Retreat if released => true,
-            Unloading::Retreat if depth > self.head.deepest => false,
-            Unloading::Retreat => self.head.closed || depth < self.head.deepest - RETREAT,
-        };
-        if depth > self.head.deepest {
-            self.head.deepest = depth;
-        }
-        if closed != self.head.closed {
-            self.head.closed = closed;
-            self.head.level.forget();
-            self.head.dynamics.interrupt();
-            self.head.awake.wake_all(self.network.model());
-        }
-        if closed {
-            self.flags.insert(Flags::BAND_CLOSED);
+impl Unloading {
+    /// Returns true if the bands are closed from now on, for a tool that was `released` or is at a `depth`;
+    /// `is_closed` if they were.
+    pub(super) fn closes(self, released: bool, depth: f32, deepest: f32, is_closed: bool) -> bool {
+        match self {
+            Self::Off => false,
+            Self::Release => released,
+            Self::Retreat if released => true,
+            Self::Retreat if depth > deepest => false,
+            Self::Retreat => is_closed || depth < deepest - RETREAT,
         }
     }
 }

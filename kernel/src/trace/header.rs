@@ -3,6 +3,7 @@
 use super::error::{Origin, TraceError};
 use super::stage::{self, STAGE_BYTES};
 use super::{CRC, HEADER_BYTES, MAGIC, VERSION, put};
+use crate::contact::tools::FRICTION_MAX;
 use crate::energy::surface::TOOLS_MAX;
 use crate::model::Model;
 use crate::number::Number;
@@ -12,7 +13,6 @@ use crate::tick::choice::Choice;
 use crate::tick::choices::{Arithmetic, Scheme};
 use crate::tick::hash::REVISION;
 use crate::tick::settings::{Network, Settings};
-use crate::tick::tools::FRICTION_MAX;
 
 /// Bytes before the origin; the checksum is the last four.
 pub(super) const COMMON_BYTES: usize = 64;

@@ -3,8 +3,8 @@
 use super::header::RecordedTools;
 use super::record::{Entry, ORIENTATION, PartRecord, SIZE, WORDS, command, pose, sample};
 use super::{KIND_COMMAND, KIND_PART, KIND_POSE, KIND_SAMPLE, KIND_TOOL_COMMAND};
+use crate::contact::pose::ToolPart;
 use crate::energy::surface::PARTS_MAX;
-use crate::tick::pose::ToolPart;
 
 /// Checks the order of the records of a trace.
 #[derive(Debug)]

@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 
 use super::command::Command;
 use super::{CRC, KIND_POSE, RECORD_BYTES};
-use crate::tick::pose::{ToolPart, ToolPose};
+use crate::contact::pose::{ToolPart, ToolPose};
 
 /// Words of a record without its checksum.
 pub(super) const WORDS: usize = RECORD_BYTES / 4 - 1;

@@ -12,13 +12,13 @@ use nalgebra::Vector3;
 use proptest::prelude::*;
 
 use super::*;
+use crate::contact::pose::ToolPose;
 use crate::model::Model;
 use crate::solver::Track;
 use crate::tick::budget::Budget;
 use crate::tick::choice::Choice;
 use crate::tick::choices::{Drive, Unloading};
 use crate::tick::hash::REVISION;
-use crate::tick::pose::ToolPose;
 use crate::tick::settings::{Network, Settings};
 use crate::tick::tissue::Tissue;
 

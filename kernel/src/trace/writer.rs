@@ -6,7 +6,7 @@ use super::record::{
     WITH_HASH, WITH_SWEEPS, WORDS, checksum,
 };
 use super::{KIND_PART, KIND_POSE, KIND_SAMPLE, RECORD_BYTES, put};
-use crate::tick::pose::{ToolPart, ToolPose};
+use crate::contact::pose::{ToolPart, ToolPose};
 
 /// Encodes a trace; the caller stores the bytes.
 ///

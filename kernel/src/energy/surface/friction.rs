@@ -22,9 +22,8 @@
 //! **A grip** has no normal and no limit: p has all three components. It holds its sample in and out of
 //! contact until it is released: its stiffness then falls to 0 within some ticks, which lowers the energy.
 
-use super::press::{Sample, each_met};
-use super::proxy::{Proxies, Proxy};
-use super::search::NearTriangle;
+use super::proxy::Proxy;
+use super::samples::Sample;
 use crate::number::cell::{dot, scale, sub};
 use crate::number::kept::kept;
 use crate::number::sqrt::sqrt;
@@ -123,13 +122,18 @@ impl Anchor {
     }
 
     /// An anchor at a sample's present position, for a sample without one.
-    pub(crate) fn new(sample: &Sample, (triangle, part): (u32, u8), friction: f32) -> Option<Self> {
-        let none = Self { triangle, part, sample: sample.index, place: sample.point, ..Self::NONE };
-        none.after(sample, friction)
+    pub(crate) fn new(sample: &Sample, triangle: u32, part: u8, friction: f32) -> Option<Self> {
+        Self { limit: 0.0, ..Self::grip(sample, triangle, part) }.after(sample, friction)
+    }
+
+    /// A grip of a sample at its present position, with or without an anchor before.
+    pub(crate) fn grip(sample: &Sample, triangle: u32, part: u8) -> Self {
+        let (index, place) = (sample.index, sample.point);
+        Self { triangle, sample: index, part, place, limit: f32::INFINITY, ..Self::NONE }
     }
 
     /// Stores its position in the tool's frame.
-    fn fastened(self, proxy: &Proxy) -> Self {
+    pub(crate) fn fastened(self, proxy: &Proxy) -> Self {
         Self { point: proxy.in_tool(self.place), ..self }
     }
 
@@ -137,43 +141,6 @@ impl Anchor {
     pub(crate) fn follow(&mut self, proxy: &Proxy) {
         self.place = proxy.in_body(self.point);
     }
-}
-
-/// A grip of a sample at its present position, with or without an anchor before.
-pub(crate) fn grip(sample: &Sample, (triangle, part): (u32, u8)) -> Anchor {
-    let (index, place) = (sample.index, sample.point);
-    let limit = f32::INFINITY;
-    Anchor { triangle, sample: index, part, place, limit, ..Anchor::NONE }
-}
-
-/// Writes the anchors after a tick's sweeps from those of the tick, both in triangle order: `make` returns a
-/// sample's new anchor for its old one. Returns their number, and whether some found no slot.
-pub(crate) fn renew(
-    tools: Proxies<'_>,
-    near: &[NearTriangle],
-    (anchors, slots): (&[Anchor], &mut [Anchor]),
-    at: &impl Fn(usize) -> [f32; 3],
-    mut make: impl FnMut(&Sample, &NearTriangle, Option<&Anchor>) -> Option<Anchor>,
-) -> (usize, bool) {
-    let (mut count, mut full) = (0, false);
-    for near in near {
-        let (Some(solid), Some(tool)) = (tools.part(near.of), tools.0.get(near.tool())) else {
-            continue;
-        };
-        let own = near.anchors_of(anchors);
-        each_met(solid, near, anchors, near.corners.map(|cell| at(cell.into())), |sample| {
-            let before = own.iter().find(|anchor| anchor.sample == sample.index);
-            let Some(anchor) = make(sample, near, before) else { return };
-            match slots.get_mut(count) {
-                Some(slot) => {
-                    *slot = anchor.fastened(&tool.proxy);
-                    count += 1;
-                }
-                None => full = true,
-            }
-        });
-    }
-    (count, full)
 }
 
 #[cfg(test)]

@@ -1,9 +1,9 @@
 //! Contact of a tool over all its triangles: energy, force, torque and stiffness.
 
 use super::friction::Anchor;
+use super::near::NearTriangle;
 use super::press::each_met;
 use super::proxy::Proxy;
-use super::search::NearTriangle;
 use crate::number::cell::{add, sub};
 use crate::number::kept::kept;
 use crate::number::sqrt::sqrt;

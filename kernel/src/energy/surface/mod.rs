@@ -30,34 +30,33 @@
 //!
 //! - `samples`: the points of a triangle.
 //! - `solid`, `proxy`: the parts of a tool, and the tool as the tissue meets it.
-//! - `search`: the triangles in reach.
-//! - `press`: force of a part on the samples of a triangle.
 //! - `friction`: anchors of samples in contact, and grips.
+//! - `near`: a triangle in reach; [`contact`](crate::contact) finds them.
+//! - `press`: force of a part on the samples of a triangle.
 //! - `meeting`: energy, force, torque and stiffness of a tool over its triangles.
-//! - `forces`: the same for each triangle.
+//! - `tool`: a tool and its contact.
 //! - `touch`: the tools' part in passes over the cells.
 
-mod forces;
 mod friction;
 mod meeting;
+mod near;
 mod press;
 mod proxy;
 mod samples;
-mod search;
 mod solid;
+mod tool;
 mod touch;
 
-pub use forces::ContactForce;
-pub(crate) use forces::forces;
 pub use friction::Anchor;
-pub(crate) use friction::{grip, renew};
 pub(crate) use meeting::Meeting;
-pub(crate) use press::{Sample, each_met};
-pub use proxy::{PARTS_MAX, TOOLS_MAX, ToolState};
-pub(crate) use proxy::{Proxies, Proxy};
-pub use search::NearTriangle;
-pub(crate) use search::{EightWide, Near, search};
+pub use near::NearTriangle;
+pub(crate) use press::each_met;
+pub(crate) use proxy::Proxy;
+pub use proxy::{PARTS_MAX, TOOLS_MAX};
+pub(crate) use samples::Sample;
 pub(crate) use solid::Solid;
+pub(crate) use tool::Proxies;
+pub use tool::ToolState;
 pub(crate) use touch::{Touch, Touching};
 
 /// True if this kernel is built with contact on surfaces.

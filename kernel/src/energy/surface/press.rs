@@ -1,37 +1,14 @@
 //! Force of a tool's part on the samples of a triangle.
 
 use super::friction::Anchor;
-use super::samples::each;
-use super::search::NearTriangle;
+use super::near::NearTriangle;
+use super::samples::{Sample, each};
 use super::solid::Solid;
 use crate::number::cell::{add, dot, scale, sub};
 use crate::number::sqrt::sqrt;
 
 /// Share of the radius: a sample nearer to the core is not pushed.
 const MIDDLE: f32 = 1.0e-6;
-
-/// A sample in the part, or held by an anchor.
-pub(crate) struct Sample {
-    /// Its index in the triangle.
-    pub index: u16,
-    /// Weights of the triangle's corners.
-    pub weights: [f32; 3],
-    pub point: [f32; 3],
-    /// Depth in the part; 0 outside.
-    pub depth: f32,
-    /// Unit vector out of the part; 0 inside the core.
-    pub normal: [f32; 3],
-    /// Stiffness [2 `k_ref`].
-    pub stiffness: f32,
-    /// Pressure on the tissue along the normal.
-    pub push: [f32; 3],
-    /// Friction on the tissue, or the pull of a grip.
-    pub drag: [f32; 3],
-    /// True if an anchor holds it and it does not slip.
-    pub is_stuck: bool,
-    /// Energy of contact and friction.
-    pub energy: f32,
-}
 
 /// Calls `visit` for the samples of a triangle, with corners at `at`, that are in the part or held by an
 /// anchor. Returns the square of the smallest distance of a sample from the core, or of the radius if the

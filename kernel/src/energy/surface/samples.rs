@@ -2,6 +2,29 @@
 
 use crate::number::cell::{add, scale, sub};
 
+/// A sample in the part, or held by an anchor.
+pub(crate) struct Sample {
+    /// Its index in the triangle.
+    pub index: u16,
+    /// Weights of the triangle's corners.
+    pub weights: [f32; 3],
+    pub point: [f32; 3],
+    /// Depth in the part; 0 outside.
+    pub depth: f32,
+    /// Unit vector out of the part; 0 inside the core.
+    pub normal: [f32; 3],
+    /// Stiffness [2 `k_ref`].
+    pub stiffness: f32,
+    /// Pressure on the tissue along the normal.
+    pub push: [f32; 3],
+    /// Friction on the tissue, or the pull of a grip.
+    pub drag: [f32; 3],
+    /// True if an anchor holds it and it does not slip.
+    pub is_stuck: bool,
+    /// Energy of contact and friction.
+    pub energy: f32,
+}
+
 /// Calls `visit(weights, point)` for the samples of a triangle whose edges are cut into `parts` parts, always
 /// in the same order; the weights are those of its corners.
 #[inline(always)]

@@ -5,9 +5,9 @@ use core::cell;
 
 use super::BUILT;
 use super::friction::Anchor;
+use super::near::NearTriangle;
 use super::press::at_corners;
-use super::proxy::Proxies;
-use super::search::NearTriangle;
+use super::tool::Proxies;
 use crate::backend::f32x8::Chunk;
 use crate::backend::slice_set::SliceSet;
 use crate::backend::slices::cells_of;

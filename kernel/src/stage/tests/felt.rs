@@ -1,9 +1,9 @@
 //! The ledger follows what the device felt: wrong poses, withheld forces, other limits.
 
 use super::{Wall, at_height};
+use crate::contact::pose::ToolPose;
 use crate::number::cell::dot;
 use crate::stage::{Device, Stage, StageSettings};
-use crate::tick::pose::ToolPose;
 use crate::tick::sample::{Flags, TickOutput};
 use std::vec::Vec;
 

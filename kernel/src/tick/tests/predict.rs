@@ -4,13 +4,13 @@ use std::vec::Vec;
 
 use nalgebra::Vector3;
 
+use crate::contact::pose::ToolPose;
 use crate::energy::state::term_states;
 use crate::model::Model;
 use crate::number::cell::{Cell, add, dot, scale, sub};
 use crate::solver::{Dynamics, Predict, Track};
 use crate::tick::budget::Budget;
 use crate::tick::choices::Unloading;
-use crate::tick::pose::ToolPose;
 use crate::tick::sample::{Flags, TickOutput};
 use crate::tick::settings::{Network, Settings};
 use crate::tick::tissue::{Tissue, TissueMut};

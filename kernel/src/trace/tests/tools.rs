@@ -1,7 +1,7 @@
 //! Traces with tools: parts and poses of tools.
 
 use super::*;
-use crate::tick::pose::{ToolPart, ToolPose};
+use crate::contact::pose::{ToolPart, ToolPose};
 
 const TOOLS: RecordedTools = RecordedTools { count: 2, friction: 0.25 };
 

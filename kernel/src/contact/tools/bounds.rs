@@ -2,10 +2,10 @@
 
 use crate::backend::slice_set::SliceSet;
 use crate::backend::slices::cells_of;
+use crate::contact::memory::{TouchArrays, TouchState};
 use crate::energy::surface::NearTriangle;
 use crate::model::Model;
 use crate::number::two_float::LANES;
-use crate::tick::touch_room::{TouchArrays, TouchState};
 
 /// Margin for the rounding of the cells' bounds.
 const ROUNDED_UP: f32 = 1.001;

@@ -1,10 +1,10 @@
 //! Motion of a tool's proxy towards its tool in a tick.
 
+use super::start;
 use crate::energy::surface::{Meeting, NearTriangle, Proxy, ToolState};
 use crate::number::cell::{add, dot, scale, sub};
 use crate::number::sqrt::sqrt;
 use crate::number::turn::Turn;
-use crate::tick::begin;
 
 /// If a sample comes nearer to a core than this share of the part's radius, the tool gives way. Near the
 /// surface the proxy moves at most this share of the radius per tick.
@@ -18,12 +18,19 @@ pub(super) const COMING: f32 = 0.25;
 /// Trials per tick to find the largest admissible motion.
 const LOOKS: usize = 4;
 
+/// A pose that a proxy moves to.
+#[derive(Clone, Copy)]
+struct Goal {
+    pivot: [f32; 3],
+    turn: Turn,
+}
+
 /// One tool's motion in a tick.
-pub(super) struct Go<'a> {
+pub(super) struct ProxyStep<'a> {
     pub tool: &'a ToolState,
     pub number: usize,
     /// Bound of its contact energy.
-    pub room: f32,
+    pub energy_max: f32,
     /// Lower bound of the surface's distance from its cores.
     pub distance: f32,
     /// Upper bound of the surface's distance from its pivot, for a tool with a half space.
@@ -31,7 +38,7 @@ pub(super) struct Go<'a> {
     pub near: &'a [NearTriangle],
 }
 
-impl Go<'_> {
+impl ProxyStep<'_> {
     fn met(&self, proxy: &Proxy, at: &impl Fn(usize) -> [f32; 3]) -> Meeting {
         Meeting::of((proxy, self.number), (self.near, &[]), at)
     }
@@ -52,7 +59,7 @@ impl Go<'_> {
         let turn = self.tool.target_turn;
         // If the tissue blocks the translation, the rotation alone may be free.
         for pivot in [self.tool.target, from.pivot] {
-            if let Some(found) = self.towards((pivot, turn), (share, &here), at) {
+            if let Some(found) = self.towards(Goal { pivot, turn }, share, &here, at) {
                 return found;
             }
             if turn == from.turn {
@@ -66,8 +73,9 @@ impl Go<'_> {
     /// share of its radii. Returns `None` if even the last trial is too far.
     fn towards(
         &self,
-        to: ([f32; 3], Turn),
-        (share, here): (f32, &Meeting),
+        to: Goal,
+        share: f32,
+        here: &Meeting,
         at: &impl Fn(usize) -> [f32; 3],
     ) -> Option<(Proxy, Meeting)> {
         let from = &self.tool.proxy;
@@ -86,7 +94,7 @@ impl Go<'_> {
             let least = share * if is_pressed { FLOOR } else { HALF };
             let floor = if here.nearest < least { here.nearest } else { least };
             let is_deep = meeting.nearest < floor;
-            let is_loaded = is_pressed && meeting.energy.hi > self.room;
+            let is_loaded = is_pressed && meeting.energy.hi > self.energy_max;
             if !is_deep && !is_loaded {
                 return Some((next, meeting));
             }
@@ -109,30 +117,30 @@ impl Go<'_> {
     }
 
     /// Upper bound of the motion of a core's point; for a half space, of the points near the surface.
-    fn length(&self, (target, turn): ([f32; 3], Turn)) -> f32 {
+    fn length(&self, to: Goal) -> f32 {
         let from = &self.tool.proxy;
-        let way = sub(target, from.pivot);
-        let spin = turn.after(from.turn.back()).small();
+        let way = sub(to.pivot, from.pivot);
+        let spin = to.turn.after(from.turn.back()).small();
         let arm = from.arm();
         let arm = if self.extent > arm { self.extent } else { arm };
         sqrt(dot(way, way)) + arm * sqrt(dot(spin, spin))
     }
 
     /// The tool at a part of its motion, with a share of its radii.
-    fn between(&self, (target, turn): ([f32; 3], Turn), part: f32, share: f32) -> Proxy {
+    fn between(&self, to: Goal, part: f32, share: f32) -> Proxy {
         let from = &self.tool.proxy;
         if part >= 1.0 {
-            return from.at(target, turn, share);
+            return from.at(to.pivot, to.turn, share);
         }
-        let pivot = add(from.pivot, scale(part, sub(target, from.pivot)));
-        from.at(pivot, from.turn.towards(turn, part), share)
+        let pivot = add(from.pivot, scale(part, sub(to.pivot, from.pivot)));
+        from.at(pivot, from.turn.towards(to.turn, part), share)
     }
 
     /// The share of its radii to which a tool grows: no sample comes nearer to a core than half of it.
     fn grown(&self, at: &impl Fn(usize) -> [f32; 3]) -> f32 {
         let from = &self.tool.proxy;
         let whole = self.met(&from.at(from.pivot, from.turn, 1.0), at);
-        let (grown, widest) = (begin::grown(from.share), whole.nearest / HALF);
+        let (grown, widest) = (start::grown(from.share), whole.nearest / HALF);
         let grown = if grown < widest { grown } else { widest };
         if grown > from.share { grown } else { from.share }
     }

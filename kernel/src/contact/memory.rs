@@ -288,7 +288,7 @@ impl<'a> TouchArrays<'a> {
 
     /// The tools and their effect on a coarse level, for the sweeps of a tick; nothing while no tool is
     /// engaged.
-    pub(crate) fn touching(&mut self, model: &Model<'_>) -> (Touch<'_>, Option<&CoarseTouch>) {
+    pub(crate) fn touching(self, model: &Model<'_>) -> (Touch<'a>, Option<&'a CoarseTouch>) {
         let none = (Touch::NONE, None);
         let Some(state) = self.state.first() else { return none };
         if state.count == 0 || !self.tools.iter().any(|tool| tool.is_in) {
@@ -302,7 +302,7 @@ impl<'a> TouchArrays<'a> {
             slices: &state.slices,
             mobility: self.mobility,
             factors: if is_elastic { self.factors } else { &[] },
-            pulls: core::cell::Cell::from_mut(&mut *self.pulls).as_slice_of_cells(),
+            pulls: core::cell::Cell::from_mut(self.pulls).as_slice_of_cells(),
         };
         (Touch::of(Some(touching)), self.coarse.first())
     }

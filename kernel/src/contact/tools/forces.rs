@@ -1,9 +1,6 @@
 //! Contact force of each triangle in contact on its tool.
 
-use super::friction::Anchor;
-use super::press::each_met;
-use super::proxy::Proxies;
-use super::search::NearTriangle;
+use crate::energy::surface::{Anchor, NearTriangle, Proxies, each_met};
 use crate::number::cell::{add, scale, sub};
 
 /// The contact of one triangle with one part of a tool, in the model's units; a

@@ -1,11 +1,9 @@
 //! Anchors of friction and grips, from tick to tick.
 
-use super::{energy_of, follow};
-use crate::energy::surface::{
-    Anchor, NearTriangle, PARTS_MAX, Proxies, Sample, ToolState, grip, renew,
-};
+use super::energies::{energy_of, rise};
+use crate::contact::memory::TouchArrays;
+use crate::energy::surface::{Anchor, NearTriangle, PARTS_MAX, Proxies, Sample, each_met};
 use crate::number::two_float::TwoFloat;
-use crate::tick::touch_room::TouchArrays;
 
 /// Assigns anchors to the triangles in reach; both lists are in the order of the triangles.
 pub(super) fn regroup(arrays: &mut TouchArrays<'_>, count: usize) {
@@ -35,17 +33,15 @@ pub(super) fn loaded(
     let Some(state) = arrays.state.first().copied() else { return TwoFloat::ZERO };
     let first = if state.is_second { arrays.anchors.len() / 2 } else { 0 };
     let anchors = arrays.anchors.get_mut(first..first + state.anchors).unwrap_or_default();
-    // Fade the released grips.
-    for anchor in &mut *anchors {
-        let tool = arrays.tools.get(usize::from(anchor.part) / PARTS_MAX);
-        if anchor.is_grip()
-            && let Some(tool) = tool
-        {
+    // Fade the released grips, and move all.
+    for anchor in anchors {
+        let Some(tool) = arrays.tools.get(usize::from(anchor.part) / PARTS_MAX) else { continue };
+        if anchor.is_grip() {
             let share = anchor.share - tool.fade;
             anchor.share = if share > 0.0 { share } else { 0.0 };
         }
+        anchor.follow(&tool.proxy);
     }
-    follow(anchors, arrays.tools);
     let energy = energy_of(arrays, at);
     if state.anchors == 0 || energy.hi <= room {
         return energy;
@@ -78,7 +74,7 @@ pub(super) fn renew_all(
     let before = energy_of(arrays, at);
     let full = exchange(arrays, at, |sample, near, held| match held {
         Some(held) if !held.is_grip() || held.share > 0.0 => held.after(sample, state.friction),
-        _ => Anchor::new(sample, (near.index, near.of), state.friction),
+        _ => Anchor::new(sample, near.index, near.of, state.friction),
     });
     // A tool that holds nothing has finished its release.
     for tool in 0..arrays.tools.len() {
@@ -87,49 +83,65 @@ pub(super) fn renew_all(
             tool.fade = 0.0;
         }
     }
-    let after = energy_of(arrays, at);
-    let rounding = f32::EPSILON * (before.hi + after.hi);
-    (after.minus(before).plus(rounding.into()), full)
+    (rise(before, energy_of(arrays, at)), full)
 }
 
-/// A tool grips its samples in contact where they are. Returns the number of samples, the change of the
-/// energy, and whether some sample found no slot.
-pub(in crate::tick) fn take_hold(
+/// A tool grips its samples in contact where they are. Returns the number of samples and the change of the
+/// energy.
+pub(crate) fn take_hold(
     arrays: &mut TouchArrays<'_>,
     tool: usize,
     at: &impl Fn(usize) -> [f32; 3],
-) -> (usize, TwoFloat, bool) {
+) -> (usize, TwoFloat) {
     let before = energy_of(arrays, at);
     let mut held = 0;
-    let full = exchange(arrays, at, |sample, near, anchor| {
+    exchange(arrays, at, |sample, near, anchor| {
         if near.tool() != tool || sample.depth <= 0.0 {
             return anchor.copied();
         }
         held += 1;
-        Some(grip(sample, (near.index, near.of)))
+        Some(Anchor::grip(sample, near.index, near.of))
     });
     if let Some(tool) = arrays.tools.get_mut(tool) {
         tool.fade = 0.0;
     }
-    let after = energy_of(arrays, at);
-    let rounding = f32::EPSILON * (before.hi + after.hi);
-    (held, after.minus(before).plus(rounding.into()), full)
+    (held, rise(before, energy_of(arrays, at)))
 }
 
-/// Writes the anchors into the other half of the list and switches to it.
+/// Writes the anchors after a tick's sweeps into the other half of the list, in triangle order, and switches to
+/// it: `make` returns a sample's new anchor for its old one. Returns true if some found no slot.
 fn exchange(
     arrays: &mut TouchArrays<'_>,
     at: &impl Fn(usize) -> [f32; 3],
-    make: impl FnMut(&Sample, &NearTriangle, Option<&Anchor>) -> Option<Anchor>,
+    mut make: impl FnMut(&Sample, &NearTriangle, Option<&Anchor>) -> Option<Anchor>,
 ) -> bool {
+    // Take the anchors of this tick, and the slots for the next ones.
     let Some(state) = arrays.state.first_mut() else { return false };
     let half = arrays.anchors.len() / 2;
     let Some((one, other)) = arrays.anchors.split_at_mut_checked(half) else { return false };
     let (from, to) = if state.is_second { (other, one) } else { (one, other) };
     let from = from.get(..state.anchors).unwrap_or(&[]);
-    let near = arrays.near.get(..state.count).unwrap_or(&[]);
-    let to = to.get_mut(..half).unwrap_or_default();
-    let (count, full) = renew(Proxies(arrays.tools), near, (from, to), at, make);
+    let slots = to.get_mut(..half).unwrap_or_default();
+    // Visit every sample in contact or held.
+    let (tools, mut count, mut full) = (Proxies(arrays.tools), 0, false);
+    for near in arrays.near.get(..state.count).unwrap_or(&[]) {
+        let (Some(solid), Some(tool)) = (tools.part(near.of), tools.0.get(near.tool())) else {
+            continue;
+        };
+        let anchors = near.anchors_of(from);
+        each_met(solid, near, from, near.corners.map(|cell| at(cell.into())), |sample| {
+            let before = anchors.iter().find(|anchor| anchor.sample == sample.index);
+            let Some(anchor) = make(sample, near, before) else { return };
+            match slots.get_mut(count) {
+                Some(slot) => {
+                    *slot = anchor.fastened(&tool.proxy);
+                    count += 1;
+                }
+                None => full = true,
+            }
+        });
+    }
+    // Switch, and assign the anchors to the triangles.
     (state.anchors, state.is_second) = (count, !state.is_second);
     let count = state.count;
     regroup(arrays, count);
@@ -137,19 +149,7 @@ fn exchange(
 }
 
 /// Number of samples that a tool grips.
-pub(in crate::tick) fn held_by(arrays: &TouchArrays<'_>, tool: usize) -> usize {
+pub(crate) fn held_by(arrays: &TouchArrays<'_>, tool: usize) -> usize {
     let of = |anchor: &&Anchor| usize::from(anchor.part) / PARTS_MAX == tool;
     arrays.anchors().iter().filter(of).filter(|anchor| anchor.is_grip()).count()
-}
-
-impl ToolState {
-    /// Returns true if the proxy is at the tool's pose.
-    pub(super) fn is_at_target(&self) -> bool {
-        self.proxy.pivot == self.target && self.proxy.turn == self.target_turn
-    }
-
-    /// Returns true if it also has its full size.
-    pub(super) fn is_there(&self) -> bool {
-        self.is_at_target() && self.proxy.share >= 1.0 && self.fade <= 0.0
-    }
 }

@@ -32,7 +32,8 @@ const AROUND: [[f32; 3]; 7] = [
 pub(crate) fn is_inside(
     model: &Model<'_>,
     at: &impl Fn(usize) -> [f32; 3],
-    (point, margin): ([f32; 3], f32),
+    point: [f32; 3],
+    margin: f32,
 ) -> bool {
     let points = if margin > 0.0 { AROUND.len() } else { 1 };
     let mut points = AROUND.iter().take(points).map(|way| add(point, scale(margin, *way)));
@@ -44,14 +45,15 @@ pub(crate) fn is_inside(
 #[inline(never)]
 fn holds(model: &Model<'_>, at: &impl Fn(usize) -> [f32; 3], point: [f32; 3]) -> bool {
     let grain = GRAIN * (1.0 + peak(point));
-    is_between(model.triangles, at, (point, grain))
+    is_between(model.triangles, at, point, grain)
 }
 
 /// Returns true if the line through a point leaves the body both above and below the point.
 fn is_between(
     triangles: &[[u16; 3]],
     at: &impl Fn(usize) -> [f32; 3],
-    (point, grain): ([f32; 3], f32),
+    point: [f32; 3],
+    grain: f32,
 ) -> bool {
     let (mut above, mut below) = (0_i32, 0_i32);
     for &corners in triangles {
@@ -74,12 +76,12 @@ fn is_between(
 /// downwards, 0 if the line does not cross it.
 #[inline(always)]
 fn turns([a, b, c]: [u16; 3], [p, q, r]: [[f32; 3]; 3]) -> i32 {
-    edge((a, p), (b, q)) + edge((b, q), (c, r)) + edge((c, r), (a, p))
+    edge(a, p, b, q) + edge(b, q, c, r) + edge(c, r, a, p)
 }
 
 /// 1 if an edge passes the line on the side of larger x towards larger y, -1 if towards smaller y.
 #[inline(always)]
-fn edge((a, p): (u16, [f32; 3]), (b, q): (u16, [f32; 3])) -> i32 {
+fn edge(a: u16, p: [f32; 3], b: u16, q: [f32; 3]) -> i32 {
     let is_upward = q[1] > 0.0;
     if (p[1] > 0.0) == is_upward {
         return 0;
@@ -141,7 +143,7 @@ mod tests {
     }
 
     fn between(triangles: &[[u16; 3]], corners: &[[f32; 3]], point: [f32; 3]) -> bool {
-        is_between(triangles, &|cell| corners[cell], (point, 1e-6))
+        is_between(triangles, &|cell| corners[cell], point, 1e-6)
     }
 
     // REQ-CON-10

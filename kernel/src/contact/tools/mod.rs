@@ -1,0 +1,292 @@
+//! Contact of tools in a tick on a model with a contact surface, see [`surface`](crate::energy::surface).
+//!
+//! **The tissue meets a proxy of each tool.** The proxy follows the tool, with three exceptions, each marked
+//! by flag 1 ([`MOTION_CLAMPED`](crate::Flags)) and made up for in later ticks:
+//!
+//! - **Never through.** It moves only so far that no sample comes nearer to a part's core than 0.6 of its
+//!   radius; if the tissue itself comes nearer than half, the proxy gives way. A tool that goes deeper leaves
+//!   its proxy at the surface, and the force stays. A blocked proxy may still rotate: a tool that rotates out
+//!   of the tissue becomes free.
+//! - It moves by at most half a radius per tick while the surface is near; far from it by at most the
+//!   distance of the surface, so that it never jumps over it.
+//! - It moves only so far as the model's largest energy allows. A motion that lowers the energy is never
+//!   shortened.
+//!
+//! A tool that engages in contact or inside the body starts as `start` describes.
+//!
+//! **Energy.** The level changes by the term's energy change due to the moves at the present positions. The
+//! hand feels less: the sweeps remove the rest from the body within the tick. The work charged to the device
+//! is the mean of the forces before and after times the displacement, plus the same of the torques times the
+//! rotation.
+//!
+//! **Late ticks** move nothing: the proxies move in the next tick with a sweep.
+//!
+//! Cost per tick while engaged: one look at each triangle of the surface for each part of a tool, up to
+//! twelve looks at the samples of those in reach, and one per sweep; with friction or grips two more.
+//!
+//! - `engagement`: a tool engages, aims and releases; `start`: in contact or inside the body.
+//! - `search`, `candidates`, `sieve`: the triangles in reach, one at a time or eight.
+//! - `proxy_step`: motion of a proxy.
+//! - `energies`, `bounds`: contact energy of the tools, and stability bounds of the cells under them.
+//! - `anchors`: friction and grips from tick to tick.
+//! - `choice`: tools are chosen; `forces`: the contacts of each triangle.
+
+mod anchors;
+mod bounds;
+mod candidates;
+mod choice;
+mod energies;
+mod engagement;
+mod forces;
+mod proxy_step;
+mod search;
+mod sieve;
+mod start;
+
+use super::Acting;
+use super::context::{Context, places};
+use super::memory::{TouchArrays, TouchRoom};
+use super::output::ToolOutput;
+use super::pose::ToolPose;
+use crate::energy::surface::{Meeting, Proxies, TOOLS_MAX, ToolState, Touch};
+use crate::model::Model;
+use crate::number::cell::{add, dot, scale, sub};
+use crate::number::clamp::finite;
+use crate::number::two_float::TwoFloat;
+use crate::solver::Dynamics;
+use crate::solver::coarse::{Coarse, Under};
+use candidates::Near;
+use energies::{energies_of, energy_of, rise};
+use engagement::{Edge, internal};
+use proxy_step::{COMING, HALF, ProxyStep};
+use search::search;
+use sieve::EightWide;
+
+pub(crate) use anchors::{held_by, take_hold};
+pub use choice::FRICTION_MAX;
+pub(crate) use choice::{check, choose};
+pub use forces::ContactForce;
+pub(crate) use forces::forces;
+
+/// Tools on the surface.
+pub(crate) struct Tools<'a> {
+    pub memory: TouchRoom<'a>,
+    /// Number of basis functions under the tools, whose resistance the coarse level takes into account.
+    pub resisted: &'a mut Option<u16>,
+}
+
+impl Tools<'_> {
+    /// Moves the tools towards their poses, or releases them.
+    pub fn advance<D: Dynamics>(&mut self, context: &mut Context<'_, '_, D>, poses: &[ToolPose]) {
+        if context.is_engaged != context.was_engaged {
+            if !context.is_engaged {
+                self.leave(context);
+            }
+            *self.resisted = Some(0);
+        }
+        if context.is_engaged && self.press(context, poses) {
+            self.prepare(context);
+        }
+    }
+
+    pub fn acting<D: Dynamics>(&mut self, context: &Context<'_, '_, D>) -> Acting<'_, D::Number> {
+        let model = context.model();
+        let arrays = self.memory.arrays(context.state.len());
+        let (touch, coarse_touch) =
+            arrays.map_or((Touch::NONE, None), |arrays| arrays.touching(model));
+        Acting {
+            contacts: &[],
+            held: &[],
+            applied: [0.0; 3],
+            current: None,
+            coarse: self.resisted.map(Coarse::Resisted),
+            touch,
+            coarse_touch,
+        }
+    }
+
+    /// Moves the tools. Returns true if the coarse level has to be prepared.
+    fn press<D: Dynamics>(&mut self, context: &mut Context<'_, '_, D>, poses: &[ToolPose]) -> bool {
+        // Note the energy before, and set targets and engagement.
+        let model = context.terms.model;
+        let at = places(model, context.state);
+        let sleeps = context.awake.set.is_empty(model.slice_count());
+        let Some(mut arrays) = self.memory.arrays(context.state.len()) else { return false };
+        let nothing = (TwoFloat::ZERO, [0.0; TOOLS_MAX]);
+        let (before, each) = if context.is_late { nothing } else { energies_of(&arrays, &at) };
+        let (mut edges, mut stays) = ([Edge::None; TOOLS_MAX], true);
+        for (number, (tool, edge)) in arrays.tools.iter_mut().zip(&mut edges).enumerate() {
+            let pose = poses.get(number);
+            let is_short = pose.is_some_and(|pose| tool.aim(model, pose, context.step_max));
+            context.is_clamped |= is_short;
+            if !context.is_late {
+                *edge = tool.engage(pose);
+                stays &= *edge == Edge::None && (!tool.is_in || tool.is_there());
+            }
+        }
+        // Note the displacement of the first tool.
+        if let Some(tool) = arrays.tools.first() {
+            *context.applied = sub(tool.target, internal(model, *context.origin_m));
+        }
+        if context.is_late || (stays && sleeps) {
+            return false;
+        }
+        // Search the triangles in reach, and move the proxies.
+        let Some(surface) = model.contact_surface() else { return false };
+        let eight = EightWide::of(context.terms.vectors, context.state, model.saturation());
+        let anchors = arrays.state.first().map_or(&[][..], |state| state.present(arrays.anchors));
+        let reach = HALF + COMING;
+        let found = search(&surface, &at, arrays.tools, reach, anchors, arrays.near, eight);
+        context.is_full |= found.full;
+        anchors::regroup(&mut arrays, found.count);
+        let most = model.energy_max();
+        let most = most - (context.level.at_most(most) - before.hi);
+        let (moved, going) = move_proxies(model, &mut arrays, &found, &edges, most, &each, &at);
+        context.is_clamped |= arrays.tools.iter().any(|tool| tool.is_in && !tool.is_at_target());
+        // Update bounds and level by the change of the energy.
+        bounds::enclose(model, &mut arrays, found.count);
+        let after = anchors::loaded(&mut arrays, most, &at);
+        if before != TwoFloat::ZERO || after != TwoFloat::ZERO {
+            if before != after {
+                context.level.shift(rise(before, after));
+            }
+            context.awake.wake_all(model);
+            if moved || !stays {
+                context.dynamics.pushed();
+                context.dynamics.goes_on(going);
+            }
+        }
+        true
+    }
+
+    /// Prepares the coarse level for the tools: an elastic one for their contacts; the one of links, on which
+    /// the level's certificate relies, for all triangles in reach.
+    fn prepare<D: Dynamics>(&mut self, context: &mut Context<'_, '_, D>) {
+        let model = context.terms.model;
+        let at = places(model, context.state);
+        let Some(mut arrays) = self.memory.arrays(context.state.len()) else { return };
+        let bounds = bounds::of_corners(arrays.near());
+        *self.resisted = D::resist(model, context.coarse_memory, bounds);
+        let [coarse, ..] = core::mem::take(&mut arrays.coarse) else { return };
+        let (near, anchors) = (arrays.near(), arrays.anchors());
+        coarse.prepare(context.terms, Under { tools: Proxies(arrays.tools), near, anchors }, &at);
+    }
+
+    /// Releases all tools and removes their contact energy from the level.
+    fn leave<D: Dynamics>(&mut self, context: &mut Context<'_, '_, D>) {
+        let model = context.terms.model;
+        let Some(mut arrays) = self.memory.arrays(context.state.len()) else { return };
+        let energy = energy_of(&arrays, &places(model, context.state));
+        arrays.tools.iter_mut().for_each(ToolState::leave);
+        bounds::enclose(model, &mut arrays, 0);
+        for state in &mut *arrays.state {
+            state.anchors = 0;
+        }
+        if energy != TwoFloat::ZERO {
+            context.disturb(rise(energy, TwoFloat::ZERO));
+        }
+    }
+
+    /// Computes the contacts after the sweeps, and books the work of the tools' moves.
+    pub fn book<D: Dynamics>(&mut self, context: &mut Context<'_, '_, D>) {
+        let model = context.terms.model;
+        let Some(mut arrays) = self.memory.arrays(context.state.len()) else { return };
+        // Make tools wait that the sweeps have left inside the body.
+        let change = start::closed_over(model, &mut arrays, &places(model, context.state));
+        if let Some(change) = change {
+            context.disturb(change);
+        }
+        // Renew the anchors.
+        let at = places(model, context.state);
+        let (change, full) = anchors::renew_all(&mut arrays, &at);
+        context.is_full |= full;
+        if change != TwoFloat::ZERO {
+            context.level.shift(change);
+        }
+        // Book each tool's work and note its contact.
+        let mut work = 0.0;
+        for number in 0..arrays.tools.len() {
+            let Some(tool) = arrays.tools.get(number).filter(|tool| tool.is_in) else { continue };
+            let met = Meeting::of((&tool.proxy, number), (arrays.near(), arrays.anchors()), &at);
+            let force = add(tool.met.force, met.force);
+            let torque = add(tool.met.torque, met.torque);
+            let of_tool = -0.5 * (dot(force, tool.way) + dot(torque, tool.spin));
+            work += of_tool;
+            if let Some(tool) = arrays.tools.get_mut(number) {
+                (tool.met, tool.work) = (met, of_tool);
+            }
+        }
+        context.work = work.into();
+    }
+
+    pub fn output(&self, model: &Model<'_>, tool: usize) -> ToolOutput {
+        self.memory.output(model, tool)
+    }
+
+    /// Returns true if an engaged tool waits inside the tissue without contact.
+    pub fn wait(&self) -> bool {
+        self.memory.tools().iter().any(ToolState::waits)
+    }
+}
+
+impl TouchRoom<'_> {
+    /// Output of a tool in the last tick with a sweep; zero while it is not engaged.
+    pub(crate) fn output(&self, model: &Model<'_>, tool: usize) -> ToolOutput {
+        let Some(tool) = self.tool(tool) else { return ToolOutput::NONE };
+        let torque_n_m = scale(model.force_unit_n() * model.unit_m(), tool.met.torque).map(finite);
+        ToolOutput {
+            force_n: scale(model.force_unit_n(), tool.met.force).into(),
+            torque_n_m: torque_n_m.into(),
+            work_j: finite(tool.work * model.energy_unit_j()),
+            // The term's energy is in units of 2 k_ref.
+            stiffness_n_per_m: finite(2.0 * model.stiffness_n_per_m() * tool.met.stiffness),
+            contacts: tool.met.touched,
+        }
+    }
+}
+
+/// Moves the proxies towards their tools, within an energy of all contacts. Returns whether a proxy changed, and this tick's motion along the
+/// last one's, 0 to 1.
+fn move_proxies(
+    model: &Model<'_>,
+    arrays: &mut TouchArrays<'_>,
+    found: &Near,
+    edges: &[Edge; TOOLS_MAX],
+    energy_max: f32,
+    each: &[f32; TOOLS_MAX],
+    at: &impl Fn(usize) -> [f32; 3],
+) -> (bool, f32) {
+    // Contact energy of the other tools: new for those already moved, old for the rest.
+    let (mut moved, mut taken) = (false, each.iter().fold(0.0, |sum, energy| sum + energy));
+    let (mut along, mut last) = (0.0, 0.0);
+    let reach = found.distance.iter().zip(&found.extent);
+    for (number, (&edge, (&distance, &extent))) in edges.iter().zip(reach).enumerate() {
+        taken -= each.get(number).copied().unwrap_or(0.0);
+        let Some(tool) = arrays.tools.get(number).filter(|tool| tool.is_in) else { continue };
+        let near = arrays.near();
+        let is_new = edge != Edge::None;
+        let energy_max = energy_max - taken;
+        // Start or move the proxy.
+        let (proxy, met) = if is_new {
+            start::begun(model, tool, number, edge == Edge::Waits, energy_max, near, at)
+        } else {
+            ProxyStep { tool, number, energy_max, distance, extent, near }.go(at)
+        };
+        taken += met.energy.hi;
+        let from = tool.proxy;
+        // Note its motion, for the work and for the extrapolation.
+        if let Some(tool) = arrays.tools.get_mut(number) {
+            if !is_new {
+                tool.way = sub(proxy.pivot, from.pivot);
+                tool.spin = proxy.turn.after(from.turn.back()).small();
+            }
+            moved |= proxy != from || is_new;
+            along += dot(tool.way, tool.way_before);
+            last += dot(tool.way_before, tool.way_before);
+            tool.way_before = tool.way;
+            tool.proxy = proxy;
+        }
+    }
+    let ratio = if along > 0.0 { along / last } else { 0.0 };
+    (moved, if ratio < 1.0 { ratio } else { 1.0 })
+}

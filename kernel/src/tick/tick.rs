@@ -1,0 +1,349 @@
+//! One tick, in the order that the contract fixes: sample, contact, sweeps, output. The terms' corrections
+//! precede the contact.
+
+use super::budget::Budget;
+use super::choices::Drive;
+use super::sample::{Flags, TickOutput, ToolSample};
+use super::settings::{Network, Settings};
+use super::tissue::{Head, TissueMut};
+use crate::contact::ToolContact;
+use crate::contact::context::Context;
+use crate::contact::held::Held;
+use crate::contact::load::Load;
+use crate::contact::output::ToolOutput;
+use crate::contact::pose::ToolPose;
+use crate::contact::tools::Tools;
+use crate::energy::residual::Terms;
+use crate::energy::surface::{IS_BUILT, Touch};
+use crate::energy::term::Term;
+use crate::number::cell::{Cell, dot};
+use crate::number::clamp::finite;
+use crate::number::sqrt::sqrt;
+use crate::number::two_float::TwoFloat;
+use crate::solver::Dynamics;
+use crate::solver::scheme::{Body, Pace};
+
+/// Consecutive bad samples for which the last good one is used.
+///
+/// ```
+/// # use chaincell_kernel::{Budget, Flags, Model, Network, Settings, Tissue, ToolPose, Track, include_model};
+/// use chaincell_kernel::HELD_TICKS_MAX;
+/// # let image = include_model!(concat!(env!("CARGO_MANIFEST_DIR"), "/data/plane9.chaincell"));
+/// # let model = Model::from_bytes(image)?;
+/// # let network = Network::new(model, Settings::for_model(&model))?;
+/// # let mut tissue = Tissue::<128, Track>::new();
+/// # tissue.reset(&network)?;
+/// let bad = [ToolPose::at([f32::NAN; 3].into(), 1)];
+/// for _ in 0..HELD_TICKS_MAX {
+///     let output = tissue.tick(&network, &bad, Budget::All);
+///     assert_eq!(output.flags, Flags::BAD_SAMPLE);
+/// }
+/// let output = tissue.tick(&network, &bad, Budget::All); // the eleventh
+/// assert!(output.flags.contains(Flags::SAFE_STATE)); // force 0 until a good one comes
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub const HELD_TICKS_MAX: u32 = 10;
+
+impl<D: Dynamics> TissueMut<'_, D> {
+    /// Computes one tick of the network with a pose for each tool. It cannot fail and makes at most
+    /// [`Settings::sweeps`](crate::Settings::sweeps) link passes for any input, none in the safe state; under
+    /// `predict`, tools that moved take at most two thirds of a pass more, around their contacts.
+    /// [`TickOutput::sweeps`] is the number of sweeps made. Under `track` and `predict` the published state is
+    /// certified after every sweep.
+    ///
+    /// Held cells follow the first pose and ignore its orientation. Poses beyond the
+    /// tools are ignored; tools beyond the poses stay as they are. A bad pose, or no pose, makes the sample a
+    /// bad one. The output is that of the first tool, with the work of all; [`Self::tool_output`] has the
+    /// others'.
+    ///
+    /// The safe state (force 0, cells unchanged) is the output for samples that stay bad for more than
+    /// [`HELD_TICKS_MAX`] ticks, and for a network other than that of the last reset. The calling thread must
+    /// have the floating-point environment that the reset checked: IEEE 754, rounding to nearest.
+    // Not inlined, so that a firmware with several calls has the code and its frame once.
+    #[inline(never)]
+    pub fn tick(
+        &mut self,
+        network: &Network<'_>,
+        poses: &[ToolPose],
+        mut budget: Budget<'_>,
+    ) -> TickOutput {
+        // Check network and sample; stop in the safe state if one is unusable.
+        let mut flags = Flags::default();
+        if self.head.model != Some(network.model().checksum()) {
+            return self.safe(network, flags);
+        }
+        let sample = ToolSample::joined(poses, self.touch.tools());
+        // After bad poses tools on the surface keep the last good ones.
+        let poses = if sample.is_some() { poses } else { &[] };
+        let Some(sample) = self.head.accept(sample, &mut flags) else {
+            return self.safe(network, flags);
+        };
+        let is_late = D::IS_ANYTIME && budget.is_late() && !self.head.level.is_forgotten();
+        let Some(mut tick) = self.start(network, &sample, is_late) else {
+            return self.safe(network, flags);
+        };
+        // Apply the terms' corrections and move the tools.
+        if !is_late {
+            tick.correct();
+        }
+        tick.engage(&sample);
+        tick.contact.advance(&mut tick.context, poses);
+        // Sweep, unless the tick is late.
+        let mut sweeps = 0;
+        if !is_late {
+            tick.unload();
+            sweeps = tick.sweep(&mut budget, &mut flags);
+            tick.settle();
+        }
+        tick.output(flags, sweeps)
+    }
+
+    /// Collects the tick's data: the arrays cut to the model's size, and the contact. `None` if they are too
+    /// short.
+    #[inline(always)]
+    fn start<'a, 'm>(
+        &'a mut self,
+        network: &'a Network<'m>,
+        sample: &ToolSample,
+        is_late: bool,
+    ) -> Option<Tick<'a, 'm, D>> {
+        let (model, settings, cells) =
+            (network.model(), network.settings(), network.model().cells());
+        let chosen = self.contacts.len().min(self.head.chosen);
+        let contacts = self.contacts.get_mut(..chosen)?;
+        let head = &mut *self.head;
+        // A drive chosen while the tool is engaged takes effect when it next engages.
+        let is_load = match head.engaged {
+            true => head.level.is_driven(),
+            false => settings.drive == Drive::Current,
+        };
+        let contact = if IS_BUILT && head.has_tools {
+            ToolContact::Tools(Tools {
+                memory: self.touch.reborrow(),
+                resisted: &mut head.resisted,
+            })
+        } else if is_load {
+            ToolContact::Load(Load { cells: contacts })
+        } else {
+            ToolContact::Held(Held { cells: contacts, outer_weight: &mut head.outer_weight })
+        };
+        let terms = Terms {
+            model,
+            closed: head.closed,
+            vectors: head.vectors,
+            team: self.team,
+            current: None,
+            states: self.states.shared(model.kept_states()),
+            touch: Touch::NONE,
+        };
+        let context = Context {
+            terms,
+            state: self.state.get_mut(..cells)?,
+            scheme_arrays: self.own.get_mut(..D::ARRAYS * cells)?,
+            coarse_memory: self.room,
+            dynamics: &mut head.dynamics,
+            level: &mut head.level,
+            awake: &mut head.awake,
+            position_m: sample.position_m.into(),
+            origin_m: &mut head.tool_origin_m,
+            applied: &mut head.applied,
+            step_max: settings.max_tool_step_m / model.unit_m(),
+            was_engaged: head.engaged,
+            is_engaged: sample.engaged == 1,
+            is_late,
+            work: TwoFloat::ZERO,
+            is_clamped: false,
+            is_full: false,
+        };
+        Some(Tick {
+            network,
+            contact,
+            context,
+            residual: self.residual.get_mut(..cells)?,
+            engaged: &mut head.engaged,
+            released: &mut head.released,
+            deepest: &mut head.deepest,
+            closed: &mut head.closed,
+            force_n: &mut head.force_n,
+        })
+    }
+
+    fn safe(&self, network: &Network<'_>, mut flags: Flags) -> TickOutput {
+        flags.insert(Flags::SAFE_STATE);
+        if self.head.closed {
+            flags.insert(Flags::BAND_CLOSED);
+        }
+        TickOutput {
+            energy_j: finite(self.head.level.published() * network.model().energy_unit_j()),
+            contacts: if self.head.engaged { self.head.chosen as u32 } else { 0 },
+            flags,
+            ..TickOutput::NONE
+        }
+    }
+}
+
+impl<D> Head<D> {
+    /// Returns the sample to use; `None` after too many bad samples.
+    fn accept(&mut self, sample: Option<ToolSample>, flags: &mut Flags) -> Option<ToolSample> {
+        if let Some(sample) = sample {
+            self.last_good = sample;
+            self.bad_ticks = 0;
+            return Some(sample);
+        }
+        flags.insert(Flags::BAD_SAMPLE);
+        self.bad_ticks = self.bad_ticks.saturating_add(1);
+        if self.bad_ticks == HELD_TICKS_MAX + 1 {
+            self.force_n = [0.0; 3];
+            log::warn!("tool samples stay bad: safe state");
+        }
+        (self.bad_ticks <= HELD_TICKS_MAX).then_some(self.last_good)
+    }
+}
+
+/// Data of the current tick.
+struct Tick<'a, 'm, D: Dynamics> {
+    network: &'a Network<'m>,
+    contact: ToolContact<'a, D::Number>,
+    context: Context<'a, 'm, D>,
+    residual: &'a mut [Cell<D::Number>],
+    // Scalars of the tissue, see [`Head`].
+    engaged: &'a mut bool,
+    released: &'a mut bool,
+    deepest: &'a mut f32,
+    closed: &'a mut bool,
+    force_n: &'a mut [f32; 3],
+}
+
+impl<D: Dynamics> Tick<'_, '_, D> {
+    /// Applies the terms' corrections for this tick and books their change of the energy.
+    #[inline(always)]
+    fn correct(&mut self) {
+        let (terms, awake) = (self.context.terms, &mut *self.context.awake);
+        if !terms.model.others.corrects() {
+            return;
+        }
+        let mut is_changed = false;
+        let rise = terms.begin_tick(self.context.state, |cell| {
+            awake.wake_around(terms.model, cell);
+            is_changed = true;
+        });
+        if is_changed {
+            self.context.level.shift(rise);
+            self.context.dynamics.pushed();
+        }
+    }
+
+    /// Notes that the tool engages, which starts its displacement anew, or releases.
+    fn engage(&mut self, sample: &ToolSample) {
+        let engaged = sample.engaged == 1;
+        if engaged && !*self.engaged {
+            *self.context.origin_m = sample.position_m.into();
+            *self.context.applied = [0.0; 3];
+            // Any depth is deeper: engaging reopens the bands.
+            *self.deepest = -1.0;
+        }
+        if engaged != *self.engaged {
+            *self.released = !engaged;
+        }
+        *self.engaged = engaged;
+    }
+
+    /// Closes or reopens the bands, see [`unloading`](super::unloading).
+    fn unload(&mut self) {
+        let depth = sqrt(dot(*self.context.applied, *self.context.applied));
+        let rule = self.network.settings().unloading;
+        let closed = rule.closes(*self.released, depth, *self.deepest, *self.closed);
+        if depth > *self.deepest {
+            *self.deepest = depth;
+        }
+        if closed != *self.closed {
+            *self.closed = closed;
+            self.context.terms.closed = closed;
+            self.context.level.forget();
+            self.context.dynamics.interrupt();
+            self.context.awake.wake_all(self.network.model());
+        }
+    }
+
+    /// Makes the link passes of the tick; returns their number.
+    fn sweep(&mut self, budget: &mut Budget<'_>, flags: &mut Flags) -> u16 {
+        // Collect all that the scheme reads and writes.
+        let &Settings { sweeps, step, tick_time, .. } = self.network.settings();
+        let context = &mut self.context;
+        let acting = self.contact.acting(context);
+        let mut body = Body {
+            terms: Terms { current: acting.current, touch: acting.touch, ..context.terms },
+            pace: Pace { sweeps, step, tick_time },
+            contacts: acting.contacts,
+            held: acting.held,
+            applied: acting.applied,
+            coarse: acting.coarse,
+            coarse_touch: acting.coarse_touch,
+            state: context.state,
+            residual: self.residual,
+            own: context.scheme_arrays,
+            room: context.coarse_memory,
+            awake: context.awake,
+            level: context.level,
+        };
+        // Sweep until the settings or the budget end it.
+        context.dynamics.begin(&mut body);
+        for done in 1..=sweeps {
+            if context.dynamics.sweep(&mut body) {
+                flags.insert(Flags::ROLLED_BACK);
+            }
+            if D::IS_ANYTIME && done < sweeps && !budget.goes_on(done) {
+                return done;
+            }
+        }
+        sweeps
+    }
+
+    /// Puts parts of the body to sleep. Runs after the sweeps, before anything else can move a cell.
+    fn settle(&mut self) {
+        let Context { terms, state, scheme_arrays, awake, .. } = &mut self.context;
+        let (state, arrays, residual) = (&**state, &**scheme_arrays, &*self.residual);
+        awake.settle(terms.model, residual, |cell| D::has_moved(state, arrays, residual, cell));
+    }
+
+    /// Computes force and energy after the last update. A late tick repeats the last force while the tool
+    /// stays engaged, with the present energy.
+    fn output(mut self, mut flags: Flags, sweeps: u16) -> TickOutput {
+        let (model, settings) = (self.network.model(), self.network.settings());
+        // Compute or repeat the force, and clamp it.
+        let (mut tool, mut is_limited) = (ToolOutput::NONE, false);
+        if *self.engaged {
+            if !self.context.is_late {
+                self.contact.book(&mut self.context);
+            }
+            tool = self.contact.output(&self.context, 0);
+            if self.context.is_late {
+                tool.force_n = (*self.force_n).into();
+            }
+            // A repeated force is clamped too: the limit may have changed.
+            is_limited = tool.clamp(settings.max_force_n);
+        }
+        *self.force_n = tool.force_n.into();
+        for (flag, is_set) in [
+            (Flags::MOTION_CLAMPED, self.context.is_clamped),
+            (Flags::FORCE_CLAMPED, is_limited),
+            (Flags::BAND_CLOSED, *self.closed),
+            (Flags::CONTACT_CAPACITY, self.context.is_full),
+            (Flags::LATE, self.context.is_late),
+            (Flags::STARTS_INSIDE, self.contact.waits()),
+        ] {
+            if is_set {
+                flags.insert(flag);
+            }
+        }
+        TickOutput {
+            force_n: tool.force_n,
+            energy_j: finite(self.context.level.published() * model.energy_unit_j()),
+            work_j: finite(self.context.work.hi * model.energy_unit_j()),
+            stiffness_n_per_m: tool.stiffness_n_per_m,
+            contacts: tool.contacts,
+            sweeps,
+            flags,
+        }
+    }
+}
