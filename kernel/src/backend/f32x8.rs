@@ -17,6 +17,21 @@ use crate::number::two_float::LANES;
 /// Eight consecutive cells.
 pub type Chunk = [Cell; LANES];
 
+/// Eight times four numbers.
+#[inline(always)]
+pub(crate) fn chunk(of: impl Fn(usize) -> [f32; 4]) -> Chunk {
+    [
+        Cell(of(0)),
+        Cell(of(1)),
+        Cell(of(2)),
+        Cell(of(3)),
+        Cell(of(4)),
+        Cell(of(5)),
+        Cell(of(6)),
+        Cell(of(7)),
+    ]
+}
+
 /// Eight lanes of `f32`.
 pub trait F32x8: Copy {
     /// One truth value per lane.

@@ -12,7 +12,7 @@ use super::state::States;
 use super::surface::Touch;
 use super::term::Term;
 use crate::backend::VectorUnit;
-use crate::backend::f32x8::Chunk;
+use crate::backend::f32x8::{Chunk, chunk};
 use crate::backend::slice_set::SliceSet;
 use crate::backend::slices::cells_of;
 use crate::backend::team::Team;
@@ -103,12 +103,18 @@ impl<'a, 'm> Terms<'a, 'm> {
         }
     }
 
-    /// Stores the displacements of all cells at the states v, for passes over some slices.
+    /// Stores the displacements of the cells of these slices at the states v.
     #[inline(always)]
-    pub fn displace<N: Number>(self, v: &[Cell<N>]) {
+    pub fn displace<N: Number>(self, slices: impl Iterator<Item = usize>, v: &[Cell<N>]) {
         if self.states.any() {
             let (at, quads) = (self.outputs(v), self.states.all().quads());
-            self.model.others.displace(0..v.len(), &at, quads);
+            for slice in slices {
+                let here = chunk(|lane| {
+                    let [x, y, z] = at(slice * LANES + lane);
+                    [x, y, z, 0.0]
+                });
+                self.model.others.displace(slice, &here, quads);
+            }
         }
     }
 
@@ -118,10 +124,8 @@ impl<'a, 'm> Terms<'a, 'm> {
         if !self.states.any() {
             return;
         }
-        let (at, quads) = (self.outputs(v), self.states.all().quads());
-        for slice in awake.iter(self.model.slice_count()) {
-            self.model.others.displace(cells_of(slice, v.len()), &at, quads);
-        }
+        self.displace(awake.iter(self.model.slice_count()), v);
+        let at = self.outputs(v);
         for slice in awake.iter(self.model.slice_count()) {
             if let Some([from, to]) = self.states.step(slice) {
                 self.model.others.update(cells_of(slice, v.len()), &at, from, to);

@@ -9,7 +9,7 @@ use super::state::States;
 use super::term::Term;
 use crate::backend::f32x8::{Chunk, F32x8};
 use crate::backend::slice_set::SliceSet;
-use crate::backend::slices::{Chunks, ChunksMut, cells_of};
+use crate::backend::slices::{Chunks, ChunksMut};
 use crate::backend::{Work, run};
 use crate::model::Model;
 use crate::model::parts::{self, PARTS};
@@ -155,10 +155,9 @@ impl Work for Update<'_, '_> {
     #[inline(always)]
     fn run<V: F32x8>(self) {
         let Terms { model, states, .. } = self.terms;
-        let place = |cell: usize| self.at.get(cell).map_or([0.0; 3], |cell| cell.xyz());
+        let (cells, quads) = (Chunks::new(self.at, Cell::ZERO), states.all().quads());
         for slice in self.awake.iter(model.slice_count()) {
-            let cells = cells_of(slice, self.at.len());
-            model.others.displace(cells, &place, states.all().quads());
+            model.others.displace(slice, cells.at(slice), quads);
         }
         for slice in self.awake.iter(model.slice_count()) {
             if let Some([from, to]) = states.step(slice) {

@@ -21,7 +21,7 @@ use core::ops::Range;
 use super::held::{Contact, Touched};
 use super::number::TermNumber;
 use super::state::{CellState, Nothing, Quads, SliceMemory, StatesOf};
-use crate::backend::f32x8::F32x8;
+use crate::backend::f32x8::{Chunk, F32x8};
 use crate::backend::slice_set::SliceSet;
 use crate::backend::slices::cells_of;
 use crate::model::terms::NoTerm;
@@ -46,10 +46,10 @@ pub(crate) trait Term: Copy {
         state: Self::State,
         at: &impl Fn(usize) -> [f32; 3],
     ) -> (Self::State, f64);
-    /// Stores the displacements of the cells of a slice at the outputs `at`, and clears their forces. A pass
+    /// Stores the displacements of the cells of a slice, which are at `here`, and clears their forces. A pass
     /// does so for all its slices before the first update; the displacements of other slices stay.
     #[inline(always)]
-    fn displace(self, _cells: Range<usize>, _at: &impl Fn(usize) -> [f32; 3], _quads: Quads<'_>) {}
+    fn displace(self, _slice: usize, _here: &Chunk, _quads: Quads<'_>) {}
     /// Stores the states of the cells of a slice for a pass at the outputs `at`.
     #[inline(always)]
     fn update(
@@ -194,9 +194,9 @@ impl<A: Term, B: Term> Term for (A, B) {
     }
 
     #[inline(always)]
-    fn displace(self, cells: Range<usize>, at: &impl Fn(usize) -> [f32; 3], quads: Quads<'_>) {
-        self.0.displace(cells.clone(), at, quads);
-        self.1.displace(cells, at, quads);
+    fn displace(self, slice: usize, here: &Chunk, quads: Quads<'_>) {
+        self.0.displace(slice, here, quads);
+        self.1.displace(slice, here, quads);
     }
 
     #[inline(always)]

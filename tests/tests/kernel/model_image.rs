@@ -135,9 +135,7 @@ fn errors_name_what_is_wrong_with_shapes() {
         assert_eq!(why, ModelError::Value(kind::NODAL_CELLS, 3), "{row}: {value}");
     }
     for (row, value) in [
-        (nodal::BACK_AREA, 0.123),
         (nodal::SPREAD, f32::NAN),
-        (nodal::REST, 0.5),
         (nodal::AREA + 1, f32::INFINITY),
     ] {
         let why = with(kind::NODAL_SLOTS, of_cell(row), value);

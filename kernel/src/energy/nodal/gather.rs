@@ -3,13 +3,13 @@
 #![allow(unsafe_code)]
 
 use super::matrix::{Matrix, each, pairs, times};
-use super::state::chunk;
-use crate::backend::f32x8::F32x8;
+use crate::backend::f32x8::{Chunk, F32x8, chunk};
 use crate::backend::lane::{Lane, Real};
 use crate::energy::state::Quad;
 use crate::model::image::nodal;
 use crate::model::nodal::{CellNumbers, Nodal, SlotNumbers};
 use crate::model::range;
+use crate::number::cell::{Cell, sub};
 use crate::number::two_float::LANES;
 
 /// Material numbers of a cell.
@@ -118,6 +118,29 @@ impl<'a> Ends<'a> {
     #[inline(always)]
     pub fn own(self, slice: usize) -> Option<&'a [Quad; LANES]> {
         self.array.as_chunks().0.get(slice)
+    }
+
+    /// Stores the displacements of the cells of a slice, which are at `here`.
+    #[inline(always)]
+    pub fn displace(self, slice: usize, here: &Chunk) {
+        let Some(own) = self.own(slice) else { return };
+        let mut last = [[0.0; 3]; LANES];
+        let rest = self.shapes.rest.as_chunks().0.get(slice).unwrap_or_else(|| {
+            let rest = self.shapes.rest.as_chunks::<LANES>().1;
+            last.iter_mut().zip(rest).for_each(|(slot, rest)| *slot = *rest);
+            &last
+        });
+        for ((slot, here), rest) in own.iter().zip(here).zip(rest) {
+            slot.set(Cell::at(sub(here.xyz(), *rest)));
+        }
+    }
+
+    /// Clears the elements of the cells of a slice.
+    #[inline(always)]
+    pub fn clear(self, slice: usize) {
+        if let Some(own) = self.own(slice) {
+            own.iter().for_each(|slot| slot.set(Cell::ZERO));
+        }
     }
 
     /// The groups of half-links of a slice: their numbers, and the elements of their other ends.

@@ -72,7 +72,7 @@ use super::held::{Contact, Touched};
 use super::number::TermNumber;
 use super::state::{Quads, SliceMemory, StatesOf};
 use super::term::Term;
-use crate::backend::f32x8::F32x8;
+use crate::backend::f32x8::{Chunk, F32x8};
 use crate::backend::slice_set::SliceSet;
 use crate::backend::slices::cells_of;
 use crate::model::image::nodal;
@@ -95,10 +95,11 @@ impl Term for Nodal<'_> {
     }
 
     #[inline(always)]
-    fn displace(self, cells: Range<usize>, at: &impl Fn(usize) -> [f32; 3], quads: Quads<'_>) {
-        if self.is_any() {
-            self.displaced(cells, at, quads);
-        }
+    fn displace(self, slice: usize, here: &Chunk, quads: Quads<'_>) {
+        let ends = Ends::of(self, quads.displacements).zip(Ends::of(self, quads.forces));
+        let Some((displacements, forces)) = ends.filter(|_| self.is_any()) else { return };
+        displacements.displace(slice, here);
+        forces.clear(slice);
     }
 
     fn update(

@@ -35,22 +35,6 @@ impl Nodal<'_> {
         Own::of(|row| Lane(self.number(cell, row)))
     }
 
-    /// Stores the displacements of cells, and clears their forces.
-    #[inline(always)]
-    pub(super) fn displaced(
-        self,
-        cells: Range<usize>,
-        at: &impl Fn(usize) -> [f32; 3],
-        quads: Quads<'_>,
-    ) {
-        let slots = quads.displacements.get(cells.clone()).unwrap_or(&[]);
-        let forces = quads.forces.get(cells.clone()).unwrap_or(&[]);
-        for (cell, (slot, force)) in cells.zip(slots.iter().zip(forces)) {
-            slot.set(Cell::at(sub(at(cell), self.rest_position(cell))));
-            force.set(Cell::ZERO);
-        }
-    }
-
     /// Stores the states of the cells of a slice for a pass, and adds its forces to the cells' and their
     /// neighbours'.
     pub(super) fn stepped(self, cells: Range<usize>, from: SliceMemory<'_>, to: SliceMemory<'_>) {

@@ -5,10 +5,9 @@ use core::cell::Cell as Shared;
 use super::law::Step;
 use super::matrix::Matrix;
 use super::nearest::Turn;
-use crate::backend::f32x8::{Chunk, F32x8};
+use crate::backend::f32x8::F32x8;
 use crate::backend::lane::Lane;
 use crate::energy::state::{CellState, Row, SliceMemory, number, put};
-use crate::number::cell::Cell;
 use crate::number::two_float::LANES;
 
 /// State of a cell's shape.
@@ -50,21 +49,6 @@ impl CellState for ShapeState {
         let size = self.turn.iter().fold(0.0, |sum, x| sum + x * x);
         (0.99..1.01).contains(&size) && self.unit.as_flattened().iter().all(|x| x.is_finite())
     }
-}
-
-/// Eight times four numbers.
-#[inline(always)]
-pub(super) fn chunk(of: impl Fn(usize) -> [f32; 4]) -> Chunk {
-    [
-        Cell(of(0)),
-        Cell(of(1)),
-        Cell(of(2)),
-        Cell(of(3)),
-        Cell(of(4)),
-        Cell(of(5)),
-        Cell(of(6)),
-        Cell(of(7)),
-    ]
 }
 
 #[inline(always)]
