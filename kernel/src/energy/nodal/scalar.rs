@@ -138,14 +138,12 @@ impl Nodal<'_> {
         let mut scale = 0.5 * energy.0.abs();
         // A displacement is rounded, and so is the difference of two.
         let displaced = |cell: usize| sub(at(cell), self.rest_position(cell));
+        let sum = |[x, y, z]: [f32; 3]| x.abs() + y.abs() + z.abs();
+        let (place, far) = (displaced(cell), sum(displaced(cell)));
         for (other, slot) in self.slots_of(cell) {
-            let (mut area, mut way, mut moved) = (0.0, 0.0, 0.0);
-            for (axis, (there, here)) in displaced(other).into_iter().zip(displaced(cell)).enumerate() {
-                area += slot.number(nodal::AREA + axis).abs();
-                way += there.abs() + here.abs();
-                moved += (there - here).abs();
-            }
-            scale += 4.0 * way * (size * area + slot.number(nodal::SPREAD).abs() * moved);
+            let there = displaced(other);
+            let stiffness = slot.number(nodal::SPREAD).abs() * sum(sub(there, place));
+            scale += 4.0 * (sum(there) + far) * (size * sum(slot.three(nodal::AREA)) + stiffness);
         }
         sums.scale += scale;
     }
