@@ -29,7 +29,7 @@ pub(crate) struct Context<'a, 'm, D: Dynamics> {
     /// Position of the first tool, the last good one \[m\].
     pub position_m: [f32; 3],
     /// Its position when it engaged \[m\].
-    pub origin_m: &'a mut [f32; 3],
+    pub origin_m: [f32; 3],
     /// Its displacement since then, within the limits [mean link lengths].
     pub applied: &'a mut [f32; 3],
     /// Largest motion of a tool in a tick [mean link lengths].
@@ -56,7 +56,7 @@ impl<'m, D: Dynamics> Context<'_, 'm, D> {
     /// Displacement of the tool after this tick: towards its position, within the step limit.
     pub fn step_towards(&mut self) -> [f32; 3] {
         let unit_m = self.model().unit_m();
-        let wished = sub(self.position_m, *self.origin_m)
+        let wished = sub(self.position_m, self.origin_m)
             .map(|x| (x / unit_m).clamp(-DISPLACEMENT_MAX, DISPLACEMENT_MAX));
         let (to, is_short) = approach(*self.applied, wished, self.step_max);
         self.is_clamped |= is_short;

@@ -24,7 +24,6 @@ use super::output::ToolOutput;
 use crate::energy::held::{Contact, Touched};
 use crate::energy::links::number::LinkNumber;
 use crate::energy::residual::Terms;
-use crate::energy::surface::Touch;
 use crate::energy::term::Term;
 use crate::model::Model;
 use crate::model::terms::TermData;
@@ -36,8 +35,8 @@ use crate::solver::Dynamics;
 use crate::solver::coarse::Coarse;
 
 /// Cells that a tool holds.
-pub(crate) struct Held<'a, N: LinkNumber> {
-    pub cells: &'a mut [Contact<N>],
+pub(crate) struct Held<'a, D: Dynamics> {
+    pub cells: &'a mut [Contact<D::Number>],
     /// Weight of the links between held and other cells.
     pub outer_weight: &'a mut f32,
 }
@@ -56,9 +55,9 @@ impl Change {
     }
 }
 
-impl<N: LinkNumber> Held<'_, N> {
+impl<D: Dynamics> Held<'_, D> {
     /// Takes hold of the cells, or moves them towards the tool.
-    pub fn advance<D: Dynamics<Number = N>>(&mut self, context: &mut Context<'_, '_, D>) {
+    pub fn advance(&mut self, context: &mut Context<'_, '_, D>) {
         if context.is_engaged && !context.was_engaged {
             note_origins(context.terms.model, context.state, self.cells);
             *self.outer_weight = outer_weight(context.terms.model, self.cells);
@@ -69,29 +68,22 @@ impl<N: LinkNumber> Held<'_, N> {
         }
     }
 
-    pub fn acting<D: Dynamics<Number = N>>(&self, context: &Context<'_, '_, D>) -> Acting<'_, N> {
+    pub fn acting(&self, context: &Context<'_, '_, D>) -> Acting<'_, D::Number> {
         let held = if context.is_engaged { &*self.cells } else { &[] };
-        Acting {
-            contacts: held,
-            held,
-            applied: *context.applied,
-            current: None,
-            coarse: Some(Coarse::Corrected(held.len())),
-            touch: Touch::NONE,
-            coarse_touch: None,
-        }
+        let (applied, coarse) = (*context.applied, Some(Coarse::Corrected(held.len())));
+        Acting { contacts: held, held, applied, coarse, ..Acting::NONE }
     }
 
     /// The force that the terms exert on the cells; a late tick leaves it out. E curves by at most half the
     /// weight of the links that a motion of the tool stretches.
-    pub fn output<D: Dynamics<Number = N>>(&self, context: &Context<'_, '_, D>) -> ToolOutput {
+    pub fn output(&self, context: &Context<'_, '_, D>) -> ToolOutput {
         let model = context.model();
         let stiffness = model.stiffness_n_per_m() * *self.outer_weight;
         ToolOutput { stiffness_n_per_m: finite(stiffness), ..output_of(context, self.cells) }
     }
 
     /// Moves the held cells towards the tool, as far as the limits allow.
-    fn follow<D: Dynamics<Number = N>>(&self, context: &mut Context<'_, '_, D>) {
+    fn follow(&self, context: &mut Context<'_, '_, D>) {
         let from = *context.applied;
         let to = context.step_towards();
         if to == from {
@@ -118,7 +110,7 @@ impl<N: LinkNumber> Held<'_, N> {
 
     /// Moves the held cells as far as the energy bound allows: by `length`, or farther if the tissue pulls them
     /// that way and this lowers the energy.
-    fn shorten<D: Dynamics<Number = N>>(
+    fn shorten(
         &self,
         context: &mut Context<'_, '_, D>,
         to: [f32; 3],
@@ -139,12 +131,7 @@ impl<N: LinkNumber> Held<'_, N> {
     }
 
     /// Moves the held cells to a displacement and returns the change of the energy of their links.
-    fn displace<D: Dynamics<Number = N>>(
-        &self,
-        context: &mut Context<'_, '_, D>,
-        to: [f32; 3],
-        before: Touched,
-    ) -> Change {
+    fn displace(&self, context: &mut Context<'_, '_, D>, to: [f32; 3], before: Touched) -> Change {
         *context.applied = to;
         self.place(context);
         context.dynamics.pushed();
@@ -154,7 +141,7 @@ impl<N: LinkNumber> Held<'_, N> {
     }
 
     /// Sets the held cells to the tool's displacement, in every copy of the state.
-    fn place<D: Dynamics<Number = N>>(&self, context: &mut Context<'_, '_, D>) {
+    fn place(&self, context: &mut Context<'_, '_, D>) {
         let model = context.terms.model;
         let k = model.saturation();
         let applied = from_single(*context.applied);

@@ -6,20 +6,18 @@ use super::held::{note_origins, output_of};
 use super::output::ToolOutput;
 use crate::energy::current::{admitted, rounded_up, work};
 use crate::energy::held::Contact;
-use crate::energy::links::number::LinkNumber;
-use crate::energy::surface::Touch;
 use crate::number::cell::{from_single, single};
 use crate::solver::Dynamics;
 use crate::solver::coarse::Coarse;
 
 /// Cells that a tool loads.
-pub(crate) struct Load<'a, N: LinkNumber> {
-    pub cells: &'a mut [Contact<N>],
+pub(crate) struct Load<'a, D: Dynamics> {
+    pub cells: &'a mut [Contact<D::Number>],
 }
 
-impl<N: LinkNumber> Load<'_, N> {
+impl<D: Dynamics> Load<'_, D> {
     /// Starts, moves or stops the current.
-    pub fn advance<D: Dynamics<Number = N>>(&mut self, context: &mut Context<'_, '_, D>) {
+    pub fn advance(&mut self, context: &mut Context<'_, '_, D>) {
         if context.is_engaged && !context.was_engaged {
             note_origins(context.terms.model, context.state, self.cells);
             context.level.begin_work();
@@ -34,30 +32,24 @@ impl<N: LinkNumber> Load<'_, N> {
         }
     }
 
-    pub fn acting<D: Dynamics<Number = N>>(&self, context: &Context<'_, '_, D>) -> Acting<'_, N> {
-        Acting {
-            contacts: if context.is_engaged { &*self.cells } else { &[] },
-            held: &[],
-            applied: *context.applied,
-            current: context.is_engaged.then_some(*context.applied),
-            coarse: Some(Coarse::Corrected(0)),
-            touch: Touch::NONE,
-            coarse_touch: None,
-        }
+    pub fn acting(&self, context: &Context<'_, '_, D>) -> Acting<'_, D::Number> {
+        let contacts = if context.is_engaged { &*self.cells } else { &[] };
+        let (applied, current) = (*context.applied, context.is_engaged.then_some(*context.applied));
+        Acting { contacts, applied, current, coarse: Some(Coarse::Corrected(0)), ..Acting::NONE }
     }
 
     /// Moves the current towards the value that the tool asks for, as far as the energy bound allows.
-    fn let_in<D: Dynamics<Number = N>>(&self, context: &mut Context<'_, '_, D>) {
+    fn let_in(&self, context: &mut Context<'_, '_, D>) {
         let from = *context.applied;
         let wished = context.step_towards();
         // Rounded to the number type of the cells: work and residual must mean the same current.
-        let wished = single(from_single::<N>(wished));
+        let wished = single(from_single::<D::Number>(wished));
         // Cut the current at the energy bound.
         let model = context.terms.model;
         let energy = context.level.energy();
         let energy = f64::from(energy.hi) + f64::from(energy.lo);
         let to = admitted(model, [from, wished], energy, context.state, self.cells);
-        let to = single(from_single::<N>(to));
+        let to = single(from_single::<D::Number>(to));
         context.is_clamped |= to != wished;
         // Book the change of the load's work.
         if to != from {
@@ -73,17 +65,17 @@ impl<N: LinkNumber> Load<'_, N> {
     }
 
     /// Books the current's work after the sweeps.
-    pub fn book<D: Dynamics<Number = N>>(&self, context: &mut Context<'_, '_, D>) {
+    pub fn book(&self, context: &mut Context<'_, '_, D>) {
         let work = work(context.terms.model, *context.applied, context.state, self.cells);
         context.level.note_work(rounded_up(work));
     }
 
     /// The force on the cells; no motion of the tool stretches their links.
-    pub fn output<D: Dynamics<Number = N>>(&self, context: &Context<'_, '_, D>) -> ToolOutput {
+    pub fn output(&self, context: &Context<'_, '_, D>) -> ToolOutput {
         output_of(context, self.cells)
     }
 
-    fn wake<D: Dynamics<Number = N>>(&self, context: &mut Context<'_, '_, D>) {
+    fn wake(&self, context: &mut Context<'_, '_, D>) {
         for contact in &*self.cells {
             context.awake.wake_around(context.terms.model, contact.cell());
         }

@@ -33,6 +33,7 @@ use crate::solver::coarse::CoarseTouch;
 /// });
 /// // `Tissue::touching(memory)` gives the tissue that takes tools.
 /// ```
+#[derive(Default)]
 pub struct TouchArrays<'a> {
     /// Stability bounds of the cells, one per cell.
     pub mobility: &'a mut [f32],
@@ -155,13 +156,13 @@ impl<'a> TouchRoom<'a> {
     #[must_use]
     pub fn new(arrays: TouchArrays<'a>) -> Self {
         let mut arrays = Some(arrays);
-        Self([(); BUILT].map(|()| arrays.take().unwrap_or_else(TouchArrays::none)))
+        Self([(); BUILT].map(|()| arrays.take().unwrap_or_default()))
     }
 
     /// No memory: tools are refused.
     #[must_use]
     pub fn none() -> Self {
-        Self([(); BUILT].map(|()| TouchArrays::none()))
+        Self([(); BUILT].map(|()| TouchArrays::default()))
     }
 
     /// The same memory, for a shorter lifetime.
@@ -262,19 +263,6 @@ impl<'a> TouchRoom<'a> {
 }
 
 impl<'a> TouchArrays<'a> {
-    fn none() -> Self {
-        Self {
-            mobility: &mut [],
-            factors: &mut [],
-            pulls: &mut [],
-            near: &mut [],
-            anchors: &mut [],
-            coarse: &mut [],
-            tools: &mut [],
-            state: &mut [],
-        }
-    }
-
     /// The triangles in reach.
     pub(crate) fn near(&self) -> &[NearTriangle] {
         let count = self.state.first().map_or(0, |state| state.count);

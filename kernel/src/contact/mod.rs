@@ -2,11 +2,11 @@
 //!
 //! | contact | the tool | file |
 //! |---|---|---|
-//! | [`Held`] | holds chosen cells and prescribes their positions | `held` |
-//! | [`Load`] | loads chosen cells by a current | `load` |
-//! | [`Tools`] | presses on the triangles of the surface, rubs and grips | `tools` |
+//! | `Held` | holds chosen cells and prescribes their positions | `held` |
+//! | `Load` | loads chosen cells by a current | `load` |
+//! | `Tools` | presses on the triangles of the surface, rubs and grips | `tools` |
 //!
-//! Each works on a [`Context`], which the tick gives it, with the same verbs: `advance` moves the tool towards
+//! Each works on a `Context`, which the tick gives it, with the same verbs: `advance` moves the tool towards
 //! its poses, within the limits of step and energy; `acting` is its part in the sweeps; `book` takes the tools'
 //! contact and work after them; `output` is the force on a tool.
 //!
@@ -38,9 +38,9 @@ use pose::ToolPose;
 use tools::Tools;
 
 /// The effect of the tools on the body in a tick.
-pub(crate) enum ToolContact<'a, N: LinkNumber> {
-    Held(Held<'a, N>),
-    Load(Load<'a, N>),
+pub(crate) enum ToolContact<'a, D: Dynamics> {
+    Held(Held<'a, D>),
+    Load(Load<'a, D>),
     Tools(Tools<'a>),
 }
 
@@ -61,14 +61,23 @@ pub(crate) struct Acting<'a, N: LinkNumber> {
     pub coarse_touch: Option<&'a CoarseTouch>,
 }
 
-impl<N: LinkNumber> ToolContact<'_, N> {
+impl<N: LinkNumber> Acting<'_, N> {
+    /// No contact.
+    const NONE: Self = Self {
+        contacts: &[],
+        held: &[],
+        applied: [0.0; 3],
+        current: None,
+        coarse: None,
+        touch: Touch::NONE,
+        coarse_touch: None,
+    };
+}
+
+impl<D: Dynamics> ToolContact<'_, D> {
     /// Moves the tools towards their poses; without poses tools on the surface keep their last ones.
     #[inline(always)]
-    pub fn advance<D: Dynamics<Number = N>>(
-        &mut self,
-        context: &mut Context<'_, '_, D>,
-        poses: &[ToolPose],
-    ) {
+    pub fn advance(&mut self, context: &mut Context<'_, '_, D>, poses: &[ToolPose]) {
         match self {
             Self::Held(held) => held.advance(context),
             Self::Load(load) => load.advance(context),
@@ -78,10 +87,7 @@ impl<N: LinkNumber> ToolContact<'_, N> {
 
     /// Its part in the sweeps.
     #[inline(always)]
-    pub fn acting<D: Dynamics<Number = N>>(
-        &mut self,
-        context: &Context<'_, '_, D>,
-    ) -> Acting<'_, N> {
+    pub fn acting(&mut self, context: &Context<'_, '_, D>) -> Acting<'_, D::Number> {
         match self {
             Self::Held(held) => held.acting(context),
             Self::Load(load) => load.acting(context),
@@ -91,7 +97,7 @@ impl<N: LinkNumber> ToolContact<'_, N> {
 
     /// Takes contact and work after the sweeps.
     #[inline(always)]
-    pub fn book<D: Dynamics<Number = N>>(&mut self, context: &mut Context<'_, '_, D>) {
+    pub fn book(&mut self, context: &mut Context<'_, '_, D>) {
         match self {
             Self::Held(_) => {}
             Self::Load(load) => load.book(context),
@@ -101,21 +107,17 @@ impl<N: LinkNumber> ToolContact<'_, N> {
 
     /// Output of an engaged tool; its force is that of the last tick with a sweep.
     #[inline(always)]
-    pub fn output<D: Dynamics<Number = N>>(
-        &self,
-        context: &Context<'_, '_, D>,
-        tool: usize,
-    ) -> ToolOutput {
+    pub fn output(&self, context: &Context<'_, '_, D>, tool: usize) -> ToolOutput {
         match self {
             Self::Held(held) => held.output(context),
             Self::Load(load) => load.output(context),
-            Self::Tools(tools) => tools.output(context.model(), tool),
+            Self::Tools(tools) => tools.memory.output(context.model(), tool),
         }
     }
 
     /// Returns true if an engaged tool waits inside the tissue without contact.
     #[inline(always)]
     pub fn waits(&self) -> bool {
-        matches!(self, Self::Tools(tools) if tools.wait())
+        matches!(self, Self::Tools(tools) if tools.memory.waits())
     }
 }

@@ -7,20 +7,8 @@ use crate::number::clamp::clamped;
 /// Output of one of several tools in a tick.
 ///
 /// ```
-/// # use chaincell_kernel::{Budget, FEATURES, Model, Network, Settings, Tissue, ToolPart, ToolPose, TouchStore, Track, elastic_room, include_model, term_states};
+#[doc = include_str!("example.txt")]
 /// use chaincell_kernel::ToolOutput;
-/// # if FEATURES != ["nodal", "surface"] {
-/// #     return Ok(());
-/// # }
-/// # let image = include_model!(concat!(env!("CARGO_MANIFEST_DIR"), "/data/touch6.chaincell"));
-/// # let model = Model::from_bytes(image)?;
-/// # let network = Network::new(model, Settings::for_model(&model))?;
-/// # type Body = Tissue<160, Track<{ elastic_room(32) }>, 4, { term_states(160) }>;
-/// # let mut body = Box::new(Body::new());
-/// # let mut store = TouchStore::<160, 64, 64>::new();
-/// # let mut tissue = body.touching(store.room());
-/// # tissue.reset(&network)?;
-/// # tissue.choose_tools(&network, &[&[ToolPart::sphere(0.004)]], 0.3)?;
 /// # for step in 0..=6 {
 /// #     let pose = ToolPose::at([0.0, 0.0, 0.036 - 0.001 * step as f32].into(), 1);
 /// #     tissue.tick(&network, &[pose], Budget::All);
@@ -68,20 +56,8 @@ impl ToolOutput {
 /// Where the tissue meets a tool: its proxy, which stops short of the tool where that is too deep.
 ///
 /// ```
-/// # use chaincell_kernel::{Budget, FEATURES, Model, Network, Settings, Tissue, ToolPart, ToolPose, TouchStore, Track, elastic_room, include_model, term_states};
+#[doc = include_str!("example.txt")]
 /// use chaincell_kernel::ProxyPose;
-/// # if FEATURES != ["nodal", "surface"] {
-/// #     return Ok(());
-/// # }
-/// # let image = include_model!(concat!(env!("CARGO_MANIFEST_DIR"), "/data/touch6.chaincell"));
-/// # let model = Model::from_bytes(image)?;
-/// # let network = Network::new(model, Settings::for_model(&model))?;
-/// # type Body = Tissue<160, Track<{ elastic_room(32) }>, 4, { term_states(160) }>;
-/// # let mut body = Box::new(Body::new());
-/// # let mut store = TouchStore::<160, 64, 64>::new();
-/// # let mut tissue = body.touching(store.room());
-/// # tissue.reset(&network)?;
-/// # tissue.choose_tools(&network, &[&[ToolPart::sphere(0.004)]], 0.3)?;
 ///
 /// let outside = ToolPose::at([0.0, 0.0, 0.036].into(), 1);
 /// tissue.tick(&network, &[outside], Budget::All);

@@ -1,4 +1,4 @@
-//! The terms of the energy, the tool's effect on it, and one pass over all terms.
+//! The terms of the energy, and one pass over all of them.
 //!
 //! The energy is a sum of (w / 2) dist^2(G x, S): the distances of linear maps G of a few cells to sets S.
 //! Half the squared distance to a set curves upwards by at most one, so L = sum of w G'G bounds the curvature
@@ -7,12 +7,12 @@
 //! - [`links`]: the links' bands (Eq. 5 to 13).
 //! - `term`: the interface of any other term; `model::others` lists them.
 //! - [`state`]: the terms' state of each cell.
-//! - [`held`]: a constraint, the cells that the tool holds.
+//! - [`held`]: the cells that a tool holds or loads.
 //! - `current`: a load, the current into the contact cells.
 //! - `nodal`: shapes of the tissue around each cell, instead of links.
 //! - `stiffening`: bands on the links of such a body, which resist large strain.
 //! - [`rounding`]: bound of the energy's rounding error.
-//! - `surface`: tools in contact with the triangles of the surface.
+//! - `surface`: tools in contact with the triangles of the surface; [`contact`](crate::contact) moves them.
 //! - `residual`, `sliced`: one pass, cell by cell and eight cells side by side.
 //!
 //! **Adding a term** takes a file here, a file in [`model`](crate::model), and an entry in the list of

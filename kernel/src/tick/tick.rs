@@ -86,7 +86,6 @@ impl<D: Dynamics> TissueMut<'_, D> {
         if !is_late {
             tick.correct();
         }
-        tick.engage(&sample);
         tick.contact.advance(&mut tick.context, poses);
         // Sweep, unless the tick is late.
         let mut sweeps = 0;
@@ -107,21 +106,19 @@ impl<D: Dynamics> TissueMut<'_, D> {
         sample: &ToolSample,
         is_late: bool,
     ) -> Option<Tick<'a, 'm, D>> {
-        let (model, settings, cells) =
-            (network.model(), network.settings(), network.model().cells());
-        let chosen = self.contacts.len().min(self.head.chosen);
+        let (model, settings, head) = (network.model(), network.settings(), &mut *self.head);
+        let (cells, chosen) = (model.cells(), self.contacts.len().min(head.chosen));
+        let state = self.state.get_mut(..cells)?;
+        let residual = self.residual.get_mut(..cells)?;
+        let scheme_arrays = self.own.get_mut(..D::ARRAYS * cells)?;
         let contacts = self.contacts.get_mut(..chosen)?;
-        let head = &mut *self.head;
         // A drive chosen while the tool is engaged takes effect when it next engages.
-        let is_load = match head.engaged {
-            true => head.level.is_driven(),
-            false => settings.drive == Drive::Current,
-        };
+        let is_driven = head.engaged && head.level.is_driven();
+        let is_load = is_driven || (!head.engaged && settings.drive == Drive::Current);
+        let was_engaged = head.engage(sample);
         let contact = if IS_BUILT && head.has_tools {
-            ToolContact::Tools(Tools {
-                memory: self.touch.reborrow(),
-                resisted: &mut head.resisted,
-            })
+            let (memory, resisted) = (self.touch.reborrow(), &mut head.resisted);
+            ToolContact::Tools(Tools { memory, resisted })
         } else if is_load {
             ToolContact::Load(Load { cells: contacts })
         } else {
@@ -138,34 +135,26 @@ impl<D: Dynamics> TissueMut<'_, D> {
         };
         let context = Context {
             terms,
-            state: self.state.get_mut(..cells)?,
-            scheme_arrays: self.own.get_mut(..D::ARRAYS * cells)?,
+            state,
+            scheme_arrays,
             coarse_memory: self.room,
             dynamics: &mut head.dynamics,
             level: &mut head.level,
             awake: &mut head.awake,
             position_m: sample.position_m.into(),
-            origin_m: &mut head.tool_origin_m,
+            origin_m: head.tool_origin_m,
             applied: &mut head.applied,
             step_max: settings.max_tool_step_m / model.unit_m(),
-            was_engaged: head.engaged,
-            is_engaged: sample.engaged == 1,
+            was_engaged,
+            is_engaged: head.engaged,
             is_late,
             work: TwoFloat::ZERO,
             is_clamped: false,
             is_full: false,
         };
-        Some(Tick {
-            network,
-            contact,
-            context,
-            residual: self.residual.get_mut(..cells)?,
-            engaged: &mut head.engaged,
-            released: &mut head.released,
-            deepest: &mut head.deepest,
-            closed: &mut head.closed,
-            force_n: &mut head.force_n,
-        })
+        let (deepest, closed, force_n) = (&mut head.deepest, &mut head.closed, &mut head.force_n);
+        let released = head.released;
+        Some(Tick { network, contact, context, residual, released, deepest, closed, force_n })
     }
 
     fn safe(&self, network: &Network<'_>, mut flags: Flags) -> TickOutput {
@@ -198,17 +187,33 @@ impl<D> Head<D> {
         }
         (self.bad_ticks <= HELD_TICKS_MAX).then_some(self.last_good)
     }
+
+    /// Notes that the tool engages, which starts its displacement anew, or releases. Returns true if it was
+    /// engaged.
+    fn engage(&mut self, sample: &ToolSample) -> bool {
+        let (was_engaged, is_engaged) = (self.engaged, sample.engaged == 1);
+        if is_engaged && !was_engaged {
+            self.tool_origin_m = sample.position_m.into();
+            self.applied = [0.0; 3];
+            // Any depth is deeper: engaging reopens the bands.
+            self.deepest = -1.0;
+        }
+        if is_engaged != was_engaged {
+            self.released = !is_engaged;
+        }
+        self.engaged = is_engaged;
+        was_engaged
+    }
 }
 
 /// Data of the current tick.
 struct Tick<'a, 'm, D: Dynamics> {
     network: &'a Network<'m>,
-    contact: ToolContact<'a, D::Number>,
+    contact: ToolContact<'a, D>,
     context: Context<'a, 'm, D>,
     residual: &'a mut [Cell<D::Number>],
     // Scalars of the tissue, see [`Head`].
-    engaged: &'a mut bool,
-    released: &'a mut bool,
+    released: bool,
     deepest: &'a mut f32,
     closed: &'a mut bool,
     force_n: &'a mut [f32; 3],
@@ -233,26 +238,11 @@ impl<D: Dynamics> Tick<'_, '_, D> {
         }
     }
 
-    /// Notes that the tool engages, which starts its displacement anew, or releases.
-    fn engage(&mut self, sample: &ToolSample) {
-        let engaged = sample.engaged == 1;
-        if engaged && !*self.engaged {
-            *self.context.origin_m = sample.position_m.into();
-            *self.context.applied = [0.0; 3];
-            // Any depth is deeper: engaging reopens the bands.
-            *self.deepest = -1.0;
-        }
-        if engaged != *self.engaged {
-            *self.released = !engaged;
-        }
-        *self.engaged = engaged;
-    }
-
     /// Closes or reopens the bands, see [`unloading`](super::unloading).
     fn unload(&mut self) {
         let depth = sqrt(dot(*self.context.applied, *self.context.applied));
         let rule = self.network.settings().unloading;
-        let closed = rule.closes(*self.released, depth, *self.deepest, *self.closed);
+        let closed = rule.closes(self.released, depth, *self.deepest, *self.closed);
         if depth > *self.deepest {
             *self.deepest = depth;
         }
@@ -312,7 +302,7 @@ impl<D: Dynamics> Tick<'_, '_, D> {
         let (model, settings) = (self.network.model(), self.network.settings());
         // Compute or repeat the force, and clamp it.
         let (mut tool, mut is_limited) = (ToolOutput::NONE, false);
-        if *self.engaged {
+        if self.context.is_engaged {
             if !self.context.is_late {
                 self.contact.book(&mut self.context);
             }

@@ -19,7 +19,7 @@ use crate::energy::state::{self, TermState, TermStates};
 use crate::model::image::CELLS_MAX;
 use crate::model::terms::TermData;
 use crate::model::{COORDINATE_MAX, Model};
-use crate::number::cell::{Cell, from_single, output};
+use crate::number::cell::{Cell, add, from_single, output, scale};
 use crate::number::kept::kept;
 use crate::number::two_float::Eight;
 use crate::number::{Number, float_env};
@@ -401,13 +401,8 @@ impl<D: Dynamics> TissueMut<'_, D> {
     /// Published position of a cell in the frame of the input mesh \[m\]; `None` beyond the last.
     #[must_use]
     pub fn position_m(&self, model: &Model<'_>, cell: usize) -> Option<Vector3<f32>> {
-        let y = self.position(model, cell)?.map(Number::single);
-        let centre = model.centre_m();
-        Some(Vector3::new(
-            centre[0] + y[0] * model.unit_m(),
-            centre[1] + y[1] * model.unit_m(),
-            centre[2] + y[2] * model.unit_m(),
-        ))
+        let position = self.position(model, cell)?.map(Number::single);
+        Some(add(model.centre_m(), scale(model.unit_m(), position)).into())
     }
 
     /// Position of a node of the embedded mesh, by input id, in the frame of the input mesh \[m\], computed
@@ -416,12 +411,8 @@ impl<D: Dynamics> TissueMut<'_, D> {
     #[must_use]
     pub fn fine_position_m(&self, model: &Model<'_>, node: usize) -> Option<Vector3<f32>> {
         let at = |cell| Some(self.position(model, cell)?.map(Number::single));
-        let (place, centre) = (model.fine_position(node, at)?, model.centre_m());
-        Some(Vector3::new(
-            centre[0] + place[0] * model.unit_m(),
-            centre[1] + place[1] * model.unit_m(),
-            centre[2] + place[2] * model.unit_m(),
-        ))
+        let position = model.fine_position(node, at)?;
+        Some(add(model.centre_m(), scale(model.unit_m(), position)).into())
     }
 
     /// Published position of a cell [mean link lengths from the body's centre].

@@ -21,8 +21,9 @@ impl<D: Dynamics> TissueMut<'_, D> {
         Some(ProxyPose { position_m, orientation: proxy.turn.orientation(), share: proxy.share })
     }
 
-    /// Replaces chosen cells by tools: each is a list of at most [`PARTS_MAX`] convex parts; one coefficient
-    /// of Coulomb friction serves all, 0 for none. Each [`Self::tick`] then takes a pose for each tool.
+    /// Replaces chosen cells by tools: each is a list of at most [`PARTS_MAX`](crate::PARTS_MAX) convex parts;
+    /// one coefficient of Coulomb friction serves all, 0 for none. Each [`Self::tick`] then takes a pose for each
+    /// tool.
     ///
     /// The model needs a contact surface ([`Model::has_contact_surface`](crate::Model)). A tissue without
     /// memory for anchors has no friction and no grips.
@@ -56,19 +57,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
     /// samples in reach.
     ///
     /// ```
-    /// # use chaincell_kernel::{Budget, FEATURES, Model, Network, Settings, Tissue, ToolPart, ToolPose, TouchStore, Track, elastic_room, include_model, term_states};
-    /// # if FEATURES != ["nodal", "surface"] {
-    /// #     return Ok(());
-    /// # }
-    /// # let image = include_model!(concat!(env!("CARGO_MANIFEST_DIR"), "/data/touch6.chaincell"));
-    /// # let model = Model::from_bytes(image)?;
-    /// # let network = Network::new(model, Settings::for_model(&model))?;
-    /// # type Body = Tissue<160, Track<{ elastic_room(32) }>, 4, { term_states(160) }>;
-    /// # let mut body = Box::new(Body::new());
-    /// # let mut store = TouchStore::<160, 64, 64>::new();
-    /// # let mut tissue = body.touching(store.room());
-    /// # tissue.reset(&network)?;
-    /// # tissue.choose_tools(&network, &[&[ToolPart::sphere(0.004)]], 0.3)?;
+    #[doc = include_str!("../contact/example.txt")]
     /// # for step in 0..=6 {
     /// #     let pose = ToolPose::at([0.0, 0.0, 0.036 - 0.001 * step as f32].into(), 1);
     /// #     tissue.tick(&network, &[pose], Budget::All);
@@ -107,19 +96,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
     /// The force does not jump: a grip starts without pull. Call it between two ticks.
     ///
     /// ```
-    /// # use chaincell_kernel::{Budget, FEATURES, Model, Network, Settings, Tissue, ToolPart, ToolPose, TouchStore, Track, elastic_room, include_model, term_states};
-    /// # if FEATURES != ["nodal", "surface"] {
-    /// #     return Ok(());
-    /// # }
-    /// # let image = include_model!(concat!(env!("CARGO_MANIFEST_DIR"), "/data/touch6.chaincell"));
-    /// # let model = Model::from_bytes(image)?;
-    /// # let network = Network::new(model, Settings::for_model(&model))?;
-    /// # type Body = Tissue<160, Track<{ elastic_room(32) }>, 4, { term_states(160) }>;
-    /// # let mut body = Box::new(Body::new());
-    /// # let mut store = TouchStore::<160, 64, 64>::new();
-    /// # let mut tissue = body.touching(store.room());
-    /// # tissue.reset(&network)?;
-    /// # tissue.choose_tools(&network, &[&[ToolPart::sphere(0.004)]], 0.3)?;
+    #[doc = include_str!("../contact/example.txt")]
     /// # for step in 0..=6 {
     /// #     let pose = ToolPose::at([0.0, 0.0, 0.036 - 0.001 * step as f32].into(), 1);
     /// #     tissue.tick(&network, &[pose], Budget::All);

@@ -48,7 +48,7 @@ use super::context::{Context, places};
 use super::memory::{TouchArrays, TouchRoom};
 use super::output::ToolOutput;
 use super::pose::ToolPose;
-use crate::energy::surface::{Meeting, Proxies, TOOLS_MAX, ToolState, Touch};
+use crate::energy::surface::{Meeting, Proxies, TOOLS_MAX, ToolState};
 use crate::model::Model;
 use crate::number::cell::{add, dot, scale, sub};
 use crate::number::clamp::finite;
@@ -90,19 +90,12 @@ impl Tools<'_> {
     }
 
     pub fn acting<D: Dynamics>(&mut self, context: &Context<'_, '_, D>) -> Acting<'_, D::Number> {
-        let model = context.model();
-        let arrays = self.memory.arrays(context.state.len());
-        let (touch, coarse_touch) =
-            arrays.map_or((Touch::NONE, None), |arrays| arrays.touching(model));
-        Acting {
-            contacts: &[],
-            held: &[],
-            applied: [0.0; 3],
-            current: None,
-            coarse: self.resisted.map(Coarse::Resisted),
-            touch,
-            coarse_touch,
-        }
+        let coarse = self.resisted.map(Coarse::Resisted);
+        let Some(arrays) = self.memory.arrays(context.state.len()) else {
+            return Acting { coarse, ..Acting::NONE };
+        };
+        let (touch, coarse_touch) = arrays.touching(context.model());
+        Acting { coarse, touch, coarse_touch, ..Acting::NONE }
     }
 
     /// Moves the tools. Returns true if the coarse level has to be prepared.
@@ -126,7 +119,7 @@ impl Tools<'_> {
         }
         // Note the displacement of the first tool.
         if let Some(tool) = arrays.tools.first() {
-            *context.applied = sub(tool.target, internal(model, *context.origin_m));
+            *context.applied = sub(tool.target, internal(model, context.origin_m));
         }
         if context.is_late || (stays && sleeps) {
             return false;
@@ -218,18 +211,14 @@ impl Tools<'_> {
         }
         context.work = work.into();
     }
-
-    pub fn output(&self, model: &Model<'_>, tool: usize) -> ToolOutput {
-        self.memory.output(model, tool)
-    }
-
-    /// Returns true if an engaged tool waits inside the tissue without contact.
-    pub fn wait(&self) -> bool {
-        self.memory.tools().iter().any(ToolState::waits)
-    }
 }
 
 impl TouchRoom<'_> {
+    /// Returns true if an engaged tool waits inside the tissue without contact.
+    pub(crate) fn waits(&self) -> bool {
+        self.tools().iter().any(ToolState::waits)
+    }
+
     /// Output of a tool in the last tick with a sweep; zero while it is not engaged.
     pub(crate) fn output(&self, model: &Model<'_>, tool: usize) -> ToolOutput {
         let Some(tool) = self.tool(tool) else { return ToolOutput::NONE };
