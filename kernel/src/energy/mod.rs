@@ -26,7 +26,7 @@
 //! | whether it keeps states of this body's cells, and replaces the links | `keeps`, `replaces_links` |
 //! | its state of a cell: at rest, and as words | `Term::State`, `CellState` |
 //! | a correction of residual and energy for a tick, and its change of the energy | `corrects`, `begin_tick` |
-//! | a first pass: the state of a cell from any cells' positions, and of eight | `update`, `update_slice` |
+//! | a first pass: displacements, then the states of a slice | `displace`, `update`, `update_slice` |
 //! | residual and energy of awake slices, cell by cell and eight side by side | `accumulate`, `slice` |
 //! | residual, energy and rounding at one cell | `cell` |
 //! | energy that a displacement of held cells changes, and a bound of that change | `touched`, `add_move` |

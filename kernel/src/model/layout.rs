@@ -32,4 +32,10 @@ impl Layout<'_> {
     pub fn slices(&self) -> usize {
         self.rest.len().div_ceil(LANES)
     }
+
+    /// Rest position of a cell, zeros beyond the last one.
+    #[cfg(test)]
+    pub fn rest_position(&self, cell: usize) -> [f32; 3] {
+        self.rest.get(cell).copied().unwrap_or_default()
+    }
 }

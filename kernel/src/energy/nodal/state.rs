@@ -33,10 +33,7 @@ impl CellState for ShapeState {
     fn load(lane: usize, memory: SliceMemory<'_>) -> Self {
         let row = |row| number(memory.lasting, row, lane);
         let three = |first| [row(first), row(first + 1), row(first + 2)];
-        Self {
-            turn: [row(0), row(1), row(2), row(3)],
-            unit: [three(4), three(7), three(10)],
-        }
+        Self { turn: [row(0), row(1), row(2), row(3)], unit: [three(4), three(7), three(10)] }
     }
 
     #[inline(always)]
