@@ -32,7 +32,6 @@ fn binary() -> &'static Path {
             .args(["build", "--locked", "--offline", "--quiet", "--profile", profile])
             // The whole workspace selects the same features as its tests: nothing is built twice.
             .args(["--workspace", "--bin", "chaincell", "--bin", "chaincell-lab"])
-            .args(cfg!(feature = "baselines").then_some("--features=chaincell-tests/baselines"))
             .arg("--target-dir")
             .arg(target)
             .stdin(Stdio::null())

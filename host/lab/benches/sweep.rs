@@ -7,19 +7,23 @@
 //! The body is the reference liver, or the generated organ without CHAINCELL_REFERENCE. A tick of nine
 //! sweeps less one of a single sweep is eight sweeps and nothing else; the instructions do not depend
 //! on the machine's pace. After them come those of a late tick, the tool moving deeper by a tenth of a
-//! millimetre, and its share of a sweep with vectors. Last come whole ticks of one sweep of an organ of
-//! nodal shapes (5,783 nodes, 5 kPa, Poisson's ratio 0.45, `predict`) in the same press, with held cells and
-//! under a probe, and its state hash. All loops are run first: their results are finite, and the same with
-//! and without the vector unit.
+//! millimetre, and its share of a sweep with vectors. Last come whole ticks of one sweep of organs of nodal
+//! shapes (5 kPa, Poisson's ratio 0.45, `predict`) in the same press, with held cells and under a probe, and
+//! their state hashes: the default organ, whose tick under the probe with its hash may take
+//! [`ORGAN_TICK_INSTRUCTIONS`], and one of 5,783 nodes. All loops are run first: their results are finite,
+//! and the same with and without the vector unit.
 //!
-//! `--quick`, which `cargo test` in the place of `cargo bench` takes by itself, counts on a small organ.
+//! `--quick`, which `cargo test` in the place of `cargo bench` takes by itself, counts on a small organ, and
+//! `--nodes N` the ticks of shapes alone on an organ of that size.
 
 use std::hint::black_box;
 use std::path::Path;
 use std::process::{Command, ExitCode};
 
 use chaincell_host::bake::tissue::Tissue;
-use chaincell_host::bake::{BakeOptions, PerCell};
+use chaincell_host::bake::{
+    BakeOptions, ORGAN_POISSON, ORGAN_SIZE, ORGAN_TICK_INSTRUCTIONS, ORGAN_YOUNG_PA, PerCell,
+};
 use chaincell_host::engine::{Arithmetic, Contact, Scheme};
 use chaincell_host::error::{Error, Result};
 use chaincell_kernel::{Budget, Model, ToolPose};
@@ -46,11 +50,8 @@ const LATE_TICKS: [u16; 2] = [64, 0];
 const PRESS_TICKS: u16 = 100;
 /// What is counted of an organ of nodal shapes.
 const SHAPES: [&str; 3] = ["tick of shapes, held cells", "tick of shapes, probe", "state hash"];
-/// Nodes of that organ, and of the quick form.
-const SHAPE_NODES: [usize; 2] = [5_783, QUICK_CELLS];
-/// Its Young's modulus and Poisson's ratio.
-const YOUNG_PA: f64 = 5e3;
-const POISSON: f64 = 0.45;
+/// Nodes of the organs of nodal shapes.
+const SHAPE_NODES: [usize; 2] = [ORGAN_SIZE, 5_783];
 /// Way of the tool a tick, and radius of the probe \[m\].
 const WAY_M: f64 = 1e-4;
 const RADIUS_M: f32 = 0.012;
@@ -116,13 +117,13 @@ fn pose(scene: &Scene, model: &Model<'_>, way_m: f64) -> ToolPose {
 }
 
 /// The run that valgrind counts: ticks of one sweep after a press, or hashes, many or none.
-fn shapes_run(quick: bool, number: usize, length: usize) -> Result<()> {
+fn shapes_run(nodes: usize, number: usize, length: usize) -> Result<()> {
     let (true, Some(&count)) = (number < SHAPES.len(), LATE_TICKS.get(length)) else {
         return Err(Error::input("--shapes is 0 to 2 and --length 0 or 1"));
     };
-    let tissue = Tissue::new(PerCell::Uniform(YOUNG_PA), PerCell::Uniform(POISSON));
+    let tissue = Tissue::new(PerCell::Uniform(ORGAN_YOUNG_PA), PerCell::Uniform(ORGAN_POISSON));
     let options = BakeOptions { tissue: Some(tissue), ..BakeOptions::default() };
-    let scene = Source::organ(Some(SHAPE_NODES[usize::from(quick)]))?.bake(&options)?;
+    let scene = Source::organ(Some(nodes))?.bake(&options)?;
     let model = scene.model()?;
     let (contact, away_m) = match number {
         1 => (Contact::sphere(RADIUS_M, 0.0), f64::from(RADIUS_M)),
@@ -199,11 +200,34 @@ fn count(model: &Model<'_>, form: &str) -> Result<()> {
         let tick = (long - short) / f64::from(LATE_TICKS[0]);
         println!("{name:<28} {tick:>16.0}   1/{:.0} of a sweep", sweeps[0] / tick);
     }
+    Ok(())
+}
+
+/// The instructions of ticks of nodal shapes. Returns those of a whole tick: under a probe, with its hash.
+fn count_shapes(nodes: usize) -> Result<f64> {
+    println!("organ:{nodes} of nodal shapes");
+    let (nodes, mut counts) = (nodes.to_string(), [0.0; SHAPES.len()]);
     for (number, name) in SHAPES.into_iter().enumerate() {
-        let number = number.to_string();
-        let long = instructions(&[form, "--shapes", &number, "--length", "0"])?;
-        let short = instructions(&[form, "--shapes", &number, "--length", "1"])?;
-        println!("{name:<28} {:>16.0}", (long - short) / f64::from(LATE_TICKS[0]));
+        let run = |length| {
+            instructions(&["--nodes", &nodes, "--shapes", &number.to_string(), "--length", length])
+        };
+        counts[number] = (run("0")? - run("1")?) / f64::from(LATE_TICKS[0]);
+        println!("{name:<28} {:>16.0}", counts[number]);
+    }
+    let [_, probe, hash] = counts;
+    Ok(probe + hash)
+}
+
+/// The same of the default organ, which has to keep its bound, and of the large one.
+fn count_organs() -> Result<()> {
+    for nodes in SHAPE_NODES {
+        let whole = count_shapes(nodes)?;
+        if nodes == ORGAN_SIZE && whole > ORGAN_TICK_INSTRUCTIONS {
+            return Err(Error::check(format!(
+                "a tick of organ:{nodes} takes {whole:.0} instructions, more than the \
+                 {ORGAN_TICK_INSTRUCTIONS} of the default body"
+            )));
+        }
     }
     Ok(())
 }
@@ -217,7 +241,10 @@ fn run() -> Result<()> {
     let has = |name: &str| arguments.iter().any(|argument| argument == name);
     let quick = has("--quick") || !has("--bench");
     if let (Some(shapes), Some(length)) = (number("--shapes"), number("--length")) {
-        return shapes_run(quick, shapes, length);
+        return shapes_run(number("--nodes").unwrap_or(ORGAN_SIZE), shapes, length);
+    }
+    if let Some(nodes) = number("--nodes") {
+        return count_shapes(nodes).map(drop);
     }
     let scene = scene(quick)?;
     let model = scene.model()?;
@@ -231,7 +258,10 @@ fn run() -> Result<()> {
     println!("{}: {} cells, {} links", scene.name, model.cells(), model.links());
     let form = if quick { "--quick" } else { "--bench" };
     match Command::new("valgrind").arg("--version").output() {
-        Ok(_) => count(&model, form),
+        Ok(_) => {
+            count(&model, form)?;
+            if quick { count_shapes(QUICK_CELLS).map(drop) } else { count_organs() }
+        }
         Err(why) => {
             eprintln!("SKIPPED the count of instructions: valgrind: {why}");
             Ok(())

@@ -6,13 +6,13 @@
 //! - [`bodies`]: the bodies of experiments and tests, and the ways to compute them.
 //! - [`states`]: states that no tool brings a body to.
 //! - [`monitor`]: what must hold in every tick.
-//! - [`baseline`]: the methods that chaincell is compared with.
+//! - `chainmail`: the method that the paper improves on.
 //! - `charts`: curves and bodies as pictures.
 //! - [`experiments`]: report, paper, stress and identification.
 //! - [`cli`]: the command line of `chaincell-lab`.
 
-pub mod baseline;
 pub mod bodies;
+mod chainmail;
 mod charts;
 pub mod cli;
 pub mod experiments;

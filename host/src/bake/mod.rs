@@ -131,18 +131,28 @@ struct OrderedCells {
     fixed: Vec<u16>,
 }
 
-/// Bakes the default body of commands: `organ:1000 --young-pa 5000 --poisson 0.45`.
-///
-/// It is a liver: healthy ones have 4 to 6 kPa by transient elastography (L. Sandrin and others,
-/// Ultrasound in Medicine and Biology 29, 2003, 1705 to 1713), and are nearly incompressible. Its
-/// number of cells leaves most of a millisecond to a busy machine.
+/// Size of the default body, and the instructions that its tick may take with AVX2: one sweep of `predict`
+/// under a ball that is pressed in, with contact and state hash. `cargo bench -p chaincell-lab --bench sweep`
+/// counts them, and fails beyond; it leaves most of a millisecond to a busy machine.
+pub const ORGAN_SIZE: usize = 1000;
+/// See [`ORGAN_SIZE`].
+pub const ORGAN_TICK_INSTRUCTIONS: f64 = 3.3e6;
+
+/// Young's modulus \[Pa\] and Poisson's ratio of the default body: those of a liver. Healthy ones have 4 to
+/// 6 kPa by transient elastography (L. Sandrin and others, Ultrasound in Medicine and Biology 29, 2003, 1705 to
+/// 1713), and are nearly incompressible.
+pub const ORGAN_YOUNG_PA: f64 = 5000.0;
+/// See [`ORGAN_YOUNG_PA`].
+pub const ORGAN_POISSON: f64 = 0.45;
+
+/// Bakes the default body of commands, an organ of [`ORGAN_SIZE`].
 ///
 /// # Errors
 /// As [`bake`].
 pub fn organ() -> Result<ImageBytes> {
-    let mesh = load("organ:1000", &MeshOptions::default())?;
+    let mesh = load(&format!("organ:{ORGAN_SIZE}"), &MeshOptions::default())?;
     let of = PerCell::Uniform;
-    let tissue = Some(Tissue::new(of(5000.0), of(0.45)));
+    let tissue = Some(Tissue::new(of(ORGAN_YOUNG_PA), of(ORGAN_POISSON)));
     bake(&mesh, &mesh.default_fixed, &BakeOptions { tissue, ..BakeOptions::default() })
 }
 

@@ -3,6 +3,7 @@
 use std::convert::Infallible;
 use std::path::{Path, PathBuf};
 
+use chaincell_kernel::Budget;
 use chaincell_kernel::trace::{Entry, Reader};
 use serde::Serialize;
 
@@ -16,7 +17,8 @@ use super::sides::{self, Files, Session, Sides};
 use super::stage::{StageArgs, StageReport};
 use super::tissue::{TissueArgs, TissueReport};
 use super::verdict::{Counts, Verdict, VerdictArgs};
-use crate::bake::organ;
+use crate::bake::{ORGAN_POISSON, ORGAN_SIZE, ORGAN_YOUNG_PA, organ};
+use crate::engine::convergence::{Convergence, ForceError};
 use crate::engine::flag_ticks::FlagTicks;
 use crate::engine::motion::Pose;
 use crate::engine::staged::Staged;
@@ -50,7 +52,10 @@ use crate::words::counted;
     machine's own. Exit code 1 also when a process took more memory at the end than after the\n\
     warm-up. A session of more than an hour is then neither recorded nor replayed.")]
 pub struct Args {
-    /// Model file from `chaincell bake` [default: organ:1000, 5 kPa, Poisson's ratio 0.45]
+    #[arg(help = format!(
+        "Model file from `chaincell bake` [default: organ:{ORGAN_SIZE}, {} kPa, Poisson's ratio \
+         {ORGAN_POISSON}]", 1e-3 * ORGAN_YOUNG_PA
+    ))]
     model: Option<PathBuf>,
     /// Length of the press, with --load of the session, 3 s to 31 days [s]
     #[arg(long, default_value_t = 10.0, value_name = "S", allow_negative_numbers = true)]
@@ -120,6 +125,8 @@ struct CosimSummary {
     #[serde(flatten)]
     tissue: TissueReport,
     stage: Option<StageReport>,
+    /// None for a session that was not recorded, or without a force.
+    force_error: Option<ForceError>,
     /// How near the tool came that never touched the body.
     never_touched: Option<Untouched>,
     load: Option<LoadReport>,
@@ -171,11 +178,8 @@ pub fn execute(args: &Args) -> Result<()> {
     };
     let (session, load) = under_load(args, &files, &poses, &sides)?;
     let replayed = match lengths.is_recorded {
-        true => {
-            let (hash, never_touched) = replay(&mut tissue, &folder.file(recording::TRACE))?;
-            (Some(hash), never_touched)
-        }
-        false => (None, None),
+        true => replay(&mut tissue, &folder.file(recording::TRACE), lengths.ticks())?,
+        false => Replayed::default(),
     };
     let summary = CosimSummary { load, ..summary(args, &tissue, session, replayed)? };
     folder.write_json("summary.json", &summary)?;
@@ -224,14 +228,25 @@ fn under_load(
     Ok((session, Some(report)))
 }
 
-/// Plays the recorded session once more without shared memory. Returns the state hash at its end, and how near
-/// the tool came that never touched. Only the trace has all of a session: the sweeps and the delay of each tick,
-/// the commands, and the poses of all tools bit by bit.
-fn replay(tissue: &mut Staged<'_>, place: &Path) -> Result<(String, Option<Untouched>)> {
+/// What the replay of a session found; nothing for a session that was not recorded.
+#[derive(Default)]
+struct Replayed {
+    state_hash: Option<String>,
+    force_error: Option<ForceError>,
+    never_touched: Option<Untouched>,
+}
+
+/// Plays the recorded session of at most so many ticks once more without shared memory. Only the trace has all of
+/// a session: the sweeps and the delay of each tick, the commands, and the poses of all tools bit by bit.
+fn replay(tissue: &mut Staged<'_>, place: &Path, ticks: u64) -> Result<Replayed> {
     let bytes = recording::read(place)?;
     let trace = Reader::open(&bytes).map_err(|why| Error::file("replay", place, why))?;
     let mut played = Played::default();
-    match recording::play(&trace, tissue, Start::default(), &mut played) {
+    let mut convergence = Convergence::new(ticks, tissue.engine().network().model().cells());
+    let tick = |tissue: &mut Staged<'_>, poses: &[_], budget: Budget<'_>| {
+        convergence.tick(tissue, poses, budget)
+    };
+    match recording::play_by(&trace, tissue, Start::default(), &mut played, tick) {
         Ok(_) => {}
         Err(Stop::Differs(why)) => {
             return Err(Error::check(format!("{}: {why}", place.display())));
@@ -249,14 +264,15 @@ fn replay(tissue: &mut Staged<'_>, place: &Path) -> Result<(String, Option<Untou
         Ok::<(), Infallible>(())
     });
     let never_touched = Untouched::of(tissue.engine(), &poses, played.has_touched);
-    Ok((format!("{:016x}", tissue.state_hash()), never_touched))
+    let state_hash = Some(format!("{:016x}", tissue.state_hash()));
+    Ok(Replayed { state_hash, force_error: convergence.error(), never_touched })
 }
 
 fn summary(
     args: &Args,
     tissue: &Staged<'_>,
     session: Session,
-    (replay_state_hash, never_touched): (Option<String>, Option<Untouched>),
+    replayed: Replayed,
 ) -> Result<CosimSummary> {
     let model = tissue.engine().network().model();
     let Session { reports, floor } = session;
@@ -299,13 +315,14 @@ fn summary(
         largest_force_step_n: control.largest_force_step_n,
         injected: control.injected,
         state_hash: serve.state_hash,
-        replay_state_hash,
+        replay_state_hash: replayed.state_hash,
         interrupted: reports.interrupted,
         stopped: stopped.collect(),
         refused,
         tissue: args.tissue.report(tissue.engine()),
         stage: args.stage.report()?,
-        never_touched,
+        force_error: replayed.force_error,
+        never_touched: replayed.never_touched,
         load: None,
         verdict,
     })
@@ -343,6 +360,9 @@ fn print(args: &Args, summary: &CosimSummary) -> Result<()> {
         "  {:<18}largest step {} N",
         "force", summary.largest_force_step_n
     ))?;
+    if let Some(error) = &summary.force_error {
+        terminal::say(format_args!("  {:<18}{error}", "force error"))?;
+    }
     tell_injected(summary.injected.as_ref())?;
     let replayed = match &summary.replay_state_hash {
         None => "not replayed: longer than an hour".to_owned(),

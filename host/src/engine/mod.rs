@@ -1,6 +1,7 @@
 //! A tissue of any size on the heap: its memory is allocated once, then it ticks like the firmware's.
 
 pub mod contact;
+pub mod convergence;
 pub mod far;
 #[cfg(test)]
 pub(crate) mod fixture;

@@ -79,6 +79,7 @@ pub trait F32x8: Copy {
     /// Adds the lanes of x, y, z and the fourth lane to eight cells, one after the other: a cell may occur
     /// more than once.
     #[inline(always)]
+    #[cfg_attr(not(any(test, feature = "nodal")), expect(dead_code, reason = "no term scatters"))]
     fn add_to(lanes: [Self; 4], cells: [&Shared<Cell>; LANES]) {
         let mut chunk = [Cell::ZERO; LANES];
         Self::put_transposed(lanes, &mut chunk);

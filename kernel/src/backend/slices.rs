@@ -78,6 +78,14 @@ impl<'a> ChunksMut<'a> {
         }
     }
 
+    #[inline(always)]
+    pub fn seen(&self, slice: usize) -> &Chunk {
+        match self.whole.get(slice) {
+            Some(chunk) => chunk,
+            None => last(&self.last),
+        }
+    }
+
     /// Writes the remainder back and drops the padding.
     #[inline(always)]
     pub fn finish(self) {

@@ -16,7 +16,7 @@ const DISPLACEMENT_MAX: f32 = 1.0e6;
 /// The body that a contact changes in a tick, and the tool's motion.
 pub(crate) struct Context<'a, 'm, D: Dynamics> {
     /// The terms without the contact.
-    pub terms: Terms<'a, 'm>,
+    pub terms: Terms<'a, 'm, D::Number>,
     /// State v of every cell.
     pub state: &'a mut [Cell<D::Number>],
     /// The scheme's arrays.

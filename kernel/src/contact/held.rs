@@ -21,7 +21,7 @@ use super::Acting;
 use super::context::{Context, approach};
 use super::error::ContactError;
 use super::output::ToolOutput;
-use crate::energy::held::{Contact, Touched};
+use crate::energy::held::{Contact, Touched, is_among};
 use crate::energy::links::number::LinkNumber;
 use crate::energy::residual::Terms;
 use crate::energy::term::Term;
@@ -71,7 +71,7 @@ impl<D: Dynamics> Held<'_, D> {
     pub fn acting(&self, context: &Context<'_, '_, D>) -> Acting<'_, D::Number> {
         let held = if context.is_engaged { &*self.cells } else { &[] };
         let (applied, coarse) = (*context.applied, Some(Coarse::Corrected(held.len())));
-        Acting { contacts: held, held, applied, coarse, ..Acting::NONE }
+        Acting { contacts: held, applied, coarse, ..Acting::NONE }
     }
 
     /// The force that the terms exert on the cells; a late tick leaves it out. E curves by at most half the
@@ -210,81 +210,44 @@ pub(crate) fn check(model: &Model<'_>, ids: &[u16], capacity: usize) -> Result<(
     Ok(())
 }
 
-/// Calls `visit(link, cell, other)` for every link from a held cell to one that is not held, in
-/// ascending order of the held cell, then of the other.
-fn each_outer_link<N: LinkNumber>(
-    model: &Model<'_>,
-    held: &[Contact<N>],
-    mut visit: impl FnMut(usize, usize, usize),
-) {
-    for contact in held {
-        for (link, other) in model.neighbours(contact.cell()) {
-            if held.binary_search_by_key(&other, Contact::cell).is_err() {
-                visit(link, contact.cell(), other);
-            }
-        }
-    }
-}
-
 /// Margin for the rounding of a sum.
 const ROUNDED_UP: f32 = 1.001;
 
-/// Weight of the links between held and other cells, and of the other terms at the held cells.
+/// Weight of the links between held and other cells, and of the other terms at the held cells: twice the sum
+/// of the elements of L between held cells, since all of them move alike.
 fn outer_weight<N: LinkNumber>(model: &Model<'_>, held: &[Contact<N>]) -> f32 {
     let mut weight = 0.0;
-    if model.is_nodal() {
-        // All cells move alike: twice the sum of the elements of L between held cells.
-        for contact in held {
-            model.others.each_of_row(contact.cell(), &mut |other, element| {
-                if held.binary_search_by_key(&other, Contact::cell).is_ok() {
-                    weight += 2.0 * element;
-                }
-            });
+    for cell in held.iter().map(Contact::cell) {
+        for (link, other) in model.neighbours(cell) {
+            weight += if is_among(held, other) { 0.0 } else { model.link_weight(link) };
         }
-        return ROUNDED_UP * weight;
     }
-    each_outer_link(model, held, |link, _, _| weight += model.link_weight(link));
-    held.iter().fold(weight, |weight, held| model.others.add_move(held.cell(), 1.0, weight))
+    for cell in held.iter().map(Contact::cell) {
+        model.others.each_of_row(cell, &mut |other, element| {
+            if is_among(held, other) {
+                weight += 2.0 * element;
+            }
+        });
+    }
+    if model.is_nodal() { ROUNDED_UP * weight } else { weight }
 }
 
-/// Sums over the terms at the held cells, each link once.
-fn touched<N: LinkNumber>(terms: Terms<'_, '_>, v: &[Cell<N>], held: &[Contact<N>]) -> Touched {
-    let links = terms.links();
+/// Energy of the terms at the held cells.
+fn touched<N: LinkNumber>(terms: Terms<'_, '_, N>, v: &[Cell<N>], held: &[Contact<N>]) -> Touched {
     let mut sums = Touched { wd2: TwoFloat::ZERO, scale: 0.0 };
-    for contact in held {
-        let cell = contact.cell();
-        for (link, other) in links.model.neighbours(cell) {
-            let counted = other < cell && held.binary_search_by_key(&other, Contact::cell).is_ok();
-            if !counted && let Some(on) = links.force_on(v, link, cell, other) {
-                let wd = 2.0 * sqrt(dot(on.force, on.force));
-                sums.wd2 = sums.wd2.plus(on.wd2.into());
-                sums.scale += on.wd2 + wd * (links.length(v, cell, other) + N::GRAIN);
-            }
-        }
-    }
-    let output = |cell| links.published(v, cell);
-    terms.model.others.touched(held, &output, terms.states.all(), &mut sums);
+    terms.list().touched(held, &terms.published(v), terms.states.all(), &mut sums);
     sums
 }
 
-/// Force of the terms on the held cells, in internal units. Links between two held cells cancel.
+/// Force of the terms on the held cells, in internal units.
 pub(crate) fn force<N: LinkNumber>(
-    terms: Terms<'_, '_>,
+    terms: Terms<'_, '_, N>,
     v: &[Cell<N>],
     held: &[Contact<N>],
 ) -> [f32; 3] {
-    let links = terms.links();
-    let mut sum = [0.0; 3];
-    each_outer_link(links.model, held, |link, cell, other| {
-        if let Some(on) = links.force_on(v, link, cell, other) {
-            sum = add(sum, on.force);
-        }
-    });
-    let (at, states) = (|cell| links.published(v, cell), terms.states.all());
-    for cell in held.iter().map(Contact::cell) {
-        terms.model.others.cell(cell, &at, states, &mut |of| sum = add(sum, of));
-    }
-    sum
+    let (at, list, states) = (terms.published(v), terms.list(), terms.states.all());
+    let cells = held.iter().map(Contact::cell);
+    cells.fold([0.0; 3], |sum, cell| list.cell(cell, held, &at, states, sum))
 }
 
 /// The longest displacement that keeps the energy within `energy_max`: a displacement D raises sqrt(E) by at

@@ -4,7 +4,7 @@ use super::Acting;
 use super::context::Context;
 use super::held::{note_origins, output_of};
 use super::output::ToolOutput;
-use crate::energy::current::{admitted, rounded_up, work};
+use crate::energy::current::{self, admitted, rounded_up};
 use crate::energy::held::Contact;
 use crate::number::cell::{from_single, single};
 use crate::solver::Dynamics;
@@ -53,7 +53,7 @@ impl<D: Dynamics> Load<'_, D> {
         context.is_clamped |= to != wished;
         // Book the change of the load's work.
         if to != from {
-            let [old, new] = [from, to].map(|i| work(model, i, context.state, self.cells));
+            let [old, new] = [from, to].map(|current| self.work(context, current));
             *context.applied = to;
             context.level.shift(rounded_up(old - new));
             context.level.note_work(rounded_up(new));
@@ -66,8 +66,14 @@ impl<D: Dynamics> Load<'_, D> {
 
     /// Books the current's work after the sweeps.
     pub fn book(&self, context: &mut Context<'_, '_, D>) {
-        let work = work(context.terms.model, *context.applied, context.state, self.cells);
+        let work = self.work(context, *context.applied);
         context.level.note_work(rounded_up(work));
+    }
+
+    /// Work of a current since the tool engaged.
+    fn work(&self, context: &Context<'_, '_, D>, current: [f32; 3]) -> f64 {
+        let load = current::Load { current: Some(current), cells: self.cells };
+        load.work(&context.terms.published(context.state))
     }
 
     /// The force on the cells; no motion of the tool stretches their links.

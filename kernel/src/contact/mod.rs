@@ -48,9 +48,7 @@ pub(crate) enum ToolContact<'a, D: Dynamics> {
 pub(crate) struct Acting<'a, N: LinkNumber> {
     /// Cells that the tool acts on.
     pub contacts: &'a [Contact<N>],
-    /// Cells that it holds.
-    pub held: &'a [Contact<N>],
-    /// Their displacement.
+    /// Their displacement if it holds them.
     pub applied: [f32; 3],
     /// The current into the cells that it acts on.
     pub current: Option<[f32; 3]>,
@@ -65,7 +63,6 @@ impl<N: LinkNumber> Acting<'_, N> {
     /// No contact.
     const NONE: Self = Self {
         contacts: &[],
-        held: &[],
         applied: [0.0; 3],
         current: None,
         coarse: None,

@@ -34,12 +34,16 @@
 //! Cost: 3 additions per contact cell and pass, and W once per pass. W is summed in `f64`, so that its
 //! rounding does not affect the guard.
 
+use crate::backend::f32x8::{Chunk, F32x8};
 use crate::energy::held::Contact;
-use crate::energy::residual::Terms;
+use crate::energy::links::number::LinkNumber;
+use crate::energy::state::StatesOf;
+use crate::energy::term::{Here, Pass, Term, change_lane};
 use crate::model::Model;
+use crate::model::terms::Keeps;
 use crate::number::Number;
-use crate::number::cell::{Cell, output};
-use crate::number::two_float::TwoFloat;
+use crate::number::cell::{Cell, add, from_single, output};
+use crate::number::two_float::{LANES, TwoFloat};
 
 /// Margin for the rounding of a current that was cut at the energy bound.
 const SHORT: f64 = 0.999;
@@ -52,22 +56,73 @@ pub(crate) fn rounded_up(sum: f64) -> TwoFloat {
     TwoFloat { hi, lo: (sum - f64::from(hi)) as f32 }
 }
 
-/// W = sum of I . (y - O) over the contact cells.
-pub(crate) fn work<N: Number>(
-    model: &Model<'_>,
-    current: [f32; 3],
-    v: &[Cell<N>],
-    contacts: &[Contact<N>],
-) -> f64 {
-    let k = N::from_single(model.saturation());
-    let mut sum = 0.0;
-    for contact in contacts {
-        let Some(v) = v.get(contact.cell()) else { continue };
-        for ((i, y), o) in current.into_iter().zip(output(v.xyz(), k)).zip(contact.origin) {
-            sum += f64::from(i) * (y.double() - o.double());
+/// The load on the contact cells: the current into each of them, `None` if the tool holds them.
+#[derive(Clone, Copy)]
+pub(crate) struct Load<'a, N> {
+    pub current: Option<[f32; 3]>,
+    pub cells: &'a [Contact<N>],
+}
+
+impl<N: Number> Load<'_, N> {
+    /// W = sum of I . (y - O) over the contact cells, whose outputs are y.
+    pub fn work(self, y: &impl Fn(usize) -> [N; 3]) -> f64 {
+        let mut sum = 0.0;
+        for contact in self.cells {
+            let each = self.current.unwrap_or_default().into_iter().zip(y(contact.cell()));
+            for ((i, y), o) in each.zip(contact.origin) {
+                sum += f64::from(i) * (y.double() - o.double());
+            }
+        }
+        sum
+    }
+}
+
+impl<N: Number> Keeps for Load<'_, N> {}
+
+impl<N: LinkNumber> Term<N> for Load<'_, N> {
+    #[inline(always)]
+    fn accumulate<const CLAMPED: bool>(
+        self,
+        _: &Pass<'_, N, CLAMPED>,
+        residual: &mut [Cell<N>],
+        _: &mut N::Tally,
+        _: StatesOf<'_>,
+    ) {
+        let Some(current) = self.current else { return };
+        for contact in self.cells {
+            if let Some(r) = residual.get_mut(contact.cell()) {
+                let [x, y, z] = add(r.xyz(), from_single(current));
+                *r = Cell([x, y, z, r.w()]);
+            }
         }
     }
-    sum
+
+    #[inline(always)]
+    fn slice<V: F32x8>(
+        self,
+        here: Here<'_, V>,
+        _: &impl Fn() -> Chunk,
+        sum: &mut [V; 4],
+        _: StatesOf<'_>,
+    ) {
+        let Some(current) = self.current else { return };
+        let first = here.slice * LANES;
+        let next = self.cells.partition_point(|contact| contact.cell() < first);
+        let lanes = self.cells.iter().skip(next).map(|contact| contact.cell() - first);
+        for lane in lanes.take_while(|&lane| lane < LANES) {
+            change_lane(sum, lane, |r| {
+                let [x, y, z] = add(r.xyz(), current);
+                Cell([x, y, z, r.w()])
+            });
+        }
+    }
+
+    fn potential(self, energy: TwoFloat, at: &impl Fn(usize) -> [N; 3]) -> TwoFloat {
+        match self.current {
+            Some(_) => energy.plus(rounded_up(-self.work(at))),
+            None => energy,
+        }
+    }
 }
 
 /// The part of a change between two currents that keeps E within `energy_max` for all time.
@@ -98,26 +153,6 @@ pub(crate) fn admitted<N: Number>(
         (Some(from), Some(to)) => from + share * (to - from),
         _ => 0.0,
     })
-}
-
-impl Terms<'_, '_> {
-    /// Returns true if a non-zero current flows into the contact cells.
-    pub fn is_loaded(&self) -> bool {
-        self.current.is_some_and(|current| current != [0.0; 3])
-    }
-
-    /// The guarded quantity at the states `v` with the energy `energy`: E - W, or E without a current.
-    pub fn potential<N: Number>(
-        &self,
-        energy: TwoFloat,
-        v: &[Cell<N>],
-        contacts: &[Contact<N>],
-    ) -> TwoFloat {
-        match self.current {
-            Some(current) => energy.plus(rounded_up(-work(self.model, current, v, contacts))),
-            None => energy,
-        }
-    }
 }
 
 #[cfg(test)]

@@ -6,6 +6,13 @@ use crate::number::two_float::TwoFloat;
 
 kept! {
     /// A contact cell and where it was when the tool took hold of it [mean link lengths].
+    ///
+    /// ```
+    /// use chaincell_kernel::Contact;
+    ///
+    /// let memory = [Contact::<f32>::NONE; 4]; // for up to four cells
+    /// assert!(memory.iter().all(|contact| contact.cell() == 0));
+    /// ```
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct Contact<N = f32> {
         pub(crate) origin: [N; 3],
@@ -27,6 +34,11 @@ impl<N: Number> Contact<N> {
     pub fn cell(&self) -> usize {
         usize::from(self.id)
     }
+}
+
+/// Returns true if a cell is among these, which are in ascending order.
+pub(crate) fn is_among<N: Number>(contacts: &[Contact<N>], cell: usize) -> bool {
+    contacts.binary_search_by_key(&cell, Contact::cell).is_ok()
 }
 
 /// Energy of the terms at the held cells, and its rounding scale.

@@ -4,39 +4,42 @@
 //! Half the squared distance to a set curves upwards by at most one, so L = sum of w G'G bounds the curvature
 //! of the energy in every state; all proofs of the schemes rely on that.
 //!
+//! - `term`: the interface of a term, and lists of terms.
 //! - [`links`]: the links' bands (Eq. 5 to 13).
-//! - `term`: the interface of any other term; `model::others` lists them.
-//! - [`state`]: the terms' state of each cell.
-//! - [`held`]: the cells that a tool holds or loads.
-//! - `current`: a load, the current into the contact cells.
 //! - `nodal`: shapes of the tissue around each cell, instead of links.
 //! - `stiffening`: bands on the links of such a body, which resist large strain.
-//! - [`rounding`]: bound of the energy's rounding error.
 //! - `surface`: tools in contact with the triangles of the surface; [`contact`](crate::contact) moves them.
-//! - `residual`, `sliced`: one pass, cell by cell and eight cells side by side.
+//! - `current`: a load, the current into the contact cells.
+//! - [`state`]: the terms' state of each cell.
+//! - `residual`, `sliced`: the list of the terms, and one pass over it, cell by cell and eight cells side by
+//!   side.
+//! - [`held`]: the cells that a tool holds or loads.
+//! - [`rounding`]: bound of the energy's rounding error.
 //!
 //! **Adding a term** takes a file here, a file in [`model`](crate::model), and an entry in the list of
-//! `model::others`. The term provides:
+//! `model::others`; a term that comes and goes with a tool, as surface and load, stands in the list of
+//! `residual`. Pins, a term of the tests, are the example. What a term leaves out is 0:
 //!
 //! | what | where |
 //! |---|---|
 //! | its sections in the image, checked | `TermData::read`, `check` |
-//! | its part of the bound L at a cell, which enters the cell's mobility | `add_bound` |
+//! | its part of the bound L: at a cell, which enters the cell's mobility, and by element | `add_bound`, `each_of_row` |
 //! | true if its energy is 0 in the rest shape | `rests` |
 //! | whether it keeps states of this body's cells, and replaces the links | `keeps`, `replaces_links` |
-//! | its state of a cell: at rest, and as words | `Term::State`, `CellState` |
-//! | a correction of residual and energy for a tick, and its change of the energy | `corrects`, `begin_tick` |
-//! | a first pass: displacements, then the states of a slice | `displace`, `update`, `update_slice` |
-//! | residual and energy of awake slices, cell by cell and eight side by side | `accumulate`, `slice` |
-//! | residual, energy and rounding at one cell | `cell` |
-//! | energy that a displacement of held cells changes, and a bound of that change | `touched`, `add_move` |
+//! | rows of numbers that last from pass to pass | `Keeps` |
+//! | a correction of its states for a tick, and the change of the energy | `begin_tick` |
+//! | a first pass: what it needs of the whole body, then states slice by slice | `prepare`, `update`, `update_slice` |
+//! | a second pass: residual and energy of awake slices, cell by cell and eight side by side | `accumulate`, `slice` |
+//! | energy that no residual carries | `potential` |
+//! | force on held cells, and the energy that their displacement changes | `cell`, `touched` |
+//! | its part of the coarse level: the energy's second derivative at rest, and a cell's rotation | `resist`, `turn` |
 //!
 //! The bake adds the term's part of L to the mobilities, to the largest step and to the matrix of the coarse
 //! level; the kernel checks the first two. A slice sleeps if the term leaves the fourth lanes of its
 //! residuals 0. The tissue stores the term's states next to the cells' positions; a reset clears them, a
 //! discarded pass restores them, and the state hash and a saved state contain their words. The list is
 //! resolved when the kernel is compiled: there is no dynamic dispatch, and a term that is not in the list, or
-//! that has no state, takes no memory and no time. Pins, a term of the tests, are the example.
+//! that has no state, takes no memory and no time.
 
 pub(crate) mod current;
 pub mod held;

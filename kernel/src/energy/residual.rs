@@ -1,49 +1,81 @@
-//! One pass over the terms: the residual of every cell and the energy of the whole body.
+//! The list of the terms, and one pass over it cell by cell: the residual of every cell and the energy of the
+//! whole body.
 //!
 //! The residual r of cell i is the negative gradient of E, for links the sum of w mu (`P_j` - `P_i`) (Eq. 12)
 //! with E = sum of w d^2 / 4. The fourth lane of a residual is the cell's sum of w d^2; the sum over all
 //! cells counts each link at both ends, so E is an eighth of that sum.
 
-use super::current::rounded_up;
+use super::current::{Load, rounded_up};
 use super::held::Contact;
+use super::links::bands::Links;
 use super::links::number::LinkNumber;
-use super::links::term::Links;
 use super::state::States;
 use super::surface::Touch;
-use super::term::Term;
+use super::term::{Pass, Term};
 use crate::backend::VectorUnit;
-use crate::backend::f32x8::{Chunk, chunk};
+use crate::backend::f32x8::chunk;
 use crate::backend::slice_set::SliceSet;
-use crate::backend::slices::cells_of;
+use crate::backend::slices::{cells_of, clear};
 use crate::backend::team::Team;
 use crate::model::Model;
-use crate::number::cell::{Cell, add, from_single, output, single};
+use crate::number::Sum;
+use crate::number::cell::{Cell, output, single};
 use crate::number::two_float::{LANES, TwoFloat};
-use crate::number::{Number, Sum};
 
-/// The terms in a tick: the body, whether its bands are closed (unloading), and the tool's effect on its
-/// contact cells.
+/// The terms in a tick: the body, whether its bands are closed (unloading), and the tool's effect on it.
 #[derive(Clone, Copy)]
-pub(crate) struct Terms<'a, 'm> {
+pub(crate) struct Terms<'a, 'm, N = f32> {
     pub model: &'a Model<'m>,
     pub closed: bool,
     /// The vector unit to use.
     pub vectors: Option<VectorUnit>,
     /// The team that runs the parts of a large body.
     pub team: Team<'a>,
-    /// The current into each contact cell; `None` if the tool holds them.
-    pub current: Option<[f32; 3]>,
     /// The terms' states of the cells.
     pub states: States<'a>,
+    /// Cells that the tool acts on.
+    pub contacts: &'a [Contact<N>],
+    /// The current into each of them; `None` if the tool holds them.
+    pub current: Option<[f32; 3]>,
     /// The tools in contact on the surface.
     pub touch: Touch<'a>,
 }
 
-impl<'a, 'm> Terms<'a, 'm> {
-    /// The links' bands.
+impl<'a, 'm, N: LinkNumber> Terms<'a, 'm, N> {
+    /// The terms of a body that no tool acts on.
+    pub fn of(model: &'a Model<'m>, states: States<'a>) -> Self {
+        let (closed, vectors, team) = (false, None, Team::ALONE);
+        let (contacts, current, touch) = (&[][..], None, Touch::NONE);
+        Self { model, closed, vectors, team, states, contacts, current, touch }
+    }
+
+    /// The list of all terms, in the order of their sums.
     #[inline(always)]
-    pub fn links(&self) -> Links<'a, 'm> {
-        Links { model: self.model, closed: self.closed }
+    pub fn list(&self) -> impl Term<N> + use<'a, 'm, N> {
+        self.list_with(self.touch)
+    }
+
+    /// The list with another form of the tools' term.
+    #[inline(always)]
+    pub fn list_with<T: Term<N>>(&self, tools: T) -> impl Term<N> + use<'a, 'm, N, T> {
+        let load = Load { current: self.current, cells: self.contacts };
+        (Links::of(self.model, self.closed), (self.model.others, (tools, load)))
+    }
+
+    /// Cells that the tool holds: they do not move in a sweep.
+    #[inline(always)]
+    pub fn held(&self) -> &'a [Contact<N>] {
+        if self.current.is_none() { self.contacts } else { &[] }
+    }
+
+    /// Returns true if a non-zero current flows into the contact cells.
+    pub fn is_loaded(&self) -> bool {
+        self.current.is_some_and(|current| current != [0.0; 3])
+    }
+
+    /// The guarded quantity at the states `v` with the energy `energy`: E - W, or E without a current.
+    pub fn potential(&self, energy: TwoFloat, v: &[Cell<N>]) -> TwoFloat {
+        self.list().potential(energy, &self.published(v))
     }
 
     /// 1 / W of every cell, including the tools' part.
@@ -62,110 +94,65 @@ impl<'a, 'm> Terms<'a, 'm> {
         elastic.map_or(&[], |level| level.factors)
     }
 
-    /// Adds the tools' contribution to the residuals of awake slices at the outputs of v.
+    /// The rotation of a cell as a unit quaternion, real part first; `None` if no term has one.
     #[inline(always)]
-    fn push<N: Number>(self, awake: &SliceSet, v: &[Cell<N>], residual: &mut [Cell<N>]) {
-        let Some(touching) = self.touch.get() else { return };
-        touching.pull(&self.outputs(v));
-        for slice in awake.iter(self.model.slice_count()) {
-            let Some(pulls) = touching.of_slice(slice) else { continue };
-            let cells = residual.get_mut(cells_of(slice, v.len())).unwrap_or_default();
-            for (r, pull) in cells.iter_mut().zip(pulls) {
-                *r = r.plus(Cell(pull.0.map(N::from_single)));
-            }
-        }
-    }
-
-    /// Computes the tools' contribution to the residuals at states v within K, and returns it slice by slice.
-    #[inline(always)]
-    pub fn pulls(self, v: &[Cell]) -> impl Fn(usize, &Chunk) -> Option<Chunk> + Copy + use<'a> {
-        if let Some(touching) = self.touch.get() {
-            touching.pull(&self.outputs(v));
-        }
-        let touch = self.touch;
-        move |slice, _| touch.get().and_then(|touching| touching.of_slice(slice))
-    }
-
-    /// Computes the tools' contribution to the residuals at states v within K, and writes it into the
-    /// residuals of awake slices.
-    #[inline(always)]
-    pub fn pull_into(self, awake: &SliceSet, v: &[Cell], residual: &mut [Cell]) {
-        let Some(touching) = self.touch.get() else { return };
-        touching.pull(&self.outputs(v));
-        for slice in touching.slices.iter(self.model.slice_count()) {
-            let Some(pulls) = touching.of_slice(slice).filter(|_| awake.contains(slice)) else {
-                continue;
-            };
-            let cells = residual.get_mut(cells_of(slice, v.len())).unwrap_or_default();
-            for (slot, pull) in cells.iter_mut().zip(pulls) {
-                *slot = pull;
-            }
-        }
-    }
-
-    /// Stores the displacements of the cells of these slices at the states v.
-    #[inline(always)]
-    pub fn displace<N: Number>(self, slices: impl Iterator<Item = usize>, v: &[Cell<N>]) {
-        if self.states.any() {
-            let (at, quads) = (self.outputs(v), self.states.all().quads());
-            for slice in slices {
-                let here = chunk(|lane| {
-                    let [x, y, z] = at(slice * LANES + lane);
-                    [x, y, z, 0.0]
-                });
-                self.model.others.displace(slice, &here, quads);
-            }
-        }
-    }
-
-    /// Updates the terms' states of the cells in awake slices to the states v.
-    #[inline(always)]
-    pub fn update<N: Number>(self, awake: &SliceSet, v: &[Cell<N>]) {
-        if !self.states.any() {
-            return;
-        }
-        self.displace(awake.iter(self.model.slice_count()), v);
-        let at = self.outputs(v);
-        for slice in awake.iter(self.model.slice_count()) {
-            if let Some([from, to]) = self.states.step(slice) {
-                self.model.others.update(cells_of(slice, v.len()), &at, from, to);
-            }
-        }
+    pub fn turn(&self, cell: usize) -> Option<[f32; 4]> {
+        self.list().turn(cell, self.states.all())
     }
 
     /// Starts a tick: applies the terms' corrections and calls `changed` for each cell whose state changed.
     /// Returns the change of the energy, in internal units.
     #[inline(always)]
-    pub fn begin_tick<N: Number>(self, v: &[Cell<N>], mut changed: impl FnMut(usize)) -> TwoFloat {
-        let (at, mut rise) = (self.outputs(v), 0.0);
-        for cell in 0..v.len() {
-            let before = self.states.at(cell);
-            let (state, more) = self.model.others.begin_tick(cell, before, &at);
-            if state != before {
-                self.states.put(cell, state);
-                rise += more;
-                changed(cell);
-            }
+    pub fn begin_tick(&self, v: &[Cell<N>], mut changed: impl FnMut(usize)) -> TwoFloat {
+        let (at, states) = (self.outputs(v), self.states.all());
+        rounded_up(self.list().begin_tick(&at, states, &mut changed))
+    }
+
+    /// Stores the displacements of the cells of these slices at the states v.
+    #[inline(always)]
+    pub fn displace(&self, slices: impl Iterator<Item = usize>, v: &[Cell<N>]) {
+        let (list, at, states) = (self.list(), self.outputs(v), self.states.all());
+        for slice in slices.filter(|_| self.states.any()) {
+            let here = chunk(|lane| {
+                let [x, y, z] = at(slice * LANES + lane);
+                [x, y, z, 0.0]
+            });
+            list.displace(slice, &here, states);
         }
-        rounded_up(rise)
     }
 
-    /// Outputs of the states v, in single precision.
-    fn outputs<N: Number>(self, v: &[Cell<N>]) -> impl Fn(usize) -> [f32; 3] {
+    /// Outputs of the states v; zeros beyond the last cell.
+    pub fn published(&self, v: &[Cell<N>]) -> impl Fn(usize) -> [N; 3] {
         let k = N::from_single(self.model.saturation());
-        move |cell| v.get(cell).map_or([0.0; 3], |v| single(output(v.xyz(), k)))
+        move |cell| v.get(cell).map_or([N::ZERO; 3], |v| output(v.xyz(), k))
     }
 
-    /// One pass cell by cell at states within K: residuals of awake slices, with contact cells driven.
-    /// Returns the energy in internal units.
-    pub fn energy<N: LinkNumber>(
-        self,
+    /// The same in single precision.
+    pub fn outputs(&self, v: &[Cell<N>]) -> impl Fn(usize) -> [f32; 3] {
+        let at = self.published(v);
+        move |cell| single(at(cell))
+    }
+
+    /// One pass cell by cell at states within K: residuals of awake slices, those of held cells 0. Returns
+    /// the energy in internal units.
+    pub fn energy(&self, awake: &SliceSet, v: &[Cell<N>], residual: &mut [Cell<N>]) -> TwoFloat {
+        let tally = self.residuals::<false>(awake, v, residual);
+        self.sum(awake, residual, tally)
+    }
+
+    /// The same at the outputs of all states; every slice must be awake.
+    pub fn saturated_energy(
+        &self,
         awake: &SliceSet,
         v: &[Cell<N>],
         residual: &mut [Cell<N>],
-        contacts: &[Contact<N>],
     ) -> TwoFloat {
-        let tally = self.residuals(awake, v, residual, contacts);
+        let tally = self.residuals::<true>(awake, v, residual);
+        self.sum(awake, residual, tally)
+    }
+
+    /// The energy of a pass.
+    fn sum(&self, awake: &SliceSet, residual: &[Cell<N>], tally: N::Tally) -> TwoFloat {
         let mut lanes = N::WideSum::default();
         for slice in awake.iter(self.model.slice_count()) {
             let cells = residual.get(cells_of(slice, self.model.cells())).unwrap_or(&[]);
@@ -176,75 +163,37 @@ impl<'a, 'm> Terms<'a, 'm> {
         N::energy(&lanes, tally).times_power_of_two(0.125)
     }
 
-    /// Residuals and energies of awake slices at states within K, with contact cells driven.
+    /// Residuals and energies of awake slices, at states within K or, `CLAMPED`, at the outputs of all
+    /// states.
     #[inline(always)]
-    pub fn residuals<N: LinkNumber>(
-        self,
+    pub fn residuals<const CLAMPED: bool>(
+        &self,
         awake: &SliceSet,
         v: &[Cell<N>],
         residual: &mut [Cell<N>],
-        contacts: &[Contact<N>],
     ) -> N::Tally {
-        self.update(awake, v);
-        let mut tally = if self.model.is_nodal() {
-            clear(awake, residual)
-        } else {
-            N::accumulate(self.links(), awake, v, residual)
-        };
-        let states = self.states.all();
-        self.model.others.accumulate(awake, v, residual, &mut tally, &|v| v, states);
-        self.push(awake, v, residual);
-        self.drive(residual, contacts);
-        tally
-    }
-
-    /// The same at the outputs of all states; every slice must be awake. Returns the sum of w d^2 over the
-    /// cells.
-    pub fn saturated_residual<N: LinkNumber>(
-        self,
-        awake: &SliceSet,
-        v: &[Cell<N>],
-        residual: &mut [Cell<N>],
-        contacts: &[Contact<N>],
-    ) -> TwoFloat {
-        let k = N::from_single(self.model.saturation());
-        self.update(awake, v);
-        let mut tally = if self.model.is_nodal() {
-            clear(awake, residual)
-        } else {
-            self.links().accumulate(awake, v, residual, |v| output(v, k))
-        };
-        let states = self.states.all();
-        self.model.others.accumulate(awake, v, residual, &mut tally, &|v| output(v, k), states);
-        self.push(awake, v, residual);
-        self.drive(residual, contacts);
-        let mut lanes = N::WideSum::default();
-        for (cell, r) in residual.iter().enumerate() {
-            lanes.add(cell % LANES, N::energy_term(r.w()));
-        }
-        N::energy(&lanes, tally)
-    }
-
-    /// Clears the residuals of held cells, or adds the current to those of the contact cells; the fourth
-    /// lanes stay.
-    fn drive<N: Number>(self, residual: &mut [Cell<N>], contacts: &[Contact<N>]) {
-        for contact in contacts {
-            if let Some(r) = residual.get_mut(contact.cell()) {
-                let [x, y, z] = match self.current {
-                    Some(current) => add(r.xyz(), from_single(current)),
-                    None => [N::ZERO; 3],
-                };
-                *r = Cell([x, y, z, r.w()]);
+        let (list, slices) = (self.list(), self.model.slice_count());
+        // Prepare the terms, and update their states.
+        let at = self.outputs(v);
+        list.prepare(&at);
+        if self.states.any() {
+            self.displace(awake.iter(slices), v);
+            for slice in awake.iter(slices) {
+                if let Some([from, to]) = self.states.step(slice) {
+                    list.update(cells_of(slice, v.len()), &at, from, to);
+                }
             }
         }
+        // Add the terms; held cells do not move.
+        clear(residual, awake.iter(slices));
+        let saturation = N::from_single(self.model.saturation());
+        let (pass, mut tally) = (Pass::<N, CLAMPED> { awake, v, saturation }, N::Tally::default());
+        list.accumulate(&pass, residual, &mut tally, self.states.all());
+        for contact in self.held() {
+            if let Some(r) = residual.get_mut(contact.cell()) {
+                *r = Cell([N::ZERO, N::ZERO, N::ZERO, r.w()]);
+            }
+        }
+        tally
     }
-}
-
-/// Clears the residuals of awake slices.
-fn clear<N: LinkNumber>(awake: &SliceSet, residual: &mut [Cell<N>]) -> N::Tally {
-    let cells = residual.len();
-    for slice in awake.iter(cells.div_ceil(LANES)) {
-        residual.get_mut(cells_of(slice, cells)).unwrap_or_default().fill(Cell::ZERO);
-    }
-    N::Tally::default()
 }

@@ -3,15 +3,14 @@
 use core::ops::Range;
 
 use super::held::Contact;
-use super::links::sliced::SlicedLinks;
 use super::residual::Terms;
-use super::state::States;
-use super::term::Term;
-use crate::backend::f32x8::{Chunk, F32x8};
+use super::state::{States, StatesOf};
+use super::surface::Pulled;
+use super::term::{Here, Term, change_lane};
+use crate::backend::f32x8::F32x8;
 use crate::backend::slice_set::SliceSet;
 use crate::backend::slices::{Chunks, ChunksMut};
 use crate::backend::{Work, run};
-use crate::model::Model;
 use crate::model::parts::{self, PARTS};
 use crate::number::cell::Cell;
 use crate::number::two_float::{LANES, Lanes, TwoFloat};
@@ -40,58 +39,21 @@ impl Energy {
     }
 }
 
-/// Contact cells, ascending, visited slice by slice.
-#[derive(Clone, Copy)]
-pub(crate) struct Contacts<'a> {
-    contacts: &'a [Contact],
-    /// The contacts before this one are in earlier slices.
-    next: usize,
-}
-
-impl<'a> Contacts<'a> {
-    pub fn new(contacts: &'a [Contact]) -> Self {
-        Self { contacts, next: 0 }
-    }
-
-    /// Flags of the contact cells in a slice; `None` if there are none. Call it for ascending slices.
-    #[inline(always)]
-    pub fn of_slice(&mut self, slice: usize) -> Option<[bool; LANES]> {
-        let (first, mut chosen, mut any) = (slice * LANES, [false; LANES], false);
-        while let Some(contact) = self.contacts.get(self.next) {
-            if contact.cell() >= first + LANES {
-                break;
-            }
-            if let Some(lane) = chosen.get_mut(contact.cell().wrapping_sub(first)) {
-                *lane = true;
-                any = true;
-            }
-            self.next += 1;
-        }
-        any.then_some(chosen)
-    }
-}
-
 /// The pass over slices. Returns false if unit or model do not support it. The states must be within K.
 pub(crate) fn residual(
     terms: Terms<'_, '_>,
     awake: &SliceSet,
     at: &[Cell],
     residual: &mut [Cell],
-    contacts: &[Contact],
     reduce: &mut impl Reduce,
 ) -> bool {
-    let (Some(_), Some(links)) = (terms.vectors, SlicedLinks::of(terms.links(), at)) else {
+    if !takes_slices(terms, at) {
         return false;
-    };
-    if terms.states.any() {
-        run(terms.vectors, Update { terms, awake, at });
     }
-    let (model, current, contacts) = (terms.model, terms.current, Contacts::new(contacts));
-    let (slices, states) = (0..model.slice_count(), || terms.states);
-    let pulls = terms.pulls(at);
-    #[rustfmt::skip]
-    let pass = SlicedResidual { model, current, links, awake, slices, at, residual, contacts, states, reduce, pulls };
-    run(terms.vectors, pass);
+    update(terms, awake, at);
+    let (slices, list) = (0..terms.model.slice_count(), || (terms.list(), terms.states));
+    let held = terms.held();
+    run(terms.vectors, SlicedResidual { awake, slices, at, residual, held, list, reduce });
     true
 }
 
@@ -102,44 +64,49 @@ pub(crate) fn residual_in_parts(
     awake: &SliceSet,
     at: &[Cell],
     residual: &mut [Cell],
-    contacts: &[Contact],
     sums: &mut [impl Reduce + Send; PARTS],
 ) -> bool {
-    let (Some(_), Some(links)) = (terms.vectors, SlicedLinks::of(terms.links(), at)) else {
+    if !takes_slices(terms, at) {
         return false;
-    };
-    let (model, current, contacts) = (terms.model, terms.current, Contacts::new(contacts));
-    if !terms.states.any() {
-        // The tools' contribution goes through the residuals: threads share no other memory.
-        terms.pull_into(awake, at, residual);
     }
+    update(terms, awake, at);
+    let (vectors, held, cells) = (terms.vectors, terms.held(), at.len());
     // Terms with states: the calling thread runs the parts in turn.
-    let mut each = parts::split_mut(residual).into_iter().zip(sums).enumerate();
     if terms.states.any() {
-        run(terms.vectors, Update { terms, awake, at });
-        let states = || terms.states;
-        let pulls = terms.pulls(at);
-        for (part, (residual, reduce)) in each {
-            let slices = parts::slices(model.cells(), part);
-            #[rustfmt::skip]
-            let pass = SlicedResidual { model, current, links, awake, slices, at, residual, contacts, states, reduce, pulls };
-            run(terms.vectors, pass);
+        let list = || (terms.list(), terms.states);
+        for (part, (residual, reduce)) in
+            parts::split_mut(residual).into_iter().zip(sums).enumerate()
+        {
+            let slices = parts::slices(cells, part);
+            run(vectors, SlicedResidual { awake, slices, at, residual, held, list, reduce });
         }
         return true;
     }
-    // Otherwise the team runs the parts.
-    let pulled = terms.touch.get().map(|touching| touching.slices);
-    let states = || States::NONE;
-    let pulls = |slice, own: &Chunk| pulled?.contains(slice).then_some(*own);
+    // Otherwise the team runs the parts, and finds the tools' contribution in the residuals: threads share no
+    // other memory.
+    let list = terms.list_with(Pulled::put(terms.touch, awake, residual));
+    let list = || (list, States::NONE);
+    let mut each = parts::split_mut(residual).into_iter().zip(sums).enumerate();
     let passes = [(); PARTS].map(|()| {
         let (part, (residual, reduce)) = each.next()?;
-        let slices = parts::slices(model.cells(), part);
-        #[rustfmt::skip]
-        let pass = SlicedResidual { model, current, links, awake, slices, at, residual, contacts, states, reduce, pulls };
-        Some(pass)
+        let slices = parts::slices(cells, part);
+        Some(SlicedResidual { awake, slices, at, residual, held, list, reduce })
     });
-    terms.team.run(terms.vectors, passes);
+    terms.team.run(vectors, passes);
     true
+}
+
+/// Returns true if unit and model support slices of these cells.
+fn takes_slices(terms: Terms<'_, '_>, at: &[Cell]) -> bool {
+    terms.vectors.is_some() && terms.model.slices.is_some() && at.len() == terms.model.cells()
+}
+
+/// Prepares the terms for a pass, and updates their states of the cells in awake slices.
+fn update(terms: Terms<'_, '_>, awake: &SliceSet, at: &[Cell]) {
+    terms.list().prepare(&terms.outputs(at));
+    if terms.states.any() {
+        run(terms.vectors, Update { terms, awake, at });
+    }
 }
 
 /// Updates the terms' states of the cells in awake slices to their positions.
@@ -154,90 +121,61 @@ impl Work for Update<'_, '_> {
 
     #[inline(always)]
     fn run<V: F32x8>(self) {
-        let Terms { model, states, .. } = self.terms;
-        let (cells, quads) = (Chunks::new(self.at, Cell::ZERO), states.all().quads());
-        for slice in self.awake.iter(model.slice_count()) {
-            model.others.displace(slice, cells.at(slice), quads);
+        let (list, cells) = (self.terms.list(), Chunks::new(self.at, Cell::ZERO));
+        let (slices, states) = (self.terms.model.slice_count(), self.terms.states);
+        for slice in self.awake.iter(slices) {
+            list.displace(slice, cells.at(slice), states.all());
         }
-        for slice in self.awake.iter(model.slice_count()) {
+        for slice in self.awake.iter(slices) {
             if let Some([from, to]) = states.step(slice) {
-                model.others.update_slice::<V>(slice, self.at, from, to);
+                list.update_slice::<V>(slice, self.at, from, to);
             }
         }
     }
 }
 
 /// A pass over the awake slices of a range, with its sums.
-pub(crate) struct SlicedResidual<'a, 'm, R, S, P> {
-    pub model: &'a Model<'m>,
-    pub current: Option<[f32; 3]>,
-    pub links: SlicedLinks<'a, 'm>,
+pub(crate) struct SlicedResidual<'a, R, L> {
     pub awake: &'a SliceSet,
     /// A part of the body.
     pub slices: Range<usize>,
     pub at: &'a [Cell],
     /// Residuals of the cells in these slices.
     pub residual: &'a mut [Cell],
-    pub contacts: Contacts<'a>,
-    /// Returns the terms' states of the cells. A function, since threads share no states.
-    pub states: S,
+    /// Cells that do not move, in ascending order.
+    pub held: &'a [Contact],
+    /// Returns the terms and their states. A function, since threads share no states.
+    pub list: L,
     pub reduce: &'a mut R,
-    /// The tools' contribution to the residuals of a slice, from the slice's residuals before the pass.
-    pub pulls: P,
 }
 
-impl<'a, R: Reduce, S: Fn() -> States<'a>, P: Fn(usize, &Chunk) -> Option<Chunk>> Work
-    for SlicedResidual<'a, '_, R, S, P>
-{
+impl<'a, R: Reduce, T: Term<f32>, L: Fn() -> (T, States<'a>)> Work for SlicedResidual<'a, R, L> {
     type Output = ();
 
     #[inline(always)]
     fn run<V: F32x8>(self) {
-        let Self { links, at, mut contacts, reduce, pulls, .. } = self;
-        let states = (self.states)().all();
+        let Self { at, reduce, .. } = self;
+        let (list, states) = (self.list)();
+        let states: StatesOf<'_> = states.all();
         let (cells, mut residual) = (Chunks::repeated(at), ChunksMut::new(self.residual));
-        let (varied, even) = (links.differ(), links.even());
-        let first = self.slices.start;
+        let (first, mut held) = (self.slices.start, self.held);
         for slice in self.awake.iter_in(self.slices) {
             let [x, y, z, _] = V::transposed(cells.at(slice));
-            let here = [x, y, z];
-            // Links, other terms, tools and contacts, in this order.
-            let mut sum = if self.model.is_nodal() {
-                [V::splat(0.0); 4]
-            } else if varied {
-                links.residual::<V, true>(slice, here, even)
-            } else {
-                links.residual::<V, false>(slice, here, even)
-            };
-            self.model.others.slice(slice, at, &mut sum, states);
-            if let Some(pulls) = pulls(slice, residual.at(slice - first)) {
-                let [x, y, z, w] = V::transposed(&pulls);
-                let [a, b, c, d] = sum;
-                sum = [a.plus(x), b.plus(y), c.plus(z), d.plus(w)];
+            let (cells, mut sum) = ([x, y, z], [V::splat(0.0); 4]);
+            let before = || *residual.seen(slice - first);
+            list.slice(Here { slice, cells, at }, &before, &mut sum, states);
+            while let [contact, others @ ..] = held
+                && contact.cell() < (slice + 1) * LANES
+            {
+                held = others;
+                // Cells of slices that sleep are passed over.
+                if let Some(lane) = contact.cell().checked_sub(slice * LANES) {
+                    change_lane(&mut sum, lane, |r| Cell([0.0, 0.0, 0.0, r.w()]));
+                }
             }
-            if let Some(contacts) = contacts.of_slice(slice) {
-                drive(&mut sum, self.current, contacts);
-            }
-            reduce.slice(slice, here, sum);
+            reduce.slice(slice, cells, sum);
             V::put_transposed(sum, residual.at(slice - first));
         }
         residual.finish();
-    }
-}
-
-/// Clears the residuals of contact cells in a slice, or adds the current to them; lane by lane, since few
-/// slices have any.
-#[inline(always)]
-fn drive<V: F32x8>(sum: &mut [V; 4], current: Option<[f32; 3]>, contacts: [bool; LANES]) {
-    for (sum, current) in sum.iter_mut().zip(match current {
-        Some(current) => current.map(Some),
-        None => [None; 3],
-    }) {
-        let mut lanes = [0.0; LANES];
-        sum.store(&mut lanes);
-        for (lane, _) in lanes.iter_mut().zip(contacts).filter(|(_, contact)| *contact) {
-            *lane = current.map_or(0.0, |current| *lane + current);
-        }
-        *sum = V::load(&lanes);
     }
 }

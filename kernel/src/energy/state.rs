@@ -9,11 +9,10 @@
 #![allow(unsafe_code)]
 
 use core::cell::Cell;
-use core::marker::PhantomData;
 
 use crate::backend::slice_set::SliceSet;
-use crate::energy::term::Term;
 use crate::model::others::Others;
+use crate::model::terms::Keeps;
 use crate::number::cell;
 use crate::number::kept::kept;
 use crate::number::two_float::LANES;
@@ -23,67 +22,13 @@ pub(crate) type Row = [f32; LANES];
 /// Displacement or force of a cell.
 pub(crate) type Quad = Cell<cell::Cell>;
 
-/// A term's state of one cell. What lasts is never -0.0, so that equal states have equal words.
-pub(crate) trait CellState: Copy + PartialEq + 'static {
-    /// The state in the rest shape.
-    const REST: Self;
-    /// Rows of what lasts from pass to pass.
-    const LASTING: usize;
-    /// The state of a lane.
-    fn load(lane: usize, memory: SliceMemory<'_>) -> Self;
-    /// Stores the state of a lane.
-    fn store(self, lane: usize, memory: SliceMemory<'_>);
-    /// Returns true if what lasts may be that of a cell.
-    fn is_valid(self) -> bool;
-}
-
-/// The state of a term without one.
-pub(crate) type Nothing = [u32; 0];
-
-impl CellState for Nothing {
-    const REST: Self = [];
-    const LASTING: usize = 0;
-
-    #[inline(always)]
-    fn load(_: usize, _: SliceMemory<'_>) -> Self {
-        []
-    }
-
-    #[inline(always)]
-    fn store(self, _: usize, _: SliceMemory<'_>) {}
-
-    fn is_valid(self) -> bool {
-        true
-    }
-}
-
-impl<A: CellState, B: CellState> CellState for (A, B) {
-    const REST: Self = (A::REST, B::REST);
-    const LASTING: usize = A::LASTING + B::LASTING;
-
-    #[inline(always)]
-    fn load(lane: usize, memory: SliceMemory<'_>) -> Self {
-        (A::load(lane, memory), B::load(lane, memory.after::<A>()))
-    }
-
-    #[inline(always)]
-    fn store(self, lane: usize, memory: SliceMemory<'_>) {
-        self.0.store(lane, memory);
-        self.1.store(lane, memory.after::<A>());
-    }
-
-    fn is_valid(self) -> bool {
-        self.0.is_valid() && self.1.is_valid()
-    }
-}
-
-/// The state of a cell under all terms.
-pub(crate) type State = <Others<'static> as Term>::State;
+/// Rows of what lasts, of all terms.
+pub(crate) const LASTING: usize = <Others<'static> as Keeps>::LASTING;
 
 /// 0 if no term keeps a state, so that arrays of this length have no size.
-const IS_KEPT: usize = (State::LASTING > 0) as usize;
+const IS_KEPT: usize = (LASTING > 0) as usize;
 /// Rows of a slice: both banks and their flags; an even number.
-const ROWS: usize = (2 * State::LASTING + 1).next_multiple_of(2);
+const ROWS: usize = (2 * LASTING + 1).next_multiple_of(2);
 /// Lines of the displacements of a slice, and of its forces.
 const QUADS: usize = LANES * size_of::<cell::Cell>() / 64;
 /// Lines of a slice: displacements and forces, then the rows.
@@ -128,19 +73,30 @@ pub(crate) struct Quads<'a> {
     pub forces: &'a [Quad],
 }
 
+impl Quads<'_> {
+    const NONE: Self = Self { displacements: &[], forces: &[] };
+}
+
 /// Memory of the states of a slice, in one bank; of one term and those after it in the list.
 #[derive(Clone, Copy)]
 pub(crate) struct SliceMemory<'a> {
     /// Rows of what lasts.
     pub lasting: &'a [Cell<Row>],
+    #[cfg_attr(not(feature = "nodal"), expect(dead_code, reason = "no term has displacements"))]
     pub quads: Quads<'a>,
 }
 
 impl SliceMemory<'_> {
+    /// Memory after these rows.
+    #[inline(always)]
+    fn skip(self, lasting: usize) -> Self {
+        Self { lasting: self.lasting.get(lasting..).unwrap_or(&[]), ..self }
+    }
+
     /// Memory of the terms after the first one.
     #[inline(always)]
-    pub fn after<A: CellState>(self) -> Self {
-        Self { lasting: self.lasting.get(A::LASTING..).unwrap_or(&[]), ..self }
+    pub fn after<A: Keeps>(self) -> Self {
+        self.skip(A::LASTING)
     }
 }
 
@@ -154,7 +110,6 @@ pub(crate) fn number(rows: &[Cell<Row>], row: usize, lane: usize) -> f32 {
 
 /// Sets the numbers of a lane, row by row.
 #[inline(always)]
-#[cfg_attr(not(any(test, feature = "nodal")), expect(dead_code, reason = "no term has a state"))]
 pub(crate) fn put(rows: &[Cell<Row>], lane: usize, numbers: impl IntoIterator<Item = f32>) {
     for (row, number) in rows.iter().zip(numbers) {
         if let Some(slot) = row.as_array_of_cells().get(lane) {
@@ -203,7 +158,7 @@ impl<'a> TermStates<'a> {
         self.memory().fill(TermState::ZERO);
         let states = self.shared(cells);
         for cell in 0..states.slices() * LANES {
-            states.publish(cell, State::REST);
+            states.publish(cell, Others::at_rest);
         }
     }
 
@@ -211,13 +166,15 @@ impl<'a> TermStates<'a> {
     pub(crate) fn read(&mut self, cells: usize, words: &[u32]) -> bool {
         let states = self.shared(cells);
         let cells = if states.any() { cells } else { 0 };
-        if words.len() != cells * State::LASTING {
+        if words.len() != cells * LASTING {
             return false;
         }
-        let each = || words.chunks_exact(State::LASTING.max(1)).map(of_words).enumerate();
-        let is_whole = each().all(|(_, state)| state.is_valid());
+        // -0.0 becomes +0.0.
+        let number = |words: &[u32], row| words.get(row).map_or(0.0, |&x| f32::from_bits(x) + 0.0);
+        let each = || words.chunks_exact(LASTING.max(1)).enumerate();
+        let is_whole = each().all(|(_, words)| Others::is_valid(&|row| number(words, row)));
         if is_whole {
-            each().for_each(|(cell, state)| states.publish(cell, state));
+            each().for_each(|(cell, words)| states.publish(cell, |row| number(words, row)));
         }
         is_whole
     }
@@ -232,22 +189,9 @@ impl<'a> TermStates<'a> {
     }
 }
 
-/// The state of a cell with these words.
-fn of_words(words: &[u32]) -> State {
-    let rows = [const { Cell::new([0.0; LANES]) }; State::LASTING];
-    for (row, word) in rows.iter().zip(words) {
-        // -0.0 becomes +0.0.
-        row.set([f32::from_bits(*word) + 0.0; LANES]);
-    }
-    State::load(0, SliceMemory { lasting: &rows, quads: Quads::NONE })
-}
-
 /// The present rows of what lasts of `cells` cells, slice by slice.
 #[inline(always)]
-pub(crate) fn lasting(
-    memory: &[TermState],
-    cells: usize,
-) -> impl Iterator<Item = &[Row; State::LASTING]> {
+pub(crate) fn lasting(memory: &[TermState], cells: usize) -> impl Iterator<Item = &[Row; LASTING]> {
     let rows = memory.get(cells.div_ceil(LANES) * 2 * QUADS..).unwrap_or(&[]);
     // SAFETY: a line is two rows of plain numbers, with a larger alignment; the lines stay borrowed.
     let rows: &[Row] =
@@ -255,7 +199,7 @@ pub(crate) fn lasting(
     rows.as_chunks::<ROWS>().0.iter().filter_map(|rows| {
         let [.., flags] = rows;
         let [now, ..] = flags;
-        let first = if *now == 0.0 { 0 } else { State::LASTING };
+        let first = if *now == 0.0 { 0 } else { LASTING };
         rows.get(first..)?.first_chunk()
     })
 }
@@ -269,10 +213,6 @@ pub(crate) fn words(memory: &[TermState], cells: usize) -> impl Iterator<Item = 
         };
         (slice * LANES..cells.min((slice + 1) * LANES)).flat_map(of_cell)
     })
-}
-
-impl Quads<'_> {
-    const NONE: Self = Self { displacements: &[], forces: &[] };
 }
 
 /// The memory of a body's states: displacements, forces, then the rows of each slice.
@@ -325,8 +265,8 @@ impl<'a> Slice<'a> {
 
     #[inline(always)]
     fn bank(self, flag: f32) -> SliceMemory<'a> {
-        let (first, rest) = self.rows.split_at(State::LASTING);
-        let (second, _) = rest.split_at(State::LASTING);
+        let (first, rest) = self.rows.split_at(LASTING);
+        let (second, _) = rest.split_at(LASTING);
         let lasting = if flag == 0.0 { first } else { second };
         SliceMemory { lasting, quads: self.quads }
     }
@@ -374,14 +314,8 @@ impl<'a> States<'a> {
 
     /// The states of all terms.
     #[inline(always)]
-    pub fn all(self) -> StatesOf<'a, State> {
-        StatesOf { states: self, lasting: 0, term: PhantomData }
-    }
-
-    /// The state of a cell.
-    #[inline(always)]
-    pub fn at(&self, cell: usize) -> State {
-        self.all().at(cell)
+    pub fn all(self) -> StatesOf<'a> {
+        StatesOf { states: self, lasting: 0 }
     }
 
     /// The memory of a slice's states, and that for the next ones, which become the present ones.
@@ -390,20 +324,12 @@ impl<'a> States<'a> {
         Some(self.slice(slice)?.step())
     }
 
-    /// Sets the state of a cell, between passes.
-    pub fn put(&self, cell: usize, state: State) {
-        let Some([from, to]) = self.step(cell / LANES) else { return };
-        for (from, to) in from.lasting.iter().zip(to.lasting) {
-            to.set(from.get());
-        }
-        state.store(cell % LANES, to);
-    }
-
-    /// Sets the state of a cell at its published position.
-    fn publish(&self, cell: usize, state: State) {
+    /// Sets what lasts of a cell at its published position, by row.
+    fn publish(&self, cell: usize, number: impl Fn(usize) -> f32) {
         let Some(slice) = self.slice(cell / LANES) else { return };
-        state.store(cell % LANES, slice.bank(0.0));
-        state.store(cell % LANES, slice.bank(1.0));
+        for bank in [slice.bank(0.0), slice.bank(1.0)] {
+            put(bank.lasting, cell % LANES, (0..LASTING).map(&number));
+        }
     }
 
     /// Saves the states of a slice whose cells are at their published positions.
@@ -435,49 +361,41 @@ impl<'a> States<'a> {
     }
 }
 
-/// The states of one term, or of a list.
+/// The states of one term and of those after it in the list.
 #[derive(Clone, Copy)]
-pub(crate) struct StatesOf<'a, S> {
+pub(crate) struct StatesOf<'a> {
     states: States<'a>,
     /// Rows of the terms before.
     lasting: usize,
-    term: PhantomData<S>,
 }
 
-impl<'a, S: CellState> StatesOf<'a, S> {
+#[cfg_attr(not(any(test, feature = "nodal")), expect(dead_code, reason = "no term has a state"))]
+impl<'a> StatesOf<'a> {
+    /// The states of the terms after the first one.
     #[inline(always)]
-    fn memory(&self, slice: Slice<'a>) -> SliceMemory<'a> {
-        let SliceMemory { lasting, quads } = slice.present();
-        SliceMemory { lasting: lasting.get(self.lasting..).unwrap_or(&[]), quads }
+    pub fn after<A: Keeps>(self) -> Self {
+        Self { lasting: self.lasting + A::LASTING, ..self }
     }
 
-    /// The state of a cell.
+    /// The present states of a slice.
     #[inline(always)]
-    pub fn at(&self, cell: usize) -> S {
-        let slice = self.states.slice(cell / LANES);
-        slice.map_or(S::REST, |slice| S::load(cell % LANES, self.memory(slice)))
+    pub fn slice(&self, slice: usize) -> Option<SliceMemory<'a>> {
+        Some(self.states.slice(slice)?.present().skip(self.lasting))
+    }
+
+    /// The present states of a slice, to be changed between passes; the published ones stay.
+    #[cfg(test)]
+    pub fn change(&self, slice: usize) -> Option<SliceMemory<'a>> {
+        let [from, to] = self.states.step(slice)?;
+        for (from, to) in from.lasting.iter().zip(to.lasting) {
+            to.set(from.get());
+        }
+        self.slice(slice)
     }
 
     /// Displacements and forces of all cells.
     #[inline(always)]
-    #[cfg_attr(not(feature = "nodal"), expect(dead_code, reason = "no term has displacements"))]
     pub fn quads(&self) -> Quads<'a> {
         self.states.0.first().map_or(Quads::NONE, |arrays| arrays.quads)
-    }
-}
-
-impl<'a, A: CellState, B: CellState> StatesOf<'a, (A, B)> {
-    /// The states of the first term.
-    #[inline(always)]
-    pub fn first(self) -> StatesOf<'a, A> {
-        let Self { states, lasting, .. } = self;
-        StatesOf { states, lasting, term: PhantomData }
-    }
-
-    /// The states of the others.
-    #[inline(always)]
-    pub fn others(self) -> StatesOf<'a, B> {
-        let Self { states, lasting, .. } = self;
-        StatesOf { states, lasting: lasting + A::LASTING, term: PhantomData }
     }
 }

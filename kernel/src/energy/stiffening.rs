@@ -20,16 +20,14 @@
 //! Cost: a gather and two comparisons for a link inside all of its bands; one root and two divisions for
 //! others, for any number of sets. No state. `f32` only.
 
-use super::held::{Contact, Touched};
+use super::held::{Contact, Touched, is_among};
 use super::links::law::COINCIDENT;
+use super::links::number::LinkNumber;
 use super::nodal::places;
-use super::number::TermNumber;
-use super::state::{Nothing, StatesOf};
-use super::term::Term;
-use crate::backend::f32x8::F32x8;
+use super::state::StatesOf;
+use super::term::{Here, Pass, Term, change_lane};
+use crate::backend::f32x8::{Chunk, F32x8};
 use crate::backend::lane::{Lane, Real};
-use crate::backend::slice_set::SliceSet;
-use crate::backend::slices::cells_of;
 use crate::model::range;
 use crate::model::stiffening::Stiffening;
 use crate::number::cell::{Cell, add, dot, scale, single, sub};
@@ -98,54 +96,27 @@ impl Stiffening<'_> {
         forces.fold(sum, |sum, ([x, y, z], wd2)| sum.plus(Cell([x, y, z, wd2])))
     }
 
-    /// The links of a slice that has a link of zero length, cell by cell.
+    /// The same in a slice that has a link of zero length.
     #[cold]
     #[inline(never)]
-    fn one_by_one(self, slice: usize, at: &[Cell], lanes: &mut [[f32; LANES]; 4]) {
-        let place = |cell: usize| at.get(cell).map_or([0.0; 3], |cell| cell.xyz());
-        for lane in 0..LANES {
-            let mut sum = Cell::ZERO;
-            for (value, lanes) in sum.0.iter_mut().zip(lanes.iter()) {
-                *value = lanes.get(lane).copied().unwrap_or(0.0);
-            }
-            let Cell(sum) = self.residual(slice * LANES + lane, &place, sum);
-            for (value, lanes) in sum.into_iter().zip(lanes.iter_mut()) {
-                if let Some(slot) = lanes.get_mut(lane) {
-                    *slot = value;
-                }
-            }
-        }
+    fn one_by_one(self, cell: usize, at: &[Cell], sum: Cell) -> Cell {
+        self.residual(cell, &|cell| at.get(cell).map_or([0.0; 3], |cell| cell.xyz()), sum)
     }
 }
 
-impl Term for Stiffening<'_> {
-    type State = Nothing;
-
-    #[inline(always)]
-    fn begin_tick(
+impl<N: LinkNumber> Term<N> for Stiffening<'_> {
+    fn accumulate<const CLAMPED: bool>(
         self,
-        _: usize,
-        state: Nothing,
-        _: &impl Fn(usize) -> [f32; 3],
-    ) -> (Nothing, f64) {
-        (state, 0.0)
-    }
-
-    fn accumulate<N: TermNumber>(
-        self,
-        awake: &SliceSet,
-        v: &[Cell<N>],
+        pass: &Pass<'_, N, CLAMPED>,
         residual: &mut [Cell<N>],
         _: &mut N::Tally,
-        output: &impl Fn([N; 3]) -> [N; 3],
-        _: StatesOf<'_, Nothing>,
+        _: StatesOf<'_>,
     ) {
         if !self.is_any() {
             return;
         }
-        let place = |cell: usize| v.get(cell).map_or([0.0; 3], |v| single(output(v.xyz())));
-        let slices = v.len().div_ceil(LANES);
-        for cell in awake.iter(slices).flat_map(|slice| cells_of(slice, v.len())) {
+        let place = |cell: usize| single(pass.at(cell));
+        for cell in pass.cells() {
             let Some(r) = residual.get_mut(cell) else { continue };
             let before = Cell(r.0.map(N::single));
             *r = Cell(self.residual(cell, &place, before).0.map(N::from_single));
@@ -155,17 +126,17 @@ impl Term for Stiffening<'_> {
     #[inline(always)]
     fn slice<V: F32x8>(
         self,
-        slice: usize,
-        at: &[Cell],
+        here: Here<'_, V>,
+        _: &impl Fn() -> Chunk,
         sum: &mut [V; 4],
-        _: StatesOf<'_, Nothing>,
+        _: StatesOf<'_>,
     ) {
         if !self.is_any() {
             return;
         }
-        let (before, last) = (*sum, at.len().saturating_sub(1));
+        let (before, Here { slice, at, .. }) = (*sum, here);
         let place = |cell: usize| at.get(cell).map_or([0.0; 4], |cell| cell.0);
-        let here = places::<V>(|lane| place((slice * LANES + lane).min(last)));
+        let here = here.cells.map(Lane);
         let mut is_void = V::splat(0.0).below(V::splat(0.0));
         // Add the groups of links.
         for group in range(self.rows, slice) {
@@ -186,47 +157,35 @@ impl Term for Stiffening<'_> {
         }
         // A link of zero length: compute the slice cell by cell.
         if V::any(is_void) {
-            let mut lanes = [[0.0; LANES]; 4];
-            for (sum, lanes) in before.into_iter().zip(&mut lanes) {
-                sum.store(lanes);
-            }
-            self.one_by_one(slice, at, &mut lanes);
-            for (sum, lanes) in sum.iter_mut().zip(&lanes) {
-                *sum = V::load(lanes);
+            *sum = before;
+            for lane in 0..LANES {
+                change_lane(sum, lane, |r| self.one_by_one(slice * LANES + lane, at, r));
             }
         }
     }
 
-    fn cell<N: TermNumber>(
+    fn cell(
         self,
         cell: usize,
+        _: &[Contact<N>],
         at: &impl Fn(usize) -> [N; 3],
-        _: StatesOf<'_, Nothing>,
-        add_to: &mut impl FnMut([f32; 3]),
-    ) {
-        let at = |cell: usize| single(at(cell));
-        let mut residual = [0.0; 3];
-        for (group, other) in self.slots_of(cell) {
-            let Some((force, _)) = self.force((group, cell, other), &at) else { continue };
-            residual = add(residual, force);
-        }
-        if self.is_any() {
-            add_to(residual);
-        }
+        _: StatesOf<'_>,
+        sum: [f32; 3],
+    ) -> [f32; 3] {
+        add(sum, self.residual(cell, &|cell| single(at(cell)), Cell::ZERO).xyz())
     }
 
-    fn touched<N: TermNumber>(
+    fn touched(
         self,
         held: &[Contact<N>],
-        output: &impl Fn(usize) -> [N; 3],
-        _: StatesOf<'_, Nothing>,
+        at: &impl Fn(usize) -> [N; 3],
+        _: StatesOf<'_>,
         sums: &mut Touched,
     ) {
-        let at = |cell: usize| single(output(cell));
+        let at = |cell: usize| single(at(cell));
         for cell in held.iter().map(Contact::cell) {
             for (group, other) in self.slots_of(cell) {
-                let is_held = held.binary_search_by_key(&other, Contact::cell).is_ok();
-                let counted = other < cell && is_held;
+                let counted = other < cell && is_among(held, other);
                 if !counted && let Some((force, wd2)) = self.force((group, cell, other), &at) {
                     let (wd, way) = (2.0 * sqrt(dot(force, force)), sub(at(other), at(cell)));
                     sums.wd2 = sums.wd2.plus(wd2.into());
@@ -234,10 +193,5 @@ impl Term for Stiffening<'_> {
                 }
             }
         }
-    }
-
-    #[inline(always)]
-    fn add_move(self, cell: usize, squared: f32, sum: f32) -> f32 {
-        if self.is_any() { sum + 2.0 * self.weight(cell) * squared } else { sum }
     }
 }

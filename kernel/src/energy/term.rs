@@ -1,4 +1,4 @@
-//! A term besides the links: its part in a tick, in a pass, and at the cells that the tool moves.
+//! A term of the energy: its part in a tick, in a pass, and at the cells that the tool moves.
 //!
 //! **State.** A term may keep a state of each cell. The energy is then a function of positions and states. A
 //! tick changes states in two places, each cell's from the positions of any cells and from its own state
@@ -7,50 +7,89 @@
 //! - [`Term::begin_tick`], once before anything else: a correction, such as a linear part of residual and
 //!   energy, that is constant through all sweeps. It may change the energy, which must stay at least 0, and
 //!   returns the change.
-//! - [`Term::update`], before each pass over the residuals, after [`Term::displace`]. It must never raise the energy, nor change a
+//! - [`Term::update`], before each pass over the residuals. It must never raise the energy, nor change a
 //!   state where the term's energy is 0: such a cell may sleep.
 //!
 //! So for fixed states the bound L holds as for any term, and the energy falls in every sweep. If the guard
 //! discards a pass, its updates are discarded too: the states are then those of the published positions.
 //!
-//! The list of the terms is that of `model::others`. All of it is resolved when the kernel is
-//! compiled: a term that is not in the list costs nothing.
+//! A method that a term leaves out adds nothing. The list of the terms is a nested pair, which is a term
+//! itself; it is resolved when the kernel is compiled: a term that is not in the list costs nothing.
 
 use core::ops::Range;
 
 use super::held::{Contact, Touched};
-use super::number::TermNumber;
-use super::state::{CellState, Nothing, Quads, SliceMemory, StatesOf};
+use super::links::number::LinkNumber;
+use super::state::{SliceMemory, StatesOf};
 use crate::backend::f32x8::{Chunk, F32x8};
 use crate::backend::slice_set::SliceSet;
 use crate::backend::slices::cells_of;
-use crate::model::terms::NoTerm;
-use crate::number::cell::Cell;
+use crate::model::terms::{Keeps, NoTerm};
+use crate::number::cell::{Cell, output};
+use crate::number::two_float::{LANES, TwoFloat};
 
-/// A term besides the links. Positions are given as states v with a function for their outputs; `states` are
-/// the term's states of the cells.
-pub(crate) trait Term: Copy {
-    /// The term's state of a cell; [`Nothing`] if it has none.
-    type State: CellState;
+/// A pass cell by cell, at states within K or, `CLAMPED`, at the outputs of all states.
+pub(crate) struct Pass<'a, N, const CLAMPED: bool> {
+    pub awake: &'a SliceSet,
+    pub v: &'a [Cell<N>],
+    /// K.
+    pub saturation: N,
+}
 
-    /// Returns true if [`Self::begin_tick`] may change a state of this body.
+#[cfg_attr(not(any(test, feature = "nodal")), expect(dead_code, reason = "only links"))]
+impl<N: LinkNumber, const CLAMPED: bool> Pass<'_, N, CLAMPED> {
+    /// The output of a state.
     #[inline(always)]
-    fn corrects(self) -> bool {
-        false
+    pub fn output(&self, v: [N; 3]) -> [N; 3] {
+        if CLAMPED { output(v, self.saturation) } else { v }
     }
-    /// The state of a cell at the start of a tick at the outputs `at`, and the change of the energy, in
-    /// internal units.
+
+    /// The output of a cell; zeros beyond the last one.
+    #[inline(always)]
+    pub fn at(&self, cell: usize) -> [N; 3] {
+        self.v.get(cell).map_or([N::ZERO; 3], |v| self.output(v.xyz()))
+    }
+
+    /// The cells of awake slices.
+    #[inline(always)]
+    pub fn cells(&self) -> impl Iterator<Item = usize> {
+        let cells = self.v.len();
+        self.awake.iter(cells.div_ceil(LANES)).flat_map(move |slice| cells_of(slice, cells))
+    }
+}
+
+/// A slice in a pass over eight cells side by side.
+#[derive(Clone, Copy)]
+pub(crate) struct Here<'a, V> {
+    pub slice: usize,
+    /// Positions of its cells, the last one of the body repeated.
+    pub cells: [V; 3],
+    /// Positions of all cells.
+    pub at: &'a [Cell],
+}
+
+/// A term of the energy of a body in the number `N`. Positions are outputs of the cells' states v; `states`
+/// are the term's states of the cells.
+pub(crate) trait Term<N: LinkNumber>: Keeps {
+    /// Corrects states at the start of a tick and calls `changed` for each cell whose state changed. Returns
+    /// the change of the energy, in internal units.
+    #[inline(always)]
     fn begin_tick(
         self,
-        cell: usize,
-        state: Self::State,
-        at: &impl Fn(usize) -> [f32; 3],
-    ) -> (Self::State, f64);
+        _at: &impl Fn(usize) -> [f32; 3],
+        _states: StatesOf<'_>,
+        _changed: &mut impl FnMut(usize),
+    ) -> f64 {
+        0.0
+    }
+    /// Computes what a pass needs from the positions of any cells.
+    #[inline(always)]
+    fn prepare(self, _at: &impl Fn(usize) -> [f32; 3]) {}
     /// Stores the displacements of the cells of a slice, which are at `here`, and clears their forces. A pass
     /// does so for all its slices before the first update; the displacements of other slices stay.
     #[inline(always)]
-    fn displace(self, _slice: usize, _here: &Chunk, _quads: Quads<'_>) {}
-    /// Stores the states of the cells of a slice for a pass at the outputs `at`.
+    fn displace(self, _slice: usize, _here: &Chunk, _states: StatesOf<'_>) {}
+    /// Stores the states of a slice's cells for a pass.
     #[inline(always)]
     fn update(
         self,
@@ -73,130 +112,89 @@ pub(crate) trait Term: Copy {
         self.update(cells_of(slice, at.len()), &place, from, to);
     }
     /// Adds the term to the residuals of awake slices, cell by cell.
-    fn accumulate<N: TermNumber>(
+    #[inline(always)]
+    fn accumulate<const CLAMPED: bool>(
         self,
-        awake: &SliceSet,
-        v: &[Cell<N>],
-        residual: &mut [Cell<N>],
-        tally: &mut N::Tally,
-        output: &impl Fn([N; 3]) -> [N; 3],
-        states: StatesOf<'_, Self::State>,
-    );
-    /// Adds the term to the residuals of a slice whose states v are within K; the same bits.
+        _pass: &Pass<'_, N, CLAMPED>,
+        _residual: &mut [Cell<N>],
+        _tally: &mut N::Tally,
+        _states: StatesOf<'_>,
+    ) {
+    }
+    /// Adds the term to the residuals of a slice whose states v are within K; the same bits. `before` returns
+    /// the residuals of the last pass.
+    #[inline(always)]
     fn slice<V: F32x8>(
         self,
-        slice: usize,
-        at: &[Cell],
-        sum: &mut [V; 4],
-        states: StatesOf<'_, Self::State>,
-    );
-    /// Adds the residual of the term at a cell, at the outputs `at`, in single precision.
-    fn cell<N: TermNumber>(
-        self,
-        cell: usize,
-        at: &impl Fn(usize) -> [N; 3],
-        states: StatesOf<'_, Self::State>,
-        add: &mut impl FnMut([f32; 3]),
-    );
-    /// Adds the term's energy at the held cells.
-    fn touched<N: TermNumber>(
-        self,
-        held: &[Contact<N>],
-        output: &impl Fn(usize) -> [N; 3],
-        states: StatesOf<'_, Self::State>,
-        sums: &mut Touched,
-    );
-    /// Adds the second derivative of the energy at rest times a small displacement of the cells; nothing for a
-    /// term that does not replace the links.
-    fn resist(self, _field: &[Cell], _product: &mut [Cell]) {}
-    /// The rotation of a cell as a unit quaternion, real part first; `None` if its state has none.
-    #[inline(always)]
-    fn turn(self, _cell: usize, _states: StatesOf<'_, Self::State>) -> Option<[f32; 4]> {
-        None
-    }
-    /// Adds w |D|^2, `squared` = |D|^2, for a cell that moves by D: the root of the energy rises by at most
-    /// half the root of that sum over all moving cells.
-    fn add_move(self, cell: usize, squared: f32, sum: f32) -> f32;
-}
-
-impl Term for NoTerm {
-    type State = Nothing;
-
-    #[inline(always)]
-    fn begin_tick(
-        self,
-        _: usize,
-        state: Nothing,
-        _: &impl Fn(usize) -> [f32; 3],
-    ) -> (Nothing, f64) {
-        (state, 0.0)
-    }
-
-    #[inline(always)]
-    fn accumulate<N: TermNumber>(
-        self,
-        _: &SliceSet,
-        _: &[Cell<N>],
-        _: &mut [Cell<N>],
-        _: &mut N::Tally,
-        _: &impl Fn([N; 3]) -> [N; 3],
-        _: StatesOf<'_, Nothing>,
+        _here: Here<'_, V>,
+        _before: &impl Fn() -> Chunk,
+        _sum: &mut [V; 4],
+        _states: StatesOf<'_>,
     ) {
     }
-
+    /// Adds the energy that no residual carries, to that of all terms.
     #[inline(always)]
-    fn slice<V: F32x8>(self, _: usize, _: &[Cell], _: &mut [V; 4], _: StatesOf<'_, Nothing>) {}
-
-    #[inline(always)]
-    fn cell<N: TermNumber>(
-        self,
-        _: usize,
-        _: &impl Fn(usize) -> [N; 3],
-        _: StatesOf<'_, Nothing>,
-        _: &mut impl FnMut([f32; 3]),
-    ) {
+    fn potential(self, energy: TwoFloat, _at: &impl Fn(usize) -> [N; 3]) -> TwoFloat {
+        energy
     }
-
+    /// Adds the term's force on a held cell.
     #[inline(always)]
-    fn touched<N: TermNumber>(
+    fn cell(
         self,
-        _: &[Contact<N>],
-        _: &impl Fn(usize) -> [N; 3],
-        _: StatesOf<'_, Nothing>,
-        _: &mut Touched,
-    ) {
-    }
-
-    #[inline(always)]
-    fn add_move(self, _: usize, _: f32, sum: f32) -> f32 {
+        _cell: usize,
+        _held: &[Contact<N>],
+        _at: &impl Fn(usize) -> [N; 3],
+        _states: StatesOf<'_>,
+        sum: [f32; 3],
+    ) -> [f32; 3] {
         sum
     }
+    /// Adds the term's energy at the held cells.
+    #[inline(always)]
+    fn touched(
+        self,
+        _held: &[Contact<N>],
+        _at: &impl Fn(usize) -> [N; 3],
+        _states: StatesOf<'_>,
+        _sums: &mut Touched,
+    ) {
+    }
+    /// Adds the second derivative of the energy at rest times a small displacement of the cells. A term may
+    /// leave it out: it only shortens the way to the equilibrium.
+    #[inline(always)]
+    fn resist(self, _field: &[Cell], _product: &mut [Cell]) {}
+    /// The rotation of a cell as a unit quaternion, real part first, for the coarse level; `None` if its
+    /// state has none.
+    #[inline(always)]
+    fn turn(self, _cell: usize, _states: StatesOf<'_>) -> Option<[f32; 4]> {
+        None
+    }
 }
 
-impl<A: Term, B: Term> Term for (A, B) {
-    type State = (A::State, B::State);
+impl<N: LinkNumber> Term<N> for NoTerm {}
 
-    #[inline(always)]
-    fn corrects(self) -> bool {
-        self.0.corrects() || self.1.corrects()
-    }
-
+impl<N: LinkNumber, A: Term<N>, B: Term<N>> Term<N> for (A, B) {
     #[inline(always)]
     fn begin_tick(
         self,
-        cell: usize,
-        state: Self::State,
         at: &impl Fn(usize) -> [f32; 3],
-    ) -> (Self::State, f64) {
-        let (a, rise_a) = self.0.begin_tick(cell, state.0, at);
-        let (b, rise_b) = self.1.begin_tick(cell, state.1, at);
-        ((a, b), rise_a + rise_b)
+        states: StatesOf<'_>,
+        changed: &mut impl FnMut(usize),
+    ) -> f64 {
+        let rise = self.0.begin_tick(at, states, changed);
+        rise + self.1.begin_tick(at, states.after::<A>(), changed)
     }
 
     #[inline(always)]
-    fn displace(self, slice: usize, here: &Chunk, quads: Quads<'_>) {
-        self.0.displace(slice, here, quads);
-        self.1.displace(slice, here, quads);
+    fn prepare(self, at: &impl Fn(usize) -> [f32; 3]) {
+        self.0.prepare(at);
+        self.1.prepare(at);
+    }
+
+    #[inline(always)]
+    fn displace(self, slice: usize, here: &Chunk, states: StatesOf<'_>) {
+        self.0.displace(slice, here, states);
+        self.1.displace(slice, here, states.after::<A>());
     }
 
     #[inline(always)]
@@ -208,7 +206,7 @@ impl<A: Term, B: Term> Term for (A, B) {
         to: SliceMemory<'_>,
     ) {
         self.0.update(cells.clone(), at, from, to);
-        self.1.update(cells, at, from.after::<A::State>(), to.after::<A::State>());
+        self.1.update(cells, at, from.after::<A>(), to.after::<A>());
     }
 
     #[inline(always)]
@@ -220,72 +218,91 @@ impl<A: Term, B: Term> Term for (A, B) {
         to: SliceMemory<'_>,
     ) {
         self.0.update_slice::<V>(slice, at, from, to);
-        let (from, to) = (from.after::<A::State>(), to.after::<A::State>());
-        self.1.update_slice::<V>(slice, at, from, to);
+        self.1.update_slice::<V>(slice, at, from.after::<A>(), to.after::<A>());
     }
 
     #[inline(always)]
-    fn accumulate<N: TermNumber>(
+    fn accumulate<const CLAMPED: bool>(
         self,
-        awake: &SliceSet,
-        v: &[Cell<N>],
+        pass: &Pass<'_, N, CLAMPED>,
         residual: &mut [Cell<N>],
         tally: &mut N::Tally,
-        output: &impl Fn([N; 3]) -> [N; 3],
-        states: StatesOf<'_, Self::State>,
+        states: StatesOf<'_>,
     ) {
-        self.0.accumulate(awake, v, residual, tally, output, states.first());
-        self.1.accumulate(awake, v, residual, tally, output, states.others());
+        self.0.accumulate(pass, residual, tally, states);
+        self.1.accumulate(pass, residual, tally, states.after::<A>());
     }
 
     #[inline(always)]
     fn slice<V: F32x8>(
         self,
-        slice: usize,
-        at: &[Cell],
+        here: Here<'_, V>,
+        before: &impl Fn() -> Chunk,
         sum: &mut [V; 4],
-        states: StatesOf<'_, Self::State>,
+        states: StatesOf<'_>,
     ) {
-        self.0.slice(slice, at, sum, states.first());
-        self.1.slice(slice, at, sum, states.others());
+        self.0.slice(here, before, sum, states);
+        self.1.slice(here, before, sum, states.after::<A>());
     }
 
     #[inline(always)]
-    fn cell<N: TermNumber>(
+    fn potential(self, energy: TwoFloat, at: &impl Fn(usize) -> [N; 3]) -> TwoFloat {
+        self.1.potential(self.0.potential(energy, at), at)
+    }
+
+    #[inline(always)]
+    fn cell(
         self,
         cell: usize,
+        held: &[Contact<N>],
         at: &impl Fn(usize) -> [N; 3],
-        states: StatesOf<'_, Self::State>,
-        add: &mut impl FnMut([f32; 3]),
-    ) {
-        self.0.cell(cell, at, states.first(), add);
-        self.1.cell(cell, at, states.others(), add);
+        states: StatesOf<'_>,
+        sum: [f32; 3],
+    ) -> [f32; 3] {
+        let sum = self.0.cell(cell, held, at, states, sum);
+        self.1.cell(cell, held, at, states.after::<A>(), sum)
     }
 
     #[inline(always)]
-    fn touched<N: TermNumber>(
+    fn touched(
         self,
         held: &[Contact<N>],
-        output: &impl Fn(usize) -> [N; 3],
-        states: StatesOf<'_, Self::State>,
+        at: &impl Fn(usize) -> [N; 3],
+        states: StatesOf<'_>,
         sums: &mut Touched,
     ) {
-        self.0.touched(held, output, states.first(), sums);
-        self.1.touched(held, output, states.others(), sums);
+        self.0.touched(held, at, states, sums);
+        self.1.touched(held, at, states.after::<A>(), sums);
     }
 
+    #[inline(always)]
     fn resist(self, field: &[Cell], product: &mut [Cell]) {
         self.0.resist(field, product);
         self.1.resist(field, product);
     }
 
     #[inline(always)]
-    fn turn(self, cell: usize, states: StatesOf<'_, Self::State>) -> Option<[f32; 4]> {
-        self.0.turn(cell, states.first()).or_else(|| self.1.turn(cell, states.others()))
+    fn turn(self, cell: usize, states: StatesOf<'_>) -> Option<[f32; 4]> {
+        self.0.turn(cell, states).or_else(|| self.1.turn(cell, states.after::<A>()))
     }
+}
 
-    #[inline(always)]
-    fn add_move(self, cell: usize, squared: f32, sum: f32) -> f32 {
-        self.1.add_move(cell, squared, self.0.add_move(cell, squared, sum))
+/// Changes the residual of one lane of a slice.
+#[inline(always)]
+pub(crate) fn change_lane<V: F32x8>(
+    sum: &mut [V; 4],
+    lane: usize,
+    change: impl FnOnce(Cell) -> Cell,
+) {
+    let (mut lanes, mut cell) = ([[0.0; LANES]; 4], Cell::ZERO);
+    for ((sum, lanes), value) in sum.iter().zip(&mut lanes).zip(&mut cell.0) {
+        sum.store(lanes);
+        *value = lanes.get(lane).copied().unwrap_or(0.0);
+    }
+    for ((sum, lanes), value) in sum.iter_mut().zip(&mut lanes).zip(change(cell).0) {
+        if let Some(slot) = lanes.get_mut(lane) {
+            *slot = value;
+        }
+        *sum = V::load(lanes);
     }
 }

@@ -3,7 +3,7 @@
 use super::image::{LAW_DET1, ModelError, Sections, kind, nodal, params};
 use super::layout::Layout;
 use super::range;
-use super::terms::TermData;
+use super::terms::{Keeps, TermData};
 use crate::number::cell::dot;
 use crate::number::two_float::LANES;
 
@@ -190,6 +190,20 @@ impl<'a> Nodal<'a> {
             }
         }
         Ok(())
+    }
+}
+
+/// R as a unit quaternion, the real part first, then Q by rows.
+impl Keeps for Nodal<'_> {
+    const LASTING: usize = 13;
+
+    fn at_rest(row: usize) -> f32 {
+        if matches!(row, 0 | 4 | 8 | 12) { 1.0 } else { 0.0 }
+    }
+
+    fn is_valid(number: &impl Fn(usize) -> f32) -> bool {
+        let size = (0..4).map(number).fold(0.0, |sum, x| sum + x * x);
+        (0.99..1.01).contains(&size) && (4..Self::LASTING).all(|row| number(row).is_finite())
     }
 }
 

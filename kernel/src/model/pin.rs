@@ -3,7 +3,7 @@
 use super::COORDINATE_MAX;
 use super::image::{ModelError, Sections, kind, params};
 use super::layout::Layout;
-use super::terms::TermData;
+use super::terms::{Keeps, TermData};
 
 /// Kind of the section of pins, which only this crate's tests have.
 pub(crate) const PINS: u32 = 0x7e57_0001;
@@ -58,6 +58,16 @@ impl<'a> Pins<'a> {
     }
 }
 
+/// Slip of an anchor, and its relaxation in this tick.
+impl Keeps for Pins<'_> {
+    const LASTING: usize = 6;
+
+    fn is_valid(number: &impl Fn(usize) -> f32) -> bool {
+        // An anchor is at most twice the range of a coordinate from its point.
+        (0..Self::LASTING).all(|row| number(row).abs() <= 2.0 * COORDINATE_MAX)
+    }
+}
+
 impl<'a> TermData<'a> for Pins<'a> {
     fn read(sections: &Sections<'a>) -> Result<Self, ModelError> {
         Ok(Self(sections.optional(PINS)?.unwrap_or(&[])))
@@ -98,5 +108,11 @@ impl<'a> TermData<'a> for Pins<'a> {
 
     fn keeps(&self) -> bool {
         !self.0.is_empty()
+    }
+
+    fn each_of_row(&self, cell: usize, visit: &mut impl FnMut(usize, f32)) {
+        if let Some(pin) = self.at(cell) {
+            visit(cell, 0.5 * pin.weight);
+        }
     }
 }

@@ -3,7 +3,7 @@
 use super::image::{ModelError, STIFFENING_MAX, Sections, kind};
 use super::layout::Layout;
 use super::range;
-use super::terms::TermData;
+use super::terms::{Keeps, TermData};
 use crate::number::two_float::LANES;
 
 /// Ranges far beyond those of tissue.
@@ -124,6 +124,8 @@ impl<'a> Stiffening<'a> {
         Ok(())
     }
 }
+
+impl Keeps for Stiffening<'_> {}
 
 impl<'a> TermData<'a> for Stiffening<'a> {
     fn read(sections: &Sections<'a>) -> Result<Self, ModelError> {

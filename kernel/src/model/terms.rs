@@ -7,9 +7,39 @@ use super::layout::Layout;
 #[derive(Clone, Copy)]
 pub(crate) struct NoTerm;
 
+/// The state that a term keeps of each cell between passes, in rows of eight numbers, one of each cell of a
+/// slice.
+pub(crate) trait Keeps: Copy {
+    /// Rows of what lasts from pass to pass. Its numbers are never -0.0, so that equal states have equal
+    /// words.
+    const LASTING: usize = 0;
+    /// Returns the number of a row of what lasts in the rest shape.
+    fn at_rest(_row: usize) -> f32 {
+        0.0
+    }
+    /// Returns true if what lasts may be that of a cell; `number` returns the number of a row.
+    fn is_valid(_number: &impl Fn(usize) -> f32) -> bool {
+        true
+    }
+}
+
+impl Keeps for NoTerm {}
+
+impl<A: Keeps, B: Keeps> Keeps for (A, B) {
+    const LASTING: usize = A::LASTING + B::LASTING;
+
+    fn at_rest(row: usize) -> f32 {
+        row.checked_sub(A::LASTING).map_or_else(|| A::at_rest(row), B::at_rest)
+    }
+
+    fn is_valid(number: &impl Fn(usize) -> f32) -> bool {
+        A::is_valid(number) && B::is_valid(&|row| number(A::LASTING + row))
+    }
+}
+
 /// The data of a term in an image, and its part of the bound L of the energy's curvature, see
 /// [`terms`](crate::energy).
-pub(crate) trait TermData<'a>: Copy {
+pub(crate) trait TermData<'a>: Keeps {
     /// Reads the term's sections; without them the term is empty.
     fn read(sections: &Sections<'a>) -> Result<Self, ModelError>;
     /// Checks the sections against the cells of the body, and the body's largest step against
@@ -25,8 +55,7 @@ pub(crate) trait TermData<'a>: Copy {
     fn keeps(&self) -> bool {
         false
     }
-    /// Calls `visit(other, element)` for each contribution to the row of L at a cell, in a body in which a
-    /// term replaces the links.
+    /// Calls `visit(other, element)` for each contribution to the row of L at a cell.
     fn each_of_row(&self, _cell: usize, _visit: &mut impl FnMut(usize, f32)) {}
     /// Returns Young's modulus \[Pa\] and Poisson's ratio at a cell, from the unit of stress \[Pa\].
     fn elasticity(&self, _cell: usize, _unit_pa: f32) -> Option<[f32; 2]> {

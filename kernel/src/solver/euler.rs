@@ -62,10 +62,8 @@ pub(super) fn saturated_step<N: Loops>(body: &mut Body<'_, '_, N>, step: f32) ->
     body.awake.wake_all(model);
     // The leak also moves cells without a link force.
     body.awake.postpone_sleep();
-    let sum =
-        body.terms.saturated_residual(&body.awake.set, body.state, body.residual, body.contacts);
-    let energy = sum.times_power_of_two(0.125);
-    let potential = body.terms.potential(energy, body.state, body.contacts);
+    let energy = body.terms.saturated_energy(&body.awake.set, body.state, body.residual);
+    let potential = body.terms.potential(energy, body.state);
     let step = step / model.capacitance();
     let leak = N::from_single(step / model.resistance());
     let (step, k) = (N::from_single(step), N::from_single(model.saturation()));
@@ -105,8 +103,8 @@ impl<N: Loops> Scheme for Euler<N> {
             beyond
         } else {
             let set = &body.awake.set;
-            let energy = N::residual(body.terms, set, body.state, body.residual, body.contacts);
-            body.level.set(body.terms.potential(energy, body.state, body.contacts));
+            let energy = N::residual(body.terms, set, body.state, body.residual);
+            body.level.set(body.terms.potential(energy, body.state));
             linear_step(body, step)
         };
         false

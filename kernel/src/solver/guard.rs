@@ -24,7 +24,7 @@ pub(super) struct Pass<'a, N> {
 /// Cost: nothing for a pass within the level or a few last places above it, nor for one so far above that
 /// rounding cannot explain it; between them one look at each cell.
 pub(super) fn discards<N: LinkNumber>(
-    terms: Terms<'_, '_>,
+    terms: Terms<'_, '_, N>,
     level: &Level,
     pass: &Pass<'_, N>,
 ) -> bool {

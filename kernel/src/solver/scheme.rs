@@ -26,12 +26,8 @@ pub struct Pace {
 
 /// Data of a scheme during one sweep.
 pub(crate) struct Body<'a, 'm, N = f32> {
-    pub terms: Terms<'a, 'm>,
+    pub terms: Terms<'a, 'm, N>,
     pub pace: Pace,
-    /// Cells that the tool acts on: held cells, or cells with a current.
-    pub contacts: &'a [Contact<N>],
-    /// Cells that the tool holds: they do not move in a sweep.
-    pub held: &'a [Contact<N>],
     /// Displacement of the held cells from their origins.
     pub applied: [f32; 3],
     /// State v of every cell; its output is published.
@@ -52,13 +48,13 @@ pub(crate) struct Body<'a, 'm, N = f32> {
     pub level: &'a mut Level,
 }
 
-impl<N: Number> Body<'_, '_, N> {
+impl<N: Loops> Body<'_, '_, N> {
     /// Restores the held cells to the tool's displacement. Returns true if one of them is beyond K.
     pub fn restore_held(&mut self) -> bool {
         let mut beyond = false;
         let k = N::from_single(self.terms.model.saturation());
         let applied = from_single(self.applied);
-        for contact in self.held {
+        for contact in self.terms.held() {
             let position = add(contact.origin, applied);
             if let Some(state) = self.state.get_mut(contact.cell()) {
                 *state = Cell::at(position);

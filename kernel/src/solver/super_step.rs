@@ -312,9 +312,9 @@ impl<F: Formula> SuperSteps<F> {
             Self::note(body);
         }
         let at = body.own.get(..body.state.len()).unwrap_or(&[]);
-        let energy = f32::residual(body.terms, &body.awake.set, at, body.residual, body.contacts);
+        let energy = f32::residual(body.terms, &body.awake.set, at, body.residual);
         if self.done == 0 {
-            let potential = body.terms.potential(energy, at, body.contacts);
+            let potential = body.terms.potential(energy, at);
             body.level.certify(potential);
         } else if self.done == self.stages && self.judge(body, energy) {
             return true;
@@ -330,7 +330,7 @@ impl<F: Formula> SuperSteps<F> {
     fn judge(&mut self, body: &mut Body<'_, '_>, energy: TwoFloat) -> bool {
         let model = body.terms.model;
         let at = body.own.get(..body.state.len()).unwrap_or(&[]);
-        let potential = body.terms.potential(energy, at, body.contacts);
+        let potential = body.terms.potential(energy, at);
         let pass = Pass { at, residual: &*body.residual, energy, potential };
         if discards(body.terms, body.level, &pass) {
             body.terms.states.restore(&body.awake.set, model.slice_count());
@@ -366,8 +366,8 @@ impl<F: Formula> Scheme for SuperSteps<F> {
             (self.due, self.careful) = (0.0, 0.0);
             return false;
         }
-        if self.contacts != body.contacts.len() {
-            (self.contacts, self.since) = (body.contacts.len(), 0.0);
+        if self.contacts != body.terms.contacts.len() {
+            (self.contacts, self.since) = (body.terms.contacts.len(), 0.0);
         }
         if (self.done > 0 || self.due > 0.0 && !self.saturated) && self.pass(body) {
             return true;

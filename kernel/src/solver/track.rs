@@ -160,14 +160,14 @@ impl<const ROOM: usize, N: Loops> Track<ROOM, N> {
         let points = &mut Points { published, at, before, residual };
         let (terms, awake) = (body.terms, &body.awake.set);
         let [energy, sums @ ..] = if elastic_level::<N>(model).is_some() {
-            N::elastic_residual(terms, awake, points, body.contacts)
+            N::elastic_residual(terms, awake, points)
         } else {
-            let pass = N::track_residual(terms, awake, points, body.contacts);
+            let pass = N::track_residual(terms, awake, points);
             let [energy, fine, way, direction] = pass;
             [energy, fine, way, direction, fine]
         };
         // Discard a pass above the level, and adjust the curvature estimate.
-        let potential = body.terms.potential(energy, points.at, body.contacts);
+        let potential = body.terms.potential(energy, points.at);
         let pass = Pass { at: points.at, residual: points.residual, energy, potential };
         if self.going && discards(body.terms, body.level, &pass) {
             self.going = false;
@@ -216,7 +216,7 @@ impl<const ROOM: usize, N: Loops> Track<ROOM, N> {
     #[inline(always)]
     fn choose(
         &mut self,
-        terms: Terms<'_, '_>,
+        terms: Terms<'_, '_, N>,
         [fine, way, direction, own]: [TwoFloat; 4],
         residual: &[Cell<N>],
         (room, coarse, touch): (&mut [Eight], Option<Coarse>, Option<&CoarseTouch>),
@@ -268,7 +268,7 @@ impl<const ROOM: usize, N: Loops> Track<ROOM, N> {
     /// Restores the held cells to the tool's displacement, in all arrays.
     fn restore_held(&mut self, body: &mut Body<'_, '_, N>) {
         body.restore_held();
-        for contact in body.held {
+        for contact in body.terms.held() {
             let cell = contact.cell();
             if let Some(&position) = body.state.get(cell) {
                 self.place(body.own, cell, position, body.terms.model.saturation());
@@ -293,14 +293,8 @@ impl<const ROOM: usize, N: Loops> Track<ROOM, N> {
         body.awake.wake_all(model);
         body.awake.postpone_sleep();
         // Energy and residual at the outputs.
-        let energy = body.terms.saturated_residual(
-            &body.awake.set,
-            body.state,
-            body.residual,
-            body.contacts,
-        );
-        let energy = energy.times_power_of_two(0.125);
-        let potential = body.terms.potential(energy, body.state, body.contacts);
+        let energy = body.terms.saturated_energy(&body.awake.set, body.state, body.residual);
+        let potential = body.terms.potential(energy, body.state);
         let next = |v: [N; 3], r: Cell<N>, mobility: f32| {
             let leak = mobility / model.resistance();
             let leak = N::from_single(if leak < 1.0 { leak } else { 1.0 });

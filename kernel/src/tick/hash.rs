@@ -128,7 +128,8 @@ fn longs(row: &[f32; LANES]) -> [u64; 4] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::energy::state::{CellState, State, TermStates, term_states};
+    use crate::energy::pin::store;
+    use crate::energy::state::{LASTING, TermStates, term_states};
 
     /// The definition word by word, implemented independently: the words of each slice, cells first.
     fn plainly(slices: &[std::vec::Vec<f32>]) -> u64 {
@@ -171,8 +172,9 @@ mod tests {
             let mut memory = std::vec![TermState::ZERO; term_states(length)];
             let mut states = TermStates::new(&mut memory);
             states.reset(length);
-            (0..length)
-                .for_each(|cell| states.shared(length).put(cell, (pin(cell), State::REST.1)));
+            for cell in 0..length {
+                store(pin(cell), cell % 8, states.shared(length).all().change(cell / 8).unwrap());
+            }
             for slice in 0..length.div_ceil(8) {
                 let number = |row: usize, cell: usize| match row {
                     0..6 if cell < length => pin(cell).as_flattened()[row],
@@ -180,7 +182,7 @@ mod tests {
                     _ => shape[row - 6],
                 };
                 let row = |row| (8 * slice..8 * slice + 8).map(move |cell| number(row, cell));
-                slices.push((0..State::LASTING).flat_map(row).collect());
+                slices.push((0..LASTING).flat_map(row).collect());
             }
             let hash = state_hash(&cells[..length], &memory, 50.0);
             assert_eq!(hash, plainly(&slices));

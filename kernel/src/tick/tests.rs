@@ -14,8 +14,8 @@ use super::sample::Flags;
 use super::settings::{Network, Settings, SettingsError};
 use super::tissue::{Tissue, TissueMut};
 use crate::contact::pose::ToolPose;
-use crate::energy::pin::Displaced;
-use crate::energy::state::{self, CellState, State, TermState, TermStates, term_states};
+use crate::energy::pin::{Displaced, displaced, store};
+use crate::energy::state::{self, LASTING, TermState, TermStates, term_states};
 use crate::energy::tests::{pinned, with_word};
 use crate::model::image::{ModelError, kind, params};
 use crate::model::pin::{PINS, Pin};
@@ -64,7 +64,7 @@ fn network(model: Model<'static>, drive: Drive) -> Network<'static> {
 /// State of a cell's pin.
 fn state<D: Dynamics>(tissue: &TissueMut<'_, D>, cell: usize) -> Displaced {
     let words = state::words(tissue.states.cells(CELLS), CELLS);
-    let mut numbers = words.skip(State::LASTING * cell).map(f32::from_bits);
+    let mut numbers = words.skip(LASTING * cell).map(f32::from_bits);
     std::array::from_fn(|_| std::array::from_fn(|_| numbers.next().unwrap()))
 }
 
@@ -298,12 +298,14 @@ fn what_changes_at_the_start_of_a_tick_wakes_its_cell() {
     tissue.reset(&network).unwrap();
     let rest = tissue.view().state_hash(&model);
     let cell = model.others.0.iter().nth(5).unwrap().cell;
-    tissue.view().states.shared(CELLS).put(cell, ([[0.0; 3], [0.1, 0.0, 0.0]], State::REST.1));
+    let mut view = tissue.view();
+    let memory = view.states.shared(CELLS).all().change(cell / LANES).unwrap();
+    store([[0.0; 3], [0.1, 0.0, 0.0]], cell % LANES, memory);
     assert_ne!(tissue.view().state_hash(&model), rest);
     press(&mut tissue, &network, [0.0; 3], 0);
     let mut view = tissue.view();
     assert!(view.head.awake.set.contains(cell / LANES));
-    assert_eq!(view.states.shared(CELLS).at(cell), State::REST);
+    assert_eq!(displaced(view.states.shared(CELLS).all(), cell), Displaced::default());
 }
 
 #[test]

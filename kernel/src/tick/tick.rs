@@ -6,16 +6,15 @@ use super::choices::Drive;
 use super::sample::{Flags, TickOutput, ToolSample};
 use super::settings::{Network, Settings};
 use super::tissue::{Head, TissueMut};
-use crate::contact::ToolContact;
 use crate::contact::context::Context;
 use crate::contact::held::Held;
 use crate::contact::load::Load;
 use crate::contact::output::ToolOutput;
 use crate::contact::pose::ToolPose;
 use crate::contact::tools::Tools;
+use crate::contact::{Acting, ToolContact};
 use crate::energy::residual::Terms;
-use crate::energy::surface::{IS_BUILT, Touch};
-use crate::energy::term::Term;
+use crate::energy::surface::IS_BUILT;
 use crate::number::cell::{Cell, dot};
 use crate::number::clamp::finite;
 use crate::number::sqrt::sqrt;
@@ -124,15 +123,8 @@ impl<D: Dynamics> TissueMut<'_, D> {
         } else {
             ToolContact::Held(Held { cells: contacts, outer_weight: &mut head.outer_weight })
         };
-        let terms = Terms {
-            model,
-            closed: head.closed,
-            vectors: head.vectors,
-            team: self.team,
-            current: None,
-            states: self.states.shared(model.kept_states()),
-            touch: Touch::NONE,
-        };
+        let terms = Terms::of(model, self.states.shared(model.kept_states()));
+        let terms = Terms { closed: head.closed, vectors: head.vectors, team: self.team, ..terms };
         let context = Context {
             terms,
             state,
@@ -224,9 +216,6 @@ impl<D: Dynamics> Tick<'_, '_, D> {
     #[inline(always)]
     fn correct(&mut self) {
         let (terms, awake) = (self.context.terms, &mut *self.context.awake);
-        if !terms.model.others.corrects() {
-            return;
-        }
         let mut is_changed = false;
         let rise = terms.begin_tick(self.context.state, |cell| {
             awake.wake_around(terms.model, cell);
@@ -261,11 +250,10 @@ impl<D: Dynamics> Tick<'_, '_, D> {
         let &Settings { sweeps, step, tick_time, .. } = self.network.settings();
         let context = &mut self.context;
         let acting = self.contact.acting(context);
+        let Acting { contacts, current, touch, .. } = acting;
         let mut body = Body {
-            terms: Terms { current: acting.current, touch: acting.touch, ..context.terms },
+            terms: Terms { contacts, current, touch, ..context.terms },
             pace: Pace { sweeps, step, tick_time },
-            contacts: acting.contacts,
-            held: acting.held,
             applied: acting.applied,
             coarse: acting.coarse,
             coarse_touch: acting.coarse_touch,

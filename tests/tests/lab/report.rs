@@ -56,15 +56,17 @@ fn a_quick_report_has_its_figures_and_files() {
     let _turn = turn();
     let found = quick("report", &out).with(0).json();
     assert_eq!(found["reference"], false);
-    assert!(real(&found, "/seconds/tools") > 0.0);
+    assert!(real(&found, "/seconds/sweeps") > 0.0);
     assert!(real(&found, "/hand/link_sweep_ns") > 0.0);
-    let tools = found["tools"].as_array().unwrap();
-    for (material, motions) in [("nodal shapes", 2), ("links", 1)] {
-        let rows: Vec<&Value> = tools.iter().filter(|row| row["material"] == material).collect();
-        assert_eq!(rows.len(), 4 * motions, "{material}");
-        for of_motion in rows.chunks(4) {
+    let rows = found["sweeps"].as_array().unwrap();
+    for material in ["shapes, nu 0.45", "links"] {
+        let rows: Vec<&Value> = rows.iter().filter(|row| row["material"] == material).collect();
+        assert_eq!(rows.len(), 2 * 3, "{material}");
+        for of_motion in rows.chunks(3) {
             let error = |at: usize| real(of_motion[at], "/median");
-            assert!(error(3) < error(0) && real(of_motion[0], "/peak_n") > 0.0, "{of_motion:?}");
+            assert!(0.0 < error(2) && error(2) < error(0), "{of_motion:?}");
+            let [peak_n, passes] = ["/peak_n", "/passes"].map(|of| real(of_motion[0], of));
+            assert!(peak_n > 0.0 && passes > 0.0, "{of_motion:?}");
         }
     }
     hand(&found);
@@ -77,11 +79,11 @@ fn a_quick_report_has_its_figures_and_files() {
     for head in ["<h2>A hand that moves<", "left out as snaps [%]", "largest in snaps [%]"] {
         assert!(text.contains(head), "{head} in {text}");
     }
-    for tool in ["<h2>A tool that moves<", "<td>ball of 12 mm", "<td>capsule"] {
+    for tool in ["<h2>What a sweep buys<", "<td>held cells, 10 mm in 300 ms", "<td>ball, 10 mm"] {
         assert!(text.contains(tool), "{tool} in {text}");
     }
     assert!(text.contains("Computed in ") && !text.contains(" 1 sweeps"), "{text}");
-    for name in ["hand.csv", "tools.csv", "hand_1.png", "hand_1.svg", "tools_1.png"] {
+    for name in ["hand.csv", "sweeps.csv", "hand_1.png", "hand_1.svg", "sweeps_1.png"] {
         assert!(std::fs::metadata(out.join(format!("report_{name}"))).unwrap().len() > 100);
     }
     let again = quick("report", &out).with(2);
@@ -96,7 +98,7 @@ fn an_interrupted_report_is_written_as_far_as_it_got() {
     let ended = interrupted("report", &out);
     assert!(out.join("report.html").is_file());
     assert_eq!(ended.json()["interrupted"], true);
-    assert!(ended.json().get("tools").is_none(), "{}", ended.out);
+    assert!(ended.json().get("hand").is_none(), "{}", ended.out);
 }
 
 #[test]

@@ -6,6 +6,7 @@ use std::os::unix::process::CommandExt;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
+use chaincell_host::bake::ORGAN_SIZE;
 use chaincell_tests::files::{Table, bake, is_hash, scratch, summary, text};
 use chaincell_tests::outsider::Outsider;
 use chaincell_tests::place::Place;
@@ -36,7 +37,14 @@ fn the_organ_without_a_model() {
     let found: Value = serde_json::from_str(&ended.out).expect("one object and nothing else");
     check_summary(&found, 2000);
     let cells = found["cells"].as_u64().unwrap();
-    assert!((980..=1020).contains(&cells), "{cells}");
+    assert!(cells.abs_diff(ORGAN_SIZE as u64) <= ORGAN_SIZE as u64 / 50, "{cells}");
+    let readme = include_str!("../../../README.md");
+    assert!(readme.contains(&format!("\norgan: {cells} cells, ")), "README has another size");
+    let error = &found["force_error"];
+    let share = |of: &str| error[of].as_f64().unwrap();
+    assert!(0.0 < share("median") && share("median") <= share("p99"), "{error}");
+    assert!(share("p99") < 1.0 && error["ticks"].as_u64().unwrap() > 50, "{error}");
+    assert_eq!(error["sweeps"], 64);
 }
 
 // REQ-COS-12

@@ -43,6 +43,8 @@ fn cosim_counts_flags_by_name() {
     // The poses are the same ones, and what the tissue makes of them too.
     let printed = cosim(&SLOW_TOOL).out;
     assert!(line(&printed, "flags").starts_with(&counted), "{counted} in {printed}");
+    let error = line(&printed, "force error");
+    assert!(error.starts_with("within ") && error.ends_with(" of 64 sweeps"), "{error}");
 }
 
 #[test]

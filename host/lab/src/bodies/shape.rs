@@ -97,7 +97,9 @@ impl Shape {
         let shifted: Vec<_> =
             self.mesh.triangles.iter().map(|ids| ids.map(|id| id + count)).collect();
         self.mesh.triangles.extend(shifted);
-        self.mesh.tetrahedra.clear();
+        let shifted: Vec<_> =
+            self.mesh.tetrahedra.iter().map(|ids| ids.map(|id| id + count)).collect();
+        self.mesh.tetrahedra.extend(shifted);
         self
     }
 

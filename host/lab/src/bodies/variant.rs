@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use super::body::Body;
 use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
 use chaincell_host::error::{Error, Result};
 use chaincell_kernel::{Choice, Model, Network, Settings, Unloading};
@@ -60,6 +61,14 @@ impl Variant {
     #[must_use]
     pub fn takes_shapes(&self) -> bool {
         Self::of_shapes().contains(self)
+    }
+
+    /// Those that move a body.
+    ///
+    /// # Errors
+    /// As [`Body::plain`].
+    pub fn of_body(body: &Body) -> Result<Vec<Self>> {
+        Ok(if body.plain()?.is_nodal() { Self::of_shapes() } else { Self::all() })
     }
 
     /// Those without a coarse level that move a model.

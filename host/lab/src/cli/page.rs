@@ -20,6 +20,9 @@ use chaincell_host::terminal;
     every picture as SVG and PNG, and the numbers behind them as CSV.\n\
     With --json alone nothing is written.")]
 pub struct Report {
+    /// Cells of the generated organ that shows what a sweep buys [default: 1000]
+    #[arg(long, value_name = "N")]
+    cells: Option<usize>,
     #[command(flatten)]
     options: Options,
 }
@@ -62,7 +65,9 @@ impl Report {
     pub fn execute(&self) -> Result<()> {
         let options = &self.options;
         let reference = super::reference(options.reference.as_deref())?;
-        make(options, &report::PAGE, reference.filter(|_| !options.quick))
+        let reference = reference.filter(|_| !options.quick);
+        let context = Context { reference, quick: options.quick, cells: self.cells };
+        make(options, &report::PAGE, context)
     }
 }
 
@@ -70,15 +75,16 @@ impl Paper {
     /// Computes and writes the page.
     pub fn execute(&self) -> Result<()> {
         let reference = super::reference(self.options.reference.as_deref())?;
-        make(&self.options, &paper::PAGE, reference)
+        let context = Context { reference, quick: self.options.quick, ..Context::default() };
+        make(&self.options, &paper::PAGE, context)
     }
 }
 
 /// Makes a page; whatever ends it, the sections that are done are kept.
-fn make(options: &Options, page: &'static Page, reference: Option<PathBuf>) -> Result<()> {
+fn make(options: &Options, page: &'static Page, context: Context) -> Result<()> {
     let out = options.out.clone().or_else(|| (!options.json).then(|| page.name.into()));
     let folder = out.as_deref().map(|out| Folder::open(out, options.force)).transpose()?;
-    let mut findings = Findings::new(page, Context { reference, quick: options.quick });
+    let mut findings = Findings::new(page, context);
     let bar = terminal::progress(page.experiments.len() as u64, page.name);
     let ended = collect(&mut findings, &bar);
     bar.finish_and_clear();

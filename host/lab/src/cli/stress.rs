@@ -11,8 +11,8 @@ use chaincell_host::terminal;
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:\n  chaincell stress --quick\n  \
     chaincell stress --only teleport --only nyquist --json\n\n\
-    Every case runs in every scheme and number type. Seeds are fixed: the figures are the same on\n\
-    every machine. Exit code 1 names the cases that failed. Single thread.")]
+    Every case runs in every scheme and number type, on bodies of links and of nodal shapes where its\n\
+    mesh has elements. Seeds are fixed: the figures are the same on every machine. Exit code 1 names the cases that failed. Single thread.")]
 pub struct Args {
     /// Smaller bodies, fewer ticks and seeds
     #[arg(long)]

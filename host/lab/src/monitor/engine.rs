@@ -1,65 +1,21 @@
 //! Follows an engine tick by tick.
-//!
-//! **The bound of a force.** Held cells feel at most 2 k sqrt(W E), W being the weight of their links. A sample
-//! of stiffness k that lies d deep pushes the tool by k d and stores k d^2 / 2. By Cauchy and Schwarz the force
-//! of all is at most sqrt(2 K E), K being the sum of the stiffness of those in contact. Friction and grips pull
-//! at a sample by f and store f^2 / (2 k) at least, so with them it is sqrt(4 K E). Without them K and E are
-//! those of the samples in double precision, else what the tissue publishes.
 
 use chaincell_kernel::{
-    Budget, Drive, Flags, HELD_TICKS_MAX, Model, ProxyPose, TickOutput, ToolPart, ToolPose,
-    Unloading,
+    Budget, Flags, HELD_TICKS_MAX, Model, ProxyPose, TickOutput, ToolPart, ToolPose, Unloading,
 };
 
+use super::acting::{Before, Held, Tools, outer_weight};
 use super::checks::{Bounds, Certificate, Check, Checks, Failure, Seen, Worst, is_of_tissue};
 use super::contact::{ExactContact, Stored};
-use crate::reference::vectors::{farthest, minus, norm};
+use crate::reference::vectors::{minus, norm};
 use chaincell_host::engine::{Arithmetic, Contact, Engine};
 
-/// How far the tissue may go in a tick until triangles come in reach unseen [radii].
-const COMING: f64 = 0.25;
 /// Rounding of a level that is counted again while tools rest [its part].
 const LEVEL: f64 = 8.0 * f32::EPSILON as f64;
 /// Rounding of a force that is clamped twice [its part].
 const CLAMPED: f32 = 8.0 * f32::EPSILON;
 /// Rounding of the sum of the forces of all triangles [part of the sum of their lengths].
 const SUM: f64 = 1e-4;
-
-/// The tick before.
-#[derive(Debug, Clone)]
-struct Before {
-    pose: Option<ToolPose>,
-    output: TickOutput,
-    proxies: Vec<Option<ProxyPose>>,
-    positions: Vec<[f64; 3]>,
-    /// State hash after a bad sample.
-    hash: Option<u64>,
-}
-
-/// Held cells.
-#[derive(Debug, Clone)]
-struct Held {
-    /// Weight of the links between held and other cells.
-    weight: f64,
-    /// Whether the tool loads its cells with a current: the drive of a hold is that of its start.
-    is_driven: bool,
-}
-
-/// Tools on a contact surface.
-#[derive(Debug, Clone, Default)]
-struct Tools {
-    /// Whether the tools have friction, and whether one grips something or has just taken hold.
-    has_friction: bool,
-    grips: bool,
-    acted: bool,
-    /// Whether a tool has a half space: one that turns goes far unseen.
-    is_endless: bool,
-    /// Whether the list of triangles is full, and whether triangles in reach may be missing.
-    is_full: bool,
-    misses: bool,
-    /// Ticks in which they were.
-    missing: u64,
-}
 
 /// Ticks an engine and checks each tick.
 #[derive(Debug, Clone)]
@@ -179,13 +135,22 @@ impl<'m> Monitor<'m> {
         let closed = output.flags.contains(Flags::BAND_CLOSED);
         self.last = self.exact.stored(&positions, &proxies, closed);
         let (acts, near_j) = match self.exact.tools() {
-            0 => (self.cells_act(engine, poses, &output), None),
-            _ => self.tools_act(&output, &proxies, &positions),
+            0 => {
+                let (drive, before) = (engine.network().settings().drive, self.before.as_ref());
+                (self.held.act(drive, before, poses, &output), None)
+            }
+            _ => {
+                let (radius_min, before) = (self.exact.radius_min(), self.before.as_ref());
+                self.tools.act(radius_min, before, &output, &proxies, &positions)
+            }
         };
         self.stays(engine, &output, acts);
         let (force_n, force_bound_n) = match self.exact.tools() {
-            0 => (<[f32; 3]>::from(output.force_n).map(f64::from), self.force_bound_n(&output)),
-            _ => self.nearest(engine, &output),
+            0 => {
+                let bound_n = self.held.force_bound_n(&self.model, &self.last, &output);
+                (<[f32; 3]>::from(output.force_n).map(f64::from), bound_n)
+            }
+            _ => self.tools.nearest(engine, &self.last, &output),
         };
         let Stored { tissue_j, energy_j, allowance_j, .. } = self.last;
         self.checks.look(&Seen {
@@ -374,114 +339,6 @@ impl<'m> Monitor<'m> {
         let most_j = start_j.max(f64::from(self.model.energy_max()) * unit_j);
         (most_j.sqrt() + slack_root).powi(2)
     }
-
-    /// Largest force of the held cells \[N\]; that of a late tick is an earlier one's.
-    fn force_bound_n(&self, output: &TickOutput) -> f64 {
-        if output.flags.contains(Flags::LATE) {
-            return f64::INFINITY;
-        }
-        // Forces of shapes follow from the rotations and shapes that the kernel keeps, with which the
-        // energy is higher, up to the level.
-        let level_j = if self.model.is_nodal() { f64::from(output.energy_j) } else { 0.0 };
-        let stored_j = self.last.energy_j.max(level_j) + self.last.allowance_j;
-        let stored = stored_j / f64::from(self.model.energy_unit_j());
-        f64::from(self.model.force_unit_n())
-            * ((self.held.weight * stored).sqrt() + self.last.force_allowance)
-    }
-
-    /// Whether anything acted on held cells from outside in this tick. Taking hold and letting go do not.
-    fn cells_act(&mut self, engine: &Engine<'_>, poses: &[ToolPose], output: &TickOutput) -> bool {
-        let asked = engine.network().settings().drive == Drive::Current;
-        self.held.is_driven = output.contacts > 0 && (self.held.is_driven || asked);
-        let Some(Before { pose, output: before, .. }) = &self.before else { return true };
-        let has = |flag| output.flags.contains(flag) || before.flags.contains(flag);
-        let in_one = |flag| output.flags.contains(flag) != before.flags.contains(flag);
-        let moves =
-            poses.first() != pose.as_ref() || has(Flags::MOTION_CLAMPED) || has(Flags::BAD_SAMPLE);
-        let tool = self.held.is_driven || output.contacts > 0 && before.contacts > 0 && moves;
-        tool || in_one(Flags::BAND_CLOSED)
-    }
-
-    /// Whether anything acted from outside, tools that are engaged included; and the level before where
-    /// they are and have stayed.
-    fn tools_act(
-        &mut self,
-        output: &TickOutput,
-        proxies: &[Option<ProxyPose>],
-        positions: &[[f64; 3]],
-    ) -> (bool, Option<f64>) {
-        let tools = &mut self.tools;
-        let is_full = output.flags.contains(Flags::CONTACT_CAPACITY);
-        let engaged = proxies.iter().any(Option::is_some);
-        let Some(before) = &self.before else {
-            (tools.is_full, tools.misses) = (is_full, engaged);
-            tools.missing += u64::from(engaged);
-            return (engaged, None);
-        };
-        let moved = before.proxies != proxies;
-        let turn = |proxy: &Option<ProxyPose>| proxy.map(|proxy| proxy.orientation);
-        let swings =
-            tools.is_endless && before.proxies.iter().zip(proxies).any(|(a, b)| turn(a) != turn(b));
-        let comes = farthest(&before.positions, positions) >= COMING * self.exact.radius_min();
-        // Without a search the list stays as it is.
-        tools.is_full = is_full || (tools.is_full && !moved);
-        // What came into reach unseen counts from the next search on: the level rises there.
-        let has_missed = tools.misses;
-        let still_misses = tools.misses && output.flags.contains(Flags::LATE);
-        tools.misses = engaged && (tools.is_full || comes || swings || still_misses);
-        tools.missing += u64::from(tools.misses);
-        let was_engaged = before.proxies.iter().any(Option::is_some);
-        let finds = has_missed || tools.misses;
-        let stays = engaged && !moved && !finds && !tools.has_friction && !tools.acted;
-        tools.acted = false;
-        (engaged || was_engaged, stays.then_some(before.output.energy_j.into()))
-    }
-
-    /// The force of a tool that is nearest to its bound, and that bound \[N\].
-    fn nearest(&self, engine: &mut Engine<'m>, output: &TickOutput) -> ([f64; 3], f64) {
-        let is_late = output.flags.contains(Flags::LATE);
-        let Stored { allowance_j, met, .. } = &self.last;
-        let level_j = f64::from(output.energy_j) + allowance_j;
-        let (mut nearest, mut part) = (([0.0; 3], 0.0), 0.0);
-        for (tool, met) in met.iter().enumerate() {
-            let of_tool = engine.tool_output(tool);
-            let force_n: [f64; 3] = of_tool.force_n.cast::<f64>().into();
-            let stiffness = f64::from(of_tool.stiffness_n_per_m);
-            let bound_n =
-                match (is_late || self.tools.misses, self.tools.has_friction || self.tools.grips) {
-                    (true, _) => f64::INFINITY,
-                    (_, true) => (4.0 * stiffness * level_j).sqrt(),
-                    _ => (2.0 * met.stiffness_n_per_m * (met.energy_j + allowance_j)).sqrt(),
-                };
-            let length_n = norm(force_n);
-            let own = if length_n > 0.0 { length_n / bound_n } else { 0.0 };
-            // A number that is none is shown too.
-            if own.partial_cmp(&part).is_none_or(std::cmp::Ordering::is_ge) {
-                (nearest, part) = ((force_n, bound_n), own);
-            }
-        }
-        nearest
-    }
-}
-
-/// Weight of the links between the cells `held` (ascending) and others; of nodal shapes, twice what
-/// the bound of the curvature gives a common move of them.
-fn outer_weight(model: &Model<'_>, held: &[u16]) -> f64 {
-    let is_held = |cell: usize| held.binary_search(&(cell as u16)).is_ok();
-    if model.is_nodal() {
-        let mut sum = 0.0;
-        for &cell in held {
-            model.each_of_bound_row(cell.into(), |other, element| {
-                sum += if is_held(other) { 2.0 * f64::from(element) } else { 0.0 };
-            });
-        }
-        return sum;
-    }
-    let outer = held.iter().flat_map(|&cell| model.neighbours(cell.into()));
-    outer
-        .filter(|&(_, other)| !is_held(other))
-        .map(|(link, _)| f64::from(model.link_weight(link)))
-        .sum()
 }
 
 #[cfg(test)]

@@ -4,9 +4,11 @@
 //! - [`energy`]: the energy of a tissue in double precision, and what rounding leaves open of it.
 //! - [`contact`]: the same with tools on a contact surface.
 //! - [`checks`]: the checks on plain numbers.
+//! - `acting`: what acts on a body from outside, and the force that it may give.
 //! - [`engine`]: follows an engine tick by tick and hands its numbers to the checks.
 //! - [`mod@play`]: plays steps on an engine and its twins.
 
+mod acting;
 pub mod checks;
 pub mod contact;
 pub mod energy;

@@ -15,7 +15,7 @@ use chaincell_kernel::trace::{
     Command, CommandRecord, End, Entry, Header, MAGIC, PartRecord, Reader, Record, RecordedTools,
     ReplayError, TraceError, Writer,
 };
-use chaincell_kernel::{Budget, Model, ToolPart};
+use chaincell_kernel::{Budget, Model, TickOutput, ToolPart, ToolPose};
 
 use crate::engine::order::skipped;
 use crate::engine::staged::Staged;
@@ -198,6 +198,20 @@ pub fn play(
     start: Start,
     played: &mut Played,
 ) -> std::result::Result<End, Stop> {
+    play_by(trace, tissue, start, played, |tissue, poses, budget| tissue.tick_by(poses, budget))
+}
+
+/// As [`play`], with `tick` in place of [`TissueEngine::tick_by`]: it leaves the same state.
+///
+/// # Errors
+/// As [`play`].
+pub fn play_by<'m>(
+    trace: &Reader<'_>,
+    tissue: &mut Staged<'m>,
+    start: Start,
+    played: &mut Played,
+    mut tick: impl FnMut(&mut Staged<'m>, &[ToolPose], Budget<'_>) -> TickOutput,
+) -> std::result::Result<End, Stop> {
     let mut paused = start.is_paused;
     let mut poses = Poses::away(tissue.tools());
     let mut last = None;
@@ -228,7 +242,7 @@ pub fn play(
                     }
                     let one = [record.sample];
                     let poses = if tissue.tools() > 0 { poses.each() } else { &one };
-                    let output = tissue.tick_by(poses, Budget::again(record.sweeps));
+                    let output = tick(tissue, poses, Budget::again(record.sweeps));
                     played.has_touched |= output.contacts > 0;
                 }
                 last = Some(record.tick);

@@ -48,6 +48,7 @@ use super::context::{Context, places};
 use super::memory::{TouchArrays, TouchRoom};
 use super::output::ToolOutput;
 use super::pose::ToolPose;
+use crate::energy::residual::Terms;
 use crate::energy::surface::{Meeting, Proxies, TOOLS_MAX, ToolState};
 use crate::model::Model;
 use crate::number::cell::{add, dot, scale, sub};
@@ -162,7 +163,8 @@ impl Tools<'_> {
         *self.resisted = D::resist(model, context.coarse_memory, bounds);
         let [coarse, ..] = core::mem::take(&mut arrays.coarse) else { return };
         let (near, anchors) = (arrays.near(), arrays.anchors());
-        coarse.prepare(context.terms, Under { tools: Proxies(arrays.tools), near, anchors }, &at);
+        let terms = Terms::of(model, context.terms.states);
+        coarse.prepare(terms, Under { tools: Proxies(arrays.tools), near, anchors }, &at);
     }
 
     /// Releases all tools and removes their contact energy from the level.

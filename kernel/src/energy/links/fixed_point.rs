@@ -15,15 +15,15 @@
 
 use fixed::types::I8F24;
 
+use super::bands::{Links, rest_difference};
 use super::law::LinkForce;
 use super::number::LinkNumber;
 use super::range::RangeError;
-use super::term::Links;
 use crate::backend::slice_set::SliceSet;
 use crate::backend::slices::cells_of;
 use crate::model::Model;
 use crate::number::Number;
-use crate::number::cell::{Cell, sub};
+use crate::number::cell::Cell;
 use crate::number::fixed_point::{ONE, narrow};
 
 /// Largest K.
@@ -204,7 +204,7 @@ fn sum(
             continue;
         };
         let (w, band) = (links.model.link_weight(link), I8F24::band(links.alpha(link)));
-        let rest = || sub(links.model.rest_position(j), links.model.rest_position(i));
+        let rest = || rest_difference(links.model, i, j);
         let Some(of) = wide(y(pi.xyz()), y(pj.xyz()), l0, w, band, rest) else { continue };
         for (sum, force) in sum.iter_mut().zip(of.force) {
             *sum += if cell == i { force } else { -force };

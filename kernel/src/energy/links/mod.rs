@@ -3,16 +3,17 @@
 //! - [`law`]: the arithmetic of one link in single precision.
 //! - [`number`]: requirements of a link on a number type. Fixed point has its own file.
 //! - [`range`]: the range of models that a number type supports.
-//! - `term`: the links of a body in a tick.
+//! - `bands`: the links of a body in a tick; `term`: their part in a pass and at the cells of a tool.
 //! - `scalar`, `sliced`, `vfp`: the residual link by link, eight cells side by side, and with the
 //!   floating-point unit of Armv7E-M.
 
+pub(crate) mod bands;
 mod fixed_point;
 pub mod law;
 pub mod number;
 pub mod range;
 pub(crate) mod scalar;
 pub(crate) mod sliced;
-pub(crate) mod term;
+mod term;
 #[cfg(all(target_arch = "arm", target_abi = "eabihf"))]
 pub(crate) mod vfp;

@@ -1,8 +1,8 @@
 //! Requirements of a link on a number type; the links of `f32`.
 
+use super::bands::Links;
 use super::law::{self, Band, LinkForce};
 use super::range::RangeError;
-use super::term::Links;
 use crate::backend::slice_set::SliceSet;
 use crate::energy::number::TermNumber;
 use crate::model::Model;
@@ -42,14 +42,16 @@ pub trait LinkNumber: TermNumber {
         let of = Self::link_force(pi, pj, l0, w, band, rest_difference)?;
         Some(LinkForce { force: single(of.force), wd2: Self::product_single(of.wd2) })
     }
-    /// Residuals and energies of awake slices, link by link, at states within K.
+    /// Adds the links to the residuals of awake slices at states within K by a loop of this number's own.
+    /// Returns false if it has none for these links.
     fn accumulate(
         links: Links<'_, '_>,
         awake: &SliceSet,
         v: &[Cell<Self>],
         residual: &mut [Cell<Self>],
-    ) -> Self::Tally {
-        links.accumulate(awake, v, residual, |v| v)
+    ) -> bool {
+        let _ = (links, awake, v, residual);
+        false
     }
     /// Recomputes residuals whose partial sums may have left the number's range, after the links at the
     /// outputs `y` of the states.
@@ -94,10 +96,15 @@ impl LinkNumber for f32 {
     }
 
     #[cfg(all(target_arch = "arm", target_abi = "eabihf"))]
-    fn accumulate(links: Links<'_, '_>, awake: &SliceSet, v: &[Cell], residual: &mut [Cell]) {
-        if links.differ() {
-            return links.accumulate(awake, v, residual, |v| v);
+    fn accumulate(
+        links: Links<'_, '_>,
+        awake: &SliceSet,
+        v: &[Cell],
+        residual: &mut [Cell],
+    ) -> bool {
+        if !links.differ() {
+            super::vfp::accumulate(links.model, Band::new(links.alpha(0)), awake, v, residual);
         }
-        super::vfp::accumulate(links.model, Band::new(links.alpha(0)), awake, v, residual);
+        !links.differ()
     }
 }

@@ -1,4 +1,4 @@
-//! The links in sequence, with unchecked access to the cells.
+//! The links one by one, with unchecked access to the cells in sequence.
 //!
 //! A [`Model`] is only created by the validation of its image, its fields are private to this crate and never
 //! change, and it guarantees: row starts never descend and end at the number of links; every upper end is
@@ -8,14 +8,16 @@
 #![allow(unsafe_code)]
 
 use crate::backend::slice_set::SliceSet;
-use crate::backend::slices::{cells_of, clear};
+use crate::backend::slices::cells_of;
+use crate::energy::links::bands::{Links, rest_difference};
 use crate::energy::links::law::LinkForce;
+use crate::energy::links::number::LinkNumber;
 use crate::energy::number::TermNumber;
 use crate::model::Model;
 use crate::number::cell::Cell;
 
 /// Adds every link's force to both its ends: `sum[i] += f`, `sum[j] -= f`, and w d^2 to both in the fourth
-/// lane. Starts from +0.0 in awake slices; the links of all others are slack and are skipped.
+/// lane. The links of slices that sleep are slack and are skipped.
 ///
 /// Links run in ascending order of (i, j), so each cell's terms are added in ascending order of its
 /// neighbours, as in a loop over cells. `law(link, i, j, P_i, P_j, l0)` returns the force. Does nothing if
@@ -32,9 +34,7 @@ pub(crate) fn accumulate<N: TermNumber>(
     if at.len() < cells || sum.len() < cells {
         return;
     }
-    let slices = model.slice_count();
-    clear(sum, awake.iter(slices));
-    for i in awake.iter(slices).flat_map(|slice| cells_of(slice, cells)) {
+    for i in awake.iter(model.slice_count()).flat_map(|slice| cells_of(slice, cells)) {
         let row = model.row(i);
         // SAFETY: i < cells, and both slices hold at least that many; rows end at the number of
         // links, the length of both sections.
@@ -60,5 +60,24 @@ pub(crate) fn accumulate<N: TermNumber>(
         }
         // SAFETY: i < cells.
         unsafe { *sum.get_unchecked_mut(i) = total };
+    }
+}
+
+impl Links<'_, '_> {
+    /// The force of one link on its end `cell`, in single precision; the other end is `other`, and cells are
+    /// at the positions `at`.
+    pub fn force_at<N: LinkNumber>(
+        self,
+        at: &impl Fn(usize) -> [N; 3],
+        link: usize,
+        cell: usize,
+        other: usize,
+    ) -> Option<LinkForce> {
+        let (i, j) = if cell < other { (cell, other) } else { (other, cell) };
+        let (yi, yj) = (at(i), at(j));
+        let l0 = self.model.rest_length.get(link).copied()?;
+        let (w, band) = (self.model.link_weight(link), N::band(self.alpha(link)));
+        let on_i = N::link_force_single(yi, yj, l0, w, band, || rest_difference(self.model, i, j))?;
+        Some(if cell == i { on_i } else { LinkForce { force: on_i.force.map(|f| -f), ..on_i } })
     }
 }

@@ -6,111 +6,90 @@
 
 #![allow(unsafe_code)]
 
+use super::bands::Links;
 use super::law::{Band, COINCIDENT, LinkForce, RIM};
-use super::term::Links;
 use crate::backend::f32x8::F32x8;
-use crate::model::{Slices, range};
+use crate::model::{Model, Slices, range};
 use crate::number::cell::Cell;
 use crate::number::two_float::LANES;
 
-/// The links of a body with stored slices, and the positions of all its cells.
-#[derive(Clone, Copy)]
-pub(crate) struct SlicedLinks<'a, 'm> {
-    links: Links<'a, 'm>,
-    slices: Slices<'m>,
-    at: &'a [Cell],
-}
-
-impl<'a, 'm> SlicedLinks<'a, 'm> {
-    /// `None` for a model without slices, or for another number of cells.
-    pub fn of(links: Links<'a, 'm>, at: &'a [Cell]) -> Option<Self> {
-        let slices = links.model.slices?;
-        (at.len() == links.model.cells()).then_some(Self { links, slices, at })
-    }
-
-    /// Returns true if links differ in weight, or in band while bands are open.
+impl Links<'_, '_> {
+    /// Residual and sum of w d^2 of the cells of a slice, which are at `here`, and all cells at `at`. `None`
+    /// without forces or slices, or for another number of cells.
     #[inline(always)]
-    pub fn differ(&self) -> bool {
-        self.slices.weights.is_some() || !self.links.closed && self.slices.alphas.is_some()
-    }
-
-    /// The parameters of all links if they do not differ.
-    #[inline(always)]
-    pub fn even<V: F32x8>(&self) -> Law<V> {
-        Law::uniform(Band::new(self.links.alpha(0)))
-    }
-
-    /// Residual and sum of w d^2 of the cells of a slice, which are at `here`. `VARIED` if links differ;
-    /// otherwise `even` holds for all links.
-    #[inline(always)]
-    pub fn residual<V: F32x8, const VARIED: bool>(
-        &self,
-        slice: usize,
-        here: [V; 3],
-        even: Law<V>,
-    ) -> [V; 4] {
-        let mut sum = [V::splat(0.0); 4];
-        let mut void = V::splat(0.0).below(V::splat(0.0));
-        let mut law = even;
-        for group in range(self.slices.rows, slice) {
-            // SAFETY: the last row start is the number of groups; a model's slices name only its
-            // cells, and `at` has as many.
-            let (there, l0) = unsafe {
-                let ids = self.slices.neighbours.get_unchecked(group);
-                (V::gather(self.at, ids), V::load(self.slices.lengths.get_unchecked(group)))
-            };
-            if VARIED {
-                law = self.law(group);
-            }
-            add_links(&law, here, there, l0, &mut void, &mut sum);
-        }
+    pub fn of_slice<V: F32x8>(self, slice: usize, here: [V; 3], at: &[Cell]) -> Option<[V; 4]> {
+        let Slices { weights, alphas, .. } = self.slices?;
+        let (mut sum, void) = if weights.is_some() || !self.closed && alphas.is_some() {
+            self.sums::<V, true>(slice, here, at)?
+        } else {
+            self.sums::<V, false>(slice, here, at)?
+        };
         // A coincident pair in the slice: compute it link by link.
         if V::any(void) {
             sum = [V::splat(0.0); 4];
-            for (sum, lanes) in sum.iter_mut().zip(&self.one_by_one(slice)) {
+            for (sum, lanes) in sum.iter_mut().zip(&one_by_one(self.model, self.closed, slice, at))
+            {
                 *sum = V::load(lanes);
             }
         }
-        sum
+        Some(sum)
     }
 
-    /// Bands and weights of a group whose links differ.
+    /// The sums, and where the direction of a link is undefined; `VARIED` if links differ.
     #[inline(always)]
-    fn law<V: F32x8>(&self, group: usize) -> Law<V> {
-        let alpha = if self.links.closed {
-            V::splat(0.0)
-        } else {
-            of_group(self.slices.alphas, group, self.links.model.alpha())
-        };
-        Law::varied(alpha, of_group(self.slices.weights, group, 1.0))
+    fn sums<V: F32x8, const VARIED: bool>(
+        self,
+        slice: usize,
+        here: [V; 3],
+        at: &[Cell],
+    ) -> Option<([V; 4], V::Mask)> {
+        let slices = self.slices.filter(|_| at.len() == self.model.cells())?;
+        let (mut sum, mut law) = ([V::splat(0.0); 4], Law::uniform(self.even));
+        let mut void = V::splat(0.0).below(V::splat(0.0));
+        for group in range(slices.rows, slice) {
+            // SAFETY: the last row start is the number of groups; a model's slices name only its
+            // cells, and `at` has as many.
+            let (there, l0) = unsafe {
+                let ids = slices.neighbours.get_unchecked(group);
+                (V::gather(at, ids), V::load(slices.lengths.get_unchecked(group)))
+            };
+            if VARIED {
+                let alphas = slices.alphas.filter(|_| !self.closed);
+                let otherwise = if self.closed { 0.0 } else { self.model.alpha() };
+                let alpha = of_group(alphas, group, otherwise);
+                law = Law::varied(alpha, of_group(slices.weights, group, 1.0));
+            }
+            add_links(&law, here, there, l0, &mut void, &mut sum);
+        }
+        Some((sum, void))
     }
+}
 
-    /// The sums of a slice with coincident cells, link by link.
-    #[cold]
-    #[inline(never)]
-    fn one_by_one(&self, slice: usize) -> [[f32; LANES]; 4] {
-        let mut lanes = [[0.0_f32; LANES]; 4];
-        // Positions unclamped, also beyond K: a stage of a super-step may be there.
-        let at = |cell: usize| self.at.get(cell).map_or([0.0; 3], |v| v.xyz());
-        for lane in 0..LANES {
-            let cell = slice * LANES + lane;
-            for (link, other) in self.links.model.neighbours(cell) {
-                let on: Option<LinkForce> = self.links.force_at(at, link, cell, other);
-                let Some(LinkForce { force: [x, y, z], wd2 }) = on else { continue };
-                for (lanes, term) in lanes.iter_mut().zip([x, y, z, wd2]) {
-                    if let Some(sum) = lanes.get_mut(lane) {
-                        *sum += term;
-                    }
+/// The sums of a slice with coincident cells, link by link.
+#[cold]
+#[inline(never)]
+fn one_by_one(model: &Model<'_>, closed: bool, slice: usize, at: &[Cell]) -> [[f32; LANES]; 4] {
+    let (links, mut lanes) = (Links::of(model, closed), [[0.0_f32; LANES]; 4]);
+    // Positions unclamped, also beyond K: a stage of a super-step may be there.
+    let at = |cell: usize| at.get(cell).map_or([0.0; 3], |v| v.xyz());
+    for lane in 0..LANES {
+        let cell = slice * LANES + lane;
+        for (link, other) in model.neighbours(cell) {
+            let on: Option<LinkForce> = links.force_at(&at, link, cell, other);
+            let Some(LinkForce { force: [x, y, z], wd2 }) = on else { continue };
+            for (lanes, term) in lanes.iter_mut().zip([x, y, z, wd2]) {
+                if let Some(sum) = lanes.get_mut(lane) {
+                    *sum += term;
                 }
             }
         }
-        lanes
     }
+    lanes
 }
 
 /// Bands and weights of eight links.
 #[derive(Clone, Copy)]
-pub(crate) struct Law<V> {
+struct Law<V> {
     low: V,
     high: V,
     low_squared: V,

@@ -6,10 +6,10 @@
 use core::arch::asm;
 
 use crate::backend::slice_set::SliceSet;
-use crate::backend::slices::clear;
+use crate::energy::links::bands::rest_difference;
 use crate::energy::links::law::{Band, COINCIDENT, link_force};
 use crate::model::Model;
-use crate::number::cell::{Cell, sub};
+use crate::number::cell::Cell;
 use crate::number::two_float::LANES;
 
 /// The limits of a row's links, in the order in which [`run`] loads them.
@@ -36,7 +36,6 @@ pub(crate) fn accumulate(
         return;
     }
     let slices = model.slice_count();
-    clear(sum, awake.iter(slices));
     let limits = Limits {
         high: band.high,
         high_squared: band.high_squared,
@@ -82,7 +81,7 @@ fn coincident(model: &Model<'_>, band: Band, i: usize, link: usize, at: &[Cell],
     };
     let j = usize::from(upper);
     let (Some(here), Some(there)) = (at.get(i), at.get(j)) else { return };
-    let rest = || sub(model.rest_position(j), model.rest_position(i));
+    let rest = || rest_difference(model, i, j);
     let Some(of) = link_force(here.xyz(), there.xyz(), l0, 1.0, band, rest) else { return };
     let [x, y, z] = of.force;
     if let Some(sum) = sum.get_mut(i) {

@@ -4,19 +4,9 @@ use super::band::short;
 use super::gather::{Gathered, Own};
 use super::matrix::{Matrix, both, each, inner, minus, three, times};
 use super::nearest::{Turn, of_unit_volume, rotation, turned};
+use super::state::Step;
 use crate::backend::lane::{Lane, Real};
 use crate::model::image::nodal::BETA;
-
-/// Result of a pass at a cell.
-#[derive(Clone, Copy)]
-pub(super) struct Step<V> {
-    pub turn: Turn<V>,
-    pub unit: Matrix<V>,
-    /// P.
-    pub stress: Matrix<V>,
-    /// Force of the spread and of the cell's stress, and eight times the energy.
-    pub pull: [Lane<V>; 4],
-}
 
 /// `F_i` - I.
 #[inline(always)]

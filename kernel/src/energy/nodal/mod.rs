@@ -28,7 +28,7 @@
 //! **The bound.** For any rotations R and shapes Q of determinant 1, E is a sum of squared distances of
 //! linear maps to convex sets, so L = 2 mu ((1 - beta) Ln + beta Lc) + (3 lambda + b) Ln bounds its
 //! curvature; Ln and Lc are the Laplacians of the nodal and of the tetrahedra's gradients. W is at least the
-//! sum of the magnitudes of a row of L. R and Q are states ([`ShapeState`]): before a pass each takes one
+//! sum of the magnitudes of a row of L. R and Q are states (`state`): before a pass each takes one
 //! step that does not lead away from `F_i` ([`nearest`]), which lowers the energy; a discarded pass restores
 //! them.
 //!
@@ -41,7 +41,7 @@
 //! at the cells all of whose neighbours are in them, if the displacements of all cells are those of the pass.
 //!
 //! Cost: per half-link the displacement of the other end is gathered and its force changed; a rotation and a
-//! shape per cell. A sweep takes nine times as long as one over bare links. `f32` only, under `track` and `predict`.
+//! shape per //! shape per cell. A sweep takes nine times as long as one over bare links. `f32` only, under `track` and `predict`.
 //! For held cells one sweep a tick is enough up to nu 0.48; nearer to 0.5 W grows, steps get shorter and the
 //! force lags.
 //!
@@ -64,42 +64,28 @@ mod state;
 mod tests;
 
 pub(crate) use gather::places;
-pub(crate) use state::ShapeState;
 
 use core::ops::Range;
 
 use super::held::{Contact, Touched};
-use super::number::TermNumber;
+use super::links::number::LinkNumber;
 use super::state::{Quads, SliceMemory, StatesOf};
-use super::term::Term;
+use super::term::{Here, Pass, Term};
 use crate::backend::f32x8::{Chunk, F32x8};
-use crate::backend::slice_set::SliceSet;
 use crate::backend::slices::cells_of;
-use crate::model::image::nodal;
 use crate::model::nodal::Nodal;
-use crate::number::cell::{Cell, single};
-use crate::number::two_float::LANES;
+use crate::number::cell::{Cell, add, single};
 use gather::{Ends, Gathered, lanes, own};
 
-impl Term for Nodal<'_> {
-    type State = ShapeState;
-
+impl<N: LinkNumber> Term<N> for Nodal<'_> {
     #[inline(always)]
-    fn begin_tick(
-        self,
-        _: usize,
-        state: ShapeState,
-        _: &impl Fn(usize) -> [f32; 3],
-    ) -> (ShapeState, f64) {
-        (state, 0.0)
-    }
-
-    #[inline(always)]
-    fn displace(self, slice: usize, here: &Chunk, quads: Quads<'_>) {
-        let ends = Ends::of(self, quads.displacements).zip(Ends::of(self, quads.forces));
-        let Some((displacements, forces)) = ends.filter(|_| self.is_any()) else { return };
-        displacements.displace(slice, here);
-        forces.clear(slice);
+    fn displace(self, slice: usize, here: &Chunk, states: StatesOf<'_>) {
+        let Quads { displacements, forces } = states.quads();
+        let ends = Ends::of(self, displacements).zip(Ends::of(self, forces));
+        if let Some((displacements, forces)) = ends.filter(|_| self.is_any()) {
+            displacements.displace(slice, here);
+            forces.clear(slice);
+        }
     }
 
     fn update(
@@ -134,20 +120,18 @@ impl Term for Nodal<'_> {
         forces.push(slice, step.stress, step.pull);
     }
 
-    fn accumulate<N: TermNumber>(
+    fn accumulate<const CLAMPED: bool>(
         self,
-        awake: &SliceSet,
-        v: &[Cell<N>],
+        pass: &Pass<'_, N, CLAMPED>,
         residual: &mut [Cell<N>],
         _: &mut N::Tally,
-        _: &impl Fn([N; 3]) -> [N; 3],
-        states: StatesOf<'_, ShapeState>,
+        states: StatesOf<'_>,
     ) {
         if !self.is_any() {
             return;
         }
-        let (slices, forces) = (v.len().div_ceil(LANES), states.quads().forces);
-        for cell in awake.iter(slices).flat_map(|slice| cells_of(slice, v.len())) {
+        let forces = states.quads().forces;
+        for cell in pass.cells() {
             if let (Some(r), Some(force)) = (residual.get_mut(cell), forces.get(cell)) {
                 *r = r.plus(Cell(force.get().0.map(N::from_single)));
             }
@@ -157,41 +141,42 @@ impl Term for Nodal<'_> {
     #[inline(always)]
     fn slice<V: F32x8>(
         self,
-        slice: usize,
-        _: &[Cell],
+        here: Here<'_, V>,
+        _: &impl Fn() -> Chunk,
         sum: &mut [V; 4],
-        states: StatesOf<'_, ShapeState>,
+        states: StatesOf<'_>,
     ) {
         let forces = Ends::of(self, states.quads().forces).filter(|_| self.is_any());
-        if let Some(own) = forces.and_then(|forces| forces.own(slice)) {
+        if let Some(own) = forces.and_then(|forces| forces.own(here.slice)) {
             let ([x, y, z, wd2], [a, b, c, d]) = (*sum, lanes::<V>(own.each_ref()));
             *sum = [x.plus(a), y.plus(b), z.plus(c), wd2.plus(d)];
         }
     }
 
-    fn cell<N: TermNumber>(
+    fn cell(
         self,
         cell: usize,
+        _: &[Contact<N>],
         at: &impl Fn(usize) -> [N; 3],
-        states: StatesOf<'_, ShapeState>,
-        add: &mut impl FnMut([f32; 3]),
-    ) {
-        if self.is_any() {
-            add(self.at_positions(cell, &|cell| single(at(cell)), states));
+        states: StatesOf<'_>,
+        sum: [f32; 3],
+    ) -> [f32; 3] {
+        if !self.is_any() {
+            return sum;
         }
+        add(sum, self.at_positions(cell, &|cell| single(at(cell)), states))
     }
 
-    fn touched<N: TermNumber>(
+    fn touched(
         self,
         held: &[Contact<N>],
-        output: &impl Fn(usize) -> [N; 3],
-        states: StatesOf<'_, ShapeState>,
+        at: &impl Fn(usize) -> [N; 3],
+        states: StatesOf<'_>,
         sums: &mut Touched,
     ) {
         if self.is_any() {
             let cells = |at: usize| held.get(at).map(Contact::cell);
-            let at = |cell| single(output(cell));
-            self.stored_around(cells, held.len(), &at, states, sums);
+            self.stored_around(cells, held.len(), &|cell| single(at(cell)), states, sums);
         }
     }
 
@@ -200,16 +185,7 @@ impl Term for Nodal<'_> {
     }
 
     #[inline(always)]
-    fn turn(self, cell: usize, states: StatesOf<'_, ShapeState>) -> Option<[f32; 4]> {
-        Some(states.at(cell).turn)
-    }
-
-    #[inline(always)]
-    fn add_move(self, cell: usize, squared: f32, sum: f32) -> f32 {
-        if !self.is_any() {
-            return sum;
-        }
-        // The root of the energy rises by at most that of d' L d / 2, and L is at most W.
-        sum + 2.0 * self.number(cell, nodal::BOUND) * squared
+    fn turn(self, cell: usize, states: StatesOf<'_>) -> Option<[f32; 4]> {
+        self.is_any().then(|| states.shape(cell).turn)
     }
 }

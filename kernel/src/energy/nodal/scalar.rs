@@ -3,12 +3,12 @@
 use core::ops::Range;
 
 use super::gather::{Gathered, Own};
-use super::law::{Step, stay, step};
+use super::law::{stay, step};
 use super::matrix::{each, three, times};
-use super::state::ShapeState;
+use super::state::{ShapeState, Step};
 use crate::backend::lane::Lane;
 use crate::energy::held::Touched;
-use crate::energy::state::{CellState, Quads, SliceMemory, StatesOf};
+use crate::energy::state::{Quads, SliceMemory, StatesOf};
 use crate::model::image::nodal;
 use crate::model::nodal::Nodal;
 use crate::model::range;
@@ -81,12 +81,12 @@ impl Nodal<'_> {
         self,
         cell: usize,
         at: &impl Fn(usize) -> [f32; 3],
-        states: StatesOf<'_, ShapeState>,
+        states: StatesOf<'_>,
     ) -> [f32; 3] {
-        let Step { pull: [x, y, z, _], .. } = self.here(cell, states.at(cell), at);
+        let Step { pull: [x, y, z, _], .. } = self.here(cell, states.shape(cell), at);
         let mut force = [x.0, y.0, z.0];
         for (other, _) in self.slots_of(cell).filter(|(other, _)| *other != cell) {
-            let stress = self.here(other, states.at(other), at).stress;
+            let stress = self.here(other, states.shape(other), at).stress;
             let area = three(self.back_area(cell, other), Lane);
             for (sum, part) in force.iter_mut().zip(times(stress, area)) {
                 *sum -= part.0;
@@ -101,7 +101,7 @@ impl Nodal<'_> {
         held: impl Fn(usize) -> Option<usize> + Copy,
         count: usize,
         at: &impl Fn(usize) -> [f32; 3],
-        states: StatesOf<'_, ShapeState>,
+        states: StatesOf<'_>,
         sums: &mut Touched,
     ) {
         let cells = || (0..count).filter_map(held);
@@ -123,10 +123,10 @@ impl Nodal<'_> {
         self,
         cell: usize,
         at: &impl Fn(usize) -> [f32; 3],
-        states: StatesOf<'_, ShapeState>,
+        states: StatesOf<'_>,
         sums: &mut Touched,
     ) {
-        let here = self.here(cell, states.at(cell), at);
+        let here = self.here(cell, states.shape(cell), at);
         let [.., energy] = here.pull;
         sums.wd2 = sums.wd2.plus((0.5 * energy.0).into());
         let mut size = 0.0;

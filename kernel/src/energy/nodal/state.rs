@@ -2,12 +2,13 @@
 
 use core::cell::Cell as Shared;
 
-use super::law::Step;
 use super::matrix::Matrix;
 use super::nearest::Turn;
 use crate::backend::f32x8::F32x8;
 use crate::backend::lane::Lane;
-use crate::energy::state::{CellState, Row, SliceMemory, number, put};
+use crate::energy::state::{Row, SliceMemory, StatesOf, number, put};
+use crate::model::nodal::Nodal;
+use crate::model::terms::Keeps;
 use crate::number::two_float::LANES;
 
 /// State of a cell's shape.
@@ -19,32 +20,49 @@ pub(crate) struct ShapeState {
     pub unit: [[f32; 3]; 3],
 }
 
-/// Rows of R and Q.
-const LASTING: usize = 13;
+/// Result of a pass at a cell.
+#[derive(Clone, Copy)]
+pub(super) struct Step<V> {
+    pub turn: Turn<V>,
+    pub unit: Matrix<V>,
+    /// P.
+    pub stress: Matrix<V>,
+    /// Force of the spread and of the cell's stress, and eight times the energy.
+    pub pull: [Lane<V>; 4],
+}
 
-impl CellState for ShapeState {
+/// Rows of R and Q.
+const LASTING: usize = <Nodal<'static> as Keeps>::LASTING;
+
+impl StatesOf<'_> {
+    /// The shape of a cell.
+    #[inline(always)]
+    pub(super) fn shape(self, cell: usize) -> ShapeState {
+        let slice = self.slice(cell / LANES);
+        slice.map_or(ShapeState::REST, |memory| ShapeState::load(cell % LANES, memory))
+    }
+}
+
+impl ShapeState {
+    /// The state in the rest shape.
     const REST: Self = Self {
         turn: [1.0, 0.0, 0.0, 0.0],
         unit: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
     };
-    const LASTING: usize = LASTING;
 
+    /// The state of a lane.
     #[inline(always)]
-    fn load(lane: usize, memory: SliceMemory<'_>) -> Self {
+    pub fn load(lane: usize, memory: SliceMemory<'_>) -> Self {
         let row = |row| number(memory.lasting, row, lane);
         let three = |first| [row(first), row(first + 1), row(first + 2)];
         Self { turn: [row(0), row(1), row(2), row(3)], unit: [three(4), three(7), three(10)] }
     }
 
+    /// Stores the state of a lane.
     #[inline(always)]
-    fn store(self, lane: usize, memory: SliceMemory<'_>) {
+    pub fn store(self, lane: usize, memory: SliceMemory<'_>) {
         let ([p, q, r, s], [[a, b, c], [d, e, f], [g, h, i]]) = (self.turn, self.unit);
         put(memory.lasting, lane, [p, q, r, s, a, b, c, d, e, f, g, h, i]);
-    }
-
-    fn is_valid(self) -> bool {
-        let size = self.turn.iter().fold(0.0, |sum, x| sum + x * x);
-        (0.99..1.01).contains(&size) && self.unit.as_flattened().iter().all(|x| x.is_finite())
     }
 }
 

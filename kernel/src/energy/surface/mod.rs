@@ -57,7 +57,7 @@ pub(crate) use samples::Sample;
 pub(crate) use solid::Solid;
 pub(crate) use tool::Proxies;
 pub use tool::ToolState;
-pub(crate) use touch::{Touch, Touching};
+pub(crate) use touch::{Pulled, Touch, Touching};
 
 /// True if this kernel is built with contact on surfaces.
 pub(crate) const IS_BUILT: bool = cfg!(feature = "surface");

@@ -8,9 +8,13 @@ use super::friction::Anchor;
 use super::near::NearTriangle;
 use super::press::at_corners;
 use super::tool::Proxies;
-use crate::backend::f32x8::Chunk;
+use crate::backend::f32x8::{Chunk, F32x8};
 use crate::backend::slice_set::SliceSet;
 use crate::backend::slices::cells_of;
+use crate::energy::links::number::LinkNumber;
+use crate::energy::state::StatesOf;
+use crate::energy::term::{Here, Pass, Term};
+use crate::model::terms::Keeps;
 use crate::number::cell::Cell;
 use crate::number::two_float::LANES;
 
@@ -49,6 +53,23 @@ impl Touching<'_> {
         }
     }
 
+    /// Calls `add(residual, contribution)` for the cells of awake slices that have one.
+    #[inline(always)]
+    fn each<N>(
+        &self,
+        awake: &SliceSet,
+        residual: &mut [Cell<N>],
+        mut add: impl FnMut(&mut Cell<N>, Cell),
+    ) {
+        let count = residual.len();
+        for slice in self.slices.iter(count.div_ceil(LANES)).filter(|&one| awake.contains(one)) {
+            let cells = residual.get_mut(cells_of(slice, count)).unwrap_or_default();
+            for (r, pull) in cells.iter_mut().zip(self.of_slice(slice).into_iter().flatten()) {
+                add(r, pull);
+            }
+        }
+    }
+
     /// The contribution to the residuals of a slice; `None` if there is none.
     #[inline(always)]
     pub fn of_slice(&self, slice: usize) -> Option<Chunk> {
@@ -81,5 +102,81 @@ impl<'a> Touch<'a> {
     #[inline(always)]
     pub fn get(&self) -> Option<&Touching<'a>> {
         self.0.first()?.as_ref()
+    }
+}
+
+impl Keeps for Touch<'_> {}
+
+impl<N: LinkNumber> Term<N> for Touch<'_> {
+    #[inline(always)]
+    fn prepare(self, at: &impl Fn(usize) -> [f32; 3]) {
+        if let Some(touching) = self.get() {
+            touching.pull(at);
+        }
+    }
+
+    #[inline(always)]
+    fn accumulate<const CLAMPED: bool>(
+        self,
+        pass: &Pass<'_, N, CLAMPED>,
+        residual: &mut [Cell<N>],
+        _: &mut N::Tally,
+        _: StatesOf<'_>,
+    ) {
+        if let Some(touching) = self.get() {
+            let add = |r: &mut Cell<N>, pull: Cell| *r = r.plus(Cell(pull.0.map(N::from_single)));
+            touching.each(pass.awake, residual, add);
+        }
+    }
+
+    #[inline(always)]
+    fn slice<V: F32x8>(
+        self,
+        here: Here<'_, V>,
+        _: &impl Fn() -> Chunk,
+        sum: &mut [V; 4],
+        _: StatesOf<'_>,
+    ) {
+        if let Some(pulls) = self.get().and_then(|touching| touching.of_slice(here.slice)) {
+            add_to(sum, &pulls);
+        }
+    }
+}
+
+/// The tools' contribution to a pass of several threads, which stands in the residuals before the pass.
+#[derive(Clone, Copy)]
+pub(crate) struct Pulled<'a>(Option<&'a SliceSet>);
+
+impl<'a> Pulled<'a> {
+    /// Writes the contribution into the residuals of awake slices.
+    pub fn put(touch: Touch<'a>, awake: &SliceSet, residual: &mut [Cell]) -> Self {
+        let Some(touching) = touch.get() else { return Self(None) };
+        touching.each(awake, residual, |r, pull| *r = pull);
+        Self(Some(touching.slices))
+    }
+}
+
+impl Keeps for Pulled<'_> {}
+
+impl Term<f32> for Pulled<'_> {
+    #[inline(always)]
+    fn slice<V: F32x8>(
+        self,
+        here: Here<'_, V>,
+        before: &impl Fn() -> Chunk,
+        sum: &mut [V; 4],
+        _: StatesOf<'_>,
+    ) {
+        if self.0.is_some_and(|slices| slices.contains(here.slice)) {
+            add_to(sum, &before());
+        }
+    }
+}
+
+/// Adds to the residuals of a slice.
+#[inline(always)]
+fn add_to<V: F32x8>(sum: &mut [V; 4], more: &Chunk) {
+    for (sum, more) in sum.iter_mut().zip(V::transposed(more)) {
+        *sum = sum.plus(more);
     }
 }

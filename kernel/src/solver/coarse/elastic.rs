@@ -25,11 +25,8 @@ use super::touched::CoarseTouch;
 use super::vector;
 use crate::backend::Work;
 use crate::backend::f32x8::F32x8;
-use crate::energy::residual::Terms;
 use crate::energy::surface::IS_BUILT;
-use crate::energy::term::Term;
-use crate::model::coarse_basis::{CoarseBasis, ElasticLevel};
-use crate::number::turn::{Turn, turned};
+use crate::model::coarse_basis::CoarseBasis;
 use crate::number::two_float::{Eight, LANES, Lanes, TwoFloat};
 
 /// Memory that the coarse level of nodal shapes needs for `functions` basis functions \[blocks of eight
@@ -37,42 +34,6 @@ use crate::number::two_float::{Eight, LANES, Lanes, TwoFloat};
 #[must_use]
 pub const fn elastic_room(functions: usize) -> usize {
     9 * functions.div_ceil(LANES)
-}
-
-/// Rotates the vectors of the basis functions, with x, y and z in separate arrays, by the rotations of their
-/// cells, or back.
-pub(crate) fn turn(
-    terms: Terms<'_, '_>,
-    basis: &CoarseBasis<'_>,
-    vectors: &mut [Eight],
-    back: bool,
-) {
-    let Some(ElasticLevel { turns, .. }) = basis.elastic() else { return };
-    let stride = basis.stride();
-    let Some((x, rest)) = vectors.as_flattened_mut().split_at_mut_checked(stride) else { return };
-    let Some((y, z)) = rest.split_at_mut_checked(stride) else { return };
-    for (((x, y), z), &cell) in x.iter_mut().zip(y).zip(z).zip(turns) {
-        [*x, *y, *z] = turned_by(terms, cell, [*x, *y, *z], back);
-    }
-}
-
-/// Rotates a vector of a basis function by the rotation of its cell, or back.
-pub(crate) fn turned_with(
-    terms: Terms<'_, '_>,
-    basis: &CoarseBasis<'_>,
-    function: usize,
-    v: [f32; 3],
-    back: bool,
-) -> [f32; 3] {
-    let turns = basis.elastic().map_or(&[][..], |level| level.turns);
-    turns.get(function).map_or(v, |&cell| turned_by(terms, cell, v, back))
-}
-
-#[inline(always)]
-fn turned_by(terms: Terms<'_, '_>, cell: u16, v: [f32; 3], back: bool) -> [f32; 3] {
-    let turn = terms.model.others.turn(cell.into(), terms.states.all());
-    let Some(turn) = turn.map(Turn::of_unit) else { return v };
-    turned(if back { turn.back() } else { turn }, v)
 }
 
 /// c = B g for the g in the coarse memory, which is kept there as the last one. Returns g . c and (last g) .

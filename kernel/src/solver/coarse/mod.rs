@@ -42,7 +42,7 @@
 //! - `resistance`: the level of links under tools.
 //! - `elastic`: the level of nodal shapes, which couples the axes.
 //! - `elastic_held`: its corrections for chosen cells.
-//! - `touched`: the elastic level under tools.
+//! - `touched`: the elastic level under tools; `turns`: its rotations.
 //! - `scalar`, `sliced`: restriction and prolongation, cell by cell and two cells side by side.
 
 pub(crate) mod elastic;
@@ -55,6 +55,7 @@ mod solve;
 #[cfg(test)]
 pub(crate) mod tests;
 pub(crate) mod touched;
+pub(crate) mod turns;
 
 pub use elastic::elastic_room;
 pub use elastic_held::elastic_held_room;

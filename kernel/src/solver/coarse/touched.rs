@@ -22,7 +22,7 @@
 //!
 //! Cost with m columns: m^3 per tick and m^2 / 2 elements of B; 3 m rows of B per sweep.
 
-use super::elastic::turned_with;
+use super::turns::turned_with;
 use crate::backend::f32x8::F32x8;
 use crate::energy::residual::Terms;
 use crate::energy::surface::{Anchor, NearTriangle, Proxies, Solid, each_met};

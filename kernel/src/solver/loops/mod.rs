@@ -21,7 +21,6 @@ use super::awake::Awake;
 use super::coarse::{Coarse, CoarseTouch};
 use crate::backend::f32x8::F32x8;
 use crate::backend::slice_set::SliceSet;
-use crate::energy::held::Contact;
 use crate::energy::links::number::LinkNumber;
 use crate::energy::residual::Terms;
 use crate::model::Model;
@@ -93,42 +92,39 @@ pub trait Loops: LinkNumber {
     /// True if the coarse level of a model is used; without it `track` uses only the residuals of the cells.
     const COARSE: bool;
 
-    /// One pass at the states `v`: residuals of awake slices, with contact cells driven. Returns the energy
-    /// in internal units.
+    /// One pass at the states `v`: residuals of awake slices, those of held cells 0. Returns the energy in
+    /// internal units.
     fn residual(
-        terms: Terms<'_, '_>,
+        terms: Terms<'_, '_, Self>,
         awake: &SliceSet,
         v: &[Cell<Self>],
         residual: &mut [Cell<Self>],
-        contacts: &[Contact<Self>],
     ) -> TwoFloat {
-        terms.energy(awake, v, residual, contacts)
+        terms.energy(awake, v, residual)
     }
 
     /// One pass of `track` at y: energy, r . r / W, r . s and r . `z_last`.
     fn track_residual(
-        terms: Terms<'_, '_>,
+        terms: Terms<'_, '_, Self>,
         awake: &SliceSet,
         points: &mut Points<'_, Self>,
-        contacts: &[Contact<Self>],
     ) -> [TwoFloat; 4] {
-        scalar::track::residual(terms, awake, points, contacts)
+        scalar::track::residual(terms, awake, points)
     }
 
     /// The same with an elastic level: `z_last` is the local part of the last direction, and the fifth sum is
     /// r . (local part of the direction).
     fn elastic_residual(
-        terms: Terms<'_, '_>,
+        terms: Terms<'_, '_, Self>,
         awake: &SliceSet,
         points: &mut Points<'_, Self>,
-        contacts: &[Contact<Self>],
     ) -> [TwoFloat; 5] {
-        scalar::track::residual(terms, awake, points, contacts)
+        scalar::track::residual(terms, awake, points)
     }
 
     /// The update of `track` without a coarse level; writes the result to `moved`.
     fn track_step(
-        terms: Terms<'_, '_>,
+        terms: Terms<'_, '_, Self>,
         awake: &Awake,
         points: &mut Points<'_, Self>,
         factors: [f32; 2],
@@ -140,7 +136,7 @@ pub trait Loops: LinkNumber {
     /// Computes the coarse part of the direction in the coarse memory. Returns its inner product with the
     /// residual.
     fn coarse(
-        terms: Terms<'_, '_>,
+        terms: Terms<'_, '_, Self>,
         residual: &[Cell<Self>],
         room: &mut [Eight],
         coarse: Coarse,
@@ -152,7 +148,7 @@ pub trait Loops: LinkNumber {
     /// The update of `track` with the coarse part from the coarse memory. Returns true if some coordinate is
     /// beyond K.
     fn coarse_step(
-        terms: Terms<'_, '_>,
+        terms: Terms<'_, '_, Self>,
         room: &[Eight],
         points: &mut Points<'_, Self>,
         factors: [f32; 2],
@@ -164,7 +160,7 @@ pub trait Loops: LinkNumber {
     /// Computes the direction of an elastic level in the coarse memory, with `corrections` corrections for
     /// held cells and with tools, if any. Returns its inner products with the residual and with the last one.
     fn elastic(
-        terms: Terms<'_, '_>,
+        terms: Terms<'_, '_, Self>,
         residual: &[Cell<Self>],
         room: &mut [Eight],
         corrections: usize,
@@ -176,7 +172,7 @@ pub trait Loops: LinkNumber {
 
     /// v += step r of the free cells in awake slices; writes the result to `moved`.
     fn euler_step(
-        terms: Terms<'_, '_>,
+        terms: Terms<'_, '_, Self>,
         awake: &Awake,
         state: &mut [Cell<Self>],
         residual: &[Cell<Self>],

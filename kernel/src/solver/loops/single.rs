@@ -5,7 +5,6 @@ use super::vfp;
 use super::{Loops, Moved, Points, scalar, sliced};
 use crate::backend::run;
 use crate::backend::slice_set::SliceSet;
-use crate::energy::held::Contact;
 use crate::energy::residual::Terms;
 use crate::energy::sliced::{self as sliced_terms, Energy};
 use crate::model::coarse_basis::CoarseBasis;
@@ -13,8 +12,9 @@ use crate::model::parts;
 use crate::number::cell::Cell;
 use crate::number::two_float::{Eight, TwoFloat};
 use crate::solver::awake::Awake;
-use crate::solver::coarse::elastic::{self, ElasticSolve};
+use crate::solver::coarse::elastic::ElasticSolve;
 use crate::solver::coarse::sliced::Restrict;
+use crate::solver::coarse::turns::turn;
 use crate::solver::coarse::{self, Coarse, CoarseTouch, Solve};
 
 #[allow(private_interfaces)]
@@ -26,13 +26,12 @@ impl Loops for f32 {
         awake: &SliceSet,
         v: &[Cell],
         residual: &mut [Cell],
-        contacts: &[Contact],
     ) -> TwoFloat {
         let mut energy = Energy::default();
-        if sliced_terms::residual(terms, awake, v, residual, contacts, &mut energy) {
+        if sliced_terms::residual(terms, awake, v, residual, &mut energy) {
             energy.total()
         } else {
-            terms.energy(awake, v, residual, contacts)
+            terms.energy(awake, v, residual)
         }
     }
 
@@ -40,18 +39,16 @@ impl Loops for f32 {
         terms: Terms<'_, '_>,
         awake: &SliceSet,
         points: &mut Points<'_, f32>,
-        contacts: &[Contact],
     ) -> [TwoFloat; 4] {
-        track_residual(terms, awake, points, contacts)
+        track_residual(terms, awake, points)
     }
 
     fn elastic_residual(
         terms: Terms<'_, '_>,
         awake: &SliceSet,
         points: &mut Points<'_, f32>,
-        contacts: &[Contact],
     ) -> [TwoFloat; 5] {
-        track_residual(terms, awake, points, contacts)
+        track_residual(terms, awake, points)
     }
 
     fn track_step(
@@ -104,9 +101,9 @@ impl Loops for f32 {
         let Some(basis) = terms.model.coarse_basis else { return [TwoFloat::ZERO; 2] };
         restrict(terms, basis, residual, room);
         let vector = basis.row_blocks();
-        elastic::turn(terms, &basis, room.get_mut(..vector).unwrap_or(&mut []), true);
+        turn(terms, &basis, room.get_mut(..vector).unwrap_or(&mut []), true);
         let products = run(terms.vectors, ElasticSolve { basis, room, corrections, touch });
-        elastic::turn(terms, &basis, room.get_mut(vector..2 * vector).unwrap_or(&mut []), false);
+        turn(terms, &basis, room.get_mut(vector..2 * vector).unwrap_or(&mut []), false);
         products
     }
 
@@ -137,17 +134,16 @@ fn track_residual<const SUMS: usize>(
     terms: Terms<'_, '_>,
     awake: &SliceSet,
     points: &mut Points<'_, f32>,
-    contacts: &[Contact],
 ) -> [TwoFloat; SUMS] {
     if terms.vectors.is_none() {
-        return scalar::track::residual(terms, awake, points, contacts);
+        return scalar::track::residual(terms, awake, points);
     }
     let sums = if parts::count(terms.model.cells()) > 1 {
-        sliced::track::residual_in_parts(terms, awake, points, contacts)
+        sliced::track::residual_in_parts(terms, awake, points)
     } else {
-        sliced::track::residual(terms, awake, points, contacts)
+        sliced::track::residual(terms, awake, points)
     };
-    sums.unwrap_or_else(|| scalar::track::residual(terms, awake, points, contacts))
+    sums.unwrap_or_else(|| scalar::track::residual(terms, awake, points))
 }
 
 /// P' r into the first three vectors of the coarse memory.

@@ -65,7 +65,7 @@ pub(super) fn balance(body: &mut Body<'_, '_>, own: &mut [Cell]) -> bool {
     let unit = if model.is_nodal() { 1.0 } else { OF_LINKS };
     let mut highest = 0.0;
     for pass in 0..PASSES {
-        f32::residual(body.terms, &around, at, body.residual, body.contacts);
+        f32::residual(body.terms, &around, at, body.residual);
         let (a, b) = if pass == 0 { (unit * FIRST, 0.0) } else { (unit * LATER, ONWARD) };
         let residual = &*body.residual;
         let mut step = Step { at, before, ways, residual, mobility, factors, a, b };

@@ -2,8 +2,8 @@
 //! by conjugate gradients for each axis.
 //!
 //! K is the second derivative of the energy at rest: with all links taut, for a link of weight w and
-//! direction n the matrix w n n' / 2 between its ends, or that of nodal shapes. The preconditioner is that of `track`: 1 / W or the cell's local part, and the coarse
-//! level if the model has one.
+//! direction n the matrix w n n' / 2 between its ends, or that of nodal shapes. The preconditioner is that
+//! of `track`: 1 / W or the cell's local part, and the coarse level if the model has one.
 //!
 //! Source: M. R. Hestenes and E. Stiefel, Methods of conjugate gradients, 1952.
 
@@ -11,6 +11,8 @@ use super::{ARRAYS, TRACK};
 use crate::backend::slices::copy;
 use crate::backend::{VectorUnit, run};
 use crate::energy::held::Contact;
+use crate::energy::residual::Terms;
+use crate::energy::state::States;
 use crate::energy::term::Term;
 use crate::model::Model;
 use crate::number::cell::{Cell, add, dot, scale, sub};
@@ -216,31 +218,11 @@ impl System<'_, '_> {
 
 /// K times a field, at the cells that can move.
 fn multiply(model: &Model<'_>, field: &[Cell], product: &mut [Cell]) {
-    let at = |cell: usize| field.get(cell).map_or([0.0; 3], |field| field.xyz());
-    if model.is_nodal() {
-        product.fill(Cell::ZERO);
-        model.others.resist(field, product);
-        for (product, &mobility) in product.iter_mut().zip(model.mobility) {
-            if mobility <= 0.0 {
-                *product = Cell::ZERO;
-            }
-        }
-        return;
-    }
-    for (cell, product) in product.iter_mut().enumerate() {
-        let mut sum = [0.0; 3];
-        if model.mobility.get(cell).is_some_and(|&mobility| mobility > 0.0) {
-            let (rest, here) = (model.rest_position(cell), at(cell));
-            for (link, other) in model.neighbours(cell) {
-                let along = sub(model.rest_position(other), rest);
-                let squared = dot(along, along);
-                if squared > 0.0 {
-                    let stretch = dot(along, sub(here, at(other)));
-                    let factor = 0.5 * model.link_weight(link) * stretch / squared;
-                    sum = add(sum, scale(factor, along));
-                }
-            }
-        }
-        *product = Cell::at(sum);
+    product.fill(Cell::ZERO);
+    Terms::<f32>::of(model, States::NONE).list().resist(field, product);
+    for (product, _) in
+        product.iter_mut().zip(model.mobility).filter(|(_, mobility)| **mobility <= 0.0)
+    {
+        *product = Cell::ZERO;
     }
 }

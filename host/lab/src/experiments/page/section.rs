@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
+use std::time::{SystemTime, UNIX_EPOCH};
 
 use serde_json::{Value, json};
 
@@ -17,6 +18,8 @@ pub struct Context {
     pub reference: Option<PathBuf>,
     /// Fewer ticks, sizes and repetitions.
     pub quick: bool,
+    /// Cells of the organ that shows what a sweep buys, where they are given.
+    pub cells: Option<usize>,
 }
 
 /// The numbers behind a picture or a table.
@@ -101,7 +104,9 @@ impl Findings {
     pub fn command(&self) -> String {
         let quick = if self.context.quick { " --quick" } else { "" };
         let reference = if self.context.reference.is_some() { " --reference DIR" } else { "" };
-        format!("chaincell {}{quick}{reference}", self.page.name)
+        let cells =
+            self.context.cells.map_or_else(String::new, |cells| format!(" --cells {cells}"));
+        format!("chaincell {}{quick}{reference}{cells}", self.page.name)
     }
 
     /// The figures of every section by its key, and where they come from.
@@ -109,6 +114,7 @@ impl Findings {
         let mut all = json!({
             "command": self.command(),
             "version": env!("CARGO_PKG_VERSION"),
+            "date": today(),
             "machine": self.machine,
             "quick": self.context.quick,
             "reference": self.context.reference.is_some(),
@@ -119,5 +125,33 @@ impl Findings {
             all[section.key] = section.json.clone();
         }
         all
+    }
+}
+
+/// The date in UTC, year-month-day.
+fn today() -> String {
+    let since_1970 = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+    date((since_1970.as_secs() / 86_400) as i64)
+}
+
+/// The date of a day after 1 January 1970, by H. Hinnant's rule: years begin in March, so that the leap day is
+/// their last.
+fn date(days: i64) -> String {
+    let from_march_0 = days + 719_468;
+    let (era, day) = (from_march_0.div_euclid(146_097), from_march_0.rem_euclid(146_097));
+    let year = (day - day / 1_460 + day / 36_524 - day / 146_096) / 365;
+    let day = day - (365 * year + year / 4 - year / 100);
+    let month = (5 * day + 2) / 153;
+    let day = day - (153 * month + 2) / 5 + 1;
+    let month = if month < 10 { month + 3 } else { month - 9 };
+    format!("{}-{month:02}-{day:02}", year + era * 400 + i64::from(month <= 2))
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn days_have_their_dates() {
+        let dates = [0, 59, 11_016, 11_017, 20_784].map(super::date);
+        assert_eq!(dates, ["1970-01-01", "1970-03-01", "2000-02-29", "2000-03-01", "2026-11-27"]);
     }
 }

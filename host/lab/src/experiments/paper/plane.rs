@@ -5,8 +5,8 @@ use chaincell_kernel::{Settings, ToolPose};
 use nalgebra::Vector3;
 use serde_json::{Value, json};
 
-use crate::baseline::chainmail::{ChainMail, Limits};
 use crate::bodies::Variant;
+use crate::chainmail::{ChainMail, Limits};
 use crate::charts::plot::{Axis, Chart, Figure, Style};
 use crate::charts::render::{Body, ColourBar, Paint, Panel, Sheet};
 use crate::experiments::page::table::Table;

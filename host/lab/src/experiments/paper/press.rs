@@ -5,8 +5,8 @@ use std::time::Instant;
 use chaincell_kernel::{Settings, ToolPose, Unloading};
 use nalgebra::Vector3;
 
-use crate::baseline::chainmail::{ChainMail, Limits};
 use crate::bodies::Variant;
+use crate::chainmail::{ChainMail, Limits};
 use crate::experiments::report::scene::Scene;
 use crate::reference::profile::in_input_order;
 use crate::reference::vectors::{dot, minus, norm, plus};

@@ -5,11 +5,11 @@
 //!
 //! | section of report.html | question | numbers |
 //! |---|---|---|
+//! | What a sweep buys | error of the force at few sweeps a tick against many, and time a tick, for held cells and a ball that moves, shapes and links | `report_sweeps.csv` |
 //! | A hand that moves | time a tick and error of the force for held cells under a hand's motions, every scheme of a list, two bodies | `report_hand.csv` |
-//! | A tool that moves | time a tick and error of the force for tools pressed into a surface and drawn over it, bodies of both kinds | `report_tools.csv` |
 //!
-//! An error of the force is relative: to the exact force under a hand, to the largest force of the
-//! motion under a tool. Which ticks count under a hand, and which are left out because the body
+//! An error of the force is relative: to the largest force of the motion in the first section, to the
+//! exact force under a hand. Which ticks count under a hand, and which are left out because the body
 //! snaps from one equilibrium to another, is one rule: see `snaps`. `report.json` has every figure,
 //! the CSV files the rows of the tables.
 
@@ -19,7 +19,7 @@ mod motions;
 mod pictures;
 pub mod scene;
 mod snaps;
-mod tools;
+mod sweeps;
 
 use super::page::table::Table;
 use super::page::{Context, Page, Section};
@@ -31,22 +31,17 @@ pub(crate) static PAGE: Page = Page {
     title: "Speed against error",
     intro: "Time of a tick and error of the force on this machine: one thread, numbers in f32. Compare \
             ratios within one report, not times of two.",
-    experiments: &[hand::section, tools::section, others],
+    experiments: &[sweeps::section, hand::section, others],
 };
 
 /// Figures that other commands measure.
-const OTHERS: [(&str, &str); 5] = [
+const OTHERS: [(&str, &str); 4] = [
     (
         "time of a tick, also by several threads, and round trip in the 1 kHz loop, beside the \
          machine's own floor",
         "chaincell cosim, chaincell latency MODEL --worst",
     ),
     ("the same for hours, under load", "chaincell cosim --load 1 --seconds 28800 --out night"),
-    (
-        "sweeps to equilibrium beside mass-spring, position-based dynamics, Jolt and rapier3d (needs \
-         CMake and a C++ compiler)",
-        "cargo bench -p chaincell-lab --features baselines --bench baselines",
-    ),
     (
         "instructions of a sweep in its worst state (needs valgrind)",
         "cargo bench -p chaincell-lab --bench sweep",

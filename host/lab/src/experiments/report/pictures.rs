@@ -31,7 +31,7 @@ pub fn figures(name: &str, measure: &str, points: &[Point<'_>]) -> Result<Vec<Fi
         let here = points.iter().filter(|point| point.motion == motion);
         let caption = format!(
             "The lower left is best: a small error in a short tick. Along each line the sweeps a tick \
-             grow from 1 to 8. Error of the force, {measure}: {motion}."
+             grow from 1 on. Error of the force, {measure}: {motion}."
         );
         let picture = chart(motion, measure, here).draw()?;
         Ok(Figure::new(format!("{name}_{}", number + 1), caption, picture))

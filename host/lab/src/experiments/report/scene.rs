@@ -129,40 +129,6 @@ impl Source {
         Ok(Self { name: "liver", words, mesh, fixed, contact })
     }
 
-    /// A body of the press test, with the depth of its press: a tenth of its height \[m\].
-    ///
-    /// # Errors
-    /// Reference data that cannot be read.
-    pub fn press(name: &'static str, reference: &Path) -> Result<(Self, f64)> {
-        let mut data = Npz::open(&reference.join(format!("press/{name}.npz")))?;
-        let height_m = data.reals("H")?.first().copied().unwrap_or_default();
-        let mut links = data.rows("E")?;
-        for link in &mut links {
-            link.sort_unstable();
-        }
-        links.sort_unstable();
-        let (nodes_m, tetrahedra) = (data.vectors("X")?, data.rows("T")?);
-        let mesh = Mesh { nodes_m, tetrahedra, links, ..Mesh::default() };
-        let contact = Contact::Nodes(data.ids("press")?, DOWN);
-        let (words, fixed) = (format!("press/{name}.npz"), data.ids("bottom")?);
-        Ok((Self { name, words, mesh, fixed, contact }, 0.1 * height_m))
-    }
-
-    /// The same as a box of so many nodes along each axis.
-    ///
-    /// # Errors
-    /// As the generator.
-    pub fn press_of(
-        name: &'static str,
-        [nx, ny, nz]: [usize; 3],
-        spacing_m: f64,
-    ) -> Result<(Self, f64)> {
-        let middle = ((nx / 2 * ny + ny / 2) * nz + nz - 1) as u32;
-        let spec = format!("box:{nx}x{ny}x{nz}x{spacing_m}");
-        let body = Self::generated(name, &spec, Contact::Nodes(vec![middle], DOWN))?;
-        Ok((body, 0.1 * (nz - 1) as f64 * spacing_m))
-    }
-
     /// The body with its links' bands.
     ///
     /// # Errors

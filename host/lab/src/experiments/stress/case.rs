@@ -89,8 +89,11 @@ impl Findings {
     /// # Errors
     /// Interruption; what neither body nor settings explain.
     pub fn play(&mut self, trial: &Trial<'_>) -> Result<()> {
-        let of_shapes = trial.tools.is_some() || trial.body.plain()?.is_nodal();
-        for variant in if of_shapes { Variant::of_shapes() } else { Variant::all() } {
+        let variants = match &trial.tools {
+            Some(_) => Variant::of_shapes(),
+            None => Variant::of_body(trial.body)?,
+        };
+        for variant in variants {
             let place = format!("{}, {variant}", trial.label);
             match refusal(trial.play(variant))? {
                 Ok(None) => {}

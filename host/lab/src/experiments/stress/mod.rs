@@ -1,5 +1,5 @@
-//! `chaincell stress`: bodies in states and under tools that none should come to, in every scheme
-//! and number type.
+//! `chaincell stress`: bodies of links and of nodal shapes in states and under tools that none should
+//! come to, in every scheme and number type.
 //!
 //! A case is a body, a state or a tool, and what it checks beyond [`EVERY_TICK`]; [`selected`] lists them.
 //! [`play`](crate::monitor::play()) plays each run three times: twice with vector units and once without them

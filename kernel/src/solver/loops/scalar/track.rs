@@ -5,7 +5,6 @@ use core::ops;
 use super::{Range, part, part_mut};
 use crate::backend::slice_set::{Iter, SliceSet};
 use crate::backend::slices::cells_of;
-use crate::energy::held::Contact;
 use crate::energy::residual::Terms;
 use crate::model::parts;
 use crate::number::Sum;
@@ -16,13 +15,12 @@ use crate::solver::loops::{Loops, Moved, Points};
 
 /// See `Loops::track_residual` and, with five sums, `Loops::elastic_residual`.
 pub(crate) fn residual<N: Loops, const SUMS: usize>(
-    terms: Terms<'_, '_>,
+    terms: Terms<'_, '_, N>,
     awake: &SliceSet,
     points: &mut Points<'_, N>,
-    contacts: &[Contact<N>],
 ) -> [TwoFloat; SUMS] {
     let model = terms.model;
-    let tally = terms.residuals(awake, points.at, points.residual, contacts);
+    let tally = terms.residuals::<false>(awake, points.at, points.residual);
     if awake.is_empty(model.slice_count()) {
         return [TwoFloat::ZERO; SUMS];
     }
@@ -36,7 +34,7 @@ pub(crate) fn residual<N: Loops, const SUMS: usize>(
 #[cold]
 #[inline(never)]
 fn in_parts<N: Loops, const SUMS: usize>(
-    terms: Terms<'_, '_>,
+    terms: Terms<'_, '_, N>,
     awake: &SliceSet,
     points: &Points<'_, N>,
     mut tally: N::Tally,
@@ -65,7 +63,7 @@ pub(crate) fn plus<const SUMS: usize>(
 /// The sums of some slices.
 #[inline(never)]
 fn sums<N: Loops, const SUMS: usize>(
-    terms: Terms<'_, '_>,
+    terms: Terms<'_, '_, N>,
     slices: Iter<'_>,
     points: &Points<'_, N>,
     tally: N::Tally,
@@ -113,7 +111,7 @@ pub(crate) fn factor(factors: &[f32], cell: usize) -> f32 {
 
 /// See `Loops::track_step`.
 pub(crate) fn step<N: Loops>(
-    terms: Terms<'_, '_>,
+    terms: Terms<'_, '_, N>,
     awake: &Awake,
     points: &mut Points<'_, N>,
     factors: [f32; 2],
@@ -136,7 +134,7 @@ pub(crate) fn step<N: Loops>(
 
 /// Updates some cells. With `WATCHED`, returns true if one of them started to move.
 pub(crate) fn update<N: Loops, const WATCHED: bool>(
-    terms: Terms<'_, '_>,
+    terms: Terms<'_, '_, N>,
     cells: &ops::Range<usize>,
     points: &mut Points<'_, N>,
     factors: [f32; 2],

@@ -6,7 +6,6 @@ use crate::backend::f32x8::F32x8;
 use crate::backend::slice_set::SliceSet;
 use crate::backend::slices::{Chunks, ChunksMut};
 use crate::backend::{Work, run};
-use crate::energy::held::Contact;
 use crate::energy::residual::Terms;
 use crate::energy::sliced::{self, Reduce};
 use crate::model::parts::{self, PARTS};
@@ -85,11 +84,9 @@ pub(crate) fn residual<const SUMS: usize>(
     terms: Terms<'_, '_>,
     awake: &SliceSet,
     points: &mut Points<'_, f32>,
-    contacts: &[Contact],
 ) -> Option<[TwoFloat; SUMS]> {
     let mut sums = Sums::<SUMS>::new(terms, points.published, points.before);
-    sliced::residual(terms, awake, points.at, points.residual, contacts, &mut sums)
-        .then(|| sums.totals())
+    sliced::residual(terms, awake, points.at, points.residual, &mut sums).then(|| sums.totals())
 }
 
 /// The pass of a body of several parts; `None` if slices cannot be used.
@@ -97,11 +94,10 @@ pub(crate) fn residual_in_parts<const SUMS: usize>(
     terms: Terms<'_, '_>,
     awake: &SliceSet,
     points: &mut Points<'_, f32>,
-    contacts: &[Contact],
 ) -> Option<[TwoFloat; SUMS]> {
     let Points { published, at, before, residual } = points;
     let mut sums = [(); PARTS].map(|()| Sums::<SUMS>::new(terms, published, before));
-    if !sliced::residual_in_parts(terms, awake, at, residual, contacts, &mut sums) {
+    if !sliced::residual_in_parts(terms, awake, at, residual, &mut sums) {
         return None;
     }
     sums.iter().map(Sums::totals).reduce(plus)

@@ -9,15 +9,12 @@ use std::vec::Vec;
 
 use super::{Loops, Moved, Points, scalar, sliced};
 use crate::backend::slice_set::SliceSet;
-use crate::backend::team::Team;
 use crate::backend::tests::unit;
 use crate::backend::{VectorUnit, run};
 use crate::energy::held::Contact;
-use crate::energy::links::sliced::SlicedLinks;
 use crate::energy::residual::Terms;
-use crate::energy::sliced::{Contacts, SlicedResidual};
+use crate::energy::sliced::SlicedResidual;
 use crate::energy::state::States;
-use crate::energy::surface::Touch;
 use crate::model::image::CELLS_MAX;
 use crate::model::{COORDINATE_MAX, Model, rest_length};
 use crate::number::cell::Cell;
@@ -52,8 +49,7 @@ impl Outcome {
 
 const FACTORS: [f32; 2] = [2.25, 0.625];
 
-type Pass<'a> =
-    dyn Fn(Terms<'_, '_>, &Awake, &mut Points<'_, f32>, &[Contact]) -> [TwoFloat; 4] + 'a;
+type Pass<'a> = dyn Fn(Terms<'_, '_>, &Awake, &mut Points<'_, f32>) -> [TwoFloat; 4] + 'a;
 type Step<'a> = dyn Fn(&Awake, &mut Points<'_, f32>, &mut Moved) + 'a;
 type EulerStep<'a> = dyn Fn(&Awake, &mut [Cell], &[Cell], &mut Moved) + 'a;
 
@@ -74,16 +70,14 @@ impl Case {
     }
 
     fn terms<'a, 'm>(&self, model: &'a Model<'m>) -> Terms<'a, 'm> {
-        let (closed, states) = (self.closed, States::NONE);
-        let (vectors, team, current, touch) = (None, Team::ALONE, None, Touch::NONE);
-        Terms { model, closed, vectors, team, current, states, touch }
+        Terms { closed: self.closed, ..Terms::of(model, States::NONE) }
     }
 
     /// Pass and updates cell by cell.
     fn scalar(&self, model: &Model<'_>) -> Outcome {
         self.outcome(
             model,
-            &|terms, awake, points, held| scalar::track::residual(terms, &awake.set, points, held),
+            &|terms, awake, points| scalar::track::residual(terms, &awake.set, points),
             &|awake, points, moved| {
                 f32::track_step(self.terms(model), awake, points, FACTORS, moved);
             },
@@ -97,16 +91,12 @@ impl Case {
     fn slices(&self, model: &Model<'_>, unit: Option<VectorUnit>) -> Outcome {
         self.outcome(
             model,
-            &|terms, awake, points, held| {
+            &|terms, awake, points| {
                 let mut sums = sliced::track::Sums::new(terms, points.published, points.before);
-                let links = SlicedLinks::of(terms.links(), points.at).unwrap();
                 let (at, residual, awake) = (&*points.at, &mut *points.residual, &awake.set);
-                let (contacts, reduce) = (Contacts::new(held), &mut sums);
-                let (current, slices) = (terms.current, 0..model.slice_count());
-                let (states, pulls) = (|| terms.states, |_, _: &_| None);
-                #[rustfmt::skip]
-                let pass = SlicedResidual { model, current, links, awake, slices, at, residual, contacts, states, reduce, pulls };
-                run(unit, pass);
+                let (held, reduce) = (terms.held(), &mut sums);
+                let (slices, list) = (0..model.slice_count(), || (terms.list(), terms.states));
+                run(unit, SlicedResidual { awake, slices, at, residual, held, list, reduce });
                 sums.totals()
             },
             &|awake, points, moved| {
@@ -130,8 +120,8 @@ impl Case {
         step: &Step<'_>,
         euler: &EulerStep<'_>,
     ) -> Outcome {
-        let terms = self.terms(model);
         let (mut at, held) = self.arrays();
+        let terms = Terms { contacts: &held, ..self.terms(model) };
         let mut residual = vec![Cell([9.0; 4]); at.len()];
         // Some cells are at rest, some are not.
         let mut published: Vec<Cell> = at.clone();
@@ -152,7 +142,7 @@ impl Case {
             residual: &mut residual,
         };
         let mut outcome = Outcome::default();
-        outcome.sums(pass(terms, &awake, &mut points, &held));
+        outcome.sums(pass(terms, &awake, &mut points));
         outcome.residual = bits(points.residual);
         let mut state = points.at.to_vec();
         let mut moved = Moved::NOTHING;

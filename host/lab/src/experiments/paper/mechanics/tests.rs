@@ -4,7 +4,7 @@ use crate::reference::Npz;
 /// The findings of the report, on the quick bodies.
 #[test]
 fn the_section_holds_in_the_quick_context() {
-    let section = section(&Context { quick: true, reference: None }).unwrap();
+    let section = section(&Context { quick: true, ..Context::default() }).unwrap();
     assert_eq!((section.figures.len(), section.tables.len(), section.numbers.len()), (8, 2, 8));
     assert!(section.figures.iter().all(|figure| figure.picture.left_out == 0));
     let number = |at: &str| section.json.pointer(at).and_then(Value::as_f64).unwrap();

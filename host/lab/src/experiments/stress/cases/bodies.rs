@@ -2,9 +2,11 @@
 
 use chaincell_kernel::Model;
 
-use super::{TICKS, displaced, plain, press_and_disturb, pressed, the_box, touching_once};
+use super::{
+    TICKS, displaced, each_material, plain, press_and_disturb, pressed, the_box, touching_once,
+};
+use crate::bodies::Shape;
 use crate::bodies::shape::{cuboid, hub, spiral};
-use crate::bodies::{Body, Shape};
 use crate::experiments::stress::case::{Case, Findings, Scale};
 use crate::experiments::stress::trial::Trial;
 use crate::monitor::Step;
@@ -120,11 +122,13 @@ fn scatter(scale: Scale, found: &mut Findings, by: f32, k_links: Option<f64>) ->
     let unit_m = f64::from(the_box(scale)?.plain()?.unit_m());
     let saturation_m = k_links.map(|k| k * unit_m);
     let options = BakeOptions { saturation_m, ..BakeOptions::default() };
-    let (body, ticks) = (Body::new(cuboid(scale.nodes())?, &options)?, scale.ticks(TICKS));
-    for seed in 0..if scale.quick { 2 } else { 6 } {
-        let of = move |model: &Model<'_>| State::Scattered(by).positions(model, seed);
-        let trial = Trial::new(format!("{by} links, seed {seed}"), &body, ticks);
-        found.play(&trial.from(of).under(touching_once(ticks)))?;
+    let ticks = scale.ticks(TICKS);
+    for (material, body) in &each_material(&cuboid(scale.nodes())?, &options)? {
+        for seed in 0..if scale.quick { 2 } else { 6 } {
+            let of = move |model: &Model<'_>| State::Scattered(by).positions(model, seed);
+            let label = format!("{material}, {by} links, seed {seed}");
+            found.play(&Trial::new(label, body, ticks).from(of).under(touching_once(ticks)))?;
+        }
     }
     Ok(())
 }
@@ -138,7 +142,10 @@ fn slivers(scale: Scale) -> Result<Shape> {
 }
 
 fn disturb(scale: Scale, found: &mut Findings, name: &str, shape: Shape) -> Result<()> {
-    press_and_disturb(scale, found, name, &plain(shape)?)
+    for (material, body) in &each_material(&shape, &BakeOptions::default())? {
+        press_and_disturb(scale, found, &format!("{name}, {material}"), body)?;
+    }
+    Ok(())
 }
 
 /// Distance of the cells of a rod, a power of two \[m\].
@@ -168,7 +175,6 @@ fn far(scale: Scale, found: &mut Findings, way: f32) -> Result<()> {
     let shape = shape.holding(&[(middle * n + middle) * n + n - 1]);
     let unit_m = f64::from(plain(shape.clone())?.plain()?.unit_m());
     let options = BakeOptions { saturation_m: Some(FAR * unit_m), ..BakeOptions::default() };
-    let body = Body::new(shape, &options)?;
     let moved = move |model: &Model<'_>| {
         let by = [way, -0.9 * way, 0.8 * way];
         let place = |cell| {
@@ -177,8 +183,11 @@ fn far(scale: Scale, found: &mut Findings, way: f32) -> Result<()> {
         };
         (0..model.cells()).map(place).collect()
     };
-    let trial = pressed(format!("{way:e} links away"), &body, 2.0, scale.ticks(TICKS))?;
-    found.play(&trial.from(moved))
+    for (material, body) in &each_material(&shape, &options)? {
+        let label = format!("{material}, {way:e} links away");
+        found.play(&pressed(label, body, 2.0, scale.ticks(TICKS))?.from(moved))?;
+    }
+    Ok(())
 }
 
 fn rest(scale: Scale, found: &mut Findings) -> Result<()> {
@@ -200,9 +209,11 @@ fn rest(scale: Scale, found: &mut Findings) -> Result<()> {
         let contrasts =
             BakeOptions { stiffness_n_per_m: PerCell::Each(stiffness), ..BakeOptions::default() };
         for (label, options) in [("", BakeOptions::default()), (", contrasts", contrasts)] {
-            let body = Body::new(shape.clone(), &options)?;
-            let still = move |tick| Step::at([0.3, -0.2, 0.1], u32::from(tick >= ticks));
-            found.play(&Trial::new(format!("{name}{label}"), &body, 2 * ticks).under(still))?;
+            for (material, body) in &each_material(&shape, &options)? {
+                let still = move |tick| Step::at([0.3, -0.2, 0.1], u32::from(tick >= ticks));
+                let label = format!("{name}{label}, {material}");
+                found.play(&Trial::new(label, body, 2 * ticks).under(still))?;
+            }
         }
     }
     Ok(())

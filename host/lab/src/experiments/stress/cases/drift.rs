@@ -60,8 +60,7 @@ fn drift(scale: Scale, found: &mut Findings) -> Result<()> {
     for (label, body, most) in
         [("fixed", &fixed, FIXED), ("floating", &floating, FLOATING), ("shapes", &shapes, FIXED)]
     {
-        let is_nodal = body.plain()?.is_nodal();
-        for variant in if is_nodal { Variant::of_shapes() } else { Variant::all() } {
+        for variant in Variant::of_body(body)? {
             let Some(model) = body.model(variant.coarse)? else { continue };
             let is_single = variant.numbers == Arithmetic::F32;
             // The longest drift is for the arithmetic that devices have.

@@ -2,7 +2,7 @@
 
 use chaincell_kernel::{COORDINATE_MAX, Model};
 
-use super::{TICKS, the_box};
+use super::{TICKS, boxes};
 use crate::bodies::{Body, Variant};
 use crate::experiments::stress::case::{Case, Findings, Scale};
 use crate::experiments::stress::trial::{Trial, refusal};
@@ -50,13 +50,16 @@ fn extreme(at: u32) -> f32 {
 }
 
 fn tool(scale: Scale, found: &mut Findings) -> Result<()> {
-    let (body, ticks) = (the_box(scale)?, scale.ticks(120));
-    for (label, leaps) in [("a link a tick", false), ("at once", true)] {
-        let trial = Trial::new(label, &body, ticks).under(move |tick| {
-            let at = [0, 1, 2].map(|axis| extreme(3 * (tick / 2) + axis));
-            Step::at(at, u32::from(tick < ticks - 30 && tick % 40 != 39))
-        });
-        found.play(&Trial { leaps, ..trial })?;
+    let ticks = scale.ticks(120);
+    for (material, body) in &boxes(scale)? {
+        for (label, leaps) in [("a link a tick", false), ("at once", true)] {
+            let trial = Trial::new(format!("{material}, {label}"), body, ticks);
+            let trial = trial.under(move |tick| {
+                let at = [0, 1, 2].map(|axis| extreme(3 * (tick / 2) + axis));
+                Step::at(at, u32::from(tick < ticks - 30 && tick % 40 != 39))
+            });
+            found.play(&Trial { leaps, ..trial })?;
+        }
     }
     Ok(())
 }
@@ -65,24 +68,26 @@ fn tool(scale: Scale, found: &mut Findings) -> Result<()> {
 type State = fn(usize, u32) -> f32;
 
 fn positions(scale: Scale, found: &mut Findings) -> Result<()> {
-    let body = the_box(scale)?;
     let small: State = |cell, axis| {
         let x = extreme(3 * cell as u32 + axis);
         if x.abs() < 1.0 { x } else { f32::MIN_POSITIVE }
     };
     let large: State = |cell, axis| extreme(3 * cell as u32 + axis).signum() * COORDINATE_MAX;
-    for (label, of) in [("smallest", small), ("1e6 links", large)] {
-        let trial = Trial::new(label, &body, scale.ticks(TICKS));
-        found.play(&trial.from(move |model: &Model<'_>| {
-            (0..model.cells()).map(|cell| [0, 1, 2].map(|axis| of(cell, axis))).collect()
-        }))?;
+    for (material, body) in &boxes(scale)? {
+        for (label, of) in [("smallest", small), ("1e6 links", large)] {
+            let trial = Trial::new(format!("{material}, {label}"), body, scale.ticks(TICKS));
+            found.play(&trial.from(move |model: &Model<'_>| {
+                (0..model.cells()).map(|cell| [0, 1, 2].map(|axis| of(cell, axis))).collect()
+            }))?;
+        }
+        refuses(found, body, &[1.0001 * COORDINATE_MAX, f32::MAX, f32::MIN])?;
     }
-    refuses(found, &body, &[1.0001 * COORDINATE_MAX, f32::MAX, f32::MIN])
+    Ok(())
 }
 
 /// States with one bad coordinate are refused and leave every bit as it was.
 fn refuses(found: &mut Findings, body: &Body, bad: &[f32]) -> Result<()> {
-    for variant in Variant::all() {
+    for variant in Variant::of_body(body)? {
         interrupt::check()?;
         let Some(model) = body.model(variant.coarse)? else { continue };
         let Ok(mut engine) = refusal(Trial::new("", body, 0).engine(model, variant))? else {
@@ -101,21 +106,23 @@ fn refuses(found: &mut Findings, body: &Body, bad: &[f32]) -> Result<()> {
 }
 
 fn non_finite(scale: Scale, found: &mut Findings) -> Result<()> {
-    let body = the_box(scale)?;
     let bad = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY];
-    refuses(found, &body, &bad)?;
-    let depth_m = body.plain()?.unit_m();
-    // Two ticks to press, 30 bad ones, a good one, one away.
-    let rounds = 2 * bad.len() as u32;
-    let trial = Trial::new("bad samples", &body, 34 * rounds).under(move |tick| {
-        let (round, within) = (tick / 34, tick % 34);
-        match within {
-            0 => Step::at([0.0; 3], 1),
-            1 | 32 => Step::at([0.0, 0.0, -depth_m], 1),
-            33 => Step::at([0.0; 3], 0),
-            _ if round % 2 == 0 => Step::at([0.0, bad[round as usize / 2], 0.0], 1),
-            _ => Step::at([0.0; 3], 7),
-        }
-    });
-    found.play(&trial)
+    for (material, body) in &boxes(scale)? {
+        refuses(found, body, &bad)?;
+        let depth_m = body.plain()?.unit_m();
+        // Two ticks to press, 30 bad ones, a good one, one away.
+        let rounds = 2 * bad.len() as u32;
+        let trial = Trial::new(format!("{material}, bad samples"), body, 34 * rounds);
+        found.play(&trial.under(move |tick| {
+            let (round, within) = (tick / 34, tick % 34);
+            match within {
+                0 => Step::at([0.0; 3], 1),
+                1 | 32 => Step::at([0.0, 0.0, -depth_m], 1),
+                33 => Step::at([0.0; 3], 0),
+                _ if round % 2 == 0 => Step::at([0.0, bad[round as usize / 2], 0.0], 1),
+                _ => Step::at([0.0; 3], 7),
+            }
+        }))?;
+    }
+    Ok(())
 }

@@ -2,7 +2,7 @@
 
 use chaincell_kernel::Model;
 
-use super::the_box;
+use super::{boxes, each_material};
 use crate::bodies::Body;
 use crate::bodies::shape::cuboid;
 use crate::experiments::stress::case::{Case, Findings, Scale};
@@ -74,37 +74,44 @@ fn around<'b>(
 const WAYS: [(&str, bool); 2] = [("a link a tick", false), ("at once", true)];
 
 fn anywhere(scale: Scale, found: &mut Findings, sweeps: fn(u32) -> Option<u16>) -> Result<()> {
-    let (body, by) = (the_box(scale)?, 3.0 * scale.nodes() as f32 / 2.0);
-    for (label, leaps) in WAYS {
-        let places = scattered(u64::from(leaps), scale.ticks(HELD) as usize, by);
-        let trial = around(label, scale, &body, move |tick| places[tick as usize])?;
-        let script = trial.script;
-        let script = Box::new(move |tick| Step { sweeps: sweeps(tick), ..script(tick) });
-        found.play(&Trial { leaps, script, ..trial })?;
+    let by = 3.0 * scale.nodes() as f32 / 2.0;
+    for (material, body) in &boxes(scale)? {
+        for (label, leaps) in WAYS {
+            let places = scattered(u64::from(leaps), scale.ticks(HELD) as usize, by);
+            let label = format!("{material}, {label}");
+            let trial = around(&label, scale, body, move |tick| places[tick as usize])?;
+            let script = trial.script;
+            let script = Box::new(move |tick| Step { sweeps: sweeps(tick), ..script(tick) });
+            found.play(&Trial { leaps, script, ..trial })?;
+        }
     }
     Ok(())
 }
 
 fn jump(scale: Scale, found: &mut Findings) -> Result<()> {
-    let (body, height) = (the_box(scale)?, scale.nodes() as f32);
-    for (label, leaps) in WAYS {
-        let trial = around(label, scale, &body, move |tick| {
-            let up = [1.0, 0.3, -1.0, -0.3][(tick / 5) as usize % 4];
-            [0.05, 0.02, up * height]
-        })?;
-        found.play(&Trial { leaps, ..trial })?;
+    let height = scale.nodes() as f32;
+    for (material, body) in &boxes(scale)? {
+        for (label, leaps) in WAYS {
+            let label = format!("{material}, {label}");
+            let trial = around(&label, scale, body, move |tick| {
+                let up = [1.0, 0.3, -1.0, -0.3][(tick / 5) as usize % 4];
+                [0.05, 0.02, up * height]
+            })?;
+            found.play(&Trial { leaps, ..trial })?;
+        }
     }
     Ok(())
 }
 
 fn nyquist(scale: Scale, found: &mut Findings) -> Result<()> {
-    let body = the_box(scale)?;
-    for amplitude in [0.5_f32, 0.01] {
-        let label = format!("amplitude {amplitude} links");
-        let trial = around(&label, scale, &body, move |tick| {
-            [0.05, 0.02, if tick % 2 == 0 { amplitude } else { -amplitude }]
-        })?;
-        found.play(&Trial { left_max: Some(1e-3), ..trial })?;
+    for (material, body) in &boxes(scale)? {
+        for amplitude in [0.5_f32, 0.01] {
+            let label = format!("{material}, amplitude {amplitude} links");
+            let trial = around(&label, scale, body, move |tick| {
+                [0.05, 0.02, if tick % 2 == 0 { amplitude } else { -amplitude }]
+            })?;
+            found.play(&Trial { left_max: Some(1e-3), ..trial })?;
+        }
     }
     Ok(())
 }
@@ -114,25 +121,31 @@ const ENERGY_MAX_J: f64 = 1e6;
 
 fn reach(scale: Scale, found: &mut Findings) -> Result<()> {
     let options = BakeOptions { energy_max_j: Some(ENERGY_MAX_J), ..BakeOptions::default() };
-    let body = Body::new(cuboid(scale.nodes())?, &options)?;
-    let k = body.plain()?.saturation();
-    let far_m = 3.0 * k * body.plain()?.unit_m();
-    let (out, way) = (scale.ticks(60), [0.6_f32, -0.5, 0.62]);
-    let trial = Trial::new("held cell", &body, 3 * out).under(move |tick| {
-        let part = out.abs_diff(tick.min(2 * out)) as f32 / out as f32;
-        Step::at(way.map(|x| x * far_m * (1.0 - part)), u32::from(tick < 2 * out))
-    });
-    found.play(&Trial { leaps: true, ..trial })?;
-    found.hold(found.worst.coordinate_over_k >= 1.0, "held cell", Check::Range, || {
-        "K was not reached".to_owned()
-    });
-    let thrown = move |model: &Model<'_>| {
-        let place = |cell: usize| {
-            let rest = model.rest_position(cell);
-            let by = if model.is_fixed(cell as u16) { 0.0 } else { 3.0 * k };
-            [0, 1, 2].map(|axis| rest[axis] + by * way[axis])
+    for (material, body) in &each_material(&cuboid(scale.nodes())?, &options)? {
+        let k = body.plain()?.saturation();
+        let far_m = 3.0 * k * body.plain()?.unit_m();
+        // Draw the held cell out to 3 K and back.
+        let (out, way) = (scale.ticks(60), [0.6_f32, -0.5, 0.62]);
+        let label = format!("{material}, held cell");
+        let trial = Trial::new(label.clone(), body, 3 * out).under(move |tick| {
+            let part = out.abs_diff(tick.min(2 * out)) as f32 / out as f32;
+            Step::at(way.map(|x| x * far_m * (1.0 - part)), u32::from(tick < 2 * out))
+        });
+        found.play(&Trial { leaps: true, ..trial })?;
+        found.hold(found.worst.coordinate_over_k >= 1.0, label, Check::Range, || {
+            "K was not reached".to_owned()
+        });
+        // Throw the body as far.
+        let thrown = move |model: &Model<'_>| {
+            let place = |cell: usize| {
+                let rest = model.rest_position(cell);
+                let by = if model.is_fixed(cell as u16) { 0.0 } else { 3.0 * k };
+                [0, 1, 2].map(|axis| rest[axis] + by * way[axis])
+            };
+            (0..model.cells()).map(place).collect()
         };
-        (0..model.cells()).map(place).collect()
-    };
-    found.play(&Trial::new("thrown", &body, scale.ticks(120)).from(thrown))
+        let label = format!("{material}, thrown");
+        found.play(&Trial::new(label, body, scale.ticks(120)).from(thrown))?;
+    }
+    Ok(())
 }

@@ -13,7 +13,8 @@ use crate::bodies::shape::cuboid;
 use crate::bodies::{Body, Shape};
 use crate::monitor::Step;
 use crate::states::State;
-use chaincell_host::bake::BakeOptions;
+use chaincell_host::bake::tissue::Tissue;
+use chaincell_host::bake::{BakeOptions, PerCell};
 use chaincell_host::error::Result;
 
 /// All of them, in the order of the table.
@@ -28,9 +29,25 @@ const PRESS_TICKS: u32 = 80;
 /// Ticks after a state, and after a press, in the quick suite.
 const TICKS: u32 = 60;
 
-/// The box.
+/// The box of links.
 fn the_box(scale: Scale) -> Result<Body> {
     plain(cuboid(scale.nodes())?)
+}
+
+/// The box of links and that of nodal shapes.
+fn boxes(scale: Scale) -> Result<Vec<(&'static str, Body)>> {
+    each_material(&cuboid(scale.nodes())?, &BakeOptions::default())
+}
+
+/// A body of links and, where the mesh has elements, one of nodal shapes, with these options besides.
+fn each_material(shape: &Shape, options: &BakeOptions) -> Result<Vec<(&'static str, Body)>> {
+    let mut bodies = vec![("links", Body::new(shape.clone(), options)?)];
+    if !shape.mesh.tetrahedra.is_empty() {
+        let tissue = Some(Tissue::new(PerCell::Uniform(5000.0), PerCell::Uniform(0.45)));
+        let options = BakeOptions { tissue, ..options.clone() };
+        bodies.push(("shapes", Body::new(shape.clone(), &options)?));
+    }
+    Ok(bodies)
 }
 
 /// A body of links by the default options.

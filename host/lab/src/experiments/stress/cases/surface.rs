@@ -1,4 +1,4 @@
-//! Tools on the surface of nodal shapes that do what no hand does.
+//! Tools on the surface of links and of nodal shapes that do what no hand does.
 
 use chaincell_kernel::{Model, ToolPart, ToolPose};
 
@@ -10,7 +10,7 @@ use crate::experiments::stress::case::{Case, Findings, Scale};
 use crate::experiments::stress::trial::{Positions, Trial};
 use crate::monitor::{Act, Step};
 use crate::states::{State, scattered};
-use chaincell_host::bake::tissue::{Band, Tissue};
+use chaincell_host::bake::tissue::Tissue;
 use chaincell_host::bake::{BakeOptions, PerCell};
 use chaincell_host::error::Result;
 
@@ -102,26 +102,28 @@ struct Bodies {
     free: u32,
 }
 
-/// A box of liver, and one nearly of constant volume that stiffens.
+/// A box of links, one of liver, and one nearly of constant volume that stiffens.
 fn bodies(scale: Scale) -> Result<Bodies> {
-    let stiffened = ("stiffened, nu 0.49", 0.49, stiffening(), None);
-    baked(scale, vec![("liver", 0.45, Vec::new(), None), stiffened])
+    let of = PerCell::Uniform;
+    let stiffened = Tissue { stiffening: stiffening(), ..Tissue::new(of(5000.0), of(0.49)) };
+    let kinds = [("links", None), ("liver", liver()), ("stiffened, nu 0.49", Some(stiffened))];
+    baked(scale, kinds.into(), None)
 }
 
-/// What a body is called, its Poisson's ratio, its bands, and what a tool may load into it \[J\].
-type Kind = (&'static str, f64, Vec<Band>, Option<f64>);
+fn liver() -> Option<Tissue> {
+    Some(Tissue::new(PerCell::Uniform(5000.0), PerCell::Uniform(0.45)))
+}
 
-fn baked(scale: Scale, kinds: Vec<Kind>) -> Result<Bodies> {
+/// What a body is called, and its nodal shapes; none for links.
+type Kind = (&'static str, Option<Tissue>);
+
+/// Boxes into which a tool may load this energy \[J\].
+fn baked(scale: Scale, kinds: Vec<Kind>, energy_max_j: Option<f64>) -> Result<Bodies> {
     let nodes = scale.nodes() - 1;
-    let of = |poisson, stiffening, energy_max_j| -> Result<Body> {
-        let of = PerCell::Uniform;
-        let tissue = Some(Tissue { stiffening, ..Tissue::new(of(5000.0), of(poisson)) });
+    let bodies = kinds.into_iter().map(|(name, tissue)| {
         let options = BakeOptions { tissue, energy_max_j, ..BakeOptions::default() };
-        Body::new(cuboid(nodes)?, &options)
-    };
-    let kinds = kinds.into_iter();
-    let bodies =
-        kinds.map(|(name, poisson, bands, most_j)| Ok((name, of(poisson, bands, most_j)?)));
+        Ok((name, Body::new(cuboid(nodes)?, &options)?))
+    });
     let bodies = bodies.collect::<Result<Vec<_>>>()?;
     let half_m = 0.5 * EDGE_M * (nodes - 1) as f32;
     let centre_m = match bodies.first() {
@@ -347,7 +349,7 @@ fn folded(scale: Scale, found: &mut Findings) -> Result<()> {
 }
 
 fn energy_max(scale: Scale, found: &mut Findings) -> Result<()> {
-    let bodies = baked(scale, vec![("liver", 0.45, Vec::new(), Some(ENERGY_MAX_J))])?;
+    let bodies = baked(scale, vec![("links", None), ("liver", liver())], Some(ENERGY_MAX_J))?;
     let (at, held) = (bodies.at(), bodies.held);
     let sphere = [ToolPart::sphere(1.5 * EDGE_M)];
     let up = 1.0 + 1.5 * EDGE_M / bodies.half_m;
