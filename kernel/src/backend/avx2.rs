@@ -61,7 +61,6 @@ fn put_half(lanes: __m128, cell: &mut Cell) {
 
 /// Adds one half of a register to a cell.
 #[inline(always)]
-#[cfg_attr(not(any(test, feature = "nodal")), expect(dead_code, reason = "no term scatters"))]
 fn add_half(more: __m128, cell: &Shared<Cell>) {
     let place = cell.as_ptr().cast::<f32>();
     // SAFETY: a cell is four aligned floats, and a `Shared` lends no reference to them.

@@ -28,7 +28,7 @@
 //! | whether it keeps states of this body's cells, and replaces the links | `keeps`, `replaces_links` |
 //! | rows of numbers that last from pass to pass | `Keeps` |
 //! | a correction of its states for a tick, and the change of the energy | `begin_tick` |
-//! | a first pass: what it needs of the whole body, then states slice by slice | `prepare`, `update`, `update_slice` |
+//! | a first pass: what it needs of the whole body, its displacements, then states slice by slice | `prepare`, `displace`, `update`, `update_slice` |
 //! | a second pass: residual and energy of awake slices, cell by cell and eight side by side | `accumulate`, `slice` |
 //! | energy that no residual carries | `potential` |
 //! | force on held cells, and the energy that their displacement changes | `cell`, `touched` |
