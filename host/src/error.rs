@@ -1,6 +1,7 @@
 //! One error type for every command: a sentence for the user and the exit code it stands for.
 
 use std::fmt;
+use std::path::{Path, PathBuf};
 
 use chaincell_client::Kind;
 
@@ -13,9 +14,12 @@ pub enum Error {
     /// Bad usage or bad input, with the place and the remedy: exit code 2.
     #[error("{0}")]
     Input(String),
-    /// Interrupted, results so far written: exit code 130.
-    #[error("interrupted; any results so far are written")]
+    /// Interrupted: exit code 130.
+    #[error("interrupted")]
     Interrupted,
+    /// Interrupted, with the results so far in this folder: exit code 130.
+    #[error("interrupted; the results so far are in {}", .0.display())]
+    InterruptedWith(PathBuf),
     /// As another error with this exit code, whose cause stands in the report that the parent
     /// process reads and tells: nothing is printed.
     #[error("the report says why")]
@@ -46,8 +50,14 @@ impl Error {
         Self::Check(text.to_string())
     }
 
+    /// An interrupted run that has written its results so far to a folder, if it has one.
+    #[must_use]
+    pub fn interrupted(out: Option<&Path>) -> Self {
+        out.map_or(Self::Interrupted, |out| Self::InterruptedWith(out.to_owned()))
+    }
+
     /// A file operation that failed: what was tried, on which path, and why it failed.
-    pub fn file(doing: &str, path: &std::path::Path, why: impl fmt::Display) -> Self {
+    pub fn file(doing: &str, path: &Path, why: impl fmt::Display) -> Self {
         Self::Input(format!("cannot {doing} {}: {why}", path.display()))
     }
 
@@ -57,7 +67,7 @@ impl Error {
         match self {
             Self::Check(_) => 1,
             Self::Input(_) => 2,
-            Self::Interrupted => 130,
+            Self::Interrupted | Self::InterruptedWith(_) => 130,
             Self::Reported(code) => *code,
         }
     }

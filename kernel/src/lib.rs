@@ -107,6 +107,8 @@ pub use tick::error::{ResetError, StateError};
 pub use tick::fit::array_bytes;
 pub use tick::handover;
 pub use tick::sample::{Flags, TickOutput};
-pub use tick::settings::{Network, Settings, SettingsError};
+pub use tick::settings::{
+    Network, PlainSettings, SettingField, SettingKind, Settings, SettingsError,
+};
 pub use tick::tick::HELD_TICKS_MAX;
 pub use tick::tissue::{Head, Tissue, TissueMut};

@@ -52,7 +52,7 @@ impl Class {
     /// The exception for bad input that the host has refused.
     pub(crate) fn host(self, why: Error) -> PyErr {
         match why {
-            Error::Interrupted => PyKeyboardInterrupt::new_err(()),
+            Error::Interrupted | Error::InterruptedWith(_) => PyKeyboardInterrupt::new_err(()),
             Error::Input(text) => self.error(in_python(&text)),
             other => Self::Base.error(in_python(&other.to_string())),
         }

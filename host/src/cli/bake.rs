@@ -9,6 +9,7 @@ use super::filled::FilledReport;
 use super::mesh_file::MeshFileArgs;
 use super::model_file;
 use super::reports::ModelReport;
+use super::shared::PrintArgs;
 use super::values::{Material, per_cell, with_materials};
 use crate::bake::tissue::{Band, STRETCH_MIN, Tissue};
 use crate::bake::{BakeOptions, BasisSpacing, ContactSurface, bake};
@@ -39,9 +40,8 @@ pub struct Args {
     output: PathBuf,
     #[command(flatten)]
     body: BodyArgs,
-    /// Print one JSON object
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    print: PrintArgs,
 }
 
 /// What the body is made of.
@@ -189,7 +189,7 @@ pub fn execute(args: &Args) -> Result<()> {
         filled: FilledReport::of(&mesh),
         overlapping_tetrahedra: overlaps.map(|of| of.tetrahedra),
     };
-    if args.json {
+    if args.print.json {
         return terminal::say_json(&report);
     }
     if model.fixed().is_empty() {

@@ -54,23 +54,28 @@ enum Action {
     /// Hold the tissue that the tool touches now, without slip, until let-go or until the tool is not
     /// engaged; needs a tool (--contact probe:RADIUS or --tool)
     Grip {
-        /// Which tool, from 0
-        #[arg(long, default_value_t = 0, value_name = "N", allow_negative_numbers = true)]
-        tool: u32,
+        #[command(flatten)]
+        of: ToolArgs,
     },
     /// Save the session as it is now beside its trace, as TRACE.TICK.snapshot; for `serve --restore` and
     /// `replay --from TICK`
     Snapshot,
     /// Let go of what the tool grips
     LetGo {
-        /// Which tool, from 0
-        #[arg(long, default_value_t = 0, value_name = "N", allow_negative_numbers = true)]
-        tool: u32,
+        #[command(flatten)]
+        of: ToolArgs,
         /// Ticks in which the pull falls to 0
         #[arg(long, default_value_t = LET_GO_TICKS, value_name = "T", allow_negative_numbers = true,
             value_parser = clap::value_parser!(u16).range(1..))]
         ticks: u16,
     },
+}
+
+#[derive(Debug, clap::Args)]
+struct ToolArgs {
+    /// Which tool, from 0
+    #[arg(long, default_value_t = 0, value_name = "N", allow_negative_numbers = true)]
+    tool: u32,
 }
 
 /// Ticks in which a pull falls to 0 unless asked otherwise.
@@ -90,9 +95,9 @@ pub fn execute(args: &Args) -> Result<()> {
         Action::Pause => Command::Pause,
         Action::Resume => Command::Resume,
         Action::Set { assignment } => set(assignment)?,
-        Action::Grip { tool } => Command::Grip { tool: *tool },
+        Action::Grip { of } => Command::Grip { tool: of.tool },
         Action::Snapshot => Command::Snapshot { checksum: 0 },
-        Action::LetGo { tool, ticks } => Command::LetGo { tool: *tool, ticks: *ticks },
+        Action::LetGo { of, ticks } => Command::LetGo { tool: of.tool, ticks: *ticks },
     };
     let scene = ipc::open(args.scene.as_deref(), &Domain::default())?;
     let client = CommandClient::open(&scene)?;

@@ -2,11 +2,9 @@
 
 use serde::Serialize;
 
-use super::watch::{ServerWait, Until, watch};
+use super::watch::{Until, WatchArgs, watch};
 use crate::error::{Error, Result};
-use crate::session::ipc;
 use crate::session::ipc::contacts::{Contact, ContactReader, ContactsHeader};
-use crate::session::ipc::services::Domain;
 use crate::session::timing::clock::{now_ns, span_ns};
 use crate::terminal;
 use crate::words::counted;
@@ -17,20 +15,11 @@ use crate::words::counted;
     They are there while tools touch a body (--contact probe:RADIUS or --tool). Any\n\
     program may read them: service chaincell/left/contacts, see chaincell_host::session::ipc::contacts.")]
 pub struct Args {
-    /// Name of the scene that `serve` was started with
-    #[arg(long, value_name = "NAME")]
-    scene: Option<String>,
-    /// End after the first message
-    #[arg(long)]
-    once: bool,
+    #[command(flatten)]
+    watch: WatchArgs,
     /// End after so many seconds
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
     seconds: Option<f64>,
-    #[command(flatten)]
-    server: ServerWait,
-    /// Print JSON objects, one a line
-    #[arg(long)]
-    json: bool,
 }
 
 /// What is printed of the contacts of a tick.
@@ -81,17 +70,16 @@ pub fn execute(args: &Args) -> Result<()> {
         Some(seconds) => now_ns().saturating_add(span_ns("`seconds`", seconds)?),
         None => u64::MAX,
     };
-    args.server.check()?;
-    let scene = ipc::open(args.scene.as_deref(), &Domain::default())?;
+    let scene = args.watch.open()?;
     let reader = ContactReader::open(&scene)?;
-    if !args.server.wait(&scene, &reader)? {
+    if !args.watch.server.wait(&scene, &reader)? {
         return Err(Error::input(format!(
             "no contacts on {}; start chaincell serve with the same --scene, --contact probe:RADIUS \
              or --tool, and a --state-hz above 0",
             scene.label()
         )));
     }
-    let until = Until { end_ns, once: args.once };
+    let until = Until { end_ns, once: args.watch.once };
     let has_come = watch(&reader, until, |(header, contacts), is_told| {
         if is_told { tell(args, &Printed::of(&header, &contacts)) } else { Ok(()) }
     })?;
@@ -102,7 +90,7 @@ pub fn execute(args: &Args) -> Result<()> {
 }
 
 fn tell(args: &Args, printed: &Printed) -> Result<()> {
-    if args.json {
+    if args.watch.print.json {
         return terminal::say_json(printed);
     }
     terminal::say(format_args!(

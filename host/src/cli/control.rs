@@ -10,6 +10,7 @@ use super::mesh_file::Units;
 use super::model_file;
 use super::press::{Motion, PressArgs};
 use super::session::{LoopArgs, tell_refused};
+use super::shared::{PrintArgs, SilenceArgs};
 use super::tissue;
 use super::verdict::{Counts, Verdict, VerdictArgs};
 use super::watch::ServerWait;
@@ -53,19 +54,14 @@ pub struct Args {
     pub repeat: u64,
     #[command(flatten)]
     pub server: ServerWait,
-    /// Silence of the server after which the force at the device falls to 0, 0 for never [ms]
-    #[arg(long, default_value_t = 20, value_name = "MS", allow_negative_numbers = true)]
-    pub watchdog_ms: u32,
-    /// Time in which it falls, and rises when answers come again; 0 for at once [ms]
-    #[arg(long, default_value_t = 20, value_name = "MS", allow_negative_numbers = true)]
-    pub ramp_ms: u32,
+    #[command(flatten)]
+    pub silence: SilenceArgs,
     #[command(flatten)]
     pub verdict: VerdictArgs,
     #[command(flatten)]
     pub inject: InjectArgs,
-    /// Print the report as one JSON object, the last line
-    #[arg(long)]
-    pub json: bool,
+    #[command(flatten)]
+    pub print: PrintArgs,
 }
 
 impl Args {
@@ -131,8 +127,8 @@ pub fn execute(args: &Args) -> Result<()> {
         wait_for_server_s: args.server.wait_for_server_s,
         repeats: args.repeat,
         histogram: args.common.histogram,
-        watchdog_ms: args.watchdog_ms,
-        ramp_ms: args.ramp_ms,
+        watchdog_ms: args.silence.watchdog_ms,
+        ramp_ms: args.silence.ramp_ms,
         faults,
         ..ControlOptions::default()
     };
@@ -152,7 +148,7 @@ pub fn execute(args: &Args) -> Result<()> {
             counted(report.ticks_sent, "pose")
         )))
     } else {
-        verdict.check(!args.json)
+        verdict.check(!args.print.json)
     };
     args.common.after_report(outcome)
 }
@@ -184,7 +180,7 @@ fn print(
     has_touched: Option<bool>,
     verdict: &Verdict,
 ) -> Result<()> {
-    if args.json {
+    if args.print.json {
         return terminal::say_json(&Printed { report, has_touched });
     }
     tell_refused(&report.refused);

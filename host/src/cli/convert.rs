@@ -6,6 +6,7 @@ use serde::Serialize;
 
 use super::filled::FilledReport;
 use super::mesh_file::MeshFileArgs;
+use super::shared::PrintArgs;
 use crate::error::Result;
 use crate::files::whole::{keep_input, write_whole};
 use crate::interrupt;
@@ -23,9 +24,8 @@ pub struct Args {
     output: PathBuf,
     #[command(flatten)]
     file: MeshFileArgs,
-    /// Print one JSON object
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    print: PrintArgs,
 }
 
 /// What `--json` prints.
@@ -64,7 +64,7 @@ pub fn execute(args: &Args) -> Result<()> {
         notes: written.notes,
         filled: FilledReport::of(&mesh),
     };
-    if args.json {
+    if args.print.json {
         return terminal::say_json(&printed);
     }
     printed.notes.iter().for_each(|note| terminal::note(format_args!("note: {note}")));

@@ -13,6 +13,7 @@ use super::load::report::LoadReport;
 use super::load::{Lengths, MemoryWatch, histogram};
 use super::model_file;
 use super::session::{self, LoopArgs, tell_refused};
+use super::shared::{DepthArgs, FolderArgs, PrintArgs};
 use super::sides::{self, Files, Session, Sides};
 use super::stage::{StageArgs, StageReport};
 use super::tissue::{TissueArgs, TissueReport};
@@ -49,8 +50,8 @@ use crate::words::counted;
     held, else 1.\n\n\
     With --load a press of at most 10 s is played over and over. Before and after, for a tenth of the\n\
     time each, the same loops run under the same load without a tissue: what they miss is the\n\
-    machine's own. Exit code 1 also when a process took more memory at the end than after the\n\
-    warm-up. A session of more than an hour is then neither recorded nor replayed.")]
+    machine's own. --out gets histogram.csv too. Exit code 1 also when a process took more memory at\n\
+    the end than after the warm-up. A session of more than an hour is then neither recorded nor replayed.")]
 pub struct Args {
     #[arg(help = format!(
         "Model file from `chaincell bake` [default: organ:{ORGAN_SIZE}, {} kPa, Poisson's ratio \
@@ -60,9 +61,8 @@ pub struct Args {
     /// Length of the press, with --load of the session, 3 s to 31 days [s]
     #[arg(long, default_value_t = 10.0, value_name = "S", allow_negative_numbers = true)]
     seconds: f64,
-    /// Depth of the press [m] [default: 3 mean link lengths]
-    #[arg(long, value_name = "D", allow_negative_numbers = true)]
-    depth_m: Option<f64>,
+    #[command(flatten)]
+    depth: DepthArgs,
     /// Threads that keep the other cores and the memory busy, 0 for none: histograms, memory growth,
     /// deadlines missed
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
@@ -79,16 +79,10 @@ pub struct Args {
     stage: StageArgs,
     #[command(flatten)]
     inject: InjectArgs,
-    /// Folder for the model, the poses as received, the forces, a trace, a summary, and with --load
-    /// histogram.csv
-    #[arg(long, value_name = "DIR")]
-    out: Option<PathBuf>,
-    /// Overwrite the results of an earlier run in --out
-    #[arg(long)]
-    force: bool,
-    /// Print one JSON object
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    folder: FolderArgs,
+    #[command(flatten)]
+    print: PrintArgs,
 }
 
 /// What is printed and written to summary.json.
@@ -147,19 +141,19 @@ pub fn execute(args: &Args) -> Result<()> {
     };
     let model = model_file::parse(&image, &model_path)?;
     let mut tissue = args.tissue.staged(model, args.stage.settings()?)?;
-    let poses = session::press(tissue.engine(), args.depth_m, lengths.press_ticks)?;
-    let out = args.out.clone().unwrap_or_else(|| scratch.path().join("out"));
+    let poses = session::press(tissue.engine(), args.depth.depth_m, lengths.press_ticks)?;
+    let out = args.folder.out.clone().unwrap_or_else(|| scratch.path().join("out"));
     // Earlier results are not removed for a session that is refused or has no room.
     args.budget.of(tissue.engine())?;
     if lengths.is_recorded {
         let ticks = poses.len() * lengths.presses as usize;
         Folder::check_room(&out, Recorder::trace_records_of(ticks, tissue.tools()))?;
     }
-    let folder = Folder::open(&out, args.force)?;
+    let folder = Folder::open(&out, args.folder.force)?;
     if args.model.is_none() {
         write_whole(&model_path, image.as_bytes())?;
     }
-    if !args.json {
+    if !args.print.json {
         terminal::say(format_args!(
             "{}: {}, {} s at 1 kHz",
             args.model.as_ref().map_or("organ".into(), |path| path.display().to_string()),
@@ -281,7 +275,7 @@ fn summary(
         late: reports.control.missed_deadlines,
         unanswered: reports.control.ticks_unanswered,
         floor_share: floor.late_share(),
-        ..Counts::of_tissue(&reports.serve, args.tissue.sweeps, tissue.engine())
+        ..Counts::of_tissue(&reports.serve, args.tissue.given(model).sweeps, tissue.engine())
     });
     let (serve, control) = (reports.serve, reports.control);
     let ended_early =
@@ -329,7 +323,7 @@ fn summary(
 }
 
 fn print(args: &Args, summary: &CosimSummary) -> Result<()> {
-    if args.json {
+    if args.print.json {
         return terminal::say_json(summary);
     }
     tell_refused(&summary.refused);
@@ -373,7 +367,7 @@ fn print(args: &Args, summary: &CosimSummary) -> Result<()> {
     if let Some(load) = &summary.load {
         load.print()?;
     }
-    if let Some(out) = &args.out {
+    if let Some(out) = &args.folder.out {
         terminal::say(format_args!("  {:<18}{}", "results", out.display()))?;
     }
     summary.verdict.tell()
@@ -387,7 +381,7 @@ fn judge(args: &Args, summary: &CosimSummary) -> Result<()> {
             summary.state_hash
         )))
     } else if summary.interrupted {
-        Err(Error::Interrupted)
+        Err(Error::interrupted(args.folder.out.as_deref()))
     } else if summary.ticks_unanswered > 0 {
         Err(Error::check(unanswered(summary)))
     } else if let Some(stopped) = summary.stopped.first() {
@@ -397,7 +391,7 @@ fn judge(args: &Args, summary: &CosimSummary) -> Result<()> {
         )))
     } else {
         summary.load.as_ref().map_or(Ok(()), LoadReport::judge)?;
-        summary.verdict.check(!args.json)
+        summary.verdict.check(!args.print.json)
     }
 }
 

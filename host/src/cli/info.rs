@@ -10,6 +10,7 @@ use super::choice::parser;
 use super::model_file;
 use super::probe::ProbeReport;
 use super::reports::ModelReport;
+use super::shared::PrintArgs;
 use crate::error::{Error, Result};
 use crate::terminal;
 
@@ -33,9 +34,8 @@ pub struct Args {
     #[arg(long, value_name = "HZ", allow_negative_numbers = true, default_value_t = 1000,
         value_parser = clap::value_parser!(u32).range(10..=100_000))]
     device_hz: u32,
-    /// Print one JSON object
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    print: PrintArgs,
 }
 
 pub fn execute(args: &Args) -> Result<()> {
@@ -49,7 +49,7 @@ pub fn execute(args: &Args) -> Result<()> {
     } else if args.probe.is_some() {
         return Err(Error::input("`probe`: it touches a model; name one"));
     }
-    if args.json {
+    if args.print.json {
         return terminal::say_json(&Printed { model, probe, device });
     }
     model.map_or(Ok(()), |model| model.print())?;

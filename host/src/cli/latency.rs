@@ -9,6 +9,7 @@ use super::load::Lengths;
 use super::model_file;
 use super::run::play;
 use super::session::{self, LoopArgs, tell_refused};
+use super::shared::{DepthArgs, PrintArgs};
 use super::sides::{self, Files, Sides};
 use super::tissue::TissueArgs;
 use crate::engine::motion::Pose;
@@ -34,9 +35,8 @@ pub struct Args {
     /// Length of each measurement [s]
     #[arg(long, default_value_t = 5.0, value_name = "S", allow_negative_numbers = true)]
     seconds: f64,
-    /// Depth of the press [m] [default: 3 mean link lengths]
-    #[arg(long, value_name = "D", allow_negative_numbers = true)]
-    depth_m: Option<f64>,
+    #[command(flatten)]
+    depth: DepthArgs,
     /// Also time steps from the worst state with cold caches: positions scaled by 1.5, so that
     /// every link is out of its band, after reading twice the last-level cache
     #[arg(long)]
@@ -45,9 +45,8 @@ pub struct Args {
     tissue: TissueArgs,
     #[command(flatten)]
     common: LoopArgs,
-    /// Print one JSON object
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    print: PrintArgs,
 }
 
 #[derive(Debug, Serialize)]
@@ -89,7 +88,7 @@ pub fn execute(args: &Args) -> Result<()> {
     let summary = LatencySummary {
         cells: model.cells(),
         links: model.links(),
-        sweeps_per_tick: args.tissue.sweeps,
+        sweeps_per_tick: args.tissue.given(&model).sweeps,
         ticks: control.ticks_sent,
         step_alone_ns: alone,
         worst_step_ns: cold.as_ref().map(|cold| cold.step),
@@ -120,7 +119,7 @@ fn alone(
     ticks: u64,
 ) -> Result<(Vec<Pose>, Summary, Option<ColdSteps>)> {
     let mut tissue = args.tissue.staged(model, None)?;
-    let poses = session::press(tissue.engine(), args.depth_m, ticks)?;
+    let poses = session::press(tissue.engine(), args.depth.depth_m, ticks)?;
     let paths = Paths::of(vec![poses]);
     let alone = play(&mut tissue, &paths, |_, _, _, _| Ok(()))?;
     let poses = paths.poses.concat();
@@ -131,7 +130,7 @@ fn alone(
 }
 
 fn print(args: &Args, summary: &LatencySummary) -> Result<()> {
-    if args.json {
+    if args.print.json {
         return terminal::say_json(summary);
     }
     tell_refused(&summary.refused);

@@ -29,6 +29,8 @@ mod restore;
 mod run;
 mod serve;
 pub mod session;
+mod settings;
+mod shared;
 mod sides;
 mod snapshots;
 mod stage;

@@ -7,6 +7,7 @@ use serde::Serialize;
 
 use super::model_file;
 use super::restore;
+use super::shared::PrintArgs;
 use crate::choice;
 use crate::engine::tissue::TissueEngine;
 use crate::engine::{Arithmetic, Scheme};
@@ -32,9 +33,8 @@ pub struct Args {
     /// Begin behind the snapshot after this tick, from TRACE.TICK.snapshot
     #[arg(long, value_name = "TICK", allow_negative_numbers = true)]
     from: Option<u64>,
-    /// Print one JSON object
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    print: PrintArgs,
 }
 
 /// What is printed.
@@ -106,11 +106,11 @@ pub fn execute(args: &Args) -> Result<()> {
             replayed_state_hash: format!("{:016x}", why.here),
         }),
     };
-    if args.json {
+    if args.print.json {
         terminal::say_json(&report)?;
     }
     judge(path, &report, end, differs, args.from.is_some())?;
-    if args.json {
+    if args.print.json {
         return Ok(());
     }
     terminal::say(format_args!(

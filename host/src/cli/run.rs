@@ -11,6 +11,7 @@ use serde::Serialize;
 use super::mesh_file::Units;
 use super::model_file;
 use super::press::{Motion, PressArgs};
+use super::shared::PrintArgs;
 use super::snapshots::{SnapshotArgs, Snapshots};
 use super::stage::{StageArgs, StageReport};
 use super::tissue::{TissueArgs, TissueReport};
@@ -72,9 +73,8 @@ pub struct Args {
     tissue: TissueArgs,
     #[command(flatten)]
     stage: StageArgs,
-    /// Print one JSON object
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    print: PrintArgs,
 }
 
 /// Where the poses come from.
@@ -186,7 +186,7 @@ pub fn execute(args: &Args) -> Result<()> {
     };
     folder.write_json("summary.json", &summary)?;
     report(args, &summary, &played, far(args, &tissue, &executed))?;
-    if summary.interrupted { Err(Error::Interrupted) } else { Ok(()) }
+    if summary.interrupted { Err(Error::interrupted(Some(&args.out))) } else { Ok(()) }
 }
 
 /// The poses of the path or of the built-in motion.
@@ -236,16 +236,16 @@ fn is_same(one: &Path, other: &Path) -> bool {
 fn check_sweeps(args: &Args, tissue: &Staged<'_>, poses: &[Vec<Pose>]) -> Result<()> {
     let most = poses.iter().flatten().filter_map(|pose| pose.sweeps).max();
     let path = args.source.path.as_deref().unwrap_or(Path::new("path")).display();
+    let sweeps = tissue.engine().network().settings().sweeps;
     match most {
         Some(_) if !tissue.is_anytime() => Err(Error::input(format!(
             "{path}: it has the column sweeps, but under --scheme {} the sweeps are the tissue's \
              time, and their number is fixed; leave the column out, or take --scheme track",
             tissue.engine().scheme().name()
         ))),
-        Some(most) if most > args.tissue.sweeps => Err(Error::input(format!(
-            "{path}: a tick of {most} sweeps, --sweeps {} is the most that a tick makes; pass \
-             --sweeps {most}",
-            args.tissue.sweeps
+        Some(most) if most > sweeps => Err(Error::input(format!(
+            "{path}: a tick of {most} sweeps, --sweeps {sweeps} is the most that a tick makes; pass \
+             --sweeps {most}"
         ))),
         _ => Ok(()),
     }
@@ -334,7 +334,7 @@ fn report(args: &Args, summary: &RunSummary, played: &Played, far: Option<Far>) 
         };
         terminal::note(format_args!("note: {far}: the largest force is {peak:.3} N; {remedy}"));
     }
-    if args.json {
+    if args.print.json {
         return terminal::say_json(summary);
     }
     let step = &summary.step_ns;

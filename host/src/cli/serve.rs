@@ -12,6 +12,7 @@ use super::inject::InjectArgs;
 use super::model_file;
 use super::restore::restore;
 use super::session::{LoopArgs, tell_refused};
+use super::shared::{FolderArgs, PrintArgs, SilenceArgs};
 use super::stage::{StageArgs, StageReport};
 use super::tissue::{TissueArgs, TissueReport};
 use super::verdict::{Counts, Verdict, VerdictArgs};
@@ -58,12 +59,8 @@ pub struct Args {
     pub tissue: TissueArgs,
     #[command(flatten)]
     pub common: LoopArgs,
-    /// Silence after which the published force falls to 0, 0 for never [ms]
-    #[arg(long, default_value_t = 20, value_name = "MS", allow_negative_numbers = true)]
-    pub watchdog_ms: u32,
-    /// Time in which it falls, and rises when poses come again; 0 for at once [ms]
-    #[arg(long, default_value_t = 20, value_name = "MS", allow_negative_numbers = true)]
-    pub ramp_ms: u32,
+    #[command(flatten)]
+    pub silence: SilenceArgs,
     /// Send the state hash with every so many ticks; 0 for none but the last
     #[arg(long, default_value_t = 1, value_name = "N", allow_negative_numbers = true)]
     pub hash_every: u64,
@@ -82,15 +79,11 @@ pub struct Args {
     /// End after so many seconds
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
     pub seconds: Option<f64>,
-    /// Folder for the model, the poses as received, the forces, a trace and a summary
-    #[arg(long, value_name = "DIR")]
-    pub out: Option<PathBuf>,
+    #[command(flatten)]
+    pub folder: FolderArgs,
     /// Only a trace, in this file, for `chaincell replay`
     #[arg(long, value_name = "FILE", conflicts_with = "out")]
     pub record: Option<PathBuf>,
-    /// Overwrite the results of an earlier run in --out, or an earlier trace in --record
-    #[arg(long)]
-    pub force: bool,
     /// Go on from a snapshot of `chaincell command snapshot`, with the options of its session; its
     /// controller needs to release no tool first
     #[arg(long, value_name = "FILE")]
@@ -108,9 +101,8 @@ pub struct Args {
     pub stage: StageArgs,
     #[command(flatten)]
     pub inject: InjectArgs,
-    /// Print the report as one JSON object, the last line
-    #[arg(long)]
-    pub json: bool,
+    #[command(flatten)]
+    pub print: PrintArgs,
 }
 
 /// summary.json
@@ -164,8 +156,8 @@ pub fn execute(args: &Args) -> Result<()> {
             links,
             report: &report,
             tissue: settings,
-            watchdog_ms: args.watchdog_ms,
-            ramp_ms: args.ramp_ms,
+            watchdog_ms: args.silence.watchdog_ms,
+            ramp_ms: args.silence.ramp_ms,
             hash_every: args.hash_every,
             max_pose_hz: args.max_pose_hz,
             state_hz: args.state_hz,
@@ -175,16 +167,16 @@ pub fn execute(args: &Args) -> Result<()> {
         };
         folder.write_json("summary.json", &summary)?;
     }
-    if args.out.is_some() || args.record.is_some() {
+    if args.folder.out.is_some() || args.record.is_some() {
         tell_unrecorded(&report);
     }
     print(args, &report, never_touched, &verdict)?;
     finished?;
     let interrupted = report.ended_by == Ending::Interrupt;
     args.common.after_report(if interrupted {
-        Err(Error::Interrupted)
+        Err(Error::interrupted(args.folder.out.as_deref()))
     } else {
-        verdict.check(!args.json)
+        verdict.check(!args.print.json)
     })
 }
 
@@ -195,8 +187,8 @@ fn options(args: &Args, tissue: &Staged<'_>, faults: &Faults) -> Result<ServeOpt
         wait: args.common.wait,
         realtime: !args.common.no_realtime,
         ends_with_parent: args.common.is_child,
-        watchdog_ms: args.watchdog_ms,
-        ramp_ms: args.ramp_ms,
+        watchdog_ms: args.silence.watchdog_ms,
+        ramp_ms: args.silence.ramp_ms,
         max_slew_n_per_s: tissue.settings().map_or(f32::INFINITY, |stage| stage.max_slew_n_per_s),
         hash_every: args.hash_every,
         max_pose_hz: args.max_pose_hz,
@@ -233,7 +225,8 @@ fn recorded(
 ) -> Result<(Option<Folder>, Recorder, Server)> {
     let from =
         args.restore.as_ref().map(|path| restore(path, begun.bytes(), tissue)).transpose()?;
-    let places = [args.record.clone(), args.out.as_ref().map(|out| out.join(recording::TRACE))];
+    let places =
+        [args.record.clone(), args.folder.out.as_ref().map(|out| out.join(recording::TRACE))];
     // Before anything is replaced.
     places.iter().flatten().try_for_each(|trace| input::keep(&snapshot::start_place(trace)))?;
     let header = begun.bytes().to_vec();
@@ -294,7 +287,7 @@ fn counts(args: &Args, report: &ServeReport, engine: &Engine<'_>) -> Counts {
         late: report.flag_ticks.of(Flags::LATE),
         // Poses that came at once behind a silence: somebody stood still, not the tissue.
         floor_share: report.ticks_late_behind_gaps as f64 / report.ticks_executed.max(1) as f64,
-        ..Counts::of_tissue(report, args.tissue.sweeps, engine)
+        ..Counts::of_tissue(report, args.tissue.given(engine.network().model()).sweeps, engine)
     }
 }
 
@@ -308,15 +301,15 @@ fn recorder(
     let ticks = record_ticks(args)?;
     let records = Recorder::trace_records_of(ticks, tools);
     if let Some(path) = &args.record {
-        let trace = TraceFile::create("--record", path, args.force, begun, records)?;
+        let trace = TraceFile::create("--record", path, args.folder.force, begun, records)?;
         return Ok((None, Recorder::on_disk(ticks, trace)));
     }
-    let Some(out) = &args.out else { return Ok((None, Recorder::default())) };
+    let Some(out) = &args.folder.out else { return Ok((None, Recorder::default())) };
     // Earlier results are not removed for a session that has no room.
     Folder::check_room(out, records)?;
-    let folder = Folder::open(out, args.force)?;
+    let folder = Folder::open(out, args.folder.force)?;
     let place = folder.file(recording::TRACE);
-    let trace = TraceFile::create("--out", &place, args.force, begun, records)?;
+    let trace = TraceFile::create("--out", &place, args.folder.force, begun, records)?;
     folder.write(recording::MODEL, image.as_bytes())?;
     Ok((Some(folder), Recorder::with_capacity(ticks).with_tools(tools).with_trace(trace)))
 }
@@ -324,7 +317,7 @@ fn recorder(
 /// Ticks that there is room for.
 fn record_ticks(args: &Args) -> Result<usize> {
     if let Some(asked) = args.record_ticks {
-        if args.record.is_none() && args.out.is_none() {
+        if args.record.is_none() && args.folder.out.is_none() {
             return Err(Error::input(format!(
                 "--record-ticks {asked}: nothing is recorded: give --record or --out, or leave it out"
             )));
@@ -373,7 +366,7 @@ fn print(
     never_touched: Option<Untouched>,
     verdict: &Verdict,
 ) -> Result<()> {
-    if args.json {
+    if args.print.json {
         return terminal::say_json(report);
     }
     tell_refused(&report.refused);

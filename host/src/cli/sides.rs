@@ -10,6 +10,7 @@ use super::budget::BudgetArgs;
 use super::inject::InjectArgs;
 use super::load::Lengths;
 use super::session::LoopArgs;
+use super::shared::{FolderArgs, PrintArgs};
 use super::stage::StageArgs;
 use super::tissue::TissueArgs;
 use super::verdict::VerdictArgs;
@@ -129,14 +130,13 @@ impl<'a> Sides<'a> {
             // Poses that are sent faster on purpose have to be executed.
             max_pose_hz: faults.map_or(POSE_HZ, |(faults, _)| faults.rate_hz.max(POSE_HZ)),
             ticks: Some(answers),
-            out: files.out.map(Path::to_owned),
-            force: true,
+            folder: FolderArgs { out: files.out.map(Path::to_owned), force: true },
             record_ticks: files.out.and(usize::try_from(answers).ok()),
             budget: self.budget,
             verdict: VerdictArgs::off(),
             stage: self.stage.clone(),
             inject: self.inject.of_tissue()?,
-            json: true,
+            print: PrintArgs { json: true },
             ..defaults(&["MODEL"])?
         })
     }
@@ -149,7 +149,7 @@ impl<'a> Sides<'a> {
             repeat: self.lengths.presses,
             verdict: VerdictArgs::off(),
             inject: self.inject.clone(),
-            json: true,
+            print: PrintArgs { json: true },
             ..defaults(&[])?
         })
     }
@@ -265,14 +265,13 @@ mod tests {
         let text = serde_json::to_string_pretty(&settings()).unwrap();
         for (good, bad, parts) in [
             ("\"threads\": \"auto\"", "\"threads\": \"few\"", ["\"threads\": \"few\"", "or auto"]),
-            ("\"sweeps\": 4", "\"sweeps\": -1", ["\"sweeps\": -1", "invalid value"]),
             (
                 "\"wait\": \"spin\"",
                 "\"wait\": \"turn\"",
                 ["\"wait\": \"turn\"", "hybrid, spin or event"],
             ),
-            ("\"ramp_ms\": 20,", "", ["missing field", "ramp_ms"]),
-            ("\"ramp_ms\": 20,", "\"ramp_ms\": 20, \"ramps\": 1,", ["unknown field", "ramps"]),
+            ("\"watchdog_ms\": 20,", "", ["missing field", "watchdog_ms"]),
+            ("\"ramp_ms\": 20", "\"ramp_ms\": 20, \"ramps\": 1", ["unknown field", "ramps"]),
         ] {
             assert!(text.contains(good), "{good}: {text}");
             std::fs::write(&path, text.replacen(good, bad, 1)).unwrap();

@@ -4,14 +4,12 @@ use std::path::PathBuf;
 
 use serde::Serialize;
 
-use super::watch::{ServerWait, Until, watch};
+use super::watch::{Until, WatchArgs, watch};
 use crate::engine::Nodes;
 use crate::error::{Error, Result};
 use crate::files::output::cells_csv;
 use crate::files::whole::write_whole;
-use crate::session::ipc;
 use crate::session::ipc::payload::{NodePosition, StateHeader};
-use crate::session::ipc::services::Domain;
 use crate::session::ipc::state::StateReader;
 use crate::terminal;
 use crate::words::counted;
@@ -21,20 +19,11 @@ use crate::words::counted;
 #[command(after_help = "Example:\n  chaincell state --scene left --once --csv now.csv\n\n\
     Any program may read them: service chaincell/left/state, see chaincell_host::session::ipc::payload.")]
 pub struct Args {
-    /// Name of the scene that `serve` was started with
-    #[arg(long, value_name = "NAME")]
-    scene: Option<String>,
-    /// End after the first state
-    #[arg(long)]
-    once: bool,
+    #[command(flatten)]
+    watch: WatchArgs,
     /// At the end, write the last state here: node,x_m,y_m,z_m by ascending node
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
-    #[command(flatten)]
-    server: ServerWait,
-    /// Print JSON objects, one a line
-    #[arg(long)]
-    json: bool,
 }
 
 type State = (StateHeader, Vec<NodePosition>);
@@ -52,17 +41,16 @@ struct Printed {
 }
 
 pub fn execute(args: &Args) -> Result<()> {
-    args.server.check()?;
-    let scene = ipc::open(args.scene.as_deref(), &Domain::default())?;
+    let scene = args.watch.open()?;
     let reader = StateReader::open(&scene)?;
-    if !args.server.wait(&scene, &reader)? {
+    if !args.watch.server.wait(&scene, &reader)? {
         return Err(Error::input(format!(
             "no states on {}; start chaincell serve with the same --scene and a --state-hz above 0",
             scene.label()
         )));
     }
     let mut last: Option<State> = None;
-    let until = Until { end_ns: u64::MAX, once: args.once };
+    let until = Until { end_ns: u64::MAX, once: args.watch.once };
     let ended = watch(&reader, until, |state, is_told| {
         if is_told {
             tell(args, &state.0)?;
@@ -91,7 +79,7 @@ fn tell(args: &Args, header: &StateHeader) -> Result<()> {
         flags: header.flags,
         model_checksum: format!("{:08x}", header.model_checksum),
     };
-    if args.json {
+    if args.watch.print.json {
         return terminal::say_json(&report);
     }
     terminal::say(format_args!(

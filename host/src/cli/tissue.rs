@@ -6,10 +6,11 @@
 )]
 
 use chaincell_kernel::stage::StageSettings;
-use chaincell_kernel::{Choice, Drive, Model, Network, Settings, SettingsError, Unloading};
+use chaincell_kernel::{Choice, Drive, Model, Network, Settings};
 use serde::{Deserialize, Serialize};
 
 use super::choice::parser;
+use super::settings::{SettingArgs, SettingReport};
 use super::tool::{self, ToolSpec};
 use crate::choice;
 use crate::engine::contact::contact_cells;
@@ -55,38 +56,16 @@ pub struct TissueArgs {
     #[arg(long, value_parser = parser::<Arithmetic>(), default_value = Arithmetic::default().name(),
         value_name = "TYPE")]
     pub precision: Arithmetic,
-    /// Dimensionless time: the step of euler a sweep [default: 0.9 of the model's bound], or what
-    /// rkl2 advances a tick [default: what the sweeps cover]
-    #[arg(long, value_name = "H", allow_negative_numbers = true)]
-    pub step: Option<f32>,
+    #[command(flatten)]
+    settings: SettingArgs,
     /// Time constant of the body's relaxation [s]: a tick of 1 ms advances 1 ms / S of
     /// dimensionless time, with euler or rkl2
     #[arg(long, value_name = "S", allow_negative_numbers = true, conflicts_with = "step")]
     pub time_constant_s: Option<f32>,
-    /// Sweeps a tick
-    #[arg(long, default_value_t = 4, value_name = "N", allow_negative_numbers = true)]
-    pub sweeps: u16,
     /// Threads that share the sweeps of a body of 16,384 cells or more, under track and predict, each
     /// on a processor of its own; auto leaves one processor free. The bits do not depend on it
     #[arg(long, default_value_t = ThreadCount::Of(1), value_name = "N|auto", allow_negative_numbers = true)]
     pub threads: ThreadCount,
-    /// What the tool's displacement does to the contact cells: it prescribes their positions, or it
-    /// is the current into each of them (the paper's drive), a load of 2 k times the displacement
-    /// [N]
-    #[serde(with = "choice")]
-    #[arg(long, value_parser = parser::<Drive>(), default_value = Drive::default().name())]
-    pub drive: Drive,
-    /// Largest motion of the contact cells, or change of the current, a tick [m] [default: one mean
-    /// link length]
-    #[arg(long, value_name = "D", allow_negative_numbers = true)]
-    pub max_tool_step_m: Option<f32>,
-    /// When the links' bands close to their rest lengths
-    #[serde(with = "choice")]
-    #[arg(long, value_parser = parser::<Unloading>(), default_value = Unloading::default().name())]
-    pub unloading: Unloading,
-    /// Largest force; a larger one is shortened and flagged [N] [default: no limit]
-    #[arg(long, value_name = "F", allow_negative_numbers = true)]
-    pub max_force_n: Option<f32>,
     /// Largest torque of a --tool; a larger one is shortened and flagged [N m] [default: no limit]
     #[arg(long, value_name = "T", allow_negative_numbers = true, requires = "tool")]
     pub max_torque_n_m: Option<f32>,
@@ -102,17 +81,11 @@ pub struct TissueReport {
     scheme: Scheme,
     #[serde(serialize_with = "choice::serialize")]
     precision: Arithmetic,
-    sweeps_per_tick: u16,
-    step: f32,
+    #[serde(flatten)]
+    settings: SettingReport,
     step_bound: f32,
     time_constant_s: Option<f32>,
     network_time_per_tick: Option<f32>,
-    max_tool_step_m: f32,
-    #[serde(serialize_with = "choice::serialize")]
-    drive: Drive,
-    #[serde(serialize_with = "choice::serialize")]
-    unloading: Unloading,
-    max_force_n: Option<f32>,
     max_torque_n_m: Option<f32>,
     tools: Vec<String>,
     contact_nodes: Vec<u32>,
@@ -134,26 +107,33 @@ impl TissueArgs {
     pub fn engine<'m>(&self, model: Model<'m>) -> Result<Engine<'m>> {
         let contact = self.contact(&model)?;
         let scheme = self.scheme(&model);
-        let defaults = scheme.settings(&model, self.sweeps);
-        let (step, tick_time) = self.times(scheme, &model, &defaults)?;
-        let settings = Settings {
-            sweeps: self.sweeps,
-            step,
-            tick_time,
-            max_tool_step_m: self.max_tool_step_m.unwrap_or(defaults.max_tool_step_m),
-            drive: self.drive,
-            unloading: self.unloading,
-            max_force_n: self.max_force_n.unwrap_or(f32::INFINITY),
-        };
-        let network = Network::new(model, settings).map_err(|why| self.refuse(why))?;
-        if self.max_force_n.is_some_and(f32::is_infinite) {
-            return Err(self.refuse(SettingsError::MaxForce));
+        let sweeps = self.given(&model).sweeps;
+        let mut settings = self.settings.over(scheme.settings(&model, sweeps));
+        self.set_times(scheme, &model, &mut settings)?;
+        let limit_n = self.settings.real("max_force_n");
+        if limit_n.is_some_and(|limit_n| !(limit_n > 0.0 && limit_n.is_finite())) {
+            return Err(self.refusal("max_force_n", "must be above 0 and finite"));
         }
+        let network = Network::new(model, settings).map_err(|why| {
+            // The message begins with the name of the setting.
+            let text = why.to_string();
+            let (name, rule) = text.split_once(' ').unwrap_or_default();
+            self.refusal(if name == "tick_time" { "step" } else { name }, rule)
+        })?;
         let cells = model.cells();
         let mut engine = Engine::with_contact(network, scheme, self.precision, contact)
             .map_err(|why| self.of_contact(why))?;
         engine.share(self.threads(scheme, cells)?);
         Ok(engine)
+    }
+
+    /// The settings that were given over a model's defaults.
+    pub fn given(&self, model: &Model<'_>) -> Settings {
+        self.settings.over(Settings::for_model(model))
+    }
+
+    fn refusal(&self, name: &str, rule: &str) -> Error {
+        Error::input(format!("{}: {rule}", self.settings.shown(name)))
     }
 
     /// Names `--contact` in a refusal of the tool that `--contact probe:RADIUS` stands for.
@@ -191,7 +171,7 @@ impl TissueArgs {
 
     /// The scheme that was asked for, or the one that suits the scene.
     fn scheme(&self, model: &Model<'_>) -> Scheme {
-        let why_track = if self.drive == Drive::Current {
+        let why_track = if self.given(model).drive == Drive::Current {
             Some("under a current")
         } else if model.has_slack() {
             Some("on a model with slack (--alpha of bake)")
@@ -225,64 +205,45 @@ impl TissueArgs {
         }
     }
 
-    /// Step a sweep, and time a tick for the schemes that go by it.
-    fn times(&self, scheme: Scheme, model: &Model<'_>, defaults: &Settings) -> Result<(f32, f32)> {
+    /// Sets the step of a sweep, and the time of a tick for the schemes that go by it.
+    fn set_times(&self, scheme: Scheme, model: &Model<'_>, settings: &mut Settings) -> Result<()> {
         let by_tick = scheme.goes_by_tick();
-        let Some(constant_s) = self.time_constant_s else {
-            if let (Some(step), false) = (self.step, by_tick || scheme == Scheme::Euler) {
-                return Err(Error::input(format!("--step {step}: {STATIC}")));
-            }
-            let given = |otherwise: f32| self.step.unwrap_or(otherwise);
-            return Ok(if by_tick {
-                (defaults.step, given(defaults.tick_time))
-            } else {
-                (given(defaults.step), defaults.tick_time)
-            });
-        };
+        let step = self.settings.real("step");
+        // `--step` is the time of a tick for these schemes.
+        if by_tick {
+            settings.tick_time = step.unwrap_or(settings.tick_time);
+            settings.step = Settings::for_model(model).step;
+        } else if step.is_some() && scheme != Scheme::Euler {
+            return Err(self.refusal("step", STATIC));
+        }
+        let Some(constant_s) = self.time_constant_s else { return Ok(()) };
         let refused =
             |why: String| Err(Error::input(format!("--time-constant-s {constant_s}: {why}")));
         let tick_time = TICK_S / constant_s;
         if !(constant_s > 0.0 && tick_time > 0.0 && tick_time.is_finite()) {
             return refused("must be above 0 and finite [s]".into());
         }
+        settings.tick_time = tick_time;
         if by_tick {
-            return Ok((defaults.step, tick_time));
+            return Ok(());
         }
         if scheme != Scheme::Euler {
             return refused(STATIC.into());
         }
-        let sweeps = f32::from(self.sweeps.max(1));
-        let (step, bound) = (tick_time / sweeps, model.step_max());
-        if step > bound {
+        // The sweeps share the time of the tick.
+        let sweeps = f32::from(settings.sweeps.max(1));
+        let bound = model.step_max();
+        settings.step = tick_time / sweeps;
+        if settings.step > bound {
             return refused(format!(
-                "euler would step by {step} a sweep, the model's proven bound is {bound}: at least \
+                "euler would step by {} a sweep, the model's proven bound is {bound}: at least \
                  {} s with {} a tick, or --scheme rkl2",
+                settings.step,
                 TICK_S / (bound * sweeps),
-                counted(self.sweeps, "sweep")
+                counted(settings.sweeps, "sweep")
             ));
         }
-        Ok((step, tick_time))
-    }
-
-    fn refuse(&self, why: SettingsError) -> Error {
-        let show = |value: Option<f32>| value.map_or(String::new(), |value| format!(" {value}"));
-        Error::input(match why {
-            SettingsError::Sweeps => format!("--sweeps {}: must be at least 1", self.sweeps),
-            SettingsError::Step { max } => format!(
-                "--step{}: must be above 0 and at most {max}, the model's proven bound",
-                show(self.step)
-            ),
-            SettingsError::TickTime { min } => {
-                format!("--step{}: must be finite and at least {min}", show(self.step))
-            }
-            SettingsError::MaxToolStep => format!(
-                "--max-tool-step-m{}: must be above 0 and finite",
-                show(self.max_tool_step_m)
-            ),
-            SettingsError::MaxForce => {
-                format!("--max-force-n{}: must be above 0 and finite", show(self.max_force_n))
-            }
-        })
+        Ok(())
     }
 
     /// What the tool touches.
@@ -297,7 +258,7 @@ impl TissueArgs {
             }
             return contact_cells(&self.contact, model).map(Contact::Cells);
         }
-        if self.drive == Drive::Current {
+        if self.given(model).drive == Drive::Current {
             return Err(Error::input(
                 "--drive current loads chosen cells, and a probe or a --tool has none: give --contact \
                  cells:SELECTOR, or leave --drive out",
@@ -329,18 +290,16 @@ impl TissueArgs {
         TissueReport {
             scheme: engine.scheme(),
             precision: self.precision,
-            sweeps_per_tick: settings.sweeps,
-            step: if by_tick { settings.tick_time } else { settings.step },
+            settings: SettingReport(Settings {
+                step: if by_tick { settings.tick_time } else { settings.step },
+                ..*settings
+            }),
             step_bound: model.step_max(),
             time_constant_s: self.time_constant_s,
             network_time_per_tick: match engine.scheme() {
                 Scheme::Euler => Some(euler),
                 _ => by_tick.then_some(settings.tick_time),
             },
-            max_tool_step_m: settings.max_tool_step_m,
-            drive: self.drive,
-            unloading: self.unloading,
-            max_force_n: self.max_force_n,
             max_torque_n_m: self.max_torque_n_m,
             tools: tools.into_iter().map(|tool| tool.text).collect(),
             contact_nodes,

@@ -2,9 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::shared::PrintArgs;
 use crate::error::{Error, Result};
 use crate::interrupt;
-use crate::session::ipc::services::SceneServices;
+use crate::session::ipc;
+use crate::session::ipc::services::{Domain, SceneServices};
 use crate::session::ipc::viewed::{Reader, Viewed};
 use crate::session::timing::clock::{MILLISECOND_NS, SECOND_NS, now_ns, sleep_until_ns, span_ns};
 
@@ -24,6 +26,32 @@ pub struct ServerWait {
     /// Longest wait for a server [s]
     #[arg(long, default_value_t = 10.0, value_name = "S", allow_negative_numbers = true)]
     pub wait_for_server_s: f64,
+}
+
+/// Which messages are looked at.
+#[derive(Debug, clap::Args)]
+pub struct WatchArgs {
+    /// Name of the scene that `serve` was started with
+    #[arg(long, value_name = "NAME")]
+    pub scene: Option<String>,
+    /// End after the first message
+    #[arg(long)]
+    pub once: bool,
+    #[command(flatten)]
+    pub server: ServerWait,
+    #[command(flatten)]
+    pub print: PrintArgs,
+}
+
+impl WatchArgs {
+    /// Opens the scene.
+    ///
+    /// # Errors
+    /// A time that cannot be waited, a scene that cannot be opened.
+    pub fn open(&self) -> Result<SceneServices> {
+        self.server.check()?;
+        ipc::open(self.scene.as_deref(), &Domain::default())
+    }
 }
 
 impl ServerWait {

@@ -441,6 +441,137 @@ typedef int32_t chaincell_code;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
 
+/**
+ * A haptic device by its published limits.
+ */
+enum chaincell_device
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : int32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+    /**
+     * 3D Systems Touch: 3.3 N, 400 N/m.
+     */
+    CHAINCELL_DEVICE_TOUCH = 0,
+    /**
+     * 3D Systems Phantom Premium 3.0: 22 N, 1000 N/m.
+     */
+    CHAINCELL_DEVICE_PREMIUM = 1,
+    /**
+     * Novint Falcon: 8 N, 3000 N/m.
+     */
+    CHAINCELL_DEVICE_FALCON = 2,
+    /**
+     * Force Dimension omega: 12 N, 5000 N/m.
+     */
+    CHAINCELL_DEVICE_OMEGA = 3,
+    /**
+     * Force Dimension sigma.7: 12 N, 4000 N/m.
+     */
+    CHAINCELL_DEVICE_SIGMA = 4,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum chaincell_device chaincell_device;
+#else
+typedef int32_t chaincell_device;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+/**
+ * When the links' bands close.
+ */
+enum chaincell_unloading
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : int32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+    /**
+     * Never.
+     */
+    CHAINCELL_UNLOADING_OFF = 0,
+    /**
+     * From the tool's release until it engages again.
+     */
+    CHAINCELL_UNLOADING_RELEASE = 1,
+    /**
+     * Like `release`, and also while the tool has retreated by more than a tenth of a mean link length
+     * from its deepest point, until it passes that point.
+     */
+    CHAINCELL_UNLOADING_RETREAT = 2,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum chaincell_unloading chaincell_unloading;
+#else
+typedef int32_t chaincell_unloading;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+/**
+ * Effect of the tool's displacement.
+ */
+enum chaincell_drive
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : int32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+    /**
+     * It prescribes their positions: the cells are held where the tool has them.
+     */
+    CHAINCELL_DRIVE_POSITION = 0,
+    /**
+     * It is the current into each of them, a load of 2 k times the displacement [N]; a body that nothing
+     * fixes drifts.
+     */
+    CHAINCELL_DRIVE_CURRENT = 1,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum chaincell_drive chaincell_drive;
+#else
+typedef int32_t chaincell_drive;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+/**
+ * Parameters of a run.
+ */
+typedef struct chaincell_settings {
+    /**
+     * Sweeps per tick, 1 to 65,535.
+     */
+    uint32_t sweeps;
+    /**
+     * Time that `euler` advances per sweep, at most the model's bound `step_max`; on the command line and in
+     * Python also the time that `rkl2` advances per tick [dimensionless].
+     */
+    float step;
+    /**
+     * Time that `rkl2` advances per tick, at least 1e-12 of `step_max` [dimensionless].
+     */
+    float tick_time;
+    /**
+     * Largest motion of the contact cells per tick, or largest change of the current per tick [m].
+     */
+    float max_tool_step_m;
+    /**
+     * Largest magnitude of the force; a larger one is shortened and flagged. A limit below 1e-15 N admits no
+     * force, an infinite one is none [N].
+     */
+    float max_force_n;
+    /**
+     * When the links' bands close to their rest lengths.
+     * One of `chaincell_unloading`.
+     */
+    int32_t unloading;
+    /**
+     * How the tool's displacement acts on chosen cells, from the next time that the tool engages.
+     * One of `chaincell_drive`.
+     */
+    int32_t drive;
+} chaincell_settings;
+
 
 /**
  * Version of this interface: major 65,536, minor 256, patch 1.
@@ -573,73 +704,6 @@ typedef int32_t chaincell_scheme;
 #endif // __cplusplus
 
 /**
- * When the links' bands close to their rest lengths.
- */
-enum chaincell_unloading
-#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
-  : int32_t
-#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
- {
-    /**
-     * Never.
-     */
-    CHAINCELL_UNLOADING_OFF = 0,
-    /**
-     * From the tool's release until it takes hold again.
-     */
-    CHAINCELL_UNLOADING_RELEASE = 1,
-    /**
-     * As release, and while the tool has come back by more than a tenth of a mean link length
-     * from its deepest point, until it passes that.
-     */
-    CHAINCELL_UNLOADING_RETREAT = 2,
-};
-#ifndef __cplusplus
-#if __STDC_VERSION__ >= 202311L
-typedef enum chaincell_unloading chaincell_unloading;
-#else
-typedef int32_t chaincell_unloading;
-#endif // __STDC_VERSION__ >= 202311L
-#endif // __cplusplus
-
-/**
- * A haptic device by its published limits.
- */
-enum chaincell_device
-#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
-  : int32_t
-#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
- {
-    /**
-     * 3D Systems Touch: 3.3 N, 400 N/m.
-     */
-    CHAINCELL_DEVICE_TOUCH = 0,
-    /**
-     * 3D Systems Phantom Premium 3.0: 22 N, 1000 N/m.
-     */
-    CHAINCELL_DEVICE_PREMIUM = 1,
-    /**
-     * Novint Falcon: 8 N, 3000 N/m.
-     */
-    CHAINCELL_DEVICE_FALCON = 2,
-    /**
-     * Force Dimension omega: 12 N, 5000 N/m.
-     */
-    CHAINCELL_DEVICE_OMEGA = 3,
-    /**
-     * Force Dimension sigma.7: 12 N, 4000 N/m.
-     */
-    CHAINCELL_DEVICE_SIGMA = 4,
-};
-#ifndef __cplusplus
-#if __STDC_VERSION__ >= 202311L
-typedef enum chaincell_device chaincell_device;
-#else
-typedef int32_t chaincell_device;
-#endif // __STDC_VERSION__ >= 202311L
-#endif // __cplusplus
-
-/**
  * A body in storage of the caller's. It may be moved and copied byte by byte to storage of the
  * same alignment.
  */
@@ -742,41 +806,6 @@ typedef struct chaincell_info {
      */
     float energy_max_j;
 } chaincell_info;
-
-/**
- * Parameters of a run.
- */
-typedef struct chaincell_settings {
-    /**
-     * Sweeps a tick, 1 to 65,535.
-     */
-    uint32_t sweeps;
-    /**
-     * When the bands close, one of `chaincell_unloading`.
-     */
-    int32_t unloading;
-    /**
-     * Common step of euler a sweep, at most the model's `step_max` [dimensionless time].
-     */
-    float step;
-    /**
-     * Time that rkl2 advances a tick [dimensionless time].
-     */
-    float tick_time;
-    /**
-     * Largest motion of the contact cells, or change of the current, a tick [m].
-     */
-    float max_tool_step_m;
-    /**
-     * Largest magnitude of the force; infinite means no limit [N].
-     */
-    float max_force_n;
-    /**
-     * What the tool's displacement does, one of `chaincell_drive`; counts from the next time the
-     * tool takes hold.
-     */
-    int32_t drive;
-} chaincell_settings;
 
 /**
  * The stages between a tissue and a device; each may be absent.
@@ -1108,7 +1137,7 @@ chaincell_code chaincell_model_input_id(const struct chaincell_model *model,
  */
 chaincell_code chaincell_settings_default(const struct chaincell_model *model,
                                           int32_t scheme,
-                                          struct chaincell_settings *settings);
+                                          chaincell_settings *settings);
 
 /**
  * The settings for a device (one of `chaincell_device`) at 1 kHz whose force acts a tick late:
@@ -1220,7 +1249,7 @@ chaincell_code chaincell_tissue_init(void *storage,
                                      const struct chaincell_model *model,
                                      int32_t scheme,
                                      const struct chaincell_room *room,
-                                     const struct chaincell_settings *settings,
+                                     const chaincell_settings *settings,
                                      struct chaincell_tissue **tissue,
                                      struct chaincell_detail *detail);
 
@@ -1277,7 +1306,7 @@ chaincell_code chaincell_tissue_restore(struct chaincell_tissue *tissue,
  * settings, `detail` is null or storage.
  */
 chaincell_code chaincell_change_settings(struct chaincell_tissue *tissue,
-                                         const struct chaincell_settings *settings,
+                                         const chaincell_settings *settings,
                                          struct chaincell_detail *detail);
 
 /**

@@ -54,9 +54,9 @@ pub use model::{
     Info, MODEL_WORDS, ModelStorage, chaincell_model_info, chaincell_model_init,
     chaincell_model_input_id,
 };
-pub use settings::{DriveMode, Scheme, Settings, UnloadingMode, chaincell_settings_default};
+pub use settings::{Scheme, Settings, chaincell_settings_default};
 pub use stage::{
-    DeviceKind, STAGE_WORDS, StageNews, StageSettings, StageStorage, chaincell_stage_default,
+    STAGE_WORDS, StageNews, StageSettings, StageStorage, chaincell_stage_default,
     chaincell_stage_init, chaincell_stage_output, chaincell_stage_restore, chaincell_stage_sample,
     chaincell_stage_save,
 };

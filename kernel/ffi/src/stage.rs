@@ -1,11 +1,10 @@
 //! The output stage: what stands between a tissue's answer and a hand.
 
 use chaincell_kernel::stage::{Coupling, Device, Passivity, Stage};
-use chaincell_kernel::{Flags, TickOutput};
+use chaincell_kernel::{Choice, Flags, TickOutput};
 
 use crate::code::{Code, Refusal};
 use crate::memory;
-use crate::settings::chosen;
 use crate::tick::{KernelPose, Output, ToolPose, answer_to};
 
 /// Words of a `chaincell_stage`.
@@ -23,22 +22,6 @@ pub struct StageStorage {
 impl StageStorage {
     /// Storage without a stage.
     pub const EMPTY: Self = Self { opaque: [0; STAGE_WORDS] };
-}
-
-/// A haptic device by its published limits.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[repr(i32)]
-pub enum DeviceKind {
-    /// 3D Systems Touch: 3.3 N, 400 N/m.
-    Touch = 0,
-    /// 3D Systems Phantom Premium 3.0: 22 N, 1000 N/m.
-    Premium = 1,
-    /// Novint Falcon: 8 N, 3000 N/m.
-    Falcon = 2,
-    /// Force Dimension omega: 12 N, 5000 N/m.
-    Omega = 3,
-    /// Force Dimension sigma.7: 12 N, 4000 N/m.
-    Sigma = 4,
 }
 
 /// The stages between a tissue and a device; each may be absent.
@@ -152,7 +135,8 @@ pub unsafe extern "C" fn chaincell_stage_default(
     device: i32,
     settings: *mut StageSettings,
 ) -> Code {
-    let Some(device) = chosen::<Device>(device) else { return Code::StageDevice };
+    let device = u16::try_from(device).ok().and_then(Device::from_code);
+    let Some(device) = device else { return Code::StageDevice };
     let value = StageSettings::of(&chaincell_kernel::stage::StageSettings::for_device(device));
     // SAFETY: the caller's promises are handed on.
     Code::of(unsafe { memory::write(settings, value) })

@@ -6,7 +6,7 @@ use crate::code::{Code, Detail, Refusal};
 use crate::layout::{self, Parts, Sizes, Tissue, by_scheme};
 use crate::memory::{self, ALIGN};
 use crate::model::{ModelStorage, load};
-use crate::settings::{Scheme, Settings};
+use crate::settings::{Scheme, Settings, network};
 use crate::touch::{Room, Touch};
 
 /// Bytes of a tissue for this model with this room, and what multiple of bytes its storage starts at:
@@ -79,7 +79,7 @@ unsafe fn init(wish: &Wish) -> Result<*mut Tissue, Refusal> {
         unsafe { (load(wish.model)?, memory::read(wish.settings)?, memory::read(wish.room)?) };
     let scheme = Scheme::of(wish.scheme)?;
     let (contacts, touch) = admitted(&room, &model, scheme)?;
-    let network = settings.network(model)?;
+    let network = network(&settings, model)?;
     by_scheme!(scheme, D => {
         let sizes = Sizes::of::<D>(&model, contacts, touch);
         memory::check_to(wish.storage, sizes.align())?;
@@ -235,7 +235,7 @@ pub unsafe extern "C" fn chaincell_change_settings(
             let settings = memory::read(settings)?;
             by_scheme!(scheme, D => {
                 let Parts { network, .. } = layout::parts::<D>(tissue, sizes);
-                *network = settings.network(*network.model())?;
+                *network = crate::settings::network(&settings, *network.model())?;
             });
             Ok(())
         })

@@ -7,8 +7,37 @@
 mod written;
 
 use chaincell_ffi::Code;
-use chaincell_kernel::Flags;
-use written::{Header, codes, defines};
+use chaincell_kernel::stage::Device;
+use chaincell_kernel::{Choice, Drive, Flags, SettingField, SettingKind, Settings, Unloading};
+use written::{Header, codes, comment, defines};
+
+/// A struct of settings; choices stand in it with their codes.
+fn settings(name: &str, meaning: &str, fields: &[SettingField]) -> String {
+    let fields: String = fields
+        .iter()
+        .map(|field| {
+            let (kind, more) = match field.kind {
+                SettingKind::Whole => ("uint32_t", String::new()),
+                SettingKind::Real => ("float", String::new()),
+                SettingKind::Choice(_) => {
+                    ("int32_t", format!(" One of `chaincell_{}`.\n", field.name))
+                }
+            };
+            let comment = comment(&format!("{}{more}", field.meaning), "    ");
+            format!("{comment}    {kind} {};\n", field.name)
+        })
+        .collect();
+    format!("\n{}typedef struct {name} {{\n{fields}}} {name};\n", comment(meaning, ""))
+}
+
+/// An enum of a kernel's choice.
+fn choice<T: Choice>(name: &str, meaning: &str) -> String {
+    let values = T::TABLE.iter().map(|&(code, name, meaning)| {
+        // Examples follow the first paragraph.
+        (code.into(), name, meaning.split("\n\n").next().unwrap())
+    });
+    codes(name, meaning, values)
+}
 
 fn header() -> Header {
     let flags = Flags::ALL.iter().map(|&(flag, name, meaning)| (flag.0, name, meaning));
@@ -17,7 +46,15 @@ fn header() -> Header {
         package: env!("CARGO_MANIFEST_DIR"),
         name: "chaincell-ffi",
         path: "include/chaincell.h",
-        tables: defines("CHAINCELL_FLAG_", flags) + &codes("chaincell_code", Code::MEANING, all),
+        tables: [
+            defines("CHAINCELL_FLAG_", flags),
+            codes("chaincell_code", Code::MEANING, all),
+            choice::<Device>("chaincell_device", " A haptic device by its published limits."),
+            choice::<Unloading>("chaincell_unloading", " When the links' bands close."),
+            choice::<Drive>("chaincell_drive", " Effect of the tool's displacement."),
+            settings("chaincell_settings", " Parameters of a run.", &Settings::FIELDS),
+        ]
+        .concat(),
     }
 }
 

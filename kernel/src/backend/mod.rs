@@ -1,29 +1,52 @@
 //! Loops over slices of eight cells, on vector units chosen at run time; the same bits everywhere.
 //!
 //! A loop is written once, as `Work` over the eight lanes of an `F32x8`, and compiled for each
-//! unit: AVX2 on x86-64, NEON on aarch64, plain Rust elsewhere.
+//! unit: AVX2 on x86-64, NEON on aarch64, `simd128` on WebAssembly, plain Rust elsewhere.
 
 #[cfg(target_arch = "x86_64")]
 mod avx2;
 pub(crate) mod f32x8;
+#[cfg(any(
+    all(target_arch = "aarch64", target_feature = "neon"),
+    all(target_arch = "wasm32", target_feature = "simd128")
+))]
+mod halves;
 #[cfg(feature = "nodal")]
 pub(crate) mod lane;
-#[cfg(all(target_arch = "aarch64", target_feature = "neon"))]
-mod neon;
 pub(crate) mod slice_set;
 pub(crate) mod slices;
 mod sums;
 pub(crate) mod team;
 #[cfg(test)]
 pub(crate) mod tests;
+#[cfg(any(
+    target_arch = "x86_64",
+    all(target_arch = "aarch64", target_feature = "neon"),
+    all(target_arch = "wasm32", target_feature = "simd128")
+))]
+mod vector;
+#[cfg(not(any(
+    target_arch = "x86_64",
+    all(target_arch = "aarch64", target_feature = "neon"),
+    all(target_arch = "wasm32", target_feature = "simd128")
+)))]
+mod vector {
+    //! No vector unit: a proof of one cannot be made.
+
+    use super::{VectorUnit, Work};
+
+    pub(super) type Proof = core::convert::Infallible;
+
+    pub(super) fn find() -> Option<Proof> {
+        None
+    }
+
+    pub(super) fn run<W: Work>(unit: VectorUnit, _work: W) -> W::Output {
+        match unit.0 {}
+    }
+}
 
 use f32x8::{F32x8, Lanes8};
-
-/// A value exists only where the unit was found; on targets without one there is none.
-#[cfg(any(target_arch = "x86_64", all(target_arch = "aarch64", target_feature = "neon")))]
-type Proof = ();
-#[cfg(not(any(target_arch = "x86_64", all(target_arch = "aarch64", target_feature = "neon"))))]
-type Proof = core::convert::Infallible;
 
 /// A vector unit that this processor and its operating system offer. A value of this type is the proof.
 ///
@@ -51,22 +74,13 @@ type Proof = core::convert::Infallible;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct VectorUnit(Proof);
+pub struct VectorUnit(vector::Proof);
 
 impl VectorUnit {
     /// Asks the processor. This takes a few microseconds in a virtual machine: call it once, not every tick.
     #[must_use]
     pub fn find() -> Option<Self> {
-        #[cfg(target_arch = "x86_64")]
-        let found = avx2::is_offered().then_some(Self(()));
-        #[cfg(all(target_arch = "aarch64", target_feature = "neon"))]
-        let found = Some(Self(()));
-        #[cfg(not(any(
-            target_arch = "x86_64",
-            all(target_arch = "aarch64", target_feature = "neon")
-        )))]
-        let found = None;
-        found
+        vector::find().map(Self)
     }
 }
 
@@ -83,10 +97,7 @@ pub(crate) trait Work {
 #[inline]
 pub(crate) fn run<W: Work>(unit: Option<VectorUnit>, work: W) -> W::Output {
     match unit {
-        #[cfg(target_arch = "x86_64")]
-        Some(unit) => avx2::run(unit, work),
-        #[cfg(all(target_arch = "aarch64", target_feature = "neon"))]
-        Some(unit) => neon::run(unit, work),
-        _ => work.run::<Lanes8>(),
+        Some(unit) => vector::run(unit, work),
+        None => work.run::<Lanes8>(),
     }
 }

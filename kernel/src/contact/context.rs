@@ -82,12 +82,12 @@ pub(crate) fn places<'a, N: Number>(
 
 /// Moves `from` towards `to` by at most `limit`; true if the limit shortened it.
 pub(crate) fn approach(from: [f32; 3], to: [f32; 3], limit: f32) -> ([f32; 3], bool) {
-    let way = sub(to, from);
-    let length = sqrt(dot(way, way));
+    let step = sub(to, from);
+    let length = sqrt(dot(step, step));
     if length <= limit {
         return (to, false);
     }
-    (add(from, scale(limit / length, way)), true)
+    (add(from, scale(limit / length, step)), true)
 }
 
 #[cfg(test)]

@@ -253,20 +253,20 @@ pub(crate) fn force<N: LinkNumber>(
 /// The longest displacement that keeps the energy within `energy_max`: a displacement D raises sqrt(E) by at
 /// most sqrt(W) |D| / 2, W = [`outer_weight`].
 fn move_max(energy_max: f32, level: f32, outer_weight: f32) -> f32 {
-    let room = sqrt(energy_max) - sqrt(if level > 0.0 { level } else { 0.0 });
+    let margin = sqrt(energy_max) - sqrt(if level > 0.0 { level } else { 0.0 });
     if outer_weight <= 0.0 {
         f32::INFINITY
-    } else if room > 0.0 {
-        2.0 * room / sqrt(outer_weight)
+    } else if margin > 0.0 {
+        2.0 * margin / sqrt(outer_weight)
     } else {
         0.0
     }
 }
 
-/// Length along `way` over which the energy certainly falls: the force F pulls along it, and a displacement D
+/// Length along `step` over which the energy certainly falls: the force F pulls along it, and a displacement D
 /// changes the energy by at most W |D|^2 / 4 - F . D.
-fn fall_max(force: [f32; 3], way: [f32; 3], outer_weight: f32) -> f32 {
-    let (drawn, length) = (dot(force, way), sqrt(dot(way, way)));
+fn fall_max(force: [f32; 3], step: [f32; 3], outer_weight: f32) -> f32 {
+    let (drawn, length) = (dot(force, step), sqrt(dot(step, step)));
     let least = outer_weight * length;
     if drawn > 0.0 && least > 0.0 { 2.0 * drawn / least } else { 0.0 }
 }

@@ -36,7 +36,7 @@ pub(crate) fn is_inside(
     margin: f32,
 ) -> bool {
     let points = if margin > 0.0 { AROUND.len() } else { 1 };
-    let mut points = AROUND.iter().take(points).map(|way| add(point, scale(margin, *way)));
+    let mut points = AROUND.iter().take(points).map(|step| add(point, scale(margin, *step)));
     model.dimension() == 3 && points.any(|point| holds(model, at, point))
 }
 
@@ -57,12 +57,12 @@ fn is_between(
 ) -> bool {
     let (mut above, mut below) = (0_i32, 0_i32);
     for &corners in triangles {
-        let way = corners.map(|cell| sub(at(cell.into()), point));
-        let turns = turns(corners, way);
+        let offsets = corners.map(|cell| sub(at(cell.into()), point));
+        let turns = turns(corners, offsets);
         if turns == 0 {
             continue;
         }
-        let height = height(way);
+        let height = height(offsets);
         if height > grain {
             above += turns;
         } else if height < -grain {

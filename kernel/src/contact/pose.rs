@@ -115,9 +115,9 @@ impl ToolPart {
 
     /// The part in mean link lengths; `None` if a number is not finite, too small or too large.
     pub(crate) fn solid(&self, unit_m: f32, most: f32) -> Option<Solid> {
-        let own = |x: f32| x / unit_m;
-        let (centre, half) = (self.centre_m.map(own), self.half_m.map(own));
-        let whole = own(self.radius_m);
+        let in_links = |x: f32| x / unit_m;
+        let (centre, half) = (self.centre_m.map(in_links), self.half_m.map(in_links));
+        let whole = in_links(self.radius_m);
         let is_within = |x: f32| x.is_finite() && x.abs() <= most;
         let is_plane = self.is_half_space();
         let is_good = self.radius_m > 0.0

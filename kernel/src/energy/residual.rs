@@ -133,20 +133,36 @@ impl<'a, 'm, N: LinkNumber> Terms<'a, 'm, N> {
         move |cell| single(at(cell))
     }
 
-    /// One pass cell by cell at states within K: residuals of awake slices, those of held cells 0. Returns
-    /// the energy in internal units.
+    /// Prepares the terms for a pass, and updates their states of the cells in these slices.
+    #[inline(always)]
+    pub fn update(&self, changed: &SliceSet, v: &[Cell<N>]) {
+        let (list, at) = (self.list(), self.outputs(v));
+        list.prepare(&at);
+        if self.states.any() {
+            self.displace(changed.iter(self.model.slice_count()), v);
+            for slice in changed.iter(self.model.slice_count()) {
+                if let Some([from, to]) = self.states.step(slice) {
+                    list.update(cells_of(slice, v.len()), &at, from, to);
+                }
+            }
+        }
+    }
+
+    /// One pass cell by cell at states within K after [`Self::update`]: residuals of awake slices, those of
+    /// held cells 0. Returns the energy in internal units.
     pub fn energy(&self, awake: &SliceSet, v: &[Cell<N>], residual: &mut [Cell<N>]) -> TwoFloat {
         let tally = self.residuals::<false>(awake, v, residual);
         self.sum(awake, residual, tally)
     }
 
-    /// The same at the outputs of all states; every slice must be awake.
+    /// The same at the outputs of all states, with the update; every slice must be awake.
     pub fn saturated_energy(
         &self,
         awake: &SliceSet,
         v: &[Cell<N>],
         residual: &mut [Cell<N>],
     ) -> TwoFloat {
+        self.update(awake, v);
         let tally = self.residuals::<true>(awake, v, residual);
         self.sum(awake, residual, tally)
     }
@@ -163,8 +179,8 @@ impl<'a, 'm, N: LinkNumber> Terms<'a, 'm, N> {
         N::energy(&lanes, tally).times_power_of_two(0.125)
     }
 
-    /// Residuals and energies of awake slices, at states within K or, `CLAMPED`, at the outputs of all
-    /// states.
+    /// Residuals and energies of awake slices after [`Self::update`], at states within K or, `CLAMPED`, at the
+    /// outputs of all states.
     #[inline(always)]
     pub fn residuals<const CLAMPED: bool>(
         &self,
@@ -173,17 +189,6 @@ impl<'a, 'm, N: LinkNumber> Terms<'a, 'm, N> {
         residual: &mut [Cell<N>],
     ) -> N::Tally {
         let (list, slices) = (self.list(), self.model.slice_count());
-        // Prepare the terms, and update their states.
-        let at = self.outputs(v);
-        list.prepare(&at);
-        if self.states.any() {
-            self.displace(awake.iter(slices), v);
-            for slice in awake.iter(slices) {
-                if let Some([from, to]) = self.states.step(slice) {
-                    list.update(cells_of(slice, v.len()), &at, from, to);
-                }
-            }
-        }
         // Add the terms; held cells do not move.
         clear(residual, awake.iter(slices));
         let saturation = N::from_single(self.model.saturation());

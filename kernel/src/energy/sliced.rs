@@ -39,9 +39,11 @@ impl Energy {
     }
 }
 
-/// The pass over slices. Returns false if unit or model do not support it. The states must be within K.
+/// The pass over slices, after an update of the terms' states in the slices `changed`. Returns false if unit
+/// or model do not support it. The states must be within K.
 pub(crate) fn residual(
     terms: Terms<'_, '_>,
+    changed: &SliceSet,
     awake: &SliceSet,
     at: &[Cell],
     residual: &mut [Cell],
@@ -50,7 +52,7 @@ pub(crate) fn residual(
     if !takes_slices(terms, at) {
         return false;
     }
-    update(terms, awake, at);
+    update(terms, changed, at);
     let (slices, list) = (0..terms.model.slice_count(), || (terms.list(), terms.states));
     let held = terms.held();
     run(terms.vectors, SlicedResidual { awake, slices, at, residual, held, list, reduce });

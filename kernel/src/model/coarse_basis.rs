@@ -133,6 +133,12 @@ impl<'a> CoarseBasis<'a> {
         block.and_then(|block| block.get(column % LANES)).copied().unwrap_or(0.0)
     }
 
+    /// Returns a row of the inverse.
+    pub fn inverse_row(&self, row: usize) -> &'a [f32] {
+        let blocks = self.row_blocks();
+        self.inverse.get(row * blocks..(row + 1) * blocks).unwrap_or(&[]).as_flattened()
+    }
+
     /// Returns the weight of an entry at a corner of its box.
     pub fn weight(&self, entry: usize, corner: usize) -> f32 {
         let block = self.weights.get(entry / 2).and_then(|pair| pair.get(corner / 4));

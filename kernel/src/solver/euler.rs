@@ -103,7 +103,7 @@ impl<N: Loops> Scheme for Euler<N> {
             beyond
         } else {
             let set = &body.awake.set;
-            let energy = N::residual(body.terms, set, body.state, body.residual);
+            let energy = N::residual(body.terms, set, set, body.state, body.residual);
             body.level.set(body.terms.potential(energy, body.state));
             linear_step(body, step)
         };

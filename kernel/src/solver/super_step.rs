@@ -312,7 +312,8 @@ impl<F: Formula> SuperSteps<F> {
             Self::note(body);
         }
         let at = body.own.get(..body.state.len()).unwrap_or(&[]);
-        let energy = f32::residual(body.terms, &body.awake.set, at, body.residual);
+        let awake = &body.awake.set;
+        let energy = f32::residual(body.terms, awake, awake, at, body.residual);
         if self.done == 0 {
             let potential = body.terms.potential(energy, at);
             body.level.certify(potential);

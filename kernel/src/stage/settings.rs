@@ -1,5 +1,6 @@
 //! Settings of the output stage, and their check.
 
+use crate::number::kept::kept;
 use crate::tick::choice::choices;
 
 /// Largest ramp or watchdog \[ticks\].
@@ -18,27 +19,31 @@ pub const COUPLING_MAX: f32 = 1.0e6;
 /// Largest speed of a hand; the fastest arm strokes are slower [m/s].
 pub const HAND_SPEED_MAX_M_PER_S: f32 = 5.0;
 
-/// A spring and damper between the device and the tool in the tissue.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Coupling {
-    /// Stiffness, [`COUPLING_MIN`] to [`COUPLING_MAX`] \[N/m\].
-    pub stiffness_n_per_m: f32,
-    /// Damping, 0 to [`COUPLING_MAX`] [N s/m].
-    pub damping_n_s_per_m: f32,
+kept! {
+    /// A spring and damper between the device and the tool in the tissue.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct Coupling {
+        /// Stiffness, [`COUPLING_MIN`] to [`COUPLING_MAX`] \[N/m\].
+        pub stiffness_n_per_m: f32,
+        /// Damping, 0 to [`COUPLING_MAX`] [N s/m].
+        pub damping_n_s_per_m: f32,
+    }
 }
 
-/// Assumptions of the passivity observer about the device.
-///
-/// If the controller cannot compensate the generated energy, the force is lowered along the ramp. That needs
-/// [`StageSettings::ramp_ticks`] of 2 or more.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Passivity {
-    /// Damping that the device's mechanics have at least, 0 to [`COUPLING_MAX`] [N s/m].
-    pub device_damping_n_s_per_m: f32,
-    /// Ticks between an answer and the device's force, at most [`DELAY_MAX`]: 0 if the force of a tick acts
-    /// from that tick's sample to the next, 1 if it acts a tick later. From 2 on the coupling shows at most
-    /// 0.65 of [`passive_stiffness_n_per_m`](super::passive_stiffness_n_per_m).
-    pub delay_ticks: u8,
+kept! {
+    /// Assumptions of the passivity observer about the device.
+    ///
+    /// If the controller cannot compensate the generated energy, the force is lowered along the ramp. That needs
+    /// [`StageSettings::ramp_ticks`] of 2 or more.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct Passivity {
+        /// Damping that the device's mechanics have at least, 0 to [`COUPLING_MAX`] [N s/m].
+        pub device_damping_n_s_per_m: f32,
+        /// Ticks between an answer and the device's force, at most [`DELAY_MAX`]: 0 if the force of a tick acts
+        /// from that tick's sample to the next, 1 if it acts a tick later. From 2 on the coupling shows at most
+        /// 0.65 of [`passive_stiffness_n_per_m`](super::passive_stiffness_n_per_m).
+        pub delay_ticks: u8,
+    }
 }
 
 choices! {
@@ -103,27 +108,29 @@ impl Device {
     }
 }
 
-/// Settings of the output stage; each part may be absent.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct StageSettings {
-    /// Time of a tick, within [`TICK_S`] \[s\].
-    pub tick_s: f32,
-    /// Virtual coupling.
-    pub coupling: Option<Coupling>,
-    /// Passivity observer and controller.
-    pub passivity: Option<Passivity>,
-    /// Largest change of the force, infinite for none [N/s].
-    pub max_slew_n_per_s: f32,
-    /// Largest force, infinite for none \[N\].
-    pub max_force_n: f32,
-    /// Largest speed of the hand, infinite for none: an engaged pose that is farther from the last one than
-    /// this allows is a bad sample [m/s].
-    pub max_speed_m_per_s: f32,
-    /// Ticks in which the force rises to its full value after engaging and after a silence, and in
-    /// which it falls to zero when samples stop; 0 for none.
-    pub ramp_ticks: u16,
-    /// Ticks without a sample after which the force falls to zero, 0 for never.
-    pub watchdog_ticks: u16,
+kept! {
+    /// Settings of the output stage; each part may be absent.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct StageSettings {
+        /// Time of a tick, within [`TICK_S`] \[s\].
+        pub tick_s: f32,
+        /// Virtual coupling.
+        pub coupling: Option<Coupling>,
+        /// Passivity observer and controller.
+        pub passivity: Option<Passivity>,
+        /// Largest change of the force, infinite for none [N/s].
+        pub max_slew_n_per_s: f32,
+        /// Largest force, infinite for none \[N\].
+        pub max_force_n: f32,
+        /// Largest speed of the hand, infinite for none: an engaged pose that is farther from the last one than
+        /// this allows is a bad sample [m/s].
+        pub max_speed_m_per_s: f32,
+        /// Ticks in which the force rises to its full value after engaging and after a silence, and in
+        /// which it falls to zero when samples stop; 0 for none.
+        pub ramp_ticks: u16,
+        /// Ticks without a sample after which the force falls to zero, 0 for never.
+        pub watchdog_ticks: u16,
+    }
 }
 
 impl StageSettings {

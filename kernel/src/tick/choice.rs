@@ -14,6 +14,8 @@
 pub trait Choice: Copy + Eq + 'static {
     /// Every value, in the order in which help lists them.
     const ALL: &'static [Self];
+    /// The lines of the table in the same order: code, name and meaning.
+    const TABLE: &'static [(u16, &'static str, &'static str)];
 
     /// The value's name.
     fn name(self) -> &'static str;
@@ -34,7 +36,8 @@ pub trait Choice: Copy + Eq + 'static {
     }
 }
 
-/// Declares an enum and its [`Choice`] in one table: each line is `Value = code, name;`.
+/// Declares an enum and its [`Choice`] in one table: each line is `Value = code, name;` after its meaning. The
+/// first paragraph of the meaning is the help of the command line and the comment of the C header.
 ///
 /// ```
 /// use chaincell_kernel::{Choice, choices};
@@ -49,20 +52,23 @@ pub trait Choice: Copy + Eq + 'static {
 ///     }
 /// }
 /// assert_eq!((Side::from_name("right"), Side::Left.code()), (Some(Side::Right), 0));
+/// assert_eq!(Side::TABLE[1], (1, "right", " The right one.\n"));
 /// ```
 #[macro_export]
 macro_rules! choices {
     ($(#[$of_enum:meta])* $name:ident {
-        $($(#[$of_value:meta])* $value:ident = $code:literal, $text:expr;)*
+        $($(#[doc = $meaning:literal])+ $(#[default $($is_default:tt)?])? $value:ident = $code:literal, $text:expr;)*
     }) => {
         $(#[$of_enum])*
         #[derive(Debug, Clone, Copy, PartialEq, Eq)]
         pub enum $name {
-            $($(#[$of_value])* $value = $code),*
+            $($(#[doc = $meaning])+ $(#[default $($is_default)?])? $value = $code),*
         }
 
         impl $crate::Choice for $name {
             const ALL: &'static [Self] = &[$(Self::$value),*];
+            const TABLE: &'static [(u16, &'static str, &'static str)] =
+                &[$(($code, $text, concat!($($meaning, "\n"),+))),*];
 
             fn name(self) -> &'static str {
                 match self {

@@ -8,14 +8,15 @@ choices! {
     /// The scheme that moves the network.
     #[derive(Default)]
     Scheme {
-        /// One explicit step of common size per sweep, [`Euler`].
+        /// The paper's own: one explicit step of common size per sweep; time is physical. 32 bytes per cell.
         Euler = 1, <Euler as Dynamics>::NAME;
-        /// Conjugate directions under an energy guard, with a coarse level, [`Track`].
+        /// Follows the equilibrium: conjugate directions under an energy guard, with a coarse level.
         #[default]
         Track = 0, <Track as Dynamics>::NAME;
-        /// Runge-Kutta-Legendre super-steps of second order, [`Rkl2`].
+        /// Runge-Kutta-Legendre super-steps of second order: the trajectory in time beyond the bound of `euler`.
         Rkl2 = 3, <Rkl2 as Dynamics>::NAME;
-        /// `track` that predicts how the body responds to a move of the held cells, [`Predict`].
+        /// `track` that predicts how the body responds to a move of the held cells: the force keeps up in one or
+        /// two sweeps per tick. 112 bytes per cell.
         Predict = 7, <Predict as Dynamics>::NAME;
     }
 }
@@ -32,10 +33,10 @@ choices! {
     /// Number format of cells and links, a [`Number`].
     #[derive(Default)]
     Arithmetic {
-        /// IEEE 754 single precision.
+        /// IEEE 754 single precision: targets with an FPU, all schemes.
         #[default]
         F32 = 1, <f32 as Number>::NAME;
-        /// Fixed point, 8.24 bits: [`I8F24`](fixed::types::I8F24).
+        /// Fixed point, 8.24 bits: targets without an FPU, `euler` and `track` without the coarse level.
         Fixed = 2, <fixed::types::I8F24 as Number>::NAME;
     }
 }
@@ -68,7 +69,7 @@ choices! {
         /// From the tool's release until it engages again.
         #[default]
         Release = 1, "release";
-        /// Like `Release`, and also while the tool has retreated by more than a tenth of a mean link length
+        /// Like `release`, and also while the tool has retreated by more than a tenth of a mean link length
         /// from its deepest point, until it passes that point.
         Retreat = 2, "retreat";
     }
@@ -78,10 +79,13 @@ choices! {
     /// Effect of the tool's displacement on its contact cells.
     #[derive(Default)]
     Drive {
-        /// It prescribes their positions: they are held there.
+        /// It prescribes their positions: the cells are held where the tool has them.
         #[default]
         Position = 0, "position";
-        /// It is the current `I_i` of the cell equation (Eq. 2, 4; section 3.2): I = the tool's displacement
+        /// It is the current into each of them, a load of 2 k times the displacement \[N\]; a body that nothing
+        /// fixes drifts.
+        ///
+        /// The current is `I_i` of the cell equation (Eq. 2, 4; section 3.2): I = the tool's displacement
         /// since it engaged, per unit of network time, added to the residual of each contact cell; no cell is
         /// held. As a force it is a load of 2 `k_ref` I per cell \[N\]. At equilibrium the links exert the
         /// opposite force; the settled positions depend on the links' stiffness, and a body without fixed

@@ -5,21 +5,51 @@ use super::choices::{Drive, Scheme, Unloading};
 use crate::model::Model;
 use crate::solver::{Dynamics, Rkl2};
 
-/// Defines the settings in one table: each line is `name: type = default, check;` after its meaning. Traces and
-/// snapshots hold a word for each, in this order.
+/// Defines the settings in one table: each line is `name: type, value of the option, default in words = default,
+/// check;` after its meaning. An empty value stands for no option. Traces and snapshots hold a word for each, in
+/// this order; the C struct, the options, the reference's table and Python's arguments are made from the same lines.
 macro_rules! settings {
-    ($(#[$of_all:meta])+ $all:ident {
-        $($(#[$meaning:meta])+ $name:ident: $type:ty = $default:expr, $check:expr;)+
+    ($(#[doc = $of_all:literal])+ $all:ident, $plain:ident {
+        $($(#[doc = $meaning:literal])+ $name:ident: $type:ty, $value:literal, $words:literal
+            = $default:expr, $check:expr;)+
     }) => {
-        $(#[$of_all])+
+        $(#[doc = $of_all])+
         #[derive(Debug, Clone, Copy, PartialEq)]
         pub struct $all {
-            $($(#[$meaning])+ pub $name: $type,)+
+            $($(#[doc = $meaning])+ pub $name: $type,)+
+        }
+
+        /// The settings as numbers, in the layout of C. Choices stand there with their codes.
+        ///
+        /// ```
+        /// # use chaincell_kernel::{Model, include_model};
+        /// use chaincell_kernel::{PlainSettings, Settings};
+        /// # let image = include_model!(concat!(env!("CARGO_MANIFEST_DIR"), "/data/plane9.chaincell"));
+        /// # let model = Model::from_bytes(image)?;
+        ///
+        /// let plain = Settings::for_model(&model).plain();
+        /// assert_eq!(plain.settings(), Ok(Settings::for_model(&model)));
+        /// assert_eq!(PlainSettings { drive: 2, ..plain }.settings(), Err("drive"));
+        /// # Ok::<(), chaincell_kernel::ModelError>(())
+        /// ```
+        #[derive(Debug, Clone, Copy, PartialEq, Default)]
+        #[repr(C)]
+        pub struct $plain {
+            $($(#[doc = $meaning])+ pub $name: <$type as Word>::Plain,)+
         }
 
         impl $all {
             /// Number of settings.
             pub const COUNT: usize = [$(stringify!($name)),+].len();
+
+            /// The lines of the table.
+            pub const FIELDS: [SettingField; Self::COUNT] = [$(SettingField {
+                name: stringify!($name),
+                kind: <$type as Word>::KIND,
+                meaning: concat!($($meaning, "\n"),+),
+                value: $value,
+                default: $words,
+            }),+];
 
             /// The defaults for a model: 4 sweeps, nine tenths of the step bound, that bound as the time per
             /// tick, one mean link length of tool motion per tick, prescribed positions, unloading on release,
@@ -46,6 +76,22 @@ macro_rules! settings {
             pub fn from_words([$($name),+]: [u32; Self::COUNT]) -> Option<Self> {
                 Some(Self { $($name: Word::of_word($name)?),+ })
             }
+
+            /// Returns the settings as numbers.
+            #[must_use]
+            pub fn plain(&self) -> $plain {
+                $plain { $($name: self.$name.plain()),+ }
+            }
+        }
+
+        impl $plain {
+            /// Returns the settings of numbers. [`Network::new`] checks the ranges.
+            ///
+            /// # Errors
+            /// The name of the first setting whose number has no meaning.
+            pub fn settings(&self) -> Result<$all, &'static str> {
+                Ok($all { $($name: Word::of_plain(self.$name).ok_or(stringify!($name))?),+ })
+            }
         }
     };
 }
@@ -64,33 +110,75 @@ settings! {
     /// assert!(Network::new(model, settings).is_ok());
     /// # Ok::<(), chaincell_kernel::ModelError>(())
     /// ```
-    Settings {
-        /// Sweeps per tick, at least 1.
-        sweeps: u16 = |_| 4, |sweeps, _| unless(sweeps > 0, SettingsError::Sweeps);
-        /// Common step of `euler` per sweep, at most [`Model::step_max`] [dimensionless time].
-        step: f32 = |model| 0.9 * model.step_max(), |step, model| {
-            let max = model.step_max();
-            unless(step > 0.0 && step <= max, SettingsError::Step { max })
-        };
-        /// Time that `rkl2` advances per tick, at least [`Model::tick_time_min`] [dimensionless time].
-        tick_time: f32 = |model| model.step_max(), |time, model| {
+    Settings, PlainSettings {
+        /// Sweeps per tick, 1 to 65,535.
+        sweeps: u16, "N", "4" = |_| 4, |sweeps, _| unless(sweeps > 0, SettingsError::Sweeps);
+        /// Time that `euler` advances per sweep, at most the model's bound `step_max`; on the command line and in
+        /// Python also the time that `rkl2` advances per tick \[dimensionless\].
+        step: f32, "H", "0.9 of the bound; for rkl2 what the sweeps cover"
+            = |model| 0.9 * model.step_max(), |step, model| {
+                let max = model.step_max();
+                unless(step > 0.0 && step <= max, SettingsError::Step { max })
+            };
+        /// Time that `rkl2` advances per tick, at least 1e-12 of `step_max` \[dimensionless\].
+        tick_time: f32, "", "what the sweeps cover" = |model| model.step_max(), |time, model| {
             let min = model.tick_time_min();
             unless(time >= min && time.is_finite(), SettingsError::TickTime { min })
         };
         /// Largest motion of the contact cells per tick, or largest change of the current per tick \[m\].
-        max_tool_step_m: f32 = |model| model.unit_m(), |step_m, _| {
+        max_tool_step_m: f32, "D", "one mean link length" = |model| model.unit_m(), |step_m, _| {
             unless(step_m > 0.0 && step_m.is_finite(), SettingsError::MaxToolStep)
         };
-        /// Largest magnitude of the force; infinite means no limit \[N\].
-        /// A limit below 1e-15 N admits no force.
-        max_force_n: f32 = |_| f32::INFINITY, |force_n, _| {
+        /// Largest magnitude of the force; a larger one is shortened and flagged. A limit below 1e-15 N admits no
+        /// force, an infinite one is none \[N\].
+        max_force_n: f32, "F", "no limit" = |_| f32::INFINITY, |force_n, _| {
             unless(force_n > 0.0, SettingsError::MaxForce)
         };
-        /// Rule by which the bands close.
-        unloading: Unloading = |_| Unloading::default(), |_, _| Ok(());
+        /// When the links' bands close to their rest lengths.
+        unloading: Unloading, "UNLOADING", "release" = |_| Unloading::default(), |_, _| Ok(());
         /// How the tool's displacement acts on chosen cells, from the next time that the tool engages.
-        drive: Drive = |_| Drive::default(), |_, _| Ok(());
+        drive: Drive, "DRIVE", "position" = |_| Drive::default(), |_, _| Ok(());
     }
+}
+
+/// A setting as front ends show it: a line of the table.
+///
+/// ```
+/// use chaincell_kernel::{SettingKind, Settings};
+///
+/// let [sweeps, ..] = Settings::FIELDS;
+/// assert_eq!((sweeps.name, sweeps.kind, sweeps.default), ("sweeps", SettingKind::Whole, "4"));
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct SettingField {
+    /// Its name, as the field of [`Settings`].
+    pub name: &'static str,
+    /// Its values.
+    pub kind: SettingKind,
+    /// Its meaning, with the unit in brackets.
+    pub meaning: &'static str,
+    /// How help names the value of its option; empty if it has none.
+    pub value: &'static str,
+    /// Its default in words.
+    pub default: &'static str,
+}
+
+/// The values of a setting.
+///
+/// ```
+/// use chaincell_kernel::{Choice, Drive, SettingKind, Settings};
+///
+/// let drive = Settings::FIELDS.into_iter().find(|field| field.name == "drive");
+/// assert_eq!(drive.map(|field| field.kind), Some(SettingKind::Choice(Drive::TABLE)));
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SettingKind {
+    /// Whole numbers of 16 bits.
+    Whole,
+    /// Numbers, which may be infinite.
+    Real,
+    /// The lines of a [`Choice`].
+    Choice(&'static [(u16, &'static str, &'static str)]),
 }
 
 impl Scheme {
@@ -138,13 +226,26 @@ fn unless(is_in_range: bool, why: SettingsError) -> Result<(), SettingsError> {
     if is_in_range { Ok(()) } else { Err(why) }
 }
 
-/// A setting as a word.
-trait Word: Sized {
+/// A setting as a word, and as a number of C.
+pub trait Word: Sized {
+    /// The type in C.
+    type Plain;
+    /// The values.
+    const KIND: SettingKind;
+    /// Returns the word of a value.
     fn word(self) -> u32;
+    /// Returns the value of a word, if it has one.
     fn of_word(word: u32) -> Option<Self>;
+    /// Returns the number of a value.
+    fn plain(self) -> Self::Plain;
+    /// Returns the value of a number, if it has one.
+    fn of_plain(plain: Self::Plain) -> Option<Self>;
 }
 
 impl Word for u16 {
+    type Plain = u32;
+    const KIND: SettingKind = SettingKind::Whole;
+
     fn word(self) -> u32 {
         self.into()
     }
@@ -152,9 +253,20 @@ impl Word for u16 {
     fn of_word(word: u32) -> Option<Self> {
         Self::try_from(word).ok()
     }
+
+    fn plain(self) -> u32 {
+        self.into()
+    }
+
+    fn of_plain(plain: u32) -> Option<Self> {
+        Self::try_from(plain).ok()
+    }
 }
 
 impl Word for f32 {
+    type Plain = Self;
+    const KIND: SettingKind = SettingKind::Real;
+
     fn word(self) -> u32 {
         self.to_bits()
     }
@@ -162,15 +274,34 @@ impl Word for f32 {
     fn of_word(word: u32) -> Option<Self> {
         Some(Self::from_bits(word))
     }
+
+    fn plain(self) -> Self {
+        self
+    }
+
+    fn of_plain(plain: Self) -> Option<Self> {
+        Some(plain)
+    }
 }
 
 impl<T: Choice> Word for T {
+    type Plain = i32;
+    const KIND: SettingKind = SettingKind::Choice(T::TABLE);
+
     fn word(self) -> u32 {
         self.code().into()
     }
 
     fn of_word(word: u32) -> Option<Self> {
         Self::from_code(u16::try_from(word).ok()?)
+    }
+
+    fn plain(self) -> i32 {
+        self.code().into()
+    }
+
+    fn of_plain(plain: i32) -> Option<Self> {
+        Self::from_code(u16::try_from(plain).ok()?)
     }
 }
 
@@ -200,16 +331,16 @@ pub enum SettingsError {
     },
     /// The time per tick is too small or not finite: if it is lost in rounding, no pass is made and the
     /// energy stays unknown.
-    #[error("the time a tick must be finite and at least {min}")]
+    #[error("tick_time must be finite and at least {min}")]
     TickTime {
         /// The smallest time.
         min: f32,
     },
     /// The tool's largest step is not positive and finite.
-    #[error("the largest tool step must be positive and finite")]
+    #[error("max_tool_step_m must be above 0 and finite")]
     MaxToolStep,
     /// The largest force is not positive.
-    #[error("the largest force must be positive")]
+    #[error("max_force_n must be above 0")]
     MaxForce,
 }
 

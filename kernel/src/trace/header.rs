@@ -14,8 +14,10 @@ use crate::tick::choices::{Arithmetic, Scheme};
 use crate::tick::hash::REVISION;
 use crate::tick::settings::{Network, Settings};
 
+/// Words before the settings.
+const FRONT: usize = 6;
 /// Bytes before the origin; the checksum is the last four.
-pub(super) const COMMON_BYTES: usize = 64;
+pub(super) const COMMON_BYTES: usize = 4 * (FRONT + Settings::COUNT + 3);
 /// Flags of the optional parts of a header.
 const STAGE_BIT: u16 = 1;
 const TOOLS_BIT: u16 = 2;
@@ -172,35 +174,18 @@ impl Header {
         let bytes = self.bytes(contacts.len());
         let to = to.get_mut(..bytes)?;
         to.fill(0);
-        let [sweeps, step, tick_time, tool_step, force, unloading, drive] = self.settings.words();
         let [low, high]: [u32; 2] = bytemuck::cast(MAGIC);
         let codes = |low: u16, high: u16| u32::from(low) | u32::from(high) << 16;
         let Origin { revision, release: [major, minor, patch] } = self.origin;
-        let words: [u32; HEADER_BYTES / 4] = [
-            low,
-            high,
-            VERSION,
-            bytes as u32,
-            self.model,
-            codes(self.scheme.code(), self.number.code()),
-            unloading | drive << 16,
-            sweeps,
-            step,
-            tick_time,
-            tool_step,
-            force,
-            contacts.len() as u32,
-            0,
-            count,
-            0,
-            revision,
-            codes(major, minor),
-            codes(patch, stage_bit | tools_bit),
-            friction,
-        ];
+        let scheme = codes(self.scheme.code(), self.number.code());
+        let front: [u32; FRONT] = [low, high, VERSION, bytes as u32, self.model, scheme];
+        let settings = self.settings.words();
+        let release = [codes(major, minor), codes(patch, stage_bit | tools_bit)];
+        let back = [contacts.len() as u32, count, 0, revision, release[0], release[1], friction];
         // Write all words, then the checksum.
         let stage = self.stage.as_ref().map(stage::words);
-        let all = words.iter().chain(stage.iter().flatten()).chain(contacts);
+        let fixed = front.iter().chain(&settings).chain(&back);
+        let all = fixed.chain(stage.iter().flatten()).chain(contacts);
         for (place, word) in to.chunks_exact_mut(4).zip(all) {
             put(place, *word);
         }
@@ -218,8 +203,7 @@ impl Header {
         }
         let common: &[u8; COMMON_BYTES] = trace.first_chunk().ok_or(TraceError::Truncated)?;
         let words: [u32; COMMON_BYTES / 4] = bytemuck::cast(*common);
-        let [_, _, version, bytes, model, kind, codes, sweeps, rest @ ..] = words;
-        let [step, tick_time, tool_step, force, contacts, zero, count, stored] = rest;
+        let [_, _, version, bytes, model, kind, settings @ .., contacts, count, stored] = words;
         if version != VERSION {
             return Err(TraceError::Version(version));
         }
@@ -243,13 +227,11 @@ impl Header {
             return Err(TraceError::Layout);
         }
         // Decode the settings.
-        let [unloading, drive] = [codes & 0xffff, codes >> 16];
-        let settings = [sweeps, step, tick_time, tool_step, force, unloading, drive];
         let settings = Settings::from_words(settings).ok_or(TraceError::Layout)?;
         // Decode the tools, which exclude contact cells.
-        let tools = match (zero, count, friction) {
-            (0, 0, 0) if !has_tools => None,
-            (0, ..) if has_tools && contacts == 0 => {
+        let tools = match (count, friction) {
+            (0, 0) if !has_tools => None,
+            _ if has_tools && contacts == 0 => {
                 Some(RecordedTools::read(count, friction).ok_or(TraceError::Layout)?)
             }
             _ => return Err(TraceError::Layout),

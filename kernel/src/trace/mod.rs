@@ -7,38 +7,22 @@
 //! header
 //!      0      8  magic "CHAINTRC"
 //!      8      4  format version: 5
-//!     12      4  bytes of the header: 80, 40 with an output stage, 4 n, up to a multiple of 8
+//!     12      4  bytes of the header: 80, 48 with an output stage, 4 n, up to a multiple of 8
 //!     16      4  checksum of the model image
 //!     20      2  scheme, the code of `Scheme`
 //!     22      2  number type, the code of `Arithmetic`
-//!     24      2  unloading, the code of `Unloading`
-//!     26      2  drive, the code of `Drive`
-//!     28      4  sweeps a tick
-//!     32      4  step (f32 bits, as the next three)
-//!     36      4  time a tick
-//!     40      4  largest motion a tick [m]
-//!     44      4  largest force [N]
-//!     48      4  n = number of contact cells
-//!     52      4  zero
+//!     24   4, 7  settings, a word each in the order of `Settings`: whole number, f32 bits or code
+//!     52      4  n = number of contact cells
 //!     56      4  the number of tools, 1 to 8; 0 with contact cells
 //!     60      4  CRC-32 (ISO-HDLC) of all bytes of the header but these four
 //!     64      4  revision of the arithmetic, see REVISION
 //!     68      6  release that wrote the trace: major, minor, patch (u16 x 3)
 //!     74      2  bit 0: an output stage follows; bit 1: tools that were chosen by their parts
 //!     76      4  coefficient of friction (f32 bits), 0 with contact cells
-//! with an output stage, its settings
-//!     80      4  bit 0: a virtual coupling, bit 1: passivity; what is absent is zero below
-//!     84      4  time of a tick [s] (f32 bits)
-//!     88      4  stiffness of the coupling [N/m] (f32 bits)
-//!     92      4  damping of the coupling [N s/m] (f32 bits)
-//!     96      4  damping of the device [N s/m] (f32 bits)
-//!    100      4  ticks of delay
-//!    104      4  largest slew [N/s] (f32 bits)
-//!    108      4  largest force of the stage [N] (f32 bits)
-//!    112      2  ticks of the ramp
-//!    114      2  ticks of the watchdog
-//!    116      4  largest speed of the hand [m/s] (f32 bits), 0 for any
-//! from 80, with an output stage from 120
+//! with an output stage
+//!     80  4, 12  its settings, a word each in the order of `StageSettings`: whole number or f32 bits; before the
+//!                fields of coupling and passivity 1, or 0 for none, and then they are zero
+//! from 80, with an output stage from 128
 //!      .    4 n  input ids of the contact cells, in the order of the model's cells; then zeros
 //! record r = 0, 1, ... of 48 bytes
 //!      0      8  tick
@@ -165,7 +149,7 @@ pub const MAGIC: [u8; 8] = *b"CHAINTRC";
 /// The version of the format that is written and read.
 pub const VERSION: u32 = 5;
 /// Bytes of the header before the output stage and the contact cells.
-pub const HEADER_BYTES: usize = 80;
+pub const HEADER_BYTES: usize = header::COMMON_BYTES + 16;
 /// Bytes of a record.
 pub const RECORD_BYTES: usize = 48;
 /// Kind of a record that holds a tool sample.

@@ -147,9 +147,9 @@ fn the_bytes_are_those_of_the_table() {
     assert_eq!(trace[20..24], [0, 0, 1, 0]);
     let s = settings();
     let floats = [s.step, s.tick_time, s.max_tool_step_m, s.max_force_n].map(f32::to_bits);
-    assert_eq!([word(24), word(28)], [2, 3]);
-    assert_eq!([32, 36, 40, 44].map(word), floats);
-    assert_eq!([48, 52, 56].map(word), [3, 0, 0]);
+    assert_eq!([word(24), word(44), word(48)], [3, 2, 0]);
+    assert_eq!([28, 32, 36, 40].map(word), floats);
+    assert_eq!([52, 56].map(word), [3, 0]);
     assert_eq!(word(60), crc(&[&trace[..60], &trace[64..96]]));
     let [major, minor, patch] = Origin::HERE.release.map(u32::from);
     assert_eq!([64, 68, 72, 76].map(word), [REVISION, major | minor << 16, patch, 0]);
@@ -280,16 +280,7 @@ fn what_cannot_be_played_is_refused_with_its_reason() {
     assert_eq!(refused, Some(TraceError::Contacts { needed: 3, room: 2 }));
     assert_eq!(read(b"tick,x_m"), Err(TraceError::Magic));
     // One of these has contact cells as well as tools.
-    let words = [
-        (24, 3),
-        (24, 2 << 16),
-        (28, 65_536),
-        (52, 2),
-        (56, 1),
-        (72, 2 << 16),
-        (72, 4 << 16),
-        (76, 1),
-    ];
+    let words = [(44, 3), (48, 2), (24, 65_536), (56, 1), (72, 2 << 16), (72, 4 << 16), (76, 1)];
     for (at, word) in words {
         assert_eq!(read(&reworded(at, word)), Err(TraceError::Layout), "{at}");
     }
@@ -303,9 +294,9 @@ fn what_cannot_be_played_is_refused_with_its_reason() {
     let refused = Reader::open(&stranger).unwrap().contact_cells(&model(), &mut [0; 4]).err();
     assert_eq!(refused, Some(TraceError::Contact(4000)));
     let drive = |trace: &[u8]| Reader::open(trace).unwrap().header().settings.drive;
-    assert_eq!([drive(&trace), drive(&reworded(24, 1 << 16))], [Drive::Position, Drive::Current]);
+    assert_eq!([drive(&trace), drive(&reworded(48, 1))], [Drive::Position, Drive::Current]);
     // Settings that do not fit the model.
-    let sweepless = reworded(28, 0);
+    let sweepless = reworded(24, 0);
     let refused = Reader::open(&sweepless).unwrap().header().network(model()).err();
     assert!(matches!(refused, Some(TraceError::Settings(_))), "{refused:?}");
 }

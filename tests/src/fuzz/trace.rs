@@ -13,7 +13,7 @@ const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 /// Bytes in front of the revision, the checksum the last four.
 const COMMON_BYTES: usize = 64;
 /// Bytes of an output stage's settings.
-const STAGE_BYTES: usize = 40;
+const STAGE_BYTES: usize = 48;
 /// Most sweeps a tick, most contacts and most records of a trace that is played.
 const SWEEPS_MAX: u16 = 8;
 const CONTACTS_MAX: usize = 64;
@@ -39,12 +39,12 @@ fn put(data: &mut [u8], at: usize, word: u32) {
 fn mended(data: &[u8]) -> Vec<u8> {
     let mut trace = data.to_vec();
     let most = (data.len() - HEADER_BYTES) / 4;
-    let contacts = (word(data, 48) as usize).min(most).min(CONTACTS_MAX);
+    let contacts = (word(data, 52) as usize).min(most).min(CONTACTS_MAX);
     let front = HEADER_BYTES + if data[74] & 1 != 0 { STAGE_BYTES } else { 0 };
     let bytes = (front + 4 * contacts).next_multiple_of(8);
     trace.resize(trace.len().max(bytes), 0);
     put(&mut trace, 12, bytes as u32);
-    put(&mut trace, 48, contacts as u32);
+    put(&mut trace, 52, contacts as u32);
     put(&mut trace, COMMON_BYTES, REVISION);
     put(&mut trace, 16, chosen(word(data, 16)).checksum());
     let seed = {

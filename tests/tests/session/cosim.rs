@@ -147,7 +147,10 @@ fn ctrl_c_ends_a_session_with_its_results_so_far() {
         Outsider::join(&name, false).after(300);
         // A terminal's Ctrl-C reaches the children too.
         let ended = if to_group { cosim.interrupt_group() } else { cosim.interrupt() };
-        let found = ended.with(130).json();
+        let ended = ended.with(130);
+        let place = format!("interrupted; the results so far are in {}", text(&out));
+        assert!(ended.err.contains(&place), "{}", ended.err);
+        let found = ended.json();
         let ticks = found["ticks_answered"].as_u64().unwrap();
         assert!((300..30_000).contains(&ticks), "{ticks}");
         assert_eq!(found["interrupted"], true);
@@ -168,7 +171,9 @@ fn ctrl_c_before_the_first_tick() {
     // The heading stands before the machine's floor is measured.
     cosim.wait_for_line(&format!("{}: 81 cells, 144 links, 30 s at 1 kHz", text(&model)));
     let ended = cosim.interrupt().with(130);
-    assert!(ended.err.contains("interrupted"), "{}", ended.err);
+    // Nothing is written yet, and nothing says so.
+    assert_eq!(ended.err.trim(), "chaincell: interrupted");
+    assert_eq!(std::fs::read_dir(&out).unwrap().count(), 0);
 }
 
 /// A session of a minute under way, and its two processes.

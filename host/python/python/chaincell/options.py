@@ -62,15 +62,25 @@ class TissueOptions(TypedDict, total=False):
     scheme: Literal["track", "predict", "euler", "rkl2"] | None
     precision: Literal["f32", "fixed"] | None
     sweeps: int | None
-    """Sweeps a tick, from 1 to 65535, 4 by default."""
+    """Sweeps per tick, 1 to 65,535. Default: 4."""
     step: float | None
+    """Time that `euler` advances per sweep, at most the model's bound `step_max`; on the command
+    line and in Python also the time that `rkl2` advances per tick [dimensionless]. Default: 0.9
+    of the bound; for rkl2 what the sweeps cover."""
+    max_tool_step_m: float | None
+    """Largest motion of the contact cells per tick, or largest change of the current per tick
+    [m]. Default: one mean link length."""
+    max_force_n: float | None
+    """Largest magnitude of the force; a larger one is shortened and flagged. A limit below 1e-15
+    N admits no force, an infinite one is none [N]. Default: no limit."""
+    unloading: Literal["off", "release", "retreat"] | None
+    """When the links' bands close to their rest lengths. Default: release."""
+    drive: Literal["position", "current"] | None
+    """How the tool's displacement acts on chosen cells, from the next time that the tool
+    engages. Default: position."""
     time_constant_s: float | None
     threads: int | Literal["auto"] | None
     """From 1 to 8."""
-    drive: str | None
-    unloading: str | None
-    max_tool_step_m: float | None
-    max_force_n: float | None
     max_torque_n_m: float | None
     device: Literal["touch", "premium", "falcon", "omega", "sigma"] | None
     coupling: float | str | None

@@ -88,15 +88,7 @@ fn info_of(model: &ModelStorage) -> Info {
 }
 
 fn settings_of(model: &ModelStorage, scheme: Scheme) -> Settings {
-    let mut settings = Settings {
-        sweeps: 0,
-        unloading: 0,
-        step: 0.0,
-        tick_time: 0.0,
-        max_tool_step_m: 0.0,
-        max_force_n: 0.0,
-        drive: 1,
-    };
+    let mut settings = Settings { drive: 1, ..Settings::default() };
     let code = call!(chaincell_settings_default(model, scheme as i32, &mut settings));
     assert_eq!(code, Code::Ok);
     settings

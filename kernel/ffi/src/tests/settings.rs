@@ -5,9 +5,9 @@ use chaincell_kernel::{Arithmetic, Choice, Drive, Dynamics, Flags, Model, Rkl2, 
 use super::{
     BOX, KINDS, SHAPES, call, choose, hash, make, model_of, sample, settings_of, tick, try_make,
 };
-use crate::{Code, Detail, DriveMode, Scheme, Settings, UnloadingMode};
+use crate::{Code, Detail, Scheme, Settings};
 
-/// The enums of the header stand written out: each entry is one of the kernel's tables.
+/// The schemes of the header stand written out: each is one of the kernel's table.
 #[test]
 fn every_code_is_the_kernels() {
     for scheme in Scheme::ALL {
@@ -20,16 +20,6 @@ fn every_code_is_the_kernels() {
     for &scheme in chaincell_kernel::Scheme::ALL {
         assert!(plain.contains(&(scheme, Arithmetic::F32)), "{scheme:?}");
     }
-    let unloading = [
-        (UnloadingMode::Off, Unloading::Off),
-        (UnloadingMode::Release, Unloading::Release),
-        (UnloadingMode::Retreat, Unloading::Retreat),
-    ];
-    assert_eq!(unloading.len(), Unloading::ALL.len());
-    assert!(unloading.iter().all(|&(c, kernel)| c as i32 == i32::from(kernel.code())));
-    let drive = [(DriveMode::Position, Drive::Position), (DriveMode::Current, Drive::Current)];
-    assert_eq!(drive.len(), Drive::ALL.len());
-    assert!(drive.iter().all(|&(c, kernel)| c as i32 == i32::from(kernel.code())));
 }
 
 #[test]
@@ -41,16 +31,8 @@ fn the_defaults_are_the_kernels() {
             Scheme::Rkl2 => Rkl2::tick_time(&model, 4),
             _ => kernel.tick_time,
         };
-        let wanted = Settings {
-            sweeps: 4,
-            unloading: UnloadingMode::Release as i32,
-            step: kernel.step,
-            tick_time,
-            max_tool_step_m: model.unit_m(),
-            max_force_n: f32::INFINITY,
-            drive: DriveMode::Position as i32,
-        };
-        assert_eq!(settings_of(&storage, scheme), wanted);
+        let wanted = chaincell_kernel::Settings { tick_time, ..kernel };
+        assert_eq!(settings_of(&storage, scheme), wanted.plain());
     }
 }
 
@@ -124,7 +106,7 @@ fn settings_change_under_way() {
 /// All three ways of unloading reach the kernel.
 #[test]
 fn unloading_is_what_was_asked_for() {
-    let flags = [UnloadingMode::Off, UnloadingMode::Release, UnloadingMode::Retreat].map(|mode| {
+    let flags = [Unloading::Off, Unloading::Release, Unloading::Retreat].map(|mode| {
         let (code, _, made) = try_make(BOX, 0, 1, |s| s.unloading = mode as i32);
         assert_eq!((code, choose(made.tissue, &[64]).0), (Code::Ok, Code::Ok));
         // Down, back, and let go.
@@ -139,7 +121,7 @@ fn unloading_is_what_was_asked_for() {
 /// Both drives reach the kernel: a held cell feels a force at once, a loaded one moves first.
 #[test]
 fn the_drive_is_what_was_asked_for() {
-    let forces = [DriveMode::Position, DriveMode::Current].map(|drive| {
+    let forces = [Drive::Position, Drive::Current].map(|drive| {
         let (code, _, made) = try_make(BOX, 0, 1, |s| {
             s.drive = drive as i32;
             s.sweeps = 200;

@@ -104,7 +104,7 @@ fn a_buffer_that_is_too_short_is_told_by_how_much() {
 
 #[test]
 fn a_stage_goes_on_to_the_same_forces() {
-    let settings = super::stage::settings(crate::DeviceKind::Touch);
+    let settings = super::stage::settings(chaincell_kernel::stage::Device::Touch);
     let made = || {
         let (code, stage) = super::stage::make(&settings);
         assert_eq!(code, Code::Ok);

@@ -3,29 +3,12 @@
 use core::ptr::null;
 
 use chaincell_kernel::stage::{Device, Stage, StageSettings as KernelSettings};
-use chaincell_kernel::{Choice, Flags, TickOutput};
+use chaincell_kernel::{Choice, Drive, Flags, TickOutput};
 
 use super::{BOX, NO_OUTPUT, call, choose, model_of, of_kernel, pose_at, settings_of, tick};
-use crate::{
-    Code, DeviceKind, DriveMode, Output, Scheme, StageNews, StageSettings, StageStorage,
-    ToolOutput, ToolPose,
-};
+use crate::{Code, Output, Scheme, StageNews, StageSettings, StageStorage, ToolOutput, ToolPose};
 
-const DEVICES: [(DeviceKind, Device); 5] = [
-    (DeviceKind::Touch, Device::Touch),
-    (DeviceKind::Premium, Device::Premium),
-    (DeviceKind::Falcon, Device::Falcon),
-    (DeviceKind::Omega, Device::Omega),
-    (DeviceKind::Sigma, Device::Sigma),
-];
-
-#[test]
-fn every_device_has_the_kernels_code() {
-    assert_eq!(DEVICES.len(), Device::ALL.len());
-    assert!(DEVICES.iter().all(|&(c, kernel)| c as i32 == i32::from(kernel.code())));
-}
-
-pub(super) fn settings(device: DeviceKind) -> StageSettings {
+pub(super) fn settings(device: Device) -> StageSettings {
     let mut settings = StageSettings {
         tick_s: 0.0,
         coupling_n_per_m: -1.0,
@@ -120,7 +103,7 @@ fn a_stage_is_the_kernels() {
 #[test]
 fn every_setting_out_of_range_is_named() {
     let refused = |change: fn(&mut StageSettings), wanted: Code| {
-        let mut settings = settings(DeviceKind::Falcon);
+        let mut settings = settings(Device::Falcon);
         change(&mut settings);
         let (code, mut stage) = make(&settings);
         assert_eq!(code, wanted);
@@ -142,7 +125,7 @@ fn every_setting_out_of_range_is_named() {
     refused(|s| s.ramp_ticks = 65_537, Code::StageTicks);
     refused(|s| s.watchdog_ticks = 60_001, Code::StageTicks);
     for device in [-1, 5, i32::MAX] {
-        let mut settings = settings(DeviceKind::Touch);
+        let mut settings = settings(Device::Touch);
         assert_eq!(call!(chaincell_stage_default(device, &mut settings)), Code::StageDevice);
     }
 }
@@ -153,7 +136,7 @@ const NO_NEWS: StageNews = StageNews { delay_ticks: -1, restarts_ramp: 0, max_fo
 // REQ-STG-17
 #[test]
 fn news_are_the_stages() {
-    let (_, mut stage) = make(&settings(DeviceKind::Falcon));
+    let (_, mut stage) = make(&settings(Device::Falcon));
     let sample = |tick: u16| pose_at([1.0e-4 * f32::from(tick), 0.0, 0.0], 1);
     let mut tell = |tick: u16, news: StageNews| {
         let mut pose = sample(tick);
@@ -179,7 +162,7 @@ fn news_are_the_stages() {
     assert!(force_n <= 0.01 && torque_n_m < 0.1, "{force_n} {torque_n_m}");
     // A longer delay than the settings': a weaker coupling.
     let mut own = Stage::new(KernelSettings::for_device(Device::Falcon)).unwrap();
-    let (_, mut stage) = make(&settings(DeviceKind::Falcon));
+    let (_, mut stage) = make(&settings(Device::Falcon));
     for tick in 0..300 {
         let mut pose = sample(tick);
         own.delayed(9);
@@ -204,7 +187,7 @@ fn news_are_the_stages() {
 // REQ-STG-07
 #[test]
 fn bad_pointers_give_no_force() {
-    let (_, mut stage) = make(&settings(DeviceKind::Touch));
+    let (_, mut stage) = make(&settings(Device::Touch));
     let mut empty = StageStorage::EMPTY;
     let mut sample = pose_at([0.0; 3], 1);
     let tissue = answer([1.0; 3]);
@@ -225,7 +208,7 @@ fn bad_pointers_give_no_force() {
         let there = &raw mut sample;
         assert_eq!(call!(chaincell_stage_sample(bad, there, null(), there)), code);
         if code != Code::NotInitialised {
-            assert_eq!(call!(chaincell_stage_init(bad, &settings(DeviceKind::Touch))), code);
+            assert_eq!(call!(chaincell_stage_init(bad, &settings(Device::Touch))), code);
         }
     }
     let (odd, nothing) =
@@ -250,12 +233,12 @@ fn bad_pointers_give_no_force() {
 fn a_current_behind_the_stage_gives_no_force() {
     let made = super::make(BOX, Scheme::Track, 1);
     let mut of = settings_of(&model_of(BOX), Scheme::Track);
-    of.drive = DriveMode::Current as i32;
+    of.drive = Drive::Current as i32;
     let no_detail = core::ptr::null_mut();
     assert_eq!(call!(chaincell_change_settings(made.tissue, &of, no_detail)), Code::Ok);
     assert_eq!(choose(made.tissue, &[64]).0, Code::Ok);
-    let stages = [settings(DeviceKind::Falcon), {
-        let plain = settings(DeviceKind::Falcon);
+    let stages = [settings(Device::Falcon), {
+        let plain = settings(Device::Falcon);
         StageSettings { coupling_n_per_m: 0.0, passivity: 0, ..plain }
     }];
     let peaks_n = stages.map(|settings| {

@@ -18,7 +18,7 @@ pub struct Header {
 }
 
 /// The documentation of a line of a table.
-fn comment(meaning: &str, indent: &str) -> String {
+pub fn comment(meaning: &str, indent: &str) -> String {
     let lines: String = meaning.lines().map(|line| format!("{indent} *{line}\n")).collect();
     format!("{indent}/**\n{lines}{indent} */\n")
 }

@@ -17,17 +17,17 @@ pub(super) fn regroup(arrays: &mut TouchArrays<'_>, count: usize) {
         while anchors.get(next).is_some_and(|anchor| order(anchor) < key) {
             next += 1;
         }
-        let own = anchors.iter().skip(next).take_while(|anchor| order(anchor) == key).count();
-        (near.first, near.held) = (next as u16, own as u16);
-        next += own;
+        let count = anchors.iter().skip(next).take_while(|anchor| order(anchor) == key).count();
+        (near.first, near.held) = (next as u16, count as u16);
+        next += count;
     }
 }
 
 /// Moves anchors with their tools and fades released grips. Returns the contact energy of all tools; if it
-/// exceeds `room`, all anchors are dropped.
+/// exceeds `energy_max`, all anchors are dropped.
 pub(super) fn loaded(
     arrays: &mut TouchArrays<'_>,
-    room: f32,
+    energy_max: f32,
     at: &impl Fn(usize) -> [f32; 3],
 ) -> TwoFloat {
     let Some(state) = arrays.state.first().copied() else { return TwoFloat::ZERO };
@@ -43,7 +43,7 @@ pub(super) fn loaded(
         anchor.follow(&tool.proxy);
     }
     let energy = energy_of(arrays, at);
-    if state.anchors == 0 || energy.hi <= room {
+    if state.anchors == 0 || energy.hi <= energy_max {
         return energy;
     }
     // Drop all anchors.
@@ -150,6 +150,6 @@ fn exchange(
 
 /// Number of samples that a tool grips.
 pub(crate) fn held_by(arrays: &TouchArrays<'_>, tool: usize) -> usize {
-    let of = |anchor: &&Anchor| usize::from(anchor.part) / PARTS_MAX == tool;
-    arrays.anchors().iter().filter(of).filter(|anchor| anchor.is_grip()).count()
+    let is_of_tool = |anchor: &&Anchor| usize::from(anchor.part) / PARTS_MAX == tool;
+    arrays.anchors().iter().filter(is_of_tool).filter(|anchor| anchor.is_grip()).count()
 }

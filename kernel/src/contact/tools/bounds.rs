@@ -77,15 +77,15 @@ pub(super) fn of_corners(near: &[NearTriangle]) -> impl Iterator<Item = (usize, 
 }
 
 /// Restores the model's bounds at the cells of the last tick's triangles.
-fn restore(model: &Model<'_>, state: &TouchState, mobility: &mut [f32], own: &mut [f32]) {
+fn restore(model: &Model<'_>, state: &TouchState, mobility: &mut [f32], local: &mut [f32]) {
     let factors = factors(model);
     for slice in state.slices.iter(model.slice_count()) {
         for cell in cells_of(slice, model.cells()) {
-            if let (Some(slot), Some(&of)) = (mobility.get_mut(cell), model.mobility.get(cell)) {
-                *slot = of;
+            if let (Some(slot), Some(&bound)) = (mobility.get_mut(cell), model.mobility.get(cell)) {
+                *slot = bound;
             }
-            if let (Some(slot), Some(&of)) = (own.get_mut(cell), factors.get(cell)) {
-                *slot = of;
+            if let (Some(slot), Some(&factor)) = (local.get_mut(cell), factors.get(cell)) {
+                *slot = factor;
             }
         }
     }

@@ -65,8 +65,9 @@ impl Search<'_> {
                 let is_gripped = grips != 0 && grips & 1_u64.unbounded_shl(code.into()) != 0;
                 let distance = if is_gripped { Some(f32::MIN) } else { distance };
                 let Some(distance) = distance else { continue };
-                let Some((_, of)) = self.surface.triangle(index) else { continue };
-                let (parts, weight) = (of.parts(solid.sampled), of.weight(solid.sampled));
+                let Some((_, sampling)) = self.surface.triangle(index) else { continue };
+                let (parts, weight) =
+                    (sampling.parts(solid.sampled), sampling.weight(solid.sampled));
                 let (index, of) = (index as u32, code);
                 #[rustfmt::skip]
                 let found = NearTriangle { corners, parts, weight, distance, index, of, ..NearTriangle::NONE };
@@ -88,8 +89,8 @@ impl Whole {
     fn of([a, b, c]: [[f32; 3]; 3]) -> Self {
         let middle = scale(1.0 / 3.0, add(add(a, b), c));
         let squared = |corner| {
-            let way = sub(corner, middle);
-            dot(way, way)
+            let offset = sub(corner, middle);
+            dot(offset, offset)
         };
         let corners = [a, b, c].map(squared);
         let squared = corners.into_iter().fold(0.0, |most, r| if r > most { r } else { most });
@@ -100,8 +101,8 @@ impl Whole {
     /// from the part, if the core may be within `far` of them.
     #[inline(always)]
     fn within(&self, solid: &Solid, far: f32) -> (f32, Option<f32>) {
-        let way = solid.way_to(self.middle);
-        let squared = dot(way, way);
+        let offset = solid.way_to(self.middle);
+        let squared = dot(offset, offset);
         // Twice the sum of two squares is at least the square of the sum: most triangles need no root.
         if squared > 2.0 * (far * far + self.squared) {
             return (squared, None);
@@ -114,8 +115,8 @@ impl Whole {
 impl Near {
     /// Updates the largest squared distance of a triangle's middle from the tool's pivot.
     fn stretch(&mut self, tool: usize, middle: [f32; 3], proxy: &Proxy) {
-        let way = sub(middle, proxy.pivot);
-        let squared = dot(way, way);
+        let offset = sub(middle, proxy.pivot);
+        let squared = dot(offset, offset);
         if let Some(extent) = self.extent.get_mut(tool).filter(|extent| **extent < squared) {
             *extent = squared;
         }

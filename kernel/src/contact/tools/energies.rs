@@ -9,15 +9,15 @@ pub(super) fn energies_of(
     arrays: &TouchArrays<'_>,
     at: &impl Fn(usize) -> [f32; 3],
 ) -> (TwoFloat, [f32; TOOLS_MAX]) {
-    let mut own = [0.0; TOOLS_MAX];
-    let each = arrays.tools.iter().zip(&mut own).enumerate().filter(|(_, (tool, _))| tool.is_in);
-    let all = each.fold(TwoFloat::ZERO, |sum, (number, (tool, own))| {
+    let mut single = [0.0; TOOLS_MAX];
+    let each = arrays.tools.iter().zip(&mut single).enumerate().filter(|(_, (tool, _))| tool.is_in);
+    let all = each.fold(TwoFloat::ZERO, |sum, (number, (tool, slot))| {
         let among = (arrays.near(), arrays.anchors());
         let energy = Meeting::of((&tool.proxy, number), among, at).energy;
-        *own = energy.hi;
+        *slot = energy.hi;
         sum.plus(energy)
     });
-    (all, own)
+    (all, single)
 }
 
 /// Contact energy of all engaged tools.

@@ -11,7 +11,7 @@ const PLACE_MAX: f32 = 2.0e6;
 
 /// Converts a position in the mesh's frame \[m\] to mean link lengths from the body's centre.
 pub(super) fn internal(model: &Model<'_>, position_m: [f32; 3]) -> [f32; 3] {
-    sub(position_m, model.centre_m()).map(|way| (way / model.unit_m()).clamp(-PLACE_MAX, PLACE_MAX))
+    sub(position_m, model.centre_m()).map(|x| (x / model.unit_m()).clamp(-PLACE_MAX, PLACE_MAX))
 }
 
 /// Change of a tool's engagement in a tick.

@@ -52,8 +52,8 @@ impl ProxyStep<'_> {
         // Contact and size at the present position.
         let here = self.met(from, at);
         let share = if from.share < 1.0 { self.grown(at) } else { 1.0 };
-        let way = sub(self.tool.target, from.pivot);
-        if let Some(found) = self.retreat(&here, way, at) {
+        let step = sub(self.tool.target, from.pivot);
+        if let Some(found) = self.retreat(&here, step, at) {
             return found;
         }
         let turn = self.tool.target_turn;
@@ -119,11 +119,11 @@ impl ProxyStep<'_> {
     /// Upper bound of the motion of a core's point; for a half space, of the points near the surface.
     fn length(&self, to: Goal) -> f32 {
         let from = &self.tool.proxy;
-        let way = sub(to.pivot, from.pivot);
+        let step = sub(to.pivot, from.pivot);
         let spin = to.turn.after(from.turn.back()).small();
         let arm = from.arm();
         let arm = if self.extent > arm { self.extent } else { arm };
-        sqrt(dot(way, way)) + arm * sqrt(dot(spin, spin))
+        sqrt(dot(step, step)) + arm * sqrt(dot(spin, spin))
     }
 
     /// The tool at a part of its motion, with a share of its radii.
@@ -150,7 +150,7 @@ impl ProxyStep<'_> {
     fn retreat(
         &self,
         here: &Meeting,
-        way: [f32; 3],
+        step: [f32; 3],
         at: &impl Fn(usize) -> [f32; 3],
     ) -> Option<(Proxy, Meeting)> {
         let from = &self.tool.proxy;
@@ -160,7 +160,7 @@ impl ProxyStep<'_> {
             return None;
         }
         let out = scale(1.0 / force, here.force);
-        if dot(out, way) > lack {
+        if dot(out, step) > lack {
             return None;
         }
         let back = from.at(add(from.pivot, scale(lack, out)), from.turn, from.share);

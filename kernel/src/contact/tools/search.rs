@@ -98,14 +98,14 @@ mod tests {
     }
 
     /// The result, one triangle after the other and, if this machine can, eight at a time: the same.
-    fn found(tools: &[ToolState], room: usize) -> (Near, std::vec::Vec<(u32, u8)>) {
-        found_with(tools, &[], room)
+    fn found(tools: &[ToolState], capacity: usize) -> (Near, std::vec::Vec<(u32, u8)>) {
+        found_with(tools, &[], capacity)
     }
 
     fn found_with(
         tools: &[ToolState],
         anchors: &[Anchor],
-        room: usize,
+        capacity: usize,
     ) -> (Near, std::vec::Vec<(u32, u8)>) {
         let state: std::vec::Vec<Cell> = (0..42).map(|cell| Cell::at(far_place(cell))).collect();
         let eight = EightWide::of(VectorUnit::find(), &state, SATURATION);
@@ -114,7 +114,7 @@ mod tests {
             let (strip, numbers) = (&STRIP[..count], &[[1.0; 3]; 40][..count]);
             let surface = ContactSurface::of(strip, numbers);
             let [one, wide] = [None, eight].map(|eight| {
-                let mut slots = std::vec![NearTriangle::NONE; room];
+                let mut slots = std::vec![NearTriangle::NONE; capacity];
                 let near = search(&surface, &place, tools, 0.0, anchors, &mut slots, eight);
                 (near, slots)
             });

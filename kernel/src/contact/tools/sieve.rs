@@ -1,7 +1,7 @@
 //! A search of spheres over eight triangles at a time.
 
 use super::candidates::Search;
-use crate::backend::f32x8::{Chunk, F32x8};
+use crate::backend::f32x8::F32x8;
 use crate::backend::slices::Chunks;
 use crate::backend::{VectorUnit, Work};
 use crate::number::Number;
@@ -40,13 +40,13 @@ impl Search<'_> {
             let stride = self.reach * tool.proxy.radius_min();
             for solid in tool.proxy.parts() {
                 let [x, y, z] = solid.centre;
-                let way = squared(middle, [V::splat(x), V::splat(y), V::splat(z)]);
+                let squares = squared(middle, [V::splat(x), V::splat(y), V::splat(z)]);
                 let far = solid.whole + stride;
-                let beyond = way.above(two.times(V::splat(far * far).plus(size)));
+                let beyond = squares.above(two.times(V::splat(far * far).plus(size)));
                 may_reach = V::select(beyond, may_reach, two);
-                if V::any(way.below(V::splat(*nearest))) {
+                if V::any(squares.below(V::splat(*nearest))) {
                     let mut lanes = [0.0; LANES];
-                    way.store(&mut lanes);
+                    squares.store(&mut lanes);
                     for squared in lanes {
                         *nearest = if squared < *nearest { squared } else { *nearest };
                     }
@@ -75,22 +75,23 @@ impl<A: Fn(usize) -> [f32; 3]> Work for Sieve<'_, '_, A> {
         let triangles = seek.surface.triangles;
         let (slices, padding) = (triangles.len().div_ceil(LANES), triangles.last().copied());
         let chunks = Chunks::new(triangles, padding.unwrap_or_default());
-        let place = |cell: u16| state.get(usize::from(cell)).copied().unwrap_or(Cell::ZERO);
         for slice in 0..slices {
             let chunk = chunks.at(slice);
-            let [a, b, c, d, e, f, g, h] = chunk;
-            let corner = |corner: usize| {
-                let at = |[a, b, c]: [u16; 3]| match corner {
-                    0 => place(a),
-                    1 => place(b),
-                    _ => place(c),
-                };
-                [at(*a), at(*b), at(*c), at(*d), at(*e), at(*f), at(*g), at(*h)]
-            };
-            let (first, second, last) = (corner(0), corner(1), corner(2));
-            let a = outputs::<V>(&first, saturation);
-            let b = outputs::<V>(&second, saturation);
-            let c = outputs::<V>(&last, saturation);
+            let [
+                [a, i, q],
+                [b, j, r],
+                [c, k, s],
+                [d, l, t],
+                [e, m, u],
+                [f, n, v],
+                [g, o, w],
+                [h, p, x],
+            ] = *chunk;
+            let [a, b, c] = [
+                outputs::<V>(state, [a, b, c, d, e, f, g, h], saturation),
+                outputs::<V>(state, [i, j, k, l, m, n, o, p], saturation),
+                outputs::<V>(state, [q, r, s, t, u, v, w, x], saturation),
+            ];
             // Middle and size, as `Whole::of`.
             let ([ax, ay, az], [bx, by, bz], [cx, cy, cz]) = (a, b, c);
             let middle = [
@@ -124,9 +125,11 @@ impl<A: Fn(usize) -> [f32; 3]> Work for Sieve<'_, '_, A> {
 
 /// Outputs of eight cells.
 #[inline(always)]
-fn outputs<V: F32x8>(cells: &Chunk, saturation: f32) -> [V; 3] {
+fn outputs<V: F32x8>(state: &[Cell], cells: [u16; LANES], saturation: f32) -> [V; 3] {
+    let [a, b, c, d, e, f, g, h] = cells;
+    let at = |cell: u16| *state.get(usize::from(cell)).unwrap_or(&Cell::ZERO);
     let (low, high) = (V::splat(-saturation), V::splat(saturation));
-    let [x, y, z, _] = V::transposed(cells);
+    let [x, y, z, _] = V::transposed(&[at(a), at(b), at(c), at(d), at(e), at(f), at(g), at(h)]);
     [clamped(x, low, high), clamped(y, low, high), clamped(z, low, high)]
 }
 

@@ -56,11 +56,11 @@ fn is_inside(
 ) -> bool {
     let mut parts = tool.proxy.parts().iter().enumerate();
     parts.any(|(part, solid)| {
-        let own = |near: &&NearTriangle| near.tool() == number && near.part() == part;
+        let is_of_part = |near: &&NearTriangle| near.tool() == number && near.part() == part;
         let is_crossed =
             |near: &NearTriangle| solid.is_crossed(near.corners.map(|cell| at(cell.into())));
         !solid.is_endless()
-            && (near.iter().filter(own).any(is_crossed)
+            && (near.iter().filter(is_of_part).any(is_crossed)
                 || inside::is_inside(model, at, solid.middle(), OUT * solid.whole))
     })
 }

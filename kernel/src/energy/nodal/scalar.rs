@@ -95,7 +95,7 @@ impl Nodal<'_> {
         force
     }
 
-    /// Adds the energy of the cells `held` and of all cells linked to them, each once.
+    /// Adds the energy of the cells `held`, ascending, and of all cells linked to them, each once.
     pub(super) fn stored_around(
         self,
         held: impl Fn(usize) -> Option<usize> + Copy,
@@ -109,9 +109,9 @@ impl Nodal<'_> {
             self.add_stored(cell, at, states, sums);
             for other in self.others(cell) {
                 // A cell that is linked to several held ones counts with the first of them.
-                let is_held = cells().any(|held| held == other);
-                let first = cells().find(|&held| self.others(other).any(|next| next == held));
-                if !is_held && first == Some(cell) {
+                let is_held = |cell: usize| cells().any(|held| held == cell);
+                let is_earlier = |next: usize| next < cell && is_held(next);
+                if !is_held(other) && !self.others(other).any(is_earlier) {
                     self.add_stored(other, at, states, sums);
                 }
             }

@@ -9,6 +9,8 @@ use crate::number::sqrt::sqrt;
 
 /// Share of the radius: a sample nearer to the core is not pushed.
 const MIDDLE: f32 = 1.0e-6;
+/// Margin for the rounding of distances.
+const ROUNDED_UP: f32 = 1.001;
 
 /// Calls `visit` for the samples of a triangle, with corners at `at`, that are in the part or held by an
 /// anchor. Returns the square of the smallest distance of a sample from the core, or of the radius if the
@@ -21,13 +23,12 @@ pub(crate) fn each_met(
     at: [[f32; 3]; 3],
     mut visit: impl FnMut(&Sample),
 ) -> f32 {
-    let reach = solid.radius * solid.radius;
+    let (reach, parts) = (solid.radius * solid.radius, f32::from(near.parts));
     let mut anchors = near.anchors_of(anchors);
-    if anchors.is_empty() && is_beyond(solid, reach, at) {
+    if anchors.is_empty() && is_beyond(solid, parts, at) {
         return reach;
     }
     // Visit every sample: find its distance and its anchor.
-    let parts = f32::from(near.parts);
     let stiffness = near.weight / (parts * parts);
     let (mut nearest, mut next) = (f32::MAX, 0);
     each(near.parts, at, |weights, point| {
@@ -80,10 +81,10 @@ pub(crate) fn each_met(
     nearest
 }
 
-/// Returns true if no point of a triangle can be in the part, by a bound that needs no root: the square of a
-/// sum is at most twice the sum of the squares.
+/// Returns true if no sample of a triangle can be in the part: those nearest to the corners are the farthest
+/// from its middle, by all but one of `parts` parts of the way to a corner.
 #[inline(always)]
-fn is_beyond(solid: &Solid, reach: f32, [a, b, c]: [[f32; 3]; 3]) -> bool {
+fn is_beyond(solid: &Solid, parts: f32, [a, b, c]: [[f32; 3]; 3]) -> bool {
     let middle = scale(1.0 / 3.0, add(add(a, b), c));
     let squared = |corner| {
         let way = sub(corner, middle);
@@ -91,8 +92,9 @@ fn is_beyond(solid: &Solid, reach: f32, [a, b, c]: [[f32; 3]; 3]) -> bool {
     };
     let corners = [a, b, c].map(squared);
     let largest = corners.into_iter().fold(0.0, |most, r| if r > most { r } else { most });
+    let far = ROUNDED_UP * (solid.radius + (parts - 1.0) / parts * sqrt(largest));
     let way = solid.way_to(middle);
-    dot(way, way) > 2.0 * (reach + largest)
+    dot(way, way) > far * far
 }
 
 /// The contribution to a triangle's corners in a pass: residual, and eight times the energy in the fourth
@@ -115,4 +117,34 @@ pub(crate) fn at_corners(
         }
     });
     is_met.then_some(corners)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_sample_in_reach_is_ruled_out() {
+        let corners = [[0.0, 0.0, 0.0], [2.0, 0.3, 0.1], [-0.4, 1.5, -0.2]];
+        let (mut met, mut ruled_out) = (0, 0);
+        for parts in [1, 2, 3, 8] {
+            let near =
+                NearTriangle { corners: [0, 1, 2], parts, weight: 1.0, ..NearTriangle::NONE };
+            for place in 0..1000_u16 {
+                let [x, y, z] = [place % 10, place / 10 % 10, place / 100].map(f32::from);
+                let centre = [0.6 * x - 2.0, 0.6 * y - 2.0, 0.3 * z - 1.5];
+                let solid = Solid { centre, whole: 0.7, sampled: 0.7, radius: 0.7, ..Solid::NONE };
+                let (mut all, mut visited) = (0, 0);
+                each(parts, corners, |_, point| {
+                    let way = solid.way_to(point);
+                    all += usize::from(dot(way, way) < 0.7 * 0.7);
+                });
+                each_met(&solid, &near, &[], corners, |_| visited += 1);
+                assert_eq!(visited, all, "{parts} {centre:?}");
+                met += visited;
+                ruled_out += usize::from(is_beyond(&solid, parts.into(), corners));
+            }
+        }
+        assert!(met > 100 && ruled_out > 2000, "{met} {ruled_out}");
+    }
 }

@@ -97,12 +97,12 @@ fn cholesky(matrix: &mut Square, count: usize) {
         most = if own > most { own } else { most };
     }
     for column in 0..count {
-        for row in column..count {
-            let mut sum = at(matrix, row, column);
-            for k in 0..column {
-                sum -= at(matrix, row, k) * at(matrix, column, k);
+        let first = matrix.get(column).copied().unwrap_or([0.0; COLUMNS]);
+        for row in matrix.iter_mut().take(count).skip(column) {
+            let (known, rest) = row.split_at_mut(column.min(COLUMNS));
+            if let Some(slot) = rest.first_mut() {
+                *slot = known.iter().zip(&first).fold(*slot, |sum, (a, b)| sum - a * b);
             }
-            put(matrix, row, column, sum);
         }
         let pivot = at(matrix, column, column);
         let root = if pivot > LEAST * most { 1.0 / sqrt(pivot) } else { 0.0 };
@@ -113,11 +113,27 @@ fn cholesky(matrix: &mut Square, count: usize) {
     }
 }
 
-/// A triangle under a tool, with its samples taken as one.
-struct OneSample {
-    /// Stiffness along the normal, and perpendicular to it.
+/// Adds numbers times a factor to sums.
+#[inline(always)]
+fn add_scaled<'a>(pairs: impl Iterator<Item = (&'a mut f32, &'a f32)>, factor: f32) {
+    for (sum, number) in pairs {
+        *sum += factor * number;
+    }
+}
+
+/// The samples of a triangle under a tool, taken as one.
+#[derive(Clone, Copy)]
+struct Mean {
+    /// Stiffness along the normal, and perpendicular to it; 0 without contact.
     stiffness: [f32; 2],
     normal: [f32; 3],
+    /// Stiffness at each corner.
+    shares: [f32; 3],
+}
+
+/// The same with basis functions in place of corners.
+struct OneSample {
+    mean: Mean,
     /// Basis functions with their weights at the sample.
     functions: [(u16, f32); OF_TRIANGLE],
     count: usize,
@@ -131,9 +147,14 @@ pub(crate) struct Under<'a> {
     pub anchors: &'a [Anchor],
 }
 
-impl OneSample {
+fn sum(shares: [f32; 3]) -> f32 {
+    shares.into_iter().fold(0.0, |sum, share| sum + share)
+}
+
+impl Mean {
+    const NONE: Self = Self { stiffness: [0.0; 2], normal: [0.0; 3], shares: [0.0; 3] };
+
     fn of(
-        basis: &CoarseBasis<'_>,
         under: Under<'_>,
         near: &NearTriangle,
         place: &impl Fn(usize) -> [f32; 3],
@@ -161,35 +182,44 @@ impl OneSample {
             },
         );
         // Take the mean normal and the larger stiffness.
-        let whole = shares.into_iter().fold(0.0, |sum, share| sum + share);
+        let whole = sum(shares);
         let length = sqrt(dot(way, way));
         // A grip without contact has no normal, and the same stiffness in all directions.
         let (normal, along) = match length > 0.0 {
             true => (scale(1.0 / length, way), if along > across { along } else { across }),
             false => ([0.0; 3], across),
         };
-        if !(whole > 0.0 && along > 0.0) {
-            return None;
-        }
-        let mut one = Self {
-            stiffness: [along, across],
-            normal,
-            functions: [(0, 0.0); OF_TRIANGLE],
-            count: 0,
-        };
-        // Weights of the basis functions at the corners.
-        for (&cell, share) in near.corners.iter().zip(shares) {
+        let is_met = whole > 0.0 && along > 0.0;
+        is_met.then_some(Self { stiffness: [along, across], normal, shares })
+    }
+
+    fn to_block(self) -> Eight {
+        let ([along, across], [x, y, z], [a, b, c]) = (self.stiffness, self.normal, self.shares);
+        [along, across, x, y, z, a, b, c]
+    }
+
+    fn of_block(block: Eight) -> Self {
+        let [along, across, x, y, z, a, b, c] = block;
+        Self { stiffness: [along, across], normal: [x, y, z], shares: [a, b, c] }
+    }
+}
+
+impl OneSample {
+    fn of(basis: &CoarseBasis<'_>, near: &NearTriangle, mean: Mean) -> Self {
+        let mut one = Self { mean, functions: [(0, 0.0); OF_TRIANGLE], count: 0 };
+        let whole = sum(mean.shares);
+        for (&cell, share) in near.corners.iter().zip(mean.shares) {
             for (function, weight) in basis.row_of(cell.into()) {
                 one.add(function as u16, weight * share / whole);
             }
         }
-        Some(one)
+        one
     }
 
     /// K d.
     fn resist(&self, d: [f32; 3]) -> [f32; 3] {
-        let [along, across] = self.stiffness;
-        let inward = scale(dot(self.normal, d), self.normal);
+        let Mean { stiffness: [along, across], normal, .. } = self.mean;
+        let inward = scale(dot(normal, d), normal);
         add(scale(along, inward), scale(across, sub(d, inward)))
     }
 
@@ -229,11 +259,21 @@ impl CoarseTouch {
         let Some(basis) = terms.model.coarse_basis.filter(|basis| basis.elastic().is_some()) else {
             return;
         };
+        // Take the samples of each triangle as one.
+        let mut holds = false;
+        for (index, near) in under.near.iter().enumerate() {
+            let mean = Mean::of(under, near, place).unwrap_or(Mean::NONE);
+            holds |= mean.stiffness[1] > 0.0;
+            if let Some(slot) = self.means_mut().get_mut(index) {
+                *slot = mean.to_block();
+            }
+        }
         // Collect the columns of U and their directions.
-        let samples =
-            || under.near.iter().filter_map(|near| OneSample::of(&basis, under, near, place));
-        let holds = samples().any(|sample| sample.stiffness[1] > 0.0);
-        samples().for_each(|sample| self.take_in(&sample, holds));
+        for (index, near) in under.near.iter().enumerate() {
+            if let Some(sample) = self.sample(&basis, under, index, near, place) {
+                self.take_in(&sample, holds);
+            }
+        }
         let count = self.count;
         if !holds {
             for way in self.ways.iter_mut().take(count) {
@@ -243,13 +283,40 @@ impl CoarseTouch {
         }
         // Factorise S, and rotate the directions to the rest shape.
         self.lower.iter_mut().take(count).for_each(|row| row.fill(0.0));
-        samples().for_each(|sample| self.stiffen(&sample));
+        for (index, near) in under.near.iter().enumerate() {
+            if let Some(sample) = self.sample(&basis, under, index, near, place) {
+                self.stiffen(&sample);
+            }
+        }
         cholesky(&mut self.lower, count);
         let functions = self.functions;
         for (way, &function) in self.ways.iter_mut().zip(&functions).take(count) {
             *way = turned_with(terms, &basis, function.into(), *way, true);
         }
         self.find_factor(&basis);
+    }
+
+    /// Memory for the means of the first triangles until the factor takes their place.
+    fn means_mut(&mut self) -> &mut [Eight] {
+        self.factor.as_flattened_mut().as_chunks_mut().0
+    }
+
+    /// The samples of a triangle taken as one: from the memory, or computed anew beyond it. `None` without
+    /// contact.
+    fn sample(
+        &self,
+        basis: &CoarseBasis<'_>,
+        under: Under<'_>,
+        index: usize,
+        near: &NearTriangle,
+        place: &impl Fn(usize) -> [f32; 3],
+    ) -> Option<OneSample> {
+        let means: &[Eight] = self.factor.as_flattened().as_chunks().0;
+        let mean = match means.get(index) {
+            Some(block) => Mean::of_block(*block),
+            None => Mean::of(under, near, place)?,
+        };
+        (mean.stiffness[0] > 0.0).then(|| OneSample::of(basis, near, mean))
     }
 
     /// The range of a basis function's columns.
@@ -278,7 +345,7 @@ impl CoarseTouch {
                 self.count = end;
             }
             if !holds && let Some(columns) = self.columns_of(function) {
-                let push = scale(sample.stiffness[0] * weight, sample.normal);
+                let push = scale(sample.mean.stiffness[0] * weight, sample.mean.normal);
                 for way in self.ways.get_mut(columns).unwrap_or_default() {
                     *way = add(*way, push);
                 }
@@ -302,9 +369,11 @@ impl CoarseTouch {
         let shares = shares.get(..count).unwrap_or(&[]);
         for &(a, weight, way) in shares {
             let resisted = scale(weight, sample.resist(way));
+            let row = self.lower.get_mut(a).map_or(&mut [][..], |row| row.as_mut_slice());
             for &(b, other, across) in shares.iter().filter(|&&(b, ..)| b <= a) {
-                let sum = at(&self.lower, a, b) + other * dot(across, resisted);
-                put(&mut self.lower, a, b, sum);
+                if let Some(sum) = row.get_mut(b) {
+                    *sum += other * dot(across, resisted);
+                }
             }
         }
     }
@@ -319,13 +388,14 @@ impl CoarseTouch {
         // V, then V L in its place row by row, then the matrix in that place.
         for a in 0..count {
             let (one, normal) = of(a);
+            let rows = [0, 1, 2].map(|row| basis.inverse_row(row * stride + one));
             for b in 0..=a {
                 let (other, across) = of(b);
                 let mut sum = 0.0;
-                for (row, n) in normal.into_iter().enumerate() {
+                for (row, n) in rows.into_iter().zip(normal) {
                     for (column, m) in across.into_iter().enumerate() {
-                        sum +=
-                            n * m * basis.inverse_at(row * stride + one, column * stride + other);
+                        let element = row.get(column * stride + other);
+                        sum += n * m * element.copied().unwrap_or(0.0);
                     }
                 }
                 put(&mut self.factor, a, b, sum);
@@ -333,19 +403,23 @@ impl CoarseTouch {
             }
         }
         for row in self.factor.iter_mut().take(count) {
-            let v = *row;
-            for (column, slot) in row.iter_mut().enumerate().take(count) {
-                let below = v.iter().enumerate().take(count).skip(column);
-                *slot = below.fold(0.0, |sum, (k, v)| sum + v * at(&self.lower, k, column));
+            let mut sums = [0.0; COLUMNS];
+            for (k, (v, lower)) in row.iter().zip(&self.lower).enumerate().take(count) {
+                add_scaled(sums.iter_mut().zip(lower).take(k + 1), *v);
             }
+            *row = sums;
         }
         for a in 0..count {
-            for b in 0..=a {
-                let mut sum = if a == b { 1.0 } else { 0.0 };
-                for k in a..count {
-                    sum += at(&self.lower, k, a) * at(&self.factor, k, b);
-                }
-                put(&mut self.factor, a, b, sum);
+            let mut sums = [0.0; COLUMNS];
+            if let Some(slot) = sums.get_mut(a) {
+                *slot = 1.0;
+            }
+            for (lower, row) in self.lower.iter().zip(&self.factor).take(count).skip(a) {
+                let factor = lower.get(a).copied().unwrap_or(0.0);
+                add_scaled(sums.iter_mut().zip(row).take(a + 1), factor);
+            }
+            if let Some(row) = self.factor.get_mut(a) {
+                *row = sums;
             }
         }
         cholesky(&mut self.factor, count);

@@ -92,14 +92,16 @@ pub trait Loops: LinkNumber {
     /// True if the coarse level of a model is used; without it `track` uses only the residuals of the cells.
     const COARSE: bool;
 
-    /// One pass at the states `v`: residuals of awake slices, those of held cells 0. Returns the energy in
-    /// internal units.
+    /// One pass at the states `v`: updates the terms' states in the slices `changed`, then computes the
+    /// residuals of awake slices, those of held cells 0. Returns the energy in internal units.
     fn residual(
         terms: Terms<'_, '_, Self>,
+        changed: &SliceSet,
         awake: &SliceSet,
         v: &[Cell<Self>],
         residual: &mut [Cell<Self>],
     ) -> TwoFloat {
+        terms.update(changed, v);
         terms.energy(awake, v, residual)
     }
 

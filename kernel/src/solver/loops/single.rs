@@ -23,14 +23,16 @@ impl Loops for f32 {
 
     fn residual(
         terms: Terms<'_, '_>,
+        changed: &SliceSet,
         awake: &SliceSet,
         v: &[Cell],
         residual: &mut [Cell],
     ) -> TwoFloat {
         let mut energy = Energy::default();
-        if sliced_terms::residual(terms, awake, v, residual, &mut energy) {
+        if sliced_terms::residual(terms, changed, awake, v, residual, &mut energy) {
             energy.total()
         } else {
+            terms.update(changed, v);
             terms.energy(awake, v, residual)
         }
     }

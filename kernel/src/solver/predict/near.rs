@@ -9,9 +9,9 @@
 //! d_k = a_k z + b d_k-1,    p += d_k
 //! ```
 //!
-//! with z the local part of a direction at p, and fixed a and b. The rest of the body stays where it is: only
-//! these slices and their neighbours are computed. No proof depends on the result, since the guard judges the
-//! pass at the new point like any other.
+//! with z the local part of a direction at p, and fixed a and b. The rest of the body stays where it is. The
+//! stress of its neighbours changes with these cells, so their states are updated too. No proof depends on the
+//! result, since the guard judges the pass at the new point like any other.
 //!
 //! Cost: [`PASSES`] passes over those slices, at most two thirds of a pass over the body. A tool that is
 //! larger for its body pays nothing and gains nothing: a second sweep does more there for the same time.
@@ -23,7 +23,7 @@ use crate::energy::surface::Touching;
 use crate::model::Model;
 use crate::number::cell::{Cell, add, peak, scale};
 use crate::number::two_float::LANES;
-use crate::solver::awake::insert_around;
+use crate::solver::awake::{Awake, insert_around};
 use crate::solver::loops::Loops;
 use crate::solver::loops::scalar::track::factor;
 use crate::solver::scheme::Body;
@@ -49,23 +49,26 @@ pub(super) fn balance(body: &mut Body<'_, '_>, own: &mut [Cell]) -> bool {
     let Some((points, fields)) = own.split_at_mut_checked(TRACK * cells) else { return false };
     let Some((at, before)) = points.split_at_mut_checked(cells) else { return false };
     let Some((_, ways)) = fields.split_at_mut_checked(2 * cells) else { return false };
-    // Choose the slices; too many are not worth their passes.
+    // Choose the slices, in the body's own sets, since all slices are awake. Too many are not worth their
+    // passes.
     let slices = model.slice_count();
-    let core = in_contact(&touching, slices, at);
-    let around = with_neighbours(model, &core);
+    let Awake { set: core, spread: around, .. } = &mut *body.awake;
+    in_contact(&touching, slices, at, core);
+    with_neighbours(model, core, around);
     let count = around.iter(slices).count();
     if count == 0 || 3 * PASSES * count > 2 * slices {
+        body.awake.wake_all(model);
         return false;
     }
     clear(ways, core.iter(slices));
     // Move the cells; the terms' states of the last pass come back afterwards.
-    body.terms.states.save(&around, slices);
+    body.terms.states.save(around, slices);
     body.terms.displace(0..slices, at);
     let (mobility, factors) = (body.terms.mobility(), body.terms.factors());
     let unit = if model.is_nodal() { 1.0 } else { OF_LINKS };
     let mut highest = 0.0;
     for pass in 0..PASSES {
-        f32::residual(body.terms, &around, at, body.residual);
+        f32::residual(body.terms, around, core, at, body.residual);
         let (a, b) = if pass == 0 { (unit * FIRST, 0.0) } else { (unit * LATER, ONWARD) };
         let residual = &*body.residual;
         let mut step = Step { at, before, ways, residual, mobility, factors, a, b };
@@ -74,30 +77,29 @@ pub(super) fn balance(body: &mut Body<'_, '_>, own: &mut [Cell]) -> bool {
             highest = if here > highest { here } else { highest };
         }
     }
-    body.terms.states.restore(&around, slices);
+    body.terms.states.restore(around, slices);
+    body.awake.wake_all(model);
     highest > model.saturation()
 }
 
-/// The slices with a cell that a tool pushes or pulls.
-fn in_contact(touching: &Touching<'_>, slices: usize, at: &[Cell]) -> SliceSet {
+/// Sets `set` to the slices with a cell that a tool pushes or pulls.
+fn in_contact(touching: &Touching<'_>, slices: usize, at: &[Cell], set: &mut SliceSet) {
     touching.pull(&|cell: usize| at.get(cell).map_or([0.0; 3], |at| at.xyz()));
-    let mut set = SliceSet::EMPTY;
+    *set = SliceSet::EMPTY;
     for slice in touching.slices.iter(slices) {
         if touching.of_slice(slice).is_some_and(|pulls| pulls != [Cell::ZERO; LANES]) {
             set.insert(slice);
         }
     }
-    set
 }
 
-/// These slices, and those with a neighbour of one of their cells.
-fn with_neighbours(model: &Model<'_>, core: &SliceSet) -> SliceSet {
-    let mut set = *core;
+/// Sets `set` to these slices, and those with a neighbour of one of their cells.
+fn with_neighbours(model: &Model<'_>, core: &SliceSet, set: &mut SliceSet) {
+    *set = *core;
     let slices = core.iter(model.slice_count());
     for cell in slices.flat_map(|slice| cells_of(slice, model.cells())) {
-        insert_around(&mut set, model, cell);
+        insert_around(set, model, cell);
     }
-    set
 }
 
 /// The arrays of a pass, and its factors a and b.

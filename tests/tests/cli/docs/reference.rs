@@ -1,4 +1,5 @@
-//! Tables of `host/REFERENCE.md`: flags, and layouts of messages; and the flags of the Python package.
+//! Tables of `host/REFERENCE.md`: flags, settings, and layouts of messages; and the flags and settings of the Python
+//! package.
 
 use std::collections::BTreeMap;
 use std::fmt::Debug;
@@ -7,7 +8,7 @@ use chaincell_client::Notes;
 use chaincell_client::contacts::{Contact, ContactsHeader};
 use chaincell_client::payload::{CommandMessage, NodePosition, ReplyMessage, StateHeader};
 use chaincell_client::tools::{OneToolForce, OneToolPose, ToolForces, ToolPoses};
-use chaincell_kernel::Flags;
+use chaincell_kernel::{Flags, SettingField, SettingKind, Settings};
 
 use super::page::{pages, top};
 
@@ -47,17 +48,74 @@ fn check(path: &str, wanted: impl Fn(&str) -> String) {
     );
 }
 
+/// A meaning in one line.
+fn line(meaning: &str) -> String {
+    meaning.split_whitespace().collect::<Vec<_>>().join(" ").replace('\\', "")
+}
+
+/// Puts a table in place of the one with this first column.
+fn with_table(text: &str, header: &str, table: &str) -> String {
+    let start = text.find(&format!("| {header} |")).unwrap();
+    let end = start + text[start..].find("\n\n").unwrap() + 1;
+    text[..start].to_owned() + table + &text[end..]
+}
+
 #[test]
 fn the_reference_has_every_flag() {
-    let line = |meaning: &str| meaning.split_whitespace().collect::<Vec<_>>().join(" ");
     let rows = Flags::ALL.iter().map(|(flag, name, meaning)| {
         format!("| {} | `{}` | {} |\n", flag.0, name.to_lowercase(), line(meaning))
     });
     let table = "| flag | name | meaning |\n|---|---|---|\n".to_owned() + &rows.collect::<String>();
-    check("host/REFERENCE.md", |text| {
-        let start = text.find("| flag |").unwrap();
-        let end = start + text[start..].find("\n\n").unwrap() + 1;
-        text[..start].to_owned() + &table + &text[end..]
+    check("host/REFERENCE.md", |text| with_table(text, "flag", &table));
+}
+
+#[test]
+fn the_reference_has_every_setting() {
+    let rows = Settings::FIELDS.iter().map(|field| {
+        let SettingField { name, default, .. } = field;
+        format!("| `{name}` | {default} | {} |\n", line(field.meaning))
+    });
+    let head = "| setting | default | meaning |\n|---|---|---|\n".to_owned();
+    let table = head + &rows.collect::<String>();
+    check("host/REFERENCE.md", |text| with_table(text, "setting", &table));
+}
+
+/// A text with lines of at most 96 bytes between quotes that open and close a documentation of Python.
+fn python_doc(text: &str) -> String {
+    let mut lines = vec![String::from("\"\"\"")];
+    for word in text.split(' ') {
+        let last = lines.last_mut().unwrap();
+        if last.len() + word.len() > 92 {
+            lines.push(word.to_owned());
+        } else {
+            let gap = if last.ends_with('"') { "" } else { " " };
+            last.push_str(&format!("{gap}{word}"));
+        }
+    }
+    lines.join("\n    ") + "\"\"\""
+}
+
+#[test]
+fn python_has_every_setting() {
+    let with_option = Settings::FIELDS.iter().filter(|field| !field.value.is_empty());
+    let arguments = with_option.map(|field| {
+        let kind = match field.kind {
+            SettingKind::Whole => "int".to_owned(),
+            SettingKind::Real => "float".to_owned(),
+            SettingKind::Choice(table) => {
+                let names: Vec<_> =
+                    table.iter().map(|(_, name, _)| format!("\"{name}\"")).collect();
+                format!("Literal[{}]", names.join(", "))
+            }
+        };
+        let doc = python_doc(&format!("{} Default: {}.", line(field.meaning), field.default));
+        format!("    {}: {kind} | None\n    {doc}\n", field.name)
+    });
+    let arguments: String = arguments.collect();
+    check("host/python/python/chaincell/options.py", |text| {
+        let start = text.find("    sweeps:").unwrap();
+        let end = text.find("    time_constant_s:").unwrap();
+        text[..start].to_owned() + &arguments + &text[end..]
     });
 }
 

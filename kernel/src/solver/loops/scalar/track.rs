@@ -20,6 +20,7 @@ pub(crate) fn residual<N: Loops, const SUMS: usize>(
     points: &mut Points<'_, N>,
 ) -> [TwoFloat; SUMS] {
     let model = terms.model;
+    terms.update(awake, points.at);
     let tally = terms.residuals::<false>(awake, points.at, points.residual);
     if awake.is_empty(model.slice_count()) {
         return [TwoFloat::ZERO; SUMS];

@@ -86,7 +86,8 @@ pub(crate) fn residual<const SUMS: usize>(
     points: &mut Points<'_, f32>,
 ) -> Option<[TwoFloat; SUMS]> {
     let mut sums = Sums::<SUMS>::new(terms, points.published, points.before);
-    sliced::residual(terms, awake, points.at, points.residual, &mut sums).then(|| sums.totals())
+    sliced::residual(terms, awake, awake, points.at, points.residual, &mut sums)
+        .then(|| sums.totals())
 }
 
 /// The pass of a body of several parts; `None` if slices cannot be used.
