@@ -461,7 +461,7 @@ fn write(plan: &Plan<'_>, body: &OrderedCells, options: &BakeOptions) -> Result<
     if !options.lean {
         let (rows, ids) = slices::push(&mut sections, cells, &adjacency, links, &values);
         if let Some(shapes) = &shapes {
-            shapes.push(&mut sections, &body.rest, &rows, &ids);
+            shapes.push(&mut sections, &rows, &ids);
         }
     }
     // The coarse level, the surface, the contact and the embedded mesh.

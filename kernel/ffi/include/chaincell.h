@@ -612,7 +612,7 @@ typedef struct chaincell_settings {
 /**
  * Bytes a cell of nodal shapes takes more, the number of cells rounded up to a multiple of eight.
  */
-#define CHAINCELL_CELL_BYTES_SHAPE 192
+#define CHAINCELL_CELL_BYTES_SHAPE 144
 
 /**
  * Alignment of a tissue's storage [bytes].

@@ -44,7 +44,7 @@ pub const CELL_BYTES_RKL2: usize = 80;
 pub const CELL_BYTES_PREDICT: usize = 112;
 
 /// Bytes a cell of nodal shapes takes more, the number of cells rounded up to a multiple of eight.
-pub const CELL_BYTES_SHAPE: usize = 192;
+pub const CELL_BYTES_SHAPE: usize = 144;
 
 /// "CHti": a tissue stands in the storage.
 const TISSUE_TAG: u32 = u32::from_le_bytes(*b"CHti");

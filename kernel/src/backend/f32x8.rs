@@ -7,6 +7,7 @@
 
 #![allow(unsafe_code)]
 
+use core::cell::Cell as Shared;
 use core::hint::select_unpredictable;
 
 use crate::number::cell::Cell;
@@ -15,6 +16,21 @@ use crate::number::two_float::LANES;
 
 /// Eight consecutive cells.
 pub type Chunk = [Cell; LANES];
+
+/// Eight times four numbers.
+#[inline(always)]
+pub(crate) fn chunk(of: impl Fn(usize) -> [f32; 4]) -> Chunk {
+    [
+        Cell(of(0)),
+        Cell(of(1)),
+        Cell(of(2)),
+        Cell(of(3)),
+        Cell(of(4)),
+        Cell(of(5)),
+        Cell(of(6)),
+        Cell(of(7)),
+    ]
+}
 
 /// Eight lanes of `f32`.
 pub trait F32x8: Copy {
@@ -60,6 +76,17 @@ pub trait F32x8: Copy {
     fn transposed(chunk: &Chunk) -> [Self; 4];
     /// The inverse of [`Self::transposed`].
     fn put_transposed(lanes: [Self; 4], chunk: &mut Chunk);
+    /// Adds the lanes of x, y, z and the fourth lane to eight cells, one after the other: a cell may occur
+    /// more than once.
+    #[inline(always)]
+    #[cfg_attr(not(any(test, feature = "nodal")), expect(dead_code, reason = "no term scatters"))]
+    fn add_to(lanes: [Self; 4], cells: [&Shared<Cell>; LANES]) {
+        let mut chunk = [Cell::ZERO; LANES];
+        Self::put_transposed(lanes, &mut chunk);
+        for (cell, more) in cells.into_iter().zip(chunk) {
+            cell.set(cell.get().plus(more));
+        }
+    }
     /// Cells 2 `pair` and 2 `pair` + 1 of eight, one after the other; `pair` from 0 to 3, here and
     /// below.
     fn pair(chunk: &Chunk, pair: usize) -> Self;

@@ -26,9 +26,9 @@
 //! | its part of the bound L: at a cell, which enters the cell's mobility, and by element | `add_bound`, `each_of_row` |
 //! | true if its energy is 0 in the rest shape | `rests` |
 //! | whether it keeps states of this body's cells, and replaces the links | `keeps`, `replaces_links` |
-//! | rows of numbers that last from pass to pass, and of results of a pass | `Keeps` |
+//! | rows of numbers that last from pass to pass | `Keeps` |
 //! | a correction of its states for a tick, and the change of the energy | `begin_tick` |
-//! | a first pass: what it needs of the whole body, then states slice by slice | `prepare`, `update`, `update_slice` |
+//! | a first pass: what it needs of the whole body, its displacements, then states slice by slice | `prepare`, `displace`, `update`, `update_slice` |
 //! | a second pass: residual and energy of awake slices, cell by cell and eight side by side | `accumulate`, `slice` |
 //! | energy that no residual carries | `potential` |
 //! | force on held cells, and the energy that their displacement changes | `cell`, `touched` |

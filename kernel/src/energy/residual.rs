@@ -13,13 +13,14 @@ use super::state::States;
 use super::surface::Touch;
 use super::term::{Pass, Term};
 use crate::backend::VectorUnit;
+use crate::backend::f32x8::chunk;
 use crate::backend::slice_set::SliceSet;
 use crate::backend::slices::{cells_of, clear};
 use crate::backend::team::Team;
 use crate::model::Model;
 use crate::number::Sum;
 use crate::number::cell::{Cell, output, single};
-use crate::number::two_float::TwoFloat;
+use crate::number::two_float::{LANES, TwoFloat};
 
 /// The terms in a tick: the body, whether its bands are closed (unloading), and the tool's effect on it.
 #[derive(Clone, Copy)]
@@ -107,6 +108,19 @@ impl<'a, 'm, N: LinkNumber> Terms<'a, 'm, N> {
         rounded_up(self.list().begin_tick(&at, states, &mut changed))
     }
 
+    /// Stores the displacements of the cells of these slices at the states v.
+    #[inline(always)]
+    pub fn displace(&self, slices: impl Iterator<Item = usize>, v: &[Cell<N>]) {
+        let (list, at, states) = (self.list(), self.outputs(v), self.states.all());
+        for slice in slices.filter(|_| self.states.any()) {
+            let here = chunk(|lane| {
+                let [x, y, z] = at(slice * LANES + lane);
+                [x, y, z, 0.0]
+            });
+            list.displace(slice, &here, states);
+        }
+    }
+
     /// Outputs of the states v; zeros beyond the last cell.
     pub fn published(&self, v: &[Cell<N>]) -> impl Fn(usize) -> [N; 3] {
         let k = N::from_single(self.model.saturation());
@@ -125,6 +139,7 @@ impl<'a, 'm, N: LinkNumber> Terms<'a, 'm, N> {
         let (list, at) = (self.list(), self.outputs(v));
         list.prepare(&at);
         if self.states.any() {
+            self.displace(changed.iter(self.model.slice_count()), v);
             for slice in changed.iter(self.model.slice_count()) {
                 if let Some([from, to]) = self.states.step(slice) {
                     list.update(cells_of(slice, v.len()), &at, from, to);

@@ -123,10 +123,14 @@ impl Work for Update<'_, '_> {
 
     #[inline(always)]
     fn run<V: F32x8>(self) {
-        let (list, cells) = (self.terms.list(), Chunks::repeated(self.at));
-        for slice in self.awake.iter(self.terms.model.slice_count()) {
-            if let Some([from, to]) = self.terms.states.step(slice) {
-                list.update_slice::<V>(slice, cells.at(slice), self.at, from, to);
+        let (list, cells) = (self.terms.list(), Chunks::new(self.at, Cell::ZERO));
+        let (slices, states) = (self.terms.model.slice_count(), self.terms.states);
+        for slice in self.awake.iter(slices) {
+            list.displace(slice, cells.at(slice), states.all());
+        }
+        for slice in self.awake.iter(slices) {
+            if let Some([from, to]) = states.step(slice) {
+                list.update_slice::<V>(slice, self.at, from, to);
             }
         }
     }

@@ -1,10 +1,10 @@
 //! The terms' state of each cell from one pass to the next.
 //!
 //! The state of a cell covers all terms in the list, and takes no memory if none of them keeps a state. It
-//! has three parts: what lasts from pass to pass, the results of the last pass, and a line of the cell that
-//! its neighbours read. The first two are rows of eight numbers, one of each cell of a slice. What lasts
-//! exists in two banks, the present one and that of the published positions, for a pass that the guard
-//! discards: two flags per slice say which bank is which, so that saving and restoring copy nothing.
+//! lasts from pass to pass, in rows of eight numbers, one of each cell of a slice. It exists in two banks, the
+//! present one and that of the published positions, for a pass that the guard discards: two flags per slice
+//! say which bank is which, so that saving and restoring copy nothing. Besides, each cell has its displacement
+//! and its force in the pass: its neighbours read the first and add to the second.
 
 #![allow(unsafe_code)]
 
@@ -13,22 +13,26 @@ use core::cell::Cell;
 use crate::backend::slice_set::SliceSet;
 use crate::model::others::Others;
 use crate::model::terms::Keeps;
+use crate::number::cell;
 use crate::number::kept::kept;
 use crate::number::two_float::LANES;
 
 /// A number of each cell of a slice.
 pub(crate) type Row = [f32; LANES];
+/// Displacement or force of a cell.
+pub(crate) type Quad = Cell<cell::Cell>;
 
 /// Rows of what lasts, of all terms.
 pub(crate) const LASTING: usize = <Others<'static> as Keeps>::LASTING;
-const RESULTS: usize = <Others<'static> as Keeps>::RESULTS;
 
 /// 0 if no term keeps a state, so that arrays of this length have no size.
 const IS_KEPT: usize = (LASTING > 0) as usize;
-/// Rows of a slice: both banks, the results, and the flags of the banks; an even number.
-const ROWS: usize = (2 * LASTING + RESULTS + 1).next_multiple_of(2);
-/// Lines of a slice: one for each cell, then the rows.
-const LINES: usize = IS_KEPT * (LANES + ROWS / 2);
+/// Rows of a slice: both banks and their flags; an even number.
+const ROWS: usize = (2 * LASTING + 1).next_multiple_of(2);
+/// Lines of the displacements of a slice, and of its forces.
+const QUADS: usize = LANES * size_of::<cell::Cell>() / 64;
+/// Lines of a slice: displacements and forces, then the rows.
+const LINES: usize = IS_KEPT * (2 * QUADS + ROWS / 2);
 
 kept! {
     /// Memory for the terms' states: a line of 64 bytes. [`term_states`] is the number that a body needs.
@@ -59,29 +63,40 @@ pub const fn term_states(cells: usize) -> usize {
     cells.div_ceil(LANES) * LINES
 }
 
+/// Displacements and forces of all cells in a pass, the padding of the last slice included; at most one term
+/// of the list uses them.
+#[derive(Clone, Copy)]
+#[cfg_attr(not(feature = "nodal"), expect(dead_code, reason = "no term has displacements"))]
+pub(crate) struct Quads<'a> {
+    pub displacements: &'a [Quad],
+    /// Forces; the fourth lane is the cell's sum of w d^2.
+    pub forces: &'a [Quad],
+}
+
+impl Quads<'_> {
+    const NONE: Self = Self { displacements: &[], forces: &[] };
+}
+
 /// Memory of the states of a slice, in one bank; of one term and those after it in the list.
 #[derive(Clone, Copy)]
 pub(crate) struct SliceMemory<'a> {
     /// Rows of what lasts.
     pub lasting: &'a [Cell<Row>],
-    /// Rows of the results of the last pass.
-    pub results: &'a [Cell<Row>],
-    /// The line of each cell; at most one term of the list has it.
-    pub lines: &'a [Cell<TermState>],
+    #[cfg_attr(not(feature = "nodal"), expect(dead_code, reason = "no term has displacements"))]
+    pub quads: Quads<'a>,
 }
 
 impl SliceMemory<'_> {
     /// Memory after these rows.
     #[inline(always)]
-    fn skip(self, lasting: usize, results: usize) -> Self {
-        let lasting = self.lasting.get(lasting..).unwrap_or(&[]);
-        Self { lasting, results: self.results.get(results..).unwrap_or(&[]), ..self }
+    fn skip(self, lasting: usize) -> Self {
+        Self { lasting: self.lasting.get(lasting..).unwrap_or(&[]), ..self }
     }
 
     /// Memory of the terms after the first one.
     #[inline(always)]
     pub fn after<A: Keeps>(self) -> Self {
-        self.skip(A::LASTING, A::RESULTS)
+        self.skip(A::LASTING)
     }
 }
 
@@ -177,7 +192,7 @@ impl<'a> TermStates<'a> {
 /// The present rows of what lasts of `cells` cells, slice by slice.
 #[inline(always)]
 pub(crate) fn lasting(memory: &[TermState], cells: usize) -> impl Iterator<Item = &[Row; LASTING]> {
-    let rows = memory.get(cells.next_multiple_of(LANES)..).unwrap_or(&[]);
+    let rows = memory.get(cells.div_ceil(LANES) * 2 * QUADS..).unwrap_or(&[]);
     // SAFETY: a line is two rows of plain numbers, with a larger alignment; the lines stay borrowed.
     let rows: &[Row] =
         unsafe { core::slice::from_raw_parts(rows.as_ptr().cast(), rows.len() * (2 * IS_KEPT)) };
@@ -200,10 +215,10 @@ pub(crate) fn words(memory: &[TermState], cells: usize) -> impl Iterator<Item = 
     })
 }
 
-/// The memory of a body's states: the lines of all cells, then the rows of each slice.
+/// The memory of a body's states: displacements, forces, then the rows of each slice.
 #[derive(Clone, Copy)]
 struct Arrays<'a> {
-    lines: &'a [Cell<TermState>],
+    quads: Quads<'a>,
     rows: &'a [[Cell<Row>; ROWS]],
 }
 
@@ -211,20 +226,24 @@ impl<'a> Arrays<'a> {
     #[inline(always)]
     fn of(memory: &'a [Cell<TermState>]) -> Self {
         let slices = memory.len().checked_div(LINES).unwrap_or(0);
-        let (lines, rows) = memory.split_at_checked(slices * LANES).unwrap_or_default();
-        // SAFETY: a line is two rows of plain numbers, with a larger alignment, and a `Cell` is laid out as
-        // its content; the lines stay borrowed.
-        let rows = unsafe {
-            core::slice::from_raw_parts(rows.as_ptr().cast(), rows.len() * (2 * IS_KEPT))
+        let (quads, rows) = memory.split_at_checked(slices * 2 * QUADS).unwrap_or_default();
+        let (displacements, forces) = quads.split_at(quads.len() / 2);
+        // SAFETY: a line is two rows or four quadruples of plain numbers, with a larger alignment, and a
+        // `Cell` is laid out as its content; the lines stay borrowed.
+        let (rows, displacements, forces) = unsafe {
+            (
+                core::slice::from_raw_parts(rows.as_ptr().cast(), rows.len() * (2 * IS_KEPT)),
+                core::slice::from_raw_parts(displacements.as_ptr().cast(), 4 * displacements.len()),
+                core::slice::from_raw_parts(forces.as_ptr().cast(), 4 * forces.len()),
+            )
         };
-        Self { lines, rows: rows.as_chunks().0 }
+        Self { quads: Quads { displacements, forces }, rows: rows.as_chunks().0 }
     }
 
-    /// The rows of a slice, and the lines of its cells.
+    /// The states of a slice.
     #[inline(always)]
     fn slice(self, slice: usize) -> Option<Slice<'a>> {
-        let lines = self.lines.as_chunks().0.get(slice)?;
-        Some(Slice { rows: self.rows.get(slice)?, lines })
+        Some(Slice { rows: self.rows.get(slice)?, quads: self.quads })
     }
 }
 
@@ -232,7 +251,7 @@ impl<'a> Arrays<'a> {
 #[derive(Clone, Copy)]
 struct Slice<'a> {
     rows: &'a [Cell<Row>; ROWS],
-    lines: &'a [Cell<TermState>; LANES],
+    quads: Quads<'a>,
 }
 
 impl<'a> Slice<'a> {
@@ -246,10 +265,10 @@ impl<'a> Slice<'a> {
 
     #[inline(always)]
     fn bank(self, flag: f32) -> SliceMemory<'a> {
-        let (banks, rest) = self.rows.split_at(2 * LASTING);
-        let (first, second) = banks.split_at(LASTING);
+        let (first, rest) = self.rows.split_at(LASTING);
+        let (second, _) = rest.split_at(LASTING);
         let lasting = if flag == 0.0 { first } else { second };
-        SliceMemory { lasting, results: rest, lines: self.lines }
+        SliceMemory { lasting, quads: self.quads }
     }
 
     /// The present bank.
@@ -274,7 +293,7 @@ pub(crate) struct States<'a>([Arrays<'a>; IS_KEPT]);
 
 impl<'a> States<'a> {
     /// No memory: every cell is at rest.
-    pub const NONE: Self = Self([Arrays { lines: &[], rows: &[] }; IS_KEPT]);
+    pub const NONE: Self = Self([Arrays { quads: Quads::NONE, rows: &[] }; IS_KEPT]);
 
     /// Number of slices.
     #[inline(always)]
@@ -296,7 +315,7 @@ impl<'a> States<'a> {
     /// The states of all terms.
     #[inline(always)]
     pub fn all(self) -> StatesOf<'a> {
-        StatesOf { states: self, lasting: 0, results: 0 }
+        StatesOf { states: self, lasting: 0 }
     }
 
     /// The memory of a slice's states, and that for the next ones, which become the present ones.
@@ -305,15 +324,11 @@ impl<'a> States<'a> {
         Some(self.slice(slice)?.step())
     }
 
-    /// Sets what lasts of a cell at its published position, by row; its results become 0.
+    /// Sets what lasts of a cell at its published position, by row.
     fn publish(&self, cell: usize, number: impl Fn(usize) -> f32) {
         let Some(slice) = self.slice(cell / LANES) else { return };
-        for SliceMemory { lasting, results, lines } in [slice.bank(0.0), slice.bank(1.0)] {
-            put(lasting, cell % LANES, (0..LASTING).map(&number));
-            put(results, cell % LANES, [0.0; RESULTS]);
-            if let Some(line) = lines.get(cell % LANES) {
-                line.set(TermState::ZERO);
-            }
+        for bank in [slice.bank(0.0), slice.bank(1.0)] {
+            put(bank.lasting, cell % LANES, (0..LASTING).map(&number));
         }
     }
 
@@ -334,8 +349,7 @@ impl<'a> States<'a> {
         }
     }
 
-    /// Restores the saved states of the slices in `set`, among `slices` in all. The results of the discarded
-    /// pass stay until the next one.
+    /// Restores the saved states of the slices in `set`, among `slices` in all.
     #[inline(always)]
     pub fn restore(&self, set: &SliceSet, slices: usize) {
         if self.any() {
@@ -353,7 +367,6 @@ pub(crate) struct StatesOf<'a> {
     states: States<'a>,
     /// Rows of the terms before.
     lasting: usize,
-    results: usize,
 }
 
 #[cfg_attr(not(any(test, feature = "nodal")), expect(dead_code, reason = "no term has a state"))]
@@ -361,14 +374,13 @@ impl<'a> StatesOf<'a> {
     /// The states of the terms after the first one.
     #[inline(always)]
     pub fn after<A: Keeps>(self) -> Self {
-        let Self { states, lasting, results } = self;
-        Self { states, lasting: lasting + A::LASTING, results: results + A::RESULTS }
+        Self { lasting: self.lasting + A::LASTING, ..self }
     }
 
     /// The present states of a slice.
     #[inline(always)]
     pub fn slice(&self, slice: usize) -> Option<SliceMemory<'a>> {
-        Some(self.states.slice(slice)?.present().skip(self.lasting, self.results))
+        Some(self.states.slice(slice)?.present().skip(self.lasting))
     }
 
     /// The present states of a slice, to be changed between passes; the published ones stay.
@@ -381,9 +393,9 @@ impl<'a> StatesOf<'a> {
         self.slice(slice)
     }
 
-    /// The lines of all cells, and of the padding of the last slice.
+    /// Displacements and forces of all cells.
     #[inline(always)]
-    pub fn lines(&self) -> &'a [Cell<TermState>] {
-        self.states.0.first().map_or(&[], |arrays| arrays.lines)
+    pub fn quads(&self) -> Quads<'a> {
+        self.states.0.first().map_or(Quads::NONE, |arrays| arrays.quads)
     }
 }

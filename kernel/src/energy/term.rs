@@ -85,6 +85,10 @@ pub(crate) trait Term<N: LinkNumber>: Keeps {
     /// Computes what a pass needs from the positions of any cells.
     #[inline(always)]
     fn prepare(self, _at: &impl Fn(usize) -> [f32; 3]) {}
+    /// Stores the displacements of the cells of a slice, which are at `here`, and clears their forces. A pass
+    /// does so for all its slices before the first update; the displacements of other slices stay.
+    #[inline(always)]
+    fn displace(self, _slice: usize, _here: &Chunk, _states: StatesOf<'_>) {}
     /// Stores the states of a slice's cells for a pass.
     #[inline(always)]
     fn update(
@@ -95,13 +99,11 @@ pub(crate) trait Term<N: LinkNumber>: Keeps {
         _to: SliceMemory<'_>,
     ) {
     }
-    /// The same eight cells side by side, at v within K; the same bits. `here` are the slice's cells, the
-    /// last one of the body repeated.
+    /// The same eight cells side by side, at v within K; the same bits.
     #[inline(always)]
     fn update_slice<V: F32x8>(
         self,
         slice: usize,
-        _here: &Chunk,
         at: &[Cell],
         from: SliceMemory<'_>,
         to: SliceMemory<'_>,
@@ -157,10 +159,10 @@ pub(crate) trait Term<N: LinkNumber>: Keeps {
         _sums: &mut Touched,
     ) {
     }
-    /// Adds the second derivative of the energy at rest times a small displacement of the cells; it replaces
-    /// the results of the last pass. A term may leave it out: it only shortens the way to the equilibrium.
+    /// Adds the second derivative of the energy at rest times a small displacement of the cells. A term may
+    /// leave it out: it only shortens the way to the equilibrium.
     #[inline(always)]
-    fn resist(self, _field: &[Cell], _product: &mut [Cell], _states: StatesOf<'_>) {}
+    fn resist(self, _field: &[Cell], _product: &mut [Cell]) {}
     /// The rotation of a cell as a unit quaternion, real part first, for the coarse level; `None` if its
     /// state has none.
     #[inline(always)]
@@ -190,6 +192,12 @@ impl<N: LinkNumber, A: Term<N>, B: Term<N>> Term<N> for (A, B) {
     }
 
     #[inline(always)]
+    fn displace(self, slice: usize, here: &Chunk, states: StatesOf<'_>) {
+        self.0.displace(slice, here, states);
+        self.1.displace(slice, here, states.after::<A>());
+    }
+
+    #[inline(always)]
     fn update(
         self,
         cells: Range<usize>,
@@ -205,13 +213,12 @@ impl<N: LinkNumber, A: Term<N>, B: Term<N>> Term<N> for (A, B) {
     fn update_slice<V: F32x8>(
         self,
         slice: usize,
-        here: &Chunk,
         at: &[Cell],
         from: SliceMemory<'_>,
         to: SliceMemory<'_>,
     ) {
-        self.0.update_slice::<V>(slice, here, at, from, to);
-        self.1.update_slice::<V>(slice, here, at, from.after::<A>(), to.after::<A>());
+        self.0.update_slice::<V>(slice, at, from, to);
+        self.1.update_slice::<V>(slice, at, from.after::<A>(), to.after::<A>());
     }
 
     #[inline(always)]
@@ -269,9 +276,9 @@ impl<N: LinkNumber, A: Term<N>, B: Term<N>> Term<N> for (A, B) {
     }
 
     #[inline(always)]
-    fn resist(self, field: &[Cell], product: &mut [Cell], states: StatesOf<'_>) {
-        self.0.resist(field, product, states);
-        self.1.resist(field, product, states.after::<A>());
+    fn resist(self, field: &[Cell], product: &mut [Cell]) {
+        self.0.resist(field, product);
+        self.1.resist(field, product);
     }
 
     #[inline(always)]

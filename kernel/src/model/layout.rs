@@ -34,6 +34,7 @@ impl Layout<'_> {
     }
 
     /// Rest position of a cell, zeros beyond the last one.
+    #[cfg(test)]
     pub fn rest_position(&self, cell: usize) -> [f32; 3] {
         self.rest.get(cell).copied().unwrap_or_default()
     }

@@ -4,7 +4,7 @@ use super::image::{LAW_DET1, ModelError, Sections, kind, nodal, params};
 use super::layout::Layout;
 use super::range;
 use super::terms::{Keeps, TermData};
-use crate::number::cell::{dot, sub};
+use crate::number::cell::dot;
 use crate::number::two_float::LANES;
 
 /// Ranges far beyond those of a mesh, within which energies and forces stay finite up to [`SATURATION_MAX`]:
@@ -60,6 +60,8 @@ pub(crate) struct Nodal<'a> {
     pub rows: &'a [u32],
     /// Other ends, by group and lane.
     pub ids: &'a [[u16; LANES]],
+    /// Rest positions of the cells.
+    pub rest: &'a [[f32; 3]],
     /// Number of cells.
     pub count: usize,
     /// Stretch at which the band begins; 0 for no band.
@@ -68,7 +70,7 @@ pub(crate) struct Nodal<'a> {
 
 impl<'a> Nodal<'a> {
     pub const NONE: Self =
-        Self { cells: &[], slots: &[], rows: &[], ids: &[], count: 0, stretch_min: 0.0 };
+        Self { cells: &[], slots: &[], rows: &[], ids: &[], rest: &[], count: 0, stretch_min: 0.0 };
 
     /// Returns true if the body is made of shapes.
     #[inline(always)]
@@ -83,14 +85,34 @@ impl<'a> Nodal<'a> {
         lanes.and_then(|lanes| lanes.get(cell % LANES)).copied().unwrap_or(0.0)
     }
 
-    /// Returns the slots of a cell, including padding: their other ends and their numbers.
+    /// Returns the slot of a lane in a group: its other end and its numbers.
+    #[inline(always)]
+    pub fn slot(self, group: usize, lane: usize) -> Option<(usize, Slot<'a>)> {
+        let (numbers, ids) = (self.slots.get(group)?, self.ids.get(group)?);
+        Some((usize::from(*ids.get(lane)?), Slot { numbers, lane }))
+    }
+
+    /// Returns the slots of a cell, including padding.
     #[inline(always)]
     pub fn slots_of(self, cell: usize) -> impl Iterator<Item = (usize, Slot<'a>)> {
-        range(self.rows, cell / LANES).filter_map(move |group| {
-            let (numbers, ids) = (self.slots.get(group)?, self.ids.get(group)?);
-            let lane = cell % LANES;
-            Some((usize::from(*ids.get(lane)?), Slot { numbers, lane }))
-        })
+        range(self.rows, cell / LANES).filter_map(move |group| self.slot(group, cell % LANES))
+    }
+
+    /// Returns `a_ii`.
+    pub fn own_area(&self, cell: usize) -> [f32; 3] {
+        [0, 1, 2].map(|axis| self.number(cell, nodal::OWN + axis))
+    }
+
+    /// Returns the rest position of a cell, zeros beyond the last one.
+    #[inline(always)]
+    pub fn rest_position(&self, cell: usize) -> [f32; 3] {
+        self.rest.get(cell).copied().unwrap_or_default()
+    }
+
+    /// Returns `a_ji`: the numbers of the half-link from `other` back to `cell`, zeros without one.
+    pub fn back_area(&self, cell: usize, other: usize) -> [f32; 3] {
+        let mut slots = self.slots_of(other);
+        slots.find(|&(end, _)| end == cell).map_or([0.0; 3], |(_, slot)| slot.three(nodal::AREA))
     }
 
     /// Visits the part of a row of L that comes from cell k's shape, in whose gradient the row's cell has
@@ -100,8 +122,7 @@ impl<'a> Nodal<'a> {
         let (band, volume) = (self.number(k, nodal::BAND), self.number(k, nodal::LAMBDA_3));
         let share = 1.0 / self.number(k, nodal::VOLUME);
         let weight = share * (even + band + volume);
-        let own = [0, 1, 2].map(|axis| self.number(k, nodal::OWN + axis));
-        visit(k, weight * dot(area, own));
+        visit(k, weight * dot(area, self.own_area(k)));
         for (other, slot) in self.slots_of(k) {
             visit(other, weight * dot(area, slot.three(nodal::AREA)));
         }
@@ -162,23 +183,9 @@ impl<'a> Nodal<'a> {
         }
         for (lane, &id) in ids.iter().enumerate() {
             let (i, j) = (slice * LANES + lane, usize::from(id));
-            let rest = sub(layout.rest_position(j), layout.rest_position(i));
-            let own = |row: usize| slots.get(row).and_then(|of| of.get(lane)).copied();
-            let is_own = i < layout.cells() && i != j;
-            let stored = (0..3).all(|axis| {
-                let wanted = if is_own { rest.get(axis).copied() } else { Some(0.0) };
-                own(nodal::REST + axis) == wanted
-            });
-            // `a_ji` must equal the area in the other end's half-link.
-            let back = |axis: usize| {
-                let there = self.slots_of(j).find(|&(other, _)| other == i);
-                there.map(|(_, slot)| slot.number(nodal::AREA + axis))
-            };
-            let is_mutual =
-                !is_own || (0..3).all(|axis| own(nodal::BACK_AREA + axis) == back(axis));
             // Padding exerts no force.
-            let is_idle = (0..nodal::REST).all(|row| own(row) == Some(0.0));
-            if !stored || !is_mutual || !is_own && !is_idle {
+            let is_idle = slots.iter().all(|row| row.get(lane) == Some(&0.0));
+            if (i >= layout.cells() || i == j) && !is_idle {
                 return Err(wrong());
             }
         }
@@ -186,10 +193,9 @@ impl<'a> Nodal<'a> {
     }
 }
 
-/// R as a unit quaternion, the real part first, then Q by rows; the pull of the last pass.
+/// R as a unit quaternion, the real part first, then Q by rows.
 impl Keeps for Nodal<'_> {
     const LASTING: usize = 13;
-    const RESULTS: usize = 4;
 
     fn at_rest(row: usize) -> f32 {
         if matches!(row, 0 | 4 | 8 | 12) { 1.0 } else { 0.0 }
@@ -214,10 +220,11 @@ impl<'a> TermData<'a> for Nodal<'a> {
         }
         let ids: &[[u16; LANES]] = sections.required(kind::SLICE_NEIGHBOURS)?;
         let rows: &[u32] = sections.required(kind::SLICE_ROWS)?;
-        let count = sections.required::<u32>(kind::INPUT_ID)?.len();
+        let rest: &[[f32; 3]] = sections.required(kind::REST)?;
+        let count = rest.len();
         let cells = sections.sized(kind::NODAL_CELLS, count.div_ceil(LANES))?;
         let slots = sections.sized(kind::NODAL_SLOTS, ids.len())?;
-        Ok(Self { cells, slots, rows, ids, count, stretch_min })
+        Ok(Self { cells, slots, rows, ids, rest, count, stretch_min })
     }
 
     fn check(&self, layout: &Layout<'_>) -> Result<(), ModelError> {
@@ -264,9 +271,9 @@ impl<'a> TermData<'a> for Nodal<'a> {
         if !self.is_any() {
             return;
         }
-        self.through(cell, [0, 1, 2].map(|axis| self.number(cell, nodal::OWN + axis)), visit);
+        self.through(cell, self.own_area(cell), visit);
         for (other, slot) in self.slots_of(cell).filter(|(other, _)| *other != cell) {
-            self.through(other, slot.three(nodal::BACK_AREA), visit);
+            self.through(other, self.back_area(cell, other), visit);
             visit(cell, slot.number(nodal::SPREAD));
             visit(other, -slot.number(nodal::SPREAD));
         }

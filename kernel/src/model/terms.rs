@@ -13,8 +13,6 @@ pub(crate) trait Keeps: Copy {
     /// Rows of what lasts from pass to pass. Its numbers are never -0.0, so that equal states have equal
     /// words.
     const LASTING: usize = 0;
-    /// Rows of the results of the last pass.
-    const RESULTS: usize = 0;
     /// Returns the number of a row of what lasts in the rest shape.
     fn at_rest(_row: usize) -> f32 {
         0.0
@@ -29,7 +27,6 @@ impl Keeps for NoTerm {}
 
 impl<A: Keeps, B: Keeps> Keeps for (A, B) {
     const LASTING: usize = A::LASTING + B::LASTING;
-    const RESULTS: usize = A::RESULTS + B::RESULTS;
 
     fn at_rest(row: usize) -> f32 {
         row.checked_sub(A::LASTING).map_or_else(|| A::at_rest(row), B::at_rest)

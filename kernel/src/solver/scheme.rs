@@ -7,7 +7,6 @@ use super::loops::Loops;
 use crate::backend::VectorUnit;
 use crate::energy::held::Contact;
 use crate::energy::residual::Terms;
-use crate::energy::state::States;
 use crate::model::Model;
 use crate::number::Number;
 use crate::number::cell::{Cell, add, from_single, peak};
@@ -74,8 +73,6 @@ pub(crate) struct Memory<'a, N = f32> {
     pub own: &'a mut [Cell<N>],
     /// Memory for a coarse level.
     pub room: &'a mut [Eight],
-    /// The terms' states of the cells.
-    pub states: States<'a>,
     /// The vector unit to use.
     pub vectors: Option<VectorUnit>,
 }

@@ -227,6 +227,14 @@ fn unless(is_in_range: bool, why: SettingsError) -> Result<(), SettingsError> {
 }
 
 /// A setting as a word, and as a number of C.
+///
+/// ```
+/// use chaincell_kernel::Drive;
+/// use chaincell_kernel::tick::settings::Word;
+///
+/// assert_eq!((Drive::Current.word(), Drive::Current.plain()), (1, 1));
+/// assert_eq!(Drive::of_plain(-1), None);
+/// ```
 pub trait Word: Sized {
     /// The type in C.
     type Plain;

@@ -245,6 +245,8 @@ impl<D: Dynamics> Tick<'_, '_, D> {
     }
 
     /// Makes the link passes of the tick; returns their number.
+    // Not inlined: its frame is off the stack while the tools move.
+    #[inline(never)]
     fn sweep(&mut self, budget: &mut Budget<'_>, flags: &mut Flags) -> u16 {
         // Collect all that the scheme reads and writes.
         let &Settings { sweeps, step, tick_time, .. } = self.network.settings();

@@ -368,8 +368,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
             self.contacts.get(..self.head.chosen),
         ) {
             let (room, vectors) = (&mut *self.room, self.head.vectors);
-            let states = self.states.shared(model.kept_states());
-            let memory = Memory { state, residual, own, room, states, vectors };
+            let memory = Memory { state, residual, own, room, vectors };
             self.head.dynamics.hold(model, memory, held);
         }
     }

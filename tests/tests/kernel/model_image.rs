@@ -134,15 +134,17 @@ fn errors_name_what_is_wrong_with_shapes() {
         let why = with(kind::NODAL_CELLS, of_cell(row), value);
         assert_eq!(why, ModelError::Value(kind::NODAL_CELLS, 3), "{row}: {value}");
     }
-    for (row, value) in [
-        (nodal::BACK_AREA, 0.123),
-        (nodal::SPREAD, f32::NAN),
-        (nodal::REST, 0.5),
-        (nodal::AREA + 1, f32::INFINITY),
-    ] {
+    for (row, value) in [(nodal::SPREAD, f32::NAN), (nodal::AREA + 1, f32::INFINITY)] {
         let why = with(kind::NODAL_SLOTS, of_cell(row), value);
         assert!(matches!(why, ModelError::Value(kind::NODAL_SLOTS, _)), "{row}: {why}");
     }
+    // Half-links of ten numbers, as release 0.2 wrote them.
+    let slots = section(&bytes, kind::NODAL_SLOTS).len();
+    let mut old = bytes.clone();
+    let entry =
+        (HEADER_BYTES..).step_by(16).find(|&at| old[at..at + 4] == kind::NODAL_SLOTS.to_le_bytes());
+    old[entry.unwrap() + 12..][..4].copy_from_slice(&(slots as u32 / 2).to_le_bytes());
+    assert_eq!(error(old).to_string(), "section 40 has the wrong size: bake again");
     // The law 1 of release 0.2, by the sum of the stretches, and one that never was.
     for law in [1, 9] {
         let why = with(kind::NODAL, 0, f32::from_bits(law));

@@ -192,9 +192,9 @@ impl Shapes {
     }
 
     /// Adds the sections; `rows` and `neighbours` are those of the slices.
-    pub fn push(&self, sections: &mut Sections, rest: &[[f32; 3]], slices: &[u32], ids: &[u16]) {
+    pub fn push(&self, sections: &mut Sections, slices: &[u32], ids: &[u16]) {
         sections.push(kind::NODAL, &[LAW_DET1, self.stretch_min.to_bits()]);
-        let cells = rest.len();
+        let cells = self.mu.len();
         let mut numbers = vec![[[0.0_f32; LANES]; nodal::CELL_ROWS]; cells.div_ceil(LANES)];
         for slice in &mut numbers {
             slice[nodal::VOLUME] = [1.0; LANES];
@@ -214,36 +214,29 @@ impl Shapes {
             }
         }
         sections.push(kind::NODAL_CELLS, numbers.as_flattened().as_flattened());
-        sections
-            .push(kind::NODAL_SLOTS, self.slots(rest, slices, ids).as_flattened().as_flattened());
+        sections.push(kind::NODAL_SLOTS, self.slots(slices, ids).as_flattened().as_flattened());
         self.stiffening.push(sections, slices, ids);
     }
 
     /// Returns the numbers of the half-links, group by group.
-    fn slots(
-        &self,
-        rest: &[[f32; 3]],
-        slices: &[u32],
-        ids: &[u16],
-    ) -> Vec<[[f32; LANES]; nodal::SLOT_ROWS]> {
+    fn slots(&self, slices: &[u32], ids: &[u16]) -> Vec<[[f32; LANES]; nodal::SLOT_ROWS]> {
+        let cells = self.mu.len();
         let mut slots = vec![[[0.0_f32; LANES]; nodal::SLOT_ROWS]; ids.len() / LANES];
         for (slice, groups) in slices.windows(2).enumerate() {
             for group in groups[0] as usize..groups[1] as usize {
                 for lane in 0..LANES {
                     let (i, j) = (slice * LANES + lane, usize::from(ids[group * LANES + lane]));
-                    if i >= rest.len() || i == j {
+                    if i >= cells || i == j {
                         continue;
                     }
                     let halves = self.shape.of(i);
                     let Ok(at) = halves.binary_search_by_key(&(j as u32), |half| half.to) else {
                         continue;
                     };
-                    let (half, back) = (&halves[at], self.shape.back(i, &halves[at]));
+                    let half = &halves[at];
                     let mut put = |row: usize, value: f32| slots[group][row][lane] = value + 0.0;
                     for axis in 0..3 {
                         put(nodal::AREA + axis, half.area_m2[axis] as f32);
-                        put(nodal::BACK_AREA + axis, back[axis] as f32);
-                        put(nodal::REST + axis, rest[j][axis] - rest[i][axis]);
                     }
                     put(nodal::SPREAD, (2.0 * BETA * half.weight_m) as f32);
                 }

@@ -34,7 +34,7 @@ fn the_size_counts_the_states() {
     for scheme in Scheme::ALL {
         let (bytes, align) = size(SHAPES, scheme);
         let links = links_size(scheme, cells, 2, 0);
-        assert!(align == SHAPE_ALIGN && bytes - links >= 192 * cells as usize);
+        assert!(align == SHAPE_ALIGN && bytes - links >= 144 * cells as usize);
         let info = info_of(&model_of(BOX));
         let whole = links_size(scheme, info.cells, 2, info.coarse_functions);
         assert_eq!(size(BOX, scheme), (whole, ALIGN));

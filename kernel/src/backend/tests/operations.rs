@@ -8,6 +8,7 @@
 #![allow(unsafe_code)]
 
 use core::array::from_fn;
+use core::cell::Cell as Shared;
 
 use proptest::prelude::*;
 use std::vec::Vec;
@@ -138,6 +139,10 @@ impl Operands {
         let mut back = [Cell([7.0; 4]); LANES];
         V::put_transposed(rows, &mut back);
         seen.exact("put_transposed", &back.map(|cell| cell.0).concat());
+        // Added to cells, one of which may occur more than once.
+        let sums = cells.map(Shared::new);
+        V::add_to(rows, self.ids.map(|id| sums.get(usize::from(id)).unwrap_or(&sums[0])));
+        seen.rounded("add_to", &sums.map(|sum| sum.get().0).concat());
         // Pairs of consecutive cells.
         for pair in 0..4 {
             let two = V::pair(chunk, pair);

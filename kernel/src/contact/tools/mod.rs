@@ -78,6 +78,8 @@ pub(crate) struct Tools<'a> {
 
 impl Tools<'_> {
     /// Moves the tools towards their poses, or releases them.
+    // Not inlined, as `book`: its frame is off the stack during the sweeps.
+    #[inline(never)]
     pub fn advance<D: Dynamics>(&mut self, context: &mut Context<'_, '_, D>, poses: &[ToolPose]) {
         if context.is_engaged != context.was_engaged {
             if !context.is_engaged {
@@ -183,6 +185,7 @@ impl Tools<'_> {
     }
 
     /// Computes the contacts after the sweeps, and books the work of the tools' moves.
+    #[inline(never)]
     pub fn book<D: Dynamics>(&mut self, context: &mut Context<'_, '_, D>) {
         let model = context.terms.model;
         let Some(mut arrays) = self.memory.arrays(context.state.len()) else { return };

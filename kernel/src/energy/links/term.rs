@@ -98,7 +98,7 @@ impl<N: LinkNumber> Term<N> for Links<'_, '_> {
         }
     }
 
-    fn resist(self, field: &[Cell], product: &mut [Cell], _: StatesOf<'_>) {
+    fn resist(self, field: &[Cell], product: &mut [Cell]) {
         if self.model.is_nodal() {
             return;
         }

@@ -2,17 +2,14 @@
 
 #![allow(unsafe_code)]
 
-use core::cell::Cell as Shared;
-
-use super::matrix::{Matrix, pairs, three};
-use super::state::{chunk, stress};
-use crate::backend::f32x8::{Chunk, F32x8};
+use super::matrix::{Matrix, each, pairs, times};
+use crate::backend::f32x8::{Chunk, F32x8, chunk};
 use crate::backend::lane::{Lane, Real};
-use crate::energy::state::TermState;
+use crate::energy::state::Quad;
 use crate::model::image::nodal;
 use crate::model::nodal::{CellNumbers, Nodal, SlotNumbers};
 use crate::model::range;
-use crate::number::cell::Cell;
+use crate::number::cell::{Cell, sub};
 use crate::number::two_float::LANES;
 
 /// Material numbers of a cell.
@@ -56,12 +53,6 @@ pub(super) fn own<V: F32x8>(numbers: &CellNumbers) -> Own<V> {
     Own::of(|row| load(numbers, row))
 }
 
-/// `a_ji` of eight half-links.
-#[inline(always)]
-pub(super) fn back<V: F32x8>(slots: &SlotNumbers) -> [V; 3] {
-    three(rows(|row| load::<V>(slots, row), nodal::BACK_AREA), |x| x.0)
-}
-
 /// Sums over the half-links of a cell.
 #[derive(Clone, Copy)]
 pub(super) struct Gathered<V> {
@@ -80,7 +71,7 @@ impl<V: Real> Gathered<V> {
         Self { slope: [[zero; 3]; 3], pull: [zero; 3], spread: zero }
     }
 
-    /// Adds half-links with these numbers between `here` and `there`.
+    /// Adds half-links with these numbers between the displacements `here` and `there`.
     #[inline(always)]
     pub fn add(
         &mut self,
@@ -88,9 +79,7 @@ impl<V: Real> Gathered<V> {
         there: [Lane<V>; 3],
         row: impl Fn(usize) -> Lane<V> + Copy,
     ) {
-        let ([x, y, z], [a, b, c]) = (here, there);
-        let [p, q, r] = rows(row, nodal::REST);
-        let [dx, dy, dz] = [a - x - p, b - y - q, c - z - r];
+        let [dx, dy, dz] = pairs(there, here, |there, here| there - here);
         let (area, s) = (rows(row, nodal::AREA), row(nodal::SPREAD));
         let [first, second, third] = self.slope;
         self.slope = [
@@ -113,21 +102,50 @@ pub(crate) fn places<V: F32x8>(of: impl Fn(usize) -> [f32; 4]) -> [Lane<V>; 3] {
 
 /// The half-links of a body, with an array that has an element for each cell.
 #[derive(Clone, Copy)]
-pub(super) struct Ends<'a, T> {
+pub(super) struct Ends<'a> {
     shapes: Nodal<'a>,
-    array: &'a [T],
+    array: &'a [Quad],
 }
 
-impl<'a, T> Ends<'a, T> {
+impl<'a> Ends<'a> {
     /// `None` if the array is too short.
     #[inline(always)]
-    pub fn of(shapes: Nodal<'a>, array: &'a [T]) -> Option<Self> {
+    pub fn of(shapes: Nodal<'a>, array: &'a [Quad]) -> Option<Self> {
         (array.len() >= shapes.count).then_some(Self { shapes, array })
+    }
+
+    /// The elements of the cells of a slice.
+    #[inline(always)]
+    pub fn own(self, slice: usize) -> Option<&'a [Quad; LANES]> {
+        self.array.as_chunks().0.get(slice)
+    }
+
+    /// Stores the displacements of the cells of a slice, which are at `here`.
+    #[inline(always)]
+    pub fn displace(self, slice: usize, here: &Chunk) {
+        let Some(own) = self.own(slice) else { return };
+        let mut last = [[0.0; 3]; LANES];
+        let rest = self.shapes.rest.as_chunks().0.get(slice).unwrap_or_else(|| {
+            let rest = self.shapes.rest.as_chunks::<LANES>().1;
+            last.iter_mut().zip(rest).for_each(|(slot, rest)| *slot = *rest);
+            &last
+        });
+        for ((slot, here), rest) in own.iter().zip(here).zip(rest) {
+            slot.set(Cell::at(sub(here.xyz(), *rest)));
+        }
+    }
+
+    /// Clears the elements of the cells of a slice.
+    #[inline(always)]
+    pub fn clear(self, slice: usize) {
+        if let Some(own) = self.own(slice) {
+            own.iter().for_each(|slot| slot.set(Cell::ZERO));
+        }
     }
 
     /// The groups of half-links of a slice: their numbers, and the elements of their other ends.
     #[inline(always)]
-    pub fn groups(self, slice: usize) -> impl Iterator<Item = (&'a SlotNumbers, [&'a T; LANES])> {
+    fn groups(self, slice: usize) -> impl Iterator<Item = (&'a SlotNumbers, [&'a Quad; LANES])> {
         let groups = range(self.shapes.rows, slice);
         let slots = self.shapes.slots.get(groups.clone()).unwrap_or(&[]);
         let ids = self.shapes.ids.get(groups).unwrap_or(&[]);
@@ -139,43 +157,46 @@ impl<'a, T> Ends<'a, T> {
             (slots, [at(a), at(b), at(c), at(d), at(e), at(f), at(g), at(h)])
         })
     }
+
+    /// Takes the forces P `a_ij` of the cells of a slice from their neighbours, in the order of groups and
+    /// lanes, and adds `pull` to the cells' own.
+    #[inline(always)]
+    pub fn push<V: F32x8>(self, slice: usize, stress: Matrix<V>, pull: [Lane<V>; 4]) {
+        let zero = Lane::of(0.0);
+        let opposite = each(stress, |x| zero - x);
+        for (slots, cells) in self.groups(slice) {
+            let [x, y, z] = times(opposite, rows(|row| load(slots, row), nodal::AREA));
+            V::add_to([x.0, y.0, z.0, zero.0], cells);
+        }
+        let [x, y, z, energy] = pull;
+        if let Some(own) = self.own(slice) {
+            V::add_to([x.0, y.0, z.0, energy.0], own.each_ref());
+        }
+    }
 }
 
-/// Positions of eight cells.
+/// The numbers of eight cells.
 #[inline(always)]
-fn gathered<V: F32x8>([a, b, c, d, e, f, g, h]: [&Cell; LANES]) -> [Lane<V>; 3] {
-    let [x, y, z, _] = V::transposed(&[*a, *b, *c, *d, *e, *f, *g, *h]);
+pub(super) fn lanes<V: F32x8>([a, b, c, d, e, f, g, h]: [&Quad; LANES]) -> [V; 4] {
+    V::transposed(&[a.get(), b.get(), c.get(), d.get(), e.get(), f.get(), g.get(), h.get()])
+}
+
+/// Displacements of eight cells.
+#[inline(always)]
+fn displacements<V: F32x8>(cells: [&Quad; LANES]) -> [Lane<V>; 3] {
+    let [x, y, z, _] = lanes(cells);
     [Lane(x), Lane(y), Lane(z)]
 }
 
-/// Stresses in the lines of eight cells, by rows.
-#[inline(always)]
-pub(super) fn stresses<V: F32x8>(lines: [&Shared<TermState>; LANES]) -> [[V; 3]; 3] {
-    let [a, b, c, d, e, f, g, h] = lines;
-    let ([a, i, q], [b, j, r], [c, k, s]) = (stress(a), stress(b), stress(c));
-    let ([d, l, t], [e, m, u], [f, n, v]) = (stress(d), stress(e), stress(f));
-    let ([g, o, w], [h, p, x]) = (stress(g), stress(h));
-    [row([a, b, c, d, e, f, g, h]), row([i, j, k, l, m, n, o, p]), row([q, r, s, t, u, v, w, x])]
-}
-
-/// The lanes of eight times three numbers.
-#[inline(always)]
-fn row<V: F32x8>([a, b, c, d, e, f, g, h]: [[f32; 4]; LANES]) -> [V; 3] {
-    let chunk = [Cell(a), Cell(b), Cell(c), Cell(d), Cell(e), Cell(f), Cell(g), Cell(h)];
-    let [x, y, z, _] = V::transposed(&chunk);
-    [x, y, z]
-}
-
 impl<V: F32x8> Gathered<V> {
-    /// The sums of the cells of a slice, which are at `here`.
+    /// The sums of the cells of a slice; the array is that of the displacements.
     #[inline(always)]
-    pub fn of_slice(ends: Ends<'_, Cell>, slice: usize, here: &Chunk) -> Self {
-        let [x, y, z, _] = V::transposed(here);
-        let here = [Lane(x), Lane(y), Lane(z)];
+    pub fn of_slice(ends: Ends<'_>, slice: usize) -> Option<Self> {
+        let here = displacements(ends.own(slice)?.each_ref());
         let mut sums = Self::none();
         for (slots, there) in ends.groups(slice) {
-            sums.add(here, gathered(there), |row| load(slots, row));
+            sums.add(here, displacements(there), |row| load(slots, row));
         }
-        sums
+        Some(sums)
     }
 }

@@ -7,20 +7,13 @@
 //! (K v)_i = P_i a_ii + sum_j P_j a_ji - sum_j s_ij (v_j - v_i)
 //! ```
 
-use super::state::ShapeState;
-use crate::energy::state::StatesOf;
 use crate::model::image::nodal;
 use crate::model::nodal::Nodal;
-use crate::number::cell::{dot, scale, sub};
+use crate::number::cell::{Cell, add, dot, scale, sub};
 
 impl Nodal<'_> {
-    /// The state with the stress of a small displacement; it replaces the results of the last pass.
-    pub(super) fn strained(
-        self,
-        cell: usize,
-        state: ShapeState,
-        field: &impl Fn(usize) -> [f32; 3],
-    ) -> ShapeState {
+    /// The stress of a cell for a small displacement of the cells.
+    fn strained(self, cell: usize, field: &impl Fn(usize) -> [f32; 3]) -> [[f32; 3]; 3] {
         // G, up to the volume.
         let (here, mut slope) = (field(cell), [[0.0; 3]; 3]);
         for (other, slot) in self.slots_of(cell) {
@@ -38,33 +31,29 @@ impl Nodal<'_> {
         let share = 1.0 / self.number(cell, nodal::VOLUME);
         let part = |here: f32, turned: f32| share * (own * here + mu * turned);
         let along = |here: f32| share * ((own + mu) * here + even);
-        let stress = [
-            [along(xx), part(xy, yx), part(xz, zx), 0.0],
-            [part(yx, xy), along(yy), part(yz, zy), 0.0],
-            [part(zx, xz), part(zy, yz), along(zz), 0.0],
-        ];
-        ShapeState { stress, ..state }
+        [
+            [along(xx), part(xy, yx), part(xz, zx)],
+            [part(yx, xy), along(yy), part(yz, zy)],
+            [part(zx, xz), part(zy, yz), along(zz)],
+        ]
     }
 
-    /// K times the displacement at a cell; the stresses are those of the states.
-    pub(super) fn resistance(
-        self,
-        cell: usize,
-        field: &impl Fn(usize) -> [f32; 3],
-        states: StatesOf<'_>,
-    ) -> [f32; 3] {
-        let push = |of: usize, area: [f32; 3]| {
-            states.shape(of).stress.map(|[x, y, z, _]| dot([x, y, z], area))
-        };
-        let here = field(cell);
-        let mut sum = push(cell, [0, 1, 2].map(|axis| self.number(cell, nodal::OWN + axis)));
-        for (other, slot) in self.slots_of(cell) {
-            let pushed = push(other, slot.three(nodal::BACK_AREA));
-            let spread = scale(slot.number(nodal::SPREAD), sub(field(other), here));
-            for ((sum, pushed), spread) in sum.iter_mut().zip(pushed).zip(spread) {
-                *sum += pushed - spread;
+    /// Adds K times the displacement `field`, cell by cell: what a cell's stress and the spread of its links
+    /// exert on itself and on its neighbours.
+    pub(super) fn add_resistance(self, field: &[Cell], product: &mut [Cell]) {
+        let at = |cell: usize| field.get(cell).map_or([0.0; 3], |field| field.xyz());
+        for cell in 0..self.count {
+            let stress = self.strained(cell, &at);
+            let mut add_to = |of: usize, push: [f32; 3]| {
+                if let Some(sum) = product.get_mut(of) {
+                    *sum = Cell::at(add(sum.xyz(), push));
+                }
+            };
+            add_to(cell, stress.map(|row| dot(row, self.own_area(cell))));
+            for (other, slot) in self.slots_of(cell) {
+                add_to(other, stress.map(|row| dot(row, slot.three(nodal::AREA))));
+                add_to(cell, scale(slot.number(nodal::SPREAD), sub(at(cell), at(other))));
             }
         }
-        sum
     }
 }

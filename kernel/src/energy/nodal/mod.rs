@@ -32,11 +32,16 @@
 //! step that does not lead away from `F_i` ([`nearest`]), which lowers the energy; a discarded pass restores
 //! them.
 //!
-//! **Rounding.** Differences of displacements are differences of positions less the stored ones of
-//! the rest shape: a body at rest has exactly no energy and no force.
+//! **Rounding.** A pass first subtracts the rest positions from the positions, so that a body at rest has
+//! exactly no displacement, no energy and no force.
 //!
-//! Cost: two gathers per half-link, of the other end's position and of its stress; a rotation and a shape per
-//! cell. A sweep takes nine times as long as one over bare links. `f32` only, under `track` and `predict`.
+//! **Order.** A pass goes over the slices once: it gathers the displacements of a slice's neighbours, computes
+//! its shapes, and takes P `a_ij` from the neighbours' forces, group by group and lane by lane, the same way
+//! on every target. A sleeping slice has no stress and pushes no neighbour. A pass over some slices is right
+//! at the cells all of whose neighbours are in them, if the displacements of all cells are those of the pass.
+//!
+//! Cost: per half-link the displacement of the other end is gathered and its force changed; a rotation and a
+//! shape per //! shape per cell. A sweep takes nine times as long as one over bare links. `f32` only, under `track` and `predict`.
 //! For held cells one sweep a tick is enough up to nu 0.48; nearer to 0.5 W grows, steps get shorter and the
 //! force lags.
 //!
@@ -64,28 +69,34 @@ use core::ops::Range;
 
 use super::held::{Contact, Touched};
 use super::links::number::LinkNumber;
-use super::state::{SliceMemory, StatesOf};
+use super::state::{Quads, SliceMemory, StatesOf};
 use super::term::{Here, Pass, Term};
 use crate::backend::f32x8::{Chunk, F32x8};
 use crate::backend::slices::cells_of;
 use crate::model::nodal::Nodal;
 use crate::number::cell::{Cell, add, single};
-use crate::number::two_float::LANES;
-use gather::{Ends, Gathered, back, own, stresses};
-use state::ShapeState;
+use gather::{Ends, Gathered, lanes, own};
 
 impl<N: LinkNumber> Term<N> for Nodal<'_> {
+    #[inline(always)]
+    fn displace(self, slice: usize, here: &Chunk, states: StatesOf<'_>) {
+        let Quads { displacements, forces } = states.quads();
+        let ends = Ends::of(self, displacements).zip(Ends::of(self, forces));
+        if let Some((displacements, forces)) = ends.filter(|_| self.is_any()) {
+            displacements.displace(slice, here);
+            forces.clear(slice);
+        }
+    }
+
     fn update(
         self,
         cells: Range<usize>,
-        at: &impl Fn(usize) -> [f32; 3],
+        _: &impl Fn(usize) -> [f32; 3],
         from: SliceMemory<'_>,
         to: SliceMemory<'_>,
     ) {
         if self.is_any() {
-            for (lane, cell) in cells.enumerate() {
-                self.stepped(cell, ShapeState::load(lane, from), at).store(lane, to);
-            }
+            self.stepped(cells, from, to);
         }
     }
 
@@ -93,18 +104,20 @@ impl<N: LinkNumber> Term<N> for Nodal<'_> {
     fn update_slice<V: F32x8>(
         self,
         slice: usize,
-        here: &Chunk,
-        at: &[Cell],
+        _: &[Cell],
         from: SliceMemory<'_>,
         to: SliceMemory<'_>,
     ) {
-        let (Some(numbers), Some(ends)) = (self.cells.get(slice), Ends::of(self, at)) else {
+        let Quads { displacements, forces } = from.quads;
+        let ends = Ends::of(self, displacements).zip(Ends::of(self, forces));
+        let (Some(numbers), Some((displacements, forces))) = (self.cells.get(slice), ends) else {
             return;
         };
         let Some((turn, unit)) = state::load::<V>(from) else { return };
-        let sums = Gathered::<V>::of_slice(ends, slice, here);
+        let Some(sums) = Gathered::<V>::of_slice(displacements, slice) else { return };
         let step = law::step(self.stretch_min, &sums, &own(numbers), turn, unit);
         state::store(&step, to, cells_of(slice, self.count).len());
+        forces.push(slice, step.stress, step.pull);
     }
 
     fn accumulate<const CLAMPED: bool>(
@@ -117,10 +130,10 @@ impl<N: LinkNumber> Term<N> for Nodal<'_> {
         if !self.is_any() {
             return;
         }
+        let forces = states.quads().forces;
         for cell in pass.cells() {
-            let pulled = Cell(self.pulled(cell, states).map(N::from_single));
-            if let Some(r) = residual.get_mut(cell) {
-                *r = r.plus(pulled);
+            if let (Some(r), Some(force)) = (residual.get_mut(cell), forces.get(cell)) {
+                *r = r.plus(Cell(force.get().0.map(N::from_single)));
             }
         }
     }
@@ -133,22 +146,11 @@ impl<N: LinkNumber> Term<N> for Nodal<'_> {
         sum: &mut [V; 4],
         states: StatesOf<'_>,
     ) {
-        if !self.is_any() {
-            return;
+        let forces = Ends::of(self, states.quads().forces).filter(|_| self.is_any());
+        if let Some(own) = forces.and_then(|forces| forces.own(here.slice)) {
+            let ([x, y, z, wd2], [a, b, c, d]) = (*sum, lanes::<V>(own.each_ref()));
+            *sum = [x.plus(a), y.plus(b), z.plus(c), wd2.plus(d)];
         }
-        let Some(memory) = states.slice(here.slice) else { return };
-        let pull = state::load_pull::<V>(memory.results);
-        let (Some(pull), Some(ends)) = (pull, Ends::of(self, states.lines())) else { return };
-        let [mut px, mut py, mut pz, energy] = pull;
-        for (slots, lines) in ends.groups(here.slice) {
-            let [x, y, z] = back::<V>(slots);
-            let [[a, b, c], [d, e, f], [g, h, i]] = stresses::<V>(lines);
-            px = px.minus(a.times(x).plus(b.times(y)).plus(c.times(z)));
-            py = py.minus(d.times(x).plus(e.times(y)).plus(f.times(z)));
-            pz = pz.minus(g.times(x).plus(h.times(y)).plus(i.times(z)));
-        }
-        let [x, y, z, wd2] = *sum;
-        *sum = [x.plus(px), y.plus(py), z.plus(pz), wd2.plus(energy)];
     }
 
     fn cell(
@@ -178,20 +180,8 @@ impl<N: LinkNumber> Term<N> for Nodal<'_> {
         }
     }
 
-    fn resist(self, field: &[Cell], product: &mut [Cell], states: StatesOf<'_>) {
-        if !self.is_any() {
-            return;
-        }
-        let at = |cell: usize| field.get(cell).map_or([0.0; 3], |field| field.xyz());
-        // The stresses, then the forces.
-        for cell in 0..field.len() {
-            if let Some(memory) = states.slice(cell / LANES) {
-                self.strained(cell, states.shape(cell), &at).store(cell % LANES, memory);
-            }
-        }
-        for (cell, product) in product.iter_mut().enumerate() {
-            *product = Cell::at(add(product.xyz(), self.resistance(cell, &at, states)));
-        }
+    fn resist(self, field: &[Cell], product: &mut [Cell]) {
+        self.add_resistance(field, product);
     }
 
     #[inline(always)]

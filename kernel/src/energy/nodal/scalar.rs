@@ -1,15 +1,18 @@
-//! The shape of a single cell at any positions.
+//! Shapes cell by cell, in a pass and at any positions.
+
+use core::ops::Range;
 
 use super::gather::{Gathered, Own};
 use super::law::{stay, step};
-use super::matrix::{three, times};
-use super::state::{ShapeState, Step, pull, stress};
+use super::matrix::{each, three, times};
+use super::state::{ShapeState, Step};
 use crate::backend::lane::Lane;
 use crate::energy::held::Touched;
-use crate::energy::state::StatesOf;
+use crate::energy::state::{Quads, SliceMemory, StatesOf};
 use crate::model::image::nodal;
 use crate::model::nodal::Nodal;
-use crate::number::cell::sub;
+use crate::model::range;
+use crate::number::cell::{Cell, sub};
 use crate::number::two_float::LANES;
 
 impl Nodal<'_> {
@@ -18,10 +21,12 @@ impl Nodal<'_> {
         self.slots_of(cell).map(|(other, _)| other).filter(move |&other| other != cell)
     }
 
-    fn gathered(self, cell: usize, at: &impl Fn(usize) -> [f32; 3]) -> Gathered<f32> {
-        let (here, mut sums) = (at(cell).map(Lane), Gathered::none());
+    /// Sums over the half-links of a cell, from the displacements of any cells.
+    #[inline(always)]
+    fn gathered(self, cell: usize, displaced: impl Fn(usize) -> [f32; 3]) -> Gathered<f32> {
+        let (here, mut sums) = (displaced(cell).map(Lane), Gathered::none());
         for (other, slot) in self.slots_of(cell) {
-            sums.add(here, at(other).map(Lane), |row| Lane(slot.number(row)));
+            sums.add(here, displaced(other).map(Lane), |row| Lane(slot.number(row)));
         }
         sums
     }
@@ -30,36 +35,45 @@ impl Nodal<'_> {
         Own::of(|row| Lane(self.number(cell, row)))
     }
 
-    /// The state of a cell for a pass at these positions.
-    pub(super) fn stepped(
-        self,
-        cell: usize,
-        state: ShapeState,
-        at: &impl Fn(usize) -> [f32; 3],
-    ) -> ShapeState {
-        let (turn, unit) = variables(state);
-        state_of(step(self.stretch_min, &self.gathered(cell, at), &self.own(cell), turn, unit))
+    /// Stores the states of the cells of a slice for a pass, and adds its forces to the cells' and their
+    /// neighbours'.
+    pub(super) fn stepped(self, cells: Range<usize>, from: SliceMemory<'_>, to: SliceMemory<'_>) {
+        let Quads { displacements, forces } = from.quads;
+        let displaced = |cell: usize| displacements.get(cell).map_or([0.0; 3], |u| u.get().xyz());
+        let add_to = |cell: usize, [x, y, z, w]: [f32; 4]| {
+            if let Some(sum) = forces.get(cell) {
+                sum.set(sum.get().plus(Cell([x, y, z, w])));
+            }
+        };
+        // The states, and the opposite of the stresses.
+        let (slice, zero) = (cells.start / LANES, Lane(0.0));
+        let mut pulls = [([[zero; 3]; 3], [zero; 4]); LANES];
+        for (lane, (cell, pull)) in cells.clone().zip(&mut pulls).enumerate() {
+            let (turn, unit) = variables(ShapeState::load(lane, from));
+            let sums = self.gathered(cell, displaced);
+            let step = step(self.stretch_min, &sums, &self.own(cell), turn, unit);
+            *pull = (each(step.stress, |x| zero - x), step.pull);
+            let (turn, unit) = (step.turn.map(|x| x.0), each(step.unit, |x| x.0));
+            ShapeState { turn, unit }.store(lane, to);
+        }
+        // The neighbours' forces, in the order of groups and lanes, then the cells' own.
+        for group in range(self.rows, slice) {
+            for (lane, (opposite, _)) in pulls.iter().enumerate() {
+                let Some((other, slot)) = self.slot(group, lane) else { continue };
+                let [x, y, z] = times(*opposite, three(slot.three(nodal::AREA), Lane));
+                add_to(other, [x.0, y.0, z.0, 0.0]);
+            }
+        }
+        for (cell, (_, pull)) in cells.zip(pulls) {
+            add_to(cell, pull.map(|x| x.0));
+        }
     }
 
     /// The shape of a cell at these positions, with unchanged rotation and shape of unit volume.
     fn here(self, cell: usize, state: ShapeState, at: &impl Fn(usize) -> [f32; 3]) -> Step<f32> {
         let (turn, unit) = variables(state);
-        stay(self.stretch_min, &self.gathered(cell, at), &self.own(cell), turn, unit)
-    }
-
-    /// Force on a cell in the last pass, and eight times its energy.
-    #[inline(always)]
-    pub(super) fn pulled(self, cell: usize, states: StatesOf<'_>) -> [f32; 4] {
-        let results = states.slice(cell / LANES).map_or(&[][..], |memory| memory.results);
-        let [mut x, mut y, mut z, energy] = pull(results, cell % LANES);
-        for (other, slot) in self.slots_of(cell) {
-            let stress = states.lines().get(other).map_or([[0.0; 4]; 3], stress);
-            let stress = three(stress, |[a, b, c, _]| [Lane(a), Lane(b), Lane(c)]);
-            let area = three(slot.three(nodal::BACK_AREA), Lane);
-            let [Lane(a), Lane(b), Lane(c)] = times(stress, area);
-            (x, y, z) = (x - a, y - b, z - c);
-        }
-        [x, y, z, energy]
+        let sums = self.gathered(cell, |cell| sub(at(cell), self.rest_position(cell)));
+        stay(self.stretch_min, &sums, &self.own(cell), turn, unit)
     }
 
     /// Force on a cell at these positions.
@@ -71,9 +85,9 @@ impl Nodal<'_> {
     ) -> [f32; 3] {
         let Step { pull: [x, y, z, _], .. } = self.here(cell, states.shape(cell), at);
         let mut force = [x.0, y.0, z.0];
-        for (other, slot) in self.slots_of(cell).filter(|(other, _)| *other != cell) {
+        for (other, _) in self.slots_of(cell).filter(|(other, _)| *other != cell) {
             let stress = self.here(other, states.shape(other), at).stress;
-            let area = three(slot.three(nodal::BACK_AREA), Lane);
+            let area = three(self.back_area(cell, other), Lane);
             for (sum, part) in force.iter_mut().zip(times(stress, area)) {
                 *sum -= part.0;
             }
@@ -122,14 +136,14 @@ impl Nodal<'_> {
             }
         }
         let mut scale = 0.5 * energy.0.abs();
+        // A displacement is rounded, and so is the difference of two.
+        let displaced = |cell: usize| sub(at(cell), self.rest_position(cell));
+        let sum = |[x, y, z]: [f32; 3]| x.abs() + y.abs() + z.abs();
+        let (place, far) = (displaced(cell), sum(displaced(cell)));
         for (other, slot) in self.slots_of(cell) {
-            let (mut area, mut way, mut moved) = (0.0, 0.0, 0.0);
-            for (axis, difference) in sub(at(other), at(cell)).into_iter().enumerate() {
-                area += slot.number(nodal::AREA + axis).abs();
-                way += difference.abs();
-                moved += (difference - slot.number(nodal::REST + axis)).abs();
-            }
-            scale += 4.0 * way * (size * area + slot.number(nodal::SPREAD).abs() * moved);
+            let there = displaced(other);
+            let stiffness = slot.number(nodal::SPREAD).abs() * sum(sub(there, place));
+            scale += 4.0 * (sum(there) + far) * (size * sum(slot.three(nodal::AREA)) + stiffness);
         }
         sums.scale += scale;
     }
@@ -139,15 +153,4 @@ impl Nodal<'_> {
 #[inline(always)]
 fn variables(state: ShapeState) -> ([Lane<f32>; 4], [[Lane<f32>; 3]; 3]) {
     (state.turn.map(Lane), three(state.unit, |row| three(row, Lane)))
-}
-
-#[inline(always)]
-fn state_of(step: Step<f32>) -> ShapeState {
-    let row = |[a, b, c]: [Lane<f32>; 3]| [a.0, b.0, c.0, 0.0];
-    ShapeState {
-        turn: step.turn.map(|x| x.0),
-        unit: three(step.unit, |row| three(row, |x| x.0)),
-        stress: three(step.stress, row),
-        pull: step.pull.map(|x| x.0),
-    }
 }

@@ -1,29 +1,23 @@
-//! State of a cell: its rotation, its shape of unit volume, and the results of the last pass.
+//! State of a cell: its rotation and its shape of unit volume.
 
 use core::cell::Cell as Shared;
 
 use super::matrix::Matrix;
 use super::nearest::Turn;
-use crate::backend::f32x8::{Chunk, F32x8};
+use crate::backend::f32x8::F32x8;
 use crate::backend::lane::Lane;
-use crate::energy::state::{Row, SliceMemory, StatesOf, TermState, number, put};
+use crate::energy::state::{Row, SliceMemory, StatesOf, number, put};
 use crate::model::nodal::Nodal;
 use crate::model::terms::Keeps;
-use crate::number::cell::Cell;
 use crate::number::two_float::LANES;
 
-/// State of a cell's shape. Rotation and shape of unit volume persist from pass to pass; stress and pull
-/// follow from them and the positions of the last pass. Neighbours read the stress from the cell's line.
+/// State of a cell's shape.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct ShapeState {
     /// R as a unit quaternion, the real part first.
     pub turn: [f32; 4],
     /// Q by rows.
     pub unit: [[f32; 3]; 3],
-    /// P by rows; the fourth column is 0.
-    pub stress: [[f32; 4]; 3],
-    /// Force of the spread and of the cell's stress, and eight times the energy.
-    pub pull: [f32; 4],
 }
 
 /// Result of a pass at a cell.
@@ -37,9 +31,8 @@ pub(super) struct Step<V> {
     pub pull: [Lane<V>; 4],
 }
 
-/// Rows of R and Q, and of the pull.
+/// Rows of R and Q.
 const LASTING: usize = <Nodal<'static> as Keeps>::LASTING;
-const RESULTS: usize = <Nodal<'static> as Keeps>::RESULTS;
 
 impl StatesOf<'_> {
     /// The shape of a cell.
@@ -55,8 +48,6 @@ impl ShapeState {
     const REST: Self = Self {
         turn: [1.0, 0.0, 0.0, 0.0],
         unit: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
-        stress: [[0.0; 4]; 3],
-        pull: [0.0; 4],
     };
 
     /// The state of a lane.
@@ -64,12 +55,7 @@ impl ShapeState {
     pub fn load(lane: usize, memory: SliceMemory<'_>) -> Self {
         let row = |row| number(memory.lasting, row, lane);
         let three = |first| [row(first), row(first + 1), row(first + 2)];
-        Self {
-            turn: [row(0), row(1), row(2), row(3)],
-            unit: [three(4), three(7), three(10)],
-            stress: memory.lines.get(lane).map_or([[0.0; 4]; 3], stress),
-            pull: pull(memory.results, lane),
-        }
+        Self { turn: [row(0), row(1), row(2), row(3)], unit: [three(4), three(7), three(10)] }
     }
 
     /// Stores the state of a lane.
@@ -77,41 +63,7 @@ impl ShapeState {
     pub fn store(self, lane: usize, memory: SliceMemory<'_>) {
         let ([p, q, r, s], [[a, b, c], [d, e, f], [g, h, i]]) = (self.turn, self.unit);
         put(memory.lasting, lane, [p, q, r, s, a, b, c, d, e, f, g, h, i]);
-        put(memory.results, lane, self.pull);
-        if let Some(line) = memory.lines.get(lane) {
-            let [a, b, c] = self.stress;
-            line.set(TermState([a, b, c, [0.0; 4]]));
-        }
     }
-}
-
-/// The stress in a cell's line.
-#[inline(always)]
-pub(super) fn stress(line: &Shared<TermState>) -> [[f32; 4]; 3] {
-    let TermState([a, b, c, _]) = line.get();
-    [a, b, c]
-}
-
-/// The pull of a lane.
-#[inline(always)]
-pub(super) fn pull(results: &[Shared<Row>], lane: usize) -> [f32; 4] {
-    let row = |row| number(results, row, lane);
-    [row(0), row(1), row(2), row(3)]
-}
-
-/// Eight times four numbers.
-#[inline(always)]
-pub(super) fn chunk(of: impl Fn(usize) -> [f32; 4]) -> Chunk {
-    [
-        Cell(of(0)),
-        Cell(of(1)),
-        Cell(of(2)),
-        Cell(of(3)),
-        Cell(of(4)),
-        Cell(of(5)),
-        Cell(of(6)),
-        Cell(of(7)),
-    ]
 }
 
 #[inline(always)]
@@ -140,40 +92,14 @@ pub(super) fn load<V: F32x8>(memory: SliceMemory<'_>) -> Option<(Turn<V>, Matrix
     Some((turn, unit))
 }
 
-/// The pulls of the cells of a slice.
-#[inline(always)]
-pub(super) fn load_pull<V: F32x8>(results: &[Shared<Row>]) -> Option<[V; 4]> {
-    let [a, b, c, d]: &[Shared<Row>; RESULTS] = results.first_chunk()?;
-    Some([load_row(a).0, load_row(b).0, load_row(c).0, load_row(d).0])
-}
-
-/// The rows of a matrix for eight cells.
-#[inline(always)]
-fn row<V: F32x8>([a, b, c]: [Lane<V>; 3]) -> Chunk {
-    let mut chunk = [Cell::ZERO; LANES];
-    V::put_transposed([a.0, b.0, c.0, V::splat(0.0)], &mut chunk);
-    chunk
-}
-
-/// Stores the results of a pass over the first `cells` cells of a slice; the padding stays at rest.
+/// Stores rotations and shapes of unit volume of the first `cells` cells of a slice; the padding stays at rest.
 #[inline(always)]
 pub(super) fn store<V: F32x8>(step: &Step<V>, memory: SliceMemory<'_>, cells: usize) {
     let Some(rows) = memory.lasting.first_chunk::<LASTING>() else { return };
-    let Some(results) = memory.results.first_chunk::<RESULTS>() else { return };
-    // R, Q and the pull by rows.
-    let ([p, q, r, s], [w, x, y, z]) = (step.turn, step.pull);
+    let [p, q, r, s] = step.turn;
     let [[a, b, c], [d, e, f], [g, h, i]] = step.unit;
     for (row, lanes) in rows.iter().zip([p, q, r, s, a, b, c, d, e, f, g, h, i]) {
         store_row(lanes, row);
-    }
-    for (row, lanes) in results.iter().zip([w, x, y, z]) {
-        store_row(lanes, row);
-    }
-    // The stress by cells.
-    let [a, b, c] = step.stress;
-    let (a, b, c) = (row(a), row(b), row(c));
-    for (((line, a), b), c) in memory.lines.iter().zip(a).zip(b).zip(c) {
-        line.set(TermState([a.0, b.0, c.0, [0.0; 4]]));
     }
     for lane in cells..LANES {
         ShapeState::REST.store(lane, memory);

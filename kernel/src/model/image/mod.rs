@@ -142,7 +142,7 @@ pub mod kind {
     /// ([[f32; 8]; 8] a slice).
     pub const NODAL_CELLS: u32 = 39;
     /// With `NODAL`: numbers of the half-links, by group of `SLICE_ROWS`, number and lane, see
-    /// [`super::nodal`] ([[f32; 8]; 10] a group).
+    /// [`super::nodal`] ([[f32; 8]; 4] a group).
     pub const NODAL_SLOTS: u32 = 40;
     /// With `COARSE` and `NODAL`: the cell whose rotation each basis function takes (u16).
     pub const COARSE_TURNS: u32 = 41;
@@ -184,17 +184,13 @@ pub mod nodal {
     pub const BAND: usize = 7;
 
     /// Numbers of a half-link from cell i, its lane, to the other end j. 0 for padding.
-    pub const SLOT_ROWS: usize = 10;
+    pub const SLOT_ROWS: usize = 4;
     /// `a_ij`, three rows: sum over the tetrahedra with both of `V_t` / 4 times the gradient of
     /// j's hat function.
     pub const AREA: usize = 0;
-    /// `a_ji`, three rows: the same sum with the gradient of i's hat function.
-    pub const BACK_AREA: usize = 3;
     /// 2 beta times the sum over the same tetrahedra of mu `V_t` times minus the product of both
     /// gradients, mu the mean of the corners'.
-    pub const SPREAD: usize = 6;
-    /// The rest position of j less that of i, three rows, by single-precision subtraction.
-    pub const REST: usize = 7;
+    pub const SPREAD: usize = 3;
 
     /// Beta, the part of the shape's stiffness that acts on tetrahedra.
     pub const BETA: f32 = 0.2;

@@ -212,9 +212,9 @@ impl<const ROOM: usize> Scheme for Predict<ROOM> {
 
     #[allow(private_interfaces)]
     fn hold(&mut self, model: &Model<'_>, memory: Memory<'_>, held: &[Contact]) {
-        let Memory { state, residual, own, room, states, vectors } = memory;
-        self.track.hold(model, Memory { state, residual, own, room, states, vectors }, held);
-        let memory = Memory { state, residual, own, room, states, vectors };
+        let Memory { state, residual, own, room, vectors } = memory;
+        self.track.hold(model, Memory { state, residual, own, room, vectors }, held);
+        let memory = Memory { state, residual, own, room, vectors };
         self.is_known = response::solve(model, memory, held, self.track.corrections());
         self.track.interrupt();
         self.ahead = [0.0; 3];

@@ -2,9 +2,8 @@
 //! by conjugate gradients for each axis.
 //!
 //! K is the second derivative of the energy at rest: with all links taut, for a link of weight w and
-//! direction n the matrix w n n' / 2 between its ends, or that of nodal shapes, whose stresses are computed
-//! in their states. The preconditioner is that of `track`: 1 / W or the cell's local part, and the coarse
-//! level if the model has one.
+//! direction n the matrix w n n' / 2 between its ends, or that of nodal shapes. The preconditioner is that
+//! of `track`: 1 / W or the cell's local part, and the coarse level if the model has one.
 //!
 //! Source: M. R. Hestenes and E. Stiefel, Methods of conjugate gradients, 1952.
 
@@ -50,8 +49,6 @@ struct System<'a, 'm> {
     room: &'a mut [Eight],
     /// Corrections of an elastic level in that memory.
     corrections: usize,
-    /// The terms' states of the cells.
-    states: States<'a>,
     vectors: Option<VectorUnit>,
 }
 
@@ -96,9 +93,8 @@ fn field(
     let unit = [0, 1, 2].map(|at| if at == axis { 1.0 } else { 0.0 });
     put(field, held, Cell::at(unit));
     let (residual, room) = (&mut *memory.residual, &mut *memory.room);
-    let (states, vectors) = (memory.states, memory.vectors);
-    let mut system =
-        System { model, held, residual, way, product, room, corrections, states, vectors };
+    let vectors = memory.vectors;
+    let mut system = System { model, held, residual, way, product, room, corrections, vectors };
     let mut energy = system.begin(field);
     let first = system.precondition();
     let mut left = first;
@@ -153,7 +149,7 @@ fn inner(a: &[Cell], b: &[Cell]) -> f64 {
 impl System<'_, '_> {
     /// Computes the residual of a field that is 0 except at the held cells. Returns twice its energy.
     fn begin(&mut self, field: &[Cell]) -> f64 {
-        multiply(self.model, self.states, field, self.residual);
+        multiply(self.model, field, self.residual);
         let energy = inner(field, self.residual);
         put(self.residual, self.held, Cell::ZERO);
         for residual in &mut *self.residual {
@@ -164,7 +160,7 @@ impl System<'_, '_> {
 
     /// Computes K times the search direction in `product`. Returns its inner product with the direction.
     fn curvature(&mut self) -> f64 {
-        multiply(self.model, self.states, self.way, self.product);
+        multiply(self.model, self.way, self.product);
         put(self.product, self.held, Cell::ZERO);
         inner(self.way, self.product)
     }
@@ -221,9 +217,9 @@ impl System<'_, '_> {
 }
 
 /// K times a field, at the cells that can move.
-fn multiply(model: &Model<'_>, states: States<'_>, field: &[Cell], product: &mut [Cell]) {
+fn multiply(model: &Model<'_>, field: &[Cell], product: &mut [Cell]) {
     product.fill(Cell::ZERO);
-    Terms::<f32>::of(model, states).list().resist(field, product, states.all());
+    Terms::<f32>::of(model, States::NONE).list().resist(field, product);
     for (product, _) in
         product.iter_mut().zip(model.mobility).filter(|(_, mobility)| **mobility <= 0.0)
     {

@@ -40,11 +40,11 @@ const SNAPSHOTS: &[(&str, Tier, usize, u32)] = &[
     ("organ500_track", Tier::F32, 36204, 0xadd9fac1),
     ("organ500_track", Tier::Fixed, 34284, 0x371c2483),
     ("organ500_predict", Tier::F32, 60196, 0x50b3812e),
-    ("tissue6_track", Tier::F32, 40012, 0x69e76005),
+    ("tissue6_track", Tier::F32, 33100, 0x13223999),
     ("varied300_track", Tier::F32, 22364, 0xe1cd8f3e),
     ("varied300_track", Tier::Fixed, 21404, 0x869f4844),
-    ("touch6_predict", Tier::F32, 62780, 0x572ac048),
-    ("touch6_tools", Tier::F32, 57008, 0x87f04119),
+    ("touch6_predict", Tier::F32, 55868, 0x019386dc),
+    ("touch6_tools", Tier::F32, 50096, 0xf37c9c4b),
 ];
 
 // REQ-BIT-09
