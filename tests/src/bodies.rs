@@ -3,6 +3,7 @@
 use chaincell_host::bake::tissue::Tissue;
 use chaincell_host::bake::{BakeOptions, BasisSpacing, ImageBytes, PerCell, bake};
 use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme, rest_m};
+use chaincell_host::error::Error;
 use chaincell_host::mesh::{MeshOptions, load};
 use chaincell_kernel::{Model, Network, Settings, TickOutput, ToolPart, ToolPose, Unloading};
 use nalgebra::Vector3;
@@ -19,6 +20,29 @@ pub fn baked(spec: &str, options: &BakeOptions) -> ImageBytes {
 pub fn nodal(spec: &str, young_pa: f64) -> ImageBytes {
     let tissue = Some(Tissue::new(PerCell::Uniform(young_pa), PerCell::Uniform(0.45)));
     baked(spec, &BakeOptions { tissue, ..BakeOptions::default() })
+}
+
+/// The model of an image.
+#[must_use]
+pub fn model(image: &ImageBytes) -> Model<'_> {
+    Model::from_bytes(image.as_bytes()).unwrap()
+}
+
+/// An engine under a contact whose tools go at most so far in a tick, without unloading.
+///
+/// # Errors
+/// As [`Engine::with_contact`].
+pub fn under(
+    image: &ImageBytes,
+    contact: Contact,
+    (scheme, sweeps): (Scheme, u16),
+    max_tool_step_m: f32,
+) -> Result<Engine<'_>, Error> {
+    let settings = Settings::for_model(&model(image));
+    let unloading = Unloading::Off;
+    let settings = Settings { sweeps, unloading, max_tool_step_m, ..settings };
+    let network = Network::new(model(image), settings).unwrap();
+    Engine::with_contact(network, scheme, Arithmetic::F32, contact)
 }
 
 /// A body, and what presses it.
@@ -63,7 +87,7 @@ impl Shape {
 
 impl Body {
     fn new(name: &'static str, image: ImageBytes, tools: [Shape; 3]) -> Self {
-        let model = Model::from_bytes(image.as_bytes()).unwrap();
+        let model = model(&image);
         let cells = (0..model.cells()).map(|cell| Vector3::from(rest_m(&model, cell)));
         let mut by_height: Vec<Vector3<f64>> = cells.collect();
         by_height.sort_by(|a, b| a.z.total_cmp(&b.z));
@@ -111,14 +135,9 @@ impl Body {
 
     /// The body at rest under one of its tools: a tick for a sample.
     pub fn tissue(&self, tool: usize) -> impl FnMut(&ToolPose) -> TickOutput {
-        let model = Model::from_bytes(self.image.as_bytes()).unwrap();
-        let settings =
-            Settings { sweeps: 2, unloading: Unloading::Off, ..Settings::for_model(&model) };
-        let network = Network::new(model, settings).unwrap();
-        let shape = self.tools[tool];
-        let contact = shape.contact();
-        let mut engine =
-            Engine::with_contact(network, Scheme::Predict, Arithmetic::F32, contact).unwrap();
+        let (contact, step_m) =
+            (self.tools[tool].contact(), Settings::for_model(&model(&self.image)).max_tool_step_m);
+        let mut engine = under(&self.image, contact, (Scheme::Predict, 2), step_m).unwrap();
         move |sample| engine.tick(sample)
     }
 }

@@ -1,17 +1,20 @@
 //! A program of somebody else on the scene's services: it knows the names and the bytes of the
-//! messages, and nothing of chaincell's code.
+//! messages, which the reference's table is compared with, and nothing else of chaincell's code.
 
-pub mod contacts;
 pub mod tools;
 
 use std::time::{Duration, Instant};
 
+use chaincell_client::contacts::{Contact, ContactsHeader};
+pub use chaincell_client::payload::{
+    CommandMessage as Order, NodePosition as Row, ReplyMessage as Reply, StateHeader as Stamp,
+};
 use iceoryx2::node::{Node, NodeView};
 use iceoryx2::port::client::Client;
 use iceoryx2::port::subscriber::Subscriber;
 use iceoryx2::prelude::*;
 use iceoryx2::service::port_factory::publish_subscribe;
-use tools::{Forces, Poses, ToolsOutsider};
+use tools::{Forces, ToolsOutsider, one_tool};
 
 /// Longest wait for a service or a message.
 const LIMIT: Duration = Duration::from_secs(60);
@@ -73,70 +76,6 @@ impl From<Forces> for Force {
     }
 }
 
-/// A row of a state: 16 bytes.
-#[derive(Debug, Clone, Copy, Default, PartialEq, ZeroCopySend)]
-#[type_name("chaincell.NodePosition.v1")]
-#[repr(C)]
-pub struct Row {
-    /// Input id.
-    pub node: u32,
-    /// Its position \[m\].
-    pub position_m: [f32; 3],
-}
-
-/// What a state belongs to: 40 bytes.
-#[derive(Debug, Clone, Copy, Default, PartialEq, ZeroCopySend)]
-#[type_name("chaincell.State.v2")]
-#[repr(C)]
-pub struct Stamp {
-    /// Number of the last answered tick.
-    pub tick: u64,
-    /// Ticks answered.
-    pub ticks_answered: u64,
-    /// Hash of the state.
-    pub state_hash: u64,
-    /// Rows.
-    pub nodes: u32,
-    /// Flags of the last answer.
-    pub flags: u32,
-    /// Checksum of the model.
-    pub model_checksum: u32,
-    /// Zero.
-    pub reserved: u32,
-}
-
-/// A command: 16 bytes.
-#[derive(Debug, Clone, Copy, Default, PartialEq, ZeroCopySend)]
-#[type_name("chaincell.Command.v1")]
-#[repr(C)]
-pub struct Order {
-    /// 1 reset, 2 pause, 3 resume, 4 set, 5 grip, 6 let go.
-    pub kind: u32,
-    /// 1 sweeps, 2 max_force_n, 3 max_tool_step_m, 4 unloading; of grip and let go the tool.
-    pub parameter: u32,
-    /// What to set; of let go the ticks.
-    pub value: f32,
-    /// Zero.
-    pub reserved: u32,
-}
-
-/// The reply to a command: 32 bytes.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ZeroCopySend)]
-#[type_name("chaincell.Reply.v1")]
-#[repr(C)]
-pub struct Reply {
-    /// Last tick before the command.
-    pub tick: u64,
-    /// Ticks answered before it.
-    pub ticks_answered: u64,
-    /// Hash after it.
-    pub state_hash: u64,
-    /// 0 done, 1 refused.
-    pub result: u32,
-    /// Why refused.
-    pub reason: u32,
-}
-
 /// What messages of a topic belong to.
 pub trait Header: Copy + std::fmt::Debug + ZeroCopySend + 'static {
     /// Last part of the service's name.
@@ -154,6 +93,14 @@ impl Header for Stamp {
     }
 }
 
+impl Header for ContactsHeader {
+    const TOPIC: &'static str = "contacts";
+
+    fn ticks_answered(&self) -> u64 {
+        self.ticks_answered
+    }
+}
+
 /// A reader of somebody else: rows and what they belong to.
 #[derive(Debug)]
 pub struct Reader<Row: ZeroCopySend + std::fmt::Debug + 'static, H: Header> {
@@ -163,6 +110,9 @@ pub struct Reader<Row: ZeroCopySend + std::fmt::Debug + 'static, H: Header> {
 
 /// A viewer of somebody else.
 pub type Viewer = Reader<Row, Stamp>;
+
+/// A reader of contacts of somebody else.
+pub type Watcher = Reader<Contact, ContactsHeader>;
 
 impl<Row: Clone + ZeroCopySend + std::fmt::Debug, H: Header> Reader<Row, H> {
     /// Joins a scene's readers.
@@ -308,7 +258,7 @@ impl Outsider {
 
     /// Sends one pose.
     pub fn send(&self, pose: Pose) {
-        self.0.send(Poses::of(pose.tick, pose.position_m, pose.engaged));
+        self.0.send(one_tool(pose.tick, pose.position_m, pose.engaged));
     }
 
     /// The next answer.

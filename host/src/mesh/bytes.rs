@@ -66,6 +66,11 @@ impl<'a> Bytes<'a> {
         Self { path, all, at, item: at, part: "the file", little: true, lines: false }
     }
 
+    /// Returns other bytes of the same file, as decoded from a part of it.
+    pub(super) fn part<'b>(&'b self, all: &'b [u8], little: bool) -> Bytes<'b> {
+        Bytes { little, ..Bytes::new(self.path, all, 0) }
+    }
+
     /// Returns the bytes that have not been read.
     pub(super) fn rest(&self) -> &'a [u8] {
         self.all.get(self.at..).unwrap_or_default()
@@ -79,11 +84,6 @@ impl<'a> Bytes<'a> {
     /// Notes the part of the file that begins here, for errors.
     pub(super) fn enter(&mut self, part: &'a str) {
         self.part = part;
-    }
-
-    /// Returns the number of the current line.
-    pub(super) fn line_number(&self) -> usize {
-        line_number(self.all, self.at)
     }
 
     /// Makes an error at the item read last.

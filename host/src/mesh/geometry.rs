@@ -18,6 +18,15 @@ pub(super) fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
+/// Returns the vector of length 1 in this direction; not a number if it has none.
+pub(super) fn unit(direction: [f64; 3]) -> [f64; 3] {
+    // Scale first: squares of tiny numbers would vanish.
+    let largest = direction.iter().fold(0.0f64, |most, x| most.max(x.abs()));
+    let scaled = direction.map(|x| x / largest);
+    let length = dot(scaled, scaled).sqrt();
+    scaled.map(|x| x / length)
+}
+
 /// Distance of two points.
 pub(super) fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
     let d = minus(a, b);

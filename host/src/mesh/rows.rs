@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use super::bytes::{Bytes, shown};
+use super::number::whole_of;
 use crate::error::Result;
 
 /// Lines of numbers without comments.
@@ -49,6 +50,16 @@ impl<'a> Rows<'a> {
         self.bytes.whole_of(word, what)
     }
 
+    /// Reads a position in the file's unit, returned in metres.
+    pub(super) fn position_m(&mut self, unit_m: f64) -> Result<[f64; 3]> {
+        let mut position = [0.0; 3];
+        for (value, name) in position.iter_mut().zip(["x", "y", "z"]) {
+            let word = self.word(name)?;
+            *value = self.bytes.metres_of(word, unit_m, name)?;
+        }
+        Ok(position)
+    }
+
     /// Reads a whole number that may be missing in the first line; 0 then.
     pub(super) fn optional(&mut self, what: &str) -> Result<u64> {
         if self.at < self.words.len() { self.whole(what) } else { Ok(0) }
@@ -88,7 +99,6 @@ impl<'a> Rows<'a> {
     pub(super) fn reference(&mut self, what: &str) -> Result<i64> {
         let word = self.word(what)?;
         let value = self.bytes.real_of(word, what)?;
-        let is_whole = value.fract() == 0.0 && value.abs() < 1e15;
-        Ok(if is_whole { value as i64 } else { 0 })
+        Ok(whole_of(value).unwrap_or(0))
     }
 }

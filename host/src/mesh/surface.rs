@@ -1,6 +1,6 @@
 //! The surface of a body and its normals.
 
-use super::geometry::{cross, dot, minus};
+use super::geometry::{cross, minus, unit};
 
 /// Faces of a tetrahedron of positive volume, counter-clockwise from outside.
 const FACES: [[usize; 3]; 4] = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]];
@@ -37,18 +37,13 @@ pub fn vertex_normals(nodes_m: &[[f64; 3]], triangles: &[[u32; 3]]) -> Vec<Optio
             }
         }
     }
-    let unit = |sum: [f64; 3]| {
-        // Scale first: the squared areas of tiny triangles would vanish.
-        let largest = sum.iter().fold(0.0f64, |m, x| m.max(x.abs()));
-        let scaled = sum.map(|x| x / largest);
-        let length = dot(scaled, scaled).sqrt();
-        (largest > 0.0 && length.is_finite()).then(|| scaled.map(|x| x / length))
-    };
-    sums.into_iter().map(unit).collect()
+    let normal = |sum: [f64; 3]| Some(unit(sum)).filter(|of| of.iter().all(|x| x.is_finite()));
+    sums.into_iter().map(normal).collect()
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::geometry::dot;
     use super::*;
 
     const NODES: [[f64; 3]; 6] =

@@ -88,11 +88,7 @@ fn points(mut rows: Rows, unit_m: f64, groups: &mut Groups) -> Result<(Vec<[f64;
                 )));
             }
         }
-        let mut position = [0.0; 3];
-        for (value, name) in position.iter_mut().zip(["x", "y", "z"]) {
-            let word = rows.word(name)?;
-            *value = rows.bytes.metres_of(word, unit_m, name)?;
-        }
+        let position = rows.position_m(unit_m)?;
         nodes_m.push(position);
         rows.skip(attributes, "an attribute of the point")?;
         if markers > 0 {

@@ -75,11 +75,7 @@ impl Content {
     fn node(&mut self, rows: &mut Rows, unit_m: f64) -> Result<()> {
         rows.next("a node")?;
         let number = rows.whole("the number of a node")?;
-        let mut position = [0.0; 3];
-        for (value, name) in position.iter_mut().zip(["x", "y", "z"]) {
-            let word = rows.word(name)?;
-            *value = rows.bytes.metres_of(word, unit_m, name)?;
-        }
+        let position = rows.position_m(unit_m)?;
         rows.end()?;
         if self.places.insert(number, self.nodes_m.len() as u32).is_some() {
             return Err(rows.bytes.error(format!(

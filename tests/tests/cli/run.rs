@@ -279,23 +279,6 @@ pub(super) fn check_vtu(file: &Path, elements: usize, corners: usize) {
     assert!(open.is_empty());
 }
 
-// REQ-FOR-02
-#[test]
-fn release_lets_go_in_that_very_tick() {
-    for place in Place::both(&["--alpha", "0.02"]) {
-        for unloading in ["off", "release", "retreat"] {
-            let results = place.run(unloading, &press_and_release(), &["--unloading", unloading]);
-            let contacts = results.force.whole("contacts");
-            for (tick, force_n) in results.forces().into_iter().enumerate() {
-                let held = tick < 100;
-                assert_eq!(contacts[tick], u64::from(held), "tick {tick}");
-                assert!(held || force_n == [0.0; 3], "tick {tick}: {force_n:?}");
-            }
-            assert!(results.forces()[99][2] > 0.01, "the pressed plane pushes back");
-        }
-    }
-}
-
 // REQ-FOR-05
 #[test]
 fn the_first_row_counts_as_an_edge() {
@@ -340,35 +323,6 @@ fn the_tool_moves_its_cells_by_at_most_one_mean_link_a_tick() {
         let slow = place.run("slow", &rows, &["--max-tool-step-m", "0.001"]);
         assert_eq!(flags(&slow), [0, 1, 1, 1, 1, 1]);
         assert!((rest_m - z(&slow, "final") - 0.005).abs() < 1e-7);
-    }
-}
-
-// REQ-SMP-01
-#[test]
-fn bad_samples_are_held_for_ten_ticks_then_the_force_is_zero() {
-    for place in Place::both(&[]) {
-        for bad in [([0.0, f32::NAN, 0.0], 1), ([f32::INFINITY, 0.0, 0.0], 1), ([0.0; 3], 2)] {
-            let mut rows = press(30, 1.5 * D);
-            rows.extend((30..45).map(|tick| (tick, bad.0, bad.1)));
-            rows.extend((45..50).map(|tick| (tick, [0.0, 0.0, -1.5 * D], 1)));
-            let options = ["--recorded", "--force", "--snapshot-ticks", "39,40,44"];
-            let results = place.run("out", &rows, &options);
-            let flags = results.force.whole("flags");
-            assert_eq!(flags[30..40], [2; 10]);
-            assert_eq!(flags[40..45], [2 + 16; 5]);
-            assert_eq!(flags[45..50], [0; 5]);
-            let forces = results.forces();
-            assert!(forces[30..40].iter().all(|force_n| force_n[2] > 0.01));
-            assert!(forces[40..45].iter().all(|force_n| *force_n == [0.0; 3]));
-            assert_eq!(results.bytes("cells_39.csv"), results.bytes("cells_40.csv"));
-            assert_eq!(results.bytes("cells_39.csv"), results.bytes("cells_44.csv"));
-            assert!(forces[45][2] > 0.01, "a good sample brings the force back");
-            // Held samples are the last good one, repeated.
-            let mut held = press(30, 1.5 * D);
-            held.extend((30..40).map(|tick| (tick, [0.0, 0.0, -1.5 * D], 1)));
-            let held = place.run("held", &held, &["--force"]);
-            assert_eq!(held.bytes("cells_final.csv"), results.bytes("cells_39.csv"));
-        }
     }
 }
 

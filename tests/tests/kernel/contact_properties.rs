@@ -6,67 +6,48 @@
 
 use std::sync::LazyLock;
 
-use chaincell_host::bake::tissue::Tissue;
-use chaincell_host::bake::{BakeOptions, BasisSpacing, ImageBytes, PerCell, bake};
+use chaincell_host::bake::{BakeOptions, BasisSpacing, ImageBytes, PerCell};
 use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
 use chaincell_host::error::Result;
-use chaincell_host::mesh::{MeshOptions, load};
 use chaincell_kernel::{
-    Budget, Model, NOT_TURNED, Network, Predict, Settings, Tissue as Memory, ToolPart, ToolPose,
-    TouchStore, Unloading, term_states,
+    Budget, NOT_TURNED, Network, Predict, Settings, Tissue as Memory, ToolPart, ToolPose,
+    TouchStore, term_states,
 };
 use chaincell_lab::monitor::{Act, Monitor, Step, play};
 use chaincell_lab::states::State;
+use chaincell_tests::bodies::{baked, model, nodal, under};
 use chaincell_tests::graph::holds;
 use proptest::prelude::*;
 
 /// Height of the top of the block \[m\].
 const TOP_M: f32 = 0.04;
 
-fn liver() -> Option<Tissue> {
-    Some(Tissue::new(PerCell::Uniform(5000.0), PerCell::Uniform(0.45)))
-}
-
 /// Blocks on a fixed ground, 40 mm high and 48 mm wide, with edges of about 8 mm: of liver, of links, and of
 /// links with slack.
 static BLOCKS: LazyLock<[(&str, ImageBytes); 3]> = LazyLock::new(|| {
-    let mesh = load("box:7x7x6x0.008", &MeshOptions::default()).unwrap();
-    let nodes = mesh.nodes_m.iter().enumerate();
-    let ground: Vec<u32> =
-        nodes.filter(|(_, x)| x[2] < 1e-6).map(|(node, _)| node as u32).collect();
-    let block = |tissue, alpha, coarse_basis| {
+    let block = |alpha, coarse_basis| {
         let alpha = PerCell::Uniform(alpha);
-        let options = BakeOptions { alpha, tissue, coarse_basis, ..BakeOptions::default() };
-        bake(&mesh, &ground, &options).unwrap()
+        baked("box:7x7x6x0.008", &BakeOptions { alpha, coarse_basis, ..BakeOptions::default() })
     };
     // Links are too near to the ground for coarse functions by themselves.
     [
-        ("shapes", block(liver(), 0.0, BasisSpacing::BySize)),
-        ("links", block(None, 0.0, BasisSpacing::Links(2.5))),
-        ("slack links", block(None, 0.05, BasisSpacing::Links(2.5))),
+        ("shapes", nodal("box:7x7x6x0.008", 5000.0)),
+        ("links", block(0.0, BasisSpacing::Links(2.5))),
+        ("slack links", block(0.05, BasisSpacing::Links(2.5))),
     ]
 });
 
 /// Scheme and sweeps.
 const WAYS: [(Scheme, u16); 3] = [(Scheme::Predict, 1), (Scheme::Predict, 4), (Scheme::Track, 2)];
 
-fn model(image: &ImageBytes) -> Model<'_> {
-    Model::from_bytes(image.as_bytes()).unwrap()
-}
-
 /// An engine under tools of this friction that go any way in a tick.
 fn engine<'m>(
     image: &'m ImageBytes,
     tools: &[Vec<ToolPart>],
     friction: f32,
-    (scheme, sweeps): (Scheme, u16),
+    way: (Scheme, u16),
 ) -> Result<Engine<'m>> {
-    let settings = Settings::for_model(&model(image));
-    let (unloading, max_tool_step_m) = (Unloading::Off, 1.0e3);
-    let settings = Settings { sweeps, unloading, max_tool_step_m, ..settings };
-    let network = Network::new(model(image), settings).unwrap();
-    let contact = Contact::Tools { tools: tools.to_vec(), friction };
-    Engine::with_contact(network, scheme, Arithmetic::F32, contact)
+    under(image, Contact::Tools { tools: tools.to_vec(), friction }, way, 1.0e3)
 }
 
 /// Plays steps of tools of this friction on every block in every way, and gives what came of it.
@@ -209,11 +190,7 @@ fn from_hard_states() {
 }
 
 /// A block of liver on a fixed ground, 30 mm high.
-static BLOCK: LazyLock<ImageBytes> = LazyLock::new(|| {
-    let mesh = load("box:4x4x4x0.01", &MeshOptions::default()).unwrap();
-    let options = BakeOptions { tissue: liver(), ..BakeOptions::default() };
-    bake(&mesh, &mesh.default_fixed, &options).unwrap()
-});
+static BLOCK: LazyLock<ImageBytes> = LazyLock::new(|| nodal("box:4x4x4x0.01", 5000.0));
 
 /// Coordinates near the body, far away, tiny, or of any bits.
 fn coordinate() -> impl Strategy<Value = f32> {

@@ -3,11 +3,11 @@
 #![allow(clippy::unwrap_used)]
 
 use chaincell_host::bake::tissue::Tissue;
-use chaincell_host::bake::{BakeOptions, ContactSurface, ImageBytes, PerCell, bake};
+use chaincell_host::bake::{BakeOptions, ContactSurface, ImageBytes, PerCell};
 use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
-use chaincell_host::mesh::{MeshOptions, load};
 use chaincell_kernel::Budget;
 use chaincell_kernel::{Flags, Model, Network, Settings, TickOutput, ToolPart, ToolPose};
+use chaincell_tests::bodies::baked;
 
 /// Height of the top \[m\].
 const TOP_M: f32 = 0.04;
@@ -29,12 +29,11 @@ struct Case {
 }
 
 fn image(is_shapes: bool, lean: bool) -> ImageBytes {
-    let mesh = load("box:10x10x5x0.01", &MeshOptions::default()).unwrap();
     let tissue = Tissue::new(PerCell::Uniform(2.0e4), PerCell::Uniform(0.45));
     let tissue = is_shapes.then_some(tissue);
     let contact_surface = ContactSurface::Yes;
     let options = BakeOptions { tissue, lean, contact_surface, ..BakeOptions::default() };
-    bake(&mesh, &mesh.default_fixed, &options).unwrap()
+    baked("box:10x10x5x0.01", &options)
 }
 
 /// Every kind of tool on every kind of body.

@@ -5,10 +5,11 @@
 use chaincell_host::bake::tissue::Tissue;
 use chaincell_host::bake::{BakeOptions, ImageBytes, PerCell, bake};
 use chaincell_host::engine::place::place;
-use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
+use chaincell_host::engine::{Contact, Scheme};
 use chaincell_host::mesh::{MeshOptions, load};
-use chaincell_kernel::{Flags, Model, Network, Settings, ToolPose, Unloading};
+use chaincell_kernel::{Flags, ToolPose};
 use chaincell_lab::reference::Npz;
+use chaincell_tests::bodies::{model, nodal, under};
 use chaincell_tests::reference;
 
 /// Way of the tool in a tick: 0.1 m/s with four sweeps, 0.3 m/s with one \[m\].
@@ -36,17 +37,9 @@ struct Pressed {
 }
 
 fn press(image: &ImageBytes, radius_m: f32, sweeps: u16, step_m: f64) -> Pressed {
-    let model = Model::from_bytes(image.as_bytes()).unwrap();
-    let settings = Settings {
-        sweeps,
-        unloading: Unloading::Off,
-        max_tool_step_m: 0.01,
-        ..Settings::for_model(&model)
-    };
+    let model = model(image);
     let contact = Contact::sphere(radius_m, 0.0);
-    let network = Network::new(model, settings).unwrap();
-    let mut engine =
-        Engine::with_contact(network, Scheme::Predict, Arithmetic::F32, contact).unwrap();
+    let mut engine = under(image, contact, (Scheme::Predict, sweeps), 0.01).unwrap();
     let place = place(&model, engine.contact(), None).unwrap();
     let along = |cell: usize| {
         let rest = model.rest_position(cell).map(f64::from);
@@ -102,13 +95,13 @@ fn never_through(name: &str, image: &ImageBytes, radii_m: &[f32], stays: f32) {
 
 #[test]
 fn a_sphere_never_gets_through_a_box() {
-    let image = baked("box:7x7x6x0.008", None, PerCell::Uniform(5000.0));
+    let image = nodal("box:7x7x6x0.008", 5000.0);
     never_through("box", &image, &[0.002, 0.004, 0.008], 0.9);
 }
 
 #[test]
 fn a_sphere_never_gets_through_a_flat_body() {
-    let image = baked("box:6x6x4x0.01", None, PerCell::Uniform(5000.0));
+    let image = nodal("box:6x6x4x0.01", 5000.0);
     never_through("flat", &image, &[0.003, 0.008], 0.9);
 }
 

@@ -2,10 +2,10 @@
 #![allow(clippy::unwrap_used)]
 
 use chaincell_host::bake::tissue::Tissue;
-use chaincell_host::bake::{BakeOptions, ImageBytes, PerCell, bake};
-use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme, rest_m};
-use chaincell_host::mesh::{MeshOptions, load};
-use chaincell_kernel::{Model, Network, Settings, ToolPose, Unloading};
+use chaincell_host::bake::{BakeOptions, ImageBytes, PerCell};
+use chaincell_host::engine::{Contact, Scheme, rest_m};
+use chaincell_kernel::{Settings, ToolPose};
+use chaincell_tests::bodies::{baked, model, under};
 use nalgebra::Vector3;
 
 const RADIUS_M: f64 = 0.012;
@@ -13,10 +13,9 @@ const RADIUS_M: f64 = 0.012;
 const MANY: u16 = 24;
 
 fn image(poisson: f64) -> ImageBytes {
-    let mesh = load("organ:3000", &MeshOptions::default()).unwrap();
     let tissue = Tissue::new(PerCell::Uniform(5000.0), PerCell::Uniform(poisson));
     let options = BakeOptions { tissue: Some(tissue), ..BakeOptions::default() };
-    bake(&mesh, &mesh.default_fixed, &options).unwrap()
+    baked("organ:3000", &options)
 }
 
 /// Where the ball is after a tick, seen from the highest cell: it comes down at 0.1 m/s for 0.12 s, then slides at 0.1 m/s for
@@ -31,12 +30,10 @@ fn place_m(tick: u16, top_m: Vector3<f64>) -> Vector3<f64> {
 }
 
 fn forces_n(image: &ImageBytes, sweeps: u16) -> Vec<Vector3<f32>> {
-    let model = Model::from_bytes(image.as_bytes()).unwrap();
-    let settings = Settings { sweeps, unloading: Unloading::Off, ..Settings::for_model(&model) };
-    let network = Network::new(model, settings).unwrap();
+    let model = model(image);
     let contact = Contact::sphere(RADIUS_M as f32, 0.0);
-    let mut engine =
-        Engine::with_contact(network, Scheme::Predict, Arithmetic::F32, contact).unwrap();
+    let step_m = Settings::for_model(&model).max_tool_step_m;
+    let mut engine = under(image, contact, (Scheme::Predict, sweeps), step_m).unwrap();
     let cells = (0..model.cells()).map(|cell| Vector3::from(rest_m(&model, cell)));
     let top_m = cells.max_by(|a, b| a.z.total_cmp(&b.z)).unwrap();
     (0..345)

@@ -2,41 +2,23 @@
 //! it costs the hand is what the body holds.
 #![allow(clippy::unwrap_used)]
 
-use chaincell_host::bake::tissue::Tissue;
-use chaincell_host::bake::{BakeOptions, ImageBytes, PerCell, bake};
+use chaincell_host::bake::ImageBytes;
 use chaincell_host::engine::motion::Press;
 use chaincell_host::engine::place::place;
-use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
-use chaincell_host::mesh::{MeshOptions, load};
-use chaincell_kernel::{Flags, Model, Network, Settings, TickOutput, ToolPose, Unloading};
+use chaincell_host::engine::{Contact, Engine, Scheme};
+use chaincell_kernel::{Flags, TickOutput, ToolPose};
+use chaincell_tests::bodies::{model, nodal, under};
 
 /// Height of the top of the bodies \[m\].
 const TOP_M: f32 = 0.04;
 
 /// A block of liver on a fixed ground, 40 mm high, with edges of about 8 mm.
 fn block() -> ImageBytes {
-    let mesh = load("box:11x11x6x0.008", &MeshOptions::default()).unwrap();
-    let nodes = mesh.nodes_m.iter().enumerate();
-    let ground: Vec<u32> =
-        nodes.filter(|(_, x)| x[2] < 1e-6).map(|(node, _)| node as u32).collect();
-    let tissue = Some(Tissue::new(PerCell::Uniform(5000.0), PerCell::Uniform(0.45)));
-    bake(&mesh, &ground, &BakeOptions { tissue, ..BakeOptions::default() }).unwrap()
+    nodal("box:11x11x6x0.008", 5000.0)
 }
 
-fn model(image: &ImageBytes) -> Model<'_> {
-    Model::from_bytes(image.as_bytes()).unwrap()
-}
-
-fn engine<'m>(model: Model<'m>, radius_m: f32, sweeps: u16) -> Engine<'m> {
-    let settings = Settings {
-        sweeps,
-        unloading: Unloading::Off,
-        max_tool_step_m: 0.01,
-        ..Settings::for_model(&model)
-    };
-    let contact = Contact::sphere(radius_m, 0.0);
-    let network = Network::new(model, settings).unwrap();
-    Engine::with_contact(network, Scheme::Track, Arithmetic::F32, contact).unwrap()
+fn engine(image: &ImageBytes, radius_m: f32, sweeps: u16) -> Engine<'_> {
+    under(image, Contact::sphere(radius_m, 0.0), (Scheme::Track, sweeps), 0.01).unwrap()
 }
 
 /// The sphere so deep below the top \[m\], aside by `x_m`.
@@ -63,7 +45,7 @@ fn press(
 fn a_sphere_smaller_than_an_edge_never_slips_through() {
     let image = block();
     for (radius_m, x_m) in [(0.003, 0.0), (0.003, 0.0037), (0.002, 0.002)] {
-        let mut engine = engine(model(&image), radius_m, 4);
+        let mut engine = engine(&image, radius_m, 4);
         let (mut most, mut clamped) = (0.0_f32, false);
         for tick in 0..300_u16 {
             // 0.3 m/s down to 20 mm, then still.
@@ -82,12 +64,9 @@ fn a_sphere_smaller_than_an_edge_never_slips_through() {
 /// Far beyond what the contact can bear: the tool is left behind, the force stays.
 #[test]
 fn a_sphere_pressed_far_into_an_organ_never_gets_through() {
-    let mesh = load("organ:1000", &MeshOptions::default()).unwrap();
-    let tissue = Some(Tissue::new(PerCell::Uniform(5000.0), PerCell::Uniform(0.45)));
-    let options = BakeOptions { tissue, ..BakeOptions::default() };
-    let image = bake(&mesh, &mesh.default_fixed, &options).unwrap();
+    let image = nodal("organ:1000", 5000.0);
     for sweeps in [1, 4] {
-        let mut engine = engine(model(&image), 0.012, sweeps);
+        let mut engine = engine(&image, 0.012, sweeps);
         let place = place(&model(&image), engine.contact(), None).unwrap();
         let press = Press::new(place.touch_m, place.direction, 0.09, 4000).unwrap();
         let (mut most, mut clamped) = (0.0_f32, false);
@@ -109,7 +88,7 @@ fn a_sphere_pressed_far_into_an_organ_never_gets_through() {
 fn a_slow_press_and_release_costs_nothing() {
     let image = block();
     let radius_m = 0.006;
-    let mut engine = engine(model(&image), radius_m, 16);
+    let mut engine = engine(&image, radius_m, 16);
     let mut work = 0.0;
     for tick in -50..=400_i16 {
         work += f64::from(engine.tick(&at(0.001, radius_m, f32::from(tick) * 7.5e-6)).work_j);
@@ -136,7 +115,7 @@ fn a_slow_press_and_release_costs_nothing() {
 fn a_drag_and_back_leaves_nothing() {
     let image = block();
     let radius_m = 0.008;
-    let mut engine = engine(model(&image), radius_m, 8);
+    let mut engine = engine(&image, radius_m, 8);
     let shape = (0.0, radius_m, 0.003);
     press(&mut engine, shape, 200);
     let mut settle = |ticks: u16, x_m: f32| {
@@ -155,7 +134,7 @@ fn a_drag_and_back_leaves_nothing() {
 fn the_force_of_a_slide_does_not_jump() {
     let image = block();
     let radius_m = 0.012;
-    let mut engine = engine(model(&image), radius_m, 8);
+    let mut engine = engine(&image, radius_m, 8);
     let mut last = press(&mut engine, (-0.01, radius_m, 0.003), 300).force_n;
     let (first, mut most) = (last.norm(), 0.0_f32);
     for tick in 0..200_u16 {
@@ -171,7 +150,7 @@ fn the_force_of_a_slide_does_not_jump() {
 #[test]
 fn a_sphere_engaged_in_contact_starts_small_and_grows() {
     let image = block();
-    let mut engine = engine(model(&image), 0.006, 8);
+    let mut engine = engine(&image, 0.006, 8);
     let first = engine.tick(&at(0.0, 0.006, 0.0045)).force_n.norm();
     let later =
         (0..300).map(|_| engine.tick(&at(0.0, 0.006, 0.0045)).force_n.norm()).last().unwrap();
@@ -183,9 +162,7 @@ fn a_sphere_engaged_in_contact_starts_small_and_grows() {
 fn what_cannot_meet_a_surface_says_so() {
     let image = block();
     let of = |scheme, radius_m| {
-        let network = Network::new(model(&image), Settings::for_model(&model(&image))).unwrap();
-        let contact = Contact::sphere(radius_m, 0.0);
-        Engine::with_contact(network, scheme, Arithmetic::F32, contact).map(drop)
+        under(&image, Contact::sphere(radius_m, 0.0), (scheme, 4), 0.01).map(drop)
     };
     let small = of(Scheme::Track, 1.0e-4).unwrap_err().to_string();
     assert!(small.contains("must be at least 0.0003"), "{small}");

@@ -1,35 +1,22 @@
 //! A sphere on the triangles of a body of links.
 #![allow(clippy::unwrap_used)]
 
-use chaincell_host::bake::tissue::Tissue;
 use chaincell_host::bake::{BakeOptions, ContactSurface, ImageBytes, PerCell, bake};
 use chaincell_host::engine::motion::Press;
 use chaincell_host::engine::place::place;
 use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
 use chaincell_host::mesh::{MeshOptions, load};
-use chaincell_kernel::{Flags, Model, Network, Settings, ToolPose, Unloading, parts};
+use chaincell_kernel::{Flags, Network, Settings, ToolPose, parts};
 use chaincell_lab::monitor::{Step, play};
+use chaincell_tests::bodies::{baked, model, nodal, under};
 
 /// A body of links with a contact surface, as `bake SPEC --alpha ALPHA`.
 fn links(spec: &str, alpha: f64) -> ImageBytes {
-    let mesh = load(spec, &MeshOptions::default()).unwrap();
-    let alpha = PerCell::Uniform(alpha);
-    let options = BakeOptions { alpha, ..BakeOptions::default() };
-    bake(&mesh, &mesh.default_fixed, &options).unwrap()
+    baked(spec, &BakeOptions { alpha: PerCell::Uniform(alpha), ..BakeOptions::default() })
 }
 
-fn model(image: &ImageBytes) -> Model<'_> {
-    Model::from_bytes(image.as_bytes()).unwrap()
-}
-
-fn engine(image: &ImageBytes, radius_m: f32, (scheme, sweeps): (Scheme, u16)) -> Engine<'_> {
-    let model = model(image);
-    let (unloading, max_tool_step_m) = (Unloading::Off, 0.01);
-    let settings = Settings::for_model(&model);
-    let settings = Settings { sweeps, unloading, max_tool_step_m, ..settings };
-    let contact = Contact::sphere(radius_m, 0.0);
-    let network = Network::new(model, settings).unwrap();
-    Engine::with_contact(network, scheme, Arithmetic::F32, contact).unwrap()
+fn engine(image: &ImageBytes, radius_m: f32, way: (Scheme, u16)) -> Engine<'_> {
+    under(image, Contact::sphere(radius_m, 0.0), way, 0.01).unwrap()
 }
 
 /// Links under a moving tool need more than one sweep; held cells and bodies of shapes do not.
@@ -40,10 +27,7 @@ fn the_fewest_sweeps_are_those_of_the_contact() {
     assert_eq!(engine(&image, 0.01, (Scheme::Predict, 2)).least_sweeps(), 2);
     let network = Network::new(model(&image), Settings::for_model(&model(&image))).unwrap();
     assert_eq!(Engine::new(network, Scheme::Predict, &[7]).unwrap().least_sweeps(), 1);
-    let mesh = load("box:5x5x5x0.008", &MeshOptions::default()).unwrap();
-    let tissue = Some(Tissue::new(PerCell::Uniform(5000.0), PerCell::Uniform(0.45)));
-    let options = BakeOptions { tissue, ..BakeOptions::default() };
-    let shapes = bake(&mesh, &mesh.default_fixed, &options).unwrap();
+    let shapes = nodal("box:5x5x5x0.008", 5000.0);
     assert_eq!(engine(&shapes, 0.01, (Scheme::Predict, 9)).least_sweeps(), 1);
 }
 
@@ -125,10 +109,9 @@ fn threads_give_the_same_bits_under_a_sphere() {
 #[test]
 fn contact_is_as_stiff_as_the_links_are() {
     let stiffness = |k: f64| {
-        let mesh = load("box:5x5x5x0.01", &MeshOptions::default()).unwrap();
         let stiffness_n_per_m = PerCell::Uniform(k);
         let options = BakeOptions { stiffness_n_per_m, ..BakeOptions::default() };
-        let image = bake(&mesh, &mesh.default_fixed, &options).unwrap();
+        let image = baked("box:5x5x5x0.01", &options);
         let mut sum = 0.0;
         model(&image).each_contact_triangle(0.01, |_, of| sum += of);
         sum
@@ -143,10 +126,7 @@ fn contact_is_as_stiff_as_the_links_are() {
 fn a_tool_at_rest_feels_a_steady_force() {
     const DEPTH_M: f32 = 0.004;
     let of_links = links("box:9x9x5x0.01", 0.0);
-    let mesh = load("box:9x9x5x0.01", &MeshOptions::default()).unwrap();
-    let tissue = Some(Tissue::new(PerCell::Uniform(5000.0), PerCell::Uniform(0.45)));
-    let options = BakeOptions { tissue, ..BakeOptions::default() };
-    let of_shapes = bake(&mesh, &mesh.default_fixed, &options).unwrap();
+    let of_shapes = nodal("box:9x9x5x0.01", 5000.0);
     for (image, share) in [(of_links, 1.0e-3), (of_shapes, 2.5e-3)] {
         for way in WAYS {
             let mut engine = engine(&image, 0.012, way);
@@ -178,8 +158,7 @@ fn planes_groups_and_lean_bodies_press_back() {
         ("box:11x11x5x0.01", grouped),
         ("box:9x9x5x0.01", lean),
     ] {
-        let mesh = load(spec, &MeshOptions::default()).unwrap();
-        let image = bake(&mesh, &mesh.default_fixed, &options).unwrap();
+        let image = baked(spec, &options);
         let model = model(&image);
         assert!(model.has_contact_surface(), "{spec}");
         let (contact, ticks) = (Contact::sphere(0.015, 0.0), 400);
@@ -204,8 +183,7 @@ fn planes_groups_and_lean_bodies_press_back() {
 #[test]
 fn triangles_of_groups_join_three_of_them() {
     let options = BakeOptions { cells: Some(60), ..BakeOptions::default() };
-    let mesh = load("box:9x9x5x0.01", &MeshOptions::default()).unwrap();
-    let image = bake(&mesh, &mesh.default_fixed, &options).unwrap();
+    let image = baked("box:9x9x5x0.01", &options);
     let triangles = model(&image).triangles();
     let sorted = triangles.iter().map(|corners| {
         let mut corners = *corners;
@@ -221,17 +199,11 @@ fn triangles_of_groups_join_three_of_them() {
 // REQ-CON-05
 #[test]
 fn what_has_no_contact_surface_says_why() {
-    let baked = |spec: &str, options: &BakeOptions| {
-        let mesh = load(spec, &MeshOptions::default()).unwrap();
-        bake(&mesh, &mesh.default_fixed, options)
-    };
     let no = BakeOptions { contact_surface: ContactSurface::No, ..BakeOptions::default() };
     let lean = BakeOptions { lean: true, ..BakeOptions::default() };
     for options in [no, lean] {
-        let image = baked("box:4x4x4x0.01", &options).unwrap();
-        let network = Network::new(model(&image), Settings::for_model(&model(&image))).unwrap();
-        let contact = Contact::sphere(0.01, 0.0);
-        let refused = Engine::with_contact(network, Scheme::Track, Arithmetic::F32, contact);
+        let image = baked("box:4x4x4x0.01", &options);
+        let refused = under(&image, Contact::sphere(0.01, 0.0), (Scheme::Track, 4), 0.01);
         let said = refused.map(drop).unwrap_err().to_string();
         assert!(said.contains("no contact surface") && said.contains("contact_surface"), "{said}");
     }
@@ -241,6 +213,7 @@ fn what_has_no_contact_surface_says_why() {
     let said = bake(&mesh, &mesh.default_fixed, &options).unwrap_err().to_string();
     assert!(said.contains("`contact_surface` yes: the mesh has no triangles"), "{said}");
     let grouped = BakeOptions { cells: Some(3), ..options };
-    let said = baked("organ:300", &grouped).unwrap_err().to_string();
+    let mesh = load("organ:300", &MeshOptions::default()).unwrap();
+    let said = bake(&mesh, &mesh.default_fixed, &grouped).unwrap_err().to_string();
     assert!(said.contains("`contact_surface` yes: no triangle joins three groups"), "{said}");
 }

@@ -2,44 +2,30 @@
 //! contact does.
 #![allow(clippy::unwrap_used)]
 
-use chaincell_host::bake::tissue::Tissue;
-use chaincell_host::bake::{BakeOptions, ImageBytes, PerCell, bake};
-use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
-use chaincell_host::mesh::{MeshOptions, load};
-use chaincell_kernel::{
-    Budget, Flags, Model, NOT_TURNED, Network, Settings, ToolPart, ToolPose, Unloading,
-};
+use chaincell_host::bake::{BakeOptions, ImageBytes};
+use chaincell_host::engine::{Contact, Engine, Scheme};
+use chaincell_kernel::{Budget, Flags, NOT_TURNED, ToolPart, ToolPose};
+use chaincell_tests::bodies::{baked, nodal, under};
 use nalgebra::Vector3;
 
 /// Height of the top of the block \[m\].
 const TOP_M: f32 = 0.04;
 
-/// A block of liver on a fixed ground, 40 mm high, with edges of about 8 mm.
+/// A block on a fixed ground, 40 mm high, with edges of about 8 mm.
+const BLOCK: &str = "box:11x11x6x0.008";
+
+/// Of liver.
 fn block() -> ImageBytes {
-    bake_block(Some(Tissue::new(PerCell::Uniform(5000.0), PerCell::Uniform(0.45))))
+    nodal(BLOCK, 5000.0)
 }
 
 /// The same of nodal shapes and of links.
 fn blocks() -> [(&'static str, ImageBytes); 2] {
-    [("shapes", block()), ("links", bake_block(None))]
-}
-
-fn bake_block(tissue: Option<Tissue>) -> ImageBytes {
-    let mesh = load("box:11x11x6x0.008", &MeshOptions::default()).unwrap();
-    let nodes = mesh.nodes_m.iter().enumerate();
-    let ground: Vec<u32> =
-        nodes.filter(|(_, x)| x[2] < 1e-6).map(|(node, _)| node as u32).collect();
-    bake(&mesh, &ground, &BakeOptions { tissue, ..BakeOptions::default() }).unwrap()
+    [("shapes", block()), ("links", baked(BLOCK, &BakeOptions::default()))]
 }
 
 fn engine(image: &ImageBytes, tools: Vec<Vec<ToolPart>>, friction: f32, sweeps: u16) -> Engine<'_> {
-    let model = Model::from_bytes(image.as_bytes()).unwrap();
-    let settings = Settings::for_model(&model);
-    let (unloading, max_tool_step_m) = (Unloading::Off, 0.01);
-    let settings = Settings { sweeps, unloading, max_tool_step_m, ..settings };
-    let network = Network::new(model, settings).unwrap();
-    let contact = Contact::Tools { tools, friction };
-    Engine::with_contact(network, Scheme::Predict, Arithmetic::F32, contact).unwrap()
+    under(image, Contact::Tools { tools, friction }, (Scheme::Predict, sweeps), 0.01).unwrap()
 }
 
 fn pose(position_m: [f32; 3]) -> ToolPose {
@@ -243,11 +229,7 @@ fn grip_and_let_go(body: &str, image: &ImageBytes) {
 
 /// A square sheet of links, 160 mm wide, whose border is fixed.
 fn sheet() -> ImageBytes {
-    let mesh = load("plane:17x17x0.01", &MeshOptions::default()).unwrap();
-    let border = |x: &[f64; 3]| x[0].abs().max(x[1].abs()) > 0.079;
-    let nodes = mesh.nodes_m.iter().enumerate();
-    let border: Vec<u32> = nodes.filter(|(_, x)| border(x)).map(|(node, _)| node as u32).collect();
-    bake(&mesh, &border, &BakeOptions::default()).unwrap()
+    baked("plane:17x17x0.01", &BakeOptions::default())
 }
 
 /// The tool lifts off while its grip is released, and the sheet falls back out of its reach.
@@ -317,12 +299,9 @@ fn contacts_are_where_the_tool_is() {
 #[test]
 fn tools_that_cannot_be_are_refused_by_name() {
     let image = block();
-    let model = Model::from_bytes(image.as_bytes()).unwrap();
     let why = |tools: Vec<Vec<ToolPart>>, friction| {
-        let network = Network::new(model, Settings::for_model(&model)).unwrap();
         let contact = Contact::Tools { tools, friction };
-        let engine = Engine::with_contact(network, Scheme::Track, Arithmetic::F32, contact);
-        engine.map(drop).unwrap_err().to_string()
+        under(&image, contact, (Scheme::Track, 4), 0.01).map(drop).unwrap_err().to_string()
     };
     let ball = || vec![ToolPart::sphere(0.01)];
     assert!(why(vec![], 0.0).contains("1 to 8"));

@@ -1,11 +1,10 @@
 //! The contact's force under a sphere beside that of finite elements.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a failing helper fails its test")]
 
-use chaincell_host::bake::tissue::Tissue;
-use chaincell_host::bake::{BakeOptions, ImageBytes, PerCell, bake};
-use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
-use chaincell_host::mesh::{MeshOptions, load};
-use chaincell_kernel::{Flags, Model, Network, Settings, ToolPose, Unloading};
+use chaincell_host::bake::ImageBytes;
+use chaincell_host::engine::{Contact, Scheme};
+use chaincell_kernel::{Flags, ToolPose};
+use chaincell_tests::bodies::{nodal, under};
 
 /// Forces of a rigid sphere without friction on a round slab, 50 mm in radius and 40 mm high, of 5
 /// kPa and Poisson's ratio 0.45, its bottom held: axisymmetric quadratic elements, neo-Hookean, of
@@ -20,22 +19,13 @@ const STILL: f64 = 5e-4;
 const LOOK: usize = 10;
 
 fn slab() -> ImageBytes {
-    let mesh = load(SLAB, &MeshOptions::default()).unwrap();
-    let tissue = Some(Tissue::new(PerCell::Uniform(5000.0), PerCell::Uniform(0.45)));
-    let options = BakeOptions { tissue, ..BakeOptions::default() };
-    bake(&mesh, &mesh.default_fixed, &options).unwrap()
+    nodal(SLAB, 5000.0)
 }
 
 /// Settled force along the way back at rising depths, the sphere so far aside of the middle \[N\].
 fn forces(image: &ImageBytes, radius_m: f64, aside_m: f64, depths_m: &[f64]) -> Vec<f64> {
-    let model = Model::from_bytes(image.as_bytes()).unwrap();
-    let (unloading, max_tool_step_m) = (Unloading::Off, radius_m as f32);
-    let settings =
-        Settings { sweeps: 32, unloading, max_tool_step_m, ..Settings::for_model(&model) };
-    let network = Network::new(model, settings).unwrap();
     let contact = Contact::sphere(radius_m as f32, 0.0);
-    let mut engine =
-        Engine::with_contact(network, Scheme::Track, Arithmetic::F32, contact).unwrap();
+    let mut engine = under(image, contact, (Scheme::Track, 32), radius_m as f32).unwrap();
     let mut tick = |depth_m: f64| {
         let position_m = [aside_m, aside_m, HEIGHT_M + radius_m - depth_m].map(|x| x as f32);
         engine.tick(&ToolPose::at(position_m.into(), 1))

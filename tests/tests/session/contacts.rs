@@ -4,9 +4,9 @@
 
 use std::time::Duration;
 
+use chaincell_client::contacts::{Contact, ContactsHeader};
 use chaincell_tests::files::{Table, play, write_path};
-use chaincell_tests::outsider::contacts::{Touch, Touched, Watcher};
-use chaincell_tests::outsider::{Outsider, Pose, size};
+use chaincell_tests::outsider::{Outsider, Pose, Watcher, size};
 use chaincell_tests::place::Place;
 use chaincell_tests::process::SHORT;
 use chaincell_tests::{Running, run, turn};
@@ -26,9 +26,9 @@ fn pose(tick: u64) -> Pose {
     Pose { tick, position_m, engaged: u32::from(tick > 0) }
 }
 
-fn sum_n(touches: &[Touch]) -> [f64; 3] {
+fn sum_n(touches: &[Contact]) -> [f64; 3] {
     std::array::from_fn(|axis| {
-        let along = |of: &Touch| f64::from(of.normal_n[axis]) + f64::from(of.tangential_n[axis]);
+        let along = |of: &Contact| f64::from(of.normal_n[axis]) + f64::from(of.tangential_n[axis]);
         touches.iter().map(along).sum()
     })
 }
@@ -46,13 +46,13 @@ fn an_outside_reader_sees_the_contacts_whose_sum_is_the_force() {
     let serve = serve(&place, &["--ticks", "82", "--state-hz", "1000"]);
     let watcher = Watcher::join(&place.scene);
     // Whoever joins sees at once that there is nothing.
-    assert_eq!(watcher.after(0), (Touched::default(), Vec::new()));
+    assert_eq!(watcher.after(0), (ContactsHeader::default(), Vec::new()));
     let outsider = Outsider::join(&place.scene, true);
     let pressed = outsider.play(0..80, pose);
     let last = pressed[79];
     let (stamp, touches) = watcher.after(80);
     let wanted =
-        Touched { tick: 79, ticks_answered: 80, contacts: last.contacts, flags: last.flags };
+        ContactsHeader { tick: 79, ticks_answered: 80, contacts: last.contacts, flags: last.flags };
     assert_eq!(stamp, wanted);
     assert!(touches.len() > 3 && touches.len() == last.contacts as usize, "{touches:?}");
     assert!(last.force_n[2] > 0.01 && last.force_n[0] < -0.001, "{last:?}");

@@ -7,7 +7,7 @@ use std::path::Path;
 use chaincell_host::session::timing::clock::now_ns;
 use chaincell_kernel::trace::{Reader, Record};
 use chaincell_tests::files::{text, write_path};
-use chaincell_tests::outsider::tools::{Poses, ToolsOutsider};
+use chaincell_tests::outsider::tools::{Poses, ToolsOutsider, one_tool};
 use chaincell_tests::place::Place;
 use chaincell_tests::process::SHORT;
 use chaincell_tests::{Running, run, turn};
@@ -30,7 +30,7 @@ fn press(place: &Place, age_ns: Option<u64>) {
     let outsider = ToolsOutsider::join(&place.scene);
     for tick in 0..TICKS {
         let send_ns = age_ns.map_or(0, |age_ns| now_ns() - age_ns);
-        outsider.send(Poses { send_ns, ..Poses::of(tick, position_m(tick), u32::from(tick > 0)) });
+        outsider.send(Poses { send_ns, ..one_tool(tick, position_m(tick), u32::from(tick > 0)) });
         let _ = outsider.receive();
     }
 }

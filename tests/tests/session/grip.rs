@@ -3,8 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "a failing helper fails its test")]
 
 use chaincell_tests::files::text;
-use chaincell_tests::outsider::contacts::Watcher;
-use chaincell_tests::outsider::{Commander, Order, Outsider, Pose, Reply, largest_step_n};
+use chaincell_tests::outsider::{Commander, Order, Outsider, Pose, Reply, Watcher, largest_step_n};
 use chaincell_tests::place::Place;
 use chaincell_tests::process::SHORT;
 use chaincell_tests::{Running, run, turn};

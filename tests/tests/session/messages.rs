@@ -5,7 +5,9 @@
 use std::collections::BTreeSet;
 use std::time::Duration;
 
-use chaincell_tests::outsider::tools::{Forces, Poses, ToolForce, ToolPose, ToolsOutsider};
+use chaincell_tests::outsider::tools::{
+    Forces, Poses, ToolForce, ToolPose, ToolsOutsider, one_tool,
+};
 use chaincell_tests::outsider::{RELEASE_FIRST, SAFE, STALE, size};
 use chaincell_tests::place::Place;
 use chaincell_tests::process::SHORT;
@@ -25,7 +27,7 @@ fn position_m(tick: u64) -> [f32; 3] {
 
 /// A press from the first tick on, its tool released in that one.
 fn poses(tick: u64) -> Poses {
-    Poses::of(tick, position_m(tick), u32::from(tick > 0))
+    one_tool(tick, position_m(tick), u32::from(tick > 0))
 }
 
 /// Press and release, with another tool in front that this release does not have.
@@ -107,7 +109,7 @@ fn one_publisher_is_in_charge_and_the_next_one_feels_no_jump() {
         let [x, y, z] = position_m(TICKS);
         let part = (at.clamp(200, 800) - 200) as f64 / 600.0;
         let pose_m = [x, y, part as f32 * z];
-        second.send(Poses::of(2_000_000 + at, pose_m, u32::from(at > 200)));
+        second.send(one_tool(2_000_000 + at, pose_m, u32::from(at > 200)));
         let forces = second.receive();
         assert_eq!(forces.tick, 2_000_000 + at);
         shown.push(size(forces.each[0].force_n));

@@ -4,10 +4,10 @@
 use chaincell_host::bake::ImageBytes;
 use chaincell_host::engine::staged::Staged;
 use chaincell_host::engine::tissue::TissueEngine;
-use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
+use chaincell_host::engine::{Contact, Scheme};
 use chaincell_kernel::stage::{Device, StageSettings};
-use chaincell_kernel::{Budget, Flags, Model, Network, Settings, ToolPart, ToolPose, Unloading};
-use chaincell_tests::bodies::nodal;
+use chaincell_kernel::{Budget, Flags, Model, ToolPart, ToolPose};
+use chaincell_tests::bodies::{nodal, under};
 use nalgebra::Vector3;
 
 /// Where the first tool stands and the second, their radius, and the height of the body [m].
@@ -20,14 +20,10 @@ const TORQUE_N_M: f32 = 4.0e-3;
 /// Two tools behind these stages; the second sits beside the place that its hand holds, so that it
 /// feels a torque.
 fn staged(image: &ImageBytes, settings: StageSettings) -> Staged<'_> {
-    let model = Model::from_bytes(image.as_bytes()).unwrap();
-    let of = Settings::for_model(&model);
-    let of = Settings { sweeps: 2, unloading: Unloading::Off, max_tool_step_m: 0.01, ..of };
     let beside = ToolPart { centre_m: [0.005, 0.0, 0.0], ..ToolPart::sphere(RADIUS_M) };
     let tools = vec![vec![ToolPart::sphere(RADIUS_M)], vec![beside]];
     let contact = Contact::Tools { tools, friction: 0.0 };
-    let network = Network::new(model, of).unwrap();
-    let engine = Engine::with_contact(network, Scheme::Predict, Arithmetic::F32, contact).unwrap();
+    let engine = under(image, contact, (Scheme::Predict, 2), 0.01).unwrap();
     let mut staged = Staged::new(engine, Some(settings)).unwrap();
     staged.limit_torque(TORQUE_N_M);
     staged

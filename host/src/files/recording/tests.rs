@@ -1,11 +1,10 @@
-//! Tests of trace files while they are written, and of sessions with an output stage.
+//! Tests of trace files while they are written.
 
 use std::fs;
 use std::path::PathBuf;
 
-use chaincell_kernel::stage::{Coupling, Passivity, Stage};
+use chaincell_kernel::ToolPose;
 use chaincell_kernel::trace::{CommandRecord, RECORD_BYTES, header_bytes};
-use chaincell_kernel::{Budget, Flags, ToolPose};
 use nalgebra::Vector3;
 
 use super::*;
@@ -135,110 +134,4 @@ fn adding_a_record_is_no_page_fault() {
     let least = least.min().unwrap();
     // The records fill 1,172 pages.
     assert!(least < 10, "{least} page faults");
-}
-
-/// An output stage's behaviour in a session is reproduced from the device's samples, with pauses, lost
-/// ticks and commands.
-// REQ-STG-08
-#[test]
-fn a_session_behind_a_stage_is_played_to_the_same_bits() {
-    // Set up a tissue with a stage, and its trace.
-    let stage_settings = StageSettings {
-        coupling: Some(Coupling { stiffness_n_per_m: 200.0, damping_n_s_per_m: 0.5 }),
-        passivity: Some(Passivity { device_damping_n_s_per_m: 0.1, delay_ticks: 1 }),
-        max_slew_n_per_s: 500.0,
-        max_force_n: 3.0,
-        max_speed_m_per_s: 4.0,
-        ramp_ticks: 30,
-        watchdog_ticks: 5,
-        ..StageSettings::NONE
-    };
-    let (image, mut recording) = (plane(), begun(Some(&stage_settings)));
-    let (mut engine, mut stage) = (engine(&image), Stage::new(stage_settings).unwrap());
-    // Record ticks and commands.
-    let mut paused = false;
-    for at in 0..200 {
-        let tick = 10 + at + 3 * (at / 70);
-        let device = record(at).sample;
-        if !paused {
-            let answer = engine.tick(&stage.sample(&device));
-            stage.output(&answer);
-        }
-        let state_hash = Some(engine.state_hash());
-        recording.add(&Record { state_hash, ..Record::of(tick, device) });
-        let command = match at {
-            60 => Command::Pause,
-            75 => Command::Resume,
-            120 => Command::Reset,
-            _ if at % 70 == 69 => {
-                // A silence lets the force fall and moves no cell, so the trace does not contain it.
-                (0..12).for_each(|_| _ = stage.missed());
-                continue;
-            }
-            _ => continue,
-        };
-        match command {
-            Command::Pause => paused = true,
-            Command::Resume => paused = false,
-            command => engine.obey(&command).unwrap(),
-        }
-        if command == Command::Reset {
-            stage = Stage::new(stage_settings).unwrap();
-        }
-        let state_hash = Some(engine.state_hash());
-        recording.bytes.extend(recording.writer.command(&CommandRecord {
-            tick,
-            command,
-            state_hash,
-        }));
-    }
-    let trace = Reader::open(recording.bytes()).unwrap();
-    let path = Path::new("a.trace");
-    let model = Model::from_bytes(image.as_bytes()).unwrap();
-    let (mut again, ..) = tissue(&trace, path, model).unwrap();
-    // Play them.
-    let mut played = Played::default();
-    assert_eq!(play(&trace, &mut again, Start::default(), &mut played), Ok(End::Complete));
-    assert_eq!(played, Played { ticks: 200, commands: 3, compared: 203, has_touched: true });
-    assert_eq!(again.state_hash(), engine.state_hash());
-}
-
-/// Counted sweeps and restarted ramps are reproduced, with and without a stage.
-// REQ-COS-12
-#[test]
-fn what_the_clock_decided_is_played_again() {
-    for ramp_ticks in [None, Some(30)] {
-        let settings = ramp_ticks.map(|ramp_ticks| StageSettings {
-            coupling: Some(Coupling { stiffness_n_per_m: 200.0, damping_n_s_per_m: 0.5 }),
-            ramp_ticks,
-            ..StageSettings::NONE
-        });
-        let (image, mut recording) = (plane(), begun(settings.as_ref()));
-        let mut first = Staged::new(engine(&image), settings).unwrap();
-        // Record ticks with restarted ramps and counted sweeps.
-        let mut late = 0;
-        for at in 0..300 {
-            let device = record(at).sample;
-            let ramp_restarted = at % 90 == 50;
-            if ramp_restarted {
-                first.restart_ramp();
-            }
-            let sweeps = [None, Some(0), Some(1), Some(3), Some(0)][at as usize % 5];
-            let output = first.tick_by(&[device], Budget::again(sweeps));
-            late += u32::from(output.flags.contains(Flags::LATE));
-            let state_hash = Some(first.state_hash());
-            recording.add(&Record { sweeps, ramp_restarted, state_hash, ..Record::of(at, device) });
-        }
-        // Play them.
-        assert!(late > 50, "{late} late ticks");
-        let trace = Reader::open(recording.bytes()).unwrap();
-        let model = Model::from_bytes(image.as_bytes()).unwrap();
-        let (mut again, ..) = tissue(&trace, Path::new("a.trace"), model).unwrap();
-        let mut played = Played::default();
-        assert_eq!(play(&trace, &mut again, Start::default(), &mut played), Ok(End::Complete));
-        assert_eq!(played, Played { ticks: 300, commands: 0, compared: 300, has_touched: true });
-        // The stage is in the same state: the next force is the same too.
-        let next = record(300).sample;
-        assert_eq!(again.tick(&next), first.tick(&next));
-    }
 }

@@ -2,10 +2,10 @@
 
 use std::collections::{BTreeMap, HashMap};
 
-use super::lines::Lines;
-use super::source::{Place, Source};
+use super::file::File;
 use crate::error::{Error, Result};
 use crate::mesh::RawMesh;
+use crate::mesh::bytes::shown;
 use crate::mesh::groups::Groups;
 
 /// Nodes, tetrahedra and groups read so far.
@@ -39,21 +39,29 @@ impl Content {
         }
     }
 
-    /// `$PhysicalNames`, the same in both formats.
-    pub(super) fn names(&mut self, lines: &mut Lines) -> Result<()> {
-        let count = lines.record("the number of names")?.whole("number of names")?;
-        for _ in 0..count {
-            let line = lines.record_of_name("a name")?;
-            let mut fields = lines.fields(&line);
-            let dimension = fields.whole("dimension")?;
-            let number = fields.signed("group number")?;
-            self.names.insert((dimension, number), fields.quoted("group name")?);
+    /// `$PhysicalNames`, the same in both formats: text in binary files too. After the name's second quotation
+    /// mark the line is a remark.
+    pub(super) fn names(&mut self, file: &mut File) -> Result<()> {
+        for _ in 0..file.count("the number of names")? {
+            let line = file.name_line("a name")?;
+            let mut words = line.split_ascii_whitespace();
+            let dimension = file.bytes.whole_of(words.next().unwrap_or(""), "the dimension")?;
+            let number = file.bytes.signed_of(words.next().unwrap_or(""), "the group number")?;
+            let text = words.collect::<Vec<_>>().join(" ");
+            let name = text.strip_prefix('"').and_then(|text| text.split_once('"'));
+            let Some((name, _)) = name else {
+                return Err(file.refuse(&format!(
+                    "the group name is '{}'; put it between double quotes",
+                    shown(&text)
+                )));
+            };
+            self.names.insert((dimension, number), name.to_string());
         }
         Ok(())
     }
 
     /// Refuses nodes or elements out of order, which no save produces.
-    pub(super) fn begin_nodes(&self, at: &impl Place) -> Result<()> {
+    pub(super) fn begin_nodes(&self, at: &File) -> Result<()> {
         if self.nodes_m.is_empty() {
             return Ok(());
         }
@@ -61,7 +69,7 @@ impl Content {
     }
 
     /// See [`Content::begin_nodes`].
-    pub(super) fn begin_elements(&self, at: &impl Place) -> Result<()> {
+    pub(super) fn begin_elements(&self, at: &File) -> Result<()> {
         if self.nodes_m.is_empty() {
             return Err(at.refuse(
                 "there is no node before $Elements; mesh the geometry (gmsh -3) and save it",
@@ -75,8 +83,9 @@ impl Content {
 
     /// Accepts the sections after a second `$MeshFormat`, at `at`, if they are an appended view, which the
     /// body does not need.
-    pub(super) fn view(&self, rest: &[u8], at: &impl Place) -> Result<()> {
-        let holds = |section: &[u8]| rest.windows(section.len()).any(|part| part == section);
+    pub(super) fn view(&self, at: &File) -> Result<()> {
+        let holds =
+            |section: &[u8]| at.bytes.rest().windows(section.len()).any(|part| part == section);
         let meshes: [&[u8]; 3] = [b"$Nodes", b"$ParametricNodes", b"$Elements"];
         if !self.nodes_m.is_empty() && !meshes.into_iter().any(holds) {
             return Ok(());
@@ -88,7 +97,7 @@ impl Content {
     }
 
     /// Assigns the next position to a node's tag, which is at `at` in the file.
-    pub(super) fn tag(&mut self, tag: u64, at: &impl Place) -> Result<()> {
+    pub(super) fn tag(&mut self, tag: u64, at: &File) -> Result<()> {
         let place = u32::try_from(self.places.len())
             .map_err(|_| at.refuse("more than 4294967295 nodes, the limit; mesh it coarser"))?;
         match self.places.insert(tag, place) {
@@ -101,20 +110,26 @@ impl Content {
     }
 
     /// Takes the coordinates of the next position.
-    pub(super) fn position(&mut self, from: &mut impl Source) -> Result<()> {
+    pub(super) fn position(&mut self, from: &mut File) -> Result<()> {
         self.nodes_m.push(from.position_m(self.unit_m)?);
         Ok(())
+    }
+
+    /// Reads the node tag of an element: 64 bits in binary files of format 4.1, which alone have entities.
+    fn node_tag(&self, from: &mut File) -> Result<u64> {
+        let is_long = self.physicals.is_some();
+        if is_long { from.long("a node tag") } else { from.whole("a node tag") }
     }
 
     /// Takes the nodes of an element, the next `N` node tags.
     pub(super) fn corners<const N: usize>(
         &self,
         element: u64,
-        from: &mut impl Source,
+        from: &mut File,
     ) -> Result<[u32; N]> {
         let mut ids = [0; N];
         for id in &mut ids {
-            let tag = from.node_tag()?;
+            let tag = self.node_tag(from)?;
             *id = *self.places.get(&tag).ok_or_else(|| {
                 from.refuse(&format!(
                     "element {element} refers to node tag {tag}, which $Nodes does not have; save \
@@ -126,12 +141,7 @@ impl Content {
     }
 
     /// Adds a tetrahedron.
-    pub(super) fn tetrahedron(
-        &mut self,
-        element: u64,
-        ids: [u32; 4],
-        at: &impl Place,
-    ) -> Result<()> {
+    pub(super) fn tetrahedron(&mut self, element: u64, ids: [u32; 4], at: &File) -> Result<()> {
         if (1..4).any(|corner| ids[..corner].contains(&ids[corner])) {
             return Err(at.refuse(&format!(
                 "element {element} is a tetrahedron that has a node twice; delete it or mesh again"

@@ -1,15 +1,11 @@
 //! The element types of Gmsh: types that are read, types that are refused, and the reasons.
 
 use super::content::Content;
-use super::source::{Place, Source};
+use super::file::File;
 use crate::error::Result;
 
 /// Returns the dimension of the elements of `kind`, or the refusal.
-pub(super) fn dimension(
-    kind: u64,
-    element: &dyn std::fmt::Display,
-    at: &impl Place,
-) -> Result<u64> {
+pub(super) fn dimension(kind: u64, element: &dyn std::fmt::Display, at: &File) -> Result<u64> {
     let (name, remedy) = match kind {
         15 => return Ok(0),
         1 => return Ok(1),
@@ -43,7 +39,7 @@ const SECOND_ORDER: &str = "only first-order meshes are read: save it with Mesh.
 /// an entity in 4.1. `dimension` is that of the element.
 pub(super) fn take(
     content: &mut Content,
-    from: &mut impl Source,
+    from: &mut File,
     dimension: u64,
     tag: u64,
     number: i64,

@@ -4,22 +4,16 @@
 //! with the physical groups and their names. Node ids are positions in the file; tags may be
 //! sparse and in any order. Sections that the body does not need are skipped.
 
-mod binary;
-mod binary_source;
-mod binary_v2;
-mod binary_v4;
 mod content;
 mod elements;
-mod lines;
-mod source;
-mod v2;
-mod v4;
+mod file;
+mod sections;
 
 use std::collections::BTreeMap;
 use std::path::Path;
 
 use content::Content;
-use lines::Lines;
+use file::File;
 
 use super::bytes::Bytes;
 use super::format::{self, begins};
@@ -50,58 +44,55 @@ impl MeshReader for Gmsh {
     }
 
     fn read(&self, path: &Path, bytes: &[u8], unit_m: f64) -> Result<RawMesh> {
-        let mut lines = Lines::new(path, bytes, 0);
+        let mut file = File::new(Bytes::new(path, bytes, 0));
         let mut content = Content::new(unit_m);
         let mut version = None;
-        while let Some(line) = lines.next()? {
-            // Gmsh also skips text between sections.
-            let Some(section) = line.strip_prefix('$') else { continue };
-            lines.enter(section);
+        while let Some(section) = file.next_section()? {
             match (section, version) {
                 ("MeshFormat", None) => {
-                    let (found, coding) = version_of(&mut lines)?;
+                    let found = version_of(&mut file)?;
                     // In 4.1 an element has its groups only through its entity.
                     content.physicals = matches!(found, Version::V4).then(BTreeMap::new);
-                    if matches!(coding, Coding::Binary) {
-                        let at = bytes.len() - lines.rest().len();
-                        return binary::read(Bytes::new(path, bytes, at), path, found, content);
-                    }
                     version = Some(found);
                 }
                 ("MeshFormat", Some(_)) => {
-                    content.view(lines.rest(), &lines)?;
-                    return content.finish(|why| lines.error_of_file(why));
+                    content.view(&file)?;
+                    break;
                 }
-                ("PhysicalNames", Some(_)) => content.names(&mut lines)?,
-                ("Entities", Some(Version::V4)) => v4::entities(&mut lines, &mut content)?,
+                ("PhysicalNames", Some(_)) => content.names(&mut file)?,
+                ("Entities", Some(Version::V4)) => sections::entities(&mut file, &mut content)?,
                 ("PartitionedEntities", _) => {
-                    return Err(lines.error(
+                    return Err(file.refuse(
                         "a partitioned mesh; unpartition it in Gmsh (Mesh, Unpartition) and save it again",
                     ));
                 }
                 ("Nodes" | "ParametricNodes", Some(Version::V2)) => {
-                    v2::nodes(&mut lines, &mut content, section == "ParametricNodes")?;
+                    sections::nodes_v2(&mut file, &mut content, section == "ParametricNodes")?;
                 }
-                ("Nodes", Some(Version::V4)) => v4::nodes(&mut lines, &mut content)?,
-                ("Elements", Some(Version::V2)) => v2::elements(&mut lines, &mut content)?,
-                ("Elements", Some(Version::V4)) => v4::elements(&mut lines, &mut content)?,
+                ("Nodes", Some(Version::V4)) => sections::nodes_v4(&mut file, &mut content)?,
+                ("Elements", Some(Version::V2)) => sections::elements_v2(&mut file, &mut content)?,
+                ("Elements", Some(Version::V4)) => sections::elements_v4(&mut file, &mut content)?,
                 ("NOD" | "ELM", None) => {
-                    return Err(lines.error(format!("Gmsh format 1; 2.2 and 4.1 are read: {SAVE}")));
+                    return Err(
+                        file.refuse(&format!("Gmsh format 1; 2.2 and 4.1 are read: {SAVE}"))
+                    );
                 }
                 ("Nodes" | "ParametricNodes" | "Elements", None) => {
-                    return Err(lines.error(format!("${section} comes before $MeshFormat; {SAVE}")));
+                    return Err(
+                        file.refuse(&format!("${section} comes before $MeshFormat; {SAVE}"))
+                    );
                 }
                 _ => {
-                    lines.skip_section()?;
+                    file.skip_section()?;
                     continue;
                 }
             }
-            lines.end()?;
+            file.end()?;
         }
         if version.is_none() {
-            return Err(lines.error(format!("there is no $MeshFormat section; {SAVE}")));
+            return Err(file.refuse(&format!("there is no $MeshFormat section; {SAVE}")));
         }
-        content.finish(|why| lines.error_of_file(why))
+        content.finish(|why| file.bytes.error_of_file(why))
     }
 }
 
@@ -115,34 +106,29 @@ enum Version {
     V4,
 }
 
-#[derive(Clone, Copy)]
-enum Coding {
-    Ascii,
-    Binary,
-}
-
-fn version_of(lines: &mut Lines) -> Result<(Version, Coding)> {
-    let mut fields = lines.record("the format")?;
-    let number = fields.word("version")?;
-    let kind = fields.whole("file type")?;
+/// Reads the version; a binary file is read as such from here on.
+fn version_of(file: &mut File) -> Result<Version> {
+    file.text_record("the format")?;
+    let number = file.word("the version")?;
+    let kind = file.text_whole("the file type")?;
     let version = match number {
         "2" | "2.0" | "2.1" | "2.2" => Version::V2,
         "4.1" => Version::V4,
         _ => {
-            return Err(fields.error(format!("Gmsh format {number}; 2.2 and 4.1 are read: {SAVE}")));
+            let why = format!("Gmsh format {number}; 2.2 and 4.1 are read: {SAVE}");
+            return Err(file.refuse(&why));
         }
     };
-    match kind {
-        0 => Ok((version, Coding::Ascii)),
-        1 => match fields.whole("data size")? {
-            8 => Ok((version, Coding::Binary)),
-            size => {
-                Err(fields.error(format!("numbers of {size} bytes; those of 8 are read: {SAVE}")))
+    let why = match kind {
+        0 => return Ok(version),
+        1 => match file.text_whole("the data size")? {
+            8 => {
+                file.begin_binary()?;
+                return Ok(version);
             }
+            size => format!("numbers of {size} bytes; those of 8 are read: {SAVE}"),
         },
-        _ => {
-            Err(fields
-                .error(format!("file type {kind}; 0 (ASCII) and 1 (binary) are read: {SAVE}")))
-        }
-    }
+        _ => format!("file type {kind}; 0 (ASCII) and 1 (binary) are read: {SAVE}"),
+    };
+    Err(file.refuse(&why))
 }

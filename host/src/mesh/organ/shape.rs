@@ -3,28 +3,11 @@
 //! x is from right (negative) to left, y from front to back, z upwards, all in metres. The only
 //! operations are + - * / and square roots, so that every machine gets the same bits.
 
+use crate::mesh::geometry::dot;
 use crate::mesh::stuffing::{Shape, between};
 
 /// The liver.
 pub(super) struct Liver;
-
-impl Shape for Liver {
-    fn bounds_m(&self) -> [[f64; 3]; 2] {
-        [LOW_M, HIGH_M]
-    }
-
-    fn value(&self, place_m: [f64; 3]) -> f64 {
-        value(place_m)
-    }
-
-    fn crossing(&self, inside: [f64; 3], outside: [f64; 3]) -> [f64; 3] {
-        crossing(inside, outside)
-    }
-
-    fn project(&self, place_m: [f64; 3]) -> [f64; 3] {
-        project(place_m)
-    }
-}
 
 /// A box around the body, in metres.
 const LOW_M: [f64; 3] = [-0.102, -0.08, -0.04];
@@ -65,35 +48,42 @@ pub(super) fn value([x, y, z]: [f64; 3]) -> f64 {
     1.0 - 0.5 * x * x * (1.0 + x * x) - y * y - rise
 }
 
-/// Returns the point at which the line from `inside` to `outside` leaves the body.
-fn crossing(inside: [f64; 3], outside: [f64; 3]) -> [f64; 3] {
-    let (mut low, mut high) = (0.0, 1.0);
-    for _ in 0..BISECTIONS {
-        let middle = (low + high) / 2.0;
-        if value(between(inside, outside, middle)) > 0.0 {
-            low = middle;
-        } else {
-            high = middle;
-        }
+impl Shape for Liver {
+    fn bounds_m(&self) -> [[f64; 3]; 2] {
+        [LOW_M, HIGH_M]
     }
-    between(inside, outside, (low + high) / 2.0)
-}
 
-/// Returns a point of the surface near `point`, which must be near the surface.
-fn project(mut point: [f64; 3]) -> [f64; 3] {
-    for _ in 0..PROJECTIONS {
-        let mut slope = [0.0; 3];
-        for axis in 0..3 {
-            let (mut before, mut after) = (point, point);
-            before[axis] -= DERIVATIVE_M;
-            after[axis] += DERIVATIVE_M;
-            slope[axis] = (value(after) - value(before)) / (2.0 * DERIVATIVE_M);
-        }
-        let square = slope[0] * slope[0] + slope[1] * slope[1] + slope[2] * slope[2];
-        let step = value(point) / square;
-        for axis in 0..3 {
-            point[axis] -= step * slope[axis];
-        }
+    fn value(&self, place_m: [f64; 3]) -> f64 {
+        value(place_m)
     }
-    point
+
+    fn crossing(&self, inside: [f64; 3], outside: [f64; 3]) -> [f64; 3] {
+        let (mut low, mut high) = (0.0, 1.0);
+        for _ in 0..BISECTIONS {
+            let middle = (low + high) / 2.0;
+            if value(between(inside, outside, middle)) > 0.0 {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        between(inside, outside, (low + high) / 2.0)
+    }
+
+    fn project(&self, mut point: [f64; 3]) -> [f64; 3] {
+        for _ in 0..PROJECTIONS {
+            let mut slope = [0.0; 3];
+            for axis in 0..3 {
+                let (mut before, mut after) = (point, point);
+                before[axis] -= DERIVATIVE_M;
+                after[axis] += DERIVATIVE_M;
+                slope[axis] = (value(after) - value(before)) / (2.0 * DERIVATIVE_M);
+            }
+            let step = value(point) / dot(slope, slope);
+            for axis in 0..3 {
+                point[axis] -= step * slope[axis];
+            }
+        }
+        point
+    }
 }

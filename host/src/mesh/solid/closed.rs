@@ -4,8 +4,8 @@
 use super::Faces;
 use super::meet::meet;
 use super::shells::{Refusal, Shells};
-use super::tree::{Tree, area2};
-use crate::mesh::geometry::dot;
+use super::tree::{Tree, area2, middle};
+use crate::mesh::geometry::{dot, minus};
 use crate::words::counted;
 
 /// Twice a triangle's area counts as none below this share of its squared longest edge.
@@ -39,7 +39,7 @@ impl Closed {
         for triangle in &triangles {
             let [a, b, c] = triangle.map(|id| points_m[id as usize]);
             let longest = [[a, b], [b, c], [c, a]]
-                .map(|[p, q]| squared(p, q))
+                .map(|[p, q]| dot(minus(p, q), minus(p, q)))
                 .into_iter()
                 .fold(0.0, f64::max);
             let area = area2([a, b, c]);
@@ -67,10 +67,6 @@ impl Closed {
 pub(super) fn shown(place_m: [f64; 3], unit_m: f64) -> String {
     let [x, y, z] = place_m.map(|x| x / unit_m);
     format!("({x:.6}, {y:.6}, {z:.6})")
-}
-
-fn squared(a: [f64; 3], b: [f64; 3]) -> f64 {
-    (0..3).map(|axis| (a[axis] - b[axis]) * (a[axis] - b[axis])).sum()
 }
 
 /// Merges points at the same position; leaves out triangles that then have a point twice.
@@ -202,10 +198,7 @@ fn crossings(triangles: &[[u32; 3]], tree: &Tree, unit_m: f64) -> Result<(), Ref
         });
     }
     let Some([one, other]) = first else { return Ok(()) };
-    let middle = |triangle: u32| {
-        let [a, b, c] = tree.corners(triangle);
-        shown([0, 1, 2].map(|axis| (a[axis] + b[axis] + c[axis]) / 3.0), unit_m)
-    };
+    let middle = |triangle: u32| shown(middle(tree.corners(triangle)), unit_m);
     let more = if count >= PAIRS_MAX { "at least " } else { "" };
     Err(format!(
         "{more}{} of triangles that run through each other, the first around {} and {}; mend them (in MeshLab: \

@@ -3,7 +3,7 @@
 
 use super::closed::Closed;
 use super::tree::{Part, area2};
-use crate::mesh::geometry::{dot, minus};
+use crate::mesh::geometry::{dot, minus, unit};
 use crate::mesh::stuffing::{Shape, between};
 
 /// Most evaluations for a crossing.
@@ -111,13 +111,4 @@ impl Shape for Solid<'_> {
     fn project(&self, place_m: [f64; 3]) -> [f64; 3] {
         self.closed.tree.nearest(place_m).place
     }
-}
-
-/// Returns the vector of length 1 in this direction.
-fn unit(way: [f64; 3]) -> [f64; 3] {
-    // Scale first: squares of tiny numbers would vanish.
-    let largest = way.iter().fold(0.0f64, |most, x| most.max(x.abs()));
-    let scaled = way.map(|x| x / largest);
-    let length = dot(scaled, scaled).sqrt();
-    scaled.map(|x| x / length)
 }

@@ -6,7 +6,7 @@ use super::Faces;
 use super::closed::{Closed, shown};
 use super::creases::Creases;
 use super::distance::Solid;
-use super::tree::Tree;
+use super::tree::{Tree, middle};
 use crate::error::{Error, Result};
 use crate::mesh::check::parts;
 use crate::mesh::geometry::{corners, cross, distance, dot, edges, minus, volume6};
@@ -211,10 +211,6 @@ fn handles(triangles: &[[u32; 3]]) -> i64 {
     let nodes = points.last().map_or(0, |last| *last as usize + 1);
     let shells = parts(nodes, points.len(), &edges);
     shells as i64 - (points.len() as i64 - triangles.len() as i64 / 2) / 2
-}
-
-fn middle([a, b, c]: [[f64; 3]; 3]) -> [f64; 3] {
-    [0, 1, 2].map(|axis| (a[axis] + b[axis] + c[axis]) / 3.0)
 }
 
 /// Refuses faults that smoothing cannot repair, before the long work: another number of parts, and a

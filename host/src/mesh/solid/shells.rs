@@ -1,6 +1,7 @@
 //! The connected parts of a closed surface (shells), oriented away from the body: an outermost shell has a
 //! body inside, a shell directly inside it is the wall of a cavity, a shell in a cavity has a body again.
 
+use super::tree::bounds;
 use crate::mesh::geometry::{cross, dot, minus, volume6};
 
 /// Reason for which a surface is refused.
@@ -58,7 +59,7 @@ impl Shells {
         };
         let volumes: Vec<f64> = members.iter().map(|shell| volume(shell)).collect();
         let boxes: Vec<[[f64; 3]; 2]> =
-            members.iter().map(|shell| bounds(shell.iter().map(|&t| corners(t)))).collect();
+            members.iter().map(|shell| bounds(shell.iter().flat_map(|&t| corners(t)))).collect();
         // A shell inside an even number of others has a body inside.
         let mut is_body = Vec::with_capacity(count);
         for own in 0..count {
@@ -128,17 +129,6 @@ fn found(
         count += 1;
     }
     Ok((shell, count as usize, turn))
-}
-
-fn bounds(triangles: impl Iterator<Item = [[f64; 3]; 3]>) -> [[f64; 3]; 2] {
-    let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
-    for corner in triangles.flatten() {
-        for axis in 0..3 {
-            low[axis] = low[axis].min(corner[axis]);
-            high[axis] = high[axis].max(corner[axis]);
-        }
-    }
-    [low, high]
 }
 
 /// Returns true if closed triangles enclose a point: the sum of their solid angles (Van Oosterom and

@@ -148,7 +148,7 @@ impl Tree {
 
 /// Returns the box around points.
 #[inline]
-fn bounds(places: impl IntoIterator<Item = [f64; 3]>) -> [[f64; 3]; 2] {
+pub(super) fn bounds(places: impl IntoIterator<Item = [f64; 3]>) -> [[f64; 3]; 2] {
     let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
     for place in places {
         for axis in 0..3 {
@@ -196,6 +196,11 @@ fn nearest_of([a, b, c]: [[f64; 3]; 3], place: [f64; 3]) -> ([f64; 3], Part) {
     let sum = va + vb + vc;
     let inside = along(ac, along(ab, a, vb / sum), vc / sum);
     (inside, Part::Face)
+}
+
+/// Returns the middle of a triangle.
+pub(super) fn middle([a, b, c]: [[f64; 3]; 3]) -> [f64; 3] {
+    [0, 1, 2].map(|axis| (a[axis] + b[axis] + c[axis]) / 3.0)
 }
 
 /// Returns twice the area of a triangle, as a vector along its normal.

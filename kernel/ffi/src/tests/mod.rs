@@ -58,16 +58,27 @@ fn storage(bytes: usize) -> Vec<Block> {
     std::vec![Block([0xA5; BLOCK]); bytes.div_ceil(BLOCK)]
 }
 
-/// Bytes and alignment of a tissue for a model; 0 where it has no size.
-fn size_of_body(model: &ModelStorage, scheme: i32, contacts: u32) -> (usize, usize) {
-    let (mut bytes, mut align, room) = (0, 0, Room { contacts, ..Room::default() });
-    call!(chaincell_model_size(model, scheme, &room, &mut bytes, &mut align));
-    (bytes, align)
+/// Room for held cells alone.
+fn holding(contacts: u32) -> Room {
+    Room { contacts, ..Room::default() }
+}
+
+/// Bytes and alignment of a tissue; 0 where it has no size.
+fn size_of_body(image: &[u8], scheme: i32, room: &Room) -> (Code, usize, usize) {
+    let (mut bytes, mut align) = (0, 0);
+    let model = model_of(image);
+    let code = call!(chaincell_model_size(&model, scheme, room, &mut bytes, &mut align));
+    (code, bytes, align)
+}
+
+/// Whether the body of an image is one of nodal shapes.
+fn is_nodal(image: &[u8]) -> bool {
+    chaincell_kernel::Model::from_bytes(image).unwrap().is_nodal()
 }
 
 /// The schemes that move a body.
 fn schemes_of(image: &[u8]) -> impl Iterator<Item = Scheme> {
-    let is_nodal = image == SHAPES;
+    let is_nodal = is_nodal(image);
     let moves_shapes = |scheme: &Scheme| matches!(scheme, Scheme::Track | Scheme::Predict);
     Scheme::ALL.into_iter().filter(move |scheme| !is_nodal || moves_shapes(scheme))
 }
@@ -107,32 +118,31 @@ fn try_make(
     contacts: u32,
     change: impl FnOnce(&mut Settings),
 ) -> (Code, Detail, Made) {
-    let model = model_of(image);
-    let mut settings = settings_of(&model, Scheme::Track);
+    let mut settings = settings_of(&model_of(image), Scheme::Track);
     change(&mut settings);
-    let (bytes, _) = size_of_body(&model, scheme, contacts);
+    let room = holding(contacts);
+    let (_, bytes, _) = size_of_body(image, scheme, &room);
     let mut storage = storage(bytes.max(BLOCK));
-    let (code, detail, tissue) = init(&mut storage, bytes, &model, scheme, contacts, &settings);
+    let there = (storage.as_mut_ptr(), bytes);
+    let (code, detail, tissue) = init(there, image, (scheme, &room), &settings);
     (code, detail, Made { storage, tissue })
 }
 
-/// Initialises a tissue in so many bytes of a storage; the pointer is no tissue's unless written.
+/// Initialises a tissue in so many bytes from a place on; the pointer is no tissue's unless written.
 fn init(
-    storage: &mut [Block],
-    bytes: usize,
-    model: &ModelStorage,
-    scheme: i32,
-    contacts: u32,
+    (storage, bytes): (*mut Block, usize),
+    image: &[u8],
+    (scheme, room): (i32, &Room),
     settings: &Settings,
 ) -> (Code, Detail, *mut Tissue) {
-    let (mut tissue, mut detail) = (core::ptr::dangling_mut(), Detail::default());
-    let room = Room { contacts, ..Room::default() };
+    let (model, mut tissue) = (model_of(image), core::ptr::dangling_mut());
+    let mut detail = Detail::default();
     let code = call!(chaincell_tissue_init(
-        storage.as_mut_ptr().cast(),
+        storage.cast(),
         bytes,
-        model,
+        &model,
         scheme,
-        &room,
+        room,
         settings,
         &mut tissue,
         &mut detail,

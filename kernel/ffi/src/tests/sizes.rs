@@ -6,9 +6,10 @@ use std::vec::Vec;
 
 use chaincell_kernel::{Dynamics, Euler, I8F24, Predict, Rkl2, Tissue, Track, coarse_room};
 
+use super::tool_storage::{ROOM, SURFACE};
 use super::{
-    BLOCK, BOX, KINDS, PLANE, SHAPES, call, info_of, init, make, model_of, schemes_of, settings_of,
-    size_of_body, storage, try_make,
+    BLOCK, BOX, KINDS, PLANE, SHAPES, call, holding, info_of, init, is_nodal, make, model_of,
+    schemes_of, settings_of, size_of_body, storage, try_make,
 };
 use crate::layout::{Sizes, by_scheme};
 use crate::touch::Touch;
@@ -30,20 +31,19 @@ pub(super) fn size(scheme: Scheme, cells: u32, contacts: u32, coarse_functions: 
 // REQ-MOD-04, REQ-CIF-04
 #[test]
 fn the_size_is_exactly_what_a_body_needs() {
-    for (image, contacts) in [(BOX, 0), (BOX, 3), (BOX, 125), (PLANE, 9), (SHAPES, 0), (SHAPES, 9)]
-    {
+    let plain = [(BOX, 0), (BOX, 3), (BOX, 125), (PLANE, 9), (SHAPES, 0), (SHAPES, 9)];
+    let plain = plain.map(|(image, contacts)| (image, holding(contacts)));
+    for (image, room) in plain.into_iter().chain([(SURFACE, ROOM)]) {
         for scheme in schemes_of(image) {
             let model = model_of(image);
             let (info, settings) = (info_of(&model), settings_of(&model, scheme));
-            let (bytes, _) = size_of_body(&model, scheme as i32, contacts);
-            assert!(
-                image == SHAPES
-                    || bytes == size(scheme, info.cells, contacts, info.coarse_functions)
-            );
+            let (_, bytes, _) = size_of_body(image, scheme as i32, &room);
+            let of_links = || size(scheme, info.cells, room.contacts, info.coarse_functions);
+            assert!(is_nodal(image) || bytes == of_links());
             let mut storage = storage(bytes);
             let mut init = |bytes: usize| {
-                let (code, detail, tissue) =
-                    init(&mut storage, bytes, &model, scheme as i32, contacts, &settings);
+                let there = (storage.as_mut_ptr(), bytes);
+                let (code, detail, tissue) = init(there, image, (scheme as i32, &room), &settings);
                 (code, (detail.needed, detail.available), tissue.is_null())
             };
             assert_eq!(init(bytes - 1), (Code::Storage, (bytes, bytes - 1), true));
@@ -130,11 +130,9 @@ fn schemes_and_contacts_that_do_not_fit_are_refused() {
 #[test]
 fn storage_can_be_used_again() {
     let mut made = make(BOX, Scheme::Rkl2, 2);
-    let model = model_of(PLANE);
-    let settings = settings_of(&model, Scheme::Euler);
-    let bytes = made.storage.len() * BLOCK;
-    let (code, _, tissue) =
-        init(&mut made.storage, bytes, &model, Scheme::Euler as i32, 2, &settings);
+    let settings = settings_of(&model_of(PLANE), Scheme::Euler);
+    let there = (made.storage.as_mut_ptr(), made.storage.len() * BLOCK);
+    let (code, _, tissue) = init(there, PLANE, (Scheme::Euler as i32, &holding(2)), &settings);
     assert_eq!(code, Code::Ok);
     assert_eq!(super::hash(tissue), super::hash(make(PLANE, Scheme::Track, 0).tissue));
 }
@@ -145,11 +143,9 @@ fn storage_can_be_used_again() {
 fn a_refused_call_takes_the_storage_too() {
     for (image, _) in KINDS {
         let mut made = make(image, Scheme::Track, 2);
-        let model = model_of(image);
-        let settings = Settings { sweeps: 0, ..settings_of(&model, Scheme::Track) };
-        let bytes = made.storage.len() * BLOCK;
-        let (code, _, tissue) =
-            init(&mut made.storage, bytes, &model, Scheme::Track as i32, 2, &settings);
+        let settings = Settings { sweeps: 0, ..settings_of(&model_of(image), Scheme::Track) };
+        let there = (made.storage.as_mut_ptr(), made.storage.len() * BLOCK);
+        let (code, _, tissue) = init(there, image, (Scheme::Track as i32, &holding(2)), &settings);
         assert_eq!((code, tissue.is_null()), (Code::SettingsSweeps, true));
         let there = made.storage.as_mut_ptr().cast();
         let reset = call!(chaincell_tissue_reset(there, &mut Detail::default()));

@@ -3,10 +3,10 @@
 use core::ptr::null;
 
 use chaincell_kernel::stage::{Device, Stage, StageSettings as KernelSettings};
-use chaincell_kernel::{Choice, Drive, Flags, TickOutput};
+use chaincell_kernel::{Choice, Flags, TickOutput};
 
-use super::{BOX, NO_OUTPUT, call, choose, model_of, of_kernel, pose_at, settings_of, tick};
-use crate::{Code, Output, Scheme, StageNews, StageSettings, StageStorage, ToolOutput, ToolPose};
+use super::{NO_OUTPUT, call, of_kernel, pose_at};
+use crate::{Code, Output, StageNews, StageSettings, StageStorage, ToolOutput, ToolPose};
 
 pub(super) fn settings(device: Device) -> StageSettings {
     let mut settings = StageSettings {
@@ -226,37 +226,4 @@ fn bad_pointers_give_no_force() {
     );
     assert_eq!(call!(chaincell_stage_init(&mut stage, null())), Code::Null);
     assert_eq!(call!(chaincell_stage_default(0, core::ptr::null_mut())), Code::Null);
-}
-
-/// A body whose drive is a current, behind a stage with coupling and passivity control.
-#[test]
-fn a_current_behind_the_stage_gives_no_force() {
-    let made = super::make(BOX, Scheme::Track, 1);
-    let mut of = settings_of(&model_of(BOX), Scheme::Track);
-    of.drive = Drive::Current as i32;
-    let no_detail = core::ptr::null_mut();
-    assert_eq!(call!(chaincell_change_settings(made.tissue, &of, no_detail)), Code::Ok);
-    assert_eq!(choose(made.tissue, &[64]).0, Code::Ok);
-    let stages = [settings(Device::Falcon), {
-        let plain = settings(Device::Falcon);
-        StageSettings { coupling_n_per_m: 0.0, passivity: 0, ..plain }
-    }];
-    let peaks_n = stages.map(|settings| {
-        let (code, mut stage) = make(&settings);
-        assert_eq!(code, Code::Ok);
-        let (mut peak_n, mut safe) = (0.0_f32, 0);
-        for at in 0..100_u16 {
-            let mut sample = super::sample(at);
-            let (this, there) = (&raw const sample, &raw mut sample);
-            assert_eq!(call!(chaincell_stage_sample(&mut stage, this, null(), there)), Code::Ok);
-            let tissue = tick(made.tissue, sample);
-            let mut output = NO_OUTPUT;
-            assert_eq!(call!(chaincell_stage_output(&mut stage, &tissue, &mut output)), Code::Ok);
-            peak_n = output.tool.force_n.iter().fold(peak_n, |a, x| a.max(x.abs()));
-            safe += usize::from(output.tool.flags & Flags::SAFE_STATE.0 != 0);
-        }
-        assert_eq!(safe > 0, settings.passivity != 0);
-        peak_n
-    });
-    assert!(peaks_n[0] == 0.0 && peaks_n[1] > 0.0, "{peaks_n:?}");
 }

@@ -1,11 +1,12 @@
 //! Storage of a tissue with room for tools on its surface.
 
-use std::vec::Vec;
-
 use chaincell_kernel::{CoarseTouch, TouchStore, include_model};
 
-use super::{BLOCK, BOX, Block, call, hash, model_of, settings_of, storage};
-use crate::{Code, Detail, Room, SHAPE_ALIGN, Scheme, Settings, TOUCH_BYTES, Tissue};
+use super::{
+    BLOCK, BOX, Block, Made, call, hash, holding, init, model_of, settings_of, size_of_body,
+    storage,
+};
+use crate::{Code, Room, SHAPE_ALIGN, Scheme, Settings, TOUCH_BYTES};
 
 /// `chaincell bake box:6x6x4x0.01 --young-pa 5000 --poisson 0.4 --coarse 2.5 --contact-surface yes`.
 pub(super) static SURFACE: &[u8] = include_model!("../../../../tests/data/touch6.chaincell");
@@ -13,77 +14,27 @@ pub(super) static SURFACE: &[u8] = include_model!("../../../../tests/data/touch6
 /// What the tests of tools have room for.
 pub(super) const ROOM: Room = Room { contacts: 2, tools: 2, triangles: 256, samples: 300 };
 
-/// A tissue with its storage.
-pub(super) struct Placed {
-    pub storage: Vec<Block>,
-    pub tissue: *mut Tissue,
-}
-
-/// Bytes and alignment.
-fn size(image: &[u8], scheme: i32, room: &Room) -> (Code, usize, usize) {
-    let (model, mut bytes, mut align) = (model_of(image), 0, 0);
-    let code = call!(chaincell_model_size(&model, scheme, room, &mut bytes, &mut align));
-    (code, bytes, align)
-}
-
-fn init(
-    (storage, bytes): (*mut Block, usize),
-    image: &[u8],
-    (scheme, room): (i32, &Room),
-    settings: &Settings,
-) -> (Code, Detail, *mut Tissue) {
-    let (model, mut tissue) = (model_of(image), core::ptr::dangling_mut());
-    let mut detail = Detail::default();
-    let code = call!(chaincell_tissue_init(
-        storage.cast(),
-        bytes,
-        &model,
-        scheme,
-        room,
-        settings,
-        &mut tissue,
-        &mut detail,
-    ));
-    (code, detail, tissue)
-}
-
 /// Settings whose step limit is that of these tests.
 pub(super) fn settings() -> Settings {
     Settings { max_tool_step_m: 0.01, ..settings_of(&model_of(SURFACE), Scheme::Track) }
 }
 
 /// A body with a surface at rest.
-pub(super) fn placed(scheme: Scheme, room: &Room) -> Placed {
-    let (code, bytes, _) = size(SURFACE, scheme as i32, room);
+pub(super) fn placed(scheme: Scheme, room: &Room) -> Made {
+    let (code, bytes, _) = size_of_body(SURFACE, scheme as i32, room);
     assert_eq!(code, Code::Ok);
     let mut storage = storage(bytes);
     let there = (storage.as_mut_ptr(), bytes);
     let (code, _, tissue) = init(there, SURFACE, (scheme as i32, room), &settings());
     assert_eq!(code, Code::Ok);
-    Placed { storage, tissue }
-}
-
-#[test]
-fn the_size_is_exactly_what_a_body_with_tools_needs() {
-    for scheme in [Scheme::Track, Scheme::Predict] {
-        let (code, bytes, align) = size(SURFACE, scheme as i32, &ROOM);
-        assert_eq!((code, align), (Code::Ok, SHAPE_ALIGN));
-        let mut storage = storage(bytes);
-        let mut made = |bytes: usize| {
-            let there = (storage.as_mut_ptr(), bytes);
-            let (code, detail, _) = init(there, SURFACE, (scheme as i32, &ROOM), &settings());
-            (code, detail.needed, detail.available)
-        };
-        assert_eq!(made(bytes - 1), (Code::Storage, bytes, bytes - 1));
-        assert_eq!(made(bytes), (Code::Ok, 0, 0));
-    }
+    Made { storage, tissue }
 }
 
 /// The header's macro goes by these numbers.
 #[test]
 fn every_count_takes_its_bytes() {
-    let of = |room: Room| size(SURFACE, Scheme::Track as i32, &room).1;
-    let plain = of(Room { contacts: 2, ..Room::default() });
+    let of = |room: Room| size_of_body(SURFACE, Scheme::Track as i32, &room).1;
+    let plain = of(holding(2));
     let one = Room { contacts: 2, tools: 1, triangles: 4, samples: 4 };
     let fixed = of(one) - plain - 144 * 24 - 1184 - 4 * (28 + 104);
     assert!(fixed <= TOUCH_BYTES && TOUCH_BYTES - fixed < 512, "{fixed}");
@@ -103,7 +54,7 @@ fn room_that_cannot_be_is_refused() {
     let mut code = |scheme: Scheme, room: Room| {
         let there = (storage.as_mut_ptr(), 4096 * 64);
         let (code, detail, tissue) = init(there, SURFACE, (scheme as i32, &room), &settings());
-        assert_eq!(size(SURFACE, scheme as i32, &room).0, code);
+        assert_eq!(size_of_body(SURFACE, scheme as i32, &room).0, code);
         assert_eq!(tissue.is_null(), code != Code::Ok);
         (code, detail.needed, detail.available)
     };
@@ -119,15 +70,15 @@ fn room_that_cannot_be_is_refused() {
     for scheme in [Scheme::TrackFixed, Scheme::Euler] {
         assert_eq!(code(scheme, room(1, 8, 0)).0, Code::ContactScheme);
     }
-    let (code, ..) = size(SURFACE, 8, &ROOM);
+    let (code, ..) = size_of_body(SURFACE, 8, &ROOM);
     assert_eq!(code, Code::Scheme);
 }
 
 #[test]
 fn storage_with_room_for_tools_has_its_alignment() {
     // Links need no more than 16; with this room they do.
-    assert_eq!(size(BOX, 0, &ROOM).2, SHAPE_ALIGN);
-    assert_eq!(size(BOX, 0, &Room::default()).2, crate::ALIGN);
+    assert_eq!(size_of_body(BOX, 0, &ROOM).2, SHAPE_ALIGN);
+    assert_eq!(size_of_body(BOX, 0, &Room::default()).2, crate::ALIGN);
     let mut storage = std::vec![Block([0xA5; BLOCK]); 4096];
     let beyond = storage.as_mut_ptr().wrapping_byte_add(16);
     let there = (beyond, 4095 * 64);
@@ -146,7 +97,7 @@ fn a_coarse_level_under_no_tool_is_zeros() {
 /// A tissue without tools: room beside it changes no bit.
 #[test]
 fn a_body_without_tools_is_the_body_of_before() {
-    let without = placed(Scheme::Track, &Room { contacts: 2, ..Room::default() });
+    let without = placed(Scheme::Track, &holding(2));
     let with = placed(Scheme::Track, &ROOM);
     let ids = [41_u32, 89];
     for tissue in [without.tissue, with.tissue] {

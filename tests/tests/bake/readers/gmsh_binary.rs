@@ -200,7 +200,7 @@ fn counts_that_lie_are_refused_before_anything_is_read() {
     let at = behind(&old(true), "$Elements\n6\n");
     refused(&with(&old(true), at + 4, &[0, 0, 0, 0]), &["a block of 0 elements"]);
     refused(&with(&old(true), at + 4, &[9, 0, 0, 0]), &["a block of 9 elements where 6 are left"]);
-    refused(&with(&old(true), at + 8, &[255; 4]), &["the number of tags is -1"]);
+    refused(&with(&old(true), at + 8, &[255; 4]), &["the number of tags is '-1'"]);
     refused(&with(&old(true), at - 2, b"5"), &["where $EndElements should be"]);
     for (section, words) in [("$Entities\n", 0..4), ("$Nodes\n", 0..1), ("$Elements\n", 0..1)] {
         let at = behind(&new(true), section);
@@ -228,7 +228,7 @@ fn types_coordinates_and_references() {
         refused(&bytes, &[&format!("a.msh: byte {}: the z is {bad:?}", at + 20), "`unit_m`"]);
     }
     refused(&with(&old(true), at + 28, &900_i32.to_le_bytes()), &["tag 900 is given twice"]);
-    refused(&with(&old(true), at + 28, &[255; 4]), &["the node tag is -1"]);
+    refused(&with(&old(true), at + 28, &[255; 4]), &["the node tag is '-1'"]);
     let at = behind(&new(true), "$Nodes\n");
     refused(&with(&new(true), at + 32, &[4]), &["the entity dimension is 4"]);
 }

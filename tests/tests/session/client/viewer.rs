@@ -1,13 +1,11 @@
-//! States, contacts and commands beside the loop.
+//! States and commands beside the loop.
 
-use chaincell_client::contacts::Contact;
 use chaincell_client::payload::{CommandMessage, NodePosition};
 use chaincell_client::viewed::View;
 use chaincell_client::{Client, Command, Kind, ToolPose};
-use chaincell_tests::files::text;
 use chaincell_tests::place::Place;
 use chaincell_tests::process::SHORT;
-use chaincell_tests::{Running, turn};
+use chaincell_tests::turn;
 
 use super::{SOME_N, WAIT_NS, answered, options, pose, press, size_n, viewer};
 
@@ -48,31 +46,6 @@ fn a_state_lies_in_shared_memory_until_it_is_given_back() {
     assert_ne!(after.rows()[40].position_m, middle);
     drop((pressed, after));
     assert_eq!(viewer.step(&[pose(0)], 0).unwrap_err().kind(), Kind::Viewer);
-    serve.interrupt().with(130);
-}
-
-#[test]
-fn contacts_are_those_that_make_the_force() {
-    let _turn = turn();
-    let place = Place::on_surface("client-contacts");
-    let plain = ["--watchdog-ms", "0", "--ramp-ms", "0", "--budget-us", "off"];
-    let probe = ["--contact", "probe:0.01", "--state-hz", "1000"];
-    let serve = place.serve(&[&plain[..], &probe].concat());
-    let (mut viewer, mut client) = (viewer(&place), Client::open(&options(&place)).unwrap());
-    // The first look joins; a message may be there at once.
-    drop(viewer.contacts().unwrap());
-    let mut last = None;
-    for tick in 0..40_u8 {
-        let z = 0.052 - 1.5e-4 * f32::from(tick);
-        last =
-            Some(answered(&mut client, &[ToolPose::at([0.0, 0.0, z].into(), u32::from(tick > 0))]));
-    }
-    let last = last.unwrap();
-    let found: View<Contact> =
-        next(|| viewer.contacts().unwrap().filter(|view| view.header().tick == last.tick));
-    assert_eq!(found.rows().len(), last.tools[0].contacts as usize);
-    let up_n = found.rows().iter().map(|of| of.normal_n[2] + of.tangential_n[2]).sum::<f32>();
-    assert!(size_n(&last) > 0.01 && (up_n - last.tools[0].force_n[2]).abs() < 1e-3 * up_n);
     serve.interrupt().with(130);
 }
 
@@ -123,33 +96,5 @@ fn after_a_pause_the_force_of_the_stage_rises_along_its_ramp() {
         let most_n = (0.01 * f64::from(ticks) + 0.2) * whole_n;
         assert!(size_n(answer) <= most_n, "after {ticks} ticks: {} N", size_n(answer));
     }
-    serve.interrupt().with(130);
-}
-
-#[test]
-fn a_tool_grips_and_lets_go_by_command() {
-    let _turn = turn();
-    let place = Place::on_surface("client-grip");
-    let args = ["serve", text(&place.model), "--scene", &place.scene, "--late-share", "off"];
-    let tool = ["--tool", "sphere:0.01", "--watchdog-ms", "0", "--ramp-ms", "0", "--json"];
-    let mut serve = Running::chaincell([&args[..], &tool].concat());
-    serve.wait_for_line("ready");
-    let mut client = Client::open(&options(&place)).unwrap();
-    answered(&mut client, &[ToolPose::at([0.0, 0.0, 0.047].into(), 0)]);
-    for _ in 0..40 {
-        answered(&mut client, &[ToolPose::at([0.0, 0.0, 0.047].into(), 1)]);
-    }
-    client.command(&Command::Grip { tool: 0 }, WAIT_NS).unwrap();
-    for _ in 0..200 {
-        answered(&mut client, &[ToolPose::at([0.0, 0.0, 0.055].into(), 1)]);
-    }
-    let pulled = client.shown().unwrap().tools[0].force_n[2];
-    assert!(pulled < -0.01, "the tissue pulls the tool down: {pulled} N");
-    client.command(&Command::LetGo { tool: 0, ticks: 5 }, WAIT_NS).unwrap();
-    for _ in 0..200 {
-        answered(&mut client, &[ToolPose::at([0.0, 0.0, 0.055].into(), 1)]);
-    }
-    let left = client.shown().unwrap().tools[0].force_n[2];
-    assert!(left.abs() < 1e-3 * pulled.abs(), "{left} N of {pulled} N");
     serve.interrupt().with(130);
 }

@@ -5,7 +5,7 @@ use roxmltree::Node;
 use super::coding::Coding;
 use crate::error::Result;
 use crate::mesh::bytes::{Bytes, real_of, shown};
-use crate::mesh::number::whole_of;
+use crate::mesh::number::{Number, whole_of};
 
 /// Requirement on a count, a position or a kind, for errors.
 const WHOLE: &str = "a whole number from 0";
@@ -17,57 +17,26 @@ pub(super) struct Array<'a> {
     number: Number,
 }
 
-/// Type of the numbers: size in bytes, true if they are real, true if they are signed.
-#[derive(Clone, Copy)]
-struct Number {
-    size: usize,
-    real: bool,
-    signed: bool,
+/// Returns the type with this name.
+fn number_type(name: &str) -> Option<Number> {
+    Some(match name {
+        "Int8" => Number::I8,
+        "UInt8" => Number::U8,
+        "Int16" => Number::I16,
+        "UInt16" => Number::U16,
+        "Int32" => Number::I32,
+        "UInt32" => Number::U32,
+        "Int64" => Number::I64,
+        "UInt64" => Number::U64,
+        "Float32" => Number::F32,
+        "Float64" => Number::F64,
+        _ => return None,
+    })
 }
 
-impl Number {
-    fn named(name: &str) -> Option<Self> {
-        let (size, real, signed) = match name {
-            "Int8" => (1, false, true),
-            "UInt8" => (1, false, false),
-            "Int16" => (2, false, true),
-            "UInt16" => (2, false, false),
-            "Int32" => (4, false, true),
-            "UInt32" => (4, false, false),
-            "Int64" => (8, false, true),
-            "UInt64" => (8, false, false),
-            "Float32" => (4, true, true),
-            "Float64" => (8, true, true),
-            _ => return None,
-        };
-        Some(Self { size, real, signed })
-    }
-
-    /// Returns a whole number from its bytes, lowest first; none if it is negative.
-    fn whole(self, bytes: [u8; 8]) -> Option<u64> {
-        let value = u64::from_le_bytes(bytes);
-        let is_negative = self.signed && value >> (8 * self.size - 1) & 1 == 1;
-        (!is_negative).then_some(value)
-    }
-
-    /// Returns a whole number of either sign from its bytes, lowest first; none above the range of an `i64`.
-    fn reference(self, bytes: [u8; 8]) -> Option<i64> {
-        // The shift removes bits above the number's bytes, and extends the sign.
-        let unused = 64 - 8 * self.size;
-        if self.signed {
-            return Some(i64::from_le_bytes(bytes) << unused >> unused);
-        }
-        i64::try_from(u64::from_le_bytes(bytes)).ok()
-    }
-
-    fn float(self, bytes: [u8; 8]) -> f64 {
-        let [a, b, c, d, ..] = bytes;
-        if self.size == 4 {
-            f32::from_le_bytes([a, b, c, d]).into()
-        } else {
-            f64::from_le_bytes(bytes)
-        }
-    }
+/// Reads the next number as a whole one; none if it has a fraction or is above the range of an `i64`.
+fn whole_if_any(number: Number, bytes: &mut Bytes) -> Result<Option<i64>> {
+    Ok(number.whole(bytes, "").ok().flatten())
 }
 
 impl<'a> Array<'a> {
@@ -76,7 +45,7 @@ impl<'a> Array<'a> {
         place.return_to(node.range().start);
         let kind = node.attribute("type").unwrap_or("");
         let name = node.attribute("Name").unwrap_or("Points");
-        let number = Number::named(kind).ok_or_else(|| {
+        let number = number_type(kind).ok_or_else(|| {
             place.error(format!(
                 "array '{}' of type '{}'; whole numbers and Float32 or Float64 are read: save the mesh \
                  again",
@@ -99,19 +68,19 @@ impl<'a> Array<'a> {
 
     /// Returns the whole numbers, which must be `count`.
     pub(super) fn whole(&self, count: u64, coding: &Coding, place: &Bytes) -> Result<Vec<u64>> {
-        if self.number.real {
+        if self.number.is_real() {
             return Err(place.error(format!(
                 "array '{}' has real numbers where whole ones are needed; save the mesh again",
                 shown(self.name)
             )));
         }
-        let negative = || self.no_number("a negative number", WHOLE, place);
         if self.is_ascii() {
             return self.words(count, WHOLE, place, |word| word.parse().ok());
         }
-        let bytes = coding.decode(self.node, self.name, count, self.number.size, place)?;
-        let numbers = bytes.chunks_exact(self.number.size);
-        numbers.map(|bytes| self.number.whole(coding.widened(bytes)).ok_or_else(negative)).collect()
+        let negative = || self.no_number("a negative number", WHOLE, place);
+        let from_0 = |number: Option<i64>| number.and_then(|number| u64::try_from(number).ok());
+        let numbers = self.decoded(count, coding, place, whole_if_any)?;
+        numbers.into_iter().map(|number| from_0(number).ok_or_else(negative)).collect()
     }
 
     /// Returns the numbers of any type, which must be `count`; none if one is no whole number.
@@ -121,15 +90,14 @@ impl<'a> Array<'a> {
         coding: &Coding,
         place: &Bytes,
     ) -> Result<Option<Vec<i64>>> {
-        if self.number.real {
+        if !self.is_ascii() {
+            let numbers = self.decoded(count, coding, place, whole_if_any)?;
+            return Ok(numbers.into_iter().collect());
+        }
+        if self.number.is_real() {
             return Ok(self.real(count, coding, place)?.into_iter().map(whole_of).collect());
         }
-        if self.is_ascii() {
-            return self.words(count, "a whole number", place, |word| word.parse().ok()).map(Some);
-        }
-        let bytes = coding.decode(self.node, self.name, count, self.number.size, place)?;
-        let numbers = bytes.chunks_exact(self.number.size);
-        Ok(numbers.map(|bytes| self.number.reference(coding.widened(bytes))).collect())
+        self.words(count, "a whole number", place, |word| word.parse().ok()).map(Some)
     }
 
     /// Returns the real numbers, which must be `count`.
@@ -137,15 +105,26 @@ impl<'a> Array<'a> {
         if self.is_ascii() {
             return self.words(count, "a number", place, real_of);
         }
-        let bytes = coding.decode(self.node, self.name, count, self.number.size, place)?;
-        let numbers = bytes.chunks_exact(self.number.size).map(|bytes| coding.widened(bytes));
-        if !self.number.real {
+        if !self.number.is_real() {
             return Err(place.error(format!(
                 "array '{}' has whole numbers where Float32 or Float64 is needed; save the mesh again",
                 shown(self.name)
             )));
         }
-        Ok(numbers.map(|bytes| self.number.float(bytes)).collect())
+        self.decoded(count, coding, place, |number, bytes| number.real(bytes, ""))
+    }
+
+    /// Decodes the numbers, which must be `count`, and reads each.
+    fn decoded<T>(
+        &self,
+        count: u64,
+        coding: &Coding,
+        place: &Bytes,
+        read: impl Fn(Number, &mut Bytes) -> Result<T>,
+    ) -> Result<Vec<T>> {
+        let bytes = coding.decode(self.node, self.name, count, self.number.size(), place)?;
+        let mut bytes = place.part(&bytes, coding.little);
+        (0..count).map(|_| read(self.number, &mut bytes)).collect()
     }
 
     fn is_ascii(&self) -> bool {

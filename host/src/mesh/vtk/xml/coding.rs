@@ -15,7 +15,7 @@ use crate::mesh::bytes::{Bytes, shown};
 
 /// Coding of a file's arrays.
 pub(super) struct Coding<'a> {
-    little: bool,
+    pub(super) little: bool,
     /// Bytes of a number in the head of an array.
     head: usize,
     zlib: bool,
@@ -86,7 +86,7 @@ impl<'a> Coding<'a> {
     }
 
     /// Returns a number's bytes, lowest first, followed by zeros.
-    pub(super) fn widened(&self, bytes: &[u8]) -> [u8; 8] {
+    fn widened(&self, bytes: &[u8]) -> [u8; 8] {
         let mut wide = [0; 8];
         for (at, byte) in bytes.iter().take(8).enumerate() {
             wide[if self.little { at } else { bytes.len() - 1 - at }] = *byte;
@@ -100,11 +100,11 @@ impl<'a> Coding<'a> {
         node: Node,
         name: &str,
         count: u64,
-        size: usize,
+        size: u64,
         place: &Bytes,
     ) -> Result<Vec<u8>> {
         let refuse = |why: String| place.error(format!("array '{}': {why}", shown(name)));
-        let wanted = count.saturating_mul(size as u64);
+        let wanted = count.saturating_mul(size);
         let decoded = self.stream(node).and_then(|stream| {
             if self.zlib { self.blocks(stream, wanted) } else { self.plain(stream, wanted) }
         });
