@@ -5,6 +5,8 @@
 
 #![allow(unsafe_code)]
 
+use core::cell::Cell as Shared;
+
 use fearless_simd::{Simd, f32x4, f32x8, i32x8, mask32x8, prelude::*, u64x4};
 
 #[cfg(target_arch = "x86_64")]
@@ -49,6 +51,11 @@ fn unit() -> Unit {
 #[inline(always)]
 fn half(cell: &Cell) -> f32x4<Unit> {
     f32x4::simd_from(unit(), cell.0)
+}
+
+#[inline(always)]
+fn add_half(cell: &Shared<Cell>, more: f32x4<Unit>) {
+    cell.set(Cell((half(&cell.get()) + more).into()));
 }
 
 #[inline(always)]
@@ -181,6 +188,20 @@ impl F32x8 for Vector {
         put_joined(Self(bf), b, f);
         put_joined(Self(cg), c, g);
         put_joined(Self(dh), d, h);
+    }
+
+    #[inline(always)]
+    fn add_to([x, y, z, w]: [Self; 4], [a, b, c, d, e, f, g, h]: [&Shared<Cell>; LANES]) {
+        let [ae, bf, cg, dh] = transposed(unit(), [x.0, y.0, z.0, w.0]);
+        let (a_e, b_f, c_g, d_h) = (ae.split(), bf.split(), cg.split(), dh.split());
+        add_half(a, a_e.0);
+        add_half(b, b_f.0);
+        add_half(c, c_g.0);
+        add_half(d, d_h.0);
+        add_half(e, a_e.1);
+        add_half(f, b_f.1);
+        add_half(g, c_g.1);
+        add_half(h, d_h.1);
     }
 
     #[inline(always)]

@@ -227,7 +227,7 @@ fn ctrl_c_on_a_run_keeps_whole_files() {
         std::thread::sleep(Duration::from_millis(5));
     }
     let ended = running.interrupt().with(130);
-    assert!(ended.err.contains("results so far are written"), "{}", ended.err);
+    assert!(ended.err.contains("the results so far are in "), "{}", ended.err);
     let ticks = Table::read(&out.join("force.csv")).rows.len() as u64;
     assert!((1..2_000_000).contains(&ticks));
     let found = summary(&out);

@@ -7,7 +7,7 @@ use std::str::SplitAsciiWhitespace;
 use crate::error::{Error, Result};
 use crate::mesh::bytes::{Bytes, name_line, shown};
 
-/// The words of errors for a number that must be whole.
+/// The words of an error for a count or an id.
 const WHOLE: &str = "a whole number from 0";
 
 /// A file and the section it is in.
