@@ -3,8 +3,8 @@
 //! A tick that is looked at is computed twice from the same state: with [`MANY`] sweeps, and, after the state
 //! was restored, with those that the session made. The error is the distance between the two forces.
 //!
-//! **Bounded cost.** At most [`LOOKS`] ticks are looked at, spread evenly, and fewer on large bodies: as many
-//! as make [`CELL_SWEEPS`] passes over a cell, but at least [`LOOKS_LEAST`].
+//! **Bounded cost.** At most `LOOKS` ticks are looked at, spread evenly, and fewer on large bodies: as many
+//! as make `CELL_SWEEPS` passes over a cell, but at least `LOOKS_LEAST`.
 
 use std::fmt;
 
