@@ -5,8 +5,8 @@ use chaincell_kernel::Model;
 use super::{
     TICKS, displaced, each_material, plain, press_and_disturb, pressed, the_box, touching_once,
 };
-use crate::bodies::Shape;
 use crate::bodies::shape::{cuboid, hub, spiral};
+use crate::bodies::{Body, Shape};
 use crate::experiments::stress::case::{Case, Findings, Scale};
 use crate::experiments::stress::trial::Trial;
 use crate::monitor::Step;
