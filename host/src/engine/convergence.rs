@@ -44,6 +44,33 @@ impl fmt::Display for ForceError {
     }
 }
 
+/// Errors of the ticks in which a force acts, by size; at least one.
+#[derive(Debug, Clone)]
+pub struct Errors(Vec<f64>);
+
+impl Errors {
+    /// Sorts errors; `None` without any.
+    #[must_use]
+    pub fn of(errors: impl Iterator<Item = f64>) -> Option<Self> {
+        let mut sorted: Vec<f64> = errors.collect();
+        sorted.sort_by(f64::total_cmp);
+        (!sorted.is_empty()).then_some(Self(sorted))
+    }
+
+    /// Their number.
+    #[must_use]
+    pub fn count(&self) -> usize {
+        self.0.len()
+    }
+
+    /// The error within which this many of a hundred are; with 100 the largest one.
+    #[must_use]
+    pub fn within(&self, percent: usize) -> f64 {
+        let last = self.0.len() - 1;
+        self.0[(self.0.len() * percent / 100).min(last)]
+    }
+}
+
 /// Compares some ticks of a tissue while they are played.
 #[derive(Debug, Clone)]
 pub struct Convergence {
@@ -87,16 +114,12 @@ impl Convergence {
         let largest_n = self.pairs.iter().map(|[_, many]| size(many)).fold(0.0, f64::max);
         // The tool with the largest error counts.
         let acting = self.pairs.iter().filter(|[own, many]| size(own) + size(many) > 0.0);
-        let mut errors: Vec<f64> = acting
-            .map(|[own, many]| {
-                let apart = own.iter().zip(many).map(|(own, many)| (own - many).norm());
-                apart.fold(0.0, f64::max) / largest_n
-            })
-            .collect();
-        errors.sort_by(f64::total_cmp);
-        let at = |share: usize| errors.get(errors.len() * share / 100).copied();
-        let (median, p99) = (at(50)?, at(99)?);
-        median.is_finite().then_some(ForceError { sweeps: MANY, ticks: errors.len(), median, p99 })
+        let errors = Errors::of(acting.map(|[own, many]| {
+            let apart = own.iter().zip(many).map(|(own, many)| (own - many).norm());
+            apart.fold(0.0, f64::max) / largest_n
+        }))?;
+        let (ticks, median, p99) = (errors.count(), errors.within(50), errors.within(99));
+        median.is_finite().then_some(ForceError { sweeps: MANY, ticks, median, p99 })
     }
 }
 

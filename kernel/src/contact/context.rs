@@ -2,8 +2,7 @@
 
 use crate::energy::residual::Terms;
 use crate::model::Model;
-use crate::number::Number;
-use crate::number::cell::{Cell, add, dot, output, scale, single, sub};
+use crate::number::cell::{Cell, add, dot, scale, sub};
 use crate::number::sqrt::sqrt;
 use crate::number::two_float::{Eight, TwoFloat};
 use crate::solver::Dynamics;
@@ -69,15 +68,6 @@ impl<'m, D: Dynamics> Context<'_, 'm, D> {
         self.awake.wake_all(self.terms.model);
         self.dynamics.pushed();
     }
-}
-
-/// Published cell positions in single precision.
-pub(crate) fn places<'a, N: Number>(
-    model: &Model<'_>,
-    state: &'a [Cell<N>],
-) -> impl Fn(usize) -> [f32; 3] + use<'a, N> {
-    let k = N::from_single(model.saturation());
-    move |cell| state.get(cell).map_or([0.0; 3], |v| single(output(v.xyz(), k)))
 }
 
 /// Moves `from` towards `to` by at most `limit`; true if the limit shortened it.

@@ -104,14 +104,14 @@ impl<'a, 'm, N: LinkNumber> Terms<'a, 'm, N> {
     /// Returns the change of the energy, in internal units.
     #[inline(always)]
     pub fn begin_tick(&self, v: &[Cell<N>], mut changed: impl FnMut(usize)) -> TwoFloat {
-        let (at, states) = (self.outputs(v), self.states.all());
+        let (at, states) = (places(self.model, v), self.states.all());
         rounded_up(self.list().begin_tick(&at, states, &mut changed))
     }
 
     /// Stores the displacements of the cells of these slices at the states v.
     #[inline(always)]
     pub fn displace(&self, slices: impl Iterator<Item = usize>, v: &[Cell<N>]) {
-        let (list, at, states) = (self.list(), self.outputs(v), self.states.all());
+        let (list, at, states) = (self.list(), places(self.model, v), self.states.all());
         for slice in slices.filter(|_| self.states.any()) {
             let here = chunk(|lane| {
                 let [x, y, z] = at(slice * LANES + lane);
@@ -127,16 +127,10 @@ impl<'a, 'm, N: LinkNumber> Terms<'a, 'm, N> {
         move |cell| v.get(cell).map_or([N::ZERO; 3], |v| output(v.xyz(), k))
     }
 
-    /// The same in single precision.
-    pub fn outputs(&self, v: &[Cell<N>]) -> impl Fn(usize) -> [f32; 3] {
-        let at = self.published(v);
-        move |cell| single(at(cell))
-    }
-
     /// Prepares the terms for a pass, and updates their states of the cells in these slices.
     #[inline(always)]
     pub fn update(&self, changed: &SliceSet, v: &[Cell<N>]) {
-        let (list, at) = (self.list(), self.outputs(v));
+        let (list, at) = (self.list(), places(self.model, v));
         list.prepare(&at);
         if self.states.any() {
             self.displace(changed.iter(self.model.slice_count()), v);
@@ -201,4 +195,13 @@ impl<'a, 'm, N: LinkNumber> Terms<'a, 'm, N> {
         }
         tally
     }
+}
+
+/// Published positions at the states v in single precision; zeros beyond the last cell.
+pub(crate) fn places<'a, N: LinkNumber>(
+    model: &Model<'_>,
+    v: &'a [Cell<N>],
+) -> impl Fn(usize) -> [f32; 3] + use<'a, N> {
+    let k = N::from_single(model.saturation());
+    move |cell| v.get(cell).map_or([0.0; 3], |v| single(output(v.xyz(), k)))
 }

@@ -3,7 +3,7 @@
 use core::ops::Range;
 
 use super::held::Contact;
-use super::residual::Terms;
+use super::residual::{Terms, places};
 use super::state::{States, StatesOf};
 use super::surface::Pulled;
 use super::term::{Here, Term, change_lane};
@@ -105,7 +105,7 @@ fn takes_slices(terms: Terms<'_, '_>, at: &[Cell]) -> bool {
 
 /// Prepares the terms for a pass, and updates their states of the cells in awake slices.
 fn update(terms: Terms<'_, '_>, awake: &SliceSet, at: &[Cell]) {
-    terms.list().prepare(&terms.outputs(at));
+    terms.list().prepare(&places(terms.model, at));
     if terms.states.any() {
         run(terms.vectors, Update { terms, awake, at });
     }

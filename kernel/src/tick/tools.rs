@@ -2,11 +2,11 @@
 
 use super::settings::Network;
 use super::tissue::TissueMut;
-use crate::contact::context::places;
 use crate::contact::error::ContactError;
 use crate::contact::output::{ProxyPose, ToolOutput};
 use crate::contact::pose::ToolPart;
 use crate::contact::tools::{self, ContactForce};
+use crate::energy::residual::places;
 use crate::energy::surface::Proxies;
 use crate::number::cell::{add, scale};
 use crate::number::clamp::finite;

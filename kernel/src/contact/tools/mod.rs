@@ -44,11 +44,11 @@ mod sieve;
 mod start;
 
 use super::Acting;
-use super::context::{Context, places};
+use super::context::Context;
 use super::memory::{TouchArrays, TouchRoom};
 use super::output::ToolOutput;
 use super::pose::ToolPose;
-use crate::energy::residual::Terms;
+use crate::energy::residual::{Terms, places};
 use crate::energy::surface::{Meeting, Proxies, TOOLS_MAX, ToolState};
 use crate::model::Model;
 use crate::number::cell::{add, dot, scale, sub};
@@ -239,8 +239,8 @@ impl TouchRoom<'_> {
     }
 }
 
-/// Moves the proxies towards their tools, within an energy of all contacts. Returns whether a proxy changed, and this tick's motion along the
-/// last one's, 0 to 1.
+/// Moves the proxies towards their tools, within an energy of all contacts. Returns whether a proxy changed,
+/// and this tick's motion along the last one's, 0 to 1.
 fn move_proxies(
     model: &Model<'_>,
     arrays: &mut TouchArrays<'_>,

@@ -42,7 +42,8 @@
 //! - `resistance`: the level of links under tools.
 //! - `elastic`: the level of nodal shapes, which couples the axes.
 //! - `elastic_held`: its corrections for chosen cells.
-//! - `touched`: the elastic level under tools; `turns`: its rotations.
+//! - `touched`: the elastic level under tools; `under`: the samples of a triangle as one; `square`: Cholesky
+//!   factors; `turns`: rotations of the basis functions.
 //! - `scalar`, `sliced`: restriction and prolongation, cell by cell and two cells side by side.
 
 pub(crate) mod elastic;
@@ -52,10 +53,12 @@ pub(crate) mod resistance;
 pub(crate) mod scalar;
 pub(crate) mod sliced;
 mod solve;
+mod square;
 #[cfg(test)]
 pub(crate) mod tests;
 pub(crate) mod touched;
 pub(crate) mod turns;
+mod under;
 
 pub use elastic::elastic_room;
 pub use elastic_held::elastic_held_room;
@@ -63,7 +66,7 @@ pub use held::coarse_room;
 pub use resistance::tool_room;
 pub(crate) use solve::{Coarse, Solve};
 pub use touched::CoarseTouch;
-pub(crate) use touched::Under;
+pub(crate) use under::Under;
 
 use crate::number::two_float::Eight;
 

@@ -22,27 +22,17 @@
 //!
 //! Cost with m columns: m^3 per tick and m^2 / 2 elements of B; 3 m rows of B per sweep.
 
+use super::square::{COLUMNS, Square, add_scaled, at, cholesky, put};
 use super::turns::turned_with;
+use super::under::{Mean, OF_TRIANGLE, OneSample, Under};
 use crate::backend::f32x8::F32x8;
 use crate::energy::residual::Terms;
-use crate::energy::surface::{Anchor, NearTriangle, Proxies, Solid, each_met};
+use crate::energy::surface::NearTriangle;
 use crate::model::coarse_basis::CoarseBasis;
-use crate::number::cell::{add, dot, scale, sub};
+use crate::number::cell::{add, dot, scale};
 use crate::number::kept::{Kept, Pass};
 use crate::number::sqrt::sqrt;
 use crate::number::two_float::Eight;
-
-/// Most columns of U.
-const COLUMNS: usize = 48;
-/// Basis functions at the corners of a triangle.
-const OF_TRIANGLE: usize = 24;
-/// Samples this near to a part count as touched [radii]: the tissue may move into the part within the tick,
-/// and a direction that ignored them would press them in as if there were no contact.
-const COMING: f32 = 0.2;
-/// Pivots of S below this share of the largest are taken as 0.
-const LEAST: f32 = 1.0e-5;
-
-type Square = [[f32; COLUMNS]; COLUMNS];
 
 /// Memory for the changes that tools make to an elastic coarse level in a tick.
 #[derive(Debug, Clone, Copy)]
@@ -74,167 +64,6 @@ impl CoarseTouch {
         if pass.is_reading() {
             self.count = count;
         }
-    }
-}
-
-/// An element of a square; 0 beyond it.
-fn at(square: &Square, row: usize, column: usize) -> f32 {
-    square.get(row).and_then(|row| row.get(column)).copied().unwrap_or(0.0)
-}
-
-fn put(square: &mut Square, row: usize, column: usize, value: f32) {
-    if let Some(slot) = square.get_mut(row).and_then(|row| row.get_mut(column)) {
-        *slot = value;
-    }
-}
-
-/// Replaces the lower triangle of a symmetric matrix by its Cholesky factor; a column whose pivot is lost in
-/// rounding becomes 0.
-fn cholesky(matrix: &mut Square, count: usize) {
-    let mut most = 0.0;
-    for i in 0..count {
-        let own = at(matrix, i, i);
-        most = if own > most { own } else { most };
-    }
-    for column in 0..count {
-        let first = matrix.get(column).copied().unwrap_or([0.0; COLUMNS]);
-        for row in matrix.iter_mut().take(count).skip(column) {
-            let (known, rest) = row.split_at_mut(column.min(COLUMNS));
-            if let Some(slot) = rest.first_mut() {
-                *slot = known.iter().zip(&first).fold(*slot, |sum, (a, b)| sum - a * b);
-            }
-        }
-        let pivot = at(matrix, column, column);
-        let root = if pivot > LEAST * most { 1.0 / sqrt(pivot) } else { 0.0 };
-        for row in column..count {
-            let value = at(matrix, row, column);
-            put(matrix, row, column, value * root);
-        }
-    }
-}
-
-/// Adds numbers times a factor to sums.
-#[inline(always)]
-fn add_scaled<'a>(pairs: impl Iterator<Item = (&'a mut f32, &'a f32)>, factor: f32) {
-    for (sum, number) in pairs {
-        *sum += factor * number;
-    }
-}
-
-/// The samples of a triangle under a tool, taken as one.
-#[derive(Clone, Copy)]
-struct Mean {
-    /// Stiffness along the normal, and perpendicular to it; 0 without contact.
-    stiffness: [f32; 2],
-    normal: [f32; 3],
-    /// Stiffness at each corner.
-    shares: [f32; 3],
-}
-
-/// The same with basis functions in place of corners.
-struct OneSample {
-    mean: Mean,
-    /// Basis functions with their weights at the sample.
-    functions: [(u16, f32); OF_TRIANGLE],
-    count: usize,
-}
-
-/// The contacts of tools in a tick.
-#[derive(Clone, Copy)]
-pub(crate) struct Under<'a> {
-    pub tools: Proxies<'a>,
-    pub near: &'a [NearTriangle],
-    pub anchors: &'a [Anchor],
-}
-
-fn sum(shares: [f32; 3]) -> f32 {
-    shares.into_iter().fold(0.0, |sum, share| sum + share)
-}
-
-impl Mean {
-    const NONE: Self = Self { stiffness: [0.0; 2], normal: [0.0; 3], shares: [0.0; 3] };
-
-    fn of(
-        under: Under<'_>,
-        near: &NearTriangle,
-        place: &impl Fn(usize) -> [f32; 3],
-    ) -> Option<Self> {
-        let solid = under.tools.part(near.of)?;
-        let solid = &Solid { radius: (1.0 + COMING) * solid.radius, ..*solid };
-        // Sum stiffness, normal and corner shares over the samples.
-        let (mut shares, mut way) = ([0.0; 3], [0.0; 3]);
-        let [mut along, mut across] = [0.0; 2];
-        each_met(
-            solid,
-            near,
-            under.anchors,
-            near.corners.map(|cell| place(cell.into())),
-            |sample| {
-                let k = sample.stiffness;
-                if sample.depth > 0.0 {
-                    along += k;
-                    way = add(way, scale(k * sample.depth, sample.normal));
-                }
-                if sample.is_stuck {
-                    across += k;
-                }
-                shares = add(shares, scale(k, sample.weights));
-            },
-        );
-        // Take the mean normal and the larger stiffness.
-        let whole = sum(shares);
-        let length = sqrt(dot(way, way));
-        // A grip without contact has no normal, and the same stiffness in all directions.
-        let (normal, along) = match length > 0.0 {
-            true => (scale(1.0 / length, way), if along > across { along } else { across }),
-            false => ([0.0; 3], across),
-        };
-        let is_met = whole > 0.0 && along > 0.0;
-        is_met.then_some(Self { stiffness: [along, across], normal, shares })
-    }
-
-    fn to_block(self) -> Eight {
-        let ([along, across], [x, y, z], [a, b, c]) = (self.stiffness, self.normal, self.shares);
-        [along, across, x, y, z, a, b, c]
-    }
-
-    fn of_block(block: Eight) -> Self {
-        let [along, across, x, y, z, a, b, c] = block;
-        Self { stiffness: [along, across], normal: [x, y, z], shares: [a, b, c] }
-    }
-}
-
-impl OneSample {
-    fn of(basis: &CoarseBasis<'_>, near: &NearTriangle, mean: Mean) -> Self {
-        let mut one = Self { mean, functions: [(0, 0.0); OF_TRIANGLE], count: 0 };
-        let whole = sum(mean.shares);
-        for (&cell, share) in near.corners.iter().zip(mean.shares) {
-            for (function, weight) in basis.row_of(cell.into()) {
-                one.add(function as u16, weight * share / whole);
-            }
-        }
-        one
-    }
-
-    /// K d.
-    fn resist(&self, d: [f32; 3]) -> [f32; 3] {
-        let Mean { stiffness: [along, across], normal, .. } = self.mean;
-        let inward = scale(dot(normal, d), normal);
-        add(scale(along, inward), scale(across, sub(d, inward)))
-    }
-
-    fn add(&mut self, function: u16, weight: f32) {
-        let taken = self.functions.get_mut(..self.count).unwrap_or_default();
-        if let Some((_, sum)) = taken.iter_mut().find(|(of, _)| *of == function) {
-            *sum += weight;
-        } else if let Some(slot) = self.functions.get_mut(self.count) {
-            *slot = (function, weight);
-            self.count += 1;
-        }
-    }
-
-    fn functions(&self) -> &[(u16, f32)] {
-        self.functions.get(..self.count).unwrap_or(&[])
     }
 }
 
@@ -489,37 +318,8 @@ impl CoarseTouch {
 #[cfg(test)]
 #[allow(clippy::needless_range_loop)]
 mod tests {
+    use super::super::square::tests::matrix;
     use super::*;
-
-    /// A symmetric positive matrix.
-    fn matrix(count: usize) -> Square {
-        let mut matrix = [[0.0; COLUMNS]; COLUMNS];
-        for (a, row) in matrix.iter_mut().enumerate().take(count) {
-            for (b, slot) in row.iter_mut().enumerate().take(count) {
-                *slot = 1.0 / (1.0 + a.abs_diff(b) as f32) + if a == b { 2.0 } else { 0.0 };
-            }
-        }
-        matrix
-    }
-
-    #[test]
-    fn a_cholesky_factor_times_itself_is_the_matrix() {
-        for count in [1, 2, 7, COLUMNS] {
-            let (whole, mut factor) = (matrix(count), matrix(count));
-            cholesky(&mut factor, count);
-            for a in 0..count {
-                for b in 0..=a {
-                    let sum: f32 = (0..=b).map(|k| factor[a][k] * factor[b][k]).sum();
-                    assert!((sum - whole[a][b]).abs() < 1e-5, "{count} {a} {b}");
-                }
-            }
-        }
-        // Of rank one: the remainder is zero.
-        let mut same = [[0.0; COLUMNS]; COLUMNS];
-        same.iter_mut().take(3).for_each(|row| row[..3].fill(4.0));
-        cholesky(&mut same, 3);
-        assert_eq!([same[0][0], same[2][0], same[1][1], same[2][2]], [2.0, 2.0, 0.0, 0.0]);
-    }
 
     #[test]
     fn the_solution_is_that_of_the_woodbury_formula() {

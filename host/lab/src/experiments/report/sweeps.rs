@@ -16,7 +16,7 @@ use crate::experiments::page::{Context, Numbers, Section};
 use chaincell_host::bake::tissue::Tissue;
 use chaincell_host::bake::{BakeOptions, ORGAN_YOUNG_PA, PerCell};
 use chaincell_host::cli::session::press;
-use chaincell_host::engine::convergence::MANY;
+use chaincell_host::engine::convergence::{Errors, MANY};
 use chaincell_host::engine::place::place;
 use chaincell_host::engine::{Contact, Engine, Scheme};
 use chaincell_host::error::{Error, Result};
@@ -199,14 +199,9 @@ impl Task {
 fn errors(forces_n: &[Vector3<f64>], exact: &[Vector3<f64>], peak_n: f64) -> Result<[f64; 3]> {
     let pairs = forces_n.iter().zip(exact);
     let pairs = pairs.filter(|(force, exact)| force.norm() + exact.norm() > 0.0);
-    let mut errors: Vec<f64> =
-        pairs.map(|(force, exact)| (force - exact).norm() / peak_n).collect();
-    errors.sort_by(f64::total_cmp);
-    let Some(&largest) = errors.last() else {
-        return Err(Error::input("the tool touches nothing: press deeper"));
-    };
-    let at = |share: usize| errors[errors.len() * share / 10];
-    Ok([at(5), at(9), largest])
+    let errors = Errors::of(pairs.map(|(force, exact)| (force - exact).norm() / peak_n))
+        .ok_or_else(|| Error::input("the tool touches nothing: press deeper"))?;
+    Ok([50, 90, 100].map(|percent| errors.within(percent)))
 }
 
 /// Every body under every motion.
