@@ -19,7 +19,7 @@ type V = Vector3<f64>;
 /// Length of a loop [s].
 const SECONDS: f64 = 5.0;
 /// Of how many loops one is run, of links and of nodal shapes, whose tick takes longer.
-const STRIDES: [usize; 2] = [193, 1009];
+const STRIDES: [usize; 2] = [386, 2018];
 /// The same with `CHAINCELL_SLOW`.
 const SLOW_STRIDES: [usize; 2] = [31, 97];
 
