@@ -32,7 +32,7 @@ use crate::files::whole::folder_of;
 use crate::files::whole::write_whole;
 use crate::interrupt;
 use crate::session::timing::histogram::{Latencies, Summary};
-use crate::terminal;
+use crate::terminal::{self, Progress};
 use crate::words::counted;
 
 /// Run a path of tool positions offline and write forces, positions and a summary.
@@ -278,14 +278,14 @@ pub fn play(
         step: Latencies::new()?,
         poses_repeated: 0,
     };
-    let progress = terminal::progress(poses as u64, "run");
+    let progress = Progress::new(poses as u64, "run");
     'session: for (sequence, poses) in paths.poses.iter().enumerate() {
         let mut order = TickOrder::default();
         for (at, pose) in poses.iter().enumerate() {
             if interrupt::asked() {
                 break 'session;
             }
-            progress.inc(1);
+            progress.step();
             if order.take(pose.tick) != TickPlace::Next {
                 played.poses_repeated += 1;
                 continue;
@@ -299,7 +299,7 @@ pub fn play(
             after(pose, &Poses::of_tools(tissue.tools(), poses), &output, tissue)?;
         }
     }
-    progress.finish_and_clear();
+    drop(progress);
     Ok(played)
 }
 
