@@ -6,7 +6,8 @@ use chaincell_kernel::image::{
     checksum, params,
 };
 
-use super::{BakeOptions, OrderedCells};
+use super::layout::OrderedCells;
+use super::options::BakeOptions;
 use crate::error::{Error, Result};
 
 /// First value beyond the kernel's range of K [mean link lengths].
