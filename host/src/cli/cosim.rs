@@ -134,6 +134,7 @@ pub fn execute(args: &Args) -> Result<()> {
     };
     args.inject.faults()?;
     args.common.check()?;
+    // Prepare the body and its press.
     let scratch = session::scratch()?;
     let (image, model_path) = match &args.model {
         Some(path) => (model_file::read(path)?, path.clone()),
@@ -161,6 +162,7 @@ pub fn execute(args: &Args) -> Result<()> {
             args.seconds
         ))?;
     }
+    // Run both sides, and replay the trace.
     let recorded = lengths.is_recorded.then_some(out.as_path());
     let files = Files { model: &model_path, scratch: scratch.path(), out: recorded };
     let sides = Sides {
@@ -175,6 +177,7 @@ pub fn execute(args: &Args) -> Result<()> {
         true => replay(&mut tissue, &folder.file(recording::TRACE), lengths.ticks())?,
         false => Replayed::default(),
     };
+    // Write, print and judge the summary.
     let summary = CosimSummary { load, ..summary(args, &tissue, session, replayed)? };
     folder.write_json("summary.json", &summary)?;
     if let Some(load) = &summary.load {
@@ -270,6 +273,7 @@ fn summary(
 ) -> Result<CosimSummary> {
     let model = tissue.engine().network().model();
     let Session { reports, floor } = session;
+    // Judge the answers.
     let verdict = args.verdict.judge(Counts {
         answers: reports.control.ticks_answered,
         late: reports.control.missed_deadlines,
@@ -277,11 +281,13 @@ fn summary(
         floor_share: floor.late_share(),
         ..Counts::of_tissue(&reports.serve, args.tissue.given(model).sweeps, tissue.engine())
     });
+    // Sides that ended before their time.
     let (serve, control) = (reports.serve, reports.control);
     let ended_early =
         [("serve", serve.ended_by == Ending::Interrupt), ("control", control.interrupted)];
     let stopped = ended_early.into_iter().filter(|(_, early)| *early && !reports.interrupted);
     let stopped = stopped.map(|(side, _)| side);
+    // Privileges that either side lacked.
     let mut refused = serve.refused;
     refused.extend(control.refused);
     refused.sort();

@@ -67,6 +67,7 @@ struct Difference {
 pub fn execute(args: &Args) -> Result<()> {
     // Nothing is written, and a single tick may take long.
     interrupt::end_at_once()?;
+    // Open the trace and its model.
     let path = &place(&args.trace);
     let bytes = recording::read(path)?;
     let trace = Reader::open(&bytes).map_err(|why| Error::file("replay", path, why))?;
@@ -75,6 +76,7 @@ pub fn execute(args: &Args) -> Result<()> {
     let model = model_file::parse(&image, &model_path)?;
     let (mut tissue, scheme, numbers) = recording::tissue(&trace, path, model)?;
     let start = restore::start((&trace, path), &bytes, args.from, &mut tissue)?;
+    // Play the records.
     let mut played = Played::default();
     let (end, differs) = match recording::play(&trace, &mut tissue, start, &mut played) {
         Ok(end) => (Some(end), None),
@@ -87,6 +89,7 @@ pub fn execute(args: &Args) -> Result<()> {
             return Err(Error::file("replay", path, why));
         }
     };
+    // Report and judge.
     let Played { ticks, commands, compared, .. } = played;
     let report = ReplayReport {
         cells: model.cells(),

@@ -285,6 +285,7 @@ impl TissueArgs {
         };
         // They were read once already.
         let tools = self.tools().unwrap_or_default();
+        // Network time, by sweep or by tick.
         let by_tick = engine.scheme().goes_by_tick();
         let euler = f32::from(settings.sweeps) * settings.step;
         TissueReport {
