@@ -388,7 +388,7 @@ impl<'a> Run<'a> {
             self.state.as_ref().map_or_else(Default::default, |state| state.feed.cost());
         let (contacts_sent, contacts_ns) =
             self.contacts.as_ref().map_or_else(Default::default, |contacts| contacts.feed.cost());
-        // What the published forces went through.
+        // Silences and steps of the published forces.
         let voice = self.shared.voice();
         ServeReport {
             ticks_executed: self.session.executed,
