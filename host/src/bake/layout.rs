@@ -95,3 +95,11 @@ fn frame(mesh: &Mesh, nodes: &[u32]) -> ([f32; 3], f32) {
     let mean = lengths.sum::<f64>() / mesh.links.len() as f64;
     (centre, mean as f32)
 }
+
+/// Returns true if forces and energies of a body of this mean link length and stiffness stay in the range
+/// of single precision.
+pub(super) fn holds_units(unit_m: f32, stiffness_n_per_m: f32) -> bool {
+    let unit_m = f64::from(unit_m);
+    let force_unit_n = 2.0 * f64::from(stiffness_n_per_m) * unit_m;
+    [force_unit_n, force_unit_n * unit_m].iter().all(|unit| (1e-17..=1e17).contains(unit))
+}

@@ -14,7 +14,7 @@
 //! - `contact`: the surface that tools touch, `--contact-surface`.
 //! - `equivalent`: Young's modulus of the tissue to which links are equivalent.
 //! - `notes`: node groups and border, for selectors.
-//! - `image`, `sections`: the layout of the image, and what is written into it.
+//! - `image`, `scalars`, `sections`: the layout of the image, and what is written into it.
 
 mod adjacency;
 mod coarse_basis;
@@ -30,6 +30,7 @@ mod notes;
 mod options;
 mod order;
 mod per_cell;
+mod scalars;
 mod sections;
 mod slices;
 pub mod tissue;

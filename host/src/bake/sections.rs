@@ -5,11 +5,12 @@ use chaincell_kernel::model::rest_length;
 
 use super::adjacency::{adjacency, cell_weights, mobilities};
 use super::coarse_basis::{self, Bound};
-use super::image::{self, ImageBytes, Sections};
+use super::image::{ImageBytes, Sections};
 use super::layout::OrderedCells;
 use super::network::Plan;
 use super::notes::Notes;
 use super::options::BakeOptions;
+use super::scalars::scalars;
 use super::tissue::Shapes;
 use super::{contact, embedded, slices};
 use crate::error::Result;
@@ -52,7 +53,7 @@ pub(super) fn write(
         Some(shapes) => Bound::Shapes(shapes),
     };
     let largest = bound.largest(&weights);
-    let params = image::params(nodes, body, options, &weights, largest, alpha, reference)?;
+    let params = scalars(nodes, body, options, &weights, largest, alpha, reference)?;
     sections.push(kind::PARAMS, &params);
     // Cells and links.
     sections.push(kind::REST, body.rest.as_flattened());

@@ -15,8 +15,8 @@ mod tests;
 use chaincell_kernel::image::{LAW_DET1, kind, nodal};
 use chaincell_kernel::number::two_float::LANES;
 
-use super::image::{Sections, holds_units};
-use super::layout::OrderedCells;
+use super::image::Sections;
+use super::layout::{OrderedCells, holds_units};
 use super::per_cell::PerCell;
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;

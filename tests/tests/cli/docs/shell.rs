@@ -51,7 +51,8 @@ fn every_fence_is_known() {
             assert!(purpose(block).is_some(), "{}: a block of `{}`", page.path, block.info);
         }
     }
-    let unknown = ["bash", "console", "", "sh,no-run:", "sh,no-run: ", "rust,ignore", "toml,file: x"];
+    let unknown =
+        ["bash", "console", "", "sh,no-run:", "sh,no-run: ", "rust,ignore", "toml,file: x"];
     for info in unknown {
         let block = Block { info: info.into(), text: String::new() };
         assert_eq!(purpose(&block), None, "{info}");
