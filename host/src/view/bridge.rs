@@ -8,7 +8,7 @@ use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
 use chaincell_client::Command;
-use iceoryx2::prelude::CallbackProgression;
+use iceoryx2::prelude::{CallbackProgression, PortFactory};
 use serde::{Deserialize, Serialize};
 
 use super::live::Subject;
@@ -301,7 +301,35 @@ fn command(ask: &Ask) -> std::result::Result<Command, String> {
             "sweeps" => Command::Sweeps(*value as u16),
             "max_force_n" => Command::MaxForceN(*value),
             "max_tool_step_m" => Command::MaxToolStepM(*value),
-            _ => return Err(format!("{name} cannot be set: sweeps, max_force_n or max_tool_step_m")),
+            _ => {
+                return Err(format!("{name} cannot be set: sweeps, max_force_n or max_tool_step_m"));
+            }
         },
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_page_asks_in_json_and_is_refused_in_words() {
+        let parsed = |text: &str| {
+            serde_json::from_str(text).map_err(|why| why.to_string()).and_then(|ask| command(&ask))
+        };
+        assert_eq!(parsed(r#"{"do":"pause"}"#), Ok(Command::Pause));
+        assert_eq!(parsed(r#"{"do":"resume"}"#), Ok(Command::Resume));
+        assert_eq!(parsed(r#"{"do":"reset"}"#), Ok(Command::Reset));
+        let set = |name: &str, value: &str| {
+            parsed(&format!(r#"{{"do":"set","name":"{name}","value":{value}}}"#))
+        };
+        assert_eq!(set("sweeps", "6"), Ok(Command::Sweeps(6)));
+        assert_eq!(set("sweeps", "-1"), Ok(Command::Sweeps(0)), "the server refuses it");
+        assert_eq!(set("max_force_n", "2.5"), Ok(Command::MaxForceN(2.5)));
+        assert_eq!(set("max_tool_step_m", "0.002"), Ok(Command::MaxToolStepM(0.002)));
+        assert!(set("model", "1").unwrap_err().contains("sweeps, max_force_n"));
+        for bad in ["", "pause", "{}", r#"{"do":"snapshot"}"#, r#"{"do":"set","name":"sweeps"}"#] {
+            assert!(parsed(bad).is_err(), "{bad}");
+        }
+    }
 }

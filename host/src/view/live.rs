@@ -9,14 +9,14 @@
 //! | points, 32 bytes each | tick u64, force 3 f32 \[N\] and position 3 f32 \[m\] of tool 0, oldest first |
 //! | cells, 12 bytes each | position 3 f32 \[m\], in the order of the model image |
 //!
-//! Points are the last ticks, up to [`KEPT_MESSAGES`]: a page that skips frames has the curves without gaps.
+//! Points are the last ticks, up to 64: a page that skips frames has the curves without gaps.
 
 use chaincell_kernel::{Model, ToolPose};
 
 use crate::error::{Error, Result};
 use crate::session::ipc::payload::{NodePosition, StateHeader};
 use crate::session::ipc::tools::{OneToolForce, OneToolPose, ToolForces, ToolPoses};
-use crate::session::ipc::watching::{KEPT_MESSAGES, WatchPorts};
+use crate::session::ipc::watching::WatchPorts;
 
 /// Version of the layout.
 const VERSION: u32 = 1;
@@ -69,8 +69,11 @@ impl Subject {
     ) -> Vec<u8> {
         let of_tick = |tick: u64| (find_pose(ports, tick), find_answer(ports, tick));
         let (poses, answer) = of_tick(header.tick);
-        let points: Vec<Point> =
-            ports.answers().iter().filter_map(|of| Point::new(of, find_pose(ports, of.tick))).collect();
+        let points: Vec<Point> = ports
+            .answers()
+            .iter()
+            .filter_map(|of| Point::new(of, find_pose(ports, of.tick)))
+            .collect();
         self.encode(header, nodes, &poses.unwrap_or_default(), &answer.unwrap_or_default(), &points)
     }
 
@@ -82,7 +85,8 @@ impl Subject {
         answer: &ToolForces,
         points: &[Point],
     ) -> Vec<u8> {
-        let mut frame = Frame(Vec::with_capacity(64 + 68 * 8 + 32 * points.len() + 12 * nodes.len()));
+        let mut frame =
+            Frame(Vec::with_capacity(64 + 68 * 8 + 32 * points.len() + 12 * nodes.len()));
         // The head.
         frame.whole(VERSION).whole(header.model_checksum);
         frame.long(header.tick).long(header.ticks_answered).long(header.state_hash);
@@ -93,7 +97,8 @@ impl Subject {
             let in_use = poses.each.iter().take(poses.tools as usize);
             let away = ToolPose::AWAY;
             let pose = in_use.copied().find(|of| of.number as usize == number);
-            let pose = pose.unwrap_or(OneToolPose { orientation: away.orientation, ..Default::default() });
+            let pose =
+                pose.unwrap_or(OneToolPose { orientation: away.orientation, ..Default::default() });
             let force = answer.each_tool().find(|(of, _)| *of == number);
             let force = force.map_or_else(OneToolForce::default, |(_, force)| *force);
             frame.count(number).whole(pose.engaged);
@@ -166,5 +171,97 @@ impl Frame {
 
     fn count(&mut self, number: usize) -> &mut Self {
         self.whole(u32::try_from(number).unwrap_or(u32::MAX))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Reads a frame by its layout.
+    struct Words<'a>(&'a [u8]);
+
+    impl Words<'_> {
+        fn take<const N: usize>(&mut self) -> [u8; N] {
+            let (word, rest) = self.0.split_first_chunk().unwrap();
+            self.0 = rest;
+            *word
+        }
+
+        fn whole(&mut self) -> u32 {
+            u32::from_le_bytes(self.take())
+        }
+
+        fn long(&mut self) -> u64 {
+            u64::from_le_bytes(self.take())
+        }
+
+        fn reals<const N: usize>(&mut self) -> [f32; N] {
+            std::array::from_fn(|_| f32::from_le_bytes(self.take()))
+        }
+    }
+
+    #[test]
+    fn a_frame_holds_the_state_in_the_order_of_the_cells() {
+        let subject = Subject { checksum: 0xC4EC, rows: vec![2, 0, 1], tools: 2 };
+        let header = StateHeader {
+            tick: 1 << 40,
+            ticks_answered: 7,
+            state_hash: 0xFEDC_BA98_7654_3210,
+            nodes: 3,
+            flags: 8,
+            model_checksum: 0xC4EC,
+            reserved: 0,
+        };
+        let nodes = [10, 20, 30].map(|node| NodePosition { node, position_m: [node as f32; 3] });
+        let mut poses = ToolPoses { tick: 1 << 40, tools: 1, ..ToolPoses::default() };
+        poses.each[0] = OneToolPose {
+            number: 1,
+            engaged: 1,
+            position_m: [1.0, 2.0, 3.0],
+            orientation: [0.0, 0.6, 0.0, 0.8],
+            reserved: 0,
+        };
+        let mut answer = ToolForces {
+            sweeps: 4,
+            step_ns: 260_000,
+            energy_j: 0.5,
+            tools: 2,
+            ..ToolForces::default()
+        };
+        answer.each[0].number = 5;
+        answer.each[1] = OneToolForce {
+            number: 1,
+            contacts: 6,
+            force_n: [0.1, 0.2, 0.3],
+            torque_n_m: [4.0, 5.0, 6.0],
+            flags: 16,
+            reserved: 0,
+        };
+        let point = Point { tick: 9, force_n: [1.5; 3], position_m: [2.5; 3] };
+        let frame = subject.encode(&header, &nodes, &poses, &answer, &[point]);
+        assert_eq!(frame.len(), 64 + 2 * 68 + 32 + 3 * 12);
+        let mut words = Words(&frame);
+        assert_eq!([words.whole(), words.whole()], [VERSION, 0xC4EC]);
+        assert_eq!([words.long(), words.long(), words.long()], [1 << 40, 7, 0xFEDC_BA98_7654_3210]);
+        assert_eq!([words.whole(), words.whole(), words.whole()], [8, 4, 260_000]);
+        assert_eq!(words.reals(), [0.5]);
+        assert_eq!([words.whole(), words.whole(), words.whole(), words.whole()], [2, 1, 3, 0]);
+        // No message has tool 0.
+        assert_eq!([words.whole(), words.whole()], [0, 0]);
+        assert_eq!(words.reals(), [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]);
+        assert_eq!(words.reals(), [0.0; 6]);
+        assert_eq!([words.whole(), words.whole()], [0, 0]);
+        assert_eq!([words.whole(), words.whole()], [1, 1]);
+        assert_eq!(words.reals(), [1.0, 2.0, 3.0, 0.0, 0.6, 0.0, 0.8]);
+        assert_eq!(words.reals(), [0.1, 0.2, 0.3, 4.0, 5.0, 6.0]);
+        assert_eq!([words.whole(), words.whole()], [6, 16]);
+        assert_eq!(words.long(), 9);
+        assert_eq!(words.reals(), [1.5, 1.5, 1.5, 2.5, 2.5, 2.5]);
+        assert_eq!(words.reals(), [30.0, 30.0, 30.0, 10.0, 10.0, 10.0, 20.0, 20.0, 20.0]);
+        assert!(words.0.is_empty());
+        let other = StateHeader { model_checksum: 1, ..header };
+        assert!(subject.is_of(&header, &nodes) && !subject.is_of(&other, &nodes));
+        assert!(!subject.is_of(&header, &nodes[..2]));
     }
 }

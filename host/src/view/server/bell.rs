@@ -28,10 +28,8 @@ impl Bell {
     /// Waits until the bell rings or `socket` can be read, or written too if it `is_blocked`.
     pub(crate) fn wait(&self, socket: impl AsFd, is_blocked: bool) -> io::Result<()> {
         let write = if is_blocked { PollFlags::OUT } else { PollFlags::empty() };
-        let mut both = [
-            PollFd::new(&socket, PollFlags::IN | write),
-            PollFd::new(&self.0, PollFlags::IN),
-        ];
+        let mut both =
+            [PollFd::new(&socket, PollFlags::IN | write), PollFd::new(&self.0, PollFlags::IN)];
         match poll(&mut both, None) {
             Ok(_) | Err(rustix::io::Errno::INTR) => Ok(()),
             Err(why) => Err(Error::from(why)),

@@ -68,8 +68,8 @@ impl Server {
     pub fn start(port: u16, site: Site) -> Result<Self> {
         let failed = |why: io::Error| {
             let remedy = match why.kind() {
-                io::ErrorKind::AddrInUse => "another program has it",
-                io::ErrorKind::PermissionDenied => "ports below 1024 are the system's",
+                ErrorKind::AddrInUse => "another program has it",
+                ErrorKind::PermissionDenied => "ports below 1024 are the system's",
                 _ => "it cannot be opened",
             };
             Error::input(format!(

@@ -63,7 +63,8 @@ pub(super) fn serve(mut stream: &TcpStream, key: &str, live: &Live) -> io::Resul
     let socket = WebSocket::from_raw_socket(stream, Role::Server, Some(config));
     let place = live.feed.join()?;
     stream.set_nonblocking(place.is_some())?;
-    let mut page = Page { socket, live, seen_frame: 0, seen_notice: 0, unseen: 0, is_blocked: false };
+    let mut page =
+        Page { socket, live, seen_frame: 0, seen_notice: 0, unseen: 0, is_blocked: false };
     let ended = match &place {
         Some(place) => page.run(place),
         None => page.close(CloseCode::Again, FULL),

@@ -159,8 +159,11 @@ fn the_page_is_open_and_all_else_needs_the_token() {
     let setup = Setup::new();
     let (status, page) = setup.ask("GET /", &[], "");
     assert_eq!((status, page.as_str()), (200, PAGE));
-    let head = setup.exchange(format!("GET /?x HTTP/1.1\r\nHost: localhost:{}\r\n\r\n", setup.port()).as_bytes());
-    for field in ["default-src 'none'", "connect-src 'self'", "nosniff", "Cache-Control: no-store"] {
+    let head = setup.exchange(
+        format!("GET /?x HTTP/1.1\r\nHost: localhost:{}\r\n\r\n", setup.port()).as_bytes(),
+    );
+    for field in ["default-src 'none'", "connect-src 'self'", "nosniff", "Cache-Control: no-store"]
+    {
         assert!(head.contains(field), "{field}: {head}");
     }
     assert!(!head.contains(&setup.token()));
@@ -168,7 +171,12 @@ fn the_page_is_open_and_all_else_needs_the_token() {
     let cut = right[..right.len() - 1].to_owned();
     let swapped = right.replace("Bearer", "Basic");
     for (line, body, found) in [("GET /model", "", "a model"), ("POST /bake", "soft", "baked")] {
-        for wrong in [vec![], vec![cut.clone()], vec![swapped.clone()], vec!["Authorization: Bearer ".into()]] {
+        for wrong in [
+            vec![],
+            vec![cut.clone()],
+            vec![swapped.clone()],
+            vec!["Authorization: Bearer ".into()],
+        ] {
             let (status, text) = setup.ask(line, &wrong, body);
             assert!(status == 403 && text.contains("open the whole address"), "{wrong:?}: {text}");
         }
@@ -200,9 +208,11 @@ fn another_host_is_refused_whatever_else_is_right() {
     ];
     let upgrade = setup.upgrade(&setup.token());
     for host in &hosts {
-        for (line, fields) in
-            [("GET /", &[][..]), ("GET /model", std::slice::from_ref(&right)), ("GET /live", &upgrade)]
-        {
+        for (line, fields) in [
+            ("GET /", &[][..]),
+            ("GET /model", std::slice::from_ref(&right)),
+            ("GET /live", &upgrade),
+        ] {
             let (status, text) = setup.ask_as(host, line, fields, "");
             assert!(status == 421 && text.contains("127.0.0.1 alone"), "{host} {line}: {text}");
         }
@@ -349,7 +359,8 @@ fn a_request_that_stops_or_is_none_is_refused_and_holds_up_nobody() {
     half.write_all(b"GET / HTTP/1.1\r\nHost: 127").unwrap();
     let silent = setup.connect();
     let port = setup.port();
-    let with = |rest: &str| format!("POST /bake HTTP/1.1\r\nHost: localhost:{port}\r\n{rest}\r\n\r\n");
+    let with =
+        |rest: &str| format!("POST /bake HTTP/1.1\r\nHost: localhost:{port}\r\n{rest}\r\n\r\n");
     let cookies = format!("Cookie: {}", "x".repeat(20_000));
     let many = "A: b\r\n".repeat(65) + "C: d";
     for (bytes, status) in [

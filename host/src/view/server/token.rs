@@ -61,7 +61,8 @@ mod tests {
         assert!(one.is(one.text()) && !one.is(two.text()));
         let text = one.text().to_owned();
         assert!(text.len() == 32 && text.bytes().all(|byte| byte.is_ascii_hexdigit()));
-        for wrong in ["", &text[..31], &format!("{text}0"), &text.to_uppercase().replace('0', "O")] {
+        for wrong in ["", &text[..31], &format!("{text}0"), &text.to_uppercase().replace('0', "O")]
+        {
             assert!(!one.is(wrong) || wrong == text, "{wrong}");
         }
         for at in 0..32 {
