@@ -78,7 +78,7 @@ export class Live {
   constructor(config) {
     this.config = config;
     this.can = new Set(config.commands ? ["pause", "reset", "sweeps"] : []);
-    this.setup = { tool: config.tool, sweeps: config.sweeps };
+    this.setup = { tool: config.tool, sweeps: config.sweeps, friction: 0 };
     this.trail = new Trail();
     this.notice = "";
     this.frames = 0;

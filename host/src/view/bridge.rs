@@ -302,7 +302,9 @@ fn command(ask: &Ask) -> std::result::Result<Command, String> {
             "max_force_n" => Command::MaxForceN(*value),
             "max_tool_step_m" => Command::MaxToolStepM(*value),
             _ => {
-                return Err(format!("{name} cannot be set: sweeps, max_force_n or max_tool_step_m"));
+                return Err(format!(
+                    "{name} cannot be set: sweeps, max_force_n or max_tool_step_m"
+                ));
             }
         },
     })
