@@ -54,6 +54,12 @@ pub struct Served {
 }
 
 impl BrowserArgs {
+    /// An option that was given.
+    #[must_use]
+    pub fn given(&self) -> Option<&'static str> {
+        if self.port != 0 { Some("--port") } else { self.no_open.then_some("--no-open") }
+    }
+
     /// Serves a site, tells its address with `tell`, and opens the browser if there is one.
     ///
     /// # Errors

@@ -11,6 +11,7 @@ mod contacts;
 mod control;
 mod convert;
 mod cosim;
+mod cosim_view;
 mod filled;
 mod info;
 mod inject;
