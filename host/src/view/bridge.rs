@@ -199,6 +199,8 @@ impl Follower {
             }
             return Ok(false);
         };
+        // The answer that belongs to the state was sent before it.
+        self.ports.take()?;
         let (header, nodes) = (view.header(), view.rows());
         if self.subject.is_of(&header, nodes) {
             let frame = self.subject.frame(&header, nodes, &self.ports);
