@@ -11,9 +11,8 @@ use chaincell_client::Command;
 use iceoryx2::prelude::{CallbackProgression, PortFactory};
 use serde::{Deserialize, Serialize};
 
-use super::live::Subject;
-use super::server::{Feed, Live};
 use crate::error::{Error, Result};
+use crate::interrupt;
 use crate::session::ipc;
 use crate::session::ipc::command::{CommandClient, refusal_text};
 use crate::session::ipc::payload::CommandMessage;
@@ -21,6 +20,8 @@ use crate::session::ipc::services::{Domain, SceneServices};
 use crate::session::ipc::state::StateReader;
 use crate::session::ipc::watching::WatchPorts;
 use crate::session::timing::clock::{MILLISECOND_NS, SECOND_NS, now_ns};
+use crate::view::live::Subject;
+use crate::view::server::{Feed, Live};
 
 /// Period at which messages are looked for.
 const LOOK: Duration = Duration::from_millis(4);
@@ -108,7 +109,7 @@ impl Bridge {
         let end_ns = now_ns() + FIRST_NS;
         follower.look_for_server();
         while follower.status == Some(Status::Live) && !follower.look()? && now_ns() < end_ns {
-            crate::interrupt::check()?;
+            interrupt::check()?;
             thread::sleep(LOOK);
         }
         if follower.status == Some(Status::OtherModel) {

@@ -17,6 +17,8 @@ use crate::error::{Error, Result};
 pub const KERNEL: &[u8] = include_bytes!("../../view/kernel.wasm.gz");
 
 const TEMPLATE: &str = include_str!("../../view/page.html");
+/// What the page may load and run, by the rules of Content-Security-Policy.
+pub const POLICY: &str = include_str!("../../view/policy.txt").trim_ascii_end();
 const STYLE: &str = include_str!("../../view/style.css");
 /// Sources of the worker, each after those that it imports.
 const WORKER: &[&str] =
@@ -167,6 +169,7 @@ pub fn html(config: &Config) -> Result<String> {
 /// Writes what belongs at a place of the template.
 fn fill(text: &mut String, place: &str, json: &str) {
     match place {
+        "policy" => text.push_str(POLICY),
         "style" => text.push_str(STYLE),
         // No text of a user's ends the element that holds it.
         "config" => text.push_str(&json.replace('<', "\\u003c")),

@@ -5,11 +5,8 @@ use std::net::{Shutdown, TcpStream};
 use std::time::{Duration, Instant};
 
 use super::refusal::Refusal;
+use crate::view::page::POLICY;
 
-/// What a page may do: run its own text, compile WebAssembly, ask this server.
-const POLICY: &str = "default-src 'none'; script-src 'unsafe-inline' 'wasm-unsafe-eval' blob:; \
-    style-src 'unsafe-inline'; img-src data: blob:; worker-src blob:; connect-src 'self'; \
-    base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 /// Time in which a response has to be taken.
 const LIMIT: Duration = Duration::from_secs(30);
 /// Bytes written before the time is looked at.
@@ -61,7 +58,7 @@ fn write_all(mut stream: &TcpStream, status: &str, kind: Kind, body: &[u8]) -> i
     };
     let head = format!(
         "HTTP/1.1 {status}\r\nContent-Type: {content_type}\r\nContent-Length: {}\r\n\
-         Content-Security-Policy: {POLICY}\r\nX-Content-Type-Options: nosniff\r\n\
+         Content-Security-Policy: {POLICY}; frame-ancestors 'none'\r\nX-Content-Type-Options: nosniff\r\n\
          Referrer-Policy: no-referrer\r\nCross-Origin-Opener-Policy: same-origin\r\n\
          Cross-Origin-Resource-Policy: same-origin\r\nCache-Control: no-store\r\n\
          Connection: close\r\n\r\n",
