@@ -12,6 +12,7 @@
 //! - [`engine`]: a tissue on the heap, its contact, its output stage, the built-in press.
 //! - [`files`]: traces, path files and output folders.
 //! - [`session`]: the 1 kHz loop over shared memory, both sides and their supervisor.
+//! - [`view`]: the page that shows a body, its server, and the bridge to a running scene.
 //! - [`cli`]: the command line.
 
 pub mod bake;
@@ -26,4 +27,5 @@ pub mod mesh;
 pub mod session;
 pub mod terminal;
 pub mod text;
+pub mod view;
 pub mod words;

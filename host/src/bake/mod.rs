@@ -69,9 +69,17 @@ pub const ORGAN_POISSON: f64 = 0.45;
 /// # Errors
 /// As [`bake`].
 pub fn organ() -> Result<ImageBytes> {
+    organ_of(ORGAN_YOUNG_PA, ORGAN_POISSON)
+}
+
+/// Bakes the default body of another Young's modulus \[Pa\] and Poisson's ratio.
+///
+/// # Errors
+/// As [`bake`].
+pub fn organ_of(young_pa: f64, poisson: f64) -> Result<ImageBytes> {
     let mesh = load(&format!("organ:{ORGAN_SIZE}"), &MeshOptions::default())?;
     let of = PerCell::Uniform;
-    let tissue = Some(Tissue::new(of(ORGAN_YOUNG_PA), of(ORGAN_POISSON)));
+    let tissue = Some(Tissue::new(of(young_pa), of(poisson)));
     bake(&mesh, &mesh.default_fixed, &BakeOptions { tissue, ..BakeOptions::default() })
 }
 

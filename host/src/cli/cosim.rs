@@ -8,6 +8,7 @@ use chaincell_kernel::trace::{Entry, Reader};
 use serde::Serialize;
 
 use super::budget::BudgetArgs;
+use super::cosim_view::{Shown, ViewArgs};
 use super::inject::{InjectArgs, tell_injected};
 use super::load::report::LoadReport;
 use super::load::{Lengths, MemoryWatch, histogram};
@@ -43,7 +44,7 @@ use crate::words::counted;
 
 /// Run tissue and controller as two processes at 1 kHz, then replay what was received.
 #[derive(Debug, clap::Args)]
-#[command(after_help = "Examples:\n  chaincell cosim\n  \
+#[command(after_help = "Examples:\n  chaincell cosim --view\n  \
     chaincell cosim liver.chaincell --contact cells:file:liver.sets.json#patch --out session\n  \
     chaincell cosim --load 1 --seconds 28800 --out night\n\n\
     Exit code 0 when every tick was answered, the replay gave the same state hash and the verdict is\n  \
@@ -79,6 +80,8 @@ pub struct Args {
     stage: StageArgs,
     #[command(flatten)]
     inject: InjectArgs,
+    #[command(flatten)]
+    view: ViewArgs,
     #[command(flatten)]
     folder: FolderArgs,
     #[command(flatten)]
@@ -172,6 +175,13 @@ pub fn execute(args: &Args) -> Result<()> {
         inject: args.inject.clone(),
         ..Sides::of(lengths, &args.tissue, &args.common)
     };
+    let page = args.view.open(Shown {
+        path: args.model.as_deref(),
+        image: image.as_bytes(),
+        model: &model,
+        tools: args.tissue.tool_texts()?,
+        scene: args.common.scene.as_deref(),
+    })?;
     let (session, load) = under_load(args, &files, &poses, &sides)?;
     let replayed = match lengths.is_recorded {
         true => replay(&mut tissue, &folder.file(recording::TRACE), lengths.ticks())?,
@@ -184,7 +194,19 @@ pub fn execute(args: &Args) -> Result<()> {
         folder.write("histogram.csv", histogram::csv(&load.histograms).as_bytes())?;
     }
     print(args, &summary)?;
+    if let Some(page) = page {
+        page.stay(&format!(
+            "The session has ended, {}: this is its last state",
+            answered(&summary)
+        ));
+    }
     judge(args, &summary)
+}
+
+/// Number of answered ticks in words.
+fn answered(summary: &CosimSummary) -> String {
+    let sent = counted(summary.ticks_sent, "tick");
+    format!("{} of {sent} answered", summary.ticks_answered)
 }
 
 /// Runs the session, under the load if there is one, and reports on the load.
@@ -334,9 +356,8 @@ fn print(args: &Args, summary: &CosimSummary) -> Result<()> {
     }
     tell_refused(&summary.refused);
     terminal::say(format_args!(
-        "{} of {} answered, {} later than 1 ms after the scheduled send",
-        summary.ticks_answered,
-        counted(summary.ticks_sent, "tick"),
+        "{}, {} later than 1 ms after the scheduled send",
+        answered(summary),
         summary.missed_deadlines
     ))?;
     terminal::say(format_args!("  {:<18}{}", "flags", summary.flag_ticks))?;

@@ -2,6 +2,7 @@
 
 mod admits;
 mod bake;
+mod browser;
 mod budget;
 pub mod choice;
 mod command;
@@ -10,6 +11,7 @@ mod contacts;
 mod control;
 mod convert;
 mod cosim;
+mod cosim_view;
 mod filled;
 mod info;
 mod inject;
@@ -40,6 +42,7 @@ mod tool;
 pub mod values;
 mod verdict;
 pub mod version;
+mod view;
 mod watch;
 
 pub use bake::BodyArgs;
@@ -102,6 +105,7 @@ enum Work {
     Command(command::Args),
     Cosim(cosim::Args),
     Latency(latency::Args),
+    View(view::Args),
     Completions(completions::Args),
     Man(man::Args),
 }
@@ -138,6 +142,7 @@ impl Cli {
             Work::Command(args) => command::execute(&args),
             Work::Cosim(args) => cosim::execute(&args),
             Work::Latency(args) => latency::execute(&args),
+            Work::View(args) => view::execute(&args),
             Work::Completions(args) => completions::execute(lab::listed(Self::command()), &args),
             Work::Man(args) => man::execute(lab::listed(Self::command()), &args),
         }

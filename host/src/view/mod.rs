@@ -1,0 +1,11 @@
+//! The page of `chaincell view`, which shows a body in a browser.
+//!
+//! - [`page`]: the page's text, from the sources in `host/view` and a configuration.
+//! - [`server`]: a web server for this user's browser.
+//! - [`live`]: the frame of a running scene.
+//! - [`bridge`]: follows a running scene.
+
+pub mod bridge;
+pub mod live;
+pub mod page;
+pub mod server;
