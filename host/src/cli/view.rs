@@ -51,11 +51,7 @@ pub fn execute(args: &Args) -> Result<()> {
     let path = args.model.as_deref().unwrap_or(Path::new("organ"));
     let model = model_file::parse(&image, path)?;
     let packed = Packed::inline(&page::gzip(image.as_bytes())?);
-    let config = Config {
-        model: packed,
-        kernel: Packed::inline(KERNEL),
-        ..config(args, &model)?
-    };
+    let config = Config { model: packed, kernel: Packed::inline(KERNEL), ..config(args, &model)? };
     if let Some(model) = &args.model {
         keep_input(&model.to_string_lossy(), file)?;
     }
@@ -78,10 +74,10 @@ pub fn config(args: &Args, model: &Model<'_>) -> Result<Config> {
         contact_nodes: if tool.is_none() { held(model)? } else { Vec::new() },
         tool,
         sweeps: args.sweeps,
-        material: args.model.is_none().then_some(Material {
-            young_pa: ORGAN_YOUNG_PA,
-            poisson: ORGAN_POISSON,
-        }),
+        material: args
+            .model
+            .is_none()
+            .then_some(Material { young_pa: ORGAN_YOUNG_PA, poisson: ORGAN_POISSON }),
         can_bake: false,
         commands: false,
     })
