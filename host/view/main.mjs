@@ -40,6 +40,8 @@ class View {
     if (["settings", "sweeps"].some((verb) => this.source.can.has(verb))) {
       this.panel.settings(this.source.setup, body.info.unitM, (settings) => this.#change(settings));
     }
+    this.charts.clear();
+    this.#showPaused(false);
     $("hint").hidden = !this.source.can.has("tool");
     $("status").textContent = "";
   }
@@ -107,9 +109,13 @@ class View {
 
   #pause(on) {
     if (!this.source.can.has("pause")) return;
+    this.#showPaused(on);
+    this.source.pause(on);
+  }
+
+  #showPaused(on) {
     this.isPaused = on;
     $("pause").textContent = on ? "Go on" : "Pause";
-    this.source.pause(on);
   }
 
   #reset() {
@@ -123,6 +129,7 @@ class View {
   #change(settings) {
     $("hint").hidden = true;
     $("replay").hidden = true;
+    $("status").textContent = "";
     this.source.settings(settings);
   }
 

@@ -49,6 +49,7 @@ export class Panel {
   settings(setup, unitM, change) {
     $("sweeps").value = setup.sweeps;
     $("friction").value = setup.friction;
+    $("kind").replaceChildren();
     const parts = setup.tool ? partsOf(setup.tool) : [];
     const known = parts.length === 1 && setup.tool in this.#texts(parts[0].radiusM) ? parts[0].kind : "own";
     if (known === "own") $("kind").add(new Option(setup.tool ?? "Held cells", "own"));

@@ -99,5 +99,5 @@ try {
   console.log("live: ok");
 } finally {
   for (const child of running) child.kill("SIGKILL");
-  await browser.close();
+  await browser.stop();
 }

@@ -116,7 +116,10 @@ fn a_page_commands_the_scene_only_where_it_may() {
         ("pause", "no such command"),
     ] {
         let answer = ask(order);
-        assert!(answer["done"] == false && answer["text"].as_str().unwrap().contains(part), "{answer}");
+        assert!(
+            answer["done"] == false && answer["text"].as_str().unwrap().contains(part),
+            "{answer}"
+        );
     }
     let served = serve.interrupt().with(130).json();
     assert_eq!((&served["commands_done"], &served["commands_refused"]), (&4.into(), &1.into()));
@@ -139,7 +142,10 @@ fn cosim_shows_its_session_and_ends_when_the_page_is_closed() {
     assert!(ended.contains("3000 of 3000 ticks answered"), "{ended}");
     drop(page);
     let summary = cosim.end(SHORT).with(0).json();
-    assert_eq!((&summary["ticks_answered"], &summary["ticks_unanswered"]), (&3000.into(), &0.into()));
+    assert_eq!(
+        (&summary["ticks_answered"], &summary["ticks_unanswered"]),
+        (&3000.into(), &0.into())
+    );
     let refused = run(["cosim", "--port", "1", "--seconds", "3"]).with(2);
     assert!(refused.err.contains("--port") && refused.err.contains("--view"), "{}", refused.err);
 }
