@@ -6,7 +6,7 @@ export const RAMP = [[0.62, 0.3, 0.29], [0.78, 0.38, 0.27], [0.9, 0.52, 0.25], [
 /** What a colour may stand for: words, unit, and how a number is shown. */
 export const QUANTITIES = {
   displacement: { title: "Displacement", unit: "mm", factor: 1e3, from: 0, leastEnd: 1e-3 },
-  stretch: { title: "Largest principal stretch of the surface", unit: "", factor: 1, from: 1, leastEnd: 1.02 },
+  stretch: { title: "Largest surface stretch", unit: "", factor: 1, from: 1, leastEnd: 1.02 },
   pressure: { title: "Contact pressure", unit: "kPa", factor: 1e-3, from: 0, leastEnd: 100 },
 };
 
