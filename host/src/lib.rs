@@ -10,6 +10,7 @@
 //! - [`mesh`]: reads, generates and checks meshes.
 //! - [`mod@bake`]: turns a mesh into a model image.
 //! - [`engine`]: a tissue on the heap, its contact, its output stage, the built-in press.
+//! - [`picture`]: bodies as PNG, curves as SVG.
 //! - [`files`]: traces, path files and output folders.
 //! - [`session`]: the 1 kHz loop over shared memory, both sides and their supervisor.
 //! - [`cli`]: the command line.
@@ -23,6 +24,7 @@ pub mod files;
 pub mod input;
 pub mod interrupt;
 pub mod mesh;
+pub mod picture;
 pub mod session;
 pub mod terminal;
 pub mod text;

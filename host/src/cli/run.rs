@@ -10,6 +10,7 @@ use serde::Serialize;
 
 use super::mesh_file::Units;
 use super::model_file;
+use super::picture;
 use super::press::{Motion, PressArgs};
 use super::shared::PrintArgs;
 use super::snapshots::{SnapshotArgs, Snapshots};
@@ -28,9 +29,9 @@ use crate::files::output::{Answer, ContactRows, Folder, ToolRows, cells_csv, for
 use crate::files::path::{self, Paths, Rules};
 use crate::files::recording;
 use crate::files::recording::{Recording, TraceFile};
-use crate::files::whole::folder_of;
-use crate::files::whole::write_whole;
+use crate::files::whole::{folder_of, check_writable, write_whole};
 use crate::interrupt;
+use crate::picture::{ForceCurve, Largest};
 use crate::session::timing::histogram::{Latencies, Summary};
 use crate::terminal;
 use crate::words::counted;
@@ -42,7 +43,7 @@ use crate::words::counted;
     chaincell run liver.chaincell --motion press --contact probe:0.012 --seconds 2 \
     --snapshot-every 20 --out press\n\n\
     A path has the header tick,x_m,y_m,z_m,engaged and a row for each consecutive tick.\n\
-    --out gets force.csv, cells_final.csv, final.vtu, summary.json, the model and session.trace, which\n\
+    --out gets force.csv with its curves in force.svg and force_depth.svg, cells_final.csv, final.vtu, summary.json, the model and session.trace, which\n\
     `chaincell replay` plays; path.csv of a motion; of snapshots cells_<tick>.csv, state_<tick>.vtu\n\
     and series.pvd, which ParaView opens.")]
 pub struct Args {
@@ -61,6 +62,9 @@ pub struct Args {
     /// A copy of the trace in this file
     #[arg(long, value_name = "FILE")]
     trace: Option<PathBuf>,
+    /// A picture (PNG) of the tick with the largest force: the body, coloured by displacement, and the tools
+    #[arg(long, value_name = "FILE")]
+    picture: Option<PathBuf>,
     /// Overwrite the results of an earlier run in --out, and an earlier --trace
     #[arg(long)]
     force: bool,
@@ -127,6 +131,12 @@ pub fn execute(args: &Args) -> Result<()> {
         // Earlier results are not removed for a run that cannot be.
         recording::check_place(trace, args.force)?;
     }
+    if let Some(picture) = &args.picture {
+        // A picture may go into the folder that the run makes.
+        if picture.parent() != Some(&args.out) {
+            check_writable(picture)?;
+        }
+    }
     // Nor for one that has no room.
     let rows = poses.iter().map(Vec::len).sum();
     let records = rows * (1 + tissue.tools());
@@ -149,11 +159,17 @@ pub fn execute(args: &Args) -> Result<()> {
     let mut snapshots = Snapshots::new(&snapshot_ticks, &folder);
     let mut executed = Vec::with_capacity(rows);
     let (mut contacts, mut tools) = (ContactRows::default(), ToolRows::default());
+    let (mut curve, mut largest) = (ForceCurve::default(), Largest::default());
     let played = play(&mut tissue, &paths, |pose, of_tools, output, tissue| {
         trace.add_tools(&record(pose, tissue), of_tools.each());
         executed.push(*pose);
         add_tools(&mut tools, pose.tick, output, tissue);
         contacts.after(pose.tick, tissue.engine_mut());
+        let force_n = output.force_n.into();
+        curve.add(pose.tick, pose.position_m, force_n, output.contacts > 0);
+        if args.picture.is_some() {
+            largest.after(tissue.engine_mut(), pose.tick, of_tools.each(), force_n);
+        }
         snapshots.after(pose.tick, tissue.engine_mut())
     })?;
     trace.finish()?;
@@ -163,6 +179,8 @@ pub fn execute(args: &Args) -> Result<()> {
     snapshots.finish()?;
     let nodes = tissue.engine_mut().nodes();
     folder.write("force.csv", force_csv(&played.answers).as_bytes())?;
+    folder.write("force.svg", curve.over_time().draw().in_both_lights().as_bytes())?;
+    folder.write("force_depth.svg", curve.over_depth().draw().in_both_lights().as_bytes())?;
     contacts.write(&folder, tissue.engine())?;
     tools.write(&folder, tissue.tools())?;
     folder.write("cells_final.csv", cells_csv(&nodes).as_bytes())?;
@@ -185,7 +203,14 @@ pub fn execute(args: &Args) -> Result<()> {
         stage: args.stage.report()?,
     };
     folder.write_json("summary.json", &summary)?;
+    let drawn = match &args.picture {
+        Some(out) => picture::of_run(&largest, tissue.engine(), out)?,
+        None => None,
+    };
     report(args, &summary, &played, far(args, &tissue, &executed))?;
+    if let Some(drawn) = drawn.filter(|_| !args.print.json) {
+        terminal::say(format_args!("  {:<14}{drawn}", "picture"))?;
+    }
     if summary.interrupted { Err(Error::interrupted(Some(&args.out))) } else { Ok(()) }
 }
 

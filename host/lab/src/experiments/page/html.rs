@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use super::section::{Findings, Page, Section};
 use super::table::{Table, duration};
-use crate::charts::pen::escape;
+use chaincell_host::picture::chart::pen::escape;
 use crate::charts::plot::Figure;
 use chaincell_host::words::counted;
 

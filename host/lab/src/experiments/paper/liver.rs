@@ -6,13 +6,14 @@ use nalgebra::Vector3;
 use serde_json::{Value, json};
 
 use super::press::{Pressed, Probe, SWEEPS, chainmail, network};
-use crate::charts::plot::{Axis, Chart, Figure, Style};
-use crate::charts::render::{Body, ColourBar, Paint, Panel, Sheet, cut};
+use crate::charts::plot::{Axis, Chart, Figure, Picture, Style};
+use crate::charts::{ColourBar, Panel, Sheet, cut};
 use crate::experiments::page::table::Table;
 use crate::experiments::page::{Context, Numbers, Section};
 use crate::experiments::report::scene::{Scene, Source};
 use crate::reference::vectors::{minus, norm};
 use chaincell_host::error::Result;
+use chaincell_host::picture::{Body, Paint};
 use chaincell_host::mesh::Mesh;
 use chaincell_host::words::counted;
 
@@ -167,7 +168,7 @@ impl Case {
                 "paper_liver_force",
                 "The force rises with the press, trembles with the hand and goes with the retreat. \
                  ChainMail has none to show.",
-                self.force().draw()?,
+                Picture::of(&self.force())?,
             ),
         ])
     }
