@@ -13,6 +13,7 @@
 //! - [`picture`]: bodies as PNG, curves as SVG.
 //! - [`files`]: traces, path files and output folders.
 //! - [`session`]: the 1 kHz loop over shared memory, both sides and their supervisor.
+//! - [`view`]: the page that shows a body in a browser.
 //! - [`cli`]: the command line.
 
 pub mod bake;
@@ -28,4 +29,5 @@ pub mod picture;
 pub mod session;
 pub mod terminal;
 pub mod text;
+pub mod view;
 pub mod words;

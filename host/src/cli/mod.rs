@@ -42,6 +42,7 @@ mod tool;
 pub mod values;
 mod verdict;
 pub mod version;
+mod view;
 mod watch;
 
 pub use bake::BodyArgs;
@@ -105,6 +106,7 @@ enum Work {
     Command(command::Args),
     Cosim(cosim::Args),
     Latency(latency::Args),
+    View(view::Args),
     Completions(completions::Args),
     Man(man::Args),
 }
@@ -142,6 +144,7 @@ impl Cli {
             Work::Command(args) => command::execute(&args),
             Work::Cosim(args) => cosim::execute(&args),
             Work::Latency(args) => latency::execute(&args),
+            Work::View(args) => view::execute(&args),
             Work::Completions(args) => completions::execute(lab::listed(Self::command()), &args),
             Work::Man(args) => man::execute(lab::listed(Self::command()), &args),
         }

@@ -1,0 +1,5 @@
+//! The page of `chaincell view`, which shows a body in a browser.
+//!
+//! - [`page`]: the page's text, from the sources in `host/view` and a configuration.
+
+pub mod page;
