@@ -51,9 +51,10 @@ pub fn execute(args: &Args) -> Result<()> {
     }
     let mut begun = session.begin(None)?;
     let moment = play(args, &session, &mut begun)?;
-    let out = args.out.clone().unwrap_or_else(|| {
-        session.path.with_file_name(format!("picture_{}.png", moment.tick))
-    });
+    let out = args
+        .out
+        .clone()
+        .unwrap_or_else(|| session.path.with_file_name(format!("picture_{}.png", moment.tick)));
     let report = draw(&moment, begun.tissue.engine(), &out)?;
     if args.print.json {
         return terminal::say_json(&report);

@@ -44,6 +44,16 @@ pub struct Begun<'a> {
 }
 
 impl RecordedArgs {
+    /// The session of a trace or of the folder of a run.
+    pub fn of(trace: PathBuf, model: Option<PathBuf>) -> Self {
+        Self { trace, model }
+    }
+
+    /// Whether a path is a session rather than a model: a folder, or a file that begins like a trace.
+    pub fn is_session(path: &Path) -> bool {
+        path.is_dir() || recording::begins_like_a_trace(path)
+    }
+
     /// Reads both files.
     ///
     /// # Errors

@@ -29,7 +29,7 @@ use crate::files::output::{Answer, ContactRows, Folder, ToolRows, cells_csv, for
 use crate::files::path::{self, Paths, Rules};
 use crate::files::recording;
 use crate::files::recording::{Recording, TraceFile};
-use crate::files::whole::{folder_of, check_writable, write_whole};
+use crate::files::whole::{check_writable, folder_of, write_whole};
 use crate::interrupt;
 use crate::picture::{ForceCurve, Largest};
 use crate::session::timing::histogram::{Latencies, Summary};

@@ -5,13 +5,16 @@ use std::path::{Path, PathBuf};
 use chaincell_kernel::Model;
 
 use super::model_file;
+use super::recorded::RecordedArgs;
 use super::tool::ToolSpec;
-use crate::bake::{ORGAN_POISSON, ORGAN_SIZE, ORGAN_YOUNG_PA, organ};
+use crate::bake::{ImageBytes, ORGAN_POISSON, ORGAN_SIZE, ORGAN_YOUNG_PA, organ};
 use crate::engine::contact::contact_cells;
 use crate::error::{Error, Result};
 use crate::files::whole::{keep_input, write_whole};
+use crate::interrupt;
 use crate::terminal;
 use crate::view::page::{self, Config, KERNEL, Material, Mode, Packed};
+use crate::view::session;
 
 /// Radius of the ball on the default body \[m\].
 const RADIUS_M: f32 = 0.012;
@@ -21,12 +24,13 @@ const RADIUS_LINKS: f32 = 0.85;
 /// Show a body in a browser, where a tool can be dragged into it.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:\n  chaincell view --html organ.html\n  \
+    chaincell view session --html session.html\n  \
     chaincell view liver.chaincell --tool capsule:0.03,0.004 --html liver.html\n\n\
     The file holds the body and the kernel, and needs nothing else: open it from the disk. What is\n\
     pressed in it comes to the same state hash as chaincell run.")]
 pub struct Args {
     #[arg(help = format!(
-        "Model file from `chaincell bake` [default: organ:{ORGAN_SIZE}, {} kPa, Poisson's ratio \
+        "Model file from `chaincell bake`, or a recorded session: a trace or the folder of a run [default: organ:{ORGAN_SIZE}, {} kPa, Poisson's ratio \
          {ORGAN_POISSON}]", 1e-3 * ORGAN_YOUNG_PA
     ))]
     model: Option<PathBuf>,
@@ -37,6 +41,9 @@ pub struct Args {
     /// 0.85 mean link lengths]
     #[arg(long, value_name = "PART[+PART...]")]
     tool: Option<ToolSpec>,
+    /// Model file that a session was recorded with [default: model.chaincell beside the trace]
+    #[arg(long = "model", value_name = "MODEL", conflicts_with = "tool")]
+    session_model: Option<PathBuf>,
     /// Sweeps of a tick
     #[arg(long, default_value_t = 2, value_name = "N", allow_negative_numbers = true,
         value_parser = clap::value_parser!(u16).range(1..=16))]
@@ -47,14 +54,12 @@ pub fn execute(args: &Args) -> Result<()> {
     let Some(file) = &args.html else {
         return Err(Error::input("name the page's file with --html FILE"));
     };
-    let image = args.model.as_deref().map_or_else(organ, model_file::read)?;
-    let path = args.model.as_deref().unwrap_or(Path::new("organ"));
-    let model = model_file::parse(&image, path)?;
-    let packed = Packed::inline(&page::gzip(image.as_bytes())?);
+    let shown = Shown::of(args)?;
     let config = Config {
-        model: packed,
+        model: Packed::inline(&page::gzip(shown.image.as_bytes())?),
         kernel: Packed::inline(KERNEL),
-        ..config(args, &model)?
+        session: shown.session.as_deref().map(Packed::inline),
+        ..shown.config
     };
     if let Some(model) = &args.model {
         keep_input(&model.to_string_lossy(), file)?;
@@ -62,6 +67,62 @@ pub fn execute(args: &Args) -> Result<()> {
     let html = page::html(&config)?;
     write_whole(file, html.as_bytes())?;
     terminal::say(format_args!("wrote {}, {} bytes", file.display(), html.len()))
+}
+
+/// What a page shows: its configuration, and what that refers to.
+pub struct Shown {
+    /// As if all came from a server.
+    pub config: Config,
+    pub image: ImageBytes,
+    /// A recorded session, packed by gzip.
+    pub session: Option<Vec<u8>>,
+}
+
+impl Shown {
+    /// Reads the model, or the session with its model and plays it.
+    ///
+    /// # Errors
+    /// Files that are not there or do not fit together; a session that does not come to its states.
+    pub fn of(args: &Args) -> Result<Self> {
+        match &args.model {
+            Some(path) if RecordedArgs::is_session(path) => Self::session(args, path),
+            _ if args.session_model.is_some() => {
+                Err(Error::input("--model: it goes with a recorded session, name the model alone"))
+            }
+            _ => Self::model(args),
+        }
+    }
+
+    fn model(args: &Args) -> Result<Self> {
+        let image = args.model.as_deref().map_or_else(organ, model_file::read)?;
+        let path = args.model.as_deref().unwrap_or(Path::new("organ"));
+        let config = config(args, &model_file::parse(&image, path)?)?;
+        Ok(Self { config, image, session: None })
+    }
+
+    fn session(args: &Args, path: &Path) -> Result<Self> {
+        if args.tool.is_some() {
+            return Err(Error::input("--tool: a recorded session has its own tools, leave it out"));
+        }
+        interrupt::end_at_once()?;
+        let recorded = RecordedArgs::of(path.to_owned(), args.session_model.clone()).read()?;
+        let mut begun = recorded.begin(None)?;
+        let numbers = (begun.scheme, begun.precision);
+        let packed = session::packed(&begun.trace, &mut begun.tissue, numbers, begun.start);
+        let (bytes, _) = packed.map_err(|why| Error::file("view", &recorded.path, why))?;
+        let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        let config = Config {
+            mode: Mode::Session,
+            name: if name.is_empty() { "session".into() } else { name },
+            tool: None,
+            contact_nodes: Vec::new(),
+            session: Some(Packed::Url("/session".into())),
+            material: None,
+            ..config(args, &begun.model)?
+        };
+        let image = ImageBytes::copy(recorded.image().as_bytes());
+        Ok(Self { config, image, session: Some(page::gzip(&bytes)?) })
+    }
 }
 
 /// The configuration of a page that asks a server for model and kernel.
@@ -78,10 +139,10 @@ pub fn config(args: &Args, model: &Model<'_>) -> Result<Config> {
         contact_nodes: if tool.is_none() { held(model)? } else { Vec::new() },
         tool,
         sweeps: args.sweeps,
-        material: args.model.is_none().then_some(Material {
-            young_pa: ORGAN_YOUNG_PA,
-            poisson: ORGAN_POISSON,
-        }),
+        material: args
+            .model
+            .is_none()
+            .then_some(Material { young_pa: ORGAN_YOUNG_PA, poisson: ORGAN_POISSON }),
         can_bake: false,
         commands: false,
     })

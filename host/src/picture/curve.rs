@@ -24,7 +24,8 @@ struct Tick {
 impl ForceCurve {
     /// Adds a tick: the tool's position \[m\], the force on it \[N\], and whether it had a contact.
     pub fn add(&mut self, tick: u64, position_m: [f32; 3], force_n: [f32; 3], touches: bool) {
-        let [position_m, force_n] = [position_m, force_n].map(|of| Vector3::from(of.map(f64::from)));
+        let [position_m, force_n] =
+            [position_m, force_n].map(|of| Vector3::from(of.map(f64::from)));
         self.ticks.push(Tick { tick, position_m, force_n, touches });
     }
 
@@ -47,7 +48,8 @@ impl ForceCurve {
         );
         let chart = Chart::new("Force on the tool over depth", x, y);
         let points = self.depths();
-        let by_depth = |(_, a): &(usize, &[f64; 2]), (_, b): &(usize, &[f64; 2])| a[0].total_cmp(&b[0]);
+        let by_depth =
+            |(_, a): &(usize, &[f64; 2]), (_, b): &(usize, &[f64; 2])| a[0].total_cmp(&b[0]);
         let Some((deepest, _)) = points.iter().enumerate().max_by(by_depth) else { return chart };
         chart.series("pressing", Style::Line, &thin(&points[..=deepest])).series(
             "retreating",

@@ -75,7 +75,9 @@ mod tests {
 
     #[test]
     fn scale_bars_are_round() {
-        for (most_m, label) in [(0.0199, "10 mm"), (0.02, "20 mm"), (0.7, "500 mm"), (3e-6, "0.002 mm")] {
+        for (most_m, label) in
+            [(0.0199, "10 mm"), (0.02, "20 mm"), (0.7, "500 mm"), (3e-6, "0.002 mm")]
+        {
             assert_eq!(round_length(most_m).1, label, "{most_m}");
         }
     }

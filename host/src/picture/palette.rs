@@ -8,10 +8,23 @@ const ENTRIES: usize = 256;
 /// Magma (van der Walt and Smith 2015) from its light end on, evenly: uniform to the eye and falling in
 /// lightness, so that it survives grey; without its ends, on which shading would be lost \[sRGB\].
 const MAGMA: [[u8; 3]; 17] = [
-    [252, 239, 177], [254, 215, 153], [254, 192, 133], [254, 168, 115], [252, 143, 101],
-    [249, 120, 93], [241, 96, 93], [227, 78, 101], [208, 65, 111], [188, 57, 120], [167, 49,
-    125], [146, 43, 129], [125, 35, 130], [105, 28, 129], [85, 20, 125], [64, 15, 115], [42,
-    17, 92],
+    [252, 239, 177],
+    [254, 215, 153],
+    [254, 192, 133],
+    [254, 168, 115],
+    [252, 143, 101],
+    [249, 120, 93],
+    [241, 96, 93],
+    [227, 78, 101],
+    [208, 65, 111],
+    [188, 57, 120],
+    [167, 49, 125],
+    [146, 43, 129],
+    [125, 35, 130],
+    [105, 28, 129],
+    [85, 20, 125],
+    [64, 15, 115],
+    [42, 17, 92],
 ];
 
 /// sRGB of a part from 0 to 1, light to dark. A part that is not a number is grey.

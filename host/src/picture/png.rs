@@ -69,8 +69,13 @@ fn filtered(row: &[u8], above: &[u8]) -> Vec<u8> {
         };
         std::iter::once(filter).chain((0..row.len()).map(at)).collect()
     };
-    let size = |row: &Vec<u8>| -> u64 { row[1..].iter().map(|x| (*x as i8).unsigned_abs().into()).sum() };
-    [1, 2, 4].map(one).into_iter().fold(one(0), |best, other| if size(&other) < size(&best) { other } else { best })
+    let size = |row: &Vec<u8>| -> u64 {
+        row[1..].iter().map(|x| u64::from((*x as i8).unsigned_abs())).sum()
+    };
+    [1, 2, 4]
+        .map(one)
+        .into_iter()
+        .fold(one(0), |best, other| if size(&other) < size(&best) { other } else { best })
 }
 
 /// Of three neighbours the one nearest to left + upper - corner.

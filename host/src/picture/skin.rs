@@ -21,7 +21,8 @@ impl Skin {
     }
 
     fn cells(model: &Model<'_>, nodes: &Nodes) -> Self {
-        let wide = |corners: &[u16]| -> Vec<u32> { corners.iter().map(|&cell| cell.into()).collect() };
+        let wide =
+            |corners: &[u16]| -> Vec<u32> { corners.iter().map(|&cell| cell.into()).collect() };
         let triangles = match (model.triangles(), model.tetrahedra()) {
             ([], []) => Vec::new(),
             ([], tetrahedra) => boundary(&fours(&wide(tetrahedra.as_flattened()))),

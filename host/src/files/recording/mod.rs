@@ -320,6 +320,14 @@ pub fn check_place(path: &Path, force: bool) -> Result<()> {
     check_idle("`trace`", path)
 }
 
+/// Returns true if a regular file begins like a trace.
+#[must_use]
+pub fn begins_like_a_trace(path: &Path) -> bool {
+    let mut front = Vec::new();
+    let read = |file: File| file.take(MAGIC.len() as u64).read_to_end(&mut front).is_ok();
+    path.is_file() && File::open(path).is_ok_and(read) && front == MAGIC
+}
+
 /// Returns the bytes of a trace file. Stops reading a file that does not begin like a trace.
 ///
 /// # Errors

@@ -2,8 +2,8 @@
 
 use std::fmt::Write as _;
 
-use super::span::Span;
 use super::pen::{FINE, GRID, GUIDE, INK, Ink, PAPER, line, text, text_upwards, text_width};
+use super::span::Span;
 use super::{Chart, Guide, SIZE_PX, Series, Style};
 
 /// Okabe and Ito (2008) without yellow, which white swallows, and black, which is the text's.

@@ -4,8 +4,8 @@ use std::fmt::Write as _;
 
 use super::section::{Findings, Page, Section};
 use super::table::{Table, duration};
-use chaincell_host::picture::chart::pen::escape;
 use crate::charts::plot::Figure;
+use chaincell_host::picture::chart::pen::escape;
 use chaincell_host::words::counted;
 
 const STYLE: &str = include_str!("style.css");

@@ -13,8 +13,8 @@ use crate::experiments::page::{Context, Numbers, Section};
 use crate::experiments::report::scene::{Scene, Source};
 use crate::reference::vectors::{minus, norm};
 use chaincell_host::error::Result;
-use chaincell_host::picture::{Body, Paint};
 use chaincell_host::mesh::Mesh;
+use chaincell_host::picture::{Body, Paint};
 use chaincell_host::words::counted;
 
 /// Radius of the probe and depth of the press [mean link lengths].

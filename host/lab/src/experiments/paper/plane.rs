@@ -16,8 +16,8 @@ use crate::reference::profile::{in_input_order, middle_row, nonlinearity};
 use crate::reference::vectors::{minus, norm};
 use chaincell_host::engine::{Engine, Scheme};
 use chaincell_host::error::Result;
-use chaincell_host::picture::{Body, Paint};
 use chaincell_host::mesh::Mesh;
+use chaincell_host::picture::{Body, Paint};
 
 /// Displacement of the centre \[m\].
 const DEPTH_M: f64 = 0.03;
