@@ -7,9 +7,11 @@ import { $, Panel } from "./panel.mjs";
 import { partsOf, reachM } from "./parts.mjs";
 import { commandOf, fileName, keep, pathText } from "./save.mjs";
 import { Scene } from "./scene.mjs";
+import { Session } from "./session.mjs";
 import { nearestAtRest } from "./surface.mjs";
+import { Timeline } from "./timeline.mjs";
 
-const SOURCES = { own: Own };
+const SOURCES = { own: Own, session: Session };
 
 class View {
   constructor(config) {
@@ -39,6 +41,7 @@ class View {
     if (this.source.can.has("settings")) {
       this.panel.settings(this.source.setup, body.info.unitM, (settings) => this.#change(settings));
     }
+    if (this.source.can.has("seek")) this.timeline = new Timeline(this.source, body.info.session);
     $("hint").hidden = !this.source.can.has("tool");
     $("status").textContent = "";
   }
@@ -49,6 +52,8 @@ class View {
     this.scene.take(state);
     this.charts.add(state.trail);
     if (state.trail.length) this.depthM = state.trail[state.trail.length - 1].depthM;
+    this.timeline?.show(state);
+    if (state.session?.isAtEnd && !this.isPaused) this.#pause(true);
     if (isFirst) this.firstStateMs = performance.now();
   }
 

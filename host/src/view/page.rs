@@ -19,8 +19,14 @@ pub const KERNEL: &[u8] = include_bytes!("../../view/kernel.wasm.gz");
 const TEMPLATE: &str = include_str!("../../view/page.html");
 const STYLE: &str = include_str!("../../view/style.css");
 /// Sources of the worker, each after those that it imports.
-const WORKER: &[&str] =
-    &[include_str!("../../view/kernel.mjs"), include_str!("../../view/worker.mjs")];
+const WORKER: &[&str] = &[
+    include_str!("../../view/pace.mjs"),
+    include_str!("../../view/kernel.mjs"),
+    include_str!("../../view/recording.mjs"),
+    include_str!("../../view/player.mjs"),
+    include_str!("../../view/session_loop.mjs"),
+    include_str!("../../view/worker.mjs"),
+];
 /// Sources of the page, each after those that it imports.
 const PAGE: &[&str] = &[
     include_str!("../../view/vectors.mjs"),
@@ -36,7 +42,9 @@ const PAGE: &[&str] = &[
     include_str!("../../view/charts.mjs"),
     include_str!("../../view/save.mjs"),
     include_str!("../../view/own.mjs"),
+    include_str!("../../view/session.mjs"),
     include_str!("../../view/panel.mjs"),
+    include_str!("../../view/timeline.mjs"),
     include_str!("../../view/main.mjs"),
 ];
 
