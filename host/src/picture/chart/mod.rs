@@ -145,3 +145,6 @@ pub fn ticks([from, to]: [f64; 2], count: usize) -> Vec<(f64, String)> {
     let span = span::Span::between(Scale::Linear, (from, to), count);
     span.ticks.iter().map(|&tick| (tick, span.label(tick))).collect()
 }
+
+#[cfg(test)]
+mod tests;
