@@ -44,16 +44,16 @@ export class Tissue {
   }
 
   /** Makes the tissue for the page's own scene, with memory for one tool of parts or for so many held cells. */
-  initOwn(heldCells) {
+  init(heldCells) {
     const scheme = this.info.alpha > 0 ? SCHEME_TRACK : SCHEME_PREDICT;
     const settings = this.take(BYTES.settings, 16);
     this.check(this.exports.chaincell_settings_default(this.model, scheme, settings));
     this.view().setUint32(settings, SWEEPS_MAX, true);
-    this.init({ scheme, settings, room: heldCells ? [heldCells, 0, 0, 0] : [0, 1, TRIANGLES, SAMPLES] });
+    this.make({ scheme, settings, room: heldCells ? [heldCells, 0, 0, 0] : [0, 1, TRIANGLES, SAMPLES] });
   }
 
   /** Makes the tissue, with settings at an address and the four numbers of a chaincell_room. */
-  init({ scheme, settings, room }) {
+  make({ scheme, settings, room }) {
     const roomAt = this.take(BYTES.room, 16);
     new Uint32Array(this.memory.buffer, roomAt, 4).set(room);
     this.check(this.exports.chaincell_model_size(this.model, scheme, roomAt, this.result, this.result + 4));

@@ -19,7 +19,7 @@ export class Player extends Tissue {
     this.counts = this.take(4 * Math.max(tools, 1), 16);
     const room = tools ? [0, tools, TRIANGLES, SAMPLES] : [recording.held.length, 0, 0, 0];
     this.#put(this.words, recording.settings);
-    this.init({ scheme: recording.scheme, settings: this.words, room });
+    this.make({ scheme: recording.scheme, settings: this.words, room });
     this.choose();
     if (recording.snapshot.length) this.restore(recording.snapshot);
     this.event = 0;

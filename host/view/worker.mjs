@@ -143,7 +143,7 @@ const orders = {
   async init({ wasm, image, held }) {
     const { instance } = await WebAssembly.instantiate(wasm);
     const tissue = new Tissue(instance, image);
-    tissue.initOwn(held);
+    tissue.init(held);
     orders.tissue = tissue;
     postMessage({ kind: "info", info: tissue.info });
   },
