@@ -27,7 +27,7 @@ function path([x, y, z]) {
 
 mkdirSync(at("changed"), { recursive: true });
 command("bake", "box:9x7x4x0.01", "--young-pa", "5000", "-o", at("box.chaincell"));
-writeFileSync(at("path.csv"), path([0, 0, 0.015]));
+writeFileSync(at("path.csv"), path([0, 0, 0.03]));
 command("run", at("box.chaincell"), "--path", at("path.csv"), "--recorded", "--tool", "sphere:0.012", "--out", at("run"), "--force", "--json");
 const trace = readFileSync(at("run/session.trace"));
 writeFileSync(at("changed/session.trace"), withSweeps(trace, CHANGE_TICK, 9));
