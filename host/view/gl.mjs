@@ -1,20 +1,16 @@
-// What is drawn with WebGL2: the body's curved triangles, solid shapes, lines and points.
+// What is drawn with WebGL2: the body, solid shapes, lines and points.
 
 const BODY_VERTEX = `
-in vec3 share;
-in vec3 placeA, placeB, placeC, normalA, normalB, normalC, numbers, curved;
+in vec3 point, direction;
+in float value;
 uniform mat4 camera;
 out vec3 normal, place;
 out float number;
-vec3 onPlane(vec3 p, vec3 corner, vec3 n, float is) { return p - is * dot(p - corner, n) * n; }
 void main() {
-  vec3 flatPlace = share.x * placeA + share.y * placeB + share.z * placeC;
-  vec3 curvedPlace = share.x * onPlane(flatPlace, placeA, normalA, curved.x)
-    + share.y * onPlane(flatPlace, placeB, normalB, curved.y) + share.z * onPlane(flatPlace, placeC, normalC, curved.z);
-  place = mix(flatPlace, curvedPlace, 0.75);
-  normal = share.x * normalA + share.y * normalB + share.z * normalC;
-  number = dot(share, numbers);
-  gl_Position = camera * vec4(place, 1.0);
+  place = point;
+  normal = direction;
+  number = value;
+  gl_Position = camera * vec4(point, 1.0);
 }`;
 
 const BODY_FRAGMENT = `
@@ -32,8 +28,8 @@ void main() {
   int low = min(int(t), 4);
   vec3 base = mix(ramp[low], ramp[low + 1], t - float(low));
   vec3 key = normalize(towards + 0.55 * up - 0.5 * right);
-  float light = 0.42 + 0.2 * n.z + 0.5 * max(dot(n, key), 0.0);
-  float gloss = 0.16 * pow(max(dot(n, normalize(key + towards)), 0.0), 36.0);
+  float light = 0.46 + 0.16 * n.z + 0.4 * max(dot(n, key), 0.0);
+  float gloss = 0.13 * pow(max(dot(n, normalize(key + towards)), 0.0), 36.0);
   float rim = 0.14 * pow(1.0 - max(dot(n, towards), 0.0), 3.0);
   float near = shade.w > 0.0 ? 0.35 * (1.0 - smoothstep(shade.w, 2.1 * shade.w, distance(place, shade.xyz))) : 0.0;
   vec3 lit = base * light * (1.0 - near) + gloss + rim;
@@ -86,19 +82,18 @@ void main() {
   colour = vec4(paint.rgb * paint.a, paint.a);
 }`;
 
-/** Subdivisions of an edge of the body's triangles. */
-const PIECES = 4;
-
 export class Painter {
   constructor(canvas) {
-    const gl = (this.gl = canvas.getContext("webgl2", { antialias: true, alpha: true }));
+    // Smooth edges cost a processor too much that draws by itself.
+    const gl = (this.gl =
+      canvas.getContext("webgl2", { antialias: true, failIfMajorPerformanceCaveat: true }) ??
+      canvas.getContext("webgl2", { antialias: false }));
     if (!gl) throw new Error("this browser has no WebGL 2: switch hardware acceleration on, or take a newer browser");
     this.body = this.#program(BODY_VERTEX, BODY_FRAGMENT);
     this.solid = this.#program(SOLID_VERTEX, SOLID_FRAGMENT);
     this.line = this.#program(LINE_VERTEX, LINE_FRAGMENT);
     gl.enable(gl.DEPTH_TEST);
     gl.blendFunc(gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
-    this.patch = this.#patch();
   }
 
   #program(vertex, fragment) {
@@ -123,20 +118,6 @@ export class Painter {
     };
   }
 
-  /** A triangle in pieces, by the shares of its corners. */
-  #patch() {
-    const [shares, corners] = [[], []];
-    const index = (i, j) => (i * (2 * PIECES + 3 - i)) / 2 + j;
-    for (let i = 0; i <= PIECES; i++) {
-      for (let j = 0; i + j <= PIECES; j++) {
-        shares.push(1 - (i + j) / PIECES, i / PIECES, j / PIECES);
-        if (i + j < PIECES) corners.push(index(i, j), index(i + 1, j), index(i, j + 1));
-        if (i + j < PIECES - 1) corners.push(index(i + 1, j), index(i + 1, j + 1), index(i, j + 1));
-      }
-    }
-    return { shares: this.#buffer(new Float32Array(shares)), corners: new Uint16Array(corners) };
-  }
-
   #buffer(data) {
     const gl = this.gl;
     const buffer = gl.createBuffer();
@@ -157,30 +138,26 @@ export class Painter {
     gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, corners, gl.STATIC_DRAW);
   }
 
-  /** Makes the mesh of a body with so many triangles: what is drawn of `fill`'s numbers of each triangle. */
-  bodyMesh(triangles) {
+  /** Makes the mesh of a body: points of position, normal and number, which `fill` renews. */
+  bodyMesh(points, corners) {
     const gl = this.gl;
     const array = gl.createVertexArray();
     gl.bindVertexArray(array);
-    gl.bindBuffer(gl.ARRAY_BUFFER, this.patch.shares);
-    this.#attach(this.body.attribute("share"), 3, 0, 0);
-    this.#indices(this.patch.corners);
-    const numbers = gl.createBuffer();
-    gl.bindBuffer(gl.ARRAY_BUFFER, numbers);
-    gl.bufferData(gl.ARRAY_BUFFER, 96 * triangles, gl.DYNAMIC_DRAW);
-    ["placeA", "placeB", "placeC", "normalA", "normalB", "normalC", "numbers", "curved"].forEach((name, index) => {
-      const location = this.body.attribute(name);
-      this.#attach(location, 3, 96, 12 * index);
-      gl.vertexAttribDivisor(location, 1);
-    });
+    const buffer = gl.createBuffer();
+    gl.bindBuffer(gl.ARRAY_BUFFER, buffer);
+    gl.bufferData(gl.ARRAY_BUFFER, points.byteLength, gl.DYNAMIC_DRAW);
+    this.#attach(this.body.attribute("point"), 3, 28, 0);
+    this.#attach(this.body.attribute("direction"), 3, 28, 12);
+    this.#attach(this.body.attribute("value"), 1, 28, 24);
+    this.#indices(corners);
     return {
-      fill(corners) {
-        gl.bindBuffer(gl.ARRAY_BUFFER, numbers);
-        gl.bufferSubData(gl.ARRAY_BUFFER, 0, corners);
+      fill() {
+        gl.bindBuffer(gl.ARRAY_BUFFER, buffer);
+        gl.bufferSubData(gl.ARRAY_BUFFER, 0, points);
       },
-      draw: () => {
+      draw() {
         gl.bindVertexArray(array);
-        gl.drawElementsInstanced(gl.TRIANGLES, this.patch.corners.length, gl.UNSIGNED_SHORT, 0, triangles);
+        gl.drawElements(gl.TRIANGLES, corners.length, gl.UNSIGNED_INT, 0);
       },
     };
   }

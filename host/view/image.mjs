@@ -10,7 +10,10 @@ export async function inflate(bytes) {
 
 /** Decodes base64 to bytes. */
 export function fromBase64(text) {
-  return Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
+  const letters = atob(text);
+  const bytes = new Uint8Array(letters.length);
+  for (let index = 0; index < letters.length; index++) bytes[index] = letters.charCodeAt(index);
+  return bytes;
 }
 
 /** Returns the sections of an image by kind, each a copy of its bytes. */

@@ -167,9 +167,9 @@ class View {
   #frame() {
     requestAnimationFrame(() => this.#frame());
     if (this.held) this.hand.hold(this.held);
-    this.scene.draw();
+    const isDrawn = this.scene.draw();
     this.charts.draw();
-    if (!this.state) return;
+    if (!isDrawn) return;
     if (this.state !== this.shown) this.panel.show(this.state, this.depthM);
     this.shown = this.state;
     this.panel.legend(this.scene.look.colour, this.scene.scale.end);

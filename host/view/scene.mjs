@@ -28,7 +28,7 @@ export class Scene {
   ready(body) {
     this.body = body;
     this.surface = new Surface(body);
-    this.mesh = this.painter.bodyMesh(body.triangles.length / 3);
+    this.mesh = this.painter.bodyMesh(this.surface.points, this.surface.pieces);
     const wires = [];
     for (let corner = 0; corner < body.triangles.length; corner++) {
       const next = corner % 3 === 2 ? corner - 2 : corner + 1;
@@ -74,15 +74,20 @@ export class Scene {
     return this.tools.get(kind);
   }
 
+  /** Draws where something has changed, and returns whether it did. */
   draw() {
     const { gl } = this.painter;
     const ratio = Math.min(globalThis.devicePixelRatio || 1, 2);
     const [width, height] = [Math.round(this.camera.width * ratio), Math.round(this.camera.height * ratio)];
     if (this.canvas.width !== width || this.canvas.height !== height) [this.canvas.width, this.canvas.height] = [width, height];
+    // Nothing is drawn again that would look the same.
+    const look = [this.camera.yaw, this.camera.pitch, this.camera.distance, width, height].join();
+    if (!this.isNew && look === this.lastLook) return false;
+    this.lastLook = look;
     gl.viewport(0, 0, width, height);
     gl.clearColor(0, 0, 0, 0);
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
-    if (!this.state) return;
+    if (!this.state) return false;
     if (this.isNew) this.#update();
     this.view = { ...this.camera.axes(), matrix: this.camera.matrix(), ratio };
     if (this.look.links) this.#drawLines("links", [0.55, 0.3, 0.28, 0.5]);
@@ -90,13 +95,14 @@ export class Scene {
     if (this.look.wires && !this.look.links) this.#drawLines("wires", [0.1, 0.05, 0.05, 0.45]);
     if (this.look.fixed) this.#drawLines("fixed", [...PAINT.fixed, 0.85], 5);
     this.#drawShapes();
+    return true;
   }
 
   #update() {
     const quantity = QUANTITIES[this.look.colour];
     this.surface.update(this.state, this.look.colour);
     this.scale.follow(this.surface.most(), quantity);
-    this.mesh.fill(this.surface.corners);
+    this.mesh.fill();
     this.network.fill(this.state.positionsM);
     this.isNew = false;
   }
@@ -167,11 +173,16 @@ export class Scene {
       const size = length(vector);
       if (!(size > LEAST[name])) return [];
       this.longest[name] = Math.max(this.longest[name], size);
-      const long = this.size * (0.2 + (0.55 * size) / this.longest[name]);
+      const long = this.#arrowLength(name, size);
       const thick = 0.55 * this.size;
       const model = placed(tool.positionM, turnTo(unit(vector)), [thick, thick, long]);
       return [{ mesh: this[name], model, paint: PAINT[name] }];
     });
+  }
+
+  /** Arrows are as long as the size of what they show, the longest so far half the body's radius. */
+  #arrowLength(name, size) {
+    return this.size * (0.16 + (0.36 * size) / this.longest[name]);
   }
 
   /** Returns where the force's arrow of the first tool ends, or nothing. */
@@ -179,12 +190,13 @@ export class Scene {
     const tool = this.state?.tools[0];
     const size = tool ? length(tool.forceN) : 0;
     if (!(size > LEAST.force)) return null;
-    const long = this.size * (0.2 + (0.55 * size) / this.longest.force);
+    const long = this.#arrowLength("force", size);
     return { ...this.camera.project(add(tool.positionM, unit(tool.forceN), long)), forceN: size };
   }
 
   /** Returns a picture of what is shown, as a canvas. */
   picture(background) {
+    this.isNew = true;
     this.draw();
     const copy = document.createElement("canvas");
     [copy.width, copy.height] = [this.canvas.width, this.canvas.height];

@@ -2,6 +2,10 @@
 // number at each corner for the colour.
 import { add, at, cross, dot, length, unit } from "./vectors.mjs";
 
+/** Pieces of an edge of a triangle: each triangle is drawn as a curved one. */
+const PIECES = 3;
+/** Share of the way from the flat triangle to the one that its normals bend. */
+const CURVED = 0.75;
 /** Edges whose faces meet at more than this at rest are sharp [cosine]. */
 const SHARP = Math.cos((50 * Math.PI) / 180);
 
@@ -12,8 +16,7 @@ export class Surface {
     this.cells = [...new Set(triangles)].sort((a, b) => a - b);
     this.#group();
     this.rest = this.#restShapes();
-    /** Each triangle's three positions, normals, numbers, and 1 where the surface may be curved there. */
-    this.corners = new Float32Array(8 * triangles.length);
+    this.#cut();
     this.values = new Float32Array(restM.length / 3);
   }
 
@@ -46,6 +49,26 @@ export class Surface {
       if (this.groups > first + 1) for (const corner of corners) this.isSmooth[corner] = 0;
     }
     this.normals = new Float64Array(3 * this.groups);
+  }
+
+  /** Cuts all triangles into pieces: points of position, normal and number, and the corners of the pieces. */
+  #cut() {
+    const index = (i, j) => (i * (2 * PIECES + 3 - i)) / 2 + j;
+    const pieces = [];
+    this.shares = [];
+    for (let i = 0; i <= PIECES; i++) {
+      for (let j = 0; i + j <= PIECES; j++) {
+        this.shares.push([1 - (i + j) / PIECES, i / PIECES, j / PIECES]);
+        if (i + j < PIECES) pieces.push(index(i, j), index(i + 1, j), index(i, j + 1));
+        if (i + j < PIECES - 1) pieces.push(index(i + 1, j), index(i + 1, j + 1), index(i, j + 1));
+      }
+    }
+    const faces = this.triangles.length / 3;
+    this.points = new Float32Array(7 * this.shares.length * faces);
+    this.pieces = new Uint32Array(pieces.length * faces);
+    for (let face = 0; face < faces; face++) {
+      this.pieces.set(pieces.map((corner) => corner + this.shares.length * face), pieces.length * face);
+    }
   }
 
   /** Whether two corners at one cell belong to faces that share an edge there. */
@@ -84,14 +107,33 @@ export class Surface {
       const pressures = new Map(state.pressuresPa ?? []);
       this.#spread((face) => pressures.get(face) ?? 0, 0);
     } else this.#displacements(positions);
-    for (let corner = 0; corner < this.triangles.length; corner++) {
-      const [face, k, cell, group] = [Math.floor(corner / 3), corner % 3, this.triangles[corner], this.groupOf[corner]];
-      for (let axis = 0; axis < 3; axis++) {
-        this.corners[24 * face + 3 * k + axis] = positions[3 * cell + axis];
-        this.corners[24 * face + 9 + 3 * k + axis] = this.normals[3 * group + axis];
+    for (let face = 0; face < this.triangles.length / 3; face++) this.#fill(positions, face);
+  }
+
+  /** Writes the points of a face: each as far from the flat triangle as the planes at its corners say. */
+  #fill(positions, face) {
+    const { points, shares, normals, values } = this;
+    for (let point = 0; point < shares.length; point++) {
+      const share = shares[point];
+      const start = 7 * (shares.length * face + point);
+      const flat = [0, 0, 0];
+      for (let place = start; place < start + 7; place++) points[place] = 0;
+      for (let k = 0; k < 3; k++) {
+        const [cell, group] = [this.triangles[3 * face + k], this.groupOf[3 * face + k]];
+        for (let axis = 0; axis < 3; axis++) {
+          flat[axis] += share[k] * positions[3 * cell + axis];
+          points[start + 3 + axis] += share[k] * normals[3 * group + axis];
+        }
+        points[start + 6] += share[k] * values[cell];
       }
-      this.corners[24 * face + 18 + k] = this.values[cell];
-      this.corners[24 * face + 21 + k] = this.isSmooth[corner];
+      for (let axis = 0; axis < 3; axis++) points[start + axis] = flat[axis];
+      for (let k = 0; k < 3; k++) {
+        const [cell, group] = [this.triangles[3 * face + k], this.groupOf[3 * face + k]];
+        let above = 0;
+        for (let axis = 0; axis < 3; axis++) above += (flat[axis] - positions[3 * cell + axis]) * normals[3 * group + axis];
+        above *= CURVED * share[k] * this.isSmooth[3 * face + k];
+        for (let axis = 0; axis < 3; axis++) points[start + axis] -= above * normals[3 * group + axis];
+      }
     }
   }
 
