@@ -10,6 +10,8 @@ class SessionLoop {
     this.speed = 1;
     this.target = null;
     this.trail = [];
+    /** First touches and releases, by their ticks. */
+    this.touches = [{ tick: -1, touched: null }];
     this.owedMs = this.busyMs = this.ticks = this.stepUs = this.ticksPerS = 0;
     this.lastMs = this.sentMs = this.countedMs = performance.now();
     const channel = new MessageChannel();
@@ -33,19 +35,35 @@ class SessionLoop {
   follow() {
     const [tool] = this.player.tools();
     const forceN = Math.hypot(...tool.forceN);
-    if (tool.contacts === 0 || !tool.engaged) this.touched = null;
+    const isTouching = tool.contacts > 0 && tool.engaged;
+    if (!isTouching) this.#note(null);
     else if (!this.touched && forceN > 0) {
-      this.touched = { positionM: tool.positionM, against: tool.forceN.map((force) => force / forceN) };
+      this.#note({ positionM: tool.positionM, against: tool.forceN.map((force) => force / forceN) });
     }
     const depth = (sum, against, axis) => sum + against * (this.touched.positionM[axis] - tool.positionM[axis]);
     const depthM = this.touched ? this.touched.against.reduce(depth, 0) : 0;
     this.trail.push({ timeS: this.player.tick * 1e-3, forceN, depthM });
   }
 
+  get touched() {
+    return this.touches[this.touches.length - 1].touched;
+  }
+
+  #note(touched) {
+    if (touched !== this.touched) this.touches.push({ tick: this.player.tick, touched });
+  }
+
+  /** Goes back to before a tick where that is in the past. */
+  rewind(tick) {
+    if (!this.player.rewind(tick)) return;
+    this.touches = this.touches.filter((touch) => touch.tick <= this.player.tick);
+    if (!this.touches.length) this.touches.push({ tick: -1, touched: null });
+  }
+
   seek(tick) {
     const { first, last } = this.player.recording;
     this.target = Math.min(Math.max(Math.round(tick), first), last);
-    if (this.player.rewind(this.target)) this.touched = null;
+    this.rewind(this.target);
     this.run();
   }
 
@@ -78,7 +96,7 @@ class SessionLoop {
   }
 
   pause(on) {
-    if (!on && this.player.isAtEnd) this.player.rewind(this.player.recording.first);
+    if (!on && this.player.isAtEnd) this.rewind(this.player.recording.first);
     this.isPaused = on;
     this.owedMs = 0;
     this.lastMs = performance.now();

@@ -61,9 +61,14 @@ impl Body {
             let (c, d) = (id(ring + 1, at), id(ring + 1, at + 1));
             [[a, c, d], [a, d, b]]
         });
+        // At either end the points lie in the corners of the box.
+        let lids = [0, rings].into_iter().flat_map(|ring| {
+            let [a, b, c, d] = [0, 1, 2, 3].map(|eighth| id(ring, eighth * round / 4));
+            [[a, b, c], [a, c, d]]
+        });
         Self {
             points_m: points_m.collect(),
-            triangles: triangles.collect(),
+            triangles: triangles.chain(lids).collect(),
             paint: Paint::Plain(colour),
             wires: Vec::new(),
             unlit: false,

@@ -80,6 +80,19 @@ mod tests {
                 assert!((reach - most).abs() < 0.005 * most, "{part:?}, axis {axis}: {reach}");
             }
         }
+        // A body without holes: every edge belongs to two triangles, those without area aside.
+        let block = Body::rounded([1.0, 2.0, 3.0], 0.5, COLOUR, 8);
+        let mut edges = std::collections::BTreeMap::new();
+        for triangle in &block.triangles {
+            let at =
+                triangle.map(|id| block.points_m[id as usize].map(|x| (1e6 * x).round() as i64));
+            for (from, to) in [(at[0], at[1]), (at[1], at[2]), (at[2], at[0])] {
+                if from != to {
+                    *edges.entry(if from < to { (from, to) } else { (to, from) }).or_insert(0) += 1;
+                }
+            }
+        }
+        assert!(edges.values().all(|count| count % 2 == 0), "open edges");
         let plate = body(&ToolPart::half_space(0.01), [0.0, 0.0, 3.0], quarter, 1.0, 7.0);
         assert!(plate.points_m.iter().all(|p| p[2] == 3.0 && (p[0].abs() - 7.0).abs() < 1e-6));
     }
