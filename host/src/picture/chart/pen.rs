@@ -38,9 +38,9 @@ pub(super) const FINE: Ink = Ink { name: "fine", light: "#ececec", dark: "#24272
 pub(super) fn dark_style() -> String {
     let mut rules = String::new();
     for Ink { name, dark, .. } in [INK, PAPER, GUIDE, GRID, FINE] {
-        let _ = write!(
+        let _ = writeln!(
             rules,
-            "text.{name}, rect.{name} {{ fill: {dark} }} polyline.{name} {{ stroke: {dark} }}\n"
+            "text.{name}, rect.{name} {{ fill: {dark} }} polyline.{name} {{ stroke: {dark} }}"
         );
     }
     format!("<style>@media (prefers-color-scheme: dark) {{\n{rules}}}</style>\n")
