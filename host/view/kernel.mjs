@@ -5,9 +5,9 @@ const SCHEME_TRACK = 0;
 const SCHEME_PREDICT = 7;
 const PAGE_BYTES = 65536;
 /** Triangles in reach and samples that friction holds: those of the command. */
-const TRIANGLES = 1024;
-const SAMPLES = 2048;
-const BYTES = { model: 512, detail: 20, info: 60, settings: 28, room: 16, budget: 12, pose: 32, output: 48, part: 44, contact: 56 };
+export const TRIANGLES = 1024;
+export const SAMPLES = 2048;
+export const BYTES = { model: 512, detail: 20, info: 60, settings: 28, room: 16, budget: 12, pose: 32, output: 48, part: 44, contact: 56 };
 /** Most sweeps that a tick may be asked for. */
 const SWEEPS_MAX = 64;
 
@@ -43,19 +43,24 @@ export class Tissue {
     return { cells: whole(0), links: whole(1), checksum, unitM: real(7), centreM, alpha: real(12), sweepsMax: SWEEPS_MAX };
   }
 
-  /** Makes the tissue, with memory for one tool of parts or for so many held cells. */
+  /** Makes the tissue for the page's own scene, with memory for one tool of parts or for so many held cells. */
   init(heldCells) {
     const scheme = this.info.alpha > 0 ? SCHEME_TRACK : SCHEME_PREDICT;
     const settings = this.take(BYTES.settings, 16);
-    const room = this.take(BYTES.room, 16);
     this.check(this.exports.chaincell_settings_default(this.model, scheme, settings));
     this.view().setUint32(settings, SWEEPS_MAX, true);
-    new Uint32Array(this.memory.buffer, room, 4).set(heldCells ? [heldCells, 0, 0, 0] : [0, 1, TRIANGLES, SAMPLES]);
-    this.check(this.exports.chaincell_model_size(this.model, scheme, room, this.result, this.result + 4));
+    this.make({ scheme, settings, room: heldCells ? [heldCells, 0, 0, 0] : [0, 1, TRIANGLES, SAMPLES] });
+  }
+
+  /** Makes the tissue, with settings at an address and the four numbers of a chaincell_room. */
+  make({ scheme, settings, room }) {
+    const roomAt = this.take(BYTES.room, 16);
+    new Uint32Array(this.memory.buffer, roomAt, 4).set(room);
+    this.check(this.exports.chaincell_model_size(this.model, scheme, roomAt, this.result, this.result + 4));
     const [bytes, align] = new Uint32Array(this.memory.buffer, this.result, 2);
     const storage = this.take(bytes, align);
     const init = this.exports.chaincell_tissue_init;
-    this.check(init(storage, bytes, this.model, scheme, room, settings, this.result, this.detail));
+    this.check(init(storage, bytes, this.model, scheme, roomAt, settings, this.result, this.detail));
     this.tissue = new Uint32Array(this.memory.buffer, this.result, 1)[0];
   }
 
@@ -85,8 +90,14 @@ export class Tissue {
     view.setUint32(this.pose + 28, engaged ? 1 : 0, true);
     view.setUint32(this.budget, sweeps, true);
     this.exports.chaincell_tick(this.tissue, this.pose, 1, this.budget, this.output);
-    const real = (word) => view.getFloat32(this.output + 4 * word, true);
-    const whole = (word) => view.getUint32(this.output + 4 * word, true);
+    return this.outputAt(this.output);
+  }
+
+  /** A chaincell_output. */
+  outputAt(output) {
+    const view = this.view();
+    const real = (word) => view.getFloat32(output + 4 * word, true);
+    const whole = (word) => view.getUint32(output + 4 * word, true);
     return {
       forceN: [real(0), real(1), real(2)], torqueNM: [real(3), real(4), real(5)],
       contacts: whole(6), flags: whole(7), energyJ: real(8), sweeps: whole(11),

@@ -8,9 +8,11 @@ import { $, Panel } from "./panel.mjs";
 import { partsOf, reachM } from "./parts.mjs";
 import { commandOf, fileName, keep, pathText } from "./save.mjs";
 import { Scene } from "./scene.mjs";
+import { Session } from "./session.mjs";
 import { nearestAtRest } from "./surface.mjs";
+import { Timeline } from "./timeline.mjs";
 
-const SOURCES = { own: Own, live: Live };
+const SOURCES = { own: Own, live: Live, session: Session };
 
 class View {
   constructor(config) {
@@ -42,6 +44,7 @@ class View {
     }
     this.charts.clear();
     this.#showPaused(false);
+    if (this.source.can.has("seek")) this.timeline = new Timeline(this.source, body.info.session);
     $("hint").hidden = !this.source.can.has("tool");
     $("status").textContent = "";
   }
@@ -52,6 +55,8 @@ class View {
     this.scene.take(state);
     this.charts.add(state.trail);
     if (state.trail.length) this.depthM = state.trail[state.trail.length - 1].depthM;
+    this.timeline?.show(state);
+    if (state.session?.isAtEnd && !this.isPaused) this.#pause(true);
     if (isFirst) this.firstStateMs = performance.now();
   }
 

@@ -16,7 +16,7 @@ const KINDS = {
 const FLAG_MS = 2500;
 
 const round = (lengthM) => Number(lengthM.toFixed(5));
-const grouped = (number) => Math.round(number).toLocaleString("en");
+export const grouped = (number) => Math.round(number).toLocaleString("en");
 
 export class Panel {
   constructor(config) {

@@ -1,20 +1,13 @@
 // The kernel's loop, in a worker: ticks at 1 kHz as far as the machine allows, the newest state some 60 times a
 // second. The tool walks to where the hand has it.
 import { Tissue } from "./kernel.mjs";
+import { CATCH_UP_MS, STATE_MS, TICK_MS, TRAIL_TICKS, WORK_MS } from "./pace.mjs";
+import { sessionOrders } from "./session_loop.mjs";
 
-const TICK_MS = 1;
-/** Longest piece of work without a look at messages [ms]. */
-const WORK_MS = 12;
-/** Time that is caught up at most; what is older is left out [ms]. */
-const CATCH_UP_MS = 20;
-/** Time between two states [ms]. */
-const STATE_MS = 15;
 /** Farthest that the tool moves in a tick [m]. */
 const TOOL_STEP_M = 0.0004;
 /** Ticks that are remembered for a path: ten minutes. */
 const PATH_TICKS = 600_000;
-/** Ticks between two points of the curves. */
-const TRAIL_TICKS = 4;
 
 class Loop {
   constructor(tissue, setup) {
@@ -146,6 +139,7 @@ function demoOf({ startPose, direction, depthM, periodTicks }) {
 let loop = null;
 
 const orders = {
+  ...sessionOrders,
   async init({ wasm, image, held }) {
     const { instance } = await WebAssembly.instantiate(wasm);
     const tissue = new Tissue(instance, image);

@@ -270,7 +270,7 @@ fn replay(tissue: &mut Staged<'_>, place: &Path, ticks: u64) -> Result<Replayed>
         Err(Stop::Differs(why)) => {
             return Err(Error::check(format!("{}: {why}", place.display())));
         }
-        Err(why @ Stop::Command(_)) => {
+        Err(why @ (Stop::Command(_) | Stop::Enough)) => {
             return Err(Error::check(format!("{}: {why:?}", place.display())));
         }
     }

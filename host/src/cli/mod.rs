@@ -23,8 +23,10 @@ mod mesh_file;
 pub mod model_file;
 pub mod offline;
 pub mod options;
+mod picture;
 mod press;
 mod probe;
+mod recorded;
 mod replay;
 pub mod reports;
 mod restore;
@@ -97,6 +99,7 @@ enum Work {
     Convert(convert::Args),
     Info(info::Args),
     Run(run::Args),
+    Picture(picture::Args),
     Replay(replay::Args),
     Serve(serve::Args),
     Control(control::Args),
@@ -134,6 +137,7 @@ impl Cli {
             Work::Convert(args) => convert::execute(&args),
             Work::Info(args) => info::execute(&args),
             Work::Run(args) => run::execute(&args),
+            Work::Picture(args) => picture::execute(&args),
             Work::Replay(args) => replay::execute(&args),
             Work::Serve(args) => serve::execute(&args),
             Work::Control(args) => control::execute(&args),

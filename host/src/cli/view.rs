@@ -7,17 +7,20 @@ use serde::Deserialize;
 
 use super::browser::{self, BrowserArgs};
 use super::model_file;
+use super::recorded::RecordedArgs;
 use super::tool::ToolSpec;
 use crate::bake::{ImageBytes, ORGAN_POISSON, ORGAN_SIZE, ORGAN_YOUNG_PA, organ, organ_of};
 use crate::engine::contact::contact_cells;
 use crate::error::{Error, Result};
 use crate::files::whole::{keep_input, write_whole};
+use crate::interrupt;
 use crate::session::ipc::services::Domain;
 use crate::terminal;
 use crate::view::bridge::Bridge;
 use crate::view::live::Subject;
 use crate::view::page::{self, Config, KERNEL, Material, Mode, Packed};
 use crate::view::server::{Answer, Site};
+use crate::view::session;
 
 /// Radius of the ball on the default body \[m\].
 const RADIUS_M: f32 = 0.012;
@@ -28,10 +31,11 @@ const RADIUS_LINKS: f32 = 0.85;
 const NOT_BAKED: &str = "this body is a baked file: bake its mesh with another material by chaincell bake, and \
     start chaincell view with the new file";
 
-/// Show a body in a browser, where a tool can be dragged into it, or a running scene.
+/// Show a body in a browser, where a tool can be dragged into it, a running scene or a recorded session.
 #[derive(Debug, clap::Args)]
 #[command(
     after_help = "Examples:\n  chaincell view\n  chaincell view liver.chaincell --scene left\n  \
+    chaincell view session --html session.html\n  \
     chaincell view liver.chaincell --tool capsule:0.03,0.004 --html liver.html\n\n\
     Serves the page on 127.0.0.1 until Ctrl-C, for this user: all but the page needs the token in its\n\
     address. A file of --html holds the body and the kernel, and needs nothing else: open it from the\n\
@@ -39,7 +43,7 @@ const NOT_BAKED: &str = "this body is a baked file: bake its mesh with another m
 )]
 pub struct Args {
     #[arg(help = format!(
-        "Model file from `chaincell bake` [default: organ:{ORGAN_SIZE}, {} kPa, Poisson's ratio \
+        "Model file from `chaincell bake`, or a recorded session: a trace or the folder of a run [default: organ:{ORGAN_SIZE}, {} kPa, Poisson's ratio \
          {ORGAN_POISSON}]", 1e-3 * ORGAN_YOUNG_PA
     ))]
     model: Option<PathBuf>,
@@ -50,6 +54,9 @@ pub struct Args {
     /// [default: a ball of 12 mm, on other bodies than the default one of 0.85 mean link lengths]
     #[arg(long, value_name = "PART[+PART...]")]
     tool: Vec<ToolSpec>,
+    /// Model file that a session was recorded with [default: model.chaincell beside the trace]
+    #[arg(long = "model", value_name = "MODEL", conflicts_with_all = ["tool", "scene"])]
+    session_model: Option<PathBuf>,
     /// Show the running scene of `serve`, by its name; the unnamed one without NAME
     #[arg(long, value_name = "NAME", num_args = 0..=1, default_missing_value = "",
         conflicts_with = "html")]
@@ -66,20 +73,80 @@ pub struct Args {
 }
 
 pub fn execute(args: &Args) -> Result<()> {
-    let image = args.model.as_deref().map_or_else(organ, model_file::read)?;
-    let path = args.model.as_deref().unwrap_or(Path::new("organ"));
-    let model = model_file::parse(&image, path)?;
-    match (&args.html, &args.scene) {
-        (Some(file), _) => write(args, file, &image, &model),
-        (None, Some(scene)) => show_scene(args, scene, &image, &model),
-        (None, None) => show(args, &image, &model),
+    if let Some(scene) = &args.scene {
+        return show_scene(args, scene);
+    }
+    let shown = Shown::of(args)?;
+    match &args.html {
+        Some(file) => write(args, file, shown),
+        None => show(args, shown),
+    }
+}
+
+/// What a page shows: its configuration, and what that refers to.
+struct Shown {
+    /// As if all came from a server.
+    config: Config,
+    image: ImageBytes,
+    /// A recorded session, packed by gzip.
+    session: Option<Vec<u8>>,
+}
+
+impl Shown {
+    /// Reads the model, or the session with its model and plays it.
+    ///
+    /// # Errors
+    /// Files that are not there or do not fit together; a session that does not come to its states.
+    fn of(args: &Args) -> Result<Self> {
+        match &args.model {
+            Some(path) if RecordedArgs::is_session(path) => Self::session(args, path),
+            _ if args.session_model.is_some() => {
+                Err(Error::input("--model: it goes with a recorded session, name the model alone"))
+            }
+            _ => Self::model(args),
+        }
+    }
+
+    fn model(args: &Args) -> Result<Self> {
+        let image = args.model.as_deref().map_or_else(organ, model_file::read)?;
+        let path = args.model.as_deref().unwrap_or(Path::new("organ"));
+        let config = config(args, &model_file::parse(&image, path)?)?;
+        Ok(Self { config, image, session: None })
+    }
+
+    fn session(args: &Args, path: &Path) -> Result<Self> {
+        if !args.tool.is_empty() {
+            return Err(Error::input("--tool: a recorded session has its own tools, leave it out"));
+        }
+        // Play the session.
+        interrupt::end_at_once()?;
+        let recorded = RecordedArgs::of(path.to_owned(), args.session_model.clone()).read()?;
+        let mut begun = recorded.begin(None)?;
+        let numbers = (begun.scheme, begun.precision);
+        let packed = session::packed(&begun.trace, &mut begun.tissue, numbers, begun.start);
+        let (bytes, _) = packed.map_err(|why| Error::file("view", &recorded.path, why))?;
+        // Name it, and refer to it.
+        let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        let config = Config {
+            mode: Mode::Session,
+            name: if name.is_empty() { "session".into() } else { name },
+            session: Some(Packed::Url("/session".into())),
+            sweeps: args.sweeps,
+            ..base_config(Some(path), &begun.model)
+        };
+        let image = ImageBytes::copy(recorded.image().as_bytes());
+        Ok(Self { config, image, session: Some(page::gzip(&bytes)?) })
     }
 }
 
 /// Writes the page into a file.
-fn write(args: &Args, file: &Path, image: &ImageBytes, model: &Model<'_>) -> Result<()> {
-    let packed = Packed::inline(&page::gzip(image.as_bytes())?);
-    let config = Config { model: packed, kernel: Packed::inline(KERNEL), ..config(args, model)? };
+fn write(args: &Args, file: &Path, shown: Shown) -> Result<()> {
+    let config = Config {
+        model: Packed::inline(&page::gzip(shown.image.as_bytes())?),
+        kernel: Packed::inline(KERNEL),
+        session: shown.session.as_deref().map(Packed::inline),
+        ..shown.config
+    };
     if let Some(model) = &args.model {
         keep_input(&model.to_string_lossy(), file)?;
     }
@@ -89,20 +156,25 @@ fn write(args: &Args, file: &Path, image: &ImageBytes, model: &Model<'_>) -> Res
 }
 
 /// Serves the page with a kernel of its own.
-fn show(args: &Args, image: &ImageBytes, model: &Model<'_>) -> Result<()> {
-    let config = Config { can_bake: args.model.is_none(), ..config(args, model)? };
+fn show(args: &Args, shown: Shown) -> Result<()> {
+    let config = Config { can_bake: args.model.is_none(), ..shown.config };
     let answer: Answer = match args.model {
         None => Box::new(bake),
         Some(_) => Box::new(|_| Err(NOT_BAKED.to_owned())),
     };
-    let site = Site { posts: vec![("/bake", answer)], ..browser::site(&config, image.as_bytes())? };
+    let mut site =
+        Site { posts: vec![("/bake", answer)], ..browser::site(&config, shown.image.as_bytes())? };
+    site.files.extend(shown.session.map(|session| ("/session", session)));
     let _served = args.browser.serve(site, tell)?;
     browser::wait_until(|| false);
     Ok(())
 }
 
 /// Serves the page on a running scene.
-fn show_scene(args: &Args, scene: &str, image: &ImageBytes, model: &Model<'_>) -> Result<()> {
+fn show_scene(args: &Args, scene: &str) -> Result<()> {
+    let image = args.model.as_deref().map_or_else(organ, model_file::read)?;
+    let path = args.model.as_deref().unwrap_or(Path::new("organ"));
+    let model = &model_file::parse(&image, path)?;
     let tools: Vec<String> = args.tool.iter().map(|tool| tool.text.clone()).collect();
     let subject = Subject::new(model, tools.len())?;
     let scene = Some(scene).filter(|name| !name.is_empty());

@@ -4,8 +4,10 @@
 //! - [`server`]: a web server for this user's browser.
 //! - [`live`]: the frame of a running scene.
 //! - [`bridge`]: follows a running scene.
+//! - [`session`]: a recorded session as the page plays it.
 
 pub mod bridge;
 pub mod live;
 pub mod page;
 pub mod server;
+pub mod session;

@@ -21,8 +21,14 @@ const TEMPLATE: &str = include_str!("../../view/page.html");
 pub const POLICY: &str = include_str!("../../view/policy.txt").trim_ascii_end();
 const STYLE: &str = include_str!("../../view/style.css");
 /// Sources of the worker, each after those that it imports.
-const WORKER: &[&str] =
-    &[include_str!("../../view/kernel.mjs"), include_str!("../../view/worker.mjs")];
+const WORKER: &[&str] = &[
+    include_str!("../../view/pace.mjs"),
+    include_str!("../../view/kernel.mjs"),
+    include_str!("../../view/recording.mjs"),
+    include_str!("../../view/player.mjs"),
+    include_str!("../../view/session_loop.mjs"),
+    include_str!("../../view/worker.mjs"),
+];
 /// Sources of the page, each after those that it imports.
 const PAGE: &[&str] = &[
     include_str!("../../view/vectors.mjs"),
@@ -39,7 +45,9 @@ const PAGE: &[&str] = &[
     include_str!("../../view/save.mjs"),
     include_str!("../../view/own.mjs"),
     include_str!("../../view/live.mjs"),
+    include_str!("../../view/session.mjs"),
     include_str!("../../view/panel.mjs"),
+    include_str!("../../view/timeline.mjs"),
     include_str!("../../view/main.mjs"),
 ];
 

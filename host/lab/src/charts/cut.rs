@@ -2,7 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use super::body::{Body, Paint};
+use chaincell_host::picture::{Body, Paint};
+
 use crate::reference::vectors::{dot, minus};
 
 /// Points of one part, those that the plane adds among them.

@@ -5,18 +5,41 @@ use std::sync::OnceLock;
 /// Colours of the map.
 const ENTRIES: usize = 256;
 
-/// Ends of the part of magma that is used: not so light or dark that shading is lost.
-const ENDS: [f64; 2] = [0.97, 0.16];
+/// Magma (van der Walt and Smith 2015) from its light end on, evenly: uniform to the eye and falling in
+/// lightness, so that it survives grey; without its ends, on which shading would be lost \[sRGB\].
+const MAGMA: [[u8; 3]; 17] = [
+    [252, 239, 177],
+    [254, 215, 153],
+    [254, 192, 133],
+    [254, 168, 115],
+    [252, 143, 101],
+    [249, 120, 93],
+    [241, 96, 93],
+    [227, 78, 101],
+    [208, 65, 111],
+    [188, 57, 120],
+    [167, 49, 125],
+    [146, 43, 129],
+    [125, 35, 130],
+    [105, 28, 129],
+    [85, 20, 125],
+    [64, 15, 115],
+    [42, 17, 92],
+];
 
-/// sRGB of a part from 0 to 1: magma (van der Walt and Smith 2015) from its light end on, uniform
-/// to the eye and falling in lightness, so that it survives grey. What is not a number is grey.
-pub(super) fn srgb(part: f64) -> [u8; 3] {
+/// sRGB of a part from 0 to 1, light to dark. A part that is not a number is grey.
+#[must_use]
+pub fn srgb(part: f64) -> [u8; 3] {
     if part.is_nan() {
         return [128; 3];
     }
-    let colour =
-        colorous::MAGMA.eval_continuous(ENDS[0] + part.clamp(0.0, 1.0) * (ENDS[1] - ENDS[0]));
-    [colour.r, colour.g, colour.b]
+    let place = part.clamp(0.0, 1.0) * (MAGMA.len() - 1) as f64;
+    let (from, share) = (place.floor(), place.fract());
+    let at = from as usize;
+    let (low, high) = (MAGMA[at], MAGMA[(at + 1).min(MAGMA.len() - 1)]);
+    std::array::from_fn(|x| {
+        (f64::from(low[x]) + share * (f64::from(high[x]) - f64::from(low[x]))).round() as u8
+    })
 }
 
 /// The same as amounts of light.
@@ -52,7 +75,7 @@ mod tests {
 
     #[test]
     fn the_map_has_its_ends_and_falls_in_lightness() {
-        assert_eq!((srgb(0.0), srgb(1.0)), ([252, 238, 176], [41, 17, 91]));
+        assert_eq!((srgb(0.0), srgb(1.0)), ([252, 239, 177], [42, 17, 92]));
         assert_eq!((srgb(-1.0), srgb(2.0), srgb(f64::NAN)), (srgb(0.0), srgb(1.0), [128; 3]));
         let grey = |part: f64| {
             let [r, g, b] = light(part);

@@ -5,9 +5,9 @@ use std::sync::{Arc, OnceLock};
 use resvg::tiny_skia::{Pixmap, Transform};
 use resvg::usvg::{Options, Tree, fontdb};
 
-use super::SIZE_PX;
-use crate::charts::pen;
 use chaincell_host::error::{Error, Result};
+use chaincell_host::picture::Pixels;
+use chaincell_host::picture::chart::SIZE_PX;
 
 /// The document as PNG of [`SIZE_PX`].
 pub(super) fn png(svg: &str) -> Result<Vec<u8>> {
@@ -16,14 +16,15 @@ pub(super) fn png(svg: &str) -> Result<Vec<u8>> {
     pixels.encode_png().map_err(|why| Error::check(format!("picture: {why}")))
 }
 
-/// The document drawn over opaque `pixels` (sRGB, row by row) of its own size.
-pub(crate) fn over(svg: &str, size_px: (u32, u32), pixels: &[[u8; 3]]) -> Result<Vec<[u8; 3]>> {
-    let mut drawn = blank(size_px)?;
-    for (to, from) in drawn.data_mut().chunks_exact_mut(4).zip(pixels) {
+/// The document drawn over opaque pixels of its own size.
+pub(super) fn over(svg: &str, under: &Pixels) -> Result<Pixels> {
+    let mut drawn = blank(under.size_px)?;
+    for (to, from) in drawn.data_mut().chunks_exact_mut(4).zip(&under.rgb) {
         to.copy_from_slice(&[from[0], from[1], from[2], u8::MAX]);
     }
     draw(svg, &mut drawn)?;
-    Ok(drawn.data().chunks_exact(4).map(|pixel| [pixel[0], pixel[1], pixel[2]]).collect())
+    let rgb = drawn.data().chunks_exact(4).map(|pixel| [pixel[0], pixel[1], pixel[2]]).collect();
+    Ok(Pixels { size_px: under.size_px, rgb })
 }
 
 fn blank((width, height): (u32, u32)) -> Result<Pixmap> {
@@ -40,14 +41,6 @@ fn tree(svg: &str) -> Result<Tree> {
     Tree::from_str(svg, &options).map_err(|why| Error::check(format!("picture: {why}")))
 }
 
-/// Width of a text \[px\], 0 of none.
-pub(super) fn text_width(text: &str, size: u32) -> Result<f64> {
-    let mut svg =
-        String::from("<svg width=\"9\" height=\"9\" xmlns=\"http://www.w3.org/2000/svg\">");
-    pen::text(&mut svg, (0.0, 0.0), size, "start", text);
-    Ok(tree(&(svg + "</svg>"))?.root().bounding_box().width().into())
-}
-
 fn fonts() -> Arc<fontdb::Database> {
     static FONTS: OnceLock<Arc<fontdb::Database>> = OnceLock::new();
     let load = || {
@@ -57,4 +50,27 @@ fn fonts() -> Arc<fontdb::Database> {
         Arc::new(fonts)
     };
     FONTS.get_or_init(load).clone()
+}
+
+#[cfg(test)]
+mod tests {
+    use chaincell_host::picture::chart::pen::{text, text_width};
+
+    use super::*;
+
+    /// The widths that charts reckon with are those of the font, rounding aside.
+    #[test]
+    fn texts_are_as_wide_as_charts_reckon() {
+        for word in ["time of the tick [us]", "WWWiii", "0.25", "error of the force [%]"] {
+            let mut svg =
+                String::from("<svg width=\"9\" height=\"9\" xmlns=\"http://www.w3.org/2000/svg\">");
+            text(&mut svg, (0.0, 0.0), 29, "start", word);
+            let drawn: f64 = tree(&(svg + "</svg>")).unwrap().root().bounding_box().width().into();
+            let reckoned = text_width(word, 29);
+            assert!(
+                drawn <= 1.005 * reckoned && drawn > 0.9 * reckoned,
+                "{word}: {drawn} {reckoned}"
+            );
+        }
+    }
 }

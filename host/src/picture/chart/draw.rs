@@ -2,16 +2,12 @@
 
 use std::fmt::Write as _;
 
+use super::pen::{FINE, GRID, GUIDE, INK, Ink, PAPER, line, text, text_upwards, text_width};
 use super::span::Span;
-use super::{Chart, Guide, SIZE_PX, Series, Style, raster};
-use crate::charts::pen::{INK, line, text, text_upwards};
-use chaincell_host::error::Result;
+use super::{Chart, Guide, SIZE_PX, Series, Style};
 
 /// Okabe and Ito (2008) without yellow, which white swallows, and black, which is the text's.
 const COLOURS: [&str; 6] = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9"];
-const GUIDE: &str = "#787878";
-const GRID: &str = "#cdcdcd";
-const FINE: &str = "#ececec";
 
 /// Font sizes \[px\].
 const TITLE: u32 = 34;
@@ -55,15 +51,15 @@ impl Frame {
 }
 
 /// The chart as an SVG document, and the number of points left out.
-pub(super) fn svg(chart: &Chart) -> Result<(String, usize)> {
+pub(super) fn svg(chart: &Chart) -> (String, usize) {
     let (wide, high) = (f64::from(SIZE_PX.0), f64::from(SIZE_PX.1));
     // Without a size of its own the document fills the page that shows it.
     let mut svg = format!(
         "<svg viewBox=\"0 0 {wide} {high}\" xmlns=\"http://www.w3.org/2000/svg\">\n\
-         <rect width=\"{wide}\" height=\"{high}\" fill=\"#ffffff\"/>\n"
+         <rect width=\"{wide}\" height=\"{high}\" class=\"paper\" fill=\"{PAPER}\"/>\n"
     );
     // The frame: what the legend leaves, over the range of points and guides.
-    let legend = legend_width(chart)?;
+    let legend = legend_width(chart);
     let points = || chart.series.iter().flat_map(|series| &series.points);
     let guides = |vertical: bool| {
         let along = chart.guides.iter().filter(move |guide| guide.vertical == vertical);
@@ -77,7 +73,7 @@ pub(super) fn svg(chart: &Chart) -> Result<(String, usize)> {
         top: MARGIN + f64::from(TITLE) + GAP,
         bottom: high - MARGIN - 2.0 * (f64::from(TEXT) + GAP),
     };
-    axes(&mut svg, &frame, chart)?;
+    axes(&mut svg, &frame, chart);
     // The series, a line for each run of points that have a place: lines below, markers above.
     let mut left_out = 0;
     let mut markers = String::new();
@@ -96,31 +92,31 @@ pub(super) fn svg(chart: &Chart) -> Result<(String, usize)> {
     svg += &markers;
     // Guides and legend over all.
     for guide in &chart.guides {
-        draw_guide(&mut svg, &frame, guide)?;
+        draw_guide(&mut svg, &frame, guide);
     }
     draw_legend(&mut svg, chart, wide - legend);
-    Ok((svg + "</svg>\n", left_out))
+    (svg + "</svg>\n", left_out)
 }
 
 /// Title, grid, ticks with their labels and the axes' own titles.
-fn axes(svg: &mut String, frame: &Frame, chart: &Chart) -> Result<()> {
+fn axes(svg: &mut String, frame: &Frame, chart: &Chart) {
     let Frame { x, y, left, right, top, bottom } = frame;
     let middle = 0.5 * (left + right);
     // A title shrinks to the width that there is.
-    let length = raster::text_width(&chart.title, TITLE)?;
+    let length = text_width(&chart.title, TITLE);
     let size = (f64::from(TITLE) * ((right - left) / length).min(1.0)) as u32;
     text(svg, (middle, top - GAP), size, "middle", &chart.title);
-    for (ticks, colour) in [(&x.fine, FINE), (&x.ticks, GRID)] {
+    for (ticks, colour) in [(&x.fine, &FINE), (&x.ticks, &GRID)] {
         for at in ticks.iter().map(|&at| frame.across(at)) {
             line(svg, &[(at, *top), (at, *bottom)], colour, 2, 0);
         }
     }
-    for (ticks, colour) in [(&y.fine, FINE), (&y.ticks, GRID)] {
+    for (ticks, colour) in [(&y.fine, &FINE), (&y.ticks, &GRID)] {
         for at in ticks.iter().map(|&at| frame.down(at)) {
             line(svg, &[(*left, at), (*right, at)], colour, 2, 0);
         }
     }
-    line(svg, &[(*left, *top), (*left, *bottom), (*right, *bottom)], INK, 2, 0);
+    line(svg, &[(*left, *top), (*left, *bottom), (*right, *bottom)], &INK, 2, 0);
     let (below, rise) = (bottom + f64::from(TEXT) + GAP / 2.0, 0.35 * f64::from(TEXT));
     for &at in &x.ticks {
         text(svg, (frame.across(at), below), TEXT, "middle", &x.label(at));
@@ -131,7 +127,6 @@ fn axes(svg: &mut String, frame: &Frame, chart: &Chart) -> Result<()> {
     text(svg, (middle, below + f64::from(TEXT) + GAP), TEXT, "middle", &chart.x.title);
     let side = (MARGIN + f64::from(TEXT), 0.5 * (top + bottom));
     text_upwards(svg, side, TEXT, &chart.y.title);
-    Ok(())
 }
 
 /// The line of series number `at` along `run`.
@@ -143,7 +138,7 @@ fn stroke(svg: &mut String, run: &[(f64, f64)], style: Style, at: usize) {
         Style::Markers => return,
     };
     if run.len() > 1 {
-        line(svg, run, COLOURS[at % COLOURS.len()], width, dash);
+        line(svg, run, &Ink::plain(COLOURS[at % COLOURS.len()]), width, dash);
     }
 }
 
@@ -165,10 +160,10 @@ fn marker(svg: &mut String, (x, y): (f64, f64), at: usize) {
 }
 
 /// A line across the frame with its label at its end, on a ground of its own.
-fn draw_guide(svg: &mut String, frame: &Frame, guide: &Guide) -> Result<()> {
+fn draw_guide(svg: &mut String, frame: &Frame, guide: &Guide) {
     let span = if guide.vertical { &frame.x } else { &frame.y };
-    let Some(at) = span.place(guide.at) else { return Ok(()) };
-    let (wide, high) = (raster::text_width(&guide.label, SMALL)?, f64::from(SMALL));
+    let Some(at) = span.place(guide.at) else { return };
+    let (wide, high) = (text_width(&guide.label, SMALL), f64::from(SMALL));
     let (ends, left, top) = if guide.vertical {
         let x = frame.across(at);
         ([(x, frame.bottom), (x, frame.top)], x + GAP, frame.top + GAP)
@@ -176,14 +171,13 @@ fn draw_guide(svg: &mut String, frame: &Frame, guide: &Guide) -> Result<()> {
         let y = frame.down(at);
         ([(frame.left, y), (frame.right, y)], frame.right - GAP - wide, y - GAP - high)
     };
-    line(svg, &ends, GUIDE, WIDTH - 1, DASH);
+    line(svg, &ends, &GUIDE, WIDTH - 1, DASH);
     let _ = writeln!(
         svg,
-        "<rect x=\"{left:.1}\" y=\"{top:.1}\" width=\"{wide:.1}\" height=\"{high}\" fill=\"#ffffff\" \
-         fill-opacity=\"0.8\"/>"
+        "<rect x=\"{left:.1}\" y=\"{top:.1}\" width=\"{wide:.1}\" height=\"{high}\" class=\"paper\" \
+         fill=\"{PAPER}\" fill-opacity=\"0.8\"/>"
     );
     text(svg, (left, top + 0.85 * high), SMALL, "start", &guide.label);
-    Ok(())
 }
 
 /// The lines of a label in the legend: it breaks at its commas.
@@ -191,12 +185,10 @@ fn lines(series: &Series) -> impl Iterator<Item = &str> {
     series.label.split_inclusive(", ").map(str::trim_end)
 }
 
-fn legend_width(chart: &Chart) -> Result<f64> {
-    let mut widest = 0.0;
-    for label in chart.series.iter().flat_map(lines) {
-        widest = raster::text_width(label, TEXT)?.max(widest);
-    }
-    Ok(if widest == 0.0 { 0.0 } else { SAMPLE + GAP + widest + MARGIN })
+fn legend_width(chart: &Chart) -> f64 {
+    let labels = chart.series.iter().flat_map(lines);
+    let widest = labels.map(|label| text_width(label, TEXT)).fold(0.0, f64::max);
+    if widest == 0.0 { 0.0 } else { SAMPLE + GAP + widest + MARGIN }
 }
 
 fn draw_legend(svg: &mut String, chart: &Chart, left: f64) {

@@ -105,8 +105,8 @@ fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::charts::render::body::{Body, Paint};
-    use crate::charts::render::camera::View;
+    use crate::picture::body::{Body, Paint};
+    use crate::picture::camera::View;
 
     fn square() -> Body {
         let points_m = vec![[0.0; 3], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];

@@ -5,13 +5,13 @@ use std::fmt::Write as _;
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 
-use super::body::Body;
-use super::camera::View;
-use super::frame::Frame;
-use super::{palette, shade};
-use crate::charts::pen::{INK, text, text_upwards};
-use crate::charts::plot::{self, Picture, SIZE_PX};
-use chaincell_host::error::{Error, Result};
+use chaincell_host::error::Result;
+use chaincell_host::picture::chart::pen::{INK, text, text_upwards};
+use chaincell_host::picture::chart::{SIZE_PX, ticks};
+use chaincell_host::picture::{Body, Pixels, View, encode, palette, raster, round_length};
+
+use super::plot::Picture;
+use super::raster::over;
 
 /// Pixels of the raster for one of the picture, along each axis.
 const FINE: u32 = 3;
@@ -88,13 +88,14 @@ impl Sheet {
         let rows = (self.panels.len() as u32).div_ceil(self.columns.max(1)).max(1);
         let height = TITLE + rows * (SUBTITLE + self.panel_height_px) + MARGIN;
         let size_px = (SIZE_PX.0, height);
-        let mut pixels = vec![[255; 3]; (size_px.0 * size_px.1) as usize];
+        let mut pixels = Pixels::white(size_px);
         let mut texts = String::new();
         text(&mut texts, (MARGIN.into(), f64::from(TITLE - 18)), LARGE, "start", &self.title);
         for (at, panel) in self.panels.iter().enumerate() {
             let place = self.place(at as u32);
             let view = self.view(panel, place);
-            paste(&mut pixels, size_px.0, place, &self.raster(panel, view));
+            let drawn = raster(&panel.bodies, view, self.bar.range, FINE, WIRE);
+            pixels.paste((place.left, place.top), &drawn);
             let above = (f64::from(place.left + place.width / 2), f64::from(place.top - 12));
             text(&mut texts, above, TEXT, "middle", &panel.title);
             scale_bar(&mut texts, place, view.pixels_per_m);
@@ -116,11 +117,11 @@ impl Sheet {
             "<image x=\"0\" y=\"0\" width=\"{}\" height=\"{height}\" \
              href=\"data:image/png;base64,{}\"/>\n",
             size_px.0,
-            STANDARD.encode(encode(size_px, &pixels)?)
+            STANDARD.encode(encode(&pixels))
         );
-        let over = plot::raster::over(&format!("{open}{texts}</svg>"), size_px, &pixels)?;
+        let over = over(&format!("{open}{texts}</svg>"), &pixels)?;
         let svg = format!("{open}{image}{texts}</svg>\n");
-        Ok(Picture { svg, png: encode(size_px, &over)?, left_out: 0 })
+        Ok(Picture { svg, png: encode(&over), left_out: 0 })
     }
 
     fn place(&self, at: u32) -> Place {
@@ -152,15 +153,6 @@ impl Sheet {
         }
     }
 
-    /// The pixels of a panel.
-    fn raster(&self, panel: &Panel, view: View) -> Vec<[u8; 3]> {
-        let view = view.finer(FINE);
-        let mut frame = Frame::new(&view);
-        panel.bodies.iter().for_each(|body| frame.draw(&view, body, self.bar.range, WIRE));
-        let light = shade::shade(&frame);
-        shade::shrink(&light, frame.width, FINE as usize)
-    }
-
     fn colour_bar(&self, texts: &mut String, height: u32) {
         let long = (height - TITLE - SUBTITLE - MARGIN).min(2 * SIZE_PX.1 / 3);
         let top = TITLE + SUBTITLE + (height - TITLE - SUBTITLE - MARGIN - long) / 2;
@@ -184,7 +176,7 @@ impl Sheet {
         );
         let [from, to] = self.bar.range;
         let right = left + BAR;
-        for (value, label) in plot::ticks(self.bar.range, 6) {
+        for (value, label) in ticks(self.bar.range, 6) {
             let part = (value - from) / (to - from);
             let y = f64::from(top + long) - part * f64::from(long);
             let _ = writeln!(
@@ -200,10 +192,7 @@ impl Sheet {
 
 /// A round length at the lower left of a panel.
 fn scale_bar(texts: &mut String, place: Place, pixels_per_m: f64) {
-    let room_m = SCALE_BAR * f64::from(place.width) / pixels_per_m;
-    let power = 10_f64.powf(room_m.log10().floor());
-    let lead = [5.0, 2.0].into_iter().find(|lead| lead * power <= room_m).unwrap_or(1.0);
-    let long_m = lead * power;
+    let (long_m, label) = round_length(SCALE_BAR * f64::from(place.width) / pixels_per_m);
     let long = long_m * pixels_per_m;
     let (x, y) = (place.left + 12, place.top + place.height - 16);
     let _ = writeln!(
@@ -211,40 +200,13 @@ fn scale_bar(texts: &mut String, place: Place, pixels_per_m: f64) {
         "<path d=\"M{x} {}v16h{long:.1}v-16\" fill=\"none\" stroke=\"{INK}\" stroke-width=\"3\"/>",
         y - 8
     );
-    // Twelve digits hide the rounding of the power.
-    let millimetres = format!("{:.9}", 1e3 * long_m);
-    let label = format!("{} mm", millimetres.trim_end_matches('0').trim_end_matches('.'));
     text(texts, (x.into(), f64::from(y - 16)), TEXT, "start", &label);
-}
-
-fn paste(pixels: &mut [[u8; 3]], width: u32, place: Place, panel: &[[u8; 3]]) {
-    for (y, row) in panel.chunks_exact(place.width as usize).enumerate() {
-        let from = (place.top as usize + y) * width as usize + place.left as usize;
-        if let Some(to) = pixels.get_mut(from..from + row.len()) {
-            to.copy_from_slice(row);
-        }
-    }
-}
-
-/// The pixels as a PNG file.
-fn encode((width, height): (u32, u32), pixels: &[[u8; 3]]) -> Result<Vec<u8>> {
-    let failed = |why: png::EncodingError| Error::check(format!("picture: {why}"));
-    let mut file = Vec::new();
-    let mut encoder = png::Encoder::new(&mut file, width, height);
-    encoder.set_color(png::ColorType::Rgb);
-    encoder.set_depth(png::BitDepth::Eight);
-    encoder.set_compression(png::Compression::High);
-    encoder.set_filter(png::Filter::Adaptive);
-    let mut writer = encoder.write_header().map_err(failed)?;
-    writer.write_image_data(pixels.as_flattened()).map_err(failed)?;
-    writer.finish().map_err(failed)?;
-    Ok(file)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::charts::render::Paint;
+    use chaincell_host::picture::Paint;
 
     #[test]
     fn a_sheet_has_its_pixels_and_texts_and_asks_for_nothing() {

@@ -1,17 +1,11 @@
-//! Charts of a report: lines and markers over linear or decimal-logarithmic axes, as SVG and PNG.
-//!
-//! The font comes with the program, so a machine without any draws the same picture. Colours are
-//! those of Okabe and Ito (2008), told apart with every common colour vision; markers differ in
-//! shape too.
+//! Charts: lines and markers over linear or decimal-logarithmic axes, as SVG. Colours are those of Okabe
+//! and Ito (2008), told apart with every common colour vision; markers differ in shape too.
 
 mod draw;
-pub(crate) mod raster;
+pub mod pen;
 mod span;
 
-use chaincell_host::error::Result;
-use chaincell_host::files::output::Folder;
-
-/// Width and height of the PNG and of the SVG's own units \[px\]: to be shown at half that size,
+/// Width and height of the document in its own units, and of its PNG \[px\]: to be shown at half that size,
 /// sharp on dense screens.
 pub const SIZE_PX: (u32, u32) = (1920, 1200);
 
@@ -33,11 +27,13 @@ pub struct Axis {
 
 impl Axis {
     /// A linear axis over the range of the data.
+    #[must_use]
     pub fn linear(title: &str) -> Self {
         Self { title: title.into(), scale: Scale::Linear }
     }
 
     /// A logarithmic axis over the range of the data.
+    #[must_use]
     pub fn log10(title: &str) -> Self {
         Self { title: title.into(), scale: Scale::Log10 }
     }
@@ -78,40 +74,20 @@ struct Guide {
     label: String,
 }
 
-/// A chart drawn as SVG and PNG.
+/// A chart as an SVG document.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Picture {
-    /// The SVG document.
+pub struct Drawn {
+    /// The document, dark on white.
     pub svg: String,
-    /// The PNG file of [`SIZE_PX`].
-    pub png: Vec<u8>,
     /// Points not drawn: not finite, or not positive on a logarithmic axis.
     pub left_out: usize,
 }
 
-impl Picture {
-    /// Writes `name.svg` and `name.png`.
-    pub fn write(&self, folder: &Folder, name: &str) -> Result<()> {
-        folder.write(&format!("{name}.svg"), self.svg.as_bytes())?;
-        folder.write(&format!("{name}.png"), &self.png)
-    }
-}
-
-/// A picture with its name (a file's, without ending) and caption.
-#[derive(Debug, Clone)]
-pub struct Figure {
-    /// Name of its files.
-    pub name: String,
-    /// What it shows, a sentence or two.
-    pub caption: String,
-    /// SVG and PNG.
-    pub picture: Picture,
-}
-
-impl Figure {
-    /// A picture under a name, with its caption.
-    pub fn new(name: impl Into<String>, caption: impl Into<String>, picture: Picture) -> Self {
-        Self { name: name.into(), caption: caption.into(), picture }
+impl Drawn {
+    /// The document for a file of its own: light on dark where the reader's screen is dark.
+    #[must_use]
+    pub fn in_both_lights(&self) -> String {
+        self.svg.replacen(">\n", &format!(">\n{}", pen::dark_style()), 1)
     }
 }
 
@@ -127,6 +103,7 @@ pub struct Chart {
 
 impl Chart {
     /// An empty chart.
+    #[must_use]
     pub fn new(title: &str, x: Axis, y: Axis) -> Self {
         let (series, guides) = (Vec::new(), Vec::new());
         Self { title: title.into(), x, y, series, guides }
@@ -134,33 +111,37 @@ impl Chart {
 
     /// Adds a series; `points` as x, y in the axes' units, a line in the given order. An empty
     /// label keeps it out of the legend.
+    #[must_use]
     pub fn series(mut self, label: &str, style: Style, points: &[[f64; 2]]) -> Self {
         self.series.push(Series { label: label.into(), points: points.to_vec(), style });
         self
     }
 
     /// Adds a vertical guide line at `x`.
+    #[must_use]
     pub fn vertical(mut self, x: f64, label: &str) -> Self {
         self.guides.push(Guide { vertical: true, at: x, label: label.into() });
         self
     }
 
     /// Adds a horizontal guide line at `y`.
+    #[must_use]
     pub fn horizontal(mut self, y: f64, label: &str) -> Self {
         self.guides.push(Guide { vertical: false, at: y, label: label.into() });
         self
     }
 
-    /// Draws the chart. About a tenth of a second, most of it for the PNG.
-    pub fn draw(&self) -> Result<Picture> {
-        let (svg, left_out) = draw::svg(self)?;
-        let png = raster::png(&svg)?;
-        Ok(Picture { svg, png, left_out })
+    /// Draws the chart: some milliseconds.
+    #[must_use]
+    pub fn draw(&self) -> Drawn {
+        let (svg, left_out) = draw::svg(self);
+        Drawn { svg, left_out }
     }
 }
 
 /// Round values from `range[0]` to `range[1]`, about `count` of them, with their labels.
-pub(crate) fn ticks([from, to]: [f64; 2], count: usize) -> Vec<(f64, String)> {
+#[must_use]
+pub fn ticks([from, to]: [f64; 2], count: usize) -> Vec<(f64, String)> {
     let span = span::Span::between(Scale::Linear, (from, to), count);
     span.ticks.iter().map(|&tick| (tick, span.label(tick))).collect()
 }

@@ -17,6 +17,7 @@ pub struct View {
 impl View {
     /// Looks against `towards`, the direction from the body to the eye, with `up` upwards; the
     /// points fill the picture up to `margin_px` \[px\]. Points `[axis]` \[m\].
+    #[must_use]
     pub fn fit<'p>(
         points_m: impl Iterator<Item = &'p [f64; 3]>,
         towards: [f64; 3],
@@ -67,6 +68,7 @@ impl View {
     }
 
     /// Where a point \[m\] stands: pixels to the right, pixels down, pixels towards the eye.
+    #[must_use]
     pub fn place(&self, point_m: [f64; 3]) -> [f64; 3] {
         let off = (Vector3::from(point_m) - self.centre_m) * self.pixels_per_m;
         let (wide, high) = (f64::from(self.size_px.0), f64::from(self.size_px.1));

@@ -3,7 +3,7 @@
 use super::body::{Body, Paint};
 use super::camera::View;
 use super::palette;
-use chaincell_host::mesh::vertex_normals;
+use crate::mesh::vertex_normals;
 
 /// Lines lie this much nearer than the surface that they are drawn on \[px\].
 const WIRE_LIFT: f32 = 4.0;
