@@ -42,7 +42,7 @@ const [organ, other] = ["organ", "other"].map((name) => join(folder, `${name}.ch
 execFileSync(chaincell, ["bake", "organ:1000", "-o", organ, "--young-pa", "5000", "--poisson", "0.45"]);
 execFileSync(chaincell, ["bake", "organ:1000", "-o", other, "--young-pa", "9000", "--poisson", "0.45"]);
 const browser = await Browser.start({ width: 960, height: 640 });
-const status = (words) => browser.until(`document.getElementById("status").textContent.includes(${JSON.stringify(words)})`);
+const status = (words) => browser.until(`document.getElementById("status")?.textContent.includes(${JSON.stringify(words)})`);
 try {
   const view = await started(["view", organ, "--scene", scene, "--tool", "sphere:0.012", "--commands", "--no-open"], "http://");
   await browser.goto(addressOf(view));

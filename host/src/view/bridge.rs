@@ -15,7 +15,7 @@ use crate::error::{Error, Result};
 use crate::interrupt;
 use crate::session::ipc;
 use crate::session::ipc::command::{CommandClient, refusal_text};
-use crate::session::ipc::payload::CommandMessage;
+use crate::session::ipc::payload::{CommandMessage, NodePosition, StateHeader};
 use crate::session::ipc::services::{Domain, SceneServices};
 use crate::session::ipc::state::StateReader;
 use crate::session::ipc::watching::WatchPorts;
@@ -27,6 +27,8 @@ use crate::view::server::{Feed, Live};
 const LOOK: Duration = Duration::from_millis(4);
 /// Period at which the server is looked for, while it sends nothing \[ns\].
 const SERVER_NS: u64 = 250 * MILLISECOND_NS;
+/// Time without a state after which the tools are shown without one: in a pause there are answers alone \[ns\].
+const TOOLS_NS: u64 = 100 * MILLISECOND_NS;
 /// Longest wait for the first state of a server that runs already \[ns\].
 const FIRST_NS: u64 = 2 * SECOND_NS;
 /// Longest wait for the reply to a command \[ns\].
@@ -95,6 +97,7 @@ impl Bridge {
             feed: Arc::default(),
             status: None,
             looked_ns: 0,
+            last: None,
             subject,
             scene: Arc::clone(&scene),
         };
@@ -177,6 +180,15 @@ impl Drop for Bridge {
     }
 }
 
+/// The last state, the tick whose tools were shown with it, and when \[ns\].
+#[derive(Debug)]
+struct Last {
+    header: StateHeader,
+    nodes: Vec<NodePosition>,
+    tick: u64,
+    shown_ns: u64,
+}
+
 /// Reads the scene's messages in a thread of its own.
 #[derive(Debug)]
 struct Follower {
@@ -185,6 +197,7 @@ struct Follower {
     feed: Arc<Feed>,
     status: Option<Status>,
     looked_ns: u64,
+    last: Option<Last>,
     subject: Subject,
     // After its ports: fields are dropped in order.
     scene: Arc<SceneServices>,
@@ -198,20 +211,33 @@ impl Follower {
             if now_ns() >= self.looked_ns + SERVER_NS {
                 self.look_for_server();
             }
+            self.show_tools();
             return Ok(false);
         };
         // The answer that belongs to the state was sent before it.
         self.ports.take()?;
         let (header, nodes) = (view.header(), view.rows());
         if self.subject.is_of(&header, nodes) {
-            let frame = self.subject.frame(&header, nodes, &self.ports);
+            let frame = self.subject.frame(&header, nodes, header.tick, &self.ports);
             self.feed.publish(frame);
+            let (nodes, tick) = (nodes.to_vec(), header.tick);
+            self.last = Some(Last { header, nodes, tick, shown_ns: now_ns() });
             self.note(Status::Live);
         } else {
             self.note(Status::OtherModel);
         }
         self.looked_ns = now_ns();
         Ok(true)
+    }
+
+    /// Shows the tools of the newest answer on the last state, if no state comes.
+    fn show_tools(&mut self) {
+        let newest = self.ports.answers().back().map(|answer| answer.tick);
+        let (Some(last), Some(tick)) = (&mut self.last, newest) else { return };
+        if tick != last.tick && now_ns() >= last.shown_ns + TOOLS_NS {
+            (last.tick, last.shown_ns) = (tick, now_ns());
+            self.feed.publish(self.subject.frame(&last.header, &last.nodes, tick, &self.ports));
+        }
     }
 
     /// Notes whether a server runs. A killed one may still be registered.

@@ -59,16 +59,16 @@ impl Subject {
         header.model_checksum == self.checksum && nodes.len() == self.rows.len()
     }
 
-    /// The frame of a state of this body, with the poses and answers of the last ticks.
+    /// The frame of a state of this body, with the tools of a tick and the curves of the last ones.
     #[must_use]
     pub fn frame(
         &self,
         header: &StateHeader,
         nodes: &[NodePosition],
+        tick: u64,
         ports: &WatchPorts,
     ) -> Vec<u8> {
-        let of_tick = |tick: u64| (find_pose(ports, tick), find_answer(ports, tick));
-        let (poses, answer) = of_tick(header.tick);
+        let (poses, answer) = (find_pose(ports, tick), find_answer(ports, tick));
         let points: Vec<Point> = ports
             .answers()
             .iter()

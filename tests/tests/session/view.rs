@@ -110,6 +110,14 @@ fn a_page_commands_the_scene_only_where_it_may() {
     ] {
         assert_eq!(ask(order)["done"], true, "{order}");
     }
+    assert_eq!(ask(r#"{"do":"pause"}"#)["done"], true);
+    // No state comes in a pause, and its force of 0 is shown all the same.
+    Outsider::join(&place.scene, true).play(1..3, pose);
+    page.frame(|frame| frame.tool == (pose(2).position_m, [0.0; 3]));
+    let mut ask = |order: &str| {
+        page.say(order);
+        page.text("done")
+    };
     for (order, part) in [
         (r#"{"do":"set","name":"sweeps","value":0}"#, "out of range"),
         (r#"{"do":"snapshot"}"#, "no such command"),
@@ -122,7 +130,7 @@ fn a_page_commands_the_scene_only_where_it_may() {
         );
     }
     let served = serve.interrupt().with(130).json();
-    assert_eq!((&served["commands_done"], &served["commands_refused"]), (&4.into(), &1.into()));
+    assert_eq!((&served["commands_done"], &served["commands_refused"]), (&5.into(), &1.into()));
 }
 
 #[test]
