@@ -2,6 +2,8 @@
 
 #![allow(unsafe_code)]
 
+#[cfg(all(target_arch = "arm", target_abi = "eabihf"))]
+use super::half_links_vfp;
 use super::matrix::{Matrix, each, pairs, times};
 use crate::backend::f32x8::{Chunk, F32x8, chunk};
 use crate::backend::lane::{Lane, Real};
@@ -143,17 +145,27 @@ impl<'a> Ends<'a> {
         }
     }
 
+    /// The half-links of a slice by groups: their numbers, and the ids of their other ends; as many of both.
+    #[inline(always)]
+    fn rows(self, slice: usize) -> (&'a [SlotNumbers], &'a [[u16; LANES]]) {
+        let groups = range(self.shapes.rows, slice);
+        let rows = self.shapes.slots.get(groups.clone()).zip(self.shapes.ids.get(groups));
+        rows.unwrap_or_default()
+    }
+
+    /// The element of another end.
+    #[inline(always)]
+    fn end(self, id: u16) -> &'a Quad {
+        // SAFETY: a model's slices name only its cells, and there are as many elements.
+        unsafe { self.array.get_unchecked(usize::from(id)) }
+    }
+
     /// The groups of half-links of a slice: their numbers, and the elements of their other ends.
     #[inline(always)]
     fn groups(self, slice: usize) -> impl Iterator<Item = (&'a SlotNumbers, [&'a Quad; LANES])> {
-        let groups = range(self.shapes.rows, slice);
-        let slots = self.shapes.slots.get(groups.clone()).unwrap_or(&[]);
-        let ids = self.shapes.ids.get(groups).unwrap_or(&[]);
+        let (slots, ids) = self.rows(slice);
         slots.iter().zip(ids).map(move |(slots, &[a, b, c, d, e, f, g, h])| {
-            let at = |id: u16| {
-                // SAFETY: a model's slices name only its cells, and there are as many elements.
-                unsafe { self.array.get_unchecked(usize::from(id)) }
-            };
+            let at = |id: u16| self.end(id);
             (slots, [at(a), at(b), at(c), at(d), at(e), at(f), at(g), at(h)])
         })
     }
@@ -173,6 +185,62 @@ impl<'a> Ends<'a> {
             V::add_to([x.0, y.0, z.0, energy.0], own.each_ref());
         }
     }
+}
+
+/// Forces of one cell after the other.
+impl Ends<'_> {
+    /// Takes the forces P `a_ij` of the cells of a slice from their neighbours, as [`Self::push`] does;
+    /// `opposite` is -P.
+    pub fn push_each(self, slice: usize, opposite: &[[[f32; 3]; 3]; LANES]) {
+        let (slots, ids) = self.rows(slice);
+        #[cfg(all(target_arch = "arm", target_abi = "eabihf"))]
+        // SAFETY: a model's slices name only its cells, there are as many elements, and as many groups.
+        unsafe {
+            half_links_vfp::push(slots, ids, opposite, self.array);
+        }
+        #[cfg(not(all(target_arch = "arm", target_abi = "eabihf")))]
+        for (slots, ids) in slots.iter().zip(ids) {
+            for ((lane, opposite), &id) in opposite.iter().enumerate().zip(ids) {
+                let area = rows(|row| Lane(number(slots, row, lane)), nodal::AREA);
+                let [x, y, z] = times(each(*opposite, Lane), area);
+                let sum = self.end(id);
+                sum.set(sum.get().plus(Cell([x.0, y.0, z.0, 0.0])));
+            }
+        }
+    }
+}
+
+impl Gathered<f32> {
+    /// The sums of one cell of a slice; the array is that of the displacements.
+    #[inline(always)]
+    pub fn of_lane(ends: Ends<'_>, slice: usize, lane: usize) -> Option<Self> {
+        let here = ends.own(slice)?.get(lane)?.get().xyz();
+        let (slots, ids) = ends.rows(slice);
+        #[cfg(all(target_arch = "arm", target_abi = "eabihf"))]
+        {
+            // SAFETY: a model's slices name only its cells, there are as many elements, as many groups, and the
+            // slice has this lane.
+            let sums = unsafe { half_links_vfp::sums(slots, ids, lane, here, ends.array) };
+            let [a, b, c, d, e, f, g, h, i, x, y, z, spread] = sums.map(Lane);
+            let slope = [[a, b, c], [d, e, f], [g, h, i]];
+            Some(Self { slope, pull: [x, y, z], spread })
+        }
+        #[cfg(not(all(target_arch = "arm", target_abi = "eabihf")))]
+        {
+            let (here, mut sums) = (here.map(Lane), Self::none());
+            for (slots, ids) in slots.iter().zip(ids) {
+                let there = ends.end(ids.get(lane).copied()?).get().xyz().map(Lane);
+                sums.add(here, there, |row| Lane(number(slots, row, lane)));
+            }
+            Some(sums)
+        }
+    }
+}
+
+/// A number of one lane.
+#[inline(always)]
+pub(super) fn number(rows: &[[f32; LANES]], row: usize, lane: usize) -> f32 {
+    rows.get(row).and_then(|lanes| lanes.get(lane)).copied().unwrap_or(0.0)
 }
 
 /// The numbers of eight cells.

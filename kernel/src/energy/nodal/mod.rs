@@ -41,19 +41,26 @@
 //! at the cells all of whose neighbours are in them, if the displacements of all cells are those of the pass.
 //!
 //! Cost: per half-link the displacement of the other end is gathered and its force changed; a rotation and a
-//! shape per //! shape per cell. A sweep takes nine times as long as one over bare links. `f32` only, under `track` and `predict`.
+//! shape per cell. A sweep takes nine times as long as one over bare links. `f32` only, under `track` and `predict`.
 //! For held cells one sweep a tick is enough up to nu 0.48; nearer to 0.5 W grows, steps get shorter and the
 //! force lags.
 //!
 //! - `band`: the penalty below the least allowed stretch.
 //! - `gather`: sums over the half-links of a cell.
+//! - `jacobi`: eigenvectors of a symmetric matrix.
 //! - `law`: stress and energy of a shape.
 //! - `linear`: the elasticity of the rest shape.
 //! - [`nearest`]: the steps of R and Q.
-//! - `scalar`: a single cell at any positions, for the few cells that the tool holds.
+//! - `scalar`: cell by cell, in a pass without a vector unit and at any positions for the few cells that the tool
+//!   holds; `half_links_vfp` and `jacobi_vfp` are parts of it on the floating-point unit of Armv7E-M.
 
 mod band;
 mod gather;
+#[cfg(all(target_arch = "arm", target_abi = "eabihf"))]
+mod half_links_vfp;
+mod jacobi;
+#[cfg(all(target_arch = "arm", target_abi = "eabihf"))]
+mod jacobi_vfp;
 mod law;
 mod linear;
 mod matrix;
