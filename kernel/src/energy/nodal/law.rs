@@ -1,11 +1,11 @@
 //! Stress and energy of a shape.
 
 use super::band::short;
-use super::gather::{Gathered, Own};
 use super::jacobi::Eigen;
 use super::matrix::{Matrix, both, each, inner, minus, three, times};
 use super::nearest::{Turn, of_unit_volume, rotation, turned};
 use super::state::Step;
+use super::sums::{Gathered, Own};
 use crate::backend::lane::{Lane, Real};
 use crate::model::image::nodal::BETA;
 

@@ -2,11 +2,12 @@
 
 use core::ops::Range;
 
-use super::gather::{Ends, Gathered, Own, number};
-use super::law::{respond, shape};
+use super::gather::{Ends, number};
+use super::law::{self, shape};
 use super::matrix::{Matrix, each, inner, minus, three, times};
 use super::nearest::{self, Turn};
-use super::state::{ShapeState, Step};
+use super::state::ShapeState;
+use super::sums::{Gathered, Own};
 use crate::backend::lane::Lane;
 use crate::energy::held::Touched;
 use crate::energy::state::{Quads, SliceMemory, StatesOf};
@@ -44,37 +45,43 @@ impl Nodal<'_> {
         let (Some(numbers), Some((displacements, forces))) = (self.cells.get(slice), ends) else {
             return;
         };
-        // The states, and the opposite of the stresses.
-        let (mut opposite, mut pulls) = ([[[0.0; 3]; 3]; LANES], [[0.0; 4]; LANES]);
-        for (lane, (opposite, pull)) in
-            opposite.iter_mut().zip(&mut pulls).enumerate().take(cells.len())
-        {
+        // The states and the stresses.
+        let zero = Lane(0.0);
+        let (mut stresses, mut pulls) = ([[[zero; 3]; 3]; LANES], [[zero; 4]; LANES]);
+        let each_lane = stresses.iter_mut().zip(&mut pulls).enumerate().take(cells.len());
+        for (lane, (stress, pull)) in each_lane {
             let Some(sums) = Gathered::of_lane(displacements, slice, lane) else { return };
             let own = Own::of(|row| Lane(number(numbers, row, lane)));
-            let (turn, unit) = variables(ShapeState::load(lane, from));
+            let (mut turn, mut unit) = variables(ShapeState::load(lane, from));
             let f = shape(&sums, &own);
-            let turn = turned(&f, turn);
-            let (unit, squared) = of_unit_volume(&f, unit);
+            turned(&f, &mut turn);
+            let squared = of_unit_volume(&f, &mut unit);
             let state = ShapeState { turn: turn.map(|x| x.0), unit: each(unit, |x| x.0) };
             state.store(lane, to);
-            let (stress, force) = responded(self.stretch_min, &sums, &own, turn, unit, squared);
-            *opposite = each(stress, |x| 0.0 - x.0);
-            *pull = force.map(|x| x.0);
+            respond((stress, pull), self.stretch_min, &sums, &own, (&turn, &unit, squared));
         }
         // The neighbours' forces, in the order of groups and lanes, then the cells' own.
-        forces.push_each(slice, &opposite);
+        forces.push_each(slice, &stresses);
         let own = forces.own(slice).map_or(&[][..], |own| own);
         for (sum, pull) in own.iter().zip(pulls).take(cells.len()) {
-            sum.set(sum.get().plus(Cell(pull)));
+            sum.set(sum.get().plus(Cell(pull.map(|x| x.0))));
         }
     }
 
-    /// The shape of a cell at these positions, with unchanged rotation and shape of unit volume.
-    fn here(self, cell: usize, state: ShapeState, at: &impl Fn(usize) -> [f32; 3]) -> Response {
+    /// Stress, force and energy of a cell at these positions, with unchanged rotation and shape of unit volume.
+    fn here(
+        self,
+        cell: usize,
+        state: ShapeState,
+        at: &impl Fn(usize) -> [f32; 3],
+    ) -> (Matrix<f32>, [Lane<f32>; 4]) {
         let ((turn, unit), own) = (variables(state), self.own(cell));
         let sums = self.gathered(cell, |cell| sub(at(cell), self.rest_position(cell)));
         let off = minus(shape(&sums, &own), unit);
-        responded(self.stretch_min, &sums, &own, turn, unit, inner(off, off))
+        let (mut stress, mut pull) = ([[Lane(0.0); 3]; 3], [Lane(0.0); 4]);
+        let variables = (&turn, &unit, inner(off, off));
+        respond((&mut stress, &mut pull), self.stretch_min, &sums, &own, variables);
+        (stress, pull)
     }
 
     /// Force on a cell at these positions.
@@ -149,32 +156,31 @@ impl Nodal<'_> {
     }
 }
 
-/// P, and force and energy of a shape.
-type Response = (Matrix<f32>, [Lane<f32>; 4]);
-
-// The steps of one shape, not inlined: each then has the registers for itself.
+// The steps of one shape, not inlined and in place: each has the registers for itself.
 
 #[inline(never)]
-fn turned(f: &Matrix<f32>, turn: Turn<f32>) -> Turn<f32> {
-    nearest::turned(*f, turn)
+fn turned(f: &Matrix<f32>, turn: &mut Turn<f32>) {
+    *turn = nearest::turned(*f, *turn);
 }
 
 #[inline(never)]
-fn of_unit_volume(f: &Matrix<f32>, unit: Matrix<f32>) -> (Matrix<f32>, Lane<f32>) {
-    nearest::of_unit_volume(*f, unit)
+fn of_unit_volume(f: &Matrix<f32>, unit: &mut Matrix<f32>) -> Lane<f32> {
+    let (next, squared) = nearest::of_unit_volume(*f, *unit);
+    *unit = next;
+    squared
 }
 
+/// Sets P, and force and energy, from R, Q and the squared distance of F and Q.
 #[inline(never)]
-fn responded(
+fn respond(
+    (stress, pull): (&mut Matrix<f32>, &mut [Lane<f32>; 4]),
     stretch_min: f32,
     sums: &Gathered<f32>,
     own: &Own<f32>,
-    turn: Turn<f32>,
-    unit: Matrix<f32>,
-    squared: Lane<f32>,
-) -> Response {
-    let Step { stress, pull, .. } = respond(stretch_min, sums, own, turn, unit, squared);
-    (stress, pull)
+    (turn, unit, squared): (&Turn<f32>, &Matrix<f32>, Lane<f32>),
+) {
+    let step = law::respond(stretch_min, sums, own, *turn, *unit, squared);
+    (*stress, *pull) = (step.stress, step.pull);
 }
 
 /// R and Q of a state.
