@@ -7,23 +7,22 @@
 //! The body is the reference liver, or the generated organ without CHAINCELL_REFERENCE. A tick of nine
 //! sweeps less one of a single sweep is eight sweeps and nothing else; the instructions do not depend
 //! on the machine's pace. After them come those of a late tick, the tool moving deeper by a tenth of a
-//! millimetre, and its share of a sweep with vectors. Last come whole ticks of one sweep of organs of nodal
-//! shapes (5 kPa, Poisson's ratio 0.45, `predict`) in the same press, with held cells and under a probe, and
-//! their state hashes: the default organ, whose tick under the probe with its hash may take
-//! [`ORGAN_TICK_INSTRUCTIONS`], and one of 5,783 nodes. All loops are run first: their results are finite,
-//! and the same with and without the vector unit.
+//! millimetre, and its share of a sweep with vectors. Last come whole ticks of bodies of nodal shapes
+//! ([`shapes`]). All loops are run first: their results are finite, and the same with and without the vector
+//! unit.
 //!
 //! `--quick`, which `cargo test` in the place of `cargo bench` takes by itself, counts on a small organ, and
-//! `--nodes N` the ticks of shapes alone on an organ of that size.
+//! `--nodes N` the ticks of shapes alone on an organ of that size. Every count runs the product's own build,
+//! which finds the vector unit at run time.
+
+mod callgrind;
+mod shapes;
 
 use std::hint::black_box;
 use std::path::Path;
-use std::process::{Command, ExitCode};
+use std::process::ExitCode;
 
-use chaincell_host::bake::tissue::Tissue;
-use chaincell_host::bake::{
-    BakeOptions, ORGAN_POISSON, ORGAN_SIZE, ORGAN_TICK_INSTRUCTIONS, ORGAN_YOUNG_PA, PerCell,
-};
+use callgrind::instructions;
 use chaincell_host::engine::{Arithmetic, Contact, Scheme};
 use chaincell_host::error::{Error, Result};
 use chaincell_kernel::{Budget, Model, ToolPose};
@@ -48,10 +47,6 @@ const LATE: [(&str, Scheme); 3] = [
 /// Late ticks of the long and of the short counted run, and ticks of the press before them.
 const LATE_TICKS: [u16; 2] = [64, 0];
 const PRESS_TICKS: u16 = 100;
-/// What is counted of an organ of nodal shapes.
-const SHAPES: [&str; 3] = ["tick of shapes, held cells", "tick of shapes, probe", "state hash"];
-/// Nodes of the organs of nodal shapes.
-const SHAPE_NODES: [usize; 2] = [ORGAN_SIZE, 5_783];
 /// Way of the tool a tick, and radius of the probe \[m\].
 const WAY_M: f64 = 1e-4;
 const RADIUS_M: f32 = 0.012;
@@ -116,32 +111,6 @@ fn pose(scene: &Scene, model: &Model<'_>, way_m: f64) -> ToolPose {
     ToolPose::at(Vector3::from([0, 1, 2].map(at)), 1)
 }
 
-/// The run that valgrind counts: ticks of one sweep after a press, or hashes, many or none.
-fn shapes_run(nodes: usize, number: usize, length: usize) -> Result<()> {
-    let (true, Some(&count)) = (number < SHAPES.len(), LATE_TICKS.get(length)) else {
-        return Err(Error::input("--shapes is 0 to 2 and --length 0 or 1"));
-    };
-    let tissue = Tissue::new(PerCell::Uniform(ORGAN_YOUNG_PA), PerCell::Uniform(ORGAN_POISSON));
-    let options = BakeOptions { tissue: Some(tissue), ..BakeOptions::default() };
-    let scene = Source::organ(Some(nodes))?.bake(&options)?;
-    let model = scene.model()?;
-    let (contact, away_m) = match number {
-        1 => (Contact::sphere(RADIUS_M, 0.0), f64::from(RADIUS_M)),
-        _ => (Contact::Cells(scene.contacts.clone()), 0.0),
-    };
-    let variant = Variant::plain(Scheme::Predict, Arithmetic::F32);
-    let mut engine = variant.unlimited(model, contact, 1, |settings| settings)?;
-    let ticks = if number == 2 { 0 } else { count };
-    for tick in 0..PRESS_TICKS + ticks {
-        let way_m = WAY_M * f64::from(tick) - away_m;
-        black_box(engine.tick(black_box(&pose(&scene, &model, way_m))));
-    }
-    for _ in 0..count - ticks {
-        black_box(engine.state_hash());
-    }
-    Ok(())
-}
-
 /// The run that valgrind counts: late ticks behind a press, many or none.
 fn late_run(scene: &Scene, number: usize, length: usize) -> Result<()> {
     let (true, Some(&ticks)) = (number < LATE.len(), LATE_TICKS.get(length)) else {
@@ -162,20 +131,6 @@ fn late_run(scene: &Scene, number: usize, length: usize) -> Result<()> {
         black_box(engine.tick_by(&[*black_box(&sample(tick))], Budget::again(Some(0))));
     }
     Ok(())
-}
-
-/// Instructions of this program with the given arguments, by callgrind.
-fn instructions(arguments: &[&str]) -> Result<f64> {
-    let program = std::env::current_exe().map_err(Error::check)?;
-    let output = Command::new("valgrind")
-        .args(["--tool=callgrind", "--callgrind-out-file=/dev/null"])
-        .arg(program)
-        .args(arguments)
-        .output()
-        .map_err(|why| Error::input(format!("--count needs valgrind: {why}")))?;
-    let text = String::from_utf8_lossy(&output.stderr);
-    let count = text.lines().find_map(|line| line.split_once("Collected :")?.1.trim().parse().ok());
-    count.ok_or_else(|| Error::check(format!("valgrind gave no count:\n{text}")))
 }
 
 /// The table of instructions; `form` is the argument that names this run's body.
@@ -203,48 +158,23 @@ fn count(model: &Model<'_>, form: &str) -> Result<()> {
     Ok(())
 }
 
-/// The instructions of ticks of nodal shapes. Returns those of a whole tick: under a probe, with its hash.
-fn count_shapes(nodes: usize) -> Result<f64> {
-    println!("organ:{nodes} of nodal shapes");
-    let (nodes, mut counts) = (nodes.to_string(), [0.0; SHAPES.len()]);
-    for (number, name) in SHAPES.into_iter().enumerate() {
-        let run = |length| {
-            instructions(&["--nodes", &nodes, "--shapes", &number.to_string(), "--length", length])
-        };
-        counts[number] = (run("0")? - run("1")?) / f64::from(LATE_TICKS[0]);
-        println!("{name:<28} {:>16.0}", counts[number]);
-    }
-    let [_, probe, hash] = counts;
-    Ok(probe + hash)
-}
-
-/// The same of the default organ, which has to keep its bound, and of the large one.
-fn count_organs() -> Result<()> {
-    for nodes in SHAPE_NODES {
-        let whole = count_shapes(nodes)?;
-        if nodes == ORGAN_SIZE && whole > ORGAN_TICK_INSTRUCTIONS {
-            return Err(Error::check(format!(
-                "a tick of organ:{nodes} takes {whole:.0} instructions, more than the \
-                 {ORGAN_TICK_INSTRUCTIONS} of the default body"
-            )));
-        }
-    }
-    Ok(())
-}
-
 fn run() -> Result<()> {
     let arguments: Vec<String> = std::env::args().collect();
-    let number = |name: &str| {
+    let value = |name: &str| {
         let at = arguments.iter().position(|argument| argument == name)?;
-        arguments.get(at + 1)?.parse::<usize>().ok()
+        arguments.get(at + 1)
     };
+    let number = |name: &str| value(name)?.parse::<usize>().ok();
     let has = |name: &str| arguments.iter().any(|argument| argument == name);
     let quick = has("--quick") || !has("--bench");
-    if let (Some(shapes), Some(length)) = (number("--shapes"), number("--length")) {
-        return shapes_run(number("--nodes").unwrap_or(ORGAN_SIZE), shapes, length);
+    // A run that valgrind counts.
+    if let (Some(row), Some(length), Some(image)) =
+        (number("--shapes"), number("--length"), value("--image"))
+    {
+        return shapes::counted_run(row, length, Path::new(image));
     }
     if let Some(nodes) = number("--nodes") {
-        return count_shapes(nodes).map(drop);
+        return shapes::count(nodes).map(drop);
     }
     let scene = scene(quick)?;
     let model = scene.model()?;
@@ -254,19 +184,15 @@ fn run() -> Result<()> {
     if let (Some(tool), Some(length)) = (number("--late"), number("--length")) {
         return late_run(&scene, tool, length);
     }
+    // The tables.
     check(&scene)?;
     println!("{}: {} cells, {} links", scene.name, model.cells(), model.links());
-    let form = if quick { "--quick" } else { "--bench" };
-    match Command::new("valgrind").arg("--version").output() {
-        Ok(_) => {
-            count(&model, form)?;
-            if quick { count_shapes(QUICK_CELLS).map(drop) } else { count_organs() }
-        }
-        Err(why) => {
-            eprintln!("SKIPPED the count of instructions: valgrind: {why}");
-            Ok(())
-        }
+    if let Err(why) = callgrind::is_there() {
+        eprintln!("SKIPPED the count of instructions: valgrind: {why}");
+        return Ok(());
     }
+    count(&model, if quick { "--quick" } else { "--bench" })?;
+    if quick { shapes::count(QUICK_CELLS).map(drop) } else { shapes::count_all() }
 }
 
 fn main() -> ExitCode {
