@@ -134,7 +134,7 @@ pub(crate) fn step(
     beyond
 }
 
-/// What an update reads and writes, for each cell.
+/// Arrays that an update reads and writes, a value for each cell.
 struct Arrays<'a> {
     published: &'a mut [Cell],
     at: &'a mut [Cell],
