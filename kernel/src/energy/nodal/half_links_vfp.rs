@@ -13,7 +13,7 @@ use crate::model::image::nodal;
 use crate::model::nodal::SlotNumbers;
 use crate::number::two_float::LANES;
 
-// What the code below reads at fixed offsets.
+// The code below reads these at fixed offsets.
 const _: () = assert!(nodal::AREA == 0 && nodal::SPREAD == 3 && size_of::<SlotNumbers>() == 128);
 const _: () = assert!(LANES == 8 && size_of::<[u16; LANES]>() == 16 && size_of::<Quad>() == 16);
 const _: () = assert!(size_of::<Gathered<f32>>() == 52 && size_of::<Matrix<f32>>() == 36);
