@@ -2,12 +2,12 @@
 //! `tests/firmware/run --fit` puts it beside the instructions of microcontrollers:
 //!
 //! ```sh
-//! cargo run --release -p chaincell-lab --example press_error -- track:500:3.5 track:200:auto:0.45
+//! cargo run --release -p chaincell-lab --example press_error -- track:500:3.5 predict:500:none
 //! ```
 //!
 //! An argument is a scheme, a number of cells and the spacing of the coarse level in mean link
-//! lengths, `auto` as the bake chooses it, or `none`; with a Poisson's ratio the body is of shapes. One
-//! JSON object a line, one for each number of sweeps a tick.
+//! lengths, `auto` as the bake chooses it, or `none`. One JSON object a line, one for each number of
+//! sweeps a tick.
 
 use std::process::ExitCode;
 
@@ -19,40 +19,31 @@ use chaincell_lab::experiments::report::embedded::errors;
 /// Sweeps a tick.
 const SWEEPS: [u16; 3] = [1, 2, 4];
 
-/// Scheme, cells, spacing of the coarse level, and Poisson's ratio of shapes.
-type Body<'a> = (&'a str, usize, BasisSpacing, Option<f64>);
-
 /// The body that an argument names.
-fn body(argument: &str) -> Option<Body<'_>> {
+fn body(argument: &str) -> Option<(&str, usize, BasisSpacing)> {
     let (scheme, body) = argument.split_once(':')?;
-    let (cells, rest) = body.split_once(':')?;
-    let (spacing, poisson) = match rest.split_once(':') {
-        Some((spacing, poisson)) => (spacing, Some(poisson.parse().ok()?)),
-        None => (rest, None),
-    };
+    let (cells, spacing) = body.split_once(':')?;
     let spacing = match spacing {
         "auto" => BasisSpacing::BySize,
         "none" => BasisSpacing::None,
         links => BasisSpacing::Links(links.parse().ok().filter(|&links| links >= 1.0)?),
     };
-    Some((scheme, cells.parse().ok()?, spacing, poisson))
+    Some((scheme, cells.parse().ok()?, spacing))
 }
 
 fn run() -> Result<()> {
     if std::env::args().len() < 2 {
-        return Err(Error::input(
-            "no body: give SCHEME:CELLS:SPACING[:POISSON], as in track:500:3.5",
-        ));
+        return Err(Error::input("no body: give SCHEME:CELLS:SPACING, as in track:500:3.5"));
     }
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let wrong = |argument: &str| {
         Error::input(format!(
-            "{argument:?}: SCHEME:CELLS:SPACING[:POISSON], with SPACING a number from 1 on, auto or none"
+            "{argument:?}: SCHEME:CELLS:SPACING, with SPACING a number from 1 on, auto or none"
         ))
     };
     let bodies = arguments.iter().map(|argument| body(argument).ok_or_else(|| wrong(argument)));
-    for (scheme, cells, spacing, poisson) in bodies.collect::<Result<Vec<_>>>()? {
-        for row in errors(scheme, cells, spacing, poisson, &SWEEPS)? {
+    for (scheme, cells, spacing) in bodies.collect::<Result<Vec<_>>>()? {
+        for row in errors(scheme, cells, spacing, &SWEEPS)? {
             println!("{}", serde_json::to_string(&row).map_err(Error::check)?);
         }
     }

@@ -58,7 +58,7 @@ impl Nodal<'_> {
             let squared = of_unit_volume(&f, &mut unit);
             let state = ShapeState { turn: turn.map(|x| x.0), unit: each(unit, |x| x.0) };
             state.store(lane, to);
-            respond((stress, pull), self.stretch_min, &sums, &own, (&turn, &unit, squared));
+            *pull = respond(stress, self.stretch_min, &sums, &own, &turn, &unit, squared);
         }
         // The neighbours' forces, in the order of groups and lanes, then the cells' own.
         forces.push_each(slice, &stresses);
@@ -78,9 +78,9 @@ impl Nodal<'_> {
         let ((turn, unit), own) = (variables(state), self.own(cell));
         let sums = self.gathered(cell, |cell| sub(at(cell), self.rest_position(cell)));
         let off = minus(shape(&sums, &own), unit);
-        let (mut stress, mut pull) = ([[Lane(0.0); 3]; 3], [Lane(0.0); 4]);
-        let variables = (&turn, &unit, inner(off, off));
-        respond((&mut stress, &mut pull), self.stretch_min, &sums, &own, variables);
+        let mut stress = [[Lane(0.0); 3]; 3];
+        let squared = inner(off, off);
+        let pull = respond(&mut stress, self.stretch_min, &sums, &own, &turn, &unit, squared);
         (stress, pull)
     }
 
@@ -170,17 +170,20 @@ fn of_unit_volume(f: &Matrix<f32>, unit: &mut Matrix<f32>) -> Lane<f32> {
     squared
 }
 
-/// Sets P, and force and energy, from R, Q and the squared distance of F and Q.
+/// Sets P from R, Q and the squared distance of F and Q. Returns force and energy.
 #[inline(never)]
 fn respond(
-    (stress, pull): (&mut Matrix<f32>, &mut [Lane<f32>; 4]),
+    stress: &mut Matrix<f32>,
     stretch_min: f32,
     sums: &Gathered<f32>,
     own: &Own<f32>,
-    (turn, unit, squared): (&Turn<f32>, &Matrix<f32>, Lane<f32>),
-) {
+    turn: &Turn<f32>,
+    unit: &Matrix<f32>,
+    squared: Lane<f32>,
+) -> [Lane<f32>; 4] {
     let step = law::respond(stretch_min, sums, own, *turn, *unit, squared);
-    (*stress, *pull) = (step.stress, step.pull);
+    *stress = step.stress;
+    step.pull
 }
 
 /// R and Q of a state.

@@ -134,7 +134,7 @@ pub(crate) fn step(
     beyond
 }
 
-/// Arrays that an update reads and writes, a value for each cell.
+/// Arrays of an update, with an element for each cell.
 struct Arrays<'a> {
     published: &'a mut [Cell],
     at: &'a mut [Cell],
@@ -153,11 +153,11 @@ impl Arrays<'_> {
         &mut self,
         id: u16,
         coarse: [f32; 3],
-        [alpha, beta]: [f32; 2],
+        factors: [f32; 2],
         linear: &Range<f32>,
         is_stored: bool,
     ) -> bool {
-        let cell = usize::from(id);
+        let ([alpha, beta], cell) = (factors, usize::from(id));
         let (Some(published), Some(at), Some(before), Some(r), Some(&mobility)) = (
             self.published.get_mut(cell),
             self.at.get_mut(cell),

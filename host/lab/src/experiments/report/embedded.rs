@@ -8,8 +8,7 @@ use super::motions::Motion;
 use super::scene::Source;
 use super::snaps::{Snaps, Spread};
 use crate::bodies::Variant;
-use chaincell_host::bake::tissue::Tissue;
-use chaincell_host::bake::{BakeOptions, BasisSpacing, ORGAN_YOUNG_PA, PerCell};
+use chaincell_host::bake::{BakeOptions, BasisSpacing};
 use chaincell_host::engine::Scheme;
 use chaincell_host::error::{Error, Result};
 use chaincell_kernel::Choice;
@@ -31,8 +30,7 @@ pub struct EmbeddedRow {
     pub snaps: Snaps,
 }
 
-/// Errors of a scheme on the organ of about so many cells, with a coarse level of this spacing; of shapes with a
-/// liver's Young's modulus and this Poisson's ratio, or of links.
+/// Errors of a scheme on the organ of about so many cells, with a coarse level of this spacing.
 ///
 /// # Errors
 /// Another name than `track` and `predict`; as the bake and the engine.
@@ -40,15 +38,12 @@ pub fn errors(
     scheme: &str,
     cells: usize,
     spacing: BasisSpacing,
-    poisson: Option<f64>,
     sweeps: &[u16],
 ) -> Result<Vec<EmbeddedRow>> {
     let unknown = || Error::input(format!("{scheme}: no such scheme, take track or predict"));
     let known = [Scheme::Track, Scheme::Predict];
     let scheme = known.into_iter().find(|of| of.name() == scheme).ok_or_else(unknown)?;
-    let of = PerCell::Uniform;
-    let tissue = poisson.map(|poisson| Tissue::new(of(ORGAN_YOUNG_PA), of(poisson)));
-    let options = BakeOptions { coarse_basis: spacing, tissue, ..BakeOptions::default() };
+    let options = BakeOptions { coarse_basis: spacing, ..BakeOptions::default() };
     let scene = Source::organ(Some(cells))?.bake(&options)?;
     let model = scene.model()?;
     let reference = Reference::follow(&scene, Motion::SLOW)?;
@@ -68,9 +63,8 @@ mod tests {
 
     #[test]
     fn a_coarse_level_and_sweeps_bring_a_small_organ_nearer() {
-        let bare = errors("track", 200, BasisSpacing::None, None, &[1, 4]).unwrap();
-        let coarse_functions =
-            errors("track", 200, BasisSpacing::Links(3.5), None, &[1, 4]).unwrap();
+        let bare = errors("track", 200, BasisSpacing::None, &[1, 4]).unwrap();
+        let coarse_functions = errors("track", 200, BasisSpacing::Links(3.5), &[1, 4]).unwrap();
         assert_eq!((bare[0].coarse_functions, bare[0].cells), (0, coarse_functions[0].cells));
         assert!(
             coarse_functions[0].coarse_functions > 0 && coarse_functions[0].snaps == bare[0].snaps
@@ -82,10 +76,10 @@ mod tests {
             );
         }
         assert!(bare[1].force.median < bare[0].force.median, "{bare:?}");
-        let predicted = errors("predict", 200, BasisSpacing::None, None, &[1]).unwrap();
+        let predicted = errors("predict", 200, BasisSpacing::None, &[1]).unwrap();
         assert!(predicted[0].force.median < bare[0].force.median, "{predicted:?} {bare:?}");
         for name in ["neither", "track without a coarse level"] {
-            assert!(errors(name, 200, BasisSpacing::None, None, &[1]).is_err(), "{name}");
+            assert!(errors(name, 200, BasisSpacing::None, &[1]).is_err(), "{name}");
         }
     }
 }
