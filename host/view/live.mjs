@@ -1,6 +1,7 @@
 // States of a running scene, from the server of this page: frames as host/src/view/live.rs describes them.
 import { bodyOf } from "./image.mjs";
 import { bytesOf, token } from "./own.mjs";
+import { COUNT_MS, TRAIL_TICKS } from "./pace.mjs";
 
 const VERSION = 1;
 const BYTES = { head: 64, tool: 68, point: 32, cell: 12 };
@@ -8,10 +9,6 @@ const BYTES = { head: 64, tool: 68, point: 32, cell: 12 };
 const AGAIN_MS = 1000;
 /** How long a refusal is shown [ms]. */
 const REFUSAL_MS = 5000;
-/** Time over which ticks are counted [ms]. */
-const COUNT_MS = 500;
-/** Ticks between two points of the curves. */
-const TRAIL_TICKS = 4;
 /** The server's word for too many pages, and for its end. */
 const FULL = 1013;
 const ENDED = 1001;

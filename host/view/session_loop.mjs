@@ -1,5 +1,5 @@
 // Plays a session at its speed, in the worker, and goes to the ticks that are asked for.
-import { CATCH_UP_MS, STATE_MS, TICK_MS, TRAIL_TICKS, WORK_MS } from "./pace.mjs";
+import { CATCH_UP_MS, Rate, STATE_MS, TICK_MS, TRAIL_TICKS, WORK_MS } from "./pace.mjs";
 import { Player } from "./player.mjs";
 import { Recording } from "./recording.mjs";
 
@@ -12,8 +12,9 @@ class SessionLoop {
     this.trail = [];
     /** First touches and releases, by their ticks. */
     this.touches = [{ tick: -1, touched: null }];
-    this.owedMs = this.busyMs = this.ticks = this.stepUs = this.ticksPerS = 0;
-    this.lastMs = this.sentMs = this.countedMs = performance.now();
+    this.owedMs = 0;
+    this.lastMs = this.sentMs = performance.now();
+    this.rate = new Rate();
     const channel = new MessageChannel();
     channel.port1.onmessage = () => this.run();
     this.again = () => channel.port2.postMessage(0);
@@ -25,8 +26,7 @@ class SessionLoop {
   oneTick() {
     const begun = performance.now();
     const isDone = this.player.next();
-    this.busyMs += performance.now() - begun;
-    this.ticks += 1;
+    this.rate.count(begun);
     if (isDone && this.player.tick % TRAIL_TICKS === 0) this.follow();
     return isDone;
   }
@@ -110,19 +110,14 @@ class SessionLoop {
 
   send() {
     const now = performance.now();
-    if (now - this.countedMs > 500) {
-      this.stepUs = this.ticks ? (1000 * this.busyMs) / this.ticks : 0;
-      this.ticksPerS = (1000 * this.ticks) / (now - this.countedMs);
-      this.busyMs = this.ticks = 0;
-      this.countedMs = now;
-    }
+    this.rate.take(now);
     const { player } = this;
     const positionsM = player.positionsM();
     const { energyJ, sweeps } = player.outputAt(player.outputs);
     const { first, last, tools } = player.recording;
     const state = {
       tick: player.tick, timeS: player.tick * 1e-3, hash: player.hash(), positionsM, tools: player.tools(), sweeps, energyJ,
-      pressuresPa: tools ? player.pressuresPa() : [], stepUs: this.stepUs, ticksPerS: this.isPaused ? 0 : this.ticksPerS, trail: this.trail,
+      pressuresPa: tools ? player.pressuresPa() : [], stepUs: this.rate.stepUs, ticksPerS: this.isPaused ? 0 : this.rate.ticksPerS, trail: this.trail,
       session: { first, last, compared: player.compared.size, differs: player.differs, isAtEnd: player.isAtEnd, isSeeking: this.target !== null },
     };
     this.trail = [];

@@ -1,7 +1,7 @@
 // The kernel's loop, in a worker: ticks at 1 kHz as far as the machine allows, the newest state some 60 times a
 // second. The tool walks to where the hand has it.
 import { Tissue } from "./kernel.mjs";
-import { CATCH_UP_MS, STATE_MS, TICK_MS, TRAIL_TICKS, WORK_MS } from "./pace.mjs";
+import { CATCH_UP_MS, Rate, STATE_MS, TICK_MS, TRAIL_TICKS, WORK_MS } from "./pace.mjs";
 import { sessionOrders } from "./session_loop.mjs";
 
 /** Farthest that the tool moves in a tick [m]. */
@@ -15,9 +15,8 @@ class Loop {
     this.setup = setup;
     this.isPaused = false;
     this.owedMs = 0;
-    this.lastMs = this.sentMs = this.countedMs = performance.now();
-    this.busyMs = this.ticks = 0;
-    this.stepUs = this.ticksPerS = 0;
+    this.lastMs = this.sentMs = performance.now();
+    this.rate = new Rate();
     this.reset();
     const channel = new MessageChannel();
     channel.port1.onmessage = () => this.run();
@@ -54,8 +53,7 @@ class Loop {
     this.walk();
     const begun = performance.now();
     this.out = this.tissue.tick(this.pose, true, this.setup.sweeps);
-    this.busyMs += performance.now() - begun;
-    this.ticks += 1;
+    this.rate.count(begun);
     this.remember();
     this.tick += 1;
     this.follow();
@@ -105,12 +103,7 @@ class Loop {
   /** Sends the state; its arrays are given away, not copied. */
   send() {
     const now = performance.now();
-    if (now - this.countedMs > 500) {
-      this.stepUs = this.ticks ? (1000 * this.busyMs) / this.ticks : 0;
-      this.ticksPerS = (1000 * this.ticks) / (now - this.countedMs);
-      this.busyMs = this.ticks = 0;
-      this.countedMs = now;
-    }
+    this.rate.take(now);
     const positionsM = this.tissue.positionsM();
     const { forceN, torqueNM, contacts, flags, energyJ, sweeps } = this.out;
     const tool = {
@@ -120,7 +113,7 @@ class Loop {
     const state = {
       tick: this.tick, timeS: this.tick * 1e-3, hash: this.tissue.hash(), positionsM, tools: [tool], sweeps, energyJ,
       pressuresPa: this.setup.parts ? this.tissue.pressuresPa() : [],
-      stepUs: this.stepUs, ticksPerS: this.isPaused ? 0 : this.ticksPerS, trail: this.trail,
+      stepUs: this.rate.stepUs, ticksPerS: this.isPaused ? 0 : this.rate.ticksPerS, trail: this.trail,
     };
     this.trail = [];
     postMessage({ kind: "state", state }, [positionsM.buffer]);

@@ -44,6 +44,7 @@ const PAGE: &[&str] = &[
     include_str!("../../view/charts.mjs"),
     include_str!("../../view/save.mjs"),
     include_str!("../../view/own.mjs"),
+    include_str!("../../view/pace.mjs"),
     include_str!("../../view/live.mjs"),
     include_str!("../../view/session.mjs"),
     include_str!("../../view/panel.mjs"),
