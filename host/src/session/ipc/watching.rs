@@ -34,8 +34,9 @@ impl WatchPorts {
     /// # Errors
     /// Shared memory that failed.
     pub fn take(&mut self) -> Result<()> {
-        self.poses.take()?;
-        self.answers.take()
+        // A pose is sent before its answer: in this order each answer that was taken has its pose.
+        self.answers.take()?;
+        self.poses.take()
     }
 
     /// The poses of the last ticks, oldest first.

@@ -5,7 +5,7 @@
 //! machine can load the page, which has no secret; model, states and commands need the token of 128 random
 //! bits in the fragment of the printed address.
 //!
-//! **Limits**: at most [`PAGES_MAX`] pages, a thread each, and [`CONNECTIONS_MAX`] connections in all; a
+//! **Limits**: at most [`PAGES_MAX`] pages, a thread each, and `CONNECTIONS_MAX` connections in all; a
 //! request of at most 16 kB and a body of 4 kB within 5 s; messages of at most 4 kB; at most two frames on
 //! their way to a page. A page cannot delay the scene: it takes the newest frame when it can.
 
