@@ -112,8 +112,11 @@ fn a_page_commands_the_scene_only_where_it_may() {
     }
     assert_eq!(ask(r#"{"do":"pause"}"#)["done"], true);
     // No state comes in a pause, and its force of 0 is shown all the same.
-    Outsider::join(&place.scene, true).play(1..3, pose);
+    // It stays until its poses are seen: those of a controller that leaves at once can be lost to viewers.
+    let controller = Outsider::join(&place.scene, true);
+    controller.play(1..3, pose);
     page.frame(|frame| frame.tool == (pose(2).position_m, [0.0; 3]));
+    drop(controller);
     let mut ask = |order: &str| {
         page.say(order);
         page.text("done")
