@@ -98,6 +98,33 @@ pub(crate) fn residual_in_parts(
     true
 }
 
+/// Stores the displacements of all cells at states within K.
+pub(crate) fn displace(terms: Terms<'_, '_>, at: &[Cell]) {
+    if takes_slices(terms, at) {
+        run(terms.vectors, Displace { terms, at });
+    } else {
+        terms.displace(0..terms.model.slice_count(), at);
+    }
+}
+
+/// Stores the displacements of all cells, slice by slice where they are.
+struct Displace<'a, 'm> {
+    terms: Terms<'a, 'm>,
+    at: &'a [Cell],
+}
+
+impl Work for Displace<'_, '_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<V: F32x8>(self) {
+        let (list, cells) = (self.terms.list(), Chunks::new(self.at, Cell::ZERO));
+        for slice in (0..self.terms.model.slice_count()).filter(|_| self.terms.states.any()) {
+            list.displace(slice, cells.at(slice), self.terms.states.all());
+        }
+    }
+}
+
 /// Returns true if unit and model support slices of these cells.
 fn takes_slices(terms: Terms<'_, '_>, at: &[Cell]) -> bool {
     terms.vectors.is_some() && terms.model.slices.is_some() && at.len() == terms.model.cells()

@@ -155,6 +155,12 @@ impl Source {
 }
 
 impl Scene {
+    /// The model as a file has it.
+    #[must_use]
+    pub fn bytes(&self) -> &[u8] {
+        self.image.as_bytes()
+    }
+
     /// The model.
     ///
     /// # Errors
