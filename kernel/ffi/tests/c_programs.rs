@@ -36,7 +36,8 @@ fn library() -> &'static Path {
     static LIBRARY: OnceLock<PathBuf> = OnceLock::new();
     LIBRARY.get_or_init(|| {
         let mut cargo = Command::new(std::env::var_os("CARGO").expect("run by cargo test"));
-        cargo.args(["build", "--package", "chaincell-ffi", "--lib", "--locked", "--offline"]);
+        // The whole workspace selects the same features as its tests: nothing is built twice.
+        cargo.args(["build", "--workspace", "--lib", "--locked", "--offline"]);
         cargo.args(["--message-format", "json-render-diagnostics"]).current_dir(package());
         if !cfg!(debug_assertions) {
             cargo.arg("--release");
