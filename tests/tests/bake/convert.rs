@@ -8,6 +8,7 @@ use std::time::Duration;
 
 use chaincell_host::mesh::{Mesh, RawMesh, parse, write};
 use chaincell_tests::files::{content, scratch, text};
+use chaincell_tests::process::SHORT;
 use chaincell_tests::{Running, run};
 use proptest::prelude::*;
 use rustix::process::Signal;
@@ -257,7 +258,7 @@ fn ctrl_c_ends_a_fill_at_once_and_leaves_nothing() {
     std::thread::sleep(Duration::from_secs(2));
     assert!(convert.is_running(), "the fill is too short for this test");
     convert.signal(Signal::INT);
-    let ended = convert.end(Duration::from_secs(10)).with(130);
+    let ended = convert.end(SHORT).with(130);
     assert!(ended.err.contains("interrupted") && ended.out.is_empty(), "{ended:?}");
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
 }

@@ -9,6 +9,7 @@ use chaincell_kernel::trace::{Header, Origin, Reader, Record, Writer, header_byt
 use chaincell_kernel::{Choice, Dynamics, TissueMut};
 use chaincell_scenes::{Act, Run, SCENES, Scene, stage};
 use chaincell_tests::files::{Row, bake, content, play, scratch, summary, text, write_path};
+use chaincell_tests::process::SHORT;
 use chaincell_tests::{Ended, Running, run};
 use crc::{CRC_32_ISO_HDLC, Crc};
 use rustix::process::Signal;
@@ -265,7 +266,7 @@ fn ctrl_c_ends_a_replay_within_a_long_tick() {
     std::thread::sleep(Duration::from_secs(2));
     assert!(replay.is_running(), "the tick is too short for this test");
     replay.signal(Signal::INT);
-    let ended = replay.end(Duration::from_secs(10)).with(130);
+    let ended = replay.end(SHORT).with(130);
     assert!(ended.err.contains("interrupted") && ended.out.is_empty(), "{ended:?}");
 }
 

@@ -73,7 +73,7 @@ fn a_short_run_under_load() {
     let (model, out) = (plane(folder.path()), folder.path().join("out"));
     let args = ["cosim", text(&model), "--seconds", "4", "--load", "1", "--out", text(&out)];
     let ended = Running::chaincell([&args[..], &["--late-share", "off", "--json"]].concat());
-    let found = ended.end(Duration::from_secs(90)).with(0).json();
+    let found = ended.end(5 * SHORT).with(0).json();
     check(&found, 4000, 1000);
     assert_eq!(number(&found, "/load/threads"), 1);
     assert!(found["load"]["gb_per_s"].as_f64().unwrap() > 0.0);

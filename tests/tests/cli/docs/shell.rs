@@ -10,7 +10,7 @@ use chaincell_tests::{Running, chaincell, scene, turn};
 use super::page::{Block, Page, pages};
 
 /// Longest time for the blocks of a page.
-const AT_MOST: Duration = Duration::from_secs(120);
+const AT_MOST: Duration = Duration::from_secs(600);
 /// The scene that the pages name.
 const SCENE: &str = "--scene left";
 

@@ -21,14 +21,14 @@ fn a_killed_server_lets_the_force_fall_and_the_next_one_is_told_of() {
     let place = Place::new("client-killed");
     let trace = place.folder.path().join("killed.trace");
     let mut serve = place.serve(&["--record", text(&trace), "--record-ticks", "100000"]);
-    let shaped = Options { watchdog_ms: 50, ramp_ms: 20, ..options(&place) };
+    let shaped = Options { watchdog_ms: 200, ramp_ms: 20, ..options(&place) };
     let mut client = Client::open(&shaped).unwrap();
     let before = press(&mut client, 0..=200).pop().unwrap();
     assert!(size_n(&before) > SOME_N && before.notes == Notes::default(), "{before:?}");
     let begun = Instant::now();
     serve.kill();
     // A machine that took long to end the process has used up the watchdog's time.
-    let is_slow = begun.elapsed() > Duration::from_millis(20);
+    let is_slow = begun.elapsed() > Duration::from_millis(150);
     let (mut last_n, mut outcomes) = (size_n(&before), Vec::new());
     for step in 0..STEPS_MAX {
         let (outcome, answer) = client.step(&[pose(200)], MS_NS).unwrap();
@@ -69,7 +69,8 @@ fn a_server_that_stands_still_lets_the_force_fall_without_a_jump() {
     let _turn = turn();
     let place = Place::new("client-stands");
     let serve = place.serve(&["--watchdog-ms", "0", "--ramp-ms", "0"]);
-    let shaped = Options { watchdog_ms: 20, ramp_ms: 40, ..options(&place) };
+    // The force falls by the clock: a step of a fifth is one of 80 ms, which no busy machine makes.
+    let shaped = Options { watchdog_ms: 100, ramp_ms: 400, ..options(&place) };
     let mut client = Client::open(&shaped).unwrap();
     press(&mut client, 0..=200);
     let largest_n = size_n(&client.shown().unwrap());
