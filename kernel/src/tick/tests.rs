@@ -421,25 +421,3 @@ fn the_smallest_time_makes_a_pass() {
     let output = press(&mut tissue, &network, [0.0; 3], 0);
     assert!(output.energy_j > 0.0 && output.sweeps == settings.sweeps, "{output:?}");
 }
-
-/// A clamped force is at most the largest.
-#[test]
-fn a_clamped_force_is_at_most_the_largest() {
-    let model = Model::from_bytes(ORGAN).unwrap();
-    let max_force_n = 0.1;
-    let settings = Settings { max_force_n, ..Settings::for_model(&model) };
-    let network = Network::new(model, settings).unwrap();
-    let mut tissue = Body::<Track<ROOM>>::new();
-    tissue.reset(&network).unwrap();
-    let free = (0..CELLS as u16).find(|&cell| !model.is_fixed(cell)).unwrap();
-    tissue.choose_contacts(&network, &[free]).unwrap();
-    let mut clamped = 0;
-    for tick in 0..200_usize {
-        let way = [0, 1, 2].map(|axis| 2.0 * noise(3 * (tick / 4) + axis) * model.unit_m());
-        let output = press(&mut tissue, &network, way, 1);
-        let squared: f64 = output.force_n.iter().map(|&x| f64::from(x) * f64::from(x)).sum();
-        assert!(squared.sqrt() <= f64::from(max_force_n), "{tick}: {}", squared.sqrt());
-        clamped += usize::from(output.flags.contains(Flags::FORCE_CLAMPED));
-    }
-    assert!(clamped > 20, "{clamped}");
-}
