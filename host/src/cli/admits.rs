@@ -1,4 +1,4 @@
-//! What stiffness a device can be shown without energy being made, by the delay of its force.
+//! The stiffness that a device can show without generating energy, by the delay of its force.
 
 use std::fmt::Write as _;
 

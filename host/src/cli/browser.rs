@@ -60,7 +60,7 @@ impl BrowserArgs {
         if self.port != 0 { Some("--port") } else { self.no_open.then_some("--no-open") }
     }
 
-    /// Serves a site, tells its address with `tell`, and opens the browser if there is one.
+    /// Serves a site, passes its address to `tell`, and opens the browser if there is one.
     ///
     /// # Errors
     /// A port that is taken.

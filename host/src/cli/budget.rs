@@ -7,7 +7,7 @@ use crate::engine::Engine;
 use crate::error::{Error, Result};
 use crate::session::loops::serve::SweepBudget;
 
-/// How many sweeps a tick makes under a clock.
+/// Number of sweeps that a tick makes under a clock.
 #[derive(Debug, Clone, Copy, Default, Serialize, Deserialize, clap::Args)]
 #[serde(deny_unknown_fields)]
 pub struct BudgetArgs {

@@ -1,4 +1,4 @@
-//! `chaincell command`: tells a running `serve` what to do.
+//! `chaincell command`: sends a command to a running `serve`.
 
 use chaincell_kernel::trace::Command;
 use chaincell_kernel::{Choice, Unloading};
@@ -81,7 +81,7 @@ struct ToolArgs {
 /// Ticks in which a pull falls to 0 unless asked otherwise.
 const LET_GO_TICKS: u16 = 20;
 
-/// What is printed.
+/// The printed report.
 #[derive(Debug, Serialize)]
 struct Printed {
     tick: u64,

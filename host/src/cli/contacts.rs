@@ -17,12 +17,12 @@ use crate::words::counted;
 pub struct Args {
     #[command(flatten)]
     watch: WatchArgs,
-    /// End after so many seconds
+    /// End after S seconds
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
     seconds: Option<f64>,
 }
 
-/// What is printed of the contacts of a tick.
+/// The printed sums over the contacts of a tick.
 #[derive(Debug, PartialEq, Serialize)]
 struct Printed {
     tick: u64,

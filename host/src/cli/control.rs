@@ -49,7 +49,7 @@ pub struct Args {
     /// Contact that the server has: probe:RADIUS, cells:SELECTOR or auto [default: auto]
     #[arg(long, value_name = "CONTACT", requires = "model")]
     pub contact: Option<String>,
-    /// Play the path or the motion so many times, its ticks counting on
+    /// Play the path or the motion N times; the ticks count on
     #[arg(long, default_value_t = 1, value_name = "N", allow_negative_numbers = true)]
     pub repeat: u64,
     #[command(flatten)]
@@ -167,12 +167,12 @@ fn counts(report: &ControlReport) -> Counts {
     }
 }
 
-/// What `--json` prints.
+/// The output of `--json`.
 #[derive(Serialize)]
 struct Printed<'a> {
     #[serde(flatten)]
     report: &'a ControlReport,
-    /// Whether an answer had a contact; unknown where a motion is repeated or nothing was answered.
+    /// True if an answer had a contact; unknown where a motion is repeated or nothing was answered.
     has_touched: Option<bool>,
 }
 
@@ -185,6 +185,7 @@ fn print(
     if args.print.json {
         return terminal::say_json(&Printed { report, has_touched });
     }
+    // Print privileges that were refused, and counts of poses and answers.
     tell_refused(&report.refused);
     terminal::say(format_args!(
         "{} sent, {} answered, {} later than 1 ms",
@@ -192,6 +193,7 @@ fn print(
         report.ticks_answered,
         report.missed_deadlines
     ))?;
+    // Print flags, times and forces.
     terminal::say(format_args!(
         "  flags       {}; watchdog of the tissue in {}",
         report.flag_ticks,
@@ -204,10 +206,12 @@ fn print(
         report.largest_force_step_n,
         counted(report.silences, "silence")
     ))?;
+    // Print what else was seen: a tool that never touched, and injected faults.
     if has_touched == Some(false) {
         terminal::say(format_args!("  contact     {}", untouched(args)))?;
     }
     tell_injected(report.injected.as_ref())?;
+    // Print the state and the verdict.
     terminal::say(format_args!("  state hash  {}", report.state_hash))?;
     terminal::say(format_args!("  verdict     {verdict}"))
 }

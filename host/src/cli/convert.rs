@@ -28,7 +28,7 @@ pub struct Args {
     print: PrintArgs,
 }
 
-/// What `--json` prints.
+/// The output of `--json`.
 #[derive(Serialize)]
 struct Printed {
     nodes: usize,

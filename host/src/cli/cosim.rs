@@ -88,7 +88,7 @@ pub struct Args {
     print: PrintArgs,
 }
 
-/// What is printed and written to summary.json.
+/// The summary, printed and written to summary.json.
 #[derive(Debug, Serialize)]
 struct CosimSummary {
     cells: usize,
@@ -151,7 +151,7 @@ pub fn execute(args: &Args) -> Result<()> {
     args.budget.of(tissue.engine())?;
     if lengths.is_recorded {
         let ticks = poses.len() * lengths.presses as usize;
-        Folder::check_room(&out, Recorder::trace_records_of(ticks, tissue.tools()))?;
+        Folder::check_room(&out, Recorder::trace_records(ticks, tissue.tools()))?;
     }
     let folder = Folder::open(&out, args.folder.force)?;
     if args.model.is_none() {
@@ -247,7 +247,7 @@ fn under_load(
     Ok((session, Some(report)))
 }
 
-/// What the replay of a session found; nothing for a session that was not recorded.
+/// Results of the replay of a session; none for a session that was not recorded.
 #[derive(Default)]
 struct Replayed {
     state_hash: Option<String>,
@@ -255,7 +255,7 @@ struct Replayed {
     never_touched: Option<Untouched>,
 }
 
-/// Plays the recorded session of at most so many ticks once more without shared memory. Only the trace has all of
+/// Plays the recorded session of at most that many ticks once more without shared memory. Only the trace has all of
 /// a session: the sweeps and the delay of each tick, the commands, and the poses of all tools bit by bit.
 fn replay(tissue: &mut Staged<'_>, place: &Path, ticks: u64) -> Result<Replayed> {
     let bytes = recording::read(place)?;
@@ -354,16 +354,19 @@ fn print(args: &Args, summary: &CosimSummary) -> Result<()> {
     if args.print.json {
         return terminal::say_json(summary);
     }
+    // Print privileges that were refused, and counts of answers.
     tell_refused(&summary.refused);
     terminal::say(format_args!(
         "{}, {} later than 1 ms after the scheduled send",
         answered(summary),
         summary.missed_deadlines
     ))?;
+    // Print flags, and a tool that never touched.
     terminal::say(format_args!("  {:<18}{}", "flags", summary.flag_ticks))?;
     if let Some(untouched) = &summary.never_touched {
         terminal::say(format_args!("  {:<18}{untouched}", "contact"))?;
     }
+    // Print times of steps, answers and calls.
     session::tell_latencies(&[
         ("kernel step", &summary.step_ns),
         ("round trip", &summary.round_trip_ns),
@@ -377,6 +380,7 @@ fn print(args: &Args, summary: &CosimSummary) -> Result<()> {
         summary.peers.leaves,
         summary.peers.longest_ns() as f64 * 1e-3
     ))?;
+    // Print forces, their error and injected faults.
     terminal::say(format_args!(
         "  {:<18}largest step {} N",
         "force", summary.largest_force_step_n
@@ -385,12 +389,14 @@ fn print(args: &Args, summary: &CosimSummary) -> Result<()> {
         terminal::say(format_args!("  {:<18}{error}", "force error"))?;
     }
     tell_injected(summary.injected.as_ref())?;
+    // Compare the state hash with that of the replay.
     let replayed = match &summary.replay_state_hash {
         None => "not replayed: longer than an hour".to_owned(),
         Some(hash) if *hash == summary.state_hash => format!("replayed {hash} (the same)"),
         Some(hash) => format!("replayed {hash} (OTHER)"),
     };
     terminal::say(format_args!("  {:<18}{}, {replayed}", "state hash", summary.state_hash))?;
+    // Print the load, the folder and the verdict.
     if let Some(load) = &summary.load {
         load.print()?;
     }

@@ -1,4 +1,4 @@
-//! What commands print of a closed surface that was filled.
+//! The printed figures of a closed surface that was filled.
 
 use serde::Serialize;
 
@@ -51,6 +51,7 @@ impl FilledReport {
     /// Some lines on standard output.
     pub(super) fn print(&self) -> Result<()> {
         let row = |name: &str, value: String| terminal::say(format_args!("  {name:<14}{value}"));
+        // Print the surface.
         let cavities = match self.cavities {
             0 => String::new(),
             count => format!(", cavities: {count}"),
@@ -66,6 +67,7 @@ impl FilledReport {
                 self.surface_triangles, self.bodies
             ),
         )?;
+        // Print the tetrahedra, their quality and volume.
         row(
             "filled",
             format!(
@@ -88,6 +90,7 @@ impl FilledReport {
                 100.0 * self.volume_error
             ),
         )?;
+        // Name handles that were lost, and print the distance.
         if self.handles[0] != self.handles[1] {
             let [of_surface, of_filled] = self.handles;
             terminal::note(format_args!(

@@ -57,7 +57,7 @@ pub fn execute(args: &Args) -> Result<()> {
     device.map_or(Ok(()), |device| device.print())
 }
 
-/// What `--json` prints.
+/// The output of `--json`.
 #[derive(Serialize)]
 struct Printed {
     #[serde(flatten)]

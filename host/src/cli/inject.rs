@@ -13,10 +13,9 @@ use crate::words::counted;
 #[command(next_help_heading = "Faults on purpose")]
 pub struct InjectArgs {
     /// Faults in the poses sent, drawn by the seed: late:5%@MS (up to MS late, those behind wait),
-    /// lost:1%, dup:1%, reorder:1%, nan:1%, burst:2%@POSES (so many at once), rate:HZ,
-    /// stop:MS@POSES (nothing for MS after so many poses, then all that were due); in the tissue,
-    /// for serve and cosim: sweep:PERIODS@POSES (after so many poses a sweep takes at least
-    /// so many pose periods)
+    /// lost:1%, dup:1%, reorder:1%, nan:1%, burst:2%@N (N at once), rate:HZ, stop:MS@N (after N
+    /// poses nothing for MS, then all that were due); in the tissue, for serve and cosim:
+    /// sweep:PERIODS@N (after N poses a sweep takes at least that many pose periods)
     #[arg(long, value_name = "KIND:VALUE,..", allow_hyphen_values = true)]
     inject: Option<String>,
     /// Seed of the faults

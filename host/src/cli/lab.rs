@@ -37,7 +37,7 @@ pub const COMMANDS: [(&str, &str); 4] = [
 /// Commands of `chaincell` that tell more where the laboratory carries them out: about its commands too.
 const TOLD_BETTER: [&str; 2] = ["completions", "man"];
 
-/// Whether a word names a command of the laboratory.
+/// Returns true if a word names a command of the laboratory.
 fn is_known(word: &OsString) -> bool {
     COMMANDS.iter().any(|(name, _)| word == name)
 }
@@ -49,7 +49,7 @@ pub(super) fn listed(command: Command) -> Command {
     })
 }
 
-/// Hands the process over where its arguments name a command of the laboratory or one that it tells
+/// Hands the process over where its arguments name a command of the laboratory or one that it reports
 /// better, or ask for the help of one. Returns where they do not.
 ///
 /// # Errors

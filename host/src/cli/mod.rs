@@ -117,7 +117,7 @@ impl Cli {
     /// Reads the command line and carries it out; a command of the laboratory is handed over.
     ///
     /// # Errors
-    /// What went wrong, with the exit code it stands for.
+    /// The error, with its exit code.
     pub fn run() -> Result<()> {
         let words: Vec<OsString> = std::env::args_os().skip(1).collect();
         if let Some(ended) = sides::execute(&words) {

@@ -47,7 +47,7 @@ pub fn parse<'a>(image: &'a ImageBytes, path: &Path) -> Result<Model<'a>> {
     }
 }
 
-/// Whether the bound of every cell is at least the sum of the magnitudes of its row, which the
+/// Checks that the bound of every cell is at least the sum of the magnitudes of its row, which the
 /// kernel has no memory to look at; else the first cell where it is not.
 fn check_bounds(model: &Model<'_>) -> std::result::Result<(), usize> {
     let (mut row, mut touched) = (vec![0.0_f64; model.cells()], Vec::new());

@@ -34,7 +34,7 @@ pub struct Args {
     print: PrintArgs,
 }
 
-/// What is printed.
+/// The printed report.
 #[derive(Debug, Serialize)]
 struct Report {
     picture: PathBuf,
@@ -100,6 +100,7 @@ fn say(report: &Report) -> Result<()> {
 fn play(args: &Args, session: &Recorded, begun: &mut Begun<'_>) -> Result<Moment> {
     let Begun { trace, tissue, start, .. } = begun;
     let (mut played, mut largest, mut named) = (Played::default(), Largest::default(), None);
+    // Play; keep the tick that is asked for.
     let ended = play_steps(
         trace,
         tissue,
@@ -120,6 +121,7 @@ fn play(args: &Args, session: &Recorded, begun: &mut Begun<'_>) -> Result<Moment
             named.is_none()
         },
     );
+    // Refuse a session that cannot be played; a cut one counts as far as it goes.
     match ended {
         Err(Stop::Enough) => {}
         Err(Stop::Differs(why)) => {
@@ -129,6 +131,7 @@ fn play(args: &Args, session: &Recorded, begun: &mut Begun<'_>) -> Result<Moment
         Ok(End::Complete) => {}
         Ok(end) => terminal::note(format_args!("note: {}: {end}", session.path.display())),
     }
+    // Take the moment that was found.
     let found = named.or_else(|| largest.moment().cloned());
     found.ok_or_else(|| no_tick(args.tick, trace, &session.path))
 }

@@ -71,7 +71,7 @@ pub fn ticks(seconds: f64) -> Result<u64> {
     }
 }
 
-/// The press of this depth \[m\] on a body, in so many ticks.
+/// A press of a depth \[m\] on a body, in a number of ticks.
 ///
 /// # Errors
 /// No place for it, see [`place`]; a bad depth; too few ticks.

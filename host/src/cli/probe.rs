@@ -1,4 +1,4 @@
-//! What `info --probe` says of a sphere on a model.
+//! The report of `info --probe` about a sphere on a model.
 
 use chaincell_kernel::Model;
 use serde::Serialize;
@@ -35,6 +35,7 @@ impl ProbeReport {
     /// # Errors
     /// A radius out of range; a model without a contact surface; no place for the press; Ctrl-C.
     pub fn new(model: &Model<'_>, radius_m: f32) -> Result<Self> {
+        // Refuse a radius, or a model, without contact.
         let most_m = model.saturation() * model.unit_m();
         if !(radius_m > 0.0 && radius_m <= most_m) {
             return Err(Error::input(format!(
@@ -48,6 +49,7 @@ impl ProbeReport {
                  --contact-surface yes"
             )));
         }
+        // Press slowly, and take the figures of all triangles.
         let press = slow_press(model, radius_m)?;
         let (mut samples, mut stiffness) = ([u16::MAX, 0], [f32::INFINITY, 0.0_f32]);
         model.each_contact_triangle(radius_m, |parts, n_per_m| {
@@ -72,11 +74,13 @@ impl ProbeReport {
     pub fn print(&self) -> Result<()> {
         let row = |name: &str, value: String| terminal::say(format_args!("  {name:<14}{value}"));
         let millimetres = |metres: f64| format!("{:.1} mm", 1e3 * metres);
+        // Print the contact of a triangle.
         row("probe", millimetres(self.radius_m.into()))?;
         let [fewest, most] = self.samples_per_side;
         row("samples", format!("{fewest} to {most} along each side of a triangle"))?;
         let [least, largest] = self.contact_stiffness_n_per_m;
         row("contact", format!("{least:.1} to {largest:.1} N/m a triangle"))?;
+        // Print the depth at which the sphere is held back.
         let pressed = millimetres(self.pressed_m);
         match (self.behind_depth_m, self.behind_force_n, self.behind_by) {
             (Some(depth_m), Some(force_n), Some("energy")) => row(
@@ -95,6 +99,7 @@ impl ProbeReport {
             )?,
             _ => row("never through", format!("not needed down to {pressed}"))?,
         }
+        // Print the depth at which the sphere lost the body, or the least force.
         if let Some(depth_m) = self.lost_depth_m {
             return row(
                 "lost",

@@ -49,7 +49,7 @@ impl RecordedArgs {
         Self { trace, model }
     }
 
-    /// Whether a path is a session rather than a model: a folder, or a file that begins like a trace.
+    /// Returns true if a path is a session rather than a model: a folder, or a file that begins like a trace.
     pub fn is_session(path: &Path) -> bool {
         path.is_dir() || recording::begins_like_a_trace(path)
     }

@@ -33,7 +33,7 @@ pub struct Args {
     print: PrintArgs,
 }
 
-/// What is printed.
+/// The printed report.
 #[derive(Debug, Serialize)]
 struct ReplayReport {
     cells: usize,
@@ -113,7 +113,7 @@ pub fn execute(args: &Args) -> Result<()> {
     terminal::say(format_args!("  {:<14}{}", "state hash", report.state_hash))
 }
 
-/// What the outcome means; `is_named`: a snapshot was named to begin from.
+/// Judges the outcome; `is_named`: a snapshot was named to begin from.
 fn judge(
     trace: &Path,
     report: &ReplayReport,
@@ -121,6 +121,7 @@ fn judge(
     differs: Option<ReplayError>,
     is_named: bool,
 ) -> Result<()> {
+    // Refuse a difference, and a damaged trace.
     let path = trace.display();
     if let Some(why) = differs {
         return Err(Error::check(format!("{path}: {why}")));
@@ -132,9 +133,11 @@ fn judge(
         );
         return Err(Error::file("replay", trace, why));
     }
+    // A cut trace counts up to its last whole record.
     if let Some(end @ End::Cut(_)) = end {
         terminal::note(format_args!("note: {path}: {end}; the whole records before it count"));
     }
+    // Refuse a trace that compares nothing.
     match (report.ticks, report.hashes_compared) {
         (0, _) if is_named => {
             let why =

@@ -1,4 +1,4 @@
-//! What commands print about a model, as a table or as JSON.
+//! Reports about a model, printed as a table or as JSON.
 
 use std::collections::BTreeMap;
 
@@ -152,6 +152,7 @@ impl ModelReport {
     pub fn print(&self) -> Result<()> {
         let row = |name: &str, value: String| terminal::say(format_args!("  {name:<14}{value}"));
         let varies = |varies: bool| if varies { " (mean; stored per link)" } else { "" };
+        // Print the network.
         row(
             "cells",
             format!("{}, {} fixed, {} on the surface", self.cells, self.fixed, self.surface),
@@ -170,10 +171,12 @@ impl ModelReport {
         )?;
         row("grid", format!("{} D, {} part(s)", self.dimension, self.parts))?;
         row("coarse", format!("{} basis functions of the coarse level", self.coarse_functions))?;
+        // Print its size.
         let [low, high] = self.bounding_box_m;
         let side = |axis: usize| format!("{:.4} to {:.4}", low[axis], high[axis]);
         row("box", format!("x {}, y {}, z {} m", side(0), side(1), side(2)))?;
         row("mean link", format!("{:.4e} m", self.mean_link_m))?;
+        // Print the material.
         row("alpha", format!("{}{}", self.alpha, varies(self.alpha_varies)))?;
         if let (Some(young_pa), Some(poisson)) = (self.young_pa, self.poisson) {
             row(
@@ -197,9 +200,11 @@ impl ModelReport {
         if let Some(of) = &self.equivalent_young_pa {
             row("equivalent", of.of_links())?;
         }
+        // Print the bounds of state, step and energy.
         row("saturation", format!("{:.4} m from the centre", self.k_m))?;
         row("step bound", format!("{:.5} (euler, dimensionless time a sweep)", self.step_bound))?;
         row("energy bound", format!("{:.4} J", self.energy_max_j))?;
+        // Print the memory that image and tissue take.
         row("flash", format!("{} bytes", self.image_bytes))?;
         let schemes = if self.young_pa.is_some() { 2 } else { 4 };
         for (name, bytes) in [

@@ -61,22 +61,22 @@ pub struct Args {
     pub common: LoopArgs,
     #[command(flatten)]
     pub silence: SilenceArgs,
-    /// Send the state hash with every so many ticks; 0 for none but the last
+    /// Send the state hash with every N-th tick; 0 for the last one alone
     #[arg(long, default_value_t = 1, value_name = "N", allow_negative_numbers = true)]
     pub hash_every: u64,
-    /// Send the positions of all nodes to viewers so many times a second at most, and the contacts of
-    /// tools on a contact surface; 0 for never [Hz]
+    /// Largest rate at which viewers get the positions of all nodes, and the contacts of tools on a
+    /// contact surface; 0 for never [Hz]
     #[arg(long, default_value_t = 60, value_name = "HZ", allow_negative_numbers = true)]
     pub state_hz: u32,
-    /// Execute so many poses a second at most, 1024 of them at once; further ones are counted and not
-    /// executed; 0 for no limit [Hz]
+    /// Largest rate at which poses are executed, in bursts of at most 1024; further ones are counted
+    /// and not executed; 0 for no limit [Hz]
     #[arg(long, default_value_t = POSE_HZ, value_name = "HZ", allow_negative_numbers = true)]
     pub max_pose_hz: u32,
-    /// End after so many ticks
+    /// End after N ticks
     #[arg(long, value_name = "N", allow_negative_numbers = true,
         value_parser = clap::value_parser!(u64).range(1..))]
     pub ticks: Option<u64>,
-    /// End after so many seconds
+    /// End after S seconds
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
     pub seconds: Option<f64>,
     #[command(flatten)]
@@ -280,7 +280,7 @@ fn faults(args: &Args) -> Result<Faults> {
     }
 }
 
-/// What this process knows of late answers: those to poses that newer ones had overtaken.
+/// Late answers that this process knows of: those to poses that newer ones had overtaken.
 fn counts(args: &Args, report: &ServeReport, engine: &Engine<'_>) -> Counts {
     Counts {
         answers: report.ticks_executed,
@@ -299,7 +299,7 @@ fn recorder(
     tools: usize,
 ) -> Result<(Option<Folder>, Recorder)> {
     let ticks = record_ticks(args)?;
-    let records = Recorder::trace_records_of(ticks, tools);
+    let records = Recorder::trace_records(ticks, tools);
     if let Some(path) = &args.record {
         let trace = TraceFile::create("--record", path, args.folder.force, begun, records)?;
         return Ok((None, Recorder::on_disk(ticks, trace)));
@@ -369,6 +369,7 @@ fn print(
     if args.print.json {
         return terminal::say_json(report);
     }
+    // Print privileges that were refused, and counts of ticks and poses.
     tell_refused(&report.refused);
     terminal::say(format_args!(
         "{} answered, {} without a sweep, {} repeated, {} refused, {} too fast, {} missing, watchdog fired {}",
@@ -380,10 +381,12 @@ fn print(
         report.poses_missing,
         counted(report.watchdog_fired, "time")
     ))?;
+    // Print flags, and a tool that never touched.
     terminal::say(format_args!("  flags       {}", report.flag_ticks))?;
     if let Some(untouched) = never_touched {
         terminal::say(format_args!("  contact     {untouched}"))?;
     }
+    // Print times, forces and programs that joined.
     terminal::say(format_args!("  step        {}", report.step_ns.in_us()))?;
     terminal::say(format_args!("  force       largest step {} N", report.largest_force_step_n))?;
     terminal::say(format_args!(
@@ -392,6 +395,7 @@ fn print(
         report.peers.leaves,
         report.peers.longest_ns() as f64 * 1e-3
     ))?;
+    // Print states, contacts and commands, where there were any.
     if report.states_sent > 0 {
         terminal::say(format_args!(
             "  states      {} sent, {}",
@@ -414,6 +418,7 @@ fn print(
             counted(report.ticks_paused, "tick")
         ))?;
     }
+    // Print the state and the verdict.
     terminal::say(format_args!("  state hash  {}", report.state_hash))?;
     terminal::say(format_args!("  verdict     {verdict}"))
 }

@@ -48,7 +48,7 @@ impl LoopArgs {
     }
 
     /// How a side ends that has printed its report: where another process of this program reads
-    /// the report, that one tells the user what went wrong.
+    /// the report, that one names the error.
     pub fn after_report(&self, outcome: Result<()>) -> Result<()> {
         outcome.map_err(|why| match self.is_child {
             true => Error::Reported(why.exit_code()),

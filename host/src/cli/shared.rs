@@ -33,14 +33,14 @@ pub struct FolderArgs {
     pub force: bool,
 }
 
-/// What happens to the force in a silence of the other side.
+/// Handling of the force in a silence of the other side.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize, clap::Args)]
 #[serde(deny_unknown_fields)]
 pub struct SilenceArgs {
     /// Silence of the other side after which the force falls to 0, 0 for never [ms]
     #[arg(long, default_value_t = 20, value_name = "MS", allow_negative_numbers = true)]
     pub watchdog_ms: u32,
-    /// Time in which it falls, and rises after the silence; 0 for at once [ms]
+    /// Time in which the force falls in a silence, and rises after it; 0 for at once [ms]
     #[arg(long, default_value_t = 20, value_name = "MS", allow_negative_numbers = true)]
     pub ramp_ms: u32,
 }

@@ -15,15 +15,15 @@ use crate::choice::{self, by_text};
 use crate::error::{Error, Result};
 use crate::session::timing::clock::SECOND_NS;
 
-/// Poses a second of a device, unless it is told.
+/// Poses a second of a device, unless given.
 const DEVICE_HZ: u32 = 1000;
 
-/// What stands between the tissue and the device; nothing unless one of these is given.
+/// Options of the output stage between tissue and device; there is none unless one of these is given.
 #[derive(Debug, Clone, Default, Serialize, Deserialize, clap::Args)]
 #[serde(deny_unknown_fields)]
 #[command(next_help_heading = "Output stage")]
 pub struct StageArgs {
-    /// Device whose profile the stage takes; what is given beside it goes before the profile. Counts
+    /// Device whose profile the stage takes; options that are given replace values of the profile. Counts
     /// on 0.5 N s/m of damping in the device: give --passivity with your own
     #[serde(with = "choice::optional")]
     #[arg(long, value_parser = parser::<Device>(), value_name = "DEVICE")]
@@ -60,7 +60,7 @@ pub struct StageArgs {
     engage_ramp_ms: Option<u16>,
 }
 
-/// What clap is told of an argument.
+/// An argument as clap takes it.
 type Checked<T> = std::result::Result<T, String>;
 
 /// A part of the stage, or the word `none`.
@@ -205,7 +205,7 @@ impl StageArgs {
                 ));
             }
             (Some(of), Some(Delay::Told(delay_ticks))) => Some(Passivity { delay_ticks, ..of }),
-            // What is not known yet may be the longest.
+            // A delay that is not known yet may be the longest.
             (Some(of), Some(Delay::Measured)) if coupling.is_some() => {
                 Some(Passivity { delay_ticks: DELAY_MAX, ..of })
             }

@@ -28,7 +28,7 @@ pub struct Args {
 
 type State = (StateHeader, Vec<NodePosition>);
 
-/// What is printed of a state.
+/// The printed part of a state.
 #[derive(Debug, Serialize)]
 struct Printed {
     tick: u64,

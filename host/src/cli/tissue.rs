@@ -28,10 +28,10 @@ const TICK_S: f32 = 1e-3;
 #[serde(deny_unknown_fields)]
 pub struct TissueArgs {
     /// Cells that the tool holds while engaged: cells:SELECTOR (see `bake --help`), input ids, or
-    /// auto: the free surface cell farthest from the fixed ones with its surface neighbours. Of a
-    /// model baked with --cells, nodes: the cells are held of whose group they are half or more.
-    /// The tool's displacement counts from where it engages. Or probe:RADIUS, in short for --tool
-    /// sphere:RADIUS
+    /// auto: the free surface cell farthest from the fixed ones with its surface neighbours. On a
+    /// model baked with --cells the ids are those of nodes, and a cell is held if half of its group
+    /// or more is named. The tool's displacement counts from where it engages. probe:RADIUS is short
+    /// for --tool sphere:RADIUS
     #[arg(long, default_value = "auto", value_name = "CONTACT")]
     pub contact: String,
     /// A tool by its parts, on a model with a contact surface (`bake`); up to eight times, the first is
@@ -246,7 +246,7 @@ impl TissueArgs {
         Ok(())
     }
 
-    /// What the tool touches.
+    /// The contact of the tool.
     fn contact(&self, model: &Model<'_>) -> Result<Contact> {
         let tools = self.tools()?;
         if tools.is_empty() {
@@ -327,7 +327,7 @@ impl TissueArgs {
     }
 }
 
-/// What `--contact` names on a model.
+/// The contact that `--contact` names on a model.
 ///
 /// # Errors
 /// A selector or a radius that names nothing, a model without a contact surface.

@@ -126,7 +126,7 @@ pub fn probe(contact: &str) -> Result<Option<ToolSpec>> {
     })
 }
 
-/// So many finite numbers with commas between.
+/// N finite numbers with commas between.
 fn numbers<const N: usize>(text: Option<&str>) -> Option<[f32; N]> {
     let numbers: Option<Vec<f32>> =
         text?.split(',').map(|x| x.trim().parse().ok().filter(|x: &f32| x.is_finite())).collect();

@@ -34,7 +34,7 @@ pub fn per_cell(option: &str, text: &str, mesh: &Mesh) -> Result<PerCell> {
     }
 }
 
-/// What `--material group:NAME,young-pa=E,poisson=NU` says of a group.
+/// The material of a group, `--material group:NAME,young-pa=E,poisson=NU`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Material<'a> {
     /// The group.

@@ -1,4 +1,4 @@
-//! What `--version` tells beside the number of the release.
+//! The text of `--version` after the number of the release.
 
 use std::sync::LazyLock;
 

@@ -83,7 +83,7 @@ pub fn execute(args: &Args) -> Result<()> {
     }
 }
 
-/// What a page shows: its configuration, and what that refers to.
+/// The content of a page: its configuration, and what that refers to.
 struct Shown {
     /// As if all came from a server.
     config: Config,

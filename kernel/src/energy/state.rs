@@ -162,23 +162,6 @@ impl<'a> TermStates<'a> {
         }
     }
 
-    /// Reads the words of `cells` cells. Returns false and changes nothing if they are not valid states.
-    pub(crate) fn read(&mut self, cells: usize, words: &[u32]) -> bool {
-        let states = self.shared(cells);
-        let cells = if states.any() { cells } else { 0 };
-        if words.len() != cells * LASTING {
-            return false;
-        }
-        // -0.0 becomes +0.0.
-        let number = |words: &[u32], row| words.get(row).map_or(0.0, |&x| f32::from_bits(x) + 0.0);
-        let each = || words.chunks_exact(LASTING.max(1)).enumerate();
-        let is_whole = each().all(|(_, words)| Others::is_valid(&|row| number(words, row)));
-        if is_whole {
-            each().for_each(|(cell, words)| states.publish(cell, |row| number(words, row)));
-        }
-        is_whole
-    }
-
     /// Shares the memory of `cells` cells for a tick.
     #[inline(always)]
     pub(crate) fn shared(&mut self, cells: usize) -> States<'_> {
@@ -201,17 +184,6 @@ pub(crate) fn lasting(memory: &[TermState], cells: usize) -> impl Iterator<Item 
         let [now, ..] = flags;
         let first = if *now == 0.0 { 0 } else { LASTING };
         rows.get(first..)?.first_chunk()
-    })
-}
-
-/// The words of what lasts of `cells` cells for a saved state, cell by cell.
-pub(crate) fn words(memory: &[TermState], cells: usize) -> impl Iterator<Item = u32> {
-    let slices = lasting(memory, cells).enumerate();
-    slices.flat_map(move |(slice, rows)| {
-        let of_cell = move |cell: usize| {
-            rows.iter().filter_map(move |row| row.get(cell % LANES)).map(|x| x.to_bits())
-        };
-        (slice * LANES..cells.min((slice + 1) * LANES)).flat_map(of_cell)
     })
 }
 

@@ -200,11 +200,6 @@ impl Keeps for Nodal<'_> {
     fn at_rest(row: usize) -> f32 {
         if matches!(row, 0 | 4 | 8 | 12) { 1.0 } else { 0.0 }
     }
-
-    fn is_valid(number: &impl Fn(usize) -> f32) -> bool {
-        let size = (0..4).map(number).fold(0.0, |sum, x| sum + x * x);
-        (0.99..1.01).contains(&size) && (4..Self::LASTING).all(|row| number(row).is_finite())
-    }
 }
 
 impl<'a> TermData<'a> for Nodal<'a> {

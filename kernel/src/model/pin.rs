@@ -61,11 +61,6 @@ impl<'a> Pins<'a> {
 /// Slip of an anchor, and its relaxation in this tick.
 impl Keeps for Pins<'_> {
     const LASTING: usize = 6;
-
-    fn is_valid(number: &impl Fn(usize) -> f32) -> bool {
-        // An anchor is at most twice the range of a coordinate from its point.
-        (0..Self::LASTING).all(|row| number(row).abs() <= 2.0 * COORDINATE_MAX)
-    }
 }
 
 impl<'a> TermData<'a> for Pins<'a> {

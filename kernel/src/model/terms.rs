@@ -17,10 +17,6 @@ pub(crate) trait Keeps: Copy {
     fn at_rest(_row: usize) -> f32 {
         0.0
     }
-    /// Returns true if what lasts may be that of a cell; `number` returns the number of a row.
-    fn is_valid(_number: &impl Fn(usize) -> f32) -> bool {
-        true
-    }
 }
 
 impl Keeps for NoTerm {}
@@ -30,10 +26,6 @@ impl<A: Keeps, B: Keeps> Keeps for (A, B) {
 
     fn at_rest(row: usize) -> f32 {
         row.checked_sub(A::LASTING).map_or_else(|| A::at_rest(row), B::at_rest)
-    }
-
-    fn is_valid(number: &impl Fn(usize) -> f32) -> bool {
-        A::is_valid(number) && B::is_valid(&|row| number(A::LASTING + row))
     }
 }
 

@@ -30,18 +30,6 @@ impl Device {
         }
     }
 
-    /// Largest stiffness that the device can show \[N/m\].
-    #[must_use]
-    pub const fn max_stiffness_n_per_m(self) -> f32 {
-        match self {
-            Self::Touch => 400.0,
-            Self::Premium => 1000.0,
-            Self::Falcon => 3000.0,
-            Self::Omega => 5000.0,
-            Self::Sigma => 4000.0,
-        }
-    }
-
     /// Stiffness of the default coupling: the device's, or the most at which the controller keeps a handle of
     /// its mass quiet in a loose hand, despite the encoder's quantisation \[N/m\].
     #[must_use]

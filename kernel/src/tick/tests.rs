@@ -15,7 +15,7 @@ use super::settings::{Network, Settings, SettingsError};
 use super::tissue::{Tissue, TissueMut};
 use crate::contact::pose::ToolPose;
 use crate::energy::pin::{Displaced, displaced, store};
-use crate::energy::state::{self, LASTING, TermState, TermStates, term_states};
+use crate::energy::state::{lasting, term_states};
 use crate::energy::tests::{pinned, with_word};
 use crate::model::image::{ModelError, kind, params};
 use crate::model::pin::{PINS, Pin};
@@ -63,9 +63,8 @@ fn network(model: Model<'static>, drive: Drive) -> Network<'static> {
 
 /// State of a cell's pin.
 fn state<D: Dynamics>(tissue: &TissueMut<'_, D>, cell: usize) -> Displaced {
-    let words = state::words(tissue.states.cells(CELLS), CELLS);
-    let mut numbers = words.skip(LASTING * cell).map(f32::from_bits);
-    std::array::from_fn(|_| std::array::from_fn(|_| numbers.next().unwrap()))
+    let rows = lasting(tissue.states.cells(CELLS), CELLS).nth(cell / LANES).unwrap();
+    std::array::from_fn(|at| std::array::from_fn(|axis| rows[3 * at + axis][cell % LANES]))
 }
 
 /// Positions and states of all cells.
@@ -374,45 +373,33 @@ fn a_discarded_pass_takes_back_what_the_terms_keep() {
     }
 }
 
+/// A snapshot holds the states of the terms; positions alone, and a reset, forget them.
 #[test]
 fn a_saved_state_goes_on_with_the_same_bits() {
     let model = organ(0.8, 0.4);
     let network = network(model, Drive::Position);
-    let mut one = Body::<Track<ROOM>>::new();
+    let [mut one, mut two] = [(); 2].map(|()| Body::<Track<ROOM>>::new());
     one.reset(&network).unwrap();
     for _ in 0..20 {
         press(&mut one, &network, [0.0; 3], 0);
     }
-    let positions: Vec<[f32; 3]> =
-        (0..CELLS).map(|cell| one.view().position(&model, cell).unwrap()).collect();
-    let words: Vec<u32> = one.view().term_words(&model).collect();
-    let hash = one.view().state_hash(&model);
-    let mut two = Body::<Track<ROOM>>::new();
-    assert!(!two.view().set_term_words(&network, &words), "without a model");
-    two.reset(&network).unwrap();
-    for tissue in [&mut one, &mut two] {
-        tissue.view().set_positions(&network, &positions).unwrap();
-        let alone = tissue.view().state_hash(&model);
-        assert_ne!(alone, hash, "positions are not all of it");
-        let mut wrong = words.clone();
-        wrong[words.len() / CELLS * pins(&model, 0.0, 1.0, 0.0)[3].cell] = f32::NAN.to_bits();
-        for refused in [&words[1..], &[&words[..], &[0]].concat(), &wrong] {
-            assert!(!tissue.view().set_term_words(&network, refused));
-            assert_eq!(tissue.view().state_hash(&model), alone);
-        }
-        assert!(tissue.view().set_term_words(&network, &words));
-        assert_eq!(tissue.view().state_hash(&model), hash);
-    }
+    let mut bytes = std::vec![0; one.view().snapshot_bytes(&network).unwrap()];
+    one.view().save(&network, &mut bytes).unwrap();
+    two.view().restore(&network, &bytes).unwrap();
     for _ in 0..40 {
         let outputs = [&mut one, &mut two].map(|of| press(of, &network, [0.0; 3], 0).energy_j);
         assert_eq!(outputs[0].to_bits(), outputs[1].to_bits());
-        assert_eq!(one.view().state_hash(&model), two.view().state_hash(&model));
+        assert_eq!(kept(&mut one, &model), kept(&mut two, &model));
     }
+    let rest = [[0.0; 3]; 2];
+    assert!(kept(&mut one, &model).iter().any(|(_, state)| *state != rest));
+    let positions: Vec<[f32; 3]> =
+        (0..CELLS).map(|cell| one.view().position(&model, cell).unwrap()).collect();
+    one.view().set_positions(&network, &positions).unwrap();
     two.reset(&network).unwrap();
-    let mut memory = std::vec![TermState::ZERO; term_states(CELLS)];
-    TermStates::new(&mut memory).reset(CELLS);
-    let rest = state::words(&memory, CELLS);
-    assert!(two.view().term_words(&model).eq(rest), "a reset forgets");
+    for tissue in [&mut one, &mut two] {
+        assert!(kept(tissue, &model).iter().all(|(_, state)| *state == rest));
+    }
 }
 
 /// A time that is lost in rounding would make no pass: the error reports the smallest, which makes one.
@@ -433,26 +420,4 @@ fn the_smallest_time_makes_a_pass() {
     tissue.view().set_positions(&network, &positions).unwrap();
     let output = press(&mut tissue, &network, [0.0; 3], 0);
     assert!(output.energy_j > 0.0 && output.sweeps == settings.sweeps, "{output:?}");
-}
-
-/// A clamped force is at most the largest.
-#[test]
-fn a_clamped_force_is_at_most_the_largest() {
-    let model = Model::from_bytes(ORGAN).unwrap();
-    let max_force_n = 0.1;
-    let settings = Settings { max_force_n, ..Settings::for_model(&model) };
-    let network = Network::new(model, settings).unwrap();
-    let mut tissue = Body::<Track<ROOM>>::new();
-    tissue.reset(&network).unwrap();
-    let free = (0..CELLS as u16).find(|&cell| !model.is_fixed(cell)).unwrap();
-    tissue.choose_contacts(&network, &[free]).unwrap();
-    let mut clamped = 0;
-    for tick in 0..200_usize {
-        let way = [0, 1, 2].map(|axis| 2.0 * noise(3 * (tick / 4) + axis) * model.unit_m());
-        let output = press(&mut tissue, &network, way, 1);
-        let squared: f64 = output.force_n.iter().map(|&x| f64::from(x) * f64::from(x)).sum();
-        assert!(squared.sqrt() <= f64::from(max_force_n), "{tick}: {}", squared.sqrt());
-        clamped += usize::from(output.flags.contains(Flags::FORCE_CLAMPED));
-    }
-    assert!(clamped > 20, "{clamped}");
 }

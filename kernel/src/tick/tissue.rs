@@ -15,7 +15,7 @@ use crate::contact::memory::TouchRoom;
 use crate::contact::pose::ToolPose;
 use crate::energy::held::Contact;
 use crate::energy::links::number::LinkNumber;
-use crate::energy::state::{self, TermState, TermStates};
+use crate::energy::state::{TermState, TermStates};
 use crate::model::image::CELLS_MAX;
 use crate::model::terms::TermData;
 use crate::model::{COORDINATE_MAX, Model};
@@ -279,7 +279,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
     /// without motion and with the tool released; the contact cells stay chosen.
     ///
     /// The certified level starts anew from the energy of that state. The terms' states are those of the rest
-    /// shape: [`Self::set_term_words`] restores them.
+    /// shape: a snapshot restores them too.
     ///
     /// # Errors
     /// The first fault of the positions; the state is unchanged then.
@@ -420,29 +420,6 @@ impl<D: Dynamics> TissueMut<'_, D> {
     pub fn position(&self, model: &Model<'_>, cell: usize) -> Option<[D::Number; 3]> {
         let v = self.state.get(..model.cells())?.get(cell)?;
         Some(output(v.xyz(), D::Number::from_single(model.saturation())))
-    }
-
-    /// The states that the terms keep of the cells, as words: with the positions they are a saved state. In a
-    /// file low byte first. Empty for models without such a term.
-    pub fn term_words(&self, model: &Model<'_>) -> impl Iterator<Item = u32> {
-        let cells = model.kept_states();
-        state::words(self.states.cells(cells), cells)
-    }
-
-    /// Restores the words of [`Self::term_words`], after [`Self::set_positions`]; the certified level starts
-    /// anew. Returns true if the words fit; other words change nothing.
-    #[must_use]
-    pub fn set_term_words(&mut self, network: &Network<'_>, words: &[u32]) -> bool {
-        let model = network.model();
-        if self.head.model != Some(model.checksum())
-            || !self.states.read(model.kept_states(), words)
-        {
-            return false;
-        }
-        self.head.level.forget();
-        self.head.dynamics.interrupt();
-        self.head.awake.wake_all(model);
-        true
     }
 
     /// The state hash, see [`state_hash`].

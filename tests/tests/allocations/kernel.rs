@@ -63,17 +63,6 @@ fn is_the_heaps<D: Dynamics>(image: &[u8], held: &[u32], mut tissue: TissueMut<'
 }
 
 #[test]
-fn the_linked_model_is_what_the_bake_gives_today() {
-    let mesh = load(
-        "plane:9x9x0.01",
-        &chaincell_host::mesh::MeshOptions { diagonals: true, ..Default::default() },
-    );
-    let mesh = mesh.unwrap();
-    let options = BakeOptions { lean: true, ..BakeOptions::default() };
-    assert_eq!(bake(&mesh, &mesh.border, &options).unwrap().as_bytes(), IMAGE);
-}
-
-#[test]
 fn euler_carries_no_momentum() {
     let (track, euler) = (Tissue::<81, Track, 1>::RAM_BYTES, Tissue::<81, Euler, 1>::RAM_BYTES);
     // To the nearest: a tissue is a multiple of its alignment.

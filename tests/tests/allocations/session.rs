@@ -152,7 +152,7 @@ fn served(viewed: Viewed) -> Counter {
     let trace = root.path().join("a.trace");
     let server = std::thread::spawn(move || {
         let mut counter = Counter::default();
-        let records = Recorder::trace_records(1000);
+        let records = Recorder::trace_records(1000, 0);
         let trace = TraceFile::create("--record", &trace, false, begun(), records).unwrap();
         let mut recorder = Recorder::with_capacity(1000).with_trace(trace);
         let server = Server::open(&options).unwrap();

@@ -1,4 +1,4 @@
-//! The golden scenes' images are what the bake gives today.
+//! The images of the golden scenes, and of the tests of the kernel, are what the bake gives today.
 #![allow(clippy::unwrap_used, clippy::panic)]
 
 use std::path::Path;
@@ -38,6 +38,9 @@ fn the_linked_images_are_what_the_bake_gives() {
         contact_surface: ContactSurface::No,
         ..BakeOptions::default()
     };
+    let nine = BakeOptions { lean: true, ..BakeOptions::default() };
+    let linked = include_bytes!("../../data/plane9.chaincell");
+    check("plane9.chaincell", linked, &baked("plane:9x9x0.01", true, &nine));
     let slack = |alpha| PerCell::Uniform(alpha);
     let four = BakeOptions { lean: true, ..plain.clone() };
     check("plane4.chaincell", PLANE4, &baked("plane:21x21x0.01", false, &four));

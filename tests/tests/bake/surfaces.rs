@@ -21,7 +21,7 @@ fn cuboid(low: [f64; 3], high: [f64; 3]) -> Triangles {
     faces.into_iter().flat_map(cut).collect()
 }
 
-/// A ball of so many rings.
+/// A ball with this number of rings.
 fn ball(middle: [f64; 3], radius: f64, rings: usize) -> Triangles {
     use std::f64::consts::{PI, TAU};
     let at = |i: usize, j: usize| {

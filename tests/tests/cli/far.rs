@@ -5,7 +5,7 @@
 use chaincell_tests::files::{Table, bake, play, scratch, text, write_path};
 use chaincell_tests::run;
 
-/// A tool that moves up by 8 of a unit that is so many metres.
+/// A tool that moves up by 8 of a unit, which is given in metres.
 fn rows(unit_m: f64) -> impl Iterator<Item = (u64, [f32; 3], u32)> {
     (0..20_u16).map(move |tick| {
         let z = 40.0 + 8.0 * f32::from(tick.min(10)) / 10.0;

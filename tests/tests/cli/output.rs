@@ -55,7 +55,8 @@ fn places_where_no_folder_can_be() {
     let file = place.folder.path().join("file");
     std::fs::write(&file, "mine").unwrap();
     place.refuses_into(&file, &[], &["cannot create folder", text(&file)]);
-    place.refuses_into(&file, &["--force"], &["cannot create folder", text(&file)]);
+    let there = ["cannot create folder", text(&file), "a file is there: name a folder"];
+    place.refuses_into(&file, &["--force"], &there);
     place.refuses_into(&file.join("below"), &[], &["cannot create folder", text(&file)]);
     place.refuses_into(Path::new("/proc/none"), &[], &["cannot create folder /proc/none"]);
     place.refuses_into(Path::new(""), &[], &["--out <DIR>"]);

@@ -120,7 +120,7 @@ impl Run<'_> {
         (outward_n, output)
     }
 
-    /// Stays for so many ticks; the last one.
+    /// Stays for a number of ticks; returns the last output.
     fn stay(&mut self, act: Act, ticks: u16) -> (f32, TickOutput) {
         (0..ticks).map(|_| self.tick(act)).last().unwrap()
     }

@@ -17,7 +17,7 @@ fn plane(options: &BakeOptions) -> ImageBytes {
     bake(&mesh, &mesh.border, options).unwrap()
 }
 
-/// Moves a node up by so many metres a tick, then holds it there, then goes back in one go.
+/// Moves a node up by a number of metres a tick, holds it there, then moves it back at once.
 fn moved(
     image: &ImageBytes,
     node: u32,

@@ -1,6 +1,5 @@
 //! The kernel from outside: what must hold on any body, in every scheme and number type.
 
-mod contact_properties;
 mod corpus;
 mod current;
 mod energy;

@@ -18,7 +18,7 @@ const RESTS: usize = 60;
 /// From here on the force is to be that of the equilibrium.
 const SETTLED: usize = MOVES + 10;
 
-/// A bar of so many nodes along it and across, fixed at one end and held at the other.
+/// A bar of given numbers of nodes along it and across, fixed at one end and held at the other.
 struct Bar {
     image: ImageBytes,
     held: Vec<u32>,

@@ -81,7 +81,7 @@ impl<'a> Case<'a> {
         (engine.tick_by(&[self.sample(tick)], Budget::again(sweeps)), engine.state_hash())
     }
 
-    /// Saves behind so many ticks, and goes on in another tissue.
+    /// Saves after a number of ticks, and continues in another tissue.
     fn holds(&self, ticks: usize) {
         let (mut first, mut second) = (self.engine(), self.engine());
         (0..ticks).for_each(|tick| {

@@ -21,12 +21,12 @@ fn engine(image: &ImageBytes, radius_m: f32, sweeps: u16) -> Engine<'_> {
     under(image, Contact::sphere(radius_m, 0.0), (Scheme::Track, sweeps), 0.01).unwrap()
 }
 
-/// The sphere so deep below the top \[m\], aside by `x_m`.
+/// The sphere `depth_m` below the top, aside by `x_m`.
 fn at(x_m: f32, radius_m: f32, depth_m: f32) -> ToolPose {
     ToolPose::at([x_m, 0.3 * x_m, TOP_M + radius_m - depth_m].into(), 1)
 }
 
-/// Down to a depth in so many ticks.
+/// Presses down to a depth within `ticks` ticks.
 fn press(
     engine: &mut Engine<'_>,
     (x_m, radius_m, depth_m): (f32, f32, f32),

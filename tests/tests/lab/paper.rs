@@ -3,10 +3,10 @@
 
 use std::path::Path;
 
-use chaincell_tests::{files, run};
+use chaincell_tests::files;
 use serde_json::Value;
 
-use super::quick::{interrupted, quick, real};
+use super::quick::{quick, real};
 
 /// Nothing is missing: what is not finite would stand as null.
 fn no_nulls(value: &Value, place: &str) {
@@ -157,20 +157,4 @@ fn liver(found: &Value, out: &Path) {
         let folded = real(found, &format!("/liver/{method}/inverted"));
         assert!(folded < 0.005 * real(found, "/liver/tetrahedra"), "{method}: {folded}");
     }
-}
-
-#[test]
-fn an_interrupted_paper_is_written_as_far_as_it_got() {
-    let place = files::scratch();
-    let out = place.path().join("paper");
-    let ended = interrupted("paper", &out);
-    assert_eq!(ended.json()["interrupted"], true);
-    assert!(ended.json().get("liver").is_none(), "{}", ended.out);
-    assert!(out.join("paper.html").is_file() && out.join("paper.json").is_file());
-}
-
-#[test]
-fn reference_data_that_is_not_there_is_named() {
-    let ended = run(["paper", "--quick", "--json", "--reference", "no-such-folder"]).with(2);
-    assert!(ended.err.contains("no-such-folder"), "{}", ended.err);
 }

@@ -4,7 +4,7 @@
 use std::path::Path;
 use std::time::Duration;
 
-use chaincell_tests::{Ended, Running, chaincell, files};
+use chaincell_tests::{Ended, Running, chaincell, files, run};
 use serde_json::Value;
 
 /// A build with checks on a busy machine takes its time.
@@ -25,11 +25,33 @@ pub fn quick(command: &str, out: &Path) -> Ended {
     start(command, out).end(LONG)
 }
 
-/// A run that is interrupted once its folder is there.
-pub fn interrupted(command: &str, out: &Path) -> Ended {
-    let running = start(command, out);
+/// What was computed until an interrupt is written, and the exit code says that it is not all: `last` is
+/// missing.
+fn interrupted(command: &str, last: &str) {
+    let place = files::scratch();
+    let out = place.path().join(command);
+    let running = start(command, &out);
     while !out.is_dir() {
         std::thread::sleep(Duration::from_millis(2));
     }
-    running.interrupt().with(130)
+    let ended = running.interrupt().with(130);
+    assert_eq!(ended.json()["interrupted"], true);
+    assert!(ended.json().get(last).is_none(), "{}", ended.out);
+    for ending in ["html", "json"] {
+        assert!(out.join(format!("{command}.{ending}")).is_file(), "{command}.{ending}");
+    }
+}
+
+#[test]
+fn an_interrupted_command_writes_as_far_as_it_got() {
+    interrupted("paper", "liver");
+    interrupted("report", "hand");
+}
+
+#[test]
+fn reference_data_that_is_not_there_is_named() {
+    for command in ["paper", "report"] {
+        let ended = run([command, "--quick", "--json", "--reference", "no-such-folder"]).with(2);
+        assert!(ended.err.contains("no-such-folder"), "{}", ended.err);
+    }
 }

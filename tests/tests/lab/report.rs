@@ -1,10 +1,10 @@
 //! The report command, on generated bodies.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a failing helper fails its test")]
 
-use chaincell_tests::{files, run, turn};
+use chaincell_tests::{files, turn};
 use serde_json::Value;
 
-use super::quick::{interrupted, quick, real};
+use super::quick::{quick, real};
 
 /// No figure of the report is beyond what a measurement can give.
 fn finite(value: &Value, place: &str) {
@@ -88,21 +88,4 @@ fn a_quick_report_has_its_figures_and_files() {
     }
     let again = quick("report", &out).with(2);
     assert!(again.err.contains("--force"), "{}", again.err);
-}
-
-/// What was measured so far is written, and the exit code says that it is not all.
-#[test]
-fn an_interrupted_report_is_written_as_far_as_it_got() {
-    let place = files::scratch();
-    let out = place.path().join("report");
-    let ended = interrupted("report", &out);
-    assert!(out.join("report.html").is_file());
-    assert_eq!(ended.json()["interrupted"], true);
-    assert!(ended.json().get("hand").is_none(), "{}", ended.out);
-}
-
-#[test]
-fn reference_data_that_is_not_there_is_named() {
-    let ended = run(["report", "--quick", "--json", "--reference", "no-such-folder"]).with(2);
-    assert!(ended.err.contains("no-such-folder"), "{}", ended.err);
 }

@@ -14,7 +14,7 @@ const CURVES: &str = include_str!("sphere.csv");
 /// About as wide and as high, a node in the middle of its top.
 const SLAB: &str = "box:15x15x7x0.0066666667";
 const HEIGHT_M: f64 = 0.04;
-/// The force settles when it changes by less than this part of itself in so many ticks.
+/// The force settles when it changes by less than this part of itself in this number of ticks.
 const STILL: f64 = 5e-4;
 const LOOK: usize = 10;
 

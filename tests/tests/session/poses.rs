@@ -15,7 +15,7 @@ use chaincell_tests::process::SHORT;
 use chaincell_tests::{Running, turn};
 use iceoryx2::prelude::PortFactory;
 
-/// A server of so many ticks to which no silence counts as one, and which makes all sweeps of each.
+/// A server that ends after a number of ticks, takes no silence for one, and makes all sweeps of each tick.
 fn serve(place: &Place, ticks: &str, options: &[&str]) -> Running {
     let always = ["--watchdog-ms", "0", "--budget-us", "off", "--json", "--ticks", ticks];
     place.serve(&[&always, options].concat())

@@ -29,7 +29,7 @@ impl Chance {
         mixed ^ (mixed >> 31)
     }
 
-    /// Once in so many times.
+    /// True once in N times.
     fn once_in(&mut self, times: u64) -> bool {
         self.next().is_multiple_of(times)
     }

@@ -3,7 +3,7 @@
 //! than it has put in.
 //!
 //! The handle goes straight down at a given speed, 100 ticks of the ramp and 200 more after it has
-//! engaged, and up again. Every so many presses are run; all with `CHAINCELL_SLOW=1`.
+//! engaged, and up again. One press in every few is run; all with `CHAINCELL_SLOW=1`.
 #![allow(clippy::unwrap_used)]
 
 use chaincell_kernel::stage::{Stage, StageSettings};

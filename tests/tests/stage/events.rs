@@ -34,29 +34,29 @@ const SAVED: usize = 60;
 /// What happens to a session.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Event {
-    /// So many poses lie elsewhere by so many metres.
+    /// A number of poses lie elsewhere, by a distance in metres.
     Glitch(u64, f64),
-    /// The server falls behind for so many ticks, then keeps up.
+    /// The server falls behind for a number of ticks, then keeps up.
     Overload(u64),
-    /// Paused for so many ticks.
+    /// A pause of a number of ticks.
     Pause(u64),
     /// Another program publishes, in a frame that lies deeper by so much \[m\].
     Takeover(f64),
-    /// The server is killed, and another one goes on from the state of so many ticks ago.
+    /// The server is killed, and another one continues from the state a number of ticks ago.
     Restore(u64),
-    /// No pose comes for so many ticks, and those in between are lost.
+    /// No pose comes for a number of ticks, and those in between are lost.
     Lost(u64),
-    /// Poses of so many ticks come at once.
+    /// Poses of a number of ticks come at once.
     Burst(u64),
-    /// The server stands still for so many ticks, and finds all their poses.
+    /// The server stands still for a number of ticks, and finds all their poses.
     Stop(u64),
-    /// A tick does not end for so many milliseconds.
+    /// A tick does not end for a number of milliseconds.
     SlowTick(u64),
     /// Commands.
     Sweeps(u16),
     MaxForce(f32),
     Reset,
-    /// The tool is released for so many ticks.
+    /// The tool is released for a number of ticks.
     Clutch(u64),
 }
 

@@ -142,7 +142,7 @@ fn plays_again(image: &ImageBytes, device: Device, events: &[Event]) -> Result<(
     let (mut first, begun) = staged(image, &settings);
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.trace");
-    let records = Recorder::trace_records_of(events.len(), 2);
+    let records = Recorder::trace_records(events.len(), 2);
     let trace = TraceFile::create("`record`", &path, false, begun, records).unwrap();
     let mut recorder = Recorder::on_disk(events.len(), trace);
     session(&mut first, &mut recorder, events);

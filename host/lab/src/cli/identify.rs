@@ -132,6 +132,7 @@ struct IdentifiedFile<'a> {
 }
 
 pub fn execute(args: &Args) -> Result<()> {
+    // Read the mesh, its groups and the targets.
     refuse_model(&args.mesh)?;
     let slab = Slab::parse(&args.mesh)?;
     let (mesh, fixed, options) = match slab {
@@ -144,6 +145,7 @@ pub fn execute(args: &Args) -> Result<()> {
     };
     let groups = groups(&args.group, &mesh)?;
     let mut targets = targets(args)?;
+    // Bake the body with start values, and place the tool.
     let image = bake::bake(&mesh, &fixed, &options)?;
     let model = model_file::parse(&image, &args.output)?;
     let contacts;
@@ -154,6 +156,7 @@ pub fn execute(args: &Args) -> Result<()> {
             Tool::Held(&contacts)
         }
     };
+    // Set up the bench.
     let direction = directions(args, &model, &tool, &mut targets)?;
     let wanted = Wanted {
         stiffening: args.fit.contains(&Fitted::Stiffening),
@@ -172,10 +175,12 @@ pub fn execute(args: &Args) -> Result<()> {
         slab,
         wanted,
     };
+    // Check everything before the long fit, and open the folder.
     let bounds = bounds(&args.bounds)?;
     check(&bench, &bounds, args.hold_out)?;
     check_place(&args.output)?;
     let folder = Folder::open(&args.out, args.force)?;
+    // Fit, and write the results.
     let found = identify(&bench, &bounds, args.hold_out)?;
     write_results(args, &bench, &model, &found, &folder)
 }
@@ -187,11 +192,13 @@ fn write_results(
     found: &Identified,
     folder: &Folder,
 ) -> Result<()> {
+    // Write residuals and charts.
     let image = forward::image(bench, &found.parameters)?;
     folder.write("residuals.csv", write::residuals_csv(bench.targets, found).as_bytes())?;
     for figure in write::charts(bench.targets, found)? {
         figure.picture.write(folder, &figure.name)?;
     }
+    // Write the report.
     let (contacts, probe_radius_m) = match bench.tool {
         Tool::Held(cells) => (cells, None),
         Tool::Probe { radius_m, .. } => (&[][..], Some(radius_m)),
@@ -210,6 +217,7 @@ fn write_results(
         volume_term: if is_nodal { "held as given" } else { "not part of the model" },
     };
     folder.write_json("identified.json", &report)?;
+    // Write the model, if the fit holds, and print.
     check_fit(found, bench.direction)?;
     write_whole(&args.output, image.as_bytes())?;
     if args.json { terminal::say_json(&report) } else { print(args, found, bench.direction) }
@@ -364,6 +372,7 @@ fn numbers<const N: usize>(text: &str) -> Option<[f64; N]> {
 }
 
 fn print(args: &Args, found: &Identified, direction: [f64; 3]) -> Result<()> {
+    // Print the parameters.
     let [x, y, z] = direction;
     terminal::say(format_args!(
         "identified {} of {}, pushed along ({x:.3}, {y:.3}, {z:.3})",
@@ -381,6 +390,7 @@ fn print(args: &Args, found: &Identified, direction: [f64; 3]) -> Result<()> {
         let (name, value) = (estimate.name(), short(estimate.value));
         terminal::say(format_args!("  {name:<30}{value:>12}  {interval:<26}{determined}"))?;
     }
+    // Print how well each target is met.
     for target in &found.targets {
         let part = |rms: f64| format!("{:.2} %", 100.0 * rms / target.rms_measured);
         let held = target.rms_residual_held_out.map_or("none".to_owned(), part);
@@ -401,6 +411,7 @@ fn print(args: &Args, found: &Identified, direction: [f64; 3]) -> Result<()> {
             ));
         }
     }
+    // Print what is not determined, and the cost.
     for sentence in &found.undetermined {
         terminal::note(format_args!("note: {sentence}"));
     }

@@ -42,6 +42,7 @@ pub fn execute(args: &Args) -> Result<()> {
         // What the kernel warns of is what the cases are made of.
         log::set_max_level(log::LevelFilter::Error);
     }
+    // Select the cases.
     let scale = Scale { quick: args.quick, slow: args.slow };
     let options = Options { scale, only: args.only.clone() };
     let cases = selected(&options);
@@ -51,11 +52,13 @@ pub fn execute(args: &Args) -> Result<()> {
             args.only.join(" --only ")
         )));
     }
+    // List them.
     if args.list {
         return cases
             .iter()
             .try_for_each(|case| terminal::say(format_args!("{:<20} {}", case.name, case.checks)));
     }
+    // Run them.
     let folder = args.out.as_deref().map(|out| Folder::open(out, args.force)).transpose()?;
     let bar = Progress::new(cases.len() as u64, "cases");
     let mut suite = Suite::default();
@@ -64,6 +67,7 @@ pub fn execute(args: &Args) -> Result<()> {
     if !matches!(ended, Ok(()) | Err(Error::Interrupted)) {
         return ended;
     }
+    // Write and print the results.
     if let Some(folder) = &folder {
         folder.write_json("stress.json", &suite)?;
         folder.write("stress.txt", suite.table().as_bytes())?;
@@ -73,6 +77,7 @@ pub fn execute(args: &Args) -> Result<()> {
     } else {
         terminal::say(suite.table())?;
     }
+    // Fail if a case failed.
     ended?;
     let failed: Vec<&str> =
         suite.cases.iter().filter(|case| !case.ok).map(|case| case.name).collect();

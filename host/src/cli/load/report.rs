@@ -145,6 +145,7 @@ impl LoadReport {
     /// # Errors
     /// Standard output that cannot be written.
     pub fn print(&self) -> Result<()> {
+        // Print the machine, its load and the command.
         let machine = &self.machine;
         terminal::say(format_args!(
             "{}, {}, {}; load: {}, {:.1} GB/s{}",
@@ -156,6 +157,7 @@ impl LoadReport {
             if machine.optimised { "" } else { "; a debug build" }
         ))?;
         terminal::say(format_args!("{}", self.command))?;
+        // Print the largest times, and the deadlines missed.
         terminal::say(histogram::maxima(&self.histograms).trim_end())?;
         let (missed, floor) = (&self.missed, &self.floor_missed.both);
         for (name, missed) in [("later than 1 ms", missed), ("machine alone", floor)] {
@@ -169,6 +171,7 @@ impl LoadReport {
                 missed.on_the_way
             ))?;
         }
+        // Print the memory of both sides, and the histograms.
         for (side, memory) in self.sides() {
             terminal::say(format_args!(
                 "  {:<18}{} kB after the warm-up, growth {} kB, {} page faults, {} looks",

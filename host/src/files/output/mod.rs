@@ -156,13 +156,4 @@ mod tests {
         assert!(!path.join("state_9.vtu").exists() && !path.join(SERIES).exists());
         assert_eq!(fs::read(path.join("notes.txt")).unwrap(), b"mine");
     }
-
-    #[test]
-    fn a_file_in_the_place_of_the_folder_is_refused() {
-        let place = tempfile::tempdir().unwrap();
-        let path = place.path().join("out");
-        fs::write(&path, b"x").unwrap();
-        let refused = Folder::open(&path, true).unwrap_err().to_string();
-        assert!(refused.contains("a file is there: name a folder"), "{refused}");
-    }
 }

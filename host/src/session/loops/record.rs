@@ -58,15 +58,10 @@ pub struct Recorder {
 }
 
 impl Recorder {
-    /// Returns the number of records that a trace of `ticks` ticks needs.
+    /// Returns the number of records that a trace of `ticks` ticks needs, with `tools` tools that are defined
+    /// by their parts.
     #[must_use]
-    pub fn trace_records(ticks: usize) -> usize {
-        Self::trace_records_of(ticks, 0)
-    }
-
-    /// Like [`Self::trace_records`], with `tools` tools that are defined by their parts.
-    #[must_use]
-    pub fn trace_records_of(ticks: usize, tools: usize) -> usize {
+    pub fn trace_records(ticks: usize, tools: usize) -> usize {
         ticks.saturating_mul(tools + 1).saturating_add(COMMANDS_MAX)
     }
 

@@ -70,7 +70,7 @@ fn depth_m(tick: u64) -> f32 {
     0.02 * share * share * (3.0 - 2.0 * share)
 }
 
-/// A path that presses and holds, so many ticks long.
+/// A path that presses and holds, a number of ticks long.
 fn hold(place: &Place, ticks: u64) -> PathBuf {
     let path = place.file(&format!("hold{ticks}.csv"));
     let row = |tick: u64| (tick, [0.0, 0.0, -depth_m(tick)], u32::from(tick > 0));
@@ -83,7 +83,7 @@ fn control(place: &Place, options: &[&str]) -> Running {
     Running::start(&mut place.control(options))
 }
 
-/// A controller that presses, and holds for so many ticks in all.
+/// A controller that presses, and holds for a number of ticks in all.
 fn holding_control(place: &Place, ticks: u64) -> Running {
     control(place, &["--path", text(&hold(place, ticks))])
 }

@@ -5,7 +5,7 @@ use chaincell_tests::{run, turn};
 
 use super::*;
 
-/// Five seconds of `cosim` with sweeps stretched to so many pose periods.
+/// Five seconds of `cosim` with sweeps stretched to a number of pose periods.
 fn stretched(periods: &str) -> Ended {
     let place = Place::stiff("stretched");
     let sweep = format!("sweep:{periods}");
