@@ -7,8 +7,9 @@
 use serde::{Deserialize, Serialize};
 
 use chaincell_client::{Exchange, Kind, Options};
-use chaincell_kernel::{Flags, ToolPose};
+use chaincell_kernel::{Flags, TOOLS_MAX, ToolPose};
 
+use crate::engine::course::{Course, ToolCourse};
 use crate::engine::flag_ticks::FlagTicks;
 use crate::engine::motion::Pose;
 use crate::error::{Error, Result};
@@ -26,6 +27,7 @@ use crate::session::loops::wait::Wait;
 use crate::session::timing::clock::{MILLISECOND_NS, SECOND_NS, now_ns, span_ns};
 use crate::session::timing::histogram::{Latencies, Summary};
 use crate::session::timing::spans::Spans;
+use crate::terminal;
 
 /// An answer is due this long after the scheduled send \[ns\].
 const DEADLINE_NS: u64 = MILLISECOND_NS;
@@ -96,6 +98,8 @@ pub struct ControlReport {
     pub missed_in_step: u64,
     /// Number of answers in which each flag was set.
     pub flag_ticks: FlagTicks,
+    /// What each tool did, without depths, which the tissue knows alone; empty without an answer.
+    pub tool_courses: Vec<ToolCourse>,
     /// Messages of the tissue's watchdog after poses stopped: one per millisecond while the force falls.
     pub stale_answers: u64,
     /// Answers to poses that were not sent, or that already had an answer.
@@ -169,6 +173,13 @@ pub fn control_tools(
     let server_wait_ns = span_ns("`wait_for_server_s`", options.wait_for_server_s)?;
     let &ControlOptions { wait, watchdog_ms, ramp_ms, wait_for_server_s, .. } = options;
     let of_client = Options { wait, server_wait_ns, watchdog_ms, ramp_ms, ..Options::default() };
+    if !scene.is_served() && wait_for_server_s > 0.0 && !options.ends_with_parent {
+        terminal::note(format_args!(
+            "waiting for a server on {}, at most {wait_for_server_s} s: start chaincell serve with the same \
+             --scene",
+            scene.label()
+        ));
+    }
     let opened = Exchange::open(&scene, &of_client, interrupt::asked);
     let exchange = opened.map_err(|why| match why.kind() {
         Kind::NoServer => Error::input(format!(
@@ -208,6 +219,9 @@ struct Run<'a> {
     missed_sent_late: u64,
     missed_in_step: u64,
     flag_ticks: FlagTicks,
+    courses: [Course; TOOLS_MAX],
+    /// Number of tools in the answers.
+    tools: usize,
     stale: u64,
     foreign: u64,
     failed: u64,
@@ -236,6 +250,8 @@ impl<'a> Run<'a> {
             missed_sent_late: 0,
             missed_in_step: 0,
             flag_ticks: FlagTicks::default(),
+            courses: [Course::default(); TOOLS_MAX],
+            tools: 0,
             stale: 0,
             foreign: 0,
             failed: 0,
@@ -309,6 +325,10 @@ impl<'a> Run<'a> {
         self.exchange.answered(arrival_ns, sent_ns, self.unanswered() > 0);
         self.round_trip.record(round_trip_ns);
         self.flag_ticks.add(Flags(force.flags));
+        for ((tool, of), course) in forces.each_tool().zip(&mut self.courses) {
+            course.add(of.force_n, of.contacts, None);
+            self.tools = self.tools.max(tool + 1);
+        }
         // Check the deadline, and note the cause of a miss.
         let due_ns = self.scheduled_ns(index) + DEADLINE_NS;
         if arrival_ns > due_ns {
@@ -350,6 +370,7 @@ impl<'a> Run<'a> {
                 missed_sent_late: self.missed_sent_late,
                 missed_in_step: self.missed_in_step,
                 flag_ticks: self.flag_ticks,
+                tool_courses: self.courses.iter().take(self.tools).map(Course::result).collect(),
                 stale_answers: self.stale,
                 foreign_answers: self.foreign,
                 sends_failed: self.failed,
