@@ -10,7 +10,7 @@ use super::judgement::{Judgement, MeshFit, Pace};
 use super::mesh_file::MeshFileArgs;
 use super::model_file;
 use super::reports::ModelReport;
-use super::shared::PrintArgs;
+use super::shared::{PrintArgs, tell_view};
 use super::values::{Material, per_cell, with_materials};
 use crate::bake::tissue::{Band, STRETCH_MIN, Tissue};
 use crate::bake::{BakeOptions, BasisSpacing, ContactSurface, bake};
@@ -20,8 +20,6 @@ use crate::interrupt;
 use crate::mesh::{self, Mesh, MeshOptions, Overlaps};
 use crate::terminal;
 
-/// Sizes of a body that need no remark \[m\].
-const SIZE_M: std::ops::RangeInclusive<f64> = 1e-3..=2.0;
 /// Poisson's ratio of soft tissue, where none is given.
 const POISSON: &str = "0.45";
 
@@ -241,7 +239,8 @@ pub fn execute(args: &Args) -> Result<()> {
         terminal::say(format_args!("  {:<14}{}", "tetrahedra", mesh.tetrahedra.len()))?;
     }
     report.model.print(args.verbose)?;
-    report.judgement.print(14)
+    report.judgement.print(14)?;
+    tell_view(14, &args.output)
 }
 
 /// Most tetrahedra that are looked at for overlaps.

@@ -15,7 +15,7 @@ use super::load::report::LoadReport;
 use super::load::{Lengths, MemoryWatch, histogram};
 use super::model_file;
 use super::session::{self, LoopArgs, tell_refused};
-use super::shared::{DepthArgs, FolderArgs, PrintArgs};
+use super::shared::{DepthArgs, FolderArgs, PrintArgs, tell_view};
 use super::sides::{self, Files, Session, Sides};
 use super::stage::{StageArgs, StageReport};
 use super::tissue::{TissueArgs, TissueReport};
@@ -407,6 +407,7 @@ fn print(args: &Args, summary: &CosimSummary) -> Result<()> {
     }
     if let Some(out) = &args.folder.out {
         terminal::say(format_args!("  {:<18}{}", "results", out.display()))?;
+        tell_view(18, out)?;
     }
     summary.judgement.print(18)?;
     summary.verdict.tell()

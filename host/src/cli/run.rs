@@ -13,7 +13,7 @@ use super::mesh_file::Units;
 use super::model_file;
 use super::picture;
 use super::press::{Motion, PressArgs};
-use super::shared::PrintArgs;
+use super::shared::{PrintArgs, tell_view};
 use super::snapshots::{SnapshotArgs, Snapshots};
 use super::stage::{StageArgs, StageReport};
 use super::tissue::{TissueArgs, TissueReport};
@@ -447,5 +447,6 @@ fn report(args: &Args, summary: &RunSummary, far: Option<Far>, drawn: Option<&st
     if let Some(drawn) = drawn {
         terminal::say(format_args!("  {:<14}{drawn}", "picture"))?;
     }
-    terminal::say(format_args!("  {:<14}{}", "results", args.out.display()))
+    terminal::say(format_args!("  {:<14}{}", "results", args.out.display()))?;
+    tell_view(14, &args.out)
 }

@@ -13,7 +13,7 @@ use super::judgement::{Judgement, Pace};
 use super::model_file;
 use super::restore::restore;
 use super::session::{LoopArgs, tell_refused};
-use super::shared::{FolderArgs, PrintArgs, SilenceArgs};
+use super::shared::{FolderArgs, PrintArgs, SilenceArgs, tell_view};
 use super::stage::{StageArgs, StageReport};
 use super::tissue::{TissueArgs, TissueReport};
 use super::verdict::{Counts, Verdict, VerdictArgs};
@@ -448,6 +448,9 @@ fn print(
         ))?;
     }
     terminal::say(format_args!("  state hash  {}", report.state_hash))?;
+    if let Some(out) = &args.folder.out {
+        tell_view(12, out)?;
+    }
     judgement.print(12)?;
     terminal::say(format_args!("  verdict     {verdict}"))
 }

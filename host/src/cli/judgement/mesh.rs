@@ -17,7 +17,7 @@ use crate::words::length;
 /// Radius over edge from which on a row of the table holds, and its errors: less than a quarter of a radius
 /// deep, up to half a radius, deeper.
 const ERRORS: [(f64, [f64; 3]); 3] =
-    [(2.0, [0.10, 0.14, 0.14]), (1.0, [0.25, 0.17, 0.26]), (0.0, [0.77, 0.29, 0.32])];
+    [(2.0, [0.10, 0.14, 0.14]), (1.0, [0.25, 0.17, 0.26]), (0.0, [0.77, 0.32, 0.32])];
 /// Depths [radii] at which the columns of the table begin, after the first.
 const DEPTHS: [f64; 2] = [0.25, 0.5];
 /// Radius over edge of the finest row.
