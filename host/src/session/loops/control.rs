@@ -98,7 +98,7 @@ pub struct ControlReport {
     pub missed_in_step: u64,
     /// Number of answers in which each flag was set.
     pub flag_ticks: FlagTicks,
-    /// What each tool did, without depths, which the tissue knows alone; empty without an answer.
+    /// Course of each tool, without depths, which only the tissue knows; empty without an answer.
     pub tool_courses: Vec<ToolCourse>,
     /// Messages of the tissue's watchdog after poses stopped: one per millisecond while the force falls.
     pub stale_answers: u64,

@@ -138,7 +138,7 @@ pub struct ServeReport {
     pub ticks_unrecorded: u64,
     /// Number of ticks on which the tissue set each flag.
     pub flag_ticks: FlagTicks,
-    /// What each tool did; of held cells one entry.
+    /// Course of each tool; of held cells one entry.
     pub tool_courses: Vec<ToolCourse>,
     /// Poses answered with force 0 while paused; they count as executed.
     pub ticks_paused: u64,

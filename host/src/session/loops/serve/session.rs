@@ -42,7 +42,7 @@ pub struct Session<'a> {
     /// Last tick with sweeps.
     force_tick: u64,
     late_run: u32,
-    /// What each tool did; of held cells the first entry.
+    /// Course of each tool; of held cells the first entry.
     courses: [Course; TOOLS_MAX],
     /// Number of ticks executed.
     pub executed: u64,
@@ -229,7 +229,7 @@ impl<'a> Session<'a> {
         }
     }
 
-    /// What each tool did so far; of held cells one entry. Allocates memory.
+    /// Returns the course of each tool so far; of held cells one entry. Allocates memory.
     pub fn courses(&self) -> Vec<ToolCourse> {
         self.courses.iter().take(self.chosen.max(1)).map(Course::result).collect()
     }
