@@ -51,9 +51,9 @@ fn in_short(command: Command) -> Command {
 /// What `-h` ends with.
 const MORE: &str = "--help says more of each option, has the rare ones, and examples";
 
-/// A help text up to its first colon, semicolon, full stop or bracket, if that leaves a clause.
+/// A help text up to its first colon, semicolon, full stop, bracket or default, if that leaves a clause.
 fn first_clause(help: &str) -> &str {
-    let ends = [": ", "; ", ". ", " ("].iter().filter_map(|end| help.find(end));
+    let ends = [": ", "; ", ". ", " (", " [default"].iter().filter_map(|end| help.find(end));
     let end = ends.filter(|end| *end >= SHORTEST).min().unwrap_or(help.len());
     help.get(..end).unwrap_or(help)
 }
@@ -153,12 +153,13 @@ mod tests {
             let of_one = command.find_subcommand_mut(name).unwrap();
             let short = of_one.render_help().to_string();
             assert!(short.lines().count() < 60, "{name}: {short}");
-            assert!(!short.contains("chaincell ") && short.contains("--help says more"), "{short}");
+            assert!(!short.contains("Example") && short.contains("--help says more"), "{short}");
             let long = of_one.render_long_help().to_string();
-            assert!(long.contains("chaincell ") && long.lines().count() > 60, "{name}: {long}");
+            assert!(long.contains("Example") && long.lines().count() > 60, "{name}: {long}");
         }
         assert_eq!(first_clause("Coefficient of friction; 0 for none"), "Coefficient of friction");
         assert_eq!(first_clause("A [m]: b"), "A [m]: b");
+        assert_eq!(first_clause("Depth of a press [default: 3]"), "Depth of a press");
     }
 
     #[test]
