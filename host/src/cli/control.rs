@@ -128,6 +128,7 @@ pub fn execute(args: &Args) -> Result<()> {
         realtime: !args.common.no_realtime,
         ends_with_parent: args.common.is_child,
         wait_for_server_s: args.server.wait_for_server_s,
+        says_wait: !args.common.is_child,
         repeats: args.repeat,
         histogram: args.common.histogram,
         watchdog_ms: args.silence.watchdog_ms,

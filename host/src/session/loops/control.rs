@@ -47,6 +47,8 @@ pub struct ControlOptions {
     pub wait: Wait,
     /// Longest wait for a server before the first pose \[s\].
     pub wait_for_server_s: f64,
+    /// True to say on standard error that it waits for a server.
+    pub says_wait: bool,
     /// Number of times that the poses are played; the ticks continue to count.
     pub repeats: u64,
     /// True if the report has histograms.
@@ -70,6 +72,7 @@ impl Default for ControlOptions {
             domain: Domain::default(),
             wait: Wait::default(),
             wait_for_server_s: 10.0,
+            says_wait: false,
             repeats: 1,
             histogram: false,
             realtime: true,
@@ -173,7 +176,7 @@ pub fn control_tools(
     let server_wait_ns = span_ns("`wait_for_server_s`", options.wait_for_server_s)?;
     let &ControlOptions { wait, watchdog_ms, ramp_ms, wait_for_server_s, .. } = options;
     let of_client = Options { wait, server_wait_ns, watchdog_ms, ramp_ms, ..Options::default() };
-    if !scene.is_served() && wait_for_server_s > 0.0 && !options.ends_with_parent {
+    if options.says_wait && !scene.is_served() && wait_for_server_s > 0.0 {
         terminal::note(format_args!(
             "waiting for a server on {}, at most {wait_for_server_s} s: start chaincell serve with the same \
              --scene",
@@ -325,9 +328,11 @@ impl<'a> Run<'a> {
         self.exchange.answered(arrival_ns, sent_ns, self.unanswered() > 0);
         self.round_trip.record(round_trip_ns);
         self.flag_ticks.add(Flags(force.flags));
-        for ((tool, of), course) in forces.each_tool().zip(&mut self.courses) {
+        // A message has places for all tools that there may be; those that were moved count.
+        self.tools = self.poses.tools(index).len().clamp(1, TOOLS_MAX);
+        let each = forces.each_tool().map(|(_, of)| of);
+        for (of, course) in each.zip(&mut self.courses).take(self.tools) {
             course.add(of.force_n, of.contacts, None);
-            self.tools = self.tools.max(tool + 1);
         }
         // Check the deadline, and note the cause of a miss.
         let due_ns = self.scheduled_ns(index) + DEADLINE_NS;
