@@ -149,6 +149,15 @@ impl ModelReport {
         }
     }
 
+    /// The bounding box, in mm below a metre.
+    fn box_words(&self) -> String {
+        let [low, high] = self.bounding_box_m;
+        let is_small = low.iter().chain(&high).all(|x| x.abs() < 1.0);
+        let (times, unit) = if is_small { (1e3, "mm") } else { (1.0, "m") };
+        let side = |axis: usize| format!("{:.1} to {:.1}", times * low[axis], times * high[axis]);
+        format!("x {}, y {}, z {} {unit}", side(0), side(1), side(2))
+    }
+
     /// A table on standard output; those rows too that only firmware and the method's parameters need,
     /// where `is_full`.
     pub fn print(&self, is_full: bool) -> Result<()> {
@@ -173,11 +182,7 @@ impl ModelReport {
         )?;
         rare("grid", format!("{} D, {} part(s)", self.dimension, self.parts))?;
         rare("coarse", format!("{} basis functions of the coarse level", self.coarse_functions))?;
-        let [low, high] = self.bounding_box_m;
-        let is_small = low.iter().chain(&high).all(|x| x.abs() < 1.0);
-        let (times, unit) = if is_small { (1e3, "mm") } else { (1.0, "m") };
-        let side = |axis: usize| format!("{:.1} to {:.1}", times * low[axis], times * high[axis]);
-        row("box", format!("x {}, y {}, z {} {unit}", side(0), side(1), side(2)))?;
+        row("box", self.box_words())?;
         row("mean link", length(self.mean_link_m.into()))?;
         let alpha = format!("{}{}", self.alpha, varies(self.alpha_varies));
         if self.young_pa.is_some() {

@@ -146,9 +146,7 @@ pub fn execute(args: &Args) -> Result<()> {
         write_whole(path, &front)?;
     }
     folder.write(recording::MODEL, image.as_bytes())?;
-    if args.source.motion.is_some() {
-        folder.write("path.csv", path::to_text(poses.concat()).as_bytes())?;
-    }
+    write_motion(args, &folder, poses)?;
     let mut snapshots = Snapshots::new(&snapshot_ticks, &folder);
     let mut executed = Vec::with_capacity(rows);
     let mut rows = Rows { draws: args.picture.is_some(), ..Rows::default() };
@@ -170,6 +168,11 @@ pub fn execute(args: &Args) -> Result<()> {
     folder.write("final.vtu", vtu(tissue.engine_mut(), &nodes).as_bytes())?;
     let tool_courses: Vec<ToolCourse> = rows.courses.iter().map(Course::result).collect();
     let never_touched = Untouched::of(tissue.engine(), &executed, played.has_touched());
+    let judgement = judgement(args, &tissue, &played, poses).with_tools(
+        tissue.engine(),
+        &tool_courses,
+        never_touched,
+    );
     let summary = RunSummary {
         cells: model.cells(),
         nodes: nodes.ids.len(),
@@ -182,11 +185,7 @@ pub fn execute(args: &Args) -> Result<()> {
         recorded: args.recorded,
         snapshot_ticks,
         never_touched,
-        judgement: judgement(args, &tissue, &played, poses).with_tools(
-            tissue.engine(),
-            &tool_courses,
-            never_touched,
-        ),
+        judgement,
         tool_courses,
         flag_ticks: played.flag_ticks,
         interrupted: interrupt::asked(),
@@ -216,6 +215,14 @@ fn paths(args: &Args, tissue: &Staged<'_>) -> Result<Paths> {
         )));
     }
     Ok(paths)
+}
+
+/// Writes the path of a built-in motion, which can be played again.
+fn write_motion(args: &Args, folder: &Folder, poses: &[Vec<Pose>]) -> Result<()> {
+    if args.source.motion.is_none() {
+        return Ok(());
+    }
+    folder.write("path.csv", path::to_text(poses.concat()).as_bytes())
 }
 
 /// What a run says of its body and its pace.

@@ -330,9 +330,10 @@ impl<'a> Run<'a> {
         self.flag_ticks.add(Flags(force.flags));
         // A message has places for all tools that there may be; those that were moved count.
         self.tools = self.poses.tools(index).len().clamp(1, TOOLS_MAX);
-        let each = forces.each_tool().map(|(_, of)| of);
-        for (of, course) in each.zip(&mut self.courses).take(self.tools) {
-            course.add(of.force_n, of.contacts, None);
+        for (number, of) in forces.each_tool().filter(|(number, _)| *number < self.tools) {
+            if let Some(course) = self.courses.get_mut(number) {
+                course.add(of.force_n, of.contacts, None);
+            }
         }
         // Check the deadline, and note the cause of a miss.
         let due_ns = self.scheduled_ns(index) + DEADLINE_NS;
