@@ -6,10 +6,11 @@ use clap::ValueEnum;
 use serde::Serialize;
 
 use super::filled::FilledReport;
+use super::judgement::{Judgement, MeshFit, Pace};
 use super::mesh_file::MeshFileArgs;
 use super::model_file;
 use super::reports::ModelReport;
-use super::shared::PrintArgs;
+use super::shared::{PrintArgs, tell_view};
 use super::values::{Material, per_cell, with_materials};
 use crate::bake::tissue::{Band, STRETCH_MIN, Tissue};
 use crate::bake::{BakeOptions, BasisSpacing, ContactSurface, bake};
@@ -19,8 +20,6 @@ use crate::interrupt;
 use crate::mesh::{self, Mesh, MeshOptions, Overlaps};
 use crate::terminal;
 
-/// Sizes of a body that need no remark \[m\].
-const SIZE_M: std::ops::RangeInclusive<f64> = 1e-3..=2.0;
 /// Poisson's ratio of soft tissue, where none is given.
 const POISSON: &str = "0.45";
 
@@ -40,6 +39,9 @@ pub struct Args {
     output: PathBuf,
     #[command(flatten)]
     body: BodyArgs,
+    /// Print what `info` prints too: valences, the coarse level, bounds, and the RAM of each scheme
+    #[arg(long)]
+    verbose: bool,
     #[command(flatten)]
     print: PrintArgs,
 }
@@ -156,6 +158,7 @@ struct Printed {
     filled: Option<FilledReport>,
     #[serde(skip_serializing_if = "Option::is_none")]
     overlapping_tetrahedra: Option<usize>,
+    judgement: Judgement,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -189,6 +192,7 @@ pub fn execute(args: &Args) -> Result<()> {
         model: ModelReport::new(&model, image.as_bytes().len()),
         filled: FilledReport::of(&mesh),
         overlapping_tetrahedra: overlaps.map(|of| of.tetrahedra),
+        judgement: Judgement::of_model(&model, Pace::measured(&model), MeshFit::of_surface(&model)),
     };
     // Report it.
     if args.print.json {
@@ -198,8 +202,17 @@ pub fn execute(args: &Args) -> Result<()> {
     if model.fixed().is_empty() {
         terminal::note("note: no cell is fixed, the body floats; --fix holds nodes");
     }
-    if let Some(note) = args.body.unlikely_size(&mesh) {
-        terminal::note(note);
+    let unit_m = args.body.file.unit_m();
+    if let Some(unlikely) = mesh::unlikely_size(&mesh.nodes_m, unit_m) {
+        // Only a generator holds nodes by default, and it takes no unit.
+        let said = match mesh.default_fixed[..] {
+            [] => unlikely.replace("`unit_m`", "--units"),
+            _ => {
+                unlikely.split(',').next().unwrap_or_default().to_owned()
+                    + ": the spacing of a generator is in metres"
+            }
+        };
+        terminal::note(format_args!("note: {said}"));
     }
     if mesh.flat_tetrahedra > 0 {
         terminal::note(format_args!("note: {} tetrahedra are flat", mesh.flat_tetrahedra));
@@ -225,7 +238,9 @@ pub fn execute(args: &Args) -> Result<()> {
     } else if !mesh.tetrahedra.is_empty() {
         terminal::say(format_args!("  {:<14}{}", "tetrahedra", mesh.tetrahedra.len()))?;
     }
-    report.model.print()
+    report.model.print(args.verbose)?;
+    report.judgement.print(14)?;
+    tell_view(14, &args.output)
 }
 
 /// Most tetrahedra that are looked at for overlaps.
@@ -287,23 +302,6 @@ impl BodyArgs {
 }
 
 impl BodyArgs {
-    /// What to say of a mesh file whose size is that of no organ.
-    fn unlikely_size(&self, mesh: &Mesh) -> Option<String> {
-        let along = |axis: usize| {
-            let xs = mesh.nodes_m.iter().map(|node| node[axis]);
-            let least = xs.clone().fold(f64::INFINITY, f64::min);
-            xs.fold(f64::NEG_INFINITY, f64::max) - least
-        };
-        let size_m = [0, 1, 2].map(along).into_iter().fold(0.0, f64::max);
-        let (is, other) = self.file.units();
-        (!(SIZE_M.contains(&size_m))).then(|| {
-            format!(
-                "note: the body is {size_m:.3e} m large, its coordinates read as {is}; --units {other} \
-                 reads them as {other}"
-            )
-        })
-    }
-
     /// The nodes that are held for ever.
     fn fixed(&self, mesh: &Mesh) -> Result<Vec<u32>> {
         let mut fixed = match &self.fix[..] {

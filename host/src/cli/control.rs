@@ -6,6 +6,7 @@ use chaincell_kernel::ToolPose;
 use serde::{Deserialize, Serialize};
 
 use super::inject::{InjectArgs, tell_injected};
+use super::judgement::Judgement;
 use super::mesh_file::Units;
 use super::model_file;
 use super::press::{Motion, PressArgs};
@@ -14,6 +15,7 @@ use super::shared::{PrintArgs, SilenceArgs};
 use super::tissue;
 use super::verdict::{Counts, Verdict, VerdictArgs};
 use super::watch::ServerWait;
+use crate::engine::course::largest_n;
 use crate::engine::motion::Pose;
 use crate::error::{Error, Result};
 use crate::files::path::{self, Paths, Rules};
@@ -126,6 +128,7 @@ pub fn execute(args: &Args) -> Result<()> {
         realtime: !args.common.no_realtime,
         ends_with_parent: args.common.is_child,
         wait_for_server_s: args.server.wait_for_server_s,
+        says_wait: !args.common.is_child,
         repeats: args.repeat,
         histogram: args.common.histogram,
         watchdog_ms: args.silence.watchdog_ms,
@@ -134,13 +137,12 @@ pub fn execute(args: &Args) -> Result<()> {
         ..ControlOptions::default()
     };
     let run = control_tools(&poses, &tools, &options)?;
-    // The answers of a motion that is repeated are not kept.
-    let has_touched = (args.repeat == 1 && !run.forces.is_empty())
-        .then(|| run.forces.iter().any(|force| force.contacts > 0));
     // Judge and report.
     let report = run.report;
     let verdict = args.verdict.judge(counts(&report));
-    print(args, &report, has_touched, &verdict)?;
+    let judgement =
+        Judgement::default().with_courses(&report.tool_courses, None).with_remedy(remedy(args));
+    print(args, &report, &judgement, &verdict)?;
     let outcome = if report.interrupted {
         Err(Error::Interrupted)
     } else if report.ticks_unanswered > 0 {
@@ -172,18 +174,22 @@ fn counts(report: &ControlReport) -> Counts {
 struct Printed<'a> {
     #[serde(flatten)]
     report: &'a ControlReport,
-    /// True if an answer had a contact; unknown where a motion is repeated or nothing was answered.
+    /// Whether an answer had a contact; unknown where nothing was answered.
     has_touched: Option<bool>,
+    judgement: &'a Judgement,
 }
 
 fn print(
     args: &Args,
     report: &ControlReport,
-    has_touched: Option<bool>,
+    judgement: &Judgement,
     verdict: &Verdict,
 ) -> Result<()> {
     if args.print.json {
-        return terminal::say_json(&Printed { report, has_touched });
+        let courses = &report.tool_courses;
+        let touched = courses.iter().any(|course| course.has_touched);
+        let has_touched = (!courses.is_empty()).then_some(touched);
+        return terminal::say_json(&Printed { report, has_touched, judgement });
     }
     // Print privileges that were refused, and counts of poses and answers.
     tell_refused(&report.refused);
@@ -202,26 +208,21 @@ fn print(
     terminal::say(format_args!("  round trip  {}", report.round_trip_ns.in_us()))?;
     terminal::say(format_args!("  sent late   {}", report.send_late_ns.in_us()))?;
     terminal::say(format_args!(
-        "  force       largest step {} N, {}",
+        "  force       largest {:.4} N, largest step {} N, {}",
+        largest_n(&report.tool_courses),
         report.largest_force_step_n,
         counted(report.silences, "silence")
     ))?;
-    // Print what else was seen: a tool that never touched, and injected faults.
-    if has_touched == Some(false) {
-        terminal::say(format_args!("  contact     {}", untouched(args)))?;
-    }
+    // Print the judgement of the run, and injected faults.
+    judgement.print(12)?;
     tell_injected(report.injected.as_ref())?;
     // Print the state and the verdict.
     terminal::say(format_args!("  state hash  {}", report.state_hash))?;
     terminal::say(format_args!("  verdict     {verdict}"))
 }
 
-/// Why nothing may have been touched, and what to do.
-fn untouched(args: &Args) -> &'static str {
-    if args.path.is_none() && args.model.is_none() {
-        "the tool never touched the body; --model MODEL --contact probe:RADIUS puts the press where \
-         the probe meets it"
-    } else {
-        "the tool never touched the body"
-    }
+/// What to do where nothing was touched.
+fn remedy(args: &Args) -> Option<&'static str> {
+    (args.path.is_none() && args.model.is_none())
+        .then_some("--model MODEL --contact probe:RADIUS puts the press where the probe meets it")
 }

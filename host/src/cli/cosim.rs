@@ -10,17 +10,19 @@ use serde::Serialize;
 use super::budget::BudgetArgs;
 use super::cosim_view::{Shown, ViewArgs};
 use super::inject::{InjectArgs, tell_injected};
+use super::judgement::{Judgement, Pace};
 use super::load::report::LoadReport;
 use super::load::{Lengths, MemoryWatch, histogram};
 use super::model_file;
 use super::session::{self, LoopArgs, tell_refused};
-use super::shared::{DepthArgs, FolderArgs, PrintArgs};
+use super::shared::{DepthArgs, FolderArgs, PrintArgs, tell_view};
 use super::sides::{self, Files, Session, Sides};
 use super::stage::{StageArgs, StageReport};
 use super::tissue::{TissueArgs, TissueReport};
 use super::verdict::{Counts, Verdict, VerdictArgs};
 use crate::bake::{ORGAN_POISSON, ORGAN_SIZE, ORGAN_YOUNG_PA, organ};
 use crate::engine::convergence::{Convergence, ForceError};
+use crate::engine::course::{ToolCourse, largest_n};
 use crate::engine::flag_ticks::FlagTicks;
 use crate::engine::motion::Pose;
 use crate::engine::staged::Staged;
@@ -111,6 +113,7 @@ struct CosimSummary {
     peers: PeerCost,
     poses_throttled: u64,
     largest_force_step_n: f32,
+    tool_courses: Vec<ToolCourse>,
     injected: Option<Injected>,
     state_hash: String,
     /// None for a session that was not recorded.
@@ -127,6 +130,7 @@ struct CosimSummary {
     /// How near the tool came that never touched the body.
     never_touched: Option<Untouched>,
     load: Option<LoadReport>,
+    judgement: Judgement,
     verdict: Verdict,
 }
 
@@ -301,8 +305,14 @@ fn summary(
         late: reports.control.missed_deadlines,
         unanswered: reports.control.ticks_unanswered,
         floor_share: floor.late_share(),
-        ..Counts::of_tissue(&reports.serve, args.tissue.given(model).sweeps, tissue.engine())
+        ..Counts::of_tissue(&reports.serve, tissue.engine())
     });
+    // Judge the figures.
+    let sweeps_max = args.tissue.given(model).sweeps;
+    let pace = Pace::of_served(&reports.serve, sweeps_max, model.cells());
+    let body = Judgement::of_body(tissue.engine(), args.tissue.is_place_default(), pace);
+    let judgement =
+        body.with_tools(tissue.engine(), &reports.serve.tool_courses, replayed.never_touched);
     // Sides that ended before their time.
     let (serve, control) = (reports.serve, reports.control);
     let ended_early =
@@ -335,6 +345,7 @@ fn summary(
         peers: serve.peers,
         poses_throttled: serve.poses_throttled,
         largest_force_step_n: control.largest_force_step_n,
+        tool_courses: serve.tool_courses,
         injected: control.injected,
         state_hash: serve.state_hash,
         replay_state_hash: replayed.state_hash,
@@ -346,6 +357,7 @@ fn summary(
         force_error: replayed.force_error,
         never_touched: replayed.never_touched,
         load: None,
+        judgement,
         verdict,
     })
 }
@@ -361,11 +373,8 @@ fn print(args: &Args, summary: &CosimSummary) -> Result<()> {
         answered(summary),
         summary.missed_deadlines
     ))?;
-    // Print flags, and a tool that never touched.
+    // Print flags.
     terminal::say(format_args!("  {:<18}{}", "flags", summary.flag_ticks))?;
-    if let Some(untouched) = &summary.never_touched {
-        terminal::say(format_args!("  {:<18}{untouched}", "contact"))?;
-    }
     // Print times of steps, answers and calls.
     session::tell_latencies(&[
         ("kernel step", &summary.step_ns),
@@ -382,8 +391,10 @@ fn print(args: &Args, summary: &CosimSummary) -> Result<()> {
     ))?;
     // Print forces, their error and injected faults.
     terminal::say(format_args!(
-        "  {:<18}largest step {} N",
-        "force", summary.largest_force_step_n
+        "  {:<18}largest {:.4} N, largest step {} N",
+        "force",
+        largest_n(&summary.tool_courses),
+        summary.largest_force_step_n
     ))?;
     if let Some(error) = &summary.force_error {
         terminal::say(format_args!("  {:<18}{error}", "force error"))?;
@@ -402,7 +413,9 @@ fn print(args: &Args, summary: &CosimSummary) -> Result<()> {
     }
     if let Some(out) = &args.folder.out {
         terminal::say(format_args!("  {:<18}{}", "results", out.display()))?;
+        tell_view(18, out)?;
     }
+    summary.judgement.print(18)?;
     summary.verdict.tell()
 }
 

@@ -5,6 +5,7 @@ use serde::Serialize;
 use crate::error::Result;
 use crate::mesh::{Filled, Mesh};
 use crate::terminal;
+use crate::words::{length, volume};
 
 /// Figures of the tetrahedra.
 #[derive(Debug, Serialize)]
@@ -71,8 +72,10 @@ impl FilledReport {
         row(
             "filled",
             format!(
-                "{} tetrahedra, {} nodes, mean edge {:.3e} m",
-                self.tetrahedra, self.nodes, self.mean_edge_m
+                "{} tetrahedra, {} nodes, mean edge {}",
+                self.tetrahedra,
+                self.nodes,
+                length(self.mean_edge_m)
             ),
         )?;
         row(
@@ -85,8 +88,8 @@ impl FilledReport {
         row(
             "volume",
             format!(
-                "{:.4e} m^3, of the tetrahedra {:+.2} %",
-                self.volume_m3,
+                "{}, of the tetrahedra {:+.2} %",
+                volume(self.volume_m3),
                 100.0 * self.volume_error
             ),
         )?;
@@ -98,6 +101,6 @@ impl FilledReport {
                  thinner than they are are lost"
             ));
         }
-        row("distance", format!("{:.2e} m between the surfaces at most", self.surface_distance_m))
+        row("distance", format!("{} between the surfaces at most", length(self.surface_distance_m)))
     }
 }

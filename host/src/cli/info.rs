@@ -52,7 +52,7 @@ pub fn execute(args: &Args) -> Result<()> {
     if args.print.json {
         return terminal::say_json(&Printed { model, probe, device });
     }
-    model.map_or(Ok(()), |model| model.print())?;
+    model.map_or(Ok(()), |model| model.print(true))?;
     probe.map_or(Ok(()), |probe| probe.print())?;
     device.map_or(Ok(()), |device| device.print())
 }

@@ -75,7 +75,7 @@ pub(super) fn hand_over() -> Result<()> {
         return refused(format!(
             "this command is part of {PROGRAM}, which is neither beside chaincell nor in PATH; \
              build it in the source tree with cargo build --release -p {PROGRAM}, or install it \
-             with cargo install --path host/lab"
+             with cargo install --locked --path host/lab"
         ));
     };
     // The name in usage and messages stays the one that the user typed.

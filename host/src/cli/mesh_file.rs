@@ -37,12 +37,4 @@ impl MeshFileArgs {
     pub(super) fn unit_m(&self) -> f64 {
         self.units.unit_m()
     }
-
-    /// Names of the unit, and of the other one.
-    pub(super) fn units(&self) -> (&'static str, &'static str) {
-        match self.units {
-            Units::M => ("m", "mm"),
-            Units::Mm => ("mm", "m"),
-        }
-    }
 }

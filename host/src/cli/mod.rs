@@ -15,6 +15,7 @@ mod cosim_view;
 mod filled;
 mod info;
 mod inject;
+mod judgement;
 pub mod lab;
 mod latency;
 mod load;

@@ -1,13 +1,17 @@
 //! Refusals in the words of the command line.
 
 use clap::error::ErrorKind;
-use clap::{ArgMatches, Command};
+use clap::{Arg, ArgMatches, Args, Command, Id};
 
+use super::inject::InjectArgs;
+use super::settings::SettingArgs;
+use super::shared::SilenceArgs;
+use super::stage::StageArgs;
 use crate::terminal;
 
 /// Reads the arguments of this process; ends it where they ask for help or are refused.
 pub fn read(command: Command) -> ArgMatches {
-    command.try_get_matches().unwrap_or_else(|why| {
+    in_short(command).try_get_matches().unwrap_or_else(|why| {
         if why.kind() != ErrorKind::ValueValidation {
             why.exit();
         }
@@ -15,6 +19,47 @@ pub fn read(command: Command) -> ArgMatches {
         std::process::exit(why.exit_code())
     })
 }
+
+/// The command with a page for `-h`: of each option the first clause, and none of those that only a device, a
+/// fault on purpose or a scheme needs. `--help` has all of it.
+fn in_short(command: Command) -> Command {
+    let rare: Vec<Id> = [
+        StageArgs::augment_args(Command::new("stage")),
+        InjectArgs::augment_args(Command::new("inject")),
+        SettingArgs::augment_args(Command::new("settings")),
+        SilenceArgs::augment_args(Command::new("silence")),
+    ]
+    .iter()
+    .flat_map(Command::get_arguments)
+    .map(|option| option.get_id().clone())
+    .collect();
+    let of_one = |option: Arg| {
+        let help = option.get_help().map(ToString::to_string).unwrap_or_default();
+        let is_hidden = rare.contains(option.get_id());
+        let short = first_clause(&help).to_owned();
+        option.long_help(help).help(short).hide_short_help(is_hidden)
+    };
+    let names: Vec<String> = command.get_subcommands().map(|of| of.get_name().to_owned()).collect();
+    names.iter().fold(command, |command, name| {
+        command.mut_subcommand(name, |of| {
+            let examples = of.get_after_help().cloned().unwrap_or_default();
+            of.mut_args(of_one).after_long_help(examples).after_help(MORE)
+        })
+    })
+}
+
+/// What `-h` ends with.
+const MORE: &str = "--help says more of each option, has the rare ones, and examples";
+
+/// A help text up to its first colon, semicolon, full stop, bracket or default, if that leaves a clause.
+fn first_clause(help: &str) -> &str {
+    let ends = [": ", "; ", ". ", " (", " [default"].iter().filter_map(|end| help.find(end));
+    let end = ends.filter(|end| *end >= SHORTEST).min().unwrap_or(help.len());
+    help.get(..end).unwrap_or(help)
+}
+
+/// Fewest bytes of a clause that says something.
+const SHORTEST: usize = 12;
 
 /// A refusal with a remedy in place of what Rust says of a bad number.
 fn numbers_in_words(text: &str) -> String {
@@ -99,6 +144,22 @@ mod tests {
             let why = refused(&["chaincell", "run", "m", "--out", "x", "--friction", value]);
             assert!(why.contains("--friction") && why.contains("give a number"), "{why}");
         }
+    }
+
+    #[test]
+    fn the_short_help_is_a_page_and_the_long_one_a_book() {
+        for name in ["run", "bake", "serve", "control", "cosim"] {
+            let mut command = in_short(Cli::command());
+            let of_one = command.find_subcommand_mut(name).unwrap();
+            let short = of_one.render_help().to_string();
+            assert!(short.lines().count() < 60, "{name}: {short}");
+            assert!(!short.contains("Example") && short.contains("--help says more"), "{short}");
+            let long = of_one.render_long_help().to_string();
+            assert!(long.contains("Example") && long.lines().count() > 60, "{name}: {long}");
+        }
+        assert_eq!(first_clause("Coefficient of friction; 0 for none"), "Coefficient of friction");
+        assert_eq!(first_clause("A [m]: b"), "A [m]: b");
+        assert_eq!(first_clause("Depth of a press [default: 3]"), "Depth of a press");
     }
 
     #[test]

@@ -105,6 +105,11 @@ impl PressArgs {
         Ok(Press::new(touch_m, direction, depth_m, ticks(self.seconds)?)?.poses())
     }
 
+    /// Returns true if an option says where it touches.
+    pub fn is_placed(&self) -> bool {
+        self.touch_m.is_some()
+    }
+
     fn along(&self, model: &Model<'_>, contact: &Contact, ticks: u64) -> Result<Vec<Pose>> {
         let direction = self.direction.map(|direction| direction.0);
         let depth_m = self.depth_m.unwrap_or(DEPTH_LINKS * f64::from(model.unit_m()));

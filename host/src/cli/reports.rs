@@ -11,6 +11,7 @@ use serde::Serialize;
 use crate::bake::{Equivalent, Notes};
 use crate::error::Result;
 use crate::terminal;
+use crate::words::length;
 
 /// Contact cells that the RAM figures allow for, the default of the kernel's `Tissue`.
 const CONTACTS: usize = 64;
@@ -148,9 +149,20 @@ impl ModelReport {
         }
     }
 
-    /// A table on standard output.
-    pub fn print(&self) -> Result<()> {
+    /// The bounding box, in mm below a metre.
+    fn box_words(&self) -> String {
+        let [low, high] = self.bounding_box_m;
+        let is_small = low.iter().chain(&high).all(|x| x.abs() < 1.0);
+        let (times, unit) = if is_small { (1e3, "mm") } else { (1.0, "m") };
+        let side = |axis: usize| format!("{:.1} to {:.1}", times * low[axis], times * high[axis]);
+        format!("x {}, y {}, z {} {unit}", side(0), side(1), side(2))
+    }
+
+    /// A table on standard output; those rows too that only firmware and the method's parameters need,
+    /// where `is_full`.
+    pub fn print(&self, is_full: bool) -> Result<()> {
         let row = |name: &str, value: String| terminal::say(format_args!("  {name:<14}{value}"));
+        let rare = |name: &str, value: String| if is_full { row(name, value) } else { Ok(()) };
         let varies = |varies: bool| if varies { " (mean; stored per link)" } else { "" };
         // Print the network.
         row(
@@ -165,19 +177,22 @@ impl ModelReport {
             row("groups", groups.collect::<Vec<_>>().join(", "))?;
         }
         row("links", self.links.to_string())?;
-        row(
+        rare(
             "valence",
             format!("{} to {}, mean {:.1}", self.valence.min, self.valence.max, self.valence.mean),
         )?;
-        row("grid", format!("{} D, {} part(s)", self.dimension, self.parts))?;
-        row("coarse", format!("{} basis functions of the coarse level", self.coarse_functions))?;
+        rare("grid", format!("{} D, {} part(s)", self.dimension, self.parts))?;
+        rare("coarse", format!("{} basis functions of the coarse level", self.coarse_functions))?;
         // Print its size.
-        let [low, high] = self.bounding_box_m;
-        let side = |axis: usize| format!("{:.4} to {:.4}", low[axis], high[axis]);
-        row("box", format!("x {}, y {}, z {} m", side(0), side(1), side(2)))?;
-        row("mean link", format!("{:.4e} m", self.mean_link_m))?;
+        row("box", self.box_words())?;
+        row("mean link", length(self.mean_link_m.into()))?;
         // Print the material.
-        row("alpha", format!("{}{}", self.alpha, varies(self.alpha_varies)))?;
+        let alpha = format!("{}{}", self.alpha, varies(self.alpha_varies));
+        if self.young_pa.is_some() {
+            rare("alpha", alpha)?
+        } else {
+            row("alpha", alpha)?
+        }
         if let (Some(young_pa), Some(poisson)) = (self.young_pa, self.poisson) {
             row(
                 "tissue",
@@ -201,9 +216,9 @@ impl ModelReport {
             row("equivalent", of.of_links())?;
         }
         // Print the bounds of state, step and energy.
-        row("saturation", format!("{:.4} m from the centre", self.k_m))?;
-        row("step bound", format!("{:.5} (euler, dimensionless time a sweep)", self.step_bound))?;
-        row("energy bound", format!("{:.4} J", self.energy_max_j))?;
+        rare("saturation", format!("{} from the centre", length(self.k_m.into())))?;
+        rare("step bound", format!("{:.5} (euler, dimensionless time a sweep)", self.step_bound))?;
+        rare("energy bound", format!("{:.4} J", self.energy_max_j))?;
         // Print the memory that image and tissue take.
         row("flash", format!("{} bytes", self.image_bytes))?;
         let schemes = if self.young_pa.is_some() { 2 } else { 4 };
@@ -216,7 +231,7 @@ impl ModelReport {
         .into_iter()
         .take(schemes)
         {
-            row("RAM", format!("{bytes} bytes ({name})"))?;
+            rare("RAM", format!("{bytes} bytes ({name})"))?;
         }
         row("checksum", self.checksum.clone())
     }

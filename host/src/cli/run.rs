@@ -8,14 +8,16 @@ use chaincell_kernel::trace::Record;
 use chaincell_kernel::{Budget, Choice, TickOutput, ToolPose};
 use serde::Serialize;
 
+use super::judgement::{Judgement, Pace};
 use super::mesh_file::Units;
 use super::model_file;
 use super::picture;
 use super::press::{Motion, PressArgs};
-use super::shared::PrintArgs;
+use super::shared::{PrintArgs, tell_view};
 use super::snapshots::{SnapshotArgs, Snapshots};
 use super::stage::{StageArgs, StageReport};
 use super::tissue::{TissueArgs, TissueReport};
+use crate::engine::course::{Course, ToolCourse, largest_n};
 use crate::engine::far::Far;
 use crate::engine::flag_ticks::FlagTicks;
 use crate::engine::motion::Pose;
@@ -110,6 +112,9 @@ struct RunSummary {
     snapshot_ticks: BTreeSet<u64>,
     /// How near the tool came that never touched the body.
     never_touched: Option<Untouched>,
+    /// What each tool did; of held cells one entry.
+    tool_courses: Vec<ToolCourse>,
+    judgement: Judgement,
     /// Flags seen, each with the number of ticks it was set on.
     flag_ticks: FlagTicks,
     interrupted: bool,
@@ -141,9 +146,7 @@ pub fn execute(args: &Args) -> Result<()> {
         write_whole(path, &front)?;
     }
     folder.write(recording::MODEL, image.as_bytes())?;
-    if args.source.motion.is_some() {
-        folder.write("path.csv", path::to_text(poses.concat()).as_bytes())?;
-    }
+    write_motion(args, &folder, poses)?;
     let mut snapshots = Snapshots::new(&snapshot_ticks, &folder);
     let mut executed = Vec::with_capacity(rows);
     let mut rows = Rows { draws: args.picture.is_some(), ..Rows::default() };
@@ -163,6 +166,13 @@ pub fn execute(args: &Args) -> Result<()> {
     rows.write(&folder, &tissue)?;
     folder.write("cells_final.csv", cells_csv(&nodes).as_bytes())?;
     folder.write("final.vtu", vtu(tissue.engine_mut(), &nodes).as_bytes())?;
+    let tool_courses: Vec<ToolCourse> = rows.courses.iter().map(Course::result).collect();
+    let never_touched = Untouched::of(tissue.engine(), &executed, played.has_touched());
+    let judgement = judgement(args, &tissue, &played, poses).with_tools(
+        tissue.engine(),
+        &tool_courses,
+        never_touched,
+    );
     let summary = RunSummary {
         cells: model.cells(),
         nodes: nodes.ids.len(),
@@ -174,7 +184,9 @@ pub fn execute(args: &Args) -> Result<()> {
         poses_repeated: played.poses_repeated,
         recorded: args.recorded,
         snapshot_ticks,
-        never_touched: Untouched::of(tissue.engine(), &executed, played.has_touched()),
+        never_touched,
+        judgement,
+        tool_courses,
         flag_ticks: played.flag_ticks,
         interrupted: interrupt::asked(),
         tissue: args.tissue.report(tissue.engine()),
@@ -182,7 +194,7 @@ pub fn execute(args: &Args) -> Result<()> {
     };
     folder.write_json("summary.json", &summary)?;
     let drawn = rows.picture(args, &tissue)?;
-    report(args, &summary, &played, far(args, &tissue, &executed), drawn.as_deref())?;
+    report(args, &summary, far(args, &tissue, &executed), drawn.as_deref())?;
     if summary.interrupted { Err(Error::interrupted(Some(&args.out))) } else { Ok(()) }
 }
 
@@ -205,6 +217,34 @@ fn paths(args: &Args, tissue: &Staged<'_>) -> Result<Paths> {
     Ok(paths)
 }
 
+/// Writes the path of a built-in motion, which can be played again.
+fn write_motion(args: &Args, folder: &Folder, poses: &[Vec<Pose>]) -> Result<()> {
+    if args.source.motion.is_none() {
+        return Ok(());
+    }
+    folder.write("path.csv", path::to_text(poses.concat()).as_bytes())
+}
+
+/// What a run says of its body and its pace.
+fn judgement(args: &Args, tissue: &Staged<'_>, played: &Played, poses: &[Vec<Pose>]) -> Judgement {
+    let network = tissue.engine().network();
+    let (sweeps, cells) = (network.settings().sweeps, network.model().cells());
+    let makes_all = poses.iter().flatten().all(|pose| pose.sweeps.is_none());
+    let pace = Pace::of_all_sweeps(&played.step.summary(), sweeps, cells).filter(|_| makes_all);
+    let is_default = args.press_is_default();
+    Judgement::of_body(tissue.engine(), is_default, pace)
+}
+
+impl Args {
+    /// Returns true if no option chose where the tool touches.
+    fn press_is_default(&self) -> bool {
+        match self.source.motion {
+            Some(_) => self.tissue.is_place_default() && !self.press.is_placed(),
+            None => self.tissue.holds_default(),
+        }
+    }
+}
+
 /// How far a path leads beyond the body.
 fn far(args: &Args, tissue: &Staged<'_>, executed: &[Pose]) -> Option<Far> {
     args.source.path.as_ref().and_then(|_| Far::of(tissue.engine(), executed))
@@ -222,6 +262,8 @@ struct Rows {
     contacts: ContactRows,
     tools: ToolRows,
     curve: ForceCurve,
+    /// One for each tool; of held cells one.
+    courses: Vec<Course>,
     /// True if a picture is wanted.
     draws: bool,
     largest: Largest,
@@ -236,12 +278,17 @@ impl Rows {
         output: &TickOutput,
         tissue: &mut Staged<'_>,
     ) {
+        let force_n = output.force_n.into();
+        self.courses.resize(tissue.tools().max(1), Course::default());
+        if let ([only], 0) = (&mut self.courses[..], tissue.tools()) {
+            only.add(force_n, output.contacts, None);
+        }
         for tool in 0..tissue.tools() {
             let felt = tissue.felt(tool);
+            self.courses[tool].add(felt.force_n, felt.contacts, tissue.places_m(tool));
             self.tools.add(pose.tick, tool, &felt, output.flags.0);
         }
         self.contacts.after(pose.tick, tissue.engine_mut());
-        let force_n = output.force_n.into();
         self.curve.add(pose.tick, pose.position_m, force_n, output.contacts > 0);
         if self.draws {
             self.largest.after(tissue.engine_mut(), pose.tick, of_tools.each(), force_n);
@@ -374,18 +421,8 @@ impl Played {
     }
 }
 
-fn report(
-    args: &Args,
-    summary: &RunSummary,
-    played: &Played,
-    far: Option<Far>,
-    drawn: Option<&str>,
-) -> Result<()> {
-    let magnitude = |a: &Answer| {
-        let [x, y, z]: [f32; 3] = a.output.force_n.into();
-        x.hypot(y).hypot(z)
-    };
-    let peak = played.answers.iter().map(magnitude).fold(0.0, f32::max);
+fn report(args: &Args, summary: &RunSummary, far: Option<Far>, drawn: Option<&str>) -> Result<()> {
+    let peak = largest_n(&summary.tool_courses);
     if let Some(far) = far {
         let remedy = match args.path_units {
             Units::M => "where the path is in millimetres, pass --path-units mm",
@@ -413,11 +450,10 @@ fn report(
     ))?;
     terminal::say(format_args!("  {:<14}{}", "state hash", summary.state_hash))?;
     terminal::say(format_args!("  {:<14}{}", "flags", summary.flag_ticks))?;
-    if let Some(untouched) = &summary.never_touched {
-        terminal::say(format_args!("  {:<14}{untouched}", "contact"))?;
-    }
+    summary.judgement.print(14)?;
     if let Some(drawn) = drawn {
         terminal::say(format_args!("  {:<14}{drawn}", "picture"))?;
     }
-    terminal::say(format_args!("  {:<14}{}", "results", args.out.display()))
+    terminal::say(format_args!("  {:<14}{}", "results", args.out.display()))?;
+    tell_view(14, &args.out)
 }

@@ -9,15 +9,17 @@ use serde::{Deserialize, Serialize};
 
 use super::budget::BudgetArgs;
 use super::inject::InjectArgs;
+use super::judgement::{Judgement, Pace};
 use super::model_file;
 use super::restore::restore;
 use super::session::{LoopArgs, tell_refused};
-use super::shared::{FolderArgs, PrintArgs, SilenceArgs};
+use super::shared::{FolderArgs, PrintArgs, SilenceArgs, tell_view};
 use super::stage::{StageArgs, StageReport};
 use super::tissue::{TissueArgs, TissueReport};
 use super::verdict::{Counts, Verdict, VerdictArgs};
 use crate::bake::ImageBytes;
 use crate::engine::Engine;
+use crate::engine::course::largest_n;
 use crate::engine::motion::Pose;
 use crate::engine::staged::Staged;
 use crate::engine::tissue::TissueEngine;
@@ -121,7 +123,16 @@ struct ServeSummary<'a> {
     state_hz: u32,
     stage: Option<StageReport>,
     never_touched: Option<Untouched>,
+    judgement: &'a Judgement,
     verdict: Verdict,
+}
+
+/// What `--json` prints.
+#[derive(Serialize)]
+struct Printed<'a> {
+    #[serde(flatten)]
+    report: &'a ServeReport,
+    judgement: &'a Judgement,
 }
 
 pub fn execute(args: &Args) -> Result<()> {
@@ -142,10 +153,11 @@ pub fn execute(args: &Args) -> Result<()> {
     let (folder, mut recorder, server) = recorded(args, begun, &image, server, &mut tissue)?;
     server.say_ready()?;
     let report = server.run(&mut tissue, &mut recorder)?;
-    let verdict = args.verdict.judge(counts(args, &report, tissue.engine()));
+    let verdict = args.verdict.judge(counts(&report, tissue.engine()));
     // Told last, so that it costs no other result.
     let finished = recorder.finish_trace();
     let never_touched = folder.as_ref().and_then(|_| untouched(&tissue, recorder.rows(), &report));
+    let judgement = judgement(args, &report, never_touched, tissue.engine());
     if let Some(folder) = &folder {
         let (cells, links) = (model.cells(), model.links());
         write_poses(folder, &recorder, tissue.tools())?;
@@ -163,6 +175,7 @@ pub fn execute(args: &Args) -> Result<()> {
             state_hz: args.state_hz,
             stage: args.stage.report()?,
             never_touched,
+            judgement: &judgement,
             verdict,
         };
         folder.write_json("summary.json", &summary)?;
@@ -170,7 +183,7 @@ pub fn execute(args: &Args) -> Result<()> {
     if args.folder.out.is_some() || args.record.is_some() {
         tell_unrecorded(&report);
     }
-    print(args, &report, never_touched, &verdict)?;
+    print(args, &report, &judgement, &verdict)?;
     finished?;
     let interrupted = report.ended_by == Ending::Interrupt;
     args.common.after_report(if interrupted {
@@ -281,14 +294,33 @@ fn faults(args: &Args) -> Result<Faults> {
 }
 
 /// Late answers that this process knows of: those to poses that newer ones had overtaken.
-fn counts(args: &Args, report: &ServeReport, engine: &Engine<'_>) -> Counts {
+fn counts(report: &ServeReport, engine: &Engine<'_>) -> Counts {
     Counts {
         answers: report.ticks_executed,
         late: report.flag_ticks.of(Flags::LATE),
         // Poses that came at once behind a silence: somebody stood still, not the tissue.
         floor_share: report.ticks_late_behind_gaps as f64 / report.ticks_executed.max(1) as f64,
-        ..Counts::of_tissue(report, args.tissue.given(engine.network().model()).sweeps, engine)
+        ..Counts::of_tissue(report, engine)
     }
+}
+
+/// What this session says of its own figures; nothing where no pose came.
+fn judgement(
+    args: &Args,
+    report: &ServeReport,
+    never_touched: Option<Untouched>,
+    engine: &Engine<'_>,
+) -> Judgement {
+    if report.ticks_executed == 0 {
+        return Judgement::default();
+    }
+    let model = engine.network().model();
+    let pace = Pace::of_served(report, args.tissue.given(model).sweeps, model.cells());
+    Judgement::of_body(engine, args.tissue.holds_default(), pace).with_tools(
+        engine,
+        &report.tool_courses,
+        never_touched,
+    )
 }
 
 /// Where the session is recorded; a killed one leaves the trace and the model beside it.
@@ -363,11 +395,11 @@ fn untouched(tissue: &Staged<'_>, rows: &[Row], report: &ServeReport) -> Option<
 fn print(
     args: &Args,
     report: &ServeReport,
-    never_touched: Option<Untouched>,
+    judgement: &Judgement,
     verdict: &Verdict,
 ) -> Result<()> {
     if args.print.json {
-        return terminal::say_json(report);
+        return terminal::say_json(&Printed { report, judgement });
     }
     // Print privileges that were refused, and counts of ticks and poses.
     tell_refused(&report.refused);
@@ -381,14 +413,15 @@ fn print(
         report.poses_missing,
         counted(report.watchdog_fired, "time")
     ))?;
-    // Print flags, and a tool that never touched.
+    // Print flags.
     terminal::say(format_args!("  flags       {}", report.flag_ticks))?;
-    if let Some(untouched) = never_touched {
-        terminal::say(format_args!("  contact     {untouched}"))?;
-    }
     // Print times, forces and programs that joined.
     terminal::say(format_args!("  step        {}", report.step_ns.in_us()))?;
-    terminal::say(format_args!("  force       largest step {} N", report.largest_force_step_n))?;
+    terminal::say(format_args!(
+        "  force       largest {:.4} N, largest step {} N",
+        largest_n(&report.tool_courses),
+        report.largest_force_step_n
+    ))?;
     terminal::say(format_args!(
         "  peers       {} joined, {} left; longest call meanwhile {:.1} us",
         report.peers.joins,
@@ -420,5 +453,9 @@ fn print(
     }
     // Print the state and the verdict.
     terminal::say(format_args!("  state hash  {}", report.state_hash))?;
+    if let Some(out) = &args.folder.out {
+        tell_view(12, out)?;
+    }
+    judgement.print(12)?;
     terminal::say(format_args!("  verdict     {verdict}"))
 }

@@ -1,8 +1,11 @@
 //! Arguments that several commands share.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
+
+use crate::error::Result;
+use crate::terminal;
 
 /// How results are printed.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize, clap::Args)]
@@ -43,4 +46,9 @@ pub struct SilenceArgs {
     /// Time in which the force falls in a silence, and rises after it; 0 for at once [ms]
     #[arg(long, default_value_t = 20, value_name = "MS", allow_negative_numbers = true)]
     pub ramp_ms: u32,
+}
+
+/// Prints the command that shows a model or a session in a browser, its name in a column of this width.
+pub fn tell_view(width: usize, path: &Path) -> Result<()> {
+    terminal::say(format_args!("  {:<width$}chaincell view {}", "view", path.display()))
 }

@@ -103,6 +103,16 @@ pub struct TissueReport {
 }
 
 impl TissueArgs {
+    /// Returns true if the cells to hold, or to press, are those that no option chose.
+    pub fn is_place_default(&self) -> bool {
+        self.contact == "auto" || self.contact.starts_with("probe:")
+    }
+
+    /// Returns true if it holds the cells that no option chose.
+    pub fn holds_default(&self) -> bool {
+        self.contact == "auto" && self.tool.is_empty()
+    }
+
     /// The engine for a model.
     pub fn engine<'m>(&self, model: Model<'m>) -> Result<Engine<'m>> {
         let contact = self.contact(&model)?;

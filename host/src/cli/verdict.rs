@@ -3,13 +3,12 @@
 use std::fmt;
 use std::str::FromStr;
 
-use chaincell_kernel::Drive;
 use serde::{Deserialize, Serialize};
 
 use crate::choice::by_text;
-use crate::engine::{Contact, Engine};
+use crate::engine::Engine;
 use crate::error::{Error, Result};
-use crate::session::loops::serve::{ServeReport, SweepBudget, SweepCounts};
+use crate::session::loops::serve::{ServeReport, SweepBudget};
 use crate::terminal;
 use crate::words::{counted, percent};
 
@@ -91,44 +90,21 @@ pub struct Counts {
     pub unanswered: u64,
     /// Share of late answers that the machine makes by itself.
     pub floor_share: f64,
-    /// Sweeps of the ticks, where this process knows them.
-    pub sweeps: Option<SweepCounts>,
-    /// Most sweeps that a tick may make.
-    pub sweeps_max: u64,
     /// Times that the force fell to 0 since the tissue could not keep up.
     pub overloads: u64,
     /// Whether every tick makes all its sweeps.
     pub is_fixed: bool,
     /// Whether it could do with fewer.
     pub is_anytime: bool,
-    /// What they are sweeps of: how near a force is depends on it as much as on their number.
-    pub contact: &'static str,
-}
-
-/// What a tool does to a body, as the tables of errors name it.
-fn contact(engine: &Engine<'_>) -> &'static str {
-    match engine.contact() {
-        Contact::Cells(_) if engine.network().settings().drive == Drive::Current => {
-            " with loaded cells"
-        }
-        Contact::Cells(_) => " with held cells",
-        Contact::Tools { .. } if engine.network().model().kept_states() > 0 => {
-            " under a moving tool on shapes"
-        }
-        Contact::Tools { .. } => " under a moving tool on links",
-    }
 }
 
 impl Counts {
-    /// What `serve` counted of the tissue, whose ticks make at most `sweeps_max` sweeps.
-    pub fn of_tissue(report: &ServeReport, sweeps_max: u16, engine: &Engine<'_>) -> Self {
+    /// What `serve` counted of the tissue.
+    pub fn of_tissue(report: &ServeReport, engine: &Engine<'_>) -> Self {
         Self {
-            sweeps: Some(report.sweeps),
-            sweeps_max: sweeps_max.into(),
             overloads: report.overloads,
             is_fixed: report.budget_us == SweepBudget::Off,
             is_anytime: engine.is_anytime(),
-            contact: contact(engine),
             ..Self::default()
         }
     }
@@ -152,24 +128,22 @@ impl fmt::Display for Verdict {
         if self.counts.answers + self.counts.unanswered == 0 {
             return f.write_str("no pose came, nothing to judge");
         }
-        let held = match self.is_held {
-            true if self.floor_share > DEFAULT_SHARE => {
-                "1 kHz held by the tissue, not by the machine"
-            }
-            true => "1 kHz held",
-            false => "1 kHz NOT held",
-        };
-        write!(
-            f,
-            "{held}: {:.2} % of the answers late, {:.2} % by the machine itself",
-            100.0 * self.late_share,
-            100.0 * self.floor_share
-        )?;
+        let [late, floor] = [self.late_share, self.floor_share].map(|share| 100.0 * share);
+        if self.is_held && self.floor_share > DEFAULT_SHARE {
+            write!(
+                f,
+                "1 kHz held, though this machine itself makes {floor:.2} % of the answers late ({late:.2} % in \
+                 all): give each process a free core"
+            )?;
+        } else {
+            let held = if self.is_held { "held" } else { "NOT held" };
+            write!(
+                f,
+                "1 kHz {held}: {late:.2} % of the answers late, {floor:.2} % by the machine itself"
+            )?;
+        }
         if self.counts.unanswered > 0 {
             write!(f, ", {} without an answer", counted(self.counts.unanswered, "pose"))?;
-        }
-        if let Some(SweepCounts { p1, p50, .. }) = self.counts.sweeps {
-            write!(f, "; sweeps p1 {p1}, p50 {p50}{}", self.counts.contact)?;
         }
         match self.remedy() {
             Some(remedy) => write!(f, "; {remedy}"),
@@ -181,7 +155,7 @@ impl fmt::Display for Verdict {
 impl Verdict {
     /// What to change.
     fn remedy(&self) -> Option<&'static str> {
-        let Counts { sweeps, sweeps_max, overloads, is_fixed, is_anytime, .. } = self.counts;
+        let Counts { overloads, is_fixed, is_anytime, .. } = self.counts;
         if overloads > 0 {
             return Some(match (is_fixed, is_anytime) {
                 (true, true) => {
@@ -201,8 +175,7 @@ impl Verdict {
             });
         }
         if self.is_held {
-            let few = sweeps.is_some_and(|sweeps| sweeps.p50 < sweeps_max);
-            return few.then_some("for more of them a smaller model or a faster core");
+            return None;
         }
         if self.counts.unanswered > 0 && self.late_share - self.floor_share <= DEFAULT_SHARE {
             return None;
@@ -239,17 +212,8 @@ mod tests {
     use super::*;
 
     fn verdict(share: &str, late: u64, overloads: u64) -> Verdict {
-        let sweeps = Some(SweepCounts { p1: 1, p50: 4, max: 4 });
-        let counts = Counts {
-            answers: 1000,
-            late,
-            floor_share: 0.02,
-            sweeps,
-            sweeps_max: 4,
-            overloads,
-            contact: " with held cells",
-            ..Counts::default()
-        };
+        let counts =
+            Counts { answers: 1000, late, floor_share: 0.02, overloads, ..Counts::default() };
         VerdictArgs { late_share: share.parse().unwrap() }.judge(counts)
     }
 
@@ -262,7 +226,11 @@ mod tests {
         assert!(
             verdict("1%", 31, 0).to_string().starts_with("1 kHz NOT held: 3.10 % of the answers")
         );
-        assert!(verdict("1%", 0, 0).to_string().contains("sweeps p1 1, p50 4 with held cells"));
+        assert_eq!(
+            verdict("1%", 30, 0).to_string(),
+            "1 kHz held, though this machine itself makes 2.00 % of the answers late (3.00 % in all): give \
+             each process a free core"
+        );
         let text = verdict("1%", 0, 3).to_string();
         assert!(text.contains("longer than a pose period") && text.contains("--cells"), "{text}");
     }

@@ -2,6 +2,7 @@
 
 pub mod contact;
 pub mod convergence;
+pub mod course;
 pub mod far;
 #[cfg(test)]
 pub(crate) mod fixture;

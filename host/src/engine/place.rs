@@ -63,3 +63,48 @@ pub fn place(model: &Model<'_>, contact: &Contact, along: Option<[f64; 3]>) -> R
     }
     Ok(Place { touch_m, direction: direction.into() })
 }
+
+/// Largest angle between the mean normal of the surface at the cell of the default contact and one of its
+/// triangles there \[degrees\]: 55 at a corner of a box, 45 at an edge. `None` if the model has no triangles or
+/// no free cell.
+#[must_use]
+pub fn bend_deg(model: &Model<'_>) -> Option<f64> {
+    let cell = farthest(model).ok()?;
+    let at = |cell: u16| Vector3::from(rest_m(model, cell.into()));
+    let normal = |[a, b, c]: &[u16; 3]| (at(*b) - at(*a)).cross(&(at(*c) - at(*a)));
+    let around = model.triangles().iter().filter(|corners| corners.contains(&cell));
+    let normals: Vec<Vector3<f64>> =
+        around.filter_map(|corners| normal(corners).try_normalize(0.0)).collect();
+    // A side counts once, however many triangles it has at the cell.
+    let mut sides: Vec<Vector3<f64>> = Vec::new();
+    for normal in &normals {
+        if sides.iter().all(|side| side.dot(normal) < SAME_SIDE) {
+            sides.push(*normal);
+        }
+    }
+    let mean = sides.iter().sum::<Vector3<f64>>().try_normalize(0.0)?;
+    let angle_deg = |side: &Vector3<f64>| mean.dot(side).clamp(-1.0, 1.0).acos().to_degrees();
+    sides.iter().map(angle_deg).reduce(f64::max)
+}
+
+/// Cosine of the angle below which two triangles are of the same side.
+const SAME_SIDE: f64 = 0.95;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bake::{BakeOptions, bake};
+    use crate::engine::fixture::plane;
+    use crate::mesh::{MeshOptions, load};
+
+    #[test]
+    fn a_corner_of_a_box_bends_and_a_plane_does_not() {
+        let mesh = load("box:4x4x3x0.01", &MeshOptions::default()).unwrap();
+        let image = bake(&mesh, &mesh.default_fixed, &BakeOptions::default()).unwrap();
+        let bend = bend_deg(&Model::from_bytes(image.as_bytes()).unwrap()).unwrap();
+        assert!((bend - 54.7).abs() < 0.1, "{bend}");
+        let image = plane();
+        let flat = bend_deg(&Model::from_bytes(image.as_bytes()).unwrap());
+        assert!(flat.is_none_or(|bend| bend < 1.0), "{flat:?}");
+    }
+}

@@ -42,6 +42,22 @@ impl Reach {
         self.triangles_m.iter().map(squared).min_by(f64::total_cmp).map(libm::sqrt)
     }
 
+    /// Mean edge of the triangles nearest to a point, and of those within `radius_m` of the nearest one \[m\];
+    /// `None` if there is nothing to touch.
+    #[must_use]
+    pub fn edge_near_m(&self, point_m: [f64; 3], radius_m: f64) -> Option<f64> {
+        let point = Vector3::from(point_m);
+        let within_m = self.distance_m(point_m)? + radius_m;
+        let is_near =
+            |corners: &&[Vector3<f64>; 3]| (nearest(point, **corners) - point).norm() <= within_m;
+        let (mut sum_m, mut edges) = (0.0, 0.0);
+        for [a, b, c] in self.triangles_m.iter().filter(is_near) {
+            sum_m += (b - a).norm() + (c - b).norm() + (a - c).norm();
+            edges += 3.0;
+        }
+        Some(sum_m / edges)
+    }
+
     /// Returns true if a point is inside the closed surface of the triangles.
     #[must_use]
     pub fn is_around(&self, point_m: [f64; 3]) -> bool {
@@ -246,6 +262,17 @@ mod tests {
         assert!(!reach.is_around([-0.1, 0.1, 0.1]) && !reach.is_around([0.5, 0.5, 0.5]));
         let open = Reach { triangles_m: vec![reach.triangles_m[0]] };
         assert!(!open.is_around([0.1, 0.1, 1e-3]));
+    }
+
+    #[test]
+    fn edges_are_those_near_a_point() {
+        let reach = tetrahedron();
+        // The three faces at the origin have two edges of 1 and one of the root of 2.
+        let found = reach.edge_near_m([-1.0, -1.0, -1.0], 0.0).unwrap();
+        assert!((found - (2.0 + f64::sqrt(2.0)) / 3.0).abs() < 1e-12, "{found}");
+        let far = reach.edge_near_m([1.0, 1.0, 1.0], 0.0).unwrap();
+        assert!((far - f64::sqrt(2.0)).abs() < 1e-12, "{far}");
+        assert_eq!(Reach { triangles_m: vec![] }.edge_near_m([0.0; 3], 1.0), None);
     }
 
     const UP: [f64; 3] = [0.0, 0.0, 1.0];

@@ -162,6 +162,12 @@ impl TissueEngine for Staged<'_> {
         Felt { force_n: force_n.into(), torque_n_m: torque_n_m.into(), contacts, flags }
     }
 
+    fn places_m(&mut self, tool: usize) -> Option<[[f32; 3]; 2]> {
+        let asked_m = self.passed.each().get(tool)?.position_m;
+        let proxy = self.engine.proxy_pose(tool).filter(|proxy| proxy.share > 0.0)?;
+        Some([asked_m.into(), proxy.position_m])
+    }
+
     fn has_stage(&self) -> bool {
         !self.stages.is_empty()
     }

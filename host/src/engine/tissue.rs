@@ -54,6 +54,12 @@ pub trait TissueEngine {
         Felt::default()
     }
 
+    /// Position of a tool in the last tick, after an output stage, and the position at which the tissue meets
+    /// it \[m\]; `None` if it is not engaged, waits inside the tissue, or holds cells.
+    fn places_m(&mut self, _tool: usize) -> Option<[[f32; 3]; 2]> {
+        None
+    }
+
     /// Returns true if the tissue has an output stage.
     fn has_stage(&self) -> bool {
         false

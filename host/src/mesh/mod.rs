@@ -20,6 +20,7 @@ mod overlap;
 mod plane;
 mod rings;
 mod rows;
+mod scale;
 mod selector;
 mod size;
 mod solid;
@@ -40,6 +41,7 @@ use crate::text::{BYTE_ORDER_MARK, gzip};
 use format::Format;
 
 pub use overlap::{Overlaps, overlaps};
+pub use scale::unlikely_size;
 pub use selector::{select, select_among};
 pub use solid::Filled;
 pub use surface::{boundary, vertex_normals};
@@ -51,7 +53,8 @@ pub const CELLS_MAX: usize = 65_535;
 /// Most nodes of a mesh whose nodes are grouped into cells.
 pub const NODES_MAX: usize = 2_000_000;
 /// Why triangles alone are no body.
-const A_SURFACE: &str = "a surface; `fill_m` SIZE fills it with tetrahedra of that edge in metres";
+const A_SURFACE: &str = "a surface; `fill_m` SIZE fills it with tetrahedra of that edge in metres, as 0.005, \
+     and `unit_m` mm reads it in millimetres";
 
 /// Largest mesh file that is read, in bytes.
 const FILE_BYTES_MAX: u64 = 512 << 20;

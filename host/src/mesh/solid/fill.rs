@@ -13,8 +13,8 @@ use crate::mesh::geometry::{corners, cross, distance, dot, edges, minus, volume6
 use crate::mesh::stuffing::smooth::roundness;
 use crate::mesh::stuffing::{Shape, TetMesh, fill as stuff, points};
 use crate::mesh::surface::boundary;
-use crate::mesh::{Mesh, too_many};
-use crate::words::counted;
+use crate::mesh::{Mesh, too_many, unlikely_size};
+use crate::words::{counted, length};
 
 /// Edge of a lattice cube over the mean edge of the tetrahedra: three of seven edges of the lattice are
 /// as long as the cube's, four are half as long as its diagonal.
@@ -83,12 +83,18 @@ pub(in crate::mesh) fn fill_faces(
     if !is_large {
         closed.check_crossings(unit_m).map_err(refuse)?;
     }
+    // Where the size is unlikely, the unit is what to change, whatever else is wrong.
+    let unlikely = unlikely_size(&closed.points_m, unit_m);
+    let refuse = |why: String| match &unlikely {
+        Some(unlikely) => refuse(format!("{unlikely}; read as it is, {why}")),
+        None => refuse(why),
+    };
     let solid = Solid::new(&closed);
     check_size(&solid, closed.shells.volume_m3, size_m, nodes_max).map_err(refuse)?;
     let none_fits = || {
         refuse(format!(
-            "no tetrahedron of `fill_m` {size_m:?} fits into the surface; take {:.1e} or less",
-            largest_m(&closed).min(0.7 * size_m)
+            "no tetrahedron of `fill_m` {size_m:?} fits into the surface; take `fill_m` {} or less",
+            below(largest_m(&closed).min(0.7 * size_m))
         ))
     };
     let [low_m, high_m] = solid.bounds_m();
@@ -103,7 +109,7 @@ pub(in crate::mesh) fn fill_faces(
     if body.nodes_m.len() > nodes_max {
         let more = format!("{} nodes of `fill_m` {size_m:?}, more", body.nodes_m.len());
         let fits_m = size_m * (1.05 * body.nodes_m.len() as f64 / nodes_max as f64).cbrt();
-        let remedy = format!("take `fill_m` {fits_m:.2e} or more");
+        let remedy = format!("take `fill_m` {} or more", above(fits_m));
         return Err(refuse(too_many(more, nodes_max, &remedy)));
     }
     // Of a large surface, the longer check comes last: a size that is too coarse is refused early.
@@ -122,6 +128,26 @@ pub(in crate::mesh) fn fill_faces(
         closed.check_crossings(unit_m).map_err(refuse)?;
     }
     Ok(Mesh { filled: Some(filled), ..mesh })
+}
+
+/// A size with two digits that is not below `size_m`, as an option takes it \[m\].
+fn above(size_m: f64) -> f64 {
+    two_digits(size_m, f64::ceil)
+}
+
+/// A size with two digits that is not above `size_m`.
+fn below(size_m: f64) -> f64 {
+    two_digits(size_m, f64::floor)
+}
+
+fn two_digits(size_m: f64, round: impl Fn(f64) -> f64) -> f64 {
+    if !(size_m.is_finite() && size_m > 0.0) {
+        return size_m;
+    }
+    // Divided by a whole power of ten, the decimals print as they are.
+    let behind = 1 - size_m.log10().floor() as i32;
+    let digits = round(size_m * 10.0_f64.powi(behind));
+    if behind > 0 { digits / 10.0_f64.powi(behind) } else { digits * 10.0_f64.powi(-behind) }
 }
 
 /// Returns a size at which some tetrahedra fit into the body.
@@ -147,12 +173,13 @@ fn check_size(
     if nodes > nodes_max as f64 {
         let count = if nodes < 1e15 { format!("about {nodes:.0}") } else { "above 1e15".into() };
         let more = format!("{count} nodes of `fill_m` {size_m:?}, more");
-        return Err(too_many(more, nodes_max, &format!("take `fill_m` {fits_m:.2e} or more")));
+        return Err(too_many(more, nodes_max, &format!("take `fill_m` {} or more", above(fits_m))));
     }
     if points > LATTICE_MAX {
         return Err(format!(
             "a lattice of {points:.1e} points for `fill_m` {size_m:?}, the limit is {LATTICE_MAX:.1e}; take \
-             `fill_m` {fits_m:.2e} or more"
+             `fill_m` {} or more",
+            above(fits_m)
         ));
     }
     Ok(())
@@ -267,8 +294,9 @@ fn check_parts(bodies: usize, found: usize, size_m: f64) -> std::result::Result<
 
 fn too_far(place: &str, away_m: f64, size_m: f64) -> String {
     format!(
-        "around {place} the tetrahedra of `fill_m` {size_m:?} are {away_m:.2e} m from the surface: what is \
-         thinner than they are is lost; take a smaller size, or thicken it"
+        "around {place} the tetrahedra of `fill_m` {size_m:?} are {} from the surface: what is thinner \
+         than they are is lost; take a smaller size, or thicken it",
+        length(away_m)
     )
 }
 

@@ -7,8 +7,9 @@
 use serde::{Deserialize, Serialize};
 
 use chaincell_client::{Exchange, Kind, Options};
-use chaincell_kernel::{Flags, ToolPose};
+use chaincell_kernel::{Flags, TOOLS_MAX, ToolPose};
 
+use crate::engine::course::{Course, ToolCourse};
 use crate::engine::flag_ticks::FlagTicks;
 use crate::engine::motion::Pose;
 use crate::error::{Error, Result};
@@ -26,6 +27,7 @@ use crate::session::loops::wait::Wait;
 use crate::session::timing::clock::{MILLISECOND_NS, SECOND_NS, now_ns, span_ns};
 use crate::session::timing::histogram::{Latencies, Summary};
 use crate::session::timing::spans::Spans;
+use crate::terminal;
 
 /// An answer is due this long after the scheduled send \[ns\].
 const DEADLINE_NS: u64 = MILLISECOND_NS;
@@ -45,6 +47,8 @@ pub struct ControlOptions {
     pub wait: Wait,
     /// Longest wait for a server before the first pose \[s\].
     pub wait_for_server_s: f64,
+    /// True to say on standard error that it waits for a server.
+    pub says_wait: bool,
     /// Number of times that the poses are played; the ticks continue to count.
     pub repeats: u64,
     /// True if the report has histograms.
@@ -68,6 +72,7 @@ impl Default for ControlOptions {
             domain: Domain::default(),
             wait: Wait::default(),
             wait_for_server_s: 10.0,
+            says_wait: false,
             repeats: 1,
             histogram: false,
             realtime: true,
@@ -96,6 +101,8 @@ pub struct ControlReport {
     pub missed_in_step: u64,
     /// Number of answers in which each flag was set.
     pub flag_ticks: FlagTicks,
+    /// Course of each tool, without depths, which only the tissue knows; empty without an answer.
+    pub tool_courses: Vec<ToolCourse>,
     /// Messages of the tissue's watchdog after poses stopped: one per millisecond while the force falls.
     pub stale_answers: u64,
     /// Answers to poses that were not sent, or that already had an answer.
@@ -169,6 +176,13 @@ pub fn control_tools(
     let server_wait_ns = span_ns("`wait_for_server_s`", options.wait_for_server_s)?;
     let &ControlOptions { wait, watchdog_ms, ramp_ms, wait_for_server_s, .. } = options;
     let of_client = Options { wait, server_wait_ns, watchdog_ms, ramp_ms, ..Options::default() };
+    if options.says_wait && !scene.is_served() && wait_for_server_s > 0.0 {
+        terminal::note(format_args!(
+            "waiting for a server on {}, at most {wait_for_server_s} s: start chaincell serve with the same \
+             --scene",
+            scene.label()
+        ));
+    }
     let opened = Exchange::open(&scene, &of_client, interrupt::asked);
     let exchange = opened.map_err(|why| match why.kind() {
         Kind::NoServer => Error::input(format!(
@@ -208,6 +222,9 @@ struct Run<'a> {
     missed_sent_late: u64,
     missed_in_step: u64,
     flag_ticks: FlagTicks,
+    courses: [Course; TOOLS_MAX],
+    /// Number of tools in the answers.
+    tools: usize,
     stale: u64,
     foreign: u64,
     failed: u64,
@@ -236,6 +253,8 @@ impl<'a> Run<'a> {
             missed_sent_late: 0,
             missed_in_step: 0,
             flag_ticks: FlagTicks::default(),
+            courses: [Course::default(); TOOLS_MAX],
+            tools: 0,
             stale: 0,
             foreign: 0,
             failed: 0,
@@ -309,6 +328,13 @@ impl<'a> Run<'a> {
         self.exchange.answered(arrival_ns, sent_ns, self.unanswered() > 0);
         self.round_trip.record(round_trip_ns);
         self.flag_ticks.add(Flags(force.flags));
+        // A message has places for all tools that there may be; those that were moved count.
+        self.tools = self.poses.tools(index).len().clamp(1, TOOLS_MAX);
+        for (number, of) in forces.each_tool().filter(|(number, _)| *number < self.tools) {
+            if let Some(course) = self.courses.get_mut(number) {
+                course.add(of.force_n, of.contacts, None);
+            }
+        }
         // Check the deadline, and note the cause of a miss.
         let due_ns = self.scheduled_ns(index) + DEADLINE_NS;
         if arrival_ns > due_ns {
@@ -350,6 +376,7 @@ impl<'a> Run<'a> {
                 missed_sent_late: self.missed_sent_late,
                 missed_in_step: self.missed_in_step,
                 flag_ticks: self.flag_ticks,
+                tool_courses: self.courses.iter().take(self.tools).map(Course::result).collect(),
                 stale_answers: self.stale,
                 foreign_answers: self.foreign,
                 sends_failed: self.failed,

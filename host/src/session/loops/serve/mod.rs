@@ -412,6 +412,7 @@ impl<'a> Run<'a> {
             ticks_recorded: self.recorder.ticks(),
             ticks_unrecorded: self.recorder.left_out_ticks(),
             flag_ticks: self.flag_ticks,
+            tool_courses: self.session.courses(),
             ticks_paused: self.paused_ticks,
             commands_done: self.obeyed,
             commands_refused: self.disobeyed,

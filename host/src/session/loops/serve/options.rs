@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::{POSE_HZ, SweepBudget};
+use crate::engine::course::ToolCourse;
 use crate::engine::flag_ticks::FlagTicks;
 use crate::session::ipc::services::Domain;
 use crate::session::loops::peers::PeerCost;
@@ -137,6 +138,8 @@ pub struct ServeReport {
     pub ticks_unrecorded: u64,
     /// Number of ticks on which the tissue set each flag.
     pub flag_ticks: FlagTicks,
+    /// Course of each tool; of held cells one entry.
+    pub tool_courses: Vec<ToolCourse>,
     /// Poses answered with force 0 while paused; they count as executed.
     pub ticks_paused: u64,
     /// Commands carried out.

@@ -15,6 +15,7 @@ use super::overload::Behind;
 use super::speed::SpeedGate;
 use super::voice::Voice;
 use super::watcher::Shared;
+use crate::engine::course::{Course, ToolCourse};
 use crate::engine::order::{TickPlace, skipped};
 use crate::engine::snapshot::Saved;
 use crate::engine::tissue::{Refusal, TissueEngine};
@@ -41,6 +42,8 @@ pub struct Session<'a> {
     /// Last tick with sweeps.
     force_tick: u64,
     late_run: u32,
+    /// Course of each tool; of held cells the first entry.
+    courses: [Course; TOOLS_MAX],
     /// Number of ticks executed.
     pub executed: u64,
     /// Number of poses that never arrived, by their tick numbers.
@@ -69,6 +72,7 @@ impl<'a> Session<'a> {
             last_tick: None,
             force_tick: 0,
             late_run: 0,
+            courses: [Course::default(); TOOLS_MAX],
             executed: 0,
             missing: 0,
         };
@@ -187,6 +191,7 @@ impl<'a> Session<'a> {
             !is_late && self.hash_every != 0 && self.executed.is_multiple_of(self.hash_every);
         let state_hash = if is_hashed { self.engine.state_hash() } else { 0 };
         let felt = self.felt(arrived);
+        self.note(output, &felt);
         let mut flags = output.flags;
         if arrived.release_first.contains(&true) {
             flags.insert(Flags::RELEASE_FIRST);
@@ -207,6 +212,26 @@ impl<'a> Session<'a> {
         let (force_tick, chosen) = (self.force_tick, self.chosen as u32);
         let sweeps = output.sweeps.into();
         Answer { force, force_tick, sweeps, asked: arrived.asked, chosen, felt }
+    }
+
+    /// Notes what each tool does, except while paused.
+    fn note(&mut self, output: &TickOutput, felt: &[Felt; TOOLS_MAX]) {
+        if self.paused {
+            return;
+        }
+        if let (0, Some(first)) = (self.chosen, self.courses.first_mut()) {
+            first.add(output.force_n.into(), output.contacts, None);
+        }
+        for (tool, (course, felt)) in
+            self.courses.iter_mut().zip(felt).enumerate().take(self.chosen)
+        {
+            course.add(felt.force_n, felt.contacts, self.engine.places_m(tool));
+        }
+    }
+
+    /// Returns the course of each tool so far; of held cells one entry. Allocates memory.
+    pub fn courses(&self) -> Vec<ToolCourse> {
+        self.courses.iter().take(self.chosen.max(1)).map(Course::result).collect()
     }
 
     /// Output of each chosen tool in the tick; no force while paused.

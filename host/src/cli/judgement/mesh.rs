@@ -1,0 +1,184 @@
+//! Edges of the surface compared with the radius of the tool, and the error of the force that comes from them.
+//!
+//! The errors are the largest ones measured, beside axisymmetric finite elements down to half a radius and on a
+//! refined organ down to one radius; `tests/MEASURED.md` has both tables, "A sphere beside finite elements".
+
+use std::fmt;
+
+use chaincell_kernel::Model;
+use serde::Serialize;
+
+use crate::engine::course::ToolCourse;
+use crate::engine::reach::Reach;
+use crate::engine::{Engine, rest_m};
+use crate::mesh::CELLS_MAX;
+use crate::words::length;
+
+/// Radius over edge from which on a row of the table holds, and its errors: less than a quarter of a radius
+/// deep, up to half a radius, deeper.
+const ERRORS: [(f64, [f64; 3]); 3] =
+    [(2.0, [0.10, 0.14, 0.14]), (1.0, [0.25, 0.17, 0.26]), (0.0, [0.77, 0.32, 0.32])];
+/// Depths [radii] at which the columns of the table begin, after the first.
+const DEPTHS: [f64; 2] = [0.25, 0.5];
+/// Radius over edge of the finest row.
+const FINE: f64 = ERRORS[0].0;
+
+/// The mesh under a tool, or under any sphere where the tool is not known yet.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct MeshFit {
+    /// Mean edge of the surface near the contact, or of all of it \[m\].
+    pub edge_m: f64,
+    /// Mean link, to which a size of `--fill` is close \[m\].
+    #[serde(skip)]
+    link_m: f64,
+    /// Smallest radius of the tool's parts \[m\].
+    pub radius_m: Option<f64>,
+    /// Largest measured error of the force for such a mesh, as a share; `None` for links, for tools that are
+    /// no sphere, and where the tool is not known.
+    pub force_error: Option<f64>,
+    /// Error with edges of half the radius, and the number of cells of such a mesh.
+    #[serde(skip)]
+    finer: Option<(f64, f64)>,
+    #[serde(skip)]
+    is_nodal: bool,
+}
+
+/// Errors at a radius over edge and a depth [radii].
+fn error(radius: f64, depth: f64) -> f64 {
+    let (_, errors) = ERRORS.iter().find(|(least, _)| radius >= *least).unwrap_or(&ERRORS[2]);
+    errors[DEPTHS.iter().filter(|begin| depth >= **begin).count()]
+}
+
+impl MeshFit {
+    /// The mesh where a tool first touched the body of an engine; `None` where none did.
+    pub fn under(engine: &Engine<'_>, tool: &ToolCourse) -> Option<Self> {
+        let model = engine.network().model();
+        let parts = engine.contact().first_tool()?;
+        if parts.iter().any(chaincell_kernel::ToolPart::is_half_space) {
+            return None;
+        }
+        let radius_m = parts.iter().map(|part| f64::from(part.radius_m)).reduce(f64::min)?;
+        let touch_m = tool.touch_m?.map(f64::from);
+        let edge_m = Reach::of(model).edge_near_m(touch_m, radius_m)?;
+        let is_sphere = engine.contact().radius_m().is_some();
+        let depth = tool.reached_m.unwrap_or_default() / radius_m;
+        Some(Self::with(model, edge_m, (radius_m, depth, is_sphere)))
+    }
+
+    /// The mesh of a model, for any sphere; `None` without a surface that tools touch.
+    pub fn of_surface(model: &Model<'_>) -> Option<Self> {
+        if !model.has_contact_surface() {
+            return None;
+        }
+        let centre = rest_m(model, 0);
+        let edge_m = Reach::of(model).edge_near_m(centre, f64::INFINITY)?;
+        let (link_m, is_nodal) = (model.unit_m().into(), model.is_nodal());
+        Some(Self { edge_m, link_m, radius_m: None, force_error: None, finer: None, is_nodal })
+    }
+
+    fn with(
+        model: &Model<'_>,
+        edge_m: f64,
+        (radius_m, depth, is_sphere): (f64, f64, bool),
+    ) -> Self {
+        let (link_m, is_nodal) = (model.unit_m().into(), model.is_nodal());
+        let is_judged = is_nodal && is_sphere;
+        let refined = FINE * edge_m / radius_m;
+        let cells = model.cells() as f64 * refined * refined * refined;
+        Self {
+            edge_m,
+            link_m,
+            radius_m: Some(radius_m),
+            force_error: is_judged.then(|| error(radius_m / edge_m, depth)),
+            finer: (refined > 1.0).then_some((error(FINE, depth), cells)),
+            is_nodal,
+        }
+    }
+}
+
+impl fmt::Display for MeshFit {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let percent = |share: f64| format!("{:.0} %", 100.0 * share);
+        let edges = length(self.edge_m);
+        let Some(radius_m) = self.radius_m else {
+            write!(f, "edges of {edges} on the surface: for a sphere of {} or more ", {
+                length(FINE * self.edge_m)
+            })?;
+            if !self.is_nodal {
+                return write!(f, "they are fine enough");
+            }
+            let [fine, coarse] = [error(FINE, 0.5), error(0.0, 0.5)].map(percent);
+            return write!(f, "the force is within {fine}, below {edges} up to {coarse} off");
+        };
+        write!(f, "edges of {edges} for a radius of {}: ", length(radius_m))?;
+        match (self.force_error, &self.finer) {
+            (Some(error), None) => return write!(f, "the force is within {}", percent(error)),
+            (None, None) => return write!(f, "fine enough"),
+            (Some(error), Some(_)) => write!(f, "the force is up to {} off", percent(error))?,
+            (None, Some(_)) => write!(f, "coarse")?,
+        }
+        let Some((error, cells)) = self.finer else { return Ok(()) };
+        if cells > CELLS_MAX as f64 {
+            return write!(
+                f,
+                "; edges of half the radius need some {cells:.0} cells, more than {CELLS_MAX}: take a larger \
+                 tool, or a mesh that is finer under it"
+            );
+        }
+        let fill_m = self.link_m * radius_m / (FINE * self.edge_m);
+        write!(f, "; edges of half the radius (--fill {fill_m:.1e}, some {cells:.0} cells)")?;
+        match self.force_error {
+            Some(_) => write!(f, " make that {}", percent(error)),
+            None => write!(f, " are fine enough"),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn fit(radius_m: f64, edge_m: f64, depth: f64) -> MeshFit {
+        let refined = FINE * edge_m / radius_m;
+        MeshFit {
+            edge_m,
+            link_m: edge_m,
+            radius_m: Some(radius_m),
+            force_error: Some(error(radius_m / edge_m, depth)),
+            finer: (refined > 1.0).then_some((error(FINE, depth), 1e3 * refined.powi(3))),
+            is_nodal: true,
+        }
+    }
+
+    #[test]
+    fn a_coarse_mesh_is_said_with_its_error_and_a_remedy() {
+        assert_eq!(
+            fit(0.005, 0.0058, 1.0).to_string(),
+            "edges of 5.80 mm for a radius of 5.00 mm: the force is up to 32 % off; edges of half the \
+             radius (--fill 2.5e-3, some 12487 cells) make that 14 %"
+        );
+        let text = fit(0.001, 0.0058, 1.0).to_string();
+        assert!(text.contains("more than 65535: take a larger tool"), "{text}");
+        let text = fit(0.012, 0.0058, 0.3).to_string();
+        assert!(text.ends_with("the force is within 14 %"), "{text}");
+    }
+
+    #[test]
+    fn errors_are_those_of_the_table() {
+        let found = [(2.0, 0.1), (1.5, 0.1), (1.5, 0.3), (0.5, 0.1), (0.5, 0.6)];
+        assert_eq!(
+            found.map(|(radius, depth)| error(radius, depth)),
+            [0.10, 0.25, 0.17, 0.77, 0.32]
+        );
+    }
+
+    #[test]
+    fn without_a_tool_it_is_said_which_sphere_a_surface_suits() {
+        let any =
+            MeshFit { radius_m: None, force_error: None, finer: None, ..fit(1.0, 0.0058, 0.0) };
+        let text = any.to_string();
+        assert!(text.contains("sphere of 11.6 mm or more the force is within 14 %"), "{text}");
+        let links = MeshFit { is_nodal: false, ..any }.to_string();
+        assert!(links.ends_with("or more they are fine enough"), "{links}");
+    }
+}
