@@ -171,3 +171,44 @@ fn bad_input_is_refused() {
     }
     assert_eq!(chain.positions_m(), mesh.nodes_m);
 }
+
+/// A ball pressed into a box, for the page of `chaincell view`, which has the method in JavaScript:
+/// `tests/view/chainmail.mjs` comes to the same positions.
+#[test]
+fn the_page_compares_itself_with_this_press() {
+    let mesh = body("box:6x5x4", true);
+    let surface: std::collections::BTreeSet<u32> =
+        mesh.triangles.iter().flatten().copied().collect();
+    let free = |element: &u32| !mesh.default_fixed.contains(element);
+    let [radius_m, alpha] = [1.5 * SPACING_M, 0.1];
+    let mut pressed = chain(&mesh, &mesh.default_fixed, alpha);
+    // From above the middle of the top, down and sideways.
+    let top = mesh.nodes_m.iter().fold(f64::NEG_INFINITY, |top, node| top.max(node[2]));
+    let centre = |tick: u32| {
+        let part = f64::from(tick) / 60.0;
+        [0.5 * part * SPACING_M, 0.25 * part * SPACING_M, top + radius_m - part * SPACING_M]
+    };
+    let path: Vec<[f64; 3]> = (0..=60).map(centre).collect();
+    for &centre in &path {
+        let inside = surface.iter().copied().filter(free).filter_map(|element| {
+            let off = minus(pressed.positions_m()[element as usize], centre);
+            let scale = radius_m / off.iter().map(|x| x * x).sum::<f64>().sqrt();
+            (scale > 1.0).then(|| (element as usize, plus(centre, scale, off)))
+        });
+        let held: Vec<_> = inside.collect();
+        if !held.is_empty() {
+            pressed.move_to(&held).unwrap();
+        }
+    }
+    assert!(farthest(pressed.positions_m(), pressed.rest_m()) > 0.9 * SPACING_M);
+    let held_m = pressed.positions_m().to_vec();
+    (0..8).for_each(|_| pressed.relax(&Limits::RIGID));
+    let press = serde_json::json!({
+        "alpha": alpha, "radius_m": radius_m, "path_m": path, "rest_m": mesh.nodes_m, "links": mesh.links,
+        "fixed": mesh.default_fixed, "triangles": mesh.triangles, "held_m": held_m,
+        "relaxed_m": pressed.positions_m(),
+    });
+    let text = format!("{press}\n");
+    let committed = include_str!("../../../../tests/view/chainmail.json");
+    assert!(committed == text, "write this into tests/view/chainmail.json:\n{text}");
+}
