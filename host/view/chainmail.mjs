@@ -1,12 +1,13 @@
 // Traditional ChainMail, which the network is compared with: an element that is moved drags a neighbour along only
 // as far as the link's bounds demand, and that one drags its own in turn. There is neither a force nor an energy.
 // The laboratory has the same method in host/lab/src/chainmail, with its sources.
-import { partsOf } from "./parts.mjs";
+import { partsOf, reachM } from "./parts.mjs";
+import { nearestAtRest } from "./surface.mjs";
 import { add, at, length, scale, turned } from "./vectors.mjs";
 
 /** How far an offset may stray from that at rest, as a share of it: of the comparison with the paper. */
 export const ALPHA = 0.1;
-/** Farthest that a tool goes between two moves, and in one state, beyond which it is put there at once [m]. */
+/** Farthest that a tool goes between two moves, and between two states: beyond it the press begins anew [m]. */
 const STEP_M = 0.0004;
 const JUMP_M = 0.02;
 /** Relaxation sweeps of a state that no tool touches. */
@@ -17,6 +18,7 @@ export class ChainMail {
   constructor({ restM, links, fixed, triangles }, alpha = ALPHA) {
     this.limits = { short: 1 - alpha, long: 1 + alpha, shear: alpha };
     this.restM = Float64Array.from(restM);
+    this.triangles = triangles;
     this.positionsM = this.restM.slice();
     const count = this.restM.length / 3;
     this.isFixed = new Uint8Array(count);
@@ -114,15 +116,18 @@ export class ChainMail {
   follow({ tick, tools }) {
     if (tick === this.tick) return;
     const engaged = tools.filter((tool) => tool.engaged);
-    const before = engaged.map((tool, index) => this.last?.[index]?.kind === tool.kind ? this.last[index].positionM : tool.positionM);
-    const farthest = Math.max(0, ...engaged.map(({ positionM }, index) => length(add(positionM, before[index], -1))));
-    if (tick < this.tick || farthest > JUMP_M) this.positionsM = this.restM.slice();
-    const steps = farthest > JUMP_M ? 1 : Math.max(1, Math.ceil(farthest / STEP_M));
+    const isSame = this.last?.length === engaged.length && engaged.every(({ kind }, index) => this.last[index].kind === kind);
+    const farthest = (from) => Math.max(0, ...engaged.map(({ positionM }, index) => length(add(positionM, from[index].positionM, -1))));
+    const goesOn = isSame && tick > this.tick && farthest(this.last) < JUMP_M;
+    // A press that begins anew comes from outside, so that no element is put out on the tool's far side.
+    if (!goesOn) this.positionsM = this.restM.slice();
+    const before = goesOn ? this.last : engaged.map((tool) => this.#outside(tool));
+    const steps = Math.max(1, Math.ceil(farthest(before) / STEP_M));
     let isTouched = false;
     for (let step = 1; step <= steps; step++) {
       const between = engaged.map((tool, index) => {
-        const motion = add(tool.positionM, before[index], -1);
-        return { ...tool, positionM: add(before[index], motion, step / steps) };
+        const from = before[index].positionM;
+        return { ...tool, positionM: add(from, add(tool.positionM, from, -1), step / steps) };
       });
       isTouched = this.push(between);
     }
@@ -131,6 +136,12 @@ export class ChainMail {
       for (let sweep = 0; sweep < SWEEPS; sweep++) this.relax();
     }
     [this.tick, this.last] = [tick, engaged];
+  }
+
+  /** A tool outside the body at rest, on the surface's normal where the tool is nearest. */
+  #outside(tool) {
+    const { normal } = nearestAtRest(this, tool.positionM);
+    return { ...tool, positionM: add(tool.positionM, normal, JUMP_M + 2 * reachM(partsOf(tool.kind))) };
   }
 }
 

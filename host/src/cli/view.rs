@@ -213,12 +213,7 @@ pub fn live_config(
     tools: Vec<String>,
     commands: bool,
 ) -> Config {
-    Config {
-        mode: Mode::Live,
-        tools,
-        commands,
-        ..base_config(path, model)
-    }
+    Config { mode: Mode::Live, tools, commands, ..base_config(path, model) }
 }
 
 /// The configuration of a page with a kernel of its own, which asks a server for model and kernel.

@@ -248,6 +248,10 @@ mod tests {
         assert_eq!(flags.len(), Flags::ALL.len());
         assert_eq!((&flags[0]["bit"], &flags[0]["name"]), (&1.into(), &"motion clamped".into()));
         assert!(flags.iter().all(|flag| flag["meaning"].as_str().unwrap().ends_with('.')));
+        // Colours are those of pictures without a browser.
+        let end = |part| crate::picture::palette::srgb(part).to_vec();
+        assert_eq!(read["ramp"].as_array().unwrap().len(), MAGMA.len());
+        assert_eq!((&read["ramp"][0], &read["ramp"][16]), (&end(0.0).into(), &end(1.0).into()));
     }
 
     #[test]
