@@ -221,7 +221,8 @@ class View {
     if (!this.state) return;
     if (this.held) this.hand.hold(this.held);
     const isDrawn = this.scene.draw();
-    this.charts.draw();
+    // The body comes first.
+    if (!this.isAwaited) this.charts.draw();
     if (!isDrawn) return;
     if (this.state !== this.shown) this.panel.show(this.state, this.depthM, this.chosen);
     this.shown = this.state;
