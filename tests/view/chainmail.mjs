@@ -18,18 +18,23 @@ assert.ok(farthest(press.held_m) < ROUNDING_M, `pressed, ${farthest(press.held_m
 for (let sweep = 0; sweep < 8; sweep++) chain.relax();
 assert.ok(farthest(press.relaxed_m) < ROUNDING_M, `relaxed, ${farthest(press.relaxed_m)} m apart`);
 
-// Every kind of tool puts what is inside it on its surface, and lets go of it far away.
-for (const kind of ["capsule:0.01,0.004", "box:0.006,0.006,0.003,0.002", "half-space:0.005"]) {
+// Every kind of tool, above a cell of the top, puts what is inside it on its surface; far away it lets go. One that is
+// deep in the body at once pushes cells down too, as one that came from outside.
+const [x, y, top] = press.rest_m[press.rest_m.length - 15];
+for (const kind of ["sphere:0.008", "capsule:0.01,0.004", "box:0.006,0.006,0.003,0.002", "half-space:0.005"]) {
   const other = new ChainMail(body);
-  const top = Math.max(...other.restM.filter((_, index) => index % 3 === 2));
   const upsideDown = kind.startsWith("half") ? [1, 0, 0, 0] : [0, 0, 0, 1];
-  const at = (z) => ({ kind, engaged: true, orientation: upsideDown, positionM: [0, 0, z] });
-  other.follow({ tick: 0, tools: [at(top + 0.006)] });
-  other.follow({ tick: 10, tools: [at(top - 0.001)] });
-  const moved = () => Math.max(...other.positionsM.map((x, index) => Math.abs(x - other.restM[index])));
-  assert.ok(moved() > 1e-3 && Number.isFinite(moved()), `${kind} moves ${moved()} m`);
-  assert.equal(other.push([at(top - 0.001 + 1e-9)]), false, `${kind}: elements are left inside`);
-  for (let tick = 20; tick < 4000; tick += 10) other.follow({ tick, tools: [at(top + 0.02)] });
+  const at = (z) => ({ kind, engaged: true, orientation: upsideDown, positionM: [x, y, z] });
+  other.follow({ tick: 0, tools: [at(top - 0.001)] });
+  const moved = () => other.positionsM.reduce((most, place, index) => Math.max(most, Math.abs(place - other.restM[index])), 0);
+  const raised = other.surface.reduce((most, element) => Math.max(most, other.positionsM[3 * element + 2] - other.restM[3 * element + 2]), 0);
+  assert.ok(moved() > 5e-4 && raised < 2e-3, `${kind} moves ${moved()} m, up ${raised} m`);
+  const before = other.positionsM.slice();
+  other.push([at(top - 0.001)]);
+  const again = other.positionsM.reduce((most, place, index) => Math.max(most, Math.abs(place - before[index])), 0);
+  assert.ok(again < 5e-4, `${kind}: elements were left ${again} m inside`);
+  for (let tick = 10; tick < 4000; tick += 10) other.follow({ tick, tools: [at(top + 0.018)] });
+  for (let tick = 4000; tick < 8000; tick += 10) other.follow({ tick, tools: [{ ...at(top), engaged: false }] });
   assert.ok(moved() < 1e-4, `${kind}: ${moved()} m after letting go`);
 }
 console.log("ok: ChainMail of the page and of the laboratory");
