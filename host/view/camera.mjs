@@ -11,7 +11,7 @@ export class Camera {
     this.size = 1;
     this.yaw = -0.62;
     this.pitch = 0.5;
-    this.width = this.height = 1;
+    this.width = this.height = this.pictures = 1;
   }
 
   /** Looks at a body of this centre and radius so that all of it is in the picture. */
@@ -22,9 +22,10 @@ export class Camera {
     this.fit();
   }
 
-  /** Takes over the size of the picture [CSS pixels]. */
-  resize(width, height) {
-    [this.width, this.height] = [Math.max(width, 1), Math.max(height, 1)];
+  /** Takes over the size of the stage [CSS pixels] and how many pictures stand side by side on it. */
+  resize(width, height, pictures) {
+    this.pictures = pictures;
+    [this.width, this.height] = [Math.max(width / pictures, 1), Math.max(height, 1)];
     this.fit();
   }
 

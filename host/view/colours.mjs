@@ -1,8 +1,5 @@
 // Colours of numbers on the body, with the scale that the legend shows.
 
-/** From 0 to the end of the scale: red, green, blue. */
-export const RAMP = [[0.62, 0.3, 0.29], [0.78, 0.38, 0.27], [0.9, 0.52, 0.25], [0.96, 0.69, 0.32], [0.98, 0.85, 0.5], [1, 0.97, 0.8]];
-
 /** What a colour may stand for: words, unit, and how a number is shown. */
 export const QUANTITIES = {
   displacement: { title: "Displacement", unit: "mm", factor: 1e3, from: 0, leastEnd: 1e-3 },
@@ -10,9 +7,9 @@ export const QUANTITIES = {
   pressure: { title: "Contact pressure", unit: "kPa", factor: 1e-3, from: 0, leastEnd: 100 },
 };
 
-/** The ramp as CSS, from left to right. */
-export function rampCss() {
-  const stops = RAMP.map((colour) => `rgb(${colour.map((part) => Math.round(255 * part)).join(" ")})`);
+/** Colours of red, green and blue from 0 to 255 as CSS, from left to right. */
+export function rampCss(ramp) {
+  const stops = ramp.map((colour) => `rgb(${colour.join(" ")})`);
   return `linear-gradient(90deg, ${stops.join(", ")})`;
 }
 

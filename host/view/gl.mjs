@@ -13,27 +13,27 @@ void main() {
   gl_Position = camera * vec4(point, 1.0);
 }`;
 
-const BODY_FRAGMENT = `
+/** Of a ramp of so many colours. */
+const bodyFragment = (colours) => `
 in vec3 normal, place;
 in float number;
-uniform vec3 eye, right, up, ramp[6];
+uniform vec3 eye, right, up, ramp[${colours}];
 uniform vec2 range;
-uniform vec4 shade, tint;
+uniform vec4 shade;
 out vec4 colour;
 void main() {
   vec3 towards = normalize(eye - place);
   vec3 n = normalize(normal);
   n = dot(n, towards) < 0.0 ? -n : n;
-  float t = clamp((number - range.x) / (range.y - range.x), 0.0, 1.0) * 5.0;
-  int low = min(int(t), 4);
+  float t = clamp((number - range.x) / (range.y - range.x), 0.0, 1.0) * float(${colours - 1});
+  int low = min(int(t), ${colours - 2});
   vec3 base = mix(ramp[low], ramp[low + 1], t - float(low));
   vec3 key = normalize(towards + 0.55 * up - 0.5 * right);
   float light = 0.46 + 0.16 * n.z + 0.4 * max(dot(n, key), 0.0);
   float gloss = 0.13 * pow(max(dot(n, normalize(key + towards)), 0.0), 36.0);
   float rim = 0.14 * pow(1.0 - max(dot(n, towards), 0.0), 3.0);
   float near = shade.w > 0.0 ? 0.35 * (1.0 - smoothstep(shade.w, 2.1 * shade.w, distance(place, shade.xyz))) : 0.0;
-  vec3 lit = base * light * (1.0 - near) + gloss + rim;
-  colour = vec4(mix(lit, tint.rgb, tint.a), 1.0);
+  colour = vec4(base * light * (1.0 - near) + gloss + rim, 1.0);
 }`;
 
 const SOLID_VERTEX = `
@@ -83,13 +83,14 @@ void main() {
 }`;
 
 export class Painter {
-  constructor(canvas) {
+  /** `colours` is the number of colours of the body's ramp. */
+  constructor(canvas, colours) {
     // Smooth edges cost a processor too much that draws by itself.
     const gl = (this.gl =
       canvas.getContext("webgl2", { antialias: true, failIfMajorPerformanceCaveat: true }) ??
       canvas.getContext("webgl2", { antialias: false }));
     if (!gl) throw new Error("this browser has no WebGL 2: switch hardware acceleration on, or take a newer browser");
-    this.body = this.#program(BODY_VERTEX, BODY_FRAGMENT);
+    this.body = this.#program(BODY_VERTEX, bodyFragment(colours));
     this.solid = this.#program(SOLID_VERTEX, SOLID_FRAGMENT);
     this.line = this.#program(LINE_VERTEX, LINE_FRAGMENT);
     gl.enable(gl.DEPTH_TEST);

@@ -8,11 +8,12 @@ const MOVES = { wheel: 0.012, key: 0.012, button: 0.0035 };
 
 export class Hand {
   /**
-   * `scene` has the tool's place and the body's size, `move(pose)` puts the tool there, `normal()` is the surface's
-   * outward normal at the tool, `touched()` is called when somebody takes the tool.
+   * `tools()` are all tools with how far each reaches, `chosen()` is the index of the one that keys and wheel move and
+   * `choose(index)` changes it, `move(pose)` puts the chosen one there, `size()` is the body's radius [m], `normal()`
+   * the surface's outward normal at the chosen tool, `touched()` is called when somebody takes a tool.
    */
-  constructor(stage, camera, { tool, size, normal, move, touched }) {
-    Object.assign(this, { stage, camera, tool, size, normal, move, touched });
+  constructor(stage, camera, { tools, chosen, choose, size, normal, move, touched }) {
+    Object.assign(this, { stage, camera, tools, chosen, choose, size, normal, move, touched });
     this.pointers = new Map();
     this.holds = null;
     stage.addEventListener("pointerdown", (event) => this.#down(event));
@@ -27,14 +28,22 @@ export class Hand {
     return { x: event.clientX - left, y: event.clientY - top };
   }
 
-  /** Whether a pointer is at the tool. */
-  isAtTool(event) {
-    const tool = this.tool();
-    if (!tool) return false;
+  /** The chosen tool. */
+  tool() {
+    return this.tools()[this.chosen()];
+  }
+
+  /** The tool at a pointer, the nearest of several, by its index; -1 for none. Each picture on the stage has it. */
+  toolAt(event) {
     const place = this.#place(event);
-    const { x, y, pixelsPerM } = this.camera.project(tool.positionM);
-    const reach = Math.max(REACH[event.pointerType] ?? REACH.mouse, 1.15 * tool.reachM * pixelsPerM);
-    return Math.hypot(place.x - x, place.y - y) < reach;
+    let [nearest, least] = [-1, Infinity];
+    this.tools().forEach((tool, index) => {
+      const { x, y, pixelsPerM } = this.camera.project(tool.positionM);
+      const reach = Math.max(REACH[event.pointerType] ?? REACH.mouse, 1.15 * tool.reachM * pixelsPerM);
+      const distance = Math.hypot((place.x % this.camera.width) - x, place.y - y);
+      if (distance < reach && distance < least) [nearest, least] = [index, distance];
+    });
+    return nearest;
   }
 
   #down(event) {
@@ -44,8 +53,12 @@ export class Hand {
       this.holds = "zoom";
       return;
     }
-    this.holds = this.isAtTool(event) && event.button === 0 ? "tool" : "view";
-    if (this.holds === "tool") this.#take();
+    const tool = event.button === 0 ? this.toolAt(event) : -1;
+    this.holds = tool >= 0 ? "tool" : "view";
+    if (tool >= 0) {
+      this.choose(tool);
+      this.#take();
+    }
     this.#showCursor(event);
   }
 
@@ -79,7 +92,7 @@ export class Hand {
   }
 
   #showCursor(event) {
-    const isAt = this.holds === "tool" || (!this.holds && this.isAtTool(event));
+    const isAt = this.holds === "tool" || (!this.holds && this.toolAt(event) >= 0);
     this.stage.style.cursor = isAt ? (this.holds ? "grabbing" : "grab") : "";
   }
 

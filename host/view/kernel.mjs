@@ -1,5 +1,6 @@
 // A tissue of the kernel as WebAssembly, by its C interface (kernel/ffi/include/chaincell.h): addresses have
 // 32 bits, all is little-endian, and what the caller owns stands behind the module's own memory.
+import { TOOLS_MAX } from "./limits.mjs";
 
 const SCHEME_TRACK = 0;
 const SCHEME_PREDICT = 7;
@@ -8,6 +9,8 @@ const PAGE_BYTES = 65536;
 export const TRIANGLES = 1024;
 export const SAMPLES = 2048;
 export const BYTES = { model: 512, detail: 20, info: 60, settings: 28, room: 16, budget: 12, pose: 32, output: 48, part: 44, contact: 56 };
+/** Most parts of a tool. */
+const PARTS_MAX = 8;
 /** Most sweeps that a tick may be asked for. */
 const SWEEPS_MAX = 64;
 
@@ -23,13 +26,14 @@ export class Tissue {
     this.detail = this.take(BYTES.detail, 16);
     this.check(this.exports.chaincell_model_init(this.model, imageAt, image.length, this.detail));
     this.info = this.#info();
-    this.pose = this.take(BYTES.pose, 16);
-    this.output = this.take(BYTES.output, 16);
+    this.poses = this.take(BYTES.pose * TOOLS_MAX, 16);
+    this.outputs = this.take(BYTES.output * TOOLS_MAX, 16);
     this.budget = this.take(BYTES.budget, 16);
     this.result = this.take(16, 16);
     this.positions = this.take(12 * this.info.cells, 16);
     this.contacts = this.take(BYTES.contact * TRIANGLES, 16);
-    this.parts = this.take(BYTES.part * 8, 16);
+    this.parts = this.take(BYTES.part * PARTS_MAX * TOOLS_MAX, 16);
+    this.counts = this.take(4 * TOOLS_MAX, 16);
   }
 
   #info() {
@@ -43,13 +47,13 @@ export class Tissue {
     return { cells: whole(0), links: whole(1), checksum, unitM: real(7), centreM, alpha: real(12), sweepsMax: SWEEPS_MAX };
   }
 
-  /** Makes the tissue for the page's own scene, with memory for one tool of parts or for so many held cells. */
+  /** Makes the tissue for the page's own scene, with memory for every tool or for so many held cells. */
   init(heldCells) {
     const scheme = this.info.alpha > 0 ? SCHEME_TRACK : SCHEME_PREDICT;
     const settings = this.take(BYTES.settings, 16);
     this.check(this.exports.chaincell_settings_default(this.model, scheme, settings));
     this.view().setUint32(settings, SWEEPS_MAX, true);
-    this.make({ scheme, settings, room: heldCells ? [heldCells, 0, 0, 0] : [0, 1, TRIANGLES, SAMPLES] });
+    this.make({ scheme, settings, room: heldCells ? [heldCells, 0, 0, 0] : [0, TOOLS_MAX, TRIANGLES, SAMPLES] });
   }
 
   /** Makes the tissue, with settings at an address and the four numbers of a chaincell_room. */
@@ -64,15 +68,16 @@ export class Tissue {
     this.tissue = new Uint32Array(this.memory.buffer, this.result, 1)[0];
   }
 
-  /** Back to rest, with one tool of these parts and this friction. */
-  resetWithTool(parts, friction) {
+  /** Back to rest, with tools, each of its parts, and this friction. */
+  resetWithTools(tools, friction) {
     this.check(this.exports.chaincell_tissue_reset(this.tissue, this.detail));
+    const parts = tools.flat();
     const words = new Float32Array(this.memory.buffer, this.parts, 11 * parts.length);
     parts.forEach((part, index) => {
       words.set([...part.centreM, ...part.orientation, ...part.halfM, part.radiusM], 11 * index);
     });
-    new Uint32Array(this.memory.buffer, this.result, 1)[0] = parts.length;
-    this.check(this.exports.chaincell_choose_tools(this.tissue, this.parts, this.result, 1, friction, this.detail));
+    new Uint32Array(this.memory.buffer, this.counts, tools.length).set(tools.map((tool) => tool.length));
+    this.check(this.exports.chaincell_choose_tools(this.tissue, this.parts, this.counts, tools.length, friction, this.detail));
   }
 
   /** Back to rest, with a tool that holds the cells of these input ids. */
@@ -83,14 +88,21 @@ export class Tissue {
     this.check(this.exports.chaincell_choose_contacts(this.tissue, ids, inputIds.length, this.detail));
   }
 
-  /** One tick of so many sweeps with the tool at this pose: position x, y, z [m], orientation x, y, z, w. */
-  tick(pose, engaged, sweeps) {
+  /**
+   * One tick of so many sweeps with every tool engaged at its pose: in an array of seven numbers a tool, position
+   * x, y, z [m], orientation x, y, z, w. Returns what each felt.
+   */
+  tick(poses, sweeps) {
     const view = this.view();
-    pose.forEach((number, index) => view.setFloat32(this.pose + 4 * index, number, true));
-    view.setUint32(this.pose + 28, engaged ? 1 : 0, true);
+    const count = poses.length / 7;
+    for (let tool = 0; tool < count; tool++) {
+      const start = this.poses + BYTES.pose * tool;
+      for (let word = 0; word < 7; word++) view.setFloat32(start + 4 * word, poses[7 * tool + word], true);
+      view.setUint32(start + 28, 1, true);
+    }
     view.setUint32(this.budget, sweeps, true);
-    this.exports.chaincell_tick(this.tissue, this.pose, 1, this.budget, this.output);
-    return this.outputAt(this.output);
+    this.exports.chaincell_tick(this.tissue, this.poses, count, this.budget, this.outputs);
+    return Array.from({ length: count }, (_, tool) => this.outputAt(this.outputs + BYTES.output * tool));
   }
 
   /** A chaincell_output. */

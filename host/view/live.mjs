@@ -75,7 +75,7 @@ export class Live {
   constructor(config) {
     this.config = config;
     this.can = new Set(config.commands ? ["pause", "reset", "sweeps"] : []);
-    this.setup = { tool: config.tool, sweeps: config.sweeps, friction: 0 };
+    this.setup = { tools: config.tools, chosen: 0, sweeps: config.sweeps, friction: 0 };
     this.trail = new Trail();
     this.notice = "";
     this.frames = 0;
@@ -87,7 +87,7 @@ export class Live {
     const restM = rest.map((length, index) => length * unitM + centreM[index % 3]);
     // Held cells are shown by a small ball where the tool is.
     this.kinds = this.config.tools.length ? this.config.tools : [`sphere:${0.4 * unitM}`];
-    const info = { cells: rest.length / 3, links: links.length / 2, unitM, centreM, checksum: this.config.checksum, hasShapes };
+    const info = { cells: rest.length / 3, links: links.length / 2, unitM, centreM, checksum: this.config.checksum, hasShapes, hasTools: this.config.tools.length > 0 };
     this.onready({ restM, triangles, links, fixed, info: { ...info, name: this.config.name } });
     this.#connect();
   }

@@ -18,7 +18,7 @@ class View {
   constructor(config) {
     this.config = config;
     this.camera = new Camera();
-    this.scene = new Scene($("picture"), this.camera);
+    this.scene = new Scene($("picture"), this.camera, config.ramp);
     this.charts = new Charts($("over-time"), $("over-depth"));
     this.panel = new Panel(config);
     this.source = new SOURCES[config.mode](config);
@@ -31,57 +31,92 @@ class View {
       onstatus: (text) => ($("status").textContent = text),
     });
     this.#listen();
-    new ResizeObserver(() => this.camera.resize($("stage").clientWidth, $("stage").clientHeight)).observe($("stage"));
+    new ResizeObserver(() => this.#resize()).observe($("stage"));
     requestAnimationFrame(() => this.#frame());
+  }
+
+  #resize() {
+    this.camera.resize($("stage").clientWidth, $("stage").clientHeight, this.scene.chain ? 2 : 1);
   }
 
   #ready(body) {
     this.body = body;
+    // Until there is a state of this body nothing is drawn.
+    this.state = null;
+    this.isAwaited = true;
     this.scene.ready(body);
     this.panel.ready(body.info, this.source.can);
     if (["settings", "sweeps"].some((verb) => this.source.can.has(verb))) {
-      this.panel.settings(this.source.setup, body.info.unitM, (settings) => this.#change(settings));
+      this.#showSettings();
     }
     this.charts.clear();
     this.#showPaused(false);
     if (this.source.can.has("seek")) this.timeline = new Timeline(this.source, body.info.session);
-    $("hint").hidden = !this.source.can.has("tool");
     $("status").textContent = "";
   }
 
+  /** The first picture of a body is there: the hint comes, and time begins. */
+  #begin() {
+    this.isAwaited = false;
+    $("hint").hidden = !this.source.can.has("tool");
+    this.source.shown?.();
+  }
+
+  #showSettings() {
+    const choose = (tool) => this.#choose(tool);
+    this.panel.settings(this.source.setup, this.body.info.unitM, (settings) => this.#change(settings), choose);
+  }
+
+  /** The tool that keys, wheel and readings go with. */
+  get chosen() {
+    return this.source.setup?.chosen ?? 0;
+  }
+
+  #choose(tool) {
+    if (tool === this.chosen) return;
+    this.source.settings({ chosen: tool });
+    this.#showChosen();
+  }
+
+  #showChosen() {
+    this.normal = null;
+    this.depthM = 0;
+    this.charts.clear();
+    this.scene.choose(this.chosen);
+    this.#showSettings();
+  }
+
   #take(state) {
-    const isFirst = !this.state;
     this.state = state;
     this.scene.take(state);
     this.charts.add(state.trail);
     if (state.trail.length) this.depthM = state.trail[state.trail.length - 1].depthM;
     this.timeline?.show(state);
     if (state.session?.isAtEnd && !this.isPaused) this.#pause(true);
-    if (isFirst) this.firstStateMs = performance.now();
   }
 
-  /** The first tool, with how far it reaches. */
-  #tool() {
-    const tool = this.state?.tools[0];
-    if (!tool || !this.source.can.has("tool")) return null;
-    const reach = Math.min(reachM(partsOf(tool.kind)), this.scene.size / 3);
-    return { ...tool, reachM: reach };
+  /** The tools that can be moved, with how far each reaches. */
+  #tools() {
+    if (!this.state || !this.source.can.has("tool")) return [];
+    return this.state.tools.map((tool) => ({ ...tool, reachM: Math.min(reachM(partsOf(tool.kind)), this.scene.size / 3) }));
   }
 
-  /** The surface's normal at rest where the tool is nearest; it stays while the tool touches. */
+  /** The surface's normal at rest where the chosen tool is nearest; it stays while the tool touches. */
   #normal() {
-    const [tool] = this.state.tools;
+    const tool = this.state.tools[this.chosen];
     if (tool.contacts === 0 || !this.normal) this.normal = nearestAtRest(this.body, tool.positionM).normal;
     return this.normal;
   }
 
   #listen() {
     this.hand = new Hand($("stage"), this.camera, {
-      tool: () => this.#tool(), size: () => this.scene.size, normal: () => this.#normal(),
-      move: (pose) => this.source.tool(pose), touched: () => ($("hint").hidden = true),
+      tools: () => this.#tools(), chosen: () => this.chosen, choose: (tool) => this.#choose(tool),
+      size: () => this.scene.size, normal: () => this.#normal(),
+      move: (pose) => this.source.tool(this.chosen, pose), touched: () => ($("hint").hidden = true),
     });
     $("colour").onchange = () => this.scene.setLook({ colour: $("colour").value });
     for (const id of ["wires", "links", "fixed"]) $(id).onchange = () => this.scene.setLook({ [id]: $(id).checked });
+    $("beside").onchange = () => this.#compare($("beside").checked);
     $("pause").onclick = () => this.#pause(!this.isPaused);
     $("step").onclick = () => {
       this.#pause(true);
@@ -112,6 +147,13 @@ class View {
     event.preventDefault();
   }
 
+  /** ChainMail beside the body, or the body alone. */
+  #compare(on) {
+    this.scene.compare(on);
+    $("captions").hidden = !on;
+    this.#resize();
+  }
+
   #pause(on) {
     if (!this.source.can.has("pause")) return;
     this.#showPaused(on);
@@ -136,6 +178,7 @@ class View {
     $("replay").hidden = true;
     $("status").textContent = "";
     this.source.settings(settings);
+    if ("tools" in settings) this.#showChosen();
   }
 
   async #bake(event) {
@@ -164,8 +207,9 @@ class View {
   async #savePath() {
     this.#pause(true);
     const { poses, ticks, hash } = await this.source.path();
-    keep(`${this.fileName()}.csv`, pathText(poses), "text/csv");
-    const isWhole = 8 * ticks === poses.length;
+    const tools = Math.max(this.source.setup.tools.length, 1);
+    keep(`${this.fileName()}.csv`, pathText(poses, tools), "text/csv");
+    const isWhole = (7 * tools + 1) * ticks === poses.length;
     const end = isWhole ? `   # ${ticks} ticks, state hash ${hash}` : "   # the first ten minutes";
     $("command").textContent = commandOf(this.fileName(), this.source.setup, this.body.info.sweepsMax) + end;
     $("replay").hidden = false;
@@ -174,14 +218,17 @@ class View {
 
   #frame() {
     requestAnimationFrame(() => this.#frame());
+    if (!this.state) return;
     if (this.held) this.hand.hold(this.held);
     const isDrawn = this.scene.draw();
-    this.charts.draw();
+    // The body comes first.
+    if (!this.isAwaited) this.charts.draw();
     if (!isDrawn) return;
-    if (this.state !== this.shown) this.panel.show(this.state, this.depthM);
+    if (this.state !== this.shown) this.panel.show(this.state, this.depthM, this.chosen);
     this.shown = this.state;
     this.panel.legend(this.scene.look.colour, this.scene.scale.end);
     this.#showLabel();
+    if (this.isAwaited) this.#begin();
     this.frames = (this.frames ?? 0) + 1;
   }
 

@@ -26,8 +26,8 @@ export class Own {
   /** Set `onready(body)`, `onstate(state)`, `onstatus(text)` and then call `start()`. */
   constructor(config) {
     this.config = config;
-    this.can = new Set(["tool", "pause", "step", "reset", "settings", "path", ...(config.can_bake ? ["bake"] : [])]);
-    this.setup = { tool: config.tool, friction: 0, sweeps: config.sweeps, held: config.contact_nodes };
+    this.can = new Set(["tool", "pause", "step", "reset", "settings", "path", ...(config.tools.length ? ["tools"] : []), ...(config.can_bake ? ["bake"] : [])]);
+    this.setup = { tools: config.tools, chosen: 0, friction: 0, sweeps: config.sweeps, held: config.contact_nodes };
     this.waiting = [];
   }
 
@@ -45,8 +45,7 @@ export class Own {
     this.worker = new Worker(URL.createObjectURL(new Blob([text], { type: "text/javascript" })));
     this.worker.onmessage = ({ data }) => this.#heard(data);
     this.worker.onerror = (event) => this.onstatus(event.message);
-    const held = this.setup.tool ? 0 : this.setup.held.length;
-    this.worker.postMessage({ kind: "init", wasm: this.wasm, image, held });
+    this.worker.postMessage({ kind: "init", wasm: this.wasm, image, held: this.setup.held.length });
   }
 
   #heard(data) {
@@ -61,52 +60,71 @@ export class Own {
     const restM = rest.map((length, index) => length * info.unitM + info.centreM[index % 3]);
     this.info = info;
     this.place = { restM, triangles };
-    this.onready({ restM, triangles, links, fixed, info: { ...info, hasShapes, name: this.config.name } });
+    this.onready({ restM, triangles, links, fixed, info: { ...info, hasShapes, hasTools: this.config.tools.length > 0, name: this.config.name } });
     this.worker.postMessage({ kind: "begin", setup: this.#prepared() });
     this.#play();
   }
 
-  /** The setup with what follows from it: parts, and where the tool stands before the first touch. */
+  /** The setup with what follows from it: of each tool its parts, and where it stands before the first touch. */
   #prepared() {
-    const setup = { ...this.setup };
-    if (!setup.tool) {
-      const cells = setup.held.map((id) => this.body.inputIds.indexOf(id));
-      const sum = cells.reduce((sum, cell) => add(sum, at(this.place.restM, cell)), [0, 0, 0]);
-      const place = scale(sum, 1 / cells.length);
-      this.direction = scale(nearestAtRest(this.place, place).normal, -1);
-      return { ...setup, parts: null, radiusM: 0.4 * this.info.unitM, tool: `sphere:${0.4 * this.info.unitM}`, startPose: [...place, 0, 0, 0, 1] };
-    }
-    setup.parts = partsOf(setup.tool);
-    setup.radiusM = setup.parts[0].radiusM;
-    const cell = this.#top();
-    const { normal } = nearestAtRest(this.place, at(this.place.restM, cell));
-    const isHalfSpace = setup.parts.some((part) => part.kind === "half-space");
-    const isRound = setup.parts.length === 1 && setup.parts[0].kind === "sphere";
-    const gap = (isHalfSpace ? 0 : reachM(setup.parts)) + 0.3 * this.info.unitM;
-    const orientation = isRound ? [0, 0, 0, 1] : turnTo(scale(normal, isHalfSpace ? -1 : 1));
-    setup.startPose = [...add(at(this.place.restM, cell), normal, gap), ...orientation];
-    this.direction = scale(normal, -1);
-    return setup;
+    const { setup } = this;
+    if (!setup.held.length) return { ...setup, tools: setup.tools.map((kind, index) => this.#preparedTool(kind, index)) };
+    const cells = setup.held.map((id) => this.body.inputIds.indexOf(id));
+    const sum = cells.reduce((sum, cell) => add(sum, at(this.place.restM, cell)), [0, 0, 0]);
+    const place = scale(sum, 1 / cells.length);
+    const radiusM = 0.4 * this.info.unitM;
+    return { ...setup, tools: [{ kind: `sphere:${radiusM}`, radiusM, startPose: [...place, 0, 0, 0, 1], ...this.#inward(place) }] };
   }
 
-  /** The cell on top of the body, not far from its middle. */
-  #top() {
-    const { restM, triangles } = this.place;
+  #preparedTool(kind, index) {
+    const parts = partsOf(kind);
+    const cell = this.#top(this.#standOf(index));
+    const place = at(this.place.restM, cell);
+    const { normal } = nearestAtRest(this.place, place);
+    const isHalfSpace = parts.some((part) => part.kind === "half-space");
+    const isRound = parts.length === 1 && parts[0].kind === "sphere";
+    const gap = (isHalfSpace ? 0 : reachM(parts)) + 0.3 * this.info.unitM;
+    const orientation = isRound ? [0, 0, 0, 1] : turnTo(scale(normal, isHalfSpace ? -1 : 1));
+    return { kind, parts, radiusM: parts[0].radiusM, startPose: [...add(place, normal, gap), ...orientation], direction: scale(normal, -1) };
+  }
+
+  #inward(place) {
+    return { direction: scale(nearestAtRest(this.place, place).normal, -1) };
+  }
+
+  /** Where a tool stands above the body: the first in the middle, the others around it. */
+  #standOf(index) {
     const [x, y] = this.info.centreM;
-    const height = (cell) => restM[3 * cell + 2] - 0.35 * Math.hypot(restM[3 * cell] - x, restM[3 * cell + 1] - y);
+    if (index === 0) return [x, y];
+    const [first, other] = [0, index].map((tool) => reachM(partsOf(this.setup.tools[tool])));
+    const apart = 1.3 * (first + other) + this.info.unitM;
+    const angle = [0, 4, 2, 6, 1, 5, 3][index - 1] * (Math.PI / 4);
+    return [x + apart * Math.cos(angle), y + apart * Math.sin(angle)];
+  }
+
+  /** The cell on top of the body, not far from a place. */
+  #top([x, y]) {
+    const { restM, triangles } = this.place;
+    const slope = x === this.info.centreM[0] && y === this.info.centreM[1] ? 0.35 : 1.5;
+    const height = (cell) => restM[3 * cell + 2] - slope * Math.hypot(restM[3 * cell] - x, restM[3 * cell + 1] - y);
     return triangles.reduce((best, cell) => (height(cell) > height(best) ? cell : best), triangles[0]);
   }
 
   /** A press that plays until somebody takes the tool. */
   #play() {
     const depthM = 1.1 * this.info.unitM;
-    const { startPose } = this.#prepared();
-    const motion = { startPose, direction: this.direction, depthM, periodTicks: 4000 };
+    const [{ startPose, direction }] = this.#prepared().tools;
+    const motion = { startPose, direction, depthM, periodTicks: 4000 };
     this.worker.postMessage({ kind: "demo", motion });
   }
 
-  tool({ positionM, orientation }) {
-    this.worker.postMessage({ kind: "tool", pose: [...positionM, ...orientation] });
+  /** The first picture is on the screen: time begins. */
+  shown() {
+    this.worker.postMessage({ kind: "go" });
+  }
+
+  tool(index, { positionM, orientation }) {
+    this.worker.postMessage({ kind: "tool", index, pose: [...positionM, ...orientation] });
   }
 
   pause(on) {
@@ -121,10 +139,10 @@ export class Own {
     this.worker.postMessage({ kind: "setup", setup: this.#prepared(), resets: true });
   }
 
-  /** Sweeps act from the next tick on; another tool or friction begins anew, with the body at rest. */
+  /** Sweeps act from the next tick on; other tools or friction begin anew, with the body at rest. */
   settings(settings) {
     this.setup = { ...this.setup, ...settings };
-    const resets = "tool" in settings || "friction" in settings;
+    const resets = "tools" in settings || "friction" in settings;
     this.worker.postMessage({ kind: "setup", setup: resets ? this.#prepared() : settings, resets });
   }
 
@@ -137,7 +155,7 @@ export class Own {
     await this.#load(await inflate(new Uint8Array(await answer.arrayBuffer())));
   }
 
-  /** Returns all ticks since the last reset: poses of 7 numbers and the sweeps, and the hash that they end in. */
+  /** Returns all ticks since the last reset: of each tool a pose of 7 numbers, and the sweeps; and the hash at the end. */
   path() {
     return new Promise((give) => {
       this.waiting.push(give);

@@ -1,5 +1,6 @@
 // The panel beside the picture: readings, settings and what they do.
 import { QUANTITIES, rampCss } from "./colours.mjs";
+import { TOOLS_MAX } from "./limits.mjs";
 import { partsOf } from "./parts.mjs";
 
 /** The element of an id. */
@@ -22,7 +23,7 @@ export class Panel {
   constructor(config) {
     this.config = config;
     this.flags = new Map();
-    $("ramp").style.background = rampCss();
+    $("ramp").style.background = rampCss(config.ramp);
     for (const [name, { title }] of Object.entries(QUANTITIES)) $("colour").add(new Option(title, name));
   }
 
@@ -39,21 +40,54 @@ export class Panel {
     $("settings").hidden = !["settings", "sweeps"].some((verb) => can.has(verb));
     $("settings").classList.toggle("sweeps-alone", !can.has("settings"));
     $("lift").hidden = !can.has("tool");
+    $("tools").hidden = !can.has("tools");
     $("legend").hidden = false;
     $("material").hidden = !(can.has("bake") && material);
     if (material) [$("young").value, $("poisson").value] = [material.young_pa / 1e3, material.poisson];
-    if (this.config.mode === "live" || (info.hasShapes === false && !this.config.tool)) $("colour").querySelector("[value=pressure]").disabled = true;
+    $("beside-label").hidden = !info.hasTools;
+    this.#pressure(info);
   }
 
-  /** Fills in the tool's settings; `change` gets what the user sets. */
-  settings(setup, unitM, change) {
+  /** Greys out the pressure where there is none to show, and says why. */
+  #pressure({ hasTools }) {
+    const option = $("colour").querySelector("[value=pressure]");
+    option.disabled = this.config.mode === "live" || !hasTools;
+    const why = hasTools ? "a running scene does not send it" : "held cells have none";
+    option.textContent = `${QUANTITIES.pressure.title}${option.disabled ? `: ${why}` : ""}`;
+  }
+
+  /** Buttons that choose a tool, add one and take the chosen one away. */
+  #tools({ tools, chosen }, choose, change) {
+    const button = (text, title, act) => {
+      const made = document.createElement("button");
+      Object.assign(made, { textContent: text, title, onclick: act });
+      return made;
+    };
+    const each = tools.map((_, index) => {
+      const made = button(String(index + 1), `Tool ${index + 1}: keys, wheel and readings go with it`, () => choose(index));
+      made.setAttribute("aria-pressed", index === chosen);
+      return made;
+    });
+    const add = button("Add a tool", "Another one like this, the body at rest", () => change({ tools: [...tools, tools[chosen]], chosen: tools.length }));
+    add.disabled = tools.length >= TOOLS_MAX;
+    add.id = "add-tool";
+    const remove = button("Remove", "Takes the chosen tool away, the body at rest", () =>
+      change({ tools: tools.filter((_, index) => index !== chosen), chosen: Math.max(0, chosen - 1) }));
+    remove.id = "remove-tool";
+    $("tools").replaceChildren(...(tools.length > 1 ? [...each, add, remove] : [add]));
+  }
+
+  /** Fills in the settings of the chosen tool; `change` gets what the user sets, `choose` the tool of a button. */
+  settings(setup, unitM, change, choose) {
+    const kind = setup.tools[setup.chosen];
+    this.#tools(setup, choose, change);
     $("sweeps").value = setup.sweeps;
     $("friction").value = setup.friction;
     $("kind").replaceChildren();
-    const parts = setup.tool ? partsOf(setup.tool) : [];
-    const known = parts.length === 1 && setup.tool in this.#texts(parts[0].radiusM) ? parts[0].kind : "own";
-    if (known === "own") $("kind").add(new Option(setup.tool ?? "Held cells", "own"));
-    if (setup.tool) for (const [name, { title }] of Object.entries(KINDS)) $("kind").add(new Option(title, name));
+    const parts = kind ? partsOf(kind) : [];
+    const known = parts.length === 1 && kind in this.#texts(parts[0].radiusM) ? parts[0].kind : "own";
+    if (known === "own") $("kind").add(new Option(kind ?? "Held cells", "own"));
+    if (kind) for (const [name, { title }] of Object.entries(KINDS)) $("kind").add(new Option(title, name));
     $("kind").value = known;
     const radiusMm = parts.length ? 1e3 * parts[0].radiusM : 10;
     const step = unitM > 0.004 ? 0.5 : 0.1;
@@ -64,10 +98,10 @@ export class Panel {
       $("friction-text").textContent = Number($("friction").value).toFixed(2);
       $("radius-text").textContent = `${Number($("radius").value)} mm`;
       $("radius").disabled = $("kind").value === "own";
-      $("friction").disabled = !setup.tool;
+      $("friction").disabled = !kind;
     };
-    const tool = () => ($("kind").value === "own" ? setup.tool : KINDS[$("kind").value].text(round($("radius").value / 1e3)));
-    $("kind").onchange = $("radius").onchange = () => change({ tool: tool() });
+    const wanted = () => ($("kind").value === "own" ? kind : KINDS[$("kind").value].text(round($("radius").value / 1e3)));
+    $("kind").onchange = $("radius").onchange = () => change({ tools: setup.tools.with(setup.chosen, wanted()) });
     $("friction").onchange = () => change({ friction: Number($("friction").value) });
     $("sweeps").onchange = () => change({ sweeps: Number($("sweeps").value) });
     $("settings").oninput = tell;
@@ -78,9 +112,9 @@ export class Panel {
     return Object.fromEntries(Object.values(KINDS).map(({ text }) => [text(radiusM), true]));
   }
 
-  /** Shows a state. */
-  show(state, depthM) {
-    const [tool] = state.tools;
+  /** Shows a state, with the readings of the chosen tool. */
+  show(state, depthM, chosen) {
+    const tool = state.tools[chosen];
     $("force").textContent = tool ? Math.hypot(...tool.forceN).toFixed(3) : "";
     $("depth").textContent = (1e3 * depthM).toFixed(1);
     $("energy").textContent = `${(1e3 * state.energyJ).toFixed(3)} mJ`;

@@ -13,10 +13,7 @@ export class Player extends Tissue {
     this.recording = recording;
     const tools = recording.tools;
     this.words = this.take(BYTES.settings, 16);
-    this.poses = this.take(BYTES.pose * Math.max(tools, 1), 16);
-    this.outputs = this.take(BYTES.output * Math.max(tools, 1), 16);
     this.lists = this.take(4 * Math.max(recording.parts.length, recording.held.length, 1), 16);
-    this.counts = this.take(4 * Math.max(tools, 1), 16);
     const room = tools ? [0, tools, TRIANGLES, SAMPLES] : [recording.held.length, 0, 0, 0];
     this.#put(this.words, recording.settings);
     this.make({ scheme: recording.scheme, settings: this.words, room });

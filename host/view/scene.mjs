@@ -1,19 +1,22 @@
 // The picture: body, tools through the body, arrows of force and torque, links and fixed cells.
-import { QUANTITIES, RAMP, Scale } from "./colours.mjs";
+import { ChainMail } from "./chainmail.mjs";
+import { QUANTITIES, Scale } from "./colours.mjs";
+import { Figure } from "./figure.mjs";
 import { Painter } from "./gl.mjs";
 import { partsOf } from "./parts.mjs";
 import { arrow, disc, roundedBox } from "./shapes.mjs";
-import { Surface } from "./surface.mjs";
 import { add, length, placed, times, turnTo, turned, unit } from "./vectors.mjs";
 
-const PAINT = { tool: [0.24, 0.47, 0.78], force: [0.13, 0.62, 0.36], torque: [0.62, 0.36, 0.8], fixed: [0.13, 0.2, 0.32] };
+const PAINT = { tool: [0.24, 0.47, 0.78], other: [0.5, 0.54, 0.6], force: [0.13, 0.62, 0.36], torque: [0.62, 0.36, 0.8], fixed: [0.13, 0.2, 0.32] };
 /** Forces [N] and torques [N m] below these have no arrow. */
 const LEAST = { force: 5e-3, torque: 2e-4 };
 
 export class Scene {
-  constructor(canvas, camera) {
+  /** `ramp` are the colours of numbers, red, green and blue from 0 to 255. */
+  constructor(canvas, camera, ramp) {
     this.camera = camera;
-    this.painter = new Painter(canvas);
+    this.ramp = ramp.flat().map((part) => part / 255);
+    this.painter = new Painter(canvas, ramp.length);
     this.canvas = canvas;
     this.look = { colour: "displacement", wires: false, links: false, fixed: true };
     this.scale = new Scale();
@@ -21,22 +24,18 @@ export class Scene {
     this.torque = this.painter.solidMesh(arrow(2));
     this.tools = new Map();
     this.longest = { force: 0.5, torque: 5e-3 };
+    /** The tool that is shown as the chosen one. */
+    this.chosen = 0;
+    this.chain = null;
     this.isNew = true;
   }
 
   /** Takes over a body. */
   ready(body) {
     this.body = body;
-    this.surface = new Surface(body);
-    this.mesh = this.painter.bodyMesh(this.surface.points, this.surface.pieces);
-    const wires = [];
-    for (let corner = 0; corner < body.triangles.length; corner++) {
-      const next = corner % 3 === 2 ? corner - 2 : corner + 1;
-      if (body.triangles[corner] < body.triangles[next]) wires.push(body.triangles[corner], body.triangles[next]);
-    }
-    const onSurface = new Set(body.triangles);
-    const fixed = body.fixed.filter((cell) => onSurface.size === 0 || onSurface.has(cell));
-    this.network = this.painter.network(body.restM.length / 3, { links: body.links, wires: new Uint32Array(wires), fixed });
+    this.state = null;
+    this.figure = new Figure(this.painter, body);
+    this.compare(this.chain !== null);
     const cells = body.restM.length / 3;
     let [low, high] = [[Infinity, Infinity, Infinity], [-Infinity, -Infinity, -Infinity]];
     for (let cell = 0; cell < cells; cell++) {
@@ -52,6 +51,12 @@ export class Scene {
   /** Takes over a state. */
   take(state) {
     this.state = state;
+    this.isNew = true;
+  }
+
+  /** Shows another tool as the chosen one. */
+  choose(tool) {
+    this.chosen = tool;
     this.isNew = true;
   }
 
@@ -74,37 +79,56 @@ export class Scene {
     return this.tools.get(kind);
   }
 
+  /** Shows ChainMail under the same tools beside the body, or no more. */
+  compare(on) {
+    this.chain = on ? { mail: new ChainMail(this.body), figure: new Figure(this.painter, this.body) } : null;
+    this.isNew = true;
+  }
+
   /** Draws where something has changed, and returns whether it did. */
   draw() {
+    if (!this.state) return false;
     const { gl } = this.painter;
     const ratio = Math.min(globalThis.devicePixelRatio || 1, 2);
     const [width, height] = [Math.round(this.camera.width * ratio), Math.round(this.camera.height * ratio)];
-    if (this.canvas.width !== width || this.canvas.height !== height) [this.canvas.width, this.canvas.height] = [width, height];
+    const { yaw, pitch, distance, pictures } = this.camera;
+    if (this.canvas.width !== pictures * width || this.canvas.height !== height) [this.canvas.width, this.canvas.height] = [pictures * width, height];
     // Nothing is drawn again that would look the same.
-    const look = [this.camera.yaw, this.camera.pitch, this.camera.distance, width, height].join();
+    const look = [yaw, pitch, distance, pictures, width, height].join();
     if (!this.isNew && look === this.lastLook) return false;
     this.lastLook = look;
-    gl.viewport(0, 0, width, height);
     gl.clearColor(0, 0, 0, 0);
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
-    if (!this.state) return false;
     if (this.isNew) this.#update();
     this.view = { ...this.camera.axes(), matrix: this.camera.matrix(), ratio };
-    if (this.look.links) this.#drawLines("links", [0.55, 0.3, 0.28, 0.5]);
-    else this.#drawBody();
-    if (this.look.wires && !this.look.links) this.#drawLines("wires", [0.1, 0.05, 0.05, 0.45]);
-    if (this.look.fixed) this.#drawLines("fixed", [...PAINT.fixed, 0.85], 5);
-    this.#drawShapes();
+    gl.viewport(0, 0, width, height);
+    this.#drawFigure(this.figure, this.state.tools);
+    if (this.chain && pictures > 1) {
+      gl.viewport(width, 0, width, height);
+      const withoutForce = this.state.tools.map((tool) => ({ ...tool, forceN: [0, 0, 0], torqueNM: [0, 0, 0] }));
+      this.#drawFigure(this.chain.figure, withoutForce);
+    }
     return true;
   }
 
   #update() {
-    const quantity = QUANTITIES[this.look.colour];
-    this.surface.update(this.state, this.look.colour);
-    this.scale.follow(this.surface.most(), quantity);
-    this.mesh.fill();
-    this.network.fill(this.state.positionsM);
+    const { colour } = this.look;
+    let most = this.figure.update(this.state, colour);
+    if (this.chain) {
+      const { mail, figure } = this.chain;
+      mail.follow(this.state);
+      most = Math.max(most, figure.update({ positionsM: Float32Array.from(mail.positionsM) }, colour));
+    }
+    this.scale.follow(most, QUANTITIES[colour]);
     this.isNew = false;
+  }
+
+  #drawFigure(figure, tools) {
+    if (this.look.links) this.#drawLines(figure, "links", [0.55, 0.3, 0.28, 0.5]);
+    else this.#drawBody(figure, tools[0]);
+    if (this.look.wires && !this.look.links) this.#drawLines(figure, "wires", [0.1, 0.05, 0.05, 0.45]);
+    if (this.look.fixed) this.#drawLines(figure, "fixed", [...PAINT.fixed, 0.85], 5);
+    this.#drawShapes(tools);
   }
 
   #use(program) {
@@ -114,33 +138,31 @@ export class Scene {
     for (const name of ["eye", "right", "up"]) gl.uniform3fv(program.uniform(name), this.view[name]);
   }
 
-  #drawBody() {
+  #drawBody(figure, tool) {
     const { gl, body } = this.painter;
     this.#use(body);
-    gl.uniform3fv(body.uniform("ramp[0]"), RAMP.flat());
+    gl.uniform3fv(body.uniform("ramp[0]"), this.ramp);
     gl.uniform2f(body.uniform("range"), QUANTITIES[this.look.colour].from, this.scale.end);
-    const [tool] = this.state.tools;
     const isBall = tool?.kind?.startsWith("sphere");
     gl.uniform4f(body.uniform("shade"), ...(isBall ? [...tool.positionM, tool.radiusM] : [0, 0, 0, 0]));
-    gl.uniform4f(body.uniform("tint"), 0, 0, 0, 0);
-    this.mesh.draw();
+    figure.mesh.draw();
   }
 
-  #drawLines(name, paint, pixels = 0) {
+  #drawLines(figure, name, paint, pixels = 0) {
     const { gl, line } = this.painter;
     line.use();
     gl.enable(gl.BLEND);
     gl.uniformMatrix4fv(line.uniform("camera"), false, this.view.matrix);
     gl.uniform4f(line.uniform("paint"), ...paint);
     gl.uniform1f(line.uniform("pixels"), pixels * this.view.ratio);
-    this.network.draw(name, pixels > 0);
+    figure.network.draw(name, pixels > 0);
     gl.disable(gl.BLEND);
   }
 
   /** Tools and arrows: first pale what lies behind the body, then what lies before it. */
-  #drawShapes() {
+  #drawShapes(tools) {
     const { gl, solid } = this.painter;
-    const shapes = this.state.tools.flatMap((tool) => [...this.#toolShapes(tool), ...this.#arrows(tool)]);
+    const shapes = tools.flatMap((tool, index) => [...this.#toolShapes(tool, index), ...this.#arrows(tool)]);
     this.#use(solid);
     const draw = ({ mesh, model, paint }, alpha) => {
       gl.uniformMatrix4fv(solid.uniform("model"), false, model);
@@ -158,12 +180,12 @@ export class Scene {
     for (const shape of shapes.filter((shape) => !shape.isPale)) draw(shape, 1);
   }
 
-  #toolShapes(tool) {
+  #toolShapes(tool, index) {
     const kind = tool.kind ?? `sphere:${tool.radiusM}`;
     return this.#shapesOf(kind).map((part) => ({
       mesh: part.mesh,
       model: placed(add(tool.positionM, turned(tool.orientation, part.centreM)), times(tool.orientation, part.orientation)),
-      paint: PAINT.tool,
+      paint: index === this.chosen ? PAINT.tool : PAINT.other,
       isPale: part.isHalfSpace,
     }));
   }
@@ -185,9 +207,9 @@ export class Scene {
     return this.size * (0.16 + (0.36 * size) / this.longest[name]);
   }
 
-  /** Returns where the force's arrow of the first tool ends, or nothing. */
+  /** Returns where the force's arrow of the chosen tool ends, or nothing. */
   forceTip() {
-    const tool = this.state?.tools[0];
+    const tool = this.state?.tools[this.chosen];
     const size = tool ? length(tool.forceN) : 0;
     if (!(size > LEAST.force)) return null;
     const long = this.#arrowLength("force", size);

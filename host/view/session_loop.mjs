@@ -134,8 +134,8 @@ export const sessionOrders = {
   async "session init"({ wasm, image, session }) {
     const { instance } = await WebAssembly.instantiate(wasm);
     sessionOrders.player = new Player(instance, image, new Recording(session));
-    const { first, last } = sessionOrders.player.recording;
-    postMessage({ kind: "info", info: { ...sessionOrders.player.info, session: { first, last } } });
+    const { first, last, tools } = sessionOrders.player.recording;
+    postMessage({ kind: "info", info: { ...sessionOrders.player.info, hasTools: tools > 0, session: { first, last } } });
   },
   "session begin": () => (sessionLoop = new SessionLoop(sessionOrders.player)),
   "session pause": ({ on }) => sessionLoop.pause(on),

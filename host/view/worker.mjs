@@ -1,10 +1,10 @@
 // The kernel's loop, in a worker: ticks at 1 kHz as far as the machine allows, the newest state some 60 times a
-// second. The tool walks to where the hand has it.
+// second. The tools walk to where the hand has them.
 import { Tissue } from "./kernel.mjs";
 import { CATCH_UP_MS, Rate, STATE_MS, TICK_MS, TRAIL_TICKS, WORK_MS } from "./pace.mjs";
 import { sessionOrders } from "./session_loop.mjs";
 
-/** Farthest that the tool moves in a tick [m]. */
+/** Farthest that a tool moves in a tick [m]. */
 const TOOL_STEP_M = 0.0004;
 /** Ticks that are remembered for a path: ten minutes. */
 const PATH_TICKS = 600_000;
@@ -22,37 +22,43 @@ class Loop {
     channel.port1.onmessage = () => this.run();
     this.again = () => channel.port2.postMessage(0);
     this.send();
-    this.run();
   }
 
-  /** The body at rest, the tool where the scene begins. */
+  /** The body at rest, the tools where the scene begins. */
   reset() {
-    const { parts, held, friction, startPose } = this.setup;
-    if (parts) this.tissue.resetWithTool(parts, friction);
-    else this.tissue.resetHolding(held);
+    const { tools, held, friction } = this.setup;
+    if (held.length) this.tissue.resetHolding(held);
+    else this.tissue.resetWithTools(tools.map(({ parts }) => parts), friction);
     this.tick = 0;
-    this.pose = Float32Array.from(startPose);
-    this.target = Float32Array.from(startPose);
-    this.out = { forceN: [0, 0, 0], torqueNM: [0, 0, 0], contacts: 0, flags: 0, energyJ: 0, sweeps: 0 };
-    this.path = new Float32Array(8 * 4096);
-    this.touched = null;
+    this.poses = Float32Array.from(tools.flatMap(({ startPose }) => startPose));
+    this.targets = this.poses.slice();
+    this.out = tools.map(() => ({ forceN: [0, 0, 0], torqueNM: [0, 0, 0], contacts: 0, flags: 0, energyJ: 0, sweeps: 0 }));
+    this.path = new Float32Array(this.rowLength * 4096);
+    this.touched = tools.map(() => null);
     this.trail = [];
   }
 
-  /** Moves the tool towards its target by what a hand does in a tick, turns it at once. */
+  /** Numbers of a tick in the path: seven for each tool, and the sweeps. */
+  get rowLength() {
+    return 7 * this.setup.tools.length + 1;
+  }
+
+  /** Moves the tools towards their targets by what a hand does in a tick, turns them at once. */
   walk() {
-    if (this.demo) this.target = this.demo(this.tick);
-    const away = [0, 1, 2].map((axis) => this.target[axis] - this.pose[axis]);
-    const length = Math.hypot(...away);
-    const share = length > TOOL_STEP_M ? TOOL_STEP_M / length : 1;
-    for (let axis = 0; axis < 3; axis++) this.pose[axis] += share * away[axis];
-    this.pose.set(this.target.subarray(3), 3);
+    if (this.demo) this.targets.set(this.demo(this.tick));
+    for (let start = 0; start < this.poses.length; start += 7) {
+      const away = [0, 1, 2].map((axis) => this.targets[start + axis] - this.poses[start + axis]);
+      const length = Math.hypot(...away);
+      const share = length > TOOL_STEP_M ? TOOL_STEP_M / length : 1;
+      for (let axis = 0; axis < 3; axis++) this.poses[start + axis] += share * away[axis];
+      this.poses.set(this.targets.subarray(start + 3, start + 7), start + 3);
+    }
   }
 
   oneTick() {
     this.walk();
     const begun = performance.now();
-    this.out = this.tissue.tick(this.pose, true, this.setup.sweeps);
+    this.out = this.tissue.tick(this.poses, this.setup.sweeps);
     this.rate.count(begun);
     this.remember();
     this.tick += 1;
@@ -62,26 +68,35 @@ class Loop {
   /** Adds the tick to the path. */
   remember() {
     if (this.tick >= PATH_TICKS) return;
-    if (8 * this.tick === this.path.length) {
+    const start = this.rowLength * this.tick;
+    if (start === this.path.length) {
       const longer = new Float32Array(2 * this.path.length);
       longer.set(this.path);
       this.path = longer;
     }
-    this.path.set(this.pose, 8 * this.tick);
-    this.path[8 * this.tick + 7] = this.setup.sweeps;
+    this.path.set(this.poses, start);
+    this.path[start + this.rowLength - 1] = this.setup.sweeps;
   }
 
-  /** Adds to the curves; depth counts from the first touch, against the force that was felt there. */
+  /** Adds to the curves of the chosen tool; depth counts from the first touch, against the force that was felt there. */
   follow() {
-    const forceN = Math.hypot(...this.out.forceN);
-    if (this.out.contacts === 0) this.touched = null;
-    else if (!this.touched && forceN > 0) {
-      this.touched = { pose: this.pose.slice(0, 3), against: this.out.forceN.map((force) => force / forceN) };
-    }
+    this.out.forEach((out, tool) => {
+      const forceN = Math.hypot(...out.forceN);
+      if (out.contacts === 0) this.touched[tool] = null;
+      else if (!this.touched[tool] && forceN > 0) {
+        this.touched[tool] = { positionM: this.positionM(tool), against: out.forceN.map((force) => force / forceN) };
+      }
+    });
     if (this.tick % TRAIL_TICKS !== 0) return;
-    const depth = (sum, against, axis) => sum + against * (this.touched.pose[axis] - this.pose[axis]);
-    const depthM = this.touched ? this.touched.against.reduce(depth, 0) : 0;
-    this.trail.push({ timeS: this.tick * 1e-3, forceN, depthM });
+    const { chosen } = this.setup;
+    const [touched, positionM] = [this.touched[chosen], this.positionM(chosen)];
+    const depth = (sum, against, axis) => sum + against * (touched.positionM[axis] - positionM[axis]);
+    const depthM = touched ? touched.against.reduce(depth, 0) : 0;
+    this.trail.push({ timeS: this.tick * 1e-3, forceN: Math.hypot(...this.out[chosen].forceN), depthM });
+  }
+
+  positionM(tool) {
+    return [...this.poses.subarray(7 * tool, 7 * tool + 3)];
   }
 
   /** Works for a while, then looks at messages. */
@@ -105,14 +120,15 @@ class Loop {
     const now = performance.now();
     this.rate.take(now);
     const positionsM = this.tissue.positionsM();
-    const { forceN, torqueNM, contacts, flags, energyJ, sweeps } = this.out;
-    const tool = {
-      kind: this.setup.tool, radiusM: this.setup.radiusM, positionM: [...this.pose.slice(0, 3)],
-      orientation: [...this.pose.slice(3, 7)], engaged: true, forceN, torqueNM, contacts, flags,
-    };
+    const { energyJ, sweeps } = this.out[0];
+    const tools = this.setup.tools.map(({ kind, radiusM }, tool) => {
+      const { forceN, torqueNM, contacts, flags } = this.out[tool];
+      const orientation = [...this.poses.subarray(7 * tool + 3, 7 * tool + 7)];
+      return { kind, radiusM, positionM: this.positionM(tool), orientation, engaged: true, forceN, torqueNM, contacts, flags };
+    });
     const state = {
-      tick: this.tick, timeS: this.tick * 1e-3, hash: this.tissue.hash(), positionsM, tools: [tool], sweeps, energyJ,
-      pressuresPa: this.setup.parts ? this.tissue.pressuresPa() : [],
+      tick: this.tick, timeS: this.tick * 1e-3, hash: this.tissue.hash(), positionsM, tools, sweeps, energyJ,
+      pressuresPa: this.setup.held.length ? [] : this.tissue.pressuresPa(),
       stepUs: this.rate.stepUs, ticksPerS: this.isPaused ? 0 : this.rate.ticksPerS, trail: this.trail,
     };
     this.trail = [];
@@ -121,7 +137,7 @@ class Loop {
   }
 }
 
-/** Poses of a press that plays by itself: down along a direction and up again, slowly. */
+/** Poses of the first tool in a press that plays by itself: down along a direction and up again, slowly. */
 function demoOf({ startPose, direction, depthM, periodTicks }) {
   return (tick) => {
     const share = 0.5 - 0.5 * Math.cos((2 * Math.PI * tick) / periodTicks);
@@ -141,9 +157,13 @@ const orders = {
     postMessage({ kind: "info", info: tissue.info });
   },
   begin: ({ setup }) => (loop = new Loop(orders.tissue, setup)),
-  tool({ pose }) {
+  go() {
+    loop.lastMs = performance.now();
+    loop.run();
+  },
+  tool({ index, pose }) {
     loop.demo = null;
-    loop.target = Float32Array.from(pose);
+    loop.targets.set(pose, 7 * index);
   },
   demo: ({ motion }) => (loop.demo = demoOf(motion)),
   pause({ on }) {
@@ -157,12 +177,13 @@ const orders = {
   },
   setup({ setup, resets }) {
     loop.setup = { ...loop.setup, ...setup };
+    loop.trail = [];
     if (!resets) return;
     loop.demo = null;
     loop.reset();
     loop.send();
   },
-  path: () => postMessage({ kind: "path", poses: loop.path.slice(0, 8 * Math.min(loop.tick, PATH_TICKS)), ticks: loop.tick, hash: loop.tissue.hash() }),
+  path: () => postMessage({ kind: "path", poses: loop.path.slice(0, loop.rowLength * Math.min(loop.tick, PATH_TICKS)), ticks: loop.tick, hash: loop.tissue.hash() }),
 };
 
 onmessage = async ({ data }) => {

@@ -79,6 +79,11 @@ export class Browser {
     return this.page("Page.navigate", { url });
   }
 
+  /** Removes what has been downloaded. */
+  forgetDownloads() {
+    for (const name of readdirSync(this.downloads)) rmSync(join(this.downloads, name));
+  }
+
   /** Returns what an expression of the page comes to. */
   async evaluate(expression) {
     const { result, exceptionDetails } = await this.page("Runtime.evaluate", { expression, awaitPromise: true, returnByValue: true });

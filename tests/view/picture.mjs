@@ -54,5 +54,11 @@ assert.match(command(2, ...press, "--out", at("other"), "--picture", at("none/a.
 assert.match(command(2, ...press, "--out", at("other"), "--picture", folder), /no file; name another one/);
 assert.match(command(2, "view", at("run"), "--tool", "sphere:0.01", "--html", at("a.html")), /leave it out/);
 assert.match(command(2, "view", at("box.chaincell"), "--model", at("box.chaincell"), "--html", at("a.html")), /--model/);
+const tools = (count) => Array.from({ length: count }, (_, index) => ["--tool", `sphere:0.01${index}`]).flat();
+assert.match(command(2, "view", at("box.chaincell"), ...tools(9), "--html", at("a.html")), /at most 8 tools/);
 assert.ok(!existsSync(at("other")) && !existsSync(at("a.html")));
-console.log(`ok: pictures of tick ${tick} and 0, 8 refusals`);
+// A page has every tool that it is given.
+command(0, "view", at("box.chaincell"), ...tools(2), "--html", at("two.html"));
+const [, config] = /id="config">(.*?)<\/script>/s.exec(readFileSync(at("two.html"), "utf8"));
+assert.deepEqual(JSON.parse(config).tools, ["sphere:0.010", "sphere:0.011"]);
+console.log(`ok: pictures of tick ${tick} and 0, 9 refusals`);

@@ -50,7 +50,7 @@ pub struct Args {
     /// Write the page into one file, which works from the disk
     #[arg(long, value_name = "FILE")]
     html: Option<PathBuf>,
-    /// The tool by its parts, as in `run`; of a running scene each of its tools, none where it holds cells
+    /// A tool by its parts, as in `run`, once for each; of a running scene its tools, none where it holds cells
     /// [default: a ball of 12 mm, on other bodies than the default one of 0.85 mean link lengths]
     #[arg(long, value_name = "PART[+PART...]")]
     tool: Vec<ToolSpec>,
@@ -213,26 +213,15 @@ pub fn live_config(
     tools: Vec<String>,
     commands: bool,
 ) -> Config {
-    Config {
-        mode: Mode::Live,
-        tool: tools.first().cloned(),
-        tools,
-        commands,
-        ..base_config(path, model)
-    }
+    Config { mode: Mode::Live, tools, commands, ..base_config(path, model) }
 }
 
 /// The configuration of a page with a kernel of its own, which asks a server for model and kernel.
 fn config(args: &Args, model: &Model<'_>) -> Result<Config> {
-    if let [_, second, ..] = &args.tool[..] {
-        return Err(Error::input(format!(
-            "--tool {second}: the page's own kernel has one tool; give one, or --scene for a running scene"
-        )));
-    }
-    let tool = tool(args, model)?;
+    let tools = tools(args, model)?;
     Ok(Config {
-        contact_nodes: if tool.is_none() { held(model)? } else { Vec::new() },
-        tool,
+        contact_nodes: if tools.is_empty() { held(model)? } else { Vec::new() },
+        tools,
         sweeps: args.sweeps,
         ..base_config(args.model.as_deref(), model)
     })
@@ -249,7 +238,6 @@ fn base_config(path: Option<&Path>, model: &Model<'_>) -> Config {
         kernel: Packed::Url("/kernel.wasm.gz".into()),
         session: None,
         contact_nodes: Vec::new(),
-        tool: None,
         tools: Vec::new(),
         sweeps: 1,
         material: path.is_none().then_some(material),
@@ -258,20 +246,20 @@ fn base_config(path: Option<&Path>, model: &Model<'_>) -> Config {
     }
 }
 
-/// The tool; none for a body without a contact surface, of which cells are held.
-fn tool(args: &Args, model: &Model<'_>) -> Result<Option<String>> {
-    if let Some(tool) = args.tool.first() {
-        super::tool::tools(std::slice::from_ref(tool), None, model)?;
-        return Ok(Some(tool.text.clone()));
+/// The tools; none for a body without a contact surface, of which cells are held.
+fn tools(args: &Args, model: &Model<'_>) -> Result<Vec<String>> {
+    if !args.tool.is_empty() {
+        super::tool::tools(&args.tool, None, model)?;
+        return Ok(args.tool.iter().map(|tool| tool.text.clone()).collect());
     }
     if !model.has_contact_surface() {
-        return Ok(None);
+        return Ok(Vec::new());
     }
     let radius_m = match &args.model {
         None => RADIUS_M,
         Some(_) => two_digits(RADIUS_LINKS * model.unit_m()),
     };
-    Ok(Some(format!("sphere:{radius_m}")))
+    Ok(vec![format!("sphere:{radius_m}")])
 }
 
 /// Input ids of the cells that `--contact auto` holds.

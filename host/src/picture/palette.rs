@@ -7,7 +7,7 @@ const ENTRIES: usize = 256;
 
 /// Magma (van der Walt and Smith 2015) from its light end on, evenly: uniform to the eye and falling in
 /// lightness, so that it survives grey; without its ends, on which shading would be lost \[sRGB\].
-const MAGMA: [[u8; 3]; 17] = [
+pub const MAGMA: [[u8; 3]; 17] = [
     [252, 239, 177],
     [254, 215, 153],
     [254, 192, 133],

@@ -12,6 +12,7 @@ use flate2::write::GzEncoder;
 use serde::Serialize;
 
 use crate::error::{Error, Result};
+use crate::picture::palette::MAGMA;
 
 /// The kernel's C interface as WebAssembly, packed by gzip.
 pub const KERNEL: &[u8] = include_bytes!("../../view/kernel.wasm.gz");
@@ -23,6 +24,7 @@ const STYLE: &str = include_str!("../../view/style.css");
 /// Sources of the worker, each after those that it imports.
 const WORKER: &[&str] = &[
     include_str!("../../view/pace.mjs"),
+    include_str!("../../view/limits.mjs"),
     include_str!("../../view/kernel.mjs"),
     include_str!("../../view/recording.mjs"),
     include_str!("../../view/player.mjs"),
@@ -39,6 +41,8 @@ const PAGE: &[&str] = &[
     include_str!("../../view/shapes.mjs"),
     include_str!("../../view/surface.mjs"),
     include_str!("../../view/gl.mjs"),
+    include_str!("../../view/chainmail.mjs"),
+    include_str!("../../view/figure.mjs"),
     include_str!("../../view/scene.mjs"),
     include_str!("../../view/hand.mjs"),
     include_str!("../../view/charts.mjs"),
@@ -47,6 +51,7 @@ const PAGE: &[&str] = &[
     include_str!("../../view/pace.mjs"),
     include_str!("../../view/live.mjs"),
     include_str!("../../view/session.mjs"),
+    include_str!("../../view/limits.mjs"),
     include_str!("../../view/panel.mjs"),
     include_str!("../../view/timeline.mjs"),
     include_str!("../../view/main.mjs"),
@@ -106,9 +111,7 @@ pub struct Config {
     pub kernel: Packed,
     /// A recorded session.
     pub session: Option<Packed>,
-    /// The tool by its parts, as `--tool` has it; the cells below are held if absent.
-    pub tool: Option<String>,
-    /// Every tool of a running scene by its parts; none where it holds cells.
+    /// Each tool by its parts, as `--tool` has it; none where cells are held.
     pub tools: Vec<String>,
     /// Input ids of the cells that are held without a tool.
     pub contact_nodes: Vec<u32>,
@@ -136,6 +139,8 @@ struct Shown<'a> {
     #[serde(flatten)]
     config: &'a Config,
     flags: Vec<FlagText>,
+    /// Colours from the least to the largest number, sRGB: those of pictures without a browser.
+    ramp: &'static [[u8; 3]],
 }
 
 /// Packs bytes by gzip: the same bytes in, the same bytes out.
@@ -158,7 +163,7 @@ pub fn html(config: &Config) -> Result<String> {
         name: name.to_lowercase().replace('_', " "),
         meaning: meaning.split_whitespace().collect::<Vec<_>>().join(" "),
     });
-    let shown = Shown { config, flags: flags.collect() };
+    let shown = Shown { config, flags: flags.collect(), ramp: &MAGMA };
     let json = serde_json::to_string(&shown)
         .map_err(|why| Error::check(format!("cannot write the page: {why}")))?;
     let mut text = String::with_capacity(TEMPLATE.len() + json.len() + 100_000);
@@ -210,8 +215,7 @@ mod tests {
             model,
             kernel: Packed::inline(KERNEL),
             session: None,
-            tool: Some("sphere:0.012".into()),
-            tools: Vec::new(),
+            tools: vec!["sphere:0.012".into()],
             contact_nodes: Vec::new(),
             sweeps: 2,
             material: None,
@@ -244,6 +248,10 @@ mod tests {
         assert_eq!(flags.len(), Flags::ALL.len());
         assert_eq!((&flags[0]["bit"], &flags[0]["name"]), (&1.into(), &"motion clamped".into()));
         assert!(flags.iter().all(|flag| flag["meaning"].as_str().unwrap().ends_with('.')));
+        // Colours are those of pictures without a browser.
+        let end = |part| crate::picture::palette::srgb(part).to_vec();
+        assert_eq!(read["ramp"].as_array().unwrap().len(), MAGMA.len());
+        assert_eq!((&read["ramp"][0], &read["ramp"][16]), (&end(0.0).into(), &end(1.0).into()));
     }
 
     #[test]

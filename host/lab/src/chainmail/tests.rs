@@ -171,3 +171,37 @@ fn bad_input_is_refused() {
     }
     assert_eq!(chain.positions_m(), mesh.nodes_m);
 }
+
+/// A ball pressed into a box, as `tests/view/chainmail.json` has it: the page of `chaincell view` has the method in
+/// JavaScript, and `tests/view/chainmail.mjs` comes to the same positions.
+#[test]
+fn the_page_compares_itself_with_this_press() {
+    let press: serde_json::Value =
+        serde_json::from_str(include_str!("../../../../tests/view/chainmail.json")).unwrap();
+    let places =
+        |name: &str| -> Vec<[f64; 3]> { serde_json::from_value(press[name].clone()).unwrap() };
+    let links: Vec<[u32; 2]> = serde_json::from_value(press["links"].clone()).unwrap();
+    let fixed: Vec<u32> = serde_json::from_value(press["fixed"].clone()).unwrap();
+    let triangles: Vec<[u32; 3]> = serde_json::from_value(press["triangles"].clone()).unwrap();
+    let [alpha, radius_m] = ["alpha", "radius_m"].map(|name| press[name].as_f64().unwrap());
+    let mut surface = triangles.as_flattened().to_vec();
+    surface.retain(|element| !fixed.contains(element));
+    surface.sort_unstable();
+    surface.dedup();
+    let limits = Limits::of_alpha(alpha).unwrap();
+    let mut pressed = ChainMail::new(&places("rest_m"), &links, &fixed, limits).unwrap();
+    for centre in places("path_m") {
+        let inside = surface.iter().filter_map(|&element| {
+            let off = minus(pressed.positions_m()[element as usize], centre);
+            let scale = radius_m / off.iter().map(|x| x * x).sum::<f64>().sqrt();
+            (scale > 1.0).then(|| (element as usize, plus(centre, scale, off)))
+        });
+        let held: Vec<_> = inside.collect();
+        if !held.is_empty() {
+            pressed.move_to(&held).unwrap();
+        }
+    }
+    assert!(farthest(pressed.positions_m(), &places("held_m")) < 1e-12);
+    (0..8).for_each(|_| pressed.relax(&Limits::RIGID));
+    assert!(farthest(pressed.positions_m(), &places("relaxed_m")) < 1e-12);
+}
