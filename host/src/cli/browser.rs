@@ -41,7 +41,7 @@ pub struct BrowserArgs {
 pub fn site(config: &Config, image: &[u8]) -> Result<Site> {
     Ok(Site {
         page: page::html(config)?.into_bytes(),
-        files: vec![("/model", page::gzip(image)?), ("/kernel.wasm.gz", KERNEL.to_vec())],
+        files: vec![("/model", page::gzip(image)), ("/kernel.wasm.gz", KERNEL.to_vec())],
         ..Site::default()
     })
 }

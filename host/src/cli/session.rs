@@ -1,5 +1,8 @@
 //! Arguments that every command which loops at 1 kHz shares, and lines that several of them print.
 
+use std::fs::Permissions;
+use std::os::unix::fs::PermissionsExt;
+
 use chaincell_kernel::{Choice, Model};
 use serde::{Deserialize, Serialize};
 use tempfile::TempDir;
@@ -64,9 +67,10 @@ pub fn tell_refused(refused: &[String]) {
     }
 }
 
-/// A folder for scratch files, gone with the value.
+/// A folder for scratch files that this user alone may enter, gone with the value.
 pub fn scratch() -> Result<TempDir> {
-    tempfile::tempdir().map_err(|why| Error::file("create folder in", &std::env::temp_dir(), why))
+    let folder = tempfile::Builder::new().permissions(Permissions::from_mode(0o700)).tempdir();
+    folder.map_err(|why| Error::file("create folder in", &std::env::temp_dir(), why))
 }
 
 /// Prints latencies, a name and a row of percentiles each.

@@ -1,16 +1,15 @@
 //! PNG files.
 
-use std::io::Write as _;
-
 use crc::{CRC_32_ISO_HDLC, Crc};
-use flate2::Compression;
-use flate2::write::ZlibEncoder;
+use miniz_oxide::deflate::compress_to_vec_zlib;
 
 use super::raster::Pixels;
 
 const SIGNATURE: [u8; 8] = *b"\x89PNG\r\n\x1a\n";
 /// Bytes of a pixel: red, green, blue.
 const DEPTH: usize = 3;
+/// Level of the compression, at most 10.
+const LEVEL: u8 = 8;
 
 /// Returns the pixels as a PNG file, 8 bits a colour, sRGB. Some tenths of a second for a million pixels.
 #[must_use]
@@ -41,15 +40,14 @@ fn chunk(file: &mut Vec<u8>, name: [u8; 4], content: &[u8]) {
 
 /// The rows, each filtered and after the number of its filter, compressed.
 fn packed(bytes: &[u8], row_bytes: usize) -> Vec<u8> {
-    let mut encoder = ZlibEncoder::new(Vec::new(), Compression::new(8));
+    let mut rows = Vec::with_capacity(bytes.len() + bytes.len() / row_bytes.max(1));
     let none = vec![0; row_bytes];
     let mut above = none.as_slice();
     for row in bytes.chunks_exact(row_bytes.max(1)) {
-        // Writing into memory never fails.
-        let _ = encoder.write_all(&filtered(row, above));
+        rows.extend(filtered(row, above));
         above = row;
     }
-    encoder.finish().unwrap_or_default()
+    compress_to_vec_zlib(&rows, LEVEL)
 }
 
 /// The row after the filter whose differences are smallest in sum: none, the left, the upper, or Paeth's

@@ -1,0 +1,110 @@
+"""The examples with libraries of the field, each as a program without a screen."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import threading
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import chaincell
+
+from conftest import SHORT_S, Server
+
+FIELD = Path(__file__).parents[1] / "examples" / "field"
+LONG_S = 8 * SHORT_S
+"""Longest time of a program that loads hundreds of megabytes."""
+
+
+def start(name: str, *arguments: object) -> subprocess.Popen[str]:
+    command = [sys.executable, FIELD / name, *map(str, arguments)]
+    environment = {**os.environ, "RERUN_ANALYTICS": "0"}
+    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, env=environment)
+
+
+def end(program: subprocess.Popen[str]) -> str:
+    out, _ = program.communicate(timeout=LONG_S)
+    assert program.returncode == 0, out
+    return out
+
+
+@pytest.fixture
+def box_file(box: chaincell.Model, tmp_path: Path) -> Path:
+    file = tmp_path / "box.chaincell"
+    box.save(file)
+    return file
+
+
+def press(scene: str, until: Callable[[], bool]) -> None:
+    """Presses the box 9 mm deep by the example's tool, and goes on until told."""
+    with chaincell.Session(scene) as session:
+        for tick in chaincell.Rate(500):
+            depth_m = min(3e-5 * tick, 0.012)
+            session.step([0, 0, 0.051 - depth_m], engaged=tick > 0)
+            if until():
+                return
+
+
+def test_pyvista_draws_the_largest_force(tmp_path: Path) -> None:
+    pytest.importorskip("pyvista")
+    image = pytest.importorskip("PIL.Image")
+    end(start("pyvista_press.py", tmp_path / "press.png"))
+    pixels = np.asarray(image.open(tmp_path / "press.png").convert("RGB")).reshape(-1, 3)
+    assert len(np.unique(pixels, axis=0)) > 200
+    # The body is not of one grey.
+    assert (np.ptp(pixels.astype(int), axis=1) > 60).mean() > 0.02
+
+
+def test_rerun_records_a_scene(serve: Callable[..., Server], box: chaincell.Model, box_file: Path) -> None:
+    pytest.importorskip("rerun")
+    server = serve("--tool", "sphere:0.01", model=box)
+    file = box_file.with_name("press.rrd")
+    program = start("rerun_scene.py", server.scene, box_file, file)
+    over = threading.Event()
+    hand = threading.Thread(target=press, args=(server.scene, over.is_set))
+    hand.start()
+    try:
+        # Some states are in the file; how many a second is the machine's matter.
+        while program.poll() is None and (not file.exists() or file.stat().st_size < 100_000):
+            over.wait(0.1)
+    finally:
+        over.set()
+        hand.join()
+    server.interrupt()
+    end(program)
+    content = file.read_bytes()
+    assert content.startswith(b"RRF2")
+    for part in [b"/body", b"/contacts", b"/force_n"]:
+        assert part in content, part
+
+
+def test_viser_plays_the_hand(serve: Callable[..., Server], box: chaincell.Model, box_file: Path) -> None:
+    pytest.importorskip("viser")
+    server = serve("--tool", "sphere:0.01", model=box)
+    out = end(start("viser_hand.py", server.scene, box_file, 1))
+    assert "127.0.0.1" in out and "0.0.0.0" not in out, out
+    assert server.interrupt()["ticks_executed"] == 1000
+
+
+def test_mcap_holds_every_tick(command: Path, box_file: Path) -> None:
+    reader = pytest.importorskip("mcap.reader")
+    folder, file = box_file.with_name("press"), box_file.with_name("press.mcap")
+    run = [command, "run", box_file, "--tool", "sphere:0.01", "--motion", "press", "--seconds", "0.5", "--out", folder]
+    subprocess.run(run, check=True, stdout=subprocess.DEVNULL, timeout=LONG_S)
+    end(start("mcap_export.py", folder, file))
+    with file.open("rb") as stream:
+        messages = list(reader.make_reader(stream).iter_messages())
+    rows = np.genfromtxt(folder / "force.csv", delimiter=",", names=True)
+    assert len(messages) == len(rows) >= 500
+    for (schema, channel, message), row in zip(messages, rows):
+        tick = json.loads(message.data)
+        assert message.log_time == 1_000_000 * int(row["tick"])
+        assert (schema.name, channel.topic, tick["fz_n"]) == ("chaincell.Tick", "/tool", row["fz_n"])
+        assert {"x_m", "energy_j", "contacts"} <= set(tick)
+    assert max(json.loads(message.data)["fz_n"] for _, _, message in messages) > 0
