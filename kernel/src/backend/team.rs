@@ -32,7 +32,7 @@ pub type Job<'j> = &'j mut (dyn FnMut() + Send);
 /// # let mut tissue = Tissue::<128, Track>::new();
 /// # tissue.reset(&network)?;
 /// let mut view = tissue.view();
-/// view.team = Team::of(&Threads); // bodies of fewer than 16,384 cells are one part
+/// view.team = Team::of(&Threads); // small bodies are one part
 /// # let mut done = [false; 3];
 /// # let [mut a, mut b, mut c] = done.each_mut().map(|done| move || *done = true);
 /// # Threads.run(&mut [&mut a, &mut b, &mut c]);

@@ -11,7 +11,7 @@ use crate::backend::f32x8::F32x8;
 use crate::backend::slice_set::SliceSet;
 use crate::backend::slices::{Chunks, ChunksMut};
 use crate::backend::{Work, run};
-use crate::model::parts::{self, PARTS};
+use crate::model::parts::PARTS;
 use crate::number::cell::Cell;
 use crate::number::two_float::{LANES, Lanes, TwoFloat};
 
@@ -52,15 +52,19 @@ pub(crate) fn residual(
     if !takes_slices(terms, at) {
         return false;
     }
-    update(terms, changed, at);
+    terms.list().prepare(&places(terms.model, at));
     let (slices, list) = (0..terms.model.slice_count(), || (terms.list(), terms.states));
-    let held = terms.held();
-    run(terms.vectors, SlicedResidual { awake, slices, at, residual, held, list, reduce });
+    let (vectors, held) = (terms.vectors, terms.held());
+    if terms.states.any() {
+        let (awake, cells) = (changed, at);
+        run(vectors, Displace { awake, slices: slices.clone(), cells, list });
+        run(vectors, Update { awake, slices: slices.clone(), at, list });
+    }
+    run(vectors, SlicedResidual { awake, slices, at, residual, held, list, reduce });
     true
 }
 
-/// The same part by part, each with its own sums, for a body of several parts. If terms keep states, the
-/// calling thread does all the work.
+/// The same part by part, each with its own sums, for a body of several parts: the team runs them.
 pub(crate) fn residual_in_parts(
     terms: Terms<'_, '_>,
     awake: &SliceSet,
@@ -71,30 +75,26 @@ pub(crate) fn residual_in_parts(
     if !takes_slices(terms, at) {
         return false;
     }
-    update(terms, awake, at);
-    let (vectors, held, cells) = (terms.vectors, terms.held(), at.len());
-    // Terms with states: the calling thread runs the parts in turn.
-    if terms.states.any() {
-        let list = || (terms.list(), terms.states);
-        for (part, (residual, reduce)) in
-            parts::split_mut(residual).into_iter().zip(sums).enumerate()
-        {
-            let slices = parts::slices(cells, part);
-            run(vectors, SlicedResidual { awake, slices, at, residual, held, list, reduce });
-        }
-        return true;
-    }
-    // Otherwise the team runs the parts, and finds the tools' contribution in the residuals: threads share no
-    // other memory.
+    terms.list().prepare(&places(terms.model, at));
+    let (team, vectors, held, parts) =
+        (terms.team, terms.vectors, terms.held(), terms.model.thread_parts());
+    // Threads find the tools' contribution in the residuals.
     let list = terms.list_with(Pulled::put(terms.touch, awake, residual));
-    let list = || (list, States::NONE);
-    let mut each = parts::split_mut(residual).into_iter().zip(sums).enumerate();
-    let passes = [(); PARTS].map(|()| {
-        let (part, (residual, reduce)) = each.next()?;
-        let slices = parts::slices(cells, part);
+    let states = terms.states.shared();
+    let list = move || (list, states.get());
+    // Update the terms' states.
+    if terms.states.any() {
+        let cells = at;
+        team.run(vectors, parts.each(|slices| Displace { awake, slices, cells, list }));
+        team.run(vectors, parts.each(|slices| Update { awake, slices, at, list }));
+    }
+    // Add up the residuals.
+    let mut arrays = parts.split_mut(residual).into_iter().zip(sums);
+    let passes = parts.each(|slices| {
+        let (residual, reduce) = arrays.next()?;
         Some(SlicedResidual { awake, slices, at, residual, held, list, reduce })
     });
-    terms.team.run(vectors, passes);
+    team.run(vectors, passes.map(Option::flatten));
     true
 }
 
@@ -103,32 +103,41 @@ fn takes_slices(terms: Terms<'_, '_>, at: &[Cell]) -> bool {
     terms.vectors.is_some() && terms.model.slices.is_some() && at.len() == terms.model.cells()
 }
 
-/// Prepares the terms for a pass, and updates their states of the cells in awake slices.
-fn update(terms: Terms<'_, '_>, awake: &SliceSet, at: &[Cell]) {
-    terms.list().prepare(&places(terms.model, at));
-    if terms.states.any() {
-        run(terms.vectors, Update { terms, awake, at });
-    }
-}
-
-/// Updates the terms' states of the cells in awake slices to their positions.
-struct Update<'a, 'm> {
-    terms: Terms<'a, 'm>,
+/// Stores the displacements of the cells in the awake slices of a range.
+struct Displace<'a, L> {
     awake: &'a SliceSet,
-    at: &'a [Cell],
+    slices: Range<usize>,
+    cells: &'a [Cell],
+    list: L,
 }
 
-impl Work for Update<'_, '_> {
+impl<'a, T: Term<f32>, L: Fn() -> (T, States<'a>)> Work for Displace<'a, L> {
     type Output = ();
 
     #[inline(always)]
     fn run<V: F32x8>(self) {
-        let (list, cells) = (self.terms.list(), Chunks::new(self.at, Cell::ZERO));
-        let (slices, states) = (self.terms.model.slice_count(), self.terms.states);
-        for slice in self.awake.iter(slices) {
+        let ((list, states), cells) = ((self.list)(), Chunks::new(self.cells, Cell::ZERO));
+        for slice in self.awake.iter_in(self.slices) {
             list.displace(slice, cells.at(slice), states.all());
         }
-        for slice in self.awake.iter(slices) {
+    }
+}
+
+/// Updates the terms' states of the cells in the awake slices of a range, to the displacements of all cells.
+struct Update<'a, L> {
+    awake: &'a SliceSet,
+    slices: Range<usize>,
+    at: &'a [Cell],
+    list: L,
+}
+
+impl<'a, T: Term<f32>, L: Fn() -> (T, States<'a>)> Work for Update<'a, L> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<V: F32x8>(self) {
+        let (list, states) = (self.list)();
+        for slice in self.awake.iter_in(self.slices) {
             if let Some([from, to]) = states.step(slice) {
                 list.update_slice::<V>(slice, self.at, from, to);
             }
@@ -146,7 +155,7 @@ pub(crate) struct SlicedResidual<'a, R, L> {
     pub residual: &'a mut [Cell],
     /// Cells that do not move, in ascending order.
     pub held: &'a [Contact],
-    /// Returns the terms and their states. A function, since threads share no states.
+    /// Returns the terms and their states. A function, since a thread gets the states by it.
     pub list: L,
     pub reduce: &'a mut R,
 }

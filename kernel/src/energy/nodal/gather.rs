@@ -135,14 +135,6 @@ impl<'a> Ends<'a> {
         }
     }
 
-    /// Clears the elements of the cells of a slice.
-    #[inline(always)]
-    pub fn clear(self, slice: usize) {
-        if let Some(own) = self.own(slice) {
-            own.iter().for_each(|slot| slot.set(Cell::ZERO));
-        }
-    }
-
     /// The groups of half-links of a slice: their numbers, and the elements of their other ends.
     #[inline(always)]
     fn groups(self, slice: usize) -> impl Iterator<Item = (&'a SlotNumbers, [&'a Quad; LANES])> {
@@ -175,16 +167,11 @@ impl<'a> Ends<'a> {
     }
 }
 
-/// The numbers of eight cells.
-#[inline(always)]
-pub(super) fn lanes<V: F32x8>([a, b, c, d, e, f, g, h]: [&Quad; LANES]) -> [V; 4] {
-    V::transposed(&[a.get(), b.get(), c.get(), d.get(), e.get(), f.get(), g.get(), h.get()])
-}
-
 /// Displacements of eight cells.
 #[inline(always)]
-fn displacements<V: F32x8>(cells: [&Quad; LANES]) -> [Lane<V>; 3] {
-    let [x, y, z, _] = lanes(cells);
+fn displacements<V: F32x8>([a, b, c, d, e, f, g, h]: [&Quad; LANES]) -> [Lane<V>; 3] {
+    let cells = [a.get(), b.get(), c.get(), d.get(), e.get(), f.get(), g.get(), h.get()];
+    let [x, y, z, _] = V::transposed(&cells);
     [Lane(x), Lane(y), Lane(z)]
 }
 

@@ -75,16 +75,16 @@ use crate::backend::f32x8::{Chunk, F32x8};
 use crate::backend::slices::cells_of;
 use crate::model::nodal::Nodal;
 use crate::number::cell::{Cell, add, single};
-use gather::{Ends, Gathered, lanes, own};
+use gather::{Ends, Gathered, own};
 
 impl<N: LinkNumber> Term<N> for Nodal<'_> {
     #[inline(always)]
     fn displace(self, slice: usize, here: &Chunk, states: StatesOf<'_>) {
-        let Quads { displacements, forces } = states.quads();
-        let ends = Ends::of(self, displacements).zip(Ends::of(self, forces));
-        if let Some((displacements, forces)) = ends.filter(|_| self.is_any()) {
-            displacements.displace(slice, here);
-            forces.clear(slice);
+        let quads = states.quads();
+        if let Some(ends) = Ends::of(self, quads.displacements).filter(|_| self.is_any()) {
+            ends.displace(slice, here);
+            let forces = quads.on_slice(slice).flatten();
+            forces.for_each(|force| force.set(Cell::ZERO));
         }
     }
 
@@ -108,8 +108,9 @@ impl<N: LinkNumber> Term<N> for Nodal<'_> {
         from: SliceMemory<'_>,
         to: SliceMemory<'_>,
     ) {
-        let Quads { displacements, forces } = from.quads;
-        let ends = Ends::of(self, displacements).zip(Ends::of(self, forces));
+        let Quads { displacements, .. } = from.quads;
+        let forces = Ends::of(self, from.quads.by_slice(slice));
+        let ends = Ends::of(self, displacements).zip(forces);
         let (Some(numbers), Some((displacements, forces))) = (self.cells.get(slice), ends) else {
             return;
         };
@@ -130,10 +131,11 @@ impl<N: LinkNumber> Term<N> for Nodal<'_> {
         if !self.is_any() {
             return;
         }
-        let forces = states.quads().forces;
-        for cell in pass.cells() {
-            if let (Some(r), Some(force)) = (residual.get_mut(cell), forces.get(cell)) {
-                *r = r.plus(Cell(force.get().0.map(N::from_single)));
+        let quads = states.quads();
+        for slice in pass.slices() {
+            let cells = residual.get_mut(cells_of(slice, self.count)).unwrap_or_default();
+            for (r, force) in cells.iter_mut().zip(quads.force(slice).into_iter().flatten()) {
+                *r = r.plus(Cell(force.0.map(N::from_single)));
             }
         }
     }
@@ -146,9 +148,10 @@ impl<N: LinkNumber> Term<N> for Nodal<'_> {
         sum: &mut [V; 4],
         states: StatesOf<'_>,
     ) {
-        let forces = Ends::of(self, states.quads().forces).filter(|_| self.is_any());
-        if let Some(own) = forces.and_then(|forces| forces.own(here.slice)) {
-            let ([x, y, z, wd2], [a, b, c, d]) = (*sum, lanes::<V>(own.each_ref()));
+        if self.is_any()
+            && let Some(forces) = states.quads().force(here.slice)
+        {
+            let ([x, y, z, wd2], [a, b, c, d]) = (*sum, V::transposed(&forces));
             *sum = [x.plus(a), y.plus(b), z.plus(c), wd2.plus(d)];
         }
     }

@@ -38,7 +38,8 @@ impl Nodal<'_> {
     /// Stores the states of the cells of a slice for a pass, and adds its forces to the cells' and their
     /// neighbours'.
     pub(super) fn stepped(self, cells: Range<usize>, from: SliceMemory<'_>, to: SliceMemory<'_>) {
-        let Quads { displacements, forces } = from.quads;
+        let slice = cells.start / LANES;
+        let (Quads { displacements, .. }, forces) = (from.quads, from.quads.by_slice(slice));
         let displaced = |cell: usize| displacements.get(cell).map_or([0.0; 3], |u| u.get().xyz());
         let add_to = |cell: usize, [x, y, z, w]: [f32; 4]| {
             if let Some(sum) = forces.get(cell) {
@@ -46,7 +47,7 @@ impl Nodal<'_> {
             }
         };
         // The states, and the opposite of the stresses.
-        let (slice, zero) = (cells.start / LANES, Lane(0.0));
+        let zero = Lane(0.0);
         let mut pulls = [([[zero; 3]; 3], [zero; 4]); LANES];
         for (lane, (cell, pull)) in cells.clone().zip(&mut pulls).enumerate() {
             let (turn, unit) = variables(ShapeState::load(lane, from));

@@ -8,7 +8,6 @@ use crate::backend::slice_set::SliceSet;
 use crate::energy::residual::Terms;
 use crate::energy::sliced::{self as sliced_terms, Energy};
 use crate::model::coarse_basis::CoarseBasis;
-use crate::model::parts;
 use crate::number::cell::Cell;
 use crate::number::two_float::{Eight, TwoFloat};
 use crate::solver::awake::Awake;
@@ -140,7 +139,7 @@ fn track_residual<const SUMS: usize>(
     if terms.vectors.is_none() {
         return scalar::track::residual(terms, awake, points);
     }
-    let sums = if parts::count(terms.model.cells()) > 1 {
+    let sums = if terms.model.thread_parts().count() > 1 {
         sliced::track::residual_in_parts(terms, awake, points)
     } else {
         sliced::track::residual(terms, awake, points)

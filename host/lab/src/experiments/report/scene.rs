@@ -155,6 +155,12 @@ impl Source {
 }
 
 impl Scene {
+    /// The bytes of the image.
+    #[must_use]
+    pub fn image(&self) -> &[u8] {
+        self.image.as_bytes()
+    }
+
     /// The model.
     ///
     /// # Errors
