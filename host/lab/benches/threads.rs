@@ -182,7 +182,8 @@ fn measure(nodes: usize, threads: usize, is_counted: bool) -> Result<()> {
     fs::write(&image, scene.image()).map_err(Error::check)?;
     for tool in 0..TOOLS.len() {
         let press = Press { tool, contacts: scene.contacts.clone(), direction: scene.direction };
-        let hash = |threads| Ok(press.run(model, threads, PRESS_TICKS)?.state_hash());
+        let hash =
+            |threads| -> Result<u64> { Ok(press.run(model, threads, PRESS_TICKS)?.state_hash()) };
         if hash(1)? != hash(threads)? {
             return Err(Error::check(format!("{}: other bits with threads", TOOLS[tool])));
         }
