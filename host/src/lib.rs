@@ -10,8 +10,10 @@
 //! - [`mesh`]: reads, generates and checks meshes.
 //! - [`mod@bake`]: turns a mesh into a model image.
 //! - [`engine`]: a tissue on the heap, its contact, its output stage, the built-in press.
+//! - [`picture`]: bodies as PNG, curves as SVG.
 //! - [`files`]: traces, path files and output folders.
 //! - [`session`]: the 1 kHz loop over shared memory, both sides and their supervisor.
+//! - [`view`]: the page that shows a body, its server, and the bridge to a running scene.
 //! - [`cli`]: the command line.
 
 pub mod bake;
@@ -23,7 +25,9 @@ pub mod files;
 pub mod input;
 pub mod interrupt;
 pub mod mesh;
+pub mod picture;
 pub mod session;
 pub mod terminal;
 pub mod text;
+pub mod view;
 pub mod words;

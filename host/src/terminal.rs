@@ -1,9 +1,9 @@
-//! Printing that survives a closed pipe, and progress bars that only a terminal sees.
+//! Printing that survives a closed pipe, and progress that only a terminal sees.
 
 use std::fmt;
 use std::io::{self, IsTerminal, Write};
-
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::Instant;
 
 use crate::error::{Error, Result};
 
@@ -28,17 +28,64 @@ pub fn note(line: impl fmt::Display) {
     let _ = writeln!(io::stderr().lock(), "{line}");
 }
 
-/// A progress bar on standard error, invisible unless that is a terminal.
-#[must_use]
-pub fn progress(length: u64, what: &'static str) -> ProgressBar {
-    let target = if io::stderr().is_terminal() {
-        ProgressDrawTarget::stderr_with_hz(10)
-    } else {
-        ProgressDrawTarget::hidden()
-    };
-    let bar = ProgressBar::with_draw_target(Some(length), target).with_prefix(what);
-    match ProgressStyle::with_template("{prefix} {wide_bar} {pos}/{len} {eta}") {
-        Ok(style) => bar.with_style(style),
-        Err(_) => bar,
+/// The progress of long work, in a line on standard error that stays invisible unless that is a terminal.
+pub struct Progress {
+    what: &'static str,
+    length: u64,
+    begin: Instant,
+    done: AtomicU64,
+    /// Time of the last drawing since the begin \[ms\]; `None` if nobody sees the line.
+    drawn_ms: Option<AtomicU64>,
+}
+
+/// Least time between two drawings \[ms\].
+const DRAWING_MS: u64 = 100;
+
+impl Progress {
+    /// Begins work of `length` steps.
+    #[must_use]
+    pub fn new(length: u64, what: &'static str) -> Self {
+        let drawn_ms = io::stderr().is_terminal().then(AtomicU64::default);
+        Self { what, length, begin: Instant::now(), done: AtomicU64::new(0), drawn_ms }
+    }
+
+    /// Counts one step.
+    pub fn step(&self) {
+        self.draw(self.done.fetch_add(1, Ordering::Relaxed) + 1);
+    }
+
+    /// Sets the number of steps that are done.
+    pub fn set_done(&self, done: u64) {
+        self.done.store(done, Ordering::Relaxed);
+        self.draw(done);
+    }
+
+    /// The number of steps that are done.
+    #[must_use]
+    pub fn done(&self) -> u64 {
+        self.done.load(Ordering::Relaxed)
+    }
+
+    /// Draws the line, unless it was drawn a short time ago.
+    fn draw(&self, done: u64) {
+        let Some(drawn_ms) = &self.drawn_ms else { return };
+        let seconds = self.begin.elapsed().as_secs_f64();
+        let now_ms = (1e3 * seconds) as u64;
+        if now_ms < drawn_ms.load(Ordering::Relaxed) + DRAWING_MS {
+            return;
+        }
+        drawn_ms.store(now_ms, Ordering::Relaxed);
+        let left_s = seconds * self.length.saturating_sub(done) as f64 / done.max(1) as f64;
+        let (what, length) = (self.what, self.length);
+        let _ = write!(io::stderr().lock(), "\r{what} {done}/{length}, {left_s:.0} s left\x1b[K");
+    }
+}
+
+/// Clears the line.
+impl Drop for Progress {
+    fn drop(&mut self) {
+        if self.drawn_ms.is_some() {
+            let _ = write!(io::stderr().lock(), "\r\x1b[K");
+        }
     }
 }

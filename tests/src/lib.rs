@@ -18,6 +18,7 @@ pub mod handle;
 pub mod late;
 pub mod lattice;
 pub mod outsider;
+pub mod page;
 pub mod place;
 pub mod process;
 

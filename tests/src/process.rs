@@ -140,6 +140,22 @@ impl Running {
         }
     }
 
+    /// The lines on standard output so far.
+    pub fn lines(&self) -> impl Iterator<Item = &str> {
+        self.out.text.lines()
+    }
+
+    /// Waits for a line on standard error; all lines up to it.
+    #[track_caller]
+    pub fn notes_until(&mut self, line: &str) -> Vec<String> {
+        let start = Instant::now();
+        while !self.err.text.lines().any(|text| text == line) {
+            let left = SHORT.saturating_sub(start.elapsed());
+            assert!(self.err.take(left), "no line `{line}`: {:?} {:?}", self.err, self.out.all());
+        }
+        self.err.text.lines().map(str::to_owned).collect()
+    }
+
     /// Process id.
     #[must_use]
     pub fn id(&self) -> u32 {

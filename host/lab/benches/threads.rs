@@ -179,7 +179,7 @@ fn measure(nodes: usize, threads: usize, is_counted: bool) -> Result<()> {
     println!("{}: {} cells of nodal shapes, {threads} threads", scene.name, model.cells());
     let folder = tempfile::tempdir().map_err(Error::check)?;
     let image = folder.path().join("organ.chaincell");
-    fs::write(&image, scene.image()).map_err(Error::check)?;
+    fs::write(&image, scene.bytes()).map_err(Error::check)?;
     for tool in 0..TOOLS.len() {
         let press = Press { tool, contacts: scene.contacts.clone(), direction: scene.direction };
         let hash =

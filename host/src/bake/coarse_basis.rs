@@ -9,8 +9,8 @@ use chaincell_kernel::parts::Parts;
 use nalgebra::DMatrix;
 
 use super::image::Sections;
+use super::layout::{Link, OrderedCells};
 use super::tissue::Shapes;
-use super::{Link, OrderedCells};
 use crate::error::{Error, Result};
 
 /// Most functions of a model by default: their product then takes about a quarter of a sweep of the paper's

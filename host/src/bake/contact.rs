@@ -7,21 +7,10 @@ use chaincell_kernel::image::{contact, kind};
 
 use super::equivalent::Equivalent;
 use super::image::Sections;
+use super::layout::OrderedCells;
 use super::network::Plan;
-use super::{BakeOptions, OrderedCells};
+use super::options::{BakeOptions, ContactSurface};
 use crate::error::{Error, Result};
-
-/// Choice of a contact surface, which tools touch.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum ContactSurface {
-    /// If the mesh has triangles and the image is not lean.
-    #[default]
-    Auto,
-    /// Yes; a mesh without triangles is refused.
-    Yes,
-    /// No: a tool can only hold cells.
-    No,
-}
 
 /// Returns true if the image gets a contact surface, where there are triangles.
 fn is_wanted(options: &BakeOptions) -> bool {

@@ -3,8 +3,8 @@
 use chaincell_kernel::image::{FINE_CELLS, NO_CELL, kind};
 
 use super::image::Sections;
+use super::layout::{OrderedCells, internal};
 use super::network::Plan;
-use super::{OrderedCells, internal};
 
 /// Adds rest positions, weights and elements of the mesh, if cells are groups of its nodes.
 pub fn push(sections: &mut Sections, plan: &Plan<'_>, body: &OrderedCells) {

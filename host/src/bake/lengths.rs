@@ -2,7 +2,7 @@
 
 use chaincell_kernel::model::rest_length;
 
-use super::OrderedCells;
+use super::layout::OrderedCells;
 use crate::error::{Error, Result};
 
 /// Shortest and longest link that the kernel accepts, in mean link lengths.

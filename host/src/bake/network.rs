@@ -1,7 +1,9 @@
 //! The network to bake: the mesh itself, or one whose nodes are groups of the mesh's nodes.
 
 use super::groups::{CoarseLinks, Embedding, Groups, couple, embed, partition, stiffening};
-use super::{BakeOptions, Link, OrderedCells, PerCell};
+use super::layout::{Link, OrderedCells};
+use super::options::BakeOptions;
+use super::per_cell::PerCell;
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
 

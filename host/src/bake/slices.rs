@@ -3,8 +3,9 @@
 use chaincell_kernel::image::kind;
 use chaincell_kernel::number::two_float::LANES;
 
+use super::adjacency::Adjacency;
 use super::image::Sections;
-use super::{Adjacency, Link};
+use super::layout::Link;
 
 /// Values of the links for the sweep, in the links' order.
 pub(super) struct Values<'a> {

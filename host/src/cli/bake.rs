@@ -182,6 +182,7 @@ pub fn execute(args: &Args) -> Result<()> {
         let overlaps = overlaps_of(&mesh);
         Ok((mesh, image, overlaps))
     })?;
+    // Write it, and read it back as a user of it does.
     write_whole(&args.output, image.as_bytes())?;
     let model = model_file::parse(&image, &args.output)?;
     let report = Printed {
@@ -189,9 +190,11 @@ pub fn execute(args: &Args) -> Result<()> {
         filled: FilledReport::of(&mesh),
         overlapping_tetrahedra: overlaps.map(|of| of.tetrahedra),
     };
+    // Report it.
     if args.print.json {
         return terminal::say_json(&report);
     }
+    // Remarks on the mesh.
     if model.fixed().is_empty() {
         terminal::note("note: no cell is fixed, the body floats; --fix holds nodes");
     }
@@ -208,6 +211,7 @@ pub fn execute(args: &Args) -> Result<()> {
              folded, or parts of it lie in each other; mesh it again"
         ));
     }
+    // The model in numbers.
     terminal::say(format_args!("baked {} from {}", args.output.display(), args.mesh))?;
     if let Some(wanted) = args.body.cells.filter(|&wanted| wanted != model.cells()) {
         terminal::say(format_args!(

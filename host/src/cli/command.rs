@@ -99,6 +99,7 @@ pub fn execute(args: &Args) -> Result<()> {
         Action::Snapshot => Command::Snapshot { checksum: 0 },
         Action::LetGo { of, ticks } => Command::LetGo { tool: of.tool, ticks: *ticks },
     };
+    // Send it to the server and wait for the reply.
     let scene = ipc::open(args.scene.as_deref(), &Domain::default())?;
     let client = CommandClient::open(&scene)?;
     if !client.is_served() {
@@ -115,6 +116,7 @@ pub fn execute(args: &Args) -> Result<()> {
             refusal_text(reply.reason)
         )));
     }
+    // Print the reply.
     let report = Printed {
         tick: reply.tick,
         ticks_answered: reply.ticks_answered,

@@ -118,6 +118,7 @@ pub fn execute(args: &Args) -> Result<()> {
             "--inject: sweep is a fault of the tissue; give it to serve or cosim",
         ));
     }
+    // Play the poses.
     let (poses, tools) = args.poses()?;
     let options = ControlOptions {
         scene: args.common.scene.clone(),
@@ -136,6 +137,7 @@ pub fn execute(args: &Args) -> Result<()> {
     // The answers of a motion that is repeated are not kept.
     let has_touched = (args.repeat == 1 && !run.forces.is_empty())
         .then(|| run.forces.iter().any(|force| force.contacts > 0));
+    // Judge and report.
     let report = run.report;
     let verdict = args.verdict.judge(counts(&report));
     print(args, &report, has_touched, &verdict)?;

@@ -49,6 +49,7 @@ pub fn execute(args: &Args) -> Result<()> {
         fill_m: args.file.fill_m,
         ..MeshOptions::default()
     };
+    // Read, fill and write the mesh.
     keep_input(&args.mesh, &args.output)?;
     let (mesh, written) = interrupt::at_once(|| {
         let mesh = mesh::load(&args.mesh, &options)?;
@@ -56,6 +57,7 @@ pub fn execute(args: &Args) -> Result<()> {
         Ok((mesh, written))
     })?;
     write_whole(&args.output, written.text.as_bytes())?;
+    // Report it.
     let printed = Printed {
         nodes: mesh.nodes_m.len(),
         tetrahedra: mesh.tetrahedra.len(),

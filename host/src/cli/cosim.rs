@@ -8,6 +8,7 @@ use chaincell_kernel::trace::{Entry, Reader};
 use serde::Serialize;
 
 use super::budget::BudgetArgs;
+use super::cosim_view::{Shown, ViewArgs};
 use super::inject::{InjectArgs, tell_injected};
 use super::load::report::LoadReport;
 use super::load::{Lengths, MemoryWatch, histogram};
@@ -43,7 +44,7 @@ use crate::words::counted;
 
 /// Run tissue and controller as two processes at 1 kHz, then replay what was received.
 #[derive(Debug, clap::Args)]
-#[command(after_help = "Examples:\n  chaincell cosim\n  \
+#[command(after_help = "Examples:\n  chaincell cosim --view\n  \
     chaincell cosim liver.chaincell --contact cells:file:liver.sets.json#patch --out session\n  \
     chaincell cosim --load 1 --seconds 28800 --out night\n\n\
     Exit code 0 when every tick was answered, the replay gave the same state hash and the verdict is\n  \
@@ -79,6 +80,8 @@ pub struct Args {
     stage: StageArgs,
     #[command(flatten)]
     inject: InjectArgs,
+    #[command(flatten)]
+    view: ViewArgs,
     #[command(flatten)]
     folder: FolderArgs,
     #[command(flatten)]
@@ -134,6 +137,7 @@ pub fn execute(args: &Args) -> Result<()> {
     };
     args.inject.faults()?;
     args.common.check()?;
+    // Prepare the body and its press.
     let scratch = session::scratch()?;
     let (image, model_path) = match &args.model {
         Some(path) => (model_file::read(path)?, path.clone()),
@@ -161,6 +165,7 @@ pub fn execute(args: &Args) -> Result<()> {
             args.seconds
         ))?;
     }
+    // Run both sides, and replay the trace.
     let recorded = lengths.is_recorded.then_some(out.as_path());
     let files = Files { model: &model_path, scratch: scratch.path(), out: recorded };
     let sides = Sides {
@@ -170,18 +175,38 @@ pub fn execute(args: &Args) -> Result<()> {
         inject: args.inject.clone(),
         ..Sides::of(lengths, &args.tissue, &args.common)
     };
+    let page = args.view.open(Shown {
+        path: args.model.as_deref(),
+        image: image.as_bytes(),
+        model: &model,
+        tools: args.tissue.tool_texts()?,
+        scene: args.common.scene.as_deref(),
+    })?;
     let (session, load) = under_load(args, &files, &poses, &sides)?;
     let replayed = match lengths.is_recorded {
         true => replay(&mut tissue, &folder.file(recording::TRACE), lengths.ticks())?,
         false => Replayed::default(),
     };
+    // Write, print and judge the summary.
     let summary = CosimSummary { load, ..summary(args, &tissue, session, replayed)? };
     folder.write_json("summary.json", &summary)?;
     if let Some(load) = &summary.load {
         folder.write("histogram.csv", histogram::csv(&load.histograms).as_bytes())?;
     }
     print(args, &summary)?;
+    if let Some(page) = page {
+        page.stay(&format!(
+            "The session has ended, {}: this is its last state",
+            answered(&summary)
+        ));
+    }
     judge(args, &summary)
+}
+
+/// Number of answered ticks in words.
+fn answered(summary: &CosimSummary) -> String {
+    let sent = counted(summary.ticks_sent, "tick");
+    format!("{} of {sent} answered", summary.ticks_answered)
 }
 
 /// Runs the session, under the load if there is one, and reports on the load.
@@ -245,7 +270,7 @@ fn replay(tissue: &mut Staged<'_>, place: &Path, ticks: u64) -> Result<Replayed>
         Err(Stop::Differs(why)) => {
             return Err(Error::check(format!("{}: {why}", place.display())));
         }
-        Err(why @ Stop::Command(_)) => {
+        Err(why @ (Stop::Command(_) | Stop::Enough)) => {
             return Err(Error::check(format!("{}: {why:?}", place.display())));
         }
     }
@@ -270,6 +295,7 @@ fn summary(
 ) -> Result<CosimSummary> {
     let model = tissue.engine().network().model();
     let Session { reports, floor } = session;
+    // Judge the answers.
     let verdict = args.verdict.judge(Counts {
         answers: reports.control.ticks_answered,
         late: reports.control.missed_deadlines,
@@ -277,11 +303,13 @@ fn summary(
         floor_share: floor.late_share(),
         ..Counts::of_tissue(&reports.serve, args.tissue.given(model).sweeps, tissue.engine())
     });
+    // Sides that ended before their time.
     let (serve, control) = (reports.serve, reports.control);
     let ended_early =
         [("serve", serve.ended_by == Ending::Interrupt), ("control", control.interrupted)];
     let stopped = ended_early.into_iter().filter(|(_, early)| *early && !reports.interrupted);
     let stopped = stopped.map(|(side, _)| side);
+    // Privileges that either side lacked.
     let mut refused = serve.refused;
     refused.extend(control.refused);
     refused.sort();
@@ -328,9 +356,8 @@ fn print(args: &Args, summary: &CosimSummary) -> Result<()> {
     }
     tell_refused(&summary.refused);
     terminal::say(format_args!(
-        "{} of {} answered, {} later than 1 ms after the scheduled send",
-        summary.ticks_answered,
-        counted(summary.ticks_sent, "tick"),
+        "{}, {} later than 1 ms after the scheduled send",
+        answered(summary),
         summary.missed_deadlines
     ))?;
     terminal::say(format_args!("  {:<18}{}", "flags", summary.flag_ticks))?;

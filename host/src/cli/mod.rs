@@ -2,6 +2,7 @@
 
 mod admits;
 mod bake;
+mod browser;
 mod budget;
 pub mod choice;
 mod command;
@@ -10,6 +11,7 @@ mod contacts;
 mod control;
 mod convert;
 mod cosim;
+mod cosim_view;
 mod filled;
 mod info;
 mod inject;
@@ -21,8 +23,10 @@ mod mesh_file;
 pub mod model_file;
 pub mod offline;
 pub mod options;
+mod picture;
 mod press;
 mod probe;
+mod recorded;
 mod replay;
 pub mod reports;
 mod restore;
@@ -40,6 +44,7 @@ mod tool;
 pub mod values;
 mod verdict;
 pub mod version;
+mod view;
 mod watch;
 
 pub use bake::BodyArgs;
@@ -94,6 +99,7 @@ enum Work {
     Convert(convert::Args),
     Info(info::Args),
     Run(run::Args),
+    Picture(picture::Args),
     Replay(replay::Args),
     Serve(serve::Args),
     Control(control::Args),
@@ -102,6 +108,7 @@ enum Work {
     Command(command::Args),
     Cosim(cosim::Args),
     Latency(latency::Args),
+    View(view::Args),
     Completions(completions::Args),
     Man(man::Args),
 }
@@ -130,6 +137,7 @@ impl Cli {
             Work::Convert(args) => convert::execute(&args),
             Work::Info(args) => info::execute(&args),
             Work::Run(args) => run::execute(&args),
+            Work::Picture(args) => picture::execute(&args),
             Work::Replay(args) => replay::execute(&args),
             Work::Serve(args) => serve::execute(&args),
             Work::Control(args) => control::execute(&args),
@@ -138,6 +146,7 @@ impl Cli {
             Work::Command(args) => command::execute(&args),
             Work::Cosim(args) => cosim::execute(&args),
             Work::Latency(args) => latency::execute(&args),
+            Work::View(args) => view::execute(&args),
             Work::Completions(args) => completions::execute(lab::listed(Self::command()), &args),
             Work::Man(args) => man::execute(lab::listed(Self::command()), &args),
         }

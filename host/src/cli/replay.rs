@@ -1,12 +1,11 @@
 //! `chaincell replay`: a trace once more, to the same bits.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use chaincell_kernel::trace::{End, Reader, ReplayError};
+use chaincell_kernel::trace::{End, ReplayError};
 use serde::Serialize;
 
-use super::model_file;
-use super::restore;
+use super::recorded::{Begun, RecordedArgs};
 use super::shared::PrintArgs;
 use crate::choice;
 use crate::engine::tissue::TissueEngine;
@@ -25,11 +24,8 @@ use crate::words::counted;
     Exit code 0 when every tick gave the recorded bits, 1 when one differs (the first is named), \
     2 when the trace cannot be played.")]
 pub struct Args {
-    /// Trace from `run`, `serve`, `cosim` or firmware, or the folder of such a run
-    trace: PathBuf,
-    /// Model file that the trace was recorded with [default: model.chaincell beside the trace]
-    #[arg(long, value_name = "MODEL")]
-    model: Option<PathBuf>,
+    #[command(flatten)]
+    session: RecordedArgs,
     /// Begin behind the snapshot after this tick, from TRACE.TICK.snapshot
     #[arg(long, value_name = "TICK", allow_negative_numbers = true)]
     from: Option<u64>,
@@ -67,32 +63,25 @@ struct Difference {
 pub fn execute(args: &Args) -> Result<()> {
     // Nothing is written, and a single tick may take long.
     interrupt::end_at_once()?;
-    let path = &place(&args.trace);
-    let bytes = recording::read(path)?;
-    let trace = Reader::open(&bytes).map_err(|why| Error::file("replay", path, why))?;
-    let model_path = model_path(args, path)?;
-    let image = model_file::read(&model_path)?;
-    let model = model_file::parse(&image, &model_path)?;
-    let (mut tissue, scheme, numbers) = recording::tissue(&trace, path, model)?;
-    let start = restore::start((&trace, path), &bytes, args.from, &mut tissue)?;
+    // Open the trace and its model.
+    let session = args.session.read()?;
+    let Begun { trace, model, mut tissue, scheme, precision, start } = session.begin(args.from)?;
+    let path = &session.path;
+    // Play the records.
     let mut played = Played::default();
     let (end, differs) = match recording::play(&trace, &mut tissue, start, &mut played) {
         Ok(end) => (Some(end), None),
         Err(Stop::Differs(why)) => (None, Some(why)),
-        Err(Stop::Command(record)) => {
-            let why = format_args!(
-                "the command of record {record} does not fit the model: take the model and the \
-                 release that it was recorded with"
-            );
-            return Err(Error::file("replay", path, why));
-        }
+        Err(Stop::Command(record)) => return Err(session.bad_command(record)),
+        Err(Stop::Enough) => (None, None),
     };
+    // Report and judge.
     let Played { ticks, commands, compared, .. } = played;
     let report = ReplayReport {
         cells: model.cells(),
         links: model.links(),
         scheme,
-        precision: numbers,
+        precision,
         model_checksum: format!("{:08x}", model.checksum()),
         ticks,
         commands,
@@ -122,27 +111,6 @@ pub fn execute(args: &Args) -> Result<()> {
         terminal::say(format_args!("  {:<14}{commands}", "commands"))?;
     }
     terminal::say(format_args!("  {:<14}{}", "state hash", report.state_hash))
-}
-
-/// The trace itself, of a file or of a run's folder.
-fn place(given: &Path) -> PathBuf {
-    if given.is_dir() { given.join(recording::TRACE) } else { given.to_owned() }
-}
-
-/// The model that was named, else the one beside the trace.
-fn model_path(args: &Args, trace: &Path) -> Result<PathBuf> {
-    if let Some(model) = &args.model {
-        return Ok(model.clone());
-    }
-    let beside = trace.with_file_name(recording::MODEL);
-    if beside.exists() {
-        return Ok(beside);
-    }
-    let why = format_args!(
-        "there is no {} beside it: name the model of the recording with --model",
-        recording::MODEL
-    );
-    Err(Error::file("replay", trace, why))
 }
 
 /// What the outcome means; `is_named`: a snapshot was named to begin from.

@@ -10,6 +10,7 @@ use serde::Serialize;
 
 use super::mesh_file::Units;
 use super::model_file;
+use super::picture;
 use super::press::{Motion, PressArgs};
 use super::shared::PrintArgs;
 use super::snapshots::{SnapshotArgs, Snapshots};
@@ -28,11 +29,12 @@ use crate::files::output::{Answer, ContactRows, Folder, ToolRows, cells_csv, for
 use crate::files::path::{self, Paths, Rules};
 use crate::files::recording;
 use crate::files::recording::{Recording, TraceFile};
-use crate::files::whole::folder_of;
-use crate::files::whole::write_whole;
+use crate::files::whole::{check_writable, folder_of, write_whole};
 use crate::interrupt;
+use crate::picture::chart::Chart;
+use crate::picture::{ForceCurve, Largest};
 use crate::session::timing::histogram::{Latencies, Summary};
-use crate::terminal;
+use crate::terminal::{self, Progress};
 use crate::words::counted;
 
 /// Run a path of tool positions offline and write forces, positions and a summary.
@@ -42,7 +44,7 @@ use crate::words::counted;
     chaincell run liver.chaincell --motion press --contact probe:0.012 --seconds 2 \
     --snapshot-every 20 --out press\n\n\
     A path has the header tick,x_m,y_m,z_m,engaged and a row for each consecutive tick.\n\
-    --out gets force.csv, cells_final.csv, final.vtu, summary.json, the model and session.trace, which\n\
+    --out gets force.csv with its curves in force.svg and force_depth.svg, cells_final.csv, final.vtu, summary.json, the model and session.trace, which\n\
     `chaincell replay` plays; path.csv of a motion; of snapshots cells_<tick>.csv, state_<tick>.vtu\n\
     and series.pvd, which ParaView opens.")]
 pub struct Args {
@@ -61,6 +63,9 @@ pub struct Args {
     /// A copy of the trace in this file
     #[arg(long, value_name = "FILE")]
     trace: Option<PathBuf>,
+    /// A picture (PNG) of the tick with the largest force: the body, coloured by displacement, and the tools
+    #[arg(long, value_name = "FILE")]
+    picture: Option<PathBuf>,
     /// Overwrite the results of an earlier run in --out, and an earlier --trace
     #[arg(long)]
     force: bool,
@@ -121,16 +126,9 @@ pub fn execute(args: &Args) -> Result<()> {
     let poses = &paths.poses;
     let snapshot_ticks = args.snapshots.of(poses)?;
     check_sweeps(args, &tissue, poses)?;
-    if let Some(trace) = &args.trace
-        && (args.out.exists() || folder_of(trace).exists())
-    {
-        // Earlier results are not removed for a run that cannot be.
-        recording::check_place(trace, args.force)?;
-    }
-    // Nor for one that has no room.
-    let rows = poses.iter().map(Vec::len).sum();
+    let rows: usize = poses.iter().map(Vec::len).sum();
     let records = rows * (1 + tissue.tools());
-    Folder::check_room(&args.out, records)?;
+    check_places(args, records)?;
     let folder = Folder::open(&args.out, args.force)?;
     let (scheme, precision) = (tissue.engine().scheme(), args.tissue.precision);
     let begun = Recording::begin(tissue.engine(), scheme, precision, tissue.settings())?;
@@ -148,12 +146,11 @@ pub fn execute(args: &Args) -> Result<()> {
     }
     let mut snapshots = Snapshots::new(&snapshot_ticks, &folder);
     let mut executed = Vec::with_capacity(rows);
-    let (mut contacts, mut tools) = (ContactRows::default(), ToolRows::default());
+    let mut rows = Rows { draws: args.picture.is_some(), ..Rows::default() };
     let played = play(&mut tissue, &paths, |pose, of_tools, output, tissue| {
         trace.add_tools(&record(pose, tissue), of_tools.each());
         executed.push(*pose);
-        add_tools(&mut tools, pose.tick, output, tissue);
-        contacts.after(pose.tick, tissue.engine_mut());
+        rows.after(pose, of_tools, output, tissue);
         snapshots.after(pose.tick, tissue.engine_mut())
     })?;
     trace.finish()?;
@@ -163,8 +160,7 @@ pub fn execute(args: &Args) -> Result<()> {
     snapshots.finish()?;
     let nodes = tissue.engine_mut().nodes();
     folder.write("force.csv", force_csv(&played.answers).as_bytes())?;
-    contacts.write(&folder, tissue.engine())?;
-    tools.write(&folder, tissue.tools())?;
+    rows.write(&folder, &tissue)?;
     folder.write("cells_final.csv", cells_csv(&nodes).as_bytes())?;
     folder.write("final.vtu", vtu(tissue.engine_mut(), &nodes).as_bytes())?;
     let summary = RunSummary {
@@ -185,7 +181,8 @@ pub fn execute(args: &Args) -> Result<()> {
         stage: args.stage.report()?,
     };
     folder.write_json("summary.json", &summary)?;
-    report(args, &summary, &played, far(args, &tissue, &executed))?;
+    let drawn = rows.picture(args, &tissue)?;
+    report(args, &summary, &played, far(args, &tissue, &executed), drawn.as_deref())?;
     if summary.interrupted { Err(Error::interrupted(Some(&args.out))) } else { Ok(()) }
 }
 
@@ -219,12 +216,68 @@ fn record(pose: &Pose, tissue: &mut Staged<'_>) -> Record {
     Record { sweeps: pose.sweeps, state_hash, ..Record::of(pose.tick, ToolPose::from(*pose)) }
 }
 
-/// Adds what all tools felt in a tick.
-fn add_tools(rows: &mut ToolRows, tick: u64, output: &TickOutput, tissue: &mut Staged<'_>) {
-    for tool in 0..tissue.tools() {
-        let felt = tissue.felt(tool);
-        rows.add(tick, tool, &felt, output.flags.0);
+/// What is collected tick by tick for the results.
+#[derive(Default)]
+struct Rows {
+    contacts: ContactRows,
+    tools: ToolRows,
+    curve: ForceCurve,
+    /// True if a picture is wanted.
+    draws: bool,
+    largest: Largest,
+}
+
+impl Rows {
+    /// Adds a tick that has been made.
+    fn after(
+        &mut self,
+        pose: &Pose,
+        of_tools: &Poses,
+        output: &TickOutput,
+        tissue: &mut Staged<'_>,
+    ) {
+        for tool in 0..tissue.tools() {
+            let felt = tissue.felt(tool);
+            self.tools.add(pose.tick, tool, &felt, output.flags.0);
+        }
+        self.contacts.after(pose.tick, tissue.engine_mut());
+        let force_n = output.force_n.into();
+        self.curve.add(pose.tick, pose.position_m, force_n, output.contacts > 0);
+        if self.draws {
+            self.largest.after(tissue.engine_mut(), pose.tick, of_tools.each(), force_n);
+        }
     }
+
+    /// Writes tables and curves.
+    fn write(&self, folder: &Folder, tissue: &Staged<'_>) -> Result<()> {
+        let svg = |chart: Chart| chart.draw().in_both_lights();
+        folder.write("force.svg", svg(self.curve.over_time()).as_bytes())?;
+        folder.write("force_depth.svg", svg(self.curve.over_depth()).as_bytes())?;
+        self.contacts.write(folder, tissue.engine())?;
+        self.tools.write(folder, tissue.tools())
+    }
+
+    /// Draws the tick of the largest force where a picture is wanted, and says so.
+    fn picture(&self, args: &Args, tissue: &Staged<'_>) -> Result<Option<String>> {
+        let Some(out) = &args.picture else { return Ok(None) };
+        picture::of_run(&self.largest, tissue.engine(), out)
+    }
+}
+
+/// Refuses places that cannot be written, before anything is removed or made.
+fn check_places(args: &Args, records: usize) -> Result<()> {
+    if let Some(trace) = &args.trace
+        && (args.out.exists() || folder_of(trace).exists())
+    {
+        recording::check_place(trace, args.force)?;
+    }
+    // A picture may go into the folder that the run makes.
+    if let Some(picture) = &args.picture
+        && picture.parent() != Some(&args.out)
+    {
+        check_writable(picture)?;
+    }
+    Folder::check_room(&args.out, records)
 }
 
 /// Whether both are the same file.
@@ -278,14 +331,14 @@ pub fn play(
         step: Latencies::new()?,
         poses_repeated: 0,
     };
-    let progress = terminal::progress(poses as u64, "run");
+    let progress = Progress::new(poses as u64, "run");
     'session: for (sequence, poses) in paths.poses.iter().enumerate() {
         let mut order = TickOrder::default();
         for (at, pose) in poses.iter().enumerate() {
             if interrupt::asked() {
                 break 'session;
             }
-            progress.inc(1);
+            progress.step();
             if order.take(pose.tick) != TickPlace::Next {
                 played.poses_repeated += 1;
                 continue;
@@ -299,7 +352,7 @@ pub fn play(
             after(pose, &Poses::of_tools(tissue.tools(), poses), &output, tissue)?;
         }
     }
-    progress.finish_and_clear();
+    drop(progress);
     Ok(played)
 }
 
@@ -321,7 +374,13 @@ impl Played {
     }
 }
 
-fn report(args: &Args, summary: &RunSummary, played: &Played, far: Option<Far>) -> Result<()> {
+fn report(
+    args: &Args,
+    summary: &RunSummary,
+    played: &Played,
+    far: Option<Far>,
+    drawn: Option<&str>,
+) -> Result<()> {
     let magnitude = |a: &Answer| {
         let [x, y, z]: [f32; 3] = a.output.force_n.into();
         x.hypot(y).hypot(z)
@@ -356,6 +415,9 @@ fn report(args: &Args, summary: &RunSummary, played: &Played, far: Option<Far>) 
     terminal::say(format_args!("  {:<14}{}", "flags", summary.flag_ticks))?;
     if let Some(untouched) = &summary.never_touched {
         terminal::say(format_args!("  {:<14}{untouched}", "contact"))?;
+    }
+    if let Some(drawn) = drawn {
+        terminal::say(format_args!("  {:<14}{drawn}", "picture"))?;
     }
     terminal::say(format_args!("  {:<14}{}", "results", args.out.display()))
 }

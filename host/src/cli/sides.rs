@@ -25,7 +25,7 @@ use crate::session::loops::inject::Plan;
 use crate::session::loops::serve::POSE_HZ;
 use crate::session::supervise::{CosimOptions, CosimReports, Underway, cosim};
 use crate::session::timing::clock::MILLISECOND_NS;
-use crate::terminal;
+use crate::terminal::Progress;
 use crate::text;
 
 /// Longest wait for `serve` \[s\].
@@ -178,10 +178,10 @@ pub fn run(
         return Err(Error::input("--inject: no pose would be left to answer; lose fewer of them"));
     }
     // Measure the floor.
-    let spinner = terminal::progress(1, "measuring the machine's floor");
+    let spinner = Progress::new(1, "measuring the machine's floor");
     let realtime = !sides.common.no_realtime;
     let floor = floor::measure(sides.common.wait, realtime, floor_ticks, &Domain::default())?;
-    spinner.finish_and_clear();
+    drop(spinner);
     // Write the poses and the settings.
     let sent = files.scratch.join("sent.csv");
     write_whole(&sent, path::to_text(poses.iter().copied()).as_bytes())?;

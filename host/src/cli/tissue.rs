@@ -274,6 +274,14 @@ impl TissueArgs {
         Ok(sphere.map_or_else(|| self.tool.clone(), |sphere| vec![sphere]))
     }
 
+    /// The tools by their parts, none where cells are held.
+    ///
+    /// # Errors
+    /// A radius that cannot be.
+    pub fn tool_texts(&self) -> Result<Vec<String>> {
+        Ok(self.tools()?.into_iter().map(|tool| tool.text).collect())
+    }
+
     /// Every parameter in force.
     pub fn report(&self, engine: &Engine<'_>) -> TissueReport {
         let (model, settings) = (engine.network().model(), engine.network().settings());
@@ -285,7 +293,8 @@ impl TissueArgs {
             Contact::Tools { friction, .. } => Some(friction),
         };
         // They were read once already.
-        let tools = self.tools().unwrap_or_default();
+        let tools = self.tool_texts().unwrap_or_default();
+        // Network time, by sweep or by tick.
         let by_tick = engine.scheme().goes_by_tick();
         let euler = f32::from(settings.sweeps) * settings.step;
         TissueReport {
@@ -302,7 +311,7 @@ impl TissueArgs {
                 _ => by_tick.then_some(settings.tick_time),
             },
             max_torque_n_m: self.max_torque_n_m,
-            tools: tools.into_iter().map(|tool| tool.text).collect(),
+            tools,
             contact_nodes,
             friction,
             alpha: model.alpha(),

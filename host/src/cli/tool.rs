@@ -49,6 +49,7 @@ impl fmt::Display for ToolSpec {
 by_text!(ToolSpec);
 
 fn part(text: &str) -> std::result::Result<ToolPart, String> {
+    // Split KIND:SIZES@PLACE/TURN from its end.
     let (text, turn) = text.split_once('/').map_or((text, None), |(a, b)| (a, Some(b)));
     let (text, place) = text.split_once('@').map_or((text, None), |(a, b)| (a, Some(b)));
     let (kind, sizes) = text.split_once(':').map_or((text, None), |(a, b)| (a, Some(b)));
@@ -77,12 +78,14 @@ fn part(text: &str) -> std::result::Result<ToolPart, String> {
                 .to_owned());
         }
     };
+    // Check the sizes.
     if shape.radius_m <= 0.0 {
         return Err(format!("the radius {} must be above 0 [m]", shape.radius_m));
     }
     if !shape.is_half_space() && shape.half_m.iter().any(|&half| half < 0.0) {
         return Err("a half length must be 0 or more [m]".to_owned());
     }
+    // Put the part into the frame of its tool.
     let centre_m = place.map_or(Some([0.0; 3]), |place| numbers(Some(place)));
     let centre_m =
         centre_m.ok_or("behind @ stands the place in the tool's frame: write @X,Y,Z [m]")?;
@@ -136,6 +139,7 @@ fn numbers<const N: usize>(text: Option<&str>) -> Option<[f32; N]> {
 /// More tools than there may be, a model without a contact surface, a part larger than the body's own
 /// bound, a coefficient of friction out of range.
 pub fn tools(specs: &[ToolSpec], friction: Option<f32>, model: &Model<'_>) -> Result<Contact> {
+    // Check the tools as a whole.
     if specs.len() > TOOLS_MAX {
         return Err(Error::input(format!(
             "--tool is given {} times: there are at most {TOOLS_MAX} tools",
@@ -153,6 +157,7 @@ pub fn tools(specs: &[ToolSpec], friction: Option<f32>, model: &Model<'_>) -> Re
     if !(0.0..=FRICTION_MAX).contains(&friction) {
         return Err(Error::input(format!("--friction {friction}: must be 0 to {FRICTION_MAX}")));
     }
+    // Check the sizes of the parts against the body.
     let most_m = model.saturation() * model.unit_m();
     for spec in specs {
         let ToolSpec { text, is_probe, parts } = spec;

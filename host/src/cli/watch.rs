@@ -117,6 +117,7 @@ pub fn watch<T: Viewed>(
         let served = reader.is_served();
         match reader.take()? {
             Some(message) => {
+                // A line is printed now and then only.
                 let is_told = now_ns() >= line_ns;
                 take(message, is_told)?;
                 if is_told {

@@ -44,7 +44,7 @@ impl fmt::Display for ForceError {
     }
 }
 
-/// Errors of the ticks in which a force acts, by size; at least one.
+/// Errors of ticks by size; at least one.
 #[derive(Debug, Clone)]
 pub struct Errors(Vec<f64>);
 

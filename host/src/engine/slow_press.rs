@@ -12,7 +12,7 @@ use super::reach::extent_m;
 use super::{Arithmetic, Contact, Engine, Scheme};
 use crate::error::{Error, Result};
 use crate::interrupt;
-use crate::terminal;
+use crate::terminal::Progress;
 
 /// Depth of the press, in lengths of the body along the press.
 const SHARE: f64 = 0.6;
@@ -72,13 +72,13 @@ pub fn slow_press(model: &Model<'_>, radius_m: f32) -> Result<SlowPress> {
     let steps = (deepest_m / (STEP * f64::from(radius_m))).ceil().clamp(fewest, most);
     let step_m = deepest_m / steps;
     let (touch_m, direction) = (Vector3::from(way.touch_m), Vector3::from(way.direction));
-    let progress = terminal::progress(steps as u64, "press");
+    let progress = Progress::new(steps as u64, "press");
     let mut press = SlowPress { pressed_m: 0.0, step_m, behind: None, lost_m: None };
     let mut has_touched = false;
     // Press step by step, and let the body come to rest after each.
     for step in 0..=steps as u64 {
         interrupt::check()?;
-        progress.inc(1);
+        progress.step();
         press.pressed_m = step_m * step as f64;
         let position_m = (touch_m + direction * press.pressed_m).map(|x| x as f32);
         let sample = ToolPose::at(position_m, 1);
@@ -99,7 +99,7 @@ pub fn slow_press(model: &Model<'_>, radius_m: f32) -> Result<SlowPress> {
             press.behind = Some(Behind { depth_m, force_n, least_n: force_n, by_energy });
         }
     }
-    progress.finish_and_clear();
+    drop(progress);
     Ok(press)
 }
 

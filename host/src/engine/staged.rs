@@ -27,6 +27,8 @@ pub struct Staged<'m> {
     engaged: [bool; TOOLS_MAX],
     /// The last output of each tool; without stages only that of the first.
     last: [TickOutput; TOOLS_MAX],
+    /// Poses that the tissue got in the last tick.
+    passed: Poses,
 }
 
 impl<'m> Staged<'m> {
@@ -51,7 +53,7 @@ impl<'m> Staged<'m> {
         }
         let (max_torque_n_m, engaged) = (f32::INFINITY, [false; TOOLS_MAX]);
         let last = [TickOutput::NONE; TOOLS_MAX];
-        Ok(Self { engine, stages, max_torque_n_m, engaged, last })
+        Ok(Self { engine, stages, max_torque_n_m, engaged, last, passed: Poses::NONE })
     }
 
     /// Limits the torques of tools from now on \[N m\]. It changes no bit of the tissue.
@@ -96,6 +98,12 @@ impl<'m> Staged<'m> {
         self.engaged = saved.engaged;
         self.last = [TickOutput::NONE; TOOLS_MAX];
         Ok(())
+    }
+
+    /// Poses that the tissue got in the last tick: those of the device after the stages.
+    #[must_use]
+    pub fn passed(&self) -> &Poses {
+        &self.passed
     }
 
     /// The stage's settings; `None` without a stage.
@@ -227,9 +235,11 @@ impl Staged<'_> {
             false => *first,
         };
         let Some(stage) = self.stages.first_mut() else {
+            self.passed = Poses::of(&[device]);
             return self.engine.tick_by(&[device], budget);
         };
         let tool = stage.sample(&device);
+        self.passed = Poses::of(&[tool]);
         let output = self.engine.tick_by(&[tool], budget);
         stage.output(&output)
     }
@@ -246,6 +256,7 @@ impl Staged<'_> {
     /// A tick of tools without a stage.
     fn tick_plain(&mut self, poses: &Poses, budget: Budget<'_>) -> TickOutput {
         self.note_engaged(poses);
+        self.passed = *poses;
         self.last[0] = self.engine.tick_by(poses.each(), budget);
         if !self.feels(0) {
             // Other tools may be engaged: a late tick would repeat the force.
@@ -264,6 +275,7 @@ impl Staged<'_> {
             let engaged = if are_good { pose.engaged } else { u32::MAX };
             *pose = stage.sample(&ToolPose { engaged, ..*pose });
         }
+        self.passed = behind;
         let is_bad = !behind.are_good();
         let output = self.engine.tick_by(behind.each(), budget);
         // Pass the output of each tool through its stage.

@@ -30,6 +30,19 @@ pub fn keep_input(input: &str, output: &Path) -> Result<()> {
     Ok(())
 }
 
+/// Refuses a place that [`write_whole`] could not write, before the work whose result is to stand there.
+///
+/// # Errors
+/// As [`write_whole`]; a folder in its place.
+pub fn check_writable(path: &Path) -> Result<()> {
+    input::keep(path)?;
+    if fs::metadata(path).is_ok_and(|there| !there.is_file()) {
+        return Err(Error::file("write", path, "it is there and no file; name another one"));
+    }
+    let failed = |why: std::io::Error| Error::file("write", path, cause(&why));
+    tempfile::tempfile_in(folder_of(path)).map(|_| ()).map_err(failed)
+}
+
 /// Writes a file under another name in the same folder first, so that it appears whole or not at all.
 /// Refuses devices, sockets and pipes, which a new file would replace. If the path is a link, its target is
 /// written.

@@ -572,11 +572,72 @@ typedef struct chaincell_settings {
     int32_t drive;
 } chaincell_settings;
 
+/**
+ * Settings of the output stage; each part may be absent.
+ */
+typedef struct chaincell_stage_settings {
+    /**
+     * Time of a tick, 1e-5 to 1 [s].
+     */
+    float tick_s;
+    /**
+     * A spring and damper between the device and the tool in the tissue.
+     * Other than 0 if it is there.
+     */
+    uint32_t coupling;
+    /**
+     * Stiffness, 1 to 1e6 [N/m].
+     */
+    float coupling_n_per_m;
+    /**
+     * Damping, 0 to 1e6 [N s/m].
+     */
+    float coupling_n_s_per_m;
+    /**
+     * Assumptions of the passivity observer about the device. If the controller cannot compensate the
+     * generated energy, the force is lowered along the ramp, which needs `ramp_ticks` of 2 or more.
+     * Other than 0 if it is there.
+     */
+    uint32_t passivity;
+    /**
+     * Damping that the device's mechanics have at least, 0 to 1e6 [N s/m].
+     */
+    float device_damping_n_s_per_m;
+    /**
+     * Ticks between an answer and the device's force, 0 to 16, without a coupling 0 or 1: 0 if the force of
+     * a tick acts from that tick's sample to the next, 1 if it acts a tick later. From 2 on the coupling
+     * shows at most 0.65 of the stiffness that is passive with this delay.
+     */
+    uint32_t delay_ticks;
+    /**
+     * Largest change of the force, infinite for none [N/s].
+     */
+    float max_slew_n_per_s;
+    /**
+     * Largest force, infinite for none [N].
+     */
+    float max_force_n;
+    /**
+     * Largest speed of the hand, infinite for none: an engaged pose that is farther from the last one than
+     * this allows is a bad sample [m/s].
+     */
+    float max_speed_m_per_s;
+    /**
+     * Ticks in which the force rises to its full value after engaging and after a silence, and in which it
+     * falls to zero when samples stop; 0 for none, at most 60,000.
+     */
+    uint32_t ramp_ticks;
+    /**
+     * Ticks without a sample after which the force falls to zero, 0 for never, at most 60,000.
+     */
+    uint32_t watchdog_ticks;
+} chaincell_stage_settings;
+
 
 /**
  * Version of this interface: major 65,536, minor 256, patch 1.
  */
-#define CHAINCELL_VERSION 2048
+#define CHAINCELL_VERSION 2304
 
 /**
  * At most so many bytes stand before a tissue's arrays, and so many words of the size of an
@@ -806,59 +867,6 @@ typedef struct chaincell_info {
      */
     float energy_max_j;
 } chaincell_info;
-
-/**
- * The stages between a tissue and a device; each may be absent.
- */
-typedef struct chaincell_stage_settings {
-    /**
-     * Time of a tick, 1e-5 to 1 [s].
-     */
-    float tick_s;
-    /**
-     * Stiffness of the virtual coupling, 1 to 1e6, 0 for none [N/m].
-     */
-    float coupling_n_per_m;
-    /**
-     * Its damping, 0 to 1e6 [N s/m].
-     */
-    float coupling_n_s_per_m;
-    /**
-     * Other than 0 for passivity observer and controller.
-     */
-    uint32_t passivity;
-    /**
-     * Damping that the device's own mechanics have for sure, 0 to 1e6 [N s/m].
-     */
-    float device_damping_n_s_per_m;
-    /**
-     * Ticks between an answer and the device's pushing with it, 0 to 16, without a coupling 0 or 1.
-     * From 2 on the coupling is weakened to what is passive with it.
-     */
-    uint32_t delay_ticks;
-    /**
-     * Largest change of the force, infinite for none [N/s].
-     */
-    float max_slew_n_per_s;
-    /**
-     * Largest force, infinite for none [N].
-     */
-    float max_force_n;
-    /**
-     * Largest speed of the hand, infinite for none: an engaged pose farther from the last one than this
-     * admits is a bad sample [m/s].
-     */
-    float max_speed_m_per_s;
-    /**
-     * Ticks in which the force rises after engaging and after a silence, and in which it falls
-     * when samples stop; 0 for none, at most 60,000.
-     */
-    uint32_t ramp_ticks;
-    /**
-     * Ticks without a sample after which the force falls, 0 for never, at most 60,000.
-     */
-    uint32_t watchdog_ticks;
-} chaincell_stage_settings;
 
 /**
  * Storage of an output stage. Its content is nobody's business; it may be copied, and refers to
@@ -1146,7 +1154,7 @@ chaincell_code chaincell_settings_default(const struct chaincell_model *model,
  * Safety
  * `settings` is storage for the answer.
  */
-chaincell_code chaincell_stage_default(int32_t device, struct chaincell_stage_settings *settings);
+chaincell_code chaincell_stage_default(int32_t device, chaincell_stage_settings *settings);
 
 /**
  * Puts a stage at rest into storage. Unless the answer is 0 there is no stage afterwards.
@@ -1155,7 +1163,7 @@ chaincell_code chaincell_stage_default(int32_t device, struct chaincell_stage_se
  * `stage` is storage for a stage, `settings` are settings.
  */
 chaincell_code chaincell_stage_init(struct chaincell_stage *stage,
-                                    const struct chaincell_stage_settings *settings);
+                                    const chaincell_stage_settings *settings);
 
 /**
  * What the tissue is to be given for what the device has measured: the tool behind the coupling.

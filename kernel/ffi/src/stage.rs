@@ -1,6 +1,7 @@
 //! The output stage: what stands between a tissue's answer and a hand.
 
-use chaincell_kernel::stage::{Coupling, Device, Passivity, Stage};
+pub use chaincell_kernel::stage::PlainStageSettings as StageSettings;
+use chaincell_kernel::stage::{Device, Stage};
 use chaincell_kernel::{Choice, Flags, TickOutput};
 
 use crate::code::{Code, Refusal};
@@ -22,78 +23,6 @@ pub struct StageStorage {
 impl StageStorage {
     /// Storage without a stage.
     pub const EMPTY: Self = Self { opaque: [0; STAGE_WORDS] };
-}
-
-/// The stages between a tissue and a device; each may be absent.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[repr(C)]
-pub struct StageSettings {
-    /// Time of a tick, 1e-5 to 1 \[s\].
-    pub tick_s: f32,
-    /// Stiffness of the virtual coupling, 1 to 1e6, 0 for none \[N/m\].
-    pub coupling_n_per_m: f32,
-    /// Its damping, 0 to 1e6 \[N s/m\].
-    pub coupling_n_s_per_m: f32,
-    /// Other than 0 for passivity observer and controller.
-    pub passivity: u32,
-    /// Damping that the device's own mechanics have for sure, 0 to 1e6 \[N s/m\].
-    pub device_damping_n_s_per_m: f32,
-    /// Ticks between an answer and the device's pushing with it, 0 to 16, without a coupling 0 or 1.
-    /// From 2 on the coupling is weakened to what is passive with it.
-    pub delay_ticks: u32,
-    /// Largest change of the force, infinite for none \[N/s\].
-    pub max_slew_n_per_s: f32,
-    /// Largest force, infinite for none \[N\].
-    pub max_force_n: f32,
-    /// Largest speed of the hand, infinite for none: an engaged pose farther from the last one than this
-    /// admits is a bad sample \[m/s\].
-    pub max_speed_m_per_s: f32,
-    /// Ticks in which the force rises after engaging and after a silence, and in which it falls
-    /// when samples stop; 0 for none, at most 60,000.
-    pub ramp_ticks: u32,
-    /// Ticks without a sample after which the force falls, 0 for never, at most 60,000.
-    pub watchdog_ticks: u32,
-}
-
-impl StageSettings {
-    fn of(kernel: &chaincell_kernel::stage::StageSettings) -> Self {
-        let coupling = kernel.coupling;
-        let passivity = kernel.passivity;
-        Self {
-            tick_s: kernel.tick_s,
-            coupling_n_per_m: coupling.map_or(0.0, |of| of.stiffness_n_per_m),
-            coupling_n_s_per_m: coupling.map_or(0.0, |of| of.damping_n_s_per_m),
-            passivity: u32::from(passivity.is_some()),
-            device_damping_n_s_per_m: passivity.map_or(0.0, |of| of.device_damping_n_s_per_m),
-            delay_ticks: passivity.map_or(0, |of| u32::from(of.delay_ticks)),
-            max_slew_n_per_s: kernel.max_slew_n_per_s,
-            max_force_n: kernel.max_force_n,
-            max_speed_m_per_s: kernel.max_speed_m_per_s,
-            ramp_ticks: u32::from(kernel.ramp_ticks),
-            watchdog_ticks: u32::from(kernel.watchdog_ticks),
-        }
-    }
-
-    fn kernel(&self) -> Result<chaincell_kernel::stage::StageSettings, Code> {
-        let ticks = |ticks: u32| u16::try_from(ticks).map_err(|_| Code::StageTicks);
-        let delay_ticks = u8::try_from(self.delay_ticks).map_err(|_| Code::StagePassivity)?;
-        let coupling = Coupling {
-            stiffness_n_per_m: self.coupling_n_per_m,
-            damping_n_s_per_m: self.coupling_n_s_per_m,
-        };
-        let passivity =
-            Passivity { device_damping_n_s_per_m: self.device_damping_n_s_per_m, delay_ticks };
-        Ok(chaincell_kernel::stage::StageSettings {
-            tick_s: self.tick_s,
-            coupling: (self.coupling_n_per_m != 0.0).then_some(coupling),
-            passivity: (self.passivity != 0).then_some(passivity),
-            max_slew_n_per_s: self.max_slew_n_per_s,
-            max_force_n: self.max_force_n,
-            max_speed_m_per_s: self.max_speed_m_per_s,
-            ramp_ticks: ticks(self.ramp_ticks)?,
-            watchdog_ticks: ticks(self.watchdog_ticks)?,
-        })
-    }
 }
 
 /// "CHst": a stage stands in the storage.
@@ -137,7 +66,7 @@ pub unsafe extern "C" fn chaincell_stage_default(
 ) -> Code {
     let device = u16::try_from(device).ok().and_then(Device::from_code);
     let Some(device) = device else { return Code::StageDevice };
-    let value = StageSettings::of(&chaincell_kernel::stage::StageSettings::for_device(device));
+    let value = chaincell_kernel::stage::StageSettings::for_device(device).plain();
     // SAFETY: the caller's promises are handed on.
     Code::of(unsafe { memory::write(settings, value) })
 }
@@ -157,7 +86,7 @@ pub unsafe extern "C" fn chaincell_stage_init(
     }
     // SAFETY: the caller's promises are handed on.
     Code::of(unsafe { memory::read(settings) }.and_then(|settings| {
-        let value = Stage::new(settings.kernel()?).map_err(Code::from)?;
+        let value = settings.settings().and_then(Stage::new).map_err(Code::from)?;
         // SAFETY: a slot fits into the storage by size and alignment, and the storage was written.
         unsafe { stage.cast::<Slot>().write(Slot { tag: STAGE_TAG, stage: value }) };
         Ok(())

@@ -7,7 +7,7 @@
 mod written;
 
 use chaincell_ffi::Code;
-use chaincell_kernel::stage::Device;
+use chaincell_kernel::stage::{Device, StageSettings};
 use chaincell_kernel::{Choice, Drive, Flags, SettingField, SettingKind, Settings, Unloading};
 use written::{Header, codes, comment, defines};
 
@@ -53,6 +53,11 @@ fn header() -> Header {
             choice::<Unloading>("chaincell_unloading", " When the links' bands close."),
             choice::<Drive>("chaincell_drive", " Effect of the tool's displacement."),
             settings("chaincell_settings", " Parameters of a run.", &Settings::FIELDS),
+            settings(
+                "chaincell_stage_settings",
+                " Settings of the output stage; each part may be absent.",
+                StageSettings::FIELDS,
+            ),
         ]
         .concat(),
     }

@@ -124,6 +124,7 @@ impl<V: F32x8> Real for V {
 
 /// A number with the usual arithmetic operators.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[repr(transparent)]
 pub(crate) struct Lane<V>(pub V);
 
 impl<V: Real> Lane<V> {

@@ -12,6 +12,7 @@ use crate::backend::slice_set::SliceSet;
 use crate::backend::slices::{Chunks, ChunksMut};
 use crate::backend::{Work, run};
 use crate::model::parts::PARTS;
+use crate::model::terms::NoTerm;
 use crate::number::cell::Cell;
 use crate::number::two_float::{LANES, Lanes, TwoFloat};
 
@@ -56,9 +57,8 @@ pub(crate) fn residual(
     let (slices, list) = (0..terms.model.slice_count(), || (terms.list(), terms.states));
     let (vectors, held) = (terms.vectors, terms.held());
     if terms.states.any() {
-        let (awake, cells) = (changed, at);
-        run(vectors, Displace { awake, slices: slices.clone(), cells, list });
-        run(vectors, Update { awake, slices: slices.clone(), at, list });
+        run(vectors, Displace { slices: changed.iter_in(slices.clone()), cells: at, list });
+        run(vectors, Update { awake: changed, slices: slices.clone(), at, list });
     }
     run(vectors, SlicedResidual { awake, slices, at, residual, held, list, reduce });
     true
@@ -84,8 +84,8 @@ pub(crate) fn residual_in_parts(
     let list = move || (list, states.get());
     // Update the terms' states.
     if terms.states.any() {
-        let cells = at;
-        team.run(vectors, parts.each(|slices| Displace { awake, slices, cells, list }));
+        let displace = |slices| Displace { slices: awake.iter_in(slices), cells: at, list };
+        team.run(vectors, parts.each(displace));
         team.run(vectors, parts.each(|slices| Update { awake, slices, at, list }));
     }
     // Add up the residuals.
@@ -98,26 +98,40 @@ pub(crate) fn residual_in_parts(
     true
 }
 
+/// Stores the displacements of all cells at states within K, part by part: the team runs them.
+pub(crate) fn displace(terms: Terms<'_, '_>, cells: &[Cell]) {
+    if !takes_slices(terms, cells) {
+        return terms.displace(0..terms.model.slice_count(), cells);
+    }
+    if terms.states.any() {
+        let (list, states) = (terms.list_with(NoTerm), terms.states.shared());
+        let list = move || (list, states.get());
+        let works = terms.model.thread_parts().each(|slices| Displace { slices, cells, list });
+        terms.team.run(terms.vectors, works);
+    }
+}
+
 /// Returns true if unit and model support slices of these cells.
 fn takes_slices(terms: Terms<'_, '_>, at: &[Cell]) -> bool {
     terms.vectors.is_some() && terms.model.slices.is_some() && at.len() == terms.model.cells()
 }
 
-/// Stores the displacements of the cells in the awake slices of a range.
-struct Displace<'a, L> {
-    awake: &'a SliceSet,
-    slices: Range<usize>,
+/// Stores the displacements of the cells in slices.
+struct Displace<'a, S, L> {
+    slices: S,
     cells: &'a [Cell],
     list: L,
 }
 
-impl<'a, T: Term<f32>, L: Fn() -> (T, States<'a>)> Work for Displace<'a, L> {
+impl<'a, S: Iterator<Item = usize>, T: Term<f32>, L: Fn() -> (T, States<'a>)> Work
+    for Displace<'a, S, L>
+{
     type Output = ();
 
     #[inline(always)]
     fn run<V: F32x8>(self) {
         let ((list, states), cells) = ((self.list)(), Chunks::new(self.cells, Cell::ZERO));
-        for slice in self.awake.iter_in(self.slices) {
+        for slice in self.slices {
             list.displace(slice, cells.at(slice), states.all());
         }
     }

@@ -145,7 +145,7 @@ impl SliceMemory<'_> {
 
 /// A number of a lane; 0 beyond the last row.
 #[inline(always)]
-#[cfg_attr(not(any(test, feature = "nodal")), expect(dead_code, reason = "no term has a state"))]
+#[cfg(test)]
 pub(crate) fn number(rows: &[Cell<Row>], row: usize, lane: usize) -> f32 {
     let lanes = rows.get(row).map(Cell::as_array_of_cells);
     lanes.and_then(|lanes| lanes.get(lane)).map_or(0.0, Cell::get)

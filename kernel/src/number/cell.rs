@@ -100,14 +100,11 @@ pub fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
 #[must_use]
 #[inline(always)]
 pub fn output<N: Number>(v: [N; 3], k: N) -> [N; 3] {
+    let low = k.opposite();
+    // Two selections one after the other are two instructions where the target has such.
     let one = |v: N| {
-        if v > k {
-            k
-        } else if v < k.opposite() {
-            k.opposite()
-        } else {
-            v
-        }
+        let v = if v < low { low } else { v };
+        if v > k { k } else { v }
     };
     [one(v[0]), one(v[1]), one(v[2])]
 }

@@ -75,6 +75,7 @@ mod answer;
 mod controller;
 mod coupling;
 mod delay;
+mod device;
 mod finite;
 mod limit;
 mod observer;
@@ -88,11 +89,12 @@ mod unpaid;
 mod watchdog;
 
 pub use delay::{DELAY_TICKS_MAX, passive_stiffness_n_per_m};
+pub use device::Device;
 pub use ramp::{on_ramp, ramp_share};
 pub use reach::{Pose, Reach};
 pub use settings::{
-    COUPLING_MAX, COUPLING_MIN, Coupling, DELAY_MAX, Device, HAND_SPEED_MAX_M_PER_S, Passivity,
-    StageError, StageSettings, TICK_S, TICKS_MAX,
+    COUPLING_MAX, COUPLING_MIN, Coupling, DELAY_MAX, HAND_SPEED_MAX_M_PER_S, Passivity,
+    PlainStageSettings, StageError, StageSettings, TICK_S, TICKS_MAX,
 };
 pub use slew::slew_limited;
 

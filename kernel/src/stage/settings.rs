@@ -1,7 +1,8 @@
 //! Settings of the output stage, and their check.
 
-use crate::number::kept::kept;
-use crate::tick::choice::choices;
+use super::device::Device;
+use crate::number::kept::{Kept, kept};
+use crate::tick::settings::{SettingField, Word};
 
 /// Largest ramp or watchdog \[ticks\].
 pub const TICKS_MAX: u16 = 60_000;
@@ -19,133 +20,166 @@ pub const COUPLING_MAX: f32 = 1.0e6;
 /// Largest speed of a hand; the fastest arm strokes are slower [m/s].
 pub const HAND_SPEED_MAX_M_PER_S: f32 = 5.0;
 
-kept! {
-    /// A spring and damper between the device and the tool in the tissue.
-    #[derive(Debug, Clone, Copy, PartialEq)]
-    pub struct Coupling {
-        /// Stiffness, [`COUPLING_MIN`] to [`COUPLING_MAX`] \[N/m\].
-        pub stiffness_n_per_m: f32,
-        /// Damping, 0 to [`COUPLING_MAX`] [N s/m].
-        pub damping_n_s_per_m: f32,
-    }
+/// Defines the settings in one table, in the order of traces and of C. A line is `name: type = value without its
+/// limit, check, error;` after its meaning. A part may be absent: it is a struct of its own, whose lines are `field
+/// as name in C: type, check;`. In traces and in C its fields follow a number that says whether it is there.
+macro_rules! stage_settings {
+    (
+        $(#[doc = $of_all:literal])+ $all:ident, $plain:ident;
+        first { $($(#[doc = $first_meaning:literal])+ $first:ident: $first_type:ty
+            = $first_none:expr, $first_check:expr, $first_error:expr;)+ }
+        $(part {
+            $(#[doc = $of_part:literal])+ $name:ident: $part:ident, $error:expr;
+            $($(#[doc = $meaning:literal])+ $field:ident as $flat:ident: $type:ty, $check:expr;)+
+        })+
+        last { $($(#[doc = $last_meaning:literal])+ $last:ident: $last_type:ty
+            = $last_none:expr, $last_check:expr, $last_error:expr;)+ }
+    ) => {
+        $(kept! {
+            $(#[doc = $of_part])+
+            #[derive(Debug, Clone, Copy, PartialEq)]
+            pub struct $part {
+                $($(#[doc = $meaning])+ pub $field: $type,)+
+            }
+        })+
+
+        kept! {
+            $(#[doc = $of_all])+
+            #[derive(Debug, Clone, Copy, PartialEq)]
+            pub struct $all {
+                $($(#[doc = $first_meaning])+ pub $first: $first_type,)+
+                $($(#[doc = $of_part])+ pub $name: Option<$part>,)+
+                $($(#[doc = $last_meaning])+ pub $last: $last_type,)+
+            }
+        }
+
+        /// The settings as numbers, in the layout of C: before the fields of a part a number that is not 0 if the
+        /// part is there.
+        ///
+        /// ```
+        /// use chaincell_kernel::stage::{Device, PlainStageSettings, StageError, StageSettings};
+        ///
+        /// let settings = StageSettings::for_device(Device::Omega);
+        /// let plain = settings.plain();
+        /// assert_eq!((plain.coupling, plain.coupling_n_per_m), (1, 2000.0));
+        /// assert_eq!(plain.settings(), Ok(settings));
+        /// let long = PlainStageSettings { ramp_ticks: 100_000, ..plain };
+        /// assert_eq!(long.settings(), Err(StageError::Ticks));
+        /// ```
+        #[derive(Debug, Clone, Copy, PartialEq, Default)]
+        #[repr(C)]
+        pub struct $plain {
+            $($(#[doc = $first_meaning])+ pub $first: <$first_type as Word>::Plain,)+
+            $($(#[doc = $of_part])+ pub $name: u32,
+            $($(#[doc = $meaning])+ pub $flat: <$type as Word>::Plain,)+)+
+            $($(#[doc = $last_meaning])+ pub $last: <$last_type as Word>::Plain,)+
+        }
+
+        impl $all {
+            /// Only the finite check, at 1 kHz.
+            pub const NONE: Self =
+                Self { $($first: $first_none,)+ $($name: None,)+ $($last: $last_none,)+ };
+
+            /// The lines of the table.
+            pub const FIELDS: &'static [SettingField] = &[
+                $(line::<$first_type>(stringify!($first), concat!($($first_meaning, "\n"),+)),)+
+                $(line::<u32>(stringify!($name), concat!($($of_part, "\n",)+ " Other than 0 if it is there.\n")),
+                $(line::<$type>(stringify!($flat), concat!($($meaning, "\n"),+)),)+)+
+                $(line::<$last_type>(stringify!($last), concat!($($last_meaning, "\n"),+)),)+
+            ];
+
+            /// Checks the range of every setting.
+            ///
+            /// # Errors
+            /// The first setting that is out of range.
+            pub fn check(&self) -> Result<(), StageError> {
+                $(checked($first_check, self.$first, self, $first_error)?;)+
+                $(if let Some(part) = self.$name {
+                    $(checked($check, part.$field, self, $error)?;)+
+                })+
+                $(checked($last_check, self.$last, self, $last_error)?;)+
+                Ok(())
+            }
+
+            /// Returns the settings as numbers.
+            #[must_use]
+            pub fn plain(&self) -> $plain {
+                $(let $name = self.$name.unwrap_or(Kept::BLANK);)+
+                $plain {
+                    $($first: self.$first.plain(),)+
+                    $($name: self.$name.is_some().into(), $($flat: $name.$field.plain(),)+)+
+                    $($last: self.$last.plain(),)+
+                }
+            }
+        }
+
+        impl $plain {
+            /// Returns the settings of numbers. [`Stage::new`](super::Stage::new) checks the ranges.
+            ///
+            /// # Errors
+            /// The first setting whose number is beyond its type.
+            pub fn settings(&self) -> Result<$all, StageError> {
+                Ok($all {
+                    $($first: Word::of_plain(self.$first).ok_or($first_error)?,)+
+                    $($name: match self.$name {
+                        0 => None,
+                        _ => Some($part {
+                            $($field: Word::of_plain(self.$flat).ok_or($error)?,)+
+                        }),
+                    },)+
+                    $($last: Word::of_plain(self.$last).ok_or($last_error)?,)+
+                })
+            }
+        }
+    };
 }
 
-kept! {
-    /// Assumptions of the passivity observer about the device.
-    ///
-    /// If the controller cannot compensate the generated energy, the force is lowered along the ramp. That needs
-    /// [`StageSettings::ramp_ticks`] of 2 or more.
-    #[derive(Debug, Clone, Copy, PartialEq)]
-    pub struct Passivity {
-        /// Damping that the device's mechanics have at least, 0 to [`COUPLING_MAX`] [N s/m].
-        pub device_damping_n_s_per_m: f32,
-        /// Ticks between an answer and the device's force, at most [`DELAY_MAX`]: 0 if the force of a tick acts
-        /// from that tick's sample to the next, 1 if it acts a tick later. From 2 on the coupling shows at most
-        /// 0.65 of [`passive_stiffness_n_per_m`](super::passive_stiffness_n_per_m).
-        pub delay_ticks: u8,
-    }
-}
-
-choices! {
-    /// A haptic device by its published limits.
-    Device {
-        /// 3D Systems Touch: 3.3 N, 400 N/m.
-        Touch = 0, "touch";
-        /// 3D Systems Phantom Premium 3.0: 22 N, 1000 N/m.
-        Premium = 1, "premium";
-        /// Novint Falcon: 8 N, 3000 N/m.
-        Falcon = 2, "falcon";
-        /// Force Dimension omega: 12 N, 5000 N/m.
-        Omega = 3, "omega";
-        /// Force Dimension sigma.7: 12 N, 4000 N/m.
-        Sigma = 4, "sigma";
-    }
-}
-
-impl Device {
-    /// Largest force \[N\].
-    #[must_use]
-    pub const fn max_force_n(self) -> f32 {
-        match self {
-            Self::Touch => 3.3,
-            Self::Premium => 22.0,
-            Self::Falcon => 8.0,
-            Self::Omega | Self::Sigma => 12.0,
-        }
-    }
-
-    /// Largest stiffness that the device can show \[N/m\].
-    #[must_use]
-    pub const fn max_stiffness_n_per_m(self) -> f32 {
-        match self {
-            Self::Touch => 400.0,
-            Self::Premium => 1000.0,
-            Self::Falcon => 3000.0,
-            Self::Omega => 5000.0,
-            Self::Sigma => 4000.0,
-        }
-    }
-
-    /// Stiffness of the default coupling: the device's, or the most at which the controller keeps a handle of
-    /// its mass quiet in a loose hand, despite the encoder's quantisation \[N/m\].
-    #[must_use]
-    pub const fn coupling_n_per_m(self) -> f32 {
-        match self {
-            Self::Touch => 400.0,
-            Self::Premium | Self::Falcon => 1000.0,
-            Self::Omega | Self::Sigma => 2000.0,
-        }
-    }
-
-    /// Damping of the default coupling, which keeps a soft hand from oscillating; 0 where the encoder's
-    /// counts are too coarse to be damped [N s/m].
-    #[must_use]
-    pub const fn coupling_n_s_per_m(self) -> f32 {
-        match self {
-            Self::Touch | Self::Premium | Self::Falcon => 0.0,
-            Self::Omega | Self::Sigma => 0.5,
-        }
-    }
-}
-
-kept! {
+stage_settings! {
     /// Settings of the output stage; each part may be absent.
-    #[derive(Debug, Clone, Copy, PartialEq)]
-    pub struct StageSettings {
-        /// Time of a tick, within [`TICK_S`] \[s\].
-        pub tick_s: f32,
-        /// Virtual coupling.
-        pub coupling: Option<Coupling>,
-        /// Passivity observer and controller.
-        pub passivity: Option<Passivity>,
-        /// Largest change of the force, infinite for none [N/s].
-        pub max_slew_n_per_s: f32,
+    StageSettings, PlainStageSettings;
+    first {
+        /// Time of a tick, 1e-5 to 1 \[s\].
+        tick_s: f32 = 1.0e-3, |tick_s, _| TICK_S.contains(&tick_s), StageError::Tick;
+    }
+    part {
+        /// A spring and damper between the device and the tool in the tissue.
+        coupling: Coupling, StageError::Coupling;
+        /// Stiffness, 1 to 1e6 \[N/m\].
+        stiffness_n_per_m as coupling_n_per_m: f32,
+            |stiffness, _| (COUPLING_MIN..=COUPLING_MAX).contains(&stiffness);
+        /// Damping, 0 to 1e6 \[N s/m\].
+        damping_n_s_per_m as coupling_n_s_per_m: f32, |damping, _| is_damping(damping);
+    }
+    part {
+        /// Assumptions of the passivity observer about the device. If the controller cannot compensate the
+        /// generated energy, the force is lowered along the ramp, which needs `ramp_ticks` of 2 or more.
+        passivity: Passivity, StageError::Passivity;
+        /// Damping that the device's mechanics have at least, 0 to 1e6 \[N s/m\].
+        device_damping_n_s_per_m as device_damping_n_s_per_m: f32, |damping, _| is_damping(damping);
+        /// Ticks between an answer and the device's force, 0 to 16, without a coupling 0 or 1: 0 if the force of
+        /// a tick acts from that tick's sample to the next, 1 if it acts a tick later. From 2 on the coupling
+        /// shows at most 0.65 of the stiffness that is passive with this delay.
+        delay_ticks as delay_ticks: u8, |ticks, settings: &StageSettings| {
+            ticks <= if settings.coupling.is_some() { DELAY_MAX } else { 1 }
+        };
+    }
+    last {
+        /// Largest change of the force, infinite for none \[N/s\].
+        max_slew_n_per_s: f32 = f32::INFINITY, |slew, _| slew > 0.0, StageError::Slew;
         /// Largest force, infinite for none \[N\].
-        pub max_force_n: f32,
+        max_force_n: f32 = f32::INFINITY, |force_n, _| force_n > 0.0, StageError::MaxForce;
         /// Largest speed of the hand, infinite for none: an engaged pose that is farther from the last one than
-        /// this allows is a bad sample [m/s].
-        pub max_speed_m_per_s: f32,
-        /// Ticks in which the force rises to its full value after engaging and after a silence, and in
-        /// which it falls to zero when samples stop; 0 for none.
-        pub ramp_ticks: u16,
-        /// Ticks without a sample after which the force falls to zero, 0 for never.
-        pub watchdog_ticks: u16,
+        /// this allows is a bad sample \[m/s\].
+        max_speed_m_per_s: f32 = f32::INFINITY, |speed, _| speed > 0.0, StageError::MaxSpeed;
+        /// Ticks in which the force rises to its full value after engaging and after a silence, and in which it
+        /// falls to zero when samples stop; 0 for none, at most 60,000.
+        ramp_ticks: u16 = 0, |ticks, _| ticks <= TICKS_MAX, StageError::Ticks;
+        /// Ticks without a sample after which the force falls to zero, 0 for never, at most 60,000.
+        watchdog_ticks: u16 = 0, |ticks, _| ticks <= TICKS_MAX, StageError::Ticks;
     }
 }
 
 impl StageSettings {
-    /// Only the finite check, at 1 kHz.
-    pub const NONE: Self = Self {
-        tick_s: 1.0e-3,
-        coupling: None,
-        passivity: None,
-        max_slew_n_per_s: f32::INFINITY,
-        max_force_n: f32::INFINITY,
-        max_speed_m_per_s: f32::INFINITY,
-        ramp_ticks: 0,
-        watchdog_ticks: 0,
-    };
-
     /// All parts, for a device at 1 kHz whose force acts a tick late: [`Device::coupling_n_per_m`] and
     /// [`Device::coupling_n_s_per_m`], 0.5 N s/m of mechanical damping, full force in 10 ms, hand speeds up
     /// to [`HAND_SPEED_MAX_M_PER_S`], a ramp of 100 ms, and a watchdog of 20 ms.
@@ -165,40 +199,26 @@ impl StageSettings {
             ..Self::NONE
         }
     }
+}
 
-    /// Checks the range of every setting.
-    ///
-    /// # Errors
-    /// The first setting that is out of range.
-    pub fn check(&self) -> Result<(), StageError> {
-        let above_0 = |x: f32| x > 0.0;
-        let damping = |x: f32| (0.0..=COUPLING_MAX).contains(&x);
-        let coupling = self.coupling.is_none_or(|of| {
-            let stiffness = of.stiffness_n_per_m;
-            (COUPLING_MIN..=COUPLING_MAX).contains(&stiffness) && damping(of.damping_n_s_per_m)
-        });
-        let delay_max = if self.coupling.is_some() { DELAY_MAX } else { 1 };
-        let passivity = self
-            .passivity
-            .is_none_or(|of| damping(of.device_damping_n_s_per_m) && of.delay_ticks <= delay_max);
-        if !TICK_S.contains(&self.tick_s) {
-            Err(StageError::Tick)
-        } else if !coupling {
-            Err(StageError::Coupling)
-        } else if !passivity {
-            Err(StageError::Passivity)
-        } else if !above_0(self.max_slew_n_per_s) {
-            Err(StageError::Slew)
-        } else if !above_0(self.max_force_n) {
-            Err(StageError::MaxForce)
-        } else if !above_0(self.max_speed_m_per_s) {
-            Err(StageError::MaxSpeed)
-        } else if self.ramp_ticks > TICKS_MAX || self.watchdog_ticks > TICKS_MAX {
-            Err(StageError::Ticks)
-        } else {
-            Ok(())
-        }
-    }
+/// A line of the table.
+const fn line<T: Word>(name: &'static str, meaning: &'static str) -> SettingField {
+    SettingField { name, kind: T::KIND, meaning, value: "", default: "" }
+}
+
+/// Checks a setting.
+fn checked<T>(
+    is_in_range: impl Fn(T, &StageSettings) -> bool,
+    value: T,
+    settings: &StageSettings,
+    error: StageError,
+) -> Result<(), StageError> {
+    if is_in_range(value, settings) { Ok(()) } else { Err(error) }
+}
+
+/// Returns true for a damping in its range.
+fn is_damping(damping_n_s_per_m: f32) -> bool {
+    (0.0..=COUPLING_MAX).contains(&damping_n_s_per_m)
 }
 
 /// The setting of a stage that is out of range.

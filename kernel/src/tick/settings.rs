@@ -173,7 +173,7 @@ pub struct SettingField {
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SettingKind {
-    /// Whole numbers of 16 bits.
+    /// Whole numbers.
     Whole,
     /// Numbers, which may be infinite.
     Real,
@@ -250,26 +250,32 @@ pub trait Word: Sized {
     fn of_plain(plain: Self::Plain) -> Option<Self>;
 }
 
-impl Word for u16 {
-    type Plain = u32;
-    const KIND: SettingKind = SettingKind::Whole;
+/// Whole numbers, which are `uint32_t` in C.
+macro_rules! whole {
+    ($($type:ty),+) => {$(
+        impl Word for $type {
+            type Plain = u32;
+            const KIND: SettingKind = SettingKind::Whole;
 
-    fn word(self) -> u32 {
-        self.into()
-    }
+            fn word(self) -> u32 {
+                self.into()
+            }
 
-    fn of_word(word: u32) -> Option<Self> {
-        Self::try_from(word).ok()
-    }
+            fn of_word(word: u32) -> Option<Self> {
+                Self::try_from(word).ok()
+            }
 
-    fn plain(self) -> u32 {
-        self.into()
-    }
+            fn plain(self) -> u32 {
+                self.into()
+            }
 
-    fn of_plain(plain: u32) -> Option<Self> {
-        Self::try_from(plain).ok()
-    }
+            fn of_plain(plain: u32) -> Option<Self> {
+                Self::try_from(plain).ok()
+            }
+        }
+    )+};
 }
+whole!(u8, u16, u32);
 
 impl Word for f32 {
     type Plain = Self;

@@ -115,6 +115,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
         let is_driven = head.engaged && head.level.is_driven();
         let is_load = is_driven || (!head.engaged && settings.drive == Drive::Current);
         let was_engaged = head.engage(sample);
+        // Choose what the tool acts on: the surface, a load, or held cells.
         let contact = if IS_BUILT && head.has_tools {
             let (memory, resisted) = (self.touch.reborrow(), &mut head.resisted);
             ToolContact::Tools(Tools { memory, resisted })
@@ -123,6 +124,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
         } else {
             ToolContact::Held(Held { cells: contacts, outer_weight: &mut head.outer_weight })
         };
+        // Gather what the passes read and write.
         let terms = Terms::of(model, self.states.shared(model.kept_states()));
         let terms = Terms { closed: head.closed, vectors: head.vectors, team: self.team, ..terms };
         let context = Context {

@@ -5,7 +5,7 @@ use crate::number::kept::{Kept, Pass};
 use crate::stage::StageSettings;
 
 /// Words of the settings.
-const WORDS: usize = 12;
+const WORDS: usize = StageSettings::FIELDS.len();
 /// Bytes of the settings, between the fixed part of the header and the contact cells.
 pub(super) const STAGE_BYTES: usize = 4 * WORDS;
 

@@ -13,10 +13,12 @@ use chaincell_tests::{Running, chaincell, run};
 
 use super::place::Place;
 
-const FILES: [&str; 6] = [
+const FILES: [&str; 8] = [
     "cells_final.csv",
     "final.vtu",
     "force.csv",
+    "force.svg",
+    "force_depth.svg",
     "model.chaincell",
     "session.trace",
     "summary.json",

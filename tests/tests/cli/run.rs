@@ -108,6 +108,8 @@ fn files_have_the_columns_of_the_contract() {
         "cells_final.csv",
         "final.vtu",
         "force.csv",
+        "force.svg",
+        "force_depth.svg",
         "model.chaincell",
         "series.pvd",
         "session.trace",

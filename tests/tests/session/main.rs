@@ -21,3 +21,4 @@ mod replayed;
 mod snapshot;
 mod stage;
 mod tools;
+mod view;

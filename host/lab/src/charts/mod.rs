@@ -1,5 +1,11 @@
-//! Pictures: curves as charts, bodies as shaded surfaces.
+//! Pictures of a report: charts and sheets of bodies, each as SVG and PNG.
 
-pub(crate) mod pen;
+mod cut;
 pub mod plot;
-pub mod render;
+mod raster;
+mod sheet;
+#[cfg(test)]
+mod tests;
+
+pub use cut::cut;
+pub use sheet::{ColourBar, Panel, Sheet};

@@ -6,7 +6,7 @@ use crate::experiments::page::{Context, Findings, Page, collect, write};
 use crate::experiments::{paper, report};
 use chaincell_host::error::{Error, Result};
 use chaincell_host::files::output::Folder;
-use chaincell_host::terminal;
+use chaincell_host::terminal::{self, Progress};
 
 /// Measure speed against error on this machine and write one HTML page with pictures, tables and
 /// numbers.
@@ -87,9 +87,9 @@ fn make(options: &Options, page: &'static Page, context: Context) -> Result<()> 
     let out = options.out.clone().or_else(|| (!options.json).then(|| page.name.into()));
     let folder = out.as_deref().map(|out| Folder::open(out, options.force)).transpose()?;
     let mut findings = Findings::new(page, context);
-    let bar = terminal::progress(page.experiments.len() as u64, page.name);
+    let bar = Progress::new(page.experiments.len() as u64, page.name);
     let ended = collect(&mut findings, &bar);
-    bar.finish_and_clear();
+    drop(bar);
     if findings.sections.is_empty() && !matches!(ended, Err(Error::Interrupted)) {
         return ended;
     }

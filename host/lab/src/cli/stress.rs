@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use crate::experiments::stress::{Options, Scale, Suite, run, selected};
 use chaincell_host::error::{Error, Result};
 use chaincell_host::files::output::Folder;
-use chaincell_host::terminal;
+use chaincell_host::terminal::{self, Progress};
 
 /// Put bodies into states and under tools that none should come to, and check what must hold.
 #[derive(Debug, clap::Args)]
@@ -57,10 +57,10 @@ pub fn execute(args: &Args) -> Result<()> {
             .try_for_each(|case| terminal::say(format_args!("{:<20} {}", case.name, case.checks)));
     }
     let folder = args.out.as_deref().map(|out| Folder::open(out, args.force)).transpose()?;
-    let bar = terminal::progress(cases.len() as u64, "cases");
+    let bar = Progress::new(cases.len() as u64, "cases");
     let mut suite = Suite::default();
-    let ended = run(&options, &mut suite, |_| bar.inc(1));
-    bar.finish_and_clear();
+    let ended = run(&options, &mut suite, |_| bar.step());
+    drop(bar);
     if !matches!(ended, Ok(()) | Err(Error::Interrupted)) {
         return ended;
     }

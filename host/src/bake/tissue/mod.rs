@@ -15,8 +15,9 @@ mod tests;
 use chaincell_kernel::image::{LAW_DET1, kind, nodal};
 use chaincell_kernel::number::two_float::LANES;
 
-use super::image::{Sections, holds_units};
-use super::{OrderedCells, PerCell};
+use super::image::Sections;
+use super::layout::{OrderedCells, holds_units};
+use super::per_cell::PerCell;
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
 use shape::{Fault, Shape};
@@ -179,7 +180,7 @@ impl Shapes {
                 self.shape.of(cell).len()
             )));
         }
-        let is_edge = |&([i, j], _): &super::Link| {
+        let is_edge = |&([i, j], _): &super::layout::Link| {
             let half = self.shape.of(i.into());
             half.binary_search_by_key(&u32::from(j), |half| half.to).is_ok()
         };

@@ -2,7 +2,8 @@ use chaincell_kernel::Model;
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::{Rng, SeedableRng};
 
-use super::super::{BakeOptions, BasisSpacing, bake, lay_out};
+use super::super::layout::lay_out;
+use super::super::{BakeOptions, BasisSpacing, bake};
 use super::elasticity::OWN_PART;
 use super::*;
 use crate::mesh::{MeshOptions, load};

@@ -114,9 +114,11 @@ fn is_ours(name: &str) -> bool {
     let snapshot = is("cells_", ".csv") || is("state_", ".vtu") || name == SERIES;
     let report = ["report.html", "report.json"].contains(&name) || name.starts_with("report_");
     let paper = ["paper.html", "paper.json"].contains(&name) || name.starts_with("paper_");
-    let chart = is("target", ".svg") || is("target", ".png");
+    let chart = is("target", ".svg") || is("target", ".png") || is("picture_", ".png");
     let fixed = [
         "force.csv",
+        "force.svg",
+        "force_depth.svg",
         "contacts.csv",
         "tools.csv",
         "path.csv",

@@ -114,6 +114,8 @@ pub enum Stop {
     Differs(ReplayError),
     /// The command of this record cannot be executed.
     Command(u32),
+    /// The caller has seen enough.
+    Enough,
 }
 
 /// Numbers of played entries.
@@ -210,7 +212,39 @@ pub fn play_by<'m>(
     tissue: &mut Staged<'m>,
     start: Start,
     played: &mut Played,
+    tick: impl FnMut(&mut Staged<'m>, &[ToolPose], Budget<'_>) -> TickOutput,
+) -> std::result::Result<End, Stop> {
+    play_steps(trace, tissue, start, played, tick, |_, _| true)
+}
+
+/// A tick or command that has been played.
+#[derive(Debug, Clone, Copy)]
+pub enum Step<'a> {
+    /// A tick.
+    Tick {
+        /// Its record.
+        record: &'a Record,
+        /// The device's poses of all tools.
+        poses: &'a [ToolPose],
+        /// Its output; `None` in a pause, where nothing ticks.
+        output: Option<TickOutput>,
+    },
+    /// A command.
+    Command(&'a CommandRecord),
+}
+
+/// As [`play_by`], with a call of `after` after every step; it returns false to end there, with
+/// [`Stop::Enough`].
+///
+/// # Errors
+/// As [`play`].
+pub fn play_steps<'m>(
+    trace: &Reader<'_>,
+    tissue: &mut Staged<'m>,
+    start: Start,
+    played: &mut Played,
     mut tick: impl FnMut(&mut Staged<'m>, &[ToolPose], Budget<'_>) -> TickOutput,
+    mut after: impl FnMut(&mut Staged<'m>, Step<'_>) -> bool,
 ) -> std::result::Result<End, Stop> {
     let mut paused = start.is_paused;
     let mut poses = Poses::away(tissue.tools());
@@ -220,7 +254,8 @@ pub fn play_by<'m>(
         if start.behind.is_some_and(|behind| index <= behind) {
             return Ok(());
         }
-        match entry {
+        let one;
+        let step = match entry {
             // The tissue already has its parts.
             Entry::Part(_) => return Ok(()),
             // Poses of tools precede their tick.
@@ -231,6 +266,9 @@ pub fn play_by<'m>(
                 return Ok(());
             }
             Entry::Tick(record) => {
+                one = [record.sample];
+                let poses = if tissue.tools() > 0 { poses.each() } else { &one };
+                let mut output = None;
                 if !paused {
                     // Repeat the tick with all that the clock decided.
                     if record.ramp_restarted {
@@ -240,13 +278,13 @@ pub fn play_by<'m>(
                     if let Some(ticks) = record.delay_ticks {
                         tissue.delayed(ticks);
                     }
-                    let one = [record.sample];
-                    let poses = if tissue.tools() > 0 { poses.each() } else { &one };
-                    let output = tick(tissue, poses, Budget::again(record.sweeps));
-                    played.has_touched |= output.contacts > 0;
+                    let answer = tick(tissue, poses, Budget::again(record.sweeps));
+                    played.has_touched |= answer.contacts > 0;
+                    output = Some(answer);
                 }
                 last = Some(record.tick);
                 played.ticks += 1;
+                Step::Tick { record, poses, output }
             }
             Entry::Command(record) => {
                 match record.command {
@@ -256,12 +294,13 @@ pub fn play_by<'m>(
                     command => tissue.command(&command).map_err(|_| Stop::Command(index))?,
                 }
                 played.commands += 1;
+                Step::Command(record)
             }
-        }
+        };
         // Compare the state with the recorded hash.
         let found = entry.compare(index, tissue.state_hash()).map_err(Stop::Differs)?;
         played.compared += u32::from(found);
-        Ok(())
+        if after(tissue, step) { Ok(()) } else { Err(Stop::Enough) }
     })
 }
 
@@ -279,6 +318,14 @@ pub fn check_place(path: &Path, force: bool) -> Result<()> {
     let folder = folder_of(path);
     tempfile::tempfile_in(folder).map_err(|why| Error::file("write", path, why))?;
     check_idle("`trace`", path)
+}
+
+/// Returns true if a regular file begins like a trace.
+#[must_use]
+pub fn begins_like_a_trace(path: &Path) -> bool {
+    let mut front = Vec::new();
+    let read = |file: File| file.take(MAGIC.len() as u64).read_to_end(&mut front).is_ok();
+    path.is_file() && File::open(path).is_ok_and(read) && front == MAGIC
 }
 
 /// Returns the bytes of a trace file. Stops reading a file that does not begin like a trace.

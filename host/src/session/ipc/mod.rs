@@ -14,6 +14,7 @@ pub mod serving;
 pub mod state;
 pub mod tools;
 pub mod viewed;
+pub mod watching;
 
 /// Opens a scene, unless the user asks to stop. From then on a request to stop also removes leftovers of
 /// killed programs, on which this process might hang.

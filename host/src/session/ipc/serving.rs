@@ -48,10 +48,11 @@ impl ServePorts {
     pub fn open(scene: &SceneServices, woken: bool) -> error::Result<Self> {
         scene.refuse_second(&scene.forces, SERVE_PORT, None, "serve")?;
         scene.check_room_to_serve()?;
+        // Before the publisher, by which a controller sees a server: viewers may read poses too.
+        let poses = subscriber(&scene.tools, SERVE_PORT)?;
         let publisher = scene.publisher(&scene.forces, SERVE_PORT, "serve")?;
         let id = publisher.id();
         let (ring, wake) = scene.server_bells(woken)?;
-        let poses = subscriber(&scene.tools, SERVE_PORT)?;
         let ports = Self { poses, answers: AnswerPublisher::new(publisher), ring, wake };
         // Check again: two that started at the same time see each other now.
         scene.refuse_second(&scene.forces, SERVE_PORT, Some(id), "serve")?;

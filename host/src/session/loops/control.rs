@@ -164,6 +164,7 @@ pub fn control_tools(
     if options.ends_with_parent {
         realtime::end_with_parent()?;
     }
+    // Wait for the server.
     let scene = ipc::open(options.scene.as_deref(), &options.domain)?;
     let server_wait_ns = span_ns("`wait_for_server_s`", options.wait_for_server_s)?;
     let &ControlOptions { wait, watchdog_ms, ramp_ms, wait_for_server_s, .. } = options;
@@ -177,6 +178,7 @@ pub fn control_tools(
         )),
         _ => why.into(),
     })?;
+    // Two programs on a scene confuse each other.
     if scene.has_other_pose_publisher() {
         log::warn!(
             "another program may publish poses on {}: the server executes those of one program",
@@ -185,6 +187,7 @@ pub fn control_tools(
     }
     let refused =
         if options.realtime { realtime::ask(Role::Control, options.wait) } else { Vec::new() };
+    // Play the poses, then wait for the last answers.
     let mut run = Run::new(poses, exchange, options.faults)?;
     run.play();
     run.linger();

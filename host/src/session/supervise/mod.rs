@@ -16,7 +16,7 @@ use crate::error::{Error, Result};
 use crate::interrupt;
 use crate::session::loops::control::ControlReport;
 use crate::session::loops::serve::ServeReport;
-use crate::terminal;
+use crate::terminal::Progress;
 
 /// Line that `serve` prints once its services exist.
 const READY: &str = "ready";
@@ -78,7 +78,7 @@ pub fn cosim(options: &CosimOptions, mut watch: impl FnMut(Underway)) -> Result<
     let mut control = Side::start("control", &options.program, &options.control_args)?;
     // Follow the motion until the controller ends, is overdue, or a side fails.
     let motion = Duration::from_millis(options.motion_ms);
-    let progress = terminal::progress(options.motion_ms, "cosim");
+    let progress = Progress::new(options.motion_ms, "cosim");
     let start = Instant::now();
     while control.try_wait()?.is_none()
         && start.elapsed() < motion + CONTROL_END
@@ -88,12 +88,12 @@ pub fn cosim(options: &CosimOptions, mut watch: impl FnMut(Underway)) -> Result<
             break;
         }
         let done_ms = u64::try_from(start.elapsed().as_millis()).unwrap_or(u64::MAX);
-        progress.set_position(done_ms.min(options.motion_ms));
+        progress.set_done(done_ms.min(options.motion_ms));
         let (serve_pid, control_pid) = (serve.child.id(), control.child.id());
         watch(Underway { elapsed: start.elapsed(), serve_pid, control_pid });
         std::thread::sleep(LOOK);
     }
-    progress.finish_and_clear();
+    drop(progress);
     // End both sides and collect their reports.
     let own_end = if interrupt::asked() { OWN_END } else { Duration::ZERO };
     let control_report = control.end(own_end)?;

@@ -10,7 +10,7 @@ use crate::engine::Engine;
 use crate::error::Result;
 use crate::interrupt;
 use crate::session::timing::histogram::{Latencies, Summary};
-use crate::terminal;
+use crate::terminal::Progress;
 
 /// Factor on the rest positions.
 const SCALE: f32 = 1.5;
@@ -39,7 +39,7 @@ pub fn measure(engine: &mut Engine<'_>, ticks: u64) -> Result<ColdSteps> {
     let mut stream = vec![1_u8; 2 * last_level_cache_bytes()];
     let sample = ToolPose::at(Vector3::zeros(), 1);
     let mut times = Latencies::new()?;
-    let progress = terminal::progress(ticks, "worst");
+    let progress = Progress::new(ticks, "worst");
     for round in 0..ticks {
         interrupt::check()?;
         engine.set_positions(&positions)?;
@@ -50,9 +50,9 @@ pub fn measure(engine: &mut Engine<'_>, ticks: u64) -> Result<ColdSteps> {
         let start = Instant::now();
         std::hint::black_box(engine.tick(&sample));
         times.record(u64::try_from(start.elapsed().as_nanos()).unwrap_or(u64::MAX));
-        progress.inc(1);
+        progress.step();
     }
-    progress.finish_and_clear();
+    drop(progress);
     engine.reset()?;
     Ok(ColdSteps { step: times.summary(), streamed_bytes: stream.len() })
 }

@@ -9,19 +9,7 @@ use super::{NO_OUTPUT, call, of_kernel, pose_at};
 use crate::{Code, Output, StageNews, StageSettings, StageStorage, ToolOutput, ToolPose};
 
 pub(super) fn settings(device: Device) -> StageSettings {
-    let mut settings = StageSettings {
-        tick_s: 0.0,
-        coupling_n_per_m: -1.0,
-        coupling_n_s_per_m: -1.0,
-        passivity: 0,
-        device_damping_n_s_per_m: -1.0,
-        delay_ticks: 9,
-        max_slew_n_per_s: 0.0,
-        max_force_n: 0.0,
-        max_speed_m_per_s: 0.0,
-        ramp_ticks: 0,
-        watchdog_ticks: 0,
-    };
+    let mut settings = StageSettings { coupling_n_per_m: -1.0, ..StageSettings::default() };
     assert_eq!(call!(chaincell_stage_default(device as i32, &mut settings)), Code::Ok);
     settings
 }
@@ -110,13 +98,14 @@ fn every_setting_out_of_range_is_named() {
         let code = call!(chaincell_stage_output(&mut stage, null(), &mut NO_OUTPUT.clone()));
         assert_eq!(code, if wanted == Code::Ok { Code::Ok } else { Code::NotInitialised });
     };
-    refused(|s| (s.coupling_n_per_m, s.passivity) = (0.0, 0), Code::Ok);
+    refused(|s| (s.coupling, s.passivity) = (0, 0), Code::Ok);
     refused(|s| s.tick_s = 0.0, Code::StageTick);
     refused(|s| s.coupling_n_per_m = -1.0, Code::StageCoupling);
+    refused(|s| s.coupling_n_per_m = 0.0, Code::StageCoupling);
     refused(|s| s.coupling_n_s_per_m = f32::NAN, Code::StageCoupling);
     refused(|s| s.device_damping_n_s_per_m = 2.0e6, Code::StagePassivity);
     refused(|s| s.delay_ticks = 16, Code::Ok);
-    refused(|s| (s.delay_ticks, s.coupling_n_per_m) = (2, 0.0), Code::StagePassivity);
+    refused(|s| (s.delay_ticks, s.coupling) = (2, 0), Code::StagePassivity);
     refused(|s| s.delay_ticks = 17, Code::StagePassivity);
     refused(|s| s.delay_ticks = 256, Code::StagePassivity);
     refused(|s| s.max_slew_n_per_s = 0.0, Code::StageSlew);

@@ -50,6 +50,7 @@ impl Search<'_> {
             let code = if anchor.is_grip() { anchor.part.into() } else { u64::BITS };
             grips |= 1_u64.unbounded_shl(code);
         }
+        // Measure the distance to each part of each tool, and keep what is in reach.
         for ((number, tool), nearest) in self.tools.iter().enumerate().zip(&mut self.nearest) {
             if !tool.is_in {
                 continue;

@@ -129,7 +129,8 @@ impl Tools<'_> {
         }
         // Search the triangles in reach, and move the proxies.
         let Some(surface) = model.contact_surface() else { return false };
-        let eight = EightWide::of(context.terms.vectors, context.state, model.saturation());
+        let eight =
+            EightWide::of(context.terms.vectors, context.state, model.cells(), model.saturation());
         let anchors = arrays.state.first().map_or(&[][..], |state| state.present(arrays.anchors));
         let reach = HALF + COMING;
         let found = search(&surface, &at, arrays.tools, reach, anchors, arrays.near, eight);

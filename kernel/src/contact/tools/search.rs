@@ -108,7 +108,7 @@ mod tests {
         capacity: usize,
     ) -> (Near, std::vec::Vec<(u32, u8)>) {
         let state: std::vec::Vec<Cell> = (0..42).map(|cell| Cell::at(far_place(cell))).collect();
-        let eight = EightWide::of(VectorUnit::find(), &state, SATURATION);
+        let eight = EightWide::of(VectorUnit::find(), &state, state.len(), SATURATION);
         // A strip that fills its last eight, and one that does not.
         let [whole, part] = [40, 37].map(|count| {
             let (strip, numbers) = (&STRIP[..count], &[[1.0; 3]; 40][..count]);

@@ -1,5 +1,7 @@
 //! A search of spheres over eight triangles at a time.
 
+#![allow(unsafe_code)]
+
 use super::candidates::Search;
 use crate::backend::f32x8::F32x8;
 use crate::backend::slices::Chunks;
@@ -17,14 +19,16 @@ pub(crate) struct EightWide<'a> {
 }
 
 impl<'a> EightWide<'a> {
-    /// `None` without a unit, and for other numbers.
+    /// `None` without a unit, for other numbers, and for fewer states than `cells`, those that triangles name.
     #[inline(always)]
     pub fn of<N: Number>(
         unit: Option<VectorUnit>,
         state: &'a [Cell<N>],
+        cells: usize,
         saturation: f32,
     ) -> Option<Self> {
-        Some(Self { unit: unit?, state: N::singles(state)?, saturation })
+        let state = N::singles(state).filter(|state| state.len() >= cells)?;
+        Some(Self { unit: unit?, state, saturation })
     }
 }
 
@@ -87,11 +91,14 @@ impl<A: Fn(usize) -> [f32; 3]> Work for Sieve<'_, '_, A> {
                 [g, o, w],
                 [h, p, x],
             ] = *chunk;
-            let [a, b, c] = [
-                outputs::<V>(state, [a, b, c, d, e, f, g, h], saturation),
-                outputs::<V>(state, [i, j, k, l, m, n, o, p], saturation),
-                outputs::<V>(state, [q, r, s, t, u, v, w, x], saturation),
-            ];
+            // SAFETY: a model's triangles name only its cells, and `EightWide` has as many states.
+            let [a, b, c] = unsafe {
+                [
+                    outputs::<V>(state, [a, b, c, d, e, f, g, h], saturation),
+                    outputs::<V>(state, [i, j, k, l, m, n, o, p], saturation),
+                    outputs::<V>(state, [q, r, s, t, u, v, w, x], saturation),
+                ]
+            };
             // Middle and size, as `Whole::of`.
             let ([ax, ay, az], [bx, by, bz], [cx, cy, cz]) = (a, b, c);
             let middle = [
@@ -124,18 +131,21 @@ impl<A: Fn(usize) -> [f32; 3]> Work for Sieve<'_, '_, A> {
 }
 
 /// Outputs of eight cells.
+///
+/// # Safety
+/// The cells are indices of `state`.
 #[inline(always)]
-fn outputs<V: F32x8>(state: &[Cell], cells: [u16; LANES], saturation: f32) -> [V; 3] {
-    let [a, b, c, d, e, f, g, h] = cells;
-    let at = |cell: u16| *state.get(usize::from(cell)).unwrap_or(&Cell::ZERO);
+unsafe fn outputs<V: F32x8>(state: &[Cell], cells: [u16; LANES], saturation: f32) -> [V; 3] {
     let (low, high) = (V::splat(-saturation), V::splat(saturation));
-    let [x, y, z, _] = V::transposed(&[at(a), at(b), at(c), at(d), at(e), at(f), at(g), at(h)]);
+    // SAFETY: the caller's promise.
+    let [x, y, z] = unsafe { V::gather(state, &cells) };
     [clamped(x, low, high), clamped(y, low, high), clamped(z, low, high)]
 }
 
 #[inline(always)]
 fn clamped<V: F32x8>(x: V, low: V, high: V) -> V {
-    V::select(x.above(high), high, V::select(x.below(low), low, x))
+    let x = V::select(x.below(low), low, x);
+    V::select(x.above(high), high, x)
 }
 
 /// Squared distance.

@@ -4,20 +4,15 @@
 //! nearest R they are those whose signed principal stretches are all at least lo. The nearest of them to F is
 //! F - S- R, with S- the negative part of S, so the energy band / 2 V |S-|^2 is half a squared distance.
 //! Ordinary shapes have S >= 0, which three minors show without eigenvalues (Sylvester).
-//!
-//! S- comes from the eigenvectors of S by a fixed number of cyclic Jacobi rotations (Golub, Van Loan, Matrix
-//! Computations, algorithm 8.4.1): for a 3 x 3 matrix, four rounds leave an error below rounding.
 
+use super::jacobi::Eigen;
 use super::matrix::{Matrix, both, dot, each, inner, three, times_transposed};
 use crate::backend::lane::{Lane, Real};
-
-/// Rounds of three rotations.
-const ROUNDS: usize = 4;
 
 /// S- R and |S-|^2 of a shape with the rotation R, 0 for one in the band; `None` if all lanes are in the
 /// band.
 #[inline(always)]
-pub(super) fn short<V: Real>(
+pub(super) fn short<V: Eigen>(
     f: Matrix<V>,
     turn: Matrix<V>,
     least: f32,
@@ -55,59 +50,14 @@ fn lower<V: Real>(a: Lane<V>, b: Lane<V>) -> Lane<V> {
     Lane::select(a.above(b), b, a)
 }
 
-/// One rotation that removes the element `off` between the diagonal elements `a` and `b`: returns its tangent
-/// times the element, its cosine and its sine.
-#[inline(always)]
-fn rotation<V: Real>(a: Lane<V>, b: Lane<V>, off: Lane<V>) -> [Lane<V>; 3] {
-    let (zero, one, two) = (Lane::of(0.0), Lane::of(1.0), Lane::of(2.0));
-    let apart = b - a;
-    let size = Lane::select(zero.above(apart), zero - apart, apart);
-    let way = Lane::select(zero.above(apart), zero - two, two) * off;
-    let length = size + (apart * apart + (off + off) * (off + off)).root();
-    let tangent = way / (length + Lane::of(f32::MIN_POSITIVE));
-    let cosine = one / (one + tangent * tangent).root();
-    [tangent * off, cosine, tangent * cosine]
-}
-
-/// Rotates two columns of eigenvectors.
-#[inline(always)]
-fn turned<V: Real>(
-    one: [Lane<V>; 3],
-    other: [Lane<V>; 3],
-    cosine: Lane<V>,
-    sine: Lane<V>,
-) -> [[Lane<V>; 3]; 2] {
-    let ([a, b, c], [d, e, f]) = (one, other);
-    [
-        [cosine * a - sine * d, cosine * b - sine * e, cosine * c - sine * f],
-        [sine * a + cosine * d, sine * b + cosine * e, sine * c + cosine * f],
-    ]
-}
-
 /// The negative part of a symmetric matrix with these diagonal and off-diagonal elements: xy, xz and yz.
 #[inline(always)]
-fn negative_part<V: Real>([mut a, mut b, mut c]: [Lane<V>; 3], beside: [Lane<V>; 3]) -> Matrix<V> {
-    let (zero, one) = (Lane::of(0.0), Lane::of(1.0));
-    let [mut p, mut q, mut r] = beside;
-    let [mut x, mut y, mut z] = [[one, zero, zero], [zero, one, zero], [zero, zero, one]];
-    // Diagonalise by Jacobi rotations.
-    for _ in 0..ROUNDS {
-        let [moved, cosine, sine] = rotation(a, b, p);
-        (a, b, p) = (a - moved, b + moved, zero);
-        (q, r) = (cosine * q - sine * r, sine * q + cosine * r);
-        [x, y] = turned(x, y, cosine, sine);
-        let [moved, cosine, sine] = rotation(a, c, q);
-        (a, c, q) = (a - moved, c + moved, zero);
-        (p, r) = (cosine * p - sine * r, sine * p + cosine * r);
-        [x, z] = turned(x, z, cosine, sine);
-        let [moved, cosine, sine] = rotation(b, c, r);
-        (b, c, r) = (b - moved, c + moved, zero);
-        (p, q) = (cosine * p - sine * q, sine * p + cosine * q);
-        [y, z] = turned(y, z, cosine, sine);
-    }
+fn negative_part<V: Eigen>(diagonal: [Lane<V>; 3], beside: [Lane<V>; 3]) -> Matrix<V> {
+    let zero = Lane::of(0.0);
+    let (values, [x, y, z]) = V::eigen(diagonal, beside);
     // Assemble the matrix from the negative eigenvalues.
     let below = |value: Lane<V>| Lane::select(zero.above(value), value, zero);
-    let [a, b, c] = three([a, b, c], below);
+    let [a, b, c] = three(values, below);
     let outer = |value: Lane<V>, [x, y, z]: [Lane<V>; 3]| {
         let [u, v, w] = [value * x, value * y, value * z];
         [[u * x, u * y, u * z], [v * x, v * y, v * z], [w * x, w * y, w * z]]

@@ -2,9 +2,12 @@
 
 #![allow(unsafe_code)]
 
-use super::matrix::{Matrix, each, pairs, times};
+#[cfg(all(target_arch = "arm", target_abi = "eabihf"))]
+use super::half_links_vfp;
+use super::matrix::{Matrix, each, times};
+use super::sums::{Gathered, Own, rows};
 use crate::backend::f32x8::{Chunk, F32x8, chunk};
-use crate::backend::lane::{Lane, Real};
+use crate::backend::lane::Lane;
 use crate::energy::state::Quad;
 use crate::model::image::nodal;
 use crate::model::nodal::{CellNumbers, Nodal, SlotNumbers};
@@ -12,85 +15,16 @@ use crate::model::range;
 use crate::number::cell::{Cell, sub};
 use crate::number::two_float::LANES;
 
-/// Material numbers of a cell.
-#[derive(Clone, Copy)]
-pub(super) struct Own<V> {
-    pub volume: Lane<V>,
-    pub mu: Lane<V>,
-    pub lambda_3: Lane<V>,
-    pub band: Lane<V>,
-    pub area: [Lane<V>; 3],
-}
-
 /// A row of numbers of eight cells or half-links.
 #[inline(always)]
 fn load<V: F32x8>(rows: &[[f32; LANES]], row: usize) -> Lane<V> {
     Lane(rows.get(row).map_or(V::splat(0.0), V::load))
 }
 
-/// Three rows.
-#[inline(always)]
-fn rows<V>(row: impl Fn(usize) -> Lane<V>, first: usize) -> [Lane<V>; 3] {
-    [row(first), row(first + 1), row(first + 2)]
-}
-
-impl<V: Real> Own<V> {
-    #[inline(always)]
-    pub fn of(row: impl Fn(usize) -> Lane<V>) -> Self {
-        Self {
-            volume: row(nodal::VOLUME),
-            mu: row(nodal::MU),
-            lambda_3: row(nodal::LAMBDA_3),
-            band: row(nodal::BAND),
-            area: rows(row, nodal::OWN),
-        }
-    }
-}
-
 /// Numbers of eight cells.
 #[inline(always)]
 pub(super) fn own<V: F32x8>(numbers: &CellNumbers) -> Own<V> {
     Own::of(|row| load(numbers, row))
-}
-
-/// Sums over the half-links of a cell.
-#[derive(Clone, Copy)]
-pub(super) struct Gathered<V> {
-    /// Sum of (`u_j` - `u_i`) `a_ij'`.
-    pub slope: Matrix<V>,
-    /// Sum of `s_ij` (`u_j` - `u_i`).
-    pub pull: [Lane<V>; 3],
-    /// Sum of `s_ij` |`u_j` - `u_i`|^2.
-    pub spread: Lane<V>,
-}
-
-impl<V: Real> Gathered<V> {
-    #[inline(always)]
-    pub fn none() -> Self {
-        let zero = Lane::of(0.0);
-        Self { slope: [[zero; 3]; 3], pull: [zero; 3], spread: zero }
-    }
-
-    /// Adds half-links with these numbers between the displacements `here` and `there`.
-    #[inline(always)]
-    pub fn add(
-        &mut self,
-        here: [Lane<V>; 3],
-        there: [Lane<V>; 3],
-        row: impl Fn(usize) -> Lane<V> + Copy,
-    ) {
-        let [dx, dy, dz] = pairs(there, here, |there, here| there - here);
-        let (area, s) = (rows(row, nodal::AREA), row(nodal::SPREAD));
-        let [first, second, third] = self.slope;
-        self.slope = [
-            pairs(first, area, |sum, area| sum + dx * area),
-            pairs(second, area, |sum, area| sum + dy * area),
-            pairs(third, area, |sum, area| sum + dz * area),
-        ];
-        let [sx, sy, sz] = [s * dx, s * dy, s * dz];
-        self.pull = pairs(self.pull, [sx, sy, sz], |sum, pull| sum + pull);
-        self.spread = self.spread + (sx * dx + sy * dy + sz * dz);
-    }
 }
 
 /// Positions of eight cells.
@@ -135,17 +69,27 @@ impl<'a> Ends<'a> {
         }
     }
 
+    /// The half-links of a slice by groups: their numbers, and the ids of their other ends; as many of both.
+    #[inline(always)]
+    fn rows(self, slice: usize) -> (&'a [SlotNumbers], &'a [[u16; LANES]]) {
+        let groups = range(self.shapes.rows, slice);
+        let rows = self.shapes.slots.get(groups.clone()).zip(self.shapes.ids.get(groups));
+        rows.unwrap_or_default()
+    }
+
+    /// The element of another end.
+    #[inline(always)]
+    fn end(self, id: u16) -> &'a Quad {
+        // SAFETY: a model's slices name only its cells, and there are as many elements.
+        unsafe { self.array.get_unchecked(usize::from(id)) }
+    }
+
     /// The groups of half-links of a slice: their numbers, and the elements of their other ends.
     #[inline(always)]
     fn groups(self, slice: usize) -> impl Iterator<Item = (&'a SlotNumbers, [&'a Quad; LANES])> {
-        let groups = range(self.shapes.rows, slice);
-        let slots = self.shapes.slots.get(groups.clone()).unwrap_or(&[]);
-        let ids = self.shapes.ids.get(groups).unwrap_or(&[]);
+        let (slots, ids) = self.rows(slice);
         slots.iter().zip(ids).map(move |(slots, &[a, b, c, d, e, f, g, h])| {
-            let at = |id: u16| {
-                // SAFETY: a model's slices name only its cells, and there are as many elements.
-                unsafe { self.array.get_unchecked(usize::from(id)) }
-            };
+            let at = |id: u16| self.end(id);
             (slots, [at(a), at(b), at(c), at(d), at(e), at(f), at(g), at(h)])
         })
     }
@@ -165,6 +109,58 @@ impl<'a> Ends<'a> {
             V::add_to([x.0, y.0, z.0, energy.0], own.each_ref());
         }
     }
+}
+
+/// Forces of one cell after the other.
+impl Ends<'_> {
+    /// Takes the forces P `a_ij` of the cells of a slice from their neighbours, as [`Self::push`] does. The sum of
+    /// forces is never -0.0, so neither sign nor number of the zeros matters that are taken from it.
+    pub fn push_each(self, slice: usize, stresses: &[Matrix<f32>; LANES]) {
+        let (slots, ids) = self.rows(slice);
+        #[cfg(all(target_arch = "arm", target_abi = "eabihf"))]
+        // SAFETY: a model's slices name only its cells, there are as many elements, and as many groups.
+        unsafe {
+            half_links_vfp::push(slots, ids, stresses, self.array);
+        }
+        #[cfg(not(all(target_arch = "arm", target_abi = "eabihf")))]
+        for (slots, ids) in slots.iter().zip(ids) {
+            for ((lane, stress), &id) in stresses.iter().enumerate().zip(ids) {
+                let area = rows(|row| Lane(number(slots, row, lane)), nodal::AREA);
+                let ([x, y, z], end) = (times(*stress, area), self.end(id));
+                let Cell([a, b, c, d]) = end.get();
+                end.set(Cell([a - x.0, b - y.0, c - z.0, d]));
+            }
+        }
+    }
+}
+
+impl Gathered<f32> {
+    /// The sums of one cell of a slice; the array is that of the displacements.
+    #[inline(always)]
+    pub fn of_lane(ends: Ends<'_>, slice: usize, lane: usize) -> Option<Self> {
+        let here = ends.own(slice)?.get(lane)?;
+        let (slots, ids) = ends.rows(slice);
+        // SAFETY: a model's slices name only its cells, there are as many elements, as many groups, and the slice
+        // has this lane.
+        #[cfg(all(target_arch = "arm", target_abi = "eabihf"))]
+        let sums = unsafe { half_links_vfp::sums(slots, ids, lane, here, ends.array) };
+        #[cfg(not(all(target_arch = "arm", target_abi = "eabihf")))]
+        let sums = {
+            let (here, mut sums) = (here.get().xyz().map(Lane), Self::none());
+            for (slots, ids) in slots.iter().zip(ids) {
+                let there = ends.end(ids.get(lane).copied()?).get().xyz().map(Lane);
+                sums.add(here, there, |row| Lane(number(slots, row, lane)));
+            }
+            sums
+        };
+        Some(sums)
+    }
+}
+
+/// A number of one lane.
+#[inline(always)]
+pub(super) fn number(rows: &[[f32; LANES]], row: usize, lane: usize) -> f32 {
+    rows.get(row).and_then(|lanes| lanes.get(lane)).copied().unwrap_or(0.0)
 }
 
 /// Displacements of eight cells.

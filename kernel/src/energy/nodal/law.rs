@@ -1,10 +1,11 @@
 //! Stress and energy of a shape.
 
 use super::band::short;
-use super::gather::{Gathered, Own};
+use super::jacobi::Eigen;
 use super::matrix::{Matrix, both, each, inner, minus, three, times};
 use super::nearest::{Turn, of_unit_volume, rotation, turned};
 use super::state::Step;
+use super::sums::{Gathered, Own};
 use crate::backend::lane::{Lane, Real};
 use crate::model::image::nodal::BETA;
 
@@ -22,37 +23,30 @@ fn and_unit<V: Real>([[a, b, c], [d, e, f], [g, h, i]]: Matrix<V>) -> Matrix<V> 
     [[a + one, b, c], [d, e + one, f], [g, h, i + one]]
 }
 
+/// `F_i`.
+#[inline(always)]
+pub(super) fn shape<V: Real>(sums: &Gathered<V>, own: &Own<V>) -> Matrix<V> {
+    and_unit(slope(sums, own))
+}
+
 /// One step of R and Q, and the resulting stress and energy.
 #[inline(always)]
-pub(super) fn step<V: Real>(
+pub(super) fn step<V: Eigen>(
     stretch_min: f32,
     sums: &Gathered<V>,
     own: &Own<V>,
     turn: Turn<V>,
     unit: Matrix<V>,
 ) -> Step<V> {
-    let f = and_unit(slope(sums, own));
+    let f = shape(sums, own);
     let turn = turned(f, turn);
     let (unit, squared) = of_unit_volume(f, unit);
     respond(stretch_min, sums, own, turn, unit, squared)
 }
 
-/// The same with unchanged R and Q.
-#[inline(always)]
-pub(super) fn stay<V: Real>(
-    stretch_min: f32,
-    sums: &Gathered<V>,
-    own: &Own<V>,
-    turn: Turn<V>,
-    unit: Matrix<V>,
-) -> Step<V> {
-    let off = minus(and_unit(slope(sums, own)), unit);
-    respond(stretch_min, sums, own, turn, unit, inner(off, off))
-}
-
 /// Stress, force and energy; `squared` is the squared distance of F and Q.
 #[inline(always)]
-fn respond<V: Real>(
+pub(super) fn respond<V: Eigen>(
     stretch_min: f32,
     sums: &Gathered<V>,
     own: &Own<V>,

@@ -41,25 +41,34 @@
 //! at the cells all of whose neighbours are in them, if the displacements of all cells are those of the pass.
 //!
 //! Cost: per half-link the displacement of the other end is gathered and its force changed; a rotation and a
-//! shape per //! shape per cell. A sweep takes nine times as long as one over bare links. `f32` only, under `track` and `predict`.
+//! shape per cell. A sweep takes nine times as long as one over bare links. `f32` only, under `track` and `predict`.
 //! For held cells one sweep a tick is enough up to nu 0.48; nearer to 0.5 W grows, steps get shorter and the
 //! force lags.
 //!
 //! - `band`: the penalty below the least allowed stretch.
-//! - `gather`: sums over the half-links of a cell.
+//! - `gather`: the half-links of cells, their sums and forces.
+//! - `jacobi`: eigenvectors of a symmetric matrix.
 //! - `law`: stress and energy of a shape.
 //! - `linear`: the elasticity of the rest shape.
 //! - [`nearest`]: the steps of R and Q.
-//! - `scalar`: a single cell at any positions, for the few cells that the tool holds.
+//! - `scalar`: cell by cell, in a pass without a vector unit and at any positions for the few cells that the tool
+//!   holds; `half_links_vfp` and `jacobi_vfp` are parts of it on the floating-point unit of Armv7E-M.
+//! - `sums`: sums over the half-links of a cell, and its material.
 
 mod band;
 mod gather;
+#[cfg(all(target_arch = "arm", target_abi = "eabihf"))]
+mod half_links_vfp;
+mod jacobi;
+#[cfg(all(target_arch = "arm", target_abi = "eabihf"))]
+mod jacobi_vfp;
 mod law;
 mod linear;
 mod matrix;
 pub(crate) mod nearest;
 mod scalar;
 mod state;
+mod sums;
 #[cfg(test)]
 mod tests;
 
@@ -75,7 +84,8 @@ use crate::backend::f32x8::{Chunk, F32x8};
 use crate::backend::slices::cells_of;
 use crate::model::nodal::Nodal;
 use crate::number::cell::{Cell, add, single};
-use gather::{Ends, Gathered, own};
+use gather::{Ends, own};
+use sums::Gathered;
 
 impl<N: LinkNumber> Term<N> for Nodal<'_> {
     #[inline(always)]
@@ -134,8 +144,10 @@ impl<N: LinkNumber> Term<N> for Nodal<'_> {
         let quads = states.quads();
         for slice in pass.slices() {
             let cells = residual.get_mut(cells_of(slice, self.count)).unwrap_or_default();
-            for (r, force) in cells.iter_mut().zip(quads.force(slice).into_iter().flatten()) {
-                *r = r.plus(Cell(force.0.map(N::from_single)));
+            for forces in quads.on_slice(slice) {
+                for (r, force) in cells.iter_mut().zip(forces) {
+                    *r = r.plus(Cell(force.get().0.map(N::from_single)));
+                }
             }
         }
     }

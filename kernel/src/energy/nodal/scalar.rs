@@ -2,16 +2,17 @@
 
 use core::ops::Range;
 
-use super::gather::{Gathered, Own};
-use super::law::{stay, step};
-use super::matrix::{each, three, times};
-use super::state::{ShapeState, Step};
+use super::gather::{Ends, number};
+use super::law::{self, shape};
+use super::matrix::{Matrix, each, inner, minus, three, times};
+use super::nearest::{self, Turn};
+use super::state::ShapeState;
+use super::sums::{Gathered, Own};
 use crate::backend::lane::Lane;
 use crate::energy::held::Touched;
 use crate::energy::state::{Quads, SliceMemory, StatesOf};
 use crate::model::image::nodal;
 use crate::model::nodal::Nodal;
-use crate::model::range;
 use crate::number::cell::{Cell, sub};
 use crate::number::two_float::LANES;
 
@@ -40,41 +41,47 @@ impl Nodal<'_> {
     pub(super) fn stepped(self, cells: Range<usize>, from: SliceMemory<'_>, to: SliceMemory<'_>) {
         let slice = cells.start / LANES;
         let (Quads { displacements, .. }, forces) = (from.quads, from.quads.by_slice(slice));
-        let displaced = |cell: usize| displacements.get(cell).map_or([0.0; 3], |u| u.get().xyz());
-        let add_to = |cell: usize, [x, y, z, w]: [f32; 4]| {
-            if let Some(sum) = forces.get(cell) {
-                sum.set(sum.get().plus(Cell([x, y, z, w])));
-            }
+        let ends = Ends::of(self, displacements).zip(Ends::of(self, forces));
+        let (Some(numbers), Some((displacements, forces))) = (self.cells.get(slice), ends) else {
+            return;
         };
-        // The states, and the opposite of the stresses.
+        // The states and the stresses.
         let zero = Lane(0.0);
-        let mut pulls = [([[zero; 3]; 3], [zero; 4]); LANES];
-        for (lane, (cell, pull)) in cells.clone().zip(&mut pulls).enumerate() {
-            let (turn, unit) = variables(ShapeState::load(lane, from));
-            let sums = self.gathered(cell, displaced);
-            let step = step(self.stretch_min, &sums, &self.own(cell), turn, unit);
-            *pull = (each(step.stress, |x| zero - x), step.pull);
-            let (turn, unit) = (step.turn.map(|x| x.0), each(step.unit, |x| x.0));
-            ShapeState { turn, unit }.store(lane, to);
+        let (mut stresses, mut pulls) = ([[[zero; 3]; 3]; LANES], [[zero; 4]; LANES]);
+        let each_lane = stresses.iter_mut().zip(&mut pulls).enumerate().take(cells.len());
+        for (lane, (stress, pull)) in each_lane {
+            let Some(sums) = Gathered::of_lane(displacements, slice, lane) else { return };
+            let own = Own::of(|row| Lane(number(numbers, row, lane)));
+            let (mut turn, mut unit) = variables(ShapeState::load(lane, from));
+            let f = shape(&sums, &own);
+            turned(&f, &mut turn);
+            let squared = of_unit_volume(&f, &mut unit);
+            let state = ShapeState { turn: turn.map(|x| x.0), unit: each(unit, |x| x.0) };
+            state.store(lane, to);
+            *pull = respond(stress, self.stretch_min, &sums, &own, &turn, &unit, squared);
         }
         // The neighbours' forces, in the order of groups and lanes, then the cells' own.
-        for group in range(self.rows, slice) {
-            for (lane, (opposite, _)) in pulls.iter().enumerate() {
-                let Some((other, slot)) = self.slot(group, lane) else { continue };
-                let [x, y, z] = times(*opposite, three(slot.three(nodal::AREA), Lane));
-                add_to(other, [x.0, y.0, z.0, 0.0]);
-            }
-        }
-        for (cell, (_, pull)) in cells.zip(pulls) {
-            add_to(cell, pull.map(|x| x.0));
+        forces.push_each(slice, &stresses);
+        let own = forces.own(slice).map_or(&[][..], |own| own);
+        for (sum, pull) in own.iter().zip(pulls).take(cells.len()) {
+            sum.set(sum.get().plus(Cell(pull.map(|x| x.0))));
         }
     }
 
-    /// The shape of a cell at these positions, with unchanged rotation and shape of unit volume.
-    fn here(self, cell: usize, state: ShapeState, at: &impl Fn(usize) -> [f32; 3]) -> Step<f32> {
-        let (turn, unit) = variables(state);
+    /// Stress, force and energy of a cell at these positions, with unchanged rotation and shape of unit volume.
+    fn here(
+        self,
+        cell: usize,
+        state: ShapeState,
+        at: &impl Fn(usize) -> [f32; 3],
+    ) -> (Matrix<f32>, [Lane<f32>; 4]) {
+        let ((turn, unit), own) = (variables(state), self.own(cell));
         let sums = self.gathered(cell, |cell| sub(at(cell), self.rest_position(cell)));
-        stay(self.stretch_min, &sums, &self.own(cell), turn, unit)
+        let off = minus(shape(&sums, &own), unit);
+        let mut stress = [[Lane(0.0); 3]; 3];
+        let squared = inner(off, off);
+        let pull = respond(&mut stress, self.stretch_min, &sums, &own, &turn, &unit, squared);
+        (stress, pull)
     }
 
     /// Force on a cell at these positions.
@@ -84,10 +91,10 @@ impl Nodal<'_> {
         at: &impl Fn(usize) -> [f32; 3],
         states: StatesOf<'_>,
     ) -> [f32; 3] {
-        let Step { pull: [x, y, z, _], .. } = self.here(cell, states.shape(cell), at);
+        let (_, [x, y, z, _]) = self.here(cell, states.shape(cell), at);
         let mut force = [x.0, y.0, z.0];
         for (other, _) in self.slots_of(cell).filter(|(other, _)| *other != cell) {
-            let stress = self.here(other, states.shape(other), at).stress;
+            let (stress, _) = self.here(other, states.shape(other), at);
             let area = three(self.back_area(cell, other), Lane);
             for (sum, part) in force.iter_mut().zip(times(stress, area)) {
                 *sum -= part.0;
@@ -127,11 +134,10 @@ impl Nodal<'_> {
         states: StatesOf<'_>,
         sums: &mut Touched,
     ) {
-        let here = self.here(cell, states.shape(cell), at);
-        let [.., energy] = here.pull;
+        let (stress, [.., energy]) = self.here(cell, states.shape(cell), at);
         sums.wd2 = sums.wd2.plus((0.5 * energy.0).into());
         let mut size = 0.0;
-        for row in here.stress {
+        for row in stress {
             for part in row {
                 size += part.0.abs();
             }
@@ -148,6 +154,36 @@ impl Nodal<'_> {
         }
         sums.scale += scale;
     }
+}
+
+// The steps of one shape, not inlined and in place: each has the registers for itself.
+
+#[inline(never)]
+fn turned(f: &Matrix<f32>, turn: &mut Turn<f32>) {
+    *turn = nearest::turned(*f, *turn);
+}
+
+#[inline(never)]
+fn of_unit_volume(f: &Matrix<f32>, unit: &mut Matrix<f32>) -> Lane<f32> {
+    let (next, squared) = nearest::of_unit_volume(*f, *unit);
+    *unit = next;
+    squared
+}
+
+/// Sets P from R, Q and the squared distance of F and Q. Returns force and energy.
+#[inline(never)]
+fn respond(
+    stress: &mut Matrix<f32>,
+    stretch_min: f32,
+    sums: &Gathered<f32>,
+    own: &Own<f32>,
+    turn: &Turn<f32>,
+    unit: &Matrix<f32>,
+    squared: Lane<f32>,
+) -> [Lane<f32>; 4] {
+    let step = law::respond(stretch_min, sums, own, *turn, *unit, squared);
+    *stress = step.stress;
+    step.pull
 }
 
 /// R and Q of a state.

@@ -6,7 +6,7 @@ use super::matrix::Matrix;
 use super::nearest::Turn;
 use crate::backend::f32x8::F32x8;
 use crate::backend::lane::Lane;
-use crate::energy::state::{Row, SliceMemory, StatesOf, number, put};
+use crate::energy::state::{Row, SliceMemory, StatesOf, put};
 use crate::model::nodal::Nodal;
 use crate::model::terms::Keeps;
 use crate::number::two_float::LANES;
@@ -50,19 +50,22 @@ impl ShapeState {
         unit: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
     };
 
-    /// The state of a lane.
+    /// The state of a lane, 0 beyond the eighth.
     #[inline(always)]
     pub fn load(lane: usize, memory: SliceMemory<'_>) -> Self {
-        let row = |row| number(memory.lasting, row, lane);
-        let three = |first| [row(first), row(first + 1), row(first + 2)];
-        Self { turn: [row(0), row(1), row(2), row(3)], unit: [three(4), three(7), three(10)] }
+        let Some(rows) = memory.lasting.first_chunk::<LASTING>() else { return Self::REST };
+        let rows =
+            rows.each_ref().map(|row| row.as_array_of_cells().get(lane).map_or(0.0, Shared::get));
+        let [p, q, r, s, a, b, c, d, e, f, g, h, i] = rows;
+        Self { turn: [p, q, r, s], unit: [[a, b, c], [d, e, f], [g, h, i]] }
     }
 
     /// Stores the state of a lane.
     #[inline(always)]
     pub fn store(self, lane: usize, memory: SliceMemory<'_>) {
+        let Some(rows) = memory.lasting.first_chunk::<LASTING>() else { return };
         let ([p, q, r, s], [[a, b, c], [d, e, f], [g, h, i]]) = (self.turn, self.unit);
-        put(memory.lasting, lane, [p, q, r, s, a, b, c, d, e, f, g, h, i]);
+        put(rows, lane, [p, q, r, s, a, b, c, d, e, f, g, h, i]);
     }
 }
 

@@ -100,49 +100,86 @@ pub(crate) fn step(
     basis: &CoarseBasis<'_>,
     room: &[Eight],
     points: &mut Points<'_, f32>,
-    [alpha, beta]: [f32; 2],
+    factors: [f32; 2],
 ) -> bool {
     let linear = Range::new(terms.model.saturation());
-    let (mobility, factors) = (terms.mobility(), terms.factors());
-    let elastic = basis.elastic();
+    // Arrays of one length, so that a cell is looked up in all of them or in none.
+    let mobility = terms.mobility();
+    let cells = mobility.len();
+    let (Some(published), Some(at), Some(before), Some(residual)) = (
+        points.published.get_mut(..cells),
+        points.at.get_mut(..cells),
+        points.before.get_mut(..cells),
+        points.residual.get(..cells),
+    ) else {
+        return false;
+    };
+    let local = basis.elastic().and_then(|_| terms.factors().get(..cells));
+    let is_elastic = basis.elastic().is_some();
+    let mut arrays = Arrays { published, at, before, residual, mobility, local, is_elastic };
     let mut beyond = false;
     for at_box in 0..basis.corners.len() {
         let corners = corners(basis, room, at_box);
         let pairs = range(basis.rows, at_box);
         let cells = basis.cells.get(pairs.clone()).unwrap_or(&[]);
         let of = basis.weights.get(pairs).unwrap_or(&[]);
-        // Update both cells of each pair.
         for (&[one, other], pair) in cells.iter().zip(of) {
-            for (id, second) in [(other, true), (one, false)] {
-                let cell = usize::from(id);
-                let (Some(published), Some(at), Some(before), Some(r), Some(&mobility)) = (
-                    points.published.get_mut(cell),
-                    points.at.get_mut(cell),
-                    points.before.get_mut(cell),
-                    points.residual.get(cell),
-                    mobility.get(cell),
-                ) else {
-                    continue;
-                };
-                let (y, last) = (at.xyz(), before.xyz());
-                let coarse = along(&corners, weights(pair, second));
-                let sure = scale(mobility, r.xyz());
-                let own = elastic.map_or(sure, |_| scale(factor(factors, cell), sure));
-                let z = add(own, coarse);
-                let next = add(y, elastic.map_or(z, |_| sure));
-                let ahead = add(add(y, scale(alpha, z)), scale(beta, sub(y, last)));
-                beyond |= linear.is_left(next, ahead);
-                // A box with an odd number of cells lists its last one twice, once without weights.
-                if second && other == one {
-                    continue;
-                }
-                *before = Cell::at(y);
-                *published = Cell::at(next);
-                *at = Cell::at(ahead);
-            }
+            // A box with an odd number of cells lists its last one twice, once without weights.
+            let coarse = along(&corners, weights(pair, true));
+            beyond |= arrays.update(other, coarse, factors, &linear, other != one);
+            let coarse = along(&corners, weights(pair, false));
+            beyond |= arrays.update(one, coarse, factors, &linear, true);
         }
     }
     beyond
+}
+
+/// Arrays of an update, with an element for each cell.
+struct Arrays<'a> {
+    published: &'a mut [Cell],
+    at: &'a mut [Cell],
+    before: &'a mut [Cell],
+    residual: &'a [Cell],
+    mobility: &'a [f32],
+    /// The local part of the direction over r / W, if it is another one than 1.
+    local: Option<&'a [f32]>,
+    is_elastic: bool,
+}
+
+impl Arrays<'_> {
+    /// Updates a cell if `is_stored`. Returns true if some coordinate of the new points is beyond K.
+    #[inline(always)]
+    fn update(
+        &mut self,
+        id: u16,
+        coarse: [f32; 3],
+        factors: [f32; 2],
+        linear: &Range<f32>,
+        is_stored: bool,
+    ) -> bool {
+        let ([alpha, beta], cell) = (factors, usize::from(id));
+        let (Some(published), Some(at), Some(before), Some(r), Some(&mobility)) = (
+            self.published.get_mut(cell),
+            self.at.get_mut(cell),
+            self.before.get_mut(cell),
+            self.residual.get(cell),
+            self.mobility.get(cell),
+        ) else {
+            return false;
+        };
+        let (y, last) = (at.xyz(), before.xyz());
+        let sure = scale(mobility, r.xyz());
+        let own = self.local.map_or(sure, |local| scale(factor(local, cell), sure));
+        let z = add(own, coarse);
+        let next = add(y, if self.is_elastic { sure } else { z });
+        let ahead = add(add(y, scale(alpha, z)), scale(beta, sub(y, last)));
+        if is_stored {
+            *before = Cell::at(y);
+            *published = Cell::at(next);
+            *at = Cell::at(ahead);
+        }
+        linear.is_left(next, ahead)
+    }
 }
 
 /// The coarse direction at a cell, summed over the corners in their order.

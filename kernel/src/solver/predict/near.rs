@@ -19,6 +19,7 @@
 use super::{ARRAYS, TRACK};
 use crate::backend::slice_set::SliceSet;
 use crate::backend::slices::{cells_of, clear};
+use crate::energy::sliced;
 use crate::energy::surface::Touching;
 use crate::model::Model;
 use crate::number::cell::{Cell, add, peak, scale};
@@ -63,7 +64,7 @@ pub(super) fn balance(body: &mut Body<'_, '_>, own: &mut [Cell]) -> bool {
     clear(ways, core.iter(slices));
     // Move the cells; the terms' states of the last pass come back afterwards.
     body.terms.states.save(around, slices);
-    body.terms.displace(0..slices, at);
+    sliced::displace(body.terms, at);
     let (mobility, factors) = (body.terms.mobility(), body.terms.factors());
     let unit = if model.is_nodal() { 1.0 } else { OF_LINKS };
     let mut highest = 0.0;

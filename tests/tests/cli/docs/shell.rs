@@ -22,7 +22,7 @@ pub enum Purpose {
     /// Shell lines that do not run here.
     NoRun,
     /// Neither: text; Rust, which the documentation tests compile; Python, which the tests of the
-    /// package run; a file of a project, which `.ci/firmware-page` builds.
+    /// package run.
     Other,
 }
 
@@ -31,9 +31,6 @@ pub fn purpose(block: &Block) -> Option<Purpose> {
     match block.info.as_str() {
         "sh" => Some(Purpose::Run),
         "text" | "rust" | "python" => Some(Purpose::Other),
-        info if info.split_once(",file: ").is_some_and(|(_, name)| !name.trim().is_empty()) => {
-            Some(Purpose::Other)
-        }
         info => {
             let reason = info.strip_prefix("sh,no-run: ")?;
             (!reason.trim().is_empty()).then_some(Purpose::NoRun)
@@ -55,7 +52,7 @@ fn every_fence_is_known() {
         }
     }
     let unknown =
-        ["bash", "console", "", "sh,no-run:", "sh,no-run: ", "rust,ignore", "toml,file: "];
+        ["bash", "console", "", "sh,no-run:", "sh,no-run: ", "rust,ignore", "toml,file: x"];
     for info in unknown {
         let block = Block { info: info.into(), text: String::new() };
         assert_eq!(purpose(&block), None, "{info}");

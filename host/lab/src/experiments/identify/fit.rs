@@ -20,7 +20,7 @@ use super::uncertainty::{self, Estimate};
 use super::unknown::{Unknown, check_ratios};
 use super::{Bench, Bounds, Parameters, start};
 use chaincell_host::error::{Error, Result};
-use chaincell_host::terminal;
+use chaincell_host::terminal::Progress;
 
 /// Step of the coordinates for differences.
 const STEP: f64 = 0.01;
@@ -163,7 +163,7 @@ pub fn identify(bench: &Bench<'_>, bounds: &Bounds, hold_out: f64) -> Result<Ide
     let start = Instant::now();
     check(bench, bounds, hold_out)?;
     let unknowns = Unknown::of(bench);
-    let bar = terminal::progress(60 * unknowns.len() as u64, "identify");
+    let bar = Progress::new(60 * unknowns.len() as u64, "identify");
     let held_out: Vec<Vec<bool>> =
         bench.targets.iter().map(|target| spread(target.rows(), hold_out)).collect();
     let noise = bench.targets.iter().map(|target| spread_of(target, NOISE * target.scale()));
@@ -183,8 +183,8 @@ pub fn identify(bench: &Bench<'_>, bounds: &Bounds, hold_out: f64) -> Result<Ide
     }
     let fitted = fit.predict(&parameters)?;
     let (estimates, undetermined) = uncertainty::judge(&fit, &parameters, &fitted)?;
-    let evaluations = fit.bar.position() as usize;
-    fit.bar.finish_and_clear();
+    let evaluations = fit.bar.done() as usize;
+    drop(fit.bar);
     Ok(Identified {
         targets: goodness(bench.targets, &fitted, &fit.held_out),
         parameters,

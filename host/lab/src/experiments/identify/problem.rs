@@ -1,12 +1,11 @@
 //! The problem of a fit: residuals of the rows that are fitted, at any parameters.
 
-use indicatif::ProgressBar;
-
 use super::forward::{Predicted, predict};
 use super::target::Target;
 use super::unknown::Unknown;
 use super::{Bench, Bounds, Parameters};
 use chaincell_host::error::{Error, Result};
+use chaincell_host::terminal::Progress;
 
 /// Residuals of the rows that are fitted, with their weights.
 pub(super) struct Fit<'a> {
@@ -17,14 +16,14 @@ pub(super) struct Fit<'a> {
     /// Standard deviation of each number of each target.
     pub noise: Vec<Vec<f64>>,
     /// Counts evaluations.
-    pub bar: ProgressBar,
+    pub bar: Progress,
 }
 
 impl Fit<'_> {
     /// The forward problem, counted.
     pub fn predict(&self, parameters: &Parameters) -> Result<Predicted> {
         let found = predict(self.bench, parameters);
-        self.bar.inc(1);
+        self.bar.step();
         found
     }
 

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use super::fit::Identified;
 use super::target::{Kind, Target};
-use crate::charts::plot::{Axis, Chart, Figure, Style};
+use crate::charts::plot::{Axis, Chart, Figure, Picture, Style};
 use chaincell_host::error::Result;
 
 /// First line of residuals.csv.
@@ -59,7 +59,7 @@ pub fn charts(targets: &[Target], found: &Identified) -> Result<Vec<Figure>> {
                 "{shows} Markers of another colour were held out. Target {number}, {kind}."
             );
             let name = format!("target{number}_{}_{what}", kind.replace(['-', ' '], "_"));
-            drawn.push(Figure::new(name, caption, chart.draw()?));
+            drawn.push(Figure::new(name, caption, Picture::of(&chart)?));
         }
     }
     Ok(drawn)

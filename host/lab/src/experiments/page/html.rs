@@ -4,8 +4,8 @@ use std::fmt::Write as _;
 
 use super::section::{Findings, Page, Section};
 use super::table::{Table, duration};
-use crate::charts::pen::escape;
 use crate::charts::plot::Figure;
+use chaincell_host::picture::chart::pen::escape;
 use chaincell_host::words::counted;
 
 const STYLE: &str = include_str!("style.css");
@@ -132,7 +132,7 @@ fn is_number(cell: &str) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::charts::plot::{Axis, Chart, Style};
+    use crate::charts::plot::{Axis, Chart, Picture, Style};
     use crate::experiments::page::Context;
 
     #[test]
@@ -140,7 +140,8 @@ mod tests {
         static PAGE: Page = Page { name: "one", title: "Title", intro: "Intro.", experiments: &[] };
         let rows = Table::of(["1 mm deep", "-1.5"]).column("a<b", |_| "-1.5").column("c", |c| c);
         let chart = Chart::new("t", Axis::linear("x"), Axis::linear("y"));
-        let picture = chart.series("s", Style::Line, &[[0.0, 1.0], [1.0, 2.0]]).draw().unwrap();
+        let chart = chart.series("s", Style::Line, &[[0.0, 1.0], [1.0, 2.0]]);
+        let picture = Picture::of(&chart).unwrap();
         let section = Section {
             key: "one",
             title: "One <script>".into(),

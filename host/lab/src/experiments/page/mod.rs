@@ -9,15 +9,14 @@ pub mod table;
 
 use std::time::Instant;
 
-use indicatif::ProgressBar;
-
 use chaincell_host::error::Result;
 use chaincell_host::files::output::Folder;
 use chaincell_host::interrupt;
+use chaincell_host::terminal::Progress;
 pub use section::{Context, Findings, Numbers, Page, Section};
 
 /// Runs every experiment of a page; those that are done stay in `findings` whatever ends the rest.
-pub fn collect(findings: &mut Findings, bar: &ProgressBar) -> Result<()> {
+pub fn collect(findings: &mut Findings, bar: &Progress) -> Result<()> {
     for experiment in findings.page.experiments {
         let start = Instant::now();
         // Sections are missing, whatever the reason of an error.
@@ -26,7 +25,7 @@ pub fn collect(findings: &mut Findings, bar: &ProgressBar) -> Result<()> {
         let section = section?;
         findings.seconds.insert(section.key, start.elapsed().as_secs_f64());
         findings.sections.push(section);
-        bar.inc(1);
+        bar.step();
     }
     Ok(())
 }

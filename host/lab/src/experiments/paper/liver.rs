@@ -6,14 +6,15 @@ use nalgebra::Vector3;
 use serde_json::{Value, json};
 
 use super::press::{Pressed, Probe, SWEEPS, chainmail, network};
-use crate::charts::plot::{Axis, Chart, Figure, Style};
-use crate::charts::render::{Body, ColourBar, Paint, Panel, Sheet, cut};
+use crate::charts::plot::{Axis, Chart, Figure, Picture, Style};
+use crate::charts::{ColourBar, Panel, Sheet, cut};
 use crate::experiments::page::table::Table;
 use crate::experiments::page::{Context, Numbers, Section};
 use crate::experiments::report::scene::{Scene, Source};
 use crate::reference::vectors::{minus, norm};
 use chaincell_host::error::Result;
 use chaincell_host::mesh::Mesh;
+use chaincell_host::picture::{Body, Paint, front};
 use chaincell_host::words::counted;
 
 /// Radius of the probe and depth of the press [mean link lengths].
@@ -167,7 +168,7 @@ impl Case {
                 "paper_liver_force",
                 "The force rises with the press, trembles with the hand and goes with the retreat. \
                  ChainMail has none to show.",
-                self.force().draw()?,
+                Picture::of(&self.force())?,
             ),
         ])
     }
@@ -204,7 +205,7 @@ impl Case {
 
     fn sheet(&self) -> Sheet {
         let up = self.scene.direction.map(|x| -x);
-        let front = self.front(up);
+        let front = front(&self.mesh.nodes_m, up);
         let [deep, touch] = self.probe.centres_m();
         let states = [
             ("initial state", &self.mesh.nodes_m, touch),
@@ -264,23 +265,6 @@ impl Case {
 
     fn name(&self) -> &'static str {
         if self.scene.name == "liver" { "the liver" } else { "a generated organ" }
-    }
-
-    /// Unit vector to the eye, level: across the body's longest level extent.
-    fn front(&self, up: [f64; 3]) -> [f64; 3] {
-        let up = Vector3::from(up).normalize();
-        let count = self.mesh.nodes_m.len().max(1) as f64;
-        let points = || self.mesh.nodes_m.iter().map(|p| Vector3::from(*p));
-        let middle = points().sum::<Vector3<f64>>() / count;
-        // Power iteration on the spread across `up`.
-        let mut long = up.cross(&Vector3::new(0.3, 0.5, 0.8)).normalize();
-        for _ in 0..50 {
-            let spread: Vector3<f64> =
-                points().map(|p| (p - middle) * (p - middle).dot(&long)).sum();
-            let level = spread - up * spread.dot(&up);
-            long = level.try_normalize(1e-30).unwrap_or(long);
-        }
-        long.cross(&up).into()
     }
 
     fn force(&self) -> Chart {

@@ -7,8 +7,8 @@ use serde_json::{Value, json};
 
 use crate::bodies::Variant;
 use crate::chainmail::{ChainMail, Limits};
-use crate::charts::plot::{Axis, Chart, Figure, Style};
-use crate::charts::render::{Body, ColourBar, Paint, Panel, Sheet};
+use crate::charts::plot::{Axis, Chart, Figure, Picture, Style};
+use crate::charts::{ColourBar, Panel, Sheet};
 use crate::experiments::page::table::Table;
 use crate::experiments::page::{Context, Numbers, Section};
 use crate::experiments::report::scene::{Scene, Source};
@@ -17,6 +17,7 @@ use crate::reference::vectors::{minus, norm};
 use chaincell_host::engine::{Engine, Scheme};
 use chaincell_host::error::Result;
 use chaincell_host::mesh::Mesh;
+use chaincell_host::picture::{Body, Paint};
 
 /// Displacement of the centre \[m\].
 const DEPTH_M: f64 = 0.03;
@@ -76,7 +77,7 @@ pub fn section(_context: &Context) -> Result<Section> {
             plane.neighbours
         );
         let name = format!("paper_profile_{}", plane.neighbours);
-        figures.push(Figure::new(name.as_str(), caption, plane.chart()?.draw()?));
+        figures.push(Figure::new(name.as_str(), caption, Picture::of(&plane.chart()?)?));
         numbers.push(Numbers { name, csv: plane.csv()? });
     }
     Ok(Section {

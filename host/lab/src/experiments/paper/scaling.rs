@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 use serde::Serialize;
 
 use crate::bodies::Variant;
-use crate::charts::plot::{Axis, Chart, Figure, Style};
+use crate::charts::plot::{Axis, Chart, Figure, Picture, Style};
 use crate::experiments::page::table::{Table, csv, percent, us};
 use crate::experiments::page::{Context, Numbers, Section};
 use crate::reference::vectors::{distance, dot, minus, norm, plus, size};
@@ -347,7 +347,7 @@ fn figures(rows: &[Row]) -> Result<Vec<Figure>> {
         let caption = format!(
             "Each line is a press at one place, its points networks of fewer cells to the left. {sees}"
         );
-        Ok(Figure::new(name, caption, chart.draw()?))
+        Ok(Figure::new(name, caption, Picture::of(&chart)?))
     };
     let off = "against the network of all nodes, at the end of the press.";
     Ok(vec![

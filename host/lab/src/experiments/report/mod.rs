@@ -19,7 +19,7 @@ mod motions;
 mod pictures;
 pub mod scene;
 mod snaps;
-mod sweeps;
+pub mod sweeps;
 
 use super::page::table::Table;
 use super::page::{Context, Page, Section};

@@ -1,6 +1,6 @@
 //! The charts of a report: error of the force over time of a tick.
 
-use crate::charts::plot::{Axis, Chart, Figure, Style};
+use crate::charts::plot::{Axis, Chart, Figure, Picture, Style};
 use chaincell_host::error::Result;
 
 /// Errors below this are drawn at it \[%\].
@@ -33,7 +33,7 @@ pub fn figures(name: &str, measure: &str, points: &[Point<'_>]) -> Result<Vec<Fi
             "The lower left is best: a small error in a short tick. Along each line the sweeps a tick \
              grow from 1 on. Error of the force, {measure}: {motion}."
         );
-        let picture = chart(motion, measure, here).draw()?;
+        let picture = Picture::of(&chart(motion, measure, here))?;
         Ok(Figure::new(format!("{name}_{}", number + 1), caption, picture))
     };
     motions.into_iter().enumerate().map(draw).collect()

@@ -155,9 +155,9 @@ impl Source {
 }
 
 impl Scene {
-    /// The bytes of the image.
+    /// The model as a file has it.
     #[must_use]
-    pub fn image(&self) -> &[u8] {
+    pub fn bytes(&self) -> &[u8] {
         self.image.as_bytes()
     }
 

@@ -6,6 +6,7 @@
 //! column of their own. Where snaps would take more than 15 % of the ticks that count, none is left
 //! out: such a press says little about a scheme.
 
+use chaincell_host::engine::convergence::Errors;
 use serde::Serialize;
 
 use crate::experiments::page::table::percent;
@@ -79,17 +80,13 @@ impl Snaps {
     pub fn spread(&self, errors: &[(usize, f64)]) -> Spread {
         let counted = errors.iter().copied().filter(|(tick, _)| *tick >= FIRST_TICK);
         let (inside, outside): (Vec<_>, Vec<_>) = counted.partition(|(tick, _)| self.hold(*tick));
-        let mut outside: Vec<f64> = outside.into_iter().map(|(_, error)| error).collect();
-        outside.sort_by(f64::total_cmp);
-        let at = |part: f64| {
-            let at = (part * outside.len().saturating_sub(1) as f64).round() as usize;
-            outside.get(at).copied().unwrap_or_default()
-        };
+        let outside = Errors::of(outside.into_iter().map(|(_, error)| error));
+        let within = |percent| outside.as_ref().map_or(0.0, |errors| errors.within(percent));
         let inside = inside.into_iter().map(|(_, error)| error);
         Spread {
-            median: at(0.5),
-            p90: at(0.9),
-            largest: at(1.0),
+            median: within(50),
+            p90: within(90),
+            largest: within(100),
             in_snaps: inside.max_by(f64::total_cmp),
         }
     }

@@ -2,7 +2,7 @@
 //! cells and for a ball on a contact surface that is pressed, slides and trembles. The reference is the
 //! same body under the same motion with [`MANY`] sweeps a tick.
 
-use chaincell_kernel::{Flags, ToolPose};
+use chaincell_kernel::{Flags, Model, ToolPose};
 use nalgebra::Vector3;
 use serde::Serialize;
 use serde_json::json;
@@ -16,6 +16,7 @@ use crate::experiments::page::{Context, Numbers, Section};
 use chaincell_host::bake::tissue::Tissue;
 use chaincell_host::bake::{BakeOptions, ORGAN_YOUNG_PA, PerCell};
 use chaincell_host::cli::session::press;
+use chaincell_host::engine::contact::automatic;
 use chaincell_host::engine::convergence::{Errors, MANY};
 use chaincell_host::engine::place::place;
 use chaincell_host::engine::{Contact, Engine, Scheme};
@@ -37,7 +38,7 @@ const QUICK_CELLS: usize = 300;
 
 /// What a tool does to a body.
 #[derive(Debug, Clone, Copy)]
-struct Task {
+pub struct Task {
     /// Whether it holds cells; otherwise it is a ball.
     holds: bool,
     path: Path,
@@ -53,8 +54,8 @@ enum Path {
 
 const SLOW: Path = Path::Motion(Motion::Press { from_mm: 0.0, to_mm: 10.0, press_s: 0.3 });
 const TASKS: [Task; 5] = [
-    Task { holds: true, path: SLOW },
-    Task { holds: false, path: SLOW },
+    Task::HELD_PRESS,
+    Task::BALL_PRESS,
     Task {
         holds: false,
         path: Path::Motion(Motion::Press { from_mm: -20.0, to_mm: 23.0, press_s: 0.15 }),
@@ -104,15 +105,25 @@ fn words(material: Option<f64>) -> String {
     material.map_or_else(|| "links".to_owned(), |poisson| format!("shapes, nu {poisson}"))
 }
 
-/// An organ of this material.
-fn body(cells: usize, material: Option<f64>) -> Result<Scene> {
+/// The generated organ of about so many `cells`: nodal shapes of this Poisson's ratio, or links.
+///
+/// # Errors
+/// As the generator.
+pub fn body(cells: usize, material: Option<f64>) -> Result<Scene> {
     let of = PerCell::Uniform;
     let tissue = material.map(|poisson| Tissue::new(of(ORGAN_YOUNG_PA), of(poisson)));
     Source::organ(Some(cells))?.bake(&BakeOptions { tissue, ..BakeOptions::default() })
 }
 
 impl Task {
-    fn words(self) -> String {
+    /// Cells that a tool holds, pressed in by 10 mm in 300 ms, then held there.
+    pub const HELD_PRESS: Self = Self { holds: true, path: SLOW };
+    /// The same by a ball that touches the surface at first.
+    pub const BALL_PRESS: Self = Self { holds: false, path: SLOW };
+
+    /// What it is, for tables.
+    #[must_use]
+    pub fn words(self) -> String {
         let tool = if self.holds { "held cells" } else { "ball" };
         match self.path {
             Path::Motion(motion) => format!("{tool}, {}", motion.words()),
@@ -123,17 +134,24 @@ impl Task {
         }
     }
 
-    fn engine<'m>(self, scene: &'m Scene, sweeps: u16) -> Result<Engine<'m>> {
+    /// The body at rest under the tool, with so many `sweeps` a tick.
+    ///
+    /// # Errors
+    /// A body that the tool cannot hold or touch.
+    pub fn engine(self, model: Model<'_>, sweeps: u16) -> Result<Engine<'_>> {
         let contact = match self.holds {
-            true => Contact::Cells(scene.contacts.clone()),
+            true => Contact::Cells(automatic(&model)?),
             false => Contact::sphere(RADIUS_M, 0.0),
         };
         let variant = Variant::single(Scheme::Predict, true);
-        variant.unlimited(scene.model()?, contact, sweeps, |settings| settings)
+        variant.unlimited(model, contact, sweeps, |settings| settings)
     }
 
     /// The tool tick by tick.
-    fn poses(self, engine: &Engine<'_>) -> Result<Vec<ToolPose>> {
+    ///
+    /// # Errors
+    /// As the built-in press.
+    pub fn poses(self, engine: &Engine<'_>) -> Result<Vec<ToolPose>> {
         match self.path {
             Path::ThereAndBack { depth_m, ticks } => {
                 Ok(press(engine, Some(depth_m), ticks)?.into_iter().map(ToolPose::from).collect())
@@ -151,7 +169,7 @@ impl Task {
     }
 
     fn play(self, scene: &Scene, poses: &[ToolPose], sweeps: u16) -> Result<Played> {
-        let mut engine = self.engine(scene, sweeps)?;
+        let mut engine = self.engine(scene.model()?, sweeps)?;
         let (mut forces_n, mut times, mut rolled_back) = (Vec::new(), Latencies::new()?, 0);
         for pose in poses {
             interrupt::check()?;
@@ -162,13 +180,22 @@ impl Task {
         Ok(Played { forces_n, tick_ns: times.summary(), rolled_back })
     }
 
-    /// The task with each number of sweeps, against the same with `many`; `material` as in tables.
-    fn rows(self, scene: &Scene, material: &str, many: u16) -> Result<Vec<SweepRow>> {
-        let poses = self.poses(&self.engine(scene, 1)?)?;
+    /// The task with each number of `sweeps`, against the same with `many`; `material` as in tables.
+    ///
+    /// # Errors
+    /// As [`Self::engine`]; a tool that touches nothing.
+    pub fn rows(
+        self,
+        scene: &Scene,
+        material: &str,
+        sweeps: &[u16],
+        many: u16,
+    ) -> Result<Vec<SweepRow>> {
+        let poses = self.poses(&self.engine(scene.model()?, 1)?)?;
         let exact = self.play(scene, &poses, many)?;
         let peak_n = exact.forces_n.iter().map(|force| force.norm()).fold(0.0, f64::max);
         let mut rows = Vec::new();
-        for sweeps in SWEEPS {
+        for &sweeps in sweeps {
             let Played { forces_n, tick_ns, rolled_back } = self.play(scene, &poses, sweeps)?;
             let [median, p90, largest] = errors(&forces_n, &exact.forces_n, peak_n)?;
             // A pass is what each sweep more takes.
@@ -205,7 +232,7 @@ fn errors(forces_n: &[Vector3<f64>], exact: &[Vector3<f64>], peak_n: f64) -> Res
 }
 
 /// Every body under every motion.
-pub fn section(context: &Context) -> Result<Section> {
+pub(crate) fn section(context: &Context) -> Result<Section> {
     let (materials, tasks, cells) = match context.quick {
         true => (&QUICK_MATERIALS[..], &TASKS[..QUICK_TASKS], QUICK_CELLS),
         false => (&MATERIALS[..], &TASKS[..], CELLS),
@@ -214,7 +241,7 @@ pub fn section(context: &Context) -> Result<Section> {
     for &material in materials {
         let scene = body(context.cells.unwrap_or(cells), material)?;
         for task in tasks {
-            rows.extend(task.rows(&scene, &words(material), MANY)?);
+            rows.extend(task.rows(&scene, &words(material), &SWEEPS, MANY)?);
         }
     }
     // A chart for each motion.
@@ -292,7 +319,7 @@ mod tests {
     fn a_second_sweep_buys_a_smaller_error() {
         let scene = body(600, Some(0.45)).unwrap();
         for task in [TASKS[1], TASKS[2]] {
-            let rows = task.rows(&scene, "shapes", 24).unwrap();
+            let rows = task.rows(&scene, "shapes", &[1, 2], 24).unwrap();
             let (one, two) = (&rows[0], &rows[1]);
             assert!(1e-4 < one.median && one.median < 0.02 && one.p90 < 0.10, "{one:?}");
             assert!(0.0 < two.median && two.median < 0.005 && two.p90 < 0.03, "{two:?}");

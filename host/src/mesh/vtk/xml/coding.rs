@@ -2,11 +2,10 @@
 
 use std::borrow::Cow;
 use std::cell::Cell;
-use std::io::Read;
 
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
-use flate2::read::ZlibDecoder;
+use miniz_oxide::inflate::{TINFLStatus, decompress_to_vec_zlib_with_limit};
 use roxmltree::Node;
 
 use crate::error::Result;
@@ -203,11 +202,15 @@ impl<'a> Coding<'a> {
         for size in sizes {
             let (block, behind) = rest.split_at(size as usize);
             rest = behind;
-            // Reading one byte more than wanted shows if there are too many.
-            let room = (wanted + 1).saturating_sub(bytes.len() as u64);
-            ZlibDecoder::new(block).take(room).read_to_end(&mut bytes).map_err(|why| {
-                format!("zlib: {why}; the file is damaged: save or copy it again")
-            })?;
+            // One byte more than wanted shows that there are too many.
+            let most = (wanted + 1).saturating_sub(bytes.len() as u64);
+            match decompress_to_vec_zlib_with_limit(block, most as usize) {
+                Ok(unpacked) => bytes.extend(unpacked),
+                Err(why) if why.status == TINFLStatus::HasMoreOutput => bytes.extend(why.output),
+                Err(why) => {
+                    return Err(format!("zlib: {why}; the file is damaged: save or copy it again"));
+                }
+            }
         }
         Ok(bytes)
     }

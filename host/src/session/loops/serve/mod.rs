@@ -273,9 +273,11 @@ impl<'a> Run<'a> {
         inbox.clear();
         let mut waiter = Waiter::new(server.options.wait, PERIOD_NS);
         waiter.expect_after(start_ns);
+        // Go on where a restored session stood.
         let resumed = server.resumed;
         let charge = resumed.map_or_else(Charge::new, Charge::resuming);
         let paused = resumed.is_some_and(|of| of.is_paused);
+        // Prepare the time budget and the session.
         let least = engine.least_sweeps();
         let budget = TimeBudget::new(server.options.budget, least, server.options.max_pose_hz);
         let session = Session::new(engine, shared, &server.options, (charge, paused));
@@ -381,10 +383,12 @@ impl<'a> Run<'a> {
     }
 
     fn report(self, ended_by: Ending, refused: Vec<String>) -> ServeReport {
+        // Costs of the readers.
         let (states_sent, state_ns) =
             self.state.as_ref().map_or_else(Default::default, |state| state.feed.cost());
         let (contacts_sent, contacts_ns) =
             self.contacts.as_ref().map_or_else(Default::default, |contacts| contacts.feed.cost());
+        // Silences and steps of the published forces.
         let voice = self.shared.voice();
         ServeReport {
             ticks_executed: self.session.executed,

@@ -4,7 +4,7 @@ use serde_json::{Value, json};
 
 use super::words::mm as mm_of;
 use super::{Case, Results};
-use crate::charts::plot::{Axis, Chart, Figure, Style};
+use crate::charts::plot::{Axis, Chart, Figure, Picture, Style};
 use crate::experiments::page::Numbers;
 use crate::experiments::page::table::csv;
 use chaincell_host::error::Result;
@@ -25,7 +25,7 @@ pub fn figures(bodies: &[Results]) -> Result<Vec<Figure>> {
         for body in bodies {
             let (name, caption, chart) = part(body);
             let name = format!("paper_{name}_{}", body.name);
-            all.push(Figure::new(name, caption, chart.draw()?));
+            all.push(Figure::new(name, caption, Picture::of(&chart)?));
         }
     }
     Ok(all)

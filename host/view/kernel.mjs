@@ -1,0 +1,153 @@
+// A tissue of the kernel as WebAssembly, by its C interface (kernel/ffi/include/chaincell.h): addresses have
+// 32 bits, all is little-endian, and what the caller owns stands behind the module's own memory.
+
+const SCHEME_TRACK = 0;
+const SCHEME_PREDICT = 7;
+const PAGE_BYTES = 65536;
+/** Triangles in reach and samples that friction holds: those of the command. */
+export const TRIANGLES = 1024;
+export const SAMPLES = 2048;
+export const BYTES = { model: 512, detail: 20, info: 60, settings: 28, room: 16, budget: 12, pose: 32, output: 48, part: 44, contact: 56 };
+/** Most sweeps that a tick may be asked for. */
+const SWEEPS_MAX = 64;
+
+export class Tissue {
+  /** A body at rest of an image's bytes. Throws an Error that says what was refused. */
+  constructor(instance, image) {
+    this.exports = instance.exports;
+    this.memory = this.exports.memory;
+    this.free = this.exports.__heap_base.value;
+    const imageAt = this.take(image.length, 16);
+    new Uint8Array(this.memory.buffer).set(image, imageAt);
+    this.model = this.take(BYTES.model, 16);
+    this.detail = this.take(BYTES.detail, 16);
+    this.check(this.exports.chaincell_model_init(this.model, imageAt, image.length, this.detail));
+    this.info = this.#info();
+    this.pose = this.take(BYTES.pose, 16);
+    this.output = this.take(BYTES.output, 16);
+    this.budget = this.take(BYTES.budget, 16);
+    this.result = this.take(16, 16);
+    this.positions = this.take(12 * this.info.cells, 16);
+    this.contacts = this.take(BYTES.contact * TRIANGLES, 16);
+    this.parts = this.take(BYTES.part * 8, 16);
+  }
+
+  #info() {
+    const info = this.take(BYTES.info, 16);
+    this.check(this.exports.chaincell_model_info(this.model, info));
+    const view = new DataView(this.memory.buffer, info, BYTES.info);
+    const whole = (word) => view.getUint32(4 * word, true);
+    const real = (word) => view.getFloat32(4 * word, true);
+    const checksum = whole(6).toString(16).padStart(8, "0");
+    const centreM = [real(8), real(9), real(10)];
+    return { cells: whole(0), links: whole(1), checksum, unitM: real(7), centreM, alpha: real(12), sweepsMax: SWEEPS_MAX };
+  }
+
+  /** Makes the tissue for the page's own scene, with memory for one tool of parts or for so many held cells. */
+  init(heldCells) {
+    const scheme = this.info.alpha > 0 ? SCHEME_TRACK : SCHEME_PREDICT;
+    const settings = this.take(BYTES.settings, 16);
+    this.check(this.exports.chaincell_settings_default(this.model, scheme, settings));
+    this.view().setUint32(settings, SWEEPS_MAX, true);
+    this.make({ scheme, settings, room: heldCells ? [heldCells, 0, 0, 0] : [0, 1, TRIANGLES, SAMPLES] });
+  }
+
+  /** Makes the tissue, with settings at an address and the four numbers of a chaincell_room. */
+  make({ scheme, settings, room }) {
+    const roomAt = this.take(BYTES.room, 16);
+    new Uint32Array(this.memory.buffer, roomAt, 4).set(room);
+    this.check(this.exports.chaincell_model_size(this.model, scheme, roomAt, this.result, this.result + 4));
+    const [bytes, align] = new Uint32Array(this.memory.buffer, this.result, 2);
+    const storage = this.take(bytes, align);
+    const init = this.exports.chaincell_tissue_init;
+    this.check(init(storage, bytes, this.model, scheme, roomAt, settings, this.result, this.detail));
+    this.tissue = new Uint32Array(this.memory.buffer, this.result, 1)[0];
+  }
+
+  /** Back to rest, with one tool of these parts and this friction. */
+  resetWithTool(parts, friction) {
+    this.check(this.exports.chaincell_tissue_reset(this.tissue, this.detail));
+    const words = new Float32Array(this.memory.buffer, this.parts, 11 * parts.length);
+    parts.forEach((part, index) => {
+      words.set([...part.centreM, ...part.orientation, ...part.halfM, part.radiusM], 11 * index);
+    });
+    new Uint32Array(this.memory.buffer, this.result, 1)[0] = parts.length;
+    this.check(this.exports.chaincell_choose_tools(this.tissue, this.parts, this.result, 1, friction, this.detail));
+  }
+
+  /** Back to rest, with a tool that holds the cells of these input ids. */
+  resetHolding(inputIds) {
+    this.check(this.exports.chaincell_tissue_reset(this.tissue, this.detail));
+    const ids = (this.ids ??= this.take(4 * inputIds.length, 16));
+    new Uint32Array(this.memory.buffer, ids, inputIds.length).set(inputIds);
+    this.check(this.exports.chaincell_choose_contacts(this.tissue, ids, inputIds.length, this.detail));
+  }
+
+  /** One tick of so many sweeps with the tool at this pose: position x, y, z [m], orientation x, y, z, w. */
+  tick(pose, engaged, sweeps) {
+    const view = this.view();
+    pose.forEach((number, index) => view.setFloat32(this.pose + 4 * index, number, true));
+    view.setUint32(this.pose + 28, engaged ? 1 : 0, true);
+    view.setUint32(this.budget, sweeps, true);
+    this.exports.chaincell_tick(this.tissue, this.pose, 1, this.budget, this.output);
+    return this.outputAt(this.output);
+  }
+
+  /** A chaincell_output. */
+  outputAt(output) {
+    const view = this.view();
+    const real = (word) => view.getFloat32(output + 4 * word, true);
+    const whole = (word) => view.getUint32(output + 4 * word, true);
+    return {
+      forceN: [real(0), real(1), real(2)], torqueNM: [real(3), real(4), real(5)],
+      contacts: whole(6), flags: whole(7), energyJ: real(8), sweeps: whole(11),
+    };
+  }
+
+  /** Returns the positions of all cells [m], x, y, z of each, in a new array. */
+  positionsM() {
+    const { cells, unitM, centreM } = this.info;
+    this.check(this.exports.chaincell_positions(this.tissue, this.positions, cells));
+    const inside = new Float32Array(this.memory.buffer, this.positions, 3 * cells);
+    return inside.map((length, index) => length * unitM + centreM[index % 3]);
+  }
+
+  /** Returns the pressure on each triangle in contact: pairs of triangle and pressure [Pa]. */
+  pressuresPa() {
+    const count = this.result;
+    this.check(this.exports.chaincell_contact_forces(this.tissue, this.contacts, TRIANGLES, count));
+    const view = this.view();
+    const shown = Math.min(view.getUint32(count, true), TRIANGLES);
+    return Array.from({ length: shown }, (_, index) => {
+      const at = this.contacts + BYTES.contact * index;
+      const real = (word) => view.getFloat32(at + 4 * word, true);
+      return [view.getUint32(at + 40, true), Math.hypot(real(3), real(4), real(5)) / real(9)];
+    });
+  }
+
+  /** Returns the state hash as 16 hexadecimal digits. */
+  hash() {
+    this.check(this.exports.chaincell_state_hash(this.tissue, this.result));
+    return this.view().getBigUint64(this.result, true).toString(16).padStart(16, "0");
+  }
+
+  view() {
+    return new DataView(this.memory.buffer);
+  }
+
+  /** Takes memory behind what is in use; views made earlier are void afterwards. */
+  take(bytes, align) {
+    const start = Math.ceil(this.free / align) * align;
+    this.free = start + bytes;
+    const missing = this.free - this.memory.buffer.byteLength;
+    if (missing > 0) this.memory.grow(Math.ceil(missing / PAGE_BYTES));
+    return start;
+  }
+
+  /** Throws the words of a code other than 0. */
+  check(code) {
+    if (code === 0) return;
+    const text = new Uint8Array(this.memory.buffer, this.exports.chaincell_code_text(code));
+    throw new Error(new TextDecoder().decode(text.slice(0, text.indexOf(0))));
+  }
+}

@@ -1,0 +1,162 @@
+// States of a running scene, from the server of this page: frames as host/src/view/live.rs describes them.
+import { bodyOf } from "./image.mjs";
+import { bytesOf, token } from "./own.mjs";
+import { COUNT_MS, TRAIL_TICKS } from "./pace.mjs";
+
+const VERSION = 1;
+const BYTES = { head: 64, tool: 68, point: 32, cell: 12 };
+/** Time between two attempts to connect [ms]. */
+const AGAIN_MS = 1000;
+/** How long a refusal is shown [ms]. */
+const REFUSAL_MS = 5000;
+/** The server's word for too many pages, and for its end. */
+const FULL = 1013;
+const ENDED = 1001;
+
+/** Reads a frame; throws an Error for one of another version or length. */
+export function frameOf(buffer) {
+  const view = new DataView(buffer);
+  let at = 0;
+  const whole = () => view.getUint32((at += 4) - 4, true);
+  const real = () => view.getFloat32((at += 4) - 4, true);
+  const long = () => view.getBigUint64((at += 8) - 8, true);
+  const reals = (count) => Array.from({ length: count }, real);
+  if (buffer.byteLength < BYTES.head || whole() !== VERSION) {
+    throw new Error("the page is of another release than its server: load it again");
+  }
+  const head = {
+    checksum: whole().toString(16).padStart(8, "0"), tick: Number(long()), ticksAnswered: Number(long()),
+    hash: long().toString(16).padStart(16, "0"), flags: whole(), sweeps: whole(), stepUs: whole() / 1000, energyJ: real(),
+  };
+  const [tools, points, cells] = [whole(), whole(), whole()];
+  at = BYTES.head;
+  if (buffer.byteLength !== at + tools * BYTES.tool + points * BYTES.point + cells * BYTES.cell) {
+    throw new Error("a frame of the server is cut off");
+  }
+  return {
+    ...head,
+    tools: Array.from({ length: tools }, () => ({
+      number: whole(), engaged: whole() === 1, positionM: reals(3), orientation: reals(4), forceN: reals(3),
+      torqueNM: reals(3), contacts: whole(), flags: whole(),
+    })),
+    points: Array.from({ length: points }, () => ({ tick: Number(long()), forceN: reals(3), positionM: reals(3) })),
+    positionsM: new Float32Array(buffer.slice(at)),
+  };
+}
+
+/** The curves of tool 0: each tick once, however many frames hold it. */
+export class Trail {
+  constructor() {
+    this.last = -1;
+    this.touched = null;
+  }
+
+  /** Returns the new points; depth counts from the first force, against it. */
+  take(points, isTouching) {
+    const newest = points.length ? points[points.length - 1].tick : this.last;
+    if (newest < this.last) Object.assign(this, new Trail());
+    const fresh = points.filter(({ tick }) => tick > this.last);
+    this.last = newest;
+    return fresh.map((point) => this.#point(point, isTouching)).filter(({ tick }) => tick % TRAIL_TICKS === 0);
+  }
+
+  #point({ tick, forceN: force, positionM }, isTouching) {
+    const forceN = Math.hypot(...force);
+    if (forceN === 0 && !isTouching) this.touched = null;
+    else if (!this.touched && forceN > 0) this.touched = { positionM, against: force.map((part) => part / forceN) };
+    const { touched } = this;
+    const depthM = touched ? touched.against.reduce((sum, part, axis) => sum + part * (touched.positionM[axis] - positionM[axis]), 0) : 0;
+    return { tick, timeS: tick * 1e-3, forceN, depthM };
+  }
+}
+
+export class Live {
+  /** Set `onready(body)`, `onstate(state)`, `onstatus(text)` and then call `start()`. */
+  constructor(config) {
+    this.config = config;
+    this.can = new Set(config.commands ? ["pause", "reset", "sweeps"] : []);
+    this.setup = { tool: config.tool, sweeps: config.sweeps, friction: 0 };
+    this.trail = new Trail();
+    this.notice = "";
+    this.frames = 0;
+    this.counted = { ms: performance.now(), ticks: 0, ticksPerS: 0 };
+  }
+
+  async start() {
+    const { rest, triangles, links, fixed, hasShapes, unitM, centreM } = bodyOf(await bytesOf(this.config.model));
+    const restM = rest.map((length, index) => length * unitM + centreM[index % 3]);
+    // Held cells are shown by a small ball where the tool is.
+    this.kinds = this.config.tools.length ? this.config.tools : [`sphere:${0.4 * unitM}`];
+    const info = { cells: rest.length / 3, links: links.length / 2, unitM, centreM, checksum: this.config.checksum, hasShapes };
+    this.onready({ restM, triangles, links, fixed, info: { ...info, name: this.config.name } });
+    this.#connect();
+  }
+
+  #connect() {
+    const socket = new WebSocket(`ws://${location.host}/live`, ["chaincell", token()]);
+    socket.binaryType = "arraybuffer";
+    socket.onmessage = ({ data }) => (typeof data === "string" ? this.#hear(JSON.parse(data)) : this.#take(data));
+    socket.onclose = ({ code, reason }) => this.#closed(code, reason);
+    this.socket = socket;
+  }
+
+  #closed(code, reason) {
+    if (code === FULL) this.onstatus(reason);
+    else {
+      const ended = "The command that serves this page has ended: this is the last state. Start it again, and open its new address";
+      const lost = "No connection to the command that serves this page: this is the last state";
+      this.onstatus(code === ENDED ? ended : lost);
+      if (code !== ENDED) setTimeout(() => this.#connect(), AGAIN_MS);
+    }
+  }
+
+  /** A notice of the scene stays; a refusal is shown for a while. */
+  #hear(message) {
+    if ("status" in message) {
+      this.notice = message.status === "live" ? "" : message.text;
+      this.onstatus(this.notice);
+    } else if (!message.done) {
+      this.onstatus(message.text);
+      setTimeout(() => this.onstatus(this.notice), REFUSAL_MS);
+    }
+  }
+
+  #take(buffer) {
+    this.socket.send("seen");
+    this.frames += 1;
+    const frame = frameOf(buffer);
+    const now = performance.now();
+    if (now - this.counted.ms > COUNT_MS) {
+      const ticks = Math.max(0, frame.ticksAnswered - this.counted.ticks);
+      const isFirst = this.counted.ticks === 0;
+      this.counted = { ms: now, ticks: frame.ticksAnswered, ticksPerS: isFirst ? 0 : (1000 * ticks) / (now - this.counted.ms) };
+    }
+    // One that no message has is at the origin.
+    const isThere = (tool) => tool.number === 0 || tool.engaged || tool.positionM.some((x) => x !== 0);
+    const tools = frame.tools.filter(isThere).map((tool) => {
+      const kind = this.kinds[tool.number] ?? this.kinds[0];
+      return { ...tool, kind, radiusM: Number(kind.match(/^sphere:([^@+/]+)$/)?.[1] ?? 0) };
+    });
+    this.onstate({
+      tick: frame.tick, timeS: frame.tick * 1e-3, hash: frame.hash, positionsM: frame.positionsM, tools, pressuresPa: [],
+      sweeps: frame.sweeps, energyJ: frame.energyJ, stepUs: frame.stepUs, ticksPerS: this.counted.ticksPerS,
+      trail: this.trail.take(frame.points, frame.tools.some((tool) => tool.contacts > 0)),
+    });
+  }
+
+  #ask(order) {
+    this.socket.send(JSON.stringify(order));
+  }
+
+  pause(on) {
+    this.#ask({ do: on ? "pause" : "resume" });
+  }
+
+  reset() {
+    this.#ask({ do: "reset" });
+  }
+
+  settings({ sweeps }) {
+    this.#ask({ do: "set", name: "sweeps", value: sweeps });
+  }
+}

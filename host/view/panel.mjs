@@ -1,0 +1,121 @@
+// The panel beside the picture: readings, settings and what they do.
+import { QUANTITIES, rampCss } from "./colours.mjs";
+import { partsOf } from "./parts.mjs";
+
+/** The element of an id. */
+export const $ = (id) => document.getElementById(id);
+
+/** Tools that can be chosen, by a radius [m]. */
+const KINDS = {
+  sphere: { title: "Ball", text: (radius) => `sphere:${radius}` },
+  capsule: { title: "Rod", text: (radius) => `capsule:${round(3 * radius)},${radius}` },
+  box: { title: "Block", text: (radius) => `box:${round(radius)},${round(radius)},${round(0.5 * radius)},${round(0.4 * radius)}` },
+  "half-space": { title: "Plate", text: (radius) => `half-space:${radius}` },
+};
+/** How long a flag is shown after its last tick [ms]. */
+const FLAG_MS = 2500;
+
+const round = (lengthM) => Number(lengthM.toFixed(5));
+export const grouped = (number) => Math.round(number).toLocaleString("en");
+
+export class Panel {
+  constructor(config) {
+    this.config = config;
+    this.flags = new Map();
+    $("ramp").style.background = rampCss();
+    for (const [name, { title }] of Object.entries(QUANTITIES)) $("colour").add(new Option(title, name));
+  }
+
+  /** Shows what there is of a body and what its source can do. */
+  ready(info, can) {
+    const { name, material } = this.config;
+    $("name").textContent = document.title = name;
+    const stuff = material ? `, ${Number((material.young_pa / 1e3).toPrecision(3))} kPa, ν ${material.poisson}` : "";
+    $("about").textContent = `${grouped(info.cells)} cells, ${grouped(info.links)} links${stuff}`;
+    for (const [id, verb] of [["pause", "pause"], ["step", "step"], ["reset", "reset"], ["save-path", "path"], ["save-model", "path"]]) {
+      $(id).hidden = !can.has(verb);
+    }
+    $("run").hidden = !["pause", "step", "reset"].some((verb) => can.has(verb));
+    $("settings").hidden = !["settings", "sweeps"].some((verb) => can.has(verb));
+    $("settings").classList.toggle("sweeps-alone", !can.has("settings"));
+    $("lift").hidden = !can.has("tool");
+    $("legend").hidden = false;
+    $("material").hidden = !(can.has("bake") && material);
+    if (material) [$("young").value, $("poisson").value] = [material.young_pa / 1e3, material.poisson];
+    if (this.config.mode === "live" || (info.hasShapes === false && !this.config.tool)) $("colour").querySelector("[value=pressure]").disabled = true;
+  }
+
+  /** Fills in the tool's settings; `change` gets what the user sets. */
+  settings(setup, unitM, change) {
+    $("sweeps").value = setup.sweeps;
+    $("friction").value = setup.friction;
+    $("kind").replaceChildren();
+    const parts = setup.tool ? partsOf(setup.tool) : [];
+    const known = parts.length === 1 && setup.tool in this.#texts(parts[0].radiusM) ? parts[0].kind : "own";
+    if (known === "own") $("kind").add(new Option(setup.tool ?? "Held cells", "own"));
+    if (setup.tool) for (const [name, { title }] of Object.entries(KINDS)) $("kind").add(new Option(title, name));
+    $("kind").value = known;
+    const radiusMm = parts.length ? 1e3 * parts[0].radiusM : 10;
+    const step = unitM > 0.004 ? 0.5 : 0.1;
+    Object.assign($("radius"), { min: step * Math.ceil((400 * unitM) / step), max: step * Math.ceil((2500 * unitM) / step), step });
+    $("radius").value = radiusMm;
+    const tell = () => {
+      $("sweeps-text").textContent = $("sweeps").value;
+      $("friction-text").textContent = Number($("friction").value).toFixed(2);
+      $("radius-text").textContent = `${Number($("radius").value)} mm`;
+      $("radius").disabled = $("kind").value === "own";
+      $("friction").disabled = !setup.tool;
+    };
+    const tool = () => ($("kind").value === "own" ? setup.tool : KINDS[$("kind").value].text(round($("radius").value / 1e3)));
+    $("kind").onchange = $("radius").onchange = () => change({ tool: tool() });
+    $("friction").onchange = () => change({ friction: Number($("friction").value) });
+    $("sweeps").onchange = () => change({ sweeps: Number($("sweeps").value) });
+    $("settings").oninput = tell;
+    tell();
+  }
+
+  #texts(radiusM) {
+    return Object.fromEntries(Object.values(KINDS).map(({ text }) => [text(radiusM), true]));
+  }
+
+  /** Shows a state. */
+  show(state, depthM) {
+    const [tool] = state.tools;
+    $("force").textContent = tool ? Math.hypot(...tool.forceN).toFixed(3) : "";
+    $("depth").textContent = (1e3 * depthM).toFixed(1);
+    $("energy").textContent = `${(1e3 * state.energyJ).toFixed(3)} mJ`;
+    $("torque").textContent = tool ? `${(1e3 * Math.hypot(...tool.torqueNM)).toFixed(2)} mN m` : "";
+    $("contacts").textContent = tool?.contacts ?? "";
+    $("made").textContent = state.sweeps;
+    $("step-us").textContent = state.stepUs > 0 ? `${grouped(state.stepUs)} of 1,000 µs` : "";
+    $("budget").value = state.stepUs;
+    $("rate").textContent = `${grouped(state.ticksPerS)} ticks a second`;
+    $("hash").textContent = state.hash ?? "";
+    this.#showFlags(state.tools.reduce((all, one) => all | one.flags, 0));
+  }
+
+  /** Flags in words; one stays a while after its last tick. */
+  #showFlags(flags) {
+    const now = performance.now();
+    for (const { bit } of this.config.flags) if (flags & bit) this.flags.set(bit, now);
+    const shown = this.config.flags.filter(({ bit }) => now - (this.flags.get(bit) ?? -Infinity) < FLAG_MS);
+    const key = shown.map(({ bit }) => bit * ((flags & bit) === 0 ? -1 : 1)).join();
+    if (key === this.shownFlags) return;
+    this.shownFlags = key;
+    $("flags").replaceChildren(...shown.map(({ bit, name, meaning }) => {
+      const item = document.createElement("li");
+      item.textContent = name;
+      item.title = meaning;
+      item.className = flags & bit ? "" : "past";
+      return item;
+    }));
+  }
+
+  /** Shows the scale of the colours. */
+  legend(colour, end) {
+    const { unit, factor, from } = QUANTITIES[colour];
+    const text = (value) => `${Number((factor * value).toPrecision(3))}${unit && ` ${unit}`}`;
+    $("low").textContent = text(from);
+    $("high").textContent = text(end);
+  }
+}

@@ -1,0 +1,145 @@
+// Plays a session at its speed, in the worker, and goes to the ticks that are asked for.
+import { CATCH_UP_MS, Rate, STATE_MS, TICK_MS, TRAIL_TICKS, WORK_MS } from "./pace.mjs";
+import { Player } from "./player.mjs";
+import { Recording } from "./recording.mjs";
+
+class SessionLoop {
+  constructor(player) {
+    this.player = player;
+    this.isPaused = false;
+    this.speed = 1;
+    this.target = null;
+    this.trail = [];
+    /** First touches and releases, by their ticks. */
+    this.touches = [{ tick: -1, touched: null }];
+    this.owedMs = 0;
+    this.lastMs = this.sentMs = performance.now();
+    this.rate = new Rate();
+    const channel = new MessageChannel();
+    channel.port1.onmessage = () => this.run();
+    this.again = () => channel.port2.postMessage(0);
+    this.oneTick();
+    this.send();
+    this.run();
+  }
+
+  oneTick() {
+    const begun = performance.now();
+    const isDone = this.player.next();
+    this.rate.count(begun);
+    if (isDone && this.player.tick % TRAIL_TICKS === 0) this.follow();
+    return isDone;
+  }
+
+  /** Adds to the curves; depth counts from the first touch, against the force that was felt there. */
+  follow() {
+    const [tool] = this.player.tools();
+    const forceN = Math.hypot(...tool.forceN);
+    const isTouching = tool.contacts > 0 && tool.engaged;
+    if (!isTouching) this.#note(null);
+    else if (!this.touched && forceN > 0) {
+      this.#note({ positionM: tool.positionM, against: tool.forceN.map((force) => force / forceN) });
+    }
+    const depth = (sum, against, axis) => sum + against * (this.touched.positionM[axis] - tool.positionM[axis]);
+    const depthM = this.touched ? this.touched.against.reduce(depth, 0) : 0;
+    this.trail.push({ timeS: this.player.tick * 1e-3, forceN, depthM });
+  }
+
+  get touched() {
+    return this.touches[this.touches.length - 1].touched;
+  }
+
+  #note(touched) {
+    if (touched !== this.touched) this.touches.push({ tick: this.player.tick, touched });
+  }
+
+  /** Goes back to before a tick where that is in the past. */
+  rewind(tick) {
+    if (!this.player.rewind(tick)) return;
+    this.touches = this.touches.filter((touch) => touch.tick <= this.player.tick);
+    if (!this.touches.length) this.touches.push({ tick: -1, touched: null });
+  }
+
+  seek(tick) {
+    const { first, last } = this.player.recording;
+    this.target = Math.min(Math.max(Math.round(tick), first), last);
+    this.rewind(this.target);
+    this.run();
+  }
+
+  run() {
+    clearTimeout(this.timer);
+    const now = performance.now();
+    const most = CATCH_UP_MS * Math.max(this.speed, 1);
+    if (!this.isPaused) this.owedMs = Math.min(this.owedMs + this.speed * (now - this.lastMs), most);
+    this.lastMs = now;
+    const isWanted = () => (this.target === null ? !this.isPaused && this.owedMs >= TICK_MS : this.player.tick < this.target);
+    while (isWanted() && performance.now() < now + WORK_MS && this.oneTick()) {
+      if (this.target === null) this.owedMs -= TICK_MS;
+    }
+    const isThere = this.target !== null && (this.player.tick >= this.target || this.player.isAtEnd);
+    if (isThere) {
+      this.target = null;
+      this.owedMs = 0;
+    }
+    if (this.player.isAtEnd) this.owedMs = 0;
+    const isMoving = this.target !== null || (!this.isPaused && !this.player.isAtEnd);
+    if (isThere || (this.isNew() && performance.now() - this.sentMs >= STATE_MS)) this.send();
+    if (!isMoving && !this.isNew()) return;
+    if (this.target !== null || this.owedMs >= TICK_MS) this.again();
+    else this.timer = setTimeout(() => this.run(), 1);
+  }
+
+  /** Whether the last state that was sent is an old one. */
+  isNew() {
+    return this.player.tick !== this.sentTick;
+  }
+
+  pause(on) {
+    if (!on && this.player.isAtEnd) this.rewind(this.player.recording.first);
+    this.isPaused = on;
+    this.owedMs = 0;
+    this.lastMs = performance.now();
+    this.run();
+  }
+
+  step() {
+    this.oneTick();
+    this.send();
+  }
+
+  send() {
+    const now = performance.now();
+    this.rate.take(now);
+    const { player } = this;
+    const positionsM = player.positionsM();
+    const { energyJ, sweeps } = player.outputAt(player.outputs);
+    const { first, last, tools } = player.recording;
+    const state = {
+      tick: player.tick, timeS: player.tick * 1e-3, hash: player.hash(), positionsM, tools: player.tools(), sweeps, energyJ,
+      pressuresPa: tools ? player.pressuresPa() : [], stepUs: this.rate.stepUs, ticksPerS: this.isPaused ? 0 : this.rate.ticksPerS, trail: this.trail,
+      session: { first, last, compared: player.compared.size, differs: player.differs, isAtEnd: player.isAtEnd, isSeeking: this.target !== null },
+    };
+    this.trail = [];
+    this.sentTick = player.tick;
+    postMessage({ kind: "state", state }, [positionsM.buffer]);
+    this.sentMs = performance.now();
+  }
+}
+
+let sessionLoop = null;
+
+/** What a page with a recorded session asks of the worker. */
+export const sessionOrders = {
+  async "session init"({ wasm, image, session }) {
+    const { instance } = await WebAssembly.instantiate(wasm);
+    sessionOrders.player = new Player(instance, image, new Recording(session));
+    const { first, last } = sessionOrders.player.recording;
+    postMessage({ kind: "info", info: { ...sessionOrders.player.info, session: { first, last } } });
+  },
+  "session begin": () => (sessionLoop = new SessionLoop(sessionOrders.player)),
+  "session pause": ({ on }) => sessionLoop.pause(on),
+  "session step": () => sessionLoop.step(),
+  "session seek": ({ tick }) => sessionLoop.seek(tick),
+  "session speed": ({ factor }) => (sessionLoop.speed = factor),
+};

@@ -1,0 +1,103 @@
+// The page on a running scene: shows its states, says that a killed server is gone and another model no match, and
+// comes back. node live.mjs CHAINCELL FOLDER
+import assert from "node:assert/strict";
+import { execFileSync, spawn } from "node:child_process";
+import { mkdirSync } from "node:fs";
+import { join } from "node:path";
+import { Browser } from "./browser.mjs";
+
+const [chaincell, folder] = process.argv.slice(2);
+const scene = `view-${process.pid}`;
+/** Longest wait for a line of a program [ms]. */
+const LIMIT_MS = 120_000;
+const running = new Set();
+mkdirSync(folder, { recursive: true });
+
+/** Starts the command; returns it with its output, once a line begins so if one has to. */
+async function started(args, beginning) {
+  const child = spawn(chaincell, args, { stdio: ["ignore", "pipe", "pipe"] });
+  running.add(child);
+  child.ended = new Promise((end) => child.once("exit", (code) => (running.delete(child), end(code))));
+  child.text = "";
+  if (!beginning) return child;
+  const found = new Promise((give, fail) => {
+    const look = (piece) => {
+      child.text += piece;
+      if (child.text.split("\n").some((line) => line.startsWith(beginning))) give();
+    };
+    for (const stream of [child.stdout, child.stderr]) stream.setEncoding("utf8").on("data", look);
+    child.ended.then((code) => fail(new Error(`${args[0]} ended with ${code}: ${child.text}`)));
+    setTimeout(() => fail(new Error(`${args[0]} does not say ${beginning}: ${child.text}`)), LIMIT_MS).unref();
+  });
+  await found;
+  return child;
+}
+
+const addressOf = (child) => child.text.split("\n").find((line) => line.startsWith("http://"));
+const serve = (model) => started(["serve", model, "--scene", scene, "--contact", "probe:0.012", "--late-share", "off"], "ready");
+const press = (model) =>
+  started(["control", "--scene", scene, "--model", model, "--contact", "probe:0.012", "--depth-m", "0.01", "--seconds", "60"]);
+
+const [organ, other] = ["organ", "other"].map((name) => join(folder, `${name}.chaincell`));
+execFileSync(chaincell, ["bake", "organ:1000", "-o", organ, "--young-pa", "5000", "--poisson", "0.45"]);
+execFileSync(chaincell, ["bake", "organ:1000", "-o", other, "--young-pa", "9000", "--poisson", "0.45"]);
+const browser = await Browser.start({ width: 960, height: 640 });
+const status = (words) => browser.until(`document.getElementById("status")?.textContent.includes(${JSON.stringify(words)})`);
+try {
+  const view = await started(["view", organ, "--scene", scene, "--tool", "sphere:0.012", "--commands", "--no-open"], "http://");
+  await browser.goto(addressOf(view));
+  await status("no server on");
+  let server = await serve(organ);
+  let hand = await press(organ);
+  await browser.until("globalThis.chaincell?.state?.tools[0]?.forceN.some((part) => part !== 0)");
+  assert.equal(await browser.evaluate('document.getElementById("status").textContent'), "");
+  assert.match(await browser.evaluate("chaincell.state.hash"), /^[0-9a-f]{16}$/);
+  assert.ok(await browser.evaluate("chaincell.state.positionsM.every(Number.isFinite)"));
+  // The body gives way under the tool.
+  const moved = "Math.max(...chaincell.state.positionsM.map((x, i) => Math.abs(x - chaincell.body.restM[i])))";
+  await browser.until(`${moved} > 1e-3 && chaincell.state.tick > 1000`);
+  await browser.picture(join(folder, "live.png"));
+  // Commands reach the scene: paused, the force is 0.
+  await browser.click("pause");
+  await browser.until("chaincell.state.tools[0].forceN.every((part) => part === 0)");
+  await browser.click("pause");
+  await browser.until("chaincell.state.tools[0].forceN.some((part) => part !== 0)");
+  // A killed server is gone; when it is there again, so are its states.
+  hand.kill("SIGKILL");
+  server.kill("SIGKILL");
+  await status("was killed");
+  const last = await browser.evaluate("chaincell.state.tick");
+  server = await serve(organ);
+  hand = await press(organ);
+  await browser.until('document.getElementById("status").textContent === ""');
+  await browser.until(`chaincell.state.tick > 10 && chaincell.state.tick !== ${last}`);
+  // Another model is none of this page.
+  hand.kill("SIGKILL");
+  server.kill("SIGKILL");
+  await status("was killed");
+  server = await serve(other);
+  await status("another model");
+  // A wrong token gets the page and nothing else.
+  view.kill("SIGINT");
+  await status("has ended");
+  assert.equal(await view.ended, 0);
+  const again = await started(["view", organ, "--scene", `${scene}-none`, "--no-open"], "http://");
+  await browser.goto("about:blank");
+  await browser.goto(addressOf(again).replace(/.$/, (digit) => (digit === "0" ? "1" : "0")));
+  await status("the token is missing or wrong");
+  const known = browser.console.filter((line) => !/403|ERR_CONNECTION/.test(line));
+  assert.deepEqual(known, [], "the console is clean");
+
+  const cosim = await started(["cosim", "--view", "--no-open", "--seconds", "4", "--scene", `${scene}-cosim`, "--late-share", "off", "--json"], "http://");
+  await browser.goto("about:blank");
+  await browser.goto(addressOf(cosim));
+  await status("The session has ended, 4000 of 4000 ticks answered");
+  assert.ok(await browser.evaluate("chaincell.state.tick > 3000 && chaincell.source.frames > 5"));
+  await browser.picture(join(folder, "ended.png"));
+  await browser.goto("about:blank");
+  assert.equal(await cosim.ended, 0);
+  console.log("live: ok");
+} finally {
+  for (const child of running) child.kill("SIGKILL");
+  await browser.stop();
+}
