@@ -54,13 +54,10 @@ pub(crate) fn residual(
         return false;
     }
     terms.list().prepare(&places(terms.model, at));
+    update(terms, changed, at);
     let (slices, list) = (0..terms.model.slice_count(), || (terms.list(), terms.states));
-    let (vectors, held) = (terms.vectors, terms.held());
-    if terms.states.any() {
-        run(vectors, Displace { slices: changed.iter_in(slices.clone()), cells: at, list });
-        run(vectors, Update { awake: changed, slices: slices.clone(), at, list });
-    }
-    run(vectors, SlicedResidual { awake, slices, at, residual, held, list, reduce });
+    let held = terms.held();
+    run(terms.vectors, SlicedResidual { awake, slices, at, residual, held, list, reduce });
     true
 }
 
@@ -76,29 +73,42 @@ pub(crate) fn residual_in_parts(
         return false;
     }
     terms.list().prepare(&places(terms.model, at));
-    let (team, vectors, held, parts) =
-        (terms.team, terms.vectors, terms.held(), terms.model.thread_parts());
+    update(terms, awake, at);
+    let (held, parts) = (terms.held(), terms.model.thread_parts());
     // Threads find the tools' contribution in the residuals.
     let list = terms.list_with(Pulled::put(terms.touch, awake, residual));
     let states = terms.states.shared();
     let list = move || (list, states.get());
-    // Update the terms' states.
-    if terms.states.any() {
-        let displace = |slices| Displace { slices: awake.iter_in(slices), cells: at, list };
-        team.run(vectors, parts.each(displace));
-        team.run(vectors, parts.each(|slices| Update { awake, slices, at, list }));
-    }
-    // Add up the residuals.
     let mut arrays = parts.split_mut(residual).into_iter().zip(sums);
     let passes = parts.each(|slices| {
         let (residual, reduce) = arrays.next()?;
         Some(SlicedResidual { awake, slices, at, residual, held, list, reduce })
     });
-    team.run(vectors, passes.map(Option::flatten));
+    terms.team.run(terms.vectors, passes.map(Option::flatten));
     true
 }
 
-/// Stores the displacements of all cells at states within K, part by part: the team runs them.
+/// Updates the terms' states in the slices `changed`, part by part: the team runs several.
+fn update(terms: Terms<'_, '_>, changed: &SliceSet, at: &[Cell]) {
+    if !terms.states.any() {
+        return;
+    }
+    let (team, vectors, division) = (terms.team, terms.vectors, terms.states.division());
+    let (list, states) = (terms.list_with(NoTerm), terms.states.shared());
+    let list = move || (list, states.get());
+    if division.count() == 1 {
+        let slices = terms.model.slice_count();
+        run(vectors, Displace { slices: changed.iter(slices), cells: at, list });
+        run(vectors, Update { slices: changed.iter(slices), at, list });
+    } else {
+        let displace = |slices| Displace { slices: changed.between(slices), cells: at, list };
+        team.run(vectors, division.each(displace));
+        let update = |slices| Update { slices: changed.between(slices), at, list };
+        team.run(vectors, division.each(update));
+    }
+}
+
+/// Stores the displacements of all cells at states within K, part by part: the team runs several.
 pub(crate) fn displace(terms: Terms<'_, '_>, cells: &[Cell]) {
     if !takes_slices(terms, cells) {
         return terms.displace(0..terms.model.slice_count(), cells);
@@ -106,7 +116,7 @@ pub(crate) fn displace(terms: Terms<'_, '_>, cells: &[Cell]) {
     if terms.states.any() {
         let (list, states) = (terms.list_with(NoTerm), terms.states.shared());
         let list = move || (list, states.get());
-        let works = terms.model.thread_parts().each(|slices| Displace { slices, cells, list });
+        let works = terms.states.division().each(|slices| Displace { slices, cells, list });
         terms.team.run(terms.vectors, works);
     }
 }
@@ -137,21 +147,22 @@ impl<'a, S: Iterator<Item = usize>, T: Term<f32>, L: Fn() -> (T, States<'a>)> Wo
     }
 }
 
-/// Updates the terms' states of the cells in the awake slices of a range, to the displacements of all cells.
-struct Update<'a, L> {
-    awake: &'a SliceSet,
-    slices: Range<usize>,
+/// Updates the terms' states of the cells in slices, to the displacements of all cells.
+struct Update<'a, S, L> {
+    slices: S,
     at: &'a [Cell],
     list: L,
 }
 
-impl<'a, T: Term<f32>, L: Fn() -> (T, States<'a>)> Work for Update<'a, L> {
+impl<'a, S: Iterator<Item = usize>, T: Term<f32>, L: Fn() -> (T, States<'a>)> Work
+    for Update<'a, S, L>
+{
     type Output = ();
 
     #[inline(always)]
     fn run<V: F32x8>(self) {
         let (list, states) = (self.list)();
-        for slice in self.awake.iter_in(self.slices) {
+        for slice in self.slices {
             if let Some([from, to]) = states.step(slice) {
                 list.update_slice::<V>(slice, self.at, from, to);
             }

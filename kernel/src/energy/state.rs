@@ -13,7 +13,7 @@ use core::cell::Cell;
 
 use crate::backend::slice_set::SliceSet;
 use crate::model::others::Others;
-use crate::model::parts::{Parts, SHAPES_SHARED};
+use crate::model::parts::{Division, Parts, SHAPES_SHARED};
 use crate::model::terms::Keeps;
 use crate::number::cell;
 use crate::number::kept::kept;
@@ -79,13 +79,12 @@ pub(crate) struct Quads<'a> {
     /// Forces by the cells of each part, one part after the other; the fourth lane is a share of the cell's
     /// sum of w d^2.
     pub forces: &'a [Quad],
-    /// The parts of the body.
-    parts: Parts,
+    division: Division,
 }
 
 #[cfg_attr(not(feature = "nodal"), expect(dead_code, reason = "no term has displacements"))]
 impl<'a> Quads<'a> {
-    const NONE: Self = Self { displacements: &[], forces: &[], parts: Parts::of_shapes(0) };
+    const NONE: Self = Self { displacements: &[], forces: &[], division: Division::of_shapes(0) };
 
     /// The forces of all cells by the cells of a part.
     #[inline(always)]
@@ -97,13 +96,14 @@ impl<'a> Quads<'a> {
     /// The forces of all cells by the cells of a slice's part.
     #[inline(always)]
     pub fn by_slice(self, slice: usize) -> &'a [Quad] {
-        self.of_part(self.parts.of_slice(slice))
+        self.of_part(self.division.of_slice(slice))
     }
 
     /// The forces of a slice's cells, by part.
     #[inline(always)]
     pub fn on_slice(self, slice: usize) -> impl Iterator<Item = &'a [Quad; LANES]> {
-        (0..self.parts.count()).filter_map(move |part| self.of_part(part).as_chunks().0.get(slice))
+        let parts = 0..self.division.count();
+        parts.filter_map(move |part| self.of_part(part).as_chunks().0.get(slice))
     }
 
     /// The whole force on each cell of a slice, its parts added in ascending order.
@@ -272,9 +272,9 @@ struct Arrays<'a> {
 impl<'a> Arrays<'a> {
     #[inline(always)]
     fn of(memory: &'a [Cell<TermState>], cells: usize) -> Self {
-        let parts = Parts::of_shapes(cells);
+        let division = Division::of_shapes(cells);
         let (quads, rows) = memory.split_at_checked(quad_lines(cells)).unwrap_or_default();
-        let (displacements, forces) = quads.split_at(quads.len() / (1 + parts.count()));
+        let (displacements, forces) = quads.split_at(quads.len() / (1 + division.count()));
         // SAFETY: a line is two rows or four quadruples of plain numbers, with a larger alignment, and a
         // `Cell` is laid out as its content; the lines stay borrowed.
         let (rows, displacements, forces) = unsafe {
@@ -284,7 +284,7 @@ impl<'a> Arrays<'a> {
                 core::slice::from_raw_parts(forces.as_ptr().cast(), 4 * forces.len()),
             )
         };
-        Self { quads: Quads { displacements, forces, parts }, rows: rows.as_chunks().0 }
+        Self { quads: Quads { displacements, forces, division }, rows: rows.as_chunks().0 }
     }
 
     /// The states of a slice.
@@ -363,6 +363,21 @@ impl<'a> States<'a> {
     #[inline(always)]
     pub fn shared(self) -> Shared<'a> {
         Shared(self)
+    }
+
+    /// The division of loops over the states.
+    #[inline(always)]
+    pub fn division(self) -> Division {
+        self.all().quads().division
+    }
+
+    /// The states for loops over a set of `count` slices: the parts of a large body then have as many slices
+    /// of the set each.
+    pub fn divided(self, set: impl Iterator<Item = usize> + Clone, count: usize) -> Self {
+        Self(self.0.map(|mut arrays| {
+            arrays.quads.division = arrays.quads.division.of_set(set.clone(), count);
+            arrays
+        }))
     }
 
     /// The states of all terms.

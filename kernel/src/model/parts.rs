@@ -61,17 +61,12 @@ impl Parts {
         (1..self.count).rfind(|&part| self.cells(part).start <= cell).unwrap_or(0)
     }
 
-    /// Returns the part that a slice belongs to.
-    #[inline(always)]
-    pub(crate) fn of_slice(self, slice: usize) -> usize {
-        (1..self.count).take_while(|&part| self.start(part) <= slice).count()
-    }
-
     /// The first slice of a part.
     #[inline(always)]
-    fn start(self, part: usize) -> usize {
+    const fn start(self, part: usize) -> usize {
         let slices = self.cells.div_ceil(LANES);
-        slices.min(slices.div_ceil(BLOCK) * part / self.count.max(1) * BLOCK)
+        let start = slices.div_ceil(BLOCK) * part / self.count * BLOCK;
+        if start < slices { start } else { slices }
     }
 
     /// The slices of a part; none beyond the last one.
@@ -117,6 +112,65 @@ impl Parts {
     }
 }
 
+/// The division of a loop over slices of nodal shapes: by the parts of the body, or of a set of slices.
+#[derive(Clone, Copy)]
+pub(crate) struct Division {
+    /// The first slice of each part; [`Self::NO_SLICE`] for those that do not exist.
+    starts: [u16; SHAPE_PARTS],
+    slices: usize,
+}
+
+impl Division {
+    const NO_SLICE: u16 = u16::MAX;
+
+    /// Division by the parts of a body of shapes.
+    pub const fn of_shapes(cells: usize) -> Self {
+        let (parts, mut starts, mut part) =
+            (Parts::of_shapes(cells), [Self::NO_SLICE; SHAPE_PARTS], 0);
+        while part < parts.count {
+            starts[part] = parts.start(part) as u16;
+            part += 1;
+        }
+        Self { starts, slices: cells.div_ceil(LANES) }
+    }
+
+    /// As many parts, each with as many slices of a set of `count` slices.
+    pub fn of_set(self, set: impl Iterator<Item = usize> + Clone, count: usize) -> Self {
+        let (mut part, parts) = (0, self.count());
+        let starts = self.starts.map(|start| {
+            let first = set.clone().nth(count * part / parts).unwrap_or(self.slices);
+            part += 1;
+            if part == 1 || start == Self::NO_SLICE { start } else { first as u16 }
+        });
+        Self { starts, ..self }
+    }
+
+    /// Number of parts.
+    #[inline(always)]
+    pub fn count(self) -> usize {
+        self.starts.iter().take_while(|&&start| start != Self::NO_SLICE).count()
+    }
+
+    /// Returns the part that a slice belongs to.
+    #[inline(always)]
+    pub fn of_slice(self, slice: usize) -> usize {
+        self.starts.iter().skip(1).take_while(|&&start| usize::from(start) <= slice).count()
+    }
+
+    /// The works of the parts, each over its slices.
+    #[inline(always)]
+    pub fn each<W>(self, mut work: impl FnMut(Range<usize>) -> W) -> [Option<W>; PARTS] {
+        let start = |part: usize| {
+            self.starts.get(part).map_or(self.slices, |&start| self.slices.min(usize::from(start)))
+        };
+        let mut parts = 0..self.count();
+        [(); PARTS].map(|()| {
+            let part = parts.next()?;
+            Some(work(start(part)..start(part + 1)))
+        })
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -147,6 +201,37 @@ mod tests {
                 assert!(pair[0].len() >= all / count - 512 && !pair[1].is_empty());
             }
         }
+    }
+
+    /// The slices of the parts.
+    fn ranges(division: Division) -> Vec<Range<usize>> {
+        division.each(|slices| slices).into_iter().flatten().collect()
+    }
+
+    // REQ-BIT-08
+    #[test]
+    fn a_division_has_the_parts_of_the_body_or_as_many_slices_of_a_set_each() {
+        for cells in [8, 511, 4_095, 4_096, 4_609, 16_385, 65_535] {
+            let (division, parts) = (Division::of_shapes(cells), Parts::of_shapes(cells));
+            let expected: Vec<_> = (0..parts.count()).map(|part| parts.slices(part)).collect();
+            assert_eq!(ranges(division), expected);
+            let of_slice = |slice| expected.iter().position(|part| part.contains(&slice)).unwrap();
+            for slice in 0..cells.div_ceil(LANES) {
+                assert_eq!(division.of_slice(slice), of_slice(slice), "{slice} of {cells}");
+            }
+        }
+        let large = Division::of_shapes(8_000);
+        let set = (100..900).step_by(7);
+        let of_set = ranges(large.of_set(set.clone(), set.len()));
+        assert_eq!((of_set[0].start, of_set[3].end), (0, 1_000));
+        let within = |part: &Range<usize>| set.clone().filter(|at| part.contains(at)).count();
+        assert!(of_set.iter().all(|part| within(part).abs_diff(set.len() / 4) < 2), "{of_set:?}");
+        assert!(
+            ranges(large.of_set([5, 9].into_iter(), 2)).iter().map(Range::len).sum::<usize>()
+                == 1_000
+        );
+        let small = Division::of_shapes(800);
+        assert_eq!(ranges(small.of_set(0..50, 50)), ranges(small));
     }
 
     #[test]

@@ -103,7 +103,11 @@ impl Loops for f32 {
         restrict(terms, basis, residual, room);
         let vector = basis.row_blocks();
         turn(terms, &basis, room.get_mut(..vector).unwrap_or(&mut []), true);
-        let products = run(terms.vectors, ElasticSolve { basis, room, corrections, touch });
+        let products = ElasticSolve { basis, room, corrections, touch }.solve(
+            terms.vectors,
+            terms.team,
+            terms.model.thread_parts().count(),
+        );
         turn(terms, &basis, room.get_mut(vector..2 * vector).unwrap_or(&mut []), false);
         products
     }
