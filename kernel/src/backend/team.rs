@@ -92,12 +92,13 @@ impl<'a> Team<'a> {
         let _ = jobs;
     }
 
-    /// Runs the works of the parts on the unit.
+    /// Runs the works of the parts on the unit; the calling thread runs that of a single part.
     #[inline(always)]
     pub(crate) fn run<W>(self, unit: Option<VectorUnit>, mut works: [Option<W>; PARTS])
     where
         W: Work<Output = ()> + Send,
     {
+        let is_shared = works.iter().skip(1).any(Option::is_some);
         let mut jobs = works.each_mut().map(|slot| {
             move || {
                 if let Some(work) = slot.take() {
@@ -106,7 +107,9 @@ impl<'a> Team<'a> {
             }
         });
         let mut jobs = jobs.each_mut().map(|job| job as Job<'_>);
-        self.share(&mut jobs);
+        if is_shared {
+            self.share(&mut jobs);
+        }
         for job in jobs {
             job();
         }
