@@ -101,7 +101,7 @@ impl<'a> Quads<'a> {
 
     /// The forces of a slice's cells, by part.
     #[inline(always)]
-    pub fn on_slice(self, slice: usize) -> impl Iterator<Item = &'a [Quad; LANES]> {
+    pub fn on_slice(self, slice: usize) -> impl Iterator<Item = &'a [Quad; LANES]> + Clone {
         let parts = 0..self.division.count();
         parts.filter_map(move |part| self.of_part(part).as_chunks().0.get(slice))
     }

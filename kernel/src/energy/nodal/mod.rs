@@ -144,10 +144,13 @@ impl<N: LinkNumber> Term<N> for Nodal<'_> {
         let quads = states.quads();
         for slice in pass.slices() {
             let cells = residual.get_mut(cells_of(slice, self.count)).unwrap_or_default();
-            for forces in quads.on_slice(slice) {
-                for (r, force) in cells.iter_mut().zip(forces) {
-                    *r = r.plus(Cell(force.get().0.map(N::from_single)));
-                }
+            // The parts' forces in their order, as [`Quads::force`] adds them.
+            let mut parts = quads.on_slice(slice);
+            let first = parts.next().into_iter().flatten();
+            for (lane, (r, force)) in cells.iter_mut().zip(first).enumerate() {
+                let others = parts.clone().filter_map(|part| part.get(lane));
+                let force = others.fold(force.get(), |sum, more| sum.plus(more.get()));
+                *r = r.plus(Cell(force.0.map(N::from_single)));
             }
         }
     }
