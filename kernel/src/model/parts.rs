@@ -3,6 +3,7 @@
 //! A small body is one part, any other several parts of consecutive cells, in whole blocks of 512 cells. A
 //! pass of `track` and `predict` sums up each part by itself and adds the parts in ascending order; the cells
 //! of a part of nodal shapes push their neighbours in forces of their own, which are added in that order too.
+//! Passes around tools are divided by the slices in them instead.
 //! So parts belong to the definition of the bits.
 
 use core::ops::Range;

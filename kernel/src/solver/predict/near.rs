@@ -15,6 +15,7 @@
 //!
 //! Cost: [`PASSES`] passes over those slices, at most two thirds of a pass over the body. A tool that is
 //! larger for its body pays nothing and gains nothing: a second sweep does more there for the same time.
+//! Threads share the states in these passes: each part of a large body has as many of those slices.
 
 use super::{ARRAYS, TRACK};
 use crate::backend::slice_set::SliceSet;
