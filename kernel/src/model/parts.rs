@@ -126,13 +126,18 @@ impl Division {
 
     /// Division by the parts of a body of shapes.
     pub const fn of_shapes(cells: usize) -> Self {
-        let (parts, mut starts, mut part) =
-            (Parts::of_shapes(cells), [Self::NO_SLICE; SHAPE_PARTS], 0);
-        while part < parts.count {
-            starts[part] = parts.start(part) as u16;
-            part += 1;
-        }
+        let parts = Parts::of_shapes(cells);
+        let starts = [
+            Self::first(parts, 0),
+            Self::first(parts, 1),
+            Self::first(parts, 2),
+            Self::first(parts, 3),
+        ];
         Self { starts, slices: cells.div_ceil(LANES) }
+    }
+
+    const fn first(parts: Parts, part: usize) -> u16 {
+        if part < parts.count { parts.start(part) as u16 } else { Self::NO_SLICE }
     }
 
     /// As many parts, each with as many slices of a set of `count` slices.
