@@ -5,7 +5,7 @@
 //! axes, such that a whole number of boxes fits the body; functions that no free cell touches are left out.
 
 use chaincell_kernel::image::{COARSE_MAX, NO_FUNCTION, kind};
-use chaincell_kernel::parts;
+use chaincell_kernel::parts::Parts;
 use nalgebra::DMatrix;
 
 use super::image::Sections;
@@ -126,9 +126,9 @@ struct Level {
 }
 
 impl Level {
-    fn new(body: &OrderedCells, mobility: &[f32], spacing: f64) -> Self {
+    fn new(body: &OrderedCells, mobility: &[f32], parts: Parts, spacing: f64) -> Self {
         let grid = Grid::new(&body.rest, spacing);
-        let part = |cell: usize| parts::of_cell(body.rest.len(), cell);
+        let part = |cell: usize| parts.of_cell(cell);
         // The free cells, sorted by box.
         let mut by_box: Vec<_> = (body.rest.iter())
             .enumerate()
@@ -251,6 +251,14 @@ pub(super) enum Bound<'a> {
 }
 
 impl Bound<'_> {
+    /// The parts of a body of these cells.
+    fn parts(&self, mobility: &[f32]) -> Parts {
+        match self {
+            Self::Links(..) => Parts::of_links(mobility.len()),
+            Self::Shapes(_) => Parts::of_shapes(mobility.len()),
+        }
+    }
+
     /// Returns b, at least the largest eigenvalue of L, from the weights of the cells.
     pub fn largest(&self, weights: &[f32]) -> f32 {
         match self {
@@ -317,7 +325,7 @@ fn by_size(body: &OrderedCells, mobility: &[f32], bound: &Bound<'_>) -> Option<f
     };
     let mut spacing = closest;
     while spacing <= farthest {
-        let level = Level::new(body, mobility, spacing);
+        let level = Level::new(body, mobility, bound.parts(mobility), spacing);
         if level.count <= most && level.is_addressable() {
             return Some(spacing);
         }
@@ -341,7 +349,7 @@ pub(super) fn push(
     };
     // Build the level, and check its size.
     let Some(spacing) = spacing else { return Ok(()) };
-    let level = Level::new(body, mobility, spacing);
+    let level = Level::new(body, mobility, bound.parts(mobility), spacing);
     if level.count == 0 {
         return Ok(());
     }

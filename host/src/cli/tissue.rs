@@ -62,8 +62,9 @@ pub struct TissueArgs {
     /// dimensionless time, with euler or rkl2
     #[arg(long, value_name = "S", allow_negative_numbers = true, conflicts_with = "step")]
     pub time_constant_s: Option<f32>,
-    /// Threads that share the sweeps of a body of 16,384 cells or more, under track and predict, each
-    /// on a processor of its own; auto leaves one processor free. The bits do not depend on it
+    /// Threads that share the sweeps of a body of 4,096 cells of shapes or 16,384 of links or more, under
+    /// track and predict, each on a processor of its own, at most 4 for shapes; auto leaves one
+    /// processor free. The bits do not depend on it
     #[arg(long, default_value_t = ThreadCount::Of(1), value_name = "N|auto", allow_negative_numbers = true)]
     pub threads: ThreadCount,
     /// Largest torque of a --tool; a larger one is shortened and flagged [N m] [default: no limit]
@@ -130,10 +131,10 @@ impl TissueArgs {
             let (name, rule) = text.split_once(' ').unwrap_or_default();
             self.refusal(if name == "tick_time" { "step" } else { name }, rule)
         })?;
-        let cells = model.cells();
         let mut engine = Engine::with_contact(network, scheme, self.precision, contact)
             .map_err(|why| self.of_contact(why))?;
-        engine.share(self.threads(scheme, cells)?);
+        let threads = self.threads(scheme, &model)?;
+        engine.share(threads.map(|threads| Box::new(threads) as _));
         Ok(engine)
     }
 
@@ -200,7 +201,7 @@ impl TissueArgs {
     }
 
     /// The threads beside the ticking one.
-    fn threads(&self, scheme: Scheme, cells: usize) -> Result<Option<Threads>> {
+    fn threads(&self, scheme: Scheme, model: &Model<'_>) -> Result<Option<Threads>> {
         let is_shared = matches!(scheme, Scheme::Track | Scheme::Predict);
         let precision = self.precision;
         match self.threads {
@@ -211,7 +212,7 @@ impl TissueArgs {
                      --precision f32; leave it out"
                 )))
             }
-            count => count.start(cells),
+            count => count.start(model),
         }
     }
 

@@ -27,14 +27,13 @@ use chaincell_kernel::trace::Command;
 use chaincell_kernel::{Budget, Contact as Slot, ContactError, term_states};
 use chaincell_kernel::{
     Dynamics, Euler, Head, I8F24, Model, Network, Number, Predict, ResetError, Rkl2, Settings,
-    Team, TermState, TermStates, TickOutput, TissueMut, ToolPart, ToolPose, Track,
+    Team, TermState, TermStates, TickOutput, TissueMut, ToolPart, ToolPose, Track, Workers,
 };
 
 pub use chaincell_kernel::{Arithmetic, Scheme};
 
 use crate::error::{Error, Result};
 use snapshot::AnySaved;
-use threads::Threads;
 use tissue::{Node, Refusal};
 use tools::AnyTools;
 use touch::TouchMemory;
@@ -54,7 +53,7 @@ struct Memory<D: Dynamics> {
     contacts: Vec<Slot<D::Number>>,
     states: Vec<TermState>,
     touch: TouchMemory,
-    threads: Option<Threads>,
+    workers: Option<Box<dyn Workers + Send>>,
 }
 
 impl<D: Dynamics> Memory<D> {
@@ -73,7 +72,7 @@ impl<D: Dynamics> Memory<D> {
             contacts: vec![Slot::NONE; slots],
             states: vec![TermState::ZERO; term_states(model.kept_states())],
             touch: TouchMemory::for_contact(model, contact),
-            threads: None,
+            workers: None,
         }
     }
 
@@ -87,7 +86,7 @@ impl<D: Dynamics> Memory<D> {
             contacts: &mut self.contacts,
             states: TermStates::new(&mut self.states),
             touch: self.touch.room(),
-            team: self.threads.as_ref().map_or(Team::ALONE, |threads| Team::of(threads)),
+            team: self.workers.as_deref().map_or(Team::ALONE, |workers| Team::of(workers)),
         }
     }
 }
@@ -108,7 +107,7 @@ trait AnyTissue: AnyTools + AnySaved {
     fn nodes(&mut self, model: &Model<'_>, shown: &[u32], to: &mut [Node]);
     fn set_positions(&mut self, network: &Network<'_>, positions: &[[f32; 3]]) -> Result<()>;
     fn go_scalar(&mut self);
-    fn share(&mut self, threads: Option<Threads>);
+    fn share(&mut self, workers: Option<Box<dyn Workers + Send>>);
     fn forbid_sleep(&mut self, model: &Model<'_>);
     fn ram_bytes(&self) -> usize;
 }
@@ -181,8 +180,8 @@ impl<D: Dynamics> AnyTissue for Memory<D> {
         self.view().go_scalar();
     }
 
-    fn share(&mut self, threads: Option<Threads>) {
-        self.threads = threads;
+    fn share(&mut self, workers: Option<Box<dyn Workers + Send>>) {
+        self.workers = workers;
     }
 
     fn forbid_sleep(&mut self, model: &Model<'_>) {
@@ -307,10 +306,11 @@ impl<'m> Engine<'m> {
         self.scheme
     }
 
-    /// Shares the sweeps of `track` and `predict` with these threads from now on, on a body of several
-    /// [`parts`](chaincell_kernel::parts); `None` for the ticking thread only. The bits are the same.
-    pub fn share(&mut self, threads: Option<Threads>) {
-        self.tissue.share(threads);
+    /// Shares the sweeps of `track` and `predict` with these workers from now on, such as
+    /// [`Threads`](threads::Threads), on a body of several [`parts`](chaincell_kernel::parts); `None` for the
+    /// ticking thread only. The bits are the same.
+    pub fn share(&mut self, workers: Option<Box<dyn Workers + Send>>) {
+        self.tissue.share(workers);
     }
 
     /// Returns true if a tick may end after any sweep, see [`Dynamics::IS_ANYTIME`].

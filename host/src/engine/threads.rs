@@ -11,7 +11,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, Once, OnceLock, PoisonError};
 use std::time::{Duration, Instant};
 
-use chaincell_kernel::{Job, Workers, parts};
+use chaincell_kernel::parts::{LINKS_SHARED, PARTS, SHAPES_SHARED};
+use chaincell_kernel::{Job, Model, Workers};
 use rayon_core::{ThreadPool, ThreadPoolBuilder, Yield, yield_now};
 use rustix::thread::{CpuSet, sched_getaffinity, sched_setaffinity};
 
@@ -22,10 +23,13 @@ use crate::words::counted;
 /// Time for which a thread polls for work before it sleeps.
 const LOOKING: Duration = Duration::from_millis(2);
 
+/// Looks at the helpers, some tens of microseconds, before the ticking thread sleeps until they end.
+const SPINS: u32 = 4_096;
+
 /// Number of threads that sweep a body.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ThreadCount {
-    /// This many, 1 to [`parts::PARTS`].
+    /// This many, 1 to [`PARTS`].
     Of(usize),
     /// One on a small body, otherwise one less than the number of processors.
     Auto,
@@ -37,8 +41,8 @@ impl FromStr for ThreadCount {
     fn from_str(text: &str) -> std::result::Result<Self, String> {
         match text.parse() {
             _ if text == "auto" => Ok(Self::Auto),
-            Ok(count @ 1..=parts::PARTS) => Ok(Self::Of(count)),
-            _ => Err(format!("give 1 to {}, or auto", parts::PARTS)),
+            Ok(count @ 1..=PARTS) => Ok(Self::Of(count)),
+            _ => Err(format!("give 1 to {}, or auto", PARTS)),
         }
     }
 }
@@ -55,25 +59,31 @@ impl Display for ThreadCount {
 by_text!(ThreadCount);
 
 impl ThreadCount {
-    /// Starts the threads for a body of `cells` cells; `None` if the ticking thread works alone.
+    /// Starts the threads for a body; `None` if the ticking thread works alone.
     ///
     /// # Errors
     /// More threads than the body has parts, or than there are processors.
-    pub fn start(self, cells: usize) -> Result<Option<Threads>> {
+    pub fn start(self, model: &Model<'_>) -> Result<Option<Threads>> {
         let processors = processors().len();
-        let most = parts::count(cells);
+        let most = model.thread_parts().count();
         let count = match self {
             Self::Auto if most == 1 => 1,
             Self::Auto => processors.saturating_sub(1).clamp(1, most),
             Self::Of(count) => count,
         };
         if count > most {
-            return Err(Error::input(format!(
-                "--threads {count}: a body of {} is swept by one thread, several share one of {} \
-                 cells or more; leave it out",
-                counted(cells as u64, "cell"),
-                parts::CELLS_SHARED
-            )));
+            let cells = counted(model.cells() as u64, "cell");
+            return Err(Error::input(match most {
+                1 => format!(
+                    "--threads {count}: a body of {cells} is swept by one thread, several share one \
+                     of {SHAPES_SHARED} cells of shapes or more, or of {LINKS_SHARED} of links; \
+                     leave it out"
+                ),
+                _ => format!(
+                    "--threads {count}: a body of {cells} of shapes has {most} parts; take at most \
+                     as many threads"
+                ),
+            }));
         }
         if count > processors {
             return Err(Error::input(format!(
@@ -183,8 +193,12 @@ impl Workers for Threads {
                 });
             }
             work();
-            // Without a system call; the end of the scope then takes no time.
-            while helping.load(Ordering::Acquire) > 0 {
+            // Mostly without a system call: the end of the scope then takes no time. It sleeps for a helper
+            // that has lost its processor.
+            for _ in 0..SPINS {
+                if helping.load(Ordering::Acquire) == 0 {
+                    break;
+                }
                 spin_loop();
             }
         });

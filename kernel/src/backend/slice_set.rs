@@ -58,6 +58,14 @@ impl SliceSet {
         Iter { words, at, left: words.get(at).copied().unwrap_or(0) }
     }
 
+    /// As [`Self::iter_in`], for any range.
+    #[inline(always)]
+    pub fn between(&self, slices: Range<usize>) -> impl Iterator<Item = usize> {
+        let Range { start, end } = slices;
+        let whole = self.iter_in(start / 64 * 64..end);
+        whole.skip_while(move |&slice| slice < start).take_while(move |&slice| slice < end)
+    }
+
     /// Adds the slices of another set.
     pub fn unite(&mut self, other: &Self) {
         for (word, more) in self.0.iter_mut().zip(other.0) {
@@ -67,6 +75,7 @@ impl SliceSet {
 }
 
 /// Slices of a set, ascending.
+#[derive(Clone)]
 pub(crate) struct Iter<'a> {
     words: &'a [u64],
     at: usize,
@@ -104,6 +113,8 @@ mod tests {
         assert_eq!(set.iter(8192).collect::<Vec<_>>(), [3, 64, 130, 8191]);
         let parts = [0..64, 64..128, 128..8192].map(|part| set.iter_in(part).collect::<Vec<_>>());
         assert_eq!(parts, [vec![3], vec![64], vec![130, 8191]]);
+        let any = [0..64, 4..65, 65..131, 131..131].map(|any| set.between(any).collect::<Vec<_>>());
+        assert_eq!(any, [vec![3], vec![64], vec![130], vec![]]);
         let mut both = SliceSet::EMPTY;
         both.insert(5);
         both.unite(&set);

@@ -32,7 +32,7 @@ pub type Job<'j> = &'j mut (dyn FnMut() + Send);
 /// # let mut tissue = Tissue::<128, Track>::new();
 /// # tissue.reset(&network)?;
 /// let mut view = tissue.view();
-/// view.team = Team::of(&Threads); // bodies of fewer than 16,384 cells are one part
+/// view.team = Team::of(&Threads); // small bodies are one part
 /// # let mut done = [false; 3];
 /// # let [mut a, mut b, mut c] = done.each_mut().map(|done| move || *done = true);
 /// # Threads.run(&mut [&mut a, &mut b, &mut c]);
@@ -92,12 +92,13 @@ impl<'a> Team<'a> {
         let _ = jobs;
     }
 
-    /// Runs the works of the parts on the unit.
+    /// Runs the works of the parts on the unit; the calling thread runs that of a single part.
     #[inline(always)]
     pub(crate) fn run<W>(self, unit: Option<VectorUnit>, mut works: [Option<W>; PARTS])
     where
         W: Work<Output = ()> + Send,
     {
+        let is_shared = works.iter().skip(1).any(Option::is_some);
         let mut jobs = works.each_mut().map(|slot| {
             move || {
                 if let Some(work) = slot.take() {
@@ -106,7 +107,9 @@ impl<'a> Team<'a> {
             }
         });
         let mut jobs = jobs.each_mut().map(|job| job as Job<'_>);
-        self.share(&mut jobs);
+        if is_shared {
+            self.share(&mut jobs);
+        }
         for job in jobs {
             job();
         }

@@ -11,7 +11,8 @@ use crate::backend::f32x8::F32x8;
 use crate::backend::slice_set::SliceSet;
 use crate::backend::slices::{Chunks, ChunksMut};
 use crate::backend::{Work, run};
-use crate::model::parts::{self, PARTS};
+use crate::model::parts::PARTS;
+use crate::model::terms::NoTerm;
 use crate::number::cell::Cell;
 use crate::number::two_float::{LANES, Lanes, TwoFloat};
 
@@ -52,6 +53,7 @@ pub(crate) fn residual(
     if !takes_slices(terms, at) {
         return false;
     }
+    terms.list().prepare(&places(terms.model, at));
     update(terms, changed, at);
     let (slices, list) = (0..terms.model.slice_count(), || (terms.list(), terms.states));
     let held = terms.held();
@@ -59,8 +61,7 @@ pub(crate) fn residual(
     true
 }
 
-/// The same part by part, each with its own sums, for a body of several parts. If terms keep states, the
-/// calling thread does all the work.
+/// The same part by part, each with its own sums, for a body of several parts: the team runs them.
 pub(crate) fn residual_in_parts(
     terms: Terms<'_, '_>,
     awake: &SliceSet,
@@ -71,57 +72,52 @@ pub(crate) fn residual_in_parts(
     if !takes_slices(terms, at) {
         return false;
     }
+    terms.list().prepare(&places(terms.model, at));
     update(terms, awake, at);
-    let (vectors, held, cells) = (terms.vectors, terms.held(), at.len());
-    // Terms with states: the calling thread runs the parts in turn.
-    if terms.states.any() {
-        let list = || (terms.list(), terms.states);
-        for (part, (residual, reduce)) in
-            parts::split_mut(residual).into_iter().zip(sums).enumerate()
-        {
-            let slices = parts::slices(cells, part);
-            run(vectors, SlicedResidual { awake, slices, at, residual, held, list, reduce });
-        }
-        return true;
-    }
-    // Otherwise the team runs the parts, and finds the tools' contribution in the residuals: threads share no
-    // other memory.
+    let (held, parts) = (terms.held(), terms.model.thread_parts());
+    // Threads find the tools' contribution in the residuals.
     let list = terms.list_with(Pulled::put(terms.touch, awake, residual));
-    let list = || (list, States::NONE);
-    let mut each = parts::split_mut(residual).into_iter().zip(sums).enumerate();
-    let passes = [(); PARTS].map(|()| {
-        let (part, (residual, reduce)) = each.next()?;
-        let slices = parts::slices(cells, part);
+    let states = terms.states.shared();
+    let list = move || (list, states.get());
+    let mut arrays = parts.split_mut(residual).into_iter().zip(sums);
+    let passes = parts.each(|slices| {
+        let (residual, reduce) = arrays.next()?;
         Some(SlicedResidual { awake, slices, at, residual, held, list, reduce })
     });
-    terms.team.run(vectors, passes);
+    terms.team.run(terms.vectors, passes.map(Option::flatten));
     true
 }
 
-/// Stores the displacements of all cells at states within K.
-pub(crate) fn displace(terms: Terms<'_, '_>, at: &[Cell]) {
-    if takes_slices(terms, at) {
-        run(terms.vectors, Displace { terms, at });
+/// Updates the terms' states in the slices `changed`, part by part: the team runs several.
+fn update(terms: Terms<'_, '_>, changed: &SliceSet, at: &[Cell]) {
+    if !terms.states.any() {
+        return;
+    }
+    let (team, vectors, division) = (terms.team, terms.vectors, terms.states.division());
+    let (list, states) = (terms.list_with(NoTerm), terms.states.shared());
+    let list = move || (list, states.get());
+    if division.count() == 1 {
+        let slices = terms.model.slice_count();
+        run(vectors, Displace { slices: changed.iter(slices), cells: at, list });
+        run(vectors, Update { slices: changed.iter(slices), at, list });
     } else {
-        terms.displace(0..terms.model.slice_count(), at);
+        let displace = |slices| Displace { slices: changed.between(slices), cells: at, list };
+        team.run(vectors, division.each(displace));
+        let update = |slices| Update { slices: changed.between(slices), at, list };
+        team.run(vectors, division.each(update));
     }
 }
 
-/// Stores the displacements of all cells, slice by slice where they are.
-struct Displace<'a, 'm> {
-    terms: Terms<'a, 'm>,
-    at: &'a [Cell],
-}
-
-impl Work for Displace<'_, '_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run<V: F32x8>(self) {
-        let (list, cells) = (self.terms.list(), Chunks::new(self.at, Cell::ZERO));
-        for slice in (0..self.terms.model.slice_count()).filter(|_| self.terms.states.any()) {
-            list.displace(slice, cells.at(slice), self.terms.states.all());
-        }
+/// Stores the displacements of all cells at states within K, part by part: the team runs several.
+pub(crate) fn displace(terms: Terms<'_, '_>, cells: &[Cell]) {
+    if !takes_slices(terms, cells) {
+        return terms.displace(0..terms.model.slice_count(), cells);
+    }
+    if terms.states.any() {
+        let (list, states) = (terms.list_with(NoTerm), terms.states.shared());
+        let list = move || (list, states.get());
+        let works = terms.states.division().each(|slices| Displace { slices, cells, list });
+        terms.team.run(terms.vectors, works);
     }
 }
 
@@ -130,32 +126,43 @@ fn takes_slices(terms: Terms<'_, '_>, at: &[Cell]) -> bool {
     terms.vectors.is_some() && terms.model.slices.is_some() && at.len() == terms.model.cells()
 }
 
-/// Prepares the terms for a pass, and updates their states of the cells in awake slices.
-fn update(terms: Terms<'_, '_>, awake: &SliceSet, at: &[Cell]) {
-    terms.list().prepare(&places(terms.model, at));
-    if terms.states.any() {
-        run(terms.vectors, Update { terms, awake, at });
-    }
+/// Stores the displacements of the cells in slices.
+struct Displace<'a, S, L> {
+    slices: S,
+    cells: &'a [Cell],
+    list: L,
 }
 
-/// Updates the terms' states of the cells in awake slices to their positions.
-struct Update<'a, 'm> {
-    terms: Terms<'a, 'm>,
-    awake: &'a SliceSet,
-    at: &'a [Cell],
-}
-
-impl Work for Update<'_, '_> {
+impl<'a, S: Iterator<Item = usize>, T: Term<f32>, L: Fn() -> (T, States<'a>)> Work
+    for Displace<'a, S, L>
+{
     type Output = ();
 
     #[inline(always)]
     fn run<V: F32x8>(self) {
-        let (list, cells) = (self.terms.list(), Chunks::new(self.at, Cell::ZERO));
-        let (slices, states) = (self.terms.model.slice_count(), self.terms.states);
-        for slice in self.awake.iter(slices) {
+        let ((list, states), cells) = ((self.list)(), Chunks::new(self.cells, Cell::ZERO));
+        for slice in self.slices {
             list.displace(slice, cells.at(slice), states.all());
         }
-        for slice in self.awake.iter(slices) {
+    }
+}
+
+/// Updates the terms' states of the cells in slices, to the displacements of all cells.
+struct Update<'a, S, L> {
+    slices: S,
+    at: &'a [Cell],
+    list: L,
+}
+
+impl<'a, S: Iterator<Item = usize>, T: Term<f32>, L: Fn() -> (T, States<'a>)> Work
+    for Update<'a, S, L>
+{
+    type Output = ();
+
+    #[inline(always)]
+    fn run<V: F32x8>(self) {
+        let (list, states) = (self.list)();
+        for slice in self.slices {
             if let Some([from, to]) = states.step(slice) {
                 list.update_slice::<V>(slice, self.at, from, to);
             }
@@ -173,7 +180,7 @@ pub(crate) struct SlicedResidual<'a, R, L> {
     pub residual: &'a mut [Cell],
     /// Cells that do not move, in ascending order.
     pub held: &'a [Contact],
-    /// Returns the terms and their states. A function, since threads share no states.
+    /// Returns the terms and their states. A function, since a thread gets the states by it.
     pub list: L,
     pub reduce: &'a mut R,
 }

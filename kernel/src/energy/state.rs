@@ -4,7 +4,8 @@
 //! lasts from pass to pass, in rows of eight numbers, one of each cell of a slice. It exists in two banks, the
 //! present one and that of the published positions, for a pass that the guard discards: two flags per slice
 //! say which bank is which, so that saving and restoring copy nothing. Besides, each cell has its displacement
-//! and its force in the pass: its neighbours read the first and add to the second.
+//! and its force in the pass: its neighbours read the first and add to the second. In a body of several
+//! [`parts`](crate::parts) it has a force of each part's cells.
 
 #![allow(unsafe_code)]
 
@@ -12,6 +13,7 @@ use core::cell::Cell;
 
 use crate::backend::slice_set::SliceSet;
 use crate::model::others::Others;
+use crate::model::parts::{Division, Parts, SHAPES_SHARED};
 use crate::model::terms::Keeps;
 use crate::number::cell;
 use crate::number::kept::kept;
@@ -31,8 +33,13 @@ const IS_KEPT: usize = (LASTING > 0) as usize;
 const ROWS: usize = (2 * LASTING + 1).next_multiple_of(2);
 /// Lines of the displacements of a slice, and of its forces.
 const QUADS: usize = LANES * size_of::<cell::Cell>() / 64;
-/// Lines of a slice: displacements and forces, then the rows.
-const LINES: usize = IS_KEPT * (2 * QUADS + ROWS / 2);
+/// Lines of the rows of a slice.
+const ROW_LINES: usize = IS_KEPT * (ROWS / 2);
+
+/// Lines of the displacements of `cells` cells and of all their forces.
+const fn quad_lines(cells: usize) -> usize {
+    cells.div_ceil(LANES) * IS_KEPT * QUADS * (1 + Parts::of_shapes(cells).count())
+}
 
 kept! {
     /// Memory for the terms' states: a line of 64 bytes. [`term_states`] is the number that a body needs.
@@ -60,7 +67,7 @@ impl TermState {
 /// ```
 #[must_use]
 pub const fn term_states(cells: usize) -> usize {
-    cells.div_ceil(LANES) * LINES
+    quad_lines(cells) + cells.div_ceil(LANES) * ROW_LINES
 }
 
 /// Displacements and forces of all cells in a pass, the padding of the last slice included; at most one term
@@ -69,12 +76,48 @@ pub const fn term_states(cells: usize) -> usize {
 #[cfg_attr(not(feature = "nodal"), expect(dead_code, reason = "no term has displacements"))]
 pub(crate) struct Quads<'a> {
     pub displacements: &'a [Quad],
-    /// Forces; the fourth lane is the cell's sum of w d^2.
+    /// Forces by the cells of each part, one part after the other; the fourth lane is a share of the cell's
+    /// sum of w d^2.
     pub forces: &'a [Quad],
+    division: Division,
 }
 
-impl Quads<'_> {
-    const NONE: Self = Self { displacements: &[], forces: &[] };
+#[cfg_attr(not(feature = "nodal"), expect(dead_code, reason = "no term has displacements"))]
+impl<'a> Quads<'a> {
+    const NONE: Self = Self { displacements: &[], forces: &[], division: Division::of_shapes(0) };
+
+    /// The forces of all cells by the cells of a part.
+    #[inline(always)]
+    pub fn of_part(self, part: usize) -> &'a [Quad] {
+        let cells = self.displacements.len();
+        self.forces.get(part * cells..(part + 1) * cells).unwrap_or(&[])
+    }
+
+    /// The forces of all cells by the cells of a slice's part.
+    #[inline(always)]
+    pub fn by_slice(self, slice: usize) -> &'a [Quad] {
+        self.of_part(self.division.of_slice(slice))
+    }
+
+    /// The forces of a slice's cells, by part.
+    #[inline(always)]
+    pub fn on_slice(self, slice: usize) -> impl Iterator<Item = &'a [Quad; LANES]> + Clone {
+        let parts = 0..self.division.count();
+        parts.filter_map(move |part| self.of_part(part).as_chunks().0.get(slice))
+    }
+
+    /// The whole force on each cell of a slice, its parts added in ascending order.
+    #[inline(always)]
+    pub fn force(self, slice: usize) -> Option<[cell::Cell; LANES]> {
+        let mut each = self.on_slice(slice);
+        let mut sums = each.next()?.each_ref().map(Cell::get);
+        for more in each {
+            for (sum, more) in sums.iter_mut().zip(more) {
+                *sum = sum.plus(more.get());
+            }
+        }
+        Some(sums)
+    }
 }
 
 /// Memory of the states of a slice, in one bank; of one term and those after it in the list.
@@ -140,7 +183,11 @@ impl<'a> TermStates<'a> {
     /// Number of cells that the memory holds.
     pub(crate) fn capacity(&self) -> usize {
         let size = self.0.first().map_or(0, |memory| memory.len());
-        size.checked_div(LINES).unwrap_or(0) * LANES
+        // By the memory of a slice of such a body.
+        let cells_as =
+            |of: usize| size.checked_div(term_states(of) / of.div_ceil(LANES)).unwrap_or(0) * LANES;
+        let (few, many) = (cells_as(LANES), cells_as(SHAPES_SHARED));
+        if many < SHAPES_SHARED { few.min(SHAPES_SHARED - 1) } else { many }
     }
 
     /// The memory of `cells` cells; empty if it is too small.
@@ -167,7 +214,7 @@ impl<'a> TermStates<'a> {
     pub(crate) fn shared(&mut self, cells: usize) -> States<'_> {
         States(self.0.each_mut().map(|memory| {
             let memory = Cell::from_mut(memory.get_mut(..term_states(cells)).unwrap_or_default());
-            Arrays::of(memory.as_slice_of_cells())
+            Arrays::of(memory.as_slice_of_cells(), cells)
         }))
     }
 }
@@ -175,7 +222,7 @@ impl<'a> TermStates<'a> {
 /// The present rows of what lasts of `cells` cells, slice by slice.
 #[inline(always)]
 pub(crate) fn lasting(memory: &[TermState], cells: usize) -> impl Iterator<Item = &[Row; LASTING]> {
-    let rows = memory.get(cells.div_ceil(LANES) * 2 * QUADS..).unwrap_or(&[]);
+    let rows = memory.get(quad_lines(cells)..).unwrap_or(&[]);
     // SAFETY: a line is two rows of plain numbers, with a larger alignment; the lines stay borrowed.
     let rows: &[Row] =
         unsafe { core::slice::from_raw_parts(rows.as_ptr().cast(), rows.len() * (2 * IS_KEPT)) };
@@ -196,10 +243,10 @@ struct Arrays<'a> {
 
 impl<'a> Arrays<'a> {
     #[inline(always)]
-    fn of(memory: &'a [Cell<TermState>]) -> Self {
-        let slices = memory.len().checked_div(LINES).unwrap_or(0);
-        let (quads, rows) = memory.split_at_checked(slices * 2 * QUADS).unwrap_or_default();
-        let (displacements, forces) = quads.split_at(quads.len() / 2);
+    fn of(memory: &'a [Cell<TermState>], cells: usize) -> Self {
+        let division = Division::of_shapes(cells);
+        let (quads, rows) = memory.split_at_checked(quad_lines(cells)).unwrap_or_default();
+        let (displacements, forces) = quads.split_at(quads.len() / (1 + division.count()));
         // SAFETY: a line is two rows or four quadruples of plain numbers, with a larger alignment, and a
         // `Cell` is laid out as its content; the lines stay borrowed.
         let (rows, displacements, forces) = unsafe {
@@ -209,7 +256,7 @@ impl<'a> Arrays<'a> {
                 core::slice::from_raw_parts(forces.as_ptr().cast(), 4 * forces.len()),
             )
         };
-        Self { quads: Quads { displacements, forces }, rows: rows.as_chunks().0 }
+        Self { quads: Quads { displacements, forces, division }, rows: rows.as_chunks().0 }
     }
 
     /// The states of a slice.
@@ -284,6 +331,27 @@ impl<'a> States<'a> {
         self.0.first()?.slice(slice)
     }
 
+    /// The states for a thread that goes over a part of the body.
+    #[inline(always)]
+    pub fn shared(self) -> Shared<'a> {
+        Shared(self)
+    }
+
+    /// The division of loops over the states.
+    #[inline(always)]
+    pub fn division(self) -> Division {
+        self.all().quads().division
+    }
+
+    /// The states for loops over a set of `count` slices: the parts of a large body then have as many slices
+    /// of the set each.
+    pub fn divided(self, set: impl Iterator<Item = usize> + Clone, count: usize) -> Self {
+        Self(self.0.map(|mut arrays| {
+            arrays.quads.division = arrays.quads.division.of_set(set.clone(), count);
+            arrays
+        }))
+    }
+
     /// The states of all terms.
     #[inline(always)]
     pub fn all(self) -> StatesOf<'a> {
@@ -330,6 +398,23 @@ impl<'a> States<'a> {
                 now.set(published.get());
             }
         }
+    }
+}
+
+/// The terms' states for a thread that goes over the slices of a part, while others go over the other parts.
+///
+/// In such a loop a thread writes displacements, flags and rows of its part's slices, and forces either of
+/// its part's slices or by its part's cells; it reads what no thread writes in this loop, or what is its own.
+#[derive(Clone, Copy)]
+pub(crate) struct Shared<'a>(States<'a>);
+
+// SAFETY: the loops over parts keep the rule above, so no thread reads or writes what another one writes.
+unsafe impl Send for Shared<'_> {}
+
+impl<'a> Shared<'a> {
+    #[inline(always)]
+    pub fn get(self) -> States<'a> {
+        self.0
     }
 }
 

@@ -50,11 +50,17 @@ impl<N: LinkNumber, const CLAMPED: bool> Pass<'_, N, CLAMPED> {
         self.v.get(cell).map_or([N::ZERO; 3], |v| self.output(v.xyz()))
     }
 
+    /// The awake slices.
+    #[inline(always)]
+    pub fn slices(&self) -> impl Iterator<Item = usize> {
+        self.awake.iter(self.v.len().div_ceil(LANES))
+    }
+
     /// The cells of awake slices.
     #[inline(always)]
     pub fn cells(&self) -> impl Iterator<Item = usize> {
         let cells = self.v.len();
-        self.awake.iter(cells.div_ceil(LANES)).flat_map(move |slice| cells_of(slice, cells))
+        self.slices().flat_map(move |slice| cells_of(slice, cells))
     }
 }
 

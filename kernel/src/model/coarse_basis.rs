@@ -4,7 +4,7 @@
 use core::ops::Range;
 
 use super::image::{COARSE_MAX, ModelError, NO_FUNCTION, Sections, kind};
-use super::parts;
+use super::parts::Parts;
 use super::range;
 use crate::number::two_float::{Eight, LANES};
 
@@ -28,6 +28,8 @@ pub(crate) struct CoarseBasis<'a> {
     /// The elastic level, if there is one; its inverse couples the axes.
     #[cfg(feature = "nodal")]
     elastic: Option<ElasticLevel<'a>>,
+    /// The parts of the body.
+    parts: Parts,
     /// True if the body has several parts, the cells of each box lie in one part, and the boxes are in the
     /// order of the parts.
     pub is_in_parts: bool,
@@ -73,6 +75,8 @@ impl<'a> CoarseBasis<'a> {
         #[cfg(not(feature = "nodal"))]
         let elastic = None::<ElasticLevel<'_>>;
         let blocks = count.div_ceil(LANES);
+        let parts =
+            if elastic.is_some() { Parts::of_shapes(cells) } else { Parts::of_links(cells) };
         let inverse = if elastic.is_some() { 9 * LANES * blocks * blocks } else { count * blocks };
         Ok(Some(Self {
             count,
@@ -84,13 +88,14 @@ impl<'a> CoarseBasis<'a> {
             inverse: sections.sized(kind::COARSE_INVERSE, inverse)?,
             #[cfg(feature = "nodal")]
             elastic,
-            is_in_parts: parts::count(cells) > 1 && is_in_parts(rows, pairs, cells),
+            parts,
+            is_in_parts: parts.count() > 1 && is_in_parts(rows, pairs, parts),
         }))
     }
 
     /// Returns the boxes of a part, for a body that [is in parts](Self::is_in_parts).
     pub fn boxes_of(&self, part: usize) -> Range<usize> {
-        let Range { start, end } = parts::cells(self.entry.len(), part);
+        let Range { start, end } = self.parts.cells(part);
         let until = |cell: usize| {
             self.rows.partition_point(|&row| {
                 self.cells.get(row as usize).is_some_and(|pair| usize::from(pair[0]) < cell)
@@ -163,18 +168,18 @@ impl<'a> CoarseBasis<'a> {
 }
 
 /// Returns true if the cells of each box lie in one part, and the boxes are in the order of the parts.
-fn is_in_parts(rows: &[u32], pairs: &[[u16; 2]], cells: usize) -> bool {
+fn is_in_parts(rows: &[u32], pairs: &[[u16; 2]], parts: Parts) -> bool {
     let mut part = 0;
     (0..rows.len().saturating_sub(1)).all(|at_box| {
         let pairs = pairs.get(range(rows, at_box)).unwrap_or(&[]);
         let here = |part| {
-            let of = parts::cells(cells, part);
+            let of = parts.cells(part);
             pairs.as_flattened().iter().all(|&cell| of.contains(&usize::from(cell)))
         };
-        while part < parts::PARTS && !here(part) {
+        while part < parts.count() && !here(part) {
             part += 1;
         }
-        part < parts::PARTS
+        part < parts.count()
     })
 }
 
@@ -184,13 +189,14 @@ mod tests {
 
     /// Number of cells for which parts begin at multiples of 2,048.
     const CELLS: usize = 16_384;
+    const PARTS: Parts = Parts::of_links(CELLS);
 
     #[test]
     fn boxes_are_found_by_part_where_they_are_in_order() {
         // Part 0 has two boxes, part 1 none; an empty box follows, then one box each in parts 2 and 7.
         let (rows, pairs) =
             ([0, 1, 3, 3, 4, 5], [[0, 1], [5, 9], [2047, 2047], [4096, 6143], [14336, 16383]]);
-        assert!(is_in_parts(&rows, &pairs, CELLS));
+        assert!(is_in_parts(&rows, &pairs, PARTS));
         let basis = CoarseBasis {
             count: 1,
             rows: &rows,
@@ -201,6 +207,7 @@ mod tests {
             inverse: &[],
             #[cfg(feature = "nodal")]
             elastic: None,
+            parts: PARTS,
             is_in_parts: true,
         };
         let boxes = [0, 1, 2, 3, 7].map(|part| basis.boxes_of(part));
@@ -215,8 +222,8 @@ mod tests {
 
     #[test]
     fn boxes_across_parts_or_out_of_their_order_are_seen() {
-        assert!(!is_in_parts(&[0, 1], &[[2047, 2048]], CELLS));
-        assert!(!is_in_parts(&[0, 1, 2], &[[2048, 2048], [0, 0]], CELLS));
-        assert!(!is_in_parts(&[0, 1], &[[16_384, 0]], CELLS));
+        assert!(!is_in_parts(&[0, 1], &[[2047, 2048]], PARTS));
+        assert!(!is_in_parts(&[0, 1, 2], &[[2048, 2048], [0, 0]], PARTS));
+        assert!(!is_in_parts(&[0, 1], &[[16_384, 0]], PARTS));
     }
 }

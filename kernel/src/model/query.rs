@@ -3,6 +3,7 @@
 use core::ops::Range;
 
 use super::layout::Layout;
+use super::parts::Parts;
 use super::surface::ContactSurface;
 use super::terms::TermData;
 use super::{Model, range};
@@ -231,6 +232,13 @@ impl<'a> Model<'a> {
     #[inline(always)]
     pub fn is_nodal(&self) -> bool {
         self.others.replaces_links()
+    }
+
+    /// The parts in which threads share the body.
+    #[must_use]
+    #[inline(always)]
+    pub fn thread_parts(&self) -> Parts {
+        if self.is_nodal() { Parts::of_shapes(self.cells()) } else { Parts::of_links(self.cells()) }
     }
 
     /// Young's modulus \[Pa\] and Poisson's ratio of the tissue around a cell; `None` in a body of

@@ -175,7 +175,7 @@ fn run_parameters_out_of_range() {
     for threads in ["0", "9", "-1", "many"] {
         place.refuses_run(&["--threads", threads], &["--threads", threads, "1 to 8, or auto"]);
     }
-    place.refuses_run(&["--threads", "2"], &["--threads 2", "16384 cells or more"]);
+    place.refuses_run(&["--threads", "2"], &["--threads 2", "4096 cells of shapes or more"]);
     let euler = ["--threads", "2", "--scheme", "euler"];
     place.refuses_run(&euler, &["--threads 2", "--scheme track and predict"]);
     place.refuses_run(&["--snapshot-ticks", "5"], &["--snapshot-ticks 5", "0 to 4"]);

@@ -8,7 +8,8 @@ use chaincell_host::bake::tissue::Tissue;
 use chaincell_host::bake::{BakeOptions, BasisSpacing, PerCell};
 use chaincell_host::engine::{Arithmetic, Contact, Scheme};
 use chaincell_host::mesh::MeshOptions;
-use chaincell_kernel::{Choice, Model, Settings, Unloading, VectorUnit, parts};
+use chaincell_kernel::parts::{PARTS, Parts};
+use chaincell_kernel::{Choice, Model, Settings, Unloading, VectorUnit};
 use chaincell_lab::bodies::{Shape, Variant};
 use chaincell_lab::monitor::{Step, play};
 
@@ -97,7 +98,7 @@ fn trajectories_of_nodal_shapes() {
 #[test]
 fn trajectories_of_large_bodies() {
     let shape = body("organ:16800");
-    assert_eq!(parts::count(shape.mesh.nodes_m.len()), parts::PARTS);
+    assert_eq!(Parts::of_links(shape.mesh.nodes_m.len()).count(), PARTS);
     for (coarse_basis, alpha) in [(BasisSpacing::Links(3.5), 0.0), (BasisSpacing::None, 0.05)] {
         let alpha = PerCell::Uniform(alpha);
         let options = BakeOptions { alpha, coarse_basis, ..BakeOptions::default() };

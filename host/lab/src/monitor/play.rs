@@ -1,7 +1,7 @@
 //! Plays steps on an engine and on its twins: a second one, one without vector unit and sleep, and of a large
 //! body one with two threads. All bits agree, and every tick is checked.
 
-use chaincell_kernel::{Budget, Flags, TickOutput, ToolPose, parts};
+use chaincell_kernel::{Budget, Flags, TickOutput, ToolPose};
 use nalgebra::Vector3;
 
 use super::{Check, Monitor};
@@ -72,11 +72,12 @@ pub fn play<'m>(
 ) -> Result<Monitor<'m>> {
     let (mut one, mut twins) = (new()?, vec![new()?, new()?]);
     plain(&mut twins);
-    let cells = one.network().model().cells();
-    if parts::count(cells) > 1 {
+    let model = *one.network().model();
+    if model.thread_parts().count() > 1 {
         // A machine of one processor has no second thread.
-        let (mut shared, threads) = (new()?, ThreadCount::Of(2).start(cells));
-        shared.share(threads.unwrap_or_default());
+        let (mut shared, threads) = (new()?, ThreadCount::Of(2).start(&model));
+        let threads = threads.unwrap_or_default();
+        shared.share(threads.map(|threads| Box::new(threads) as _));
         twins.push(shared);
     }
     let mut monitor = Monitor::new(&one, numbers);

@@ -69,14 +69,6 @@ impl<'a> Ends<'a> {
         }
     }
 
-    /// Clears the elements of the cells of a slice.
-    #[inline(always)]
-    pub fn clear(self, slice: usize) {
-        if let Some(own) = self.own(slice) {
-            own.iter().for_each(|slot| slot.set(Cell::ZERO));
-        }
-    }
-
     /// The half-links of a slice by groups: their numbers, and the ids of their other ends; as many of both.
     #[inline(always)]
     fn rows(self, slice: usize) -> (&'a [SlotNumbers], &'a [[u16; LANES]]) {
@@ -171,16 +163,11 @@ pub(super) fn number(rows: &[[f32; LANES]], row: usize, lane: usize) -> f32 {
     rows.get(row).and_then(|lanes| lanes.get(lane)).copied().unwrap_or(0.0)
 }
 
-/// The numbers of eight cells.
-#[inline(always)]
-pub(super) fn lanes<V: F32x8>([a, b, c, d, e, f, g, h]: [&Quad; LANES]) -> [V; 4] {
-    V::transposed(&[a.get(), b.get(), c.get(), d.get(), e.get(), f.get(), g.get(), h.get()])
-}
-
 /// Displacements of eight cells.
 #[inline(always)]
-fn displacements<V: F32x8>(cells: [&Quad; LANES]) -> [Lane<V>; 3] {
-    let [x, y, z, _] = lanes(cells);
+fn displacements<V: F32x8>([a, b, c, d, e, f, g, h]: [&Quad; LANES]) -> [Lane<V>; 3] {
+    let cells = [a.get(), b.get(), c.get(), d.get(), e.get(), f.get(), g.get(), h.get()];
+    let [x, y, z, _] = V::transposed(&cells);
     [Lane(x), Lane(y), Lane(z)]
 }
 

@@ -84,18 +84,17 @@ use crate::backend::f32x8::{Chunk, F32x8};
 use crate::backend::slices::cells_of;
 use crate::model::nodal::Nodal;
 use crate::number::cell::{Cell, add, single};
-use crate::number::two_float::LANES;
-use gather::{Ends, lanes, own};
+use gather::{Ends, own};
 use sums::Gathered;
 
 impl<N: LinkNumber> Term<N> for Nodal<'_> {
     #[inline(always)]
     fn displace(self, slice: usize, here: &Chunk, states: StatesOf<'_>) {
-        let Quads { displacements, forces } = states.quads();
-        let ends = Ends::of(self, displacements).zip(Ends::of(self, forces));
-        if let Some((displacements, forces)) = ends.filter(|_| self.is_any()) {
-            displacements.displace(slice, here);
-            forces.clear(slice);
+        let quads = states.quads();
+        if let Some(ends) = Ends::of(self, quads.displacements).filter(|_| self.is_any()) {
+            ends.displace(slice, here);
+            let forces = quads.on_slice(slice).flatten();
+            forces.for_each(|force| force.set(Cell::ZERO));
         }
     }
 
@@ -119,8 +118,9 @@ impl<N: LinkNumber> Term<N> for Nodal<'_> {
         from: SliceMemory<'_>,
         to: SliceMemory<'_>,
     ) {
-        let Quads { displacements, forces } = from.quads;
-        let ends = Ends::of(self, displacements).zip(Ends::of(self, forces));
+        let Quads { displacements, .. } = from.quads;
+        let forces = Ends::of(self, from.quads.by_slice(slice));
+        let ends = Ends::of(self, displacements).zip(forces);
         let (Some(numbers), Some((displacements, forces))) = (self.cells.get(slice), ends) else {
             return;
         };
@@ -141,14 +141,16 @@ impl<N: LinkNumber> Term<N> for Nodal<'_> {
         if !self.is_any() {
             return;
         }
-        let forces = states.quads().forces;
-        for slice in pass.awake.iter(self.count.div_ceil(LANES)) {
-            let cells = cells_of(slice, self.count);
-            let rows = residual.get_mut(cells.clone()).zip(forces.get(cells));
-            for (r, force) in
-                rows.into_iter().flat_map(|(residual, forces)| residual.iter_mut().zip(forces))
-            {
-                *r = r.plus(Cell(force.get().0.map(N::from_single)));
+        let quads = states.quads();
+        for slice in pass.slices() {
+            let cells = residual.get_mut(cells_of(slice, self.count)).unwrap_or_default();
+            // The parts' forces in their order, as [`Quads::force`] adds them.
+            let mut parts = quads.on_slice(slice);
+            let first = parts.next().into_iter().flatten();
+            for (lane, (r, force)) in cells.iter_mut().zip(first).enumerate() {
+                let others = parts.clone().filter_map(|part| part.get(lane));
+                let force = others.fold(force.get(), |sum, more| sum.plus(more.get()));
+                *r = r.plus(Cell(force.0.map(N::from_single)));
             }
         }
     }
@@ -161,9 +163,10 @@ impl<N: LinkNumber> Term<N> for Nodal<'_> {
         sum: &mut [V; 4],
         states: StatesOf<'_>,
     ) {
-        let forces = Ends::of(self, states.quads().forces).filter(|_| self.is_any());
-        if let Some(own) = forces.and_then(|forces| forces.own(here.slice)) {
-            let ([x, y, z, wd2], [a, b, c, d]) = (*sum, lanes::<V>(own.each_ref()));
+        if self.is_any()
+            && let Some(forces) = states.quads().force(here.slice)
+        {
+            let ([x, y, z, wd2], [a, b, c, d]) = (*sum, V::transposed(&forces));
             *sum = [x.plus(a), y.plus(b), z.plus(c), wd2.plus(d)];
         }
     }

@@ -39,9 +39,9 @@ impl Nodal<'_> {
     /// Stores the states of the cells of a slice for a pass, and adds its forces to the cells' and their
     /// neighbours'.
     pub(super) fn stepped(self, cells: Range<usize>, from: SliceMemory<'_>, to: SliceMemory<'_>) {
-        let Quads { displacements, forces } = from.quads;
-        let ends = Ends::of(self, displacements).zip(Ends::of(self, forces));
         let slice = cells.start / LANES;
+        let (Quads { displacements, .. }, forces) = (from.quads, from.quads.by_slice(slice));
+        let ends = Ends::of(self, displacements).zip(Ends::of(self, forces));
         let (Some(numbers), Some((displacements, forces))) = (self.cells.get(slice), ends) else {
             return;
         };

@@ -22,11 +22,12 @@
 
 use super::solve::add_along;
 use super::touched::CoarseTouch;
-use super::vector;
-use crate::backend::Work;
 use crate::backend::f32x8::F32x8;
+use crate::backend::team::Team;
+use crate::backend::{VectorUnit, Work, run};
 use crate::energy::surface::IS_BUILT;
 use crate::model::coarse_basis::CoarseBasis;
+use crate::model::parts::PARTS;
 use crate::number::two_float::{Eight, LANES, Lanes, TwoFloat};
 
 /// Memory that the coarse level of nodal shapes needs for `functions` basis functions \[blocks of eight
@@ -36,8 +37,7 @@ pub const fn elastic_room(functions: usize) -> usize {
     9 * functions.div_ceil(LANES)
 }
 
-/// c = B g for the g in the coarse memory, which is kept there as the last one. Returns g . c and (last g) .
-/// c.
+/// c = B g for the g in the coarse memory, which is kept there as the last one.
 pub(crate) struct ElasticSolve<'a, 'm> {
     pub basis: CoarseBasis<'m>,
     pub room: &'a mut [Eight],
@@ -50,6 +50,57 @@ pub(crate) struct ElasticSolve<'a, 'm> {
 /// Blocks of c that are summed side by side.
 const SIDE_BY_SIDE: usize = 6;
 
+impl ElasticSolve<'_, '_> {
+    /// Returns g . c and (last g) . c; the team computes the blocks of B g in this number of parts.
+    pub fn solve(self, unit: Option<VectorUnit>, team: Team<'_>, parts: usize) -> [TwoFloat; 2] {
+        let blocks = self.basis.row_blocks();
+        let Some((g, rest)) = self.room.split_at_mut_checked(blocks) else {
+            return [TwoFloat::ZERO; 2];
+        };
+        let Some(c) = rest.get_mut(..blocks) else { return [TwoFloat::ZERO; 2] };
+        let (inverse, g) = (self.basis.inverse, &*g);
+        if unit.is_none() || parts == 1 {
+            run(unit, Product { inverse, g, c, first: 0 });
+        } else {
+            let share = blocks.div_ceil(SIDE_BY_SIDE).div_ceil(parts) * SIDE_BY_SIDE;
+            let mut shares = c.chunks_mut(share.max(1)).enumerate();
+            let product = |()| {
+                let (part, c) = shares.next()?;
+                Some(Product { inverse, g, c, first: part * share })
+            };
+            team.run(unit, [(); PARTS].map(product));
+        }
+        run(unit, self)
+    }
+}
+
+/// Blocks of c = B g from the block `first` on.
+struct Product<'a> {
+    inverse: &'a [Eight],
+    g: &'a [Eight],
+    c: &'a mut [Eight],
+    first: usize,
+}
+
+impl Work for Product<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<V: F32x8>(self) {
+        let Self { inverse, g, c, mut first } = self;
+        let (many, few) = c.as_chunks_mut::<SIDE_BY_SIDE>();
+        for c in many {
+            columns::<V, SIDE_BY_SIDE>(inverse, first, g, c);
+            first += SIDE_BY_SIDE;
+        }
+        for c in few {
+            columns::<V, 1>(inverse, first, g, core::array::from_mut(c));
+            first += 1;
+        }
+    }
+}
+
+/// Corrects c = B g for held cells and tools. Returns g . c and (last g) . c.
 impl Work for ElasticSolve<'_, '_> {
     type Output = [TwoFloat; 2];
 
@@ -65,16 +116,6 @@ impl Work for ElasticSolve<'_, '_> {
         let Some((last, corrections)) = rest.split_at_mut_checked(blocks) else {
             return [TwoFloat::ZERO; 2];
         };
-        // c = B g.
-        let mut first = 0;
-        while first + SIDE_BY_SIDE <= blocks {
-            columns::<V, SIDE_BY_SIDE>(self.basis.inverse, blocks, first, g, c);
-            first += SIDE_BY_SIDE;
-        }
-        while first < blocks {
-            columns::<V, 1>(self.basis.inverse, blocks, first, g, c);
-            first += 1;
-        }
         // Apply the corrections, and the tools.
         for along in corrections.chunks_exact(blocks).take(self.corrections) {
             add_along::<V>(along, -1.0, g, c);
@@ -94,17 +135,16 @@ impl Work for ElasticSolve<'_, '_> {
     }
 }
 
-/// N blocks of eight `f32` of c = B g, summed over the rows in ascending order.
+/// N blocks of c = B g from the block `first` on, summed over the rows in ascending order.
 #[inline(always)]
 fn columns<V: F32x8, const N: usize>(
     inverse: &[Eight],
-    blocks: usize,
     first: usize,
     g: &[Eight],
-    c: &mut [Eight],
+    c: &mut [Eight; N],
 ) {
     let mut sums = [V::splat(0.0); N];
-    for (row, &g) in inverse.chunks_exact(blocks).zip(vector(g, blocks, 0).as_flattened()) {
+    for (row, &g) in inverse.chunks_exact(g.len()).zip(g.as_flattened()) {
         let here = row.get(first..).and_then(|row| row.first_chunk::<N>());
         let Some(here) = here else { continue };
         let g = V::splat(g);
@@ -112,7 +152,7 @@ fn columns<V: F32x8, const N: usize>(
             *sum = sum.plus(V::load(b).times(g));
         }
     }
-    for (sum, slot) in sums.into_iter().zip(c.iter_mut().skip(first)) {
+    for (sum, slot) in sums.into_iter().zip(c) {
         sum.store(slot);
     }
 }

@@ -230,7 +230,8 @@ impl Rows<'_> {
 #[cfg(all(test, feature = "nodal"))]
 mod tests {
     use super::*;
-    use crate::backend::{VectorUnit, run};
+    use crate::backend::VectorUnit;
+    use crate::backend::team::Team;
     use crate::solver::coarse::elastic::ElasticSolve;
     use std::vec;
     use std::vec::Vec;
@@ -261,7 +262,8 @@ mod tests {
             }
         }
         let solved = |room: &mut [Eight], corrections| {
-            run(VectorUnit::find(), ElasticSolve { basis, room, corrections, touch: None });
+            let solve = ElasticSolve { basis, room, corrections, touch: None };
+            solve.solve(VectorUnit::find(), Team::ALONE, 1);
             room[3 * blocks..6 * blocks].as_flattened().to_vec()
         };
         let plain = solved(&mut room, 0);

@@ -15,7 +15,7 @@ use crate::backend::{Work, run};
 use crate::energy::residual::Terms;
 use crate::model::coarse_basis::CoarseBasis;
 use crate::model::image::NO_FUNCTION;
-use crate::model::parts::{self, PARTS};
+use crate::model::parts::PARTS;
 use crate::model::range;
 use crate::number::cell::Cell;
 use crate::number::two_float::{Eight, LANES};
@@ -118,10 +118,11 @@ fn steps<const ELASTIC: bool>(
     }
     // Several parts: the team runs them.
     let mut beyond = [false; PARTS];
-    let mut each = beyond.iter_mut().zip(parts::split(mobility)).zip(parts::split(own));
-    let steps = points.parts().map(|points| {
+    let parts = model.thread_parts();
+    let mut each = beyond.iter_mut().zip(parts.split(mobility)).zip(parts.split(own));
+    let steps = points.parts(parts).map(|points| {
         let ((part, points), ((beyond_k, mobility), own)) = (points?, each.next()?);
-        let (boxes, first) = (basis.boxes_of(part), parts::cells(model.cells(), part).start);
+        let (boxes, first) = (basis.boxes_of(part), parts.cells(part).start);
         #[rustfmt::skip]
         let step = CoarseStep::<ELASTIC> { basis: *basis, boxes, first, mobility, own, room, points, factors, k, beyond_k };
         Some(step)

@@ -25,7 +25,7 @@ use crate::energy::links::number::LinkNumber;
 use crate::energy::residual::Terms;
 use crate::model::Model;
 use crate::model::coarse_basis::CoarseBasis;
-use crate::model::parts::{self, PARTS};
+use crate::model::parts::{PARTS, Parts};
 use crate::number::cell::Cell;
 use crate::number::two_float::{Eight, TwoFloat};
 
@@ -50,12 +50,12 @@ impl<N> Points<'_, N> {
     }
 
     /// The arrays of the body's parts, with their numbers.
-    pub(crate) fn parts(&mut self) -> [Option<(usize, Points<'_, N>)>; PARTS] {
+    pub(crate) fn parts(&mut self, parts: Parts) -> [Option<(usize, Points<'_, N>)>; PARTS] {
         let others = [&mut *self.at, &mut *self.before, &mut *self.residual];
         let [mut at, mut before, mut residual] =
-            others.map(|array| parts::split_mut(array).into_iter().enumerate());
-        parts::split_mut(self.published).map(|published| {
-            let (part, at) = at.next()?;
+            others.map(|array| parts.split_mut(array).into_iter().enumerate());
+        parts.split_mut(self.published).map(|published| {
+            let (part, at) = at.next().filter(|(part, _)| *part < parts.count())?;
             let (before, residual) = (before.next()?.1, residual.next()?.1);
             Some((part, Points { published, at, before, residual }))
         })

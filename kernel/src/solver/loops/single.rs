@@ -8,7 +8,6 @@ use crate::backend::slice_set::SliceSet;
 use crate::energy::residual::Terms;
 use crate::energy::sliced::{self as sliced_terms, Energy};
 use crate::model::coarse_basis::CoarseBasis;
-use crate::model::parts;
 use crate::number::cell::Cell;
 use crate::number::two_float::{Eight, TwoFloat};
 use crate::solver::awake::Awake;
@@ -104,7 +103,11 @@ impl Loops for f32 {
         restrict(terms, basis, residual, room);
         let vector = basis.row_blocks();
         turn(terms, &basis, room.get_mut(..vector).unwrap_or(&mut []), true);
-        let products = run(terms.vectors, ElasticSolve { basis, room, corrections, touch });
+        let products = ElasticSolve { basis, room, corrections, touch }.solve(
+            terms.vectors,
+            terms.team,
+            terms.model.thread_parts().count(),
+        );
         turn(terms, &basis, room.get_mut(vector..2 * vector).unwrap_or(&mut []), false);
         products
     }
@@ -140,7 +143,7 @@ fn track_residual<const SUMS: usize>(
     if terms.vectors.is_none() {
         return scalar::track::residual(terms, awake, points);
     }
-    let sums = if parts::count(terms.model.cells()) > 1 {
+    let sums = if terms.model.thread_parts().count() > 1 {
         sliced::track::residual_in_parts(terms, awake, points)
     } else {
         sliced::track::residual(terms, awake, points)

@@ -1,10 +1,11 @@
 //! Moves the points of `track` with the tool.
 
 use super::{ARRAYS, TRACK};
+use crate::backend::Work;
 use crate::backend::f32x8::F32x8;
 use crate::backend::slices::{Chunks, ChunksMut};
-use crate::backend::{VectorUnit, Work, run};
-use crate::model::Model;
+use crate::energy::residual::Terms;
+use crate::model::parts::PARTS;
 use crate::number::cell::{Cell, add, peak, scale};
 use crate::number::two_float::LANES;
 use crate::solver::awake::Awake;
@@ -12,12 +13,12 @@ use crate::solver::awake::Awake;
 /// Moves the points of the next pass and of the last one along the fields, for a motion of the tool by `way`.
 /// Returns true if some coordinate is beyond K.
 pub(super) fn follow(
-    model: &Model<'_>,
+    terms: Terms<'_, '_>,
     own: &mut [Cell],
     awake: &mut Awake,
     way: [f32; 3],
-    vectors: Option<VectorUnit>,
 ) -> bool {
+    let model = terms.model;
     let cells = model.cells();
     if own.len() != ARRAYS * cells {
         return false;
@@ -27,11 +28,20 @@ pub(super) fn follow(
     let Some((x, rest)) = fields.split_at_checked(cells) else { return false };
     let Some((y, z)) = rest.split_at_checked(cells) else { return false };
     awake.wake_all(model);
-    let (fields, saturation) = ([x, y, z], model.saturation());
-    match vectors {
-        Some(unit) => run(Some(unit), Follow { at, before, fields, way, saturation }),
-        None => one_by_one(at, before, fields, way) > saturation,
+    let saturation = model.saturation();
+    if terms.vectors.is_none() {
+        return one_by_one(at, before, [x, y, z], way) > saturation;
     }
+    let (parts, mut beyond) = (model.thread_parts(), [false; PARTS]);
+    let points = parts.split_mut(at).into_iter().zip(parts.split_mut(before));
+    let fields = parts.split(x).into_iter().zip(parts.split(y)).zip(parts.split(z));
+    let mut arrays = points.zip(fields).zip(&mut beyond);
+    let works = parts.each(|_| {
+        let (((at, before), ((x, y), z)), beyond) = arrays.next()?;
+        Some(Follow { at, before, fields: [x, y, z], way, saturation, beyond })
+    });
+    terms.team.run(terms.vectors, works.map(Option::flatten));
+    beyond.contains(&true)
 }
 
 /// Moves both points cell by cell. Returns the largest magnitude of a coordinate of the first one.
@@ -48,20 +58,22 @@ fn one_by_one(at: &mut [Cell], before: &mut [Cell], [x, y, z]: [&[Cell]; 3], way
     highest
 }
 
-/// The same over slices.
+/// The same over slices of a part.
 struct Follow<'a> {
     at: &'a mut [Cell],
     before: &'a mut [Cell],
     fields: [&'a [Cell]; 3],
     way: [f32; 3],
     saturation: f32,
+    /// Set to true if some coordinate of the first point is beyond K.
+    beyond: &'a mut bool,
 }
 
 impl Work for Follow<'_> {
-    type Output = bool;
+    type Output = ();
 
     #[inline(always)]
-    fn run<V: F32x8>(self) -> bool {
+    fn run<V: F32x8>(self) {
         let ([a, b, c], [x, y, z]) = (self.way, self.fields);
         let (a, b, c) = (V::splat(a), V::splat(b), V::splat(c));
         let (x, y) = (Chunks::new(x, Cell::ZERO), Chunks::new(y, Cell::ZERO));
@@ -83,6 +95,6 @@ impl Work for Follow<'_> {
         }
         at.finish();
         before.finish();
-        V::any(highest.above(V::splat(self.saturation)))
+        *self.beyond = V::any(highest.above(V::splat(self.saturation)));
     }
 }

@@ -132,7 +132,7 @@ impl<const ROOM: usize> Scheme for Predict<ROOM> {
             self.track.go_from(body.state, own);
         }
         let follows = follows && self.track.is_going();
-        if follows && fields::follow(body.terms.model, own, body.awake, way, body.terms.vectors) {
+        if follows && fields::follow(body.terms, own, body.awake, way) {
             // Beyond the range: the next pass starts at the published point.
             self.track.interrupt();
         }
@@ -145,7 +145,7 @@ impl<const ROOM: usize> Scheme for Predict<ROOM> {
                 is_marked: self.is_marked,
                 is_going: self.track.is_going(),
             };
-            if momentum::go_on(body.terms.model, own, body.state, going, body.terms.vectors)
+            if momentum::go_on(body.terms, own, body.state, going)
                 || going.is_going && near::balance(body, own)
             {
                 self.track.interrupt();

@@ -15,10 +15,12 @@
 //! a body with memory moves in the wrong direction for long: there k is 1 and c below 1.
 
 use super::{ARRAYS, TRACK};
+use crate::backend::Work;
 use crate::backend::f32x8::F32x8;
 use crate::backend::slices::ChunksMut;
-use crate::backend::{VectorUnit, Work, run};
+use crate::energy::residual::Terms;
 use crate::model::Model;
+use crate::model::parts::PARTS;
 use crate::number::cell::{Cell, add, peak, scale, sub};
 use crate::number::two_float::LANES;
 
@@ -45,12 +47,12 @@ pub(super) struct Going {
 /// Moves the points of the next pass and of the last one by the extrapolated motion. The first field holds
 /// the former at the start of the last tick, the second one v. Returns true if some coordinate is beyond K.
 pub(super) fn go_on(
-    model: &Model<'_>,
+    terms: Terms<'_, '_>,
     own: &mut [Cell],
     published: &[Cell],
     Going { share, sweeps, is_marked, is_going }: Going,
-    vectors: Option<VectorUnit>,
 ) -> bool {
+    let model = terms.model;
     let cells = model.cells();
     if own.len() != ARRAYS * cells {
         return false;
@@ -73,11 +75,20 @@ pub(super) fn go_on(
     let (learnt, share) = (if is_marked { learnt } else { 0.0 }, carried * share);
     let ways = ways.get_mut(..cells).unwrap_or_default();
     let saturation = model.saturation();
-    let on = Onward { at, before, marks, ways, learnt, share, saturation };
-    match vectors {
-        Some(unit) => run(Some(unit), on),
-        None => on.one_by_one(),
+    let (parts, mut beyond) = (model.thread_parts(), [false; PARTS]);
+    if terms.vectors.is_none() {
+        let [beyond, ..] = &mut beyond;
+        return Onward { at, before, marks, ways, learnt, share, saturation, beyond }.one_by_one();
     }
+    let points = parts.split_mut(at).into_iter().zip(parts.split_mut(before));
+    let fields = parts.split_mut(marks).into_iter().zip(parts.split_mut(ways));
+    let mut arrays = points.zip(fields).zip(&mut beyond);
+    let works = parts.each(|_| {
+        let (((at, before), (marks, ways)), beyond) = arrays.next()?;
+        Some(Onward { at, before, marks, ways, learnt, share, saturation, beyond })
+    });
+    terms.team.run(terms.vectors, works.map(Option::flatten));
+    beyond.contains(&true)
 }
 
 /// Updates v, and moves both points by it.
@@ -89,12 +100,14 @@ struct Onward<'a> {
     learnt: f32,
     share: f32,
     saturation: f32,
+    /// Set to true if some coordinate of the first point is beyond K.
+    beyond: &'a mut bool,
 }
 
 impl Onward<'_> {
     /// Cell by cell. Returns true if some coordinate of the first point is beyond K.
     fn one_by_one(self) -> bool {
-        let Self { at, before, marks, ways, learnt, share, saturation } = self;
+        let Self { at, before, marks, ways, learnt, share, saturation, .. } = self;
         let mut highest = 0.0;
         for (((at, before), mark), way) in at.iter_mut().zip(before).zip(marks).zip(ways) {
             let (here, last) = (at.xyz(), way.xyz());
@@ -111,11 +124,11 @@ impl Onward<'_> {
 }
 
 impl Work for Onward<'_> {
-    type Output = bool;
+    type Output = ();
 
     /// Two cells at a time.
     #[inline(always)]
-    fn run<V: F32x8>(self) -> bool {
+    fn run<V: F32x8>(self) {
         let slices = self.at.len().div_ceil(LANES);
         let (learnt, share) = (V::splat(self.learnt), V::splat(self.share));
         let (mut at, mut before) = (ChunksMut::new(self.at), ChunksMut::new(self.before));
@@ -137,7 +150,7 @@ impl Work for Onward<'_> {
             }
         }
         [at, before, marks, ways].into_iter().for_each(ChunksMut::finish);
-        V::any(highest.above(V::splat(self.saturation)))
+        *self.beyond = V::any(highest.above(V::splat(self.saturation)));
     }
 }
 

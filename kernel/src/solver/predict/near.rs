@@ -15,10 +15,12 @@
 //!
 //! Cost: [`PASSES`] passes over those slices, at most two thirds of a pass over the body. A tool that is
 //! larger for its body pays nothing and gains nothing: a second sweep does more there for the same time.
+//! Threads share the states in these passes: each part of a large body has as many of those slices.
 
 use super::{ARRAYS, TRACK};
 use crate::backend::slice_set::SliceSet;
 use crate::backend::slices::{cells_of, clear};
+use crate::energy::residual::Terms;
 use crate::energy::sliced;
 use crate::energy::surface::Touching;
 use crate::model::Model;
@@ -68,8 +70,10 @@ pub(super) fn balance(body: &mut Body<'_, '_>, own: &mut [Cell]) -> bool {
     let (mobility, factors) = (body.terms.mobility(), body.terms.factors());
     let unit = if model.is_nodal() { 1.0 } else { OF_LINKS };
     let mut highest = 0.0;
+    let states = body.terms.states.divided(around.iter(slices), count);
+    let terms = Terms { states, ..body.terms };
     for pass in 0..PASSES {
-        f32::residual(body.terms, around, core, at, body.residual);
+        f32::residual(terms, around, core, at, body.residual);
         let (a, b) = if pass == 0 { (unit * FIRST, 0.0) } else { (unit * LATER, ONWARD) };
         let residual = &*body.residual;
         let mut step = Step { at, before, ways, residual, mobility, factors, a, b };

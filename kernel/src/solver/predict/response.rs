@@ -9,6 +9,7 @@
 
 use super::{ARRAYS, TRACK};
 use crate::backend::slices::copy;
+use crate::backend::team::Team;
 use crate::backend::{VectorUnit, run};
 use crate::energy::held::Contact;
 use crate::energy::residual::Terms;
@@ -181,15 +182,9 @@ impl System<'_, '_> {
         if let Some(basis) = basis {
             scalar::restrict(&basis, self.residual, self.room);
             if basis.elastic().is_some() {
-                run(
-                    self.vectors,
-                    ElasticSolve {
-                        basis,
-                        room: self.room,
-                        corrections: self.corrections,
-                        touch: None,
-                    },
-                );
+                let (room, corrections) = (&mut *self.room, self.corrections);
+                let solve = ElasticSolve { basis, room, corrections, touch: None };
+                solve.solve(self.vectors, Team::ALONE, 1);
             } else {
                 let coarse = Coarse::Corrected(self.held.len());
                 run(self.vectors, Solve { basis, room: self.room, coarse });

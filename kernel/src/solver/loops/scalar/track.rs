@@ -6,7 +6,6 @@ use super::{Range, part, part_mut};
 use crate::backend::slice_set::{Iter, SliceSet};
 use crate::backend::slices::cells_of;
 use crate::energy::residual::Terms;
-use crate::model::parts;
 use crate::number::Sum;
 use crate::number::cell::{Cell, add, scale, sub};
 use crate::number::two_float::TwoFloat;
@@ -25,7 +24,7 @@ pub(crate) fn residual<N: Loops, const SUMS: usize>(
     if awake.is_empty(model.slice_count()) {
         return [TwoFloat::ZERO; SUMS];
     }
-    if parts::count(model.cells()) > 1 {
+    if model.thread_parts().count() > 1 {
         return in_parts(terms, awake, points, tally);
     }
     sums(terms, awake.iter(model.slice_count()), points, tally)
@@ -41,8 +40,9 @@ fn in_parts<N: Loops, const SUMS: usize>(
     mut tally: N::Tally,
 ) -> [TwoFloat; SUMS] {
     let mut totals = [TwoFloat::ZERO; SUMS];
-    for part in 0..parts::PARTS {
-        let slices = awake.iter_in(parts::slices(terms.model.cells(), part));
+    let parts = terms.model.thread_parts();
+    for part in 0..parts.count() {
+        let slices = awake.iter_in(parts.slices(part));
         totals = plus(totals, sums(terms, slices, points, tally));
         // The tally is that of the whole body: count it once.
         tally = N::Tally::default();

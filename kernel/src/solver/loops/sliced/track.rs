@@ -8,7 +8,7 @@ use crate::backend::slices::{Chunks, ChunksMut};
 use crate::backend::{Work, run};
 use crate::energy::residual::Terms;
 use crate::energy::sliced::{self, Reduce};
-use crate::model::parts::{self, PARTS};
+use crate::model::parts::PARTS;
 use crate::number::cell::Cell;
 use crate::number::two_float::{Lanes, Plain, TwoFloat};
 use crate::solver::awake::Awake;
@@ -101,7 +101,7 @@ pub(crate) fn residual_in_parts<const SUMS: usize>(
     if !sliced::residual_in_parts(terms, awake, at, residual, &mut sums) {
         return None;
     }
-    sums.iter().map(Sums::totals).reduce(plus)
+    sums.iter().take(terms.model.thread_parts().count()).map(Sums::totals).reduce(plus)
 }
 
 /// The update of awake slices without a coarse level, part by part if there are several.
@@ -113,16 +113,17 @@ pub(crate) fn step(
     moved: &mut Moved,
 ) {
     let (mobility, saturation) = (terms.mobility(), terms.model.saturation());
-    if parts::count(mobility.len()) == 1 {
+    let parts = terms.model.thread_parts();
+    if parts.count() == 1 {
         let (slices, points) = (0..terms.model.slice_count(), points.reborrow());
         let step = Step { awake, slices, mobility, points, factors, saturation, moved };
         return run(terms.vectors, step);
     }
     let mut all = [(); PARTS].map(|()| Moved::NOTHING);
-    let mut each = all.iter_mut().zip(parts::split(mobility));
-    let steps = points.parts().map(|points| {
+    let mut each = all.iter_mut().zip(parts.split(mobility));
+    let steps = points.parts(parts).map(|points| {
         let ((part, points), (moved, of)) = (points?, each.next()?);
-        let slices = parts::slices(mobility.len(), part);
+        let slices = parts.slices(part);
         Some(Step { awake, slices, mobility: of, points, factors, saturation, moved })
     });
     terms.team.run(terms.vectors, steps);
