@@ -1,5 +1,6 @@
 //! The part of a tick that a contact works on.
 
+use crate::energy::held::Touched;
 use crate::energy::residual::Terms;
 use crate::model::Model;
 use crate::number::cell::{Cell, add, dot, scale, sub};
@@ -31,6 +32,8 @@ pub(crate) struct Context<'a, 'm, D: Dynamics> {
     pub origin_m: [f32; 3],
     /// Its displacement since then, within the limits [mean link lengths].
     pub applied: &'a mut [f32; 3],
+    /// Energy of nodal shapes at the held cells in the present state, and the force on them, if they are known.
+    pub touched: &'a mut Option<Touched>,
     /// Largest motion of a tool in a tick [mean link lengths].
     pub step_max: f32,
     /// True if the tool was engaged in the last tick.

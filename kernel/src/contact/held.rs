@@ -58,13 +58,14 @@ impl Change {
 impl<D: Dynamics> Held<'_, D> {
     /// Takes hold of the cells, or moves them towards the tool.
     pub fn advance(&mut self, context: &mut Context<'_, '_, D>) {
+        let before = context.touched.take();
         if context.is_engaged && !context.was_engaged {
             note_origins(context.terms.model, context.state, self.cells);
             *self.outer_weight = outer_weight(context.terms.model, self.cells);
             self.place(context);
         }
         if context.is_engaged {
-            self.follow(context);
+            self.follow(context, before);
         }
     }
 
@@ -72,6 +73,14 @@ impl<D: Dynamics> Held<'_, D> {
         let held = if context.is_engaged { &*self.cells } else { &[] };
         let (applied, coarse) = (*context.applied, Some(Coarse::Corrected(held.len())));
         Acting { contacts: held, applied, coarse, ..Acting::NONE }
+    }
+
+    /// Computes energy and force of nodal shapes after the sweeps: the force is the output of this tick, the
+    /// energy that before the motion of the next one.
+    pub fn book(&self, context: &mut Context<'_, '_, D>) {
+        if context.model().is_nodal() {
+            *context.touched = Some(touched(context.terms, context.state, self.cells));
+        }
     }
 
     /// The force that the terms exert on the cells; a late tick leaves it out. E curves by at most half the
@@ -82,8 +91,9 @@ impl<D: Dynamics> Held<'_, D> {
         ToolOutput { stiffness_n_per_m: finite(stiffness), ..output_of(context, self.cells) }
     }
 
-    /// Moves the held cells towards the tool, as far as the limits allow.
-    fn follow(&self, context: &mut Context<'_, '_, D>) {
+    /// Moves the held cells towards the tool, as far as the limits allow. `before` is the energy at them, if it
+    /// is known.
+    fn follow(&self, context: &mut Context<'_, '_, D>, before: Option<Touched>) {
         let from = *context.applied;
         let to = context.step_towards();
         if to == from {
@@ -93,7 +103,7 @@ impl<D: Dynamics> Held<'_, D> {
         let (most, leading) = (context.model().energy_max(), context.level.leading());
         let length = move_max(most, leading, *self.outer_weight);
         let (_, beyond) = approach(from, to, length);
-        let before = touched(context.terms, context.state, self.cells);
+        let before = before.unwrap_or_else(|| touched(context.terms, context.state, self.cells));
         let mut change = self.displace(context, to, before);
         // A move that lowers the energy is not shortened: the tool can always come back.
         if beyond && change.bound().hi > 0.0 {
@@ -119,7 +129,7 @@ impl<D: Dynamics> Held<'_, D> {
         before: Touched,
     ) -> Change {
         self.displace(context, from, before);
-        let force = force(context.terms, context.state, self.cells);
+        let force = force(context, self.cells);
         let drawn = fall_max(force, sub(to, from), *self.outer_weight);
         if drawn > length {
             let change = self.displace(context, approach(from, to, drawn).0, before);
@@ -176,11 +186,8 @@ pub(super) fn output_of<D: Dynamics>(
     cells: &[Contact<D::Number>],
 ) -> ToolOutput {
     let model = context.model();
-    let force_n = if context.is_late {
-        [0.0; 3]
-    } else {
-        scale(model.force_unit_n(), force(context.terms, context.state, cells))
-    };
+    let force_n =
+        if context.is_late { [0.0; 3] } else { scale(model.force_unit_n(), force(context, cells)) };
     ToolOutput {
         force_n: force_n.into(),
         work_j: finite(context.work.hi * model.energy_unit_j()),
@@ -234,20 +241,22 @@ fn outer_weight<N: LinkNumber>(model: &Model<'_>, held: &[Contact<N>]) -> f32 {
 
 /// Energy of the terms at the held cells.
 fn touched<N: LinkNumber>(terms: Terms<'_, '_, N>, v: &[Cell<N>], held: &[Contact<N>]) -> Touched {
-    let mut sums = Touched { wd2: TwoFloat::ZERO, scale: 0.0 };
+    let mut sums = Touched::NONE;
     terms.list().touched(held, &terms.published(v), terms.states.all(), &mut sums);
     sums
 }
 
 /// Force of the terms on the held cells, in internal units.
-pub(crate) fn force<N: LinkNumber>(
-    terms: Terms<'_, '_, N>,
-    v: &[Cell<N>],
-    held: &[Contact<N>],
-) -> [f32; 3] {
-    let (at, list, states) = (terms.published(v), terms.list(), terms.states.all());
+fn force<D: Dynamics>(context: &Context<'_, '_, D>, held: &[Contact<D::Number>]) -> [f32; 3] {
+    let (terms, state) = (context.terms, &*context.state);
+    let of_shapes = match *context.touched {
+        Some(touched) => touched.force,
+        None if terms.model.is_nodal() => touched(terms, state, held).force,
+        None => [0.0; 3],
+    };
+    let (at, list, states) = (terms.published(state), terms.list(), terms.states.all());
     let cells = held.iter().map(Contact::cell);
-    cells.fold([0.0; 3], |sum, cell| list.cell(cell, held, &at, states, sum))
+    cells.fold(of_shapes, |sum, cell| list.cell(cell, held, &at, states, sum))
 }
 
 /// The longest displacement that keeps the energy within `energy_max`: a displacement D raises sqrt(E) by at

@@ -96,7 +96,7 @@ impl<D: Dynamics> ToolContact<'_, D> {
     #[inline(always)]
     pub fn book(&mut self, context: &mut Context<'_, '_, D>) {
         match self {
-            Self::Held(_) => {}
+            Self::Held(held) => held.book(context),
             Self::Load(load) => load.book(context),
             Self::Tools(tools) => tools.book(context),
         }

@@ -41,11 +41,17 @@ pub(crate) fn is_among<N: Number>(contacts: &[Contact<N>], cell: usize) -> bool 
     contacts.binary_search_by_key(&cell, Contact::cell).is_ok()
 }
 
-/// Energy of the terms at the held cells, and its rounding scale.
+/// Energy of the terms at the held cells, its rounding scale, and forces that come with it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Touched {
     /// Sum of w d^2, four times their energy.
     pub wd2: TwoFloat,
     /// Sum of w d (d + u): times eps, the rounding error of four times the energy.
     pub scale: f32,
+    /// Force on the cells of terms that compute it together with their energy.
+    pub force: [f32; 3],
+}
+
+impl Touched {
+    pub const NONE: Self = Self { wd2: TwoFloat::ZERO, scale: 0.0, force: [0.0; 3] };
 }

@@ -143,7 +143,7 @@ pub(crate) trait Term<N: LinkNumber>: Keeps {
     fn potential(self, energy: TwoFloat, _at: &impl Fn(usize) -> [N; 3]) -> TwoFloat {
         energy
     }
-    /// Adds the term's force on a held cell.
+    /// Adds the term's force on a held cell, unless [`Self::touched`] has it.
     #[inline(always)]
     fn cell(
         self,
@@ -155,7 +155,7 @@ pub(crate) trait Term<N: LinkNumber>: Keeps {
     ) -> [f32; 3] {
         sum
     }
-    /// Adds the term's energy at the held cells.
+    /// Adds the term's energy at the held cells, of nodal shapes the force on them too.
     #[inline(always)]
     fn touched(
         self,

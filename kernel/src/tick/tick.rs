@@ -138,6 +138,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
             position_m: sample.position_m.into(),
             origin_m: head.tool_origin_m,
             applied: &mut head.applied,
+            touched: &mut head.touched,
             step_max: settings.max_tool_step_m / model.unit_m(),
             was_engaged,
             is_engaged: head.engaged,
@@ -224,6 +225,7 @@ impl<D: Dynamics> Tick<'_, '_, D> {
             is_changed = true;
         });
         if is_changed {
+            *self.context.touched = None;
             self.context.level.shift(rise);
             self.context.dynamics.pushed();
         }

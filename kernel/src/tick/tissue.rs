@@ -13,7 +13,7 @@ use crate::contact::error::ContactError;
 use crate::contact::held;
 use crate::contact::memory::TouchRoom;
 use crate::contact::pose::ToolPose;
-use crate::energy::held::Contact;
+use crate::energy::held::{Contact, Touched};
 use crate::energy::links::number::LinkNumber;
 use crate::energy::state::{TermState, TermStates};
 use crate::model::image::CELLS_MAX;
@@ -64,6 +64,8 @@ kept! {
         /// Force of the last tick with a sweep, which a late tick repeats \[N\].
         pub(crate) force_n: [f32; 3],
     } not stored {
+        /// Energy of nodal shapes at the held cells, and the force on them, since the last tick's sweeps.
+        pub(crate) touched: Option<Touched> = None,
         /// The vector unit found at the reset.
         pub(crate) vectors: Option<VectorUnit> = None,
     }
@@ -83,6 +85,7 @@ impl<D: Dynamics> Head<D> {
         applied: [0.0; 3],
         deepest: 0.0,
         outer_weight: 0.0,
+        touched: None,
         released: false,
         closed: false,
         awake: Awake::NONE,

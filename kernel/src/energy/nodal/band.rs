@@ -9,6 +9,15 @@ use super::jacobi::Eigen;
 use super::matrix::{Matrix, both, dot, each, inner, three, times_transposed};
 use crate::backend::lane::{Lane, Real};
 
+/// Share of a squared distance from the rotation that leaves the minors their signs, whatever their rounding.
+const SURE: f32 = 0.98;
+
+/// Up to this squared distance from the rotation a shape is in the band: |S + (lo - 1) I| is at most |F - R|.
+#[inline(always)]
+pub(super) fn least_short<V: Real>(least: f32) -> Lane<V> {
+    Lane::of(SURE * (1.0 - least) * (1.0 - least))
+}
+
 /// S- R and |S-|^2 of a shape with the rotation R, 0 for one in the band; `None` if all lanes are in the
 /// band.
 #[inline(always)]

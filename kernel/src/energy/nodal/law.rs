@@ -1,6 +1,6 @@
 //! Stress and energy of a shape.
 
-use super::band::short;
+use super::band::{least_short, short};
 use super::jacobi::Eigen;
 use super::matrix::{Matrix, both, each, inner, minus, three, times};
 use super::nearest::{Turn, of_unit_volume, rotation, turned};
@@ -64,9 +64,11 @@ pub(super) fn respond<V: Eigen>(
     let (swollen, volume) = (each(minus(f, unit), |x| own.lambda_3 * x), own.lambda_3 * squared);
     let pressed = both(strain, swollen, |strain, swollen| two_mu * strain + swollen);
     let mut stress = both(pressed, slope, |pressed, slope| pressed - spread * slope);
-    let mut shape = two_mu * inner(strain, strain) + volume - spread * inner(slope, slope);
+    let strained = inner(strain, strain);
+    let mut shape = two_mu * strained + volume - spread * inner(slope, slope);
     // Add the band of stretches.
     if stretch_min > 0.0
+        && V::any(strained.above(least_short(stretch_min)))
         && let Some((off, squared)) = short(f, rotation, stretch_min)
     {
         stress = both(stress, off, |stress, off| stress + own.band * off);

@@ -76,14 +76,14 @@ pub(crate) use gather::places;
 
 use core::ops::Range;
 
-use super::held::{Contact, Touched};
+use super::held::{Contact, Touched, is_among};
 use super::links::number::LinkNumber;
 use super::state::{Quads, SliceMemory, StatesOf};
 use super::term::{Here, Pass, Term};
 use crate::backend::f32x8::{Chunk, F32x8};
 use crate::backend::slices::cells_of;
 use crate::model::nodal::Nodal;
-use crate::number::cell::{Cell, add, single};
+use crate::number::cell::{Cell, single};
 use gather::{Ends, own};
 use sums::Gathered;
 
@@ -171,20 +171,6 @@ impl<N: LinkNumber> Term<N> for Nodal<'_> {
         }
     }
 
-    fn cell(
-        self,
-        cell: usize,
-        _: &[Contact<N>],
-        at: &impl Fn(usize) -> [N; 3],
-        states: StatesOf<'_>,
-        sum: [f32; 3],
-    ) -> [f32; 3] {
-        if !self.is_any() {
-            return sum;
-        }
-        add(sum, self.at_positions(cell, &|cell| single(at(cell)), states))
-    }
-
     fn touched(
         self,
         held: &[Contact<N>],
@@ -193,8 +179,8 @@ impl<N: LinkNumber> Term<N> for Nodal<'_> {
         sums: &mut Touched,
     ) {
         if self.is_any() {
-            let cells = |at: usize| held.get(at).map(Contact::cell);
-            self.stored_around(cells, held.len(), &|cell| single(at(cell)), states, sums);
+            let (cells, is_held) = (held.iter().map(Contact::cell), |cell| is_among(held, cell));
+            self.stored_around(cells, &is_held, &|cell| single(at(cell)), states, sums);
         }
     }
 

@@ -13,23 +13,13 @@ use crate::energy::held::Touched;
 use crate::energy::state::{Quads, SliceMemory, StatesOf};
 use crate::model::image::nodal;
 use crate::model::nodal::Nodal;
-use crate::number::cell::{Cell, sub};
+use crate::number::cell::{Cell, add, sub};
 use crate::number::two_float::LANES;
 
 impl Nodal<'_> {
     /// The cells linked to a cell, ascending.
     fn others(self, cell: usize) -> impl Iterator<Item = usize> {
         self.slots_of(cell).map(|(other, _)| other).filter(move |&other| other != cell)
-    }
-
-    /// Sums over the half-links of a cell, from the displacements of any cells.
-    #[inline(always)]
-    fn gathered(self, cell: usize, displaced: impl Fn(usize) -> [f32; 3]) -> Gathered<f32> {
-        let (here, mut sums) = (displaced(cell).map(Lane), Gathered::none());
-        for (other, slot) in self.slots_of(cell) {
-            sums.add(here, displaced(other).map(Lane), |row| Lane(slot.number(row)));
-        }
-        sums
     }
 
     fn own(self, cell: usize) -> Own<f32> {
@@ -68,91 +58,69 @@ impl Nodal<'_> {
         }
     }
 
-    /// Stress, force and energy of a cell at these positions, with unchanged rotation and shape of unit volume.
-    fn here(
-        self,
-        cell: usize,
-        state: ShapeState,
-        at: &impl Fn(usize) -> [f32; 3],
-    ) -> (Matrix<f32>, [Lane<f32>; 4]) {
-        let ((turn, unit), own) = (variables(state), self.own(cell));
-        let sums = self.gathered(cell, |cell| sub(at(cell), self.rest_position(cell)));
-        let off = minus(shape(&sums, &own), unit);
-        let mut stress = [[Lane(0.0); 3]; 3];
-        let squared = inner(off, off);
-        let pull = respond(&mut stress, self.stretch_min, &sums, &own, &turn, &unit, squared);
-        (stress, pull)
-    }
-
-    /// Force on a cell at these positions.
-    pub(super) fn at_positions(
-        self,
-        cell: usize,
-        at: &impl Fn(usize) -> [f32; 3],
-        states: StatesOf<'_>,
-    ) -> [f32; 3] {
-        let (_, [x, y, z, _]) = self.here(cell, states.shape(cell), at);
-        let mut force = [x.0, y.0, z.0];
-        for (other, _) in self.slots_of(cell).filter(|(other, _)| *other != cell) {
-            let (stress, _) = self.here(other, states.shape(other), at);
-            let area = three(self.back_area(cell, other), Lane);
-            for (sum, part) in force.iter_mut().zip(times(stress, area)) {
-                *sum -= part.0;
-            }
-        }
-        force
-    }
-
-    /// Adds the energy of the cells `held`, ascending, and of all cells linked to them, each once.
+    /// Adds force, energy and rounding of the cells `held`, ascending, and of all cells linked to them, each
+    /// once.
     pub(super) fn stored_around(
         self,
-        held: impl Fn(usize) -> Option<usize> + Copy,
-        count: usize,
+        held: impl Iterator<Item = usize>,
+        is_held: &impl Fn(usize) -> bool,
         at: &impl Fn(usize) -> [f32; 3],
         states: StatesOf<'_>,
         sums: &mut Touched,
     ) {
-        let cells = || (0..count).filter_map(held);
-        for cell in cells() {
-            self.add_stored(cell, at, states, sums);
+        for cell in held {
+            self.add_stored(cell, is_held, at, states, sums);
             for other in self.others(cell) {
                 // A cell that is linked to several held ones counts with the first of them.
-                let is_held = |cell: usize| cells().any(|held| held == cell);
                 let is_earlier = |next: usize| next < cell && is_held(next);
                 if !is_held(other) && !self.others(other).any(is_earlier) {
-                    self.add_stored(other, at, states, sums);
+                    self.add_stored(other, is_held, at, states, sums);
                 }
             }
         }
     }
 
-    /// Adds four times the energy of a cell, and a bound of that value's rounding error.
+    /// Adds four times the energy of a cell at these positions, with unchanged rotation and shape of unit volume,
+    /// a bound of that value's rounding error, and the cell's force on held cells.
     fn add_stored(
         self,
         cell: usize,
+        is_held: &impl Fn(usize) -> bool,
         at: &impl Fn(usize) -> [f32; 3],
         states: StatesOf<'_>,
         sums: &mut Touched,
     ) {
-        let (stress, [.., energy]) = self.here(cell, states.shape(cell), at);
-        sums.wd2 = sums.wd2.plus((0.5 * energy.0).into());
-        let mut size = 0.0;
-        for row in stress {
-            for part in row {
-                size += part.0.abs();
-            }
-        }
-        let mut scale = 0.5 * energy.0.abs();
-        // A displacement is rounded, and so is the difference of two.
+        // Sums over the half-links. A displacement is rounded, and so is the difference of two.
         let displaced = |cell: usize| sub(at(cell), self.rest_position(cell));
         let sum = |[x, y, z]: [f32; 3]| x.abs() + y.abs() + z.abs();
-        let (place, far) = (displaced(cell), sum(displaced(cell)));
+        let here = displaced(cell);
+        let (far, mut gathered, mut of_areas, mut of_spread) =
+            (sum(here), Gathered::none(), 0.0, 0.0);
         for (other, slot) in self.slots_of(cell) {
             let there = displaced(other);
-            let stiffness = slot.number(nodal::SPREAD).abs() * sum(sub(there, place));
-            scale += 4.0 * (sum(there) + far) * (size * sum(slot.three(nodal::AREA)) + stiffness);
+            gathered.add(here.map(Lane), there.map(Lane), |row| Lane(slot.number(row)));
+            let far = sum(there) + far;
+            of_areas += far * sum(slot.three(nodal::AREA));
+            of_spread += far * slot.number(nodal::SPREAD).abs() * sum(sub(there, here));
         }
-        sums.scale += scale;
+        // Stress and energy.
+        let ((turn, unit), own) = (variables(states.shape(cell)), self.own(cell));
+        let off = minus(shape(&gathered, &own), unit);
+        let (mut stress, squared) = ([[Lane(0.0); 3]; 3], inner(off, off));
+        let pull = respond(&mut stress, self.stretch_min, &gathered, &own, &turn, &unit, squared);
+        let [x, y, z, energy] = pull.map(|x| x.0);
+        sums.wd2 = sums.wd2.plus((0.5 * energy).into());
+        let [a, b, c] = stress.map(|row| sum(row.map(|x| x.0)));
+        sums.scale += 0.5 * energy.abs() + 4.0 * ((a + b + c) * of_areas + of_spread);
+        // Forces on held cells.
+        if is_held(cell) {
+            sums.force = add(sums.force, [x, y, z]);
+        }
+        for (_, slot) in self.slots_of(cell).filter(|(other, _)| *other != cell && is_held(*other))
+        {
+            let push = times(stress, three(slot.three(nodal::AREA), Lane));
+            sums.force = sub(sums.force, push.map(|x| x.0));
+        }
     }
 }
 
