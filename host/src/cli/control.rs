@@ -174,7 +174,7 @@ fn counts(report: &ControlReport) -> Counts {
 struct Printed<'a> {
     #[serde(flatten)]
     report: &'a ControlReport,
-    /// Whether an answer had a contact; unknown where nothing was answered.
+    /// True if an answer had a contact; unknown where nothing was answered.
     has_touched: Option<bool>,
     judgement: &'a Judgement,
 }
@@ -221,7 +221,7 @@ fn print(
     terminal::say(format_args!("  verdict     {verdict}"))
 }
 
-/// What to do where nothing was touched.
+/// The remedy where nothing was touched.
 fn remedy(args: &Args) -> Option<&'static str> {
     (args.path.is_none() && args.model.is_none())
         .then_some("--model MODEL --contact probe:RADIUS puts the press where the probe meets it")

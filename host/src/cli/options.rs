@@ -48,7 +48,7 @@ fn in_short(command: Command) -> Command {
     })
 }
 
-/// What `-h` ends with.
+/// The last line of `-h`.
 const MORE: &str = "--help says more of each option, has the rare ones, and examples";
 
 /// A help text up to its first colon, semicolon, full stop, bracket or default, if that leaves a clause.

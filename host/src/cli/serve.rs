@@ -127,7 +127,7 @@ struct ServeSummary<'a> {
     verdict: Verdict,
 }
 
-/// What `--json` prints.
+/// The object that `--json` prints.
 #[derive(Serialize)]
 struct Printed<'a> {
     #[serde(flatten)]
@@ -304,7 +304,7 @@ fn counts(report: &ServeReport, engine: &Engine<'_>) -> Counts {
     }
 }
 
-/// What this session says of its own figures; nothing where no pose came.
+/// The judgement of this session; nothing where no pose came.
 fn judgement(
     args: &Args,
     report: &ServeReport,

@@ -1,4 +1,4 @@
-//! What a program says of its own run: every remark on whether a figure can be trusted, computed from facts in
+//! The judgement of a run by the program itself: every remark on whether a figure can be trusted, computed from facts in
 //! one place, so that all commands print the same words.
 
 mod mesh;
@@ -40,7 +40,7 @@ pub struct Judgement {
     /// How near the first tool came that never touched.
     #[serde(skip)]
     nearest: Option<Untouched>,
-    /// What to do where no tool touched.
+    /// The remedy where no tool touched.
     #[serde(skip)]
     remedy: Option<&'static str>,
     /// Number of tools.
