@@ -161,11 +161,9 @@ pub fn execute(args: &Args) -> Result<()> {
         write_whole(path, &recording::read(&place)?)?;
     }
     snapshots.finish()?;
-    let nodes = tissue.engine_mut().nodes();
+    let nodes = write_nodes(&folder, &mut tissue)?;
     folder.write("force.csv", force_csv(&played.answers).as_bytes())?;
     rows.write(&folder, &tissue)?;
-    folder.write("cells_final.csv", cells_csv(&nodes).as_bytes())?;
-    folder.write("final.vtu", vtu(tissue.engine_mut(), &nodes).as_bytes())?;
     let tool_courses: Vec<ToolCourse> = rows.courses.iter().map(Course::result).collect();
     let never_touched = Untouched::of(tissue.engine(), &executed, played.has_touched());
     let judgement = judgement(args, &tissue, &played, poses).with_tools(
@@ -175,7 +173,7 @@ pub fn execute(args: &Args) -> Result<()> {
     );
     let summary = RunSummary {
         cells: model.cells(),
-        nodes: nodes.ids.len(),
+        nodes,
         links: model.links(),
         ticks: played.answers.len() as u64,
         state_hash: format!("{:016x}", tissue.state_hash()),
@@ -223,6 +221,14 @@ fn write_motion(args: &Args, folder: &Folder, poses: &[Vec<Pose>]) -> Result<()>
         return Ok(());
     }
     folder.write("path.csv", path::to_text(poses.concat()).as_bytes())
+}
+
+/// Writes the positions after the last tick; returns the number of nodes.
+fn write_nodes(folder: &Folder, tissue: &mut Staged<'_>) -> Result<usize> {
+    let nodes = tissue.engine_mut().nodes();
+    folder.write("cells_final.csv", cells_csv(&nodes).as_bytes())?;
+    folder.write("final.vtu", vtu(tissue.engine_mut(), &nodes).as_bytes())?;
+    Ok(nodes.ids.len())
 }
 
 /// What a run says of its body and its pace.
