@@ -290,8 +290,7 @@ mod tests {
     #[test]
     fn the_default_page_is_small_and_loads_nothing() {
         let image = organ().unwrap();
-        let html =
-            html(&config("organ", Packed::inline(&gzip(image.as_bytes())))).unwrap();
+        let html = html(&config("organ", Packed::inline(&gzip(image.as_bytes())))).unwrap();
         assert!(html.len() <= 1_200_000, "{} bytes", html.len());
         // The policy admits no other place, and the page names none.
         assert!(html.contains("default-src 'none'"));

@@ -9,8 +9,6 @@ use crate::view::page::POLICY;
 
 /// Time in which a response has to be taken.
 const LIMIT: Duration = Duration::from_secs(30);
-/// Bytes written before the time is looked at.
-const CHUNK_BYTES: usize = 64 << 10;
 /// Time for the other side to close after a refusal.
 const LINGER: Duration = Duration::from_secs(1);
 
@@ -66,13 +64,20 @@ fn write_all(mut stream: &TcpStream, status: &str, kind: Kind, body: &[u8]) -> i
     );
     let end = Instant::now() + LIMIT;
     let bytes = [head.as_bytes(), body].concat();
-    for chunk in bytes.chunks(CHUNK_BYTES) {
+    let mut unsent = bytes.as_slice();
+    // The time is looked at after each write: a reader that takes a little now and then is slow, too.
+    while !unsent.is_empty() {
         let left = end.saturating_duration_since(Instant::now());
         if left.is_zero() {
             return Err(ErrorKind::TimedOut.into());
         }
         stream.set_write_timeout(Some(left))?;
-        stream.write_all(chunk)?;
+        match stream.write(unsent) {
+            Ok(0) => return Err(ErrorKind::WriteZero.into()),
+            Ok(count) => unsent = &unsent[count..],
+            Err(why) if why.kind() == ErrorKind::Interrupted => {}
+            Err(why) => return Err(why),
+        }
     }
     Ok(())
 }

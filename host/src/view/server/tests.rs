@@ -1,14 +1,15 @@
 //! The server from outside: foreign pages, other users, and clients that do not behave.
 
 use std::io::{Read, Write};
-use std::net::TcpStream;
+use std::net::{Shutdown, TcpStream};
+use std::sync::atomic::Ordering;
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use tungstenite::protocol::{Message, Role, WebSocketConfig};
 use tungstenite::{Error as SocketError, WebSocket};
 
-use super::{Feed, Live, PAGES_MAX, Server, Site};
+use super::{CONNECTIONS_MAX, Feed, Live, PAGES_MAX, Server, Site};
 
 /// Longest wait of a client: a server that does not answer fails the test.
 const LIMIT: Duration = Duration::from_secs(60);
@@ -382,6 +383,78 @@ fn a_request_that_stops_or_is_none_is_refused_and_holds_up_nobody() {
     half.read_to_string(&mut answer).unwrap();
     assert!(answer.starts_with("HTTP/1.1 408 "), "{answer}");
     drop(silent);
+    assert_eq!(setup.ask("GET /", &[], "").0, 200);
+}
+
+#[test]
+fn a_stranger_that_leaves_anywhere_in_a_request_holds_nothing() {
+    let setup = Setup::new();
+    let mut other = setup.open();
+    let fields = setup.upgrade(&setup.token()).join("\r\n");
+    let port = setup.port();
+    let whole = format!("GET /live HTTP/1.1\r\nHost: localhost:{port}\r\n{fields}\r\n\r\n");
+    for length in (0..whole.len()).step_by(7).chain([whole.len()]) {
+        let mut stream = setup.connect();
+        stream.write_all(&whole.as_bytes()[..length]).unwrap();
+    }
+    while setup.feed.pages() > 1 || setup.server.shared.connections.load(Ordering::Relaxed) > 1 {
+        std::thread::yield_now();
+    }
+    setup.feed.publish(vec![3]);
+    assert_eq!(frame(&mut other), [3]);
+}
+
+#[test]
+fn broken_frames_close_their_page_alone() {
+    let setup = Setup::new();
+    let mut other = setup.open();
+    let masked = |head: &[u8], body: &[u8]| [head, &[0; 4], body].concat();
+    let half = masked(&[0x01, 0xfe, 0x08, 0x00], &[b'x'; 2048]);
+    let rest = masked(&[0x80, 0xfe, 0x08, 0x01], &[b'x'; 2049]);
+    for (name, bytes) in [
+        ("an unknown code", masked(&[0x83, 0x80], b"")),
+        ("reserved bits", masked(&[0xf1, 0x81], b"x")),
+        ("a text that is none", masked(&[0x81, 0x82], b"\xc3\x28")),
+        ("a long ping", masked(&[0x89, 0xfe, 0x00, 0x7e], &[0; 126])),
+        ("a ping in parts", masked(&[0x09, 0x80], b"")),
+        ("a part of nothing", masked(&[0x80, 0x81], b"x")),
+        ("parts that are too long together", [half.clone(), rest].concat()),
+        ("a length of 2^63", masked(&[0x81, 0xff, 0x80, 0, 0, 0, 0, 0, 0, 0], b"")),
+        ("half a message, and the end", half),
+        ("noise", (0..999_u32).map(|at| (at.wrapping_mul(2_654_435_761) >> 24) as u8).collect()),
+    ] {
+        let mut page = setup.open();
+        page.get_mut().write_all(&bytes).unwrap();
+        page.get_mut().shutdown(Shutdown::Write).unwrap();
+        // Whatever is still sent, the end follows.
+        let _ = page.get_mut().read_to_end(&mut Vec::new());
+        while setup.feed.pages() > 1 {
+            std::thread::yield_now();
+        }
+        assert!(setup.heard.lock().unwrap().is_empty(), "{name}");
+    }
+    setup.feed.publish(vec![4]);
+    assert_eq!(frame(&mut other), [4]);
+}
+
+#[test]
+fn a_crowd_of_silent_strangers_is_bounded_and_leaves_pages_alone() {
+    let setup = Setup::new();
+    let mut page = setup.open();
+    let crowd: Vec<TcpStream> = (0..2 * CONNECTIONS_MAX).map(|_| setup.connect()).collect();
+    // Those without a place are closed; the others have theirs until their time is over.
+    for stream in &crowd[CONNECTIONS_MAX..] {
+        assert!(matches!((&*stream).read(&mut [0]), Ok(0) | Err(_)));
+    }
+    for number in 1..=100 {
+        setup.feed.publish(vec![number]);
+        assert_eq!(frame(&mut page), [number]);
+        say(&mut page, "seen");
+    }
+    drop(crowd);
+    while setup.server.shared.connections.load(Ordering::Relaxed) > 1 {
+        std::thread::yield_now();
+    }
     assert_eq!(setup.ask("GET /", &[], "").0, 200);
 }
 
