@@ -102,7 +102,8 @@ fn readable_by_all(place: &Place) -> (PathBuf, PathBuf) {
     (program, model)
 }
 
-fn as_nobody(program: &Path, args: &[&str]) -> chaincell_tests::Ended {
+/// Runs a program as a user that owns nothing.
+pub(super) fn as_nobody(program: &Path, args: &[&str]) -> chaincell_tests::Ended {
     let mut command = Command::new(program);
     command.args(args).uid(NOBODY).gid(NOBODY).current_dir("/");
     Running::start(&mut command).end(SHORT)

@@ -3,12 +3,19 @@
 
 #![allow(clippy::unwrap_used, reason = "a failing helper fails its test")]
 
+use std::fs::{self, Permissions};
+use std::os::unix::fs::{MetadataExt, PermissionsExt};
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
 use chaincell_tests::files::text;
 use chaincell_tests::outsider::{Outsider, Pose, Viewer};
 use chaincell_tests::page::Page;
 use chaincell_tests::place::Place;
 use chaincell_tests::process::SHORT;
-use chaincell_tests::{Running, run, turn};
+use chaincell_tests::{Running, chaincell, run, turn};
+
+use super::permissions::as_nobody;
 
 /// A server to which no silence counts as one.
 const PATIENT: [&str; 3] = ["--watchdog-ms", "0", "--json"];
@@ -159,4 +166,102 @@ fn cosim_shows_its_session_and_ends_when_the_page_is_closed() {
     );
     let refused = run(["cosim", "--port", "1", "--seconds", "3"]).with(2);
     assert!(refused.err.contains("--port") && refused.err.contains("--view"), "{}", refused.err);
+}
+
+/// Bash: sends each argument after the first to the port that this names, and prints what comes.
+const ASK: &str = r#"for request in "${@:2}"; do
+    exec 3<>"/dev/tcp/127.0.0.1/$1"
+    printf '%b' "$request" >&3
+    cat <&3
+    exec 3<&- 3>&-
+done"#;
+/// Bash: sends noise, halves of requests and nothing to the port, hundreds of times.
+const DISTURB: &str = r#"for ((at = 0; at < 300; at++)); do
+    exec 3<>"/dev/tcp/127.0.0.1/$1" || continue
+    printf '%b' "${@:2 + at % 4:1}" >&3
+    ((at % 40)) || sleep 0.1
+    exec 3<&- 3>&-
+done 2>/dev/null; exit 0"#;
+
+// REQ-COS-07
+#[test]
+fn another_user_sees_an_empty_page_and_does_not_reach_the_scene() {
+    if !rustix::process::geteuid().is_root() {
+        println!("SKIPPED another_user_sees_an_empty_page_and_does_not_reach_the_scene: not root");
+        return;
+    }
+    let _turn = turn();
+    let place = Place::new("view-nobody");
+    let serve = place.serve(&PATIENT);
+    let (view, address) = view(&place, &["--commands"]);
+    let mut page = Page::open(&address);
+    page.status("live");
+    let (host, token) = address.strip_prefix("http://").unwrap().split_once("/#").unwrap();
+    let (_, port) = host.split_once(':').unwrap();
+    // All that is known without the token: the port, and where the page's files are.
+    let get = |path: &str, fields: &str| {
+        format!("GET {path} HTTP/1.1\\r\\nHost: {host}\\r\\n{fields}\\r\\n")
+    };
+    let upgrade = format!(
+        "Origin: http://{host}\\r\\nUpgrade: websocket\\r\\nConnection: Upgrade\\r\\nSec-WebSocket-Version: 13\\r\\n\
+         Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\\r\\nSec-WebSocket-Protocol: chaincell, {}\\r\\n",
+        "0".repeat(token.len())
+    );
+    let requests =
+        [get("/", ""), get("/model", ""), get("/kernel.wasm.gz", ""), get("/live", &upgrade)];
+    let bash = Path::new("/bin/bash");
+    let ask = ["-c", ASK, "bash", port].into_iter().chain(requests.iter().map(String::as_str));
+    let told = as_nobody(bash, &ask.collect::<Vec<_>>()).with(0).out;
+    assert_eq!(
+        (told.matches("HTTP/1.1 200 ").count(), told.matches("HTTP/1.1 403 ").count()),
+        (1, 3)
+    );
+    assert_eq!(told.matches("HTTP/1.1 ").count(), 4);
+    let pid = view.id();
+    let look = format!("cat /proc/{pid}/cmdline /proc/{pid}/environ; ls /proc/{pid}/fd; true");
+    let seen = as_nobody(bash, &["-c", &look]).with(0).out;
+    assert!(seen.contains("--scene") && !seen.contains(token) && !told.contains(token));
+    // Every pose is answered meanwhile, and the page sees the last one.
+    let half = &requests[3][..requests[3].len() / 2];
+    let disturb = ["-c", DISTURB, "bash", port, half, "\\x00\\xff\\x16\\x03", "", &requests[3]];
+    let outsider = Outsider::join(&place.scene, true);
+    std::thread::scope(|scope| {
+        let disturbed = scope.spawn(|| as_nobody(bash, &disturb));
+        outsider.play(1..1001, pose);
+        disturbed.join().unwrap().with(0);
+    });
+    page.frame(|frame| frame.tick == 1000);
+    assert_eq!(Page::open(&address).frame(|_| true).tick, 1000);
+    let served = serve.interrupt().with(130).json();
+    let number = |key: &str| served[key].as_u64().unwrap();
+    assert_eq!((number("ticks_executed"), number("poses_missing")), (1000, 0));
+    assert_eq!((number("commands_done"), number("commands_refused")), (0, 0));
+    assert_eq!(view.interrupt().with(0).err, "");
+}
+
+// REQ-COS-07
+#[test]
+fn the_file_that_forwards_the_browser_is_its_owners_alone() {
+    let folder = tempfile::tempdir().unwrap();
+    let (opener, named) = (folder.path().join("xdg-open"), folder.path().join("named"));
+    let lines =
+        format!("#!/bin/sh\nprintf %s \"$1\" >{0}.new && mv {0}.new {0}\n", named.display());
+    fs::write(&opener, lines).unwrap();
+    fs::set_permissions(&opener, Permissions::from_mode(0o755)).unwrap();
+    let mut shell = Command::new("sh");
+    shell.args(["-c", "umask 000; exec \"$0\" view"]).arg(chaincell().get_program());
+    let path = format!("{}:{}", folder.path().display(), std::env::var("PATH").unwrap());
+    let mut view = Running::start(shell.env("DISPLAY", ":9").env("PATH", path));
+    view.wait_for_line("Ctrl-C ends it");
+    while !named.exists() {
+        assert!(view.is_running());
+        std::thread::yield_now();
+    }
+    let file = PathBuf::from(fs::read_to_string(&named).unwrap());
+    let address = view.lines().find(|line| line.starts_with("http://")).unwrap().to_owned();
+    assert!(fs::read_to_string(&file).unwrap().contains(&address));
+    let mode = fs::metadata(file.parent().unwrap()).unwrap().mode();
+    assert_eq!(mode & 0o077, 0, "{mode:o}");
+    view.interrupt().with(0);
+    assert!(!file.exists());
 }
