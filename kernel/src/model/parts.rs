@@ -142,11 +142,14 @@ impl Division {
 
     /// As many parts, each with as many slices of a set of `count` slices.
     pub fn of_set(self, set: impl Iterator<Item = usize> + Clone, count: usize) -> Self {
-        let (mut part, parts) = (0, self.count());
+        let (mut next, parts) = (0, self.count().max(1));
         let starts = self.starts.map(|start| {
-            let first = set.clone().nth(count * part / parts).unwrap_or(self.slices);
-            part += 1;
-            if part == 1 || start == Self::NO_SLICE { start } else { first as u16 }
+            let part = next;
+            next += 1;
+            if part == 0 || start == Self::NO_SLICE {
+                return start;
+            }
+            set.clone().nth(count * part / parts).unwrap_or(self.slices) as u16
         });
         Self { starts, ..self }
     }

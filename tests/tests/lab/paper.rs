@@ -56,7 +56,8 @@ fn asks_for_nothing(out: &Path) {
             None => assert!(out.join(target).is_file(), "{target}"),
         }
     }
-    let addresses = page.matches("http").count();
+    // Pictures are base64, which has no colon.
+    let addresses = page.matches("://").count();
     assert_eq!(addresses, page.matches("xmlns=\"http://www.w3.org/2000/svg\"").count());
 }
 
