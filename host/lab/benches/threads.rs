@@ -7,8 +7,8 @@
 //! The body is the generated organ of 16,500 nodes (5 kPa, Poisson's ratio 0.45) under `predict` with one sweep
 //! a tick. A tool goes deeper by a tenth of a millimetre a tick: held cells, or a ball of 12 mm. The rows are
 //! the instructions of a tick in each of four threads, the ticking one first; the parts of the body are dealt
-//! out in turn. The state after these ticks is that of one thread, to the last bit. The largest share of a
-//! thread may be [`SHARE_INSTRUCTIONS`].
+//! out in turn. The state after these ticks is that of one thread, to the last bit. With held cells the
+//! largest share of a thread may be [`SHARE_INSTRUCTIONS`].
 //!
 //! `--quick`, which `cargo test` in the place of `cargo bench` takes by itself, counts on a small organ.
 
