@@ -142,14 +142,15 @@ impl Division {
 
     /// As many parts, each with as many slices of a set of `count` slices.
     pub fn of_set(self, set: impl Iterator<Item = usize> + Clone, count: usize) -> Self {
-        let (mut next, parts) = (0, self.count().max(1));
+        let (mut next, parts) = (0, self.count());
         let starts = self.starts.map(|start| {
             let part = next;
             next += 1;
             if part == 0 || start == Self::NO_SLICE {
                 return start;
             }
-            set.clone().nth(count * part / parts).unwrap_or(self.slices) as u16
+            let at = (count * part).checked_div(parts).unwrap_or(0);
+            set.clone().nth(at).unwrap_or(self.slices) as u16
         });
         Self { starts, ..self }
     }
