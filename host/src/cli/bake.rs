@@ -17,7 +17,7 @@ use crate::bake::{BakeOptions, BasisSpacing, ContactSurface, bake};
 use crate::error::{Error, Result};
 use crate::files::whole::{keep_input, write_whole};
 use crate::interrupt;
-use crate::mesh::{self, Mesh, MeshOptions, Overlaps};
+use crate::mesh::{self, Mesh, MeshOptions, Overlaps, UnlikelySize};
 use crate::terminal;
 
 /// Poisson's ratio of soft tissue, where none is given.
@@ -202,15 +202,12 @@ pub fn execute(args: &Args) -> Result<()> {
     if model.fixed().is_empty() {
         terminal::note("note: no cell is fixed, the body floats; --fix holds nodes");
     }
-    let unit_m = args.body.file.unit_m();
-    if let Some(unlikely) = mesh::unlikely_size(&mesh.nodes_m, unit_m) {
+    if let Some(unlikely) = UnlikelySize::of(&mesh.nodes_m, args.body.file.unit_m()) {
         // Only a generator holds nodes by default, and it takes no unit.
-        let said = match mesh.default_fixed[..] {
-            [] => unlikely.replace("`unit_m`", "--units"),
-            _ => {
-                unlikely.split(',').next().unwrap_or_default().to_owned()
-                    + ": the spacing of a generator is in metres"
-            }
+        let said = if mesh.default_fixed.is_empty() {
+            unlikely.with_unit("--units")
+        } else {
+            unlikely.size() + ": the spacing of a generator is in metres"
         };
         terminal::note(format_args!("note: {said}"));
     }

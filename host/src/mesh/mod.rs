@@ -41,7 +41,7 @@ use crate::text::{BYTE_ORDER_MARK, gzip};
 use format::Format;
 
 pub use overlap::{Overlaps, overlaps};
-pub use scale::unlikely_size;
+pub use scale::UnlikelySize;
 pub use selector::{select, select_among};
 pub use solid::Filled;
 pub use surface::{boundary, vertex_normals};

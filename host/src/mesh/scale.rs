@@ -5,24 +5,40 @@ use crate::words::length;
 /// Sizes that need no remark \[m\].
 const SIZE_M: std::ops::RangeInclusive<f64> = 1e-3..=2.0;
 
-/// Returns a remark on a body of another size, with the unit in which its coordinates were read, and the other
-/// unit; `None` for a likely size.
-#[must_use]
-pub fn unlikely_size(nodes_m: &[[f64; 3]], unit_m: f64) -> Option<String> {
-    let along = |axis: usize| {
-        let xs = nodes_m.iter().map(|node| node[axis]);
-        let least = xs.clone().fold(f64::INFINITY, f64::min);
-        xs.fold(f64::NEG_INFINITY, f64::max) - least
-    };
-    let size_m = [0, 1, 2].map(along).into_iter().fold(0.0, f64::max);
-    if SIZE_M.contains(&size_m) || nodes_m.is_empty() {
-        return None;
+/// A body of another size.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct UnlikelySize {
+    size_m: f64,
+    unit_m: f64,
+}
+
+impl UnlikelySize {
+    /// Looks at a body whose coordinates were read in units of `unit_m`; `None` for a likely size.
+    #[must_use]
+    pub fn of(nodes_m: &[[f64; 3]], unit_m: f64) -> Option<Self> {
+        let along = |axis: usize| {
+            let xs = nodes_m.iter().map(|node| node[axis]);
+            let least = xs.clone().fold(f64::INFINITY, f64::min);
+            xs.fold(f64::NEG_INFINITY, f64::max) - least
+        };
+        let size_m = [0, 1, 2].map(along).into_iter().fold(0.0, f64::max);
+        let is_unlikely = !SIZE_M.contains(&size_m) && !nodes_m.is_empty();
+        is_unlikely.then_some(Self { size_m, unit_m })
     }
-    let size = length(size_m);
-    let (is, other) = if unit_m == 1.0 { ("m", "mm") } else { ("mm", "m") };
-    Some(format!(
-        "the body is {size} large, its coordinates read as {is}; `unit_m` {other} reads them as {other}"
-    ))
+
+    /// The size alone.
+    #[must_use]
+    pub fn size(&self) -> String {
+        format!("the body is {} large", length(self.size_m))
+    }
+
+    /// The size with the unit in which the coordinates were read, and the other unit, which `option` takes.
+    #[must_use]
+    pub fn with_unit(&self, option: &str) -> String {
+        let (is, other) = if self.unit_m == 1.0 { ("m", "mm") } else { ("mm", "m") };
+        let size = self.size();
+        format!("{size}, its coordinates read as {is}; {option} {other} reads them as {other}")
+    }
 }
 
 #[cfg(test)]
@@ -53,7 +69,10 @@ mod tests {
 
     #[test]
     fn a_wrong_unit_is_said_and_a_hand_s_scale_is_not() {
-        let said = |size_m: f64, unit_m| unlikely_size(&[[0.0; 3], [0.0, size_m, 0.0]], unit_m);
+        let said = |size_m: f64, unit_m| {
+            let unlikely = UnlikelySize::of(&[[0.0; 3], [0.0, size_m, 0.0]], unit_m);
+            unlikely.map(|unlikely| unlikely.with_unit("`unit_m`"))
+        };
         assert_eq!(
             said(199.6, 1.0).unwrap(),
             "the body is 200 m large, its coordinates read as m; `unit_m` mm reads them as mm"
@@ -62,6 +81,7 @@ mod tests {
         assert!(
             small.starts_with("the body is 0.190 mm large, its coordinates read as mm; `unit_m` m")
         );
-        assert_eq!((said(0.2, 1.0), said(0.2, 0.001), unlikely_size(&[], 1.0)), (None, None, None));
+        assert_eq!((said(0.2, 1.0), said(0.2, 0.001)), (None, None));
+        assert_eq!(UnlikelySize::of(&[], 1.0), None);
     }
 }

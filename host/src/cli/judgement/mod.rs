@@ -1,5 +1,5 @@
-//! The judgement of a run by the program itself: every remark on whether a figure can be trusted, computed from facts in
-//! one place, so that all commands print the same words.
+//! The judgement of a run by the program itself: every remark on whether a figure can be trusted, computed from
+//! facts in one place, so that all commands print the same words.
 
 mod mesh;
 mod pace;

@@ -14,6 +14,7 @@ use crate::error::Result;
 use crate::session::loops::serve::ServeReport;
 use crate::session::timing::clock::PERIOD_NS;
 use crate::session::timing::histogram::Summary;
+use crate::words::counted;
 
 /// Ticks that are timed of a body without a run, and the time in which they are begun.
 const TICKS: u32 = 20;
@@ -102,7 +103,7 @@ fn timed(tissue: &mut Staged<'_>, radius_m: f64) -> Result<Vec<u64>> {
 impl fmt::Display for Pace {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { load_p50, load_p99, sweeps_p50, sweeps_p1, sweeps_max, cells_fitting } = *self;
-        let of = |sweeps: u64| crate::words::counted(sweeps, "sweep");
+        let of = |sweeps: u64| counted(sweeps, "sweep");
         let remedy =
             format!("for all of them bake some {cells_fitting} cells, or take a faster core");
         if sweeps_p50 < sweeps_max {

@@ -13,7 +13,7 @@ use crate::mesh::geometry::{corners, cross, distance, dot, edges, minus, volume6
 use crate::mesh::stuffing::smooth::roundness;
 use crate::mesh::stuffing::{Shape, TetMesh, fill as stuff, points};
 use crate::mesh::surface::boundary;
-use crate::mesh::{Mesh, too_many, unlikely_size};
+use crate::mesh::{Mesh, UnlikelySize, too_many};
 use crate::words::{counted, length};
 
 /// Edge of a lattice cube over the mean edge of the tetrahedra: three of seven edges of the lattice are
@@ -84,9 +84,11 @@ pub(in crate::mesh) fn fill_faces(
         closed.check_crossings(unit_m).map_err(refuse)?;
     }
     // Where the size is unlikely, the unit is what to change, whatever else is wrong.
-    let unlikely = unlikely_size(&closed.points_m, unit_m);
+    let unlikely = UnlikelySize::of(&closed.points_m, unit_m);
     let refuse = |why: String| match &unlikely {
-        Some(unlikely) => refuse(format!("{unlikely}; read as it is, {why}")),
+        Some(unlikely) => {
+            refuse(format!("{}; read as it is, {why}", unlikely.with_unit("`unit_m`")))
+        }
         None => refuse(why),
     };
     let solid = Solid::new(&closed);
