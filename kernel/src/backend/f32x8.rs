@@ -110,6 +110,11 @@ pub trait F32x8: Copy {
     /// # Safety
     /// As for [`Self::couple`].
     unsafe fn uncouple(self, cells: &mut [Cell], ids: [u16; 2]);
+    /// Two values, each in four lanes.
+    ///
+    /// # Safety
+    /// Both ids are indices of `values`.
+    unsafe fn couple_values(values: &[f32], ids: [u16; 2]) -> Self;
     /// +0.0 in lanes 3 and 7.
     fn positions(self) -> Self;
     /// The same cell twice.
@@ -329,6 +334,12 @@ impl F32x8 for Lanes8 {
                 *cell = Cell(lanes);
             }
         }
+    }
+
+    #[inline(always)]
+    unsafe fn couple_values(values: &[f32], ids: [u16; 2]) -> Self {
+        let [a, b] = ids.map(|id| values.get(usize::from(id)).copied().unwrap_or(0.0));
+        Self([a, a, a, a, b, b, b, b])
     }
 
     #[inline(always)]

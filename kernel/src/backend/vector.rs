@@ -266,6 +266,13 @@ impl F32x8 for Vector {
     }
 
     #[inline(always)]
+    unsafe fn couple_values(values: &[f32], ids: [u16; 2]) -> Self {
+        // SAFETY: the caller's promise.
+        let [low, high] = ids.map(|id| unsafe { *values.get_unchecked(usize::from(id)) });
+        two_values(low, high)
+    }
+
+    #[inline(always)]
     fn positions(self) -> Self {
         let xyz = i32x8::simd_from(unit(), [-1, -1, -1, 0, -1, -1, -1, 0]);
         Self((self.0.bitcast::<i32x8<Unit>>() & xyz).bitcast())

@@ -157,7 +157,7 @@ impl Operands {
         // Two cells at any place.
         let couple = [self.ids[0], self.ids[1]];
         let mut back = [Cell([7.0; 4]); 16];
-        // SAFETY: the ids are below the number of cells.
+        // SAFETY: the ids are below the number of cells and of values.
         let two = unsafe { V::couple(&cells, couple) };
         // SAFETY: as above.
         unsafe { two.uncouple(&mut back, couple) };
@@ -165,6 +165,9 @@ impl Operands {
         seen.exact("woven", &lanes(two.woven()));
         seen.exact("unwoven", &lanes(two.unwoven()));
         seen.exact("uncouple", &back.map(|cell| cell.0).concat());
+        // SAFETY: as above.
+        let values = unsafe { V::couple_values(self.cells.as_flattened(), couple) };
+        seen.exact("couple_values", &lanes(values));
         // Broadcasts, load and store.
         seen.exact("twice", &lanes(V::twice(chunk[3])));
         seen.exact("splat", &lanes(V::splat(self.a[0])));

@@ -11,7 +11,6 @@ use core::ops::Range;
 
 use super::scalar::direction;
 use crate::backend::f32x8::F32x8;
-use crate::backend::slices::{Chunks, ChunksMut};
 use crate::backend::{Work, run};
 use crate::energy::residual::Terms;
 use crate::model::coarse_basis::CoarseBasis;
@@ -163,8 +162,9 @@ impl<const ELASTIC: bool> Work for CoarseStep<'_, '_, ELASTIC> {
         if lengths != [cells; 5] {
             return;
         }
-        // The coarse direction of each cell takes the place of its published point; fixed cells have none.
-        published.fill(Cell::ZERO);
+        let [alpha, beta] = self.factors.map(|factor| V::splat(factor));
+        let mut peak = V::splat(0.0);
+        // Update the pairs of cells of each box.
         for at_box in self.boxes {
             let corners = corners::<V>(&self.basis, self.room, at_box);
             let (cells, weights) = pairs(&self.basis, at_box);
@@ -172,34 +172,33 @@ impl<const ELASTIC: bool> Work for CoarseStep<'_, '_, ELASTIC> {
                 let ids = ids.map(|id| id.wrapping_sub(self.first as u16));
                 // SAFETY: the boxes name only cells of these arrays, which are as long as each
                 // other, and the first of them is `first`.
-                unsafe { along(&corners, weights).uncouple(published, ids) };
-            }
-        }
-        // Update the cells in their order.
-        let (mobility, own) = (Chunks::new(self.mobility, 0.0), Chunks::new(self.own, 0.0));
-        let residual = Chunks::new(residual, Cell::ZERO);
-        let (mut published, mut at) = (ChunksMut::new(published), ChunksMut::new(at));
-        let mut before = ChunksMut::new(before);
-        let [alpha, beta] = self.factors.map(|factor| V::splat(factor));
-        let mut peak = V::splat(0.0);
-        for slice in 0..cells.div_ceil(LANES) {
-            let (mobility, own, residual) = (mobility.at(slice), own.at(slice), residual.at(slice));
-            let (published, at, before) = (published.at(slice), at.at(slice), before.at(slice));
-            for pair in 0..LANES / 2 {
-                let y = V::pair(at, pair);
-                let sure = V::pair(residual, pair).times(V::spread(mobility, pair)).positions();
-                let own = if ELASTIC { sure.times(V::spread(own, pair)) } else { sure };
-                let z = own.plus(V::pair(published, pair));
+                let (r, m, y, last) = unsafe {
+                    (
+                        V::couple(residual, ids),
+                        V::couple_values(self.mobility, ids),
+                        V::couple(at, ids),
+                        V::couple(before, ids),
+                    )
+                };
+                let sure = r.times(m).positions();
+                let own = if ELASTIC {
+                    // SAFETY: as above.
+                    sure.times(unsafe { V::couple_values(self.own, ids) })
+                } else {
+                    sure
+                };
+                let z = own.plus(along(&corners, weights));
                 let next = if ELASTIC { y.plus(sure) } else { y.plus(z) };
-                let way = y.minus(V::pair(before, pair));
-                let ahead = y.plus(z.times(alpha)).plus(way.times(beta));
+                let ahead = y.plus(z.times(alpha)).plus(y.minus(last).times(beta));
                 peak = peak.larger_magnitude(next).larger_magnitude(ahead);
-                y.put_pair(before, pair);
-                next.put_pair(published, pair);
-                ahead.put_pair(at, pair);
+                // SAFETY: as above.
+                unsafe {
+                    y.uncouple(before, ids);
+                    next.uncouple(published, ids);
+                    ahead.uncouple(at, ids);
+                }
             }
         }
-        [published, at, before].into_iter().for_each(ChunksMut::finish);
         *self.beyond_k = V::any(peak.above(V::splat(self.k)));
     }
 }
