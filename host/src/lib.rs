@@ -6,6 +6,7 @@
 //!   printing, Ctrl-C.
 //! - [`input`]: what a command reads, and so neither removes nor replaces.
 //! - [`text`]: reads text files that users write.
+//! - `checksum`: CRC-32 of files.
 //! - [`choice`]: the kernel's choices in JSON and in sentences.
 //! - [`mesh`]: reads, generates and checks meshes.
 //! - [`mod@bake`]: turns a mesh into a model image.
@@ -17,6 +18,7 @@
 //! - [`cli`]: the command line.
 
 pub mod bake;
+mod checksum;
 pub mod choice;
 pub mod cli;
 pub mod engine;

@@ -1,10 +1,11 @@
 // States of a running scene, from the server of this page: frames as host/src/view/live.rs describes them.
+import { pressuresOf, trianglesAround } from "./contacts.mjs";
 import { bodyOf } from "./image.mjs";
 import { bytesOf, token } from "./own.mjs";
 import { COUNT_MS, TRAIL_TICKS } from "./pace.mjs";
 
-const VERSION = 1;
-const BYTES = { head: 64, tool: 68, point: 32, cell: 12 };
+const VERSION = 2;
+const BYTES = { head: 64, tool: 68, point: 32, contact: 20, cell: 12 };
 /** Time between two attempts to connect [ms]. */
 const AGAIN_MS = 1000;
 /** How long a refusal is shown [ms]. */
@@ -28,11 +29,9 @@ export function frameOf(buffer) {
     checksum: whole().toString(16).padStart(8, "0"), tick: Number(long()), ticksAnswered: Number(long()),
     hash: long().toString(16).padStart(16, "0"), flags: whole(), sweeps: whole(), stepUs: whole() / 1000, energyJ: real(),
   };
-  const [tools, points, cells] = [whole(), whole(), whole()];
-  at = BYTES.head;
-  if (buffer.byteLength !== at + tools * BYTES.tool + points * BYTES.point + cells * BYTES.cell) {
-    throw new Error("a frame of the server is cut off");
-  }
+  const [tools, points, cells, contacts] = [whole(), whole(), whole(), whole()];
+  const bytes = tools * BYTES.tool + points * BYTES.point + contacts * BYTES.contact + cells * BYTES.cell;
+  if (buffer.byteLength !== BYTES.head + bytes) throw new Error("a frame of the server has another length than its parts");
   return {
     ...head,
     tools: Array.from({ length: tools }, () => ({
@@ -40,6 +39,7 @@ export function frameOf(buffer) {
       torqueNM: reals(3), contacts: whole(), flags: whole(),
     })),
     points: Array.from({ length: points }, () => ({ tick: Number(long()), forceN: reals(3), positionM: reals(3) })),
+    contacts: Array.from({ length: contacts }, () => ({ cell: whole(), positionM: reals(3), pressurePa: real() })),
     positionsM: new Float32Array(buffer.slice(at)),
   };
 }
@@ -88,6 +88,8 @@ export class Live {
     // Held cells are shown by a small ball where the tool is.
     this.kinds = this.config.tools.length ? this.config.tools : [`sphere:${0.4 * unitM}`];
     const info = { cells: rest.length / 3, links: links.length / 2, unitM, centreM, checksum: this.config.checksum, hasShapes, hasTools: this.config.tools.length > 0 };
+    this.triangles = triangles;
+    this.around = trianglesAround(triangles);
     this.onready({ restM, triangles, links, fixed, info: { ...info, name: this.config.name } });
     this.#connect();
   }
@@ -95,7 +97,7 @@ export class Live {
   #connect() {
     const socket = new WebSocket(`ws://${location.host}/live`, ["chaincell", token()]);
     socket.binaryType = "arraybuffer";
-    socket.onmessage = ({ data }) => (typeof data === "string" ? this.#hear(JSON.parse(data)) : this.#take(data));
+    socket.onmessage = ({ data }) => (typeof data === "string" ? this.#hear(JSON.parse(data)) : this.#receive(data));
     socket.onclose = ({ code, reason }) => this.#closed(code, reason);
     this.socket = socket;
   }
@@ -121,10 +123,18 @@ export class Live {
     }
   }
 
-  #take(buffer) {
+  /** Takes a frame, and says so; one that cannot be read is shown as a status. */
+  #receive(buffer) {
     this.socket.send("seen");
+    try {
+      this.#take(frameOf(buffer));
+    } catch (why) {
+      this.onstatus(why.message);
+    }
+  }
+
+  #take(frame) {
     this.frames += 1;
-    const frame = frameOf(buffer);
     const now = performance.now();
     if (now - this.counted.ms > COUNT_MS) {
       const ticks = Math.max(0, frame.ticksAnswered - this.counted.ticks);
@@ -138,7 +148,8 @@ export class Live {
       return { ...tool, kind, radiusM: Number(kind.match(/^sphere:([^@+/]+)$/)?.[1] ?? 0) };
     });
     this.onstate({
-      tick: frame.tick, timeS: frame.tick * 1e-3, hash: frame.hash, positionsM: frame.positionsM, tools, pressuresPa: [],
+      tick: frame.tick, timeS: frame.tick * 1e-3, hash: frame.hash, positionsM: frame.positionsM, tools,
+      pressuresPa: pressuresOf(frame.contacts, frame.positionsM, this.triangles, this.around),
       sweeps: frame.sweeps, energyJ: frame.energyJ, stepUs: frame.stepUs, ticksPerS: this.counted.ticksPerS,
       trail: this.trail.take(frame.points, frame.tools.some((tool) => tool.contacts > 0)),
     });

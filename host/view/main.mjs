@@ -25,6 +25,7 @@ class View {
     this.state = null;
     this.depthM = 0;
     this.isPaused = false;
+    this.commandTick = null;
     Object.assign(this.source, {
       onready: (body) => this.#ready(body),
       onstate: (state) => this.#take(state),
@@ -50,6 +51,7 @@ class View {
       this.#showSettings();
     }
     this.charts.clear();
+    this.#showCommand(null);
     this.#showPaused(false);
     if (this.source.can.has("seek")) this.timeline = new Timeline(this.source, body.info.session);
     $("status").textContent = "";
@@ -88,6 +90,7 @@ class View {
 
   #take(state) {
     this.state = state;
+    if (this.commandTick !== null && state.tick !== this.commandTick) this.#showCommand(null);
     this.scene.take(state);
     this.charts.add(state.trail);
     if (state.trail.length) this.depthM = state.trail[state.trail.length - 1].depthM;
@@ -168,14 +171,14 @@ class View {
   #reset() {
     if (!this.source.can.has("reset")) return;
     $("hint").hidden = true;
-    $("replay").hidden = true;
+    this.#showCommand(null);
     this.charts.clear();
     this.source.reset();
   }
 
   #change(settings) {
     $("hint").hidden = true;
-    $("replay").hidden = true;
+    this.#showCommand(null);
     $("status").textContent = "";
     this.source.settings(settings);
     if ("tools" in settings) this.#showChosen();
@@ -211,9 +214,15 @@ class View {
     keep(`${this.fileName()}.csv`, pathText(poses, tools), "text/csv");
     const isWhole = (7 * tools + 1) * ticks === poses.length;
     const end = isWhole ? `   # ${ticks} ticks, state hash ${hash}` : "   # the first ten minutes";
-    $("command").textContent = commandOf(this.fileName(), this.source.setup, this.body.info.sweepsMax) + end;
-    $("replay").hidden = false;
+    this.#showCommand({ tick: ticks, text: commandOf(this.fileName(), this.source.setup, this.body.info.sweepsMax) + end });
     $("replay").scrollIntoView({ block: "nearest" });
+  }
+
+  /** Shows the command that plays what was saved, until the body goes on; null shows none. */
+  #showCommand(command) {
+    this.commandTick = command?.tick ?? null;
+    $("command").textContent = command?.text ?? "";
+    $("replay").hidden = !command;
   }
 
   #frame() {

@@ -51,9 +51,8 @@ export class Panel {
   /** Greys out the pressure where there is none to show, and says why. */
   #pressure({ hasTools }) {
     const option = $("colour").querySelector("[value=pressure]");
-    option.disabled = this.config.mode === "live" || !hasTools;
-    const why = hasTools ? "a running scene does not send it" : "held cells have none";
-    option.textContent = `${QUANTITIES.pressure.title}${option.disabled ? `: ${why}` : ""}`;
+    option.disabled = !hasTools;
+    option.textContent = `${QUANTITIES.pressure.title}${hasTools ? "" : ": held cells have none"}`;
   }
 
   /** Buttons that choose a tool, add one and take the chosen one away. */

@@ -104,7 +104,9 @@ export class Surface {
     this.#updateNormals(positions);
     if (what === "stretch") this.#spread((face) => this.#stretch(positions, face), 1);
     else if (what === "pressure") {
-      const pressures = new Map(state.pressuresPa ?? []);
+      // Several parts of a tool may press on a triangle.
+      const pressures = new Map();
+      for (const [face, pressurePa] of state.pressuresPa ?? []) pressures.set(face, (pressures.get(face) ?? 0) + pressurePa);
       this.#spread((face) => pressures.get(face) ?? 0, 0);
     } else this.#displacements(positions);
     for (let face = 0; face < this.triangles.length / 3; face++) this.#fill(positions, face);

@@ -41,6 +41,11 @@ const press = (model) =>
 const [organ, other] = ["organ", "other"].map((name) => join(folder, `${name}.chaincell`));
 execFileSync(chaincell, ["bake", "organ:1000", "-o", organ, "--young-pa", "5000", "--poisson", "0.45"]);
 execFileSync(chaincell, ["bake", "organ:1000", "-o", other, "--young-pa", "9000", "--poisson", "0.45"]);
+/** The farthest triangle under pressure from the ball's centre, and how far one can be: its radius and a link [m]. */
+const PRESSED = `(() => { const { pressuresPa, positionsM, tools: [{ positionM, radiusM }] } = chaincell.state; const { triangles, info } = chaincell.body;
+  const middle = (face, axis) => [0, 1, 2].reduce((sum, k) => sum + positionsM[3 * triangles[3 * face + k] + axis] / 3, 0);
+  const farM = Math.max(...pressuresPa.map(([face]) => Math.hypot(...positionM.map((x, axis) => x - middle(face, axis)))));
+  return { farM, reachM: radiusM + info.unitM }; })()`;
 const browser = await Browser.start({ width: 960, height: 640 });
 const status = (words) => browser.until(`document.getElementById("status")?.textContent.includes(${JSON.stringify(words)})`);
 try {
@@ -57,6 +62,14 @@ try {
   const moved = "Math.max(...chaincell.state.positionsM.map((x, i) => Math.abs(x - chaincell.body.restM[i])))";
   await browser.until(`${moved} > 1e-3 && chaincell.state.tick > 1000`);
   await browser.picture(join(folder, "live.png"));
+  // Pressure is where the ball presses.
+  assert.equal(await browser.evaluate("document.querySelector('#colour [value=pressure]').disabled"), false);
+  await browser.evaluate(`(() => { const e = document.getElementById("colour"); e.value = "pressure"; e.onchange(); })()`);
+  await browser.until(`chaincell.state.pressuresPa.length > 3 && !chaincell.scene.isNew && chaincell.scene.look.colour === "pressure"`);
+  await browser.until("chaincell.scene.figure.surface.most() > 100");
+  const { farM, reachM } = await browser.evaluate(PRESSED);
+  assert.ok(farM < reachM, `pressure ${farM} m from the ball's centre`);
+  await browser.picture(join(folder, "pressure.png"));
   // Commands reach the scene: paused, the force is 0.
   await browser.click("pause");
   await browser.until("chaincell.state.tools[0].forceN.every((part) => part === 0)");

@@ -154,8 +154,11 @@ try {
     await browser.until(`chaincell.scene.look.colour === "${colour}" && !chaincell.scene.isNew`);
     await browser.picture(join(folder, `${colour}.png`));
   }
+  assert.equal(await browser.evaluate("document.getElementById('replay').hidden"), false);
   await browser.click("step");
   await browser.until(`chaincell.state.tick === ${ticks} + 1`);
+  // The command comes to the state before.
+  assert.equal(await browser.evaluate("document.getElementById('replay').hidden"), true);
 
   // ChainMail under the same ball: beside the body, its cells put out of the ball, and nothing of it without the switch.
   assert.equal(await browser.evaluate("chaincell.scene.chain"), null);

@@ -20,8 +20,8 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use chaincell_kernel::{Settings, TOOLS_MAX};
-use crc::{CRC_32_ISO_HDLC, Crc, Table};
 
+use crate::checksum::CRC_32;
 use crate::engine::snapshot::Saved;
 use crate::error::{Error, Result};
 use crate::input;
@@ -29,7 +29,6 @@ use crate::input;
 const MAGIC: [u8; 8] = *b"CHAINSES";
 const VERSION: u32 = 1;
 const CRC_AT: usize = 12;
-static CRC: Crc<u32, Table<16>> = Crc::<u32, Table<16>>::new(&CRC_32_ISO_HDLC);
 /// Largest snapshot that is read: much larger than that of the largest body.
 const BYTES_MAX: u64 = 1 << 28;
 
@@ -68,7 +67,7 @@ pub fn start_place(trace: &Path) -> PathBuf {
 
 /// Returns the checksum of a snapshot, which identifies it in a trace.
 fn checksum(bytes: &[u8]) -> u32 {
-    let mut digest = CRC.digest();
+    let mut digest = CRC_32.digest();
     digest.update(bytes.get(..CRC_AT).unwrap_or(bytes));
     digest.update(bytes.get(CRC_AT + 4..).unwrap_or(&[]));
     digest.finalize()

@@ -1,9 +1,9 @@
 //! PNG files.
 
-use crc::{CRC_32_ISO_HDLC, Crc};
 use miniz_oxide::deflate::compress_to_vec_zlib;
 
 use super::raster::Pixels;
+use crate::checksum::CRC_32;
 
 const SIGNATURE: [u8; 8] = *b"\x89PNG\r\n\x1a\n";
 /// Bytes of a pixel: red, green, blue.
@@ -34,7 +34,7 @@ fn chunk(file: &mut Vec<u8>, name: [u8; 4], content: &[u8]) {
     let start = file.len();
     file.extend(name);
     file.extend(content);
-    let sum = Crc::<u32>::new(&CRC_32_ISO_HDLC).checksum(&file[start..]);
+    let sum = CRC_32.checksum(&file[start..]);
     file.extend(sum.to_be_bytes());
 }
 

@@ -15,12 +15,13 @@ use crate::error::{Error, Result};
 use crate::interrupt;
 use crate::session::ipc;
 use crate::session::ipc::command::{CommandClient, refusal_text};
+use crate::session::ipc::contacts::{Contact, ContactReader};
 use crate::session::ipc::payload::{CommandMessage, NodePosition, StateHeader};
 use crate::session::ipc::services::{Domain, SceneServices};
 use crate::session::ipc::state::StateReader;
 use crate::session::ipc::watching::WatchPorts;
 use crate::session::timing::clock::{MILLISECOND_NS, SECOND_NS, now_ns};
-use crate::view::live::Subject;
+use crate::view::live::{Sent, Subject};
 use crate::view::server::{Feed, Live};
 
 /// Period at which messages are looked for.
@@ -94,6 +95,7 @@ impl Bridge {
         let follower = Follower {
             ports: WatchPorts::open(&scene)?,
             states: StateReader::open(&scene)?,
+            contacts: Contacts { reader: ContactReader::open(&scene)?, newest: Vec::new() },
             feed: Arc::default(),
             status: None,
             looked_ns: 0,
@@ -189,11 +191,33 @@ struct Last {
     shown_ns: u64,
 }
 
+/// The newest contacts of the scene; none where its tool holds cells.
+#[derive(Debug)]
+struct Contacts {
+    reader: ContactReader,
+    newest: Vec<Contact>,
+}
+
+impl Contacts {
+    /// Takes what has come; those of a server that has begun anew since replace all others.
+    fn take(&mut self, has_begun_anew: bool) -> Result<()> {
+        if has_begun_anew {
+            self.newest.clear();
+        }
+        while let Some(view) = self.reader.borrow()? {
+            self.newest.clear();
+            self.newest.extend(view.rows());
+        }
+        Ok(())
+    }
+}
+
 /// Reads the scene's messages in a thread of its own.
 #[derive(Debug)]
 struct Follower {
     ports: WatchPorts,
     states: StateReader,
+    contacts: Contacts,
     feed: Arc<Feed>,
     status: Option<Status>,
     looked_ns: u64,
@@ -214,12 +238,14 @@ impl Follower {
             self.show_tools();
             return Ok(false);
         };
-        // The answer that belongs to the state was sent before it.
+        // The answer that belongs to the state was sent before it; the contacts follow it.
         self.ports.take()?;
         let (header, nodes) = (view.header(), view.rows());
+        let last = self.last.as_ref().map_or(0, |last| last.header.ticks_answered);
+        self.contacts.take(header.ticks_answered < last)?;
         if self.subject.is_of(&header, nodes) {
-            let frame = self.subject.frame(&header, nodes, header.tick, &self.ports);
-            self.feed.publish(frame);
+            let sent = Sent { header: &header, nodes, contacts: &self.contacts.newest };
+            self.feed.publish(self.subject.frame(sent, header.tick, &self.ports));
             let (nodes, tick) = (nodes.to_vec(), header.tick);
             self.last = Some(Last { header, nodes, tick, shown_ns: now_ns() });
             self.note(Status::Live);
@@ -236,7 +262,9 @@ impl Follower {
         let (Some(last), Some(tick)) = (&mut self.last, newest) else { return };
         if tick != last.tick && now_ns() >= last.shown_ns + TOOLS_NS {
             (last.tick, last.shown_ns) = (tick, now_ns());
-            self.feed.publish(self.subject.frame(&last.header, &last.nodes, tick, &self.ports));
+            let contacts = &self.contacts.newest;
+            let sent = Sent { header: &last.header, nodes: &last.nodes, contacts };
+            self.feed.publish(self.subject.frame(sent, tick, &self.ports));
         }
     }
 

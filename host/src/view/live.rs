@@ -4,22 +4,27 @@
 //!
 //! | part | each |
 //! |---|---|
-//! | head, 64 bytes | version u32 = 1, model checksum u32, tick u64, ticks answered u64, state hash u64, flags u32, sweeps u32, step u32 \[ns\], energy f32 \[J\], numbers of tools, points and cells u32, 0 u32 |
+//! | head, 64 bytes | version u32 = 2, model checksum u32, tick u64, ticks answered u64, state hash u64, flags u32, sweeps u32, step u32 \[ns\], energy f32 \[J\], numbers of tools, points, cells and contacts u32 |
 //! | tools, 68 bytes each | number u32, engaged u32, position 3 f32 \[m\], orientation x, y, z, w f32, force 3 f32 \[N\], torque 3 f32 \[N m\], contacts u32, flags u32 |
 //! | points, 32 bytes each | tick u64, force 3 f32 \[N\] and position 3 f32 \[m\] of tool 0, oldest first |
+//! | contacts, 20 bytes each | cell u32, position 3 f32 \[m\], pressure f32 \[Pa\]: one for each triangle and part of a tool, at the cell of the corner with the largest share |
 //! | cells, 12 bytes each | position 3 f32 \[m\], in the order of the model image |
 //!
 //! Points are the last ticks, up to 64: a page that skips frames has the curves without gaps.
+//!
+//! Positions are of the head's tick, tools too while states come. Contacts are the newest ones: the server sends
+//! them apart from the positions, so they are of the same tick or at most two periods of its `--state-hz` from it.
 
 use chaincell_kernel::{Model, ToolPose};
 
 use crate::error::{Error, Result};
+use crate::session::ipc::contacts::Contact;
 use crate::session::ipc::payload::{NodePosition, StateHeader};
 use crate::session::ipc::tools::{OneToolForce, OneToolPose, ToolForces, ToolPoses};
 use crate::session::ipc::watching::WatchPorts;
 
 /// Version of the layout.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 
 /// The body and the tools that a page shows.
 #[derive(Debug, Clone)]
@@ -28,7 +33,20 @@ pub struct Subject {
     pub checksum: u32,
     /// Row of each cell in a state.
     rows: Vec<u32>,
+    /// Input id and cell of each row.
+    ids: Vec<(u32, u32)>,
     tools: usize,
+}
+
+/// The body as its server has sent it.
+#[derive(Debug, Clone, Copy)]
+pub struct Sent<'a> {
+    /// Header of the state.
+    pub header: &'a StateHeader,
+    /// Its nodes.
+    pub nodes: &'a [NodePosition],
+    /// The newest contacts.
+    pub contacts: &'a [Contact],
 }
 
 impl Subject {
@@ -43,14 +61,13 @@ impl Subject {
                  does not show; serve and view a model without --cells",
             ));
         }
-        let ids = model.input_id();
-        let mut cells: Vec<usize> = (0..model.cells()).collect();
-        cells.sort_unstable_by_key(|&cell| ids.get(cell));
-        let mut rows = vec![0; cells.len()];
-        for (row, cell) in (0..).zip(cells) {
-            rows[cell] = row;
+        let mut ids: Vec<(u32, u32)> = model.input_id().iter().copied().zip(0..).collect();
+        ids.sort_unstable();
+        let mut rows = vec![0; ids.len()];
+        for (row, (_, cell)) in (0..).zip(&ids) {
+            rows[*cell as usize] = row;
         }
-        Ok(Self { checksum: model.checksum(), rows, tools: tools.max(1) })
+        Ok(Self { checksum: model.checksum(), rows, ids, tools: tools.max(1) })
     }
 
     /// Returns true if a state is one of this body.
@@ -61,37 +78,31 @@ impl Subject {
 
     /// The frame of a state of this body, with the tools of a tick and the curves of the last ones.
     #[must_use]
-    pub fn frame(
-        &self,
-        header: &StateHeader,
-        nodes: &[NodePosition],
-        tick: u64,
-        ports: &WatchPorts,
-    ) -> Vec<u8> {
+    pub fn frame(&self, sent: Sent<'_>, tick: u64, ports: &WatchPorts) -> Vec<u8> {
         let (poses, answer) = (find_pose(ports, tick), find_answer(ports, tick));
         let points: Vec<Point> = ports
             .answers()
             .iter()
             .filter_map(|of| Point::new(of, find_pose(ports, of.tick)))
             .collect();
-        self.encode(header, nodes, &poses.unwrap_or_default(), &answer.unwrap_or_default(), &points)
+        self.encode(sent, &poses.unwrap_or_default(), &answer.unwrap_or_default(), &points)
     }
 
     fn encode(
         &self,
-        header: &StateHeader,
-        nodes: &[NodePosition],
+        Sent { header, nodes, contacts }: Sent<'_>,
         poses: &ToolPoses,
         answer: &ToolForces,
         points: &[Point],
     ) -> Vec<u8> {
-        let mut frame =
-            Frame(Vec::with_capacity(64 + 68 * 8 + 32 * points.len() + 12 * nodes.len()));
+        let presses: Vec<Press> = contacts.iter().filter_map(|of| self.press(of)).collect();
+        let rows = 68 * self.tools + 32 * points.len() + 20 * presses.len() + 12 * nodes.len();
+        let mut frame = Frame(Vec::with_capacity(64 + rows));
         // The head.
         frame.whole(VERSION).whole(header.model_checksum);
         frame.long(header.tick).long(header.ticks_answered).long(header.state_hash);
         frame.whole(header.flags).whole(answer.sweeps).whole(answer.step_ns).real(answer.energy_j);
-        frame.count(self.tools).count(points.len()).count(self.rows.len()).whole(0);
+        frame.count(self.tools).count(points.len()).count(self.rows.len()).count(presses.len());
         // The tools: one that no message has is away.
         for number in 0..self.tools {
             let in_use = poses.each.iter().take(poses.tools as usize);
@@ -106,15 +117,36 @@ impl Subject {
             frame.reals(&force.force_n).reals(&force.torque_n_m);
             frame.whole(force.contacts).whole(force.flags);
         }
-        // The points and the cells.
+        // The points, the contacts and the cells.
         for Point { tick, force_n, position_m } in points {
             frame.long(*tick).reals(force_n).reals(position_m);
+        }
+        for Press { cell, position_m, pressure_pa } in &presses {
+            frame.whole(*cell).reals(position_m).real(*pressure_pa);
         }
         for &row in &self.rows {
             frame.reals(&nodes.get(row as usize).copied().unwrap_or_default().position_m);
         }
         frame.0
     }
+
+    /// A contact at a cell of this body; `None` at another node, and without an area.
+    fn press(&self, contact: &Contact) -> Option<Press> {
+        let row = self.ids.binary_search_by_key(&contact.node, |(id, _)| *id).ok()?;
+        let &(_, cell) = self.ids.get(row)?;
+        let normal_n = contact.normal_n.map(|part| part * part).iter().sum::<f32>().sqrt();
+        let pressure_pa = normal_n / contact.area_m2;
+        let press = Press { cell, position_m: contact.position_m, pressure_pa };
+        pressure_pa.is_finite().then_some(press)
+    }
+}
+
+/// A contact as a page shows it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Press {
+    cell: u32,
+    position_m: [f32; 3],
+    pressure_pa: f32,
 }
 
 /// A point of the curves: tool 0 in a tick.
@@ -203,7 +235,8 @@ mod tests {
 
     #[test]
     fn a_frame_holds_the_state_in_the_order_of_the_cells() {
-        let subject = Subject { checksum: 0xC4EC, rows: vec![2, 0, 1], tools: 2 };
+        let ids = vec![(10, 1), (20, 2), (30, 0)];
+        let subject = Subject { checksum: 0xC4EC, rows: vec![2, 0, 1], ids, tools: 2 };
         let header = StateHeader {
             tick: 1 << 40,
             ticks_answered: 7,
@@ -239,14 +272,26 @@ mod tests {
             reserved: 0,
         };
         let point = Point { tick: 9, force_n: [1.5; 3], position_m: [2.5; 3] };
-        let frame = subject.encode(&header, &nodes, &poses, &answer, &[point]);
-        assert_eq!(frame.len(), 64 + 2 * 68 + 32 + 3 * 12);
+        let contact = Contact {
+            node: 30,
+            position_m: [7.0, 8.0, 9.0],
+            normal_n: [0.3, 0.0, 0.4],
+            tangential_n: [9.0; 3],
+            area_m2: 0.25,
+            ..Contact::default()
+        };
+        // One at another node and one without an area are left out.
+        let contacts =
+            [Contact { node: 31, ..contact }, contact, Contact { area_m2: 0.0, ..contact }];
+        let sent = Sent { header: &header, nodes: &nodes, contacts: &contacts };
+        let frame = subject.encode(sent, &poses, &answer, &[point]);
+        assert_eq!(frame.len(), 64 + 2 * 68 + 32 + 20 + 3 * 12);
         let mut words = Words(&frame);
         assert_eq!([words.whole(), words.whole()], [VERSION, 0xC4EC]);
         assert_eq!([words.long(), words.long(), words.long()], [1 << 40, 7, 0xFEDC_BA98_7654_3210]);
         assert_eq!([words.whole(), words.whole(), words.whole()], [8, 4, 260_000]);
         assert_eq!(words.reals(), [0.5]);
-        assert_eq!([words.whole(), words.whole(), words.whole(), words.whole()], [2, 1, 3, 0]);
+        assert_eq!([words.whole(), words.whole(), words.whole(), words.whole()], [2, 1, 3, 1]);
         // No message has tool 0.
         assert_eq!([words.whole(), words.whole()], [0, 0]);
         assert_eq!(words.reals(), [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]);
@@ -258,10 +303,30 @@ mod tests {
         assert_eq!([words.whole(), words.whole()], [6, 16]);
         assert_eq!(words.long(), 9);
         assert_eq!(words.reals(), [1.5, 1.5, 1.5, 2.5, 2.5, 2.5]);
+        assert_eq!(words.whole(), 0);
+        assert_eq!(words.reals(), [7.0, 8.0, 9.0, 2.0]);
         assert_eq!(words.reals(), [30.0, 30.0, 30.0, 10.0, 10.0, 10.0, 20.0, 20.0, 20.0]);
         assert!(words.0.is_empty());
         let other = StateHeader { model_checksum: 1, ..header };
         assert!(subject.is_of(&header, &nodes) && !subject.is_of(&other, &nodes));
         assert!(!subject.is_of(&header, &nodes[..2]));
+        let longer = [&nodes[..], &nodes[..1]].concat();
+        assert!(!subject.is_of(&header, &longer) && !subject.is_of(&header, &[]));
+    }
+
+    /// Rows of states are in the order of the ids, those of a frame in the order of the cells.
+    #[test]
+    fn a_contact_is_at_the_cell_of_its_node() {
+        let image = crate::bake::organ().unwrap();
+        let model = Model::from_bytes(image.as_bytes()).unwrap();
+        let subject = Subject::new(&model, 1).unwrap();
+        for (cell, &node) in (0..).zip(model.input_id()) {
+            let contact =
+                Contact { node, normal_n: [0.0, 3.0, 4.0], area_m2: 2.0, ..Contact::default() };
+            let wanted = Press { cell, position_m: [0.0; 3], pressure_pa: 2.5 };
+            assert_eq!(subject.press(&contact), Some(wanted));
+            assert_eq!(subject.ids[subject.rows[cell as usize] as usize], (node, cell));
+        }
+        assert_eq!(subject.press(&Contact { node: u32::MAX, ..Contact::default() }), None);
     }
 }

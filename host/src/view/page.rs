@@ -6,10 +6,10 @@ use std::fmt::Write as _;
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use chaincell_kernel::Flags;
-use crc::{CRC_32_ISO_HDLC, Crc};
 use miniz_oxide::deflate::compress_to_vec;
 use serde::Serialize;
 
+use crate::checksum::CRC_32;
 use crate::error::{Error, Result};
 use crate::picture::palette::MAGMA;
 
@@ -51,6 +51,7 @@ const PAGE: &[&str] = &[
     include_str!("../../view/save.mjs"),
     include_str!("../../view/own.mjs"),
     include_str!("../../view/pace.mjs"),
+    include_str!("../../view/contacts.mjs"),
     include_str!("../../view/live.mjs"),
     include_str!("../../view/session.mjs"),
     include_str!("../../view/limits.mjs"),
@@ -151,7 +152,7 @@ pub fn gzip(bytes: &[u8]) -> Vec<u8> {
     // Deflated; no name, no time; the best compression; an unknown system.
     let mut packed = vec![0x1f, 0x8b, 8, 0, 0, 0, 0, 0, 2, 255];
     packed.extend(compress_to_vec(bytes, GZIP_LEVEL));
-    packed.extend(Crc::<u32>::new(&CRC_32_ISO_HDLC).checksum(bytes).to_le_bytes());
+    packed.extend(CRC_32.checksum(bytes).to_le_bytes());
     packed.extend((bytes.len() as u32).to_le_bytes());
     packed
 }
