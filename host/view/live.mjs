@@ -71,7 +71,7 @@ export class Trail {
 }
 
 export class Live {
-  /** Set `onready(body)`, `onstate(state)`, `onstatus(text)` and then call `start()`. */
+  /** Set `onready(body)`, `onstate(state)`, `onstatus(text)`, `onsetup()` and then call `start()`. */
   constructor(config) {
     this.config = config;
     this.can = new Set(config.commands ? ["pause", "reset", "sweeps"] : []);
@@ -135,6 +135,7 @@ export class Live {
 
   #take(frame) {
     this.frames += 1;
+    this.#followSweeps(frame.sweeps);
     const now = performance.now();
     if (now - this.counted.ms > COUNT_MS) {
       const ticks = Math.max(0, frame.ticksAnswered - this.counted.ticks);
@@ -155,6 +156,13 @@ export class Live {
     });
   }
 
+  /** Shows the most sweeps that the scene has made, until the page sets them: a tick may make fewer. */
+  #followSweeps(sweeps) {
+    if (this.hasSetSweeps || sweeps <= this.setup.sweeps) return;
+    this.setup.sweeps = sweeps;
+    if (this.can.has("sweeps")) this.onsetup();
+  }
+
   #ask(order) {
     this.socket.send(JSON.stringify(order));
   }
@@ -168,6 +176,7 @@ export class Live {
   }
 
   settings({ sweeps }) {
+    this.hasSetSweeps = true;
     this.#ask({ do: "set", name: "sweeps", value: sweeps });
   }
 }

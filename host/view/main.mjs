@@ -12,6 +12,8 @@ import { Session } from "./session.mjs";
 import { nearestAtRest } from "./surface.mjs";
 import { Timeline } from "./timeline.mjs";
 
+/** Place that the label of the force takes [CSS pixels]. */
+const LABEL = { width: 72, height: 30 };
 const SOURCES = { own: Own, live: Live, session: Session };
 
 class View {
@@ -30,6 +32,7 @@ class View {
       onready: (body) => this.#ready(body),
       onstate: (state) => this.#take(state),
       onstatus: (text) => ($("status").textContent = text),
+      onsetup: () => this.#showSettings(),
     });
     this.#listen();
     new ResizeObserver(() => this.#resize()).observe($("stage"));
@@ -44,6 +47,7 @@ class View {
     this.body = body;
     // Until there is a state of this body nothing is drawn.
     this.state = null;
+    $("stage").classList.remove("is-shown");
     this.isAwaited = true;
     this.scene.ready(body);
     this.panel.ready(body.info, this.source.can);
@@ -60,6 +64,7 @@ class View {
   /** The first picture of a body is there: the hint comes, and time begins. */
   #begin() {
     this.isAwaited = false;
+    $("stage").classList.add("is-shown");
     $("hint").hidden = !this.source.can.has("tool");
     this.source.shown?.();
   }
@@ -241,14 +246,17 @@ class View {
     this.frames = (this.frames ?? 0) + 1;
   }
 
-  /** The force beside its arrow. */
+  /** The force beside its arrow, or beyond its end where there is no place beside it. */
   #showLabel() {
     const tip = this.scene.forceTip();
     $("label").hidden = !tip;
     if (!tip) return;
     $("label").textContent = `${tip.forceN.toFixed(2)} N`;
-    const x = Math.min(Math.max(tip.x + 10, 4), this.camera.width - 72);
-    const y = Math.min(Math.max(tip.y - 24, 4), this.camera.height - 30);
+    const { width, height } = this.camera;
+    const isBeside = tip.x + 10 <= width - LABEL.width;
+    const x = Math.min(Math.max(tip.x + 10, 4), width - LABEL.width);
+    const above = tip.y - (isBeside ? 24 : LABEL.height);
+    const y = Math.min(Math.max(!isBeside && tip.isDown ? tip.y + 6 : above, 4), height - LABEL.height);
     $("label").style.transform = `translate(${Math.round(x)}px, ${Math.round(y)}px)`;
   }
 }

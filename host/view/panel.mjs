@@ -32,7 +32,8 @@ export class Panel {
     const { name, material } = this.config;
     $("name").textContent = document.title = name;
     const stuff = material ? `, ${Number((material.young_pa / 1e3).toPrecision(3))} kPa, ν ${material.poisson}` : "";
-    $("about").textContent = `${grouped(info.cells)} cells, ${grouped(info.links)} links${stuff}`;
+    const where = this.config.mode === "live" ? "; a running scene moves the tool" : "";
+    $("about").textContent = `${grouped(info.cells)} cells, ${grouped(info.links)} links${stuff}${where}`;
     for (const [id, verb] of [["pause", "pause"], ["step", "step"], ["reset", "reset"], ["save-path", "path"], ["save-model", "path"]]) {
       $(id).hidden = !can.has(verb);
     }

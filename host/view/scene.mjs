@@ -207,13 +207,14 @@ export class Scene {
     return this.size * (0.16 + (0.36 * size) / this.longest[name]);
   }
 
-  /** Returns where the force's arrow of the chosen tool ends, or nothing. */
+  /** Returns where the force's arrow of the chosen tool ends, and whether it points down; or nothing. */
   forceTip() {
     const tool = this.state?.tools[this.chosen];
     const size = tool ? length(tool.forceN) : 0;
     if (!(size > LEAST.force)) return null;
     const long = this.#arrowLength("force", size);
-    return { ...this.camera.project(add(tool.positionM, unit(tool.forceN), long)), forceN: size };
+    const tip = this.camera.project(add(tool.positionM, unit(tool.forceN), long));
+    return { ...tip, isDown: tip.y > this.camera.project(tool.positionM).y, forceN: size };
   }
 
   /** Returns a picture of what is shown, as a canvas. */

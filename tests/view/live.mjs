@@ -69,6 +69,8 @@ try {
   const { farM, reachM } = await browser.evaluate(PRESSED);
   assert.ok(farM < reachM, `pressure ${farM} m from the ball's centre`);
   await browser.picture(join(folder, "pressure.png"));
+  // The server makes four sweeps at most, which the page does not know beforehand.
+  await browser.until("document.getElementById('sweeps').value === '4'");
   // Commands reach the scene: paused, the force is 0.
   await browser.click("pause");
   await browser.until("chaincell.state.tools[0].forceN.every((part) => part === 0)");

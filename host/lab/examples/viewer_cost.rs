@@ -4,24 +4,33 @@
 //! cargo build --release && cargo run --release -p chaincell-lab --example viewer_cost
 //! ```
 //!
-//! Plays pairs of sessions of `chaincell cosim`, one with `chaincell view` and an open page, one without, and
-//! prints the 99th percentile of the tick of each, then the ratio of the smallest ones: what else the machine
-//! does only adds to them. Fails if a pose stays without an answer, or if the ratio is above 1.05. Arguments: the
-//! number of pairs, 5 unless given, and the seconds of a session, 8.
+//! Plays pairs of sessions of `chaincell serve` and `chaincell control`, a ball that presses the default body at
+//! four sweeps a tick, one session with `chaincell view` and an open page, one without, each first in turn. Prints
+//! the 99th percentile of the tick of each, then the ratio of the smallest ones: what else the machine does only
+//! adds to them. Fails if a pose stays without an answer, or if the ratio is above 1.05. Arguments: the number of
+//! pairs, 5 unless given, and the seconds of a session, 8. A session takes some seconds more than these; every
+//! wait has a limit.
 
-use std::io::{BufRead, BufReader, Read, Write};
+use std::ffi::OsString;
+use std::io::{BufRead, BufReader, ErrorKind, Read, Write};
 use std::net::TcpStream;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitCode, Stdio};
-use std::time::{SystemTime, UNIX_EPOCH};
+use std::sync::mpsc;
+use std::thread::{self, JoinHandle};
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use chaincell_host::error::{Error, Result};
-use chaincell_host::session::supervise::program;
+use chaincell_host::session::supervise::{CosimOptions, CosimReports, cosim, program};
 use chaincell_lab::cli::exit_code;
-use serde_json::{Value, json};
+use serde_json::json;
 
 /// Most that a page may add to the tick.
 const RATIO_MAX: f64 = 1.05;
+/// The tool.
+const RADIUS_M: &str = "0.012";
+/// Longest wait for an address, a server or a message: two busy cores are slow.
+const LIMIT: Duration = Duration::from_secs(60);
 
 /// A program that ends with this value.
 struct Ending(Child);
@@ -38,16 +47,27 @@ fn failed(doing: &str) -> impl Fn(std::io::Error) -> Error + '_ {
     move |why| Error::check(format!("cannot {doing}: {why}"))
 }
 
-/// The address that `chaincell view` prints.
-fn view(chaincell: &Path, model: &Path, scene: &str) -> Result<(Ending, String)> {
-    let mut command = Command::new(chaincell);
-    command.arg("view").arg(model).args(["--scene", scene, "--no-open"]).stdout(Stdio::piped());
+/// Starts `chaincell view`; the program and the address that it prints.
+fn view(place: &Place) -> Result<(Ending, String)> {
+    let mut command = Command::new(&place.chaincell);
+    command.arg("view").arg(&place.model).args(["--scene", &place.scene, "--no-open"]);
+    command.args(["--tool", &format!("sphere:{RADIUS_M}")]).stdout(Stdio::piped());
     let mut child = command.spawn().map_err(failed("start chaincell view"))?;
     let out = child.stdout.take();
     let ending = Ending(child);
-    let first = out.and_then(|out| BufReader::new(out).lines().next());
-    let address = first.ok_or_else(|| Error::check("chaincell view prints no address"))?;
-    Ok((ending, address.map_err(failed("read the address"))?))
+    // The thread ends with the program, whose end closes the pipe.
+    let (sender, lines) = mpsc::channel();
+    thread::spawn(move || {
+        for line in
+            out.into_iter().flat_map(|out| BufReader::new(out).lines()).map_while(|of| of.ok())
+        {
+            let _ = sender.send(line);
+        }
+    });
+    let address = lines.recv_timeout(LIMIT);
+    let address =
+        address.map_err(|why| Error::check(format!("chaincell view prints no address: {why}")))?;
+    Ok((ending, address))
 }
 
 /// Opens the page of an address, and takes frames for as long as they come; their number.
@@ -56,6 +76,8 @@ fn take_frames(address: &str) -> Result<usize> {
     let (host, token) =
         address.strip_prefix("http://").and_then(|of| of.split_once("/#")).ok_or_else(refused)?;
     let mut stream = TcpStream::connect(host).map_err(failed("connect"))?;
+    stream.set_read_timeout(Some(LIMIT)).map_err(failed("limit a wait"))?;
+    stream.set_write_timeout(Some(LIMIT)).map_err(failed("limit a wait"))?;
     let head = format!(
         "GET /live HTTP/1.1\r\nHost: {host}\r\nOrigin: http://{host}\r\nUpgrade: websocket\r\n\
          Connection: Upgrade\r\nSec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\
@@ -68,14 +90,24 @@ fn take_frames(address: &str) -> Result<usize> {
         line.clear();
     }
     let mut frames = 0;
-    // A text `seen`, masked by zeros, for each binary message.
-    while let Ok(is_frame) = take_message(&mut reader) {
-        if is_frame {
-            frames += 1;
-            stream.write_all(b"\x81\x84\0\0\0\0seen").map_err(failed("write"))?;
+    loop {
+        match take_message(&mut reader) {
+            // A text `seen`, masked by zeros, for each binary message.
+            Ok(true) => {
+                frames += 1;
+                stream.write_all(b"\x81\x84\0\0\0\0seen").map_err(failed("write"))?;
+            }
+            Ok(false) => {}
+            Err(why) if matches!(why.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut) => {
+                return Err(Error::check(format!(
+                    "no message for {} s after {frames} frames",
+                    LIMIT.as_secs()
+                )));
+            }
+            // The page's server has ended.
+            Err(_) => return Ok(frames),
         }
     }
-    Ok(frames)
 }
 
 /// Takes a message of the server; whether it is a frame.
@@ -97,27 +129,49 @@ fn take_message(reader: &mut impl Read) -> std::io::Result<bool> {
     Ok(head[0] & 15 == 2)
 }
 
-/// Plays a session, with a page or without; the report, and the frames that the page took.
-fn session(place: &Place, seconds: &str, with_page: bool) -> Result<(Value, usize)> {
-    let mut command = Command::new(&place.chaincell);
-    command.arg("cosim").arg(&place.model).args(["--scene", &place.scene, "--seconds", seconds]);
-    command.args(["--late-share", "off", "--json"]).stdout(Stdio::piped());
-    let page =
-        if with_page { Some(view(&place.chaincell, &place.model, &place.scene)?) } else { None };
-    let taken = page.as_ref().map(|(_, address)| {
-        let address = address.clone();
-        std::thread::spawn(move || take_frames(&address))
-    });
-    let played = command.output().map_err(failed("run chaincell cosim"))?;
-    drop(page);
-    let frames = match taken.map(std::thread::JoinHandle::join) {
-        Some(Ok(frames)) => frames?,
-        Some(Err(_)) => return Err(Error::check("the page's thread ended early")),
-        None => 0,
+/// An open page: its program, and the thread that takes its frames.
+struct OpenPage {
+    view: Ending,
+    taking: JoinHandle<Result<usize>>,
+}
+
+impl OpenPage {
+    fn open(place: &Place) -> Result<Self> {
+        let (view, address) = view(place)?;
+        Ok(Self { view, taking: thread::spawn(move || take_frames(&address)) })
+    }
+
+    /// Closes it; the frames that it took.
+    fn close(self) -> Result<usize> {
+        drop(self.view);
+        self.taking.join().unwrap_or_else(|_| Err(Error::check("the page's thread ended early")))
+    }
+}
+
+/// Plays a session, with a page or without; the reports, and the frames that the page took.
+fn session(place: &Place, seconds: u64, with_page: bool) -> Result<(CosimReports, usize)> {
+    let (model, scene, ticks) = (&place.model, place.scene.as_str(), (1000 * seconds).to_string());
+    let contact = format!("probe:{RADIUS_M}");
+    let common = ["--scene", scene, "--contact", &contact, "--late-share", "off", "--json"];
+    let arguments =
+        |words: &[&str]| words.iter().chain(&common).map(OsString::from).collect::<Vec<_>>();
+    let mut serve_args =
+        arguments(&["serve", "--budget-us", "off", "--sweeps", "4", "--ticks", &ticks]);
+    serve_args.push(model.into());
+    let mut control_args =
+        arguments(&["control", "--depth-m", "0.01", "--seconds", &seconds.to_string()]);
+    control_args.extend(["--model".into(), model.into()]);
+    let options = CosimOptions {
+        program: place.chaincell.clone(),
+        serve_args,
+        control_args,
+        motion_ms: 1000 * seconds,
+        ready_s: LIMIT.as_secs(),
     };
-    let text = String::from_utf8_lossy(&played.stdout);
-    let report = text.lines().last().and_then(|line| serde_json::from_str(line).ok());
-    Ok((report.ok_or_else(|| Error::check("chaincell cosim gives no report"))?, frames))
+    let page = if with_page { Some(OpenPage::open(place)?) } else { None };
+    let played = cosim(&options, |_| ());
+    let frames = page.map_or(Ok(0), OpenPage::close)?;
+    Ok((played?, frames))
 }
 
 /// The program, its model and its scene.
@@ -131,7 +185,9 @@ fn run() -> Result<()> {
     let mut arguments = std::env::args().skip(1);
     let pairs = arguments.next().map_or(Ok(5), |text| text.parse());
     let pairs: usize = pairs.map_err(|_| Error::input("give the number of pairs, as in 5"))?;
-    let seconds = arguments.next().unwrap_or_else(|| "8".into());
+    let seconds = arguments.next().map_or(Ok(8), |text| text.parse());
+    let seconds: u64 =
+        seconds.map_err(|_| Error::input("give the seconds of a session, as in 8"))?;
     let beside = std::env::current_exe()
         .ok()
         .and_then(|own| Some(own.parent()?.parent()?.join("chaincell")));
@@ -147,18 +203,26 @@ fn run() -> Result<()> {
     let mut smallest_us = [f64::INFINITY; 2];
     let (mut answered, mut unanswered) = (0, 0);
     for pair in 0..pairs {
-        for (with_page, smallest_us) in [false, true].into_iter().zip(&mut smallest_us) {
-            let (report, frames) = session(&place, &seconds, with_page)?;
-            let p99_us = report["step_ns"]["p99"].as_f64().unwrap_or(f64::NAN) * 1e-3;
+        for with_page in [pair % 2 == 1, pair % 2 == 0] {
+            let (reports, frames) = session(&place, seconds, with_page)?;
+            let p99_us = reports.serve.step_ns.p99 as f64 * 1e-3;
+            let smallest_us = &mut smallest_us[usize::from(with_page)];
             *smallest_us = smallest_us.min(p99_us);
             if with_page {
-                answered += report["ticks_answered"].as_u64().unwrap_or(0);
-                unanswered += report["ticks_unanswered"].as_u64().unwrap_or(u64::MAX);
+                answered += reports.control.ticks_answered;
+                unanswered += reports.control.ticks_unanswered;
             }
+            let sent = [reports.serve.states_sent, reports.serve.contacts_sent];
             println!(
                 "{}",
-                json!({ "pair": pair, "page": with_page, "step_p99_us": p99_us, "frames": frames })
+                json!({
+                    "pair": pair, "page": with_page, "step_p99_us": p99_us, "frames": frames,
+                    "states_and_contacts_sent": sent,
+                })
             );
+            if with_page && frames == 0 {
+                return Err(Error::check("the page took no frame"));
+            }
         }
     }
     let ratio = smallest_us[1] / smallest_us[0];
