@@ -123,12 +123,15 @@ export class Live {
     }
   }
 
-  /** Takes a frame, and says so; one that cannot be read is shown as a status. */
+  /** Takes a frame, and says so; why one cannot be read is shown until another one can. */
   #receive(buffer) {
     this.socket.send("seen");
     try {
       this.#take(frameOf(buffer));
+      if (this.hasRefused) this.onstatus(this.notice);
+      this.hasRefused = false;
     } catch (why) {
+      this.hasRefused = true;
       this.onstatus(why.message);
     }
   }

@@ -69,6 +69,10 @@ try {
   const { farM, reachM } = await browser.evaluate(PRESSED);
   assert.ok(farM < reachM, `pressure ${farM} m from the ball's centre`);
   await browser.picture(join(folder, "pressure.png"));
+  // A frame of another version is refused in words.
+  const refused = `(() => { chaincell.source.socket.onmessage({ data: new ArrayBuffer(70) }); return document.getElementById("status").textContent; })()`;
+  assert.match(await browser.evaluate(refused), /another release/);
+  await browser.until('document.getElementById("status").textContent === ""');
   // The server makes four sweeps at most, which the page does not know beforehand.
   await browser.until("document.getElementById('sweeps').value === '4'");
   // Commands reach the scene: paused, the force is 0.
