@@ -4,13 +4,14 @@
 #include <time.h>
 #include "chaincell_client.h"
 
-int main(void)
+int main(int count, char **words)
 {
+    const char *scene = count > 1 ? words[1] : "left";
     const struct timespec millisecond = {0, 1000000};
     chaincell_client client;
     chaincell_client_answer answer;
     chaincell_tool_pose pose = {{0, 0, 0.08f}, {0, 0, 0, 1}, 0}; /* position [m], quaternion, engaged */
-    const chaincell_client_code code = chaincell_client_open(CHAINCELL_CLIENT_VERSION, "left", NULL, &client);
+    const chaincell_client_code code = chaincell_client_open(CHAINCELL_CLIENT_VERSION, scene, NULL, &client);
     int tick;
 
     if (code < 0) {
