@@ -9,6 +9,7 @@ import ast
 import doctest
 import inspect
 import os
+import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -187,3 +188,32 @@ def test_the_examples_of_a_session_run(
             session.step([0.0, 0.0, 0.08], engaged=False)
             ran(name, text_of(of), {**names, "session": session})
     assert session.is_closed
+
+
+def test_a_picture_without_its_library_names_the_package(
+    names: dict[str, Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "matplotlib.pyplot", None)
+    monkeypatch.setitem(sys.modules, "pyvista", None)
+    with pytest.raises(ImportError, match="pip install matplotlib"):
+        names["result"].plot_force()
+    for body in ("result", "model"):
+        with pytest.raises(ImportError, match="pip install pyvista"):
+            names[body].show()
+    with pytest.raises(chaincell.ArgumentError, match='`against` "speed": give time or depth'):
+        names["result"].plot_force(against="speed")
+
+
+def test_a_run_has_positions(names: dict[str, Any]) -> None:
+    result, tissue = names["result"], touching(names["model"])
+    assert np.array_equal(result.positions_m, tissue.positions_m)
+    assert result.positions_m.dtype == np.float32
+    assert np.array_equal(result.path_m, names["path_m"].astype(np.float32))
+    assert result.model is names["model"]
+    several = chaincell.run(names["model"], np.zeros((3, 2, 3)) + 0.2, tools=["sphere:0.01"] * 2)
+    assert several.path_m.shape == several.force_n.shape == (3, 2, 3)
+    assert np.isnan(chaincell.pictures.depth_m(several)).all()
+    depth_m = chaincell.pictures.depth_m(result)
+    touched = result.contacts.nonzero()[0][0]
+    assert np.isnan(depth_m[:touched]).all() and depth_m[touched] == 0.0
+    assert depth_m[-1, 0] == pytest.approx(np.linalg.norm(result.path_m[-1] - result.path_m[touched]))
