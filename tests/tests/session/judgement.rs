@@ -3,6 +3,8 @@
 
 #![allow(clippy::unwrap_used, reason = "a failing helper fails its test")]
 
+use std::time::Duration;
+
 use chaincell_client::{Client, Options, ToolPose};
 use chaincell_tests::place::Place;
 use chaincell_tests::process::SHORT;
@@ -28,6 +30,8 @@ fn served(place: &Place, options: &[&str], pose: impl Fn(f32) -> [f32; 3]) -> St
         let at = pose(f32::from(tick) / f32::from(TICKS));
         let pose = ToolPose::at(at.into(), u32::from(tick > 0));
         client.step(&[pose], WAIT_NS).unwrap();
+        // A server drops poses beyond 2,000 a second.
+        std::thread::sleep(Duration::from_millis(1));
     }
     drop(client);
     server.end(SHORT).with(0).out
@@ -94,7 +98,7 @@ fn serve_judges_a_tool_beside_the_body_and_a_corner() {
 fn serve_judges_a_body_too_slow_to_feel() {
     let _turn = turn();
     let place = Place::on_surface("judge-slow");
-    let slow = ["--contact", "auto", "--sweeps", "1000"];
+    let slow = ["--contact", "auto", "--sweeps", "300"];
     let said = served(&place, &slow, down(0.0));
     says(&said, "pace", &["does NOT fit 1 kHz", "bake some ", "take a faster core"]);
 }
@@ -140,7 +144,7 @@ fn control_without_a_server_says_at_once_what_it_waits_for() {
     let server = place.serve(&["--ticks", "100"]);
     control.end(SHORT).with(0);
     server.end(SHORT).with(0);
-    let refused = run([&args[..], &["--wait-for-server-s", "0.1"]].concat()).with(1).err;
+    let refused = run([&args[..], &["--wait-for-server-s", "0.1"]].concat()).with(2).err;
     assert!(
         refused.contains("no server on") && refused.contains("--wait-for-server-s"),
         "{refused}"
@@ -157,8 +161,9 @@ fn cosim_judges_depth_mesh_and_corner() {
     let deep = [&args[..], &["--depth-m", "0.03"]].concat();
     // Where the machine kept the server waiting the tool is inside when it is served again, and does not touch.
     let judged = |more: &[&str]| {
-        let sessions = (0..ATTEMPTS).map(|_| run([&deep[..], more].concat()).with(0).out);
-        sessions.into_iter().find(|out| !out.contains("late on") && !out.contains("\"late\":"))
+        let session = |_| run([&deep[..], more].concat()).with(0).out;
+        let was_served = |out: &String| !out.contains("late on") && !out.contains("\"late\":");
+        (0..ATTEMPTS).map(session).find(was_served)
     };
     let (Some(said), Some(json)) = (judged(&[]), judged(&["--json"])) else {
         println!(

@@ -79,7 +79,9 @@ fn no_marker_comes_twice() {
         let (points, rest) = line.strip_prefix("<polygon points=\"")?.split_once('"')?;
         let places: Vec<f64> = points.split([',', ' ']).map(|x| x.parse().unwrap()).collect();
         let (x, y) = (places[0], places[1]);
-        let shape = places.chunks(2).map(|at| format!("{:.0},{:.0} ", at[0] - x, at[1] - y));
+        let shape = places
+            .chunks(2)
+            .map(|at| format!("{},{} ", (at[0] - x).round() as i32, (at[1] - y).round() as i32));
         Some(shape.collect::<String>() + rest)
     };
     let markers: Vec<String> = svg.lines().filter_map(marker).collect();

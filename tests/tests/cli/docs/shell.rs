@@ -132,7 +132,12 @@ fn the_first_page_leads_from_an_stl_to_a_force_curve() {
     assert!(names.iter().any(|name| name.ends_with(".png")), "{names:?}");
     let force_n = Table::read(&press.join("force.csv")).column("fz_n");
     assert!(force_n.iter().any(|force_n| force_n.abs() > 0.1));
-    for wanted in ["volume ", "distance ", "tissue        5000 Pa", "the force is within 14 %"] {
+    for wanted in [
+        "volume ",
+        "distance ",
+        "tissue        5000 Pa",
+        "radius of 20.0 mm: the force is within 14 %",
+    ] {
         assert!(said.contains(wanted), "{wanted}: {said}");
     }
 }
