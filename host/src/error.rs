@@ -20,6 +20,9 @@ pub enum Error {
     /// Interrupted, with the results so far in this folder: exit code 130.
     #[error("interrupted; the results so far are in {}", .0.display())]
     InterruptedWith(PathBuf),
+    /// Interrupted before there were results for this folder: exit code 130.
+    #[error("interrupted before there were results; {} holds none", .0.display())]
+    InterruptedBefore(PathBuf),
     /// As another error with this exit code, whose cause stands in the report that the parent
     /// process reads and tells: nothing is printed.
     #[error("the report says why")]
@@ -56,6 +59,15 @@ impl Error {
         out.map_or(Self::Interrupted, |out| Self::InterruptedWith(out.to_owned()))
     }
 
+    /// Names the folder that has no results yet, where this is an interruption and there is a folder.
+    #[must_use]
+    pub fn before_results(self, out: Option<&Path>) -> Self {
+        match (self, out) {
+            (Self::Interrupted, Some(out)) => Self::InterruptedBefore(out.to_owned()),
+            (other, _) => other,
+        }
+    }
+
     /// A file operation that failed: what was tried, on which path, and why it failed.
     pub fn file(doing: &str, path: &Path, why: impl fmt::Display) -> Self {
         Self::Input(format!("cannot {doing} {}: {why}", path.display()))
@@ -67,7 +79,7 @@ impl Error {
         match self {
             Self::Check(_) => 1,
             Self::Input(_) => 2,
-            Self::Interrupted | Self::InterruptedWith(_) => 130,
+            Self::Interrupted | Self::InterruptedWith(_) | Self::InterruptedBefore(_) => 130,
             Self::Reported(code) => *code,
         }
     }

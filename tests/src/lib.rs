@@ -21,6 +21,7 @@ pub mod outsider;
 pub mod page;
 pub mod place;
 pub mod process;
+pub mod remark;
 
 use std::path::PathBuf;
 

@@ -5,7 +5,11 @@ use pyo3::prelude::*;
 
 use crate::output::{flags, notes, vectors};
 
-/// What to show after a step.
+/// The whole answer to a step of a session, from `Session.answer`; its arrays are copies.
+///
+/// >>> answer = session.answer
+/// >>> answer.force_n.shape
+/// (3,)
 #[pyclass(frozen, module = "chaincell")]
 #[derive(Debug, Clone)]
 pub(crate) struct Answer {
@@ -35,38 +39,38 @@ impl Answer {
         }
     }
 
-    /// Force to show, (3,), or on each of several tools, (tools, 3) [N].
+    /// Force to show [N], float32 (3,), or of each of several tools, (tools, 3).
     #[getter]
     fn force_n<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         self.forces(py)
     }
 
-    /// Torque on the tool about its position, or on each of several [N m].
+    /// Torque on the tool about its position [N m], float32 (3,), or on each of several, (tools, 3).
     #[getter]
     fn torque_n_m<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let each = self.of.tools.iter().take(self.tools);
         vectors(py, each.map(|felt| felt.torque_n_m).collect(), self.is_several)
     }
 
-    /// Cells that the tool acts on, or triangles that tools are in contact with.
+    /// Number of held cells, or of triangles in contact with a tool.
     #[getter]
     fn contacts(&self) -> u32 {
         self.of.tools.iter().take(self.tools).map(|felt| felt.contacts).sum()
     }
 
-    /// What bit at each tool.
+    /// Limits and faults that acted at each tool, a list of `Flags`.
     #[getter]
     fn tool_flags<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyAny>>> {
         self.of.tools.iter().take(self.tools).map(|felt| flags(py, felt.flags)).collect()
     }
 
-    /// What bit during the tick.
+    /// Limits and faults that acted during the tick, `Flags`.
     #[getter]
     fn flags<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         flags(py, self.of.flags)
     }
 
-    /// What the client says itself.
+    /// Notes of the client itself, `Notes`.
     #[getter]
     fn notes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         notes(py, self.of.notes.0)
@@ -84,13 +88,13 @@ impl Answer {
         self.of.force_tick
     }
 
-    /// Answers that have come since the session was opened.
+    /// Number of answers since the session was opened.
     #[getter]
     fn answers(&self) -> u64 {
         self.of.answers
     }
 
-    /// The server's session, another number for each.
+    /// Number of the server's session, another one for each.
     #[getter]
     fn session_id(&self) -> u64 {
         self.of.session_id
@@ -108,7 +112,7 @@ impl Answer {
         self.of.energy_j
     }
 
-    /// Sweeps made in the tick, 0 in a late one.
+    /// Number of sweeps made in the tick, 0 in a late one.
     #[getter]
     fn sweeps(&self) -> u32 {
         self.of.sweeps
@@ -120,13 +124,13 @@ impl Answer {
         self.of.step_ns
     }
 
-    /// From sending the pose to its answer [ns].
+    /// Time from sending the pose to its answer [ns].
     #[getter]
     fn round_trip_ns(&self) -> u64 {
         self.of.round_trip_ns
     }
 
-    /// How long ago the answer came [ns].
+    /// Time since the answer came [ns].
     #[getter]
     fn age_ns(&self) -> u64 {
         self.of.age_ns

@@ -6,7 +6,11 @@ use pyo3::prelude::*;
 
 use crate::model::rows;
 
-/// What tools touched in a tick, a row for each triangle and part of a tool. All arrays are copies.
+/// What tools touched in a tick, a row for each triangle and part of a tool. Arrays are copies.
+///
+/// >>> contacts = tissue.contacts()
+/// >>> contacts.positions_m.shape == (len(contacts), 3)
+/// True
 #[pyclass(frozen, module = "chaincell")]
 pub(crate) struct Contacts {
     pub(crate) contacts: Vec<Contact>,
@@ -35,43 +39,43 @@ impl Contacts {
         self.contacts.len()
     }
 
-    /// Which tool.
+    /// Number of the tool, uint32 (contacts,).
     #[getter]
     fn tools<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<u32>> {
         self.numbers(py, |of| of.tool)
     }
 
-    /// Which of its parts.
+    /// Number of its part, uint32 (contacts,).
     #[getter]
     fn parts<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<u32>> {
         self.numbers(py, |of| of.part)
     }
 
-    /// Id of the corner that takes the largest share.
+    /// Id of the triangle's corner that takes the largest share, uint32 (contacts,).
     #[getter]
     fn node_ids<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<u32>> {
         self.numbers(py, |of| of.node)
     }
 
-    /// Where it acts [m].
+    /// Position at which the force acts [m], float32 (contacts, 3).
     #[getter]
     fn positions_m<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f32>> {
         self.vectors(py, |of| of.position_m)
     }
 
-    /// Pressure on the tool [N].
+    /// Normal force on the tool [N], float32 (contacts, 3).
     #[getter]
     fn normal_n<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f32>> {
         self.vectors(py, |of| of.normal_n)
     }
 
-    /// Friction, or the pull of a grip, on the tool [N].
+    /// Friction, or the pull of a grip, on the tool [N], float32 (contacts, 3).
     #[getter]
     fn tangential_n<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f32>> {
         self.vectors(py, |of| of.tangential_n)
     }
 
-    /// Area of the triangle at rest, as far as it is in contact [m2].
+    /// Area of the triangle at rest, as far as it is in contact [m2], float32 (contacts,).
     #[getter]
     fn area_m2<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f32>> {
         self.contacts.iter().map(|of| of.area_m2).collect::<Vec<f32>>().into_pyarray(py)

@@ -11,6 +11,8 @@
 //! - `answer`, `state`, `session`: the client of `chaincell serve`.
 //! - `rate`: a loop at a fixed rate.
 
+#![allow(clippy::doc_lazy_continuation, reason = "docstrings for Python, with its examples")]
+
 mod answer;
 mod arrays;
 mod bake;

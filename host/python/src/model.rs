@@ -46,7 +46,14 @@ impl Body {
     }
 }
 
-/// A baked body. It never changes; threads may share it.
+/// A baked body: what `chaincell bake` writes. It never changes, threads may share it, and it can be
+/// pickled; `bytes(model)` are those of the model file.
+///
+/// >>> model = chaincell.Model.bake_mesh("organ:500", young_pa=5000)
+/// >>> model
+/// <chaincell.Model: 499 cells, 2685 links, checksum ...>
+/// >>> model.rest_m.shape
+/// (499, 3)
 #[pyclass(frozen, module = "chaincell")]
 pub(crate) struct Model {
     pub(crate) body: Arc<Body>,
@@ -54,8 +61,19 @@ pub(crate) struct Model {
 
 #[pymethods]
 impl Model {
-    /// Bakes nodes [m] and tetrahedra (0-based ids of four nodes each), or fills the triangles of a
-    /// closed surface with tetrahedra of the size fill_m.
+    /// Bakes arrays: a mesh of tetrahedra, or a closed surface that it fills with tetrahedra.
+    ///
+    /// - `points`: nodes, (nodes, 3), in units of `unit_m` metres.
+    /// - `tets`: corners of the tetrahedra, (tetrahedra, 4), ids of points from 0.
+    /// - `triangles`: corners of a closed surface, (triangles, 3), in place of `tets`, with `fill_m`.
+    /// - `options`: as of `chaincell bake`, with their units, see `chaincell.options.BakeOptions`.
+    ///
+    /// Raises `ModelError` for a mesh that cannot be baked, `ArgumentError` for a wrong shape or value.
+    ///
+    /// >>> points = [[0, 0, 0], [10, 0, 0], [0, 10, 0], [0, 0, 10], [10, 10, 10]]  # mm
+    /// >>> tets = [[0, 1, 2, 3], [1, 2, 3, 4]]
+    /// >>> chaincell.Model.bake(points, tets, unit_m=0.001, young_pa=5000, fixed=[0, 1, 2]).cells
+    /// 5
     #[staticmethod]
     #[pyo3(signature = (points, tets=None, *, triangles=None, **options))]
     fn bake(
@@ -70,7 +88,16 @@ impl Model {
         Self::baked(py, bake(py, Arc::new(mesh), &given)?)
     }
 
-    /// Bakes a mesh file, a generator as "organ:1000", or an object with points and cells as meshio's.
+    /// Bakes a mesh file, a generator, or an object with `points` and `cells` as meshio's.
+    ///
+    /// - `mesh`: a path; a text such as "organ:500", "box:7x7x5x0.01"; or the object.
+    /// - `options`: as of `chaincell bake`, with their units, see `chaincell.options.BakeOptions`;
+    ///   a surface (STL, OBJ, PLY) takes `fill_m`, a file in millimetres `unit_m=0.001`.
+    ///
+    /// Raises `ModelError` for a mesh that cannot be read or baked, `ArgumentError` for a wrong value.
+    ///
+    /// >>> chaincell.Model.bake_mesh("box:7x7x5x0.01", young_pa=5000, poisson=0.45).cells
+    /// 245
     #[staticmethod]
     #[pyo3(signature = (mesh, **options))]
     fn bake_mesh(
@@ -83,7 +110,12 @@ impl Model {
         Self::baked(py, bake(py, Arc::new(mesh), &given)?)
     }
 
-    /// Reads a model file.
+    /// Reads a model file of `chaincell bake` or `save`, from `path`.
+    ///
+    /// Raises `ModelError` where the file is missing, damaged, or of another release.
+    ///
+    /// >>> chaincell.Model.load("liver.chaincell").checksum == model.checksum
+    /// True
     #[staticmethod]
     fn load(py: Python<'_>, path: &Bound<'_, PyAny>) -> PyResult<Self> {
         let path = numbers::path("path", path)?;
@@ -93,14 +125,23 @@ impl Model {
         })?
     }
 
-    /// Reads the bytes of a model file.
+    /// Reads the bytes of a model file; `image` is bytes or a bytearray.
+    ///
+    /// Raises `ModelError` where they are no model of this release.
+    ///
+    /// >>> chaincell.Model.from_bytes(bytes(model)).cells == model.cells
+    /// True
     #[staticmethod]
     fn from_bytes(py: Python<'_>, image: &Bound<'_, PyAny>) -> PyResult<Self> {
         let image = bytes("image", image)?;
         py.detach(|| Ok(Self { body: Body::read(ImageBytes::copy(&image), "bytes")? }))
     }
 
-    /// Writes the model file, whole or not at all.
+    /// Writes the model file to `path`, whole or not at all.
+    ///
+    /// Raises `ModelError` where it cannot be written.
+    ///
+    /// >>> model.save("liver.chaincell")
     fn save(&self, py: Python<'_>, path: &Bound<'_, PyAny>) -> PyResult<()> {
         let path = numbers::path("path", path)?;
         py.detach(|| write_whole(&path, self.body.bytes())).map_err(|why| Class::Model.host(why))
@@ -119,7 +160,7 @@ impl Model {
         Ok((from_bytes, (self.__bytes__(py),)))
     }
 
-    /// The bytes of the model file, a view that cannot be written.
+    /// Bytes of the model file, uint8 (bytes,): a view that cannot be written.
     #[getter]
     fn image<'py>(slf: &Bound<'py, Self>) -> Bound<'py, PyArray1<u8>> {
         let bytes = ArrayView1::from(slf.get().body.bytes());
@@ -131,19 +172,19 @@ impl Model {
         array
     }
 
-    /// Number of cells.
+    /// Number of cells, the nodes whose positions are computed.
     #[getter]
     fn cells(&self) -> usize {
         self.body.model().cells()
     }
 
-    /// Number of links.
+    /// Number of links, the edges between two cells.
     #[getter]
     fn links(&self) -> usize {
         self.body.model().links()
     }
 
-    /// Number of nodes that results show.
+    /// Number of nodes that results show: that of the cells, without `cells` in the options.
     #[getter]
     fn nodes(&self) -> usize {
         self.rest().0.len()
@@ -155,31 +196,31 @@ impl Model {
         self.body.model().unit_m()
     }
 
-    /// Checksum of the image, 8 hexadecimal digits.
+    /// Checksum of the bytes, 8 hexadecimal digits.
     #[getter]
     pub(crate) fn checksum(&self) -> String {
         format!("{:08x}", self.body.model().checksum())
     }
 
-    /// Whether tools meet the triangles of a surface.
+    /// Whether tools such as "probe:0.012" can press on the triangles of the surface.
     #[getter]
     fn has_contact_surface(&self) -> bool {
         self.body.model().has_contact_surface()
     }
 
-    /// Ids of the nodes that results show, ascending, a copy.
+    /// Ids of the nodes that results show, ascending, uint32 (nodes,), a copy.
     #[getter]
     fn node_ids<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<u32>> {
         self.rest().0.into_pyarray(py)
     }
 
-    /// Their positions at rest [m], in the order of the ids, a copy.
+    /// Positions at rest [m], float64 (nodes, 3), in the order of `node_ids`, a copy.
     #[getter]
     fn rest_m<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f64>> {
         rows(self.rest().1).into_pyarray(py)
     }
 
-    /// Ids of the nodes at which fixed cells stand, ascending, a copy.
+    /// Ids of the nodes of fixed cells, ascending, uint32 (fixed,), a copy.
     #[getter]
     fn fixed<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<u32>> {
         let model = self.body.model();
@@ -188,7 +229,8 @@ impl Model {
         ids.into_pyarray(py)
     }
 
-    /// Ids of the corners of the surface's triangles, counter-clockwise from outside, a copy.
+    /// Ids of the corners of the surface's triangles, counter-clockwise from outside, uint32
+    /// (triangles, 3), a copy.
     #[getter]
     fn triangles<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<u32>> {
         let model = self.body.model();
@@ -200,7 +242,7 @@ impl Model {
         rows(found).into_pyarray(py)
     }
 
-    /// Ids of the corners of the tetrahedra, a copy.
+    /// Ids of the corners of the tetrahedra, uint32 (tetrahedra, 4), a copy.
     #[getter]
     fn tetrahedra<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<u32>> {
         let model = self.body.model();
@@ -212,7 +254,7 @@ impl Model {
         rows(found).into_pyarray(py)
     }
 
-    /// Ids of the nodes of each named group, copies.
+    /// Ids of the nodes of each named group of the mesh: name to uint32 (nodes,), copies.
     #[getter]
     fn groups<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let groups = PyDict::new(py);
@@ -220,6 +262,21 @@ impl Model {
             groups.set_item(name, ids.into_pyarray(py))?;
         }
         Ok(groups)
+    }
+
+    /// Shows the body at rest by PyVista: in a notebook in place, else in a window.
+    ///
+    /// `options` go to `pyvista.Plotter.show`, such as `screenshot="body.png"`. Returns what that
+    /// returns. Raises `ImportError` where PyVista is not installed.
+    ///
+    /// >>> model.show()  # doctest: +SKIP
+    #[pyo3(signature = (**options))]
+    fn show<'py>(
+        slf: &Bound<'py, Self>,
+        options: Option<&Bound<'py, PyDict>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let rest_m = slf.getattr("rest_m")?;
+        slf.py().import("chaincell.pictures")?.call_method("show", (slf, rest_m), options)
     }
 
     fn __repr__(&self) -> String {

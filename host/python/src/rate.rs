@@ -12,9 +12,17 @@ use crate::signals::{LOOK, span_ns};
 /// The last stretch before a turn is polled, since a sleep ends late \[ns\].
 const APPROACH_NS: u64 = 60_000;
 
-/// Gives 0, 1, 2 and so on, each at its moment of a schedule, and leaves none out. A turn that is more
-/// than a period late begins at once and moves the schedule: a server sleeps until a pose is due, so poses
-/// that caught up would be answered late, and dropped beyond 2,000 a second.
+/// A loop at a fixed rate: gives 0, 1, 2 and so on, each at its moment, and leaves none out. A turn
+/// that is more than a period late begins at once and moves the schedule: a server sleeps until a pose
+/// is due, so poses that caught up would be answered late, and dropped beyond 2,000 a second.
+///
+/// - `hz`: turns a second, 0.001 to 1,000,000.
+/// - `ticks` or `seconds`: number of turns, or length [s]; without both it has no end.
+///
+/// Raises `ArgumentError` for values out of range.
+///
+/// >>> [turn for turn in chaincell.Rate(1000, ticks=3)]
+/// [0, 1, 2]
 #[pyclass(frozen, module = "chaincell")]
 pub(crate) struct Rate {
     hz: f64,
@@ -70,7 +78,7 @@ impl Rate {
 
 #[pymethods]
 impl Rate {
-    /// So many turns a second; so many turns, so many seconds, or without an end.
+    /// Begins the schedule with the first turn.
     #[new]
     #[pyo3(
         signature = (hz=Arg::Default(1000.0), *, ticks=None, seconds=None),
@@ -127,7 +135,7 @@ impl Rate {
         format!("<chaincell.Rate: {} Hz, turn {next} is next, {late} late>", self.hz)
     }
 
-    /// Turns that began more than a period late.
+    /// Number of turns that began more than a period late.
     #[getter]
     fn late(&self) -> u64 {
         self.schedule().late

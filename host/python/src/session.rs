@@ -21,8 +21,24 @@ use crate::state::State;
 use crate::tissue::{LET_GO_TICKS, TOOL};
 use crate::turns::{Turn, Turns};
 
-/// A handle on a running scene: its controller, or a viewer. Threads may share it: each call waits for
-/// its turn.
+/// A handle on a running scene of `chaincell serve`: its controller, or a viewer. Threads may share it:
+/// each call waits for its turn. `with` closes it.
+///
+/// - `scene`: the name after `--scene`; None for the unnamed one.
+/// - `role`: "controller", which sends poses, or "viewer", which looks and commands.
+/// - `wait`: how a step waits for its answer, "hybrid", "spin" or "event".
+/// - `server_wait_s`: longest wait for the server [s].
+/// - `watchdog_ms`, `ramp_ms`: time without an answer after which the force falls, and that of the
+///   fall [ms].
+/// - `lost_s`: time without an answer after which a step raises `NoServer` [s]; None for never.
+///
+/// Raises `NoServer` without a server in time, `Taken` beside another controller, `Full`,
+/// `OtherVersion` or `NoPermission`.
+///
+/// >>> session = chaincell.Session("left")
+/// >>> force_n = session.step([0.0, 0.0, 0.08], engaged=False)  # first released
+/// >>> force_n.shape
+/// (3,)
 #[pyclass(frozen, weakref, module = "chaincell")]
 pub(crate) struct Session {
     held: Turns<Held>,
@@ -40,7 +56,11 @@ struct Held {
     answer: Option<Answer>,
 }
 
-/// The reply to a command.
+/// The reply to a command of a session.
+///
+/// >>> reply = session.reset()
+/// >>> len(reply.state_hash)
+/// 16
 #[pyclass(frozen, module = "chaincell")]
 pub(crate) struct Reply(ReplyMessage);
 
@@ -52,7 +72,7 @@ impl Reply {
         self.0.tick
     }
 
-    /// Ticks answered before the command since the server began.
+    /// Number of ticks answered before the command since the server began.
     #[getter]
     fn ticks_answered(&self) -> u64 {
         self.0.ticks_answered
@@ -172,7 +192,7 @@ fn choice<T: Choice>(name: &str, word: &str) -> PyResult<T> {
 
 #[pymethods]
 impl Session {
-    /// Opens a scene, waiting for its server.
+    /// Opens a scene, and waits for its server.
     #[new]
     #[pyo3(
         signature = (scene=None, *, role=Arg::Default("controller"), wait=Arg::Default("hybrid"),
@@ -221,7 +241,19 @@ impl Session {
         Ok(Self { held: Turns::new(held), process: std::process::id(), scene, lost_ns })
     }
 
-    /// Sends the pose of the tool, or of several, and gives the force to show.
+    /// Sends the pose of the tool, or of several, and returns the force to show [N], float32 (3,), or
+    /// (tools, 3).
+    ///
+    /// - `pose`: position [m], (3,), or with a unit quaternion x, y, z, w behind it, (7,); of several
+    ///   tools (tools, 3) or (tools, 7).
+    /// - `engaged`: whether the tool acts on the tissue; of several tools (tools,). A tool has no force
+    ///   until one of its poses was not engaged.
+    /// - `timeout_s`: longest wait for the answer to this pose [s].
+    ///
+    /// Raises `PoseError` for a pose that is none, and nothing is sent then; `NoServer` after `lost_s`
+    /// without an answer; `Closed`.
+    ///
+    /// >>> force_n = session.step([0.0, 0.0, 0.0795])
     #[pyo3(
         signature = (pose, engaged=Engaged::All(true), *, timeout_s=Arg::Default(0.02)),
         text_signature = "($self, pose, engaged=True, *, timeout_s=0.02)"
@@ -240,19 +272,26 @@ impl Session {
         answer.forces(py)
     }
 
-    /// What the last step heard; None before the first.
+    /// The whole `Answer` to the last step; None before the first.
     #[getter]
     fn answer(&self, py: Python<'_>) -> PyResult<Option<Answer>> {
         py.detach(|| Ok(self.held()?.answer.clone()))
     }
 
-    /// The newest state not yet taken, None where none comes in time.
+    /// Returns the newest `State` that was not taken yet; None where none comes within `timeout_s` [s].
+    ///
+    /// Raises `Full` where two states are still held, `Closed`.
+    ///
+    /// >>> state = session.state(timeout_s=1.0)
     #[pyo3(signature = (timeout_s=Arg::Default(1.0)), text_signature = "($self, timeout_s=1.0)")]
     fn state(&self, py: Python<'_>, timeout_s: Arg<'_, f64>) -> PyResult<Option<State>> {
         Ok(self.look(py, timeout_s, Client::state)?.map(State::new))
     }
 
-    /// The newest contacts not yet taken, copied; None where none come in time.
+    /// Returns the newest `Contacts` that were not taken yet; None where none come within `timeout_s`
+    /// [s]. Raises `Closed`.
+    ///
+    /// >>> contacts = session.contacts(timeout_s=1.0)
     #[pyo3(signature = (timeout_s=Arg::Default(1.0)), text_signature = "($self, timeout_s=1.0)")]
     fn contacts(&self, py: Python<'_>, timeout_s: Arg<'_, f64>) -> PyResult<Option<Contacts>> {
         let found = self.look(py, timeout_s, |client| {
@@ -262,31 +301,55 @@ impl Session {
         Ok(found.map(|(tick, contacts)| Contacts { contacts, tick }))
     }
 
-    /// Poses are answered with force 0 from here on, and no cell moves.
+    /// Pauses: poses are answered with force 0 from here on, and no cell moves.
+    ///
+    /// Raises `Refused` where the server does not, `NoReply` without a reply within `timeout_s` [s].
+    ///
+    /// >>> reply = session.pause()
     #[pyo3(signature = (*, timeout_s=Arg::Default(5.0)), text_signature = "($self, *, timeout_s=5.0)")]
     fn pause(&self, py: Python<'_>, timeout_s: Arg<'_, f64>) -> PyResult<Reply> {
         self.command(py, &Command::Pause, timeout_s)
     }
 
     /// Goes on after a pause.
+    ///
+    /// Raises `Refused` where the server does not, `NoReply` without a reply within `timeout_s` [s].
+    ///
+    /// >>> reply = session.resume()
     #[pyo3(signature = (*, timeout_s=Arg::Default(5.0)), text_signature = "($self, *, timeout_s=5.0)")]
     fn resume(&self, py: Python<'_>, timeout_s: Arg<'_, f64>) -> PyResult<Reply> {
         self.command(py, &Command::Resume, timeout_s)
     }
 
-    /// Back to rest, the tool released.
+    /// Puts the tissue back to rest, its tools released.
+    ///
+    /// Raises `Refused` where the server does not, `NoReply` without a reply within `timeout_s` [s].
+    ///
+    /// >>> reply = session.reset()
     #[pyo3(signature = (*, timeout_s=Arg::Default(5.0)), text_signature = "($self, *, timeout_s=5.0)")]
     fn reset(&self, py: Python<'_>, timeout_s: Arg<'_, f64>) -> PyResult<Reply> {
         self.command(py, &Command::Reset, timeout_s)
     }
 
-    /// Saves the session beside its trace, as TRACE.TICK.snapshot.
+    /// Saves the session beside its trace, as TRACE.TICK.snapshot; the server needs `--record`.
+    ///
+    /// Raises `Refused` where the server does not, `NoReply` without a reply within `timeout_s` [s].
+    ///
+    /// >>> reply = session.snapshot()
     #[pyo3(signature = (*, timeout_s=Arg::Default(5.0)), text_signature = "($self, *, timeout_s=5.0)")]
     fn snapshot(&self, py: Python<'_>, timeout_s: Arg<'_, f64>) -> PyResult<Reply> {
         self.command(py, &Command::Snapshot { checksum: 0 }, timeout_s)
     }
 
-    /// A tool holds what it touches.
+    /// Makes a tool, by its number from 0, hold what it touches.
+    ///
+    /// `tool` is the number. Raises `Refused` where the server does not, `NoReply` without a reply within `timeout_s` [s].
+    ///
+    /// >>> try:
+    /// ...     session.grip(tool=0)
+    /// ... except chaincell.Refused:
+    /// ...     print("it touches nothing")
+    /// it touches nothing
     #[pyo3(
         signature = (tool=Arg::Default(0), *, timeout_s=Arg::Default(5.0)),
         text_signature = "($self, tool=0, *, timeout_s=5.0)"
@@ -296,7 +359,18 @@ impl Session {
         self.command(py, &Command::Grip { tool }, timeout_s)
     }
 
-    /// A tool lets go; the pull falls to 0 in so many ticks.
+    /// Makes a tool let go; its pull falls to 0.
+    ///
+    /// - `tool`: its number from 0.
+    /// - `ticks`: length of the fall in ticks, 1 to 65,535.
+    ///
+    /// Raises `Refused` where the server does not, `NoReply` without a reply within `timeout_s` [s].
+    ///
+    /// >>> try:
+    /// ...     session.let_go(tool=0, ticks=20)
+    /// ... except chaincell.Refused:
+    /// ...     print("it holds nothing")
+    /// it holds nothing
     #[pyo3(
         signature = (tool=Arg::Default(0), ticks=Arg::Default(20), *, timeout_s=Arg::Default(5.0)),
         text_signature = "($self, tool=0, ticks=20, *, timeout_s=5.0)"
@@ -312,7 +386,17 @@ impl Session {
         self.command(py, &Command::LetGo { tool, ticks }, timeout_s)
     }
 
-    /// Sets one parameter: sweeps, max_force_n (inf for no limit), max_tool_step_m or unloading.
+    /// Sets one parameter of the tissue.
+    ///
+    /// - `sweeps`: sweeps of a tick, from 1 on.
+    /// - `max_force_n`: largest force [N], inf for no limit.
+    /// - `max_tool_step_m`: largest motion of held cells in a tick [m].
+    /// - `unloading`: "off", "release" or "retreat".
+    ///
+    /// Raises `TypeError` for none or several of them, `ArgumentError` for a value out of range.
+    /// Raises `Refused` where the server does not, `NoReply` without a reply within `timeout_s` [s].
+    ///
+    /// >>> reply = session.set(sweeps=6)
     #[pyo3(signature = (*, sweeps=None, max_force_n=None, max_tool_step_m=None, unloading=None,
         timeout_s=Arg::Default(5.0)), text_signature = "($self, *, sweeps=None, max_force_n=None, \
         max_tool_step_m=None, unloading=None, timeout_s=5.0)")]
@@ -360,7 +444,7 @@ impl Session {
         py.detach(|| Ok(self.held()?.client.get()?.is_served()))
     }
 
-    /// Times that no answer came for the watchdog's time, and answers to somebody else.
+    /// Number of times that no answer came for the watchdog's time, and of answers to somebody else.
     #[getter]
     fn silences(&self, py: Python<'_>) -> PyResult<(u64, u64)> {
         py.detach(|| {
@@ -369,7 +453,7 @@ impl Session {
         })
     }
 
-    /// Whether it was closed.
+    /// Whether the session was closed.
     #[getter]
     fn is_closed(&self, py: Python<'_>) -> PyResult<bool> {
         if self.process != std::process::id() {
@@ -379,6 +463,8 @@ impl Session {
     }
 
     /// Leaves the scene; a second time it does nothing.
+    ///
+    /// >>> session.close()
     fn close(&self, py: Python<'_>) -> PyResult<()> {
         if self.process != std::process::id() {
             return Ok(());

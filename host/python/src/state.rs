@@ -14,8 +14,12 @@ use crate::process::Owned;
 /// Words of 4 bytes in a row: the id, then x, y, z.
 const ROW: usize = size_of::<NodePosition>() / 4;
 
-/// A state of a running scene. Its arrays are views into shared memory that cannot be written; the
-/// message stays there until the state and its arrays are gone.
+/// A state of a running scene, from `Session.state`. Its arrays are views into shared memory that
+/// cannot be written; the message stays there until the state and its arrays are gone.
+///
+/// >>> state = session.state()
+/// >>> state.positions_m.shape == (len(state), 3)
+/// True
 #[pyclass(frozen, module = "chaincell")]
 pub(crate) struct State {
     view: Mutex<Owned<View<NodePosition>>>,
@@ -41,7 +45,7 @@ impl State {
         Ok(self.rows()?.1)
     }
 
-    /// Ids of the nodes, ascending, a view.
+    /// Ids of the nodes, ascending, uint32 (nodes,), a view.
     #[getter]
     fn node_ids<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyArray1<u32>>> {
         let (rows, count) = slf.get().rows()?;
@@ -60,7 +64,7 @@ impl State {
         Ok(array)
     }
 
-    /// Positions of the nodes [m], (nodes, 3), a view.
+    /// Positions of the nodes [m], float32 (nodes, 3), in the order of `node_ids`, a view.
     #[getter]
     fn positions_m<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyArray2<f32>>> {
         let (rows, count) = slf.get().rows()?;
@@ -84,7 +88,7 @@ impl State {
         self.header.tick
     }
 
-    /// Ticks answered since the server began.
+    /// Number of ticks answered since the server began.
     #[getter]
     fn ticks_answered(&self) -> u64 {
         self.header.ticks_answered
@@ -96,13 +100,13 @@ impl State {
         format!("{:016x}", self.header.state_hash)
     }
 
-    /// Checksum of the server's model, 8 hexadecimal digits, as [`Model`](crate::model::Model) has it.
+    /// Checksum of the server's model, 8 hexadecimal digits, as `Model.checksum`.
     #[getter]
     fn model_checksum(&self) -> String {
         format!("{:08x}", self.header.model_checksum)
     }
 
-    /// Flags of the last answer.
+    /// Limits and faults of the last answer, `Flags`.
     #[getter]
     fn flags<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         flags(py, self.header.flags)

@@ -106,6 +106,15 @@ impl Live {
         format!("{:016x}", self.with(|staged| staged.state_hash()))
     }
 
+    /// Positions of the nodes \[m\], by ascending id.
+    pub(crate) fn positions_m(&mut self) -> Vec<[f32; 3]> {
+        self.with(|staged| {
+            let mut nodes = vec![Node::default(); staged.engine().node_count()];
+            staged.read_nodes(&mut nodes);
+            nodes.iter().map(|node| node.position_m).collect()
+        })
+    }
+
     fn command(&mut self, command: &Command) -> PyResult<()> {
         let done = self.with(|staged| staged.command(command));
         done.map_err(|why| Class::Refused.error(refusal_text(why as u32)))
@@ -139,12 +148,24 @@ impl Live {
     }
 }
 
-/// A body at rest with a tool, advanced by `tick`. Threads may share it: each call waits for its turn.
+/// A body with its tools, advanced by `tick` without a server. Threads may share it: each call
+/// waits for its turn.
+///
+/// - `model`: a `Model`.
+/// - `options`: as of `chaincell run`, with their units, see `chaincell.options.TissueOptions`.
+///
+/// Raises `ArgumentError` for a wrong value, or a contact that the model does not have.
+///
+/// >>> tissue = chaincell.Tissue(model, contact="probe:0.012", sweeps=2)
+/// >>> output = tissue.tick([0.0, 0.0, 0.07])
+/// >>> tissue.ticks, output.force_n.shape
+/// (1, (3,))
 #[pyclass(frozen, module = "chaincell")]
 pub(crate) struct Tissue {
     live: Turns<Live>,
     /// What a trace of it begins with: a snapshot belongs to it.
     begun: Vec<u8>,
+    /// The model.
     #[pyo3(get)]
     model: Py<Model>,
 }
@@ -159,7 +180,7 @@ impl Tissue {
 
 #[pymethods]
 impl Tissue {
-    /// A tissue of a model; the arguments are the options of `chaincell run`.
+    /// Puts a model at rest, with its tools outside.
     #[new]
     #[pyo3(signature = (model, **options))]
     fn new(
@@ -182,7 +203,17 @@ impl Tissue {
         Ok(Self { live: Turns::new(live), begun: begun.bytes().to_vec(), model })
     }
 
-    /// Advances the tissue by a millisecond.
+    /// Advances the tissue by a millisecond, and returns the `Output`.
+    ///
+    /// - `pose`: position [m], (3,), or with a unit quaternion x, y, z, w behind it, (7,); of several
+    ///   tools (tools, 3) or (tools, 7).
+    /// - `engaged`: whether the tool acts on the tissue; of several tools (tools,).
+    /// - `sweeps`: repeats a tick of a session that made fewer sweeps than `sweeps` of the tissue.
+    ///
+    /// Raises `PoseError` for a pose that is none, `ArgumentError` for other values; no tick is made then.
+    ///
+    /// >>> tissue.tick([0.0, 0.0, 0.05], engaged=True).force_n.shape
+    /// (3,)
     #[pyo3(
         signature = (pose, engaged=Engaged::All(true), *, sweeps=None),
         text_signature = "($self, pose, engaged=True, *, sweeps=None)"
@@ -203,7 +234,11 @@ impl Tissue {
         })
     }
 
-    /// Back to rest, the tool released.
+    /// Puts the tissue back to rest, its tools released.
+    ///
+    /// >>> tissue.reset()
+    /// >>> tissue.ticks
+    /// 0
     fn reset(&self, py: Python<'_>) -> PyResult<()> {
         py.detach(|| {
             let mut live = self.live()?;
@@ -213,14 +248,26 @@ impl Tissue {
         })
     }
 
-    /// A tool holds what it touches, until it lets go or is not engaged.
+    /// Makes a tool hold what it touches, until it lets go or is not engaged.
+    ///
+    /// `tool` is its number from 0. Raises `Refused` where it touches nothing.
+    ///
+    /// >>> tissue.grip()
     #[pyo3(signature = (tool=Arg::Default(0)), text_signature = "($self, tool=0)")]
     fn grip(&self, py: Python<'_>, tool: Arg<'_, u32>) -> PyResult<()> {
         let tool = tool.whole("tool", TOOL)?;
         py.detach(|| self.live()?.command(&Command::Grip { tool }))
     }
 
-    /// A tool lets go; the pull falls to 0 in so many ticks.
+    /// Makes a tool let go; its pull falls to 0.
+    ///
+    /// - `tool`: its number from 0.
+    /// - `ticks`: length of the fall in ticks, 1 to 65,535.
+    ///
+    /// Raises `Refused` where it holds nothing.
+    ///
+    /// >>> tissue.grip()
+    /// >>> tissue.let_go(ticks=20)
     #[pyo3(
         signature = (tool=Arg::Default(0), ticks=Arg::Default(20)),
         text_signature = "($self, tool=0, ticks=20)"
@@ -230,19 +277,25 @@ impl Tissue {
         py.detach(|| self.live()?.command(&Command::LetGo { tool, ticks }))
     }
 
-    /// All that the tissue knows, for `restore`.
+    /// Returns the whole state as bytes, for `restore`.
+    ///
+    /// >>> saved = tissue.snapshot()
     fn snapshot<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
         let bytes = py.detach(|| self.live()?.snapshot(&self.begun))?;
         Ok(PyBytes::new(py, &bytes))
     }
 
-    /// Goes on from a snapshot of a tissue with the same model and options.
+    /// Takes over the state of a `snapshot`, bytes, of a tissue with the same model and options.
+    ///
+    /// Raises `SnapshotError` where it is damaged, or of another model, options or release.
+    ///
+    /// >>> tissue.restore(tissue.snapshot())
     fn restore(&self, py: Python<'_>, snapshot: &Bound<'_, PyAny>) -> PyResult<()> {
         let snapshot = bytes("snapshot", snapshot)?;
         py.detach(|| self.live()?.restore(&snapshot, &self.begun))
     }
 
-    /// Ticks since it was at rest.
+    /// Number of ticks since it was at rest.
     #[getter]
     fn ticks(&self, py: Python<'_>) -> PyResult<u64> {
         py.detach(|| Ok(self.live()?.ticks))
@@ -259,21 +312,17 @@ impl Tissue {
         Ok(format!("<chaincell.Tissue: of model {checksum}, tick {}>", self.ticks(py)?))
     }
 
-    /// Positions of the nodes [m], (nodes, 3), in the order of `Model.node_ids`, a copy.
+    /// Positions of the nodes [m], float32 (nodes, 3), in the order of `Model.node_ids`, a copy.
     #[getter]
     fn positions_m<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f32>>> {
-        let nodes = py.detach(|| {
-            let nodes = self.live()?.with(|staged| {
-                let mut nodes = vec![Node::default(); staged.engine().node_count()];
-                staged.read_nodes(&mut nodes);
-                nodes
-            });
-            PyResult::Ok(nodes)
-        })?;
-        Ok(rows(nodes.iter().map(|node| node.position_m).collect()).into_pyarray(py))
+        let positions_m = py.detach(|| PyResult::Ok(self.live()?.positions_m()))?;
+        Ok(rows(positions_m).into_pyarray(py))
     }
 
-    /// What the tools touch; nothing for held cells.
+    /// Returns what the tools touch, as `Contacts`; nothing for held cells.
+    ///
+    /// >>> len(tissue.contacts()) > 0
+    /// True
     fn contacts(&self, py: Python<'_>) -> PyResult<Contacts> {
         py.detach(|| {
             let mut live = self.live()?;

@@ -51,14 +51,41 @@ def press(scene: str, until: Callable[[], bool]) -> None:
                 return
 
 
-def test_pyvista_draws_the_largest_force(tmp_path: Path) -> None:
+NOTEBOOK = """
+import sys
+import matplotlib, pyvista
+matplotlib.use("Agg")
+pyvista.OFF_SCREEN = True
+pictures = iter(["rest.png", "pressed.png"])
+show = pyvista.Plotter.show
+pyvista.Plotter.show = lambda self, **options: show(self, **{"screenshot": next(pictures), **options})
+names = {}
+exec(compile(open(sys.argv[1]).read(), sys.argv[1], "exec"), names)
+axes = matplotlib.pyplot.gca()
+axes.figure.savefig("force.png")
+(line,) = axes.lines
+print(axes.get_xlabel(), axes.get_ylabel(), line.get_xdata()[-1], line.get_ydata()[-1])
+print(names["result"].force_n[-1][2])
+"""
+"""Runs a notebook without a screen, and keeps its pictures."""
+
+
+def test_a_notebook_shows_a_force_curve_and_a_body(tmp_path: Path) -> None:
     pytest.importorskip("pyvista")
+    pytest.importorskip("matplotlib")
     image = pytest.importorskip("PIL.Image")
-    end(start("pyvista_press.py", tmp_path / "press.png"))
-    pixels = np.asarray(image.open(tmp_path / "press.png").convert("RGB")).reshape(-1, 3)
-    assert len(np.unique(pixels, axis=0)) > 200
-    # The body is not of one grey.
-    assert (np.ptp(pixels.astype(int), axis=1) > 60).mean() > 0.02
+    program = [sys.executable, "-c", NOTEBOOK, FIELD / "notebook.py"]
+    ended = subprocess.run(program, cwd=tmp_path, capture_output=True, text=True, timeout=LONG_S)
+    assert ended.returncode == 0, ended.stderr
+    curve, force = ended.stdout.splitlines()[-2:]
+    x, unit, y, force_unit, depth_mm, largest_n = curve.split()
+    assert (x, unit, y, force_unit) == ("depth", "[mm]", "force", "[N]")
+    assert 5 < float(depth_mm) < 45 and float(largest_n) >= abs(float(force)) > 0.05
+
+    def colours(name: str) -> int:
+        return len(np.unique(np.asarray(image.open(tmp_path / name).convert("RGB")).reshape(-1, 3), axis=0))
+
+    assert colours("rest.png") > 20 and colours("pressed.png") > 200 and colours("force.png") > 5
 
 
 def test_rerun_records_a_scene(serve: Callable[..., Server], box: chaincell.Model, box_file: Path) -> None:

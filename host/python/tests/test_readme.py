@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -26,13 +27,15 @@ def test_the_page_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert (tmp_path / "corner.chaincell").exists()
 
 
-def test_the_guide_runs(serve: Callable[..., Server]) -> None:
+def test_the_page_of_simulators_runs(serve: Callable[..., Server]) -> None:
     # Copied next to the tests, or in the tree.
-    guide = next(page for page in (HERE / "GUIDE.md", HERE.parent / "GUIDE.md") if page.exists())
-    (block,) = blocks(guide)
-    server = serve()
-    names: dict[str, object] = {}
+    page = next(page for page in (HERE / "SIMULATOR.md", HERE.parent / "SIMULATOR.md") if page.exists())
+    (block,) = blocks(page)
+    model = chaincell.Model.bake_mesh("organ:500", young_pa=5000)
+    server = serve("--tool", "sphere:0.012", model=model)
+    names: dict[str, Any] = {}
     exec(block.replace('"left"', repr(server.scene)), names)
+    assert names["force_n"][2] > 0.01
     assert server.interrupt()["ticks_executed"] == 1000
 
 

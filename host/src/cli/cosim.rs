@@ -186,7 +186,9 @@ pub fn execute(args: &Args) -> Result<()> {
         tools: args.tissue.tool_texts()?,
         scene: args.common.scene.as_deref(),
     })?;
-    let (session, load) = under_load(args, &files, &poses, &sides)?;
+    let (session, load) = under_load(args, &files, &poses, &sides).map_err(|why| {
+        why.before_results(args.folder.out.as_deref().filter(|out| is_empty(out)))
+    })?;
     let replayed = match lengths.is_recorded {
         true => replay(&mut tissue, &folder.file(recording::TRACE), lengths.ticks())?,
         false => Replayed::default(),
@@ -205,6 +207,11 @@ pub fn execute(args: &Args) -> Result<()> {
         ));
     }
     judge(args, &summary)
+}
+
+/// Returns true if a folder holds nothing.
+fn is_empty(folder: &Path) -> bool {
+    std::fs::read_dir(folder).is_ok_and(|mut entries| entries.next().is_none())
 }
 
 /// Number of answered ticks in words.

@@ -1,4 +1,4 @@
-/* The firmware of host/GUIDE.md: presses a body whose image lies next to the command, and prints the hash of
+/* The firmware of host/BOARD.md: presses a body whose image lies next to the command, and prints the hash of
  * its state. */
 #include "board.h"
 #include "chaincell.h"

@@ -5,6 +5,7 @@ mod docs;
 mod far;
 mod handout;
 mod inputs;
+mod judgement;
 mod latency;
 mod motion;
 mod output;

@@ -69,6 +69,8 @@ fn a_quick_report_has_its_figures_and_files() {
             assert!(peak_n > 0.0 && passes > 0.0, "{of_motion:?}");
         }
     }
+    let budget = found["budget"].as_array().unwrap();
+    assert!(budget.len() == 5 && budget.iter().all(|row| real(row, "/p90") > 0.0), "{budget:?}");
     hand(&found);
     // A ratio without a base is no number.
     finite(&found, "");
@@ -76,6 +78,10 @@ fn a_quick_report_has_its_figures_and_files() {
     assert!(
         text.contains("generated organ") && text.contains("<td>track</td><td class=\"number\">8<")
     );
+    // It opens with what a budget buys.
+    let first = text.find("<h2>What a budget buys</h2>").unwrap();
+    assert!(first < text.find("<h2>What a sweep buys</h2>").unwrap());
+    assert!(text.contains("On this machine a millisecond"), "{text}");
     for head in ["<h2>A hand that moves<", "left out as snaps [%]", "largest in snaps [%]"] {
         assert!(text.contains(head), "{head} in {text}");
     }

@@ -40,7 +40,7 @@ pub struct Judgement {
     /// How near the first tool came that never touched.
     #[serde(skip)]
     nearest: Option<Untouched>,
-    /// The remedy where no tool touched.
+    /// A remedy of the command's own where no tool touched.
     #[serde(skip)]
     remedy: Option<&'static str>,
     /// Number of tools.
@@ -116,8 +116,10 @@ impl Judgement {
         rows.extend(self.pace.as_ref().map(|pace| ("pace", pace.to_string())));
         rows.extend(self.mesh.as_ref().map(|mesh| ("mesh", mesh.to_string())));
         rows.extend(self.held_back.iter().map(|held| ("depth", self.held_words(held))));
-        let remedy = self.remedy.map_or_else(String::new, |remedy| format!("; {remedy}"));
-        rows.extend(self.untouched_words().map(|words| ("contact", words + &remedy)));
+        let words = self.untouched_words();
+        rows.extend(
+            words.map(|words| ("contact", format!("{words}; {}", self.untouched_remedy()))),
+        );
         rows.extend(self.corner_deg.map(|bend| ("place", corner_words(bend))));
         rows
     }
@@ -150,6 +152,18 @@ impl Judgement {
             (_, 1) => Some("the tool never touched the body".into()),
             ([one], _) => Some(format!("tool {one} never touched the body")),
             (all, _) => Some(format!("tools {} never touched the body", all.join(", "))),
+        }
+    }
+
+    /// What makes a tool touch that did not.
+    fn untouched_remedy(&self) -> &'static str {
+        match (self.remedy, &self.nearest) {
+            (Some(remedy), _) => remedy,
+            (None, Some(Untouched { nearest_m: None, .. })) => {
+                "a pose that acts on the body has `engaged` 1"
+            }
+            (None, Some(Untouched { is_inside: true, .. })) => "begin outside of the body",
+            _ => "bring it nearer: `chaincell info MODEL` has the extent of the body",
         }
     }
 }
@@ -200,9 +214,13 @@ mod tests {
     fn tools_that_never_touched_are_named() {
         let never = ToolCourse::default();
         let touched = course(0.01, 0.01);
-        assert_eq!(said(&[never]), "contact: the tool never touched the body\n");
-        assert_eq!(said(&[touched, never]), "contact: tool 1 never touched the body\n");
-        assert_eq!(said(&[never, touched, never]), "contact: tools 0, 2 never touched the body\n");
+        let words = |subject: &str| {
+            let remedy = "bring it nearer: `chaincell info MODEL` has the extent of the body";
+            format!("contact: {subject} never touched the body; {remedy}\n")
+        };
+        assert_eq!(said(&[never]), words("the tool"));
+        assert_eq!(said(&[touched, never]), words("tool 1"));
+        assert_eq!(said(&[never, touched, never]), words("tools 0, 2"));
         assert_eq!(said(&[touched]), "");
         let nearest = Some(Untouched { nearest_m: Some(0.0041), tick: Some(7), is_inside: false });
         let rows = Judgement::default().with_courses(&[never], nearest).rows();

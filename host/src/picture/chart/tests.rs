@@ -63,6 +63,32 @@ proptest! {
     }
 }
 
+/// A legend can be read: no two of thirty series have the colour and the shape of each other.
+#[test]
+fn no_marker_comes_twice() {
+    let axes = (Axis::linear("x"), Axis::linear("y"));
+    let chart = Chart::new("t", axes.0, axes.1);
+    let label = |at: usize| format!("line {at}");
+    let chart = (0..30).fold(chart, |chart, at| {
+        // Outside of the axes: the legend alone has markers.
+        chart.series(&label(at), Style::Markers, &[[f64::NAN, f64::NAN]])
+    });
+    let (svg, _) = draw::svg(&chart);
+    // Moved to the same place, equal markers are equal.
+    let marker = |line: &str| {
+        let (points, rest) = line.strip_prefix("<polygon points=\"")?.split_once('"')?;
+        let places: Vec<f64> = points.split([',', ' ']).map(|x| x.parse().unwrap()).collect();
+        let (x, y) = (places[0], places[1]);
+        let shape = places
+            .chunks(2)
+            .map(|at| format!("{},{} ", (at[0] - x).round() as i32, (at[1] - y).round() as i32));
+        Some(shape.collect::<String>() + rest)
+    };
+    let markers: Vec<String> = svg.lines().filter_map(marker).collect();
+    let different: std::collections::BTreeSet<&String> = markers.iter().collect();
+    assert_eq!((markers.len(), different.len()), (30, 30));
+}
+
 /// On a dark screen the document has other colours, and nothing else changes.
 #[test]
 fn a_dark_screen_has_its_colours() {

@@ -1,4 +1,4 @@
-//! Presses a body on an emulated Cortex-M7: the recipe of `host/GUIDE.md`, which copies this folder.
+//! Presses a body on an emulated Cortex-M7: the recipe of `host/BOARD.md`, which copies this folder.
 
 #![no_std]
 #![no_main]

@@ -46,6 +46,11 @@ impl Known {
         let words = &words[from..];
         match words {
             ["chaincell", command, ..] => self.chaincell(command, &words[2..]),
+            ["cargo", "install" | "run" | "test" | "bench" | "build", ..]
+                if !words.contains(&"--locked") =>
+            {
+                Some("takes versions that nobody tested: --locked is missing".into())
+            }
             ["cargo", "run", ..] => {
                 let at = words.iter().position(|word| *word == "--")?;
                 self.chaincell(words.get(at + 1)?, &words[at + 2..])
@@ -168,10 +173,10 @@ fn a_command_that_is_not_there_is_seen() {
     for good in [
         "chaincell bake organ:500 -o organ.chaincell --lean --coarse none",
         "cosim [MODEL] [--seconds 10]",
-        "CHAINCELL_SLOW=1 cargo test --release -p chaincell-tests --test cli -- --nocapture",
+        "CHAINCELL_SLOW=1 cargo test --locked --release -p chaincell-tests --test cli -- --nocapture",
         "bash .ci/run",
         "tests/fuzz/run --seconds 60",
-        "cargo run --release -- cosim     # with a comment",
+        "cargo run --locked --release -- cosim     # with a comment",
         "state",
         "set",
     ] {
@@ -181,10 +186,13 @@ fn a_command_that_is_not_there_is_seen() {
         ("chaincell boil organ:500", "no command boil"),
         ("chaincell bake organ:500 --well-done", "no option --well-done"),
         ("serve --watchdog-s 1", "no option --watchdog-s"),
-        ("cargo run --release -- cosym", "no command cosym"),
-        ("cargo test -p chaincell-test", "no package chaincell-test"),
-        ("cargo test -p chaincell-tests --test dogs", "no test dogs"),
-        ("cargo bench -p chaincell-host --features beers", "no feature beers"),
+        ("cargo run --locked --release -- cosym", "no command cosym"),
+        ("cargo test --locked -p chaincell-test", "no package chaincell-test"),
+        ("cargo test --locked -p chaincell-tests --test dogs", "no test dogs"),
+        ("cargo bench --locked -p chaincell-host --features beers", "no feature beers"),
+        ("cargo install --path host", "--locked is missing"),
+        ("cargo run --release -- cosim", "--locked is missing"),
+        ("cargo build --release", "--locked is missing"),
         ("bash .ci/walk", "no script .ci/walk"),
         ("tests/fuzzy/run", "no script tests/fuzzy/run"),
     ] {

@@ -345,15 +345,27 @@ fn figures(rows: &[Row]) -> Result<Vec<Figure>> {
     let time = chart("Time of a tick", "time [us]", time, 0).horizontal(1000.0, "1 ms");
     let figure = |name, sees: &str, chart: Chart| -> Result<Figure> {
         let caption = format!(
-            "Each line is a press at one place, its points networks of fewer cells to the left. {sees}"
+            "{sees} Each line is a press at one place, its points networks of fewer cells to the left."
         );
         Ok(Figure::new(name, caption, Picture::of(&chart)?))
     };
     let off = "against the network of all nodes, at the end of the press.";
     Ok(vec![
-        figure("scaling_field", &format!("Displacements of all nodes {off}"), field)?,
-        figure("scaling_force", &format!("The force on the tool {off}"), force)?,
-        figure("scaling_time", "Median tick of the press under track.", time)?,
+        figure(
+            "scaling_field",
+            &format!("The fewer the cells, the larger the error of the displacements {off}"),
+            field,
+        )?,
+        figure(
+            "scaling_force",
+            &format!("The fewer the cells, the larger the error of the force {off}"),
+            force,
+        )?,
+        figure(
+            "scaling_time",
+            "A tick takes less time with fewer cells: the median tick of the press under track.",
+            time,
+        )?,
     ])
 }
 

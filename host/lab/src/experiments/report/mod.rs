@@ -5,6 +5,7 @@
 //!
 //! | section of report.html | question | numbers |
 //! |---|---|---|
+//! | What a budget buys | sweeps and error that the time of a tick leaves under the default press | `report_budget.csv` |
 //! | What a sweep buys | error of the force at few sweeps a tick against many, and time a tick, for held cells and a ball that moves, shapes and links | `report_sweeps.csv` |
 //! | A hand that moves | time a tick and error of the force for held cells under a hand's motions, every scheme of a list, two bodies | `report_hand.csv` |
 //!
@@ -13,6 +14,7 @@
 //! snaps from one equilibrium to another, is one rule: see `snaps`. `report.json` has every figure,
 //! the CSV files the rows of the tables.
 
+mod budget;
 pub mod embedded;
 mod hand;
 mod motions;
@@ -31,7 +33,7 @@ pub(crate) static PAGE: Page = Page {
     title: "Speed against error",
     intro: "Time of a tick and error of the force on this machine: one thread, numbers in f32. Compare \
             ratios within one report, not times of two.",
-    experiments: &[sweeps::section, hand::section, others],
+    experiments: &[budget::section, sweeps::section, hand::section, others],
 };
 
 /// Figures that other commands measure.
@@ -44,7 +46,7 @@ const OTHERS: [(&str, &str); 4] = [
     ("the same for hours, under load", "chaincell cosim --load 1 --seconds 28800 --out night"),
     (
         "instructions of a sweep in its worst state (needs valgrind)",
-        "cargo bench -p chaincell-lab --bench sweep",
+        "cargo bench --locked -p chaincell-lab --bench sweep",
     ),
     (
         "instructions on microcontrollers, and the error of whole ticks beside them",

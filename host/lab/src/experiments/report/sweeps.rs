@@ -48,8 +48,8 @@ pub struct Task {
 enum Path {
     /// A motion from the place where the tool touches.
     Motion(Motion),
-    /// The built-in press, with its retreat.
-    ThereAndBack { depth_m: f64, ticks: u64 },
+    /// The built-in press, with its retreat; of its default depth without one.
+    ThereAndBack { depth_m: Option<f64>, ticks: u64 },
 }
 
 const SLOW: Path = Path::Motion(Motion::Press { from_mm: 0.0, to_mm: 10.0, press_s: 0.3 });
@@ -61,7 +61,7 @@ const TASKS: [Task; 5] = [
         path: Path::Motion(Motion::Press { from_mm: -20.0, to_mm: 23.0, press_s: 0.15 }),
     },
     Task { holds: false, path: Path::Motion(Motion::Slide) },
-    Task { holds: false, path: Path::ThereAndBack { depth_m: 0.043, ticks: 1000 } },
+    Task { holds: false, path: Path::ThereAndBack { depth_m: Some(0.043), ticks: 1000 } },
 ];
 /// How many of them the quick form has.
 const QUICK_TASKS: usize = 2;
@@ -101,7 +101,7 @@ struct Played {
 }
 
 /// What tables call this material.
-fn words(material: Option<f64>) -> String {
+pub(super) fn words(material: Option<f64>) -> String {
     material.map_or_else(|| "links".to_owned(), |poisson| format!("shapes, nu {poisson}"))
 }
 
@@ -118,7 +118,10 @@ pub fn body(cells: usize, material: Option<f64>) -> Result<Scene> {
 impl Task {
     /// Cells that a tool holds, pressed in by 10 mm in 300 ms, then held there.
     pub const HELD_PRESS: Self = Self { holds: true, path: SLOW };
-    /// The same by a ball that touches the surface at first.
+    /// Cells that a tool holds by default, pressed as `cosim` does.
+    pub const DEFAULT_PRESS: Self =
+        Self { holds: true, path: Path::ThereAndBack { depth_m: None, ticks: 2000 } };
+    /// The press of held cells by a ball that touches the surface at first.
     pub const BALL_PRESS: Self = Self { holds: false, path: SLOW };
 
     /// What it is, for tables.
@@ -128,8 +131,11 @@ impl Task {
         match self.path {
             Path::Motion(motion) => format!("{tool}, {}", motion.words()),
             Path::ThereAndBack { depth_m, ticks } => {
-                let (depth_mm, seconds) = (1e3 * depth_m, 1e-3 * ticks as f64);
-                format!("{tool}, {depth_mm:.0} mm and back in {seconds:.0} s")
+                let depth = depth_m.map_or_else(
+                    || "the default press".to_owned(),
+                    |depth_m| format!("{:.0} mm", 1e3 * depth_m),
+                );
+                format!("{tool}, {depth} and back in {:.0} s", 1e-3 * ticks as f64)
             }
         }
     }
@@ -154,7 +160,7 @@ impl Task {
     pub fn poses(self, engine: &Engine<'_>) -> Result<Vec<ToolPose>> {
         match self.path {
             Path::ThereAndBack { depth_m, ticks } => {
-                Ok(press(engine, Some(depth_m), ticks)?.into_iter().map(ToolPose::from).collect())
+                Ok(press(engine, depth_m, ticks)?.into_iter().map(ToolPose::from).collect())
             }
             Path::Motion(motion) => {
                 let place = place(engine.network().model(), engine.contact(), None)?;
