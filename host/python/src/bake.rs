@@ -5,7 +5,7 @@ use std::sync::Arc;
 use chaincell_host::bake::tissue::{Band, STRETCH_MIN, Tissue};
 use chaincell_host::bake::{self, BakeOptions, BasisSpacing, ContactSurface, ImageBytes, PerCell};
 use chaincell_host::cli::values::{Material, per_cell, with_materials};
-use chaincell_host::mesh::{self, CELLS_MAX, Mesh, MeshOptions, NODES_MAX};
+use chaincell_host::mesh::{self, CELLS_MAX, Filling, Mesh, MeshOptions, NODES_MAX};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
 

@@ -76,9 +76,8 @@ fn read_regions(mut text: &str) -> Result<Vec<Region>, String> {
 }
 
 fn numbers(text: &str) -> Result<Vec<f64>, String> {
-    let number = |word: &str| {
-        word.trim().parse().map_err(|_| format!("'{word}' is no number: {FORM}"))
-    };
+    let number =
+        |word: &str| word.trim().parse().map_err(|_| format!("'{word}' is no number: {FORM}"));
     text.split(',').map(number).collect()
 }
 

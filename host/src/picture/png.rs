@@ -66,7 +66,11 @@ fn filtered(row: &[u8], above: &[u8]) -> Vec<u8> {
         let differences = (0..row.len()).map(|at| row[at].wrapping_sub(guess(filter, at)) as i8);
         differences.map(|x| u64::from(x.unsigned_abs())).sum()
     };
-    let best = if row == above { 2 } else { [0, 1, 2, 4].into_iter().min_by_key(|x| size(*x)).unwrap_or(0) };
+    let best = if row == above {
+        2
+    } else {
+        [0, 1, 2, 4].into_iter().min_by_key(|x| size(*x)).unwrap_or(0)
+    };
     let differences = (0..row.len()).map(|at| row[at].wrapping_sub(guess(best, at)));
     std::iter::once(best).chain(differences).collect()
 }

@@ -168,7 +168,8 @@ impl Filler<'_> {
         let Some(finer) = &filling.finer else { return Ok(None) };
         let near = |selector: &str| {
             let even = self.fill(&Filling { size_m: filling.size_m, finer: None })?;
-            let found = select(selector, &even.nodes_m, &even.groups, &even.border, "`fill_m` near:");
+            let found =
+                select(selector, &even.nodes_m, &even.groups, &even.border, "`fill_m` near:");
             let ids = found.map_err(|why| why.to_string())?;
             Ok(ids.into_iter().map(|id| even.nodes_m[id as usize]).collect())
         };

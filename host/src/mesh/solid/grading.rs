@@ -109,7 +109,8 @@ pub(super) fn given(size_m: f64, finer: Option<&Finer>) -> String {
 fn levels(size_m: f64, fine_m: f64) -> Result<u32, String> {
     let ratio = size_m / fine_m;
     let half = 0.5 * size_m;
-    let refuse = |why: &str, take: f64| Err(format!("`fill_m` {size_m:?},{fine_m:?}: {why} {take:?}"));
+    let refuse =
+        |why: &str, take: f64| Err(format!("`fill_m` {size_m:?},{fine_m:?}: {why} {take:?}"));
     if !(fine_m.is_finite() && fine_m > 0.0) {
         return refuse("the second size is no edge in metres; take", half);
     }

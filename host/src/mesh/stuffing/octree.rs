@@ -49,7 +49,9 @@ impl Octree {
             }
             for step in around() {
                 let beside = [0, 1, 2].map(|axis| low[axis] + step[axis] * edge);
-                while let Some((large, size)) = self.holder(beside, edge).filter(|of| of.1 > 2 * edge) {
+                while let Some((large, size)) =
+                    self.holder(beside, edge).filter(|of| of.1 > 2 * edge)
+                {
                     self.divide(large, size, &mut open)?;
                 }
             }
@@ -68,7 +70,12 @@ impl Octree {
     }
 
     /// Replaces a cube by its eight parts, and lists them.
-    fn divide(&mut self, low: Place, edge: i32, open: &mut Vec<(Place, i32)>) -> Result<(), TooMany> {
+    fn divide(
+        &mut self,
+        low: Place,
+        edge: i32,
+        open: &mut Vec<(Place, i32)>,
+    ) -> Result<(), TooMany> {
         if self.leaves.len() >= self.limit {
             return Err(TooMany);
         }

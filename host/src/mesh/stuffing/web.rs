@@ -48,7 +48,8 @@ impl Web {
     /// Measures the edges.
     pub(in crate::mesh) fn lengths(&self, nodes_m: &[[f64; 3]]) -> Lengths {
         let length = |[i, j]: [u32; 2]| distance(nodes_m[i as usize], nodes_m[j as usize]);
-        let all_m = self.links.iter().map(|link| length(*link)).sum::<f64>() / self.links.len() as f64;
+        let all_m =
+            self.links.iter().map(|link| length(*link)).sum::<f64>() / self.links.len() as f64;
         let each = |(node, others): (u32, &Vec<u32>)| {
             let around = || others.iter().map(|other| length([node, *other]));
             let mean_m = around().sum::<f64>() / others.len() as f64;
