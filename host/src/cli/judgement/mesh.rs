@@ -26,7 +26,7 @@ const FINE: f64 = ERRORS[0].0;
 const REACH: f64 = 1.5;
 /// Cells of a filled body in a cube of their mean edge.
 const DENSITY: f64 = 1.575;
-/// How much larger graded tetrahedra become over a distance.
+/// Growth of graded tetrahedra over the distance from the finer part.
 const GROWTH: f64 = 0.5;
 
 /// The mesh under a tool, or under any sphere where the tool is not known yet.
@@ -75,7 +75,7 @@ impl Finer {
         Self { error, sizes_m, place_m, reach_m, cells }
     }
 
-    /// What `--fill` takes.
+    /// The text that `--fill` takes.
     fn option(&self) -> String {
         let [coarse, fine, reach] =
             [self.sizes_m[0], self.sizes_m[1], self.reach_m].map(|length_m| two_digits(length_m));

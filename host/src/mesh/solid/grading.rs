@@ -9,7 +9,7 @@ use crate::words::length;
 
 /// Most halvings between the two sizes.
 const LEVELS_MAX: u32 = 6;
-/// How much larger the tetrahedra become over a distance: two layers of each size.
+/// Growth of the tetrahedra over the distance from a region: two layers of each size.
 const GROWTH: f64 = 0.5;
 /// Largest coordinate \[m\].
 const FAR_M: f64 = 1e6;
