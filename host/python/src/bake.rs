@@ -5,7 +5,7 @@ use std::sync::Arc;
 use chaincell_host::bake::tissue::{Band, STRETCH_MIN, Tissue};
 use chaincell_host::bake::{self, BakeOptions, BasisSpacing, ContactSurface, ImageBytes, PerCell};
 use chaincell_host::cli::values::{Material, per_cell, with_materials};
-use chaincell_host::mesh::{self, CELLS_MAX, Mesh, MeshOptions, NODES_MAX};
+use chaincell_host::mesh::{self, CELLS_MAX, Filling, Mesh, MeshOptions, NODES_MAX};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
 
@@ -22,15 +22,29 @@ const MATERIALS: &str = "{\"GROUP\": {\"young_pa\": E, \"poisson\": NU}}, one of
 
 /// How a mesh is read.
 pub(crate) fn mesh_options(given: &Given<'_, '_>) -> PyResult<MeshOptions> {
+    let filling = filling(given)?;
     Ok(MeshOptions {
         unit_m: given.real("unit_m")?.unwrap_or(1.0),
-        fill_m: given.real("fill_m")?,
+        fill_m: filling.as_ref().map(|filling| filling.size_m),
+        finer: filling.and_then(|filling| filling.finer),
         diagonals: given.truth("diagonals")?,
         drop_unused: given.truth("drop_unused")?,
         allow_parts: given.truth("allow_parts")?,
         rings: given.whole("rings", 1..=u32::MAX)?.unwrap_or(1),
         nodes_max: if cells(given)?.is_some() { NODES_MAX } else { CELLS_MAX },
     })
+}
+
+/// A size, or what the command line would be told.
+fn filling(given: &Given<'_, '_>) -> PyResult<Option<Filling>> {
+    match given.any("fill_m")? {
+        Some(value) if value.is_instance_of::<PyString>() => {
+            let text: String = value.extract()?;
+            let wrong = |why| Class::Model.error(format!("`fill_m` {text}: {why}"));
+            text.parse().map(Some).map_err(wrong)
+        }
+        _ => Ok(given.real("fill_m")?.map(|size_m| Filling { size_m, finer: None })),
+    }
 }
 
 /// Groups of nodes that become cells.

@@ -267,13 +267,12 @@ impl BodyArgs {
 
     fn load(&self, spec: &str) -> Result<Mesh> {
         let options = MeshOptions {
-            unit_m: self.file.unit_m(),
-            fill_m: self.file.fill_m,
             diagonals: self.diagonals,
             drop_unused: self.drop_unused,
             allow_parts: self.allow_parts,
             rings: self.rings,
             nodes_max: if self.cells.is_some() { mesh::NODES_MAX } else { mesh::CELLS_MAX },
+            ..self.file.options()
         };
         mesh::load(spec, &options)
     }

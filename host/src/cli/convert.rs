@@ -42,12 +42,10 @@ struct Printed {
 
 pub fn execute(args: &Args) -> Result<()> {
     let options = MeshOptions {
-        unit_m: args.file.unit_m(),
         drop_unused: true,
         allow_parts: true,
         nodes_max: mesh::NODES_MAX,
-        fill_m: args.file.fill_m,
-        ..MeshOptions::default()
+        ..args.file.options()
     };
     // Read, fill and write the mesh.
     keep_input(&args.mesh, &args.output)?;

@@ -17,6 +17,9 @@ pub(super) struct FilledReport {
     tetrahedra: usize,
     nodes: usize,
     mean_edge_m: f64,
+    /// Mean edges in the finer regions and away from them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    graded_edges_m: Option<[Option<f64>; 2]>,
     smallest_dihedral_deg: f64,
     largest_dihedral_deg: f64,
     roundness_min: f64,
@@ -39,6 +42,7 @@ impl FilledReport {
             tetrahedra: mesh.tetrahedra.len(),
             nodes: mesh.nodes_m.len(),
             mean_edge_m: filled.edge_m,
+            graded_edges_m: filled.graded_m,
             smallest_dihedral_deg,
             largest_dihedral_deg,
             roundness_min: filled.roundness,
@@ -78,6 +82,10 @@ impl FilledReport {
                 length(self.mean_edge_m)
             ),
         )?;
+        if let Some(edges_m) = self.graded_edges_m {
+            let [fine, coarse] = edges_m.map(|edge_m| edge_m.map_or_else(|| "none".into(), length));
+            row("graded", format!("mean edge {fine} in the region, {coarse} away from it"))?;
+        }
         row(
             "quality",
             format!(

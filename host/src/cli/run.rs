@@ -46,7 +46,8 @@ use crate::words::counted;
     chaincell run liver.chaincell --motion press --contact probe:0.012 --seconds 2 \
     --snapshot-every 20 --out press\n\n\
     A path has the header tick,x_m,y_m,z_m,engaged and a row for each consecutive tick.\n\
-    --out gets force.csv with its curves in force.svg and force_depth.svg, cells_final.csv, final.vtu, summary.json, the model and session.trace, which\n\
+    --out gets force.csv with its curves in force.svg and force_depth.svg, picture.png, cells_final.csv, final.vtu,\n\
+    summary.json, the model and session.trace, which\n\
     `chaincell replay` plays; path.csv of a motion; of snapshots cells_<tick>.csv, state_<tick>.vtu\n\
     and series.pvd, which ParaView opens.")]
 pub struct Args {
@@ -65,7 +66,8 @@ pub struct Args {
     /// A copy of the trace in this file
     #[arg(long, value_name = "FILE")]
     trace: Option<PathBuf>,
-    /// A picture (PNG) of the tick with the largest force: the body, coloured by displacement, and the tools
+    /// A picture (PNG) of the tick with the largest force: the body, coloured by displacement, and the tools;
+    /// off for none [default: picture.png in --out]
     #[arg(long, value_name = "FILE")]
     picture: Option<PathBuf>,
     /// Overwrite the results of an earlier run in --out, and an earlier --trace
@@ -149,7 +151,8 @@ pub fn execute(args: &Args) -> Result<()> {
     write_motion(args, &folder, poses)?;
     let mut snapshots = Snapshots::new(&snapshot_ticks, &folder);
     let mut executed = Vec::with_capacity(rows);
-    let mut rows = Rows { draws: args.picture.is_some(), ..Rows::default() };
+    let picture = args.picture();
+    let mut rows = Rows { draws: picture.is_some(), ..Rows::default() };
     let played = play(&mut tissue, &paths, |pose, of_tools, output, tissue| {
         trace.add_tools(&record(pose, tissue), of_tools.each());
         executed.push(*pose);
@@ -191,7 +194,7 @@ pub fn execute(args: &Args) -> Result<()> {
         stage: args.stage.report()?,
     };
     folder.write_json("summary.json", &summary)?;
-    let drawn = rows.picture(args, &tissue)?;
+    let drawn = rows.picture(picture.as_deref(), &tissue)?;
     report(args, &summary, far(args, &tissue, &executed), drawn.as_deref())?;
     if summary.interrupted { Err(Error::interrupted(Some(&args.out))) } else { Ok(()) }
 }
@@ -242,6 +245,15 @@ fn judgement(args: &Args, tissue: &Staged<'_>, played: &Played, poses: &[Vec<Pos
 }
 
 impl Args {
+    /// The file of the picture, if one is wanted.
+    fn picture(&self) -> Option<PathBuf> {
+        match &self.picture {
+            Some(off) if off == Path::new("off") => None,
+            Some(file) => Some(file.clone()),
+            None => Some(self.out.join("picture.png")),
+        }
+    }
+
     /// Returns true if no option chose where the tool touches.
     fn press_is_default(&self) -> bool {
         match self.source.motion {
@@ -311,8 +323,8 @@ impl Rows {
     }
 
     /// Draws the tick of the largest force where a picture is wanted, and says so.
-    fn picture(&self, args: &Args, tissue: &Staged<'_>) -> Result<Option<String>> {
-        let Some(out) = &args.picture else { return Ok(None) };
+    fn picture(&self, out: Option<&Path>, tissue: &Staged<'_>) -> Result<Option<String>> {
+        let Some(out) = out else { return Ok(None) };
         picture::of_run(&self.largest, tissue.engine(), out)
     }
 }
@@ -325,10 +337,10 @@ fn check_places(args: &Args, records: usize) -> Result<()> {
         recording::check_place(trace, args.force)?;
     }
     // A picture may go into the folder that the run makes.
-    if let Some(picture) = &args.picture
+    if let Some(picture) = args.picture()
         && picture.parent() != Some(&args.out)
     {
-        check_writable(picture)?;
+        check_writable(&picture)?;
     }
     Folder::check_room(&args.out, records)
 }

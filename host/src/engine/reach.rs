@@ -42,6 +42,15 @@ impl Reach {
         self.triangles_m.iter().map(squared).min_by(f64::total_cmp).map(libm::sqrt)
     }
 
+    /// The point of the surface nearest to a point \[m\]; `None` if there is nothing to touch.
+    #[must_use]
+    pub fn nearest_m(&self, point_m: [f64; 3]) -> Option<[f64; 3]> {
+        let point = Vector3::from(point_m);
+        let places = self.triangles_m.iter().map(|corners| nearest(point, *corners));
+        let away = |place: &Vector3<f64>| (place - point).norm_squared();
+        places.min_by(|a, b| away(a).total_cmp(&away(b))).map(Into::into)
+    }
+
     /// Mean edge of the triangles nearest to a point, and of those within `radius_m` of the nearest one \[m\];
     /// `None` if there is nothing to touch.
     #[must_use]

@@ -9,6 +9,7 @@ mod abaqus;
 mod bytes;
 mod check;
 mod cuboid;
+mod filling;
 mod format;
 pub(crate) mod geometry;
 mod gmsh;
@@ -40,6 +41,7 @@ use crate::input;
 use crate::text::{BYTE_ORDER_MARK, gzip};
 use format::Format;
 
+pub use filling::{Filling, Finer, Region};
 pub use overlap::{Overlaps, overlaps};
 pub use scale::UnlikelySize;
 pub use selector::{select, select_among};
@@ -117,7 +119,7 @@ fn too_many(nodes: impl std::fmt::Display, nodes_max: usize, remedy: &str) -> St
 }
 
 /// Options of reading a body, and the defects that are tolerated.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct MeshOptions {
     /// Metres in one unit of a file's coordinates. Generators always use metres.
     pub unit_m: f64,
@@ -133,6 +135,8 @@ pub struct MeshOptions {
     pub nodes_max: usize,
     /// Fill a closed surface with tetrahedra of this mean edge \[m\].
     pub fill_m: Option<f64>,
+    /// Smaller tetrahedra of the filled surface at some places.
+    pub finer: Option<Finer>,
 }
 
 impl Default for MeshOptions {
@@ -145,7 +149,14 @@ impl Default for MeshOptions {
             rings: 1,
             nodes_max: CELLS_MAX,
             fill_m: None,
+            finer: None,
         }
+    }
+}
+
+impl MeshOptions {
+    fn filling(&self) -> Option<Filling> {
+        self.fill_m.map(|size_m| Filling { size_m, finer: self.finer.clone() })
     }
 }
 
@@ -258,11 +269,11 @@ pub fn from_surface(
     options: &MeshOptions,
 ) -> Result<Mesh> {
     check_unit(options)?;
-    let Some(size_m) = options.fill_m else {
+    let Some(filling) = options.filling() else {
         return Err(Error::input(format!("{name}: {A_SURFACE}")));
     };
     let faces = solid::Faces::new(name, points, triangles, options.unit_m)?;
-    let mesh = solid::fill_faces(name, faces, options.unit_m, size_m, options.nodes_max)?;
+    let mesh = solid::fill_faces(name, faces, options.unit_m, &filling, options.nodes_max)?;
     finish(name, mesh, options)
 }
 
@@ -285,14 +296,14 @@ fn finish(spec: &str, mut mesh: Mesh, options: &MeshOptions) -> Result<Mesh> {
 
 /// Returns the body of a mesh file, or the body that fills a closed surface.
 fn body(path: &Path, bytes: &[u8], options: &MeshOptions) -> Result<Mesh> {
-    let Some(size_m) = options.fill_m else {
+    let Some(filling) = options.filling() else {
         return Ok(parse(path, bytes, options.unit_m)?.into());
     };
     let bytes = without_mark(path, bytes)?;
     if let Some(Format::Surface(reader)) = format::of(path, bytes)? {
         let faces = solid::read(reader, path, bytes, options.unit_m)?;
         let name = path.display().to_string();
-        return solid::fill_faces(&name, faces, options.unit_m, size_m, options.nodes_max);
+        return solid::fill_faces(&name, faces, options.unit_m, &filling, options.nodes_max);
     }
     let names: Vec<_> = solid::names().collect();
     Err(Error::file(

@@ -4,6 +4,8 @@ use std::sync::OnceLock;
 
 /// Colours of the map.
 const ENTRIES: usize = 256;
+/// Amounts of light between black and white of which the byte is kept.
+const SHADES: usize = 1 << 14;
 
 /// Magma (van der Walt and Smith 2015) from its light end on, evenly: uniform to the eye and falling in
 /// lightness, so that it survives grey; without its ends, on which shading would be lost \[sRGB\].
@@ -62,16 +64,27 @@ pub(super) fn linear(colour: [u8; 3]) -> [f32; 3] {
 
 /// sRGB of amounts of light; more than white is white.
 pub(super) fn encode(light: [f32; 3]) -> [u8; 3] {
-    light.map(|c| {
-        let c = c.clamp(0.0, 1.0);
+    static TABLE: OnceLock<Vec<u8>> = OnceLock::new();
+    let last = (SHADES - 1) as f32;
+    let entry = |at: usize| {
+        let c = at as f32 / last;
         let s = if c <= 0.003_130_8 { 12.92 * c } else { 1.055 * c.powf(1.0 / 2.4) - 0.055 };
         (255.0 * s).round() as u8
-    })
+    };
+    let table = TABLE.get_or_init(|| (0..SHADES).map(entry).collect());
+    light.map(|c| table[(c.clamp(0.0, 1.0) * last + 0.5) as usize])
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn bytes_come_back_from_their_light() {
+        for byte in 0..=255 {
+            assert_eq!(encode(linear([byte; 3])), [byte; 3]);
+        }
+    }
 
     #[test]
     fn the_map_has_its_ends_and_falls_in_lightness() {

@@ -15,28 +15,97 @@ const CORNERS: f32 = 2.2;
 /// Samples around a pixel, and how far they go as a part of the picture's width.
 const SAMPLES: u32 = 36;
 const REACH: f32 = 0.045;
+/// Distance of the pixels at which corners are looked for, and how far from each other they are taken for one
+/// surface: height over the tangent plane, cosine between normals.
+const STEP: usize = 4;
+const BEND: f32 = 2.0;
+const TURN: f32 = 0.9;
 /// What a line leaves of the light.
 const WIRE: f32 = 0.42;
 
 /// Light of every pixel of a frame, on a white ground.
 pub(super) fn shade(frame: &Frame) -> Vec<[f32; 3]> {
-    let reach = REACH * frame.width as f32;
-    let around = spiral(reach);
+    let corners = Corners::new(frame);
     let lit = frame.pixels.iter().enumerate().map(|(at, pixel)| {
         if !pixel.depth.is_finite() {
             return [1.0; 3];
         }
-        let open = 1.0 - (CORNERS * corner(frame, at, &around, reach)).min(0.85);
+        if pixel.unlit {
+            return pixel.colour;
+        }
+        let open = 1.0 - (CORNERS * corners.at(at)).min(0.85);
         surface(pixel, open)
     });
     lit.collect()
 }
 
+/// How much of the sky is hidden, looked for at every few pixels.
+struct Corners<'a> {
+    frame: &'a Frame,
+    around: Vec<(i64, i64)>,
+    reach: f32,
+    /// Places in a row of the grid.
+    columns: usize,
+    /// Row by row; the places lie [`STEP`] pixels apart, and on the last pixels.
+    hidden: Vec<f32>,
+}
+
+impl<'a> Corners<'a> {
+    fn new(frame: &'a Frame) -> Self {
+        let reach = REACH * frame.width as f32;
+        let [columns, rows] = [frame.width, frame.height].map(|length| length / STEP + 2);
+        let corners = Self { frame, around: spiral(reach), reach, columns, hidden: Vec::new() };
+        let places = (0..rows).flat_map(|y| (0..columns).map(move |x| (x, y)));
+        let hidden = places.map(|(x, y)| {
+            let at = corners.pixel(x, y);
+            if frame.pixels[at].depth.is_finite() { corners.look(at) } else { 0.0 }
+        });
+        let hidden = hidden.collect();
+        Self { hidden, ..corners }
+    }
+
+    /// Index of the pixel of a place of the grid.
+    fn pixel(&self, x: usize, y: usize) -> usize {
+        let (x, y) = (x * STEP, y * STEP);
+        y.min(self.frame.height - 1) * self.frame.width + x.min(self.frame.width - 1)
+    }
+
+    /// Between the four places around where these are on the pixel's surface, else looked for at the pixel.
+    fn at(&self, at: usize) -> f32 {
+        let (x, y) = (at % self.frame.width, at / self.frame.width);
+        let share = [x, y].map(|along| (along % STEP) as f32 / STEP as f32);
+        let mut sum = 0.0;
+        for (right, down) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
+            let (column, row) = (x / STEP + right, y / STEP + down);
+            if !self.is_one_surface(at, self.pixel(column, row)) {
+                return self.look(at);
+            }
+            let weight = [(right, share[0]), (down, share[1])]
+                .map(|(step, share)| if step == 1 { share } else { 1.0 - share });
+            sum += weight[0] * weight[1] * self.hidden[row * self.columns + column];
+        }
+        sum
+    }
+
+    fn is_one_surface(&self, at: usize, other: usize) -> bool {
+        let [own, far] = [at, other].map(|at| &self.frame.pixels[at]);
+        let width = self.frame.width;
+        let along = |at: usize| [(at % width) as f32, -((at / width) as f32)];
+        let (from, to) = (along(at), along(other));
+        let way = [to[0] - from[0], to[1] - from[1], far.depth - own.depth];
+        far.depth.is_finite()
+            && dot(way, own.normal).abs() <= BEND
+            && dot(own.normal, far.normal) >= TURN
+    }
+
+    /// How much of the sky the surface around a pixel hides, 0 to about 1/2.
+    fn look(&self, at: usize) -> f32 {
+        corner(self.frame, at, &self.around, self.reach)
+    }
+}
+
 /// Light from one pixel's surface.
 fn surface(pixel: &Seen, open: f32) -> [f32; 3] {
-    if pixel.unlit {
-        return pixel.colour;
-    }
     let n = pixel.normal;
     let key = dot(n, KEY).max(0.0) * (0.5 + 0.5 * open);
     let fill = dot(n, FILL).max(0.0);

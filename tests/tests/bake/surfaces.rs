@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use chaincell_host::error::Result;
-use chaincell_host::mesh::{Filled, Mesh, MeshOptions, from_bytes};
+use chaincell_host::mesh::{Filled, Filling, Mesh, MeshOptions, from_bytes};
 use proptest::prelude::*;
 
 /// Corners of triangles.
@@ -111,6 +111,84 @@ fn a_box_keeps_its_edges_and_its_volume() {
     assert!(filled.distance_m < 0.0015 && filled.roundness > 0.3, "{filled:?}");
     assert!(filled.dihedral_deg[0] > 15.0 && filled.dihedral_deg[1] < 150.0, "{filled:?}");
     assert!((filled.edge_m / 0.003 - 1.0).abs() < 0.1, "{filled:?}");
+}
+
+/// Filled with a coarse size, and a finer one at places.
+fn graded(triangles: &[[[f64; 3]; 3]], fill: &str) -> Result<Mesh> {
+    let Filling { size_m, finer } = fill.parse().unwrap();
+    fill_with(
+        &stl(triangles),
+        MeshOptions { fill_m: Some(size_m), finer, ..MeshOptions::default() },
+    )
+}
+
+/// Middle and length of each edge.
+fn edges(mesh: &Mesh) -> Vec<([f64; 3], f64)> {
+    let place = |id: u32| mesh.nodes_m[id as usize];
+    mesh.links
+        .iter()
+        .map(|[i, j]| {
+            let (a, b) = (place(*i), place(*j));
+            let middle = [0, 1, 2].map(|k| (a[k] + b[k]) / 2.0);
+            (middle, away(a, b))
+        })
+        .collect()
+}
+
+fn away(a: [f64; 3], b: [f64; 3]) -> f64 {
+    (0..3).map(|k| (a[k] - b[k]).powi(2)).sum::<f64>().sqrt()
+}
+
+/// Watertight, of the volume of the even one, sound in its worst tetrahedra; fine at the place, coarse far away,
+/// and between them no edge longer than what the distance allows.
+#[test]
+fn a_finer_place_is_graded() {
+    let (block, round) =
+        (cuboid([-0.04, -0.04, 0.0], [0.04, 0.04, 0.04]), ball([0.0; 3], 0.04, 24));
+    for (surface, fill, place_m) in [
+        (&block, "0.008,0.002@0,0,0.04,0.01", [0.0, 0.0, 0.04]),
+        (&block, "0.008,0.002@0.04,0.04,0.04,0.01", [0.04; 3]),
+        (&round, "0.008,0.002@0,0,0.04,0.01", [0.0, 0.0, 0.04]),
+    ] {
+        let mesh = graded(surface, fill).unwrap();
+        assert_eq!(mesh, graded(surface, fill).unwrap(), "the same bits");
+        let filled = figures(&mesh);
+        let even = figures(&self::fill(surface, 0.008).unwrap());
+        assert!((volume_m3(&mesh) / filled.volume_m3 - 1.0 - filled.volume_error).abs() < 1e-9);
+        assert!(filled.volume_error.abs() < even.volume_error.abs() + 0.002, "{filled:?} {even:?}");
+        assert!(filled.dihedral_deg[0] > 10.0 && filled.dihedral_deg[1] < 160.0, "{filled:?}");
+        assert!(filled.roundness > 0.2, "{filled:?}");
+        assert_eq!((filled.parts, filled.handles), (1, [0, 0]), "{fill}");
+        let [fine_m, coarse_m] = filled.graded_m.unwrap().map(Option::unwrap);
+        assert!((fine_m / 0.002 - 1.0).abs() < 0.1, "{filled:?}");
+        assert!((coarse_m / 0.008 - 1.0).abs() < 0.15, "{filled:?}");
+        for (middle_m, edge_m) in edges(&mesh) {
+            let outside_m = (away(middle_m, place_m) - 0.01).max(0.0);
+            assert!(edge_m < 2.3 * (0.002 + 0.5 * outside_m), "{edge_m} at {middle_m:?}");
+        }
+    }
+}
+
+#[test]
+fn several_places_and_selected_nodes_are_finer() {
+    let surface = cuboid([-0.02, -0.02, 0.0], [0.02, 0.02, 0.02]);
+    let mean = |mesh: &Mesh, place_m: [f64; 3]| {
+        let near: Vec<f64> = edges(mesh)
+            .into_iter()
+            .filter(|of| away(of.0, place_m) < 0.004)
+            .map(|of| of.1)
+            .collect();
+        near.iter().sum::<f64>() / near.len() as f64
+    };
+    let two = graded(&surface, "0.006,0.0015@-0.01,0,0.02,0.004@0.01,0,0.02,0.004").unwrap();
+    let top =
+        graded(&surface, "0.006,0.0015@near:box:-0.012,0.012,-0.004,0.004,0.018,0.03").unwrap();
+    for mesh in [two, top] {
+        for place_m in [[-0.01, 0.0, 0.02], [0.01, 0.0, 0.02]] {
+            assert!((mean(&mesh, place_m) / 0.0015 - 1.0).abs() < 0.1, "{}", mean(&mesh, place_m));
+        }
+        assert!(mean(&mesh, [0.0, 0.0, 0.0]) > 0.0022, "{}", mean(&mesh, [0.0; 3]));
+    }
 }
 
 /// Wherever the lattice lies in it.

@@ -3,6 +3,7 @@
 mod bad_input;
 mod docs;
 mod far;
+mod graded;
 mod handout;
 mod inputs;
 mod judgement;

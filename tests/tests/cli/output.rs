@@ -13,13 +13,14 @@ use chaincell_tests::{Running, chaincell, run};
 
 use super::place::Place;
 
-const FILES: [&str; 8] = [
+const FILES: [&str; 9] = [
     "cells_final.csv",
     "final.vtu",
     "force.csv",
     "force.svg",
     "force_depth.svg",
     "model.chaincell",
+    "picture.png",
     "session.trace",
     "summary.json",
 ];

@@ -111,6 +111,7 @@ fn files_have_the_columns_of_the_contract() {
         "force.svg",
         "force_depth.svg",
         "model.chaincell",
+        "picture.png",
         "series.pvd",
         "session.trace",
         "state_0.vtu",

@@ -36,9 +36,9 @@ class BakeOptions(TypedDict, total=False):
     coarse: float | Literal["auto", "none"] | None
     unit_m: float | None
     """Metres in one unit of the coordinates; of a generator it is 1."""
-    fill_m: float | None
+    fill_m: float | str | None
     """Size of the tetrahedra that fill a closed surface [m]: `triangles`, triangles of an object, or a
-    file of STL, OBJ or PLY."""
+    file of STL, OBJ or PLY. A text as `--fill` takes it makes them finer at a place: "0.008,0.002@X,Y,Z,R"."""
     allow_parts: bool | None
     drop_unused: bool | None
     diagonals: bool | None

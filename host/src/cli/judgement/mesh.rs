@@ -22,25 +22,87 @@ const ERRORS: [(f64, [f64; 3]); 3] =
 const DEPTHS: [f64; 2] = [0.25, 0.5];
 /// Radius over edge of the finest row.
 const FINE: f64 = ERRORS[0].0;
+/// Radius of the part of the body that is to be finer, in radii of the tool.
+const REACH: f64 = 1.5;
+/// Cells of a filled body in a cube of their mean edge.
+const DENSITY: f64 = 1.575;
+/// Growth of graded tetrahedra over the distance from the finer part.
+const GROWTH: f64 = 0.5;
 
 /// The mesh under a tool, or under any sphere where the tool is not known yet.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct MeshFit {
     /// Mean edge of the surface near the contact, or of all of it \[m\].
     pub edge_m: f64,
-    /// Mean link, to which a size of `--fill` is close \[m\].
-    #[serde(skip)]
-    link_m: f64,
     /// Smallest radius of the tool's parts \[m\].
     pub radius_m: Option<f64>,
     /// Largest measured error of the force for such a mesh, as a share; `None` for links, for tools that are
     /// no sphere, and where the tool is not known.
     pub force_error: Option<f64>,
-    /// Error with edges of half the radius, and the number of cells of such a mesh.
+    /// A mesh with edges of half the radius.
     #[serde(skip)]
-    finer: Option<(f64, f64)>,
+    finer: Option<Finer>,
     #[serde(skip)]
     is_nodal: bool,
+}
+
+/// A mesh that is fine enough under the tool, as `--fill` makes it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Finer {
+    /// Largest measured error of the force, as a share.
+    error: f64,
+    /// Mean edges away from the contact and at it \[m\].
+    sizes_m: [f64; 2],
+    /// The place of the contact, and how far the finer part reaches \[m\].
+    place_m: [f64; 3],
+    reach_m: f64,
+    /// Some number of cells.
+    cells: f64,
+}
+
+impl Finer {
+    /// Of a body of this number of cells and mean link, which is pressed at a place by a radius.
+    fn new(
+        cells: usize,
+        link_m: f64,
+        fine_m: f64,
+        (place_m, radius_m): ([f64; 3], f64),
+        error: f64,
+    ) -> Self {
+        let sizes_m = [link_m.max(2.0 * fine_m), fine_m];
+        let reach_m = REACH * radius_m;
+        let cells = cells as f64 + more_cells(sizes_m, reach_m);
+        Self { error, sizes_m, place_m, reach_m, cells }
+    }
+
+    /// The text that `--fill` takes.
+    fn option(&self) -> String {
+        let [coarse, fine, reach] =
+            [self.sizes_m[0], self.sizes_m[1], self.reach_m].map(|length_m| two_digits(length_m));
+        let [x, y, z] = self.place_m.map(|x| (1e4 * x).round() / 1e4 + 0.0);
+        format!("--fill {coarse},{fine}@{x},{y},{z},{reach}")
+    }
+}
+
+/// Cells that half a ball of the finer size adds at a surface, with the layers around it in which the size
+/// is doubled.
+fn more_cells([coarse_m, fine_m]: [f64; 2], reach_m: f64) -> f64 {
+    const STEPS: usize = 400;
+    let end_m = reach_m + coarse_m / GROWTH;
+    let step_m = end_m / STEPS as f64;
+    let shells = (0..STEPS).map(|at| {
+        let out_m = (at as f64 + 0.5) * step_m;
+        let largest = 1.0 + GROWTH * (out_m - reach_m).max(0.0) / fine_m;
+        let size_m = (fine_m * largest.log2().floor().exp2()).min(coarse_m);
+        let volume_m3 = 2.0 * std::f64::consts::PI * out_m * out_m * step_m;
+        DENSITY * volume_m3 * (size_m.powi(-3) - coarse_m.powi(-3))
+    });
+    shells.sum()
+}
+
+/// A length as an option takes it.
+fn two_digits(length_m: f64) -> f64 {
+    format!("{length_m:.1e}").parse().unwrap_or(length_m)
 }
 
 /// Errors at a radius over edge and a depth [radii].
@@ -59,10 +121,12 @@ impl MeshFit {
         }
         let radius_m = parts.iter().map(|part| f64::from(part.radius_m)).reduce(f64::min)?;
         let touch_m = tool.touch_m?.map(f64::from);
-        let edge_m = Reach::of(model).edge_near_m(touch_m, radius_m)?;
+        let reach = Reach::of(model);
+        let edge_m = reach.edge_near_m(touch_m, radius_m)?;
         let is_sphere = engine.contact().radius_m().is_some();
         let depth = tool.reached_m.unwrap_or_default() / radius_m;
-        Some(Self::with(model, edge_m, (radius_m, depth, is_sphere)))
+        let place_m = reach.nearest_m(touch_m)?;
+        Some(Self::with(model, edge_m, place_m, (radius_m, depth, is_sphere)))
     }
 
     /// The mesh of a model, for any sphere; `None` without a surface that tools touch.
@@ -72,25 +136,27 @@ impl MeshFit {
         }
         let centre = rest_m(model, 0);
         let edge_m = Reach::of(model).edge_near_m(centre, f64::INFINITY)?;
-        let (link_m, is_nodal) = (model.unit_m().into(), model.is_nodal());
-        Some(Self { edge_m, link_m, radius_m: None, force_error: None, finer: None, is_nodal })
+        let is_nodal = model.is_nodal();
+        Some(Self { edge_m, radius_m: None, force_error: None, finer: None, is_nodal })
     }
 
     fn with(
         model: &Model<'_>,
         edge_m: f64,
+        place_m: [f64; 3],
         (radius_m, depth, is_sphere): (f64, f64, bool),
     ) -> Self {
-        let (link_m, is_nodal) = (model.unit_m().into(), model.is_nodal());
+        let is_nodal = model.is_nodal();
         let is_judged = is_nodal && is_sphere;
-        let refined = FINE * edge_m / radius_m;
-        let cells = model.cells() as f64 * refined * refined * refined;
+        let fine_m = radius_m / FINE;
+        let link_m = model.unit_m().into();
+        let finer =
+            || Finer::new(model.cells(), link_m, fine_m, (place_m, radius_m), error(FINE, depth));
         Self {
             edge_m,
-            link_m,
             radius_m: Some(radius_m),
             force_error: is_judged.then(|| error(radius_m / edge_m, depth)),
-            finer: (refined > 1.0).then_some((error(FINE, depth), cells)),
+            finer: (edge_m > fine_m).then(finer),
             is_nodal,
         }
     }
@@ -117,18 +183,22 @@ impl fmt::Display for MeshFit {
             (Some(error), Some(_)) => write!(f, "the force is up to {} off", percent(error))?,
             (None, Some(_)) => write!(f, "coarse")?,
         }
-        let Some((error, cells)) = self.finer else { return Ok(()) };
+        let Some(finer) = &self.finer else { return Ok(()) };
+        let cells = finer.cells;
         if cells > CELLS_MAX as f64 {
             return write!(
                 f,
-                "; edges of half the radius need some {cells:.0} cells, more than {CELLS_MAX}: take a larger \
-                 tool, or a mesh that is finer under it"
+                "; edges of half the radius at the contact need some {cells:.0} cells, more than {CELLS_MAX}: take \
+                 a larger tool, or a smaller part of the body"
             );
         }
-        let fill_m = self.link_m * radius_m / (FINE * self.edge_m);
-        write!(f, "; edges of half the radius (--fill {fill_m:.1e}, some {cells:.0} cells)")?;
+        write!(
+            f,
+            "; edges of half the radius at the contact ({}, some {cells:.0} cells)",
+            finer.option()
+        )?;
         match self.force_error {
-            Some(_) => write!(f, " make that {}", percent(error)),
+            Some(_) => write!(f, " make that {}", percent(finer.error)),
             None => write!(f, " are fine enough"),
         }
     }
@@ -139,13 +209,13 @@ mod tests {
     use super::*;
 
     fn fit(radius_m: f64, edge_m: f64, depth: f64) -> MeshFit {
-        let refined = FINE * edge_m / radius_m;
+        let (fine_m, place_m) = (radius_m / FINE, [0.012_34, -1e-9, 0.04]);
+        let finer = Finer::new(1000, edge_m, fine_m, (place_m, radius_m), error(FINE, depth));
         MeshFit {
             edge_m,
-            link_m: edge_m,
             radius_m: Some(radius_m),
             force_error: Some(error(radius_m / edge_m, depth)),
-            finer: (refined > 1.0).then_some((error(FINE, depth), 1e3 * refined.powi(3))),
+            finer: (edge_m > fine_m).then_some(finer),
             is_nodal: true,
         }
     }
@@ -155,9 +225,10 @@ mod tests {
         assert_eq!(
             fit(0.005, 0.0058, 1.0).to_string(),
             "edges of 5.80 mm for a radius of 5.00 mm: the force is up to 32 % off; edges of half the \
-             radius (--fill 2.5e-3, some 12487 cells) make that 14 %"
+             radius at the contact (--fill 0.0058,0.0025@0.0123,0,0.04,0.0075, some 1428 cells) make that 14 %"
         );
-        let text = fit(0.001, 0.0058, 1.0).to_string();
+        let many = Finer { cells: 7e4, ..fit(0.005, 0.0058, 1.0).finer.unwrap() };
+        let text = MeshFit { finer: Some(many), ..fit(0.005, 0.0058, 1.0) }.to_string();
         assert!(text.contains("more than 65535: take a larger tool"), "{text}");
         let text = fit(0.012, 0.0058, 0.3).to_string();
         assert!(text.ends_with("the force is within 14 %"), "{text}");

@@ -119,6 +119,7 @@ fn is_ours(name: &str) -> bool {
         "force.csv",
         "force.svg",
         "force_depth.svg",
+        "picture.png",
         "contacts.csv",
         "tools.csv",
         "path.csv",

@@ -46,7 +46,7 @@ pub(super) fn generate(size: Option<&str>) -> Result<Mesh> {
         }
     };
     let mut body = sized(size)?;
-    smooth(&Liver, &Web::new(&body), &mut body, &[]);
+    smooth(&Liver, &Web::new(&body), &mut body, &[], &[]);
     let mesh = Mesh::from_tetrahedra(body.nodes_m, &body.tetrahedra, BTreeMap::new());
     Ok(Mesh { default_fixed: back(&mesh), ..mesh })
 }

@@ -9,7 +9,7 @@ use super::tree::Tree;
 use crate::mesh::geometry::{corners, distance, dot, minus};
 use crate::mesh::stuffing::TetMesh;
 use crate::mesh::stuffing::smooth::{roundness, smooth};
-use crate::mesh::stuffing::web::Web;
+use crate::mesh::stuffing::web::{Lengths, Web};
 
 /// Cosine of 40 degrees: a larger angle between two normals, or between an edge and the next, is sharp.
 const SHARP: f64 = 0.766;
@@ -64,13 +64,20 @@ impl Creases {
         Self { edges: (!edges.is_empty()).then(|| Tree::new(edges)), corners_m }
     }
 
-    /// Smooths a body of tetrahedra of `size_m` that fills the surface, with nodes on the creases.
-    pub(super) fn smooth(&self, solid: &Solid, body: &mut TetMesh, size_m: f64) {
+    /// Smooths a body that fills the surface, with nodes on the creases: of even tetrahedra of `size_m`, or of
+    /// graded ones, of which that is the largest size.
+    pub(super) fn smooth(&self, solid: &Solid, body: &mut TetMesh, size_m: f64, is_graded: bool) {
         let (web, mut held) = (Web::new(body), vec![false; body.nodes_m.len()]);
-        let Some(edges) = &self.edges else { return smooth(solid, &web, body, &held) };
+        let (sizes, relative) = match is_graded {
+            true => Sizes::graded(&web, body),
+            false => (Sizes::even(size_m, body.nodes_m.len()), Vec::new()),
+        };
+        let smoothed =
+            |body: &mut TetMesh, held: &[bool]| smooth(solid, &web, body, held, &relative);
+        let Some(edges) = &self.edges else { return smoothed(body, &held) };
         for _ in 0..ROUNDS {
-            self.align(edges, (solid, &web), body, &mut held, size_m);
-            smooth(solid, &web, body, &held);
+            self.align(edges, (solid, &web), body, &mut held, &sizes);
+            smoothed(body, &held);
         }
         // Nodes that still spoil a tetrahedron are released.
         let bad: Vec<u32> = web
@@ -79,7 +86,7 @@ impl Creases {
             .collect();
         bad.iter().for_each(|&node| held[node as usize] = false);
         if !bad.is_empty() {
-            smooth(solid, &web, body, &held);
+            smoothed(body, &held);
         }
     }
 
@@ -90,17 +97,20 @@ impl Creases {
         (solid, web): (&Solid, &Web),
         body: &mut TetMesh,
         held: &mut [bool],
-        size_m: f64,
+        sizes: &Sizes,
     ) {
         // Index the surface nodes: those on creases, and those that may move.
-        let (mut taken, mut free) = (Near::new(APART * size_m), Near::new(REACH * size_m));
+        let [apart_m, reach_m] = [&sizes.apart_m, &sizes.reach_m];
+        let most = |of: &[f64]| of.iter().copied().fold(0.0, f64::max);
+        let (mut taken, mut free) = (Near::new(most(apart_m)), Near::new(most(reach_m)));
         for node in web.skin() {
             let near = if held[node as usize] { &mut taken } else { &mut free };
             near.add(node, body.nodes_m[node as usize]);
         }
         let mut put = |body: &mut TetMesh, node: u32, place_m: [f64; 3], least: f64| {
             let mut others = taken.around(place_m);
-            let is_free = others.all(|(_, other_m)| distance(place_m, other_m) >= APART * size_m);
+            let apart_m = apart_m[node as usize];
+            let is_free = others.all(|(_, other_m)| distance(place_m, other_m) >= apart_m);
             drop(others);
             let is_put = is_free && move_to(web, body, node, place_m, least);
             if is_put {
@@ -112,7 +122,8 @@ impl Creases {
         for corner_m in &self.corners_m {
             let around = free.around(*corner_m).filter(|(node, _)| !held[*node as usize]);
             let near = around.map(|(node, place_m)| (distance(place_m, *corner_m), node));
-            let mut near: Vec<(f64, u32)> = near.filter(|near| near.0 < REACH * size_m).collect();
+            let is_near = |near: &(f64, u32)| near.0 < reach_m[near.1 as usize];
+            let mut near: Vec<(f64, u32)> = near.filter(is_near).collect();
             near.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
             if let Some(&(_, node)) =
                 near.iter().find(|&&(_, node)| put(body, node, *corner_m, ROUND_AT_FIRST))
@@ -124,7 +135,8 @@ impl Creases {
         let mut order: Vec<(f64, u32, [f64; 3])> = Vec::new();
         for node in web.skin().filter(|&node| !held[node as usize]) {
             let near = edges.nearest(body.nodes_m[node as usize]);
-            if near.square < (REACH * size_m) * (REACH * size_m) {
+            let reach_m = reach_m[node as usize];
+            if near.square < reach_m * reach_m {
                 order.push((near.square, node, near.place));
             }
         }
@@ -147,6 +159,29 @@ impl Creases {
                 held[node as usize] = put(body, node, place_m, ROUND);
             }
         }
+    }
+}
+
+/// Distances at each node \[m\].
+struct Sizes {
+    /// Smallest distance of nodes on creases.
+    apart_m: Vec<f64>,
+    /// Largest distance by which the node is moved.
+    reach_m: Vec<f64>,
+}
+
+impl Sizes {
+    /// Of even tetrahedra.
+    fn even(size_m: f64, nodes: usize) -> Self {
+        Self { apart_m: vec![APART * size_m; nodes], reach_m: vec![REACH * size_m; nodes] }
+    }
+
+    /// Of graded ones, by the edges at each node; with the mean edge at each over that of the body.
+    fn graded(web: &Web, body: &TetMesh) -> (Self, Vec<f64>) {
+        let Lengths { mean_m, longest_m, relative } = web.lengths(&body.nodes_m);
+        let apart_m = mean_m.into_iter().map(|mean_m| APART * mean_m).collect();
+        let reach_m = longest_m.into_iter().map(|longest_m| REACH * longest_m).collect();
+        (Self { apart_m, reach_m }, relative)
     }
 }
 

@@ -6,14 +6,16 @@ use super::Faces;
 use super::closed::{Closed, shown};
 use super::creases::Creases;
 use super::distance::Solid;
+use super::grading::{Graded, given};
 use super::tree::{Tree, middle};
 use crate::error::{Error, Result};
 use crate::mesh::check::parts;
 use crate::mesh::geometry::{corners, cross, distance, dot, edges, minus, volume6};
+use crate::mesh::stuffing::graded::{self, Grading};
 use crate::mesh::stuffing::smooth::roundness;
 use crate::mesh::stuffing::{Shape, TetMesh, fill as stuff, points};
 use crate::mesh::surface::boundary;
-use crate::mesh::{Mesh, UnlikelySize, too_many};
+use crate::mesh::{Filling, Mesh, UnlikelySize, select, too_many};
 use crate::words::{counted, length};
 
 /// Edge of a lattice cube over the mean edge of the tetrahedra: three of seven edges of the lattice are
@@ -32,6 +34,8 @@ const DISTANCE_EARLY_MAX: f64 = 6.0;
 const LARGE: usize = 100_000;
 /// Points of the surface that are checked before smoothing.
 const POINTS_EARLY: usize = 10_000;
+/// Most cubes of a graded lattice for each node that is allowed: some lie outside.
+const CUBES: usize = 8;
 
 /// Result of filling a surface, and the distance of the tetrahedra from it.
 #[derive(Debug, Clone, PartialEq)]
@@ -56,31 +60,33 @@ pub struct Filled {
     pub roundness: f64,
     /// Mean edge \[m\].
     pub edge_m: f64,
+    /// Mean edges of graded tetrahedra in the regions and away from them \[m\], where there are some.
+    pub graded_m: Option<[Option<f64>; 2]>,
     /// Unconnected parts of the tetrahedra.
     pub parts: usize,
     /// Number of handles (a ring has one) of the surface, and of the tetrahedra.
     pub handles: [i64; 2],
 }
 
-/// Fills a surface with tetrahedra of a mean edge of `size_m`, at most `nodes_max` nodes; errors call it
-/// `name`, and give positions in its own unit.
+/// Fills a surface with tetrahedra of these sizes, at most `nodes_max` nodes; errors call it `name`, and
+/// give positions in its own unit.
 pub(in crate::mesh) fn fill_faces(
     name: &str,
     faces: Faces,
     unit_m: f64,
-    size_m: f64,
+    filling: &Filling,
     nodes_max: usize,
 ) -> Result<Mesh> {
     let refuse = |why: String| Error::input(format!("{name}: {why}"));
+    let size_m = filling.size_m;
     if !(size_m.is_finite() && size_m > 0.0) {
         return Err(refuse(format!(
             "`fill_m` {size_m:?}: give the edge of the tetrahedra in metres"
         )));
     }
-    // Check the surface and the size.
+    // Check the surface.
     let closed = Closed::new(faces, unit_m).map_err(refuse)?;
-    let is_large = closed.triangles.len() > LARGE;
-    if !is_large {
+    if !is_large(&closed) {
         closed.check_crossings(unit_m).map_err(refuse)?;
     }
     // Where the size is unlikely, the unit is what to change, whatever else is wrong.
@@ -91,45 +97,120 @@ pub(in crate::mesh) fn fill_faces(
         }
         None => refuse(why),
     };
-    let solid = Solid::new(&closed);
-    check_size(&solid, closed.shells.volume_m3, size_m, nodes_max).map_err(refuse)?;
-    let none_fits = || {
-        refuse(format!(
-            "no tetrahedron of `fill_m` {size_m:?} fits into the surface; take `fill_m` {} or less",
-            below(largest_m(&closed).min(0.7 * size_m))
-        ))
+    let filler = Filler { closed: &closed, solid: &Solid::new(&closed), unit_m, nodes_max };
+    filler.fill(filling).map_err(refuse)
+}
+
+fn is_large(closed: &Closed) -> bool {
+    closed.triangles.len() > LARGE
+}
+
+/// A checked surface to be filled.
+struct Filler<'a> {
+    closed: &'a Closed,
+    solid: &'a Solid<'a>,
+    /// Unit of positions in errors \[m\].
+    unit_m: f64,
+    nodes_max: usize,
+}
+
+impl Filler<'_> {
+    /// Fills the surface; errors are in words.
+    fn fill(&self, filling: &Filling) -> std::result::Result<Mesh, String> {
+        let Self { closed, solid, unit_m, nodes_max } = *self;
+        let size_m = filling.size_m;
+        check_size(solid, closed.shells.volume_m3, size_m, nodes_max)?;
+        let none_fits = || {
+            format!(
+                "no tetrahedron of `fill_m` {size_m:?} fits into the surface; take `fill_m` {} or less",
+                below(largest_m(closed).min(0.7 * size_m))
+            )
+        };
+        let [low_m, high_m] = solid.bounds_m();
+        if size_m > distance(low_m, high_m) {
+            return Err(none_fits());
+        }
+        // Fill it.
+        let graded = self.graded(filling)?;
+        let mut body = match &graded {
+            None => stuff(solid, CUBE * size_m, 0.0),
+            Some(graded) => self.stuff_graded(graded)?,
+        };
+        if body.tetrahedra.is_empty() {
+            return Err(none_fits());
+        }
+        if body.nodes_m.len() > nodes_max {
+            return Err(too_many_nodes(filling, body.nodes_m.len(), nodes_max));
+        }
+        // Of a large surface, the longer check comes last: a size that is too coarse is refused early.
+        let is_large = is_large(closed);
+        let is_coarse = is_large && closed.triangles.len() > body.tetrahedra.len();
+        if is_large && !is_coarse {
+            closed.check_crossings(unit_m)?;
+        }
+        check_early(closed, &body, size_m, unit_m)?;
+        let largest_m = graded.as_ref().map_or(size_m, Graded::coarse_m);
+        Creases::new(closed, solid).smooth(solid, &mut body, largest_m, graded.is_some());
+        // Measure and check the result.
+        let mesh = Mesh::from_tetrahedra(body.nodes_m, &body.tetrahedra, BTreeMap::new());
+        let (away_m, place_m) = farthest(closed, &mesh);
+        let graded_m = graded.as_ref().map(|graded| graded.edges_m(&mesh.nodes_m, &mesh.links));
+        let filled = Filled { graded_m, ..measure(closed, &mesh, away_m) };
+        check(&filled, size_m, &shown(place_m, unit_m))?;
+        if is_coarse {
+            closed.check_crossings(unit_m)?;
+        }
+        Ok(Mesh { filled: Some(filled), ..mesh })
+    }
+
+    /// The sizes by place, where they are graded; a selector chooses nodes of the evenly filled body.
+    fn graded(&self, filling: &Filling) -> std::result::Result<Option<Graded>, String> {
+        let Some(finer) = &filling.finer else { return Ok(None) };
+        let near = |selector: &str| {
+            let even = self.fill(&Filling { size_m: filling.size_m, finer: None })?;
+            let found =
+                select(selector, &even.nodes_m, &even.groups, &even.border, "`fill_m` near:");
+            let ids = found.map_err(|why| why.to_string())?;
+            Ok(ids.into_iter().map(|id| even.nodes_m[id as usize]).collect())
+        };
+        Graded::new(filling.size_m, finer, self.solid, near).map(Some)
+    }
+
+    /// The lattice of graded sizes, cut by the surface.
+    fn stuff_graded(&self, graded: &Graded) -> std::result::Result<TetMesh, String> {
+        let (coarse_m, fine_m) = (graded.coarse_m(), graded.fine_m);
+        let grading = Grading {
+            cube_m: CUBE * coarse_m,
+            levels: graded.levels,
+            largest_m: &|place_m| CUBE * graded.largest_m(place_m),
+            cubes_max: CUBES * self.nodes_max,
+        };
+        graded::fill(self.solid, &grading).map_err(|_| {
+            // Half of a region at the surface is inside.
+            let volume_m3 = self.closed.shells.volume_m3.min(0.5 * graded.volume_m3());
+            let fits_m = (2.0 * volume_m3 / self.nodes_max as f64).cbrt() / CUBE;
+            let more = format!("`fill_m` {coarse_m:?},{fine_m:?} needs far more");
+            let fits_m = above(fits_m.max(1.5 * fine_m));
+            let remedy = format!("take a finer size of {fits_m} or more, or a smaller region");
+            too_many(more, self.nodes_max, &remedy)
+        })
+    }
+}
+
+/// The refusal of a body of too many nodes, with sizes that fit.
+fn too_many_nodes(filling: &Filling, nodes: usize, nodes_max: usize) -> String {
+    let larger = (1.05 * nodes as f64 / nodes_max as f64).cbrt();
+    let finer = filling.finer.as_ref();
+    let fits = above(filling.size_m * larger);
+    let remedy = match finer {
+        None => format!("take `fill_m` {fits} or more"),
+        Some(finer) => {
+            let fine = above(finer.size_m * larger);
+            format!("take `fill_m` {fits},{fine} there or more, or a smaller region")
+        }
     };
-    let [low_m, high_m] = solid.bounds_m();
-    if size_m > distance(low_m, high_m) {
-        return Err(none_fits());
-    }
-    // Fill it.
-    let mut body = stuff(&solid, CUBE * size_m, 0.0);
-    if body.tetrahedra.is_empty() {
-        return Err(none_fits());
-    }
-    if body.nodes_m.len() > nodes_max {
-        let more = format!("{} nodes of `fill_m` {size_m:?}, more", body.nodes_m.len());
-        let fits_m = size_m * (1.05 * body.nodes_m.len() as f64 / nodes_max as f64).cbrt();
-        let remedy = format!("take `fill_m` {} or more", above(fits_m));
-        return Err(refuse(too_many(more, nodes_max, &remedy)));
-    }
-    // Of a large surface, the longer check comes last: a size that is too coarse is refused early.
-    let is_coarse = is_large && closed.triangles.len() > body.tetrahedra.len();
-    if is_large && !is_coarse {
-        closed.check_crossings(unit_m).map_err(refuse)?;
-    }
-    check_early(&closed, &body, size_m, unit_m).map_err(refuse)?;
-    Creases::new(&closed, &solid).smooth(&solid, &mut body, size_m);
-    // Measure and check the result.
-    let mesh = Mesh::from_tetrahedra(body.nodes_m, &body.tetrahedra, BTreeMap::new());
-    let (away_m, place_m) = farthest(&closed, &mesh);
-    let filled = measure(&closed, &mesh, away_m);
-    check(&filled, size_m, &shown(place_m, unit_m)).map_err(refuse)?;
-    if is_coarse {
-        closed.check_crossings(unit_m).map_err(refuse)?;
-    }
-    Ok(Mesh { filled: Some(filled), ..mesh })
+    let more = format!("{nodes} nodes of {}, more", given(filling.size_m, finer));
+    too_many(more, nodes_max, &remedy)
 }
 
 /// A size with two digits that is not below `size_m`, as an option takes it \[m\].
@@ -209,6 +290,7 @@ fn measure(closed: &Closed, mesh: &Mesh, distance_m: f64) -> Filled {
         dihedral_deg: [least, most],
         roundness: all().map(roundness).fold(1.0, f64::min),
         edge_m: lengths.sum::<f64>() / mesh.links.len() as f64,
+        graded_m: None,
         parts: parts(mesh.nodes_m.len(), mesh.nodes_m.len(), &mesh.links),
         handles: [&closed.triangles, &mesh.triangles].map(|triangles| handles(triangles)),
     }

@@ -6,6 +6,7 @@ mod closed;
 mod creases;
 mod distance;
 mod fill;
+mod grading;
 mod meet;
 mod near;
 mod obj;

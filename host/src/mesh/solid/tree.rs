@@ -76,6 +76,11 @@ impl<const N: usize> Tree<N> {
         [self.nodes[0].low, self.nodes[0].high]
     }
 
+    /// Number of elements.
+    pub(super) fn len(&self) -> usize {
+        self.corners.len()
+    }
+
     /// Corners of an element.
     pub(in crate::mesh) fn corners(&self, element: u32) -> [[f64; 3]; N] {
         self.corners[element as usize]

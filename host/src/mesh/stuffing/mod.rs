@@ -4,6 +4,8 @@
 //! onto it, tetrahedra that still cross it are cut, and the parts inside are kept.
 
 mod cut;
+pub(super) mod graded;
+mod octree;
 pub(super) mod smooth;
 pub(super) mod web;
 
@@ -11,6 +13,7 @@ use std::collections::BTreeMap;
 
 use super::geometry::{corners, distance, volume6};
 use cut::{Corner, cut};
+pub(super) use octree::TooMany;
 
 /// Share of an edge along an axis within which a crossing moves the point onto the surface.
 const NEAR_LONG: f64 = 0.24999;
@@ -81,7 +84,7 @@ pub(super) fn fill(shape: &impl Shape, spacing_m: f64, shift: f64) -> TetMesh {
         };
         cut(corners, &mut crossing, &mut pieces);
     });
-    lattice.number(&pieces, &crossings)
+    number(shape, &lattice.places_m, &pieces, &crossings)
 }
 
 impl<'a, S: Shape> Lattice<'a, S> {
@@ -209,30 +212,33 @@ impl<'a, S: Shape> Lattice<'a, S> {
             }
         }
     }
+}
 
-    /// Numbers the nodes in lattice order and orients every tetrahedron to positive volume.
-    fn number(&self, pieces: &[[[u32; 2]; 4]], crossings: &Crossings) -> TetMesh {
-        let mut keys: Vec<[u32; 2]> = pieces.iter().flatten().copied().collect();
-        keys.sort_unstable();
-        keys.dedup();
-        let place = |key: &[u32; 2]| match crossings.get(key) {
-            Some(crossing) => *crossing,
-            None if key[0] == key[1] => self.places_m[key[0] as usize],
-            None => {
-                self.shape.crossing(self.places_m[key[0] as usize], self.places_m[key[1] as usize])
-            }
-        };
-        let nodes_m: Vec<[f64; 3]> = keys.iter().map(place).collect();
-        let id = |key: [u32; 2]| keys.partition_point(|known| *known < key) as u32;
-        let turned = |mut ids: [u32; 4]| {
-            if volume6(corners(&nodes_m, ids)) < 0.0 {
-                ids.swap(2, 3);
-            }
-            ids
-        };
-        let tetrahedra = pieces.iter().map(|piece| turned(piece.map(id))).collect();
-        TetMesh { nodes_m, tetrahedra }
-    }
+/// Numbers the nodes in lattice order and orients every tetrahedron to positive volume.
+fn number(
+    shape: &impl Shape,
+    places_m: &[[f64; 3]],
+    pieces: &[[[u32; 2]; 4]],
+    crossings: &Crossings,
+) -> TetMesh {
+    let mut keys: Vec<[u32; 2]> = pieces.iter().flatten().copied().collect();
+    keys.sort_unstable();
+    keys.dedup();
+    let place = |key: &[u32; 2]| match crossings.get(key) {
+        Some(crossing) => *crossing,
+        None if key[0] == key[1] => places_m[key[0] as usize],
+        None => shape.crossing(places_m[key[0] as usize], places_m[key[1] as usize]),
+    };
+    let nodes_m: Vec<[f64; 3]> = keys.iter().map(place).collect();
+    let id = |key: [u32; 2]| keys.partition_point(|known| *known < key) as u32;
+    let turned = |mut ids: [u32; 4]| {
+        if volume6(corners(&nodes_m, ids)) < 0.0 {
+            ids.swap(2, 3);
+        }
+        ids
+    };
+    let tetrahedra = pieces.iter().map(|piece| turned(piece.map(id))).collect();
+    TetMesh { nodes_m, tetrahedra }
 }
 
 /// Returns true if the lattice has a point at these coordinates: all even or all odd.

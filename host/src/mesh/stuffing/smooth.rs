@@ -20,7 +20,14 @@ const GOOD: f64 = 0.6;
 const SHORT: f64 = 0.6;
 
 /// Smooths a body of this web in place; surface nodes stay on the surface, `held` nodes do not move.
-pub(in crate::mesh) fn smooth(shape: &impl Shape, web: &Web, body: &mut TetMesh, held: &[bool]) {
+/// `relative` has the mean edge around each node over that of the body; it is empty where all are alike.
+pub(in crate::mesh) fn smooth(
+    shape: &impl Shape,
+    web: &Web,
+    body: &mut TetMesh,
+    held: &[bool],
+    relative: &[f64],
+) {
     let Web { links, inside, on_skin, around } = web;
     let length = |[i, j]: [u32; 2]| distance(body.nodes_m[i as usize], body.nodes_m[j as usize]);
     let mean_m = links.iter().map(|link| length(*link)).sum::<f64>() / links.len() as f64;
@@ -30,6 +37,7 @@ pub(in crate::mesh) fn smooth(shape: &impl Shape, web: &Web, body: &mut TetMesh,
                 continue;
             }
             let surface = !on_skin[node].is_empty();
+            let mean_m = mean_m * relative.get(node).unwrap_or(&1.0);
             let site = Site { shape, node, surface, around: &around[node], mean_m };
             let nodes_m = &mut body.nodes_m;
             if surface || site.quality(nodes_m) < GOOD {
@@ -49,7 +57,7 @@ struct Site<'a, S> {
     surface: bool,
     /// Tetrahedra that have the node.
     around: &'a [[u32; 4]],
-    /// Mean edge of the body.
+    /// Mean edge around the node \[m\].
     mean_m: f64,
 }
 

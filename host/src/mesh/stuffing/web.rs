@@ -1,7 +1,7 @@
 //! The neighbourhood of each node of a body, which does not change when nodes move.
 
 use super::TetMesh;
-use crate::mesh::geometry::edges;
+use crate::mesh::geometry::{distance, edges};
 use crate::mesh::surface::boundary;
 
 /// The neighbours of each node, and the tetrahedra around it.
@@ -13,6 +13,16 @@ pub(in crate::mesh) struct Web {
     pub(in crate::mesh) on_skin: Vec<Vec<u32>>,
     /// Tetrahedra that have the node.
     pub(in crate::mesh) around: Vec<Vec<[u32; 4]>>,
+}
+
+/// Lengths of the edges at each node.
+pub(in crate::mesh) struct Lengths {
+    /// Mean \[m\].
+    pub(in crate::mesh) mean_m: Vec<f64>,
+    /// Longest \[m\].
+    pub(in crate::mesh) longest_m: Vec<f64>,
+    /// Mean over that of all edges.
+    pub(in crate::mesh) relative: Vec<f64>,
 }
 
 impl Web {
@@ -33,6 +43,21 @@ impl Web {
         }
         let (inside, on_skin) = (neighbours(count, &links), neighbours(count, &skin));
         Self { links, inside, on_skin, around }
+    }
+
+    /// Measures the edges.
+    pub(in crate::mesh) fn lengths(&self, nodes_m: &[[f64; 3]]) -> Lengths {
+        let length = |[i, j]: [u32; 2]| distance(nodes_m[i as usize], nodes_m[j as usize]);
+        let all_m =
+            self.links.iter().map(|link| length(*link)).sum::<f64>() / self.links.len() as f64;
+        let each = |(node, others): (u32, &Vec<u32>)| {
+            let around = || others.iter().map(|other| length([node, *other]));
+            let mean_m = around().sum::<f64>() / others.len() as f64;
+            (mean_m, around().fold(0.0, f64::max))
+        };
+        let (mean_m, longest_m): (Vec<f64>, Vec<f64>) = (0..).zip(&self.inside).map(each).unzip();
+        let relative = mean_m.iter().map(|mean_m| mean_m / all_m).collect();
+        Lengths { mean_m, longest_m, relative }
     }
 
     /// Returns the nodes of the surface.
