@@ -113,7 +113,6 @@ async function costS(file, isDrawn) {
   try {
     await browser.goto(`file://${resolve(file)}`);
     await browser.until(isDrawn);
-    await browser.evaluate("new Promise((go) => requestAnimationFrame(() => requestAnimationFrame(go)))");
     return await browser.processorS();
   } finally {
     await browser.stop();
@@ -122,7 +121,7 @@ async function costS(file, isDrawn) {
 
 const empty = join(folder, "empty.html");
 writeFileSync(empty, "<!doctype html><title>empty</title><p>Nothing");
-const emptyS = await costS(empty, "document.readyState === 'complete' && document.title === 'empty'");
+const emptyS = await costS(empty, "new Promise((go) => requestAnimationFrame(() => requestAnimationFrame(() => go(document.title === 'empty'))))");
 const firstS = await costS(page, "globalThis.chaincell?.frames > 0");
 
 const browser = await Browser.start({ width: 960, height: 640 });

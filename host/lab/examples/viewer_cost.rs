@@ -14,7 +14,7 @@
 use std::ffi::OsString;
 use std::io::{BufRead, BufReader, ErrorKind, Read, Write};
 use std::net::TcpStream;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::{Child, Command, ExitCode, Stdio};
 use std::sync::mpsc;
 use std::thread::{self, JoinHandle};
@@ -58,8 +58,10 @@ fn view(place: &Place) -> Result<(Ending, String)> {
     // The thread ends with the program, whose end closes the pipe.
     let (sender, lines) = mpsc::channel();
     thread::spawn(move || {
-        for line in
-            out.into_iter().flat_map(|out| BufReader::new(out).lines()).map_while(|of| of.ok())
+        for line in out
+            .into_iter()
+            .flat_map(|out| BufReader::new(out).lines())
+            .map_while(std::result::Result::ok)
         {
             let _ = sender.send(line);
         }

@@ -233,11 +233,13 @@ mod tests {
         }
     }
 
-    #[test]
-    fn a_frame_holds_the_state_in_the_order_of_the_cells() {
+    fn subject() -> Subject {
         let ids = vec![(10, 1), (20, 2), (30, 0)];
-        let subject = Subject { checksum: 0xC4EC, rows: vec![2, 0, 1], ids, tools: 2 };
-        let header = StateHeader {
+        Subject { checksum: 0xC4EC, rows: vec![2, 0, 1], ids, tools: 2 }
+    }
+
+    fn header() -> StateHeader {
+        StateHeader {
             tick: 1 << 40,
             ticks_answered: 7,
             state_hash: 0xFEDC_BA98_7654_3210,
@@ -245,7 +247,13 @@ mod tests {
             flags: 8,
             model_checksum: 0xC4EC,
             reserved: 0,
-        };
+        }
+    }
+
+    #[test]
+    fn a_frame_holds_the_state_in_the_order_of_the_cells() {
+        let subject = subject();
+        let header = header();
         let nodes = [10, 20, 30].map(|node| NodePosition { node, position_m: [node as f32; 3] });
         let mut poses = ToolPoses { tick: 1 << 40, tools: 1, ..ToolPoses::default() };
         poses.each[0] = OneToolPose {
@@ -307,6 +315,11 @@ mod tests {
         assert_eq!(words.reals(), [7.0, 8.0, 9.0, 2.0]);
         assert_eq!(words.reals(), [30.0, 30.0, 30.0, 10.0, 10.0, 10.0, 20.0, 20.0, 20.0]);
         assert!(words.0.is_empty());
+    }
+
+    #[test]
+    fn a_state_of_another_model_or_length_is_none_of_the_body() {
+        let (subject, header, nodes) = (subject(), header(), [NodePosition::default(); 3]);
         let other = StateHeader { model_checksum: 1, ..header };
         assert!(subject.is_of(&header, &nodes) && !subject.is_of(&other, &nodes));
         assert!(!subject.is_of(&header, &nodes[..2]));
