@@ -218,7 +218,7 @@ class Tissue:
         True"""
     @property
     def model(self) -> Model:
-        """The model."""
+        """The `Model` of the body."""
     @property
     def ticks(self) -> int:
         """Number of ticks since it was at rest."""
@@ -273,7 +273,7 @@ class Run:
     def __len__(self) -> int: ...
     @property
     def model(self) -> Model:
-        """The model."""
+        """The `Model` of the body."""
     @property
     def path_m(self) -> _F32:
         """Positions of the tool [m], float32 (ticks, 3), or of the tools of the path, (ticks, tools, 3)."""
