@@ -29,7 +29,7 @@ pub(crate) struct Run {
     path_m: Vec<[f32; 3]>,
     /// Positions of the nodes after the last tick.
     positions_m: Vec<[f32; 3]>,
-    /// The model.
+    /// The `Model` of the body.
     #[pyo3(get)]
     model: Py<Model>,
     /// Hash of the state after the last tick, 16 hexadecimal digits.

@@ -165,7 +165,7 @@ pub(crate) struct Tissue {
     live: Turns<Live>,
     /// What a trace of it begins with: a snapshot belongs to it.
     begun: Vec<u8>,
-    /// The model.
+    /// The `Model` of the body.
     #[pyo3(get)]
     model: Py<Model>,
 }

@@ -85,7 +85,8 @@ def test_arrays_have_shape_and_unit(name: str) -> None:
     of = [(dotted, text_of(value)) for dotted, value in members() if dotted.endswith(f".{name}")]
     assert of
     for dotted, text in of:
-        assert "(" in text and "[" in text and "float" in text, f"{dotted}: {text}"
+        has_shape = "(" in text or "of the shape of" in text
+        assert has_shape and "[" in text and "float" in text, f"{dotted}: {text}"
 
 
 class _Stub:
@@ -109,21 +110,25 @@ class _Stub:
     def renewed(self, texts: dict[str, str]) -> str:
         """The file with these texts, from the last one up: the lines above stay where they are."""
         lines = self.text.splitlines()
-        for name, node in sorted(self.nodes.items(), key=lambda item: -item[1].body[0].lineno):
+        for name, node in sorted(self.nodes.items(), key=lambda item: -self.first_line(item[1])):
             indent = " " * (4 * name.count(".") + 4)
             quoted = [f"{indent}{line}".rstrip() for line in f'"""{texts[name]}"""'.splitlines()]
-            first = node.body[0]
-            if isinstance(node, ast.ClassDef):
-                start = min([first.lineno, *(of.lineno for of in getattr(first, "decorator_list", []))]) - 1
-                end = first.end_lineno if ast.get_docstring(node) else start
-                lines[start:end] = quoted
-            elif ast.get_docstring(node):
-                lines[first.lineno - 1 : first.end_lineno] = quoted
+            first, at = node.body[0], self.first_line(node) - 1
+            if ast.get_docstring(node):
+                lines[at : first.end_lineno] = quoted
+            elif isinstance(node, ast.ClassDef):
+                lines[at:at] = quoted
             else:
                 # `...` stands in the line of the signature.
-                at = first.lineno - 1
                 lines[at : at + 1] = [lines[at][: first.col_offset].rstrip(), *quoted]
         return "\n".join(lines) + "\n"
+
+    @staticmethod
+    def first_line(node: ast.ClassDef | ast.FunctionDef) -> int:
+        """The first line of what is in it, decorators among it."""
+        first = node.body[0]
+        decorators = first.decorator_list if isinstance(first, (ast.ClassDef, ast.FunctionDef)) else []
+        return min(of.lineno for of in [first, *decorators])
 
 
 def test_the_stubs_say_the_same() -> None:

@@ -34,7 +34,7 @@ def depth_m(run: Run) -> npt.NDArray[np.float64]:
     touches = np.flatnonzero(run.contacts)
     if not touches.size:
         return np.full(path_m.shape[:2], np.nan)
-    depth = np.linalg.norm(path_m - path_m[touches[0]], axis=2)
+    depth: npt.NDArray[np.float64] = np.linalg.norm(path_m - path_m[touches[0]], axis=2)
     depth[: touches[0]] = np.nan
     return depth
 

@@ -155,7 +155,7 @@ impl Judgement {
         }
     }
 
-    /// What makes a tool touch that did not.
+    /// Returns the remedy for a tool that did not touch.
     fn untouched_remedy(&self) -> &'static str {
         match (self.remedy, &self.nearest) {
             (Some(remedy), _) => remedy,
