@@ -9,7 +9,7 @@ use nalgebra::Vector3;
 /// Way of the tool in a tick: 0.1 m/s \[m\].
 const STEP_M: f64 = 1.0e-4;
 /// Ticks from the first one that holds the tool back until the force is looked at.
-const SETTLES: usize = 600;
+const SETTLES: usize = 1000;
 /// Ticks in which the tool goes on, and then as many in which it stands.
 const LOOKS: usize = 500;
 /// Ticks in which a hand feels a hum: from 4 Hz on.
