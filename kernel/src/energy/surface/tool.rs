@@ -23,6 +23,10 @@ kept! {
         /// Its target position and rotation.
         pub(crate) target: [f32; 3],
         pub(crate) target_turn: Turn,
+        /// Unit vector in which it may go no farther, since the proxy had to give way; 0 if it may.
+        pub(crate) held_back: [f32; 3],
+        /// The proxy's position when it last gave way.
+        pub(crate) held_at: [f32; 3],
         /// Share of the release time that its grips lose per tick.
         pub(crate) fade: f32,
         /// Work of its move in this tick, internal units.
@@ -41,6 +45,8 @@ impl ToolState {
         spin: [0.0; 3],
         target: [0.0; 3],
         target_turn: Turn::NONE,
+        held_back: [0.0; 3],
+        held_at: [0.0; 3],
         fade: 0.0,
         work: 0.0,
     };
