@@ -78,7 +78,7 @@ impl Moment {
     }
 
     /// Draws the body, coloured by displacement with a legend, and the tools. `engine` is the one of
-    /// [`Self::of`]. About a tenth of a second and 130 MB.
+    /// [`Self::of`]. Some tenths of a second and 130 MB.
     #[must_use]
     pub fn draw(&self, engine: &Engine<'_>) -> Pixels {
         let skin = Skin::of(engine.network().model(), &self.nodes);

@@ -67,10 +67,11 @@ fn what_the_judgement_proposes_is_fine_enough() {
     let report = baked(&stl, proposed, &model, &["--json"]).with(0);
     let report: Value = serde_json::from_str(&report.out).unwrap();
     let number = |key: &str| report["filled"][key].as_f64().unwrap();
-    let [fine_m, coarse_m] =
-        [0, 1].map(|at| report["filled"]["graded_edges_m"][at].as_f64().unwrap());
+    let edges_m = &report["filled"]["graded_edges_m"];
+    let fine_m = edges_m[0].as_f64().unwrap();
     assert!((fine_m / 0.0025 - 1.0).abs() < 0.1, "{report}");
-    assert!(coarse_m > 2.5 * fine_m, "{report}");
+    // The body is too small for a part that is nowhere graded, or that part is coarse.
+    assert!(edges_m[1].as_f64().is_none_or(|coarse_m| coarse_m > 2.5 * fine_m), "{report}");
     assert!(
         number("smallest_dihedral_deg") > 10.0 && number("largest_dihedral_deg") < 160.0,
         "{report}"
