@@ -194,10 +194,6 @@ pub fn execute(args: &Args) -> Result<()> {
         overlapping_tetrahedra: overlaps.map(|of| of.tetrahedra),
         judgement: Judgement::of_model(&model, Pace::measured(&model), MeshFit::of_surface(&model)),
     };
-    // Report it.
-    if args.print.json {
-        return terminal::say_json(&report);
-    }
     // Remarks on the mesh.
     if model.fixed().is_empty() {
         terminal::note("note: no cell is fixed, the body floats; --fix holds nodes");
@@ -222,6 +218,9 @@ pub fn execute(args: &Args) -> Result<()> {
         ));
     }
     // The model in numbers.
+    if args.print.json {
+        return terminal::say_json(&report);
+    }
     terminal::say(format_args!("baked {} from {}", args.output.display(), args.mesh))?;
     if let Some(wanted) = args.body.cells.filter(|&wanted| wanted != model.cells()) {
         terminal::say(format_args!(

@@ -69,9 +69,12 @@ impl Finer {
         (place_m, radius_m): ([f64; 3], f64),
         error: f64,
     ) -> Self {
-        let sizes_m = [link_m.max(2.0 * fine_m), fine_m];
-        let reach_m = REACH * radius_m;
-        let cells = cells as f64 + more_cells(sizes_m, reach_m);
+        // Away from the contact `--fill` makes the size nearest to today's.
+        let steps = (link_m / fine_m).log2().round().max(1.0);
+        let coarse_m = fine_m * steps.exp2();
+        let (sizes_m, reach_m) = ([coarse_m, fine_m], REACH * radius_m);
+        let away = cells as f64 * (link_m / coarse_m).powi(3);
+        let cells = away + more_cells(sizes_m, reach_m);
         Self { error, sizes_m, place_m, reach_m, cells }
     }
 

@@ -7,8 +7,9 @@
 //!   radius; if the tissue itself comes nearer, the proxy gives way. A tool that goes deeper leaves its proxy
 //!   at the surface, and the force stays. A blocked proxy may still rotate: a tool that rotates out of the
 //!   tissue becomes free.
-//! - **Never in again where it gave way.** Under a deep press the tissue slips around the tool, and comes
-//!   back when the tool gives way: one that then goes in again makes the force hum, by a third and more.
+//! - **Never in again and again where it gave way.** Under a deep press the tissue slips around the tool, and
+//!   comes back when the tool gives way: one that then goes in each time makes the force hum, by a third and
+//!   more.
 //! - It moves by at most half a radius per tick while the surface is near; far from it by at most the
 //!   distance of the surface, so that it never jumps over it.
 //! - It moves only so far as the model's largest energy allows. A motion that lowers the energy is never
@@ -28,7 +29,7 @@
 //!
 //! - `engagement`: a tool engages, aims and releases; `start`: in contact or inside the body.
 //! - `search`, `candidates`, `sieve`: the triangles in reach, one at a time or eight.
-//! - `proxy_step`: motion of a proxy; `hold_back`: where it stays after it gave way.
+//! - `proxy_step`: motion of a proxy; `hold_back`: where it stays after it gave way several times.
 //! - `energies`, `bounds`: contact energy of the tools, and stability bounds of the cells under them.
 //! - `anchors`: friction and grips from tick to tick.
 //! - `choice`: tools are chosen; `forces`: the contacts of each triangle.

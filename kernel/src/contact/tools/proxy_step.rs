@@ -59,7 +59,7 @@ impl ProxyStep<'_> {
         }
         let turn = self.tool.target_turn;
         // If the tissue blocks the translation, the rotation alone may be free.
-        for pivot in [self.free_target(), from.pivot] {
+        for pivot in [self.tool.free_target(), from.pivot] {
             if let Some(found) = self.towards(Goal { pivot, turn }, share, &here, at) {
                 return found;
             }
@@ -68,15 +68,6 @@ impl ProxyStep<'_> {
             }
         }
         (*from, here)
-    }
-
-    /// The position to which the proxy may move.
-    fn free_target(&self) -> [f32; 3] {
-        let tool = self.tool;
-        if tool.held_back == [0.0; 3] {
-            return tool.target;
-        }
-        add(tool.proxy.pivot, tool.free_step())
     }
 
     /// Moves the proxy as far towards a pivot and a rotation as it may go from its contact `here`, with a
