@@ -63,7 +63,7 @@ pub static GOLDENS: &[Golden] = &[
     of("varied300_track", Tier::Fixed, 100, 0x4923f5d3e2a81f66, 3200),
     of("varied300_track", Tier::Fixed, 2000, 0x8d5e555ea22989f5, 64000),
     of("touch6_predict", Tier::F32, 100, 0xd10edf1b3ef4b771, 3200),
-    of("touch6_predict", Tier::F32, 2000, 0x39d4554f44e575da, 64000),
-    of("touch6_tools", Tier::F32, 100, 0xdeedcc39c5d99d2d, 3200),
-    of("touch6_tools", Tier::F32, 2000, 0x8cac4136bdcd64a7, 64000),
+    of("touch6_predict", Tier::F32, 2000, 0x4dd3670bf650b7ac, 64000),
+    of("touch6_tools", Tier::F32, 100, 0x4d382cfbe902e217, 3200),
+    of("touch6_tools", Tier::F32, 2000, 0x13f452f4fcea1a7c, 64000),
 ];
