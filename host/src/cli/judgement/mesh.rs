@@ -81,7 +81,7 @@ impl Finer {
     /// The text that `--fill` takes.
     fn option(&self) -> String {
         let [coarse, fine, reach] =
-            [self.sizes_m[0], self.sizes_m[1], self.reach_m].map(|length_m| two_digits(length_m));
+            [self.sizes_m[0], self.sizes_m[1], self.reach_m].map(two_digits);
         let [x, y, z] = self.place_m.map(|x| (1e4 * x).round() / 1e4 + 0.0);
         format!("--fill {coarse},{fine}@{x},{y},{z},{reach}")
     }

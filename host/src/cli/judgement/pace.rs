@@ -35,6 +35,8 @@ pub struct Pace {
     pub cells_fitting: u64,
 }
 
+/// Fewer cells are no body.
+const CELLS_MIN: u64 = 20;
 /// The part of a period that a tick may take.
 const USABLE: f64 = 0.8;
 
@@ -104,8 +106,11 @@ impl fmt::Display for Pace {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { load_p50, load_p99, sweeps_p50, sweeps_p1, sweeps_max, cells_fitting } = *self;
         let of = |sweeps: u64| counted(sweeps, "sweep");
-        let remedy =
-            format!("for all of them bake some {cells_fitting} cells, or take a faster core");
+        let remedy = if cells_fitting < CELLS_MIN {
+            "no body is small enough for this core: take a faster one, or fewer --sweeps".to_owned()
+        } else {
+            format!("for all of them bake some {cells_fitting} cells, or take a faster core")
+        };
         if sweeps_p50 < sweeps_max {
             return write!(
                 f,
@@ -156,6 +161,8 @@ mod tests {
             "{text}"
         );
         assert!(text.contains("bake some 1538 cells"), "{text}");
+        let text = pace([900_000, 990_000], [4, 4, 4]);
+        assert!(text.contains("no body is small enough"), "{text}");
         let text = pace([800, 990], [1, 1, 4]);
         assert!(text.contains("time for 1 of 4 sweeps in the median tick"), "{text}");
         assert!(text.contains("bake some 1250 cells"), "{text}");
