@@ -173,7 +173,10 @@ fn ctrl_c_before_the_first_tick() {
     let ended = cosim.interrupt().with(130);
     // Nothing is written yet, and nothing says that results are somewhere.
     let said = ended.err.trim();
-    assert!(said.starts_with("chaincell: interrupted") && !said.contains("results so far"), "{said}");
+    assert!(
+        said.starts_with("chaincell: interrupted") && !said.contains("results so far"),
+        "{said}"
+    );
     assert_eq!(std::fs::read_dir(&out).unwrap().count(), 0);
 }
 
