@@ -107,10 +107,14 @@ impl Frame {
         let whole = |at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().unwrap());
         let long = |at: usize| u64::from_le_bytes(bytes[at..at + 8].try_into().unwrap());
         let vector = |at: usize| [0, 4, 8].map(|axis| f32::from_bits(whole(at + axis)));
-        let [tools, points, cells] = [48, 52, 56].map(|at| whole(at) as usize);
+        let [tools, points, cells, contacts] = [48, 52, 56, 60].map(|at| whole(at) as usize);
         let first_point = 64 + 68 * tools;
-        let first_cell = first_point + 32 * points;
-        assert!(whole(0) == 1 && bytes.len() == first_cell + 12 * cells);
+        let first_contact = first_point + 32 * points;
+        let first_cell = first_contact + 20 * contacts;
+        assert!(whole(0) == 2 && bytes.len() == first_cell + 12 * cells);
+        for contact in 0..contacts {
+            assert!((whole(first_contact + 20 * contact) as usize) < cells);
+        }
         Self {
             checksum: whole(4),
             tick: long(8),
