@@ -6,6 +6,16 @@ use std::str::FromStr;
 /// The form of the option, for error texts.
 const FORM: &str = "give SIZE, or SIZE,FINE@X,Y,Z,R in metres, or SIZE,FINE@near:SELECTOR";
 
+/// Most halvings between the two sizes.
+pub(crate) const HALVINGS_MAX: f64 = 6.0;
+/// Growth of the tetrahedra over the distance from a place: two layers of each size.
+pub(crate) const GROWTH: f64 = 0.5;
+
+/// The number of halvings that leads nearest from the coarse size to the fine one.
+pub(crate) fn halvings(size_m: f64, fine_m: f64) -> f64 {
+    (size_m / fine_m).log2().round()
+}
+
 /// Edges of tetrahedra.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Filling {

@@ -42,6 +42,7 @@ use crate::text::{BYTE_ORDER_MARK, gzip};
 use format::Format;
 
 pub use filling::{Filling, Finer, Region};
+pub(crate) use filling::{GROWTH, HALVINGS_MAX, halvings};
 pub use overlap::{Overlaps, overlaps};
 pub use scale::UnlikelySize;
 pub use selector::{select, select_among};

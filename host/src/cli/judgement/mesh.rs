@@ -11,7 +11,7 @@ use serde::Serialize;
 use crate::engine::course::ToolCourse;
 use crate::engine::reach::Reach;
 use crate::engine::{Engine, rest_m};
-use crate::mesh::CELLS_MAX;
+use crate::mesh::{CELLS_MAX, GROWTH, HALVINGS_MAX, halvings};
 use crate::words::length;
 
 /// Radius over edge from which on a row of the table holds, and its errors: less than a quarter of a radius
@@ -26,8 +26,6 @@ const FINE: f64 = ERRORS[0].0;
 const REACH: f64 = 1.5;
 /// Cells of a filled body in a cube of their mean edge.
 const DENSITY: f64 = 1.575;
-/// Growth of graded tetrahedra over the distance from the finer part.
-const GROWTH: f64 = 0.5;
 
 /// The mesh under a tool, or under any sphere where the tool is not known yet.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -70,8 +68,7 @@ impl Finer {
         error: f64,
     ) -> Self {
         // Away from the contact `--fill` makes the size nearest to today's.
-        let steps = (link_m / fine_m).log2().round().max(1.0);
-        let coarse_m = fine_m * steps.exp2();
+        let coarse_m = fine_m * halvings(link_m, fine_m).clamp(1.0, HALVINGS_MAX).exp2();
         let (sizes_m, reach_m) = ([coarse_m, fine_m], REACH * radius_m);
         let away = cells as f64 * (link_m / coarse_m).powi(3);
         let cells = away + more_cells(sizes_m, reach_m);

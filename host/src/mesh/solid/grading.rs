@@ -2,15 +2,11 @@
 
 use super::distance::Solid;
 use super::tree::Tree;
-use crate::mesh::filling::{Finer, Region};
+use crate::mesh::filling::{Finer, GROWTH, HALVINGS_MAX, Region, halvings};
 use crate::mesh::geometry::distance;
 use crate::mesh::stuffing::Shape;
 use crate::words::length;
 
-/// Most halvings between the two sizes.
-const LEVELS_MAX: u32 = 6;
-/// Growth of the tetrahedra over the distance from a region: two layers of each size.
-const GROWTH: f64 = 0.5;
 /// Largest coordinate \[m\].
 const FAR_M: f64 = 1e6;
 
@@ -107,7 +103,6 @@ pub(super) fn given(size_m: f64, finer: Option<&Finer>) -> String {
 
 /// The number of doublings from the fine size nearest to the coarse one.
 fn levels(size_m: f64, fine_m: f64) -> Result<u32, String> {
-    let ratio = size_m / fine_m;
     let half = 0.5 * size_m;
     let refuse =
         |why: &str, take: f64| Err(format!("`fill_m` {size_m:?},{fine_m:?}: {why} {take:?}"));
@@ -117,12 +112,12 @@ fn levels(size_m: f64, fine_m: f64) -> Result<u32, String> {
     if fine_m >= size_m {
         return refuse("the second size is the finer one and must be below the first; take", half);
     }
-    let levels = ratio.log2().round();
+    let levels = halvings(size_m, fine_m);
     if levels < 1.0 {
         return refuse("the two sizes hardly differ; leave the second out, or take", half);
     }
-    if levels > f64::from(LEVELS_MAX) {
-        let least_m = size_m / f64::from(1 << LEVELS_MAX);
+    if levels > HALVINGS_MAX {
+        let least_m = size_m / HALVINGS_MAX.exp2();
         return refuse("the second size is too fine for the first; take", least_m);
     }
     Ok(levels as u32)

@@ -28,9 +28,8 @@ pub(in crate::mesh) fn smooth(
     held: &[bool],
     relative: &[f64],
 ) {
-    let Web { links, inside, on_skin, around } = web;
-    let length = |[i, j]: [u32; 2]| distance(body.nodes_m[i as usize], body.nodes_m[j as usize]);
-    let mean_m = links.iter().map(|link| length(*link)).sum::<f64>() / links.len() as f64;
+    let Web { inside, on_skin, around, .. } = web;
+    let mean_m = web.mean_m(&body.nodes_m);
     for _ in 0..PASSES {
         for node in 0..body.nodes_m.len() {
             if held.get(node) == Some(&true) {

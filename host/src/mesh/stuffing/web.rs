@@ -45,13 +45,17 @@ impl Web {
         Self { links, inside, on_skin, around }
     }
 
+    /// Mean edge of the body \[m\].
+    pub(super) fn mean_m(&self, nodes_m: &[[f64; 3]]) -> f64 {
+        let lengths_m = self.links.iter().map(|link| length_m(nodes_m, *link));
+        lengths_m.sum::<f64>() / self.links.len() as f64
+    }
+
     /// Measures the edges.
     pub(in crate::mesh) fn lengths(&self, nodes_m: &[[f64; 3]]) -> Lengths {
-        let length = |[i, j]: [u32; 2]| distance(nodes_m[i as usize], nodes_m[j as usize]);
-        let all_m =
-            self.links.iter().map(|link| length(*link)).sum::<f64>() / self.links.len() as f64;
+        let all_m = self.mean_m(nodes_m);
         let each = |(node, others): (u32, &Vec<u32>)| {
-            let around = || others.iter().map(|other| length([node, *other]));
+            let around = || others.iter().map(|other| length_m(nodes_m, [node, *other]));
             let mean_m = around().sum::<f64>() / others.len() as f64;
             (mean_m, around().fold(0.0, f64::max))
         };
@@ -73,4 +77,9 @@ fn neighbours(count: usize, links: &[[u32; 2]]) -> Vec<Vec<u32>> {
         lists[j as usize].push(i);
     }
     lists
+}
+
+/// Length of an edge \[m\].
+fn length_m(nodes_m: &[[f64; 3]], [i, j]: [u32; 2]) -> f64 {
+    distance(nodes_m[i as usize], nodes_m[j as usize])
 }
