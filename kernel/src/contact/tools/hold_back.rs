@@ -6,9 +6,9 @@
 //! that gave way [`TIMES`] times at a place goes no farther in that direction. Fewer times are no hum: under
 //! a fast press the tissue lags, and comes too near for some ticks. Sideways the tool moves as before. It is
 //! free again when its target is no longer beyond the proxy in that direction, when it has moved by a quarter
-//! of its radius, and when it engages anew.
+//! of its radius, when it touches nothing, and when it engages anew.
 
-use crate::energy::surface::ToolState;
+use crate::energy::surface::{Meeting, ToolState};
 use crate::number::cell::{dot, scale, sub};
 use crate::number::sqrt::sqrt;
 
@@ -27,8 +27,8 @@ impl ToolState {
         sub(self.target, scale(inward, self.held_back))
     }
 
-    /// Notes after its move from this pivot whether the tool gave way.
-    pub(super) fn hold_back(&mut self, from: [f32; 3]) {
+    /// Notes after its move from this pivot whether the tool gave way; `met` is its contact there.
+    pub(super) fn hold_back(&mut self, from: [f32; 3], met: &Meeting) {
         let (here, step) = (self.proxy.pivot, sub(self.target, from));
         let (way, apart) = (sub(here, from), sub(here, self.held_at));
         // It gave way if it moved against its target, within 60 degrees.
@@ -46,10 +46,10 @@ impl ToolState {
             self.held_at = here;
             return;
         }
-        // It is free again at its target and elsewhere.
+        // It is free again at its target, elsewhere, and where it touches nothing.
         let elsewhere = ELSEWHERE * self.proxy.radius_min();
         let is_asked_in = dot(sub(self.target, here), self.held_back) > 0.0;
-        if !is_asked_in || dot(apart, apart) > elsewhere * elsewhere {
+        if !is_asked_in || met.touched == 0 || dot(apart, apart) > elsewhere * elsewhere {
             self.times = 0;
         }
     }

@@ -285,7 +285,7 @@ fn move_proxies(
             tool.way_before = tool.way;
             tool.proxy = proxy;
             if !is_new {
-                tool.hold_back(from.pivot);
+                tool.hold_back(from.pivot, &met);
             }
         }
     }
