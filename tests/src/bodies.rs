@@ -133,11 +133,16 @@ impl Body {
         self.top_m + Vector3::new(0.0, 0.0, self.tools[tool].radius_m())
     }
 
-    /// The body at rest under one of its tools: a tick for a sample.
+    /// The body at rest under one of its tools: a tick of two sweeps for a sample.
     pub fn tissue(&self, tool: usize) -> impl FnMut(&ToolPose) -> TickOutput {
+        self.tissue_by(tool, (Scheme::Predict, 2))
+    }
+
+    /// The same with a scheme and a number of sweeps.
+    pub fn tissue_by(&self, tool: usize, by: (Scheme, u16)) -> impl FnMut(&ToolPose) -> TickOutput {
         let (contact, step_m) =
             (self.tools[tool].contact(), Settings::for_model(&model(&self.image)).max_tool_step_m);
-        let mut engine = under(&self.image, contact, (Scheme::Predict, 2), step_m).unwrap();
+        let mut engine = under(&self.image, contact, by, step_m).unwrap();
         move |sample| engine.tick(sample)
     }
 }

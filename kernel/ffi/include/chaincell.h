@@ -719,7 +719,7 @@ typedef struct chaincell_stage_settings {
 /**
  * At most so many bytes for each tool.
  */
-#define CHAINCELL_TOOL_BYTES 1184
+#define CHAINCELL_TOOL_BYTES 1208
 
 /**
  * The scheme that moves the network.

@@ -35,7 +35,7 @@ pub const TRIANGLE_BYTES: usize = 28;
 /// Bytes for each sample that friction or grips hold.
 pub const SAMPLE_BYTES: usize = 104;
 /// At most so many bytes for each tool.
-pub const TOOL_BYTES: usize = 1184;
+pub const TOOL_BYTES: usize = 1208;
 
 /// How much a tissue has room for, beside the cells of its model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

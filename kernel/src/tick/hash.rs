@@ -30,7 +30,8 @@ use crate::number::two_float::LANES;
 /// move. In revision 4 a tool that engages in contact grows from nothing, one that engages inside the tissue
 /// waits, the momentum of a body under moving tools is learnt gradually, and samples close to contact count
 /// in the elastic coarse level. In revision 5 the state hash takes two words at a time, and states by rows;
-/// cells under tools that move give way before the pass, and steps after their push are shorter.
+/// cells under tools that move give way before the pass, and steps after their push are shorter; a tool gives
+/// way as soon as the tissue comes nearer than it may press, and goes in no farther there.
 pub const REVISION: u32 = 5;
 
 const START: u64 = 0xCBF2_9CE4_8422_2325;

@@ -4,6 +4,7 @@ mod corpus;
 mod current;
 mod energy;
 mod float_environment;
+mod held_back;
 mod hostile_images;
 mod inside;
 mod limits;

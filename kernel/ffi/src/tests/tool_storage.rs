@@ -36,9 +36,11 @@ fn every_count_takes_its_bytes() {
     let of = |room: Room| size_of_body(SURFACE, Scheme::Track as i32, &room).1;
     let plain = of(holding(2));
     let one = Room { contacts: 2, tools: 1, triangles: 4, samples: 4 };
-    let fixed = of(one) - plain - 144 * 24 - 1184 - 4 * (28 + 104);
+    let fixed = of(one) - plain - 144 * 24 - 1208 - 4 * (28 + 104);
     assert!(fixed <= TOUCH_BYTES && TOUCH_BYTES - fixed < 512, "{fixed}");
-    assert_eq!(of(Room { tools: 8, ..one }) - of(one), 7 * 1184);
+    // Sizes are rounded to multiples of 16.
+    let seven = of(Room { tools: 8, ..one }) - of(one);
+    assert!(seven.abs_diff(7 * 1208) < 16, "{seven}");
     assert_eq!(of(Room { triangles: 1028, ..one }) - of(one), 1024 * 28);
     assert_eq!(of(Room { samples: 1028, ..one }) - of(one), 1024 * 104);
     // The kernel's own, less its roundings.

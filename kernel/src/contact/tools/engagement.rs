@@ -38,6 +38,7 @@ impl ToolState {
                 let edge = if self.waits() { Edge::Waits } else { Edge::In };
                 self.proxy = self.proxy.at(self.target, self.target_turn, 1.0);
                 self.is_in = true;
+                (self.times, self.gives_way) = (0, false);
                 edge
             }
             Some(false) if self.is_in => {

@@ -1,12 +1,15 @@
 //! Contact of tools in a tick on a model with a contact surface, see [`surface`](crate::energy::surface).
 //!
-//! **The tissue meets a proxy of each tool.** The proxy follows the tool, with three exceptions, each marked
+//! **The tissue meets a proxy of each tool.** The proxy follows the tool, with four exceptions, each marked
 //! by flag 1 ([`MOTION_CLAMPED`](crate::Flags)) and made up for in later ticks:
 //!
 //! - **Never through.** It moves only so far that no sample comes nearer to a part's core than 0.6 of its
-//!   radius; if the tissue itself comes nearer than half, the proxy gives way. A tool that goes deeper leaves
-//!   its proxy at the surface, and the force stays. A blocked proxy may still rotate: a tool that rotates out
-//!   of the tissue becomes free.
+//!   radius; if the tissue itself comes nearer, the proxy gives way. A tool that goes deeper leaves its proxy
+//!   at the surface, and the force stays. A blocked proxy may still rotate: a tool that rotates out of the
+//!   tissue becomes free.
+//! - **Never in again and again where it gave way.** Under a deep press the tissue slips around the tool, and
+//!   comes back when the tool gives way: one that then goes in each time makes the force hum, by a third and
+//!   more.
 //! - It moves by at most half a radius per tick while the surface is near; far from it by at most the
 //!   distance of the surface, so that it never jumps over it.
 //! - It moves only so far as the model's largest energy allows. A motion that lowers the energy is never
@@ -26,7 +29,7 @@
 //!
 //! - `engagement`: a tool engages, aims and releases; `start`: in contact or inside the body.
 //! - `search`, `candidates`, `sieve`: the triangles in reach, one at a time or eight.
-//! - `proxy_step`: motion of a proxy.
+//! - `proxy_step`: motion of a proxy; `hold_back`: where it stays after it gave way several times.
 //! - `energies`, `bounds`: contact energy of the tools, and stability bounds of the cells under them.
 //! - `anchors`: friction and grips from tick to tick.
 //! - `choice`: tools are chosen; `forces`: the contacts of each triangle.
@@ -38,6 +41,7 @@ mod choice;
 mod energies;
 mod engagement;
 mod forces;
+mod hold_back;
 mod proxy_step;
 mod search;
 mod sieve;
@@ -280,6 +284,9 @@ fn move_proxies(
             last += dot(tool.way_before, tool.way_before);
             tool.way_before = tool.way;
             tool.proxy = proxy;
+            if !is_new {
+                tool.hold_back(from.pivot, &met);
+            }
         }
     }
     let ratio = if along > 0.0 { along / last } else { 0.0 };

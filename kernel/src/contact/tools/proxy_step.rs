@@ -6,13 +6,15 @@ use crate::number::cell::{add, dot, scale, sub};
 use crate::number::sqrt::sqrt;
 use crate::number::turn::Turn;
 
-/// If a sample comes nearer to a core than this share of the part's radius, the tool gives way. Near the
-/// surface the proxy moves at most this share of the radius per tick.
+/// Near the surface the proxy moves at most this share of the smallest radius per tick. A motion that lowers
+/// the contact energy may bring samples as near to a core.
 pub(super) const HALF: f32 = 0.5;
-/// The tool presses only so far that no sample comes nearer than this, and gives way up to here. Between
-/// the two it stays: without this margin it would give way and come back in turn, farther each time, until
-/// the tissue slips past its middle.
+/// The tool presses only so far that no sample comes nearer to a core than this share of the part's radius,
+/// and gives way up to here: soon, since tissue that has slipped farther past the tool comes back with a jump.
 const FLOOR: f32 = 0.6;
+/// If a sample comes nearer than this, the tool gives way: below [`FLOOR`] by more than the body trembles while
+/// it settles.
+const GIVES_WAY: f32 = 0.598;
 /// Largest motion of the tissue towards the tool per tick, in radii.
 pub(super) const COMING: f32 = 0.25;
 /// Trials per tick to find the largest admissible motion.
@@ -52,13 +54,12 @@ impl ProxyStep<'_> {
         // Contact and size at the present position.
         let here = self.met(from, at);
         let share = if from.share < 1.0 { self.grown(at) } else { 1.0 };
-        let step = sub(self.tool.target, from.pivot);
-        if let Some(found) = self.retreat(&here, step, at) {
+        if let Some(found) = self.retreat(&here, at) {
             return found;
         }
         let turn = self.tool.target_turn;
         // If the tissue blocks the translation, the rotation alone may be free.
-        for pivot in [self.tool.target, from.pivot] {
+        for pivot in [self.tool.free_target(), from.pivot] {
             if let Some(found) = self.towards(Goal { pivot, turn }, share, &here, at) {
                 return found;
             }
@@ -136,27 +137,23 @@ impl ProxyStep<'_> {
         from.at(pivot, from.turn.towards(to.turn, part), share)
     }
 
-    /// The share of its radii to which a tool grows: no sample comes nearer to a core than half of it.
+    /// The share of its radii to which a tool grows: it need not give way then.
     fn grown(&self, at: &impl Fn(usize) -> [f32; 3]) -> f32 {
         let from = &self.tool.proxy;
         let whole = self.met(&from.at(from.pivot, from.turn, 1.0), at);
-        let (grown, widest) = (start::grown(from.share), whole.nearest / HALF);
+        let (grown, widest) = (start::grown(from.share), whole.nearest / FLOOR);
         let grown = if grown < widest { grown } else { widest };
         if grown > from.share { grown } else { from.share }
     }
 
-    /// If the tissue has come nearer to a core than half a radius, moves the proxy out along the force,
-    /// unless the tool itself moves farther out. That lowers the contact energy.
-    fn retreat(
-        &self,
-        here: &Meeting,
-        step: [f32; 3],
-        at: &impl Fn(usize) -> [f32; 3],
-    ) -> Option<(Proxy, Meeting)> {
+    /// If the tissue has come too near to a core, moves the proxy out along the force, unless the tool itself
+    /// moves farther out. That lowers the contact energy.
+    fn retreat(&self, here: &Meeting, at: &impl Fn(usize) -> [f32; 3]) -> Option<(Proxy, Meeting)> {
         let from = &self.tool.proxy;
+        let step = sub(self.tool.target, from.pivot);
         let lack = (FLOOR * from.share - here.nearest) * from.radius_min();
         let force = sqrt(dot(here.force, here.force));
-        if !(here.nearest < HALF * from.share && force > 0.0) {
+        if !(here.nearest < GIVES_WAY * from.share && force > 0.0) {
             return None;
         }
         let out = scale(1.0 / force, here.force);

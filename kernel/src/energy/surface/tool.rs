@@ -23,6 +23,13 @@ kept! {
         /// Its target position and rotation.
         pub(crate) target: [f32; 3],
         pub(crate) target_turn: Turn,
+        /// Unit vector towards the target when the proxy first gave way, and how many times it did since.
+        pub(crate) held_back: [f32; 3],
+        pub(crate) times: u16,
+        /// True if it gave way in the last tick.
+        pub(crate) gives_way: bool,
+        /// The proxy's position when it last gave way.
+        pub(crate) held_at: [f32; 3],
         /// Share of the release time that its grips lose per tick.
         pub(crate) fade: f32,
         /// Work of its move in this tick, internal units.
@@ -41,6 +48,10 @@ impl ToolState {
         spin: [0.0; 3],
         target: [0.0; 3],
         target_turn: Turn::NONE,
+        held_back: [0.0; 3],
+        times: 0,
+        gives_way: false,
+        held_at: [0.0; 3],
         fade: 0.0,
         work: 0.0,
     };
