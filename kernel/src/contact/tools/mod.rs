@@ -29,7 +29,8 @@
 //! - `proxy_step`: motion of a proxy.
 //! - `energies`, `bounds`: contact energy of the tools, and stability bounds of the cells under them.
 //! - `anchors`: friction and grips from tick to tick.
-//! - `choice`: tools are chosen; `forces`: the contacts of each triangle.
+//! - `felt`: the contact whose force is published; `forces`: the contacts of each triangle.
+//! - `choice`: tools are chosen.
 
 mod anchors;
 mod bounds;
@@ -37,6 +38,7 @@ mod candidates;
 mod choice;
 mod energies;
 mod engagement;
+mod felt;
 mod forces;
 mod proxy_step;
 mod search;
@@ -49,7 +51,7 @@ use super::memory::{TouchArrays, TouchRoom};
 use super::output::ToolOutput;
 use super::pose::ToolPose;
 use crate::energy::residual::{Terms, places};
-use crate::energy::surface::{Meeting, Proxies, TOOLS_MAX, ToolState};
+use crate::energy::surface::{Proxies, TOOLS_MAX, ToolState};
 use crate::model::Model;
 use crate::number::cell::{add, dot, scale, sub};
 use crate::number::clamp::finite;
@@ -203,16 +205,18 @@ impl Tools<'_> {
             context.level.shift(change);
         }
         // Book each tool's work and note its contact.
+        let next = context.dynamics.next_points(context.scheme_arrays, model.cells());
+        let (next, level) = (next.map(|next| places(model, next)), context.level.published());
         let mut work = 0.0;
         for number in 0..arrays.tools.len() {
             let Some(tool) = arrays.tools.get(number).filter(|tool| tool.is_in) else { continue };
-            let met = Meeting::of((&tool.proxy, number), (arrays.near(), arrays.anchors()), &at);
+            let (met, is_ahead) = felt::felt(&arrays, tool, number, level, &at, next.as_ref());
             let force = add(tool.met.force, met.force);
             let torque = add(tool.met.torque, met.torque);
             let of_tool = -0.5 * (dot(force, tool.way) + dot(torque, tool.spin));
             work += of_tool;
             if let Some(tool) = arrays.tools.get_mut(number) {
-                (tool.met, tool.work) = (met, of_tool);
+                (tool.met, tool.is_ahead, tool.work) = (met, is_ahead, of_tool);
             }
         }
         context.work = work.into();
