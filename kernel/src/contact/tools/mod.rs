@@ -16,13 +16,13 @@
 //!
 //! **Energy.** The level changes by the term's energy change due to the moves at the present positions. The
 //! hand feels less: the sweeps remove the rest from the body within the tick. The work charged to the device
-//! is the mean of the forces before and after times the displacement, plus the same of the torques times the
-//! rotation.
+//! is the mean of the published forces before and after times the displacement, plus the same of the torques
+//! times the rotation.
 //!
 //! **Late ticks** move nothing: the proxies move in the next tick with a sweep.
 //!
 //! Cost per tick while engaged: one look at each triangle of the surface for each part of a tool, up to
-//! twelve looks at the samples of those in reach, and one per sweep; with friction or grips two more.
+//! thirteen looks at the samples of those in reach, and one per sweep; with friction or grips one more.
 //!
 //! - `engagement`: a tool engages, aims and releases; `start`: in contact or inside the body.
 //! - `search`, `candidates`, `sieve`: the triangles in reach, one at a time or eight.
