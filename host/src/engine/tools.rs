@@ -4,7 +4,7 @@ use chaincell_client::command::Refusal;
 pub use chaincell_client::tools::{is_unit, length_of};
 use chaincell_kernel::trace::Command;
 use chaincell_kernel::{
-    ContactForce, Dynamics, Flags, Network, ProxyPose, TOOLS_MAX, ToolOutput, ToolPose,
+    ContactForce, Dynamics, Flags, Network, Number, ProxyPose, TOOLS_MAX, ToolOutput, ToolPose,
 };
 
 use super::touch::TRIANGLES;
@@ -103,6 +103,7 @@ impl Felt {
 pub(super) trait AnyTools {
     fn tool_output(&mut self, network: &Network<'_>, tool: usize) -> ToolOutput;
     fn proxy_pose(&mut self, network: &Network<'_>, tool: usize) -> Option<ProxyPose>;
+    fn contact_position(&mut self, network: &Network<'_>, tool: usize, cell: usize) -> [f64; 3];
     fn contact_forces(&mut self, network: &Network<'_>, each: &mut dyn FnMut(&ContactForce));
     fn grip(&mut self, network: &Network<'_>, tool: usize) -> usize;
     fn let_go(&mut self, tool: usize, ticks: u16);
@@ -116,6 +117,11 @@ impl<D: Dynamics> AnyTools for Memory<D> {
 
     fn proxy_pose(&mut self, network: &Network<'_>, tool: usize) -> Option<ProxyPose> {
         self.view().proxy_pose(network, tool)
+    }
+
+    fn contact_position(&mut self, network: &Network<'_>, tool: usize, cell: usize) -> [f64; 3] {
+        let position = self.view().contact_position(network.model(), tool, cell);
+        position.map_or([0.0; 3], |position| position.map(Number::double))
     }
 
     fn contact_forces(&mut self, network: &Network<'_>, each: &mut dyn FnMut(&ContactForce)) {
@@ -150,6 +156,12 @@ impl Engine<'_> {
     /// Returns true if a tool waits inside the tissue: it has no force until it has been outside.
     pub(super) fn waits(&mut self, tool: usize) -> bool {
         self.proxy_pose(tool).is_some_and(|pose| pose.share <= 0.0)
+    }
+
+    /// Positions of all cells at which a tool's force is taken [mean link lengths].
+    pub fn contact_positions(&mut self, tool: usize) -> Vec<[f64; 3]> {
+        let cells = 0..self.network.model().cells();
+        cells.map(|cell| self.tissue.contact_position(&self.network, tool, cell)).collect()
     }
 
     /// Calls `each` for every contact of [`Self::contact_forces`], with the input id of its node. Allocates

@@ -175,7 +175,7 @@ pub unsafe extern "C" fn chaincell_choose_tools(
     unsafe { crate::answer(detail, || choose(tissue, parts, counts, tools, friction)) }
 }
 
-/// The contacts of all tools as they are now, one for each triangle and part of a tool: writes the first
+/// The contacts of all tools in the last tick, one for each triangle and part of a tool: writes the first
 /// `room` of them and says in `count` how many there are. `contacts` may be null where `room` is 0.
 ///
 /// Cost: one look at the samples in reach.

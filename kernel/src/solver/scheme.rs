@@ -115,6 +115,17 @@ pub trait Scheme: Kept {
         let _ = share;
     }
 
+    /// Returns the points of the next pass, among the scheme's arrays `own` of a body of `cells` cells; `None`
+    /// if it starts at the published points.
+    fn next_points<'a>(
+        &self,
+        own: &'a [Cell<Self::Number>],
+        cells: usize,
+    ) -> Option<&'a [Cell<Self::Number>]> {
+        let _ = (own, cells);
+        None
+    }
+
     /// Returns true if a cell has moved since the last pass, or has momentum.
     fn has_moved(
         state: &[Cell<Self::Number>],

@@ -395,6 +395,10 @@ impl<const ROOM: usize, N: Loops> Scheme for Track<ROOM, N> {
         self.going = false;
     }
 
+    fn next_points<'a>(&self, own: &'a [Cell<N>], cells: usize) -> Option<&'a [Cell<N>]> {
+        own.get(..cells).filter(|_| self.is_going())
+    }
+
     fn has_moved(state: &[Cell<N>], own: &[Cell<N>], _residual: &[Cell<N>], cell: usize) -> bool {
         let here = state.get(cell);
         here != own.get(cell) || (here.is_some() && here != own.get(state.len() + cell))

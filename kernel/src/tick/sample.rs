@@ -32,7 +32,8 @@ impl ToolSample {
     }
 }
 
-/// The output of one tick. It describes the state after the last update.
+/// The output of one tick. It describes the state after the last update; of tools, force, stiffness and contacts
+/// are taken at the points of the next pass ([`contact_position`](crate::TissueMut::contact_position)).
 ///
 /// ```
 /// # use chaincell_kernel::{Budget, Model, Network, Settings, Tissue, ToolPose, Track, include_model};

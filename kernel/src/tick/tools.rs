@@ -8,7 +8,9 @@ use crate::contact::pose::ToolPart;
 use crate::contact::tools::{self, ContactForce};
 use crate::energy::residual::places;
 use crate::energy::surface::Proxies;
-use crate::number::cell::{add, scale};
+use crate::model::Model;
+use crate::number::Number;
+use crate::number::cell::{add, output, scale};
 use crate::number::clamp::finite;
 use crate::solver::Dynamics;
 
@@ -53,8 +55,39 @@ impl<D: Dynamics> TissueMut<'_, D> {
         output
     }
 
-    /// Calls `each` for every present contact, one per triangle and part of a tool. Cost: one look at the
-    /// samples in reach.
+    /// Position of a cell at which a tool's force of the last tick with a sweep is taken [mean link lengths from
+    /// the body's centre]: that of the next pass, where the body is nearer to its equilibrium, or
+    /// [`Self::position`]. `None` beyond the last cell.
+    ///
+    /// ```
+    #[doc = include_str!("../contact/example.txt")]
+    /// tissue.choose_tools(&network, &[&[ToolPart::sphere(0.004)]], 0.0)?; // without friction
+    /// for step in 0..=6 {
+    ///     let pose = ToolPose::at([0.0, 0.0, 0.036 - 0.001 * step as f32].into(), 1);
+    ///     tissue.tick(&network, &[pose], Budget::All);
+    /// }
+    /// let mut cells = 0..model.cells();
+    /// assert!(cells.any(|cell| {
+    ///     tissue.contact_position(&model, 0, cell) != tissue.position(&model, cell) // it still gives way
+    /// }));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    #[must_use]
+    pub fn contact_position(
+        &self,
+        model: &Model<'_>,
+        tool: usize,
+        cell: usize,
+    ) -> Option<[D::Number; 3]> {
+        let is_ahead = self.touch.tool(tool).is_some_and(|tool| tool.is_ahead);
+        let next = self.head.dynamics.next_points(self.own, model.cells());
+        let Some(next) = next.filter(|_| is_ahead) else { return self.position(model, cell) };
+        let k = D::Number::from_single(model.saturation());
+        Some(output(next.get(cell)?.xyz(), k))
+    }
+
+    /// Calls `each` for every contact of the last tick with a sweep, one per triangle and part of a tool. In all
+    /// they make each tool's force. Cost: one look at the samples in reach.
     ///
     /// ```
     #[doc = include_str!("../contact/example.txt")]
@@ -71,11 +104,12 @@ impl<D: Dynamics> TissueMut<'_, D> {
     pub fn contact_forces(&mut self, network: &Network<'_>, mut each: impl FnMut(&ContactForce)) {
         let model = network.model();
         let Some(state) = self.state.get(..model.cells()) else { return };
-        let at = places(model, state);
+        let next = self.head.dynamics.next_points(self.own, model.cells()).unwrap_or(state);
+        let points = [places(model, state), places(model, next)];
         let Some(arrays) = self.touch.arrays(model.cells()) else { return };
         let among = (Proxies(arrays.tools), arrays.near(), arrays.anchors());
         let (unit_m, unit_n) = (model.unit_m(), model.force_unit_n());
-        for contact in tools::forces(among.0, among.1, among.2, at) {
+        for contact in tools::forces(among.0, among.1, among.2, &points) {
             let area = model.contact_surface().and_then(|surface| {
                 surface.triangle(contact.triangle as usize).map(|(_, of)| of.area)
             });

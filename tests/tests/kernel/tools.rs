@@ -1,4 +1,4 @@
-//! Tools on a contact surface: friction, parts, turns and torque, several at once, grips, and what each
+//! Tools on a contact surface: where their force is taken, friction, parts, turns and torque, several at once, grips, and what each
 //! contact does.
 #![allow(clippy::unwrap_used)]
 
@@ -88,6 +88,40 @@ fn a_tool_that_slips_is_held_back_by_the_coefficient() {
             tick(&mut engine, -0.01, f32::from(step) * 3.0e-5);
         }
         assert!(work > 0.0, "{body}, {radius_m}: {work}");
+    }
+}
+
+// REQ-FOR-08
+#[test]
+fn the_force_is_that_at_the_points_of_the_next_pass_and_the_level_bounds_it() {
+    let blocks = blocks();
+    for ((body, image), friction) in blocks.iter().flat_map(|block| [(block, 0.0), (block, 0.3)]) {
+        let mut engine = engine(image, vec![vec![ToolPart::sphere(0.01)]], friction, 1);
+        let (mut ahead, mut discarded) = (0, 0);
+        for step in 0..=400_u16 {
+            // From 1 mm above 9 mm deep at 0.4 m/s, then still.
+            let depth_m = 4.0e-4 * f32::from(step.min(25)) - 0.001;
+            let at = pose([0.001, 0.002, TOP_M + 0.01 - depth_m]);
+            let output = engine.tick_by(&[at], Budget::All);
+            let (force_n, [normal_n, across_n]) = (output.force_n, contacts(&mut engine, 0));
+            let off_n = (normal_n + across_n - force_n).norm();
+            assert!(off_n <= 1e-4 * force_n.norm(), "{body}, tick {step}: {off_n} N");
+            assert!(output.contacts > 0 || force_n.norm() == 0.0, "{body}, tick {step}");
+            let most_n = (2.0 * output.stiffness_n_per_m * output.energy_j).sqrt();
+            let is_bounded = friction > 0.0 || force_n.norm() <= 1.001 * most_n;
+            assert!(is_bounded, "{body}, tick {step}: {force_n} N, {most_n} N");
+            let is_ahead = engine.contact_positions(0) != engine.positions();
+            let is_discarded = output.flags.contains(Flags::ROLLED_BACK);
+            assert!(!is_ahead || (friction == 0.0 && !is_discarded), "{body}, tick {step}");
+            ahead += usize::from(is_ahead);
+            discarded += usize::from(is_discarded);
+        }
+        assert_eq!(ahead > 20, friction == 0.0, "{body}: {ahead} ticks, {discarded} discarded");
+        // A body at rest is where its next pass will be.
+        let (next, here) = (engine.contact_positions(0), engine.positions());
+        let pairs = next.as_flattened().iter().zip(here.as_flattened());
+        let off = pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        assert!(off < 1e-4, "{body}: {off} mean link lengths");
     }
 }
 

@@ -4,11 +4,12 @@
 //! of stiffness k that lies d deep pushes the tool by k d and stores k d^2 / 2. By Cauchy and Schwarz the force
 //! of all is at most sqrt(2 K E), K being the sum of the stiffness of those in contact. Friction and grips pull
 //! at a sample by f and store f^2 / (2 k) at least, so with them it is sqrt(4 K E). Without them K and E are
-//! those of the samples in double precision, else what the tissue publishes.
+//! those of the samples in double precision, at the points where the force is taken, else what the tissue publishes.
+//! In either case the level bounds E.
 
 use chaincell_kernel::{Drive, Flags, Model, ProxyPose, TickOutput, ToolPose};
 
-use super::contact::Stored;
+use super::contact::{ExactContact, Stored};
 use crate::reference::vectors::{farthest, norm};
 use chaincell_host::engine::Engine;
 
@@ -126,21 +127,24 @@ impl Tools {
     pub fn nearest(
         &self,
         engine: &mut Engine<'_>,
-        last: &Stored,
+        exact: &ExactContact<'_>,
+        (proxies, allowance_j): (&[Option<ProxyPose>], f64),
         output: &TickOutput,
     ) -> ([f64; 3], f64) {
         let is_late = output.flags.contains(Flags::LATE);
-        let Stored { allowance_j, met, .. } = last;
         let level_j = f64::from(output.energy_j) + allowance_j;
         let (mut nearest, mut part) = (([0.0; 3], 0.0), 0.0);
-        for (tool, met) in met.iter().enumerate() {
+        for (tool, proxy) in proxies.iter().enumerate() {
             let of_tool = engine.tool_output(tool);
+            let met = exact.met(tool, proxy.as_ref(), &engine.contact_positions(tool));
             let force_n: [f64; 3] = of_tool.force_n.cast::<f64>().into();
             let stiffness = f64::from(of_tool.stiffness_n_per_m);
             let bound_n = match (is_late || self.misses, self.has_friction || self.grips) {
                 (true, _) => f64::INFINITY,
                 (_, true) => (4.0 * stiffness * level_j).sqrt(),
-                _ => (2.0 * met.stiffness_n_per_m * (met.energy_j + allowance_j)).sqrt(),
+                _ => {
+                    (2.0 * met.stiffness_n_per_m * (met.energy_j + allowance_j).min(level_j)).sqrt()
+                }
             };
             let length_n = norm(force_n);
             let own = if length_n > 0.0 { length_n / bound_n } else { 0.0 };

@@ -30,8 +30,6 @@ pub struct Stored {
     pub allowance_j: f64,
     /// How far rounding may move a force of the tissue [mean link lengths times 2 `k_ref`].
     pub force_allowance: f64,
-    /// What each tool meets.
-    pub met: Vec<Met>,
 }
 
 /// What a tool meets by its contact.
@@ -200,13 +198,9 @@ impl<'m> ExactContact<'m> {
         closed: bool,
     ) -> Stored {
         // The samples that the tools press.
-        let mut pressed = Pressed::new(positions.len(), self.tools.len());
-        for (number, (parts, proxy)) in self.tools.iter().zip(proxies).enumerate() {
-            let Some(proxy) = proxy else { continue };
-            for (part, triangles) in parts {
-                let placed = self.placed(part, proxy);
-                pressed.add(number, &placed, triangles, positions);
-            }
+        let mut pressed = Pressed::new(positions.len());
+        for (tool, proxy) in proxies.iter().enumerate() {
+            self.press(&mut pressed, tool, proxy.as_ref(), positions);
         }
         // The rounding of their energy.
         let tissue = self.tissue_energy(positions, closed);
@@ -221,24 +215,42 @@ impl<'m> ExactContact<'m> {
             }
             allowance += f64::from(rounding.allowance(pressed.energy as f32)) + pressed.slack;
         }
-        // Units.
         let unit_j = f64::from(self.model.energy_unit_j());
-        let unit_n_per_m = 2.0 * f64::from(self.model.stiffness_n_per_m());
-        for met in &mut pressed.met {
-            met.energy_j *= unit_j;
-            met.stiffness_n_per_m *= unit_n_per_m;
-        }
         Stored {
             tissue_j: unit_j * tissue.energy,
             energy_j: unit_j * (tissue.energy + pressed.energy),
             allowance_j: unit_j * allowance,
             force_allowance: tissue.force_allowance,
-            met: pressed.met,
+        }
+    }
+
+    /// What a tool meets at these positions.
+    #[must_use]
+    pub fn met(&self, tool: usize, proxy: Option<&ProxyPose>, positions: &[[f64; 3]]) -> Met {
+        let mut pressed = Pressed::new(positions.len());
+        self.press(&mut pressed, tool, proxy, positions);
+        Met {
+            energy_j: f64::from(self.model.energy_unit_j()) * pressed.energy,
+            stiffness_n_per_m: 2.0 * f64::from(self.model.stiffness_n_per_m()) * pressed.stiffness,
+        }
+    }
+
+    /// Adds what a tool does to the samples.
+    fn press(
+        &self,
+        pressed: &mut Pressed,
+        tool: usize,
+        proxy: Option<&ProxyPose>,
+        positions: &[[f64; 3]],
+    ) {
+        let Some((parts, proxy)) = self.tools.get(tool).zip(proxy) else { return };
+        for (part, triangles) in parts {
+            pressed.add(&self.placed(part, proxy), triangles, positions);
         }
     }
 }
 
-/// What all tools do to the samples; in internal units.
+/// What tools do to the samples; in internal units.
 struct Pressed {
     /// The tools' part in the bounds of the cells, and what is stored at them.
     bounds: Vec<f64>,
@@ -246,17 +258,18 @@ struct Pressed {
     energy: f64,
     /// How far the rounding of published poses may move it.
     slack: f64,
-    met: Vec<Met>,
+    /// Stiffness of the samples in the tools.
+    stiffness: f64,
 }
 
 impl Pressed {
-    fn new(cells: usize, tools: usize) -> Self {
+    fn new(cells: usize) -> Self {
         let (bounds, stored) = (vec![0.0; cells], vec![0.0; cells]);
-        Self { bounds, stored, energy: 0.0, slack: 0.0, met: vec![Met::default(); tools] }
+        Self { bounds, stored, energy: 0.0, slack: 0.0, stiffness: 0.0 }
     }
 
-    /// A part of tool number `tool`.
-    fn add(&mut self, tool: usize, placed: &Placed, triangles: &Triangles, positions: &[[f64; 3]]) {
+    /// A part of a tool.
+    fn add(&mut self, placed: &Placed, triangles: &Triangles, positions: &[[f64; 3]]) {
         for (corners, parts, weight) in triangles {
             let stiffness = weight / f64::from(u32::from(*parts) * u32::from(*parts));
             let at = corners.map(|cell| Vector3::from(positions[cell]));
@@ -274,8 +287,7 @@ impl Pressed {
                 let off = 4.0 * EPS * (point.norm() + placed.centre.norm() + placed.radius + 1.0);
                 self.energy += own;
                 self.slack += stiffness * off * (depth + off);
-                self.met[tool].energy_j += own;
-                self.met[tool].stiffness_n_per_m += stiffness;
+                self.stiffness += stiffness;
                 for (cell, weight) in corners.iter().zip(weights) {
                     self.stored[*cell] += weight * own;
                     self.bounds[*cell] += weight * stiffness;

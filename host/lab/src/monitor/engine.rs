@@ -150,7 +150,10 @@ impl<'m> Monitor<'m> {
                 let bound_n = self.held.force_bound_n(&self.model, &self.last, &output);
                 (<[f32; 3]>::from(output.force_n).map(f64::from), bound_n)
             }
-            _ => self.tools.nearest(engine, &self.last, &output),
+            _ => {
+                let met = (&*proxies, self.last.allowance_j);
+                self.tools.nearest(engine, &self.exact, met, &output)
+            }
         };
         let Stored { tissue_j, energy_j, allowance_j, .. } = self.last;
         self.checks.look(&Seen {

@@ -52,7 +52,7 @@ impl ToolState {
     /// Releases the tool.
     pub(crate) fn leave(&mut self) {
         self.is_in = false;
-        self.met = Meeting::NONE;
+        (self.met, self.is_ahead) = (Meeting::NONE, false);
         (self.way, self.spin, self.fade) = ([0.0; 3], [0.0; 3], 0.0);
     }
 

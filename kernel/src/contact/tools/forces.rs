@@ -3,7 +3,8 @@
 use crate::energy::surface::{Anchor, NearTriangle, Proxies, each_met};
 use crate::number::cell::{add, scale, sub};
 
-/// The contact of one triangle with one part of a tool, in the model's units; a
+/// The contact of one triangle with one part of a tool, at the points where the tool's force is taken, in the
+/// model's units; a
 /// [`Tissue`](crate::TissueMut::contact_forces) gives it in SI units.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ContactForce {
@@ -27,15 +28,18 @@ pub struct ContactForce {
 }
 
 /// Contacts of all tools in the model's units: lengths in mean link lengths, forces in 2 `k_ref` times
-/// that, areas in shares of the triangle's.
-pub(crate) fn forces<'a>(
+/// that, areas in shares of the triangle's. `points` are the published points and those of the next pass: each
+/// tool's contacts are where its force is taken.
+pub(crate) fn forces<'a, At: Fn(usize) -> [f32; 3]>(
     tools: Proxies<'a>,
     near: &'a [NearTriangle],
     anchors: &'a [Anchor],
-    at: impl Fn(usize) -> [f32; 3] + 'a,
+    [published, next]: &'a [At; 2],
 ) -> impl Iterator<Item = ContactForce> + 'a {
     near.iter().filter_map(move |near| {
         let solid = tools.part(near.of)?;
+        let is_ahead = tools.0.get(near.tool()).is_some_and(|tool| tool.is_ahead);
+        let at = if is_ahead { next } else { published };
         // Sum force, position and shares over the samples.
         let (mut normal, mut drag, mut place) = ([0.0; 3], [0.0; 3], [0.0; 3]);
         let (mut corners, mut whole, mut samples) = ([0.0; 3], 0.0, 0.0_f32);

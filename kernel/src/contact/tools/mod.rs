@@ -19,20 +19,21 @@
 //!
 //! **Energy.** The level changes by the term's energy change due to the moves at the present positions. The
 //! hand feels less: the sweeps remove the rest from the body within the tick. The work charged to the device
-//! is the mean of the forces before and after times the displacement, plus the same of the torques times the
-//! rotation.
+//! is the mean of the published forces before and after times the displacement, plus the same of the torques
+//! times the rotation.
 //!
 //! **Late ticks** move nothing: the proxies move in the next tick with a sweep.
 //!
 //! Cost per tick while engaged: one look at each triangle of the surface for each part of a tool, up to
-//! twelve looks at the samples of those in reach, and one per sweep; with friction or grips two more.
+//! thirteen looks at the samples of those in reach, and one per sweep; with friction or grips one more.
 //!
 //! - `engagement`: a tool engages, aims and releases; `start`: in contact or inside the body.
 //! - `search`, `candidates`, `sieve`: the triangles in reach, one at a time or eight.
 //! - `proxy_step`: motion of a proxy; `hold_back`: where it stays after it gave way several times.
 //! - `energies`, `bounds`: contact energy of the tools, and stability bounds of the cells under them.
 //! - `anchors`: friction and grips from tick to tick.
-//! - `choice`: tools are chosen; `forces`: the contacts of each triangle.
+//! - `felt`: the contact whose force is published; `forces`: the contacts of each triangle.
+//! - `choice`: tools are chosen.
 
 mod anchors;
 mod bounds;
@@ -40,6 +41,7 @@ mod candidates;
 mod choice;
 mod energies;
 mod engagement;
+mod felt;
 mod forces;
 mod hold_back;
 mod proxy_step;
@@ -53,7 +55,7 @@ use super::memory::{TouchArrays, TouchRoom};
 use super::output::ToolOutput;
 use super::pose::ToolPose;
 use crate::energy::residual::{Terms, places};
-use crate::energy::surface::{Meeting, Proxies, TOOLS_MAX, ToolState};
+use crate::energy::surface::{Proxies, TOOLS_MAX, ToolState};
 use crate::model::Model;
 use crate::number::cell::{add, dot, scale, sub};
 use crate::number::clamp::finite;
@@ -207,16 +209,18 @@ impl Tools<'_> {
             context.level.shift(change);
         }
         // Book each tool's work and note its contact.
+        let next = context.dynamics.next_points(context.scheme_arrays, model.cells());
+        let (next, level) = (next.map(|next| places(model, next)), context.level.published());
         let mut work = 0.0;
         for number in 0..arrays.tools.len() {
             let Some(tool) = arrays.tools.get(number).filter(|tool| tool.is_in) else { continue };
-            let met = Meeting::of((&tool.proxy, number), (arrays.near(), arrays.anchors()), &at);
+            let (met, is_ahead) = felt::felt(&arrays, tool, number, level, &at, next.as_ref());
             let force = add(tool.met.force, met.force);
             let torque = add(tool.met.torque, met.torque);
             let of_tool = -0.5 * (dot(force, tool.way) + dot(torque, tool.spin));
             work += of_tool;
             if let Some(tool) = arrays.tools.get_mut(number) {
-                (tool.met, tool.work) = (met, of_tool);
+                (tool.met, tool.is_ahead, tool.work) = (met, is_ahead, of_tool);
             }
         }
         context.work = work.into();

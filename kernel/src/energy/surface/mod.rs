@@ -26,7 +26,8 @@
 //!
 //! **The force** on a tool is the sum over the samples of `k_q` dist along the direction into the part, minus
 //! the gradient of E_c by the tool's position: no sample makes a jump as it enters or leaves, since its force
-//! is 0 at the part's surface. The torque is that of the same forces.
+//! is 0 at the part's surface. The torque is that of the same forces. Where the body is for it is decided by
+//! `felt` in [`contact`](crate::contact).
 //!
 //! - `samples`: the points of a triangle.
 //! - `solid`, `proxy`: the parts of a tool, and the tool as the tissue meets it.

@@ -15,6 +15,8 @@ kept! {
         pub(crate) is_in: bool,
         /// Its contact after the last sweeps.
         pub(crate) met: Meeting,
+        /// True if that contact is at the points of the next pass, false if it is at the published ones.
+        pub(crate) is_ahead: bool,
         /// Its displacement in this tick, and its rotation as axis times angle.
         pub(crate) way: [f32; 3],
         /// The displacement in the last tick.
@@ -43,6 +45,7 @@ impl ToolState {
         proxy: Proxy::NONE,
         is_in: false,
         met: Meeting::NONE,
+        is_ahead: false,
         way: [0.0; 3],
         way_before: [0.0; 3],
         spin: [0.0; 3],

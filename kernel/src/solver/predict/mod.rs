@@ -182,6 +182,10 @@ impl<const ROOM: usize> Scheme for Predict<ROOM> {
         self.track.interrupt();
     }
 
+    fn next_points<'a>(&self, own: &'a [Cell], cells: usize) -> Option<&'a [Cell]> {
+        self.track.next_points(own, cells)
+    }
+
     fn has_moved(state: &[Cell], own: &[Cell], residual: &[Cell], cell: usize) -> bool {
         Track::<ROOM>::has_moved(state, own, residual, cell)
     }
