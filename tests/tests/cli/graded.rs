@@ -97,7 +97,7 @@ fn sizes_and_places_that_cannot_be_are_refused_with_the_remedy() {
         ("0.008,0.002@0,0,0.025,0", &["radius", "give it in metres"]),
         (
             "0.008,0.002@0,0,25,10",
-            &["does not touch the body", "in metres whatever the unit", "25.0 m away"],
+            &["does not touch the body", "in metres whatever the unit", "25.0 m from its middle"],
         ),
         (
             "0.008,0.001@0,0,0,0.03",

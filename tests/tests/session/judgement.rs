@@ -83,7 +83,7 @@ fn serve_judges_a_tool_beside_the_body_and_a_corner() {
     says(
         &said,
         "contact",
-        &["never touched the body: nearest 2", "bring it nearer", "chaincell info MODEL"],
+        &["the tool never touched the body; bring it nearer", "chaincell info MODEL"],
     );
     let found = judgement(&served(&place, &["--contact", "probe:0.004", "--json"], away));
     assert_eq!(found["untouched_tools"], json!([0]));
@@ -190,7 +190,7 @@ fn serve_and_cosim_name_a_page_that_opens() {
     let session = ["cosim", text(&place.model), "--seconds", "0.1", "--late-share", "off"];
     page_opens(&place, &run(session).with(0).out);
     let control = ["control", "--scene", &place.scene, "--seconds", "0.1", "--late-share", "off"];
-    let server = place.serve(&["--ticks", "100"]);
+    let server = place.serve(&["--contact", "auto", "--ticks", "100"]);
     let said = run(control).with(0).out;
     server.end(SHORT).with(0);
     says(&said, "view", &["chaincell view DIR, of `serve --out DIR`"]);
