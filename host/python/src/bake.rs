@@ -22,11 +22,9 @@ const MATERIALS: &str = "{\"GROUP\": {\"young_pa\": E, \"poisson\": NU}}, one of
 
 /// How a mesh is read.
 pub(crate) fn mesh_options(given: &Given<'_, '_>) -> PyResult<MeshOptions> {
-    let filling = filling(given)?;
     Ok(MeshOptions {
         unit_m: given.real("unit_m")?.unwrap_or(1.0),
-        fill_m: filling.as_ref().map(|filling| filling.size_m),
-        finer: filling.and_then(|filling| filling.finer),
+        filling: filling(given)?,
         diagonals: given.truth("diagonals")?,
         drop_unused: given.truth("drop_unused")?,
         allow_parts: given.truth("allow_parts")?,
@@ -43,7 +41,7 @@ fn filling(given: &Given<'_, '_>) -> PyResult<Option<Filling>> {
             let wrong = |why| Class::Model.error(format!("`fill_m` {text}: {why}"));
             text.parse().map(Some).map_err(wrong)
         }
-        _ => Ok(given.real("fill_m")?.map(|size_m| Filling { size_m, finer: None })),
+        _ => Ok(given.real("fill_m")?.map(Filling::even)),
     }
 }
 

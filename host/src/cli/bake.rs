@@ -236,7 +236,7 @@ pub fn execute(args: &Args) -> Result<()> {
     }
     report.model.print(args.verbose)?;
     report.judgement.print(14)?;
-    tell_view(14, &args.output)
+    tell_view(14, &[&args.output])
 }
 
 /// Most tetrahedra that are looked at for overlaps.

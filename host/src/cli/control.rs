@@ -9,17 +9,21 @@ use super::inject::{InjectArgs, tell_injected};
 use super::judgement::Judgement;
 use super::mesh_file::Units;
 use super::model_file;
+use super::picture;
 use super::press::{Motion, PressArgs};
-use super::session::{LoopArgs, tell_refused};
-use super::shared::{PrintArgs, SilenceArgs};
+use super::session::{LoopArgs, answer, tell_refused};
+use super::shared::{PrintArgs, SilenceArgs, tell_view};
 use super::tissue;
 use super::verdict::{Counts, Verdict, VerdictArgs};
 use super::watch::ServerWait;
 use crate::engine::course::largest_n;
 use crate::engine::motion::Pose;
 use crate::error::{Error, Result};
+use crate::files::output::{Answer, Folder, force_csv};
 use crate::files::path::{self, Paths, Rules};
-use crate::session::loops::control::{ControlOptions, ControlReport, control_tools};
+use crate::picture::ForceCurve;
+use crate::session::ipc::tools::TickForce;
+use crate::session::loops::control::{ControlOptions, ControlReport, ControlRun, control_tools};
 use crate::terminal;
 use crate::words::counted;
 
@@ -28,7 +32,9 @@ use crate::words::counted;
 #[serde(deny_unknown_fields)]
 #[command(after_help = "Examples:\n  chaincell control --scene left --path press.csv\n  \
     chaincell control --scene left --model liver.chaincell --contact probe:0.012\n  \
-    chaincell control --motion press --touch-m 0,0,0.05 --direction=0,0,-1 --depth-m 0.01")]
+    chaincell control --motion press --touch-m 0,0,0.05 --direction=0,0,-1 --depth-m 0.01\n\n\
+    --out gets path.csv, force.csv with its curves in force.svg and force_depth.svg, and summary.json. The\n\
+    positions of the body are the server's: its --out records what `chaincell view` and `picture` show.")]
 pub struct Args {
     #[command(flatten)]
     pub common: LoopArgs,
@@ -54,6 +60,12 @@ pub struct Args {
     /// Play the path or the motion N times; the ticks count on
     #[arg(long, default_value_t = 1, value_name = "N", allow_negative_numbers = true)]
     pub repeat: u64,
+    /// Folder for the poses, the forces, their curves and a summary
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Overwrite earlier results
+    #[arg(long)]
+    pub force: bool,
     #[command(flatten)]
     pub server: ServerWait,
     #[command(flatten)]
@@ -120,8 +132,15 @@ pub fn execute(args: &Args) -> Result<()> {
             "--inject: sweep is a fault of the tissue; give it to serve or cosim",
         ));
     }
-    // Play the poses.
+    if args.out.is_some() && args.repeat > 1 {
+        return Err(Error::input(format!(
+            "--out: the forces of repeated plays are not kept; leave --repeat {} out",
+            args.repeat
+        )));
+    }
     let (poses, tools) = args.poses()?;
+    let folder = args.out.as_ref().map(|out| Folder::open(out, args.force)).transpose()?;
+    // Play the poses.
     let options = ControlOptions {
         scene: args.common.scene.clone(),
         wait: args.common.wait,
@@ -136,15 +155,18 @@ pub fn execute(args: &Args) -> Result<()> {
         faults,
         ..ControlOptions::default()
     };
-    let run = control_tools(&poses, &tools, &options)?;
+    let ControlRun { report, forces } = control_tools(&poses, &tools, &options)?;
     // Judge and report.
-    let report = run.report;
     let verdict = args.verdict.judge(counts(&report));
     let judgement =
         Judgement::default().with_courses(&report.tool_courses, None).with_remedy(remedy(args));
+    if let Some(folder) = &folder {
+        write(folder, (&poses, &tools), &forces)?;
+        folder.write_json("summary.json", &Printed::new(&report, &judgement))?;
+    }
     print(args, &report, &judgement, &verdict)?;
     let outcome = if report.interrupted {
-        Err(Error::Interrupted)
+        Err(Error::interrupted(args.out.as_deref()))
     } else if report.ticks_unanswered > 0 {
         Err(Error::check(format!(
             "not answered: {} of {}",
@@ -155,6 +177,30 @@ pub fn execute(args: &Args) -> Result<()> {
         verdict.check(!args.print.json)
     };
     args.common.after_report(outcome)
+}
+
+/// Writes the poses, of several tools those of each, and the answers.
+fn write(
+    folder: &Folder,
+    (poses, tools): (&[Pose], &[ToolPose]),
+    forces: &[TickForce],
+) -> Result<()> {
+    let path = if tools.is_empty() {
+        path::to_text(poses.iter().copied())
+    } else {
+        let each = poses.iter().zip(tools.chunks_exact(tools.len() / poses.len()));
+        path::tools_to_text(each.map(|(pose, tools)| (pose.tick, pose.sweeps, tools)))
+    };
+    folder.write("path.csv", path.as_bytes())?;
+    let answers: Vec<Answer> = forces.iter().map(answer).collect();
+    folder.write("force.csv", force_csv(&answers).as_bytes())?;
+    let mut curve = ForceCurve::default();
+    for force in forces {
+        if let Ok(at) = poses.binary_search_by_key(&force.tick, |pose| pose.tick) {
+            curve.add(force.tick, poses[at].position_m, force.force_n, force.contacts > 0);
+        }
+    }
+    picture::write_curves(&curve, folder)
 }
 
 /// Late answers as this process sees them; those whose pose it sent late itself are the machine's.
@@ -169,7 +215,7 @@ fn counts(report: &ControlReport) -> Counts {
     }
 }
 
-/// The output of `--json`.
+/// The output of `--json`, and summary.json.
 #[derive(Serialize)]
 struct Printed<'a> {
     #[serde(flatten)]
@@ -179,6 +225,15 @@ struct Printed<'a> {
     judgement: &'a Judgement,
 }
 
+impl<'a> Printed<'a> {
+    fn new(report: &'a ControlReport, judgement: &'a Judgement) -> Self {
+        let courses = &report.tool_courses;
+        let touched = courses.iter().any(|course| course.has_touched);
+        let has_touched = (!courses.is_empty()).then_some(touched);
+        Self { report, has_touched, judgement }
+    }
+}
+
 fn print(
     args: &Args,
     report: &ControlReport,
@@ -186,10 +241,7 @@ fn print(
     verdict: &Verdict,
 ) -> Result<()> {
     if args.print.json {
-        let courses = &report.tool_courses;
-        let touched = courses.iter().any(|course| course.has_touched);
-        let has_touched = (!courses.is_empty()).then_some(touched);
-        return terminal::say_json(&Printed { report, has_touched, judgement });
+        return terminal::say_json(&Printed::new(report, judgement));
     }
     // Print privileges that were refused, and counts of poses and answers.
     tell_refused(&report.refused);
@@ -216,8 +268,17 @@ fn print(
     // Print the judgement of the run, and injected faults.
     judgement.print(12)?;
     tell_injected(report.injected.as_ref())?;
-    // Print the state and the verdict.
+    // Print the state, where the results are, and the verdict.
     terminal::say(format_args!("  state hash  {}", report.state_hash))?;
+    if let Some(out) = &args.out {
+        terminal::say(format_args!("  results     {}", out.display()))?;
+    }
+    match &args.model {
+        Some(model) => tell_view(12, &[model])?,
+        None => terminal::say(
+            "  view        chaincell view DIR, of `serve --out DIR`: a controller knows forces, and no body",
+        )?,
+    }
     terminal::say(format_args!("  verdict     {verdict}"))
 }
 

@@ -418,9 +418,15 @@ fn print(args: &Args, summary: &CosimSummary) -> Result<()> {
     if let Some(load) = &summary.load {
         load.print()?;
     }
-    if let Some(out) = &args.folder.out {
-        terminal::say(format_args!("  {:<18}{}", "results", out.display()))?;
-        tell_view(18, out)?;
+    match (&args.folder.out, &args.model) {
+        (Some(out), _) => {
+            terminal::say(format_args!("  {:<18}{}", "results", out.display()))?;
+            tell_view(18, &[out])?;
+        }
+        (None, _) if args.view.is_wanted() => {}
+        (None, Some(model)) => tell_view(18, &[model])?,
+        // Without a model it shows the same organ.
+        (None, None) => tell_view(18, &[])?,
     }
     summary.judgement.print(18)?;
     summary.verdict.tell()

@@ -52,6 +52,11 @@ pub struct SessionPage {
 }
 
 impl ViewArgs {
+    /// Returns true if a page is to show the session.
+    pub fn is_wanted(&self) -> bool {
+        self.view
+    }
+
     /// Serves the page of a session if it was asked for, and waits until it is open.
     ///
     /// # Errors

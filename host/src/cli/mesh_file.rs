@@ -44,10 +44,7 @@ impl MeshFileArgs {
 
     /// Options of reading the file: its unit, and how it is filled.
     pub(super) fn options(&self) -> MeshOptions {
-        let (fill_m, finer) = match self.fill.clone() {
-            Some(Filling { size_m, finer }) => (Some(size_m), finer),
-            None => (None, None),
-        };
-        MeshOptions { unit_m: self.unit_m(), fill_m, finer, ..MeshOptions::default() }
+        let filling = self.fill.clone();
+        MeshOptions { unit_m: self.unit_m(), filling, ..MeshOptions::default() }
     }
 }

@@ -10,10 +10,12 @@ use super::shared::PrintArgs;
 use crate::engine::Engine;
 use crate::engine::tissue::TissueEngine;
 use crate::error::{Error, Result};
+use crate::files::output::Folder;
 use crate::files::recording::{Played, Step, Stop, play_steps};
 use crate::files::whole::{check_writable, write_whole};
 use crate::interrupt;
-use crate::picture::{Largest, Moment, encode};
+use crate::picture::chart::Chart;
+use crate::picture::{ForceCurve, Largest, Moment, encode};
 use crate::terminal;
 
 /// Draw a tick of a recorded session: the body, coloured by displacement, and the tools.
@@ -81,6 +83,16 @@ pub fn of_run(largest: &Largest, engine: &Engine<'_>, out: &Path) -> Result<Opti
     let Some(moment) = largest.moment() else { return Ok(None) };
     let report = draw(moment, engine, out)?;
     Ok(Some(words(&report)))
+}
+
+/// Writes the curves of a force beside its table: over time, and over the depth.
+///
+/// # Errors
+/// As [`Folder::write`].
+pub fn write_curves(curve: &ForceCurve, folder: &Folder) -> Result<()> {
+    let svg = |chart: Chart| chart.draw().in_both_lights();
+    folder.write("force.svg", svg(curve.over_time()).as_bytes())?;
+    folder.write("force_depth.svg", svg(curve.over_depth()).as_bytes())
 }
 
 fn words(report: &Report) -> String {

@@ -7,11 +7,15 @@ use serde::{Deserialize, Serialize};
 use crate::engine::Contact;
 use crate::engine::motion::{Pose, Press};
 use crate::engine::place::place;
+use crate::engine::reach::size_m;
 use crate::error::{Error, Result};
+use crate::words::length;
 
 /// Depth unless given [mean link lengths], and where no model is known [m].
 const DEPTH_LINKS: f64 = 3.0;
 const DEPTH_M: f64 = 0.01;
+/// Depth that nobody means [lengths of the body].
+const TOO_DEEP: f64 = 10.0;
 
 /// A built-in motion.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
@@ -113,6 +117,14 @@ impl PressArgs {
     fn along(&self, model: &Model<'_>, contact: &Contact, ticks: u64) -> Result<Vec<Pose>> {
         let direction = self.direction.map(|direction| direction.0);
         let depth_m = self.depth_m.unwrap_or(DEPTH_LINKS * f64::from(model.unit_m()));
+        let size_m = size_m(model);
+        if self.depth_m.is_some_and(|depth_m| depth_m.is_finite() && depth_m > TOO_DEEP * size_m) {
+            return Err(Error::input(format!(
+                "`depth_m` {depth_m:?}: {} into a body of {}; give the depth in metres",
+                length(depth_m),
+                length(size_m)
+            )));
+        }
         let (touch_m, direction) = match (self.touch_m, direction) {
             (Some(touch), Some(direction)) => (touch.0, direction),
             (touch, direction) => {

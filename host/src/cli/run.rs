@@ -33,7 +33,6 @@ use crate::files::recording;
 use crate::files::recording::{Recording, TraceFile};
 use crate::files::whole::{check_writable, folder_of, write_whole};
 use crate::interrupt;
-use crate::picture::chart::Chart;
 use crate::picture::{ForceCurve, Largest};
 use crate::session::timing::histogram::{Latencies, Summary};
 use crate::terminal::{self, Progress};
@@ -315,9 +314,7 @@ impl Rows {
 
     /// Writes tables and curves.
     fn write(&self, folder: &Folder, tissue: &Staged<'_>) -> Result<()> {
-        let svg = |chart: Chart| chart.draw().in_both_lights();
-        folder.write("force.svg", svg(self.curve.over_time()).as_bytes())?;
-        folder.write("force_depth.svg", svg(self.curve.over_depth()).as_bytes())?;
+        picture::write_curves(&self.curve, folder)?;
         self.contacts.write(folder, tissue.engine())?;
         self.tools.write(folder, tissue.tools())
     }
@@ -473,5 +470,5 @@ fn report(args: &Args, summary: &RunSummary, far: Option<Far>, drawn: Option<&st
         terminal::say(format_args!("  {:<14}{drawn}", "picture"))?;
     }
     terminal::say(format_args!("  {:<14}{}", "results", args.out.display()))?;
-    tell_view(14, &args.out)
+    tell_view(14, &[&args.out])
 }

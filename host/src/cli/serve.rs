@@ -3,8 +3,7 @@
 use std::path::PathBuf;
 
 use chaincell_kernel::trace::{Command, CommandRecord};
-use chaincell_kernel::{Flags, TickOutput, ToolPose};
-use nalgebra::Vector3;
+use chaincell_kernel::{Flags, ToolPose};
 use serde::{Deserialize, Serialize};
 
 use super::budget::BudgetArgs;
@@ -12,7 +11,7 @@ use super::inject::InjectArgs;
 use super::judgement::{Judgement, Pace};
 use super::model_file;
 use super::restore::restore;
-use super::session::{LoopArgs, tell_refused};
+use super::session::{LoopArgs, answer, tell_refused};
 use super::shared::{FolderArgs, PrintArgs, SilenceArgs, tell_view};
 use super::stage::{StageArgs, StageReport};
 use super::tissue::{TissueArgs, TissueReport};
@@ -31,7 +30,6 @@ use crate::files::recording::{self, Recording, TraceFile};
 use crate::files::snapshot::{self, SessionSnapshot};
 use crate::files::whole::write_whole;
 use crate::input;
-use crate::session::ipc::tools::TickForce;
 use crate::session::loops::inject::Faults;
 use crate::session::loops::record::{Recorder, Row};
 use crate::session::loops::serve::{
@@ -372,18 +370,6 @@ fn tell_unrecorded(report: &ServeReport) {
     }
 }
 
-/// The kernel's answer in a published message.
-fn answer(force: &TickForce) -> Answer {
-    let output = TickOutput {
-        force_n: Vector3::from(force.force_n),
-        energy_j: force.energy_j,
-        contacts: force.contacts,
-        flags: Flags(force.flags),
-        ..TickOutput::NONE
-    };
-    Answer { tick: force.tick, output }
-}
-
 /// How near the tool came that never touched, where all of the session is recorded.
 fn untouched(tissue: &Staged<'_>, rows: &[Row], report: &ServeReport) -> Option<Untouched> {
     let poses: Vec<Pose> = rows.iter().map(|row| row.pose).collect();
@@ -453,8 +439,10 @@ fn print(
     }
     // Print the state and the verdict.
     terminal::say(format_args!("  state hash  {}", report.state_hash))?;
-    if let Some(out) = &args.folder.out {
-        tell_view(12, out)?;
+    match (&args.folder.out, &args.record) {
+        (Some(session), _) => tell_view(12, &[session])?,
+        (None, Some(trace)) => tell_view(12, &[trace, "--model".as_ref(), &args.model])?,
+        (None, None) => tell_view(12, &[&args.model])?,
     }
     judgement.print(12)?;
     terminal::say(format_args!("  verdict     {verdict}"))

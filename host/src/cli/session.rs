@@ -3,7 +3,8 @@
 use std::fs::Permissions;
 use std::os::unix::fs::PermissionsExt;
 
-use chaincell_kernel::{Choice, Model};
+use chaincell_kernel::{Choice, Flags, Model, TickOutput};
+use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use tempfile::TempDir;
 
@@ -13,9 +14,11 @@ use crate::choice;
 use crate::engine::Engine;
 use crate::engine::motion::Pose;
 use crate::error::{Error, Result};
+use crate::files::output::Answer;
 use crate::session::ipc;
 use crate::session::ipc::services::Domain;
 use crate::session::ipc::serving::ServePorts;
+use crate::session::ipc::tools::TickForce;
 use crate::session::loops::wait::Wait;
 use crate::session::timing::histogram::Summary;
 use crate::terminal;
@@ -58,6 +61,18 @@ impl LoopArgs {
             false => why,
         })
     }
+}
+
+/// The kernel's answer in a published message.
+pub fn answer(force: &TickForce) -> Answer {
+    let output = TickOutput {
+        force_n: Vector3::from(force.force_n),
+        energy_j: force.energy_j,
+        contacts: force.contacts,
+        flags: Flags(force.flags),
+        ..TickOutput::NONE
+    };
+    Answer { tick: force.tick, output }
 }
 
 /// Names the real-time privileges that were refused.

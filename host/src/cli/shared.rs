@@ -48,7 +48,27 @@ pub struct SilenceArgs {
     pub ramp_ms: u32,
 }
 
-/// Prints the command that shows a model or a session in a browser, its name in a column of this width.
-pub fn tell_view(width: usize, path: &Path) -> Result<()> {
-    terminal::say(format_args!("  {:<width$}chaincell view {}", "view", path.display()))
+/// Prints the command that shows a model or a session in a browser, `view` with these arguments, its name in a
+/// column of this width.
+pub fn tell_view(width: usize, args: &[&Path]) -> Result<()> {
+    let args: String = args.iter().map(|arg| format!(" {}", quoted(arg))).collect();
+    terminal::say(format_args!("  {:<width$}chaincell view{args}", "view"))
+}
+
+/// An argument as a shell takes it.
+fn quoted(arg: &Path) -> String {
+    let arg = arg.display().to_string();
+    let is_plain = |c: char| c.is_alphanumeric() || "/._-+=:,@%".contains(c);
+    if arg.chars().all(is_plain) { arg } else { format!("'{}'", arg.replace('\'', r"'\''")) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn arguments_are_quoted_where_a_shell_needs_it() {
+        let said = ["a/b-1.chaincell", "my liver", "it's"].map(|arg| quoted(Path::new(arg)));
+        assert_eq!(said, ["a/b-1.chaincell", "'my liver'", r"'it'\''s'"]);
+    }
 }

@@ -5,7 +5,7 @@ use std::fmt;
 use nalgebra::Vector3;
 
 use super::motion::Pose;
-use super::reach::extent_m;
+use super::reach::size_m;
 use super::{Contact, Engine};
 
 /// Distance from the body's middle, in body lengths, from which on a tool is far.
@@ -28,8 +28,7 @@ impl Far {
     #[must_use]
     pub fn of(engine: &Engine<'_>, poses: &[Pose]) -> Option<Self> {
         let model = engine.network().model();
-        let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-        let size_m = axes.map(|axis| extent_m(model, axis)).into_iter().fold(0.0, f64::max);
+        let size_m = size_m(model);
         let is_held = matches!(engine.contact(), Contact::Cells(_));
         let (way_m, least_m) = if is_held {
             (farthest_m(poses)?, size_m)

@@ -3,7 +3,7 @@
 use chaincell_kernel::{Model, ToolPart};
 use nalgebra::Vector3;
 
-use super::contact::{farthest, inward};
+use super::contact::{automatic, farthest, inward};
 use super::reach::Reach;
 use super::{Contact, rest_m};
 use crate::error::{Error, Result};
@@ -64,17 +64,31 @@ pub fn place(model: &Model<'_>, contact: &Contact, along: Option<[f64; 3]>) -> R
     Ok(Place { touch_m, direction: direction.into() })
 }
 
-/// Largest angle between the mean normal of the surface at the cell of the default contact and one of its
-/// triangles there \[degrees\]: 55 at a corner of a box, 45 at an edge. `None` if the model has no triangles or
-/// no free cell.
+/// Largest angle between the mean normal of the surface and one of its sides \[degrees\], at the middle cell of
+/// the default contact or across an edge between two of its cells: 55 at a corner of a box, 45 at an edge. `None`
+/// if the model has no triangles or no free cell.
 #[must_use]
 pub fn bend_deg(model: &Model<'_>) -> Option<f64> {
-    let cell = farthest(model).ok()?;
-    let at = |cell: u16| Vector3::from(rest_m(model, cell.into()));
-    let normal = |[a, b, c]: &[u16; 3]| (at(*b) - at(*a)).cross(&(at(*c) - at(*a)));
+    let held = automatic(model).ok()?;
+    let middle = bend_at_deg(model, farthest(model).ok()?)?;
+    Some(middle.max(bend_within_deg(model, &held)))
+}
+
+/// Unit normal of a triangle of the surface.
+fn normal(model: &Model<'_>, corners: &[u16; 3]) -> Option<Vector3<f64>> {
+    let [a, b, c] = corners.map(|cell| Vector3::from(rest_m(model, cell.into())));
+    (b - a).cross(&(c - a)).try_normalize(0.0)
+}
+
+/// Angle of the unit vectors from each other \[degrees\].
+fn angle_deg(one: &Vector3<f64>, other: &Vector3<f64>) -> f64 {
+    one.dot(other).clamp(-1.0, 1.0).acos().to_degrees()
+}
+
+/// The bend at a cell.
+fn bend_at_deg(model: &Model<'_>, cell: u16) -> Option<f64> {
     let around = model.triangles().iter().filter(|corners| corners.contains(&cell));
-    let normals: Vec<Vector3<f64>> =
-        around.filter_map(|corners| normal(corners).try_normalize(0.0)).collect();
+    let normals: Vec<Vector3<f64>> = around.filter_map(|corners| normal(model, corners)).collect();
     // A side counts once, however many triangles it has at the cell.
     let mut sides: Vec<Vector3<f64>> = Vec::new();
     for normal in &normals {
@@ -83,8 +97,26 @@ pub fn bend_deg(model: &Model<'_>) -> Option<f64> {
         }
     }
     let mean = sides.iter().sum::<Vector3<f64>>().try_normalize(0.0)?;
-    let angle_deg = |side: &Vector3<f64>| mean.dot(side).clamp(-1.0, 1.0).acos().to_degrees();
-    sides.iter().map(angle_deg).reduce(f64::max)
+    sides.iter().map(|side| angle_deg(&mean, side)).reduce(f64::max)
+}
+
+/// The largest bend at an edge between two of some cells, ascending: half the angle between its two triangles.
+fn bend_within_deg(model: &Model<'_>, cells: &[u16]) -> f64 {
+    let has = |cell: &u16| cells.binary_search(cell).is_ok();
+    // The triangles with an edge between two of the cells.
+    let near = model.triangles().iter();
+    let near = near.filter(|corners| corners.iter().filter(|cell| has(cell)).count() >= 2);
+    let sides: Vec<([u16; 3], Vector3<f64>)> =
+        near.filter_map(|corners| Some((*corners, normal(model, corners)?))).collect();
+    // The pairs of them that share one.
+    let shares = |one: &[u16; 3], other: &[u16; 3]| {
+        one.iter().filter(|cell| has(cell) && other.contains(cell)).count() == 2
+    };
+    let pairs = sides.iter().enumerate().flat_map(|(at, one)| {
+        let later = sides[at + 1..].iter().filter(|other| shares(&one.0, &other.0));
+        later.map(|other| 0.5 * angle_deg(&one.1, &other.1))
+    });
+    pairs.fold(0.0, f64::max)
 }
 
 /// Cosine of the angle below which two triangles are of the same side.
@@ -95,7 +127,7 @@ mod tests {
     use super::*;
     use crate::bake::{BakeOptions, bake};
     use crate::engine::fixture::plane;
-    use crate::mesh::{MeshOptions, load};
+    use crate::mesh::{Filling, Mesh, MeshOptions, from_surface, load};
 
     #[test]
     fn a_corner_of_a_box_bends_and_a_plane_does_not() {
@@ -106,5 +138,28 @@ mod tests {
         let image = plane();
         let flat = bend_deg(&Model::from_bytes(image.as_bytes()).unwrap());
         assert!(flat.is_none_or(|bend| bend < 1.0), "{flat:?}");
+    }
+
+    /// Filled, the farthest cell lies on a side of the box, and the contact around it reaches an edge.
+    #[test]
+    fn a_contact_that_reaches_an_edge_of_a_filled_box_bends() {
+        let filled = |surface: &Mesh, size_m| {
+            let filling = Some(Filling::even(size_m));
+            let options = MeshOptions { filling, ..MeshOptions::default() };
+            let triangles = surface.triangles.clone();
+            let mesh = from_surface("a body", &surface.nodes_m, triangles, &options).unwrap();
+            let low = (0..).zip(&mesh.nodes_m).filter(|(_, node)| node[2] < 1e-3);
+            let fixed: Vec<u32> = low.map(|(id, _)| id).collect();
+            let image = bake(&mesh, &fixed, &BakeOptions::default()).unwrap();
+            let model = Model::from_bytes(image.as_bytes()).unwrap();
+            let middle = bend_at_deg(&model, farthest(&model).unwrap()).unwrap();
+            (middle, bend_deg(&model).unwrap())
+        };
+        let cube = load("box:5x5x5x0.01", &MeshOptions::default()).unwrap();
+        let (middle, bend) = filled(&cube, 0.009);
+        assert!(middle < 1.0 && (bend - 45.0).abs() < 1.0, "{middle} {bend}");
+        let round = load("organ:500", &MeshOptions::default()).unwrap();
+        let (_, bend) = filled(&round, 0.012);
+        assert!(bend < 30.0, "{bend}");
     }
 }

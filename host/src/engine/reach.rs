@@ -195,6 +195,13 @@ pub fn extent_m(model: &Model<'_>, direction: [f64; 3]) -> f64 {
     high.zip(low).map_or(0.0, |(high, low)| high - low)
 }
 
+/// Length of a body along the axis on which it is longest \[m\].
+#[must_use]
+pub fn size_m(model: &Model<'_>) -> f64 {
+    let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    axes.map(|axis| extent_m(model, axis)).into_iter().fold(0.0, f64::max)
+}
+
 /// The point of a triangle nearest to a given point.
 fn nearest(point: Vector3<f64>, [a, b, c]: [Vector3<f64>; 3]) -> Vector3<f64> {
     let (ab, ac) = (b - a, c - a);

@@ -30,7 +30,7 @@ pub struct Untouched {
     pub nearest_m: Option<f64>,
     /// Tick of that distance.
     pub tick: Option<u64>,
-    /// True if it was inside the body then.
+    /// True if all or a part of it was inside the body then: a tool has no contact there before it was outside.
     pub is_inside: bool,
 }
 
@@ -52,10 +52,12 @@ impl Untouched {
         // Find the nearest one.
         let reach = Reach::of(engine.network().model());
         let found = nearest(&engaged, |point| reach.distance_m(point.into()));
+        let gap_m = found.map(|(_, _, distance_m)| distance_m - f64::from(radius_m));
+        let is_inside = |at: Vector3<f64>| gap_m < Some(0.0) || reach.is_around(at.into());
         Some(Self {
-            nearest_m: found.map(|(_, _, distance_m)| (distance_m - f64::from(radius_m)).max(0.0)),
+            nearest_m: gap_m.map(|gap_m| gap_m.max(0.0)),
             tick: found.map(|(tick, ..)| tick),
-            is_inside: found.is_some_and(|(_, at, _)| reach.is_around(at.into())),
+            is_inside: found.is_some_and(|(_, at, _)| is_inside(at)),
         })
     }
 }

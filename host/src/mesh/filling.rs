@@ -48,6 +48,14 @@ pub enum Region {
     Near(String),
 }
 
+impl Filling {
+    /// Edges of one size \[m\] everywhere.
+    #[must_use]
+    pub fn even(size_m: f64) -> Self {
+        Self { size_m, finer: None }
+    }
+}
+
 impl FromStr for Filling {
     type Err = String;
 
@@ -56,7 +64,7 @@ impl FromStr for Filling {
     fn from_str(text: &str) -> Result<Self, String> {
         let (sizes, regions) = text.split_once('@').map_or((text, None), |(a, b)| (a, Some(b)));
         match (&numbers(sizes)?[..], regions) {
-            (&[size_m], None) => Ok(Self { size_m, finer: None }),
+            (&[size_m], None) => Ok(Self::even(size_m)),
             (&[size_m, fine_m], Some(text)) => {
                 let finer = Finer { size_m: fine_m, regions: read_regions(text)? };
                 Ok(Self { size_m, finer: Some(finer) })
@@ -97,7 +105,7 @@ mod tests {
 
     #[test]
     fn sizes_and_places_are_read() {
-        assert_eq!("5e-3".parse(), Ok(Filling { size_m: 0.005, finer: None }));
+        assert_eq!("5e-3".parse(), Ok(Filling::even(0.005)));
         let ball = |x, radius_m| Region::Ball { centre_m: [x, 0.0, -1.0], radius_m };
         let near = || Region::Near("file:a@b".into());
         for (text, regions) in [

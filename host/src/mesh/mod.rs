@@ -134,10 +134,8 @@ pub struct MeshOptions {
     pub rings: u32,
     /// Most nodes: [`CELLS_MAX`], or [`NODES_MAX`] if groups of them become cells.
     pub nodes_max: usize,
-    /// Fill a closed surface with tetrahedra of this mean edge \[m\].
-    pub fill_m: Option<f64>,
-    /// Smaller tetrahedra of the filled surface at some places.
-    pub finer: Option<Finer>,
+    /// Fill a closed surface with tetrahedra of these sizes.
+    pub filling: Option<Filling>,
 }
 
 impl Default for MeshOptions {
@@ -149,15 +147,8 @@ impl Default for MeshOptions {
             allow_parts: false,
             rings: 1,
             nodes_max: CELLS_MAX,
-            fill_m: None,
-            finer: None,
+            filling: None,
         }
-    }
-}
-
-impl MeshOptions {
-    fn filling(&self) -> Option<Filling> {
-        self.fill_m.map(|size_m| Filling { size_m, finer: self.finer.clone() })
     }
 }
 
@@ -213,7 +204,7 @@ pub fn load(spec: &str, options: &MeshOptions) -> Result<Mesh> {
     }
     // Generate or read the body.
     let mesh = match (kind, size) {
-        ("plane" | "box" | "organ", _) if options.fill_m.is_some() => {
+        ("plane" | "box" | "organ", _) if options.filling.is_some() => {
             return Err(Error::input(format!(
                 "`fill_m` fills the closed surface of a file; {spec} has tetrahedra or squares of its \
                  own: leave it out"
@@ -248,7 +239,7 @@ pub fn from_bytes(name: &str, bytes: &[u8], options: &MeshOptions) -> Result<Mes
 /// A coordinate that is not finite, a tetrahedron or a group with a node that does not exist, a
 /// tetrahedron with a node twice; then as [`from_bytes`].
 pub fn from_raw(name: &str, raw: RawMesh, options: &MeshOptions) -> Result<Mesh> {
-    if options.fill_m.is_some() {
+    if options.filling.is_some() {
         return Err(Error::input(format!(
             "`fill_m` fills the closed surface of a file; {name} has tetrahedra of its own: leave it out"
         )));
@@ -270,11 +261,11 @@ pub fn from_surface(
     options: &MeshOptions,
 ) -> Result<Mesh> {
     check_unit(options)?;
-    let Some(filling) = options.filling() else {
+    let Some(filling) = &options.filling else {
         return Err(Error::input(format!("{name}: {A_SURFACE}")));
     };
     let faces = solid::Faces::new(name, points, triangles, options.unit_m)?;
-    let mesh = solid::fill_faces(name, faces, options.unit_m, &filling, options.nodes_max)?;
+    let mesh = solid::fill_faces(name, faces, options.unit_m, filling, options.nodes_max)?;
     finish(name, mesh, options)
 }
 
@@ -297,14 +288,14 @@ fn finish(spec: &str, mut mesh: Mesh, options: &MeshOptions) -> Result<Mesh> {
 
 /// Returns the body of a mesh file, or the body that fills a closed surface.
 fn body(path: &Path, bytes: &[u8], options: &MeshOptions) -> Result<Mesh> {
-    let Some(filling) = options.filling() else {
+    let Some(filling) = &options.filling else {
         return Ok(parse(path, bytes, options.unit_m)?.into());
     };
     let bytes = without_mark(path, bytes)?;
     if let Some(Format::Surface(reader)) = format::of(path, bytes)? {
         let faces = solid::read(reader, path, bytes, options.unit_m)?;
         let name = path.display().to_string();
-        return solid::fill_faces(&name, faces, options.unit_m, &filling, options.nodes_max);
+        return solid::fill_faces(&name, faces, options.unit_m, filling, options.nodes_max);
     }
     let names: Vec<_> = solid::names().collect();
     Err(Error::file(

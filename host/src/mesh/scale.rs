@@ -44,7 +44,7 @@ impl UnlikelySize {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::{MeshOptions, from_surface};
+    use crate::mesh::{Filling, MeshOptions, from_surface};
 
     /// A cube of 190, meant in mm.
     #[test]
@@ -57,7 +57,11 @@ mod tests {
         let halves = |[a, b, c, d]: [u32; 4]| [[a, b, c], [a, c, d]];
         let triangles: Vec<[u32; 3]> = sides.into_iter().flat_map(halves).collect();
         let fill = |unit_m, fill_m| {
-            let options = MeshOptions { unit_m, fill_m: Some(fill_m), ..MeshOptions::default() };
+            let options = MeshOptions {
+                unit_m,
+                filling: Some(Filling::even(fill_m)),
+                ..MeshOptions::default()
+            };
             from_surface("liver.stl", &points, triangles.clone(), &options)
         };
         let why = fill(1.0, 0.008).unwrap_err().to_string();

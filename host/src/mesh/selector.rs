@@ -51,7 +51,7 @@ pub fn select_among(
         ("border", "") => border.to_vec(),
         ("nodes", list) => selector.listed(list)?,
         ("file", path) => selector.file(path)?,
-        ("box", bounds) => selector.boxed(bounds, places)?,
+        ("box", bounds) => return selector.boxed(bounds, places),
         ("group", name) => selector.group(name, groups)?,
         (list, "") if list.trim().starts_with(|c: char| c.is_ascii_digit() || c == '-') => {
             selector.listed(list)?
@@ -135,7 +135,19 @@ impl Selector<'_> {
         }
         let inside =
             |at: &[f64; 3]| (0..3).all(|a| (bound[2 * a]..=bound[2 * a + 1]).contains(&at[a]));
-        let mut ids: Vec<u32> = places.filter(|(_, at)| inside(at)).map(|(id, _)| id).collect();
+        let (mut ids, mut low, mut high) = (Vec::new(), [f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+        for (id, at) in places {
+            ids.extend(inside(&at).then_some(id));
+            low = std::array::from_fn(|axis| low[axis].min(at[axis]));
+            high = std::array::from_fn(|axis| high[axis].max(at[axis]));
+        }
+        if ids.is_empty() {
+            let extent = [0, 1, 2].map(|axis| format!("{:.4},{:.4}", low[axis], high[axis]));
+            return Err(self.refuse(format!(
+                "it selects no node; all nodes are in box:{}, in metres: take a box that reaches into it",
+                extent.join(",")
+            )));
+        }
         ids.sort_unstable();
         Ok(ids)
     }

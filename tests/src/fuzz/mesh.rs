@@ -2,7 +2,7 @@
 
 use chaincell_host::bake::{BakeOptions, bake};
 use chaincell_host::error::Error;
-use chaincell_host::mesh::{Mesh, MeshOptions, from_bytes};
+use chaincell_host::mesh::{Filling, Mesh, MeshOptions, from_bytes};
 use chaincell_kernel::Model;
 
 /// Most nodes of a mesh that is baked.
@@ -28,7 +28,11 @@ pub fn meshes(data: &[u8]) {
 pub fn surface(data: &[u8]) {
     let [which, data @ ..] = data else { return };
     let name = ["fuzz.stl", "fuzz.obj", "fuzz.ply"][usize::from(which % 3)];
-    let options = MeshOptions { fill_m: Some(0.08), nodes_max: 2_000, ..MeshOptions::default() };
+    let options = MeshOptions {
+        filling: Some(Filling::even(0.08)),
+        nodes_max: 2_000,
+        ..MeshOptions::default()
+    };
     match from_bytes(name, data, &options) {
         Ok(mesh) => sound(&mesh),
         Err(why) => assert!(why.exit_code() == 2 && why.to_string().contains(name), "{why}"),

@@ -66,7 +66,10 @@ fn fill_with(bytes: &[u8], options: MeshOptions) -> Result<Mesh> {
 }
 
 fn fill(triangles: &[[[f64; 3]; 3]], size_m: f64) -> Result<Mesh> {
-    fill_with(&stl(triangles), MeshOptions { fill_m: Some(size_m), ..MeshOptions::default() })
+    fill_with(
+        &stl(triangles),
+        MeshOptions { filling: Some(Filling::even(size_m)), ..MeshOptions::default() },
+    )
 }
 
 #[track_caller]
@@ -115,11 +118,8 @@ fn a_box_keeps_its_edges_and_its_volume() {
 
 /// Filled with a coarse size, and a finer one at places.
 fn graded(triangles: &[[[f64; 3]; 3]], fill: &str) -> Result<Mesh> {
-    let Filling { size_m, finer } = fill.parse().unwrap();
-    fill_with(
-        &stl(triangles),
-        MeshOptions { fill_m: Some(size_m), finer, ..MeshOptions::default() },
-    )
+    let filling = Some(fill.parse().unwrap());
+    fill_with(&stl(triangles), MeshOptions { filling, ..MeshOptions::default() })
 }
 
 /// Middle and length of each edge.
@@ -294,7 +294,11 @@ fn holes_and_shared_edges_are_named() {
         0.003,
         &["3 edges with a triangle on one side", "(0.000000, ", "holes", "Close Holes"],
     );
-    let mm = MeshOptions { fill_m: Some(0.003), unit_m: 0.001, ..MeshOptions::default() };
+    let mm = MeshOptions {
+        filling: Some(Filling::even(0.003)),
+        unit_m: 0.001,
+        ..MeshOptions::default()
+    };
     let scaled: Triangles = open.iter().map(|t| t.map(|p| p.map(|x| x * 1000.0))).collect();
     let why = fill_with(&stl(&scaled), mm).unwrap_err().to_string();
     assert!(why.contains("(0.000000, 20.000000, 20.000000)"), "in the file's unit: {why}");
@@ -389,7 +393,7 @@ fn a_thin_part_that_would_be_lost_is_named() {
 
 #[test]
 fn an_option_where_it_has_no_meaning_is_refused() {
-    let options = MeshOptions { fill_m: Some(0.01), ..MeshOptions::default() };
+    let options = MeshOptions { filling: Some(Filling::even(0.01)), ..MeshOptions::default() };
     for spec in ["organ:300", "box:3x3x3x0.01", "plane:3x3x0.01"] {
         let why = chaincell_host::mesh::load(spec, &options).unwrap_err().to_string();
         assert!(why.contains("`fill_m`") && why.contains(spec), "{why}");

@@ -225,6 +225,11 @@ fn session_parameters_out_of_range() {
             place.refuses(&args, &["--depth-m", "must be above 0 and finite"]);
         }
     }
+    // Meant in millimetres.
+    for command in ["cosim", "latency"] {
+        let args = [&[command, model][..], &common[..], &["--depth-m", "10"]].concat();
+        place.refuses(&args, &["--depth-m 10.0: 10.0 m into a body of ", "the depth in metres"]);
+    }
     for wait in ["-1", "NaN", "inf", "1e30"] {
         let args = [&["control"], &common[..], &["--wait-for-server-s", wait]].concat();
         place.refuses(&args, &["--wait-for-server-s", "must be "]);

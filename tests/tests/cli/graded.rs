@@ -97,13 +97,16 @@ fn sizes_and_places_that_cannot_be_are_refused_with_the_remedy() {
         ("0.008,0.002@0,0,0.025,0", &["radius", "give it in metres"]),
         (
             "0.008,0.002@0,0,25,10",
-            &["does not touch the body", "in metres whatever the unit", "25.0 m away"],
+            &["does not touch the body", "in metres whatever the unit", "25.0 m from its middle"],
         ),
         (
             "0.008,0.001@0,0,0,0.03",
             &["more than 65535 cells", "take --fill 0.0", "or a smaller region"],
         ),
-        ("0.008,0.002@near:box:1,2,1,2,1,2", &["near: box:1,2,1,2,1,2", "selects no node"]),
+        (
+            "0.008,0.002@near:box:1,2,1,2,1,2",
+            &["@near:box:1,2,1,2,1,2: it selects no node", "all nodes are in box:"],
+        ),
     ] {
         let why = baked(&stl, fill, &model, &[]).with(2).err;
         for part in parts {

@@ -162,6 +162,25 @@ fn run_judges_tools_beside_the_body() {
     let (said, judgement) = pressed(&model, folder.path(), &beside);
     says(&said, "contact", &["the tool never touched the body: nearest 2", "bring it nearer"]);
     assert_eq!(judgement["untouched_tools"], serde_json::json!([0]));
+    // From inside down through the bottom, at 0: its middle is outside at the end, a part of it is not.
+    let through =
+        [&above("0,0,0.02")[..], &["--contact", "probe:0.015", "--depth-m", "0.03"]].concat();
+    let (said, _) = pressed(&model, folder.path(), &through);
+    says(
+        &said,
+        "contact",
+        &["nearest 0.0 mm at tick ", "inside the body", "begin outside of the body"],
+    );
+}
+
+#[test]
+fn a_depth_in_millimetres_is_refused() {
+    let (folder, model) = body();
+    let out = folder.path().join("out");
+    let args = ["run", text(&model), "--motion", "press", "--depth-m", "10", "--out", text(&out)];
+    let why = run(args).with(2).err;
+    assert!(why.contains("--depth-m 10.0: 10.0 m into a body of 60.0 mm"), "{why}");
+    assert!(why.contains("give the depth in metres") && !out.exists(), "{why}");
 }
 
 #[test]

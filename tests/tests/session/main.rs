@@ -8,6 +8,7 @@ mod delay;
 mod faults;
 mod grip;
 mod inject;
+mod judgement;
 mod kill;
 mod killed_at_start;
 mod load;

@@ -176,7 +176,8 @@ fn corner_deg(model: &Model<'_>) -> Option<f64> {
 fn corner_words(bend_deg: f64) -> String {
     format!(
         "the default contact is at a corner or an edge, where the surface bends by {bend_deg:.0} degrees: hold \
-         others with --contact cells:SELECTOR, or press elsewhere with --touch-m and --direction"
+         others with --contact cells:SELECTOR, or press elsewhere with --touch-m and --direction of `run` and \
+         `control`"
     )
 }
 

@@ -134,6 +134,13 @@ impl fmt::Display for Pace {
         if sweeps_p1 < sweeps_max {
             write!(f, "; one in 100 ticks had time for {} or fewer", of(sweeps_p1))?;
         }
+        if load_p99 > 1.0 {
+            write!(
+                f,
+                "; one in 100 takes longer than its millisecond, by the body or by other programs: end those \
+                 and run it again"
+            )?;
+        }
         Ok(())
     }
 }
@@ -168,6 +175,8 @@ mod tests {
         assert!(text.contains("bake some 1250 cells"), "{text}");
         let text = pace([260, 990], [4, 1, 4]);
         assert!(text.ends_with("one in 100 ticks had time for 1 sweep or fewer"), "{text}");
+        let text = pace([260, 4400], [4, 4, 4]);
+        assert!(text.contains("at most 440 %; one in 100 takes longer"), "{text}");
         assert_eq!(Pace::of_all_sweeps(&Summary::default(), 4, 100), None);
     }
 }

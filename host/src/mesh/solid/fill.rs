@@ -15,7 +15,7 @@ use crate::mesh::stuffing::graded::{self, Grading};
 use crate::mesh::stuffing::smooth::roundness;
 use crate::mesh::stuffing::{Shape, TetMesh, fill as stuff, points};
 use crate::mesh::surface::boundary;
-use crate::mesh::{Filling, Mesh, UnlikelySize, select, too_many};
+use crate::mesh::{Filling, Mesh, UnlikelySize, select_among, too_many};
 use crate::words::{counted, length};
 
 /// Edge of a lattice cube over the mean edge of the tetrahedra: three of seven edges of the lattice are
@@ -81,7 +81,7 @@ pub(in crate::mesh) fn fill_faces(
     let size_m = filling.size_m;
     if !(size_m.is_finite() && size_m > 0.0) {
         return Err(refuse(format!(
-            "`fill_m` {size_m:?}: give the edge of the tetrahedra in metres"
+            "`fill_m` {size_m:?}: give the edge of the tetrahedra, above 0, in metres"
         )));
     }
     // Check the surface.
@@ -167,9 +167,10 @@ impl Filler<'_> {
     fn graded(&self, filling: &Filling) -> std::result::Result<Option<Graded>, String> {
         let Some(finer) = &filling.finer else { return Ok(None) };
         let near = |selector: &str| {
-            let even = self.fill(&Filling { size_m: filling.size_m, finer: None })?;
-            let found =
-                select(selector, &even.nodes_m, &even.groups, &even.border, "`fill_m` near:");
+            let even = self.fill(&Filling::even(filling.size_m))?;
+            let nodes = (even.nodes_m.len(), (0..).zip(even.nodes_m.iter().copied()));
+            let given = format!("`fill_m` ...@near:{selector}");
+            let found = select_among(selector, nodes, &even.groups, &even.border, &given);
             let ids = found.map_err(|why| why.to_string())?;
             Ok(ids.into_iter().map(|id| even.nodes_m[id as usize]).collect())
         };
@@ -206,7 +207,7 @@ fn too_many_nodes(filling: &Filling, nodes: usize, nodes_max: usize) -> String {
         None => format!("take `fill_m` {fits} or more"),
         Some(finer) => {
             let fine = above(finer.size_m * larger);
-            format!("take `fill_m` {fits},{fine} there or more, or a smaller region")
+            format!("take `fill_m` {fits},{fine}@... or more, or a smaller region")
         }
     };
     let more = format!("{nodes} nodes of {}, more", given(filling.size_m, finer));
@@ -233,9 +234,9 @@ fn two_digits(size_m: f64, round: impl Fn(f64) -> f64) -> f64 {
     if behind > 0 { digits / 10.0_f64.powi(behind) } else { digits * 10.0_f64.powi(-behind) }
 }
 
-/// Returns a size at which some tetrahedra fit into the body.
+/// Returns a size at which enough tetrahedra fit into a body without thin parts to keep its volume.
 fn largest_m(closed: &Closed) -> f64 {
-    (closed.shells.volume_m3 / 30.0).cbrt()
+    (closed.shells.volume_m3 / 60.0).cbrt()
 }
 
 /// Refuses sizes that need too many nodes or lattice points, before any is made.
@@ -357,9 +358,11 @@ fn check(filled: &Filled, size_m: f64, place: &str) -> std::result::Result<(), S
     if filled.volume_error.abs() > VOLUME_ERROR_MAX {
         return Err(format!(
             "the volume of the tetrahedra of `fill_m` {size_m:?} is off by {:.1} %, the limit is {:.0} %; \
-             take a smaller size",
+             take `fill_m` {} or less",
             100.0 * filled.volume_error,
-            100.0 * VOLUME_ERROR_MAX
+            100.0 * VOLUME_ERROR_MAX,
+            // What a curved surface cuts off grows with the square of the size.
+            below(0.9 * size_m * (VOLUME_ERROR_MAX / filled.volume_error.abs()).sqrt())
         ));
     }
     Ok(())

@@ -138,8 +138,8 @@ fn check_ball(solid: &Solid, centre_m: [f64; 3], radius_m: f64) -> Result<(), St
     }
     let [x, y, z] = solid.project(centre_m);
     Err(format!(
-        "{given}: the region does not touch the body, which is {} away from its middle; X, Y, Z and R are in \
-         metres whatever the unit of the file, and the nearest point of the body is {x:.6},{y:.6},{z:.6}",
+        "{given}: the region does not touch the body, whose nearest point is {x:.6},{y:.6},{z:.6}, {} from its \
+         middle; X, Y, Z and R are in metres whatever the unit of the file",
         length(outside_m)
     ))
 }

@@ -1,6 +1,6 @@
 //! What a file is its content tells, whatever its name; line ends and numbers of other programs.
 
-use chaincell_host::mesh::{MeshOptions, from_bytes};
+use chaincell_host::mesh::{Filling, MeshOptions, from_bytes};
 
 use super::*;
 
@@ -97,7 +97,11 @@ fn a_volume_is_read_under_every_name() {
 
 #[test]
 fn a_surface_is_one_under_every_name() {
-    let options = MeshOptions { fill_m: Some(0.008), unit_m: 0.001, ..MeshOptions::default() };
+    let options = MeshOptions {
+        filling: Some(Filling::even(0.008)),
+        unit_m: 0.001,
+        ..MeshOptions::default()
+    };
     let first = from_bytes(SURFACES[0], &bytes_of(SURFACES[0]), &options).unwrap();
     for file in SURFACES {
         let bytes = bytes_of(file);
@@ -160,7 +164,11 @@ fn lines_end_as_programs_end_them() {
             assert_eq!(read.as_ref(), Ok(&wanted), "{file} {end:?}");
         }
     }
-    let options = MeshOptions { fill_m: Some(0.008), unit_m: 0.001, ..MeshOptions::default() };
+    let options = MeshOptions {
+        filling: Some(Filling::even(0.008)),
+        unit_m: 0.001,
+        ..MeshOptions::default()
+    };
     for file in SURFACES.into_iter().filter(|name| !name.contains("binary")) {
         let (bytes, text) = (bytes_of(file), String::from_utf8(bytes_of(file)).unwrap());
         let wanted = from_bytes(file, &bytes, &options);

@@ -1,7 +1,7 @@
 //! Surface files, `.stl`, `.obj` and `.ply`: the same tetrahedron in each, whole, wrong and damaged.
 
 use super::*;
-use chaincell_host::mesh::{MeshOptions, from_bytes};
+use chaincell_host::mesh::{Filling, MeshOptions, from_bytes};
 
 const PLACES: [[f32; 3]; 4] = [[0., 0., 0.], [1., 0., 0.], [0., 1., 0.], [0., 0., 1.]];
 const TRIANGLES: [[usize; 3]; 4] = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]];
@@ -100,7 +100,11 @@ pub(super) fn files() -> [(&'static str, Vec<u8>); 6] {
 }
 
 pub(super) fn fill(name: &str, bytes: &[u8]) -> Result<Mesh> {
-    let options = MeshOptions { fill_m: Some(0.08), nodes_max: 2_000, ..MeshOptions::default() };
+    let options = MeshOptions {
+        filling: Some(Filling::even(0.08)),
+        nodes_max: 2_000,
+        ..MeshOptions::default()
+    };
     from_bytes(name, bytes, &options)
 }
 
@@ -235,7 +239,7 @@ fn loose_texts_give_the_same_body() {
 /// A box whose upper face is drawn as one polygon, which runs through itself as its normal sees it.
 #[test]
 fn a_face_that_is_not_flat_is_cut() {
-    let options = MeshOptions { fill_m: Some(0.006), ..MeshOptions::default() };
+    let options = MeshOptions { filling: Some(Filling::even(0.006)), ..MeshOptions::default() };
     let read = |text: &str| from_bytes("a.obj", text.as_bytes(), &options);
     let whole = read(&format!("{TWISTED}f 9 10 11 12\n")).unwrap();
     let cut = read(&format!("{TWISTED}f 9 10 11\nf 9 11 12\n")).unwrap();
