@@ -197,6 +197,8 @@ pub fn execute(args: &Args) -> Result<()> {
     // Remarks on the mesh.
     if model.fixed().is_empty() {
         terminal::note("note: no cell is fixed, the body floats; --fix holds nodes");
+    } else if model.fixed().len() == model.cells() {
+        terminal::note("note: every cell is fixed, nothing moves; --fix fewer nodes, in metres");
     }
     if let Some(unlikely) = UnlikelySize::of(&mesh.nodes_m, args.body.file.unit_m()) {
         // Only a generator holds nodes by default, and it takes no unit.

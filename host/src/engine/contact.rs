@@ -90,6 +90,12 @@ pub fn contact_cells(contact: &str, model: &Model<'_>) -> Result<Vec<u16>> {
     if contact == "auto" {
         return automatic(model);
     }
+    if ["sphere:", "capsule:", "half-space"].iter().any(|kind| contact.starts_with(kind)) {
+        return Err(Error::input(format!(
+            "`contact` {contact}: give probe:RADIUS, cells:SELECTOR or auto; a tool by its parts is given with \
+             `tool`"
+        )));
+    }
     let selector = contact.strip_prefix("cells:").unwrap_or(contact);
     let notes = Notes::read(model);
     let nodes = (model.input_nodes() as usize, places_m(model));

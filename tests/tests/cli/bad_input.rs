@@ -68,6 +68,7 @@ fn contacts_that_cannot_be_held() {
         ("cells:nodes:25", &["'25' is no node", "0 to 24"][..]),
         ("cells:nodes:0", &["node 0 is fixed"]),
         ("cells:", &["unknown selector"]),
+        ("sphere:0.01", &["--contact sphere:0.01", "probe:RADIUS", "given with --tool"]),
         ("cells:border", &["fixed"]),
         ("probe:thick", &["probe:thick", "no radius [m]"]),
         ("probe:", &["no radius [m]"]),

@@ -105,6 +105,8 @@ fn bake_judges_mesh_corner_and_pace() {
     assert!(is_real(&judgement["mesh"]["edge_m"]) && judgement["mesh"]["radius_m"].is_null());
     assert!(is_real(&judgement["pace"]["load_p50"]) && judgement["pace"]["sweeps_max"] == 4);
     assert!((judgement["corner_deg"].as_f64().unwrap() - 55.0).abs() < 1.0);
+    let held = run([&args[..], &["--fix", "box:-9,9,-9,9,-9,9"]].concat()).with(0).err;
+    assert!(held.contains("every cell is fixed, nothing moves; --fix fewer nodes"), "{held}");
     // The organ is round.
     let round = ["bake", "organ:500", "--young-pa", "5000", "-o", text(&model)];
     let said = run(round).with(0).out;
