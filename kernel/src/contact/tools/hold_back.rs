@@ -13,7 +13,7 @@ use crate::number::cell::{dot, scale, sub};
 use crate::number::sqrt::sqrt;
 
 /// Times that a tool may give way at a place and go in again.
-const TIMES: u16 = 3;
+const TIMES: u8 = 3;
 /// Way after which a tool is free again, in its smallest radii.
 const ELSEWHERE: f32 = 0.25;
 

@@ -27,7 +27,7 @@ kept! {
         pub(crate) target_turn: Turn,
         /// Unit vector towards the target when the proxy first gave way, and how many times it did since.
         pub(crate) held_back: [f32; 3],
-        pub(crate) times: u16,
+        pub(crate) times: u8,
         /// True if it gave way in the last tick.
         pub(crate) gives_way: bool,
         /// The proxy's position when it last gave way.
