@@ -43,8 +43,8 @@ const SNAPSHOTS: &[(&str, Tier, usize, u32)] = &[
     ("tissue6_track", Tier::F32, 33100, 0x13223999),
     ("varied300_track", Tier::F32, 22364, 0xe1cd8f3e),
     ("varied300_track", Tier::Fixed, 21404, 0x869f4844),
-    ("touch6_predict", Tier::F32, 55900, 0x1eaf42f7),
-    ("touch6_tools", Tier::F32, 50160, 0x4a8ce05c),
+    ("touch6_predict", Tier::F32, 55904, 0xcdaa9428),
+    ("touch6_tools", Tier::F32, 50168, 0x331f77d6),
 ];
 
 // REQ-BIT-09
