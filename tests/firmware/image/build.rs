@@ -2,7 +2,9 @@
 //!
 //! From the environment, all of them set by `tests/firmware/runner`:
 //!
-//! - `CHAINCELL_MODEL`: path of a model image
+//! - `CHAINCELL_MODEL`: path of a model image; what it says of itself: `CHAINCELL_CELLS`,
+//!   `CHAINCELL_COARSE_FUNCTIONS`, `CHAINCELL_TERM_STATES`, `CHAINCELL_NODAL` (`true` or `false`)
+//! - `CHAINCELL_LONG`, `CHAINCELL_SHORT`, with a sphere also `CHAINCELL_REST`, else empty: paths of states
 //! - `CHAINCELL_SCHEME`, `CHAINCELL_TIER`: scheme and number type
 //! - `CHAINCELL_HELD`: input ids of the held cells, with commas
 //! - `CHAINCELL_TOOL`: a sphere that meets the body's surface in place of held cells, empty for
@@ -18,22 +20,18 @@
 
 use std::error::Error;
 use std::fmt::Write;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::{env, fs};
-
-use chaincell_kernel::{Model, term_states};
 
 /// Flash and RAM that the linker has [bytes]; the measurement's own states lie beyond that flash.
 const FLASH_BYTES: u32 = 2 << 20;
 const RAM_BYTES: u32 = 1 << 20;
-/// Scales of the rest shape that bring every link out of its band: too long, too short.
-const WORST: [(&str, f32); 2] = [("LONG", 1.5), ("SHORT", 0.5)];
-/// The rest shape, in images with a tool.
-const REST: (&str, f32) = ("REST", 1.0);
+/// States that the image ticks from.
+const STATES: [&str; 3] = ["LONG", "SHORT", "REST"];
 
 fn main() -> Result<(), Box<dyn Error>> {
     let out = PathBuf::from(env::var("OUT_DIR")?);
-    let (scene, states_bytes) = scene(&out)?;
+    let (scene, states_bytes) = scene()?;
     fs::write(out.join("scene.rs"), scene)?;
     let arm = env::var("CARGO_CFG_TARGET_ARCH")? == "arm";
     fs::write(out.join("memory.x"), memory(arm, FLASH_BYTES + states_bytes))?;
@@ -53,11 +51,12 @@ fn variable(name: &str) -> Result<String, String> {
 }
 
 /// The scheme's type: the one place where scheme and number type are chosen.
-fn scheme(coarse_functions: usize, held: usize, is_nodal: bool) -> Result<String, String> {
+fn scheme(held: usize) -> Result<String, String> {
     let (scheme, tier) = (variable("CHAINCELL_SCHEME")?, variable("CHAINCELL_TIER")?);
-    let room = match is_nodal {
-        false => format!("{{ coarse_room({coarse_functions}, {held}) }}"),
-        true => format!("{{ elastic_room({coarse_functions}) }}"),
+    let coarse_functions = variable("CHAINCELL_COARSE_FUNCTIONS")?;
+    let room = match variable("CHAINCELL_NODAL")?.as_str() {
+        "true" => format!("{{ elastic_room({coarse_functions}) }}"),
+        _ => format!("{{ coarse_room({coarse_functions}, {held}) }}"),
     };
     match (scheme.as_str(), tier.as_str()) {
         ("track", "f32") => Ok(format!("Track<{room}>")),
@@ -70,30 +69,32 @@ fn scheme(coarse_functions: usize, held: usize, is_nodal: bool) -> Result<String
     }
 }
 
-/// Constants and statics of the scene, as Rust; and the bytes of the worst states.
-fn scene(out: &Path) -> Result<(String, u32), Box<dyn Error>> {
-    let path = variable("CHAINCELL_MODEL")?;
+/// The path in a variable; a file that changes builds the image anew.
+fn file(name: &str) -> Result<String, String> {
+    let path = variable(name)?;
     println!("cargo:rerun-if-changed={path}");
-    let file = fs::read(&path).map_err(|why| format!("CHAINCELL_MODEL {path}: {why}"))?;
-    // The kernel reads images at a multiple of 16 bytes.
-    let mut room = vec![0_u128; file.len().div_ceil(16)];
-    let bytes = aligned(&mut room, &file);
-    let model = Model::from_bytes(bytes).map_err(|why| format!("CHAINCELL_MODEL {path}: {why}"))?;
+    Ok(path)
+}
+
+/// Constants and statics of the scene, as Rust; and the bytes of the states.
+fn scene() -> Result<(String, u32), Box<dyn Error>> {
+    let model = file("CHAINCELL_MODEL")?;
     let held = variable("CHAINCELL_HELD")?;
     let count = held.split(',').filter(|id| !id.is_empty()).count();
-    let scheme = scheme(model.coarse_functions(), count, model.is_nodal())?;
-    let mut text = String::new();
-    let is_touched = !variable("CHAINCELL_TOOL")?.is_empty();
-    let states: Vec<_> = WORST.into_iter().chain(is_touched.then_some(REST)).collect();
-    for &(name, scale) in &states {
-        let rest = (0..model.cells()).flat_map(|cell| model.rest_position(cell));
-        let state: Vec<u8> = rest.flat_map(|x| (x * scale).to_le_bytes()).collect();
-        fs::write(out.join(format!("{name}.bin")), state)?;
-        let state = format!("chaincell_kernel::include_model!(\"{name}.bin\")");
+    let (mut text, mut states_bytes) = (String::new(), 0);
+    for name in STATES {
+        let variable = format!("CHAINCELL_{name}");
+        if env::var(&variable).is_ok_and(|path| path.is_empty()) {
+            continue;
+        }
+        let path = file(&variable)?;
+        let bytes = fs::metadata(&path).map_err(|why| format!("{variable} {path}: {why}"))?.len();
+        states_bytes += u32::try_from(bytes)?;
+        let state = format!("chaincell_kernel::include_model!({path:?})");
         writeln!(text, "pub static {name}: &[u8] = {state};")?;
     }
-    writeln!(text, "pub const CELLS: usize = {};", model.cells())?;
-    writeln!(text, "pub const STATES: usize = {};", term_states(model.kept_states()))?;
+    writeln!(text, "pub const CELLS: usize = {};", variable("CHAINCELL_CELLS")?)?;
+    writeln!(text, "pub const STATES: usize = {};", variable("CHAINCELL_TERM_STATES")?)?;
     writeln!(text, "pub const HELD: [u32; {count}] = [{held}];")?;
     for (name, kind) in [
         ("SWEEPS", "u16"),
@@ -107,19 +108,17 @@ fn scene(out: &Path) -> Result<(String, u32), Box<dyn Error>> {
         writeln!(text, "pub const {name}: {kind} = {path}{value};")?;
     }
     writeln!(text, "{}", tool(&variable("CHAINCELL_TOOL")?)?)?;
-    writeln!(text, "pub type Scheme = {scheme};")?;
-    writeln!(text, "pub static IMAGE: &[u8] = chaincell_kernel::include_model!({path:?});")?;
+    writeln!(text, "pub type Scheme = {};", scheme(count)?)?;
+    writeln!(text, "pub static IMAGE: &[u8] = chaincell_kernel::include_model!({model:?});")?;
     if env::var_os("CARGO_FEATURE_CHECKS").is_some() {
         for name in ["TRACE", "ALTERED"] {
-            let path = variable(&format!("CHAINCELL_{name}"))?;
-            println!("cargo:rerun-if-changed={path}");
+            let path = file(&format!("CHAINCELL_{name}"))?;
             writeln!(text, "pub static {name}: &[u8] = include_bytes!({path:?});")?;
         }
         let ticks = variable("CHAINCELL_TRACE_TICKS")?;
         writeln!(text, "pub const TRACE_TICKS: u32 = {ticks};")?;
     }
-    let states_bytes = states.len() * model.cells() * 12;
-    Ok((text, u32::try_from(states_bytes)?))
+    Ok((text, states_bytes))
 }
 
 /// The tool and its memory.
@@ -139,12 +138,6 @@ fn tool(said: &str) -> Result<String, String> {
         }
         _ => Err(format!("CHAINCELL_TOOL {said}: seven numbers or none")),
     }
-}
-
-fn aligned<'a>(room: &'a mut [u128], file: &[u8]) -> &'a [u8] {
-    let bytes: &mut [u8] = bytemuck::cast_slice_mut(room);
-    bytes[..file.len()].copy_from_slice(file);
-    &bytes[..file.len()]
 }
 
 /// Where code and data go.

@@ -56,6 +56,10 @@ const PLAIN: Case = Case {
 /// A question of size, a sweep a tick.
 const OF_SIZE: Case = Case { sweeps: 1, of_size: true, ..PLAIN };
 
+/// Scales of the rest shape that an image ticks from: the first two bring every link out of its band, the last
+/// is for a tool.
+pub const STATES: [(&str, f32); 3] = [("LONG", 1.5), ("SHORT", 0.5), ("REST", 1.0)];
+
 /// All of them.
 pub const CASES: [Case; 11] = [
     Case {
@@ -156,9 +160,29 @@ impl Ready {
     pub fn settings(&self) -> Settings {
         (self.scene.settings)(&self.model)
     }
+
+    /// States that the image has, by name.
+    pub fn states(&self) -> &'static [(&'static str, f32)] {
+        if self.case.sphere.is_some() { &STATES } else { &STATES[..2] }
+    }
+
+    /// Where [`prepare`] has written a state.
+    pub fn state_path(&self, name: &str) -> PathBuf {
+        self.model_path.with_extension(name)
+    }
+
+    /// Writes the states: three `f32` a cell.
+    fn write_states(&self) -> Result<()> {
+        for (name, scale) in self.states() {
+            let rest = (0..self.model.cells()).flat_map(|cell| self.model.rest_position(cell));
+            let state: Vec<u8> = rest.flat_map(|x| (x * scale).to_le_bytes()).collect();
+            std::fs::write(self.state_path(name), state)?;
+        }
+        Ok(())
+    }
 }
 
-/// Bakes the model into `folder` with the program `chaincell` and lays out the scene.
+/// Bakes the model into `folder` with the program `chaincell`, lays out the scene and writes the states.
 pub fn prepare(case: Case, chaincell: &Path, folder: &Path, ticks: u32) -> Result<Ready> {
     std::fs::create_dir_all(folder)?;
     let model_path = folder.join(format!("{}.chaincell", case.name));
@@ -194,7 +218,9 @@ pub fn prepare(case: Case, chaincell: &Path, folder: &Path, ticks: u32) -> Resul
         },
     };
     let ticks = ticks.min(case.ticks_max);
-    Ok(Ready { case, model_path, model, scene: Box::leak(Box::new(scene)), ticks })
+    let ready = Ready { case, model_path, model, scene: Box::leak(Box::new(scene)), ticks };
+    ready.write_states()?;
+    Ok(ready)
 }
 
 fn settings(model: &Model<'_>, sweeps: u16) -> Settings {

@@ -14,10 +14,7 @@ use chaincell_scenes::adverse::{self, AdverseError};
 use chaincell_scenes::{Act, Run, RunError, Scene, Tier, golden};
 use fixed::types::I8F24;
 
-use crate::case::{Ready, Sphere};
-
-/// Scale of the rest shape that an image's worst state of long links has, by its `build.rs`.
-const WORST_SCALE: f32 = 1.5;
+use crate::case::{Ready, STATES, Sphere};
 
 /// State hash after the last tick, and digest of all ticks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -91,7 +88,8 @@ impl Act for Again {
             }
         }
         let rest = (0..model.cells()).map(|cell| model.rest_position(cell));
-        let state: Vec<[f32; 3]> = rest.map(|at| at.map(|x| x * WORST_SCALE)).collect();
+        let [(_, scale), ..] = STATES;
+        let state: Vec<[f32; 3]> = rest.map(|at| at.map(|x| x * scale)).collect();
         tissue.set_positions(&network, &state)?;
         tissue.tick(&network, &[sample], Budget::again(Some(sweeps)));
         Ok(tissue.state_hash(&model))

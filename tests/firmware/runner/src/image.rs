@@ -4,12 +4,12 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use anyhow::{Context, Result, ensure};
-use chaincell_kernel::Choice;
+use chaincell_kernel::{Choice, term_states};
 use chaincell_scenes::Tier;
 use object::elf::SHF_ALLOC;
 use object::{Object, ObjectSection, ObjectSymbol, SectionFlags, SectionKind};
 
-use crate::case::{Ready, Sphere};
+use crate::case::{Ready, STATES, Sphere};
 use crate::target::{FOLDERS, Target};
 use crate::trace::Traces;
 
@@ -17,8 +17,6 @@ use crate::trace::Traces;
 const ALLOCATOR: [&str; 5] =
     ["__rust_alloc", "__rust_realloc", "__rdl_alloc", "__rg_alloc", "GlobalAlloc"];
 
-/// Worst states in an image, three `f32` a cell each.
-const WORST_STATES: u64 = 2;
 /// Initial values that an image may have in RAM \[bytes\]: the kernel has none, so a body of any size
 /// lies in `.bss`.
 const DATA_BYTES_MAX: u64 = 64;
@@ -128,11 +126,26 @@ impl Workshop {
 }
 
 /// What `image/build.rs` reads.
-fn environment(ready: &Ready, tier: Tier) -> [(&'static str, String); 10] {
-    let settings = ready.settings();
+fn environment(ready: &Ready, tier: Tier) -> Vec<(String, String)> {
+    let states = STATES.iter().map(|(name, _)| {
+        let is_there = ready.states().iter().any(|(other, _)| other == name);
+        let path = is_there.then(|| ready.state_path(name).display().to_string());
+        (format!("CHAINCELL_{name}"), path.unwrap_or_default())
+    });
+    let all = constants(ready, tier).into_iter().map(|(name, value)| (name.to_owned(), value));
+    all.chain(states).collect()
+}
+
+/// Its constants.
+fn constants(ready: &Ready, tier: Tier) -> [(&'static str, String); 14] {
+    let (settings, model) = (ready.settings(), &ready.model);
     let held: Vec<String> = ready.scene.held.iter().map(u32::to_string).collect();
     [
         ("CHAINCELL_MODEL", ready.model_path.display().to_string()),
+        ("CHAINCELL_CELLS", model.cells().to_string()),
+        ("CHAINCELL_COARSE_FUNCTIONS", model.coarse_functions().to_string()),
+        ("CHAINCELL_TERM_STATES", term_states(model.kept_states()).to_string()),
+        ("CHAINCELL_NODAL", model.is_nodal().to_string()),
         ("CHAINCELL_SCHEME", ready.scene.scheme.into()),
         ("CHAINCELL_TIER", tier.name().into()),
         ("CHAINCELL_HELD", held.join(",")),
@@ -186,8 +199,7 @@ impl Image {
             }
             flash_bytes += section.file_range().map_or(0, |(_, size)| size);
         }
-        let states = WORST_STATES + u64::from(ready.case.sphere.is_some());
-        let states = states * 12 * ready.model.cells() as u64;
+        let states = ready.states().len() as u64 * 12 * ready.model.cells() as u64;
         ensure!(flash_bytes > states, "{}: no code in it", path.display());
         ensure!(
             data_bytes <= DATA_BYTES_MAX,
