@@ -112,11 +112,18 @@ fn the_force_is_that_at_the_points_of_the_next_pass_and_the_level_bounds_it() {
             assert!(is_bounded, "{body}, tick {step}: {force_n} N, {most_n} N");
             let is_ahead = engine.contact_positions(0) != engine.positions();
             let is_discarded = output.flags.contains(Flags::ROLLED_BACK);
-            assert!(!is_ahead || (friction == 0.0 && !is_discarded), "{body}, tick {step}");
+            assert!(
+                !is_ahead || (friction == 0.0 && *body == "shapes" && !is_discarded),
+                "{body}, tick {step}"
+            );
             ahead += usize::from(is_ahead);
             discarded += usize::from(is_discarded);
         }
-        assert_eq!(ahead > 20, friction == 0.0, "{body}: {ahead} ticks, {discarded} discarded");
+        assert_eq!(
+            ahead > 20,
+            friction == 0.0 && *body == "shapes",
+            "{body}: {ahead} ticks, {discarded} discarded"
+        );
         // A body at rest is where its next pass will be.
         let (next, here) = (engine.contact_positions(0), engine.positions());
         let pairs = next.as_flattened().iter().zip(here.as_flattened());

@@ -214,7 +214,8 @@ impl Tools<'_> {
         let mut work = 0.0;
         for number in 0..arrays.tools.len() {
             let Some(tool) = arrays.tools.get(number).filter(|tool| tool.is_in) else { continue };
-            let (met, is_ahead) = felt::felt(&arrays, tool, number, level, &at, next.as_ref());
+            let (met, is_ahead) =
+                felt::felt(model, &arrays, tool, number, level, &at, next.as_ref());
             let force = add(tool.met.force, met.force);
             let torque = add(tool.met.torque, met.torque);
             let of_tool = -0.5 * (dot(force, tool.way) + dot(torque, tool.spin));
