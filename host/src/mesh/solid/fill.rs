@@ -361,7 +361,7 @@ fn check(filled: &Filled, size_m: f64, place: &str) -> std::result::Result<(), S
              take `fill_m` {} or less",
             100.0 * filled.volume_error,
             100.0 * VOLUME_ERROR_MAX,
-            // A curved surface cuts off more by the square of the size.
+            // The volume that a curved surface cuts off grows with the square of the size.
             below(0.9 * size_m * (VOLUME_ERROR_MAX / filled.volume_error.abs()).sqrt())
         ));
     }
