@@ -14,6 +14,12 @@ use chaincell_tests::reference;
 
 /// Way of the tool in a tick: 0.1 m/s with four sweeps, 0.3 m/s with one \[m\].
 const STEPS_M: [(u16, f64); 2] = [(4, 1.0e-4), (1, 3.0e-4)];
+/// Ticks that the tissue has to settle under a tool that stands, and then those of a steady force: with one sweep
+/// what slips past a small sphere takes some 200 ticks to its end.
+const SETTLES: u32 = 300;
+const STANDS: u32 = 200;
+/// Least part of the largest force that is left in these.
+const STEADY: f32 = 0.97;
 
 fn baked(spec: &str, fixed: Option<Vec<u32>>, young_pa: PerCell) -> ImageBytes {
     let mesh = load(spec, &MeshOptions::default()).unwrap();
@@ -32,7 +38,7 @@ struct Pressed {
     least_n: f32,
     /// From that tick on the least part of the largest force so far that is left.
     least_part: f32,
-    /// Least and largest force while the tool stands \[N\].
+    /// Least and largest force while the tool stands, once the tissue has settled \[N\].
     stands_n: [f32; 2],
 }
 
@@ -57,7 +63,7 @@ fn press(image: &ImageBytes, radius_m: f32, sweeps: u16, step_m: f64) -> Pressed
         stands_n: [f32::MAX, 0.0],
     };
     let (ticks, mut is_behind) = ((depth_m / step_m) as u32, false);
-    for tick in 0..ticks + 300 {
+    for tick in 0..ticks + SETTLES + STANDS {
         let way = step_m * f64::from(tick.min(ticks));
         let at = [0, 1, 2].map(|axis| (place.touch_m[axis] + way * place.direction[axis]) as f32);
         let output = engine.tick(&ToolPose::at(at.into(), 1));
@@ -69,7 +75,7 @@ fn press(image: &ImageBytes, radius_m: f32, sweeps: u16, step_m: f64) -> Pressed
             pressed.least_n = pressed.least_n.min(force);
             pressed.least_part = pressed.least_part.min(force / pressed.most_n);
         }
-        if tick > ticks + 100 {
+        if tick > ticks + SETTLES {
             let [least, most] = pressed.stands_n;
             pressed.stands_n = [least.min(force), most.max(force)];
         }
@@ -88,7 +94,7 @@ fn never_through(name: &str, image: &ImageBytes, radii_m: &[f32], stays: f32) {
         assert!(slow.least_part > stays, "{name}");
         assert!(fast.end_n > 0.9 * slow.end_n && fast.least_n > 0.5 * slow.end_n, "{name}");
         for Pressed { stands_n: [least, most], .. } in [slow, fast] {
-            assert!(least > 0.9 * most, "{name}");
+            assert!(least > STEADY * most, "{name}");
         }
     }
 }

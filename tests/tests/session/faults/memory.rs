@@ -35,7 +35,7 @@ fn too_little_of_it_is_told_and_nothing_is_left() {
         assert!(ended.err.contains("shared memory is full: /dev/shm has"), "{}", ended.err);
         assert_eq!(ended.out, "", "left behind, or ready");
     }
-    assert_eq!(with_memory("enough", 12_288, &serve).unwrap().with(0).out.lines().count(), 8);
+    assert_eq!(with_memory("enough", 12_288, &serve).unwrap().with(0).out.lines().count(), 9);
 }
 
 #[test]
