@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use chaincell_kernel::ToolPose;
+use chaincell_kernel::{Flags, ToolPose};
 use serde::{Deserialize, Serialize};
 
 use super::inject::{InjectArgs, tell_injected};
@@ -158,8 +158,9 @@ pub fn execute(args: &Args) -> Result<()> {
     let ControlRun { report, forces } = control_tools(&poses, &tools, &options)?;
     // Judge and report.
     let verdict = args.verdict.judge(counts(&report));
-    let judgement =
-        Judgement::default().with_courses(&report.tool_courses, None).with_remedy(remedy(args));
+    let judgement = Judgement::default()
+        .with_courses(&report.tool_courses, None)
+        .with_remedy(remedy(args, &report));
     if let Some(folder) = &folder {
         write(folder, (&poses, &tools), &forces)?;
         folder.write_json("summary.json", &Printed::new(&report, &judgement))?;
@@ -283,7 +284,13 @@ fn print(
 }
 
 /// The remedy where nothing was touched.
-fn remedy(args: &Args) -> Option<&'static str> {
+fn remedy(args: &Args, report: &ControlReport) -> Option<&'static str> {
+    if report.flag_ticks.of(Flags::STARTS_INSIDE) > 0 {
+        return Some(
+            "it began inside the body, where a tool waits until all of it has been outside: begin outside, \
+             with --model MODEL --contact probe:RADIUS for a press, or with another --touch-m or --path",
+        );
+    }
     (args.path.is_none() && args.model.is_none())
         .then_some("--model MODEL --contact probe:RADIUS puts the press where the probe meets it")
 }

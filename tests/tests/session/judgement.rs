@@ -110,27 +110,31 @@ fn control_judges_a_tool_beside_the_body() {
     let _turn = turn();
     let place = Place::on_surface("judge-control");
     let ticks = ["--contact", "probe:0.004", "--ticks", "100"];
-    let away = ["--touch-m", "0,0,0.3", "--seconds", "0.1", "--late-share", "off"];
-    let control = |more: &[&str]| {
+    let away = ["--touch-m", "0,0,0.3"];
+    let rest = ["--seconds", "0.1", "--late-share", "off"];
+    let press = |from: &[&str], more: &[&str]| {
         let server = place.serve(&ticks);
-        let said = run([&["control", "--scene", &place.scene], &away[..], more].concat()).with(0);
+        let said =
+            run([&["control", "--scene", &place.scene], from, &rest[..], more].concat()).with(0);
         server.end(SHORT).with(0);
         said.out
     };
-    let said = control(&[]);
+    let said = press(&away, &[]);
     says(
         &said,
         "contact",
         &["the tool never touched the body", "--model MODEL --contact probe:RADIUS"],
     );
     let model = ["--model", place.model.to_str().unwrap(), "--contact", "probe:0.004"];
-    let said = control(&model);
+    let said = press(&away, &model);
     says(
         &said,
         "contact",
         &["the tool never touched the body", "bring it nearer", "chaincell info MODEL"],
     );
-    assert_eq!(judgement(&control(&["--json"]))["untouched_tools"], json!([0]));
+    assert_eq!(judgement(&press(&away, &["--json"]))["untouched_tools"], json!([0]));
+    let inside = ["--touch-m", "0,0,0.005", "--depth-m", "0.001"];
+    says(&press(&inside, &[]), "contact", &["it began inside the body", "begin outside"]);
 }
 
 /// The page that a command names at its end opens as it is printed.
