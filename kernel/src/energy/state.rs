@@ -73,10 +73,6 @@ pub const fn term_states(cells: usize) -> usize {
 /// Displacements and forces of all cells in a pass, the padding of the last slice included; at most one term
 /// of the list uses them.
 #[derive(Clone, Copy)]
-#[cfg_attr(
-    not(feature = "nodal"),
-    allow(dead_code, reason = "no term has displacements on some targets")
-)]
 pub(crate) struct Quads<'a> {
     pub displacements: &'a [Quad],
     /// Forces by the cells of each part, one part after the other; the fourth lane is a share of the cell's
@@ -85,10 +81,7 @@ pub(crate) struct Quads<'a> {
     division: Division,
 }
 
-#[cfg_attr(
-    not(feature = "nodal"),
-    allow(dead_code, reason = "no term has displacements on some targets")
-)]
+#[cfg_attr(not(feature = "nodal"), expect(dead_code, reason = "no term has displacements"))]
 impl<'a> Quads<'a> {
     const NONE: Self = Self { displacements: &[], forces: &[], division: Division::of_shapes(0) };
 
@@ -131,10 +124,7 @@ impl<'a> Quads<'a> {
 pub(crate) struct SliceMemory<'a> {
     /// Rows of what lasts.
     pub lasting: &'a [Cell<Row>],
-    #[cfg_attr(
-        not(feature = "nodal"),
-        allow(dead_code, reason = "no term has displacements on some targets")
-    )]
+    #[cfg_attr(not(feature = "nodal"), expect(dead_code, reason = "no term has displacements"))]
     pub quads: Quads<'a>,
 }
 

@@ -4,8 +4,7 @@ use crate::energy::surface::{Anchor, NearTriangle, Proxies, each_met};
 use crate::number::cell::{add, scale, sub};
 
 /// The contact of one triangle with one part of a tool, at the points where the tool's force is taken, in the
-/// model's units; a
-/// [`Tissue`](crate::TissueMut::contact_forces) gives it in SI units.
+/// model's units; a [`Tissue`](crate::TissueMut::contact_forces) gives it in SI units.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ContactForce {
     /// Its point of action: the mean of the samples in contact, weighted by force, in the frame of the input
