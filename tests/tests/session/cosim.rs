@@ -177,6 +177,10 @@ fn ctrl_c_before_the_first_tick() {
         said.starts_with("chaincell: interrupted") && !said.contains("results so far"),
         "{said}"
     );
+    assert!(
+        said.contains("interrupted before there were results") && said.ends_with("holds none"),
+        "{said}"
+    );
     assert_eq!(std::fs::read_dir(&out).unwrap().count(), 0);
 }
 
