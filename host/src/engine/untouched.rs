@@ -52,12 +52,13 @@ impl Untouched {
         // Find the nearest one.
         let reach = Reach::of(engine.network().model());
         let found = nearest(&engaged, |point| reach.distance_m(point.into()));
-        let gap_m = found.map(|(_, _, distance_m)| distance_m - f64::from(radius_m));
-        let is_inside = |at: Vector3<f64>| gap_m < Some(0.0) || reach.is_around(at.into());
+        let radius_m = f64::from(radius_m);
         Some(Self {
-            nearest_m: gap_m.map(|gap_m| gap_m.max(0.0)),
+            nearest_m: found.map(|(_, _, distance_m)| (distance_m - radius_m).max(0.0)),
             tick: found.map(|(tick, ..)| tick),
-            is_inside: found.is_some_and(|(_, at, _)| is_inside(at)),
+            is_inside: found.is_some_and(|(_, at, distance_m)| {
+                distance_m < radius_m || reach.is_around(at.into())
+            }),
         })
     }
 }

@@ -1,5 +1,5 @@
-//! Tools on a contact surface: where their force is taken, friction, parts, turns and torque, several at once, grips, and what each
-//! contact does.
+//! Tools on a contact surface: where their force is taken, friction, parts, turns and torque, several at once,
+//! grips, and what each contact does.
 #![allow(clippy::unwrap_used)]
 
 use chaincell_host::bake::{BakeOptions, ImageBytes};
