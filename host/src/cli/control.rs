@@ -11,7 +11,7 @@ use super::mesh_file::Units;
 use super::model_file;
 use super::picture;
 use super::press::{Motion, PressArgs};
-use super::session::{LoopArgs, answer, tell_refused};
+use super::session::{LoopArgs, tell_refused, write_forces};
 use super::shared::{PrintArgs, SilenceArgs, tell_view};
 use super::tissue;
 use super::verdict::{Counts, Verdict, VerdictArgs};
@@ -19,10 +19,9 @@ use super::watch::ServerWait;
 use crate::engine::course::largest_n;
 use crate::engine::motion::Pose;
 use crate::error::{Error, Result};
-use crate::files::output::{Answer, Folder, force_csv};
+use crate::files::output::Folder;
 use crate::files::path::{self, Paths, Rules};
 use crate::picture::ForceCurve;
-use crate::session::ipc::tools::TickForce;
 use crate::session::loops::control::{ControlOptions, ControlReport, ControlRun, control_tools};
 use crate::terminal;
 use crate::words::counted;
@@ -155,17 +154,18 @@ pub fn execute(args: &Args) -> Result<()> {
         faults,
         ..ControlOptions::default()
     };
-    let ControlRun { report, forces } = control_tools(&poses, &tools, &options)?;
+    let run = control_tools(&poses, &tools, &options)?;
     // Judge and report.
-    let verdict = args.verdict.judge(counts(&report));
+    let report = &run.report;
+    let verdict = args.verdict.judge(counts(report));
     let judgement = Judgement::default()
         .with_courses(&report.tool_courses, None)
-        .with_remedy(remedy(args, &report));
+        .with_remedy(remedy(args, report));
     if let Some(folder) = &folder {
-        write(folder, (&poses, &tools), &forces)?;
-        folder.write_json("summary.json", &Printed::new(&report, &judgement))?;
+        write(folder, (&poses, &tools), &run)?;
+        folder.write_json("summary.json", &Printed::new(report, &judgement))?;
     }
-    print(args, &report, &judgement, &verdict)?;
+    print(args, report, &judgement, &verdict)?;
     let outcome = if report.interrupted {
         Err(Error::interrupted(args.out.as_deref()))
     } else if report.ticks_unanswered > 0 {
@@ -180,21 +180,20 @@ pub fn execute(args: &Args) -> Result<()> {
     args.common.after_report(outcome)
 }
 
-/// Writes the poses, of several tools those of each, and the answers.
+/// Writes the poses, of several tools those of each, and the answers; of an interrupted session the poses up to
+/// the last answer.
 fn write(
     folder: &Folder,
     (poses, tools): (&[Pose], &[ToolPose]),
-    forces: &[TickForce],
+    ControlRun { report, forces }: &ControlRun,
 ) -> Result<()> {
-    let path = if tools.is_empty() {
-        path::to_text(poses.iter().copied())
-    } else {
-        let each = poses.iter().zip(tools.chunks_exact(tools.len() / poses.len()));
-        path::tools_to_text(each.map(|(pose, tools)| (pose.tick, pose.sweeps, tools)))
-    };
+    let per_tick = tools.len().checked_div(poses.len()).unwrap_or_default();
+    let last = forces.last().map(|force| force.tick);
+    let played = poses.iter().copied();
+    let played = played.take_while(|pose| !report.interrupted || Some(pose.tick) <= last);
+    let path = path::session_to_text(played, tools, per_tick);
     folder.write("path.csv", path.as_bytes())?;
-    let answers: Vec<Answer> = forces.iter().map(answer).collect();
-    folder.write("force.csv", force_csv(&answers).as_bytes())?;
+    write_forces(folder, forces)?;
     let mut curve = ForceCurve::default();
     for force in forces {
         if let Ok(at) = poses.binary_search_by_key(&force.tick, |pose| pose.tick) {

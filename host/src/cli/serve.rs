@@ -11,7 +11,7 @@ use super::inject::InjectArgs;
 use super::judgement::{Judgement, Pace};
 use super::model_file;
 use super::restore::restore;
-use super::session::{LoopArgs, answer, tell_refused};
+use super::session::{LoopArgs, tell_refused, write_forces};
 use super::shared::{FolderArgs, PrintArgs, SilenceArgs, tell_view};
 use super::stage::{StageArgs, StageReport};
 use super::tissue::{TissueArgs, TissueReport};
@@ -24,7 +24,7 @@ use crate::engine::staged::Staged;
 use crate::engine::tissue::TissueEngine;
 use crate::engine::untouched::Untouched;
 use crate::error::{Error, Result};
-use crate::files::output::{Answer, Folder, ToolRows, force_csv};
+use crate::files::output::{Folder, ToolRows};
 use crate::files::path;
 use crate::files::recording::{self, Recording, TraceFile};
 use crate::files::snapshot::{self, SessionSnapshot};
@@ -159,8 +159,7 @@ pub fn execute(args: &Args) -> Result<()> {
     if let Some(folder) = &folder {
         let (cells, links) = (model.cells(), model.links());
         write_poses(folder, &recorder, tissue.tools())?;
-        let answers: Vec<Answer> = recorder.rows().iter().map(|row| answer(&row.force)).collect();
-        folder.write("force.csv", force_csv(&answers).as_bytes())?;
+        write_forces(folder, recorder.rows().iter().map(|row| &row.force))?;
         let summary = ServeSummary {
             cells,
             links,
@@ -262,14 +261,12 @@ fn recorded(
 /// The poses as executed; of several tools also what each felt.
 fn write_poses(folder: &Folder, recorder: &Recorder, tools: usize) -> Result<()> {
     let rows = recorder.rows();
-    if tools == 0 {
-        let received = rows.iter().map(|row| row.pose);
-        return folder.write("path.csv", path::to_text(received).as_bytes());
-    }
     let poses: Vec<ToolPose> = recorder.tool_rows().iter().map(|row| row.pose).collect();
-    let each = rows.iter().zip(poses.chunks_exact(tools));
-    let received = each.map(|(row, poses)| (row.pose.tick, row.pose.sweeps, poses));
-    folder.write("path.csv", path::tools_to_text(received).as_bytes())?;
+    let path = path::session_to_text(rows.iter().map(|row| row.pose), &poses, tools);
+    folder.write("path.csv", path.as_bytes())?;
+    if tools == 0 {
+        return Ok(());
+    }
     let mut felt = ToolRows::default();
     for (row, of_tick) in rows.iter().zip(recorder.tool_rows().chunks_exact(tools)) {
         for (tool, of) in of_tick.iter().enumerate() {

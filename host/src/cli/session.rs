@@ -14,7 +14,7 @@ use crate::choice;
 use crate::engine::Engine;
 use crate::engine::motion::Pose;
 use crate::error::{Error, Result};
-use crate::files::output::Answer;
+use crate::files::output::{Answer, Folder, force_csv};
 use crate::session::ipc;
 use crate::session::ipc::services::Domain;
 use crate::session::ipc::serving::ServePorts;
@@ -63,8 +63,20 @@ impl LoopArgs {
     }
 }
 
+/// Writes the forces of a session's messages into force.csv.
+///
+/// # Errors
+/// As [`Folder::write`].
+pub fn write_forces<'a>(
+    folder: &Folder,
+    forces: impl IntoIterator<Item = &'a TickForce>,
+) -> Result<()> {
+    let answers: Vec<Answer> = forces.into_iter().map(answer).collect();
+    folder.write("force.csv", force_csv(&answers).as_bytes())
+}
+
 /// The kernel's answer in a published message.
-pub fn answer(force: &TickForce) -> Answer {
+fn answer(force: &TickForce) -> Answer {
     let output = TickOutput {
         force_n: Vector3::from(force.force_n),
         energy_j: force.energy_j,

@@ -330,9 +330,24 @@ pub fn to_text(poses: impl IntoIterator<Item = Pose, IntoIter: Clone>) -> String
     )
 }
 
+/// Returns the text of a session's poses, in the same way as [`to_text`]; with `per_tick` tools, of those of
+/// `tools`, one tick after the other, in place of the positions of `poses`.
+#[must_use]
+pub fn session_to_text(
+    poses: impl IntoIterator<Item = Pose, IntoIter: Clone>,
+    tools: &[ToolPose],
+    per_tick: usize,
+) -> String {
+    if per_tick == 0 {
+        return to_text(poses);
+    }
+    let each = poses.into_iter().zip(tools.chunks_exact(per_tick));
+    tools_to_text(each.map(|(pose, tools)| (pose.tick, pose.sweeps, tools)))
+}
+
 /// Returns the text of a path of several tools, in the same way as [`to_text`].
 #[must_use]
-pub fn tools_to_text<'a>(
+fn tools_to_text<'a>(
     ticks: impl IntoIterator<Item = (u64, Option<u16>, &'a [ToolPose]), IntoIter: Clone>,
 ) -> String {
     let head = |(tick, sweeps, _): &(u64, Option<u16>, &[ToolPose])| (*tick, *sweeps);
