@@ -99,7 +99,8 @@ fn a_server_is_ready_only_where_others_can_join() {
     let path = hold(&place, 20);
     let (scene, folder) = (&place.scene, text(place.folder.path()));
     let lines = format!(
-        "\"$chaincell\" serve {} --scene {scene} --contact 40 --late-share off > {folder}/out 2> {folder}/err & s=$!
+        ": > {folder}/out
+        \"$chaincell\" serve {} --scene {scene} --contact 40 --late-share off > {folder}/out 2> {folder}/err & s=$!
         until grep -q ready {folder}/out || ! kill -0 $s; do sleep 0.01; done
         if grep -q ready {folder}/out; then
             \"$chaincell\" control --late-share off --scene {scene} --path {} > /dev/null; echo $?
