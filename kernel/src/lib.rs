@@ -90,6 +90,7 @@ pub use energy::held::Contact;
 pub use energy::links::range::RangeError;
 pub use energy::rounding::Rounding;
 pub use energy::state::{TermState, TermStates, term_states};
+pub use energy::stress::Stress;
 pub use energy::surface::{Anchor, NearTriangle, PARTS_MAX, TOOLS_MAX, ToolState};
 pub use fixed::types::I8F24;
 pub use model::image::ModelError;

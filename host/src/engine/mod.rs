@@ -27,7 +27,7 @@ use chaincell_kernel::trace::Command;
 use chaincell_kernel::{Budget, Contact as Slot, ContactError, term_states};
 use chaincell_kernel::{
     Dynamics, Euler, Head, I8F24, Model, Network, Number, Predict, ResetError, Rkl2, Settings,
-    Team, TermState, TermStates, TickOutput, TissueMut, ToolPart, ToolPose, Track, Workers,
+    Stress, Team, TermState, TermStates, TickOutput, TissueMut, ToolPart, ToolPose, Track, Workers,
 };
 
 pub use chaincell_kernel::{Arithmetic, Scheme};
@@ -104,6 +104,7 @@ trait AnyTissue: AnyTools + AnySaved {
     fn is_anytime(&self) -> bool;
     fn state_hash(&mut self, model: &Model<'_>) -> u64;
     fn position(&mut self, model: &Model<'_>, cell: usize) -> [f64; 3];
+    fn stress(&mut self, model: &Model<'_>, cell: usize) -> Option<Stress>;
     fn nodes(&mut self, model: &Model<'_>, shown: &[u32], to: &mut [Node]);
     fn set_positions(&mut self, network: &Network<'_>, positions: &[[f32; 3]]) -> Result<()>;
     fn go_scalar(&mut self);
@@ -154,6 +155,10 @@ impl<D: Dynamics> AnyTissue for Memory<D> {
 
     fn position(&mut self, model: &Model<'_>, cell: usize) -> [f64; 3] {
         self.view().position(model, cell).map_or([0.0; 3], |position| position.map(Number::double))
+    }
+
+    fn stress(&mut self, model: &Model<'_>, cell: usize) -> Option<Stress> {
+        self.view().stress(model, cell)
     }
 
     fn nodes(&mut self, model: &Model<'_>, shown: &[u32], to: &mut [Node]) {
@@ -412,6 +417,12 @@ impl<'m> Engine<'m> {
     #[must_use]
     pub fn ram_bytes(&self) -> usize {
         self.tissue.ram_bytes()
+    }
+
+    /// Strain and stress at a cell, at the published positions; `None` beyond the last cell and in a body of
+    /// links.
+    pub fn stress(&mut self, cell: usize) -> Option<Stress> {
+        self.tissue.stress(self.network.model(), cell)
     }
 
     /// Every node of the input with its published position: the cells in the model's order, or the nodes of

@@ -9,6 +9,7 @@
 //! - `nodal`: shapes of the tissue around each cell, instead of links.
 //! - `stiffening`: bands on the links of such a body, which resist large strain.
 //! - `surface`: tools in contact with the triangles of the surface; [`contact`](crate::contact) moves them.
+//! - [`stress`]: strain and stress at a cell, for reports.
 //! - `current`: a load, the current into the contact cells.
 //! - [`state`]: the terms' state of each cell.
 //! - `residual`, `sliced`: the list of the terms, and one pass over it, cell by cell and eight cells side by
@@ -32,6 +33,7 @@
 //! | a second pass: residual and energy of awake slices, cell by cell and eight side by side | `accumulate`, `slice` |
 //! | energy that no residual carries | `potential` |
 //! | force on held cells, and the energy that their displacement changes | `cell`, `touched` |
+//! | strain and stress at a cell, for reports | `stress` |
 //! | its part of the coarse level: the energy's second derivative at rest, and a cell's rotation | `resist`, `turn` |
 //!
 //! The bake adds the term's part of L to the mobilities, to the largest step and to the matrix of the coarse
@@ -55,6 +57,7 @@ pub(crate) mod sliced;
 pub mod state;
 #[cfg(feature = "nodal")]
 mod stiffening;
+pub mod stress;
 pub(crate) mod surface;
 pub(crate) mod term;
 #[cfg(test)]

@@ -10,6 +10,7 @@ use super::held::Contact;
 use super::links::bands::Links;
 use super::links::number::LinkNumber;
 use super::state::States;
+use super::stress::Stress;
 use super::surface::Touch;
 use super::term::{Pass, Term};
 use crate::backend::VectorUnit;
@@ -98,6 +99,12 @@ impl<'a, 'm, N: LinkNumber> Terms<'a, 'm, N> {
     #[inline(always)]
     pub fn turn(&self, cell: usize) -> Option<[f32; 4]> {
         self.list().turn(cell, self.states.all())
+    }
+
+    /// Strain and stress of a cell with the cells at these positions \[mean link lengths\]; `None` where no term
+    /// has them.
+    pub fn stress(&self, cell: usize, at: &impl Fn(usize) -> [N; 3]) -> Option<Stress> {
+        self.list().stress(cell, at, self.states.all(), self.model.stress_unit_pa())
     }
 
     /// Starts a tick: applies the terms' corrections and calls `changed` for each cell whose state changed.

@@ -21,6 +21,7 @@ use core::ops::Range;
 use super::held::{Contact, Touched};
 use super::links::number::LinkNumber;
 use super::state::{SliceMemory, StatesOf};
+use super::stress::Stress;
 use crate::backend::f32x8::{Chunk, F32x8};
 use crate::backend::slice_set::SliceSet;
 use crate::backend::slices::cells_of;
@@ -175,6 +176,17 @@ pub(crate) trait Term<N: LinkNumber>: Keeps {
     fn turn(self, _cell: usize, _states: StatesOf<'_>) -> Option<[f32; 4]> {
         None
     }
+
+    /// Strain and stress of a cell for a report, with the unit of the moduli \[Pa\].
+    fn stress(
+        self,
+        _cell: usize,
+        _at: &impl Fn(usize) -> [N; 3],
+        _states: StatesOf<'_>,
+        _unit_pa: f32,
+    ) -> Option<Stress> {
+        None
+    }
 }
 
 impl<N: LinkNumber> Term<N> for NoTerm {}
@@ -290,6 +302,17 @@ impl<N: LinkNumber, A: Term<N>, B: Term<N>> Term<N> for (A, B) {
     #[inline(always)]
     fn turn(self, cell: usize, states: StatesOf<'_>) -> Option<[f32; 4]> {
         self.0.turn(cell, states).or_else(|| self.1.turn(cell, states.after::<A>()))
+    }
+
+    fn stress(
+        self,
+        cell: usize,
+        at: &impl Fn(usize) -> [N; 3],
+        states: StatesOf<'_>,
+        unit_pa: f32,
+    ) -> Option<Stress> {
+        let rest = || self.1.stress(cell, at, states.after::<A>(), unit_pa);
+        self.0.stress(cell, at, states, unit_pa).or_else(rest)
     }
 }
 

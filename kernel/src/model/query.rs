@@ -241,11 +241,16 @@ impl<'a> Model<'a> {
         if self.is_nodal() { Parts::of_shapes(self.cells()) } else { Parts::of_links(self.cells()) }
     }
 
+    /// The unit of the terms' moduli and stresses \[Pa\].
+    pub(crate) fn stress_unit_pa(&self) -> f32 {
+        2.0 * self.stiffness_n_per_m / self.unit_m
+    }
+
     /// Young's modulus \[Pa\] and Poisson's ratio of the tissue around a cell; `None` in a body of
     /// links.
     #[must_use]
     pub fn elasticity(&self, cell: usize) -> Option<[f32; 2]> {
-        self.others.elasticity(cell, 2.0 * self.stiffness_n_per_m / self.unit_m)
+        self.others.elasticity(cell, self.stress_unit_pa())
     }
 
     /// Returns the stretch below which shapes resist more, 0 for none; `None` in a body of links.
@@ -257,8 +262,7 @@ impl<'a> Model<'a> {
     /// Calls `visit(half_width, modulus_pa)` for each set of stiffening bands, the narrowest first: half its
     /// width in rest lengths, and Young's modulus of only this set \[Pa\].
     pub fn each_stiffening(&self, mut visit: impl FnMut(f32, f32)) {
-        let unit_pa = 2.0 * self.stiffness_n_per_m / self.unit_m;
-        self.others.stiffening(unit_pa, &mut visit);
+        self.others.stiffening(self.stress_unit_pa(), &mut visit);
     }
 
     /// Calls `visit(other, element)` for each contribution to the row of the curvature bound L at a cell of a

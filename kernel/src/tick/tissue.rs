@@ -15,7 +15,9 @@ use crate::contact::memory::TouchRoom;
 use crate::contact::pose::ToolPose;
 use crate::energy::held::{Contact, Touched};
 use crate::energy::links::number::LinkNumber;
+use crate::energy::residual::Terms;
 use crate::energy::state::{TermState, TermStates};
+use crate::energy::stress::Stress;
 use crate::model::image::CELLS_MAX;
 use crate::model::terms::TermData;
 use crate::model::{COORDINATE_MAX, Model};
@@ -423,6 +425,28 @@ impl<D: Dynamics> TissueMut<'_, D> {
     pub fn position(&self, model: &Model<'_>, cell: usize) -> Option<[D::Number; 3]> {
         let v = self.state.get(..model.cells())?.get(cell)?;
         Some(output(v.xyz(), D::Number::from_single(model.saturation())))
+    }
+
+    /// Strain and stress of the tissue around a cell at the published positions; `None` beyond the last cell and
+    /// in a body of links, whose stress no law gives. Stiffening takes no part. Cost: the cell's half-links and
+    /// a few hundred operations; a tick does none of it.
+    ///
+    /// ```
+    /// # use chaincell_kernel::*;
+    /// # let image = include_model!(concat!(env!("CARGO_MANIFEST_DIR"), "/data/plane9.chaincell"));
+    /// # let model = Model::from_bytes(image)?;
+    /// # let network = Network::new(model, Settings::for_model(&model))?;
+    /// # let mut tissue = Tissue::<128, Track>::new();
+    /// # tissue.reset(&network)?;
+    /// let stress = tissue.view().stress(&model, 47);
+    /// assert_eq!(stress, None); // the plane is made of links
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    #[must_use]
+    pub fn stress(&mut self, model: &Model<'_>, cell: usize) -> Option<Stress> {
+        let (limit, state) = (D::Number::from_single(model.saturation()), &*self.state);
+        let at = |cell: usize| output(state.get(cell).unwrap_or(&Cell::ZERO).xyz(), limit);
+        Terms::of(model, self.states.shared(model.kept_states())).stress(cell, &at)
     }
 
     /// The state hash, see [`state_hash`].

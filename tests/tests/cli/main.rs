@@ -17,6 +17,7 @@ mod probe;
 mod run;
 mod safety;
 mod series;
+mod stress;
 mod tools;
 mod trace;
 mod version;

@@ -17,6 +17,7 @@ mod properties;
 mod same_bits;
 mod slender;
 mod snapshot;
+mod stress;
 mod surface;
 mod surface_links;
 mod tools;

@@ -5,6 +5,7 @@ mod contacts;
 mod force;
 mod pressure;
 mod series;
+mod stress;
 mod tools;
 mod vtu;
 

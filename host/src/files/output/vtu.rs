@@ -2,9 +2,10 @@
 
 use std::fmt::Write as _;
 
-use chaincell_kernel::Model;
+use chaincell_kernel::{Model, Stress};
 
 use super::pressure::contact_pressure_pa;
+use super::stress::{elements_pa, stresses};
 use crate::engine::{Engine, Nodes, to_m};
 
 /// VTK's cell types of a point, a line, a triangle and a tetrahedron.
@@ -14,12 +15,12 @@ const TRIANGLE: u8 = 5;
 const TETRAHEDRON: u8 = 10;
 
 /// Returns a file with the nodes' positions as [`Engine::nodes`](crate::engine::Engine::nodes) gives them,
-/// their displacement, input id, marks of fixed and of contact cells, and the pressure of tools \[Pa\] if
-/// there are any (`contact_pressure_pa`). The elements are tetrahedra, or else surface triangles, or else
-/// links.
+/// their displacement, input id, marks of fixed and of contact cells, the pressure of tools \[Pa\] if there are
+/// any (`contact_pressure_pa`), and strain and stress of a body of nodal shapes ([`stress_data`]). The elements
+/// are tetrahedra, or else surface triangles, or else links.
 #[must_use]
 pub fn vtu(engine: &mut Engine<'_>, nodes: &Nodes) -> String {
-    let pressure_pa = contact_pressure_pa(engine, nodes);
+    let (pressure_pa, stresses) = (contact_pressure_pa(engine, nodes), stresses(engine, nodes));
     let (model, contacts) = (engine.network().model(), engine.contacts());
     let (fine, positions_m) = (model.fine_nodes() > 0, &nodes.positions_m);
     let elements = if fine { fine_elements(model, &nodes.ids) } else { elements(model) };
@@ -30,7 +31,7 @@ pub fn vtu(engine: &mut Engine<'_>, nodes: &Nodes) -> String {
     let (points, count) = (positions_m.len(), elements.corners.len() / elements.corners_each);
     let _ = writeln!(text, "<Piece NumberOfPoints=\"{points}\" NumberOfCells=\"{count}\">");
     text.push_str("<Points>\n");
-    vectors(&mut text, "position_m", positions_m.iter().copied());
+    rows(&mut text, "position_m", positions_m.iter().copied());
     text.push_str("</Points>\n<Cells>\n");
     integers(&mut text, "connectivity", elements.corners.iter().copied());
     integers(&mut text, "offsets", (1..=count).map(|n| (n * elements.corners_each) as u32));
@@ -38,7 +39,8 @@ pub fn vtu(engine: &mut Engine<'_>, nodes: &Nodes) -> String {
     text.push_str("</Cells>\n<PointData Vectors=\"displacement_m\">\n");
     let pressure = pressure_pa
         .map(|values| PointArray { name: "contact_pressure_pa", values: Values::Numbers(values) });
-    let arrays = point_data(model, nodes, contacts).into_iter().chain(pressure);
+    let stress = stresses.as_deref().map(stress_data).into_iter().flatten();
+    let arrays = point_data(model, nodes, contacts).into_iter().chain(pressure).chain(stress);
     arrays.for_each(|array| array.write(&mut text));
     text.push_str("</PointData>\n</Piece>\n</UnstructuredGrid>\n</VTKFile>\n");
     text
@@ -52,6 +54,7 @@ struct PointArray {
 
 enum Values {
     Vectors(Vec<[f64; 3]>),
+    Tensors(Vec<[f64; 6]>),
     Numbers(Vec<f64>),
     Integers(Vec<u32>),
 }
@@ -59,7 +62,8 @@ enum Values {
 impl PointArray {
     fn write(self, text: &mut String) {
         match self.values {
-            Values::Vectors(values) => vectors(text, self.name, values.into_iter()),
+            Values::Vectors(values) => rows(text, self.name, values.into_iter()),
+            Values::Tensors(values) => rows(text, self.name, values.into_iter()),
             Values::Numbers(values) => numbers(text, self.name, &values),
             Values::Integers(values) => integers(text, self.name, values.into_iter()),
         }
@@ -90,6 +94,23 @@ fn point_data(model: &Model<'_>, nodes: &Nodes, contacts: &[u16]) -> Vec<PointAr
         PointArray { name: "node", values: Values::Integers(nodes.ids.clone()) },
         PointArray { name: "fixed", values: Values::Integers(marks(model.fixed())) },
         PointArray { name: "contact", values: Values::Integers(marks(contacts)) },
+    ]
+}
+
+/// Returns strain and stress at the points: the largest and the least principal stretch, the Cauchy stress,
+/// that after von Mises, and the mean stress \[Pa\].
+fn stress_data(stresses: &[Stress]) -> Vec<PointArray> {
+    let of = |name, number: fn(&Stress) -> f32| {
+        let numbers = stresses.iter().map(|stress| f64::from(number(stress))).collect();
+        PointArray { name, values: Values::Numbers(numbers) }
+    };
+    let elements_pa = stresses.iter().map(elements_pa).collect();
+    vec![
+        of("stretch_max", |stress| stress.stretches[0]),
+        of("stretch_min", |stress| stress.stretches[2]),
+        PointArray { name: "stress_pa", values: Values::Tensors(elements_pa) },
+        of("von_mises_pa", Stress::von_mises_pa),
+        of("mean_stress_pa", Stress::mean_pa),
     ]
 }
 
@@ -136,13 +157,17 @@ fn wide(cells: &[u16]) -> Vec<u32> {
     cells.iter().map(|&cell| cell.into()).collect()
 }
 
-fn vectors(text: &mut String, name: &str, values: impl Iterator<Item = [f64; 3]>) {
+/// An array with `N` numbers at each point.
+fn rows<const N: usize>(text: &mut String, name: &str, values: impl Iterator<Item = [f64; N]>) {
     let _ = writeln!(
         text,
-        "<DataArray type=\"Float64\" Name=\"{name}\" NumberOfComponents=\"3\" format=\"ascii\">"
+        "<DataArray type=\"Float64\" Name=\"{name}\" NumberOfComponents=\"{N}\" format=\"ascii\">"
     );
-    for [x, y, z] in values {
-        let _ = writeln!(text, "{x:.8e} {y:.8e} {z:.8e}");
+    for row in values {
+        for (at, value) in row.into_iter().enumerate() {
+            let _ = write!(text, "{}{value:.8e}", if at == 0 { "" } else { " " });
+        }
+        text.push('\n');
     }
     text.push_str("</DataArray>\n");
 }

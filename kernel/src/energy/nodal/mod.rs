@@ -53,6 +53,7 @@
 //! - [`nearest`]: the steps of R and Q.
 //! - `scalar`: cell by cell, in a pass without a vector unit and at any positions for the few cells that the tool
 //!   holds; `half_links_vfp` and `jacobi_vfp` are parts of it on the floating-point unit of Armv7E-M.
+//! - `stress`: strain and stress for reports.
 //! - `sums`: sums over the half-links of a cell, and its material.
 
 mod band;
@@ -68,6 +69,7 @@ mod matrix;
 pub(crate) mod nearest;
 mod scalar;
 mod state;
+mod stress;
 mod sums;
 #[cfg(test)]
 mod tests;
@@ -79,11 +81,12 @@ use core::ops::Range;
 use super::held::{Contact, Touched, is_among};
 use super::links::number::LinkNumber;
 use super::state::{Quads, SliceMemory, StatesOf};
+use super::stress::Stress;
 use super::term::{Here, Pass, Term};
 use crate::backend::f32x8::{Chunk, F32x8};
 use crate::backend::slices::cells_of;
 use crate::model::nodal::Nodal;
-use crate::number::cell::{Cell, single};
+use crate::number::cell::{Cell, single, sub};
 use gather::{Ends, own};
 use sums::Gathered;
 
@@ -191,5 +194,17 @@ impl<N: LinkNumber> Term<N> for Nodal<'_> {
     #[inline(always)]
     fn turn(self, cell: usize, states: StatesOf<'_>) -> Option<[f32; 4]> {
         self.is_any().then(|| states.shape(cell).turn)
+    }
+
+    fn stress(
+        self,
+        cell: usize,
+        at: &impl Fn(usize) -> [N; 3],
+        states: StatesOf<'_>,
+        unit_pa: f32,
+    ) -> Option<Stress> {
+        let displaced = |cell| sub(single(at(cell)), self.rest_position(cell));
+        (cell < self.count)
+            .then(|| self.stressed(cell, displaced, states.shape(cell).turn, unit_pa))
     }
 }

@@ -1,0 +1,48 @@
+//! Strain and stress in `final.vtu` and in snapshots.
+
+use std::path::Path;
+
+use chaincell_tests::files::{bake, scratch, text};
+use chaincell_tests::run;
+
+use super::run::array;
+
+/// The body at the deepest point of a press.
+fn pressed(folder: &Path, model: &Path) -> String {
+    let out = folder.join("out");
+    let args = ["run", text(model), "--motion", "press", "--seconds", "1", "--out", text(&out)];
+    let how = ["--contact", "probe:0.006", "--snapshot-ticks", "500", "--force"];
+    run([&args[..], &how].concat()).with(0);
+    std::fs::read_to_string(out.join("state_500.vtu")).unwrap()
+}
+
+#[test]
+fn a_pressed_body_shows_its_stress() {
+    let folder = scratch();
+    let options = ["--young-pa", "5000"];
+    let model = bake(folder.path(), "box:7x7x5x0.01", &options);
+    let vtu = pressed(folder.path(), &model);
+    let [stress_pa, mises_pa, mean_pa] =
+        ["stress_pa", "von_mises_pa", "mean_stress_pa"].map(|name| array(&vtu, name));
+    let points = array(&vtu, "node").len();
+    assert_eq!((stress_pa.len(), mises_pa.len(), mean_pa.len()), (6 * points, points, points));
+    for ((of, mises_pa), mean_pa) in stress_pa.chunks_exact(6).zip(&mises_pa).zip(&mean_pa) {
+        let &[xx, yy, zz, xy, yz, xz] = of else { unreachable!() };
+        let normal = (xx - yy).powi(2) + (yy - zz).powi(2) + (zz - xx).powi(2);
+        let wanted_pa = (0.5 * normal + 3.0 * (xy * xy + yz * yz + xz * xz)).sqrt();
+        assert!((mises_pa - wanted_pa).abs() <= 1e-3 * wanted_pa + 1e-3, "{of:?}");
+        assert!((mean_pa - (xx + yy + zz) / 3.0).abs() <= 1e-3 * wanted_pa + 1e-3, "{of:?}");
+    }
+    // Under the ball the tissue is pressed, and shortest.
+    let [pressure_pa, short] = ["contact_pressure_pa", "stretch_min"].map(|name| array(&vtu, name));
+    let under = (0..points).max_by(|&a, &b| pressure_pa[a].total_cmp(&pressure_pa[b])).unwrap();
+    assert!(mean_pa[under] < 0.0 && short[under] < 0.95, "{} {}", mean_pa[under], short[under]);
+    assert!(array(&vtu, "stretch_max").iter().zip(&short).all(|(most, least)| most >= least));
+}
+
+#[test]
+fn a_body_of_links_has_no_stress() {
+    let folder = scratch();
+    let vtu = pressed(folder.path(), &bake(folder.path(), "box:7x7x5x0.01", &[]));
+    assert!(!vtu.contains("stress") && !vtu.contains("stretch"));
+}
