@@ -20,7 +20,7 @@ const TETRAHEDRON: u8 = 10;
 /// are tetrahedra, or else surface triangles, or else links.
 #[must_use]
 pub fn vtu(engine: &mut Engine<'_>, nodes: &Nodes) -> String {
-    let (pressure_pa, stresses) = (contact_pressure_pa(engine, nodes), stresses(engine, nodes));
+    let (pressure_pa, stresses) = (contact_pressure_pa(engine, nodes), stresses(engine));
     let (model, contacts) = (engine.network().model(), engine.contacts());
     let (fine, positions_m) = (model.fine_nodes() > 0, &nodes.positions_m);
     let elements = if fine { fine_elements(model, &nodes.ids) } else { elements(model) };
