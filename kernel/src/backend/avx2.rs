@@ -44,3 +44,16 @@ kernel!(
         ]
     }
 );
+
+/// Calls a function that is always inlined, from a function of its own that is compiled for the unit. `_unit` is
+/// the proof that the unit is there.
+#[inline(always)]
+pub(super) fn apart<R>(_unit: Unit, work: impl FnOnce() -> R) -> R {
+    #[inline(never)]
+    #[target_feature(enable = "avx2,bmi1,bmi2,cmpxchg16b,f16c,fma,fxsr,lzcnt,movbe,popcnt,xsave")]
+    fn alone<R>(work: impl FnOnce() -> R) -> R {
+        work()
+    }
+    // SAFETY: a token of the unit exists only where processor and system offer it.
+    unsafe { alone(work) }
+}

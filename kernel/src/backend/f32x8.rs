@@ -10,6 +10,7 @@
 use core::cell::Cell as Shared;
 use core::hint::select_unpredictable;
 
+use super::Work;
 use crate::number::cell::Cell;
 use crate::number::sqrt::sqrt;
 use crate::number::two_float::LANES;
@@ -36,6 +37,12 @@ pub(crate) fn chunk(of: impl Fn(usize) -> [f32; 4]) -> Chunk {
 pub trait F32x8: Copy {
     /// One truth value per lane.
     type Mask: Copy;
+
+    /// Runs work in a function of its own, so that its loops have all registers of the processor.
+    #[inline(always)]
+    fn apart<W: Work>(work: W) -> W::Output {
+        work.run::<Self>()
+    }
 
     /// The same value in every lane.
     fn splat(value: f32) -> Self;

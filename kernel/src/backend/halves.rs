@@ -12,6 +12,12 @@ pub(super) fn is_offered() -> bool {
     true
 }
 
+/// Calls a function: half as many operations on half as many lanes each need no function of their own.
+#[inline(always)]
+pub(super) fn apart<R>(_unit: Unit, work: impl FnOnce() -> R) -> R {
+    work()
+}
+
 /// Transposes the low halves of four rows, and the high ones; it is its own inverse.
 #[inline(always)]
 pub(super) fn transposed(_unit: Unit, [a, b, c, d]: [f32x8<Unit>; 4]) -> [f32x8<Unit>; 4] {

@@ -89,6 +89,15 @@ impl F32x8 for Vector {
     type Mask = mask32x8<Unit>;
 
     #[inline(always)]
+    fn apart<W: Work>(work: W) -> W::Output {
+        target::apart(
+            unit(),
+            #[inline(always)]
+            || work.run::<Self>(),
+        )
+    }
+
+    #[inline(always)]
     fn splat(value: f32) -> Self {
         Self(f32x8::splat(unit(), value))
     }

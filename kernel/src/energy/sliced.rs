@@ -163,9 +163,26 @@ impl<'a, S: Iterator<Item = usize>, T: Term<f32>, L: Fn() -> (T, States<'a>)> Wo
     fn run<V: F32x8>(self) {
         let (list, states) = (self.list)();
         for slice in self.slices {
-            if let Some([from, to]) = states.step(slice) {
-                list.update_slice::<V>(slice, self.at, from, to);
-            }
+            V::apart(UpdateSlice { slice, at: self.at, list: &list, states: &states });
+        }
+    }
+}
+
+/// Updates the terms' states of the cells in a slice: some loops with many sums, which need all registers.
+struct UpdateSlice<'s, 'a, T> {
+    slice: usize,
+    at: &'a [Cell],
+    list: &'s T,
+    states: &'s States<'a>,
+}
+
+impl<T: Term<f32>> Work for UpdateSlice<'_, '_, T> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<V: F32x8>(self) {
+        if let Some([from, to]) = self.states.step(self.slice) {
+            self.list.update_slice::<V>(self.slice, self.at, from, to);
         }
     }
 }

@@ -101,8 +101,10 @@ impl<'a> Quads<'a> {
     /// The forces of a slice's cells, by part.
     #[inline(always)]
     pub fn on_slice(self, slice: usize) -> impl Iterator<Item = &'a [Quad; LANES]> + Clone {
-        let parts = 0..self.division.count();
-        parts.filter_map(move |part| self.of_part(part).as_chunks().0.get(slice))
+        // A part's forces are as many whole slices as there are displacements.
+        let (forces, slices) = (self.forces.as_chunks().0, self.displacements.len() / LANES);
+        let parts = if slice < slices { self.division.count() } else { 0 };
+        (0..parts).filter_map(move |part| forces.get(part * slices + slice))
     }
 
     /// The whole force on each cell of a slice, its parts added in ascending order.

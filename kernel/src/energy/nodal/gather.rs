@@ -2,6 +2,8 @@
 
 #![allow(unsafe_code)]
 
+use core::mem::MaybeUninit;
+
 #[cfg(all(target_arch = "arm", target_abi = "eabihf"))]
 use super::half_links_vfp;
 use super::matrix::{Matrix, each, times};
@@ -32,6 +34,37 @@ pub(super) fn own<V: F32x8>(numbers: &CellNumbers) -> Own<V> {
 pub(crate) fn places<V: F32x8>(of: impl Fn(usize) -> [f32; 4]) -> [Lane<V>; 3] {
     let [x, y, z, _] = V::transposed(&chunk(of));
     [Lane(x), Lane(y), Lane(z)]
+}
+
+/// Most groups of half-links of a slice that is stepped eight cells at a time.
+const GROUPS: usize = 48;
+
+/// Memory for the byte offsets of the other ends of a slice's half-links in an array of [`Quad`]s: they are
+/// computed eight at a time, before the loops that use them, and once for both.
+pub(super) struct Offsets([MaybeUninit<[u32; LANES]>; GROUPS]);
+
+impl Offsets {
+    pub const NONE: Self = Self([MaybeUninit::uninit(); GROUPS]);
+
+    /// The offsets of these groups; `None` if there are too many.
+    #[inline(always)]
+    fn of(&mut self, ids: &[[u16; LANES]]) -> Option<&[[u32; LANES]]> {
+        let slots = self.0.get_mut(..ids.len())?;
+        for (slot, ids) in slots.iter_mut().zip(ids) {
+            slot.write(ids.map(|id| u32::from(id) * size_of::<Quad>() as u32));
+        }
+        // SAFETY: each is written, since there are as many ids.
+        Some(unsafe { slots.assume_init_ref() })
+    }
+}
+
+/// The half-links of a slice by groups: their numbers, and the offsets of their other ends; as many of both.
+#[derive(Clone, Copy)]
+pub(super) struct Groups<'a> {
+    slots: &'a [SlotNumbers],
+    offsets: &'a [[u32; LANES]],
+    /// The offsets are those of ids below this number.
+    cells: usize,
 }
 
 /// The half-links of a body, with an array that has an element for each cell.
@@ -79,17 +112,31 @@ impl<'a> Ends<'a> {
 
     /// The element of another end.
     #[inline(always)]
+    #[cfg(not(all(target_arch = "arm", target_abi = "eabihf")))]
     fn end(self, id: u16) -> &'a Quad {
         // SAFETY: a model's slices name only its cells, and there are as many elements.
         unsafe { self.array.get_unchecked(usize::from(id)) }
     }
 
-    /// The groups of half-links of a slice: their numbers, and the elements of their other ends.
+    /// The half-links of a slice; `None` if there are more than [`GROUPS`].
     #[inline(always)]
-    fn groups(self, slice: usize) -> impl Iterator<Item = (&'a SlotNumbers, [&'a Quad; LANES])> {
+    pub fn groups<'o>(self, slice: usize, memory: &'o mut Offsets) -> Option<Groups<'o>>
+    where
+        'a: 'o,
+    {
         let (slots, ids) = self.rows(slice);
-        slots.iter().zip(ids).map(move |(slots, &[a, b, c, d, e, f, g, h])| {
-            let at = |id: u16| self.end(id);
+        Some(Groups { slots, offsets: memory.of(ids)?, cells: self.shapes.count })
+    }
+
+    /// Groups of half-links: their numbers, and the elements of their other ends; none if an end has no element.
+    #[inline(always)]
+    fn each(self, groups: Groups<'_>) -> impl Iterator<Item = (&SlotNumbers, [&'a Quad; LANES])> {
+        let first = self.array.as_ptr();
+        let offsets = if groups.cells <= self.array.len() { groups.offsets } else { &[] };
+        groups.slots.iter().zip(offsets).map(move |(slots, offsets)| {
+            let [a, b, c, d, e, f, g, h] = *offsets;
+            // SAFETY: the offsets are those of elements of the array, as checked above.
+            let at = |offset: u32| unsafe { &*first.byte_add(offset as usize) };
             (slots, [at(a), at(b), at(c), at(d), at(e), at(f), at(g), at(h)])
         })
     }
@@ -97,10 +144,16 @@ impl<'a> Ends<'a> {
     /// Takes the forces P `a_ij` of the cells of a slice from their neighbours, in the order of groups and
     /// lanes, and adds `pull` to the cells' own.
     #[inline(always)]
-    pub fn push<V: F32x8>(self, slice: usize, stress: Matrix<V>, pull: [Lane<V>; 4]) {
+    pub fn push<V: F32x8>(
+        self,
+        slice: usize,
+        stress: Matrix<V>,
+        pull: [Lane<V>; 4],
+        groups: Groups<'_>,
+    ) {
         let zero = Lane::of(0.0);
         let opposite = each(stress, |x| zero - x);
-        for (slots, cells) in self.groups(slice) {
+        for (slots, cells) in self.each(groups) {
             let [x, y, z] = times(opposite, rows(|row| load(slots, row), nodal::AREA));
             V::add_to([x.0, y.0, z.0, zero.0], cells);
         }
@@ -174,12 +227,27 @@ fn displacements<V: F32x8>([a, b, c, d, e, f, g, h]: [&Quad; LANES]) -> [Lane<V>
 impl<V: F32x8> Gathered<V> {
     /// The sums of the cells of a slice; the array is that of the displacements.
     #[inline(always)]
-    pub fn of_slice(ends: Ends<'_>, slice: usize) -> Option<Self> {
+    pub fn of_slice(ends: Ends<'_>, slice: usize, groups: Groups<'_>) -> Option<Self> {
         let here = displacements(ends.own(slice)?.each_ref());
         let mut sums = Self::none();
-        for (slots, there) in ends.groups(slice) {
+        for (slots, there) in ends.each(groups) {
             sums.add(here, displacements(there), |row| load(slots, row));
         }
         Some(sums)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn offsets_are_those_of_the_elements() {
+        let ids = [[0, 1, 7, 65_535, 300, 2, 2, 40_000]; GROUPS + 1];
+        let mut memory = Offsets::NONE;
+        let offsets = memory.of(&ids[..GROUPS]).unwrap();
+        assert_eq!(offsets, [ids[0].map(|id| 16 * u32::from(id)); GROUPS]);
+        assert_eq!(memory.of(&[]), Some(&[][..]));
+        assert!(memory.of(&ids).is_none());
     }
 }

@@ -87,7 +87,7 @@ use crate::backend::f32x8::{Chunk, F32x8};
 use crate::backend::slices::cells_of;
 use crate::model::nodal::Nodal;
 use crate::number::cell::{Cell, single, sub};
-use gather::{Ends, own};
+use gather::{Ends, Offsets, own};
 use sums::Gathered;
 
 impl<N: LinkNumber> Term<N> for Nodal<'_> {
@@ -128,10 +128,15 @@ impl<N: LinkNumber> Term<N> for Nodal<'_> {
             return;
         };
         let Some((turn, unit)) = state::load::<V>(from) else { return };
-        let Some(sums) = Gathered::<V>::of_slice(displacements, slice) else { return };
+        let (cells, mut memory) = (cells_of(slice, self.count), Offsets::NONE);
+        // The same one cell at a time.
+        let Some(groups) = displacements.groups(slice, &mut memory) else {
+            return self.stepped(cells, from, to);
+        };
+        let Some(sums) = Gathered::<V>::of_slice(displacements, slice, groups) else { return };
         let step = law::step(self.stretch_min, &sums, &own(numbers), turn, unit);
-        state::store(&step, to, cells_of(slice, self.count).len());
-        forces.push(slice, step.stress, step.pull);
+        state::store(&step, to, cells.len());
+        forces.push(slice, step.stress, step.pull, groups);
     }
 
     fn accumulate<const CLAMPED: bool>(

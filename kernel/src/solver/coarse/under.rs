@@ -100,8 +100,10 @@ impl OneSample {
         let mut one = Self { mean, functions: [(0, 0.0); OF_TRIANGLE], count: 0 };
         let whole = sum(mean.shares);
         for (&cell, share) in near.corners.iter().zip(mean.shares) {
+            // Corners in one box have the same functions in the same order.
+            let mut next = 0;
             for (function, weight) in basis.row_of(cell.into()) {
-                one.add(function as u16, weight * share / whole);
+                next = 1 + one.add(function as u16, weight * share / whole, next);
             }
         }
         one
@@ -114,14 +116,19 @@ impl OneSample {
         add(scale(along, inward), scale(across, sub(d, inward)))
     }
 
-    fn add(&mut self, function: u16, weight: f32) {
+    /// Adds a weight of a basis function, which is at place `guess` or elsewhere. Returns its place.
+    fn add(&mut self, function: u16, weight: f32, guess: usize) -> usize {
         let taken = self.functions.get_mut(..self.count).unwrap_or_default();
-        if let Some((_, sum)) = taken.iter_mut().find(|(of, _)| *of == function) {
+        let is_guess = taken.get(guess).is_some_and(|(of, _)| *of == function);
+        let known = || taken.iter().position(|(of, _)| *of == function);
+        let place = if is_guess { guess } else { known().unwrap_or(self.count) };
+        if let Some((_, sum)) = taken.get_mut(place) {
             *sum += weight;
-        } else if let Some(slot) = self.functions.get_mut(self.count) {
+        } else if let Some(slot) = self.functions.get_mut(place) {
             *slot = (function, weight);
             self.count += 1;
         }
+        place
     }
 
     pub fn functions(&self) -> &[(u16, f32)] {
