@@ -2,6 +2,7 @@
 
 use core::ops::Range;
 
+use super::cuttable::Cuttable;
 use super::layout::Layout;
 use super::parts::Parts;
 use super::surface::ContactSurface;
@@ -10,10 +11,44 @@ use super::{Model, range};
 use crate::number::two_float::LANES;
 
 impl<'a> Model<'a> {
-    /// Number of cells.
+    /// Number of cells, including the spare ones of a body that can be cut.
     #[must_use]
     pub fn cells(&self) -> usize {
         self.rest.len()
+    }
+
+    /// Number of spare cells, which take the further sides of a cut: the last ones. Until then each lies still at
+    /// the body's centre, without links and input id. 0 for a body that cannot be cut.
+    ///
+    /// ```
+    /// # use chaincell_kernel::{Model, include_model};
+    /// # let image = include_model!(concat!(env!("CARGO_MANIFEST_DIR"), "/data/plane9.chaincell"));
+    /// let model = Model::from_bytes(image)?; // baked without `--cuttable`
+    /// assert_eq!((model.spare_cells(), model.tetrahedra_to_cut()), (0, 0));
+    /// assert_eq!(model.toughness_j_per_m2(), None);
+    /// # Ok::<(), chaincell_kernel::ModelError>(())
+    /// ```
+    #[must_use]
+    pub fn spare_cells(&self) -> usize {
+        self.cuttable.spare_cells
+    }
+
+    /// Number of tetrahedra that a blade may part; 0 for a body that cannot be cut. See [`Self::spare_cells`].
+    #[must_use]
+    pub fn tetrahedra_to_cut(&self) -> usize {
+        self.cuttable.corners.len()
+    }
+
+    /// Returns the energy that a cut takes for each area \[J/m^2\], `None` for a body that cannot be cut. See
+    /// [`Self::spare_cells`].
+    #[must_use]
+    pub fn toughness_j_per_m2(&self) -> Option<f32> {
+        self.cuttable.is_any().then_some(self.cuttable.toughness_j_per_m2)
+    }
+
+    /// Returns the tetrahedra that a blade may part.
+    pub(crate) fn cuttable(&self) -> Cuttable<'a> {
+        self.cuttable
     }
 
     /// Number of links.
