@@ -208,7 +208,7 @@ pub fn execute(args: &Args) -> Result<()> {
     // Remarks on the mesh.
     if model.fixed().is_empty() {
         terminal::note("note: no cell is fixed, the body floats; --fix holds nodes");
-    } else if model.fixed().len() == model.cells() {
+    } else if model.fixed().len() == model.body_cells() {
         terminal::note("note: every cell is fixed, nothing moves; --fix fewer nodes, in metres");
     }
     if let Some(unlikely) = UnlikelySize::of(&mesh.nodes_m, args.body.file.unit_m()) {
@@ -235,11 +235,11 @@ pub fn execute(args: &Args) -> Result<()> {
         return terminal::say_json(&report);
     }
     terminal::say(format_args!("baked {} from {}", args.output.display(), args.mesh))?;
-    if let Some(wanted) = args.body.cells.filter(|&wanted| wanted != model.cells()) {
+    if let Some(wanted) = args.body.cells.filter(|&wanted| wanted != model.body_cells()) {
         terminal::say(format_args!(
             "  {:<14}{wanted} asked for; parts that stay apart make it {}",
             "cells",
-            model.cells()
+            model.body_cells()
         ))?;
     }
     if let Some(filled) = &report.filled {

@@ -17,6 +17,20 @@ impl<'a> Model<'a> {
         self.rest.len()
     }
 
+    /// Number of cells without the spare ones: those that have an input id, and that a result shows.
+    ///
+    /// ```
+    /// # use chaincell_kernel::{Model, include_model};
+    /// # let image = include_model!(concat!(env!("CARGO_MANIFEST_DIR"), "/data/plane9.chaincell"));
+    /// let model = Model::from_bytes(image)?;
+    /// assert_eq!((model.body_cells(), model.cells()), (81, 81)); // it cannot be cut
+    /// # Ok::<(), chaincell_kernel::ModelError>(())
+    /// ```
+    #[must_use]
+    pub fn body_cells(&self) -> usize {
+        self.cells() - self.spare_cells()
+    }
+
     /// Number of spare cells, which take the further sides of a cut: the last ones. Until then each lies still at
     /// the body's centre, without links and input id. 0 for a body that cannot be cut.
     ///
@@ -214,7 +228,7 @@ impl<'a> Model<'a> {
         self.notes
     }
 
-    /// Input id of each cell, in the order of the cells; in a model with an embedded mesh, the node at which
+    /// Input id of each cell but the spare ones, in the order of the cells; in a model with an embedded mesh, the node at which
     /// the cell lies.
     #[must_use]
     pub fn input_id(&self) -> &'a [u32] {
@@ -276,10 +290,13 @@ impl<'a> Model<'a> {
         if self.is_nodal() { Parts::of_shapes(self.cells()) } else { Parts::of_links(self.cells()) }
     }
 
-    /// Young's modulus \[Pa\] and Poisson's ratio of the tissue around a cell; `None` in a body of
-    /// links.
+    /// Young's modulus \[Pa\] and Poisson's ratio of the tissue around a cell; `None` for a spare cell and in
+    /// a body of links.
     #[must_use]
     pub fn elasticity(&self, cell: usize) -> Option<[f32; 2]> {
+        if cell >= self.body_cells() {
+            return None;
+        }
         self.others.elasticity(cell, 2.0 * self.stiffness_n_per_m / self.unit_m)
     }
 

@@ -37,7 +37,7 @@ fn within(value: f32, factor: f32) -> bool {
 /// Checks a whole model: first ranges, then order and symmetry, then the numbers.
 pub(crate) fn model(model: &Model<'_>) -> Result<(), ModelError> {
     parameters(model)?;
-    let bodily = model.cells() - model.spare_cells();
+    let bodily = model.body_cells();
     rows(kind::ROWS, model.rows, model.links())?;
     rows(kind::BACK_ROWS, model.back_rows, model.links())?;
     upper_ends(model)?;
@@ -88,8 +88,7 @@ fn parameters(model: &Model<'_>) -> Result<(), ModelError> {
     word(params::DEGREE_BOUND, positive(model.degree_bound))?;
     let parts = model.parts as usize;
     word(params::PARTS, (1..=model.cells()).contains(&parts))?;
-    let bodily = model.cells().saturating_sub(model.spare_cells());
-    let numbering = bodily as u32..=INPUT_NODES_MAX;
+    let numbering = model.body_cells() as u32..=INPUT_NODES_MAX;
     word(params::INPUT_NODES, numbering.contains(&model.input_nodes))?;
     word(params::ENERGY_MAX, positive(model.energy_max) && model.energy_max < 1.0e18)
 }
@@ -271,7 +270,7 @@ fn basis(model: &Model<'_>) -> Result<(), ModelError> {
     // Check the inverse and the numbers of an elastic level.
     inverse(&basis)?;
     let Some(elastic) = basis.elastic() else { return Ok(()) };
-    corners(kind::COARSE_TURNS, elastic.turns, model.cells() - model.spare_cells())?;
+    corners(kind::COARSE_TURNS, elastic.turns, model.body_cells())?;
     let is_factor = |factor: &f32| (1.0..=FACTOR_MAX).contains(factor);
     let bad = elastic.factors.iter().position(|factor| !is_factor(factor));
     bad.map_or(Ok(()), |cell| Err(ModelError::Value(kind::COARSE_FACTORS, at(cell))))
@@ -312,7 +311,7 @@ fn ascending(kind: u32, ids: &[u16], cells: usize) -> Result<(), ModelError> {
 /// Mobilities and the degree bound must meet the conditions of the proof that the energy falls.
 fn mobilities(model: &Model<'_>) -> Result<(), ModelError> {
     let mut fixed = model.fixed.iter().copied().map(usize::from).peekable();
-    let bodily = model.cells() - model.spare_cells();
+    let bodily = model.body_cells();
     for i in 0..model.cells() {
         let is_fixed = fixed.next_if_eq(&i).is_some();
         let bound = model.cell_bound(i);
@@ -341,7 +340,7 @@ fn dormant(model: &Model<'_>) -> Result<(), ModelError> {
     if !model.is_nodal() {
         return Err(ModelError::Layout);
     }
-    for cell in model.cells() - cuttable.spare_cells..model.cells() {
+    for cell in model.body_cells()..model.cells() {
         if model.neighbours(cell).next().is_some() {
             return Err(ModelError::Index(kind::CUTTING, at(cell)));
         }
@@ -383,7 +382,7 @@ fn input_ids(model: &Model<'_>) -> Result<(), ModelError> {
 /// cell lies at its own node. Elements join nodes that are not left out.
 fn embedded_mesh(model: &Model<'_>) -> Result<(), ModelError> {
     let Some(mesh) = model.embedded else { return Ok(()) };
-    let bodily = model.cells() - model.spare_cells();
+    let bodily = model.body_cells();
     // Check the cells, weights and rest position of each node.
     for (node, (cells, weights)) in mesh.cells.iter().zip(mesh.weights).enumerate() {
         let left_out = cells.iter().all(|&cell| cell == NO_CELL);
