@@ -77,6 +77,7 @@ fn options(mesh: &Mesh, given: &Given<'_, '_>) -> PyResult<BakeOptions> {
             Some("no") => ContactSurface::No,
             _ => ContactSurface::Auto,
         },
+        cuttable: defaults.cuttable,
         cells: cells(given)?,
     })
 }

@@ -175,7 +175,7 @@ impl Model {
     /// Number of cells, the nodes whose positions are computed.
     #[getter]
     fn cells(&self) -> usize {
-        self.body.model().cells()
+        self.body.model().body_cells()
     }
 
     /// Number of links, the edges between two cells.
@@ -283,7 +283,7 @@ impl Model {
         let model = self.body.model();
         format!(
             "<chaincell.Model: {} cells, {} links, checksum {}>",
-            model.cells(),
+            model.body_cells(),
             model.links(),
             self.checksum()
         )
@@ -306,7 +306,7 @@ impl Model {
             return fine.unzip();
         }
         let cell = |cell: usize| (id(&model, cell as u16), rest_m(&model, cell));
-        let mut all: Vec<(u32, [f64; 3])> = (0..model.cells()).map(cell).collect();
+        let mut all: Vec<(u32, [f64; 3])> = (0..model.body_cells()).map(cell).collect();
         all.sort_unstable_by_key(|(id, _)| *id);
         all.into_iter().unzip()
     }

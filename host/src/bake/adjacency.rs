@@ -46,12 +46,13 @@ pub(super) fn cell_weights(cells: usize, adjacency: &Adjacency, weight: &[f32]) 
         .collect()
 }
 
-/// 1 / W of the free cells, 0 of the others.
+/// 1 / W of the free cells, 0 of the others and of the spare ones.
 pub(super) fn mobilities(body: &OrderedCells, weights: &[f32]) -> Vec<f32> {
     (weights.iter().enumerate())
         .map(|(cell, &w)| {
             let held = w == 0.0 || body.fixed.binary_search(&(cell as u16)).is_ok();
             if held { 0.0 } else { 1.0 / w }
         })
+        .chain(std::iter::repeat_n(0.0, body.spare))
         .collect()
 }

@@ -161,7 +161,7 @@ impl Level {
             corners: Vec::new(),
             cells: Vec::new(),
             weights: Vec::new(),
-            entry: vec![NO_FUNCTION; body.rest.len()],
+            entry: vec![NO_FUNCTION; body.all_cells()],
         };
         for chunk in by_box.chunk_by(|a, b| a.0 == b.0) {
             level.corners.push(grid.corners(chunk[0].2).map(|point| function_of[point]));
@@ -382,7 +382,9 @@ pub(super) fn push(
     sections.push(kind::COARSE_INVERSE, &rows);
     if let Bound::Shapes(shapes) = bound {
         sections.push(kind::COARSE_TURNS, &level.highest());
-        sections.push(kind::COARSE_FACTORS, &shapes.factors());
+        let mut factors = shapes.factors();
+        factors.resize(body.all_cells(), 1.0);
+        sections.push(kind::COARSE_FACTORS, &factors);
     }
     Ok(())
 }

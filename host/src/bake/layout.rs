@@ -19,6 +19,15 @@ pub(super) struct OrderedCells {
     /// Links of cells, `i < j`, sorted, with the index of the mesh's link.
     pub links: Vec<Link>,
     pub fixed: Vec<u16>,
+    /// Number of spare cells after these.
+    pub spare: usize,
+}
+
+impl OrderedCells {
+    /// Returns the number of cells, including the spare ones.
+    pub fn all_cells(&self) -> usize {
+        self.rest.len() + self.spare
+    }
 }
 
 /// Chooses the frame and the order of the cells, and renumbers links and fixed nodes.
@@ -66,6 +75,7 @@ pub(super) fn lay_out(mesh: &Mesh, fixed: &[u32]) -> Result<OrderedCells> {
         unit_m,
         links,
         fixed: fixed_cells,
+        spare: 0,
     })
 }
 

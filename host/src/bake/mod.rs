@@ -11,6 +11,7 @@
 //!   and their links for vector units.
 //! - `coarse_basis`: the coarse level of `track`, `--coarse`.
 //! - `tissue`: Young's modulus and Poisson's ratio in place of links.
+//! - `cutting`: tetrahedra by cell and spare cells, `--cuttable`.
 //! - `contact`: the surface that tools touch, `--contact-surface`.
 //! - `equivalent`: Young's modulus of the tissue to which links are equivalent.
 //! - `notes`: node groups and border, for selectors.
@@ -19,6 +20,7 @@
 mod adjacency;
 mod coarse_basis;
 mod contact;
+mod cutting;
 mod embedded;
 mod equivalent;
 mod groups;
@@ -38,6 +40,7 @@ pub mod tissue;
 use chaincell_kernel::Model;
 
 pub use coarse_basis::BasisSpacing;
+pub use cutting::{CUT_SPARE, Cuttable, TOUGHNESS_J_PER_M2};
 pub use equivalent::Equivalent;
 pub use groups::{Groups, partition};
 pub use image::ImageBytes;
@@ -90,8 +93,11 @@ pub fn organ_of(young_pa: f64, poisson: f64) -> Result<ImageBytes> {
 pub fn bake(mesh: &Mesh, fixed: &[u32], options: &BakeOptions) -> Result<ImageBytes> {
     options::check(mesh, options)?;
     let plan = Plan::new(mesh, fixed, options)?;
-    let body = layout::lay_out(plan.net(), plan.fixed())?;
+    let mut body = layout::lay_out(plan.net(), plan.fixed())?;
     lengths::check(&body)?;
+    if let Some(cuttable) = &options.cuttable {
+        body.spare = cuttable.spare_cells(body.rest.len())?;
+    }
     let image = sections::write(&plan, &body, options)?;
     Model::from_bytes(image.as_bytes())
         .map_err(|why| Error::check(format!("the baked model is refused by the kernel: {why}")))?;

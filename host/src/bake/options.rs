@@ -3,6 +3,7 @@
 use chaincell_kernel::image::STIFFENING_MAX;
 
 use super::coarse_basis::BasisSpacing;
+use super::cutting::Cuttable;
 use super::per_cell::PerCell;
 use super::tissue::{Band, STRETCH_MIN, Tissue};
 use crate::error::{Error, Result};
@@ -46,6 +47,8 @@ pub struct BakeOptions {
     pub lean: bool,
     /// Choice of a contact surface, which tools touch.
     pub contact_surface: ContactSurface,
+    /// A body of tissue that can be cut.
+    pub cuttable: Option<Cuttable>,
     /// Number of groups of nodes, each of them a cell; every node is a cell if absent.
     pub cells: Option<usize>,
 }
@@ -63,6 +66,7 @@ impl Default for BakeOptions {
             coarse_basis: BasisSpacing::BySize,
             lean: false,
             contact_surface: ContactSurface::Auto,
+            cuttable: None,
             cells: None,
         }
     }
@@ -101,6 +105,10 @@ pub(super) fn check(mesh: &Mesh, options: &BakeOptions) -> Result<()> {
         each("`stretch_min`", &stretch, stretches, "from 0.01 to 0.95, or none")?;
         check_stiffening(&tissue.stiffening)?;
         check_shapes(options)?;
+    }
+    if let Some(cuttable) = &options.cuttable {
+        check_tissue(options)?;
+        cuttable.check()?;
     }
     // The coarse level and the scalars of the body.
     if let BasisSpacing::Links(spacing) = options.coarse_basis
@@ -153,6 +161,19 @@ fn check_stiffening(bands: &[Band]) -> Result<()> {
         }
     }
     Ok(())
+}
+
+/// Checks that a body that can be cut is made of tissue without bands on its links.
+fn check_tissue(options: &BakeOptions) -> Result<()> {
+    match &options.tissue {
+        None => Err(Error::input(
+            "`cuttable`: a body of links cannot be cut; make it of tissue, with `young_pa`",
+        )),
+        Some(tissue) if !tissue.stiffening.is_empty() => Err(Error::input(
+            "`stiffening` with `cuttable`: a cut does not part bands on links; leave one out",
+        )),
+        Some(_) => Ok(()),
+    }
 }
 
 /// Checks the options that nodal shapes exclude.

@@ -77,7 +77,7 @@ pub(super) fn scalars(
     real(params::CAPACITANCE, options.capacitance as f32);
     real(params::DEGREE_BOUND, degree_bound);
     real(params::ENERGY_MAX, energy_max);
-    words[params::CELLS] = body.rest.len() as u32;
+    words[params::CELLS] = body.all_cells() as u32;
     words[params::LINKS] = body.links.len() as u32;
     words[params::DIMENSION] = dimension(body);
     words[params::PARTS] = parts(body) as u32;

@@ -3,7 +3,7 @@
 use chaincell_kernel::image::kind;
 use chaincell_kernel::model::rest_length;
 
-use super::adjacency::{adjacency, cell_weights, mobilities};
+use super::adjacency::{Adjacency, adjacency, cell_weights, mobilities};
 use super::coarse_basis::{self, Bound};
 use super::image::{ImageBytes, Sections};
 use super::layout::OrderedCells;
@@ -22,12 +22,13 @@ pub(super) fn write(
     body: &OrderedCells,
     options: &BakeOptions,
 ) -> Result<ImageBytes> {
-    let (cells, links) = (body.rest.len(), &body.links);
+    let (cells, links) = (body.all_cells(), &body.links);
     let at = |cell: u16| body.rest[usize::from(cell)];
     let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
     // Bands, stiffness and weights of the links, or the nodal shapes.
     let (alphas, stiffness) = (plan.alpha(links), plan.stiffness(links));
-    let shaped = |tissue| Shapes::new(plan.mesh(), body, tissue);
+    let is_cuttable = options.cuttable.is_some();
+    let shaped = |tissue| Shapes::new(plan.mesh(), body, tissue, is_cuttable);
     let shapes = options.tissue.as_ref().map(shaped).transpose()?;
     let alpha = mean(&alphas.each) as f32;
     let reference =
@@ -56,15 +57,7 @@ pub(super) fn write(
     let params = scalars(nodes, body, options, &weights, largest, alpha, reference)?;
     sections.push(kind::PARAMS, &params);
     // Cells and links.
-    sections.push(kind::REST, body.rest.as_flattened());
-    sections.push(kind::ROWS, &adjacency.rows);
-    sections.push(kind::UPPER, &links.iter().map(|(ends, _)| ends[1]).collect::<Vec<_>>());
-    sections.push(kind::REST_LENGTH, &rest_lengths);
-    sections.push(kind::BACK_ROWS, &adjacency.back_rows);
-    sections.push(kind::LOWER, &adjacency.lower);
-    sections.push(kind::BACK_LINK, &adjacency.back_link);
-    sections.push(kind::MOBILITY, &mobility);
-    sections.push(kind::FIXED, &body.fixed);
+    network(&mut sections, body, &adjacency, &mobility, &rest_lengths);
     sections.push(kind::INPUT_ID, &plan.input_ids(body));
     // Values of each link, and the slices for vector units.
     let each_alpha: Vec<f32> = alphas.each.iter().map(|&alpha| alpha as f32).collect();
@@ -81,7 +74,10 @@ pub(super) fn write(
     if !options.lean {
         let (rows, ids) = slices::push(&mut sections, cells, &adjacency, links, &values);
         if let Some(shapes) = &shapes {
-            shapes.push(&mut sections, &rows, &ids);
+            shapes.push(&mut sections, cells, &rows, &ids);
+        }
+        if let Some(cuttable) = &options.cuttable {
+            cuttable.push(&mut sections, plan.mesh(), body, &rows)?;
         }
     }
     // The coarse level, the surface, the contact and the embedded mesh.
@@ -94,6 +90,27 @@ pub(super) fn write(
         embedded::push(&mut sections, plan, body);
     }
     Ok(sections.finish())
+}
+
+/// Adds the cells with their links; spare cells rest at the centre.
+fn network(
+    sections: &mut Sections,
+    body: &OrderedCells,
+    adjacency: &Adjacency,
+    mobility: &[f32],
+    rest_lengths: &[f32],
+) {
+    let mut rest = body.rest.clone();
+    rest.resize(body.all_cells(), [0.0; 3]);
+    sections.push(kind::REST, rest.as_flattened());
+    sections.push(kind::ROWS, &adjacency.rows);
+    sections.push(kind::UPPER, &body.links.iter().map(|(ends, _)| ends[1]).collect::<Vec<_>>());
+    sections.push(kind::REST_LENGTH, rest_lengths);
+    sections.push(kind::BACK_ROWS, &adjacency.back_rows);
+    sections.push(kind::LOWER, &adjacency.lower);
+    sections.push(kind::BACK_LINK, &adjacency.back_link);
+    sections.push(kind::MOBILITY, mobility);
+    sections.push(kind::FIXED, &body.fixed);
 }
 
 /// Adds the surface cells with normals, the triangles and, unless the image is lean, the other elements for

@@ -13,7 +13,9 @@ use super::reports::ModelReport;
 use super::shared::{PrintArgs, tell_view};
 use super::values::{Material, per_cell, with_materials};
 use crate::bake::tissue::{Band, STRETCH_MIN, Tissue};
-use crate::bake::{BakeOptions, BasisSpacing, ContactSurface, bake};
+use crate::bake::{
+    BakeOptions, BasisSpacing, CUT_SPARE, ContactSurface, Cuttable, TOUGHNESS_J_PER_M2, bake,
+};
 use crate::error::{Error, Result};
 use crate::files::whole::{keep_input, write_whole};
 use crate::interrupt;
@@ -143,6 +145,15 @@ pub struct BodyArgs {
     /// triangles and the model is not --lean; without it a tool can only hold cells
     #[arg(long, value_enum, default_value = "auto", value_name = "WHETHER")]
     contact_surface: ContactSurfaceArg,
+    /// The body can be cut: spare cells take the further sides of a cut. It needs --young-pa
+    #[arg(long, conflicts_with = "links")]
+    cuttable: bool,
+    /// Energy that a cut takes for each area [J/m^2] [default: 160, that of liver]
+    #[arg(long, value_name = "J", allow_negative_numbers = true, requires = "cuttable")]
+    toughness_j_per_m2: Option<f64>,
+    /// Number of spare cells for each cell, eight in all at least [default: 0.1]
+    #[arg(long, value_name = "SHARE", allow_negative_numbers = true, requires = "cuttable")]
+    cut_spare: Option<f64>,
     /// Map the nodes to N cells, groups of neighbouring nodes whose positions follow; a mesh may
     /// then have up to 2,000,000 nodes [default: every node is a cell]
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
@@ -197,7 +208,7 @@ pub fn execute(args: &Args) -> Result<()> {
     // Remarks on the mesh.
     if model.fixed().is_empty() {
         terminal::note("note: no cell is fixed, the body floats; --fix holds nodes");
-    } else if model.fixed().len() == model.cells() {
+    } else if model.fixed().len() == model.body_cells() {
         terminal::note("note: every cell is fixed, nothing moves; --fix fewer nodes, in metres");
     }
     if let Some(unlikely) = UnlikelySize::of(&mesh.nodes_m, args.body.file.unit_m()) {
@@ -224,11 +235,11 @@ pub fn execute(args: &Args) -> Result<()> {
         return terminal::say_json(&report);
     }
     terminal::say(format_args!("baked {} from {}", args.output.display(), args.mesh))?;
-    if let Some(wanted) = args.body.cells.filter(|&wanted| wanted != model.cells()) {
+    if let Some(wanted) = args.body.cells.filter(|&wanted| wanted != model.body_cells()) {
         terminal::say(format_args!(
             "  {:<14}{wanted} asked for; parts that stay apart make it {}",
             "cells",
-            model.cells()
+            model.body_cells()
         ))?;
     }
     if let Some(filled) = &report.filled {
@@ -292,6 +303,10 @@ impl BodyArgs {
             coarse_basis: spacing(&self.coarse)?,
             lean: self.lean,
             contact_surface: self.contact_surface.into(),
+            cuttable: self.cuttable.then(|| Cuttable {
+                toughness_j_per_m2: self.toughness_j_per_m2.unwrap_or(TOUGHNESS_J_PER_M2),
+                spare_share: self.cut_spare.unwrap_or(CUT_SPARE),
+            }),
             cells: self.cells,
         };
         Ok((fixed, options))

@@ -272,7 +272,7 @@ fn replay(tissue: &mut Staged<'_>, place: &Path, ticks: u64) -> Result<Replayed>
     let bytes = recording::read(place)?;
     let trace = Reader::open(&bytes).map_err(|why| Error::file("replay", place, why))?;
     let mut played = Played::default();
-    let mut convergence = Convergence::new(ticks, tissue.engine().network().model().cells());
+    let mut convergence = Convergence::new(ticks, tissue.engine().network().model().body_cells());
     let tick = |tissue: &mut Staged<'_>, poses: &[_], budget: Budget<'_>| {
         convergence.tick(tissue, poses, budget)
     };
@@ -316,7 +316,7 @@ fn summary(
     });
     // Judge the figures.
     let sweeps_max = args.tissue.given(model).sweeps;
-    let pace = Pace::of_served(&reports.serve, sweeps_max, model.cells());
+    let pace = Pace::of_served(&reports.serve, sweeps_max, model.body_cells());
     let body = Judgement::of_body(tissue.engine(), args.tissue.is_place_default(), pace);
     let judgement =
         body.with_tools(tissue.engine(), &reports.serve.tool_courses, replayed.never_touched);
@@ -332,7 +332,7 @@ fn summary(
     refused.sort();
     refused.dedup();
     Ok(CosimSummary {
-        cells: model.cells(),
+        cells: model.body_cells(),
         links: model.links(),
         ticks_sent: control.ticks_sent,
         ticks_answered: control.ticks_answered,

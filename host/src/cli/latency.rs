@@ -86,7 +86,7 @@ pub fn execute(args: &Args) -> Result<()> {
     let session = sides::run(&files, &poses, &sides, |_| {})?;
     let (serve, control) = (session.reports.serve, session.reports.control);
     let summary = LatencySummary {
-        cells: model.cells(),
+        cells: model.body_cells(),
         links: model.links(),
         sweeps_per_tick: args.tissue.given(&model).sweeps,
         ticks: control.ticks_sent,

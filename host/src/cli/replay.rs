@@ -78,7 +78,7 @@ pub fn execute(args: &Args) -> Result<()> {
     // Report and judge.
     let Played { ticks, commands, compared, .. } = played;
     let report = ReplayReport {
-        cells: model.cells(),
+        cells: model.body_cells(),
         links: model.links(),
         scheme,
         precision,

@@ -1,8 +1,10 @@
 //! Reports about a model, printed as a table or as JSON.
 
 use std::collections::BTreeMap;
+use std::fmt;
 
 use chaincell_kernel::Contact;
+use chaincell_kernel::image::{cutting, nodal};
 use chaincell_kernel::{
     Dynamics, Euler, Head, Model, Predict, Rkl2, TermState, Track, array_bytes, term_states,
 };
@@ -76,6 +78,9 @@ pub struct ModelReport {
     /// Half-width and modulus \[Pa\] of each stiffening band.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     stiffening: Vec<[f32; 2]>,
+    /// A body that can be cut.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    cutting: Option<Cutting>,
     /// Nodes of each named group.
     groups: BTreeMap<String, usize>,
     /// Smallest and largest coordinate of a cell \[m\].
@@ -94,20 +99,61 @@ pub struct ModelReport {
     checksum: String,
 }
 
+/// Cutting, with its share of the image.
+#[derive(Debug, Serialize)]
+struct Cutting {
+    tetrahedra: usize,
+    spare_cells: usize,
+    toughness_j_per_m2: f32,
+    /// Bytes of the sections of tetrahedra and of the numbers of spare cells.
+    image_bytes: usize,
+}
+
+impl Cutting {
+    /// Reads the figures off a model; `None` for a body that cannot be cut.
+    fn of(model: &Model<'_>) -> Option<Self> {
+        let (tetrahedra, spare_cells) = (model.tetrahedra_to_cut(), model.spare_cells());
+        // Corners and stars of a tetrahedron, the starts of the cells, and the words of `CUTTING`.
+        let sections = tetrahedra * (4 * size_of::<u16>() + 4 * size_of::<u32>())
+            + (model.cells() + 1) * size_of::<u32>()
+            + cutting::WORDS * size_of::<u32>();
+        // Rest position, two row starts, mobility, coarse entry and factor, and the numbers of a cell.
+        let coarse = if model.coarse_functions() > 0 { 6 } else { 0 };
+        let spare = spare_cells * (12 + 8 + 4 + coarse + nodal::CELL_ROWS * size_of::<f32>());
+        Some(Self {
+            tetrahedra,
+            spare_cells,
+            toughness_j_per_m2: model.toughness_j_per_m2()?,
+            image_bytes: sections + spare,
+        })
+    }
+}
+
+impl fmt::Display for Cutting {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { tetrahedra, spare_cells, toughness_j_per_m2, image_bytes } = self;
+        write!(
+            f,
+            "{tetrahedra} tetrahedra at {toughness_j_per_m2} J/m^2, {spare_cells} spare cells, {image_bytes} bytes \
+             of flash"
+        )
+    }
+}
+
 impl ModelReport {
     /// Reads the figures off a model of `image_bytes` bytes.
     pub fn new(model: &Model<'_>, image_bytes: usize) -> Self {
         let valence = |cell| model.neighbours(cell).count();
-        let valences = || (0..model.cells()).map(valence);
+        let valences = || (0..model.body_cells()).map(valence);
         Self {
-            cells: model.cells(),
+            cells: model.body_cells(),
             nodes: nodes(model),
             links: model.links(),
             fixed: model.fixed().len(),
             surface: model.surface().len(),
             valence: Valence {
                 min: valences().min().unwrap_or(0),
-                mean: 2.0 * model.links() as f64 / model.cells() as f64,
+                mean: 2.0 * model.links() as f64 / model.body_cells() as f64,
                 max: valences().max().unwrap_or(0),
             },
             dimension: model.dimension(),
@@ -133,6 +179,7 @@ impl ModelReport {
                 bands
             },
             groups: Notes::read(model).groups.into_iter().map(|(k, ids)| (k, ids.len())).collect(),
+            cutting: Cutting::of(model),
             bounding_box_m: bounding_box_m(model),
             mean_link_m: model.unit_m(),
             centre_m: model.centre_m(),
@@ -215,11 +262,13 @@ impl ModelReport {
         if let Some(of) = &self.equivalent_young_pa {
             row("equivalent", of.of_links())?;
         }
-        // Print the bounds of state, step and energy.
+        // Print the bounds of state, step and energy, and the memory that image and tissue take.
         rare("saturation", format!("{} from the centre", length(self.k_m.into())))?;
         rare("step bound", format!("{:.5} (euler, dimensionless time a sweep)", self.step_bound))?;
         rare("energy bound", format!("{:.4} J", self.energy_max_j))?;
-        // Print the memory that image and tissue take.
+        if let Some(cutting) = &self.cutting {
+            row("cutting", cutting.to_string())?;
+        }
         row("flash", format!("{} bytes", self.image_bytes))?;
         let schemes = if self.young_pa.is_some() { 2 } else { 4 };
         for (name, bytes) in [
@@ -240,7 +289,7 @@ impl ModelReport {
 /// Smallest and largest coordinate of a cell \[m\].
 fn bounding_box_m(model: &Model<'_>) -> [[f32; 3]; 2] {
     let [mut low, mut high] = [[f32::INFINITY; 3], [f32::NEG_INFINITY; 3]];
-    for cell in 0..model.cells() {
+    for cell in 0..model.body_cells() {
         let at = model.rest_position(cell).into_iter().zip(model.centre_m());
         for ((x, centre_m), (low, high)) in at.zip(low.iter_mut().zip(&mut high)) {
             let x = x * model.unit_m() + centre_m;
@@ -252,14 +301,14 @@ fn bounding_box_m(model: &Model<'_>) -> [[f32; 3]; 2] {
 
 /// The mean of a number of the tissue around each cell.
 fn mean(model: &Model<'_>, number: usize) -> Option<f64> {
-    let each = (0..model.cells()).map(|cell| Some(f64::from(model.elasticity(cell)?[number])));
-    Some(each.sum::<Option<f64>>()? / model.cells() as f64)
+    let each = (0..model.body_cells()).map(|cell| Some(f64::from(model.elasticity(cell)?[number])));
+    Some(each.sum::<Option<f64>>()? / model.body_cells() as f64)
 }
 
 /// Nodes of the input that have a position.
 fn nodes(model: &Model<'_>) -> usize {
     let embedded = (0..model.fine_nodes()).filter(|&node| model.fine_rest(node).is_some()).count();
-    embedded.max(model.cells())
+    embedded.max(model.body_cells())
 }
 
 /// RAM of a tissue with room for a model's cells and the default number of contacts [bytes].

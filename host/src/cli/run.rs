@@ -174,7 +174,7 @@ pub fn execute(args: &Args) -> Result<()> {
         never_touched,
     );
     let summary = RunSummary {
-        cells: model.cells(),
+        cells: model.body_cells(),
         nodes,
         links: model.links(),
         ticks: played.answers.len() as u64,
@@ -236,7 +236,7 @@ fn write_nodes(folder: &Folder, tissue: &mut Staged<'_>) -> Result<usize> {
 /// What a run says of its body and its pace.
 fn judgement(args: &Args, tissue: &Staged<'_>, played: &Played, poses: &[Vec<Pose>]) -> Judgement {
     let network = tissue.engine().network();
-    let (sweeps, cells) = (network.settings().sweeps, network.model().cells());
+    let (sweeps, cells) = (network.settings().sweeps, network.model().body_cells());
     let makes_all = poses.iter().flatten().all(|pose| pose.sweeps.is_none());
     let pace = Pace::of_all_sweeps(&played.step.summary(), sweeps, cells).filter(|_| makes_all);
     let is_default = args.press_is_default();

@@ -157,7 +157,7 @@ pub fn execute(args: &Args) -> Result<()> {
     let never_touched = folder.as_ref().and_then(|_| untouched(&tissue, recorder.rows(), &report));
     let judgement = judgement(args, &report, never_touched, tissue.engine());
     if let Some(folder) = &folder {
-        let (cells, links) = (model.cells(), model.links());
+        let (cells, links) = (model.body_cells(), model.links());
         write_poses(folder, &recorder, tissue.tools())?;
         write_forces(folder, recorder.rows().iter().map(|row| &row.force))?;
         let summary = ServeSummary {
@@ -310,7 +310,7 @@ fn judgement(
         return Judgement::default();
     }
     let model = engine.network().model();
-    let pace = Pace::of_served(report, args.tissue.given(model).sweeps, model.cells());
+    let pace = Pace::of_served(report, args.tissue.given(model).sweeps, model.body_cells());
     Judgement::of_body(engine, args.tissue.holds_default(), pace).with_tools(
         engine,
         &report.tool_courses,

@@ -114,5 +114,5 @@ pub fn press(engine: &Engine<'_>, depth_m: Option<f64>, ticks: u64) -> Result<Ve
 
 /// Size in a line, for headings.
 pub fn describe(model: &Model<'_>) -> String {
-    format!("{}, {}", counted(model.cells(), "cell"), counted(model.links(), "link"))
+    format!("{}, {}", counted(model.body_cells(), "cell"), counted(model.links(), "link"))
 }

@@ -111,7 +111,7 @@ fn places_m<'m>(model: &Model<'m>) -> impl Iterator<Item = (u32, [f64; 3])> + us
         .filter_map(move |node| Some((node, model.fine_rest(node as usize)?)));
     let cells = model.input_id().iter().zip(0..);
     let coarse = cells.map(move |(&id, cell)| (id, model.rest_position(cell)));
-    let coarse = coarse.take(if model.fine_nodes() > 0 { 0 } else { model.cells() });
+    let coarse = coarse.take(if model.fine_nodes() > 0 { 0 } else { model.body_cells() });
     fine.chain(coarse).map(move |(id, rest)| (id, to_m(&model, rest.map(f64::from))))
 }
 
@@ -132,7 +132,7 @@ pub fn automatic(model: &Model<'_>) -> Result<Vec<u16>> {
 /// The surface cells, or all cells if the model has no surface; ascending.
 fn surface(model: &Model<'_>) -> Vec<u16> {
     if model.surface().is_empty() {
-        (0..model.cells() as u16).collect()
+        (0..model.body_cells() as u16).collect()
     } else {
         model.surface().to_vec()
     }

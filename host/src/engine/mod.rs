@@ -430,7 +430,10 @@ impl<'m> Engine<'m> {
     pub fn nodes(&mut self) -> Nodes {
         let model = *self.network.model();
         if model.fine_nodes() == 0 {
-            return Nodes { ids: model.input_id().to_vec(), positions_m: self.positions_m() };
+            let ids = model.input_id().to_vec();
+            let mut positions_m = self.positions_m();
+            positions_m.truncate(ids.len());
+            return Nodes { ids, positions_m };
         }
         let cells: Vec<[f32; 3]> =
             self.positions().into_iter().map(|position| position.map(|x| x as f32)).collect();
@@ -443,13 +446,13 @@ impl<'m> Engine<'m> {
         Nodes { ids, positions_m }
     }
 
-    /// Published positions of all cells [mean link lengths from the body's centre].
+    /// Published positions of all cells, the spare ones last [mean link lengths from the body's centre].
     pub fn positions(&mut self) -> Vec<[f64; 3]> {
         let model = self.network.model();
         (0..model.cells()).map(|cell| self.tissue.position(model, cell)).collect()
     }
 
-    /// Published positions of all cells \[m\].
+    /// Published positions of all cells, the spare ones last \[m\].
     pub fn positions_m(&mut self) -> Vec<[f64; 3]> {
         let positions = self.positions();
         positions.into_iter().map(|position| to_m(self.network.model(), position)).collect()
@@ -463,7 +466,7 @@ fn shown(model: &Model<'_>) -> Vec<u32> {
         return (0..model.fine_nodes() as u32).filter(embedded).collect();
     }
     let ids = model.input_id();
-    let mut cells: Vec<u32> = (0..model.cells() as u32).collect();
+    let mut cells: Vec<u32> = (0..model.body_cells() as u32).collect();
     cells.sort_unstable_by_key(|&cell| ids.get(cell as usize));
     cells
 }

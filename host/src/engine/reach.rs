@@ -190,7 +190,7 @@ impl Solid {
 #[must_use]
 pub fn extent_m(model: &Model<'_>, direction: [f64; 3]) -> f64 {
     let along = |cell: usize| Vector3::from(rest_m(model, cell)).dot(&Vector3::from(direction));
-    let ways = || (0..model.cells()).map(along);
+    let ways = || (0..model.body_cells()).map(along);
     let (low, high) = (ways().reduce(f64::min), ways().reduce(f64::max));
     high.zip(low).map_or(0.0, |(high, low)| high - low)
 }

@@ -72,7 +72,7 @@ impl ThreadCount {
             Self::Of(count) => count,
         };
         if count > most {
-            let cells = counted(model.cells() as u64, "cell");
+            let cells = counted(model.body_cells() as u64, "cell");
             return Err(Error::input(match most {
                 1 => format!(
                     "--threads {count}: a body of {cells} is swept by one thread, several share one \

@@ -203,7 +203,7 @@ pub(crate) fn check(model: &Model<'_>, ids: &[u16], capacity: usize) -> Result<(
     }
     let mut next = 0;
     for (at, &id) in ids.iter().enumerate() {
-        if usize::from(id) >= model.cells() {
+        if usize::from(id) >= model.body_cells() {
             return Err(ContactError::Unknown(at));
         }
         if usize::from(id) < next {

@@ -1,6 +1,7 @@
 //! The data of a body.
 
 use super::coarse_basis::CoarseBasis;
+use super::cuttable::Cuttable;
 use super::embedded_mesh::EmbeddedMesh;
 use super::others::Others;
 use crate::number::two_float::LANES;
@@ -61,6 +62,8 @@ pub struct Model<'a> {
     pub(crate) contact: Option<&'a [[f32; 3]]>,
     pub(crate) notes: &'a [u8],
     pub(crate) embedded: Option<EmbeddedMesh<'a>>,
+    /// The tetrahedra that a blade may part.
+    pub(crate) cuttable: Cuttable<'a>,
     /// Energy terms besides the links.
     pub(crate) others: Others<'a>,
     pub(crate) dimension: u32,

@@ -7,12 +7,14 @@
 //! - `parts`: the division of a large body among threads.
 //! - `nodal`: the numbers of nodal shapes.
 //! - `stiffening`: sets of bands on the links of nodal shapes.
+//! - `cuttable`: the tetrahedra that a blade may part, and the spare cells.
 //! - `surface`: the contact stiffness of the surface under tools.
 //! - `terms`: the static list of the energy terms besides the links, and the data of each.
 //! - `embedded_mesh`: nodes of a finer mesh that move with the cells.
 
 mod body;
 pub(crate) mod coarse_basis;
+pub(crate) mod cuttable;
 mod embedded_mesh;
 pub mod image;
 mod layout;

@@ -10,7 +10,7 @@ use crate::number::two_float::LANES;
 /// Ranges far beyond those of a mesh, within which energies and forces stay finite up to [`SATURATION_MAX`]:
 /// volumes, moduli, and spreads [mean link lengths, 2 `k_ref` / l].
 const VOLUMES: core::ops::RangeInclusive<f32> = 1.0e-12..=1.0e6;
-const MODULI: core::ops::RangeInclusive<f32> = 1.0e-6..=1.0e6;
+const MODULI: core::ops::RangeInclusive<f32> = nodal::MU_MIN..=1.0e6;
 const LAMBDA_3_MAX: f32 = 1.0e9;
 const BAND_MAX: f32 = 1.0e9;
 /// Largest stretch at which a band begins.
@@ -272,6 +272,16 @@ impl<'a> TermData<'a> for Nodal<'a> {
             visit(cell, slot.number(nodal::SPREAD));
             visit(other, -slot.number(nodal::SPREAD));
         }
+    }
+
+    fn is_dormant(&self, cell: usize) -> bool {
+        let numbers = [nodal::VOLUME, nodal::MU, nodal::LAMBDA_3, nodal::BAND, nodal::BOUND];
+        let [volume, mu, lambda_3, band, bound] = numbers.map(|row| self.number(cell, row));
+        let least = *MODULI.start();
+        let area = self.own_area(cell);
+        (volume, mu, bound) == (1.0, least, least)
+            && [lambda_3, band] == [0.0; 2]
+            && area == [0.0; 3]
     }
 
     fn elasticity(&self, cell: usize, unit_pa: f32) -> Option<[f32; 2]> {

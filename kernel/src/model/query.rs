@@ -2,6 +2,7 @@
 
 use core::ops::Range;
 
+use super::cuttable::Cuttable;
 use super::layout::Layout;
 use super::parts::Parts;
 use super::surface::ContactSurface;
@@ -10,10 +11,58 @@ use super::{Model, range};
 use crate::number::two_float::LANES;
 
 impl<'a> Model<'a> {
-    /// Number of cells.
+    /// Number of cells, including the spare ones of a body that can be cut.
     #[must_use]
     pub fn cells(&self) -> usize {
         self.rest.len()
+    }
+
+    /// Number of cells without the spare ones: those that have an input id, and that a result shows.
+    ///
+    /// ```
+    /// # use chaincell_kernel::{Model, include_model};
+    /// # let image = include_model!(concat!(env!("CARGO_MANIFEST_DIR"), "/data/plane9.chaincell"));
+    /// let model = Model::from_bytes(image)?;
+    /// assert_eq!((model.body_cells(), model.cells()), (81, 81)); // it cannot be cut
+    /// # Ok::<(), chaincell_kernel::ModelError>(())
+    /// ```
+    #[must_use]
+    pub fn body_cells(&self) -> usize {
+        self.cells() - self.spare_cells()
+    }
+
+    /// Number of spare cells, which take the further sides of a cut: the last ones. Until then each lies still at
+    /// the body's centre, without links and input id. 0 for a body that cannot be cut.
+    ///
+    /// ```
+    /// # use chaincell_kernel::{Model, include_model};
+    /// # let image = include_model!(concat!(env!("CARGO_MANIFEST_DIR"), "/data/plane9.chaincell"));
+    /// let model = Model::from_bytes(image)?; // baked without `--cuttable`
+    /// assert_eq!((model.spare_cells(), model.tetrahedra_to_cut()), (0, 0));
+    /// assert_eq!(model.toughness_j_per_m2(), None);
+    /// # Ok::<(), chaincell_kernel::ModelError>(())
+    /// ```
+    #[must_use]
+    pub fn spare_cells(&self) -> usize {
+        self.cuttable.spare_cells
+    }
+
+    /// Number of tetrahedra that a blade may part; 0 for a body that cannot be cut. See [`Self::spare_cells`].
+    #[must_use]
+    pub fn tetrahedra_to_cut(&self) -> usize {
+        self.cuttable.corners.len()
+    }
+
+    /// Returns the energy that a cut takes for each area \[J/m^2\], `None` for a body that cannot be cut. See
+    /// [`Self::spare_cells`].
+    #[must_use]
+    pub fn toughness_j_per_m2(&self) -> Option<f32> {
+        self.cuttable.is_any().then_some(self.cuttable.toughness_j_per_m2)
+    }
+
+    /// Returns the tetrahedra that a blade may part.
+    pub(crate) fn cuttable(&self) -> Cuttable<'a> {
+        self.cuttable
     }
 
     /// Number of links.
@@ -179,7 +228,7 @@ impl<'a> Model<'a> {
         self.notes
     }
 
-    /// Input id of each cell, in the order of the cells; in a model with an embedded mesh, the node at which
+    /// Input id of each cell but the spare ones, in the order of the cells; in a model with an embedded mesh, the node at which
     /// the cell lies.
     #[must_use]
     pub fn input_id(&self) -> &'a [u32] {
@@ -246,10 +295,13 @@ impl<'a> Model<'a> {
         2.0 * self.stiffness_n_per_m / self.unit_m
     }
 
-    /// Young's modulus \[Pa\] and Poisson's ratio of the tissue around a cell; `None` in a body of
-    /// links.
+    /// Young's modulus \[Pa\] and Poisson's ratio of the tissue around a cell; `None` for a spare cell and in
+    /// a body of links.
     #[must_use]
     pub fn elasticity(&self, cell: usize) -> Option<[f32; 2]> {
+        if cell >= self.body_cells() {
+            return None;
+        }
         self.others.elasticity(cell, self.stress_unit_pa())
     }
 

@@ -2,8 +2,9 @@
 
 use super::body::{Model, Slices};
 use super::coarse_basis::CoarseBasis;
+use super::cuttable::Cuttable;
 use super::embedded_mesh::EmbeddedMesh;
-use super::image::{ModelError, Sections, kind, params};
+use super::image::{ModelError, Sections, cutting, kind, params};
 use super::others::Others;
 use super::surface::ContactSurface;
 use super::terms::TermData;
@@ -51,7 +52,10 @@ impl<'a> Model<'a> {
         if normals.len() != surface.len() {
             return Err(ModelError::SectionSize(kind::NORMALS));
         }
-        // Read all other sections.
+        // Read all other sections; spare cells have no input id.
+        let cuttable = Cuttable::read(&sections, cells)?;
+        let spare_cells = ModelError::Value(kind::CUTTING, cutting::SPARE_CELLS as u32);
+        let bodily = cells.checked_sub(cuttable.spare_cells).ok_or(spare_cells)?;
         let model = Self {
             rest: sections.sized(kind::REST, cells)?,
             rows: sections.sized(kind::ROWS, ends)?,
@@ -62,7 +66,7 @@ impl<'a> Model<'a> {
             back_link: sections.sized(kind::BACK_LINK, links)?,
             mobility: sections.sized(kind::MOBILITY, cells)?,
             fixed: sections.required(kind::FIXED)?,
-            input_id: sections.sized(kind::INPUT_ID, cells)?,
+            input_id: sections.sized(kind::INPUT_ID, bodily)?,
             slices: slices(&sections, cells)?,
             coarse_basis: CoarseBasis::read(&sections, cells)?,
             link_alphas: per_link(kind::ALPHA)?,
@@ -75,6 +79,7 @@ impl<'a> Model<'a> {
             contact: ContactSurface::read(&sections)?,
             notes: sections.optional(kind::NOTES)?.unwrap_or(&[]),
             embedded: EmbeddedMesh::read(&sections, word(params::INPUT_NODES) as usize)?,
+            cuttable,
             others: Others::read(&sections)?,
             dimension: word(params::DIMENSION),
             unit_m: real(params::UNIT_M),

@@ -49,6 +49,10 @@ pub(crate) trait TermData<'a>: Keeps {
     }
     /// Calls `visit(other, element)` for each contribution to the row of L at a cell.
     fn each_of_row(&self, _cell: usize, _visit: &mut impl FnMut(usize, f32)) {}
+    /// Returns true if a cell without links exerts no force, whatever its position.
+    fn is_dormant(&self, _cell: usize) -> bool {
+        true
+    }
     /// Returns Young's modulus \[Pa\] and Poisson's ratio at a cell, from the unit of stress \[Pa\].
     fn elasticity(&self, _cell: usize, _unit_pa: f32) -> Option<[f32; 2]> {
         None
@@ -122,6 +126,10 @@ impl<'a, A: TermData<'a>, B: TermData<'a>> TermData<'a> for (A, B) {
     fn each_of_row(&self, cell: usize, visit: &mut impl FnMut(usize, f32)) {
         self.0.each_of_row(cell, visit);
         self.1.each_of_row(cell, visit);
+    }
+
+    fn is_dormant(&self, cell: usize) -> bool {
+        self.0.is_dormant(cell) && self.1.is_dormant(cell)
     }
 
     fn elasticity(&self, cell: usize, unit_pa: f32) -> Option<[f32; 2]> {

@@ -37,6 +37,7 @@ fn within(value: f32, factor: f32) -> bool {
 /// Checks a whole model: first ranges, then order and symmetry, then the numbers.
 pub(crate) fn model(model: &Model<'_>) -> Result<(), ModelError> {
     parameters(model)?;
+    let bodily = model.body_cells();
     rows(kind::ROWS, model.rows, model.links())?;
     rows(kind::BACK_ROWS, model.back_rows, model.links())?;
     upper_ends(model)?;
@@ -44,18 +45,20 @@ pub(crate) fn model(model: &Model<'_>) -> Result<(), ModelError> {
     rest_positions(model)?;
     link_numbers(model)?;
     slices(model)?;
-    ascending(kind::FIXED, model.fixed, model.cells())?;
+    ascending(kind::FIXED, model.fixed, bodily)?;
     model.others.check(&model.layout())?;
+    model.cuttable.check(model.rest)?;
+    dormant(model)?;
     mobilities(model)?;
     slice_values(model)?;
     basis(model)?;
-    ascending(kind::SURFACE, model.surface, model.cells())?;
+    ascending(kind::SURFACE, model.surface, bodily)?;
     normals(model)?;
     input_ids(model)?;
     embedded_mesh(model)?;
-    corners(kind::TRIANGLES, model.triangles.as_flattened(), model.cells())?;
+    corners(kind::TRIANGLES, model.triangles.as_flattened(), bodily)?;
     model.contact_surface().map_or(Ok(()), |contact| contact.check(model.cells()))?;
-    corners(kind::TETRAHEDRA, model.tetrahedra.as_flattened(), model.cells())
+    corners(kind::TETRAHEDRA, model.tetrahedra.as_flattened(), bodily)
 }
 
 fn at(position: usize) -> u32 {
@@ -85,7 +88,7 @@ fn parameters(model: &Model<'_>) -> Result<(), ModelError> {
     word(params::DEGREE_BOUND, positive(model.degree_bound))?;
     let parts = model.parts as usize;
     word(params::PARTS, (1..=model.cells()).contains(&parts))?;
-    let numbering = model.cells() as u32..=INPUT_NODES_MAX;
+    let numbering = model.body_cells() as u32..=INPUT_NODES_MAX;
     word(params::INPUT_NODES, numbering.contains(&model.input_nodes))?;
     word(params::ENERGY_MAX, positive(model.energy_max) && model.energy_max < 1.0e18)
 }
@@ -267,7 +270,7 @@ fn basis(model: &Model<'_>) -> Result<(), ModelError> {
     // Check the inverse and the numbers of an elastic level.
     inverse(&basis)?;
     let Some(elastic) = basis.elastic() else { return Ok(()) };
-    corners(kind::COARSE_TURNS, elastic.turns, model.cells())?;
+    corners(kind::COARSE_TURNS, elastic.turns, model.body_cells())?;
     let is_factor = |factor: &f32| (1.0..=FACTOR_MAX).contains(factor);
     let bad = elastic.factors.iter().position(|factor| !is_factor(factor));
     bad.map_or(Ok(()), |cell| Err(ModelError::Value(kind::COARSE_FACTORS, at(cell))))
@@ -308,10 +311,12 @@ fn ascending(kind: u32, ids: &[u16], cells: usize) -> Result<(), ModelError> {
 /// Mobilities and the degree bound must meet the conditions of the proof that the energy falls.
 fn mobilities(model: &Model<'_>) -> Result<(), ModelError> {
     let mut fixed = model.fixed.iter().copied().map(usize::from).peekable();
+    let bodily = model.body_cells();
     for i in 0..model.cells() {
         let is_fixed = fixed.next_if_eq(&i).is_some();
         let bound = model.cell_bound(i);
-        let expected = if is_fixed || bound == 0.0 { 0.0 } else { 1.0 / bound };
+        let is_held = is_fixed || bound == 0.0 || i >= bodily;
+        let expected = if is_held { 0.0 } else { 1.0 / bound };
         if model.mobility.get(i).map(|m| m.to_bits()) != Some(expected.to_bits()) {
             return Err(ModelError::Value(kind::MOBILITY, at(i)));
         }
@@ -320,6 +325,41 @@ fn mobilities(model: &Model<'_>) -> Result<(), ModelError> {
             if (bound + model.cell_bound(j)) * 0.5 > model.degree_bound {
                 return Err(ModelError::Parameter(at(params::DEGREE_BOUND)));
             }
+        }
+    }
+    Ok(())
+}
+
+/// Checks that spare cells have no link, rest at the centre and exert no force, and that the edges of tetrahedra
+/// are links: a split takes its numbers to their slots.
+fn dormant(model: &Model<'_>) -> Result<(), ModelError> {
+    let cuttable = model.cuttable();
+    if !cuttable.is_any() {
+        return Ok(());
+    }
+    if !model.is_nodal() {
+        return Err(ModelError::Layout);
+    }
+    for cell in model.body_cells()..model.cells() {
+        if model.neighbours(cell).next().is_some() {
+            return Err(ModelError::Index(kind::CUTTING, at(cell)));
+        }
+        if model.rest_position(cell).map(f32::to_bits) != [0; 3] {
+            return Err(ModelError::Value(kind::REST, at(cell)));
+        }
+        if !model.others.is_dormant(cell) {
+            return Err(ModelError::Value(kind::NODAL_CELLS, at(cell)));
+        }
+    }
+    for (number, &[a, b, c, d]) in cuttable.corners.iter().enumerate() {
+        let edges = [[a, b], [a, c], [a, d], [b, c], [b, d], [c, d]];
+        let is_link = |[one, other]: [u16; 2]| {
+            let (lower, upper) = if one < other { (one, other) } else { (other, one) };
+            let row = model.upper.get(model.row(lower.into())).unwrap_or(&[]);
+            row.binary_search(&upper).is_ok()
+        };
+        if !edges.into_iter().all(is_link) {
+            return Err(ModelError::Index(kind::CUT_CORNERS, at(number)));
         }
     }
     Ok(())
@@ -342,10 +382,11 @@ fn input_ids(model: &Model<'_>) -> Result<(), ModelError> {
 /// cell lies at its own node. Elements join nodes that are not left out.
 fn embedded_mesh(model: &Model<'_>) -> Result<(), ModelError> {
     let Some(mesh) = model.embedded else { return Ok(()) };
+    let bodily = model.body_cells();
     // Check the cells, weights and rest position of each node.
     for (node, (cells, weights)) in mesh.cells.iter().zip(mesh.weights).enumerate() {
         let left_out = cells.iter().all(|&cell| cell == NO_CELL);
-        if !left_out && cells.iter().any(|&cell| usize::from(cell) >= model.cells()) {
+        if !left_out && cells.iter().any(|&cell| usize::from(cell) >= bodily) {
             return Err(ModelError::Index(kind::FINE_CELLS, at(node)));
         }
         let total = weights.iter().fold(0.0, |sum, w| sum + w);

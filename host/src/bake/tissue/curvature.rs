@@ -4,7 +4,9 @@
 //! Ln is the Laplacian of the nodal gradients, sum of `n_k` / `V_k` times the squares of
 //! sum over j of `a_kj` `u_j`, and Lc that of the tetrahedra's, the cotangent weights.
 
+use super::shape::element;
 use super::{BETA, Shapes};
+use crate::mesh::geometry::dot;
 
 /// A linear map of a few cells whose square is a part of L.
 #[cfg(test)]
@@ -36,6 +38,24 @@ impl Shapes {
         });
     }
 
+    /// Returns a bound of L by the tetrahedra alone, rounded up: at each cell the sum over its tetrahedra of
+    /// (2 mu + 3 lambda + b) V times the sum of the magnitudes of the products of its gradient with all four.
+    /// Moduli are means of the corners'. It holds however the tetrahedra are joined: the square of a mean of
+    /// gradients is at most the mean of their squares, and G' G at most the diagonal of those sums.
+    pub(super) fn tetrahedron_sums(&self, rest: &[[f64; 3]], tetrahedra: &[[u32; 4]]) -> Vec<f32> {
+        let modulus = |i: usize| 2.0 * self.mu[i] + 3.0 * self.lambda[i] + self.band(i);
+        let mut sums = vec![0.0; self.mu.len()];
+        for &nodes in tetrahedra {
+            let cells = nodes.map(|node| node as usize);
+            let Some((volume, gradients)) = element(rest, nodes) else { continue };
+            let weight = volume * cells.iter().map(|&i| modulus(i)).sum::<f64>() / 4.0;
+            for (cell, one) in cells.into_iter().zip(gradients) {
+                sums[cell] += weight * gradients.iter().map(|g| dot(one, *g).abs()).sum::<f64>();
+            }
+        }
+        sums.into_iter().map(|sum| (sum * UP) as f32).collect()
+    }
+
     /// Returns the sums of the magnitudes of the rows of L, rounded up.
     pub(super) fn row_sums(&self) -> Vec<f32> {
         let (mut row, mut touched) = (vec![0.0; self.mu.len()], Vec::new());
@@ -58,7 +78,6 @@ impl Shapes {
 
     /// Calls `visit(j, value)` for the summands of the elements of row i of L.
     fn each_of_row(&self, i: usize, mut visit: impl FnMut(usize, f64)) {
-        let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
         let mut through = |k: usize, of_i: [f64; 3]| {
             let weight = self.nodal(k);
             visit(k, weight * dot(of_i, self.shape.own(k)));

@@ -60,7 +60,7 @@ pub(super) struct Shapes {
     lambda: Vec<f64>,
     stretch_min: f32,
     stiffening: Stiffening,
-    /// At least the row sums of the magnitudes of the shapes' L.
+    /// At least the row sums of the magnitudes of the shapes' L, or its bound by tetrahedra.
     bound: Vec<f32>,
     /// The same for all of L: the cells' mobilities are the inverse.
     pub weights: Vec<f32>,
@@ -111,11 +111,17 @@ fn refused(fault: Fault, mesh: &Mesh, body: &OrderedCells) -> Error {
 }
 
 impl Shapes {
-    /// Computes the shapes of a body made of `tissue`.
+    /// Computes the shapes of a body made of `tissue`; of one that can be cut, with the bound that holds however
+    /// its tetrahedra are joined.
     ///
     /// # Errors
     /// A mesh without tetrahedra, with flat ones, or with links that are not edges of tetrahedra.
-    pub fn new(mesh: &Mesh, body: &OrderedCells, tissue: &Tissue) -> Result<Self> {
+    pub fn new(
+        mesh: &Mesh,
+        body: &OrderedCells,
+        tissue: &Tissue,
+        is_cuttable: bool,
+    ) -> Result<Self> {
         if mesh.tetrahedra.is_empty() {
             return Err(Error::input(
                 "`young_pa`: the mesh has no tetrahedra; take a mesh that has, or leave it out and \
@@ -159,7 +165,11 @@ impl Shapes {
         let shapes = Self { shape, mu, lambda, stretch_min, stiffening, bound, weights, stiffness_n_per_m };
         shapes.check_links(body)?;
         // The bounds.
-        let bound = shapes.row_sums();
+        let bound = if is_cuttable {
+            shapes.tetrahedron_sums(&rest, &tetrahedra)
+        } else {
+            shapes.row_sums()
+        };
         let mut weights = bound.clone();
         shapes.stiffening.add_weights(&mut weights);
         Ok(Self { bound, weights, ..shapes })
@@ -192,11 +202,12 @@ impl Shapes {
         ))
     }
 
-    /// Adds the sections; `rows` and `neighbours` are those of the slices.
-    pub fn push(&self, sections: &mut Sections, slices: &[u32], ids: &[u16]) {
+    /// Adds the sections of all cells, of which those after the shapes' are spare; `slices` and `ids` are the starts
+    /// and the other ends of the slices.
+    pub fn push(&self, sections: &mut Sections, all_cells: usize, slices: &[u32], ids: &[u16]) {
         sections.push(kind::NODAL, &[LAW_DET1, self.stretch_min.to_bits()]);
         let cells = self.mu.len();
-        let mut numbers = vec![[[0.0_f32; LANES]; nodal::CELL_ROWS]; cells.div_ceil(LANES)];
+        let mut numbers = vec![[[0.0_f32; LANES]; nodal::CELL_ROWS]; all_cells.div_ceil(LANES)];
         for slice in &mut numbers {
             slice[nodal::VOLUME] = [1.0; LANES];
         }
@@ -212,6 +223,11 @@ impl Shapes {
             put(nodal::BAND, self.band(cell));
             for (axis, area) in self.shape.own(cell).into_iter().enumerate() {
                 put(nodal::OWN + axis, area);
+            }
+        }
+        for cell in cells..all_cells {
+            for row in [nodal::MU, nodal::BOUND] {
+                numbers[cell / LANES][row][cell % LANES] = nodal::MU_MIN;
             }
         }
         sections.push(kind::NODAL_CELLS, numbers.as_flattened().as_flattened());

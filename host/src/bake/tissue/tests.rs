@@ -25,7 +25,7 @@ fn rest(spec: &str) -> Vec<[f32; 3]> {
 fn shapes(spec: &str, tissue: &Tissue) -> Shapes {
     let mesh = load(spec, &MeshOptions::default()).unwrap();
     let body = lay_out(&mesh, &mesh.default_fixed).unwrap();
-    Shapes::new(&mesh, &body, tissue).unwrap()
+    Shapes::new(&mesh, &body, tissue, false).unwrap()
 }
 
 /// A number from -1 to 1.

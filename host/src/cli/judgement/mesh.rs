@@ -150,8 +150,9 @@ impl MeshFit {
         let is_judged = is_nodal && is_sphere;
         let fine_m = radius_m / FINE;
         let link_m = model.unit_m().into();
-        let finer =
-            || Finer::new(model.cells(), link_m, fine_m, (place_m, radius_m), error(FINE, depth));
+        let finer = || {
+            Finer::new(model.body_cells(), link_m, fine_m, (place_m, radius_m), error(FINE, depth))
+        };
         Self {
             edge_m,
             radius_m: Some(radius_m),

@@ -78,7 +78,7 @@ impl Pace {
         let (p50, p99) = (at(50)?, at(99)?);
         let step = Summary { p50, p99, max: p99, ..Summary::default() };
         let sweeps = tissue.engine().network().settings().sweeps;
-        Self::of_all_sweeps(&step, sweeps, model.cells())
+        Self::of_all_sweeps(&step, sweeps, model.body_cells())
     }
 }
 

@@ -69,12 +69,12 @@ pub mod kind {
     pub const LOWER: u32 = 7;
     /// Link of each half-link (u32 a link).
     pub const BACK_LINK: u32 = 8;
-    /// Mobility 1 / W of each cell, W = sum of its links' weights; 0 for a fixed-state cell and
-    /// for a cell without links (f32 a cell).
+    /// Mobility 1 / W of each cell, W = sum of its links' weights; 0 for a fixed-state cell,
+    /// for a cell without links and for a spare cell (f32 a cell).
     pub const MOBILITY: u32 = 9;
     /// Fixed-state cells, ascending (u16).
     pub const FIXED: u32 = 10;
-    /// Input id of each cell (u32 a cell).
+    /// Input id of each cell but the spare ones (u32 a cell).
     pub const INPUT_ID: u32 = 11;
     /// Optional: alpha of each link (f32 a link).
     pub const ALPHA: u32 = 12;
@@ -158,6 +158,15 @@ pub mod kind {
     /// With `TRIANGLES`, optional: the contact numbers of each triangle, see [`super::contact`]
     /// ([f32; 3] a triangle); without it tools are refused.
     pub const CONTACT: u32 = 45;
+    /// With `CUTTING`: the cells of each tetrahedron, of positive volume, in the mesh's order ([u16; 4]).
+    pub const CUT_CORNERS: u32 = 46;
+    /// With `CUTTING`: starts of the cells' tetrahedra in `CUT_STARS`; none is a spare cell's (u32, cells + 1).
+    pub const CUT_STAR_ROWS: u32 = 47;
+    /// With `CUTTING`: the tetrahedra at each cell, ascending (u32, 4 a tetrahedron).
+    pub const CUT_STARS: u32 = 48;
+    /// With `NODAL`, optional: the body can be cut, see [`super::cutting`] (u32 or f32, 4 words). Its last cells are
+    /// spare: they have no links, no input id and mobility 0, rest at the centre and exert no force.
+    pub const CUTTING: u32 = 49;
 }
 
 /// The law of `NODAL` that holds the volume by the distance to the shapes of determinant 1.
@@ -174,6 +183,8 @@ pub mod nodal {
     pub const VOLUME: usize = 0;
     /// mu, the shear modulus.
     pub const MU: usize = 1;
+    /// Smallest mu. A spare cell has this mu and bound, volume 1 and else zeros.
+    pub const MU_MIN: f32 = 1.0e-6;
     /// 3 lambda.
     pub const LAMBDA_3: usize = 2;
     /// `a_ii`, three rows: minus the sum of its half-links' `a_ij`.
@@ -194,6 +205,23 @@ pub mod nodal {
 
     /// Beta, the part of the shape's stiffness that acts on tetrahedra.
     pub const BETA: f32 = 0.2;
+}
+
+/// Version of the first word of `CUTTING`.
+pub const CUTTING_VERSION: u32 = 1;
+
+/// Word indices of the `CUTTING` section.
+pub mod cutting {
+    /// Number of words.
+    pub const WORDS: usize = 4;
+    /// [`super::CUTTING_VERSION`] (u32).
+    pub const VERSION: usize = 0;
+    /// Number of spare cells, the last ones of the body (u32).
+    pub const SPARE_CELLS: usize = 1;
+    /// Groups of eight half-links to keep in reserve, in all (u32).
+    pub const SPARE_GROUPS: usize = 2;
+    /// Energy that a cut takes for each area (f32) \[J/m^2\].
+    pub const TOUGHNESS_J_PER_M2: usize = 3;
 }
 
 /// Indices of the numbers of `CONTACT`, in mean link lengths l.

@@ -3,6 +3,7 @@
 use std::vec;
 use std::vec::Vec;
 
+use crate::model::cuttable::Cuttable;
 use crate::model::others::NONE;
 use crate::model::pin::Pins;
 use crate::model::{Model, Slices, rest_length};
@@ -102,6 +103,7 @@ impl Body {
     /// A model of the body, all links with the band `alpha` and weight 1 unless they differ.
     pub fn model(&self, alpha: f32, varied: Varied) -> Model<'_> {
         Model {
+            cuttable: Cuttable::NONE,
             rest: &self.rest,
             rows: &self.rows,
             upper: &self.upper,
