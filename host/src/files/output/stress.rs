@@ -4,8 +4,8 @@ use chaincell_kernel::Stress;
 
 use crate::engine::Engine;
 
-/// Returns strain and stress at each cell but the spare ones; `None` in a body of links. Tissue has no embedded mesh: its nodes
-/// are its cells.
+/// Returns strain and stress at each cell but the spare ones; `None` in a body of links. Tissue has no embedded
+/// mesh: its nodes are its cells.
 pub(super) fn stresses(engine: &mut Engine<'_>) -> Option<Vec<Stress>> {
     (0..engine.network().model().body_cells()).map(|cell| engine.stress(cell)).collect()
 }
