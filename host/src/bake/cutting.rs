@@ -55,7 +55,7 @@ impl Cuttable {
         Ok(())
     }
 
-    /// Returns the number of spare cells of a body of so many cells.
+    /// Returns the number of spare cells of a body of `cells` cells.
     ///
     /// # Errors
     /// More cells in all than a body may have.

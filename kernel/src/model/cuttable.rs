@@ -60,7 +60,7 @@ impl<'a> Cuttable<'a> {
         self.stars.get(range(self.star_rows, cell)).unwrap_or(&[])
     }
 
-    /// Reads the sections of a body of so many cells, the spare ones among them.
+    /// Reads the sections of a body of `cells` cells, the spare ones among them.
     pub fn read(sections: &Sections<'a>, cells: usize) -> Result<Self, ModelError> {
         let Some(words) = sections.optional::<u32>(kind::CUTTING)? else { return Ok(Self::NONE) };
         let &[version, spare_cells, spare_groups, toughness] = words else {

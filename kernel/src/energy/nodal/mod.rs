@@ -85,7 +85,7 @@ use crate::backend::slices::cells_of;
 use crate::model::nodal::Nodal;
 use crate::number::cell::{Cell, single};
 use gather::{Ends, own};
-use sums::Gathered;
+use sums::{Gathered, Own};
 
 impl<N: LinkNumber> Term<N> for Nodal<'_> {
     #[inline(always)]
@@ -126,7 +126,9 @@ impl<N: LinkNumber> Term<N> for Nodal<'_> {
         };
         let Some((turn, unit)) = state::load::<V>(from) else { return };
         let Some(sums) = Gathered::<V>::of_slice(displacements, slice) else { return };
-        let step = law::step(self.stretch_min, &sums, &own(numbers), turn, unit);
+        let offset = self.offset_of(slice).map(gather::offset);
+        let own = Own { offset, ..own(numbers) };
+        let step = law::step(self.stretch_min, &sums, &own, turn, unit);
         state::store(&step, to, cells_of(slice, self.count).len());
         forces.push(slice, step.stress, step.pull);
     }

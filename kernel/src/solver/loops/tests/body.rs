@@ -3,6 +3,7 @@
 use std::vec;
 use std::vec::Vec;
 
+use crate::model::cuttable::Cuttable;
 use crate::model::others::NONE;
 use crate::model::pin::Pins;
 use crate::model::{Model, Slices, rest_length};
@@ -130,6 +131,7 @@ impl Body {
             contact: None,
             notes: &[],
             embedded: None,
+            cuttable: Cuttable::NONE,
             others: (Pins::NONE, NONE),
             dimension: 3,
             unit_m: 1.0,
