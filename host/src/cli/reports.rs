@@ -262,14 +262,11 @@ impl ModelReport {
         if let Some(of) = &self.equivalent_young_pa {
             row("equivalent", of.of_links())?;
         }
-        // Print the bounds of state, step and energy.
+        // Print the bounds of state, step and energy, and the memory that image and tissue take.
         rare("saturation", format!("{} from the centre", length(self.k_m.into())))?;
         rare("step bound", format!("{:.5} (euler, dimensionless time a sweep)", self.step_bound))?;
         rare("energy bound", format!("{:.4} J", self.energy_max_j))?;
-        if let Some(cutting) = &self.cutting {
-            row("cutting", cutting.to_string())?;
-        }
-        // Print the memory that image and tissue take.
+        self.cutting.as_ref().map_or(Ok(()), |of| row("cutting", of.to_string()))?;
         row("flash", format!("{} bytes", self.image_bytes))?;
         let schemes = if self.young_pa.is_some() { 2 } else { 4 };
         for (name, bytes) in [

@@ -648,7 +648,7 @@ typedef struct chaincell_stage_settings {
 /**
  * Those words.
  */
-#define CHAINCELL_TISSUE_WORDS_FIXED 96
+#define CHAINCELL_TISSUE_WORDS_FIXED 106
 
 /**
  * Bytes a cell under track.

@@ -4,6 +4,7 @@ mod bad_mesh;
 mod cells;
 mod convert;
 mod crafted_models;
+mod cuttable;
 mod mesh_options;
 mod notes;
 mod readers;

@@ -103,6 +103,7 @@ impl Body {
     /// A model of the body, all links with the band `alpha` and weight 1 unless they differ.
     pub fn model(&self, alpha: f32, varied: Varied) -> Model<'_> {
         Model {
+            cuttable: Cuttable::NONE,
             rest: &self.rest,
             rows: &self.rows,
             upper: &self.upper,
@@ -131,7 +132,6 @@ impl Body {
             contact: None,
             notes: &[],
             embedded: None,
-            cuttable: Cuttable::NONE,
             others: (Pins::NONE, NONE),
             dimension: 3,
             unit_m: 1.0,

@@ -1,0 +1,279 @@
+//! Bodies that can be cut: what their image holds, what is refused, and that they behave like others until then.
+#![allow(clippy::unwrap_used)]
+
+use std::sync::OnceLock;
+
+use chaincell_host::bake::tissue::{Band, Tissue};
+use chaincell_host::bake::{BakeOptions, BasisSpacing, Cuttable, ImageBytes, PerCell, bake};
+use chaincell_host::engine::{Contact, Engine, Scheme, contact};
+use chaincell_host::files::output::vtu;
+use chaincell_host::mesh::load;
+use chaincell_kernel::image::{cutting, kind, nodal};
+use chaincell_kernel::{Model, ModelError, Network, ToolPose};
+use chaincell_tests::files::{scratch, text};
+use chaincell_tests::forge::Forged;
+use chaincell_tests::run;
+
+const CELLS: usize = 5 * 5 * 4;
+/// A tenth of the cells.
+const SPARE: usize = 10;
+
+fn options() -> BakeOptions {
+    BakeOptions {
+        tissue: Some(Tissue::new(PerCell::Uniform(5000.0), PerCell::Uniform(0.45))),
+        coarse_basis: BasisSpacing::Links(2.5),
+        ..BakeOptions::default()
+    }
+}
+
+fn baked(options: &BakeOptions) -> ImageBytes {
+    let mesh = load("box:5x5x4x0.01", &Default::default()).unwrap();
+    bake(&mesh, &mesh.default_fixed, options).unwrap()
+}
+
+fn plain() -> &'static ImageBytes {
+    static IMAGE: OnceLock<ImageBytes> = OnceLock::new();
+    IMAGE.get_or_init(|| baked(&options()))
+}
+
+fn cuttable() -> &'static ImageBytes {
+    static IMAGE: OnceLock<ImageBytes> = OnceLock::new();
+    IMAGE.get_or_init(|| baked(&BakeOptions { cuttable: Some(Cuttable::default()), ..options() }))
+}
+
+fn model(image: &ImageBytes) -> Model<'_> {
+    Model::from_bytes(image.as_bytes()).unwrap()
+}
+
+#[test]
+fn the_last_cells_are_spare_and_the_others_are_those_of_a_plain_body() {
+    let (plain, cuttable) = (model(plain()), model(cuttable()));
+    assert_eq!((plain.cells(), plain.body_cells(), plain.spare_cells()), (CELLS, CELLS, 0));
+    assert_eq!((cuttable.cells(), cuttable.body_cells()), (CELLS + SPARE, CELLS));
+    assert_eq!((cuttable.spare_cells(), cuttable.tetrahedra_to_cut()), (SPARE, 4 * 4 * 3 * 5));
+    assert_eq!(cuttable.toughness_j_per_m2(), Some(160.0));
+    assert_eq!((plain.tetrahedra_to_cut(), plain.toughness_j_per_m2()), (0, None));
+    assert_eq!((cuttable.input_id(), cuttable.links()), (plain.input_id(), plain.links()));
+    for cell in 0..CELLS {
+        assert_eq!(cuttable.rest_position(cell), plain.rest_position(cell));
+        assert_eq!(cuttable.elasticity(cell), plain.elasticity(cell));
+        // The bound by tetrahedra is above the sum of the row, by 2 to 6 times in this box.
+        let times = cuttable.cell_bound(cell) / plain.cell_bound(cell);
+        assert!((1.2..8.0).contains(&times), "{cell}: {times}");
+    }
+    for cell in CELLS..CELLS + SPARE {
+        assert_eq!((cuttable.rest_position(cell), cuttable.elasticity(cell)), ([0.0; 3], None));
+        assert_eq!(cuttable.neighbours(cell).count(), 0);
+    }
+}
+
+/// The bound is that of the tetrahedra taken one by one, so that it holds however they are joined.
+#[test]
+fn the_bound_is_the_sum_over_the_tetrahedra() {
+    let stress = |model: &Model<'_>| {
+        let [young, poisson] = model.elasticity(0).unwrap().map(f64::from);
+        let mu = 0.5 * young / (1.0 + poisson);
+        let unit_pa = 2.0 * f64::from(model.stiffness_n_per_m() / model.unit_m());
+        (2.0 * mu + 6.0 * mu * poisson / (1.0 - 2.0 * poisson) + 8.0 * mu) / unit_pa
+    };
+    let model = model(cuttable());
+    let weight = stress(&model);
+    let rest: Vec<_> = (0..CELLS).map(|cell| model.rest_position(cell).map(f64::from)).collect();
+    let mut sums = vec![0.0; CELLS];
+    for corners in model.tetrahedra() {
+        let (volume, gradients) =
+            chaincell_host::bake::tissue::shape::element(&rest, corners.map(u32::from)).unwrap();
+        for (&cell, one) in corners.iter().zip(&gradients) {
+            for other in &gradients {
+                let product: f64 = one.iter().zip(other).map(|(a, b)| a * b).sum();
+                sums[usize::from(cell)] += weight * volume * product.abs();
+            }
+        }
+    }
+    for (cell, sum) in sums.iter().enumerate() {
+        let bound = f64::from(model.cell_bound(cell));
+        assert!((bound / sum - 1.0).abs() < 1e-4, "{cell}: {bound} {sum}");
+    }
+}
+
+#[test]
+fn what_cannot_be_cut_is_refused_by_name() {
+    let mesh = load("box:5x5x4x0.01", &Default::default()).unwrap();
+    let of = |cuttable: Cuttable| BakeOptions { cuttable: Some(cuttable), ..options() };
+    let given = Cuttable::default();
+    let links = BakeOptions { tissue: None, ..of(given) };
+    let mut bands = of(given);
+    bands.tissue.as_mut().unwrap().stiffening = vec![Band { half_width: 0.1, modulus_pa: 1e4 }];
+    for (options, parts) in [
+        (links, ["`cuttable`", "`young_pa`"]),
+        (bands, ["`stiffening`", "`cuttable`"]),
+        (of(Cuttable { toughness_j_per_m2: 0.0, ..given }), ["`toughness_j_per_m2` 0", "0.01 to"]),
+        (of(Cuttable { toughness_j_per_m2: f64::NAN, ..given }), ["`toughness", "0.01 to 1e6"]),
+        (of(Cuttable { spare_share: -0.1, ..given }), ["`cut_spare` -0.1", "from 0 to 4"]),
+    ] {
+        let why = bake(&mesh, &mesh.default_fixed, &options).unwrap_err().to_string();
+        assert!(parts.iter().all(|part| why.contains(part)), "{why}");
+    }
+}
+
+fn error(change: impl FnOnce(&mut Forged)) -> ModelError {
+    let mut forged = Forged::of(cuttable().as_bytes());
+    change(&mut forged);
+    Model::from_bytes(forged.sealed().as_bytes()).unwrap_err()
+}
+
+// REQ-MOD-02
+#[test]
+fn errors_name_what_is_wrong_with_a_body_to_be_cut() {
+    let word = |word: usize, value: u32| {
+        error(|image| image.change(kind::CUTTING, |of: &mut Vec<u32>| of[word] = value))
+    };
+    assert_eq!(word(cutting::VERSION, 2), ModelError::SectionVersion(kind::CUTTING));
+    for toughness in [0.0, -1.0, 1.0e-3, 2.0e6, f32::NAN, f32::INFINITY] {
+        let why = word(cutting::TOUGHNESS_J_PER_M2, toughness.to_bits());
+        assert_eq!(why, ModelError::Value(kind::CUTTING, 3), "{toughness}");
+    }
+    assert_eq!(word(cutting::SPARE_GROUPS, u32::MAX), ModelError::Value(kind::CUTTING, 2));
+    assert_eq!(word(cutting::SPARE_CELLS, u32::MAX), ModelError::Value(kind::CUTTING, 1));
+    // A spare cell more than there are input ids left out.
+    let more = word(cutting::SPARE_CELLS, SPARE as u32 + 1);
+    assert_eq!(more, ModelError::SectionSize(kind::INPUT_ID));
+    let long = error(|image| image.change(kind::CUTTING, |of: &mut Vec<u32>| of.push(0)));
+    assert_eq!(long, ModelError::SectionSize(kind::CUTTING));
+    // Corners: a spare cell, one twice, two swapped, and two tetrahedra with each other's.
+    let corners = |change: fn(&mut Vec<[u16; 4]>)| {
+        error(|image| image.change(kind::CUT_CORNERS, |of: &mut Vec<[u16; 4]>| change(of)))
+    };
+    let named = ModelError::Index(kind::CUT_CORNERS, 3);
+    assert_eq!(corners(|of| of[3][1] = CELLS as u16), named);
+    assert_eq!(corners(|of| of[3][1] = u16::MAX), named);
+    assert_eq!(corners(|of| of[3][2] = of[3][0]), named);
+    assert_eq!(corners(|of| of[3].swap(0, 1)), ModelError::Value(kind::CUT_CORNERS, 3));
+    assert!(matches!(corners(|of| of.swap(3, 100)), ModelError::Index(kind::CUT_STARS, _)));
+    assert_eq!(corners(|of| of.truncate(20)), ModelError::SectionSize(kind::CUT_STARS));
+    assert_eq!(corners(Vec::clear), ModelError::SectionSize(kind::CUT_STARS));
+    // Stars: their starts and their order.
+    let rows = |at: usize, value: u32| {
+        error(|image| image.change(kind::CUT_STAR_ROWS, |of: &mut Vec<u32>| of[at] = value))
+    };
+    assert_eq!(rows(0, 1), ModelError::Index(kind::CUT_STAR_ROWS, 0));
+    assert_eq!(rows(2, u32::MAX), ModelError::Index(kind::CUT_STAR_ROWS, 3));
+    let last = CELLS + SPARE;
+    assert_eq!(rows(last, 0), ModelError::Index(kind::CUT_STAR_ROWS, last as u32));
+    let stars = |change: fn(&mut Vec<u32>)| {
+        error(|image| image.change(kind::CUT_STARS, |of: &mut Vec<u32>| change(of)))
+    };
+    assert_eq!(stars(|of| of[1] = of[0]), ModelError::Index(kind::CUT_STARS, 1));
+    assert_eq!(stars(|of| of[0] = u32::MAX), ModelError::Index(kind::CUT_STARS, 0));
+    assert_eq!(stars(|of| _ = of.pop()), ModelError::SectionSize(kind::CUT_STARS));
+}
+
+// REQ-MOD-02
+#[test]
+fn spare_cells_that_are_not_dormant_are_refused() {
+    let spare = CELLS as u32;
+    let rest = error(|image| {
+        image.change(kind::REST, |of: &mut Vec<[f32; 3]>| of[CELLS][1] = 0.5);
+    });
+    assert_eq!(rest, ModelError::Value(kind::REST, spare));
+    let moving = error(|image| {
+        image.change(kind::MOBILITY, |of: &mut Vec<f32>| of[CELLS] = 1.0 / nodal::MU_MIN);
+    });
+    assert_eq!(moving, ModelError::Value(kind::MOBILITY, spare));
+    for (row, value) in [(nodal::VOLUME, 0.5), (nodal::MU, 1.0), (nodal::LAMBDA_3, 1.0)] {
+        let why = error(|image| {
+            image.change(kind::NODAL_CELLS, |of: &mut Vec<[[f32; 8]; nodal::CELL_ROWS]>| {
+                of[CELLS / 8][row][CELLS % 8] = value;
+            });
+        });
+        assert_eq!(why, ModelError::Value(kind::NODAL_CELLS, spare), "{row}");
+    }
+    for kind in [kind::FIXED, kind::SURFACE, kind::TRIANGLES, kind::TETRAHEDRA] {
+        let mut place = 0;
+        let why = error(|image| {
+            image.change(kind, |of: &mut Vec<u16>| {
+                place = of.len() - 1;
+                of[place] = CELLS as u16;
+            });
+        });
+        assert_eq!(why, ModelError::Index(kind, place as u32));
+    }
+}
+
+/// Force of a press of 4 mm that then holds still, with these sweeps [N].
+fn force_n(image: &ImageBytes, contact: Contact, sweeps: u16) -> [f32; 3] {
+    let model = model(image);
+    let network = Network::new(model, Scheme::Predict.settings(&model, sweeps)).unwrap();
+    let touch_m = [0.0, 0.0, 0.03 + contact.radius_m().unwrap_or(0.0)];
+    let mut engine =
+        Engine::with_contact(network, Scheme::Predict, Default::default(), contact).unwrap();
+    let mut force = [0.0; 3];
+    for tick in 0..160_u16 {
+        let depth_m = 5.0e-5 * f32::from(tick.min(80));
+        let place = [touch_m[0], touch_m[1], touch_m[2] - depth_m];
+        force = engine.tick(&ToolPose::at(place.into(), 1)).force_n.into();
+    }
+    force
+}
+
+#[test]
+fn a_body_that_is_not_cut_pushes_back_like_a_plain_one() {
+    let held = || Contact::Cells(contact::automatic(&model(plain())).unwrap());
+    for contact in [held, || Contact::sphere(0.015, 0.0)] as [fn() -> Contact; 2] {
+        let [wanted, force] = [plain(), cuttable()].map(|image| force_n(image, contact(), 64));
+        let size = wanted.map(|x| x * x).iter().sum::<f32>().sqrt();
+        assert!(size > 0.02, "{wanted:?}");
+        for (wanted, force) in wanted.iter().zip(force) {
+            assert!((force - wanted).abs() < 1.0e-3 * size, "{force} {wanted} of {size}");
+        }
+    }
+}
+
+#[test]
+fn spare_cells_are_not_shown_and_not_held() {
+    let model = model(cuttable());
+    let network = Network::new(model, Scheme::Predict.settings(&model, 4)).unwrap();
+    let spare = vec![CELLS as u16];
+    assert!(Engine::new(network, Scheme::Predict, &spare).is_err());
+    let held = contact::automatic(&model).unwrap();
+    assert_eq!(held, contact::automatic(&Model::from_bytes(plain().as_bytes()).unwrap()).unwrap());
+    let mut engine = Engine::new(network, Scheme::Predict, &held).unwrap();
+    let nodes = engine.nodes();
+    assert_eq!((nodes.ids.len(), nodes.positions_m.len()), (CELLS, CELLS));
+    assert_eq!((engine.node_count(), engine.positions().len()), (CELLS, CELLS + SPARE));
+    let text = vtu(&mut engine, &nodes);
+    assert!(text.contains(&format!("NumberOfPoints=\"{CELLS}\"")), "{}", &text[..300]);
+}
+
+#[test]
+fn the_command_bakes_it_and_info_says_what_it_costs() {
+    let folder = scratch();
+    let file = folder.path().join("model.chaincell");
+    let bake = |options: &[&str]| {
+        run([&["bake", "box:5x5x4x0.01", "-o", text(&file), "--json"], options].concat())
+    };
+    let tissue = ["--young-pa", "5000"];
+    let plain = bake(&tissue).with(0).json();
+    assert_eq!(plain.get("cutting"), None);
+    let more = ["--cuttable", "--toughness-j-per-m2", "80", "--cut-spare", "0.25"];
+    let report = bake(&[&tissue[..], &more].concat()).with(0).json();
+    let cutting = &report["cutting"];
+    assert_eq!(report["cells"], CELLS);
+    assert_eq!(report["mean_link_m"], plain["mean_link_m"]);
+    assert_eq!(report["bounding_box_m"], plain["bounding_box_m"]);
+    assert_eq!((&cutting["tetrahedra"], &cutting["spare_cells"]), (&240.into(), &25.into()));
+    assert_eq!(cutting["toughness_j_per_m2"], 80.0);
+    // The image is longer by that, but for the table, and slots and padding of the slices.
+    let grown = report["image_bytes"].as_f64().unwrap() - plain["image_bytes"].as_f64().unwrap();
+    let said = cutting["image_bytes"].as_f64().unwrap();
+    assert!((grown / said - 1.0).abs() < 0.1, "{grown} {said}");
+    let said = run(["info", text(&file)]).with(0).out;
+    assert!(said.contains("240 tetrahedra at 80 J/m^2, 25 spare cells"), "{said}");
+    // Options that need each other.
+    let why = bake(&["--cuttable"]).with(2).err;
+    assert!(why.contains("cuttable") && why.contains("young"), "{why}");
+    for option in [["--toughness-j-per-m2", "80"], ["--cut-spare", "0.1"]] {
+        let why = bake(&[&tissue[..], &option].concat()).with(2).err;
+        assert!(why.contains("--cuttable"), "{why}");
+    }
+}
