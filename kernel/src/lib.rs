@@ -21,6 +21,7 @@
 //! - [`energy`]: the terms of the energy.
 //! - [`solver`]: the schemes.
 //! - [`contact`]: tools that hold or load cells, and tools on the surface.
+//! - [`cut`]: cells split where faces between tetrahedra open.
 //! - [`tick`]: settings, samples, tissue, the tick, the state hash.
 //! - [`stage`]: between the tissue's answer and a device: coupling, passivity, limits, ramp,
 //!   watchdog.
@@ -62,6 +63,7 @@ extern crate std;
 
 pub mod backend;
 pub mod contact;
+pub mod cut;
 pub mod energy;
 pub mod model;
 pub mod number;
@@ -86,6 +88,7 @@ pub use contact::memory::{TouchArrays, TouchRoom, TouchState, TouchStore};
 pub use contact::output::{ProxyPose, ToolOutput};
 pub use contact::pose::{NOT_TURNED, ToolPart, ToolPose};
 pub use contact::tools::{ContactForce, FRICTION_MAX};
+pub use cut::memory::{CutRoom, cut_words};
 pub use energy::held::Contact;
 pub use energy::links::range::RangeError;
 pub use energy::rounding::Rounding;
@@ -104,6 +107,7 @@ pub use solver::{Dynamics, Euler, NumberOf, Predict, Rkl2, Track};
 pub use tick::budget::Budget;
 pub use tick::choice::Choice;
 pub use tick::choices::{Arithmetic, Drive, Scheme, Unloading};
+pub use tick::cut::{CutError, CutOutput};
 pub use tick::error::{ResetError, StateError};
 pub use tick::fit::array_bytes;
 pub use tick::handover;

@@ -266,9 +266,7 @@ impl ModelReport {
         rare("saturation", format!("{} from the centre", length(self.k_m.into())))?;
         rare("step bound", format!("{:.5} (euler, dimensionless time a sweep)", self.step_bound))?;
         rare("energy bound", format!("{:.4} J", self.energy_max_j))?;
-        if let Some(cutting) = &self.cutting {
-            row("cutting", cutting.to_string())?;
-        }
+        self.cutting.as_ref().map_or(Ok(()), |of| row("cutting", of.to_string()))?;
         row("flash", format!("{} bytes", self.image_bytes))?;
         let schemes = if self.young_pa.is_some() { 2 } else { 4 };
         for (name, bytes) in [

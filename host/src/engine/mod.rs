@@ -26,8 +26,9 @@ use chaincell_kernel::Cell;
 use chaincell_kernel::trace::Command;
 use chaincell_kernel::{Budget, Contact as Slot, ContactError, term_states};
 use chaincell_kernel::{
-    Dynamics, Euler, Head, I8F24, Model, Network, Number, Predict, ResetError, Rkl2, Settings,
-    Stress, Team, TermState, TermStates, TickOutput, TissueMut, ToolPart, ToolPose, Track, Workers,
+    CutRoom, Dynamics, Euler, Head, I8F24, Model, Network, Number, Predict, ResetError, Rkl2,
+    Settings, Stress, Team, TermState, TermStates, TickOutput, TissueMut, ToolPart, ToolPose,
+    Track, Workers,
 };
 
 pub use chaincell_kernel::{Arithmetic, Scheme};
@@ -86,6 +87,7 @@ impl<D: Dynamics> Memory<D> {
             contacts: &mut self.contacts,
             states: TermStates::new(&mut self.states),
             touch: self.touch.room(),
+            cut: CutRoom::none(),
             team: self.workers.as_deref().map_or(Team::ALONE, |workers| Team::of(workers)),
         }
     }

@@ -20,8 +20,8 @@ use chaincell_kernel::Cell;
 use chaincell_kernel::Contact;
 use chaincell_kernel::Team;
 use chaincell_kernel::{
-    Dynamics, Head, I8F24, Model, Network, Number, NumberOf, TermState, TermStates, TissueMut,
-    TouchRoom, array_bytes, term_states,
+    CutRoom, Dynamics, Head, I8F24, Model, Network, Number, NumberOf, TermState, TermStates,
+    TissueMut, TouchRoom, array_bytes, term_states,
 };
 
 use crate::code::Code;
@@ -309,6 +309,7 @@ pub(crate) unsafe fn parts<'a, D: Dynamics>(tissue: *mut Tissue, sizes: Sizes) -
                     true => touch.room(tissue.cast::<u8>().add(sizes.touch_at::<D>()), cells),
                     false => TouchRoom::none(),
                 },
+                cut: CutRoom::none(),
                 team: Team::ALONE,
             },
             held: core::slice::from_raw_parts_mut(held, contacts),

@@ -222,7 +222,7 @@ const ROUNDED_UP: f32 = 1.001;
 
 /// Weight of the links between held and other cells, and of the other terms at the held cells: twice the sum
 /// of the elements of L between held cells, since all of them move alike.
-fn outer_weight<N: LinkNumber>(model: &Model<'_>, held: &[Contact<N>]) -> f32 {
+pub(crate) fn outer_weight<N: LinkNumber>(model: &Model<'_>, held: &[Contact<N>]) -> f32 {
     let mut weight = 0.0;
     for cell in held.iter().map(Contact::cell) {
         for (link, other) in model.neighbours(cell) {

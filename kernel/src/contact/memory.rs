@@ -217,6 +217,14 @@ impl<'a> TouchRoom<'a> {
         }
     }
 
+    /// Makes the next tick take the bounds of all cells from the model.
+    #[cfg(feature = "nodal")]
+    pub(crate) fn forget_bounds(&mut self) {
+        self.0.iter_mut().flat_map(|arrays| &mut *arrays.state).for_each(|state| {
+            state.is_filled = false;
+        });
+    }
+
     /// One pass over the part that a snapshot holds.
     pub(crate) fn keep(&mut self, cells: usize, pass: &mut Pass<'_>) {
         let Some(arrays) = self.0.first_mut() else { return };

@@ -373,6 +373,17 @@ impl<'a> States<'a> {
         }
     }
 
+    /// Gives a cell the present state of another one, also as its published state.
+    #[cfg(feature = "nodal")]
+    pub fn inherit(&self, from: usize, to: usize) {
+        let Some(memory) = self.slice(from / LANES).map(Slice::present) else { return };
+        let lane = from % LANES;
+        self.publish(to, |row| {
+            let numbers = memory.lasting.get(row).map(Cell::as_array_of_cells);
+            numbers.and_then(|lanes| lanes.get(lane)).map_or(0.0, Cell::get)
+        });
+    }
+
     /// Saves the states of a slice whose cells are at their published positions.
     #[inline(always)]
     pub fn save_slice(&self, slice: usize) {

@@ -93,6 +93,20 @@ impl<'a> CoarseBasis<'a> {
         }))
     }
 
+    /// The same basis with other cells in its boxes, which are then in no order of parts.
+    #[cfg(feature = "nodal")]
+    pub fn with_cells(
+        self,
+        rows: &'a [u32],
+        cells: &'a [[u16; 2]],
+        weights: &'a [[Eight; 2]],
+        entry: &'a [u16],
+        factors: &'a [f32],
+    ) -> Self {
+        let elastic = self.elastic.map(|level| ElasticLevel { factors, ..level });
+        Self { rows, cells, weights, entry, elastic, is_in_parts: false, ..self }
+    }
+
     /// Returns the boxes of a part, for a body that [is in parts](Self::is_in_parts).
     pub fn boxes_of(&self, part: usize) -> Range<usize> {
         let Range { start, end } = self.parts.cells(part);

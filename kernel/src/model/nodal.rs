@@ -28,6 +28,9 @@ pub(crate) type CellNumbers = [[f32; LANES]; nodal::CELL_ROWS];
 /// Numbers of eight half-links, by number and lane.
 pub(crate) type SlotNumbers = [[f32; LANES]; nodal::SLOT_ROWS];
 
+/// Offsets of eight cells, by element and lane.
+pub(crate) type OffsetNumbers = [[f32; LANES]; 9];
+
 /// A half-link: the numbers of a group of eight, and the lane of this one.
 #[derive(Clone, Copy)]
 pub(crate) struct Slot<'a> {
@@ -66,16 +69,35 @@ pub(crate) struct Nodal<'a> {
     pub count: usize,
     /// Stretch at which the band begins; 0 for no band.
     pub stretch_min: f32,
+    /// Offsets of the cells' shapes, by slice; none in a body without cuts.
+    pub offsets: &'a [OffsetNumbers],
+    /// 1 for each slice in which a cell has an offset.
+    pub is_offset: &'a [u8],
 }
 
 impl<'a> Nodal<'a> {
-    pub const NONE: Self =
-        Self { cells: &[], slots: &[], rows: &[], ids: &[], rest: &[], count: 0, stretch_min: 0.0 };
+    pub const NONE: Self = Self {
+        cells: &[],
+        slots: &[],
+        rows: &[],
+        ids: &[],
+        rest: &[],
+        count: 0,
+        stretch_min: 0.0,
+        offsets: &[],
+        is_offset: &[],
+    };
 
     /// Returns true if the body is made of shapes.
     #[inline(always)]
     pub fn is_any(&self) -> bool {
         self.count > 0
+    }
+
+    /// Returns the offsets of a slice, if one of its cells has one.
+    #[inline(always)]
+    pub fn offset_of(&self, slice: usize) -> Option<&'a OffsetNumbers> {
+        if *self.is_offset.get(slice)? == 0 { None } else { self.offsets.get(slice) }
     }
 
     /// Returns a number of a cell.
@@ -219,7 +241,7 @@ impl<'a> TermData<'a> for Nodal<'a> {
         let count = rest.len();
         let cells = sections.sized(kind::NODAL_CELLS, count.div_ceil(LANES))?;
         let slots = sections.sized(kind::NODAL_SLOTS, ids.len())?;
-        Ok(Self { cells, slots, rows, ids, rest, count, stretch_min })
+        Ok(Self { cells, slots, rows, ids, rest, count, stretch_min, ..Self::NONE })
     }
 
     fn check(&self, layout: &Layout<'_>) -> Result<(), ModelError> {

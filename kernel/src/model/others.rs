@@ -21,6 +21,28 @@ type Built<'a> = (Nodal<'a>, (Stiffening<'a>, NoTerm));
 #[cfg(not(feature = "nodal"))]
 type Built<'a> = NoTerm;
 
+/// The nodal shapes of a body.
+#[cfg(all(not(test), feature = "nodal"))]
+pub(crate) fn shapes<'a>(of: &Others<'a>) -> Nodal<'a> {
+    of.0
+}
+#[cfg(all(test, feature = "nodal"))]
+pub(crate) fn shapes<'a>(of: &Others<'a>) -> Nodal<'a> {
+    of.1.0
+}
+
+/// The same terms with other nodal shapes.
+#[cfg(all(not(test), feature = "nodal"))]
+pub(crate) fn reshaped<'a>(of: Others<'a>, shapes: Nodal<'a>) -> Others<'a> {
+    let (_, others) = of;
+    (shapes, others)
+}
+#[cfg(all(test, feature = "nodal"))]
+pub(crate) fn reshaped<'a>(of: Others<'a>, shapes: Nodal<'a>) -> Others<'a> {
+    let (pins, (_, others)) = of;
+    (pins, (shapes, others))
+}
+
 /// All terms empty.
 #[cfg(all(test, feature = "nodal"))]
 pub(crate) const NONE: Built<'static> = (Nodal::NONE, (Stiffening::NONE, NoTerm));

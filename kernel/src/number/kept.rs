@@ -115,6 +115,30 @@ impl<'a> Pass<'a> {
         }
     }
 
+    /// Passes over an array, whose items must each be fit at their place.
+    #[cfg(feature = "nodal")]
+    pub(crate) fn slice_if<T: Kept>(
+        &mut self,
+        items: &mut [T],
+        mut is_fit: impl FnMut(usize, &T) -> bool,
+    ) {
+        for (place, item) in items.iter_mut().enumerate() {
+            let mut copy = *item;
+            copy.keep(self);
+            if !is_fit(place, &copy) {
+                self.refuse();
+            } else if self.is_reading() {
+                *item = copy;
+            }
+        }
+    }
+
+    /// Notes that an array is too short.
+    #[cfg(feature = "nodal")]
+    pub(crate) fn lacks(&mut self, needed: usize, room: usize) {
+        self.lack = self.lack.or(Some(PassError::Room { needed, room }));
+    }
+
     /// Returns true if the items of arrays take the values that are read.
     pub(crate) fn is_reading(&self) -> bool {
         matches!(self.way, Way::Read(_))

@@ -139,6 +139,8 @@ impl<D: Dynamics> TissueMut<'_, D> {
         if model.has_contact_surface() {
             self.touch.keep(cells, pass);
         }
+        #[cfg(feature = "nodal")]
+        crate::cut::kept::keep(&mut self.cut, model, pass);
         head
     }
 }

@@ -14,7 +14,7 @@ use crate::solver::Dynamics;
 /// ```
 /// # use chaincell_kernel::{Model, Network, Settings, include_model};
 /// use chaincell_kernel::{
-///     Cell, Contact, Dynamics, Head, Team, TermStates, TissueMut, TouchRoom, Track, array_bytes,
+///     Cell, Contact, CutRoom, Dynamics, Head, Team, TermStates, TissueMut, TouchRoom, Track, array_bytes,
 /// };
 /// # let image = include_model!(concat!(env!("CARGO_MANIFEST_DIR"), "/data/plane9.chaincell"));
 /// # let model = Model::from_bytes(image)?;
@@ -33,6 +33,7 @@ use crate::solver::Dynamics;
 ///     contacts: &mut contacts,
 ///     states: TermStates::new(&mut []), // nor nodal shapes
 ///     touch: TouchRoom::none(), // nor a contact surface
+///     cut: CutRoom::none(), // nor tetrahedra to part
 ///     team: Team::ALONE,
 /// };
 /// tissue.reset(&network)?;

@@ -119,6 +119,16 @@ pub fn state_hash<N: Number>(v: &[Cell<N>], terms: &[TermState], k: f32) -> u64 
     hash ^ hash >> 32
 }
 
+/// Hash of words that follow those of a state hash: the lanes start with it, and absorb the words as those of
+/// one slice.
+pub(crate) fn and_words(hash: u64, words: &[u32]) -> u64 {
+    let lanes = Eight([0, 1, 2, 3, 4, 5, 6, 7].map(|lane| absorb(START + lane, hash)));
+    let lanes = lanes.all(words.iter().copied());
+    let count = words.len() as u64;
+    let hash = absorb(lanes.0.iter().fold(START + 8, |hash, &lane| absorb(hash, lane)), count);
+    hash ^ hash >> 32
+}
+
 /// The longs of a row.
 #[inline(always)]
 fn longs(row: &[f32; LANES]) -> [u64; 4] {

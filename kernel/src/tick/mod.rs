@@ -6,6 +6,7 @@
 //! | step of a tick | what it does | file |
 //! |---|---|---|
 //! | sample | a bad one is replaced by the last good one for 10 ticks, then the safe state answers | `sample` |
+//! | cuts | cells of opened faces split, and the corrections of the terms follow | [`cut`](crate::cut) |
 //! | contact | held cells follow the tool, tools touch the surface, or a current loads the cells | [`contact`](crate::contact) |
 //! | bands | unloading closes or reopens them | `unloading` |
 //! | sweeps | [`Settings::sweeps`](crate::Settings::sweeps) link passes under the scheme | [`solver`](crate::solver) |
@@ -21,6 +22,7 @@
 //! - [`settings`], [`budget`], [`sample`]: parameters of a run, sweeps of a tick, its output.
 //! - [`tissue`], [`fit`], `error`: the state in RAM, the check that a model fits it, and its errors.
 //! - [`mod@tick`]: one tick; `unloading`: the rule of its bands.
+//! - [`cut`]: opened faces and the cells that split.
 //! - [`tools`]: tools on a model with a contact surface.
 //! - [`hash`]: the state hash.
 //! - [`handover`]: samples from an interrupt to the tick.
@@ -28,6 +30,7 @@
 pub mod budget;
 pub mod choice;
 pub mod choices;
+pub mod cut;
 pub mod error;
 pub mod fit;
 pub mod handover;

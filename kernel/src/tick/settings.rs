@@ -387,6 +387,12 @@ impl<'m> Network<'m> {
         Ok(Self { model, settings })
     }
 
+    /// The same settings for the same body with cuts.
+    #[cfg(feature = "nodal")]
+    pub(super) fn of_model<'a>(&self, model: Model<'a>) -> Network<'a> {
+        Network { model, settings: self.settings }
+    }
+
     /// The model.
     #[must_use]
     pub fn model(&self) -> &Model<'m> {

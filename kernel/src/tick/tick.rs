@@ -78,7 +78,46 @@ impl<D: Dynamics> TissueMut<'_, D> {
             return self.safe(network, flags);
         };
         let is_late = D::IS_ANYTIME && budget.is_late() && !self.head.level.is_forgotten();
-        let Some(mut tick) = self.start(network, &sample, is_late) else {
+        #[cfg(feature = "nodal")]
+        if network.model().cuttable().is_any() {
+            return self.run_cut(network, &sample, poses, &mut budget, flags, is_late);
+        }
+        self.run(network, &sample, poses, &mut budget, flags, is_late)
+    }
+
+    /// Splits cells of a body that can be cut, unless the tick is late, then computes the tick.
+    // Not inlined: its frame holds a model.
+    #[cfg(feature = "nodal")]
+    #[inline(never)]
+    fn run_cut(
+        &mut self,
+        network: &Network<'_>,
+        sample: &ToolSample,
+        poses: &[ToolPose],
+        budget: &mut Budget<'_>,
+        flags: Flags,
+        is_late: bool,
+    ) -> TickOutput {
+        if !is_late {
+            self.part(network);
+        }
+        self.with_cuts(network, |tissue, network| {
+            tissue.run(network, sample, poses, budget, flags, is_late)
+        })
+    }
+
+    /// Computes a tick of a body as it is.
+    #[inline(never)]
+    fn run(
+        &mut self,
+        network: &Network<'_>,
+        sample: &ToolSample,
+        poses: &[ToolPose],
+        budget: &mut Budget<'_>,
+        mut flags: Flags,
+        is_late: bool,
+    ) -> TickOutput {
+        let Some(mut tick) = self.start(network, sample, is_late) else {
             return self.safe(network, flags);
         };
         // Apply the terms' corrections and move the tools.
@@ -90,7 +129,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
         let mut sweeps = 0;
         if !is_late {
             tick.unload();
-            sweeps = tick.sweep(&mut budget, &mut flags);
+            sweeps = tick.sweep(budget, &mut flags);
             tick.settle();
         }
         tick.output(flags, sweeps)

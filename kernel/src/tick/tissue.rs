@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 use super::budget::Budget;
 use super::error::{ResetError, StateError};
-use super::hash::state_hash;
+use super::hash::{and_words, state_hash};
 use super::sample::{TickOutput, ToolSample};
 use super::settings::Network;
 use crate::backend::VectorUnit;
@@ -13,6 +13,7 @@ use crate::contact::error::ContactError;
 use crate::contact::held;
 use crate::contact::memory::TouchRoom;
 use crate::contact::pose::ToolPose;
+use crate::cut::memory::CutRoom;
 use crate::energy::held::{Contact, Touched};
 use crate::energy::links::number::LinkNumber;
 use crate::energy::residual::Terms;
@@ -166,6 +167,7 @@ impl<const CELLS: usize, D: Dynamics, const CONTACTS: usize, const STATES: usize
             contacts: &mut self.contacts,
             states: TermStates::new(&mut self.states),
             touch: TouchRoom::none(),
+            cut: CutRoom::none(),
             team: Team::ALONE,
         }
     }
@@ -238,6 +240,8 @@ pub struct TissueMut<'a, D: Dynamics> {
     pub states: TermStates<'a>,
     /// Memory for tools on a model with a contact surface.
     pub touch: TouchRoom<'a>,
+    /// Memory for cutting a body baked with `--cuttable`; without it such a body stays whole.
+    pub cut: CutRoom<'a>,
     /// The team that runs the parts of a large body; it changes no bit.
     pub team: Team<'a>,
 }
@@ -261,6 +265,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
         self.head.vectors = VectorUnit::find();
         // Reset tools and arrays.
         self.touch.leave();
+        self.close_cuts(network.model());
         self.residual.fill(Cell::ZERO);
         self.states.reset(network.model().kept_states());
         for (v, rest) in self.state.iter_mut().zip(network.model().rest) {
@@ -342,6 +347,21 @@ impl<D: Dynamics> TissueMut<'_, D> {
     ) -> Result<(), ContactError> {
         let model = self.may_choose(network)?;
         held::check(model, cells, self.contacts.len())?;
+        self.with_cuts(network, |tissue, network| tissue.hold(network.model(), cells))
+    }
+
+    /// Lets the tool hold these cells of the body as it is.
+    #[inline(never)]
+    fn hold(&mut self, model: &Model<'_>, cells: &[u16]) -> Result<(), ContactError> {
+        // A spare cell that is not in use cannot move.
+        let bodily = model.cells() - model.spare_cells();
+        let is_idle = |&cell: &u16| {
+            let cell = usize::from(cell);
+            cell >= bodily && model.mobility.get(cell).is_none_or(|&mobility| mobility <= 0.0)
+        };
+        if let Some(at) = cells.iter().position(is_idle) {
+            return Err(ContactError::Fixed(at));
+        }
         let (needed, room) = (D::room(model, cells.len()), self.room.len());
         if needed > room {
             return Err(ContactError::CoarseRoom { needed, room });
@@ -444,15 +464,18 @@ impl<D: Dynamics> TissueMut<'_, D> {
     /// ```
     #[must_use]
     pub fn stress(&mut self, model: &Model<'_>, cell: usize) -> Option<Stress> {
-        let (limit, state) = (D::Number::from_single(model.saturation()), &*self.state);
-        let at = |cell: usize| output(state.get(cell).unwrap_or(&Cell::ZERO).xyz(), limit);
-        Terms::of(model, self.states.shared(model.kept_states())).stress(cell, &at)
+        self.with_cut_model(model, |tissue, model| {
+            let (limit, state) = (D::Number::from_single(model.saturation()), &*tissue.state);
+            let at = |cell: usize| output(state.get(cell).unwrap_or(&Cell::ZERO).xyz(), limit);
+            Terms::of(model, tissue.states.shared(model.kept_states())).stress(cell, &at)
+        })
     }
 
-    /// The state hash, see [`state_hash`].
+    /// The state hash, see [`state_hash`]; of a body with opened faces it covers the state of the cuts too.
     #[must_use]
     pub fn state_hash(&self, model: &Model<'_>) -> u64 {
         let state = self.state.get(..model.cells()).unwrap_or(self.state);
-        state_hash(state, self.states.cells(model.kept_states()), model.saturation())
+        let hash = state_hash(state, self.states.cells(model.kept_states()), model.saturation());
+        self.cut_state(model).map_or(hash, |words| and_words(hash, words))
     }
 }

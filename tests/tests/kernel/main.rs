@@ -2,6 +2,7 @@
 
 mod corpus;
 mod current;
+mod cutting;
 mod energy;
 mod float_environment;
 mod held_back;

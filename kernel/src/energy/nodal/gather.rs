@@ -12,7 +12,7 @@ use crate::backend::f32x8::{Chunk, F32x8, chunk};
 use crate::backend::lane::Lane;
 use crate::energy::state::Quad;
 use crate::model::image::nodal;
-use crate::model::nodal::{CellNumbers, Nodal, SlotNumbers};
+use crate::model::nodal::{CellNumbers, Nodal, OffsetNumbers, SlotNumbers};
 use crate::model::range;
 use crate::number::cell::{Cell, sub};
 use crate::number::two_float::LANES;
@@ -27,6 +27,13 @@ fn load<V: F32x8>(rows: &[[f32; LANES]], row: usize) -> Lane<V> {
 #[inline(always)]
 pub(super) fn own<V: F32x8>(numbers: &CellNumbers) -> Own<V> {
     Own::of(|row| load(numbers, row))
+}
+
+/// Offsets of eight cells.
+#[inline(always)]
+pub(super) fn offset<V: F32x8>(numbers: &OffsetNumbers) -> Matrix<V> {
+    let row = |row| load(numbers, row);
+    [rows(row, 0), rows(row, 3), rows(row, 6)]
 }
 
 /// Positions of eight cells.

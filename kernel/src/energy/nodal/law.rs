@@ -1,4 +1,7 @@
 //! Stress and energy of a shape.
+//!
+//! A cell that a cut made keeps an offset C for a while (`cut::offset`): R, Q, stress and band then follow F + C,
+//! the spread follows F.
 
 use super::band::{least_short, short};
 use super::jacobi::Eigen;
@@ -29,6 +32,15 @@ pub(super) fn shape<V: Real>(sums: &Gathered<V>, own: &Own<V>) -> Matrix<V> {
     and_unit(slope(sums, own))
 }
 
+/// `F_i` plus the cell's offset, if it has one.
+#[inline(always)]
+pub(super) fn shifted<V: Real>(f: Matrix<V>, own: &Own<V>) -> Matrix<V> {
+    match own.offset {
+        None => f,
+        Some(offset) => both(f, offset, |f, offset| f + offset),
+    }
+}
+
 /// One step of R and Q, and the resulting stress and energy.
 #[inline(always)]
 pub(super) fn step<V: Eigen>(
@@ -38,7 +50,7 @@ pub(super) fn step<V: Eigen>(
     turn: Turn<V>,
     unit: Matrix<V>,
 ) -> Step<V> {
-    let f = shape(sums, own);
+    let f = shifted(shape(sums, own), own);
     let turn = turned(f, turn);
     let (unit, squared) = of_unit_volume(f, unit);
     respond(stretch_min, sums, own, turn, unit, squared)
@@ -56,7 +68,7 @@ pub(super) fn respond<V: Eigen>(
 ) -> Step<V> {
     // Stress and energy density.
     let slope = slope(sums, own);
-    let f = and_unit(slope);
+    let f = shifted(and_unit(slope), own);
     let rotation = rotation(turn);
     let strain = minus(f, rotation);
     let two_mu = Lane::of(2.0) * own.mu;

@@ -86,9 +86,9 @@ use super::term::{Here, Pass, Term};
 use crate::backend::f32x8::{Chunk, F32x8};
 use crate::backend::slices::cells_of;
 use crate::model::nodal::Nodal;
-use crate::number::cell::{Cell, single, sub};
+use crate::number::cell::{Cell, single};
 use gather::{Ends, Offsets, own};
-use sums::Gathered;
+use sums::{Gathered, Own};
 
 impl<N: LinkNumber> Term<N> for Nodal<'_> {
     #[inline(always)]
@@ -134,7 +134,9 @@ impl<N: LinkNumber> Term<N> for Nodal<'_> {
             return self.stepped(cells, from, to);
         };
         let Some(sums) = Gathered::<V>::of_slice(displacements, slice, groups) else { return };
-        let step = law::step(self.stretch_min, &sums, &own(numbers), turn, unit);
+        let offset = self.offset_of(slice).map(gather::offset);
+        let own = Own { offset, ..own(numbers) };
+        let step = law::step(self.stretch_min, &sums, &own, turn, unit);
         state::store(&step, to, cells.len());
         forces.push(slice, step.stress, step.pull, groups);
     }

@@ -3,17 +3,18 @@
 use core::ops::Range;
 
 use super::gather::{Ends, number};
-use super::law::{self, shape};
+use super::law::{self, shape, shifted};
 use super::matrix::{Matrix, each, inner, minus, three, times};
 use super::nearest::{self, Turn};
 use super::state::ShapeState;
-use super::sums::{Gathered, Own};
+use super::sums::{Gathered, Own, rows};
 use crate::backend::lane::Lane;
 use crate::energy::held::Touched;
 use crate::energy::state::{Quads, SliceMemory, StatesOf};
 use crate::model::image::nodal;
 use crate::model::nodal::Nodal;
 use crate::number::cell::{Cell, add, sub};
+use crate::number::sqrt::sqrt;
 use crate::number::two_float::LANES;
 
 impl Nodal<'_> {
@@ -22,8 +23,45 @@ impl Nodal<'_> {
         self.slots_of(cell).map(|(other, _)| other).filter(move |&other| other != cell)
     }
 
-    fn own(self, cell: usize) -> Own<f32> {
-        Own::of(|row| Lane(self.number(cell, row)))
+    pub(super) fn own(self, cell: usize) -> Own<f32> {
+        let offset = self.offset(cell / LANES, cell % LANES);
+        Own { offset, ..Own::of(|row| Lane(self.number(cell, row))) }
+    }
+
+    /// The offset of a lane of a slice that has offsets.
+    fn offset(self, slice: usize, lane: usize) -> Option<Matrix<f32>> {
+        let numbers = self.offset_of(slice)?;
+        let row = |row| Lane(number(numbers, row, lane));
+        Some([rows(row, 0), rows(row, 3), rows(row, 6)])
+    }
+
+    /// The shape F of a cell at these positions, without its offset.
+    pub(crate) fn shape_at(self, cell: usize, at: &impl Fn(usize) -> [f32; 3]) -> [[f32; 3]; 3] {
+        let displaced = |cell: usize| sub(at(cell), self.rest_position(cell)).map(Lane);
+        let (here, mut sums) = (displaced(cell), Gathered::none());
+        for (other, slot) in self.slots_of(cell) {
+            sums.add(here, displaced(other), |row| Lane(slot.number(row)));
+        }
+        each(shape(&sums, &self.own(cell)), |x| x.0)
+    }
+
+    /// Four times the energy of these cells at these positions, with a bound of its rounding error: that of
+    /// [`Self::add_stored`], and 4 eps V |P| |F| for the shape, whose elements are near 1.
+    pub(crate) fn stored(
+        self,
+        cells: impl Iterator<Item = usize>,
+        at: &impl Fn(usize) -> [f32; 3],
+        states: StatesOf<'_>,
+    ) -> Touched {
+        let mut sums = Touched::NONE;
+        for cell in cells {
+            let before = sums.wd2;
+            self.add_stored(cell, &|_| false, at, states, &mut sums);
+            let own = self.own(cell);
+            let stiffness = own.volume.0 * (2.0 * own.mu.0 + own.lambda_3.0 + own.band.0);
+            sums.scale += 8.0 * sqrt(0.5 * sums.wd2.minus(before).hi.abs() * stiffness);
+        }
+        sums
     }
 
     /// Stores the states of the cells of a slice for a pass, and adds its forces to the cells' and their
@@ -41,9 +79,10 @@ impl Nodal<'_> {
         let each_lane = stresses.iter_mut().zip(&mut pulls).enumerate().take(cells.len());
         for (lane, (stress, pull)) in each_lane {
             let Some(sums) = Gathered::of_lane(displacements, slice, lane) else { return };
-            let own = Own::of(|row| Lane(number(numbers, row, lane)));
+            let offset = self.offset(slice, lane);
+            let own = Own { offset, ..Own::of(|row| Lane(number(numbers, row, lane))) };
             let (mut turn, mut unit) = variables(ShapeState::load(lane, from));
-            let f = shape(&sums, &own);
+            let f = shifted(shape(&sums, &own), &own);
             turned(&f, &mut turn);
             let squared = of_unit_volume(&f, &mut unit);
             let state = ShapeState { turn: turn.map(|x| x.0), unit: each(unit, |x| x.0) };
@@ -105,7 +144,7 @@ impl Nodal<'_> {
         }
         // Stress and energy.
         let ((turn, unit), own) = (variables(states.shape(cell)), self.own(cell));
-        let off = minus(shape(&gathered, &own), unit);
+        let off = minus(shifted(shape(&gathered, &own), &own), unit);
         let (mut stress, squared) = ([[Lane(0.0); 3]; 3], inner(off, off));
         let pull = respond(&mut stress, self.stretch_min, &gathered, &own, &turn, &unit, squared);
         let [x, y, z, energy] = pull.map(|x| x.0);

@@ -2,10 +2,8 @@
 
 use super::band::short;
 use super::jacobi::Eigen;
-use super::law::shape;
-use super::matrix::{Matrix, both, cofactors, dot, each, minus, times_transposed};
+use super::matrix::{Matrix, both, cofactors, dot, each, minus, three, times_transposed};
 use super::nearest::{Turn, of_unit_volume, rotation, turned};
-use super::sums::{Gathered, Own};
 use crate::backend::lane::Lane;
 use crate::energy::stress::Stress;
 use crate::model::nodal::Nodal;
@@ -17,23 +15,17 @@ const STEPS: usize = 16;
 const VOLUME_MIN: f32 = 0.05;
 
 impl Nodal<'_> {
-    /// Strain and stress at a cell, for displacements of all cells \[mean link lengths\] and a rotation near
-    /// that of the shape; `unit_pa` is the unit of the moduli. The spread of the tetrahedra about the mean
+    /// Strain and stress at a cell, for positions of all cells \[mean link lengths\] and a rotation near that of
+    /// the shape; `unit_pa` is the unit of the moduli. The spread of the tetrahedra about the mean
     /// gradient takes no part, nor do bands of stiffening.
     pub(super) fn stressed(
         self,
         cell: usize,
-        displaced: impl Fn(usize) -> [f32; 3],
+        at: &impl Fn(usize) -> [f32; 3],
         turn: [f32; 4],
         unit_pa: f32,
     ) -> Stress {
-        // F.
-        let (here, mut sums) = (displaced(cell).map(Lane), Gathered::none());
-        for (other, slot) in self.slots_of(cell) {
-            sums.add(here, displaced(other).map(Lane), |row| Lane(slot.number(row)));
-        }
-        let own = Own::of(|row| Lane(self.number(cell, row)));
-        let f = shape(&sums, &own);
+        let (f, own) = (three(self.shape_at(cell, at), |row| three(row, Lane)), self.own(cell));
         // P = 2 mu (F - R) + 3 lambda (F - Q) + b S- R.
         let (turn, unit) = nearest(f, turn.map(Lane));
         let (mu, lambda_3) = (Lane(2.0) * own.mu, own.lambda_3);

@@ -4,7 +4,7 @@ use super::matrix::{Matrix, pairs};
 use crate::backend::lane::{Lane, Real};
 use crate::model::image::nodal;
 
-/// Material numbers of a cell.
+/// Material numbers of a cell, and the offset of its shape.
 #[derive(Clone, Copy)]
 pub(super) struct Own<V> {
     pub volume: Lane<V>,
@@ -12,6 +12,8 @@ pub(super) struct Own<V> {
     pub lambda_3: Lane<V>,
     pub band: Lane<V>,
     pub area: [Lane<V>; 3],
+    /// C, if a cell has one.
+    pub offset: Option<Matrix<V>>,
 }
 
 impl<V: Real> Own<V> {
@@ -23,6 +25,7 @@ impl<V: Real> Own<V> {
             lambda_3: row(nodal::LAMBDA_3),
             band: row(nodal::BAND),
             area: rows(row, nodal::OWN),
+            offset: None,
         }
     }
 }

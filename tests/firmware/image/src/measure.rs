@@ -33,6 +33,7 @@ pub fn part<'a>(tissue: &'a mut Tissue) -> TissueMut<'a, Scheme> {
         contacts: tissue.contacts,
         states: tissue.states.reborrow(),
         touch: tissue.touch.reborrow(),
+        cut: tissue.cut.reborrow(),
         team: tissue.team,
     }
 }

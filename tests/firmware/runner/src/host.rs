@@ -7,7 +7,7 @@ use chaincell_kernel::Contact;
 use chaincell_kernel::Team;
 use chaincell_kernel::{
     Anchor, Budget, CoarseTouch, Dynamics, Euler, Head, Model, NearTriangle, Network, Predict,
-    Rkl2, Settings, TermState, TermStates, TissueMut, ToolPose, ToolState, TouchArrays, TouchRoom,
+    CutRoom, Rkl2, Settings, TermState, TermStates, TissueMut, ToolPose, ToolState, TouchArrays, TouchRoom,
     TouchState, Track, term_states,
 };
 use chaincell_scenes::adverse::{self, AdverseError};
@@ -134,6 +134,7 @@ fn with<D: Dynamics, A: Act>(ready: &Ready, act: A) -> A::Output {
         contacts: &mut vec![Contact::NONE; held],
         states: TermStates::new(&mut states),
         touch: TouchRoom::none(),
+        cut: CutRoom::none(),
         team: Team::ALONE,
     };
     let Some(Sphere { near, anchors, .. }) = ready.case.sphere else {

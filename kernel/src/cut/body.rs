@@ -1,0 +1,193 @@
+//! The arrays of a body that is cut, with its image.
+
+use super::memory::{Arrays, CutRoom, OPENED, USED, WAITING};
+use crate::model::cuttable::Cuttable;
+use crate::model::nodal::Nodal;
+use crate::model::{Model, others};
+use crate::number::two_float::LANES;
+
+/// A body that is cut.
+pub(crate) struct CutBody<'a, 'm> {
+    pub arrays: Arrays<'a>,
+    pub model: &'a Model<'m>,
+    pub cut: Cuttable<'m>,
+    /// Number of cells before the spare ones.
+    pub bodily: usize,
+}
+
+impl<'a, 'm> CutBody<'a, 'm> {
+    /// `None` for a body that is not cut, and without memory for it.
+    pub fn of(memory: &'a mut CutRoom<'_>, model: &'a Model<'m>) -> Option<Self> {
+        let (arrays, cut) = (memory.arrays(model)?, model.cuttable());
+        Some(Self { arrays, model, cut, bodily: model.cells() - cut.spare_cells })
+    }
+
+    /// The body as its image has it: whole.
+    pub fn reset(&mut self) {
+        *self.arrays.counts = [0; 4];
+        copy(self.arrays.corners, self.cut.corners);
+        self.arrays.faces.fill(0);
+        self.arrays.marks.fill(0);
+        self.arrays.origins.fill(0);
+        copy(self.arrays.rows, others::shapes(&self.model.others).rows);
+        self.arrays.is_offset.fill(0);
+        self.arrays.offsets.fill([[0.0; LANES]; 9]);
+        self.derive_whole();
+    }
+
+    /// Sets the numbers of the whole body; the groups of half-links stay where they are in the image.
+    pub fn derive_whole(&mut self) {
+        let (model, shapes) = (self.model, others::shapes(&self.model.others));
+        copy(self.arrays.cells, shapes.cells);
+        copy(self.arrays.slots, shapes.slots);
+        copy(self.arrays.ids, shapes.ids);
+        copy(self.arrays.rest, model.rest);
+        copy(self.arrays.mobility, model.mobility);
+        if let Some(basis) = model.coarse_basis {
+            copy(self.arrays.factors, basis.elastic().map_or(&[][..], |level| level.factors));
+            copy(self.arrays.entry, basis.entry);
+            copy(self.arrays.box_rows, basis.rows);
+            copy(self.arrays.pairs, basis.cells);
+            copy(self.arrays.weights, basis.weights);
+        }
+        copy(self.arrays.triangles, model.triangles);
+    }
+
+    /// Number of spare cells in use.
+    pub fn used(&self) -> usize {
+        self.arrays.counts.get(USED).map_or(0, |&used| used as usize)
+    }
+
+    /// The cell of the image that a cell is, or was copied from.
+    pub fn origin(&self, cell: usize) -> usize {
+        let copied = cell.checked_sub(self.bodily).and_then(|spare| self.arrays.origins.get(spare));
+        copied.map_or(cell, |&origin| origin.into())
+    }
+
+    /// The tetrahedra at a cell in the image.
+    pub fn star(&self, cell: usize) -> &'m [u32] {
+        self.cut.star(self.origin(cell))
+    }
+
+    /// A tetrahedron of a cell's star, if the cell is still one of its corners.
+    pub fn tetrahedron_at(&self, cell: usize, index: usize) -> Option<usize> {
+        let tetrahedron = *self.star(cell).get(index)? as usize;
+        let corners = self.arrays.corners.get(tetrahedron)?;
+        corners.iter().any(|&id| usize::from(id) == cell).then_some(tetrahedron)
+    }
+
+    /// Rest position of a cell of the image.
+    pub fn rest_position(&self, cell: u16) -> [f32; 3] {
+        self.model.rest_position(cell.into())
+    }
+
+    /// A number of a cell.
+    pub fn number(&self, cell: usize, row: usize) -> f32 {
+        let lanes = self.arrays.cells.get(cell / LANES).and_then(|slice| slice.get(row));
+        lanes.and_then(|lanes| lanes.get(cell % LANES)).copied().unwrap_or(0.0)
+    }
+
+    pub fn set_number(&mut self, cell: usize, row: usize, number: f32) {
+        let lanes = self.arrays.cells.get_mut(cell / LANES).and_then(|slice| slice.get_mut(row));
+        if let Some(slot) = lanes.and_then(|lanes| lanes.get_mut(cell % LANES)) {
+            *slot = number;
+        }
+    }
+
+    /// The tetrahedron on the other side of a face, with the corner opposite to it there; `None` at an outer
+    /// face, and beyond the body.
+    fn across(&self, tetrahedron: usize, corner: usize) -> Option<(usize, usize)> {
+        let corners = self.cut.corners.get(tetrahedron)?;
+        let mut of_face = corners.iter().enumerate().filter(|(at, _)| *at != corner);
+        let (_, &first) = of_face.next()?;
+        self.cut.star(first.into()).iter().map(|&other| other as usize).find_map(|other| {
+            let there = self.cut.corners.get(other).filter(|_| other != tetrahedron)?;
+            let is_shared = of_face.clone().all(|(_, id)| there.contains(id));
+            let opposite = there.iter().position(|id| {
+                corners.iter().enumerate().all(|(at, corner_id)| at == corner || corner_id != id)
+            });
+            opposite.filter(|_| is_shared).map(|opposite| (other, opposite))
+        })
+    }
+
+    /// Opens a face on both sides and marks its cells. Returns true if it was closed, `None` beyond the body.
+    pub fn open_face(&mut self, tetrahedron: usize, corner: usize) -> Option<bool> {
+        let is_there = tetrahedron < self.cut.corners.len() && corner < 4;
+        is_there.then_some(())?;
+        let Some(other) = self.across(tetrahedron, corner) else { return Some(false) };
+        let is_open = |faces: &[u8]| faces.get(tetrahedron).is_some_and(|of| of >> corner & 1 != 0);
+        if is_open(self.arrays.faces) {
+            return Some(false);
+        }
+        for (tetrahedron, corner) in [(tetrahedron, corner), other] {
+            if let Some(faces) = self.arrays.faces.get_mut(tetrahedron) {
+                *faces |= 1 << corner;
+            }
+            let corners = self.arrays.corners.get(tetrahedron).copied().unwrap_or_default();
+            for (at, id) in corners.into_iter().enumerate() {
+                if at != corner {
+                    self.mark(id.into(), 1);
+                }
+            }
+        }
+        self.count(OPENED, 1);
+        Some(true)
+    }
+
+    /// Sets or clears a cell's mark.
+    pub fn mark(&mut self, cell: usize, mark: u8) {
+        let Some(slot) = self.arrays.marks.get_mut(cell) else { return };
+        let before = core::mem::replace(slot, mark);
+        if let Some(waiting) = self.arrays.counts.get_mut(WAITING) {
+            *waiting = *waiting + u32::from(mark) - u32::from(before);
+        }
+    }
+
+    /// Adds to a count.
+    pub fn count(&mut self, index: usize, more: u32) {
+        if let Some(count) = self.arrays.counts.get_mut(index) {
+            *count = count.saturating_add(more);
+        }
+    }
+
+    /// The nodal shapes as they are now.
+    pub fn shapes(&self) -> Nodal<'_>
+    where
+        'm: 'a,
+    {
+        let Arrays { cells, slots, rows, ids, rest, offsets, is_offset, .. } = &self.arrays;
+        Nodal {
+            cells,
+            slots,
+            rows,
+            ids,
+            rest,
+            offsets,
+            is_offset,
+            ..others::shapes(&self.model.others)
+        }
+    }
+
+    /// The model as it is now.
+    pub fn into_model(self) -> Model<'a>
+    where
+        'm: 'a,
+    {
+        let (model, arrays): (Model<'a>, _) = (*self.model, self.arrays);
+        let Arrays { cells, slots, rows, ids, rest, offsets, is_offset, .. } = arrays;
+        let shapes = others::shapes(&model.others);
+        let shapes = Nodal { cells, slots, rows, ids, rest, offsets, is_offset, ..shapes };
+        let coarse_basis = model.coarse_basis.map(|basis| {
+            let (pairs, weights) = (&*arrays.pairs, &*arrays.weights);
+            basis.with_cells(arrays.box_rows, pairs, weights, arrays.entry, arrays.factors)
+        });
+        let others = others::reshaped(model.others, shapes);
+        let (mobility, triangles) = (&*arrays.mobility, &*arrays.triangles);
+        Model { rest, mobility, triangles, coarse_basis, others, ..model }
+    }
+}
+
+/// Copies items into the first places of an array.
+fn copy<T: Copy>(to: &mut [T], from: &[T]) {
+    to.iter_mut().zip(from).for_each(|(slot, item)| *slot = *item);
+}

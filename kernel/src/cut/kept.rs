@@ -1,0 +1,119 @@
+//! Parts of a cut body that a snapshot contains: its state. The numbers follow from it and from the image.
+
+use super::body::CutBody;
+use super::memory::{CutRoom, USED};
+use crate::model::nodal::OffsetNumbers;
+use crate::model::{Model, others};
+use crate::number::kept::Pass;
+
+/// Passes over the state of a body that can be cut.
+pub(crate) fn keep(memory: &mut CutRoom<'_>, model: &Model<'_>, pass: &mut Pass<'_>) {
+    if !model.cuttable().is_any() {
+        return;
+    }
+    let room = memory.state(model).map_or(0, <[u32]>::len);
+    let needed = pass.word(room as u32) as usize;
+    let is_whole = needed == 0;
+    if needed != room && !is_whole {
+        return if room == 0 { pass.lacks(needed, room) } else { pass.refuse() };
+    }
+    let Some(mut body) = CutBody::of(memory, model) else { return };
+    if is_whole {
+        if pass.is_reading() {
+            body.reset();
+        }
+        return;
+    }
+    body.keep(pass);
+}
+
+impl CutBody<'_, '_> {
+    /// Passes over the arrays of the state; every word is checked before any is read.
+    fn keep(&mut self, pass: &mut Pass<'_>) {
+        let (bodily, spare) = (self.bodily, self.cut.spare_cells);
+        // The counts, and the origins of the copies.
+        let mut counts = *self.arrays.counts;
+        for count in &mut counts {
+            *count = pass.word(*count);
+        }
+        let used = counts.get(USED).map_or(0, |&used| used as usize);
+        if used > spare {
+            return pass.refuse();
+        }
+        pass.slice_if(self.arrays.origins, |_, &origin| usize::from(origin) < bodily);
+        // The corners: of the image, or copies.
+        let whole = self.cut.corners;
+        pass.slice_if(self.arrays.corners, |tetrahedron, corners| {
+            whole.get(tetrahedron).is_some_and(|whole| {
+                let mut pairs = corners.iter().zip(whole);
+                pairs.all(|(&id, &whole)| {
+                    id == whole || (bodily..bodily + used).contains(&usize::from(id))
+                })
+            })
+        });
+        pass.slice_if(self.arrays.faces, |_, &faces| faces < 16);
+        pass.slice_if(self.arrays.marks, |_, &mark| mark < 2);
+        // The groups of each slice: never fewer than in the image.
+        let (image, most) = (others::shapes(&self.model.others).rows, self.arrays.ids.len());
+        let mut last = 0;
+        pass.slice_if(self.arrays.rows, |slice, &row| {
+            let before = image.get(slice.saturating_sub(1)).copied().unwrap_or(0);
+            let groups = image.get(slice).map_or(0, |&row| row - before);
+            let is_fit = row as usize <= most && row >= last + groups && (slice > 0 || row == 0);
+            last = row;
+            is_fit
+        });
+        pass.slice_if(self.arrays.is_offset, |_, &is_offset| is_offset < 2);
+        let is_finite = |rows: &OffsetNumbers| rows.as_flattened().iter().all(|x| x.is_finite());
+        pass.slice_if(self.arrays.offsets, |_, rows| is_finite(rows));
+        if pass.is_reading() {
+            *self.arrays.counts = counts;
+            self.derive();
+        }
+    }
+
+    /// Sets all numbers from the state.
+    pub fn derive(&mut self) {
+        // The whole body, with the groups where they are now.
+        let rows = others::shapes(&self.model.others).rows;
+        self.derive_whole();
+        for slice in (0..rows.len().saturating_sub(1)).rev() {
+            self.spread_groups(slice, rows);
+        }
+        // The copies, then every cell whose tetrahedra have changed.
+        for spare in 0..self.used() {
+            let copy = self.bodily + spare;
+            self.inherit(self.origin(copy), copy);
+        }
+        for cell in 0..self.bodily + self.used() {
+            if self.is_changed(cell) {
+                self.renumber(cell);
+            }
+        }
+        for triangle in 0..self.arrays.triangles.len() {
+            self.name_triangle(triangle);
+        }
+    }
+
+    /// Moves the groups of a slice from their places in the image to the present ones; the last slice first.
+    fn spread_groups(&mut self, slice: usize, image: &[u32]) {
+        let row = |rows: &[u32], at: usize| rows.get(at).map_or(0, |&row| row as usize);
+        let (from, to) = (row(image, slice), row(self.arrays.rows, slice));
+        let (count, end) = (row(image, slice + 1) - from, row(self.arrays.rows, slice + 1));
+        for group in (0..count).rev() {
+            self.move_group(from + group, to + group);
+        }
+        self.clear_groups(slice, to + count..end);
+    }
+
+    /// Returns true if a split has renumbered the cell: it or a cell of its tetrahedra in the image was split.
+    fn is_changed(&self, cell: usize) -> bool {
+        let corners = self.star(cell).iter().filter_map(|&tetrahedron| {
+            let tetrahedron = tetrahedron as usize;
+            Some((self.arrays.corners.get(tetrahedron)?, self.cut.corners.get(tetrahedron)?))
+        });
+        let mut cells = corners.flat_map(|(_, whole)| whole);
+        let used = self.arrays.origins.iter().take(self.used());
+        cells.any(|id| used.clone().any(|origin| origin == id))
+    }
+}

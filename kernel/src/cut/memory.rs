@@ -1,0 +1,235 @@
+//! Memory for cutting, of the caller, and its division into arrays.
+
+#[cfg(feature = "nodal")]
+use bytemuck::AnyBitPattern;
+
+use crate::model::Model;
+#[cfg(feature = "nodal")]
+use crate::model::nodal::{CellNumbers, OffsetNumbers, SlotNumbers};
+#[cfg(feature = "nodal")]
+use crate::model::others;
+#[cfg(feature = "nodal")]
+use crate::number::two_float::{Eight, LANES};
+
+/// 1 in a kernel that cuts, so that arrays of this length have no size in another.
+const BUILT: usize = cfg!(feature = "nodal") as usize;
+
+/// Memory for cutting: words of the caller, [`cut_words`] for a body; without size in a kernel without nodal
+/// shapes.
+///
+/// ```
+/// use chaincell_kernel::{Model, CutRoom, cut_words, include_model};
+/// # let image = include_model!(concat!(env!("CARGO_MANIFEST_DIR"), "/data/plane9.chaincell"));
+/// let model = Model::from_bytes(image)?;
+///
+/// let mut words = vec![0; cut_words(&model)];
+/// let memory = CutRoom::new(&mut words); // for the field `cut` of a `TissueMut`
+/// assert!(words.is_empty()); // this body has no tetrahedra to part
+/// # Ok::<(), chaincell_kernel::ModelError>(())
+/// ```
+pub struct CutRoom<'a>([&'a mut [u32]; BUILT]);
+
+impl<'a> CutRoom<'a> {
+    /// Memory in these words; a body for which they are too few stays whole.
+    #[must_use]
+    pub fn new(words: &'a mut [u32]) -> Self {
+        let mut words = Some(words);
+        Self([(); BUILT].map(|()| words.take().unwrap_or_default()))
+    }
+
+    /// No memory: a body stays whole.
+    #[must_use]
+    pub fn none() -> Self {
+        Self([(); BUILT].map(|()| &mut [][..]))
+    }
+
+    /// The same memory, for a shorter lifetime.
+    #[must_use]
+    pub fn reborrow(&mut self) -> CutRoom<'_> {
+        CutRoom(self.0.each_mut().map(|words| &mut **words))
+    }
+}
+
+impl Default for CutRoom<'_> {
+    fn default() -> Self {
+        Self::none()
+    }
+}
+
+/// Number of words of [`CutRoom`] with which a body can be cut; 0 for one that is not cuttable.
+///
+/// Per cell 500 to 700 bytes: the half-links, a copy of which changes, are most of it.
+#[must_use]
+pub fn cut_words(model: &Model<'_>) -> usize {
+    #[cfg(feature = "nodal")]
+    return Sizes::of(model).map_or(0, |sizes| sizes.0.iter().sum());
+    #[cfg(not(feature = "nodal"))]
+    {
+        let _ = model;
+        0
+    }
+}
+
+/// Arrays of a body that is cut: first its state, then the numbers that follow from state and image.
+#[cfg(feature = "nodal")]
+pub(crate) struct Arrays<'a> {
+    pub counts: &'a mut Counts,
+    /// Cells of each tetrahedron.
+    pub corners: &'a mut [[u16; 4]],
+    /// Opened faces of each tetrahedron: bit k for the face opposite to corner k.
+    pub faces: &'a mut [u8],
+    /// 1 for a cell that waits for a look at its tetrahedra, else 0.
+    pub marks: &'a mut [u8],
+    /// Cell of the image from which each spare cell was copied.
+    pub origins: &'a mut [u16],
+    /// Groups of half-links of each slice, slices + 1.
+    pub rows: &'a mut [u32],
+    /// 1 for each slice with an offset.
+    pub is_offset: &'a mut [u8],
+    /// Offsets of the cells, by slice.
+    pub offsets: &'a mut [OffsetNumbers],
+    /// Numbers of the cells, by slice.
+    pub cells: &'a mut [CellNumbers],
+    /// Numbers of the half-links, by group.
+    pub slots: &'a mut [SlotNumbers],
+    /// Other ends of the half-links, by group and lane.
+    pub ids: &'a mut [[u16; LANES]],
+    /// Rest positions.
+    pub rest: &'a mut [[f32; 3]],
+    /// Inverse bounds of the cells.
+    pub mobility: &'a mut [f32],
+    /// Factors of an elastic coarse level.
+    pub factors: &'a mut [f32],
+    /// Place of each cell in the pairs of the coarse level.
+    pub entry: &'a mut [u16],
+    /// Pairs of each box, boxes + 1.
+    pub box_rows: &'a mut [u32],
+    /// Cells of the pairs.
+    pub pairs: &'a mut [[u16; 2]],
+    /// Weights of the pairs.
+    pub weights: &'a mut [[Eight; 2]],
+    /// Triangles of the surface.
+    pub triangles: &'a mut [[u16; 3]],
+}
+
+/// Words of [`Counts`].
+#[cfg(feature = "nodal")]
+const COUNTS: usize = 4;
+
+/// Counts of a body that is cut.
+#[cfg(feature = "nodal")]
+pub(crate) type Counts = [u32; COUNTS];
+/// Index of the number of spare cells in use.
+#[cfg(feature = "nodal")]
+pub(crate) const USED: usize = 0;
+/// Index of the number of opened faces.
+#[cfg(feature = "nodal")]
+pub(crate) const OPENED: usize = 1;
+/// Index of the number of refused splits.
+#[cfg(feature = "nodal")]
+pub(crate) const REFUSED: usize = 2;
+/// Index of the number of cells that wait.
+#[cfg(feature = "nodal")]
+pub(crate) const WAITING: usize = 3;
+
+/// Arrays of the state: those before this index.
+#[cfg(feature = "nodal")]
+const STATE: usize = 8;
+
+/// Words of each array, in their order.
+#[cfg(feature = "nodal")]
+struct Sizes([usize; 19]);
+
+#[cfg(feature = "nodal")]
+impl Sizes {
+    /// `None` for a body that is not cut.
+    fn of(model: &Model<'_>) -> Option<Self> {
+        let cut = Some(model.cuttable()).filter(|cut| cut.is_any())?;
+        let (cells, slices) = (model.cells(), model.slice_count());
+        let groups = others::shapes(&model.others).ids.len() + cut.spare_groups;
+        let basis = model.coarse_basis;
+        let boxes = basis.map_or(0, |basis| basis.rows.len());
+        let pairs = basis.map_or(0, |basis| basis.cells.len() + cut.spare_cells);
+        let cells_of = |is_any: bool| if is_any { cells } else { 0 };
+        let is_elastic = basis.is_some_and(|basis| basis.elastic().is_some());
+        Some(Self([
+            COUNTS,
+            2 * cut.corners.len(),
+            cut.corners.len().div_ceil(4),
+            cells.div_ceil(4),
+            cut.spare_cells.div_ceil(2),
+            slices + 1,
+            slices.div_ceil(4),
+            slices * size_of::<OffsetNumbers>() / 4,
+            slices * size_of::<CellNumbers>() / 4,
+            groups * size_of::<SlotNumbers>() / 4,
+            groups * LANES / 2,
+            3 * cells,
+            cells,
+            cells_of(is_elastic),
+            cells_of(basis.is_some()).div_ceil(2),
+            boxes,
+            pairs,
+            pairs * 2 * LANES,
+            (3 * model.triangles.len()).div_ceil(2),
+        ]))
+    }
+}
+
+#[cfg(feature = "nodal")]
+impl<'a> CutRoom<'a> {
+    /// The words of the state; `None` for a body that is not cut, or with too little memory.
+    pub(crate) fn state(&self, model: &Model<'_>) -> Option<&[u32]> {
+        let Sizes(sizes) = Sizes::of(model)?;
+        let words = self.0.first()?.get(..sizes.iter().sum())?;
+        words.get(..sizes.iter().take(STATE).sum())
+    }
+
+    /// The arrays of a body; `None` for one that is not cut, or with too little memory.
+    pub(crate) fn arrays(&mut self, model: &Model<'_>) -> Option<Arrays<'_>> {
+        let Sizes(sizes) = Sizes::of(model)?;
+        let mut rest = &mut **self.0.first_mut()?;
+        let [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s] = sizes;
+        let rest = &mut rest;
+        let (cells, spare) = (model.cells(), model.cuttable().spare_cells);
+        let tetrahedra = model.cuttable().corners.len();
+        Some(Arrays {
+            counts: take::<u32>(rest, a)?.first_chunk_mut()?,
+            corners: take(rest, b)?,
+            faces: take(rest, c)?.get_mut(..tetrahedra)?,
+            marks: take(rest, d)?.get_mut(..cells)?,
+            origins: take(rest, e)?.get_mut(..spare)?,
+            rows: take(rest, f)?,
+            is_offset: take(rest, g)?.get_mut(..model.slice_count())?,
+            offsets: take(rest, h)?,
+            cells: take(rest, i)?,
+            slots: take(rest, j)?,
+            ids: take(rest, k)?,
+            rest: take(rest, l)?,
+            mobility: take(rest, m)?,
+            factors: take(rest, n)?,
+            entry: take(rest, o)?.get_mut(..if p > 0 { cells } else { 0 })?,
+            box_rows: take(rest, p)?,
+            pairs: take(rest, q)?,
+            weights: take(rest, r)?,
+            triangles: halves(take(rest, s)?, model.triangles.len())?,
+        })
+    }
+}
+
+/// Takes an array of `words` words from the rest of the memory.
+#[cfg(feature = "nodal")]
+fn take<'a, T: AnyBitPattern + bytemuck::NoUninit>(
+    rest: &mut &'a mut [u32],
+    words: usize,
+) -> Option<&'a mut [T]> {
+    let (first, after) = core::mem::take(rest).split_at_mut_checked(words)?;
+    *rest = after;
+    bytemuck::try_cast_slice_mut(first).ok()
+}
+
+/// The first `count` triples of half words.
+#[cfg(feature = "nodal")]
+fn halves(of: &mut [u16], count: usize) -> Option<&mut [[u16; 3]]> {
+    Some(of.as_chunks_mut().0).and_then(|triples| triples.get_mut(..count))
+}

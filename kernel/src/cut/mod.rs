@@ -1,0 +1,67 @@
+//! Cutting: faces between tetrahedra open, and a cell whose tetrahedra fall apart gets copies.
+//!
+//! A body that is baked with `--cuttable` has its tetrahedra and spare cells in its image. A cut opens faces
+//! between tetrahedra; no tetrahedron is removed, divided or weighted. At a cell of an opened face the
+//! tetrahedra that still share a closed face are joined into pieces. The piece of the lowest tetrahedron keeps
+//! the cell, each other piece takes the next spare cell. It inherits the cell's positions, rotation and shape,
+//! its bound, its weights in the coarse level, and whether it is fixed. Then the cell, its copies and their
+//! neighbours get volumes and half-links anew from their tetrahedra ([`nodal`](crate::energy)). A sweep sees
+//! cells and half-links, as before.
+//!
+//! **The level.** `F_i` is a mean over the tetrahedra at a cell, so copies alone raise the energy: by Jensen's
+//! inequality, by the spread of the pieces' means. A copy therefore keeps an offset C = F - F', F the shape of
+//! the cell before with its own offset, F' the copy's; R, Q and stress follow F' + C, the spread follows F':
+//!
+//! ```text
+//! sum V' psi(F' + C) = V psi(F)                                     the nodal part stays
+//! sum of V_t / 4 |F_t - F'|^2 <= sum of V_t / 4 |F_t - F|^2         the spread falls
+//! ```
+//!
+//! No split raises E, and stress stays as it was. In every tick C falls to nine tenths, and to 0 below 1e-6; the
+//! change of the energy is booked as that of any correction at the start of a tick.
+//!
+//! **The bound.** The image has bounds of the cells that hold however tetrahedra are joined, so copies inherit
+//! them. Copies also inherit the weights of the basis functions, so P' Lc P stays as it was: the coarse level
+//! does not know the jump, and sweeps beside a long cut gain less from it.
+//!
+//! **Limits.** At most [`SPLITS_MAX`] cells split in a tick, by ascending cell; the others wait. A cell that a
+//! tool holds waits until the tool lets go of it. Without spare cells or half-links a split is refused and
+//! counted, and the cell stays whole until a further face opens there. A late tick splits nothing. Sides of a cut
+//! do not touch each other, and tools do not touch them. A body with stiffening bands is not cut.
+//!
+//! Cost: a split of a cell with 14 tetrahedra takes some 100,000 instructions; where a list of half-links
+//! outgrows its place, those after it move once. RAM: [`cut_words`](crate::cut_words). A body that is not cuttable
+//! takes none, and its bits do not change.
+//!
+//! - [`memory`]: memory of the caller, divided into arrays.
+//! - `body`: the arrays with their image: tetrahedra, faces, and the model that a tick reads.
+//! - `numbers`: volumes and half-links of a cell from its tetrahedra.
+//! - `coarse`: a copy in the boxes of the coarse level.
+//! - `pieces`: the tetrahedra at a cell, by the faces that are closed.
+//! - `split`: the split of a cell.
+//! - `offset`: the offsets of copies, and their decay.
+//! - `kept`: what a snapshot and a state hash contain.
+
+#[cfg(feature = "nodal")]
+pub(crate) mod body;
+#[cfg(feature = "nodal")]
+mod coarse;
+#[cfg(feature = "nodal")]
+pub(crate) mod kept;
+pub mod memory;
+#[cfg(feature = "nodal")]
+mod numbers;
+#[cfg(feature = "nodal")]
+pub(crate) mod offset;
+#[cfg(feature = "nodal")]
+mod pieces;
+#[cfg(feature = "nodal")]
+pub(crate) mod split;
+#[cfg(all(test, feature = "nodal"))]
+mod tests;
+
+/// Most cells that split in a tick.
+pub const SPLITS_MAX: usize = 8;
+/// Most cells whose tetrahedra a tick joins into pieces.
+#[cfg(feature = "nodal")]
+pub(crate) const LOOKS_MAX: usize = 32;

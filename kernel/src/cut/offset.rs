@@ -1,0 +1,84 @@
+//! The offsets of copies, and their decay.
+
+use super::body::CutBody;
+use crate::energy::state::{States, StatesOf};
+use crate::number::two_float::{LANES, TwoFloat};
+
+/// Share of an offset that stays in a tick.
+const KEPT: f32 = 0.9;
+/// Below this magnitude an element of an offset is 0.
+const LEAST: f32 = 1.0e-6;
+
+/// An offset, by rows.
+pub(super) type Offset = [[f32; 3]; 3];
+
+/// The shapes' part of the states.
+pub(super) fn of_shapes(states: States<'_>) -> StatesOf<'_> {
+    #[cfg(test)]
+    return states.all().after::<crate::model::pin::Pins<'_>>();
+    #[cfg(not(test))]
+    states.all()
+}
+
+/// A change of the energy of at most this size: rounded up, in internal units.
+pub(crate) fn at_most(change: TwoFloat, rounding: f32) -> f64 {
+    let change = change.times_power_of_two(0.25);
+    f64::from(change.hi) + f64::from(change.lo) + f64::from(f32::EPSILON) * f64::from(rounding)
+}
+
+impl CutBody<'_, '_> {
+    /// The offset of a cell.
+    pub(super) fn offset(&self, cell: usize) -> Offset {
+        let rows = self.arrays.offsets.get(cell / LANES);
+        let number = |row: usize| {
+            let lanes = rows.and_then(|rows| rows.get(row));
+            lanes.and_then(|lanes| lanes.get(cell % LANES)).copied().unwrap_or(0.0)
+        };
+        [0, 3, 6].map(|row| [number(row), number(row + 1), number(row + 2)])
+    }
+
+    /// Sets the offset of a cell; it is 0 if all its elements are small.
+    pub(super) fn set_offset(&mut self, cell: usize, offset: Offset) {
+        let is_small = offset.as_flattened().iter().all(|x| x.abs() < LEAST);
+        let rows = self.arrays.offsets.get_mut(cell / LANES).into_iter().flatten();
+        for (lanes, &number) in rows.zip(offset.as_flattened()) {
+            if let Some(slot) = lanes.get_mut(cell % LANES) {
+                *slot = if is_small { 0.0 } else { number + 0.0 };
+            }
+        }
+        let is_any = self
+            .arrays
+            .offsets
+            .get(cell / LANES)
+            .is_some_and(|rows| rows.as_flattened().iter().any(|&x| x != 0.0));
+        if let Some(slot) = self.arrays.is_offset.get_mut(cell / LANES) {
+            *slot = is_any.into();
+        }
+    }
+
+    /// Lowers all offsets for a tick. Returns the change of the energy, rounded up, in internal units; `None`
+    /// without an offset.
+    pub fn decay(&mut self, at: &impl Fn(usize) -> [f32; 3], states: States<'_>) -> Option<f64> {
+        let mut rise = None;
+        for slice in 0..self.arrays.is_offset.len() {
+            if self.arrays.is_offset.get(slice) == Some(&0) {
+                continue;
+            }
+            for cell in slice * LANES..self.arrays.rest.len().min((slice + 1) * LANES) {
+                let offset = self.offset(cell);
+                if offset == [[0.0; 3]; 3] {
+                    continue;
+                }
+                let stored = |body: &Self| {
+                    body.shapes().stored(core::iter::once(cell), at, of_shapes(states))
+                };
+                let before = stored(self);
+                self.set_offset(cell, offset.map(|row| row.map(|x| KEPT * x)));
+                let after = stored(self);
+                let change = at_most(after.wd2.minus(before.wd2), before.scale + after.scale);
+                *rise.get_or_insert(0.0) += change;
+            }
+        }
+        rise
+    }
+}

@@ -1,0 +1,292 @@
+//! Splits of a body in random states.
+
+use std::vec::Vec;
+
+use super::body::CutBody;
+use super::memory::{CutRoom, cut_words};
+use super::offset::of_shapes;
+use super::split::Look;
+use crate::energy::residual::places;
+use crate::energy::state::{States, StatesOf, TermState, TermStates, number, put, term_states};
+use crate::model::Model;
+use crate::model::image::nodal;
+use crate::model::nodal::Nodal;
+use crate::number::cell::Cell;
+use crate::number::two_float::LANES;
+
+/// A block of 4 x 4 x 3 nodes with a spare cell for each, without a band of stretches.
+static IMAGE: &[u8] = crate::include_model!("../../../tests/data/cut4.chaincell");
+
+/// Numbers between -1 and 1.
+struct Random(u32);
+
+impl Random {
+    fn next(&mut self) -> f32 {
+        self.0 = self.0.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        (self.0 >> 8) as f32 / (1 << 23) as f32 - 1.0
+    }
+
+    fn below(&mut self, count: usize) -> usize {
+        ((0.5 * (self.next() + 1.0) * count as f32) as usize).min(count - 1)
+    }
+}
+
+type Matrix = [[f64; 3]; 3];
+
+fn rotation([w, x, y, z]: [f64; 4]) -> Matrix {
+    [
+        [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)],
+        [2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)],
+        [2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)],
+    ]
+}
+
+fn squared(a: &Matrix, b: &Matrix) -> f64 {
+    let pairs = a.as_flattened().iter().zip(b.as_flattened());
+    pairs.map(|(a, b)| (a - b) * (a - b)).sum()
+}
+
+/// E of the shapes in double precision, without band, as the module `nodal` defines it.
+fn energy(shapes: Nodal<'_>, at: &impl Fn(usize) -> [f32; 3], states: StatesOf<'_>) -> f64 {
+    let unit = rotation([1.0, 0.0, 0.0, 0.0]);
+    let moved = |cell: usize| {
+        let (now, rest) = (at(cell), shapes.rest_position(cell));
+        [0, 1, 2].map(|axis| f64::from(now[axis]) - f64::from(rest[axis]))
+    };
+    let of = |cell: usize| {
+        let own = |row| f64::from(shapes.number(cell, row));
+        let (here, mut f, mut spread) = (moved(cell), unit, 0.0);
+        for (other, slot) in shapes.slots_of(cell) {
+            let there = moved(other);
+            for (row, axis) in f.iter_mut().zip([0, 1, 2]) {
+                let way = there[axis] - here[axis];
+                spread += 0.25 * f64::from(slot.number(nodal::SPREAD)) * way * way;
+                for (element, area) in row.iter_mut().zip(slot.three(nodal::AREA)) {
+                    *element += way * f64::from(area) / own(nodal::VOLUME);
+                }
+            }
+        }
+        let mut moved = f;
+        if let Some(offsets) = shapes.offset_of(cell / LANES) {
+            for (element, lanes) in moved.as_flattened_mut().iter_mut().zip(offsets) {
+                *element += f64::from(lanes[cell % LANES]);
+            }
+        }
+        let rows = states.slice(cell / LANES).unwrap().lasting;
+        let state = |row| f64::from(number(rows, row, cell % LANES));
+        let turn = rotation([0, 1, 2, 3].map(state));
+        let size = [0, 1, 2, 3].map(state).iter().map(|x| x * x).sum::<f64>();
+        assert!((size - 1.0).abs() < 1e-4);
+        let shape = [4, 7, 10].map(|row| [state(row), state(row + 1), state(row + 2)]);
+        let [mu, lambda_3] = [own(nodal::MU), own(nodal::LAMBDA_3)];
+        let density = mu * squared(&moved, &turn) + 0.5 * lambda_3 * squared(&moved, &shape)
+            - f64::from(nodal::BETA) * mu * squared(&f, &unit);
+        own(nodal::VOLUME) * density + spread
+    };
+    (0..shapes.count).map(of).sum()
+}
+
+/// Random positions, rotations and shapes.
+fn shuffle(random: &mut Random, body: &CutBody<'_, '_>, state: &mut [Cell], states: States<'_>) {
+    let size = 0.02 + 0.3 * random.next().abs();
+    for (cell, v) in state.iter_mut().enumerate().take(body.bodily + body.used()) {
+        let rest = body.shapes().rest_position(cell);
+        *v = Cell::at(rest.map(|x| x + size * random.next()));
+        let turn = [1.0, 0.0, 0.0, 0.0].map(|x: f32| x + size * random.next());
+        let length = turn.iter().map(|x| x * x).sum::<f32>().sqrt();
+        let unit = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0].map(|x| x + size * random.next());
+        let numbers = turn.iter().map(|x| x / length).chain(unit);
+        let memory = of_shapes(states).change(cell / LANES).unwrap();
+        put(memory.lasting, cell % LANES, numbers);
+    }
+}
+
+/// Runs `each` after every look of many, at a body that is cut anew once its spare cells are in use.
+fn cut_at_random(mut each: impl FnMut(&mut CutBody<'_, '_>, Look, [f64; 2])) {
+    let model = Model::from_bytes(IMAGE).unwrap();
+    let (cells, tetrahedra) = (model.cells(), model.tetrahedra_to_cut());
+    let mut random = Random(7);
+    for _ in 0..60 {
+        let mut words = std::vec![0xAAAA_AAAA; cut_words(&model)];
+        let mut memory = CutRoom::new(&mut words);
+        let mut body = CutBody::of(&mut memory, &model).unwrap();
+        body.reset();
+        let mut state: Vec<Cell> = model.rest.iter().map(|&rest| Cell::at(rest)).collect();
+        let mut lines = std::vec![TermState::ZERO; term_states(cells)];
+        let mut kept = TermStates::new(&mut lines);
+        kept.reset(cells);
+        let states = kept.shared(cells);
+        for round in 0..80 {
+            if round % 3 == 0 {
+                shuffle(&mut random, &body, &mut state, states);
+            }
+            for _ in 0..6 {
+                body.open_face(random.below(tetrahedra), random.below(4)).unwrap();
+            }
+            for cell in (0..cells).filter(|&cell| body.arrays.marks[cell] == 1).collect::<Vec<_>>()
+            {
+                body.mark(cell, 0);
+                let before = energy(body.shapes(), &places(&model, &state), of_shapes(states));
+                let first = body.bodily + body.used();
+                let look = body.look(cell, &places(&model, &state), states);
+                for copy in first..body.bodily + body.used() {
+                    state[copy] = state[cell];
+                }
+                let after = energy(body.shapes(), &places(&model, &state), of_shapes(states));
+                each(&mut body, look, [before, after]);
+            }
+        }
+    }
+}
+
+#[test]
+fn no_split_raises_the_energy() {
+    let (mut splits, mut falls, mut refused) = (0, 0, 0);
+    cut_at_random(|_, look, [before, after]| {
+        let room = 2e-6 * before.abs();
+        assert!(after <= before + room, "{before} {after}");
+        match look {
+            Look::Split(change) => {
+                splits += 1;
+                falls += usize::from(after < before - room);
+                // The bound that the level takes is one.
+                assert!(change >= after - before - 1e-7 * before.abs(), "{change}");
+                assert!(change <= after - before + 1e-4 * before.abs(), "{change}");
+            }
+            Look::Refused => refused += 1,
+            Look::Whole => assert_eq!(before, after),
+        }
+    });
+    std::println!("{splits} splits, of which {falls} lower the energy; {refused} refused");
+    assert!(splits > 2000 && falls > splits / 2 && refused > 100, "{splits} {falls} {refused}");
+}
+
+/// Lowering offsets changes the energy by no more than it reports, and ends.
+#[test]
+fn offsets_decay() {
+    let model = Model::from_bytes(IMAGE).unwrap();
+    let (mut decays, mut seen) = (0, 0);
+    cut_at_random(|body, look, _| {
+        seen += usize::from(matches!(look, Look::Split(_)));
+        if seen != 7 || !matches!(look, Look::Split(_)) {
+            return;
+        }
+        seen = 0;
+        // At the rest shape, with the states at rest.
+        let mut lines = std::vec![TermState::ZERO; term_states(model.cells())];
+        let mut kept = TermStates::new(&mut lines);
+        kept.reset(model.cells());
+        let states = kept.shared(model.cells());
+        let rest: Vec<[f32; 3]> = body.arrays.rest.to_vec();
+        let at = |cell: usize| rest[cell];
+        let mut ticks = 0;
+        loop {
+            let before = energy(body.shapes(), &at, of_shapes(states));
+            let Some(change) = body.decay(&at, states) else { break };
+            let after = energy(body.shapes(), &at, of_shapes(states));
+            assert!(change >= after - before - 1e-7 * before, "{before} {after} {change}");
+            let room = 1e-4 * (before + before.sqrt());
+            assert!(change <= after - before + room, "{before} {after} {change}");
+            ticks += 1;
+        }
+        assert!((100..160).contains(&ticks), "{ticks}");
+        assert!(body.arrays.offsets.as_flattened().as_flattened().iter().all(|&x| x == 0.0));
+        decays += 1;
+    });
+    assert!(decays > 20, "{decays}");
+}
+
+/// The numbers of a cut body follow from its state; copies have the weights of their originals.
+#[test]
+fn numbers_follow_from_the_state() {
+    let mut splits = 0;
+    cut_at_random(|body, look, _| {
+        splits += usize::from(matches!(look, Look::Split(_)));
+        if splits % 29 != 1 {
+            return;
+        }
+        let bits = |body: &CutBody<'_, '_>| {
+            let arrays = &body.arrays;
+            let floats = [
+                arrays.cells.as_flattened().as_flattened(),
+                arrays.rest.as_flattened(),
+                &*arrays.mobility,
+                &*arrays.factors,
+                arrays.weights.as_flattened().as_flattened(),
+            ];
+            let used = *arrays.rows.last().unwrap() as usize;
+            let slots = arrays.slots[..used].as_flattened().as_flattened();
+            let floats = floats.into_iter().chain([slots]).flatten().map(|x| x.to_bits());
+            let whole = [
+                arrays.ids[..used].as_flattened(),
+                &*arrays.entry,
+                arrays.pairs.as_flattened(),
+                arrays.triangles.as_flattened(),
+            ];
+            let whole = whole.into_iter().flatten().map(|&x| u32::from(x));
+            floats.chain(whole).chain(arrays.box_rows.iter().copied()).collect::<Vec<u32>>()
+        };
+        let before = bits(body);
+        body.derive();
+        assert!(before == bits(body));
+        // Every triangle is a face of a tetrahedron.
+        for triangle in &*body.arrays.triangles {
+            let mut tetrahedra = body.arrays.corners.iter();
+            assert!(tetrahedra.any(|corners| triangle.iter().all(|id| corners.contains(id))));
+        }
+    });
+    assert!(splits > 2000);
+}
+
+#[test]
+fn numbers_are_those_of_the_bake() {
+    let model = Model::from_bytes(IMAGE).unwrap();
+    let mut words = std::vec![0; cut_words(&model)];
+    let mut memory = CutRoom::new(&mut words);
+    let mut body = CutBody::of(&mut memory, &model).unwrap();
+    body.reset();
+    let baked = crate::model::others::shapes(&model.others);
+    (0..body.bodily).for_each(|cell| body.renumber(cell));
+    let now = body.shapes();
+    for cell in 0..body.bodily {
+        for row in 0..nodal::CELL_ROWS {
+            let [a, b] = [now.number(cell, row), baked.number(cell, row)];
+            assert!(
+                (a - b).abs() <= 1e-6 * baked.number(cell, nodal::BOUND),
+                "{cell} {row}: {a} {b}"
+            );
+        }
+        for (other, slot) in baked.slots_of(cell).filter(|(other, _)| *other != cell) {
+            let (_, again) = now.slots_of(cell).find(|(id, _)| *id == other).unwrap();
+            for row in 0..nodal::SLOT_ROWS {
+                let [a, b] = [again.number(row), slot.number(row)];
+                assert!((a - b).abs() < 2e-6, "{cell} {other} {row}: {a} {b}");
+            }
+        }
+    }
+}
+
+#[test]
+fn copies_have_the_weights_of_their_originals() {
+    let mut copies = 0;
+    cut_at_random(|body, look, _| {
+        if body.used() < 40 || copies > 100 || !matches!(look, Look::Split(_)) {
+            return;
+        }
+        let basis = body.model.coarse_basis.unwrap();
+        let now = basis.with_cells(
+            body.arrays.box_rows,
+            body.arrays.pairs,
+            body.arrays.weights,
+            body.arrays.entry,
+            body.arrays.factors,
+        );
+        for cell in 0..body.bodily + body.used() {
+            let whole: Vec<_> = basis.row_of(body.origin(cell)).collect();
+            let part: Vec<_> = now.row_of(cell).collect();
+            assert_eq!(whole, part);
+            copies += usize::from(cell >= body.bodily && !part.is_empty());
+        }
+    });
+    assert!(copies > 30, "{copies}");
+}

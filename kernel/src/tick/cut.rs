@@ -1,0 +1,295 @@
+//! Cutting a body: faces are opened between ticks, and cells split at the start of a tick.
+
+use super::settings::Network;
+use super::tissue::TissueMut;
+#[cfg(feature = "nodal")]
+use crate::contact::held::outer_weight;
+#[cfg(feature = "nodal")]
+use crate::cut::body::CutBody;
+#[cfg(feature = "nodal")]
+use crate::cut::memory::{OPENED, REFUSED, WAITING};
+#[cfg(feature = "nodal")]
+use crate::cut::split::Look;
+#[cfg(feature = "nodal")]
+use crate::cut::{LOOKS_MAX, SPLITS_MAX};
+#[cfg(feature = "nodal")]
+use crate::energy::current::rounded_up;
+#[cfg(feature = "nodal")]
+use crate::energy::held::is_among;
+#[cfg(feature = "nodal")]
+use crate::energy::residual::places;
+use crate::model::Model;
+use crate::solver::Dynamics;
+
+/// The reason for which a face is not opened; nothing has changed.
+///
+/// ```
+/// # use chaincell_kernel::{Model, Network, Settings, Tissue, Track, include_model};
+/// use chaincell_kernel::CutError;
+/// # let image = include_model!(concat!(env!("CARGO_MANIFEST_DIR"), "/data/plane9.chaincell"));
+/// # let model = Model::from_bytes(image)?;
+/// # let network = Network::new(model, Settings::for_model(&model))?;
+/// let mut tissue = Tissue::<128, Track>::new();
+/// tissue.reset(&network)?;
+/// let refused = tissue.view().open_face(&network, 0, 0); // of a body of links
+/// assert_eq!(refused, Err(CutError::NotCuttable));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+pub enum CutError {
+    /// The tissue was not reset to this network.
+    #[error("the tissue belongs to another network: reset it first")]
+    Model,
+    /// The body cannot be cut.
+    #[error("the body cannot be cut: bake it with `cuttable`")]
+    NotCuttable,
+    /// The tissue has too little memory for cutting.
+    #[error("the tissue has too little memory for cutting: size it with cut_words")]
+    Room,
+    /// There is no such face (tetrahedron, corner).
+    #[error(
+        "tetrahedron {0} has no face opposite to a corner {1}, or the body has no such tetrahedron"
+    )]
+    Unknown(usize, usize),
+}
+
+/// State of the cuts of a body.
+///
+/// ```
+/// use chaincell_kernel::CutOutput;
+///
+/// let whole = CutOutput::default();
+/// assert_eq!((whole.opened_faces, whole.copies, whole.refused), (0, 0, 0));
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct CutOutput {
+    /// Number of faces between tetrahedra that are open.
+    pub opened_faces: u32,
+    /// Number of spare cells that are in use: copies of split cells.
+    pub copies: u32,
+    /// Number of cells that wait for a look at their tetrahedra.
+    pub waiting: u32,
+    /// Number of splits that were refused, for want of spare cells or half-links: the body is not as far open
+    /// there as its faces are.
+    pub refused: u32,
+}
+
+#[cfg(feature = "nodal")]
+impl<D: Dynamics> TissueMut<'_, D> {
+    /// Opens the face of a tetrahedron that lies opposite to a corner, on both sides: the tissue there parts in
+    /// the next ticks that are not late. Tetrahedra are numbered as in the mesh, corners from 0 to 3 as in the
+    /// image. Call it between two ticks. Returns false for an outer face and for one that is open already.
+    ///
+    /// Cost: a look at the tetrahedra of one cell.
+    ///
+    /// # Errors
+    /// A tissue that was not reset to this network, a body that cannot be cut, too little memory, a face beyond
+    /// the body.
+    pub fn open_face(
+        &mut self,
+        network: &Network<'_>,
+        tetrahedron: usize,
+        corner: usize,
+    ) -> Result<bool, CutError> {
+        let model = network.model();
+        if self.head.model != Some(model.checksum()) {
+            return Err(CutError::Model);
+        }
+        if !is_cut(model) {
+            return Err(CutError::NotCuttable);
+        }
+        let mut body = CutBody::of(&mut self.cut, model).ok_or(CutError::Room)?;
+        body.open_face(tetrahedron, corner).ok_or(CutError::Unknown(tetrahedron, corner))
+    }
+
+    /// State of the cuts; all 0 for a body that is whole, and without memory for cuts.
+    #[must_use]
+    pub fn cut_output(&mut self, network: &Network<'_>) -> CutOutput {
+        let Some(body) = CutBody::of(&mut self.cut, network.model()) else {
+            return CutOutput::default();
+        };
+        let count = |index: usize| body.arrays.counts.get(index).copied().unwrap_or(0);
+        CutOutput {
+            opened_faces: count(OPENED),
+            copies: body.used() as u32,
+            waiting: count(WAITING),
+            refused: count(REFUSED),
+        }
+    }
+
+    /// The cell that a corner of a tetrahedron has now, a copy after a split; `None` beyond the body and for one
+    /// that cannot be cut.
+    #[must_use]
+    pub fn cell_of_corner(
+        &mut self,
+        network: &Network<'_>,
+        tetrahedron: usize,
+        corner: usize,
+    ) -> Option<u16> {
+        let body = CutBody::of(&mut self.cut, network.model())?;
+        body.arrays.corners.get(tetrahedron)?.get(corner).copied()
+    }
+
+    /// Closes all cuts.
+    pub(super) fn close_cuts(&mut self, model: &Model<'_>) {
+        if let Some(mut body) = CutBody::of(&mut self.cut, model) {
+            body.reset();
+        }
+    }
+
+    /// Words of the state of the cuts; `None` for a whole body.
+    pub(super) fn cut_state(&self, model: &Model<'_>) -> Option<&[u32]> {
+        let words = self.cut.state(model)?;
+        words.get(OPENED).is_some_and(|&opened| opened > 0).then_some(words)
+    }
+
+    /// Calls `run` with the body as it is now.
+    pub(super) fn with_cut_model<R>(
+        &mut self,
+        model: &Model<'_>,
+        run: impl FnOnce(&mut Self, &Model<'_>) -> R,
+    ) -> R {
+        let mut memory = core::mem::take(&mut self.cut);
+        let now = CutBody::of(&mut memory, model).map(CutBody::into_model);
+        let result = run(self, now.as_ref().unwrap_or(model));
+        self.cut = memory;
+        result
+    }
+
+    /// Calls `run` with the network of the body as it is now.
+    pub(super) fn with_cuts<R>(
+        &mut self,
+        network: &Network<'_>,
+        run: impl FnOnce(&mut Self, &Network<'_>) -> R,
+    ) -> R {
+        self.with_cut_model(network.model(), |tissue, model| run(tissue, &network.of_model(*model)))
+    }
+
+    /// Splits the cells that wait, at most [`SPLITS_MAX`], and lowers the offsets of copies.
+    pub(super) fn part(&mut self, network: &Network<'_>) {
+        let model = network.model();
+        let mut memory = core::mem::take(&mut self.cut);
+        let parted = CutBody::of(&mut memory, model).filter(|_| is_cut(model)).map(|mut body| {
+            let split = self.split(&mut body);
+            (split, self.lower(&mut body))
+        });
+        self.cut = memory;
+        let Some((split, lowered)) = parted.filter(|parted| *parted != (None, None)) else {
+            return;
+        };
+        // Book the change of the energy; all else is as after a correction.
+        self.head.touched = None;
+        self.head.level.shift(rounded_up(split.unwrap_or(0.0) + lowered.unwrap_or(0.0)));
+        self.head.awake.wake_all(model);
+        self.head.dynamics.pushed();
+        if split.is_some() {
+            self.touch.forget_bounds();
+            self.with_cuts(network, |tissue, network| {
+                let held = tissue.contacts.get(..tissue.head.chosen).unwrap_or(&[]);
+                tissue.head.outer_weight = outer_weight(network.model(), held);
+            });
+        }
+    }
+
+    /// Splits cells by ascending number. Returns the rise of the energy, rounded up; `None` without a split.
+    fn split(&mut self, body: &mut CutBody<'_, '_>) -> Option<f64> {
+        let (cells, mut rise) = (body.model.cells(), None);
+        let states = self.states.shared(body.model.kept_states());
+        let (mut looks, mut splits) = (LOOKS_MAX, SPLITS_MAX);
+        let is_any = body.arrays.counts.get(WAITING).is_some_and(|&waiting| waiting > 0);
+        for cell in 0..if is_any { cells } else { 0 } {
+            if looks == 0 || splits == 0 {
+                break;
+            }
+            // A cell that the tool holds waits.
+            let held = self.contacts.get(..self.head.chosen).unwrap_or(&[]);
+            let is_waiting = body.arrays.marks.get(cell) == Some(&1);
+            if !is_waiting || (self.head.engaged && is_among(held, cell)) {
+                continue;
+            }
+            looks -= 1;
+            body.mark(cell, 0);
+            let first = body.bodily + body.used();
+            let state = self.state.get(..cells)?;
+            let look = body.look(cell, &places(body.model, state), states);
+            if let Look::Split(change) = look {
+                splits -= 1;
+                *rise.get_or_insert(0.0) += if change > 0.0 { change } else { 0.0 };
+                // The copies lie where the cell lies, in all arrays.
+                for copy in first..body.bodily + body.used() {
+                    inherit(self.state, cell, copy);
+                    inherit(self.residual, cell, copy);
+                    let arrays = self.own.chunks_mut(cells).take(D::ARRAYS);
+                    arrays.for_each(|array| inherit(array, cell, copy));
+                }
+            }
+        }
+        rise
+    }
+
+    /// Lowers the offsets. Returns the change of the energy, rounded up; `None` without one.
+    fn lower(&mut self, body: &mut CutBody<'_, '_>) -> Option<f64> {
+        let state = self.state.get(..body.model.cells())?;
+        let states = self.states.shared(body.model.kept_states());
+        body.decay(&places(body.model, state), states)
+    }
+}
+
+/// Copies an item of an array.
+#[cfg(feature = "nodal")]
+fn inherit<T: Copy>(array: &mut [T], from: usize, to: usize) {
+    if let Some(here) = array.get(from).copied()
+        && let Some(slot) = array.get_mut(to)
+    {
+        *slot = here;
+    }
+}
+
+/// Returns true if a body can be cut: one with stiffening bands cannot.
+#[cfg(feature = "nodal")]
+fn is_cut(model: &Model<'_>) -> bool {
+    let mut bands = 0;
+    model.each_stiffening(|_, _| bands += 1);
+    model.cuttable().is_any() && bands == 0
+}
+
+/// In a kernel without nodal shapes nothing is cut.
+#[cfg(not(feature = "nodal"))]
+impl<D: Dynamics> TissueMut<'_, D> {
+    /// Opens no face: this kernel is built without nodal shapes.
+    ///
+    /// # Errors
+    /// The body cannot be cut.
+    pub fn open_face(&mut self, _: &Network<'_>, _: usize, _: usize) -> Result<bool, CutError> {
+        Err(CutError::NotCuttable)
+    }
+
+    /// State of the cuts: all 0.
+    #[must_use]
+    pub fn cut_output(&mut self, _: &Network<'_>) -> CutOutput {
+        CutOutput::default()
+    }
+
+    pub(super) fn close_cuts(&mut self, _: &Model<'_>) {}
+
+    pub(super) fn cut_state(&self, _: &Model<'_>) -> Option<&[u32]> {
+        None
+    }
+
+    pub(super) fn with_cut_model<R>(
+        &mut self,
+        model: &Model<'_>,
+        run: impl FnOnce(&mut Self, &Model<'_>) -> R,
+    ) -> R {
+        run(self, model)
+    }
+
+    #[inline(always)]
+    pub(super) fn with_cuts<R>(
+        &mut self,
+        network: &Network<'_>,
+        run: impl FnOnce(&mut Self, &Network<'_>) -> R,
+    ) -> R {
+        run(self, network)
+    }
+}
