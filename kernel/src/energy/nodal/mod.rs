@@ -210,8 +210,7 @@ impl<N: LinkNumber> Term<N> for Nodal<'_> {
         states: StatesOf<'_>,
         unit_pa: f32,
     ) -> Option<Stress> {
-        let displaced = |cell| sub(single(at(cell)), self.rest_position(cell));
-        (cell < self.count)
-            .then(|| self.stressed(cell, displaced, states.shape(cell).turn, unit_pa))
+        let at = |cell| single(at(cell));
+        (cell < self.count).then(|| self.stressed(cell, &at, states.shape(cell).turn, unit_pa))
     }
 }
