@@ -648,7 +648,7 @@ typedef struct chaincell_stage_settings {
 /**
  * Those words.
  */
-#define CHAINCELL_TISSUE_WORDS_FIXED 106
+#define CHAINCELL_TISSUE_WORDS_FIXED 110
 
 /**
  * Bytes a cell under track.
@@ -688,7 +688,7 @@ typedef struct chaincell_stage_settings {
 /**
  * Words of a `chaincell_model`.
  */
-#define CHAINCELL_MODEL_WORDS 128
+#define CHAINCELL_MODEL_WORDS 136
 
 /**
  * Words of a `chaincell_stage`.

@@ -33,7 +33,7 @@ use crate::touch::Touch;
 /// address (the next number): what `CHAINCELL_TISSUE_BYTES` goes by.
 pub const TISSUE_BYTES: usize = 2496;
 /// Those words.
-pub const TISSUE_WORDS: usize = 106;
+pub const TISSUE_WORDS: usize = 110;
 /// Bytes a cell under track.
 pub const CELL_BYTES_TRACK: usize = 64;
 /// Bytes a cell under euler.
