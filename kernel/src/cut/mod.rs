@@ -29,9 +29,9 @@
 //! counted, and the cell stays whole until a further face opens there. A late tick splits nothing. Sides of a cut
 //! do not touch each other, and tools do not touch them. A body with stiffening bands is not cut.
 //!
-//! Cost: a split of a cell with 14 tetrahedra takes some 100,000 instructions; where a list of half-links
-//! outgrows its place, those after it move once. RAM: [`cut_words`](crate::cut_words). A body that is not cuttable
-//! takes none, and its bits do not change.
+//! Cost: a split goes over the tetrahedra of the cell and of its neighbours; where a list of half-links outgrows
+//! its place, those after it move once. RAM: [`cut_words`](crate::cut_words). A body that is not cuttable takes
+//! none, and its bits do not change.
 //!
 //! - [`memory`]: memory of the caller, divided into arrays.
 //! - `body`: the arrays with their image: tetrahedra, faces, and the model that a tick reads.

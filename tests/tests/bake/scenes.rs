@@ -4,7 +4,7 @@
 use std::path::Path;
 
 use chaincell_host::bake::tissue::Tissue;
-use chaincell_host::bake::{BakeOptions, BasisSpacing, ContactSurface, PerCell, bake};
+use chaincell_host::bake::{BakeOptions, BasisSpacing, ContactSurface, Cuttable, PerCell, bake};
 use chaincell_host::mesh::{MeshOptions, load};
 use chaincell_scenes::{BOX7, ORGAN500, PLANE4, PLANE8, SCENES, TISSUE6, TOUCH6, VARIED300};
 
@@ -58,6 +58,15 @@ fn the_linked_images_are_what_the_bake_gives() {
         ..plain.clone()
     };
     check("tissue6.chaincell", TISSUE6, &baked("box:6x6x4x0.01", false, &tissue));
+    let soft = Tissue::new(PerCell::Uniform(5000.0), PerCell::Uniform(0.3));
+    let cut = BakeOptions {
+        tissue: Some(Tissue { stretch_min: None, ..soft }),
+        coarse_basis: BasisSpacing::Links(2.0),
+        cuttable: Some(Cuttable { spare_share: 1.0, ..Cuttable::default() }),
+        ..BakeOptions::default()
+    };
+    let linked = include_bytes!("../../data/cut4.chaincell");
+    check("cut4.chaincell", linked, &baked("box:4x4x3x0.01", false, &cut));
     let touch = BakeOptions { contact_surface: ContactSurface::Yes, ..tissue };
     check("touch6.chaincell", TOUCH6, &baked("box:6x6x4x0.01", false, &touch));
     let varied = BakeOptions {
