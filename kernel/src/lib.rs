@@ -75,6 +75,8 @@ pub mod trace;
 
 /// The cargo features that this build has.
 pub const FEATURES: &[&str] = &[
+    #[cfg(feature = "cut")]
+    "cut",
     #[cfg(feature = "nodal")]
     "nodal",
     #[cfg(feature = "surface")]

@@ -218,7 +218,7 @@ impl<'a> TouchRoom<'a> {
     }
 
     /// Makes the next tick take the bounds of all cells from the model.
-    #[cfg(feature = "nodal")]
+    #[cfg(feature = "cut")]
     pub(crate) fn forget_bounds(&mut self) {
         self.0.iter_mut().flat_map(|arrays| &mut *arrays.state).for_each(|state| {
             state.is_filled = false;

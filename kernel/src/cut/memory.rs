@@ -1,18 +1,18 @@
 //! Memory for cutting, of the caller, and its division into arrays.
 
-#[cfg(feature = "nodal")]
+#[cfg(feature = "cut")]
 use bytemuck::AnyBitPattern;
 
 use crate::model::Model;
-#[cfg(feature = "nodal")]
+#[cfg(feature = "cut")]
 use crate::model::nodal::{CellNumbers, OffsetNumbers, SlotNumbers};
-#[cfg(feature = "nodal")]
+#[cfg(feature = "cut")]
 use crate::model::others;
-#[cfg(feature = "nodal")]
+#[cfg(feature = "cut")]
 use crate::number::two_float::{Eight, LANES};
 
 /// 1 in a kernel that cuts, so that arrays of this length have no size in another.
-const BUILT: usize = cfg!(feature = "nodal") as usize;
+const BUILT: usize = cfg!(feature = "cut") as usize;
 
 /// Memory for cutting: words of the caller, [`cut_words`] for a body; without size in a kernel without nodal
 /// shapes.
@@ -58,12 +58,12 @@ impl Default for CutRoom<'_> {
 
 /// Number of words of [`CutRoom`] with which a body can be cut; 0 for one that is not cuttable.
 ///
-/// Per cell 500 to 700 bytes: the half-links, a copy of which changes, are most of it.
+/// Per cell 360 to 430 bytes: the half-links, a copy of which changes, are most of it.
 #[must_use]
 pub fn cut_words(model: &Model<'_>) -> usize {
-    #[cfg(feature = "nodal")]
+    #[cfg(feature = "cut")]
     return Sizes::of(model).map_or(0, |sizes| sizes.0.iter().sum());
-    #[cfg(not(feature = "nodal"))]
+    #[cfg(not(feature = "cut"))]
     {
         let _ = model;
         0
@@ -71,7 +71,7 @@ pub fn cut_words(model: &Model<'_>) -> usize {
 }
 
 /// Arrays of a body that is cut: first its state, then the numbers that follow from state and image.
-#[cfg(feature = "nodal")]
+#[cfg(feature = "cut")]
 pub(crate) struct Arrays<'a> {
     pub counts: &'a mut Counts,
     /// Cells of each tetrahedron.
@@ -113,34 +113,34 @@ pub(crate) struct Arrays<'a> {
 }
 
 /// Words of [`Counts`].
-#[cfg(feature = "nodal")]
+#[cfg(feature = "cut")]
 const COUNTS: usize = 4;
 
 /// Counts of a body that is cut.
-#[cfg(feature = "nodal")]
+#[cfg(feature = "cut")]
 pub(crate) type Counts = [u32; COUNTS];
 /// Index of the number of spare cells in use.
-#[cfg(feature = "nodal")]
+#[cfg(feature = "cut")]
 pub(crate) const USED: usize = 0;
 /// Index of the number of opened faces.
-#[cfg(feature = "nodal")]
+#[cfg(feature = "cut")]
 pub(crate) const OPENED: usize = 1;
 /// Index of the number of refused splits.
-#[cfg(feature = "nodal")]
+#[cfg(feature = "cut")]
 pub(crate) const REFUSED: usize = 2;
 /// Index of the number of cells that wait.
-#[cfg(feature = "nodal")]
+#[cfg(feature = "cut")]
 pub(crate) const WAITING: usize = 3;
 
 /// Arrays of the state: those before this index.
-#[cfg(feature = "nodal")]
+#[cfg(feature = "cut")]
 const STATE: usize = 8;
 
 /// Words of each array, in their order.
-#[cfg(feature = "nodal")]
+#[cfg(feature = "cut")]
 struct Sizes([usize; 19]);
 
-#[cfg(feature = "nodal")]
+#[cfg(feature = "cut")]
 impl Sizes {
     /// `None` for a body that is not cut.
     fn of(model: &Model<'_>) -> Option<Self> {
@@ -176,7 +176,7 @@ impl Sizes {
     }
 }
 
-#[cfg(feature = "nodal")]
+#[cfg(feature = "cut")]
 impl<'a> CutRoom<'a> {
     /// The words of the state; `None` for a body that is not cut, or with too little memory.
     pub(crate) fn state(&self, model: &Model<'_>) -> Option<&[u32]> {
@@ -218,7 +218,7 @@ impl<'a> CutRoom<'a> {
 }
 
 /// Takes an array of `words` words from the rest of the memory.
-#[cfg(feature = "nodal")]
+#[cfg(feature = "cut")]
 fn take<'a, T: AnyBitPattern + bytemuck::NoUninit>(
     rest: &mut &'a mut [u32],
     words: usize,
@@ -229,7 +229,7 @@ fn take<'a, T: AnyBitPattern + bytemuck::NoUninit>(
 }
 
 /// The first `count` triples of half words.
-#[cfg(feature = "nodal")]
+#[cfg(feature = "cut")]
 fn halves(of: &mut [u16], count: usize) -> Option<&mut [[u16; 3]]> {
     Some(of.as_chunks_mut().0).and_then(|triples| triples.get_mut(..count))
 }

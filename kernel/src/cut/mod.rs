@@ -42,26 +42,26 @@
 //! - `offset`: the offsets of copies, and their decay.
 //! - `kept`: what a snapshot and a state hash contain.
 
-#[cfg(feature = "nodal")]
+#[cfg(feature = "cut")]
 pub(crate) mod body;
-#[cfg(feature = "nodal")]
+#[cfg(feature = "cut")]
 mod coarse;
-#[cfg(feature = "nodal")]
+#[cfg(feature = "cut")]
 pub(crate) mod kept;
 pub mod memory;
-#[cfg(feature = "nodal")]
+#[cfg(feature = "cut")]
 mod numbers;
-#[cfg(feature = "nodal")]
+#[cfg(feature = "cut")]
 pub(crate) mod offset;
-#[cfg(feature = "nodal")]
+#[cfg(feature = "cut")]
 mod pieces;
-#[cfg(feature = "nodal")]
+#[cfg(feature = "cut")]
 pub(crate) mod split;
-#[cfg(all(test, feature = "nodal"))]
+#[cfg(all(test, feature = "cut"))]
 mod tests;
 
 /// Most cells that split in a tick.
 pub const SPLITS_MAX: usize = 8;
 /// Most cells whose tetrahedra a tick joins into pieces.
-#[cfg(feature = "nodal")]
+#[cfg(feature = "cut")]
 pub(crate) const LOOKS_MAX: usize = 32;

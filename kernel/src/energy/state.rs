@@ -374,7 +374,7 @@ impl<'a> States<'a> {
     }
 
     /// Gives a cell the present state of another one, also as its published state.
-    #[cfg(feature = "nodal")]
+    #[cfg(feature = "cut")]
     pub fn inherit(&self, from: usize, to: usize) {
         let Some(memory) = self.slice(from / LANES).map(Slice::present) else { return };
         let lane = from % LANES;

@@ -94,7 +94,7 @@ impl<'a> CoarseBasis<'a> {
     }
 
     /// The same basis with other cells in its boxes, which are then in no order of parts.
-    #[cfg(feature = "nodal")]
+    #[cfg(feature = "cut")]
     pub fn with_cells(
         self,
         rows: &'a [u32],

@@ -54,6 +54,21 @@ impl<'a> Cuttable<'a> {
         !self.corners.is_empty()
     }
 
+    /// Returns the cells of each tetrahedron.
+    pub fn corners(&self) -> &'a [[u16; 4]] {
+        self.corners
+    }
+
+    /// Returns the number of spare cells.
+    pub fn spare_cells(&self) -> usize {
+        self.spare_cells
+    }
+
+    /// Returns the energy that a cut takes for each area \[J/m^2\].
+    pub fn toughness_j_per_m2(&self) -> f32 {
+        self.toughness_j_per_m2
+    }
+
     /// Returns the tetrahedra at a cell, ascending; none at a spare cell and beyond the last one.
     #[inline(always)]
     pub fn star(&self, cell: usize) -> &'a [u32] {

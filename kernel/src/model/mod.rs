@@ -14,6 +14,7 @@
 
 mod body;
 pub(crate) mod coarse_basis;
+#[cfg_attr(not(feature = "cut"), path = "uncuttable.rs")]
 pub(crate) mod cuttable;
 mod embedded_mesh;
 pub mod image;

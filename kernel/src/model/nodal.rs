@@ -70,8 +70,10 @@ pub(crate) struct Nodal<'a> {
     /// Stretch at which the band begins; 0 for no band.
     pub stretch_min: f32,
     /// Offsets of the cells' shapes, by slice; none in a body without cuts.
+    #[cfg(feature = "cut")]
     pub offsets: &'a [OffsetNumbers],
     /// 1 for each slice in which a cell has an offset.
+    #[cfg(feature = "cut")]
     pub is_offset: &'a [u8],
 }
 
@@ -84,7 +86,9 @@ impl<'a> Nodal<'a> {
         rest: &[],
         count: 0,
         stretch_min: 0.0,
+        #[cfg(feature = "cut")]
         offsets: &[],
+        #[cfg(feature = "cut")]
         is_offset: &[],
     };
 
@@ -96,8 +100,16 @@ impl<'a> Nodal<'a> {
 
     /// Returns the offsets of a slice, if one of its cells has one.
     #[inline(always)]
+    #[cfg(feature = "cut")]
     pub fn offset_of(&self, slice: usize) -> Option<&'a OffsetNumbers> {
         if *self.is_offset.get(slice)? == 0 { None } else { self.offsets.get(slice) }
+    }
+
+    /// Returns no offsets: this kernel is built without cuts.
+    #[inline(always)]
+    #[cfg(not(feature = "cut"))]
+    pub fn offset_of(&self, _: usize) -> Option<&'a OffsetNumbers> {
+        None
     }
 
     /// Returns a number of a cell.

@@ -22,22 +22,22 @@ type Built<'a> = (Nodal<'a>, (Stiffening<'a>, NoTerm));
 type Built<'a> = NoTerm;
 
 /// The nodal shapes of a body.
-#[cfg(all(not(test), feature = "nodal"))]
+#[cfg(all(not(test), feature = "cut"))]
 pub(crate) fn shapes<'a>(of: &Others<'a>) -> Nodal<'a> {
     of.0
 }
-#[cfg(all(test, feature = "nodal"))]
+#[cfg(all(test, feature = "cut"))]
 pub(crate) fn shapes<'a>(of: &Others<'a>) -> Nodal<'a> {
     of.1.0
 }
 
 /// The same terms with other nodal shapes.
-#[cfg(all(not(test), feature = "nodal"))]
+#[cfg(all(not(test), feature = "cut"))]
 pub(crate) fn reshaped<'a>(of: Others<'a>, shapes: Nodal<'a>) -> Others<'a> {
     let (_, others) = of;
     (shapes, others)
 }
-#[cfg(all(test, feature = "nodal"))]
+#[cfg(all(test, feature = "cut"))]
 pub(crate) fn reshaped<'a>(of: Others<'a>, shapes: Nodal<'a>) -> Others<'a> {
     let (pins, (_, others)) = of;
     (pins, (shapes, others))

@@ -44,20 +44,20 @@ impl<'a> Model<'a> {
     /// ```
     #[must_use]
     pub fn spare_cells(&self) -> usize {
-        self.cuttable.spare_cells
+        self.cuttable.spare_cells()
     }
 
     /// Number of tetrahedra that a blade may part; 0 for a body that cannot be cut. See [`Self::spare_cells`].
     #[must_use]
     pub fn tetrahedra_to_cut(&self) -> usize {
-        self.cuttable.corners.len()
+        self.cuttable.corners().len()
     }
 
     /// Returns the energy that a cut takes for each area \[J/m^2\], `None` for a body that cannot be cut. See
     /// [`Self::spare_cells`].
     #[must_use]
     pub fn toughness_j_per_m2(&self) -> Option<f32> {
-        self.cuttable.is_any().then_some(self.cuttable.toughness_j_per_m2)
+        self.cuttable.is_any().then_some(self.cuttable.toughness_j_per_m2())
     }
 
     /// Returns the tetrahedra that a blade may part.

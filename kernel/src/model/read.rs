@@ -55,7 +55,7 @@ impl<'a> Model<'a> {
         // Read all other sections; spare cells have no input id.
         let cuttable = Cuttable::read(&sections, cells)?;
         let spare_cells = ModelError::Value(kind::CUTTING, cutting::SPARE_CELLS as u32);
-        let bodily = cells.checked_sub(cuttable.spare_cells).ok_or(spare_cells)?;
+        let bodily = cells.checked_sub(cuttable.spare_cells()).ok_or(spare_cells)?;
         let model = Self {
             rest: sections.sized(kind::REST, cells)?,
             rows: sections.sized(kind::ROWS, ends)?,

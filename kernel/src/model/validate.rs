@@ -351,7 +351,7 @@ fn dormant(model: &Model<'_>) -> Result<(), ModelError> {
             return Err(ModelError::Value(kind::NODAL_CELLS, at(cell)));
         }
     }
-    for (number, &[a, b, c, d]) in cuttable.corners.iter().enumerate() {
+    for (number, &[a, b, c, d]) in cuttable.corners().iter().enumerate() {
         let edges = [[a, b], [a, c], [a, d], [b, c], [b, d], [c, d]];
         let is_link = |[one, other]: [u16; 2]| {
             let (lower, upper) = if one < other { (one, other) } else { (other, one) };

@@ -139,7 +139,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
         if model.has_contact_surface() {
             self.touch.keep(cells, pass);
         }
-        #[cfg(feature = "nodal")]
+        #[cfg(feature = "cut")]
         crate::cut::kept::keep(&mut self.cut, model, pass);
         head
     }

@@ -2,21 +2,21 @@
 
 use super::settings::Network;
 use super::tissue::TissueMut;
-#[cfg(feature = "nodal")]
+#[cfg(feature = "cut")]
 use crate::contact::held::outer_weight;
-#[cfg(feature = "nodal")]
+#[cfg(feature = "cut")]
 use crate::cut::body::CutBody;
-#[cfg(feature = "nodal")]
+#[cfg(feature = "cut")]
 use crate::cut::memory::{OPENED, REFUSED, WAITING};
-#[cfg(feature = "nodal")]
+#[cfg(feature = "cut")]
 use crate::cut::split::Look;
-#[cfg(feature = "nodal")]
+#[cfg(feature = "cut")]
 use crate::cut::{LOOKS_MAX, SPLITS_MAX};
-#[cfg(feature = "nodal")]
+#[cfg(feature = "cut")]
 use crate::energy::current::rounded_up;
-#[cfg(feature = "nodal")]
+#[cfg(feature = "cut")]
 use crate::energy::held::is_among;
-#[cfg(feature = "nodal")]
+#[cfg(feature = "cut")]
 use crate::energy::residual::places;
 use crate::model::Model;
 use crate::solver::Dynamics;
@@ -74,7 +74,7 @@ pub struct CutOutput {
     pub refused: u32,
 }
 
-#[cfg(feature = "nodal")]
+#[cfg(feature = "cut")]
 impl<D: Dynamics> TissueMut<'_, D> {
     /// Opens the face of a tetrahedron that lies opposite to a corner, on both sides: the tissue there parts in
     /// the next ticks that are not late. Tetrahedra are numbered as in the mesh, corners from 0 to 3 as in the
@@ -236,7 +236,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
 }
 
 /// Copies an item of an array.
-#[cfg(feature = "nodal")]
+#[cfg(feature = "cut")]
 fn inherit<T: Copy>(array: &mut [T], from: usize, to: usize) {
     if let Some(here) = array.get(from).copied()
         && let Some(slot) = array.get_mut(to)
@@ -246,17 +246,17 @@ fn inherit<T: Copy>(array: &mut [T], from: usize, to: usize) {
 }
 
 /// Returns true if a body can be cut: one with stiffening bands cannot.
-#[cfg(feature = "nodal")]
+#[cfg(feature = "cut")]
 fn is_cut(model: &Model<'_>) -> bool {
     let mut bands = 0;
     model.each_stiffening(|_, _| bands += 1);
     model.cuttable().is_any() && bands == 0
 }
 
-/// In a kernel without nodal shapes nothing is cut.
-#[cfg(not(feature = "nodal"))]
+/// In a kernel without the feature `cut` nothing is cut.
+#[cfg(not(feature = "cut"))]
 impl<D: Dynamics> TissueMut<'_, D> {
-    /// Opens no face: this kernel is built without nodal shapes.
+    /// Opens no face: this kernel is built without the feature `cut`.
     ///
     /// # Errors
     /// The body cannot be cut.

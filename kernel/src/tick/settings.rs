@@ -388,7 +388,7 @@ impl<'m> Network<'m> {
     }
 
     /// The same settings for the same body with cuts.
-    #[cfg(feature = "nodal")]
+    #[cfg(feature = "cut")]
     pub(super) fn of_model<'a>(&self, model: Model<'a>) -> Network<'a> {
         Network { model, settings: self.settings }
     }

@@ -78,7 +78,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
             return self.safe(network, flags);
         };
         let is_late = D::IS_ANYTIME && budget.is_late() && !self.head.level.is_forgotten();
-        #[cfg(feature = "nodal")]
+        #[cfg(feature = "cut")]
         if network.model().cuttable().is_any() {
             return self.run_cut(network, &sample, poses, &mut budget, flags, is_late);
         }
@@ -87,7 +87,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
 
     /// Splits cells of a body that can be cut, unless the tick is late, then computes the tick.
     // Not inlined: its frame holds a model.
-    #[cfg(feature = "nodal")]
+    #[cfg(feature = "cut")]
     #[inline(never)]
     fn run_cut(
         &mut self,
@@ -107,7 +107,8 @@ impl<D: Dynamics> TissueMut<'_, D> {
     }
 
     /// Computes a tick of a body as it is.
-    #[inline(never)]
+    #[cfg_attr(feature = "cut", inline(never))]
+    #[cfg_attr(not(feature = "cut"), inline(always))]
     fn run(
         &mut self,
         network: &Network<'_>,

@@ -14,6 +14,7 @@ use crate::energy::state::{Quads, SliceMemory, StatesOf};
 use crate::model::image::nodal;
 use crate::model::nodal::Nodal;
 use crate::number::cell::{Cell, add, sub};
+#[cfg(feature = "cut")]
 use crate::number::sqrt::sqrt;
 use crate::number::two_float::LANES;
 
@@ -47,6 +48,7 @@ impl Nodal<'_> {
 
     /// Four times the energy of these cells at these positions, with a bound of its rounding error: that of
     /// [`Self::add_stored`], and 4 eps V |P| |F| for the shape, whose elements are near 1.
+    #[cfg(feature = "cut")]
     pub(crate) fn stored(
         self,
         cells: impl Iterator<Item = usize>,

@@ -43,7 +43,10 @@ pub enum ModelError {
     #[error("section {0} has an unknown version: bake again with this release")]
     SectionVersion(u32),
     /// The kernel is built without the feature that reads a section (its kind).
-    #[error("section {0}: this program is built without `nodal`: build it with, or bake links")]
+    #[error(
+        "section {0}: this program is built without the feature that reads it: build it with `nodal`, and for bodies \
+         that can be cut with `cut`, or bake again without such a body"
+    )]
     Unbuilt(u32),
     /// A section has the wrong size (its kind).
     #[error("section {0} has the wrong size: bake again")]

@@ -1,0 +1,42 @@
+//! In place of `cuttable` in a kernel that is built without cuts: an image of a body that can be cut is refused.
+
+use core::marker::PhantomData;
+
+use super::image::{ModelError, Sections, kind};
+
+/// The tetrahedra of a body that a blade may part: none.
+#[derive(Clone, Copy)]
+pub(crate) struct Cuttable<'a>(PhantomData<&'a ()>);
+
+impl<'a> Cuttable<'a> {
+    #[cfg(test)]
+    pub const NONE: Self = Self(PhantomData);
+
+    pub fn is_any(&self) -> bool {
+        false
+    }
+
+    pub fn corners(&self) -> &'a [[u16; 4]] {
+        &[]
+    }
+
+    pub fn spare_cells(&self) -> usize {
+        0
+    }
+
+    pub fn toughness_j_per_m2(&self) -> f32 {
+        0.0
+    }
+
+    /// Refuses the section.
+    pub fn read(sections: &Sections<'a>, _: usize) -> Result<Self, ModelError> {
+        match sections.optional::<u32>(kind::CUTTING)? {
+            Some(_) => Err(ModelError::Unbuilt(kind::CUTTING)),
+            None => Ok(Self(PhantomData)),
+        }
+    }
+
+    pub fn check(&self, _: &[[f32; 3]]) -> Result<(), ModelError> {
+        Ok(())
+    }
+}
