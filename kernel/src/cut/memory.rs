@@ -14,8 +14,8 @@ use crate::number::two_float::{Eight, LANES};
 /// 1 in a kernel that cuts, so that arrays of this length have no size in another.
 const BUILT: usize = cfg!(feature = "cut") as usize;
 
-/// Memory for cutting: words of the caller, [`cut_words`] for a body; without size in a kernel without nodal
-/// shapes.
+/// Memory for cutting: words of the caller, [`cut_words`] for a body; without size in a kernel without the
+/// feature `cut`.
 ///
 /// ```
 /// use chaincell_kernel::{Model, CutRoom, cut_words, include_model};
