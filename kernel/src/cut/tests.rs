@@ -1,5 +1,7 @@
 //! Splits of a body in random states.
 
+#![allow(clippy::unwrap_used)]
+
 use std::vec::Vec;
 
 use super::body::CutBody;

@@ -351,7 +351,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
     }
 
     /// Lets the tool hold these cells of the body as it is.
-    #[inline(never)]
+    #[cfg_attr(feature = "cut", inline(never))]
     fn hold(&mut self, model: &Model<'_>, cells: &[u16]) -> Result<(), ContactError> {
         // A spare cell that is not in use cannot move.
         let bodily = model.cells() - model.spare_cells();
@@ -359,7 +359,9 @@ impl<D: Dynamics> TissueMut<'_, D> {
             let cell = usize::from(cell);
             cell >= bodily && model.mobility.get(cell).is_none_or(|&mobility| mobility <= 0.0)
         };
-        if let Some(at) = cells.iter().position(is_idle) {
+        if model.spare_cells() > 0
+            && let Some(at) = cells.iter().position(is_idle)
+        {
             return Err(ContactError::Fixed(at));
         }
         let (needed, room) = (D::room(model, cells.len()), self.room.len());
