@@ -352,6 +352,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
 
     /// Lets the tool hold these cells of the body as it is.
     #[cfg_attr(feature = "cut", inline(never))]
+    #[cfg_attr(not(feature = "cut"), inline(always))]
     fn hold(&mut self, model: &Model<'_>, cells: &[u16]) -> Result<(), ContactError> {
         // A spare cell that is not in use cannot move.
         let bodily = model.cells() - model.spare_cells();
