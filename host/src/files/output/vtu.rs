@@ -16,7 +16,7 @@ const TETRAHEDRON: u8 = 10;
 
 /// Returns a file with the nodes' positions as [`Engine::nodes`](crate::engine::Engine::nodes) gives them,
 /// their displacement, input id, marks of fixed and of contact cells, the pressure of tools \[Pa\] if there are
-/// any (`contact_pressure_pa`), and strain and stress of a body of nodal shapes ([`stress_data`]). The elements
+/// any (`contact_pressure_pa`), and strain and stress of a body of nodal shapes (`stress_data`). The elements
 /// are tetrahedra, or else surface triangles, or else links.
 #[must_use]
 pub fn vtu(engine: &mut Engine<'_>, nodes: &Nodes) -> String {
