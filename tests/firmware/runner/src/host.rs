@@ -6,9 +6,9 @@ use chaincell_kernel::Choice;
 use chaincell_kernel::Contact;
 use chaincell_kernel::Team;
 use chaincell_kernel::{
-    Anchor, Budget, CoarseTouch, Dynamics, Euler, Head, Model, NearTriangle, Network, Predict,
-    CutRoom, Rkl2, Settings, TermState, TermStates, TissueMut, ToolPose, ToolState, TouchArrays, TouchRoom,
-    TouchState, Track, term_states,
+    Anchor, Budget, CoarseTouch, CutRoom, Dynamics, Euler, Head, Model, NearTriangle, Network,
+    Predict, Rkl2, Settings, TermState, TermStates, TissueMut, ToolPose, ToolState, TouchArrays,
+    TouchRoom, TouchState, Track, term_states,
 };
 use chaincell_scenes::adverse::{self, AdverseError};
 use chaincell_scenes::{Act, Run, RunError, Scene, Tier, golden};
