@@ -87,6 +87,20 @@ pub enum ContactError {
         /// The part, from 0.
         part: usize,
     },
+    /// A tool has more than one edge, or parts behind it.
+    #[error("part {part} of tool {tool} is an edge: a tool has one edge, as its last part")]
+    Edge {
+        /// The tool, from 0.
+        tool: usize,
+        /// The part, from 0.
+        part: usize,
+    },
+    /// An edge cuts, and this body cannot be cut.
+    #[error(
+        "an edge needs a body that can be cut, and memory for it: bake the body with `cuttable`, and run it in a \
+         program that cuts"
+    )]
+    CannotCut,
     /// The coefficient of friction is out of its range.
     #[error("friction must be 0 to {max}")]
     Friction {

@@ -76,8 +76,8 @@ pub struct ToolPart {
     /// Half edges of the core \[m\]: 0 0 0 for a sphere, 0 0 a for a capsule along z. Infinite in every axis
     /// for a half space; its core is everything below z = -radius.
     pub half_m: [f32; 3],
-    /// Radius of the rounded edges around the core \[m\]. A tool presses only so far that no sample lies
-    /// deeper in it than two fifths of this.
+    /// Radius of the rounded edges around the core \[m\]; 0 for the edge of a blade. A tool presses only so far
+    /// that no sample lies deeper in it than two fifths of this.
     pub radius_m: f32,
 }
 
@@ -105,6 +105,27 @@ impl ToolPart {
     #[must_use]
     pub const fn half_space(radius_m: f32) -> Self {
         Self { half_m: [f32::INFINITY; 3], ..Self::sphere(radius_m) }
+    }
+
+    /// A straight edge of a blade, along x: it cuts towards -z, and its plane is that of x and z. It has no sides:
+    /// nothing of it touches the surface. It is the last part of its tool, and needs a body that can be cut.
+    ///
+    /// ```
+    /// use chaincell_kernel::ToolPart;
+    ///
+    /// let blade = [ToolPart::edge(0.005)]; // 10 mm long
+    /// assert!(blade[0].is_edge());
+    /// ```
+    #[must_use]
+    pub const fn edge(half_length_m: f32) -> Self {
+        Self { half_m: [half_length_m, 0.0, 0.0], ..Self::sphere(0.0) }
+    }
+
+    /// Returns true if the part is an edge.
+    #[must_use]
+    pub fn is_edge(&self) -> bool {
+        let [along, height, width] = self.half_m;
+        self.radius_m == 0.0 && along > 0.0 && height == 0.0 && width == 0.0
     }
 
     /// Returns true if the part is a half space.

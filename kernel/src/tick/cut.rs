@@ -61,7 +61,7 @@ pub enum CutError {
 /// let whole = CutOutput::default();
 /// assert_eq!((whole.opened_faces, whole.copies, whole.refused), (0, 0, 0));
 /// ```
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct CutOutput {
     /// Number of faces between tetrahedra that are open.
     pub opened_faces: u32,
@@ -72,6 +72,10 @@ pub struct CutOutput {
     /// Number of splits that were refused, for want of spare cells or half-links: the body is not as far open
     /// there as its faces are.
     pub refused: u32,
+    /// Area that the edges of blades have swept since the reset \[m2\].
+    pub area_m2: f32,
+    /// Work that it took to part it: toughness times area \[J\].
+    pub work_j: f32,
 }
 
 #[cfg(feature = "cut")]
@@ -114,6 +118,8 @@ impl<D: Dynamics> TissueMut<'_, D> {
             copies: body.used() as u32,
             waiting: count(WAITING),
             refused: count(REFUSED),
+            area_m2: 0.0,
+            work_j: 0.0,
         }
     }
 
