@@ -287,7 +287,9 @@ impl<'a> TouchArrays<'a> {
     pub(crate) fn touching(self, model: &Model<'_>) -> (Touch<'a>, Option<&'a CoarseTouch>) {
         let none = (Touch::NONE, None);
         let Some(state) = self.state.first() else { return none };
-        if state.count == 0 || !self.tools.iter().any(|tool| tool.is_in) {
+        let mut edges = Proxies(self.tools).edges();
+        let cuts = edges.any(|edge| edge.fronts().next().is_some());
+        if !cuts && (state.count == 0 || !self.tools.iter().any(|tool| tool.is_in)) {
             return none;
         }
         let is_elastic = model.coarse_basis.is_some_and(|basis| basis.elastic().is_some());

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use crate::energy::surface::Solid;
+use crate::energy::surface::{Edge, Solid};
 use crate::number::turn::Turn;
 
 /// The identity orientation x, y, z, w.
@@ -132,6 +132,17 @@ impl ToolPart {
     #[must_use]
     pub fn is_half_space(&self) -> bool {
         self.half_m == [f32::INFINITY; 3]
+    }
+
+    /// The edge in mean link lengths; `None` for another part, and if a number is not finite or too large.
+    pub(crate) fn edge_in_links(&self, unit_m: f32, most: f32) -> Option<Edge> {
+        let [half, ..] = self.half_m.map(|x| x / unit_m);
+        let centre = self.centre_m.map(|x| x / unit_m);
+        let is_within = |x: f32| x.abs() <= most;
+        let is_good =
+            self.is_edge() && half > 0.0 && is_within(half) && centre.into_iter().all(is_within);
+        let turn = Turn::of_orientation(self.orientation).filter(|_| is_good)?;
+        Some(Edge::new(half, centre, turn))
     }
 
     /// The part in mean link lengths; `None` if a number is not finite, too small or too large.

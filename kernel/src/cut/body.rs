@@ -1,6 +1,6 @@
 //! The arrays of a body that is cut, with its image.
 
-use super::memory::{Arrays, CutRoom, OPENED, USED, WAITING};
+use super::memory::{Arrays, COUNTS, CutRoom, OPENED, USED, WAITING};
 use crate::model::cuttable::Cuttable;
 use crate::model::nodal::Nodal;
 use crate::model::{Model, others};
@@ -24,7 +24,7 @@ impl<'a, 'm> CutBody<'a, 'm> {
 
     /// The body as its image has it: whole.
     pub fn reset(&mut self) {
-        *self.arrays.counts = [0; 4];
+        *self.arrays.counts = [0; COUNTS];
         copy(self.arrays.corners, self.cut.corners);
         self.arrays.faces.fill(0);
         self.arrays.marks.fill(0);
@@ -96,7 +96,7 @@ impl<'a, 'm> CutBody<'a, 'm> {
 
     /// The tetrahedron on the other side of a face, with the corner opposite to it there; `None` at an outer
     /// face, and beyond the body.
-    fn across(&self, tetrahedron: usize, corner: usize) -> Option<(usize, usize)> {
+    pub(super) fn across(&self, tetrahedron: usize, corner: usize) -> Option<(usize, usize)> {
         let corners = self.cut.corners.get(tetrahedron)?;
         let mut of_face = corners.iter().enumerate().filter(|(at, _)| *at != corner);
         let (_, &first) = of_face.next()?;

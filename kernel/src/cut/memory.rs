@@ -114,7 +114,7 @@ pub(crate) struct Arrays<'a> {
 
 /// Words of [`Counts`].
 #[cfg(feature = "cut")]
-const COUNTS: usize = 4;
+pub(super) const COUNTS: usize = 6;
 
 /// Counts of a body that is cut.
 #[cfg(feature = "cut")]
@@ -131,6 +131,9 @@ pub(crate) const REFUSED: usize = 2;
 /// Index of the number of cells that wait.
 #[cfg(feature = "cut")]
 pub(crate) const WAITING: usize = 3;
+/// Index of the two words of the swept area [mean link lengths^2], an `f64`, the low one first.
+#[cfg(feature = "cut")]
+pub(super) const AREA: usize = 4;
 
 /// Arrays of the state: those before this index.
 #[cfg(feature = "cut")]

@@ -40,12 +40,18 @@
 //! - `pieces`: the tetrahedra at a cell, by the faces that are closed.
 //! - `split`: the split of a cell.
 //! - `offset`: the offsets of copies, and their decay.
+//! - `edge`: the fronts of a blade's edge; `entry`: how it enters; `strip`: the faces that it opens; `place`:
+//!   points of tetrahedra.
 //! - `kept`: what a snapshot and a state hash contain.
 
 #[cfg(feature = "cut")]
 pub(crate) mod body;
 #[cfg(feature = "cut")]
 mod coarse;
+#[cfg(feature = "cut")]
+pub(crate) mod edge;
+#[cfg(feature = "cut")]
+mod entry;
 #[cfg(feature = "cut")]
 pub(crate) mod kept;
 pub mod memory;
@@ -56,7 +62,11 @@ pub(crate) mod offset;
 #[cfg(feature = "cut")]
 mod pieces;
 #[cfg(feature = "cut")]
+mod place;
+#[cfg(feature = "cut")]
 pub(crate) mod split;
+#[cfg(feature = "cut")]
+mod strip;
 #[cfg(all(test, feature = "cut"))]
 mod tests;
 

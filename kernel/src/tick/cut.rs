@@ -19,7 +19,13 @@ use crate::energy::held::is_among;
 #[cfg(feature = "cut")]
 use crate::energy::residual::places;
 use crate::model::Model;
+#[cfg(feature = "cut")]
+use crate::number::two_float::TwoFloat;
 use crate::solver::Dynamics;
+
+/// Rounding of the energy of an edge's samples, relative to it.
+#[cfg(feature = "cut")]
+const ROUNDING: f32 = 16.0 * f32::EPSILON;
 
 /// The reason for which a face is not opened; nothing has changed.
 ///
@@ -112,14 +118,16 @@ impl<D: Dynamics> TissueMut<'_, D> {
         let Some(body) = CutBody::of(&mut self.cut, network.model()) else {
             return CutOutput::default();
         };
+        let unit_m = f64::from(body.model.unit_m());
+        let area_m2 = (body.area() * unit_m * unit_m) as f32;
         let count = |index: usize| body.arrays.counts.get(index).copied().unwrap_or(0);
         CutOutput {
             opened_faces: count(OPENED),
             copies: body.used() as u32,
             waiting: count(WAITING),
             refused: count(REFUSED),
-            area_m2: 0.0,
-            work_j: 0.0,
+            area_m2,
+            work_j: area_m2 * body.cut.toughness_j_per_m2,
         }
     }
 
@@ -134,6 +142,11 @@ impl<D: Dynamics> TissueMut<'_, D> {
     ) -> Option<u16> {
         let body = CutBody::of(&mut self.cut, network.model())?;
         body.arrays.corners.get(tetrahedron)?.get(corner).copied()
+    }
+
+    /// Returns true if there is memory to cut this body.
+    pub(super) fn has_cut_memory(&mut self, model: &Model<'_>) -> bool {
+        CutBody::of(&mut self.cut, model).is_some() && is_cut(model)
     }
 
     /// Closes all cuts.
@@ -171,12 +184,15 @@ impl<D: Dynamics> TissueMut<'_, D> {
         self.with_cut_model(network.model(), |tissue, model| run(tissue, &network.of_model(*model)))
     }
 
-    /// Splits the cells that wait, at most [`SPLITS_MAX`], and lowers the offsets of copies.
+    /// Moves the fronts of blades on, splits the cells that wait, at most [`SPLITS_MAX`], and lowers the offsets of
+    /// copies.
     pub(super) fn part(&mut self, network: &Network<'_>) {
         let model = network.model();
         let mut memory = core::mem::take(&mut self.cut);
         let parted = CutBody::of(&mut memory, model).filter(|_| is_cut(model)).map(|mut body| {
+            self.draw(&mut body);
             let split = self.split(&mut body);
+            self.rename_fronts(&body);
             (split, self.lower(&mut body))
         });
         self.cut = memory;
@@ -195,6 +211,33 @@ impl<D: Dynamics> TissueMut<'_, D> {
                 tissue.head.outer_weight = outer_weight(network.model(), held);
             });
         }
+    }
+
+    /// Moves the fronts of blades on, and opens the faces that they pass.
+    fn draw(&mut self, body: &mut CutBody<'_, '_>) {
+        let Some(state) = self.state.get(..body.model.cells()) else { return };
+        let at = places(body.model, state);
+        let Some(arrays) = self.touch.whole() else { return };
+        for tool in arrays.tools.iter_mut().filter(|tool| tool.is_in) {
+            let edge = &mut tool.proxy.edge;
+            if edge.samples().is_empty() {
+                continue;
+            }
+            let before = edge.energy(&at);
+            if !body.draw(edge, &at) {
+                continue;
+            }
+            let after = edge.energy(&at);
+            let rounding = ROUNDING * (before + after);
+            self.head.level.shift(TwoFloat::from(after).minus(before.into()).plus(rounding.into()));
+            self.head.awake.wake_all(body.model);
+        }
+    }
+
+    /// Names the cells of the blades' fronts anew.
+    fn rename_fronts(&mut self, body: &CutBody<'_, '_>) {
+        let tools = self.touch.whole().into_iter().flat_map(|arrays| &mut *arrays.tools);
+        tools.for_each(|tool| body.rename_fronts(&mut tool.proxy.edge));
     }
 
     /// Splits cells by ascending number. Returns the rise of the energy, rounded up; `None` without a split.
@@ -274,6 +317,10 @@ impl<D: Dynamics> TissueMut<'_, D> {
     #[must_use]
     pub fn cut_output(&mut self, _: &Network<'_>) -> CutOutput {
         CutOutput::default()
+    }
+
+    pub(super) fn has_cut_memory(&mut self, _: &Model<'_>) -> bool {
+        false
     }
 
     pub(super) fn close_cuts(&mut self, _: &Model<'_>) {}

@@ -40,6 +40,11 @@ impl<D: Dynamics> TissueMut<'_, D> {
     ) -> Result<(), ContactError> {
         let model = self.may_choose(network)?;
         tools::check::<D>(model, &self.touch, self.room.len(), chosen, friction)?;
+        if chosen.iter().any(|parts| parts.iter().any(ToolPart::is_edge))
+            && !self.has_cut_memory(model)
+        {
+            return Err(ContactError::CannotCut);
+        }
         tools::choose(model, &mut self.touch, chosen, friction);
         self.head.chosen = 0;
         self.head.dynamics.release();

@@ -3,7 +3,9 @@
 use crate::contact::error::ContactError;
 use crate::contact::memory::TouchRoom;
 use crate::contact::pose::ToolPart;
-use crate::energy::surface::{IS_BUILT, PARTS_MAX, Proxy, TOOLS_MAX, ToolState};
+use crate::energy::surface::{
+    EDGE_SAMPLES, Edge, IS_BUILT, PARTS_MAX, Proxy, TOOLS_MAX, ToolState,
+};
 use crate::model::{COORDINATE_MAX, Model};
 use crate::solver::Dynamics;
 
@@ -42,6 +44,10 @@ pub(crate) fn check<D: Dynamics>(
             return Err(ContactError::Parts { tool, most: PARTS_MAX });
         }
         for (part, shape) in parts.iter().enumerate() {
+            if shape.is_edge() {
+                check_edge(model, shape, (tool, part), parts.len())?;
+                continue;
+            }
             let Some(solid) = shape.solid(model.unit_m(), COORDINATE_MAX) else {
                 return Err(ContactError::Part { tool, part });
             };
@@ -64,6 +70,22 @@ pub(crate) fn check<D: Dynamics>(
     Ok(())
 }
 
+/// Checks that a part may be the edge of a tool of `parts` parts.
+fn check_edge(
+    model: &Model<'_>,
+    shape: &ToolPart,
+    (tool, part): (usize, usize),
+    parts: usize,
+) -> Result<(), ContactError> {
+    if shape.edge_in_links(model.unit_m(), COORDINATE_MAX).is_none() {
+        return Err(ContactError::Part { tool, part });
+    }
+    if EDGE_SAMPLES == 0 || !model.cuttable().is_any() {
+        return Err(ContactError::CannotCut);
+    }
+    if part + 1 < parts { Err(ContactError::Edge { tool, part }) } else { Ok(()) }
+}
+
 /// Takes over checked tools, at no contact.
 pub(crate) fn choose(
     model: &Model<'_>,
@@ -73,8 +95,10 @@ pub(crate) fn choose(
 ) {
     let Some(arrays) = memory.whole() else { return };
     for (slot, parts) in arrays.tools.iter_mut().zip(tools) {
+        let edge = parts.iter().find_map(|part| part.edge_in_links(model.unit_m(), COORDINATE_MAX));
         let parts = parts.iter().filter_map(|part| part.solid(model.unit_m(), COORDINATE_MAX));
-        *slot = ToolState { proxy: Proxy::of(parts), ..ToolState::NONE };
+        let proxy = Proxy::with_edge(parts, edge.unwrap_or(Edge::NONE));
+        *slot = ToolState { proxy, ..ToolState::NONE };
     }
     for state in &mut *arrays.state {
         (state.tools, state.friction) = (tools.len(), friction);

@@ -37,6 +37,7 @@ impl ToolState {
             Some(true) if !self.is_in || self.waits() => {
                 let edge = if self.waits() { Edge::Waits } else { Edge::In };
                 self.proxy = self.proxy.at(self.target, self.target_turn, 1.0);
+                self.proxy.edge.leave();
                 self.is_in = true;
                 (self.times, self.gives_way) = (0, false);
                 edge
@@ -52,6 +53,7 @@ impl ToolState {
     /// Releases the tool.
     pub(crate) fn leave(&mut self) {
         self.is_in = false;
+        self.proxy.edge.leave();
         (self.met, self.is_ahead) = (Meeting::NONE, false);
         (self.way, self.spin, self.fade) = ([0.0; 3], [0.0; 3], 0.0);
     }

@@ -72,7 +72,21 @@ impl Meeting {
                 sum.touched += 1;
             }
         }
-        sum
+        sum.with_edge(proxy, at)
+    }
+
+    /// Adds the edge of a blade.
+    fn with_edge(mut self, proxy: &Proxy, at: &impl Fn(usize) -> [f32; 3]) -> Self {
+        for sample in proxy.edge.fronts() {
+            let Some(pressed) = sample.press(proxy.edge.forward, at) else { continue };
+            self.energy = self.energy.plus(pressed.energy.into());
+            self.force = sub(self.force, pressed.force);
+            let arm = sub(sample.place, proxy.pivot);
+            self.torque = sub(self.torque, cross(arm, pressed.force));
+            self.stiffness += if pressed.is_stuck { sample.stiffness } else { 0.0 };
+            self.touched += 1;
+        }
+        self
     }
 }
 

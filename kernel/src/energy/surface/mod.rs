@@ -31,6 +31,7 @@
 //!
 //! - `samples`: the points of a triangle.
 //! - `solid`, `proxy`: the parts of a tool, and the tool as the tissue meets it.
+//! - `edge`: the edge of a blade.
 //! - `friction`: anchors of samples in contact, and grips.
 //! - `near`: a triangle in reach; [`contact`](crate::contact) finds them.
 //! - `press`: force of a part on the samples of a triangle.
@@ -38,6 +39,7 @@
 //! - `tool`: a tool and its contact.
 //! - `touch`: the tools' part in passes over the cells.
 
+mod edge;
 mod friction;
 mod meeting;
 mod near;
@@ -48,6 +50,7 @@ mod solid;
 mod tool;
 mod touch;
 
+pub(crate) use edge::{EDGE_SAMPLES, Edge, EdgeSample};
 pub use friction::Anchor;
 pub(crate) use meeting::Meeting;
 pub use near::NearTriangle;

@@ -1,5 +1,6 @@
 //! A tool's proxy, which the tissue meets: the tool's parts at a pose.
 
+use super::edge::Edge;
 use super::solid::Solid;
 use crate::number::cell::{add, sub};
 use crate::number::kept::kept;
@@ -17,6 +18,8 @@ kept! {
         shape: [Solid; PARTS_MAX],
         parts: [Solid; PARTS_MAX],
         count: usize,
+        /// The edge of a blade; without samples for other tools.
+        pub edge: Edge,
         /// Position of the tool's frame.
         pub pivot: [f32; 3],
         pub turn: Turn,
@@ -31,6 +34,7 @@ impl Proxy {
         shape: [Solid::NONE; PARTS_MAX],
         parts: [Solid::NONE; PARTS_MAX],
         count: 0,
+        edge: Edge::NONE,
         pivot: [0.0; 3],
         turn: Turn::NONE,
         share: 0.0,
@@ -41,12 +45,19 @@ impl Proxy {
         shape: [Solid::EMPTY; PARTS_MAX],
         parts: [Solid::EMPTY; PARTS_MAX],
         turn: Turn::EMPTY,
+        edge: Edge::EMPTY,
         ..Self::NONE
     };
 
-    /// A tool of these parts, at the origin; parts beyond [`PARTS_MAX`] are ignored.
+    /// A tool of these parts alone, at the origin; parts beyond [`PARTS_MAX`] are ignored.
+    #[cfg(test)]
     pub fn of(parts: impl Iterator<Item = Solid>) -> Self {
-        let mut proxy = Self::NONE;
+        Self::with_edge(parts, Edge::NONE)
+    }
+
+    /// A tool of these parts and an edge, at the origin; parts beyond [`PARTS_MAX`] are ignored.
+    pub fn with_edge(parts: impl Iterator<Item = Solid>, edge: Edge) -> Self {
+        let mut proxy = Self { edge, ..Self::NONE };
         for (slot, part) in proxy.shape.iter_mut().zip(parts) {
             *slot = part;
             proxy.count += 1;
@@ -56,7 +67,8 @@ impl Proxy {
 
     /// The tool at a pose, with a share of its radii.
     pub fn at(&self, pivot: [f32; 3], turn: Turn, share: f32) -> Self {
-        let mut proxy = Self { pivot, turn, share, ..*self };
+        let edge = self.edge.placed(pivot, turn);
+        let mut proxy = Self { pivot, turn, share, edge, ..*self };
         for (part, shape) in proxy.parts.iter_mut().zip(&proxy.shape).take(proxy.count) {
             *part = shape.placed(pivot, turn).grown(share);
         }

@@ -1,5 +1,6 @@
 //! A tool and its contact, and the list of the chosen ones.
 
+use super::edge::Edge;
 use super::meeting::Meeting;
 use super::proxy::{PARTS_MAX, Proxy};
 use super::solid::Solid;
@@ -78,5 +79,11 @@ impl<'a> Proxies<'a> {
     pub fn part(&self, index: u8) -> Option<&'a Solid> {
         let index = usize::from(index);
         self.0.get(index / PARTS_MAX)?.proxy.parts().get(index % PARTS_MAX)
+    }
+
+    /// The edges of engaged blades.
+    #[inline(always)]
+    pub fn edges(&self) -> impl Iterator<Item = &'a Edge> + use<'a> {
+        self.0.iter().filter(|tool| tool.is_in).map(|tool| &tool.proxy.edge)
     }
 }

@@ -51,6 +51,23 @@ impl Touching<'_> {
                 }
             }
         }
+        self.pull_edges(at);
+    }
+
+    /// Adds the edges of blades.
+    fn pull_edges(&self, at: &impl Fn(usize) -> [f32; 3]) {
+        for edge in self.tools.edges() {
+            for sample in edge.fronts() {
+                let Some(pressed) = sample.press(edge.forward, at) else { continue };
+                let [x, y, z] = pressed.force;
+                let all = Cell([x, y, z, 8.0 * pressed.energy]);
+                for (&cell, weight) in sample.corners.iter().zip(sample.weights) {
+                    if let Some(pull) = self.pulls.get(usize::from(cell)) {
+                        pull.set(pull.get().plus(Cell(all.0.map(|part| weight * part))));
+                    }
+                }
+            }
+        }
     }
 
     /// Calls `add(residual, contribution)` for the cells of awake slices that have one.

@@ -24,7 +24,7 @@
 
 use super::square::{COLUMNS, Square, add_scaled, at, cholesky, put};
 use super::turns::turned_with;
-use super::under::{Mean, OF_TRIANGLE, OneSample, Under};
+use super::under::{Mean, OF_SAMPLE, OneSample, Under};
 use crate::backend::f32x8::F32x8;
 use crate::energy::residual::Terms;
 use crate::energy::surface::NearTriangle;
@@ -103,6 +103,7 @@ impl CoarseTouch {
                 self.take_in(&sample, holds);
             }
         }
+        of_edges(&basis, under, place, |sample| self.take_in(sample, holds));
         let count = self.count;
         if !holds {
             for way in self.ways.iter_mut().take(count) {
@@ -117,6 +118,7 @@ impl CoarseTouch {
                 self.stiffen(&sample);
             }
         }
+        of_edges(&basis, under, place, |sample| self.stiffen(sample));
         cholesky(&mut self.lower, count);
         let functions = self.functions;
         for (way, &function) in self.ways.iter_mut().zip(&functions).take(count) {
@@ -184,7 +186,7 @@ impl CoarseTouch {
 
     /// Adds the part of a sample to S.
     fn stiffen(&mut self, sample: &OneSample) {
-        let mut shares = [(0, 0.0, [0.0; 3]); 3 * OF_TRIANGLE];
+        let mut shares = [(0, 0.0, [0.0; 3]); 3 * OF_SAMPLE];
         let mut count = 0;
         for &(function, weight) in sample.functions() {
             for column in self.columns_of(function).unwrap_or(0..0) {
@@ -312,6 +314,19 @@ impl CoarseTouch {
                 }
             }
         }
+    }
+}
+
+/// Calls `each` for the samples of the blades' edges that press.
+fn of_edges(
+    basis: &CoarseBasis<'_>,
+    under: Under<'_>,
+    place: &impl Fn(usize) -> [f32; 3],
+    mut each: impl FnMut(&OneSample),
+) {
+    for edge in under.tools.edges() {
+        let pressing = edge.fronts().filter(|sample| sample.press(edge.forward, place).is_some());
+        pressing.for_each(|sample| each(&OneSample::of_edge(basis, sample, edge.forward)));
     }
 }
 

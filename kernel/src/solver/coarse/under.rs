@@ -1,13 +1,13 @@
 //! The samples of a triangle under a tool, taken as one, for an elastic coarse level.
 
-use crate::energy::surface::{Anchor, NearTriangle, Proxies, Solid, each_met};
+use crate::energy::surface::{Anchor, EdgeSample, NearTriangle, Proxies, Solid, each_met};
 use crate::model::coarse_basis::CoarseBasis;
 use crate::number::cell::{add, dot, scale, sub};
 use crate::number::sqrt::sqrt;
 use crate::number::two_float::Eight;
 
-/// Basis functions at the corners of a triangle.
-pub(super) const OF_TRIANGLE: usize = 24;
+/// Basis functions at the corners of a triangle, or of a tetrahedron in a kernel that cuts.
+pub(super) const OF_SAMPLE: usize = if cfg!(feature = "cut") { 32 } else { 24 };
 /// Samples this near to a part count as touched [radii]: the tissue may move into the part within the tick,
 /// and a direction that ignored them would press them in as if there were no contact.
 const COMING: f32 = 0.2;
@@ -26,7 +26,7 @@ pub(super) struct Mean {
 pub(super) struct OneSample {
     pub mean: Mean,
     /// Basis functions with their weights at the sample.
-    functions: [(u16, f32); OF_TRIANGLE],
+    functions: [(u16, f32); OF_SAMPLE],
     count: usize,
 }
 
@@ -97,9 +97,25 @@ impl Mean {
 
 impl OneSample {
     pub fn of(basis: &CoarseBasis<'_>, near: &NearTriangle, mean: Mean) -> Self {
-        let mut one = Self { mean, functions: [(0, 0.0); OF_TRIANGLE], count: 0 };
         let whole = sum(mean.shares);
-        for (&cell, share) in near.corners.iter().zip(mean.shares) {
+        Self::at(basis, near.corners.iter().zip(mean.shares), whole, mean)
+    }
+
+    /// A sample of an edge with this direction, as if its front stayed: a front that moves on is softer.
+    pub fn of_edge(basis: &CoarseBasis<'_>, sample: &EdgeSample, forward: [f32; 3]) -> Self {
+        let mean = Mean { stiffness: [sample.stiffness, 0.0], normal: forward, ..Mean::NONE };
+        Self::at(basis, sample.corners.iter().zip(sample.weights), 1.0, mean)
+    }
+
+    /// A sample between cells, with the share of each in the whole.
+    fn at<'a>(
+        basis: &CoarseBasis<'_>,
+        shares: impl Iterator<Item = (&'a u16, f32)>,
+        whole: f32,
+        mean: Mean,
+    ) -> Self {
+        let mut one = Self { mean, functions: [(0, 0.0); OF_SAMPLE], count: 0 };
+        for (&cell, share) in shares {
             // Corners in one box have the same functions in the same order.
             let mut next = 0;
             for (function, weight) in basis.row_of(cell.into()) {

@@ -1,0 +1,233 @@
+//! A blade cuts: after the sweeps of a tick the fronts of its edge move on, and the faces that they pass open.
+//!
+//! With p the way from a front to its sample and q its part along the direction of cutting, a front whose force
+//! is at its limit, k q > J w, moves on by q - J w / k in that direction, in the material as it is deformed. A
+//! front that presses also follows its sample along the edge, and across the blade's plane by at most the
+//! progress of the cut, at no force. The energy of the edge falls by what the hand paid: J w times the progress.
+//! The swept area is the sum of w times the progress.
+//!
+//! A front is left behind, and its sample enters anew, where the blade is drawn back by more than [`BACK`] mean
+//! link lengths, or moved aside by more than [`ASIDE`].
+//!
+//! Cost: the tetrahedra that the edge passes; while a sample is outside, also that of `entry`.
+
+use super::body::CutBody;
+use super::memory::AREA;
+use super::place::{Point, weights};
+use super::strip::Strip;
+use crate::energy::surface::{EDGE_SAMPLES, Edge, EdgeSample};
+use crate::number::cell::{add, dot, scale, sub};
+use crate::number::turn::cross;
+
+/// Steps in which a front moves on.
+const STEPS: usize = 3;
+/// Way back at which a front is left behind [mean link lengths].
+const BACK: f32 = 4.0;
+/// Way aside at which it is [mean link lengths].
+const ASIDE: f32 = 1.0;
+/// Stiffness of a sample over Young's modulus times its length.
+const STIFFNESS: f32 = 8.0;
+/// Most that a sample presses in before its front moves on [mean link lengths].
+const PRESSED: f32 = 0.2;
+
+/// The front of a sample before a move and after it.
+#[derive(Clone, Copy)]
+struct Move {
+    before: Point,
+    after: Point,
+}
+
+impl CutBody<'_, '_> {
+    /// Moves the fronts of an edge on and opens the faces that they pass. Returns true if a front has moved,
+    /// begun or ended.
+    pub fn draw(&mut self, edge: &mut Edge, at: &impl Fn(usize) -> [f32; 3]) -> bool {
+        let mut moves = [None; EDGE_SAMPLES];
+        let (forward, along) = (edge.forward, edge.along);
+        // Let samples in, and move the fronts of the others.
+        if edge.samples().iter().any(|sample| !sample.is_in()) {
+            self.enter(edge, at, &mut moves);
+        }
+        let mut is_changed = moves.iter().any(Option::is_some);
+        let mut area = 0.0;
+        for (sample, slot) in edge.samples_mut().iter_mut().zip(&mut moves) {
+            if slot.is_some() || !sample.is_in() {
+                continue;
+            }
+            let before = Point { tetrahedron: sample.tetrahedron as usize, rest: sample.rest };
+            let progress = self.advance(sample, [forward, along], at);
+            let after = Point { tetrahedron: sample.tetrahedron as usize, rest: sample.rest };
+            is_changed |= before.rest != after.rest || !sample.is_in();
+            area += sample.length * progress;
+            *slot = sample.is_in().then_some(Move { before, after });
+        }
+        self.add_area(area);
+        // Open the faces between neighbouring fronts.
+        for (left, pair) in edge.samples().windows(2).enumerate() {
+            if let [a, b] = pair
+                && let (Some(one), Some(other)) = (moves.get(left), moves.get(left + 1))
+            {
+                self.open_between((a, one), (b, other), at);
+            }
+        }
+        is_changed
+    }
+
+    /// Lets samples in that have entered the tissue.
+    fn enter(&self, edge: &mut Edge, at: &impl Fn(usize) -> [f32; 3], moves: &mut [Option<Move>]) {
+        let (mut entries, forward) = ([None; EDGE_SAMPLES], edge.forward);
+        self.find_entries(edge, at, &mut entries);
+        for ((sample, entry), slot) in edge.samples_mut().iter_mut().zip(entries).zip(moves) {
+            let Some(entry) = entry else { continue };
+            let Some((front, door)) = self.entered(sample, forward, entry, at) else { continue };
+            self.begin(sample, front);
+            *slot = Some(Move { before: Point { rest: door, ..front }, after: front });
+        }
+    }
+
+    /// Gives a sample its first front.
+    fn begin(&self, sample: &mut EdgeSample, front: Point) {
+        let cell = self.cut.corners.get(front.tetrahedron).map_or(0, |corners| corners[0]);
+        let young_pa = self.model.elasticity(cell.into()).map_or(1.0, |[young_pa, _]| young_pa);
+        let (unit_m, unit_n) = (self.model.unit_m(), self.model.force_unit_n());
+        let toughness = self.cut.toughness_j_per_m2;
+        // Both forces over the unit of force [N], lengths in links.
+        sample.limit = toughness * unit_m / unit_n * sample.length;
+        let (soft, short) = (
+            STIFFNESS * young_pa * unit_m * unit_m / unit_n * sample.length,
+            sample.limit / PRESSED,
+        );
+        sample.stiffness = if soft > short { soft } else { short };
+        self.set_front(sample, front);
+    }
+
+    /// Sets the front of a sample.
+    fn set_front(&self, sample: &mut EdgeSample, front: Point) {
+        let corners = self.corners_at_rest(front.tetrahedron);
+        let (Some(corners), Some(&cells)) = (corners, self.arrays.corners.get(front.tetrahedron))
+        else {
+            return sample.leave();
+        };
+        // A point on a face may lie outside by rounding: its weights stay between 0 and 1.
+        let weights = weights(corners, front.rest).map(|x| if x > 0.0 { x } else { 0.0 });
+        let sum = weights.iter().fold(0.0, |sum, x| sum + x);
+        sample.weights = weights.map(|x| x / sum);
+        (sample.tetrahedron, sample.corners, sample.rest) =
+            (front.tetrahedron as u32, cells, front.rest.map(|x| x + 0.0));
+    }
+
+    /// Moves a front on. Returns its progress along the direction of cutting.
+    fn advance(
+        &self,
+        sample: &mut EdgeSample,
+        [forward, along]: [[f32; 3]; 2],
+        at: &impl Fn(usize) -> [f32; 3],
+    ) -> f32 {
+        let across = cross(forward, along);
+        let most = sample.limit / sample.stiffness;
+        let mut progress = 0.0;
+        for _ in 0..STEPS {
+            let way = sub(sample.place, sample.front(at));
+            let [q, aside, off] = [forward, along, across].map(|axis| dot(axis, way));
+            if q < -BACK || off.abs() > ASIDE || (q <= 0.0 && aside.abs() > ASIDE) {
+                sample.leave();
+                break;
+            }
+            if q <= 0.0 {
+                break;
+            }
+            let slip = if q > most { q - most } else { 0.0 };
+            let off = off.clamp_to(slip);
+            let step = add(scale(slip, forward), add(scale(aside, along), scale(off, across)));
+            if step == [0.0; 3] {
+                break;
+            }
+            let from = Point { tetrahedron: sample.tetrahedron as usize, rest: sample.rest };
+            let Some(rest) = self.way_at_rest(from.tetrahedron, step, at) else { break };
+            match self.walk(from, add(from.rest, rest), |_| ()) {
+                Some(front) => self.set_front(sample, front),
+                None => sample.leave(),
+            }
+            let moved = if sample.is_in() {
+                dot(forward, sub(sample.place, sample.front(at)))
+            } else {
+                most
+            };
+            progress += if slip > 0.0 { q - moved } else { 0.0 };
+            if slip <= 0.0 || !sample.is_in() {
+                break;
+            }
+        }
+        if progress > 0.0 { progress } else { 0.0 }
+    }
+
+    /// Opens the faces between two neighbouring samples. Where one of them is outside the tissue, the edge goes
+    /// straight on from the other.
+    fn open_between(
+        &mut self,
+        (a, one): (&EdgeSample, &Option<Move>),
+        (b, other): (&EdgeSample, &Option<Move>),
+        at: &impl Fn(usize) -> [f32; 3],
+    ) {
+        let (first, strip) = match (one, other) {
+            (Some(one), Some(other)) => {
+                let (before, after) = ([one.before, other.before], [one.after, other.after]);
+                let ends = |of: [Point; 2]| of.map(|point| point.rest);
+                (one, Strip { before: ends(before), after: ends(after) })
+            }
+            (Some(inner), None) => (inner, self.beyond(inner, sub(b.place, a.place), at)),
+            (None, Some(inner)) => (inner, self.beyond(inner, sub(a.place, b.place), at)),
+            (None, None) => return,
+        };
+        self.open_strip(&strip, [first.before.tetrahedron, first.after.tetrahedron]);
+    }
+
+    /// The strip from a front straight on by a way.
+    fn beyond(&self, inner: &Move, way: [f32; 3], at: &impl Fn(usize) -> [f32; 3]) -> Strip {
+        let way = self.way_at_rest(inner.after.tetrahedron, way, at).unwrap_or([0.0; 3]);
+        let [before, after] = [inner.before, inner.after].map(|point| point.rest);
+        Strip { before: [before, add(before, way)], after: [after, add(after, way)] }
+    }
+
+    /// Adds to the swept area [mean link lengths^2].
+    fn add_area(&mut self, more: f32) {
+        let sum = self.area() + f64::from(more);
+        let bits = sum.to_bits();
+        for (slot, word) in
+            self.arrays.counts.iter_mut().skip(AREA).zip([bits as u32, (bits >> 32) as u32])
+        {
+            *slot = word;
+        }
+    }
+
+    /// The swept area [mean link lengths^2].
+    pub fn area(&self) -> f64 {
+        let word = |index: usize| u64::from(self.arrays.counts.get(index).copied().unwrap_or(0));
+        f64::from_bits(word(AREA) | word(AREA + 1) << 32)
+    }
+
+    /// Names the cells of the fronts anew, after splits.
+    pub fn rename_fronts(&self, edge: &mut Edge) {
+        for sample in edge.samples_mut().iter_mut().filter(|sample| sample.is_in()) {
+            if let Some(&cells) = self.arrays.corners.get(sample.tetrahedron as usize) {
+                sample.corners = cells;
+            }
+        }
+    }
+}
+
+/// A number between a bound's negative and the bound.
+trait ClampTo {
+    fn clamp_to(self, bound: f32) -> f32;
+}
+
+impl ClampTo for f32 {
+    fn clamp_to(self, bound: f32) -> f32 {
+        if self > bound {
+            bound
+        } else if self < -bound {
+            -bound
+        } else {
+            self
+        }
+    }
+}

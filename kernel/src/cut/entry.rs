@@ -1,0 +1,156 @@
+//! A sample of an edge enters the tissue.
+//!
+//! The edge comes first and the blade behind it, so a sample is in the tissue if the line from it against the
+//! direction of cutting leaves the tissue within [`BEHIND`] mean link lengths: through an outer face, or
+//! through one that was opened before. A blade that meets tissue with its back does not enter.
+//!
+//! Cost: one look at each outer triangle and at each opened face.
+
+use super::body::CutBody;
+use super::place::Point;
+use crate::energy::surface::{Edge, EdgeSample};
+use crate::number::cell::{add, dot, scale, sub};
+use crate::number::sqrt::sqrt;
+use crate::number::turn::cross;
+
+/// Length of the line [mean link lengths]: farther than a blade moves in a tick.
+const BEHIND: f32 = 0.5;
+/// Faces farther from the edge are not looked at [mean link lengths].
+const NEAR: f32 = 4.0;
+
+/// A way into the tissue.
+#[derive(Clone, Copy)]
+pub(super) struct Entry {
+    /// Distance from the sample back to the face [mean link lengths].
+    depth: f32,
+    /// The face: a tetrahedron, and the corner opposite to it.
+    face: (usize, usize),
+}
+
+/// Distance from a point against a direction to a triangle that faces against it; `None` if there is none within
+/// [`BEHIND`].
+fn depth_under([a, b, c]: [[f32; 3]; 3], point: [f32; 3], forward: [f32; 3]) -> Option<f32> {
+    let (along, across) = (sub(b, a), sub(c, a));
+    let normal = cross(along, across);
+    let slope = dot(normal, forward);
+    if slope >= 0.0 {
+        return None;
+    }
+    let depth = dot(normal, sub(point, a)) / slope;
+    if !(0.0..=BEHIND).contains(&depth) {
+        return None;
+    }
+    // The point of the plane lies within the triangle.
+    let from = sub(sub(point, scale(depth, forward)), a);
+    let whole = dot(normal, normal);
+    let u = dot(cross(from, across), normal) / whole;
+    let v = dot(cross(along, from), normal) / whole;
+    (u >= 0.0 && v >= 0.0 && u + v <= 1.0).then_some(depth)
+}
+
+impl CutBody<'_, '_> {
+    /// Finds for each sample without a front how it has entered; `entries` has a place for each sample.
+    pub(super) fn find_entries(
+        &self,
+        edge: &Edge,
+        at: &impl Fn(usize) -> [f32; 3],
+        entries: &mut [Option<Entry>],
+    ) {
+        let places = || edge.samples().iter().map(|sample| sample.place);
+        let count = places().count() as f32;
+        let middle = scale(1.0 / count, places().fold([0.0; 3], add));
+        let reach = places().fold(0.0, |most, place| {
+            let way = sub(place, middle);
+            let length = sqrt(dot(way, way));
+            if length > most { length } else { most }
+        });
+        let reach = (reach + NEAR) * (reach + NEAR);
+        let mut look = |face: (usize, usize), corners: [[f32; 3]; 3]| {
+            let way = sub(corners[0], middle);
+            if dot(way, way) > reach {
+                return;
+            }
+            for (sample, slot) in edge.samples().iter().zip(&mut *entries) {
+                let depth = depth_under(corners, sample.place, edge.forward);
+                let Some(depth) = depth.filter(|_| !sample.is_in()) else { continue };
+                if slot.is_none_or(|known| depth < known.depth) {
+                    *slot = Some(Entry { depth, face });
+                }
+            }
+        };
+        for tetrahedron in 0..self.cut.corners.len() {
+            let open = self.arrays.faces.get(tetrahedron).copied().unwrap_or(0);
+            for corner in (0..4).filter(|corner| open >> corner & 1 != 0) {
+                if let Some(corners) = self.face(tetrahedron, corner) {
+                    look((tetrahedron, corner), corners.map(|cell| at(cell.into())));
+                }
+            }
+        }
+        for (triangle, corners) in self.model.triangles.iter().zip(&*self.arrays.triangles) {
+            let corners = corners.map(|cell| at(cell.into()));
+            let way = sub(corners[0], middle);
+            if dot(way, way) > reach {
+                continue;
+            }
+            if let Some(face) = self.owner(triangle) {
+                look(face, corners);
+            }
+        }
+    }
+
+    /// Cells of a face, outward from its tetrahedron.
+    fn face(&self, tetrahedron: usize, corner: usize) -> Option<[u16; 3]> {
+        let [a, b, c, d] = *self.arrays.corners.get(tetrahedron)?;
+        // Tetrahedra have positive volume: b, c, d turn outward around the face opposite to a.
+        [[b, c, d], [a, d, c], [a, b, d], [a, c, b]].get(corner).copied()
+    }
+
+    /// The tetrahedron of an outer triangle of the image, with the corner opposite to it.
+    fn owner(&self, triangle: &[u16; 3]) -> Option<(usize, usize)> {
+        let [first, ..] = *triangle;
+        self.cut.star(first.into()).iter().map(|&of| of as usize).find_map(|tetrahedron| {
+            let corners = self.cut.corners.get(tetrahedron)?;
+            let is_of = triangle.iter().all(|id| corners.contains(id));
+            let corner = corners.iter().position(|id| !triangle.contains(id))?;
+            is_of.then_some((tetrahedron, corner))
+        })
+    }
+
+    /// Front of a sample that has entered, at the sample itself, and the place at rest where it came in; `None` if
+    /// the tissue there is flat or thin.
+    pub(super) fn entered(
+        &self,
+        sample: &EdgeSample,
+        forward: [f32; 3],
+        entry: Entry,
+        at: &impl Fn(usize) -> [f32; 3],
+    ) -> Option<(Point, [f32; 3])> {
+        let (tetrahedron, _) = entry.face;
+        let cells = self.arrays.corners.get(tetrahedron)?;
+        let corners = cells.map(|cell| at(cell.into()));
+        let door = sub(sample.place, scale(entry.depth, forward));
+        let way = self.way_at_rest(tetrahedron, sub(door, corners[0]), at)?;
+        let door = add(self.corners_at_rest(tetrahedron)?[0], way);
+        let way = self.way_at_rest(tetrahedron, scale(entry.depth, forward), at)?;
+        let front = self.walk(Point { tetrahedron, rest: door }, add(door, way), |_| ())?;
+        Some((front, door))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_sample_under_a_face_has_entered() {
+        let face = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+        let down = [0.0, 0.0, -1.0];
+        let depth = |point| depth_under(face, point, down);
+        assert_eq!(depth([0.25, 0.25, -0.125]), Some(0.125));
+        assert_eq!(depth([0.25, 0.25, 0.125]), None); // above
+        assert_eq!(depth([0.25, 0.25, -0.75]), None); // too deep
+        assert_eq!(depth([0.75, 0.75, -0.125]), None); // beside
+        // With its back.
+        assert_eq!(depth_under(face, [0.25, 0.25, 0.125], [0.0, 0.0, 1.0]), None);
+    }
+}
