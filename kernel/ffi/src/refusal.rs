@@ -116,7 +116,10 @@ impl From<ContactError> for Refusal {
             ContactError::Parts { tool, most } => {
                 Refusal::position(Code::ContactParts, tool).with_sizes(0, most)
             }
-            ContactError::Part { part, .. } => Refusal::position(Code::ContactPart, part),
+            ContactError::Part { part, .. } | ContactError::Edge { part, .. } => {
+                Refusal::position(Code::ContactPart, part)
+            }
+            ContactError::CannotCut => Code::ContactScheme.into(),
             ContactError::Friction { max } => Refusal::limit(Code::ContactFriction, max),
             ContactError::AnchorRoom => Code::ContactSamples.into(),
             ContactError::SurfaceRoom { needed, capacity } => {

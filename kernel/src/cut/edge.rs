@@ -42,46 +42,42 @@ impl CutBody<'_, '_> {
     /// begun or ended.
     pub fn draw(&mut self, edge: &mut Edge, at: &impl Fn(usize) -> [f32; 3]) -> bool {
         let mut moves = [None; EDGE_SAMPLES];
-        let (forward, along) = (edge.forward, edge.along);
-        // Let samples in, and move the fronts of the others.
-        if edge.samples().iter().any(|sample| !sample.is_in()) {
-            self.enter(edge, at, &mut moves);
-        }
-        let mut is_changed = moves.iter().any(Option::is_some);
-        let mut area = 0.0;
+        // Move the fronts on.
+        let (axes, mut is_changed, mut area) = ([edge.forward, edge.along], false, 0.0);
         for (sample, slot) in edge.samples_mut().iter_mut().zip(&mut moves) {
-            if slot.is_some() || !sample.is_in() {
-                continue;
+            if sample.is_in() {
+                let before = Point::of(sample);
+                let (after, progress) = self.advance(sample, axes, at);
+                area += sample.length * progress;
+                is_changed |= before.rest != after.rest || !sample.is_in();
+                *slot = Some(Move { before, after });
             }
-            let before = Point { tetrahedron: sample.tetrahedron as usize, rest: sample.rest };
-            let progress = self.advance(sample, [forward, along], at);
-            let after = Point { tetrahedron: sample.tetrahedron as usize, rest: sample.rest };
-            is_changed |= before.rest != after.rest || !sample.is_in();
-            area += sample.length * progress;
-            *slot = sample.is_in().then_some(Move { before, after });
         }
         self.add_area(area);
-        // Open the faces between neighbouring fronts.
-        for (left, pair) in edge.samples().windows(2).enumerate() {
-            if let [a, b] = pair
-                && let (Some(one), Some(other)) = (moves.get(left), moves.get(left + 1))
-            {
-                self.open_between((a, one), (b, other), at);
+        // Open the faces between neighbouring samples.
+        for (pair, moves) in edge.samples().windows(2).zip(moves.windows(2)) {
+            if let ([a, b], [one, other]) = (pair, moves) {
+                self.open_between([a.place, b.place], [one, other], at);
             }
+        }
+        // Let samples in.
+        if edge.samples().iter().any(|sample| !sample.is_in()) {
+            is_changed |= self.enter(edge, at);
         }
         is_changed
     }
 
-    /// Lets samples in that have entered the tissue.
-    fn enter(&self, edge: &mut Edge, at: &impl Fn(usize) -> [f32; 3], moves: &mut [Option<Move>]) {
-        let (mut entries, forward) = ([None; EDGE_SAMPLES], edge.forward);
+    /// Lets samples in that have entered the tissue. Returns true if one has.
+    fn enter(&self, edge: &mut Edge, at: &impl Fn(usize) -> [f32; 3]) -> bool {
+        let (mut entries, forward, mut is_any) = ([None; EDGE_SAMPLES], edge.forward, false);
         self.find_entries(edge, at, &mut entries);
-        for ((sample, entry), slot) in edge.samples_mut().iter_mut().zip(entries).zip(moves) {
-            let Some(entry) = entry else { continue };
-            let Some((front, door)) = self.entered(sample, forward, entry, at) else { continue };
-            self.begin(sample, front);
-            *slot = Some(Move { before: Point { rest: door, ..front }, after: front });
+        for (sample, entry) in edge.samples_mut().iter_mut().zip(entries) {
+            if let Some(door) = entry.and_then(|entry| self.door(sample, forward, entry, at)) {
+                self.begin(sample, door);
+                is_any = true;
+            }
         }
+        is_any
     }
 
     /// Gives a sample its first front.
@@ -115,70 +111,76 @@ impl CutBody<'_, '_> {
             (front.tetrahedron as u32, cells, front.rest.map(|x| x + 0.0));
     }
 
-    /// Moves a front on. Returns its progress along the direction of cutting.
+    /// Moves a front on. Returns where it is then, beyond the body if it has cut through, and its progress along
+    /// the direction of cutting.
     fn advance(
         &self,
         sample: &mut EdgeSample,
         [forward, along]: [[f32; 3]; 2],
         at: &impl Fn(usize) -> [f32; 3],
-    ) -> f32 {
-        let across = cross(forward, along);
+    ) -> (Point, f32) {
         let most = sample.limit / sample.stiffness;
         let mut progress = 0.0;
         for _ in 0..STEPS {
+            // Leave a front behind from which the blade has gone.
+            let from = Point::of(sample);
             let way = sub(sample.place, sample.front(at));
-            let [q, aside, off] = [forward, along, across].map(|axis| dot(axis, way));
+            let [q, aside, off] =
+                [forward, along, cross(forward, along)].map(|axis| dot(axis, way));
             if q < -BACK || off.abs() > ASIDE || (q <= 0.0 && aside.abs() > ASIDE) {
                 sample.leave();
-                break;
+                return (from, progress);
             }
             if q <= 0.0 {
                 break;
             }
+            // Move on as far as the force is above its limit, and follow at its side.
             let slip = if q > most { q - most } else { 0.0 };
-            let off = off.clamp_to(slip);
-            let step = add(scale(slip, forward), add(scale(aside, along), scale(off, across)));
-            if step == [0.0; 3] {
-                break;
-            }
-            let from = Point { tetrahedron: sample.tetrahedron as usize, rest: sample.rest };
-            let Some(rest) = self.way_at_rest(from.tetrahedron, step, at) else { break };
-            match self.walk(from, add(from.rest, rest), |_| ()) {
-                Some(front) => self.set_front(sample, front),
-                None => sample.leave(),
-            }
-            let moved = if sample.is_in() {
-                dot(forward, sub(sample.place, sample.front(at)))
-            } else {
-                most
+            let off = if off > slip { slip } else { off };
+            let off = if off < -slip { -slip } else { off };
+            let beside = add(scale(aside, along), scale(off, cross(forward, along)));
+            let ahead = scale(slip, forward);
+            let at_rest =
+                |step| Some(add(from.rest, self.way_at_rest(from.tetrahedron, step, at)?));
+            let Some(wished) = at_rest(add(ahead, beside)) else { break };
+            let front = self.walk(from, wished, |_| ()).or_else(|| {
+                // Beside, the body ends: straight on.
+                self.walk(from, at_rest(ahead)?, |_| ())
+            });
+            let Some(front) = front else {
+                sample.leave();
+                return (Point { rest: wished, ..from }, progress);
             };
-            progress += if slip > 0.0 { q - moved } else { 0.0 };
+            self.set_front(sample, front);
             if slip <= 0.0 || !sample.is_in() {
                 break;
             }
+            progress += q - dot(forward, sub(sample.place, sample.front(at)));
         }
-        if progress > 0.0 { progress } else { 0.0 }
+        (Point::of(sample), if progress > 0.0 { progress } else { 0.0 })
     }
 
-    /// Opens the faces between two neighbouring samples. Where one of them is outside the tissue, the edge goes
-    /// straight on from the other.
+    /// Opens the faces between two neighbouring samples, at these places. Where one of them is outside the tissue,
+    /// the edge goes straight on from the other.
     fn open_between(
         &mut self,
-        (a, one): (&EdgeSample, &Option<Move>),
-        (b, other): (&EdgeSample, &Option<Move>),
+        [a, b]: [[f32; 3]; 2],
+        moves: [&Option<Move>; 2],
         at: &impl Fn(usize) -> [f32; 3],
     ) {
-        let (first, strip) = match (one, other) {
-            (Some(one), Some(other)) => {
+        let (first, strip) = match moves {
+            [Some(one), Some(other)] => {
                 let (before, after) = ([one.before, other.before], [one.after, other.after]);
                 let ends = |of: [Point; 2]| of.map(|point| point.rest);
                 (one, Strip { before: ends(before), after: ends(after) })
             }
-            (Some(inner), None) => (inner, self.beyond(inner, sub(b.place, a.place), at)),
-            (None, Some(inner)) => (inner, self.beyond(inner, sub(a.place, b.place), at)),
-            (None, None) => return,
+            [Some(inner), None] => (inner, self.beyond(inner, sub(b, a), at)),
+            [None, Some(inner)] => (inner, self.beyond(inner, sub(a, b), at)),
+            [None, None] => return,
         };
-        self.open_strip(&strip, [first.before.tetrahedron, first.after.tetrahedron]);
+        if strip.before != strip.after {
+            self.open_strip(&strip, [first.before.tetrahedron, first.after.tetrahedron]);
+        }
     }
 
     /// The strip from a front straight on by a way.
@@ -211,23 +213,6 @@ impl CutBody<'_, '_> {
             if let Some(&cells) = self.arrays.corners.get(sample.tetrahedron as usize) {
                 sample.corners = cells;
             }
-        }
-    }
-}
-
-/// A number between a bound's negative and the bound.
-trait ClampTo {
-    fn clamp_to(self, bound: f32) -> f32;
-}
-
-impl ClampTo for f32 {
-    fn clamp_to(self, bound: f32) -> f32 {
-        if self > bound {
-            bound
-        } else if self < -bound {
-            -bound
-        } else {
-            self
         }
     }
 }

@@ -2,7 +2,8 @@
 //!
 //! The edge comes first and the blade behind it, so a sample is in the tissue if the line from it against the
 //! direction of cutting leaves the tissue within [`BEHIND`] mean link lengths: through an outer face, or
-//! through one that was opened before. A blade that meets tissue with its back does not enter.
+//! through one that was opened before. There its front begins, so that its force begins as a contact's does. A
+//! blade that meets tissue with its back does not enter.
 //!
 //! Cost: one look at each outer triangle and at each opened face.
 
@@ -116,24 +117,20 @@ impl CutBody<'_, '_> {
         })
     }
 
-    /// Front of a sample that has entered, at the sample itself, and the place at rest where it came in; `None` if
-    /// the tissue there is flat or thin.
-    pub(super) fn entered(
+    /// The place at rest where a sample has entered; `None` if the tissue there is flat.
+    pub(super) fn door(
         &self,
         sample: &EdgeSample,
         forward: [f32; 3],
         entry: Entry,
         at: &impl Fn(usize) -> [f32; 3],
-    ) -> Option<(Point, [f32; 3])> {
+    ) -> Option<Point> {
         let (tetrahedron, _) = entry.face;
-        let cells = self.arrays.corners.get(tetrahedron)?;
-        let corners = cells.map(|cell| at(cell.into()));
+        let [cell, ..] = *self.arrays.corners.get(tetrahedron)?;
+        let [corner, ..] = self.corners_at_rest(tetrahedron)?;
         let door = sub(sample.place, scale(entry.depth, forward));
-        let way = self.way_at_rest(tetrahedron, sub(door, corners[0]), at)?;
-        let door = add(self.corners_at_rest(tetrahedron)?[0], way);
-        let way = self.way_at_rest(tetrahedron, scale(entry.depth, forward), at)?;
-        let front = self.walk(Point { tetrahedron, rest: door }, add(door, way), |_| ())?;
-        Some((front, door))
+        let way = self.way_at_rest(tetrahedron, sub(door, at(cell.into())), at)?;
+        Some(Point { tetrahedron, rest: add(corner, way) })
     }
 }
 

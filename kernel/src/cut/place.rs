@@ -1,6 +1,7 @@
 //! Points in tetrahedra, at rest and deformed.
 
 use super::body::CutBody;
+use crate::energy::surface::EdgeSample;
 use crate::number::cell::{add, dot, scale, sub};
 use crate::number::turn::cross;
 
@@ -17,6 +18,13 @@ const FLAT: f32 = 0.02;
 pub(super) struct Point {
     pub tetrahedron: usize,
     pub rest: [f32; 3],
+}
+
+impl Point {
+    /// The front of a sample.
+    pub fn of(sample: &EdgeSample) -> Self {
+        Self { tetrahedron: sample.tetrahedron as usize, rest: sample.rest }
+    }
 }
 
 /// Six times the volume between three edges.

@@ -1,0 +1,267 @@
+//! The edge of a blade: it presses with the tissue's toughness, opens the faces that it passes, and the account
+//! of the hand's work closes.
+#![allow(clippy::unwrap_used)]
+
+use std::collections::BTreeMap;
+
+use chaincell_host::bake::tissue::Tissue as Material;
+use chaincell_host::bake::{BakeOptions, BasisSpacing, Cuttable, ImageBytes, PerCell, bake};
+use chaincell_host::mesh::{Mesh, MeshOptions, load};
+use chaincell_kernel::{
+    Budget, ContactError, CutOutput, CutRoom, Flags, Network, Settings, TickOutput, Tissue,
+    TissueMut, ToolPart, ToolPose, TouchStore, Track, cut_words, elastic_room, term_states,
+};
+use chaincell_tests::bodies::model;
+
+/// A slab of tissue, 60 x 36 x 16 mm, fixed at its ground: 4 mm between nodes.
+const SLAB: &str = "box:16x10x5x0.004";
+const CELLS: usize = 1400;
+type Scheme = Track<{ elastic_room(160) }>;
+
+fn mesh() -> Mesh {
+    load(SLAB, &MeshOptions::default()).unwrap()
+}
+
+fn image(mesh: &Mesh, toughness_j_per_m2: f64, coarse_basis: BasisSpacing) -> ImageBytes {
+    let cuttable = Some(Cuttable { spare_share: 0.5, toughness_j_per_m2, ..Cuttable::default() });
+    let tissue = Some(Material::new(PerCell::Uniform(5000.0), PerCell::Uniform(0.3)));
+    let options = BakeOptions { tissue, cuttable, coarse_basis, ..BakeOptions::default() };
+    bake(mesh, &mesh.default_fixed, &options).unwrap()
+}
+
+/// A tissue with a blade.
+struct Bench<'a> {
+    network: Network<'a>,
+    tissue: Box<Tissue<CELLS, Scheme, 4, { term_states(CELLS) }>>,
+    touch: Box<TouchStore<CELLS, 256>>,
+    words: Vec<u32>,
+}
+
+impl<'a> Bench<'a> {
+    fn new(image: &'a ImageBytes, sweeps: u16, tool: &[ToolPart]) -> Self {
+        let model = model(image);
+        let settings = Settings { sweeps, max_force_n: 100.0, ..Settings::for_model(&model) };
+        let network = Network::new(model, settings).unwrap();
+        let words = vec![0; cut_words(&model)];
+        let mut bench = Self { network, tissue: Box::default(), touch: Box::default(), words };
+        bench.view().reset(&network).unwrap();
+        bench.view().choose_tools(&network, &[tool], 0.0).unwrap();
+        bench
+    }
+
+    fn view(&mut self) -> TissueMut<'_, Scheme> {
+        let cut = CutRoom::new(&mut self.words);
+        TissueMut { cut, ..self.tissue.touching(self.touch.room()) }
+    }
+
+    fn tick(&mut self, place_m: [f32; 3]) -> TickOutput {
+        let network = self.network;
+        self.view().tick(&network, &[ToolPose::at(place_m.into(), 1)], Budget::All)
+    }
+
+    fn cuts(&mut self) -> CutOutput {
+        let network = self.network;
+        self.view().cut_output(&network)
+    }
+}
+
+/// A way down through the slab, 20 mm/s, from 1 mm above it.
+fn down(tick: usize) -> [f32; 3] {
+    [0.0007, 0.0003, 0.017 - 2.0e-5 * tick as f32]
+}
+
+/// The tetrahedra that a walk over shared cells reaches from the first one.
+fn reached(bench: &mut Bench<'_>, mesh: &Mesh) -> usize {
+    let network = bench.network;
+    let mut cells = |at: usize| -> Vec<u16> {
+        let view = |corner| bench.view().cell_of_corner(&network, at, corner).unwrap();
+        (0..4).map(view).collect()
+    };
+    let corners: Vec<Vec<u16>> = (0..mesh.tetrahedra.len()).map(&mut cells).collect();
+    let mut known = vec![false; corners.len()];
+    let mut is_near = vec![false; CELLS];
+    known[0] = true;
+    loop {
+        for (corners, _) in corners.iter().zip(&known).filter(|(_, known)| **known) {
+            corners.iter().for_each(|&cell| is_near[usize::from(cell)] = true);
+        }
+        let before = known.iter().filter(|known| **known).count();
+        for (corners, known) in corners.iter().zip(&mut known) {
+            *known |= corners.iter().any(|&cell| is_near[usize::from(cell)]);
+        }
+        if known.iter().filter(|known| **known).count() == before {
+            return before;
+        }
+    }
+}
+
+/// A blade longer than the slab, which cuts down.
+const BLADE: ToolPart = ToolPart::edge(0.032);
+/// Toughness times the width of the slab \[N\].
+const LIMIT_N: f32 = 4.0 * 0.06;
+
+/// Faces between tetrahedra whose middles lie on two sides of the blade's plane.
+fn faces_across(mesh: &Mesh) -> usize {
+    let mut sides: BTreeMap<Vec<u32>, Vec<bool>> = BTreeMap::new();
+    for nodes in &mesh.tetrahedra {
+        let y_m = nodes.map(|node| mesh.nodes_m[node as usize][1]).iter().sum::<f64>() / 4.0;
+        for corner in 0..4 {
+            let mut face: Vec<u32> =
+                (0..4).filter(|&at| at != corner).map(|at| nodes[at]).collect();
+            face.sort_unstable();
+            sides.entry(face).or_default().push(y_m < f64::from(down(0)[1]));
+        }
+    }
+    sides.values().filter(|sides| matches!(sides[..], [a, b] if a != b)).count()
+}
+
+#[test]
+fn a_blade_drawn_through_the_slab_parts_it() {
+    let mesh = mesh();
+    for coarse in [BasisSpacing::None, BasisSpacing::BySize] {
+        let image = image(&mesh, 4.0, coarse);
+        let mut bench = Bench::new(&image, 8, &[BLADE]);
+        let (mut work_j, mut most_n, mut step_n, mut last_n) = (0.0, 0.0_f32, 0.0_f32, 0.0_f32);
+        let (mut stored_j, mut rolled_back) = (0.0, 0);
+        for tick in 0..1000 {
+            let output = bench.tick(down(tick));
+            work_j += f64::from(output.work_j);
+            most_n = most_n.max(output.force_n.z);
+            rolled_back += u32::from(output.flags.contains(Flags::ROLLED_BACK));
+            if (150..700).contains(&tick) {
+                step_n = step_n.max((output.force_n.z - last_n).abs());
+            }
+            last_n = output.force_n.z;
+            // The hand's work is in the body, or has parted it, or is lost: never less than nothing.
+            stored_j = f64::from(output.energy_j);
+            let cut_j = f64::from(bench.cuts().work_j);
+            let most_j = 1.003 * work_j + 1e-6;
+            assert!(stored_j + cut_j < most_j, "{tick}: {stored_j} {cut_j} {work_j}");
+        }
+        let (cuts, side) = (bench.cuts(), reached(&mut bench, &mesh));
+        let lost = 1.0 - f64::from(cuts.work_j) / work_j;
+        println!(
+            "{coarse:?}: {work_j:.3e} J of the hand, {:.1} % neither cut nor stored, largest force {most_n:.4} N of \
+             {LIMIT_N}, largest step {:.1} %, {rolled_back} of 8000 passes discarded, {cuts:?}",
+            100.0 * lost,
+            100.0 * step_n / LIMIT_N,
+        );
+        assert!(most_n <= 1.0001 * LIMIT_N && most_n > 0.95 * LIMIT_N, "{most_n}");
+        assert!(step_n < 0.15 * LIMIT_N && lost < 0.15 && stored_j < 0.01 * work_j);
+        assert_eq!(cuts.opened_faces as usize, faces_across(&mesh));
+        assert_eq!((cuts.refused, cuts.waiting), (0, 0));
+        // The first tetrahedron's side hangs together, and with nothing of the other one.
+        let is_low = |nodes: &[u32; 4]| {
+            let y_m = nodes.map(|node| mesh.nodes_m[node as usize][1]).iter().sum::<f64>() / 4.0;
+            y_m < f64::from(down(0)[1])
+        };
+        let first = is_low(&mesh.tetrahedra[0]);
+        let its = mesh.tetrahedra.iter().filter(|nodes| is_low(nodes) == first).count();
+        assert!(side == its && its < mesh.tetrahedra.len(), "{side} of {its}");
+        let area_m2 = 0.06 * 0.016;
+        let share = f64::from(cuts.area_m2) / area_m2;
+        assert!((0.75..1.05).contains(&share), "{share}: the tissue was pressed as it was cut");
+    }
+}
+
+/// Ticks with the edge 4 mm deep, then drawn back by 3 mm and in again.
+#[test]
+fn a_blade_drawn_back_feels_nothing_until_it_is_at_its_front_again() {
+    let image = image(&mesh(), 4.0, BasisSpacing::BySize);
+    let mut bench = Bench::new(&image, 8, &[ToolPart::edge(0.02)]);
+    for tick in 0..300 {
+        bench.tick(down(tick));
+    }
+    let before = bench.cuts();
+    assert!(before.area_m2 > 0.0 && before.opened_faces > 0);
+    let back: Vec<f32> = (150..300).rev().map(|tick| bench.tick(down(tick)).force_n.z).collect();
+    assert!(back[100..].iter().all(|force_n| *force_n == 0.0), "{back:?}");
+    let again: Vec<f32> = (150..300).map(|tick| bench.tick(down(tick)).force_n.z).collect();
+    assert!(again[..50].iter().all(|force_n| *force_n == 0.0), "{again:?}");
+    let after = bench.cuts();
+    assert!(after.area_m2 < 1.1 * before.area_m2, "{before:?} {after:?}");
+    // Disengaged it is nowhere.
+    let network = bench.network;
+    let away = [ToolPose::at(down(300).into(), 0)];
+    let output = bench.view().tick(&network, &away, Budget::All);
+    assert_eq!((output.force_n.z, output.contacts), (0.0, 0));
+}
+
+#[test]
+fn a_back_a_late_tick_and_a_blade_that_is_away_cut_nothing() {
+    let image = image(&mesh(), 4.0, BasisSpacing::BySize);
+    // Turned about x by half a turn it meets the slab with its back.
+    let back = ToolPart { orientation: [1.0, 0.0, 0.0, 0.0], ..BLADE };
+    let mut bench = Bench::new(&image, 4, &[back]);
+    for tick in 0..200 {
+        assert_eq!(bench.tick(down(tick)).contacts, 0);
+    }
+    assert_eq!(bench.cuts(), CutOutput::default());
+    let mut bench = Bench::new(&image, 4, &[BLADE]);
+    let network = bench.network;
+    for tick in 0..200 {
+        let place = down(tick).into();
+        bench.view().tick(&network, &[ToolPose::at(place, 0)], Budget::All);
+        assert_eq!(bench.cuts(), CutOutput::default());
+    }
+    for tick in 0..130 {
+        bench.tick(down(tick));
+    }
+    let before = bench.cuts();
+    assert!(before.area_m2 > 0.0);
+    for tick in 130..180 {
+        bench.view().tick(&network, &[ToolPose::at(down(tick).into(), 1)], Budget::LATE);
+    }
+    assert_eq!(bench.cuts(), before);
+}
+
+#[test]
+fn a_cut_goes_on_from_a_snapshot_with_the_same_bits_on_any_unit() {
+    let image = image(&mesh(), 4.0, BasisSpacing::BySize);
+    let mut bench = Bench::new(&image, 3, &[BLADE]);
+    let mut scalar = Bench::new(&image, 3, &[BLADE]);
+    scalar.view().go_scalar();
+    let network = bench.network;
+    let mut bytes = Vec::new();
+    let mut hashes = [const { Vec::new() }; 2];
+    for tick in 0..260 {
+        if tick == 190 {
+            bytes = vec![0; bench.view().snapshot_bytes(&network).unwrap()];
+            bench.view().save(&network, &mut bytes).unwrap();
+        }
+        for (bench, hashes) in [&mut bench, &mut scalar].into_iter().zip(&mut hashes) {
+            let force_n = bench.tick(down(tick)).force_n;
+            hashes.push((bench.view().state_hash(network.model()), force_n));
+        }
+    }
+    assert!(bench.cuts().opened_faces > 0);
+    assert_eq!(hashes[0], hashes[1]);
+    let mut other = Bench::new(&image, 3, &[BLADE]);
+    other.view().restore(&network, &bytes).unwrap();
+    for (tick, (hash, force_n)) in (0..260).zip(&hashes[0]).skip(190) {
+        assert_eq!(other.tick(down(tick)).force_n, *force_n, "{tick}");
+        assert_eq!(other.view().state_hash(network.model()), *hash, "{tick}");
+    }
+    assert_eq!(other.cuts(), bench.cuts());
+}
+
+#[test]
+fn edges_that_cannot_be_are_refused() {
+    let mesh = mesh();
+    let image = image(&mesh, 4.0, BasisSpacing::BySize);
+    let mut bench = Bench::new(&image, 1, &[BLADE]);
+    let network = bench.network;
+    let ball = ToolPart::sphere(0.004);
+    for (tool, why) in [
+        (vec![BLADE, ball], ContactError::Edge { tool: 0, part: 0 }),
+        (vec![ball, BLADE, BLADE], ContactError::Edge { tool: 0, part: 1 }),
+        (vec![ToolPart::edge(f32::INFINITY)], ContactError::Part { tool: 0, part: 0 }),
+    ] {
+        assert_eq!(bench.view().choose_tools(&network, &[&tool], 0.0), Err(why));
+    }
+    assert_eq!(bench.view().choose_tools(&network, &[&[ball, BLADE]], 0.0), Ok(()));
+    // Without memory for cuts.
+    bench.words.clear();
+    let refused = bench.view().choose_tools(&network, &[&[BLADE]], 0.0);
+    assert_eq!(refused, Err(ContactError::CannotCut));
+}
