@@ -3,6 +3,7 @@
 use super::memory::{Arrays, CutRoom, OPENED, USED, WAITING};
 use crate::model::cuttable::Cuttable;
 use crate::model::nodal::Nodal;
+use crate::model::opened::Opened;
 use crate::model::{Model, others};
 use crate::number::two_float::LANES;
 
@@ -51,6 +52,7 @@ impl<'a, 'm> CutBody<'a, 'm> {
             copy(self.arrays.weights, basis.weights);
         }
         copy(self.arrays.triangles, model.triangles);
+        *self.arrays.listed = [0; 2];
     }
 
     /// Number of spare cells in use.
@@ -96,7 +98,7 @@ impl<'a, 'm> CutBody<'a, 'm> {
 
     /// The tetrahedron on the other side of a face, with the corner opposite to it there; `None` at an outer
     /// face, and beyond the body.
-    fn across(&self, tetrahedron: usize, corner: usize) -> Option<(usize, usize)> {
+    pub(super) fn across(&self, tetrahedron: usize, corner: usize) -> Option<(usize, usize)> {
         let corners = self.cut.corners.get(tetrahedron)?;
         let mut of_face = corners.iter().enumerate().filter(|(at, _)| *at != corner);
         let (_, &first) = of_face.next()?;
@@ -182,8 +184,15 @@ impl<'a, 'm> CutBody<'a, 'm> {
             basis.with_cells(arrays.box_rows, pairs, weights, arrays.entry, arrays.factors)
         });
         let others = others::reshaped(model.others, shapes);
-        let (mobility, triangles) = (&*arrays.mobility, &*arrays.triangles);
-        Model { rest, mobility, triangles, coarse_basis, others, ..model }
+        let [count, _] = arrays.listed.map(|listed| listed as usize);
+        let all = model.triangles.len() + count;
+        let triangles = arrays.triangles.get(..all).unwrap_or(model.triangles);
+        let opened = Opened {
+            names: arrays.names.get(..count).unwrap_or(&[]),
+            numbers: arrays.numbers.get(..count).unwrap_or(&[]),
+        };
+        let mobility = &*arrays.mobility;
+        Model { rest, mobility, triangles, opened, coarse_basis, others, ..model }
     }
 }
 

@@ -27,7 +27,7 @@
 //! **Limits.** At most [`SPLITS_MAX`] cells split in a tick, by ascending cell; the others wait. A cell that a
 //! tool holds waits until the tool lets go of it. Without spare cells or half-links a split is refused and
 //! counted, and the cell stays whole until a further face opens there. A late tick splits nothing. Sides of a cut
-//! do not touch each other, and tools do not touch them. A body with stiffening bands is not cut.
+//! do not touch each other. A body with stiffening bands is not cut.
 //!
 //! Cost: a split goes over the tetrahedra of the cell and of its neighbours; where a list of half-links outgrows
 //! its place, those after it move once. RAM: [`cut_words`](crate::cut_words). A body that is not cuttable takes
@@ -39,6 +39,7 @@
 //! - `coarse`: a copy in the boxes of the coarse level.
 //! - `pieces`: the tetrahedra at a cell, by the faces that are closed.
 //! - `split`: the split of a cell.
+//! - `opened`: the triangles of opened faces.
 //! - `offset`: the offsets of copies, and their decay.
 //! - `kept`: what a snapshot and a state hash contain.
 
@@ -53,6 +54,8 @@ pub mod memory;
 mod numbers;
 #[cfg(feature = "cut")]
 pub(crate) mod offset;
+#[cfg(feature = "cut")]
+mod opened;
 #[cfg(feature = "cut")]
 mod pieces;
 #[cfg(feature = "cut")]

@@ -72,6 +72,8 @@ pub struct CutOutput {
     /// Number of splits that were refused, for want of spare cells or half-links: the body is not as far open
     /// there as its faces are.
     pub refused: u32,
+    /// Number of faces that tools do not touch, for want of places: they are open all the same.
+    pub untouched: u32,
 }
 
 #[cfg(feature = "cut")]
@@ -114,6 +116,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
             copies: body.used() as u32,
             waiting: count(WAITING),
             refused: count(REFUSED),
+            untouched: body.arrays.listed[1],
         }
     }
 
@@ -171,6 +174,9 @@ impl<D: Dynamics> TissueMut<'_, D> {
         let mut memory = core::mem::take(&mut self.cut);
         let parted = CutBody::of(&mut memory, model).filter(|_| is_cut(model)).map(|mut body| {
             let split = self.split(&mut body);
+            if split.is_some() {
+                body.list_opened();
+            }
             (split, self.lower(&mut body))
         });
         self.cut = memory;
