@@ -57,7 +57,8 @@ impl CutBody<'_, '_> {
                         self.pair(first, count);
                     }
                 }
-                self.put_opened(count, (name, first.unwrap_or(count)), here);
+                let other = first.unwrap_or(count) as u32;
+                self.put_opened(count, [name, other], here);
                 count += 1;
             }
         }
@@ -89,15 +90,15 @@ impl CutBody<'_, '_> {
     }
 
     /// Lists a triangle: its name with the place of its other side, and its cells.
-    fn put_opened(&mut self, place: usize, (name, side): (u32, usize), cells: [u16; 3]) {
+    fn put_opened(&mut self, place: usize, names: [u32; 2], cells: [u16; 3]) {
         let numbers = self.contact_numbers(cells);
         let behind = self.model.triangles.len() + place;
-        if let (Some(names), Some(slot), Some(triangle)) = (
+        if let (Some(slot), Some(own), Some(triangle)) = (
             self.arrays.names.get_mut(place),
             self.arrays.numbers.get_mut(place),
             self.arrays.triangles.get_mut(behind),
         ) {
-            (*names, *slot, *triangle) = ([name, side as u32], numbers, cells);
+            (*slot, *own, *triangle) = (names, numbers, cells);
         }
     }
 
