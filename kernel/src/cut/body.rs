@@ -3,6 +3,7 @@
 use super::memory::{Arrays, COUNTS, CutRoom, OPENED, USED, WAITING};
 use crate::model::cuttable::Cuttable;
 use crate::model::nodal::Nodal;
+use crate::model::opened::Opened;
 use crate::model::{Model, others};
 use crate::number::two_float::LANES;
 
@@ -51,6 +52,7 @@ impl<'a, 'm> CutBody<'a, 'm> {
             copy(self.arrays.weights, basis.weights);
         }
         copy(self.arrays.triangles, model.triangles);
+        *self.arrays.listed = [0; 2];
     }
 
     /// Number of spare cells in use.
@@ -182,8 +184,15 @@ impl<'a, 'm> CutBody<'a, 'm> {
             basis.with_cells(arrays.box_rows, pairs, weights, arrays.entry, arrays.factors)
         });
         let others = others::reshaped(model.others, shapes);
-        let (mobility, triangles) = (&*arrays.mobility, &*arrays.triangles);
-        Model { rest, mobility, triangles, coarse_basis, others, ..model }
+        let [count, _] = arrays.listed.map(|listed| listed as usize);
+        let all = model.triangles.len() + count;
+        let triangles = arrays.triangles.get(..all).unwrap_or(model.triangles);
+        let opened = Opened {
+            names: arrays.names.get(..count).unwrap_or(&[]),
+            numbers: arrays.numbers.get(..count).unwrap_or(&[]),
+        };
+        let mobility = &*arrays.mobility;
+        Model { rest, mobility, triangles, opened, coarse_basis, others, ..model }
     }
 }
 

@@ -93,6 +93,7 @@ impl CutBody<'_, '_> {
         for triangle in 0..self.arrays.triangles.len() {
             self.name_triangle(triangle);
         }
+        self.list_opened();
     }
 
     /// Moves the groups of a slice from their places in the image to the present ones; the last slice first.

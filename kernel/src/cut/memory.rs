@@ -58,7 +58,8 @@ impl Default for CutRoom<'_> {
 
 /// Number of words of [`CutRoom`] with which a body can be cut; 0 for one that is not cuttable.
 ///
-/// Per cell 360 to 430 bytes: the half-links, a copy of which changes, are most of it.
+/// Per cell 360 to 430 bytes: the half-links, a copy of which changes, are most of it. With a contact surface 208
+/// bytes more for each spare cell.
 #[must_use]
 pub fn cut_words(model: &Model<'_>) -> usize {
     #[cfg(feature = "cut")]
@@ -108,8 +109,14 @@ pub(crate) struct Arrays<'a> {
     pub pairs: &'a mut [[u16; 2]],
     /// Weights of the pairs.
     pub weights: &'a mut [[Eight; 2]],
-    /// Triangles of the surface.
+    /// Triangles of the surface, then places for those of opened faces.
     pub triangles: &'a mut [[u16; 3]],
+    /// Name of the triangle in each of these places, and the place of the face's other side.
+    pub names: &'a mut [[u32; 2]],
+    /// Contact numbers of the triangle in each place.
+    pub numbers: &'a mut [[f32; 3]],
+    /// Number of places taken, and of faces without one.
+    pub listed: &'a mut [u32; 2],
 }
 
 /// Words of [`Counts`].
@@ -135,13 +142,24 @@ pub(crate) const WAITING: usize = 3;
 #[cfg(feature = "cut")]
 pub(super) const AREA: usize = 4;
 
+/// Places for triangles of opened faces for each spare cell. A cut that doubles n cells parts about 2 n faces, at its
+/// front some more.
+#[cfg(feature = "cut")]
+const PLACES: usize = 8;
+
+/// Number of places for triangles of opened faces, none for a body that tools do not touch.
+#[cfg(feature = "cut")]
+fn places(model: &Model<'_>) -> usize {
+    if model.has_contact_surface() { PLACES * model.cuttable().spare_cells } else { 0 }
+}
+
 /// Arrays of the state: those before this index.
 #[cfg(feature = "cut")]
 const STATE: usize = 8;
 
 /// Words of each array, in their order.
 #[cfg(feature = "cut")]
-struct Sizes([usize; 19]);
+struct Sizes([usize; 22]);
 
 #[cfg(feature = "cut")]
 impl Sizes {
@@ -174,7 +192,10 @@ impl Sizes {
             boxes,
             pairs,
             pairs * 2 * LANES,
-            (3 * model.triangles.len()).div_ceil(2),
+            (3 * (model.triangles.len() + places(model))).div_ceil(2),
+            2 * places(model),
+            3 * places(model),
+            2,
         ]))
     }
 }
@@ -192,7 +213,7 @@ impl<'a> CutRoom<'a> {
     pub(crate) fn arrays(&mut self, model: &Model<'_>) -> Option<Arrays<'_>> {
         let Sizes(sizes) = Sizes::of(model)?;
         let mut rest = &mut **self.0.first_mut()?;
-        let [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s] = sizes;
+        let [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s, t, u, v] = sizes;
         let rest = &mut rest;
         let (cells, spare) = (model.cells(), model.cuttable().spare_cells);
         let tetrahedra = model.cuttable().corners.len();
@@ -215,7 +236,10 @@ impl<'a> CutRoom<'a> {
             box_rows: take(rest, p)?,
             pairs: take(rest, q)?,
             weights: take(rest, r)?,
-            triangles: halves(take(rest, s)?, model.triangles.len())?,
+            triangles: halves(take(rest, s)?, model.triangles.len() + places(model))?,
+            names: take(rest, t)?,
+            numbers: take(rest, u)?,
+            listed: take::<u32>(rest, v)?.first_chunk_mut()?,
         })
     }
 }

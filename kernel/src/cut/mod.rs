@@ -24,10 +24,22 @@
 //! them. Copies also inherit the weights of the basis functions, so P' Lc P stays as it was: the coarse level
 //! does not know the jump, and sweeps beside a long cut gain less from it.
 //!
+//! **The surface.** An opened face gives two triangles, one for each side, behind those of the surface: tools touch
+//! them as any other. In a cut that lies closed the two lie on each other beneath the surface, and a sphere that is
+//! pressed on the body above them would push them too. So a side counts as far as the other one has moved away from
+//! it, see [`opened`](crate::model::opened): from a gap of a tenth of its mean edge on, in full from four tenths on.
+//! Over a closed cut a press is then bit by bit that on a body without these triangles; if all of them counted in
+//! full, its force would rise by up to a fifth. As a cut opens under a tool, the energy of the contact changes with
+//! the shares; it is booked at the start of the tick like that of a tool's motion. The pressure on the sides has no
+//! part in the work that the hand is charged with for it.
+//!
 //! **Limits.** At most [`SPLITS_MAX`] cells split in a tick, by ascending cell; the others wait. A cell that a
 //! tool holds waits until the tool lets go of it. Without spare cells or half-links a split is refused and
 //! counted, and the cell stays whole until a further face opens there. A late tick splits nothing. Sides of a cut
-//! do not touch each other, and tools do not touch them. A body with stiffening bands is not cut.
+//! do not touch each other: under a press beside a cut the tissue is softer by up to a third. There are places for
+//! the triangles of four faces for each spare cell; a face without a place opens all the same, tools pass its sides,
+//! and [`CutOutput::untouched`](crate::CutOutput) counts it. A tool does not touch the sides of a cut whose lips lie
+//! on each other or overlap, also where they have slid by less than an edge. A body with stiffening bands is not cut.
 //!
 //! Cost: a split goes over the tetrahedra of the cell and of its neighbours; where a list of half-links outgrows
 //! its place, those after it move once. RAM: [`cut_words`](crate::cut_words). A body that is not cuttable takes
@@ -39,6 +51,7 @@
 //! - `coarse`: a copy in the boxes of the coarse level.
 //! - `pieces`: the tetrahedra at a cell, by the faces that are closed.
 //! - `split`: the split of a cell.
+//! - `opened`: the triangles of opened faces.
 //! - `offset`: the offsets of copies, and their decay.
 //! - `edge`: the fronts of a blade's edge; `entry`: how it enters; `strip`: the faces that it opens; `place`:
 //!   points of tetrahedra.
@@ -59,6 +72,8 @@ pub mod memory;
 mod numbers;
 #[cfg(feature = "cut")]
 pub(crate) mod offset;
+#[cfg(feature = "cut")]
+mod opened;
 #[cfg(feature = "cut")]
 mod pieces;
 #[cfg(feature = "cut")]

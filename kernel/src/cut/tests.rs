@@ -13,7 +13,8 @@ use crate::energy::state::{States, StatesOf, TermState, TermStates, number, put,
 use crate::model::Model;
 use crate::model::image::nodal;
 use crate::model::nodal::Nodal;
-use crate::number::cell::Cell;
+use crate::number::cell::{Cell, dot, sub};
+use crate::number::turn::cross;
 use crate::number::two_float::LANES;
 
 /// A block of 4 x 4 x 3 nodes with a spare cell for each, without a band of stretches.
@@ -209,7 +210,9 @@ fn numbers_follow_from_the_state() {
         }
         let bits = |body: &CutBody<'_, '_>| {
             let arrays = &body.arrays;
+            let listed = arrays.listed[0] as usize;
             let floats = [
+                arrays.numbers[..listed].as_flattened(),
                 arrays.cells.as_flattened().as_flattened(),
                 arrays.rest.as_flattened(),
                 &*arrays.mobility,
@@ -223,21 +226,112 @@ fn numbers_follow_from_the_state() {
                 arrays.ids[..used].as_flattened(),
                 &*arrays.entry,
                 arrays.pairs.as_flattened(),
-                arrays.triangles.as_flattened(),
+                arrays.triangles[..body.model.triangles.len() + listed].as_flattened(),
             ];
             let whole = whole.into_iter().flatten().map(|&x| u32::from(x));
-            floats.chain(whole).chain(arrays.box_rows.iter().copied()).collect::<Vec<u32>>()
+            let words = [&arrays.listed[..], arrays.names[..listed].as_flattened()];
+            let words = words.into_iter().flatten().chain(&*arrays.box_rows).copied();
+            floats.chain(whole).chain(words).collect::<Vec<u32>>()
         };
+        body.list_opened();
         let before = bits(body);
         body.derive();
         assert!(before == bits(body));
         // Every triangle is a face of a tetrahedron.
-        for triangle in &*body.arrays.triangles {
+        let all = body.model.triangles.len() + body.arrays.listed[0] as usize;
+        for triangle in &body.arrays.triangles[..all] {
             let mut tetrahedra = body.arrays.corners.iter();
             assert!(tetrahedra.any(|corners| triangle.iter().all(|id| corners.contains(id))));
         }
     });
     assert!(splits > 2000);
+}
+
+/// Number of sides of opened faces with a cell that the other side has not.
+fn parted_sides(body: &CutBody<'_, '_>) -> usize {
+    let cells_of = |at: usize, opposite: usize| {
+        let cells = body.arrays.corners[at];
+        (0..4).filter(move |&corner| corner != opposite).map(move |corner| cells[corner])
+    };
+    let sides =
+        (0..body.arrays.corners.len()).flat_map(|at| (0..4).map(move |corner| (at, corner)));
+    let open = sides.filter(|&(at, corner)| body.arrays.faces[at] >> corner & 1 == 1);
+    let parted = open.filter(|&(at, corner)| {
+        let (other, opposite) = body.across(at, corner).unwrap();
+        cells_of(at, corner).any(|cell| cells_of(other, opposite).all(|there| there != cell))
+    });
+    parted.count()
+}
+
+/// Checks the list of a body's opened faces. Returns the numbers of triangles and of faces without a place.
+fn check_opened(body: &mut CutBody<'_, '_>) -> (usize, usize) {
+    body.list_opened();
+    let (arrays, outer) = (&body.arrays, body.model.triangles.len());
+    let [count, lacking] = arrays.listed.map(|listed| listed as usize);
+    let names = &arrays.names[..count];
+    assert!(names.is_sorted_by(|a, b| a[0] < b[0]));
+    assert_eq!(parted_sides(body), count + 2 * lacking);
+    for (place, [name, other]) in names.iter().enumerate() {
+        // The other side has the same cells of the image, and not the same cells.
+        let triangle = arrays.triangles[outer + place];
+        let there = arrays.triangles[outer + *other as usize];
+        assert_eq!(names[*other as usize][1] as usize, place);
+        let sorted = |cells: [u16; 3]| {
+            let mut cells = cells.map(|cell| body.origin(cell.into()));
+            cells.sort_unstable();
+            cells
+        };
+        assert_eq!(sorted(triangle), sorted(there));
+        assert!(triangle.iter().any(|cell| !there.contains(cell)));
+        // Its face is open. Its corners are those of its tetrahedron without the opposite one, outward.
+        let (tetrahedron, opposite) = ((*name as usize - outer) / 4, (*name as usize - outer) % 4);
+        assert!(arrays.faces[tetrahedron] >> opposite & 1 == 1);
+        let cells = arrays.corners[tetrahedron];
+        assert!(!triangle.contains(&cells[opposite]));
+        assert!(triangle.iter().all(|cell| cells.contains(cell)));
+        let at = |cell: u16| body.rest_position(body.origin(cell.into()) as u16);
+        let [a, b, c] = triangle.map(at);
+        assert!(dot(cross(sub(b, a), sub(c, a)), sub(at(cells[opposite]), a)) < 0.0);
+    }
+    (count, lacking)
+}
+
+/// Opened faces whose cells differ are listed, each with both sides, outward, by ascending name; no other is. Those
+/// without a place are counted.
+#[test]
+fn opened_faces_are_listed_with_both_sides() {
+    let (mut splits, mut most, mut lacked) = (0, 0, 0);
+    cut_at_random(|body, look, _| {
+        splits += usize::from(matches!(look, Look::Split(_)));
+        if splits % 29 != 1 {
+            return;
+        }
+        let (count, lacking) = check_opened(body);
+        (most, lacked) = (most.max(count), lacked.max(lacking));
+        // From here on the body has fewer places, an odd number.
+        if count > 60 {
+            let names = core::mem::take(&mut body.arrays.names);
+            body.arrays.names = &mut names[..31];
+            assert_eq!(check_opened(body).0, 30);
+        }
+    });
+    std::println!("{most} triangles, {lacked} faces without a place");
+    assert!(most > 60 && lacked > 10);
+}
+
+/// Triangles of opened faces have the contact numbers that a bake gives to those of the surface.
+#[test]
+fn contact_numbers_are_those_of_the_bake() {
+    let model = Model::from_bytes(IMAGE).unwrap();
+    let mut words = std::vec![0; cut_words(&model)];
+    let mut memory = CutRoom::new(&mut words);
+    let mut body = CutBody::of(&mut memory, &model).unwrap();
+    body.reset();
+    for (triangle, baked) in model.triangles.iter().zip(model.contact.unwrap()) {
+        for (number, baked) in body.contact_numbers(*triangle).iter().zip(baked) {
+            assert!((number / baked - 1.0).abs() < 1e-5, "{number} {baked}");
+        }
+    }
 }
 
 #[test]

@@ -3,6 +3,7 @@
 use super::coarse_basis::CoarseBasis;
 use super::cuttable::Cuttable;
 use super::embedded_mesh::EmbeddedMesh;
+use super::opened::Opened;
 use super::others::Others;
 use crate::number::two_float::LANES;
 
@@ -60,6 +61,8 @@ pub struct Model<'a> {
     pub(crate) tetrahedra: &'a [[u16; 4]],
     /// Contact numbers of the triangles, if tools may touch them.
     pub(crate) contact: Option<&'a [[f32; 3]]>,
+    /// The last triangles, of faces that a cut has opened.
+    pub(crate) opened: Opened<'a>,
     pub(crate) notes: &'a [u8],
     pub(crate) embedded: Option<EmbeddedMesh<'a>>,
     /// The tetrahedra that a blade may part.

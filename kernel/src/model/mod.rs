@@ -8,7 +8,7 @@
 //! - `nodal`: the numbers of nodal shapes.
 //! - `stiffening`: sets of bands on the links of nodal shapes.
 //! - `cuttable`: the tetrahedra that a blade may part, and the spare cells.
-//! - `surface`: the contact stiffness of the surface under tools.
+//! - `surface`: the contact stiffness of the surface under tools; `opened`: faces that a cut has opened.
 //! - `terms`: the static list of the energy terms besides the links, and the data of each.
 //! - `embedded_mesh`: nodes of a finer mesh that move with the cells.
 
@@ -21,6 +21,8 @@ pub mod image;
 mod layout;
 #[cfg(feature = "nodal")]
 pub(crate) mod nodal;
+#[cfg_attr(not(feature = "cut"), path = "unopened.rs")]
+pub(crate) mod opened;
 pub(crate) mod others;
 pub mod parts;
 #[cfg(test)]

@@ -505,7 +505,7 @@ impl<'a> Model<'a> {
 
     /// Returns the triangles that tools touch; `None` if the model has no contact surface.
     pub(crate) fn contact_surface(&self) -> Option<ContactSurface<'a>> {
-        Some(ContactSurface::of(self.triangles, self.contact?))
+        Some(ContactSurface::of(self.triangles, self.contact?).with(self.opened))
     }
 
     /// Returns true if tools may touch the model.

@@ -5,6 +5,7 @@ use super::coarse_basis::CoarseBasis;
 use super::cuttable::Cuttable;
 use super::embedded_mesh::EmbeddedMesh;
 use super::image::{ModelError, Sections, cutting, kind, params};
+use super::opened::Opened;
 use super::others::Others;
 use super::surface::ContactSurface;
 use super::terms::TermData;
@@ -77,6 +78,7 @@ impl<'a> Model<'a> {
             triangles: sections.optional(kind::TRIANGLES)?.unwrap_or(&[]),
             tetrahedra: sections.optional(kind::TETRAHEDRA)?.unwrap_or(&[]),
             contact: ContactSurface::read(&sections)?,
+            opened: Opened::NONE,
             notes: sections.optional(kind::NOTES)?.unwrap_or(&[]),
             embedded: EmbeddedMesh::read(&sections, word(params::INPUT_NODES) as usize)?,
             cuttable,

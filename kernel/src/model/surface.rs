@@ -1,6 +1,7 @@
 //! The surface in an image that tools touch: the contact stiffness of the triangles of `TRIANGLES`.
 
 use super::image::{ModelError, Sections, contact, kind};
+use super::opened::Opened;
 use crate::number::sqrt::sqrt;
 
 /// A range far beyond the numbers of meshes and tissue.
@@ -19,9 +20,11 @@ const PARTS_MAX: f32 = 32.0;
 /// The triangles that tools touch, with their contact numbers.
 #[derive(Clone, Copy)]
 pub(crate) struct ContactSurface<'a> {
-    /// Corners, outward.
+    /// Corners, outward: of the image's triangles, then of opened faces.
     pub triangles: &'a [[u16; 3]],
+    /// Numbers of the image's triangles.
     numbers: &'a [[f32; 3]],
+    opened: Opened<'a>,
 }
 
 /// A triangle at rest.
@@ -55,9 +58,14 @@ impl Triangle {
 }
 
 impl<'a> ContactSurface<'a> {
-    /// The triangles with their numbers.
+    /// The triangles with their numbers, without opened faces.
     pub fn of(triangles: &'a [[u16; 3]], numbers: &'a [[f32; 3]]) -> Self {
-        Self { triangles, numbers }
+        Self { triangles, numbers, opened: Opened::NONE }
+    }
+
+    /// The same, of which the last triangles are those of opened faces.
+    pub fn with(self, opened: Opened<'a>) -> Self {
+        Self { opened, ..self }
     }
 
     /// Reads the contact numbers of an image, `None` if it has none.
@@ -89,9 +97,42 @@ impl<'a> ContactSurface<'a> {
         sqrt(largest) / (SPACING * PARTS_MAX)
     }
 
+    /// Place of a triangle among those of opened faces; `None` for one of the image.
+    #[inline(always)]
+    fn opened_place(&self, index: usize) -> Option<usize> {
+        index.checked_sub(self.numbers.len())
+    }
+
+    /// Name of a triangle: its index for those of the image. Names ascend.
+    #[inline(always)]
+    pub fn name(&self, index: usize) -> u32 {
+        let opened = self.opened_place(index).and_then(|place| self.opened.name(place));
+        opened.unwrap_or(index as u32)
+    }
+
+    /// Area of the triangle with this name [mean link lengths squared]; `None` if there is none.
+    pub fn area_of(&self, name: u32) -> Option<f32> {
+        let index = match self.opened_place(name as usize) {
+            None => name as usize,
+            Some(_) => self.opened.place(name)? + self.numbers.len(),
+        };
+        self.triangle(index).map(|(_, of)| of.area)
+    }
+
+    /// Share of its stiffness with which tools touch a triangle.
+    #[inline(always)]
+    pub fn share(&self, index: usize, edge: f32, at: &impl Fn(usize) -> [f32; 3]) -> f32 {
+        let Some(place) = self.opened_place(index) else { return 1.0 };
+        let opened = self.triangles.get(self.numbers.len()..).unwrap_or(&[]);
+        self.opened.share(opened, place, edge, at)
+    }
+
     /// Returns the corners and the numbers of a triangle.
     pub fn triangle(&self, index: usize) -> Option<([u16; 3], Triangle)> {
-        let numbers = self.numbers.get(index)?;
+        let numbers = match self.opened_place(index) {
+            None => self.numbers.get(index)?,
+            Some(place) => self.opened.numbers(place)?,
+        };
         let at = |row: usize| numbers.get(row).copied().unwrap_or(1.0);
         let [stiffness, edge, area] = [contact::STIFFNESS, contact::EDGE, contact::AREA].map(at);
         Some((*self.triangles.get(index)?, Triangle { stiffness, edge, area }))

@@ -82,6 +82,8 @@ pub struct CutOutput {
     pub area_m2: f32,
     /// Work that it took to part it: toughness times area \[J\].
     pub work_j: f32,
+    /// Number of faces that tools do not touch, for want of places: they are open all the same.
+    pub untouched: u32,
 }
 
 #[cfg(feature = "cut")]
@@ -128,6 +130,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
             refused: count(REFUSED),
             area_m2,
             work_j: area_m2 * body.cut.toughness_j_per_m2,
+            untouched: body.arrays.listed[1],
         }
     }
 
@@ -193,6 +196,9 @@ impl<D: Dynamics> TissueMut<'_, D> {
             self.draw(&mut body);
             let split = self.split(&mut body);
             self.rename_fronts(&body);
+            if split.is_some() {
+                body.list_opened();
+            }
             (split, self.lower(&mut body))
         });
         self.cut = memory;

@@ -106,8 +106,12 @@ impl<D: Dynamics> TissueMut<'_, D> {
     /// assert!((sum_n - force_n).abs() < 1e-3 * force_n); // [N], in all the tool's force
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
-    pub fn contact_forces(&mut self, network: &Network<'_>, mut each: impl FnMut(&ContactForce)) {
-        let model = network.model();
+    pub fn contact_forces(&mut self, network: &Network<'_>, each: impl FnMut(&ContactForce)) {
+        self.with_cut_model(network.model(), |tissue, model| tissue.contacts_of(model, each));
+    }
+
+    /// Calls `each` for the contacts on a body as it is.
+    fn contacts_of(&mut self, model: &Model<'_>, mut each: impl FnMut(&ContactForce)) {
         let Some(state) = self.state.get(..model.cells()) else { return };
         let next = self.head.dynamics.next_points(self.own, model.cells()).unwrap_or(state);
         let points = [places(model, state), places(model, next)];
@@ -115,9 +119,8 @@ impl<D: Dynamics> TissueMut<'_, D> {
         let among = (Proxies(arrays.tools), arrays.near(), arrays.anchors());
         let (unit_m, unit_n) = (model.unit_m(), model.force_unit_n());
         for contact in tools::forces(among.0, among.1, among.2, &points) {
-            let area = model.contact_surface().and_then(|surface| {
-                surface.triangle(contact.triangle as usize).map(|(_, of)| of.area)
-            });
+            let surface = model.contact_surface();
+            let area = surface.and_then(|surface| surface.area_of(contact.triangle));
             each(&ContactForce {
                 position_m: add(model.centre_m(), scale(unit_m, contact.position_m)),
                 normal_n: scale(unit_n, contact.normal_n).map(finite),

@@ -41,10 +41,11 @@ impl Search<'_> {
         let [a, b, c] = corners;
         let whole = Whole::of([at(a.into()), at(b.into()), at(c.into())]);
         self.widest = if whole.squared > self.widest { whole.squared } else { self.widest };
-        // Collect the codes of the parts that grip it.
+        // Collect the codes of the parts that grip it, by its name.
+        let name = self.surface.name(index);
         let mut grips = 0_u64;
         while let Some((anchor, rest)) = self.anchors.split_first()
-            && anchor.triangle as usize <= index
+            && anchor.triangle <= name
         {
             self.anchors = rest;
             let code = if anchor.is_grip() { anchor.part.into() } else { u64::BITS };
@@ -67,9 +68,14 @@ impl Search<'_> {
                 let distance = if is_gripped { Some(f32::MIN) } else { distance };
                 let Some(distance) = distance else { continue };
                 let Some((_, sampling)) = self.surface.triangle(index) else { continue };
+                // An opened face counts as far as it is bare.
+                let share = self.surface.share(index, sampling.edge, at);
+                if share <= 0.0 {
+                    continue;
+                }
                 let (parts, weight) =
-                    (sampling.parts(solid.sampled), sampling.weight(solid.sampled));
-                let (index, of) = (index as u32, code);
+                    (sampling.parts(solid.sampled), share * sampling.weight(solid.sampled));
+                let (index, of) = (name, code);
                 #[rustfmt::skip]
                 let found = NearTriangle { corners, parts, weight, distance, index, of, ..NearTriangle::NONE };
                 self.near.take(found, self.slots);

@@ -22,7 +22,8 @@ pub struct ContactForce {
     pub tool: u8,
     /// Index of the part in the tool.
     pub part: u8,
-    /// The triangle, in the model's order.
+    /// The triangle, in the model's order. That of a face that a cut has opened has the number of the model's
+    /// triangles, plus four times its tetrahedron, plus the corner of that opposite to it.
     pub triangle: u32,
 }
 

@@ -32,7 +32,7 @@ kept! {
     /// The anchor of a sample: friction or a grip holds the sample there.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct Anchor {
-        /// The triangle, in the model's order.
+        /// Name of the triangle, in the model's order.
         pub(crate) triangle: u32,
         /// Index of the sample in the triangle.
         pub(crate) sample: u16,

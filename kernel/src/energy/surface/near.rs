@@ -16,7 +16,7 @@ kept! {
         /// Lower bound of the distance of its points from the part, negative inside; for a gripped triangle
         /// the least number.
         pub(crate) distance: f32,
-        /// The triangle, in the model's order.
+        /// Name of the triangle, in the model's order.
         pub(crate) index: u32,
         /// Range of its anchors in the list.
         pub(crate) first: u16,

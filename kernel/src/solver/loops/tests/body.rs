@@ -4,6 +4,7 @@ use std::vec;
 use std::vec::Vec;
 
 use crate::model::cuttable::Cuttable;
+use crate::model::opened::Opened;
 use crate::model::others::NONE;
 use crate::model::pin::Pins;
 use crate::model::{Model, Slices, rest_length};
@@ -130,6 +131,7 @@ impl Body {
             triangles: &[],
             tetrahedra: &[],
             contact: None,
+            opened: Opened::NONE,
             notes: &[],
             embedded: None,
             others: (Pins::NONE, NONE),
