@@ -2,7 +2,7 @@
 
 use chaincell_kernel::{CutOutput, CutRoom, Dynamics, Model, Network, cut_words};
 
-use super::{Engine, Memory};
+use super::{Engine, Memory, Nodes};
 
 /// Words for the cuts of a body; none for one that cannot be cut.
 pub(super) struct CutMemory(Vec<u32>);
@@ -76,6 +76,17 @@ impl Engine<'_> {
             }
         }
         Some(cells)
+    }
+
+    /// The nodes of [`Engine::nodes`], and behind them the copies of split cells with the ids of those.
+    #[must_use]
+    pub fn with_copies(&mut self, nodes: &Nodes, cut: &CutCells) -> Nodes {
+        let ids = self.network.model().input_id();
+        let mut nodes = nodes.clone();
+        let of_copies = self.positions_m().into_iter().skip(ids.len());
+        nodes.positions_m.extend(of_copies.take(cut.origins.len()));
+        nodes.ids.extend(cut.origins.iter().filter_map(|&cell| ids.get(usize::from(cell))));
+        nodes
     }
 }
 

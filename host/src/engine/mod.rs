@@ -27,9 +27,8 @@ use chaincell_kernel::Cell;
 use chaincell_kernel::trace::Command;
 use chaincell_kernel::{Budget, Contact as Slot, ContactError, term_states};
 use chaincell_kernel::{
-    Dynamics, Euler, Head, I8F24, Model, Network, Number, Predict, ResetError, Rkl2,
-    Settings, Stress, Team, TermState, TermStates, TickOutput, TissueMut, ToolPart, ToolPose,
-    Track, Workers,
+    Dynamics, Euler, Head, I8F24, Model, Network, Number, Predict, ResetError, Rkl2, Settings,
+    Stress, Team, TermState, TermStates, TickOutput, TissueMut, ToolPart, ToolPose, Track, Workers,
 };
 
 pub use chaincell_kernel::{Arithmetic, Scheme};

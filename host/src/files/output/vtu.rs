@@ -6,7 +6,7 @@ use chaincell_kernel::{Model, Stress};
 
 use super::pressure::contact_pressure_pa;
 use super::stress::{elements_pa, stresses};
-use crate::engine::{CutCells, Engine, Nodes, to_m};
+use crate::engine::{Engine, Nodes, to_m};
 
 /// VTK's cell types of a point, a line, a triangle and a tetrahedron.
 const VERTEX: u8 = 1;
@@ -22,7 +22,7 @@ const TETRAHEDRON: u8 = 10;
 #[must_use]
 pub fn vtu(engine: &mut Engine<'_>, nodes: &Nodes) -> String {
     let (mut pressure_pa, cut) = (contact_pressure_pa(engine, nodes), engine.cut_cells());
-    let with_copies = cut.as_ref().map(|cut| with_copies(engine, nodes, cut));
+    let with_copies = cut.as_ref().map(|cut| engine.with_copies(nodes, cut));
     let nodes = with_copies.as_ref().unwrap_or(nodes);
     // The forces are shared to the cells of the whole body.
     pressure_pa.iter_mut().for_each(|values| values.resize(nodes.ids.len(), 0.0));
@@ -51,7 +51,8 @@ pub fn vtu(engine: &mut Engine<'_>, nodes: &Nodes) -> String {
     let pressure = pressure_pa
         .map(|values| PointArray { name: "contact_pressure_pa", values: Values::Numbers(values) });
     let stress = stresses.as_deref().map(stress_data).into_iter().flatten();
-    let arrays = point_data(model, nodes, contacts, origins).into_iter().chain(pressure).chain(stress);
+    let arrays =
+        point_data(model, nodes, contacts, origins).into_iter().chain(pressure).chain(stress);
     arrays.for_each(|array| array.write(&mut text));
     text.push_str("</PointData>\n</Piece>\n</UnstructuredGrid>\n</VTKFile>\n");
     text
@@ -79,17 +80,6 @@ impl PointArray {
             Values::Integers(values) => integers(text, self.name, values.into_iter()),
         }
     }
-}
-
-/// Returns the nodes of a body, and behind them the copies of its split cells with the ids of those.
-fn with_copies(engine: &mut Engine<'_>, nodes: &Nodes, cut: &CutCells) -> Nodes {
-    let ids = engine.network().model().input_id();
-    let of_copies = cut.origins.iter().filter_map(|&cell| ids.get(usize::from(cell)).copied());
-    let mut nodes = nodes.clone();
-    nodes.positions_m.extend(engine.positions_m().into_iter().skip(ids.len()));
-    nodes.ids.extend(of_copies);
-    nodes.positions_m.truncate(nodes.ids.len());
-    nodes
 }
 
 /// Returns all arrays at the points, in the order of the nodes; the last ones are copies of the cells `origins`.
