@@ -1,4 +1,4 @@
-//! How far a run has cut its body, in words and numbers.
+//! The cut of a body by a run, in words and numbers.
 
 use std::fmt;
 
