@@ -12,6 +12,7 @@ mod control;
 mod convert;
 mod cosim;
 mod cosim_view;
+mod cut;
 mod filled;
 mod info;
 mod inject;

@@ -6,7 +6,8 @@ use std::fmt;
 use chaincell_kernel::Contact;
 use chaincell_kernel::image::{cutting, nodal};
 use chaincell_kernel::{
-    Dynamics, Euler, Head, Model, Predict, Rkl2, TermState, Track, array_bytes, term_states,
+    Dynamics, Euler, Head, Model, Predict, Rkl2, TermState, Track, array_bytes, cut_words,
+    term_states,
 };
 use serde::Serialize;
 
@@ -107,6 +108,8 @@ struct Cutting {
     toughness_j_per_m2: f32,
     /// Bytes of the sections of tetrahedra and of the numbers of spare cells.
     image_bytes: usize,
+    /// Bytes that a tissue needs for cuts beside the model's `ram_bytes`.
+    ram_bytes: usize,
 }
 
 impl Cutting {
@@ -125,17 +128,18 @@ impl Cutting {
             spare_cells,
             toughness_j_per_m2: model.toughness_j_per_m2()?,
             image_bytes: sections + spare,
+            ram_bytes: cut_words(model) * size_of::<u32>(),
         })
     }
 }
 
 impl fmt::Display for Cutting {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { tetrahedra, spare_cells, toughness_j_per_m2, image_bytes } = self;
+        let Self { tetrahedra, spare_cells, toughness_j_per_m2, image_bytes, ram_bytes } = self;
         write!(
             f,
             "{tetrahedra} tetrahedra at {toughness_j_per_m2} J/m^2, {spare_cells} spare cells, {image_bytes} bytes \
-             of flash"
+             of flash, {ram_bytes} of RAM"
         )
     }
 }

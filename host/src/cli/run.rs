@@ -8,6 +8,7 @@ use chaincell_kernel::trace::Record;
 use chaincell_kernel::{Budget, Choice, TickOutput, ToolPose};
 use serde::Serialize;
 
+use super::cut::CutReport;
 use super::judgement::{Judgement, Pace};
 use super::mesh_file::Units;
 use super::model_file;
@@ -119,6 +120,9 @@ struct RunSummary {
     /// Flags seen, each with the number of ticks it was set on.
     flag_ticks: FlagTicks,
     interrupted: bool,
+    /// Of a body that can be cut.
+    #[serde(flatten)]
+    cut: Option<CutReport>,
     #[serde(flatten)]
     tissue: TissueReport,
     stage: Option<StageReport>,
@@ -189,6 +193,7 @@ pub fn execute(args: &Args) -> Result<()> {
         tool_courses,
         flag_ticks: played.flag_ticks,
         interrupted: interrupt::asked(),
+        cut: CutReport::of(tissue.engine_mut()),
         tissue: args.tissue.report(tissue.engine()),
         stage: args.stage.report()?,
     };
@@ -445,6 +450,10 @@ fn report(args: &Args, summary: &RunSummary, far: Option<Far>, drawn: Option<&st
         };
         terminal::note(format_args!("note: {far}: the largest force is {peak:.3} N; {remedy}"));
     }
+    let cut = summary.cut.as_ref();
+    if let Some(remedy) = cut.and_then(CutReport::remedy) {
+        terminal::note(format_args!("note: {remedy}"));
+    }
     if args.print.json {
         return terminal::say_json(summary);
     }
@@ -465,6 +474,9 @@ fn report(args: &Args, summary: &RunSummary, far: Option<Far>, drawn: Option<&st
     ))?;
     terminal::say(format_args!("  {:<14}{}", "state hash", summary.state_hash))?;
     terminal::say(format_args!("  {:<14}{}", "flags", summary.flag_ticks))?;
+    if let Some(cut) = cut {
+        terminal::say(format_args!("  {:<14}{cut}", "cut"))?;
+    }
     summary.judgement.print(14)?;
     if let Some(drawn) = drawn {
         terminal::say(format_args!("  {:<14}{drawn}", "picture"))?;

@@ -36,9 +36,10 @@ pub struct TissueArgs {
     pub contact: String,
     /// A tool by its parts, on a model with a contact surface (`bake`); up to eight times, the first is
     /// tool 0. PART[+PART...], at most eight, each sphere:R, capsule:HALF_LENGTH,R (along
-    /// z), box:HX,HY,HZ,R (half edges of the core inside the rounding) or half-space[:R] (all below
-    /// z = 0), then @X,Y,Z, its place in the tool's frame, and /X,Y,Z,W, its turn, a unit quaternion
-    /// [m]
+    /// z), box:HX,HY,HZ,R (half edges of the core inside the rounding), half-space[:R] (all below
+    /// z = 0) or, last, blade:LENGTH (an edge along x that cuts towards -z a body baked with
+    /// --cuttable), then @X,Y,Z, its place in the tool's frame, and /X,Y,Z,W, its turn, a unit
+    /// quaternion [m]
     #[arg(long, value_name = "PART[+PART...]", conflicts_with = "contact")]
     pub tool: Vec<ToolSpec>,
     /// Coefficient of friction between tools and the tissue [default: 0]

@@ -35,7 +35,8 @@ impl FromStr for ToolSpec {
         let parts = (1..).zip(parts).map(|(number, text)| {
             part(text).map_err(|why| format!("part {number} `{text}`: {why}"))
         });
-        let parts = parts.collect::<std::result::Result<_, _>>()?;
+        let parts = parts.collect::<std::result::Result<Vec<_>, String>>()?;
+        check_edge(&parts)?;
         Ok(Self { text: text.to_owned(), is_probe: false, parts })
     }
 }
@@ -67,19 +68,26 @@ fn part(text: &str) -> std::result::Result<ToolPart, String> {
             let [x, y, z, radius_m] = numbers(sizes).ok_or_else(|| of("HX,HY,HZ,RADIUS"))?;
             ToolPart::rounded_box([x, y, z], radius_m)
         }
+        ("blade", sizes) => {
+            let [length_m] = numbers(sizes).ok_or_else(|| of("LENGTH"))?;
+            if length_m <= 0.0 {
+                return Err(format!("the length {length_m} must be above 0 [m]"));
+            }
+            ToolPart::edge(0.5 * length_m)
+        }
         ("half-space", None) => ToolPart::half_space(HALF_SPACE_RADIUS_M),
         ("half-space", sizes) => {
             let [radius_m] = numbers(sizes).ok_or_else(|| of("RADIUS"))?;
             ToolPart::half_space(radius_m)
         }
         _ => {
-            return Err("unknown kind: write sphere:R, capsule:HALF_LENGTH,R, box:HX,HY,HZ,R or \
-                        half-space"
+            return Err("unknown kind: write sphere:R, capsule:HALF_LENGTH,R, box:HX,HY,HZ,R, blade:LENGTH \
+                        or half-space"
                 .to_owned());
         }
     };
     // Check the sizes.
-    if shape.radius_m <= 0.0 {
+    if shape.radius_m <= 0.0 && !shape.is_edge() {
         return Err(format!("the radius {} must be above 0 [m]", shape.radius_m));
     }
     if !shape.is_half_space() && shape.half_m.iter().any(|&half| half < 0.0) {
@@ -91,6 +99,18 @@ fn part(text: &str) -> std::result::Result<ToolPart, String> {
         centre_m.ok_or("behind @ stands the place in the tool's frame: write @X,Y,Z [m]")?;
     let orientation = turn.map_or(Ok(shape.orientation), orientation)?;
     Ok(ToolPart { centre_m, orientation, ..shape })
+}
+
+/// Refuses parts behind a blade, another blade among them.
+fn check_edge(parts: &[ToolPart]) -> std::result::Result<(), String> {
+    match parts.iter().position(ToolPart::is_edge) {
+        Some(at) if at + 1 < parts.len() => Err(format!(
+            "part {} is a blade: a tool has one, as its last part; write the other parts before it, or give \
+             --tool once more",
+            at + 1
+        )),
+        _ => Ok(()),
+    }
 }
 
 /// A unit quaternion x,y,z,w.
@@ -136,8 +156,8 @@ fn numbers<const N: usize>(text: Option<&str>) -> Option<[f32; N]> {
 /// The tools on a model.
 ///
 /// # Errors
-/// More tools than there may be, a model without a contact surface, a part larger than the body's own
-/// bound, a coefficient of friction out of range.
+/// More tools than there may be, a model without a contact surface, a blade on one that cannot be cut, a part
+/// larger than the body's own bound, a coefficient of friction out of range.
 pub fn tools(specs: &[ToolSpec], friction: Option<f32>, model: &Model<'_>) -> Result<Contact> {
     // Check the tools as a whole.
     if specs.len() > TOOLS_MAX {
@@ -152,6 +172,14 @@ pub fn tools(specs: &[ToolSpec], friction: Option<f32>, model: &Model<'_>) -> Re
              triangles or tetrahedra (a lean one with --contact-surface yes), or hold cells with \
              --contact cells:SELECTOR",
         ));
+    }
+    let blade = specs.iter().find(|spec| spec.parts.iter().any(ToolPart::is_edge));
+    if let Some(blade) = blade.filter(|_| model.tetrahedra_to_cut() == 0) {
+        return Err(Error::input(format!(
+            "--tool {}: a blade cuts, and this model cannot be cut: bake it with --cuttable, which needs \
+             tetrahedra and --young-pa",
+            blade.text
+        )));
     }
     let friction = friction.unwrap_or(0.0);
     if !(0.0..=FRICTION_MAX).contains(&friction) {
@@ -185,7 +213,7 @@ mod tests {
     #[test]
     fn a_spec_names_parts_with_place_and_turn() {
         let text = "sphere:0.01+capsule:0.02,0.004@0,0,0.03/0,0.6,0,0.8+box:0.01,0.02,0.03,0.002\
-            +half-space+half-space:0.005";
+            +half-space+half-space:0.005+blade:0.03@0,0,-0.01/0,0,1,0";
         let found = text.parse::<ToolSpec>().unwrap();
         assert_eq!(found.text, text);
         let capsule = ToolPart {
@@ -193,12 +221,18 @@ mod tests {
             orientation: [0.0, 0.6, 0.0, 0.8],
             ..ToolPart::capsule(0.02, 0.004)
         };
+        let edge = ToolPart {
+            centre_m: [0.0, 0.0, -0.01],
+            orientation: [0.0, 0.0, 1.0, 0.0],
+            ..ToolPart::edge(0.015)
+        };
         let wanted = [
             ToolPart::sphere(0.01),
             capsule,
             ToolPart::rounded_box([0.01, 0.02, 0.03], 0.002),
             ToolPart::half_space(0.01),
             ToolPart::half_space(0.005),
+            edge,
         ];
         assert_eq!(found.parts, wanted);
         assert_eq!("sphere:0.01/0,0,0,1@0,0,0".parse::<ToolSpec>(), Err(
@@ -222,6 +256,11 @@ mod tests {
             ("capsule:-0.1,0.01", "0 or more"),
             ("box:1,2,3", "write box:HX,HY,HZ,RADIUS"),
             ("half-space:x", "write half-space:RADIUS"),
+            ("blade", "write blade:LENGTH"),
+            ("blade:0.1,0.2", "write blade:LENGTH"),
+            ("blade:0", "above 0"),
+            ("blade:-0.1", "above 0"),
+            ("blade:0.1@1", "write @X,Y,Z"),
             ("sphere:0.1@1,2", "write @X,Y,Z"),
             ("sphere:0.1/0,0,1", "write /X,Y,Z,W"),
             ("sphere:0.1/0,0,0,2", "has length 2"),
@@ -230,6 +269,8 @@ mod tests {
             let why = text.parse::<ToolSpec>().unwrap_err();
             assert!(why.starts_with("part 2 `") && why.contains(wanted), "{text}: {why}");
         }
+        let behind = "blade:0.01+sphere:0.01".parse::<ToolSpec>().unwrap_err();
+        assert!(behind.starts_with("part 1 is a blade: a tool has one, as its last"), "{behind}");
         let nine = ["sphere:0.01"; 9].join("+");
         assert!(nine.parse::<ToolSpec>().unwrap_err().contains("at most 8"));
     }

@@ -122,6 +122,10 @@ impl Shown {
         interrupt::end_at_once()?;
         let recorded = RecordedArgs::of(path.to_owned(), args.session_model.clone()).read()?;
         let mut begun = recorded.begin(None)?;
+        if begun.tissue.engine().contact().has_blade() {
+            let why = "it has a blade, and the page's own kernel does not cut: play it with replay";
+            return Err(Error::file("view", &recorded.path, why));
+        }
         let numbers = (begun.scheme, begun.precision);
         let packed = session::packed(&begun.trace, &mut begun.tissue, numbers, begun.start);
         let (bytes, _) = packed.map_err(|why| Error::file("view", &recorded.path, why))?;
@@ -249,7 +253,13 @@ fn base_config(path: Option<&Path>, model: &Model<'_>) -> Config {
 /// The tools; none for a body without a contact surface, of which cells are held.
 fn tools(args: &Args, model: &Model<'_>) -> Result<Vec<String>> {
     if !args.tool.is_empty() {
-        super::tool::tools(&args.tool, None, model)?;
+        let contact = super::tool::tools(&args.tool, None, model)?;
+        if contact.has_blade() {
+            return Err(Error::input(
+                "--tool blade: the page's own kernel does not cut; run serve with the blade, and show it with \
+                 --scene",
+            ));
+        }
         return Ok(args.tool.iter().map(|tool| tool.text.clone()).collect());
     }
     if !model.has_contact_surface() {

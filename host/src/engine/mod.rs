@@ -3,6 +3,7 @@
 pub mod contact;
 pub mod convergence;
 pub mod course;
+mod cut;
 pub mod far;
 #[cfg(test)]
 pub(crate) mod fixture;
@@ -26,14 +27,15 @@ use chaincell_kernel::Cell;
 use chaincell_kernel::trace::Command;
 use chaincell_kernel::{Budget, Contact as Slot, ContactError, term_states};
 use chaincell_kernel::{
-    CutRoom, Dynamics, Euler, Head, I8F24, Model, Network, Number, Predict, ResetError, Rkl2,
-    Settings, Stress, Team, TermState, TermStates, TickOutput, TissueMut, ToolPart, ToolPose,
-    Track, Workers,
+    Dynamics, Euler, Head, I8F24, Model, Network, Number, Predict, ResetError, Rkl2, Settings,
+    Stress, Team, TermState, TermStates, TickOutput, TissueMut, ToolPart, ToolPose, Track, Workers,
 };
 
 pub use chaincell_kernel::{Arithmetic, Scheme};
+pub use cut::CutCells;
 
 use crate::error::{Error, Result};
+use cut::{AnyCut, CutMemory};
 use snapshot::AnySaved;
 use tissue::{Node, Refusal};
 use tools::AnyTools;
@@ -54,6 +56,7 @@ struct Memory<D: Dynamics> {
     contacts: Vec<Slot<D::Number>>,
     states: Vec<TermState>,
     touch: TouchMemory,
+    cut: CutMemory,
     workers: Option<Box<dyn Workers + Send>>,
 }
 
@@ -73,6 +76,7 @@ impl<D: Dynamics> Memory<D> {
             contacts: vec![Slot::NONE; slots],
             states: vec![TermState::ZERO; term_states(model.kept_states())],
             touch: TouchMemory::for_contact(model, contact),
+            cut: CutMemory::for_model(model),
             workers: None,
         }
     }
@@ -87,14 +91,14 @@ impl<D: Dynamics> Memory<D> {
             contacts: &mut self.contacts,
             states: TermStates::new(&mut self.states),
             touch: self.touch.room(),
-            cut: CutRoom::none(),
+            cut: self.cut.room(),
             team: self.workers.as_deref().map_or(Team::ALONE, |workers| Team::of(workers)),
         }
     }
 }
 
 /// A tissue of any scheme.
-trait AnyTissue: AnyTools + AnySaved {
+trait AnyTissue: AnyTools + AnyCut + AnySaved {
     fn reset(&mut self, network: &Network<'_>) -> Result<()>;
     fn choose(
         &mut self,
@@ -199,7 +203,7 @@ impl<D: Dynamics> AnyTissue for Memory<D> {
         let (cells, contacts, room) = (self.state.len(), self.contacts.len(), self.room.len());
         let arrays = chaincell_kernel::array_bytes::<D>(cells, contacts, room);
         let states = self.states.len() * size_of::<TermState>();
-        size_of::<Head<D>>() + arrays + states + self.touch.ram_bytes()
+        size_of::<Head<D>>() + arrays + states + self.touch.ram_bytes() + self.cut.ram_bytes()
     }
 }
 

@@ -15,11 +15,11 @@ pub struct Reach {
 
 /// Largest number of steps in the search for a tool's first touch.
 const LOOKS: usize = 400;
-/// A tool this near to the surface touches it [radii].
+/// A tool this near to the surface touches it [sizes of its smallest part].
 const CLOSE: f64 = 1e-4;
 /// Largest number of looks at the nearest points of a core and a triangle.
 const TURNS: usize = 64;
-/// A nearest point that moves by less has been found [radii].
+/// A nearest point that moves by less has been found [sizes of the part].
 const ROUNDING: f64 = 1e-9;
 
 impl Reach {
@@ -94,7 +94,7 @@ impl Reach {
         let (point, outward) = (Vector3::from(point_m), Vector3::from(outward));
         let parts: Vec<Solid> = parts.iter().map(Solid::of).collect();
         let arm_m = parts.iter().map(Solid::arm_m).reduce(f64::max)?;
-        let close_m = CLOSE * parts.iter().map(|part| part.radius_m).reduce(f64::min)?;
+        let close_m = CLOSE * parts.iter().map(Solid::size_m).reduce(f64::min)?;
         let along = |at: &Vector3<f64>| (at - point).dot(&outward);
         let beside = |at: &Vector3<f64>| (at - point - outward * along(at)).norm();
         // Triangles that are entirely to the side of the path are never touched.
@@ -124,7 +124,8 @@ impl Reach {
     }
 }
 
-/// A part of a tool: a box in the tool's frame, which may be a point or a segment, and a radius around it.
+/// A part of a tool: a box in the tool's frame, which may be a point or a segment, and a radius around it, 0 for
+/// an edge.
 struct Solid {
     centre_m: Vector3<f64>,
     turn: UnitQuaternion<f64>,
@@ -146,6 +147,11 @@ impl Solid {
     /// Distance of its farthest point from the tool's position, at most.
     fn arm_m(&self) -> f64 {
         self.centre_m.norm() + self.half_m.norm() + self.radius_m
+    }
+
+    /// Its radius; half the length of an edge, which has none.
+    fn size_m(&self) -> f64 {
+        if self.radius_m > 0.0 { self.radius_m } else { self.half_m.norm() }
     }
 
     /// Distance of the part from the triangles with the tool at a position, negative inside; never more than
@@ -171,7 +177,7 @@ impl Solid {
             let local = self.turn.inverse_transform_vector(&(place - middle));
             let inside = local.zip_map(&self.half_m, |x, half| x.clamp(-half, half));
             let next = middle + self.turn * inside;
-            let has_come = (next - core).norm() <= ROUNDING * self.radius_m;
+            let has_come = (next - core).norm() <= ROUNDING * self.size_m();
             core = next;
             if has_come {
                 return (nearest(core, *corners) - core).norm();
@@ -314,10 +320,13 @@ mod tests {
             (vec![block], 0.3),
             (vec![about_x(block)], 0.5 * half + 0.1),
             (vec![moved(block, -0.2), capsule], 0.6),
+            (vec![ToolPart::edge(0.5)], 0.0),
+            (vec![capsule, moved(ToolPart::edge(0.5), -0.8)], 0.8),
             (vec![moved(about_x(block), -0.4), capsule], 0.5 * half + 0.5),
         ] {
             let found = floor().first_touch_m([0.0; 3], UP, &parts).unwrap();
             assert!((found - height).abs() < 1e-4, "{parts:?}: {found}, not {height}");
+            assert!(found >= height - 1e-6, "{parts:?} begins inside: {found}, not {height}");
         }
         // Over the tip of the tetrahedron, which the lowest edge of the box meets first.
         let found = tetrahedron().first_touch_m([0.0, 0.1, 0.0], UP, &[about_x(block)]).unwrap();

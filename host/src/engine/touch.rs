@@ -42,6 +42,13 @@ impl Contact {
         tools.first().map(Vec::as_slice)
     }
 
+    /// Returns true if a tool cuts.
+    #[must_use]
+    pub fn has_blade(&self) -> bool {
+        let Self::Tools { tools, .. } = self else { return false };
+        tools.iter().flatten().any(ToolPart::is_edge)
+    }
+
     /// The option that names it.
     pub(super) fn option(&self) -> &'static str {
         if matches!(self, Self::Cells(_)) { "contact" } else { "tool" }

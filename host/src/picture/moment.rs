@@ -7,7 +7,7 @@ use super::camera::View;
 use super::raster::{Pixels, raster};
 use super::skin::Skin;
 use super::{eye, legend, tool};
-use crate::engine::{Contact, Engine, Nodes};
+use crate::engine::{Contact, CutCells, Engine, Nodes};
 
 /// Width and height of a picture, and of the part of it that shows the body \[px\].
 const SIZE_PX: (u32, u32) = (1280, 800);
@@ -34,7 +34,9 @@ pub struct Moment {
     pub tick: u64,
     /// Force on the first tool \[N\].
     pub force_n: [f32; 3],
+    /// With the copies of split cells.
     nodes: Nodes,
+    cut: Option<CutCells>,
     tools: Vec<Placed>,
 }
 
@@ -67,13 +69,18 @@ impl Moment {
     pub fn of(engine: &mut Engine<'_>, tick: u64, poses: &[ToolPose], force_n: [f32; 3]) -> Self {
         let tools = poses.iter().enumerate();
         let tools = tools.map(|(tool, pose)| Placed::new(pose, engine.proxy_pose(tool))).collect();
-        Self { tick, force_n, nodes: engine.nodes(), tools }
+        let cut = engine.cut_cells();
+        let mut nodes = engine.nodes();
+        if let Some(cut) = &cut {
+            nodes = engine.with_copies(&nodes, cut);
+        }
+        Self { tick, force_n, nodes, cut, tools }
     }
 
     /// The largest displacement of a node \[m\].
     #[must_use]
     pub fn displacement_m(&self, engine: &Engine<'_>) -> f64 {
-        let skin = Skin::of(engine.network().model(), &self.nodes);
+        let skin = self.skin(engine);
         1e-3 * largest(&self.ways_mm(&skin))
     }
 
@@ -81,7 +88,7 @@ impl Moment {
     /// [`Self::of`]. Some tenths of a second and 130 MB.
     #[must_use]
     pub fn draw(&self, engine: &Engine<'_>) -> Pixels {
-        let skin = Skin::of(engine.network().model(), &self.nodes);
+        let skin = self.skin(engine);
         let ways_mm = self.ways_mm(&skin);
         let range = [0.0, largest(&ways_mm).max(RANGE_MIN_MM)];
         // The eye, by the contact.
@@ -97,6 +104,14 @@ impl Moment {
         pixels.paste((0, 0), &raster(&bodies, view, range, FINE, WIRE_PX));
         legend::write(&mut pixels, &self.title(), range, view.pixels_per_m);
         pixels
+    }
+
+    fn skin(&self, engine: &Engine<'_>) -> Skin {
+        let model = engine.network().model();
+        match &self.cut {
+            Some(cut) => Skin::of_cut(model, &self.nodes, cut),
+            None => Skin::of(model, &self.nodes),
+        }
     }
 
     /// Tick and force in words.

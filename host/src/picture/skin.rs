@@ -2,7 +2,7 @@
 
 use chaincell_kernel::Model;
 
-use crate::engine::{Nodes, to_m};
+use crate::engine::{CutCells, Nodes, to_m};
 use crate::mesh::boundary;
 
 /// Indices into a list of nodes, and where these are at rest.
@@ -18,6 +18,18 @@ impl Skin {
     /// tetrahedra, or its links.
     pub fn of(model: &Model<'_>, nodes: &Nodes) -> Self {
         if model.fine_nodes() > 0 { Self::fine(model, nodes) } else { Self::cells(model, nodes) }
+    }
+
+    /// Of a body that is cut: the boundary of its tetrahedra, sides of the wound among it. The last nodes are copies
+    /// of split cells.
+    pub fn of_cut(model: &Model<'_>, nodes: &Nodes, cut: &CutCells) -> Self {
+        let corners: Vec<u32> =
+            cut.tetrahedra.as_flattened().iter().map(|&cell| cell.into()).collect();
+        let body = nodes.ids.len() - cut.origins.len();
+        let cells = (0..body).chain(cut.origins.iter().map(|&cell| cell.into()));
+        let rest_m =
+            cells.map(|cell| to_m(model, model.rest_position(cell).map(f64::from))).collect();
+        Self { rest_m, triangles: boundary(&fours(&corners)), links: Vec::new() }
     }
 
     fn cells(model: &Model<'_>, nodes: &Nodes) -> Self {

@@ -9,9 +9,11 @@ use super::body::{Body, Paint};
 const COLOUR: [u8; 3] = [176, 180, 188];
 /// Rings of latitude of a rounded part.
 const FINE: u32 = 32;
+/// Half height and half thickness of a blade above its edge [half lengths of the edge].
+const BLADE: [f64; 2] = [0.4, 0.02];
 
 /// A part of a tool where it is, its radius times `radius_scale`. A half space is a plate of `plate_m` half
-/// edges \[m\].
+/// edges \[m\], an edge the lowest line of an upright plate.
 pub(super) fn body(
     part: &ToolPart,
     position_m: [f32; 3],
@@ -27,6 +29,8 @@ pub(super) fn body(
     };
     let mut drawn = if part.is_half_space() {
         plate(plate_m)
+    } else if part.is_edge() {
+        blade(part.half_m[0].into())
     } else {
         let radius_m = f64::from(part.radius_m) * radius_scale;
         Body::rounded(part.half_m.map(f64::from), radius_m, COLOUR, FINE)
@@ -47,6 +51,17 @@ fn plate(half_m: f64) -> Body {
         wires: Vec::new(),
         unlit: false,
     }
+}
+
+/// A thin plate in the plane of x and z, on an edge along x.
+fn blade(half_m: f64) -> Body {
+    let [height_m, thickness_m] = BLADE.map(|share| share * half_m);
+    let core_m = [half_m, 0.0, height_m].map(|half: f64| (half - thickness_m).max(0.0));
+    let mut drawn = Body::rounded(core_m, thickness_m, COLOUR, FINE);
+    for [.., z] in &mut drawn.points_m {
+        *z += height_m;
+    }
+    drawn
 }
 
 /// A ball of the tools' colour: a cell that a tool holds.
@@ -93,6 +108,17 @@ mod tests {
             }
         }
         assert!(edges.values().all(|count| count % 2 == 0), "open edges");
+        // A blade stands on its edge, which the turn lays along y.
+        let drawn = body(&ToolPart::edge(0.5), [10.0, 0.0, 3.0], quarter, 1.0, 1.0);
+        let ends = |axis: usize| {
+            let along = || drawn.points_m.iter().map(|p| p[axis]);
+            [along().fold(f64::MAX, f64::min), along().fold(f64::MIN, f64::max)]
+        };
+        for (axis, wanted) in [[9.99, 10.01], [-0.5, 0.5], [3.0, 3.4]].into_iter().enumerate() {
+            let found = ends(axis);
+            let is_there = found.iter().zip(wanted).all(|(a, b)| (a - b).abs() < 1e-3);
+            assert!(is_there, "axis {axis}: {found:?}, not {wanted:?}");
+        }
         let plate = body(&ToolPart::half_space(0.01), [0.0, 0.0, 3.0], quarter, 1.0, 7.0);
         assert!(plate.points_m.iter().all(|p| p[2] == 3.0 && (p[0].abs() - 7.0).abs() < 1e-6));
     }

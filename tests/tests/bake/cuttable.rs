@@ -9,7 +9,7 @@ use chaincell_host::engine::{Contact, Engine, Scheme, contact};
 use chaincell_host::files::output::vtu;
 use chaincell_host::mesh::load;
 use chaincell_kernel::image::{cutting, kind, nodal};
-use chaincell_kernel::{Model, ModelError, Network, ToolPose};
+use chaincell_kernel::{Model, ModelError, Network, ToolPose, cut_words};
 use chaincell_tests::files::{scratch, text};
 use chaincell_tests::forge::Forged;
 use chaincell_tests::run;
@@ -263,6 +263,8 @@ fn the_command_bakes_it_and_info_says_what_it_costs() {
     assert_eq!(report["bounding_box_m"], plain["bounding_box_m"]);
     assert_eq!((&cutting["tetrahedra"], &cutting["spare_cells"]), (&240.into(), &25.into()));
     assert_eq!(cutting["toughness_j_per_m2"], 80.0);
+    let image = ImageBytes::copy(&std::fs::read(&file).unwrap());
+    assert_eq!(cutting["ram_bytes"], 4 * cut_words(&model(&image)));
     // The image is longer by that, but for the table, and slots and padding of the slices.
     let grown = report["image_bytes"].as_f64().unwrap() - plain["image_bytes"].as_f64().unwrap();
     let said = cutting["image_bytes"].as_f64().unwrap();

@@ -119,7 +119,9 @@ impl MeshFit {
         if parts.iter().any(chaincell_kernel::ToolPart::is_half_space) {
             return None;
         }
-        let radius_m = parts.iter().map(|part| f64::from(part.radius_m)).reduce(f64::min)?;
+        // An edge has no radius.
+        let radii = parts.iter().filter(|part| !part.is_edge()).map(|part| part.radius_m.into());
+        let radius_m: f64 = radii.reduce(f64::min)?;
         let touch_m = tool.touch_m?.map(f64::from);
         let reach = Reach::of(model);
         let edge_m = reach.edge_near_m(touch_m, radius_m)?;

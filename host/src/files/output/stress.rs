@@ -4,10 +4,11 @@ use chaincell_kernel::Stress;
 
 use crate::engine::Engine;
 
-/// Returns strain and stress at each cell but the spare ones; `None` in a body of links. Tissue has no embedded
-/// mesh: its nodes are its cells.
-pub(super) fn stresses(engine: &mut Engine<'_>) -> Option<Vec<Stress>> {
-    (0..engine.network().model().body_cells()).map(|cell| engine.stress(cell)).collect()
+/// Returns strain and stress at each cell of the body and at the first `copies` of its spare ones; `None` in a body
+/// of links. Tissue has no embedded mesh: its nodes are its cells.
+pub(super) fn stresses(engine: &mut Engine<'_>, copies: usize) -> Option<Vec<Stress>> {
+    let cells = engine.network().model().body_cells() + copies;
+    (0..cells).map(|cell| engine.stress(cell)).collect()
 }
 
 /// The elements of the Cauchy stress in VTK's order \[Pa\]: xx, yy, zz, xy, yz, xz.

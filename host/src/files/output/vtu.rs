@@ -17,13 +17,24 @@ const TETRAHEDRON: u8 = 10;
 /// Returns a file with the nodes' positions as [`Engine::nodes`](crate::engine::Engine::nodes) gives them,
 /// their displacement, input id, marks of fixed and of contact cells, the pressure of tools \[Pa\] if there are
 /// any (`contact_pressure_pa`), and strain and stress of a body of nodal shapes (`stress_data`). The elements
-/// are tetrahedra, or else surface triangles, or else links.
+/// are tetrahedra, or else surface triangles, or else links. A body that is cut has the copies of its split cells
+/// behind the others, with the ids of the cells that were split, and its tetrahedra have those of their side.
 #[must_use]
 pub fn vtu(engine: &mut Engine<'_>, nodes: &Nodes) -> String {
-    let (pressure_pa, stresses) = (contact_pressure_pa(engine, nodes), stresses(engine));
+    let (mut pressure_pa, cut) = (contact_pressure_pa(engine, nodes), engine.cut_cells());
+    let with_copies = cut.as_ref().map(|cut| engine.with_copies(nodes, cut));
+    let nodes = with_copies.as_ref().unwrap_or(nodes);
+    // The forces are shared to the cells of the whole body.
+    pressure_pa.iter_mut().for_each(|values| values.resize(nodes.ids.len(), 0.0));
+    let stresses = stresses(engine, cut.as_ref().map_or(0, |cut| cut.origins.len()));
     let (model, contacts) = (engine.network().model(), engine.contacts());
     let (fine, positions_m) = (model.fine_nodes() > 0, &nodes.positions_m);
-    let elements = if fine { fine_elements(model, &nodes.ids) } else { elements(model) };
+    let elements = match &cut {
+        Some(cut) => tetrahedra(&cut.tetrahedra),
+        None if fine => fine_elements(model, &nodes.ids),
+        None => elements(model),
+    };
+    let origins = cut.as_ref().map_or(&[][..], |cut| &cut.origins);
     let mut text = String::from(
         "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"0.1\" \
          byte_order=\"LittleEndian\">\n<UnstructuredGrid>\n",
@@ -40,7 +51,8 @@ pub fn vtu(engine: &mut Engine<'_>, nodes: &Nodes) -> String {
     let pressure = pressure_pa
         .map(|values| PointArray { name: "contact_pressure_pa", values: Values::Numbers(values) });
     let stress = stresses.as_deref().map(stress_data).into_iter().flatten();
-    let arrays = point_data(model, nodes, contacts).into_iter().chain(pressure).chain(stress);
+    let arrays =
+        point_data(model, nodes, contacts, origins).into_iter().chain(pressure).chain(stress);
     arrays.for_each(|array| array.write(&mut text));
     text.push_str("</PointData>\n</Piece>\n</UnstructuredGrid>\n</VTKFile>\n");
     text
@@ -70,12 +82,22 @@ impl PointArray {
     }
 }
 
-/// Returns all arrays at the points, in the order of the nodes.
-fn point_data(model: &Model<'_>, nodes: &Nodes, contacts: &[u16]) -> Vec<PointArray> {
+/// Returns all arrays at the points, in the order of the nodes; the last ones are copies of the cells `origins`.
+fn point_data(
+    model: &Model<'_>,
+    nodes: &Nodes,
+    contacts: &[u16],
+    origins: &[u16],
+) -> Vec<PointArray> {
     let (fine, positions_m) = (model.fine_nodes() > 0, &nodes.positions_m);
+    let body = positions_m.len() - origins.len();
+    let cell_of = |point: usize| match point.checked_sub(body) {
+        Some(copy) => origins.get(copy).copied().unwrap_or(u16::MAX),
+        None => point as u16,
+    };
     let rest_of = |point: usize| match nodes.ids.get(point) {
         Some(&id) if fine => model.fine_rest(id as usize).unwrap_or_default(),
-        _ => model.rest_position(point),
+        _ => model.rest_position(cell_of(point).into()),
     };
     let displacements = positions_m.iter().enumerate().map(|(point, position)| {
         let rest = to_m(model, rest_of(point).map(f64::from));
@@ -84,7 +106,7 @@ fn point_data(model: &Model<'_>, nodes: &Nodes, contacts: &[u16]) -> Vec<PointAr
     let cells: Vec<u16> = if fine {
         nodes.ids.iter().map(|&id| model.cell_of_input(id).unwrap_or(u16::MAX)).collect()
     } else {
-        (0..positions_m.len()).map(|cell| cell as u16).collect()
+        (0..positions_m.len()).map(cell_of).collect()
     };
     let marks = |marked: &[u16]| -> Vec<u32> {
         cells.iter().map(|cell| marked.binary_search(cell).is_ok().into()).collect()
@@ -137,10 +159,13 @@ fn fine_elements(model: &Model<'_>, ids: &[u32]) -> Elements {
     Elements { kind: VERTEX, corners_each: 1, corners: (0..ids.len() as u32).collect() }
 }
 
+fn tetrahedra(cells: &[[u16; 4]]) -> Elements {
+    Elements { kind: TETRAHEDRON, corners_each: 4, corners: wide(cells.as_flattened()) }
+}
+
 fn elements(model: &Model<'_>) -> Elements {
     if !model.tetrahedra().is_empty() {
-        let corners = wide(model.tetrahedra().as_flattened());
-        return Elements { kind: TETRAHEDRON, corners_each: 4, corners };
+        return tetrahedra(model.tetrahedra());
     }
     if !model.triangles().is_empty() {
         let corners = wide(model.triangles().as_flattened());

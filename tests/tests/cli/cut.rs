@@ -1,0 +1,157 @@
+//! A blade in the command: a box is cut, its trace replays, its files show the wound, and what is refused.
+
+#![allow(clippy::unwrap_used, reason = "a failing helper fails its test")]
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use chaincell_tests::files::{Table, bake, scratch, summary, text};
+use chaincell_tests::{Ended, run};
+
+const BOX: &str = "box:7x5x4x0.005";
+/// Nodes of the box, and its width along the blade \[m\].
+const NODES: usize = 7 * 5 * 4;
+const WIDTH_M: f64 = 4.0 * 0.005;
+/// Depth to which the edge goes \[m\].
+const DEPTH_M: f64 = 0.009;
+/// Energy that a cut takes for each area \[J/m^2\].
+const TOUGHNESS: f64 = 4.0;
+/// A blade across the box, longer than that is wide.
+const BLADE: &str = "blade:0.06/0,0,0.7071068,0.7071068";
+
+fn block(folder: &Path, spec: &str, spare: &str) -> PathBuf {
+    let cuttable = ["--cuttable", "--toughness-j-per-m2", "4", "--cut-spare", spare];
+    let options = [&["--young-pa", "5000", "--poisson", "0.3"][..], &cuttable].concat();
+    bake(folder, spec, &options)
+}
+
+/// A press of the built-in motion at the middle of the top.
+fn press(model: &Path, out: &Path, options: &[&str]) -> Ended {
+    let args = ["run", text(model), "--motion", "press", "--seconds", "0.8", "--out", text(out)];
+    let place = ["--touch-m", "0,0,0.01501", "--direction", "0,0,-1", "--depth-m", "0.009"];
+    run([&args[..], &place, &["--force", "--picture", "off"], options].concat())
+}
+
+/// Numbers of an array of a VTU file.
+fn array(file: &str, name: &str) -> Vec<f64> {
+    let begin = file.find(&format!("Name=\"{name}\"")).unwrap();
+    let body = file[begin..].split_once('>').unwrap().1;
+    let body = body.split_once("</DataArray>").unwrap().0;
+    body.split_whitespace().map(|number| number.parse().unwrap()).collect()
+}
+
+#[test]
+fn a_blade_cuts_and_its_trace_replays_to_the_same_bits() {
+    let folder = scratch();
+    let (model, out) = (block(folder.path(), BOX, "0.5"), folder.path().join("out"));
+    let said = press(&model, &out, &["--tool", BLADE]).with(0);
+    let report = summary(&out);
+    let number = |name: &str| report[name].as_f64().unwrap();
+    // The edge sweeps the width of the box, down to its depth less what the tissue gives way.
+    let swept = number("cut_area_m2") / (WIDTH_M * DEPTH_M);
+    assert!((0.6..1.05).contains(&swept), "{swept} of the edge's way");
+    assert!((number("cut_work_j") / (TOUGHNESS * number("cut_area_m2")) - 1.0).abs() < 1e-5);
+    assert!(number("opened_faces") >= 8.0 && number("copied_cells") >= 5.0, "{report}");
+    assert_eq!(report["refused_splits"], 0);
+    assert!(said.out.contains("  cut           ") && !said.err.contains("--cut-spare"), "{said:?}");
+    let replayed = run(["replay", text(&out), "--json"]).with(0).json();
+    assert_eq!(replayed["state_hash"], report["state_hash"]);
+    // Another run comes to the same cut.
+    press(&model, &out, &["--tool", BLADE]).with(0);
+    assert_eq!(summary(&out)["state_hash"], report["state_hash"]);
+    assert_eq!(summary(&out)["cut_area_m2"], report["cut_area_m2"]);
+}
+
+/// Both sides of the wound have points of their own, and no point lies elsewhere than its node.
+#[test]
+fn files_show_the_cells_as_they_are_cut() {
+    let folder = scratch();
+    let (model, out) = (block(folder.path(), BOX, "0.5"), folder.path().join("out"));
+    press(&model, &out, &["--tool", BLADE, "--snapshot-ticks", "2,500"]).with(0);
+    let copies = summary(&out)["copied_cells"].as_u64().unwrap() as usize;
+    let read = |name: &str| std::fs::read_to_string(out.join(name)).unwrap();
+    let points = |file: &str| array(file, "node").len();
+    assert_eq!(points(&read("state_2.vtu")), NODES);
+    assert!(points(&read("state_500.vtu")) > NODES);
+    let file = read("final.vtu");
+    let (nodes, places) = (array(&file, "node"), array(&file, "position_m"));
+    assert_eq!((nodes.len(), places.len()), (NODES + copies, 3 * (NODES + copies)));
+    for name in ["displacement_m", "stress_pa", "von_mises_pa", "fixed", "contact_pressure_pa"] {
+        assert_eq!(array(&file, name).len() % nodes.len(), 0, "{name}");
+    }
+    // The tool has left: all is back where it was, each copy at its node.
+    for way_m in array(&file, "displacement_m") {
+        assert!(way_m.abs() < 1e-4, "{way_m}");
+    }
+    // Copies stand on one side of the blade's plane each, the nodes they copy on the other.
+    let corners = array(&file, "connectivity");
+    let mut sides: BTreeMap<usize, Vec<f64>> = BTreeMap::new();
+    for tetrahedron in corners.chunks(4) {
+        let ids: Vec<usize> = tetrahedron.iter().map(|&id| id as usize).collect();
+        let middle_m = ids.iter().map(|&id| places[3 * id]).sum::<f64>() / 4.0;
+        ids.iter().for_each(|&id| sides.entry(id).or_default().push(middle_m));
+    }
+    assert_eq!(sides.len(), NODES + copies);
+    for copy in NODES..NODES + copies {
+        let node = nodes[..NODES].iter().position(|id| *id == nodes[copy]).unwrap();
+        let side = |id: usize| sides[&id].iter().all(|x| x.signum() == sides[&id][0].signum());
+        assert!(side(copy) && side(node), "{copy} {node}: {sides:?}");
+        assert!(sides[&copy][0] * sides[&node][0] < 0.0, "{copy} {node}");
+    }
+    // Tables have the nodes of the mesh.
+    assert_eq!(Table::read(&out.join("cells_final.csv")).column("node").len(), NODES);
+}
+
+#[test]
+fn without_spare_cells_a_run_names_the_remedy() {
+    let folder = scratch();
+    // A cut across nine cells needs nine copies, and a bake leaves eight at least.
+    let (model, out) = (block(folder.path(), "box:7x9x4x0.005", "0"), folder.path().join("out"));
+    let said = press(&model, &out, &["--tool", BLADE, "--json"]).with(0);
+    assert!(said.json()["refused_splits"].as_u64().unwrap() > 0, "{}", said.out);
+    assert!(said.err.contains("bake it with more --cut-spare"), "{}", said.err);
+}
+
+/// A body that is not cut says nothing of cuts, and one that could be says that it is whole.
+#[test]
+fn what_is_not_cut_is_whole() {
+    let folder = scratch();
+    let out = folder.path().join("out");
+    let plain = bake(folder.path(), BOX, &["--young-pa", "5000"]);
+    let said = press(&plain, &out, &["--tool", "sphere:0.008"]).with(0);
+    assert!(!said.out.contains("  cut  "), "{}", said.out);
+    assert_eq!((summary(&out).get("cut_area_m2"), summary(&out).get("opened_faces")), (None, None));
+    let said = press(&block(folder.path(), BOX, "0.1"), &out, &["--tool", "sphere:0.008"]).with(0);
+    assert!(said.out.contains("0.00 mm^2 with 0.000 mJ, 0 faces open, 0 copied"), "{}", said.out);
+    assert_eq!(summary(&out)["opened_faces"], 0);
+}
+
+#[test]
+fn a_blade_that_cannot_cut_is_refused_with_the_remedy() {
+    let folder = scratch();
+    let out = folder.path().join("out");
+    let plain = bake(folder.path(), BOX, &["--young-pa", "5000"]);
+    let why = press(&plain, &out, &["--tool", "blade:0.01"]).with(2).err;
+    assert!(why.contains("--tool blade:0.01: a blade cuts") && why.contains("--cuttable"), "{why}");
+    let model = block(folder.path(), BOX, "0.1");
+    for (tool, wanted) in [
+        ("blade", "write blade:LENGTH"),
+        ("blade:0", "the length 0 must be above 0"),
+        ("blade:0.01+sphere:0.004", "part 1 is a blade: a tool has one, as its last part"),
+        ("blade:0.01+blade:0.01", "part 1 is a blade"),
+        ("blade:9", "is more than"),
+    ] {
+        let why = press(&model, &out, &["--tool", tool]).with(2).err.replace('\n', " ");
+        assert!(why.contains(wanted), "{tool}: {why}");
+    }
+    // The page computes a body without cuts.
+    let page = folder.path().join("page.html");
+    let view = |of: &Path, options: &[&str]| {
+        run([&["view", text(of), "--html", text(&page)], options].concat()).with(2).err
+    };
+    let why = view(&model, &["--tool", "blade:0.01"]);
+    assert!(why.contains("does not cut") && why.contains("--scene"), "{why}");
+    press(&model, &out, &["--tool", BLADE]).with(0);
+    let why = view(&out, &[]);
+    assert!(why.contains("it has a blade") && why.contains("replay"), "{why}");
+}
