@@ -43,7 +43,7 @@ impl CutBody<'_, '_> {
     pub fn draw(&mut self, edge: &mut Edge, at: &impl Fn(usize) -> [f32; 3]) -> bool {
         let mut moves = [None; EDGE_SAMPLES];
         // Move the fronts on.
-        let (axes, mut is_changed, mut area) = ([edge.forward, edge.along], false, 0.0);
+        let (axes, mut is_changed, mut area) = ([edge.forward(), edge.along()], false, 0.0);
         for (sample, slot) in edge.samples_mut().iter_mut().zip(&mut moves) {
             if sample.is_in() {
                 let before = Point::of(sample);
@@ -69,7 +69,7 @@ impl CutBody<'_, '_> {
 
     /// Lets samples in that have entered the tissue. Returns true if one has.
     fn enter(&self, edge: &mut Edge, at: &impl Fn(usize) -> [f32; 3]) -> bool {
-        let (mut entries, forward, mut is_any) = ([None; EDGE_SAMPLES], edge.forward, false);
+        let (mut entries, forward, mut is_any) = ([None; EDGE_SAMPLES], edge.forward(), false);
         self.find_entries(edge, at, &mut entries);
         for (sample, entry) in edge.samples_mut().iter_mut().zip(entries) {
             if let Some(door) = entry.and_then(|entry| self.door(sample, forward, entry, at)) {

@@ -72,7 +72,7 @@ impl CutBody<'_, '_> {
                 return;
             }
             for (sample, slot) in edge.samples().iter().zip(&mut *entries) {
-                let depth = depth_under(corners, sample.place, edge.forward);
+                let depth = depth_under(corners, sample.place, edge.forward());
                 let Some(depth) = depth.filter(|_| !sample.is_in()) else { continue };
                 if slot.is_none_or(|known| depth < known.depth) {
                     *slot = Some(Entry { depth, face });

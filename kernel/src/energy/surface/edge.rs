@@ -21,8 +21,12 @@ use crate::number::cell::{add, dot, scale, sub};
 use crate::number::kept::kept;
 use crate::number::turn::{Turn, turned};
 
+/// Edges of a tool: none in a kernel that does not cut, so that its tools have no place for one.
+const EDGES: usize = cfg!(feature = "cut") as usize;
 /// Most samples of an edge; none in a kernel that does not cut.
-pub(crate) const EDGE_SAMPLES: usize = if cfg!(feature = "cut") { 16 } else { 0 };
+pub(crate) const EDGE_SAMPLES: usize = 16 * EDGES;
+/// Bytes that the edge of a blade takes in a [`ToolState`](crate::ToolState); 0 in a kernel that does not cut.
+pub const EDGE_BYTES: usize = size_of::<Edge>();
 /// The tetrahedron of a sample without a front.
 const NOWHERE: u32 = u32::MAX;
 
@@ -51,17 +55,23 @@ kept! {
 }
 
 kept! {
-    /// The edge of a tool.
+    /// A row of samples.
     #[derive(Debug, Clone, Copy, PartialEq)]
-    pub(crate) struct Edge {
+    struct Row {
         samples: [EdgeSample; EDGE_SAMPLES],
         count: usize,
         /// Direction in which it cuts, and its own, in the tool's frame.
         own: [[f32; 3]; 2],
         /// The same in the body's frame.
-        pub forward: [f32; 3],
-        pub along: [f32; 3],
+        forward: [f32; 3],
+        along: [f32; 3],
     }
+}
+
+kept! {
+    /// The edge of a tool.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub(crate) struct Edge([Row; EDGES]);
 }
 
 /// Force and energy of a sample.
@@ -120,9 +130,9 @@ impl EdgeSample {
     }
 }
 
-impl Edge {
-    /// No edge.
-    pub const NONE: Self = Self {
+impl Row {
+    /// No samples.
+    const NONE: Self = Self {
         samples: [EdgeSample::NONE; EDGE_SAMPLES],
         count: 0,
         own: [[0.0; 3]; 2],
@@ -130,11 +140,19 @@ impl Edge {
         along: [0.0; 3],
     };
 
-    /// All bits 0, for memory that is never read.
-    pub const EMPTY: Self = Self {
+    /// All bits 0.
+    const EMPTY: Self = Self {
         samples: [EdgeSample { tetrahedron: 0, ..EdgeSample::NONE }; EDGE_SAMPLES],
         ..Self::NONE
     };
+}
+
+impl Edge {
+    /// No edge.
+    pub const NONE: Self = Self([Row::NONE; EDGES]);
+
+    /// All bits 0, for memory that is never read.
+    pub const EMPTY: Self = Self([Row::EMPTY; EDGES]);
 
     /// An edge of this half length along x of a frame, which cuts towards -z; the frame lies at `centre`, turned,
     /// in the tool's [mean link lengths]. Its samples are half a link apart if there are enough.
@@ -145,32 +163,51 @@ impl Edge {
         spaces += u16::from(f32::from(spaces) < wished && spaces < most);
         let space = 2.0 * half / f32::from(spaces);
         let along = turned(turn, [1.0, 0.0, 0.0]);
-        let mut edge = Self { own: [turned(turn, [0.0, 0.0, -1.0]), along], ..Self::NONE };
-        for (at, slot) in (0..=spaces).zip(&mut edge.samples) {
-            let is_end = at == 0 || at == spaces;
-            slot.own = add(centre, scale(space * f32::from(at) - half, along));
-            slot.length = if is_end { 0.5 * space } else { space };
-            edge.count += 1;
-        }
-        edge
+        let own = [turned(turn, [0.0, 0.0, -1.0]), along];
+        Self([(); EDGES].map(|()| {
+            let mut row = Row { own, ..Row::NONE };
+            for (at, slot) in (0..=spaces).zip(&mut row.samples) {
+                let is_end = at == 0 || at == spaces;
+                slot.own = add(centre, scale(space * f32::from(at) - half, along));
+                slot.length = if is_end { 0.5 * space } else { space };
+                row.count += 1;
+            }
+            row
+        }))
     }
 
     /// The edge of a tool at a pose.
     pub fn placed(&self, pivot: [f32; 3], turn: Turn) -> Self {
         let mut edge = *self;
-        [edge.forward, edge.along] = self.own.map(|of| turned(turn, of));
+        for row in &mut edge.0 {
+            [row.forward, row.along] = row.own.map(|of| turned(turn, of));
+        }
         for sample in edge.samples_mut() {
             sample.place = add(pivot, turned(turn, sample.own));
         }
         edge
     }
 
+    /// Direction in which it cuts.
+    #[inline(always)]
+    pub fn forward(&self) -> [f32; 3] {
+        self.0.first().map_or([0.0; 3], |row| row.forward)
+    }
+
+    /// Its own direction.
+    #[cfg(feature = "cut")]
+    pub fn along(&self) -> [f32; 3] {
+        self.0.first().map_or([0.0; 3], |row| row.along)
+    }
+
+    #[inline(always)]
     pub fn samples(&self) -> &[EdgeSample] {
-        self.samples.get(..self.count).unwrap_or(&[])
+        self.0.first().and_then(|row| row.samples.get(..row.count)).unwrap_or(&[])
     }
 
     pub fn samples_mut(&mut self) -> &mut [EdgeSample] {
-        self.samples.get_mut(..self.count).unwrap_or_default()
+        let rows = self.0.first_mut();
+        rows.and_then(|row| row.samples.get_mut(..row.count)).unwrap_or_default()
     }
 
     /// Takes all samples out of the tissue.
@@ -186,7 +223,7 @@ impl Edge {
     /// Energy of all samples.
     #[cfg(feature = "cut")]
     pub fn energy(&self, at: &impl Fn(usize) -> [f32; 3]) -> f32 {
-        let pressed = self.samples().iter().filter_map(|sample| sample.press(self.forward, at));
+        let pressed = self.samples().iter().filter_map(|sample| sample.press(self.forward(), at));
         pressed.fold(0.0, |sum, pressed| sum + pressed.energy)
     }
 }
@@ -237,7 +274,7 @@ mod tests {
         let edge = Edge::new(1.0, [0.0; 3], Turn::NONE).placed([5.0, 0.0, 0.0], quarter);
         // Turned about y by 90 degrees: x to -z, -z to -x.
         let near = |a: [f32; 3], b: [f32; 3]| sub(a, b).iter().all(|x| x.abs() < 1e-6);
-        assert!(near(edge.along, [0.0, 0.0, -1.0]) && near(edge.forward, [-1.0, 0.0, 0.0]));
+        assert!(near(edge.along(), [0.0, 0.0, -1.0]) && near(edge.forward(), [-1.0, 0.0, 0.0]));
         assert!(near(edge.samples()[0].place, [5.0, 0.0, 1.0]));
     }
 }

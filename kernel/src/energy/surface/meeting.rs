@@ -78,7 +78,7 @@ impl Meeting {
     /// Adds the edge of a blade.
     fn with_edge(mut self, proxy: &Proxy, at: &impl Fn(usize) -> [f32; 3]) -> Self {
         for sample in proxy.edge.fronts() {
-            let Some(pressed) = sample.press(proxy.edge.forward, at) else { continue };
+            let Some(pressed) = sample.press(proxy.edge.forward(), at) else { continue };
             self.energy = self.energy.plus(pressed.energy.into());
             self.force = sub(self.force, pressed.force);
             let arm = sub(sample.place, proxy.pivot);

@@ -50,6 +50,7 @@ mod solid;
 mod tool;
 mod touch;
 
+pub use edge::EDGE_BYTES;
 pub(crate) use edge::{EDGE_SAMPLES, Edge, EdgeSample};
 pub use friction::Anchor;
 pub(crate) use meeting::Meeting;

@@ -58,7 +58,7 @@ impl Touching<'_> {
     fn pull_edges(&self, at: &impl Fn(usize) -> [f32; 3]) {
         for edge in self.tools.edges() {
             for sample in edge.fronts() {
-                let Some(pressed) = sample.press(edge.forward, at) else { continue };
+                let Some(pressed) = sample.press(edge.forward(), at) else { continue };
                 let [x, y, z] = pressed.force;
                 let all = Cell([x, y, z, 8.0 * pressed.energy]);
                 for (&cell, weight) in sample.corners.iter().zip(sample.weights) {

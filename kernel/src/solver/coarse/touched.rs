@@ -325,8 +325,8 @@ fn of_edges(
     mut each: impl FnMut(&OneSample),
 ) {
     for edge in under.tools.edges() {
-        let pressing = edge.fronts().filter(|sample| sample.press(edge.forward, place).is_some());
-        pressing.for_each(|sample| each(&OneSample::of_edge(basis, sample, edge.forward)));
+        let pressing = edge.fronts().filter(|sample| sample.press(edge.forward(), place).is_some());
+        pressing.for_each(|sample| each(&OneSample::of_edge(basis, sample, edge.forward())));
     }
 }
 
