@@ -2,6 +2,7 @@
 
 mod corpus;
 mod current;
+mod cut_surface;
 mod cutting;
 mod energy;
 mod float_environment;
