@@ -127,7 +127,7 @@ impl<'a, D: Dynamics<Number = f32>> Body<'a, D> {
 }
 
 /// Inner faces: the tetrahedra on both sides, each with the opposite corner.
-fn faces(mesh: &Mesh) -> Vec<[(usize, usize); 2]> {
+pub fn faces(mesh: &Mesh) -> Vec<[(usize, usize); 2]> {
     let mut sides: BTreeMap<Vec<u32>, Vec<(usize, usize)>> = BTreeMap::new();
     for (tetrahedron, nodes) in mesh.tetrahedra.iter().enumerate() {
         for corner in 0..4 {
@@ -141,13 +141,13 @@ fn faces(mesh: &Mesh) -> Vec<[(usize, usize); 2]> {
 }
 
 /// Mean of a tetrahedron's corners \[m\].
-fn centre(mesh: &Mesh, tetrahedron: usize) -> [f64; 3] {
+pub fn centre(mesh: &Mesh, tetrahedron: usize) -> [f64; 3] {
     let corners = mesh.tetrahedra[tetrahedron].map(|node| mesh.nodes_m[node as usize]);
     [0, 1, 2].map(|axis| corners.iter().map(|corner| corner[axis]).sum::<f64>() / 4.0)
 }
 
 /// The faces that a cut from the top down to this height parts, across the bar.
-fn cut(mesh: &Mesh, down_to_m: f64) -> Vec<(usize, usize)> {
+pub fn cut(mesh: &Mesh, down_to_m: f64) -> Vec<(usize, usize)> {
     let crossing = |side: (usize, usize)| centre(mesh, side.0)[0] < 0.0012;
     let is_deep = |side: (usize, usize)| centre(mesh, side.0)[2] > down_to_m;
     let of = |[one, other]: &[(usize, usize); 2]| {
