@@ -421,7 +421,9 @@ fn print(args: &Args, summary: &CosimSummary) -> Result<()> {
     match (&args.folder.out, &args.model) {
         (Some(out), _) => {
             terminal::say(format_args!("  {:<18}{}", "results", out.display()))?;
-            tell_view(18, &[out])?;
+            if !args.tissue.has_blade() {
+                tell_view(18, &[out])?;
+            }
         }
         (None, _) if args.view.is_wanted() => {}
         (None, Some(model)) => tell_view(18, &[model])?,

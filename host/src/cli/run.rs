@@ -482,5 +482,5 @@ fn report(args: &Args, summary: &RunSummary, far: Option<Far>, drawn: Option<&st
         terminal::say(format_args!("  {:<14}{drawn}", "picture"))?;
     }
     terminal::say(format_args!("  {:<14}{}", "results", args.out.display()))?;
-    tell_view(14, &[&args.out])
+    if args.tissue.has_blade() { Ok(()) } else { tell_view(14, &[&args.out]) }
 }

@@ -437,6 +437,7 @@ fn print(
     // Print the state and the verdict.
     terminal::say(format_args!("  state hash  {}", report.state_hash))?;
     match (&args.folder.out, &args.record) {
+        _ if args.tissue.has_blade() => {}
         (Some(session), _) => tell_view(12, &[session])?,
         (None, Some(trace)) => tell_view(12, &[trace, "--model".as_ref(), &args.model])?,
         (None, None) => tell_view(12, &[&args.model])?,

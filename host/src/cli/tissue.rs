@@ -115,6 +115,11 @@ impl TissueArgs {
         self.contact == "auto" && self.tool.is_empty()
     }
 
+    /// Returns true if a tool cuts: the page cannot play such a session.
+    pub fn has_blade(&self) -> bool {
+        self.tool.iter().any(ToolSpec::is_blade)
+    }
+
     /// The engine for a model.
     pub fn engine<'m>(&self, model: Model<'m>) -> Result<Engine<'m>> {
         let contact = self.contact(&model)?;

@@ -41,6 +41,13 @@ impl FromStr for ToolSpec {
     }
 }
 
+impl ToolSpec {
+    /// Returns true if it has a blade.
+    pub fn is_blade(&self) -> bool {
+        self.parts.iter().any(ToolPart::is_edge)
+    }
+}
+
 impl fmt::Display for ToolSpec {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.text)
@@ -173,7 +180,7 @@ pub fn tools(specs: &[ToolSpec], friction: Option<f32>, model: &Model<'_>) -> Re
              --contact cells:SELECTOR",
         ));
     }
-    let blade = specs.iter().find(|spec| spec.parts.iter().any(ToolPart::is_edge));
+    let blade = specs.iter().find(|spec| spec.is_blade());
     if let Some(blade) = blade.filter(|_| model.tetrahedra_to_cut() == 0) {
         return Err(Error::input(format!(
             "--tool {}: a blade cuts, and this model cannot be cut: bake it with --cuttable, which needs \

@@ -54,6 +54,7 @@ fn a_blade_cuts_and_its_trace_replays_to_the_same_bits() {
     assert!(number("opened_faces") >= 8.0 && number("copied_cells") >= 5.0, "{report}");
     assert_eq!(report["refused_splits"], 0);
     assert!(said.out.contains("  cut           ") && !said.err.contains("--cut-spare"), "{said:?}");
+    assert!(!said.out.contains("chaincell view"), "the page cannot play it: {}", said.out);
     let replayed = run(["replay", text(&out), "--json"]).with(0).json();
     assert_eq!(replayed["state_hash"], report["state_hash"]);
     // Another run comes to the same cut.
