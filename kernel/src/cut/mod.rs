@@ -27,7 +27,7 @@
 //! **The surface.** An opened face gives two triangles, one for each side, behind those of the surface: tools touch
 //! them as any other. In a cut that lies closed the two lie on each other beneath the surface, and a sphere that is
 //! pressed on the body above them would push them too. So a side counts as far as the other one has moved away from
-//! it, see [`opened`](crate::model::opened): from a gap of a tenth of its mean edge on, in full from four tenths on.
+//! it, see the module `model::opened`: from a gap of a tenth of its mean edge on, in full from four tenths on.
 //! Over a closed cut a press is then bit by bit that on a body without these triangles; if all of them counted in
 //! full, its force would rise by up to a fifth. As a cut opens under a tool, the energy of the contact changes with
 //! the shares; it is booked at the start of the tick like that of a tool's motion. The pressure on the sides has no
