@@ -136,8 +136,7 @@ pub fn execute(args: &Args) -> Result<()> {
     let poses = &paths.poses;
     let snapshot_ticks = args.snapshots.of(poses)?;
     check_sweeps(args, &tissue, poses)?;
-    let rows: usize = poses.iter().map(Vec::len).sum();
-    let records = rows * (1 + tissue.tools());
+    let records = poses.iter().map(Vec::len).sum::<usize>() * (1 + tissue.tools());
     check_places(args, records)?;
     let folder = Folder::open(&args.out, args.force)?;
     let (scheme, precision) = (tissue.engine().scheme(), args.tissue.precision);
@@ -153,7 +152,7 @@ pub fn execute(args: &Args) -> Result<()> {
     folder.write(recording::MODEL, image.as_bytes())?;
     write_motion(args, &folder, poses)?;
     let mut snapshots = Snapshots::new(&snapshot_ticks, &folder);
-    let mut executed = Vec::with_capacity(rows);
+    let mut executed = Vec::new();
     let picture = args.picture();
     let mut rows = Rows { draws: picture.is_some(), ..Rows::default() };
     let played = play(&mut tissue, &paths, |pose, of_tools, output, tissue| {
