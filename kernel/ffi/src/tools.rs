@@ -39,7 +39,7 @@ pub struct ContactForce {
     pub tangential_n: [f32; 3],
     /// Area of the triangle at rest that is in contact \[m2\].
     pub area_m2: f32,
-    /// The triangle, in the model's order.
+    /// The triangle, in the model's order; beyond the last one for the side of a cut.
     pub triangle: u32,
     /// The cell at the corner that takes the largest share; `chaincell_model_input_id` has its id.
     pub cell: u32,

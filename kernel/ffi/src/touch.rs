@@ -34,7 +34,7 @@ pub const CELL_BYTES_TOUCH: usize = 24;
 pub const TRIANGLE_BYTES: usize = 28;
 /// Bytes for each sample that friction or grips hold.
 pub const SAMPLE_BYTES: usize = 104;
-/// At most so many bytes for each tool.
+/// At most so many bytes for each tool, in a library without the feature `cut`.
 pub const TOOL_BYTES: usize = 1208;
 
 /// How much a tissue has room for, beside the cells of its model.

@@ -30,6 +30,23 @@ const STIFFNESS: f32 = 8.0;
 /// Most that a sample presses in before its front moves on [mean link lengths].
 const PRESSED: f32 = 0.2;
 
+/// Directions of an edge in the body's frame.
+struct Axes {
+    /// In which it cuts.
+    forward: [f32; 3],
+    /// Its own.
+    along: [f32; 3],
+    /// Across the blade's plane.
+    across: [f32; 3],
+}
+
+impl Axes {
+    fn of(edge: &Edge) -> Self {
+        let (forward, along) = (edge.forward(), edge.along());
+        Self { forward, along, across: cross(forward, along) }
+    }
+}
+
 /// The front of a sample before a move and after it.
 #[derive(Clone, Copy)]
 struct Move {
@@ -43,11 +60,12 @@ impl CutBody<'_, '_> {
     pub fn draw(&mut self, edge: &mut Edge, at: &impl Fn(usize) -> [f32; 3]) -> bool {
         let mut moves = [None; EDGE_SAMPLES];
         // Move the fronts on.
-        let (axes, mut is_changed, mut area) = ([edge.forward(), edge.along()], false, 0.0);
+        let axes = Axes::of(edge);
+        let (mut is_changed, mut area) = (false, 0.0);
         for (sample, slot) in edge.samples_mut().iter_mut().zip(&mut moves) {
             if sample.is_in() {
                 let before = Point::of(sample);
-                let (after, progress) = self.advance(sample, axes, at);
+                let (after, progress) = self.advance(sample, &axes, at);
                 area += sample.length * progress;
                 is_changed |= before.rest != after.rest || !sample.is_in();
                 *slot = Some(Move { before, after });
@@ -116,17 +134,17 @@ impl CutBody<'_, '_> {
     fn advance(
         &self,
         sample: &mut EdgeSample,
-        [forward, along]: [[f32; 3]; 2],
+        axes: &Axes,
         at: &impl Fn(usize) -> [f32; 3],
     ) -> (Point, f32) {
+        let Axes { forward, along, across } = *axes;
         let most = sample.limit / sample.stiffness;
         let mut progress = 0.0;
         for _ in 0..STEPS {
             // Leave a front behind from which the blade has gone.
             let from = Point::of(sample);
             let way = sub(sample.place, sample.front(at));
-            let [q, aside, off] =
-                [forward, along, cross(forward, along)].map(|axis| dot(axis, way));
+            let [q, aside, off] = [forward, along, across].map(|axis| dot(axis, way));
             if q < -BACK || off.abs() > ASIDE || (q <= 0.0 && aside.abs() > ASIDE) {
                 sample.leave();
                 return (from, progress);
@@ -138,7 +156,7 @@ impl CutBody<'_, '_> {
             let slip = if q > most { q - most } else { 0.0 };
             let off = if off > slip { slip } else { off };
             let off = if off < -slip { -slip } else { off };
-            let beside = add(scale(aside, along), scale(off, cross(forward, along)));
+            let beside = add(scale(aside, along), scale(off, across));
             let ahead = scale(slip, forward);
             let at_rest =
                 |step| Some(add(from.rest, self.way_at_rest(from.tetrahedron, step, at)?));

@@ -44,17 +44,21 @@ pub(crate) fn check<D: Dynamics>(
             return Err(ContactError::Parts { tool, most: PARTS_MAX });
         }
         for (part, shape) in parts.iter().enumerate() {
-            if shape.is_edge() {
-                check_edge(model, shape, (tool, part), parts.len())?;
-                continue;
-            }
-            let Some(solid) = shape.solid(model.unit_m(), COORDINATE_MAX) else {
+            let edge = shape.edge_in_links(model.unit_m(), COORDINATE_MAX);
+            let solid = shape.solid(model.unit_m(), COORDINATE_MAX);
+            if edge.is_none() && solid.is_none() {
                 return Err(ContactError::Part { tool, part });
-            };
+            }
             if !D::TAKES_SURFACES {
                 return Err(ContactError::SurfaceScheme);
             }
-            if solid.sampled < radius_min {
+            if edge.is_some() && (EDGE_SAMPLES == 0 || !model.cuttable().is_any()) {
+                return Err(ContactError::CannotCut);
+            }
+            if edge.is_some() && part + 1 < parts.len() {
+                return Err(ContactError::Edge { tool, part });
+            }
+            if solid.is_some_and(|solid| solid.sampled < radius_min) {
                 return Err(ContactError::RadiusMin { min_m: radius_min * model.unit_m() });
             }
             let (needed, capacity) = (model.cells(), memory.capacity());
@@ -68,22 +72,6 @@ pub(crate) fn check<D: Dynamics>(
         return Err(ContactError::ToolRoom { needed, room });
     }
     Ok(())
-}
-
-/// Checks that a part may be the edge of a tool of `parts` parts.
-fn check_edge(
-    model: &Model<'_>,
-    shape: &ToolPart,
-    (tool, part): (usize, usize),
-    parts: usize,
-) -> Result<(), ContactError> {
-    if shape.edge_in_links(model.unit_m(), COORDINATE_MAX).is_none() {
-        return Err(ContactError::Part { tool, part });
-    }
-    if EDGE_SAMPLES == 0 || !model.cuttable().is_any() {
-        return Err(ContactError::CannotCut);
-    }
-    if part + 1 < parts { Err(ContactError::Edge { tool, part }) } else { Ok(()) }
 }
 
 /// Takes over checked tools, at no contact.
