@@ -23,7 +23,7 @@ fn mesh() -> Mesh {
 }
 
 fn image(mesh: &Mesh, toughness_j_per_m2: f64, coarse_basis: BasisSpacing) -> ImageBytes {
-    let cuttable = Some(Cuttable { spare_share: 0.5, toughness_j_per_m2, ..Cuttable::default() });
+    let cuttable = Some(Cuttable { spare_share: 0.5, toughness_j_per_m2 });
     let tissue = Some(Material::new(PerCell::Uniform(5000.0), PerCell::Uniform(0.3)));
     let options = BakeOptions { tissue, cuttable, coarse_basis, ..BakeOptions::default() };
     bake(mesh, &mesh.default_fixed, &options).unwrap()
