@@ -7,11 +7,13 @@
 //! The swept area is the sum of w times the progress.
 //!
 //! A front is left behind, and its sample enters anew, where the blade is drawn back by more than [`BACK`] mean
-//! link lengths, or moved aside by more than [`ASIDE`].
+//! link lengths, or moved aside by more than [`ASIDE`]. A blade that moves by more than [`BEHIND`] in a tick leaves
+//! all fronts behind and cuts nothing: a pose that jumps does no harm.
 //!
 //! Cost: the tetrahedra that the edge passes; while a sample is outside, also that of `entry`.
 
 use super::body::CutBody;
+use super::entry::BEHIND;
 use super::memory::AREA;
 use super::place::{Point, weights};
 use super::strip::Strip;
@@ -55,9 +57,14 @@ struct Move {
 }
 
 impl CutBody<'_, '_> {
-    /// Moves the fronts of an edge on and opens the faces that they pass. Returns true if a front has moved,
-    /// begun or ended.
-    pub fn draw(&mut self, edge: &mut Edge, at: &impl Fn(usize) -> [f32; 3]) -> bool {
+    /// Moves the fronts of an edge on and opens the faces that they pass; in the last tick the blade has moved by
+    /// `moved` mean link lengths. Returns true if a front has moved, begun or ended.
+    pub fn draw(&mut self, edge: &mut Edge, moved: f32, at: &impl Fn(usize) -> [f32; 3]) -> bool {
+        if moved > BEHIND {
+            let was_in = edge.fronts().next().is_some();
+            edge.leave();
+            return was_in;
+        }
         let mut moves = [None; EDGE_SAMPLES];
         // Move the fronts on.
         let axes = Axes::of(edge);
@@ -80,17 +87,19 @@ impl CutBody<'_, '_> {
         }
         // Let samples in.
         if edge.samples().iter().any(|sample| !sample.is_in()) {
-            is_changed |= self.enter(edge, at);
+            is_changed |= self.enter(edge, moved, at);
         }
         is_changed
     }
 
     /// Lets samples in that have entered the tissue. Returns true if one has.
-    fn enter(&self, edge: &mut Edge, at: &impl Fn(usize) -> [f32; 3]) -> bool {
+    fn enter(&self, edge: &mut Edge, moved: f32, at: &impl Fn(usize) -> [f32; 3]) -> bool {
         let (mut entries, forward, mut is_any) = ([None; EDGE_SAMPLES], edge.forward(), false);
         self.find_entries(edge, at, &mut entries);
         for (sample, entry) in edge.samples_mut().iter_mut().zip(entries) {
-            if let Some(door) = entry.and_then(|entry| self.door(sample, forward, entry, at)) {
+            if let Some(door) =
+                entry.and_then(|entry| self.door(sample, forward, entry.within(moved), at))
+            {
                 self.begin(sample, door);
                 is_any = true;
             }
@@ -145,7 +154,8 @@ impl CutBody<'_, '_> {
             let from = Point::of(sample);
             let way = sub(sample.place, sample.front(at));
             let [q, aside, off] = [forward, along, across].map(|axis| dot(axis, way));
-            if q < -BACK || off.abs() > ASIDE || (q <= 0.0 && aside.abs() > ASIDE) {
+            let is_gone = q < -BACK || (q <= 0.0 && aside.abs() > ASIDE);
+            if is_gone || off.abs() > ASIDE {
                 sample.leave();
                 return (from, progress);
             }

@@ -2,8 +2,9 @@
 //!
 //! The edge comes first and the blade behind it, so a sample is in the tissue if the line from it against the
 //! direction of cutting leaves the tissue within [`BEHIND`] mean link lengths: through an outer face, or
-//! through one that was opened before. There its front begins, so that its force begins as a contact's does. A
-//! blade that meets tissue with its back does not enter.
+//! through one that was opened before. There its front begins, but no farther behind the sample than the blade
+//! has moved, so that no force begins without a motion of the hand. A blade that meets tissue with its back does
+//! not enter, nor does one deeper inside: it has to be drawn out first.
 //!
 //! Cost: one look at each outer triangle and at each opened face.
 
@@ -14,18 +15,25 @@ use crate::number::cell::{add, dot, scale, sub};
 use crate::number::sqrt::sqrt;
 use crate::number::turn::cross;
 
-/// Length of the line [mean link lengths]: farther than a blade moves in a tick.
-const BEHIND: f32 = 0.5;
+/// Length of the line [mean link lengths]; a blade that moves farther in a tick cuts nothing.
+pub(super) const BEHIND: f32 = 0.25;
 /// Faces farther from the edge are not looked at [mean link lengths].
 const NEAR: f32 = 4.0;
 
 /// A way into the tissue.
 #[derive(Clone, Copy)]
 pub(super) struct Entry {
-    /// Distance from the sample back to the face [mean link lengths].
+    /// Distance from the sample back to the front [mean link lengths].
     depth: f32,
     /// The face: a tetrahedron, and the corner opposite to it.
     face: (usize, usize),
+}
+
+impl Entry {
+    /// The same with the front at most this far behind the sample.
+    pub fn within(self, most: f32) -> Self {
+        Self { depth: if self.depth < most { self.depth } else { most }, ..self }
+    }
 }
 
 /// Distance from a point against a direction to a triangle that faces against it; `None` if there is none within
@@ -117,7 +125,7 @@ impl CutBody<'_, '_> {
         })
     }
 
-    /// The place at rest where a sample has entered; `None` if the tissue there is flat.
+    /// The place at rest where the front of a sample that has entered begins; `None` if the tissue there is flat.
     pub(super) fn door(
         &self,
         sample: &EdgeSample,
@@ -145,7 +153,7 @@ mod tests {
         let depth = |point| depth_under(face, point, down);
         assert_eq!(depth([0.25, 0.25, -0.125]), Some(0.125));
         assert_eq!(depth([0.25, 0.25, 0.125]), None); // above
-        assert_eq!(depth([0.25, 0.25, -0.75]), None); // too deep
+        assert_eq!(depth([0.25, 0.25, -0.375]), None); // too deep
         assert_eq!(depth([0.75, 0.75, -0.125]), None); // beside
         // With its back.
         assert_eq!(depth_under(face, [0.25, 0.25, 0.125], [0.0, 0.0, 1.0]), None);

@@ -20,6 +20,10 @@ use crate::energy::held::is_among;
 use crate::energy::residual::places;
 use crate::model::Model;
 #[cfg(feature = "cut")]
+use crate::number::cell::dot;
+#[cfg(feature = "cut")]
+use crate::number::sqrt::sqrt;
+#[cfg(feature = "cut")]
 use crate::number::two_float::TwoFloat;
 use crate::solver::Dynamics;
 
@@ -229,8 +233,8 @@ impl<D: Dynamics> TissueMut<'_, D> {
             if edge.samples().is_empty() {
                 continue;
             }
-            let before = edge.energy(&at);
-            if !body.draw(edge, &at) {
+            let (before, moved) = (edge.energy(&at), sqrt(dot(tool.way, tool.way)));
+            if !body.draw(edge, moved, &at) {
                 continue;
             }
             let after = edge.energy(&at);

@@ -12,6 +12,8 @@ use chaincell_kernel::{
     TissueMut, ToolPart, ToolPose, TouchStore, Track, cut_words, elastic_room, term_states,
 };
 use chaincell_tests::bodies::model;
+use rand_pcg::Pcg64;
+use rand_pcg::rand_core::{Rng, SeedableRng};
 
 /// A slab of tissue, 60 x 36 x 16 mm, fixed at its ground: 4 mm between nodes.
 const SLAB: &str = "box:16x10x5x0.004";
@@ -243,6 +245,72 @@ fn a_cut_goes_on_from_a_snapshot_with_the_same_bits_on_any_unit() {
         assert_eq!(other.view().state_hash(network.model()), *hash, "{tick}");
     }
     assert_eq!(other.cuts(), bench.cuts());
+}
+
+#[test]
+fn a_pose_that_jumps_through_the_tissue_cuts_nothing() {
+    let image = image(&mesh(), 4.0, BasisSpacing::BySize);
+    let mut bench = Bench::new(&image, 4, &[BLADE]);
+    for tick in 0..130 {
+        bench.tick(down(tick));
+    }
+    let before = bench.cuts();
+    assert!(before.area_m2 > 0.0);
+    let [x, y, z] = down(130);
+    for jump_m in [[0.0, 0.0, -0.012], [0.0, 0.02, 0.0], [f32::NAN; 3], [0.0, -0.02, -0.006]] {
+        let [dx, dy, dz] = jump_m;
+        bench.tick([x + dx, y + dy, z + dz]);
+        bench.tick([x, y, z]);
+    }
+    for _ in 0..20 {
+        bench.tick([x, y, z]);
+    }
+    let after = bench.cuts();
+    // No more than the samples that enter anew press their fronts on.
+    assert!(after.area_m2 < 1.3 * before.area_m2, "{before:?} {after:?}");
+    assert_eq!(after.opened_faces, before.opened_faces);
+}
+
+/// Blades on random ways through the slab, turned at random: each goes in from outside for 120 ticks.
+#[test]
+fn random_cuts_stay_within_the_hands_work() {
+    let mesh = mesh();
+    let image = image(&mesh, 4.0, BasisSpacing::BySize);
+    let mut random = Pcg64::seed_from_u64(7);
+    let mut draw = move |most: f32| most * ((random.next_u32() >> 8) as f32 / 8_388_608.0 - 1.0);
+    let mut bench = Bench::new(&image, 2, &[ToolPart::edge(0.012)]);
+    let network = bench.network;
+    let (mut work_j, mut ticks) = (0.0, 0);
+    for stroke in 0..60 {
+        let from = [draw(0.028), draw(0.016), 0.022];
+        let way = [draw(4.0e-5), draw(4.0e-5), -1.3e-4];
+        let orientation = [draw(0.35), draw(0.35), draw(1.0), 1.0];
+        let length = orientation.iter().map(|x| x * x).sum::<f32>().sqrt();
+        for tick in 0..=120_u16 {
+            let at = |axis: usize| from[axis] + f32::from(tick) * way[axis];
+            let pose = ToolPose {
+                position_m: [at(0), at(1), at(2)].into(),
+                orientation: orientation.map(|x| x / length),
+                engaged: u32::from(tick < 120),
+            };
+            let output = bench.view().tick(&network, &[pose], Budget::All);
+            work_j += f64::from(output.work_j);
+            ticks += 1;
+            let kept_j = f64::from(output.energy_j) + f64::from(bench.cuts().work_j);
+            assert!(kept_j < 1.02 * work_j + 1e-5, "{stroke} {tick}: {kept_j} {work_j}");
+            assert!(output.force_n.iter().all(|x| x.abs() <= 4.0 * 0.024 * 1.001));
+            assert!(output.energy_j.is_finite());
+        }
+    }
+    let cuts = bench.cuts();
+    println!("{ticks} ticks, work {work_j:.3e} J, {cuts:?}");
+    assert!(cuts.copies > 100 && cuts.area_m2 > 0.0, "{cuts:?}");
+    // The body still comes to rest.
+    for _ in 0..2000 {
+        bench.view().tick(&network, &[ToolPose::AWAY], Budget::All);
+    }
+    let output = bench.view().tick(&network, &[ToolPose::AWAY], Budget::All);
+    assert!(output.energy_j < 1e-6, "{output:?}");
 }
 
 #[test]
