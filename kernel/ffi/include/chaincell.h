@@ -717,7 +717,7 @@ typedef struct chaincell_stage_settings {
 #define CHAINCELL_SAMPLE_BYTES 104
 
 /**
- * At most so many bytes for each tool.
+ * At most so many bytes for each tool, in a library without the feature `cut`.
  */
 #define CHAINCELL_TOOL_BYTES 1208
 
@@ -1070,7 +1070,7 @@ typedef struct chaincell_contact {
      */
     float area_m2;
     /**
-     * The triangle, in the model's order.
+     * The triangle, in the model's order; beyond the last one for the side of a cut.
      */
     uint32_t triangle;
     /**
