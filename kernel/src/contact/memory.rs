@@ -248,6 +248,22 @@ impl<'a> TouchRoom<'a> {
         }
     }
 
+    /// One pass over the edges of blades, which a snapshot of a body holds that can be cut.
+    #[cfg(feature = "cut")]
+    pub(crate) fn keep_edges(&mut self, pass: &mut Pass<'_>) {
+        let Some(arrays) = self.0.first_mut() else { return };
+        let mut count = arrays.state.first().map_or(0, |state| state.tools);
+        count.keep(pass);
+        let Some(tools) = arrays.tools.get_mut(..count) else { return pass.refuse() };
+        for tool in tools {
+            let mut edge = tool.proxy.edge;
+            edge.keep(pass);
+            if pass.is_reading() {
+                tool.proxy.edge = edge;
+            }
+        }
+    }
+
     /// The whole arrays.
     pub(crate) fn whole(&mut self) -> Option<&mut TouchArrays<'a>> {
         self.0.first_mut()

@@ -6,11 +6,8 @@ use crate::model::nodal::OffsetNumbers;
 use crate::model::{Model, others};
 use crate::number::kept::Pass;
 
-/// Passes over the state of a body that can be cut.
+/// Passes over the state of a body that can be cut; `model` is such a one.
 pub(crate) fn keep(memory: &mut CutRoom<'_>, model: &Model<'_>, pass: &mut Pass<'_>) {
-    if !model.cuttable().is_any() {
-        return;
-    }
     let room = memory.state(model).map_or(0, <[u32]>::len);
     let needed = pass.word(room as u32) as usize;
     let is_whole = needed == 0;

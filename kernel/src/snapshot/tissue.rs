@@ -140,7 +140,10 @@ impl<D: Dynamics> TissueMut<'_, D> {
             self.touch.keep(cells, pass);
         }
         #[cfg(feature = "cut")]
-        crate::cut::kept::keep(&mut self.cut, model, pass);
+        if model.cuttable().is_any() {
+            self.touch.keep_edges(pass);
+            crate::cut::kept::keep(&mut self.cut, model, pass);
+        }
         head
     }
 }

@@ -18,13 +18,14 @@ kept! {
         shape: [Solid; PARTS_MAX],
         parts: [Solid; PARTS_MAX],
         count: usize,
-        /// The edge of a blade; without samples for other tools.
-        pub edge: Edge,
         /// Position of the tool's frame.
         pub pivot: [f32; 3],
         pub turn: Turn,
         /// Share of the parts' radii.
         pub share: f32,
+    } not stored {
+        /// The edge of a blade, without samples for other tools; snapshots of bodies that can be cut have it.
+        pub edge: Edge = Edge::NONE,
     }
 }
 
