@@ -229,11 +229,12 @@ impl<D: Dynamics> TissueMut<'_, D> {
         let at = places(body.model, state);
         let Some(arrays) = self.touch.whole() else { return };
         for tool in arrays.tools.iter_mut().filter(|tool| tool.is_in) {
-            let edge = &mut tool.proxy.edge;
+            let (pivot, edge) = (tool.proxy.pivot, &mut tool.proxy.edge);
             if edge.samples().is_empty() {
                 continue;
             }
-            let (before, moved) = (edge.energy(&at), sqrt(dot(tool.way, tool.way)));
+            let (before, size) = (edge.energy(&at), edge.reach(pivot));
+            let moved = sqrt(dot(tool.way, tool.way)) + size * sqrt(dot(tool.spin, tool.spin));
             if !body.draw(edge, moved, &at) {
                 continue;
             }

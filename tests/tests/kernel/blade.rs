@@ -262,6 +262,9 @@ fn a_pose_that_jumps_through_the_tissue_cuts_nothing() {
         bench.tick([x + dx, y + dy, z + dz]);
         bench.tick([x, y, z]);
     }
+    let half = ToolPose { orientation: [0.0, 0.7, 0.0, 0.7], ..ToolPose::at([x, y, z].into(), 1) };
+    let network = bench.network;
+    bench.view().tick(&network, &[half], Budget::All);
     for _ in 0..20 {
         bench.tick([x, y, z]);
     }

@@ -19,6 +19,8 @@
 
 use crate::number::cell::{add, dot, scale, sub};
 use crate::number::kept::kept;
+#[cfg(feature = "cut")]
+use crate::number::sqrt::sqrt;
 use crate::number::turn::{Turn, turned};
 
 /// Edges of a tool: none in a kernel that does not cut, so that its tools have no place for one.
@@ -218,6 +220,16 @@ impl Edge {
     /// The samples that have a front.
     pub fn fronts(&self) -> impl Iterator<Item = &EdgeSample> {
         self.samples().iter().filter(|sample| sample.is_in())
+    }
+
+    /// Largest distance of a sample from the tool's position.
+    #[cfg(feature = "cut")]
+    pub fn reach(&self, pivot: [f32; 3]) -> f32 {
+        self.samples().iter().fold(0.0, |most, sample| {
+            let arm = sub(sample.place, pivot);
+            let length = sqrt(dot(arm, arm));
+            if length > most { length } else { most }
+        })
     }
 
     /// Energy of all samples.
