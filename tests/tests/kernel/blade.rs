@@ -25,10 +25,19 @@ fn mesh() -> Mesh {
 }
 
 fn image(mesh: &Mesh, toughness_j_per_m2: f64, coarse_basis: BasisSpacing) -> ImageBytes {
+    image_of(mesh, &mesh.default_fixed, toughness_j_per_m2, coarse_basis)
+}
+
+fn image_of(
+    mesh: &Mesh,
+    fixed: &[u32],
+    toughness_j_per_m2: f64,
+    coarse_basis: BasisSpacing,
+) -> ImageBytes {
     let cuttable = Some(Cuttable { spare_share: 0.5, toughness_j_per_m2 });
     let tissue = Some(Material::new(PerCell::Uniform(5000.0), PerCell::Uniform(0.3)));
     let options = BakeOptions { tissue, cuttable, coarse_basis, ..BakeOptions::default() };
-    bake(mesh, &mesh.default_fixed, &options).unwrap()
+    bake(mesh, fixed, &options).unwrap()
 }
 
 /// A tissue with a blade.
@@ -335,4 +344,44 @@ fn edges_that_cannot_be_are_refused() {
     bench.words.clear();
     let refused = bench.view().choose_tools(&network, &[&[BLADE]], 0.0);
     assert_eq!(refused, Err(ContactError::CannotCut));
+}
+
+/// The edge stands across a slab of 40 x 27 x 10 mm that is held at both ends, and is drawn through it at 0.1 m/s.
+#[test]
+fn a_drawn_blade_has_the_force_of_the_toughness() {
+    let mesh = load("box:13x9x4x0.00333333", &MeshOptions::default()).unwrap();
+    let nodes = (0..).zip(&mesh.nodes_m);
+    let ends: Vec<u32> =
+        nodes.filter(|(_, place)| place[0].abs() > 0.0199).map(|(node, _)| node).collect();
+    for (sweeps, coarse) in
+        [(1, BasisSpacing::BySize), (4, BasisSpacing::None), (4, BasisSpacing::BySize)]
+    {
+        let image = image_of(&mesh, &ends, 4.0, coarse);
+        // Its edge along z, it cuts towards y.
+        let edge = ToolPart { orientation: [0.5, -0.5, 0.5, 0.5], ..ToolPart::edge(0.008) };
+        let mut bench = Bench::new(&image, sweeps, &[edge]);
+        let (mut work_j, mut stored_j, mut forces_n, mut rolled_back) = (0.0, 0.0, Vec::new(), 0);
+        for tick in 0..260 {
+            let output = bench.tick([0.0003, -0.0140 + 1.0e-4 * tick as f32, 0.005]);
+            work_j += f64::from(output.work_j);
+            stored_j = f64::from(output.energy_j);
+            rolled_back += u32::from(output.flags.contains(Flags::ROLLED_BACK));
+            forces_n.push(-output.force_n.y);
+        }
+        let (cuts, steady) = (bench.cuts(), &forces_n[100..250]);
+        let mean_n = steady.iter().sum::<f32>() / steady.len() as f32;
+        let step_n = steady.windows(2).map(|pair| (pair[1] - pair[0]).abs()).fold(0.0, f32::max);
+        let lost = 1.0 - (f64::from(cuts.work_j) + stored_j) / work_j;
+        println!(
+            "{sweeps} sweeps, {coarse:?}: {mean_n:.4} N of 0.04, largest step {:.2} %, {rolled_back} passes \
+             discarded, {work_j:.2e} J of the hand, {:.1} % neither cut nor stored, {cuts:?}",
+            100.0 * step_n / mean_n,
+            100.0 * lost,
+        );
+        // A sample at the slab's side stands for all of its length: one spacing more at most.
+        assert!((0.99 * 0.04..0.04 + 4.0 * 0.0011).contains(&mean_n), "{mean_n}");
+        assert!(step_n < 0.05 * mean_n, "{step_n} {mean_n}");
+        assert!((-0.003..0.12).contains(&lost), "{lost}");
+        assert!(cuts.opened_faces > 30 && cuts.copies > 20, "{cuts:?}");
+    }
 }
