@@ -74,11 +74,12 @@ impl CutBody<'_, '_> {
             if length > most { length } else { most }
         });
         let reach = (reach + NEAR) * (reach + NEAR);
-        let mut look = |face: (usize, usize), corners: [[f32; 3]; 3]| {
-            let way = sub(corners[0], middle);
-            if dot(way, way) > reach {
-                return;
-            }
+        let is_near = |[first, ..]: [u16; 3]| {
+            let way = sub(at(first.into()), middle);
+            dot(way, way) <= reach
+        };
+        let mut look = |face: (usize, usize), corners: [u16; 3]| {
+            let corners = corners.map(|cell| at(cell.into()));
             for (sample, slot) in edge.samples().iter().zip(&mut *entries) {
                 let depth = depth_under(corners, sample.place, edge.forward());
                 let Some(depth) = depth.filter(|_| !sample.is_in()) else { continue };
@@ -89,20 +90,21 @@ impl CutBody<'_, '_> {
         };
         for tetrahedron in 0..self.cut.corners.len() {
             let open = self.arrays.faces.get(tetrahedron).copied().unwrap_or(0);
+            if open == 0 {
+                continue;
+            }
             for corner in (0..4).filter(|corner| open >> corner & 1 != 0) {
-                if let Some(corners) = self.face(tetrahedron, corner) {
-                    look((tetrahedron, corner), corners.map(|cell| at(cell.into())));
+                if let Some(corners) = self.face(tetrahedron, corner).filter(|&face| is_near(face))
+                {
+                    look((tetrahedron, corner), corners);
                 }
             }
         }
         for (triangle, corners) in self.model.triangles.iter().zip(&*self.arrays.triangles) {
-            let corners = corners.map(|cell| at(cell.into()));
-            let way = sub(corners[0], middle);
-            if dot(way, way) > reach {
-                continue;
-            }
-            if let Some(face) = self.owner(triangle) {
-                look(face, corners);
+            if is_near(*corners)
+                && let Some(face) = self.owner(triangle)
+            {
+                look(face, *corners);
             }
         }
     }
