@@ -18,15 +18,23 @@ use crate::number::turn::cross;
 /// Length of the line [mean link lengths]; a blade that moves farther in a tick cuts nothing.
 pub(super) const BEHIND: f32 = 0.25;
 /// Faces farther from the edge are not looked at [mean link lengths].
-const NEAR: f32 = 4.0;
+const NEAR: f32 = 3.0;
 
 /// A way into the tissue.
 #[derive(Clone, Copy)]
 pub(super) struct Entry {
     /// Distance from the sample back to the front [mean link lengths].
     depth: f32,
-    /// The face: a tetrahedron, and the corner opposite to it.
-    face: (usize, usize),
+    face: Face,
+}
+
+/// A face through which a sample has entered.
+#[derive(Clone, Copy)]
+enum Face {
+    /// A triangle of the image's surface.
+    Outer([u16; 3]),
+    /// An opened face of this tetrahedron.
+    Opened(usize),
 }
 
 impl Entry {
@@ -78,11 +86,12 @@ impl CutBody<'_, '_> {
             let way = sub(at(first.into()), middle);
             dot(way, way) <= reach
         };
-        let mut look = |face: (usize, usize), corners: [u16; 3]| {
+        let mut look = |face: Face, corners: [u16; 3]| {
             let corners = corners.map(|cell| at(cell.into()));
-            for (sample, slot) in edge.samples().iter().zip(&mut *entries) {
+            let outside = edge.samples().iter().zip(&mut *entries);
+            for (sample, slot) in outside.filter(|(sample, _)| !sample.is_in()) {
                 let depth = depth_under(corners, sample.place, edge.forward());
-                let Some(depth) = depth.filter(|_| !sample.is_in()) else { continue };
+                let Some(depth) = depth else { continue };
                 if slot.is_none_or(|known| depth < known.depth) {
                     *slot = Some(Entry { depth, face });
                 }
@@ -96,15 +105,13 @@ impl CutBody<'_, '_> {
             for corner in (0..4).filter(|corner| open >> corner & 1 != 0) {
                 if let Some(corners) = self.face(tetrahedron, corner).filter(|&face| is_near(face))
                 {
-                    look((tetrahedron, corner), corners);
+                    look(Face::Opened(tetrahedron), corners);
                 }
             }
         }
         for (triangle, corners) in self.model.triangles.iter().zip(&*self.arrays.triangles) {
-            if is_near(*corners)
-                && let Some(face) = self.owner(triangle)
-            {
-                look(face, *corners);
+            if is_near(*corners) {
+                look(Face::Outer(*triangle), *corners);
             }
         }
     }
@@ -116,14 +123,16 @@ impl CutBody<'_, '_> {
         [[b, c, d], [a, d, c], [a, b, d], [a, c, b]].get(corner).copied()
     }
 
-    /// The tetrahedron of an outer triangle of the image, with the corner opposite to it.
-    fn owner(&self, triangle: &[u16; 3]) -> Option<(usize, usize)> {
-        let [first, ..] = *triangle;
-        self.cut.star(first.into()).iter().map(|&of| of as usize).find_map(|tetrahedron| {
-            let corners = self.cut.corners.get(tetrahedron)?;
-            let is_of = triangle.iter().all(|id| corners.contains(id));
-            let corner = corners.iter().position(|id| !triangle.contains(id))?;
-            is_of.then_some((tetrahedron, corner))
+    /// The tetrahedron of a face.
+    fn owner(&self, face: Face) -> Option<usize> {
+        let triangle = match face {
+            Face::Opened(tetrahedron) => return Some(tetrahedron),
+            Face::Outer(triangle) => triangle,
+        };
+        let [first, ..] = triangle;
+        self.cut.star(first.into()).iter().map(|&of| of as usize).find(|&tetrahedron| {
+            let corners = self.cut.corners.get(tetrahedron);
+            corners.is_some_and(|corners| triangle.iter().all(|id| corners.contains(id)))
         })
     }
 
@@ -135,7 +144,7 @@ impl CutBody<'_, '_> {
         entry: Entry,
         at: &impl Fn(usize) -> [f32; 3],
     ) -> Option<Point> {
-        let (tetrahedron, _) = entry.face;
+        let tetrahedron = self.owner(entry.face)?;
         let [cell, ..] = *self.arrays.corners.get(tetrahedron)?;
         let [corner, ..] = self.corners_at_rest(tetrahedron)?;
         let door = sub(sample.place, scale(entry.depth, forward));
