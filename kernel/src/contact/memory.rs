@@ -303,8 +303,7 @@ impl<'a> TouchArrays<'a> {
     pub(crate) fn touching(self, model: &Model<'_>) -> (Touch<'a>, Option<&'a CoarseTouch>) {
         let none = (Touch::NONE, None);
         let Some(state) = self.state.first() else { return none };
-        let mut edges = Proxies(self.tools).edges();
-        let cuts = edges.any(|edge| edge.fronts().next().is_some());
+        let cuts = Proxies(self.tools).fronts().next().is_some();
         if !cuts && (state.count == 0 || !self.tools.iter().any(|tool| tool.is_in)) {
             return none;
         }

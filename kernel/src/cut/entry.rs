@@ -103,8 +103,8 @@ impl CutBody<'_, '_> {
                 continue;
             }
             for corner in (0..4).filter(|corner| open >> corner & 1 != 0) {
-                if let Some(corners) = self.face(tetrahedron, corner).filter(|&face| is_near(face))
-                {
+                let corners = self.side(tetrahedron, corner);
+                if is_near(corners) {
                     look(Face::Opened(tetrahedron), corners);
                 }
             }
@@ -114,13 +114,6 @@ impl CutBody<'_, '_> {
                 look(Face::Outer(*triangle), *corners);
             }
         }
-    }
-
-    /// Cells of a face, outward from its tetrahedron.
-    fn face(&self, tetrahedron: usize, corner: usize) -> Option<[u16; 3]> {
-        let [a, b, c, d] = *self.arrays.corners.get(tetrahedron)?;
-        // Tetrahedra have positive volume: b, c, d turn outward around the face opposite to a.
-        [[b, c, d], [a, d, c], [a, b, d], [a, c, b]].get(corner).copied()
     }
 
     /// The tetrahedron of a face.

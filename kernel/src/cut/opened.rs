@@ -66,7 +66,7 @@ impl CutBody<'_, '_> {
     }
 
     /// Cells of a face of a tetrahedron as they are now, outward.
-    fn side(&self, tetrahedron: usize, corner: usize) -> [u16; 3] {
+    pub(super) fn side(&self, tetrahedron: usize, corner: usize) -> [u16; 3] {
         let corners = self.arrays.corners.get(tetrahedron).copied().unwrap_or_default();
         of_face(corners, corner)
     }

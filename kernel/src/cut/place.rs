@@ -96,22 +96,22 @@ impl CutBody<'_, '_> {
             let corners = self.corners_at_rest(tetrahedron)?;
             let (start, end) = (weights(corners, from.rest), weights(corners, to));
             // Find the face through which the way leaves.
-            let mut leaves: Option<(f32, usize)> = None;
+            let mut leaves: Option<(f32, Option<usize>)> = None;
             for (corner, (start, end)) in start.into_iter().zip(end).enumerate() {
-                let is_back = self.across(tetrahedron, corner).is_some_and(|(of, _)| of == before);
-                if end >= -ROUNDING || end >= start || is_back {
+                if end >= -ROUNDING || end >= start {
                     continue;
                 }
+                let next = self.across(tetrahedron, corner).map(|(next, _)| next);
                 let share = start / (start - end);
-                if leaves.is_none_or(|(first, _)| share < first) {
-                    leaves = Some((share, corner));
+                if next != Some(before) && leaves.is_none_or(|(first, _)| share < first) {
+                    leaves = Some((share, next));
                 }
             }
-            let Some((_, corner)) = leaves else {
+            let Some((_, next)) = leaves else {
                 return Some(Point { tetrahedron, rest: to });
             };
             before = tetrahedron;
-            (tetrahedron, _) = self.across(tetrahedron, corner)?;
+            tetrahedron = next?;
             visit(tetrahedron);
         }
         // The way is too long: stop where it entered the last tetrahedron's middle.

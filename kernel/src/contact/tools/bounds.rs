@@ -3,7 +3,7 @@
 use crate::backend::slice_set::SliceSet;
 use crate::backend::slices::cells_of;
 use crate::contact::memory::{TouchArrays, TouchState};
-use crate::energy::surface::{Edge, NearTriangle, Proxies};
+use crate::energy::surface::{NearTriangle, Proxies};
 use crate::model::Model;
 use crate::number::two_float::LANES;
 
@@ -23,8 +23,7 @@ pub(super) fn enclose(model: &Model<'_>, arrays: &mut TouchArrays<'_>, count: us
     let slices = model.slice_count();
     if state.is_filled {
         restore(model, state, arrays.mobility, arrays.factors);
-    } else if count > 0 || Proxies(arrays.tools).edges().any(|edge| edge.fronts().next().is_some())
-    {
+    } else if count > 0 || Proxies(arrays.tools).fronts().next().is_some() {
         arrays.mobility.copy_from(model.mobility);
         arrays.factors.copy_from(factors(model));
         state.is_filled = true;
@@ -36,7 +35,7 @@ pub(super) fn enclose(model: &Model<'_>, arrays: &mut TouchArrays<'_>, count: us
     for cell in near.iter().flat_map(|near| near.corners) {
         state.slices.insert(usize::from(cell) / LANES);
     }
-    for sample in Proxies(arrays.tools).edges().flat_map(Edge::fronts) {
+    for sample in Proxies(arrays.tools).fronts() {
         sample.corners.iter().for_each(|&cell| state.slices.insert(usize::from(cell) / LANES));
     }
     for cell in state.slices.iter(slices).flat_map(|slice| cells_of(slice, model.cells())) {
@@ -53,7 +52,7 @@ pub(super) fn enclose(model: &Model<'_>, arrays: &mut TouchArrays<'_>, count: us
             }
         }
     }
-    for sample in Proxies(arrays.tools).edges().flat_map(Edge::fronts) {
+    for sample in Proxies(arrays.tools).fronts() {
         for (&cell, weight) in sample.corners.iter().zip(sample.weights) {
             if let Some(bound) = arrays.mobility.get_mut(usize::from(cell)) {
                 *bound += weight * sample.stiffness;

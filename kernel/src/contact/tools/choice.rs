@@ -3,9 +3,7 @@
 use crate::contact::error::ContactError;
 use crate::contact::memory::TouchRoom;
 use crate::contact::pose::ToolPart;
-use crate::energy::surface::{
-    EDGE_SAMPLES, Edge, IS_BUILT, PARTS_MAX, Proxy, TOOLS_MAX, ToolState,
-};
+use crate::energy::surface::{Edge, IS_BUILT, PARTS_MAX, Proxy, TOOLS_MAX, ToolState};
 use crate::model::{COORDINATE_MAX, Model};
 use crate::solver::Dynamics;
 
@@ -51,9 +49,6 @@ pub(crate) fn check<D: Dynamics>(
             }
             if !D::TAKES_SURFACES {
                 return Err(ContactError::SurfaceScheme);
-            }
-            if edge.is_some() && (EDGE_SAMPLES == 0 || !model.cuttable().is_any()) {
-                return Err(ContactError::CannotCut);
             }
             if edge.is_some() && part + 1 < parts.len() {
                 return Err(ContactError::Edge { tool, part });

@@ -51,7 +51,9 @@ mod tool;
 mod touch;
 
 pub use edge::EDGE_BYTES;
-pub(crate) use edge::{EDGE_SAMPLES, Edge, EdgeSample};
+#[cfg(feature = "cut")]
+pub(crate) use edge::EDGE_SAMPLES;
+pub(crate) use edge::{Edge, EdgeSample};
 pub use friction::Anchor;
 pub(crate) use meeting::Meeting;
 pub use near::NearTriangle;

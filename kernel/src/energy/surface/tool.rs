@@ -1,6 +1,6 @@
 //! A tool and its contact, and the list of the chosen ones.
 
-use super::edge::Edge;
+use super::edge::{Edge, EdgeSample};
 use super::meeting::Meeting;
 use super::proxy::{PARTS_MAX, Proxy};
 use super::solid::Solid;
@@ -85,5 +85,11 @@ impl<'a> Proxies<'a> {
     #[inline(always)]
     pub fn edges(&self) -> impl Iterator<Item = &'a Edge> + use<'a> {
         self.0.iter().filter(|tool| tool.is_in).map(|tool| &tool.proxy.edge)
+    }
+
+    /// The samples of engaged blades that have a front.
+    #[inline(always)]
+    pub fn fronts(&self) -> impl Iterator<Item = &'a EdgeSample> + use<'a> {
+        self.edges().flat_map(Edge::fronts)
     }
 }
