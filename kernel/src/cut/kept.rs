@@ -83,8 +83,10 @@ impl CutBody<'_, '_> {
             self.inherit(self.origin(copy), copy);
         }
         for cell in 0..self.bodily + self.used() {
-            if self.is_changed(cell) {
+            if self.is_torn(cell) {
                 self.renumber(cell);
+            } else {
+                self.name_ends(cell);
             }
         }
         for triangle in 0..self.arrays.triangles.len() {
@@ -104,14 +106,35 @@ impl CutBody<'_, '_> {
         self.clear_groups(slice, to + count..end);
     }
 
-    /// Returns true if a split has renumbered the cell: it or a cell of its tetrahedra in the image was split.
-    fn is_changed(&self, cell: usize) -> bool {
+    /// Returns true if a split has renumbered the cell: it is split, or sees two copies of a cell.
+    fn is_torn(&self, cell: usize) -> bool {
+        let is_split = self.arrays.origins.iter().take(self.used());
+        let origin = self.origin(cell);
+        if is_split.clone().any(|&split| usize::from(split) == origin) {
+            return true;
+        }
+        let mut renamed = self.ends(cell).filter(|(whole, now)| whole != now);
+        renamed.any(|(whole, now)| self.ends(cell).any(|(other, id)| other == whole && id != now))
+    }
+
+    /// The corners of the tetrahedra at a cell, in the image and as they are now.
+    fn ends(&self, cell: usize) -> impl Iterator<Item = (u16, u16)> {
         let corners = self.star(cell).iter().filter_map(|&tetrahedron| {
             let tetrahedron = tetrahedron as usize;
-            Some((self.arrays.corners.get(tetrahedron)?, self.cut.corners.get(tetrahedron)?))
+            Some((self.cut.corners.get(tetrahedron)?, self.arrays.corners.get(tetrahedron)?))
         });
-        let mut cells = corners.flat_map(|(_, whole)| whole);
-        let used = self.arrays.origins.iter().take(self.used());
-        cells.any(|id| used.clone().any(|origin| origin == id))
+        corners.flat_map(|(whole, now)| whole.iter().copied().zip(now.iter().copied()))
+    }
+
+    /// Names the other ends of a cell's half-links as its tetrahedra name them.
+    fn name_ends(&mut self, cell: usize) {
+        for index in 0..self.star(cell).len() {
+            let Some(tetrahedron) = self.tetrahedron_at(cell, index) else { continue };
+            let whole = self.cut.corners.get(tetrahedron).copied().unwrap_or_default();
+            let now = self.arrays.corners.get(tetrahedron).copied().unwrap_or_default();
+            for (whole, now) in whole.into_iter().zip(now).filter(|(whole, now)| whole != now) {
+                self.rename_end(cell, whole, now);
+            }
+        }
     }
 }

@@ -109,6 +109,17 @@ impl CutBody<'_, '_> {
         self.put(group, lane, other, numbers);
     }
 
+    /// Names the other end of a cell's half-link anew.
+    pub fn rename_end(&mut self, cell: usize, from: u16, to: u16) {
+        let lane = cell % LANES;
+        for group in range(self.arrays.rows, cell / LANES) {
+            let id = self.arrays.ids.get_mut(group).and_then(|ids| ids.get_mut(lane));
+            if let Some(id) = id.filter(|id| **id == from) {
+                *id = to;
+            }
+        }
+    }
+
     fn slot_number(&self, group: usize, lane: usize, row: usize) -> f32 {
         let lanes = self.arrays.slots.get(group).and_then(|rows| rows.get(row));
         lanes.and_then(|lanes| lanes.get(lane)).copied().unwrap_or(0.0)

@@ -22,6 +22,11 @@ impl Pieces {
         tetrahedra.map(|(&tetrahedron, &label)| (tetrahedron as usize, label.into()))
     }
 
+    /// Returns true if two of the tetrahedra are in one piece.
+    fn are_one(&self, one: usize, other: usize) -> bool {
+        self.labels.get(one) == self.labels.get(other)
+    }
+
     /// Joins two pieces: the tetrahedra of the later one go to the earlier one.
     fn join(&mut self, one: usize, other: usize) {
         let label = |at: usize| self.labels.get(at).copied().unwrap_or(0);
@@ -60,7 +65,9 @@ impl CutBody<'_, '_> {
         let mut pieces = Pieces { tetrahedra, labels, len, count: 0 };
         for one in 0..len {
             for other in one + 1..len {
-                if self.are_joined(tetrahedra.get(one)?, tetrahedra.get(other)?) {
+                if !pieces.are_one(one, other)
+                    && self.are_joined(tetrahedra.get(one)?, tetrahedra.get(other)?)
+                {
                     pieces.join(one, other);
                 }
             }

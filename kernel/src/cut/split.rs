@@ -1,4 +1,10 @@
 //! The split of a cell.
+//!
+//! The cell, its copies and the neighbours that see more than one of them get their numbers anew from their
+//! tetrahedra. Every other neighbour sees one of them alone, at the same place and with the same numbers as the cell
+//! before: its half-link takes the new name.
+
+use core::ops::Range;
 
 use super::body::CutBody;
 use super::memory::{REFUSED, USED};
@@ -18,17 +24,30 @@ struct Ring {
 }
 
 impl Ring {
+    const NONE: Self = Self { cells: [0; RING_MAX], len: 0 };
+
+    fn has(&self, cell: u16) -> bool {
+        self.cells.iter().take(self.len).any(|&other| other == cell)
+    }
+
+    /// The same cells and these.
+    fn with(mut self, mut more: Range<usize>) -> Option<Self> {
+        more.try_for_each(|cell| self.add(cell as u16).map(|_| ()))?;
+        Some(self)
+    }
+
     fn iter(&self) -> impl Iterator<Item = usize> + '_ {
         self.cells.iter().take(self.len).map(|&cell| cell.into())
     }
 
-    /// Adds a cell; `None` without a place.
-    fn add(&mut self, cell: u16) -> Option<()> {
-        if !self.cells.iter().take(self.len).any(|&other| other == cell) {
+    /// Adds a cell that is not there yet. Returns its place; `None` without one.
+    fn add(&mut self, cell: u16) -> Option<usize> {
+        let known = self.cells.iter().take(self.len).position(|&other| other == cell);
+        if known.is_none() {
             *self.cells.get_mut(self.len)? = cell;
             self.len += 1;
         }
-        Some(())
+        Some(known.unwrap_or(self.len - 1))
     }
 }
 
@@ -56,10 +75,10 @@ impl CutBody<'_, '_> {
         if pieces.count < 2 {
             return Look::Whole;
         }
-        let Some(ring) = self.ring(&pieces) else { return self.refuse() };
+        let Some(torn) = self.torn(cell, &pieces) else { return self.refuse() };
         // Note energy and shape before.
         let shapes = of_shapes(states);
-        let before = self.shapes().stored(ring.iter(), at, shapes);
+        let before = self.shapes().stored(torn.iter(), at, shapes);
         let (whole, offset) = (self.shapes().shape_at(cell, at), self.offset(cell));
         // Rename the corners, and make place for the half-links.
         let (first, copies) = (self.bodily + self.used(), pieces.count - 1);
@@ -67,16 +86,17 @@ impl CutBody<'_, '_> {
             return self.refuse();
         }
         self.rename(cell, first, &pieces);
-        let Some(all) = self.ring(&pieces).filter(|all| self.make_places(all)) else {
+        let Some(all) = torn.with(first..first + copies).filter(|all| self.make_places(all)) else {
             self.unname(cell, first, &pieces);
             return self.refuse();
         };
-        // Let the copies inherit, then renumber all cells of the ring.
+        // Let the copies inherit; renumber the torn cells, and rename half-links of the others.
         for copy in first..first + copies {
             self.inherit(cell, copy);
             states.inherit(cell, copy);
         }
         all.iter().for_each(|cell| self.renumber(cell));
+        self.rename_ends(cell, first, &pieces, &all);
         // The pieces' offsets, and the energy after.
         let place = |other: usize| at(if other < first { other } else { cell });
         for piece in core::iter::once(cell).chain(first..first + copies) {
@@ -98,13 +118,33 @@ impl CutBody<'_, '_> {
         Look::Refused
     }
 
-    /// The cells at the tetrahedra of these pieces.
-    fn ring(&self, pieces: &Pieces) -> Option<Ring> {
-        let mut ring = Ring { cells: [0; RING_MAX], len: 0 };
-        for (tetrahedron, _) in pieces.iter() {
-            self.arrays.corners.get(tetrahedron)?.iter().try_for_each(|&id| ring.add(id))?;
+    /// The cells whose numbers a split changes: the cell, and those at tetrahedra of more than one piece.
+    fn torn(&self, cell: usize, pieces: &Pieces) -> Option<Ring> {
+        let (mut torn, mut seen) = (Ring::NONE, Ring::NONE);
+        let mut piece_of = [0; RING_MAX];
+        torn.add(cell as u16)?;
+        for (tetrahedron, piece) in pieces.iter() {
+            for &id in self.arrays.corners.get(tetrahedron)? {
+                let place = seen.add(id)?;
+                let known = piece_of.get_mut(place)?;
+                if *known == 0 {
+                    *known = piece + 1;
+                } else if *known != piece + 1 {
+                    torn.add(id)?;
+                }
+            }
         }
-        Some(ring)
+        Some(torn)
+    }
+
+    /// Names the copies in the half-links of the cells that see one of them in place of the cell.
+    fn rename_ends(&mut self, cell: usize, first: usize, pieces: &Pieces, torn: &Ring) {
+        for (tetrahedron, piece) in pieces.iter().filter(|(_, piece)| *piece > 0) {
+            let corners = self.arrays.corners.get(tetrahedron).copied().unwrap_or_default();
+            for id in corners.into_iter().filter(|&id| !torn.has(id)) {
+                self.rename_end(id.into(), cell as u16, (first + piece - 1) as u16);
+            }
+        }
     }
 
     /// Gives the tetrahedra of all pieces but the first one their copy in place of the cell.
@@ -181,10 +221,11 @@ impl CutBody<'_, '_> {
 
     /// Number of half-links of a cell.
     fn links(&self, cell: usize) -> Option<usize> {
-        let mut others = Ring { cells: [0; RING_MAX], len: 0 };
+        let mut others = Ring::NONE;
         for index in 0..self.star(cell).len() {
             if let Some(tetrahedron) = self.tetrahedron_at(cell, index) {
-                self.arrays.corners.get(tetrahedron)?.iter().try_for_each(|&id| others.add(id))?;
+                let mut corners = self.arrays.corners.get(tetrahedron)?.iter();
+                corners.try_for_each(|&id| others.add(id).map(|_| ()))?;
             }
         }
         Some(others.len.saturating_sub(1))
