@@ -2,6 +2,7 @@
 
 use super::memory::{Arrays, COUNTS, CutRoom, OPENED, USED, WAITING};
 use crate::model::cuttable::Cuttable;
+use crate::model::lips::Lips;
 use crate::model::nodal::Nodal;
 use crate::model::opened::Opened;
 use crate::model::{Model, others};
@@ -33,6 +34,7 @@ impl<'a, 'm> CutBody<'a, 'm> {
         copy(self.arrays.rows, others::shapes(&self.model.others).rows);
         self.arrays.is_offset.fill(0);
         self.arrays.offsets.fill([[0.0; LANES]; 9]);
+        self.arrays.normals.fill([0.0; 3]);
         self.derive_whole();
     }
 
@@ -53,6 +55,8 @@ impl<'a, 'm> CutBody<'a, 'm> {
         }
         copy(self.arrays.triangles, model.triangles);
         *self.arrays.listed = [0; 2];
+        self.arrays.lip_numbers.fill([0.0; 5]);
+        self.arrays.lip_rows.fill(0);
     }
 
     /// Number of spare cells in use.
@@ -183,7 +187,15 @@ impl<'a, 'm> CutBody<'a, 'm> {
             let (pairs, weights) = (&*arrays.pairs, &*arrays.weights);
             basis.with_cells(arrays.box_rows, pairs, weights, arrays.entry, arrays.factors)
         });
-        let others = others::reshaped(model.others, shapes);
+        let ends = arrays.lip_rows.last().map_or(0, |&row| row as usize);
+        let lips = Lips {
+            cells: arrays.lip_cells,
+            numbers: arrays.lip_numbers,
+            normals: arrays.normals,
+            rows: arrays.lip_rows,
+            ends: arrays.ends.get(..ends).unwrap_or(&[]),
+        };
+        let others = others::cut(model.others, shapes, lips);
         let [count, _] = arrays.listed.map(|listed| listed as usize);
         let all = model.triangles.len() + count;
         let triangles = arrays.triangles.get(..all).unwrap_or(model.triangles);

@@ -63,6 +63,7 @@ impl CutBody<'_, '_> {
         pass.slice_if(self.arrays.is_offset, |_, &is_offset| is_offset < 2);
         let is_finite = |rows: &OffsetNumbers| rows.as_flattened().iter().all(|x| x.is_finite());
         pass.slice_if(self.arrays.offsets, |_, rows| is_finite(rows));
+        pass.slice_if(self.arrays.normals, |_, normal| normal.iter().all(|x| x.is_finite()));
         if pass.is_reading() {
             *self.arrays.counts = counts;
             self.derive();
@@ -92,7 +93,7 @@ impl CutBody<'_, '_> {
         for triangle in 0..self.arrays.triangles.len() {
             self.name_triangle(triangle);
         }
-        self.list_opened();
+        self.list();
     }
 
     /// Moves the groups of a slice from their places in the image to the present ones; the last slice first.

@@ -5,6 +5,8 @@ use bytemuck::AnyBitPattern;
 
 use crate::model::Model;
 #[cfg(feature = "cut")]
+use crate::model::lips::LipNumbers;
+#[cfg(feature = "cut")]
 use crate::model::nodal::{CellNumbers, OffsetNumbers, SlotNumbers};
 #[cfg(feature = "cut")]
 use crate::model::others;
@@ -58,8 +60,8 @@ impl Default for CutRoom<'_> {
 
 /// Number of words of [`CutRoom`] with which a body can be cut; 0 for one that is not cuttable.
 ///
-/// Per cell 360 to 430 bytes: the half-links, a copy of which changes, are most of it. With a contact surface 208
-/// bytes more for each spare cell.
+/// Per cell 360 to 430 bytes: the half-links, a copy of which changes, are most of it. Each spare cell
+/// takes 88 bytes more for lips, and with a contact surface 208 more.
 #[must_use]
 pub fn cut_words(model: &Model<'_>) -> usize {
     #[cfg(feature = "cut")]
@@ -89,6 +91,8 @@ pub(crate) struct Arrays<'a> {
     pub is_offset: &'a mut [u8],
     /// Offsets of the cells, by slice.
     pub offsets: &'a mut [OffsetNumbers],
+    /// Normal of the lip in each place, times the root of its share.
+    pub normals: &'a mut [[f32; 3]],
     /// Numbers of the cells, by slice.
     pub cells: &'a mut [CellNumbers],
     /// Numbers of the half-links, by group.
@@ -117,6 +121,14 @@ pub(crate) struct Arrays<'a> {
     pub numbers: &'a mut [[f32; 3]],
     /// Number of places taken, and of faces without one.
     pub listed: &'a mut [u32; 2],
+    /// Cells of the lip in each place.
+    pub lip_cells: &'a mut [[u16; 2]],
+    /// Its numbers, 0 in a free place.
+    pub lip_numbers: &'a mut [LipNumbers],
+    /// Range of each slice in the ends of the lips, slices + 1.
+    pub lip_rows: &'a mut [u32],
+    /// The lips at each of their cells.
+    pub ends: &'a mut [u32],
 }
 
 /// Words of [`Counts`].
@@ -147,19 +159,29 @@ pub(super) const AREA: usize = 4;
 #[cfg(feature = "cut")]
 const PLACES: usize = 8;
 
+/// Places for lips of each spare cell.
+#[cfg(feature = "cut")]
+pub(super) const LIPS: usize = 2;
+
 /// Number of places for triangles of opened faces, none for a body that tools do not touch.
 #[cfg(feature = "cut")]
 fn places(model: &Model<'_>) -> usize {
     if model.has_contact_surface() { PLACES * model.cuttable().spare_cells } else { 0 }
 }
 
+/// Number of places for lips.
+#[cfg(feature = "cut")]
+fn lips(model: &Model<'_>) -> usize {
+    LIPS * model.cuttable().spare_cells
+}
+
 /// Arrays of the state: those before this index.
 #[cfg(feature = "cut")]
-const STATE: usize = 8;
+const STATE: usize = 9;
 
 /// Words of each array, in their order.
 #[cfg(feature = "cut")]
-struct Sizes([usize; 22]);
+struct Sizes([usize; 27]);
 
 #[cfg(feature = "cut")]
 impl Sizes {
@@ -182,6 +204,7 @@ impl Sizes {
             slices + 1,
             slices.div_ceil(4),
             slices * size_of::<OffsetNumbers>() / 4,
+            3 * lips(model),
             slices * size_of::<CellNumbers>() / 4,
             groups * size_of::<SlotNumbers>() / 4,
             groups * LANES / 2,
@@ -196,6 +219,10 @@ impl Sizes {
             2 * places(model),
             3 * places(model),
             2,
+            lips(model),
+            lips(model) * size_of::<LipNumbers>() / 4,
+            slices + 1,
+            2 * lips(model),
         ]))
     }
 }
@@ -213,33 +240,39 @@ impl<'a> CutRoom<'a> {
     pub(crate) fn arrays(&mut self, model: &Model<'_>) -> Option<Arrays<'_>> {
         let Sizes(sizes) = Sizes::of(model)?;
         let mut rest = &mut **self.0.first_mut()?;
-        let [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s, t, u, v] = sizes;
         let rest = &mut rest;
         let (cells, spare) = (model.cells(), model.cuttable().spare_cells);
         let tetrahedra = model.cuttable().corners.len();
+        let has_basis = model.coarse_basis.is_some();
+        let mut sizes = sizes.into_iter();
         Some(Arrays {
-            counts: take::<u32>(rest, a)?.first_chunk_mut()?,
-            corners: take(rest, b)?,
-            faces: take(rest, c)?.get_mut(..tetrahedra)?,
-            marks: take(rest, d)?.get_mut(..cells)?,
-            origins: take(rest, e)?.get_mut(..spare)?,
-            rows: take(rest, f)?,
-            is_offset: take(rest, g)?.get_mut(..model.slice_count())?,
-            offsets: take(rest, h)?,
-            cells: take(rest, i)?,
-            slots: take(rest, j)?,
-            ids: take(rest, k)?,
-            rest: take(rest, l)?,
-            mobility: take(rest, m)?,
-            factors: take(rest, n)?,
-            entry: take(rest, o)?.get_mut(..if p > 0 { cells } else { 0 })?,
-            box_rows: take(rest, p)?,
-            pairs: take(rest, q)?,
-            weights: take(rest, r)?,
-            triangles: halves(take(rest, s)?, model.triangles.len() + places(model))?,
-            names: take(rest, t)?,
-            numbers: take(rest, u)?,
-            listed: take::<u32>(rest, v)?.first_chunk_mut()?,
+            counts: take::<u32>(rest, sizes.next()?)?.first_chunk_mut()?,
+            corners: take(rest, sizes.next()?)?,
+            faces: take(rest, sizes.next()?)?.get_mut(..tetrahedra)?,
+            marks: take(rest, sizes.next()?)?.get_mut(..cells)?,
+            origins: take(rest, sizes.next()?)?.get_mut(..spare)?,
+            rows: take(rest, sizes.next()?)?,
+            is_offset: take(rest, sizes.next()?)?.get_mut(..model.slice_count())?,
+            offsets: take(rest, sizes.next()?)?,
+            normals: take(rest, sizes.next()?)?,
+            cells: take(rest, sizes.next()?)?,
+            slots: take(rest, sizes.next()?)?,
+            ids: take(rest, sizes.next()?)?,
+            rest: take(rest, sizes.next()?)?,
+            mobility: take(rest, sizes.next()?)?,
+            factors: take(rest, sizes.next()?)?,
+            entry: take(rest, sizes.next()?)?.get_mut(..if has_basis { cells } else { 0 })?,
+            box_rows: take(rest, sizes.next()?)?,
+            pairs: take(rest, sizes.next()?)?,
+            weights: take(rest, sizes.next()?)?,
+            triangles: halves(take(rest, sizes.next()?)?, model.triangles.len() + places(model))?,
+            names: take(rest, sizes.next()?)?,
+            numbers: take(rest, sizes.next()?)?,
+            listed: take::<u32>(rest, sizes.next()?)?.first_chunk_mut()?,
+            lip_cells: take(rest, sizes.next()?)?,
+            lip_numbers: take(rest, sizes.next()?)?,
+            lip_rows: take(rest, sizes.next()?)?,
+            ends: take(rest, sizes.next()?)?,
         })
     }
 }

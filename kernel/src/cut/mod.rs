@@ -51,7 +51,7 @@
 //! - `coarse`: a copy in the boxes of the coarse level.
 //! - `pieces`: the tetrahedra at a cell, by the faces that are closed.
 //! - `split`: the split of a cell.
-//! - `opened`: the triangles of opened faces.
+//! - `opened`: the triangles of opened faces; `lips`: its sides where they lie on each other.
 //! - `offset`: the offsets of copies, and their decay.
 //! - `edge`: the fronts of a blade's edge; `entry`: how it enters; `strip`: the faces that it opens; `place`:
 //!   points of tetrahedra.
@@ -67,6 +67,8 @@ pub(crate) mod edge;
 mod entry;
 #[cfg(feature = "cut")]
 pub(crate) mod kept;
+#[cfg(feature = "cut")]
+mod lips;
 pub mod memory;
 #[cfg(feature = "cut")]
 mod numbers;

@@ -215,6 +215,7 @@ fn numbers_follow_from_the_state() {
                 arrays.numbers[..listed].as_flattened(),
                 arrays.cells.as_flattened().as_flattened(),
                 arrays.rest.as_flattened(),
+                arrays.lip_numbers.as_flattened(),
                 &*arrays.mobility,
                 &*arrays.factors,
                 arrays.weights.as_flattened().as_flattened(),
@@ -229,11 +230,13 @@ fn numbers_follow_from_the_state() {
                 arrays.triangles[..body.model.triangles.len() + listed].as_flattened(),
             ];
             let whole = whole.into_iter().flatten().map(|&x| u32::from(x));
-            let words = [&arrays.listed[..], arrays.names[..listed].as_flattened()];
+            let ends = *arrays.lip_rows.last().unwrap() as usize;
+            let words =
+                [&arrays.listed[..], arrays.names[..listed].as_flattened(), &arrays.ends[..ends]];
             let words = words.into_iter().flatten().chain(&*arrays.box_rows).copied();
             floats.chain(whole).chain(words).collect::<Vec<u32>>()
         };
-        body.list_opened();
+        body.list();
         let before = bits(body);
         body.derive();
         assert!(before == bits(body));
@@ -265,7 +268,7 @@ fn parted_sides(body: &CutBody<'_, '_>) -> usize {
 
 /// Checks the list of a body's opened faces. Returns the numbers of triangles and of faces without a place.
 fn check_opened(body: &mut CutBody<'_, '_>) -> (usize, usize) {
-    body.list_opened();
+    body.list();
     let (arrays, outer) = (&body.arrays, body.model.triangles.len());
     let [count, lacking] = arrays.listed.map(|listed| listed as usize);
     let names = &arrays.names[..count];

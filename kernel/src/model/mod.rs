@@ -8,7 +8,8 @@
 //! - `nodal`: the numbers of nodal shapes.
 //! - `stiffening`: sets of bands on the links of nodal shapes.
 //! - `cuttable`: the tetrahedra that a blade may part, and the spare cells.
-//! - `surface`: the contact stiffness of the surface under tools; `opened`: faces that a cut has opened.
+//! - `surface`: the contact stiffness of the surface under tools; `opened`: faces that a cut has opened;
+//!   `lips`: its sides where they lie on each other.
 //! - `terms`: the static list of the energy terms besides the links, and the data of each.
 //! - `embedded_mesh`: nodes of a finer mesh that move with the cells.
 
@@ -19,6 +20,8 @@ pub(crate) mod cuttable;
 mod embedded_mesh;
 pub mod image;
 mod layout;
+#[cfg(feature = "cut")]
+pub(crate) mod lips;
 #[cfg(feature = "nodal")]
 pub(crate) mod nodal;
 #[cfg_attr(not(feature = "cut"), path = "unopened.rs")]

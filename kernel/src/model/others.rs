@@ -1,5 +1,7 @@
 //! The terms besides the links, as this crate is built.
 
+#[cfg(feature = "cut")]
+use super::lips::Lips;
 #[cfg(feature = "nodal")]
 use super::nodal::Nodal;
 #[cfg(test)]
@@ -16,8 +18,10 @@ pub(crate) type Others<'a> = Built<'a>;
 pub(crate) type Others<'a> = (Pins<'a>, Built<'a>);
 
 /// The terms that the features of this crate build.
-#[cfg(feature = "nodal")]
+#[cfg(all(feature = "nodal", not(feature = "cut")))]
 type Built<'a> = (Nodal<'a>, (Stiffening<'a>, NoTerm));
+#[cfg(feature = "cut")]
+type Built<'a> = (Nodal<'a>, (Stiffening<'a>, (Lips<'a>, NoTerm)));
 #[cfg(not(feature = "nodal"))]
 type Built<'a> = NoTerm;
 
@@ -31,20 +35,22 @@ pub(crate) fn shapes<'a>(of: &Others<'a>) -> Nodal<'a> {
     of.1.0
 }
 
-/// The same terms with other nodal shapes.
+/// The same terms with these nodal shapes and lips.
 #[cfg(all(not(test), feature = "cut"))]
-pub(crate) fn reshaped<'a>(of: Others<'a>, shapes: Nodal<'a>) -> Others<'a> {
-    let (_, others) = of;
-    (shapes, others)
+pub(crate) fn cut<'a>(of: Others<'a>, shapes: Nodal<'a>, lips: Lips<'a>) -> Others<'a> {
+    let (_, (bands, _)) = of;
+    (shapes, (bands, (lips, NoTerm)))
 }
 #[cfg(all(test, feature = "cut"))]
-pub(crate) fn reshaped<'a>(of: Others<'a>, shapes: Nodal<'a>) -> Others<'a> {
-    let (pins, (_, others)) = of;
-    (pins, (shapes, others))
+pub(crate) fn cut<'a>(of: Others<'a>, shapes: Nodal<'a>, lips: Lips<'a>) -> Others<'a> {
+    let (pins, (_, (bands, _))) = of;
+    (pins, (shapes, (bands, (lips, NoTerm))))
 }
 
 /// All terms empty.
-#[cfg(all(test, feature = "nodal"))]
+#[cfg(all(test, feature = "cut"))]
+pub(crate) const NONE: Built<'static> = (Nodal::NONE, (Stiffening::NONE, (Lips::NONE, NoTerm)));
+#[cfg(all(test, feature = "nodal", not(feature = "cut")))]
 pub(crate) const NONE: Built<'static> = (Nodal::NONE, (Stiffening::NONE, NoTerm));
 #[cfg(all(test, not(feature = "nodal")))]
 pub(crate) const NONE: Built<'static> = NoTerm;

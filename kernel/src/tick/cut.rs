@@ -27,7 +27,7 @@ use crate::number::sqrt::sqrt;
 use crate::number::two_float::TwoFloat;
 use crate::solver::Dynamics;
 
-/// Rounding of the energy of an edge's samples, relative to it.
+/// Rounding of the energy of an edge's samples and of pressed lips, relative to it.
 #[cfg(feature = "cut")]
 const ROUNDING: f32 = 16.0 * f32::EPSILON;
 
@@ -198,20 +198,24 @@ impl<D: Dynamics> TissueMut<'_, D> {
         let mut memory = core::mem::take(&mut self.cut);
         let parted = CutBody::of(&mut memory, model).filter(|_| is_cut(model)).map(|mut body| {
             self.draw(&mut body);
+            let pressed = self.energy_of_lips(&body);
             let split = self.split(&mut body);
             self.rename_fronts(&body);
             if split.is_some() {
-                body.list_opened();
+                body.list();
             }
-            (split, self.lower(&mut body))
+            let lowered = self.lower(&mut body);
+            (split, lowered, self.turn_lips(&mut body, pressed))
         });
         self.cut = memory;
-        let Some((split, lowered)) = parted.filter(|parted| *parted != (None, None)) else {
+        let Some((split, lowered, turned)) = parted.filter(|parted| *parted != (None, None, None))
+        else {
             return;
         };
         // Book the change of the energy; all else is as after a correction.
         self.head.touched = None;
-        self.head.level.shift(rounded_up(split.unwrap_or(0.0) + lowered.unwrap_or(0.0)));
+        let changes = [split, lowered, turned].map(|change| change.unwrap_or(0.0));
+        self.head.level.shift(rounded_up(changes.iter().sum()));
         self.head.awake.wake_all(model);
         self.head.dynamics.pushed();
         if split.is_some() {
@@ -285,6 +289,23 @@ impl<D: Dynamics> TissueMut<'_, D> {
             }
         }
         rise
+    }
+
+    /// Energy of the sides that press on each other, in internal units.
+    fn energy_of_lips(&self, body: &CutBody<'_, '_>) -> f64 {
+        let state = self.state.get(..body.model.cells()).unwrap_or(&[]);
+        body.lips_energy(&places(body.model, state))
+    }
+
+    /// Turns the normals between the sides of cuts, whose energy was `before`. Returns the change of the energy,
+    /// rounded up; `None` if nothing presses and nothing did.
+    fn turn_lips(&mut self, body: &mut CutBody<'_, '_>, before: f64) -> Option<f64> {
+        let state = self.state.get(..body.model.cells())?;
+        let states = self.states.shared(body.model.kept_states());
+        body.turn_lips(&places(body.model, state), states);
+        let after = self.energy_of_lips(body);
+        let is_any = before > 0.0 || after > 0.0;
+        is_any.then(|| after - before + f64::from(ROUNDING) * (before + after))
     }
 
     /// Lowers the offsets. Returns the change of the energy, rounded up; `None` without one.

@@ -17,7 +17,7 @@ use chaincell_tests::bodies::model;
 /// A bar of tissue on a fixed ground.
 const BAR: &str = "box:7x5x4x0.006";
 
-fn options(spare_share: Option<f64>, coarse_basis: BasisSpacing) -> BakeOptions {
+pub fn options(spare_share: Option<f64>, coarse_basis: BasisSpacing) -> BakeOptions {
     let cuttable = spare_share.map(|spare_share| Cuttable { spare_share, ..Cuttable::default() });
     let tissue = Some(Material::new(PerCell::Uniform(5000.0), PerCell::Uniform(0.3)));
     BakeOptions { tissue, cuttable, coarse_basis, ..BakeOptions::default() }
@@ -32,15 +32,15 @@ fn image(mesh: &Mesh, spare_share: Option<f64>) -> ImageBytes {
     bake(mesh, &mesh.default_fixed, &options).unwrap()
 }
 
-fn network<'a>(image: &'a ImageBytes, sweeps: u16) -> Network<'a> {
+pub fn network<'a>(image: &'a ImageBytes, sweeps: u16) -> Network<'a> {
     let model = model(image);
     let settings = Settings { sweeps, ..Settings::for_model(&model) };
     Network::new(model, settings).unwrap()
 }
 
 /// Memory of a tissue that can be cut.
-struct Body<'a, D: Dynamics<Number = f32>> {
-    network: Network<'a>,
+pub struct Body<'a, D: Dynamics<Number = f32>> {
+    pub network: Network<'a>,
     head: Head<D>,
     state: Vec<Cell>,
     residual: Vec<Cell>,
@@ -53,7 +53,7 @@ struct Body<'a, D: Dynamics<Number = f32>> {
 
 impl<'a, D: Dynamics<Number = f32>> Body<'a, D> {
     /// A tissue whose tool holds the cells of these nodes.
-    fn new(network: Network<'a>, nodes: &[u32]) -> Self {
+    pub fn new(network: Network<'a>, nodes: &[u32]) -> Self {
         let model = *network.model();
         let cells = model.cells();
         let mut body = Self {
@@ -76,7 +76,7 @@ impl<'a, D: Dynamics<Number = f32>> Body<'a, D> {
         body
     }
 
-    fn view(&mut self) -> TissueMut<'_, D> {
+    pub fn view(&mut self) -> TissueMut<'_, D> {
         TissueMut {
             head: &mut self.head,
             state: &mut self.state,
@@ -96,7 +96,7 @@ impl<'a, D: Dynamics<Number = f32>> Body<'a, D> {
     }
 
     /// A tick in which the tool has moved so far.
-    fn tick(&mut self, way_m: [f32; 3]) -> TickOutput {
+    pub fn tick(&mut self, way_m: [f32; 3]) -> TickOutput {
         let network = self.network;
         self.view().tick(&network, &[ToolPose::at(way_m.into(), 1)], Budget::All)
     }
@@ -106,17 +106,17 @@ impl<'a, D: Dynamics<Number = f32>> Body<'a, D> {
         self.view().tick(&network, &[ToolPose::at(way_m.into(), 1)], Budget::LATE)
     }
 
-    fn open(&mut self, (tetrahedron, corner): (usize, usize)) -> Result<bool, CutError> {
+    pub fn open(&mut self, (tetrahedron, corner): (usize, usize)) -> Result<bool, CutError> {
         let network = self.network;
         self.view().open_face(&network, tetrahedron, corner)
     }
 
-    fn cuts(&mut self) -> CutOutput {
+    pub fn cuts(&mut self) -> CutOutput {
         let network = self.network;
         self.view().cut_output(&network)
     }
 
-    fn hash(&mut self) -> u64 {
+    pub fn hash(&mut self) -> u64 {
         let model = self.model();
         self.view().state_hash(&model)
     }

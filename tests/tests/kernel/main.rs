@@ -11,6 +11,7 @@ mod held_back;
 mod hostile_images;
 mod inside;
 mod limits;
+mod lips;
 mod model_image;
 mod never_through;
 mod numbers;

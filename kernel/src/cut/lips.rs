@@ -1,0 +1,231 @@
+//! The lips of a cut: cells that were one, with the opened faces between them.
+//!
+//! At each corner of an opened face lie two cells, one of either side, once the cell there is split. Those of all
+//! opened faces that share both cells are one lip, see [`lips`](crate::energy). The list follows from the opened
+//! faces and the cells of the tetrahedra, as that of the touched faces does; it is made anew after the splits of a
+//! tick. A spare cell has two places, for lips with two other cells; a further one is left out.
+//!
+//! At the start of a tick the normals turn with the cells' rotations. Where the sides have slid along each other,
+//! by s in mean edges, they meet other parts of the cut: a lip counts in full up to s = 1 and not at all from s = 2
+//! on. What that changes in the energy is booked.
+
+use super::body::CutBody;
+use super::memory::{Arrays, LIPS};
+use super::offset::of_shapes;
+use crate::energy::lips::depth;
+use crate::energy::state::States;
+use crate::energy::term::Term;
+use crate::model::image::contact;
+use crate::model::lips::Lip;
+use crate::number::cell::{add, dot, scale, sub};
+use crate::number::sqrt::sqrt;
+use crate::number::turn::{Turn, cross, turned};
+use crate::number::two_float::LANES;
+
+/// Twice the stiffness of a lip over a third of the contact stiffness of its faces, E times area over edge.
+const WEIGHT: f32 = 12.0;
+/// Way, in mean edges, along which the sides may slide until a lip counts less, and until it does not count.
+const SLIDES: [f32; 2] = [1.0, 2.0];
+/// Margin for the rounding of the cells' bounds.
+const ROUNDED_UP: f32 = 1.001;
+
+/// Way of a second place from a first one across a normal.
+fn slide(unit: [f32; 3], [first, second]: [[f32; 3]; 2]) -> f32 {
+    let way = sub(second, first);
+    let across = sub(way, scale(dot(unit, way), unit));
+    sqrt(dot(across, across))
+}
+
+/// Share with which a lip counts whose sides have slid this far, in mean edges.
+fn share(slide: f32) -> f32 {
+    let [full, none] = SLIDES;
+    let share = (none - slide) / (none - full);
+    if share > 0.0 { if share < 1.0 { share } else { 1.0 } } else { 0.0 }
+}
+
+impl CutBody<'_, '_> {
+    /// Lists touched faces and lips anew, after splits.
+    pub(crate) fn list(&mut self) {
+        self.list_opened();
+        self.list_lips();
+    }
+
+    /// Makes the list anew; the normals stay.
+    fn list_lips(&mut self) {
+        self.arrays.lip_numbers.fill([0.0; 5]);
+        for tetrahedron in 0..self.arrays.faces.len() {
+            let faces = self.arrays.faces.get(tetrahedron).copied().unwrap_or(0);
+            for corner in (0..4).filter(|corner| faces >> corner & 1 != 0) {
+                if let Some((other, _)) = self.across(tetrahedron, corner)
+                    && tetrahedron < other
+                {
+                    self.add_lips(tetrahedron, corner, other);
+                }
+            }
+        }
+        self.sort_ends();
+        self.bound_lips();
+    }
+
+    /// Adds an opened face, opposite to a corner of a tetrahedron, to the lips at its corners.
+    fn add_lips(&mut self, tetrahedron: usize, opposite: usize, other: usize) {
+        let cells = self.side(tetrahedron, opposite);
+        let [a, b, c] = cells.map(|cell| self.rest_position(self.origin(cell.into()) as u16));
+        let third = scale(1.0 / 6.0, cross(sub(b, a), sub(c, a)));
+        let numbers = self.contact_numbers(cells);
+        let number = |row: usize| numbers.get(row).copied().unwrap_or(0.0);
+        let weight = WEIGHT / 3.0 * number(contact::STIFFNESS);
+        for cell in cells {
+            let origin = self.origin(cell.into());
+            let corners = self.arrays.corners.get(other).copied().unwrap_or_default();
+            let there = corners.into_iter().find(|&id| self.origin(id.into()) == origin);
+            let Some(there) = there.filter(|&there| there != cell) else { continue };
+            let is_first = cell < there;
+            let (cells, area) =
+                if is_first { ([cell, there], third) } else { ([there, cell], scale(-1.0, third)) };
+            self.add_lip(Lip { cells, weight, area, edge: number(contact::EDGE) });
+        }
+    }
+
+    /// Adds a lip, or its numbers to the one of these cells.
+    fn add_lip(&mut self, more: Lip) {
+        let spare = usize::from(more.cells[1]).saturating_sub(self.bodily);
+        for place in LIPS * spare..LIPS * (spare + 1) {
+            let known = self.lip(place);
+            if known.is_some_and(|lip| lip.cells != more.cells) {
+                continue;
+            }
+            let mut lip = more;
+            if let Some(known) = known {
+                lip.weight += known.weight;
+                lip.area = add(known.area, more.area);
+                lip.edge = if known.edge > more.edge { known.edge } else { more.edge };
+            }
+            if let (Some(cells), Some(numbers)) =
+                (self.arrays.lip_cells.get_mut(place), self.arrays.lip_numbers.get_mut(place))
+            {
+                (*cells, *numbers) = (lip.cells, lip.numbers());
+            }
+            return;
+        }
+    }
+
+    /// The lip in a place.
+    fn lip(&self, place: usize) -> Option<Lip> {
+        Lip::of(self.arrays.lip_cells.get(place)?, self.arrays.lip_numbers.get(place)?)
+    }
+
+    /// The lips, each with its place.
+    fn lips(&self) -> impl Iterator<Item = (usize, Lip)> {
+        (0..LIPS * self.used()).filter_map(|place| Some((place, self.lip(place)?)))
+    }
+
+    /// Lists the lips at each of their cells, by slices.
+    fn sort_ends(&mut self) {
+        let Arrays { lip_cells, lip_numbers, lip_rows, ends, .. } = &mut self.arrays;
+        lip_rows.fill(0);
+        let each = || {
+            let all = lip_cells.iter().zip(&**lip_numbers).enumerate();
+            all.filter_map(|(place, (cells, numbers))| Some((place, Lip::of(cells, numbers)?)))
+        };
+        // Count those of each slice, and sum the counts.
+        for (_, lip) in each() {
+            for cell in lip.cells {
+                if let Some(row) = lip_rows.get_mut(usize::from(cell) / LANES + 1) {
+                    *row += 1;
+                }
+            }
+        }
+        let mut sum = 0;
+        for row in lip_rows.iter_mut() {
+            sum += *row;
+            *row = sum;
+        }
+        // Put each end in the last free place of its slice; the rows are then the starts.
+        for (place, lip) in each() {
+            for (end, cell) in lip.cells.into_iter().enumerate() {
+                if let Some(row) = lip_rows.get_mut(usize::from(cell) / LANES + 1) {
+                    *row -= 1;
+                    if let Some(slot) = ends.get_mut(*row as usize) {
+                        *slot = (2 * place + end) as u32;
+                    }
+                }
+            }
+        }
+        // The starts move one place down.
+        for slice in 1..lip_rows.len() {
+            let start = lip_rows.get(slice).copied().unwrap_or(0);
+            if let Some(slot) = lip_rows.get_mut(slice - 1) {
+                *slot = start;
+            }
+        }
+        if let Some(last) = lip_rows.last_mut() {
+            *last = sum;
+        }
+    }
+
+    /// Sets the bounds of all cells, with the lips'.
+    fn bound_lips(&mut self) {
+        let basis = self.model.coarse_basis.and_then(|basis| basis.elastic());
+        let factors = basis.map_or(&[][..], |level| level.factors);
+        for cell in 0..self.bodily + self.used() {
+            let origin = self.origin(cell);
+            for (array, image) in [
+                (&mut *self.arrays.mobility, self.model.mobility),
+                (&mut *self.arrays.factors, factors),
+            ] {
+                if let (Some(slot), Some(&number)) = (array.get_mut(cell), image.get(origin)) {
+                    *slot = number;
+                }
+            }
+        }
+        // Each lip adds its weight to the bounds W of its cells, one after the other.
+        for place in 0..LIPS * self.used() {
+            let Some(lip) = self.lip(place) else { continue };
+            for cell in lip.cells.map(usize::from) {
+                let Some(mobility) = self.arrays.mobility.get_mut(cell) else { continue };
+                let more = ROUNDED_UP * lip.weight * *mobility;
+                *mobility /= 1.0 + more;
+                if let Some(factor) = self.arrays.factors.get_mut(cell) {
+                    *factor *= (1.0 + more) / (1.0 + *factor * more);
+                }
+            }
+        }
+    }
+
+    /// Turns the normals for a tick.
+    pub(crate) fn turn_lips(&mut self, at: &impl Fn(usize) -> [f32; 3], states: States<'_>) {
+        for place in 0..LIPS * self.used() {
+            let normal = self.lip(place).and_then(|lip| self.normal(&lip, at, states));
+            if let Some(slot) = self.arrays.normals.get_mut(place) {
+                *slot = normal.unwrap_or_default();
+            }
+        }
+    }
+
+    /// Normal of a lip, times the root of its share.
+    fn normal(
+        &self,
+        lip: &Lip,
+        at: &impl Fn(usize) -> [f32; 3],
+        states: States<'_>,
+    ) -> Option<[f32; 3]> {
+        let turn = |cell: u16| Term::<f32>::turn(self.shapes(), cell.into(), of_shapes(states));
+        let [first, second] = lip.cells.map(|cell| Some(turned(Turn::new(turn(cell)?)?, lip.area)));
+        let normal = add(first?, second?);
+        let size = sqrt(dot(normal, normal));
+        let unit = (size > 0.0).then(|| scale(1.0 / size, normal))?;
+        let slide = slide(unit, lip.cells.map(|cell| at(cell.into()))) / lip.edge;
+        Some(scale(sqrt(share(slide)), unit).map(|x| x + 0.0))
+    }
+
+    /// Energy of the lips, in internal units.
+    pub(crate) fn lips_energy(&self, at: &impl Fn(usize) -> [f32; 3]) -> f64 {
+        let energies = self.lips().map(|(place, lip)| {
+            let normal = self.arrays.normals.get(place).copied().unwrap_or_default();
+            let depth = f64::from(depth(normal, lip.cells.map(|cell| at(cell.into()))));
+            0.25 * f64::from(lip.weight) * depth * depth
+        });
+        energies.sum()
+    }
+}
