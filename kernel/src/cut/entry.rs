@@ -44,25 +44,39 @@ impl Entry {
     }
 }
 
-/// Distance from a point against a direction to a triangle that faces against it; `None` if there is none within
-/// [`BEHIND`].
-fn depth_under([a, b, c]: [[f32; 3]; 3], point: [f32; 3], forward: [f32; 3]) -> Option<f32> {
-    let (along, across) = (sub(b, a), sub(c, a));
-    let normal = cross(along, across);
-    let slope = dot(normal, forward);
-    if slope >= 0.0 {
-        return None;
+/// A triangle that faces against a direction.
+struct Facing {
+    corner: [f32; 3],
+    along: [f32; 3],
+    across: [f32; 3],
+    normal: [f32; 3],
+    forward: [f32; 3],
+    slope: f32,
+}
+
+impl Facing {
+    /// `None` for one that faces along the direction.
+    fn of([a, b, c]: [[f32; 3]; 3], forward: [f32; 3]) -> Option<Self> {
+        let (along, across) = (sub(b, a), sub(c, a));
+        let normal = cross(along, across);
+        let slope = dot(normal, forward);
+        (slope < 0.0).then_some(Self { corner: a, along, across, normal, forward, slope })
     }
-    let depth = dot(normal, sub(point, a)) / slope;
-    if !(0.0..=BEHIND).contains(&depth) {
-        return None;
+
+    /// Distance from a point against the direction to the triangle; `None` if it is not within [`BEHIND`].
+    fn depth_under(&self, point: [f32; 3]) -> Option<f32> {
+        let Self { corner, along, across, normal, forward, slope } = *self;
+        let depth = dot(normal, sub(point, corner)) / slope;
+        if !(0.0..=BEHIND).contains(&depth) {
+            return None;
+        }
+        // The point of the plane lies within the triangle.
+        let from = sub(sub(point, scale(depth, forward)), corner);
+        let whole = dot(normal, normal);
+        let u = dot(cross(from, across), normal) / whole;
+        let v = dot(cross(along, from), normal) / whole;
+        (u >= 0.0 && v >= 0.0 && u + v <= 1.0).then_some(depth)
     }
-    // The point of the plane lies within the triangle.
-    let from = sub(sub(point, scale(depth, forward)), a);
-    let whole = dot(normal, normal);
-    let u = dot(cross(from, across), normal) / whole;
-    let v = dot(cross(along, from), normal) / whole;
-    (u >= 0.0 && v >= 0.0 && u + v <= 1.0).then_some(depth)
 }
 
 impl CutBody<'_, '_> {
@@ -88,10 +102,10 @@ impl CutBody<'_, '_> {
         };
         let mut look = |face: Face, corners: [u16; 3]| {
             let corners = corners.map(|cell| at(cell.into()));
+            let Some(facing) = Facing::of(corners, edge.forward()) else { return };
             let outside = edge.samples().iter().zip(&mut *entries);
             for (sample, slot) in outside.filter(|(sample, _)| !sample.is_in()) {
-                let depth = depth_under(corners, sample.place, edge.forward());
-                let Some(depth) = depth else { continue };
+                let Some(depth) = facing.depth_under(sample.place) else { continue };
                 if slot.is_none_or(|known| depth < known.depth) {
                     *slot = Some(Entry { depth, face });
                 }
@@ -154,12 +168,13 @@ mod tests {
     fn a_sample_under_a_face_has_entered() {
         let face = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
         let down = [0.0, 0.0, -1.0];
-        let depth = |point| depth_under(face, point, down);
+        let facing = Facing::of(face, down).unwrap();
+        let depth = |point| facing.depth_under(point);
         assert_eq!(depth([0.25, 0.25, -0.125]), Some(0.125));
         assert_eq!(depth([0.25, 0.25, 0.125]), None); // above
         assert_eq!(depth([0.25, 0.25, -0.375]), None); // too deep
         assert_eq!(depth([0.75, 0.75, -0.125]), None); // beside
         // With its back.
-        assert_eq!(depth_under(face, [0.25, 0.25, 0.125], [0.0, 0.0, 1.0]), None);
+        assert!(Facing::of(face, [0.0, 0.0, 1.0]).is_none());
     }
 }

@@ -33,10 +33,16 @@
 //! the shares; it is booked at the start of the tick like that of a tool's motion. The pressure on the sides has no
 //! part in the work that the hand is charged with for it.
 //!
+//! **Sides that lie on each other.** A copy does not go through the cell it was copied from: half the squared depth
+//! of the one in the other, along the normal of the opened faces there, is a term of the energy, see
+//! [`lips`](crate::energy). So a closed cut carries pressure: under compression a bar that is cut through half its
+//! height has nine tenths of its stiffness. Cells meet their own copies alone: sides that slide along each other by
+//! more than an edge press less, by two edges not at all, and there is no friction between them. The normals turn at
+//! the start of a tick; the change of the energy is booked, and the hand is not charged with it.
+//!
 //! **Limits.** At most [`SPLITS_MAX`] cells split in a tick, by ascending cell; the others wait. A cell that a
 //! tool holds waits until the tool lets go of it. Without spare cells or half-links a split is refused and
-//! counted, and the cell stays whole until a further face opens there. A late tick splits nothing. Sides of a cut
-//! do not touch each other: under a press beside a cut the tissue is softer by up to a third. There are places for
+//! counted, and the cell stays whole until a further face opens there. A late tick splits nothing. There are places for
 //! the triangles of four faces for each spare cell; a face without a place opens all the same, tools pass its sides,
 //! and [`CutOutput::untouched`](crate::CutOutput) counts it. A tool does not touch the sides of a cut whose lips lie
 //! on each other or overlap, also where they have slid by less than an edge. A body with stiffening bands is not cut.

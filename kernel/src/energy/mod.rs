@@ -8,7 +8,7 @@
 //! - [`links`]: the links' bands (Eq. 5 to 13).
 //! - `nodal`: shapes of the tissue around each cell, instead of links.
 //! - `stiffening`: bands on the links of such a body, which resist large strain.
-//! - `lips`: sides of a cut that press on each other.
+//! - `lips`: sides of a cut that press on each other, while a body is cut.
 //! - `surface`: tools in contact with the triangles of the surface; [`contact`](crate::contact) moves them.
 //! - [`stress`]: strain and stress at a cell, for reports.
 //! - `current`: a load, the current into the contact cells.

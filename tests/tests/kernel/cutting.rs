@@ -17,7 +17,7 @@ use chaincell_tests::bodies::model;
 /// A bar of tissue on a fixed ground.
 const BAR: &str = "box:7x5x4x0.006";
 
-pub fn options(spare_share: Option<f64>, coarse_basis: BasisSpacing) -> BakeOptions {
+fn options(spare_share: Option<f64>, coarse_basis: BasisSpacing) -> BakeOptions {
     let cuttable = spare_share.map(|spare_share| Cuttable { spare_share, ..Cuttable::default() });
     let tissue = Some(Material::new(PerCell::Uniform(5000.0), PerCell::Uniform(0.3)));
     BakeOptions { tissue, cuttable, coarse_basis, ..BakeOptions::default() }
@@ -42,7 +42,7 @@ pub fn network<'a>(image: &'a ImageBytes, sweeps: u16) -> Network<'a> {
 pub struct Body<'a, D: Dynamics<Number = f32>> {
     pub network: Network<'a>,
     head: Head<D>,
-    state: Vec<Cell>,
+    pub state: Vec<Cell>,
     residual: Vec<Cell>,
     own: Vec<Cell>,
     room: Vec<[f32; 8]>,

@@ -3,6 +3,7 @@
 mod blade;
 mod corpus;
 mod current;
+mod cut_bar;
 mod cut_surface;
 mod cutting;
 mod energy;
