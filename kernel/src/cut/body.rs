@@ -33,6 +33,7 @@ impl<'a, 'm> CutBody<'a, 'm> {
         copy(self.arrays.rows, others::shapes(&self.model.others).rows);
         self.arrays.is_offset.fill(0);
         self.arrays.offsets.fill([[0.0; LANES]; 9]);
+        self.arrays.tear.fill(0);
         self.derive_whole();
     }
 
@@ -53,6 +54,7 @@ impl<'a, 'm> CutBody<'a, 'm> {
         }
         copy(self.arrays.triangles, model.triangles);
         *self.arrays.listed = [0; 2];
+        self.derive_strengths();
     }
 
     /// Number of spare cells in use.

@@ -89,6 +89,8 @@ pub(crate) struct Arrays<'a> {
     pub is_offset: &'a mut [u8],
     /// Offsets of the cells, by slice.
     pub offsets: &'a mut [OffsetNumbers],
+    /// Words of a body that tears, [`TEAR_WORDS`], else none.
+    pub tear: &'a mut [u32],
     /// Numbers of the cells, by slice.
     pub cells: &'a mut [CellNumbers],
     /// Numbers of the half-links, by group.
@@ -117,6 +119,8 @@ pub(crate) struct Arrays<'a> {
     pub numbers: &'a mut [[f32; 3]],
     /// Number of places taken, and of faces without one.
     pub listed: &'a mut [u32; 2],
+    /// Strength of each cell of the image of a body that tears.
+    pub strengths: &'a mut [f32],
 }
 
 /// Words of [`Counts`].
@@ -142,6 +146,19 @@ pub(crate) const WAITING: usize = 3;
 #[cfg(feature = "cut")]
 pub(super) const AREA: usize = 4;
 
+/// Words of a body that tears.
+#[cfg(feature = "cut")]
+const TEAR_WORDS: usize = 3;
+/// Index of the number of torn cells.
+#[cfg(feature = "cut")]
+pub(crate) const TORN: usize = 0;
+/// Index of the turn of the slices that the next tick looks at.
+#[cfg(feature = "cut")]
+pub(super) const TURN: usize = 1;
+/// Index of the bits of the energy that the decay of offsets may use, in internal units (`f32`).
+#[cfg(feature = "cut")]
+pub(super) const CREDIT: usize = 2;
+
 /// Places for triangles of opened faces for each spare cell. A cut that doubles n cells parts about 2 n faces, at its
 /// front some more.
 #[cfg(feature = "cut")]
@@ -155,11 +172,11 @@ fn places(model: &Model<'_>) -> usize {
 
 /// Arrays of the state: those before this index.
 #[cfg(feature = "cut")]
-const STATE: usize = 8;
+const STATE: usize = 9;
 
 /// Words of each array, in their order.
 #[cfg(feature = "cut")]
-struct Sizes([usize; 22]);
+struct Sizes([usize; 24]);
 
 #[cfg(feature = "cut")]
 impl Sizes {
@@ -172,6 +189,7 @@ impl Sizes {
         let boxes = basis.map_or(0, |basis| basis.rows.len());
         let pairs = basis.map_or(0, |basis| basis.cells.len() + cut.spare_cells);
         let cells_of = |is_any: bool| if is_any { cells } else { 0 };
+        let of_tears = |words: usize| if cut.tear_limit.is_some() { words } else { 0 };
         let is_elastic = basis.is_some_and(|basis| basis.elastic().is_some());
         Some(Self([
             COUNTS,
@@ -182,6 +200,7 @@ impl Sizes {
             slices + 1,
             slices.div_ceil(4),
             slices * size_of::<OffsetNumbers>() / 4,
+            of_tears(TEAR_WORDS),
             slices * size_of::<CellNumbers>() / 4,
             groups * size_of::<SlotNumbers>() / 4,
             groups * LANES / 2,
@@ -196,6 +215,7 @@ impl Sizes {
             2 * places(model),
             3 * places(model),
             2,
+            of_tears(cells - cut.spare_cells),
         ]))
     }
 }
@@ -213,7 +233,7 @@ impl<'a> CutRoom<'a> {
     pub(crate) fn arrays(&mut self, model: &Model<'_>) -> Option<Arrays<'_>> {
         let Sizes(sizes) = Sizes::of(model)?;
         let mut rest = &mut **self.0.first_mut()?;
-        let [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s, t, u, v] = sizes;
+        let [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s, t, u, v, w, x] = sizes;
         let rest = &mut rest;
         let (cells, spare) = (model.cells(), model.cuttable().spare_cells);
         let tetrahedra = model.cuttable().corners.len();
@@ -226,20 +246,22 @@ impl<'a> CutRoom<'a> {
             rows: take(rest, f)?,
             is_offset: take(rest, g)?.get_mut(..model.slice_count())?,
             offsets: take(rest, h)?,
-            cells: take(rest, i)?,
-            slots: take(rest, j)?,
-            ids: take(rest, k)?,
-            rest: take(rest, l)?,
-            mobility: take(rest, m)?,
-            factors: take(rest, n)?,
-            entry: take(rest, o)?.get_mut(..if p > 0 { cells } else { 0 })?,
-            box_rows: take(rest, p)?,
-            pairs: take(rest, q)?,
-            weights: take(rest, r)?,
-            triangles: halves(take(rest, s)?, model.triangles.len() + places(model))?,
-            names: take(rest, t)?,
-            numbers: take(rest, u)?,
-            listed: take::<u32>(rest, v)?.first_chunk_mut()?,
+            tear: take(rest, i)?,
+            cells: take(rest, j)?,
+            slots: take(rest, k)?,
+            ids: take(rest, l)?,
+            rest: take(rest, m)?,
+            mobility: take(rest, n)?,
+            factors: take(rest, o)?,
+            entry: take(rest, p)?.get_mut(..if q > 0 { cells } else { 0 })?,
+            box_rows: take(rest, q)?,
+            pairs: take(rest, r)?,
+            weights: take(rest, s)?,
+            triangles: halves(take(rest, t)?, model.triangles.len() + places(model))?,
+            names: take(rest, u)?,
+            numbers: take(rest, v)?,
+            listed: take::<u32>(rest, w)?.first_chunk_mut()?,
+            strengths: take(rest, x)?,
         })
     }
 }

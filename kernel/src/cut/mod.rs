@@ -82,6 +82,8 @@ mod place;
 pub(crate) mod split;
 #[cfg(feature = "cut")]
 mod strip;
+#[cfg(feature = "cut")]
+mod tear;
 #[cfg(all(test, feature = "cut"))]
 mod tests;
 

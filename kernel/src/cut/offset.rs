@@ -4,8 +4,8 @@ use super::body::CutBody;
 use crate::energy::state::{States, StatesOf};
 use crate::number::two_float::{LANES, TwoFloat};
 
-/// Share of an offset that stays in a tick.
-const KEPT: f32 = 0.9;
+/// Share of an offset that stays in a tick; a step that costs too much is halved, at most three times.
+const KEPT: [f32; 4] = [0.9, 0.95, 0.975, 0.9875];
 /// Below this magnitude an element of an offset is 0.
 const LEAST: f32 = 1.0e-6;
 
@@ -56,9 +56,14 @@ impl CutBody<'_, '_> {
         }
     }
 
-    /// Lowers all offsets for a tick. Returns the change of the energy, rounded up, in internal units; `None`
-    /// without an offset.
-    pub fn decay(&mut self, at: &impl Fn(usize) -> [f32; 3], states: States<'_>) -> Option<f64> {
+    /// Lowers all offsets for a tick, by ascending cell, as long as the energy rises by at most `most`, in internal
+    /// units. Returns its change, rounded up; `None` without an offset.
+    pub fn decay(
+        &mut self,
+        most: f64,
+        at: &impl Fn(usize) -> [f32; 3],
+        states: States<'_>,
+    ) -> Option<f64> {
         let mut rise = None;
         for slice in 0..self.arrays.is_offset.len() {
             if self.arrays.is_offset.get(slice) == Some(&0) {
@@ -73,10 +78,20 @@ impl CutBody<'_, '_> {
                     body.shapes().stored(core::iter::once(cell), at, of_shapes(states))
                 };
                 let before = stored(self);
-                self.set_offset(cell, offset.map(|row| row.map(|x| KEPT * x)));
-                let after = stored(self);
-                let change = at_most(after.wd2.minus(before.wd2), before.scale + after.scale);
-                *rise.get_or_insert(0.0) += change;
+                let rise = rise.get_or_insert(0.0);
+                let is_lowered = KEPT.into_iter().any(|kept| {
+                    self.set_offset(cell, offset.map(|row| row.map(|x| kept * x)));
+                    let after = stored(self);
+                    let change = at_most(after.wd2.minus(before.wd2), before.scale + after.scale);
+                    let is_paid = *rise + change <= most;
+                    if is_paid {
+                        *rise += change;
+                    }
+                    is_paid
+                });
+                if !is_lowered {
+                    self.set_offset(cell, offset);
+                }
             }
         }
         rise

@@ -128,7 +128,9 @@ fn errors_name_what_is_wrong_with_a_body_to_be_cut() {
     let word = |word: usize, value: u32| {
         error(|image| image.change(kind::CUTTING, |of: &mut Vec<u32>| of[word] = value))
     };
-    assert_eq!(word(cutting::VERSION, 2), ModelError::SectionVersion(kind::CUTTING));
+    assert_eq!(word(cutting::VERSION, 3), ModelError::SectionVersion(kind::CUTTING));
+    // A body that tears has two words more.
+    assert_eq!(word(cutting::VERSION, 2), ModelError::SectionSize(kind::CUTTING));
     for toughness in [0.0, -1.0, 1.0e-3, 2.0e6, f32::NAN, f32::INFINITY] {
         let why = word(cutting::TOUGHNESS_J_PER_M2, toughness.to_bits());
         assert_eq!(why, ModelError::Value(kind::CUTTING, 3), "{toughness}");
