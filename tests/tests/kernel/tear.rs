@@ -403,7 +403,7 @@ fn a_grip_tears_what_it_pulls_at() {
     let settings = Settings { sweeps: 4, max_force_n: 100.0, ..Settings::for_model(&model) };
     let network = Network::new(model, settings).unwrap();
     let mut tissue: Box<Tissue<CELLS, Scheme, 4, { term_states(CELLS) }>> = Box::default();
-    let mut touch: Box<TouchStore<CELLS, 256>> = Box::default();
+    let mut touch: Box<TouchStore<CELLS, 256, 256>> = Box::default();
     let mut words = vec![0; cut_words(&model)];
     let mut run = |run: &mut dyn FnMut(&mut TissueMut<'_, Scheme>)| {
         let cut = CutRoom::new(&mut words);
@@ -411,7 +411,7 @@ fn a_grip_tears_what_it_pulls_at() {
     };
     run(&mut |view| {
         view.reset(&network).unwrap();
-        view.choose_tools(&network, &[&[ToolPart::sphere(0.006)]], 0.0).unwrap();
+        view.choose_tools(&network, &[&[ToolPart::sphere(0.006)]], 0.5).unwrap();
     });
     let at = |height_m: f32| [ToolPose::at([0.0, 0.0, height_m].into(), 1)];
     // Press, grip, and draw away.
@@ -421,13 +421,15 @@ fn a_grip_tears_what_it_pulls_at() {
         });
     }
     run(&mut |view| assert!(view.grip(&network, 0) > 0));
-    let mut torn = 0;
+    let (mut torn, mut held, mut most_n, mut last) = (0, 0, 0.0_f32, TickOutput::NONE);
     for step in 0..600 {
         run(&mut |view| {
-            view.tick(&network, &at(0.023 + 5e-5 * step as f32), Budget::All);
-            torn = view.cut_output(&network).torn;
+            last = view.tick(&network, &at(0.023 + 5e-5 * step as f32), Budget::All);
+            most_n = most_n.max(-last.force_n.z);
+            (torn, held) = (view.cut_output(&network).torn, view.gripped(&network, 0));
         });
     }
-    println!("{torn} torn");
+    println!("{torn} torn, most {most_n} N, at the end {} N and {} J", last.force_n.z, last.energy_j);
+    assert!(held > 0 && last.force_n.z.abs() < 0.01 * most_n, "{held} {}", last.force_n);
     assert!(torn > 0);
 }
