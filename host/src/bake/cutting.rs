@@ -41,11 +41,7 @@ pub struct Cuttable {
 
 impl Default for Cuttable {
     fn default() -> Self {
-        Self {
-            toughness_j_per_m2: TOUGHNESS_J_PER_M2,
-            spare_share: CUT_SPARE,
-            tear_limit: None,
-        }
+        Self { toughness_j_per_m2: TOUGHNESS_J_PER_M2, spare_share: CUT_SPARE, tear_limit: None }
     }
 }
 

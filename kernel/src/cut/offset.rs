@@ -102,9 +102,8 @@ impl CutBody<'_, '_> {
         at: &impl Fn(usize) -> [f32; 3],
         states: States<'_>,
     ) -> f64 {
-        let stored = |body: &Self| {
-            body.shapes().stored(core::iter::once(cell), at, of_shapes(states))
-        };
+        let stored =
+            |body: &Self| body.shapes().stored(core::iter::once(cell), at, of_shapes(states));
         let before = stored(self);
         self.set_offset(cell, shrunk(offset, kept));
         let after = stored(self);

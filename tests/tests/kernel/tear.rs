@@ -5,9 +5,9 @@ use chaincell_host::bake::tissue::Tissue as Material;
 use chaincell_host::bake::{BakeOptions, BasisSpacing, Cuttable, ImageBytes, PerCell, bake};
 use chaincell_host::mesh::{Mesh, MeshOptions, load};
 use chaincell_kernel::{
-    Budget, Cell, Contact, CutOutput, CutRoom, Dynamics, Head, Network, Predict, Settings,
-    TearLimit, Team, TermState, TermStates, TickOutput, Tissue, TissueMut, ToolPart, ToolPose,
-    TouchRoom, TouchStore, cut_words, elastic_room, term_states,
+    Budget, Cell, Contact, CutOutput, CutRoom, Dynamics, Head, Network, Predict, Settings, Team,
+    TearLimit, TermState, TermStates, TickOutput, Tissue, TissueMut, ToolPart, ToolPose, TouchRoom,
+    TouchStore, cut_words, elastic_room, term_states,
 };
 use chaincell_tests::bodies::model;
 use rand_pcg::Pcg64;
@@ -30,9 +30,8 @@ fn mesh(across: usize, seed: u64) -> Mesh {
     let mut mesh = load(&spec, &MeshOptions::default()).unwrap();
     let mut random = Pcg64::seed_from_u64(seed);
     let mut number = || (random.next_u64() >> 11) as f64 / (1_u64 << 53) as f64 - 0.5;
-    let low = [0, 1, 2].map(|axis| {
-        mesh.nodes_m.iter().map(|place| place[axis]).fold(f64::MAX, f64::min)
-    });
+    let low =
+        [0, 1, 2].map(|axis| mesh.nodes_m.iter().map(|place| place[axis]).fold(f64::MAX, f64::min));
     for place in &mut mesh.nodes_m {
         for axis in 0..3 {
             let from_end = (place[axis] - low[axis]).min(low[axis] + SIZE_M[axis] - place[axis]);
@@ -179,9 +178,10 @@ impl<'a> Bar<'a> {
     /// Rest places of the nodes that have split since the tetrahedra had these cells.
     fn split_places(&mut self, before: &[[u16; 4]]) -> Vec<[f64; 3]> {
         let now = self.corners();
-        let nodes = before.iter().zip(&now).zip(&self.mesh.tetrahedra).flat_map(|(cells, nodes)| {
-            (0..4).filter(move |&k| cells.0[k] != cells.1[k]).map(move |k| nodes[k])
-        });
+        let nodes =
+            before.iter().zip(&now).zip(&self.mesh.tetrahedra).flat_map(|(cells, nodes)| {
+                (0..4).filter(move |&k| cells.0[k] != cells.1[k]).map(move |k| nodes[k])
+            });
         nodes.map(|node| self.mesh.nodes_m[node as usize]).collect()
     }
 }
@@ -239,7 +239,10 @@ fn a_notched_bar_tears_at_the_notch_at_a_load_that_hardly_depends_on_the_mesh() 
         }
         for (regular_n, mean_n) in regular.iter().zip(&means) {
             let ratios = [regular_n / regular[2], mean_n / means[2]];
-            println!("{limit:?}: {:.3} of the finest mesh, nodes moved {:.3}", ratios[0], ratios[1]);
+            println!(
+                "{limit:?}: {:.3} of the finest mesh, nodes moved {:.3}",
+                ratios[0], ratios[1]
+            );
             assert!((ratios[0] - 1.0).abs() < 0.1, "{limit:?}: {ratios:?}");
         }
         assert!(at_front >= 27, "{limit:?}: {at_front} of 30");
@@ -301,7 +304,8 @@ fn a_torn_body_at_rest_is_the_one_cut_at_the_same_faces() {
     for [one, there] in faces(&mesh) {
         let names = |at: usize| mesh.tetrahedra[at].into_iter().zip(corners[at]);
         let mut here = names(one.0);
-        if here.any(|(node, cell)| names(there.0).any(|(same, name)| node == same && cell != name)) {
+        if here.any(|(node, cell)| names(there.0).any(|(same, name)| node == same && cell != name))
+        {
             other.view().open_face(&network, one.0, one.1).unwrap();
         }
     }
@@ -429,7 +433,10 @@ fn a_grip_tears_what_it_pulls_at() {
             (torn, held) = (view.cut_output(&network).torn, view.gripped(&network, 0));
         });
     }
-    println!("{torn} torn, most {most_n} N, at the end {} N and {} J", last.force_n.z, last.energy_j);
+    println!(
+        "{torn} torn, most {most_n} N, at the end {} N and {} J",
+        last.force_n.z, last.energy_j
+    );
     assert!(held > 0 && last.force_n.z.abs() < 0.01 * most_n, "{held} {}", last.force_n);
     assert!(torn > 0);
 }

@@ -26,8 +26,8 @@ impl Nodal<'_> {
         let (f, own, state) = (self.shifted_at(cell, at), self.own(cell), states.shape(cell));
         let strain = minus(f, rotation(state.turn.map(Lane)));
         let swollen = minus(f, three(state.unit, |row| three(row, Lane)));
-        let twice = Lane(2.0) * own.mu * inner(strain, strain)
-            + own.lambda_3 * inner(swollen, swollen);
+        let twice =
+            Lane(2.0) * own.mu * inner(strain, strain) + own.lambda_3 * inner(swollen, swollen);
         0.5 * twice.0
     }
 
@@ -60,9 +60,8 @@ impl Nodal<'_> {
 fn squared(f: Matrix<f32>) -> [[f32; 3]; 2] {
     let [a, b, c] = f.map(|row| row.map(|x| x.0));
     let of = |i: usize, j: usize| {
-        let element = |row: [f32; 3]| {
-            row.get(i).copied().unwrap_or(0.0) * row.get(j).copied().unwrap_or(0.0)
-        };
+        let element =
+            |row: [f32; 3]| row.get(i).copied().unwrap_or(0.0) * row.get(j).copied().unwrap_or(0.0);
         element(a) + element(b) + element(c)
     };
     [[of(0, 0), of(1, 1), of(2, 2)], [of(0, 1), of(0, 2), of(1, 2)]]
