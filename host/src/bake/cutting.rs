@@ -2,7 +2,8 @@
 //!
 //! The kernel's module `cuttable` describes the use of the sections, and of the bound that goes with them.
 
-use chaincell_kernel::image::{CELLS_MAX, CUTTING_VERSION, cutting, kind};
+use chaincell_kernel::TearLimit;
+use chaincell_kernel::image::{CELLS_MAX, CUTTING_VERSION, TEARING_VERSION, cutting, kind};
 use chaincell_kernel::number::two_float::LANES;
 
 use super::image::Sections;
@@ -22,6 +23,8 @@ const SPARE_MIN: usize = 8;
 const SPARE_MAX: f64 = 4.0;
 /// The toughness that the kernel accepts \[J/m^2\].
 const TOUGHNESS: std::ops::RangeInclusive<f64> = 0.01..=1.0e6;
+/// The stretches at which a body may tear.
+const TEAR_STRETCH: std::ops::RangeInclusive<f32> = 1.01..=10.0;
 /// Smallest volume of a tetrahedron that a split divides by, above the kernel's own [mean link lengths^3].
 const VOLUME_MIN: f64 = 1.0e-9;
 
@@ -32,18 +35,20 @@ pub struct Cuttable {
     pub toughness_j_per_m2: f64,
     /// Number of spare cells for each cell, from 0 to 4; there are eight at least.
     pub spare_share: f64,
+    /// Limit at which the body tears by itself; a stretch is from 1.01 to 10. `None`: it does not.
+    pub tear_limit: Option<TearLimit>,
 }
 
 impl Default for Cuttable {
     fn default() -> Self {
-        Self { toughness_j_per_m2: TOUGHNESS_J_PER_M2, spare_share: CUT_SPARE }
+        Self { toughness_j_per_m2: TOUGHNESS_J_PER_M2, spare_share: CUT_SPARE, tear_limit: None }
     }
 }
 
 impl Cuttable {
     /// Checks the ranges; an error names the option.
     pub(super) fn check(&self) -> Result<()> {
-        let Self { toughness_j_per_m2: toughness, spare_share: share } = *self;
+        let Self { toughness_j_per_m2: toughness, spare_share: share, tear_limit } = *self;
         if !TOUGHNESS.contains(&toughness) {
             let why = "must be from 0.01 to 1e6 [J/m^2]; livers measure 76 to 225";
             return Err(Error::input(format!("`toughness_j_per_m2` {toughness}: {why}")));
@@ -51,6 +56,12 @@ impl Cuttable {
         if !(0.0..=SPARE_MAX).contains(&share) {
             let why = "must be from 0 to 4, a share of the cells";
             return Err(Error::input(format!("`cut_spare` {share}: {why}")));
+        }
+        if let Some(TearLimit::Stretch(stretch)) = tear_limit
+            && !TEAR_STRETCH.contains(&stretch)
+        {
+            let why = "must be from 1.01 to 10, a stretch: 1.5 is a strain of 50 %";
+            return Err(Error::input(format!("`tear_stretch` {stretch}: {why}")));
         }
         Ok(())
     }
@@ -92,11 +103,18 @@ impl Cuttable {
         // A spare slice may be as long as the longest, and any slice get a group more.
         let longest = slices.windows(2).map(|ends| ends[1] - ends[0]).max().unwrap_or(0);
         let spare_slices = body.spare.div_ceil(LANES) as u32;
-        let mut words = [0; cutting::WORDS];
+        let mut words = vec![0; cutting::WORDS];
         words[cutting::VERSION] = CUTTING_VERSION;
         words[cutting::SPARE_CELLS] = body.spare as u32;
         words[cutting::SPARE_GROUPS] = spare_slices * longest + slices.len() as u32 - 1;
         words[cutting::TOUGHNESS_J_PER_M2] = (self.toughness_j_per_m2 as f32).to_bits();
+        if let Some(limit) = self.tear_limit {
+            words[cutting::VERSION] = TEARING_VERSION;
+            words.extend(match limit {
+                TearLimit::Toughness => [cutting::BY_TOUGHNESS, 0],
+                TearLimit::Stretch(stretch) => [cutting::BY_STRETCH, stretch.to_bits()],
+            });
+        }
         sections.push(kind::CUTTING, &words);
         Ok(())
     }

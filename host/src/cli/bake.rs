@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use chaincell_kernel::TearLimit;
 use clap::ValueEnum;
 use serde::Serialize;
 
@@ -154,6 +155,13 @@ pub struct BodyArgs {
     /// Number of spare cells for each cell, eight in all at least [default: 0.1]
     #[arg(long, value_name = "SHARE", allow_negative_numbers = true, requires = "cuttable")]
     cut_spare: Option<f64>,
+    /// The body tears by itself where its energy reaches a fifth of the toughness for each mean edge
+    #[arg(long, requires = "cuttable", conflicts_with = "tear_stretch")]
+    tears: bool,
+    /// The body tears by itself where it is stretched so far, 1.01 to 10 at a mean edge of 5 mm;
+    /// the strain grows with one over the root of the edge
+    #[arg(long, value_name = "STRETCH", allow_negative_numbers = true, requires = "cuttable")]
+    tear_stretch: Option<f32>,
     /// Map the nodes to N cells, groups of neighbouring nodes whose positions follow; a mesh may
     /// then have up to 2,000,000 nodes [default: every node is a cell]
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
@@ -306,6 +314,10 @@ impl BodyArgs {
             cuttable: self.cuttable.then(|| Cuttable {
                 toughness_j_per_m2: self.toughness_j_per_m2.unwrap_or(TOUGHNESS_J_PER_M2),
                 spare_share: self.cut_spare.unwrap_or(CUT_SPARE),
+                tear_limit: match self.tear_stretch {
+                    Some(stretch) => Some(TearLimit::Stretch(stretch)),
+                    None => self.tears.then_some(TearLimit::Toughness),
+                },
             }),
             cells: self.cells,
         };

@@ -20,6 +20,9 @@ pub struct CutReport {
     copied_cells: u32,
     /// Number of splits for which there was no spare cell.
     refused_splits: u32,
+    /// Number of cells at which the body has torn by itself; not of one that does not tear.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    torn_cells: Option<u32>,
 }
 
 impl CutReport {
@@ -29,13 +32,20 @@ impl CutReport {
             return None;
         }
         let cut = engine.cut_output();
+        let tears = engine.network().model().tear_limit().is_some();
         Some(Self {
             cut_area_m2: cut.area_m2,
             cut_work_j: cut.work_j,
             opened_faces: cut.opened_faces,
             copied_cells: cut.copies,
             refused_splits: cut.refused,
+            torn_cells: tears.then_some(cut.torn),
         })
+    }
+
+    /// Returns true for a body that tears: the page cannot play its sessions.
+    pub fn tears(&self) -> bool {
+        self.torn_cells.is_some()
     }
 
     /// The remedy where cells could not split.
@@ -59,6 +69,10 @@ impl fmt::Display for CutReport {
             1e3 * self.cut_work_j,
             counted(self.opened_faces, "face"),
             counted(self.copied_cells, "copied cell")
-        )
+        )?;
+        match self.torn_cells {
+            Some(torn) => write!(f, ", {} torn", counted(torn, "cell")),
+            None => Ok(()),
+        }
     }
 }

@@ -6,8 +6,8 @@ use std::fmt;
 use chaincell_kernel::Contact;
 use chaincell_kernel::image::{cutting, nodal};
 use chaincell_kernel::{
-    Dynamics, Euler, Head, Model, Predict, Rkl2, TermState, Track, array_bytes, cut_words,
-    term_states,
+    Dynamics, Euler, Head, Model, Predict, Rkl2, TearLimit, TermState, Track, array_bytes,
+    cut_words, term_states,
 };
 use serde::Serialize;
 
@@ -100,12 +100,22 @@ pub struct ModelReport {
     checksum: String,
 }
 
+/// The limit at which a body tears by itself.
+#[derive(Debug, Serialize)]
+#[serde(rename_all = "snake_case")]
+enum Tears {
+    Toughness,
+    Stretch(f32),
+}
+
 /// Cutting, with its share of the image.
 #[derive(Debug, Serialize)]
 struct Cutting {
     tetrahedra: usize,
     spare_cells: usize,
     toughness_j_per_m2: f32,
+    /// The limit at which the body tears by itself: `toughness`, or the stretch.
+    tears: Option<Tears>,
     /// Bytes of the sections of tetrahedra and of the numbers of spare cells.
     image_bytes: usize,
     /// Bytes that a tissue needs for cuts beside the model's `ram_bytes`.
@@ -116,10 +126,12 @@ impl Cutting {
     /// Reads the figures off a model; `None` for a body that cannot be cut.
     fn of(model: &Model<'_>) -> Option<Self> {
         let (tetrahedra, spare_cells) = (model.tetrahedra_to_cut(), model.spare_cells());
+        let limit = model.tear_limit();
+        let words = if limit.is_some() { cutting::TEARING_WORDS } else { cutting::WORDS };
         // Corners and stars of a tetrahedron, the starts of the cells, and the words of `CUTTING`.
         let sections = tetrahedra * (4 * size_of::<u16>() + 4 * size_of::<u32>())
             + (model.cells() + 1) * size_of::<u32>()
-            + cutting::WORDS * size_of::<u32>();
+            + words * size_of::<u32>();
         // Rest position, two row starts, mobility, coarse entry and factor, and the numbers of a cell.
         let coarse = if model.coarse_functions() > 0 { 6 } else { 0 };
         let spare = spare_cells * (12 + 8 + 4 + coarse + nodal::CELL_ROWS * size_of::<f32>());
@@ -127,6 +139,10 @@ impl Cutting {
             tetrahedra,
             spare_cells,
             toughness_j_per_m2: model.toughness_j_per_m2()?,
+            tears: limit.map(|limit| match limit {
+                TearLimit::Toughness => Tears::Toughness,
+                TearLimit::Stretch(stretch) => Tears::Stretch(stretch),
+            }),
             image_bytes: sections + spare,
             ram_bytes: cut_words(model) * size_of::<u32>(),
         })
@@ -135,12 +151,18 @@ impl Cutting {
 
 impl fmt::Display for Cutting {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { tetrahedra, spare_cells, toughness_j_per_m2, image_bytes, ram_bytes } = self;
+        let Self { tetrahedra, spare_cells, toughness_j_per_m2, tears, image_bytes, ram_bytes } =
+            self;
         write!(
             f,
             "{tetrahedra} tetrahedra at {toughness_j_per_m2} J/m^2, {spare_cells} spare cells, {image_bytes} bytes \
              of flash, {ram_bytes} of RAM"
-        )
+        )?;
+        match tears {
+            None => Ok(()),
+            Some(Tears::Toughness) => write!(f, ", tears by its toughness"),
+            Some(Tears::Stretch(stretch)) => write!(f, ", tears at a stretch of {stretch}"),
+        }
     }
 }
 

@@ -481,5 +481,6 @@ fn report(args: &Args, summary: &RunSummary, far: Option<Far>, drawn: Option<&st
         terminal::say(format_args!("  {:<14}{drawn}", "picture"))?;
     }
     terminal::say(format_args!("  {:<14}{}", "results", args.out.display()))?;
-    if args.tissue.has_blade() { Ok(()) } else { tell_view(14, &[&args.out]) }
+    let is_shown = !args.tissue.has_blade() && !cut.is_some_and(CutReport::tears);
+    if is_shown { tell_view(14, &[&args.out]) } else { Ok(()) }
 }

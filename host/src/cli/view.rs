@@ -126,6 +126,10 @@ impl Shown {
             let why = "it has a blade, and the page's own kernel does not cut: play it with replay";
             return Err(Error::file("view", &recorded.path, why));
         }
+        if begun.tissue.engine().network().model().tear_limit().is_some() {
+            let why = "its body tears, and the page's own kernel does not: play it with replay";
+            return Err(Error::file("view", &recorded.path, why));
+        }
         let numbers = (begun.scheme, begun.precision);
         let packed = session::packed(&begun.trace, &mut begun.tissue, numbers, begun.start);
         let (bytes, _) = packed.map_err(|why| Error::file("view", &recorded.path, why))?;

@@ -35,6 +35,7 @@ impl<'a, 'm> CutBody<'a, 'm> {
         self.arrays.is_offset.fill(0);
         self.arrays.offsets.fill([[0.0; LANES]; 9]);
         self.arrays.normals.fill([0.0; 3]);
+        self.arrays.tear.fill(0);
         self.derive_whole();
     }
 
@@ -57,6 +58,7 @@ impl<'a, 'm> CutBody<'a, 'm> {
         *self.arrays.listed = [0; 2];
         self.arrays.lip_numbers.fill([0.0; 5]);
         self.arrays.lip_rows.fill(0);
+        self.derive_strengths();
     }
 
     /// Number of spare cells in use.

@@ -1,7 +1,8 @@
 //! Parts of a cut body that a snapshot contains: its state. The numbers follow from it and from the image.
 
 use super::body::CutBody;
-use super::memory::{CutRoom, USED};
+use super::memory::{CREDIT, CutRoom, TURN, USED};
+use super::tear::TURNS;
 use crate::model::nodal::OffsetNumbers;
 use crate::model::{Model, others};
 use crate::number::kept::Pass;
@@ -64,6 +65,11 @@ impl CutBody<'_, '_> {
         let is_finite = |rows: &OffsetNumbers| rows.as_flattened().iter().all(|x| x.is_finite());
         pass.slice_if(self.arrays.offsets, |_, rows| is_finite(rows));
         pass.slice_if(self.arrays.normals, |_, normal| normal.iter().all(|x| x.is_finite()));
+        pass.slice_if(self.arrays.tear, |place, &word| match place {
+            TURN => word < TURNS,
+            CREDIT => f32::from_bits(word).is_finite() && word != (-0.0_f32).to_bits(),
+            _ => true,
+        });
         if pass.is_reading() {
             *self.arrays.counts = counts;
             self.derive();

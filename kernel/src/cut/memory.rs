@@ -93,6 +93,8 @@ pub(crate) struct Arrays<'a> {
     pub offsets: &'a mut [OffsetNumbers],
     /// Normal of the lip in each place, times the root of its share.
     pub normals: &'a mut [[f32; 3]],
+    /// Words of a body that tears, [`TEAR_WORDS`], else none.
+    pub tear: &'a mut [u32],
     /// Numbers of the cells, by slice.
     pub cells: &'a mut [CellNumbers],
     /// Numbers of the half-links, by group.
@@ -129,6 +131,8 @@ pub(crate) struct Arrays<'a> {
     pub lip_rows: &'a mut [u32],
     /// The lips at each of their cells.
     pub ends: &'a mut [u32],
+    /// Strength of each cell of the image of a body that tears.
+    pub strengths: &'a mut [f32],
 }
 
 /// Words of [`Counts`].
@@ -154,6 +158,19 @@ pub(crate) const WAITING: usize = 3;
 #[cfg(feature = "cut")]
 pub(super) const AREA: usize = 4;
 
+/// Words of a body that tears.
+#[cfg(feature = "cut")]
+const TEAR_WORDS: usize = 3;
+/// Index of the number of torn cells.
+#[cfg(feature = "cut")]
+pub(crate) const TORN: usize = 0;
+/// Index of the turn of the slices that the next tick looks at.
+#[cfg(feature = "cut")]
+pub(super) const TURN: usize = 1;
+/// Index of the bits of the energy that the decay of offsets may use, in internal units (`f32`).
+#[cfg(feature = "cut")]
+pub(super) const CREDIT: usize = 2;
+
 /// Places for triangles of opened faces for each spare cell. A cut that doubles n cells parts about 2 n faces, at its
 /// front some more.
 #[cfg(feature = "cut")]
@@ -177,11 +194,11 @@ fn lips(model: &Model<'_>) -> usize {
 
 /// Arrays of the state: those before this index.
 #[cfg(feature = "cut")]
-const STATE: usize = 9;
+const STATE: usize = 10;
 
 /// Words of each array, in their order.
 #[cfg(feature = "cut")]
-struct Sizes([usize; 27]);
+struct Sizes([usize; 29]);
 
 #[cfg(feature = "cut")]
 impl Sizes {
@@ -194,6 +211,7 @@ impl Sizes {
         let boxes = basis.map_or(0, |basis| basis.rows.len());
         let pairs = basis.map_or(0, |basis| basis.cells.len() + cut.spare_cells);
         let cells_of = |is_any: bool| if is_any { cells } else { 0 };
+        let of_tears = |words: usize| if cut.tear_limit.is_some() { words } else { 0 };
         let is_elastic = basis.is_some_and(|basis| basis.elastic().is_some());
         Some(Self([
             COUNTS,
@@ -205,6 +223,7 @@ impl Sizes {
             slices.div_ceil(4),
             slices * size_of::<OffsetNumbers>() / 4,
             3 * lips(model),
+            of_tears(TEAR_WORDS),
             slices * size_of::<CellNumbers>() / 4,
             groups * size_of::<SlotNumbers>() / 4,
             groups * LANES / 2,
@@ -223,6 +242,7 @@ impl Sizes {
             lips(model) * size_of::<LipNumbers>() / 4,
             slices + 1,
             2 * lips(model),
+            of_tears(cells - cut.spare_cells),
         ]))
     }
 }
@@ -255,6 +275,7 @@ impl<'a> CutRoom<'a> {
             is_offset: take(rest, sizes.next()?)?.get_mut(..model.slice_count())?,
             offsets: take(rest, sizes.next()?)?,
             normals: take(rest, sizes.next()?)?,
+            tear: take(rest, sizes.next()?)?,
             cells: take(rest, sizes.next()?)?,
             slots: take(rest, sizes.next()?)?,
             ids: take(rest, sizes.next()?)?,
@@ -273,6 +294,7 @@ impl<'a> CutRoom<'a> {
             lip_numbers: take(rest, sizes.next()?)?,
             lip_rows: take(rest, sizes.next()?)?,
             ends: take(rest, sizes.next()?)?,
+            strengths: take(rest, sizes.next()?)?,
         })
     }
 }

@@ -40,6 +40,10 @@
 //! more than an edge press less, by two edges not at all, and there is no friction between them. The normals turn at
 //! the start of a tick; the change of the energy is booked, and the hand is not charged with it.
 //!
+//! **Tears.** A body whose image has a [limit](crate::TearLimit) parts by itself, at most a cell in a tick, across the
+//! cell's largest stretch; see `tear`. Nobody pays for the decay of its offsets: they decay only as far as the last
+//! tick's sweeps have lowered the energy, all by the same step, which is halved up to three times.
+//!
 //! **Limits.** At most [`SPLITS_MAX`] cells split in a tick, by ascending cell; the others wait. A cell that a
 //! tool holds waits until the tool lets go of it. Without spare cells or half-links a split is refused and
 //! counted, and the cell stays whole until a further face opens there. A late tick splits nothing. There are places for
@@ -61,6 +65,7 @@
 //! - `offset`: the offsets of copies, and their decay.
 //! - `edge`: the fronts of a blade's edge; `entry`: how it enters; `strip`: the faces that it opens; `place`:
 //!   points of tetrahedra.
+//! - `tear`: the cell that tears, and the account of a tear.
 //! - `kept`: what a snapshot and a state hash contain.
 
 #[cfg(feature = "cut")]
@@ -90,6 +95,8 @@ mod place;
 pub(crate) mod split;
 #[cfg(feature = "cut")]
 mod strip;
+#[cfg(feature = "cut")]
+mod tear;
 #[cfg(all(test, feature = "cut"))]
 mod tests;
 

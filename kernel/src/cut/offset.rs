@@ -4,8 +4,8 @@ use super::body::CutBody;
 use crate::energy::state::{States, StatesOf};
 use crate::number::two_float::{LANES, TwoFloat};
 
-/// Share of an offset that stays in a tick.
-const KEPT: f32 = 0.9;
+/// Shares of the offsets that may stay in a tick; a step that costs too much is halved, at most three times.
+const KEPT: [f32; 4] = [0.9, 0.95, 0.975, 0.9875];
 /// Below this magnitude an element of an offset is 0.
 const LEAST: f32 = 1.0e-6;
 
@@ -56,29 +56,63 @@ impl CutBody<'_, '_> {
         }
     }
 
-    /// Lowers all offsets for a tick. Returns the change of the energy, rounded up, in internal units; `None`
-    /// without an offset.
-    pub fn decay(&mut self, at: &impl Fn(usize) -> [f32; 3], states: States<'_>) -> Option<f64> {
-        let mut rise = None;
+    /// Lowers all offsets for a tick by the longest step that raises the energy by at most `most`, in internal units.
+    /// Returns its change, rounded up; `None` without an offset, and if every step raises it by more.
+    pub fn decay(
+        &mut self,
+        most: f64,
+        at: &impl Fn(usize) -> [f32; 3],
+        states: States<'_>,
+    ) -> Option<f64> {
+        for kept in KEPT {
+            // A cell's energy depends on its own offset alone, so the changes add up.
+            let mut change = None;
+            self.each_offset(|body, cell, offset| {
+                *change.get_or_insert(0.0) += body.change(cell, offset, kept, at, states);
+            });
+            if change? <= most {
+                self.each_offset(|body, cell, offset| body.set_offset(cell, shrunk(offset, kept)));
+                return change;
+            }
+        }
+        None
+    }
+
+    /// Calls `visit(body, cell, offset)` for each cell with an offset, ascending.
+    fn each_offset(&mut self, mut visit: impl FnMut(&mut Self, usize, Offset)) {
         for slice in 0..self.arrays.is_offset.len() {
             if self.arrays.is_offset.get(slice) == Some(&0) {
                 continue;
             }
             for cell in slice * LANES..self.arrays.rest.len().min((slice + 1) * LANES) {
                 let offset = self.offset(cell);
-                if offset == [[0.0; 3]; 3] {
-                    continue;
+                if offset != [[0.0; 3]; 3] {
+                    visit(self, cell, offset);
                 }
-                let stored = |body: &Self| {
-                    body.shapes().stored(core::iter::once(cell), at, of_shapes(states))
-                };
-                let before = stored(self);
-                self.set_offset(cell, offset.map(|row| row.map(|x| KEPT * x)));
-                let after = stored(self);
-                let change = at_most(after.wd2.minus(before.wd2), before.scale + after.scale);
-                *rise.get_or_insert(0.0) += change;
             }
         }
-        rise
     }
+
+    /// The change of the energy if a cell keeps this share of its offset, rounded up.
+    fn change(
+        &mut self,
+        cell: usize,
+        offset: Offset,
+        kept: f32,
+        at: &impl Fn(usize) -> [f32; 3],
+        states: States<'_>,
+    ) -> f64 {
+        let stored =
+            |body: &Self| body.shapes().stored(core::iter::once(cell), at, of_shapes(states));
+        let before = stored(self);
+        self.set_offset(cell, shrunk(offset, kept));
+        let after = stored(self);
+        self.set_offset(cell, offset);
+        at_most(after.wd2.minus(before.wd2), before.scale + after.scale)
+    }
+}
+
+/// A share of an offset.
+fn shrunk(offset: Offset, kept: f32) -> Offset {
+    offset.map(|row| row.map(|x| kept * x))
 }

@@ -9,8 +9,9 @@
 //! functions, mu and lambda the means of a tetrahedron's cells and b that of their bands, it is the sum over a
 //! cell's tetrahedra of (2 mu + 3 lambda + b) V times the sum of |`g_i` . `g_j`| over the corners j.
 
-use super::image::{CUTTING_VERSION, ModelError, Sections, cutting, kind};
+use super::image::{CUTTING_VERSION, ModelError, Sections, TEARING_VERSION, cutting, kind};
 use super::range;
+use super::tearing::TearLimit;
 use crate::number::cell::{dot, sub};
 
 /// Toughness \[J/m^2\], far beyond that of tissue.
@@ -35,6 +36,8 @@ pub(crate) struct Cuttable<'a> {
     pub spare_groups: usize,
     /// Energy that a cut takes for each area \[J/m^2\].
     pub toughness_j_per_m2: f32,
+    /// The limit at which the body tears by itself; `None` for one that does not.
+    pub tear_limit: Option<TearLimit>,
 }
 
 impl<'a> Cuttable<'a> {
@@ -46,6 +49,7 @@ impl<'a> Cuttable<'a> {
         spare_cells: 0,
         spare_groups: 0,
         toughness_j_per_m2: 0.0,
+        tear_limit: None,
     };
 
     /// Returns true if the body can be cut.
@@ -69,6 +73,11 @@ impl<'a> Cuttable<'a> {
         self.toughness_j_per_m2
     }
 
+    /// Returns the limit at which the body tears by itself.
+    pub fn tear_limit(&self) -> Option<TearLimit> {
+        self.tear_limit
+    }
+
     /// Returns the tetrahedra at a cell, ascending; none at a spare cell and beyond the last one.
     #[inline(always)]
     pub fn star(&self, cell: usize) -> &'a [u32] {
@@ -78,12 +87,17 @@ impl<'a> Cuttable<'a> {
     /// Reads the sections of a body of `cells` cells, the spare ones among them.
     pub fn read(sections: &Sections<'a>, cells: usize) -> Result<Self, ModelError> {
         let Some(words) = sections.optional::<u32>(kind::CUTTING)? else { return Ok(Self::NONE) };
-        let &[version, spare_cells, spare_groups, toughness] = words else {
+        let [version, spare_cells, spare_groups, toughness, tear @ ..] = words else {
             return Err(ModelError::SectionSize(kind::CUTTING));
         };
-        if version != CUTTING_VERSION {
-            return Err(ModelError::SectionVersion(kind::CUTTING));
-        }
+        let tear_limit = match (*version, tear) {
+            (CUTTING_VERSION, []) => None,
+            (TEARING_VERSION, &[rule, stretch]) => Some(TearLimit::read(rule, stretch)?),
+            (CUTTING_VERSION | TEARING_VERSION, _) => {
+                return Err(ModelError::SectionSize(kind::CUTTING));
+            }
+            _ => return Err(ModelError::SectionVersion(kind::CUTTING)),
+        };
         let corners: &[[u16; 4]] = sections.required(kind::CUT_CORNERS)?;
         let ends = corners.len().checked_mul(4).ok_or(ModelError::Layout)?;
         let rows = cells.checked_add(1).ok_or(ModelError::Layout)?;
@@ -91,9 +105,10 @@ impl<'a> Cuttable<'a> {
             corners,
             star_rows: sections.sized(kind::CUT_STAR_ROWS, rows)?,
             stars: sections.sized(kind::CUT_STARS, ends)?,
-            spare_cells: spare_cells as usize,
-            spare_groups: spare_groups as usize,
-            toughness_j_per_m2: f32::from_bits(toughness),
+            spare_cells: *spare_cells as usize,
+            spare_groups: *spare_groups as usize,
+            toughness_j_per_m2: f32::from_bits(*toughness),
+            tear_limit,
         })
     }
 

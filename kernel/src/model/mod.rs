@@ -8,6 +8,7 @@
 //! - `nodal`: the numbers of nodal shapes.
 //! - `stiffening`: sets of bands on the links of nodal shapes.
 //! - `cuttable`: the tetrahedra that a blade may part, and the spare cells.
+//! - `tearing`: the limit at which a body tears by itself.
 //! - `surface`: the contact stiffness of the surface under tools; `opened`: faces that a cut has opened;
 //!   `lips`: its sides where they lie on each other.
 //! - `terms`: the static list of the energy terms besides the links, and the data of each.
@@ -35,6 +36,7 @@ mod read;
 #[cfg(feature = "nodal")]
 pub(crate) mod stiffening;
 pub(crate) mod surface;
+pub(crate) mod tearing;
 pub(crate) mod terms;
 mod validate;
 

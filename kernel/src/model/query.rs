@@ -6,6 +6,7 @@ use super::cuttable::Cuttable;
 use super::layout::Layout;
 use super::parts::Parts;
 use super::surface::ContactSurface;
+use super::tearing::TearLimit;
 use super::terms::TermData;
 use super::{Model, range};
 use crate::number::two_float::LANES;
@@ -58,6 +59,21 @@ impl<'a> Model<'a> {
     #[must_use]
     pub fn toughness_j_per_m2(&self) -> Option<f32> {
         self.cuttable.is_any().then_some(self.cuttable.toughness_j_per_m2())
+    }
+
+    /// Returns the limit at which the body tears by itself, `None` for one that does not tear. See
+    /// [`Self::spare_cells`].
+    ///
+    /// ```
+    /// # use chaincell_kernel::{Model, include_model};
+    /// # let image = include_model!(concat!(env!("CARGO_MANIFEST_DIR"), "/data/plane9.chaincell"));
+    /// let model = Model::from_bytes(image)?; // baked without `--tears` and `--tear-stretch`
+    /// assert_eq!(model.tear_limit(), None);
+    /// # Ok::<(), chaincell_kernel::ModelError>(())
+    /// ```
+    #[must_use]
+    pub fn tear_limit(&self) -> Option<TearLimit> {
+        self.cuttable.tear_limit()
     }
 
     /// Returns the tetrahedra that a blade may part.

@@ -3,6 +3,7 @@
 use core::marker::PhantomData;
 
 use super::image::{ModelError, Sections, kind};
+use super::tearing::TearLimit;
 
 /// The tetrahedra of a body that a blade may part: none.
 #[derive(Clone, Copy)]
@@ -26,6 +27,10 @@ impl<'a> Cuttable<'a> {
 
     pub fn toughness_j_per_m2(&self) -> f32 {
         0.0
+    }
+
+    pub fn tear_limit(&self) -> Option<TearLimit> {
+        None
     }
 
     /// Refuses the section.

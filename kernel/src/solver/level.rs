@@ -96,6 +96,16 @@ impl Level {
         if self.forgotten { most } else { self.leading() }
     }
 
+    /// Least by which the level has fallen since it was `before`, which was known or not; 0 if that is not known.
+    pub(crate) fn fallen(&self, before: &Self) -> f32 {
+        if before.forgotten || self.forgotten {
+            return 0.0;
+        }
+        let fallen = before.value.minus(self.value);
+        let least = if fallen.lo < 0.0 { fallen.hi.next_down() } else { fallen.hi };
+        if least > 0.0 { least } else { 0.0 }
+    }
+
     fn put(&mut self, level: TwoFloat) {
         self.value = if level.hi > 0.0 || self.is_driven() { level } else { TwoFloat::ZERO };
     }

@@ -7,7 +7,7 @@ use crate::contact::held::outer_weight;
 #[cfg(feature = "cut")]
 use crate::cut::body::CutBody;
 #[cfg(feature = "cut")]
-use crate::cut::memory::{OPENED, REFUSED, WAITING};
+use crate::cut::memory::{OPENED, REFUSED, TORN, WAITING};
 #[cfg(feature = "cut")]
 use crate::cut::split::Look;
 #[cfg(feature = "cut")]
@@ -88,6 +88,8 @@ pub struct CutOutput {
     pub work_j: f32,
     /// Number of faces that tools do not touch, for want of places: they are open all the same.
     pub untouched: u32,
+    /// Number of cells at which a body that tears has torn by itself.
+    pub torn: u32,
 }
 
 #[cfg(feature = "cut")]
@@ -135,6 +137,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
             area_m2,
             work_j: area_m2 * body.cut.toughness_j_per_m2,
             untouched: body.arrays.listed[1],
+            torn: body.arrays.tear.get(TORN).copied().unwrap_or(0),
         }
     }
 
@@ -191,21 +194,25 @@ impl<D: Dynamics> TissueMut<'_, D> {
         self.with_cut_model(network.model(), |tissue, model| run(tissue, &network.of_model(*model)))
     }
 
-    /// Moves the fronts of blades on, splits the cells that wait, at most [`SPLITS_MAX`], and lowers the offsets of
-    /// copies.
+    /// Moves the fronts of blades on, lets the body tear, splits the cells that wait, at most [`SPLITS_MAX`], and
+    /// lowers the offsets of copies.
     pub(super) fn part(&mut self, network: &Network<'_>) {
         let model = network.model();
         let mut memory = core::mem::take(&mut self.cut);
         let parted = CutBody::of(&mut memory, model).filter(|_| is_cut(model)).map(|mut body| {
             self.draw(&mut body);
             let pressed = self.energy_of_lips(&body);
+            self.tear(&mut body);
             let split = self.split(&mut body);
+            body.pay(split.unwrap_or(0.0));
             self.rename_fronts(&body);
             if split.is_some() {
                 body.list();
             }
             let lowered = self.lower(&mut body);
-            (split, lowered, self.turn_lips(&mut body, pressed))
+            let turned = self.turn_lips(&mut body, pressed);
+            body.pay(turned.unwrap_or(0.0));
+            (split, lowered, turned)
         });
         self.cut = memory;
         let Some((split, lowered, turned)) = parted.filter(|parted| *parted != (None, None, None))
@@ -246,6 +253,26 @@ impl<D: Dynamics> TissueMut<'_, D> {
             let rounding = ROUNDING * (before + after);
             self.head.level.shift(TwoFloat::from(after).minus(before.into()).plus(rounding.into()));
             self.head.awake.wake_all(body.model);
+        }
+    }
+
+    /// Opens the faces of a cell that tears, while a tool is engaged.
+    fn tear(&mut self, body: &mut CutBody<'_, '_>) {
+        let Some(state) = self.state.get(..body.model.cells()) else { return };
+        if !self.head.engaged {
+            return;
+        }
+        let held = self.contacts.get(..self.head.chosen).unwrap_or(&[]);
+        let states = self.states.shared(body.model.kept_states());
+        body.tear(&|cell| is_among(held, cell), &places(body.model, state), states);
+    }
+
+    /// Adds the energy by which the sweeps have lowered the level to the credit of a body that tears.
+    pub(super) fn earn(&mut self, model: &Model<'_>, fallen: f32) {
+        if model.tear_limit().is_some()
+            && let Some(mut body) = CutBody::of(&mut self.cut, model)
+        {
+            body.earn(fallen);
         }
     }
 
@@ -312,7 +339,9 @@ impl<D: Dynamics> TissueMut<'_, D> {
     fn lower(&mut self, body: &mut CutBody<'_, '_>) -> Option<f64> {
         let state = self.state.get(..body.model.cells())?;
         let states = self.states.shared(body.model.kept_states());
-        body.decay(&places(body.model, state), states)
+        let change = body.decay(body.credit(), &places(body.model, state), states);
+        body.pay(change.unwrap_or(0.0));
+        change
     }
 }
 

@@ -82,10 +82,11 @@ impl<D: Dynamics> TissueMut<'_, D> {
         if network.model().cuttable().is_any() {
             return self.run_cut(network, &sample, poses, &mut budget, flags, is_late);
         }
-        self.run(network, &sample, poses, &mut budget, flags, is_late)
+        self.run(network, &sample, poses, &mut budget, flags, is_late).0
     }
 
-    /// Splits cells of a body that can be cut, unless the tick is late, then computes the tick.
+    /// Splits cells of a body that can be cut, unless the tick is late, then computes the tick. In a body that tears
+    /// the energy by which the sweeps lower the level pays for the next decay of offsets.
     // Not inlined: its frame holds a model.
     #[cfg(feature = "cut")]
     #[inline(never)]
@@ -101,12 +102,17 @@ impl<D: Dynamics> TissueMut<'_, D> {
         if !is_late {
             self.part(network);
         }
-        self.with_cuts(network, |tissue, network| {
+        let (output, fallen) = self.with_cuts(network, |tissue, network| {
             tissue.run(network, sample, poses, budget, flags, is_late)
-        })
+        });
+        if !is_late {
+            self.earn(network.model(), fallen);
+        }
+        output
     }
 
-    /// Computes a tick of a body as it is.
+    /// Computes a tick of a body as it is. Returns also the energy by which the sweeps have lowered the level, in
+    /// internal units.
     #[cfg_attr(feature = "cut", inline(never))]
     #[cfg_attr(not(feature = "cut"), inline(always))]
     fn run(
@@ -117,9 +123,9 @@ impl<D: Dynamics> TissueMut<'_, D> {
         budget: &mut Budget<'_>,
         mut flags: Flags,
         is_late: bool,
-    ) -> TickOutput {
+    ) -> (TickOutput, f32) {
         let Some(mut tick) = self.start(network, sample, is_late) else {
-            return self.safe(network, flags);
+            return (self.safe(network, flags), 0.0);
         };
         // Apply the terms' corrections and move the tools.
         if !is_late {
@@ -127,13 +133,15 @@ impl<D: Dynamics> TissueMut<'_, D> {
         }
         tick.contact.advance(&mut tick.context, poses);
         // Sweep, unless the tick is late.
-        let mut sweeps = 0;
+        let (mut sweeps, mut fallen) = (0, 0.0);
         if !is_late {
             tick.unload();
+            let before = *tick.context.level;
             sweeps = tick.sweep(budget, &mut flags);
+            fallen = tick.context.level.fallen(&before);
             tick.settle();
         }
-        tick.output(flags, sweeps)
+        (tick.output(flags, sweeps), fallen)
     }
 
     /// Collects the tick's data: the arrays cut to the model's size, and the contact. `None` if they are too

@@ -9,7 +9,7 @@ use chaincell_host::engine::{Contact, Engine, Scheme, contact};
 use chaincell_host::files::output::vtu;
 use chaincell_host::mesh::load;
 use chaincell_kernel::image::{cutting, kind, nodal};
-use chaincell_kernel::{Model, ModelError, Network, ToolPose, cut_words};
+use chaincell_kernel::{Model, ModelError, Network, TearLimit, ToolPose, cut_words};
 use chaincell_tests::files::{scratch, text};
 use chaincell_tests::forge::Forged;
 use chaincell_tests::run;
@@ -110,6 +110,10 @@ fn what_cannot_be_cut_is_refused_by_name() {
         (of(Cuttable { toughness_j_per_m2: 0.0, ..given }), ["`toughness_j_per_m2` 0", "0.01 to"]),
         (of(Cuttable { toughness_j_per_m2: f64::NAN, ..given }), ["`toughness", "0.01 to 1e6"]),
         (of(Cuttable { spare_share: -0.1, ..given }), ["`cut_spare` -0.1", "from 0 to 4"]),
+        (
+            of(Cuttable { tear_limit: Some(TearLimit::Stretch(1.0)), ..given }),
+            ["`tear_stretch` 1", "from 1.01 to 10"],
+        ),
     ] {
         let why = bake(&mesh, &mesh.default_fixed, &options).unwrap_err().to_string();
         assert!(parts.iter().all(|part| why.contains(part)), "{why}");
@@ -128,7 +132,9 @@ fn errors_name_what_is_wrong_with_a_body_to_be_cut() {
     let word = |word: usize, value: u32| {
         error(|image| image.change(kind::CUTTING, |of: &mut Vec<u32>| of[word] = value))
     };
-    assert_eq!(word(cutting::VERSION, 2), ModelError::SectionVersion(kind::CUTTING));
+    assert_eq!(word(cutting::VERSION, 3), ModelError::SectionVersion(kind::CUTTING));
+    // A body that tears has two words more.
+    assert_eq!(word(cutting::VERSION, 2), ModelError::SectionSize(kind::CUTTING));
     for toughness in [0.0, -1.0, 1.0e-3, 2.0e6, f32::NAN, f32::INFINITY] {
         let why = word(cutting::TOUGHNESS_J_PER_M2, toughness.to_bits());
         assert_eq!(why, ModelError::Value(kind::CUTTING, 3), "{toughness}");
@@ -277,5 +283,40 @@ fn the_command_bakes_it_and_info_says_what_it_costs() {
     for option in [["--toughness-j-per-m2", "80"], ["--cut-spare", "0.1"]] {
         let why = bake(&[&tissue[..], &option].concat()).with(2).err;
         assert!(why.contains("--cuttable"), "{why}");
+    }
+}
+
+/// A body that tears differs from one that does not by the version and two words more.
+#[test]
+fn a_limit_of_tears_is_two_words_more() {
+    let plain = Forged::of(cuttable().as_bytes());
+    let before: Vec<u32> = plain.get(kind::CUTTING);
+    assert_eq!((before.len(), before[cutting::VERSION]), (cutting::WORDS, 1));
+    assert_eq!(model(cuttable()).tear_limit(), None);
+    for (limit, added) in [
+        (TearLimit::Toughness, [cutting::BY_TOUGHNESS, 0]),
+        (TearLimit::Stretch(1.5), [cutting::BY_STRETCH, 1.5_f32.to_bits()]),
+    ] {
+        let given = Cuttable { tear_limit: Some(limit), ..Cuttable::default() };
+        let image = baked(&BakeOptions { cuttable: Some(given), ..options() });
+        assert_eq!(model(&image).tear_limit(), Some(limit));
+        let mut forged = Forged::of(image.as_bytes());
+        let words: Vec<u32> = forged.get(kind::CUTTING);
+        assert_eq!((words[0], &words[1..4], &words[4..]), (2, &before[1..], &added[..]));
+        forged.change(kind::CUTTING, |of: &mut Vec<u32>| of.clone_from(&before));
+        assert_eq!(forged.sealed().as_bytes(), plain.sealed().as_bytes());
+        // Bad words of the limit.
+        for (word, value) in [
+            (cutting::TEAR_RULE, 0),
+            (cutting::TEAR_RULE, 3),
+            (cutting::TEAR_STRETCH, 1.0_f32.to_bits()),
+            (cutting::TEAR_STRETCH, f32::NAN.to_bits()),
+            (cutting::TEAR_STRETCH, 10.5_f32.to_bits()),
+        ] {
+            let mut bad = Forged::of(image.as_bytes());
+            bad.change(kind::CUTTING, |of: &mut Vec<u32>| of[word] = value);
+            let why = Model::from_bytes(bad.sealed().as_bytes()).unwrap_err();
+            assert_eq!(why, ModelError::Value(kind::CUTTING, word as u32), "{limit:?} {value}");
+        }
     }
 }

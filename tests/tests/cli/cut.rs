@@ -156,3 +156,54 @@ fn a_blade_that_cannot_cut_is_refused_with_the_remedy() {
     let why = view(&out, &[]);
     assert!(why.contains("it has a blade") && why.contains("replay"), "{why}");
 }
+
+/// A bar whose end a tool draws away tears; the trace replays to the same bits.
+#[test]
+fn a_bar_that_is_drawn_apart_tears() {
+    let folder = scratch();
+    let tears = ["--cuttable", "--tear-stretch", "1.3", "--cut-spare", "1"];
+    let fixed = "--fix=box:-1,-0.0199,-1,1,-1,1";
+    let options = [&["--young-pa", "5000", "--poisson", "0.3", fixed][..], &tears].concat();
+    let model = bake(folder.path(), "box:9x3x5x0.005", &options);
+    let info = run(["info", text(&model), "--json"]).with(0).json();
+    assert_eq!(info["cutting"]["tears"]["stretch"].as_f64().unwrap() as f32, 1.3);
+    let draw = |out: &Path, depth_m: &str| {
+        let place = ["--touch-m", "0.02,0,0", "--direction", "1,0,0", "--depth-m", depth_m];
+        let held = ["--contact", "cells:box:0.0199,1,-1,1,-1,1", "--picture", "off", "--force"];
+        let args = ["run", text(&model), "--motion", "press", "--seconds", "1.2"];
+        run([&args[..], &place, &held, &["--out", text(out)]].concat()).with(0)
+    };
+    let out = folder.path().join("torn");
+    let said = draw(&out, "0.02");
+    let report = summary(&out);
+    assert!(report["torn_cells"].as_u64().unwrap() >= 5, "{report}");
+    assert!(report["copied_cells"].as_u64().unwrap() >= 5, "{report}");
+    assert_eq!((&report["cut_area_m2"], &report["refused_splits"]), (&0.0.into(), &0.into()));
+    assert!(said.out.contains(" cells torn") && !said.out.contains("chaincell view"), "{said:?}");
+    let replayed = run(["replay", text(&out), "--json"]).with(0).json();
+    assert_eq!(replayed["state_hash"], report["state_hash"]);
+    let page = folder.path().join("page.html");
+    let why = run(["view", text(&out), "--html", text(&page)]).with(2).err;
+    assert!(why.contains("its body tears") && why.contains("replay"), "{why}");
+    // A shorter way stays below the limit.
+    draw(&out, "0.002");
+    assert_eq!(summary(&out)["torn_cells"], 0);
+}
+
+#[test]
+fn limits_of_tears_are_refused_with_the_remedy() {
+    let folder = scratch();
+    let out = folder.path().join("out.chaincell");
+    let refused = |options: &[&str]| {
+        let args = ["bake", BOX, "--young-pa", "5000", "-o", text(&out)];
+        run([&args[..], options].concat()).with(2).err
+    };
+    for stretch in ["1", "1.009", "11", "nan", "-2"] {
+        let why = refused(&["--cuttable", "--tear-stretch", stretch]);
+        assert!(why.contains("--tear-stretch") && why.contains("from 1.01 to 10"), "{why}");
+    }
+    assert!(refused(&["--tears"]).contains("--cuttable"));
+    assert!(refused(&["--tear-stretch", "2"]).contains("--cuttable"));
+    let both = refused(&["--cuttable", "--tears", "--tear-stretch", "2"]);
+    assert!(both.contains("--tears") && both.contains("--tear-stretch"), "{both}");
+}

@@ -34,8 +34,9 @@ fn image_of(
     toughness_j_per_m2: f64,
     coarse_basis: BasisSpacing,
 ) -> ImageBytes {
-    let cuttable = Some(Cuttable { spare_share: 0.5, toughness_j_per_m2 });
+    let cuttable = Cuttable { spare_share: 0.5, toughness_j_per_m2, ..Cuttable::default() };
     let tissue = Some(Material::new(PerCell::Uniform(5000.0), PerCell::Uniform(0.3)));
+    let cuttable = Some(cuttable);
     let options = BakeOptions { tissue, cuttable, coarse_basis, ..BakeOptions::default() };
     bake(mesh, fixed, &options).unwrap()
 }

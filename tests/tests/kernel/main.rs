@@ -25,4 +25,5 @@ mod snapshot;
 mod stress;
 mod surface;
 mod surface_links;
+mod tear;
 mod tools;

@@ -50,6 +50,7 @@
 //! - `jacobi`: eigenvectors of a symmetric matrix.
 //! - `law`: stress and energy of a shape.
 //! - `linear`: the elasticity of the rest shape.
+//! - `load`: the load by which a body tears.
 //! - [`nearest`]: the steps of R and Q.
 //! - `scalar`: cell by cell, in a pass without a vector unit and at any positions for the few cells that the tool
 //!   holds; `half_links_vfp` and `jacobi_vfp` are parts of it on the floating-point unit of Armv7E-M.
@@ -65,6 +66,8 @@ mod jacobi;
 mod jacobi_vfp;
 mod law;
 mod linear;
+#[cfg(feature = "cut")]
+mod load;
 mod matrix;
 pub(crate) mod nearest;
 mod scalar;

@@ -164,8 +164,8 @@ pub mod kind {
     pub const CUT_STAR_ROWS: u32 = 47;
     /// With `CUTTING`: the tetrahedra at each cell, ascending (u32, 4 a tetrahedron).
     pub const CUT_STARS: u32 = 48;
-    /// With `NODAL`, optional: the body can be cut, see [`super::cutting`] (u32 or f32, 4 words). Its last cells are
-    /// spare: they have no links, no input id and mobility 0, rest at the centre and exert no force.
+    /// With `NODAL`, optional: the body can be cut, see [`super::cutting`] (u32 or f32, 4 words, 6 if it tears). Its last
+    /// cells are spare: they have no links, no input id and mobility 0, rest at the centre and exert no force.
     pub const CUTTING: u32 = 49;
 }
 
@@ -207,14 +207,18 @@ pub mod nodal {
     pub const BETA: f32 = 0.2;
 }
 
-/// Version of the first word of `CUTTING`.
+/// Version of the first word of `CUTTING` of a body that does not tear.
 pub const CUTTING_VERSION: u32 = 1;
+/// Version of the first word of `CUTTING` of a body that tears.
+pub const TEARING_VERSION: u32 = 2;
 
 /// Word indices of the `CUTTING` section.
 pub mod cutting {
-    /// Number of words.
+    /// Number of words of a body that does not tear.
     pub const WORDS: usize = 4;
-    /// [`super::CUTTING_VERSION`] (u32).
+    /// Number of words of a body that tears.
+    pub const TEARING_WORDS: usize = 6;
+    /// [`super::CUTTING_VERSION`], or [`super::TEARING_VERSION`] (u32).
     pub const VERSION: usize = 0;
     /// Number of spare cells, the last ones of the body (u32).
     pub const SPARE_CELLS: usize = 1;
@@ -222,6 +226,14 @@ pub mod cutting {
     pub const SPARE_GROUPS: usize = 2;
     /// Energy that a cut takes for each area (f32) \[J/m^2\].
     pub const TOUGHNESS_J_PER_M2: usize = 3;
+    /// Limit at which the body tears: [`BY_TOUGHNESS`] or [`BY_STRETCH`] (u32).
+    pub const TEAR_RULE: usize = 4;
+    /// The stretch of [`BY_STRETCH`], 1.01 to 10; else 0 (f32).
+    pub const TEAR_STRETCH: usize = 5;
+    /// The limit [`TearLimit::Toughness`](crate::TearLimit).
+    pub const BY_TOUGHNESS: u32 = 1;
+    /// The limit [`TearLimit::Stretch`](crate::TearLimit).
+    pub const BY_STRETCH: u32 = 2;
 }
 
 /// Indices of the numbers of `CONTACT`, in mean link lengths l.

@@ -1,0 +1,442 @@
+//! Tearing: a bar with a notch, pulled apart, tears at the notch, at a load that hardly depends on the mesh.
+#![allow(clippy::unwrap_used)]
+
+use chaincell_host::bake::tissue::Tissue as Material;
+use chaincell_host::bake::{BakeOptions, BasisSpacing, Cuttable, ImageBytes, PerCell, bake};
+use chaincell_host::mesh::{Mesh, MeshOptions, load};
+use chaincell_kernel::{
+    Budget, Cell, Contact, CutOutput, CutRoom, Dynamics, Head, Network, Predict, Settings, Team,
+    TearLimit, TermState, TermStates, TickOutput, Tissue, TissueMut, ToolPart, ToolPose, TouchRoom,
+    TouchStore, cut_words, elastic_room, term_states,
+};
+use chaincell_tests::bodies::model;
+use rand_pcg::Pcg64;
+use rand_pcg::rand_core::{Rng, SeedableRng};
+
+use crate::cutting::{centre, faces};
+
+/// Length, width and height of the bar \[m\].
+const SIZE_M: [f64; 3] = [0.040, 0.010, 0.020];
+/// Height of the notch's front; the notch is open above it, at x = 0 \[m\].
+const FRONT_M: f64 = 0.010;
+/// Pull in a tick \[m\].
+const STEP_M: f32 = 2.0e-5;
+
+/// A bar of this many elements across its width, whose inner nodes are moved by up to a fifth of their distance.
+fn mesh(across: usize, seed: u64) -> Mesh {
+    let h = SIZE_M[1] / across as f64;
+    let nodes = SIZE_M.map(|size| (size / h).round() as usize + 1);
+    let spec = format!("box:{}x{}x{}x{h}", nodes[0], nodes[1], nodes[2]);
+    let mut mesh = load(&spec, &MeshOptions::default()).unwrap();
+    let mut random = Pcg64::seed_from_u64(seed);
+    let mut number = || (random.next_u64() >> 11) as f64 / (1_u64 << 53) as f64 - 0.5;
+    let low =
+        [0, 1, 2].map(|axis| mesh.nodes_m.iter().map(|place| place[axis]).fold(f64::MAX, f64::min));
+    for place in &mut mesh.nodes_m {
+        for axis in 0..3 {
+            let from_end = (place[axis] - low[axis]).min(low[axis] + SIZE_M[axis] - place[axis]);
+            let way = 0.4 * h * number();
+            if from_end > 0.5 * h && seed > 0 {
+                place[axis] += way;
+            }
+        }
+    }
+    mesh
+}
+
+/// The nodes of an end of the bar.
+fn end(mesh: &Mesh, sign: f64) -> Vec<u32> {
+    let is_there = |place: &[f64; 3]| place[0] * sign > 0.5 * SIZE_M[0] - 1e-6;
+    (0..).zip(&mesh.nodes_m).filter(|(_, place)| is_there(place)).map(|(node, _)| node).collect()
+}
+
+fn image(mesh: &Mesh, tear_limit: Option<TearLimit>, toughness_j_per_m2: f64) -> ImageBytes {
+    image_of(mesh, &end(mesh, -1.0), tear_limit, toughness_j_per_m2)
+}
+
+fn image_of(
+    mesh: &Mesh,
+    fixed: &[u32],
+    tear_limit: Option<TearLimit>,
+    toughness_j_per_m2: f64,
+) -> ImageBytes {
+    let cuttable = Some(Cuttable { spare_share: 1.0, toughness_j_per_m2, tear_limit });
+    let tissue = Some(Material::new(PerCell::Uniform(5000.0), PerCell::Uniform(0.3)));
+    let coarse_basis = BasisSpacing::Links(2.0);
+    let options = BakeOptions { tissue, cuttable, coarse_basis, ..BakeOptions::default() };
+    bake(mesh, fixed, &options).unwrap()
+}
+
+/// A bar whose far end a tool holds.
+struct Bar<'a> {
+    network: Network<'a>,
+    mesh: &'a Mesh,
+    head: Head<Predict>,
+    state: Vec<Cell>,
+    residual: Vec<Cell>,
+    own: Vec<Cell>,
+    room: Vec<[f32; 8]>,
+    contacts: Vec<Contact>,
+    states: Vec<TermState>,
+    words: Vec<u32>,
+    /// Ticks of the pull.
+    ticks: u32,
+}
+
+impl<'a> Bar<'a> {
+    fn new(image: &'a ImageBytes, mesh: &'a Mesh, sweeps: u16) -> Self {
+        let model = model(image);
+        let settings = Settings { sweeps, max_force_n: 100.0, ..Settings::for_model(&model) };
+        let network = Network::new(model, settings).unwrap();
+        let (cells, nodes) = (model.cells(), end(mesh, 1.0));
+        let mut bar = Self {
+            head: Head::NEW,
+            state: vec![Cell::ZERO; cells],
+            residual: vec![Cell::ZERO; cells],
+            own: vec![Cell::ZERO; Predict::<0>::ARRAYS * cells],
+            room: vec![[0.0; 8]; Predict::<0>::room_blocks(&model, nodes.len())],
+            contacts: vec![Contact::NONE; nodes.len()],
+            states: vec![TermState::ZERO; term_states(model.kept_states())],
+            words: vec![0xAAAA_AAAA; cut_words(&model)],
+            network,
+            mesh,
+            ticks: 0,
+        };
+        let mut held: Vec<u16> =
+            nodes.iter().map(|&node| model.cell_of_input(node).unwrap()).collect();
+        held.sort_unstable();
+        bar.view().reset(&network).unwrap();
+        bar.view().choose_contacts(&network, &held).unwrap();
+        bar
+    }
+
+    fn view(&mut self) -> TissueMut<'_, Predict> {
+        TissueMut {
+            head: &mut self.head,
+            state: &mut self.state,
+            residual: &mut self.residual,
+            own: &mut self.own,
+            room: &mut self.room,
+            contacts: &mut self.contacts,
+            states: TermStates::new(&mut self.states),
+            touch: TouchRoom::none(),
+            cut: CutRoom::new(&mut self.words),
+            team: Team::ALONE,
+        }
+    }
+
+    fn tick_at(&mut self, pull_m: f32) -> TickOutput {
+        let network = self.network;
+        let place_m = [pull_m, 0.0, 0.0].into();
+        self.view().tick(&network, &[ToolPose::at(place_m, 1)], Budget::All)
+    }
+
+    /// Pulls a step further.
+    fn pull(&mut self) -> TickOutput {
+        self.ticks += 1;
+        self.tick_at(STEP_M * self.ticks as f32)
+    }
+
+    /// Stands still.
+    fn hold(&mut self) -> TickOutput {
+        self.tick_at(STEP_M * self.ticks as f32)
+    }
+
+    fn cuts(&mut self) -> CutOutput {
+        let network = self.network;
+        self.view().cut_output(&network)
+    }
+
+    fn hash(&mut self) -> u64 {
+        let model = *self.network.model();
+        self.view().state_hash(&model)
+    }
+
+    /// Opens the notch, and lets the body come to rest.
+    fn notch(&mut self) {
+        let network = self.network;
+        for [one, other] in faces(self.mesh) {
+            let [a, b] = [one.0, other.0].map(|at| centre(self.mesh, at));
+            if (a[0] < 0.0) != (b[0] < 0.0) && (a[2] + b[2]) / 2.0 > FRONT_M {
+                self.view().open_face(&network, one.0, one.1).unwrap();
+            }
+        }
+        for _ in 0..200 {
+            self.tick_at(0.0);
+        }
+        let cuts = self.cuts();
+        assert_eq!((cuts.waiting, cuts.refused), (0, 0));
+    }
+
+    /// The cells of all tetrahedra.
+    fn corners(&mut self) -> Vec<[u16; 4]> {
+        let (network, count) = (self.network, self.mesh.tetrahedra.len());
+        let mut of = |at, corner| self.view().cell_of_corner(&network, at, corner).unwrap();
+        (0..count).map(|at| [0, 1, 2, 3].map(|corner| of(at, corner))).collect()
+    }
+
+    /// Rest places of the nodes that have split since the tetrahedra had these cells.
+    fn split_places(&mut self, before: &[[u16; 4]]) -> Vec<[f64; 3]> {
+        let now = self.corners();
+        let nodes =
+            before.iter().zip(&now).zip(&self.mesh.tetrahedra).flat_map(|(cells, nodes)| {
+                (0..4).filter(move |&k| cells.0[k] != cells.1[k]).map(move |k| nodes[k])
+            });
+        nodes.map(|node| self.mesh.nodes_m[node as usize]).collect()
+    }
+}
+
+/// The first tear of a bar.
+struct First {
+    force_n: f64,
+    /// Distance of the torn cell from the line of the notch's front, in mean edges.
+    off: f64,
+}
+
+/// Pulls a bar until it tears.
+fn first(across: usize, seed: u64, limit: TearLimit) -> First {
+    let mesh = mesh(across, seed);
+    let image = image(&mesh, Some(limit), 2.0);
+    let mut bar = Bar::new(&image, &mesh, 8);
+    bar.notch();
+    let corners = bar.corners();
+    let mut force_n = 0.0;
+    while bar.cuts().torn == 0 {
+        force_n = f64::from(bar.pull().force_n.x).abs();
+        assert!(bar.ticks < 3000, "{limit:?} h {across} seed {seed}: no tear");
+    }
+    let torn = bar.split_places(&corners);
+    let edge_m = f64::from(bar.network.model().unit_m());
+    let off = torn.iter().map(|place| place[0].hypot(place[2] - FRONT_M) / edge_m);
+    First { force_n, off: off.fold(0.0, f64::max) }
+}
+
+/// On regular meshes the load is that of the finest one; on those of moved nodes it scatters.
+#[test]
+fn a_notched_bar_tears_at_the_notch_at_a_load_that_hardly_depends_on_the_mesh() {
+    const SEEDS: u64 = 10;
+    for limit in [TearLimit::Toughness, TearLimit::Stretch(1.3)] {
+        let (mut regular, mut means, mut at_front) = (Vec::new(), Vec::new(), 0);
+        for across in [2, 3, 4] {
+            let all: Vec<First> = (0..=SEEDS).map(|seed| first(across, seed, limit)).collect();
+            let forces: Vec<f64> = all[1..].iter().map(|first| first.force_n).collect();
+            let mean = forces.iter().sum::<f64>() / SEEDS as f64;
+            let scatter = forces.iter().map(|x| (x / mean - 1.0).powi(2)).sum::<f64>();
+            let scatter = (scatter / SEEDS as f64).sqrt();
+            let count = all[1..].iter().filter(|first| first.off < 1.0).count();
+            println!(
+                "{limit:?}, {:.2} mm between nodes: {:.4} N, nodes moved {mean:.4} N +- {:.1} %, at the front \
+                 in {count} of {SEEDS}, farthest {:.2} edges",
+                1e3 * SIZE_M[1] / across as f64,
+                all[0].force_n,
+                100.0 * scatter,
+                all.iter().map(|first| first.off).fold(0.0, f64::max)
+            );
+            assert!(all[0].off < 0.5, "{limit:?} {across}: {}", all[0].off);
+            regular.push(all[0].force_n);
+            means.push(mean);
+            at_front += count;
+        }
+        for (regular_n, mean_n) in regular.iter().zip(&means) {
+            let ratios = [regular_n / regular[2], mean_n / means[2]];
+            println!(
+                "{limit:?}: {:.3} of the finest mesh, nodes moved {:.3}",
+                ratios[0], ratios[1]
+            );
+            assert!((ratios[0] - 1.0).abs() < 0.1, "{limit:?}: {ratios:?}");
+        }
+        assert!(at_front >= 27, "{limit:?}: {at_front} of 30");
+    }
+}
+
+/// The crack runs through the bar; the body never has more energy than the tool gave it.
+#[test]
+fn a_crack_runs_on_from_the_notch_and_gains_no_energy() {
+    for limit in [TearLimit::Toughness, TearLimit::Stretch(1.3)] {
+        let mesh = mesh(3, 1);
+        let image = image(&mesh, Some(limit), 2.0);
+        let mut bar = Bar::new(&image, &mesh, 4);
+        bar.notch();
+        let corners = bar.corners();
+        let (mut work_j, mut most_n, mut last, mut worst) = (0.0, 0.0_f64, 0.0, f64::MIN);
+        for _ in 0..1200 {
+            let output = if bar.ticks < 800 { bar.pull() } else { bar.hold() };
+            last = f64::from(output.force_n.x).abs();
+            most_n = most_n.max(last);
+            work_j += f64::from(output.work_j);
+            worst = worst.max(f64::from(output.energy_j) - work_j);
+        }
+        let lowest_m =
+            bar.split_places(&corners).iter().map(|place| place[2]).fold(FRONT_M, f64::min);
+        println!(
+            "{limit:?}: most {most_n:.4} N, at the end {last:.4} N, crack down to {:.1} mm, {:?}, work {work_j:.3e} \
+             J, level above it at most {worst:.1e}",
+            1e3 * lowest_m,
+            bar.cuts()
+        );
+        assert!(lowest_m < 1e-6, "{limit:?}: {lowest_m}");
+        assert!(last < 0.1 * most_n, "{limit:?}: {last} of {most_n}");
+        assert!(worst < 1e-6 * work_j, "{limit:?}: {worst} {work_j}");
+    }
+}
+
+/// A torn body whose tool stands still comes to the force of one that is cut at the same faces.
+#[test]
+fn a_torn_body_at_rest_is_the_one_cut_at_the_same_faces() {
+    let mesh = mesh(3, 1);
+    let torn = image(&mesh, Some(TearLimit::Stretch(1.3)), 2.0);
+    let mut bar = Bar::new(&torn, &mesh, 4);
+    bar.notch();
+    while bar.cuts().torn < 4 {
+        bar.pull();
+    }
+    // Half of the pull tears no further.
+    bar.ticks /= 2;
+    let mut output = TickOutput::NONE;
+    for _ in 0..4000 {
+        output = bar.hold();
+    }
+    let corners = bar.corners();
+    // Open the faces whose corners have other cells on the other side, in a body that does not tear.
+    let cut = image(&mesh, None, 2.0);
+    let mut other = Bar::new(&cut, &mesh, 4);
+    let network = other.network;
+    for [one, there] in faces(&mesh) {
+        let names = |at: usize| mesh.tetrahedra[at].into_iter().zip(corners[at]);
+        let mut here = names(one.0);
+        if here.any(|(node, cell)| names(there.0).any(|(same, name)| node == same && cell != name))
+        {
+            other.view().open_face(&network, one.0, one.1).unwrap();
+        }
+    }
+    for _ in 0..200 {
+        other.tick_at(0.0);
+    }
+    other.ticks = bar.ticks;
+    let mut expected = TickOutput::NONE;
+    for _ in 0..4000 {
+        expected = other.hold();
+    }
+    let (force_n, expected_n) = (output.force_n.x, expected.force_n.x);
+    println!(
+        "torn {force_n} N, cut {expected_n} N; level {} J, {} J; {:?} {:?}",
+        output.energy_j,
+        expected.energy_j,
+        bar.cuts(),
+        other.cuts()
+    );
+    assert_eq!(bar.cuts().copies, other.cuts().copies);
+    assert!(force_n.abs() > 0.01 && (force_n / expected_n - 1.0).abs() < 0.01);
+    assert!(output.energy_j > 0.999 * expected.energy_j);
+}
+
+#[test]
+fn a_restored_tear_goes_on_with_the_same_bits() {
+    let mesh = mesh(3, 2);
+    let image = image(&mesh, Some(TearLimit::Toughness), 2.0);
+    let mut bar = Bar::new(&image, &mesh, 2);
+    bar.notch();
+    while bar.cuts().torn < 3 {
+        bar.pull();
+    }
+    let (network, ticks) = (bar.network, bar.ticks);
+    let mut bytes = vec![0; bar.view().snapshot_bytes(&network).unwrap()];
+    bar.view().save(&network, &mut bytes).unwrap();
+    let go_on = |bar: &mut Bar<'_>| {
+        bar.ticks = ticks;
+        let run = |bar: &mut Bar<'_>| (bar.pull().force_n.x.to_bits(), bar.hash());
+        (0..200).map(|_| run(bar)).collect::<Vec<_>>()
+    };
+    let expected = go_on(&mut bar);
+    assert!(bar.cuts().torn > 5, "{:?}", bar.cuts());
+    let mut other = Bar::new(&image, &mesh, 2);
+    other.view().restore(&network, &bytes).unwrap();
+    assert_eq!(go_on(&mut other), expected);
+}
+
+/// Below the limit the body has the bits of one that does not tear.
+#[test]
+fn below_the_limit_nothing_changes() {
+    let mesh = mesh(2, 1);
+    let plain = image(&mesh, None, 2.0);
+    for limit in [TearLimit::Toughness, TearLimit::Stretch(10.0)] {
+        let image = image(&mesh, Some(limit), 1e5);
+        let mut bars = [Bar::new(&plain, &mesh, 2), Bar::new(&image, &mesh, 2)];
+        for _ in 0..300 {
+            let [one, other] = bars.each_mut().map(|bar| (bar.pull(), bar.hash()));
+            assert_eq!(one, other, "{limit:?}");
+        }
+        assert_eq!(bars[1].cuts().torn, 0);
+    }
+}
+
+/// A body tears neither in late ticks nor after the tool has let go.
+#[test]
+fn nothing_tears_in_late_ticks_or_without_a_tool() {
+    let mesh = mesh(2, 1);
+    let image = image(&mesh, Some(TearLimit::Stretch(1.3)), 2.0);
+    let mut bar = Bar::new(&image, &mesh, 2);
+    bar.notch();
+    let network = bar.network;
+    let tick = |bar: &mut Bar<'_>, pull_m: f32, engaged: u32, budget: Budget<'_>| {
+        let pose = ToolPose::at([pull_m, 0.0, 0.0].into(), engaged);
+        bar.view().tick(&network, &[pose], budget)
+    };
+    for step in 0..800 {
+        tick(&mut bar, STEP_M * step as f32, 1, Budget::LATE);
+    }
+    assert_eq!(bar.cuts().torn, 0);
+    // The tick in which the tool lets go still sees the body that it held.
+    tick(&mut bar, 0.016, 0, Budget::All);
+    let torn = bar.cuts().torn;
+    for _ in 0..20 {
+        tick(&mut bar, 0.016, 0, Budget::All);
+    }
+    assert_eq!(bar.cuts().torn, torn);
+}
+
+/// A ball that grips the top of a block and is drawn away tears it.
+#[test]
+fn a_grip_tears_what_it_pulls_at() {
+    const CELLS: usize = 490;
+    type Scheme = Predict<{ elastic_room(160) }>;
+    let mesh = load("box:7x7x5x0.005", &MeshOptions::default()).unwrap();
+    let limit = Some(TearLimit::Stretch(1.5));
+    let image = image_of(&mesh, &mesh.default_fixed, limit, 2.0);
+    let model = model(&image);
+    let settings = Settings { sweeps: 4, max_force_n: 100.0, ..Settings::for_model(&model) };
+    let network = Network::new(model, settings).unwrap();
+    let mut tissue: Box<Tissue<CELLS, Scheme, 4, { term_states(CELLS) }>> = Box::default();
+    let mut touch: Box<TouchStore<CELLS, 256, 256>> = Box::default();
+    let mut words = vec![0; cut_words(&model)];
+    let mut run = |run: &mut dyn FnMut(&mut TissueMut<'_, Scheme>)| {
+        let cut = CutRoom::new(&mut words);
+        run(&mut TissueMut { cut, ..tissue.touching(touch.room()) });
+    };
+    run(&mut |view| {
+        view.reset(&network).unwrap();
+        view.choose_tools(&network, &[&[ToolPart::sphere(0.006)]], 0.5).unwrap();
+    });
+    let at = |height_m: f32| [ToolPose::at([0.0, 0.0, height_m].into(), 1)];
+    // Press, grip, and draw away.
+    for step in 0..100 {
+        run(&mut |view| {
+            view.tick(&network, &at(0.027 - 4e-5 * step as f32), Budget::All);
+        });
+    }
+    run(&mut |view| assert!(view.grip(&network, 0) > 0));
+    let (mut torn, mut held, mut most_n, mut last) = (0, 0, 0.0_f32, TickOutput::NONE);
+    for step in 0..600 {
+        run(&mut |view| {
+            last = view.tick(&network, &at(0.023 + 5e-5 * step as f32), Budget::All);
+            most_n = most_n.max(-last.force_n.z);
+            (torn, held) = (view.cut_output(&network).torn, view.gripped(&network, 0));
+        });
+    }
+    println!(
+        "{torn} torn, most {most_n} N, at the end {} N and {} J",
+        last.force_n.z, last.energy_j
+    );
+    assert!(held > 0 && last.force_n.z.abs() < 0.01 * most_n, "{held} {}", last.force_n);
+    assert!(torn > 0);
+}
