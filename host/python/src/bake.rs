@@ -3,7 +3,9 @@
 use std::sync::Arc;
 
 use chaincell_host::bake::tissue::{Band, STRETCH_MIN, Tissue};
-use chaincell_host::bake::{self, BakeOptions, BasisSpacing, ContactSurface, ImageBytes, PerCell};
+use chaincell_host::bake::{
+    self, BakeOptions, BasisSpacing, ContactSurface, Cuttable, ImageBytes, PerCell,
+};
 use chaincell_host::cli::values::{Material, per_cell, with_materials};
 use chaincell_host::mesh::{self, CELLS_MAX, Filling, Mesh, MeshOptions, NODES_MAX};
 use pyo3::prelude::*;
@@ -77,9 +79,28 @@ fn options(mesh: &Mesh, given: &Given<'_, '_>) -> PyResult<BakeOptions> {
             Some("no") => ContactSurface::No,
             _ => ContactSurface::Auto,
         },
-        cuttable: defaults.cuttable,
+        cuttable: cuttable(given)?,
         cells: cells(given)?,
     })
+}
+
+/// Preparations for cuts, of a body that can be cut.
+fn cuttable(given: &Given<'_, '_>) -> PyResult<Option<Cuttable>> {
+    if !given.truth("cuttable")? {
+        for name in ["cut_spare", "toughness_j_per_m2"] {
+            if given.any(name)?.is_some() {
+                let text =
+                    format!("`{name}` goes with `cuttable=True`: give it, or leave this out");
+                return Err(Class::Model.error(text));
+            }
+        }
+        return Ok(None);
+    }
+    let defaults = Cuttable::default();
+    let toughness_j_per_m2 =
+        given.real("toughness_j_per_m2")?.unwrap_or(defaults.toughness_j_per_m2);
+    let spare_share = given.real("cut_spare")?.unwrap_or(defaults.spare_share);
+    Ok(Some(Cuttable { toughness_j_per_m2, spare_share }))
 }
 
 /// One of some words.

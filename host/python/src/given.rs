@@ -14,7 +14,7 @@ use crate::errors::Class;
 use crate::numbers::{real, real_or, text, whole, wrong_type};
 
 /// Arguments of a bake beside the mesh.
-const BAKE: [&str; 22] = [
+const BAKE: [&str; 25] = [
     "allow_parts",
     "alpha",
     "capacitance",
@@ -30,6 +30,9 @@ const BAKE: [&str; 22] = [
     "materials",
     "poisson",
     "contact_surface",
+    "cuttable",
+    "cut_spare",
+    "toughness_j_per_m2",
     "r_x",
     "rings",
     "stiffening",

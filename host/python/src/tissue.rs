@@ -12,7 +12,7 @@ use chaincell_host::engine::tools::Felt;
 use chaincell_host::files::recording::Recording;
 use chaincell_host::files::snapshot::SessionSnapshot;
 use chaincell_kernel::trace::Command;
-use chaincell_kernel::{Budget, TOOLS_MAX};
+use chaincell_kernel::{Budget, CutOutput, TOOLS_MAX};
 use numpy::{IntoPyArray, PyArray2};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
@@ -112,6 +112,15 @@ impl Live {
             let mut nodes = vec![Node::default(); staged.engine().node_count()];
             staged.read_nodes(&mut nodes);
             nodes.iter().map(|node| node.position_m).collect()
+        })
+    }
+
+    /// State of the cuts; `None` for a body that cannot be cut.
+    fn cuts(&mut self) -> Option<CutOutput> {
+        self.with(|staged| {
+            let engine = staged.engine_mut();
+            let can_be_cut = engine.network().model().tetrahedra_to_cut() > 0;
+            can_be_cut.then(|| engine.cut_output())
         })
     }
 
@@ -305,6 +314,27 @@ impl Tissue {
     #[getter]
     fn state_hash(&self, py: Python<'_>) -> PyResult<String> {
         py.detach(|| Ok(self.live()?.state_hash()))
+    }
+
+    /// Cuts since it was at rest, by the names of `chaincell run`; None for a model that cannot be cut.
+    ///
+    /// `cut_area_m2` is the area that blades have swept [m2], `cut_work_j` the work that it took to part the tissue
+    /// there [J]; `opened_faces` counts the faces between tetrahedra that are open, `copied_cells` the copies of
+    /// split cells, `refused_splits` the splits for which there was no spare cell.
+    ///
+    /// >>> tissue.cuts is None
+    /// True
+    #[getter]
+    fn cuts<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
+        let cut = py.detach(|| PyResult::Ok(self.live()?.cuts()))?;
+        let Some(cut) = cut else { return Ok(None) };
+        let said = PyDict::new(py);
+        said.set_item("cut_area_m2", cut.area_m2)?;
+        said.set_item("cut_work_j", cut.work_j)?;
+        said.set_item("opened_faces", cut.opened_faces)?;
+        said.set_item("copied_cells", cut.copies)?;
+        said.set_item("refused_splits", cut.refused)?;
+        Ok(Some(said))
     }
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {

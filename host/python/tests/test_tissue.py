@@ -106,6 +106,37 @@ def test_several_tools_give_the_bits_of_the_command(
     assert np.allclose(normal, output.force_n, atol=1e-5)
 
 
+def test_a_blade_cuts_a_body_that_is_baked_for_it(tmp_path: Path, command: Path) -> None:
+    options = {"young_pa": 5000, "poisson": 0.4, "cuttable": True, "toughness_j_per_m2": 10}
+    model = Model.bake_mesh("box:5x5x4x0.01", cut_spare=0.3, **options)
+    model.save(tmp_path / "box.chaincell")
+    path = np.zeros((150, 3), np.float32)
+    path[:, 2] = 0.0305 - 0.0001 * np.arange(150)
+    lines = [f"{tick},{x},{y},{z},1" for tick, (x, y, z) in enumerate(path)]
+    (tmp_path / "path.csv").write_text("\n".join(["tick,x_m,y_m,z_m,engaged", *lines]))
+    files = ["--path", str(tmp_path / "path.csv"), "--out", str(tmp_path / "out"), "--json"]
+    found = subprocess.run(
+        [command, "run", tmp_path / "box.chaincell", "--tool=blade:0.032", *files],
+        check=True,
+        capture_output=True,
+        text=True,
+    )
+    said = json.loads(found.stdout)
+    tissue = Tissue(model, tools=["blade:0.032"])
+    for pose in path:
+        tissue.tick(pose)
+    cuts = tissue.cuts
+    assert cuts is not None and cuts["opened_faces"] > 4 and cuts["copied_cells"] > 1
+    assert tissue.state_hash == said["state_hash"]
+    assert cuts["opened_faces"] == said["opened_faces"]
+    assert cuts["copied_cells"] == said["copied_cells"] and cuts["refused_splits"] == 0
+    assert np.float32(cuts["cut_area_m2"]) == np.float32(said["cut_area_m2"]) > 0
+    tissue.reset()
+    assert tissue.cuts is not None and tissue.cuts["opened_faces"] == 0
+    with pytest.raises(chaincell.ModelError, match="cut_spare.*cuttable"):
+        Model.bake_mesh("box:5x5x4x0.01", young_pa=5000, cut_spare=0.3)
+
+
 def test_a_pose_may_be_written_in_many_ways(box: Model) -> None:
     place, turn = [0.0, 0.0, 0.044], [0.0, 0.0, 0.0, 1.0]
     ways = [

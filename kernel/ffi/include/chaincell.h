@@ -72,6 +72,12 @@
      (size_t)CHAINCELL_TRIANGLE_BYTES * (size_t)(triangles) + \
      (size_t)CHAINCELL_SAMPLE_BYTES * (size_t)(samples))
 
+/* Bytes that memory for cuts takes on top of that, for so many words (`cut_words` of chaincell_info; a
+ * quarter of the bytes of RAM that `chaincell info` prints for cutting) and tools; 0 words for a body
+ * that stays whole, in a library that cuts. */
+#define CHAINCELL_CUT_BYTES(words, tools) \
+    ((size_t)4 * (size_t)(words) + (size_t)CHAINCELL_CUT_TOOL_BYTES * (size_t)(tools))
+
 /**
  * The step limit or the energy limit shortened the tool's motion or the change of its current.
  */
@@ -432,6 +438,18 @@ enum chaincell_code
      * Too little room for what the snapshot has: `needed`, `available`.
      */
     CHAINCELL_CODE_SNAPSHOT_ROOM = -148,
+    /**
+     * This model's body cannot be cut.
+     */
+    CHAINCELL_CODE_CUT_MODEL = -160,
+    /**
+     * The tissue has no memory for cuts.
+     */
+    CHAINCELL_CODE_CUT_ROOM = -161,
+    /**
+     * The model has no such face: `position` in the list.
+     */
+    CHAINCELL_CODE_CUT_FACE = -162,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L
@@ -640,6 +658,11 @@ typedef struct chaincell_stage_settings {
 #define CHAINCELL_VERSION 2304
 
 /**
+ * Bytes that a blade takes in each tool, in a library that cuts.
+ */
+#define CHAINCELL_CUT_TOOL_BYTES 1272
+
+/**
  * At most so many bytes stand before a tissue's arrays, and so many words of the size of an
  * address (the next number): what `CHAINCELL_TISSUE_BYTES` goes by.
  */
@@ -648,7 +671,7 @@ typedef struct chaincell_stage_settings {
 /**
  * Those words.
  */
-#define CHAINCELL_TISSUE_WORDS_FIXED 110
+#define CHAINCELL_TISSUE_WORDS_FIXED 112
 
 /**
  * Bytes a cell under track.
@@ -717,7 +740,7 @@ typedef struct chaincell_stage_settings {
 #define CHAINCELL_SAMPLE_BYTES 104
 
 /**
- * At most so many bytes for each tool, in a library without the feature `cut`.
+ * At most so many bytes for each tool; `CHAINCELL_CUT_BYTES` has what a blade takes more.
  */
 #define CHAINCELL_TOOL_BYTES 1208
 
@@ -771,17 +794,52 @@ typedef int32_t chaincell_scheme;
 typedef struct chaincell_tissue chaincell_tissue;
 
 /**
- * Storage of a validated model. Its content is nobody's business; it may be copied.
- *
- * The model refers to its image, which stays where it is, unchanged, for as long as the model or
- * a tissue made from it is in use.
+ * A face of a tetrahedron.
  */
-typedef struct chaincell_model {
+typedef struct chaincell_face {
     /**
-     * Not for use.
+     * The tetrahedron, by its place in the input mesh.
      */
-    size_t opaque[CHAINCELL_MODEL_WORDS];
-} chaincell_model;
+    uint32_t tetrahedron;
+    /**
+     * The corner that lies opposite to the face, 0 to 3.
+     */
+    uint32_t corner;
+} chaincell_face;
+
+/**
+ * State of the cuts of a body since its reset; all 0 for one that is whole.
+ */
+typedef struct chaincell_cuts {
+    /**
+     * Number of faces between tetrahedra that are open.
+     */
+    uint32_t opened_faces;
+    /**
+     * Number of spare cells in use: copies of split cells.
+     */
+    uint32_t copies;
+    /**
+     * Number of cells that wait for the start of a tick.
+     */
+    uint32_t waiting;
+    /**
+     * Number of splits for which there was no spare cell or half-link: bake with more, `--cut-spare`.
+     */
+    uint32_t refused;
+    /**
+     * Area that the edges of blades have swept [m2].
+     */
+    float area_m2;
+    /**
+     * Work that it took to part it: toughness times area [J].
+     */
+    float work_j;
+    /**
+     * Number of open faces that tools do not touch, for want of places.
+     */
+    uint32_t untouched;
+} chaincell_cuts;
 
 /**
  * Where and by how much a call was refused; what a code does not name is 0.
@@ -809,6 +867,19 @@ typedef struct chaincell_detail {
      */
     float limit;
 } chaincell_detail;
+
+/**
+ * Storage of a validated model. Its content is nobody's business; it may be copied.
+ *
+ * The model refers to its image, which stays where it is, unchanged, for as long as the model or
+ * a tissue made from it is in use.
+ */
+typedef struct chaincell_model {
+    /**
+     * Not for use.
+     */
+    size_t opaque[CHAINCELL_MODEL_WORDS];
+} chaincell_model;
 
 /**
  * What a model says of itself.
@@ -866,6 +937,10 @@ typedef struct chaincell_info {
      * Largest energy that a tool may load into the body [J].
      */
     float energy_max_j;
+    /**
+     * Words of memory for cuts, 0 for a body that cannot be cut: for `CHAINCELL_CUT_BYTES`.
+     */
+    uint32_t cut_words;
 } chaincell_info;
 
 /**
@@ -995,6 +1070,11 @@ typedef struct chaincell_room {
      * `CHAINCELL_FLAG_CONTACT_CAPACITY`.
      */
     uint32_t samples;
+    /**
+     * 1 for memory with which the model's body can be cut, 0 for a body that stays whole. A blade needs it, with
+     * room for its tool.
+     */
+    uint32_t cuts;
 } chaincell_room;
 
 /**
@@ -1039,12 +1119,13 @@ typedef struct chaincell_tool_part {
     float orientation[4];
     /**
      * Half the edges of its core [m]: 0 0 0 for a sphere, 0 0 a for a capsule along z, a b c for a
-     * box. Of a half space the core is all that lies below z = -radius: infinite in every axis.
+     * box. Of a half space the core is all that lies below z = -radius: infinite in every axis. Of the
+     * edge of a blade half its length, 0, 0: it lies along x and cuts towards -z, and is the last part of its tool.
      */
     float half_m[3];
     /**
-     * Radius of the rounded edges around the core, above 0 [m]. Tissue is never pushed deeper into
-     * the tool than half of it.
+     * Radius of the rounded edges around the core, above 0 [m]; 0 for the edge of a blade. Tissue is never
+     * pushed deeper into the tool than half of it.
      */
     float radius_m;
 } chaincell_tool_part;
@@ -1100,6 +1181,24 @@ uint32_t chaincell_version(void);
  * A code in words, for logs: a string that is always there. Never null, whatever the number.
  */
 const char *chaincell_code_text(int32_t code);
+
+/**
+ * Opens `count` faces between tetrahedra, each on both sides, and writes the state of the cuts; `cuts` may be
+ * null, and so may `faces` where `count` is 0. The tissue parts there in the next ticks that are not late. An outer
+ * face, and one that is open, is left as it is.
+ *
+ * The tissue was initialised with `cuts` in its room. Between two ticks. Where a face is refused, those before it in
+ * the list are open. `detail` may be null.
+ *
+ * Safety
+ * `tissue` was made by `chaincell_tissue_init` and no other thread uses it; `faces` are `count` faces, `cuts` is
+ * null or storage for the answer, `detail` is null or storage.
+ */
+chaincell_code chaincell_cut(struct chaincell_tissue *tissue,
+                             const struct chaincell_face *faces,
+                             size_t count,
+                             struct chaincell_cuts *cuts,
+                             struct chaincell_detail *detail);
 
 /**
  * Validates a model image in place. Cost: a checksum and about two sweeps, once; no memory.
@@ -1358,14 +1457,15 @@ chaincell_code chaincell_tick(struct chaincell_tissue *tissue,
                               struct chaincell_output *outputs);
 
 /**
- * The state hash: 64 bits over the published positions of all cells, and over their shapes where
- * they have any, the same on every target.
+ * The state hash: 64 bits over the published positions of all cells, over their shapes where they have
+ * any, and over the cuts of a body that is cut; the same on every target.
  *
  * Safety
  * `tissue` was made by `chaincell_tissue_init` and no other thread writes it; `hash` is storage
  * for the answer.
  */
-chaincell_code chaincell_state_hash(const struct chaincell_tissue *tissue, uint64_t *hash);
+chaincell_code chaincell_state_hash(const struct chaincell_tissue *tissue,
+                                    uint64_t *hash);
 
 /**
  * Published position of a node of the input mesh, by its id, in the frame of the input mesh [m]: of a

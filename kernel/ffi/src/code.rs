@@ -157,6 +157,12 @@ chaincell_kernel::codes! {
         SnapshotValue = -147, c"a value in the snapshot cannot be: save it again";
         /// Too little room for what the snapshot has: `needed`, `available`.
         SnapshotRoom = -148, c"too little room for the snapshot: initialise with that of the saved";
+        /// This model's body cannot be cut.
+        CutModel = -160, c"the body cannot be cut: bake it with --cuttable";
+        /// The tissue has no memory for cuts.
+        CutRoom = -161, c"no memory for cuts: initialise with `cuts` in the chaincell_room";
+        /// The model has no such face: `position` in the list.
+        CutFace = -162, c"no such face: take a tetrahedron of the input mesh and a corner from 0 to 3";
     }
 }
 

@@ -10,6 +10,7 @@
 //! held           the cells of the contacts, ascending: room to sort them
 //! states         what the energy's terms keep of each cell, for a body of nodal shapes
 //! touch          room for contact on surfaces, see `touch`
+//! cut            words of memory for cuts
 //! ```
 //!
 //! Nothing in it points into it, so a tissue may be moved and copied byte by byte. The states start
@@ -33,7 +34,7 @@ use crate::touch::Touch;
 /// address (the next number): what `CHAINCELL_TISSUE_BYTES` goes by.
 pub const TISSUE_BYTES: usize = 2496;
 /// Those words.
-pub const TISSUE_WORDS: usize = 110;
+pub const TISSUE_WORDS: usize = 112;
 /// Bytes a cell under track.
 pub const CELL_BYTES_TRACK: usize = 64;
 /// Bytes a cell under euler.
@@ -124,18 +125,35 @@ pub(crate) struct Sizes {
     pub states: usize,
     /// Room for contact on surfaces.
     pub touch: Touch,
+    /// Words of memory for cuts.
+    pub words: usize,
+}
+
+/// Room that a model can have.
+#[derive(Clone, Copy)]
+pub(crate) struct Admitted {
+    pub contacts: usize,
+    pub touch: Touch,
+    /// Words of memory for cuts.
+    pub words: usize,
 }
 
 impl Sizes {
-    /// What a model takes under the scheme `D` with room for so many contacts.
-    pub fn of<D: Dynamics>(model: &Model<'_>, contacts: usize, touch: Touch) -> Self {
+    /// Sizes of a model under the scheme `D` with this room.
+    pub fn of<D: Dynamics>(model: &Model<'_>, room: &Admitted) -> Self {
+        let &Admitted { contacts, touch, words } = room;
         let held = D::room_blocks(model, contacts);
         let room = if touch.is_none() { held } else { held.max(D::tool_blocks(model)) };
-        Self { cells: model.cells(), contacts, room, states: model.kept_states(), touch }
+        Self { cells: model.cells(), contacts, room, states: model.kept_states(), touch, words }
     }
 
     /// Bytes of a tissue of the scheme `D`.
     pub const fn bytes<D: Dynamics>(&self) -> usize {
+        self.cut_at::<D>() + self.words * size_of::<u32>()
+    }
+
+    /// Where the memory for cuts starts, at a multiple of [`ALIGN`] as the room for contact ends.
+    const fn cut_at<D: Dynamics>(&self) -> usize {
         self.touch_at::<D>() + self.touch.bytes(self.cells)
     }
 
@@ -278,12 +296,27 @@ unsafe fn states<D: Dynamics>(storage: *const u8, sizes: Sizes) -> *const TermSt
     unsafe { storage.add(sizes.states_at::<D>()) }.cast()
 }
 
+/// The memory for cuts.
+///
+/// # Safety
+/// A tissue of the scheme `D` and of these sizes stands there, and nobody else uses it for `'a`.
+unsafe fn cuts<'a, D: Dynamics>(storage: *mut u8, sizes: Sizes) -> CutRoom<'a> {
+    if sizes.words == 0 {
+        return CutRoom::none();
+    }
+    // SAFETY: the words are part of the storage, zeros at first, and overlap nothing else.
+    let words = unsafe {
+        core::slice::from_raw_parts_mut(storage.add(sizes.cut_at::<D>()).cast(), sizes.words)
+    };
+    CutRoom::new(words)
+}
+
 /// Cuts a tissue into its parts.
 ///
 /// # Safety
 /// A tissue of the scheme `D` and of these sizes stands there, and nobody else uses it for `'a`.
 pub(crate) unsafe fn parts<'a, D: Dynamics>(tissue: *mut Tissue, sizes: Sizes) -> Parts<'a, D> {
-    let Sizes { cells, contacts, room, states: kept, touch } = sizes;
+    let Sizes { cells, contacts, room, states: kept, touch, .. } = sizes;
     let body = tissue.cast::<StoredHead<D>>();
     // SAFETY: create() has laid the arrays out one after the other, each at a multiple of its
     // alignment, with valid elements; they do not overlap.
@@ -309,7 +342,7 @@ pub(crate) unsafe fn parts<'a, D: Dynamics>(tissue: *mut Tissue, sizes: Sizes) -
                     true => touch.room(tissue.cast::<u8>().add(sizes.touch_at::<D>()), cells),
                     false => TouchRoom::none(),
                 },
-                cut: CutRoom::none(),
+                cut: cuts::<D>(tissue.cast(), sizes),
                 team: Team::ALONE,
             },
             held: core::slice::from_raw_parts_mut(held, contacts),
@@ -324,6 +357,8 @@ pub(crate) struct Published<'a, N: Number> {
     pub state: &'a [Cell<N>],
     /// What the terms keep of them.
     pub terms: &'a [TermState],
+    /// Memory for cuts.
+    pub words: &'a [u32],
 }
 
 /// Network and states of a tissue, for reading.
@@ -342,6 +377,13 @@ pub(crate) unsafe fn published<'a, D: Dynamics>(
             network: &(*body).front.network,
             state: core::slice::from_raw_parts(body.add(1).cast(), sizes.cells),
             terms: core::slice::from_raw_parts(terms, term_states(sizes.states)),
+            words: match sizes.words {
+                0 => &[],
+                words => {
+                    let start = tissue.cast::<u8>().add(sizes.cut_at::<D>());
+                    core::slice::from_raw_parts(start.cast(), words)
+                }
+            },
         }
     }
 }

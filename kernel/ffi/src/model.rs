@@ -54,6 +54,8 @@ pub struct Info {
     pub step_max: f32,
     /// Largest energy that a tool may load into the body \[J\].
     pub energy_max_j: f32,
+    /// Words of memory for cuts, 0 for a body that cannot be cut: for `CHAINCELL_CUT_BYTES`.
+    pub cut_words: u32,
 }
 
 /// "CHmo": a model stands in the storage.
@@ -146,6 +148,7 @@ pub unsafe extern "C" fn chaincell_model_info(model: *const ModelStorage, info: 
             alpha: model.alpha(),
             step_max: model.step_max(),
             energy_max_j: model.energy_max() * model.energy_unit_j(),
+            cut_words: count(chaincell_kernel::cut_words(&model)),
         };
         // SAFETY: the caller's promises are handed on.
         unsafe { memory::write(info, value) }

@@ -119,7 +119,7 @@ impl From<ContactError> for Refusal {
             ContactError::Part { part, .. } | ContactError::Edge { part, .. } => {
                 Refusal::position(Code::ContactPart, part)
             }
-            ContactError::CannotCut => Code::ContactScheme.into(),
+            ContactError::CannotCut => Code::CutRoom.into(),
             ContactError::Friction { max } => Refusal::limit(Code::ContactFriction, max),
             ContactError::AnchorRoom => Code::ContactSamples.into(),
             ContactError::SurfaceRoom { needed, capacity } => {

@@ -3,7 +3,8 @@
 use chaincell_kernel::{Dynamics, Model};
 
 use crate::code::{Code, Detail, Refusal};
-use crate::layout::{self, Parts, Sizes, Tissue, by_scheme};
+use crate::cut;
+use crate::layout::{self, Admitted, Parts, Sizes, Tissue, by_scheme};
 use crate::memory::{self, ALIGN};
 use crate::model::{ModelStorage, load};
 use crate::settings::{Scheme, Settings, network};
@@ -29,9 +30,9 @@ pub unsafe extern "C" fn chaincell_model_size(
         let scheme = Scheme::of(scheme)?;
         // SAFETY: the caller's promises are handed on.
         let room = unsafe { memory::read(room) }?;
-        let (contacts, touch) = admitted(&room, &model, scheme).map_err(|why| why.code)?;
+        let room = admitted(&room, &model, scheme).map_err(|why| why.code)?;
         let (size, multiple) = by_scheme!(scheme, D => {
-            let sizes = Sizes::of::<D>(&model, contacts, touch);
+            let sizes = Sizes::of::<D>(&model, &room);
             (sizes.bytes::<D>(), sizes.align())
         });
         // SAFETY: the caller's promises are handed on.
@@ -42,8 +43,8 @@ pub unsafe extern "C" fn chaincell_model_size(
     }))
 }
 
-/// The contact cells and the room for tools of a wish, where both can be.
-fn admitted(room: &Room, model: &Model<'_>, scheme: Scheme) -> Result<(usize, Touch), Refusal> {
+/// The room of a wish, where all of it can be.
+fn admitted(room: &Room, model: &Model<'_>, scheme: Scheme) -> Result<Admitted, Refusal> {
     let (contacts, cells) = (room.contacts as usize, model.cells());
     if contacts > cells {
         return Err(Refusal::sizes(Code::Range, contacts, cells));
@@ -53,7 +54,7 @@ fn admitted(room: &Room, model: &Model<'_>, scheme: Scheme) -> Result<(usize, To
     if !touch.is_none() && !takes {
         return Err(Code::ContactScheme.into());
     }
-    Ok((contacts, touch))
+    Ok(Admitted { contacts, touch, words: cut::words(room.cuts, model)? })
 }
 
 /// What the caller of `chaincell_tissue_init` gives.
@@ -78,10 +79,10 @@ unsafe fn init(wish: &Wish) -> Result<*mut Tissue, Refusal> {
     let (model, settings, room) =
         unsafe { (load(wish.model)?, memory::read(wish.settings)?, memory::read(wish.room)?) };
     let scheme = Scheme::of(wish.scheme)?;
-    let (contacts, touch) = admitted(&room, &model, scheme)?;
+    let room = admitted(&room, &model, scheme)?;
     let network = network(&settings, model)?;
     by_scheme!(scheme, D => {
-        let sizes = Sizes::of::<D>(&model, contacts, touch);
+        let sizes = Sizes::of::<D>(&model, &room);
         memory::check_to(wish.storage, sizes.align())?;
         let needed = sizes.bytes::<D>();
         if needed > wish.bytes {

@@ -3,8 +3,8 @@
 use core::mem::offset_of;
 
 use chaincell_kernel::number::cell::{Cell, output, single};
-use chaincell_kernel::tick::hash::state_hash;
-use chaincell_kernel::{Flags, Network, Number, TOOLS_MAX, TickOutput};
+use chaincell_kernel::tick::hash::{and_words, state_hash};
+use chaincell_kernel::{Flags, Network, Number, TOOLS_MAX, TickOutput, cut_state};
 
 use crate::code::{Code, Detail, Refusal};
 use crate::layout::{self, Parts, Published, Tissue, by_scheme, by_touching_scheme};
@@ -265,8 +265,8 @@ fn published<N: Number>(network: &Network<'_>, v: &Cell<N>) -> [f32; 3] {
     single(output(v.xyz(), N::from_single(network.model().saturation())))
 }
 
-/// The state hash: 64 bits over the published positions of all cells, and over their shapes where
-/// they have any, the same on every target.
+/// The state hash: 64 bits over the published positions of all cells, over their shapes where they have
+/// any, and over the cuts of a body that is cut; the same on every target.
 ///
 /// # Safety
 /// `tissue` was made by `chaincell_tissue_init` and no other thread writes it; `hash` is storage
@@ -279,8 +279,10 @@ pub unsafe extern "C" fn chaincell_state_hash(tissue: *const Tissue, hash: *mut 
         // SAFETY: a tissue of this scheme stands there, and nobody writes it.
         let value = unsafe {
             by_scheme!(scheme, D => {
-                let Published { network, state, terms } = layout::published::<D>(tissue, sizes);
-                state_hash(state, terms, network.model().saturation())
+                let of = layout::published::<D>(tissue, sizes);
+                let model = of.network.model();
+                let hash = state_hash(of.state, of.terms, model.saturation());
+                cut_state(of.words, model).map_or(hash, |words| and_words(hash, words))
             })
         };
         // SAFETY: the caller's promises are handed on.

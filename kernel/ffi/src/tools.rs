@@ -20,10 +20,11 @@ pub struct ToolPart {
     /// Turns its own frame into the tool's: a unit quaternion x, y, z, w.
     pub orientation: [f32; 4],
     /// Half the edges of its core \[m\]: 0 0 0 for a sphere, 0 0 a for a capsule along z, a b c for a
-    /// box. Of a half space the core is all that lies below z = -radius: infinite in every axis.
+    /// box. Of a half space the core is all that lies below z = -radius: infinite in every axis. Of the
+    /// edge of a blade half its length, 0, 0: it lies along x and cuts towards -z, and is the last part of its tool.
     pub half_m: [f32; 3],
-    /// Radius of the rounded edges around the core, above 0 \[m\]. Tissue is never pushed deeper into
-    /// the tool than half of it.
+    /// Radius of the rounded edges around the core, above 0 \[m\]; 0 for the edge of a blade. Tissue is never
+    /// pushed deeper into the tool than half of it.
     pub radius_m: f32,
 }
 

@@ -34,7 +34,7 @@ pub const CELL_BYTES_TOUCH: usize = 24;
 pub const TRIANGLE_BYTES: usize = 28;
 /// Bytes for each sample that friction or grips hold.
 pub const SAMPLE_BYTES: usize = 104;
-/// At most so many bytes for each tool, in a library without the feature `cut`.
+/// At most so many bytes for each tool; `CHAINCELL_CUT_BYTES` has what a blade takes more.
 pub const TOOL_BYTES: usize = 1208;
 
 /// How much a tissue has room for, beside the cells of its model.
@@ -54,6 +54,9 @@ pub struct Room {
     /// A triangle has at least four. Where more are in contact the others are free, with
     /// `CHAINCELL_FLAG_CONTACT_CAPACITY`.
     pub samples: u32,
+    /// 1 for memory with which the model's body can be cut, 0 for a body that stays whole. A blade needs it, with
+    /// room for its tool.
+    pub cuts: u32,
 }
 
 /// How much room there is; all 0 without contact on surfaces.
@@ -210,5 +213,5 @@ const _: () =
 const _: () = assert!(size_of::<Cell>() + 2 * size_of::<f32>() == CELL_BYTES_TOUCH);
 const _: () = assert!(size_of::<NearTriangle>() == TRIANGLE_BYTES);
 const _: () = assert!(2 * size_of::<Anchor>() == SAMPLE_BYTES);
-// A kernel that cuts has an edge in each tool, and takes no memory for cuts through this interface.
+// A kernel that cuts has an edge in each tool, see `cut`.
 const _: () = assert!(size_of::<ToolState>() - EDGE_BYTES <= TOOL_BYTES);

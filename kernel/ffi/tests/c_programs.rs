@@ -7,8 +7,8 @@ use std::process::{Command, Output};
 use std::sync::OnceLock;
 
 use chaincell_kernel::{
-    Budget, EDGE_BYTES, Model, Network, Predict, Settings, Tissue, ToolPart, ToolPose, TouchStore,
-    Track, coarse_room, elastic_room, include_model, term_states,
+    Budget, CutRoom, EDGE_BYTES, Model, Network, Predict, Settings, Tissue, TissueMut, ToolPart,
+    ToolPose, TouchStore, Track, coarse_room, cut_words, elastic_room, include_model, term_states,
 };
 use nalgebra::Vector3;
 
@@ -20,6 +20,9 @@ static TISSUE: &[u8] = include_model!("../../../tests/data/tissue6.chaincell");
 
 /// One with a surface that tools meet.
 static SURFACE: &[u8] = include_model!("../../../tests/data/touch6.chaincell");
+
+/// One that a blade cuts.
+static BLADE: &[u8] = include_model!("../../../tests/data/blade5.chaincell");
 
 const WARNINGS: [&str; 4] = ["-Wall", "-Wextra", "-Werror", "-pedantic"];
 
@@ -235,13 +238,65 @@ fn the_example_grasps_as_the_kernel_does() {
     }
 }
 
-/// `CHAINCELL_SHAPE_BYTES` and `CHAINCELL_TOUCH_BYTES` are enough, and waste little.
+/// What `cut.c` does, in Rust: the ends of its lines.
+fn cut() -> Vec<String> {
+    let model = Model::from_bytes(BLADE).unwrap();
+    let network = Network::new(model, Settings::for_model(&model)).unwrap();
+    let mut tissue = Tissue::<130, Track<{ elastic_room(8) }>, 0, { term_states(130) }>::new();
+    let mut store = TouchStore::<130, 64>::new();
+    let mut words = vec![0; cut_words(&model)];
+    let cut = CutRoom::new(&mut words);
+    let mut body = TissueMut { cut, ..tissue.touching(store.room()) };
+    body.reset(&network).unwrap();
+    body.choose_tools(&network, &[&[ToolPart::edge(0.016)]], 0.0).unwrap();
+    let mut lines = Vec::new();
+    for tick in 0..240_u16 {
+        if tick == 200 {
+            assert_eq!(body.open_face(&network, 0, 0), Ok(true));
+        }
+        let height_m = 0.03 + 0.0005 - 0.0001 * f32::from(tick.min(200));
+        let pose = ToolPose::at(Vector3::new(0.001, -0.001, height_m), 1);
+        body.tick(&network, &[pose], Budget::All);
+        if tick % 40 == 39 {
+            let cuts = body.cut_output(&network);
+            let [faces, copies, refused] = [cuts.opened_faces, cuts.copies, cuts.refused];
+            lines.push(format!("{faces} faces open, {copies} copies, {refused} refused"));
+        }
+    }
+    let cuts = body.cut_output(&network);
+    assert!(cuts.opened_faces > 10 && cuts.copies > 3, "{cuts:?}");
+    lines.push(format!("state hash {:016x}", body.state_hash(&model)));
+    lines
+}
+
+#[test]
+fn the_example_cuts_as_the_kernel_does() {
+    let folder = tempfile::tempdir().unwrap();
+    let program = program("examples/cut.c", folder.path());
+    let run = |image: &str| Command::new(&program).arg(data(image)).arg("0.03").output().unwrap();
+    let said = succeed(Command::new(&program).arg(data("blade5.chaincell")).arg("0.03"));
+    let (lines, wanted): (Vec<&str>, _) = (said.lines().skip(1).collect(), cut());
+    assert_eq!(lines.len(), wanted.len(), "{said}");
+    for (line, wanted) in lines.iter().zip(wanted) {
+        assert!(line.ends_with(&wanted), "{wanted} in {line}");
+    }
+    for (image, wanted) in [
+        ("touch6.chaincell", "the body cannot be cut: bake it with --cuttable (-160)"),
+        ("plane9.chaincell", "the body cannot be cut"),
+    ] {
+        let output = run(image);
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert!(output.status.code() == Some(1) && said.contains(wanted), "{wanted}: {said}");
+    }
+}
+
+/// `CHAINCELL_SHAPE_BYTES`, `CHAINCELL_TOUCH_BYTES` and `CHAINCELL_CUT_BYTES` are enough, and waste little.
 #[test]
 fn the_headers_macros_bound_the_sizes() {
     let folder = tempfile::tempdir().unwrap();
     let sizes = program("tests/c/sizes.c", folder.path());
     let said = succeed(Command::new(sizes).arg("shapes"));
-    assert_eq!(said.lines().count(), 2);
+    assert_eq!(said.lines().count(), 3);
     // That of nodal shapes, beside what the example says that its body takes.
     let press = program("examples/press.c", folder.path());
     let pressed = succeed(Command::new(press).arg(data("tissue6.chaincell")).arg("41").arg("89"));
@@ -257,6 +312,13 @@ fn the_headers_macros_bound_the_sizes() {
     let size: usize = bytes.parse().unwrap();
     // Of two tools, each with an edge where the kernel of these tests is one that cuts.
     let bound = said.lines().nth(1).unwrap().parse::<usize>().unwrap() + 2 * EDGE_BYTES;
+    assert!((size..size + 1536).contains(&bound), "{bound}, {size}");
+    // And with memory for cuts.
+    let cut = program("examples/cut.c", folder.path());
+    let said_of_cut = succeed(Command::new(cut).arg(data("blade5.chaincell")).arg("0.03"));
+    let bytes = said_of_cut.lines().next().unwrap().trim_end_matches(" bytes");
+    let size: usize = bytes.parse().unwrap();
+    let bound: usize = said.lines().nth(2).unwrap().parse().unwrap();
     assert!((size..size + 1536).contains(&bound), "{bound}, {size}");
 }
 

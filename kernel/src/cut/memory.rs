@@ -73,6 +73,30 @@ pub fn cut_words(model: &Model<'_>) -> usize {
     }
 }
 
+/// Words of the state of the cuts in memory for them; `None` for a whole body.
+///
+/// ```
+/// use chaincell_kernel::{Model, cut_state, include_model};
+/// # let image = include_model!(concat!(env!("CARGO_MANIFEST_DIR"), "/data/plane9.chaincell"));
+/// let model = Model::from_bytes(image)?;
+/// assert!(cut_state(&[], &model).is_none());
+/// # Ok::<(), chaincell_kernel::ModelError>(())
+/// ```
+#[must_use]
+pub fn cut_state<'w>(words: &'w [u32], model: &Model<'_>) -> Option<&'w [u32]> {
+    #[cfg(feature = "cut")]
+    {
+        let Sizes(sizes) = Sizes::of(model)?;
+        let words = words.get(..sizes.iter().sum())?.get(..sizes.iter().take(STATE).sum())?;
+        words.get(OPENED).is_some_and(|&opened| opened > 0).then_some(words)
+    }
+    #[cfg(not(feature = "cut"))]
+    {
+        let _ = (words, model);
+        None
+    }
+}
+
 /// Arrays of a body that is cut: first its state, then the numbers that follow from state and image.
 #[cfg(feature = "cut")]
 pub(crate) struct Arrays<'a> {
@@ -249,6 +273,11 @@ impl Sizes {
 
 #[cfg(feature = "cut")]
 impl<'a> CutRoom<'a> {
+    /// The words of the caller.
+    pub(crate) fn words(&self) -> &[u32] {
+        self.0.first().map_or(&[], |words| words)
+    }
+
     /// The words of the state; `None` for a body that is not cut, or with too little memory.
     pub(crate) fn state(&self, model: &Model<'_>) -> Option<&[u32]> {
         let Sizes(sizes) = Sizes::of(model)?;

@@ -170,8 +170,8 @@ impl CutBody<'_, '_> {
                 count += 1.0;
             }
             // Every cell has a tetrahedron, so links.
-            let edge_m = if count > 0.0 { sum / count } else { 1.0 } * model.unit_m();
-            let strength = limit.strength(toughness, edge_m);
+            let edge = if count > 0.0 { sum / count } else { 1.0 };
+            let strength = limit.strength(toughness, edge * model.unit_m());
             *slot = match limit {
                 TearLimit::Toughness => strength / model.stress_unit_pa(),
                 TearLimit::Stretch(_) => strength,

@@ -7,7 +7,7 @@ use crate::contact::held::outer_weight;
 #[cfg(feature = "cut")]
 use crate::cut::body::CutBody;
 #[cfg(feature = "cut")]
-use crate::cut::memory::{OPENED, REFUSED, TORN, WAITING};
+use crate::cut::memory::{OPENED, REFUSED, TORN, WAITING, cut_state};
 #[cfg(feature = "cut")]
 use crate::cut::split::Look;
 #[cfg(feature = "cut")]
@@ -168,8 +168,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
 
     /// Words of the state of the cuts; `None` for a whole body.
     pub(super) fn cut_state(&self, model: &Model<'_>) -> Option<&[u32]> {
-        let words = self.cut.state(model)?;
-        words.get(OPENED).is_some_and(|&opened| opened > 0).then_some(words)
+        cut_state(self.cut.words(), model)
     }
 
     /// Calls `run` with the body as it is now.

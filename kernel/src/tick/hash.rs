@@ -120,8 +120,9 @@ pub fn state_hash<N: Number>(v: &[Cell<N>], terms: &[TermState], k: f32) -> u64 
 }
 
 /// Hash of words that follow those of a state hash: the lanes start with it, and absorb the words as those of
-/// one slice.
-pub(crate) fn and_words(hash: u64, words: &[u32]) -> u64 {
+/// one slice. The state of cuts follows in this way, see [`cut_state`](crate::cut_state).
+#[must_use]
+pub fn and_words(hash: u64, words: &[u32]) -> u64 {
     let lanes = Eight([0, 1, 2, 3, 4, 5, 6, 7].map(|lane| absorb(START + lane, hash)));
     let lanes = lanes.all(words.iter().copied());
     let count = words.len() as u64;

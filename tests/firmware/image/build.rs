@@ -7,9 +7,10 @@
 //! - `CHAINCELL_LONG`, `CHAINCELL_SHORT`, with a sphere also `CHAINCELL_REST`, else empty: paths of states
 //! - `CHAINCELL_SCHEME`, `CHAINCELL_TIER`: scheme and number type
 //! - `CHAINCELL_HELD`: input ids of the held cells, with commas
-//! - `CHAINCELL_TOOL`: a sphere that meets the body's surface in place of held cells, empty for
-//!   none: radius, friction, x, y, z where it begins (bits of `f32`, \[m\]), slots for triangles
-//!   and for samples that friction holds, with commas
+//! - `CHAINCELL_TOOL`: a tool that meets the body's surface in place of held cells, empty for
+//!   none. A sphere: radius, friction, x, y, z where it begins (bits of `f32`, \[m\]), slots for triangles
+//!   and for samples that friction holds, with commas. Or the tool of a golden scene: its name, and the slots
+//! - `CHAINCELL_CUT_WORDS`, with the feature `cut`: words of memory for cuts
 //! - `CHAINCELL_SWEEPS`, `CHAINCELL_UNLOADING` (a variant's name), `CHAINCELL_MAX_FORCE_BITS`:
 //!   settings
 //! - `CHAINCELL_TRACE`, `CHAINCELL_ALTERED`, with the feature `checks`: paths of a trace of the scene
@@ -110,6 +111,9 @@ fn scene() -> Result<(String, u32), Box<dyn Error>> {
     writeln!(text, "{}", tool(&variable("CHAINCELL_TOOL")?)?)?;
     writeln!(text, "pub type Scheme = {};", scheme(count)?)?;
     writeln!(text, "pub static IMAGE: &[u8] = chaincell_kernel::include_model!({model:?});")?;
+    if env::var_os("CARGO_FEATURE_CUT").is_some() {
+        writeln!(text, "pub const CUT_WORDS: usize = {};", variable("CHAINCELL_CUT_WORDS")?)?;
+    }
     if env::var_os("CARGO_FEATURE_CHECKS").is_some() {
         for name in ["TRACE", "ALTERED"] {
             let path = file(&format!("CHAINCELL_{name}"))?;
@@ -136,7 +140,11 @@ fn tool(said: &str) -> Result<String, String> {
                  friction: {friction}, start_m: [[{x}, {y}, {z}]; 2], turn_m: 1.0 }});"
             ))
         }
-        _ => Err(format!("CHAINCELL_TOOL {said}: seven numbers or none")),
+        [scene, near, anchors] => Ok(format!(
+            "pub const NEAR: usize = {near};\npub const ANCHORS: usize = {anchors};\n\
+             pub const TOOLS: Option<Tools> = chaincell_scenes::{scene}::SCENE.tools;"
+        )),
+        _ => Err(format!("CHAINCELL_TOOL {said}: seven numbers, a scene and two, or none")),
     }
 }
 

@@ -33,7 +33,7 @@ pub use digest::{Digest, TICK_BYTES};
 pub use goldens::{GOLDENS, Golden, TICKS, golden};
 pub use list::*;
 pub use motion::sample;
-pub use run::{Act, Difference, FAULT, Run, RunError, Stepper, first_difference};
+pub use run::{Act, Difference, FAULT, NO_ID, Run, RunError, Stepper, first_difference};
 pub use tools::{TOOLS_MAX, Tools};
 
 /// Number type that a scheme computes in.

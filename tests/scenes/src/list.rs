@@ -3,8 +3,8 @@
 //! `tests/tests/bake/scenes.rs` bakes every image anew and compares.
 
 use chaincell_kernel::{
-    Dynamics, Euler, Model, Predict, Rkl2, Settings, Tissue, ToolPart, TouchStore, Track,
-    Unloading, coarse_room, elastic_room, include_model, term_states,
+    CutRoom, Dynamics, Euler, Model, Predict, Rkl2, Settings, Tissue, TissueMut, ToolPart,
+    TouchStore, Track, Unloading, coarse_room, elastic_room, include_model, term_states,
 };
 
 use fixed::types::I8F24;
@@ -31,6 +31,10 @@ pub static TISSUE6: &[u8] = include_model!("../../data/tissue6.chaincell");
 /// The same with `--contact-surface yes`.
 pub static TOUCH6: &[u8] = include_model!("../../data/touch6.chaincell");
 
+/// `chaincell bake box:5x5x4x0.01 --young-pa 5000 --poisson 0.4 --coarse 2.5 --contact-surface yes --cuttable
+/// --cut-spare 0.3 --toughness-j-per-m2 10`: nodal shapes, coarse functions, spare cells for a blade.
+pub static BLADE5: &[u8] = include_model!("../../data/blade5.chaincell");
+
 /// A scissor of two capsules with a ball at their end, and a rounded box beside a sphere.
 const SCISSOR: [ToolPart; 3] = [
     ToolPart {
@@ -50,6 +54,12 @@ const SPATULA: [ToolPart; 2] = [
     ToolPart { centre_m: [0.009, 0.0, 0.004], ..ToolPart::sphere(0.007) },
 ];
 
+/// A blade with a ball for its back.
+const SCALPEL: [ToolPart; 2] = [
+    ToolPart { centre_m: [0.0, 0.0, 0.02], ..ToolPart::sphere(0.005) },
+    ToolPart { orientation: [0.0, 0.1, 0.3, 1.0], ..ToolPart::edge(0.016) },
+];
+
 /// Defaults but for the number of sweeps, the bands and the force's limit.
 fn settings<D: Dynamics>(
     model: &Model<'_>,
@@ -61,13 +71,23 @@ fn settings<D: Dynamics>(
     Settings { sweeps, tick_time, unloading, max_force_n, ..Settings::for_model(model) }
 }
 
-/// Plays a scene in its tissue, with memory for contact on surfaces where it has tools.
+/// Plays a scene in its tissue, with memory for contact on surfaces where it has tools, and for cuts where it has a
+/// blade.
 macro_rules! act_in {
     ($act:ident, $scene:expr, $body:expr) => {
         $act.act($scene, $body.view())
     };
     ($act:ident, $scene:expr, $body:expr, $touch:ty) => {
         $act.act($scene, $body.touching(<$touch>::new().room()))
+    };
+    ($act:ident, $scene:expr, $body:expr, $touch:ty, $words:literal) => {
+        $act.act(
+            $scene,
+            TissueMut {
+                cut: CutRoom::new(&mut [0; $words]),
+                ..$body.touching(<$touch>::new().room())
+            },
+        )
     };
 }
 
@@ -84,7 +104,8 @@ macro_rules! option {
 macro_rules! scenes {
     ($($(#[$doc:meta])* $name:ident {
         image: $image:ident, cells: $cells:literal, $(states: $states:literal,)?
-        held: $held:expr, $(tools: $tools:expr, near: $near:literal, anchors: $anchors:literal,)?
+        held: $held:expr,
+        $(tools: $tools:expr, near: $near:literal, anchors: $anchors:literal, $(words: $words:literal,)?)?
         reach_m: $reach:literal,
         scheme: $scheme:ty, also: [$($tier:ident $other:ty),*], sweeps: $sweeps:literal, unloading: $unloading:ident,
         max_force_n: $force:expr,
@@ -124,7 +145,7 @@ macro_rules! scenes {
             match (name, tier) {
                 $((stringify!($name), Tier::F32) => {
                     Some(act_in!(act, &$name::SCENE, $name::Body::new()
-                        $(, TouchStore<$cells, $near, $anchors, { crate::TOOLS_MAX }>)?))
+                        $(, TouchStore<$cells, $near, $anchors, { crate::TOOLS_MAX }> $(, $words)?)?))
                 }
                 $((stringify!($name), Tier::$tier) => {
                     Some(act.act(&$name::SCENE, $name::BodyOf::<$other>::new().view()))
@@ -205,6 +226,19 @@ scenes! {
         },
         near: 40, anchors: 96, reach_m: 0.012,
         scheme: Track<{ elastic_room(48) }>, also: [], sweeps: 3, unloading: Release,
+        max_force_n: f32::INFINITY,
+    }
+    /// A blade that cuts a block on many ways, until its spare cells are used up; the kernel needs its feature `cut`.
+    blade5_track {
+        image: BLADE5, cells: 130, states: 130, held: [],
+        tools: Tools {
+            parts: &[&SCALPEL],
+            friction: 0.2,
+            start_m: [[-0.001, -0.006, 0.0305]; 2],
+            turn_m: 0.01,
+        },
+        near: 128, anchors: 64, words: 14200, reach_m: 0.024,
+        scheme: Track<{ elastic_room(8) }>, also: [], sweeps: 3, unloading: Release,
         max_force_n: f32::INFINITY,
     }
 }

@@ -17,7 +17,7 @@ use core::str::Lines;
 
 use chaincell_kernel::{Choice, Dynamics, TissueMut};
 
-use crate::{Act, Difference, Run, Scene, Stepper, Tier, stage};
+use crate::{Act, Difference, NO_ID, Run, Scene, Stepper, Tier, stage};
 
 /// What to report.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -185,7 +185,7 @@ fn differs<'r>(run: &dyn Stepper, tick: u32, lines: &mut Lines<'r>) -> Fault<'r>
     let mut cells = cells.filter(|_| with_cells);
     let cell = cells.find_map(|(cell, there)| {
         let here = run.cell_bits(cell)?;
-        (here != there).then_some((cell, run.input_id(cell)?, [here, there]))
+        (here != there).then_some((cell, run.input_id(cell).unwrap_or(NO_ID), [here, there]))
     });
     Fault::Differs { scene: run.scene().name, difference: Difference { tick, cell }, with_cells }
 }

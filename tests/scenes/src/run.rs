@@ -5,8 +5,8 @@ use chaincell_kernel::ContactError;
 use chaincell_kernel::snapshot::SnapshotError;
 use chaincell_kernel::trace::{Header, Record, Writer};
 use chaincell_kernel::{
-    Budget, Dynamics, Model, ModelError, Network, Number, ResetError, SettingsError, TickOutput,
-    TissueMut, ToolPose,
+    Budget, CutOutput, Dynamics, Model, ModelError, Network, Number, ResetError, SettingsError,
+    TickOutput, TissueMut, ToolPose,
 };
 
 use crate::{Digest, Scene, TOOLS_MAX, Tools};
@@ -18,6 +18,8 @@ const GRIP: [u32; 2] = [20, 30];
 const STROKE: u32 = 50;
 /// Ticks in which a grip fades.
 const FADE: u16 = 3;
+/// Stands for the input id of a cell that has none.
+pub const NO_ID: u32 = u32::MAX;
 /// How far a fault moves a cell [mean link lengths].
 pub const FAULT: f32 = 1.0 / 1024.0;
 
@@ -128,6 +130,11 @@ impl<'t, D: Dynamics> Run<'t, D> {
     /// Samples that a tool grips.
     pub fn gripped(&mut self, tool: usize) -> usize {
         self.tissue.gripped(&self.network, tool)
+    }
+
+    /// State of the cuts.
+    pub fn cuts(&mut self) -> CutOutput {
+        self.tissue.cut_output(&self.network)
     }
 
     /// Plays `ticks` ticks, each told to `after` with its state hash.
@@ -287,8 +294,8 @@ pub trait Act {
 pub struct Difference {
     /// First tick that differs.
     pub tick: u32,
-    /// First cell that differs after it, with its input id and its bits in both runs; `None` where
-    /// the states are the same, and force, energy, contacts or flags differ.
+    /// First cell that differs after it, with its input id ([`NO_ID`] for a copy of a split cell) and its bits
+    /// in both runs; `None` where the states are the same, and force, energy, contacts or flags differ.
     pub cell: Option<(usize, u32, [[u64; 3]; 2])>,
 }
 
@@ -316,7 +323,8 @@ pub fn first_difference(
         if one.step() != other.step() || one.digest() != other.digest() {
             let cell = (0..one.scene().cells).find_map(|cell| {
                 let bits = [one.cell_bits(cell)?, other.cell_bits(cell)?];
-                (bits[0] != bits[1]).then_some((cell, one.input_id(cell)?, bits))
+                let id = one.input_id(cell).unwrap_or(NO_ID);
+                (bits[0] != bits[1]).then_some((cell, id, bits))
             });
             return Some(Difference { tick, cell });
         }

@@ -6,7 +6,9 @@ use std::path::Path;
 use chaincell_host::bake::tissue::Tissue;
 use chaincell_host::bake::{BakeOptions, BasisSpacing, ContactSurface, Cuttable, PerCell, bake};
 use chaincell_host::mesh::{MeshOptions, load};
-use chaincell_scenes::{BOX7, ORGAN500, PLANE4, PLANE8, SCENES, TISSUE6, TOUCH6, VARIED300};
+use chaincell_scenes::{
+    BLADE5, BOX7, ORGAN500, PLANE4, PLANE8, SCENES, TISSUE6, TOUCH6, VARIED300,
+};
 
 /// One value a node.
 fn each(nodes: u32, value: fn(u32) -> u32, unit: f64) -> PerCell {
@@ -68,6 +70,11 @@ fn the_linked_images_are_what_the_bake_gives() {
     let linked = include_bytes!("../../data/cut4.chaincell");
     check("cut4.chaincell", linked, &baked("box:4x4x3x0.01", false, &cut));
     let touch = BakeOptions { contact_surface: ContactSurface::Yes, ..tissue };
+    let blade = BakeOptions {
+        cuttable: Some(Cuttable { spare_share: 0.3, toughness_j_per_m2: 10.0 }),
+        ..touch.clone()
+    };
+    check("blade5.chaincell", BLADE5, &baked("box:5x5x4x0.01", false, &blade));
     check("touch6.chaincell", TOUCH6, &baked("box:6x6x4x0.01", false, &touch));
     let varied = BakeOptions {
         alpha: each(299, |node| node * 7 % 31, 0.002),

@@ -8,17 +8,17 @@ use chaincell_host::bake::tissue::Tissue as Material;
 use chaincell_host::bake::{BakeOptions, BasisSpacing, Cuttable, ImageBytes, PerCell, bake};
 use chaincell_host::mesh::{Mesh, MeshOptions, load};
 use chaincell_kernel::{
-    Budget, ContactError, CutOutput, CutRoom, Flags, Network, Settings, TickOutput, Tissue,
-    TissueMut, ToolPart, ToolPose, TouchStore, Track, cut_words, elastic_room, term_states,
+    Budget, ContactError, CutOutput, Flags, Network, Settings, ToolPart, ToolPose,
 };
 use chaincell_tests::bodies::model;
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::{Rng, SeedableRng};
 
+use crate::bench::Bench;
+
 /// A slab of tissue, 60 x 36 x 16 mm, fixed at its ground: 4 mm between nodes.
 const SLAB: &str = "box:16x10x5x0.004";
 const CELLS: usize = 1400;
-type Scheme = Track<{ elastic_room(160) }>;
 
 fn mesh() -> Mesh {
     load(SLAB, &MeshOptions::default()).unwrap()
@@ -41,40 +41,11 @@ fn image_of(
     bake(mesh, fixed, &options).unwrap()
 }
 
-/// A tissue with a blade.
-struct Bench<'a> {
-    network: Network<'a>,
-    tissue: Box<Tissue<CELLS, Scheme, 4, { term_states(CELLS) }>>,
-    touch: Box<TouchStore<CELLS, 256>>,
-    words: Vec<u32>,
-}
-
-impl<'a> Bench<'a> {
-    fn new(image: &'a ImageBytes, sweeps: u16, tool: &[ToolPart]) -> Self {
-        let model = model(image);
-        let settings = Settings { sweeps, max_force_n: 100.0, ..Settings::for_model(&model) };
-        let network = Network::new(model, settings).unwrap();
-        let words = vec![0; cut_words(&model)];
-        let mut bench = Self { network, tissue: Box::default(), touch: Box::default(), words };
-        bench.view().reset(&network).unwrap();
-        bench.view().choose_tools(&network, &[tool], 0.0).unwrap();
-        bench
-    }
-
-    fn view(&mut self) -> TissueMut<'_, Scheme> {
-        let cut = CutRoom::new(&mut self.words);
-        TissueMut { cut, ..self.tissue.touching(self.touch.room()) }
-    }
-
-    fn tick(&mut self, place_m: [f32; 3]) -> TickOutput {
-        let network = self.network;
-        self.view().tick(&network, &[ToolPose::at(place_m.into(), 1)], Budget::All)
-    }
-
-    fn cuts(&mut self) -> CutOutput {
-        let network = self.network;
-        self.view().cut_output(&network)
-    }
+/// A body under a blade.
+fn under<'a>(image: &'a ImageBytes, sweeps: u16, tool: &[ToolPart]) -> Bench<'a> {
+    let model = model(image);
+    let settings = Settings { sweeps, max_force_n: 100.0, ..Settings::for_model(&model) };
+    Bench::under(Network::new(model, settings).unwrap(), &[tool], 0.0)
 }
 
 /// A way down through the slab, 20 mm/s, from 1 mm above it.
@@ -132,7 +103,7 @@ fn a_blade_drawn_through_the_slab_parts_it() {
     let mesh = mesh();
     for coarse in [BasisSpacing::None, BasisSpacing::BySize] {
         let image = image(&mesh, 4.0, coarse);
-        let mut bench = Bench::new(&image, 8, &[BLADE]);
+        let mut bench = under(&image, 8, &[BLADE]);
         let (mut work_j, mut most_n, mut step_n, mut last_n) = (0.0, 0.0_f32, 0.0_f32, 0.0_f32);
         let (mut stored_j, mut rolled_back) = (0.0, 0);
         for tick in 0..1000 {
@@ -180,7 +151,7 @@ fn a_blade_drawn_through_the_slab_parts_it() {
 #[test]
 fn a_blade_drawn_back_feels_nothing_until_it_is_at_its_front_again() {
     let image = image(&mesh(), 4.0, BasisSpacing::BySize);
-    let mut bench = Bench::new(&image, 8, &[ToolPart::edge(0.02)]);
+    let mut bench = under(&image, 8, &[ToolPart::edge(0.02)]);
     for tick in 0..300 {
         bench.tick(down(tick));
     }
@@ -204,12 +175,12 @@ fn a_back_a_late_tick_and_a_blade_that_is_away_cut_nothing() {
     let image = image(&mesh(), 4.0, BasisSpacing::BySize);
     // Turned about x by half a turn it meets the slab with its back.
     let back = ToolPart { orientation: [1.0, 0.0, 0.0, 0.0], ..BLADE };
-    let mut bench = Bench::new(&image, 4, &[back]);
+    let mut bench = under(&image, 4, &[back]);
     for tick in 0..200 {
         assert_eq!(bench.tick(down(tick)).contacts, 0);
     }
     assert_eq!(bench.cuts(), CutOutput::default());
-    let mut bench = Bench::new(&image, 4, &[BLADE]);
+    let mut bench = under(&image, 4, &[BLADE]);
     let network = bench.network;
     for tick in 0..200 {
         let place = down(tick).into();
@@ -230,8 +201,8 @@ fn a_back_a_late_tick_and_a_blade_that_is_away_cut_nothing() {
 #[test]
 fn a_cut_goes_on_from_a_snapshot_with_the_same_bits_on_any_unit() {
     let image = image(&mesh(), 4.0, BasisSpacing::BySize);
-    let mut bench = Bench::new(&image, 3, &[BLADE]);
-    let mut scalar = Bench::new(&image, 3, &[BLADE]);
+    let mut bench = under(&image, 3, &[BLADE]);
+    let mut scalar = under(&image, 3, &[BLADE]);
     scalar.view().go_scalar();
     let network = bench.network;
     let mut bytes = Vec::new();
@@ -248,7 +219,7 @@ fn a_cut_goes_on_from_a_snapshot_with_the_same_bits_on_any_unit() {
     }
     assert!(bench.cuts().opened_faces > 0);
     assert_eq!(hashes[0], hashes[1]);
-    let mut other = Bench::new(&image, 3, &[BLADE]);
+    let mut other = under(&image, 3, &[BLADE]);
     other.view().restore(&network, &bytes).unwrap();
     for (tick, (hash, force_n)) in (0..260).zip(&hashes[0]).skip(190) {
         assert_eq!(other.tick(down(tick)).force_n, *force_n, "{tick}");
@@ -260,7 +231,7 @@ fn a_cut_goes_on_from_a_snapshot_with_the_same_bits_on_any_unit() {
 #[test]
 fn a_pose_that_jumps_through_the_tissue_cuts_nothing() {
     let image = image(&mesh(), 4.0, BasisSpacing::BySize);
-    let mut bench = Bench::new(&image, 4, &[BLADE]);
+    let mut bench = under(&image, 4, &[BLADE]);
     for tick in 0..130 {
         bench.tick(down(tick));
     }
@@ -291,7 +262,7 @@ fn random_cuts_stay_within_the_hands_work() {
     let image = image(&mesh, 4.0, BasisSpacing::BySize);
     let mut random = Pcg64::seed_from_u64(7);
     let mut draw = move |most: f32| most * ((random.next_u32() >> 8) as f32 / 8_388_608.0 - 1.0);
-    let mut bench = Bench::new(&image, 2, &[ToolPart::edge(0.012)]);
+    let mut bench = under(&image, 2, &[ToolPart::edge(0.012)]);
     let network = bench.network;
     let (mut work_j, mut ticks) = (0.0, 0);
     for stroke in 0..60 {
@@ -330,7 +301,7 @@ fn random_cuts_stay_within_the_hands_work() {
 fn edges_that_cannot_be_are_refused() {
     let mesh = mesh();
     let image = image(&mesh, 4.0, BasisSpacing::BySize);
-    let mut bench = Bench::new(&image, 1, &[BLADE]);
+    let mut bench = under(&image, 1, &[BLADE]);
     let network = bench.network;
     let ball = ToolPart::sphere(0.004);
     for (tool, why) in [
@@ -360,7 +331,7 @@ fn a_drawn_blade_has_the_force_of_the_toughness() {
         let image = image_of(&mesh, &ends, 4.0, coarse);
         // Its edge along z, it cuts towards y.
         let edge = ToolPart { orientation: [0.5, -0.5, 0.5, 0.5], ..ToolPart::edge(0.008) };
-        let mut bench = Bench::new(&image, sweeps, &[edge]);
+        let mut bench = under(&image, sweeps, &[edge]);
         let (mut work_j, mut stored_j, mut forces_n, mut rolled_back) = (0.0, 0.0, Vec::new(), 0);
         for tick in 0..260 {
             let output = bench.tick([0.0003, -0.0140 + 1.0e-4 * tick as f32, 0.005]);

@@ -12,7 +12,8 @@ use chaincell_kernel::Predict;
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::{Rng, SeedableRng};
 
-use super::cutting::{Body, centre, faces, network};
+use super::bench::Bench;
+use super::cutting::{centre, faces, network};
 
 const PULL_M: f32 = 0.4e-3;
 /// Poisson's ratio; force on the end \[N\], and gauge over the cut's mouth \[m\].
@@ -94,7 +95,7 @@ fn weights(mesh: &Mesh, tetrahedron: usize, point: [f64; 3]) -> [f64; 4] {
 }
 
 /// Place along the bar of a point of the top, on one side of the cut \[m\].
-fn place(mesh: &Mesh, body: &mut Body<'_, Predict>, point: [f64; 3]) -> f64 {
+fn place(mesh: &Mesh, body: &mut Bench<'_, Predict>, point: [f64; 3]) -> f64 {
     let is_left = |x_m: f64, z_m: f64| x_m < plane_at(z_m);
     let own = is_left(point[0], point[2]);
     let tetrahedron = (0..mesh.tetrahedra.len())
@@ -116,7 +117,7 @@ fn place(mesh: &Mesh, body: &mut Body<'_, Predict>, point: [f64; 3]) -> f64 {
 /// Force \[N\], gauge over the mouth \[m\] and number of copies once the bar is at rest.
 fn pulled(mesh: &Mesh, poisson: f64) -> (f64, f64, u32) {
     let image = image(mesh, poisson);
-    let mut body = Body::<Predict>::new(network(&image, 8), &end(mesh, 0.02));
+    let mut body = Bench::<Predict>::holding(network(&image, 8), &end(mesh, 0.02));
     body.tick([0.0; 3]);
     for face in cut(mesh) {
         body.open(face).unwrap();

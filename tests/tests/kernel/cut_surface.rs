@@ -5,13 +5,10 @@
 use chaincell_host::bake::tissue::Tissue as Material;
 use chaincell_host::bake::{BakeOptions, Cuttable, ImageBytes, PerCell, bake};
 use chaincell_host::mesh::{Mesh, MeshOptions, load};
-use chaincell_kernel::{
-    Anchor, Budget, Cell, CoarseTouch, CutRoom, Dynamics, Head, NearTriangle, Network, Settings,
-    Team, TermState, TermStates, TickOutput, TissueMut, ToolOutput, ToolPart, ToolPose, ToolState,
-    TouchArrays, TouchRoom, TouchState, Track, cut_words, term_states,
-};
+use chaincell_kernel::{Network, Settings, ToolPart};
 use chaincell_tests::bodies::model;
 
+use crate::bench::Bench;
 use crate::cutting::{centre, cut, faces};
 
 /// A block of tissue on a fixed ground, 24 mm high.
@@ -37,131 +34,46 @@ fn network(image: &ImageBytes) -> Network<'_> {
     Network::new(model, settings).unwrap()
 }
 
-/// Memory of a tissue that can be cut, under tools.
-struct Body<'a> {
-    network: Network<'a>,
-    head: Head<Track>,
-    state: Vec<Cell>,
-    residual: Vec<Cell>,
-    own: Vec<Cell>,
-    room: Vec<[f32; 8]>,
-    states: Vec<TermState>,
-    words: Vec<u32>,
-    numbers: [Vec<f32>; 2],
-    pulls: Vec<Cell>,
-    near: Vec<NearTriangle>,
-    anchors: Vec<Anchor>,
-    coarse: Vec<CoarseTouch>,
-    tools: Vec<ToolState>,
-    touch: Vec<TouchState>,
+/// A whole body under spheres of these radii \[m\].
+fn under<'a>(network: Network<'a>, radii_m: &[f32], friction: f32) -> Bench<'a> {
+    let tools: Vec<[ToolPart; 1]> =
+        radii_m.iter().map(|&radius_m| [ToolPart::sphere(radius_m)]).collect();
+    let tools: Vec<&[ToolPart]> = tools.iter().map(|tool| &tool[..]).collect();
+    Bench::under(network, &tools, friction)
 }
 
-impl<'a> Body<'a> {
-    /// A whole body under spheres of these radii \[m\].
-    fn new(network: Network<'a>, radii_m: &[f32], friction: f32) -> Self {
-        let model = *network.model();
-        let cells = model.cells();
-        let mut body = Self {
-            network,
-            head: Head::NEW,
-            state: vec![Cell::ZERO; cells],
-            residual: vec![Cell::ZERO; cells],
-            own: vec![Cell::ZERO; <Track as Dynamics>::ARRAYS * cells],
-            room: vec![[0.0; 8]; <Track as Dynamics>::tool_blocks(&model)],
-            states: vec![TermState::ZERO; term_states(model.kept_states())],
-            words: vec![0xAAAA_AAAA; cut_words(&model)],
-            numbers: [vec![0.0; cells], vec![0.0; cells]],
-            pulls: vec![Cell::ZERO; cells],
-            near: vec![NearTriangle::NONE; 512],
-            anchors: vec![Anchor::NONE; 2 * 2048],
-            coarse: vec![CoarseTouch::NONE],
-            tools: vec![ToolState::NONE; radii_m.len()],
-            touch: vec![TouchState::AWAY],
-        };
-        body.view().reset(&network).unwrap();
-        let tools: Vec<[ToolPart; 1]> =
-            radii_m.iter().map(|&radius_m| [ToolPart::sphere(radius_m)]).collect();
-        let tools: Vec<&[ToolPart]> = tools.iter().map(|tool| &tool[..]).collect();
-        body.view().choose_tools(&network, &tools, friction).unwrap();
-        body
-    }
-
-    fn view(&mut self) -> TissueMut<'_, Track> {
-        let [mobility, factors] = &mut self.numbers;
-        TissueMut {
-            head: &mut self.head,
-            state: &mut self.state,
-            residual: &mut self.residual,
-            own: &mut self.own,
-            room: &mut self.room,
-            contacts: &mut [],
-            states: TermStates::new(&mut self.states),
-            touch: TouchRoom::new(TouchArrays {
-                mobility,
-                factors,
-                pulls: &mut self.pulls,
-                near: &mut self.near,
-                anchors: &mut self.anchors,
-                coarse: &mut self.coarse,
-                tools: &mut self.tools,
-                state: &mut self.touch,
-            }),
-            cut: CutRoom::new(&mut self.words),
-            team: Team::ALONE,
+/// Number of opened faces that a tool touches; each has an area, and forces make the tool's.
+fn bare_touched(body: &mut Bench<'_>, tool: u8) -> usize {
+    let network = body.network;
+    let surface = network.model().triangles().len();
+    let (mut count, mut sum_n) = (0, [0.0; 3]);
+    body.view().contact_forces(&network, |contact| {
+        if contact.tool == tool {
+            count += usize::from(contact.triangle as usize >= surface);
+            assert!(contact.area_m2 > 0.0);
+            let force_n = contact.normal_n.iter().zip(contact.tangential_n);
+            sum_n.iter_mut().zip(force_n).for_each(|(sum, (a, b)): (&mut f32, _)| *sum += a + b);
         }
-    }
+    });
+    let force_n = body.tool(tool.into()).force_n;
+    let off_n = (sum_n[0] - force_n.x).hypot(sum_n[1] - force_n.y).hypot(sum_n[2] - force_n.z);
+    assert!(off_n <= 1e-3 * force_n.norm(), "{sum_n:?} {force_n:?}");
+    count
+}
 
-    fn tick(&mut self, places_m: &[[f32; 3]]) -> TickOutput {
-        let network = self.network;
-        let poses: Vec<ToolPose> =
-            places_m.iter().map(|place| ToolPose::at((*place).into(), 1)).collect();
-        self.view().tick(&network, &poses, Budget::All)
-    }
-
-    fn tool(&mut self, tool: usize) -> ToolOutput {
-        let network = self.network;
-        self.view().tool_output(&network, tool)
-    }
-
-    /// Number of opened faces that a tool touches; each has an area, and forces make the tool's.
-    fn bare_touched(&mut self, tool: u8) -> usize {
-        let network = self.network;
-        let surface = network.model().triangles().len();
-        let (mut count, mut sum_n) = (0, [0.0; 3]);
-        self.view().contact_forces(&network, |contact| {
-            if contact.tool == tool {
-                count += usize::from(contact.triangle as usize >= surface);
-                assert!(contact.area_m2 > 0.0);
-                let force_n = contact.normal_n.iter().zip(contact.tangential_n);
-                sum_n
-                    .iter_mut()
-                    .zip(force_n)
-                    .for_each(|(sum, (a, b)): (&mut f32, _)| *sum += a + b);
-            }
-        });
-        let force_n = self.tool(tool.into()).force_n;
-        let off_n = (sum_n[0] - force_n.x).hypot(sum_n[1] - force_n.y).hypot(sum_n[2] - force_n.z);
-        assert!(off_n <= 1e-3 * force_n.norm(), "{sum_n:?} {force_n:?}");
-        count
-    }
-
-    fn open(&mut self, faces: &[(usize, usize)]) {
-        let network = self.network;
-        for &(tetrahedron, corner) in faces {
-            assert_eq!(self.view().open_face(&network, tetrahedron, corner), Ok(true));
-        }
-    }
+fn open(body: &mut Bench<'_>, faces: &[(usize, usize)]) {
+    faces.iter().for_each(|face| assert_eq!(body.open(*face), Ok(true)));
 }
 
 /// Opens a cut, lowers a sphere and waits. Returns its force, and the number of opened faces that it touches.
-fn pressed(body: &mut Body<'_>, (x_m, radius_m, depth_m): (f32, f32, f32)) -> (f32, usize) {
+fn pressed(body: &mut Bench<'_>, (x_m, radius_m, depth_m): (f32, f32, f32)) -> (f32, usize) {
     let mut force_n = 0.0;
     for tick in 0..760_u16 {
         let share = (f32::from(tick) - 60.0) / 300.0;
         let depth_m = depth_m * share.min(1.0);
-        force_n = body.tick(&[[x_m, 0.0005, TOP_M + radius_m - depth_m]]).force_n.z;
+        force_n = body.tick_all(&[[x_m, 0.0005, TOP_M + radius_m - depth_m]]).force_n.z;
     }
-    (force_n, body.bare_touched(0))
+    (force_n, bare_touched(body, 0))
 }
 
 /// Over a closed cut a press meets no side of it, and its force is within 8 % of that on the whole body.
@@ -172,9 +84,9 @@ fn a_closed_cut_leaves_the_force_of_a_press() {
     let network = network(&image);
     for (radius_m, depth_m) in [(0.004, 0.002), (0.008, 0.002), (0.008, 0.004), (0.012, 0.004)] {
         let [(whole_n, _), (cut_n, touched)] = [false, true].map(|is_cut| {
-            let mut body = Body::new(network, &[radius_m], 0.0);
+            let mut body = under(network, &[radius_m], 0.0);
             if is_cut {
-                body.open(&cut(&mesh, 0.005));
+                open(&mut body, &cut(&mesh, 0.005));
             }
             pressed(&mut body, (0.0, radius_m, depth_m))
         });
@@ -183,8 +95,8 @@ fn a_closed_cut_leaves_the_force_of_a_press() {
         assert_eq!(touched, 0, "{radius_m} {depth_m}");
     }
     // A sphere that sinks in between the lips meets them: else it would hang on nothing.
-    let mut body = Body::new(network, &[0.008], 0.0);
-    body.open(&cut(&mesh, 0.005));
+    let mut body = under(network, &[0.008], 0.0);
+    open(&mut body, &cut(&mesh, 0.005));
     let (force_n, touched) = pressed(&mut body, (0.0, 0.008, 0.006));
     assert!(force_n > 0.1 && touched > 4, "{force_n} {touched}");
 }
@@ -196,15 +108,15 @@ fn places(apart_m: f32, probe_m: [f32; 3]) -> [[f32; 3]; 3] {
 }
 
 /// A body of which two spheres grip the top on both sides of a cut that goes down to 8 mm.
-fn gripped<'a>(network: Network<'a>, mesh: &Mesh, friction: f32) -> Body<'a> {
-    let mut body = Body::new(network, &[0.005, 0.005, 0.004], friction);
-    body.open(&cut(mesh, 0.008));
+fn gripped<'a>(network: Network<'a>, mesh: &Mesh, friction: f32) -> Bench<'a> {
+    let mut body = under(network, &[0.005, 0.005, 0.004], friction);
+    open(&mut body, &cut(mesh, 0.008));
     for tick in 0..200_u16 {
         let mut places = places(0.0, AWAY_M);
         for place in places.iter_mut().take(2) {
             place[2] += 0.004 * (1.0 - f32::from(tick) / 100.0).max(0.0);
         }
-        body.tick(&places);
+        body.tick_all(&places);
     }
     for tool in [0, 1] {
         assert!(body.view().grip(&network, tool) > 0);
@@ -223,15 +135,15 @@ fn a_probe_meets_ground_and_sides_of_a_wound() {
     let image = image(&mesh, 1.0);
     let mut body = gripped(network(&image), &mesh, 0.0);
     for tick in 0..600_u16 {
-        body.tick(&places(0.010 * (f32::from(tick) / 400.0).min(1.0), AWAY_M));
+        body.tick_all(&places(0.010 * (f32::from(tick) / 400.0).min(1.0), AWAY_M));
     }
     let mut at = |x_m: f32, z_m: f32| {
         let mut output = body.tool(2);
         for _ in 0..300 {
-            body.tick(&places(0.010, [x_m, 0.0005, z_m]));
+            body.tick_all(&places(0.010, [x_m, 0.0005, z_m]));
             output = body.tool(2);
         }
-        ([output.force_n.x, output.force_n.z], output.contacts as usize, body.bare_touched(2))
+        ([output.force_n.x, output.force_n.z], output.contacts as usize, bare_touched(&mut body, 2))
     };
     let ([_, above_n], _, _) = at(0.0005, 0.030);
     assert_eq!(above_n, 0.0);
@@ -248,13 +160,13 @@ fn a_probe_meets_ground_and_sides_of_a_wound() {
 }
 
 /// The wound is pulled open and goes deeper while the probe drags on its side; returns hashes and forces.
-fn dragged(body: &mut Body<'_>, ticks: core::ops::Range<u16>) -> Vec<u64> {
+fn dragged(body: &mut Bench<'_>, ticks: core::ops::Range<u16>) -> Vec<u64> {
     let mut bits = Vec::new();
     for tick in ticks {
         let share = (f32::from(tick) / 300.0).min(1.0);
         let probe_m =
             [0.0005 + 0.006 * share, 0.0005 + 0.002 * share, TOP_M + 0.008 - 0.012 * share];
-        body.tick(&places(0.010 * share, probe_m));
+        body.tick_all(&places(0.010 * share, probe_m));
         let model = *body.network.model();
         bits.push(body.view().state_hash(&model));
         let force_n = body.tool(2).force_n;
@@ -272,19 +184,19 @@ fn touched_faces_are_the_same_after_a_snapshot() {
     let network = network(&image);
     let mut body = gripped(network, &mesh, 0.4);
     dragged(&mut body, 0..300);
-    assert!(body.bare_touched(2) > 0);
+    assert!(bare_touched(&mut body, 2) > 0);
     let deeper: Vec<(usize, usize)> =
         cut(&mesh, 0.004).into_iter().filter(|face| !cut(&mesh, 0.008).contains(face)).collect();
-    body.open(&deeper);
+    open(&mut body, &deeper);
     assert!(!deeper.is_empty() && body.view().cut_output(&network).waiting > 0);
     let mut bytes = vec![0; body.view().snapshot_bytes(&network).unwrap()];
     body.view().save(&network, &mut bytes).unwrap();
     let bits = dragged(&mut body, 300..420);
-    assert!(body.bare_touched(2) > 0);
-    let mut other = Body::new(network, &[0.005, 0.005, 0.004], 0.4);
-    other.open(&cut(&mesh, 0.015));
+    assert!(bare_touched(&mut body, 2) > 0);
+    let mut other = under(network, &[0.005, 0.005, 0.004], 0.4);
+    open(&mut other, &cut(&mesh, 0.015));
     for _ in 0..20 {
-        other.tick(&places(0.0, AWAY_M));
+        other.tick_all(&places(0.0, AWAY_M));
     }
     other.view().restore(&network, &bytes).unwrap();
     assert!(bits == dragged(&mut other, 300..420));
@@ -296,7 +208,7 @@ fn faces_without_a_place_are_counted() {
     let mesh = mesh();
     let image = image(&mesh, 0.0);
     let network = network(&image);
-    let mut body = Body::new(network, &[0.008], 0.0);
+    let mut body = under(network, &[0.008], 0.0);
     // Small cuts across the nodes along the middle: the faces at each in the plane of its x.
     let is_inner = |node: &[f64; 3]| {
         node[0].abs() < 0.019 && node[1].abs() < 1e-6 && (node[2] - 0.012).abs() < 1e-6
@@ -308,13 +220,13 @@ fn faces_without_a_place_are_counted() {
         for [(one, corner), (other, _)] in faces(&mesh) {
             let has_node = (0..4).any(|at| at != corner && mesh.tetrahedra[one][at] == node);
             if has_node && (centre(&mesh, one)[0] < x) != (centre(&mesh, other)[0] < x) {
-                body.open(&[(one, corner)]);
+                open(&mut body, &[(one, corner)]);
                 opened += 1;
             }
         }
     }
     for _ in 0..20 {
-        body.tick(&[AWAY_M]);
+        body.tick_all(&[AWAY_M]);
     }
     let cuts = body.view().cut_output(&network);
     assert_eq!((cuts.copies, cuts.opened_faces, cuts.refused), (7, opened, 0));

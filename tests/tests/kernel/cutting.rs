@@ -8,11 +8,11 @@ use chaincell_host::bake::tissue::Tissue as Material;
 use chaincell_host::bake::{BakeOptions, BasisSpacing, Cuttable, ImageBytes, PerCell, bake};
 use chaincell_host::mesh::{Mesh, MeshOptions, load};
 use chaincell_kernel::{
-    Budget, Cell, Contact, CutError, CutOutput, CutRoom, Dynamics, Head, Model, Network, Predict,
-    Settings, Team, TermState, TermStates, TickOutput, TissueMut, ToolPose, TouchRoom, Track,
-    cut_words, term_states,
+    CutError, CutOutput, Dynamics, Head, Network, Predict, Settings, TickOutput, Track,
 };
 use chaincell_tests::bodies::model;
+
+use crate::bench::Bench;
 
 /// A bar of tissue on a fixed ground.
 const BAR: &str = "box:7x5x4x0.006";
@@ -36,94 +36,6 @@ pub fn network<'a>(image: &'a ImageBytes, sweeps: u16) -> Network<'a> {
     let model = model(image);
     let settings = Settings { sweeps, ..Settings::for_model(&model) };
     Network::new(model, settings).unwrap()
-}
-
-/// Memory of a tissue that can be cut.
-pub struct Body<'a, D: Dynamics<Number = f32>> {
-    pub network: Network<'a>,
-    head: Head<D>,
-    pub state: Vec<Cell>,
-    residual: Vec<Cell>,
-    own: Vec<Cell>,
-    room: Vec<[f32; 8]>,
-    contacts: Vec<Contact>,
-    states: Vec<TermState>,
-    words: Vec<u32>,
-}
-
-impl<'a, D: Dynamics<Number = f32>> Body<'a, D> {
-    /// A tissue whose tool holds the cells of these nodes.
-    pub fn new(network: Network<'a>, nodes: &[u32]) -> Self {
-        let model = *network.model();
-        let cells = model.cells();
-        let mut body = Self {
-            head: Head::NEW,
-            state: vec![Cell::ZERO; cells],
-            residual: vec![Cell::ZERO; cells],
-            own: vec![Cell::ZERO; D::ARRAYS * cells],
-            room: vec![[0.0; 8]; D::room_blocks(&model, nodes.len())],
-            contacts: vec![Contact::NONE; nodes.len()],
-            states: vec![TermState::ZERO; term_states(model.kept_states())],
-            words: vec![0xAAAA_AAAA; cut_words(&model)],
-            network,
-        };
-        let mut held: Vec<u16> =
-            nodes.iter().map(|&node| model.cell_of_input(node).unwrap()).collect();
-        held.sort_unstable();
-        let network = body.network;
-        body.view().reset(&network).unwrap();
-        body.view().choose_contacts(&network, &held).unwrap();
-        body
-    }
-
-    pub fn view(&mut self) -> TissueMut<'_, D> {
-        TissueMut {
-            head: &mut self.head,
-            state: &mut self.state,
-            residual: &mut self.residual,
-            own: &mut self.own,
-            room: &mut self.room,
-            contacts: &mut self.contacts,
-            states: TermStates::new(&mut self.states),
-            touch: TouchRoom::none(),
-            cut: CutRoom::new(&mut self.words),
-            team: Team::ALONE,
-        }
-    }
-
-    fn model(&self) -> Model<'a> {
-        *self.network.model()
-    }
-
-    /// A tick in which the tool has moved so far.
-    pub fn tick(&mut self, way_m: [f32; 3]) -> TickOutput {
-        let network = self.network;
-        self.view().tick(&network, &[ToolPose::at(way_m.into(), 1)], Budget::All)
-    }
-
-    fn late(&mut self, way_m: [f32; 3]) -> TickOutput {
-        let network = self.network;
-        self.view().tick(&network, &[ToolPose::at(way_m.into(), 1)], Budget::LATE)
-    }
-
-    pub fn open(&mut self, (tetrahedron, corner): (usize, usize)) -> Result<bool, CutError> {
-        let network = self.network;
-        self.view().open_face(&network, tetrahedron, corner)
-    }
-
-    pub fn cuts(&mut self) -> CutOutput {
-        let network = self.network;
-        self.view().cut_output(&network)
-    }
-
-    pub fn hash(&mut self) -> u64 {
-        let model = self.model();
-        self.view().state_hash(&model)
-    }
-
-    fn is_finite(&self) -> bool {
-        self.state.iter().flat_map(|cell| cell.xyz()).all(f32::is_finite)
-    }
 }
 
 /// Inner faces: the tetrahedra on both sides, each with the opposite corner.
@@ -213,7 +125,7 @@ fn end(mesh: &Mesh) -> Vec<u32> {
 }
 
 /// The force on a tool that pulled the end away from the cut.
-fn settled<D: Dynamics<Number = f32>>(body: &mut Body<'_, D>) -> [f64; 3] {
+fn settled<D: Dynamics<Number = f32>>(body: &mut Bench<'_, D>) -> [f64; 3] {
     let output = (0..3000).map(|_| body.tick([0.003, 0.0, 0.0])).last().unwrap();
     [0, 1, 2].map(|axis| output.force_n[axis].into())
 }
@@ -226,7 +138,7 @@ fn a_body_cut_face_by_face_is_that_baked_in_pieces() {
     let (whole, held, open) = (image(&mesh, Some(0.5)), end(&mesh), cut(&mesh, 0.005));
     let doubled = parted(&mesh, &open);
     let baked = image(&doubled, None);
-    let mut body = Body::<Track>::new(network(&whole, 4), &held);
+    let mut body = Bench::<Track>::holding(network(&whole, 4), &held);
     body.tick([0.0; 3]);
     let uncut = settled(&mut body);
     for face in &open {
@@ -238,7 +150,7 @@ fn a_body_cut_face_by_face_is_that_baked_in_pieces() {
     assert_eq!(cuts.opened_faces as usize, open.len());
     assert_eq!((cuts.waiting, cuts.refused), (0, 0));
     assert_eq!(cuts.copies as usize, doubled.nodes_m.len() - mesh.nodes_m.len());
-    let mut reference = Body::<Track>::new(network(&baked, 4), &held);
+    let mut reference = Bench::<Track>::holding(network(&baked, 4), &held);
     reference.tick([0.0; 3]);
     let expected = settled(&mut reference);
     let size = expected.iter().map(|x| x * x).sum::<f64>().sqrt();
@@ -251,10 +163,10 @@ fn a_body_cut_face_by_face_is_that_baked_in_pieces() {
 
 /// The tool pulls while the cut goes on: three faces in each of the first ticks.
 fn while_cut<D: Dynamics<Number = f32>>(
-    body: &mut Body<'_, D>,
+    body: &mut Bench<'_, D>,
     open: &[(usize, usize)],
     ticks: Range<usize>,
-    mut each: impl FnMut(&mut Body<'_, D>, TickOutput),
+    mut each: impl FnMut(&mut Bench<'_, D>, TickOutput),
 ) {
     for tick in ticks {
         for face in open.chunks(3).nth(tick).into_iter().flatten() {
@@ -270,7 +182,7 @@ fn while_cut<D: Dynamics<Number = f32>>(
 fn a_cut_has_the_same_bits_with_and_without_vector_units() {
     fn hashes<D: Dynamics<Number = f32>>(image: &ImageBytes, is_scalar: bool) -> Vec<u64> {
         let (mesh, mut hashes) = (mesh(), Vec::new());
-        let mut body = Body::<D>::new(network(image, 3), &end(&mesh));
+        let mut body = Bench::<D>::holding(network(image, 3), &end(&mesh));
         if is_scalar {
             body.view().go_scalar();
         }
@@ -291,7 +203,7 @@ fn a_restored_cut_goes_on_with_the_same_bits() {
     let (mesh, held) = (mesh(), end(&mesh()));
     let (image, open) = (image(&mesh, Some(0.5)), cut(&mesh, 0.003));
     let network = network(&image, 3);
-    let mut body = Body::<Predict>::new(network, &held);
+    let mut body = Bench::<Predict>::holding(network, &held);
     while_cut(&mut body, &open, 0..4, |_, _| ());
     for face in open.iter().skip(12) {
         assert_eq!(body.open(*face), Ok(true));
@@ -303,7 +215,7 @@ fn a_restored_cut_goes_on_with_the_same_bits() {
     let mut hashes = Vec::new();
     while_cut(&mut body, &open, 12..60, |body, _| hashes.push(body.hash()));
     for is_cut in [false, true] {
-        let mut other = Body::<Predict>::new(network, &held);
+        let mut other = Bench::<Predict>::holding(network, &held);
         if is_cut {
             while_cut(&mut other, &cut(&mesh, 0.012), 0..40, |_, _| ());
         }
@@ -313,7 +225,7 @@ fn a_restored_cut_goes_on_with_the_same_bits() {
         assert_eq!(hashes, again);
     }
     // One without memory for cuts refuses it, and stays as it was.
-    let mut without = Body::<Predict>::new(network, &held);
+    let mut without = Bench::<Predict>::holding(network, &held);
     without.words.clear();
     let before = without.hash();
     assert!(without.view().restore(&network, &bytes).is_err());
@@ -325,8 +237,8 @@ fn a_reset_closes_all_cuts() {
     let (mesh, held) = (mesh(), end(&mesh()));
     let image = image(&mesh, Some(0.5));
     let network = network(&image, 3);
-    let mut fresh = Body::<Track>::new(network, &held);
-    let mut body = Body::<Track>::new(network, &held);
+    let mut fresh = Bench::<Track>::holding(network, &held);
+    let mut body = Bench::<Track>::holding(network, &held);
     while_cut(&mut body, &cut(&mesh, 0.005), 0..40, |_, _| ());
     assert!(body.cuts().copies > 0);
     body.tick([0.0; 3]);
@@ -352,7 +264,7 @@ fn a_reset_closes_all_cuts() {
 fn without_spare_cells_splits_are_refused() {
     let mesh = mesh();
     let image = image(&mesh, Some(0.0));
-    let mut body = Body::<Track>::new(network(&image, 3), &end(&mesh));
+    let mut body = Bench::<Track>::holding(network(&image, 3), &end(&mesh));
     let spare = body.model().spare_cells();
     while_cut(&mut body, &cut(&mesh, -1.0), 0..120, |body, output| {
         assert!(output.force_n.iter().all(|x| x.is_finite()) && body.is_finite());
@@ -367,7 +279,7 @@ fn without_spare_cells_splits_are_refused() {
 fn splits_wait_for_their_tick() {
     let mesh = mesh();
     let image = image(&mesh, Some(0.5));
-    let mut body = Body::<Track>::new(network(&image, 3), &end(&mesh));
+    let mut body = Bench::<Track>::holding(network(&image, 3), &end(&mesh));
     body.tick([0.0; 3]);
     for face in cut(&mesh, -1.0) {
         body.open(face).unwrap();
@@ -396,7 +308,7 @@ fn a_tetrahedron_can_be_cut_free() {
     let surface: Vec<u32> = mesh.triangles.as_flattened().to_vec();
     let inner = |at: usize| mesh.tetrahedra[at].iter().all(|node| !surface.contains(node));
     let free = (0..mesh.tetrahedra.len()).find(|&at| inner(at)).unwrap();
-    let mut body = Body::<Track>::new(network(&image, 3), &end(&mesh));
+    let mut body = Bench::<Track>::holding(network(&image, 3), &end(&mesh));
     let network = body.network;
     (0..4).for_each(|corner| assert_eq!(body.open((free, corner)), Ok(true)));
     (0..4).for_each(|corner| assert_eq!(body.open((free, corner)), Ok(false)));
@@ -440,7 +352,7 @@ fn a_tetrahedron_can_be_cut_free() {
 fn copies_of_fixed_cells_stay() {
     let mesh = mesh();
     let image = image(&mesh, Some(0.5));
-    let mut body = Body::<Track>::new(network(&image, 3), &end(&mesh));
+    let mut body = Bench::<Track>::holding(network(&image, 3), &end(&mesh));
     while_cut(&mut body, &cut(&mesh, -1.0), 0..200, |_, _| ());
     let (model, cells) = (body.model(), body.model().cells());
     assert!(body.cuts().refused == 0 && body.cuts().copies > 0);

@@ -4,8 +4,9 @@
 use chaincell_host::mesh::Mesh;
 use chaincell_kernel::{Predict, Track};
 
+use super::bench::Bench;
 use super::cut_bar::{bar, cut, end, image};
-use super::cutting::{Body, network};
+use super::cutting::network;
 
 /// The end that is moved \[m\].
 const END_M: f64 = 0.02;
@@ -13,8 +14,8 @@ const END_M: f64 = 0.02;
 /// Force along the bar on an end that is moved so far along it, before and after the cut \[N\].
 fn forces(mesh: &Mesh, way_m: f32) -> [f32; 2] {
     let image = image(mesh, 0.3);
-    let mut body = Body::<Track>::new(network(&image, 4), &end(mesh, END_M));
-    let settled = |body: &mut Body<'_, Track>| {
+    let mut body = Bench::<Track>::holding(network(&image, 4), &end(mesh, END_M));
+    let settled = |body: &mut Bench<'_, Track>| {
         let output = (0..3000).map(|_| body.tick([way_m, 0.0, 0.0])).last().unwrap();
         output.force_n[0]
     };
@@ -54,7 +55,7 @@ fn pressed_sides_have_the_same_bits_from_a_snapshot_on() {
         [-0.002 * share, 0.0005 * share, 0.001 * (6.0 * share).sin()]
     };
     let start = |is_scalar: bool| {
-        let mut body = Body::<Predict>::new(network, &end);
+        let mut body = Bench::<Predict>::holding(network, &end);
         if is_scalar {
             body.view().go_scalar();
         }

@@ -1,5 +1,6 @@
 //! The kernel from outside: what must hold on any body, in every scheme and number type.
 
+mod bench;
 mod blade;
 mod corpus;
 mod current;

@@ -5,14 +5,14 @@ use chaincell_host::bake::tissue::Tissue as Material;
 use chaincell_host::bake::{BakeOptions, BasisSpacing, Cuttable, ImageBytes, PerCell, bake};
 use chaincell_host::mesh::{Mesh, MeshOptions, load};
 use chaincell_kernel::{
-    Budget, Cell, Contact, CutOutput, CutRoom, Dynamics, Head, Network, Predict, Settings, Team,
-    TearLimit, TermState, TermStates, TickOutput, Tissue, TissueMut, ToolPart, ToolPose, TouchRoom,
-    TouchStore, cut_words, elastic_room, term_states,
+    Budget, CutRoom, Network, Predict, Settings, TearLimit, TickOutput, Tissue, TissueMut,
+    ToolPart, ToolPose, TouchStore, cut_words, elastic_room, term_states,
 };
 use chaincell_tests::bodies::model;
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::{Rng, SeedableRng};
 
+use crate::bench::Bench;
 use crate::cutting::{centre, faces};
 
 /// Length, width and height of the bar \[m\].
@@ -69,16 +69,8 @@ fn image_of(
 
 /// A bar whose far end a tool holds.
 struct Bar<'a> {
-    network: Network<'a>,
+    bench: Bench<'a, Predict>,
     mesh: &'a Mesh,
-    head: Head<Predict>,
-    state: Vec<Cell>,
-    residual: Vec<Cell>,
-    own: Vec<Cell>,
-    room: Vec<[f32; 8]>,
-    contacts: Vec<Contact>,
-    states: Vec<TermState>,
-    words: Vec<u32>,
     /// Ticks of the pull.
     ticks: u32,
 }
@@ -88,47 +80,11 @@ impl<'a> Bar<'a> {
         let model = model(image);
         let settings = Settings { sweeps, max_force_n: 100.0, ..Settings::for_model(&model) };
         let network = Network::new(model, settings).unwrap();
-        let (cells, nodes) = (model.cells(), end(mesh, 1.0));
-        let mut bar = Self {
-            head: Head::NEW,
-            state: vec![Cell::ZERO; cells],
-            residual: vec![Cell::ZERO; cells],
-            own: vec![Cell::ZERO; Predict::<0>::ARRAYS * cells],
-            room: vec![[0.0; 8]; Predict::<0>::room_blocks(&model, nodes.len())],
-            contacts: vec![Contact::NONE; nodes.len()],
-            states: vec![TermState::ZERO; term_states(model.kept_states())],
-            words: vec![0xAAAA_AAAA; cut_words(&model)],
-            network,
-            mesh,
-            ticks: 0,
-        };
-        let mut held: Vec<u16> =
-            nodes.iter().map(|&node| model.cell_of_input(node).unwrap()).collect();
-        held.sort_unstable();
-        bar.view().reset(&network).unwrap();
-        bar.view().choose_contacts(&network, &held).unwrap();
-        bar
-    }
-
-    fn view(&mut self) -> TissueMut<'_, Predict> {
-        TissueMut {
-            head: &mut self.head,
-            state: &mut self.state,
-            residual: &mut self.residual,
-            own: &mut self.own,
-            room: &mut self.room,
-            contacts: &mut self.contacts,
-            states: TermStates::new(&mut self.states),
-            touch: TouchRoom::none(),
-            cut: CutRoom::new(&mut self.words),
-            team: Team::ALONE,
-        }
+        Self { bench: Bench::holding(network, &end(mesh, 1.0)), mesh, ticks: 0 }
     }
 
     fn tick_at(&mut self, pull_m: f32) -> TickOutput {
-        let network = self.network;
-        let place_m = [pull_m, 0.0, 0.0].into();
-        self.view().tick(&network, &[ToolPose::at(place_m, 1)], Budget::All)
+        self.bench.tick([pull_m, 0.0, 0.0])
     }
 
     /// Pulls a step further.
@@ -142,36 +98,25 @@ impl<'a> Bar<'a> {
         self.tick_at(STEP_M * self.ticks as f32)
     }
 
-    fn cuts(&mut self) -> CutOutput {
-        let network = self.network;
-        self.view().cut_output(&network)
-    }
-
-    fn hash(&mut self) -> u64 {
-        let model = *self.network.model();
-        self.view().state_hash(&model)
-    }
-
     /// Opens the notch, and lets the body come to rest.
     fn notch(&mut self) {
-        let network = self.network;
         for [one, other] in faces(self.mesh) {
             let [a, b] = [one.0, other.0].map(|at| centre(self.mesh, at));
             if (a[0] < 0.0) != (b[0] < 0.0) && (a[2] + b[2]) / 2.0 > FRONT_M {
-                self.view().open_face(&network, one.0, one.1).unwrap();
+                self.bench.open(one).unwrap();
             }
         }
         for _ in 0..200 {
             self.tick_at(0.0);
         }
-        let cuts = self.cuts();
+        let cuts = self.bench.cuts();
         assert_eq!((cuts.waiting, cuts.refused), (0, 0));
     }
 
     /// The cells of all tetrahedra.
     fn corners(&mut self) -> Vec<[u16; 4]> {
-        let (network, count) = (self.network, self.mesh.tetrahedra.len());
-        let mut of = |at, corner| self.view().cell_of_corner(&network, at, corner).unwrap();
+        let (network, count) = (self.bench.network, self.mesh.tetrahedra.len());
+        let mut of = |at, corner| self.bench.view().cell_of_corner(&network, at, corner).unwrap();
         (0..count).map(|at| [0, 1, 2, 3].map(|corner| of(at, corner))).collect()
     }
 
@@ -201,12 +146,12 @@ fn first(across: usize, seed: u64, limit: TearLimit) -> First {
     bar.notch();
     let corners = bar.corners();
     let mut force_n = 0.0;
-    while bar.cuts().torn == 0 {
+    while bar.bench.cuts().torn == 0 {
         force_n = f64::from(bar.pull().force_n.x).abs();
         assert!(bar.ticks < 3000, "{limit:?} h {across} seed {seed}: no tear");
     }
     let torn = bar.split_places(&corners);
-    let edge_m = f64::from(bar.network.model().unit_m());
+    let edge_m = f64::from(bar.bench.network.model().unit_m());
     let off = torn.iter().map(|place| place[0].hypot(place[2] - FRONT_M) / edge_m);
     First { force_n, off: off.fold(0.0, f64::max) }
 }
@@ -272,7 +217,7 @@ fn a_crack_runs_on_from_the_notch_and_gains_no_energy() {
             "{limit:?}: most {most_n:.4} N, at the end {last:.4} N, crack down to {:.1} mm, {:?}, work {work_j:.3e} \
              J, level above it at most {worst:.1e}",
             1e3 * lowest_m,
-            bar.cuts()
+            bar.bench.cuts()
         );
         assert!(lowest_m < 1e-6, "{limit:?}: {lowest_m}");
         assert!(last < 0.1 * most_n, "{limit:?}: {last} of {most_n}");
@@ -287,7 +232,7 @@ fn a_torn_body_at_rest_is_the_one_cut_at_the_same_faces() {
     let torn = image(&mesh, Some(TearLimit::Stretch(1.3)), 2.0);
     let mut bar = Bar::new(&torn, &mesh, 4);
     bar.notch();
-    while bar.cuts().torn < 4 {
+    while bar.bench.cuts().torn < 4 {
         bar.pull();
     }
     // Half of the pull tears no further.
@@ -300,13 +245,13 @@ fn a_torn_body_at_rest_is_the_one_cut_at_the_same_faces() {
     // Open the faces whose corners have other cells on the other side, in a body that does not tear.
     let cut = image(&mesh, None, 2.0);
     let mut other = Bar::new(&cut, &mesh, 4);
-    let network = other.network;
+    let network = other.bench.network;
     for [one, there] in faces(&mesh) {
         let names = |at: usize| mesh.tetrahedra[at].into_iter().zip(corners[at]);
         let mut here = names(one.0);
         if here.any(|(node, cell)| names(there.0).any(|(same, name)| node == same && cell != name))
         {
-            other.view().open_face(&network, one.0, one.1).unwrap();
+            other.bench.view().open_face(&network, one.0, one.1).unwrap();
         }
     }
     for _ in 0..200 {
@@ -322,10 +267,10 @@ fn a_torn_body_at_rest_is_the_one_cut_at_the_same_faces() {
         "torn {force_n} N, cut {expected_n} N; level {} J, {} J; {:?} {:?}",
         output.energy_j,
         expected.energy_j,
-        bar.cuts(),
-        other.cuts()
+        bar.bench.cuts(),
+        other.bench.cuts()
     );
-    assert_eq!(bar.cuts().copies, other.cuts().copies);
+    assert_eq!(bar.bench.cuts().copies, other.bench.cuts().copies);
     assert!(force_n.abs() > 0.01 && (force_n / expected_n - 1.0).abs() < 0.01);
     assert!(output.energy_j > 0.999 * expected.energy_j);
 }
@@ -336,21 +281,21 @@ fn a_restored_tear_goes_on_with_the_same_bits() {
     let image = image(&mesh, Some(TearLimit::Toughness), 2.0);
     let mut bar = Bar::new(&image, &mesh, 2);
     bar.notch();
-    while bar.cuts().torn < 3 {
+    while bar.bench.cuts().torn < 3 {
         bar.pull();
     }
-    let (network, ticks) = (bar.network, bar.ticks);
-    let mut bytes = vec![0; bar.view().snapshot_bytes(&network).unwrap()];
-    bar.view().save(&network, &mut bytes).unwrap();
+    let (network, ticks) = (bar.bench.network, bar.ticks);
+    let mut bytes = vec![0; bar.bench.view().snapshot_bytes(&network).unwrap()];
+    bar.bench.view().save(&network, &mut bytes).unwrap();
     let go_on = |bar: &mut Bar<'_>| {
         bar.ticks = ticks;
-        let run = |bar: &mut Bar<'_>| (bar.pull().force_n.x.to_bits(), bar.hash());
+        let run = |bar: &mut Bar<'_>| (bar.pull().force_n.x.to_bits(), bar.bench.hash());
         (0..200).map(|_| run(bar)).collect::<Vec<_>>()
     };
     let expected = go_on(&mut bar);
-    assert!(bar.cuts().torn > 5, "{:?}", bar.cuts());
+    assert!(bar.bench.cuts().torn > 5, "{:?}", bar.bench.cuts());
     let mut other = Bar::new(&image, &mesh, 2);
-    other.view().restore(&network, &bytes).unwrap();
+    other.bench.view().restore(&network, &bytes).unwrap();
     assert_eq!(go_on(&mut other), expected);
 }
 
@@ -363,10 +308,10 @@ fn below_the_limit_nothing_changes() {
         let image = image(&mesh, Some(limit), 1e5);
         let mut bars = [Bar::new(&plain, &mesh, 2), Bar::new(&image, &mesh, 2)];
         for _ in 0..300 {
-            let [one, other] = bars.each_mut().map(|bar| (bar.pull(), bar.hash()));
+            let [one, other] = bars.each_mut().map(|bar| (bar.pull(), bar.bench.hash()));
             assert_eq!(one, other, "{limit:?}");
         }
-        assert_eq!(bars[1].cuts().torn, 0);
+        assert_eq!(bars[1].bench.cuts().torn, 0);
     }
 }
 
@@ -377,22 +322,22 @@ fn nothing_tears_in_late_ticks_or_without_a_tool() {
     let image = image(&mesh, Some(TearLimit::Stretch(1.3)), 2.0);
     let mut bar = Bar::new(&image, &mesh, 2);
     bar.notch();
-    let network = bar.network;
+    let network = bar.bench.network;
     let tick = |bar: &mut Bar<'_>, pull_m: f32, engaged: u32, budget: Budget<'_>| {
         let pose = ToolPose::at([pull_m, 0.0, 0.0].into(), engaged);
-        bar.view().tick(&network, &[pose], budget)
+        bar.bench.view().tick(&network, &[pose], budget)
     };
     for step in 0..800 {
         tick(&mut bar, STEP_M * step as f32, 1, Budget::LATE);
     }
-    assert_eq!(bar.cuts().torn, 0);
+    assert_eq!(bar.bench.cuts().torn, 0);
     // The tick in which the tool lets go still sees the body that it held.
     tick(&mut bar, 0.016, 0, Budget::All);
-    let torn = bar.cuts().torn;
+    let torn = bar.bench.cuts().torn;
     for _ in 0..20 {
         tick(&mut bar, 0.016, 0, Budget::All);
     }
-    assert_eq!(bar.cuts().torn, torn);
+    assert_eq!(bar.bench.cuts().torn, torn);
 }
 
 /// A ball that grips the top of a block and is drawn away tears it.

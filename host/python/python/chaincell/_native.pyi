@@ -226,6 +226,16 @@ class Tissue:
     def state_hash(self) -> str:
         """Hash of the state, 16 hexadecimal digits: of equal states alone it is equal."""
     @property
+    def cuts(self) -> dict[str, float] | None:
+        """Cuts since it was at rest, by the names of `chaincell run`; None for a model that cannot be cut.
+
+        `cut_area_m2` is the area that blades have swept [m2], `cut_work_j` the work that it took to part the tissue
+        there [J]; `opened_faces` counts the faces between tetrahedra that are open, `copied_cells` the copies of
+        split cells, `refused_splits` the splits for which there was no spare cell.
+
+        >>> tissue.cuts is None
+        True"""
+    @property
     def positions_m(self) -> _F32:
         """Positions of the nodes [m], float32 (nodes, 3), in the order of `Model.node_ids`, a copy."""
 

@@ -31,6 +31,12 @@ class BakeOptions(TypedDict, total=False):
     stiffening: Mapping[float, float] | None
     """Half-widths of bands with the moduli [Pa] that they add."""
     contact_surface: Literal["auto", "yes", "no"] | None
+    cuttable: bool | None
+    """Prepares a body of `young_pa` for the cuts of tools with a blade, "blade:LENGTH"."""
+    cut_spare: float | None
+    """Number of spare cells for each cell, from 0 to 4."""
+    toughness_j_per_m2: float | None
+    """Energy that a cut takes for each area [J/m^2]."""
     cells: int | None
     """Groups of nodes, each of them a cell, from 2 to 65535."""
     coarse: float | Literal["auto", "none"] | None

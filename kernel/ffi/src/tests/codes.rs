@@ -35,6 +35,7 @@ fn numbers_do_not_change() {
         .chain(100..=102)
         .chain(120..=127)
         .chain(140..=148)
+        .chain(160..=162)
         .map(|number: i32| -number)
         .collect();
     assert_eq!(numbers, promised);
@@ -60,6 +61,8 @@ fn numbers_do_not_change() {
         (Code::StageMaxSpeed, -127),
         (Code::SnapshotBuffer, -140),
         (Code::SnapshotRoom, -148),
+        (Code::CutModel, -160),
+        (Code::CutFace, -162),
     ];
     assert!(named.iter().all(|&(code, number)| code as i32 == number));
 }
@@ -82,7 +85,7 @@ fn the_version_names_the_layout() {
     let sizes = [size_of::<Budget>(), size_of::<Output>(), size_of::<Settings>()];
     assert_eq!((chaincell_version(), sizes), (0x0900, [3 * size_of::<usize>(), 48, 28]));
     let of_tools = [size_of::<ToolPart>(), size_of::<ToolPose>(), size_of::<ToolOutput>()];
-    assert_eq!((of_tools, size_of::<ContactForce>(), size_of::<Room>()), ([44, 32, 32], 56, 16));
+    assert_eq!((of_tools, size_of::<ContactForce>(), size_of::<Room>()), ([44, 32, 32], 56, 20));
     assert_eq!(chaincell_version(), VERSION);
 }
 
@@ -155,6 +158,7 @@ fn every_error_of_the_kernel_keeps_what_it_names() {
     becomes(room, Code::ContactRoom, sizes(144, 0));
     let least = Detail { limit: 0.5, ..none };
     becomes(ContactError::RadiusMin { min_m: 0.5 }, Code::ContactRadiusMin, least);
+    becomes(ContactError::CannotCut, Code::CutRoom, none);
     becomes(StateError::Model, Code::StateModel, none);
     becomes(StateError::Count { needed: 81, given: 8 }, Code::StateCount, sizes(81, 8));
     becomes(StateError::Position(80), Code::StatePosition, at(0, 80));

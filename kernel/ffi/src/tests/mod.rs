@@ -3,6 +3,7 @@
 mod bodies;
 mod codes;
 mod contacts;
+mod cuts;
 mod images;
 mod pointers;
 mod settings;

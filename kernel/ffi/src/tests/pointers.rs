@@ -86,12 +86,12 @@ fn of_the_initialisation() {
 }
 
 /// What every function says of a tissue of 125 cells that is none.
-fn all(tissue: *mut Tissue) -> [Code; 8] {
+fn all(tissue: *mut Tissue) -> [Code; 9] {
     all_of(BOX, 64, tissue)
 }
 
 /// The same of a tissue of an image with a node that may be chosen.
-fn all_of(image: &'static [u8], id: u32, tissue: *mut Tissue) -> [Code; 8] {
+fn all_of(image: &'static [u8], id: u32, tissue: *mut Tissue) -> [Code; 9] {
     let model = model_of(image);
     let (settings, cells) = (settings_of(&model, Scheme::Track), info_of(&model).cells as usize);
     let (ids, mut position, mut word) = ([id], [0.0; 3], 0);
@@ -106,6 +106,7 @@ fn all_of(image: &'static [u8], id: u32, tissue: *mut Tissue) -> [Code; 8] {
         call!(chaincell_position(tissue, id, &mut position)),
         call!(chaincell_positions(tissue, numbers.as_mut_ptr(), cells)),
         call!(chaincell_set_positions(tissue, numbers.as_ptr(), cells, none)),
+        call!(chaincell_cut(tissue, core::ptr::null(), 0, core::ptr::null_mut(), none)),
     ]
 }
 
@@ -116,12 +117,14 @@ fn of_the_tissue() {
         let made = make(image, Scheme::Track, 40);
         let all = |tissue| all_of(image, id, tissue);
         for (bad, code) in bad(made.tissue) {
-            assert_eq!(all(bad), [code; 8]);
+            assert_eq!(all(bad), [code; 9]);
         }
-        assert_eq!(all(made.tissue.wrapping_byte_add(8)), [Code::Misaligned; 8]);
+        assert_eq!(all(made.tissue.wrapping_byte_add(8)), [Code::Misaligned; 9]);
         // Within the storage, at its alignment: no tissue begins there.
-        assert_eq!(all(made.tissue.wrapping_byte_add(64)), [Code::NotInitialised; 8]);
-        assert_eq!(all(made.tissue), [Code::Ok; 8]);
+        assert_eq!(all(made.tissue.wrapping_byte_add(64)), [Code::NotInitialised; 9]);
+        // A body without memory for cuts.
+        let [rest @ .., cut] = all(made.tissue);
+        assert_eq!((rest, cut), ([Code::Ok; 8], Code::CutRoom));
     }
 }
 
@@ -130,8 +133,8 @@ fn of_the_tissue() {
 #[test]
 fn what_was_not_initialised_is_refused() {
     let mut zeros = [super::Block([0; BLOCK]); 100];
-    assert_eq!(all(zeros.as_mut_ptr().cast()), [Code::NotInitialised; 8]);
-    assert_eq!(all(storage(6400).as_mut_ptr().cast()), [Code::NotInitialised; 8]);
+    assert_eq!(all(zeros.as_mut_ptr().cast()), [Code::NotInitialised; 9]);
+    assert_eq!(all(storage(6400).as_mut_ptr().cast()), [Code::NotInitialised; 9]);
     let mut info = Info::default();
     let empty = ModelStorage::EMPTY;
     assert_eq!(call!(chaincell_model_info(&empty, &mut info)), Code::NotInitialised);

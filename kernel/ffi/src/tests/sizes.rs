@@ -25,7 +25,7 @@ pub(super) fn size(scheme: Scheme, cells: u32, contacts: u32, coarse_functions: 
         Scheme::Track | Scheme::Predict => coarse_room(coarse_functions, contacts),
         _ => 0,
     };
-    let sizes = Sizes { cells, contacts, room, states: 0, touch: Touch::NONE };
+    let sizes = Sizes { cells, contacts, room, states: 0, touch: Touch::NONE, words: 0 };
     by_scheme!(scheme, D => sizes.bytes::<D>())
 }
 

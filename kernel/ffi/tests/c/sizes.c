@@ -1,5 +1,5 @@
 /* Prints what the header's macros say of the sizes: scheme, bound, cells, contacts, coarse functions. With
- * any argument those of two bodies of nodal shapes in place of these. */
+ * any argument those of three bodies of nodal shapes in place of these. */
 #include <stdio.h>
 
 #include "chaincell.h"
@@ -36,9 +36,12 @@ int main(int argc, char **argv)
         return 2;
     }
     if (argc > 1) {
-        printf("%lu\n%lu\n", (unsigned long)CHAINCELL_SHAPE_BYTES(144, 2, 18),
+        printf("%lu\n%lu\n%lu\n", (unsigned long)CHAINCELL_SHAPE_BYTES(144, 2, 18),
                (unsigned long)(CHAINCELL_SHAPE_BYTES_OF(CHAINCELL_CELL_BYTES_PREDICT, 144, 0, 18) +
-                               CHAINCELL_TOUCH_BYTES(144, 2, 256, 512)));
+                               CHAINCELL_TOUCH_BYTES(144, 2, 256, 512)),
+               (unsigned long)(CHAINCELL_SHAPE_BYTES(130, 0, 8) +
+                               CHAINCELL_TOUCH_BYTES(130, 1, 64, 0) +
+                               CHAINCELL_CUT_BYTES(14200, 1)));
         return 0;
     }
     for (at = 0; at < sizeof counts / sizeof counts[0]; at++) {

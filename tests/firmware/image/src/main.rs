@@ -15,6 +15,8 @@ mod canary;
 #[cfg(feature = "checks")]
 mod checks;
 mod console;
+#[cfg(feature = "cut")]
+mod cut;
 mod deadline;
 mod feed;
 mod measure;
@@ -22,7 +24,7 @@ mod memory;
 mod panic;
 mod scene;
 mod stack;
-#[cfg(feature = "surface")]
+#[cfg(all(feature = "surface", not(feature = "cut")))]
 mod touch;
 
 /// All of it; the board's start-up calls it once.
@@ -35,8 +37,10 @@ fn run() -> ! {
         measure::play(&mut tissue)?;
         measure::worst(&mut tissue)?;
         deadline::meet(&mut tissue)?;
-        #[cfg(feature = "surface")]
+        #[cfg(all(feature = "surface", not(feature = "cut")))]
         touch::press(&mut tissue)?;
+        #[cfg(feature = "cut")]
+        cut::draw(&mut tissue)?;
         measure::rest(&mut tissue)?;
         console::number("stack_bytes", stack::deepest());
         #[cfg(feature = "checks")]

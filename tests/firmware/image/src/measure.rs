@@ -15,9 +15,9 @@ const WORST_TICKS: u32 = 3;
 /// Ticks at rest: the look for sleepers comes every 16th.
 const REST_TICKS: u32 = 33;
 /// Instructions from one position interrupt to the next: 1 ms at 480 MHz.
-const PERIOD: u32 = 480_000;
+pub const PERIOD: u32 = 480_000;
 /// The same where interrupts are to meet every depth of the stack.
-const DENSE_PERIOD: u32 = 5_000;
+pub const DENSE_PERIOD: u32 = 5_000;
 
 /// The tissue of all parts.
 pub type Tissue = TissueMut<'static, Scheme>;
@@ -104,7 +104,7 @@ fn counted(tissue: &mut Tissue, state: &[u8], sweeps: u16) -> Option<(u32, u32)>
 pub fn worst(tissue: &mut Tissue) -> Option<()> {
     let (mut sweep, mut tick) = (0, 0);
     #[cfg(feature = "surface")]
-    crate::touch::choose(tissue)?;
+    choose(tissue)?;
     for state in [LONG, SHORT] {
         let (_, few) = counted(tissue, state, FEW)?;
         let (_, many) = counted(tissue, state, MANY)?;
@@ -116,6 +116,15 @@ pub fn worst(tissue: &mut Tissue) -> Option<()> {
     console::number("instructions_per_sweep_worst", sweep);
     console::number("instructions_per_tick_worst", tick);
     Some(())
+}
+
+/// Gives the tissue its tool again, after a reset.
+#[cfg(feature = "surface")]
+pub fn choose(tissue: &mut Tissue) -> Option<()> {
+    let network = network(SWEEPS)?;
+    let tools = SCENE.tools()?;
+    tissue.reset(&network).ok()?;
+    tissue.choose_tools(&network, tools.parts, tools.friction).ok()
 }
 
 /// The same ticks with interrupts at every depth, for the stack.

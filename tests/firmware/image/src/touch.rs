@@ -2,7 +2,7 @@
 
 use chaincell_kernel::{Budget, Flags, ToolPose};
 
-use crate::measure::{MANY, Tissue, count, network, put};
+use crate::measure::{MANY, Tissue, choose, count, network, put};
 use crate::scene::{REST, SCENE, SWEEPS};
 use crate::{board, console};
 
@@ -27,14 +27,6 @@ fn sample(tick: u32, engaged: u32) -> Option<ToolPose> {
     let [x, y, z] = SCENE.tools()?.start_m[0];
     let way_m = SCENE.reach_m * tick as f32 / TICKS as f32;
     Some(ToolPose::at([x, y, z - way_m].into(), engaged))
-}
-
-/// Gives the tissue its tool again, after a reset.
-pub fn choose(tissue: &mut Tissue) -> Option<()> {
-    let network = network(SWEEPS)?;
-    let tools = SCENE.tools()?;
-    tissue.reset(&network).ok()?;
-    tissue.choose_tools(&network, tools.parts, tools.friction).ok()
 }
 
 /// A press from rest, its last tick with so many sweeps; the tool lets go `free` ticks before that.

@@ -90,6 +90,12 @@ fn held(figures: &Figures) -> Vec<(&'static str, u64)> {
             ("instructions_without_tool", touch.instructions_without_tool),
         ]
     });
+    let cut = figures.cut.iter().flat_map(|cut| {
+        [
+            ("instructions_per_tick_split", cut.instructions_per_tick_split),
+            ("instructions_per_tick_whole", cut.instructions_per_tick_whole),
+        ]
+    });
     // REQ-TCK-03, REQ-TCK-04
     let all = [
         ("instructions_per_sweep_worst", figures.instructions_per_sweep_worst),
@@ -99,5 +105,5 @@ fn held(figures: &Figures) -> Vec<(&'static str, u64)> {
         ("ram_bytes", figures.ram_bytes),
         ("stack_bytes", figures.stack_bytes),
     ];
-    all.into_iter().chain(touch).collect()
+    all.into_iter().chain(touch).chain(cut).collect()
 }

@@ -19,7 +19,7 @@ pub struct Case {
     pub bake: &'static [&'static str],
     pub scheme: &'static str,
     /// What meets the surface in place of held cells.
-    pub sphere: Option<Sphere>,
+    pub tool: Option<Tool>,
     /// A golden scene on the same body, whose motion, held cells and settings this one takes.
     pub golden: Option<&'static str>,
     /// Sweeps a tick where there is no golden.
@@ -32,13 +32,21 @@ pub struct Case {
     pub of_size: bool,
 }
 
-/// A sphere with friction, and how many triangles and samples have slots.
+/// A tool, and how many triangles and samples have slots.
 #[derive(Debug, Clone, Copy)]
-pub struct Sphere {
-    pub radius_m: f32,
-    pub friction: f32,
+pub struct Tool {
+    pub shape: Shape,
     pub near: usize,
     pub anchors: usize,
+}
+
+/// The shape of a tool.
+#[derive(Debug, Clone, Copy)]
+pub enum Shape {
+    /// A sphere with friction.
+    Sphere { radius_m: f32, friction: f32 },
+    /// The blade of the golden scene: the body can be cut.
+    Blade,
 }
 
 /// A case that every core plays to its end, four sweeps a tick.
@@ -46,7 +54,7 @@ const PLAIN: Case = Case {
     name: "",
     bake: &[],
     scheme: "track",
-    sphere: None,
+    tool: None,
     golden: None,
     sweeps: 4,
     ticks_max: u32::MAX,
@@ -61,7 +69,7 @@ const OF_SIZE: Case = Case { sweeps: 1, of_size: true, ..PLAIN };
 pub const STATES: [(&str, f32); 3] = [("LONG", 1.5), ("SHORT", 0.5), ("REST", 1.0)];
 
 /// All of them.
-pub const CASES: [Case; 11] = [
+pub const CASES: [Case; 12] = [
     Case {
         name: "plane8_track",
         bake: &["plane:21x21x0.01", "--diagonals", "--alpha=0.02", "--coarse=none", "--lean"],
@@ -97,7 +105,28 @@ pub const CASES: [Case; 11] = [
     Case {
         name: "organ500_touch",
         bake: &["organ:500", "--young-pa=5000", "--poisson=0.45"],
-        sphere: Some(Sphere { radius_m: 0.012, friction: 0.3, near: 24, anchors: 96 }),
+        tool: Some(Tool {
+            shape: Shape::Sphere { radius_m: 0.012, friction: 0.3 },
+            near: 24,
+            anchors: 96,
+        }),
+        needs_fpu: true,
+        ..PLAIN
+    },
+    Case {
+        name: "blade5_track",
+        bake: &[
+            "box:5x5x4x0.01",
+            "--young-pa=5000",
+            "--poisson=0.4",
+            "--coarse=2.5",
+            "--contact-surface=yes",
+            "--cuttable",
+            "--cut-spare=0.3",
+            "--toughness-j-per-m2=10",
+        ],
+        tool: Some(Tool { shape: Shape::Blade, near: 128, anchors: 64 }),
+        golden: Some("blade5_track"),
         needs_fpu: true,
         ..PLAIN
     },
@@ -163,7 +192,7 @@ impl Ready {
 
     /// States that the image has, by name.
     pub fn states(&self) -> &'static [(&'static str, f32)] {
-        if self.case.sphere.is_some() { &STATES } else { &STATES[..2] }
+        if self.case.tool.is_some() { &STATES } else { &STATES[..2] }
     }
 
     /// Where [`prepare`] has written a state.
@@ -205,11 +234,11 @@ pub fn prepare(case: Case, chaincell: &Path, folder: &Path, ticks: u32) -> Resul
             tiers: Tier::ALL,
             image,
             cells: model.cells(),
-            held: match case.sphere {
+            held: match case.tool {
                 None => Box::leak(held(&model)?.into_boxed_slice()),
                 Some(_) => &[],
             },
-            tools: case.sphere.map(|sphere| above(&model, sphere)),
+            tools: case.tool.and_then(|tool| above(&model, tool.shape)),
             reach_m: 3.0 * model.unit_m(),
             settings: match case.sweeps {
                 1 => |model| settings(model, 1),
@@ -236,15 +265,16 @@ fn aligned(bytes: &[u8]) -> &'static [u8] {
     room
 }
 
-/// The sphere on the highest cell.
-fn above(model: &Model<'_>, sphere: Sphere) -> Tools {
+/// The sphere on the highest cell; `None` for a blade, whose place a golden scene says.
+fn above(model: &Model<'_>, shape: Shape) -> Option<Tools> {
+    let Shape::Sphere { radius_m, friction } = shape else { return None };
     let cells = (0..model.cells()).map(|cell| model.rest_position(cell));
     let [x, y, z] = cells.max_by(|a, b| a[2].total_cmp(&b[2])).unwrap_or_default();
     let ([a, b, c], unit_m) = (model.centre_m(), model.unit_m());
-    let start_m = [a + unit_m * x, b + unit_m * y, c + unit_m * z + sphere.radius_m];
-    let part: &[ToolPart] = Box::leak(Box::new([ToolPart::sphere(sphere.radius_m)]));
+    let start_m = [a + unit_m * x, b + unit_m * y, c + unit_m * z + radius_m];
+    let part: &[ToolPart] = Box::leak(Box::new([ToolPart::sphere(radius_m)]));
     let parts = Box::leak(Box::new([part]));
-    Tools { parts, friction: sphere.friction, start_m: [start_m; 2], turn_m: 1.0 }
+    Some(Tools { parts, friction, start_m: [start_m; 2], turn_m: 1.0 })
 }
 
 /// Input ids of the free cell farthest from the fixed ones and of some free neighbours.

@@ -5,7 +5,7 @@ use chaincell_kernel::Choice;
 use chaincell_scenes::Tier;
 use serde::Serialize;
 
-use crate::case::Ready;
+use crate::case::{Ready, Shape};
 use crate::emulate::Said;
 use crate::host::{self, Answer};
 use crate::image::Image;
@@ -37,6 +37,8 @@ pub struct Figures {
     pub instructions_per_tick_rest: u64,
     /// Of a tool that presses the surface, its slots full.
     pub touch: Option<Touch>,
+    /// Of a blade.
+    pub cut: Option<Cut>,
     /// Sweeps of a tick that ended when half the instructions of a whole one were used up.
     pub sweeps_in_budget: u64,
     /// Sweeps of that whole one.
@@ -77,7 +79,7 @@ impl Touch {
     }
 
     fn of(ready: &Ready, said: &Said) -> Result<Option<Self>> {
-        if ready.case.sphere.is_none() {
+        if !matches!(ready.case.tool, Some(tool) if matches!(tool.shape, Shape::Sphere { .. })) {
             return Ok(None);
         }
         let contacts = said.number("contacts_touch")?;
@@ -94,6 +96,47 @@ impl Touch {
             instructions_of_last_touch: said.number("instructions_of_last_touch")?,
             instructions_without_tool: said.number("instructions_without_tool")?,
             contacts,
+        }))
+    }
+}
+
+/// What cutting costs.
+#[derive(Debug, Clone, Serialize)]
+pub struct Cut {
+    /// The dearest tick in which cells split, and how many copies it made.
+    pub instructions_per_tick_split: u64,
+    pub copies_of_that_tick: u64,
+    /// The dearest tick of the scene in which none did.
+    pub instructions_per_tick_whole: u64,
+    pub opened_faces: u64,
+    pub copies: u64,
+}
+
+impl Cut {
+    /// A further line of the table.
+    fn line(&self) -> String {
+        format!(
+            "\n  cut: {} faces open, {} copies; tick at most {} with a split, of {} copies, {} without",
+            self.opened_faces,
+            self.copies,
+            self.instructions_per_tick_split,
+            self.copies_of_that_tick,
+            self.instructions_per_tick_whole
+        )
+    }
+
+    fn of(ready: &Ready, said: &Said) -> Result<Option<Self>> {
+        if !matches!(ready.case.tool, Some(tool) if matches!(tool.shape, Shape::Blade)) {
+            return Ok(None);
+        }
+        let copies = said.number("copies")?;
+        ensure!(copies > 0, "the blade splits no cell");
+        Ok(Some(Self {
+            instructions_per_tick_split: said.number("instructions_per_tick_split")?,
+            copies_of_that_tick: said.number("copies_of_that_tick")?,
+            instructions_per_tick_whole: said.number("instructions_per_tick_whole")?,
+            opened_faces: said.number("opened_faces")?,
+            copies,
         }))
     }
 }
@@ -137,6 +180,7 @@ impl Figures {
             instructions_per_sweep_worst: said.number("instructions_per_sweep_worst")?,
             instructions_per_tick_rest: said.number("instructions_per_tick_rest")?,
             touch: Touch::of(ready, said)?,
+            cut: Cut::of(ready, said)?,
             sweeps_in_budget: said.number("sweeps_in_budget")?,
             sweeps_at_most: said.number("sweeps_at_most")?,
             cycles_per_tick_worst_estimate: estimate(target, worst, links, sweeps),
@@ -217,5 +261,6 @@ impl Figures {
             self.stack_bytes,
             cycles.map_or(String::new(), |cycles| cycles.to_string())
         ) + &self.touch.as_ref().map_or(String::new(), Touch::line)
+            + &self.cut.as_ref().map_or(String::new(), Cut::line)
     }
 }

@@ -8,13 +8,13 @@ use chaincell_kernel::Team;
 use chaincell_kernel::{
     Anchor, Budget, CoarseTouch, CutRoom, Dynamics, Euler, Head, Model, NearTriangle, Network,
     Predict, Rkl2, Settings, TermState, TermStates, TissueMut, ToolPose, ToolState, TouchArrays,
-    TouchRoom, TouchState, Track, term_states,
+    TouchRoom, TouchState, Track, cut_words, term_states,
 };
 use chaincell_scenes::adverse::{self, AdverseError};
 use chaincell_scenes::{Act, Run, RunError, Scene, Tier, golden};
 use fixed::types::I8F24;
 
-use crate::case::{Ready, STATES, Sphere};
+use crate::case::{Ready, STATES, Tool};
 
 /// State hash after the last tick, and digest of all ticks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -125,6 +125,7 @@ fn stage<A: Act>(ready: &Ready, tier: Tier, act: A) -> Result<A::Output> {
 fn with<D: Dynamics, A: Act>(ready: &Ready, act: A) -> A::Output {
     let (cells, held) = (ready.model.cells(), ready.scene.held.len());
     let mut states = vec![TermState::ZERO; term_states(ready.model.kept_states())];
+    let mut words = vec![0; cut_words(&ready.model)];
     let tissue = TissueMut {
         head: &mut { Head::<D>::NEW },
         state: &mut vec![Cell::ZERO; cells],
@@ -134,10 +135,10 @@ fn with<D: Dynamics, A: Act>(ready: &Ready, act: A) -> A::Output {
         contacts: &mut vec![Contact::NONE; held],
         states: TermStates::new(&mut states),
         touch: TouchRoom::none(),
-        cut: CutRoom::none(),
+        cut: CutRoom::new(&mut words),
         team: Team::ALONE,
     };
-    let Some(Sphere { near, anchors, .. }) = ready.case.sphere else {
+    let Some(Tool { near, anchors, .. }) = ready.case.tool else {
         return act.act(ready.scene, tissue);
     };
     let (mut mobility, mut factors) = (vec![0.0; cells], vec![0.0; cells]);

@@ -4,12 +4,12 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use anyhow::{Context, Result, ensure};
-use chaincell_kernel::{Choice, term_states};
+use chaincell_kernel::{Choice, cut_words, term_states};
 use chaincell_scenes::Tier;
 use object::elf::SHF_ALLOC;
 use object::{Object, ObjectSection, ObjectSymbol, SectionFlags, SectionKind};
 
-use crate::case::{Ready, STATES, Sphere};
+use crate::case::{Ready, STATES, Shape, Tool};
 use crate::target::{FOLDERS, Target};
 use crate::trace::Traces;
 
@@ -92,11 +92,11 @@ impl Workshop {
         let mut cargo = self.cargo("build", target, ready, tier);
         let feature = with.map_or("", |with| with.feature);
         cargo.args(with.map(|with| format!("--features={}", with.feature)));
-        if ready.case.sphere.is_some() {
-            cargo.arg("--features=surface");
-        } else if ready.model.is_nodal() {
-            cargo.arg("--features=nodal");
-        }
+        cargo.args(match ready.case.tool.map(|tool| tool.shape) {
+            Some(Shape::Blade) => Some("--features=cut"),
+            Some(Shape::Sphere { .. }) => Some("--features=surface"),
+            None => Some("--features=nodal").filter(|_| ready.model.is_nodal()),
+        });
         if let Some(traces) = with.and_then(|with| with.traces) {
             cargo.envs(traces.environment());
         }
@@ -137,7 +137,7 @@ fn environment(ready: &Ready, tier: Tier) -> Vec<(String, String)> {
 }
 
 /// Its constants.
-fn constants(ready: &Ready, tier: Tier) -> [(&'static str, String); 14] {
+fn constants(ready: &Ready, tier: Tier) -> [(&'static str, String); 15] {
     let (settings, model) = (ready.settings(), &ready.model);
     let held: Vec<String> = ready.scene.held.iter().map(u32::to_string).collect();
     [
@@ -149,10 +149,8 @@ fn constants(ready: &Ready, tier: Tier) -> [(&'static str, String); 14] {
         ("CHAINCELL_SCHEME", ready.scene.scheme.into()),
         ("CHAINCELL_TIER", tier.name().into()),
         ("CHAINCELL_HELD", held.join(",")),
-        (
-            "CHAINCELL_TOOL",
-            ready.case.sphere.map_or_else(String::new, |sphere| tool(ready, sphere)),
-        ),
+        ("CHAINCELL_CUT_WORDS", cut_words(model).to_string()),
+        ("CHAINCELL_TOOL", ready.case.tool.map_or_else(String::new, |its| tool(ready, its))),
         ("CHAINCELL_SWEEPS", settings.sweeps.to_string()),
         ("CHAINCELL_UNLOADING", format!("{:?}", settings.unloading)),
         ("CHAINCELL_MAX_FORCE_BITS", settings.max_force_n.to_bits().to_string()),
@@ -161,9 +159,12 @@ fn constants(ready: &Ready, tier: Tier) -> [(&'static str, String); 14] {
     ]
 }
 
-/// The sphere, for `image/build.rs`.
-fn tool(ready: &Ready, sphere: Sphere) -> String {
-    let Sphere { radius_m, friction, near, anchors } = sphere;
+/// The tool, for `image/build.rs`.
+fn tool(ready: &Ready, tool: Tool) -> String {
+    let Tool { shape, near, anchors } = tool;
+    let Shape::Sphere { radius_m, friction } = shape else {
+        return format!("{},{near},{anchors}", ready.scene.name);
+    };
     let [x, y, z] = ready.scene.tools.map_or([0.0; 3], |tools| tools.start_m[0]);
     let [r, f, x, y, z] = [radius_m, friction, x, y, z].map(f32::to_bits);
     format!("{r},{f},{x},{y},{z},{near},{anchors}")

@@ -2,11 +2,11 @@
 #![allow(clippy::unwrap_used)]
 
 use chaincell_kernel::{Budget, Dynamics, Flags, Model, Network, TissueMut};
-use chaincell_scenes::{Act, Run, Scene, Tier, stage, touch6_predict, touch6_tools};
+use chaincell_scenes::{Act, Run, Scene, Tier, blade5_track, stage, touch6_predict, touch6_tools};
 
 /// Ticks that are played.
 const TICKS: u32 = 200;
-const SCENES: [&Scene; 2] = [&touch6_predict::SCENE, &touch6_tools::SCENE];
+const SCENES: [&Scene; 3] = [&touch6_predict::SCENE, &touch6_tools::SCENE, &blade5_track::SCENE];
 
 fn played<A: Act>(scene: &Scene, act: A) -> A::Output {
     stage(scene.name, Tier::F32, act).unwrap()

@@ -1,0 +1,122 @@
+//! Bodies that are cut: what is refused, the state of the cuts, a snapshot.
+
+use chaincell_kernel::{EDGE_BYTES, cut_words, include_model};
+
+use super::{
+    Made, call, hash, info_of, init, model_of, pose_at, settings_of, size_of_body, storage,
+};
+use crate::{CUT_TOOL_BYTES, Code, Cuts, Detail, Face, Room, Scheme, ToolPart};
+
+/// `chaincell bake box:5x5x4x0.01 --young-pa 5000 --poisson 0.4 --coarse 2.5 --contact-surface yes --cuttable
+/// --cut-spare 0.3 --toughness-j-per-m2 10`.
+static BLADE: &[u8] = include_model!("../../../../tests/data/blade5.chaincell");
+
+const ROOM: Room = Room { contacts: 0, tools: 1, triangles: 64, samples: 0, cuts: 1 };
+
+/// A body at rest.
+fn placed(room: &Room) -> Made {
+    let (code, bytes, _) = size_of_body(BLADE, Scheme::Track as i32, room);
+    assert_eq!(code, Code::Ok);
+    let mut storage = storage(bytes);
+    let there = (storage.as_mut_ptr(), bytes);
+    let settings = settings_of(&model_of(BLADE), Scheme::Track);
+    let (code, _, tissue) = init(there, BLADE, (Scheme::Track as i32, room), &settings);
+    assert_eq!(code, Code::Ok);
+    Made { storage, tissue }
+}
+
+/// Gives it a blade.
+fn choose(made: &Made) -> Code {
+    let edge = ToolPart {
+        centre_m: [0.0; 3],
+        orientation: [0.0, 0.0, 0.0, 1.0],
+        half_m: [0.016, 0.0, 0.0],
+        radius_m: 0.0,
+    };
+    let none = core::ptr::null_mut();
+    call!(chaincell_choose_tools(made.tissue, &edge, &1, 1, 0.0, none))
+}
+
+/// Opens faces; what came of it, and the cuts.
+fn cut(made: &Made, faces: &[Face]) -> (Code, u32, Cuts) {
+    let (mut cuts, mut detail) = (Cuts::default(), Detail::default());
+    let list = (faces.as_ptr(), faces.len());
+    let code = call!(chaincell_cut(made.tissue, list.0, list.1, &mut cuts, &mut detail));
+    (code, detail.position, cuts)
+}
+
+/// The blade goes down from one tick to another.
+fn draw(made: &Made, ticks: core::ops::Range<u16>) {
+    for tick in ticks {
+        let height_m = 0.0305 - 0.0001 * f32::from(tick);
+        super::tick(made.tissue, pose_at([0.001, -0.001, height_m], 1));
+    }
+}
+
+#[test]
+fn the_size_is_that_of_the_models_words() {
+    let bytes = |cuts| size_of_body(BLADE, 0, &Room { cuts, ..ROOM }).1;
+    let kernel = chaincell_kernel::Model::from_bytes(BLADE).unwrap();
+    let words = info_of(&model_of(BLADE)).cut_words as usize;
+    assert!(words > 1000 && words == cut_words(&kernel), "{words}");
+    assert_eq!(bytes(1) - bytes(0), 4 * words);
+    assert_eq!(info_of(&model_of(super::SHAPES)).cut_words, 0);
+    assert!((0..64).contains(&(CUT_TOOL_BYTES - EDGE_BYTES)), "{EDGE_BYTES}");
+}
+
+#[test]
+fn memory_and_faces_that_cannot_be_are_refused() {
+    let size = |image, cuts| size_of_body(image, 0, &Room { cuts, ..ROOM }).0;
+    assert_eq!(size(super::SHAPES, 1), Code::CutModel);
+    assert_eq!(size(BLADE, 2), Code::Range);
+    let whole = placed(&Room { cuts: 0, ..ROOM });
+    assert_eq!((choose(&whole), cut(&whole, &[]).0), (Code::CutRoom, Code::CutRoom));
+    let made = placed(&ROOM);
+    assert_eq!(choose(&made), Code::Ok);
+    let face = |tetrahedron, corner| Face { tetrahedron, corner };
+    assert_eq!(cut(&made, &[]), (Code::Ok, 0, Cuts::default()));
+    for bad in [face(240, 0), face(0, 4), face(u32::MAX, u32::MAX)] {
+        assert_eq!(cut(&made, &[bad]), (Code::CutFace, 0, Cuts::default()));
+    }
+    // The one before it is open.
+    assert_eq!(cut(&made, &[face(0, 0), face(240, 0)]).1, 1);
+    let (code, _, cuts) = cut(&made, &[face(0, 0)]);
+    assert_eq!((code, cuts.opened_faces), (Code::Ok, 1));
+    let none = core::ptr::null_mut();
+    assert_eq!(call!(chaincell_tissue_reset(made.tissue, none)), Code::Ok);
+    assert_eq!(cut(&made, &[]).2, Cuts::default());
+}
+
+/// A copy of the storage, and a snapshot, go on with the same cuts.
+#[test]
+fn a_cut_body_is_copied_and_saved() {
+    let made = placed(&ROOM);
+    assert_eq!(choose(&made), Code::Ok);
+    draw(&made, 0..120);
+    let (_, _, before) = cut(&made, &[]);
+    assert!(before.opened_faces > 4 && before.copies > 1, "{before:?}");
+    let mut copy = made.storage.clone();
+    let copy = Made { tissue: copy.as_mut_ptr().cast(), storage: copy };
+    let mut bytes = std::vec![0; 1 << 20];
+    let (mut written, none) = (0, core::ptr::null_mut());
+    let saved = call!(chaincell_tissue_save(
+        made.tissue,
+        bytes.as_mut_ptr(),
+        bytes.len(),
+        &mut written,
+        none
+    ));
+    assert_eq!(saved, Code::Ok);
+    let other = placed(&ROOM);
+    assert_eq!(choose(&other), Code::Ok);
+    let restored = call!(chaincell_tissue_restore(other.tissue, bytes.as_ptr(), written, none));
+    assert_eq!(restored, Code::Ok);
+    for made in [&made, &copy, &other] {
+        draw(made, 120..160);
+    }
+    let (_, _, after) = cut(&made, &[]);
+    assert!(after.copies > before.copies && after.area_m2 > before.area_m2, "{after:?}");
+    for made_of in [&copy, &other] {
+        assert_eq!((hash(made_of.tissue), cut(made_of, &[]).2), (hash(made.tissue), after));
+    }
+}
