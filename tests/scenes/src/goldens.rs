@@ -66,6 +66,6 @@ pub static GOLDENS: &[Golden] = &[
     of("touch6_predict", Tier::F32, 2000, 0x4dd3670bf650b7ac, 64000),
     of("touch6_tools", Tier::F32, 100, 0x4d382cfbe902e217, 3200),
     of("touch6_tools", Tier::F32, 2000, 0x13f452f4fcea1a7c, 64000),
-    of("blade5_track", Tier::F32, 100, 0x7d9aaf13590a61f5, 3200),
-    of("blade5_track", Tier::F32, 2000, 0x1631221d4d932268, 64000),
+    of("blade5_track", Tier::F32, 100, 0x546d9930c50b0fde, 3200),
+    of("blade5_track", Tier::F32, 2000, 0x4a656db5d7d1d7cb, 64000),
 ];

@@ -237,7 +237,7 @@ scenes! {
             start_m: [[-0.001, -0.006, 0.0305]; 2],
             turn_m: 0.01,
         },
-        near: 128, anchors: 64, words: 14200, reach_m: 0.024,
+        near: 128, anchors: 64, words: 14878, reach_m: 0.024,
         scheme: Track<{ elastic_room(8) }>, also: [], sweeps: 3, unloading: Release,
         max_force_n: f32::INFINITY,
     }

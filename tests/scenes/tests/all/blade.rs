@@ -7,7 +7,7 @@ use chaincell_scenes::{Act, Run, Scene, Tier, blade5_track, stage};
 /// Ticks that are played.
 const TICKS: u32 = 1000;
 /// Words of the scene's memory for cuts.
-const WORDS: usize = 14_200;
+const WORDS: usize = 14_878;
 
 /// Cuts after each tick.
 struct Cuts;
