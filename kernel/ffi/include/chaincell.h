@@ -671,7 +671,7 @@ typedef struct chaincell_stage_settings {
 /**
  * Those words.
  */
-#define CHAINCELL_TISSUE_WORDS_FIXED 112
+#define CHAINCELL_TISSUE_WORDS_FIXED 128
 
 /**
  * Bytes a cell under track.
@@ -711,7 +711,7 @@ typedef struct chaincell_stage_settings {
 /**
  * Words of a `chaincell_model`.
  */
-#define CHAINCELL_MODEL_WORDS 136
+#define CHAINCELL_MODEL_WORDS 146
 
 /**
  * Words of a `chaincell_stage`.
