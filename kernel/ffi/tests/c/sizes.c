@@ -41,7 +41,7 @@ int main(int argc, char **argv)
                                CHAINCELL_TOUCH_BYTES(144, 2, 256, 512)),
                (unsigned long)(CHAINCELL_SHAPE_BYTES(130, 0, 8) +
                                CHAINCELL_TOUCH_BYTES(130, 1, 64, 0) +
-                               CHAINCELL_CUT_BYTES(14200, 1)));
+                               CHAINCELL_CUT_BYTES(14878, 1)));
         return 0;
     }
     for (at = 0; at < sizeof counts / sizeof counts[0]; at++) {
