@@ -71,7 +71,11 @@ fn the_linked_images_are_what_the_bake_gives() {
     check("cut4.chaincell", linked, &baked("box:4x4x3x0.01", false, &cut));
     let touch = BakeOptions { contact_surface: ContactSurface::Yes, ..tissue };
     let blade = BakeOptions {
-        cuttable: Some(Cuttable { spare_share: 0.3, toughness_j_per_m2: 10.0 }),
+        cuttable: Some(Cuttable {
+            spare_share: 0.3,
+            toughness_j_per_m2: 10.0,
+            ..Cuttable::default()
+        }),
         ..touch.clone()
     };
     check("blade5.chaincell", BLADE5, &baked("box:5x5x4x0.01", false, &blade));

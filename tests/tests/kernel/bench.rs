@@ -1,4 +1,5 @@
 //! A body that can be cut, in memory of its own.
+#![allow(clippy::unwrap_used)]
 
 use chaincell_kernel::{
     Anchor, Budget, Cell, CoarseTouch, Contact, CutError, CutOutput, CutRoom, Dynamics, Head,
