@@ -100,6 +100,7 @@ impl CutBody<'_, '_> {
             self.name_triangle(triangle);
         }
         self.list();
+        self.bound_lips();
     }
 
     /// Moves the groups of a slice from their places in the image to the present ones; the last slice first.

@@ -5,9 +5,10 @@
 //! faces and the cells of the tetrahedra, as that of the touched faces does; it is made anew after the splits of a
 //! tick. A spare cell has two places, for lips with two other cells; a further one is left out.
 //!
-//! At the start of a tick the normals turn with the cells' rotations. Where the sides have slid along each other,
-//! by s in mean edges, they meet other parts of the cut: a lip counts in full up to s = 1 and not at all from s = 2
-//! on. What that changes in the energy is booked.
+//! At the start of a tick the normals turn with the cells' rotations. Where the cells of a lip are far from each other
+//! its sides meet other parts of the cut, or nothing: a lip counts in full up to a mean edge, and not at all from two
+//! on. What that changes in the energy is booked. The bounds of the cells have the lips that count: else a piece that
+//! is drawn away would lag behind its tool.
 
 use super::body::CutBody;
 use super::memory::{Arrays, LIPS};
@@ -24,22 +25,15 @@ use crate::number::two_float::LANES;
 
 /// Twice the stiffness of a lip over a third of the contact stiffness of its faces, E times area over edge.
 const WEIGHT: f32 = 12.0;
-/// Way, in mean edges, along which the sides may slide until a lip counts less, and until it does not count.
-const SLIDES: [f32; 2] = [1.0, 2.0];
+/// Distance of its cells, in mean edges, from which on a lip counts less, and from which on it does not count.
+const APART: [f32; 2] = [1.0, 2.0];
 /// Margin for the rounding of the cells' bounds.
 const ROUNDED_UP: f32 = 1.001;
 
-/// Way of a second place from a first one across a normal.
-fn slide(unit: [f32; 3], [first, second]: [[f32; 3]; 2]) -> f32 {
-    let way = sub(second, first);
-    let across = sub(way, scale(dot(unit, way), unit));
-    sqrt(dot(across, across))
-}
-
-/// Share with which a lip counts whose sides have slid this far, in mean edges.
-fn share(slide: f32) -> f32 {
-    let [full, none] = SLIDES;
-    let share = (none - slide) / (none - full);
+/// Share with which a lip counts whose cells are this far from each other, in mean edges.
+fn share(apart: f32) -> f32 {
+    let [full, none] = APART;
+    let share = (none - apart) / (none - full);
     if share > 0.0 { if share < 1.0 { share } else { 1.0 } } else { 0.0 }
 }
 
@@ -64,7 +58,6 @@ impl CutBody<'_, '_> {
             }
         }
         self.sort_ends();
-        self.bound_lips();
     }
 
     /// Adds an opened face, opposite to a corner of a tetrahedron, to the lips at its corners.
@@ -164,8 +157,8 @@ impl CutBody<'_, '_> {
         }
     }
 
-    /// Sets the bounds of all cells, with the lips'.
-    fn bound_lips(&mut self) {
+    /// Sets the bounds of all cells, with those of the lips that count.
+    pub(crate) fn bound_lips(&mut self) {
         let basis = self.model.coarse_basis.and_then(|basis| basis.elastic());
         let factors = basis.map_or(&[][..], |level| level.factors);
         for cell in 0..self.bodily + self.used() {
@@ -181,7 +174,7 @@ impl CutBody<'_, '_> {
         }
         // Each lip adds its weight to the bounds W of its cells, one after the other.
         for place in 0..LIPS * self.used() {
-            let Some(lip) = self.lip(place) else { continue };
+            let Some(lip) = self.lip(place).filter(|_| self.counts(place)) else { continue };
             for cell in lip.cells.map(usize::from) {
                 let Some(mobility) = self.arrays.mobility.get_mut(cell) else { continue };
                 let more = ROUNDED_UP * lip.weight * *mobility;
@@ -193,14 +186,27 @@ impl CutBody<'_, '_> {
         }
     }
 
-    /// Turns the normals for a tick.
-    pub(crate) fn turn_lips(&mut self, at: &impl Fn(usize) -> [f32; 3], states: States<'_>) {
+    /// Returns true if the lip in a place has a normal.
+    fn counts(&self, place: usize) -> bool {
+        self.arrays.normals.get(place).is_some_and(|normal| *normal != [0.0; 3])
+    }
+
+    /// Turns the normals for a tick. Returns true if other lips count than before.
+    pub(crate) fn turn_lips(
+        &mut self,
+        at: &impl Fn(usize) -> [f32; 3],
+        states: States<'_>,
+    ) -> bool {
+        let mut is_changed = false;
         for place in 0..LIPS * self.used() {
             let normal = self.lip(place).and_then(|lip| self.normal(&lip, at, states));
+            let before = self.counts(place);
             if let Some(slot) = self.arrays.normals.get_mut(place) {
                 *slot = normal.unwrap_or_default();
             }
+            is_changed |= before != self.counts(place);
         }
+        is_changed
     }
 
     /// Normal of a lip, times the root of its share.
@@ -215,8 +221,10 @@ impl CutBody<'_, '_> {
         let normal = add(first?, second?);
         let size = sqrt(dot(normal, normal));
         let unit = (size > 0.0).then(|| scale(1.0 / size, normal))?;
-        let slide = slide(unit, lip.cells.map(|cell| at(cell.into()))) / lip.edge;
-        Some(scale(sqrt(share(slide)), unit).map(|x| x + 0.0))
+        let [one, other] = lip.cells.map(|cell| at(cell.into()));
+        let way = sub(other, one);
+        let share = share(sqrt(dot(way, way)) / lip.edge);
+        Some(scale(sqrt(share), unit).map(|x| x + 0.0))
     }
 
     /// Energy of the lips, in internal units.

@@ -209,8 +209,12 @@ impl<D: Dynamics> TissueMut<'_, D> {
                 body.list();
             }
             let lowered = self.lower(&mut body);
-            let turned = self.turn_lips(&mut body, pressed);
+            let (turned, is_changed) = self.turn_lips(&mut body, pressed);
             body.pay(turned.unwrap_or(0.0));
+            if is_changed || split.is_some() {
+                body.bound_lips();
+                self.touch.forget_bounds();
+            }
             (split, lowered, turned)
         });
         self.cut = memory;
@@ -324,14 +328,14 @@ impl<D: Dynamics> TissueMut<'_, D> {
     }
 
     /// Turns the normals between the sides of cuts, whose energy was `before`. Returns the change of the energy,
-    /// rounded up; `None` if nothing presses and nothing did.
-    fn turn_lips(&mut self, body: &mut CutBody<'_, '_>, before: f64) -> Option<f64> {
-        let state = self.state.get(..body.model.cells())?;
+    /// rounded up, `None` if nothing presses and nothing did; and true if other lips count than before.
+    fn turn_lips(&mut self, body: &mut CutBody<'_, '_>, before: f64) -> (Option<f64>, bool) {
+        let state = self.state.get(..body.model.cells()).unwrap_or(&[]);
         let states = self.states.shared(body.model.kept_states());
-        body.turn_lips(&places(body.model, state), states);
+        let is_changed = body.turn_lips(&places(body.model, state), states);
         let after = self.energy_of_lips(body);
-        let is_any = before > 0.0 || after > 0.0;
-        is_any.then(|| after - before + f64::from(ROUNDING) * (before + after))
+        let change = after - before + f64::from(ROUNDING) * (before + after);
+        ((before > 0.0 || after > 0.0).then_some(change), is_changed)
     }
 
     /// Lowers the offsets. Returns the change of the energy, rounded up; `None` without one.
