@@ -100,7 +100,7 @@ fn cuttable(given: &Given<'_, '_>) -> PyResult<Option<Cuttable>> {
     let toughness_j_per_m2 =
         given.real("toughness_j_per_m2")?.unwrap_or(defaults.toughness_j_per_m2);
     let spare_share = given.real("cut_spare")?.unwrap_or(defaults.spare_share);
-    Ok(Some(Cuttable { toughness_j_per_m2, spare_share }))
+    Ok(Some(Cuttable { toughness_j_per_m2, spare_share, ..defaults }))
 }
 
 /// One of some words.

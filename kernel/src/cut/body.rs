@@ -147,7 +147,7 @@ impl<'a, 'm> CutBody<'a, 'm> {
         let Some(slot) = self.arrays.marks.get_mut(cell) else { return };
         let before = core::mem::replace(slot, mark);
         if let Some(waiting) = self.arrays.counts.get_mut(WAITING) {
-            *waiting = *waiting + u32::from(mark) - u32::from(before);
+            *waiting = (*waiting + u32::from(mark)).saturating_sub(before.into());
         }
     }
 

@@ -7,6 +7,9 @@ use crate::model::nodal::OffsetNumbers;
 use crate::model::{Model, others};
 use crate::number::kept::Pass;
 
+/// Largest square of a normal's length.
+const NORMAL_MAX: f32 = 1.001;
+
 /// Passes over the state of a body that can be cut; `model` is such a one.
 pub(crate) fn keep(memory: &mut CutRoom<'_>, model: &Model<'_>, pass: &mut Pass<'_>) {
     let room = memory.state(model).map_or(0, <[u32]>::len);
@@ -64,7 +67,9 @@ impl CutBody<'_, '_> {
         pass.slice_if(self.arrays.is_offset, |_, &is_offset| is_offset < 2);
         let is_finite = |rows: &OffsetNumbers| rows.as_flattened().iter().all(|x| x.is_finite());
         pass.slice_if(self.arrays.offsets, |_, rows| is_finite(rows));
-        pass.slice_if(self.arrays.normals, |_, normal| normal.iter().all(|x| x.is_finite()));
+        pass.slice_if(self.arrays.normals, |_, normal| {
+            normal.iter().map(|x| x * x).sum::<f32>() <= NORMAL_MAX
+        });
         pass.slice_if(self.arrays.tear, |place, &word| match place {
             TURN => word < TURNS,
             CREDIT => f32::from_bits(word).is_finite() && word != (-0.0_f32).to_bits(),
@@ -99,8 +104,7 @@ impl CutBody<'_, '_> {
         for triangle in 0..self.arrays.triangles.len() {
             self.name_triangle(triangle);
         }
-        self.list();
-        self.bound_lips();
+        self.list_read();
     }
 
     /// Moves the groups of a slice from their places in the image to the present ones; the last slice first.

@@ -7,7 +7,8 @@
 //!
 //! At the start of a tick the normals turn with the cells' rotations. Where the cells of a lip are far from each other
 //! its sides meet other parts of the cut, or nothing: a lip counts in full up to a mean edge, and not at all from two
-//! on. What that changes in the energy is booked. The bounds of the cells have the lips that count: else a piece that
+//! on. No turn raises the energy: a lip that would press harder gets a shorter normal, so one whose sides have slid away
+//! and come back overlapping presses only after they have parted. What the energy falls by is booked. The bounds of the cells have the lips that count: else a piece that
 //! is drawn away would lag behind its tool.
 
 use super::body::CutBody;
@@ -27,8 +28,21 @@ use crate::number::two_float::LANES;
 const WEIGHT: f32 = 12.0;
 /// Distance of its cells, in mean edges, from which on a lip counts less, and from which on it does not count.
 const APART: [f32; 2] = [1.0, 2.0];
+/// Share of a normal that stays where a lip would press harder: a little less than all, for the rounding.
+const FALL: f32 = 1.0 - 32.0 * f32::EPSILON;
+/// Change of a normal below which it stays: without a motion of the body no lip changes.
+const STILL: f32 = 1.0e-5;
 /// Margin for the rounding of the cells' bounds.
 const ROUNDED_UP: f32 = 1.001;
+
+/// Outcome of a turn of the normals.
+#[derive(Clone, Copy, Default)]
+pub(crate) struct Turned {
+    /// A normal has changed.
+    pub any: bool,
+    /// Other lips count than before.
+    pub others_count: bool,
+}
 
 /// Share with which a lip counts whose cells are this far from each other, in mean edges.
 fn share(apart: f32) -> f32 {
@@ -41,11 +55,19 @@ impl CutBody<'_, '_> {
     /// Lists touched faces and lips anew, after splits.
     pub(crate) fn list(&mut self) {
         self.list_opened();
-        self.list_lips();
+        self.list_lips(false);
     }
 
-    /// Makes the list anew; the normals stay.
-    fn list_lips(&mut self) {
+    /// The same for a body whose normals have been read.
+    pub(super) fn list_read(&mut self) {
+        self.list_opened();
+        self.list_lips(true);
+        self.bound_lips();
+    }
+
+    /// Makes the list anew. The normal of a place whose cells are others than before becomes 0, unless the normals
+    /// have been read.
+    fn list_lips(&mut self, is_read: bool) {
         self.arrays.lip_numbers.fill([0.0; 5]);
         for tetrahedron in 0..self.arrays.faces.len() {
             let faces = self.arrays.faces.get(tetrahedron).copied().unwrap_or(0);
@@ -53,7 +75,7 @@ impl CutBody<'_, '_> {
                 if let Some((other, _)) = self.across(tetrahedron, corner)
                     && tetrahedron < other
                 {
-                    self.add_lips(tetrahedron, corner, other);
+                    self.add_lips(tetrahedron, corner, other, is_read);
                 }
             }
         }
@@ -61,7 +83,7 @@ impl CutBody<'_, '_> {
     }
 
     /// Adds an opened face, opposite to a corner of a tetrahedron, to the lips at its corners.
-    fn add_lips(&mut self, tetrahedron: usize, opposite: usize, other: usize) {
+    fn add_lips(&mut self, tetrahedron: usize, opposite: usize, other: usize, is_read: bool) {
         let cells = self.side(tetrahedron, opposite);
         let [a, b, c] = cells.map(|cell| self.rest_position(self.origin(cell.into()) as u16));
         let third = scale(1.0 / 6.0, cross(sub(b, a), sub(c, a)));
@@ -76,12 +98,12 @@ impl CutBody<'_, '_> {
             let is_first = cell < there;
             let (cells, area) =
                 if is_first { ([cell, there], third) } else { ([there, cell], scale(-1.0, third)) };
-            self.add_lip(Lip { cells, weight, area, edge: number(contact::EDGE) });
+            self.add_lip(Lip { cells, weight, area, edge: number(contact::EDGE) }, is_read);
         }
     }
 
     /// Adds a lip, or its numbers to the one of these cells.
-    fn add_lip(&mut self, more: Lip) {
+    fn add_lip(&mut self, more: Lip, is_read: bool) {
         let spare = usize::from(more.cells[1]).saturating_sub(self.bodily);
         for place in LIPS * spare..LIPS * (spare + 1) {
             let known = self.lip(place);
@@ -94,9 +116,14 @@ impl CutBody<'_, '_> {
                 lip.area = add(known.area, more.area);
                 lip.edge = if known.edge > more.edge { known.edge } else { more.edge };
             }
-            if let (Some(cells), Some(numbers)) =
-                (self.arrays.lip_cells.get_mut(place), self.arrays.lip_numbers.get_mut(place))
-            {
+            if let (Some(cells), Some(numbers), Some(normal)) = (
+                self.arrays.lip_cells.get_mut(place),
+                self.arrays.lip_numbers.get_mut(place),
+                self.arrays.normals.get_mut(place),
+            ) {
+                if !is_read && *cells != lip.cells {
+                    *normal = [0.0; 3];
+                }
                 (*cells, *numbers) = (lip.cells, lip.numbers());
             }
             return;
@@ -191,22 +218,47 @@ impl CutBody<'_, '_> {
         self.arrays.normals.get(place).is_some_and(|normal| *normal != [0.0; 3])
     }
 
-    /// Turns the normals for a tick. Returns true if other lips count than before.
+    /// Turns the normals for a tick, after which the energy of the lips is at most `most`, in internal units.
     pub(crate) fn turn_lips(
         &mut self,
+        most: f64,
         at: &impl Fn(usize) -> [f32; 3],
         states: States<'_>,
-    ) -> bool {
-        let mut is_changed = false;
+    ) -> Turned {
+        let mut turned = Turned::default();
         for place in 0..LIPS * self.used() {
-            let normal = self.lip(place).and_then(|lip| self.normal(&lip, at, states));
-            let before = self.counts(place);
-            if let Some(slot) = self.arrays.normals.get_mut(place) {
-                *slot = normal.unwrap_or_default();
-            }
-            is_changed |= before != self.counts(place);
+            let normal = self.lip(place).map(|lip| {
+                let before = self.arrays.normals.get(place).copied().unwrap_or_default();
+                let normal = self.normal(&lip, at, states).unwrap_or_default();
+                let places = lip.cells.map(|cell| at(cell.into()));
+                // A lip presses no harder than before.
+                let [was, is] = [before, normal].map(|normal| depth(normal, places));
+                let normal = if is > was { scale(FALL * was / is, normal) } else { normal };
+                let way = sub(normal, before);
+                if dot(way, way) > STILL * STILL { normal } else { before }
+            });
+            self.set_normal(place, normal.unwrap_or_default(), &mut turned);
         }
-        is_changed
+        // Neither do lips to which a split has added faces.
+        let energy = self.lips_energy(at);
+        if energy > most {
+            let share = FALL * sqrt((most / energy) as f32);
+            for place in 0..LIPS * self.used() {
+                let normal = self.arrays.normals.get(place).copied().unwrap_or_default();
+                self.set_normal(place, scale(share, normal), &mut turned);
+            }
+        }
+        turned
+    }
+
+    /// Sets the normal in a place.
+    fn set_normal(&mut self, place: usize, normal: [f32; 3], turned: &mut Turned) {
+        let counted = self.counts(place);
+        if let Some(slot) = self.arrays.normals.get_mut(place) {
+            let before = core::mem::replace(slot, normal.map(|x| x + 0.0));
+            turned.any |= before != *slot;
+        }
+        turned.others_count |= counted != self.counts(place);
     }
 
     /// Normal of a lip, times the root of its share.
@@ -224,7 +276,7 @@ impl CutBody<'_, '_> {
         let [one, other] = lip.cells.map(|cell| at(cell.into()));
         let way = sub(other, one);
         let share = share(sqrt(dot(way, way)) / lip.edge);
-        Some(scale(sqrt(share), unit).map(|x| x + 0.0))
+        Some(scale(sqrt(share), unit))
     }
 
     /// Energy of the lips, in internal units.

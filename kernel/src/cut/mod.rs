@@ -38,7 +38,7 @@
 //! [`lips`](crate::energy). So a closed cut carries pressure: under compression a bar that is cut through half its
 //! height has nine tenths of its stiffness. Cells meet their own copies alone: those farther from each other than
 //! an edge press less, than two edges not at all, and there is no friction between the sides. The normals turn at
-//! the start of a tick; the change of the energy is booked, and the hand is not charged with it.
+//! the start of a tick, which never raises the energy.
 //!
 //! **Tears.** A body whose image has a [limit](crate::TearLimit) parts by itself, at most a cell in a tick, across the
 //! cell's largest stretch; see `tear`. Nobody pays for the decay of its offsets: they decay only as far as the last

@@ -9,7 +9,8 @@
 //!
 //! h the mean edge of a face. n turns with the tissue, once a tick, see `cut::lips`; within a tick it is constant. So
 //! E is half the squared distance of a linear map to a half space: the bound is K (e - e')(e - e')', 2 K at either
-//! cell. In the coarse level both cells have the same weights, so the term has no part in it.
+//! cell. In the coarse level both cells have the same weights, so the term has no part in it; where a tool holds one
+//! of them it has one that is left out, and the guard judges the sweep.
 //!
 //! Cost: some 60 instructions for each cell of a lip and pass, more where the sides press.
 
@@ -20,10 +21,12 @@ use super::term::{Here, Pass, Term, change_lane};
 use crate::backend::f32x8::{Chunk, F32x8};
 use crate::model::lips::{End, Lip, Lips};
 use crate::number::cell::{Cell, add, dot, scale, single, sub};
+use crate::number::sqrt::sqrt;
 use crate::number::two_float::LANES;
 
 /// Depth to which the sides of a lip overlap along its normal, the cells at these places; at least 0.
-pub(crate) fn depth(normal: [f32; 3], [first, second]: [[f32; 3]; 2]) -> f32 {
+pub(crate) fn depth(normal: [f32; 3], places: [[f32; 3]; 2]) -> f32 {
+    let [first, second] = places;
     let depth = dot(normal, sub(first, second));
     if depth > 0.0 { depth } else { 0.0 }
 }
@@ -50,7 +53,8 @@ impl Lips<'_> {
 }
 
 /// A residual with a lip's force.
-fn with_force<N: LinkNumber>(residual: Cell<N>, ([x, y, z], wd2): ([f32; 3], f32)) -> Cell<N> {
+fn with_force<N: LinkNumber>(residual: Cell<N>, force: [f32; 3], wd2: f32) -> Cell<N> {
+    let [x, y, z] = force;
     residual.plus(Cell([x, y, z, wd2].map(N::from_single)))
 }
 
@@ -67,10 +71,10 @@ impl<N: LinkNumber> Term<N> for Lips<'_> {
         }
         let at = |cell: usize| single(pass.at(cell));
         for end in pass.slices().flat_map(|slice| self.of_slice(slice)) {
-            if let Some(force) = end.force(&at)
+            if let Some((force, wd2)) = end.force(&at)
                 && let Some(r) = residual.get_mut(end.cell())
             {
-                *r = with_force(*r, force);
+                *r = with_force(*r, force, wd2);
             }
         }
     }
@@ -89,8 +93,8 @@ impl<N: LinkNumber> Term<N> for Lips<'_> {
         }
         let at = |cell: usize| here.at.get(cell).map_or([0.0; 3], |cell| cell.xyz());
         for end in self.of_slice(here.slice) {
-            if let Some(force) = end.force(&at) {
-                change_lane(sum, end.cell() % LANES, |r| with_force(r, force));
+            if let Some((force, wd2)) = end.force(&at) {
+                change_lane(sum, end.cell() % LANES, |r| with_force(r, force, wd2));
             }
         }
     }
@@ -119,9 +123,12 @@ impl<N: LinkNumber> Term<N> for Lips<'_> {
         for end in held.iter().flat_map(|contact| self.at_cell(contact.cell())) {
             // A lip between two held cells counts once.
             let counted = end.is_second && is_among(held, end.other());
-            if let Some((_, wd2)) = end.force(&|cell| single(at(cell))).filter(|_| !counted) {
+            let at = |cell: usize| single(at(cell));
+            if let Some((force, wd2)) = end.force(&at).filter(|_| !counted) {
+                let (way, wd) =
+                    (sub(at(end.other()), at(end.cell())), 2.0 * sqrt(dot(force, force)));
                 sums.wd2 = sums.wd2.plus(wd2.into());
-                sums.scale += 4.0 * wd2;
+                sums.scale += 4.0 * (wd2 + wd * sqrt(dot(way, way)));
             }
         }
     }

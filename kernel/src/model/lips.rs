@@ -4,6 +4,7 @@ use super::image::{ModelError, Sections};
 use super::layout::Layout;
 use super::range;
 use super::terms::{Keeps, TermData};
+use crate::number::two_float::LANES;
 
 /// Two cells that were one, and the opened faces between them.
 #[derive(Clone, Copy)]
@@ -45,7 +46,7 @@ pub(crate) struct Lips<'a> {
     pub normals: &'a [[f32; 3]],
     /// The range of each slice in `ends`, slices + 1; empty in a body without lips.
     pub rows: &'a [u32],
-    /// For each cell of a lip twice the lip's place, plus 1 for its second cell; ascending by cell.
+    /// For each cell of a lip twice the lip's place, plus 1 for its second cell; by slice.
     pub ends: &'a [u32],
 }
 
@@ -81,7 +82,7 @@ impl<'a> Lips<'a> {
         !self.ends.is_empty()
     }
 
-    /// The lips at the cells of a slice, ascending by cell.
+    /// The lips at the cells of a slice, each cell's descending by place.
     pub fn of_slice(self, slice: usize) -> impl Iterator<Item = End> + use<'a> {
         let ends = self.ends.get(range(self.rows, slice)).unwrap_or(&[]);
         ends.iter().filter_map(move |&end| {
@@ -110,6 +111,14 @@ impl<'a> TermData<'a> for Lips<'a> {
     #[inline(always)]
     fn add_bound(&self, _: usize, sum: f32) -> f32 {
         sum
+    }
+
+    fn each_of_row(&self, cell: usize, visit: &mut impl FnMut(usize, f32)) {
+        let here = self.of_slice(cell / LANES).filter(|end| end.cell() == cell);
+        for end in here.filter(|end| end.normal != [0.0; 3]) {
+            visit(cell, 0.5 * end.lip.weight);
+            visit(end.other(), -0.5 * end.lip.weight);
+        }
     }
 
     #[inline(always)]

@@ -209,32 +209,31 @@ impl<D: Dynamics> TissueMut<'_, D> {
                 body.list();
             }
             let lowered = self.lower(&mut body);
-            let (turned, is_changed) = self.turn_lips(&mut body, pressed);
-            body.pay(turned.unwrap_or(0.0));
-            if is_changed || split.is_some() {
+            let (turned, others_count) = self.turn_lips(&mut body, pressed);
+            let is_bound = others_count || split.is_some();
+            if is_bound {
                 body.bound_lips();
-                self.touch.forget_bounds();
             }
-            (split, lowered, turned)
+            ([split, lowered, turned], is_bound)
         });
         self.cut = memory;
-        let Some((split, lowered, turned)) = parted.filter(|parted| *parted != (None, None, None))
-        else {
-            return;
-        };
-        // Book the change of the energy; all else is as after a correction.
-        self.head.touched = None;
-        let changes = [split, lowered, turned].map(|change| change.unwrap_or(0.0));
-        self.head.level.shift(rounded_up(changes.iter().sum()));
-        self.head.awake.wake_all(model);
-        self.head.dynamics.pushed();
-        if split.is_some() {
+        let Some((changes, is_bound)) = parted else { return };
+        if is_bound {
             self.touch.forget_bounds();
             self.with_cuts(network, |tissue, network| {
                 let held = tissue.contacts.get(..tissue.head.chosen).unwrap_or(&[]);
                 tissue.head.outer_weight = outer_weight(network.model(), held);
             });
         }
+        if changes == [None; 3] {
+            return;
+        }
+        // Book the change of the energy; all else is as after a correction.
+        self.head.touched = None;
+        let change = changes.iter().fold(0.0, |sum, change| sum + change.unwrap_or(0.0));
+        self.head.level.shift(rounded_up(change));
+        self.head.awake.wake_all(model);
+        self.head.dynamics.pushed();
     }
 
     /// Moves the fronts of blades on, and opens the faces that they pass.
@@ -328,14 +327,16 @@ impl<D: Dynamics> TissueMut<'_, D> {
     }
 
     /// Turns the normals between the sides of cuts, whose energy was `before`. Returns the change of the energy,
-    /// rounded up, `None` if nothing presses and nothing did; and true if other lips count than before.
+    /// rounded up, `None` if there is none; and true if other lips count than before.
     fn turn_lips(&mut self, body: &mut CutBody<'_, '_>, before: f64) -> (Option<f64>, bool) {
         let state = self.state.get(..body.model.cells()).unwrap_or(&[]);
         let states = self.states.shared(body.model.kept_states());
-        let is_changed = body.turn_lips(&places(body.model, state), states);
-        let after = self.energy_of_lips(body);
-        let change = after - before + f64::from(ROUNDING) * (before + after);
-        ((before > 0.0 || after > 0.0).then_some(change), is_changed)
+        let turned = body.turn_lips(before, &places(body.model, state), states);
+        let change = (turned.any && before > 0.0).then(|| {
+            let after = self.energy_of_lips(body);
+            after - before + f64::from(ROUNDING) * (before + after)
+        });
+        (change, turned.others_count)
     }
 
     /// Lowers the offsets. Returns the change of the energy, rounded up; `None` without one.

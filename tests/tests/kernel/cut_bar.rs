@@ -63,8 +63,18 @@ pub fn image(mesh: &Mesh, poisson: f64) -> ImageBytes {
     bake(mesh, &end(mesh, -0.02), &options).unwrap()
 }
 
-/// The faces of the cut.
+/// The faces of the cut, through the bar's upper half.
 pub fn cut(mesh: &Mesh) -> Vec<(usize, usize)> {
+    across(mesh, 0.01)
+}
+
+/// The faces of a cut through all of the bar.
+pub fn all_across(mesh: &Mesh) -> Vec<(usize, usize)> {
+    across(mesh, 0.0)
+}
+
+/// The faces along the cut's plane, down to a height.
+fn across(mesh: &Mesh, down_to_m: f64) -> Vec<(usize, usize)> {
     let side = |tetrahedron: usize| {
         let [x, _, z] = centre(mesh, tetrahedron);
         x < plane_at(z)
@@ -72,7 +82,7 @@ pub fn cut(mesh: &Mesh) -> Vec<(usize, usize)> {
     let is_cut = |&[(one, corner), (other, _)]: &[(usize, usize); 2]| {
         let of_face = (0..4).filter(|&at| at != corner).map(|at| mesh.tetrahedra[one][at]);
         let height_m = of_face.map(|node| mesh.nodes_m[node as usize][2]).sum::<f64>() / 3.0;
-        side(one) != side(other) && height_m >= 0.01
+        side(one) != side(other) && height_m >= down_to_m
     };
     faces(mesh).into_iter().filter(is_cut).map(|[one, _]| one).collect()
 }

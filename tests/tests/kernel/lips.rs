@@ -5,7 +5,7 @@ use chaincell_host::mesh::Mesh;
 use chaincell_kernel::{Predict, Track};
 
 use super::bench::Bench;
-use super::cut_bar::{bar, cut, end, image};
+use super::cut_bar::{all_across, bar, cut, end, image};
 use super::cutting::network;
 
 /// The end that is moved \[m\].
@@ -41,6 +41,39 @@ fn sides_carry_each_other_under_pressure() {
         );
         assert!(pulled < 0.8, "{pulled}");
         assert!((least..1.01).contains(&pressed), "{pressed}");
+    }
+}
+
+/// Two pieces that were drawn apart, pushed through each other and held still: the energy never rises.
+#[test]
+fn pieces_that_overlap_gain_no_energy() {
+    let bar = bar(8, 1);
+    let (image, end) = (image(&bar, 0.3), end(&bar, END_M));
+    let mut body = Bench::<Predict>::holding(network(&image, 4), &end);
+    for face in all_across(&bar) {
+        body.open(face).unwrap();
+    }
+    let way = |body: &mut Bench<'_, Predict>, from: [f32; 3], to: [f32; 3]| {
+        let mut at_m = to;
+        for tick in 1..=400_u16 {
+            let share = f32::from(tick) / 400.0;
+            at_m = [0, 1, 2].map(|axis| from[axis] + share * (to[axis] - from[axis]));
+            body.tick(at_m);
+        }
+        let (mut rises_j, mut before_j) = (0.0, f32::MAX);
+        for _ in 0..1000 {
+            let energy_j = body.tick(at_m).energy_j;
+            rises_j += (energy_j - before_j).max(0.0);
+            before_j = energy_j;
+        }
+        (rises_j, before_j)
+    };
+    way(&mut body, [0.0; 3], [0.02, 0.0, 0.004]);
+    for to in [[-0.004, 0.0, 0.0], [-0.009, 0.002, 0.0], [0.01, 0.0, 0.01], [-0.006, 0.0, 0.004]] {
+        let (rises_j, energy_j) = way(&mut body, [0.02, 0.0, 0.004], to);
+        println!("at {to:?}: {energy_j} J, {rises_j} J gained at rest");
+        assert!(rises_j <= 1e-4 * energy_j, "{rises_j} of {energy_j}");
+        way(&mut body, to, [0.02, 0.0, 0.004]);
     }
 }
 
