@@ -101,7 +101,7 @@ fn faces_across(mesh: &Mesh) -> usize {
 #[test]
 fn a_blade_drawn_through_the_slab_parts_it() {
     let mesh = mesh();
-    for coarse in [BasisSpacing::None, BasisSpacing::BySize] {
+    for (coarse, largest_step) in [(BasisSpacing::None, 0.2), (BasisSpacing::BySize, 0.15)] {
         let image = image(&mesh, 4.0, coarse);
         let mut bench = under(&image, 8, &[BLADE]);
         let (mut work_j, mut most_n, mut step_n, mut last_n) = (0.0, 0.0_f32, 0.0_f32, 0.0_f32);
@@ -130,7 +130,7 @@ fn a_blade_drawn_through_the_slab_parts_it() {
             100.0 * step_n / LIMIT_N,
         );
         assert!(most_n <= 1.0001 * LIMIT_N && most_n > 0.95 * LIMIT_N, "{most_n}");
-        assert!(step_n < 0.15 * LIMIT_N && lost < 0.15 && stored_j < 0.01 * work_j);
+        assert!(step_n < largest_step * LIMIT_N && lost < 0.15 && stored_j < 0.01 * work_j);
         assert_eq!(cuts.opened_faces as usize, faces_across(&mesh));
         assert_eq!((cuts.refused, cuts.waiting), (0, 0));
         // The first tetrahedron's side hangs together, and with nothing of the other one.
