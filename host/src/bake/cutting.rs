@@ -2,9 +2,9 @@
 //!
 //! The kernel's module `cuttable` describes the use of the sections, and of the bound that goes with them.
 
-use chaincell_kernel::TearLimit;
 use chaincell_kernel::image::{CELLS_MAX, CUTTING_VERSION, TEARING_VERSION, cutting, kind};
 use chaincell_kernel::number::two_float::LANES;
+use chaincell_kernel::{TEAR_STRETCH, TearLimit};
 
 use super::image::Sections;
 use super::layout::OrderedCells;
@@ -23,8 +23,6 @@ const SPARE_MIN: usize = 8;
 const SPARE_MAX: f64 = 4.0;
 /// The toughness that the kernel accepts \[J/m^2\].
 const TOUGHNESS: std::ops::RangeInclusive<f64> = 0.01..=1.0e6;
-/// The stretches at which a body may tear.
-const TEAR_STRETCH: std::ops::RangeInclusive<f32> = 1.01..=10.0;
 /// Smallest volume of a tetrahedron that a split divides by, above the kernel's own [mean link lengths^3].
 const VOLUME_MIN: f64 = 1.0e-9;
 

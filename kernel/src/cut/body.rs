@@ -118,13 +118,23 @@ impl<'a, 'm> CutBody<'a, 'm> {
         })
     }
 
+    /// Corners of a tetrahedron whose opposite faces are open.
+    pub(super) fn open_corners(&self, tetrahedron: usize) -> impl Iterator<Item = usize> + use<> {
+        let faces = self.arrays.faces.get(tetrahedron).copied().unwrap_or(0);
+        (0..4).filter(move |corner| faces >> corner & 1 != 0)
+    }
+
+    /// Returns true if the face opposite to a corner of a tetrahedron is open.
+    pub(super) fn is_open(&self, tetrahedron: usize, corner: usize) -> bool {
+        self.open_corners(tetrahedron).any(|open| open == corner)
+    }
+
     /// Opens a face on both sides and marks its cells. Returns true if it was closed, `None` beyond the body.
     pub fn open_face(&mut self, tetrahedron: usize, corner: usize) -> Option<bool> {
         let is_there = tetrahedron < self.cut.corners.len() && corner < 4;
         is_there.then_some(())?;
         let Some(other) = self.across(tetrahedron, corner) else { return Some(false) };
-        let is_open = |faces: &[u8]| faces.get(tetrahedron).is_some_and(|of| of >> corner & 1 != 0);
-        if is_open(self.arrays.faces) {
+        if self.is_open(tetrahedron, corner) {
             return Some(false);
         }
         for (tetrahedron, corner) in [(tetrahedron, corner), other] {

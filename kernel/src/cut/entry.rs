@@ -112,11 +112,7 @@ impl CutBody<'_, '_> {
             }
         };
         for tetrahedron in 0..self.cut.corners.len() {
-            let open = self.arrays.faces.get(tetrahedron).copied().unwrap_or(0);
-            if open == 0 {
-                continue;
-            }
-            for corner in (0..4).filter(|corner| open >> corner & 1 != 0) {
+            for corner in self.open_corners(tetrahedron) {
                 let corners = self.side(tetrahedron, corner);
                 if is_near(corners) {
                     look(Face::Opened(tetrahedron), corners);

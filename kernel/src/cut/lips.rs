@@ -38,6 +38,8 @@ const ROUNDED_UP: f32 = 1.001;
 /// Outcome of a turn of the normals.
 #[derive(Clone, Copy, Default)]
 pub(crate) struct Turned {
+    /// Energy of the lips after it, in internal units.
+    pub energy: f64,
     /// A normal has changed.
     pub any: bool,
     /// Other lips count than before.
@@ -70,8 +72,7 @@ impl CutBody<'_, '_> {
     fn list_lips(&mut self, is_read: bool) {
         self.arrays.lip_numbers.fill([0.0; 5]);
         for tetrahedron in 0..self.arrays.faces.len() {
-            let faces = self.arrays.faces.get(tetrahedron).copied().unwrap_or(0);
-            for corner in (0..4).filter(|corner| faces >> corner & 1 != 0) {
+            for corner in self.open_corners(tetrahedron) {
                 if let Some((other, _)) = self.across(tetrahedron, corner)
                     && tetrahedron < other
                 {
@@ -240,13 +241,14 @@ impl CutBody<'_, '_> {
             self.set_normal(place, normal.unwrap_or_default(), &mut turned);
         }
         // Neither do lips to which a split has added faces.
-        let energy = self.lips_energy(at);
-        if energy > most {
-            let share = FALL * sqrt((most / energy) as f32);
+        turned.energy = self.lips_energy(at);
+        if turned.energy > most {
+            let share = FALL * sqrt((most / turned.energy) as f32);
             for place in 0..LIPS * self.used() {
                 let normal = self.arrays.normals.get(place).copied().unwrap_or_default();
                 self.set_normal(place, scale(share, normal), &mut turned);
             }
+            turned.energy = self.lips_energy(at);
         }
         turned
     }

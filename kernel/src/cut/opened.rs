@@ -35,8 +35,7 @@ impl CutBody<'_, '_> {
     pub(crate) fn list_opened(&mut self) {
         let (mut count, mut promised, mut lacking) = (0, 0, 0);
         for tetrahedron in 0..self.arrays.faces.len() {
-            let faces = self.arrays.faces.get(tetrahedron).copied().unwrap_or(0);
-            for corner in (0..4).filter(|corner| faces >> corner & 1 != 0) {
+            for corner in self.open_corners(tetrahedron) {
                 let Some(other) = self.across(tetrahedron, corner) else { continue };
                 let (here, there) = (self.side(tetrahedron, corner), self.side(other.0, other.1));
                 if here.iter().all(|cell| there.contains(cell)) {

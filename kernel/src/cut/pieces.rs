@@ -82,6 +82,6 @@ impl CutBody<'_, '_> {
         let Some((here, there)) = corners(one).zip(corners(other)) else { return false };
         let mut alone = here.iter().enumerate().filter(|(_, id)| !there.contains(id));
         let (Some((corner, _)), None) = (alone.next(), alone.next()) else { return false };
-        self.arrays.faces.get(*one as usize).is_some_and(|faces| faces >> corner & 1 == 0)
+        !self.is_open(*one as usize, corner)
     }
 }

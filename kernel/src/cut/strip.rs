@@ -67,8 +67,8 @@ impl CutBody<'_, '_> {
 
     /// Returns true if a strip crosses the line between the middles of a closed face's tetrahedra.
     fn is_crossed(&self, strip: &Strip, tetrahedron: usize, corner: usize) -> bool {
-        let faces = self.arrays.faces.get(tetrahedron).copied().unwrap_or(0);
-        let other = self.across(tetrahedron, corner).filter(|_| faces >> corner & 1 == 0);
+        let other = self.across(tetrahedron, corner);
+        let other = other.filter(|_| !self.is_open(tetrahedron, corner));
         let middles = other.and_then(|(other, _)| {
             Some([self.middle_at_rest(tetrahedron)?, self.middle_at_rest(other)?])
         });

@@ -139,8 +139,7 @@ impl CutBody<'_, '_> {
             for corner in 0..4 {
                 let names = self.arrays.corners.get(tetrahedron);
                 let opposite = names.and_then(|names| names.get(corner)).map(|&id| id.into());
-                let faces = self.arrays.faces.get(tetrahedron).copied().unwrap_or(0);
-                let is_closed = opposite != Some(cell) && faces >> corner & 1 == 0;
+                let is_closed = opposite != Some(cell) && !self.is_open(tetrahedron, corner);
                 let other = is_closed.then(|| self.across(tetrahedron, corner)).flatten();
                 if other.is_some_and(|(other, _)| !self.is_beyond(tear, other)) {
                     visit(self, tetrahedron, corner);

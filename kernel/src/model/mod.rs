@@ -2,7 +2,7 @@
 //!
 //! - [`image`]: the format, a flat file of sections.
 //! - `read`: [`Model`] and what it borrows from the image; `validate` checks all of it once.
-//! - `query`: the properties of a model's body.
+//! - `query`: the properties of a model's body; `query_cut`: those of one that can be cut.
 //! - `coarse_basis`: the basis of the coarse level, with the inverse of its matrix.
 //! - `parts`: the division of a large body among threads.
 //! - `nodal`: the numbers of nodal shapes.
@@ -32,6 +32,7 @@ pub mod parts;
 #[cfg(test)]
 pub(crate) mod pin;
 mod query;
+mod query_cut;
 mod read;
 #[cfg(feature = "nodal")]
 pub(crate) mod stiffening;

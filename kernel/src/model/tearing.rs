@@ -3,10 +3,6 @@
 #[cfg(feature = "cut")]
 use super::image::{ModelError, cutting, kind};
 
-/// Stretches at which a body may tear.
-#[cfg(feature = "cut")]
-const STRETCH: core::ops::RangeInclusive<f32> = 1.01..=10.0;
-
 /// The limit at which a body tears by itself. Both limits are scaled by a cell's mean edge h, so that a notched body
 /// tears at the same load on a finer mesh: beside a crack the energy grows as 1 / h.
 ///
@@ -23,10 +19,17 @@ pub enum TearLimit {
     /// The energy of a cell's shape for each volume, times the mean edge, reaches [`TEAR_SHARE`] of the toughness,
     /// and the cell is stretched.
     Toughness,
-    /// The largest principal stretch of a cell reaches 1 + (S - 1) sqrt([`TEAR_EDGE_M`] / h), S this number, 1.01
-    /// to 10.
+    /// The largest principal stretch of a cell reaches 1 + (S - 1) sqrt([`TEAR_EDGE_M`] / h), S this number, in
+    /// [`TEAR_STRETCH`].
     Stretch(f32),
 }
+
+/// Stretches at which a body may tear.
+///
+/// ```
+/// assert!(chaincell_kernel::TEAR_STRETCH.contains(&1.5));
+/// ```
+pub const TEAR_STRETCH: core::ops::RangeInclusive<f32> = 1.01..=10.0;
 
 /// Share of the toughness that a cell's energy has to reach: with it a notched bar tears at Griffith's force.
 ///
@@ -61,7 +64,7 @@ impl TearLimit {
         let stretch = f32::from_bits(stretch);
         match rule {
             cutting::BY_TOUGHNESS if stretch.to_bits() == 0 => Ok(Self::Toughness),
-            cutting::BY_STRETCH if STRETCH.contains(&stretch) => Ok(Self::Stretch(stretch)),
+            cutting::BY_STRETCH if TEAR_STRETCH.contains(&stretch) => Ok(Self::Stretch(stretch)),
             cutting::BY_TOUGHNESS | cutting::BY_STRETCH => {
                 Err(ModelError::Value(kind::CUTTING, cutting::TEAR_STRETCH as u32))
             }

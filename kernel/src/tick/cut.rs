@@ -332,10 +332,9 @@ impl<D: Dynamics> TissueMut<'_, D> {
         let state = self.state.get(..body.model.cells()).unwrap_or(&[]);
         let states = self.states.shared(body.model.kept_states());
         let turned = body.turn_lips(before, &places(body.model, state), states);
-        let change = (turned.any && before > 0.0).then(|| {
-            let after = self.energy_of_lips(body);
-            after - before + f64::from(ROUNDING) * (before + after)
-        });
+        let after = turned.energy;
+        let change = (turned.any && before > 0.0)
+            .then_some(after - before + f64::from(ROUNDING) * (before + after));
         (change, turned.others_count)
     }
 

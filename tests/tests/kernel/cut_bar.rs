@@ -27,24 +27,32 @@ fn plane_at(z_m: f64) -> f64 {
     0.7e-3 + 20.0_f64.to_radians().tan() * (z_m - 0.01)
 }
 
-/// The bar as a grid whose inner nodes are moved by up to a fifth of an edge along each axis.
+/// Moves the inner nodes of a grid by up to a fifth of an edge along each axis.
+pub fn move_inner_nodes(mesh: &mut Mesh, edge_m: f64, seed: u64) {
+    let mut random = Pcg64::seed_from_u64(seed);
+    let end = |axis: usize, pick: fn(f64, f64) -> f64, from: f64| {
+        mesh.nodes_m.iter().map(|node| node[axis]).fold(from, pick)
+    };
+    let ends = [0, 1, 2].map(|axis| [end(axis, f64::min, f64::MAX), end(axis, f64::max, f64::MIN)]);
+    for node in &mut mesh.nodes_m {
+        for (x, [low, high]) in node.iter_mut().zip(ends) {
+            let share = (random.next_u64() >> 11) as f64 / (1_u64 << 53) as f64 - 0.5;
+            if (*x - low).min(high - *x) > 0.5 * edge_m {
+                *x += 0.4 * edge_m * share;
+            }
+        }
+    }
+}
+
+/// The bar as a grid whose inner nodes are moved.
 pub fn bar(edges: usize, seed: u64) -> Mesh {
     let edge_m = 0.04 / edges as f64;
     let across = edges / 2 + 1;
     let name = format!("box:{}x{across}x{across}x{edge_m}", edges + 1);
     let mut mesh = load(&name, &MeshOptions::default()).unwrap();
-    let mut random = Pcg64::seed_from_u64(seed);
-    let (low, high) = ([-0.02, -0.01, 0.0], [0.02, 0.01, TOP_M]);
     let bottom = mesh.nodes_m.iter().map(|node| node[2]).fold(f64::MAX, f64::min);
-    for node in &mut mesh.nodes_m {
-        node[2] -= bottom;
-        for axis in 0..3 {
-            let share = random.next_u64() as f64 / u64::MAX as f64;
-            if node[axis] > low[axis] + 1e-6 && node[axis] < high[axis] - 1e-6 {
-                node[axis] += 0.4 * (share - 0.5) * edge_m;
-            }
-        }
-    }
+    mesh.nodes_m.iter_mut().for_each(|node| node[2] -= bottom);
+    move_inner_nodes(&mut mesh, edge_m, seed);
     mesh
 }
 

@@ -9,10 +9,9 @@ use chaincell_kernel::{
     ToolPart, ToolPose, TouchStore, cut_words, elastic_room, term_states,
 };
 use chaincell_tests::bodies::model;
-use rand_pcg::Pcg64;
-use rand_pcg::rand_core::{Rng, SeedableRng};
 
 use crate::bench::Bench;
+use crate::cut_bar::{end, move_inner_nodes};
 use crate::cutting::{centre, faces};
 
 /// Length, width and height of the bar \[m\].
@@ -28,30 +27,19 @@ fn mesh(across: usize, seed: u64) -> Mesh {
     let nodes = SIZE_M.map(|size| (size / h).round() as usize + 1);
     let spec = format!("box:{}x{}x{}x{h}", nodes[0], nodes[1], nodes[2]);
     let mut mesh = load(&spec, &MeshOptions::default()).unwrap();
-    let mut random = Pcg64::seed_from_u64(seed);
-    let mut number = || (random.next_u64() >> 11) as f64 / (1_u64 << 53) as f64 - 0.5;
-    let low =
-        [0, 1, 2].map(|axis| mesh.nodes_m.iter().map(|place| place[axis]).fold(f64::MAX, f64::min));
-    for place in &mut mesh.nodes_m {
-        for axis in 0..3 {
-            let from_end = (place[axis] - low[axis]).min(low[axis] + SIZE_M[axis] - place[axis]);
-            let way = 0.4 * h * number();
-            if from_end > 0.5 * h && seed > 0 {
-                place[axis] += way;
-            }
-        }
+    if seed > 0 {
+        move_inner_nodes(&mut mesh, h, seed);
     }
     mesh
 }
 
 /// The nodes of an end of the bar.
-fn end(mesh: &Mesh, sign: f64) -> Vec<u32> {
-    let is_there = |place: &[f64; 3]| place[0] * sign > 0.5 * SIZE_M[0] - 1e-6;
-    (0..).zip(&mesh.nodes_m).filter(|(_, place)| is_there(place)).map(|(node, _)| node).collect()
+fn end_of(mesh: &Mesh, sign: f64) -> Vec<u32> {
+    end(mesh, 0.5 * sign * SIZE_M[0])
 }
 
 fn image(mesh: &Mesh, tear_limit: Option<TearLimit>, toughness_j_per_m2: f64) -> ImageBytes {
-    image_of(mesh, &end(mesh, -1.0), tear_limit, toughness_j_per_m2)
+    image_of(mesh, &end_of(mesh, -1.0), tear_limit, toughness_j_per_m2)
 }
 
 fn image_of(
@@ -80,7 +68,7 @@ impl<'a> Bar<'a> {
         let model = model(image);
         let settings = Settings { sweeps, max_force_n: 100.0, ..Settings::for_model(&model) };
         let network = Network::new(model, settings).unwrap();
-        Self { bench: Bench::holding(network, &end(mesh, 1.0)), mesh, ticks: 0 }
+        Self { bench: Bench::holding(network, &end_of(mesh, 1.0)), mesh, ticks: 0 }
     }
 
     fn tick_at(&mut self, pull_m: f32) -> TickOutput {
