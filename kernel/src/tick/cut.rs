@@ -322,6 +322,9 @@ impl<D: Dynamics> TissueMut<'_, D> {
 
     /// Energy of the sides that press on each other, in internal units.
     fn energy_of_lips(&self, body: &CutBody<'_, '_>) -> f64 {
+        if body.used() == 0 {
+            return 0.0;
+        }
         let state = self.state.get(..body.model.cells()).unwrap_or(&[]);
         body.lips_energy(&places(body.model, state))
     }
@@ -329,12 +332,15 @@ impl<D: Dynamics> TissueMut<'_, D> {
     /// Turns the normals between the sides of cuts, whose energy was `before`. Returns the change of the energy,
     /// rounded up, `None` if there is none; and true if other lips count than before.
     fn turn_lips(&mut self, body: &mut CutBody<'_, '_>, before: f64) -> (Option<f64>, bool) {
+        if body.used() == 0 {
+            return (None, false);
+        }
         let state = self.state.get(..body.model.cells()).unwrap_or(&[]);
         let states = self.states.shared(body.model.kept_states());
         let turned = body.turn_lips(before, &places(body.model, state), states);
         let after = turned.energy;
         let change = (turned.any && before > 0.0)
-            .then_some(after - before + f64::from(ROUNDING) * (before + after));
+            .then(|| after - before + f64::from(ROUNDING) * (before + after));
         (change, turned.others_count)
     }
 
