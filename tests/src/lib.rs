@@ -9,13 +9,10 @@
 
 pub mod allocations;
 pub mod bodies;
-pub mod closed_loop;
 pub mod files;
 pub mod forge;
 pub mod fuzz;
 pub mod graph;
-pub mod handle;
-pub mod late;
 pub mod lattice;
 pub mod outsider;
 pub mod page;

@@ -6,8 +6,8 @@
 
 use chaincell_kernel::stage::{StageSettings, passive_stiffness_n_per_m};
 use chaincell_kernel::{TickOutput, ToolPose};
-use chaincell_tests::closed_loop::{self, DEVICES, GRIPS, Wall, handle};
-use chaincell_tests::late::{Held, Seen, Way, run};
+use chaincell_loops::closed_loop::{self, DEVICES, GRIPS, Wall, handle};
+use chaincell_loops::late::{Held, Seen, Way, run};
 use nalgebra::{Rotation3, Vector3};
 
 type V = Vector3<f64>;

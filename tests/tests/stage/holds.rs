@@ -9,7 +9,7 @@
 #![allow(clippy::unwrap_used)]
 
 use chaincell_host::bake::ImageBytes;
-use chaincell_tests::closed_loop::{Choice, DEVICES, GRIPS, Loop, TISSUES, column};
+use chaincell_loops::closed_loop::{Choice, DEVICES, GRIPS, Loop, TISSUES, column};
 use nalgebra::Vector3;
 
 /// First tick of a press, and the ticks that it takes.

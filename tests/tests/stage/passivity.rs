@@ -14,7 +14,7 @@
 use chaincell_host::bake::ImageBytes;
 use chaincell_kernel::stage::{Device, Stage, StageSettings};
 use chaincell_kernel::{Budget, Model, Network, Settings, Tissue, ToolPose, Track};
-use chaincell_tests::closed_loop::{Choice, DEVICES, GRIPS, Loop, TISSUES, busy, column};
+use chaincell_loops::closed_loop::{Choice, DEVICES, GRIPS, Loop, TISSUES, busy, column};
 use nalgebra::{Rotation3, Vector3};
 
 /// Ticks of all cases together, and of each in the slow suite.

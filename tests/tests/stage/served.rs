@@ -20,9 +20,9 @@ use chaincell_kernel::Budget;
 use chaincell_kernel::stage::{Device, StageSettings};
 use chaincell_kernel::trace::Command;
 use chaincell_kernel::{Flags, Model, Network, Settings};
+use chaincell_loops::closed_loop::handle;
+use chaincell_loops::handle::{Hand, Moving};
 use chaincell_tests::bodies::baked;
-use chaincell_tests::closed_loop::handle;
-use chaincell_tests::handle::{Hand, Moving};
 use nalgebra::{Rotation3, Vector3};
 
 /// A tick \[ns\].

@@ -2,8 +2,8 @@
 #![allow(clippy::unwrap_used)]
 
 use chaincell_kernel::stage::StageSettings;
-use chaincell_tests::closed_loop::{DEVICES, Wall, handle};
-use chaincell_tests::late::{Moment, Way, run_looking};
+use chaincell_loops::closed_loop::{DEVICES, Wall, handle};
+use chaincell_loops::late::{Moment, Way, run_looking};
 use nalgebra::{Rotation3, Vector3};
 
 /// What came of a loop.
