@@ -3,6 +3,8 @@
 //! The bar is 40 x 20 x 20 mm, 5 kPa; a cut at 20 degrees goes through its upper half; one end is moved by 0.4 mm.
 //! The elements follow the cut: 2 x 12 x 12 x 12 cubes of six quadratic tetrahedra, small strain. With half as many
 //! their force is 1.8 % (nu 0.3) and 2.2 % (0.45) larger, the gauge 1.0 % smaller.
+//!
+//! Some meshes for each Poisson's ratio, the finest one for the larger; more with `CHAINCELL_SLOW=1`.
 #![allow(clippy::unwrap_used)]
 
 use chaincell_host::bake::tissue::Tissue as Material;
@@ -164,9 +166,15 @@ fn pulled(mesh: &Mesh, poisson: f64) -> (f64, f64, u32) {
 
 #[test]
 fn force_and_opening_of_a_cut_bar_are_those_of_quadratic_elements() {
+    let is_slow = std::env::var_os("CHAINCELL_SLOW").is_some();
     let mut beyond = Vec::new();
     for (poisson, of_elements_n, of_elements_m) in ELEMENTS {
         for (edges, seeds, within) in [(8, 3, 0.08), (12, 2, 0.03), (16, 1, 0.02)] {
+            let seeds = match edges {
+                _ if is_slow => seeds,
+                16 => u64::from(poisson > 0.4),
+                _ => 1,
+            };
             for seed in 1..=seeds {
                 let (force_n, gauge_m, copies) = pulled(&bar(edges, seed), poisson);
                 let ratios = [force_n / of_elements_n, gauge_m / of_elements_m];

@@ -1,4 +1,6 @@
 //! A tool that goes on while the tissue holds it back feels a steady force.
+//!
+//! Each tool on each body in one of three schemes and numbers of sweeps; in all three with `CHAINCELL_SLOW=1`.
 #![allow(clippy::unwrap_used)]
 
 use chaincell_host::engine::Scheme;
@@ -54,11 +56,14 @@ fn forces_n(body: &Body, tool: usize, by: (Scheme, u16)) -> Option<[Vec<f64>; 2]
 // REQ-CON-12
 #[test]
 fn a_tool_that_goes_on_while_it_is_held_back_feels_no_hum() {
+    let is_slow = std::env::var_os("CHAINCELL_SLOW").is_some();
     let mut held = 0;
-    for body in Body::all() {
+    for (of, body) in Body::all().iter().enumerate() {
         for tool in 0..3 {
-            for by in [(Scheme::Predict, 2), (Scheme::Predict, 4), (Scheme::Track, 4)] {
-                let Some(forces_n) = forces_n(&body, tool, by) else { continue };
+            let ways = [(Scheme::Predict, 2), (Scheme::Predict, 4), (Scheme::Track, 4)];
+            let (from, stride) = if is_slow { (0, 1) } else { ((of + tool) % 3, 3) };
+            for by in ways.into_iter().skip(from).step_by(stride) {
+                let Some(forces_n) = forces_n(body, tool, by) else { continue };
                 held += 1;
                 for (forces_n, name) in forces_n.iter().zip(["goes on", "stands"]) {
                     let worst =
@@ -70,5 +75,5 @@ fn a_tool_that_goes_on_while_it_is_held_back_feels_no_hum() {
             }
         }
     }
-    assert!(held > 20, "{held}");
+    assert!(held > if is_slow { 20 } else { 6 }, "{held}");
 }

@@ -59,6 +59,7 @@ fn strokes(shape: &Shape, options: &BakeOptions, schemes: &[Scheme], ticks: u16)
 #[test]
 fn trajectories_of_links() {
     for spec in ["plane:21x21x0.01", "organ:500", "box:7x6x5x0.01"] {
+        let shape = body(spec);
         for (coarse_basis, alpha) in [
             (BasisSpacing::None, 0.0),
             (BasisSpacing::None, 0.05),
@@ -67,7 +68,7 @@ fn trajectories_of_links() {
         ] {
             let alpha = PerCell::Uniform(alpha);
             let options = BakeOptions { alpha, coarse_basis, ..BakeOptions::default() };
-            strokes(&body(spec), &options, Scheme::ALL, 200);
+            strokes(&shape, &options, Scheme::ALL, 200);
         }
     }
 }
@@ -82,13 +83,14 @@ fn trajectories_of_nodal_shapes() {
         ("box:7x6x5x0.01", 0.0, None, 200),
         ("organ:16800", 0.3, Some(0.7), 12),
     ] {
+        let shape = body(spec);
         let tissue = Some(Tissue { stretch_min, ..Tissue::new(of(5000.0), of(poisson)) });
         let (bare, coarse) = (BasisSpacing::None, BasisSpacing::Links(5.0));
         let both = [Scheme::Track, Scheme::Predict];
         for (coarse_basis, schemes) in [(bare, &both[..1]), (coarse, &both[..])] {
             let tissue = tissue.clone();
             let options = BakeOptions { tissue, coarse_basis, ..BakeOptions::default() };
-            strokes(&body(spec), &options, schemes, ticks);
+            strokes(&shape, &options, schemes, ticks);
         }
     }
 }

@@ -144,22 +144,23 @@ fn first(across: usize, seed: u64, limit: TearLimit) -> First {
     First { force_n, off: off.fold(0.0, f64::max) }
 }
 
-/// On regular meshes the load is that of the finest one; on those of moved nodes it scatters.
+/// On regular meshes the load is that of the finest one; on those of moved nodes it scatters. Four of these, ten
+/// with `CHAINCELL_SLOW=1`.
 #[test]
 fn a_notched_bar_tears_at_the_notch_at_a_load_that_hardly_depends_on_the_mesh() {
-    const SEEDS: u64 = 10;
+    let seeds: u64 = if std::env::var_os("CHAINCELL_SLOW").is_some() { 10 } else { 4 };
     for limit in [TearLimit::Toughness, TearLimit::Stretch(1.3)] {
         let (mut regular, mut means, mut at_front) = (Vec::new(), Vec::new(), 0);
         for across in [2, 3, 4] {
-            let all: Vec<First> = (0..=SEEDS).map(|seed| first(across, seed, limit)).collect();
+            let all: Vec<First> = (0..=seeds).map(|seed| first(across, seed, limit)).collect();
             let forces: Vec<f64> = all[1..].iter().map(|first| first.force_n).collect();
-            let mean = forces.iter().sum::<f64>() / SEEDS as f64;
+            let mean = forces.iter().sum::<f64>() / seeds as f64;
             let scatter = forces.iter().map(|x| (x / mean - 1.0).powi(2)).sum::<f64>();
-            let scatter = (scatter / SEEDS as f64).sqrt();
+            let scatter = (scatter / seeds as f64).sqrt();
             let count = all[1..].iter().filter(|first| first.off < 1.0).count();
             println!(
                 "{limit:?}, {:.2} mm between nodes: {:.4} N, nodes moved {mean:.4} N +- {:.1} %, at the front \
-                 in {count} of {SEEDS}, farthest {:.2} edges",
+                 in {count} of {seeds}, farthest {:.2} edges",
                 1e3 * SIZE_M[1] / across as f64,
                 all[0].force_n,
                 100.0 * scatter,
@@ -178,7 +179,8 @@ fn a_notched_bar_tears_at_the_notch_at_a_load_that_hardly_depends_on_the_mesh() 
             );
             assert!((ratios[0] - 1.0).abs() < 0.1, "{limit:?}: {ratios:?}");
         }
-        assert!(at_front >= 27, "{limit:?}: {at_front} of 30");
+        let of = 3 * seeds as usize;
+        assert!(10 * at_front >= 9 * of, "{limit:?}: {at_front} of {of}");
     }
 }
 

@@ -93,6 +93,7 @@ fn a_quick_paper_is_whole_and_its_files_agree() {
     overview(&out);
     plane(&found, &out);
     liver(&found, &out);
+    identified(&found, &out);
     // Refused with content, taken with --force.
     let again = quick("paper", &out).with(2);
     assert!(again.err.contains("--force"), "{}", again.err);
@@ -158,4 +159,20 @@ fn liver(found: &Value, out: &Path) {
         let folded = real(found, &format!("/liver/{method}/inverted"));
         assert!(folded < 0.005 * real(found, "/liver/tetrahedra"), "{method}: {folded}");
     }
+}
+
+/// What is determined comes back, and most is.
+fn identified(found: &Value, out: &Path) {
+    let rows = found["identified"]["curves_and_field"].as_array().unwrap();
+    assert_eq!(rows.len(), 5);
+    let determined: Vec<&Value> = rows.iter().filter(|row| row["determined"] == true).collect();
+    assert!(determined.len() >= 3, "{rows:#?}");
+    for row in determined {
+        assert!(real(row, "/error_percent").abs() < 5.0, "{row}");
+    }
+    let residuals = columns(&out.join("paper_identified_residuals.csv"));
+    assert!(residuals[0].1.len() > 99, "{}", residuals[0].1.len());
+    let names = std::fs::read_dir(out).unwrap().map(|entry| entry.unwrap().file_name());
+    let is_picture = |name: &str| name.starts_with("paper_identified_") && name.ends_with(".svg");
+    assert_eq!(names.filter(|name| is_picture(name.to_str().unwrap())).count(), 6);
 }

@@ -126,8 +126,8 @@ fn jumps_through_the_body() {
             (random >> 8) as f32 / 16_777_216.0 - 0.5
         };
         // A half space turns by half a radius a tick at the farthest point of the surface.
-        let stays = if part.is_half_space() { 40 } else { 6 };
-        let steps = (0..25).flat_map(|jump| {
+        let (jumps, stays) = if part.is_half_space() { (10, 40) } else { (25, 6) };
+        let steps = (0..jumps).flat_map(|jump| {
             let place = [0.09 * next(), 0.09 * next(), 0.03 + 0.15 * next()];
             let engaged = u32::from(jump % 7 < 6);
             vec![Step::of(&[ToolPose { engaged, ..tilted(place, 6.0 * next()) }]); stays]

@@ -219,22 +219,3 @@ fn text(organ: &Organ, curves: &Identified, all: &Identified) -> Vec<String> {
             .to_owned(),
     ]
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn what_is_determined_comes_back() {
-        let found = section(&Context { quick: true, ..Context::default() }).unwrap();
-        let rows = found.json["curves_and_field"].as_array().unwrap();
-        assert_eq!(rows.len(), 5);
-        for row in rows.iter().filter(|row| row["determined"] == true) {
-            assert!(row["error_percent"].as_f64().unwrap().abs() < 5.0, "{row}");
-        }
-        let determined = rows.iter().filter(|row| row["determined"] == true).count();
-        assert!(determined >= 3, "{rows:#?}");
-        assert!(found.numbers[0].csv.lines().count() > 100 && found.figures.len() == 6);
-        assert_eq!(found.tables.len(), 2);
-    }
-}
