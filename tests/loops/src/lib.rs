@@ -3,7 +3,7 @@
 //! A package of its own: its loops take millions of ticks, so they are optimised, which the tests that
 //! call them are not.
 
-#![allow(clippy::unwrap_used, reason = "a failing helper fails its test")]
+#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a failing helper fails its test")]
 
 pub mod closed_loop;
 pub mod handle;
