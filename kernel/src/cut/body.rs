@@ -1,6 +1,7 @@
 //! The arrays of a body that is cut, with its image.
 
 use super::memory::{Arrays, COUNTS, CutRoom, OPENED, USED, WAITING};
+use super::sides::{Lists, Renewal};
 use crate::model::cuttable::Cuttable;
 use crate::model::lips::Lips;
 use crate::model::nodal::Nodal;
@@ -36,6 +37,7 @@ impl<'a, 'm> CutBody<'a, 'm> {
         self.arrays.offsets.fill([[0.0; LANES]; 9]);
         self.arrays.normals.fill([0.0; 3]);
         self.arrays.tear.fill(0);
+        self.arrays.renewal.fill(Renewal::default());
         self.derive_whole();
     }
 
@@ -198,6 +200,12 @@ impl<'a, 'm> CutBody<'a, 'm> {
         let coarse_basis = model.coarse_basis.map(|basis| {
             let (pairs, weights) = (&*arrays.pairs, &*arrays.weights);
             basis.with_cells(arrays.box_rows, pairs, weights, arrays.entry, arrays.factors)
+        });
+        let coarse_basis = coarse_basis.map(|basis| {
+            let Some(&renewal) = arrays.renewal.first() else { return basis };
+            let length = basis.row_blocks() + basis.side_blocks();
+            let lists = Lists { turns: arrays.turns, cells: arrays.side_cells, rows: arrays.side_rows };
+            basis.with_sides(lists.sides(renewal, arrays.columns, length))
         });
         let ends = arrays.lip_rows.last().map_or(0, |&row| row as usize);
         let lips = Lips {

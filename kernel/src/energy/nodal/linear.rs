@@ -38,22 +38,31 @@ impl Nodal<'_> {
         ]
     }
 
-    /// Adds K times the displacement `field`, cell by cell: what a cell's stress and the spread of its links
-    /// exert on itself and on its neighbours.
+    /// Adds K times the displacement `field`, cell by cell.
     pub(super) fn add_resistance(self, field: &[Cell], product: &mut [Cell]) {
         let at = |cell: usize| field.get(cell).map_or([0.0; 3], |field| field.xyz());
         for cell in 0..self.count {
-            let stress = self.strained(cell, &at);
-            let mut add_to = |of: usize, push: [f32; 3]| {
+            self.resist_at(cell, &at, &mut |of, push| {
                 if let Some(sum) = product.get_mut(of) {
                     *sum = Cell::at(add(sum.xyz(), push));
                 }
-            };
-            add_to(cell, stress.map(|row| dot(row, self.own_area(cell))));
-            for (other, slot) in self.slots_of(cell) {
-                add_to(other, stress.map(|row| dot(row, slot.three(nodal::AREA))));
-                add_to(cell, scale(slot.number(nodal::SPREAD), sub(at(cell), at(other))));
-            }
+            });
+        }
+    }
+
+    /// The part of K times a displacement that a cell's stress and the spread of its links exert: on the cell itself
+    /// and on its neighbours, as `add_to(cell, push)`.
+    pub(crate) fn resist_at(
+        self,
+        cell: usize,
+        field: &impl Fn(usize) -> [f32; 3],
+        add_to: &mut impl FnMut(usize, [f32; 3]),
+    ) {
+        let stress = self.strained(cell, field);
+        add_to(cell, stress.map(|row| dot(row, self.own_area(cell))));
+        for (other, slot) in self.slots_of(cell) {
+            add_to(other, stress.map(|row| dot(row, slot.three(nodal::AREA))));
+            add_to(cell, scale(slot.number(nodal::SPREAD), sub(field(cell), field(other))));
         }
     }
 }

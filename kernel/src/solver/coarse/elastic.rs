@@ -20,6 +20,7 @@
 //! ([`elastic_room`]). Cost of a sweep: 9 n^2 multiplications besides restriction and prolongation, and 6 n
 //! per correction.
 
+use super::sides;
 use super::solve::add_along;
 use super::touched::CoarseTouch;
 use crate::backend::f32x8::F32x8;
@@ -75,11 +76,11 @@ impl ElasticSolve<'_, '_> {
 }
 
 /// Blocks of c = B g from the block `first` on.
-struct Product<'a> {
-    inverse: &'a [Eight],
-    g: &'a [Eight],
-    c: &'a mut [Eight],
-    first: usize,
+pub(crate) struct Product<'a> {
+    pub inverse: &'a [Eight],
+    pub g: &'a [Eight],
+    pub c: &'a mut [Eight],
+    pub first: usize,
 }
 
 impl Work for Product<'_> {
@@ -113,19 +114,28 @@ impl Work for ElasticSolve<'_, '_> {
         let Some((c, rest)) = rest.split_at_mut_checked(blocks) else {
             return [TwoFloat::ZERO; 2];
         };
-        let Some((last, corrections)) = rest.split_at_mut_checked(blocks) else {
+        let Some((last, rest)) = rest.split_at_mut_checked(blocks) else {
             return [TwoFloat::ZERO; 2];
         };
-        // Apply the corrections, and the tools.
+        let side_blocks = self.basis.side_blocks();
+        let Some((of_sides, corrections)) = rest.split_at_mut_checked(3 * side_blocks) else {
+            return [TwoFloat::ZERO; 2];
+        };
+        // Apply the corrections, the two-sided functions and the tools.
         for along in corrections.chunks_exact(blocks).take(self.corrections) {
             add_along::<V>(along, -1.0, g, c);
         }
+        let has_sides = self.basis.sides().is_some();
+        let (g_sides, rest) = of_sides.split_at_mut(if has_sides { side_blocks } else { 0 });
+        let (c_sides, last_sides) = rest.split_at_mut(g_sides.len());
+        sides::add_to::<V>(&self.basis, [g, g_sides], [c, c_sides]);
         if IS_BUILT && let Some(touch) = self.touch {
-            touch.correct::<V>(&self.basis, c);
+            touch.correct::<V>(&self.basis, [c, c_sides]);
         }
         // Sum the products, and keep g as the last one.
         let (mut product, mut mixed) = (Lanes::ZERO, Lanes::ZERO);
-        for ((g, c), last) in g.iter().zip(c).zip(last) {
+        let (g, c, last) = (g.iter().chain(&*g_sides), c.iter().chain(&*c_sides), last.iter_mut());
+        for ((g, c), last) in g.zip(c).zip(last.chain(last_sides)) {
             let c = V::load(c);
             product.add(V::load(g).times(c));
             mixed.add(V::load(last).times(c));

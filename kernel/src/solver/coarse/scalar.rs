@@ -3,6 +3,7 @@
 //! Basis functions are summed as over pairs of cells: the first cells of the pairs, then the second ones,
 //! then both together. The eight basis functions of a box, or their sums, stay in registers.
 
+use super::sides;
 use crate::energy::residual::Terms;
 use crate::model::coarse_basis::CoarseBasis;
 use crate::model::image::NO_FUNCTION;
@@ -18,7 +19,7 @@ type Corners = [[f32; 3]; LANES];
 
 /// Weights of a cell of a pair at the corners of its box.
 #[inline(always)]
-fn weights([low, high]: &[Eight; 2], second: bool) -> [f32; LANES] {
+pub(super) fn weights([low, high]: &[Eight; 2], second: bool) -> [f32; LANES] {
     let ([a, b, c, d, e, f, g, h], [i, j, k, l, m, n, o, p]) = (*low, *high);
     if second { [b, d, f, h, j, l, n, p] } else { [a, c, e, g, i, k, m, o] }
 }
@@ -60,6 +61,7 @@ pub(crate) fn restrict(basis: &CoarseBasis<'_>, residual: &[Cell], room: &mut [E
             }
         }
     }
+    sides::restrict(basis, residual, room);
 }
 
 /// The coarse direction: a function for its values at the basis functions.
@@ -90,8 +92,9 @@ fn corners(basis: &CoarseBasis<'_>, room: &[Eight], at_box: usize) -> Corners {
 pub(crate) fn at_cell(basis: &CoarseBasis<'_>, room: &[Eight], cell: usize) -> [f32; 3] {
     let value = direction(basis, room);
     let coarse_functions = basis.row_of(cell);
-    coarse_functions
-        .fold([0.0; 3], |sum, (function, weight)| add(sum, scale(weight, value(function))))
+    let along = coarse_functions
+        .fold([0.0; 3], |sum, (function, weight)| add(sum, scale(weight, value(function))));
+    if basis.sides().is_some() { add(along, sides::at_cell(basis, room, cell)) } else { along }
 }
 
 /// Updates all free cells with the coarse direction. Returns true if some coordinate is beyond K.
@@ -131,7 +134,7 @@ pub(crate) fn step(
             beyond |= arrays.update(one, coarse, factors, &linear, true);
         }
     }
-    beyond
+    beyond | sides::step(basis, room, points, factors[0], terms.model.saturation())
 }
 
 /// Arrays of an update, with an element for each cell.
