@@ -6,6 +6,7 @@ use crate::model::cuttable::Cuttable;
 use crate::model::lips::Lips;
 use crate::model::nodal::Nodal;
 use crate::model::opened::Opened;
+use crate::model::sides::NO_SIDE;
 use crate::model::{Model, others};
 use crate::number::two_float::LANES;
 
@@ -38,6 +39,8 @@ impl<'a, 'm> CutBody<'a, 'm> {
         self.arrays.normals.fill([0.0; 3]);
         self.arrays.tear.fill(0);
         self.arrays.renewal.fill(Renewal::default());
+        self.arrays.labels.fill(0);
+        self.arrays.side_rows.fill([NO_SIDE; LANES]);
         self.derive_whole();
     }
 

@@ -18,7 +18,7 @@
 //! rotations, and a B that stems from the whole body, make them no worse than longer sweeps. Where a further
 //! function adds next to nothing, s is small and it has no column.
 //!
-//! This begins anew once cells have split, at most every [`PAUSE`] ticks, and ends within [`TICKS_MAX`].
+//! This begins anew once cells have split, at most every [`PAUSE`] ticks, and ends within about 150 ticks, with the most functions that there is room for.
 //!
 //! Cost: no more in a tick than one product with B and the elasticity of the cells around one function.
 
@@ -35,7 +35,7 @@ use crate::solver::coarse::elastic::Product;
 use crate::solver::coarse::sides;
 
 /// Links from a side of a cut within which its cells move with it.
-const RINGS: u32 = 4;
+const RINGS: u32 = 8;
 /// Ticks from the end of a renewal to the next one.
 const PAUSE: u32 = 64;
 /// Hats looked at in a tick.
@@ -50,22 +50,22 @@ const ADDS: f32 = 0.05;
 const SIDES: usize = 32;
 
 /// Number of words of [`Renewal`].
-pub(super) const WORDS: usize = 7;
+const WORDS: usize = 7;
 
 /// Where a renewal is, as words.
 pub(crate) type Renewal = [u32; WORDS];
 /// Index of the step: 0 at rest, then as in the module's text.
-pub(super) const STEP: usize = 0;
+const STEP: usize = 0;
 /// Index of the next ring, hat, or function and axis of this step; at rest the ticks to wait.
-pub(super) const NEXT: usize = 1;
+const NEXT: usize = 1;
 /// Index of the number of copies when it began.
 const COPIES: usize = 2;
 /// Index of the number of two-sided functions.
-pub(super) const FUNCTIONS: usize = 3;
+const FUNCTIONS: usize = 3;
 /// Index of the number of columns of Y.
-pub(super) const COLUMNS: usize = 4;
+const COLUMNS: usize = 4;
 /// Index of the number of cells under the functions.
-pub(super) const CELLS: usize = 5;
+const CELLS: usize = 5;
 /// Index of the sides that keep the hats of the image alone, a bit each.
 const KEEPING: usize = 6;
 
@@ -73,13 +73,33 @@ const KEEPING: usize = 6;
 const AT_REST: u32 = 0;
 const SPREADING: u32 = 1;
 const SHARING: u32 = 2;
-pub(super) const SOLVING: u32 = 3;
+const SOLVING: u32 = 3;
 
 /// A cell of the last ring, and one of the next, in the labels; the rest is the side from 1 on.
 const LAST: u8 = 0x40;
 const NEW: u8 = 0x80;
 /// The side in a label.
 const SIDE: u8 = 0x3F;
+
+/// Numbers of functions, of columns of Y and of cells under the functions.
+pub(super) fn in_use(renewal: Renewal) -> [usize; 3] {
+    [FUNCTIONS, COLUMNS, CELLS].map(|index| renewal.get(index).map_or(0, |&word| word as usize))
+}
+
+/// Returns true if words that were read are such as a renewal leaves behind, with room for so many functions, in a
+/// body of so many cells.
+pub(super) fn is_fit(renewal: Renewal, room: usize, cells: usize) -> bool {
+    let [step, next, ..] = renewal;
+    let [functions, columns, listed] = in_use(renewal);
+    let most = match step {
+        AT_REST => PAUSE,
+        SPREADING => RINGS,
+        SHARING => u16::MAX.into(),
+        SOLVING => 3 * functions as u32,
+        _ => return false,
+    };
+    next <= most && functions <= room && columns <= 3 * functions && listed <= cells
+}
 
 /// The lists of the two-sided functions, with all that there is room for.
 pub(super) struct Lists<'a> {
@@ -91,13 +111,13 @@ pub(super) struct Lists<'a> {
 impl<'a> Lists<'a> {
     /// Those in use, with their columns of Y, of so many blocks each.
     pub fn sides(self, renewal: Renewal, columns: &'a [Eight], length: usize) -> Sides<'a> {
-        let count = |index: usize| renewal.get(index).map_or(0, |&word| word as usize);
+        let [functions, count, listed] = in_use(renewal);
         Sides {
             blocks: self.turns.len() / LANES,
-            turns: self.turns.get(..count(FUNCTIONS)).unwrap_or(&[]),
-            cells: self.cells.get(..count(CELLS)).unwrap_or(&[]),
+            turns: self.turns.get(..functions).unwrap_or(&[]),
+            cells: self.cells.get(..listed).unwrap_or(&[]),
             rows: self.rows,
-            columns: columns.get(..count(COLUMNS) * length).unwrap_or(&[]),
+            columns: columns.get(..count * length).unwrap_or(&[]),
         }
     }
 }
@@ -413,7 +433,8 @@ impl CutBody<'_, '_> {
             u.as_flattened().iter().zip(g.as_flattened()).fold(0.0, |sum, (u, g)| sum + u * g)
         };
         let rest = (1.0 + MARGIN) * stiffness - (along(u, g) + along(u_sides, of_sides));
-        if !(rest > ADDS * stiffness) {
+        let adds = rest > ADDS * stiffness;
+        if !adds {
             return Some(false);
         }
         let share = 1.0 / sqrt(rest);

@@ -15,9 +15,7 @@ use crate::number::two_float::{Eight, LANES};
 
 /// Index of no function, in the rows of [`Sides`].
 pub(crate) const NO_SIDE: u8 = u8::MAX;
-/// Basis functions of the image for each two-sided one that there is room for.
-const SHARE: usize = 4;
-/// Most two-sided functions.
+/// Most two-sided functions; of a level of fewer functions, as many as it has.
 const SIDES_MAX: usize = 32;
 /// A level of fewer basis functions has no two-sided ones: its sweeps reach across the body anyway.
 const FEWEST: usize = 24;
@@ -52,11 +50,10 @@ impl Sides<'_> {
 
 /// Most two-sided functions of a body that can be cut, with so many basis functions.
 pub(crate) const fn most(basis_functions: usize) -> usize {
-    let share = basis_functions.div_ceil(SHARE).next_multiple_of(LANES);
-    match (basis_functions < FEWEST, share < SIDES_MAX) {
-        (true, _) => 0,
-        (false, true) => share,
-        (false, false) => SIDES_MAX,
+    match basis_functions {
+        0..FEWEST => 0,
+        FEWEST..SIDES_MAX => basis_functions.next_multiple_of(LANES),
+        _ => SIDES_MAX,
     }
 }
 
