@@ -207,7 +207,8 @@ impl<'a, 'm> CutBody<'a, 'm> {
         let coarse_basis = coarse_basis.map(|basis| {
             let Some(&renewal) = arrays.renewal.first() else { return basis };
             let length = basis.row_blocks() + basis.side_blocks();
-            let lists = Lists { turns: arrays.turns, cells: arrays.side_cells, rows: arrays.side_rows };
+            let lists =
+                Lists { turns: arrays.turns, cells: arrays.side_cells, rows: arrays.side_rows };
             basis.with_sides(lists.sides(renewal, arrays.columns, length))
         });
         let ends = arrays.lip_rows.last().map_or(0, |&row| row as usize);

@@ -63,7 +63,8 @@ impl Default for CutRoom<'_> {
 /// Number of words of [`CutRoom`] with which a body can be cut; 0 for one that is not cuttable.
 ///
 /// Per cell 360 to 430 bytes: the half-links, a copy of which changes, are most of it. Each spare cell
-/// takes 88 bytes more for lips, and with a contact surface 208 more.
+/// takes 88 bytes more for lips, and with a contact surface 208 more. A coarse level of n functions, 24 or more, takes
+/// 1,200 n + 40,000 bytes and 29 a cell for up to 32 functions on one side of a cut.
 #[must_use]
 pub fn cut_words(model: &Model<'_>) -> usize {
     #[cfg(feature = "cut")]
@@ -173,7 +174,8 @@ pub(crate) struct Arrays<'a> {
     pub columns: &'a mut [Eight],
     /// Another cell of each one's side, while sides are joined.
     pub parents: &'a mut [u16],
-    /// Pushes on the cells, for one column.
+    /// Displacements of the cells, and pushes on them, for one column.
+    pub lengths: &'a mut [f32],
     pub pushes: &'a mut [[f32; 3]],
 }
 
@@ -246,7 +248,7 @@ const STATE: usize = 11;
 
 /// Words of each array, in their order.
 #[cfg(feature = "cut")]
-struct Sizes([usize; 37]);
+struct Sizes([usize; 38]);
 
 #[cfg(feature = "cut")]
 impl Sizes {
@@ -260,7 +262,8 @@ impl Sizes {
         let pairs = basis.map_or(0, |basis| basis.cells.len() + cut.spare_cells);
         let cells_of = |is_any: bool| if is_any { cells } else { 0 };
         let of_tears = |words: usize| if cut.tear_limit.is_some() { words } else { 0 };
-        let (sides, of_sides) = (sides(model), |words: usize| if sides(model) > 0 { words } else { 0 });
+        let (sides, of_sides) =
+            (sides(model), |words: usize| if sides(model) > 0 { words } else { 0 });
         let column = basis.map_or(0, |basis| basis.row_blocks() + basis.side_blocks());
         let is_elastic = basis.is_some_and(|basis| basis.elastic().is_some());
         Some(Self([
@@ -300,6 +303,7 @@ impl Sizes {
             of_sides(cells.div_ceil(2)),
             of_sides((3 * sides + 1) * column * LANES),
             of_sides(cells.div_ceil(2)),
+            of_sides(cells),
             of_sides(3 * cells),
         ]))
     }
@@ -367,6 +371,7 @@ impl<'a> CutRoom<'a> {
             side_cells: take(rest, sizes.next()?)?.get_mut(..of_sides)?,
             columns: take(rest, sizes.next()?)?,
             parents: take(rest, sizes.next()?)?.get_mut(..of_sides)?,
+            lengths: take(rest, sizes.next()?)?,
             pushes: take(rest, sizes.next()?)?,
         })
     }

@@ -125,7 +125,9 @@ impl<'a> Lists<'a> {
 impl CutBody<'_, '_> {
     /// The next step of the renewal of the two-sided functions.
     pub fn renew_sides(&mut self, vectors: Option<VectorUnit>) {
-        let Some(&[step, next, copies, functions, ..]) = self.arrays.renewal.first() else { return };
+        let Some(&[step, next, copies, functions, ..]) = self.arrays.renewal.first() else {
+            return;
+        };
         let used = self.used() as u32;
         match step {
             AT_REST if next > 0 => self.set_renewal(NEXT, next - 1),
@@ -245,7 +247,8 @@ impl CutBody<'_, '_> {
         let mut meets = [0_u32; SIDES];
         let side = |body: &Self, cell| usize::from(body.label(cell) & SIDE).checked_sub(1);
         for copy in self.bodily..self.bodily + self.used() {
-            let (Some(here), Some(there)) = (side(self, copy), side(self, self.origin(copy))) else {
+            let (Some(here), Some(there)) = (side(self, copy), side(self, self.origin(copy)))
+            else {
                 continue;
             };
             for (one, other) in [(here, there), (there, here)] {
@@ -297,7 +300,9 @@ impl CutBody<'_, '_> {
     fn each_under(&self, hat: u16, mut visit: impl FnMut(usize, usize, f32)) {
         let Some(basis) = self.basis() else { return };
         for (at_box, corners) in basis.corners.iter().enumerate() {
-            let Some(corner) = corners.iter().position(|&function| function == hat) else { continue };
+            let Some(corner) = corners.iter().position(|&function| function == hat) else {
+                continue;
+            };
             let pairs = range(basis.rows, at_box);
             let cells = basis.cells.get(pairs.clone()).unwrap_or(&[]).as_flattened();
             for (entry, &cell) in (2 * pairs.start..).zip(cells) {
@@ -448,14 +453,19 @@ impl CutBody<'_, '_> {
 
     /// K e for a function along an axis: `pushes` at the cells whose labels have [`NEW`], until the next call.
     fn push(&mut self, function: u8, axis: usize, pushes: &mut [[f32; 3]]) {
-        // Mark the cells that it strains, then those that these push.
+        // Its lengths. Mark the cells that it strains, then those that these push.
         self.arrays.labels.iter_mut().for_each(|label| *label &= SIDE);
+        self.arrays.lengths.fill(0.0);
         for index in 0..self.renewal(CELLS) {
             let cell = self.arrays.side_cells.get(index).map_or(0, |&cell| usize::from(cell));
             let row = self.arrays.side_rows.get(cell).copied().unwrap_or([NO_SIDE; LANES]);
-            if row.contains(&function) {
-                self.mark_around(cell, LAST);
+            let Some(corner) = row.iter().position(|&side| side == function) else { continue };
+            let entry = self.arrays.entry.get(cell).map_or(0, |&entry| usize::from(entry));
+            let weight = self.basis().map_or(0.0, |basis| basis.weight(entry, corner));
+            if let Some(slot) = self.arrays.lengths.get_mut(cell) {
+                *slot = weight;
             }
+            self.mark_around(cell, LAST);
         }
         for cell in 0..self.arrays.labels.len() {
             if self.label(cell) & LAST != 0 {
@@ -464,21 +474,10 @@ impl CutBody<'_, '_> {
         }
         // Add what the strained ones exert.
         pushes.fill([0.0; 3]);
-        let Some(basis) = self.basis() else { return };
-        let basis = basis.with_sides(self.sides(&[]));
-        let of = basis.stride() + usize::from(function);
-        let field = |cell: usize| {
-            let mut way = [0.0; 3];
-            if let (Some((_, weight)), Some(slot)) =
-                (basis.sides_of(cell).find(|&(at, _)| at == of), way.get_mut(axis))
-            {
-                *slot = weight;
-            }
-            way
-        };
-        let shapes = self.shapes();
+        let (lengths, shapes) = (&*self.arrays.lengths, self.shapes());
+        let length = |cell: usize| lengths.get(cell).copied().unwrap_or(0.0);
         for cell in (0..self.arrays.labels.len()).filter(|&cell| self.label(cell) & LAST != 0) {
-            shapes.resist_at(cell, &field, &mut |to, push| {
+            shapes.resist_along(cell, axis, &length, &mut |to, push| {
                 if let Some(sum) = pushes.get_mut(to) {
                     *sum = add(*sum, push);
                 }

@@ -38,7 +38,13 @@ pub(crate) struct Sides<'a> {
 impl Sides<'_> {
     /// None yet, with room for those of a body that can be cut, with so many basis functions.
     pub const fn room(basis_functions: usize) -> Self {
-        Self { blocks: most(basis_functions) / LANES, turns: &[], cells: &[], rows: &[], columns: &[] }
+        Self {
+            blocks: most(basis_functions) / LANES,
+            turns: &[],
+            cells: &[],
+            rows: &[],
+            columns: &[],
+        }
     }
 
     /// The functions of a cell, by the corners of its box.

@@ -38,31 +38,58 @@ impl Nodal<'_> {
         ]
     }
 
-    /// Adds K times the displacement `field`, cell by cell.
+    /// Adds K times the displacement `field`, cell by cell: what a cell's stress and the spread of its links
+    /// exert on itself and on its neighbours.
     pub(super) fn add_resistance(self, field: &[Cell], product: &mut [Cell]) {
         let at = |cell: usize| field.get(cell).map_or([0.0; 3], |field| field.xyz());
         for cell in 0..self.count {
-            self.resist_at(cell, &at, &mut |of, push| {
+            let stress = self.strained(cell, &at);
+            let mut add_to = |of: usize, push: [f32; 3]| {
                 if let Some(sum) = product.get_mut(of) {
                     *sum = Cell::at(add(sum.xyz(), push));
                 }
-            });
+            };
+            add_to(cell, stress.map(|row| dot(row, self.own_area(cell))));
+            for (other, slot) in self.slots_of(cell) {
+                add_to(other, stress.map(|row| dot(row, slot.three(nodal::AREA))));
+                add_to(cell, scale(slot.number(nodal::SPREAD), sub(at(cell), at(other))));
+            }
         }
     }
 
-    /// The part of K times a displacement that a cell's stress and the spread of its links exert: on the cell itself
-    /// and on its neighbours, as `add_to(cell, push)`.
-    pub(crate) fn resist_at(
+    /// The part of K times a displacement along one axis, of these lengths, that a cell's stress and the spread of its
+    /// links exert: on itself and on its neighbours, as `add_to(cell, push)`.
+    #[cfg(feature = "cut")]
+    pub(crate) fn resist_along(
         self,
         cell: usize,
-        field: &impl Fn(usize) -> [f32; 3],
+        axis: usize,
+        length: &impl Fn(usize) -> f32,
         add_to: &mut impl FnMut(usize, [f32; 3]),
     ) {
-        let stress = self.strained(cell, field);
-        add_to(cell, stress.map(|row| dot(row, self.own_area(cell))));
+        // The gradient of the length, up to the volume, and the spread.
+        let (here, mut slope, mut spread) = (length(cell), [0.0; 3], 0.0);
         for (other, slot) in self.slots_of(cell) {
-            add_to(other, stress.map(|row| dot(row, slot.three(nodal::AREA))));
-            add_to(cell, scale(slot.number(nodal::SPREAD), sub(field(cell), field(other))));
+            let way = length(other) - here;
+            slope = add(slope, scale(way, slot.three(nodal::AREA)));
+            spread -= slot.number(nodal::SPREAD) * way;
+        }
+        // The stress times an area.
+        let (mu, lambda) = (self.number(cell, nodal::MU), self.number(cell, nodal::LAMBDA_3) / 3.0);
+        let share = 1.0 / self.number(cell, nodal::VOLUME);
+        let [own, mu, lambda] = [mu * (1.0 - 2.0 * nodal::BETA), mu, lambda].map(|x| share * x);
+        let of = |v: [f32; 3]| v.get(axis).copied().unwrap_or(0.0);
+        let even = lambda * of(slope);
+        let push = |area: [f32; 3], along: f32| {
+            let mut push = add(scale(mu * of(area), slope), scale(even, area));
+            if let Some(x) = push.get_mut(axis) {
+                *x += own * dot(slope, area) + along;
+            }
+            push
+        };
+        add_to(cell, push(self.own_area(cell), spread));
+        for (other, slot) in self.slots_of(cell).filter(|&(other, _)| other != cell) {
+            add_to(other, push(slot.three(nodal::AREA), 0.0));
         }
     }
 }

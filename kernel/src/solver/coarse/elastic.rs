@@ -29,13 +29,30 @@ use crate::backend::{VectorUnit, Work, run};
 use crate::energy::surface::IS_BUILT;
 use crate::model::coarse_basis::CoarseBasis;
 use crate::model::parts::PARTS;
+use crate::model::sides as two_sided;
 use crate::number::two_float::{Eight, LANES, Lanes, TwoFloat};
 
 /// Memory that the coarse level of nodal shapes needs for `functions` basis functions \[blocks of eight
-/// `f32`\].
+/// `f32`\]; for a body that can be cut and [`side_room`] more.
 #[must_use]
 pub const fn elastic_room(functions: usize) -> usize {
     9 * functions.div_ceil(LANES)
+}
+
+/// Memory that the coarse level needs on top of [`elastic_room`] for a body that can be cut \[blocks of eight
+/// `f32`\]: for functions on one side of a cut.
+///
+/// ```
+/// use chaincell_kernel::{Tissue, Track, elastic_room, side_room, term_states};
+///
+/// /// A body of 48 functions that can be cut.
+/// type Body = Tissue<512, Track<{ elastic_room(48) + side_room(48) }>, 9, { term_states(512) }>;
+/// assert_eq!(32 * side_room(48), 1_152); // [bytes]
+/// assert_eq!(side_room(23), 0); // so few functions are enough beside a cut too
+/// ```
+#[must_use]
+pub const fn side_room(functions: usize) -> usize {
+    9 * two_sided::most(functions) / LANES
 }
 
 /// c = B g for the g in the coarse memory, which is kept there as the last one.

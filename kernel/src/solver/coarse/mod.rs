@@ -62,7 +62,7 @@ pub(crate) mod touched;
 pub(crate) mod turns;
 mod under;
 
-pub use elastic::elastic_room;
+pub use elastic::{elastic_room, side_room};
 pub use elastic_held::elastic_held_room;
 pub use held::coarse_room;
 pub use resistance::tool_room;

@@ -28,7 +28,12 @@ fn vectors<'a>(basis: &CoarseBasis<'_>, room: &'a mut [Eight]) -> Option<[&'a mu
 
 /// Calls `visit(function, weight)` for each two-sided function of a cell.
 #[inline(always)]
-fn each(basis: &CoarseBasis<'_>, sides: &Sides<'_>, cell: usize, mut visit: impl FnMut(usize, f32)) {
+fn each(
+    basis: &CoarseBasis<'_>,
+    sides: &Sides<'_>,
+    cell: usize,
+    mut visit: impl FnMut(usize, f32),
+) {
     let entry = basis.entry.get(cell).map_or(0, |&entry| usize::from(entry));
     let Some(pair) = basis.weights.get(entry / 2) else { return };
     for (side, weight) in sides.at(cell).into_iter().zip(weights(pair, entry % 2 == 1)) {

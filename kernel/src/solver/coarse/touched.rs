@@ -324,7 +324,11 @@ impl CoarseTouch {
 
     /// Corrects c = B g for the tools, over the basis functions of the image and over the two-sided ones.
     #[inline(always)]
-    pub(crate) fn correct<V: F32x8>(&self, basis: &CoarseBasis<'_>, [c, of_sides]: [&mut [Eight]; 2]) {
+    pub(crate) fn correct<V: F32x8>(
+        &self,
+        basis: &CoarseBasis<'_>,
+        [c, of_sides]: [&mut [Eight]; 2],
+    ) {
         let (stride, blocks) = (basis.stride(), basis.row_blocks());
         let mut t = [0.0; COLUMNS];
         let flat = [c.as_flattened(), of_sides.as_flattened()];
