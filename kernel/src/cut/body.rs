@@ -1,7 +1,7 @@
 //! The arrays of a body that is cut, with its image.
 
 use super::memory::{Arrays, COUNTS, CutRoom, OPENED, USED, WAITING};
-use super::sides::{Lists, Renewal};
+use super::renewal::{Lists, Renewal};
 use crate::model::cuttable::Cuttable;
 use crate::model::lips::Lips;
 use crate::model::nodal::Nodal;

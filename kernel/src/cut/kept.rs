@@ -2,7 +2,7 @@
 
 use super::body::CutBody;
 use super::memory::{CREDIT, CutRoom, TURN, USED};
-use super::sides::{in_use, is_fit};
+use super::renewal::{in_use, is_fit};
 use super::tear::TURNS;
 use crate::model::nodal::OffsetNumbers;
 use crate::model::sides::NO_SIDE;
@@ -84,7 +84,7 @@ impl CutBody<'_, '_> {
         }
     }
 
-    /// The same for the two-sided functions: nothing tells them from state and image.
+    /// The same for the two-sided functions, which do not follow from state and image.
     fn keep_sides(&mut self, pass: &mut Pass<'_>) {
         let basis = self.model.coarse_basis;
         let column = basis.map_or(0, |basis| basis.row_blocks() + basis.side_blocks());

@@ -4,7 +4,7 @@
 use bytemuck::AnyBitPattern;
 
 #[cfg(feature = "cut")]
-use super::sides::Renewal;
+use super::renewal::Renewal;
 use crate::model::Model;
 #[cfg(feature = "cut")]
 use crate::model::lips::LipNumbers;

@@ -62,7 +62,8 @@
 //! - [`memory`]: memory of the caller, divided into arrays.
 //! - `body`: the arrays with their image: tetrahedra, faces, and the model that a tick reads.
 //! - `numbers`: volumes and half-links of a cell from its tetrahedra.
-//! - `coarse`: a copy in the boxes of the coarse level; `sides`: two-sided functions beside a cut.
+//! - `coarse`: a copy in the boxes of the coarse level; `sides`: two-sided functions beside a cut,
+//!   and `renewal`: where their renewal is.
 //! - `pieces`: the tetrahedra at a cell, by the faces that are closed.
 //! - `split`: the split of a cell.
 //! - `opened`: the triangles of opened faces; `lips`: its sides where they lie on each other.
@@ -95,6 +96,8 @@ mod opened;
 mod pieces;
 #[cfg(feature = "cut")]
 mod place;
+#[cfg(feature = "cut")]
+mod renewal;
 #[cfg(feature = "cut")]
 mod sides;
 #[cfg(feature = "cut")]

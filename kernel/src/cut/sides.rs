@@ -20,9 +20,14 @@
 //!
 //! This begins anew once cells have split, at most every [`PAUSE`] ticks, and ends within about 150 ticks, with the most functions that there is room for.
 //!
-//! Cost: no more in a tick than one product with B and the elasticity of the cells around one function.
+//! Cost: in a tick at most one product with B and the elasticity of the cells around one function; in the mean 1.4
+//! million instructions with AVX2 for a body of 5,783 cells.
 
 use super::body::CutBody;
+use super::renewal::{
+    AT_REST, CELLS, COLUMNS, COPIES, FUNCTIONS, KEEPING, Lists, NEXT, PAUSE, RINGS, SHARING,
+    SOLVING, SPREADING, STEP,
+};
 use crate::backend::f32x8::F32x8;
 use crate::backend::{VectorUnit, Work, run};
 use crate::model::coarse_basis::CoarseBasis;
@@ -34,10 +39,6 @@ use crate::number::two_float::{Eight, LANES};
 use crate::solver::coarse::elastic::Product;
 use crate::solver::coarse::sides;
 
-/// Links from a side of a cut within which its cells move with it.
-const RINGS: u32 = 8;
-/// Ticks from the end of a renewal to the next one.
-const PAUSE: u32 = 64;
 /// Hats looked at in a tick.
 const HATS: u32 = 8;
 /// Least sum of squared weights of a function on a side, and of its hat on all others.
@@ -49,78 +50,11 @@ const ADDS: f32 = 0.05;
 /// Most sides: a bit each in a word.
 const SIDES: usize = 32;
 
-/// Number of words of [`Renewal`].
-const WORDS: usize = 7;
-
-/// Where a renewal is, as words.
-pub(crate) type Renewal = [u32; WORDS];
-/// Index of the step: 0 at rest, then as in the module's text.
-const STEP: usize = 0;
-/// Index of the next ring, hat, or function and axis of this step; at rest the ticks to wait.
-const NEXT: usize = 1;
-/// Index of the number of copies when it began.
-const COPIES: usize = 2;
-/// Index of the number of two-sided functions.
-const FUNCTIONS: usize = 3;
-/// Index of the number of columns of Y.
-const COLUMNS: usize = 4;
-/// Index of the number of cells under the functions.
-const CELLS: usize = 5;
-/// Index of the sides that keep the hats of the image alone, a bit each.
-const KEEPING: usize = 6;
-
-/// Steps of a renewal.
-const AT_REST: u32 = 0;
-const SPREADING: u32 = 1;
-const SHARING: u32 = 2;
-const SOLVING: u32 = 3;
-
 /// A cell of the last ring, and one of the next, in the labels; the rest is the side from 1 on.
 const LAST: u8 = 0x40;
 const NEW: u8 = 0x80;
 /// The side in a label.
 const SIDE: u8 = 0x3F;
-
-/// Numbers of functions, of columns of Y and of cells under the functions.
-pub(super) fn in_use(renewal: Renewal) -> [usize; 3] {
-    [FUNCTIONS, COLUMNS, CELLS].map(|index| renewal.get(index).map_or(0, |&word| word as usize))
-}
-
-/// Returns true if words that were read are such as a renewal leaves behind, with room for so many functions, in a
-/// body of so many cells.
-pub(super) fn is_fit(renewal: Renewal, room: usize, cells: usize) -> bool {
-    let [step, next, ..] = renewal;
-    let [functions, columns, listed] = in_use(renewal);
-    let most = match step {
-        AT_REST => PAUSE,
-        SPREADING => RINGS,
-        SHARING => u16::MAX.into(),
-        SOLVING => 3 * functions as u32,
-        _ => return false,
-    };
-    next <= most && functions <= room && columns <= 3 * functions && listed <= cells
-}
-
-/// The lists of the two-sided functions, with all that there is room for.
-pub(super) struct Lists<'a> {
-    pub turns: &'a [u16],
-    pub cells: &'a [u16],
-    pub rows: &'a [[u8; LANES]],
-}
-
-impl<'a> Lists<'a> {
-    /// Those in use, with their columns of Y, of so many blocks each.
-    pub fn sides(self, renewal: Renewal, columns: &'a [Eight], length: usize) -> Sides<'a> {
-        let [functions, count, listed] = in_use(renewal);
-        Sides {
-            blocks: self.turns.len() / LANES,
-            turns: self.turns.get(..functions).unwrap_or(&[]),
-            cells: self.cells.get(..listed).unwrap_or(&[]),
-            rows: self.rows,
-            columns: columns.get(..count * length).unwrap_or(&[]),
-        }
-    }
-}
 
 impl CutBody<'_, '_> {
     /// The next step of the renewal of the two-sided functions.
@@ -432,7 +366,7 @@ impl CutBody<'_, '_> {
         let ((g, of_sides), (u, u_sides)) =
             (g.split_at_checked(own)?, column.split_at_mut_checked(own)?);
         run(vectors, Product { inverse: basis.inverse, g, c: u, first: 0 });
-        run(vectors, Added { basis, g: [g, of_sides], c: [u, u_sides] });
+        run(vectors, Added { basis, g, of_sides, c: u, to_sides: u_sides });
         // (e - u) / sqrt(s), if it adds something.
         let along = |u: &[Eight], g: &[Eight]| {
             u.as_flattened().iter().zip(g.as_flattened()).fold(0.0, |sum, (u, g)| sum + u * g)
@@ -503,8 +437,10 @@ impl CutBody<'_, '_> {
 /// c += Y Y' g.
 struct Added<'a> {
     basis: CoarseBasis<'a>,
-    g: [&'a [Eight]; 2],
-    c: [&'a mut [Eight]; 2],
+    g: &'a [Eight],
+    of_sides: &'a [Eight],
+    c: &'a mut [Eight],
+    to_sides: &'a mut [Eight],
 }
 
 impl Work for Added<'_> {
@@ -512,7 +448,7 @@ impl Work for Added<'_> {
 
     #[inline(always)]
     fn run<V: F32x8>(self) {
-        sides::add_to::<V>(&self.basis, self.g, self.c);
+        sides::add_to::<V>(&self.basis, self.g, self.of_sides, self.c, self.to_sides);
     }
 }
 

@@ -67,7 +67,7 @@ impl<'a> ElasticLevel<'a> {
 }
 
 impl<'a> CoarseBasis<'a> {
-    /// Reads the basis of a body of so many cells, which can be cut or not.
+    /// Reads the basis of a body with this number of cells, which can be cut or not.
     pub fn read(
         sections: &Sections<'a>,
         cells: usize,
@@ -221,6 +221,14 @@ impl<'a> CoarseBasis<'a> {
                 .map(move |(corner, &function)| (usize::from(function), self.weight(entry, corner)))
         })
     }
+}
+
+/// Weights of a cell of a pair at the corners of its box.
+#[inline(always)]
+pub(crate) fn weights(pair: &[Eight; 2], second: bool) -> [f32; LANES] {
+    let [low, high] = pair;
+    let ([a, b, c, d, e, f, g, h], [i, j, k, l, m, n, o, p]) = (*low, *high);
+    if second { [b, d, f, h, j, l, n, p] } else { [a, c, e, g, i, k, m, o] }
 }
 
 /// Returns true if the cells of each box lie in one part, and the boxes are in the order of the parts.

@@ -36,7 +36,7 @@ pub(crate) struct Sides<'a> {
 }
 
 impl Sides<'_> {
-    /// None yet, with room for those of a body that can be cut, with so many basis functions.
+    /// No functions, with room for those of a body that can be cut and has this number of basis functions.
     pub const fn room(basis_functions: usize) -> Self {
         Self {
             blocks: most(basis_functions) / LANES,
@@ -54,7 +54,7 @@ impl Sides<'_> {
     }
 }
 
-/// Most two-sided functions of a body that can be cut, with so many basis functions.
+/// Most two-sided functions of a body that can be cut and has this number of basis functions.
 pub(crate) const fn most(basis_functions: usize) -> usize {
     match basis_functions {
         0..FEWEST => 0,

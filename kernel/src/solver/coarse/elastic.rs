@@ -145,9 +145,9 @@ impl Work for ElasticSolve<'_, '_> {
         let has_sides = self.basis.sides().is_some();
         let (g_sides, rest) = of_sides.split_at_mut(if has_sides { side_blocks } else { 0 });
         let (c_sides, last_sides) = rest.split_at_mut(g_sides.len());
-        sides::add_to::<V>(&self.basis, [g, g_sides], [c, c_sides]);
+        sides::add_to::<V>(&self.basis, g, g_sides, c, c_sides);
         if IS_BUILT && let Some(touch) = self.touch {
-            touch.correct::<V>(&self.basis, [c, c_sides]);
+            touch.correct::<V>(&self.basis, c, c_sides);
         }
         // Sum the products, and keep g as the last one.
         let (mut product, mut mixed) = (Lanes::ZERO, Lanes::ZERO);

@@ -5,7 +5,7 @@
 
 use super::sides;
 use crate::energy::residual::Terms;
-use crate::model::coarse_basis::CoarseBasis;
+use crate::model::coarse_basis::{CoarseBasis, weights};
 use crate::model::image::NO_FUNCTION;
 use crate::model::range;
 use crate::number::cell::{Cell, add, scale, sub};
@@ -16,13 +16,6 @@ use crate::solver::loops::scalar::track::factor;
 
 /// One value per corner of a box and axis.
 type Corners = [[f32; 3]; LANES];
-
-/// Weights of a cell of a pair at the corners of its box.
-#[inline(always)]
-pub(super) fn weights([low, high]: &[Eight; 2], second: bool) -> [f32; LANES] {
-    let ([a, b, c, d, e, f, g, h], [i, j, k, l, m, n, o, p]) = (*low, *high);
-    if second { [b, d, f, h, j, l, n, p] } else { [a, c, e, g, i, k, m, o] }
-}
 
 /// Sums of w r over the first or the second cells of a box's pairs.
 #[inline(always)]
@@ -134,7 +127,29 @@ pub(crate) fn step(
             beyond |= arrays.update(one, coarse, factors, &linear, true);
         }
     }
-    beyond | sides::step(basis, room, points, factors[0], terms.model.saturation())
+    beyond | step_sides(basis, room, points, factors[0], terms.model.saturation())
+}
+
+/// Moves the extrapolated points of the cells under the two-sided functions by alpha times their direction. Returns
+/// true if some coordinate is beyond K.
+pub(super) fn step_sides(
+    basis: &CoarseBasis<'_>,
+    room: &[Eight],
+    points: &mut Points<'_, f32>,
+    alpha: f32,
+    k: f32,
+) -> bool {
+    let (Some(sides), linear) = (basis.sides(), Range::new(k)) else { return false };
+    let mut beyond = false;
+    for &cell in sides.cells {
+        let way = sides::at_cell(basis, room, cell.into());
+        if let Some(at) = points.at.get_mut(usize::from(cell)) {
+            let ahead = add(at.xyz(), scale(alpha, way));
+            *at = Cell::at(ahead);
+            beyond |= linear.is_left(ahead, ahead);
+        }
+    }
+    beyond
 }
 
 /// Arrays of an update, with an element for each cell.

@@ -5,17 +5,14 @@
 //!
 //! Cost with m functions, of n in the level: 18 m (n + m) multiplications a sweep, and 48 for each cell under them.
 
-use super::scalar::weights;
 use super::solve::{along, inner, total};
 use super::turns::turned_by;
 use crate::backend::f32x8::F32x8;
 use crate::energy::residual::Terms;
-use crate::model::coarse_basis::CoarseBasis;
+use crate::model::coarse_basis::{CoarseBasis, weights};
 use crate::model::sides::{NO_SIDE, Sides};
 use crate::number::cell::{Cell, add, scale};
 use crate::number::two_float::{Eight, LANES};
-use crate::solver::loops::Points;
-use crate::solver::loops::scalar::Range;
 
 /// The vectors over the two-sided functions: g, c and the last g, x of all functions first, then y and z.
 fn vectors<'a>(basis: &CoarseBasis<'_>, room: &'a mut [Eight]) -> Option<[&'a mut [Eight]; 3]> {
@@ -85,8 +82,10 @@ pub(crate) fn turn(terms: Terms<'_, '_>, basis: &CoarseBasis<'_>, room: &mut [Ei
 #[inline(always)]
 pub(crate) fn add_to<V: F32x8>(
     basis: &CoarseBasis<'_>,
-    [g, of_sides]: [&[Eight]; 2],
-    [c, to_sides]: [&mut [Eight]; 2],
+    g: &[Eight],
+    of_sides: &[Eight],
+    c: &mut [Eight],
+    to_sides: &mut [Eight],
 ) {
     let Some(sides) = basis.sides() else { return };
     to_sides.fill([0.0; LANES]);
@@ -112,28 +111,6 @@ pub(super) fn at_cell(basis: &CoarseBasis<'_>, room: &[Eight], cell: usize) -> [
         way = add(way, scale(weight, value));
     });
     way
-}
-
-/// Moves the extrapolated points of the cells under the two-sided functions by alpha times their direction. Returns
-/// true if some coordinate is beyond K.
-pub(super) fn step(
-    basis: &CoarseBasis<'_>,
-    room: &[Eight],
-    points: &mut Points<'_, f32>,
-    alpha: f32,
-    k: f32,
-) -> bool {
-    let (Some(sides), linear) = (basis.sides(), Range::new(k)) else { return false };
-    let mut beyond = false;
-    for &cell in sides.cells {
-        let way = at_cell(basis, room, cell.into());
-        if let Some(at) = points.at.get_mut(usize::from(cell)) {
-            let ahead = add(at.xyz(), scale(alpha, way));
-            *at = Cell::at(ahead);
-            beyond |= linear.is_left(ahead, ahead);
-        }
-    }
-    beyond
 }
 
 /// Index of a function's value on an axis in a vector over all functions, the two-sided ones last.

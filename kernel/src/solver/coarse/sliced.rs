@@ -9,7 +9,7 @@
 
 use core::ops::Range;
 
-use super::scalar::direction;
+use super::scalar::{direction, step_sides};
 use super::sides;
 use crate::backend::f32x8::F32x8;
 use crate::backend::{Work, run};
@@ -116,7 +116,7 @@ fn steps<const ELASTIC: bool>(
         #[rustfmt::skip]
         let step = CoarseStep::<ELASTIC> { basis: *basis, boxes, first: 0, mobility, own, room, points: of_boxes, factors, k, beyond_k };
         run(terms.vectors, step);
-        return beyond | sides::step(basis, room, points, factors[0], k);
+        return beyond | step_sides(basis, room, points, factors[0], k);
     }
     // Several parts: the team runs them.
     let mut beyond = [false; PARTS];

@@ -327,15 +327,16 @@ impl CoarseTouch {
     pub(crate) fn correct<V: F32x8>(
         &self,
         basis: &CoarseBasis<'_>,
-        [c, of_sides]: [&mut [Eight]; 2],
+        c: &mut [Eight],
+        of_sides: &mut [Eight],
     ) {
         let (stride, blocks) = (basis.stride(), basis.row_blocks());
         let mut t = [0.0; COLUMNS];
-        let flat = [c.as_flattened(), of_sides.as_flattened()];
+        let (first, rest) = (c.as_flattened(), of_sides.as_flattened());
         let each = self.functions.iter().zip(&self.ways).take(self.count);
         for (slot, (&function, normal)) in t.iter_mut().zip(each.clone()) {
             for (axis, n) in normal.iter().enumerate() {
-                *slot += n * value(flat, place(basis, function.into(), axis));
+                *slot += n * value(first, rest, place(basis, function.into(), axis));
             }
         }
         let y = self.solve(t);
@@ -362,7 +363,7 @@ impl CoarseTouch {
 }
 
 /// A value of a vector in two parts.
-fn value([first, rest]: [&[f32]; 2], place: usize) -> f32 {
+fn value(first: &[f32], rest: &[f32], place: usize) -> f32 {
     let at = match place.checked_sub(first.len()) {
         None => first.get(place),
         Some(place) => rest.get(place),
