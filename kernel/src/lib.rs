@@ -105,7 +105,9 @@ pub use model::{COORDINATE_MAX, Model, image};
 pub use number::Number;
 pub use number::cell::Cell;
 pub use number::float_env::{self, FloatEnvironmentError};
-pub use solver::coarse::{CoarseTouch, coarse_room, elastic_held_room, elastic_room, tool_room};
+pub use solver::coarse::{
+    CoarseTouch, coarse_room, elastic_held_room, elastic_room, side_room, tool_room,
+};
 pub use solver::{Dynamics, Euler, NumberOf, Predict, Rkl2, Track};
 pub use tick::budget::Budget;
 pub use tick::choice::Choice;

@@ -1,10 +1,12 @@
 //! The arrays of a body that is cut, with its image.
 
 use super::memory::{Arrays, COUNTS, CutRoom, OPENED, USED, WAITING};
+use super::renewal::{Lists, Renewal};
 use crate::model::cuttable::Cuttable;
 use crate::model::lips::Lips;
 use crate::model::nodal::Nodal;
 use crate::model::opened::Opened;
+use crate::model::sides::NO_SIDE;
 use crate::model::{Model, others};
 use crate::number::two_float::LANES;
 
@@ -36,6 +38,9 @@ impl<'a, 'm> CutBody<'a, 'm> {
         self.arrays.offsets.fill([[0.0; LANES]; 9]);
         self.arrays.normals.fill([0.0; 3]);
         self.arrays.tear.fill(0);
+        self.arrays.renewal.fill(Renewal::default());
+        self.arrays.labels.fill(0);
+        self.arrays.side_rows.fill([NO_SIDE; LANES]);
         self.derive_whole();
     }
 
@@ -198,6 +203,13 @@ impl<'a, 'm> CutBody<'a, 'm> {
         let coarse_basis = model.coarse_basis.map(|basis| {
             let (pairs, weights) = (&*arrays.pairs, &*arrays.weights);
             basis.with_cells(arrays.box_rows, pairs, weights, arrays.entry, arrays.factors)
+        });
+        let coarse_basis = coarse_basis.map(|basis| {
+            let Some(&renewal) = arrays.renewal.first() else { return basis };
+            let length = basis.row_blocks() + basis.side_blocks();
+            let lists =
+                Lists { turns: arrays.turns, cells: arrays.side_cells, rows: arrays.side_rows };
+            basis.with_sides(lists.sides(renewal, arrays.columns, length))
         });
         let ends = arrays.lip_rows.last().map_or(0, |&row| row as usize);
         let lips = Lips {

@@ -2,8 +2,10 @@
 
 use super::body::CutBody;
 use super::memory::{CREDIT, CutRoom, TURN, USED};
+use super::renewal::{in_use, is_fit};
 use super::tear::TURNS;
 use crate::model::nodal::OffsetNumbers;
+use crate::model::sides::NO_SIDE;
 use crate::model::{Model, others};
 use crate::number::kept::Pass;
 
@@ -75,9 +77,42 @@ impl CutBody<'_, '_> {
             CREDIT => f32::from_bits(word).is_finite() && word != (-0.0_f32).to_bits(),
             _ => true,
         });
+        self.keep_sides(pass);
         if pass.is_reading() {
             *self.arrays.counts = counts;
             self.derive();
+        }
+    }
+
+    /// The same for the two-sided functions, which do not follow from state and image.
+    fn keep_sides(&mut self, pass: &mut Pass<'_>) {
+        let basis = self.model.coarse_basis;
+        let column = basis.map_or(0, |basis| basis.row_blocks() + basis.side_blocks());
+        let cells = self.arrays.labels.len();
+        for renewal in &mut *self.arrays.renewal {
+            let mut words = *renewal;
+            for word in &mut words {
+                *word = pass.word(*word);
+            }
+            let [functions, columns, listed] = in_use(words);
+            if !is_fit(words, self.arrays.turns.len(), cells) {
+                return pass.refuse();
+            }
+            // Every list up to its end; `is_fit` has compared the counts with their room.
+            let is_cell = |_, &cell: &u16| usize::from(cell) < cells;
+            let turns = self.arrays.turns.get_mut(..functions).unwrap_or_default();
+            pass.slice_if(turns, is_cell);
+            pass.slice_if(self.arrays.labels, |_, _| true);
+            pass.slice_if(self.arrays.side_rows, |_, row| {
+                row.iter().all(|&side| side == NO_SIDE || usize::from(side) < functions)
+            });
+            let listed = self.arrays.side_cells.get_mut(..listed).unwrap_or_default();
+            pass.slice_if(listed, is_cell);
+            let columns = self.arrays.columns.get_mut(..columns * column).unwrap_or_default();
+            pass.slice_if(columns, |_, block| block.iter().all(|x| x.is_finite()));
+            if pass.is_reading() {
+                *renewal = words;
+            }
         }
     }
 

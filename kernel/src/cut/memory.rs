@@ -3,6 +3,8 @@
 #[cfg(feature = "cut")]
 use bytemuck::AnyBitPattern;
 
+#[cfg(feature = "cut")]
+use super::renewal::Renewal;
 use crate::model::Model;
 #[cfg(feature = "cut")]
 use crate::model::lips::LipNumbers;
@@ -61,7 +63,8 @@ impl Default for CutRoom<'_> {
 /// Number of words of [`CutRoom`] with which a body can be cut; 0 for one that is not cuttable.
 ///
 /// Per cell 360 to 430 bytes: the half-links, a copy of which changes, are most of it. Each spare cell
-/// takes 88 bytes more for lips, and with a contact surface 208 more.
+/// takes 88 bytes more for lips, and with a contact surface 208 more. A coarse level of n functions, 24 or more, takes
+/// 1,200 n + 40,000 bytes and 29 a cell for up to 32 functions on one side of a cut.
 #[must_use]
 pub fn cut_words(model: &Model<'_>) -> usize {
     #[cfg(feature = "cut")]
@@ -119,6 +122,8 @@ pub(crate) struct Arrays<'a> {
     pub normals: &'a mut [[f32; 3]],
     /// Words of a body that tears, [`TEAR_WORDS`], else none.
     pub tear: &'a mut [u32],
+    /// Where the renewal of the two-sided functions is; none in a body without them.
+    pub renewal: &'a mut [Renewal],
     /// Numbers of the cells, by slice.
     pub cells: &'a mut [CellNumbers],
     /// Numbers of the half-links, by group.
@@ -157,6 +162,21 @@ pub(crate) struct Arrays<'a> {
     pub ends: &'a mut [u32],
     /// Strength of each cell of the image of a body that tears.
     pub strengths: &'a mut [f32],
+    /// The cell whose rotation each two-sided function takes.
+    pub turns: &'a mut [u16],
+    /// Side of a cut on which each cell lies, with marks.
+    pub labels: &'a mut [u8],
+    /// The two-sided function at each corner of a cell's box.
+    pub side_rows: &'a mut [[u8; LANES]],
+    /// Cells under these functions.
+    pub side_cells: &'a mut [u16],
+    /// Columns of Y, and a further one as scratch.
+    pub columns: &'a mut [Eight],
+    /// Another cell of each one's side, while sides are joined.
+    pub parents: &'a mut [u16],
+    /// Displacements of the cells, and pushes on them, for one column.
+    pub lengths: &'a mut [f32],
+    pub pushes: &'a mut [[f32; 3]],
 }
 
 /// Words of [`Counts`].
@@ -216,13 +236,19 @@ fn lips(model: &Model<'_>) -> usize {
     LIPS * model.cuttable().spare_cells
 }
 
+/// Most two-sided functions.
+#[cfg(feature = "cut")]
+fn sides(model: &Model<'_>) -> usize {
+    model.coarse_basis.map_or(0, |basis| basis.side_blocks() / 3 * LANES)
+}
+
 /// Arrays of the state: those before this index.
 #[cfg(feature = "cut")]
-const STATE: usize = 10;
+const STATE: usize = 11;
 
 /// Words of each array, in their order.
 #[cfg(feature = "cut")]
-struct Sizes([usize; 29]);
+struct Sizes([usize; 38]);
 
 #[cfg(feature = "cut")]
 impl Sizes {
@@ -236,6 +262,9 @@ impl Sizes {
         let pairs = basis.map_or(0, |basis| basis.cells.len() + cut.spare_cells);
         let cells_of = |is_any: bool| if is_any { cells } else { 0 };
         let of_tears = |words: usize| if cut.tear_limit.is_some() { words } else { 0 };
+        let (sides, of_sides) =
+            (sides(model), |words: usize| if sides(model) > 0 { words } else { 0 });
+        let column = basis.map_or(0, |basis| basis.row_blocks() + basis.side_blocks());
         let is_elastic = basis.is_some_and(|basis| basis.elastic().is_some());
         Some(Self([
             COUNTS,
@@ -248,6 +277,7 @@ impl Sizes {
             slices * size_of::<OffsetNumbers>() / 4,
             3 * lips(model),
             of_tears(TEAR_WORDS),
+            of_sides(size_of::<Renewal>() / 4),
             slices * size_of::<CellNumbers>() / 4,
             groups * size_of::<SlotNumbers>() / 4,
             groups * LANES / 2,
@@ -267,6 +297,14 @@ impl Sizes {
             slices + 1,
             2 * lips(model),
             of_tears(cells - cut.spare_cells),
+            sides.div_ceil(2),
+            of_sides(cells.div_ceil(4)),
+            of_sides(2 * cells),
+            of_sides(cells.div_ceil(2)),
+            of_sides((3 * sides + 1) * column * LANES),
+            of_sides(cells.div_ceil(2)),
+            of_sides(cells),
+            of_sides(3 * cells),
         ]))
     }
 }
@@ -293,6 +331,8 @@ impl<'a> CutRoom<'a> {
         let (cells, spare) = (model.cells(), model.cuttable().spare_cells);
         let tetrahedra = model.cuttable().corners.len();
         let has_basis = model.coarse_basis.is_some();
+        let sides = sides(model);
+        let of_sides = if sides > 0 { cells } else { 0 };
         let mut sizes = sizes.into_iter();
         Some(Arrays {
             counts: take::<u32>(rest, sizes.next()?)?.first_chunk_mut()?,
@@ -305,6 +345,7 @@ impl<'a> CutRoom<'a> {
             offsets: take(rest, sizes.next()?)?,
             normals: take(rest, sizes.next()?)?,
             tear: take(rest, sizes.next()?)?,
+            renewal: take(rest, sizes.next()?)?,
             cells: take(rest, sizes.next()?)?,
             slots: take(rest, sizes.next()?)?,
             ids: take(rest, sizes.next()?)?,
@@ -324,6 +365,14 @@ impl<'a> CutRoom<'a> {
             lip_rows: take(rest, sizes.next()?)?,
             ends: take(rest, sizes.next()?)?,
             strengths: take(rest, sizes.next()?)?,
+            turns: take(rest, sizes.next()?)?.get_mut(..sides)?,
+            labels: take(rest, sizes.next()?)?.get_mut(..of_sides)?,
+            side_rows: take(rest, sizes.next()?)?,
+            side_cells: take(rest, sizes.next()?)?.get_mut(..of_sides)?,
+            columns: take(rest, sizes.next()?)?,
+            parents: take(rest, sizes.next()?)?.get_mut(..of_sides)?,
+            lengths: take(rest, sizes.next()?)?,
+            pushes: take(rest, sizes.next()?)?,
         })
     }
 }

@@ -9,8 +9,8 @@
 //!
 //! h the mean edge of a face. n turns with the tissue, once a tick, see `cut::lips`; within a tick it is constant. So
 //! E is half the squared distance of a linear map to a half space: the bound is K (e - e')(e - e')', 2 K at either
-//! cell. In the coarse level both cells have the same weights, so the term has no part in it; where a tool holds one
-//! of them it has one that is left out, and the guard judges the sweep.
+//! cell. In the coarse level both cells have the same weights, so the term has no part in it; that of the functions on
+//! one side, and of a cell that a tool holds, is left out, and the guard judges the sweep.
 //!
 //! Cost: some 60 instructions for each cell of a lip and pass, more where the sides press.
 

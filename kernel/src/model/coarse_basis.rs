@@ -6,7 +6,11 @@ use core::ops::Range;
 use super::image::{COARSE_MAX, ModelError, NO_FUNCTION, Sections, kind};
 use super::parts::Parts;
 use super::range;
+use super::sides::{NO_SIDE, Sides};
 use crate::number::two_float::{Eight, LANES};
+
+/// 1 in a kernel that cuts, so that arrays of this length have no size in another.
+const BUILT: usize = cfg!(feature = "cut") as usize;
 
 /// The basis functions of a model.
 #[derive(Clone, Copy)]
@@ -28,6 +32,8 @@ pub(crate) struct CoarseBasis<'a> {
     /// The elastic level, if there is one; its inverse couples the axes.
     #[cfg(feature = "nodal")]
     elastic: Option<ElasticLevel<'a>>,
+    /// The two-sided functions of a body that is cut.
+    sides: [Sides<'a>; BUILT],
     /// The parts of the body.
     parts: Parts,
     /// True if the body has several parts, the cells of each box lie in one part, and the boxes are in the
@@ -61,7 +67,12 @@ impl<'a> ElasticLevel<'a> {
 }
 
 impl<'a> CoarseBasis<'a> {
-    pub fn read(sections: &Sections<'a>, cells: usize) -> Result<Option<Self>, ModelError> {
+    /// Reads the basis of a body with this number of cells, which can be cut or not.
+    pub fn read(
+        sections: &Sections<'a>,
+        cells: usize,
+        is_cuttable: bool,
+    ) -> Result<Option<Self>, ModelError> {
         let Some(count) = sections.optional::<u32>(kind::COARSE)? else { return Ok(None) };
         let count = match count {
             &[count] if (1..=COARSE_MAX as u32).contains(&count) => count as usize,
@@ -77,6 +88,8 @@ impl<'a> CoarseBasis<'a> {
         let blocks = count.div_ceil(LANES);
         let parts =
             if elastic.is_some() { Parts::of_shapes(cells) } else { Parts::of_links(cells) };
+        let has_sides = is_cuttable && elastic.is_some();
+        let sides = [Sides::room(if has_sides { count } else { 0 }); BUILT];
         let inverse = if elastic.is_some() { 9 * LANES * blocks * blocks } else { count * blocks };
         Ok(Some(Self {
             count,
@@ -88,6 +101,7 @@ impl<'a> CoarseBasis<'a> {
             inverse: sections.sized(kind::COARSE_INVERSE, inverse)?,
             #[cfg(feature = "nodal")]
             elastic,
+            sides,
             parts,
             is_in_parts: parts.count() > 1 && is_in_parts(rows, pairs, parts),
         }))
@@ -105,6 +119,24 @@ impl<'a> CoarseBasis<'a> {
     ) -> Self {
         let elastic = self.elastic.map(|level| ElasticLevel { factors, ..level });
         Self { rows, cells, weights, entry, elastic, is_in_parts: false, ..self }
+    }
+
+    /// The same basis with these two-sided functions.
+    #[cfg(feature = "cut")]
+    pub fn with_sides(self, sides: Sides<'a>) -> Self {
+        Self { sides: [sides], ..self }
+    }
+
+    /// Returns the two-sided functions of a body that is cut, if it has some.
+    #[inline(always)]
+    pub fn sides(&self) -> Option<&Sides<'a>> {
+        self.sides.first().filter(|sides| !sides.cells.is_empty())
+    }
+
+    /// Returns the number of blocks in a vector over all two-sided functions that there is room for, on all axes.
+    #[inline(always)]
+    pub fn side_blocks(&self) -> usize {
+        self.sides.first().map_or(0, |sides| 3 * sides.blocks)
     }
 
     /// Returns the boxes of a part, for a body that [is in parts](Self::is_in_parts).
@@ -164,6 +196,16 @@ impl<'a> CoarseBasis<'a> {
         block.and_then(|block| block.get(corner % 4 * 2 + entry % 2)).copied().unwrap_or(0.0)
     }
 
+    /// Returns a cell's two-sided functions with their weights, numbered from [`Self::stride`] on.
+    pub fn sides_of(self, cell: usize) -> impl Iterator<Item = (usize, f32)> + use<'a> {
+        let entry = self.entry.get(cell).map_or(0, |&entry| usize::from(entry));
+        let row = self.sides().map_or([NO_SIDE; LANES], |sides| sides.at(cell));
+        let of_corners = row.into_iter().enumerate().filter(|&(_, side)| side != NO_SIDE);
+        of_corners.map(move |(corner, side)| {
+            (self.stride() + usize::from(side), self.weight(entry, corner))
+        })
+    }
+
     /// Returns a cell's row of P: its basis functions with their weights.
     pub fn row_of(self, cell: usize) -> impl Iterator<Item = (usize, f32)> + use<'a> {
         let entry = self.entry.get(cell).copied().filter(|&entry| entry != NO_FUNCTION);
@@ -179,6 +221,14 @@ impl<'a> CoarseBasis<'a> {
                 .map(move |(corner, &function)| (usize::from(function), self.weight(entry, corner)))
         })
     }
+}
+
+/// Weights of a cell of a pair at the corners of its box.
+#[inline(always)]
+pub(crate) fn weights(pair: &[Eight; 2], second: bool) -> [f32; LANES] {
+    let [low, high] = pair;
+    let ([a, b, c, d, e, f, g, h], [i, j, k, l, m, n, o, p]) = (*low, *high);
+    if second { [b, d, f, h, j, l, n, p] } else { [a, c, e, g, i, k, m, o] }
 }
 
 /// Returns true if the cells of each box lie in one part, and the boxes are in the order of the parts.
@@ -221,6 +271,7 @@ mod tests {
             inverse: &[],
             #[cfg(feature = "nodal")]
             elastic: None,
+            sides: [Sides::room(0); BUILT],
             parts: PARTS,
             is_in_parts: true,
         };

@@ -4,6 +4,7 @@
 //! - `read`: [`Model`] and what it borrows from the image; `validate` checks all of it once.
 //! - `query`: the properties of a model's body; `query_cut`: those of one that can be cut.
 //! - `coarse_basis`: the basis of the coarse level, with the inverse of its matrix.
+//! - `sides`: two-sided basis functions of a body that is cut.
 //! - `parts`: the division of a large body among threads.
 //! - `nodal`: the numbers of nodal shapes.
 //! - `stiffening`: sets of bands on the links of nodal shapes.
@@ -34,6 +35,7 @@ pub(crate) mod pin;
 mod query;
 mod query_cut;
 mod read;
+pub(crate) mod sides;
 #[cfg(feature = "nodal")]
 pub(crate) mod stiffening;
 pub(crate) mod surface;

@@ -69,7 +69,7 @@ impl<'a> Model<'a> {
             fixed: sections.required(kind::FIXED)?,
             input_id: sections.sized(kind::INPUT_ID, bodily)?,
             slices: slices(&sections, cells)?,
-            coarse_basis: CoarseBasis::read(&sections, cells)?,
+            coarse_basis: CoarseBasis::read(&sections, cells, cuttable.is_any())?,
             link_alphas: per_link(kind::ALPHA)?,
             link_weights,
             weight_min: link_weights.map_or(1.0, |w| w.iter().fold(f32::MAX, least)),

@@ -407,15 +407,17 @@ impl<const ROOM: usize, N: Loops> Scheme for Track<ROOM, N> {
     fn room(model: &Model<'_>, held: usize) -> usize {
         coarse_basis::<N>(model).map_or(0, |basis| match basis.elastic() {
             None => coarse_room(basis.count, held),
-            Some(_) if is_corrected(model, &basis, held) => elastic_held_room(basis.count, held),
-            Some(_) => elastic_room(basis.count),
+            Some(_) if is_corrected(model, &basis, held) => {
+                elastic_held_room(basis.count, held) + 3 * basis.side_blocks()
+            }
+            Some(_) => elastic_room(basis.count) + 3 * basis.side_blocks(),
         })
     }
 
     fn tool_room(model: &Model<'_>) -> usize {
         coarse_basis::<N>(model).map_or(0, |basis| match basis.elastic() {
             None => tool_room(basis.count),
-            Some(_) => elastic_room(basis.count),
+            Some(_) => elastic_room(basis.count) + 3 * basis.side_blocks(),
         })
     }
 

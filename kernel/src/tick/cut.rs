@@ -214,6 +214,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
             if is_bound {
                 body.bound_lips();
             }
+            body.renew_sides(self.head.vectors);
             ([split, lowered, turned], is_bound)
         });
         self.cut = memory;

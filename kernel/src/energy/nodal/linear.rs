@@ -56,4 +56,40 @@ impl Nodal<'_> {
             }
         }
     }
+
+    /// The part of K times a displacement along one axis, of these lengths, that a cell's stress and the spread of its
+    /// links exert: on itself and on its neighbours, as `add_to(cell, push)`.
+    #[cfg(feature = "cut")]
+    pub(crate) fn resist_along(
+        self,
+        cell: usize,
+        axis: usize,
+        length: &impl Fn(usize) -> f32,
+        add_to: &mut impl FnMut(usize, [f32; 3]),
+    ) {
+        // The gradient of the length, up to the volume, and the spread.
+        let (here, mut slope, mut spread) = (length(cell), [0.0; 3], 0.0);
+        for (other, slot) in self.slots_of(cell) {
+            let way = length(other) - here;
+            slope = add(slope, scale(way, slot.three(nodal::AREA)));
+            spread -= slot.number(nodal::SPREAD) * way;
+        }
+        // The stress times an area.
+        let (mu, lambda) = (self.number(cell, nodal::MU), self.number(cell, nodal::LAMBDA_3) / 3.0);
+        let share = 1.0 / self.number(cell, nodal::VOLUME);
+        let [own, mu, lambda] = [mu * (1.0 - 2.0 * nodal::BETA), mu, lambda].map(|x| share * x);
+        let of = |v: [f32; 3]| v.get(axis).copied().unwrap_or(0.0);
+        let even = lambda * of(slope);
+        let push = |area: [f32; 3], along: f32| {
+            let mut push = add(scale(mu * of(area), slope), scale(even, area));
+            if let Some(x) = push.get_mut(axis) {
+                *x += own * dot(slope, area) + along;
+            }
+            push
+        };
+        add_to(cell, push(self.own_area(cell), spread));
+        for (other, slot) in self.slots_of(cell).filter(|&(other, _)| other != cell) {
+            add_to(other, push(slot.three(nodal::AREA), 0.0));
+        }
+    }
 }

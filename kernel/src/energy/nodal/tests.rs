@@ -112,3 +112,37 @@ fn at_rest_nothing_changes() {
     assert_eq!(of_unit_volume(one, one), (one, Lane(0.0)));
     assert_eq!(rotation(turn), one);
 }
+
+/// K times a displacement along one axis, cell by cell, is that of all axes together.
+#[cfg(feature = "cut")]
+#[test]
+fn a_push_along_an_axis_is_that_of_all_axes() {
+    use crate::model::{Model, others};
+    use crate::number::cell::{Cell, add};
+
+    let image = crate::include_model!("../../../../tests/data/tissue6.chaincell");
+    let model = Model::from_bytes(image).unwrap();
+    let shapes = others::shapes(&model.others);
+    let length = |cell: usize| (cell * 37 % 17) as f32 * 0.1 - 0.5;
+    for axis in 0..3 {
+        let field =
+            |cell: usize| core::array::from_fn(|at| if at == axis { length(cell) } else { 0.0 });
+        let field: std::vec::Vec<Cell> =
+            (0..model.cells()).map(|cell| Cell::at(field(cell))).collect();
+        let mut expected = std::vec![Cell::ZERO; model.cells()];
+        shapes.add_resistance(&field, &mut expected);
+        let mut pushes = std::vec![[0.0; 3]; model.cells()];
+        for cell in 0..model.cells() {
+            shapes.resist_along(cell, axis, &length, &mut |to, push| {
+                pushes[to] = add(pushes[to], push);
+            });
+        }
+        let largest =
+            expected.iter().flat_map(|cell| cell.xyz()).fold(0.0_f32, |a, b| a.max(b.abs()));
+        for (push, expected) in pushes.iter().zip(&expected) {
+            for (a, b) in push.iter().zip(expected.xyz()) {
+                assert!(largest > 0.1 && (a - b).abs() < 1e-5 * largest, "{a} {b} of {largest}");
+            }
+        }
+    }
+}

@@ -20,6 +20,7 @@
 //! ([`elastic_room`]). Cost of a sweep: 9 n^2 multiplications besides restriction and prolongation, and 6 n
 //! per correction.
 
+use super::sides;
 use super::solve::add_along;
 use super::touched::CoarseTouch;
 use crate::backend::f32x8::F32x8;
@@ -28,13 +29,30 @@ use crate::backend::{VectorUnit, Work, run};
 use crate::energy::surface::IS_BUILT;
 use crate::model::coarse_basis::CoarseBasis;
 use crate::model::parts::PARTS;
+use crate::model::sides as two_sided;
 use crate::number::two_float::{Eight, LANES, Lanes, TwoFloat};
 
 /// Memory that the coarse level of nodal shapes needs for `functions` basis functions \[blocks of eight
-/// `f32`\].
+/// `f32`\]; for a body that can be cut and [`side_room`] more.
 #[must_use]
 pub const fn elastic_room(functions: usize) -> usize {
     9 * functions.div_ceil(LANES)
+}
+
+/// Memory that the coarse level needs on top of [`elastic_room`] for a body that can be cut \[blocks of eight
+/// `f32`\]: for functions on one side of a cut.
+///
+/// ```
+/// use chaincell_kernel::{Tissue, Track, elastic_room, side_room, term_states};
+///
+/// /// A body of 48 functions that can be cut.
+/// type Body = Tissue<512, Track<{ elastic_room(48) + side_room(48) }>, 9, { term_states(512) }>;
+/// assert_eq!(32 * side_room(48), 1_152); // [bytes]
+/// assert_eq!(side_room(23), 0); // so few functions are enough beside a cut too
+/// ```
+#[must_use]
+pub const fn side_room(functions: usize) -> usize {
+    9 * two_sided::most(functions) / LANES
 }
 
 /// c = B g for the g in the coarse memory, which is kept there as the last one.
@@ -75,11 +93,11 @@ impl ElasticSolve<'_, '_> {
 }
 
 /// Blocks of c = B g from the block `first` on.
-struct Product<'a> {
-    inverse: &'a [Eight],
-    g: &'a [Eight],
-    c: &'a mut [Eight],
-    first: usize,
+pub(crate) struct Product<'a> {
+    pub inverse: &'a [Eight],
+    pub g: &'a [Eight],
+    pub c: &'a mut [Eight],
+    pub first: usize,
 }
 
 impl Work for Product<'_> {
@@ -113,19 +131,28 @@ impl Work for ElasticSolve<'_, '_> {
         let Some((c, rest)) = rest.split_at_mut_checked(blocks) else {
             return [TwoFloat::ZERO; 2];
         };
-        let Some((last, corrections)) = rest.split_at_mut_checked(blocks) else {
+        let Some((last, rest)) = rest.split_at_mut_checked(blocks) else {
             return [TwoFloat::ZERO; 2];
         };
-        // Apply the corrections, and the tools.
+        let side_blocks = self.basis.side_blocks();
+        let Some((of_sides, corrections)) = rest.split_at_mut_checked(3 * side_blocks) else {
+            return [TwoFloat::ZERO; 2];
+        };
+        // Apply the corrections, the two-sided functions and the tools.
         for along in corrections.chunks_exact(blocks).take(self.corrections) {
             add_along::<V>(along, -1.0, g, c);
         }
+        let has_sides = self.basis.sides().is_some();
+        let (g_sides, rest) = of_sides.split_at_mut(if has_sides { side_blocks } else { 0 });
+        let (c_sides, last_sides) = rest.split_at_mut(g_sides.len());
+        sides::add_to::<V>(&self.basis, g, g_sides, c, c_sides);
         if IS_BUILT && let Some(touch) = self.touch {
-            touch.correct::<V>(&self.basis, c);
+            touch.correct::<V>(&self.basis, c, c_sides);
         }
         // Sum the products, and keep g as the last one.
         let (mut product, mut mixed) = (Lanes::ZERO, Lanes::ZERO);
-        for ((g, c), last) in g.iter().zip(c).zip(last) {
+        let (g, c, last) = (g.iter().chain(&*g_sides), c.iter().chain(&*c_sides), last.iter_mut());
+        for ((g, c), last) in g.zip(c).zip(last.chain(last_sides)) {
             let c = V::load(c);
             product.add(V::load(g).times(c));
             mixed.add(V::load(last).times(c));

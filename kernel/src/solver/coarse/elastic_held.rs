@@ -96,6 +96,7 @@ pub(crate) fn hold<N: Number>(
     // Divide the memory: scratch vectors, corrections, rows of the matrix.
     let most = 3 * least(basis.count, held.len());
     let Some((scratch, rest)) = room.split_at_mut_checked(9 * blocks) else { return 0 };
+    let Some(rest) = rest.get_mut(3 * basis.side_blocks()..) else { return 0 };
     let Some((vectors, rows)) = rest.split_at_mut_checked(3 * most * blocks) else { return 0 };
     let Some((column, scratch)) = scratch.split_at_mut_checked(3 * blocks) else { return 0 };
     let Some((numbers, scratch)) = scratch.split_at_mut_checked(blocks) else { return 0 };

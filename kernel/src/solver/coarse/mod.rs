@@ -44,6 +44,7 @@
 //! - `elastic_held`: its corrections for chosen cells.
 //! - `touched`: the elastic level under tools; `under`: the samples of a triangle as one; `square`: Cholesky
 //!   factors; `turns`: rotations of the basis functions.
+//! - `sides`: the two-sided functions of a body that is cut.
 //! - `scalar`, `sliced`: restriction and prolongation, cell by cell and two cells side by side.
 
 pub(crate) mod elastic;
@@ -51,6 +52,7 @@ pub(crate) mod elastic_held;
 pub(crate) mod held;
 pub(crate) mod resistance;
 pub(crate) mod scalar;
+pub(crate) mod sides;
 pub(crate) mod sliced;
 mod solve;
 mod square;
@@ -60,7 +62,7 @@ pub(crate) mod touched;
 pub(crate) mod turns;
 mod under;
 
-pub use elastic::elastic_room;
+pub use elastic::{elastic_room, side_room};
 pub use elastic_held::elastic_held_room;
 pub use held::coarse_room;
 pub use resistance::tool_room;

@@ -3,8 +3,9 @@
 //! Basis functions are summed as over pairs of cells: the first cells of the pairs, then the second ones,
 //! then both together. The eight basis functions of a box, or their sums, stay in registers.
 
+use super::sides;
 use crate::energy::residual::Terms;
-use crate::model::coarse_basis::CoarseBasis;
+use crate::model::coarse_basis::{CoarseBasis, weights};
 use crate::model::image::NO_FUNCTION;
 use crate::model::range;
 use crate::number::cell::{Cell, add, scale, sub};
@@ -15,13 +16,6 @@ use crate::solver::loops::scalar::track::factor;
 
 /// One value per corner of a box and axis.
 type Corners = [[f32; 3]; LANES];
-
-/// Weights of a cell of a pair at the corners of its box.
-#[inline(always)]
-fn weights([low, high]: &[Eight; 2], second: bool) -> [f32; LANES] {
-    let ([a, b, c, d, e, f, g, h], [i, j, k, l, m, n, o, p]) = (*low, *high);
-    if second { [b, d, f, h, j, l, n, p] } else { [a, c, e, g, i, k, m, o] }
-}
 
 /// Sums of w r over the first or the second cells of a box's pairs.
 #[inline(always)]
@@ -60,6 +54,7 @@ pub(crate) fn restrict(basis: &CoarseBasis<'_>, residual: &[Cell], room: &mut [E
             }
         }
     }
+    sides::restrict(basis, residual, room);
 }
 
 /// The coarse direction: a function for its values at the basis functions.
@@ -90,8 +85,9 @@ fn corners(basis: &CoarseBasis<'_>, room: &[Eight], at_box: usize) -> Corners {
 pub(crate) fn at_cell(basis: &CoarseBasis<'_>, room: &[Eight], cell: usize) -> [f32; 3] {
     let value = direction(basis, room);
     let coarse_functions = basis.row_of(cell);
-    coarse_functions
-        .fold([0.0; 3], |sum, (function, weight)| add(sum, scale(weight, value(function))))
+    let along = coarse_functions
+        .fold([0.0; 3], |sum, (function, weight)| add(sum, scale(weight, value(function))));
+    if basis.sides().is_some() { add(along, sides::at_cell(basis, room, cell)) } else { along }
 }
 
 /// Updates all free cells with the coarse direction. Returns true if some coordinate is beyond K.
@@ -129,6 +125,28 @@ pub(crate) fn step(
             beyond |= arrays.update(other, coarse, factors, &linear, other != one);
             let coarse = along(&corners, weights(pair, false));
             beyond |= arrays.update(one, coarse, factors, &linear, true);
+        }
+    }
+    beyond | step_sides(basis, room, points, factors[0], terms.model.saturation())
+}
+
+/// Moves the extrapolated points of the cells under the two-sided functions by alpha times their direction. Returns
+/// true if some coordinate is beyond K.
+pub(super) fn step_sides(
+    basis: &CoarseBasis<'_>,
+    room: &[Eight],
+    points: &mut Points<'_, f32>,
+    alpha: f32,
+    k: f32,
+) -> bool {
+    let (Some(sides), linear) = (basis.sides(), Range::new(k)) else { return false };
+    let mut beyond = false;
+    for &cell in sides.cells {
+        let way = sides::at_cell(basis, room, cell.into());
+        if let Some(at) = points.at.get_mut(usize::from(cell)) {
+            let ahead = add(at.xyz(), scale(alpha, way));
+            *at = Cell::at(ahead);
+            beyond |= linear.is_left(ahead, ahead);
         }
     }
     beyond

@@ -9,7 +9,8 @@
 
 use core::ops::Range;
 
-use super::scalar::direction;
+use super::scalar::{direction, step_sides};
+use super::sides;
 use crate::backend::f32x8::F32x8;
 use crate::backend::{Work, run};
 use crate::energy::residual::Terms;
@@ -80,6 +81,7 @@ impl Work for Restrict<'_, '_> {
                 }
             }
         }
+        sides::restrict(&self.basis, self.residual, self.room);
     }
 }
 
@@ -110,11 +112,11 @@ fn steps<const ELASTIC: bool>(
     // One part.
     if !basis.is_in_parts {
         let (boxes, mut beyond) = (0..basis.corners.len(), false);
-        let (points, beyond_k) = (points.reborrow(), &mut beyond);
+        let (of_boxes, beyond_k) = (points.reborrow(), &mut beyond);
         #[rustfmt::skip]
-        let step = CoarseStep::<ELASTIC> { basis: *basis, boxes, first: 0, mobility, own, room, points, factors, k, beyond_k };
+        let step = CoarseStep::<ELASTIC> { basis: *basis, boxes, first: 0, mobility, own, room, points: of_boxes, factors, k, beyond_k };
         run(terms.vectors, step);
-        return beyond;
+        return beyond | step_sides(basis, room, points, factors[0], k);
     }
     // Several parts: the team runs them.
     let mut beyond = [false; PARTS];

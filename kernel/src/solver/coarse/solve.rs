@@ -119,16 +119,30 @@ fn correct<V: F32x8>(along: &[Eight], blocks: usize, sign: f32, g: &[Eight], c: 
 
 /// c += sign v (v . g).
 #[inline(always)]
-pub(super) fn add_along<V: F32x8>(along: &[Eight], sign: f32, g: &[Eight], c: &mut [Eight]) {
-    let mut lanes = V::splat(0.0);
-    for (v, g) in along.iter().zip(g) {
-        lanes = lanes.plus(V::load(v).times(V::load(g)));
-    }
+pub(super) fn add_along<V: F32x8>(v: &[Eight], sign: f32, g: &[Eight], c: &mut [Eight]) {
+    along::<V>(v, sign * total(inner::<V>(V::splat(0.0), v, g)), c);
+}
+
+/// Adds the products of two vectors to sums, lane by lane.
+#[inline(always)]
+pub(super) fn inner<V: F32x8>(sums: V, a: &[Eight], b: &[Eight]) -> V {
+    a.iter().zip(b).fold(sums, |sums, (a, b)| sums.plus(V::load(a).times(V::load(b))))
+}
+
+/// The sum of the lanes.
+#[inline(always)]
+pub(super) fn total<V: F32x8>(lanes: V) -> f32 {
     let mut sums = [0.0; LANES];
     lanes.store(&mut sums);
-    let [a, b, c0, d, e, f, h, i] = sums;
-    let factor = V::splat(sign * (((a + e) + (c0 + h)) + ((b + f) + (d + i))));
-    for (v, c) in along.iter().zip(c) {
+    let [a, b, c, d, e, f, g, h] = sums;
+    ((a + e) + (c + g)) + ((b + f) + (d + h))
+}
+
+/// c += factor v.
+#[inline(always)]
+pub(super) fn along<V: F32x8>(v: &[Eight], factor: f32, c: &mut [Eight]) {
+    let factor = V::splat(factor);
+    for (v, c) in v.iter().zip(c) {
         V::load(c).plus(V::load(v).times(factor)).store(c);
     }
 }

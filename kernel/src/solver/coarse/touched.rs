@@ -22,6 +22,8 @@
 //!
 //! Cost with m columns: m^3 per tick and m^2 / 2 elements of B; 3 m rows of B per sweep.
 
+use super::sides::place;
+use super::solve::along;
 use super::square::{COLUMNS, Square, add_scaled, at, cholesky, put};
 use super::turns::turned_with;
 use super::under::{Mean, OF_SAMPLE, OneSample, Under};
@@ -223,16 +225,19 @@ impl CoarseTouch {
             for b in 0..=a {
                 let (other, across) = of(b);
                 let mut sum = 0.0;
-                for (row, n) in rows.into_iter().zip(normal) {
-                    for (column, m) in across.into_iter().enumerate() {
-                        let element = row.get(column * stride + other);
-                        sum += n * m * element.copied().unwrap_or(0.0);
+                if one < stride && other < stride {
+                    for (row, n) in rows.into_iter().zip(normal) {
+                        for (column, m) in across.into_iter().enumerate() {
+                            let element = row.get(column * stride + other);
+                            sum += n * m * element.copied().unwrap_or(0.0);
+                        }
                     }
                 }
                 put(&mut self.factor, a, b, sum);
                 put(&mut self.factor, b, a, sum);
             }
         }
+        self.add_sides(basis);
         for row in self.factor.iter_mut().take(count) {
             let mut sums = [0.0; COLUMNS];
             for (k, (v, lower)) in row.iter().zip(&self.lower).enumerate().take(count) {
@@ -254,6 +259,32 @@ impl CoarseTouch {
             }
         }
         cholesky(&mut self.factor, count);
+    }
+
+    /// Adds U' Y Y' U, of the two-sided functions, to V.
+    fn add_sides(&mut self, basis: &CoarseBasis<'_>) {
+        let Some(sides) = basis.sides() else { return };
+        let (count, mut z) = (self.count, [0.0; COLUMNS]);
+        for column in sides.columns.chunks_exact(basis.row_blocks() + basis.side_blocks()) {
+            self.along_ways(basis, column, &mut z);
+            for (a, z_a) in z.into_iter().enumerate().take(count) {
+                let row = self.factor.get_mut(a).map_or(&mut [][..], |row| row.as_mut_slice());
+                add_scaled(row.iter_mut().zip(&z).take(count), z_a);
+            }
+        }
+    }
+
+    /// U' v, for a vector over all basis functions, the two-sided ones last.
+    fn along_ways(&self, basis: &CoarseBasis<'_>, v: &[Eight], z: &mut [f32; COLUMNS]) {
+        let flat = v.as_flattened();
+        let each = self.functions.iter().zip(&self.ways).take(self.count);
+        for (slot, (&function, way)) in z.iter_mut().zip(each) {
+            *slot = 0.0;
+            for (axis, n) in way.iter().enumerate() {
+                let value = flat.get(place(basis, function.into(), axis));
+                *slot += n * value.copied().unwrap_or(0.0);
+            }
+        }
     }
 
     /// Returns the y that corrects c by - B U y, for t = U' B g.
@@ -291,22 +322,26 @@ impl CoarseTouch {
         y
     }
 
-    /// Corrects c = B g for the tools.
+    /// Corrects c = B g for the tools, over the basis functions of the image and over the two-sided ones.
     #[inline(always)]
-    pub(crate) fn correct<V: F32x8>(&self, basis: &CoarseBasis<'_>, c: &mut [Eight]) {
+    pub(crate) fn correct<V: F32x8>(
+        &self,
+        basis: &CoarseBasis<'_>,
+        c: &mut [Eight],
+        of_sides: &mut [Eight],
+    ) {
         let (stride, blocks) = (basis.stride(), basis.row_blocks());
         let mut t = [0.0; COLUMNS];
-        let flat = c.as_flattened();
+        let (first, rest) = (c.as_flattened(), of_sides.as_flattened());
         let each = self.functions.iter().zip(&self.ways).take(self.count);
         for (slot, (&function, normal)) in t.iter_mut().zip(each.clone()) {
             for (axis, n) in normal.iter().enumerate() {
-                let value = flat.get(axis * stride + usize::from(function));
-                *slot += n * value.copied().unwrap_or(0.0);
+                *slot += n * value(first, rest, place(basis, function.into(), axis));
             }
         }
         let y = self.solve(t);
         for (y, (&function, normal)) in y.iter().zip(each) {
-            for (axis, n) in normal.iter().enumerate() {
+            for (axis, n) in normal.iter().enumerate().filter(|_| usize::from(function) < stride) {
                 let (row, factor) = (axis * stride + usize::from(function), V::splat(y * n));
                 let row = basis.inverse.get(row * blocks..(row + 1) * blocks).unwrap_or(&[]);
                 for (slot, b) in c.iter_mut().zip(row) {
@@ -314,7 +349,26 @@ impl CoarseTouch {
                 }
             }
         }
+        // The part of the two-sided functions: Y Y' U y.
+        let Some(sides) = basis.sides() else { return };
+        let mut z = [0.0; COLUMNS];
+        for column in sides.columns.chunks_exact(blocks + basis.side_blocks()) {
+            self.along_ways(basis, column, &mut z);
+            let sum = z.iter().zip(&y).take(self.count).fold(0.0, |sum, (z, y)| sum + z * y);
+            let Some((own, of)) = column.split_at_checked(blocks) else { return };
+            along::<V>(own, -sum, c);
+            along::<V>(of, -sum, of_sides);
+        }
     }
+}
+
+/// A value of a vector in two parts.
+fn value(first: &[f32], rest: &[f32], place: usize) -> f32 {
+    let at = match place.checked_sub(first.len()) {
+        None => first.get(place),
+        Some(place) => rest.get(place),
+    };
+    at.copied().unwrap_or(0.0)
 }
 
 /// Calls `each` for the samples of the blades' edges that press.

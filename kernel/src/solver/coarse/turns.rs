@@ -31,11 +31,13 @@ pub(crate) fn turned_with(
     back: bool,
 ) -> [f32; 3] {
     let turns = basis.elastic().map_or(&[][..], |level| level.turns);
-    turns.get(function).map_or(v, |&cell| turned_by(terms, cell, v, back))
+    let side = function.checked_sub(basis.stride());
+    let of_side = side.and_then(|side| basis.sides()?.turns.get(side));
+    turns.get(function).or(of_side).map_or(v, |&cell| turned_by(terms, cell, v, back))
 }
 
 #[inline(always)]
-fn turned_by(terms: Terms<'_, '_>, cell: u16, v: [f32; 3], back: bool) -> [f32; 3] {
+pub(super) fn turned_by(terms: Terms<'_, '_>, cell: u16, v: [f32; 3], back: bool) -> [f32; 3] {
     let Some(turn) = terms.turn(cell.into()).map(Turn::of_unit) else { return v };
     turned(if back { turn.back() } else { turn }, v)
 }

@@ -7,7 +7,7 @@ use crate::number::sqrt::sqrt;
 use crate::number::two_float::Eight;
 
 /// Basis functions at the corners of a triangle, or of a tetrahedron in a kernel that cuts.
-pub(super) const OF_SAMPLE: usize = if cfg!(feature = "cut") { 32 } else { 24 };
+pub(super) const OF_SAMPLE: usize = if cfg!(feature = "cut") { 48 } else { 24 };
 /// Samples this near to a part count as touched [radii]: the tissue may move into the part within the tick,
 /// and a direction that ignored them would press them in as if there were no contact.
 const COMING: f32 = 0.2;
@@ -118,7 +118,8 @@ impl OneSample {
         for (&cell, share) in shares {
             // Corners in one box have the same functions in the same order.
             let mut next = 0;
-            for (function, weight) in basis.row_of(cell.into()) {
+            let cell = usize::from(cell);
+            for (function, weight) in basis.row_of(cell).chain(basis.sides_of(cell)) {
                 next = 1 + one.add(function as u16, weight * share / whole, next);
             }
         }

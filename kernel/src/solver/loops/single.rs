@@ -12,6 +12,7 @@ use crate::number::cell::Cell;
 use crate::number::two_float::{Eight, TwoFloat};
 use crate::solver::awake::Awake;
 use crate::solver::coarse::elastic::ElasticSolve;
+use crate::solver::coarse::sides;
 use crate::solver::coarse::sliced::Restrict;
 use crate::solver::coarse::turns::turn;
 use crate::solver::coarse::{self, Coarse, CoarseTouch, Solve};
@@ -103,12 +104,14 @@ impl Loops for f32 {
         restrict(terms, basis, residual, room);
         let vector = basis.row_blocks();
         turn(terms, &basis, room.get_mut(..vector).unwrap_or(&mut []), true);
+        sides::turn(terms, &basis, room, true);
         let products = ElasticSolve { basis, room, corrections, touch }.solve(
             terms.vectors,
             terms.team,
             terms.model.thread_parts().count(),
         );
         turn(terms, &basis, room.get_mut(vector..2 * vector).unwrap_or(&mut []), false);
+        sides::turn(terms, &basis, room, false);
         products
     }
 
