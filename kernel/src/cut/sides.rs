@@ -6,6 +6,7 @@
 //! 1. The split cells of faces that share one lie on one side of a cut. Sides that lie on each other are told apart:
 //!    one of them keeps the hats of the image alone.
 //! 2. A side reaches [`RINGS`] links into the body, a ring in a tick.
+//!    A piece that hangs on nothing has no functions.
 //! 3. A hat under which a side has some weight gets a function there, a few hats in a tick.
 //! 4. Each function and axis e gives a column of Y, see [`Sides`]. With K the elasticity of the body as it is, P all
 //!    functions so far, g = P' K e and B + Y Y' the inverse so far, which is 0 at e:
@@ -75,6 +76,7 @@ impl CutBody<'_, '_> {
                 self.set_renewal(NEXT, next + 1);
             }
             SPREADING => {
+                self.leave_loose();
                 self.clear_sides();
                 self.go_on(SHARING);
             }
@@ -219,6 +221,22 @@ impl CutBody<'_, '_> {
         for label in &mut *self.arrays.labels {
             *label = *label & SIDE | (*label & NEW) >> 1;
         }
+    }
+
+    /// Leaves the hats of the image alone on pieces that hang on nothing: they have motions without energy, so a step
+    /// could be of any length.
+    fn leave_loose(&mut self) {
+        let mut hanging = 0_u32;
+        for cell in 0..self.bodily + self.used() {
+            let side = self.label(cell) & SIDE;
+            let is_held = self.model.mobility.get(self.origin(cell)) == Some(&0.0);
+            let mut ends = range(self.arrays.rows, cell / LANES)
+                .filter_map(|group| self.arrays.ids.get(group)?.get(cell % LANES));
+            if side > 0 && (is_held || ends.any(|&end| self.label(end.into()) & SIDE != side)) {
+                hanging |= 1 << (side - 1);
+            }
+        }
+        self.set_renewal(KEEPING, self.renewal(KEEPING) as u32 | !hanging);
     }
 
     /// Takes all two-sided functions out.
