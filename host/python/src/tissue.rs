@@ -328,8 +328,8 @@ impl Tissue {
         let cut = py.detach(|| PyResult::Ok(self.live()?.cuts()))?;
         let Some(cut) = cut else { return Ok(None) };
         let said = PyDict::new(py);
-        said.set_item("cut_area_m2", cut.area_m2)?;
-        said.set_item("cut_work_j", cut.work_j)?;
+        said.set_item("cut_area_m2", cut.cut_area_m2)?;
+        said.set_item("cut_work_j", cut.cut_work_j)?;
         said.set_item("opened_faces", cut.opened_faces)?;
         said.set_item("copied_cells", cut.copied_cells)?;
         said.set_item("refused_splits", cut.refused_splits)?;

@@ -74,7 +74,8 @@ impl Engine<'_> {
     /// The pieces that have come loose.
     fn loose(&self, cut: &CutCells) -> Loose {
         let model = self.network.model();
-        Loose::of(cut, model.body_cells(), |cell| model.is_fixed(cell))
+        let is_fixed = |cell| model.is_fixed(cell);
+        Loose::of(&cut.tetrahedra, &cut.origins, model.body_cells(), is_fixed)
     }
 
     /// Area that the edges of blades have swept since the last reset \[m2\]; `None` for a body that cannot be cut.

@@ -3,8 +3,6 @@
 //! Tetrahedra that share a cell are of one piece: a piece that hangs on one cell or on an edge alone is part of what
 //! it hangs on. Cost: a look at each tetrahedron.
 
-use super::CutCells;
-
 /// Pieces that hang on no fixed cell.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Loose {
@@ -14,7 +12,7 @@ pub struct Loose {
     pub cells: u32,
 }
 
-/// What is known of a piece.
+/// A piece.
 #[derive(Clone, Copy, Default)]
 struct Piece {
     cells: u32,
@@ -22,12 +20,17 @@ struct Piece {
 }
 
 impl Loose {
-    /// The loose pieces of a body of `body` cells before the copies, some of them fixed.
+    /// The loose pieces of a body of `body` cells and copies with these origins, some cells fixed.
     #[must_use]
-    pub fn of(cut: &CutCells, body: usize, is_fixed: impl Fn(u16) -> bool) -> Self {
+    pub fn of(
+        tetrahedra: &[[u16; 4]],
+        origins: &[u16],
+        body: usize,
+        is_fixed: impl Fn(u16) -> bool,
+    ) -> Self {
         // Join the cells of each tetrahedron: each cell names a lower one of its piece, the lowest itself.
-        let mut names: Vec<usize> = (0..body + cut.origins.len()).collect();
-        for corners in &cut.tetrahedra {
+        let mut names: Vec<usize> = (0..body + origins.len()).collect();
+        for corners in tetrahedra {
             let lowest = corners.map(|cell| lowest(&mut names, cell.into()));
             let first = lowest.into_iter().fold(usize::MAX, usize::min);
             lowest.iter().for_each(|&name| names[name] = first);
@@ -35,7 +38,7 @@ impl Loose {
         // Count the cells of each piece.
         let mut pieces = vec![Piece::default(); names.len()];
         for cell in 0..names.len() {
-            let origin = cell.checked_sub(body).map_or(cell as u16, |copy| cut.origins[copy]);
+            let origin = cell.checked_sub(body).map_or(cell as u16, |copy| origins[copy]);
             let piece = &mut pieces[lowest(&mut names, cell)];
             piece.cells += 1;
             piece.is_fixed |= is_fixed(origin);
@@ -72,20 +75,17 @@ mod tests {
     use super::*;
 
     /// Three tetrahedra in a row that share a cell each, from 0 to 9, the last with a copy in place of the shared one.
-    fn row() -> CutCells {
-        CutCells { tetrahedra: vec![[3, 4, 5, 6], [0, 1, 2, 3], [10, 7, 8, 9]], origins: vec![6] }
-    }
+    const ROW: [[u16; 4]; 3] = [[3, 4, 5, 6], [0, 1, 2, 3], [10, 7, 8, 9]];
 
     #[test]
     fn pieces_without_a_fixed_cell_are_loose() {
-        let of = |fixed: &[u16]| Loose::of(&row(), 10, |cell| fixed.contains(&cell));
+        let of = |fixed: &[u16]| Loose::of(&ROW, &[6], 10, |cell| fixed.contains(&cell));
         assert_eq!(of(&[0]), Loose { pieces: 1, cells: 4 });
         assert_eq!(of(&[9]), Loose { pieces: 1, cells: 7 });
         // A copy of a fixed cell is fixed.
         assert_eq!(of(&[6]), Loose::default());
         // Without fixed cells the largest piece is the body.
         assert_eq!(of(&[]), Loose { pieces: 1, cells: 4 });
-        let whole = CutCells { origins: vec![], tetrahedra: vec![[0, 1, 2, 3], [3, 4, 5, 6]] };
-        assert_eq!(Loose::of(&whole, 7, |_| false), Loose::default());
+        assert_eq!(Loose::of(&ROW[..2], &[], 7, |_| false), Loose::default());
     }
 }
