@@ -1,8 +1,6 @@
 //! A generated organ under a blade that cuts across random planes at random speeds, is lifted, drawn back and rests:
 //! the state stays finite, the energy within the hand's work, a replay and a restored session come to the same bits,
 //! and tools still touch the body.
-//!
-//! Plain `cargo test` makes 20 cuts, 1,000 with `CHAINCELL_SLOW=1`.
 #![allow(clippy::unwrap_used)]
 
 use chaincell_host::bake::tissue::Tissue as Material;
@@ -20,7 +18,6 @@ use rand_pcg::rand_core::{Rng, SeedableRng};
 use crate::bench::Bench;
 
 const CUTS: u64 = 20;
-const CUTS_SLOW: u64 = 1000;
 /// Ticks of a cut.
 const TICKS: usize = 700;
 /// Energy that a cut takes for each area \[J/m^2\].
@@ -266,13 +263,8 @@ fn case<D: Dynamics<Number = f32>>(image: &ImageBytes, seed: u64) -> Found {
 
 #[test]
 fn random_cuts_leave_a_body_that_goes_on() {
-    let is_slow = std::env::var_os("CHAINCELL_SLOW").is_some();
-    let cuts = if is_slow { CUTS_SLOW } else { CUTS };
-    if !is_slow {
-        println!("SKIPPED {} of {CUTS_SLOW} cuts: CHAINCELL_SLOW is not set", CUTS_SLOW - CUTS);
-    }
     let image = image();
-    let all = (0..cuts).map(|seed| {
+    let all = (0..CUTS).map(|seed| {
         println!("case {seed}");
         if seed % 2 == 0 { case::<Track>(&image, seed) } else { case::<Predict>(&image, seed) }
     });
@@ -280,7 +272,7 @@ fn random_cuts_leave_a_body_that_goes_on() {
     let sum = |of: fn(&Found) -> usize| all.iter().map(of).sum::<usize>();
     let faces = sum(|found| found.faces as usize);
     println!(
-        "{cuts} cuts: {faces} faces, {} copies, {} refused, {} of {} ticks discarded a pass, {} levels",
+        "{CUTS} cuts: {faces} faces, {} copies, {} refused, {} of {} ticks discarded a pass, {} levels",
         sum(|found| found.copies as usize),
         sum(|found| found.refused as usize),
         sum(|found| found.rolled_back),
