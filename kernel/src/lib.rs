@@ -111,7 +111,7 @@ pub use solver::coarse::{
 pub use solver::{Dynamics, Euler, NumberOf, Predict, Rkl2, Track};
 pub use tick::budget::Budget;
 pub use tick::choice::Choice;
-pub use tick::choices::{Arithmetic, Drive, Scheme, Unloading};
+pub use tick::choices::{Arithmetic, Cutting, Drive, Scheme, Unloading};
 pub use tick::cut::{CutError, CutOutput};
 pub use tick::error::{ResetError, StateError};
 pub use tick::fit::array_bytes;

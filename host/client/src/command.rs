@@ -40,11 +40,11 @@ chaincell_kernel::codes! {
         /// No such command, or a reserved word that is not zero.
         Unknown = 1, "unknown command, or the server is of another release";
         /// No such parameter.
-        Parameter = 2, "unknown parameter; sweeps, max_force_n, max_tool_step_m and unloading may be set";
+        Parameter = 2, "unknown parameter; sweeps, max_force_n, max_tool_step_m, unloading and cut may be set";
         /// The value is out of the parameter's range.
         Value = 3,
             "the value is out of range; sweeps are a whole number from 1 to 1000, limits above 0, unloading \
-                0 to 2, the ticks of letting go a whole number from 1 to 65535, and 0 where there is nothing \
+                0 to 2, cut 0 or 1, the ticks of letting go a whole number from 1 to 65535, and 0 where there is nothing \
                 to set";
         /// The parameter is fixed for a run, or under this scheme.
         Fixed = 4, "fixed for a run: start chaincell serve again with another value";

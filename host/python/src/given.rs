@@ -14,7 +14,7 @@ use crate::errors::Class;
 use crate::numbers::{real, real_or, text, whole, wrong_type};
 
 /// Arguments of a bake beside the mesh.
-const BAKE: [&str; 25] = [
+const BAKE: [&str; 27] = [
     "allow_parts",
     "alpha",
     "capacitance",
@@ -33,6 +33,8 @@ const BAKE: [&str; 25] = [
     "cuttable",
     "cut_spare",
     "toughness_j_per_m2",
+    "tears",
+    "tear_stretch",
     "r_x",
     "rings",
     "stiffening",

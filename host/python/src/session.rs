@@ -6,7 +6,7 @@ use chaincell_client::payload::ReplyMessage;
 use chaincell_client::services::Domain;
 use chaincell_client::wait::Wait;
 use chaincell_client::{Client, Command, MS_MAX, Options, Outcome, Role};
-use chaincell_kernel::{Choice, Unloading};
+use chaincell_kernel::{Choice, Cutting, Unloading};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 
@@ -392,14 +392,15 @@ impl Session {
     /// - `max_force_n`: largest force [N], inf for no limit.
     /// - `max_tool_step_m`: largest motion of held cells in a tick [m].
     /// - `unloading`: "off", "release" or "retreat".
+    /// - `cut`: "on" or "off", whether blades cut and bodies tear.
     ///
     /// Raises `TypeError` for none or several of them, `ArgumentError` for a value out of range.
     /// Raises `Refused` where the server does not, `NoReply` without a reply within `timeout_s` [s].
     ///
     /// >>> reply = session.set(sweeps=6)
-    #[pyo3(signature = (*, sweeps=None, max_force_n=None, max_tool_step_m=None, unloading=None,
+    #[pyo3(signature = (*, sweeps=None, max_force_n=None, max_tool_step_m=None, unloading=None, cut=None,
         timeout_s=Arg::Default(5.0)), text_signature = "($self, *, sweeps=None, max_force_n=None, \
-        max_tool_step_m=None, unloading=None, timeout_s=5.0)")]
+        max_tool_step_m=None, unloading=None, cut=None, timeout_s=5.0)")]
     fn set(
         &self,
         py: Python<'_>,
@@ -407,11 +408,13 @@ impl Session {
         max_force_n: Option<&Bound<'_, PyAny>>,
         max_tool_step_m: Option<&Bound<'_, PyAny>>,
         unloading: Option<&Bound<'_, PyAny>>,
+        cut: Option<&Bound<'_, PyAny>>,
         timeout_s: Arg<'_, f64>,
     ) -> PyResult<Reply> {
         let unloading =
             unloading.map(|given| choice::<Unloading>("unloading", &text("unloading", given)?));
         let unloading = unloading.transpose()?;
+        let cut = cut.map(|given| choice::<Cutting>("cut", &text("cut", given)?)).transpose()?;
         let above_0 = |name: &str, given: Option<&Bound<'_, PyAny>>, most: f32| {
             let Some(given) = given else { return Ok(None) };
             let value = real(name, given)? as f32;
@@ -428,12 +431,13 @@ impl Session {
             force.map(Command::MaxForceN),
             step.map(Command::MaxToolStepM),
             unloading.map(Command::Unloading),
+            cut.map(Command::Cut),
         ];
         let mut given = given.into_iter().flatten();
         match (given.next(), given.next()) {
             (Some(command), None) => self.command(py, &command, timeout_s),
             _ => Err(PyTypeError::new_err(
-                "set() takes one of sweeps, max_force_n, max_tool_step_m and unloading",
+                "set() takes one of sweeps, max_force_n, max_tool_step_m, unloading and cut",
             )),
         }
     }

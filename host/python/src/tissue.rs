@@ -6,13 +6,14 @@ use std::sync::Arc;
 use chaincell_client::command::refusal_text;
 use chaincell_client::contacts::Contact;
 use chaincell_host::cli::offline::Offline;
+use chaincell_host::engine::cut_report::CutReport;
 use chaincell_host::engine::staged::Staged;
 use chaincell_host::engine::tissue::{Node, TissueEngine};
 use chaincell_host::engine::tools::Felt;
 use chaincell_host::files::recording::Recording;
 use chaincell_host::files::snapshot::SessionSnapshot;
 use chaincell_kernel::trace::Command;
-use chaincell_kernel::{Budget, CutOutput, TOOLS_MAX};
+use chaincell_kernel::{Budget, TOOLS_MAX};
 use numpy::{IntoPyArray, PyArray2};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
@@ -115,13 +116,9 @@ impl Live {
         })
     }
 
-    /// State of the cuts; `None` for a body that cannot be cut.
-    fn cuts(&mut self) -> Option<CutOutput> {
-        self.with(|staged| {
-            let engine = staged.engine_mut();
-            let can_be_cut = engine.network().model().tetrahedra_to_cut() > 0;
-            can_be_cut.then(|| engine.cut_output())
-        })
+    /// The cut; `None` for a body that cannot be cut.
+    fn cuts(&mut self) -> Option<CutReport> {
+        self.with(|staged| staged.cut())
     }
 
     fn command(&mut self, command: &Command) -> PyResult<()> {
@@ -320,7 +317,9 @@ impl Tissue {
     ///
     /// `cut_area_m2` is the area that blades have swept [m2], `cut_work_j` the work that it took to part the tissue
     /// there [J]; `opened_faces` counts the faces between tetrahedra that are open, `copied_cells` the copies of
-    /// split cells, `refused_splits` the splits for which there was no spare cell.
+    /// split cells, `refused_splits` the splits for which there was no spare cell, `loose_pieces` the pieces that
+    /// hang on no fixed cell, `loose_cells` their cells. Of a model that tears `torn_cells` counts the cells at which
+    /// it has torn by itself.
     ///
     /// >>> tissue.cuts is None
     /// True
@@ -329,11 +328,19 @@ impl Tissue {
         let cut = py.detach(|| PyResult::Ok(self.live()?.cuts()))?;
         let Some(cut) = cut else { return Ok(None) };
         let said = PyDict::new(py);
-        said.set_item("cut_area_m2", cut.area_m2)?;
-        said.set_item("cut_work_j", cut.work_j)?;
+        said.set_item("cut_area_m2", cut.cut_area_m2)?;
+        said.set_item("cut_work_j", cut.cut_work_j)?;
         said.set_item("opened_faces", cut.opened_faces)?;
-        said.set_item("copied_cells", cut.copies)?;
-        said.set_item("refused_splits", cut.refused)?;
+        said.set_item("copied_cells", cut.copied_cells)?;
+        said.set_item("refused_splits", cut.refused_splits)?;
+        let [pieces, cells, torn] = [cut.loose_pieces, cut.loose_cells, cut.torn_cells];
+        for (name, count) in
+            [("loose_pieces", pieces), ("loose_cells", cells), ("torn_cells", torn)]
+        {
+            if let Some(count) = count {
+                said.set_item(name, count)?;
+            }
+        }
         Ok(Some(said))
     }
 

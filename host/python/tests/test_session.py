@@ -184,7 +184,7 @@ def test_commands_are_carried_out_or_refused(serve: Serve, tmp_path: Path, plane
         session.set(sweeps=6)
         session.step([0, 0, -0.01], timeout_s=SHORT_S)
         assert session.answer.sweeps == 6
-        for change in ({"max_force_n": 0.001}, {"max_force_n": float("inf")}, {"unloading": "off"}):
+        for change in ({"max_force_n": 0.001}, {"max_force_n": float("inf")}, {"unloading": "off"}, {"cut": "off"}):
             session.set(**change)
         session.set(max_tool_step_m=0.002)
         reply = session.snapshot()
@@ -221,6 +221,7 @@ def test_bad_arguments_of_a_session_harm_nobody(serve: Serve, plane: Model) -> N
         (lambda s: s.set(sweeps=0), wrong, "`sweeps` 0: must be from 1 to 1000"),
         (lambda s: s.set(max_force_n=np.nan), wrong, "`max_force_n` NaN: must be above 0"),
         (lambda s: s.set(max_tool_step_m=np.inf), wrong, "`max_tool_step_m` inf"),
+        (lambda s: s.set(cut="release"), wrong, '`cut` "release": give on, off'),
         (lambda s: s.set(unloading="on"), wrong, '`unloading` "on": give off, release, retreat'),
         (lambda s: Session(s.scene, server_wait_s=0.1), chaincell.Taken, "close it, or take another scene"),
         (lambda s: s.state(-1), wrong, "`timeout_s` -1"),

@@ -135,6 +135,30 @@ def test_a_blade_cuts_a_body_that_is_baked_for_it(tmp_path: Path, command: Path)
     assert tissue.cuts is not None and tissue.cuts["opened_faces"] == 0
     with pytest.raises(chaincell.ModelError, match="cut_spare.*cuttable"):
         Model.bake_mesh("box:5x5x4x0.01", young_pa=5000, cut_spare=0.3)
+    assert "torn_cells" not in tissue.cuts
+    off = Tissue(model, tools=["blade:0.032"], cut="off")
+    assert all(off.tick(pose).force_n[2] == 0 for pose in path)
+    assert off.cuts is not None and off.cuts["opened_faces"] == 0
+
+
+def test_a_body_tears_that_is_baked_for_it() -> None:
+    spec, ends = "box:9x3x5x0.005", ("box:-1,-0.0199,-1,1,-1,1", "cells:box:0.0199,1,-1,1,-1,1")
+    options = {"young_pa": 5000, "poisson": 0.3, "fixed": ends[0], "cuttable": True, "cut_spare": 1}
+    model = Model.bake_mesh(spec, tear_stretch=1.3, **options)
+    tissue = Tissue(model, contact=ends[1])
+    for tick in range(200):
+        tissue.tick([0.0001 * tick, 0, 0])
+    cuts = tissue.cuts
+    assert cuts is not None and cuts["torn_cells"] > 0 and cuts["cut_area_m2"] == 0
+    assert "torn_cells" in (Tissue(Model.bake_mesh(spec, tears=True, **options)).cuts or {})
+    for wrong, match in [
+        ({"tears": True}, "tears.*cuttable"),
+        ({"tear_stretch": 2}, "tear_stretch.*cuttable"),
+        ({"cuttable": True, "tears": True, "tear_stretch": 2}, "leave the other out"),
+        ({"cuttable": True, "tear_stretch": 1}, "from 1.01 to 10"),
+    ]:
+        with pytest.raises(chaincell.ModelError, match=match):
+            Model.bake_mesh(spec, young_pa=5000, **wrong)
 
 
 def test_a_pose_may_be_written_in_many_ways(box: Model) -> None:

@@ -1,7 +1,7 @@
 //! `chaincell command`: sends a command to a running `serve`.
 
 use chaincell_kernel::trace::Command;
-use chaincell_kernel::{Choice, Unloading};
+use chaincell_kernel::{Choice, Cutting, Unloading};
 use serde::Serialize;
 
 use crate::choice;
@@ -44,8 +44,8 @@ enum Action {
     Pause,
     /// Go on after a pause
     Resume,
-    /// Set sweeps, max_force_n (a number or off), max_tool_step_m or unloading (off, release,
-    /// retreat) as NAME=VALUE
+    /// Set sweeps, max_force_n (a number or off), max_tool_step_m, unloading (off, release, retreat)
+    /// or cut (on, off) as NAME=VALUE
     Set {
         /// The parameter and its value
         #[arg(value_name = "NAME=VALUE")]
@@ -154,8 +154,11 @@ fn set(assignment: &str) -> Result<Command> {
         "unloading" => Unloading::from_name(value)
             .map(Command::Unloading)
             .ok_or_else(|| refused(&format!("the value must be {}", choice::names::<Unloading>()))),
+        "cut" => Cutting::from_name(value)
+            .map(Command::Cut)
+            .ok_or_else(|| refused(&format!("the value must be {}", choice::names::<Cutting>()))),
         _ => Err(refused(
-            "sweeps, max_force_n, max_tool_step_m and unloading may be set while serve runs; for \
+            "sweeps, max_force_n, max_tool_step_m, unloading and cut may be set while serve runs; for \
              others start it again",
         )),
     }
@@ -171,6 +174,7 @@ mod tests {
         assert_eq!(set("max_force_n=off"), Ok(Command::MaxForceN(f32::INFINITY)));
         assert_eq!(set("max_tool_step_m=2e-3"), Ok(Command::MaxToolStepM(0.002)));
         assert_eq!(set("unloading=retreat"), Ok(Command::Unloading(Unloading::Retreat)));
+        assert_eq!(set("cut=off"), Ok(Command::Cut(Cutting::Off)));
         for (bad, part) in [
             ("sweeps", "sweeps=6"),
             ("sweeps=0", "1 to 1000"),
@@ -178,6 +182,7 @@ mod tests {
             ("max_force_n=nan", "above 0"),
             ("max_tool_step_m=inf", "above 0"),
             ("unloading=on", "retreat"),
+            ("cut=yes", "on, off"),
             ("step=0.1", "start it again"),
             ("model=other.chaincell", "start it again"),
         ] {

@@ -15,7 +15,7 @@ use super::load::report::LoadReport;
 use super::load::{Lengths, MemoryWatch, histogram};
 use super::model_file;
 use super::session::{self, LoopArgs, tell_refused};
-use super::shared::{DepthArgs, FolderArgs, PrintArgs, tell_view};
+use super::shared::{DepthArgs, FolderArgs, PrintArgs, note_cut, tell_cut, tell_view};
 use super::sides::{self, Files, Session, Sides};
 use super::stage::{StageArgs, StageReport};
 use super::tissue::{TissueArgs, TissueReport};
@@ -23,6 +23,7 @@ use super::verdict::{Counts, Verdict, VerdictArgs};
 use crate::bake::{ORGAN_POISSON, ORGAN_SIZE, ORGAN_YOUNG_PA, organ};
 use crate::engine::convergence::{Convergence, ForceError};
 use crate::engine::course::{ToolCourse, largest_n};
+use crate::engine::cut_report::CutReport;
 use crate::engine::flag_ticks::FlagTicks;
 use crate::engine::motion::Pose;
 use crate::engine::staged::Staged;
@@ -114,6 +115,9 @@ struct CosimSummary {
     poses_throttled: u64,
     largest_force_step_n: f32,
     tool_courses: Vec<ToolCourse>,
+    /// Of a body that can be cut.
+    #[serde(flatten)]
+    cut: Option<CutReport>,
     injected: Option<Injected>,
     state_hash: String,
     /// None for a session that was not recorded.
@@ -353,6 +357,7 @@ fn summary(
         poses_throttled: serve.poses_throttled,
         largest_force_step_n: control.largest_force_step_n,
         tool_courses: serve.tool_courses,
+        cut: serve.cut,
         injected: control.injected,
         state_hash: serve.state_hash,
         replay_state_hash: replayed.state_hash,
@@ -370,6 +375,8 @@ fn summary(
 }
 
 fn print(args: &Args, summary: &CosimSummary) -> Result<()> {
+    let cut = summary.cut.as_ref();
+    note_cut(cut);
     if args.print.json {
         return terminal::say_json(summary);
     }
@@ -407,7 +414,8 @@ fn print(args: &Args, summary: &CosimSummary) -> Result<()> {
         terminal::say(format_args!("  {:<18}{error}", "force error"))?;
     }
     tell_injected(summary.injected.as_ref())?;
-    // Compare the state hash with that of the replay.
+    // Print the cut, and compare the state hash with that of the replay.
+    tell_cut(18, cut)?;
     let replayed = match &summary.replay_state_hash {
         None => "not replayed: longer than an hour".to_owned(),
         Some(hash) if *hash == summary.state_hash => format!("replayed {hash} (the same)"),
@@ -421,7 +429,7 @@ fn print(args: &Args, summary: &CosimSummary) -> Result<()> {
     match (&args.folder.out, &args.model) {
         (Some(out), _) => {
             terminal::say(format_args!("  {:<18}{}", "results", out.display()))?;
-            if !args.tissue.has_blade() {
+            if args.tissue.is_shown(cut) {
                 tell_view(18, &[out])?;
             }
         }

@@ -12,7 +12,6 @@ mod control;
 mod convert;
 mod cosim;
 mod cosim_view;
-mod cut;
 mod filled;
 mod info;
 mod inject;

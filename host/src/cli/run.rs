@@ -8,17 +8,17 @@ use chaincell_kernel::trace::Record;
 use chaincell_kernel::{Budget, Choice, TickOutput, ToolPose};
 use serde::Serialize;
 
-use super::cut::CutReport;
 use super::judgement::{Judgement, Pace};
 use super::mesh_file::Units;
 use super::model_file;
 use super::picture;
 use super::press::{Motion, PressArgs};
-use super::shared::{PrintArgs, tell_view};
+use super::shared::{PrintArgs, note_cut, tell_cut, tell_view};
 use super::snapshots::{SnapshotArgs, Snapshots};
 use super::stage::{StageArgs, StageReport};
 use super::tissue::{TissueArgs, TissueReport};
 use crate::engine::course::{Course, ToolCourse, largest_n};
+use crate::engine::cut_report::CutReport;
 use crate::engine::far::Far;
 use crate::engine::flag_ticks::FlagTicks;
 use crate::engine::motion::Pose;
@@ -192,7 +192,7 @@ pub fn execute(args: &Args) -> Result<()> {
         tool_courses,
         flag_ticks: played.flag_ticks,
         interrupted: interrupt::asked(),
-        cut: CutReport::of(tissue.engine_mut()),
+        cut: tissue.engine_mut().cut(),
         tissue: args.tissue.report(tissue.engine()),
         stage: args.stage.report()?,
     };
@@ -435,7 +435,8 @@ impl Played {
         let span = start.elapsed();
         self.step.record(u64::try_from(span.as_nanos()).unwrap_or(u64::MAX));
         self.flag_ticks.add(output.flags);
-        self.answers.push(Answer { tick: pose.tick, output });
+        let cut_area_m2 = tissue.engine_mut().cut_area_m2();
+        self.answers.push(Answer { tick: pose.tick, output, cut_area_m2 });
         output
     }
 }
@@ -450,9 +451,7 @@ fn report(args: &Args, summary: &RunSummary, far: Option<Far>, drawn: Option<&st
         terminal::note(format_args!("note: {far}: the largest force is {peak:.3} N; {remedy}"));
     }
     let cut = summary.cut.as_ref();
-    if let Some(remedy) = cut.and_then(CutReport::remedy) {
-        terminal::note(format_args!("note: {remedy}"));
-    }
+    note_cut(cut);
     if args.print.json {
         return terminal::say_json(summary);
     }
@@ -473,14 +472,11 @@ fn report(args: &Args, summary: &RunSummary, far: Option<Far>, drawn: Option<&st
     ))?;
     terminal::say(format_args!("  {:<14}{}", "state hash", summary.state_hash))?;
     terminal::say(format_args!("  {:<14}{}", "flags", summary.flag_ticks))?;
-    if let Some(cut) = cut {
-        terminal::say(format_args!("  {:<14}{cut}", "cut"))?;
-    }
+    tell_cut(14, cut)?;
     summary.judgement.print(14)?;
     if let Some(drawn) = drawn {
         terminal::say(format_args!("  {:<14}{drawn}", "picture"))?;
     }
     terminal::say(format_args!("  {:<14}{}", "results", args.out.display()))?;
-    let is_shown = !args.tissue.has_blade() && !cut.is_some_and(CutReport::tears);
-    if is_shown { tell_view(14, &[&args.out]) } else { Ok(()) }
+    if args.tissue.is_shown(cut) { tell_view(14, &[&args.out]) } else { Ok(()) }
 }

@@ -12,7 +12,7 @@ use super::judgement::{Judgement, Pace};
 use super::model_file;
 use super::restore::restore;
 use super::session::{LoopArgs, tell_refused, write_forces};
-use super::shared::{FolderArgs, PrintArgs, SilenceArgs, tell_view};
+use super::shared::{FolderArgs, PrintArgs, SilenceArgs, note_cut, tell_cut, tell_view};
 use super::stage::{StageArgs, StageReport};
 use super::tissue::{TissueArgs, TissueReport};
 use super::verdict::{Counts, Verdict, VerdictArgs};
@@ -381,6 +381,9 @@ fn print(
     judgement: &Judgement,
     verdict: &Verdict,
 ) -> Result<()> {
+    let cut = report.cut.as_ref();
+    // The parent of a child prints the same note.
+    note_cut(cut.filter(|_| !args.common.is_child));
     if args.print.json {
         return terminal::say_json(&Printed { report, judgement });
     }
@@ -434,10 +437,11 @@ fn print(
             counted(report.ticks_paused, "tick")
         ))?;
     }
-    // Print the state and the verdict.
+    // Print the cut, the state and the verdict.
+    tell_cut(12, cut)?;
     terminal::say(format_args!("  state hash  {}", report.state_hash))?;
     match (&args.folder.out, &args.record) {
-        _ if args.tissue.has_blade() => {}
+        _ if !args.tissue.is_shown(cut) => {}
         (Some(session), _) => tell_view(12, &[session])?,
         (None, Some(trace)) => tell_view(12, &[trace, "--model".as_ref(), &args.model])?,
         (None, None) => tell_view(12, &[&args.model])?,

@@ -21,11 +21,11 @@ pub struct SettingArgs([Option<u32>; Settings::COUNT]);
 impl SettingArgs {
     /// Returns these settings with what was given in place of the defaults.
     pub fn over(&self, defaults: Settings) -> Settings {
-        let mut words = defaults.words();
+        let mut words = defaults.each();
         for (word, given) in words.iter_mut().zip(self.0) {
             *word = given.unwrap_or(*word);
         }
-        Settings::from_words(words).unwrap_or(defaults)
+        Settings::from_each(words).unwrap_or(defaults)
     }
 
     fn given(&self, name: &str) -> Option<(SettingField, u32)> {
@@ -110,7 +110,7 @@ pub struct SettingReport(pub Settings);
 impl Serialize for SettingReport {
     fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
         let mut map = to.serialize_map(None)?;
-        for (field, word) in Settings::FIELDS.iter().zip(self.0.words()) {
+        for (field, word) in Settings::FIELDS.iter().zip(self.0.each()) {
             // `sweeps` alone are those that were made.
             let name = if field.name == "sweeps" { "sweeps_per_tick" } else { field.name };
             match field.kind {

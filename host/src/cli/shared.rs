@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
+use crate::engine::cut_report::CutReport;
 use crate::error::Result;
 use crate::terminal;
 
@@ -46,6 +47,18 @@ pub struct SilenceArgs {
     /// Time in which the force falls in a silence, and rises after it; 0 for at once [ms]
     #[arg(long, default_value_t = 20, value_name = "MS", allow_negative_numbers = true)]
     pub ramp_ms: u32,
+}
+
+/// Prints the cut of a body that can be cut, its name in a column of this width.
+pub fn tell_cut(width: usize, cut: Option<&CutReport>) -> Result<()> {
+    cut.map_or(Ok(()), |cut| terminal::say(format_args!("  {:<width$}{cut}", "cut")))
+}
+
+/// Names the remedy where cells could not split.
+pub fn note_cut(cut: Option<&CutReport>) {
+    if let Some(remedy) = cut.and_then(CutReport::remedy) {
+        terminal::note(format_args!("note: {remedy}"));
+    }
 }
 
 /// Prints the command that shows a model or a session in a browser, `view` with these arguments, its name in a

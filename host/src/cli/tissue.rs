@@ -14,6 +14,7 @@ use super::settings::{SettingArgs, SettingReport};
 use super::tool::{self, ToolSpec};
 use crate::choice;
 use crate::engine::contact::contact_cells;
+use crate::engine::cut_report::CutReport;
 use crate::engine::staged::Staged;
 use crate::engine::threads::{ThreadCount, Threads};
 use crate::engine::{Arithmetic, Contact, Engine, Scheme};
@@ -115,9 +116,9 @@ impl TissueArgs {
         self.contact == "auto" && self.tool.is_empty()
     }
 
-    /// Returns true if a tool cuts: the page cannot play such a session.
-    pub fn has_blade(&self) -> bool {
-        self.tool.iter().any(ToolSpec::is_blade)
+    /// Returns true if the page can play a session with this cut: no tool has a blade, and the body does not tear.
+    pub fn is_shown(&self, cut: Option<&CutReport>) -> bool {
+        !self.tool.iter().any(ToolSpec::is_blade) && !cut.is_some_and(CutReport::tears)
     }
 
     /// The engine for a model.

@@ -110,7 +110,13 @@ impl Shown {
     fn model(args: &Args) -> Result<Self> {
         let image = args.model.as_deref().map_or_else(organ, model_file::read)?;
         let path = args.model.as_deref().unwrap_or(Path::new("organ"));
-        let config = config(args, &model_file::parse(&image, path)?)?;
+        let model = model_file::parse(&image, path)?;
+        let config = config(args, &model)?;
+        if model.tear_limit().is_some() {
+            terminal::note(format_args!(
+                "note: this body tears, and the page's own kernel does not: nothing tears there; tear it with run"
+            ));
+        }
         Ok(Self { config, image, session: None })
     }
 

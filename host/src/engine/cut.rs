@@ -2,6 +2,8 @@
 
 use chaincell_kernel::{CutOutput, CutRoom, Dynamics, Model, Network, cut_words};
 
+use super::cut_report::CutReport;
+use super::loose::Loose;
 use super::{Engine, Memory, Nodes};
 
 /// Words for the cuts of a body; none for one that cannot be cut.
@@ -48,9 +50,37 @@ impl<D: Dynamics> AnyCut for Memory<D> {
 }
 
 impl Engine<'_> {
+    /// Returns true for a body that can be cut.
+    #[must_use]
+    pub fn can_be_cut(&self) -> bool {
+        self.network.model().tetrahedra_to_cut() > 0
+    }
+
     /// State of the cuts since the last reset; all 0 for a body that is whole.
     pub fn cut_output(&mut self) -> CutOutput {
         self.tissue.cut_output(&self.network)
+    }
+
+    /// The cut since the last reset, for reports; `None` for a body that cannot be cut. Allocates memory.
+    pub fn cut(&mut self) -> Option<CutReport> {
+        let output = self.can_be_cut().then(|| self.cut_output())?;
+        let loose = match output.opened_faces {
+            0 => Some(Loose::default()),
+            _ => self.cut_cells().map(|cut| self.loose(&cut)),
+        };
+        Some(CutReport::of(self.network.model(), &output, loose))
+    }
+
+    /// The pieces that have come loose.
+    fn loose(&self, cut: &CutCells) -> Loose {
+        let model = self.network.model();
+        let is_fixed = |cell| model.is_fixed(cell);
+        Loose::of(&cut.tetrahedra, &cut.origins, model.body_cells(), is_fixed)
+    }
+
+    /// Area that the edges of blades have swept since the last reset \[m2\]; `None` for a body that cannot be cut.
+    pub fn cut_area_m2(&mut self) -> Option<f32> {
+        self.can_be_cut().then(|| self.cut_output().area_m2)
     }
 
     /// The body as it is cut now; `None` for one that is whole, and for one whose image has no tetrahedra to show

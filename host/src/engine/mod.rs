@@ -4,10 +4,12 @@ pub mod contact;
 pub mod convergence;
 pub mod course;
 mod cut;
+pub mod cut_report;
 pub mod far;
 #[cfg(test)]
 pub(crate) mod fixture;
 pub mod flag_ticks;
+mod loose;
 pub mod motion;
 pub mod order;
 pub mod place;

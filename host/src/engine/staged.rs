@@ -6,6 +6,7 @@ use chaincell_kernel::{Budget, ContactForce, Drive, Flags, TOOLS_MAX, TickOutput
 use nalgebra::Vector3;
 
 use crate::engine::Engine;
+use crate::engine::cut_report::CutReport;
 use crate::engine::snapshot::Saved;
 use crate::engine::tissue::{Node, Refusal, TissueEngine};
 use crate::engine::tools::{Felt, Poses};
@@ -186,6 +187,10 @@ impl TissueEngine for Staged<'_> {
 
     fn model_checksum(&self) -> u32 {
         self.engine.network().model().checksum()
+    }
+
+    fn cut(&mut self) -> Option<CutReport> {
+        self.engine.cut()
     }
 
     fn state_hash(&mut self) -> u64 {

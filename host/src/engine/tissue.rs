@@ -5,6 +5,7 @@ use chaincell_client::payload::NodePosition;
 use chaincell_kernel::trace::Command;
 use chaincell_kernel::{Budget, ContactForce, TickOutput, ToolPose};
 
+use super::cut_report::CutReport;
 use super::snapshot::Saved;
 use super::tools::Felt;
 
@@ -78,6 +79,11 @@ pub trait TissueEngine {
     /// Checksum of the model image, 0 without one.
     fn model_checksum(&self) -> u32 {
         0
+    }
+
+    /// The cut of a body since the last reset; `None` for one that cannot be cut. Allocates memory.
+    fn cut(&mut self) -> Option<CutReport> {
+        None
     }
 
     /// Hash of the state after the last tick.

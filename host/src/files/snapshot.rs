@@ -168,7 +168,7 @@ impl<'a> Rest<'a> {
             1 => true,
             _ => return None,
         };
-        let mut words = [0; Settings::COUNT];
+        let mut words = [0; Settings::WORDS];
         for word in &mut words {
             *word = self.word()?;
         }

@@ -24,14 +24,14 @@
 //!               two words of the state hash after it, low and high. Sweeps count with flag 2: 0 for a late tick,
 //!               else at most so many; without flag 2 all of the settings
 //! 2 still tick  number less that of the first tick: answered in a pause, nothing moved
-//! 3 settings    7 words, a `chaincell_settings` from here on
+//! 3 settings    7 words, a `chaincell_settings` without `cut` from here on
 //! 4 reset       the body at rest, the tools let go
 //! 5 grip        number of the tool
 //! 6 let go      number of the tool, ticks in which the pull falls to 0
 //! ```
 
 use chaincell_kernel::trace::{Command, Reader, Record};
-use chaincell_kernel::{Arithmetic, Choice, Scheme, ToolPart, ToolPose};
+use chaincell_kernel::{Arithmetic, Choice, Cutting, Scheme, Settings, ToolPart, ToolPose};
 
 use crate::engine::staged::Staged;
 use crate::engine::tissue::TissueEngine;
@@ -91,6 +91,11 @@ pub fn packed(
     }
 }
 
+/// The words of settings without `cut`: on the page nothing is cut.
+fn page_words(settings: Settings) -> [u32; Settings::WORDS] {
+    Settings { cut: Cutting::On, ..settings }.words()
+}
+
 /// The words under way.
 struct Session {
     words: Vec<u32>,
@@ -106,7 +111,7 @@ impl Session {
         let engine = tissue.engine();
         let (contact, settings) = (engine.contact(), *engine.network().settings());
         let mut words = vec![MAGIC, VERSION, scheme];
-        words.extend(settings.words());
+        words.extend(page_words(settings));
         let (counts, parts, friction) = match contact {
             Contact::Tools { tools, friction } => {
                 let counts = tools.iter().map(|tool| tool.len() as u32).collect();
@@ -148,9 +153,10 @@ impl Session {
                 Command::Sweeps(_)
                 | Command::MaxForceN(_)
                 | Command::MaxToolStepM(_)
-                | Command::Unloading(_) => {
+                | Command::Unloading(_)
+                | Command::Cut(_) => {
                     self.words.push(SETTINGS);
-                    self.words.extend(tissue.engine().network().settings().words());
+                    self.words.extend(page_words(*tissue.engine().network().settings()));
                 }
             },
         }

@@ -263,6 +263,10 @@ enum chaincell_code
      */
     CHAINCELL_CODE_SETTINGS_DRIVE = -46,
     /**
+     * `cut` is neither of its two values.
+     */
+    CHAINCELL_CODE_SETTINGS_CUT = -47,
+    /**
      * The tissue has too few cells for the model: `needed`, `available`.
      */
     CHAINCELL_CODE_RESET_CAPACITY = -60,
@@ -553,6 +557,32 @@ typedef int32_t chaincell_drive;
 #endif // __cplusplus
 
 /**
+ * Cutting by blades and tearing.
+ */
+enum chaincell_cutting
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : int32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+    /**
+     * A blade cuts a body that can be cut, and one that tears does.
+     */
+    CHAINCELL_CUTTING_ON = 0,
+    /**
+     * No face opens: a blade feels nothing and leaves the tissue that it is in, and no cell tears. What is open
+     * stays open, and splits that wait are made.
+     */
+    CHAINCELL_CUTTING_OFF = 1,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum chaincell_cutting chaincell_cutting;
+#else
+typedef int32_t chaincell_cutting;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+/**
  * Parameters of a run.
  */
 typedef struct chaincell_settings {
@@ -588,6 +618,11 @@ typedef struct chaincell_settings {
      * One of `chaincell_drive`.
      */
     int32_t drive;
+    /**
+     * Cutting by blades and tearing; off, a blade feels nothing and no body tears.
+     * One of `chaincell_cutting`.
+     */
+    int32_t cut;
 } chaincell_settings;
 
 /**
@@ -655,7 +690,7 @@ typedef struct chaincell_stage_settings {
 /**
  * Version of this interface: major 65,536, minor 256, patch 1.
  */
-#define CHAINCELL_VERSION 2304
+#define CHAINCELL_VERSION 2560
 
 /**
  * Bytes that a blade takes in each tool, in a library that cuts.
@@ -839,6 +874,10 @@ typedef struct chaincell_cuts {
      * Number of open faces that tools do not touch, for want of places.
      */
     uint32_t untouched;
+    /**
+     * Number of cells at which a body that tears has torn by itself.
+     */
+    uint32_t torn;
 } chaincell_cuts;
 
 /**

@@ -63,6 +63,8 @@ chaincell_kernel::codes! {
         SettingsUnloading = -45, c"unloading is none of chaincell_unloading";
         /// `drive` is neither of its two values.
         SettingsDrive = -46, c"drive is none of chaincell_drive";
+        /// `cut` is neither of its two values.
+        SettingsCut = -47, c"cut is none of chaincell_cutting";
         /// The tissue has too few cells for the model: `needed`, `available`.
         ResetCapacity = -60, c"the model has more cells than the tissue";
         /// Too little room for the coarse level: `needed`, `available` blocks of eight `float`.

@@ -1,6 +1,6 @@
 //! Cuts: memory for them, faces that are opened, and their state.
 
-use chaincell_kernel::{CutError, EDGE_BYTES, Model, cut_words};
+use chaincell_kernel::{CutError, CutOutput, EDGE_BYTES, Model, cut_words};
 
 use crate::code::{Code, Detail, Refusal};
 use crate::layout::{self, Parts, Tissue, by_touching_scheme};
@@ -39,6 +39,8 @@ pub struct Cuts {
     pub work_j: f32,
     /// Number of open faces that tools do not touch, for want of places.
     pub untouched: u32,
+    /// Number of cells at which a body that tears has torn by itself.
+    pub torn: u32,
 }
 
 /// Words of memory for a wish: 0 or 1.
@@ -58,6 +60,21 @@ impl From<CutError> for Code {
             CutError::NotCuttable => Self::CutModel,
             CutError::Room => Self::CutRoom,
             CutError::Unknown(..) => Self::CutFace,
+        }
+    }
+}
+
+impl From<CutOutput> for Cuts {
+    fn from(of: CutOutput) -> Self {
+        Self {
+            opened_faces: of.opened_faces,
+            copies: of.copies,
+            waiting: of.waiting,
+            refused: of.refused,
+            area_m2: of.area_m2,
+            work_j: of.work_j,
+            untouched: of.untouched,
+            torn: of.torn,
         }
     }
 }
@@ -88,17 +105,8 @@ unsafe fn cut(
         }
         body.cut_output(network)
     });
-    let value = Cuts {
-        opened_faces: output.opened_faces,
-        copies: output.copies,
-        waiting: output.waiting,
-        refused: output.refused,
-        area_m2: output.area_m2,
-        work_j: output.work_j,
-        untouched: output.untouched,
-    };
     // SAFETY: the caller's promises are handed on.
-    Ok(unsafe { memory::write_if_asked(cuts, value) }?)
+    Ok(unsafe { memory::write_if_asked(cuts, output.into()) }?)
 }
 
 /// Opens `count` faces between tetrahedra, each on both sides, and writes the state of the cuts; `cuts` may be

@@ -79,7 +79,7 @@ pub use touch::{CELL_BYTES_TOUCH, Room, SAMPLE_BYTES, TOOL_BYTES, TOUCH_BYTES, T
 use code::Refusal;
 
 /// Version of this interface: major 65,536, minor 256, patch 1.
-pub const VERSION: u32 = 0x0900;
+pub const VERSION: u32 = 0x0a00;
 
 /// Version of the library, to compare with `CHAINCELL_VERSION` of the header.
 #[unsafe(no_mangle)]

@@ -68,6 +68,7 @@ pub(crate) fn network(
         "sweeps" => Code::SettingsSweeps,
         "unloading" => Code::SettingsUnloading,
         "drive" => Code::SettingsDrive,
+        "cut" => Code::SettingsCut,
         _ => Code::Range,
     })?;
     Ok(Network::new(model, settings)?)

@@ -8,7 +8,9 @@ mod written;
 
 use chaincell_ffi::Code;
 use chaincell_kernel::stage::{Device, StageSettings};
-use chaincell_kernel::{Choice, Drive, Flags, SettingField, SettingKind, Settings, Unloading};
+use chaincell_kernel::{
+    Choice, Cutting, Drive, Flags, SettingField, SettingKind, Settings, Unloading,
+};
 use written::{Header, codes, comment, defines};
 
 /// A struct of settings; choices stand in it with their codes.
@@ -20,7 +22,9 @@ fn settings(name: &str, meaning: &str, fields: &[SettingField]) -> String {
                 SettingKind::Whole => ("uint32_t", String::new()),
                 SettingKind::Real => ("float", String::new()),
                 SettingKind::Choice(_) => {
-                    ("int32_t", format!(" One of `chaincell_{}`.\n", field.name))
+                    // `chaincell_cut` is a function.
+                    let name = if field.name == "cut" { "cutting" } else { field.name };
+                    ("int32_t", format!(" One of `chaincell_{name}`.\n"))
                 }
             };
             let comment = comment(&format!("{}{more}", field.meaning), "    ");
@@ -52,6 +56,7 @@ fn header() -> Header {
             choice::<Device>("chaincell_device", " A haptic device by its published limits."),
             choice::<Unloading>("chaincell_unloading", " When the links' bands close."),
             choice::<Drive>("chaincell_drive", " Effect of the tool's displacement."),
+            choice::<Cutting>("chaincell_cutting", " Cutting by blades and tearing."),
             settings("chaincell_settings", " Parameters of a run.", &Settings::FIELDS),
             settings(
                 "chaincell_stage_settings",

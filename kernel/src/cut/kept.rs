@@ -1,7 +1,7 @@
 //! Parts of a cut body that a snapshot contains: its state. The numbers follow from it and from the image.
 
 use super::body::CutBody;
-use super::memory::{CREDIT, CutRoom, TURN, USED};
+use super::memory::{CREDIT, CutRoom, OPENED, TURN, USED, WAITING};
 use super::renewal::{in_use, is_fit};
 use super::tear::TURNS;
 use crate::model::nodal::OffsetNumbers;
@@ -54,8 +54,21 @@ impl CutBody<'_, '_> {
                 })
             })
         });
-        pass.slice_if(self.arrays.faces, |_, &faces| faces < 16);
-        pass.slice_if(self.arrays.marks, |_, &mark| mark < 2);
+        // Each face is open on both sides, and counted; so is each mark.
+        let count = |index: usize| counts.get(index).copied().unwrap_or(0);
+        let mut sides = 0;
+        pass.slice_if(self.arrays.faces, |_, &faces| {
+            sides += faces.count_ones();
+            faces < 16
+        });
+        let mut waiting = 0;
+        pass.slice_if(self.arrays.marks, |_, &mark| {
+            waiting += u32::from(mark);
+            mark < 2
+        });
+        if sides != 2 * count(OPENED) || waiting != count(WAITING) {
+            pass.refuse();
+        }
         // The groups of each slice: never fewer than in the image.
         let (image, most) = (others::shapes(&self.model.others).rows, self.arrays.ids.len());
         let mut last = 0;

@@ -115,6 +115,31 @@ choices! {
     }
 }
 
+choices! {
+    /// Cutting by blades and tearing.
+    ///
+    /// ```
+    /// # use chaincell_kernel::{Model, Network, Settings, include_model};
+    /// use chaincell_kernel::Cutting;
+    /// # let image = include_model!(concat!(env!("CARGO_MANIFEST_DIR"), "/data/plane9.chaincell"));
+    /// # let model = Model::from_bytes(image)?;
+    ///
+    /// let settings = Settings { cut: Cutting::Off, ..Settings::for_model(&model) };
+    /// let words = settings.words(); // seven, as in every trace: it stands above the code of `drive`
+    /// assert_eq!((words.len(), words[6]), (Settings::COUNT - 1, 1 << 16));
+    /// # Ok::<(), chaincell_kernel::ModelError>(())
+    /// ```
+    #[derive(Default)]
+    Cutting {
+        /// A blade cuts a body that can be cut, and one that tears does.
+        #[default]
+        On = 0, "on";
+        /// No face opens: a blade feels nothing and leaves the tissue that it is in, and no cell tears. What is open
+        /// stays open, and splits that wait are made.
+        Off = 1, "off";
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::super::choice::Choice;
@@ -134,5 +159,6 @@ mod tests {
         is_a_table::<Arithmetic>();
         is_a_table::<Unloading>();
         is_a_table::<Drive>();
+        is_a_table::<Cutting>();
     }
 }

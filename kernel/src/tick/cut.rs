@@ -1,5 +1,7 @@
 //! Cutting a body: faces are opened between ticks, and cells split at the start of a tick.
 
+#[cfg(feature = "cut")]
+use super::choices::Cutting;
 use super::settings::Network;
 use super::tissue::TissueMut;
 #[cfg(feature = "cut")]
@@ -199,9 +201,12 @@ impl<D: Dynamics> TissueMut<'_, D> {
         let model = network.model();
         let mut memory = core::mem::take(&mut self.cut);
         let parted = CutBody::of(&mut memory, model).filter(|_| is_cut(model)).map(|mut body| {
-            self.draw(&mut body);
+            let is_off = network.settings().cut == Cutting::Off;
+            self.draw(&mut body, is_off);
             let pressed = self.energy_of_lips(&body);
-            self.tear(&mut body);
+            if !is_off {
+                self.tear(&mut body);
+            }
             let split = self.split(&mut body);
             body.pay(split.unwrap_or(0.0));
             self.rename_fronts(&body);
@@ -237,8 +242,8 @@ impl<D: Dynamics> TissueMut<'_, D> {
         self.head.dynamics.pushed();
     }
 
-    /// Moves the fronts of blades on, and opens the faces that they pass.
-    fn draw(&mut self, body: &mut CutBody<'_, '_>) {
+    /// Moves the fronts of blades on, and opens the faces that they pass; if cutting is off, blades leave the tissue.
+    fn draw(&mut self, body: &mut CutBody<'_, '_>, is_off: bool) {
         let Some(state) = self.state.get(..body.model.cells()) else { return };
         let at = places(body.model, state);
         let Some(arrays) = self.touch.whole() else { return };
@@ -249,6 +254,8 @@ impl<D: Dynamics> TissueMut<'_, D> {
             }
             let (before, size) = (edge.energy(&at), edge.reach(pivot));
             let moved = sqrt(dot(tool.way, tool.way)) + size * sqrt(dot(tool.spin, tool.spin));
+            // A blade that moves too far leaves its fronts and cuts nothing.
+            let moved = if is_off { f32::INFINITY } else { moved };
             if !body.draw(edge, moved, &at) {
                 continue;
             }

@@ -1,13 +1,13 @@
 //! Settings of a run, checked once against the model.
 
 use super::choice::Choice;
-use super::choices::{Drive, Scheme, Unloading};
+use super::choices::{Cutting, Drive, Scheme, Unloading};
 use crate::model::Model;
 use crate::solver::{Dynamics, Rkl2};
 
 /// Defines the settings in one table: each line is `name: type, value of the option, default in words = default,
-/// check;` after its meaning. An empty value stands for no option. Traces and snapshots hold a word for each, in
-/// this order; the C struct, the options, the reference's table and Python's arguments are made from the same lines.
+/// check;` after its meaning. An empty value stands for no option. The C struct, the options, the reference's table and
+/// Python's arguments are made from the same lines; traces and snapshots hold [`Settings::words`].
 macro_rules! settings {
     ($(#[doc = $of_all:literal])+ $all:ident, $plain:ident {
         $($(#[doc = $meaning:literal])+ $name:ident: $type:ty, $value:literal, $words:literal
@@ -65,15 +65,16 @@ macro_rules! settings {
                 Ok(())
             }
 
-            /// Returns the settings as words.
+            /// Returns a word for each setting, in the order of [`Self::FIELDS`].
             #[must_use]
-            pub fn words(&self) -> [u32; Self::COUNT] {
+            pub fn each(&self) -> [u32; Self::COUNT] {
                 [$(self.$name.word()),+]
             }
 
-            /// Returns the settings of words; `None` if one has no meaning. [`Network::new`] checks the ranges.
+            /// Returns the settings of a word for each; `None` if one has no meaning. [`Network::new`] checks the
+            /// ranges.
             #[must_use]
-            pub fn from_words([$($name),+]: [u32; Self::COUNT]) -> Option<Self> {
+            pub fn from_each([$($name),+]: [u32; Self::COUNT]) -> Option<Self> {
                 Some(Self { $($name: Word::of_word($name)?),+ })
             }
 
@@ -138,6 +139,29 @@ settings! {
         unloading: Unloading, "UNLOADING", "release" = |_| Unloading::default(), |_, _| Ok(());
         /// How the tool's displacement acts on chosen cells, from the next time that the tool engages.
         drive: Drive, "DRIVE", "position" = |_| Drive::default(), |_, _| Ok(());
+        /// Cutting by blades and tearing; off, a blade feels nothing and no body tears.
+        cut: Cutting, "CUT", "on" = |_| Cutting::default(), |_, _| Ok(());
+    }
+}
+
+impl Settings {
+    /// Number of words in traces and snapshots.
+    pub const WORDS: usize = Self::COUNT - 1;
+
+    /// Returns the settings as words of traces and snapshots: one for each, but `cut` in the upper half of the word of
+    /// `drive`, where 0 is on.
+    #[must_use]
+    pub fn words(&self) -> [u32; Self::WORDS] {
+        let [sweeps, step, time, step_m, force_n, unloading, drive, cut] = self.each();
+        [sweeps, step, time, step_m, force_n, unloading, drive | cut << 16]
+    }
+
+    /// Returns the settings of such words; `None` if one has no meaning. [`Network::new`] checks the ranges.
+    #[must_use]
+    pub fn from_words(words: [u32; Self::WORDS]) -> Option<Self> {
+        let [sweeps, step, time, step_m, force_n, unloading, last] = words;
+        let (drive, cut) = (last & 0xffff, last >> 16);
+        Self::from_each([sweeps, step, time, step_m, force_n, unloading, drive, cut])
     }
 }
 

@@ -8,7 +8,7 @@ use core::fmt;
 
 use super::{KIND_COMMAND, KIND_TOOL_COMMAND};
 use crate::tick::choice::Choice;
-use crate::tick::choices::Unloading;
+use crate::tick::choices::{Cutting, Unloading};
 use crate::tick::settings::Settings;
 
 /// A change of a run between two ticks.
@@ -42,6 +42,8 @@ pub enum Command {
     MaxToolStepM(f32),
     /// Changes [`Settings::unloading`].
     Unloading(Unloading),
+    /// Changes [`Settings::cut`].
+    Cut(Cutting),
     /// A tool grips what it is in contact with, see [`TissueMut::grip`](crate::TissueMut::grip).
     Grip {
         /// Number of the tool.
@@ -81,7 +83,7 @@ impl fmt::Display for CommandError {
                 "unknown command: reset, pause, resume, set, grip, let-go and snapshot are known"
             }
             Self::Parameter => {
-                "unknown parameter: sweeps, max_force_n, max_tool_step_m and unloading may be set"
+                "unknown parameter: sweeps, max_force_n, max_tool_step_m, unloading and cut may be set"
             }
             Self::Fixed => "this parameter is fixed for a run: start another one",
             Self::Value => "the value is out of the parameter's range",
@@ -96,11 +98,12 @@ const SWEEPS: u32 = 1;
 const MAX_FORCE: u32 = 2;
 const MAX_TOOL_STEP: u32 = 3;
 const UNLOADING: u32 = 4;
+const CUT: u32 = 7;
 
 impl Command {
     /// Returns the number of the command (1 reset, 2 pause, 3 resume, 4 set, 5 grip, 6 let go, 7 snapshot),
-    /// the parameter (0 none; for set 1 sweeps, 2 largest force, 3 largest tool step, 4 unloading; for grip
-    /// and let go the tool, for a snapshot its checksum) and the bits of the value (for let go the ticks).
+    /// the parameter (0 none; for set 1 sweeps, 2 largest force, 3 largest tool step, 4 unloading,
+    /// 7 cut; for grip and let go the tool, for a snapshot its checksum) and the bits of the value (for let go the ticks).
     #[must_use]
     pub fn words(&self) -> [u32; 3] {
         let (parameter, value) = match *self {
@@ -114,6 +117,7 @@ impl Command {
             Self::MaxForceN(force_n) => (MAX_FORCE, force_n),
             Self::MaxToolStepM(step_m) => (MAX_TOOL_STEP, step_m),
             Self::Unloading(unloading) => (UNLOADING, f32::from(unloading.code())),
+            Self::Cut(cut) => (CUT, f32::from(cut.code())),
         };
         [4, parameter, value.to_bits()]
     }
@@ -155,6 +159,10 @@ impl Command {
                 let unloading = whole(value).and_then(Unloading::from_code);
                 unloading.map(Self::Unloading).ok_or(CommandError::Value)
             }
+            CUT => {
+                let cut = whole(value).and_then(Cutting::from_code);
+                cut.map(Self::Cut).ok_or(CommandError::Value)
+            }
             5 | 6 => Err(CommandError::Fixed),
             _ => Err(CommandError::Parameter),
         }
@@ -182,6 +190,7 @@ impl Command {
             Self::MaxForceN(max_force_n) => Settings { max_force_n, ..before },
             Self::MaxToolStepM(max_tool_step_m) => Settings { max_tool_step_m, ..before },
             Self::Unloading(unloading) => Settings { unloading, ..before },
+            Self::Cut(cut) => Settings { cut, ..before },
         }
     }
 }
@@ -208,6 +217,8 @@ mod tests {
             Command::Unloading(Unloading::Off),
             Command::Unloading(Unloading::Release),
             Command::Unloading(Unloading::Retreat),
+            Command::Cut(Cutting::On),
+            Command::Cut(Cutting::Off),
             Command::Grip { tool: 0 },
             Command::Grip { tool: 7 },
             Command::LetGo { tool: 3, ticks: 1 },
@@ -233,13 +244,14 @@ mod tests {
             ([1, 1, 0], CommandError::Parameter),
             ([2, 0, 1], CommandError::Value),
             ([4, 0, 0], CommandError::Parameter),
-            ([4, 7, 0], CommandError::Parameter),
+            ([4, 8, 0], CommandError::Parameter),
             ([4, 5, bits(0.1)], CommandError::Fixed),
             ([4, 1, bits(2.5)], CommandError::Value),
             ([4, 1, bits(-1.0)], CommandError::Value),
             ([4, 1, bits(65_536.0)], CommandError::Value),
             ([4, 1, bits(f32::NAN)], CommandError::Value),
             ([4, 4, bits(3.0)], CommandError::Value),
+            ([4, 7, bits(2.0)], CommandError::Value),
         ] {
             assert_eq!(Command::from_words(words), Err(why), "{words:?}");
         }

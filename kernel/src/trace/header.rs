@@ -17,7 +17,7 @@ use crate::tick::settings::{Network, Settings};
 /// Words before the settings.
 const FRONT: usize = 6;
 /// Bytes before the origin; the checksum is the last four.
-pub(super) const COMMON_BYTES: usize = 4 * (FRONT + Settings::COUNT + 3);
+pub(super) const COMMON_BYTES: usize = 4 * (FRONT + Settings::WORDS + 3);
 /// Flags of the optional parts of a header.
 const STAGE_BIT: u16 = 1;
 const TOOLS_BIT: u16 = 2;

@@ -17,7 +17,7 @@ use crate::model::Model;
 use crate::solver::Track;
 use crate::tick::budget::Budget;
 use crate::tick::choice::Choice;
-use crate::tick::choices::{Drive, Unloading};
+use crate::tick::choices::{Cutting, Drive, Unloading};
 use crate::tick::hash::REVISION;
 use crate::tick::settings::{Network, Settings};
 use crate::tick::tissue::Tissue;
@@ -295,6 +295,16 @@ fn what_cannot_be_played_is_refused_with_its_reason() {
     assert_eq!(refused, Some(TraceError::Contact(4000)));
     let drive = |trace: &[u8]| Reader::open(trace).unwrap().header().settings.drive;
     assert_eq!([drive(&trace), drive(&reworded(48, 1))], [Drive::Position, Drive::Current]);
+    // Cutting off stands above the drive; a trace without that word has it on.
+    let settings = |trace: &[u8]| Reader::open(trace).unwrap().header().settings;
+    assert_eq!(settings(&trace).cut, Cutting::On);
+    let off = settings(&reworded(48, 1 << 16 | 1));
+    assert_eq!((off.drive, off.cut), (Drive::Current, Cutting::Off));
+    let settings = Settings { cut: Cutting::Off, ..self::settings() };
+    let bytes = written(&Header { settings, ..header() }, &held().0, &[]);
+    assert_eq!(bytes[48..52], [0, 0, 1, 0]);
+    assert_eq!(Reader::open(&bytes).unwrap().header().settings, settings);
+    assert_eq!(Reader::open(&reworded(48, 2 << 16)).err(), Some(TraceError::Layout));
     // Settings that do not fit the model.
     let sweepless = reworded(24, 0);
     let refused = Reader::open(&sweepless).unwrap().header().network(model()).err();

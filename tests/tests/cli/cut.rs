@@ -55,12 +55,59 @@ fn a_blade_cuts_and_its_trace_replays_to_the_same_bits() {
     assert_eq!(report["refused_splits"], 0);
     assert!(said.out.contains("  cut           ") && !said.err.contains("--cut-spare"), "{said:?}");
     assert!(!said.out.contains("chaincell view"), "the page cannot play it: {}", said.out);
+    // The area grows with the ticks, to that of the summary.
+    let areas_m2 = Table::read(&out.join("force.csv")).column("cut_area_m2");
+    assert!(areas_m2.is_sorted() && areas_m2[0] == 0.0);
+    assert_eq!(areas_m2.last().map(|area_m2| *area_m2 as f32), Some(number("cut_area_m2") as f32));
     let replayed = run(["replay", text(&out), "--json"]).with(0).json();
     assert_eq!(replayed["state_hash"], report["state_hash"]);
     // Another run comes to the same cut.
     press(&model, &out, &["--tool", BLADE]).with(0);
     assert_eq!(summary(&out)["state_hash"], report["state_hash"]);
     assert_eq!(summary(&out)["cut_area_m2"], report["cut_area_m2"]);
+}
+
+/// With `--cut off` a blade feels nothing, and the trace says so: it replays to the same bits.
+#[test]
+fn with_cut_off_a_blade_cuts_nothing() {
+    let folder = scratch();
+    let (model, out) = (block(folder.path(), BOX, "0.5"), folder.path().join("out"));
+    press(&model, &out, &["--tool", BLADE, "--cut", "off"]).with(0);
+    let report = summary(&out);
+    assert_eq!((&report["cut"], &report["opened_faces"]), (&"off".into(), &0.into()));
+    assert_eq!((&report["cut_area_m2"], &report["copied_cells"]), (&0.0.into(), &0.into()));
+    assert!(Table::read(&out.join("force.csv")).column("fz_n").iter().all(|&fz_n| fz_n == 0.0));
+    let replayed = run(["replay", text(&out), "--json"]).with(0).json();
+    assert_eq!(replayed["state_hash"], report["state_hash"]);
+    press(&model, &out, &["--tool", BLADE]).with(0);
+    assert_eq!(summary(&out)["cut"], "on");
+    assert_ne!(summary(&out)["state_hash"], report["state_hash"]);
+}
+
+/// A box that is fixed at one end and cut through beyond it: the other end is loose.
+#[test]
+fn a_piece_that_is_cut_off_is_loose() {
+    let folder = scratch();
+    let fixed = ["--fix=box:-1,-0.0149,-1,1,-1,1", "--young-pa", "5000", "--poisson", "0.3"];
+    let cut = ["--cuttable", "--toughness-j-per-m2", "1", "--cut-spare", "1"];
+    let model = bake(folder.path(), BOX, &[&fixed[..], &cut].concat());
+    let out = folder.path().join("out");
+    let run_to = |depth_m: &str| {
+        let args = ["--motion", "press", "--seconds", "2", "--touch-m", "0.0007,0,0.01501"];
+        let place = ["--direction", "0,0,-1", "--depth-m", depth_m, "--tool", BLADE, "--force"];
+        let files = ["run", text(&model), "--picture", "off", "--out", text(&out)];
+        run([&files[..], &args, &place].concat()).with(0).out
+    };
+    let said = run_to("0.004");
+    let report = summary(&out);
+    assert_eq!((&report["loose_pieces"], &report["loose_cells"]), (&0.into(), &0.into()));
+    assert!(report["opened_faces"].as_u64().unwrap() > 0 && !said.contains("loose"), "{said}");
+    let said = run_to("0.02");
+    let report = summary(&out);
+    assert_eq!(report["loose_pieces"], 1, "{report}");
+    let cells = report["loose_cells"].as_u64().unwrap();
+    assert!(cells >= 3 * 5 * 4 && cells < NODES as u64, "{cells}");
+    assert!(said.contains(&format!(", 1 piece of {cells} cells loose\n")), "{said}");
 }
 
 /// Both sides of the wound have points of their own, and no point lies elsewhere than its node.
@@ -122,6 +169,7 @@ fn what_is_not_cut_is_whole() {
     let said = press(&plain, &out, &["--tool", "sphere:0.008"]).with(0);
     assert!(!said.out.contains("  cut  "), "{}", said.out);
     assert_eq!((summary(&out).get("cut_area_m2"), summary(&out).get("opened_faces")), (None, None));
+    assert!(!Table::read(&out.join("force.csv")).header.contains("cut_area_m2"));
     let said = press(&block(folder.path(), BOX, "0.1"), &out, &["--tool", "sphere:0.008"]).with(0);
     assert!(said.out.contains("0.00 mm^2 with 0.000 mJ, 0 faces open, 0 copied"), "{}", said.out);
     assert_eq!(summary(&out)["opened_faces"], 0);
@@ -167,14 +215,14 @@ fn a_bar_that_is_drawn_apart_tears() {
     let model = bake(folder.path(), "box:9x3x5x0.005", &options);
     let info = run(["info", text(&model), "--json"]).with(0).json();
     assert_eq!(info["cutting"]["tears"]["stretch"].as_f64().unwrap() as f32, 1.3);
-    let draw = |out: &Path, depth_m: &str| {
+    let draw = |out: &Path, depth_m: &str, cut: &str| {
         let place = ["--touch-m", "0.02,0,0", "--direction", "1,0,0", "--depth-m", depth_m];
         let held = ["--contact", "cells:box:0.0199,1,-1,1,-1,1", "--picture", "off", "--force"];
-        let args = ["run", text(&model), "--motion", "press", "--seconds", "1.2"];
+        let args = ["run", text(&model), "--motion", "press", "--seconds", "1.2", "--cut", cut];
         run([&args[..], &place, &held, &["--out", text(out)]].concat()).with(0)
     };
     let out = folder.path().join("torn");
-    let said = draw(&out, "0.02");
+    let said = draw(&out, "0.02", "on");
     let report = summary(&out);
     assert!(report["torn_cells"].as_u64().unwrap() >= 5, "{report}");
     assert!(report["copied_cells"].as_u64().unwrap() >= 5, "{report}");
@@ -185,9 +233,16 @@ fn a_bar_that_is_drawn_apart_tears() {
     let page = folder.path().join("page.html");
     let why = run(["view", text(&out), "--html", text(&page)]).with(2).err;
     assert!(why.contains("its body tears") && why.contains("replay"), "{why}");
-    // A shorter way stays below the limit.
-    draw(&out, "0.002");
-    assert_eq!(summary(&out)["torn_cells"], 0);
+    // A page of the body says that nothing tears in it.
+    let note = run(["view", text(&model), "--html", text(&page)]).with(0).err;
+    assert!(note.contains("nothing tears there") && note.lines().count() == 1, "{note}");
+    // A shorter way stays below the limit, and with cutting off nothing tears.
+    for (depth_m, cut) in [("0.002", "on"), ("0.02", "off")] {
+        draw(&out, depth_m, cut);
+        assert_eq!(summary(&out)["torn_cells"], 0, "{depth_m} {cut}");
+        let replayed = run(["replay", text(&out), "--json"]).with(0).json();
+        assert_eq!(replayed["state_hash"], summary(&out)["state_hash"]);
+    }
 }
 
 #[test]

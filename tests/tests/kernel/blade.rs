@@ -8,7 +8,7 @@ use chaincell_host::bake::tissue::Tissue as Material;
 use chaincell_host::bake::{BakeOptions, BasisSpacing, Cuttable, ImageBytes, PerCell, bake};
 use chaincell_host::mesh::{Mesh, MeshOptions, load};
 use chaincell_kernel::{
-    Budget, ContactError, CutOutput, Flags, Network, Settings, ToolPart, ToolPose,
+    Budget, ContactError, CutOutput, Cutting, Flags, Network, Settings, ToolPart, ToolPose,
 };
 use chaincell_tests::bodies::model;
 use rand_pcg::Pcg64;
@@ -145,6 +145,44 @@ fn a_blade_drawn_through_the_slab_parts_it() {
         let share = f64::from(cuts.area_m2) / area_m2;
         assert!((0.75..1.05).contains(&share), "{share}: the tissue was pressed as it was cut");
     }
+}
+
+/// With cutting off a blade feels nothing and cuts nothing; in mid-cut it leaves the tissue at once, and takes hold
+/// again only from outside.
+#[test]
+fn with_cutting_off_a_blade_feels_nothing() {
+    let image = image(&mesh(), 4.0, BasisSpacing::BySize);
+    let mut bench = under(&image, 4, &[BLADE]);
+    let on = bench.network;
+    let settings = Settings { cut: Cutting::Off, ..*on.settings() };
+    let off = Network::new(bench.model(), settings).unwrap();
+    bench.network = off;
+    for tick in 0..400 {
+        let output = bench.tick(down(tick));
+        assert_eq!((output.force_n.norm(), output.work_j), (0.0, 0.0), "{tick}");
+    }
+    assert_eq!(bench.cuts(), CutOutput::default());
+    let mut bench = under(&image, 4, &[BLADE]);
+    let mut before = bench.tick(down(0));
+    for tick in 1..300 {
+        before = bench.tick(down(tick));
+    }
+    let cuts = bench.cuts();
+    assert!(before.force_n.z > 0.9 * LIMIT_N && cuts.opened_faces > 0, "{before:?} {cuts:?}");
+    bench.network = off;
+    for tick in 300..600 {
+        let output = bench.tick(down(tick));
+        // The first of these moves is half of a tick with a force.
+        let work_j = if tick == 300 { output.work_j } else { 0.0 };
+        assert_eq!((output.force_n.norm(), output.work_j), (0.0, work_j), "{tick}");
+        assert!(output.energy_j <= before.energy_j + 1e-12, "{tick}: {output:?} {before:?}");
+        before = output;
+    }
+    let after = bench.cuts();
+    assert_eq!((after.opened_faces, after.area_m2), (cuts.opened_faces, cuts.area_m2));
+    // Deep inside it takes no hold.
+    bench.network = on;
+    (600..700).for_each(|tick| assert_eq!(bench.tick(down(tick)).force_n.norm(), 0.0, "{tick}"));
 }
 
 /// Ticks with the edge 4 mm deep, then drawn back by 3 mm and in again.

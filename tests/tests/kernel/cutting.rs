@@ -7,12 +7,14 @@ use std::ops::Range;
 use chaincell_host::bake::tissue::Tissue as Material;
 use chaincell_host::bake::{BakeOptions, BasisSpacing, Cuttable, ImageBytes, PerCell, bake};
 use chaincell_host::mesh::{Mesh, MeshOptions, load};
+use chaincell_kernel::snapshot::SnapshotError;
 use chaincell_kernel::{
     CutError, CutOutput, Dynamics, Head, Network, Predict, Settings, TickOutput, Track,
 };
 use chaincell_tests::bodies::model;
 
 use crate::bench::Bench;
+use crate::snapshot::check;
 
 /// A bar of tissue on a fixed ground.
 const BAR: &str = "box:7x5x4x0.006";
@@ -230,6 +232,35 @@ fn a_restored_cut_goes_on_with_the_same_bits() {
     let before = without.hash();
     assert!(without.view().restore(&network, &bytes).is_err());
     assert_eq!(before, without.hash());
+}
+
+/// Counts of open faces and of waiting cells that do not match the body are refused.
+#[test]
+fn a_snapshot_with_other_counts_is_refused() {
+    let (mesh, held) = (mesh(), end(&mesh()));
+    let (image, open) = (image(&mesh, Some(0.5)), cut(&mesh, 0.003));
+    let network = network(&image, 3);
+    let mut body = Bench::<Predict>::holding(network, &held);
+    for face in &open {
+        assert_eq!(body.open(*face), Ok(true));
+    }
+    let cuts = body.cuts();
+    let mut bytes = vec![0; body.view().snapshot_bytes(&network).unwrap()];
+    body.view().save(&network, &mut bytes).unwrap();
+    // The counts stand together: copies, faces, refused splits, waiting cells.
+    let wanted = [0, cuts.opened_faces, 0, cuts.waiting].map(u32::to_le_bytes).concat();
+    let mut places = (0..bytes.len() - 20).filter(|&at| bytes[at..].starts_with(&wanted));
+    let (place, None) = (places.next().unwrap(), places.next()) else { panic!("two places") };
+    for at in [place + 4, place + 12] {
+        for forged in [0, 1, 255] {
+            let mut other = bytes.clone();
+            other[at] = forged;
+            check(&mut other);
+            let why = body.view().restore(&network, &other);
+            assert!(matches!(why, Err(SnapshotError::Value(_))), "{at} {forged}: {why:?}");
+        }
+    }
+    assert_eq!(body.view().restore(&network, &bytes), Ok(()));
 }
 
 #[test]

@@ -21,6 +21,7 @@ mod numbers;
 mod one_sweep;
 mod plane;
 mod properties;
+mod random_cuts;
 mod same_bits;
 mod slender;
 mod snapshot;

@@ -322,6 +322,16 @@ fn damaged_snapshots_are_refused_and_change_nothing() {
     }
 }
 
+/// Sets the checksum of a snapshot.
+pub fn check(snapshot: &mut [u8]) {
+    let digest = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
+    let mut sum = digest.digest();
+    sum.update(&snapshot[..24]);
+    sum.update(&snapshot[28..]);
+    let sum = sum.finalize().to_le_bytes();
+    snapshot[24..28].copy_from_slice(&sum);
+}
+
 /// Words of any kind with the checksum right: refused, or harmless.
 // REQ-BIT-10
 #[test]
@@ -335,12 +345,7 @@ fn forged_snapshots_are_refused_or_harmless() {
         for (count, at) in (32..bytes.len() - 4).step_by(step).enumerate() {
             let mut forged = bytes.clone();
             forged[at / 4 * 4..][..4].copy_from_slice(&wild[count % wild.len()].to_le_bytes());
-            let digest = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
-            let mut sum = digest.digest();
-            sum.update(&forged[..24]);
-            sum.update(&forged[28..]);
-            let sum = sum.finalize().to_le_bytes();
-            forged[24..28].copy_from_slice(&sum);
+            check(&mut forged);
             let mut engine = case.engine();
             if engine.restore(&forged).is_err() {
                 refused += 1;

@@ -5,7 +5,7 @@ use chaincell_host::bake::tissue::Tissue as Material;
 use chaincell_host::bake::{BakeOptions, BasisSpacing, Cuttable, ImageBytes, PerCell, bake};
 use chaincell_host::mesh::{Mesh, MeshOptions, load};
 use chaincell_kernel::{
-    Budget, CutRoom, Network, Predict, Settings, TearLimit, TickOutput, Tissue, TissueMut,
+    Budget, CutRoom, Cutting, Network, Predict, Settings, TearLimit, TickOutput, Tissue, TissueMut,
     ToolPart, ToolPose, TouchStore, cut_words, elastic_room, term_states,
 };
 use chaincell_tests::bodies::model;
@@ -182,6 +182,23 @@ fn a_notched_bar_tears_at_the_notch_at_a_load_that_hardly_depends_on_the_mesh() 
         let of = 3 * seeds as usize;
         assert!(10 * at_front >= 9 * of, "{limit:?}: {at_front} of {of}");
     }
+}
+
+/// With cutting off nothing tears; with it on again the same bar does.
+#[test]
+fn with_cutting_off_nothing_tears() {
+    let mesh = mesh(3, 1);
+    let image = image(&mesh, Some(TearLimit::Stretch(1.3)), 2.0);
+    let mut bar = Bar::new(&image, &mesh, 4);
+    bar.notch();
+    let (on, cuts) = (bar.bench.network, bar.bench.cuts());
+    let settings = Settings { cut: Cutting::Off, ..*on.settings() };
+    bar.bench.network = Network::new(bar.bench.model(), settings).unwrap();
+    (0..600).for_each(|_| assert!(bar.pull().force_n.x.is_finite()));
+    assert_eq!((bar.bench.cuts().torn, bar.bench.cuts().opened_faces), (0, cuts.opened_faces));
+    bar.bench.network = on;
+    (0..40).for_each(|_| assert!(bar.hold().force_n.x.is_finite()));
+    assert!(bar.bench.cuts().torn > 0, "{:?}", bar.bench.cuts());
 }
 
 /// The crack runs through the bar; the body never has more energy than the tool gave it.

@@ -4,6 +4,7 @@ mod client;
 mod commands;
 mod contacts;
 mod cosim;
+mod cut;
 mod delay;
 mod faults;
 mod grip;

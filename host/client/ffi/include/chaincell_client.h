@@ -242,6 +242,11 @@ typedef int32_t chaincell_client_code;
 #define CHAINCELL_CLIENT_PARAMETER_UNLOADING 4
 
 /**
+ * Blades and tears: 0 on, 1 off.
+ */
+#define CHAINCELL_CLIENT_PARAMETER_CUT 7
+
+/**
  * Most tools of a scene.
  */
 #define CHAINCELL_CLIENT_TOOLS_MAX 8

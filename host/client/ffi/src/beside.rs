@@ -31,6 +31,8 @@ pub const PARAMETER_MAX_FORCE: u32 = 2;
 pub const PARAMETER_MAX_TOOL_STEP: u32 = 3;
 /// Unloading: 0 off, 1 release, 2 retreat.
 pub const PARAMETER_UNLOADING: u32 = 4;
+/// Blades and tears: 0 on, 1 off.
+pub const PARAMETER_CUT: u32 = 7;
 
 /// Takes the newest state that was not taken yet, where it lies in shared memory, until
 /// `chaincell_client_release`: 3 where none has come; where one is held already it is given once more

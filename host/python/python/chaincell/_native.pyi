@@ -231,7 +231,9 @@ class Tissue:
 
         `cut_area_m2` is the area that blades have swept [m2], `cut_work_j` the work that it took to part the tissue
         there [J]; `opened_faces` counts the faces between tetrahedra that are open, `copied_cells` the copies of
-        split cells, `refused_splits` the splits for which there was no spare cell.
+        split cells, `refused_splits` the splits for which there was no spare cell, `loose_pieces` the pieces that
+        hang on no fixed cell, `loose_cells` their cells. Of a model that tears `torn_cells` counts the cells at which
+        it has torn by itself.
 
         >>> tissue.cuts is None
         True"""
@@ -542,6 +544,7 @@ class Session:
         max_force_n: float | None = None,
         max_tool_step_m: float | None = None,
         unloading: Literal["off", "release", "retreat"] | None = None,
+        cut: Literal["on", "off"] | None = None,
         timeout_s: float = 5.0,
     ) -> Reply:
         """Sets one parameter of the tissue.
@@ -550,6 +553,7 @@ class Session:
         - `max_force_n`: largest force [N], inf for no limit.
         - `max_tool_step_m`: largest motion of held cells in a tick [m].
         - `unloading`: "off", "release" or "retreat".
+        - `cut`: "on" or "off", whether blades cut and bodies tear.
 
         Raises `TypeError` for none or several of them, `ArgumentError` for a value out of range.
         Raises `Refused` where the server does not, `NoReply` without a reply within `timeout_s` [s].

@@ -37,6 +37,10 @@ class BakeOptions(TypedDict, total=False):
     """Number of spare cells for each cell, from 0 to 4."""
     toughness_j_per_m2: float | None
     """Energy that a cut takes for each area [J/m^2]."""
+    tears: bool | None
+    """The body tears by itself where its energy reaches a fifth of the toughness for each mean edge."""
+    tear_stretch: float | None
+    """The body tears by itself where it is stretched so far, 1.01 to 10 at a mean edge of 5 mm."""
     cells: int | None
     """Groups of nodes, each of them a cell, from 2 to 65535."""
     coarse: float | Literal["auto", "none"] | None
@@ -84,6 +88,8 @@ class TissueOptions(TypedDict, total=False):
     drive: Literal["position", "current"] | None
     """How the tool's displacement acts on chosen cells, from the next time that the tool
     engages. Default: position."""
+    cut: Literal["on", "off"] | None
+    """Cutting by blades and tearing; off, a blade feels nothing and no body tears. Default: on."""
     time_constant_s: float | None
     threads: int | Literal["auto"] | None
     """From 1 to 8."""

@@ -11,16 +11,23 @@ pub struct Answer {
     pub tick: u64,
     /// The kernel's answer.
     pub output: TickOutput,
+    /// Area that blades have swept so far, of a body that can be cut \[m2\].
+    pub cut_area_m2: Option<f32>,
 }
 
-/// Returns the rows `tick,fx_n,fy_n,fz_n,energy_j,contacts,flags`; decimals read back as the same numbers.
+/// Returns the rows `tick,fx_n,fy_n,fz_n,energy_j,contacts,flags`, and of a body that can be cut `,cut_area_m2`;
+/// decimals read back as the same numbers.
 #[must_use]
 pub fn force_csv(answers: &[Answer]) -> String {
-    let mut text = String::from("tick,fx_n,fy_n,fz_n,energy_j,contacts,flags\n");
-    for Answer { tick, output } in answers {
+    let mut text = String::from("tick,fx_n,fy_n,fz_n,energy_j,contacts,flags");
+    let is_cut = answers.first().is_some_and(|answer| answer.cut_area_m2.is_some());
+    text.push_str(if is_cut { ",cut_area_m2\n" } else { "\n" });
+    for Answer { tick, output, cut_area_m2 } in answers {
         let [x, y, z]: [f32; 3] = output.force_n.into();
         let (energy_j, contacts, flags) = (output.energy_j, output.contacts, output.flags.0);
-        let _ = writeln!(text, "{tick},{x:e},{y:e},{z:e},{energy_j:e},{contacts},{flags}");
+        let _ = write!(text, "{tick},{x:e},{y:e},{z:e},{energy_j:e},{contacts},{flags}");
+        let _ = cut_area_m2.map(|area_m2| write!(text, ",{area_m2:e}"));
+        text.push('\n');
     }
     text
 }
@@ -41,9 +48,13 @@ mod tests {
             flags: Flags(33),
             ..TickOutput::NONE
         };
-        let text = force_csv(&[Answer { tick: 4, output }]);
+        let answer = Answer { tick: 4, output, cut_area_m2: None };
+        let text = force_csv(&[answer]);
         let row = text.lines().nth(1).unwrap();
         assert_eq!(row, "4,1e-1,-1e-30,0e0,2.5e0,7,33");
+        let text = force_csv(&[Answer { cut_area_m2: Some(0.25), ..answer }]);
+        assert!(text.starts_with("tick,fx_n,fy_n,fz_n,energy_j,contacts,flags,cut_area_m2\n"));
+        assert!(text.ends_with(",33,2.5e-1\n"), "{text}");
         assert_eq!("1e-1".parse::<f32>(), Ok(0.1));
     }
 }

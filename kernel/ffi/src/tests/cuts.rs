@@ -1,6 +1,6 @@
 //! Bodies that are cut: what is refused, the state of the cuts, a snapshot.
 
-use chaincell_kernel::{EDGE_BYTES, cut_words, include_model};
+use chaincell_kernel::{CutOutput, EDGE_BYTES, cut_words, include_model};
 
 use super::{
     Made, call, hash, info_of, init, model_of, pose_at, settings_of, size_of_body, storage,
@@ -119,4 +119,15 @@ fn a_cut_body_is_copied_and_saved() {
     for made_of in [&copy, &other] {
         assert_eq!((hash(made_of.tissue), cut(made_of, &[]).2), (hash(made.tissue), after));
     }
+}
+
+/// Every number of the kernel stands in its field.
+#[test]
+fn the_state_of_the_cuts_is_the_kernels() {
+    let [opened_faces, copies, waiting, refused, untouched, torn] = [1, 2, 3, 4, 5, 6];
+    let [area_m2, work_j] = [0.5, 0.25];
+    let counted =
+        CutOutput { opened_faces, copies, waiting, refused, untouched, torn, area_m2, work_j };
+    let given = Cuts { opened_faces, copies, waiting, refused, untouched, torn, area_m2, work_j };
+    assert_eq!(Cuts::from(counted), given);
 }

@@ -69,6 +69,7 @@ fn every_setting_out_of_range_is_named() {
     refused(|s| s.unloading = -1, Code::SettingsUnloading);
     refused(|s| s.drive = 2, Code::SettingsDrive);
     refused(|s| s.drive = -1, Code::SettingsDrive);
+    refused(|s| s.cut = 2, Code::SettingsCut);
     refused(|s| s.step *= 2.0, Code::SettingsStep);
     refused(|s| s.step = f32::NAN, Code::SettingsStep);
     refused(|s| s.tick_time = 0.0, Code::SettingsTickTime);

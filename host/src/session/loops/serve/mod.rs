@@ -413,6 +413,7 @@ impl<'a> Run<'a> {
             ticks_unrecorded: self.recorder.left_out_ticks(),
             flag_ticks: self.flag_ticks,
             tool_courses: self.session.courses(),
+            cut: self.session.engine.cut(),
             ticks_paused: self.paused_ticks,
             commands_done: self.obeyed,
             commands_refused: self.disobeyed,

@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{POSE_HZ, SweepBudget};
 use crate::engine::course::ToolCourse;
+use crate::engine::cut_report::CutReport;
 use crate::engine::flag_ticks::FlagTicks;
 use crate::session::ipc::services::Domain;
 use crate::session::loops::peers::PeerCost;
@@ -140,6 +141,9 @@ pub struct ServeReport {
     pub flag_ticks: FlagTicks,
     /// Course of each tool; of held cells one entry.
     pub tool_courses: Vec<ToolCourse>,
+    /// The cut of a body that can be cut, since the last reset.
+    #[serde(flatten)]
+    pub cut: Option<CutReport>,
     /// Poses answered with force 0 while paused; they count as executed.
     pub ticks_paused: u64,
     /// Commands carried out.
