@@ -39,8 +39,8 @@ pub(super) fn in_use(renewal: Renewal) -> [usize; 3] {
     [FUNCTIONS, COLUMNS, CELLS].map(|index| renewal.get(index).map_or(0, |&word| word as usize))
 }
 
-/// Returns true if words that were read are such as a renewal leaves behind, with room for so many functions, in a
-/// body of so many cells.
+/// Returns true if words that were read are such as a renewal leaves behind in a body of `cells` cells, with room for
+/// `room` functions.
 pub(super) fn is_fit(renewal: Renewal, room: usize, cells: usize) -> bool {
     let [step, next, ..] = renewal;
     let [functions, columns, listed] = in_use(renewal);
@@ -62,7 +62,7 @@ pub(super) struct Lists<'a> {
 }
 
 impl<'a> Lists<'a> {
-    /// Those in use, with their columns of Y, of so many blocks each.
+    /// Those in use, with their columns of Y, each of `length` blocks.
     pub fn sides(self, renewal: Renewal, columns: &'a [Eight], length: usize) -> Sides<'a> {
         let [functions, count, listed] = in_use(renewal);
         Sides {
