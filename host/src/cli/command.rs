@@ -182,7 +182,7 @@ mod tests {
             ("max_force_n=nan", "above 0"),
             ("max_tool_step_m=inf", "above 0"),
             ("unloading=on", "retreat"),
-            ("cut=yes", "on, off"),
+            ("cut=yes", "on or off"),
             ("step=0.1", "start it again"),
             ("model=other.chaincell", "start it again"),
         ] {

@@ -257,8 +257,8 @@ impl CutBody<'_, '_> {
             };
             let pairs = range(basis.rows, at_box);
             let cells = basis.cells.get(pairs.clone()).unwrap_or(&[]).as_flattened();
-            for (entry, &cell) in (2 * pairs.start..).zip(cells) {
-                let weight = basis.weight(entry, corner);
+            for (at, &cell) in cells.iter().enumerate() {
+                let weight = basis.weight(2 * pairs.start + at, corner);
                 if weight > 0.0 {
                     visit(cell.into(), corner, weight);
                 }

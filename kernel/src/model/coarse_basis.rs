@@ -133,6 +133,14 @@ impl<'a> CoarseBasis<'a> {
         self.sides.first().filter(|sides| !sides.cells.is_empty())
     }
 
+    /// Returns the columns of Y of a body with two-sided functions.
+    #[inline(always)]
+    pub fn columns(&self) -> impl Iterator<Item = &'a [Eight]> {
+        let columns = self.sides().map_or(&[][..], |sides| sides.columns);
+        // A column has at least one block; `max` makes this known to the compiler.
+        columns.chunks_exact((self.row_blocks() + self.side_blocks()).max(1))
+    }
+
     /// Returns the number of blocks in a vector over all two-sided functions that there is room for, on all axes.
     #[inline(always)]
     pub fn side_blocks(&self) -> usize {

@@ -142,9 +142,13 @@ impl Work for ElasticSolve<'_, '_> {
         for along in corrections.chunks_exact(blocks).take(self.corrections) {
             add_along::<V>(along, -1.0, g, c);
         }
-        let has_sides = self.basis.sides().is_some();
-        let (g_sides, rest) = of_sides.split_at_mut(if has_sides { side_blocks } else { 0 });
-        let (c_sides, last_sides) = rest.split_at_mut(g_sides.len());
+        let used = if self.basis.sides().is_some() { side_blocks } else { 0 };
+        let Some((g_sides, rest)) = of_sides.split_at_mut_checked(used) else {
+            return [TwoFloat::ZERO; 2];
+        };
+        let Some((c_sides, last_sides)) = rest.split_at_mut_checked(used) else {
+            return [TwoFloat::ZERO; 2];
+        };
         sides::add_to::<V>(&self.basis, g, g_sides, c, c_sides);
         if IS_BUILT && let Some(touch) = self.touch {
             touch.correct::<V>(&self.basis, c, c_sides);

@@ -87,10 +87,9 @@ pub(crate) fn add_to<V: F32x8>(
     c: &mut [Eight],
     to_sides: &mut [Eight],
 ) {
-    let Some(sides) = basis.sides() else { return };
     to_sides.fill([0.0; LANES]);
     let blocks = basis.row_blocks();
-    for column in sides.columns.chunks_exact(blocks + basis.side_blocks()) {
+    for column in basis.columns() {
         let Some((own, of)) = column.split_at_checked(blocks) else { return };
         let sum = total(inner::<V>(inner::<V>(V::splat(0.0), own, g), of, of_sides));
         along::<V>(own, sum, c);

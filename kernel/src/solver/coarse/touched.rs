@@ -263,9 +263,8 @@ impl CoarseTouch {
 
     /// Adds U' Y Y' U, of the two-sided functions, to V.
     fn add_sides(&mut self, basis: &CoarseBasis<'_>) {
-        let Some(sides) = basis.sides() else { return };
         let (count, mut z) = (self.count, [0.0; COLUMNS]);
-        for column in sides.columns.chunks_exact(basis.row_blocks() + basis.side_blocks()) {
+        for column in basis.columns() {
             self.along_ways(basis, column, &mut z);
             for (a, z_a) in z.into_iter().enumerate().take(count) {
                 let row = self.factor.get_mut(a).map_or(&mut [][..], |row| row.as_mut_slice());
@@ -350,9 +349,8 @@ impl CoarseTouch {
             }
         }
         // The part of the two-sided functions: Y Y' U y.
-        let Some(sides) = basis.sides() else { return };
         let mut z = [0.0; COLUMNS];
-        for column in sides.columns.chunks_exact(blocks + basis.side_blocks()) {
+        for column in basis.columns() {
             self.along_ways(basis, column, &mut z);
             let sum = z.iter().zip(&y).take(self.count).fold(0.0, |sum, (z, y)| sum + z * y);
             let Some((own, of)) = column.split_at_checked(blocks) else { return };
