@@ -132,12 +132,12 @@ impl CutBody<'_, '_> {
     }
 
     /// The lip in a place.
-    fn lip(&self, place: usize) -> Option<Lip> {
+    pub(super) fn lip(&self, place: usize) -> Option<Lip> {
         Lip::of(self.arrays.lip_cells.get(place)?, self.arrays.lip_numbers.get(place)?)
     }
 
     /// The lips, each with its place.
-    fn lips(&self) -> impl Iterator<Item = (usize, Lip)> {
+    pub(super) fn lips(&self) -> impl Iterator<Item = (usize, Lip)> {
         (0..LIPS * self.used()).filter_map(|place| Some((place, self.lip(place)?)))
     }
 

@@ -24,7 +24,8 @@
 //! them. Copies also inherit the weights of the basis functions, so P' Lc P stays as it was. These functions do not
 //! know the jump, so the coarse level gets further ones on one of the sides, within some 200 ticks after a cut; see
 //! `sides`. Without them one sweep beside a cut through half of an organ is off by a third of the force, with them by
-//! 2 to 3 %. A level of fewer than 24 functions has none.
+//! 1 to 5 %. A level of fewer than 24 functions has none, and a body that tears: stretched far, its forces would
+//! buzz.
 //!
 //! **The surface.** An opened face gives two triangles, one for each side, behind those of the surface: tools touch
 //! them as any other. In a cut that lies closed the two lie on each other beneath the surface, and a sphere that is

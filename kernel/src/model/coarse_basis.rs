@@ -67,11 +67,11 @@ impl<'a> ElasticLevel<'a> {
 }
 
 impl<'a> CoarseBasis<'a> {
-    /// Reads the basis of a body with this number of cells, which can be cut or not.
+    /// Reads the basis of a body with this number of cells, with room for two-sided functions or without.
     pub fn read(
         sections: &Sections<'a>,
         cells: usize,
-        is_cuttable: bool,
+        has_sides: bool,
     ) -> Result<Option<Self>, ModelError> {
         let Some(count) = sections.optional::<u32>(kind::COARSE)? else { return Ok(None) };
         let count = match count {
@@ -88,7 +88,7 @@ impl<'a> CoarseBasis<'a> {
         let blocks = count.div_ceil(LANES);
         let parts =
             if elastic.is_some() { Parts::of_shapes(cells) } else { Parts::of_links(cells) };
-        let has_sides = is_cuttable && elastic.is_some();
+        let has_sides = has_sides && elastic.is_some();
         let sides = [Sides::room(if has_sides { count } else { 0 }); BUILT];
         let inverse = if elastic.is_some() { 9 * LANES * blocks * blocks } else { count * blocks };
         Ok(Some(Self {

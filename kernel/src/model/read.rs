@@ -57,6 +57,8 @@ impl<'a> Model<'a> {
         let cuttable = Cuttable::read(&sections, cells)?;
         let spare_cells = ModelError::Value(kind::CUTTING, cutting::SPARE_CELLS as u32);
         let bodily = cells.checked_sub(cuttable.spare_cells()).ok_or(spare_cells)?;
+        // A torn body stretches too far for the elasticity of its rest shape.
+        let has_sides = cuttable.is_any() && cuttable.tear_limit().is_none();
         let model = Self {
             rest: sections.sized(kind::REST, cells)?,
             rows: sections.sized(kind::ROWS, ends)?,
@@ -69,7 +71,7 @@ impl<'a> Model<'a> {
             fixed: sections.required(kind::FIXED)?,
             input_id: sections.sized(kind::INPUT_ID, bodily)?,
             slices: slices(&sections, cells)?,
-            coarse_basis: CoarseBasis::read(&sections, cells, cuttable.is_any())?,
+            coarse_basis: CoarseBasis::read(&sections, cells, has_sides)?,
             link_alphas: per_link(kind::ALPHA)?,
             link_weights,
             weight_min: link_weights.map_or(1.0, |w| w.iter().fold(f32::MAX, least)),

@@ -101,7 +101,7 @@ impl Scene {
 #[test]
 fn one_sweep_beside_a_deep_cut_is_near_many() {
     let slab = Scene::slab();
-    for (axis, most) in [(0, 5.0), (1, 6.0)] {
+    for (axis, most) in [(0, 8.0), (1, 4.0)] {
         let error = slab.error_of_one_sweep(axis);
         assert!(error < most, "axis {axis}: {error} %");
     }
@@ -116,7 +116,7 @@ fn one_sweep_beside_a_deep_cut_of_the_organ_is_near_many() {
     let organ = Scene::organ();
     for axis in 0..3 {
         let error = organ.error_of_one_sweep(axis);
-        assert!(error < 5.0, "axis {axis}: {error} %");
+        assert!(error < 8.0, "axis {axis}: {error} %");
     }
 }
 
