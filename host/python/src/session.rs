@@ -401,6 +401,7 @@ impl Session {
     #[pyo3(signature = (*, sweeps=None, max_force_n=None, max_tool_step_m=None, unloading=None, cut=None,
         timeout_s=Arg::Default(5.0)), text_signature = "($self, *, sweeps=None, max_force_n=None, \
         max_tool_step_m=None, unloading=None, cut=None, timeout_s=5.0)")]
+    #[allow(clippy::too_many_arguments, reason = "keyword arguments")]
     fn set(
         &self,
         py: Python<'_>,
