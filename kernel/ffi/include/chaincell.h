@@ -706,7 +706,7 @@ typedef struct chaincell_stage_settings {
 /**
  * Those words.
  */
-#define CHAINCELL_TISSUE_WORDS_FIXED 128
+#define CHAINCELL_TISSUE_WORDS_FIXED 138
 
 /**
  * Bytes a cell under track.
