@@ -63,8 +63,8 @@
 //! - [`memory`]: memory of the caller, divided into arrays.
 //! - `body`: the arrays with their image: tetrahedra, faces, and the model that a tick reads.
 //! - `numbers`: volumes and half-links of a cell from its tetrahedra.
-//! - `coarse`: a copy in the boxes of the coarse level; `sides`: two-sided functions beside a cut,
-//!   and `renewal`: where their renewal is.
+//! - `coarse`: a copy in the boxes of the coarse level; `labels`: the sides of a cut;
+//!   `sides`: two-sided functions beside it, and `renewal`: where their renewal is.
 //! - `pieces`: the tetrahedra at a cell, by the faces that are closed.
 //! - `split`: the split of a cell.
 //! - `opened`: the triangles of opened faces; `lips`: its sides where they lie on each other.
@@ -84,6 +84,8 @@ pub(crate) mod edge;
 mod entry;
 #[cfg(feature = "cut")]
 pub(crate) mod kept;
+#[cfg(feature = "cut")]
+mod labels;
 #[cfg(feature = "cut")]
 mod lips;
 pub mod memory;

@@ -3,10 +3,9 @@
 //! A hat function of the coarse level moves both sides of a cut together. On one of the sides a second function with
 //! its values there lets them part:
 //!
-//! 1. The split cells of faces that share one lie on one side of a cut. Sides that lie on each other are told apart:
-//!    one of them keeps the hats of the image alone.
+//! 1. The split cells are labelled with their sides, see `labels`; one of two sides that lie on each other keeps the
+//!    hats of the image alone, and so does a piece that hangs on nothing.
 //! 2. A side reaches [`RINGS`] links into the body, a ring in a tick.
-//!    A piece that hangs on nothing has no functions.
 //! 3. A hat under which a side has some weight gets a function there, a few hats in a tick.
 //! 4. Each function and axis e gives a column of Y, see [`Sides`]. With K the elasticity of the body as it is, P all
 //!    functions so far, g = P' K e and B + Y Y' the inverse so far, which is 0 at e:
@@ -19,12 +18,14 @@
 //! rotations, and a B that stems from the whole body, make them no worse than longer sweeps. Where a further
 //! function adds next to nothing, s is small and it has no column.
 //!
-//! This begins anew once cells have split, at most every [`PAUSE`] ticks, and ends within about 150 ticks, with the most functions that there is room for.
+//! This begins anew once cells have split, [`PAUSE`] ticks after the last time, and takes some 130 ticks with the most
+//! functions that there is room for.
 //!
 //! Cost: in a tick at most one product with B and the elasticity of the cells around one function; in the mean 1.4
 //! million instructions with AVX2 for a body of 5,783 cells.
 
 use super::body::CutBody;
+use super::labels::{LAST, NEW, SIDE, SIDES};
 use super::memory::LIPS;
 use super::renewal::{
     AT_REST, CELLS, COLUMNS, COPIES, FUNCTIONS, KEEPING, Lists, NEXT, PAUSE, RINGS, SHARING,
@@ -52,15 +53,6 @@ const MARGIN: f32 = 0.01;
 const PRESSING: f32 = 0.03;
 /// Least share of e' K e that a further column must add.
 const ADDS: f32 = 0.05;
-/// Most sides: a bit each in a word.
-const SIDES: usize = 32;
-
-/// A cell of the last ring, and one of the next, in the labels; the rest is the side from 1 on.
-const LAST: u8 = 0x40;
-const NEW: u8 = 0x80;
-/// The side in a label.
-const SIDE: u8 = 0x3F;
-
 impl CutBody<'_, '_> {
     /// The next step of the renewal of the two-sided functions.
     pub fn renew_sides(&mut self, vectors: Option<VectorUnit>) {
@@ -72,7 +64,8 @@ impl CutBody<'_, '_> {
             AT_REST if next > 0 => self.set_renewal(NEXT, next - 1),
             AT_REST if used != copies => {
                 self.set_renewal(COPIES, used);
-                self.find_sides();
+                let keeping = self.find_sides();
+                self.set_renewal(KEEPING, keeping);
                 self.go_on(SPREADING);
             }
             SPREADING if next < RINGS => {
@@ -80,7 +73,7 @@ impl CutBody<'_, '_> {
                 self.set_renewal(NEXT, next + 1);
             }
             SPREADING => {
-                self.leave_loose();
+                self.set_renewal(KEEPING, self.renewal(KEEPING) as u32 | !self.hanging());
                 self.clear_sides();
                 self.go_on(SHARING);
             }
@@ -120,127 +113,6 @@ impl CutBody<'_, '_> {
     fn go_on(&mut self, step: u32) {
         self.set_renewal(STEP, step);
         self.set_renewal(NEXT, 0);
-    }
-
-    /// Labels the split cells with the side of the cut on which they lie.
-    fn find_sides(&mut self) {
-        // Mark the split cells, each as a side of its own.
-        self.arrays.labels.fill(0);
-        for copy in self.bodily..self.bodily + self.used() {
-            for cell in [copy, self.origin(copy)] {
-                if let Some(label) = self.arrays.labels.get_mut(cell) {
-                    *label = LAST;
-                }
-            }
-        }
-        // A cell on both sides of an opened face lies at the front of the cut.
-        for tetrahedron in 0..self.arrays.faces.len() {
-            for corner in self.open_corners(tetrahedron) {
-                let Some((other, _)) = self.across(tetrahedron, corner) else { continue };
-                let there = self.arrays.corners.get(other).copied().unwrap_or_default();
-                for cell in self.side(tetrahedron, corner) {
-                    if there.contains(&cell)
-                        && let Some(label) = self.arrays.labels.get_mut(usize::from(cell))
-                    {
-                        *label = 0;
-                    }
-                }
-            }
-        }
-        for (cell, parent) in self.arrays.parents.iter_mut().enumerate() {
-            *parent = cell as u16;
-        }
-        // Join those of each opened face: the lowest cell of a side stands for it.
-        for tetrahedron in 0..self.arrays.faces.len() {
-            for corner in self.open_corners(tetrahedron) {
-                let mut first = None;
-                for cell in self.side(tetrahedron, corner) {
-                    if self.label(cell.into()) == LAST {
-                        join(self.arrays.parents, *first.get_or_insert(cell), cell);
-                    }
-                }
-            }
-        }
-        // Number the sides.
-        let mut sides = 0;
-        for cell in 0..self.arrays.labels.len() {
-            if self.label(cell) != LAST {
-                continue;
-            }
-            let stands = usize::from(standing(self.arrays.parents, cell as u16));
-            let side = if stands < cell { self.label(stands) & SIDE } else { sides + 1 };
-            let is_new = stands == cell && usize::from(sides) < SIDES;
-            sides += u8::from(is_new);
-            if let Some(label) = self.arrays.labels.get_mut(cell) {
-                *label = if stands < cell || is_new { side | LAST } else { LAST };
-            }
-        }
-        self.tell_apart();
-    }
-
-    fn label(&self, cell: usize) -> u8 {
-        self.arrays.labels.get(cell).copied().unwrap_or(0)
-    }
-
-    /// Chooses the sides that keep the hats of the image: those that lie on none before them that keeps them.
-    fn tell_apart(&mut self) {
-        let mut meets = [0_u32; SIDES];
-        let side = |body: &Self, cell| usize::from(body.label(cell) & SIDE).checked_sub(1);
-        for copy in self.bodily..self.bodily + self.used() {
-            let (Some(here), Some(there)) = (side(self, copy), side(self, self.origin(copy)))
-            else {
-                continue;
-            };
-            for (one, other) in [(here, there), (there, here)] {
-                if let Some(meets) = meets.get_mut(one) {
-                    *meets |= 1 << other;
-                }
-            }
-        }
-        let mut keeping = 0;
-        for (side, meets) in meets.into_iter().enumerate() {
-            keeping |= if meets & keeping == 0 { 1 << side } else { 0 };
-        }
-        self.set_renewal(KEEPING, keeping);
-    }
-
-    /// Gives the neighbours of the last ring the lowest side of those that they have there.
-    fn spread(&mut self) {
-        for cell in 0..self.arrays.labels.len() {
-            let label = self.label(cell);
-            let side = label & SIDE;
-            if label & LAST == 0 || side == 0 {
-                continue;
-            }
-            for group in range(self.arrays.rows, cell / LANES) {
-                let other = self.arrays.ids.get(group).and_then(|ids| ids.get(cell % LANES));
-                let label = other.and_then(|&other| self.arrays.labels.get_mut(usize::from(other)));
-                if let Some(label) = label
-                    && (*label == 0 || (*label & NEW != 0 && *label & SIDE > side))
-                {
-                    *label = side | NEW;
-                }
-            }
-        }
-        for label in &mut *self.arrays.labels {
-            *label = *label & SIDE | (*label & NEW) >> 1;
-        }
-    }
-
-    /// Leaves the hats of the image alone on pieces that hang on nothing: they have motions without energy, so a step
-    /// could be of any length.
-    fn leave_loose(&mut self) {
-        let mut hanging = 0_u32;
-        for cell in 0..self.bodily + self.used() {
-            let side = self.label(cell) & SIDE;
-            let is_held = self.model.mobility.get(self.origin(cell)) == Some(&0.0);
-            let mut ends = range(self.arrays.rows, cell / LANES)
-                .filter_map(|group| self.arrays.ids.get(group)?.get(cell % LANES));
-            if side > 0 && (is_held || ends.any(|&end| self.label(end.into()) & SIDE != side)) {
-                hanging |= 1 << (side - 1);
-            }
-        }
-        self.set_renewal(KEEPING, self.renewal(KEEPING) as u32 | !hanging);
     }
 
     /// Takes all two-sided functions out.
@@ -411,17 +283,24 @@ impl CutBody<'_, '_> {
     fn push(&mut self, function: u8, axis: usize, pushes: &mut [[f32; 3]]) {
         // Its lengths. Mark the cells that it strains, then those that these push.
         self.arrays.labels.iter_mut().for_each(|label| *label &= SIDE);
-        self.arrays.lengths.fill(0.0);
-        for index in 0..self.renewal(CELLS) {
-            let cell = self.arrays.side_cells.get(index).map_or(0, |&cell| usize::from(cell));
-            let row = self.arrays.side_rows.get(cell).copied().unwrap_or([NO_SIDE; LANES]);
-            let Some(corner) = row.iter().position(|&side| side == function) else { continue };
-            let entry = self.arrays.entry.get(cell).map_or(0, |&entry| usize::from(entry));
-            let weight = self.basis().map_or(0.0, |basis| basis.weight(entry, corner));
-            if let Some(slot) = self.arrays.lengths.get_mut(cell) {
-                *slot = weight;
+        let lengths = core::mem::take(&mut self.arrays.lengths);
+        lengths.fill(0.0);
+        if let Some(basis) = self.basis().map(|basis| basis.with_sides(self.sides(&[]))) {
+            let of = basis.stride() + usize::from(function);
+            for &cell in basis.sides().map_or(&[][..], |sides| sides.cells) {
+                let weight = basis.sides_of(cell.into()).find(|&(at, _)| at == of);
+                if let (Some((_, weight)), Some(slot)) =
+                    (weight, lengths.get_mut(usize::from(cell)))
+                {
+                    *slot = weight;
+                }
             }
-            self.mark_around(cell, LAST);
+        }
+        self.arrays.lengths = lengths;
+        for cell in 0..self.arrays.labels.len() {
+            if self.arrays.lengths.get(cell).is_some_and(|&length| length > 0.0) {
+                self.mark_around(cell, LAST);
+            }
         }
         for cell in 0..self.arrays.labels.len() {
             if self.label(cell) & LAST != 0 {
@@ -458,24 +337,6 @@ impl CutBody<'_, '_> {
             });
         }
     }
-
-    /// Marks a cell and its neighbours.
-    fn mark_around(&mut self, cell: usize, mark: u8) {
-        for group in range(self.arrays.rows, cell / LANES) {
-            let other = self.arrays.ids.get(group).and_then(|ids| ids.get(cell % LANES));
-            let label = other.and_then(|&other| self.arrays.labels.get_mut(usize::from(other)));
-            if let Some(label) = label {
-                *label |= mark;
-            }
-        }
-        self.mark_cell(cell, mark);
-    }
-
-    fn mark_cell(&mut self, cell: usize, mark: u8) {
-        if let Some(label) = self.arrays.labels.get_mut(cell) {
-            *label |= mark;
-        }
-    }
 }
 
 /// c += Y Y' g.
@@ -493,22 +354,5 @@ impl Work for Added<'_> {
     #[inline(always)]
     fn run<V: F32x8>(self) {
         sides::add_to::<V>(&self.basis, self.g, self.of_sides, self.c, self.to_sides);
-    }
-}
-
-/// The lowest cell of a side.
-fn standing(parents: &[u16], mut cell: u16) -> u16 {
-    while let Some(&parent) = parents.get(usize::from(cell)).filter(|&&parent| parent != cell) {
-        cell = parent;
-    }
-    cell
-}
-
-/// Joins the sides of two cells.
-fn join(parents: &mut [u16], one: u16, other: u16) {
-    let (one, other) = (standing(parents, one), standing(parents, other));
-    let (low, high) = if one < other { (one, other) } else { (other, one) };
-    if let Some(parent) = parents.get_mut(usize::from(high)) {
-        *parent = low;
     }
 }

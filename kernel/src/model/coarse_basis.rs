@@ -205,13 +205,15 @@ impl<'a> CoarseBasis<'a> {
     }
 
     /// Returns a cell's two-sided functions with their weights, numbered from [`Self::stride`] on.
+    #[inline(always)]
     pub fn sides_of(self, cell: usize) -> impl Iterator<Item = (usize, f32)> + use<'a> {
         let entry = self.entry.get(cell).map_or(0, |&entry| usize::from(entry));
+        let pair = self.weights.get(entry / 2).copied().unwrap_or_default();
         let row = self.sides().map_or([NO_SIDE; LANES], |sides| sides.at(cell));
-        let of_corners = row.into_iter().enumerate().filter(|&(_, side)| side != NO_SIDE);
-        of_corners.map(move |(corner, side)| {
-            (self.stride() + usize::from(side), self.weight(entry, corner))
-        })
+        let of_corners = row.into_iter().zip(weights(&pair, entry % 2 == 1));
+        let stride = self.stride();
+        let used = of_corners.filter(|&(side, _)| side != NO_SIDE);
+        used.map(move |(side, weight)| (stride + usize::from(side), weight))
     }
 
     /// Returns a cell's row of P: its basis functions with their weights.

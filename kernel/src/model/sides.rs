@@ -1,8 +1,8 @@
 //! Two-sided basis functions of a body that is cut, beside those of its image.
 //!
 //! A hat function reaches through a cut: it moves both sides of it together. On one of the sides a second function
-//! takes its values there, and is 0 elsewhere. With W over these functions and B over those of the image, the
-//! inverse of the matrix of both is
+//! takes its values there, and is 0 elsewhere. With B over the functions of the image, the inverse of the matrix of
+//! both kinds is
 //!
 //! ```text
 //! B + Y Y'

@@ -410,7 +410,7 @@ impl<const ROOM: usize, N: Loops> Scheme for Track<ROOM, N> {
             Some(_) if is_corrected(model, &basis, held) => {
                 elastic_held_room(basis.count, held) + 3 * basis.side_blocks()
             }
-            Some(_) => elastic_room(basis.count) + 3 * basis.side_blocks(),
+            Some(_) => Self::tool_room(model),
         })
     }
 

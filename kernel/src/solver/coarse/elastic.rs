@@ -175,7 +175,8 @@ fn columns<V: F32x8, const N: usize>(
     c: &mut [Eight; N],
 ) {
     let mut sums = [V::splat(0.0); N];
-    for (row, &g) in inverse.chunks_exact(g.len()).zip(g.as_flattened()) {
+    // A vector has at least one block; `max` makes this known to the compiler.
+    for (row, &g) in inverse.chunks_exact(g.len().max(1)).zip(g.as_flattened()) {
         let here = row.get(first..).and_then(|row| row.first_chunk::<N>());
         let Some(here) = here else { continue };
         let g = V::splat(g);

@@ -6,11 +6,10 @@
 //! Cost with m functions, of n in the level: 18 m (n + m) multiplications a sweep, and 48 for each cell under them.
 
 use super::solve::{along, inner, total};
-use super::turns::turned_by;
+use super::turns::turn_each;
 use crate::backend::f32x8::F32x8;
 use crate::energy::residual::Terms;
-use crate::model::coarse_basis::{CoarseBasis, weights};
-use crate::model::sides::{NO_SIDE, Sides};
+use crate::model::coarse_basis::CoarseBasis;
 use crate::number::cell::{Cell, add, scale};
 use crate::number::two_float::{Eight, LANES};
 
@@ -23,59 +22,28 @@ fn vectors<'a>(basis: &CoarseBasis<'_>, room: &'a mut [Eight]) -> Option<[&'a mu
     Some([g, c, last])
 }
 
-/// Calls `visit(function, weight)` for each two-sided function of a cell.
-#[inline(always)]
-fn each(
-    basis: &CoarseBasis<'_>,
-    sides: &Sides<'_>,
-    cell: usize,
-    mut visit: impl FnMut(usize, f32),
-) {
-    let entry = basis.entry.get(cell).map_or(0, |&entry| usize::from(entry));
-    let Some(pair) = basis.weights.get(entry / 2) else { return };
-    for (side, weight) in sides.at(cell).into_iter().zip(weights(pair, entry % 2 == 1)) {
-        if side != NO_SIDE {
-            visit(side.into(), weight);
-        }
-    }
-}
-
-/// The sums of w r over the cells under the two-sided functions, into `g`.
-fn sum(basis: &CoarseBasis<'_>, residual: &[Cell], g: &mut [Eight]) {
-    let Some(sides) = basis.sides() else { return };
-    let stride = sides.blocks * LANES;
+/// P' r over the two-sided functions, into the coarse memory.
+pub(super) fn restrict(basis: &CoarseBasis<'_>, residual: &[Cell], room: &mut [Eight]) {
+    let (Some(sides), Some([g, ..])) = (basis.sides(), vectors(basis, room)) else { return };
+    let (first, stride) = (basis.stride(), sides.blocks * LANES);
     g.fill([0.0; LANES]);
     let flat = g.as_flattened_mut();
     for &cell in sides.cells {
         let r = residual.get(usize::from(cell)).map_or([0.0; 3], |r| r.xyz());
-        each(basis, sides, cell.into(), |side, weight| {
+        for (function, weight) in basis.sides_of(cell.into()) {
             for (axis, term) in scale(weight, r).into_iter().enumerate() {
-                if let Some(slot) = flat.get_mut(axis * stride + side) {
+                if let Some(slot) = flat.get_mut(axis * stride + function - first) {
                     *slot += term;
                 }
             }
-        });
-    }
-}
-
-/// P' r over the two-sided functions, into the coarse memory.
-pub(super) fn restrict(basis: &CoarseBasis<'_>, residual: &[Cell], room: &mut [Eight]) {
-    if basis.sides().is_some()
-        && let Some([g, ..]) = vectors(basis, room)
-    {
-        sum(basis, residual, g);
+        }
     }
 }
 
 /// Rotates g by the rotations of the functions' cells back to the rest shape, or c forward.
 pub(crate) fn turn(terms: Terms<'_, '_>, basis: &CoarseBasis<'_>, room: &mut [Eight], back: bool) {
     let (Some(sides), Some([g, c, _])) = (basis.sides(), vectors(basis, room)) else { return };
-    let (vector, stride) = (if back { g } else { c }, sides.blocks * LANES);
-    let Some((x, rest)) = vector.as_flattened_mut().split_at_mut_checked(stride) else { return };
-    let Some((y, z)) = rest.split_at_mut_checked(stride) else { return };
-    for (((x, y), z), &cell) in x.iter_mut().zip(y).zip(z).zip(sides.turns) {
-        [*x, *y, *z] = turned_by(terms, cell, [*x, *y, *z], back);
-    }
+    turn_each(terms, sides.turns, sides.blocks * LANES, if back { g } else { c }, back);
 }
 
 /// c += Y Y' g, over the basis functions of the image and then over the two-sided ones; there c is Y Y' g.
@@ -103,13 +71,11 @@ pub(super) fn at_cell(basis: &CoarseBasis<'_>, room: &[Eight], cell: usize) -> [
     let Some(sides) = basis.sides() else { return [0.0; 3] };
     let (first, blocks) = (3 * basis.row_blocks() + basis.side_blocks(), basis.side_blocks());
     let c = room.get(first..first + blocks).unwrap_or(&[]).as_flattened();
-    let stride = sides.blocks * LANES;
-    let mut way = [0.0; 3];
-    each(basis, sides, cell, |side, weight| {
-        let value = [0, 1, 2].map(|axis| c.get(axis * stride + side).copied().unwrap_or(0.0));
-        way = add(way, scale(weight, value));
-    });
-    way
+    let (own, stride) = (basis.stride(), sides.blocks * LANES);
+    basis.sides_of(cell).fold([0.0; 3], |way, (function, weight)| {
+        let at = |axis: usize| c.get(axis * stride + function - own).copied().unwrap_or(0.0);
+        add(way, scale(weight, [0, 1, 2].map(at)))
+    })
 }
 
 /// Index of a function's value on an axis in a vector over all functions, the two-sided ones last.

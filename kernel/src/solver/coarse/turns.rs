@@ -14,10 +14,21 @@ pub(crate) fn turn(
     back: bool,
 ) {
     let Some(ElasticLevel { turns, .. }) = basis.elastic() else { return };
-    let stride = basis.stride();
+    turn_each(terms, turns, basis.stride(), vectors, back);
+}
+
+/// Rotates vectors, with `stride` numbers for each axis, by the rotations of these cells, or back.
+#[inline(always)]
+pub(super) fn turn_each(
+    terms: Terms<'_, '_>,
+    cells: &[u16],
+    stride: usize,
+    vectors: &mut [Eight],
+    back: bool,
+) {
     let Some((x, rest)) = vectors.as_flattened_mut().split_at_mut_checked(stride) else { return };
     let Some((y, z)) = rest.split_at_mut_checked(stride) else { return };
-    for (((x, y), z), &cell) in x.iter_mut().zip(y).zip(z).zip(turns) {
+    for (((x, y), z), &cell) in x.iter_mut().zip(y).zip(z).zip(cells) {
         [*x, *y, *z] = turned_by(terms, cell, [*x, *y, *z], back);
     }
 }
@@ -37,7 +48,7 @@ pub(crate) fn turned_with(
 }
 
 #[inline(always)]
-pub(super) fn turned_by(terms: Terms<'_, '_>, cell: u16, v: [f32; 3], back: bool) -> [f32; 3] {
+fn turned_by(terms: Terms<'_, '_>, cell: u16, v: [f32; 3], back: bool) -> [f32; 3] {
     let Some(turn) = terms.turn(cell.into()).map(Turn::of_unit) else { return v };
     turned(if back { turn.back() } else { turn }, v)
 }
