@@ -6,7 +6,7 @@ use std::sync::Arc;
 use chaincell_client::command::refusal_text;
 use chaincell_client::contacts::Contact;
 use chaincell_host::cli::offline::Offline;
-use chaincell_host::engine::cut_report::CutReport;
+use chaincell_host::engine::cut::report::CutReport;
 use chaincell_host::engine::staged::Staged;
 use chaincell_host::engine::tissue::{Node, TissueEngine};
 use chaincell_host::engine::tools::Felt;

@@ -23,7 +23,7 @@ use super::verdict::{Counts, Verdict, VerdictArgs};
 use crate::bake::{ORGAN_POISSON, ORGAN_SIZE, ORGAN_YOUNG_PA, organ};
 use crate::engine::convergence::{Convergence, ForceError};
 use crate::engine::course::{ToolCourse, largest_n};
-use crate::engine::cut_report::CutReport;
+use crate::engine::cut::report::CutReport;
 use crate::engine::flag_ticks::FlagTicks;
 use crate::engine::motion::Pose;
 use crate::engine::staged::Staged;

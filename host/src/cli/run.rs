@@ -18,7 +18,7 @@ use super::snapshots::{SnapshotArgs, Snapshots};
 use super::stage::{StageArgs, StageReport};
 use super::tissue::{TissueArgs, TissueReport};
 use crate::engine::course::{Course, ToolCourse, largest_n};
-use crate::engine::cut_report::CutReport;
+use crate::engine::cut::report::CutReport;
 use crate::engine::far::Far;
 use crate::engine::flag_ticks::FlagTicks;
 use crate::engine::motion::Pose;

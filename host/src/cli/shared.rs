@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use crate::engine::cut_report::CutReport;
+use crate::engine::cut::report::CutReport;
 use crate::error::Result;
 use crate::terminal;
 

@@ -14,7 +14,7 @@ use super::settings::{SettingArgs, SettingReport};
 use super::tool::{self, ToolSpec};
 use crate::choice;
 use crate::engine::contact::contact_cells;
-use crate::engine::cut_report::CutReport;
+use crate::engine::cut::report::CutReport;
 use crate::engine::staged::Staged;
 use crate::engine::threads::{ThreadCount, Threads};
 use crate::engine::{Arithmetic, Contact, Engine, Scheme};

@@ -3,13 +3,11 @@
 pub mod contact;
 pub mod convergence;
 pub mod course;
-mod cut;
-pub mod cut_report;
+pub mod cut;
 pub mod far;
 #[cfg(test)]
 pub(crate) mod fixture;
 pub mod flag_ticks;
-mod loose;
 pub mod motion;
 pub mod order;
 pub mod place;
@@ -25,12 +23,11 @@ pub mod untouched;
 
 use std::cell::OnceCell;
 
-use chaincell_kernel::Cell;
 use chaincell_kernel::trace::Command;
-use chaincell_kernel::{Budget, Contact as Slot, ContactError, term_states};
 use chaincell_kernel::{
-    Dynamics, Euler, Head, I8F24, Model, Network, Number, Predict, ResetError, Rkl2, Settings,
-    Stress, Team, TermState, TermStates, TickOutput, TissueMut, ToolPart, ToolPose, Track, Workers,
+    Budget, Cell, Contact as Slot, ContactError, Dynamics, Euler, Head, I8F24, Model, Network,
+    Number, Predict, ResetError, Rkl2, Settings, Stress, Team, TermState, TermStates, TickOutput,
+    TissueMut, ToolPart, ToolPose, Track, Workers, term_states,
 };
 
 pub use chaincell_kernel::{Arithmetic, Scheme};

@@ -6,7 +6,7 @@ use chaincell_kernel::{Budget, ContactForce, Drive, Flags, TOOLS_MAX, TickOutput
 use nalgebra::Vector3;
 
 use crate::engine::Engine;
-use crate::engine::cut_report::CutReport;
+use crate::engine::cut::report::CutReport;
 use crate::engine::snapshot::Saved;
 use crate::engine::tissue::{Node, Refusal, TissueEngine};
 use crate::engine::tools::{Felt, Poses};

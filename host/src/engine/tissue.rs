@@ -5,7 +5,7 @@ use chaincell_client::payload::NodePosition;
 use chaincell_kernel::trace::Command;
 use chaincell_kernel::{Budget, ContactForce, TickOutput, ToolPose};
 
-use super::cut_report::CutReport;
+use super::cut::report::CutReport;
 use super::snapshot::Saved;
 use super::tools::Felt;
 

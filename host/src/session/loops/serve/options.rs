@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{POSE_HZ, SweepBudget};
 use crate::engine::course::ToolCourse;
-use crate::engine::cut_report::CutReport;
+use crate::engine::cut::report::CutReport;
 use crate::engine::flag_ticks::FlagTicks;
 use crate::session::ipc::services::Domain;
 use crate::session::loops::peers::PeerCost;

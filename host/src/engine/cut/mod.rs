@@ -1,10 +1,13 @@
 //! Memory for the cuts of a body, and how far it is cut.
 
+mod loose;
+pub mod report;
+
 use chaincell_kernel::{CutOutput, CutRoom, Dynamics, Model, Network, cut_words};
 
-use super::cut_report::CutReport;
-use super::loose::Loose;
 use super::{Engine, Memory, Nodes};
+use loose::Loose;
+use report::CutReport;
 
 /// Words for the cuts of a body; none for one that cannot be cut.
 pub(super) struct CutMemory(Vec<u32>);
