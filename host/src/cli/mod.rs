@@ -41,7 +41,7 @@ mod snapshots;
 mod stage;
 mod state;
 pub mod tissue;
-mod tool;
+pub mod tool;
 pub mod values;
 mod verdict;
 pub mod version;

@@ -42,6 +42,12 @@ impl FromStr for ToolSpec {
 }
 
 impl ToolSpec {
+    /// Its parts.
+    #[must_use]
+    pub fn parts(&self) -> &[ToolPart] {
+        &self.parts
+    }
+
     /// Returns true if it has a blade.
     pub fn is_blade(&self) -> bool {
         self.parts.iter().any(ToolPart::is_edge)

@@ -84,6 +84,55 @@ fn a_curve_gives_back_the_model_it_came_from() {
     assert!(said.with(0).out.contains("stiffness_n_per_m of all"));
 }
 
+/// A body of 5,000 Pa and 4 J/m^2 under a blade, and a search that begins elsewhere.
+#[test]
+fn a_blade_gives_back_the_toughness() {
+    let place = files::scratch();
+    let (mesh, blade) = ("box:9x7x5x0.005", "blade:0.06/0,0,0.7071068,0.7071068");
+    let body = |young_pa: &'static str, toughness: &'static str| {
+        let tissue =
+            ["--young-pa", young_pa, "--poisson", "0.3", "--cuttable", "--cut-spare", "0.5"];
+        [&tissue[..], &["--toughness-j-per-m2", toughness]].concat()
+    };
+    // Cut it.
+    let model = files::bake(place.path(), mesh, &body("5000", "4"));
+    let out = place.path().join("cut");
+    let motion = ["--motion=press", "--touch-m=0,0,0.02", "--direction=0,0,-1", "--depth-m=0.01"];
+    let scene = ["--tool", blade, "--seconds=1", "--sweeps=8", "--picture=off", "--out"];
+    let args = [&["run", files::text(&model)][..], &motion, &scene, &[files::text(&out)]].concat();
+    run(args).with(0);
+    // Every tenth tick of the way in.
+    let (forces, path) =
+        ["force.csv", "path.csv"].map(|name| files::Table::read(&out.join(name))).into();
+    let mut target = String::from("displacement_m,force_n\n");
+    let mut deepest_m = 0.0;
+    for (force, pose) in forces.rows.iter().zip(&path.rows) {
+        let depth_m = 0.02 - pose[3];
+        if depth_m > deepest_m + 4e-4 {
+            deepest_m = depth_m;
+            let _ = writeln!(target, "{depth_m},{}", force[3]);
+        }
+    }
+    // Find it.
+    let file = place.path().join("target.csv");
+    std::fs::write(&file, target).unwrap();
+    let (found, out) = (place.path().join("found.chaincell"), place.path().join("out"));
+    let files =
+        ["--target", files::text(&file), "-o", files::text(&found), "--out", files::text(&out)];
+    let tool = ["--contact", blade, "--probe-at", "0,0,0.02", "--direction", "0,0,-1"];
+    let args =
+        [&["identify", mesh][..], &files, &tool, &body("5000", "40"), &["--fit", "toughness"]];
+    let found = run([&args.concat()[..], &["--json"]].concat()).with(0).json();
+    let toughness = &found["parameters"][1];
+    assert_eq!(toughness["parameter"], "toughness_j_per_m2");
+    let value = real(toughness, "/value");
+    assert!((value / 4.0 - 1.0).abs() < 0.05, "{found}");
+    assert_eq!(
+        (&toughness["determined"], real(&found, "/blade_length_m")),
+        (&true.into(), 0.06_f32.into())
+    );
+}
+
 #[test]
 fn bad_input_is_named_and_nothing_is_written() {
     let place = files::scratch();
@@ -117,6 +166,10 @@ fn bad_input_is_named_and_nothing_is_written() {
     refused(good, &with(&["--fit", "thickness"]), "--fit: thickness is that of a generated slab");
     refused(good, &with(&["--fit", "offset"]), "--fit: offset is where a probe met");
     refused(good, &with(&["--bounds", "young_pa=5,1"]), "--bounds young_pa=5,1");
+    refused(good, &with(&["--fit", "toughness"]), "--fit: toughness is what a blade feels");
+    refused(good, &with(&["--contact", "blade:0.06"]), "a blade cuts: add --cuttable");
+    let two = "blade:0.06+sphere:0.01";
+    refused(good, &with(&["--cuttable", "--contact", two]), "part 1 is a blade");
     refused(good, &["--direction", "0,0,1", "--direction", "0,1,0"], "2 of them for 1 targets");
     let quartiles = "displacement_m,force_n,q25_n,q75_n\n0.001,0.1,0.2,0.3\n0.002,0.2,0.1,0.3\n\
         0.003,0.3,0.2,0.4\n0.004,0.4,0.3,0.5\n0.005,0.5,0.4,0.6\n";

@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use crate::experiments::identify::slab::Slab;
 use crate::experiments::identify::target::{self, Holding, Target};
-use crate::experiments::identify::tool::{Tool, probe_radius};
+use crate::experiments::identify::tool::{Tool, blade_edge, probe_radius};
 use crate::experiments::identify::{
     Bench, Bounds, Identified, Wanted, check, forward, groups, identify, write,
 };
@@ -70,11 +70,12 @@ pub struct Args {
     #[arg(long, value_name = "NAME=SELECTOR")]
     group: Vec<String>,
     /// Cells that the tool holds: cells:SELECTOR, input ids, or auto, as in `run`; or probe:RADIUS
-    /// [m], a sphere whose displacement counts from where it meets the surface
+    /// [m], a sphere whose displacement counts from where it meets the surface; or
+    /// blade:LENGTH/X,Y,Z,W, an edge with its turn, as in `run --tool`
     #[arg(long, default_value = "auto", value_name = "CONTACT")]
     contact: String,
-    /// The point of the surface that a probe meets first, x,y,z [m], or auto: the node farthest from
-    /// the fixed ones, of a slab the middle of its top
+    /// The point of the surface that a probe or blade meets first, x,y,z [m], or auto: the node
+    /// farthest from the fixed ones, of a slab the middle of its top
     #[arg(long, default_value = "auto", value_name = "X,Y,Z", allow_hyphen_values = true)]
     probe_at: String,
     /// Direction of the displacement, x,y,z, or auto: into the body at the contact; once for all
@@ -83,7 +84,8 @@ pub struct Args {
     direction: Vec<String>,
     /// What else is looked for with --young-pa: stiffening (the moduli of --stiffening, which says
     /// where to begin), half-width (its half-widths), thickness (of a slab), offset (how far a probe
-    /// had gone on from where it met the surface when its displacement was 0)
+    /// or blade had gone on from where it met the surface when its displacement was 0), toughness
+    /// (what a blade feels, with --cuttable)
     #[arg(long, value_name = "WHAT", value_enum, value_delimiter = ',')]
     fit: Vec<Fitted>,
     /// Displacement of the tool with relaxation curves and fields [m]
@@ -97,7 +99,7 @@ pub struct Args {
     hold_out: f64,
     /// Where a parameter is looked for; repeat it for several. Unless given: stiffness_n_per_m=0.01,1e5,
     /// alpha=0,0.5, time_constant_s=1e-4,1e4, young_pa=100,1e6, stiffening_pa=10,1e7,
-    /// half_width=0.01,0.5, thickness_m=0.002,0.1, offset_m=1e-5,1e-3
+    /// half_width=0.01,0.5, thickness_m=0.002,0.1, offset_m=1e-5,1e-3, toughness_j_per_m2=0.1,1e4
     #[arg(long, value_name = "NAME=LOW,HIGH")]
     bounds: Vec<String>,
     #[command(flatten)]
@@ -114,6 +116,7 @@ enum Fitted {
     HalfWidth,
     Thickness,
     Offset,
+    Toughness,
 }
 
 /// identified.json
@@ -124,6 +127,7 @@ struct IdentifiedFile<'a> {
     cells: usize,
     contact_nodes: Vec<u32>,
     probe_radius_m: Option<f64>,
+    blade_length_m: Option<f64>,
     direction: [f64; 3],
     hold_out: f64,
     #[serde(flatten)]
@@ -149,9 +153,14 @@ pub fn execute(args: &Args) -> Result<()> {
     let image = bake::bake(&mesh, &fixed, &options)?;
     let model = model_file::parse(&image, &args.output)?;
     let contacts;
-    let tool = match probe_radius(&args.contact)? {
-        Some(radius_m) => probe(&args.probe_at, radius_m, slab.is_some(), &model)?,
-        None => {
+    let at_m = || first_met(&args.probe_at, slab.is_some(), &model);
+    let tool = match (probe_radius(&args.contact)?, blade_edge(&args.contact)?) {
+        (Some(radius_m), _) => Tool::Probe { radius_m, at_m: at_m()? },
+        (None, Some(edge)) => {
+            refuse_blade(&args.contact, &model)?;
+            Tool::Blade(edge, at_m()?)
+        }
+        (None, None) => {
             contacts = held(args, &model)?;
             Tool::Held(&contacts)
         }
@@ -163,6 +172,7 @@ pub fn execute(args: &Args) -> Result<()> {
         half_width: args.fit.contains(&Fitted::HalfWidth),
         thickness: args.fit.contains(&Fitted::Thickness),
         offset: args.fit.contains(&Fitted::Offset),
+        toughness: args.fit.contains(&Fitted::Toughness),
     };
     let bench = Bench {
         mesh: &mesh,
@@ -199,9 +209,10 @@ fn write_results(
         figure.picture.write(folder, &figure.name)?;
     }
     // Write the report.
-    let (contacts, probe_radius_m) = match bench.tool {
-        Tool::Held(cells) => (cells, None),
-        Tool::Probe { radius_m, .. } => (&[][..], Some(radius_m)),
+    let (contacts, probe_radius_m, blade_length_m) = match bench.tool {
+        Tool::Held(cells) => (cells, None, None),
+        Tool::Probe { radius_m, .. } => (&[][..], Some(radius_m), None),
+        Tool::Blade(edge, _) => (&[][..], None, Some(2.0 * f64::from(edge.half_m[0]))),
     };
     let contact_nodes = contacts.iter().map(|&cell| model.input_id()[usize::from(cell)]);
     let is_nodal = bench.options.tissue.is_some();
@@ -211,6 +222,7 @@ fn write_results(
         cells: model.cells(),
         contact_nodes: contact_nodes.collect(),
         probe_radius_m,
+        blade_length_m,
         direction: bench.direction,
         hold_out: args.hold_out,
         found,
@@ -241,17 +253,24 @@ fn held(args: &Args, model: &Model<'_>) -> Result<Vec<u16>> {
     }
 }
 
-/// A probe with the point that it meets first.
-fn probe(at: &str, radius_m: f64, is_slab: bool, model: &Model<'_>) -> Result<Tool<'static>> {
-    let at_m = match at {
+/// The point that a probe or blade meets first \[m\].
+fn first_met(at: &str, is_slab: bool, model: &Model<'_>) -> Result<[f64; 3]> {
+    match at {
         // The middle of a slab's top.
-        "auto" if is_slab => [0.0; 3],
-        "auto" => rest_m(model, farthest(model)?.into()),
+        "auto" if is_slab => Ok([0.0; 3]),
+        "auto" => Ok(rest_m(model, farthest(model)?.into())),
         text => numbers(text).filter(|at: &[f64; 3]| at.iter().all(|x| x.is_finite())).ok_or_else(
             || Error::input(format!("--probe-at {text}: give three numbers, x,y,z [m], or auto")),
-        )?,
-    };
-    Ok(Tool::Probe { radius_m, at_m })
+        ),
+    }
+}
+
+/// Refuses a blade on a body that cannot be cut.
+fn refuse_blade(contact: &str, model: &Model<'_>) -> Result<()> {
+    if model.tetrahedra_to_cut() > 0 {
+        return Ok(());
+    }
+    Err(Error::input(format!("--contact {contact}: a blade cuts: add --cuttable")))
 }
 
 fn bounds(texts: &[String]) -> Result<Bounds> {
@@ -323,7 +342,7 @@ fn directions(
 ) -> Result<[f64; 3]> {
     let cells = match *tool {
         Tool::Held(cells) => cells.to_vec(),
-        Tool::Probe { at_m, .. } => vec![nearest(model, at_m)],
+        Tool::Probe { at_m, .. } | Tool::Blade(_, at_m) => vec![nearest(model, at_m)],
     };
     let all: Result<Vec<_>> =
         args.direction.iter().map(|text| direction(text, model, &cells)).collect();

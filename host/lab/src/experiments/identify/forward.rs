@@ -26,6 +26,8 @@ const HELD: Pace = Pace { stride: 0.25, on_the_way: 4, at_most: 24, settled: 1e-
 /// How a probe does: strides in radii. Points that come into contact make its force jump at first,
 /// and it has more rounding.
 const PROBE: Pace = Pace { stride: 0.01, on_the_way: 1, at_most: 48, settled: 5e-4 };
+/// How a blade does: strides in mean link lengths. It waits for the cells behind it to split.
+const BLADE: Pace = Pace { stride: 0.05, on_the_way: 1, at_most: 24, settled: 2e-3 };
 /// Time of the tick in which the tool makes its step, before which nothing relaxes
 /// [dimensionless time].
 const AT_ONCE: f32 = 1e-6;
@@ -71,6 +73,9 @@ pub fn image(bench: &Bench<'_>, parameters: &Parameters) -> Result<ImageBytes> {
     if let Some(tissue) = &mut options.tissue {
         tissue.young_pa = per_cell(&bench.base(&tissue.young_pa), &parameters.young_pa);
         tissue.stiffening.clone_from(&parameters.stiffening);
+        if let Some(cuttable) = options.cuttable.as_mut().filter(|_| bench.wanted.toughness) {
+            cuttable.toughness_j_per_m2 = parameters.toughness_j_per_m2;
+        }
     } else {
         let stiffness = bench.base(&options.stiffness_n_per_m);
         options.stiffness_n_per_m = per_cell(&stiffness, &parameters.stiffness_n_per_m);
@@ -178,6 +183,7 @@ impl Equilibria {
             let stride_m = match line.bench.tool {
                 Tool::Held(_) => HELD.stride * f64::from(model.unit_m()),
                 Tool::Probe { radius_m, .. } => PROBE.stride * radius_m,
+                Tool::Blade(..) => BLADE.stride * f64::from(model.unit_m()),
             };
             let strides = ((depth_m - at_m) / stride_m).ceil().max(1.0);
             for stride in 1..=strides as usize {
@@ -243,6 +249,7 @@ impl<'a, 'm> Press<'a, 'm> {
         let pace = match self.line.bench.tool {
             Tool::Held(_) => HELD,
             Tool::Probe { .. } => PROBE,
+            Tool::Blade(..) => BLADE,
         };
         let most = if to_the_end { pace.at_most } else { pace.on_the_way };
         for _ in 0..most {
@@ -251,7 +258,7 @@ impl<'a, 'm> Press<'a, 'm> {
             clamped = flags.contains(Flags::MOTION_CLAMPED);
             let still = (force - last).abs() <= pace.settled * force.abs()
                 && (last_energy - energy).abs() <= pace.settled * energy;
-            // A probe without a force may be about to touch.
+            // A probe or blade without a force may be about to touch.
             let touches = force != 0.0 || matches!(self.line.bench.tool, Tool::Held(_));
             calm = if still && touches && !clamped { calm + 1 } else { 0 };
             (last, last_energy) = (force, energy);

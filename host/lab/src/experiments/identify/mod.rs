@@ -22,8 +22,8 @@
 //! The forward problem is the engine itself ([`forward`]); the fit is weighted least squares by
 //! Levenberg and Marquardt from several starts ([`fit`]); what the data says of each parameter
 //! comes from the singular values of the Jacobian at the end ([`uncertainty`]). Links have no volume
-//! term, and Poisson's ratio of nodal shapes is held ([`unknown`]). The tool holds cells or is a
-//! sphere ([`tool`]); a body may be a slab whose thickness is unknown ([`slab`]).
+//! term, and Poisson's ratio of nodal shapes is held ([`unknown`]). The tool holds cells, or is a
+//! sphere or the edge of a blade ([`tool`]); a body may be a slab whose thickness is unknown ([`slab`]).
 
 pub mod fit;
 pub mod forward;
@@ -74,8 +74,10 @@ pub struct Parameters {
     pub stiffening: Vec<Band>,
     /// Thickness of the slab \[m\].
     pub thickness_m: f64,
-    /// Displacement of the probe from where it meets the surface to its 0 \[m\].
+    /// Displacement of the tool from where it meets the surface to its 0 \[m\].
     pub offset_m: f64,
+    /// Energy that a cut takes for each area \[J/m^2\].
+    pub toughness_j_per_m2: f64,
 }
 
 /// The body on the bench, and what was measured on it.
@@ -123,7 +125,15 @@ impl Bench<'_> {
         };
         let young_pa = vec![mean(&tissue.young_pa); groups];
         let stiffening = tissue.stiffening.clone();
-        Parameters { young_pa, stiffening, thickness_m, ..Parameters::default() }
+        let toughness_j_per_m2 =
+            self.options.cuttable.as_ref().map_or(0.0, |cut| cut.toughness_j_per_m2);
+        Parameters {
+            young_pa,
+            stiffening,
+            thickness_m,
+            toughness_j_per_m2,
+            ..Parameters::default()
+        }
     }
 
     /// The mesh at the thickness of the parameters.
@@ -153,7 +163,7 @@ impl Bench<'_> {
                      --young-pa out"
                 )));
             }
-            if target.is_in_time() && matches!(self.tool, Tool::Probe { .. }) {
+            if target.is_in_time() && !matches!(self.tool, Tool::Held(_)) {
                 return Err(Error::input(format!(
                     "{name}: a probe has no relaxation in time; give equilibrium forces, or hold \
                      cells: --contact cells:SELECTOR"
@@ -178,14 +188,16 @@ impl Bench<'_> {
 
     /// What is looked for must be there.
     fn check_wanted(&self) -> Result<()> {
-        let Wanted { stiffening, half_width, thickness, offset } = self.wanted;
+        let Wanted { stiffening, half_width, thickness, offset, toughness } = self.wanted;
         let tissue = self.options.tissue.as_ref();
         let bands = tissue.map_or(0, |tissue| tissue.stiffening.len());
         let is_field = |target: &Target| target.kind == Kind::Field;
         let why = if self.wanted != Wanted::default() && tissue.is_none() {
             "all that it names is looked for on nodal shapes: add --young-pa"
-        } else if offset && !matches!(self.tool, Tool::Probe { .. }) {
+        } else if offset && matches!(self.tool, Tool::Held(_)) {
             "offset is where a probe met the surface: give --contact probe:RADIUS"
+        } else if toughness && !matches!(self.tool, Tool::Blade(..)) {
+            "toughness is what a blade feels: give --contact blade:LENGTH"
         } else if (stiffening || half_width) && bands == 0 {
             "there is no band; say where to begin, as --stiffening 0.1=5000"
         } else if thickness && self.slab.is_none() {

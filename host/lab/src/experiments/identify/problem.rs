@@ -2,6 +2,7 @@
 
 use super::forward::{Predicted, predict};
 use super::target::Target;
+use super::tool::Tool;
 use super::unknown::Unknown;
 use super::{Bench, Bounds, Parameters};
 use chaincell_host::error::{Error, Result};
@@ -27,7 +28,7 @@ impl Fit<'_> {
         found
     }
 
-    /// (fit - measured) / noise of the rows fitted.
+    /// (fit - measured) / noise of the rows fitted; those of a blade bounded in their effect.
     pub fn residuals(&self, predicted: &Predicted) -> Vec<f64> {
         let each = self.bench.targets.iter().zip(predicted).zip(&self.noise).zip(&self.held_out);
         let residuals = each.flat_map(|(((target, fit), noise), held)| {
@@ -36,7 +37,10 @@ impl Fit<'_> {
                 .zip(kept(noise, held, target.width(), false))
                 .map(|(r, noise)| r / noise)
         });
-        residuals.collect()
+        match self.bench.tool {
+            Tool::Blade(..) => residuals.map(bounded).collect(),
+            _ => residuals.collect(),
+        }
     }
 
     /// Predictions at several places, on as many threads as the machine has.
@@ -72,6 +76,13 @@ impl Fit<'_> {
         let each = self.unknowns.iter();
         each.map(|unknown| unknown.coordinate(self.bounds, unknown.get(parameters))).collect()
     }
+}
+
+/// A residual whose square grows as the residual where that is large. The force of a blade falls wherever cells
+/// of the mesh split, so single rows are far off.
+fn bounded(r: f64) -> f64 {
+    let square = 2.0 * ((1.0 + r * r).sqrt() - 1.0);
+    square.sqrt().copysign(r)
 }
 
 /// Fit less measured, of the rows held out or of the others.

@@ -2,6 +2,7 @@
 
 use super::forward::Predicted;
 use super::problem::Fit;
+use super::tool::Tool;
 use super::unknown::Unknown;
 use super::{Parameters, Wanted};
 use chaincell_host::error::Result;
@@ -18,6 +19,8 @@ const START_TIMES: [f64; 3] = [0.002, 0.02, 0.2];
 const START_BANDS: [f64; 3] = [0.2, 1.0, 5.0];
 /// Their half-width in starts, in parts of the bounds.
 const START_PARTS: [f64; 3] = [0.3, 0.55, 0.8];
+/// Toughness in starts, times that with which the largest force cuts along the whole edge.
+const START_TOUGHNESS: [f64; 7] = [0.125, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0];
 
 /// The best places of the fixed set, their moduli scaled to the forces measured.
 pub(super) fn best(fit: &Fit<'_>) -> Result<Vec<Parameters>> {
@@ -102,11 +105,11 @@ fn ratios(fit: &Fit<'_>) -> Vec<Parameters> {
 /// Values that are set together.
 type Values = Vec<(Unknown, f64)>;
 
-/// The choices for the stiffening and the offset, where they are looked for; a thickness begins as
+/// The choices for stiffening, offset and toughness, where they are looked for; a thickness begins as
 /// it is given.
 fn bands(fit: &Fit<'_>) -> Vec<Vec<Values>> {
     let start = fit.bench.start();
-    let Wanted { stiffening, half_width, offset, .. } = fit.bench.wanted;
+    let Wanted { stiffening, half_width, offset, toughness, .. } = fit.bench.wanted;
     let numbers = 0..start.stiffening.len();
     let within = |unknown: Unknown, part: f64| {
         let [low, high] = unknown.bounds(fit.bounds);
@@ -127,6 +130,15 @@ fn bands(fit: &Fit<'_>) -> Vec<Vec<Values>> {
     }
     if offset {
         choices.push(vec![vec![(Unknown::Offset, within(Unknown::Offset, START_PARTS[1]))]]);
+    }
+    if toughness && let Tool::Blade(edge, _) = fit.bench.tool {
+        let forces_n = fit.bench.targets.iter().flat_map(|target| &target.observed);
+        let largest_n = forces_n.fold(0.0, |most: f64, force| most.max(*force));
+        let full_j_per_m2 = largest_n / (2.0 * f64::from(edge.half_m[0]));
+        let [low, high] = Unknown::Toughness.bounds(fit.bounds);
+        let of =
+            |factor: f64| vec![(Unknown::Toughness, (factor * full_j_per_m2).clamp(low, high))];
+        choices.push(START_TOUGHNESS.map(of).to_vec());
     }
     choices
 }

@@ -1,8 +1,9 @@
 //! What touches the body, from `--contact`.
 
+use chaincell_host::cli::tool::ToolSpec;
 use chaincell_host::engine::Contact;
 use chaincell_host::error::{Error, Result};
-use chaincell_kernel::ToolPose;
+use chaincell_kernel::{ToolPart, ToolPose};
 use nalgebra::Vector3;
 
 /// What touches the body.
@@ -17,6 +18,8 @@ pub enum Tool<'a> {
         /// The point of the surface that it meets first \[m\].
         at_m: [f64; 3],
     },
+    /// The edge of a blade, with the place where it meets the surface \[m\].
+    Blade(ToolPart, [f64; 3]),
 }
 
 impl Tool<'_> {
@@ -25,6 +28,7 @@ impl Tool<'_> {
         match *self {
             Self::Held(cells) => Contact::Cells(cells.to_vec()),
             Self::Probe { radius_m, .. } => Contact::sphere(radius_m as f32, 0.0),
+            Self::Blade(edge, _) => Contact::Tools { tools: vec![vec![edge]], friction: 0.0 },
         }
     }
 
@@ -36,6 +40,7 @@ impl Tool<'_> {
         let position_m = match *self {
             Self::Held(_) => place([0.0; 3], depth_m),
             Self::Probe { radius_m, at_m } => place(at_m, depth_m - radius_m),
+            Self::Blade(_, at_m) => place(at_m, depth_m),
         };
         ToolPose::at(position_m, 1)
     }
@@ -51,6 +56,19 @@ pub fn probe_radius(contact: &str) -> Result<Option<f64>> {
     })
 }
 
+/// The edge of `blade:LENGTH/TURN`, as `run` takes it; none for any other contact.
+pub fn blade_edge(contact: &str) -> Result<Option<ToolPart>> {
+    if !contact.starts_with("blade") {
+        return Ok(None);
+    }
+    let spec = contact.parse::<ToolSpec>();
+    let spec = spec.map_err(|why| Error::input(format!("--contact {contact}: {why}")))?;
+    match spec.parts() {
+        [edge] => Ok(Some(*edge)),
+        _ => Err(Error::input(format!("--contact {contact}: give the blade alone"))),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -61,6 +79,17 @@ mod tests {
         let height_m = |depth_m| tool.sample([0.0, 0.0, -1.0], depth_m).position_m[2];
         assert!((height_m(0.0) - 0.014).abs() < 1e-8 && (height_m(0.002) - 0.012).abs() < 1e-8);
         assert_eq!(Tool::Held(&[1]).sample([0.0, 1.0, 0.0], 0.5).position_m[1], 0.5);
+    }
+
+    #[test]
+    fn an_edge_has_a_length_and_comes_alone() {
+        assert_eq!(blade_edge("probe:0.004").unwrap(), None);
+        let edge = blade_edge("blade:0.02/0,0,0,1").unwrap().unwrap();
+        assert!(edge.is_edge());
+        for bad in ["blade", "blade:-1", "blade:0.02/0,0,0,2", "blade:0.02+sphere:0.01"] {
+            let error = blade_edge(bad).unwrap_err().to_string();
+            assert!(error.contains(&format!("--contact {bad}:")), "{error}");
+        }
     }
 
     #[test]

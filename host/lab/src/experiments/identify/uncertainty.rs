@@ -36,7 +36,7 @@ const NOTHING: f64 = 1e-12;
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Estimate {
     /// `stiffness_n_per_m`, `alpha`, `time_constant_s`, `young_pa`, `stiffening_pa`, `half_width`,
-    /// `thickness_m` or `offset_m`.
+    /// `thickness_m`, `offset_m` or `toughness_j_per_m2`.
     pub parameter: &'static str,
     /// Group of nodes, or one of several bands; none for the whole body.
     pub group: Option<String>,

@@ -2,8 +2,8 @@
 //!
 //! A body of links has a stiffness and an alpha for each group of nodes and one time constant. A
 //! body of nodal shapes has a Young's modulus for each group; the modulus and the half-width of its
-//! stiffening bands, the thickness of a generated slab and where a probe met the surface are looked
-//! for where [`Wanted`] says so.
+//! stiffening bands, the thickness of a generated slab, where a tool met the surface and the toughness
+//! are looked for where [`Wanted`] says so.
 //! Poisson's ratio is held: a force alone does not tell it from Young's modulus.
 
 use super::{Bench, Parameters};
@@ -32,7 +32,8 @@ const STIFFENING: usize = 4;
 const HALF_WIDTH: usize = 5;
 const THICKNESS: usize = 6;
 const OFFSET: usize = 7;
-const KINDS: [Kind; 8] = [
+const TOUGHNESS: usize = 8;
+const KINDS: [Kind; 9] = [
     kind("stiffness_n_per_m", [0.01, 1e5], ANY),
     kind("alpha", [0.0, 0.5], [0.0, 0.95]),
     kind("time_constant_s", [1e-4, 1e4], ANY),
@@ -41,6 +42,7 @@ const KINDS: [Kind; 8] = [
     kind("half_width", [0.01, 0.5], [0.01, 0.95]),
     kind("thickness_m", [0.002, 0.1], ANY),
     kind("offset_m", [1e-5, 1e-3], ANY),
+    kind("toughness_j_per_m2", [0.1, 1e4], [0.01, 1e6]),
 ];
 
 /// Where parameters are looked for: the least and the largest value of each kind.
@@ -80,8 +82,10 @@ pub struct Wanted {
     pub half_width: bool,
     /// The thickness of the slab.
     pub thickness: bool,
-    /// How far the probe had gone on from where it met the surface when its displacement was 0.
+    /// How far the tool had gone on from where it met the surface when its displacement was 0.
     pub offset: bool,
+    /// The energy that a cut takes for each area.
+    pub toughness: bool,
 }
 
 /// One unknown.
@@ -101,8 +105,10 @@ pub enum Unknown {
     HalfWidth(usize),
     /// Thickness of the slab.
     Thickness,
-    /// Displacement of the probe from where it meets the surface to its 0.
+    /// Displacement of the tool from where it meets the surface to its 0.
     Offset,
+    /// Toughness of the body.
+    Toughness,
 }
 
 impl Unknown {
@@ -114,12 +120,14 @@ impl Unknown {
             let links = groups.clone().map(Self::Stiffness).chain(groups.map(Self::Alpha));
             return links.chain(time).collect();
         };
-        let Wanted { stiffening, half_width, thickness, offset } = bench.wanted;
+        let Wanted { stiffening, half_width, thickness, offset, toughness } = bench.wanted;
         let bands = |wanted: bool| 0..if wanted { tissue.stiffening.len() } else { 0 };
         let young = groups.map(Self::Young).chain(bands(stiffening).map(Self::Stiffening));
         let shape = bands(half_width).map(Self::HalfWidth);
         let place = thickness.then_some(Self::Thickness).into_iter();
-        young.chain(shape).chain(place).chain(offset.then_some(Self::Offset)).collect()
+        let offset = offset.then_some(Self::Offset);
+        let toughness = toughness.then_some(Self::Toughness);
+        young.chain(shape).chain(place).chain(offset).chain(toughness).collect()
     }
 
     /// Its value.
@@ -133,6 +141,7 @@ impl Unknown {
             Self::HalfWidth(band) => parameters.stiffening[band].half_width,
             Self::Thickness => parameters.thickness_m,
             Self::Offset => parameters.offset_m,
+            Self::Toughness => parameters.toughness_j_per_m2,
         }
     }
 
@@ -147,6 +156,7 @@ impl Unknown {
             Self::HalfWidth(band) => &mut parameters.stiffening[band].half_width,
             Self::Thickness => &mut parameters.thickness_m,
             Self::Offset => &mut parameters.offset_m,
+            Self::Toughness => &mut parameters.toughness_j_per_m2,
         } = value;
     }
 
@@ -160,6 +170,7 @@ impl Unknown {
             Self::HalfWidth(_) => HALF_WIDTH,
             Self::Thickness => THICKNESS,
             Self::Offset => OFFSET,
+            Self::Toughness => TOUGHNESS,
         }
     }
 
@@ -183,13 +194,13 @@ impl Unknown {
                 let bands = bench.options.tissue.as_ref().map_or(0, |of| of.stiffening.len());
                 (bands > 1).then(|| format!("band {}", band + 1))
             }
-            Self::Time | Self::Thickness | Self::Offset => None,
+            Self::Time | Self::Thickness | Self::Offset | Self::Toughness => None,
         }
     }
 
-    /// Whether it is a modulus or a stiffness: forces grow with all of them together.
+    /// Whether it is a modulus, a stiffness or the toughness: forces grow with all of them together.
     pub fn is_modulus(self) -> bool {
-        matches!(self, Self::Stiffness(_) | Self::Young(_) | Self::Stiffening(_))
+        matches!(self, Self::Stiffness(_) | Self::Young(_) | Self::Stiffening(_) | Self::Toughness)
     }
 
     /// Value at a coordinate: alpha itself and the logarithms of the others run between their
@@ -245,6 +256,7 @@ mod tests {
             (Unknown::Time, 0.2),
             (Unknown::Young(0), 5000.0),
             (Unknown::HalfWidth(0), 0.1),
+            (Unknown::Toughness, 160.0),
         ] {
             let x = unknown.coordinate(&bounds, value);
             assert!((unknown.value(&bounds, x) / value - 1.0).abs() < 1e-9);
