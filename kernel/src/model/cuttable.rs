@@ -175,7 +175,7 @@ impl<'a> Cuttable<'a> {
             }
             next = u64::from(number) + 1;
         }
-        // A body of shapes has a tetrahedron at every cell.
+        // There is a tetrahedron at every cell.
         if next == 0 {
             return Err(ModelError::Index(kind::CUT_STAR_ROWS, cell as u32));
         }
