@@ -77,7 +77,7 @@ impl CutBody<'_, '_> {
         }
         let Some(torn) = self.torn(cell, &pieces) else { return self.refuse() };
         if self.is_of_links() {
-            // The shares of a link store at most what it did: the energy rises by no more than the sums' rounding.
+            // The shares of a link store what it did, but for their rounding, a unit in the last place at most.
             let stored = self.stored_by_links(cell, at);
             let Some(_) = self.part(cell, &pieces, torn, states) else { return self.refuse() };
             return Look::Split(at_most(TwoFloat::ZERO, stored + stored));
