@@ -167,12 +167,16 @@ fn check_cuttable(mesh: &Mesh, options: &BakeOptions, cuttable: &Cuttable) -> Re
     cuttable.check()?;
     let why = match &options.tissue {
         Some(tissue) if tissue.stiffening.is_empty() => return Ok(()),
-        Some(_) => "`stiffening` with `cuttable`: a cut does not part bands on links; leave one out",
+        Some(_) => {
+            "`stiffening` with `cuttable`: a cut does not part bands on links; leave one out"
+        }
         None if mesh.tetrahedra.is_empty() => {
             "`cuttable`: the mesh has no tetrahedra, between which a cut opens faces; take a mesh that has, or leave \
              it out"
         }
-        None if options.lean => "`lean` with `cuttable`: a cut needs the links in slices; leave one out",
+        None if options.lean => {
+            "`lean` with `cuttable`: a cut needs the links in slices; leave one out"
+        }
         None if options.cells.is_some() => {
             "`cells` with `cuttable`: groups of nodes have no tetrahedra to part; leave one out"
         }

@@ -98,12 +98,7 @@ impl LinkArrays<'_> {
 
 impl<'a> LinkArrays<'a> {
     /// The model with these links, whose half-links have these groups and other ends.
-    pub fn relinked(
-        self,
-        model: Model<'a>,
-        rows: &'a [u32],
-        ids: &'a [[u16; LANES]],
-    ) -> Model<'a> {
+    pub fn relinked(self, model: Model<'a>, rows: &'a [u32], ids: &'a [[u16; LANES]]) -> Model<'a> {
         let (count, varies) = (self.count(), model.alpha_varies());
         let slices = Slices {
             rows,

@@ -48,8 +48,11 @@ impl CutBody<'_, '_> {
             let origin = self.origin(cell.into());
             let across = there.into_iter().find(|&id| self.origin(id.into()) == origin);
             let Some(across) = across.filter(|&across| across != cell) else { continue };
-            let (cells, third) =
-                if cell < across { ([cell, across], third) } else { ([across, cell], scale(-1.0, third)) };
+            let (cells, third) = if cell < across {
+                ([cell, across], third)
+            } else {
+                ([across, cell], scale(-1.0, third))
+            };
             let spare = usize::from(cells[1]).saturating_sub(self.bodily);
             let mut places = LIPS * spare..LIPS * (spare + 1);
             let place = places.find(|&place| self.lip(place).is_some_and(|lip| lip.cells == cells));

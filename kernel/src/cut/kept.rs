@@ -4,9 +4,9 @@ use super::body::CutBody;
 use super::memory::{CREDIT, CutRoom, OPENED, TURN, USED, WAITING, image_groups};
 use super::renewal::{in_use, is_fit};
 use super::tear::TURNS;
+use crate::model::Model;
 use crate::model::nodal::OffsetNumbers;
 use crate::model::sides::NO_SIDE;
-use crate::model::Model;
 use crate::number::kept::Pass;
 
 /// Largest square of a normal's length.

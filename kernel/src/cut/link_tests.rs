@@ -152,7 +152,8 @@ fn shares_are_symmetric_and_never_more_than_the_whole() {
         }
         for (cell, weight) in weights.iter().enumerate().take(body.bodily + body.used()) {
             let origin = body.origin(cell);
-            let whole = model.neighbours(origin).map(|(link, _)| f64::from(model.link_weight(link)));
+            let whole =
+                model.neighbours(origin).map(|(link, _)| f64::from(model.link_weight(link)));
             assert!(*weight <= whole.sum::<f64>() * (1.0 + 1e-12), "{cell}");
         }
         for cell in 0..body.bodily {
@@ -190,8 +191,11 @@ fn links_follow_from_the_state() {
         let model = copy.into_model();
         let (mut links, cells) = (0, model.cells());
         for cell in 0..cells {
-            let ends: Vec<u16> =
-                after.keys().filter(|[one, _]| usize::from(*one) == cell).map(|ends| ends[1]).collect();
+            let ends: Vec<u16> = after
+                .keys()
+                .filter(|[one, _]| usize::from(*one) == cell)
+                .map(|ends| ends[1])
+                .collect();
             let neighbours: Vec<u16> =
                 model.neighbours(cell).map(|(_, other)| other as u16).collect();
             assert_eq!(neighbours, ends, "{cell}");

@@ -237,7 +237,8 @@ impl CutBody<'_, '_> {
         self.name_end(group, lane, end);
         let LinkNumbers { length, weight, alpha } = numbers;
         let links = &mut self.arrays.links;
-        let arrays = [(&mut *links.lengths, length), (links.weights, weight), (links.alphas, alpha)];
+        let arrays =
+            [(&mut *links.lengths, length), (links.weights, weight), (links.alphas, alpha)];
         for (array, number) in arrays {
             if let Some(slot) = array.get_mut(group).and_then(|lanes| lanes.get_mut(lane)) {
                 *slot = number;
