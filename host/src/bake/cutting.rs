@@ -2,6 +2,8 @@
 //!
 //! The kernel's module `cuttable` describes the use of the sections, and of the bound that goes with them.
 
+use std::collections::BTreeSet;
+
 use chaincell_kernel::image::{CELLS_MAX, CUTTING_VERSION, TEARING_VERSION, cutting, kind};
 use chaincell_kernel::number::two_float::LANES;
 use chaincell_kernel::{TEAR_STRETCH, TearLimit};
@@ -116,6 +118,23 @@ impl Cuttable {
         sections.push(kind::CUTTING, &words);
         Ok(())
     }
+}
+
+/// Checks that the links of a body are the edges of its tetrahedra: the pieces of a cut share them by volume.
+pub(super) fn check_links(mesh: &Mesh) -> Result<()> {
+    let edges: BTreeSet<[u32; 2]> = mesh
+        .tetrahedra
+        .iter()
+        .flat_map(|&[a, b, c, d]| [[a, b], [a, c], [a, d], [b, c], [b, d], [c, d]])
+        .map(|[one, other]| [one.min(other), one.max(other)])
+        .collect();
+    let Some([one, other]) = mesh.links.iter().find(|link| !edges.contains(*link)) else {
+        return Ok(());
+    };
+    Err(Error::input(format!(
+        "`cuttable`: the link of nodes {one} and {other} is no edge of a tetrahedron, so no cut can part it: leave \
+         `rings`, `diagonals` and other elements out"
+    )))
 }
 
 /// Returns the tetrahedra at each cell, ascending, with their starts.

@@ -64,11 +64,11 @@ impl Equivalent {
             return None;
         }
         let unit_m = f64::from(model.unit_m());
-        let rest_m: Vec<[f64; 3]> = (0..model.cells())
+        let rest_m: Vec<[f64; 3]> = (0..model.body_cells())
             .map(|cell| model.rest_position(cell).map(|x| unit_m * f64::from(x)))
             .collect();
         let stiffness = f64::from(model.stiffness_n_per_m());
-        let links = (0..model.cells()).flat_map(|cell| {
+        let links = (0..model.body_cells()).flat_map(|cell| {
             model.row(cell).map(move |link| {
                 let ends = [cell, usize::from(model.upper()[link])];
                 (ends, stiffness * f64::from(model.link_weight(link)))

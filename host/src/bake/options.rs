@@ -3,7 +3,7 @@
 use chaincell_kernel::image::STIFFENING_MAX;
 
 use super::coarse_basis::BasisSpacing;
-use super::cutting::Cuttable;
+use super::cutting::{Cuttable, check_links};
 use super::per_cell::PerCell;
 use super::tissue::{Band, STRETCH_MIN, Tissue};
 use crate::error::{Error, Result};
@@ -47,7 +47,7 @@ pub struct BakeOptions {
     pub lean: bool,
     /// Choice of a contact surface, which tools touch.
     pub contact_surface: ContactSurface,
-    /// A body of tissue that can be cut.
+    /// A body of tetrahedra that can be cut.
     pub cuttable: Option<Cuttable>,
     /// Number of groups of nodes, each of them a cell; every node is a cell if absent.
     pub cells: Option<usize>,
@@ -107,8 +107,7 @@ pub(super) fn check(mesh: &Mesh, options: &BakeOptions) -> Result<()> {
         check_shapes(options)?;
     }
     if let Some(cuttable) = &options.cuttable {
-        check_tissue(options)?;
-        cuttable.check()?;
+        check_cuttable(mesh, options, cuttable)?;
     }
     // The coarse level and the scalars of the body.
     if let BasisSpacing::Links(spacing) = options.coarse_basis
@@ -163,17 +162,31 @@ fn check_stiffening(bands: &[Band]) -> Result<()> {
     Ok(())
 }
 
-/// Checks that a body that can be cut is made of tissue without bands on its links.
-fn check_tissue(options: &BakeOptions) -> Result<()> {
-    match &options.tissue {
-        None => Err(Error::input(
-            "`cuttable`: a body of links cannot be cut; make it of tissue, with `young_pa`",
-        )),
-        Some(tissue) if !tissue.stiffening.is_empty() => Err(Error::input(
-            "`stiffening` with `cuttable`: a cut does not part bands on links; leave one out",
-        )),
-        Some(_) => Ok(()),
-    }
+/// Checks that a body that can be cut has no bands on the links of shapes, or is made of the links of its tetrahedra.
+fn check_cuttable(mesh: &Mesh, options: &BakeOptions, cuttable: &Cuttable) -> Result<()> {
+    cuttable.check()?;
+    let why = match &options.tissue {
+        Some(tissue) if tissue.stiffening.is_empty() => return Ok(()),
+        Some(_) => {
+            "`stiffening` with `cuttable`: a cut does not part bands on links; leave one out"
+        }
+        None if mesh.tetrahedra.is_empty() => {
+            "`cuttable`: the mesh has no tetrahedra, between which a cut opens faces; take a mesh that has, or leave \
+             it out"
+        }
+        None if options.lean => {
+            "`lean` with `cuttable`: a cut needs the links in slices; leave one out"
+        }
+        None if options.cells.is_some() => {
+            "`cells` with `cuttable`: groups of nodes have no tetrahedra to part; leave one out"
+        }
+        None if cuttable.tear_limit.is_some() => {
+            "`tears`, `tear_stretch`: a body of links does not tear by itself; make it of tissue, with `young_pa`, or \
+             leave them out"
+        }
+        None => return check_links(mesh),
+    };
+    Err(Error::input(why))
 }
 
 /// Checks the options that nodal shapes exclude.

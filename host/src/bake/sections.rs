@@ -40,7 +40,7 @@ pub(super) fn write(
     };
     let adjacency = adjacency(cells, links);
     let weights = match &shapes {
-        None => cell_weights(cells, &adjacency, &weight),
+        None => cell_weights(body.rest.len(), &adjacency, &weight),
         Some(shapes) => shapes.weights.clone(),
     };
     let mobility = mobilities(body, &weights);

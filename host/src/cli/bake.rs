@@ -146,8 +146,8 @@ pub struct BodyArgs {
     /// triangles and the model is not --lean; without it a tool can only hold cells
     #[arg(long, value_enum, default_value = "auto", value_name = "WHETHER")]
     contact_surface: ContactSurfaceArg,
-    /// The body can be cut: spare cells take the further sides of a cut. It needs --young-pa
-    #[arg(long, conflicts_with = "links")]
+    /// The body can be cut: spare cells take the further sides of a cut. It needs tetrahedra
+    #[arg(long)]
     cuttable: bool,
     /// Energy that a cut takes for each area [J/m^2] [default: 160, that of liver]
     #[arg(long, value_name = "J", allow_negative_numbers = true, requires = "cuttable")]

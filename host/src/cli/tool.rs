@@ -190,7 +190,7 @@ pub fn tools(specs: &[ToolSpec], friction: Option<f32>, model: &Model<'_>) -> Re
     if let Some(blade) = blade.filter(|_| model.tetrahedra_to_cut() == 0) {
         return Err(Error::input(format!(
             "--tool {}: a blade cuts, and this model cannot be cut: bake it with --cuttable, which needs \
-             tetrahedra and --young-pa",
+             tetrahedra",
             blade.text
         )));
     }

@@ -1,6 +1,6 @@
 //! The arrays of a body that is cut, with its image.
 
-use super::memory::{Arrays, COUNTS, CutRoom, OPENED, USED, WAITING};
+use super::memory::{Arrays, COUNTS, CutRoom, OPENED, USED, WAITING, image_groups};
 use super::renewal::{Lists, Renewal};
 use crate::model::cuttable::Cuttable;
 use crate::model::lips::Lips;
@@ -33,7 +33,7 @@ impl<'a, 'm> CutBody<'a, 'm> {
         self.arrays.faces.fill(0);
         self.arrays.marks.fill(0);
         self.arrays.origins.fill(0);
-        copy(self.arrays.rows, others::shapes(&self.model.others).rows);
+        copy(self.arrays.rows, image_groups(self.model).rows);
         self.arrays.is_offset.fill(0);
         self.arrays.offsets.fill([[0.0; LANES]; 9]);
         self.arrays.normals.fill([0.0; 3]);
@@ -49,7 +49,7 @@ impl<'a, 'm> CutBody<'a, 'm> {
         let (model, shapes) = (self.model, others::shapes(&self.model.others));
         copy(self.arrays.cells, shapes.cells);
         copy(self.arrays.slots, shapes.slots);
-        copy(self.arrays.ids, shapes.ids);
+        copy(self.arrays.ids, image_groups(model).ids);
         copy(self.arrays.rest, model.rest);
         copy(self.arrays.mobility, model.mobility);
         if let Some(basis) = model.coarse_basis {
@@ -64,6 +64,14 @@ impl<'a, 'm> CutBody<'a, 'm> {
         self.arrays.lip_numbers.fill([0.0; 5]);
         self.arrays.lip_rows.fill(0);
         self.derive_strengths();
+        if self.is_of_links() {
+            self.derive_links();
+        }
+    }
+
+    /// Returns true for a body of links, not of shapes.
+    pub fn is_of_links(&self) -> bool {
+        !self.model.is_nodal()
     }
 
     /// Number of spare cells in use.
@@ -196,10 +204,16 @@ impl<'a, 'm> CutBody<'a, 'm> {
     where
         'm: 'a,
     {
+        let is_relinked = self.is_of_links() && self.used() > 0;
         let (model, arrays): (Model<'a>, _) = (*self.model, self.arrays);
         let Arrays { cells, slots, rows, ids, rest, offsets, is_offset, .. } = arrays;
+        let (rows, ids): (&[u32], &[[u16; LANES]]) = (rows, ids);
         let shapes = others::shapes(&model.others);
-        let shapes = Nodal { cells, slots, rows, ids, rest, offsets, is_offset, ..shapes };
+        let shapes = if shapes.is_any() {
+            Nodal { cells, slots, rows, ids, rest, offsets, is_offset, ..shapes }
+        } else {
+            shapes
+        };
         let coarse_basis = model.coarse_basis.map(|basis| {
             let (pairs, weights) = (&*arrays.pairs, &*arrays.weights);
             basis.with_cells(arrays.box_rows, pairs, weights, arrays.entry, arrays.factors)
@@ -228,6 +242,7 @@ impl<'a, 'm> CutBody<'a, 'm> {
             numbers: arrays.numbers.get(..count).unwrap_or(&[]),
         };
         let mobility = &*arrays.mobility;
+        let model = if is_relinked { arrays.links.relinked(model, rows, ids) } else { model };
         Model { rest, mobility, triangles, opened, coarse_basis, others, ..model }
     }
 }

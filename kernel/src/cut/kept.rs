@@ -1,12 +1,12 @@
 //! Parts of a cut body that a snapshot contains: its state. The numbers follow from it and from the image.
 
 use super::body::CutBody;
-use super::memory::{CREDIT, CutRoom, OPENED, TURN, USED, WAITING};
+use super::memory::{CREDIT, CutRoom, OPENED, TURN, USED, WAITING, image_groups};
 use super::renewal::{in_use, is_fit};
 use super::tear::TURNS;
+use crate::model::Model;
 use crate::model::nodal::OffsetNumbers;
 use crate::model::sides::NO_SIDE;
-use crate::model::{Model, others};
 use crate::number::kept::Pass;
 
 /// Largest square of a normal's length.
@@ -70,7 +70,7 @@ impl CutBody<'_, '_> {
             pass.refuse();
         }
         // The groups of each slice: never fewer than in the image.
-        let (image, most) = (others::shapes(&self.model.others).rows, self.arrays.ids.len());
+        let (image, most) = (image_groups(self.model).rows, self.arrays.ids.len());
         let mut last = 0;
         pass.slice_if(self.arrays.rows, |slice, &row| {
             let before = image.get(slice.saturating_sub(1)).copied().unwrap_or(0);
@@ -132,7 +132,7 @@ impl CutBody<'_, '_> {
     /// Sets all numbers from the state.
     pub fn derive(&mut self) {
         // The whole body, with the groups where they are now.
-        let rows = others::shapes(&self.model.others).rows;
+        let rows = image_groups(self.model).rows;
         self.derive_whole();
         for slice in (0..rows.len().saturating_sub(1)).rev() {
             self.spread_groups(slice, rows);
@@ -143,7 +143,9 @@ impl CutBody<'_, '_> {
             self.inherit(self.origin(copy), copy);
         }
         for cell in 0..self.bodily + self.used() {
-            if self.is_torn(cell) {
+            // The order of a cell's links follows the names of their ends.
+            let is_named = |body: &Self| body.ends(cell).any(|(whole, now)| whole != now);
+            if self.is_torn(cell) || (self.is_of_links() && is_named(self)) {
                 self.renumber(cell);
             } else {
                 self.name_ends(cell);

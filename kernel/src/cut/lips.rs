@@ -5,7 +5,8 @@
 //! faces and the cells of the tetrahedra, as that of the touched faces does; it is made anew after the splits of a
 //! tick. A spare cell has two places, for lips with two other cells; a further one is left out.
 //!
-//! At the start of a tick the normals turn with the cells' rotations. Where the cells of a lip are far from each other
+//! At the start of a tick the normals turn with the cells' rotations, in a body of links with the faces themselves,
+//! see `facing`. Where the cells of a lip are far from each other
 //! its sides meet other parts of the cut, or nothing: a lip counts in full up to a mean edge, and not at all from two
 //! on. No turn raises the energy: a lip that would press harder gets a shorter normal, so one whose sides have slid away
 //! and come back overlapping presses only after they have parted. What the energy falls by is booked. The bounds of the cells have the lips that count: else a piece that
@@ -54,16 +55,18 @@ fn share(apart: f32) -> f32 {
 }
 
 impl CutBody<'_, '_> {
-    /// Lists touched faces and lips anew, after splits.
+    /// Lists touched faces, lips and links anew, after splits.
     pub(crate) fn list(&mut self) {
         self.list_opened();
         self.list_lips(false);
+        self.list_links();
     }
 
     /// The same for a body whose normals have been read.
     pub(super) fn list_read(&mut self) {
         self.list_opened();
         self.list_lips(true);
+        self.list_links();
         self.bound_lips();
     }
 
@@ -227,10 +230,11 @@ impl CutBody<'_, '_> {
         states: States<'_>,
     ) -> Turned {
         let mut turned = Turned::default();
+        self.face_lips(at);
         for place in 0..LIPS * self.used() {
             let normal = self.lip(place).map(|lip| {
                 let before = self.arrays.normals.get(place).copied().unwrap_or_default();
-                let normal = self.normal(&lip, at, states).unwrap_or_default();
+                let normal = self.normal(place, &lip, at, states).unwrap_or_default();
                 let places = lip.cells.map(|cell| at(cell.into()));
                 // A lip presses no harder than before.
                 let [was, is] = [before, normal].map(|normal| depth(normal, places));
@@ -266,13 +270,19 @@ impl CutBody<'_, '_> {
     /// Normal of a lip, times the root of its share.
     fn normal(
         &self,
+        place: usize,
         lip: &Lip,
         at: &impl Fn(usize) -> [f32; 3],
         states: States<'_>,
     ) -> Option<[f32; 3]> {
         let turn = |cell: u16| Term::<f32>::turn(self.shapes(), cell.into(), of_shapes(states));
-        let [first, second] = lip.cells.map(|cell| Some(turned(Turn::new(turn(cell)?)?, lip.area)));
-        let normal = add(first?, second?);
+        let normal = if self.is_of_links() {
+            *self.arrays.links.lip_areas.get(place)?
+        } else {
+            let turned = |cell: u16| Some(turned(Turn::new(turn(cell)?)?, lip.area));
+            let [first, second] = lip.cells.map(turned);
+            add(first?, second?)
+        };
         let size = sqrt(dot(normal, normal));
         let unit = (size > 0.0).then(|| scale(1.0 / size, normal))?;
         let [one, other] = lip.cells.map(|cell| at(cell.into()));

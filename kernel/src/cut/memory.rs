@@ -11,8 +11,6 @@ use crate::model::lips::LipNumbers;
 #[cfg(feature = "cut")]
 use crate::model::nodal::{CellNumbers, OffsetNumbers, SlotNumbers};
 #[cfg(feature = "cut")]
-use crate::model::others;
-#[cfg(feature = "cut")]
 use crate::number::two_float::{Eight, LANES};
 
 /// 1 in a kernel that cuts, so that arrays of this length have no size in another.
@@ -62,7 +60,8 @@ impl Default for CutRoom<'_> {
 
 /// Number of words of [`CutRoom`] with which a body can be cut; 0 for one that is not cuttable.
 ///
-/// Per cell 360 to 430 bytes: the half-links, a copy of which changes, are most of it. Each spare cell
+/// Per cell 360 to 430 bytes, in a body of links too: the half-links, a copy of which changes, are most of it. Each
+/// spare cell
 /// takes 88 bytes more for lips, and with a contact surface 208 more. A coarse level of n functions, 24 or more, takes
 /// 1,200 n + 40,000 bytes and 29 a cell for up to 32 functions on one side of a cut.
 #[must_use]
@@ -177,6 +176,34 @@ pub(crate) struct Arrays<'a> {
     /// Displacements of the cells, and pushes on them, for one column.
     pub lengths: &'a mut [f32],
     pub pushes: &'a mut [[f32; 3]],
+    pub links: LinkArrays<'a>,
+}
+
+/// Arrays of a body of links, all of which follow from state and image; empty in a body of shapes.
+#[cfg(feature = "cut")]
+pub(crate) struct LinkArrays<'a> {
+    /// Rest lengths of the half-links, by group and lane; 0 for padding.
+    pub lengths: &'a mut [Eight],
+    /// Their weights; 1 for padding.
+    pub weights: &'a mut [Eight],
+    /// The half-widths of their bands; none if links do not differ in them.
+    pub alphas: &'a mut [Eight],
+    /// The links of each cell as their lower end, cells + 1.
+    pub rows: &'a mut [u32],
+    /// Numbers of each link: its upper end, rest length, weight and half-width of its band.
+    pub upper: &'a mut [u16],
+    pub link_lengths: &'a mut [f32],
+    pub link_weights: &'a mut [f32],
+    pub link_alphas: &'a mut [f32],
+    /// The links of each cell as their upper end, cells + 1.
+    pub back_rows: &'a mut [u32],
+    /// Lower end and number of each of these.
+    pub lower: &'a mut [u16],
+    pub back_link: &'a mut [u32],
+    /// Young's modulus of each cell of the image [2 `k_ref` / l].
+    pub young: &'a mut [f32],
+    /// Area of the lip in each place as it is in this tick.
+    pub lip_areas: &'a mut [[f32; 3]],
 }
 
 /// Words of [`Counts`].
@@ -242,13 +269,31 @@ fn sides(model: &Model<'_>) -> usize {
     model.coarse_basis.map_or(0, |basis| basis.side_blocks() / 3 * LANES)
 }
 
+/// Groups of half-links in the image.
+#[cfg(feature = "cut")]
+#[derive(Clone, Copy)]
+pub(super) struct ImageGroups<'m> {
+    /// Those of each slice, slices + 1.
+    pub rows: &'m [u32],
+    /// Other ends, by group and lane.
+    pub ids: &'m [[u16; LANES]],
+}
+
+/// The groups of half-links in the image of a body that can be cut.
+#[cfg(feature = "cut")]
+pub(super) fn image_groups<'m>(model: &Model<'m>) -> ImageGroups<'m> {
+    let slices = model.slices.as_ref();
+    let rows = slices.map_or(&[][..], |slices| slices.rows);
+    ImageGroups { rows, ids: slices.map_or(&[], |slices| slices.neighbours) }
+}
+
 /// Arrays of the state: those before this index.
 #[cfg(feature = "cut")]
 const STATE: usize = 11;
 
 /// Words of each array, in their order.
 #[cfg(feature = "cut")]
-struct Sizes([usize; 38]);
+struct Sizes([usize; 51]);
 
 #[cfg(feature = "cut")]
 impl Sizes {
@@ -256,7 +301,7 @@ impl Sizes {
     fn of(model: &Model<'_>) -> Option<Self> {
         let cut = Some(model.cuttable()).filter(|cut| cut.is_any())?;
         let (cells, slices) = (model.cells(), model.slice_count());
-        let groups = others::shapes(&model.others).ids.len() + cut.spare_groups;
+        let groups = image_groups(model).ids.len() + cut.spare_groups;
         let basis = model.coarse_basis;
         let boxes = basis.map_or(0, |basis| basis.rows.len());
         let pairs = basis.map_or(0, |basis| basis.cells.len() + cut.spare_cells);
@@ -266,6 +311,11 @@ impl Sizes {
             (sides(model), |words: usize| if sides(model) > 0 { words } else { 0 });
         let column = basis.map_or(0, |basis| basis.row_blocks() + basis.side_blocks());
         let is_elastic = basis.is_some_and(|basis| basis.elastic().is_some());
+        let of_shapes = |words: usize| if model.is_nodal() { words } else { 0 };
+        let of_links = |words: usize| if model.is_nodal() { 0 } else { words };
+        let of_alphas = |words: usize| if model.alpha_varies() { of_links(words) } else { 0 };
+        // Every link takes two of the half-links.
+        let (halves, links) = (groups * LANES, groups * LANES / 2);
         Some(Self([
             COUNTS,
             2 * cut.corners.len(),
@@ -273,13 +323,13 @@ impl Sizes {
             cells.div_ceil(4),
             cut.spare_cells.div_ceil(2),
             slices + 1,
-            slices.div_ceil(4),
-            slices * size_of::<OffsetNumbers>() / 4,
+            of_shapes(slices.div_ceil(4)),
+            of_shapes(slices * size_of::<OffsetNumbers>() / 4),
             3 * lips(model),
             of_tears(TEAR_WORDS),
             of_sides(size_of::<Renewal>() / 4),
-            slices * size_of::<CellNumbers>() / 4,
-            groups * size_of::<SlotNumbers>() / 4,
+            of_shapes(slices * size_of::<CellNumbers>() / 4),
+            of_shapes(groups * size_of::<SlotNumbers>() / 4),
             groups * LANES / 2,
             3 * cells,
             cells,
@@ -305,6 +355,19 @@ impl Sizes {
             of_sides(cells.div_ceil(2)),
             of_sides(cells),
             of_sides(3 * cells),
+            of_links(halves),
+            of_links(halves),
+            of_alphas(halves),
+            of_links(cells + 1),
+            of_links(links.div_ceil(2)),
+            of_links(links),
+            of_links(links),
+            of_alphas(links),
+            of_links(cells + 1),
+            of_links(links.div_ceil(2)),
+            of_links(links),
+            of_links(cells - cut.spare_cells),
+            of_links(3 * lips(model)),
         ]))
     }
 }
@@ -333,6 +396,7 @@ impl<'a> CutRoom<'a> {
         let has_basis = model.coarse_basis.is_some();
         let sides = sides(model);
         let of_sides = if sides > 0 { cells } else { 0 };
+        let shaped_slices = if model.is_nodal() { model.slice_count() } else { 0 };
         let mut sizes = sizes.into_iter();
         Some(Arrays {
             counts: take::<u32>(rest, sizes.next()?)?.first_chunk_mut()?,
@@ -341,7 +405,7 @@ impl<'a> CutRoom<'a> {
             marks: take(rest, sizes.next()?)?.get_mut(..cells)?,
             origins: take(rest, sizes.next()?)?.get_mut(..spare)?,
             rows: take(rest, sizes.next()?)?,
-            is_offset: take(rest, sizes.next()?)?.get_mut(..model.slice_count())?,
+            is_offset: take(rest, sizes.next()?)?.get_mut(..shaped_slices)?,
             offsets: take(rest, sizes.next()?)?,
             normals: take(rest, sizes.next()?)?,
             tear: take(rest, sizes.next()?)?,
@@ -373,7 +437,32 @@ impl<'a> CutRoom<'a> {
             parents: take(rest, sizes.next()?)?.get_mut(..of_sides)?,
             lengths: take(rest, sizes.next()?)?,
             pushes: take(rest, sizes.next()?)?,
+            links: LinkArrays {
+                lengths: take(rest, sizes.next()?)?,
+                weights: take(rest, sizes.next()?)?,
+                alphas: take(rest, sizes.next()?)?,
+                rows: take(rest, sizes.next()?)?,
+                upper: take(rest, sizes.next()?)?,
+                link_lengths: take(rest, sizes.next()?)?,
+                link_weights: take(rest, sizes.next()?)?,
+                link_alphas: take(rest, sizes.next()?)?,
+                back_rows: take(rest, sizes.next()?)?,
+                lower: take(rest, sizes.next()?)?,
+                back_link: take(rest, sizes.next()?)?,
+                young: take(rest, sizes.next()?)?,
+                lip_areas: take(rest, sizes.next()?)?,
+            },
         })
+    }
+}
+
+/// Copies an item of an array.
+#[cfg(feature = "cut")]
+pub(crate) fn inherit<T: Copy>(array: &mut [T], from: usize, to: usize) {
+    if let Some(item) = array.get(from).copied()
+        && let Some(slot) = array.get_mut(to)
+    {
+        *slot = item;
     }
 }
 

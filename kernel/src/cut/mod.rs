@@ -27,6 +27,12 @@
 //! 1 to 5 %. A level of fewer than 24 functions has none, and a body that tears: stretched far, its forces would
 //! buzz.
 //!
+//! **Links.** In a body of links a link lies in the tetrahedra at its edge. Where these fall apart, each piece has a
+//! link with the share of the weight that its volume has in theirs; see `links`. Rest lengths and bands stay, so the
+//! shares store what the whole link stores, and no offset is needed: a split changes the energy by rounding alone, which
+//! the level takes. A share is rounded down, so no cell's weights exceed those of the cell from which it was copied,
+//! whose bound it inherits. Its coarse level has no two-sided functions. Such a body does not tear by itself.
+//!
 //! **The surface.** An opened face gives two triangles, one for each side, behind those of the surface: tools touch
 //! them as any other. In a cut that lies closed the two lie on each other beneath the surface, and a sphere that is
 //! pressed on the body above them would push them too. So a side counts as far as the other one has moved away from
@@ -62,12 +68,14 @@
 //!
 //! - [`memory`]: memory of the caller, divided into arrays.
 //! - `body`: the arrays with their image: tetrahedra, faces, and the model that a tick reads.
-//! - `numbers`: volumes and half-links of a cell from its tetrahedra.
+//! - `numbers`: volumes and half-links of a cell from its tetrahedra; in a body of links `links`: its half-links,
+//!   and `ends`: the links by their ends.
 //! - `coarse`: a copy in the boxes of the coarse level; `labels`: the sides of a cut;
 //!   `sides`: two-sided functions beside it, and `renewal`: where their renewal is.
 //! - `pieces`: the tetrahedra at a cell, by the faces that are closed.
 //! - `split`: the split of a cell.
-//! - `opened`: the triangles of opened faces; `lips`: its sides where they lie on each other.
+//! - `opened`: the triangles of opened faces; `lips`: its sides where they lie on each other; `facing`: the way
+//!   that these face in a body of links.
 //! - `offset`: the offsets of copies, and their decay.
 //! - `edge`: the fronts of a blade's edge; `entry`: how it enters; `strip`: the faces that it opens; `place`:
 //!   points of tetrahedra.
@@ -81,11 +89,19 @@ mod coarse;
 #[cfg(feature = "cut")]
 pub(crate) mod edge;
 #[cfg(feature = "cut")]
+mod ends;
+#[cfg(feature = "cut")]
 mod entry;
+#[cfg(feature = "cut")]
+mod facing;
 #[cfg(feature = "cut")]
 pub(crate) mod kept;
 #[cfg(feature = "cut")]
 mod labels;
+#[cfg(all(test, feature = "cut"))]
+mod link_tests;
+#[cfg(feature = "cut")]
+mod links;
 #[cfg(feature = "cut")]
 mod lips;
 pub mod memory;

@@ -12,6 +12,8 @@
 use core::ops::Range;
 
 use super::body::CutBody;
+use super::links::LinkNumbers;
+use super::memory::inherit;
 use crate::model::image::nodal;
 use crate::model::range;
 use crate::number::two_float::LANES;
@@ -28,7 +30,7 @@ fn dot([a, b, c]: Slope, [d, e, f]: Slope) -> f64 {
 }
 
 /// Volume of a tetrahedron, and the gradients of its corners' hat functions.
-fn gradients(corners: [[f32; 3]; 4]) -> (f64, [Slope; 4]) {
+pub(super) fn gradients(corners: [[f32; 3]; 4]) -> (f64, [Slope; 4]) {
     let [a, b, c, d] = corners.map(|corner| corner.map(f64::from));
     let way = |[x, y, z]: Slope| [x - a[0], y - a[1], z - a[2]];
     let [b, c, d] = [way(b), way(c), way(d)];
@@ -43,6 +45,9 @@ fn gradients(corners: [[f32; 3]; 4]) -> (f64, [Slope; 4]) {
 impl CutBody<'_, '_> {
     /// Sets volume and half-links of a cell. A half-link without a place in the cell's groups is left out.
     pub fn renumber(&mut self, cell: usize) {
+        if self.is_of_links() {
+            return self.relink(cell);
+        }
         // Clear the cell's numbers and places.
         self.set_number(cell, nodal::VOLUME, 0.0);
         let (lane, groups) = (cell % LANES, range(self.arrays.rows, cell / LANES));
@@ -109,8 +114,11 @@ impl CutBody<'_, '_> {
         self.put(group, lane, other, numbers);
     }
 
-    /// Names the other end of a cell's half-link anew.
+    /// Names the other end of a cell's half-link anew; `to` is the last copy that the cell sees.
     pub fn rename_end(&mut self, cell: usize, from: u16, to: u16) {
+        if self.is_of_links() {
+            return self.relink_end(cell, from, to);
+        }
         let lane = cell % LANES;
         for group in range(self.arrays.rows, cell / LANES) {
             let id = self.arrays.ids.get_mut(group).and_then(|ids| ids.get_mut(lane));
@@ -165,16 +173,14 @@ impl CutBody<'_, '_> {
             for lane in 0..LANES {
                 let cell = (slice * LANES + lane).min(last);
                 self.put(group, lane, cell as u16, [0.0; nodal::SLOT_ROWS]);
+                self.put_link(group, lane, cell as u16, LinkNumbers::PADDING);
             }
         }
     }
 
     pub fn move_group(&mut self, from: usize, to: usize) {
-        let (slots, ids) = (&mut *self.arrays.slots, &mut *self.arrays.ids);
-        if let (Some(numbers), Some(ends)) = (slots.get(from).copied(), ids.get(from).copied())
-            && let (Some(slots), Some(ids)) = (slots.get_mut(to), ids.get_mut(to))
-        {
-            (*slots, *ids) = (numbers, ends);
-        }
+        inherit(self.arrays.slots, from, to);
+        inherit(self.arrays.ids, from, to);
+        self.arrays.links.move_group(from, to);
     }
 }

@@ -108,7 +108,13 @@ impl CutBody<'_, '_> {
         let edges = length(sub(b, a)) + length(sub(c, b)) + length(sub(a, c));
         let (edge, area) = (edges / 3.0, 0.5 * length(cross(sub(b, a), sub(c, a))));
         let of = |cell: u16, row| self.number(cell.into(), row);
-        let [p, q, r] = cells.map(|cell| young(of(cell, nodal::MU), of(cell, nodal::LAMBDA_3)));
+        let [p, q, r] = cells.map(|cell| {
+            if self.is_of_links() {
+                self.young_of_links(cell.into())
+            } else {
+                young(of(cell, nodal::MU), of(cell, nodal::LAMBDA_3))
+            }
+        });
         let at_least = |x: f32| if x > LEAST { x } else { LEAST };
         let stiffness = (p + q + r) / 3.0 * (area / at_least(edge));
         let mut numbers = [0.0; 3];

@@ -12,7 +12,7 @@ use super::offset::{at_most, of_shapes};
 use super::pieces::Pieces;
 use crate::energy::state::States;
 use crate::model::image::nodal;
-use crate::number::two_float::LANES;
+use crate::number::two_float::{LANES, TwoFloat};
 
 /// Most cells whose numbers a split changes; a cell with more stays whole.
 const RING_MAX: usize = 320;
@@ -76,30 +76,21 @@ impl CutBody<'_, '_> {
             return Look::Whole;
         }
         let Some(torn) = self.torn(cell, &pieces) else { return self.refuse() };
+        if self.is_of_links() {
+            // The shares of a link store what it did, but for their rounding, a unit in the last place at most.
+            let stored = self.stored_by_links(cell, at);
+            let Some(_) = self.part(cell, &pieces, torn, states) else { return self.refuse() };
+            return Look::Split(at_most(TwoFloat::ZERO, stored + stored));
+        }
         // Note energy and shape before.
         let shapes = of_shapes(states);
         let before = self.shapes().stored(torn.iter(), at, shapes);
         let (whole, offset) = (self.shapes().shape_at(cell, at), self.offset(cell));
-        // Rename the corners, and make place for the half-links.
-        let (first, copies) = (self.bodily + self.used(), pieces.count - 1);
-        if copies > self.cut.spare_cells - self.used() || !self.has_places(copies) {
-            return self.refuse();
-        }
-        self.rename(cell, first, &pieces);
-        let Some(all) = torn.with(first..first + copies).filter(|all| self.make_places(all)) else {
-            self.unname(cell, first, &pieces);
-            return self.refuse();
-        };
-        // Let the copies inherit; renumber the torn cells, and rename half-links of the others.
-        for copy in first..first + copies {
-            self.inherit(cell, copy);
-            states.inherit(cell, copy);
-        }
-        all.iter().for_each(|cell| self.renumber(cell));
-        self.rename_ends(cell, first, &pieces, &all);
+        let first = self.bodily + self.used();
+        let Some(all) = self.part(cell, &pieces, torn, states) else { return self.refuse() };
         // The pieces' offsets, and the energy after.
         let place = |other: usize| at(if other < first { other } else { cell });
-        for piece in core::iter::once(cell).chain(first..first + copies) {
+        for piece in core::iter::once(cell).chain(first..self.bodily + self.used()) {
             let part = self.shapes().shape_at(piece, &place);
             let mut shift = offset;
             for ((shift, whole), part) in shift.iter_mut().zip(whole).zip(part) {
@@ -111,6 +102,36 @@ impl CutBody<'_, '_> {
         }
         let after = self.shapes().stored(all.iter(), &place, shapes);
         Look::Split(at_most(after.wd2.minus(before.wd2), before.scale + after.scale))
+    }
+
+    /// Gives each piece of a cell but the first one a copy, and the numbers that follow to all cells. Returns the cells
+    /// with other numbers than before; `None` without places.
+    fn part(
+        &mut self,
+        cell: usize,
+        pieces: &Pieces,
+        torn: Ring,
+        states: States<'_>,
+    ) -> Option<Ring> {
+        // Rename the corners, and make place for the half-links.
+        let (first, copies) = (self.bodily + self.used(), pieces.count - 1);
+        if copies > self.cut.spare_cells - self.used() || !self.has_places(copies) {
+            return None;
+        }
+        self.rename(cell, first, pieces);
+        let all = torn.with(first..first + copies).filter(|all| self.make_places(all));
+        let Some(all) = all else {
+            self.unname(cell, first, pieces);
+            return None;
+        };
+        // Let the copies inherit; renumber the torn cells, and rename half-links of the others.
+        for copy in first..first + copies {
+            self.inherit(cell, copy);
+            states.inherit(cell, copy);
+        }
+        all.iter().for_each(|cell| self.renumber(cell));
+        self.rename_ends(cell, first, pieces, &all);
+        Some(all)
     }
 
     fn refuse(&mut self) -> Look {

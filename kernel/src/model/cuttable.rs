@@ -7,7 +7,8 @@
 //!
 //! The bound of every other cell holds however its tetrahedra are joined: with gradients g of the hat
 //! functions, mu and lambda the means of a tetrahedron's cells and b that of their bands, it is the sum over a
-//! cell's tetrahedra of (2 mu + 3 lambda + b) V times the sum of |`g_i` . `g_j`| over the corners j.
+//! cell's tetrahedra of (2 mu + 3 lambda + b) V times the sum of |`g_i` . `g_j`| over the corners j. In a body of links
+//! the sum of a cell's weights holds: the tetrahedra at a link's edge share its weight, and every link is such an edge.
 
 use super::image::{CUTTING_VERSION, ModelError, Sections, TEARING_VERSION, cutting, kind};
 use super::range;
@@ -175,7 +176,7 @@ impl<'a> Cuttable<'a> {
             }
             next = u64::from(number) + 1;
         }
-        // A body of shapes has a tetrahedron at every cell.
+        // There is a tetrahedron at every cell.
         if next == 0 {
             return Err(ModelError::Index(kind::CUT_STAR_ROWS, cell as u32));
         }

@@ -125,4 +125,9 @@ impl<'a> TermData<'a> for Lips<'a> {
     fn rests(&self, _: &Layout<'_>) -> bool {
         true
     }
+
+    #[inline(always)]
+    fn joins_unlinked(&self) -> bool {
+        self.is_any()
+    }
 }

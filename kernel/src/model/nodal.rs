@@ -309,6 +309,9 @@ impl<'a> TermData<'a> for Nodal<'a> {
     }
 
     fn is_dormant(&self, cell: usize) -> bool {
+        if !self.is_any() {
+            return true;
+        }
         let numbers = [nodal::VOLUME, nodal::MU, nodal::LAMBDA_3, nodal::BAND, nodal::BOUND];
         let [volume, mu, lambda_3, band, bound] = numbers.map(|row| self.number(cell, row));
         let least = *MODULI.start();

@@ -234,6 +234,12 @@ impl<'a> Model<'a> {
         self.others.replaces_links()
     }
 
+    /// Returns true if the motion of a cell affects cells beyond those that are linked to it.
+    #[inline(always)]
+    pub(crate) fn reaches_beyond_links(&self) -> bool {
+        self.is_nodal() || self.others.joins_unlinked()
+    }
+
     /// The parts in which threads share the body.
     #[must_use]
     #[inline(always)]

@@ -64,6 +64,11 @@ pub(crate) trait TermData<'a>: Keeps {
     /// Calls `visit(half_width, modulus_pa)` for each set of stiffening bands, from the unit of stress
     /// \[Pa\].
     fn stiffening(&self, _unit_pa: f32, _visit: &mut impl FnMut(f32, f32)) {}
+    /// Returns true if the term joins cells without a link between them.
+    #[inline(always)]
+    fn joins_unlinked(&self) -> bool {
+        false
+    }
     /// Returns true if the term replaces the forces of the links, so that the motion of a cell affects cells
     /// beyond its neighbours.
     #[inline(always)]
@@ -143,6 +148,11 @@ impl<'a, A: TermData<'a>, B: TermData<'a>> TermData<'a> for (A, B) {
     fn stiffening(&self, unit_pa: f32, visit: &mut impl FnMut(f32, f32)) {
         self.0.stiffening(unit_pa, visit);
         self.1.stiffening(unit_pa, visit);
+    }
+
+    #[inline(always)]
+    fn joins_unlinked(&self) -> bool {
+        self.0.joins_unlinked() || self.1.joins_unlinked()
     }
 
     #[inline(always)]

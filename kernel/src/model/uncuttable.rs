@@ -21,6 +21,10 @@ impl<'a> Cuttable<'a> {
         &[]
     }
 
+    pub fn star(&self, _: usize) -> &'a [u32] {
+        &[]
+    }
+
     pub fn spare_cells(&self) -> usize {
         0
     }

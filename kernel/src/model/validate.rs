@@ -331,13 +331,14 @@ fn mobilities(model: &Model<'_>) -> Result<(), ModelError> {
 }
 
 /// Checks that spare cells have no link, rest at the centre and exert no force, and that the edges of tetrahedra
-/// are links: a split takes its numbers to their slots.
+/// are links: a split takes its numbers to their slots. Links are then shared by the tetrahedra at their edges: each
+/// has some, in slices, and none tears.
 fn dormant(model: &Model<'_>) -> Result<(), ModelError> {
     let cuttable = model.cuttable();
     if !cuttable.is_any() {
         return Ok(());
     }
-    if !model.is_nodal() {
+    if !model.is_nodal() && (model.slices.is_none() || cuttable.tear_limit().is_some()) {
         return Err(ModelError::Layout);
     }
     for cell in model.body_cells()..model.cells() {
@@ -360,6 +361,18 @@ fn dormant(model: &Model<'_>) -> Result<(), ModelError> {
         };
         if !edges.into_iter().all(is_link) {
             return Err(ModelError::Index(kind::CUT_CORNERS, at(number)));
+        }
+    }
+    for cell in 0..if model.is_nodal() { 0 } else { model.body_cells() } {
+        for link in model.row(cell) {
+            let upper = model.upper.get(link);
+            let is_there = |&tetrahedron: &u32| {
+                let corners = cuttable.corners().get(tetrahedron as usize);
+                corners.zip(upper).is_some_and(|(corners, upper)| corners.contains(upper))
+            };
+            if !cuttable.star(cell).iter().any(is_there) {
+                return Err(ModelError::Index(kind::UPPER, at(link)));
+            }
         }
     }
     Ok(())

@@ -69,8 +69,8 @@ impl Awake {
 
     /// Wakes the slice of a moved cell and those of the cells linked to it.
     pub fn wake_around(&mut self, model: &Model<'_>, cell: usize) {
-        if model.is_nodal() {
-            // The effect of a motion reaches the neighbours' neighbours too.
+        if model.reaches_beyond_links() {
+            // The effect of a motion reaches the neighbours' neighbours, and the other side of a cut.
             return self.wake_all(model);
         }
         insert_around(&mut self.set, model, cell);
@@ -83,7 +83,7 @@ impl Awake {
         slices: &SliceSet,
         has_moved: impl Fn(usize) -> bool,
     ) {
-        if model.is_nodal() {
+        if model.reaches_beyond_links() {
             let mut cells = slices
                 .iter(model.slice_count())
                 .flat_map(|slice| slice * LANES..(slice + 1) * LANES);

@@ -9,7 +9,7 @@ use crate::contact::held::outer_weight;
 #[cfg(feature = "cut")]
 use crate::cut::body::CutBody;
 #[cfg(feature = "cut")]
-use crate::cut::memory::{OPENED, REFUSED, TORN, WAITING, cut_state};
+use crate::cut::memory::{OPENED, REFUSED, TORN, WAITING, cut_state, inherit};
 #[cfg(feature = "cut")]
 use crate::cut::split::Look;
 #[cfg(feature = "cut")]
@@ -359,16 +359,6 @@ impl<D: Dynamics> TissueMut<'_, D> {
         let change = body.decay(body.credit(), &places(body.model, state), states);
         body.pay(change.unwrap_or(0.0));
         change
-    }
-}
-
-/// Copies an item of an array.
-#[cfg(feature = "cut")]
-fn inherit<T: Copy>(array: &mut [T], from: usize, to: usize) {
-    if let Some(here) = array.get(from).copied()
-        && let Some(slot) = array.get_mut(to)
-    {
-        *slot = here;
     }
 }
 

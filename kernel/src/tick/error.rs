@@ -49,8 +49,11 @@ pub enum ResetError {
         /// Cells whose states the memory holds.
         capacity: usize,
     },
-    /// The scheme supports links only, not nodal shapes.
-    #[error("a body of nodal shapes moves under track in single precision alone: take that")]
+    /// The scheme supports neither nodal shapes nor a body that can be cut.
+    #[error(
+        "a body of nodal shapes moves under track or predict in single precision alone, and so does one that \
+         can be cut: take one of these"
+    )]
     Shapes,
     /// The model is outside the range of the number type.
     #[error("{0}")]

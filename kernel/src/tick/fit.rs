@@ -60,7 +60,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
         if needed > capacity {
             return Err(ResetError::States { needed, capacity });
         }
-        if model.is_nodal() && !D::TAKES_SHAPES {
+        if (model.is_nodal() || model.cuttable().is_any()) && !D::TAKES_SHAPES {
             return Err(ResetError::Shapes);
         }
         let (needed, room) = (D::room(model, 0), self.room.len());

@@ -7,9 +7,9 @@ use chaincell_host::bake::tissue::{Band, Tissue};
 use chaincell_host::bake::{BakeOptions, BasisSpacing, Cuttable, ImageBytes, PerCell, bake};
 use chaincell_host::engine::{Contact, Engine, Scheme, contact};
 use chaincell_host::files::output::vtu;
-use chaincell_host::mesh::load;
+use chaincell_host::mesh::{MeshOptions, load};
 use chaincell_kernel::image::{cutting, kind, nodal};
-use chaincell_kernel::{Model, ModelError, Network, TearLimit, ToolPose, cut_words};
+use chaincell_kernel::{Choice, Model, ModelError, Network, TearLimit, ToolPose, cut_words};
 use chaincell_tests::files::{scratch, text};
 use chaincell_tests::forge::Forged;
 use chaincell_tests::run;
@@ -102,10 +102,16 @@ fn what_cannot_be_cut_is_refused_by_name() {
     let of = |cuttable: Cuttable| BakeOptions { cuttable: Some(cuttable), ..options() };
     let given = Cuttable::default();
     let links = BakeOptions { tissue: None, ..of(given) };
+    let lean = BakeOptions { lean: true, ..links.clone() };
+    let grouped = BakeOptions { cells: Some(20), ..links.clone() };
+    let tearing = Cuttable { tear_limit: Some(TearLimit::Toughness), ..given };
+    let tearing = BakeOptions { cuttable: Some(tearing), ..links.clone() };
     let mut bands = of(given);
     bands.tissue.as_mut().unwrap().stiffening = vec![Band { half_width: 0.1, modulus_pa: 1e4 }];
     for (options, parts) in [
-        (links, ["`cuttable`", "`young_pa`"]),
+        (lean, ["`lean` with `cuttable`", "leave one out"]),
+        (grouped, ["`cells` with `cuttable`", "leave one out"]),
+        (tearing, ["`tears`", "with `young_pa`"]),
         (bands, ["`stiffening`", "`cuttable`"]),
         (of(Cuttable { toughness_j_per_m2: 0.0, ..given }), ["`toughness_j_per_m2` 0", "0.01 to"]),
         (of(Cuttable { toughness_j_per_m2: f64::NAN, ..given }), ["`toughness", "0.01 to 1e6"]),
@@ -118,6 +124,82 @@ fn what_cannot_be_cut_is_refused_by_name() {
         let why = bake(&mesh, &mesh.default_fixed, &options).unwrap_err().to_string();
         assert!(parts.iter().all(|part| why.contains(part)), "{why}");
     }
+    // Links are those of tetrahedra.
+    for (mesh, parts) in [
+        (load("plane:5x5x0.01", &MeshOptions::default()), ["`cuttable`", "no tetrahedra"]),
+        (
+            load("box:5x5x4x0.01", &MeshOptions { rings: 2, ..MeshOptions::default() }),
+            ["`cuttable`: the link of nodes", "leave `rings`"],
+        ),
+    ] {
+        let mesh = mesh.unwrap();
+        let why = bake(&mesh, &mesh.default_fixed, &links).unwrap_err().to_string();
+        assert!(parts.iter().all(|part| why.contains(part)), "{why}");
+    }
+}
+
+/// Fixed point and the laws without sweeps name the ones that a body of links to be cut moves under.
+#[test]
+fn links_to_be_cut_move_under_two_laws() {
+    let links = BakeOptions { tissue: None, cuttable: Some(Cuttable::default()), ..options() };
+    let image = baked(&links);
+    let model = model(&image);
+    let held = contact::automatic(&model).unwrap();
+    for &scheme in Scheme::ALL {
+        let network = Network::new(model, scheme.settings(&model, 4)).unwrap();
+        let engine = Engine::new(network, scheme, &held);
+        match scheme {
+            Scheme::Track | Scheme::Predict => assert!(engine.is_ok()),
+            _ => {
+                let why = engine.err().unwrap().to_string();
+                assert!(why.contains("`scheme`") && why.contains("track or predict"), "{why}");
+            }
+        }
+    }
+}
+
+/// A link that no tetrahedron has, and a limit of tears, are refused in an image of links.
+// REQ-MOD-02
+#[test]
+fn errors_name_what_is_wrong_with_links_to_be_cut() {
+    let image =
+        baked(&BakeOptions { tissue: None, cuttable: Some(Cuttable::default()), ..options() });
+    let error = |change: &dyn Fn(&mut Forged)| {
+        let mut forged = Forged::of(image.as_bytes());
+        change(&mut forged);
+        Model::from_bytes(forged.sealed().as_bytes()).unwrap_err()
+    };
+    assert!(model(&image).elasticity(0).is_none() && model(&image).spare_cells() == SPARE);
+    let torn = error(&|image| {
+        image.change(kind::CUTTING, |of: &mut Vec<u32>| {
+            of[cutting::VERSION] = 2;
+            of.extend([cutting::BY_TOUGHNESS, 0]);
+        });
+    });
+    assert_eq!(torn, ModelError::Layout);
+    // Without a tetrahedron that alone has an edge.
+    let whole: Vec<[u16; 4]> = Forged::of(image.as_bytes()).get(kind::CUT_CORNERS);
+    let count = |of: &[u16]| whole.iter().filter(|at| of.iter().all(|id| at.contains(id))).count();
+    let alone = |at: &[u16; 4]| {
+        let mut ends = at.iter().flat_map(|&one| at.iter().map(move |&other| [one, other]));
+        at.iter().all(|&id| count(&[id]) > 1) && ends.any(|ends| count(&ends) == 1)
+    };
+    let gone = whole.iter().position(alone).unwrap();
+    let mut fewer = whole.clone();
+    fewer.remove(gone);
+    let cells = model(&image).cells();
+    let (mut rows, mut stars) = (vec![0], Vec::new());
+    for cell in 0..cells {
+        let here = (0_u32..).zip(&fewer).filter(|(_, at)| at.contains(&(cell as u16)));
+        stars.extend(here.map(|(number, _)| number));
+        rows.push(stars.len() as u32);
+    }
+    let lost = error(&|image| {
+        image.change(kind::CUT_CORNERS, |of: &mut Vec<[u16; 4]>| of.clone_from(&fewer));
+        image.change(kind::CUT_STAR_ROWS, |of: &mut Vec<u32>| of.clone_from(&rows));
+        image.change(kind::CUT_STARS, |of: &mut Vec<u32>| of.clone_from(&stars));
+    });
+    assert!(matches!(lost, ModelError::Index(kind::UPPER, _)), "{lost:?}");
 }
 
 fn error(change: impl FnOnce(&mut Forged)) -> ModelError {
@@ -278,8 +360,10 @@ fn the_command_bakes_it_and_info_says_what_it_costs() {
     let said = run(["info", text(&file)]).with(0).out;
     assert!(said.contains("240 tetrahedra at 80 J/m^2, 25 spare cells"), "{said}");
     // Options that need each other.
-    let why = bake(&["--cuttable"]).with(2).err;
-    assert!(why.contains("cuttable") && why.contains("young"), "{why}");
+    let why = bake(&["--cuttable", "--tears"]).with(2).err;
+    assert!(why.contains("tears") && why.contains("young"), "{why}");
+    let report = bake(&["--cuttable"]).with(0).json();
+    assert_eq!(report["cutting"]["tetrahedra"], 240);
     for option in [["--toughness-j-per-m2", "80"], ["--cut-spare", "0.1"]] {
         let why = bake(&[&tissue[..], &option].concat()).with(2).err;
         assert!(why.contains("--cuttable"), "{why}");

@@ -69,6 +69,14 @@ fn the_linked_images_are_what_the_bake_gives() {
     };
     let linked = include_bytes!("../../data/cut4.chaincell");
     check("cut4.chaincell", linked, &baked("box:4x4x3x0.01", false, &cut));
+    let links = BakeOptions {
+        tissue: None,
+        alpha: each(48, |node| node * 7 % 31, 0.002),
+        stiffness_n_per_m: each(48, |node| 1 + node * 13 % 17, 5.0),
+        ..cut
+    };
+    let linked = include_bytes!("../../data/links4.chaincell");
+    check("links4.chaincell", linked, &baked("box:4x4x3x0.01", false, &links));
     let touch = BakeOptions { contact_surface: ContactSurface::Yes, ..tissue };
     let blade = BakeOptions {
         cuttable: Some(Cuttable {

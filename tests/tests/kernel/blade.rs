@@ -34,8 +34,19 @@ fn image_of(
     toughness_j_per_m2: f64,
     coarse_basis: BasisSpacing,
 ) -> ImageBytes {
-    let cuttable = Cuttable { spare_share: 0.5, toughness_j_per_m2, ..Cuttable::default() };
     let tissue = Some(Material::new(PerCell::Uniform(5000.0), PerCell::Uniform(0.3)));
+    made_of(tissue, mesh, fixed, toughness_j_per_m2, coarse_basis)
+}
+
+/// A body of tissue, or else of links, which make one of about 6 kPa here.
+fn made_of(
+    tissue: Option<Material>,
+    mesh: &Mesh,
+    fixed: &[u32],
+    toughness_j_per_m2: f64,
+    coarse_basis: BasisSpacing,
+) -> ImageBytes {
+    let cuttable = Cuttable { spare_share: 0.5, toughness_j_per_m2, ..Cuttable::default() };
     let cuttable = Some(cuttable);
     let options = BakeOptions { tissue, cuttable, coarse_basis, ..BakeOptions::default() };
     bake(mesh, fixed, &options).unwrap()
@@ -102,49 +113,61 @@ fn faces_across(mesh: &Mesh) -> usize {
 fn a_blade_drawn_through_the_slab_parts_it() {
     let mesh = mesh();
     for (coarse, largest_step) in [(BasisSpacing::None, 0.2), (BasisSpacing::BySize, 0.15)] {
-        let image = image(&mesh, 4.0, coarse);
-        let mut bench = under(&image, 8, &[BLADE]);
-        let (mut work_j, mut most_n, mut step_n, mut last_n) = (0.0, 0.0_f32, 0.0_f32, 0.0_f32);
-        let (mut stored_j, mut rolled_back) = (0.0, 0);
-        for tick in 0..1000 {
-            let output = bench.tick(down(tick));
-            work_j += f64::from(output.work_j);
-            most_n = most_n.max(output.force_n.z);
-            rolled_back += u32::from(output.flags.contains(Flags::ROLLED_BACK));
-            if (150..700).contains(&tick) {
-                step_n = step_n.max((output.force_n.z - last_n).abs());
-            }
-            last_n = output.force_n.z;
-            // The hand's work is in the body, or has parted it, or is lost: never less than nothing.
-            stored_j = f64::from(output.energy_j);
-            let cut_j = f64::from(bench.cuts().work_j);
-            let most_j = 1.003 * work_j + 1e-6;
-            assert!(stored_j + cut_j < most_j, "{tick}: {stored_j} {cut_j} {work_j}");
-        }
-        let (cuts, side) = (bench.cuts(), reached(&mut bench, &mesh));
-        let lost = 1.0 - f64::from(cuts.work_j) / work_j;
-        println!(
-            "{coarse:?}: {work_j:.3e} J of the hand, {:.1} % neither cut nor stored, largest force {most_n:.4} N of \
-             {LIMIT_N}, largest step {:.1} %, {rolled_back} of 8000 passes discarded, {cuts:?}",
-            100.0 * lost,
-            100.0 * step_n / LIMIT_N,
-        );
-        assert!(most_n <= 1.0001 * LIMIT_N && most_n > 0.95 * LIMIT_N, "{most_n}");
-        assert!(step_n < largest_step * LIMIT_N && lost < 0.15 && stored_j < 0.01 * work_j);
-        assert_eq!(cuts.opened_faces as usize, faces_across(&mesh));
-        assert_eq!((cuts.refused, cuts.waiting), (0, 0));
-        // The first tetrahedron's side hangs together, and with nothing of the other one.
-        let is_low = |nodes: &[u32; 4]| {
-            let y_m = nodes.map(|node| mesh.nodes_m[node as usize][1]).iter().sum::<f64>() / 4.0;
-            y_m < f64::from(down(0)[1])
-        };
-        let first = is_low(&mesh.tetrahedra[0]);
-        let its = mesh.tetrahedra.iter().filter(|nodes| is_low(nodes) == first).count();
-        assert!(side == its && its < mesh.tetrahedra.len(), "{side} of {its}");
-        let area_m2 = 0.06 * 0.016;
-        let share = f64::from(cuts.area_m2) / area_m2;
-        assert!((0.75..1.05).contains(&share), "{share}: the tissue was pressed as it was cut");
+        is_parted(&mesh, &image(&mesh, 4.0, coarse), largest_step);
     }
+}
+
+/// The slab of links: no split raises the energy, and the blade presses with the toughness.
+#[test]
+fn a_blade_drawn_through_links_parts_them() {
+    let mesh = mesh();
+    for (coarse, largest_step) in [(BasisSpacing::None, 0.2), (BasisSpacing::BySize, 0.15)] {
+        is_parted(&mesh, &made_of(None, &mesh, &mesh.default_fixed, 4.0, coarse), largest_step);
+    }
+}
+
+fn is_parted(mesh: &Mesh, image: &ImageBytes, largest_step: f32) {
+    let mut bench = under(image, 8, &[BLADE]);
+    let (mut work_j, mut most_n, mut step_n, mut last_n) = (0.0, 0.0_f32, 0.0_f32, 0.0_f32);
+    let (mut stored_j, mut rolled_back) = (0.0, 0);
+    for tick in 0..1000 {
+        let output = bench.tick(down(tick));
+        work_j += f64::from(output.work_j);
+        most_n = most_n.max(output.force_n.z);
+        rolled_back += u32::from(output.flags.contains(Flags::ROLLED_BACK));
+        if (150..700).contains(&tick) {
+            step_n = step_n.max((output.force_n.z - last_n).abs());
+        }
+        last_n = output.force_n.z;
+        // The hand's work is in the body, or has parted it, or is lost: never less than nothing.
+        stored_j = f64::from(output.energy_j);
+        let cut_j = f64::from(bench.cuts().work_j);
+        let most_j = 1.003 * work_j + 1e-6;
+        assert!(stored_j + cut_j < most_j, "{tick}: {stored_j} {cut_j} {work_j}");
+    }
+    let (cuts, side) = (bench.cuts(), reached(&mut bench, mesh));
+    let lost = 1.0 - f64::from(cuts.work_j) / work_j;
+    println!(
+        "{work_j:.3e} J of the hand, {:.1} % neither cut nor stored, largest force {most_n:.4} N of \
+         {LIMIT_N}, largest step {:.1} %, {rolled_back} of 8000 passes discarded, {cuts:?}",
+        100.0 * lost,
+        100.0 * step_n / LIMIT_N,
+    );
+    assert!(most_n <= 1.0001 * LIMIT_N && most_n > 0.95 * LIMIT_N, "{most_n}");
+    assert!(step_n < largest_step * LIMIT_N && lost < 0.15 && stored_j < 0.01 * work_j);
+    assert_eq!(cuts.opened_faces as usize, faces_across(mesh));
+    assert_eq!((cuts.refused, cuts.waiting), (0, 0));
+    // The first tetrahedron's side hangs together, and with nothing of the other one.
+    let is_low = |nodes: &[u32; 4]| {
+        let y_m = nodes.map(|node| mesh.nodes_m[node as usize][1]).iter().sum::<f64>() / 4.0;
+        y_m < f64::from(down(0)[1])
+    };
+    let first = is_low(&mesh.tetrahedra[0]);
+    let its = mesh.tetrahedra.iter().filter(|nodes| is_low(nodes) == first).count();
+    assert!(side == its && its < mesh.tetrahedra.len(), "{side} of {its}");
+    let area_m2 = 0.06 * 0.016;
+    let share = f64::from(cuts.area_m2) / area_m2;
+    assert!((0.75..1.05).contains(&share), "{share}: the tissue was pressed as it was cut");
 }
 
 /// With cutting off a blade feels nothing and cuts nothing; in mid-cut it leaves the tissue at once, and takes hold
@@ -363,10 +386,15 @@ fn a_drawn_blade_has_the_force_of_the_toughness() {
     let nodes = (0..).zip(&mesh.nodes_m);
     let ends: Vec<u32> =
         nodes.filter(|(_, place)| place[0].abs() > 0.0199).map(|(node, _)| node).collect();
-    for (sweeps, coarse) in
-        [(1, BasisSpacing::BySize), (4, BasisSpacing::None), (4, BasisSpacing::BySize)]
-    {
-        let image = image_of(&mesh, &ends, 4.0, coarse);
+    for (sweeps, coarse, is_of_links) in [
+        (1, BasisSpacing::BySize, false),
+        (4, BasisSpacing::None, false),
+        (4, BasisSpacing::BySize, false),
+        (4, BasisSpacing::BySize, true),
+    ] {
+        let tissue = Material::new(PerCell::Uniform(5000.0), PerCell::Uniform(0.3));
+        let tissue = (!is_of_links).then_some(tissue);
+        let image = made_of(tissue, &mesh, &ends, 4.0, coarse);
         // Its edge along z, it cuts towards y.
         let edge = ToolPart { orientation: [0.5, -0.5, 0.5, 0.5], ..ToolPart::edge(0.008) };
         let mut bench = under(&image, sweeps, &[edge]);
@@ -383,7 +411,7 @@ fn a_drawn_blade_has_the_force_of_the_toughness() {
         let step_n = steady.windows(2).map(|pair| (pair[1] - pair[0]).abs()).fold(0.0, f32::max);
         let lost = 1.0 - (f64::from(cuts.work_j) + stored_j) / work_j;
         println!(
-            "{sweeps} sweeps, {coarse:?}: {mean_n:.4} N of 0.04, largest step {:.2} %, {rolled_back} passes \
+            "{sweeps} sweeps, {coarse:?}, links {is_of_links}: {mean_n:.4} N of 0.04, largest step {:.2} %, {rolled_back} passes \
              discarded, {work_j:.2e} J of the hand, {:.1} % neither cut nor stored, {cuts:?}",
             100.0 * step_n / mean_n,
             100.0 * lost,

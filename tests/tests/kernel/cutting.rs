@@ -34,6 +34,19 @@ fn image(mesh: &Mesh, spare_share: Option<f64>) -> ImageBytes {
     bake(mesh, &mesh.default_fixed, &options).unwrap()
 }
 
+/// The body made of links with bands in place of shapes.
+fn linked(mesh: &Mesh) -> ImageBytes {
+    let (tissue, alpha) = (None, PerCell::Uniform(0.02));
+    let shapes = options(Some(0.5), BasisSpacing::Links(2.0));
+    bake(mesh, &mesh.default_fixed, &BakeOptions { tissue, alpha, ..shapes }).unwrap()
+}
+
+/// The body of shapes, and that of links.
+fn both() -> [ImageBytes; 2] {
+    let mesh = mesh();
+    [image(&mesh, Some(0.5)), linked(&mesh)]
+}
+
 pub fn network<'a>(image: &'a ImageBytes, sweeps: u16) -> Network<'a> {
     let model = model(image);
     let settings = Settings { sweeps, ..Settings::for_model(&model) };
@@ -195,16 +208,21 @@ fn a_cut_has_the_same_bits_with_and_without_vector_units() {
         assert!(body.cuts().copies > 5);
         hashes
     }
-    let image = image(&mesh(), Some(0.5));
-    assert_eq!(hashes::<Track>(&image, true), hashes::<Track>(&image, false));
-    assert_eq!(hashes::<Predict>(&image, true), hashes::<Predict>(&image, false));
+    for image in both() {
+        assert_eq!(hashes::<Track>(&image, true), hashes::<Track>(&image, false));
+        assert_eq!(hashes::<Predict>(&image, true), hashes::<Predict>(&image, false));
+    }
 }
 
 #[test]
 fn a_restored_cut_goes_on_with_the_same_bits() {
+    both().iter().for_each(goes_on);
+}
+
+fn goes_on(image: &ImageBytes) {
     let (mesh, held) = (mesh(), end(&mesh()));
-    let (image, open) = (image(&mesh, Some(0.5)), cut(&mesh, 0.003));
-    let network = network(&image, 3);
+    let open = cut(&mesh, 0.003);
+    let network = network(image, 3);
     let mut body = Bench::<Predict>::holding(network, &held);
     while_cut(&mut body, &open, 0..4, |_, _| ());
     for face in open.iter().skip(12) {
@@ -237,9 +255,13 @@ fn a_restored_cut_goes_on_with_the_same_bits() {
 /// Counts of open faces and of waiting cells that do not match the body are refused.
 #[test]
 fn a_snapshot_with_other_counts_is_refused() {
+    both().iter().for_each(refuses_other_counts);
+}
+
+fn refuses_other_counts(image: &ImageBytes) {
     let (mesh, held) = (mesh(), end(&mesh()));
-    let (image, open) = (image(&mesh, Some(0.5)), cut(&mesh, 0.003));
-    let network = network(&image, 3);
+    let open = cut(&mesh, 0.003);
+    let network = network(image, 3);
     let mut body = Bench::<Predict>::holding(network, &held);
     for face in &open {
         assert_eq!(body.open(*face), Ok(true));
@@ -265,9 +287,12 @@ fn a_snapshot_with_other_counts_is_refused() {
 
 #[test]
 fn a_reset_closes_all_cuts() {
+    both().iter().for_each(is_closed_by_a_reset);
+}
+
+fn is_closed_by_a_reset(image: &ImageBytes) {
     let (mesh, held) = (mesh(), end(&mesh()));
-    let image = image(&mesh, Some(0.5));
-    let network = network(&image, 3);
+    let network = network(image, 3);
     let mut fresh = Bench::<Track>::holding(network, &held);
     let mut body = Bench::<Track>::holding(network, &held);
     while_cut(&mut body, &cut(&mesh, 0.005), 0..40, |_, _| ());

@@ -1,20 +1,20 @@
 //! Sides of a cut that press on each other.
 #![allow(clippy::unwrap_used)]
 
+use chaincell_host::bake::ImageBytes;
 use chaincell_host::mesh::Mesh;
 use chaincell_kernel::{Predict, Track};
 
 use super::bench::Bench;
-use super::cut_bar::{all_across, bar, cut, end, image};
+use super::cut_bar::{all_across, bar, cut, end, image, made_of};
 use super::cutting::network;
 
 /// The end that is moved \[m\].
 const END_M: f64 = 0.02;
 
 /// Force along the bar on an end that is moved so far along it, before and after the cut \[N\].
-fn forces(mesh: &Mesh, way_m: f32) -> [f32; 2] {
-    let image = image(mesh, 0.3);
-    let mut body = Bench::<Track>::holding(network(&image, 4), &end(mesh, END_M));
+fn forces(mesh: &Mesh, image: &ImageBytes, way_m: f32) -> [f32; 2] {
+    let mut body = Bench::<Track>::holding(network(image, 4), &end(mesh, END_M));
     let settled = |body: &mut Bench<'_, Track>| {
         let output = (0..3000).map(|_| body.tick([way_m, 0.0, 0.0])).last().unwrap();
         output.force_n[0]
@@ -30,14 +30,15 @@ fn forces(mesh: &Mesh, way_m: f32) -> [f32; 2] {
 /// Cut through half its height, a bar is softer if it is pulled, and hardly if it is pressed together.
 #[test]
 fn sides_carry_each_other_under_pressure() {
-    for (edges, least) in [(8, 0.85), (12, 0.9)] {
+    for (edges, least, is_of_links) in [(8, 0.85, false), (12, 0.9, false), (8, 0.85, true)] {
         let bar = bar(edges, 1);
+        let image = if is_of_links { made_of(None, &bar) } else { image(&bar, 0.3) };
         let [pulled, pressed] = [0.002, -0.002].map(|way_m| {
-            let [whole, cut] = forces(&bar, way_m);
+            let [whole, cut] = forces(&bar, &image, way_m);
             cut / whole
         });
         println!(
-            "{edges} edges: {pulled:.3} of the force whole if pulled, {pressed:.3} if pressed"
+            "{edges} edges, links {is_of_links}: {pulled:.3} of the force whole if pulled, {pressed:.3} if pressed"
         );
         assert!(pulled < 0.8, "{pulled}");
         assert!((least..1.01).contains(&pressed), "{pressed}");
@@ -48,9 +49,15 @@ fn sides_carry_each_other_under_pressure() {
 #[test]
 fn pieces_that_overlap_gain_no_energy() {
     let bar = bar(8, 1);
-    let (image, end) = (image(&bar, 0.3), end(&bar, END_M));
-    let mut body = Bench::<Predict>::holding(network(&image, 4), &end);
-    for face in all_across(&bar) {
+    for image in [image(&bar, 0.3), made_of(None, &bar)] {
+        gain_no_energy(&bar, &image);
+    }
+}
+
+fn gain_no_energy(bar: &Mesh, image: &ImageBytes) {
+    let end = end(bar, END_M);
+    let mut body = Bench::<Predict>::holding(network(image, 4), &end);
+    for face in all_across(bar) {
         body.open(face).unwrap();
     }
     let way = |body: &mut Bench<'_, Predict>, from: [f32; 3], to: [f32; 3]| {
@@ -81,8 +88,14 @@ fn pieces_that_overlap_gain_no_energy() {
 #[test]
 fn pressed_sides_have_the_same_bits_from_a_snapshot_on() {
     let bar = bar(8, 1);
-    let (image, end) = (image(&bar, 0.3), end(&bar, END_M));
-    let network = network(&image, 2);
+    for image in [image(&bar, 0.3), made_of(None, &bar)] {
+        have_the_same_bits(&bar, &image);
+    }
+}
+
+fn have_the_same_bits(bar: &Mesh, image: &ImageBytes) {
+    let end = end(bar, END_M);
+    let network = network(image, 2);
     let way = |tick: usize| {
         let share = tick as f32 / 60.0;
         [-0.002 * share, 0.0005 * share, 0.001 * (6.0 * share).sin()]
@@ -95,7 +108,7 @@ fn pressed_sides_have_the_same_bits_from_a_snapshot_on() {
         body
     };
     let (mut body, mut hashes) = (start(false), Vec::new());
-    for face in cut(&bar) {
+    for face in cut(bar) {
         body.open(face).unwrap();
     }
     let mut bytes = Vec::new();

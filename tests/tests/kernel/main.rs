@@ -5,6 +5,7 @@ mod blade;
 mod corpus;
 mod current;
 mod cut_bar;
+mod cut_links;
 mod cut_sides;
 mod cut_surface;
 mod cutting;

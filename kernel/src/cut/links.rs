@@ -1,0 +1,257 @@
+//! The half-links of a cell of a body of links, from its tetrahedra.
+//!
+//! A link of the image lies in the tetrahedra at its edge. Where these have fallen apart, each piece has a link with
+//! a share of the weight:
+//!
+//! ```text
+//! w' = w V' / V,   V' the volume of the piece's tetrahedra at the edge, V that of all of them
+//! ```
+//!
+//! Rest length and band are those of the link. Copies lie where their cell lies, so the shares store V' / V of what
+//! the link stores, and a split leaves the energy as it is. **The bound.** w' is computed in double precision and
+//! rounded down, so the shares of a link add up to at most its weight, and a copy has at most the weights of its
+//! cell: twice the diagonal of L, the sum of the weights, never grows at a cell, and a copy may keep the mobility of
+//! the cell from which it was copied. Both half-links of a link go over the same tetrahedra in the same order, so
+//! their weights are equal bit by bit. Half-links are in ascending order of their other ends, as in the image: the
+//! sums of a pass follow this order.
+//!
+//! Young's modulus, for the sides of opened faces, is that of the tissue to which the image's links are equivalent:
+//! E = sum of k l^2 / (12 V_i) over the links at cell i, V_i a quarter of the volume of its tetrahedra.
+//!
+//! Cost: a look at the tetrahedra of a cell for each of its links, volumes only for one that is shared.
+
+use super::body::CutBody;
+use super::memory::{image_groups, inherit};
+use super::numbers::gradients;
+use crate::energy::links::law::{Band, link_force};
+use crate::model::range;
+use crate::number::cell::sub;
+use crate::number::two_float::LANES;
+
+/// Numbers of a half-link.
+#[derive(Clone, Copy)]
+pub(super) struct LinkNumbers {
+    length: f32,
+    weight: f32,
+    alpha: f32,
+}
+
+impl LinkNumbers {
+    /// Those of a place without a half-link.
+    pub const PADDING: Self = Self { length: 0.0, weight: 1.0, alpha: 0.0 };
+}
+
+/// A number of a lane in a group, if these numbers are stored.
+fn lane_of<T: Copy>(groups: &[[T; LANES]], group: usize, lane: usize) -> Option<T> {
+    groups.get(group).and_then(|lanes| lanes.get(lane)).copied()
+}
+
+impl CutBody<'_, '_> {
+    /// Sets the half-links of a cell; one without a place in the cell's groups is left out.
+    pub(super) fn relink(&mut self, cell: usize) {
+        let (lane, groups) = (cell % LANES, range(self.arrays.rows, cell / LANES));
+        for group in groups.clone() {
+            self.put_link(group, lane, cell as u16, LinkNumbers::PADDING);
+        }
+        // Name the other ends, each once, ascending; the cell itself is behind the last one.
+        let mut count = 0;
+        for index in 0..self.star(cell).len() {
+            let Some(tetrahedron) = self.tetrahedron_at(cell, index) else { continue };
+            let corners = self.arrays.corners.get(tetrahedron).copied().unwrap_or_default();
+            for id in corners.into_iter().filter(|&id| usize::from(id) != cell) {
+                let known = groups.clone().take(count);
+                let before =
+                    known.filter(|&group| self.end_of(group, lane).is_some_and(|end| end < id));
+                let place = groups.start + before.count();
+                if self.end_of(place, lane) == Some(id) || count == groups.len() {
+                    continue;
+                }
+                for group in (place..groups.start + count).rev() {
+                    self.name_end(group + 1, lane, self.end_of(group, lane).unwrap_or(id));
+                }
+                self.name_end(place, lane, id);
+                count += 1;
+            }
+        }
+        // Then their numbers.
+        for group in groups.take(count) {
+            if let Some(end) = self.end_of(group, lane) {
+                self.put_link(group, lane, end, self.link_numbers(cell, end.into()));
+            }
+        }
+    }
+
+    /// Names the other end of a cell's half-link anew; `to` is the last copy that the cell sees.
+    pub(super) fn relink_end(&mut self, cell: usize, from: u16, to: u16) {
+        let (lane, groups) = (cell % LANES, range(self.arrays.rows, cell / LANES));
+        let Some(place) = groups.clone().find(|&group| self.end_of(group, lane) == Some(from))
+        else {
+            return;
+        };
+        // Those after it move one place down, and the renamed one takes the last place.
+        let renamed = self.link_in(place, lane);
+        let mut last = place;
+        for group in place + 1..groups.end {
+            match self.end_of(group, lane) {
+                Some(end) if usize::from(end) != cell => {
+                    self.put_link(last, lane, end, self.link_in(group, lane));
+                    last = group;
+                }
+                _ => break,
+            }
+        }
+        self.put_link(last, lane, to, renamed);
+    }
+
+    /// Numbers of the half-link of a cell to another one, from their tetrahedra.
+    fn link_numbers(&self, cell: usize, other: usize) -> LinkNumbers {
+        let (here, there) = (self.origin(cell), self.origin(other));
+        let whole = self.image_link(here, there).unwrap_or(LinkNumbers::PADDING);
+        // The tetrahedra at the edge, and among them those of this link.
+        let edge = |visit: &mut dyn FnMut(usize, bool)| {
+            for &tetrahedron in self.cut.star(here) {
+                let tetrahedron = tetrahedron as usize;
+                let corners = self.cut.corners.get(tetrahedron);
+                let is_at_edge =
+                    |corners: &[u16; 4]| corners.iter().any(|&id| usize::from(id) == there);
+                if corners.is_some_and(is_at_edge) {
+                    let names = self.arrays.corners.get(tetrahedron).copied().unwrap_or_default();
+                    let is_named = |of: usize| names.iter().any(|&id| usize::from(id) == of);
+                    visit(tetrahedron, is_named(cell) && is_named(other));
+                }
+            }
+        };
+        let mut is_whole = true;
+        edge(&mut |_, is_own| is_whole &= is_own);
+        if is_whole {
+            return whole;
+        }
+        let (mut own, mut all) = (0.0, 0.0);
+        edge(&mut |tetrahedron, is_own| {
+            let corners = self.cut.corners.get(tetrahedron).copied().unwrap_or_default();
+            let (volume, _) = gradients(corners.map(|id| self.rest_position(id)));
+            all += volume;
+            own += if is_own { volume } else { 0.0 };
+        });
+        let exact = f64::from(whole.weight) * (own / all);
+        let rounded = exact as f32;
+        let weight = if f64::from(rounded) > exact { rounded.next_down() } else { rounded };
+        LinkNumbers { weight, ..whole }
+    }
+
+    /// Numbers of a link of the image, if these cells are linked.
+    fn image_link(&self, cell: usize, other: usize) -> Option<LinkNumbers> {
+        let (slices, lane) = (self.model.slices?, cell % LANES);
+        let groups = image_groups(self.model);
+        let group = range(groups.rows, cell / LANES)
+            .find(|&group| lane_of(groups.ids, group, lane).map(usize::from) == Some(other))?;
+        let number = |of: Option<&[[f32; LANES]]>, otherwise: f32| {
+            of.and_then(|groups| lane_of(groups, group, lane)).unwrap_or(otherwise)
+        };
+        Some(LinkNumbers {
+            length: number(Some(slices.lengths), 0.0),
+            weight: number(slices.weights, 1.0),
+            alpha: number(slices.alphas, self.model.alpha()),
+        })
+    }
+
+    /// Sets the half-links of the whole body, and Young's moduli of its cells.
+    pub(super) fn derive_links(&mut self) {
+        let (model, count) = (self.model, image_groups(self.model).ids.len());
+        let Some(slices) = model.slices else { return };
+        let links = &mut self.arrays.links;
+        for (slot, length) in links.lengths.iter_mut().zip(slices.lengths) {
+            *slot = *length;
+        }
+        let even = core::iter::repeat_n([1.0; LANES], count);
+        links.weights.iter_mut().zip(even).for_each(|(slot, weights)| *slot = weights);
+        let weights = links.weights.iter_mut().zip(slices.weights.unwrap_or_default());
+        weights.for_each(|(slot, weights)| *slot = *weights);
+        let alphas = links.alphas.iter_mut().zip(slices.alphas.unwrap_or_default());
+        alphas.for_each(|(slot, alphas)| *slot = *alphas);
+        for cell in 0..self.bodily {
+            let (mut sum, mut volume) = (0.0, 0.0);
+            for group in range(slices.rows, cell / LANES) {
+                let link = lane_of(slices.neighbours, group, cell % LANES);
+                let link = link.and_then(|other| self.image_link(cell, other.into()));
+                if let Some(LinkNumbers { length, weight, .. }) = link {
+                    sum += weight * length * length;
+                }
+            }
+            for &tetrahedron in self.cut.star(cell) {
+                let corners = self.cut.corners.get(tetrahedron as usize).copied();
+                let corners = corners.unwrap_or_default().map(|id| self.rest_position(id));
+                volume += 0.25 * gradients(corners).0;
+            }
+            if let Some(slot) = self.arrays.links.young.get_mut(cell) {
+                *slot = sum / (24.0 * volume as f32);
+            }
+        }
+    }
+
+    /// Energy that the links at a cell store at most, four times, also with closed bands.
+    pub(super) fn stored_by_links(&self, cell: usize, at: &impl Fn(usize) -> [f32; 3]) -> f32 {
+        let lane = cell % LANES;
+        let groups = range(self.arrays.rows, cell / LANES);
+        let ends = groups.filter_map(|group| Some((group, usize::from(self.end_of(group, lane)?))));
+        let stored = ends.filter(|&(_, other)| other != cell).map(|(group, other)| {
+            let LinkNumbers { length, weight, .. } = self.link_in(group, lane);
+            let rest = |cell: usize| self.model.rest_position(self.origin(cell));
+            let apart = || sub(rest(other), rest(cell));
+            link_force(at(cell), at(other), length, weight, Band::new(0.0), apart)
+                .map_or(0.0, |force| force.wd2)
+        });
+        stored.sum()
+    }
+
+    /// Young's modulus of a cell.
+    pub(super) fn young_of_links(&self, cell: usize) -> f32 {
+        self.arrays.links.young.get(self.origin(cell)).copied().unwrap_or(0.0)
+    }
+
+    fn end_of(&self, group: usize, lane: usize) -> Option<u16> {
+        lane_of(self.arrays.ids, group, lane)
+    }
+
+    fn name_end(&mut self, group: usize, lane: usize, end: u16) {
+        if let Some(slot) = self.arrays.ids.get_mut(group).and_then(|ids| ids.get_mut(lane)) {
+            *slot = end;
+        }
+    }
+
+    /// Numbers of the half-link in a place.
+    fn link_in(&self, group: usize, lane: usize) -> LinkNumbers {
+        let links = &self.arrays.links;
+        let of = |groups: &[[f32; LANES]], otherwise: f32| {
+            lane_of(groups, group, lane).unwrap_or(otherwise)
+        };
+        LinkNumbers {
+            length: of(links.lengths, 0.0),
+            weight: of(links.weights, 1.0),
+            alpha: of(links.alphas, self.model.alpha()),
+        }
+    }
+
+    /// Sets a place of a cell's half-links.
+    pub(super) fn put_link(&mut self, group: usize, lane: usize, end: u16, numbers: LinkNumbers) {
+        self.name_end(group, lane, end);
+        let LinkNumbers { length, weight, alpha } = numbers;
+        let links = &mut self.arrays.links;
+        let arrays =
+            [(&mut *links.lengths, length), (links.weights, weight), (links.alphas, alpha)];
+        for (array, number) in arrays {
+            if let Some(slot) = array.get_mut(group).and_then(|lanes| lanes.get_mut(lane)) {
+                *slot = number;
+            }
+        }
+    }
+}
+
+impl super::memory::LinkArrays<'_> {
+    /// Moves the numbers of a group.
+    pub fn move_group(&mut self, from: usize, to: usize) {
+        for array in [&mut *self.lengths, &mut *self.weights, &mut *self.alphas] {
+            inherit(array, from, to);
+        }
+    }
+}
