@@ -99,6 +99,7 @@ pub use energy::stress::Stress;
 pub use energy::surface::{Anchor, EDGE_BYTES, NearTriangle, PARTS_MAX, TOOLS_MAX, ToolState};
 pub use fixed::types::I8F24;
 pub use model::image::ModelError;
+pub use model::loose::Loose;
 pub use model::parts;
 pub use model::tearing::{TEAR_EDGE_M, TEAR_SHARE, TEAR_STRETCH, TearLimit};
 pub use model::{COORDINATE_MAX, Model, image};

@@ -8,7 +8,7 @@ use chaincell_host::bake::{
 };
 use chaincell_host::cli::values::{Material, per_cell, with_materials};
 use chaincell_host::mesh::{self, CELLS_MAX, Filling, Mesh, MeshOptions, NODES_MAX};
-use chaincell_kernel::TearLimit;
+use chaincell_kernel::{Loose, TearLimit};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
 
@@ -88,7 +88,7 @@ fn options(mesh: &Mesh, given: &Given<'_, '_>) -> PyResult<BakeOptions> {
 /// Preparations for cuts, of a body that can be cut.
 fn cuttable(given: &Given<'_, '_>) -> PyResult<Option<Cuttable>> {
     if !given.truth("cuttable")? {
-        for name in ["cut_spare", "toughness_j_per_m2", "tears", "tear_stretch"] {
+        for name in ["cut_spare", "toughness_j_per_m2", "tears", "tear_stretch", "loose"] {
             if given.any(name)?.is_some() {
                 let text =
                     format!("`{name}` goes with `cuttable=True`: give it, or leave this out");
@@ -101,7 +101,12 @@ fn cuttable(given: &Given<'_, '_>) -> PyResult<Option<Cuttable>> {
     let toughness_j_per_m2 =
         given.real("toughness_j_per_m2")?.unwrap_or(defaults.toughness_j_per_m2);
     let spare_share = given.real("cut_spare")?.unwrap_or(defaults.spare_share);
-    Ok(Some(Cuttable { toughness_j_per_m2, spare_share, tear_limit: tear_limit(given)? }))
+    let loose = match word(given, "loose", &["leave", "freeze", "drop"])? {
+        Some("freeze") => Loose::Freeze,
+        Some("drop") => Loose::Drop,
+        _ => Loose::Leave,
+    };
+    Ok(Some(Cuttable { toughness_j_per_m2, spare_share, tear_limit: tear_limit(given)?, loose }))
 }
 
 /// The limit at which a body tears by itself.

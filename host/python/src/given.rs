@@ -31,6 +31,7 @@ const BAKE: [&str; 27] = [
     "poisson",
     "contact_surface",
     "cuttable",
+    "loose",
     "cut_spare",
     "toughness_j_per_m2",
     "tears",

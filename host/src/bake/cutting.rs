@@ -6,7 +6,7 @@ use std::collections::BTreeSet;
 
 use chaincell_kernel::image::{CELLS_MAX, CUTTING_VERSION, TEARING_VERSION, cutting, kind};
 use chaincell_kernel::number::two_float::LANES;
-use chaincell_kernel::{TEAR_STRETCH, TearLimit};
+use chaincell_kernel::{Loose, TEAR_STRETCH, TearLimit};
 
 use super::image::Sections;
 use super::layout::OrderedCells;
@@ -37,18 +37,25 @@ pub struct Cuttable {
     pub spare_share: f64,
     /// Limit at which the body tears by itself; a stretch is from 1.01 to 10. `None`: it does not.
     pub tear_limit: Option<TearLimit>,
+    /// What becomes of pieces that come loose; a body of links leaves them.
+    pub loose: Loose,
 }
 
 impl Default for Cuttable {
     fn default() -> Self {
-        Self { toughness_j_per_m2: TOUGHNESS_J_PER_M2, spare_share: CUT_SPARE, tear_limit: None }
+        Self {
+            toughness_j_per_m2: TOUGHNESS_J_PER_M2,
+            spare_share: CUT_SPARE,
+            tear_limit: None,
+            loose: Loose::Leave,
+        }
     }
 }
 
 impl Cuttable {
     /// Checks the ranges; an error names the option.
     pub(super) fn check(&self) -> Result<()> {
-        let Self { toughness_j_per_m2: toughness, spare_share: share, tear_limit } = *self;
+        let Self { toughness_j_per_m2: toughness, spare_share: share, tear_limit, .. } = *self;
         if !TOUGHNESS.contains(&toughness) {
             let why = "must be from 0.01 to 1e6 [J/m^2]; livers measure 76 to 225";
             return Err(Error::input(format!("`toughness_j_per_m2` {toughness}: {why}")));
@@ -115,6 +122,7 @@ impl Cuttable {
                 TearLimit::Stretch(stretch) => [cutting::BY_STRETCH, stretch.to_bits()],
             });
         }
+        words[cutting::VERSION] |= self.loose.word() << 16;
         sections.push(kind::CUTTING, &words);
         Ok(())
     }

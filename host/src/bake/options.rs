@@ -1,5 +1,6 @@
 //! Options of the bake, and the check of their ranges.
 
+use chaincell_kernel::Loose;
 use chaincell_kernel::image::STIFFENING_MAX;
 
 use super::coarse_basis::BasisSpacing;
@@ -179,6 +180,10 @@ fn check_cuttable(mesh: &Mesh, options: &BakeOptions, cuttable: &Cuttable) -> Re
         }
         None if options.cells.is_some() => {
             "`cells` with `cuttable`: groups of nodes have no tetrahedra to part; leave one out"
+        }
+        None if cuttable.loose != Loose::Leave => {
+            "`loose` with `cuttable`: a body of links leaves its loose pieces; leave it out, or make it of tissue, with \
+             `young_pa`"
         }
         None if cuttable.tear_limit.is_some() => {
             "`tears`, `tear_stretch`: a body of links does not tear by itself; make it of tissue, with `young_pa`, or \

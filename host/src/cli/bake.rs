@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use chaincell_kernel::TearLimit;
+use chaincell_kernel::{Loose, TearLimit};
 use clap::ValueEnum;
 use serde::Serialize;
 
@@ -162,10 +162,35 @@ pub struct BodyArgs {
     /// the strain grows with one over the root of the edge
     #[arg(long, value_name = "STRETCH", allow_negative_numbers = true, requires = "cuttable")]
     tear_stretch: Option<f32>,
+    /// What becomes of pieces that a cut takes off, that is that hang on no fixed cell and on none that
+    /// the tool holds
+    #[arg(long, value_enum, default_value = "leave", value_name = "WHAT", requires = "cuttable")]
+    loose: LooseArg,
     /// Map the nodes to N cells, groups of neighbouring nodes whose positions follow; a mesh may
     /// then have up to 2,000,000 nodes [default: every node is a cell]
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     cells: Option<usize>,
+}
+
+/// What `--loose` names.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+enum LooseArg {
+    /// They go where tools and other sides push them
+    Leave,
+    /// They stay where they came loose, and are felt
+    Freeze,
+    /// They are gone
+    Drop,
+}
+
+impl From<LooseArg> for Loose {
+    fn from(arg: LooseArg) -> Self {
+        match arg {
+            LooseArg::Leave => Self::Leave,
+            LooseArg::Freeze => Self::Freeze,
+            LooseArg::Drop => Self::Drop,
+        }
+    }
 }
 
 /// What `--json` prints.
@@ -318,6 +343,7 @@ impl BodyArgs {
                     Some(stretch) => Some(TearLimit::Stretch(stretch)),
                     None => self.tears.then_some(TearLimit::Toughness),
                 },
+                loose: self.loose.into(),
             }),
             cells: self.cells,
         };

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::fmt;
 
-use chaincell_kernel::Contact;
+use chaincell_kernel::{Contact, Loose};
 use chaincell_kernel::image::{cutting, nodal};
 use chaincell_kernel::{
     Dynamics, Euler, Head, Model, Predict, Rkl2, TearLimit, TermState, Track, array_bytes,
@@ -116,6 +116,8 @@ struct Cutting {
     toughness_j_per_m2: f32,
     /// The limit at which the body tears by itself: `toughness`, or the stretch.
     tears: Option<Tears>,
+    /// What becomes of loose pieces: `leave`, `freeze` or `drop`.
+    loose: &'static str,
     /// Bytes of the sections of tetrahedra and of the numbers of spare cells.
     image_bytes: usize,
     /// Bytes that a tissue needs for cuts beside the model's `ram_bytes`.
@@ -143,6 +145,11 @@ impl Cutting {
                 TearLimit::Toughness => Tears::Toughness,
                 TearLimit::Stretch(stretch) => Tears::Stretch(stretch),
             }),
+            loose: match model.loose() {
+                Loose::Leave => "leave",
+                Loose::Freeze => "freeze",
+                Loose::Drop => "drop",
+            },
             image_bytes: sections + spare,
             ram_bytes: cut_words(model) * size_of::<u32>(),
         })
@@ -151,7 +158,7 @@ impl Cutting {
 
 impl fmt::Display for Cutting {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { tetrahedra, spare_cells, toughness_j_per_m2, tears, image_bytes, ram_bytes } =
+        let Self { tetrahedra, spare_cells, toughness_j_per_m2, tears, loose, image_bytes, ram_bytes } =
             self;
         write!(
             f,
@@ -159,10 +166,11 @@ impl fmt::Display for Cutting {
              of flash, {ram_bytes} of RAM"
         )?;
         match tears {
-            None => Ok(()),
-            Some(Tears::Toughness) => write!(f, ", tears by its toughness"),
-            Some(Tears::Stretch(stretch)) => write!(f, ", tears at a stretch of {stretch}"),
+            None => {}
+            Some(Tears::Toughness) => write!(f, ", tears by its toughness")?,
+            Some(Tears::Stretch(stretch)) => write!(f, ", tears at a stretch of {stretch}")?,
         }
+        if *loose == "leave" { Ok(()) } else { write!(f, ", loose pieces: {loose}") }
     }
 }
 

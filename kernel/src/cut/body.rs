@@ -39,6 +39,7 @@ impl<'a, 'm> CutBody<'a, 'm> {
         self.arrays.normals.fill([0.0; 3]);
         self.arrays.tear.fill(0);
         self.arrays.renewal.fill(Renewal::default());
+        self.arrays.loose.fill(0);
         self.arrays.labels.fill(0);
         self.arrays.side_rows.fill([NO_SIDE; LANES]);
         self.derive_whole();

@@ -238,7 +238,9 @@ impl CutBody<'_, '_> {
     /// Names the cells of the fronts anew, after splits.
     pub fn rename_fronts(&self, edge: &mut Edge) {
         for sample in edge.samples_mut().iter_mut().filter(|sample| sample.is_in()) {
-            if let Some(&cells) = self.arrays.corners.get(sample.tetrahedron as usize) {
+            if self.drops(sample.tetrahedron as usize) {
+                sample.leave();
+            } else if let Some(&cells) = self.arrays.corners.get(sample.tetrahedron as usize) {
                 sample.corners = cells;
             }
         }

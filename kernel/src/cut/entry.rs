@@ -111,7 +111,7 @@ impl CutBody<'_, '_> {
                 }
             }
         };
-        for tetrahedron in 0..self.cut.corners.len() {
+        for tetrahedron in (0..self.cut.corners.len()).filter(|&of| !self.drops(of)) {
             for corner in self.open_corners(tetrahedron) {
                 let corners = self.side(tetrahedron, corner);
                 if is_near(corners) {

@@ -101,6 +101,7 @@ impl CutBody<'_, '_> {
     fn keep_sides(&mut self, pass: &mut Pass<'_>) {
         let basis = self.model.coarse_basis;
         let column = basis.map_or(0, |basis| basis.row_blocks() + basis.side_blocks());
+        pass.slice_if(self.arrays.loose, |_, &flag| flag <= 1);
         let cells = self.arrays.labels.len();
         for renewal in &mut *self.arrays.renewal {
             let mut words = *renewal;

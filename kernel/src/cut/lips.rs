@@ -59,6 +59,8 @@ impl CutBody<'_, '_> {
     pub(crate) fn list(&mut self) {
         self.list_opened();
         self.list_lips(false);
+        self.drop_sides();
+        self.sort_ends();
         self.list_links();
     }
 
@@ -66,8 +68,11 @@ impl CutBody<'_, '_> {
     pub(super) fn list_read(&mut self) {
         self.list_opened();
         self.list_lips(true);
+        self.drop_sides();
+        self.sort_ends();
         self.list_links();
         self.bound_lips();
+        self.freeze();
     }
 
     /// Makes the list anew. The normal of a place whose cells are others than before becomes 0, unless the normals
@@ -83,7 +88,6 @@ impl CutBody<'_, '_> {
                 }
             }
         }
-        self.sort_ends();
     }
 
     /// Adds an opened face, opposite to a corner of a tetrahedron, to the lips at its corners.

@@ -9,6 +9,8 @@ use crate::model::Model;
 #[cfg(feature = "cut")]
 use crate::model::lips::LipNumbers;
 #[cfg(feature = "cut")]
+use crate::model::loose::Loose;
+#[cfg(feature = "cut")]
 use crate::model::nodal::{CellNumbers, OffsetNumbers, SlotNumbers};
 #[cfg(feature = "cut")]
 use crate::number::two_float::{Eight, LANES};
@@ -123,6 +125,8 @@ pub(crate) struct Arrays<'a> {
     pub tear: &'a mut [u32],
     /// Where the renewal of the two-sided functions is; none in a body without them.
     pub renewal: &'a mut [Renewal],
+    /// 1 for each cell of a loose piece; none in a body whose image leaves them.
+    pub loose: &'a mut [u8],
     /// Numbers of the cells, by slice.
     pub cells: &'a mut [CellNumbers],
     /// Numbers of the half-links, by group.
@@ -176,6 +180,9 @@ pub(crate) struct Arrays<'a> {
     /// Displacements of the cells, and pushes on them, for one column.
     pub lengths: &'a mut [f32],
     pub pushes: &'a mut [[f32; 3]],
+    /// The cell that stands for each one's piece, and the number of cells of a loose piece at that, while pieces are found.
+    pub roots: &'a mut [u16],
+    pub sizes: &'a mut [u16],
     pub links: LinkArrays<'a>,
 }
 
@@ -289,11 +296,11 @@ pub(super) fn image_groups<'m>(model: &Model<'m>) -> ImageGroups<'m> {
 
 /// Arrays of the state: those before this index.
 #[cfg(feature = "cut")]
-const STATE: usize = 11;
+const STATE: usize = 12;
 
 /// Words of each array, in their order.
 #[cfg(feature = "cut")]
-struct Sizes([usize; 51]);
+struct Sizes([usize; 54]);
 
 #[cfg(feature = "cut")]
 impl Sizes {
@@ -311,6 +318,7 @@ impl Sizes {
             (sides(model), |words: usize| if sides(model) > 0 { words } else { 0 });
         let column = basis.map_or(0, |basis| basis.row_blocks() + basis.side_blocks());
         let is_elastic = basis.is_some_and(|basis| basis.elastic().is_some());
+        let of_loose = |words: usize| if cut.loose == Loose::Leave { 0 } else { words };
         let of_shapes = |words: usize| if model.is_nodal() { words } else { 0 };
         let of_links = |words: usize| if model.is_nodal() { 0 } else { words };
         let of_alphas = |words: usize| if model.alpha_varies() { of_links(words) } else { 0 };
@@ -328,6 +336,7 @@ impl Sizes {
             3 * lips(model),
             of_tears(TEAR_WORDS),
             of_sides(size_of::<Renewal>() / 4),
+            of_loose(cells.div_ceil(4)),
             of_shapes(slices * size_of::<CellNumbers>() / 4),
             of_shapes(groups * size_of::<SlotNumbers>() / 4),
             groups * LANES / 2,
@@ -355,6 +364,8 @@ impl Sizes {
             of_sides(cells.div_ceil(2)),
             of_sides(cells),
             of_sides(3 * cells),
+            of_loose(cells.div_ceil(2)),
+            of_loose(cells.div_ceil(2)),
             of_links(halves),
             of_links(halves),
             of_alphas(halves),
@@ -396,6 +407,7 @@ impl<'a> CutRoom<'a> {
         let has_basis = model.coarse_basis.is_some();
         let sides = sides(model);
         let of_sides = if sides > 0 { cells } else { 0 };
+        let of_loose = if model.cuttable().loose == Loose::Leave { 0 } else { cells };
         let shaped_slices = if model.is_nodal() { model.slice_count() } else { 0 };
         let mut sizes = sizes.into_iter();
         Some(Arrays {
@@ -410,6 +422,7 @@ impl<'a> CutRoom<'a> {
             normals: take(rest, sizes.next()?)?,
             tear: take(rest, sizes.next()?)?,
             renewal: take(rest, sizes.next()?)?,
+            loose: take(rest, sizes.next()?)?.get_mut(..of_loose)?,
             cells: take(rest, sizes.next()?)?,
             slots: take(rest, sizes.next()?)?,
             ids: take(rest, sizes.next()?)?,
@@ -437,6 +450,8 @@ impl<'a> CutRoom<'a> {
             parents: take(rest, sizes.next()?)?.get_mut(..of_sides)?,
             lengths: take(rest, sizes.next()?)?,
             pushes: take(rest, sizes.next()?)?,
+            roots: take(rest, sizes.next()?)?.get_mut(..of_loose)?,
+            sizes: take(rest, sizes.next()?)?.get_mut(..of_loose)?,
             links: LinkArrays {
                 lengths: take(rest, sizes.next()?)?,
                 weights: take(rest, sizes.next()?)?,

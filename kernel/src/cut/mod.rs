@@ -79,6 +79,7 @@
 //! - `offset`: the offsets of copies, and their decay.
 //! - `edge`: the fronts of a blade's edge; `entry`: how it enters; `strip`: the faces that it opens; `place`:
 //!   points of tetrahedra.
+//! - `loose`: pieces that hang on nothing.
 //! - `tear`: the cell that tears, and the account of a tear.
 //! - `kept`: what a snapshot and a state hash contain.
 
@@ -104,6 +105,8 @@ mod link_tests;
 mod links;
 #[cfg(feature = "cut")]
 mod lips;
+#[cfg(feature = "cut")]
+mod loose;
 pub mod memory;
 #[cfg(feature = "cut")]
 mod numbers;

@@ -9,6 +9,7 @@
 
 use super::body::CutBody;
 use crate::model::image::{contact, nodal};
+use crate::model::opened::ALONE;
 use crate::number::cell::{dot, sub};
 use crate::number::sqrt::sqrt;
 use crate::number::turn::cross;
@@ -37,8 +38,22 @@ impl CutBody<'_, '_> {
         for tetrahedron in 0..self.arrays.faces.len() {
             for corner in self.open_corners(tetrahedron) {
                 let Some(other) = self.across(tetrahedron, corner) else { continue };
+                if self.drops(tetrahedron) {
+                    continue;
+                }
                 let (here, there) = (self.side(tetrahedron, corner), self.side(other.0, other.1));
                 if here.iter().all(|cell| there.contains(cell)) {
+                    continue;
+                }
+                // A side whose other one is gone is alone.
+                if self.drops(other.0) {
+                    let name = self.name(tetrahedron, corner);
+                    if count + promised < self.arrays.names.len() {
+                        self.put_opened(count, [name, ALONE], here);
+                        count += 1;
+                    } else {
+                        lacking += 1;
+                    }
                     continue;
                 }
                 // The first side takes a place for both; the second one finds it.

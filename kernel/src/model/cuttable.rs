@@ -11,6 +11,7 @@
 //! the sum of a cell's weights holds: the tetrahedra at a link's edge share its weight, and every link is such an edge.
 
 use super::image::{CUTTING_VERSION, ModelError, Sections, TEARING_VERSION, cutting, kind};
+use super::loose::Loose;
 use super::range;
 use super::tearing::TearLimit;
 use crate::number::cell::{dot, sub};
@@ -39,6 +40,8 @@ pub(crate) struct Cuttable<'a> {
     pub toughness_j_per_m2: f32,
     /// The limit at which the body tears by itself; `None` for one that does not.
     pub tear_limit: Option<TearLimit>,
+    /// What becomes of loose pieces.
+    pub loose: Loose,
 }
 
 impl<'a> Cuttable<'a> {
@@ -51,6 +54,7 @@ impl<'a> Cuttable<'a> {
         spare_groups: 0,
         toughness_j_per_m2: 0.0,
         tear_limit: None,
+        loose: Loose::Leave,
     };
 
     /// Returns true if the body can be cut.
@@ -85,13 +89,20 @@ impl<'a> Cuttable<'a> {
         self.stars.get(range(self.star_rows, cell)).unwrap_or(&[])
     }
 
+    /// Returns what becomes of loose pieces.
+    pub fn loose(&self) -> Loose {
+        self.loose
+    }
+
     /// Reads the sections of a body of `cells` cells, the spare ones among them.
     pub fn read(sections: &Sections<'a>, cells: usize) -> Result<Self, ModelError> {
         let Some(words) = sections.optional::<u32>(kind::CUTTING)? else { return Ok(Self::NONE) };
         let [version, spare_cells, spare_groups, toughness, tear @ ..] = words else {
             return Err(ModelError::SectionSize(kind::CUTTING));
         };
-        let tear_limit = match (*version, tear) {
+        let (version, loose) = (*version & 0xFFFF, Loose::read(*version >> 16));
+        let loose = loose.ok_or(ModelError::Value(kind::CUTTING, cutting::VERSION as u32))?;
+        let tear_limit = match (version, tear) {
             (CUTTING_VERSION, []) => None,
             (TEARING_VERSION, &[rule, stretch]) => Some(TearLimit::read(rule, stretch)?),
             (CUTTING_VERSION | TEARING_VERSION, _) => {
@@ -110,6 +121,7 @@ impl<'a> Cuttable<'a> {
             spare_groups: *spare_groups as usize,
             toughness_j_per_m2: f32::from_bits(*toughness),
             tear_limit,
+            loose,
         })
     }
 

@@ -24,6 +24,7 @@ pub mod image;
 mod layout;
 #[cfg(feature = "cut")]
 pub(crate) mod lips;
+pub(crate) mod loose;
 #[cfg(feature = "nodal")]
 pub(crate) mod nodal;
 #[cfg_attr(not(feature = "cut"), path = "unopened.rs")]

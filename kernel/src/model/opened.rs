@@ -26,10 +26,13 @@ const UNCOVERS: f32 = 0.3;
 /// Way, in mean edges, up to which the other side may have moved along it.
 const ALONG: f32 = 1.0;
 
+/// The place of a side that is gone.
+pub(crate) const ALONE: u32 = u32::MAX;
+
 /// The triangles of opened faces, in the order of their names.
 #[derive(Clone, Copy)]
 pub(crate) struct Opened<'a> {
-    /// Name of each, and the place of the face's other side in this list.
+    /// Name of each, and the place of the face's other side in this list; [`ALONE`] if that is gone.
     pub names: &'a [[u32; 2]],
     /// Contact numbers of each.
     pub numbers: &'a [[f32; 3]],
@@ -66,8 +69,9 @@ impl<'a> Opened<'a> {
         at: &impl Fn(usize) -> [f32; 3],
     ) -> f32 {
         let side = |place: usize| Some(triangles.get(place)?.map(|cell| at(cell.into())));
+        let Some(own) = side(place) else { return 0.0 };
         let other = self.names.get(place).and_then(|[_, other]| side(*other as usize));
-        side(place).zip(other).map_or(0.0, |(own, other)| bare(own, other, edge))
+        other.map_or(1.0, |other| bare(own, other, edge))
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::Model;
 use super::cuttable::Cuttable;
+use super::loose::Loose;
 use super::tearing::TearLimit;
 
 impl<'a> Model<'a> {
@@ -61,6 +62,22 @@ impl<'a> Model<'a> {
     #[must_use]
     pub fn tear_limit(&self) -> Option<TearLimit> {
         self.cuttable.tear_limit()
+    }
+
+    /// Returns what becomes of pieces that come loose.
+    ///
+    /// ```
+    /// # use chaincell_kernel::{Model, include_model};
+    /// # let image = include_model!(concat!(env!("CARGO_MANIFEST_DIR"), "/data/plane9.chaincell"));
+    /// use chaincell_kernel::Loose;
+    ///
+    /// let model = Model::from_bytes(image)?; // baked without `--loose`
+    /// assert_eq!(model.loose(), Loose::Leave);
+    /// # Ok::<(), chaincell_kernel::ModelError>(())
+    /// ```
+    #[must_use]
+    pub fn loose(&self) -> Loose {
+        self.cuttable.loose()
     }
 
     /// Returns the tetrahedra that a blade may part.

@@ -119,10 +119,13 @@ impl<'a> ContactSurface<'a> {
         self.triangle(index).map(|(_, of)| of.area)
     }
 
-    /// Share of its stiffness with which tools touch a triangle.
+    /// Share of its stiffness with which tools touch a triangle; 0 for one of a dropped piece, whose corners are one cell.
     #[inline(always)]
     pub fn share(&self, index: usize, edge: f32, at: &impl Fn(usize) -> [f32; 3]) -> f32 {
-        let Some(place) = self.opened_place(index) else { return 1.0 };
+        let Some(place) = self.opened_place(index) else {
+            let is_gone = self.triangles.get(index).is_some_and(|[a, b, _]| a == b);
+            return if is_gone { 0.0 } else { 1.0 };
+        };
         let opened = self.triangles.get(self.numbers.len()..).unwrap_or(&[]);
         self.opened.share(opened, place, edge, at)
     }

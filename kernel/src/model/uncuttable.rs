@@ -3,6 +3,7 @@
 use core::marker::PhantomData;
 
 use super::image::{ModelError, Sections, kind};
+use super::loose::Loose;
 use super::tearing::TearLimit;
 
 /// The tetrahedra of a body that a blade may part: none.
@@ -35,6 +36,10 @@ impl<'a> Cuttable<'a> {
 
     pub fn tear_limit(&self) -> Option<TearLimit> {
         None
+    }
+
+    pub fn loose(&self) -> Loose {
+        Loose::Leave
     }
 
     /// Refuses the section.

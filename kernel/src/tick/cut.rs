@@ -156,6 +156,31 @@ impl<D: Dynamics> TissueMut<'_, D> {
         body.arrays.corners.get(tetrahedron)?.get(corner).copied()
     }
 
+    /// Returns true for a cell of a piece that has come loose and is gone, see [`Loose::Drop`](crate::Loose).
+    #[must_use]
+    pub fn is_dropped(&mut self, network: &Network<'_>, cell: u16) -> bool {
+        let body = CutBody::of(&mut self.cut, network.model());
+        body.is_some_and(|body| body.is_dropped(cell.into()))
+    }
+
+    /// Finds the loose pieces where the tool holds these cells, or as it has chosen.
+    pub(super) fn find_pieces(&mut self, model: &Model<'_>, cells: Option<&[u16]>) {
+        let mut memory = core::mem::take(&mut self.cut);
+        let body = CutBody::of(&mut memory, model).filter(CutBody::seeks_pieces);
+        if let Some(mut body) = body.filter(|body| body.used() > 0) {
+            let chosen = self.contacts.get(..self.head.chosen).unwrap_or(&[]);
+            body.find_loose(&|cell| match cells {
+                Some(cells) => cells.contains(&(cell as u16)),
+                None => is_among(chosen, cell),
+            });
+            body.list();
+            self.stop_loose(&body);
+            body.bound_lips();
+            body.freeze();
+        }
+        self.cut = memory;
+    }
+
     /// Returns true if there is memory to cut this body.
     pub(super) fn has_cut_memory(&mut self, model: &Model<'_>) -> bool {
         CutBody::of(&mut self.cut, model).is_some() && is_cut(model)
@@ -209,15 +234,19 @@ impl<D: Dynamics> TissueMut<'_, D> {
             }
             let split = self.split(&mut body);
             body.pay(split.unwrap_or(0.0));
-            self.rename_fronts(&body);
             if split.is_some() {
+                let held = self.contacts.get(..self.head.chosen).unwrap_or(&[]);
+                body.find_loose(&|cell| is_among(held, cell));
                 body.list();
+                self.stop_loose(&body);
             }
+            self.rename_fronts(&body);
             let lowered = self.lower(&mut body);
             let (turned, others_count) = self.turn_lips(&mut body, pressed);
             let is_bound = others_count || split.is_some();
             if is_bound {
                 body.bound_lips();
+                body.freeze();
             }
             body.renew_sides(self.head.vectors);
             ([split, lowered, turned], is_bound)
@@ -263,6 +292,19 @@ impl<D: Dynamics> TissueMut<'_, D> {
             let rounding = ROUNDING * (before + after);
             self.head.level.shift(TwoFloat::from(after).minus(before.into()).plus(rounding.into()));
             self.head.awake.wake_all(body.model);
+        }
+    }
+
+    /// Stops the motion of the cells of loose pieces.
+    fn stop_loose(&mut self, body: &CutBody<'_, '_>) {
+        let cells = body.model.cells();
+        for cell in (0..cells).filter(|&cell| body.is_loose(cell)) {
+            let here = self.state.get(cell).copied().unwrap_or(Cell::ZERO);
+            for (at, array) in self.own.chunks_mut(cells).take(D::ARRAYS).enumerate() {
+                if let Some(slot) = array.get_mut(cell) {
+                    *slot = if at < D::POINTS { here } else { Cell::ZERO };
+                }
+            }
         }
     }
 
@@ -373,6 +415,8 @@ fn is_cut(model: &Model<'_>) -> bool {
 /// In a kernel without the feature `cut` nothing is cut.
 #[cfg(not(feature = "cut"))]
 impl<D: Dynamics> TissueMut<'_, D> {
+    pub(super) fn find_pieces(&mut self, _: &Model<'_>, _: Option<&[u16]>) {}
+
     /// Opens no face: this kernel is built without the feature `cut`.
     ///
     /// # Errors

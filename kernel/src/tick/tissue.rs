@@ -347,7 +347,13 @@ impl<D: Dynamics> TissueMut<'_, D> {
     ) -> Result<(), ContactError> {
         let model = self.may_choose(network)?;
         held::check(model, cells, self.contacts.len())?;
-        self.with_cuts(network, |tissue, network| tissue.hold(network.model(), cells))
+        self.find_pieces(model, Some(cells));
+        let held = self.with_cuts(network, |tissue, network| tissue.hold(network.model(), cells));
+        if held.is_err() {
+            // It holds what it held before.
+            self.find_pieces(model, None);
+        }
+        held
     }
 
     /// Lets the tool hold these cells of the body as it is.

@@ -6,6 +6,7 @@ mod corpus;
 mod current;
 mod cut_bar;
 mod cut_links;
+mod cut_loose;
 mod cut_sides;
 mod cut_surface;
 mod cutting;

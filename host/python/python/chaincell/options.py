@@ -41,6 +41,8 @@ class BakeOptions(TypedDict, total=False):
     """The body tears by itself where its energy reaches a fifth of the toughness for each mean edge."""
     tear_stretch: float | None
     """The body tears by itself where it is stretched so far, 1.01 to 10 at a mean edge of 5 mm."""
+    loose: Literal["leave", "freeze", "drop"] | None
+    """What becomes of pieces that a cut takes off: they move, they stay where they are, or they are gone."""
     cells: int | None
     """Groups of nodes, each of them a cell, from 2 to 65535."""
     coarse: float | Literal["auto", "none"] | None

@@ -35,6 +35,7 @@ pub(super) trait AnyCut {
         tetrahedron: usize,
         corner: usize,
     ) -> Option<u16>;
+    fn is_dropped(&mut self, network: &Network<'_>, cell: u16) -> bool;
 }
 
 impl<D: Dynamics> AnyCut for Memory<D> {
@@ -49,6 +50,10 @@ impl<D: Dynamics> AnyCut for Memory<D> {
         corner: usize,
     ) -> Option<u16> {
         self.view().cell_of_corner(network, tetrahedron, corner)
+    }
+
+    fn is_dropped(&mut self, network: &Network<'_>, cell: u16) -> bool {
+        self.view().is_dropped(network, cell)
     }
 }
 
@@ -69,7 +74,7 @@ impl Engine<'_> {
         let output = self.can_be_cut().then(|| self.cut_output())?;
         let loose = match output.opened_faces {
             0 => Some(Loose::default()),
-            _ => self.cut_cells().map(|cut| self.loose(&cut)),
+            _ => self.all_cut_cells().map(|cut| self.loose(&cut)),
         };
         Some(CutReport::of(self.network.model(), &output, loose))
     }
@@ -86,9 +91,17 @@ impl Engine<'_> {
         self.can_be_cut().then(|| self.cut_output().area_m2)
     }
 
-    /// The body as it is cut now; `None` for one that is whole, and for one whose image has no tetrahedra to show
-    /// (`lean`).
+    /// The body as it is cut now, without dropped pieces; `None` for one that is whole, and for one whose image has no
+    /// tetrahedra to show (`lean`).
     pub fn cut_cells(&mut self) -> Option<CutCells> {
+        let mut cut = self.all_cut_cells()?;
+        let (network, tissue) = (&self.network, &mut self.tissue);
+        cut.tetrahedra.retain(|&[first, ..]| !tissue.is_dropped(network, first));
+        Some(cut)
+    }
+
+    /// The same with dropped pieces.
+    fn all_cut_cells(&mut self) -> Option<CutCells> {
         let output = self.cut_output();
         let (network, tissue) = (&self.network, &mut self.tissue);
         let model = network.model();

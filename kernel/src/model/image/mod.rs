@@ -218,7 +218,8 @@ pub mod cutting {
     pub const WORDS: usize = 4;
     /// Number of words of a body that tears.
     pub const TEARING_WORDS: usize = 6;
-    /// [`super::CUTTING_VERSION`], or [`super::TEARING_VERSION`] (u32).
+    /// [`super::CUTTING_VERSION`], or [`super::TEARING_VERSION`]; in the upper half what becomes of loose pieces, see
+    /// [`Loose::word`](crate::Loose::word) (u32).
     pub const VERSION: usize = 0;
     /// Number of spare cells, the last ones of the body (u32).
     pub const SPARE_CELLS: usize = 1;
