@@ -26,21 +26,16 @@ impl CutBody<'_, '_> {
             for corner in self.open_corners(tetrahedron) {
                 let Some(other) = self.across(tetrahedron, corner) else { continue };
                 if tetrahedron < other.0 {
-                    self.face(tetrahedron, corner, other, at);
+                    let [here, there] =
+                        [(tetrahedron, corner), other].map(|(at, corner)| self.side(at, corner));
+                    self.face(here, there, at);
                 }
             }
         }
     }
 
-    /// Adds an opened face to the areas of the lips at its corners.
-    fn face(
-        &mut self,
-        tetrahedron: usize,
-        corner: usize,
-        other: (usize, usize),
-        at: &impl Fn(usize) -> [f32; 3],
-    ) {
-        let (here, there) = (self.side(tetrahedron, corner), self.side(other.0, other.1));
+    /// Adds an opened face with these sides to the areas of the lips at its corners.
+    fn face(&mut self, here: [u16; 3], there: [u16; 3], at: &impl Fn(usize) -> [f32; 3]) {
         let area = |side: [u16; 3]| twice_area(side.map(|cell| at(cell.into())));
         // The mean of both sides, a third of it: both are outward.
         let third = scale(1.0 / 12.0, sub(area(here), area(there)));

@@ -21,8 +21,8 @@
 //! Cost: a look at the tetrahedra of a cell for each of its links, volumes only for one that is shared.
 
 use super::body::CutBody;
+use super::hats::gradients;
 use super::memory::{image_groups, inherit};
-use super::numbers::gradients;
 use crate::energy::links::law::{Band, link_force};
 use crate::model::range;
 use crate::number::cell::sub;
@@ -157,18 +157,20 @@ impl CutBody<'_, '_> {
 
     /// Sets the half-links of the whole body, and Young's moduli of its cells.
     pub(super) fn derive_links(&mut self) {
-        let (model, count) = (self.model, image_groups(self.model).ids.len());
-        let Some(slices) = model.slices else { return };
+        let Some(slices) = self.model.slices else { return };
+        // The half-links as the image has them; its weights are 1 where links do not differ.
         let links = &mut self.arrays.links;
-        for (slot, length) in links.lengths.iter_mut().zip(slices.lengths) {
-            *slot = *length;
+        links.weights.fill([1.0; LANES]);
+        let arrays = [
+            (&mut *links.lengths, Some(slices.lengths)),
+            (links.weights, slices.weights),
+            (links.alphas, slices.alphas),
+        ];
+        for (array, of_image) in arrays {
+            let slots = array.iter_mut().zip(of_image.unwrap_or_default());
+            slots.for_each(|(slot, numbers)| *slot = *numbers);
         }
-        let even = core::iter::repeat_n([1.0; LANES], count);
-        links.weights.iter_mut().zip(even).for_each(|(slot, weights)| *slot = weights);
-        let weights = links.weights.iter_mut().zip(slices.weights.unwrap_or_default());
-        weights.for_each(|(slot, weights)| *slot = *weights);
-        let alphas = links.alphas.iter_mut().zip(slices.alphas.unwrap_or_default());
-        alphas.for_each(|(slot, alphas)| *slot = *alphas);
+        // The moduli: sums over the links and over the tetrahedra of each cell.
         for cell in 0..self.bodily {
             let (mut sum, mut volume) = (0.0, 0.0);
             for group in range(slices.rows, cell / LANES) {

@@ -69,7 +69,7 @@
 //! - [`memory`]: memory of the caller, divided into arrays.
 //! - `body`: the arrays with their image: tetrahedra, faces, and the model that a tick reads.
 //! - `numbers`: volumes and half-links of a cell from its tetrahedra; in a body of links `links`: its half-links,
-//!   and `ends`: the links by their ends.
+//!   and `ends`: the links by their ends. `hats`: volume and gradients of a tetrahedron.
 //! - `coarse`: a copy in the boxes of the coarse level; `labels`: the sides of a cut;
 //!   `sides`: two-sided functions beside it, and `renewal`: where their renewal is.
 //! - `pieces`: the tetrahedra at a cell, by the faces that are closed.
@@ -95,6 +95,8 @@ mod ends;
 mod entry;
 #[cfg(feature = "cut")]
 mod facing;
+#[cfg(feature = "cut")]
+mod hats;
 #[cfg(feature = "cut")]
 pub(crate) mod kept;
 #[cfg(feature = "cut")]

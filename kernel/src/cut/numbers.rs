@@ -6,41 +6,17 @@
 //! ```
 //!
 //! over the tetrahedra t at cell i, ascending. A cell's half-links follow the order in which its tetrahedra
-//! name their other ends. Gradients are computed in double precision, so that the numbers are those of the
-//! bake but for the last places.
+//! name their other ends.
 
 use core::ops::Range;
 
 use super::body::CutBody;
+use super::hats::{dot, gradients};
 use super::links::LinkNumbers;
 use super::memory::inherit;
 use crate::model::image::nodal;
 use crate::model::range;
 use crate::number::two_float::LANES;
-
-/// A gradient of a hat function.
-type Slope = [f64; 3];
-
-fn cross([a, b, c]: Slope, [d, e, f]: Slope) -> Slope {
-    [b * f - c * e, c * d - a * f, a * e - b * d]
-}
-
-fn dot([a, b, c]: Slope, [d, e, f]: Slope) -> f64 {
-    a * d + b * e + c * f
-}
-
-/// Volume of a tetrahedron, and the gradients of its corners' hat functions.
-pub(super) fn gradients(corners: [[f32; 3]; 4]) -> (f64, [Slope; 4]) {
-    let [a, b, c, d] = corners.map(|corner| corner.map(f64::from));
-    let way = |[x, y, z]: Slope| [x - a[0], y - a[1], z - a[2]];
-    let [b, c, d] = [way(b), way(c), way(d)];
-    let [p, q, r] = [cross(c, d), cross(d, b), cross(b, c)];
-    let six = dot(b, p);
-    let share = |[x, y, z]: Slope| [x / six, y / six, z / six];
-    let [p, q, r] = [share(p), share(q), share(r)];
-    let first = [-(p[0] + q[0] + r[0]), -(p[1] + q[1] + r[1]), -(p[2] + q[2] + r[2])];
-    (six / 6.0, [first, p, q, r])
-}
 
 impl CutBody<'_, '_> {
     /// Sets volume and half-links of a cell. A half-link without a place in the cell's groups is left out.

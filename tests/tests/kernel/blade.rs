@@ -121,7 +121,7 @@ fn a_blade_drawn_through_the_slab_parts_it() {
 #[test]
 fn a_blade_drawn_through_links_parts_them() {
     let mesh = mesh();
-    for (coarse, largest_step) in [(BasisSpacing::None, 0.2), (BasisSpacing::BySize, 0.15)] {
+    for (coarse, largest_step) in [(BasisSpacing::None, 0.2), (BasisSpacing::Links(3.0), 0.15)] {
         is_parted(&mesh, &made_of(None, &mesh, &mesh.default_fixed, 4.0, coarse), largest_step);
     }
 }

@@ -157,9 +157,9 @@ fn links_that_are_not_cut_have_the_bits_of_a_plain_body() {
     assert_eq!((plain, bodies[1].cuts().copies), (cuttable, 0));
 }
 
-/// Slices that sleep on one side of a cut wake where the other side is pressed on it.
+/// Sleep changes no bit while the sides of a cut are drawn apart, rest, and are pressed on each other.
 #[test]
-fn sides_that_meet_wake_each_other() {
+fn sleep_beside_a_cut_changes_no_bit() {
     let mesh = bar(8, 1);
     let options = BakeOptions {
         alpha: PerCell::Uniform(0.02),
