@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 use std::fmt;
 
-use chaincell_kernel::{Contact, Loose};
 use chaincell_kernel::image::{cutting, nodal};
+use chaincell_kernel::{Contact, Loose};
 use chaincell_kernel::{
     Dynamics, Euler, Head, Model, Predict, Rkl2, TearLimit, TermState, Track, array_bytes,
     cut_words, term_states,
@@ -158,8 +158,15 @@ impl Cutting {
 
 impl fmt::Display for Cutting {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { tetrahedra, spare_cells, toughness_j_per_m2, tears, loose, image_bytes, ram_bytes } =
-            self;
+        let Self {
+            tetrahedra,
+            spare_cells,
+            toughness_j_per_m2,
+            tears,
+            loose,
+            image_bytes,
+            ram_bytes,
+        } = self;
         write!(
             f,
             "{tetrahedra} tetrahedra at {toughness_j_per_m2} J/m^2, {spare_cells} spare cells, {image_bytes} bytes \

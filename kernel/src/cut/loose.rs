@@ -66,9 +66,10 @@ impl CutBody<'_, '_> {
             }
         }
         // Those that hang count 0: of a body that nothing holds the largest.
-        let largest = self.arrays.sizes.iter().enumerate().fold((0, 0), |most, (cell, &size)| {
-            if size > most.1 { (cell, size) } else { most }
-        });
+        let largest =
+            self.arrays.sizes.iter().enumerate().fold((0, 0), |most, (cell, &size)| {
+                if size > most.1 { (cell, size) } else { most }
+            });
         let mut is_any = false;
         for cell in 0..cells {
             let is_fixed = self.model.mobility.get(self.origin(cell)) == Some(&0.0);

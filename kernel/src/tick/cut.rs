@@ -22,7 +22,7 @@ use crate::energy::held::is_among;
 use crate::energy::residual::places;
 use crate::model::Model;
 #[cfg(feature = "cut")]
-use crate::number::cell::dot;
+use crate::number::cell::{Cell, dot};
 #[cfg(feature = "cut")]
 use crate::number::sqrt::sqrt;
 #[cfg(feature = "cut")]

@@ -48,7 +48,8 @@ fn image_of(
     tear_limit: Option<TearLimit>,
     toughness_j_per_m2: f64,
 ) -> ImageBytes {
-    let cuttable = Some(Cuttable { spare_share: 1.0, toughness_j_per_m2, tear_limit, ..Cuttable::default() });
+    let cuttable =
+        Some(Cuttable { spare_share: 1.0, toughness_j_per_m2, tear_limit, ..Cuttable::default() });
     let tissue = Some(Material::new(PerCell::Uniform(5000.0), PerCell::Uniform(0.3)));
     let coarse_basis = BasisSpacing::Links(2.0);
     let options = BakeOptions { tissue, cuttable, coarse_basis, ..BakeOptions::default() };
