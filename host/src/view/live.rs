@@ -112,7 +112,7 @@ impl Subject {
                 pose.unwrap_or(OneToolPose { orientation: away.orientation, ..Default::default() });
             let force = answer.each_tool().find(|(of, _)| *of == number);
             let force = force.map_or_else(OneToolForce::default, |(_, force)| *force);
-            frame.count(number).whole(pose.engaged);
+            frame.count(number).whole(pose.engaged.into());
             frame.reals(&pose.position_m).reals(&pose.orientation);
             frame.reals(&force.force_n).reals(&force.torque_n_m);
             frame.whole(force.contacts).whole(force.flags);
@@ -261,7 +261,7 @@ mod tests {
             engaged: 1,
             position_m: [1.0, 2.0, 3.0],
             orientation: [0.0, 0.6, 0.0, 0.8],
-            reserved: 0,
+            ..OneToolPose::default()
         };
         let mut answer = ToolForces {
             sweeps: 4,

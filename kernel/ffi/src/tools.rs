@@ -22,9 +22,12 @@ pub struct ToolPart {
     /// Half the edges of its core \[m\]: 0 0 0 for a sphere, 0 0 a for a capsule along z, a b c for a
     /// box. Of a half space the core is all that lies below z = -radius: infinite in every axis. Of the
     /// edge of a blade half its length, 0, 0: it lies along x and cuts towards -z, and is the last part of its tool.
+    /// Of scissors half the largest thickness between the blades, 0, their length: see `radius_m`.
     pub half_m: [f32; 3],
     /// Radius of the rounded edges around the core, above 0 \[m\]; 0 for the edge of a blade. Tissue is never
-    /// pushed deeper into the tool than half of it.
+    /// pushed deeper into the tool than half of it. Below 0 for scissors: its negative is the distance at which
+    /// the edges pass the pivot. Their blades extend along -z and open in the y direction by the angle of the pose;
+    /// where the edges cross they cut.
     pub radius_m: f32,
 }
 

@@ -41,10 +41,12 @@ fn poses(at: u16) -> [ToolPose; 2] {
     let first = ToolPose {
         position_m: [-0.01 - aside, 0.001, 0.039 - down],
         orientation: NOT_TURNED,
-        engaged: u32::from(at < 80),
+        engaged: u16::from(at < 80),
+        opening_turns_q16: 0,
     };
     let position_m = [0.012 + aside, -0.003, 0.039 - down];
-    [first, ToolPose { position_m, orientation: [0.0, sin, 0.0, cos], engaged: 1 }]
+    let orientation = [0.0, sin, 0.0, cos];
+    [first, ToolPose { position_m, orientation, engaged: 1, ..first }]
 }
 
 pub(super) fn tick(tissue: *mut Tissue, at: u16) -> [Output; 2] {

@@ -26,7 +26,8 @@ fn pose(tool: u8, z: f32) -> PoseRecord {
     let position_m = Vector3::new(0.1, -0.0, z);
     PoseRecord {
         tool,
-        pose: ToolPose { position_m, orientation: [0.6, 0.0, 0.8, 0.0], engaged: 1 },
+        pose: ToolPose { orientation: [0.6, 0.0, 0.8, 0.0], ..ToolPose::at(position_m, 1) }
+            .with_opening_rad(0.25),
     }
 }
 
