@@ -206,7 +206,7 @@ pub fn tools(specs: &[ToolSpec], friction: Option<f32>, model: &Model<'_>) -> Re
     let blade = specs.iter().find(|spec| spec.is_blade());
     if let Some(blade) = blade.filter(|_| model.tetrahedra_to_cut() == 0) {
         return Err(Error::input(format!(
-            "--tool {}: it cuts, and this model cannot be cut: bake it with --cuttable, which needs \
+            "--tool {}: a blade cuts, and this model cannot be cut: bake it with --cuttable, which needs \
              tetrahedra and --young-pa",
             blade.text
         )));

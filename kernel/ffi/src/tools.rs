@@ -287,6 +287,31 @@ pub unsafe extern "C" fn chaincell_let_go(tissue: *mut Tissue, tool: u32, ticks:
     }))
 }
 
+/// Torque of the tissue on the handles of the scissors of a tool, from 0, about their pivot in the last tick with a
+/// sweep \[N m\]: above 0 it resists closing. 0 for a tool without scissors. No limit clamps it.
+///
+/// # Safety
+/// `tissue` was made by `chaincell_tissue_init` and no other thread uses it; `torque_n_m` is storage for
+/// the answer.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn chaincell_opening_torque(
+    tissue: *mut Tissue,
+    tool: u32,
+    torque_n_m: *mut f32,
+) -> Code {
+    // SAFETY: the caller's promises are handed on.
+    Code::of(unsafe { with_tool(tissue, tool) }.and_then(|(scheme, sizes, tool)| {
+        let found = by_touching_scheme!(scheme, D => {
+            // SAFETY: a tissue of this scheme stands there, and the caller says that it is ours.
+            let Parts { network, tissue: body, .. } =
+                unsafe { layout::parts::<D>(tissue, sizes) };
+            body.opening_torque_n_m(network, tool)
+        });
+        // SAFETY: the caller's promises are handed on.
+        unsafe { memory::write(torque_n_m, found) }
+    }))
+}
+
 /// Samples that a tool, from 0, grips.
 ///
 /// # Safety

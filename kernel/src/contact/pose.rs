@@ -123,8 +123,8 @@ pub struct ToolPart {
     /// Half edges of the core \[m\]: 0 0 0 for a sphere, 0 0 a for a capsule along z. Infinite in every axis
     /// for a half space; its core is everything below z = -radius.
     pub half_m: [f32; 3],
-    /// Radius of the rounded edges around the core \[m\]; 0 for the edge of a blade. A tool presses only so far
-    /// that no sample lies deeper in it than two fifths of this.
+    /// Radius of the rounded edges around the core \[m\]; 0 for the edge of a blade, below 0 for scissors (see
+    /// [`Self::scissors`]). A tool presses only so far that no sample lies deeper in it than two fifths of this.
     pub radius_m: f32,
 }
 
@@ -275,6 +275,24 @@ mod tests {
         ] {
             assert!(bad.solid(0.005, 100.0).is_none(), "{bad:?}");
         }
+    }
+
+    /// A word that holds `engaged` alone is that of closed scissors.
+    #[test]
+    fn the_opening_lies_behind_engaged() {
+        use core::mem::offset_of;
+        assert_eq!((size_of::<ToolPose>(), offset_of!(ToolPose, engaged)), (32, 28));
+        assert_eq!(offset_of!(ToolPose, opening_turns_q16), 30);
+        let closed = ToolPose::at([0.0; 3].into(), 1);
+        assert_eq!((closed.acting(), closed.with_acting(1)), (1, closed));
+        assert_eq!((closed.with_acting(0).engaged, closed.opening_rad()), (0, 0.0));
+        for bad in [2, 7, 0xFFFF, u32::MAX, 1 | 32769 << 16] {
+            assert!(!closed.with_acting(bad).is_good(), "{bad}");
+            assert_eq!(closed.with_acting(bad).acting(), bad);
+        }
+        let open = closed.with_acting(1 | 5215 << 16);
+        assert_eq!(open, closed.with_opening_rad(0.5));
+        assert!(open.is_good());
     }
 
     #[test]

@@ -15,16 +15,17 @@ use chaincell_tests::bodies::model;
 use crate::bench::Bench;
 
 const SCISSORS: Scissors = Scissors { length_m: 0.04, offset_m: 0.004 };
-/// Largest thickness between the blades \[m\]: nine spaces between ten samples.
-const MOUTH_M: f32 = 0.0149;
+/// Largest thickness between the blades \[m\]: eight spaces between nine samples, of which seven are in the sheet
+/// and stand for its thickness.
+const MOUTH_M: f32 = 8.0 / 7.0 * THICKNESS_M;
 const TOUGHNESS_J_PER_M2: f32 = 4.0;
-const THICKNESS_M: f32 = 0.01;
+const THICKNESS_M: f32 = 0.0133333;
 /// Place of the pivot, in front of the sheet's side, on its middle plane \[m\].
 const PIVOT_M: [f32; 3] = [0.0003, -0.0225, 0.5 * THICKNESS_M];
 
-/// A sheet of 40 x 27 x 10 mm that is held at both ends.
+/// A sheet of 40 x 27 x 13 mm that is held at both ends.
 fn sheet() -> Mesh {
-    load("box:13x9x4x0.00333333", &MeshOptions::default()).unwrap()
+    load("box:13x9x5x0.00333333", &MeshOptions::default()).unwrap()
 }
 
 fn image(mesh: &Mesh) -> ImageBytes {
@@ -124,7 +125,7 @@ fn closing_scissors_part_a_sheet_and_the_hand_pays_by_its_torque() {
     assert!((-0.003..0.12).contains(&lost), "{lost}");
     // Through: nothing is left to cut, and the area is that of the sheet.
     assert_eq!(forces_n[TICKS - 5..], [0.0; 5]);
-    let area_m2 = f64::from(cuts.area_m2) / (0.02667 * 0.01);
+    let area_m2 = f64::from(cuts.area_m2) / (0.02667 * f64::from(THICKNESS_M));
     assert!((0.9..1.05).contains(&area_m2), "{area_m2}");
     assert!(cuts.opened_faces > 30 && cuts.copies > 20, "{cuts:?}");
 }

@@ -4,7 +4,7 @@
 
 use chaincell_host::bake::{BakeOptions, ImageBytes};
 use chaincell_host::engine::{Contact, Engine, Scheme};
-use chaincell_kernel::{Budget, Flags, NOT_TURNED, ToolPart, ToolPose};
+use chaincell_kernel::{Budget, Flags, ToolPart, ToolPose};
 use chaincell_tests::bodies::{baked, nodal, under};
 use nalgebra::Vector3;
 

@@ -39,7 +39,10 @@ impl ToolState {
         match pose.map(|pose| pose.engaged == 1) {
             Some(true) if !self.is_in || self.waits() => {
                 let edge = if self.waits() { Edge::Waits } else { Edge::In };
-                self.proxy = self.proxy.closed(1.0).at(self.target, self.target_turn, 1.0);
+                if let Some(crossing) = self.proxy.edge.crossing_mut() {
+                    crossing.go(1.0);
+                }
+                self.proxy = self.proxy.at(self.target, self.target_turn, 1.0);
                 self.proxy.edge.leave();
                 self.is_in = true;
                 (self.times, self.gives_way) = (0, false);
