@@ -312,6 +312,8 @@ fn what_there_is_no_room_for_is_refused() {
         assert_eq!(code, Code::ContactRoom);
         assert_eq!(call!(chaincell_grip(tissue, 0, &mut count)), Code::ContactRoom);
         assert_eq!(call!(chaincell_gripped(tissue, 0, &mut count)), Code::ContactRoom);
+        let code = call!(chaincell_opening_torque(tissue, 0, &mut 0.0));
+        assert_eq!(code, Code::ContactRoom);
         assert_eq!(call!(chaincell_let_go(tissue, 0, 1)), Code::ContactRoom);
     }
 }
@@ -333,6 +335,8 @@ fn numbers_out_of_their_range_are_refused() {
     for wrong in [2, u32::MAX] {
         assert_eq!(call!(chaincell_grip(made.tissue, wrong, &mut count)), Code::Range);
         assert_eq!(call!(chaincell_gripped(made.tissue, wrong, &mut count)), Code::Range);
+        let code = call!(chaincell_opening_torque(made.tissue, wrong, &mut 0.0));
+        assert_eq!(code, Code::Range);
         assert_eq!(call!(chaincell_let_go(made.tissue, wrong, 1)), Code::Range);
     }
     assert_eq!(call!(chaincell_let_go(made.tissue, 0, 65_536)), Code::Range);
@@ -385,9 +389,10 @@ fn every_pointer_of_tools_is_checked() {
             call!(chaincell_contact_forces(made.tissue, null_mut(), 0, bad(&count, skip))),
             call!(chaincell_grip(tissue, 0, null_mut())),
             call!(chaincell_gripped(made.tissue, 0, bad(&count, skip))),
+            call!(chaincell_opening_torque(made.tissue, 0, bad(&count, skip).cast())),
             call!(chaincell_let_go(tissue, 0, 1)),
         ];
-        assert_eq!(got, [code; 11]);
+        assert_eq!(got, [code; 12]);
     }
     let misaligned = (&raw const count).cast_mut().wrapping_byte_add(1);
     assert_eq!(call!(chaincell_grip(made.tissue, 0, misaligned)), Code::Misaligned);
