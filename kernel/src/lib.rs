@@ -96,7 +96,9 @@ pub use energy::links::range::RangeError;
 pub use energy::rounding::Rounding;
 pub use energy::state::{TermState, TermStates, term_states};
 pub use energy::stress::Stress;
-pub use energy::surface::{Anchor, EDGE_BYTES, NearTriangle, PARTS_MAX, Scissors, TOOLS_MAX, ToolState};
+pub use energy::surface::{
+    Anchor, EDGE_BYTES, NearTriangle, PARTS_MAX, Scissors, TOOLS_MAX, ToolState,
+};
 pub use fixed::types::I8F24;
 pub use model::image::ModelError;
 pub use model::parts;

@@ -312,9 +312,7 @@ impl Tissue {
     #[pyo3(signature = (tool=Arg::Default(0)), text_signature = "($self, tool=0)")]
     fn opening_torque_n_m(&self, py: Python<'_>, tool: Arg<'_, u32>) -> PyResult<Option<f32>> {
         let tool = tool.whole("tool", TOOL)? as usize;
-        py.detach(|| {
-            Ok(self.live()?.with(|staged| staged.engine_mut().opening_torque_n_m(tool)))
-        })
+        py.detach(|| Ok(self.live()?.with(|staged| staged.engine_mut().opening_torque_n_m(tool))))
     }
 
     /// Number of ticks since it was at rest.

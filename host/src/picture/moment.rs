@@ -148,11 +148,8 @@ impl Moment {
         };
         let plate_m = PLATE * extent(&skin.rest_m);
         let placed = self.tools.iter().zip(tools);
-        let bodies = placed.flat_map(|(at, parts)| {
-            parts.iter().map(|part| {
-                tool::body(part, at, plate_m)
-            })
-        });
+        let bodies =
+            placed.flat_map(|(at, parts)| parts.iter().map(|part| tool::body(part, at, plate_m)));
         bodies.collect()
     }
 }

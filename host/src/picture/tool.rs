@@ -144,7 +144,8 @@ mod tests {
             for side in [-1.0, 1.0] {
                 // The farthest point along a blade, and its distance to the sides of the blade's middle.
                 let (sin, cos) = (side * half_rad).sin_cos();
-                let ends = drawn.points_m.iter().map(|[_, y, z]| [y * sin - z * cos, y * cos + z * sin]);
+                let ends =
+                    drawn.points_m.iter().map(|[_, y, z]| [y * sin - z * cos, y * cos + z * sin]);
                 let far = ends.clone().fold(0.0_f64, |far, [along, _]| far.max(along));
                 assert!((far - 1.0).abs() < 1e-3, "{far}");
                 let tip = ends.filter(|[along, _]| *along > 0.95).map(|[_, aside]| aside.abs());

@@ -35,9 +35,8 @@ const _: () = assert!(align_of::<ToolPose>() == align_of::<KernelPose>());
 const _: () = assert!(offset_of!(ToolPose, position_m) == offset_of!(KernelPose, position_m));
 const _: () = assert!(offset_of!(ToolPose, orientation) == offset_of!(KernelPose, orientation));
 const _: () = assert!(offset_of!(ToolPose, engaged) == offset_of!(KernelPose, engaged));
-const _: () = assert!(
-    offset_of!(ToolPose, opening_turns_q16) == offset_of!(KernelPose, opening_turns_q16)
-);
+const _: () =
+    assert!(offset_of!(ToolPose, opening_turns_q16) == offset_of!(KernelPose, opening_turns_q16));
 
 /// What a tool feels in a tick, of the kernel and of the client alike.
 #[derive(Debug, Clone, Copy, PartialEq)]

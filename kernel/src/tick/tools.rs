@@ -67,8 +67,10 @@ impl<D: Dynamics> TissueMut<'_, D> {
     /// The work of the tool includes that of closing: this torque times the change of the opening.
     #[must_use]
     pub fn opening_torque_n_m(&self, network: &Network<'_>, tool: usize) -> f32 {
-        let (model, torque) =
-            (network.model(), self.touch.tool(tool).map(|tool| tool.proxy.edge.crossing().torque()));
+        let (model, torque) = (
+            network.model(),
+            self.touch.tool(tool).map(|tool| tool.proxy.edge.crossing().torque()),
+        );
         finite(torque.unwrap_or(0.0) * (model.force_unit_n() * model.unit_m()))
     }
 

@@ -166,7 +166,10 @@ mod tests {
         }
         // At the tip that of opening; wide open the crossing is nearest to the pivot.
         let most = SCISSORS.slope_m_per_rad(0.0);
-        assert!((most + 0.5 * 0.04 * (0.04_f32.powi(2) - 0.004_f32.powi(2)).sqrt() / 0.004).abs() < 1e-6);
+        assert!(
+            (most + 0.5 * 0.04 * (0.04_f32.powi(2) - 0.004_f32.powi(2)).sqrt() / 0.004).abs()
+                < 1e-6
+        );
         assert!(SCISSORS.slope_m_per_rad(PI).abs() < 1e-5);
         assert!(SCISSORS.opening_torque_n_m(-1.0, 1.0) > 0.0);
     }
