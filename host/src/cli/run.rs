@@ -154,8 +154,7 @@ pub fn execute(args: &Args) -> Result<()> {
     }
     folder.write(recording::MODEL, image.as_bytes())?;
     write_motion(args, &folder, poses)?;
-    let mut snapshots = Snapshots::new(&snapshot_ticks, &folder);
-    let mut executed = Vec::new();
+    let (mut snapshots, mut executed) = (Snapshots::new(&snapshot_ticks, &folder), Vec::new());
     let picture = args.picture();
     let mut rows = Rows { draws: picture.is_some(), ..Rows::default() };
     let played = play(&mut tissue, &paths, |pose, of_tools, output, tissue| {

@@ -177,7 +177,7 @@ mod tests {
     #[test]
     fn the_series_is_the_sine() {
         for step in 0..=1000 {
-            let angle_rad = 0.001 * f64::from(step) * 1.5708;
+            let angle_rad = 0.001 * f64::from(step) * std::f64::consts::FRAC_PI_2;
             let apart = f64::from(sine(angle_rad as f32)) - angle_rad.sin();
             assert!(apart.abs() < 2e-7, "{angle_rad}: {apart}");
         }
