@@ -35,13 +35,18 @@ export function frameOf(buffer) {
   return {
     ...head,
     tools: Array.from({ length: tools }, () => ({
-      number: whole(), engaged: whole() === 1, positionM: reals(3), orientation: reals(4), forceN: reals(3),
+      number: whole(), ...acting(whole()), positionM: reals(3), orientation: reals(4), forceN: reals(3),
       torqueNM: reals(3), contacts: whole(), flags: whole(),
     })),
     points: Array.from({ length: points }, () => ({ tick: Number(long()), forceN: reals(3), positionM: reals(3) })),
     contacts: Array.from({ length: contacts }, () => ({ cell: whole(), positionM: reals(3), pressurePa: real() })),
     positionsM: new Float32Array(buffer.slice(at)),
   };
+}
+
+/** Whether a tool acts, and the opening of scissors [rad]: the halves of a word. */
+function acting(word) {
+  return { engaged: (word & 0xffff) === 1, openingRad: (word >>> 16) * ((2 * Math.PI) / 65536) };
 }
 
 /** The curves of tool 0: each tick once, however many frames hold it. */

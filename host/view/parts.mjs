@@ -1,20 +1,21 @@
 // Tools by their parts, in the words of the command's option --tool: sphere:R, capsule:HALF,R, box:X,Y,Z,R,
-// half-space:R, blade:LENGTH, joined by +, each with @X,Y,Z for its place and /X,Y,Z,W for its turn.
-import { add, turned } from "./vectors.mjs";
+// half-space:R, blade:LENGTH, scissors:LENGTH,OFFSET, joined by +, each with @X,Y,Z for its place and /X,Y,Z,W for its turn.
+import { add, times, turned } from "./vectors.mjs";
 
 /** Reads a tool; throws an Error with the remedy. */
 export function partsOf(text) {
-  return text.split("+").map((part) => {
+  return text.split("+").flatMap((part) => {
     const [before, turn] = part.split("/");
     const [shape, place] = before.split("@");
     const [kind, sizes = ""] = shape.split(":");
     const numbers = sizes.split(",").map(Number);
     if (kind === "blade" && numbers[0] > 0) return bladePart(0.5 * numbers[0], listed(place, [0, 0, 0]), listed(turn, [0, 0, 0, 1]));
+    if (kind === "scissors" && numbers[0] > 0) return scissorParts(numbers, listed(place, [0, 0, 0]), listed(turn, [0, 0, 0, 1]));
     const radiusM = numbers[numbers.length - 1] || 0.01;
     const halves = { sphere: [0, 0, 0], capsule: [0, 0, numbers[0]], box: numbers.slice(0, 3), "half-space": [Infinity, Infinity, Infinity] };
     const halfM = halves[kind];
     if (!halfM || !(radiusM > 0) || halfM.some((half) => !(half >= 0))) {
-      throw new Error(`${part}: write sphere:R, capsule:HALF_LENGTH,R, box:HX,HY,HZ,R, blade:LENGTH or half-space`);
+      throw new Error(`${part}: write sphere:R, capsule:HALF_LENGTH,R, box:HX,HY,HZ,R, blade:LENGTH, scissors:LENGTH or half-space`);
     }
     return { kind, halfM, radiusM, centreM: listed(place, [0, 0, 0]), orientation: listed(turn, [0, 0, 0, 1]) };
   });
@@ -29,6 +30,25 @@ function bladePart(halfM, place, orientation) {
   const [heightM, radiusM] = [0.4 * halfM, 0.02 * halfM];
   const centreM = add(place, turned(orientation, [0, 0, heightM]));
   return { kind: "blade", halfM: [halfM - radiusM, 0, heightM - radiusM], radiusM, centreM, orientation };
+}
+
+/** Scissors as they are drawn: two plates side by side, from the pivot along -z. */
+function scissorParts([lengthM, offsetM = 0.1 * lengthM], placeM, orientation) {
+  const radiusM = 0.1 * offsetM;
+  const halfM = [0, offsetM - radiusM, 0.5 * lengthM - radiusM];
+  return [1, -1].map((side) => {
+    const middleM = [side * radiusM, 0, -0.5 * lengthM];
+    const centreM = add(placeM, turned(orientation, middleM));
+    return { kind: "scissors", halfM, radiusM, centreM, orientation, side, placeM, middleM };
+  });
+}
+
+/** Where a part is in its tool's frame: a blade of scissors turns about x by half of their opening [rad]. */
+export function opened(part, openingRad = 0) {
+  if (!part.side) return part;
+  const quarter = 0.25 * part.side * openingRad;
+  const orientation = times(part.orientation, [Math.sin(quarter), 0, 0, Math.cos(quarter)]);
+  return { orientation, centreM: add(part.placeM, turned(orientation, part.middleM)) };
 }
 
 /** Returns how far a tool reaches from its frame [m], a half space by its edge. */

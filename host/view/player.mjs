@@ -153,7 +153,7 @@ export class Player extends Tissue {
       const pose = poses.subarray(8 * index, 8 * index + 8);
       const shape = tools ? { kind: kinds[index], radiusM: parts[11 * part + 10] } : { kind: `sphere:${radiusM}`, radiusM };
       part += this.recording.counts[index] ?? 0;
-      const isEngaged = new Uint32Array(poses.buffer, poses.byteOffset + 32 * index + 28, 1)[0] === 1;
+      const isEngaged = new Uint16Array(poses.buffer, poses.byteOffset + 32 * index + 28, 1)[0] === 1;
       return {
         ...shape, positionM: held ?? [...pose.slice(0, 3)], orientation: held ? [0, 0, 0, 1] : [...pose.slice(3, 7)], engaged: isEngaged,
         forceN: output.forceN, torqueNM: output.torqueNM, contacts: output.contacts, flags: output.flags,

@@ -3,7 +3,7 @@ import { ChainMail } from "./chainmail.mjs";
 import { QUANTITIES, Scale } from "./colours.mjs";
 import { Figure } from "./figure.mjs";
 import { Painter } from "./gl.mjs";
-import { partsOf } from "./parts.mjs";
+import { opened, partsOf } from "./parts.mjs";
 import { arrow, disc, roundedBox } from "./shapes.mjs";
 import { add, length, placed, times, turnTo, turned, unit } from "./vectors.mjs";
 
@@ -182,12 +182,15 @@ export class Scene {
 
   #toolShapes(tool, index) {
     const kind = tool.kind ?? `sphere:${tool.radiusM}`;
-    return this.#shapesOf(kind).map((part) => ({
-      mesh: part.mesh,
-      model: placed(add(tool.positionM, turned(tool.orientation, part.centreM)), times(tool.orientation, part.orientation)),
-      paint: index === this.chosen ? PAINT.tool : PAINT.other,
-      isPale: part.isHalfSpace,
-    }));
+    return this.#shapesOf(kind).map((part) => {
+      const { centreM, orientation } = opened(part, tool.openingRad);
+      return {
+        mesh: part.mesh,
+        model: placed(add(tool.positionM, turned(tool.orientation, centreM)), times(tool.orientation, orientation)),
+        paint: index === this.chosen ? PAINT.tool : PAINT.other,
+        isPale: part.isHalfSpace,
+      };
+    });
   }
 
   #arrows(tool) {

@@ -88,7 +88,7 @@ pub use backend::team::{Job, Team, Workers};
 pub use contact::error::ContactError;
 pub use contact::memory::{TouchArrays, TouchRoom, TouchState, TouchStore};
 pub use contact::output::{ProxyPose, ToolOutput};
-pub use contact::pose::{NOT_TURNED, ToolPart, ToolPose};
+pub use contact::pose::{NOT_TURNED, OPENING_MAX, ToolPart, ToolPose};
 pub use contact::tools::{ContactForce, FRICTION_MAX};
 pub use cut::memory::{CutRoom, cut_state, cut_words};
 pub use energy::held::Contact;
@@ -96,7 +96,9 @@ pub use energy::links::range::RangeError;
 pub use energy::rounding::Rounding;
 pub use energy::state::{TermState, TermStates, term_states};
 pub use energy::stress::Stress;
-pub use energy::surface::{Anchor, EDGE_BYTES, NearTriangle, PARTS_MAX, TOOLS_MAX, ToolState};
+pub use energy::surface::{
+    Anchor, EDGE_BYTES, NearTriangle, PARTS_MAX, Scissors, TOOLS_MAX, ToolState,
+};
 pub use fixed::types::I8F24;
 pub use model::image::ModelError;
 pub use model::loose::Loose;

@@ -10,7 +10,7 @@ int main(int count, char **words)
     const struct timespec millisecond = {0, 1000000};
     chaincell_client client;
     chaincell_client_answer answer;
-    chaincell_tool_pose pose = {{0, 0, 0.08f}, {0, 0, 0, 1}, 0}; /* position [m], quaternion, engaged */
+    chaincell_tool_pose pose = {{0, 0, 0.08f}, {0, 0, 0, 1}, 0, 0}; /* position [m], quaternion, engaged, opening */
     const chaincell_client_code code = chaincell_client_open(CHAINCELL_CLIENT_VERSION, scene, NULL, &client);
     int tick;
 

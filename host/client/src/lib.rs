@@ -71,7 +71,7 @@ pub mod viewed;
 pub mod wait;
 
 pub use chaincell_kernel::trace::Command;
-pub use chaincell_kernel::{Flags, ToolPose};
+pub use chaincell_kernel::{Flags, Scissors, ToolPose};
 pub use client::{Client, Outcome};
 pub use error::{Error, Kind, Result};
 pub use exchange::Exchange;

@@ -1,6 +1,6 @@
 //! Messages of tool poses to the server, checked before they are sent.
 
-use chaincell_kernel::ToolPose;
+use chaincell_kernel::{OPENING_MAX, ToolPose};
 
 use crate::error::{Error, Kind, Result};
 use crate::tools::{TOOLS_MAX, ToolPoses, is_unit};
@@ -11,6 +11,8 @@ fn fault(pose: &ToolPose) -> Option<&'static str> {
         Some("its position is not finite; give three numbers in metres")
     } else if pose.engaged > 1 {
         Some("its `engaged` is neither 0 nor 1; give 1 while it acts on the tissue")
+    } else if pose.opening_turns_q16 > OPENING_MAX {
+        Some("its opening is above half a turn; give 0 to pi, in counts 0 to 32768")
     } else if is_unit(pose.orientation) {
         None
     } else {
@@ -45,7 +47,8 @@ mod tests {
     #[test]
     fn a_message_has_every_tool_in_its_own_place() {
         let at = ToolPose::at([1.0, 2.0, 3.0].into(), 1);
-        let turned = ToolPose { orientation: [0.0, 0.6, 0.0, 0.8], ..at };
+        let turned = ToolPose { orientation: [0.0, 0.6, 0.0, 0.8], ..at }.with_opening_rad(0.5);
+        assert_eq!(turned.opening_turns_q16, 5215);
         let message = message(7, 9, &[AWAY, turned]).unwrap();
         assert_eq!((message.tick, message.send_ns, message.tools, message.reserved), (7, 9, 8, 0));
         for (number, tool) in (0..).zip(message.each) {
@@ -55,7 +58,8 @@ mod tests {
                 (tool.position_m, tool.orientation),
                 (wanted.position_m.into(), wanted.orientation)
             );
-            assert_eq!(tool.engaged, u32::from(number == 1));
+            assert_eq!(tool.engaged, u16::from(number == 1));
+            assert_eq!(tool.opening_turns_q16, wanted.opening_turns_q16);
         }
     }
 
@@ -80,6 +84,7 @@ mod tests {
             }
         }
         assert!(refusal(ToolPose { engaged: 2, ..AWAY }).contains("give 1"));
+        assert!(refusal(AWAY.with_opening_rad(3.2)).contains("0 to pi"));
         for length in [0.0, 0.9989, 1.0011, f32::MAX] {
             let orientation = [0.0, 0.0, 0.0, length];
             assert!(refusal(ToolPose { orientation, ..AWAY }).contains("unit quaternion"));

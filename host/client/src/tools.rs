@@ -35,7 +35,9 @@ pub struct OneToolPose {
     /// Number of the tool.
     pub number: u32,
     /// 1 while it holds the contact cells, else 0.
-    pub engaged: u32,
+    pub engaged: u16,
+    /// Opening of scissors in 2^-16 of a full turn, 0 to 32768; other tools ignore it.
+    pub opening_turns_q16: u16,
     /// Its position in the frame of the input mesh \[m\].
     pub position_m: [f32; 3],
     /// Its orientation, a unit quaternion: x, y, z, w.
@@ -72,6 +74,7 @@ impl ToolPoses {
             *place = OneToolPose {
                 number,
                 engaged: pose.engaged,
+                opening_turns_q16: pose.opening_turns_q16,
                 position_m: pose.position_m.into(),
                 orientation: pose.orientation,
                 reserved: 0,

@@ -2,7 +2,7 @@
 
 use chaincell_client::tools::TOOLS_MAX;
 use chaincell_host::engine::tools::is_unit;
-use chaincell_kernel::ToolPose;
+use chaincell_kernel::{OPENING_MAX, ToolPose};
 use numpy::{PyArray1, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::{PyFloat, PyInt, PyList, PyTuple};
@@ -35,8 +35,27 @@ pub(crate) struct Tick {
 }
 
 impl Tick {
-    /// Of a pose, or an array of them, and whether each is engaged.
-    pub(crate) fn of(pose: &Bound<'_, PyAny>, engaged: &Engaged<'_>) -> PyResult<Self> {
+    /// Of a pose, or an array of them, whether each is engaged, and how far its scissors are open.
+    pub(crate) fn of(
+        pose: &Bound<'_, PyAny>,
+        engaged: &Engaged<'_>,
+        opening_rad: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Self> {
+        let mut tick = Self::closed(pose, engaged)?;
+        let Some(given) = opening_rad else { return Ok(tick) };
+        let (openings, count) = (arrays::reals("opening_rad", given)?, tick.poses.len());
+        if !matches!(openings.shape[..], [] | [_]) || openings.values.len() != count {
+            let wanted = if count == 1 { "() or (1,)".to_owned() } else { format!("({count},)") };
+            return Err(openings.wrong_shape("opening_rad", &wanted));
+        }
+        for (tool, (pose, opening_rad)) in tick.poses.iter_mut().zip(openings.values).enumerate() {
+            *pose = opened(*pose, opening_rad, &|| format!("tool {tool}"))?;
+        }
+        Ok(tick)
+    }
+
+    /// The same of closed scissors.
+    fn closed(pose: &Bound<'_, PyAny>, engaged: &Engaged<'_>) -> PyResult<Self> {
         if let (Some(position_m), &Engaged::All(engaged)) = (plain(pose), engaged) {
             let poses = vec![checked(ToolPose::at(position_m.into(), engaged.into()), &|| {
                 "the pose".into()
@@ -69,6 +88,7 @@ impl Tick {
     pub(crate) fn path(
         path: &Bound<'_, PyAny>,
         engaged: Option<&Bound<'_, PyAny>>,
+        opening_rad: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Vec<Self>> {
         let wanted = "(ticks, 3), (ticks, 7), (ticks, tools, 3) or (ticks, tools, 7)";
         let given = arrays::reals("path", path)?;
@@ -92,7 +112,26 @@ impl Tick {
             });
             Ok(Self { poses: poses.collect::<PyResult<_>>()?, is_several })
         };
-        of_tick.enumerate().map(tick).collect()
+        let mut path = of_tick.enumerate().map(tick).collect::<PyResult<Vec<Self>>>()?;
+        let Some(given) = opening_rad else { return Ok(path) };
+        let openings = arrays::reals("opening_rad", given)?;
+        let per_tick = match openings.shape[..] {
+            [one] if one == ticks => 1,
+            [first, second] if [first, second] == [ticks, count] => count,
+            _ => {
+                let wanted = format!("({ticks},) or ({ticks}, {count})");
+                return Err(openings.wrong_shape("opening_rad", &wanted));
+            }
+        };
+        for (at, (tick, openings)) in
+            path.iter_mut().zip(openings.values.chunks_exact(per_tick)).enumerate()
+        {
+            // A value of a tick is that of all its tools.
+            for (pose, opening_rad) in tick.poses.iter_mut().zip(openings.iter().cycle()) {
+                *pose = opened(*pose, *opening_rad, &|| format!("tick {at}"))?;
+            }
+        }
+        Ok(path)
     }
 }
 
@@ -150,6 +189,16 @@ fn pose_of(numbers: &[f64], engaged: bool) -> ToolPose {
         orientation: [(3, x), (4, y), (5, z), (6, w)].map(|(i, of)| at(i).unwrap_or(of)),
         ..none
     }
+}
+
+/// The pose with this opening, or why it is none.
+fn opened(pose: ToolPose, opening_rad: f64, name: &dyn Fn() -> String) -> PyResult<ToolPose> {
+    let opened = pose.with_opening_rad(opening_rad as f32);
+    if opened.opening_turns_q16 <= OPENING_MAX {
+        return Ok(opened);
+    }
+    let text = format!("`opening_rad` {opening_rad} of {}: must be 0 to pi [rad]", name());
+    Err(Class::Pose.error(text))
 }
 
 /// A pose, or why it is none.

@@ -185,6 +185,7 @@ impl Run {
 /// - `path`: positions [m], (ticks, 3), or with unit quaternions x, y, z, w, (ticks, 7); of several
 ///   tools (ticks, tools, 3) or (ticks, tools, 7). A row is a millisecond.
 /// - `engaged`: whether the tool acts on the tissue, (ticks,) or (ticks, tools); True by default.
+/// - `opening_rad`: opening angle of scissors [rad], (ticks,) or (ticks, tools); closed by default.
 /// - `sweeps_made`: numbers of sweeps of a session that ended ticks early, (ticks,).
 /// - `options`: as of `chaincell run`, with their units, see `chaincell.options.TissueOptions`.
 ///
@@ -195,18 +196,19 @@ impl Run {
 /// >>> bool(np.linalg.norm(result.force_n, axis=1).max() > 0.01)
 /// True
 #[pyfunction]
-#[pyo3(signature = (model, path, engaged=None, *, sweeps_made=None, **options))]
+#[pyo3(signature = (model, path, engaged=None, *, opening_rad=None, sweeps_made=None, **options))]
 pub(crate) fn run(
     py: Python<'_>,
     model: &Bound<'_, PyAny>,
     path: &Bound<'_, PyAny>,
     engaged: Option<&Bound<'_, PyAny>>,
+    opening_rad: Option<&Bound<'_, PyAny>>,
     sweeps_made: Option<&Bound<'_, PyAny>>,
     options: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<Run> {
     let model = object::<Model>("model", "a chaincell.Model", model)?;
     let options = offline(options)?;
-    let path = Tick::path(path, engaged)?;
+    let path = Tick::path(path, engaged, opening_rad)?;
     let sweeps = sweeps_made.map(|given| sweeps_of(given, path.len())).transpose()?;
     let body = &model.get().body;
     let kept = model.clone().unbind();

@@ -248,6 +248,7 @@ impl Session {
     ///   tools (tools, 3) or (tools, 7).
     /// - `engaged`: whether the tool acts on the tissue; of several tools (tools,). A tool has no force
     ///   until one of its poses was not engaged.
+    /// - `opening_rad`: opening angle of scissors [rad], 0 to pi; of several tools (tools,). Closed by default.
     /// - `timeout_s`: longest wait for the answer to this pose [s].
     ///
     /// Raises `PoseError` for a pose that is none, and nothing is sent then; `NoServer` after `lost_s`
@@ -255,17 +256,18 @@ impl Session {
     ///
     /// >>> force_n = session.step([0.0, 0.0, 0.0795])
     #[pyo3(
-        signature = (pose, engaged=Engaged::All(true), *, timeout_s=Arg::Default(0.02)),
-        text_signature = "($self, pose, engaged=True, *, timeout_s=0.02)"
+        signature = (pose, engaged=Engaged::All(true), *, opening_rad=None, timeout_s=Arg::Default(0.02)),
+        text_signature = "($self, pose, engaged=True, *, opening_rad=None, timeout_s=0.02)"
     )]
     fn step<'py>(
         &self,
         py: Python<'py>,
         pose: &Bound<'py, PyAny>,
         engaged: Engaged<'py>,
+        opening_rad: Option<&Bound<'py, PyAny>>,
         timeout_s: Arg<'py, f64>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let tick = Tick::of(pose, &engaged)?;
+        let tick = Tick::of(pose, &engaged, opening_rad)?;
         let wait_ns = span_ns("timeout_s", timeout_s)?;
         let answer = py.detach(|| self.held()?.step(&tick, wait_ns))?;
         self.check_lost(&answer)?;

@@ -214,6 +214,7 @@ impl Tissue {
     /// - `pose`: position [m], (3,), or with a unit quaternion x, y, z, w behind it, (7,); of several
     ///   tools (tools, 3) or (tools, 7).
     /// - `engaged`: whether the tool acts on the tissue; of several tools (tools,).
+    /// - `opening_rad`: opening angle of scissors [rad], 0 to pi; of several tools (tools,). Closed by default.
     /// - `sweeps`: repeats a tick of a session that made fewer sweeps than `sweeps` of the tissue.
     ///
     /// Raises `PoseError` for a pose that is none, `ArgumentError` for other values; no tick is made then.
@@ -221,17 +222,18 @@ impl Tissue {
     /// >>> tissue.tick([0.0, 0.0, 0.05], engaged=True).force_n.shape
     /// (3,)
     #[pyo3(
-        signature = (pose, engaged=Engaged::All(true), *, sweeps=None),
-        text_signature = "($self, pose, engaged=True, *, sweeps=None)"
+        signature = (pose, engaged=Engaged::All(true), *, opening_rad=None, sweeps=None),
+        text_signature = "($self, pose, engaged=True, *, opening_rad=None, sweeps=None)"
     )]
     fn tick(
         &self,
         py: Python<'_>,
         pose: &Bound<'_, PyAny>,
         engaged: Engaged<'_>,
+        opening_rad: Option<&Bound<'_, PyAny>>,
         sweeps: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Output> {
-        let tick = Tick::of(pose, &engaged)?;
+        let tick = Tick::of(pose, &engaged, opening_rad)?;
         let sweeps = sweeps.map(|given| whole("sweeps", given, 0..=u16::MAX)).transpose()?;
         py.detach(|| {
             let mut live = self.live()?;
@@ -299,6 +301,18 @@ impl Tissue {
     fn restore(&self, py: Python<'_>, snapshot: &Bound<'_, PyAny>) -> PyResult<()> {
         let snapshot = bytes("snapshot", snapshot)?;
         py.detach(|| self.live()?.restore(&snapshot, &self.begun))
+    }
+
+    /// Torque of the tissue on the handles of a tool's scissors in the last tick [N m]; None without scissors.
+    ///
+    /// `tool` is its number from 0. Above 0 it resists closing.
+    ///
+    /// >>> tissue.opening_torque_n_m() is None
+    /// True
+    #[pyo3(signature = (tool=Arg::Default(0)), text_signature = "($self, tool=0)")]
+    fn opening_torque_n_m(&self, py: Python<'_>, tool: Arg<'_, u32>) -> PyResult<Option<f32>> {
+        let tool = tool.whole("tool", TOOL)? as usize;
+        py.detach(|| Ok(self.live()?.with(|staged| staged.engine_mut().opening_torque_n_m(tool))))
     }
 
     /// Number of ticks since it was at rest.

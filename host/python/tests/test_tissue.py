@@ -186,6 +186,40 @@ def test_a_pose_may_be_written_in_many_ways(box: Model) -> None:
     assert away.state_hash == Tissue(box, tools=["sphere:0.006"]).state_hash
 
 
+def test_scissors_cut_by_the_opening_of_their_poses() -> None:
+    options = {"young_pa": 5000, "poisson": 0.4, "cuttable": True, "toughness_j_per_m2": 10}
+    model = Model.bake_mesh("box:5x5x4x0.01", cut_spare=0.3, **options)
+    pivot, offset_m, tools = [0.001, -0.001, 0.0455], 0.004, ["scissors:0.04,0.004,0.05"]
+    crossings_m = np.linspace(0.015, 0.027, 120)
+    openings = 2 * np.arcsin(offset_m / crossings_m)
+    tissue, torque_n_m = Tissue(model, tools=tools), None
+    for crossing_m, opening in zip(crossings_m, openings):
+        output = tissue.tick(pivot, opening_rad=opening)
+        slope = crossing_m * np.sqrt(crossing_m**2 - offset_m**2) / (2 * offset_m)
+        torque_n_m = tissue.opening_torque_n_m()
+        assert torque_n_m == pytest.approx(output.force_n[2] * slope, rel=5e-3)
+    assert torque_n_m is not None and torque_n_m > 1e-3
+    assert tissue.cuts is not None and tissue.cuts["opened_faces"] > 4
+    whole = chaincell.run(model, [pivot] * 120, opening_rad=openings, tools=tools)
+    assert whole.state_hash == tissue.state_hash
+    closed = Tissue(model, tools=tools)
+    for _ in range(5):
+        closed.tick(pivot)
+    assert closed.cuts is not None and closed.cuts["opened_faces"] == 0
+    assert Tissue(model, tools=["blade:0.032"]).opening_torque_n_m() is None
+    for opening, error, words in (
+        (3.2, chaincell.PoseError, "0 to pi"),
+        (-0.1, chaincell.PoseError, "0 to pi"),
+        (np.nan, chaincell.PoseError, "0 to pi"),
+        ([0.1, 0.2], chaincell.ArgumentError, "its shape is"),
+        ("wide", TypeError, "real numbers"),
+    ):
+        with pytest.raises(error, match=f"`opening_rad`.*{words}"):
+            tissue.tick(pivot, opening_rad=opening)
+    with pytest.raises(chaincell.ArgumentError, match=r"`opening_rad`: its shape is \(3,\)"):
+        chaincell.run(model, [pivot] * 120, opening_rad=[0.1] * 3, tools=tools)
+
+
 @pytest.mark.parametrize("options", [{"contact": [40]}, {"contact": [40], "device": "omega"}])
 def test_a_snapshot_goes_on_to_the_same_bits(plane: Model, options: dict[str, object]) -> None:
     path = np.concatenate([press(500), press(500)[::-1], press(200)])

@@ -117,6 +117,9 @@ struct RunSummary {
     /// What each tool did; of held cells one entry.
     tool_courses: Vec<ToolCourse>,
     judgement: Judgement,
+    /// Largest torque of the tissue on the handles of scissors, above 0 where it resists closing \[N m\].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    opening_torque_n_m: Option<f32>,
     /// Flags seen, each with the number of ticks it was set on.
     flag_ticks: FlagTicks,
     interrupted: bool,
@@ -151,8 +154,7 @@ pub fn execute(args: &Args) -> Result<()> {
     }
     folder.write(recording::MODEL, image.as_bytes())?;
     write_motion(args, &folder, poses)?;
-    let mut snapshots = Snapshots::new(&snapshot_ticks, &folder);
-    let mut executed = Vec::new();
+    let (mut snapshots, mut executed) = (Snapshots::new(&snapshot_ticks, &folder), Vec::new());
     let picture = args.picture();
     let mut rows = Rows { draws: picture.is_some(), ..Rows::default() };
     let played = play(&mut tissue, &paths, |pose, of_tools, output, tissue| {
@@ -190,6 +192,7 @@ pub fn execute(args: &Args) -> Result<()> {
         never_touched,
         judgement,
         tool_courses,
+        opening_torque_n_m: rows.opening_torque_n_m,
         flag_ticks: played.flag_ticks,
         interrupted: interrupt::asked(),
         cut: tissue.engine_mut().cut(),
@@ -288,6 +291,8 @@ struct Rows {
     /// True if a picture is wanted.
     draws: bool,
     largest: Largest,
+    /// Of scissors, the largest so far.
+    opening_torque_n_m: Option<f32>,
 }
 
 impl Rows {
@@ -308,6 +313,8 @@ impl Rows {
             let felt = tissue.felt(tool);
             self.courses[tool].add(felt.force_n, felt.contacts, tissue.places_m(tool));
             self.tools.add(pose.tick, tool, &felt, output.flags.0);
+            let torque_n_m = tissue.engine_mut().opening_torque_n_m(tool);
+            self.opening_torque_n_m = larger(self.opening_torque_n_m, torque_n_m);
         }
         self.contacts.after(pose.tick, tissue.engine_mut());
         self.curve.add(pose.tick, pose.position_m, force_n, output.contacts > 0);
@@ -328,6 +335,12 @@ impl Rows {
         let Some(out) = out else { return Ok(None) };
         picture::of_run(&self.largest, tissue.engine(), out)
     }
+}
+
+/// The larger of two numbers, of which there may be none.
+fn larger(one: Option<f32>, other: Option<f32>) -> Option<f32> {
+    let both = one.zip(other).map(|(one, other)| one.max(other));
+    both.or(one).or(other)
 }
 
 /// Refuses places that cannot be written, before anything is removed or made.
@@ -463,6 +476,9 @@ fn report(args: &Args, summary: &RunSummary, far: Option<Far>, drawn: Option<&st
         counted(summary.links, "link")
     ))?;
     terminal::say(format_args!("  {:<14}{peak:.4} N", "largest force"))?;
+    if let Some(torque_n_m) = summary.opening_torque_n_m {
+        terminal::say(format_args!("  {:<14}{torque_n_m:.5} N m, largest", "handles"))?;
+    }
     terminal::say(format_args!(
         "  {:<14}p50 {:.1} us, p99 {:.1} us, max {:.1} us",
         "step",

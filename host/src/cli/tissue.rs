@@ -39,7 +39,8 @@ pub struct TissueArgs {
     /// tool 0. PART[+PART...], at most eight, each sphere:R, capsule:HALF_LENGTH,R (along
     /// z), box:HX,HY,HZ,R (half edges of the core inside the rounding), half-space[:R] (all below
     /// z = 0) or, last, blade:LENGTH (an edge along x that cuts towards -z a body baked with
-    /// --cuttable), then @X,Y,Z, its place in the tool's frame, and /X,Y,Z,W, its turn, a unit
+    /// --cuttable) or scissors:LENGTH[,OFFSET[,MOUTH]] (blades along -z that open in the y direction by
+    /// the pose's opening), then @X,Y,Z, its place in the tool's frame, and /X,Y,Z,W, its turn, a unit
     /// quaternion [m]
     #[arg(long, value_name = "PART[+PART...]", conflicts_with = "contact")]
     pub tool: Vec<ToolSpec>,

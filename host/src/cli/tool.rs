@@ -48,7 +48,7 @@ impl ToolSpec {
         &self.parts
     }
 
-    /// Returns true if it has a blade.
+    /// Returns true if it has a blade or scissors.
     pub fn is_blade(&self) -> bool {
         self.parts.iter().any(ToolPart::is_edge)
     }
@@ -88,14 +88,15 @@ fn part(text: &str) -> std::result::Result<ToolPart, String> {
             }
             ToolPart::edge(0.5 * length_m)
         }
+        ("scissors", sizes) => scissors(sizes)?,
         ("half-space", None) => ToolPart::half_space(HALF_SPACE_RADIUS_M),
         ("half-space", sizes) => {
             let [radius_m] = numbers(sizes).ok_or_else(|| of("RADIUS"))?;
             ToolPart::half_space(radius_m)
         }
         _ => {
-            return Err("unknown kind: write sphere:R, capsule:HALF_LENGTH,R, box:HX,HY,HZ,R, blade:LENGTH \
-                        or half-space"
+            return Err("unknown kind: write sphere:R, capsule:HALF_LENGTH,R, box:HX,HY,HZ,R, blade:LENGTH, \
+                        scissors:LENGTH or half-space"
                 .to_owned());
         }
     };
@@ -114,12 +115,34 @@ fn part(text: &str) -> std::result::Result<ToolPart, String> {
     Ok(ToolPart { centre_m, orientation, ..shape })
 }
 
+/// Scissors of a length, an offset and a mouth: a tenth and a half of the length unless they are given.
+fn scissors(sizes: Option<&str>) -> std::result::Result<ToolPart, String> {
+    let form = "write scissors:LENGTH, scissors:LENGTH,OFFSET or scissors:LENGTH,OFFSET,MOUTH [m]";
+    // Read one to three numbers.
+    let found = match sizes.map_or(0, |sizes| sizes.split(',').count()) {
+        1 => numbers(sizes).map(|[length_m]| [length_m, 0.1 * length_m, 0.5 * length_m]),
+        2 => numbers(sizes).map(|[length_m, offset_m]| [length_m, offset_m, 0.5 * length_m]),
+        _ => numbers(sizes),
+    };
+    let [length_m, offset_m, mouth_m] = found.ok_or(form)?;
+    // Check them.
+    for (name, size_m) in [("length", length_m), ("offset", offset_m), ("mouth", mouth_m)] {
+        if size_m <= 0.0 {
+            return Err(format!("the {name} {size_m} must be above 0 [m]"));
+        }
+    }
+    if offset_m >= length_m {
+        return Err(format!("the offset {offset_m} must be below the length {length_m} [m]"));
+    }
+    Ok(ToolPart::scissors(length_m, offset_m, mouth_m))
+}
+
 /// Refuses parts behind a blade, another blade among them.
 fn check_edge(parts: &[ToolPart]) -> std::result::Result<(), String> {
     match parts.iter().position(ToolPart::is_edge) {
         Some(at) if at + 1 < parts.len() => Err(format!(
-            "part {} is a blade: a tool has one, as its last part; write the other parts before it, or give \
-             --tool once more",
+            "part {} is a blade: a tool has one, as its last part, or scissors; write the other parts before \
+             it, or give --tool once more",
             at + 1
         )),
         _ => Ok(()),
@@ -274,6 +297,13 @@ mod tests {
             ("blade:0", "above 0"),
             ("blade:-0.1", "above 0"),
             ("blade:0.1@1", "write @X,Y,Z"),
+            ("scissors", "write scissors:LENGTH,"),
+            ("scissors:0.1,0.01,0.05,1", "write scissors:LENGTH,"),
+            ("scissors:0.1,wide", "write scissors:LENGTH,"),
+            ("scissors:0", "the length 0 must be above 0"),
+            ("scissors:0.1,-0.01", "the offset -0.01 must be above 0"),
+            ("scissors:0.1,0.01,0", "the mouth 0 must be above 0"),
+            ("scissors:0.1,0.1", "must be below the length 0.1"),
             ("sphere:0.1@1,2", "write @X,Y,Z"),
             ("sphere:0.1/0,0,1", "write /X,Y,Z,W"),
             ("sphere:0.1/0,0,0,2", "has length 2"),
@@ -284,6 +314,15 @@ mod tests {
         }
         let behind = "blade:0.01+sphere:0.01".parse::<ToolSpec>().unwrap_err();
         assert!(behind.starts_with("part 1 is a blade: a tool has one, as its last"), "{behind}");
+        for (text, [length_m, offset_m, mouth_m]) in [
+            ("scissors:0.04", [0.04, 0.004, 0.02]),
+            ("scissors:0.04,0.005", [0.04, 0.005, 0.02]),
+            ("scissors:0.04,0.005,0.01", [0.04, 0.005, 0.01]),
+        ] {
+            let found = text.parse::<ToolSpec>().unwrap();
+            assert_eq!(found.parts, [ToolPart::scissors(length_m, offset_m, mouth_m)]);
+            assert!(found.is_blade());
+        }
         let nine = ["sphere:0.01"; 9].join("+");
         assert!(nine.parse::<ToolSpec>().unwrap_err().contains("at most 8"));
     }

@@ -34,7 +34,7 @@ impl Pose {
     /// The pose of the first tool in a tick, with the settings' sweeps.
     #[must_use]
     pub fn of(tick: u64, pose: &ToolPose) -> Self {
-        let (position_m, engaged) = (pose.position_m.into(), pose.engaged);
+        let (position_m, engaged) = (pose.position_m.into(), pose.engaged.into());
         Self { tick, position_m, engaged, sweeps: None }
     }
 }

@@ -125,7 +125,7 @@ impl Reach {
 }
 
 /// A part of a tool: a box in the tool's frame, which may be a point or a segment, and a radius around it, 0 for
-/// an edge.
+/// an edge. Scissors are the edge at their tip.
 struct Solid {
     centre_m: Vector3<f64>,
     turn: UnitQuaternion<f64>,
@@ -136,12 +136,15 @@ struct Solid {
 impl Solid {
     fn of(part: &ToolPart) -> Self {
         let [x, y, z, w] = part.orientation.map(f64::from);
-        Self {
-            centre_m: Vector3::from(part.centre_m.map(f64::from)),
-            turn: UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z)),
-            half_m: Vector3::from(part.half_m.map(f64::from)),
-            radius_m: part.radius_m.into(),
+        let turn = UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z));
+        let centre_m = Vector3::from(part.centre_m.map(f64::from));
+        let half_m = part.half_m.map(f64::from);
+        if let Some(blades) = part.blades() {
+            let tip_m = Vector3::new(0.0, 0.0, -f64::from(blades.length_m));
+            let half_m = Vector3::new(0.0, half_m[0], 0.0);
+            return Self { centre_m: centre_m + turn * tip_m, turn, half_m, radius_m: 0.0 };
         }
+        Self { centre_m, turn, half_m: Vector3::from(half_m), radius_m: part.radius_m.into() }
     }
 
     /// Distance of its farthest point from the tool's position, at most.

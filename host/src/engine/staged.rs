@@ -242,7 +242,7 @@ impl Staged<'_> {
     fn tick_one(&mut self, poses: &[ToolPose], budget: Budget<'_>) -> TickOutput {
         let Some(first) = poses.first() else { return self.engine.tick_by(&[], budget) };
         let device = match first.is_good() {
-            true => ToolPose::at(first.position_m, first.engaged),
+            true => ToolPose::at(first.position_m, first.engaged.into()),
             false => *first,
         };
         let Some(stage) = self.stages.first_mut() else {
@@ -283,7 +283,7 @@ impl Staged<'_> {
         let are_good = poses.are_good();
         let mut behind = *poses;
         for (pose, stage) in behind.each_mut().iter_mut().zip(&mut self.stages) {
-            let engaged = if are_good { pose.engaged } else { u32::MAX };
+            let engaged = if are_good { pose.engaged } else { u16::MAX };
             *pose = stage.sample(&ToolPose { engaged, ..*pose });
         }
         self.passed = behind;

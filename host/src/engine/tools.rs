@@ -8,7 +8,7 @@ use chaincell_kernel::{
 };
 
 use super::touch::TRIANGLES;
-use super::{Engine, Memory};
+use super::{Contact, Engine, Memory};
 
 /// Largest number of contacts at a time.
 pub const CONTACTS_MAX: usize = TRIANGLES;
@@ -102,6 +102,7 @@ impl Felt {
 /// Interface to the tools of a tissue of any scheme.
 pub(super) trait AnyTools {
     fn tool_output(&mut self, network: &Network<'_>, tool: usize) -> ToolOutput;
+    fn opening_torque_n_m(&mut self, network: &Network<'_>, tool: usize) -> f32;
     fn proxy_pose(&mut self, network: &Network<'_>, tool: usize) -> Option<ProxyPose>;
     fn contact_position(&mut self, network: &Network<'_>, tool: usize, cell: usize) -> [f64; 3];
     fn contact_forces(&mut self, network: &Network<'_>, each: &mut dyn FnMut(&ContactForce));
@@ -113,6 +114,10 @@ pub(super) trait AnyTools {
 impl<D: Dynamics> AnyTools for Memory<D> {
     fn tool_output(&mut self, network: &Network<'_>, tool: usize) -> ToolOutput {
         self.view().tool_output(network, tool)
+    }
+
+    fn opening_torque_n_m(&mut self, network: &Network<'_>, tool: usize) -> f32 {
+        self.view().opening_torque_n_m(network, tool)
     }
 
     fn proxy_pose(&mut self, network: &Network<'_>, tool: usize) -> Option<ProxyPose> {
@@ -146,6 +151,14 @@ impl Engine<'_> {
     /// [`TissueMut::tool_output`](chaincell_kernel::TissueMut::tool_output).
     pub fn tool_output(&mut self, tool: usize) -> ToolOutput {
         self.tissue.tool_output(&self.network, tool)
+    }
+
+    /// Torque of the tissue on the handles of a tool's scissors in the last tick with a sweep, above 0 where it
+    /// resists closing \[N m\]; `None` for a tool without scissors.
+    pub fn opening_torque_n_m(&mut self, tool: usize) -> Option<f32> {
+        let Contact::Tools { tools, .. } = &self.contact else { return None };
+        let has_scissors = tools.get(tool)?.iter().any(|part| part.blades().is_some());
+        has_scissors.then(|| self.tissue.opening_torque_n_m(&self.network, tool))
     }
 
     /// The pose at which the tissue meets a tool; `None` while the tool is not engaged.

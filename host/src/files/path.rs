@@ -1,12 +1,12 @@
 //! Path files. A row of a path of one tool is its pose in a tick, `tick,x_m,y_m,z_m,engaged`; a path of
 //! several tools has a row for each tool in each tick, with a column `tool` and an orientation. A further
-//! column has the sweeps of each tick if they were counted.
+//! column has the opening of scissors if there are any, and one more the sweeps of each tick if they were counted.
 
 use std::fmt::Write as _;
 use std::io::{BufRead, BufReader};
 use std::path::Path;
 
-use chaincell_kernel::{NOT_TURNED, TOOLS_MAX, ToolPose};
+use chaincell_kernel::{NOT_TURNED, OPENING_MAX, TOOLS_MAX, ToolPose};
 
 use super::lines::each_line;
 use crate::engine::motion::Pose;
@@ -20,6 +20,8 @@ use crate::text::BYTE_ORDER_MARK;
 pub const HEADER: &str = "tick,x_m,y_m,z_m,engaged";
 /// First line of a path of several tools.
 pub const TOOLS_HEADER: &str = "tick,tool,x_m,y_m,z_m,qx,qy,qz,qw,engaged";
+/// Behind both if the opening of scissors is given.
+const OPENING: &str = ",opening_rad";
 /// End of both if the sweeps of each tick were counted.
 const SWEEPS: &str = ",sweeps";
 /// Start of every header.
@@ -39,7 +41,7 @@ pub enum Rules {
 /// Sequences of poses, one per controller.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Paths {
-    /// Number of tools; 0 for a path of one tool without an orientation.
+    /// Number of tools; 0 for a path of one tool without an orientation and an opening.
     pub tools: usize,
     /// Poses of each sequence; with several tools those of tool 0.
     pub poses: Vec<Vec<Pose>>,
@@ -88,7 +90,7 @@ impl Paths {
             return;
         };
         let position_m = first.pose.position_m.into();
-        let (tick, sweeps, engaged) = (first.tick, first.sweeps, first.pose.engaged);
+        let (tick, sweeps, engaged) = (first.tick, first.sweeps, first.engaged);
         poses.push(Pose { tick, position_m, engaged, sweeps });
         each.extend(rows.iter().map(|row| row.pose));
     }
@@ -99,6 +101,7 @@ impl Paths {
 struct Row {
     tick: u64,
     tool: usize,
+    engaged: u32,
     pose: ToolPose,
     sweeps: Option<u16>,
 }
@@ -158,7 +161,8 @@ pub fn parse(text: impl BufRead, name: &str, rules: Rules) -> Result<Paths> {
              each tool and tick"
         )));
     }
-    Ok(if is_of_tools(&header) { paths } else { Paths::of(paths.poses) })
+    let is_whole = is_of_tools(&header) || has_opening(&header);
+    Ok(if is_whole { paths } else { Paths::of(paths.poses) })
 }
 
 /// Returns true for a header of several tools.
@@ -166,14 +170,21 @@ fn is_of_tools(header: &str) -> bool {
     header.starts_with(TOOLS_FRONT)
 }
 
+/// Returns true for a header with the opening of scissors.
+fn has_opening(header: &str) -> bool {
+    header.strip_suffix(SWEEPS).unwrap_or(header).ends_with(OPENING)
+}
+
 /// Checks that the first line is a header.
 fn check_header(header: &str) -> std::result::Result<(), String> {
     let wanted = if is_of_tools(header) { TOOLS_HEADER } else { HEADER };
-    if header.strip_suffix(SWEEPS).unwrap_or(header) == wanted {
+    let front = header.strip_suffix(SWEEPS).unwrap_or(header);
+    if front.strip_suffix(OPENING).unwrap_or(front) == wanted {
         return Ok(());
     }
     Err(format!(
-        "the header is `{}`; it must be `{wanted}`, with `{SWEEPS}` behind it where the sweeps are given",
+        "the header is `{}`; it must be `{wanted}`, with `{OPENING}` behind it for scissors and then `{SWEEPS}` where the sweeps \
+         are given",
         header.escape_debug().take(80).collect::<String>()
     ))
 }
@@ -239,7 +250,11 @@ fn row(text: &str, header: &str, rules: Rules) -> std::result::Result<Row, Strin
         [qx, qy, qz, qw, rest @ ..] if tool.is_some() => (Some([qx, qy, qz, qw]), rest),
         rest => (None, rest),
     };
-    let [engaged, sweeps @ ..] = front else { return Err(wrong()) };
+    let [engaged, front @ ..] = front else { return Err(wrong()) };
+    let (opening, sweeps) = match front {
+        [opening, rest @ ..] if has_opening(header) => (Some(*opening), rest),
+        rest => (None, rest),
+    };
     // Parse each.
     let tick = whole("tick", tick)?;
     let tool = tool.map_or(Ok(0), |tool| whole("tool", tool))?;
@@ -259,9 +274,10 @@ fn row(text: &str, header: &str, rules: Rules) -> std::result::Result<Row, Strin
         ));
     }
     let engaged = engaged_of(engaged, rules)?;
-    let pose = ToolPose { position_m: position_m.into(), orientation, engaged };
+    let pose = ToolPose { orientation, ..ToolPose::at(position_m.into(), engaged) };
+    let pose = opening.map_or(Ok(pose), |opening| opened(pose, opening, rules))?;
     let tool = usize::try_from(tool).unwrap_or(usize::MAX);
-    Ok(Row { tick, tool, pose, sweeps: sweeps_of(sweeps)? })
+    Ok(Row { tick, tool, engaged, pose, sweeps: sweeps_of(sweeps)? })
 }
 
 /// Parses a field that is a whole number.
@@ -290,6 +306,15 @@ fn engaged_of(text: &str, rules: Rules) -> std::result::Result<u32, String> {
     let told = || format!("field engaged `{text}`: must be 0 or 1");
     let engaged: u32 = text.parse().map_err(|_| told())?;
     if rules == Rules::Strict && engaged > 1 { Err(told()) } else { Ok(engaged) }
+}
+
+/// Parses the field `opening_rad`, and returns the pose with it.
+fn opened(pose: ToolPose, text: &str, rules: Rules) -> std::result::Result<ToolPose, String> {
+    let opened = pose.with_opening_rad(number(("opening_rad", text, " [rad]"), rules)?);
+    if rules == Rules::Strict && opened.opening_turns_q16 > OPENING_MAX {
+        return Err(format!("field opening_rad `{text}`: must be 0 to 3.14159, half a turn [rad]"));
+    }
+    Ok(opened)
 }
 
 /// Parses the field `sweeps`, if there is one.
@@ -351,14 +376,21 @@ fn tools_to_text<'a>(
     ticks: impl IntoIterator<Item = (u64, Option<u16>, &'a [ToolPose]), IntoIter: Clone>,
 ) -> String {
     let head = |(tick, sweeps, _): &(u64, Option<u16>, &[ToolPose])| (*tick, *sweeps);
-    written(TOOLS_HEADER, ticks.into_iter(), head, |(tick, _, poses), text, end| {
+    let ticks = ticks.into_iter();
+    // Openings are written if there is one.
+    let opens = |pose: &ToolPose| pose.opening_turns_q16 > 0;
+    let has_opening = ticks.clone().any(|(_, _, poses)| poses.iter().any(opens));
+    let header = format!("{TOOLS_HEADER}{}", if has_opening { OPENING } else { "" });
+    written(&header, ticks, head, |(tick, _, poses), text, end| {
         for (tool, pose) in poses.iter().enumerate() {
             let [x, y, z]: [f32; 3] = pose.position_m.into();
             let ([i, j, k, w], engaged) = (pose.orientation, pose.engaged);
-            let _ = writeln!(
-                text,
-                "{tick},{tool},{x:?},{y:?},{z:?},{i:?},{j:?},{k:?},{w:?},{engaged}{end}"
-            );
+            let _ =
+                write!(text, "{tick},{tool},{x:?},{y:?},{z:?},{i:?},{j:?},{k:?},{w:?},{engaged}");
+            if has_opening {
+                let _ = write!(text, ",{:?}", pose.opening_rad());
+            }
+            let _ = writeln!(text, "{end}");
         }
     })
 }
@@ -396,7 +428,8 @@ mod tests {
     use super::*;
 
     fn pose(z: f32, engaged: u32) -> ToolPose {
-        ToolPose { position_m: [0.1, -0.0, z].into(), orientation: [0.0, 0.8, 0.0, 0.6], engaged }
+        let at = ToolPose::at([0.1, -0.0, z].into(), engaged);
+        ToolPose { orientation: [0.0, 0.8, 0.0, 0.6], ..at }
     }
 
     #[test]
@@ -414,6 +447,13 @@ mod tests {
             let metres = found.in_metres(0.001);
             assert_eq!(metres.poses[0][1].position_m[2], 0.00032);
             assert_eq!(metres.each(0, 1)[0].position_m[2], 0.00032);
+        }
+        // Scissors: any opening comes back.
+        for counts in [1, 5215, 32767, 32768] {
+            let open = poses.map(|pose| ToolPose { opening_turns_q16: counts, ..pose });
+            let text = tools_to_text([(7, None, &open[..2]), (8, Some(2), &poses[2..])]);
+            let found = parse(text.as_bytes(), "a.csv", Rules::Strict).unwrap();
+            assert_eq!((found.each(0, 0), found.each(0, 1)), (&open[..2], &poses[2..]));
         }
         // Another controller, which starts at a lower tick.
         let text = tools_to_text([(7, None, &poses[..2]), (2, None, &poses[2..])]);
@@ -440,6 +480,21 @@ mod tests {
             let why = parse(text.as_bytes(), "a.csv", Rules::Strict).unwrap_err().to_string();
             assert!(why.contains(wanted) && why.contains(line), "{rows}: {why}");
         }
+        for (opening, wanted) in [
+            ("-0.1", "must be 0 to 3.14159"),
+            ("3.15", "must be 0 to 3.14159"),
+            ("nan", "must be finite"),
+            ("wide", "must be a number [rad]"),
+        ] {
+            let text = format!("{HEADER}{OPENING}\n0,0,0,0,1,{opening}\n");
+            let why = parse(text.as_bytes(), "a.csv", Rules::Strict).unwrap_err().to_string();
+            assert!(why.contains("field opening_rad `") && why.contains(wanted), "{why}");
+        }
+        let text = format!("{HEADER}{OPENING},sweeps\n0,0.1,0,0,1,0.5,3\n1,0.1,0,0,1,0.25,\n");
+        let found = parse(text.as_bytes(), "a.csv", Rules::Strict).unwrap();
+        let pose = ToolPose::at([0.1, 0.0, 0.0].into(), 1);
+        assert_eq!((found.tools, found.each(0, 0)), (1, &[pose.with_opening_rad(0.5)][..]));
+        assert_eq!((found.poses[0][0].sweeps, found.poses[0][1].sweeps), (Some(3), None));
         let why = parse("tick,tool,x\n".as_bytes(), "a.csv", Rules::Strict).unwrap_err();
         assert!(why.to_string().contains("it must be `tick,tool,x_m"), "{why}");
     }

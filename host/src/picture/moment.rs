@@ -1,11 +1,12 @@
 //! A tick of a tissue, kept so that it can be drawn after further ticks.
 
-use chaincell_kernel::{ProxyPose, ToolPose};
+use chaincell_kernel::ToolPose;
 
 use super::body::{Body, Paint};
 use super::camera::View;
 use super::raster::{Pixels, raster};
 use super::skin::Skin;
+use super::tool::Placed;
 use super::{eye, legend, tool};
 use crate::engine::{Contact, CutCells, Engine, Nodes};
 
@@ -38,30 +39,6 @@ pub struct Moment {
     nodes: Nodes,
     cut: Option<CutCells>,
     tools: Vec<Placed>,
-}
-
-/// Where a tool is: where the tissue meets it, or where it was told to be.
-#[derive(Debug, Clone, Copy)]
-struct Placed {
-    position_m: [f32; 3],
-    orientation: [f32; 4],
-    radius_scale: f64,
-}
-
-impl Placed {
-    fn new(pose: &ToolPose, proxy: Option<ProxyPose>) -> Self {
-        // A tool that waits inside the tissue has no radius yet: it is drawn whole.
-        match proxy.filter(|proxy| proxy.share > 0.0) {
-            Some(ProxyPose { position_m, orientation, share }) => {
-                Self { position_m, orientation, radius_scale: share.into() }
-            }
-            None => Self {
-                position_m: pose.position_m.into(),
-                orientation: pose.orientation,
-                radius_scale: 1.0,
-            },
-        }
-    }
 }
 
 impl Moment {
@@ -171,11 +148,8 @@ impl Moment {
         };
         let plate_m = PLATE * extent(&skin.rest_m);
         let placed = self.tools.iter().zip(tools);
-        let bodies = placed.flat_map(|(at, parts)| {
-            parts.iter().map(|part| {
-                tool::body(part, at.position_m, at.orientation, at.radius_scale, plate_m)
-            })
-        });
+        let bodies =
+            placed.flat_map(|(at, parts)| parts.iter().map(|part| tool::body(part, at, plate_m)));
         bodies.collect()
     }
 }

@@ -5,7 +5,7 @@
 //! | part | each |
 //! |---|---|
 //! | head, 64 bytes | version u32 = 2, model checksum u32, tick u64, ticks answered u64, state hash u64, flags u32, sweeps u32, step u32 \[ns\], energy f32 \[J\], numbers of tools, points, cells and contacts u32 |
-//! | tools, 68 bytes each | number u32, engaged u32, position 3 f32 \[m\], orientation x, y, z, w f32, force 3 f32 \[N\], torque 3 f32 \[N m\], contacts u32, flags u32 |
+//! | tools, 68 bytes each | number u32, engaged u16, opening of scissors u16 \[2^-16 turn\], position 3 f32 \[m\], orientation x, y, z, w f32, force 3 f32 \[N\], torque 3 f32 \[N m\], contacts u32, flags u32 |
 //! | points, 32 bytes each | tick u64, force 3 f32 \[N\] and position 3 f32 \[m\] of tool 0, oldest first |
 //! | contacts, 20 bytes each | cell u32, position 3 f32 \[m\], pressure f32 \[Pa\]: one for each triangle and part of a tool, at the cell of the corner with the largest share |
 //! | cells, 12 bytes each | position 3 f32 \[m\], in the order of the model image |
@@ -112,7 +112,8 @@ impl Subject {
                 pose.unwrap_or(OneToolPose { orientation: away.orientation, ..Default::default() });
             let force = answer.each_tool().find(|(of, _)| *of == number);
             let force = force.map_or_else(OneToolForce::default, |(_, force)| *force);
-            frame.count(number).whole(pose.engaged);
+            let opening = u32::from(pose.opening_turns_q16) << 16;
+            frame.count(number).whole(u32::from(pose.engaged) | opening);
             frame.reals(&pose.position_m).reals(&pose.orientation);
             frame.reals(&force.force_n).reals(&force.torque_n_m);
             frame.whole(force.contacts).whole(force.flags);
@@ -261,7 +262,7 @@ mod tests {
             engaged: 1,
             position_m: [1.0, 2.0, 3.0],
             orientation: [0.0, 0.6, 0.0, 0.8],
-            reserved: 0,
+            ..OneToolPose::default()
         };
         let mut answer = ToolForces {
             sweeps: 4,

@@ -229,7 +229,8 @@ fn part_words(part: &ToolPart) -> [u32; 11] {
 fn pose_words(pose: &ToolPose) -> [u32; 8] {
     let ([x, y, z], [i, j, k, w]): ([f32; 3], _) = (pose.position_m.into(), pose.orientation);
     let [x, y, z, i, j, k, w] = [x, y, z, i, j, k, w].map(f32::to_bits);
-    [x, y, z, i, j, k, w, pose.engaged]
+    let acting = u32::from(pose.engaged) | u32::from(pose.opening_turns_q16) << 16;
+    [x, y, z, i, j, k, w, acting]
 }
 
 /// Input ids of the held cells.

@@ -78,7 +78,7 @@ static chaincell_code choose(chaincell_tissue *tissue)
 /* Where the blade is in a tick. */
 static void place(int tick, float top_m, chaincell_tool_pose *pose)
 {
-    static const chaincell_tool_pose still = {{0.001f, -0.001f, 0.0f}, {0.0f, 0.0f, 0.0f, 1.0f}, 1};
+    static const chaincell_tool_pose still = {{0.001f, -0.001f, 0.0f}, {0.0f, 0.0f, 0.0f, 1.0f}, 1, 0};
 
     *pose = still;
     pose->position_m[2] = top_m + 0.0005f - 0.0001f * (float)(tick < DOWN ? tick : DOWN);

@@ -107,6 +107,7 @@ static void place(int tick, float top_m, chaincell_tool_pose poses[TOOLS])
         pose->orientation[3] = 1.0f;
         pose->orientation[0] = pose->orientation[1] = pose->orientation[2] = 0.0f;
         pose->engaged = 1;
+        pose->opening_turns_q16 = 0;
     }
     poses[JAW].position_m[2] += 0.006f * share(tick, TOGETHER, PULLED);
 }

@@ -66,7 +66,7 @@ static int refused(const char *what, chaincell_code code, const chaincell_detail
 static int press(chaincell_tissue *tissue)
 {
     chaincell_detail none = {0, 0, 0, 0, 0.0f};
-    chaincell_tool_pose pose = {{0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f, 1.0f}, 0};
+    chaincell_tool_pose pose = {{0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f, 1.0f}, 0, 0};
     chaincell_output output;
     chaincell_code code;
     uint64_t hash;

@@ -695,7 +695,7 @@ typedef struct chaincell_stage_settings {
 /**
  * Bytes that a blade takes in each tool, in a library that cuts.
  */
-#define CHAINCELL_CUT_TOOL_BYTES 1272
+#define CHAINCELL_CUT_TOOL_BYTES 1296
 
 /**
  * At most so many bytes stand before a tissue's arrays, and so many words of the size of an
@@ -995,8 +995,8 @@ typedef struct chaincell_stage {
 
 /**
  * Where a tool is. Any bits are admitted: a pose that is not finite, whose `engaged` is neither 0 nor
- * 1, or whose quaternion is not of length 1/2 to 2 makes the sample a bad one. Held cells go
- * by the position alone, but the quaternion has to be one: 0, 0, 0, 1 for no turn.
+ * 1, whose opening is above 32768 or whose quaternion is not of length 1/2 to 2 makes the sample a bad one. Held
+ * cells go by the position alone, but the quaternion has to be one: 0, 0, 0, 1 for no turn.
  */
 typedef struct chaincell_tool_pose {
     /**
@@ -1010,7 +1010,11 @@ typedef struct chaincell_tool_pose {
     /**
      * 1 while the tissue feels it (it holds the contact cells, or touches), else 0.
      */
-    uint32_t engaged;
+    uint16_t engaged;
+    /**
+     * Opening angle between the blades of scissors in 2^-16 of a full turn, 0 to 32768; other tools ignore it.
+     */
+    uint16_t opening_turns_q16;
 } chaincell_tool_pose;
 
 /**
@@ -1160,11 +1164,14 @@ typedef struct chaincell_tool_part {
      * Half the edges of its core [m]: 0 0 0 for a sphere, 0 0 a for a capsule along z, a b c for a
      * box. Of a half space the core is all that lies below z = -radius: infinite in every axis. Of the
      * edge of a blade half its length, 0, 0: it lies along x and cuts towards -z, and is the last part of its tool.
+     * Of scissors half the largest thickness between the blades, 0, their length: see `radius_m`.
      */
     float half_m[3];
     /**
      * Radius of the rounded edges around the core, above 0 [m]; 0 for the edge of a blade. Tissue is never
-     * pushed deeper into the tool than half of it.
+     * pushed deeper into the tool than half of it. Below 0 for scissors: its negative is the distance at which
+     * the edges pass the pivot. Their blades extend along -z and open in the y direction by the angle of the pose;
+     * where the edges cross they cut.
      */
     float radius_m;
 } chaincell_tool_part;
@@ -1607,6 +1614,18 @@ chaincell_code chaincell_grip(struct chaincell_tissue *tissue,
 chaincell_code chaincell_let_go(struct chaincell_tissue *tissue,
                                 uint32_t tool,
                                 uint32_t ticks);
+
+/**
+ * Torque of the tissue on the handles of the scissors of a tool, from 0, about their pivot in the last tick with a
+ * sweep [N m]: above 0 it resists closing. 0 for a tool without scissors. No limit clamps it.
+ *
+ * Safety
+ * `tissue` was made by `chaincell_tissue_init` and no other thread uses it; `torque_n_m` is storage for
+ * the answer.
+ */
+chaincell_code chaincell_opening_torque(struct chaincell_tissue *tissue,
+                                        uint32_t tool,
+                                        float *torque_n_m);
 
 /**
  * Samples that a tool, from 0, grips.

@@ -7,7 +7,7 @@ use crate::layout::{self, Parts, Tissue, by_touching_scheme};
 use crate::memory;
 
 /// Bytes that a blade takes in each tool, in a library that cuts.
-pub const CUT_TOOL_BYTES: usize = 1272;
+pub const CUT_TOOL_BYTES: usize = 1296;
 
 const _: () = assert!(EDGE_BYTES <= CUT_TOOL_BYTES);
 

@@ -72,7 +72,7 @@ pub use tick::{
 };
 pub use tools::{
     ContactForce, ToolPart, chaincell_choose_tools, chaincell_contact_forces, chaincell_grip,
-    chaincell_gripped, chaincell_let_go,
+    chaincell_gripped, chaincell_let_go, chaincell_opening_torque,
 };
 pub use touch::{CELL_BYTES_TOUCH, Room, SAMPLE_BYTES, TOOL_BYTES, TOUCH_BYTES, TRIANGLE_BYTES};
 

@@ -145,15 +145,19 @@ pub unsafe extern "C" fn chaincell_stage_sample(
     // SAFETY: the caller's promises are handed on.
     Code::of(unsafe { self::stage(stage) }.and_then(|stage| {
         // SAFETY: the caller's promises are handed on.
-        let ToolPose { position_m, orientation, engaged } = unsafe { memory::read(device) }?;
+        let ToolPose { position_m, orientation, engaged, opening_turns_q16 } =
+            unsafe { memory::read(device) }?;
         memory::check(tool)?;
         if !news.is_null() {
             // SAFETY: the caller's promises are handed on.
             unsafe { memory::read(news) }?.tell(stage)?;
         }
-        let device = KernelPose { position_m: position_m.into(), orientation, engaged };
-        let KernelPose { position_m, orientation, engaged } = stage.sample(&device);
-        let value = ToolPose { position_m: position_m.into(), orientation, engaged };
+        let position_m = position_m.into();
+        let device = KernelPose { position_m, orientation, engaged, opening_turns_q16 };
+        // The stage leaves the opening as it is.
+        let KernelPose { position_m, orientation, engaged, .. } = stage.sample(&device);
+        let position_m = position_m.into();
+        let value = ToolPose { position_m, orientation, engaged, opening_turns_q16 };
         // SAFETY: the caller's promises are handed on.
         unsafe { memory::write(tool, value) }
     }))

@@ -11,8 +11,8 @@ use crate::layout::{self, Parts, Published, Tissue, by_scheme, by_touching_schem
 use crate::memory;
 
 /// Where a tool is. Any bits are admitted: a pose that is not finite, whose `engaged` is neither 0 nor
-/// 1, or whose quaternion is not of length 1/2 to 2 makes the sample a bad one. Held cells go
-/// by the position alone, but the quaternion has to be one: 0, 0, 0, 1 for no turn.
+/// 1, whose opening is above 32768 or whose quaternion is not of length 1/2 to 2 makes the sample a bad one. Held
+/// cells go by the position alone, but the quaternion has to be one: 0, 0, 0, 1 for no turn.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(C)]
 pub struct ToolPose {
@@ -21,7 +21,9 @@ pub struct ToolPose {
     /// Turns its frame into that of the mesh: a unit quaternion x, y, z, w.
     pub orientation: [f32; 4],
     /// 1 while the tissue feels it (it holds the contact cells, or touches), else 0.
-    pub engaged: u32,
+    pub engaged: u16,
+    /// Opening angle between the blades of scissors in 2^-16 of a full turn, 0 to 32768; other tools ignore it.
+    pub opening_turns_q16: u16,
 }
 
 pub(crate) type KernelPose = chaincell_kernel::ToolPose;
@@ -33,6 +35,8 @@ const _: () = assert!(align_of::<ToolPose>() == align_of::<KernelPose>());
 const _: () = assert!(offset_of!(ToolPose, position_m) == offset_of!(KernelPose, position_m));
 const _: () = assert!(offset_of!(ToolPose, orientation) == offset_of!(KernelPose, orientation));
 const _: () = assert!(offset_of!(ToolPose, engaged) == offset_of!(KernelPose, engaged));
+const _: () =
+    assert!(offset_of!(ToolPose, opening_turns_q16) == offset_of!(KernelPose, opening_turns_q16));
 
 /// What a tool feels in a tick, of the kernel and of the client alike.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -22,9 +22,12 @@ pub struct ToolPart {
     /// Half the edges of its core \[m\]: 0 0 0 for a sphere, 0 0 a for a capsule along z, a b c for a
     /// box. Of a half space the core is all that lies below z = -radius: infinite in every axis. Of the
     /// edge of a blade half its length, 0, 0: it lies along x and cuts towards -z, and is the last part of its tool.
+    /// Of scissors half the largest thickness between the blades, 0, their length: see `radius_m`.
     pub half_m: [f32; 3],
     /// Radius of the rounded edges around the core, above 0 \[m\]; 0 for the edge of a blade. Tissue is never
-    /// pushed deeper into the tool than half of it.
+    /// pushed deeper into the tool than half of it. Below 0 for scissors: its negative is the distance at which
+    /// the edges pass the pivot. Their blades extend along -z and open in the y direction by the angle of the pose;
+    /// where the edges cross they cut.
     pub radius_m: f32,
 }
 
@@ -281,6 +284,31 @@ pub unsafe extern "C" fn chaincell_let_go(tissue: *mut Tissue, tool: u32, ticks:
             body.let_go(tool, ticks);
         });
         Ok(())
+    }))
+}
+
+/// Torque of the tissue on the handles of the scissors of a tool, from 0, about their pivot in the last tick with a
+/// sweep \[N m\]: above 0 it resists closing. 0 for a tool without scissors. No limit clamps it.
+///
+/// # Safety
+/// `tissue` was made by `chaincell_tissue_init` and no other thread uses it; `torque_n_m` is storage for
+/// the answer.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn chaincell_opening_torque(
+    tissue: *mut Tissue,
+    tool: u32,
+    torque_n_m: *mut f32,
+) -> Code {
+    // SAFETY: the caller's promises are handed on.
+    Code::of(unsafe { with_tool(tissue, tool) }.and_then(|(scheme, sizes, tool)| {
+        let found = by_touching_scheme!(scheme, D => {
+            // SAFETY: a tissue of this scheme stands there, and the caller says that it is ours.
+            let Parts { network, tissue: body, .. } =
+                unsafe { layout::parts::<D>(tissue, sizes) };
+            body.opening_torque_n_m(network, tool)
+        });
+        // SAFETY: the caller's promises are handed on.
+        unsafe { memory::write(torque_n_m, found) }
     }))
 }
 

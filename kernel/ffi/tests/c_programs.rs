@@ -333,7 +333,7 @@ fn a_tool_is_the_same_in_both_headers() {
         cc.arg(package().join("tests/c/one_pose.c")).arg("-o").arg(&executable);
         succeed(&mut cc);
         let said = succeed(&mut Command::new(&executable));
-        assert_eq!(said, "0 0 1 0, 1, 3 N, 0.5 N m, 7, 256\n");
+        assert_eq!(said, "0 0 1 0, 1, 9, 3 N, 0.5 N m, 7, 256\n");
     }
 }
 

@@ -2,9 +2,11 @@
 
 use nalgebra::Vector3;
 
-use crate::energy::surface::{Edge, Solid};
+use crate::energy::surface::{COUNT_RAD, Crossing, Edge, Scissors, Solid};
 use crate::number::turn::Turn;
 
+/// Sine and cosine of an eighth of a turn.
+const HALF_ROOT: f32 = core::f32::consts::FRAC_1_SQRT_2;
 /// The identity orientation x, y, z, w.
 pub const NOT_TURNED: [f32; 4] = [0.0, 0.0, 0.0, 1.0];
 
@@ -29,24 +31,69 @@ pub struct ToolPose {
     /// Rotation from the tool's frame to the mesh's: a unit quaternion x, y, z, w.
     pub orientation: [f32; 4],
     /// 1 while the tool acts on the tissue, else 0.
-    pub engaged: u32,
+    pub engaged: u16,
+    /// Opening angle between the blades of scissors, in 2^-16 of a full turn as an encoder counts it: at most
+    /// 32768, half a turn. Other tools ignore it.
+    pub opening_turns_q16: u16,
 }
+
+/// Largest [`ToolPose::opening_turns_q16`]: half a turn.
+pub const OPENING_MAX: u16 = 32768;
 
 impl ToolPose {
     /// A tool at the origin, not turned and not engaged.
     pub const AWAY: Self = Self::at(Vector3::new(0.0, 0.0, 0.0), 0);
 
-    /// A tool at a position, not rotated.
+    /// A tool at a position, not rotated; scissors are closed. `engaged` above 1 makes a bad pose.
     #[must_use]
     pub const fn at(position_m: Vector3<f32>, engaged: u32) -> Self {
-        Self { position_m, orientation: NOT_TURNED, engaged }
+        let most = u16::MAX;
+        let engaged = if engaged < most as u32 { engaged as u16 } else { most };
+        Self { position_m, orientation: NOT_TURNED, engaged, opening_turns_q16: 0 }
+    }
+
+    /// The pose with this opening of scissors, 0 to pi \[rad\], rounded to 96 microradian; any other number makes
+    /// a bad pose.
+    ///
+    /// ```
+    /// use chaincell_kernel::ToolPose;
+    ///
+    /// let open = ToolPose::at([0.0; 3].into(), 1).with_opening_rad(1.0);
+    /// assert_eq!(open.opening_turns_q16, 10430);
+    /// assert!((open.opening_rad() - 1.0).abs() < 48e-6);
+    /// assert!(!open.with_opening_rad(-0.1).is_good());
+    /// ```
+    #[must_use]
+    pub fn with_opening_rad(self, opening_rad: f32) -> Self {
+        let counts = opening_rad / COUNT_RAD + 0.5;
+        let opening_turns_q16 = if opening_rad >= 0.0 { counts as u16 } else { u16::MAX };
+        Self { opening_turns_q16, ..self }
+    }
+
+    /// Opening of scissors \[rad\].
+    #[must_use]
+    pub fn opening_rad(&self) -> f32 {
+        COUNT_RAD * f32::from(self.opening_turns_q16)
+    }
+
+    /// `engaged` and opening in one word, as a trace has them: the opening in the upper half.
+    pub(crate) fn acting(&self) -> u32 {
+        u32::from(self.engaged) | u32::from(self.opening_turns_q16) << 16
+    }
+
+    /// The pose with `engaged` and opening of a trace's word.
+    pub(crate) fn with_acting(self, word: u32) -> Self {
+        Self { engaged: word as u16, opening_turns_q16: (word >> 16) as u16, ..self }
     }
 
     /// Returns true if the tick may use the pose: finite, `engaged` 0 or 1, quaternion length between 1/2 and
-    /// 2.
+    /// 2, an opening of at most half a turn.
     #[must_use]
     pub fn is_good(&self) -> bool {
-        self.engaged <= 1 && self.position_m.iter().all(|x| x.is_finite()) && self.turn().is_some()
+        self.engaged <= 1
+            && self.opening_turns_q16 <= OPENING_MAX
+            && self.position_m.iter().all(|x| x.is_finite())
+            && self.turn().is_some()
     }
 
     pub(crate) fn turn(&self) -> Option<Turn> {
@@ -76,8 +123,8 @@ pub struct ToolPart {
     /// Half edges of the core \[m\]: 0 0 0 for a sphere, 0 0 a for a capsule along z. Infinite in every axis
     /// for a half space; its core is everything below z = -radius.
     pub half_m: [f32; 3],
-    /// Radius of the rounded edges around the core \[m\]; 0 for the edge of a blade. A tool presses only so far
-    /// that no sample lies deeper in it than two fifths of this.
+    /// Radius of the rounded edges around the core \[m\]; 0 for the edge of a blade, below 0 for scissors (see
+    /// [`Self::scissors`]). A tool presses only so far that no sample lies deeper in it than two fifths of this.
     pub radius_m: f32,
 }
 
@@ -121,11 +168,38 @@ impl ToolPart {
         Self { half_m: [half_length_m, 0.0, 0.0], ..Self::sphere(0.0) }
     }
 
-    /// Returns true if the part is an edge.
+    /// Scissors: two straight blades from the pivot along -z, which open in the y direction by the angle of the
+    /// tool's pose. The edge of each passes the pivot at `offset_m`. Where the edges cross they cut towards -z, in
+    /// the plane of y and z, through tissue of at most `mouth_m` thickness along y. The blades have no sides. It is
+    /// the last part of its tool, and needs a body that can be cut.
+    ///
+    /// ```
+    /// use chaincell_kernel::ToolPart;
+    ///
+    /// let scissors = ToolPart::scissors(0.04, 0.004, 0.02); // blades of 40 mm
+    /// assert!(scissors.is_edge());
+    /// assert_eq!(scissors.blades().ok_or("no scissors")?.crossing_m(0.0), 0.04); // closed: at the tip
+    /// # Ok::<(), &str>(())
+    /// ```
+    #[must_use]
+    pub const fn scissors(length_m: f32, offset_m: f32, mouth_m: f32) -> Self {
+        Self { half_m: [0.5 * mouth_m, 0.0, length_m], ..Self::sphere(-offset_m) }
+    }
+
+    /// The blades of scissors; `None` for another part.
+    #[must_use]
+    pub fn blades(&self) -> Option<Scissors> {
+        let ([half_mouth, height, length_m], offset_m) = (self.half_m, -self.radius_m);
+        let is_any = offset_m > 0.0 && half_mouth > 0.0 && height == 0.0 && length_m > offset_m;
+        is_any.then_some(Scissors { length_m, offset_m })
+    }
+
+    /// Returns true if the part cuts: an edge, or scissors.
     #[must_use]
     pub fn is_edge(&self) -> bool {
         let [along, height, width] = self.half_m;
-        self.radius_m == 0.0 && along > 0.0 && height == 0.0 && width == 0.0
+        let is_straight = self.radius_m == 0.0 && along > 0.0 && height == 0.0 && width == 0.0;
+        is_straight || self.blades().is_some()
     }
 
     /// Returns true if the part is a half space.
@@ -142,7 +216,17 @@ impl ToolPart {
         let is_good =
             self.is_edge() && half > 0.0 && is_within(half) && centre.into_iter().all(is_within);
         let turn = Turn::of_orientation(self.orientation).filter(|_| is_good)?;
-        Some(Edge::new(half, centre, turn))
+        let Some(Scissors { length_m, offset_m }) = self.blades() else {
+            return Some(Edge::new(half, centre, turn));
+        };
+        let [length, offset] = [length_m, offset_m].map(|x| x / unit_m);
+        if !(is_within(length) && offset > 0.0 && offset < length) {
+            return None;
+        }
+        // The edge of scissors lies along y.
+        let across = Turn::of_orientation([0.0, 0.0, HALF_ROOT, HALF_ROOT])?;
+        let edge = Edge::new(half, centre, turn.after(across));
+        Some(edge.between(Crossing::new(length, offset)))
     }
 
     /// The part in mean link lengths; `None` if a number is not finite, too small or too large.
@@ -193,11 +277,36 @@ mod tests {
         }
     }
 
+    /// A word that holds `engaged` alone is that of closed scissors.
+    #[test]
+    fn the_opening_lies_behind_engaged() {
+        use core::mem::offset_of;
+        assert_eq!((size_of::<ToolPose>(), offset_of!(ToolPose, engaged)), (32, 28));
+        assert_eq!(offset_of!(ToolPose, opening_turns_q16), 30);
+        let closed = ToolPose::at([0.0; 3].into(), 1);
+        assert_eq!((closed.acting(), closed.with_acting(1)), (1, closed));
+        assert_eq!((closed.with_acting(0).engaged, closed.opening_rad()), (0, 0.0));
+        for bad in [2, 7, 0xFFFF, u32::MAX, 1 | 32769 << 16] {
+            assert!(!closed.with_acting(bad).is_good(), "{bad}");
+            assert_eq!(closed.with_acting(bad).acting(), bad);
+        }
+        let open = closed.with_acting(1 | 5215 << 16);
+        assert_eq!(open, closed.with_opening_rad(0.5));
+        assert!(open.is_good());
+    }
+
     #[test]
     fn poses_that_cannot_be_are_seen() {
         let good = ToolPose::at([0.0, 0.1, 0.2].into(), 1);
         assert!(good.is_good());
         assert!(!ToolPose { engaged: 2, ..good }.is_good());
+        for (opening_turns_q16, is_good) in [(0, true), (32768, true), (32769, false)] {
+            assert_eq!(ToolPose { opening_turns_q16, ..good }.is_good(), is_good);
+        }
+        assert!(good.with_opening_rad(core::f32::consts::PI).is_good());
+        for bad_rad in [f32::NAN, -1e-6, 3.1418, f32::INFINITY] {
+            assert!(!good.with_opening_rad(bad_rad).is_good(), "{bad_rad}");
+        }
         assert!(!ToolPose { orientation: [0.0, f32::NAN, 0.0, 1.0], ..good }.is_good());
         assert!(!ToolPose { position_m: [f32::INFINITY, 0.0, 0.0].into(), ..good }.is_good());
     }

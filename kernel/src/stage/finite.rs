@@ -18,7 +18,7 @@ pub(super) fn is_good(sample: &ToolPose) -> bool {
 
 /// Marks a sample that is bad for the stage as bad for the tissue.
 pub(super) fn made_bad(sample: &ToolPose) -> ToolPose {
-    ToolPose { engaged: u32::MAX, ..*sample }
+    ToolPose { engaged: u16::MAX, ..*sample }
 }
 
 /// The part of a tissue's answer that the stage may use, and true if that is all of it.

@@ -282,7 +282,9 @@ impl<D: Dynamics> TissueMut<'_, D> {
                 continue;
             }
             let (before, size) = (edge.energy(&at), edge.reach(pivot));
-            let moved = sqrt(dot(tool.way, tool.way)) + size * sqrt(dot(tool.spin, tool.spin));
+            let slid = edge.crossing().slid.abs();
+            let turned = size * sqrt(dot(tool.spin, tool.spin));
+            let moved = sqrt(dot(tool.way, tool.way)) + turned + slid;
             // A blade that moves too far leaves its fronts and cuts nothing.
             let moved = if is_off { f32::INFINITY } else { moved };
             if !body.draw(edge, moved, &at) {

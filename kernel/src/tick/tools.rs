@@ -60,6 +60,20 @@ impl<D: Dynamics> TissueMut<'_, D> {
         output
     }
 
+    /// Torque of the tissue on the handles of a tool's scissors about their pivot, in the last tick with a sweep
+    /// \[N m\]: the force on the edge in the direction of cutting times the change of its place with the opening.
+    /// Above 0 it resists closing. 0 for a tool without scissors. It is not clamped by the largest force.
+    ///
+    /// The work of the tool includes that of closing: this torque times the change of the opening.
+    #[must_use]
+    pub fn opening_torque_n_m(&self, network: &Network<'_>, tool: usize) -> f32 {
+        let (model, torque) = (
+            network.model(),
+            self.touch.tool(tool).map(|tool| tool.proxy.edge.crossing().torque()),
+        );
+        finite(torque.unwrap_or(0.0) * (model.force_unit_n() * model.unit_m()))
+    }
+
     /// Position of a cell at which a tool's force of the last tick with a sweep is taken [mean link lengths from
     /// the body's centre]: that of the next pass, where the body is nearer to its equilibrium, or
     /// [`Self::position`]. `None` beyond the last cell.

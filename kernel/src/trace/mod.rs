@@ -27,7 +27,8 @@
 //! record r = 0, 1, ... of 48 bytes
 //!      0      8  tick
 //!      8     12  tool position [m] (f32 bits x 3)
-//!     20      4  engaged
+//!     20      2  engaged
+//!     22      2  opening of scissors [2^-16 turn]
 //!     24      8  hash of the state after the tick, 0 where none was taken
 //!     32      2  kind: 1 = sample; 2 = command, 5 = command to a tool (grip, let go), whose bytes
 //!                from 0 to 24 are described at [`Command`]; with tools also 3 = part, 4 = pose, see below
@@ -50,7 +51,8 @@
 //!     44      4  CRC-32 as above
 //! with tools, kind 4: the pose of a tool in a tick
 //!      0     12  position [m] (f32 bits x 3)
-//!     12      4  engaged
+//!     12      2  engaged
+//!     14      2  opening of scissors [2^-16 turn]
 //!     16     16  orientation x, y, z, w (f32 bits x 4)
 //!     32      4  4
 //!     36      4  tool

@@ -220,7 +220,7 @@ pub(super) fn sample(words: &[u32; WORDS]) -> Record {
     let [.., sweeps, _] = *words;
     Record {
         tick: long(t0, t1),
-        sample: ToolPose::at(position_m, engaged),
+        sample: ToolPose::at(position_m, 0).with_acting(engaged),
         sweeps: has(words, WITH_SWEEPS).then_some(sweeps as u16),
         ramp_restarted: has(words, RAMP_RESTARTED),
         delay_ticks: has(words, WITH_DELAY).then_some((sweeps >> 16) as u16),
@@ -242,6 +242,6 @@ pub(super) fn pose(words: &[u32; WORDS]) -> Option<PoseRecord> {
     let tool = u8::try_from(tool).ok()?;
     let position_m = [x, y, z].map(f32::from_bits).into();
     let orientation = [i, j, k, w].map(f32::from_bits);
-    let pose = ToolPose { position_m, orientation, engaged };
+    let pose = ToolPose { orientation, ..ToolPose::at(position_m, 0).with_acting(engaged) };
     (kind == u32::from(KIND_POSE) && zero == 0).then_some(PoseRecord { tool, pose })
 }

@@ -95,7 +95,7 @@ type Bits = (u64, [u32; 3], u32, [Option<u16>; 2], bool, Option<u64>);
 fn bits(record: &Record) -> Bits {
     let position = record.sample.position_m.data.0[0].map(f32::to_bits);
     let Record { tick, sample, sweeps, ramp_restarted, delay_ticks, state_hash } = *record;
-    (tick, position, sample.engaged, [sweeps, delay_ticks], ramp_restarted, state_hash)
+    (tick, position, sample.acting(), [sweeps, delay_ticks], ramp_restarted, state_hash)
 }
 
 /// Returns all records that a reader finds, and their end.
@@ -400,7 +400,7 @@ proptest! {
             .iter()
             .map(|&(tick, [x, y, z, engaged], state_hash, sweeps, delay_ticks, ramp_restarted)| {
                 let position_m = Vector3::from([x, y, z].map(f32::from_bits));
-                let sample = ToolPose::at(position_m, engaged);
+                let sample = ToolPose::at(position_m, 0).with_acting(engaged);
                 Record { tick, sample, sweeps, ramp_restarted, delay_ticks, state_hash }
             })
             .collect();

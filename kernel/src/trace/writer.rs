@@ -64,7 +64,7 @@ impl Writer {
         bits |= if delay_ticks.is_some() { WITH_DELAY } else { 0 };
         let of_kind = [KIND_SAMPLE, bits, sweeps.unwrap_or(0), delay_ticks.unwrap_or(0)];
         // The orientation is not stored; an invalid one makes the recorded sample a bad one too.
-        let engaged = if sample.turn().is_some() { sample.engaged } else { u32::MAX };
+        let engaged = if sample.turn().is_some() { sample.acting() } else { u32::MAX };
         self.encode(*tick, [x, y, z, engaged], *state_hash, of_kind)
     }
 
@@ -124,9 +124,10 @@ impl Writer {
 
     /// Returns the bytes of the next record, for a tool's pose before its tick.
     pub fn pose(&mut self, record: &PoseRecord) -> [u8; RECORD_BYTES] {
-        let PoseRecord { tool, pose: ToolPose { position_m, orientation, engaged } } = *record;
+        let PoseRecord { tool, pose } = *record;
+        let ToolPose { position_m, orientation, .. } = pose;
         let [x, y, z] = position_m.data.0[0].map(f32::to_bits);
         let [i, j, k, w] = orientation.map(f32::to_bits);
-        self.seal([x, y, z, engaged, i, j, k, w, KIND_POSE.into(), tool.into(), 0])
+        self.seal([x, y, z, pose.acting(), i, j, k, w, KIND_POSE.into(), tool.into(), 0])
     }
 }

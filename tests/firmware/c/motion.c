@@ -26,7 +26,7 @@ chaincell_tool_pose golden_pose(float reach_m, uint32_t tick)
         uint32_t bits;
         float real;
     } not_a_number = {0x7fc00000u};
-    chaincell_tool_pose pose = {{0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f, 1.0f}, 0};
+    chaincell_tool_pose pose = {{0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f, 1.0f}, 0, 0};
 
     pose.position_m[0] = 0.25f + way[0] * depth;
     pose.position_m[1] = way[1] * depth + aside;

@@ -48,7 +48,7 @@ int press(void)
     }
     for (tick = 0; tick < 200; tick++) {
         /* On a board: sleep until the position interrupt, then read the encoders. */
-        chaincell_tool_pose pose = {{0.0f, 0.0f, -(float)tick / 32768.0f}, {0.0f, 0.0f, 0.0f, 1.0f}, 1};
+        chaincell_tool_pose pose = {{0.0f, 0.0f, -(float)tick / 32768.0f}, {0.0f, 0.0f, 0.0f, 1.0f}, 1, 0};
         chaincell_output output;
 
         if (chaincell_tick(tissue, &pose, 1, NULL, &output) != CHAINCELL_CODE_OK) {

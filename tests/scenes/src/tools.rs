@@ -30,7 +30,7 @@ impl Tools {
     #[must_use]
     pub fn poses(&self, sample: &ToolPose) -> [ToolPose; TOOLS_MAX] {
         let [first, second] = self.start_m;
-        let one = ToolPose::at(sample.position_m, sample.engaged);
+        let one = ToolPose::at(sample.position_m, sample.engaged.into());
         if self.count() < TOOLS_MAX {
             return [one; TOOLS_MAX];
         }
@@ -42,7 +42,7 @@ impl Tools {
             ToolPose { orientation: [a, b, c, 1.0], ..one },
             ToolPose {
                 orientation: [-b, c, 0.25 + a, 1.0],
-                ..ToolPose::at(other.into(), one.engaged)
+                ..ToolPose::at(other.into(), one.engaged.into())
             },
         ]
     }

@@ -93,10 +93,11 @@ fn poses(bytes: &[u8; POSES_BYTES]) -> ToolPoses {
         ..ToolPoses::default()
     };
     for (tool, bytes) in poses.each.iter_mut().zip(bytes[24..].chunks_exact(40)) {
-        let [number, engaged, px, py, pz, x, y, z, w, reserved] = words(bytes);
+        let [number, acting, px, py, pz, x, y, z, w, reserved] = words(bytes);
         *tool = OneToolPose {
             number,
-            engaged,
+            engaged: acting as u16,
+            opening_turns_q16: (acting >> 16) as u16,
             position_m: [px, py, pz].map(f32::from_bits),
             orientation: [x, y, z, w].map(f32::from_bits),
             reserved,

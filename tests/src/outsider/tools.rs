@@ -16,6 +16,7 @@ use super::{eventually, node, service};
 pub fn one_tool(tick: u64, position_m: [f32; 3], engaged: u32) -> Poses {
     let mut poses = Poses { tick, send_ns: tick.wrapping_mul(1000), tools: 1, ..Poses::default() };
     let orientation = [0.0, 0.0, 0.0, 1.0];
+    let engaged = u16::try_from(engaged).unwrap_or(u16::MAX);
     poses.each[0] = ToolPose { engaged, position_m, orientation, ..ToolPose::default() };
     poses
 }

@@ -67,6 +67,56 @@ fn a_blade_cuts_and_its_trace_replays_to_the_same_bits() {
     assert_eq!(summary(&out)["cut_area_m2"], report["cut_area_m2"]);
 }
 
+/// Scissors in front of the box's side; their blades open along z.
+const SCISSORS: &str = "scissors:0.04/0.7071068,0,0,0.7071068";
+/// Offset of their edges \[m\], and the way of the crossing from the pivot \[m\].
+const OFFSET_M: f64 = 0.004;
+const WAY_M: [f64; 2] = [0.005, 0.024];
+const TICKS: usize = 300;
+
+/// Opening of the scissors in a tick \[rad\].
+fn opening_rad(tick: usize) -> f64 {
+    let share = tick as f64 / (TICKS - 1) as f64;
+    2.0 * (OFFSET_M / (WAY_M[0] + share * (WAY_M[1] - WAY_M[0]))).asin()
+}
+
+/// A run of the path `text`.
+fn snip(model: &Path, out: &Path, path: &str) -> Ended {
+    let file = out.with_extension("csv");
+    std::fs::write(&file, path).unwrap();
+    let args = ["run", text(model), "--path", text(&file), "--tool", SCISSORS, "--out", text(out)];
+    run([&args[..], &["--force"]].concat())
+}
+
+#[test]
+fn scissors_cut_as_they_close_and_their_trace_replays_to_the_same_bits() {
+    let folder = scratch();
+    let (model, out) = (block(folder.path(), BOX, "0.5"), folder.path().join("out"));
+    let rows = (0..TICKS).map(|tick| format!("{tick},0,-0.017,0.0075,1,{}", opening_rad(tick)));
+    let rows = rows.collect::<Vec<String>>().join("\n");
+    let path = format!("tick,x_m,y_m,z_m,engaged,opening_rad\n{rows}\n");
+    let said = snip(&model, &out, &path).with(0);
+    let report = summary(&out);
+    let number = |name: &str| report[name].as_f64().unwrap();
+    assert!(number("opened_faces") >= 8.0 && number("cut_area_m2") > 1e-4, "{report}");
+    // The largest torque is that of the toughness times the height of the box, at the end of the way.
+    let slope = 0.5 * WAY_M[1] * (WAY_M[1].powi(2) - OFFSET_M.powi(2)).sqrt() / OFFSET_M;
+    let most_n_m = TOUGHNESS * 3.0 * 0.005 * slope;
+    let torque_n_m = number("opening_torque_n_m");
+    assert!((0.6..1.15).contains(&(torque_n_m / most_n_m)), "{torque_n_m} of {most_n_m}");
+    assert!(said.out.contains(&format!("handles       {torque_n_m:.5} N m")), "{}", said.out);
+    assert!(out.join("picture.png").exists());
+    let replayed = run(["replay", text(&out), "--json"]).with(0).json();
+    assert_eq!(replayed["state_hash"], report["state_hash"]);
+    // A still pose with the last opening cuts nothing.
+    let still = path.replace(&rows, "0,0,-0.017,0.0075,1,0.4");
+    snip(&model, &out, &still).with(0);
+    assert_eq!(summary(&out)["opened_faces"], 0);
+    // An opening that cannot be.
+    let why = snip(&model, &out, &still.replace(",0.4", ",4.5")).with(2).err;
+    assert!(why.contains("field opening_rad `4.5`") && why.contains("0 to 3.14159"), "{why}");
+}
+
 /// With `--cut off` a blade feels nothing, and the trace says so: it replays to the same bits.
 #[test]
 fn with_cut_off_a_blade_cuts_nothing() {
@@ -189,6 +239,9 @@ fn a_blade_that_cannot_cut_is_refused_with_the_remedy() {
         ("blade:0.01+sphere:0.004", "part 1 is a blade: a tool has one, as its last part"),
         ("blade:0.01+blade:0.01", "part 1 is a blade"),
         ("blade:9", "is more than"),
+        ("scissors:0.04,0.05", "must be below the length"),
+        ("scissors:0.04+blade:0.01", "part 1 is a blade"),
+        ("scissors:9", "is more than"),
     ] {
         let why = press(&model, &out, &["--tool", tool]).with(2).err.replace('\n', " ");
         assert!(why.contains(wanted), "{tool}: {why}");

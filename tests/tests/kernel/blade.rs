@@ -334,9 +334,8 @@ fn random_cuts_stay_within_the_hands_work() {
         for tick in 0..=120_u16 {
             let at = |axis: usize| from[axis] + f32::from(tick) * way[axis];
             let pose = ToolPose {
-                position_m: [at(0), at(1), at(2)].into(),
                 orientation: orientation.map(|x| x / length),
-                engaged: u32::from(tick < 120),
+                ..ToolPose::at([at(0), at(1), at(2)].into(), u32::from(tick < 120))
             };
             let output = bench.view().tick(&network, &[pose], Budget::All);
             work_j += f64::from(output.work_j);

@@ -25,6 +25,7 @@ mod plane;
 mod properties;
 mod random_cuts;
 mod same_bits;
+mod scissors;
 mod slender;
 mod snapshot;
 mod stress;

@@ -123,9 +123,8 @@ fn cut(network: &Network<'_>, draw: &mut Draw) -> Vec<ToolPose> {
             let saw = 1.0e-3 * (0.05 * poses.len() as f32).sin();
             let q = turn.quaternion().coords;
             poses.push(ToolPose {
-                position_m: target + way * place + along * saw,
                 orientation: [q.x, q.y, q.z, q.w],
-                engaged: u32::from(engaged),
+                ..ToolPose::at(target + way * place + along * saw, u32::from(engaged))
             });
         }
     }

@@ -187,9 +187,8 @@ fn tools_go_on_with_friction_and_grips() {
         let (sin, cos) = (0.001 * tick as f32).sin_cos();
         let high = z + 1.9 * unit_m;
         let pose = |position_m: [f32; 3], orientation| ToolPose {
-            position_m: position_m.into(),
             orientation,
-            engaged: u32::from(tick % 300 < 260),
+            ..ToolPose::at(position_m.into(), u32::from(tick % 300 < 260))
         };
         [
             pose([x - unit_m, y, high - along * unit_m], NOT_TURNED),

@@ -4,7 +4,7 @@
 
 use chaincell_host::bake::{BakeOptions, ImageBytes};
 use chaincell_host::engine::{Contact, Engine, Scheme};
-use chaincell_kernel::{Budget, Flags, NOT_TURNED, ToolPart, ToolPose};
+use chaincell_kernel::{Budget, Flags, ToolPart, ToolPose};
 use chaincell_tests::bodies::{baked, nodal, under};
 use nalgebra::Vector3;
 
@@ -29,7 +29,7 @@ fn engine(image: &ImageBytes, tools: Vec<Vec<ToolPart>>, friction: f32, sweeps: 
 }
 
 fn pose(position_m: [f32; 3]) -> ToolPose {
-    ToolPose { position_m: position_m.into(), orientation: NOT_TURNED, engaged: 1 }
+    ToolPose::at(position_m.into(), 1)
 }
 
 /// About y by an angle \[rad\].

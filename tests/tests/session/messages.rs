@@ -45,7 +45,7 @@ fn a_tool_that_was_not_chosen_changes_no_bit() {
         let outsider = ToolsOutsider::join(&place.scene);
         for tick in 0..=last {
             let mut sent = poses(tick);
-            sent.each[0].engaged = u32::from(tick > 0 && tick < last);
+            sent.each[0].engaged = u16::from(tick > 0 && tick < last);
             if with_another {
                 sent.each.swap(0, 1);
                 sent.each[0] = ToolPose { number: 3, ..ToolPose::default() };

@@ -54,14 +54,17 @@ fn pose(chance: &mut Chance, tick: u64, number: u32) -> ToolPose {
     if chance.once_in(40) {
         position_m[chance.next() as usize % 3] = chance.one_of(&WRONG);
     }
-    let engaged = if chance.once_in(60) { chance.one_of(&[0, 2, u32::MAX]) } else { 1 };
+    let engaged = if chance.once_in(60) { chance.one_of(&[0, 2, u16::MAX]) } else { 1 };
+    // Ignored by these tools, but a bad one makes the sample a bad one.
+    let opening_turns_q16 = if tick % 170 == 9 { 40_000 } else { u16::from(tick % 70 == 5) };
     let orientation = if chance.once_in(80) {
         [0.0, 0.0, 0.0, chance.one_of(&WRONG)]
     } else {
         [0.0, 0.0, 0.0, 1.0]
     };
     let reserved = u32::from(chance.once_in(200));
-    ToolPose { number, engaged: engaged * u32::from(tick > 3), position_m, orientation, reserved }
+    let engaged = engaged * u16::from(tick > 3);
+    ToolPose { number, engaged, opening_turns_q16, position_m, orientation, reserved }
 }
 
 fn message(chance: &mut Chance, tick: u64) -> Poses {

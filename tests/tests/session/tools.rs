@@ -57,10 +57,10 @@ fn position_m(tick: u64, tool: u32) -> [f32; 3] {
 fn poses(tick: u64) -> Poses {
     let tool = |number| ToolPose {
         number,
-        engaged: u32::from(tick > 0),
+        engaged: u16::from(tick > 0),
         position_m: position_m(tick, number),
         orientation: [0.0, 0.0, 0.0, 1.0],
-        reserved: 0,
+        ..ToolPose::default()
     };
     let mut poses = Poses { tick, send_ns: 7, tools: 2, ..Poses::default() };
     (poses.each[0], poses.each[1]) = (tool(1), tool(0));
@@ -227,7 +227,7 @@ fn a_tool_counts_as_released_until_it_was_released_itself() {
     for tick in 0..TICKS {
         let mut sent = poses(tick + 1);
         sent.tick = tick;
-        sent.each[1].engaged = u32::from(tick > 0);
+        sent.each[1].engaged = u16::from(tick > 0);
         let found = answer(&outsider, sent);
         let [first, second] = [0, 1].map(|number| of(&found, number));
         assert_eq!((first.flags & RELEASE_FIRST, second.flags & RELEASE_FIRST), (0, RELEASE_FIRST));
@@ -238,7 +238,7 @@ fn a_tool_counts_as_released_until_it_was_released_itself() {
     let held = last((0..=TICKS).map(|step| {
         let mut sent = poses(TICKS);
         sent.tick = TICKS + step;
-        sent.each[0].engaged = u32::from(step > 0);
+        sent.each[0].engaged = u16::from(step > 0);
         sent.each[0].position_m = position_m(step, 1);
         let found = answer(&outsider, sent);
         assert_eq!(found.flags & RELEASE_FIRST, 0);
@@ -326,7 +326,7 @@ fn a_tool_that_lets_go_in_a_late_tick_has_no_force_at_once() {
     for tick in late.clone() {
         let mut sent = poses(tick);
         // Tool 0, whose force a late answer repeats.
-        sent.each[1].engaged = u32::from(tick < TICKS + 5);
+        sent.each[1].engaged = u16::from(tick < TICKS + 5);
         outsider.send(sent);
     }
     server.signal(Signal::CONT);

@@ -54,7 +54,7 @@ fn pose() -> impl Strategy<Value = ToolPose> {
     ((coordinate(), coordinate()), depth, engaged, orientation).prop_map(
         |((x, y), depth_m, engaged, orientation)| {
             let position_m = Vector3::new(x, y, TOP_M + RADIUS_M - depth_m);
-            ToolPose { position_m, orientation, engaged }
+            ToolPose { orientation, ..ToolPose::at(position_m, engaged) }
         },
     )
 }

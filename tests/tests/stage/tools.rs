@@ -87,7 +87,7 @@ fn each_has_its_ramp_and_its_limits() {
     for tick in 0..1200 {
         let mut poses = [pose(0, 0.005), pose(1, 0.005)].map(|pose| shifted(&image, pose));
         // The second engages once the first is at its full force.
-        poses[1].engaged = u32::from(tick >= 600);
+        poses[1].engaged = u16::from(tick >= 600);
         let _ = staged.tick_by(&poses, Budget::All);
         let felt = [staged.felt(0), staged.felt(1)];
         let torque = norm(felt[1].torque_n_m);

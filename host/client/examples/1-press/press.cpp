@@ -31,7 +31,7 @@ int main(int, char **words)
         const double depth_m = 0.02 * std::min(tick / 500.0, 1.0);
         // A tool has no force until a pose has released it once.
         const bool engaged = tick > 0 && tick <= 1000;
-        const chaincell_tool_pose pose{{0, 0, static_cast<float>(-depth_m)}, {0, 0, 0, 1}, engaged};
+        const chaincell_tool_pose pose{{0, 0, static_cast<float>(-depth_m)}, {0, 0, 0, 1}, engaged, 0};
         code = chaincell_client_step(client, &pose, 1, WAIT_NS, &answer);
         if (code < 0) {
             return std::fprintf(stderr, "%s\n", chaincell_client_error_text(code)), 1;

@@ -34,10 +34,10 @@ int main(int, char **words)
         const double sin = 2.0 * t / (1.0 + t * t), cos = (1.0 - t * t) / (1.0 + t * t);
         const bool engaged = tick > 0; // first released
         const chaincell_tool_pose poses[] = {
-            {{-0.015F, 0, static_cast<float>(z_m + 0.008)}, {0, 0, 0, 1}, engaged},
+            {{-0.015F, 0, static_cast<float>(z_m + 0.008)}, {0, 0, 0, 1}, engaged, 0},
             {{0.015F, 0, static_cast<float>(z_m + 0.006)},
              {static_cast<float>(sin), 0, 0, static_cast<float>(cos)},
-             engaged}};
+             engaged, 0}};
         chaincell_client_answer answer;
         code = chaincell_client_step(client, poses, 2, WAIT_NS, &answer);
         if (code < 0) {

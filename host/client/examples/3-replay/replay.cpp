@@ -31,7 +31,7 @@ int main(int count, char **words)
         return std::fprintf(stderr, "%s\n", chaincell_client_error_text(code)), 1;
     }
     // A tool has no force until a pose has released it once.
-    chaincell_tool_pose pose{{0, 0, 0}, {0, 0, 0, 1}, 0};
+    chaincell_tool_pose pose{{0, 0, 0}, {0, 0, 0, 1}, 0, 0};
     chaincell_client_answer answer;
     chaincell_client_step(client, &pose, 1, WAIT_NS, &answer);
     const auto start = std::chrono::steady_clock::now();
@@ -40,7 +40,7 @@ int main(int count, char **words)
     for (int tick = 0; std::getline(file, line); ++tick) {
         std::this_thread::sleep_until(start + std::chrono::milliseconds(tick));
         float *at_m = pose.position_m;
-        if (std::sscanf(line.c_str(), "%*u,%f,%f,%f,%" SCNu32, at_m, at_m + 1, at_m + 2, &pose.engaged) != 4) {
+        if (std::sscanf(line.c_str(), "%*u,%f,%f,%f,%" SCNu16, at_m, at_m + 1, at_m + 2, &pose.engaged) != 4) {
             return std::fprintf(stderr, "%s\n", line.c_str()), 1;
         }
         code = chaincell_client_step(client, &pose, 1, WAIT_NS, &answer);

@@ -289,6 +289,7 @@ const _: () = {
     assert!(offset_of!(ToolPose, position_m) == 0);
     assert!(offset_of!(ToolPose, orientation) == 12);
     assert!(offset_of!(ToolPose, engaged) == 28);
+    assert!(offset_of!(ToolPose, opening_turns_q16) == 30);
     assert!(size_of::<ToolOutput>() == 32 && align_of::<ToolOutput>() == 4);
     assert!(offset_of!(ToolOutput, force_n) == 0);
     assert!(offset_of!(ToolOutput, torque_n_m) == 12);

@@ -166,13 +166,19 @@ class Tissue:
     (1, (3,))"""
     def __new__(cls, model: Model, **options: Unpack[TissueOptions]) -> Self: ...
     def tick(
-        self, pose: _Pose, engaged: _Engaged = True, *, sweeps: int | None = None
+        self,
+        pose: _Pose,
+        engaged: _Engaged = True,
+        *,
+        opening_rad: npt.ArrayLike | None = None,
+        sweeps: int | None = None,
     ) -> Output:
         """Advances the tissue by a millisecond, and returns the `Output`.
 
         - `pose`: position [m], (3,), or with a unit quaternion x, y, z, w behind it, (7,); of several
           tools (tools, 3) or (tools, 7).
         - `engaged`: whether the tool acts on the tissue; of several tools (tools,).
+        - `opening_rad`: opening angle of scissors [rad], 0 to pi; of several tools (tools,). Closed by default.
         - `sweeps`: repeats a tick of a session that made fewer sweeps than `sweeps` of the tissue.
 
         Raises `PoseError` for a pose that is none, `ArgumentError` for other values; no tick is made then.
@@ -219,6 +225,13 @@ class Tissue:
     @property
     def model(self) -> Model:
         """The `Model` of the body."""
+    def opening_torque_n_m(self, tool: int = 0) -> float | None:
+        """Torque of the tissue on the handles of a tool's scissors in the last tick [N m]; None without scissors.
+
+        `tool` is its number from 0. Above 0 it resists closing.
+
+        >>> tissue.opening_torque_n_m() is None
+        True"""
     @property
     def ticks(self) -> int:
         """Number of ticks since it was at rest."""
@@ -342,6 +355,7 @@ def run(
     path: npt.ArrayLike,
     engaged: npt.ArrayLike | None = None,
     *,
+    opening_rad: npt.ArrayLike | None = None,
     sweeps_made: npt.ArrayLike | None = None,
     **options: Unpack[TissueOptions],
 ) -> Run:
@@ -351,6 +365,7 @@ def run(
     - `path`: positions [m], (ticks, 3), or with unit quaternions x, y, z, w, (ticks, 7); of several
       tools (ticks, tools, 3) or (ticks, tools, 7). A row is a millisecond.
     - `engaged`: whether the tool acts on the tissue, (ticks,) or (ticks, tools); True by default.
+    - `opening_rad`: opening angle of scissors [rad], (ticks,) or (ticks, tools); closed by default.
     - `sweeps_made`: numbers of sweeps of a session that ended ticks early, (ticks,).
     - `options`: as of `chaincell run`, with their units, see `chaincell.options.TissueOptions`.
 
@@ -462,7 +477,12 @@ class Session:
         *_why: type[BaseException] | BaseException | TracebackType | None,
     ) -> None: ...
     def step(
-        self, pose: _Pose, engaged: _Engaged = True, *, timeout_s: float = 0.02
+        self,
+        pose: _Pose,
+        engaged: _Engaged = True,
+        *,
+        opening_rad: npt.ArrayLike | None = None,
+        timeout_s: float = 0.02,
     ) -> _F32:
         """Sends the pose of the tool, or of several, and returns the force to show [N], float32 (3,), or
         (tools, 3).
@@ -471,6 +491,7 @@ class Session:
           tools (tools, 3) or (tools, 7).
         - `engaged`: whether the tool acts on the tissue; of several tools (tools,). A tool has no force
           until one of its poses was not engaged.
+        - `opening_rad`: opening angle of scissors [rad], 0 to pi; of several tools (tools,). Closed by default.
         - `timeout_s`: longest wait for the answer to this pose [s].
 
         Raises `PoseError` for a pose that is none, and nothing is sent then; `NoServer` after `lost_s`

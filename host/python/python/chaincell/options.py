@@ -32,7 +32,7 @@ class BakeOptions(TypedDict, total=False):
     """Half-widths of bands with the moduli [Pa] that they add."""
     contact_surface: Literal["auto", "yes", "no"] | None
     cuttable: bool | None
-    """Prepares a body of tetrahedra for the cuts of tools with a blade, "blade:LENGTH"."""
+    """Prepares a body of tetrahedra for the cuts of tools with a blade, "blade:LENGTH" or "scissors:LENGTH"."""
     cut_spare: float | None
     """Number of spare cells for each cell, from 0 to 4."""
     toughness_j_per_m2: float | None

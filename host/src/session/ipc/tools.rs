@@ -109,6 +109,7 @@ impl Asking for ToolPoses {
             if let Some(tool) = of.filter(|_| is_sound) {
                 (pose.position_m, pose.orientation) = (tool.position_m.into(), tool.orientation);
                 pose.engaged = tool.engaged;
+                pose.opening_turns_q16 = tool.opening_turns_q16;
             }
         }
         poses

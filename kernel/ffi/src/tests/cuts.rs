@@ -1,11 +1,11 @@
 //! Bodies that are cut: what is refused, the state of the cuts, a snapshot.
 
-use chaincell_kernel::{CutOutput, EDGE_BYTES, cut_words, include_model};
+use chaincell_kernel::{CutOutput, EDGE_BYTES, Scissors, cut_words, include_model};
 
 use super::{
     Made, call, hash, info_of, init, model_of, pose_at, settings_of, size_of_body, storage,
 };
-use crate::{CUT_TOOL_BYTES, Code, Cuts, Detail, Face, Room, Scheme, ToolPart};
+use crate::{CUT_TOOL_BYTES, Code, Cuts, Detail, Face, Room, Scheme, ToolPart, ToolPose};
 
 /// `chaincell bake box:5x5x4x0.01 --young-pa 5000 --poisson 0.4 --coarse 2.5 --contact-surface yes --cuttable
 /// --cut-spare 0.3 --toughness-j-per-m2 10`.
@@ -119,6 +119,45 @@ fn a_cut_body_is_copied_and_saved() {
     for made_of in [&copy, &other] {
         assert_eq!((hash(made_of.tissue), cut(made_of, &[]).2), (hash(made.tissue), after));
     }
+}
+
+/// Torque on the handles \[N m\].
+fn torque_n_m(made: &Made) -> f32 {
+    let mut torque_n_m = f32::NAN;
+    assert_eq!(call!(chaincell_opening_torque(made.tissue, 0, &mut torque_n_m)), Code::Ok);
+    torque_n_m
+}
+
+/// Scissors above the body cut down as the openings of their poses close them.
+#[test]
+fn scissors_cut_and_have_a_torque() {
+    let made = placed(&ROOM);
+    assert_eq!(choose(&made), Code::Ok);
+    assert_eq!(torque_n_m(&made), 0.0);
+    let blades = Scissors { length_m: 0.04, offset_m: 0.004 };
+    let scissors = ToolPart {
+        centre_m: [0.0; 3],
+        orientation: [0.0, 0.0, 0.0, 1.0],
+        half_m: [0.025, 0.0, blades.length_m],
+        radius_m: -blades.offset_m,
+    };
+    let none = core::ptr::null_mut();
+    let code = call!(chaincell_choose_tools(made.tissue, &scissors, &1, 1, 0.0, none));
+    assert_eq!(code, Code::Ok);
+    let pose = pose_at([0.001, -0.001, 0.0455], 1);
+    let mut last = 0.0;
+    for tick in 0..120_u16 {
+        let crossing_m = 0.015 + 0.0001 * f32::from(tick);
+        let half_rad = (blades.offset_m / crossing_m).asin();
+        let opening_turns_q16 = (half_rad / core::f32::consts::PI * 65536.0).round() as u16;
+        let output = super::tick(made.tissue, ToolPose { opening_turns_q16, ..pose });
+        let forward_n = -output.tool.force_n[2];
+        last = torque_n_m(&made);
+        let wanted = blades.opening_torque_n_m(forward_n, 2.0 * half_rad);
+        assert!((last - wanted).abs() <= 3e-3 * wanted.abs(), "{tick}: {last} {wanted}");
+    }
+    let (_, _, cuts) = cut(&made, &[]);
+    assert!(last > 1e-3 && cuts.opened_faces > 4 && cuts.copies > 1, "{last} {cuts:?}");
 }
 
 /// Every number of the kernel stands in its field.

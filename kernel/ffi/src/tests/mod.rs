@@ -163,18 +163,20 @@ fn make(image: &[u8], scheme: Scheme, contacts: u32) -> Made {
 /// One press, drag and release after the other.
 fn sample(tick: u16) -> ToolPose {
     let at = f32::from(tick % 60);
-    pose_at([0.0002 * at, 0.0001 * at, -0.0006 * at], u32::from(tick % 60 < 45))
+    pose_at([0.0002 * at, 0.0001 * at, -0.0006 * at], u16::from(tick % 60 < 45))
 }
 
 /// A tool that is not turned.
-fn pose_at(position_m: [f32; 3], engaged: u32) -> ToolPose {
-    ToolPose { position_m, orientation: chaincell_kernel::NOT_TURNED, engaged }
+fn pose_at(position_m: [f32; 3], engaged: u16) -> ToolPose {
+    let orientation = chaincell_kernel::NOT_TURNED;
+    ToolPose { position_m, orientation, engaged, opening_turns_q16: 0 }
 }
 
 /// A pose of the caller's as one of the kernel's.
 fn of_kernel(pose: &ToolPose) -> chaincell_kernel::ToolPose {
-    let &ToolPose { position_m, orientation, engaged } = pose;
-    chaincell_kernel::ToolPose { position_m: position_m.into(), orientation, engaged }
+    let &ToolPose { position_m, orientation, engaged, opening_turns_q16 } = pose;
+    let position_m = position_m.into();
+    chaincell_kernel::ToolPose { position_m, orientation, engaged, opening_turns_q16 }
 }
 
 const NO_OUTPUT: Output = Output {

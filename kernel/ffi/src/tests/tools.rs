@@ -41,10 +41,12 @@ fn poses(at: u16) -> [ToolPose; 2] {
     let first = ToolPose {
         position_m: [-0.01 - aside, 0.001, 0.039 - down],
         orientation: NOT_TURNED,
-        engaged: u32::from(at < 80),
+        engaged: u16::from(at < 80),
+        opening_turns_q16: 0,
     };
     let position_m = [0.012 + aside, -0.003, 0.039 - down];
-    [first, ToolPose { position_m, orientation: [0.0, sin, 0.0, cos], engaged: 1 }]
+    let orientation = [0.0, sin, 0.0, cos];
+    [first, ToolPose { position_m, orientation, engaged: 1, ..first }]
 }
 
 pub(super) fn tick(tissue: *mut Tissue, at: u16) -> [Output; 2] {
@@ -310,6 +312,8 @@ fn what_there_is_no_room_for_is_refused() {
         assert_eq!(code, Code::ContactRoom);
         assert_eq!(call!(chaincell_grip(tissue, 0, &mut count)), Code::ContactRoom);
         assert_eq!(call!(chaincell_gripped(tissue, 0, &mut count)), Code::ContactRoom);
+        let code = call!(chaincell_opening_torque(tissue, 0, &mut 0.0));
+        assert_eq!(code, Code::ContactRoom);
         assert_eq!(call!(chaincell_let_go(tissue, 0, 1)), Code::ContactRoom);
     }
 }
@@ -331,6 +335,8 @@ fn numbers_out_of_their_range_are_refused() {
     for wrong in [2, u32::MAX] {
         assert_eq!(call!(chaincell_grip(made.tissue, wrong, &mut count)), Code::Range);
         assert_eq!(call!(chaincell_gripped(made.tissue, wrong, &mut count)), Code::Range);
+        let code = call!(chaincell_opening_torque(made.tissue, wrong, &mut 0.0));
+        assert_eq!(code, Code::Range);
         assert_eq!(call!(chaincell_let_go(made.tissue, wrong, 1)), Code::Range);
     }
     assert_eq!(call!(chaincell_let_go(made.tissue, 0, 65_536)), Code::Range);
@@ -383,9 +389,10 @@ fn every_pointer_of_tools_is_checked() {
             call!(chaincell_contact_forces(made.tissue, null_mut(), 0, bad(&count, skip))),
             call!(chaincell_grip(tissue, 0, null_mut())),
             call!(chaincell_gripped(made.tissue, 0, bad(&count, skip))),
+            call!(chaincell_opening_torque(made.tissue, 0, bad(&count, skip).cast())),
             call!(chaincell_let_go(tissue, 0, 1)),
         ];
-        assert_eq!(got, [code; 11]);
+        assert_eq!(got, [code; 12]);
     }
     let misaligned = (&raw const count).cast_mut().wrapping_byte_add(1);
     assert_eq!(call!(chaincell_grip(made.tissue, 0, misaligned)), Code::Misaligned);

@@ -25,16 +25,16 @@ static chaincell_tool_pose sent_by_client(const chaincell_tool_pose *pose)
 int main(void)
 {
     /* Half a turn about z, so that each order of the quaternion shows. */
-    const chaincell_tool_pose pose = {{1, 2, 3}, {0, 0, 1, 0}, 1};
+    const chaincell_tool_pose pose = {{1, 2, 3}, {0, 0, 1, 0}, 1, 9};
     const chaincell_tool_pose back = sent_by_client(&pose);
     chaincell_output output = {{{0, 0, 3}, {0, 0.5f, 0}, 7, CHAINCELL_FLAG_LATE}, 0, 0, 0, 4};
     chaincell_client_answer answer = {0};
 
     answer.tools[1] = output.tool;
     output.tool = answer.tools[1];
-    printf("%g %g %g %g, %u, %g N, %g N m, %u, %u\n", (double)back.orientation[0],
+    printf("%g %g %g %g, %u, %u, %g N, %g N m, %u, %u\n", (double)back.orientation[0],
            (double)back.orientation[1], (double)back.orientation[2], (double)back.orientation[3],
-           (unsigned)back.engaged, (double)output.tool.force_n[2],
+           (unsigned)back.engaged, (unsigned)back.opening_turns_q16, (double)output.tool.force_n[2],
            (double)output.tool.torque_n_m[1], (unsigned)output.tool.contacts,
            (unsigned)output.tool.flags);
     return sizeof(tick) == sizeof(send) ? 0 : 1;

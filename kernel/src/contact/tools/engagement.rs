@@ -33,9 +33,15 @@ impl ToolState {
     /// Starts a tick: the tool engages or releases. One that waits engages anew.
     pub(super) fn engage(&mut self, pose: Option<&ToolPose>) -> Edge {
         (self.way, self.spin) = ([0.0; 3], [0.0; 3]);
+        if let Some(crossing) = self.proxy.edge.crossing_mut() {
+            crossing.slid = 0.0;
+        }
         match pose.map(|pose| pose.engaged == 1) {
             Some(true) if !self.is_in || self.waits() => {
                 let edge = if self.waits() { Edge::Waits } else { Edge::In };
+                if let Some(crossing) = self.proxy.edge.crossing_mut() {
+                    crossing.go(1.0);
+                }
                 self.proxy = self.proxy.at(self.target, self.target_turn, 1.0);
                 self.proxy.edge.leave();
                 self.is_in = true;
@@ -54,6 +60,9 @@ impl ToolState {
     pub(crate) fn leave(&mut self) {
         self.is_in = false;
         self.proxy.edge.leave();
+        if let Some(crossing) = self.proxy.edge.crossing_mut() {
+            (crossing.slid, crossing.push) = (0.0, 0.0);
+        }
         (self.met, self.is_ahead) = (Meeting::NONE, false);
         (self.way, self.spin, self.fade) = ([0.0; 3], [0.0; 3], 0.0);
     }
@@ -63,6 +72,9 @@ impl ToolState {
         let wished = internal(model, pose.position_m.into());
         if let Some(turn) = pose.turn() {
             self.target_turn = turn;
+        }
+        if let Some(crossing) = self.proxy.edge.crossing_mut() {
+            crossing.aim(pose.opening_turns_q16);
         }
         if !self.is_in || self.waits() {
             self.target = wished;
@@ -75,7 +87,9 @@ impl ToolState {
 
     /// Returns true if the proxy is at the tool's pose.
     pub(super) fn is_at_target(&self) -> bool {
-        self.proxy.pivot == self.target && self.proxy.turn == self.target_turn
+        self.proxy.pivot == self.target
+            && self.proxy.turn == self.target_turn
+            && self.proxy.edge.crossing().is_there()
     }
 
     /// Returns true if it also has its full size.

@@ -20,7 +20,7 @@
 //! **Energy.** The level changes by the term's energy change due to the moves at the present positions. The
 //! hand feels less: the sweeps remove the rest from the body within the tick. The work charged to the device
 //! is the mean of the published forces before and after times the displacement, plus the same of the torques
-//! times the rotation.
+//! times the rotation, plus the same of an edge's force times the motion of the crossing of scissors.
 //!
 //! **Late ticks** move nothing: the proxies move in the next tick with a sweep.
 //!
@@ -218,10 +218,21 @@ impl Tools<'_> {
                 felt::felt(model, &arrays, tool, number, level, &at, next.as_ref());
             let force = add(tool.met.force, met.force);
             let torque = add(tool.met.torque, met.torque);
-            let of_tool = -0.5 * (dot(force, tool.way) + dot(torque, tool.spin));
+            let mut of_tool = -0.5 * (dot(force, tool.way) + dot(torque, tool.spin));
+            let crossing = tool.proxy.edge.crossing();
+            let push = crossing.is_any().then(|| match next.as_ref().filter(|_| is_ahead) {
+                Some(next) => tool.proxy.edge.push(next),
+                None => tool.proxy.edge.push(&at),
+            });
+            if let Some(push) = push {
+                of_tool -= 0.5 * (crossing.push + push) * crossing.slid;
+            }
             work += of_tool;
             if let Some(tool) = arrays.tools.get_mut(number) {
                 (tool.met, tool.is_ahead, tool.work) = (met, is_ahead, of_tool);
+                if let Some((crossing, push)) = tool.proxy.edge.crossing_mut().zip(push) {
+                    crossing.push = push;
+                }
             }
         }
         context.work = work.into();
@@ -285,10 +296,15 @@ fn move_proxies(
                 tool.spin = proxy.turn.after(from.turn.back()).small();
             }
             moved |= proxy != from || is_new;
-            along += dot(tool.way, tool.way_before);
-            last += dot(tool.way_before, tool.way_before);
-            tool.way_before = tool.way;
             tool.proxy = proxy;
+            let mut way = tool.way;
+            if let Some(crossing) = tool.proxy.edge.crossing_mut().filter(|_| !is_new) {
+                crossing.slid = crossing.at - from.edge.crossing().at;
+                way = add(way, tool.proxy.edge.slid());
+            }
+            along += dot(way, tool.way_before);
+            last += dot(tool.way_before, tool.way_before);
+            tool.way_before = way;
             if !is_new {
                 tool.hold_back(from.pivot, &met);
             }

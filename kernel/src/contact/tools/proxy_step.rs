@@ -63,7 +63,7 @@ impl ProxyStep<'_> {
             if let Some(found) = self.towards(Goal { pivot, turn }, share, &here, at) {
                 return found;
             }
-            if turn == from.turn {
+            if turn == from.turn && from.edge.crossing().is_there() {
                 break;
             }
         }
@@ -130,6 +130,13 @@ impl ProxyStep<'_> {
     /// The tool at a part of its motion, with a share of its radii.
     fn between(&self, to: Goal, part: f32, share: f32) -> Proxy {
         let from = &self.tool.proxy;
+        let closed;
+        let from = if from.edge.crossing().is_there() {
+            from
+        } else {
+            closed = from.closed(part);
+            &closed
+        };
         if part >= 1.0 {
             return from.at(to.pivot, to.turn, share);
         }

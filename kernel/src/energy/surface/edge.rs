@@ -17,6 +17,7 @@
 //! most k. The front is a point of a tetrahedron, a mean of its corners with weights between 0 and 1, so the
 //! cells' bounds grow by k times their weight.
 
+use super::scissors::Crossing;
 use crate::number::cell::{add, dot, scale, sub};
 use crate::number::kept::kept;
 #[cfg(feature = "cut")]
@@ -67,6 +68,8 @@ kept! {
         /// The same in the body's frame.
         forward: [f32; 3],
         along: [f32; 3],
+        /// Where it lies along the direction in which it cuts.
+        crossing: Crossing,
     }
 }
 
@@ -140,6 +143,7 @@ impl Row {
         own: [[0.0; 3]; 2],
         forward: [0.0; 3],
         along: [0.0; 3],
+        crossing: Crossing::NONE,
     };
 
     /// All bits 0.
@@ -178,16 +182,49 @@ impl Edge {
         }))
     }
 
+    /// The same edge between the blades of closed scissors.
+    pub fn between(mut self, blades: Crossing) -> Self {
+        for row in &mut self.0 {
+            row.crossing = blades;
+        }
+        self
+    }
+
     /// The edge of a tool at a pose.
     pub fn placed(&self, pivot: [f32; 3], turn: Turn) -> Self {
         let mut edge = *self;
         for row in &mut edge.0 {
             [row.forward, row.along] = row.own.map(|of| turned(turn, of));
-        }
-        for sample in edge.samples_mut() {
-            sample.place = add(pivot, turned(turn, sample.own));
+            let ahead = row.crossing.at;
+            let ahead = row.crossing.is_any().then(|| scale(ahead, row.forward));
+            for sample in row.samples.iter_mut().take(row.count) {
+                let place = add(pivot, turned(turn, sample.own));
+                sample.place = ahead.map_or(place, |ahead| add(place, ahead));
+            }
         }
         edge
+    }
+
+    /// Where it lies between the blades of scissors; [`Crossing::NONE`] for a blade, and without an edge.
+    pub fn crossing(&self) -> Crossing {
+        self.0.first().map_or(Crossing::NONE, |row| row.crossing)
+    }
+
+    /// The same to be changed; `None` without scissors.
+    pub fn crossing_mut(&mut self) -> Option<&mut Crossing> {
+        self.0.first_mut().map(|row| &mut row.crossing).filter(|crossing| crossing.is_any())
+    }
+
+    /// Motion of the crossing in this tick.
+    pub fn slid(&self) -> [f32; 3] {
+        scale(self.crossing().slid, self.forward())
+    }
+
+    /// Force of the tissue on it in the direction in which it cuts.
+    pub fn push(&self, at: &impl Fn(usize) -> [f32; 3]) -> f32 {
+        let forward = self.forward();
+        let pressed = self.fronts().filter_map(|sample| sample.press(forward, at));
+        pressed.fold(0.0, |sum, pressed| sum - dot(pressed.force, forward))
     }
 
     /// Direction in which it cuts.

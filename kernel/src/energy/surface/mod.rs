@@ -31,7 +31,7 @@
 //!
 //! - `samples`: the points of a triangle.
 //! - `solid`, `proxy`: the parts of a tool, and the tool as the tissue meets it.
-//! - `edge`: the edge of a blade.
+//! - `edge`: the edge of a blade; `scissors`: where it lies between the blades of scissors.
 //! - `friction`: anchors of samples in contact, and grips.
 //! - `near`: a triangle in reach; [`contact`](crate::contact) finds them.
 //! - `press`: force of a part on the samples of a triangle.
@@ -46,6 +46,7 @@ mod near;
 mod press;
 mod proxy;
 mod samples;
+mod scissors;
 mod solid;
 mod tool;
 mod touch;
@@ -61,6 +62,8 @@ pub(crate) use press::each_met;
 pub(crate) use proxy::Proxy;
 pub use proxy::{PARTS_MAX, TOOLS_MAX};
 pub(crate) use samples::Sample;
+pub use scissors::Scissors;
+pub(crate) use scissors::{COUNT_RAD, Crossing};
 pub(crate) use solid::Solid;
 pub(crate) use tool::Proxies;
 pub use tool::ToolState;

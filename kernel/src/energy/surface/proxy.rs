@@ -76,6 +76,15 @@ impl Proxy {
         proxy
     }
 
+    /// The tool with the edge of its scissors moved by a share of the way to its goal; [`Self::at`] places it.
+    pub fn closed(&self, share: f32) -> Self {
+        let mut proxy = *self;
+        if let Some(crossing) = proxy.edge.crossing_mut() {
+            crossing.go(share);
+        }
+        proxy
+    }
+
     /// Returns true if it has no size, and so no contact.
     pub fn is_away(&self) -> bool {
         self.share <= 0.0

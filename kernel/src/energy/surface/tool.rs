@@ -20,7 +20,7 @@ kept! {
         pub(crate) is_ahead: bool,
         /// Its displacement in this tick, and its rotation as axis times angle.
         pub(crate) way: [f32; 3],
-        /// The displacement in the last tick.
+        /// The displacement in the last tick, with that of the crossing of scissors.
         pub(crate) way_before: [f32; 3],
         pub(crate) spin: [f32; 3],
         /// Its target position and rotation.

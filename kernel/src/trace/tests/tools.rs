@@ -22,12 +22,12 @@ fn parts() -> [PartRecord; 3] {
     ]
 }
 
+/// Tool 0 is open.
 fn pose(tool: u8, z: f32) -> PoseRecord {
-    let position_m = Vector3::new(0.1, -0.0, z);
-    PoseRecord {
-        tool,
-        pose: ToolPose { position_m, orientation: [0.6, 0.0, 0.8, 0.0], engaged: 1 },
-    }
+    let closed = ToolPose::at(Vector3::new(0.1, -0.0, z), 1);
+    let opening_turns_q16 = if tool == 0 { 2608 } else { 0 };
+    let orientation = [0.6, 0.0, 0.8, 0.0];
+    PoseRecord { tool, pose: ToolPose { orientation, opening_turns_q16, ..closed } }
 }
 
 /// Returns the length of the header, and the whole trace.
@@ -96,6 +96,7 @@ fn the_bytes_of_parts_and_poses_are_those_of_the_table() {
     assert_eq!((pose, word(at + 12)), ([0.1, -0.0, 11.0].map(bits), 1));
     assert_eq!([16, 20, 24, 28].map(|by| word(at + by)), [0.6, 0.0, 0.8, 0.0].map(bits));
     assert_eq!([32, 36, 40].map(|by| word(at + by)), [4, 1, 0]);
+    assert_eq!(word(at - RECORD_BYTES + 12), 1 | 2608 << 16);
 }
 
 #[test]

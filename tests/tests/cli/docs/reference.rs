@@ -154,6 +154,7 @@ fn bytes(kind: &str) -> usize {
     let each = match each {
         "u64" => 8,
         "u32" | "f32" => 4,
+        "u16" => 2,
         other => other.parse().unwrap(),
     };
     each * count.parse::<usize>().unwrap()

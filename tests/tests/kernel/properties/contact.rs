@@ -102,7 +102,7 @@ fn slides_and_taps() {
         });
         let taps = (0..120_u8).flat_map(|tick| {
             let depth_m = 0.006 * (0.35 * f32::from(tick)).sin();
-            let tap = ToolPose { engaged: u32::from(tick % 29 > 2), ..at(0.0, depth_m) };
+            let tap = ToolPose { engaged: u16::from(tick % 29 > 2), ..at(0.0, depth_m) };
             let late = Step { sweeps: Some(0), ..Step::of(&[tap]) };
             [Some(Step::of(&[tap])), (tick % 5 == 0).then_some(late)].into_iter().flatten()
         });
@@ -129,7 +129,7 @@ fn jumps_through_the_body() {
         let (jumps, stays) = if part.is_half_space() { (10, 40) } else { (25, 6) };
         let steps = (0..jumps).flat_map(|jump| {
             let place = [0.09 * next(), 0.09 * next(), 0.03 + 0.15 * next()];
-            let engaged = u32::from(jump % 7 < 6);
+            let engaged = u16::from(jump % 7 < 6);
             vec![Step::of(&[ToolPose { engaged, ..tilted(place, 6.0 * next()) }]); stays]
         });
         each(&[vec![part]], 0.0, None, &steps.collect::<Vec<_>>(), touches);
@@ -159,7 +159,7 @@ fn tools_together() {
         let (turned, aside_m) = (0.02 * f32::from(tick), 2.0e-4 * f32::from(tick));
         let z = TOP_M + 0.012 - 0.012 * (0.05 * f32::from(tick)).sin();
         let mut first = tilted([-0.015 + aside_m, 0.002, z], turned);
-        first.engaged = u32::from(tick % 50 < 44);
+        first.engaged = u16::from(tick % 50 < 44);
         Step::of(&[first, tilted([0.015 - aside_m, -0.004, z - 0.006], -turned)])
     });
     let mut steps: Vec<Step> = steps.chain((0..40).map(|_| Step::default())).collect();
@@ -210,9 +210,8 @@ fn poses(tools: usize) -> impl Strategy<Value = Vec<ToolPose>> {
     let engaged = prop_oneof![20 => Just(1_u32), 3 => Just(0), 1 => any::<u32>()];
     let pose = (prop::array::uniform3(coordinate()), orientation, engaged);
     let pose = pose.prop_map(|(at, orientation, engaged)| ToolPose {
-        position_m: at.into(),
         orientation,
-        engaged,
+        ..ToolPose::at(at.into(), engaged)
     });
     prop::collection::vec(pose, 0..=tools)
 }

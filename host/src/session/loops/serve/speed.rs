@@ -8,7 +8,7 @@ use super::arrived::Arrived;
 use crate::session::timing::clock::MILLISECOND_NS;
 
 /// Replaces `engaged` in a bad sample.
-const BAD: u32 = u32::MAX;
+const BAD: u16 = u16::MAX;
 
 /// Checks the poses of all tools.
 #[derive(Debug)]
@@ -49,9 +49,9 @@ impl SpeedGate {
     fn judged(
         &mut self,
         tool: usize,
-        (position_m, engaged): ([f32; 3], u32),
+        (position_m, engaged): ([f32; 3], u16),
         (at_ns, step): (u64, u64),
-    ) -> u32 {
+    ) -> u16 {
         self.ticks[tool] = self.ticks[tool].saturating_add(step);
         if engaged > 1 || !position_m.iter().all(|x| x.is_finite()) {
             return engaged;

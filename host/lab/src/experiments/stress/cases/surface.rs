@@ -322,7 +322,7 @@ fn inside(scale: Scale, found: &mut Findings) -> Result<()> {
         let (sphere, places) = ([ToolPart::sphere(radius * EDGE_M)], places.clone());
         bodies.play(found, (name, &[&sphere]), Besides::default(), move |tick| {
             let pose = at(places[(tick / 4) as usize % places.len()]);
-            Step::of(&[ToolPose { engaged: u32::from(tick % 4 > 0), ..pose }])
+            Step::of(&[ToolPose { engaged: u16::from(tick % 4 > 0), ..pose }])
         })?;
     }
     Ok(())
