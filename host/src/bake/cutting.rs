@@ -37,7 +37,7 @@ pub struct Cuttable {
     pub spare_share: f64,
     /// Limit at which the body tears by itself; a stretch is from 1.01 to 10. `None`: it does not.
     pub tear_limit: Option<TearLimit>,
-    /// What becomes of pieces that come loose; a body of links leaves them.
+    /// The fate of pieces that come loose; a body of links leaves them.
     pub loose: Loose,
 }
 

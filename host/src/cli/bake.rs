@@ -162,8 +162,8 @@ pub struct BodyArgs {
     /// the strain grows with one over the root of the edge
     #[arg(long, value_name = "STRETCH", allow_negative_numbers = true, requires = "cuttable")]
     tear_stretch: Option<f32>,
-    /// What becomes of pieces that a cut takes off, that is that hang on no fixed cell and on none that
-    /// the tool holds
+    /// Fate of pieces that a cut takes off: those that hang on no fixed cell and on none that the tool
+    /// holds
     #[arg(long, value_enum, default_value = "leave", value_name = "WHAT", requires = "cuttable")]
     loose: LooseArg,
     /// Map the nodes to N cells, groups of neighbouring nodes whose positions follow; a mesh may
@@ -172,7 +172,7 @@ pub struct BodyArgs {
     cells: Option<usize>,
 }
 
-/// What `--loose` names.
+/// Values of `--loose`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 enum LooseArg {
     /// They go where tools and other sides push them

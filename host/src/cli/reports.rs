@@ -116,7 +116,7 @@ struct Cutting {
     toughness_j_per_m2: f32,
     /// The limit at which the body tears by itself: `toughness`, or the stretch.
     tears: Option<Tears>,
-    /// What becomes of loose pieces: `leave`, `freeze` or `drop`.
+    /// The fate of loose pieces: `leave`, `freeze` or `drop`.
     loose: &'static str,
     /// Bytes of the sections of tetrahedra and of the numbers of spare cells.
     image_bytes: usize,

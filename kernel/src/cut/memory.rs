@@ -307,17 +307,14 @@ impl Sizes {
     /// `None` for a body that is not cut.
     fn of(model: &Model<'_>) -> Option<Self> {
         let cut = Some(model.cuttable()).filter(|cut| cut.is_any())?;
-        let (cells, slices) = (model.cells(), model.slice_count());
+        let (cells, slices, basis) = (model.cells(), model.slice_count(), model.coarse_basis);
         let groups = image_groups(model).ids.len() + cut.spare_groups;
-        let basis = model.coarse_basis;
-        let boxes = basis.map_or(0, |basis| basis.rows.len());
         let pairs = basis.map_or(0, |basis| basis.cells.len() + cut.spare_cells);
         let cells_of = |is_any: bool| if is_any { cells } else { 0 };
         let of_tears = |words: usize| if cut.tear_limit.is_some() { words } else { 0 };
         let (sides, of_sides) =
             (sides(model), |words: usize| if sides(model) > 0 { words } else { 0 });
         let column = basis.map_or(0, |basis| basis.row_blocks() + basis.side_blocks());
-        let is_elastic = basis.is_some_and(|basis| basis.elastic().is_some());
         let of_loose = |words: usize| if cut.loose == Loose::Leave { 0 } else { words };
         let of_shapes = |words: usize| if model.is_nodal() { words } else { 0 };
         let of_links = |words: usize| if model.is_nodal() { 0 } else { words };
@@ -342,9 +339,9 @@ impl Sizes {
             groups * LANES / 2,
             3 * cells,
             cells,
-            cells_of(is_elastic),
+            cells_of(basis.is_some_and(|basis| basis.elastic().is_some())),
             cells_of(basis.is_some()).div_ceil(2),
-            boxes,
+            basis.map_or(0, |basis| basis.rows.len()),
             pairs,
             pairs * 2 * LANES,
             (3 * (model.triangles.len() + places(model))).div_ceil(2),

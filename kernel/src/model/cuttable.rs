@@ -40,7 +40,7 @@ pub(crate) struct Cuttable<'a> {
     pub toughness_j_per_m2: f32,
     /// The limit at which the body tears by itself; `None` for one that does not.
     pub tear_limit: Option<TearLimit>,
-    /// What becomes of loose pieces.
+    /// The fate of loose pieces.
     pub loose: Loose,
 }
 

@@ -1,6 +1,6 @@
-//! What becomes of pieces of a body that come loose, in the section `CUTTING` of its image.
+//! The fate of pieces of a body that come loose, in the section `CUTTING` of its image.
 
-/// What becomes of pieces of a cut body that hang on no fixed cell and on none that a tool holds; of a body that
+/// The fate of pieces of a cut body that hang on no fixed cell and on none that a tool holds; of a body that
 /// nothing holds all but the largest.
 ///
 /// ```

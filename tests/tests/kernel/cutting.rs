@@ -272,7 +272,8 @@ fn refuses_other_counts(image: &ImageBytes) {
     // The counts stand together: copies, faces, refused splits, waiting cells.
     let wanted = [0, cuts.opened_faces, 0, cuts.waiting].map(u32::to_le_bytes).concat();
     let mut places = (0..bytes.len() - 20).filter(|&at| bytes[at..].starts_with(&wanted));
-    let (place, None) = (places.next().unwrap(), places.next()) else { panic!("two places") };
+    let (place, another) = (places.next().unwrap(), places.next());
+    assert_eq!(another, None);
     for at in [place + 4, place + 12] {
         for forged in [0, 1, 255] {
             let mut other = bytes.clone();
