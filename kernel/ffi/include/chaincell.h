@@ -746,7 +746,7 @@ typedef struct chaincell_stage_settings {
 /**
  * Words of a `chaincell_model`.
  */
-#define CHAINCELL_MODEL_WORDS 155
+#define CHAINCELL_MODEL_WORDS 156
 
 /**
  * Words of a `chaincell_stage`.
