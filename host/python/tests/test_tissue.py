@@ -150,12 +150,15 @@ def test_a_body_tears_that_is_baked_for_it() -> None:
         tissue.tick([0.0001 * tick, 0, 0])
     cuts = tissue.cuts
     assert cuts is not None and cuts["torn_cells"] > 0 and cuts["cut_area_m2"] == 0
+    assert Model.bake_mesh(spec, loose="drop", **options).checksum != model.checksum
     assert "torn_cells" in (Tissue(Model.bake_mesh(spec, tears=True, **options)).cuts or {})
     for wrong, match in [
         ({"tears": True}, "tears.*cuttable"),
         ({"tear_stretch": 2}, "tear_stretch.*cuttable"),
         ({"cuttable": True, "tears": True, "tear_stretch": 2}, "leave the other out"),
         ({"cuttable": True, "tear_stretch": 1}, "from 1.01 to 10"),
+        ({"loose": "drop"}, "loose.*cuttable"),
+        ({"cuttable": True, "loose": "gone"}, "loose.*leave or freeze or drop"),
     ]:
         with pytest.raises(chaincell.ModelError, match=match):
             Model.bake_mesh(spec, young_pa=5000, **wrong)

@@ -122,7 +122,11 @@ fn scissors_cut_as_they_close_and_their_trace_replays_to_the_same_bits() {
 fn with_cut_off_a_blade_cuts_nothing() {
     let folder = scratch();
     let (model, out) = (block(folder.path(), BOX, "0.5"), folder.path().join("out"));
-    press(&model, &out, &["--tool", BLADE, "--cut", "off"]).with(0);
+    let said = press(&model, &out, &["--tool", BLADE, "--cut", "off"]).with(0).out;
+    assert!(
+        said.contains("cutting is off, so blades feel nothing: leave `--cut off` out"),
+        "{said}"
+    );
     let report = summary(&out);
     assert_eq!((&report["cut"], &report["opened_faces"]), (&"off".into(), &0.into()));
     assert_eq!((&report["cut_area_m2"], &report["copied_cells"]), (&0.0.into(), &0.into()));
@@ -140,24 +144,39 @@ fn a_piece_that_is_cut_off_is_loose() {
     let folder = scratch();
     let fixed = ["--fix=box:-1,-0.0149,-1,1,-1,1", "--young-pa", "5000", "--poisson", "0.3"];
     let cut = ["--cuttable", "--toughness-j-per-m2", "1", "--cut-spare", "1"];
-    let model = bake(folder.path(), BOX, &[&fixed[..], &cut].concat());
+    let baked = |loose| bake(folder.path(), BOX, &[&fixed[..], &cut, &["--loose", loose]].concat());
     let out = folder.path().join("out");
-    let run_to = |depth_m: &str| {
+    let run_to = |depth_m: &str, loose: &str| {
+        let model = baked(loose);
         let args = ["--motion", "press", "--seconds", "2", "--touch-m", "0.0007,0,0.01501"];
         let place = ["--direction", "0,0,-1", "--depth-m", depth_m, "--tool", BLADE, "--force"];
         let files = ["run", text(&model), "--picture", "off", "--out", text(&out)];
         run([&files[..], &args, &place].concat()).with(0).out
     };
-    let said = run_to("0.004");
+    let said = run_to("0.004", "leave");
     let report = summary(&out);
     assert_eq!((&report["loose_pieces"], &report["loose_cells"]), (&0.into(), &0.into()));
     assert!(report["opened_faces"].as_u64().unwrap() > 0 && !said.contains("loose"), "{said}");
-    let said = run_to("0.02");
+    let said = run_to("0.02", "leave");
     let report = summary(&out);
     assert_eq!(report["loose_pieces"], 1, "{report}");
     let cells = report["loose_cells"].as_u64().unwrap();
     assert!(cells >= 3 * 5 * 4 && cells < NODES as u64, "{cells}");
     assert!(said.contains(&format!(", 1 piece of {cells} cells loose\n")), "{said}");
+    // Dropped it is reported, and no file shows it.
+    let shown = || {
+        array(&std::fs::read_to_string(out.join("final.vtu")).unwrap(), "connectivity").len() / 4
+    };
+    let all = shown();
+    let said = run_to("0.02", "drop");
+    let report = summary(&out);
+    assert!(
+        (report["loose_cells"].as_u64(), report["loose_pieces"].as_u64()) == (Some(cells), Some(1)),
+        "{said}"
+    );
+    assert!((all / 3..all).contains(&shown()), "{} of {all}", shown());
+    let info = run(["info", text(&baked("freeze")), "--json"]).with(0).json();
+    assert_eq!(info["cutting"]["loose"], "freeze");
 }
 
 /// Both sides of the wound have points of their own, and no point lies elsewhere than its node.

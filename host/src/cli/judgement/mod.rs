@@ -4,7 +4,7 @@
 mod mesh;
 mod pace;
 
-use chaincell_kernel::Model;
+use chaincell_kernel::{Cutting, Model};
 use serde::Serialize;
 
 pub use mesh::MeshFit;
@@ -23,6 +23,10 @@ const HELD_SHARE: f64 = 0.05;
 const HELD_M: f64 = 1e-4;
 /// Angle of the surface from which on a default contact is at a corner or an edge \[degrees\].
 const BEND_DEG: f64 = 40.0;
+
+/// The remedy for a blade that feels nothing since cutting is off.
+const CUT_OFF: &str =
+    "cutting is off, so blades feel nothing: leave `--cut off` out, or `set cut=on`";
 
 /// A judgement, for JSON and as some rows.
 #[derive(Debug, Clone, Default, Serialize)]
@@ -81,7 +85,10 @@ impl Judgement {
     ) -> Self {
         let is_held = matches!(engine.contact(), Contact::Cells(_));
         let mesh = tools.first().and_then(|first| MeshFit::under(engine, first));
-        let this = Self { mesh, ..self };
+        let is_off =
+            engine.network().settings().cut == Cutting::Off && engine.contact().has_blade();
+        let remedy = self.remedy.or(is_off.then_some(CUT_OFF));
+        let this = Self { mesh, remedy, ..self };
         if is_held { this } else { this.with_courses(tools, nearest) }
     }
 
