@@ -144,7 +144,8 @@ fn a_piece_that_is_cut_off_is_loose() {
     let folder = scratch();
     let fixed = ["--fix=box:-1,-0.0149,-1,1,-1,1", "--young-pa", "5000", "--poisson", "0.3"];
     let cut = ["--cuttable", "--toughness-j-per-m2", "1", "--cut-spare", "1"];
-    let baked = |loose| bake(folder.path(), BOX, &[&fixed[..], &cut, &["--loose", loose]].concat());
+    let baked =
+        |loose: &str| bake(folder.path(), BOX, &[&fixed[..], &cut, &["--loose", loose]].concat());
     let out = folder.path().join("out");
     let run_to = |depth_m: &str, loose: &str| {
         let model = baked(loose);
