@@ -313,7 +313,7 @@ impl Rows {
             let felt = tissue.felt(tool);
             self.courses[tool].add(felt.force_n, felt.contacts, tissue.places_m(tool));
             self.tools.add(pose.tick, tool, &felt, output.flags.0);
-            let torque_n_m = tissue.engine_mut().opening_torque_n_m(tool);
+            let torque_n_m = tissue.engine_mut().opening_torque_n_m(tool).map(|x| x + 0.0);
             self.opening_torque_n_m = larger(self.opening_torque_n_m, torque_n_m);
         }
         self.contacts.after(pose.tick, tissue.engine_mut());

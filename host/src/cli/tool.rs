@@ -131,8 +131,10 @@ fn scissors(sizes: Option<&str>) -> std::result::Result<ToolPart, String> {
             return Err(format!("the {name} {size_m} must be above 0 [m]"));
         }
     }
-    if offset_m >= length_m {
-        return Err(format!("the offset {offset_m} must be below the length {length_m} [m]"));
+    if !(1e-3 * length_m..length_m).contains(&offset_m) {
+        return Err(format!(
+            "the offset {offset_m} must be below the length {length_m} [m], and a thousandth of it at least"
+        ));
     }
     Ok(ToolPart::scissors(length_m, offset_m, mouth_m))
 }
@@ -304,6 +306,7 @@ mod tests {
             ("scissors:0.1,-0.01", "the offset -0.01 must be above 0"),
             ("scissors:0.1,0.01,0", "the mouth 0 must be above 0"),
             ("scissors:0.1,0.1", "must be below the length 0.1"),
+            ("scissors:0.1,1e-30", "a thousandth of it at least"),
             ("sphere:0.1@1,2", "write @X,Y,Z"),
             ("sphere:0.1/0,0,1", "write /X,Y,Z,W"),
             ("sphere:0.1/0,0,0,2", "has length 2"),

@@ -37,6 +37,10 @@ pub struct ToolPose {
     pub opening_turns_q16: u16,
 }
 
+/// Least offset of the edges of scissors from their pivot, in lengths of the blades: the torque that closes them grows
+/// with one over it.
+const OFFSET_MIN: f32 = 1.0e-3;
+
 /// Largest [`ToolPose::opening_turns_q16`]: half a turn.
 pub const OPENING_MAX: u16 = 32768;
 
@@ -169,7 +173,8 @@ impl ToolPart {
     }
 
     /// Scissors: two straight blades from the pivot along -z, which open in the y direction by the angle of the
-    /// tool's pose. The edge of each passes the pivot at `offset_m`. Where the edges cross they cut towards -z, in
+    /// tool's pose. The edge of each passes the pivot at `offset_m`, a
+    /// thousandth of the length at least. Where the edges cross they cut towards -z, in
     /// the plane of y and z, through tissue of at most `mouth_m` thickness along y. The blades have no sides. It is
     /// the last part of its tool, and needs a body that can be cut.
     ///
@@ -190,7 +195,8 @@ impl ToolPart {
     #[must_use]
     pub fn blades(&self) -> Option<Scissors> {
         let ([half_mouth, height, length_m], offset_m) = (self.half_m, -self.radius_m);
-        let is_any = offset_m > 0.0 && half_mouth > 0.0 && height == 0.0 && length_m > offset_m;
+        let is_far = offset_m >= length_m * OFFSET_MIN && length_m > offset_m;
+        let is_any = offset_m > 0.0 && half_mouth > 0.0 && height == 0.0 && is_far;
         is_any.then_some(Scissors { length_m, offset_m })
     }
 

@@ -58,8 +58,15 @@ struct Move {
 
 impl CutBody<'_, '_> {
     /// Moves the fronts of an edge on and opens the faces that they pass; in the last tick the blade has moved by
-    /// `moved` mean link lengths. Returns true if a front has moved, begun or ended.
-    pub fn draw(&mut self, edge: &mut Edge, moved: f32, at: &impl Fn(usize) -> [f32; 3]) -> bool {
+    /// `moved` mean link lengths, `ahead` of them not against the direction of cutting. Returns true if a front has
+    /// moved, begun or ended.
+    pub fn draw(
+        &mut self,
+        edge: &mut Edge,
+        moved: f32,
+        ahead: f32,
+        at: &impl Fn(usize) -> [f32; 3],
+    ) -> bool {
         if moved > BEHIND {
             let was_in = edge.fronts().next().is_some();
             edge.leave();
@@ -87,18 +94,18 @@ impl CutBody<'_, '_> {
         }
         // Let samples in.
         if edge.samples().iter().any(|sample| !sample.is_in()) {
-            is_changed |= self.enter(edge, moved, at);
+            is_changed |= self.enter(edge, ahead, at);
         }
         is_changed
     }
 
     /// Lets samples in that have entered the tissue. Returns true if one has.
-    fn enter(&self, edge: &mut Edge, moved: f32, at: &impl Fn(usize) -> [f32; 3]) -> bool {
+    fn enter(&self, edge: &mut Edge, ahead: f32, at: &impl Fn(usize) -> [f32; 3]) -> bool {
         let (mut entries, forward, mut is_any) = ([None; EDGE_SAMPLES], edge.forward(), false);
         self.find_entries(edge, at, &mut entries);
         for (sample, entry) in edge.samples_mut().iter_mut().zip(entries) {
             if let Some(door) =
-                entry.and_then(|entry| self.door(sample, forward, entry.within(moved), at))
+                entry.and_then(|entry| self.door(sample, forward, entry.within(ahead), at))
             {
                 self.begin(sample, door);
                 is_any = true;

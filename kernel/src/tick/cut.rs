@@ -282,12 +282,15 @@ impl<D: Dynamics> TissueMut<'_, D> {
                 continue;
             }
             let (before, size) = (edge.energy(&at), edge.reach(pivot));
-            let slid = edge.crossing().slid.abs();
+            let slid = edge.crossing().slid;
             let turned = size * sqrt(dot(tool.spin, tool.spin));
-            let moved = sqrt(dot(tool.way, tool.way)) + turned + slid;
+            let moved = sqrt(dot(tool.way, tool.way)) + turned + slid.abs();
+            // An edge that is drawn back takes hold where it is.
+            let is_back = dot(edge.forward(), tool.way) + slid < 0.0;
+            let ahead = if is_back { turned } else { moved };
             // A blade that moves too far leaves its fronts and cuts nothing.
             let moved = if is_off { f32::INFINITY } else { moved };
-            if !body.draw(edge, moved, &at) {
+            if !body.draw(edge, moved, ahead, &at) {
                 continue;
             }
             let after = edge.energy(&at);
@@ -301,6 +304,8 @@ impl<D: Dynamics> TissueMut<'_, D> {
     fn stop_loose(&mut self, body: &CutBody<'_, '_>) {
         let cells = body.model.cells();
         for cell in (0..cells).filter(|&cell| body.is_loose(cell)) {
+            // The scheme goes on from the published points.
+            self.head.dynamics.interrupt();
             let here = self.state.get(cell).copied().unwrap_or(Cell::ZERO);
             for (at, array) in self.own.chunks_mut(cells).take(D::ARRAYS).enumerate() {
                 if let Some(slot) = array.get_mut(cell) {

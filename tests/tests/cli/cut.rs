@@ -138,6 +138,17 @@ fn with_cut_off_a_blade_cuts_nothing() {
     assert_ne!(summary(&out)["state_hash"], report["state_hash"]);
 }
 
+/// Behind the coupling of a device an edge that cuts has its force too: its stiffness is that with which it springs back.
+#[test]
+fn a_device_feels_the_blade_while_it_cuts() {
+    let folder = scratch();
+    let (model, out) = (block(folder.path(), BOX, "0.5"), folder.path().join("out"));
+    press(&model, &out, &["--tool", BLADE, "--device", "touch"]).with(0);
+    let report = summary(&out);
+    assert!(report["opened_faces"].as_u64() > Some(0), "{report}");
+    assert_eq!(report["flag_ticks"]["safe_state"].as_u64().unwrap_or(0), 0, "{report}");
+}
+
 /// A box that is fixed at one end and cut through beyond it: the other end is loose.
 #[test]
 fn a_piece_that_is_cut_off_is_loose() {

@@ -101,6 +101,43 @@ fn a_dropped_piece_is_not_felt() {
     assert!(felt_n[150] > 0.01, "{}", felt_n[150]);
 }
 
+/// A piece that comes loose while it moves stays from the tick of its last split on.
+#[test]
+fn a_piece_stops_where_it_comes_loose() {
+    let mesh = block();
+    let image = image(&mesh, Loose::Freeze);
+    let sphere = [ToolPart::sphere(RADIUS_M)];
+    let mut body = Bench::<Predict>::under(network(&image, 2), &[&sphere], 0.3);
+    let mut tick = 0..;
+    let mut press = |body: &mut Bench<'_, Predict>| {
+        let tick = tick.next().unwrap();
+        body.tick(above(0.019 - 2e-5 * tick as f32));
+    };
+    (0..150).for_each(|_| press(&mut body));
+    for face in across(&mesh, 0.012) {
+        body.open(face).unwrap();
+    }
+    let model = body.model();
+    let under = |cell: &usize| {
+        let [x, y, z] = model.rest_position(*cell);
+        z - x.abs() - y.abs()
+    };
+    let cells = 0..model.body_cells();
+    let under = cells.max_by(|a, b| under(a).total_cmp(&under(b))).unwrap();
+    // The piece moves until its last cell has split.
+    let before = body.state[under].xyz();
+    let (mut copies, mut there) = (0, before);
+    for _ in 0..150 {
+        press(&mut body);
+        let cuts = body.cuts();
+        if cuts.copies != copies {
+            (copies, there) = (cuts.copies, body.state[under].xyz());
+        }
+    }
+    assert!(copies > 20 && there != before, "{copies} {there:?}");
+    assert_eq!(there, body.state[under].xyz());
+}
+
 /// A tool that holds cells of the piece carries it; it stays where the tool lets go of it.
 #[test]
 fn a_held_piece_follows_the_tool() {

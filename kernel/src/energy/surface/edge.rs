@@ -84,8 +84,6 @@ pub(crate) struct Pressed {
     /// Force on the tissue at the front.
     pub force: [f32; 3],
     pub energy: f32,
-    /// True if the front stays.
-    pub is_stuck: bool,
 }
 
 impl EdgeSample {
@@ -127,11 +125,11 @@ impl EdgeSample {
         let (k, limit) = (self.stiffness, self.limit);
         let q = dot(forward, sub(self.place, self.front(at)));
         let push = k * q;
-        let is_stuck = push <= limit;
+        let is_below = push <= limit;
         let (force, energy) =
-            if is_stuck { (push, 0.5 * push * q) } else { (limit, limit * (q - 0.5 * limit / k)) };
+            if is_below { (push, 0.5 * push * q) } else { (limit, limit * (q - 0.5 * limit / k)) };
         let force = scale(force, forward);
-        (q > 0.0).then_some(Pressed { force, energy, is_stuck })
+        (q > 0.0).then_some(Pressed { force, energy })
     }
 }
 
@@ -301,7 +299,6 @@ mod tests {
                 (by(z + step).unwrap().energy - by(z - step).unwrap().energy) / (2.0 * step);
             assert!((slope - here.force[2]).abs() < 2e-3, "{z}: {slope} {:?}", here.force);
             assert!(here.force[2] >= -0.3 && here.force[0] == 0.0);
-            assert_eq!(here.is_stuck, z > 0.1);
         }
         // Drawn back, and without a front.
         assert!(by(0.3).is_none());

@@ -83,7 +83,8 @@ impl Meeting {
             self.force = sub(self.force, pressed.force);
             let arm = sub(sample.place, proxy.pivot);
             self.torque = sub(self.torque, cross(arm, pressed.force));
-            self.stiffness += if pressed.is_stuck { sample.stiffness } else { 0.0 };
+            // Drawn back a sample above its limit resists as one below it.
+            self.stiffness += sample.stiffness;
             self.touched += 1;
         }
         self
