@@ -14,7 +14,7 @@ use crate::errors::Class;
 use crate::numbers::{real, real_or, text, whole, wrong_type};
 
 /// Arguments of a bake beside the mesh.
-const BAKE: [&str; 27] = [
+const BAKE: [&str; 28] = [
     "allow_parts",
     "alpha",
     "capacitance",

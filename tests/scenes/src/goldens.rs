@@ -67,5 +67,5 @@ pub static GOLDENS: &[Golden] = &[
     of("touch6_tools", Tier::F32, 100, 0x4d382cfbe902e217, 3200),
     of("touch6_tools", Tier::F32, 2000, 0x13f452f4fcea1a7c, 64000),
     of("blade5_track", Tier::F32, 100, 0x0fbeac2503c68b2d, 3200),
-    of("blade5_track", Tier::F32, 2000, 0xe05ed67ebe999949, 64000),
+    of("blade5_track", Tier::F32, 2000, 0x09a6791e11aaaee4, 64000),
 ];
