@@ -4,6 +4,7 @@
 //! keeps the hats of the image alone. A side grows into the body link by link, as far as no other one has come.
 
 use super::body::CutBody;
+use super::joined::{join, standing};
 use crate::model::range;
 use crate::number::two_float::LANES;
 
@@ -155,21 +156,4 @@ impl CutBody<'_, '_> {
 fn ends(rows: &[u32], ids: &[[u16; LANES]], cell: usize) -> impl Iterator<Item = usize> {
     range(rows, cell / LANES)
         .filter_map(move |group| ids.get(group)?.get(cell % LANES).copied().map(usize::from))
-}
-
-/// The lowest cell of a side.
-fn standing(parents: &[u16], mut cell: u16) -> u16 {
-    while let Some(&parent) = parents.get(usize::from(cell)).filter(|&&parent| parent != cell) {
-        cell = parent;
-    }
-    cell
-}
-
-/// Joins the sides of two cells.
-fn join(parents: &mut [u16], one: u16, other: u16) {
-    let (one, other) = (standing(parents, one), standing(parents, other));
-    let (low, high) = if one < other { (one, other) } else { (other, one) };
-    if let Some(parent) = parents.get_mut(usize::from(high)) {
-        *parent = low;
-    }
 }

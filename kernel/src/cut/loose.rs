@@ -11,6 +11,7 @@
 //! body whose image says nothing of loose pieces pays nothing.
 
 use super::body::CutBody;
+use super::joined::{join, standing};
 use super::memory::LIPS;
 use crate::model::image::NO_FUNCTION;
 use crate::model::loose::Loose;
@@ -151,25 +152,5 @@ impl CutBody<'_, '_> {
         for (slot, at) in slots.zip(lane(whole)) {
             *slot = if is_loose { 0.0 } else { image.get(at).copied().unwrap_or(0.0) };
         }
-    }
-}
-
-/// The cell that stands for a cell's piece; those on the way name the one after the next.
-fn standing(roots: &mut [u16], mut cell: u16) -> u16 {
-    while let Some(&next) = roots.get(usize::from(cell)).filter(|&&next| next != cell) {
-        let after = roots.get(usize::from(next)).copied().unwrap_or(next);
-        if let Some(slot) = roots.get_mut(usize::from(cell)) {
-            *slot = after;
-        }
-        cell = next;
-    }
-    cell
-}
-
-fn join(roots: &mut [u16], one: u16, other: u16) {
-    let (one, other) = (standing(roots, one), standing(roots, other));
-    let (low, high) = if one < other { (one, other) } else { (other, one) };
-    if let Some(root) = roots.get_mut(usize::from(high)) {
-        *root = low;
     }
 }

@@ -79,7 +79,7 @@
 //! - `offset`: the offsets of copies, and their decay.
 //! - `edge`: the fronts of a blade's edge; `entry`: how it enters; `strip`: the faces that it opens; `place`:
 //!   points of tetrahedra.
-//! - `loose`: pieces that hang on nothing.
+//! - `loose`: pieces that hang on nothing; `joined`: sets of cells, for these and for the sides.
 //! - `tear`: the cell that tears, and the account of a tear.
 //! - `kept`: what a snapshot and a state hash contain.
 
@@ -97,6 +97,8 @@ mod entry;
 mod facing;
 #[cfg(feature = "cut")]
 mod hats;
+#[cfg(feature = "cut")]
+mod joined;
 #[cfg(feature = "cut")]
 pub(crate) mod kept;
 #[cfg(feature = "cut")]
@@ -120,6 +122,8 @@ mod opened;
 mod pieces;
 #[cfg(feature = "cut")]
 mod place;
+#[cfg(all(test, feature = "cut"))]
+mod random;
 #[cfg(feature = "cut")]
 mod renewal;
 #[cfg(feature = "cut")]

@@ -7,7 +7,7 @@
 use core::ops::Range;
 
 use super::body::CutBody;
-use super::memory::{REFUSED, USED};
+use super::memory::{REFUSED, USED, inherit};
 use super::offset::{at_most, of_shapes};
 use super::pieces::Pieces;
 use crate::energy::state::States;
@@ -257,18 +257,9 @@ impl CutBody<'_, '_> {
         for row in [nodal::MU, nodal::LAMBDA_3, nodal::BAND, nodal::BOUND] {
             self.set_number(copy, row, self.number(cell, row));
         }
-        for array in [&mut *self.arrays.mobility, &mut *self.arrays.factors] {
-            if let Some(number) = array.get(cell).copied()
-                && let Some(slot) = array.get_mut(copy)
-            {
-                *slot = number;
-            }
-        }
-        if let Some(rest) = self.arrays.rest.get(cell).copied()
-            && let Some(slot) = self.arrays.rest.get_mut(copy)
-        {
-            *slot = rest;
-        }
+        inherit(self.arrays.mobility, cell, copy);
+        inherit(self.arrays.factors, cell, copy);
+        inherit(self.arrays.rest, cell, copy);
         self.join_box(cell, copy);
     }
 }

@@ -7,6 +7,7 @@ use std::vec::Vec;
 use super::body::CutBody;
 use super::memory::{CutRoom, cut_words};
 use super::offset::of_shapes;
+use super::random::Random;
 use super::split::Look;
 use crate::energy::residual::places;
 use crate::energy::state::{States, StatesOf, TermState, TermStates, number, put, term_states};
@@ -19,20 +20,6 @@ use crate::number::two_float::LANES;
 
 /// A block of 4 x 4 x 3 nodes with a spare cell for each, without a band of stretches.
 static IMAGE: &[u8] = crate::include_model!("../../../tests/data/cut4.chaincell");
-
-/// Numbers between -1 and 1.
-struct Random(u32);
-
-impl Random {
-    fn next(&mut self) -> f32 {
-        self.0 = self.0.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-        (self.0 >> 8) as f32 / (1 << 23) as f32 - 1.0
-    }
-
-    fn below(&mut self, count: usize) -> usize {
-        ((0.5 * (self.next() + 1.0) * count as f32) as usize).min(count - 1)
-    }
-}
 
 type Matrix = [[f64; 3]; 3];
 
