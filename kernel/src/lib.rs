@@ -100,6 +100,7 @@ pub use energy::surface::{
     Anchor, EDGE_BYTES, NearTriangle, PARTS_MAX, Scissors, TOOLS_MAX, ToolState,
 };
 pub use fixed::types::I8F24;
+pub use model::branches::Branch;
 pub use model::image::ModelError;
 pub use model::loose::Loose;
 pub use model::parts;

@@ -8,6 +8,7 @@
 //! - `parts`: the division of a large body among threads.
 //! - `nodal`: the numbers of nodal shapes.
 //! - `stiffening`: sets of bands on the links of nodal shapes.
+//! - `branches`: the part of a body's stiffness that fades with time.
 //! - `cuttable`: the tetrahedra that a blade may part, and the spare cells.
 //! - `tearing`: the limit at which a body tears by itself.
 //! - `surface`: the contact stiffness of the surface under tools; `opened`: faces that a cut has opened;
@@ -16,6 +17,8 @@
 //! - `embedded_mesh`: nodes of a finer mesh that move with the cells.
 
 mod body;
+#[cfg_attr(not(feature = "nodal"), expect(dead_code, reason = "links do not relax"))]
+pub(crate) mod branches;
 pub(crate) mod coarse_basis;
 #[cfg_attr(not(feature = "cut"), path = "uncuttable.rs")]
 pub(crate) mod cuttable;

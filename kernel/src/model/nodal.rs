@@ -1,5 +1,8 @@
 //! Nodal shapes in an image: the numbers of every cell and every half-link.
 
+use super::branches;
+#[cfg(feature = "relax")]
+use super::branches::BranchNumbers;
 use super::image::{LAW_DET1, ModelError, Sections, kind, nodal, params};
 use super::layout::Layout;
 use super::range;
@@ -75,6 +78,9 @@ pub(crate) struct Nodal<'a> {
     /// 1 for each slice in which a cell has an offset.
     #[cfg(feature = "cut")]
     pub is_offset: &'a [u8],
+    /// Branches of relaxation; none in an elastic body.
+    #[cfg(feature = "relax")]
+    pub branches: &'a [BranchNumbers],
 }
 
 impl<'a> Nodal<'a> {
@@ -90,6 +96,8 @@ impl<'a> Nodal<'a> {
         offsets: &[],
         #[cfg(feature = "cut")]
         is_offset: &[],
+        #[cfg(feature = "relax")]
+        branches: &[],
     };
 
     /// Returns true if the body is made of shapes.
@@ -238,7 +246,11 @@ impl Keeps for Nodal<'_> {
 
 impl<'a> TermData<'a> for Nodal<'a> {
     fn read(sections: &Sections<'a>) -> Result<Self, ModelError> {
-        let Some(words) = sections.optional::<u32>(kind::NODAL)? else { return Ok(Self::NONE) };
+        let branches = branches::read(sections)?;
+        let Some(words) = sections.optional::<u32>(kind::NODAL)? else {
+            // Links do not relax.
+            return if branches.is_empty() { Ok(Self::NONE) } else { Err(ModelError::Layout) };
+        };
         let stretch_min = match *words {
             [LAW_DET1, stretch] => f32::from_bits(stretch),
             [_, _] => return Err(ModelError::SectionVersion(kind::NODAL)),
@@ -253,7 +265,18 @@ impl<'a> TermData<'a> for Nodal<'a> {
         let count = rest.len();
         let cells = sections.sized(kind::NODAL_CELLS, count.div_ceil(LANES))?;
         let slots = sections.sized(kind::NODAL_SLOTS, ids.len())?;
-        Ok(Self { cells, slots, rows, ids, rest, count, stretch_min, ..Self::NONE })
+        Ok(Self {
+            cells,
+            slots,
+            rows,
+            ids,
+            rest,
+            count,
+            stretch_min,
+            #[cfg(feature = "relax")]
+            branches,
+            ..Self::NONE
+        })
     }
 
     fn check(&self, layout: &Layout<'_>) -> Result<(), ModelError> {
@@ -332,6 +355,11 @@ impl<'a> TermData<'a> for Nodal<'a> {
 
     fn stretch_min(&self) -> Option<f32> {
         self.is_any().then_some(self.stretch_min)
+    }
+
+    #[cfg(feature = "relax")]
+    fn branches(&self) -> &'a [BranchNumbers] {
+        self.branches
     }
 
     fn replaces_links(&self) -> bool {

@@ -2,6 +2,7 @@
 
 use core::ops::Range;
 
+use super::branches::Branch;
 use super::layout::Layout;
 use super::parts::Parts;
 use super::surface::ContactSurface;
@@ -266,6 +267,11 @@ impl<'a> Model<'a> {
     #[must_use]
     pub fn stretch_min(&self) -> Option<f32> {
         self.others.stretch_min()
+    }
+
+    /// The branches of relaxation in ascending time; none in an elastic body. See [`Branch`].
+    pub fn branches(&self) -> impl Iterator<Item = Branch> + use<'a> {
+        self.others.branches().iter().map(Branch::of)
     }
 
     /// Calls `visit(half_width, modulus_pa)` for each set of stiffening bands, the narrowest first: half its

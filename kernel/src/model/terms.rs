@@ -1,5 +1,6 @@
 //! The interface of an energy term's data, and lists of terms.
 
+use super::branches::BranchNumbers;
 use super::image::{ModelError, Sections};
 use super::layout::Layout;
 
@@ -64,6 +65,10 @@ pub(crate) trait TermData<'a>: Keeps {
     /// Calls `visit(half_width, modulus_pa)` for each set of stiffening bands, from the unit of stress
     /// \[Pa\].
     fn stiffening(&self, _unit_pa: f32, _visit: &mut impl FnMut(f32, f32)) {}
+    /// Returns the branches of relaxation.
+    fn branches(&self) -> &'a [BranchNumbers] {
+        &[]
+    }
     /// Returns true if the term joins cells without a link between them.
     #[inline(always)]
     fn joins_unlinked(&self) -> bool {
@@ -148,6 +153,12 @@ impl<'a, A: TermData<'a>, B: TermData<'a>> TermData<'a> for (A, B) {
     fn stiffening(&self, unit_pa: f32, visit: &mut impl FnMut(f32, f32)) {
         self.0.stiffening(unit_pa, visit);
         self.1.stiffening(unit_pa, visit);
+    }
+
+    #[inline(always)]
+    fn branches(&self) -> &'a [BranchNumbers] {
+        let first = self.0.branches();
+        if first.is_empty() { self.1.branches() } else { first }
     }
 
     #[inline(always)]

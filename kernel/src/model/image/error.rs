@@ -44,8 +44,8 @@ pub enum ModelError {
     SectionVersion(u32),
     /// The kernel is built without the feature that reads a section (its kind).
     #[error(
-        "section {0}: this program is built without the feature that reads it: build it with `nodal`, and for bodies \
-         that can be cut with `cut`, or bake again without such a body"
+        "section {0}: this program is built without the feature that reads it: build it with `nodal`, for bodies \
+         that can be cut with `cut`, for those that relax with `relax`, or bake again without such a body"
     )]
     Unbuilt(u32),
     /// A section has the wrong size (its kind).

@@ -41,6 +41,8 @@ pub const CELLS_MAX: usize = 65_535;
 pub const COARSE_MAX: usize = 1024;
 /// Most sets of stiffening bands.
 pub const STIFFENING_MAX: usize = 3;
+/// Most branches of relaxation.
+pub const BRANCHES_MAX: usize = 4;
 /// Corner without a coarse function, and cell without an entry.
 pub const NO_FUNCTION: u16 = u16::MAX;
 /// Cells of a node of the embedded mesh.
@@ -167,6 +169,10 @@ pub mod kind {
     /// With `NODAL`, optional: the body can be cut, see [`super::cutting`] (u32 or f32, 4 words, 6 if it tears). Its last
     /// cells are spare: they have no links, no input id and mobility 0, rest at the centre and exert no force.
     pub const CUTTING: u32 = 49;
+    /// With `NODAL` and without `CUTTING`, optional: branches of relaxation in ascending time, at most
+    /// [`super::BRANCHES_MAX`], see [`super::branch`] ([f32; 10] a branch). The moduli of `NODAL_CELLS` and
+    /// `NODAL_SLOTS` are then the instantaneous ones.
+    pub const BRANCHES: u32 = 50;
 }
 
 /// The law of `NODAL` that holds the volume by the distance to the shapes of determinant 1.
@@ -205,6 +211,20 @@ pub mod nodal {
 
     /// Beta, the part of the shape's stiffness that acts on tetrahedra.
     pub const BETA: f32 = 0.2;
+}
+
+/// Indices of the numbers of `BRANCHES`.
+pub mod branch {
+    /// Number of numbers of a branch.
+    pub const WORDS: usize = 10;
+    /// Share of the instantaneous shear modulus; 0.99 in all at most.
+    pub const SHARE: usize = 0;
+    /// Time tau in which it fades to 1 / e [ticks], 1 to 1,600,000.
+    pub const TIME_TICKS: usize = 1;
+    /// Length of a tick, the same in all branches \[s\].
+    pub const TICK_S: usize = 2;
+    /// First of seven parts that fade in 1, 2, 4, … 64 ticks: 1 - exp(-ticks / tau).
+    pub const FADED: usize = 3;
 }
 
 /// Version of the first word of `CUTTING` of a body that does not tear.
