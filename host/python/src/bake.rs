@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use chaincell_host::bake::tissue::{Band, STRETCH_MIN, Tissue};
+use chaincell_host::bake::tissue::{Band, Branch, DEVICE_HZ, Relaxation, STRETCH_MIN, Tissue};
 use chaincell_host::bake::{
     self, BakeOptions, BasisSpacing, ContactSurface, Cuttable, ImageBytes, PerCell,
 };
@@ -139,7 +139,7 @@ fn word(
 fn tissue(mesh: &Mesh, given: &Given<'_, '_>) -> PyResult<Option<Tissue>> {
     let (young_pa, materials) = (per_node("young_pa", mesh, given)?, given.any("materials")?);
     if young_pa.is_none() && materials.is_none() {
-        for name in ["poisson", "stretch_min", "stiffening"] {
+        for name in ["poisson", "stretch_min", "stiffening", "branches"] {
             if given.any(name)?.is_some() {
                 let text = format!(
                     "`{name}` goes with `young_pa` or `materials`: give one of them, or leave it out"
@@ -168,7 +168,28 @@ fn tissue(mesh: &Mesh, given: &Given<'_, '_>) -> PyResult<Option<Tissue>> {
         Some(Ok(stretch)) => Some(stretch),
         Some(Err(_)) => None,
     };
-    Ok(Some(Tissue { young_pa, poisson, stretch_min, stiffening: stiffening(given)? }))
+    let (stiffening, relaxation) = (stiffening(given)?, relaxation(given)?);
+    Ok(Some(Tissue { young_pa, poisson, stretch_min, stiffening, relaxation }))
+}
+
+/// Branches of stress that relaxes.
+fn relaxation(given: &Given<'_, '_>) -> PyResult<Option<Relaxation>> {
+    let wanted = "pairs of a modulus over the long-term one and a time [s], as [(2.0, 0.1)]";
+    let Some(branches) = given.get::<Vec<(f64, f64)>>("branches", wanted)? else {
+        for name in ["instant", "device_hz"] {
+            if given.any(name)?.is_some() {
+                let text = format!("`{name}` goes with `branches`: give them, or leave it out");
+                return Err(Class::Model.error(text));
+            }
+        }
+        return Ok(None);
+    };
+    let branch = |(ratio, time_s)| Branch { ratio, time_s };
+    Ok(Some(Relaxation {
+        branches: branches.into_iter().map(branch).collect(),
+        is_instant: given.truth("instant")?,
+        device_hz: given.whole("device_hz", 10..=100_000)?.unwrap_or(DEVICE_HZ),
+    }))
 }
 
 /// What materials say of their groups, in their order, over the values of all nodes.

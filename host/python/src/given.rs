@@ -14,16 +14,19 @@ use crate::errors::Class;
 use crate::numbers::{real, real_or, text, whole, wrong_type};
 
 /// Arguments of a bake beside the mesh.
-const BAKE: [&str; 28] = [
+const BAKE: [&str; 31] = [
     "allow_parts",
     "alpha",
+    "branches",
     "capacitance",
     "cells",
+    "device_hz",
     "diagonals",
     "drop_unused",
     "energy_max_j",
     "fill_m",
     "fixed",
+    "instant",
     "coarse",
     "k_m",
     "lean",

@@ -68,7 +68,7 @@ fn young_pa(
     stiffness: &[f64],
 ) -> Vec<f64> {
     if let Some(tissue) = &options.tissue {
-        return super::tissue::each(&tissue.young_pa, body);
+        return tissue.instant_pa(body);
     }
     let unit_m = f64::from(body.unit_m);
     let rest_m: Vec<[f64; 3]> =

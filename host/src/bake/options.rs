@@ -105,6 +105,7 @@ pub(super) fn check(mesh: &Mesh, options: &BakeOptions) -> Result<()> {
         let stretches = |least: f64| (0.01..=0.95).contains(&least);
         each("`stretch_min`", &stretch, stretches, "from 0.01 to 0.95, or none")?;
         check_stiffening(&tissue.stiffening)?;
+        tissue.relaxation.as_ref().map_or(Ok(()), |of| of.check())?;
         check_shapes(options)?;
     }
     if let Some(cuttable) = &options.cuttable {
@@ -163,10 +164,13 @@ fn check_stiffening(bands: &[Band]) -> Result<()> {
     Ok(())
 }
 
-/// Checks that a body that can be cut has no bands on the links of shapes, or is made of the links of its tetrahedra.
+/// Checks that a body that can be cut has no bands on the links of shapes and does not relax, or is made of the links of its tetrahedra.
 fn check_cuttable(mesh: &Mesh, options: &BakeOptions, cuttable: &Cuttable) -> Result<()> {
     cuttable.check()?;
     let why = match &options.tissue {
+        Some(Tissue { relaxation: Some(_), .. }) => {
+            "`branches` with `cuttable`: a body that can be cut keeps no memory of its strain; leave one out"
+        }
         Some(tissue) if tissue.stiffening.is_empty() => return Ok(()),
         Some(_) => {
             "`stiffening` with `cuttable`: a cut does not part bands on links; leave one out"

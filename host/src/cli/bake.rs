@@ -13,7 +13,7 @@ use super::model_file;
 use super::reports::ModelReport;
 use super::shared::{PrintArgs, tell_view};
 use super::values::{Material, per_cell, with_materials};
-use crate::bake::tissue::{Band, STRETCH_MIN, Tissue};
+use crate::bake::tissue::{Band, Branch, DEVICE_HZ, Relaxation, STRETCH_MIN, Tissue};
 use crate::bake::{
     BakeOptions, BasisSpacing, CUT_SPARE, ContactSurface, Cuttable, TOUGHNESS_J_PER_M2, bake,
 };
@@ -62,7 +62,8 @@ pub struct BodyArgs {
     #[arg(long, default_value = "20", value_name = "K", allow_negative_numbers = true)]
     stiffness_n_per_m: String,
     /// Young's modulus [Pa]: the body is made of nodal shapes, its links carry no force; a value of
-    /// each node, as --alpha; a tetrahedron takes the mean of its nodes
+    /// each node, as --alpha; a tetrahedron takes the mean of its nodes. With --branch it is the
+    /// long-term modulus, unless --instant says otherwise
     #[arg(
         long,
         value_name = "E",
@@ -70,7 +71,8 @@ pub struct BodyArgs {
         conflicts_with_all = ["alpha", "stiffness_n_per_m"]
     )]
     young_pa: Option<String>,
-    /// Poisson's ratio, 0 to 0.495; as --alpha [default: 0.45]
+    /// Poisson's ratio, 0 to 0.495; as --alpha. With --branch it is the instantaneous one, and rises in
+    /// time, since only shear relaxes [default: 0.45]
     #[arg(long, value_name = "NU", allow_negative_numbers = true, requires = "tissue")]
     poisson: Option<String>,
     /// What a group of the mesh is made of: group:NAME,young-pa=E,poisson=NU; once per group, a
@@ -82,9 +84,25 @@ pub struct BodyArgs {
     #[arg(long, value_name = "STRETCH", requires = "tissue")]
     stretch_min: Option<String>,
     /// Bands on the links of nodal shapes, up to three: HALF_WIDTH=PASCAL,HALF_WIDTH=PASCAL; what is
-    /// strained beyond a half-width resists with that modulus more, as 0.1=10000,0.25=60000
+    /// strained beyond a half-width resists with that modulus more, as 0.1=10000,0.25=60000; they
+    /// stay elastic beside --branch
     #[arg(long, value_name = "BANDS", requires = "tissue", value_parser = stiffening)]
     stiffening: Option<Bands>,
+    /// A branch of stress that relaxes: its shear modulus over the long-term one, and the time [s] in
+    /// which its stress falls to 1 / e, as 2,0.1; once a branch, up to four of different times, one tick
+    /// to 1,600,000 ticks. The first Lame constant, lambda, does not relax. It takes track or predict in
+    /// single precision, and goes without --cuttable
+    #[arg(id = "branches", long = "branch", value_name = "G,TAU", requires = "tissue",
+        value_parser = branch, allow_hyphen_values = true)]
+    branch: Vec<Branch>,
+    /// Young's modulus, that of materials too, is the one before anything has relaxed
+    #[arg(long, requires = "branches")]
+    instant: bool,
+    /// Ticks of a session in a second, for which branches are baked: run, serve and cosim refuse
+    /// another rate [default: 1000]
+    #[arg(long, value_name = "HZ", allow_negative_numbers = true, requires = "branches",
+        value_parser = clap::value_parser!(u32).range(10..=100_000))]
+    device_hz: Option<u32>,
     /// The paper's links, the default: no nodal shapes
     #[arg(long, conflicts_with = "tissue")]
     links: bool,
@@ -394,7 +412,17 @@ impl BodyArgs {
             })?),
         };
         let stiffening = self.stiffening.clone().unwrap_or_default().0;
-        Ok(Some(Tissue { young_pa, poisson, stretch_min, stiffening }))
+        let relaxation = self.relaxation();
+        Ok(Some(Tissue { young_pa, poisson, stretch_min, stiffening, relaxation }))
+    }
+
+    /// The branches, where the tissue relaxes.
+    fn relaxation(&self) -> Option<Relaxation> {
+        (!self.branch.is_empty()).then(|| Relaxation {
+            branches: self.branch.clone(),
+            is_instant: self.instant,
+            device_hz: self.device_hz.unwrap_or(DEVICE_HZ),
+        })
     }
 }
 
@@ -410,6 +438,16 @@ fn stiffening(text: &str) -> std::result::Result<Bands, &'static str> {
     });
     let bands: Option<Vec<Band>> = bands.collect();
     bands.map(Bands).ok_or("give HALF_WIDTH=PASCAL, as 0.1=10000, several with commas")
+}
+
+fn branch(text: &str) -> std::result::Result<Branch, &'static str> {
+    let numbers = text.split_once(',').map(|(ratio, time_s)| {
+        [ratio, time_s].map(|number| number.trim().parse::<f64>().ok().filter(|x| x.is_finite()))
+    });
+    match numbers {
+        Some([Some(ratio), Some(time_s)]) => Ok(Branch { ratio, time_s }),
+        _ => Err("give G,TAU, a ratio of shear moduli and a time in seconds, as 2,0.1"),
+    }
 }
 
 fn spacing(text: &str) -> Result<BasisSpacing> {

@@ -11,12 +11,10 @@ use chaincell_kernel::stage::{
 use serde::{Deserialize, Serialize};
 
 use super::choice::parser;
+use crate::bake::tissue::DEVICE_HZ;
 use crate::choice::{self, by_text};
 use crate::error::{Error, Result};
 use crate::session::timing::clock::SECOND_NS;
-
-/// Poses a second of a device, unless given.
-const DEVICE_HZ: u32 = 1000;
 
 /// Options of the output stage between tissue and device; there is none unless one of these is given.
 #[derive(Debug, Clone, Default, Serialize, Deserialize, clap::Args)]

@@ -2,15 +2,21 @@
 
 use chaincell_kernel::stage::{Stage, StageSettings};
 use chaincell_kernel::trace::Command;
-use chaincell_kernel::{Budget, ContactForce, Drive, Flags, TOOLS_MAX, TickOutput, ToolPose};
+use chaincell_kernel::{
+    Budget, ContactForce, Drive, Flags, Model, TOOLS_MAX, TickOutput, ToolPose,
+};
 use nalgebra::Vector3;
 
+use crate::bake::tissue::DEVICE_HZ;
 use crate::engine::Engine;
 use crate::engine::cut::report::CutReport;
 use crate::engine::snapshot::Saved;
 use crate::engine::tissue::{Node, Refusal, TissueEngine};
 use crate::engine::tools::{Felt, Poses};
 use crate::error::{Error, Result};
+
+/// Rounding of a rate in single precision, as a share of it.
+const RATE_ROUNDING: f64 = 1.0e-6;
 
 /// An engine with a stage between it and the device, one for each of several tools, or without a stage.
 ///
@@ -33,10 +39,10 @@ pub struct Staged<'m> {
 }
 
 impl<'m> Staged<'m> {
-    /// An engine with stages of these settings, or without a stage.
+    /// An engine with stages of these settings, or without a stage; a tick is then a millisecond.
     ///
     /// # Errors
-    /// A setting out of range.
+    /// A setting out of range, ticks for which the model's branches of relaxation were not baked.
     pub fn new(engine: Engine<'m>, settings: Option<StageSettings>) -> Result<Self> {
         let goes_by_position =
             settings.is_some_and(|of| of.coupling.is_some() || of.passivity.is_some());
@@ -46,6 +52,7 @@ impl<'m> Staged<'m> {
                  positions; pass `coupling` none `passivity` none",
             ));
         }
+        check_tick(engine.network().model(), settings)?;
         let mut stages = Vec::new();
         if let Some(settings) = settings {
             let stage = Stage::new(settings);
@@ -112,6 +119,23 @@ impl<'m> Staged<'m> {
     pub fn settings(&self) -> Option<&StageSettings> {
         self.stages.first().map(Stage::settings)
     }
+}
+
+/// Checks that the branches of relaxation of a model were baked for the ticks of a session.
+fn check_tick(model: &Model<'_>, settings: Option<StageSettings>) -> Result<()> {
+    let Some(branch) = model.branches().next() else { return Ok(()) };
+    let (baked_hz, hz) = (
+        1.0 / f64::from(branch.tick_s),
+        settings.map_or(f64::from(DEVICE_HZ), |stage| 1.0 / f64::from(stage.tick_s)),
+    );
+    if (baked_hz - hz).abs() <= RATE_ROUNDING * hz {
+        return Ok(());
+    }
+    let [baked_hz, hz] = [baked_hz, hz].map(f64::round);
+    Err(Error::input(format!(
+        "`device_hz`: the session has {hz} ticks a second, and the model's branches of relaxation were baked for \
+         {baked_hz}; run it with `device_hz` {baked_hz}, or bake it with `device_hz` {hz}"
+    )))
 }
 
 impl TissueEngine for Staged<'_> {
@@ -354,7 +378,10 @@ mod tests {
     use nalgebra::Vector3;
 
     use super::*;
+    use crate::bake::tissue::{Branch, Relaxation, Tissue};
+    use crate::bake::{BakeOptions, PerCell, bake};
     use crate::engine::fixture::{engine, plane};
+    use crate::mesh::{MeshOptions, load};
 
     /// A press of 40 mm, 1 mm per tick.
     fn press(staged: &mut Staged<'_>) -> Vec<TickOutput> {
@@ -363,6 +390,37 @@ mod tests {
             staged.tick(&ToolPose::at(position_m, 1))
         };
         (0..=40).map(tick).collect()
+    }
+
+    #[test]
+    fn branches_baked_for_other_ticks_are_refused_with_both_rates() {
+        let mesh = load("box:4x4x3x0.01", &MeshOptions::default()).unwrap();
+        let of = PerCell::Uniform;
+        let image = |device_hz| {
+            let branches = vec![Branch { ratio: 1.0, time_s: 0.5 }];
+            let relaxation = Some(Relaxation { branches, is_instant: false, device_hz });
+            let tissue = Tissue { relaxation, ..Tissue::new(of(1000.0), of(0.45)) };
+            let options = BakeOptions { tissue: Some(tissue), ..BakeOptions::default() };
+            bake(&mesh, &mesh.default_fixed, &options).unwrap()
+        };
+        for baked_hz in [300, 1000, 3000] {
+            let image = image(baked_hz);
+            for hz in [None, Some(300), Some(1000), Some(3000)] {
+                let stage = hz.map(|hz: u16| StageSettings {
+                    tick_s: 1.0 / f32::from(hz),
+                    ..StageSettings::NONE
+                });
+                let begun = Staged::new(engine(&image), stage);
+                let hz = hz.unwrap_or(1000);
+                if u32::from(hz) == baked_hz {
+                    assert!(begun.is_ok(), "{hz}");
+                    continue;
+                }
+                let why = begun.err().unwrap().to_string();
+                let remedy = format!("`device_hz` {baked_hz}, or bake it with `device_hz` {hz}");
+                assert!(why.contains(&remedy), "{why}");
+            }
+        }
     }
 
     #[test]

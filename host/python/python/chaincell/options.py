@@ -29,7 +29,16 @@ class BakeOptions(TypedDict, total=False):
     """Stiffness of a link [N/m]."""
     stretch_min: float | Literal["none"] | None
     stiffening: Mapping[float, float] | None
-    """Half-widths of bands with the moduli [Pa] that they add."""
+    """Half-widths of bands with the moduli [Pa] that they add; they do not relax."""
+    branches: Sequence[tuple[float, float]] | None
+    """Branches of stress that relaxes, up to four: the shear modulus over the long-term one, and the time
+    [s] in which the stress falls to 1 / e, one tick to 1,600,000. `poisson` is the instantaneous ratio
+    then, since only shear relaxes."""
+    instant: bool | None
+    """`young_pa` is the modulus before anything has relaxed, not the long-term one."""
+    device_hz: int | None
+    """Ticks in a second for which branches are baked, from 10 to 100000; 1000 by default. `Tissue` and
+    `run` refuse another `device_hz`."""
     contact_surface: Literal["auto", "yes", "no"] | None
     cuttable: bool | None
     """Prepares a body of tetrahedra for the cuts of tools with a blade, "blade:LENGTH" or "scissors:LENGTH"."""

@@ -2,12 +2,13 @@
 //!
 //! The kernel's module of that name describes the use of the numbers; this module computes them, with
 //! the bound L of the energy's curvature (`curvature`) and the elasticity of the rest shape
-//! (`elasticity`). `stiffening` adds bands to them.
+//! (`elasticity`). `stiffening` adds bands to them, `relaxation` branches whose stress fades.
 
 pub mod shape;
 
 mod curvature;
 mod elasticity;
+mod relaxation;
 mod stiffening;
 #[cfg(test)]
 mod tests;
@@ -20,6 +21,7 @@ use super::layout::{OrderedCells, holds_units};
 use super::per_cell::PerCell;
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
+pub use relaxation::{Branch, DEVICE_HZ, Moduli, Relaxation};
 use shape::{Fault, Shape};
 pub use stiffening::Band;
 use stiffening::Stiffening;
@@ -35,21 +37,35 @@ const BAND: f64 = 8.0;
 /// Properties of a tissue.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Tissue {
-    /// Young's modulus \[Pa\].
+    /// Young's modulus \[Pa\]; of tissue that relaxes the long-term one, unless it says otherwise.
     pub young_pa: PerCell,
-    /// Poisson's ratio, from 0 to 0.495.
+    /// Poisson's ratio, from 0 to 0.495; of tissue that relaxes the instantaneous one.
     pub poisson: PerCell,
     /// The stretch below which it resists more, from 0.01 to 0.95; `None` for no such band.
     pub stretch_min: Option<f64>,
-    /// Bands on the links, at most three, which resist large strain.
+    /// Bands on the links, at most three, which resist large strain; they do not relax.
     pub stiffening: Vec<Band>,
+    /// Branches whose stress fades; `None` for elastic tissue.
+    pub relaxation: Option<Relaxation>,
 }
 
 impl Tissue {
-    /// Tissue with the default band of stretches and no stiffening.
+    /// Elastic tissue with the default band of stretches and no stiffening.
     #[must_use]
     pub fn new(young_pa: PerCell, poisson: PerCell) -> Self {
-        Self { young_pa, poisson, stretch_min: Some(STRETCH_MIN), stiffening: Vec::new() }
+        let (stretch_min, stiffening) = (Some(STRETCH_MIN), Vec::new());
+        Self { young_pa, poisson, stretch_min, stiffening, relaxation: None }
+    }
+
+    /// Returns the instantaneous Young's modulus of each cell \[Pa\].
+    pub(super) fn instant_pa(&self, body: &OrderedCells) -> Vec<f64> {
+        let mut young = each(&self.young_pa, body);
+        if let Some(relaxation) = &self.relaxation {
+            for (young_pa, poisson) in young.iter_mut().zip(each(&self.poisson, body)) {
+                *young_pa = relaxation.instant_pa(*young_pa, poisson);
+            }
+        }
+        young
     }
 }
 
@@ -60,6 +76,7 @@ pub(super) struct Shapes {
     lambda: Vec<f64>,
     stretch_min: f32,
     stiffening: Stiffening,
+    relaxation: Option<Relaxation>,
     /// At least the row sums of the magnitudes of the shapes' L, or its bound by tetrahedra.
     bound: Vec<f32>,
     /// The same for all of L: the cells' mobilities are the inverse.
@@ -69,7 +86,7 @@ pub(super) struct Shapes {
 }
 
 /// Returns the value of each cell.
-pub(super) fn each(value: &PerCell, body: &OrderedCells) -> Vec<f64> {
+fn each(value: &PerCell, body: &OrderedCells) -> Vec<f64> {
     match value {
         PerCell::Uniform(value) => vec![*value; body.rest.len()],
         PerCell::Each(values) => body.node.iter().map(|&node| values[node as usize]).collect(),
@@ -133,7 +150,7 @@ impl Shapes {
         let tetrahedra: Vec<[u32; 4]> =
             mesh.tetrahedra.iter().map(|nodes| nodes.map(cell)).collect();
         let rest: Vec<[f64; 3]> = body.rest.iter().map(|x| x.map(f64::from)).collect();
-        let (young, poisson) = (each(&tissue.young_pa, body), each(&tissue.poisson, body));
+        let (young, poisson) = (tissue.instant_pa(body), each(&tissue.poisson, body));
         let moduli = young.iter().zip(&poisson).map(|(young, nu)| {
             let mu = 0.5 * young / (1.0 + nu);
             (mu, 2.0 * mu * nu / (1.0 - 2.0 * nu))
@@ -161,8 +178,11 @@ impl Shapes {
         let stiffening = Stiffening::new(&tissue.stiffening, stored_pa, &rest, &tetrahedra);
         let (bound, weights) = (Vec::new(), Vec::new());
         let stretch_min = tissue.stretch_min.unwrap_or(0.0) as f32;
+        let relaxation = tissue.relaxation.clone();
         #[rustfmt::skip]
-        let shapes = Self { shape, mu, lambda, stretch_min, stiffening, bound, weights, stiffness_n_per_m };
+        let shapes = Self {
+            shape, mu, lambda, stretch_min, stiffening, relaxation, bound, weights, stiffness_n_per_m,
+        };
         shapes.check_links(body)?;
         // The bounds.
         let bound = if is_cuttable {
@@ -233,6 +253,9 @@ impl Shapes {
         sections.push(kind::NODAL_CELLS, numbers.as_flattened().as_flattened());
         sections.push(kind::NODAL_SLOTS, self.slots(slices, ids).as_flattened().as_flattened());
         self.stiffening.push(sections, slices, ids);
+        if let Some(relaxation) = &self.relaxation {
+            relaxation.push(sections);
+        }
     }
 
     /// Returns the numbers of the half-links, group by group.
