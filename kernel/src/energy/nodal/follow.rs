@@ -17,9 +17,9 @@
 //! Cost: a gather and a scatter of the half-links and some 70 operations for each branch and cell. In two loops: the
 //! force s of a cell needs the shapes of its neighbours.
 
-use super::gather::{Ends, Offsets, displacements, load, own};
+use super::gather::{Ends, Offsets, displacements, own};
 use super::law::{and_unit, slope};
-use super::matrix::{Matrix, dot, each, pairs, three, times};
+use super::matrix::{Matrix, dot, each, pairs, times, times_transposed};
 use super::nearest::rotation;
 use super::state;
 use super::sums::{Gathered, Own};
@@ -144,25 +144,15 @@ impl<S> Follow<'_, '_, S> {
         // Follow it, branch by branch.
         let (mut rise, mut scale, mut moved) = (Lane::of(0.0), Lane::of(0.0), Lane::of(0.0));
         for (course, rows) in self.branches(slice) {
-            let Some((rows, _)) = rows.split_first_chunk_mut::<6>() else { continue };
-            let [a, b, c, d, e, f] = rows.each_ref().map(|row| Lane(V::load(row)));
-            let [p, q, r, s, t, u] = strain;
-            let near = Lane::of(NEAR);
-            let step = |z, y| follow(z, y, course.faded, near);
-            let next = [step(p, a), step(q, b), step(r, c), step(s, d), step(t, e), step(u, f)];
-            let old = squared(strain, [a, b, c, d, e, f]) + skew2;
-            let new = squared(strain, next) + skew2;
-            let [g, h, i, j, k, l] = next;
-            moved = moved
-                + (away(g, a) + away(h, b) + away(i, c))
-                + (away(j, d) + away(k, e) + away(l, f));
-            for (row, next) in rows.iter_mut().zip(next) {
-                next.0.store(row);
-            }
+            let old = shape_of(rows);
+            let next = followed(strain, old, course.faded);
+            let before = Lane::of(course.before) * (squared(strain, old) + skew2);
+            let after = Lane::of(course.weight) * (squared(strain, next) + skew2);
             let stiffness = Lane::of(course.share) * (own.volume * own.mu);
-            let (old, new) = (Lane::of(course.before) * old, Lane::of(course.weight) * new);
-            rise = rise + stiffness * (new - old);
-            scale = scale + stiffness * (new + old);
+            rise = rise + stiffness * (after - before);
+            scale = scale + stiffness * (after + before);
+            moved = moved + way(next, old);
+            store_shape(next, rows);
         }
         self.sums.rise.add(rise.0);
         self.sums.scale.add(scale.0);
@@ -190,19 +180,18 @@ impl<S> Follow<'_, '_, S> {
         let (mut remembered, mut moved, mut sizes) = ([[zero; 2]; BRANCHES_MAX], zero, zero);
         let mut scale = size(here, force);
         for ((course, rows), works) in self.branches(slice).zip(&mut remembered) {
-            let Some((shape, rows)) = rows.split_first_chunk_mut::<6>() else { continue };
-            let Some(rows) = rows.first_chunk_mut::<3>() else { continue };
-            let old = rows.each_ref().map(|row| Lane(V::load(row)));
-            let next = pairs(force, old, |s, f| follow(s, f, course.faded, near));
-            for (row, next) in rows.iter_mut().zip(next) {
-                next.0.store(row);
-            }
-            *works = [dot(here, old), dot(here, next)];
-            let [a, b, c] = pairs(next, old, away);
-            let [d, e, f] = next.map(magnitude);
-            (moved, sizes) = (moved + (a + b + c), sizes + (d + e + f));
-            scale = scale + size(here, old) + size(here, next);
-            mean.add(course, shape.each_ref().map(|row| Lane(V::load(row))), next);
+            let ([s, t, u], [a, b, c]) = (force, force_of(rows));
+            let next @ [g, h, i] = [
+                follow(s, a, course.faded, near),
+                follow(t, b, course.faded, near),
+                follow(u, c, course.faded, near),
+            ];
+            store_force(next, rows);
+            *works = [dot(here, [a, b, c]), dot(here, next)];
+            moved = moved + (away(g, a) + away(h, b) + away(i, c));
+            sizes = sizes + (magnitude(g) + magnitude(h) + magnitude(i));
+            scale = scale + size(here, [a, b, c]) + size(here, next);
+            mean.add(course, shape_of(rows), next);
         }
         // Store the sums and the numbers.
         let sums = &mut *self.sums;
@@ -235,12 +224,7 @@ pub(crate) fn remember(
     let Some(own) = shapes.cells.get(slice).map(own::<Lanes8>) else { return };
     let mut mean = Mean::of(&own, courses);
     for (course, rows) in courses.iter().zip(rows) {
-        let row = |row: usize| load(rows, row);
-        mean.add(
-            course,
-            [row(0), row(1), row(2), row(3), row(4), row(5)],
-            [row(6), row(7), row(8)],
-        );
+        mean.add(course, shape_of(rows), force_of(rows));
     }
     mean.store(courses.iter().zip(rows), numbers);
 }
@@ -267,9 +251,16 @@ impl<V: F32x8> Mean<V> {
     fn add(&mut self, course: &Course, shape: [Lane<V>; 6], force: [Lane<V>; 3]) {
         let weight = Lane::of(course.share * course.weight);
         let ([a, b, c, d, e, f], [g, h, i, j, k, l]) = (self.stretch, shape);
-        let add = |sum: Lane<V>, y: Lane<V>| sum + weight * y;
-        self.stretch = [add(a, g), add(b, h), add(c, i), add(d, j), add(e, k), add(f, l)];
-        self.push = pairs(self.push, force, add);
+        self.stretch = [
+            a + weight * g,
+            b + weight * h,
+            c + weight * i,
+            d + weight * j,
+            e + weight * k,
+            f + weight * l,
+        ];
+        let ([a, b, c], [g, h, i]) = (self.push, force);
+        self.push = [a + weight * g, b + weight * h, c + weight * i];
     }
 
     /// Stores A - I, twice the density of the rest of the energy, and B.
@@ -286,15 +277,22 @@ impl<V: F32x8> Mean<V> {
         let zero = Lane::of(0.0);
         let mut rest = Lane::of(self.lasting) * squared(stretch, [zero; 6]);
         for (course, rows) in branches {
-            let row = |row: usize| load::<V>(rows, row);
-            let shape = [row(0), row(1), row(2), row(3), row(4), row(5)];
-            rest = rest + Lane::of(course.share * course.weight) * squared(shape, stretch);
+            let weight = Lane::of(course.share * course.weight);
+            rest = rest + weight * squared(shape_of(rows), stretch);
         }
         let constant = (self.mu + self.mu) * rest;
         let ([a, b, c, d, e, f], [x, y, z]) = (stretch, self.push);
-        for (row, lanes) in numbers.iter_mut().zip([a, b, c, d, e, f, constant, x, y, z]) {
-            (lanes + zero).0.store(row);
-        }
+        let [p, q, r, s, t, u, v, k, l, m] = numbers;
+        (a + zero).0.store(p);
+        (b + zero).0.store(q);
+        (c + zero).0.store(r);
+        (d + zero).0.store(s);
+        (e + zero).0.store(t);
+        (f + zero).0.store(u);
+        (constant + zero).0.store(v);
+        (x + zero).0.store(k);
+        (y + zero).0.store(l);
+        (z + zero).0.store(m);
     }
 }
 
@@ -321,16 +319,9 @@ fn spread_of<V: Real>(
 /// sym(R' F) - I in the order xx, yy, zz, xy, xz, yz, and the square of the rest of R' F.
 #[inline(always)]
 fn in_frame<V: Real>(f: Matrix<V>, turn: Matrix<V>) -> ([Lane<V>; 6], Lane<V>) {
-    let ([a, b, c], [d, e, g]) = (f, turn);
-    // Row i of R' F is the sum of R's rows' elements i times F's rows.
-    let row = |[p, q, r]: [Lane<V>; 3]| {
-        let sum = |[x, y, z]: [Lane<V>; 3]| p * x + q * y + r * z;
-        let ([a0, a1, a2], [b0, b1, b2], [c0, c1, c2]) = (a, b, c);
-        [sum([a0, b0, c0]), sum([a1, b1, c1]), sum([a2, b2, c2])]
-    };
-    let ([d0, d1, d2], [e0, e1, e2], [g0, g1, g2]) = (d, e, g);
-    let ([xx, xy, xz], [yx, yy, yz], [zx, zy, zz]) =
-        (row([d0, e0, g0]), row([d1, e1, g1]), row([d2, e2, g2]));
+    // R' F.
+    let [[xx, xy, xz], [yx, yy, yz], [zx, zy, zz]] =
+        times_transposed(transposed(turn), transposed(f));
     let (one, half) = (Lane::of(1.0), Lane::of(0.5));
     let (p, q, r) = (xy - yx, xz - zx, yz - zy);
     let skew2 = half * (p * p + q * q + r * r);
@@ -339,13 +330,84 @@ fn in_frame<V: Real>(f: Matrix<V>, turn: Matrix<V>) -> ([Lane<V>; 6], Lane<V>) {
     (strain, skew2)
 }
 
+#[inline(always)]
+fn transposed<V: Real>([[a, b, c], [d, e, f], [g, h, i]]: Matrix<V>) -> Matrix<V> {
+    [[a, d, g], [b, e, h], [c, f, i]]
+}
+
+/// Y of eight cells.
+#[inline(always)]
+fn shape_of<V: F32x8>([a, b, c, d, e, f, ..]: &BranchRows) -> [Lane<V>; 6] {
+    [
+        Lane(V::load(a)),
+        Lane(V::load(b)),
+        Lane(V::load(c)),
+        Lane(V::load(d)),
+        Lane(V::load(e)),
+        Lane(V::load(f)),
+    ]
+}
+
+#[inline(always)]
+fn store_shape<V: F32x8>([p, q, r, s, t, u]: [Lane<V>; 6], rows: &mut BranchRows) {
+    let [a, b, c, d, e, f, ..] = rows;
+    p.0.store(a);
+    q.0.store(b);
+    r.0.store(c);
+    s.0.store(d);
+    t.0.store(e);
+    u.0.store(f);
+}
+
+/// f of eight cells.
+#[inline(always)]
+fn force_of<V: F32x8>([.., x, y, z]: &BranchRows) -> [Lane<V>; 3] {
+    [Lane(V::load(x)), Lane(V::load(y)), Lane(V::load(z))]
+}
+
+#[inline(always)]
+fn store_force<V: F32x8>([p, q, r]: [Lane<V>; 3], [.., x, y, z]: &mut BranchRows) {
+    p.0.store(x);
+    q.0.store(y);
+    r.0.store(z);
+}
+
+/// Y one step nearer to the strain.
+#[inline(always)]
+fn followed<V: Real>(
+    [p, q, r, s, t, u]: [Lane<V>; 6],
+    [a, b, c, d, e, f]: [Lane<V>; 6],
+    faded: f32,
+) -> [Lane<V>; 6] {
+    let near = Lane::of(NEAR);
+    [
+        follow(p, a, faded, near),
+        follow(q, b, faded, near),
+        follow(r, c, faded, near),
+        follow(s, d, faded, near),
+        follow(t, e, faded, near),
+        follow(u, f, faded, near),
+    ]
+}
+
+/// Sum of the distances of the elements.
+#[inline(always)]
+fn way<V: Real>([a, b, c, d, e, f]: [Lane<V>; 6], other: [Lane<V>; 6]) -> Lane<V> {
+    let [g, h, i, j, k, l] = other;
+    (away(a, g) + away(b, h) + away(c, i)) + (away(d, j) + away(e, k) + away(f, l))
+}
+
 /// The squared distance of two symmetric matrices.
 #[inline(always)]
 fn squared<V: Real>([a, b, c, d, e, f]: [Lane<V>; 6], other: [Lane<V>; 6]) -> Lane<V> {
     let [g, h, i, j, k, l] = other;
-    let square = |a: Lane<V>, b: Lane<V>| (a - b) * (a - b);
-    let beside = square(d, j) + square(e, k) + square(f, l);
-    square(a, g) + square(b, h) + square(c, i) + (beside + beside)
+    let beside = square(d - j) + square(e - k) + square(f - l);
+    square(a - g) + square(b - h) + square(c - i) + (beside + beside)
+}
+
+#[inline(always)]
+fn square<V: Real>(x: Lane<V>) -> Lane<V> {
+    x * x
 }
 
 /// A memory one step nearer to what it follows.
@@ -378,7 +440,6 @@ fn away<V: Real>(a: Lane<V>, b: Lane<V>) -> Lane<V> {
 
 /// Sum of the magnitudes of products.
 #[inline(always)]
-fn size<V: Real>(a: [Lane<V>; 3], b: [Lane<V>; 3]) -> Lane<V> {
-    let [x, y, z] = three(pairs(a, b, |a, b| a * b), magnitude);
-    x + y + z
+fn size<V: Real>([a, b, c]: [Lane<V>; 3], [d, e, f]: [Lane<V>; 3]) -> Lane<V> {
+    magnitude(a * d) + magnitude(b * e) + magnitude(c * f)
 }

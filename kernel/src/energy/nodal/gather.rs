@@ -20,7 +20,7 @@ use crate::number::two_float::LANES;
 
 /// A row of numbers of eight cells or half-links.
 #[inline(always)]
-pub(super) fn load<V: F32x8>(rows: &[[f32; LANES]], row: usize) -> Lane<V> {
+fn load<V: F32x8>(rows: &[[f32; LANES]], row: usize) -> Lane<V> {
     Lane(rows.get(row).map_or(V::splat(0.0), V::load))
 }
 

@@ -64,17 +64,19 @@ impl<V: Real> Memory<V> {
 
     /// A matrix times A.
     #[inline(always)]
-    fn stretched(&self, of: Matrix<V>) -> Matrix<V> {
+    fn stretched(&self, [first, second, third]: Matrix<V>) -> Matrix<V> {
+        [self.row(first), self.row(second), self.row(third)]
+    }
+
+    /// A row times A.
+    #[inline(always)]
+    fn row(&self, [a, b, c]: [Lane<V>; 3]) -> [Lane<V>; 3] {
         let [xx, yy, zz, xy, xz, yz] = self.stretch;
-        let of_row = |[a, b, c]: [Lane<V>; 3]| {
-            [
-                a + (a * xx + b * xy + c * xz),
-                b + (a * xy + b * yy + c * yz),
-                c + (a * xz + b * yz + c * zz),
-            ]
-        };
-        let [first, second, third] = of;
-        [of_row(first), of_row(second), of_row(third)]
+        [
+            a + (a * xx + b * xy + c * xz),
+            b + (a * xy + b * yy + c * yz),
+            c + (a * xz + b * yz + c * zz),
+        ]
     }
 
     /// Adds B and its energy to the force on a cell and to eight times the energy.
@@ -134,27 +136,43 @@ pub(super) fn step_turn<V: Eigen>(
     }
     let (old, new) = (rotation(turn), rotation(next));
     // Lanes whose shape may be out of the band.
-    let far = |turn: Matrix<V>| {
-        let from = minus(f, turn);
-        inner(from, from).above(least_short(stretch_min))
-    };
-    let (zero, one): (Lane<V>, Lane<V>) = (Lane::of(0.0), Lane::of(1.0));
-    let is_far = Lane::select(far(old), one, Lane::select(far(new), one, zero));
+    let is_far = larger(far(f, old, stretch_min), far(f, new, stretch_min));
+    let zero = Lane::of(0.0);
     if !V::any(is_far.above(zero)) {
         return next;
     }
-    let energy = |turn: Matrix<V>| {
-        let strain = strain(f, turn, own);
-        let shape = Lane::of(2.0) * own.mu * inner(strain, strain);
-        match short(f, turn, stretch_min) {
-            None => shape,
-            Some((_, squared)) => shape + own.band * squared,
-        }
-    };
-    let is_higher = Lane::select(energy(new).above(energy(old)), is_far, zero).above(zero);
-    let keep = |old, new| Lane::select(is_higher, old, new);
+    let (before, after) = (energy(stretch_min, f, own, old), energy(stretch_min, f, own, new));
+    let is_higher = Lane::select(after.above(before), is_far, zero).above(zero);
     let ([a, b, c, d], [e, f, g, h]) = (turn, next);
-    [keep(a, e), keep(b, f), keep(c, g), keep(d, h)]
+    [
+        Lane::select(is_higher, a, e),
+        Lane::select(is_higher, b, f),
+        Lane::select(is_higher, c, g),
+        Lane::select(is_higher, d, h),
+    ]
+}
+
+/// 1 in lanes that are so far from a rotation that the band may act, else 0.
+#[inline(always)]
+fn far<V: Real>(f: Matrix<V>, rotation: Matrix<V>, stretch_min: f32) -> Lane<V> {
+    let from = minus(f, rotation);
+    Lane::select(inner(from, from).above(least_short(stretch_min)), Lane::of(1.0), Lane::of(0.0))
+}
+
+#[inline(always)]
+fn larger<V: Real>(a: Lane<V>, b: Lane<V>) -> Lane<V> {
+    Lane::select(a.above(b), a, b)
+}
+
+/// Twice the energy density of shape and band.
+#[inline(always)]
+fn energy<V: Eigen>(stretch_min: f32, f: Matrix<V>, own: &Own<V>, rotation: Matrix<V>) -> Lane<V> {
+    let strain = strain(f, rotation, own);
+    let shape = Lane::of(2.0) * own.mu * inner(strain, strain);
+    match short(f, rotation, stretch_min) {
+        None => shape,
+        Some((_, squared)) => shape + own.band * squared,
+    }
 }
 
 /// The part of the spread's sums that acts.
