@@ -2,7 +2,9 @@
 
 use std::sync::Arc;
 
-use chaincell_host::bake::tissue::{Band, Branch, DEVICE_HZ, Relaxation, STRETCH_MIN, Tissue};
+use chaincell_host::bake::tissue::{
+    self, Band, Branch, KnownTissue, Relaxation, STRETCH_MIN, Tissue,
+};
 use chaincell_host::bake::{
     self, BakeOptions, BasisSpacing, ContactSurface, Cuttable, ImageBytes, PerCell,
 };
@@ -98,8 +100,9 @@ fn cuttable(given: &Given<'_, '_>) -> PyResult<Option<Cuttable>> {
         return Ok(None);
     }
     let defaults = Cuttable::default();
+    let of_known = known(given)?.and_then(|tissue| tissue.toughness_j_per_m2);
     let toughness_j_per_m2 =
-        given.real("toughness_j_per_m2")?.unwrap_or(defaults.toughness_j_per_m2);
+        given.real("toughness_j_per_m2")?.or(of_known).unwrap_or(defaults.toughness_j_per_m2);
     let spare_share = given.real("cut_spare")?.unwrap_or(defaults.spare_share);
     let loose = match word(given, "loose", &["leave", "freeze", "drop"])? {
         Some("freeze") => Loose::Freeze,
@@ -138,11 +141,13 @@ fn word(
 /// Nodal shapes, where the tissue has a stiffness.
 fn tissue(mesh: &Mesh, given: &Given<'_, '_>) -> PyResult<Option<Tissue>> {
     let (young_pa, materials) = (per_node("young_pa", mesh, given)?, given.any("materials")?);
-    if young_pa.is_none() && materials.is_none() {
-        for name in ["poisson", "stretch_min", "stiffening", "branches"] {
+    let known = known(given)?;
+    if young_pa.is_none() && materials.is_none() && known.is_none() {
+        let options = ["poisson", "stretch_min", "stiffening", "branches", "instant", "device_hz"];
+        for name in options {
             if given.any(name)?.is_some() {
                 let text = format!(
-                    "`{name}` goes with `young_pa` or `materials`: give one of them, or leave it out"
+                    "`{name}` goes with `young_pa`, `materials` or `tissue`: give one of them, or leave it out"
                 );
                 return Err(Class::Model.error(text));
             }
@@ -152,12 +157,18 @@ fn tissue(mesh: &Mesh, given: &Given<'_, '_>) -> PyResult<Option<Tissue>> {
     for name in ["alpha", "stiffness_n_per_m"] {
         if given.any(name)?.is_some() {
             let text = format!(
-                "`{name}` is for links: leave it out, or leave `young_pa` and `materials` out"
+                "`{name}` is for links: leave it out, or leave `young_pa`, `materials` and `tissue` out"
             );
             return Err(Class::Model.error(text));
         }
     }
-    let poisson = per_node("poisson", mesh, given)?.unwrap_or(PerCell::Uniform(POISSON));
+    // What is given goes before what the table has.
+    let is_modulus_given = young_pa.is_some();
+    let of_known = |value: fn(&KnownTissue) -> f64| known.as_ref().map(value);
+    let young_pa = young_pa.or(of_known(|of| of.young_pa).map(PerCell::Uniform));
+    let poisson = per_node("poisson", mesh, given)?;
+    let poisson =
+        poisson.unwrap_or_else(|| PerCell::Uniform(of_known(|of| of.poisson).unwrap_or(POISSON)));
     let (young_pa, poisson) = match (young_pa, materials) {
         (Some(young_pa), None) => (young_pa, poisson),
         (young_pa, materials) => of_groups(young_pa, poisson, materials, mesh)?,
@@ -168,28 +179,34 @@ fn tissue(mesh: &Mesh, given: &Given<'_, '_>) -> PyResult<Option<Tissue>> {
         Some(Ok(stretch)) => Some(stretch),
         Some(Err(_)) => None,
     };
-    let (stiffening, relaxation) = (stiffening(given)?, relaxation(given)?);
+    let of_known = known.as_ref().map(|tissue| tissue.stiffening.clone());
+    let stiffening = stiffening(given)?.or(of_known).unwrap_or_default();
+    let relaxation = relaxation(given, known.as_ref(), is_modulus_given)?;
     Ok(Some(Tissue { young_pa, poisson, stretch_min, stiffening, relaxation }))
 }
 
 /// Branches of stress that relaxes.
-fn relaxation(given: &Given<'_, '_>) -> PyResult<Option<Relaxation>> {
+fn relaxation(
+    given: &Given<'_, '_>,
+    known: Option<&KnownTissue>,
+    is_modulus_given: bool,
+) -> PyResult<Option<Relaxation>> {
     let wanted = "pairs of a modulus over the long-term one and a time [s], as [(2.0, 0.1)]";
-    let Some(branches) = given.get::<Vec<(f64, f64)>>("branches", wanted)? else {
-        for name in ["instant", "device_hz"] {
-            if given.any(name)?.is_some() {
-                let text = format!("`{name}` goes with `branches`: give them, or leave it out");
-                return Err(Class::Model.error(text));
-            }
-        }
+    let branches = given.get::<Vec<(f64, f64)>>("branches", wanted)?;
+    let branch = |(ratio, time_s)| Branch { ratio, time_s };
+    let branches = branches.map(|pairs| pairs.into_iter().map(branch).collect());
+    let device_hz = given.whole("device_hz", 10..=100_000)?;
+    let is_instant = given.truth("instant")?;
+    let found = tissue::relaxation(known, branches, is_modulus_given, is_instant, device_hz);
+    found.map_err(|why| Class::Model.host(why))
+}
+
+/// The tissue of the table that is asked for.
+fn known(given: &Given<'_, '_>) -> PyResult<Option<KnownTissue>> {
+    let Some(name) = given.get::<String>("tissue", "the name of a tissue")? else {
         return Ok(None);
     };
-    let branch = |(ratio, time_s)| Branch { ratio, time_s };
-    Ok(Some(Relaxation {
-        branches: branches.into_iter().map(branch).collect(),
-        is_instant: given.truth("instant")?,
-        device_hz: given.whole("device_hz", 10..=100_000)?.unwrap_or(DEVICE_HZ),
-    }))
+    KnownTissue::find(&name).map(Some).map_err(|why| Class::Model.host(why))
 }
 
 /// What materials say of their groups, in their order, over the values of all nodes.
@@ -252,16 +269,16 @@ fn finite(name: &str, value: &Bound<'_, PyAny>) -> PyResult<f64> {
 }
 
 /// Half-widths with their moduli \[Pa\].
-fn stiffening(given: &Given<'_, '_>) -> PyResult<Vec<Band>> {
+fn stiffening(given: &Given<'_, '_>) -> PyResult<Option<Vec<Band>>> {
     let wanted = "a dict of half-widths and moduli, as {0.15: 1700.0}";
     let Some(bands) = given.get::<Bound<'_, PyDict>>("stiffening", wanted)? else {
-        return Ok(Vec::new());
+        return Ok(None);
     };
     let band = |(half_width, modulus_pa): (Bound<'_, PyAny>, Bound<'_, PyAny>)| {
         let number = |of: &Bound<'_, PyAny>| real_or("stiffening", "numbers", of);
         Ok(Band { half_width: number(&half_width)?, modulus_pa: number(&modulus_pa)? })
     };
-    bands.iter().map(band).collect()
+    bands.iter().map(band).collect::<PyResult<_>>().map(Some)
 }
 
 fn coarse_functions(given: &Given<'_, '_>) -> PyResult<BasisSpacing> {

@@ -14,7 +14,7 @@ use crate::errors::Class;
 use crate::numbers::{real, real_or, text, whole, wrong_type};
 
 /// Arguments of a bake beside the mesh.
-const BAKE: [&str; 31] = [
+const BAKE: [&str; 32] = [
     "allow_parts",
     "alpha",
     "branches",
@@ -39,6 +39,7 @@ const BAKE: [&str; 31] = [
     "toughness_j_per_m2",
     "tears",
     "tear_stretch",
+    "tissue",
     "r_x",
     "rings",
     "stiffening",

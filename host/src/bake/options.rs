@@ -169,7 +169,8 @@ fn check_cuttable(mesh: &Mesh, options: &BakeOptions, cuttable: &Cuttable) -> Re
     cuttable.check()?;
     let why = match &options.tissue {
         Some(Tissue { relaxation: Some(_), .. }) => {
-            "`branches` with `cuttable`: a body that can be cut keeps no memory of its strain; leave one out"
+            "`branches` with `cuttable`: a body that can be cut keeps no memory of its strain; leave one \
+             out, of a `tissue` by giving none"
         }
         Some(tissue) if tissue.stiffening.is_empty() => return Ok(()),
         Some(_) => {

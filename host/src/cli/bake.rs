@@ -13,9 +13,10 @@ use super::model_file;
 use super::reports::ModelReport;
 use super::shared::{PrintArgs, tell_view};
 use super::values::{Material, per_cell, with_materials};
-use crate::bake::tissue::{Band, Branch, DEVICE_HZ, Relaxation, STRETCH_MIN, Tissue};
+use crate::bake::tissue::{Band, Branch, KnownTissue, Relaxation, STRETCH_MIN, Tissue, relaxation};
 use crate::bake::{
-    BakeOptions, BasisSpacing, CUT_SPARE, ContactSurface, Cuttable, TOUGHNESS_J_PER_M2, bake,
+    BakeOptions, BasisSpacing, CUT_SPARE, ContactSurface, Cuttable, PerCell, TOUGHNESS_J_PER_M2,
+    bake,
 };
 use crate::error::{Error, Result};
 use crate::files::whole::{keep_input, write_whole};
@@ -24,7 +25,7 @@ use crate::mesh::{self, Mesh, MeshOptions, Overlaps, UnlikelySize};
 use crate::terminal;
 
 /// Poisson's ratio of soft tissue, where none is given.
-const POISSON: &str = "0.45";
+const POISSON: f64 = 0.45;
 
 /// Bake a mesh into a model image that the kernel reads in place.
 #[derive(Debug, clap::Args)]
@@ -51,7 +52,8 @@ pub struct Args {
 
 /// What the body is made of.
 #[derive(Debug, Clone, clap::Args)]
-#[command(group = clap::ArgGroup::new("tissue").args(["young_pa", "material"]).multiple(true))]
+#[command(group = clap::ArgGroup::new("shapes").args(["young_pa", "material", "tissue"]).multiple(true))]
+#[command(group = clap::ArgGroup::new("relaxing").args(["branches", "tissue"]).multiple(true))]
 pub struct BodyArgs {
     /// Half-width of the links' band in rest lengths, in [0, 1): the slack of the tissue; a number,
     /// file:PATH with one value per node, or 0.02,group:NAME=0.1 with more groups behind commas; a
@@ -61,6 +63,10 @@ pub struct BodyArgs {
     /// Stiffness of a link [N/m]; as --alpha
     #[arg(long, default_value = "20", value_name = "K", allow_negative_numbers = true)]
     stiffness_n_per_m: String,
+    /// Tissue by name, of those that `chaincell tissues` lists: its modulus, Poisson's ratio, branches and
+    /// bands, and its toughness with --cuttable; options given beside it go before
+    #[arg(long, value_name = "NAME", conflicts_with_all = ["alpha", "stiffness_n_per_m"])]
+    tissue: Option<String>,
     /// Young's modulus [Pa]: the body is made of nodal shapes, its links carry no force; a value of
     /// each node, as --alpha; a tetrahedron takes the mean of its nodes. With --branch it is the
     /// long-term modulus, unless --instant says otherwise
@@ -73,7 +79,7 @@ pub struct BodyArgs {
     young_pa: Option<String>,
     /// Poisson's ratio, 0 to 0.495; as --alpha. With --branch it is the instantaneous one, and rises in
     /// time, since only shear relaxes [default: 0.45]
-    #[arg(long, value_name = "NU", allow_negative_numbers = true, requires = "tissue")]
+    #[arg(long, value_name = "NU", allow_negative_numbers = true, requires = "shapes")]
     poisson: Option<String>,
     /// What a group of the mesh is made of: group:NAME,young-pa=E,poisson=NU; once per group, a
     /// later one counts where groups share nodes
@@ -81,30 +87,30 @@ pub struct BodyArgs {
     material: Vec<String>,
     /// The stretch below which shapes resist five times as much, which keeps deep presses from
     /// folding them; none for no such band [default: 0.7]
-    #[arg(long, value_name = "STRETCH", requires = "tissue")]
+    #[arg(long, value_name = "STRETCH", requires = "shapes")]
     stretch_min: Option<String>,
     /// Bands on the links of nodal shapes, up to three: HALF_WIDTH=PASCAL,HALF_WIDTH=PASCAL; what is
     /// strained beyond a half-width resists with that modulus more, as 0.1=10000,0.25=60000; they
-    /// stay elastic beside --branch
-    #[arg(long, value_name = "BANDS", requires = "tissue", value_parser = stiffening)]
+    /// stay elastic beside --branch; none leaves out those of --tissue
+    #[arg(long, value_name = "BANDS", requires = "shapes", value_parser = stiffening)]
     stiffening: Option<Bands>,
     /// A branch of stress that relaxes: its shear modulus over the long-term one, and the time [s] in
     /// which its stress falls to 1 / e, as 2,0.1; once a branch, up to four of different times, one tick
     /// to 1,600,000 ticks. The first Lame constant, lambda, does not relax. It takes track or predict in
-    /// single precision, and goes without --cuttable
-    #[arg(id = "branches", long = "branch", value_name = "G,TAU", requires = "tissue",
+    /// single precision, and goes without --cuttable; none leaves out those of --tissue
+    #[arg(id = "branches", long = "branch", value_name = "G,TAU", requires = "shapes",
         value_parser = branch, allow_hyphen_values = true)]
-    branch: Vec<Branch>,
+    branch: Vec<BranchOrNone>,
     /// Young's modulus, that of materials too, is the one before anything has relaxed
-    #[arg(long, requires = "branches")]
+    #[arg(long, requires = "relaxing")]
     instant: bool,
     /// Ticks of a session in a second, for which branches are baked: run, serve and cosim refuse
     /// another rate [default: 1000]
-    #[arg(long, value_name = "HZ", allow_negative_numbers = true, requires = "branches",
+    #[arg(long, value_name = "HZ", allow_negative_numbers = true, requires = "relaxing",
         value_parser = clap::value_parser!(u32).range(10..=100_000))]
     device_hz: Option<u32>,
     /// The paper's links, the default: no nodal shapes
-    #[arg(long, conflicts_with = "tissue")]
+    #[arg(long, conflicts_with = "shapes")]
     links: bool,
     /// Nodes held for ever: ids, nodes:0,5,7, file:PATH, file:PATH#KEY, box:x0,x1,y0,y1,z0,z1,
     /// group:NAME or group:NAME,NAME, border, or none; may be given again for more nodes [default:
@@ -271,6 +277,11 @@ pub fn execute(args: &Args) -> Result<()> {
         };
         terminal::note(format_args!("note: {said}"));
     }
+    if report.model.has_elastic_bands() {
+        terminal::note(
+            "note: the bands of --stiffening do not relax; --branch is of the shapes alone",
+        );
+    }
     if mesh.flat_tetrahedra > 0 {
         terminal::note(format_args!("note: {} tetrahedra are flat", mesh.flat_tetrahedra));
     }
@@ -343,6 +354,7 @@ impl BodyArgs {
     /// The fixed nodes of a mesh, and what the bake may choose.
     pub fn choices(&self, mesh: &Mesh) -> Result<(Vec<u32>, BakeOptions)> {
         let fixed = self.fixed(mesh)?;
+        let toughness = self.known()?.and_then(|tissue| tissue.toughness_j_per_m2);
         let options = BakeOptions {
             alpha: per_cell("--alpha", &self.alpha, mesh)?,
             stiffness_n_per_m: per_cell("--stiffness-n-per-m", &self.stiffness_n_per_m, mesh)?,
@@ -355,7 +367,10 @@ impl BodyArgs {
             lean: self.lean,
             contact_surface: self.contact_surface.into(),
             cuttable: self.cuttable.then(|| Cuttable {
-                toughness_j_per_m2: self.toughness_j_per_m2.unwrap_or(TOUGHNESS_J_PER_M2),
+                toughness_j_per_m2: self
+                    .toughness_j_per_m2
+                    .or(toughness)
+                    .unwrap_or(TOUGHNESS_J_PER_M2),
                 spare_share: self.cut_spare.unwrap_or(CUT_SPARE),
                 tear_limit: match self.tear_stretch {
                     Some(stretch) => Some(TearLimit::Stretch(stretch)),
@@ -391,13 +406,18 @@ impl BodyArgs {
 
     /// What the tissue is made of, where it is not made of links.
     fn tissue(&self, mesh: &Mesh) -> Result<Option<Tissue>> {
-        if self.young_pa.is_none() && self.material.is_empty() {
+        if self.young_pa.is_none() && self.material.is_empty() && self.tissue.is_none() {
             return Ok(None);
         }
+        // What is given goes before what the table has.
+        let known = self.known()?;
+        let of_known = |value: fn(&KnownTissue) -> f64| known.as_ref().map(value);
         let young = self.young_pa.as_deref().map(|young| per_cell("--young-pa", young, mesh));
-        let young = young.transpose()?;
-        let poisson = self.poisson.as_deref().unwrap_or(POISSON);
-        let poisson = per_cell("--poisson", poisson, mesh)?;
+        let young = young.transpose()?.or(of_known(|of| of.young_pa).map(PerCell::Uniform));
+        let poisson = match self.poisson.as_deref() {
+            Some(poisson) => per_cell("--poisson", poisson, mesh)?,
+            None => PerCell::Uniform(of_known(|of| of.poisson).unwrap_or(POISSON)),
+        };
         let materials: Result<Vec<_>> =
             self.material.iter().map(|text| Material::parse(text)).collect();
         let (young_pa, poisson) = match young {
@@ -411,26 +431,41 @@ impl BodyArgs {
                 Error::input(format!("--stretch-min {text}: give a stretch, as 0.7, or none"))
             })?),
         };
-        let stiffening = self.stiffening.clone().unwrap_or_default().0;
-        let relaxation = self.relaxation();
+        let of_known = known.as_ref().map(|tissue| tissue.stiffening.clone());
+        let stiffening = self.stiffening.clone().map(|bands| bands.0).or(of_known);
+        let (stiffening, relaxation) =
+            (stiffening.unwrap_or_default(), self.relaxation(known.as_ref())?);
         Ok(Some(Tissue { young_pa, poisson, stretch_min, stiffening, relaxation }))
     }
 
+    /// The tissue of the table that is asked for.
+    fn known(&self) -> Result<Option<KnownTissue>> {
+        self.tissue.as_deref().map(KnownTissue::find).transpose()
+    }
+
     /// The branches, where the tissue relaxes.
-    fn relaxation(&self) -> Option<Relaxation> {
-        (!self.branch.is_empty()).then(|| Relaxation {
-            branches: self.branch.clone(),
-            is_instant: self.instant,
-            device_hz: self.device_hz.unwrap_or(DEVICE_HZ),
-        })
+    fn relaxation(&self, known: Option<&KnownTissue>) -> Result<Option<Relaxation>> {
+        let branches: Vec<Branch> = self.branch.iter().filter_map(|branch| branch.0).collect();
+        if branches.len() < self.branch.len() && self.branch.len() > 1 {
+            return Err(Error::input("`branches` none: it goes alone; leave the others out"));
+        }
+        let branches = (!self.branch.is_empty()).then_some(branches);
+        relaxation(known, branches, self.young_pa.is_some(), self.instant, self.device_hz)
     }
 }
+
+/// What `--branch` gives.
+#[derive(Debug, Clone, Copy)]
+struct BranchOrNone(Option<Branch>);
 
 /// What `--stiffening` gives.
 #[derive(Debug, Clone, Default)]
 struct Bands(Vec<Band>);
 
 fn stiffening(text: &str) -> std::result::Result<Bands, &'static str> {
+    if text == "none" {
+        return Ok(Bands::default());
+    }
     let bands = text.split(',').map(|part| {
         let (half_width, modulus_pa) = part.split_once('=')?;
         let [half_width, modulus_pa] = [half_width, modulus_pa].map(|x| x.trim().parse().ok());
@@ -440,13 +475,16 @@ fn stiffening(text: &str) -> std::result::Result<Bands, &'static str> {
     bands.map(Bands).ok_or("give HALF_WIDTH=PASCAL, as 0.1=10000, several with commas")
 }
 
-fn branch(text: &str) -> std::result::Result<Branch, &'static str> {
+fn branch(text: &str) -> std::result::Result<BranchOrNone, &'static str> {
+    if text == "none" {
+        return Ok(BranchOrNone(None));
+    }
     let numbers = text.split_once(',').map(|(ratio, time_s)| {
         [ratio, time_s].map(|number| number.trim().parse::<f64>().ok().filter(|x| x.is_finite()))
     });
     match numbers {
-        Some([Some(ratio), Some(time_s)]) => Ok(Branch { ratio, time_s }),
-        _ => Err("give G,TAU, a ratio of shear moduli and a time in seconds, as 2,0.1"),
+        Some([Some(ratio), Some(time_s)]) => Ok(BranchOrNone(Some(Branch { ratio, time_s }))),
+        _ => Err("give G,TAU, a ratio of shear moduli and a time in seconds, as 2,0.1; or none"),
     }
 }
 

@@ -13,7 +13,7 @@ use crate::session::supervise::program;
 pub const PROGRAM: &str = "chaincell-lab";
 
 /// Its commands, each with its line in `chaincell --help`.
-pub const COMMANDS: [(&str, &str); 4] = [
+pub const COMMANDS: [(&str, &str); 5] = [
     (
         "report",
         "Measure speed against error on this machine and write one HTML page with pictures, tables and \
@@ -31,6 +31,10 @@ pub const COMMANDS: [(&str, &str); 4] = [
     (
         "identify",
         "Find the material of a body, links or nodal shapes, from measured curves and fields",
+    ),
+    (
+        "relaxation",
+        "Find the branches of tissue that relaxes from a measured curve of stress or force in time",
     ),
 ];
 

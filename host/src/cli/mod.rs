@@ -28,6 +28,7 @@ mod picture;
 mod press;
 mod probe;
 mod recorded;
+mod relaxation;
 mod replay;
 pub mod reports;
 mod restore;
@@ -41,6 +42,7 @@ mod snapshots;
 mod stage;
 mod state;
 pub mod tissue;
+mod tissues;
 pub mod tool;
 pub mod values;
 mod verdict;
@@ -97,6 +99,7 @@ pub struct Cli {
 #[derive(Debug, Subcommand)]
 enum Work {
     Bake(bake::Args),
+    Tissues(tissues::Args),
     Convert(convert::Args),
     Info(info::Args),
     Run(run::Args),
@@ -135,6 +138,7 @@ impl Cli {
     fn execute(self) -> Result<()> {
         match self.command {
             Work::Bake(args) => bake::execute(&args),
+            Work::Tissues(args) => tissues::execute(&args),
             Work::Convert(args) => convert::execute(&args),
             Work::Info(args) => info::execute(&args),
             Work::Run(args) => run::execute(&args),

@@ -11,6 +11,7 @@ use chaincell_kernel::{
 };
 use serde::Serialize;
 
+use super::relaxation::RelaxationReport;
 use crate::bake::{Equivalent, Notes};
 use crate::error::Result;
 use crate::terminal;
@@ -65,7 +66,8 @@ pub struct ModelReport {
     alpha_varies: bool,
     stiffness_n_per_m: f32,
     stiffness_varies: bool,
-    /// Young's modulus \[Pa\] and Poisson's ratio of a body of nodal shapes, the means of its cells.
+    /// Young's modulus \[Pa\] and Poisson's ratio of a body of nodal shapes, the means of its cells, before
+    /// anything has relaxed.
     #[serde(skip_serializing_if = "Option::is_none")]
     young_pa: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -79,6 +81,9 @@ pub struct ModelReport {
     /// Half-width and modulus \[Pa\] of each stiffening band.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     stiffening: Vec<[f32; 2]>,
+    /// A body whose stress relaxes.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    relaxation: Option<RelaxationReport>,
     /// A body that can be cut.
     #[serde(skip_serializing_if = "Option::is_none")]
     cutting: Option<Cutting>,
@@ -220,6 +225,7 @@ impl ModelReport {
                 bands
             },
             groups: Notes::read(model).groups.into_iter().map(|(k, ids)| (k, ids.len())).collect(),
+            relaxation: RelaxationReport::of(model),
             cutting: Cutting::of(model),
             bounding_box_m: bounding_box_m(model),
             mean_link_m: model.unit_m(),
@@ -244,6 +250,11 @@ impl ModelReport {
         let (times, unit) = if is_small { (1e3, "mm") } else { (1.0, "m") };
         let side = |axis: usize| format!("{:.1} to {:.1}", times * low[axis], times * high[axis]);
         format!("x {}, y {}, z {} {unit}", side(0), side(1), side(2))
+    }
+
+    /// Returns true if stiffening bands stay elastic beside branches that relax.
+    pub fn has_elastic_bands(&self) -> bool {
+        self.relaxation.is_some() && !self.stiffening.is_empty()
     }
 
     /// A table on standard output; those rows too that only firmware and the method's parameters need,
@@ -291,6 +302,7 @@ impl ModelReport {
                 None => "no band of stretches".to_owned(),
             };
             row("shapes", band)?;
+            self.relaxation.as_ref().map_or(Ok(()), |of| of.print())?;
             for [half_width, modulus_pa] in &self.stiffening {
                 row("stiffening", format!("{modulus_pa:.0} Pa beyond a strain of {half_width}"))?;
             }

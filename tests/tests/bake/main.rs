@@ -8,6 +8,8 @@ mod cuttable;
 mod mesh_options;
 mod notes;
 mod readers;
+mod relaxation;
 mod scenes;
 mod selectors;
 mod surfaces;
+mod tissues;

@@ -2,6 +2,7 @@
 
 mod identify;
 mod page;
+mod relaxation;
 mod stress;
 
 use std::path::{Path, PathBuf};
@@ -26,6 +27,7 @@ enum Work {
     Paper(page::Paper),
     Stress(stress::Args),
     Identify(Box<identify::Args>),
+    Relaxation(relaxation::Args),
     #[command(hide = true)]
     Completions(completions::Args),
     #[command(hide = true)]
@@ -43,6 +45,7 @@ impl Cli {
             Work::Paper(args) => args.execute(),
             Work::Stress(args) => stress::execute(&args),
             Work::Identify(args) => identify::execute(&args),
+            Work::Relaxation(args) => relaxation::execute(&args),
             Work::Completions(args) => completions::execute(whole(), &args),
             Work::Man(args) => man::execute(whole(), &args),
         }

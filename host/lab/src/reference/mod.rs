@@ -13,6 +13,7 @@ mod minimum;
 pub mod nodal;
 mod npz;
 pub mod profile;
+pub mod prony;
 mod stiffening;
 mod trajectory;
 pub mod vectors;

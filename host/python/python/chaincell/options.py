@@ -14,8 +14,10 @@ PerNode = Union[float, str, npt.ArrayLike]
 class BakeOptions(TypedDict, total=False):
     """Those of `Model.bake` and `Model.bake_mesh`: the options of `chaincell bake`."""
 
+    tissue: str | None
+    """Tissue by name, of those that `chaincell tissues` lists; what is given beside it goes before."""
     young_pa: PerNode | None
-    """Young's modulus [Pa]; without it and `materials` the body is made of links."""
+    """Young's modulus [Pa]; without it, `materials` and `tissue` the body is made of links."""
     poisson: PerNode | None
     """Poisson's ratio, 0 to 0.495; 0.45 by default."""
     materials: Mapping[str, Mapping[str, float]] | None
@@ -33,7 +35,7 @@ class BakeOptions(TypedDict, total=False):
     branches: Sequence[tuple[float, float]] | None
     """Branches of stress that relaxes, up to four: the shear modulus over the long-term one, and the time
     [s] in which the stress falls to 1 / e, one tick to 1,600,000. `poisson` is the instantaneous ratio
-    then, since only shear relaxes."""
+    then, since only shear relaxes. An empty list leaves out those of `tissue`."""
     instant: bool | None
     """`young_pa` is the modulus before anything has relaxed, not the long-term one."""
     device_hz: int | None

@@ -2,12 +2,14 @@
 //!
 //! The kernel's module of that name describes the use of the numbers; this module computes them, with
 //! the bound L of the energy's curvature (`curvature`) and the elasticity of the rest shape
-//! (`elasticity`). `stiffening` adds bands to them, `relaxation` branches whose stress fades.
+//! (`elasticity`). `stiffening` adds bands to them, `relaxation` branches whose stress fades, `known`
+//! has tissues by name.
 
 pub mod shape;
 
 mod curvature;
 mod elasticity;
+mod known;
 mod relaxation;
 mod stiffening;
 #[cfg(test)]
@@ -21,6 +23,7 @@ use super::layout::{OrderedCells, holds_units};
 use super::per_cell::PerCell;
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
+pub use known::{KnownTissue, relaxation};
 pub use relaxation::{Branch, DEVICE_HZ, Moduli, Relaxation};
 use shape::{Fault, Shape};
 pub use stiffening::Band;

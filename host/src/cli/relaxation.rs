@@ -1,0 +1,94 @@
+//! The report on tissue that relaxes: its branches, its moduli in the end, and the memory that they take.
+
+use chaincell_kernel::Model;
+use serde::Serialize;
+
+use crate::bake::tissue::Moduli;
+use crate::error::Result;
+use crate::terminal;
+
+/// RAM of a cell for each branch: the strain that it remembers, and the force of the spread \[bytes\].
+const BRANCH_BYTES: usize = 9 * size_of::<f32>();
+/// RAM of a cell for all branches together \[bytes\].
+const CELL_BYTES: usize = 10 * size_of::<f32>();
+
+/// A branch in the image.
+#[derive(Debug, Serialize)]
+struct BranchReport {
+    /// Shear modulus over the long-term one.
+    ratio: f32,
+    time_s: f32,
+    /// Share of the instantaneous shear modulus.
+    share: f32,
+}
+
+/// Branches of relaxation with what follows from them.
+#[derive(Debug, Serialize)]
+pub(super) struct RelaxationReport {
+    branches: Vec<BranchReport>,
+    /// Length of a tick for which they were baked \[s\].
+    tick_s: f32,
+    /// Means of the cells when all branches have relaxed.
+    long_term_young_pa: f64,
+    long_term_poisson: f64,
+    ram_bytes: usize,
+}
+
+impl RelaxationReport {
+    /// Reads the figures off a model; `None` for one that does not relax.
+    pub fn of(model: &Model<'_>) -> Option<Self> {
+        let fading: f32 = model.branches().map(|branch| branch.share).sum();
+        let branches: Vec<_> = model
+            .branches()
+            .map(|branch| BranchReport {
+                ratio: branch.share / (1.0 - fading),
+                time_s: branch.time_s,
+                share: branch.share,
+            })
+            .collect();
+        let tick_s = model.branches().next()?.tick_s;
+        // The means of the cells.
+        let long_term = (0..model.body_cells()).filter_map(|cell| {
+            let [young_pa, poisson] = model.elasticity(cell)?.map(f64::from);
+            Some(Moduli { young_pa, poisson }.long_term(fading.into()))
+        });
+        let cells = model.body_cells() as f64;
+        let [mut young_pa, mut poisson] = [0.0; 2];
+        for moduli in long_term {
+            young_pa += moduli.young_pa / cells;
+            poisson += moduli.poisson / cells;
+        }
+        let of_branches = BRANCH_BYTES * branches.len();
+        Some(Self {
+            branches,
+            tick_s,
+            long_term_young_pa: young_pa,
+            long_term_poisson: poisson,
+            ram_bytes: model.cells() * (of_branches + CELL_BYTES),
+        })
+    }
+
+    /// Rows of a table on standard output.
+    pub fn print(&self) -> Result<()> {
+        let row = |name: &str, value: String| terminal::say(format_args!("  {name:<14}{value}"));
+        row(
+            "relaxed",
+            format!(
+                "{:.0} Pa, Poisson's ratio {:.3}; {} bytes of RAM, ticks of {} ms",
+                self.long_term_young_pa,
+                self.long_term_poisson,
+                self.ram_bytes,
+                1e3 * self.tick_s
+            ),
+        )?;
+        for BranchReport { ratio, time_s, share } in &self.branches {
+            let share = 100.0 * share;
+            let relative = format!("{ratio:.3} times the relaxed shear modulus");
+            row(
+                "branch",
+                format!("{relative}, {share:.1} % of the first one, fades in {time_s} s"),
+            )?;
+        }
+        Ok(())
+    }
+}
