@@ -33,7 +33,7 @@ pub(crate) struct RelaxingBody<'a, 'm> {
 /// Change of a body's memory at the start of a tick.
 #[derive(Clone, Copy)]
 pub(crate) struct Change {
-    /// Change of the energy, rounded up, in internal units.
+    /// Change of the energy, rounded up, in internal units; 0 within its rounding.
     pub rise: f64,
     /// True if any bit of the memory or any weight has changed.
     pub any: bool,
@@ -122,7 +122,10 @@ impl<'a, 'm> RelaxingBody<'a, 'm> {
             any |= course.weight.to_bits() != course.before.to_bits();
         }
         *self.arrays.relaxed = words(number(*self.arrays.relaxed) - change);
-        Change { rise: change + ROUNDING * f64::from(sums.scale.total()), any }
+        // A change within its rounding leaves the level as it is: it never rises by rounding.
+        let rounding = ROUNDING * f64::from(sums.scale.total());
+        let is_sure = change > rounding || change < -rounding;
+        Change { rise: if is_sure { change + rounding } else { 0.0 }, any }
     }
 
     /// Energy that the branches have relaxed since the reset, in internal units.
