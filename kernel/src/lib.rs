@@ -67,6 +67,8 @@ pub mod cut;
 pub mod energy;
 pub mod model;
 pub mod number;
+#[cfg(feature = "relax")]
+mod relax;
 pub mod snapshot;
 pub mod solver;
 pub mod stage;
@@ -79,6 +81,8 @@ pub const FEATURES: &[&str] = &[
     "cut",
     #[cfg(feature = "nodal")]
     "nodal",
+    #[cfg(feature = "relax")]
+    "relax",
     #[cfg(feature = "surface")]
     "surface",
 ];

@@ -64,7 +64,9 @@ impl<D: Dynamics> Held<'_, D> {
             *self.outer_weight = outer_weight(context.terms.model, self.cells);
             self.place(context);
         }
-        if context.is_engaged {
+        // The memory of a body that relaxes takes late ticks and the next one as one, with an even motion.
+        let waits = context.is_late && context.model().branches().next().is_some();
+        if context.is_engaged && !waits {
             self.follow(context, before);
         }
     }

@@ -1,6 +1,6 @@
 //! Memory for cutting, of the caller, and its division into arrays.
 
-#[cfg(feature = "cut")]
+#[cfg(any(feature = "cut", feature = "relax"))]
 use bytemuck::AnyBitPattern;
 
 #[cfg(feature = "cut")]
@@ -16,7 +16,7 @@ use crate::model::nodal::{CellNumbers, OffsetNumbers, SlotNumbers};
 use crate::number::two_float::{Eight, LANES};
 
 /// 1 in a kernel that cuts, so that arrays of this length have no size in another.
-const BUILT: usize = cfg!(feature = "cut") as usize;
+const BUILT: usize = cfg!(any(feature = "cut", feature = "relax")) as usize;
 
 /// Memory for cutting: words of the caller, [`cut_words`] for a body; without size in a kernel without the
 /// feature `cut`.
@@ -68,13 +68,16 @@ impl Default for CutRoom<'_> {
 /// 1,200 n + 40,000 bytes and 29 a cell for up to 32 functions on one side of a cut.
 #[must_use]
 pub fn cut_words(model: &Model<'_>) -> usize {
-    #[cfg(feature = "cut")]
-    return Sizes::of(model).map_or(0, |sizes| sizes.0.iter().sum());
-    #[cfg(not(feature = "cut"))]
-    {
-        let _ = model;
-        0
+    #[cfg(feature = "relax")]
+    if let Some(sizes) = crate::relax::memory::sizes(model) {
+        return sizes.iter().sum();
     }
+    #[cfg(feature = "cut")]
+    if let Some(Sizes(sizes)) = Sizes::of(model) {
+        return sizes.iter().sum();
+    }
+    let _ = model;
+    0
 }
 
 /// Words of the state of the cuts in memory for them; `None` for a whole body.
@@ -88,17 +91,17 @@ pub fn cut_words(model: &Model<'_>) -> usize {
 /// ```
 #[must_use]
 pub fn cut_state<'w>(words: &'w [u32], model: &Model<'_>) -> Option<&'w [u32]> {
+    #[cfg(feature = "relax")]
+    if let Some(state) = crate::relax::memory::state(words, model) {
+        return Some(state);
+    }
     #[cfg(feature = "cut")]
-    {
-        let Sizes(sizes) = Sizes::of(model)?;
+    if let Some(Sizes(sizes)) = Sizes::of(model) {
         let words = words.get(..sizes.iter().sum())?.get(..sizes.iter().take(STATE).sum())?;
-        words.get(OPENED).is_some_and(|&opened| opened > 0).then_some(words)
+        return words.get(OPENED).is_some_and(|&opened| opened > 0).then_some(words);
     }
-    #[cfg(not(feature = "cut"))]
-    {
-        let _ = (words, model);
-        None
-    }
+    let _ = (words, model);
+    None
 }
 
 /// Arrays of a body that is cut: first its state, then the numbers that follow from state and image.
@@ -380,13 +383,22 @@ impl Sizes {
     }
 }
 
-#[cfg(feature = "cut")]
-impl<'a> CutRoom<'a> {
+#[cfg(any(feature = "cut", feature = "relax"))]
+impl CutRoom<'_> {
     /// The words of the caller.
     pub(crate) fn words(&self) -> &[u32] {
         self.0.first().map_or(&[], |words| words)
     }
 
+    /// The words of the caller, to be changed.
+    #[cfg(feature = "relax")]
+    pub(crate) fn words_mut(&mut self) -> &mut [u32] {
+        self.0.first_mut().map_or(&mut [], |words| words)
+    }
+}
+
+#[cfg(feature = "cut")]
+impl<'a> CutRoom<'a> {
     /// The words of the state; `None` for a body that is not cut, or with too little memory.
     pub(crate) fn state(&self, model: &Model<'_>) -> Option<&[u32]> {
         let Sizes(sizes) = Sizes::of(model)?;
@@ -479,8 +491,8 @@ pub(crate) fn inherit<T: Copy>(array: &mut [T], from: usize, to: usize) {
 }
 
 /// Takes an array of `words` words from the rest of the memory.
-#[cfg(feature = "cut")]
-fn take<'a, T: AnyBitPattern + bytemuck::NoUninit>(
+#[cfg(any(feature = "cut", feature = "relax"))]
+pub(crate) fn take<'a, T: AnyBitPattern + bytemuck::NoUninit>(
     rest: &mut &'a mut [u32],
     words: usize,
 ) -> Option<&'a mut [T]> {

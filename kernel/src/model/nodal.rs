@@ -9,6 +9,8 @@ use super::range;
 use super::terms::{Keeps, TermData};
 use crate::number::cell::dot;
 use crate::number::two_float::LANES;
+#[cfg(feature = "relax")]
+use crate::number::two_float::TwoFloat;
 
 /// Ranges far beyond those of a mesh, within which energies and forces stay finite up to [`SATURATION_MAX`]:
 /// volumes, moduli, and spreads [mean link lengths, 2 `k_ref` / l].
@@ -81,6 +83,39 @@ pub(crate) struct Nodal<'a> {
     /// Branches of relaxation; none in an elastic body.
     #[cfg(feature = "relax")]
     pub branches: &'a [BranchNumbers],
+    /// How the body remembers its strain in this tick; none outside a tick.
+    #[cfg(feature = "relax")]
+    pub memory: Remembered<'a>,
+}
+
+/// Proof that this kernel is built with relaxation: without, there is no such value.
+#[cfg(feature = "relax")]
+pub(crate) type Relaxing = ();
+#[cfg(not(feature = "relax"))]
+pub(crate) type Relaxing = core::convert::Infallible;
+
+/// What a slice remembers, and the part of the shear modulus that acts.
+pub(crate) type SliceMemoryOf<'a> = Option<(&'a MemoryNumbers, f32, Relaxing)>;
+
+/// Numbers by which eight cells remember their strain, by number and lane: A - I in the order xx, yy, zz, xy, xz, yz,
+/// twice the energy density that R does not change, and the force of the spread.
+pub(crate) type MemoryNumbers = [[f32; LANES]; 10];
+
+/// What a body that relaxes remembers, constant in a tick, see [`memory`](crate::energy::nodal).
+#[cfg(feature = "relax")]
+#[derive(Clone, Copy)]
+pub(crate) struct Remembered<'a> {
+    /// Numbers by slice.
+    pub numbers: &'a [MemoryNumbers],
+    /// The part of the instantaneous shear modulus that acts in this tick.
+    pub part: f32,
+    /// Energy of the spread that no cell's number has, in internal units.
+    pub energy: TwoFloat,
+}
+
+#[cfg(feature = "relax")]
+impl Remembered<'_> {
+    pub const NONE: Self = Self { numbers: &[], part: 1.0, energy: TwoFloat::ZERO };
 }
 
 impl<'a> Nodal<'a> {
@@ -98,6 +133,8 @@ impl<'a> Nodal<'a> {
         is_offset: &[],
         #[cfg(feature = "relax")]
         branches: &[],
+        #[cfg(feature = "relax")]
+        memory: Remembered::NONE,
     };
 
     /// Returns true if the body is made of shapes.
@@ -117,6 +154,20 @@ impl<'a> Nodal<'a> {
     #[inline(always)]
     #[cfg(not(feature = "cut"))]
     pub fn offset_of(&self, _: usize) -> Option<&'a OffsetNumbers> {
+        None
+    }
+
+    /// Returns what a slice remembers, with the part of the shear modulus that acts; `None` in an elastic body.
+    #[inline(always)]
+    #[cfg(feature = "relax")]
+    pub fn memory_of(&self, slice: usize) -> SliceMemoryOf<'a> {
+        Some((self.memory.numbers.get(slice)?, self.memory.part, ()))
+    }
+
+    /// Returns nothing: this kernel is built without relaxation.
+    #[inline(always)]
+    #[cfg(not(feature = "relax"))]
+    pub fn memory_of(&self, _: usize) -> SliceMemoryOf<'a> {
         None
     }
 

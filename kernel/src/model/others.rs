@@ -26,13 +26,25 @@ type Built<'a> = (Nodal<'a>, (Stiffening<'a>, (Lips<'a>, NoTerm)));
 type Built<'a> = NoTerm;
 
 /// The nodal shapes of a body.
-#[cfg(all(not(test), feature = "cut"))]
+#[cfg(all(not(test), any(feature = "cut", feature = "relax")))]
 pub(crate) fn shapes<'a>(of: &Others<'a>) -> Nodal<'a> {
     of.0
 }
-#[cfg(all(test, feature = "cut"))]
+#[cfg(all(test, any(feature = "cut", feature = "relax")))]
 pub(crate) fn shapes<'a>(of: &Others<'a>) -> Nodal<'a> {
     of.1.0
+}
+
+/// The same terms with these nodal shapes.
+#[cfg(all(not(test), feature = "relax"))]
+pub(crate) fn with_shapes<'a>(of: Others<'a>, shapes: Nodal<'a>) -> Others<'a> {
+    let (_, rest) = of;
+    (shapes, rest)
+}
+#[cfg(all(test, feature = "relax"))]
+pub(crate) fn with_shapes<'a>(of: Others<'a>, shapes: Nodal<'a>) -> Others<'a> {
+    let (pins, (_, rest)) = of;
+    (pins, (shapes, rest))
 }
 
 /// The same terms with these nodal shapes and lips.

@@ -116,7 +116,7 @@ impl<'a> Pass<'a> {
     }
 
     /// Passes over an array, whose items must each be fit at their place.
-    #[cfg(feature = "cut")]
+    #[cfg(any(feature = "cut", feature = "relax"))]
     pub(crate) fn slice_if<T: Kept>(
         &mut self,
         items: &mut [T],
@@ -134,7 +134,7 @@ impl<'a> Pass<'a> {
     }
 
     /// Notes that an array is too short.
-    #[cfg(feature = "cut")]
+    #[cfg(any(feature = "cut", feature = "relax"))]
     pub(crate) fn lacks(&mut self, needed: usize, room: usize) {
         self.lack = self.lack.or(Some(PassError::Room { needed, room }));
     }

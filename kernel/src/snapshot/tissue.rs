@@ -144,6 +144,10 @@ impl<D: Dynamics> TissueMut<'_, D> {
             self.touch.keep_edges(pass);
             crate::cut::kept::keep(&mut self.cut, model, pass);
         }
+        #[cfg(feature = "relax")]
+        if model.branches().next().is_some() {
+            crate::relax::kept::keep(&mut self.cut, model, pass);
+        }
         head
     }
 }

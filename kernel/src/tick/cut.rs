@@ -9,7 +9,7 @@ use crate::contact::held::outer_weight;
 #[cfg(feature = "cut")]
 use crate::cut::body::CutBody;
 #[cfg(feature = "cut")]
-use crate::cut::memory::{OPENED, REFUSED, TORN, WAITING, cut_state, inherit};
+use crate::cut::memory::{OPENED, REFUSED, TORN, WAITING, inherit};
 #[cfg(feature = "cut")]
 use crate::cut::split::Look;
 #[cfg(feature = "cut")]
@@ -191,33 +191,6 @@ impl<D: Dynamics> TissueMut<'_, D> {
         if let Some(mut body) = CutBody::of(&mut self.cut, model) {
             body.reset();
         }
-    }
-
-    /// Words of the state of the cuts; `None` for a whole body.
-    pub(super) fn cut_state(&self, model: &Model<'_>) -> Option<&[u32]> {
-        cut_state(self.cut.words(), model)
-    }
-
-    /// Calls `run` with the body as it is now.
-    pub(super) fn with_cut_model<R>(
-        &mut self,
-        model: &Model<'_>,
-        run: impl FnOnce(&mut Self, &Model<'_>) -> R,
-    ) -> R {
-        let mut memory = core::mem::take(&mut self.cut);
-        let now = CutBody::of(&mut memory, model).map(CutBody::into_model);
-        let result = run(self, now.as_ref().unwrap_or(model));
-        self.cut = memory;
-        result
-    }
-
-    /// Calls `run` with the network of the body as it is now.
-    pub(super) fn with_cuts<R>(
-        &mut self,
-        network: &Network<'_>,
-        run: impl FnOnce(&mut Self, &Network<'_>) -> R,
-    ) -> R {
-        self.with_cut_model(network.model(), |tissue, model| run(tissue, &network.of_model(*model)))
     }
 
     /// Moves the fronts of blades on, lets the body tear, splits the cells that wait, at most [`SPLITS_MAX`], and
@@ -443,25 +416,4 @@ impl<D: Dynamics> TissueMut<'_, D> {
     }
 
     pub(super) fn close_cuts(&mut self, _: &Model<'_>) {}
-
-    pub(super) fn cut_state(&self, _: &Model<'_>) -> Option<&[u32]> {
-        None
-    }
-
-    pub(super) fn with_cut_model<R>(
-        &mut self,
-        model: &Model<'_>,
-        run: impl FnOnce(&mut Self, &Model<'_>) -> R,
-    ) -> R {
-        run(self, model)
-    }
-
-    #[inline(always)]
-    pub(super) fn with_cuts<R>(
-        &mut self,
-        network: &Network<'_>,
-        run: impl FnOnce(&mut Self, &Network<'_>) -> R,
-    ) -> R {
-        run(self, network)
-    }
 }

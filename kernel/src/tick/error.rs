@@ -49,6 +49,17 @@ pub enum ResetError {
         /// Cells whose states the memory holds.
         capacity: usize,
     },
+    /// The body relaxes and the tissue has too little memory for its strain: size it with
+    /// [`cut_words`](crate::cut_words).
+    #[error(
+        "the body relaxes and needs {needed} words for its memory, the tissue has {room}: size it with cut_words"
+    )]
+    Memory {
+        /// Words needed.
+        needed: usize,
+        /// Words that the tissue has.
+        room: usize,
+    },
     /// The scheme supports neither nodal shapes nor a body that can be cut.
     #[error(
         "a body of nodal shapes moves under track or predict in single precision alone, and so does one that \

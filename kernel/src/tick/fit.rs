@@ -60,6 +60,13 @@ impl<D: Dynamics> TissueMut<'_, D> {
         if needed > capacity {
             return Err(ResetError::States { needed, capacity });
         }
+        #[cfg(feature = "relax")]
+        if let Some(sizes) = crate::relax::memory::sizes(model) {
+            let (needed, room) = (sizes.iter().sum(), self.cut.words().len());
+            if needed > room {
+                return Err(ResetError::Memory { needed, room });
+            }
+        }
         if (model.is_nodal() || model.cuttable().is_any()) && !D::TAKES_SHAPES {
             return Err(ResetError::Shapes);
         }

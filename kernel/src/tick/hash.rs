@@ -123,8 +123,13 @@ pub fn state_hash<N: Number>(v: &[Cell<N>], terms: &[TermState], k: f32) -> u64 
 /// one slice. The state of cuts follows in this way, see [`cut_state`](crate::cut_state).
 #[must_use]
 pub fn and_words(hash: u64, words: &[u32]) -> u64 {
-    let lanes = Eight([0, 1, 2, 3, 4, 5, 6, 7].map(|lane| absorb(START + lane, hash)));
-    let lanes = lanes.all(words.iter().copied());
+    let mut lanes = Eight([0, 1, 2, 3, 4, 5, 6, 7].map(|lane| absorb(START + lane, hash)));
+    let (rows, rest) = words.as_chunks::<{ 2 * LANES }>();
+    for [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p] in rows {
+        let first = [long(*a, *b), long(*c, *d), long(*e, *f), long(*g, *h)];
+        lanes = lanes.first(first).last([long(*i, *j), long(*k, *l), long(*m, *n), long(*o, *p)]);
+    }
+    let lanes = lanes.all(rest.iter().copied());
     let count = words.len() as u64;
     let hash = absorb(lanes.0.iter().fold(START + 8, |hash, &lane| absorb(hash, lane)), count);
     hash ^ hash >> 32

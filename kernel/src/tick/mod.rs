@@ -7,6 +7,7 @@
 //! |---|---|---|
 //! | sample | a bad one is replaced by the last good one for 10 ticks, then the safe state answers | `sample` |
 //! | cuts | cells of opened faces split, and the corrections of the terms follow | [`cut`](crate::cut) |
+//! | memory | that of a body that relaxes follows its strain | `relax` |
 //! | contact | held cells follow the tool, tools touch the surface, or a current loads the cells | [`contact`](crate::contact) |
 //! | bands | unloading closes or reopens them | `unloading` |
 //! | sweeps | [`Settings::sweeps`](crate::Settings::sweeps) link passes under the scheme | [`solver`](crate::solver) |
@@ -22,11 +23,13 @@
 //! - [`settings`], [`budget`], [`sample`]: parameters of a run, sweeps of a tick, its output.
 //! - [`tissue`], [`fit`], `error`: the state in RAM, the check that a model fits it, and its errors.
 //! - [`mod@tick`]: one tick; `unloading`: the rule of its bands.
+//! - `body`: the body as it is now; `relax`: the memory of its strain.
 //! - [`cut`]: opened faces and the cells that split.
 //! - [`tools`]: tools on a model with a contact surface.
 //! - [`hash`]: the state hash.
 //! - [`handover`]: samples from an interrupt to the tick.
 
+mod body;
 pub mod budget;
 pub mod choice;
 pub mod choices;
@@ -35,6 +38,8 @@ pub mod error;
 pub mod fit;
 pub mod handover;
 pub mod hash;
+#[cfg(feature = "relax")]
+mod relax;
 pub mod sample;
 pub mod settings;
 pub mod tables;

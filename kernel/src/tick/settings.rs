@@ -412,7 +412,7 @@ impl<'m> Network<'m> {
     }
 
     /// The same settings for the same body with cuts.
-    #[cfg(feature = "cut")]
+    #[cfg(any(feature = "cut", feature = "relax"))]
     pub(super) fn of_model<'a>(&self, model: Model<'a>) -> Network<'a> {
         Network { model, settings: self.settings }
     }

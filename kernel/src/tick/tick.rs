@@ -82,7 +82,30 @@ impl<D: Dynamics> TissueMut<'_, D> {
         if network.model().cuttable().is_any() {
             return self.run_cut(network, &sample, poses, &mut budget, flags, is_late);
         }
+        #[cfg(feature = "relax")]
+        if network.model().branches().next().is_some() {
+            return self.run_relaxing(network, &sample, poses, &mut budget, flags, is_late);
+        }
         self.run(network, &sample, poses, &mut budget, flags, is_late).0
+    }
+
+    /// Lets the memory of a body that relaxes follow its strain, then computes the tick.
+    // Not inlined: its frame holds a model.
+    #[cfg(feature = "relax")]
+    #[inline(never)]
+    fn run_relaxing(
+        &mut self,
+        network: &Network<'_>,
+        sample: &ToolSample,
+        poses: &[ToolPose],
+        budget: &mut Budget<'_>,
+        flags: Flags,
+        is_late: bool,
+    ) -> TickOutput {
+        self.relax(network, is_late);
+        self.with_cuts(network, |tissue, network| {
+            tissue.run(network, sample, poses, budget, flags, is_late).0
+        })
     }
 
     /// Splits cells of a body that can be cut, unless the tick is late, then computes the tick. In a body that tears
@@ -113,8 +136,8 @@ impl<D: Dynamics> TissueMut<'_, D> {
 
     /// Computes a tick of a body as it is. Returns also the energy by which the sweeps have lowered the level, in
     /// internal units.
-    #[cfg_attr(feature = "cut", inline(never))]
-    #[cfg_attr(not(feature = "cut"), inline(always))]
+    #[cfg_attr(any(feature = "cut", feature = "relax"), inline(never))]
+    #[cfg_attr(not(any(feature = "cut", feature = "relax")), inline(always))]
     fn run(
         &mut self,
         network: &Network<'_>,

@@ -266,6 +266,8 @@ impl<D: Dynamics> TissueMut<'_, D> {
         // Reset tools and arrays.
         self.touch.leave();
         self.close_cuts(network.model());
+        #[cfg(feature = "relax")]
+        self.forget_strain(network.model());
         self.residual.fill(Cell::ZERO);
         self.states.reset(network.model().kept_states());
         for (v, rest) in self.state.iter_mut().zip(network.model().rest) {
@@ -323,6 +325,8 @@ impl<D: Dynamics> TissueMut<'_, D> {
         self.head.awake.wake_all(model);
         self.touch.leave();
         self.states.reset(model.kept_states());
+        #[cfg(feature = "relax")]
+        self.forget_strain(model);
         if kept.awake.is_sleepless() {
             self.head.awake.forbid_sleep(model);
         }

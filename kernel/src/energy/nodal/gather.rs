@@ -7,12 +7,13 @@ use core::mem::MaybeUninit;
 #[cfg(all(target_arch = "arm", target_abi = "eabihf"))]
 use super::half_links_vfp;
 use super::matrix::{Matrix, each, times};
+use super::memory::Memory;
 use super::sums::{Gathered, Own, rows};
 use crate::backend::f32x8::{Chunk, F32x8, chunk};
 use crate::backend::lane::Lane;
 use crate::energy::state::Quad;
 use crate::model::image::nodal;
-use crate::model::nodal::{CellNumbers, Nodal, OffsetNumbers, SlotNumbers};
+use crate::model::nodal::{CellNumbers, Nodal, OffsetNumbers, SliceMemoryOf, SlotNumbers};
 use crate::model::range;
 use crate::number::cell::{Cell, sub};
 use crate::number::two_float::LANES;
@@ -27,6 +28,32 @@ fn load<V: F32x8>(rows: &[[f32; LANES]], row: usize) -> Lane<V> {
 #[inline(always)]
 pub(super) fn own<V: F32x8>(numbers: &CellNumbers) -> Own<V> {
     Own::of(|row| load(numbers, row))
+}
+
+impl<V: F32x8> Own<V> {
+    /// The same with what the cells remember; their displacements are `here`.
+    #[inline(always)]
+    pub fn remembering(self, memory: SliceMemoryOf<'_>, here: Option<&[Quad; LANES]>) -> Self {
+        let Some(((numbers, part, proof), here)) = memory.zip(here) else { return self };
+        let here = displacements(here.each_ref());
+        let memory = Memory::of(|row| load(numbers, row), here, part, proof);
+        Self { mu: self.mu * memory.part, memory: Some(memory), ..self }
+    }
+}
+
+impl Own<f32> {
+    /// The same for a lane with the displacement `here`.
+    #[inline(always)]
+    pub fn remembering_lane(
+        self,
+        memory: SliceMemoryOf<'_>,
+        lane: usize,
+        here: [Lane<f32>; 3],
+    ) -> Self {
+        let Some((numbers, part, proof)) = memory else { return self };
+        let memory = Memory::of(|row| Lane(number(numbers, row, lane)), here, part, proof);
+        Self { mu: self.mu * memory.part, memory: Some(memory), ..self }
+    }
 }
 
 /// Offsets of eight cells.
@@ -225,7 +252,7 @@ pub(super) fn number(rows: &[[f32; LANES]], row: usize, lane: usize) -> f32 {
 
 /// Displacements of eight cells.
 #[inline(always)]
-fn displacements<V: F32x8>([a, b, c, d, e, f, g, h]: [&Quad; LANES]) -> [Lane<V>; 3] {
+pub(super) fn displacements<V: F32x8>([a, b, c, d, e, f, g, h]: [&Quad; LANES]) -> [Lane<V>; 3] {
     let cells = [a.get(), b.get(), c.get(), d.get(), e.get(), f.get(), g.get(), h.get()];
     let [x, y, z, _] = V::transposed(&cells);
     [Lane(x), Lane(y), Lane(z)]
@@ -241,6 +268,79 @@ impl<V: F32x8> Gathered<V> {
             sums.add(here, displacements(there), |row| load(slots, row));
         }
         Some(sums)
+    }
+}
+
+/// The same at the start of a tick, for a slice of any number of groups.
+#[cfg(feature = "relax")]
+impl<V: F32x8> Gathered<V> {
+    /// The sums of the cells of a slice, lane by lane without groups.
+    #[inline(always)]
+    pub fn of_any_slice(ends: Ends<'_>, slice: usize, groups: Option<Groups<'_>>) -> Option<Self> {
+        if let Some(groups) = groups {
+            return Self::of_slice(ends, slice, groups);
+        }
+        let mut lanes = [Gathered::<f32>::none(); LANES];
+        for (lane, sums) in lanes.iter_mut().enumerate() {
+            *sums = Gathered::of_lane(ends, slice, lane)?;
+        }
+        let side_by_side = |of: &dyn Fn(&Gathered<f32>) -> Lane<f32>| {
+            Lane(V::load(&lanes.each_ref().map(|sums| of(sums).0)))
+        };
+        let row = |row: usize| {
+            let element = |column: usize| {
+                let of = move |sums: &Gathered<f32>| {
+                    let row = sums.slope.get(row).and_then(|row| row.get(column));
+                    row.copied().unwrap_or(Lane(0.0))
+                };
+                side_by_side(&of)
+            };
+            [element(0), element(1), element(2)]
+        };
+        let pull = |axis: usize| {
+            let of = move |sums: &Gathered<f32>| *sums.pull.get(axis).unwrap_or(&Lane(0.0));
+            side_by_side(&of)
+        };
+        Some(Self {
+            slope: [row(0), row(1), row(2)],
+            pull: [pull(0), pull(1), pull(2)],
+            spread: side_by_side(&|sums| sums.spread),
+        })
+    }
+}
+
+#[cfg(feature = "relax")]
+impl Ends<'_> {
+    /// Takes the forces of a slice from its neighbours as [`Self::push`] does, lane by lane without groups.
+    #[inline(always)]
+    pub fn push_any<V: F32x8>(
+        self,
+        slice: usize,
+        stress: Matrix<V>,
+        pull: [Lane<V>; 4],
+        groups: Option<Groups<'_>>,
+    ) {
+        if let Some(groups) = groups {
+            return self.push(slice, stress, pull, groups);
+        }
+        let zero = [[Lane(0.0); 3]; 3];
+        let mut stresses = [zero; LANES];
+        for (row, lanes) in stress.into_iter().enumerate() {
+            for (column, element) in lanes.into_iter().enumerate() {
+                let mut numbers = [0.0; LANES];
+                element.0.store(&mut numbers);
+                for (stress, number) in stresses.iter_mut().zip(numbers) {
+                    if let Some(slot) = stress.get_mut(row).and_then(|row| row.get_mut(column)) {
+                        *slot = Lane(number);
+                    }
+                }
+            }
+        }
+        self.push_each(slice, &stresses);
+        let [x, y, z, energy] = pull;
+        if let Some(own) = self.own(slice) {
+            V::add_to([x.0, y.0, z.0, energy.0], own.each_ref());
+        }
     }
 }
 

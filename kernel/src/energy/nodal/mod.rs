@@ -46,6 +46,8 @@
 //! force lags.
 //!
 //! - `band`: the penalty below the least allowed stretch.
+//! - `follow`: the memory of a body that relaxes follows its strain at the start of a tick; `memory`: what it adds to a
+//!   pass.
 //! - `gather`: the half-links of cells, their sums and forces.
 //! - `jacobi`: eigenvectors of a symmetric matrix.
 //! - `law`: stress and energy of a shape.
@@ -58,6 +60,8 @@
 //! - `sums`: sums over the half-links of a cell, and its material.
 
 mod band;
+#[cfg(feature = "relax")]
+pub(crate) mod follow;
 mod gather;
 #[cfg(all(target_arch = "arm", target_abi = "eabihf"))]
 mod half_links_vfp;
@@ -69,6 +73,7 @@ mod linear;
 #[cfg(feature = "cut")]
 mod load;
 mod matrix;
+mod memory;
 pub(crate) mod nearest;
 mod scalar;
 mod state;
@@ -90,6 +95,8 @@ use crate::backend::f32x8::{Chunk, F32x8};
 use crate::backend::slices::cells_of;
 use crate::model::nodal::Nodal;
 use crate::number::cell::{Cell, single};
+#[cfg(feature = "relax")]
+use crate::number::two_float::TwoFloat;
 use gather::{Ends, Offsets, own};
 use sums::{Gathered, Own};
 
@@ -138,7 +145,8 @@ impl<N: LinkNumber> Term<N> for Nodal<'_> {
         };
         let Some(sums) = Gathered::<V>::of_slice(displacements, slice, groups) else { return };
         let offset = self.offset_of(slice).map(gather::offset);
-        let own = Own { offset, ..own(numbers) };
+        let own = own(numbers).remembering(self.memory_of(slice), displacements.own(slice));
+        let own = Own { offset, ..own };
         let step = law::step(self.stretch_min, &sums, &own, turn, unit);
         state::store(&step, to, cells.len());
         forces.push(slice, step.stress, step.pull, groups);
@@ -182,6 +190,12 @@ impl<N: LinkNumber> Term<N> for Nodal<'_> {
             let ([x, y, z, wd2], [a, b, c, d]) = (*sum, V::transposed(&forces));
             *sum = [x.plus(a), y.plus(b), z.plus(c), wd2.plus(d)];
         }
+    }
+
+    #[cfg(feature = "relax")]
+    #[inline(always)]
+    fn potential(self, energy: TwoFloat, _: &impl Fn(usize) -> [N; 3]) -> TwoFloat {
+        energy.plus(self.memory.energy)
     }
 
     fn touched(

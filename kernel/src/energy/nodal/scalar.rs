@@ -5,6 +5,7 @@ use core::ops::Range;
 use super::gather::{Ends, number};
 use super::law::{self, shape, shifted};
 use super::matrix::{Matrix, each, inner, minus, three, times};
+use super::memory::step_turn;
 use super::nearest::{self, Turn};
 use super::state::ShapeState;
 use super::sums::{Gathered, Own, rows};
@@ -24,9 +25,13 @@ impl Nodal<'_> {
         self.slots_of(cell).map(|(other, _)| other).filter(move |&other| other != cell)
     }
 
-    pub(super) fn own(self, cell: usize) -> Own<f32> {
-        let offset = self.offset(cell / LANES, cell % LANES);
-        Own { offset, ..Own::of(|row| Lane(self.number(cell, row))) }
+    /// Numbers of a cell with this displacement.
+    pub(super) fn own(self, cell: usize, displacement: [f32; 3]) -> Own<f32> {
+        let (slice, lane) = (cell / LANES, cell % LANES);
+        let offset = self.offset(slice, lane);
+        let own = Own::of(|row| Lane(self.number(cell, row)));
+        let memory = self.memory_of(slice);
+        Own { offset, ..own.remembering_lane(memory, lane, displacement.map(Lane)) }
     }
 
     /// The offset of a lane of a slice that has offsets.
@@ -43,7 +48,7 @@ impl Nodal<'_> {
         for (other, slot) in self.slots_of(cell) {
             sums.add(here, displaced(other), |row| Lane(slot.number(row)));
         }
-        each(shape(&sums, &self.own(cell)), |x| x.0)
+        each(shape(&sums, &self.own(cell, [0.0; 3])), |x| x.0)
     }
 
     /// Four times the energy of these cells at these positions, with a bound of its rounding error: that of
@@ -59,7 +64,7 @@ impl Nodal<'_> {
         for cell in cells {
             let before = sums.wd2;
             self.add_stored(cell, &|_| false, at, states, &mut sums);
-            let own = self.own(cell);
+            let own = self.own(cell, [0.0; 3]);
             let stiffness = own.volume.0 * (2.0 * own.mu.0 + own.lambda_3.0 + own.band.0);
             sums.scale += 8.0 * sqrt(0.5 * sums.wd2.minus(before).hi.abs() * stiffness);
         }
@@ -82,10 +87,14 @@ impl Nodal<'_> {
         for (lane, (stress, pull)) in each_lane {
             let Some(sums) = Gathered::of_lane(displacements, slice, lane) else { return };
             let offset = self.offset(slice, lane);
-            let own = Own { offset, ..Own::of(|row| Lane(number(numbers, row, lane))) };
+            let own = Own::of(|row| Lane(number(numbers, row, lane)));
+            let here = displacements.own(slice).and_then(|own| own.get(lane));
+            let here = here.map_or([zero; 3], |here| here.get().xyz().map(Lane));
+            let own = own.remembering_lane(self.memory_of(slice), lane, here);
+            let own = Own { offset, ..own };
             let (mut turn, mut unit) = variables(ShapeState::load(lane, from));
             let f = shifted(shape(&sums, &own), &own);
-            turned(&f, &mut turn);
+            turned(self.stretch_min, &f, &own, &mut turn);
             let squared = of_unit_volume(&f, &mut unit);
             let state = ShapeState { turn: turn.map(|x| x.0), unit: each(unit, |x| x.0) };
             state.store(lane, to);
@@ -145,7 +154,7 @@ impl Nodal<'_> {
             of_spread += far * slot.number(nodal::SPREAD).abs() * sum(sub(there, here));
         }
         // Stress and energy.
-        let ((turn, unit), own) = (variables(states.shape(cell)), self.own(cell));
+        let ((turn, unit), own) = (variables(states.shape(cell)), self.own(cell, here));
         let off = minus(shifted(shape(&gathered, &own), &own), unit);
         let (mut stress, squared) = ([[Lane(0.0); 3]; 3], inner(off, off));
         let pull = respond(&mut stress, self.stretch_min, &gathered, &own, &turn, &unit, squared);
@@ -153,6 +162,7 @@ impl Nodal<'_> {
         sums.wd2 = sums.wd2.plus((0.5 * energy).into());
         let [a, b, c] = stress.map(|row| sum(row.map(|x| x.0)));
         sums.scale += 0.5 * energy.abs() + 4.0 * ((a + b + c) * of_areas + of_spread);
+        sums.scale += own.memory.map_or(0.0, |memory| memory.scale());
         // Forces on held cells.
         if is_held(cell) {
             sums.force = add(sums.force, [x, y, z]);
@@ -168,8 +178,8 @@ impl Nodal<'_> {
 // The steps of one shape, not inlined and in place: each has the registers for itself.
 
 #[inline(never)]
-fn turned(f: &Matrix<f32>, turn: &mut Turn<f32>) {
-    *turn = nearest::turned(*f, *turn);
+fn turned(stretch_min: f32, f: &Matrix<f32>, own: &Own<f32>, turn: &mut Turn<f32>) {
+    *turn = step_turn(stretch_min, *f, own, *turn);
 }
 
 #[inline(never)]

@@ -3,7 +3,9 @@
 use super::band::short;
 use super::jacobi::Eigen;
 use super::matrix::{Matrix, both, cofactors, dot, each, minus, three, times_transposed};
-use super::nearest::{Turn, of_unit_volume, rotation, turned};
+use super::memory::{step_turn, strain};
+use super::nearest::{Turn, of_unit_volume, rotation};
+use super::sums::Own;
 use crate::backend::lane::Lane;
 use crate::energy::stress::Stress;
 use crate::model::nodal::Nodal;
@@ -25,12 +27,13 @@ impl Nodal<'_> {
         turn: [f32; 4],
         unit_pa: f32,
     ) -> Stress {
-        let (f, own) = (three(self.shape_at(cell, at), |row| three(row, Lane)), self.own(cell));
-        // P = 2 mu (F - R) + 3 lambda (F - Q) + b S- R.
-        let (turn, unit) = nearest(f, turn.map(Lane));
+        let (f, own) =
+            (three(self.shape_at(cell, at), |row| three(row, Lane)), self.own(cell, [0.0; 3]));
+        // P = 2 mu (F - R A) + 3 lambda (F - Q) + b S- R.
+        let (turn, unit) = nearest(f, &own, turn.map(Lane));
         let (mu, lambda_3) = (Lane(2.0) * own.mu, own.lambda_3);
         let of = |strain, swollen| mu * strain + lambda_3 * swollen;
-        let mut first = both(minus(f, turn), minus(f, unit), of);
+        let mut first = both(strain(f, turn, &own), minus(f, unit), of);
         if self.stretch_min > 0.0
             && let Some((off, _)) = short(f, turn, self.stretch_min)
         {
@@ -52,9 +55,9 @@ impl Nodal<'_> {
 }
 
 /// The nearest rotation to a shape, and the nearest shape of unit volume.
-fn nearest(f: Matrix<f32>, mut turn: Turn<f32>) -> (Matrix<f32>, Matrix<f32>) {
+fn nearest(f: Matrix<f32>, own: &Own<f32>, mut turn: Turn<f32>) -> (Matrix<f32>, Matrix<f32>) {
     for _ in 0..STEPS {
-        turn = turned(f, turn);
+        turn = step_turn(0.0, f, own, turn);
     }
     let turn = rotation(turn);
     let mut unit = turn;

@@ -1,10 +1,11 @@
 //! Sums over the half-links of a cell, and its material.
 
 use super::matrix::{Matrix, pairs};
+use super::memory::Memory;
 use crate::backend::lane::{Lane, Real};
 use crate::model::image::nodal;
 
-/// Material numbers of a cell, and the offset of its shape.
+/// Material numbers of a cell, the offset of its shape, and its memory.
 #[derive(Clone, Copy)]
 pub(super) struct Own<V> {
     pub volume: Lane<V>,
@@ -14,6 +15,8 @@ pub(super) struct Own<V> {
     pub area: [Lane<V>; 3],
     /// C, if a cell has one.
     pub offset: Option<Matrix<V>>,
+    /// What the cell remembers, in a body that relaxes.
+    pub memory: Option<Memory<V>>,
 }
 
 impl<V: Real> Own<V> {
@@ -26,6 +29,7 @@ impl<V: Real> Own<V> {
             band: row(nodal::BAND),
             area: rows(row, nodal::OWN),
             offset: None,
+            memory: None,
         }
     }
 }

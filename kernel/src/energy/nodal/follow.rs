@@ -1,0 +1,445 @@
+//! The memory of a body that relaxes follows its strain, at the start of a tick.
+//!
+//! With b the part that a branch forgets until the next tick, at the published positions and rotations
+//!
+//! ```text
+//! Y <- Y + b (z - Y)          z = sym(R' F) - I of each cell
+//! f <- f + b (s - f)          s the force of the elastic spread on each cell
+//! k <- a^2 k - 2 a b u . f + b^2 u . S u       one number of the body, a = 1 - b, u . S u = - u . s
+//! ```
+//!
+//! This is the exact solution of q' + q / tau = g mu z' for a z that changes evenly in a tick, whatever the sweeps do.
+//! The energy of a branch is half a squared distance to what it remembers, so it falls to the part a^2.
+//!
+//! **Rest.** Where a step changes no bit of Y though z differs, Y moves by a unit in the last place; within 2^-20 of z it
+//! takes z. So memory comes to rest, bit by bit, after some 8 to 12 tau.
+//!
+//! Cost: a gather and a scatter of the half-links and some 70 operations for each branch and cell. In two loops: the
+//! force s of a cell needs the shapes of its neighbours.
+
+use super::gather::{Ends, Offsets, displacements, own};
+use super::law::{and_unit, slope};
+use super::matrix::{Matrix, dot, each, pairs, times, times_transposed};
+use super::nearest::rotation;
+use super::state;
+use super::sums::{Gathered, Own};
+use crate::backend::Work;
+use crate::backend::f32x8::{F32x8, Lanes8};
+use crate::backend::lane::{Lane, Real};
+use crate::energy::state::States;
+use crate::model::image::BRANCHES_MAX;
+use crate::model::image::nodal::BETA;
+use crate::model::nodal::{MemoryNumbers, Nodal};
+use crate::number::two_float::{LANES, Lanes, Plain};
+
+/// What a branch remembers of eight cells, by number and lane: Y in the order xx, yy, zz, xy, xz, yz, then f.
+pub(crate) type BranchRows = [[f32; LANES]; 9];
+
+/// Distance at which a memory takes the strain itself.
+const NEAR: f32 = 1.0 / (1 << 20) as f32;
+/// Three quarters of the spacing of `f32`: added to a number, it moves it by a unit in the last place.
+const NUDGE: f32 = 0.75 * f32::EPSILON;
+
+/// A branch at the start of a tick.
+#[derive(Clone, Copy)]
+pub(crate) struct Course {
+    /// Share of the instantaneous shear modulus.
+    pub share: f32,
+    /// The part b that it forgets, 0 for one that waits.
+    pub faded: f32,
+    /// c until this tick, and from this tick on.
+    pub before: f32,
+    pub weight: f32,
+}
+
+/// Sums over the cells, in internal units.
+#[derive(Clone, Copy)]
+pub(crate) struct Sums {
+    /// Change of the energy of the shapes.
+    pub rise: Lanes,
+    /// u . S u.
+    pub spread: Lanes,
+    /// u . f of each branch, before and after.
+    pub remembered: [[Lanes; 2]; BRANCHES_MAX],
+    /// Magnitudes of the sums' terms.
+    pub scale: Plain,
+    /// By how much the memory has moved.
+    pub moved: Plain,
+    /// Magnitudes of f.
+    pub forces: Plain,
+}
+
+impl Sums {
+    pub const NONE: Self = Self {
+        rise: Lanes::ZERO,
+        spread: Lanes::ZERO,
+        remembered: [[Lanes::ZERO; 2]; BRANCHES_MAX],
+        scale: Plain::ZERO,
+        moved: Plain::ZERO,
+        forces: Plain::ZERO,
+    };
+}
+
+/// The memory of a body follows the strain in some slices, whose displacements are stored and whose forces are 0.
+pub(crate) struct Follow<'a, 's, S> {
+    pub shapes: Nodal<'a>,
+    pub states: States<'a>,
+    pub slices: S,
+    pub courses: &'s [Course],
+    /// By slice, a branch after the other.
+    pub rows: &'s mut [BranchRows],
+    /// The numbers for this tick, by slice.
+    pub numbers: &'s mut [MemoryNumbers],
+    pub sums: &'s mut Sums,
+}
+
+impl<S: Iterator<Item = usize> + Clone> Work for Follow<'_, '_, S> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<V: F32x8>(mut self) {
+        for slice in self.slices.clone() {
+            self.strains::<V>(slice);
+        }
+        for slice in self.slices.clone() {
+            self.forces::<V>(slice);
+        }
+    }
+}
+
+impl<S> Follow<'_, '_, S> {
+    /// The branches with their memories of a slice.
+    #[inline(always)]
+    fn branches(&mut self, slice: usize) -> impl Iterator<Item = (&Course, &mut BranchRows)> {
+        let count = self.courses.len();
+        let rows = self.rows.get_mut(slice * count..(slice + 1) * count).unwrap_or_default();
+        self.courses.iter().zip(rows)
+    }
+
+    /// Y of a slice follows the strain; the forces of the spread are added to the cells' and their neighbours'.
+    #[inline(always)]
+    fn strains<V: F32x8>(&mut self, slice: usize) {
+        // Gather the slice's shapes and push the spread's forces.
+        let quads = self.states.all().quads();
+        let ends = Ends::of(self.shapes, quads.displacements);
+        let forces = Ends::of(self.shapes, quads.by_slice(slice));
+        let (Some(numbers), Some((ends, forces))) =
+            (self.shapes.cells.get(slice), ends.zip(forces))
+        else {
+            return;
+        };
+        let mut memory = Offsets::NONE;
+        let groups = ends.groups(slice, &mut memory);
+        let (Some(sums), own) = (Gathered::<V>::of_any_slice(ends, slice, groups), own(numbers))
+        else {
+            return;
+        };
+        let slope = slope(&sums, &own);
+        let (stress, pull) = spread_of(&sums, slope, &own);
+        forces.push_any(slice, stress, pull, groups);
+        // The strain in the frame of R.
+        let turn = self.states.all().slice(slice).and_then(|memory| state::load::<V>(memory));
+        let Some((turn, _)) = turn else { return };
+        let (strain, skew2) = in_frame(and_unit(slope), rotation(turn));
+        // Follow it, branch by branch.
+        let (mut rise, mut scale, mut moved) = (Lane::of(0.0), Lane::of(0.0), Lane::of(0.0));
+        for (course, rows) in self.branches(slice) {
+            let old = shape_of(rows);
+            let next = followed(strain, old, course.faded);
+            let before = Lane::of(course.before) * (squared(strain, old) + skew2);
+            let after = Lane::of(course.weight) * (squared(strain, next) + skew2);
+            let stiffness = Lane::of(course.share) * (own.volume * own.mu);
+            rise = rise + stiffness * (after - before);
+            scale = scale + stiffness * (after + before);
+            moved = moved + way(next, old);
+            store_shape(next, rows);
+        }
+        self.sums.rise.add(rise.0);
+        self.sums.scale.add(scale.0);
+        self.sums.moved.add(moved.0);
+    }
+
+    /// f of a slice follows the forces of the spread; the slice's numbers for this tick.
+    #[inline(always)]
+    fn forces<V: F32x8>(&mut self, slice: usize) {
+        // Displacements and forces of the slice.
+        let quads = self.states.all().quads();
+        let here = Ends::of(self.shapes, quads.displacements).and_then(|ends| ends.own(slice));
+        let (Some(numbers), Some(here), Some(forces)) =
+            (self.shapes.cells.get(slice), here, quads.force(slice))
+        else {
+            return;
+        };
+        let here = displacements::<V>(here.each_ref());
+        let [x, y, z, _] = V::transposed(&forces);
+        let (own, force) = (own::<V>(numbers), [Lane(x), Lane(y), Lane(z)]);
+        let near = Lane::of(NEAR) * (own.mu * own.volume);
+        // Follow them, branch by branch.
+        let zero = Lane::of(0.0);
+        let mut mean = Mean::of(&own, self.courses);
+        let (mut remembered, mut moved, mut sizes) = ([[zero; 2]; BRANCHES_MAX], zero, zero);
+        let mut scale = size(here, force);
+        for ((course, rows), works) in self.branches(slice).zip(&mut remembered) {
+            let ([s, t, u], [a, b, c]) = (force, force_of(rows));
+            let next @ [g, h, i] = [
+                follow(s, a, course.faded, near),
+                follow(t, b, course.faded, near),
+                follow(u, c, course.faded, near),
+            ];
+            store_force(next, rows);
+            *works = [dot(here, [a, b, c]), dot(here, next)];
+            moved = moved + (away(g, a) + away(h, b) + away(i, c));
+            sizes = sizes + (magnitude(g) + magnitude(h) + magnitude(i));
+            scale = scale + size(here, [a, b, c]) + size(here, next);
+            mean.add(course, shape_of(rows), next);
+        }
+        // Store the sums and the numbers.
+        let sums = &mut *self.sums;
+        sums.spread.add((zero - dot(here, force)).0);
+        for (sums, [before, after]) in sums.remembered.iter_mut().zip(remembered) {
+            let [of_before, of_after] = sums;
+            of_before.add(before.0);
+            of_after.add(after.0);
+        }
+        sums.scale.add(scale.0);
+        sums.moved.add(moved.0);
+        sums.forces.add(sizes.0);
+        let courses = self.courses;
+        let count = courses.len();
+        let rows = self.rows.get(slice * count..(slice + 1) * count).unwrap_or_default();
+        if let Some(numbers) = self.numbers.get_mut(slice) {
+            mean.store(courses.iter().zip(rows), numbers);
+        }
+    }
+}
+
+/// The numbers of a slice for a tick, from what its branches remember; of a restored body.
+pub(crate) fn remember(
+    shapes: Nodal<'_>,
+    slice: usize,
+    courses: &[Course],
+    rows: &[BranchRows],
+    numbers: &mut MemoryNumbers,
+) {
+    let Some(own) = shapes.cells.get(slice).map(own::<Lanes8>) else { return };
+    let mut mean = Mean::of(&own, courses);
+    for (course, rows) in courses.iter().zip(rows) {
+        mean.add(course, shape_of(rows), force_of(rows));
+    }
+    mean.store(courses.iter().zip(rows), numbers);
+}
+
+/// Sums over the branches of a slice.
+struct Mean<V> {
+    mu: Lane<V>,
+    /// The part of mu that acts, and the part that lasts.
+    part: f32,
+    lasting: f32,
+    stretch: [Lane<V>; 6],
+    push: [Lane<V>; 3],
+}
+
+impl<V: F32x8> Mean<V> {
+    #[inline(always)]
+    fn of(own: &Own<V>, courses: &[Course]) -> Self {
+        let [part, lasting] = parts(courses);
+        let zero = Lane::of(0.0);
+        Self { mu: own.mu, part, lasting, stretch: [zero; 6], push: [zero; 3] }
+    }
+
+    #[inline(always)]
+    fn add(&mut self, course: &Course, shape: [Lane<V>; 6], force: [Lane<V>; 3]) {
+        let weight = Lane::of(course.share * course.weight);
+        let ([a, b, c, d, e, f], [g, h, i, j, k, l]) = (self.stretch, shape);
+        self.stretch = [
+            a + weight * g,
+            b + weight * h,
+            c + weight * i,
+            d + weight * j,
+            e + weight * k,
+            f + weight * l,
+        ];
+        let ([a, b, c], [g, h, i]) = (self.push, force);
+        self.push = [a + weight * g, b + weight * h, c + weight * i];
+    }
+
+    /// Stores A - I, twice the density of the rest of the energy, and B.
+    #[inline(always)]
+    fn store<'r>(
+        self,
+        branches: impl Iterator<Item = (&'r Course, &'r BranchRows)>,
+        numbers: &mut MemoryNumbers,
+    ) {
+        let share = Lane::of(1.0) / Lane::of(self.part);
+        let [a, b, c, d, e, f] = self.stretch;
+        let stretch = [a * share, b * share, c * share, d * share, e * share, f * share];
+        // The branches' distances from their mean, and that of a body without memory.
+        let zero = Lane::of(0.0);
+        let mut rest = Lane::of(self.lasting) * squared(stretch, [zero; 6]);
+        for (course, rows) in branches {
+            let weight = Lane::of(course.share * course.weight);
+            rest = rest + weight * squared(shape_of(rows), stretch);
+        }
+        let constant = (self.mu + self.mu) * rest;
+        let ([a, b, c, d, e, f], [x, y, z]) = (stretch, self.push);
+        let [p, q, r, s, t, u, v, k, l, m] = numbers;
+        (a + zero).0.store(p);
+        (b + zero).0.store(q);
+        (c + zero).0.store(r);
+        (d + zero).0.store(s);
+        (e + zero).0.store(t);
+        (f + zero).0.store(u);
+        (constant + zero).0.store(v);
+        (x + zero).0.store(k);
+        (y + zero).0.store(l);
+        (z + zero).0.store(m);
+    }
+}
+
+/// The part of the instantaneous shear modulus that acts in a tick, and the part that lasts.
+#[inline(always)]
+pub(crate) fn parts(courses: &[Course]) -> [f32; 2] {
+    let lasting = courses.iter().fold(1.0, |rest, course| rest - course.share);
+    [courses.iter().fold(lasting, |sum, course| sum + course.share * course.weight), lasting]
+}
+
+/// Stress and force of the elastic spread.
+#[inline(always)]
+fn spread_of<V: Real>(
+    sums: &Gathered<V>,
+    slope: Matrix<V>,
+    own: &Own<V>,
+) -> (Matrix<V>, [Lane<V>; 4]) {
+    let (zero, factor) = (Lane::of(0.0), Lane::of(2.0 * BETA) * own.mu);
+    let stress = each(slope, |x| zero - factor * x);
+    let [x, y, z] = pairs(sums.pull, times(stress, own.area), |pull, own| pull - own);
+    (stress, [x, y, z, zero])
+}
+
+/// sym(R' F) - I in the order xx, yy, zz, xy, xz, yz, and the square of the rest of R' F.
+#[inline(always)]
+fn in_frame<V: Real>(f: Matrix<V>, turn: Matrix<V>) -> ([Lane<V>; 6], Lane<V>) {
+    // R' F.
+    let [[xx, xy, xz], [yx, yy, yz], [zx, zy, zz]] =
+        times_transposed(transposed(turn), transposed(f));
+    let (one, half) = (Lane::of(1.0), Lane::of(0.5));
+    let (p, q, r) = (xy - yx, xz - zx, yz - zy);
+    let skew2 = half * (p * p + q * q + r * r);
+    let strain =
+        [xx - one, yy - one, zz - one, half * (xy + yx), half * (xz + zx), half * (yz + zy)];
+    (strain, skew2)
+}
+
+#[inline(always)]
+fn transposed<V: Real>([[a, b, c], [d, e, f], [g, h, i]]: Matrix<V>) -> Matrix<V> {
+    [[a, d, g], [b, e, h], [c, f, i]]
+}
+
+/// Y of eight cells.
+#[inline(always)]
+fn shape_of<V: F32x8>([a, b, c, d, e, f, ..]: &BranchRows) -> [Lane<V>; 6] {
+    [
+        Lane(V::load(a)),
+        Lane(V::load(b)),
+        Lane(V::load(c)),
+        Lane(V::load(d)),
+        Lane(V::load(e)),
+        Lane(V::load(f)),
+    ]
+}
+
+#[inline(always)]
+fn store_shape<V: F32x8>([p, q, r, s, t, u]: [Lane<V>; 6], rows: &mut BranchRows) {
+    let [a, b, c, d, e, f, ..] = rows;
+    p.0.store(a);
+    q.0.store(b);
+    r.0.store(c);
+    s.0.store(d);
+    t.0.store(e);
+    u.0.store(f);
+}
+
+/// f of eight cells.
+#[inline(always)]
+fn force_of<V: F32x8>([.., x, y, z]: &BranchRows) -> [Lane<V>; 3] {
+    [Lane(V::load(x)), Lane(V::load(y)), Lane(V::load(z))]
+}
+
+#[inline(always)]
+fn store_force<V: F32x8>([p, q, r]: [Lane<V>; 3], [.., x, y, z]: &mut BranchRows) {
+    p.0.store(x);
+    q.0.store(y);
+    r.0.store(z);
+}
+
+/// Y one step nearer to the strain.
+#[inline(always)]
+fn followed<V: Real>(
+    [p, q, r, s, t, u]: [Lane<V>; 6],
+    [a, b, c, d, e, f]: [Lane<V>; 6],
+    faded: f32,
+) -> [Lane<V>; 6] {
+    let near = Lane::of(NEAR);
+    [
+        follow(p, a, faded, near),
+        follow(q, b, faded, near),
+        follow(r, c, faded, near),
+        follow(s, d, faded, near),
+        follow(t, e, faded, near),
+        follow(u, f, faded, near),
+    ]
+}
+
+/// Sum of the distances of the elements.
+#[inline(always)]
+fn way<V: Real>([a, b, c, d, e, f]: [Lane<V>; 6], other: [Lane<V>; 6]) -> Lane<V> {
+    let [g, h, i, j, k, l] = other;
+    (away(a, g) + away(b, h) + away(c, i)) + (away(d, j) + away(e, k) + away(f, l))
+}
+
+/// The squared distance of two symmetric matrices.
+#[inline(always)]
+fn squared<V: Real>([a, b, c, d, e, f]: [Lane<V>; 6], other: [Lane<V>; 6]) -> Lane<V> {
+    let [g, h, i, j, k, l] = other;
+    let beside = square(d - j) + square(e - k) + square(f - l);
+    square(a - g) + square(b - h) + square(c - i) + (beside + beside)
+}
+
+#[inline(always)]
+fn square<V: Real>(x: Lane<V>) -> Lane<V> {
+    x * x
+}
+
+/// A memory one step nearer to what it follows.
+#[inline(always)]
+fn follow<V: Real>(target: Lane<V>, memory: Lane<V>, faded: f32, near: Lane<V>) -> Lane<V> {
+    // A branch that waits.
+    if faded <= 0.0 {
+        return memory;
+    }
+    let (zero, way) = (Lane::of(0.0), target - memory);
+    let next = memory + Lane::of(faded) * way;
+    // At least a unit in the last place.
+    let nudge = Lane::of(NUDGE) * magnitude(memory);
+    let nudged = Lane::select(way.above(zero), memory + nudge, memory - nudge);
+    let next = Lane::select(away(next, memory).above(zero), next, nudged);
+    // -0.0 becomes +0.0.
+    Lane::select(magnitude(way).above(near), next, target) + zero
+}
+
+#[inline(always)]
+fn magnitude<V: Real>(x: Lane<V>) -> Lane<V> {
+    let zero = Lane::of(0.0);
+    Lane::select(zero.above(x), zero - x, x)
+}
+
+#[inline(always)]
+fn away<V: Real>(a: Lane<V>, b: Lane<V>) -> Lane<V> {
+    magnitude(a - b)
+}
+
+/// Sum of the magnitudes of products.
+#[inline(always)]
+fn size<V: Real>([a, b, c]: [Lane<V>; 3], [d, e, f]: [Lane<V>; 3]) -> Lane<V> {
+    magnitude(a * d) + magnitude(b * e) + magnitude(c * f)
+}

@@ -1,0 +1,199 @@
+//! A body that relaxes, as it is in a tick.
+
+use super::memory::{Arrays, arrays, number, words};
+use crate::cut::memory::CutRoom;
+use crate::energy::nodal::follow::{Course, Sums, parts, remember};
+use crate::model::branches::BranchNumbers;
+use crate::model::image::{BRANCHES_MAX, branch};
+use crate::model::nodal::{Nodal, Remembered};
+use crate::model::terms::TermData;
+use crate::model::{Model, others};
+use crate::number::two_float::{LANES, TwoFloat};
+
+/// Branches of this many ticks and more follow the strain every [`SLOW_PERIOD`] ticks.
+const SLOW_TICKS: f32 = 10_000.0;
+const SLOW_PERIOD: u32 = 16;
+/// Most ticks whose part of the modulus is told apart.
+const TICKS_MAX: u32 = 64;
+/// Most times [`TICKS_MAX`] ticks that count: then the slowest branch has forgotten nearly all.
+const LONG_MAX: u32 = 1 << 17;
+/// Bound of the rounding of the sums over the cells, relative to their terms' magnitudes.
+const ROUNDING: f64 = 2.0 * f32::EPSILON as f64;
+
+/// The branches at the start of a tick; those beyond the body's have no share.
+pub(crate) type Courses = [Course; BRANCHES_MAX];
+
+/// A body that relaxes.
+pub(crate) struct RelaxingBody<'a, 'm> {
+    pub arrays: Arrays<'a>,
+    pub model: &'a Model<'m>,
+    branches: &'m [BranchNumbers],
+}
+
+/// Change of a body's memory at the start of a tick.
+#[derive(Clone, Copy)]
+pub(crate) struct Change {
+    /// Change of the energy, rounded up, in internal units.
+    pub rise: f64,
+    /// True if any bit of the memory or any weight has changed.
+    pub any: bool,
+}
+
+impl<'a, 'm> RelaxingBody<'a, 'm> {
+    /// `None` for an elastic body, and without memory for it.
+    pub fn of(memory: &'a mut CutRoom<'_>, model: &'a Model<'m>) -> Option<Self> {
+        let arrays = arrays(memory.words_mut(), model)?;
+        Some(Self { arrays, model, branches: model.others.branches() })
+    }
+
+    /// Forgets all strain.
+    pub fn reset(&mut self) {
+        *self.arrays.since = [0; _];
+        *self.arrays.taken = [0; _];
+        *self.arrays.remembered = [[0; 2]; _];
+        *self.arrays.relaxed = [0; 2];
+        self.arrays.rows.fill([[0.0; LANES]; _]);
+        self.arrays.numbers.fill([[0.0; LANES]; _]);
+    }
+
+    /// Counts a tick.
+    pub fn count(&mut self) {
+        for since in &mut *self.arrays.since {
+            *since = since.saturating_add(1);
+        }
+    }
+
+    /// Number of branches.
+    pub fn branches(&self) -> usize {
+        self.branches.len()
+    }
+
+    /// The branches as they are between two ticks, all waiting.
+    pub fn waiting(&self) -> Courses {
+        let mut courses = [Course { share: 0.0, faded: 0.0, before: 0.0, weight: 0.0 }; _];
+        let of_each = courses.iter_mut().zip(self.branches).zip(&*self.arrays.taken);
+        for ((course, numbers), &taken) in of_each {
+            let weight = weight(numbers, if taken == 0 { period(numbers) } else { taken });
+            let share = numbers.first().copied().unwrap_or(0.0);
+            *course = Course { share, faded: 0.0, before: weight, weight };
+        }
+        courses
+    }
+
+    /// The branches at the start of a tick with sweeps: those whose time has come follow.
+    pub fn due(&mut self) -> Courses {
+        let mut courses = self.waiting();
+        let times = self.arrays.since.iter_mut().zip(&mut *self.arrays.taken);
+        for ((course, numbers), (since, taken)) in courses.iter_mut().zip(self.branches).zip(times)
+        {
+            if *since >= period(numbers) {
+                // The stress goes on from what it was: c (z - Y) falls to the part that is not forgotten.
+                course.weight = weight(numbers, *since);
+                let (faded, before) = (faded(numbers, *since), course.before / course.weight);
+                let left = (1.0 - faded) * before;
+                let changed = if left < 1.0 { 1.0 - left } else { 0.0 };
+                course.faded = if course.before == course.weight { faded } else { changed };
+                (*taken, *since) = (*since, 0);
+            }
+        }
+        courses
+    }
+
+    /// Books what the memory has changed by, from the sums over all cells.
+    pub fn book(&mut self, courses: &Courses, sums: &Sums) -> Change {
+        let total = |sum: TwoFloat| f64::from(sum.hi) + f64::from(sum.lo);
+        let spread = total(sums.spread.total());
+        let is_forgotten = sums.forces.total() <= 0.0;
+        let (mut change, mut any) = (total(sums.rise.total()), sums.moved.total() > 0.0);
+        let remembered = self.arrays.remembered.iter_mut().zip(&sums.remembered);
+        for (course, (square, [before, after])) in courses.iter().zip(remembered) {
+            // k <- a^2 k - 2 a b u . f + b^2 u . S u.
+            let (old, [before, after]) =
+                (number(*square), [before, after].map(|sum| total(sum.total())));
+            let (a, b) = (1.0 - f64::from(course.faded), f64::from(course.faded));
+            let new = a * a * old - 2.0 * a * b * before + b * b * spread;
+            let new = if is_forgotten || new < 0.0 { 0.0 } else { new };
+            *square = words(new);
+            // The energy share c / 2 (u . S u + 2 u . f + k).
+            let energy = |weight: f32, work: f64, square: f64| {
+                0.5 * f64::from(course.share * weight) * (spread + 2.0 * work + square)
+            };
+            change += energy(course.weight, after, new) - energy(course.before, before, old);
+            any |= course.weight.to_bits() != course.before.to_bits();
+        }
+        *self.arrays.relaxed = words(number(*self.arrays.relaxed) - change);
+        Change { rise: change + ROUNDING * f64::from(sums.scale.total()), any }
+    }
+
+    /// Energy that the branches have relaxed since the reset, in internal units.
+    pub fn relaxed(&self) -> f64 {
+        number(*self.arrays.relaxed)
+    }
+
+    /// Computes the numbers for a tick anew, of a restored body.
+    pub fn derive(&mut self) {
+        let (courses, count) = (self.waiting(), self.branches());
+        let courses = courses.get(..count).unwrap_or(&[]);
+        let shapes = others::shapes(&self.model.others);
+        let slices = self.arrays.rows.chunks(count.max(1)).zip(&mut *self.arrays.numbers);
+        for (slice, (rows, numbers)) in slices.enumerate() {
+            remember(shapes, slice, courses, rows, numbers);
+        }
+    }
+
+    /// The body as it is in this tick.
+    pub fn into_model(self) -> Model<'a>
+    where
+        'm: 'a,
+    {
+        let courses = self.waiting();
+        let [part, _] = parts(&courses);
+        let energy =
+            courses.iter().zip(*self.arrays.remembered).fold(0.0, |sum, (course, square)| {
+                sum + 0.5 * f64::from(course.share * course.weight) * number(square)
+            });
+        let hi = energy as f32;
+        let energy = TwoFloat { hi, lo: (energy - f64::from(hi)) as f32 };
+        let memory = Remembered { numbers: self.arrays.numbers, part, energy };
+        let shapes = Nodal { memory, ..others::shapes(&self.model.others) };
+        Model { others: others::with_shapes(self.model.others, shapes), ..*self.model }
+    }
+}
+
+/// Ticks between two times at which a branch follows.
+fn period(numbers: &BranchNumbers) -> u32 {
+    let time = numbers.get(branch::TIME_TICKS).copied().unwrap_or(0.0);
+    if time >= SLOW_TICKS { SLOW_PERIOD } else { 1 }
+}
+
+/// b, the part that a branch forgets in some ticks.
+fn faded(numbers: &BranchNumbers, ticks: u32) -> f32 {
+    let parts = numbers.get(branch::FADED..).unwrap_or(&[]);
+    let also = |first: f32, second: f32| first + second - first * second;
+    let (long, rest) = (ticks / TICKS_MAX, ticks % TICKS_MAX);
+    let mut faded = 0.0;
+    for (power, &part) in parts.iter().enumerate() {
+        if power < 6 && rest >> power & 1 == 1 {
+            faded = also(faded, part);
+        }
+    }
+    // Square after square of the longest one.
+    let mut part = parts.last().copied().unwrap_or(0.0);
+    let mut left = if long < LONG_MAX { long } else { LONG_MAX };
+    while left > 0 {
+        if left & 1 == 1 {
+            faded = also(faded, part);
+        }
+        part = also(part, part);
+        left >>= 1;
+    }
+    faded
+}
+
+/// c, the part of its modulus that a branch carries in a tick that counts for so many.
+fn weight(numbers: &BranchNumbers, ticks: u32) -> f32 {
+    let time = numbers.get(branch::TIME_TICKS).copied().unwrap_or(0.0);
+    let ticks = ticks.clamp(1, TICKS_MAX);
+    let weight = faded(numbers, ticks) * (time / ticks as f32);
+    if weight < 1.0 { weight } else { 1.0 }
+}

@@ -1,0 +1,29 @@
+//! Parts of a body that relaxes that a snapshot contains: clock and memory.
+
+use super::body::RelaxingBody;
+use super::memory::number;
+use crate::cut::memory::CutRoom;
+use crate::model::Model;
+use crate::model::image::BRANCHES_MAX;
+use crate::number::kept::Pass;
+
+/// Passes over the memory of a body that relaxes; `model` is such a one.
+pub(crate) fn keep(memory: &mut CutRoom<'_>, model: &Model<'_>, pass: &mut Pass<'_>) {
+    let Some(mut body) = RelaxingBody::of(memory, model) else {
+        let needed = super::memory::sizes(model).map_or(0, |sizes| sizes.iter().sum());
+        return pass.lacks(needed, memory.words().len());
+    };
+    pass.slice(body.arrays.since, BRANCHES_MAX);
+    pass.slice(body.arrays.taken, BRANCHES_MAX);
+    let is_energy = |&words: &[u32; 2]| number(words).is_finite();
+    pass.slice_if(body.arrays.remembered, |_, words| is_energy(words));
+    pass.slice_if(core::slice::from_mut(body.arrays.relaxed), |_, words| is_energy(words));
+    // Strains and forces are finite, and never -0.0.
+    let is_fit = |number: &f32| number.is_finite() && number.to_bits() != (-0.0_f32).to_bits();
+    pass.slice_if(body.arrays.rows.as_flattened_mut().as_flattened_mut(), |_, number| {
+        is_fit(number)
+    });
+    if pass.is_reading() {
+        body.derive();
+    }
+}

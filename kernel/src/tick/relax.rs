@@ -1,0 +1,74 @@
+//! The start of a tick of a body that relaxes: its memory follows its strain.
+
+use super::settings::Network;
+use super::tissue::TissueMut;
+use crate::backend::run;
+use crate::energy::current::rounded_up;
+use crate::energy::nodal::follow::{Follow, Sums};
+use crate::energy::residual::Terms;
+use crate::model::{Model, others};
+use crate::relax::body::RelaxingBody;
+use crate::solver::Dynamics;
+
+impl<D: Dynamics> TissueMut<'_, D> {
+    /// Lets the memory follow the published positions. A late tick only counts.
+    pub(super) fn relax(&mut self, network: &Network<'_>, is_late: bool) {
+        let model = network.model();
+        let mut memory = core::mem::take(&mut self.cut);
+        let change = RelaxingBody::of(&mut memory, model).and_then(|mut body| {
+            body.count();
+            if is_late { None } else { self.follow(model, &mut body) }
+        });
+        self.cut = memory;
+        // Book the change of the energy; all else is as after a correction.
+        if let Some(rise) = change {
+            self.head.touched = None;
+            self.head.level.shift(rounded_up(rise));
+            self.head.awake.wake_all(model);
+        }
+    }
+
+    /// Returns the change of the energy, rounded up, in internal units; `None` if nothing changes.
+    fn follow(&mut self, model: &Model<'_>, body: &mut RelaxingBody<'_, '_>) -> Option<f64> {
+        let courses = body.due();
+        if courses.iter().all(|course| course.faded <= 0.0) {
+            return None;
+        }
+        // Displacements of the awake slices; others lie in their rest shape and remember nothing.
+        let (cells, slices) = (model.cells(), model.slice_count());
+        let state = self.state.get(..cells)?;
+        let terms = Terms::<D::Number>::of(model, self.states.shared(model.kept_states()));
+        let awake = &self.head.awake.set;
+        terms.displace(awake.iter(slices), state);
+        // Follow them.
+        let (mut sums, count) = (Sums::NONE, body.branches());
+        let work = Follow {
+            shapes: others::shapes(&model.others),
+            states: terms.states,
+            slices: awake.iter(slices),
+            courses: courses.get(..count)?,
+            rows: body.arrays.rows,
+            numbers: body.arrays.numbers,
+            sums: &mut sums,
+        };
+        run(self.head.vectors, work);
+        let change = body.book(&courses, &sums);
+        change.any.then_some(change.rise)
+    }
+
+    /// Energy that the branches of a body have relaxed since the reset \[J\]: work that the hand did and that neither
+    /// the body holds nor a sweep took. 0 for an elastic body.
+    #[must_use]
+    pub fn relaxed_j(&mut self, network: &Network<'_>) -> f32 {
+        let model = network.model();
+        let relaxed = RelaxingBody::of(&mut self.cut, model).map_or(0.0, |body| body.relaxed());
+        (relaxed * f64::from(model.energy_unit_j())) as f32
+    }
+
+    /// Forgets all strain.
+    pub(super) fn forget_strain(&mut self, model: &Model<'_>) {
+        if let Some(mut body) = RelaxingBody::of(&mut self.cut, model) {
+            body.reset();
+        }
+    }
+}
