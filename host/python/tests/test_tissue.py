@@ -330,3 +330,32 @@ except KeyboardInterrupt:
 """
     found = ran(program)
     assert found.stdout == "interrupted True\n", found
+
+
+def test_a_body_that_relaxes_is_for_one_rate_of_ticks() -> None:
+    spec, branches = "box:5x5x4x0.01", [(2.0, 0.1), (1.0, 4)]
+    bake = Model.bake_mesh
+    model = bake(spec, young_pa=1000, branches=branches)
+    assert bake(spec, young_pa=1000, branches=branches[::-1]).checksum == model.checksum
+    assert bake(spec, young_pa=1000, branches=branches, instant=True).checksum != model.checksum
+    Tissue(model)
+    slow = bake(spec, young_pa=1000, branches=branches, device_hz=500)
+    Tissue(slow, device_hz=500)
+    with pytest.raises(chaincell.ArgumentError, match="device_hz.*1000 ticks.*baked for 500"):
+        Tissue(slow)
+    cervix = bake(spec, tissue="cervix")
+    by_hand = [(2.725, 0.0026), (0.940, 0.159)]
+    assert bake(spec, young_pa=3197, branches=by_hand).checksum == cervix.checksum
+    elastic = bake(spec, tissue="cervix", branches=[])
+    assert elastic.checksum == bake(spec, young_pa=3197).checksum
+    for wrong, match in [
+        ({"branches": branches}, "branches.*young_pa"),
+        ({"young_pa": 1000, "instant": True}, "instant.*no branches"),
+        ({"young_pa": 1000, "branches": [(-1, 2)]}, "branches.*above 0"),
+        ({"young_pa": 1000, "branches": branches, "cuttable": True}, "branches.*cuttable"),
+        ({"tissue": "stone"}, "tissue.*known are muscle"),
+    ]:
+        with pytest.raises(chaincell.ModelError, match=match):
+            bake(spec, **wrong)
+    with pytest.raises(TypeError, match="branches.*pairs"):
+        bake(spec, young_pa=1000, branches=[(1, 2, 3)])

@@ -1,16 +1,11 @@
 //! The report on tissue that relaxes: its branches, its moduli in the end, and the memory that they take.
 
-use chaincell_kernel::Model;
+use chaincell_kernel::{Model, cut_words};
 use serde::Serialize;
 
 use crate::bake::tissue::Moduli;
 use crate::error::Result;
 use crate::terminal;
-
-/// RAM of a cell for each branch: the strain that it remembers, and the force of the spread \[bytes\].
-const BRANCH_BYTES: usize = 9 * size_of::<f32>();
-/// RAM of a cell for all branches together \[bytes\].
-const CELL_BYTES: usize = 10 * size_of::<f32>();
 
 /// A branch in the image.
 #[derive(Debug, Serialize)]
@@ -31,6 +26,7 @@ pub(super) struct RelaxationReport {
     /// Means of the cells when all branches have relaxed.
     long_term_young_pa: f64,
     long_term_poisson: f64,
+    /// Bytes that a tissue needs for its memory beside the model's `ram_bytes`.
     ram_bytes: usize,
 }
 
@@ -58,13 +54,12 @@ impl RelaxationReport {
             young_pa += moduli.young_pa / cells;
             poisson += moduli.poisson / cells;
         }
-        let of_branches = BRANCH_BYTES * branches.len();
         Some(Self {
             branches,
             tick_s,
             long_term_young_pa: young_pa,
             long_term_poisson: poisson,
-            ram_bytes: model.cells() * (of_branches + CELL_BYTES),
+            ram_bytes: cut_words(model) * size_of::<u32>(),
         })
     }
 

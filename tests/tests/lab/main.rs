@@ -4,6 +4,7 @@ mod identify;
 mod paper;
 mod quick;
 mod reference;
+mod relaxation;
 mod report;
 mod sphere;
 mod stress;

@@ -22,6 +22,8 @@ const FLOOR: f64 = 0.1;
 const STEP: f64 = 1e-4;
 /// Standard deviations in half of a 95 % interval.
 const WIDTH: f64 = 1.96;
+/// Least error of a measured response, as a share of it.
+const NOISE_MIN: f64 = 1e-3;
 /// Largest factor from a value to an end of its interval in which it counts as identified.
 const FACTOR: f64 = 2.0;
 /// Where times are looked for: ends of their range as shares of the curve's length.
@@ -169,7 +171,7 @@ impl Descent<'_> {
     fn deviations(&self) -> Vec<f64> {
         let (residuals, slopes) = (self.residuals_at(&self.x), self.slopes());
         let freedom = (residuals.len() - self.x.len()) as f64;
-        let variance = residuals.norm_squared() / freedom;
+        let variance = (residuals.norm_squared() / freedom).max(NOISE_MIN * NOISE_MIN);
         let inverse = (slopes.transpose() * slopes).try_inverse();
         (0..self.x.len())
             .map(|at| {

@@ -1,0 +1,61 @@
+//! `chaincell relaxation`: branches from a measured curve, for a bake, and what is refused.
+#![allow(clippy::unwrap_used)]
+
+use std::fmt::Write as _;
+
+use chaincell_host::bake::tissue::Branch;
+use chaincell_lab::reference::prony::Prony;
+use chaincell_tests::files::{scratch, text};
+use chaincell_tests::run;
+
+/// A press in a second and a hold of a minute.
+fn curve() -> String {
+    let branches = [(2.0, 0.4), (1.0, 10.0)].map(|(ratio, time_s)| Branch { ratio, time_s });
+    let strip = Prony { modulus: 1500.0, branches: branches.to_vec() };
+    let times = (1..=40).map(|at| 0.05 * f64::from(at)).chain((3..60).map(f64::from));
+    let points: Vec<[f64; 2]> = [0.0]
+        .into_iter()
+        .chain(times)
+        .map(|time_s| [time_s, 0.1 * f64::min(time_s, 1.0)])
+        .collect();
+    let mut text = String::from("time_s,stretch,stress_kpa\n");
+    for ([time_s, strain], stress) in points.iter().zip(strip.path(&points)).skip(1) {
+        let _ = writeln!(text, "{time_s},{},{}", 1.0 - strain, -1e-3 * stress);
+    }
+    text
+}
+
+#[test]
+fn the_printed_options_bake_the_tissue_of_the_curve() {
+    let folder = scratch();
+    let file = folder.path().join("hold.csv");
+    std::fs::write(&file, curve()).unwrap();
+    let said = run(["relaxation", text(&file)]).with(0).out;
+    let options = said.split_once("bake ").unwrap().1.lines().next().unwrap();
+    let wanted = "--young-pa 1500.0 --branch 2.0000,0.4000 --branch 1.0000,10.0000";
+    assert_eq!(options, wanted, "{said}");
+    let model = folder.path().join("model.chaincell");
+    let bake = ["bake", "box:4x4x3x0.01", "-o", text(&model)];
+    run(bake.into_iter().chain(options.split(' '))).with(0);
+    let found = run(["relaxation", text(&file), "--branches", "3", "--json"]).with(0).json();
+    let values = found["values"].as_array().unwrap();
+    assert_eq!(values.len(), 7);
+    assert!(values.iter().any(|value| value["is_identified"] == false), "{found}");
+}
+
+#[test]
+fn what_is_no_curve_is_refused() {
+    let folder = scratch();
+    let file = folder.path().join("hold.csv");
+    std::fs::write(&file, "time_s,strain,force_n\n1,0.1,1\n2,0.1,0.5\n").unwrap();
+    let file = text(&file);
+    for (args, part) in [
+        (&[file][..], "2 rows for 5 values"),
+        (&[file, "--branches", "5"], "--branches"),
+        (&[file, "--half-widths", "0.1,0.1"], "--half-widths 0.1,0.1"),
+        (&["none.csv"], "none.csv"),
+    ] {
+        let why = run([&["relaxation"], args].concat()).with(2).err;
+        assert!(why.contains(part), "{args:?}: {why}");
+    }
+}
