@@ -15,7 +15,9 @@ use super::load::report::LoadReport;
 use super::load::{Lengths, MemoryWatch, histogram};
 use super::model_file;
 use super::session::{self, LoopArgs, tell_refused};
-use super::shared::{DepthArgs, FolderArgs, PrintArgs, note_cut, tell_cut, tell_view};
+use super::shared::{
+    DepthArgs, FolderArgs, PrintArgs, note_cut, tell_cut, tell_relaxed, tell_view,
+};
 use super::sides::{self, Files, Session, Sides};
 use super::stage::{StageArgs, StageReport};
 use super::tissue::{TissueArgs, TissueReport};
@@ -118,6 +120,9 @@ struct CosimSummary {
     /// Of a body that can be cut.
     #[serde(flatten)]
     cut: Option<CutReport>,
+    /// Energy that a body with branches has relaxed since the last reset \[J\].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    relaxed_j: Option<f32>,
     injected: Option<Injected>,
     state_hash: String,
     /// None for a session that was not recorded.
@@ -358,6 +363,7 @@ fn summary(
         largest_force_step_n: control.largest_force_step_n,
         tool_courses: serve.tool_courses,
         cut: serve.cut,
+        relaxed_j: serve.relaxed_j,
         injected: control.injected,
         state_hash: serve.state_hash,
         replay_state_hash: replayed.state_hash,
@@ -416,6 +422,7 @@ fn print(args: &Args, summary: &CosimSummary) -> Result<()> {
     tell_injected(summary.injected.as_ref())?;
     // Print the cut, and compare the state hash with that of the replay.
     tell_cut(18, cut)?;
+    tell_relaxed(18, summary.relaxed_j)?;
     let replayed = match &summary.replay_state_hash {
         None => "not replayed: longer than an hour".to_owned(),
         Some(hash) if *hash == summary.state_hash => format!("replayed {hash} (the same)"),

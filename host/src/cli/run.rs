@@ -13,7 +13,7 @@ use super::mesh_file::Units;
 use super::model_file;
 use super::picture;
 use super::press::{Motion, PressArgs};
-use super::shared::{PrintArgs, note_cut, tell_cut, tell_view};
+use super::shared::{PrintArgs, note_cut, tell_cut, tell_relaxed, tell_view};
 use super::snapshots::{SnapshotArgs, Snapshots};
 use super::stage::{StageArgs, StageReport};
 use super::tissue::{TissueArgs, TissueReport};
@@ -126,6 +126,9 @@ struct RunSummary {
     /// Of a body that can be cut.
     #[serde(flatten)]
     cut: Option<CutReport>,
+    /// Energy that a body with branches has relaxed since the last reset \[J\].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    relaxed_j: Option<f32>,
     #[serde(flatten)]
     tissue: TissueReport,
     stage: Option<StageReport>,
@@ -196,6 +199,7 @@ pub fn execute(args: &Args) -> Result<()> {
         flag_ticks: played.flag_ticks,
         interrupted: interrupt::asked(),
         cut: tissue.engine_mut().cut(),
+        relaxed_j: tissue.engine_mut().relaxed_j(),
         tissue: args.tissue.report(tissue.engine()),
         stage: args.stage.report()?,
     };
@@ -489,6 +493,7 @@ fn report(args: &Args, summary: &RunSummary, far: Option<Far>, drawn: Option<&st
     terminal::say(format_args!("  {:<14}{}", "state hash", summary.state_hash))?;
     terminal::say(format_args!("  {:<14}{}", "flags", summary.flag_ticks))?;
     tell_cut(14, cut)?;
+    tell_relaxed(14, summary.relaxed_j)?;
     summary.judgement.print(14)?;
     if let Some(drawn) = drawn {
         terminal::say(format_args!("  {:<14}{drawn}", "picture"))?;

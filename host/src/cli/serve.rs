@@ -12,7 +12,9 @@ use super::judgement::{Judgement, Pace};
 use super::model_file;
 use super::restore::restore;
 use super::session::{LoopArgs, tell_refused, write_forces};
-use super::shared::{FolderArgs, PrintArgs, SilenceArgs, note_cut, tell_cut, tell_view};
+use super::shared::{
+    FolderArgs, PrintArgs, SilenceArgs, note_cut, tell_cut, tell_relaxed, tell_view,
+};
 use super::stage::{StageArgs, StageReport};
 use super::tissue::{TissueArgs, TissueReport};
 use super::verdict::{Counts, Verdict, VerdictArgs};
@@ -439,6 +441,7 @@ fn print(
     }
     // Print the cut, the state and the verdict.
     tell_cut(12, cut)?;
+    tell_relaxed(12, report.relaxed_j)?;
     terminal::say(format_args!("  state hash  {}", report.state_hash))?;
     match (&args.folder.out, &args.record) {
         _ if !args.tissue.is_shown(cut) => {}

@@ -54,6 +54,14 @@ pub fn tell_cut(width: usize, cut: Option<&CutReport>) -> Result<()> {
     cut.map_or(Ok(()), |cut| terminal::say(format_args!("  {:<width$}{cut}", "cut")))
 }
 
+/// Prints the energy that a body has relaxed, its name in a column of this width.
+pub fn tell_relaxed(width: usize, relaxed_j: Option<f32>) -> Result<()> {
+    relaxed_j.map_or(Ok(()), |relaxed_j| {
+        let name = "relaxed";
+        terminal::say(format_args!("  {name:<width$}{:.3} mJ of the hand's work", 1e3 * relaxed_j))
+    })
+}
+
 /// Names the remedy where cells could not split.
 pub fn note_cut(cut: Option<&CutReport>) {
     if let Some(remedy) = cut.and_then(CutReport::remedy) {

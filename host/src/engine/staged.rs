@@ -217,6 +217,10 @@ impl TissueEngine for Staged<'_> {
         self.engine.cut()
     }
 
+    fn relaxed_j(&mut self) -> Option<f32> {
+        self.engine.relaxed_j()
+    }
+
     fn state_hash(&mut self) -> u64 {
         self.engine.state_hash()
     }

@@ -86,6 +86,11 @@ pub trait TissueEngine {
         None
     }
 
+    /// Energy that the branches of a body have relaxed since the last reset \[J\]; `None` for an elastic body.
+    fn relaxed_j(&mut self) -> Option<f32> {
+        None
+    }
+
     /// Hash of the state after the last tick.
     fn state_hash(&mut self) -> u64;
 

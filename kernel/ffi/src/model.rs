@@ -54,7 +54,7 @@ pub struct Info {
     pub step_max: f32,
     /// Largest energy that a tool may load into the body \[J\].
     pub energy_max_j: f32,
-    /// Words of memory for cuts, 0 for a body that cannot be cut: for `CHAINCELL_CUT_BYTES`.
+    /// Words of memory for cuts or for the strain of a body that relaxes, 0 for another one: for `CHAINCELL_CUT_BYTES`.
     pub cut_words: u32,
 }
 

@@ -71,8 +71,9 @@ impl From<ResetError> for Refusal {
             ResetError::CoarseRoom { needed, room } => {
                 Refusal::sizes(Code::ResetCoarse, needed, room)
             }
-            // The storage has room for the states of every model that it admits.
-            ResetError::States { needed, capacity } => {
+            // The storage has room for the states and the memory of every model that it admits.
+            ResetError::States { needed, capacity }
+            | ResetError::Memory { needed, room: capacity } => {
                 Refusal::sizes(Code::ResetCapacity, needed, capacity)
             }
             ResetError::Shapes => Code::ResetShapes.into(),

@@ -1,4 +1,4 @@
-//! Memory for cutting, of the caller, and its division into arrays.
+//! Memory of the caller for cutting and for relaxation, and its division into the arrays of a body that is cut.
 
 #[cfg(any(feature = "cut", feature = "relax"))]
 use bytemuck::AnyBitPattern;
@@ -18,8 +18,8 @@ use crate::number::two_float::{Eight, LANES};
 /// 1 in a kernel that cuts, so that arrays of this length have no size in another.
 const BUILT: usize = cfg!(any(feature = "cut", feature = "relax")) as usize;
 
-/// Memory for cutting: words of the caller, [`cut_words`] for a body; without size in a kernel without the
-/// feature `cut`.
+/// Memory for cutting a body, or for the strain that a body remembers: words of the caller, [`cut_words`] for a body;
+/// without size in a kernel without the features `cut` and `relax`.
 ///
 /// ```
 /// use chaincell_kernel::{Model, CutRoom, cut_words, include_model};
@@ -60,12 +60,12 @@ impl Default for CutRoom<'_> {
     }
 }
 
-/// Number of words of [`CutRoom`] with which a body can be cut; 0 for one that is not cuttable.
+/// Number of words of [`CutRoom`] with which a body can be cut, or relaxes; 0 for one that does neither.
 ///
-/// Per cell 360 to 430 bytes, in a body of links too: the half-links, a copy of which changes, are most of it. Each
-/// spare cell
-/// takes 88 bytes more for lips, and with a contact surface 208 more. A coarse level of n functions, 24 or more, takes
-/// 1,200 n + 40,000 bytes and 29 a cell for up to 32 functions on one side of a cut.
+/// A body that relaxes takes 40 bytes a cell, and 36 for each branch. One that can be cut takes 360 to 430 bytes a cell,
+/// in a body of links too: the half-links, a copy of which changes, are most of it. Each spare cell takes 88 bytes more
+/// for lips, and with a contact surface 208 more. A coarse level of n functions, 24 or more, takes 1,200 n + 40,000 bytes
+/// and 29 a cell for up to 32 functions on one side of a cut.
 #[must_use]
 pub fn cut_words(model: &Model<'_>) -> usize {
     #[cfg(feature = "relax")]
@@ -80,7 +80,8 @@ pub fn cut_words(model: &Model<'_>) -> usize {
     0
 }
 
-/// Words of the state of the cuts in memory for them; `None` for a whole body.
+/// Words of the state of the cuts or of the remembered strain in memory for them; `None` for a body that is whole and
+/// elastic.
 ///
 /// ```
 /// use chaincell_kernel::{Model, cut_state, include_model};

@@ -24,6 +24,7 @@ mod one_sweep;
 mod plane;
 mod properties;
 mod random_cuts;
+mod relax;
 mod same_bits;
 mod scissors;
 mod slender;

@@ -36,6 +36,7 @@ pub(super) trait AnyCut {
         corner: usize,
     ) -> Option<u16>;
     fn is_dropped(&mut self, network: &Network<'_>, cell: u16) -> bool;
+    fn relaxed_j(&mut self, network: &Network<'_>) -> f32;
 }
 
 impl<D: Dynamics> AnyCut for Memory<D> {
@@ -55,6 +56,10 @@ impl<D: Dynamics> AnyCut for Memory<D> {
     fn is_dropped(&mut self, network: &Network<'_>, cell: u16) -> bool {
         self.view().is_dropped(network, cell)
     }
+
+    fn relaxed_j(&mut self, network: &Network<'_>) -> f32 {
+        self.view().relaxed_j(network)
+    }
 }
 
 impl Engine<'_> {
@@ -62,6 +67,12 @@ impl Engine<'_> {
     #[must_use]
     pub fn can_be_cut(&self) -> bool {
         self.network.model().tetrahedra_to_cut() > 0
+    }
+
+    /// Energy that the branches of a body have relaxed since the last reset \[J\]; `None` for an elastic body.
+    pub fn relaxed_j(&mut self) -> Option<f32> {
+        self.network.model().branches().next()?;
+        Some(self.tissue.relaxed_j(&self.network))
     }
 
     /// State of the cuts since the last reset; all 0 for a body that is whole.

@@ -414,6 +414,7 @@ impl<'a> Run<'a> {
             flag_ticks: self.flag_ticks,
             tool_courses: self.session.courses(),
             cut: self.session.engine.cut(),
+            relaxed_j: self.session.engine.relaxed_j(),
             ticks_paused: self.paused_ticks,
             commands_done: self.obeyed,
             commands_refused: self.disobeyed,

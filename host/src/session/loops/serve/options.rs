@@ -144,6 +144,9 @@ pub struct ServeReport {
     /// The cut of a body that can be cut, since the last reset.
     #[serde(flatten)]
     pub cut: Option<CutReport>,
+    /// Energy that a body with branches has relaxed since the last reset \[J\].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub relaxed_j: Option<f32>,
     /// Poses answered with force 0 while paused; they count as executed.
     pub ticks_paused: u64,
     /// Commands carried out.
