@@ -12,8 +12,8 @@
 //! The energy of a branch is half a squared distance to what it remembers, so it falls to the part a^2.
 //!
 //! **Rest.** Where a step changes no bit of Y though z differs, Y moves by a unit in the last place. Within 2^-20 of z it
-//! stays as it is, and if z is as small, it becomes 0: memory comes to rest, bit by bit, after some 8 to 12 tau, and a
-//! body in its rest shape has none. The stress is off by at most 2 mu 2^-20. For f that distance is 2^-20 mu V.
+//! stays as it is, and if z is as small, it becomes 0: memory comes to rest, bit by bit, after some 8 to 15 tau, and a
+//! body in its rest shape has none. The stress is off by at most 2 mu 2^-20. For f that distance is 2^-18 mu V.
 //!
 //! Cost: a gather and a scatter of the half-links and some 70 operations for each branch and cell. In two loops: the
 //! force s of a cell needs the shapes of its neighbours.
@@ -38,6 +38,8 @@ pub(crate) type BranchRows = [[f32; LANES]; 9];
 
 /// Distance at which a memory stays as it is.
 const NEAR: f32 = 1.0 / (1 << 20) as f32;
+/// The same for a force of the spread, as a share of mu V.
+const NEAR_FORCE: f32 = 4.0 * NEAR;
 /// Three quarters of the spacing of `f32`: added to a number, it moves it by a unit in the last place.
 const NUDGE: f32 = 0.75 * f32::EPSILON;
 
@@ -174,7 +176,7 @@ impl<S> Follow<'_, '_, S> {
         let here = displacements::<V>(here.each_ref());
         let [x, y, z, _] = V::transposed(&forces);
         let (own, force) = (own::<V>(numbers), [Lane(x), Lane(y), Lane(z)]);
-        let near = Lane::of(NEAR) * (own.mu * own.volume);
+        let near = Lane::of(NEAR_FORCE) * (own.mu * own.volume);
         // Follow them, branch by branch.
         let zero = Lane::of(0.0);
         let mut mean = Mean::of(&own, self.courses);
