@@ -43,6 +43,19 @@ fn the_printed_options_bake_the_tissue_of_the_curve() {
     assert!(values.iter().any(|value| value["is_identified"] == false), "{found}");
 }
 
+/// Presses are fitted in equilibrium.
+#[test]
+fn identify_takes_no_branches() {
+    let folder = scratch();
+    let file = folder.path().join("press.csv");
+    std::fs::write(&file, "displacement_m,force_n\n0.001,0.1\n0.002,0.2\n0.003,0.3\n").unwrap();
+    let [model, out] = ["model.chaincell", "out"].map(|name| folder.path().join(name));
+    let args = ["identify", "box:5x5x4x0.01", "--target", text(&file), "-o", text(&model)];
+    let why = run([&args[..], &["--out", text(&out), "--tissue", "cervix"]].concat()).with(2).err;
+    assert!(why.contains("--branch") && why.contains("chaincell relaxation"), "{why}");
+    assert!(!out.exists());
+}
+
 #[test]
 fn what_is_no_curve_is_refused() {
     let folder = scratch();

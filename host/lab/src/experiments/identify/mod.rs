@@ -148,6 +148,12 @@ impl Bench<'_> {
 
     /// Refuses what no parameter could explain.
     pub fn check(&self) -> Result<()> {
+        if self.options.tissue.as_ref().is_some_and(|tissue| tissue.relaxation.is_some()) {
+            return Err(Error::input(
+                "--branch: presses are fitted in equilibrium, where branches have relaxed; leave them out (--branch \
+                 none with --tissue), and find them with `chaincell relaxation`",
+            ));
+        }
         let size_m = size(self.mesh);
         for target in self.targets {
             let (name, depth_m) = (&target.name, target.depth_m());
@@ -159,8 +165,8 @@ impl Bench<'_> {
             }
             if target.is_in_time() && self.options.tissue.is_some() {
                 return Err(Error::input(format!(
-                    "{name}: nodal shapes have no time constant; give equilibrium forces, or leave \
-                     --young-pa out"
+                    "{name}: nodal shapes have no time constant; give equilibrium forces, find branches with \
+                     `chaincell relaxation`, or leave --young-pa out"
                 )));
             }
             if target.is_in_time() && !matches!(self.tool, Tool::Held(_)) {
