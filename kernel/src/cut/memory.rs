@@ -1,8 +1,5 @@
 //! Memory of the caller for cutting and for relaxation, and its division into the arrays of a body that is cut.
 
-#[cfg(any(feature = "cut", feature = "relax"))]
-use bytemuck::AnyBitPattern;
-
 #[cfg(feature = "cut")]
 use super::renewal::Renewal;
 use crate::model::Model;
@@ -14,6 +11,10 @@ use crate::model::loose::Loose;
 use crate::model::nodal::{CellNumbers, OffsetNumbers, SlotNumbers};
 #[cfg(feature = "cut")]
 use crate::number::two_float::{Eight, LANES};
+#[cfg(feature = "cut")]
+use crate::number::words::take;
+#[cfg(feature = "relax")]
+use crate::relax::memory;
 
 /// 1 in a kernel that cuts, so that arrays of this length have no size in another.
 const BUILT: usize = cfg!(any(feature = "cut", feature = "relax")) as usize;
@@ -69,7 +70,7 @@ impl Default for CutRoom<'_> {
 #[must_use]
 pub fn cut_words(model: &Model<'_>) -> usize {
     #[cfg(feature = "relax")]
-    if let Some(sizes) = crate::relax::memory::sizes(model) {
+    if let Some(sizes) = memory::sizes(model) {
         return sizes.iter().sum();
     }
     #[cfg(feature = "cut")]
@@ -93,7 +94,7 @@ pub fn cut_words(model: &Model<'_>) -> usize {
 #[must_use]
 pub fn cut_state<'w>(words: &'w [u32], model: &Model<'_>) -> Option<&'w [u32]> {
     #[cfg(feature = "relax")]
-    if let Some(state) = crate::relax::memory::state(words, model) {
+    if let Some(state) = memory::state(words, model) {
         return Some(state);
     }
     #[cfg(feature = "cut")]
@@ -489,17 +490,6 @@ pub(crate) fn inherit<T: Copy>(array: &mut [T], from: usize, to: usize) {
     {
         *slot = item;
     }
-}
-
-/// Takes an array of `words` words from the rest of the memory.
-#[cfg(any(feature = "cut", feature = "relax"))]
-pub(crate) fn take<'a, T: AnyBitPattern + bytemuck::NoUninit>(
-    rest: &mut &'a mut [u32],
-    words: usize,
-) -> Option<&'a mut [T]> {
-    let (first, after) = core::mem::take(rest).split_at_mut_checked(words)?;
-    *rest = after;
-    bytemuck::try_cast_slice_mut(first).ok()
 }
 
 /// The first `count` triples of half words.

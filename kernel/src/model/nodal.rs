@@ -94,14 +94,14 @@ pub(crate) type Relaxing = ();
 #[cfg(not(feature = "relax"))]
 pub(crate) type Relaxing = core::convert::Infallible;
 
-/// What a slice remembers, and the part of the shear modulus that acts.
+/// The memory of a slice, and the part of the shear modulus that acts.
 pub(crate) type SliceMemoryOf<'a> = Option<(&'a MemoryNumbers, f32, Relaxing)>;
 
 /// Numbers by which eight cells remember their strain, by number and lane: A - I in the order xx, yy, zz, xy, xz, yz,
 /// twice the energy density that R does not change, and the force of the spread.
 pub(crate) type MemoryNumbers = [[f32; LANES]; 10];
 
-/// What a body that relaxes remembers, constant in a tick, see [`memory`](crate::energy::nodal).
+/// The memory of a body that relaxes, constant in a tick, see [`memory`](crate::energy::nodal).
 #[cfg(feature = "relax")]
 #[derive(Clone, Copy)]
 pub(crate) struct Remembered<'a> {

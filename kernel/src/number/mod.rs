@@ -31,6 +31,8 @@ mod single;
 pub mod sqrt;
 pub mod turn;
 pub mod two_float;
+#[cfg(any(feature = "cut", feature = "relax"))]
+pub(crate) mod words;
 
 use core::fmt::Debug;
 

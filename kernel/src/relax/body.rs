@@ -1,7 +1,6 @@
 //! A body that relaxes, as it is in a tick.
 
 use super::memory::{Arrays, arrays, number, words};
-use crate::cut::memory::CutRoom;
 use crate::energy::nodal::follow::{Course, Sums, parts, remember};
 use crate::model::branches::BranchNumbers;
 use crate::model::image::{BRANCHES_MAX, branch};
@@ -40,9 +39,9 @@ pub(crate) struct Change {
 }
 
 impl<'a, 'm> RelaxingBody<'a, 'm> {
-    /// `None` for an elastic body, and without memory for it.
-    pub fn of(memory: &'a mut CutRoom<'_>, model: &'a Model<'m>) -> Option<Self> {
-        let arrays = arrays(memory.words_mut(), model)?;
+    /// The body with these words of the caller; `None` for an elastic one, and if they are too few.
+    pub fn of(words: &'a mut [u32], model: &'a Model<'m>) -> Option<Self> {
+        let arrays = arrays(words, model)?;
         Some(Self { arrays, model, branches: model.others.branches() })
     }
 

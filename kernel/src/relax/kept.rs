@@ -1,17 +1,17 @@
 //! Parts of a body that relaxes that a snapshot contains: clock and memory.
 
 use super::body::RelaxingBody;
-use super::memory::number;
-use crate::cut::memory::CutRoom;
+use super::memory::{number, sizes};
 use crate::model::Model;
 use crate::model::image::BRANCHES_MAX;
 use crate::number::kept::Pass;
 
 /// Passes over the memory of a body that relaxes; `model` is such a one.
-pub(crate) fn keep(memory: &mut CutRoom<'_>, model: &Model<'_>, pass: &mut Pass<'_>) {
-    let Some(mut body) = RelaxingBody::of(memory, model) else {
-        let needed = super::memory::sizes(model).map_or(0, |sizes| sizes.iter().sum());
-        return pass.lacks(needed, memory.words().len());
+pub(crate) fn keep(words: &mut [u32], model: &Model<'_>, pass: &mut Pass<'_>) {
+    let room = words.len();
+    let Some(mut body) = RelaxingBody::of(words, model) else {
+        let needed = sizes(model).map_or(0, |sizes| sizes.iter().sum());
+        return pass.lacks(needed, room);
     };
     pass.slice(body.arrays.since, BRANCHES_MAX);
     pass.slice(body.arrays.taken, BRANCHES_MAX);

@@ -1,11 +1,11 @@
 //! The words of a body that relaxes.
 
-use crate::cut::memory::take;
 use crate::energy::nodal::follow::BranchRows;
 use crate::model::Model;
 use crate::model::image::BRANCHES_MAX;
 use crate::model::nodal::MemoryNumbers;
 use crate::model::terms::TermData;
+use crate::number::words::take;
 
 /// Words of the clock.
 const CLOCK: usize = 4 * BRANCHES_MAX + 2;
@@ -14,7 +14,8 @@ const CLOCK: usize = 4 * BRANCHES_MAX + 2;
 pub(crate) type Double = [u32; 2];
 
 /// The number of two words.
-pub(crate) fn number([low, high]: Double) -> f64 {
+pub(crate) fn number(words: Double) -> f64 {
+    let [low, high] = words;
     f64::from_bits(u64::from(high) << 32 | u64::from(low))
 }
 

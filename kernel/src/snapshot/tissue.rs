@@ -11,6 +11,8 @@ use crate::model::Model;
 use crate::number::cell::Cell;
 use crate::number::float_env;
 use crate::number::kept::{Kept, Pass, joined, named};
+#[cfg(feature = "relax")]
+use crate::relax::kept;
 use crate::solver::{Dynamics, NumberOf};
 use crate::tick::error::ResetError;
 use crate::tick::settings::Network;
@@ -146,7 +148,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
         }
         #[cfg(feature = "relax")]
         if model.branches().next().is_some() {
-            crate::relax::kept::keep(&mut self.cut, model, pass);
+            kept::keep(self.cut.words_mut(), model, pass);
         }
         head
     }

@@ -65,7 +65,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
 fn of_room<'a, 'm: 'a>(memory: &'a mut CutRoom<'_>, model: &'a Model<'m>) -> Option<Model<'a>> {
     #[cfg(feature = "relax")]
     if model.branches().next().is_some() {
-        return RelaxingBody::of(memory, model).map(RelaxingBody::into_model);
+        return RelaxingBody::of(memory.words_mut(), model).map(RelaxingBody::into_model);
     }
     #[cfg(feature = "cut")]
     return CutBody::of(memory, model).map(CutBody::into_model);

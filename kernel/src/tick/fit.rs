@@ -6,6 +6,8 @@ use crate::energy::held::Contact;
 use crate::model::Model;
 use crate::number::cell::Cell;
 use crate::number::two_float::Eight;
+#[cfg(feature = "relax")]
+use crate::relax::memory;
 use crate::solver::Dynamics;
 
 /// RAM of a body's arrays under the scheme `D`, without the scalars and without the terms' states \[bytes\];
@@ -61,7 +63,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
             return Err(ResetError::States { needed, capacity });
         }
         #[cfg(feature = "relax")]
-        if let Some(sizes) = crate::relax::memory::sizes(model) {
+        if let Some(sizes) = memory::sizes(model) {
             let (needed, room) = (sizes.iter().sum(), self.cut.words().len());
             if needed > room {
                 return Err(ResetError::Memory { needed, room });

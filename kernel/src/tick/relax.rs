@@ -15,7 +15,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
     pub(super) fn relax(&mut self, network: &Network<'_>, is_late: bool) {
         let model = network.model();
         let mut memory = core::mem::take(&mut self.cut);
-        let change = RelaxingBody::of(&mut memory, model).and_then(|mut body| {
+        let change = RelaxingBody::of(memory.words_mut(), model).and_then(|mut body| {
             body.count();
             if is_late { None } else { self.follow(model, &mut body) }
         });
@@ -61,13 +61,14 @@ impl<D: Dynamics> TissueMut<'_, D> {
     #[must_use]
     pub fn relaxed_j(&mut self, network: &Network<'_>) -> f32 {
         let model = network.model();
-        let relaxed = RelaxingBody::of(&mut self.cut, model).map_or(0.0, |body| body.relaxed());
+        let relaxed =
+            RelaxingBody::of(self.cut.words_mut(), model).map_or(0.0, |body| body.relaxed());
         (relaxed * f64::from(model.energy_unit_j())) as f32
     }
 
     /// Forgets all strain.
     pub(super) fn forget_strain(&mut self, model: &Model<'_>) {
-        if let Some(mut body) = RelaxingBody::of(&mut self.cut, model) {
+        if let Some(mut body) = RelaxingBody::of(self.cut.words_mut(), model) {
             body.reset();
         }
     }

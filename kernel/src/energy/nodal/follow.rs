@@ -33,7 +33,7 @@ use crate::model::image::nodal::BETA;
 use crate::model::nodal::{MemoryNumbers, Nodal};
 use crate::number::two_float::{LANES, Lanes, Plain};
 
-/// What a branch remembers of eight cells, by number and lane: Y in the order xx, yy, zz, xy, xz, yz, then f.
+/// The memory of eight cells in a branch, by number and lane: Y in the order xx, yy, zz, xy, xz, yz, then f.
 pub(crate) type BranchRows = [[f32; LANES]; 9];
 
 /// Distance at which a memory stays as it is.

@@ -6,9 +6,9 @@
 use super::band::{least_short, short};
 use super::jacobi::Eigen;
 use super::matrix::{Matrix, both, each, inner, minus, three, times};
-use super::memory::{distance, spread, step_turn, strain};
 use super::nearest::{Turn, of_unit_volume, rotation};
 use super::state::Step;
+use super::strain::{distance, spread, step_turn, strain};
 use super::sums::{Gathered, Own};
 use crate::backend::lane::{Lane, Real};
 use crate::model::image::nodal::BETA;

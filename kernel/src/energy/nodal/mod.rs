@@ -56,6 +56,7 @@
 //! - [`nearest`]: the steps of R and Q.
 //! - `scalar`: cell by cell, in a pass without a vector unit and at any positions for the few cells that the tool
 //!   holds; `half_links_vfp` and `jacobi_vfp` are parts of it on the floating-point unit of Armv7E-M.
+//! - `strain`: the strain of a cell that may remember, and the step of R.
 //! - `stress`: strain and stress for reports.
 //! - `sums`: sums over the half-links of a cell, and its material.
 
@@ -77,6 +78,7 @@ mod memory;
 pub(crate) mod nearest;
 mod scalar;
 mod state;
+mod strain;
 mod stress;
 mod sums;
 #[cfg(test)]

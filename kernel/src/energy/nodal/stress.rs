@@ -3,8 +3,8 @@
 use super::band::short;
 use super::jacobi::Eigen;
 use super::matrix::{Matrix, both, cofactors, dot, each, minus, three, times_transposed};
-use super::memory::{step_turn, strain};
 use super::nearest::{Turn, of_unit_volume, rotation};
+use super::strain::{step_turn, strain};
 use super::sums::Own;
 use crate::backend::lane::Lane;
 use crate::energy::stress::Stress;

@@ -15,7 +15,7 @@ pub(super) struct Own<V> {
     pub area: [Lane<V>; 3],
     /// C, if a cell has one.
     pub offset: Option<Matrix<V>>,
-    /// What the cell remembers, in a body that relaxes.
+    /// The memory of a cell of a body that relaxes.
     pub memory: Option<Memory<V>>,
 }
 
