@@ -4,8 +4,9 @@
 //! is at its limit, k q > J w, moves on by q - J w / k in that direction, in the material as it is deformed. A
 //! front that presses also follows its sample along the edge, and across the blade's plane by at most the
 //! progress of the cut, at no force. The energy of the edge falls by what the hand paid: J w times the progress.
-//! The swept area is the sum of w times the progress. A front that would fall back on its way aside goes straight
-//! on; one that leaps over a wound has no more progress than its slip. So no area counts for which nobody paid.
+//! The swept area is the sum of w times the progress. Where tissue gapes, a front that passes from one side to the
+//! other leaps: ahead, it has no more progress than its slip; back, it has less than none, as it moves on from there
+//! once more. So no area counts for which nobody paid. A front that would fall back on its way aside goes straight on.
 //!
 //! A sample before which the tissue is open already has no limit but 0: neither force nor area; see `ahead`.
 //!
@@ -157,7 +158,7 @@ impl CutBody<'_, '_> {
     }
 
     /// Moves a front on. Returns where it is then, beyond the body if it has cut through, and its progress along
-    /// the direction of cutting.
+    /// the direction of cutting, below 0 where it has fallen back.
     fn advance(
         &self,
         sample: &mut EdgeSample,
@@ -189,10 +190,10 @@ impl CutBody<'_, '_> {
             let at_rest =
                 |step| Some(add(from.rest, self.way_at_rest(from.tetrahedron, step, at)?));
             let Some(wished) = at_rest(add(ahead, beside)) else { break };
-            let (kept, most_left) = (*sample, q + FALL_BACK);
+            let kept = *sample;
             let mut left = self.go(sample, wished, forward, at);
             // Straight on where the body ends beside, or the front would fall back there.
-            if left.is_none_or(|left| left > most_left) {
+            if left.is_none_or(|left| left > q + FALL_BACK) {
                 *sample = kept;
                 left = at_rest(ahead).and_then(|wished| self.go(sample, wished, forward, at));
             }
@@ -200,18 +201,14 @@ impl CutBody<'_, '_> {
                 sample.leave();
                 return (Point { rest: wished, ..from }, progress);
             };
-            if left > most_left {
-                *sample = kept;
-                break;
-            }
             if slip <= 0.0 || !sample.is_in() {
                 break;
             }
-            // Across a wound that gapes the front has leapt: the hand has paid for the slip alone.
+            // The hand has paid for the slip alone.
             let passed = q - left;
             progress += if passed < slip { passed } else { slip };
         }
-        (Point::of(sample), if progress > 0.0 { progress } else { 0.0 })
+        (Point::of(sample), progress)
     }
 
     /// Moves the front of a sample straight to a place at rest. Returns how far the sample is ahead of it then, `None`
