@@ -2,13 +2,13 @@
 //!
 //! Ahead of a sample lie two parallelograms of the body at rest: from the lines between its front and those of its two
 //! neighbours, one mean link length in the direction of cutting. Of the faces for which the line between the middles
-//! of their tetrahedra crosses one of these, the nearest ahead tells: the sample is free where that face is open. All
-//! that the blade itself opens lies behind its fronts, so a blade in whole tissue is never free. Where no line
+//! of their tetrahedra crosses one of these, the nearest ahead counts: where that face is open, the sample is free.
+//! All that the blade itself opens lies behind its fronts, so a blade in whole tissue is never free. Where no line
 //! crosses, the sample stays as it is.
 //!
 //! A closed face counts as open where one of its tetrahedra has an opened face on the other side, ahead of the front:
 //! between the blade and the wound lies no more than that tetrahedron. So a hand that comes back a little beside
-//! its wound, by up to a third of a link, does not cut it again.
+//! its wound, by up to a third of a link, pays for little of it again.
 //!
 //! A free sample has a limit of 0: its front follows it without a force, and the area that it passes does not count.
 //! The end of a wound is known to half a link, the distance between such lines.
@@ -43,13 +43,13 @@ impl Patch {
         dot(self.normal, sub(point, self.corner))
     }
 
-    /// How far ahead of the line between the fronts a point is, over the length of the parallelogram.
+    /// Distance of a point ahead of the line between the fronts, over the length of the parallelogram.
     fn ahead_of(&self, point: [f32; 3]) -> f32 {
         let across = cross(self.side, sub(point, self.corner));
         dot(across, self.normal) / dot(self.normal, self.normal)
     }
 
-    /// How far ahead a line crosses it, from 0 to 1.
+    /// Distance ahead at which a line crosses it, from 0 to 1.
     fn crossed(&self, [p, q]: [[f32; 3]; 2]) -> Option<f32> {
         let (first, second) = (self.above(p), self.above(q));
         if (first >= 0.0) == (second >= 0.0) {
@@ -116,7 +116,7 @@ impl CutBody<'_, '_> {
         nearest.map(|(_, is_open)| is_open)
     }
 
-    /// How far ahead the line of a face crosses a patch, and whether the tissue is open there.
+    /// Distance ahead at which the line of a face crosses a patch, and true if the tissue is open there.
     fn is_open_on(&self, patch: &Patch, tetrahedron: usize, corner: usize) -> Option<(f32, bool)> {
         let (other, _) = self.across(tetrahedron, corner)?;
         let line = [self.middle_at_rest(tetrahedron)?, self.middle_at_rest(other)?];
