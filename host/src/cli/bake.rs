@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use chaincell_kernel::{Loose, TearLimit};
+use chaincell_kernel::{Loose, Model, TearLimit};
 use clap::ValueEnum;
 use serde::Serialize;
 
@@ -15,8 +15,8 @@ use super::shared::{PrintArgs, tell_view};
 use super::values::{Material, per_cell, with_materials};
 use crate::bake::tissue::{Band, Branch, KnownTissue, Relaxation, STRETCH_MIN, Tissue, relaxation};
 use crate::bake::{
-    BakeOptions, BasisSpacing, CUT_SPARE, ContactSurface, Cuttable, PerCell, TOUGHNESS_J_PER_M2,
-    bake,
+    BakeOptions, BasisSpacing, CUT_SPARE, ContactSurface, Cuttable, Equivalent, PerCell,
+    TOUGHNESS_J_PER_M2, bake,
 };
 use crate::error::{Error, Result};
 use crate::files::whole::{keep_input, write_whole};
@@ -292,6 +292,9 @@ pub fn execute(args: &Args) -> Result<()> {
              folded, or parts of it lie in each other; mesh it again"
         ));
     }
+    if let Some(remark) = too_tough(&model) {
+        terminal::note(format_args!("note: {remark}"));
+    }
     // The model in numbers.
     if args.print.json {
         return terminal::say_json(&report);
@@ -312,6 +315,28 @@ pub fn execute(args: &Args) -> Result<()> {
     report.model.print(args.verbose)?;
     report.judgement.print(14)?;
     tell_view(14, &[&args.output])
+}
+
+/// Largest toughness at which a blade parts links before they snap, over Young's modulus of the tissue to which they
+/// are equivalent times the mean edge.
+const TOUGHEST: f64 = 0.25;
+
+/// A remark on a body of links that snap before a blade parts them, with the remedy.
+fn too_tough(model: &Model<'_>) -> Option<String> {
+    let toughness = f64::from(model.toughness_j_per_m2()?);
+    let (young_pa, edge_m) = (Equivalent::of_model(model)?.body_pa, f64::from(model.unit_m()));
+    let most = TOUGHEST * young_pa * edge_m;
+    (toughness > most).then(|| {
+        format!(
+            "a toughness of {toughness:.3} J/m^2 is above a quarter of Young's modulus times the mean edge, {most:.3} \
+             J/m^2 ({young_pa:.0} Pa, {:.3} mm): these links snap under a blade before it parts them, and stay \
+             folded. Bake with --toughness-j-per-m2 {:.2} or less, with links {:.1} times as stiff \
+             (--stiffness-n-per-m), or with --young-pa",
+            1e3 * edge_m,
+            (100.0 * most).floor() / 100.0,
+            (10.0 * toughness / most).ceil() / 10.0,
+        )
+    })
 }
 
 /// Most tetrahedra that are looked at for overlaps.

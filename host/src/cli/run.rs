@@ -212,7 +212,11 @@ pub fn execute(args: &Args) -> Result<()> {
 /// The poses of the path or of the built-in motion.
 fn paths(args: &Args, tissue: &Staged<'_>) -> Result<Paths> {
     let engine = tissue.engine();
+    let has_scissors = (0..tissue.tools()).any(|tool| engine.has_scissors(tool));
     let Some(file) = &args.source.path else {
+        if has_scissors {
+            terminal::note("note: the built-in motion leaves scissors closed; --path opens them");
+        }
         return Ok(Paths::of(vec![args.press.on(engine.network().model(), engine.contact())?]));
     };
     let rules = if args.recorded { Rules::Recorded } else { Rules::Strict };
@@ -224,6 +228,13 @@ fn paths(args: &Args, tissue: &Staged<'_>) -> Result<Paths> {
             counted(paths.tools, "tool"),
             tissue.tools()
         )));
+    }
+    if has_scissors && !paths.opens() {
+        terminal::note(format_args!(
+            "note: {}: the scissors stay closed, as no row opens them: give the opening in a column \
+             `opening_rad` behind `engaged`, 0 to 3.14159",
+            file.display()
+        ));
     }
     Ok(paths)
 }

@@ -156,9 +156,14 @@ impl Engine<'_> {
     /// Torque of the tissue on the handles of a tool's scissors in the last tick with a sweep, above 0 where it
     /// resists closing \[N m\]; `None` for a tool without scissors.
     pub fn opening_torque_n_m(&mut self, tool: usize) -> Option<f32> {
-        let Contact::Tools { tools, .. } = &self.contact else { return None };
-        let has_scissors = tools.get(tool)?.iter().any(|part| part.blades().is_some());
-        has_scissors.then(|| self.tissue.opening_torque_n_m(&self.network, tool))
+        self.has_scissors(tool).then(|| self.tissue.opening_torque_n_m(&self.network, tool))
+    }
+
+    /// Returns true for a tool with scissors.
+    pub fn has_scissors(&self, tool: usize) -> bool {
+        let Contact::Tools { tools, .. } = &self.contact else { return false };
+        let parts = tools.get(tool);
+        parts.is_some_and(|parts| parts.iter().any(|part| part.blades().is_some()))
     }
 
     /// The pose at which the tissue meets a tool; `None` while the tool is not engaged.

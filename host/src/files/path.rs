@@ -63,6 +63,12 @@ impl Paths {
         each.get(tick * self.tools..(tick + 1) * self.tools).unwrap_or(&[])
     }
 
+    /// Returns true if scissors open in a row.
+    #[must_use]
+    pub fn opens(&self) -> bool {
+        self.each.iter().flatten().any(|pose| pose.opening_turns_q16 > 0)
+    }
+
     /// Converts a path with coordinates in units of `unit_m` to metres.
     #[must_use]
     pub fn in_metres(mut self, unit_m: f64) -> Self {

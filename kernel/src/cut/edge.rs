@@ -4,13 +4,17 @@
 //! is at its limit, k q > J w, moves on by q - J w / k in that direction, in the material as it is deformed. A
 //! front that presses also follows its sample along the edge, and across the blade's plane by at most the
 //! progress of the cut, at no force. The energy of the edge falls by what the hand paid: J w times the progress.
-//! The swept area is the sum of w times the progress.
+//! The swept area is the sum of w times the progress. Where tissue gapes, a front that passes from one side to the
+//! other leaps: ahead, it has no more progress than its slip; back, it has less than none, as it moves on from there
+//! once more. So no area counts for which nobody paid. A front that would fall back on its way aside goes straight on.
+//!
+//! A sample before which the tissue is open already has no limit but 0: neither force nor area; see `ahead`.
 //!
 //! A front is left behind, and its sample enters anew, where the blade is drawn back by more than [`BACK`] mean
 //! link lengths, or moved aside by more than [`ASIDE`]. A blade that moves by more than [`BEHIND`] in a tick leaves
 //! all fronts behind and cuts nothing: a pose that jumps does no harm.
 //!
-//! Cost: the tetrahedra that the edge passes; while a sample is outside, also that of `entry`.
+//! Cost: the tetrahedra that the edge passes, and that of `ahead`; while a sample is outside, also that of `entry`.
 
 use super::body::CutBody;
 use super::entry::BEHIND;
@@ -27,6 +31,8 @@ const STEPS: usize = 3;
 const BACK: f32 = 4.0;
 /// Way aside at which it is [mean link lengths].
 const ASIDE: f32 = 1.0;
+/// Most by which a front falls back in a step, for the rounding [mean link lengths].
+const FALL_BACK: f32 = 1.0e-5;
 /// Stiffness of a sample over Young's modulus times its length.
 const STIFFNESS: f32 = 8.0;
 /// Most that a sample presses in before its front moves on [mean link lengths].
@@ -80,7 +86,7 @@ impl CutBody<'_, '_> {
             if sample.is_in() {
                 let before = Point::of(sample);
                 let (after, progress) = self.advance(sample, &axes, at);
-                area += sample.length * progress;
+                area += if sample.limit > 0.0 { sample.length * progress } else { 0.0 };
                 is_changed |= before.rest != after.rest || !sample.is_in();
                 *slot = Some(Move { before, after });
             }
@@ -96,7 +102,8 @@ impl CutBody<'_, '_> {
         if edge.samples().iter().any(|sample| !sample.is_in()) {
             is_changed |= self.enter(edge, ahead, at);
         }
-        is_changed
+        let is_freed = self.free(edge, at);
+        is_changed || is_freed
     }
 
     /// Lets samples in that have entered the tissue. Returns true if one has.
@@ -119,15 +126,20 @@ impl CutBody<'_, '_> {
         let cell = self.cut.corners.get(front.tetrahedron).map_or(0, |corners| corners[0]);
         let young_pa = self.model.elasticity(cell.into()).map_or(1.0, |[young_pa, _]| young_pa);
         let (unit_m, unit_n) = (self.model.unit_m(), self.model.force_unit_n());
-        let toughness = self.cut.toughness_j_per_m2;
         // Both forces over the unit of force [N], lengths in links.
-        sample.limit = toughness * unit_m / unit_n * sample.length;
+        sample.limit = self.limit(sample);
         let (soft, short) = (
             STIFFNESS * young_pa * unit_m * unit_m / unit_n * sample.length,
             sample.limit / PRESSED,
         );
         sample.stiffness = if soft > short { soft } else { short };
         self.set_front(sample, front);
+    }
+
+    /// Largest force of a sample that cuts.
+    pub(super) fn limit(&self, sample: &EdgeSample) -> f32 {
+        let (unit_m, unit_n) = (self.model.unit_m(), self.model.force_unit_n());
+        self.cut.toughness_j_per_m2 * unit_m / unit_n * sample.length
     }
 
     /// Sets the front of a sample.
@@ -146,7 +158,7 @@ impl CutBody<'_, '_> {
     }
 
     /// Moves a front on. Returns where it is then, beyond the body if it has cut through, and its progress along
-    /// the direction of cutting.
+    /// the direction of cutting, below 0 where it has fallen back.
     fn advance(
         &self,
         sample: &mut EdgeSample,
@@ -178,21 +190,39 @@ impl CutBody<'_, '_> {
             let at_rest =
                 |step| Some(add(from.rest, self.way_at_rest(from.tetrahedron, step, at)?));
             let Some(wished) = at_rest(add(ahead, beside)) else { break };
-            let front = self.walk(from, wished, |_| ()).or_else(|| {
-                // Beside, the body ends: straight on.
-                self.walk(from, at_rest(ahead)?, |_| ())
-            });
-            let Some(front) = front else {
+            let kept = *sample;
+            let mut left = self.go(sample, wished, forward, at);
+            // Straight on where the body ends beside, or the front would fall back there.
+            if left.is_none_or(|left| left > q + FALL_BACK) {
+                *sample = kept;
+                left = at_rest(ahead).and_then(|wished| self.go(sample, wished, forward, at));
+            }
+            let Some(left) = left else {
                 sample.leave();
                 return (Point { rest: wished, ..from }, progress);
             };
-            self.set_front(sample, front);
             if slip <= 0.0 || !sample.is_in() {
                 break;
             }
-            progress += q - dot(forward, sub(sample.place, sample.front(at)));
+            // The hand has paid for the slip alone.
+            let passed = q - left;
+            progress += if passed < slip { passed } else { slip };
         }
-        (Point::of(sample), if progress > 0.0 { progress } else { 0.0 })
+        (Point::of(sample), progress)
+    }
+
+    /// Moves the front of a sample straight to a place at rest. Returns how far the sample is ahead of it then, `None`
+    /// if the way leaves the body.
+    fn go(
+        &self,
+        sample: &mut EdgeSample,
+        wished: [f32; 3],
+        forward: [f32; 3],
+        at: &impl Fn(usize) -> [f32; 3],
+    ) -> Option<f32> {
+        let front = self.walk(Point::of(sample), wished, |_| ())?;
+        self.set_front(sample, front);
+        Some(dot(forward, sub(sample.place, sample.front(at))))
     }
 
     /// Opens the faces between two neighbouring samples, at these places. Where one of them is outside the tissue,

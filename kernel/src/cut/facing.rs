@@ -6,7 +6,6 @@
 //! Cost: a look at each tetrahedron, and at those of a cell for each opened face, once a tick.
 
 use super::body::CutBody;
-use super::memory::LIPS;
 use crate::number::cell::{add, scale, sub};
 use crate::number::turn::cross;
 
@@ -24,10 +23,7 @@ impl CutBody<'_, '_> {
         self.arrays.links.lip_areas.fill([0.0; 3]);
         for tetrahedron in 0..self.arrays.faces.len() {
             for corner in self.open_corners(tetrahedron) {
-                let Some(other) = self.across(tetrahedron, corner) else { continue };
-                if tetrahedron < other.0 {
-                    let [here, there] =
-                        [(tetrahedron, corner), other].map(|(at, corner)| self.side(at, corner));
+                if let Some([here, there]) = self.sides_once(tetrahedron, corner) {
                     self.face(here, there, at);
                 }
             }
@@ -40,20 +36,12 @@ impl CutBody<'_, '_> {
         // The mean of both sides, a third of it: both are outward.
         let third = scale(1.0 / 12.0, sub(area(here), area(there)));
         for cell in here {
-            let origin = self.origin(cell.into());
-            let across = there.into_iter().find(|&id| self.origin(id.into()) == origin);
-            let Some(across) = across.filter(|&across| across != cell) else { continue };
-            let (cells, third) = if cell < across {
-                ([cell, across], third)
-            } else {
-                ([across, cell], scale(-1.0, third))
-            };
-            let spare = usize::from(cells[1]).saturating_sub(self.bodily);
-            let mut places = LIPS * spare..LIPS * (spare + 1);
+            let Some((cells, sign)) = self.lip_at(cell, there) else { continue };
+            let mut places = self.lip_places(cells);
             let place = places.find(|&place| self.lip(place).is_some_and(|lip| lip.cells == cells));
             let area = place.and_then(|place| self.arrays.links.lip_areas.get_mut(place));
             if let Some(area) = area {
-                *area = add(*area, third);
+                *area = add(*area, scale(sign, third));
             }
         }
     }

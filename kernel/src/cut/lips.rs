@@ -12,6 +12,9 @@
 //! and come back overlapping presses only after they have parted. What the energy falls by is booked. The bounds of the cells have the lips that count: else a piece that
 //! is drawn away would lag behind its tool.
 
+use core::cmp::Ordering;
+use core::ops::Range;
+
 use super::body::CutBody;
 use super::memory::{Arrays, LIPS};
 use super::offset::of_shapes;
@@ -72,7 +75,6 @@ impl CutBody<'_, '_> {
         self.sort_ends();
         self.list_links();
         self.bound_lips();
-        self.freeze();
     }
 
     /// Makes the list anew. The normal of a place whose cells are others than before becomes 0, unless the normals
@@ -81,39 +83,55 @@ impl CutBody<'_, '_> {
         self.arrays.lip_numbers.fill([0.0; 5]);
         for tetrahedron in 0..self.arrays.faces.len() {
             for corner in self.open_corners(tetrahedron) {
-                if let Some((other, _)) = self.across(tetrahedron, corner)
-                    && tetrahedron < other
-                {
-                    self.add_lips(tetrahedron, corner, other, is_read);
+                if let Some([here, there]) = self.sides_once(tetrahedron, corner) {
+                    self.add_lips(here, there, is_read);
                 }
             }
         }
     }
 
-    /// Adds an opened face, opposite to a corner of a tetrahedron, to the lips at its corners.
-    fn add_lips(&mut self, tetrahedron: usize, opposite: usize, other: usize, is_read: bool) {
-        let cells = self.side(tetrahedron, opposite);
+    /// Both sides of an opened face, at one of its tetrahedra.
+    pub(super) fn sides_once(&self, tetrahedron: usize, corner: usize) -> Option<[[u16; 3]; 2]> {
+        let (other, opposite) = self.across(tetrahedron, corner)?;
+        let sides = || [self.side(tetrahedron, corner), self.side(other, opposite)];
+        (tetrahedron < other).then(sides)
+    }
+
+    /// The cells of the lip at a corner of one side of an opened face, and the sign of that side's area for it; `None`
+    /// where both sides have the same cell.
+    pub(super) fn lip_at(&self, cell: u16, there: [u16; 3]) -> Option<([u16; 2], f32)> {
+        let origin = self.origin(cell.into());
+        let across = there.into_iter().find(|&id| self.origin(id.into()) == origin)?;
+        match cell.cmp(&across) {
+            Ordering::Less => Some(([cell, across], 1.0)),
+            Ordering::Equal => None,
+            Ordering::Greater => Some(([across, cell], -1.0)),
+        }
+    }
+
+    /// The places for lips of these cells.
+    pub(super) fn lip_places(&self, cells: [u16; 2]) -> Range<usize> {
+        let spare = usize::from(cells[1]).saturating_sub(self.bodily);
+        LIPS * spare..LIPS * (spare + 1)
+    }
+
+    /// Adds an opened face with these sides to the lips at its corners.
+    fn add_lips(&mut self, cells: [u16; 3], there: [u16; 3], is_read: bool) {
         let [a, b, c] = cells.map(|cell| self.rest_position(self.origin(cell.into()) as u16));
         let third = scale(1.0 / 6.0, cross(sub(b, a), sub(c, a)));
         let numbers = self.contact_numbers(cells);
         let number = |row: usize| numbers.get(row).copied().unwrap_or(0.0);
         let weight = WEIGHT / 3.0 * number(contact::STIFFNESS);
         for cell in cells {
-            let origin = self.origin(cell.into());
-            let corners = self.arrays.corners.get(other).copied().unwrap_or_default();
-            let there = corners.into_iter().find(|&id| self.origin(id.into()) == origin);
-            let Some(there) = there.filter(|&there| there != cell) else { continue };
-            let is_first = cell < there;
-            let (cells, area) =
-                if is_first { ([cell, there], third) } else { ([there, cell], scale(-1.0, third)) };
+            let Some((cells, sign)) = self.lip_at(cell, there) else { continue };
+            let area = scale(sign, third);
             self.add_lip(Lip { cells, weight, area, edge: number(contact::EDGE) }, is_read);
         }
     }
 
     /// Adds a lip, or its numbers to the one of these cells.
     fn add_lip(&mut self, more: Lip, is_read: bool) {
-        let spare = usize::from(more.cells[1]).saturating_sub(self.bodily);
-        for place in LIPS * spare..LIPS * (spare + 1) {
+        for place in self.lip_places(more.cells) {
             let known = self.lip(place);
             if known.is_some_and(|lip| lip.cells != more.cells) {
                 continue;
@@ -192,7 +210,7 @@ impl CutBody<'_, '_> {
         }
     }
 
-    /// Sets the bounds of all cells, with those of the lips that count.
+    /// Sets the bounds of all cells, with those of the lips that count; the cells of loose pieces stay where they are.
     pub(crate) fn bound_lips(&mut self) {
         let basis = self.model.coarse_basis.and_then(|basis| basis.elastic());
         let factors = basis.map_or(&[][..], |level| level.factors);
@@ -219,6 +237,7 @@ impl CutBody<'_, '_> {
                 }
             }
         }
+        self.freeze();
     }
 
     /// Returns true if the lip in a place has a normal.

@@ -121,7 +121,7 @@ impl CutBody<'_, '_> {
     }
 
     /// Holds the cells of loose pieces where they are, after the bounds of all cells were set.
-    pub(crate) fn freeze(&mut self) {
+    pub(super) fn freeze(&mut self) {
         if !self.seeks_pieces() {
             return;
         }

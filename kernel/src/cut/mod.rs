@@ -77,12 +77,14 @@
 //! - `opened`: the triangles of opened faces; `lips`: its sides where they lie on each other; `facing`: the way
 //!   that these face in a body of links.
 //! - `offset`: the offsets of copies, and their decay.
-//! - `edge`: the fronts of a blade's edge; `entry`: how it enters; `strip`: the faces that it opens; `place`:
-//!   points of tetrahedra.
+//! - `edge`: the fronts of a blade's edge; `entry`: how it enters; `ahead`: where the tissue is open before it;
+//!   `strip`: the faces that it opens; `place`: points of tetrahedra.
 //! - `loose`: pieces that hang on nothing; `joined`: sets of cells, for these and for the sides.
 //! - `tear`: the cell that tears, and the account of a tear.
 //! - `kept`: what a snapshot and a state hash contain.
 
+#[cfg(feature = "cut")]
+mod ahead;
 #[cfg(feature = "cut")]
 pub(crate) mod body;
 #[cfg(feature = "cut")]

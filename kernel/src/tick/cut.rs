@@ -176,7 +176,6 @@ impl<D: Dynamics> TissueMut<'_, D> {
             body.list();
             self.stop_loose(&body);
             body.bound_lips();
-            body.freeze();
         }
         self.cut = memory;
     }
@@ -219,7 +218,6 @@ impl<D: Dynamics> TissueMut<'_, D> {
             let is_bound = others_count || split.is_some();
             if is_bound {
                 body.bound_lips();
-                body.freeze();
             }
             body.renew_sides(self.head.vectors);
             ([split, lowered, turned], is_bound)

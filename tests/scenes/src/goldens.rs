@@ -66,6 +66,6 @@ pub static GOLDENS: &[Golden] = &[
     of("touch6_predict", Tier::F32, 2000, 0x4dd3670bf650b7ac, 64000),
     of("touch6_tools", Tier::F32, 100, 0x4d382cfbe902e217, 3200),
     of("touch6_tools", Tier::F32, 2000, 0x13f452f4fcea1a7c, 64000),
-    of("blade5_track", Tier::F32, 100, 0x0fbeac2503c68b2d, 3200),
-    of("blade5_track", Tier::F32, 2000, 0x09a6791e11aaaee4, 64000),
+    of("blade5_track", Tier::F32, 100, 0xbf1d796ec447d60d, 3200),
+    of("blade5_track", Tier::F32, 2000, 0x797e36e03772a8cb, 64000),
 ];

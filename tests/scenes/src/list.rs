@@ -57,7 +57,7 @@ const SPATULA: [ToolPart; 2] = [
 /// A blade with a ball for its back.
 const SCALPEL: [ToolPart; 2] = [
     ToolPart { centre_m: [0.0, 0.0, 0.02], ..ToolPart::sphere(0.005) },
-    ToolPart { orientation: [0.0, 0.1, 0.3, 1.0], ..ToolPart::edge(0.016) },
+    ToolPart { orientation: [0.0, 0.1, 0.3, 1.0], ..ToolPart::edge(0.03) },
 ];
 
 /// Defaults but for the number of sweeps, the bands and the force's limit.

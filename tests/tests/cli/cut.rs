@@ -112,6 +112,17 @@ fn scissors_cut_as_they_close_and_their_trace_replays_to_the_same_bits() {
     let still = path.replace(&rows, "0,0,-0.017,0.0075,1,0.4");
     snip(&model, &out, &still).with(0);
     assert_eq!(summary(&out)["opened_faces"], 0);
+    // Scissors that no row opens, and those of the built-in motion, stay closed: both say so.
+    let closed = still.replace(",opening_rad", "").replace(",0.4", "");
+    for closed in [closed, still.replace(",0.4", ",0")] {
+        let said = snip(&model, &out, &closed).with(0);
+        assert!(said.err.contains("the scissors stay closed") && !said.out.contains("stay closed"));
+        assert!(said.err.contains("`opening_rad`"), "{}", said.err);
+    }
+    let said = press(&model, &out, &["--tool", SCISSORS]).with(0);
+    assert!(said.err.contains("leaves scissors closed"), "{}", said.err);
+    let said = snip(&model, &out, &still).with(0);
+    assert!(!said.err.contains("closed"), "{}", said.err);
     // An opening that cannot be.
     let why = snip(&model, &out, &still.replace(",0.4", ",4.5")).with(2).err;
     assert!(why.contains("field opening_rad `4.5`") && why.contains("0 to 3.14159"), "{why}");
@@ -254,6 +265,33 @@ fn what_is_not_cut_is_whole() {
     let said = press(&block(folder.path(), BOX, "0.1"), &out, &["--tool", "sphere:0.008"]).with(0);
     assert!(said.out.contains("0.00 mm^2 with 0.000 mJ, 0 faces open, 0 copied"), "{}", said.out);
     assert_eq!(summary(&out)["opened_faces"], 0);
+}
+
+/// Links that snap before a blade parts them: the bake names the limit, and a body baked at it has no remark.
+#[test]
+fn links_that_are_too_tough_are_told_with_the_remedy() {
+    let folder = scratch();
+    let model = folder.path().join("links.chaincell");
+    let bake = |options: &[&str]| {
+        let args = ["bake", BOX, "-o", text(&model), "--cuttable"];
+        run([&args[..], options].concat()).with(0).err
+    };
+    let said = bake(&[]);
+    assert!(said.contains("note: a toughness of 160.000 J/m^2 is above a quarter of"), "{said}");
+    let info = run(["info", text(&model), "--json"]).with(0).json();
+    let number = |name: &str| info[name].as_f64().unwrap();
+    let young_pa = info["equivalent_young_pa"]["mean"].as_f64().unwrap();
+    let most = 0.25 * young_pa * number("mean_link_m");
+    let remedy = format!("{:.2}", (100.0 * most).floor() / 100.0);
+    assert!(said.contains(&format!("--toughness-j-per-m2 {remedy} or less")), "{said} {remedy}");
+    let above = format!("{}", 1.01 * most);
+    assert!(bake(&["--toughness-j-per-m2", &above]).contains("snap under a blade"));
+    assert!(!bake(&["--toughness-j-per-m2", &remedy]).contains("snap"));
+    // Links as many times as stiff.
+    let times = said.split_once("with links ").unwrap().1.split_once(' ').unwrap().0;
+    let stiff = format!("{}", 20.0 * times.parse::<f64>().unwrap());
+    assert!(!bake(&["--stiffness-n-per-m", &stiff]).contains("snap"), "{stiff}");
+    assert!(!bake(&["--young-pa", "5000"]).contains("snap"));
 }
 
 #[test]

@@ -289,6 +289,53 @@ fn a_cut_goes_on_from_a_snapshot_with_the_same_bits_on_any_unit() {
     assert_eq!(other.cuts(), bench.cuts());
 }
 
+/// Area and mean force of a pass of a blade down into the slab, moved by `beside_m`, and out again; the hand's work
+/// pays for the area.
+fn pass(bench: &mut Bench<'_>, beside_m: f32, ticks: usize) -> (f64, f64) {
+    let network = bench.network;
+    let (before, mut work_j, mut sum_n) = (bench.cuts(), 0.0, 0.0);
+    let back = (0..ticks / 4).rev().map(|tick| (4 * tick, 1));
+    let ways = (0..ticks).map(|tick| (tick, 1)).chain(back).chain((0..300).map(|_| (0, 0)));
+    for (at, (tick, engaged)) in ways.enumerate() {
+        let [x, y, z] = down(tick);
+        let pose = ToolPose::at([x, y + beside_m, z].into(), engaged);
+        let output = bench.view().tick(&network, &[pose], Budget::All);
+        work_j += f64::from(output.work_j);
+        let is_in = (100..ticks).contains(&at);
+        sum_n += if is_in { f64::from(output.force_n.z) } else { 0.0 };
+    }
+    let after = bench.cuts();
+    let cut_j = f64::from(after.work_j - before.work_j);
+    assert!(cut_j < 1.003 * work_j + 1e-6, "{beside_m}: {cut_j} J of {work_j}");
+    (f64::from(after.area_m2 - before.area_m2), sum_n / (ticks - 100) as f64)
+}
+
+/// In an open wound a blade presses on nothing and sweeps nothing, up to half an edge from the wound's end; an edge
+/// beside it, it cuts as in whole tissue. The second pass ends 1 mm before the first one's end.
+#[test]
+fn a_blade_in_an_open_wound_has_no_force() {
+    let mesh = mesh();
+    for is_of_links in [false, true] {
+        let tissue = Material::new(PerCell::Uniform(5000.0), PerCell::Uniform(0.3));
+        let tissue = (!is_of_links).then_some(tissue);
+        let image = made_of(tissue, &mesh, &mesh.default_fixed, 4.0, BasisSpacing::None);
+        let edge_m = model(&image).unit_m();
+        for (beside, shares) in [(0.0, 0.0..0.1), (0.1, 0.0..0.1), (1.0, 0.95..1.1)] {
+            let mut bench = under(&image, 4, &[BLADE]);
+            let (first_m2, first_n) = pass(&mut bench, 0.0, 650);
+            let (again_m2, again_n) = pass(&mut bench, beside * edge_m, 600);
+            let (area, force) = (again_m2 / first_m2, again_n / first_n);
+            println!(
+                "links {is_of_links}, {beside} edges beside: area {area:.3}, force {force:.3}"
+            );
+            // A pass that is 1 mm shorter has that much less to cut.
+            let rest = first_m2 - 0.06 * 0.001;
+            let area = if beside < 1.0 { area } else { again_m2 / rest };
+            assert!(shares.contains(&area) && shares.contains(&force), "{beside}: {area} {force}");
+        }
+    }
+}
+
 #[test]
 fn a_pose_that_jumps_through_the_tissue_cuts_nothing() {
     let image = image(&mesh(), 4.0, BasisSpacing::BySize);

@@ -1,6 +1,10 @@
 //! A generated organ under a blade that cuts across random planes at random speeds, is lifted, drawn back and rests:
 //! the state stays finite, the energy within the hand's work, a replay and a restored session come to the same bits,
-//! and tools still touch the body.
+//! and tools still touch the body. Each cut has its seed. A thousand of them:
+//!
+//! ```text
+//! CHAINCELL_CUTS=1000 cargo test --release -p chaincell-tests --test kernel random_cuts_ -- --nocapture
+//! ```
 #![allow(clippy::unwrap_used)]
 
 use chaincell_host::bake::tissue::Tissue as Material;
@@ -272,7 +276,10 @@ fn random_cuts_of_links_leave_a_body_that_goes_on() {
     all(&image(None), CUTS_OF_LINKS);
 }
 
+/// Runs these cuts, or as many as the environment asks for.
 fn all(image: &ImageBytes, cuts: u64) {
+    let asked = std::env::var("CHAINCELL_CUTS").ok().map(|count| count.parse().unwrap());
+    let cuts = asked.unwrap_or(cuts);
     let all = (0..cuts).map(|seed| {
         println!("case {seed}");
         if seed % 2 == 0 { case::<Track>(image, seed) } else { case::<Predict>(image, seed) }

@@ -52,7 +52,7 @@ kept! {
         pub rest: [f32; 3],
         /// k [2 `k_ref`].
         pub stiffness: f32,
-        /// J w, the largest force.
+        /// J w, the largest force; 0 where the tissue before it is open.
         pub limit: f32,
     }
 }
@@ -116,7 +116,7 @@ impl EdgeSample {
         corners.fold([0.0; 3], |sum, (&cell, weight)| add(sum, scale(weight, at(cell.into()))))
     }
 
-    /// Its force and energy; `None` without a front, and where it is drawn back.
+    /// Its force and energy; `None` without a front, where it is drawn back, and where it is free.
     #[inline(always)]
     pub fn press(&self, forward: [f32; 3], at: &impl Fn(usize) -> [f32; 3]) -> Option<Pressed> {
         if !self.is_in() {
@@ -129,7 +129,7 @@ impl EdgeSample {
         let (force, energy) =
             if is_below { (push, 0.5 * push * q) } else { (limit, limit * (q - 0.5 * limit / k)) };
         let force = scale(force, forward);
-        (q > 0.0).then_some(Pressed { force, energy })
+        (q > 0.0 && limit > 0.0).then_some(Pressed { force, energy })
     }
 }
 
