@@ -746,7 +746,7 @@ typedef struct chaincell_stage_settings {
 /**
  * Words of a `chaincell_model`.
  */
-#define CHAINCELL_MODEL_WORDS 156
+#define CHAINCELL_MODEL_WORDS 164
 
 /**
  * Words of a `chaincell_stage`.
@@ -977,7 +977,7 @@ typedef struct chaincell_info {
      */
     float energy_max_j;
     /**
-     * Words of memory for cuts, 0 for a body that cannot be cut: for `CHAINCELL_CUT_BYTES`.
+     * Words of memory for cuts or for the strain of a body that relaxes, 0 for another one: for `CHAINCELL_CUT_BYTES`.
      */
     uint32_t cut_words;
 } chaincell_info;
