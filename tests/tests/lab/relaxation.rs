@@ -48,7 +48,8 @@ fn the_printed_options_bake_the_tissue_of_the_curve() {
 fn identify_takes_no_branches() {
     let folder = scratch();
     let file = folder.path().join("press.csv");
-    std::fs::write(&file, "displacement_m,force_n\n0.001,0.1\n0.002,0.2\n0.003,0.3\n").unwrap();
+    let rows: String = (1..10).map(|at| format!("0.00{at},0.{at}\n")).collect();
+    std::fs::write(&file, format!("displacement_m,force_n\n{rows}")).unwrap();
     let [model, out] = ["model.chaincell", "out"].map(|name| folder.path().join(name));
     let args = ["identify", "box:5x5x4x0.01", "--target", text(&file), "-o", text(&model)];
     let why = run([&args[..], &["--out", text(&out), "--tissue", "cervix"]].concat()).with(2).err;
