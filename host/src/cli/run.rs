@@ -176,11 +176,8 @@ pub fn execute(args: &Args) -> Result<()> {
     rows.write(&folder, &tissue)?;
     let tool_courses: Vec<ToolCourse> = rows.courses.iter().map(Course::result).collect();
     let never_touched = Untouched::of(tissue.engine(), &executed, played.has_touched());
-    let judgement = judgement(args, &tissue, &played, poses).with_tools(
-        tissue.engine(),
-        &tool_courses,
-        never_touched,
-    );
+    let judgement = judgement(args, &tissue, &played, poses);
+    let judgement = judgement.with_tools(tissue.engine(), &tool_courses, never_touched);
     let summary = RunSummary {
         cells: model.body_cells(),
         nodes,
