@@ -31,6 +31,9 @@ pub static TISSUE6: &[u8] = include_model!("../../data/tissue6.chaincell");
 /// The same with `--contact-surface yes`.
 pub static TOUCH6: &[u8] = include_model!("../../data/touch6.chaincell");
 
+/// The same with `--branch 1,0.02 --branch 0.5,12`: its stress relaxes.
+pub static RELAX6: &[u8] = include_model!("../../data/relax6.chaincell");
+
 /// `chaincell bake box:5x5x4x0.01 --young-pa 5000 --poisson 0.4 --coarse 2.5 --contact-surface yes --cuttable
 /// --cut-spare 0.3 --toughness-j-per-m2 10`: nodal shapes, coarse functions, spare cells for a blade.
 pub static BLADE5: &[u8] = include_model!("../../data/blade5.chaincell");
@@ -71,8 +74,8 @@ fn settings<D: Dynamics>(
     Settings { sweeps, tick_time, unloading, max_force_n, ..Settings::for_model(model) }
 }
 
-/// Plays a scene in its tissue, with memory for contact on surfaces where it has tools, and for cuts where it has a
-/// blade.
+/// Plays a scene in its tissue, with memory for contact on surfaces where it has tools, and for cuts or
+/// remembered strain where it needs it.
 macro_rules! act_in {
     ($act:ident, $scene:expr, $body:expr) => {
         $act.act($scene, $body.view())
@@ -226,6 +229,19 @@ scenes! {
         },
         near: 40, anchors: 96, reach_m: 0.012,
         scheme: Track<{ elastic_room(48) }>, also: [], sweeps: 3, unloading: Release,
+        max_force_n: f32::INFINITY,
+    }
+    /// A sphere with friction on the same block of tissue that relaxes; the kernel needs its feature `relax`.
+    relax6_track {
+        image: RELAX6, cells: 144, states: 144, held: [],
+        tools: Tools {
+            parts: &[&[ToolPart::sphere(0.008)]],
+            friction: 0.3,
+            start_m: [[-0.003, -0.007, 0.039]; 2],
+            turn_m: 0.01,
+        },
+        near: 256, anchors: 256, words: 4050, reach_m: 0.012,
+        scheme: Track<{ elastic_room(48) }>, also: [], sweeps: 2, unloading: Release,
         max_force_n: f32::INFINITY,
     }
     /// A blade that cuts a block on many ways, until its spare cells are used up; the kernel needs its feature `cut`.

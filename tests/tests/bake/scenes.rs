@@ -3,11 +3,11 @@
 
 use std::path::Path;
 
-use chaincell_host::bake::tissue::Tissue;
+use chaincell_host::bake::tissue::{Branch, DEVICE_HZ, Relaxation, Tissue};
 use chaincell_host::bake::{BakeOptions, BasisSpacing, ContactSurface, Cuttable, PerCell, bake};
 use chaincell_host::mesh::{MeshOptions, load};
 use chaincell_scenes::{
-    BLADE5, BOX7, ORGAN500, PLANE4, PLANE8, SCENES, TISSUE6, TOUCH6, VARIED300,
+    BLADE5, BOX7, ORGAN500, PLANE4, PLANE8, RELAX6, SCENES, TISSUE6, TOUCH6, VARIED300,
 };
 
 /// One value a node.
@@ -88,6 +88,12 @@ fn the_linked_images_are_what_the_bake_gives() {
     };
     check("blade5.chaincell", BLADE5, &baked("box:5x5x4x0.01", false, &blade));
     check("touch6.chaincell", TOUCH6, &baked("box:6x6x4x0.01", false, &touch));
+    let branches = [(1.0, 0.02), (0.5, 12.0)].map(|(ratio, time_s)| Branch { ratio, time_s });
+    let relaxation =
+        Relaxation { branches: branches.to_vec(), is_instant: false, device_hz: DEVICE_HZ };
+    let of_touch = touch.tissue.clone().map(|of| Tissue { relaxation: Some(relaxation), ..of });
+    let relax = BakeOptions { tissue: of_touch, ..touch };
+    check("relax6.chaincell", RELAX6, &baked("box:6x6x4x0.01", false, &relax));
     let varied = BakeOptions {
         alpha: each(299, |node| node * 7 % 31, 0.002),
         stiffness_n_per_m: each(299, |node| 1 + node * 13 % 17, 5.0),
