@@ -52,7 +52,12 @@ pub(super) fn step_turn<V: Eigen>(
     if !V::any(is_far.above(zero)) {
         return next;
     }
-    let (before, after) = (energy(stretch_min, f, own, old), energy(stretch_min, f, own, new));
+    // In a loop: without optimisation each copy of the band's code would take a third of a megabyte of stack.
+    let mut energies = [zero; 2];
+    for (slot, rotation) in energies.iter_mut().zip([old, new]) {
+        *slot = energy(stretch_min, f, own, rotation);
+    }
+    let [before, after] = energies;
     let is_higher = Lane::select(after.above(before), is_far, zero).above(zero);
     let ([a, b, c, d], [e, f, g, h]) = (turn, next);
     [
