@@ -40,7 +40,8 @@ pub struct Branch {
 impl Branch {
     pub(crate) fn of(numbers: &BranchNumbers) -> Self {
         let [share, time, tick_s, ..] = *numbers;
-        Self { share, time_s: time * tick_s, tick_s }
+        // By the ticks in a second, so that whole times stay whole.
+        Self { share, time_s: time / (1.0 / tick_s), tick_s }
     }
 }
 

@@ -190,7 +190,7 @@ fn a_pressed_slab_relaxes_as_quadratic_elements_do() {
 /// A hand that presses, shears and turns back, with jumps.
 fn hand_m(tick: usize) -> [f32; 3] {
     let time = tick as f32;
-    let jump = if tick / 40 % 2 == 0 { 1e-3 } else { -1e-3 };
+    let jump = if (tick / 40).is_multiple_of(2) { 1e-3 } else { -1e-3 };
     [3e-3 * (0.02 * time).sin(), jump, -4e-3 * (0.013 * time).sin().abs()]
 }
 

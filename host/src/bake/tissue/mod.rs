@@ -34,7 +34,7 @@ const BETA: f64 = nodal::BETA as f64;
 
 /// Default stretch at which the band of stretches begins.
 pub const STRETCH_MIN: f64 = 0.7;
-/// Stiffness of the band \[shear moduli\].
+/// Stiffness of the band \[shear moduli\]; of tissue that relaxes long-term ones, but at least an instantaneous one.
 const BAND: f64 = 8.0;
 
 /// Properties of a tissue.
@@ -200,7 +200,9 @@ impl Shapes {
 
     /// Returns the stiffness of a cell's band.
     fn band(&self, cell: usize) -> f64 {
-        if self.stretch_min > 0.0 { BAND * self.mu[cell] } else { 0.0 }
+        let ratio = self.relaxation.as_ref().map_or(0.0, Relaxation::ratio);
+        let moduli = (BAND / (1.0 + ratio)).max(1.0);
+        if self.stretch_min > 0.0 { moduli * self.mu[cell] } else { 0.0 }
     }
 
     /// Checks that the links are the edges of the tetrahedra, and not too many at a node.
