@@ -38,7 +38,7 @@ impl RelaxationReport {
             .branches()
             .map(|branch| BranchReport {
                 ratio: branch.share / (1.0 - fading),
-                time_s: branch.time_s,
+                time_s: rounded(branch.time_s),
                 share: branch.share,
             })
             .collect();
@@ -86,4 +86,9 @@ impl RelaxationReport {
         }
         Ok(())
     }
+}
+
+/// The number of six digits nearest to a time, which the image has in ticks.
+fn rounded(time_s: f32) -> f32 {
+    format!("{time_s:.5e}").parse().unwrap_or(time_s)
 }

@@ -40,8 +40,7 @@ pub struct Branch {
 impl Branch {
     pub(crate) fn of(numbers: &BranchNumbers) -> Self {
         let [share, time, tick_s, ..] = *numbers;
-        // By the ticks in a second, so that whole times stay whole.
-        Self { share, time_s: time / (1.0 / tick_s), tick_s }
+        Self { share, time_s: time * tick_s, tick_s }
     }
 }
 

@@ -225,7 +225,8 @@ mod tests {
         assert_eq!(model.stiffness_n_per_m(), plain.stiffness_n_per_m());
         for cell in 0..plain.cells() {
             assert_eq!(model.elasticity(cell), plain.elasticity(cell));
-            assert_eq!(model.cell_bound(cell), plain.cell_bound(cell));
+            // But for the band of stretches, which has long-term moduli.
+            assert!(model.cell_bound(cell) < plain.cell_bound(cell));
         }
         // Ascending times, equal ones merged: shares 0.5 and 1.5 of 3.
         let read: Vec<_> = model.branches().map(|of| (of.share, of.time_s, of.tick_s)).collect();
