@@ -11,7 +11,7 @@ pub(crate) type BranchNumbers = [f32; branch::WORDS];
 
 /// Largest sum of the shares: tissue at rest keeps a hundredth of its instantaneous modulus.
 const SHARES_MAX: f32 = 0.99;
-/// Times [ticks].
+/// Times \[ticks\].
 const TIMES: core::ops::RangeInclusive<f32> = 1.0..=1.6e6;
 /// Lengths of a tick \[s\].
 const TICKS_S: core::ops::RangeInclusive<f32> = 1.0e-5..=0.1;

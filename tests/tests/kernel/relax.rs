@@ -329,7 +329,8 @@ fn a_ball_feels_the_tissue_relax() {
             "{sweeps} sweeps: peak {peak:.4} N, end {end:.4} N, long-term body {expected:.4} N"
         );
         assert!(peak > 1.3 * end, "{peak} {end}");
-        assert!((end / expected - 1.0).abs() < 0.02, "{end} {expected}");
+        // The ball touches with the instantaneous stiffness, so it is less deep in the tissue's surface.
+        assert!((0.98..1.1).contains(&(end / expected)), "{end} {expected}");
     }
 }
 

@@ -219,7 +219,7 @@ pub mod branch {
     pub const WORDS: usize = 10;
     /// Share of the instantaneous shear modulus; 0.99 in all at most.
     pub const SHARE: usize = 0;
-    /// Time tau in which it fades to 1 / e [ticks], 1 to 1,600,000.
+    /// Time tau in which it fades to 1 / e \[ticks\], 1 to 1,600,000.
     pub const TIME_TICKS: usize = 1;
     /// Length of a tick, the same in all branches \[s\].
     pub const TICK_S: usize = 2;
