@@ -221,13 +221,13 @@ mod tests {
         // Sections beside the branches' are those of the elastic body.
         let elastic = baked(instant_pa, None).unwrap();
         let [model, plain] = [&image, &elastic].map(|of| Model::from_bytes(of.as_bytes()).unwrap());
-        assert_eq!(model.energy_max(), plain.energy_max());
         assert_eq!(model.stiffness_n_per_m(), plain.stiffness_n_per_m());
         for cell in 0..plain.cells() {
             assert_eq!(model.elasticity(cell), plain.elasticity(cell));
             // But for the band of stretches, which has long-term moduli.
             assert!(model.cell_bound(cell) < plain.cell_bound(cell));
         }
+        assert!(model.energy_max() < plain.energy_max());
         // Ascending times, equal ones merged: shares 0.5 and 1.5 of 3.
         let read: Vec<_> = model.branches().map(|of| (of.share, of.time_s, of.tick_s)).collect();
         assert_eq!(read, [(0.5 / 3.0, 0.1, 1e-3), (0.5, 2.0, 1e-3)]);
