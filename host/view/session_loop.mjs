@@ -63,7 +63,7 @@ class SessionLoop {
   seek(tick) {
     const { first, last } = this.player.recording;
     this.target = Math.min(Math.max(Math.round(tick), first), last);
-    this.rewind(this.target);
+    if (this.target !== this.player.tick) this.rewind(this.target);
     this.run();
   }
 

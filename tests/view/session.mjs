@@ -46,7 +46,8 @@ try {
   await browser.evaluate(`document.getElementById("speed").value = "1000"; document.getElementById("speed").onchange()`);
   const isThere = (tick) => `chaincell.state.tick === ${tick} && !chaincell.state.session.isSeeking`;
   const go = async (tick) => {
-    await browser.evaluate(`(() => { const scrub = document.getElementById("scrub"); scrub.value = ${tick}; scrub.oninput(); })()`);
+    // The state that stands there now is not the answer, even where it has this tick.
+    await browser.evaluate(`(() => { chaincell.state.session.isSeeking = true; const scrub = document.getElementById("scrub"); scrub.value = ${tick}; scrub.oninput(); })()`);
     await browser.until(isThere(tick));
     return browser.evaluate("({ hash: chaincell.state.hash, force: Math.hypot(...chaincell.state.tools[0].forceN), session: chaincell.state.session })");
   };
