@@ -44,7 +44,7 @@ pub fn execute(args: &Args) -> Result<()> {
     if let Some(path) = &args.model {
         let image = model_file::read(path)?;
         let parsed = model_file::parse(&image, path)?;
-        if args.probe.is_some() && parsed.branches().next().is_some() {
+        if args.probe.is_some() && parsed.relaxes() {
             return Err(Error::input(
                 "`probe`: a body that relaxes has no one force at a depth; press it with `run`, or probe one \
                  of the modulus that matters, without --branch",

@@ -46,7 +46,7 @@ pub struct Cuts {
 /// Words of memory for a wish, 0 or 1; a body that relaxes has its memory unasked.
 pub(crate) fn words(wish: u32, model: &Model<'_>) -> Result<usize, Refusal> {
     match wish {
-        0 if model.branches().next().is_none() => Ok(0),
+        0 if !model.relaxes() => Ok(0),
         0 => Ok(cut_words(model)),
         1 if model.tetrahedra_to_cut() == 0 => Err(Code::CutModel.into()),
         1 => Ok(cut_words(model)),

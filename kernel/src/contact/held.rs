@@ -65,7 +65,7 @@ impl<D: Dynamics> Held<'_, D> {
             self.place(context);
         }
         // The memory of a body that relaxes takes late ticks and the next one as one, with an even motion.
-        let waits = context.is_late && context.model().branches().next().is_some();
+        let waits = context.is_late && context.model().relaxes();
         if context.is_engaged && !waits {
             self.follow(context, before);
         }

@@ -46,8 +46,7 @@ impl<D: Dynamics> Load<'_, D> {
         let wished = single(from_single::<D::Number>(wished));
         // Cut the current at the energy bound.
         let model = context.terms.model;
-        let energy = context.level.energy();
-        let energy = f64::from(energy.hi) + f64::from(energy.lo);
+        let energy = context.level.energy().into();
         let to = admitted(model, [from, wished], energy, context.state, self.cells);
         let to = single(from_single::<D::Number>(to));
         context.is_clamped |= to != wished;

@@ -18,12 +18,12 @@
 
 use super::body::CutBody;
 use super::entry::BEHIND;
-use super::memory::AREA;
 use super::place::{Point, weights};
 use super::strip::Strip;
 use crate::energy::surface::{EDGE_SAMPLES, Edge, EdgeSample};
 use crate::number::cell::{add, dot, scale, sub};
 use crate::number::turn::cross;
+use crate::number::words::{number, words};
 
 /// Steps in which a front moves on.
 const STEPS: usize = 3;
@@ -258,18 +258,14 @@ impl CutBody<'_, '_> {
     /// Adds to the swept area [mean link lengths^2].
     fn add_area(&mut self, more: f32) {
         let sum = self.area() + f64::from(more);
-        let bits = sum.to_bits();
-        for (slot, word) in
-            self.arrays.counts.iter_mut().skip(AREA).zip([bits as u32, (bits >> 32) as u32])
-        {
-            *slot = word;
-        }
+        let [.., low, high] = &mut *self.arrays.counts;
+        [*low, *high] = words(sum);
     }
 
     /// The swept area [mean link lengths^2].
     pub fn area(&self) -> f64 {
-        let word = |index: usize| u64::from(self.arrays.counts.get(index).copied().unwrap_or(0));
-        f64::from_bits(word(AREA) | word(AREA + 1) << 32)
+        let [.., low, high] = *self.arrays.counts;
+        number([low, high])
     }
 
     /// Names the cells of the fronts anew, after splits.

@@ -222,7 +222,7 @@ pub(crate) struct LinkArrays<'a> {
 #[cfg(feature = "cut")]
 pub(super) const COUNTS: usize = 6;
 
-/// Counts of a body that is cut.
+/// Counts of a body that is cut; the last two words are the swept area [mean link lengths^2], a `Double`.
 #[cfg(feature = "cut")]
 pub(crate) type Counts = [u32; COUNTS];
 /// Index of the number of spare cells in use.
@@ -237,9 +237,6 @@ pub(crate) const REFUSED: usize = 2;
 /// Index of the number of cells that wait.
 #[cfg(feature = "cut")]
 pub(crate) const WAITING: usize = 3;
-/// Index of the two words of the swept area [mean link lengths^2], an `f64`, the low one first.
-#[cfg(feature = "cut")]
-pub(super) const AREA: usize = 4;
 
 /// Words of a body that tears.
 #[cfg(feature = "cut")]

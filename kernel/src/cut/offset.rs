@@ -23,7 +23,7 @@ pub(super) fn of_shapes(states: States<'_>) -> StatesOf<'_> {
 /// A change of the energy of at most this size: rounded up, in internal units.
 pub(crate) fn at_most(change: TwoFloat, rounding: f32) -> f64 {
     let change = change.times_power_of_two(0.25);
-    f64::from(change.hi) + f64::from(change.lo) + f64::from(f32::EPSILON) * f64::from(rounding)
+    f64::from(change) + f64::from(f32::EPSILON) * f64::from(rounding)
 }
 
 impl CutBody<'_, '_> {

@@ -269,6 +269,13 @@ impl<'a> Model<'a> {
         self.others.stretch_min()
     }
 
+    /// Returns true if the body's stress relaxes. See [`Branch`].
+    #[must_use]
+    #[inline]
+    pub fn relaxes(&self) -> bool {
+        !self.others.branches().is_empty()
+    }
+
     /// The branches of relaxation in ascending time; none in an elastic body. See [`Branch`].
     pub fn branches(&self) -> impl Iterator<Item = Branch> + use<'a> {
         self.others.branches().iter().map(Branch::of)

@@ -84,6 +84,12 @@ impl TwoFloat {
     }
 }
 
+impl From<TwoFloat> for f64 {
+    fn from(sum: TwoFloat) -> Self {
+        Self::from(sum.hi) + Self::from(sum.lo)
+    }
+}
+
 impl From<f32> for TwoFloat {
     fn from(value: f32) -> Self {
         Self { hi: value, lo: 0.0 }
@@ -156,7 +162,7 @@ mod tests {
     fn keeps_what_a_single_float_loses() {
         let big = TwoFloat::from(1.0e6);
         let sum = (0..1000).fold(big, |sum, _| sum.plus(1.0e-3.into()));
-        let kept = f64::from(sum.hi) + f64::from(sum.lo) - 1.0e6;
+        let kept = f64::from(sum) - 1.0e6;
         assert!((kept - 1.0).abs() < 1e-6, "{kept}");
         assert_eq!(1.0e6_f32 + 1.0e-3, 1.0e6);
         assert!(sum.exceeds(big) && !big.exceeds(sum) && sum.min(big) == big);
@@ -177,7 +183,7 @@ mod tests {
             }
         }
         let total = lanes.total();
-        let error = f64::from(total.hi) + f64::from(total.lo) - exact;
+        let error = f64::from(total) - exact;
         assert!(error.abs() < 1e-12 * exact, "{error:e}");
     }
 }

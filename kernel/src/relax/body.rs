@@ -1,13 +1,14 @@
 //! A body that relaxes, as it is in a tick.
 
-use super::memory::{Arrays, arrays, number, words};
-use crate::energy::nodal::follow::{Course, Sums, parts, remember};
+use super::memory::{Arrays, arrays};
+use crate::energy::nodal::follow::{Course, Parts, Sums, remember};
 use crate::model::branches::BranchNumbers;
 use crate::model::image::{BRANCHES_MAX, branch};
 use crate::model::nodal::{Nodal, Remembered};
 use crate::model::terms::TermData;
 use crate::model::{Model, others};
 use crate::number::two_float::{LANES, TwoFloat};
+use crate::number::words::{number, words};
 
 /// Branches of this many ticks and more follow the strain every [`SLOW_PERIOD`] ticks.
 const SLOW_TICKS: f32 = 10_000.0;
@@ -73,7 +74,7 @@ impl<'a, 'm> RelaxingBody<'a, 'm> {
         let of_each = courses.iter_mut().zip(self.branches).zip(&*self.arrays.taken);
         for ((course, numbers), &taken) in of_each {
             let weight = weight(numbers, if taken == 0 { period(numbers) } else { taken });
-            let share = numbers.first().copied().unwrap_or(0.0);
+            let share = numbers.get(branch::SHARE).copied().unwrap_or(0.0);
             *course = Course { share, faded: 0.0, before: weight, weight };
         }
         courses
@@ -100,15 +101,14 @@ impl<'a, 'm> RelaxingBody<'a, 'm> {
 
     /// Books what the memory has changed by, from the sums over all cells.
     pub fn book(&mut self, courses: &Courses, sums: &Sums) -> Change {
-        let total = |sum: TwoFloat| f64::from(sum.hi) + f64::from(sum.lo);
-        let spread = total(sums.spread.total());
+        let spread = f64::from(sums.spread.total());
         let is_forgotten = sums.forces.total() <= 0.0;
-        let (mut change, mut any) = (total(sums.rise.total()), sums.moved.total() > 0.0);
+        let (mut change, mut any) = (f64::from(sums.rise.total()), sums.moved.total() > 0.0);
         let remembered = self.arrays.remembered.iter_mut().zip(&sums.remembered);
         for (course, (square, [before, after])) in courses.iter().zip(remembered) {
             // k <- a^2 k - 2 a b u . f + b^2 u . S u.
             let (old, [before, after]) =
-                (number(*square), [before, after].map(|sum| total(sum.total())));
+                (number(*square), [before, after].map(|sum| f64::from(sum.total())));
             let (a, b) = (1.0 - f64::from(course.faded), f64::from(course.faded));
             let new = a * a * old - 2.0 * a * b * before + b * b * spread;
             let new = if is_forgotten || new < 0.0 { 0.0 } else { new };
@@ -149,7 +149,7 @@ impl<'a, 'm> RelaxingBody<'a, 'm> {
         'm: 'a,
     {
         let courses = self.waiting();
-        let [part, _] = parts(&courses);
+        let part = Parts::of(&courses).acting;
         let energy =
             courses.iter().zip(*self.arrays.remembered).fold(0.0, |sum, (course, square)| {
                 sum + 0.5 * f64::from(course.share * course.weight) * number(square)

@@ -1,10 +1,11 @@
 //! Parts of a body that relaxes that a snapshot contains: clock and memory.
 
 use super::body::RelaxingBody;
-use super::memory::{number, sizes};
+use super::memory::sizes;
 use crate::model::Model;
 use crate::model::image::BRANCHES_MAX;
 use crate::number::kept::Pass;
+use crate::number::words::{Double, number};
 
 /// Passes over the memory of a body that relaxes; `model` is such a one.
 pub(crate) fn keep(words: &mut [u32], model: &Model<'_>, pass: &mut Pass<'_>) {
@@ -15,14 +16,12 @@ pub(crate) fn keep(words: &mut [u32], model: &Model<'_>, pass: &mut Pass<'_>) {
     };
     pass.slice(body.arrays.since, BRANCHES_MAX);
     pass.slice(body.arrays.taken, BRANCHES_MAX);
-    let is_energy = |&words: &[u32; 2]| number(words).is_finite();
+    let is_energy = |&words: &Double| number(words).is_finite();
     pass.slice_if(body.arrays.remembered, |_, words| is_energy(words));
     pass.slice_if(core::slice::from_mut(body.arrays.relaxed), |_, words| is_energy(words));
-    // Strains and forces are finite, and never -0.0.
-    let is_fit = |number: &f32| number.is_finite() && number.to_bits() != (-0.0_f32).to_bits();
-    pass.slice_if(body.arrays.rows.as_flattened_mut().as_flattened_mut(), |_, number| {
-        is_fit(number)
-    });
+    // Strains and forces are finite.
+    let numbers = body.arrays.rows.as_flattened_mut().as_flattened_mut();
+    pass.slice_if(numbers, |_, number| number.is_finite());
     if pass.is_reading() {
         body.derive();
     }

@@ -5,25 +5,10 @@ use crate::model::Model;
 use crate::model::image::BRANCHES_MAX;
 use crate::model::nodal::MemoryNumbers;
 use crate::model::terms::TermData;
-use crate::number::words::take;
+use crate::number::words::{Double, take};
 
 /// Words of the clock.
 const CLOCK: usize = 4 * BRANCHES_MAX + 2;
-
-/// A number of two words, the low one first.
-pub(crate) type Double = [u32; 2];
-
-/// The number of two words.
-pub(crate) fn number(words: Double) -> f64 {
-    let [low, high] = words;
-    f64::from_bits(u64::from(high) << 32 | u64::from(low))
-}
-
-/// The words of a number; never -0.0.
-pub(crate) fn words(number: f64) -> Double {
-    let bits = (number + 0.0).to_bits();
-    [bits as u32, (bits >> 32) as u32]
-}
 
 /// The words, by their use.
 pub(crate) struct Arrays<'a> {

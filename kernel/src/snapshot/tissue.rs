@@ -147,7 +147,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
             crate::cut::kept::keep(&mut self.cut, model, pass);
         }
         #[cfg(feature = "relax")]
-        if model.branches().next().is_some() {
+        if model.relaxes() {
             kept::keep(self.cut.words_mut(), model, pass);
         }
         head

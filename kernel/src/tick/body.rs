@@ -15,7 +15,7 @@ use crate::solver::Dynamics;
 impl<D: Dynamics> TissueMut<'_, D> {
     /// Calls `run` with the body as it is now.
     #[cfg(any(feature = "cut", feature = "relax"))]
-    pub(super) fn with_cut_model<R>(
+    pub(super) fn with_body_model<R>(
         &mut self,
         model: &Model<'_>,
         run: impl FnOnce(&mut Self, &Model<'_>) -> R,
@@ -29,7 +29,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
 
     /// In a kernel that neither cuts nor relaxes a body is as its image has it.
     #[cfg(not(any(feature = "cut", feature = "relax")))]
-    pub(super) fn with_cut_model<R>(
+    pub(super) fn with_body_model<R>(
         &mut self,
         model: &Model<'_>,
         run: impl FnOnce(&mut Self, &Model<'_>) -> R,
@@ -38,13 +38,13 @@ impl<D: Dynamics> TissueMut<'_, D> {
     }
 
     /// Calls `run` with the network of the body as it is now.
-    pub(super) fn with_cuts<R>(
+    pub(super) fn with_body<R>(
         &mut self,
         network: &Network<'_>,
         run: impl FnOnce(&mut Self, &Network<'_>) -> R,
     ) -> R {
         #[cfg(any(feature = "cut", feature = "relax"))]
-        return self.with_cut_model(network.model(), |tissue, model| {
+        return self.with_body_model(network.model(), |tissue, model| {
             run(tissue, &network.of_model(*model))
         });
         #[cfg(not(any(feature = "cut", feature = "relax")))]
@@ -52,7 +52,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
     }
 
     /// Words of the state of a body that is cut, or that relaxes; `None` for another one.
-    pub(super) fn cut_state(&self, model: &Model<'_>) -> Option<&[u32]> {
+    pub(super) fn body_state(&self, model: &Model<'_>) -> Option<&[u32]> {
         #[cfg(any(feature = "cut", feature = "relax"))]
         return cut_state(self.cut.words(), model);
         #[cfg(not(any(feature = "cut", feature = "relax")))]
@@ -64,7 +64,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
 #[cfg(any(feature = "cut", feature = "relax"))]
 fn of_room<'a, 'm: 'a>(memory: &'a mut CutRoom<'_>, model: &'a Model<'m>) -> Option<Model<'a>> {
     #[cfg(feature = "relax")]
-    if model.branches().next().is_some() {
+    if model.relaxes() {
         return RelaxingBody::of(memory.words_mut(), model).map(RelaxingBody::into_model);
     }
     #[cfg(feature = "cut")]

@@ -226,7 +226,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
         let Some((changes, is_bound)) = parted else { return };
         if is_bound {
             self.touch.forget_bounds();
-            self.with_cuts(network, |tissue, network| {
+            self.with_body(network, |tissue, network| {
                 let held = tissue.contacts.get(..tissue.head.chosen).unwrap_or(&[]);
                 tissue.head.outer_weight = outer_weight(network.model(), held);
             });

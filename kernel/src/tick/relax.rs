@@ -4,7 +4,7 @@ use super::settings::Network;
 use super::tissue::TissueMut;
 use crate::backend::run;
 use crate::energy::current::rounded_up;
-use crate::energy::nodal::follow::{Follow, Sums};
+use crate::energy::nodal::follow::{Follow, Parts, Sums};
 use crate::energy::residual::Terms;
 use crate::model::{Model, others};
 use crate::relax::body::RelaxingBody;
@@ -41,12 +41,14 @@ impl<D: Dynamics> TissueMut<'_, D> {
         let awake = &self.head.awake.set;
         terms.displace(awake.iter(slices), state);
         // Follow them.
-        let (mut sums, count) = (Sums::NONE, body.branches());
+        let mut sums = Sums::NONE;
+        let of_body = courses.get(..body.branches())?;
         let work = Follow {
             shapes: others::shapes(&model.others),
             states: terms.states,
             slices: awake.iter(slices),
-            courses: courses.get(..count)?,
+            courses: of_body,
+            parts: Parts::of(of_body),
             rows: body.arrays.rows,
             numbers: body.arrays.numbers,
             sums: &mut sums,

@@ -78,22 +78,20 @@ impl<D: Dynamics> TissueMut<'_, D> {
             return self.safe(network, flags);
         };
         let is_late = D::IS_ANYTIME && budget.is_late() && !self.head.level.is_forgotten();
-        #[cfg(feature = "cut")]
-        if network.model().cuttable().is_any() {
-            return self.run_cut(network, &sample, poses, &mut budget, flags, is_late);
-        }
-        #[cfg(feature = "relax")]
-        if network.model().branches().next().is_some() {
-            return self.run_relaxing(network, &sample, poses, &mut budget, flags, is_late);
+        #[cfg(any(feature = "cut", feature = "relax"))]
+        if network.model().cuttable().is_any() || network.model().relaxes() {
+            return self.run_changed(network, &sample, poses, &mut budget, flags, is_late);
         }
         self.run(network, &sample, poses, &mut budget, flags, is_late).0
     }
 
-    /// Lets the memory of a body that relaxes follow its strain, then computes the tick.
+    /// Changes a body that can be cut or that relaxes, then computes the tick. Cells split unless the tick is late, and
+    /// in a body that tears the energy by which the sweeps lower the level pays for the next decay of offsets. The
+    /// memory of one that relaxes follows its strain.
     // Not inlined: its frame holds a model.
-    #[cfg(feature = "relax")]
+    #[cfg(any(feature = "cut", feature = "relax"))]
     #[inline(never)]
-    fn run_relaxing(
+    fn run_changed(
         &mut self,
         network: &Network<'_>,
         sample: &ToolSample,
@@ -102,35 +100,21 @@ impl<D: Dynamics> TissueMut<'_, D> {
         flags: Flags,
         is_late: bool,
     ) -> TickOutput {
-        self.relax(network, is_late);
-        self.with_cuts(network, |tissue, network| {
-            tissue.run(network, sample, poses, budget, flags, is_late).0
-        })
-    }
-
-    /// Splits cells of a body that can be cut, unless the tick is late, then computes the tick. In a body that tears
-    /// the energy by which the sweeps lower the level pays for the next decay of offsets.
-    // Not inlined: its frame holds a model.
-    #[cfg(feature = "cut")]
-    #[inline(never)]
-    fn run_cut(
-        &mut self,
-        network: &Network<'_>,
-        sample: &ToolSample,
-        poses: &[ToolPose],
-        budget: &mut Budget<'_>,
-        flags: Flags,
-        is_late: bool,
-    ) -> TickOutput {
+        #[cfg(feature = "cut")]
         if !is_late {
             self.part(network);
         }
-        let (output, fallen) = self.with_cuts(network, |tissue, network| {
+        #[cfg(feature = "relax")]
+        self.relax(network, is_late);
+        let (output, fallen) = self.with_body(network, |tissue, network| {
             tissue.run(network, sample, poses, budget, flags, is_late)
         });
+        #[cfg(feature = "cut")]
         if !is_late {
             self.earn(network.model(), fallen);
         }
+        #[cfg(not(feature = "cut"))]
+        let _ = fallen;
         output
     }
 

@@ -352,7 +352,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
         let model = self.may_choose(network)?;
         held::check(model, cells, self.contacts.len())?;
         self.find_pieces(model, Some(cells));
-        let held = self.with_cuts(network, |tissue, network| tissue.hold(network.model(), cells));
+        let held = self.with_body(network, |tissue, network| tissue.hold(network.model(), cells));
         if held.is_err() {
             // It holds what it held before.
             self.find_pieces(model, None);
@@ -477,7 +477,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
     /// ```
     #[must_use]
     pub fn stress(&mut self, model: &Model<'_>, cell: usize) -> Option<Stress> {
-        self.with_cut_model(model, |tissue, model| {
+        self.with_body_model(model, |tissue, model| {
             let (limit, state) = (D::Number::from_single(model.saturation()), &*tissue.state);
             let at = |cell: usize| output(state.get(cell).unwrap_or(&Cell::ZERO).xyz(), limit);
             Terms::of(model, tissue.states.shared(model.kept_states())).stress(cell, &at)
@@ -489,6 +489,6 @@ impl<D: Dynamics> TissueMut<'_, D> {
     pub fn state_hash(&self, model: &Model<'_>) -> u64 {
         let state = self.state.get(..model.cells()).unwrap_or(self.state);
         let hash = state_hash(state, self.states.cells(model.kept_states()), model.saturation());
-        self.cut_state(model).map_or(hash, |words| and_words(hash, words))
+        self.body_state(model).map_or(hash, |words| and_words(hash, words))
     }
 }

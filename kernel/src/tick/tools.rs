@@ -121,7 +121,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn contact_forces(&mut self, network: &Network<'_>, each: impl FnMut(&ContactForce)) {
-        self.with_cut_model(network.model(), |tissue, model| tissue.contacts_of(model, each));
+        self.with_body_model(network.model(), |tissue, model| tissue.contacts_of(model, each));
     }
 
     /// Calls `each` for the contacts on a body as it is.

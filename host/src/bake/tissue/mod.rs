@@ -78,6 +78,8 @@ pub(super) struct Shapes {
     mu: Vec<f64>,
     lambda: Vec<f64>,
     stretch_min: f32,
+    /// Stiffness of the band of stretches \[instantaneous shear moduli\]; 0 for no band.
+    band: f64,
     stiffening: Stiffening,
     relaxation: Option<Relaxation>,
     /// At least the row sums of the magnitudes of the shapes' L, or its bound by tetrahedra.
@@ -182,9 +184,11 @@ impl Shapes {
         let (bound, weights) = (Vec::new(), Vec::new());
         let stretch_min = tissue.stretch_min.unwrap_or(0.0) as f32;
         let relaxation = tissue.relaxation.clone();
+        let ratio = relaxation.as_ref().map_or(0.0, Relaxation::ratio);
+        let band = if stretch_min > 0.0 { (BAND / (1.0 + ratio)).max(1.0) } else { 0.0 };
         #[rustfmt::skip]
         let shapes = Self {
-            shape, mu, lambda, stretch_min, stiffening, relaxation, bound, weights, stiffness_n_per_m,
+            shape, mu, lambda, stretch_min, band, stiffening, relaxation, bound, weights, stiffness_n_per_m,
         };
         shapes.check_links(body)?;
         // The bounds.
@@ -200,9 +204,7 @@ impl Shapes {
 
     /// Returns the stiffness of a cell's band.
     fn band(&self, cell: usize) -> f64 {
-        let ratio = self.relaxation.as_ref().map_or(0.0, Relaxation::ratio);
-        let moduli = (BAND / (1.0 + ratio)).max(1.0);
-        if self.stretch_min > 0.0 { moduli * self.mu[cell] } else { 0.0 }
+        self.band * self.mu[cell]
     }
 
     /// Checks that the links are the edges of the tetrahedra, and not too many at a node.

@@ -71,8 +71,7 @@ impl Engine<'_> {
 
     /// Energy that the branches of a body have relaxed since the last reset \[J\]; `None` for an elastic body.
     pub fn relaxed_j(&mut self) -> Option<f32> {
-        self.network.model().branches().next()?;
-        Some(self.tissue.relaxed_j(&self.network))
+        self.network.model().relaxes().then(|| self.tissue.relaxed_j(&self.network))
     }
 
     /// State of the cuts since the last reset; all 0 for a body that is whole.

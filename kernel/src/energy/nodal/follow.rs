@@ -56,6 +56,21 @@ pub(crate) struct Course {
     pub weight: f32,
 }
 
+/// Parts of the instantaneous shear modulus: the one that acts in a tick, and the one that lasts.
+#[derive(Clone, Copy)]
+pub(crate) struct Parts {
+    pub acting: f32,
+    lasting: f32,
+}
+
+impl Parts {
+    pub fn of(courses: &[Course]) -> Self {
+        let lasting = courses.iter().fold(1.0, |rest, course| rest - course.share);
+        let add = |sum, course: &Course| sum + course.share * course.weight;
+        Self { acting: courses.iter().fold(lasting, add), lasting }
+    }
+}
+
 /// Sums over the cells, in internal units.
 #[derive(Clone, Copy)]
 pub(crate) struct Sums {
@@ -90,6 +105,7 @@ pub(crate) struct Follow<'a, 's, S> {
     pub states: States<'a>,
     pub slices: S,
     pub courses: &'s [Course],
+    pub parts: Parts,
     /// By slice, a branch after the other.
     pub rows: &'s mut [BranchRows],
     /// The numbers for this tick, by slice.
@@ -146,8 +162,7 @@ impl<S> Follow<'_, '_, S> {
         let Some((turn, _)) = turn else { return };
         let (strain, skew2) = in_frame(and_unit(slope), rotation(turn));
         // Follow it, branch by branch.
-        let [_, lasting] = parts(self.courses);
-        let near = Near::of(Lane::of(NEAR), lasting);
+        let near = Near::of(Lane::of(NEAR), self.parts.lasting);
         let (mut rise, mut scale, mut moved) = (Lane::of(0.0), Lane::of(0.0), Lane::of(0.0));
         for (course, rows) in self.branches(slice) {
             let old = shape_of(rows);
@@ -179,11 +194,9 @@ impl<S> Follow<'_, '_, S> {
         let here = displacements::<V>(here.each_ref());
         let [x, y, z, _] = V::transposed(&forces);
         let (own, force) = (own::<V>(numbers), [Lane(x), Lane(y), Lane(z)]);
-        let [_, lasting] = parts(self.courses);
-        let near = Near::of(Lane::of(NEAR_FORCE) * (own.mu * own.volume), lasting);
+        let near = Near::of(Lane::of(NEAR_FORCE) * (own.mu * own.volume), self.parts.lasting);
         // Follow them, branch by branch.
         let zero = Lane::of(0.0);
-        let mut mean = Mean::of(&own, self.courses);
         let (mut remembered, mut moved, mut sizes) = ([[zero; 2]; BRANCHES_MAX], zero, zero);
         let mut scale = size(here, force);
         for ((course, rows), works) in self.branches(slice).zip(&mut remembered) {
@@ -198,7 +211,6 @@ impl<S> Follow<'_, '_, S> {
             moved = moved + (away(g, a) + away(h, b) + away(i, c));
             sizes = sizes + (magnitude(g) + magnitude(h) + magnitude(i));
             scale = scale + size(here, [a, b, c]) + size(here, next);
-            mean.add(course, shape_of(rows), next);
         }
         // Store the sums and the numbers.
         let sums = &mut *self.sums;
@@ -211,11 +223,10 @@ impl<S> Follow<'_, '_, S> {
         sums.scale.add(scale.0);
         sums.moved.add(moved.0);
         sums.forces.add(sizes.0);
-        let courses = self.courses;
-        let count = courses.len();
+        let (courses, count) = (self.courses, self.courses.len());
         let rows = self.rows.get(slice * count..(slice + 1) * count).unwrap_or_default();
         if let Some(numbers) = self.numbers.get_mut(slice) {
-            mean.store(courses.iter().zip(rows), numbers);
+            derive(own.mu, self.parts, courses.iter().zip(rows), numbers);
         }
     }
 }
@@ -229,36 +240,23 @@ pub(crate) fn remember(
     numbers: &mut MemoryNumbers,
 ) {
     let Some(own) = shapes.cells.get(slice).map(own::<Lanes8>) else { return };
-    let mut mean = Mean::of(&own, courses);
-    for (course, rows) in courses.iter().zip(rows) {
-        mean.add(course, shape_of(rows), force_of(rows));
-    }
-    mean.store(courses.iter().zip(rows), numbers);
+    derive(own.mu, Parts::of(courses), courses.iter().zip(rows), numbers);
 }
 
-/// Sums over the branches of a slice.
-struct Mean<V> {
+/// Stores A - I, twice the density of the rest of the energy, and B of eight cells.
+#[inline(always)]
+fn derive<'r, V: F32x8>(
     mu: Lane<V>,
-    /// The part of mu that acts, and the part that lasts.
-    part: f32,
-    lasting: f32,
-    stretch: [Lane<V>; 6],
-    push: [Lane<V>; 3],
-}
-
-impl<V: F32x8> Mean<V> {
-    #[inline(always)]
-    fn of(own: &Own<V>, courses: &[Course]) -> Self {
-        let [part, lasting] = parts(courses);
-        let zero = Lane::of(0.0);
-        Self { mu: own.mu, part, lasting, stretch: [zero; 6], push: [zero; 3] }
-    }
-
-    #[inline(always)]
-    fn add(&mut self, course: &Course, shape: [Lane<V>; 6], force: [Lane<V>; 3]) {
+    parts: Parts,
+    branches: impl Iterator<Item = (&'r Course, &'r BranchRows)> + Clone,
+    numbers: &mut MemoryNumbers,
+) {
+    let zero = Lane::of(0.0);
+    let (mut sums, mut push) = ([zero; 6], [zero; 3]);
+    for (course, rows) in branches.clone() {
         let weight = Lane::of(course.share * course.weight);
-        let ([a, b, c, d, e, f], [g, h, i, j, k, l]) = (self.stretch, shape);
-        self.stretch = [
+        let ([a, b, c, d, e, f], [g, h, i, j, k, l]) = (sums, shape_of(rows));
+        sums = [
             a + weight * g,
             b + weight * h,
             c + weight * i,
@@ -266,48 +264,31 @@ impl<V: F32x8> Mean<V> {
             e + weight * k,
             f + weight * l,
         ];
-        let ([a, b, c], [g, h, i]) = (self.push, force);
-        self.push = [a + weight * g, b + weight * h, c + weight * i];
+        let ([a, b, c], [g, h, i]) = (push, force_of(rows));
+        push = [a + weight * g, b + weight * h, c + weight * i];
     }
-
-    /// Stores A - I, twice the density of the rest of the energy, and B.
-    #[inline(always)]
-    fn store<'r>(
-        self,
-        branches: impl Iterator<Item = (&'r Course, &'r BranchRows)>,
-        numbers: &mut MemoryNumbers,
-    ) {
-        let share = Lane::of(1.0) / Lane::of(self.part);
-        let [a, b, c, d, e, f] = self.stretch;
-        let stretch = [a * share, b * share, c * share, d * share, e * share, f * share];
-        // The branches' distances from their mean, and that of a body without memory.
-        let zero = Lane::of(0.0);
-        let mut rest = Lane::of(self.lasting) * squared(stretch, [zero; 6]);
-        for (course, rows) in branches {
-            let weight = Lane::of(course.share * course.weight);
-            rest = rest + weight * squared(shape_of(rows), stretch);
-        }
-        let constant = (self.mu + self.mu) * rest;
-        let ([a, b, c, d, e, f], [x, y, z]) = (stretch, self.push);
-        let [p, q, r, s, t, u, v, k, l, m] = numbers;
-        (a + zero).0.store(p);
-        (b + zero).0.store(q);
-        (c + zero).0.store(r);
-        (d + zero).0.store(s);
-        (e + zero).0.store(t);
-        (f + zero).0.store(u);
-        (constant + zero).0.store(v);
-        (x + zero).0.store(k);
-        (y + zero).0.store(l);
-        (z + zero).0.store(m);
+    let share = Lane::of(1.0) / Lane::of(parts.acting);
+    let [a, b, c, d, e, f] = sums;
+    let stretch = [a * share, b * share, c * share, d * share, e * share, f * share];
+    // The branches' distances from their mean, and that of a body without memory.
+    let mut rest = Lane::of(parts.lasting) * squared(stretch, [zero; 6]);
+    for (course, rows) in branches {
+        let weight = Lane::of(course.share * course.weight);
+        rest = rest + weight * squared(shape_of(rows), stretch);
     }
-}
-
-/// The part of the instantaneous shear modulus that acts in a tick, and the part that lasts.
-#[inline(always)]
-pub(crate) fn parts(courses: &[Course]) -> [f32; 2] {
-    let lasting = courses.iter().fold(1.0, |rest, course| rest - course.share);
-    [courses.iter().fold(lasting, |sum, course| sum + course.share * course.weight), lasting]
+    let constant = (mu + mu) * rest;
+    let ([a, b, c, d, e, f], [x, y, z]) = (stretch, push);
+    let [p, q, r, s, t, u, v, k, l, m] = numbers;
+    (a + zero).0.store(p);
+    (b + zero).0.store(q);
+    (c + zero).0.store(r);
+    (d + zero).0.store(s);
+    (e + zero).0.store(t);
+    (f + zero).0.store(u);
+    (constant + zero).0.store(v);
+    (x + zero).0.store(k);
+    (y + zero).0.store(l);
+    (z + zero).0.store(m);
 }
 
 /// Stress and force of the elastic spread.

@@ -119,8 +119,7 @@ mod tests {
     }
 
     fn energy(proxy: &Proxy, corners: [[f32; 3]; 3]) -> f64 {
-        let meeting = meet(proxy, corners);
-        f64::from(meeting.energy.hi) + f64::from(meeting.energy.lo)
+        meet(proxy, corners).energy.into()
     }
 
     // REQ-CON-06
