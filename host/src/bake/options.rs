@@ -8,7 +8,7 @@ use super::cutting::{Cuttable, check_links};
 use super::per_cell::PerCell;
 use super::tissue::{Band, STRETCH_MIN, Tissue};
 use crate::error::{Error, Result};
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, Refined};
 
 /// Largest Poisson's ratio: above it, the rounding of the volume's stress hides that of the shear.
 const POISSON_MAX: f64 = 0.495;
@@ -52,6 +52,24 @@ pub struct BakeOptions {
     pub cuttable: Option<Cuttable>,
     /// Number of groups of nodes, each of them a cell; every node is a cell if absent.
     pub cells: Option<usize>,
+}
+
+impl BakeOptions {
+    /// The same body on a mesh that was cut once.
+    #[must_use]
+    pub fn refined(&self, refined: &Refined) -> Self {
+        let tissue = self.tissue.as_ref().map(|tissue| Tissue {
+            young_pa: tissue.young_pa.refined(refined),
+            poisson: tissue.poisson.refined(refined),
+            ..tissue.clone()
+        });
+        Self {
+            alpha: self.alpha.refined(refined),
+            stiffness_n_per_m: self.stiffness_n_per_m.refined(refined),
+            tissue,
+            ..self.clone()
+        }
+    }
 }
 
 impl Default for BakeOptions {

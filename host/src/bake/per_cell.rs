@@ -1,5 +1,7 @@
 //! Quantities that may differ by node.
 
+use crate::mesh::Refined;
+
 /// A quantity of every link: one value, or one per input node, averaged over a link's ends.
 #[derive(Debug, Clone, PartialEq)]
 pub enum PerCell {
@@ -10,6 +12,17 @@ pub enum PerCell {
 }
 
 impl PerCell {
+    /// The same quantity on a mesh that was cut once: a middle has the mean of its edge.
+    pub(super) fn refined(&self, refined: &Refined) -> Self {
+        match self {
+            Self::Uniform(value) => Self::Uniform(*value),
+            Self::Each(values) => {
+                let middles = refined.edges.iter().map(|&edge| self.of_link(edge));
+                Self::Each(values.iter().copied().chain(middles).collect())
+            }
+        }
+    }
+
     pub(super) fn of_link(&self, [i, j]: [u32; 2]) -> f64 {
         match self {
             Self::Uniform(value) => *value,

@@ -4,6 +4,7 @@ mod admits;
 mod bake;
 mod browser;
 mod budget;
+mod check;
 pub mod choice;
 mod command;
 pub mod completions;
@@ -100,6 +101,7 @@ pub struct Cli {
 enum Work {
     Bake(bake::Args),
     Tissues(tissues::Args),
+    Check(check::Args),
     Convert(convert::Args),
     Info(info::Args),
     Run(run::Args),
@@ -139,6 +141,7 @@ impl Cli {
         match self.command {
             Work::Bake(args) => bake::execute(&args),
             Work::Tissues(args) => tissues::execute(&args),
+            Work::Check(args) => check::execute(&args),
             Work::Convert(args) => convert::execute(&args),
             Work::Info(args) => info::execute(&args),
             Work::Run(args) => run::execute(&args),

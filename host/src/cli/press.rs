@@ -54,9 +54,10 @@ pub struct PressArgs {
 
 /// Three coordinates.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-struct Vector([f64; 3]);
+pub struct Vector(pub [f64; 3]);
 
-fn vector(text: &str) -> std::result::Result<Vector, String> {
+/// Reads `X,Y,Z`.
+pub fn vector(text: &str) -> std::result::Result<Vector, String> {
     let numbers: Option<Vec<f64>> =
         text.split(',').map(|x| x.trim().parse().ok().filter(|x: &f64| x.is_finite())).collect();
     let three = numbers.and_then(|numbers| numbers.try_into().ok());

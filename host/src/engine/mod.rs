@@ -8,10 +8,12 @@ pub mod far;
 #[cfg(test)]
 pub(crate) mod fixture;
 pub mod flag_ticks;
+pub mod mesh_error;
 pub mod motion;
 pub mod order;
 pub mod place;
 pub mod reach;
+pub mod resting;
 pub mod slow_press;
 pub mod snapshot;
 pub mod staged;

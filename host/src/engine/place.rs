@@ -31,12 +31,21 @@ pub fn place(model: &Model<'_>, contact: &Contact, along: Option<[f64; 3]>) -> R
              first, or give run or control a `path`",
         ));
     }
-    // The cells to press, and the direction.
     let cells = match contact {
         Contact::Cells(cells) => cells.clone(),
         _ => vec![farthest(model)?],
     };
-    let direction = Vector3::from(along.unwrap_or_else(|| inward(model, &cells)));
+    place_at(model, contact, &cells, along)
+}
+
+/// As [`place`], at these cells.
+fn place_at(
+    model: &Model<'_>,
+    contact: &Contact,
+    cells: &[u16],
+    along: Option<[f64; 3]>,
+) -> Result<Place> {
+    let direction = Vector3::from(along.unwrap_or_else(|| inward(model, cells)));
     let length = direction.norm();
     if !(length.is_finite() && length > 0.0) {
         return Err(Error::input("`direction`: its length must be finite and above 0"));
@@ -44,7 +53,7 @@ pub fn place(model: &Model<'_>, contact: &Contact, along: Option<[f64; 3]>) -> R
     let direction = direction / length;
     // Their mean position.
     let mut touch_m = [0.0; 3];
-    for &cell in &cells {
+    for &cell in cells {
         let at = rest_m(model, cell.into());
         for axis in 0..3 {
             touch_m[axis] += at[axis] / cells.len() as f64;
@@ -63,6 +72,47 @@ pub fn place(model: &Model<'_>, contact: &Contact, along: Option<[f64; 3]>) -> R
     }
     Ok(Place { touch_m, direction: direction.into() })
 }
+
+/// Places of presses apart from each other: the first is that of [`place`], each further one is as far as can be from
+/// the fixed cells and from the places before. Those after the first lie where the surface bends by at most 30 degrees.
+/// Fewer of a body that has no more such cells; one of held cells.
+///
+/// # Errors
+/// As [`place`] for the first one.
+pub fn places(
+    model: &Model<'_>,
+    contact: &Contact,
+    along: Option<[f64; 3]>,
+    count: usize,
+) -> Result<Vec<Place>> {
+    let mut places = vec![place(model, contact, along)?];
+    if matches!(contact, Contact::Cells(_)) {
+        return Ok(places);
+    }
+    let at = |cell: u16| Vector3::from(model.rest_position(cell.into()));
+    let mut taken: Vec<Vector3<f32>> = model.fixed().iter().map(|&cell| at(cell)).collect();
+    taken.push(at(farthest(model)?));
+    // A cell counts once: one where a tool would miss the body is left out.
+    let is_smooth = |cell: &u16| bend_at_deg(model, *cell).is_some_and(|bend| bend <= SMOOTH_DEG);
+    let mut left: Vec<u16> = model.surface().iter().copied().filter(is_smooth).collect();
+    while places.len() < count {
+        let clearance = |cell: u16| {
+            taken.iter().map(|other| (at(cell) - other).norm_squared()).fold(f32::INFINITY, f32::min)
+        };
+        let best = left.iter().copied().map(|cell| (clearance(cell), cell));
+        let best = best.max_by(|one, other| one.0.total_cmp(&other.0).then(other.1.cmp(&one.1)));
+        let Some((_, cell)) = best.filter(|best| best.0 > 0.0) else { break };
+        left.retain(|&other| other != cell);
+        if let Ok(found) = place_at(model, contact, &[cell], None) {
+            taken.push(at(cell));
+            places.push(found);
+        }
+    }
+    Ok(places)
+}
+
+/// Largest bend of the surface at a place of a press that is not the first \[degrees\].
+const SMOOTH_DEG: f64 = 30.0;
 
 /// Largest angle between the mean normal of the surface and one of its sides \[degrees\], at the middle cell of
 /// the default contact or across an edge between two of its cells: 55 at a corner of a box, 45 at an edge. `None`
