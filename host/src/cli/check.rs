@@ -38,8 +38,10 @@ const BOUND: f64 = 0.01;
 /// Takes what `bake` takes. A body that can be cut is checked uncut, one that relaxes with its long-term modulus, or
 /// its instantaneous one under --instant. Seconds for some hundred cells, minutes for some thousand.
 #[derive(Debug, clap::Args)]
-#[command(after_help = "Examples:\n  chaincell check organ:300 --young-pa 5000 --tool sphere:0.01\n  \
-    chaincell check liver.msh --fix file:liver.sets.json#fixed --young-pa 5000 --tool sphere:0.02 --sweeps 2")]
+#[command(
+    after_help = "Examples:\n  chaincell check organ:300 --young-pa 5000 --tool sphere:0.01\n  \
+    chaincell check liver.msh --fix file:liver.sets.json#fixed --young-pa 5000 --tool sphere:0.02 --sweeps 2"
+)]
 pub struct Args {
     /// A mesh of tetrahedra as `bake` takes it
     mesh: String,
@@ -98,7 +100,11 @@ struct Solver {
 
 pub fn execute(args: &Args) -> Result<()> {
     let report = check(args)?;
-    if args.print.json { terminal::say_json(&report) } else { terminal::say(format_args!("{report}")) }
+    if args.print.json {
+        terminal::say_json(&report)
+    } else {
+        terminal::say(format_args!("{report}"))
+    }
 }
 
 /// The body, and its options, without what a mesh has no part in.
@@ -130,9 +136,10 @@ fn check(args: &Args) -> Result<Printed> {
     let model = parse(&image)?;
     // The contact of both, and the places.
     let edge_m = f64::from(model.unit_m());
-    let held_nodes = args.hold.as_deref().map(|text| {
-        select(text, &mesh.nodes_m, &mesh.groups, &mesh.border, "--hold")
-    });
+    let held_nodes = args
+        .hold
+        .as_deref()
+        .map(|text| select(text, &mesh.nodes_m, &mesh.groups, &mesh.border, "--hold"));
     let held_nodes = held_nodes.transpose()?;
     let contacts = match &held_nodes {
         Some(nodes) => [
@@ -152,12 +159,12 @@ fn check(args: &Args) -> Result<Printed> {
         Pressed { image: &image, contact },
         Pressed { image: &finer_image, contact: finer_contact },
     ];
-    let volumes_m3 = free_volumes_m3(&refined.mesh, &finer_fixed);
+    let volumes_m3 = free_volumes_m3(&mesh, fixed.iter().chain(held_nodes.iter().flatten()));
     let progress = Progress::new(places.len() as u64, "presses");
     let errors: Result<Vec<PlaceError>> = places
         .iter()
         .map(|place| {
-            let error = place_error(bodies, (place, depth_m), &refined.edges, &volumes_m3);
+            let error = place_error(bodies, place, depth_m, &volumes_m3);
             progress.step();
             error
         })
@@ -268,12 +275,13 @@ impl fmt::Display for Printed {
             percent(self.limit * force)
         )?;
         if field.min(force) < BOUND {
-            writeln!(f, "                   below 1 % this is an upper bound, no estimate")?;
+            writeln!(f, "  {:17}below 1 % this is an upper bound, no estimate", "")?;
         }
         let cells = cells as f64 * (self.edge_m / self.halving_edge_m).powi(3);
         writeln!(
             f,
-            "                   edges of {}, some {cells:.0} cells, would halve it",
+            "  {:17}edges of {}, some {cells:.0} cells, would halve it",
+            "",
             length(self.halving_edge_m)
         )?;
         let Solver { sweeps, force_error, tick_ns } = &self.solver;

@@ -29,7 +29,7 @@ pub struct PlaceError {
     pub finer_force_n: f64,
     /// Distance of the forces, as a share of the finer one's.
     pub force_error: f64,
-    /// Distance of the displacements, weighted by volume, as a share of the finer ones'.
+    /// Distance of the displacements of the nodes that move freely, weighted by volume, as a share of the finer ones'.
     pub field_error: f64,
 }
 
@@ -49,26 +49,21 @@ impl Pressed<'_> {
     }
 }
 
-/// Compares a press on a mesh with that on the mesh cut once. `edges` are those whose middles the finer mesh has behind
-/// the nodes of the given one, where the given mesh moves as its ends do on average; `volumes_m3` are those of the finer
-/// mesh's free nodes, 0 of the fixed ones.
+/// Compares a press on a mesh with that on the mesh cut once. `volumes_m3` are those of the given mesh's nodes, which
+/// come first on the finer one, 0 of those that cannot move freely.
 ///
 /// # Errors
 /// As [`resting`].
 pub fn place_error(
     [given, finer]: [Pressed<'_>; 2],
-    (place, depth_m): (&Place, f64),
-    edges: &[[u32; 2]],
+    place: &Place,
+    depth_m: f64,
     volumes_m3: &[f64],
 ) -> Result<PlaceError> {
     let (given, finer) = (given.resting(place, depth_m)?, finer.resting(place, depth_m)?);
-    // The given mesh's field at all nodes of the finer one.
-    let at = |node: u32| given.displacements_m.get(node as usize).copied().unwrap_or_default();
-    let middles = edges.iter().map(|&[i, j]| 0.5 * (at(i) + at(j)));
-    let field = given.displacements_m.iter().copied().chain(middles);
-    // The sums over them.
     let (mut apart, mut size) = (0.0, 0.0);
-    for ((one, other), volume) in field.zip(&finer.displacements_m).zip(volumes_m3) {
+    let pairs = given.displacements_m.iter().zip(&finer.displacements_m);
+    for ((one, other), volume) in pairs.zip(volumes_m3) {
         apart += volume * (one - other).norm_squared();
         size += volume * other.norm_squared();
     }
@@ -81,9 +76,9 @@ pub fn place_error(
     })
 }
 
-/// A quarter of the volume of its tetrahedra for each node that is not fixed \[m^3\]; `fixed` ascends.
+/// A quarter of the volume of its tetrahedra for each node that moves freely \[m^3\], 0 for these others.
 #[must_use]
-pub fn free_volumes_m3(mesh: &Mesh, fixed: &[u32]) -> Vec<f64> {
+pub fn free_volumes_m3<'a>(mesh: &Mesh, others: impl IntoIterator<Item = &'a u32>) -> Vec<f64> {
     let mut volumes_m3 = vec![0.0; mesh.nodes_m.len()];
     for tetrahedron in &mesh.tetrahedra {
         let [a, b, c, d] = tetrahedron.map(|node| Vector3::from(mesh.nodes_m[node as usize]));
@@ -92,7 +87,7 @@ pub fn free_volumes_m3(mesh: &Mesh, fixed: &[u32]) -> Vec<f64> {
             volumes_m3[node as usize] += quarter_m3;
         }
     }
-    for &node in fixed {
+    for &node in others {
         volumes_m3[node as usize] = 0.0;
     }
     volumes_m3

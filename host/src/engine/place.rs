@@ -97,7 +97,10 @@ pub fn places(
     let mut left: Vec<u16> = model.surface().iter().copied().filter(is_smooth).collect();
     while places.len() < count {
         let clearance = |cell: u16| {
-            taken.iter().map(|other| (at(cell) - other).norm_squared()).fold(f32::INFINITY, f32::min)
+            taken
+                .iter()
+                .map(|other| (at(cell) - other).norm_squared())
+                .fold(f32::INFINITY, f32::min)
         };
         let best = left.iter().copied().map(|cell| (clearance(cell), cell));
         let best = best.max_by(|one, other| one.0.total_cmp(&other.0).then(other.1.cmp(&one.1)));
@@ -178,6 +181,23 @@ mod tests {
     use crate::bake::{BakeOptions, bake};
     use crate::engine::fixture::plane;
     use crate::mesh::{Filling, Mesh, MeshOptions, from_surface, load};
+
+    #[test]
+    fn further_places_lie_apart_from_each_other_and_from_the_fixed_cells() {
+        let mesh = load("organ:300", &MeshOptions::default()).unwrap();
+        let image = bake(&mesh, &mesh.default_fixed, &BakeOptions::default()).unwrap();
+        let model = Model::from_bytes(image.as_bytes()).unwrap();
+        let sphere = Contact::sphere(0.01, 0.0);
+        let found = places(&model, &sphere, None, 3).unwrap();
+        assert_eq!((found.len(), found[0]), (3, place(&model, &sphere, None).unwrap()));
+        for (at, one) in found.iter().enumerate() {
+            let apart =
+                |other: [f64; 3]| (Vector3::from(one.touch_m) - Vector3::from(other)).norm();
+            assert!(found[..at].iter().all(|other| apart(other.touch_m) > 0.05), "{found:?}");
+            let fixed = model.fixed().iter().map(|&cell| apart(rest_m(&model, cell.into())));
+            assert!(fixed.fold(f64::INFINITY, f64::min) > 0.03, "{found:?}");
+        }
+    }
 
     #[test]
     fn a_corner_of_a_box_bends_and_a_plane_does_not() {

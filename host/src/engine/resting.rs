@@ -8,6 +8,7 @@ use super::place::Place;
 use super::{Arithmetic, Contact, Engine, Scheme, rest_m};
 use crate::error::{Error, Result};
 use crate::interrupt;
+use crate::words::length;
 
 /// Ticks in which the tool goes to its depth, and most of the wait that follows.
 const STEPS: u16 = 40;
@@ -54,9 +55,15 @@ pub fn resting(
     let output = settle(&mut engine, &pose(1.0))?;
     let is_held = output.flags.contains(Flags::MOTION_CLAMPED);
     if is_held || output.force_n.norm() <= 0.0 {
-        let why = if is_held { "does not let the tool go so deep" } else { "is not touched there" };
+        let place = place.touch_m.map(length).join(", ");
+        let why = if is_held {
+            "the body holds the tool back; press less deep"
+        } else {
+            "nothing touches the tool: it slid off, or the triangles are too large for it; press deeper, or take a \
+             larger tool"
+        };
         return Err(Error::input(format!(
-            "`depth_m` {depth_m}: the body {why}; give another depth"
+            "`depth_m` {depth_m}: at this depth behind ({place}) {why}"
         )));
     }
     // The displacements by input node.
@@ -85,4 +92,45 @@ fn settle(engine: &mut Engine<'_>, pose: &ToolPose) -> Result<TickOutput> {
         }
     }
     Ok(last)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bake::tissue::Tissue;
+    use crate::bake::{BakeOptions, PerCell, bake};
+    use crate::engine::place::places;
+    use crate::mesh::{MeshOptions, load};
+
+    #[test]
+    fn a_block_under_a_flat_press_has_the_force_of_its_modulus() {
+        // The whole upper side is held: between a bar without and one with blocked sides.
+        let mesh = load("box:5x5x4x0.01", &MeshOptions::default()).unwrap();
+        let tissue = Tissue {
+            young_pa: PerCell::Uniform(5000.0),
+            poisson: PerCell::Uniform(0.0),
+            stretch_min: None,
+            stiffening: Vec::new(),
+            relaxation: None,
+        };
+        let options = BakeOptions { tissue: Some(tissue), ..BakeOptions::default() };
+        let image = bake(&mesh, &mesh.default_fixed, &options).unwrap();
+        let model = Model::from_bytes(image.as_bytes()).unwrap();
+        let top = mesh.nodes_m.iter().map(|at| at[2]).fold(f64::MIN, f64::max);
+        let nodes =
+            (0..mesh.nodes_m.len() as u32).filter(|&of| mesh.nodes_m[of as usize][2] == top);
+        let cells: Vec<u32> = nodes.collect();
+        let contact = Contact::Cells(crate::engine::contact::held(&model, &cells).unwrap());
+        let place = places(&model, &contact, Some([0.0, 0.0, -1.0]), 3).unwrap();
+        assert_eq!(place.len(), 1);
+        let pressed = resting(&model, &contact, &place[0], 3e-4).unwrap();
+        // E A d / H, without a Poisson's ratio exactly.
+        let expected_n = 5000.0 * 0.04 * 0.04 * 3e-4 / 0.03;
+        let error = (pressed.force_n.norm() / expected_n - 1.0).abs();
+        assert!(error < 0.02, "{} N for {expected_n} N", pressed.force_n.norm());
+        for (at, moved) in mesh.nodes_m.iter().zip(&pressed.displacements_m) {
+            let share = 1.0 - (top - at[2]) / 0.03;
+            assert!((moved.z + share * 3e-4).abs() < 1e-6, "{at:?}: {moved:?}");
+        }
+    }
 }

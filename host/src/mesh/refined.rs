@@ -73,7 +73,8 @@ impl Refined {
         let has = |node: &u32| nodes.binary_search(node).is_ok();
         let surface = mesh.triangles.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
         let full = mesh.tetrahedra.iter().filter(|corners| corners.iter().all(has));
-        let inside = full.flat_map(|&[a, b, c, d]| [[a, b], [a, c], [a, d], [b, c], [b, d], [c, d]]);
+        let inside =
+            full.flat_map(|&[a, b, c, d]| [[a, b], [a, c], [a, d], [b, c], [b, d], [c, d]]);
         let held = surface.chain(inside).filter(|edge| edge.iter().all(has));
         let mut middles: Vec<u32> = held
             .filter_map(|[i, j]| self.edges.binary_search(&[i.min(j), i.max(j)]).ok())
@@ -94,11 +95,8 @@ fn eight(
     let (ab, ac, ad) = (middle(a, b), middle(a, c), middle(a, d));
     let (bc, bd, cd) = (middle(b, c), middle(b, d), middle(c, d));
     // The octahedron's diagonals, each with the four other nodes around it.
-    let diagonals = [
-        ([ab, cd], [ac, bc, bd, ad]),
-        ([ac, bd], [ab, bc, cd, ad]),
-        ([ad, bc], [ab, ac, cd, bd]),
-    ];
+    let diagonals =
+        [([ab, cd], [ac, bc, bd, ad]), ([ac, bd], [ab, bc, cd, ad]), ([ad, bc], [ab, ac, cd, bd])];
     let length = |[i, j]: [u32; 2]| distance(nodes_m[i as usize], nodes_m[j as usize]);
     let [first, second, third] = diagonals;
     let shorter = |one: ([u32; 2], [u32; 4]), other: ([u32; 2], [u32; 4])| {

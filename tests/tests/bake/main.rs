@@ -2,6 +2,7 @@
 
 mod bad_mesh;
 mod cells;
+mod check;
 mod convert;
 mod crafted_models;
 mod cuttable;

@@ -1,0 +1,89 @@
+//! `chaincell check`: its estimate of the mesh's error beside quadratic elements, and what it refuses.
+#![allow(clippy::unwrap_used)]
+
+use chaincell_tests::run;
+
+/// A mesh of the reference data with a patch of nodes pushed by 1 mm, and its true errors: the distance of nodal shapes
+/// on it, in force and field, to quadratic elements on the mesh cut once.
+struct Case {
+    mesh: &'static str,
+    patch: &'static str,
+    direction: &'static str,
+    /// Poisson's ratio, force and field.
+    errors: [[f64; 3]; 2],
+}
+
+const CASES: [Case; 2] = [
+    Case {
+        mesh: "liver_181",
+        patch: "nodes:120,123,124,125,126,131,132,133",
+        direction: "0.13245715,-0.28792116,-0.94844953",
+        errors: [[0.3, 0.157, 0.117], [0.45, 0.168, 0.166]],
+    },
+    Case {
+        mesh: "liver_500",
+        patch: "nodes:72,104,116,118,138,142,150",
+        direction: "0.25023956,-0.07487656,-0.96528424",
+        errors: [[0.3, 0.080, 0.113], [0.45, 0.079, 0.120]],
+    },
+];
+
+#[test]
+fn the_estimate_is_within_a_factor_of_quadratic_elements_on_the_cut_mesh() {
+    let Ok(folder) = std::env::var("CHAINCELL_REFERENCE") else {
+        println!("SKIPPED check beside quadratic elements: CHAINCELL_REFERENCE is not set");
+        return;
+    };
+    for case in &CASES {
+        let mesh = format!("{folder}/meshes/{}.vtk", case.mesh);
+        let fixed = format!("file:{folder}/meshes/{}.sets.json#fixed", case.mesh);
+        for [poisson, force, field] in case.errors {
+            let report = run([
+                &["check", &mesh, "--fix", &fixed, "--young-pa", "5000"][..],
+                &["--poisson", &poisson.to_string(), "--hold", case.patch],
+                &["--direction", case.direction, "--depth-m", "0.001", "--json"],
+            ]
+            .concat())
+            .with(0)
+            .json();
+            let ratios = [("force_error", force), ("field_error", field)]
+                .map(|(name, truth)| report[name].as_f64().unwrap() / truth);
+            println!("{} {poisson}: estimate / truth {ratios:.2?}", case.mesh);
+            assert!(ratios.iter().all(|of| (1.0 / 1.3..1.3).contains(of)), "{ratios:?}");
+        }
+    }
+}
+
+/// A tool presses at three places; a finer mesh of the same body is nearer to its own cut one.
+#[test]
+fn finer_meshes_have_smaller_errors_under_a_tool() {
+    let errors = ["box:5x5x4x0.02", "box:9x9x7x0.01"].map(|spec| {
+        let words =
+            ["check", spec, "--young-pa", "5000", "--tool", "sphere:0.03", "--depth-m", "0.01"];
+        let report = run([&words[..], &["--json"]].concat()).with(0).json();
+        assert_eq!(report["places"].as_array().unwrap().len(), 3);
+        assert!(report["solver"]["force_error"]["p99"].as_f64().unwrap() < 1.0);
+        report["force_error"].as_f64().unwrap()
+    });
+    let [coarse, fine] = errors;
+    assert!(fine < 0.7 * coarse && fine > 0.0, "{errors:?}");
+    let said = run(["check", "box:5x5x4x0.02", "--young-pa", "5000", "--sweeps", "2"]).with(0).out;
+    for part in ["from the mesh", "would halve it", "at 2 sweeps"] {
+        assert!(said.contains(part), "{said}");
+    }
+}
+
+#[test]
+fn what_cannot_be_checked_is_refused_with_a_remedy() {
+    let refused = |words: &[&str], part: &str| {
+        let said = run([&["check"], words].concat()).with(2).err;
+        assert!(said.contains(part), "{said}");
+    };
+    refused(&["box:4x4x3x0.01"], "--young-pa");
+    refused(&["plane:5x5x0.01", "--young-pa", "5000"], "tetrahedra");
+    refused(&["box:4x4x3x0.01", "--young-pa", "5000", "--cells", "20"], "--cells");
+    refused(&["box:4x4x3x0.01", "--young-pa", "5000", "--tool", "blade:0.01"], "blade");
+    refused(&["box:4x4x3x0.01", "--young-pa", "5000", "--depth-m", "0"], "--depth-m");
+    refused(&["box:4x4x3x0.01", "--young-pa", "5000", "--hold", "nodes:0"], "fixed");
+    refused(&["box:4x4x3x0.01", "--young-pa", "5000", "--hold", "nodes:999"], "--hold");
+}
