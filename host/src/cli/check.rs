@@ -14,7 +14,7 @@ use crate::bake::{BakeOptions, ImageBytes, bake};
 use crate::engine::contact::held;
 use crate::engine::convergence::{Convergence, ForceError};
 use crate::engine::mesh_error::{FALL, PlaceError, Pressed, free_volumes_m3, place_error};
-use crate::engine::place::places;
+use crate::engine::place::{Place, places};
 use crate::engine::staged::Staged;
 use crate::engine::tissue::TissueEngine;
 use crate::engine::{Arithmetic, Contact, Engine, Scheme};
@@ -160,17 +160,7 @@ fn check(args: &Args) -> Result<Printed> {
         Pressed { image: &finer_image, contact: finer_contact },
     ];
     let volumes_m3 = free_volumes_m3(&mesh, fixed.iter().chain(held_nodes.iter().flatten()));
-    let progress = Progress::new(places.len() as u64, "presses");
-    let errors: Result<Vec<PlaceError>> = places
-        .iter()
-        .map(|place| {
-            let error = place_error(bodies, place, depth_m, &volumes_m3);
-            progress.step();
-            error
-        })
-        .collect();
-    drop(progress);
-    let errors = errors?;
+    let errors = at_places(&places, |place| place_error(bodies, place, depth_m, &volumes_m3))?;
     let largest = |of: fn(&PlaceError) -> f64| errors.iter().map(of).fold(0.0, f64::max);
     Ok(Printed {
         cells: [model.body_cells(), parse(&finer_image)?.body_cells()],
@@ -183,6 +173,30 @@ fn check(args: &Args) -> Result<Printed> {
         places: errors,
         solver: Solver::of(&model, contact, depth_m, args.sweeps)?,
     })
+}
+
+/// The errors of the places; one where the tool finds no hold is told and left out.
+fn at_places(
+    places: &[Place],
+    error_at: impl Fn(&Place) -> Result<PlaceError>,
+) -> Result<Vec<PlaceError>> {
+    let progress = Progress::new(places.len() as u64, "presses");
+    let (mut errors, mut refused) = (Vec::new(), None);
+    for place in places {
+        match error_at(place) {
+            Ok(error) => errors.push(error),
+            Err(why @ Error::Input(_)) => {
+                terminal::note(format_args!("note: a place is left out: {why}"));
+                refused = Some(why);
+            }
+            Err(why) => return Err(why),
+        }
+        progress.step();
+    }
+    match refused {
+        Some(why) if errors.is_empty() => Err(why),
+        _ => Ok(errors),
+    }
 }
 
 fn parse(image: &ImageBytes) -> Result<Model<'_>> {

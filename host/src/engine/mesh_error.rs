@@ -38,7 +38,7 @@ pub struct PlaceError {
 pub struct Pressed<'a> {
     /// The baked body.
     pub image: &'a ImageBytes,
-    /// What presses.
+    /// The tool, or the held cells.
     pub contact: &'a Contact,
 }
 

@@ -62,9 +62,7 @@ pub fn resting(
             "nothing touches the tool: it slid off, or the triangles are too large for it; press deeper, or take a \
              larger tool"
         };
-        return Err(Error::input(format!(
-            "`depth_m` {depth_m}: at this depth behind ({place}) {why}"
-        )));
+        return Err(Error::input(format!("pressed {} deep at ({place}), {why}", length(depth_m))));
     }
     // The displacements by input node.
     let mut displacements_m = vec![Vector3::zeros(); model.input_nodes() as usize];

@@ -52,7 +52,7 @@ impl Refined {
         };
         let tetrahedra: Vec<[u32; 4]> =
             mesh.tetrahedra.iter().flat_map(|&corners| eight(corners, middle, &nodes_m)).collect();
-        // What stands for nodes stands for the middles between them.
+        // Groups and held nodes have the middles between them.
         let mut refined = Self { mesh: Mesh::default(), edges, first_middle: count as u32 };
         let groups = mesh.groups.iter();
         let groups = groups.map(|(name, of)| (name.clone(), refined.with_middles(mesh, of)));
