@@ -175,7 +175,7 @@ fn check(args: &Args) -> Result<Printed> {
     })
 }
 
-/// The errors of the places; one where the tool finds no hold is told and left out.
+/// The errors of the places. A place without a force is left out, with a note.
 fn at_places(
     places: &[Place],
     error_at: impl Fn(&Place) -> Result<PlaceError>,
