@@ -312,7 +312,8 @@ fn judgement(
         return Judgement::default();
     }
     let model = engine.network().model();
-    let pace = Pace::of_served(report, args.tissue.given(model).sweeps, model.body_cells());
+    let (sweeps, cells) = (args.tissue.given(model).sweeps, model.body_cells());
+    let pace = Pace::of_served(report, sweeps, cells, args.stage.hz());
     Judgement::of_body(engine, args.tissue.holds_default(), pace).with_tools(
         engine,
         &report.tool_courses,
@@ -354,7 +355,8 @@ fn record_ticks(args: &Args) -> Result<usize> {
         let remedy = format!("--record-ticks {asked}: must be at most {RECORD_TICKS_MAX}");
         return if asked <= RECORD_TICKS_MAX { Ok(asked) } else { Err(Error::input(remedy)) };
     }
-    let seconds = args.seconds.map(|seconds| (seconds * 1e3).ceil() as usize);
+    let seconds =
+        args.seconds.map(|seconds| (seconds * f64::from(args.stage.hz())).ceil() as usize);
     let ticks = args.ticks.map(|ticks| usize::try_from(ticks).unwrap_or(usize::MAX));
     Ok(ticks.or(seconds).unwrap_or(RECORD_TICKS).min(KNOWN_TICKS_MAX))
 }

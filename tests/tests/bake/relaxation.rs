@@ -190,7 +190,14 @@ fn the_command_refuses_by_option() {
             assert!(why.contains(part), "{command}: {why}");
         }
     }
-    run([&["run", text(&model), "--device-hz=500"], &motion[..]].concat()).with(0);
+    let asked = ["run", text(&model), "--device-hz=500", "--snapshot-ticks=40", "--json"];
+    let found = run([&asked[..], &motion[..]].concat()).with(0).json();
+    assert_eq!(found["ticks"], 50, "a tenth of a second");
+    let read = |name: &str| std::fs::read_to_string(session.join(name)).unwrap();
+    assert!(read("force.svg").contains("time at 500 Hz [s]"));
+    assert!(read("series.pvd").contains("timestep=\"0.08\""));
+    let why = run(["cosim", text(&model), "--device-hz=500"]).with(2).err;
+    assert!(why.contains("--device-hz 500") && why.contains("sends 1000 poses a second"), "{why}");
     run(["replay", text(&session)]).with(0);
     // Bands are said to stay elastic.
     let bands = [young, "--branch=1,1", "--stiffening=0.1=5000"];
