@@ -139,6 +139,7 @@ pub fn execute(args: &Args) -> Result<()> {
     if args.seconds.is_some_and(|seconds| seconds.is_nan() || seconds <= 0.0) {
         return Err(Error::input("--seconds: must be above 0"));
     }
+    check_rate(args)?;
     let image = model_file::read(&args.model)?;
     let model = model_file::parse(&image, &args.model)?;
     let mut tissue = args.tissue.staged(model, args.stage.settings()?)?;
@@ -342,6 +343,18 @@ fn recorder(
     let trace = TraceFile::create("--out", &place, args.folder.force, begun, records)?;
     folder.write(recording::MODEL, image.as_bytes())?;
     Ok((Some(folder), Recorder::with_capacity(ticks).with_tools(tools).with_trace(trace)))
+}
+
+/// Refuses a device that sends more poses than are executed.
+fn check_rate(args: &Args) -> Result<()> {
+    let (hz, most_hz) = (args.stage.hz(), args.max_pose_hz);
+    if most_hz == 0 || hz <= most_hz {
+        return Ok(());
+    }
+    Err(Error::input(format!(
+        "`device_hz` {hz}: of its poses `max_pose_hz` {most_hz} would leave some out; pass `max_pose_hz` {}",
+        hz.saturating_mul(2)
+    )))
 }
 
 /// Ticks that there is room for.

@@ -196,6 +196,8 @@ fn the_command_refuses_by_option() {
     let read = |name: &str| std::fs::read_to_string(session.join(name)).unwrap();
     assert!(read("force.svg").contains("time at 500 Hz [s]"));
     assert!(read("series.pvd").contains("timestep=\"0.08\""));
+    let why = run(["serve", text(&model), "--device-hz=5000"]).with(2).err;
+    assert!(why.contains("--device-hz 5000") && why.contains("--max-pose-hz 10000"), "{why}");
     let why = run(["cosim", text(&model), "--device-hz=500"]).with(2).err;
     assert!(why.contains("--device-hz 500") && why.contains("sends 1000 poses a second"), "{why}");
     run(["replay", text(&session)]).with(0);
