@@ -183,7 +183,7 @@ fn the_command_refuses_by_option() {
     let session = folder.path().join("session");
     let motion = ["--motion=press", "--seconds=0.1", "--picture=off", "--out", text(&session)];
     for (command, options) in
-        [("run", &motion[..]), ("serve", &[]), ("cosim", &[]), ("latency", &[])]
+        [("run", &motion[..]), ("serve", &[]), ("cosim", &[]), ("latency", &[]), ("view", &[])]
     {
         let why = run([&[command, text(&model)], options].concat()).with(2).err;
         for part in ["1000 ticks a second", "baked for 500", "--device-hz 500"] {
