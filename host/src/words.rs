@@ -10,6 +10,12 @@ pub fn counted(count: impl fmt::Display, noun: &str) -> String {
     format!("{count} {noun}{ending}")
 }
 
+/// A rate: `500 Hz`, `1 kHz`.
+#[must_use]
+pub fn rate(hz: u32) -> String {
+    if hz < 1000 { format!("{hz} Hz") } else { format!("{} kHz", f64::from(hz) / 1e3) }
+}
+
 /// The share, 0 to 1, that a text like `1%` names.
 #[must_use]
 pub fn percent(text: &str) -> Option<f64> {

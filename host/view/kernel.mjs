@@ -9,7 +9,7 @@ const PAGE_BYTES = 65536;
 export const TRIANGLES = 1024;
 export const SAMPLES = 2048;
 /** Bytes of the interface's structs; `model` is CHAINCELL_MODEL_BYTES. */
-export const BYTES = { model: 656, detail: 20, info: 64, settings: 32, room: 20, budget: 12, pose: 32, output: 48, part: 44, contact: 56 };
+export const BYTES = { model: 656, detail: 20, info: 64, settings: 32, room: 20, budget: 12, pose: 32, output: 52, part: 44, contact: 56 };
 /** Most parts of a tool. */
 const PARTS_MAX = 8;
 /** Most sweeps that a tick may be asked for. */

@@ -116,6 +116,11 @@ impl Live {
         })
     }
 
+    /// Relaxed energy \[J\]; `None` for a body that does not relax.
+    fn relaxed_j(&mut self) -> Option<f32> {
+        self.with(|staged| staged.relaxed_j())
+    }
+
     /// The cut; `None` for a body that cannot be cut.
     fn cuts(&mut self) -> Option<CutReport> {
         self.with(|staged| staged.cut())
@@ -356,6 +361,15 @@ impl Tissue {
             }
         }
         Ok(Some(said))
+    }
+
+    /// Energy that its branches have relaxed since it was at rest [J]; None for a model baked without branches.
+    ///
+    /// >>> tissue.relaxed_j is None
+    /// True
+    #[getter]
+    fn relaxed_j(&self, py: Python<'_>) -> PyResult<Option<f32>> {
+        py.detach(|| Ok(self.live()?.relaxed_j()))
     }
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {

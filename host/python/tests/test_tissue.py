@@ -338,7 +338,10 @@ def test_a_body_that_relaxes_is_for_one_rate_of_ticks() -> None:
     model = bake(spec, young_pa=1000, branches=branches)
     assert bake(spec, young_pa=1000, branches=branches[::-1]).checksum == model.checksum
     assert bake(spec, young_pa=1000, branches=branches, instant=True).checksum != model.checksum
-    Tissue(model)
+    tissue = Tissue(model, tools=["sphere:0.01"])
+    for tick in range(200):
+        tissue.tick([0, 0, 0.041 - min(tick, 50) * 2e-4])
+    assert tissue.relaxed_j is not None and tissue.relaxed_j > 0
     slow = bake(spec, young_pa=1000, branches=branches, device_hz=500)
     Tissue(slow, device_hz=500)
     with pytest.raises(chaincell.ArgumentError, match="device_hz.*1000 ticks.*baked for 500"):

@@ -16,6 +16,7 @@ use super::shared::{PrintArgs, SilenceArgs, tell_view};
 use super::tissue;
 use super::verdict::{Counts, Verdict, VerdictArgs};
 use super::watch::ServerWait;
+use crate::bake::tissue::DEVICE_HZ;
 use crate::engine::course::largest_n;
 use crate::engine::motion::Pose;
 use crate::error::{Error, Result};
@@ -99,7 +100,7 @@ impl Args {
         let image = model_file::read(path)?;
         let model = model_file::parse(&image, path)?;
         let contact = self.contact.as_deref().unwrap_or("auto");
-        self.press.on(&model, &tissue::contact(contact, &model)?)
+        self.press.on(&model, &tissue::contact(contact, &model)?, DEVICE_HZ)
     }
 }
 
@@ -200,7 +201,7 @@ fn write(
             curve.add(force.tick, poses[at].position_m, force.force_n, force.contacts > 0);
         }
     }
-    picture::write_curves(&curve, folder)
+    picture::write_curves(&curve, folder, DEVICE_HZ)
 }
 
 /// Late answers as this process sees them; those whose pose it sent late itself are the machine's.

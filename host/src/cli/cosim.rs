@@ -22,6 +22,7 @@ use super::sides::{self, Files, Session, Sides};
 use super::stage::{StageArgs, StageReport};
 use super::tissue::{TissueArgs, TissueReport};
 use super::verdict::{Counts, Verdict, VerdictArgs};
+use crate::bake::tissue::DEVICE_HZ;
 use crate::bake::{ORGAN_POISSON, ORGAN_SIZE, ORGAN_YOUNG_PA, organ};
 use crate::engine::convergence::{Convergence, ForceError};
 use crate::engine::course::{ToolCourse, largest_n};
@@ -144,6 +145,7 @@ struct CosimSummary {
 }
 
 pub fn execute(args: &Args) -> Result<()> {
+    check_rate(&args.stage)?;
     let lengths = match args.load {
         Some(_) => Lengths::under_load(args.seconds)?,
         None => Lengths::of_press(args.seconds)?,
@@ -223,6 +225,18 @@ fn is_empty(folder: &Path) -> bool {
     std::fs::read_dir(folder).is_ok_and(|mut entries| entries.next().is_none())
 }
 
+/// Refuses a device of another rate than that of the controller.
+fn check_rate(stage: &StageArgs) -> Result<()> {
+    let hz = stage.hz();
+    if hz == DEVICE_HZ {
+        return Ok(());
+    }
+    Err(Error::input(format!(
+        "`device_hz` {hz}: the controller of cosim sends {DEVICE_HZ} poses a second; take `run`, or `serve` with a device \
+         of that rate"
+    )))
+}
+
 /// Number of answered ticks in words.
 fn answered(summary: &CosimSummary) -> String {
     let sent = counted(summary.ticks_sent, "tick");
@@ -261,7 +275,7 @@ fn under_load(
     let (serve, control) = (&session.reports.serve, &session.reports.control);
     let mut report = LoadReport::of(control, &session.floor.run, after.as_ref());
     report.load = load.end();
-    report.press_s = lengths.press_ticks as f64 / 1000.0;
+    report.press_s = lengths.press_ticks as f64 / f64::from(DEVICE_HZ);
     report.histograms.step = serve.step_histogram.clone().unwrap_or_default();
     [report.memory_serve, report.memory_control] = watch.growth();
     Ok((session, Some(report)))
@@ -325,7 +339,7 @@ fn summary(
     });
     // Judge the figures.
     let sweeps_max = args.tissue.given(model).sweeps;
-    let pace = Pace::of_served(&reports.serve, sweeps_max, model.body_cells());
+    let pace = Pace::of_served(&reports.serve, sweeps_max, model.body_cells(), DEVICE_HZ);
     let body = Judgement::of_body(tissue.engine(), args.tissue.is_place_default(), pace);
     let judgement =
         body.with_tools(tissue.engine(), &reports.serve.tool_courses, replayed.never_touched);

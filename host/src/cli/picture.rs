@@ -85,13 +85,13 @@ pub fn of_run(largest: &Largest, engine: &Engine<'_>, out: &Path) -> Result<Opti
     Ok(Some(words(&report)))
 }
 
-/// Writes the curves of a force beside its table: over time, and over the depth.
+/// Writes the curves of a force beside its table: over time, of ticks at a rate \[Hz\], and over the depth.
 ///
 /// # Errors
 /// As [`Folder::write`].
-pub fn write_curves(curve: &ForceCurve, folder: &Folder) -> Result<()> {
+pub fn write_curves(curve: &ForceCurve, folder: &Folder, hz: u32) -> Result<()> {
     let svg = |chart: Chart| chart.draw().in_both_lights();
-    folder.write("force.svg", svg(curve.over_time()).as_bytes())?;
+    folder.write("force.svg", svg(curve.over_time(hz)).as_bytes())?;
     folder.write("force_depth.svg", svg(curve.over_depth()).as_bytes())
 }
 

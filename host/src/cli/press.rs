@@ -4,6 +4,7 @@ use chaincell_kernel::Model;
 use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
 
+use crate::bake::tissue::DEVICE_HZ;
 use crate::engine::Contact;
 use crate::engine::motion::{Pose, Press};
 use crate::engine::place::place;
@@ -64,13 +65,13 @@ pub fn vector(text: &str) -> std::result::Result<Vector, String> {
     three.map(Vector).ok_or_else(|| "give three finite numbers, x,y,z".to_owned())
 }
 
-/// Ticks in a number of seconds.
+/// Ticks in a number of seconds, at a rate \[Hz\].
 ///
 /// # Errors
 /// Less than the built-in press has room for, more than a day, or no number.
-pub fn ticks(seconds: f64) -> Result<u64> {
+pub fn ticks(seconds: f64, hz: u32) -> Result<u64> {
     if seconds.is_finite() && (0.02..=86_400.0).contains(&seconds) {
-        Ok((seconds * 1000.0).round() as u64)
+        Ok((seconds * f64::from(hz)).round() as u64)
     } else {
         Err(Error::input(format!("--seconds {seconds}: must be from 0.02 to 86400")))
     }
@@ -87,16 +88,16 @@ pub fn press_on(
     ticks: u64,
 ) -> Result<Vec<Pose>> {
     let args = PressArgs { touch_m: None, direction: None, depth_m, seconds: 0.0 };
-    args.along(model, contact, ticks)
+    args.along(model, contact, ticks, DEVICE_HZ)
 }
 
 impl PressArgs {
-    /// The press on a body.
+    /// The press on a body, at a rate of ticks \[Hz\].
     ///
     /// # Errors
     /// As [`press_on`]; a bad number of seconds.
-    pub fn on(&self, model: &Model<'_>, contact: &Contact) -> Result<Vec<Pose>> {
-        self.along(model, contact, ticks(self.seconds)?)
+    pub fn on(&self, model: &Model<'_>, contact: &Contact, hz: u32) -> Result<Vec<Pose>> {
+        self.along(model, contact, ticks(self.seconds, hz)?, hz)
     }
 
     /// The press where the body is not known.
@@ -107,7 +108,7 @@ impl PressArgs {
         let touch_m = self.touch_m.map_or([0.0; 3], |touch| touch.0);
         let direction = self.direction.map_or([0.0, 0.0, -1.0], |direction| direction.0);
         let depth_m = self.depth_m.unwrap_or(DEPTH_M);
-        Ok(Press::new(touch_m, direction, depth_m, ticks(self.seconds)?)?.poses())
+        Ok(Press::new(touch_m, direction, depth_m, ticks(self.seconds, DEVICE_HZ)?)?.poses())
     }
 
     /// Returns true if an option says where it touches.
@@ -115,7 +116,14 @@ impl PressArgs {
         self.touch_m.is_some()
     }
 
-    fn along(&self, model: &Model<'_>, contact: &Contact, ticks: u64) -> Result<Vec<Pose>> {
+    /// The press on a body, in a number of ticks at a rate \[Hz\].
+    fn along(
+        &self,
+        model: &Model<'_>,
+        contact: &Contact,
+        ticks: u64,
+        hz: u32,
+    ) -> Result<Vec<Pose>> {
         let direction = self.direction.map(|direction| direction.0);
         let depth_m = self.depth_m.unwrap_or(DEPTH_LINKS * f64::from(model.unit_m()));
         let size_m = size_m(model);
@@ -133,6 +141,6 @@ impl PressArgs {
                 (touch.map_or(place.touch_m, |touch| touch.0), place.direction)
             }
         };
-        Ok(Press::new(touch_m, direction, depth_m, ticks)?.poses())
+        Ok(Press::new(touch_m, direction, depth_m, ticks)?.at_rate(hz).poses())
     }
 }

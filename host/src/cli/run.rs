@@ -157,7 +157,8 @@ pub fn execute(args: &Args) -> Result<()> {
     }
     folder.write(recording::MODEL, image.as_bytes())?;
     write_motion(args, &folder, poses)?;
-    let (mut snapshots, mut executed) = (Snapshots::new(&snapshot_ticks, &folder), Vec::new());
+    let hz = args.stage.hz();
+    let (mut snapshots, mut executed) = (Snapshots::new(&snapshot_ticks, &folder, hz), Vec::new());
     let picture = args.picture();
     let mut rows = Rows { draws: picture.is_some(), ..Rows::default() };
     let played = play(&mut tissue, &paths, |pose, of_tools, output, tissue| {
@@ -173,7 +174,7 @@ pub fn execute(args: &Args) -> Result<()> {
     snapshots.finish()?;
     let nodes = write_nodes(&folder, &mut tissue)?;
     folder.write("force.csv", force_csv(&played.answers).as_bytes())?;
-    rows.write(&folder, &tissue)?;
+    rows.write(&folder, &tissue, hz)?;
     let tool_courses: Vec<ToolCourse> = rows.courses.iter().map(Course::result).collect();
     let never_touched = Untouched::of(tissue.engine(), &executed, played.has_touched());
     let judgement = judgement(args, &tissue, &played, poses);
@@ -214,7 +215,8 @@ fn paths(args: &Args, tissue: &Staged<'_>) -> Result<Paths> {
         if has_scissors {
             terminal::note("note: the built-in motion leaves scissors closed; --path opens them");
         }
-        return Ok(Paths::of(vec![args.press.on(engine.network().model(), engine.contact())?]));
+        let (model, hz) = (engine.network().model(), args.stage.hz());
+        return Ok(Paths::of(vec![args.press.on(model, engine.contact(), hz)?]));
     };
     let rules = if args.recorded { Rules::Recorded } else { Rules::Strict };
     let paths = path::read(file, rules)?.in_metres(args.path_units.unit_m());
@@ -257,7 +259,8 @@ fn judgement(args: &Args, tissue: &Staged<'_>, played: &Played, poses: &[Vec<Pos
     let network = tissue.engine().network();
     let (sweeps, cells) = (network.settings().sweeps, network.model().body_cells());
     let makes_all = poses.iter().flatten().all(|pose| pose.sweeps.is_none());
-    let pace = Pace::of_all_sweeps(&played.step.summary(), sweeps, cells).filter(|_| makes_all);
+    let (step, hz) = (played.step.summary(), args.stage.hz());
+    let pace = Pace::of_all_sweeps(&step, sweeps, cells, hz).filter(|_| makes_all);
     let is_default = args.press_is_default();
     Judgement::of_body(tissue.engine(), is_default, pace)
 }
@@ -336,8 +339,8 @@ impl Rows {
     }
 
     /// Writes tables and curves.
-    fn write(&self, folder: &Folder, tissue: &Staged<'_>) -> Result<()> {
-        picture::write_curves(&self.curve, folder)?;
+    fn write(&self, folder: &Folder, tissue: &Staged<'_>, hz: u32) -> Result<()> {
+        picture::write_curves(&self.curve, folder, hz)?;
         self.contacts.write(folder, tissue.engine())?;
         self.tools.write(folder, tissue.tools())
     }

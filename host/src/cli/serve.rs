@@ -139,6 +139,7 @@ pub fn execute(args: &Args) -> Result<()> {
     if args.seconds.is_some_and(|seconds| seconds.is_nan() || seconds <= 0.0) {
         return Err(Error::input("--seconds: must be above 0"));
     }
+    check_rate(args)?;
     let image = model_file::read(&args.model)?;
     let model = model_file::parse(&image, &args.model)?;
     let mut tissue = args.tissue.staged(model, args.stage.settings()?)?;
@@ -312,7 +313,8 @@ fn judgement(
         return Judgement::default();
     }
     let model = engine.network().model();
-    let pace = Pace::of_served(report, args.tissue.given(model).sweeps, model.body_cells());
+    let (sweeps, cells) = (args.tissue.given(model).sweeps, model.body_cells());
+    let pace = Pace::of_served(report, sweeps, cells, args.stage.hz());
     Judgement::of_body(engine, args.tissue.holds_default(), pace).with_tools(
         engine,
         &report.tool_courses,
@@ -343,6 +345,18 @@ fn recorder(
     Ok((Some(folder), Recorder::with_capacity(ticks).with_tools(tools).with_trace(trace)))
 }
 
+/// Refuses a device that sends more poses than are executed.
+fn check_rate(args: &Args) -> Result<()> {
+    let (hz, most_hz) = (args.stage.hz(), args.max_pose_hz);
+    if most_hz == 0 || hz <= most_hz {
+        return Ok(());
+    }
+    Err(Error::input(format!(
+        "`device_hz` {hz}: of its poses `max_pose_hz` {most_hz} would leave some out; pass `max_pose_hz` {}",
+        hz.saturating_mul(2)
+    )))
+}
+
 /// Ticks that there is room for.
 fn record_ticks(args: &Args) -> Result<usize> {
     if let Some(asked) = args.record_ticks {
@@ -354,7 +368,8 @@ fn record_ticks(args: &Args) -> Result<usize> {
         let remedy = format!("--record-ticks {asked}: must be at most {RECORD_TICKS_MAX}");
         return if asked <= RECORD_TICKS_MAX { Ok(asked) } else { Err(Error::input(remedy)) };
     }
-    let seconds = args.seconds.map(|seconds| (seconds * 1e3).ceil() as usize);
+    let seconds =
+        args.seconds.map(|seconds| (seconds * f64::from(args.stage.hz())).ceil() as usize);
     let ticks = args.ticks.map(|ticks| usize::try_from(ticks).unwrap_or(usize::MAX));
     Ok(ticks.or(seconds).unwrap_or(RECORD_TICKS).min(KNOWN_TICKS_MAX))
 }

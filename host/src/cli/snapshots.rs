@@ -62,13 +62,14 @@ impl SnapshotArgs {
 pub struct Snapshots<'a> {
     ticks: &'a BTreeSet<u64>,
     folder: &'a Folder,
+    hz: u32,
     written: BTreeSet<u64>,
 }
 
 impl<'a> Snapshots<'a> {
-    /// None written yet.
-    pub fn new(ticks: &'a BTreeSet<u64>, folder: &'a Folder) -> Self {
-        Self { ticks, folder, written: BTreeSet::new() }
+    /// None written yet, of a run at a rate of ticks \[Hz\].
+    pub fn new(ticks: &'a BTreeSet<u64>, folder: &'a Folder, hz: u32) -> Self {
+        Self { ticks, folder, hz, written: BTreeSet::new() }
     }
 
     /// Writes that of a tick, behind it, where one is asked for.
@@ -89,6 +90,6 @@ impl<'a> Snapshots<'a> {
         if self.written.is_empty() {
             return Ok(());
         }
-        self.folder.write(SERIES, pvd(&self.written).as_bytes())
+        self.folder.write(SERIES, pvd(&self.written, self.hz).as_bytes())
     }
 }

@@ -192,7 +192,7 @@ impl StageArgs {
             || self.max_device_force_n.is_some()
             || self.engage_ramp_ms.is_some();
         let profile = self.device.map_or(StageSettings::NONE, StageSettings::for_device);
-        let hz = self.device_hz.unwrap_or(DEVICE_HZ);
+        let hz = self.hz();
         let ticks = |ms: u16| (u32::from(ms) * hz / 1000).min(TICKS_MAX.into()) as u16;
         let coupling = self.coupling.map_or(profile.coupling, |part| part.0);
         let passivity = self.passivity.map_or(profile.passivity, |part| part.0);
@@ -224,6 +224,12 @@ impl StageArgs {
         Ok(asked.then_some(settings))
     }
 
+    /// Ticks in a second.
+    #[must_use]
+    pub fn hz(&self) -> u32 {
+        self.device_hz.unwrap_or(DEVICE_HZ)
+    }
+
     /// Largest speed of the hand, infinite for any [m/s].
     #[must_use]
     pub fn max_speed_m_per_s(&self) -> f32 {
@@ -233,7 +239,7 @@ impl StageArgs {
     /// A tick of the device, where the delay is measured \[ns\].
     #[must_use]
     pub fn delay_period_ns(&self) -> Option<u64> {
-        let period_ns = SECOND_NS / u64::from(self.device_hz.unwrap_or(DEVICE_HZ));
+        let period_ns = SECOND_NS / u64::from(self.hz());
         (self.delay_ticks == Some(Delay::Measured)).then_some(period_ns)
     }
 
@@ -270,7 +276,7 @@ impl StageArgs {
                 delay_ticks: settings.passivity.map(|of| of.delay_ticks),
                 delay_measured: self.delay_ticks == Some(Delay::Measured),
                 passive_n_per_m: passive,
-                device_hz: self.device_hz.unwrap_or(DEVICE_HZ),
+                device_hz: self.hz(),
                 max_slew_n_per_s: finite(settings.max_slew_n_per_s),
                 max_device_force_n: finite(settings.max_force_n),
                 max_speed_m_per_s: finite(settings.max_speed_m_per_s),

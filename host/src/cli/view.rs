@@ -11,6 +11,7 @@ use super::recorded::RecordedArgs;
 use super::tool::ToolSpec;
 use crate::bake::{ImageBytes, ORGAN_POISSON, ORGAN_SIZE, ORGAN_YOUNG_PA, organ, organ_of};
 use crate::engine::contact::contact_cells;
+use crate::engine::staged::check_tick;
 use crate::error::{Error, Result};
 use crate::files::whole::{keep_input, write_whole};
 use crate::interrupt;
@@ -111,6 +112,8 @@ impl Shown {
         let image = args.model.as_deref().map_or_else(organ, model_file::read)?;
         let path = args.model.as_deref().unwrap_or(Path::new("organ"));
         let model = model_file::parse(&image, path)?;
+        // The page ticks each millisecond.
+        check_tick(&model, None)?;
         let config = config(args, &model)?;
         if model.tear_limit().is_some() {
             terminal::note(format_args!(

@@ -5,13 +5,12 @@ use std::f64::consts::TAU;
 use chaincell_kernel::ToolPose;
 use nalgebra::Vector3;
 
+use crate::bake::tissue::DEVICE_HZ;
 use crate::error::{Error, Result};
 use crate::words::counted;
 
 /// Tremor of the hand: physiological tremor lies between 8 and 12 Hz \[Hz\].
 const TREMOR_HZ: [f64; 3] = [8.3, 9.7, 11.9];
-/// Ticks in a second.
-const TICKS_PER_S: f64 = 1000.0;
 /// Shares of the ticks at which press, hold and retreat start.
 const PHASES: [f64; 3] = [0.1, 0.4, 0.75];
 /// Fewest ticks that can hold every phase.
@@ -52,10 +51,11 @@ pub struct Press {
     direction: Vector3<f64>,
     depth_m: f64,
     ticks: u64,
+    hz: u32,
 }
 
 impl Press {
-    /// A press from the point of touch \[m\] along a direction, to a depth \[m\], in `ticks` ticks.
+    /// A press from the point of touch \[m\] along a direction, to a depth \[m\], in `ticks` ticks of 1 ms.
     pub fn new(touch_m: [f64; 3], direction: [f64; 3], depth_m: f64, ticks: u64) -> Result<Self> {
         let direction = Vector3::from(direction);
         let length = libm::sqrt(direction.dot(&direction));
@@ -71,7 +71,14 @@ impl Press {
                 counted(ticks, "tick")
             )));
         }
-        Ok(Self { touch_m: Vector3::from(touch_m), direction: direction / length, depth_m, ticks })
+        let (touch_m, direction) = (Vector3::from(touch_m), direction / length);
+        Ok(Self { touch_m, direction, depth_m, ticks, hz: DEVICE_HZ })
+    }
+
+    /// The same press by a hand whose device has another rate of ticks \[Hz\].
+    #[must_use]
+    pub fn at_rate(self, hz: u32) -> Self {
+        Self { hz, ..self }
     }
 
     /// The pose of a tick; the first tick is 0. After the end the tool stays at its start position.
@@ -89,8 +96,8 @@ impl Press {
         };
         // Add the tremor during the hold.
         let window = rise_and_fall(share(hold, retreat, tick));
-        let position_m =
-            self.touch_m + self.direction * depth_m + tremor(tick) * (0.01 * self.depth_m * window);
+        let tremor = tremor(tick as f64 / f64::from(self.hz)) * (0.01 * self.depth_m * window);
+        let position_m = self.touch_m + self.direction * depth_m + tremor;
         Pose {
             tick,
             position_m: position_m.map(|coordinate| coordinate as f32).into(),
@@ -124,8 +131,8 @@ fn rise_and_fall(share: f64) -> f64 {
 }
 
 /// Two sines on each axis, together at most 1.
-fn tremor(tick: u64) -> Vector3<f64> {
-    let sine = |hz: f64| libm::sin(TAU * hz * (tick as f64 / TICKS_PER_S));
+fn tremor(time_s: f64) -> Vector3<f64> {
+    let sine = |hz: f64| libm::sin(TAU * hz * time_s);
     let [a, b, c] = TREMOR_HZ.map(sine);
     Vector3::new(a + b, b + c, c + a) / 2.0
 }

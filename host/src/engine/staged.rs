@@ -122,7 +122,10 @@ impl<'m> Staged<'m> {
 }
 
 /// Checks that the branches of relaxation of a model were baked for the ticks of a session.
-fn check_tick(model: &Model<'_>, settings: Option<StageSettings>) -> Result<()> {
+///
+/// # Errors
+/// Another rate, with both.
+pub fn check_tick(model: &Model<'_>, settings: Option<StageSettings>) -> Result<()> {
     let Some(branch) = model.branches().next() else { return Ok(()) };
     let (baked_hz, hz) = (
         1.0 / f64::from(branch.tick_s),

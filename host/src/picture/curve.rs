@@ -3,6 +3,7 @@
 use nalgebra::Vector3;
 
 use super::chart::{Axis, Chart, Style};
+use crate::words::rate;
 
 /// Most points of a curve: of more the lowest and the highest of each few are drawn.
 const POINTS_MAX: usize = 4000;
@@ -29,12 +30,14 @@ impl ForceCurve {
         self.ticks.push(Tick { tick, position_m, force_n, touches });
     }
 
-    /// Force over time, a tick being a millisecond.
+    /// Force over time, of ticks at a rate \[Hz\].
     #[must_use]
-    pub fn over_time(&self) -> Chart {
+    pub fn over_time(&self, hz: u32) -> Chart {
+        let time_s = |tick: u64| tick as f64 / f64::from(hz);
         let points: Vec<[f64; 2]> =
-            self.ticks.iter().map(|of| [1e-3 * of.tick as f64, of.force_n.norm()]).collect();
-        let (x, y) = (Axis::linear("time at 1 kHz [s]"), Axis::linear("force [N]"));
+            self.ticks.iter().map(|of| [time_s(of.tick), of.force_n.norm()]).collect();
+        let (x, y) =
+            (Axis::linear(&format!("time at {} [s]", rate(hz))), Axis::linear("force [N]"));
         Chart::new("Force on the tool over time", x, y).series("", Style::Line, &thin(&points))
     }
 
@@ -108,7 +111,8 @@ mod tests {
         assert!(depths[0][0].abs() < 1e-12 && (depths[0][1] - 0.1).abs() < 1e-6, "{depths:?}");
         let drawn = curve.over_depth().draw();
         assert!(drawn.svg.contains(">pressing<") && drawn.svg.contains(">retreating<"));
-        assert_eq!(drawn.left_out + curve.over_time().draw().left_out, 0);
+        assert_eq!(drawn.left_out + curve.over_time(500).draw().left_out, 0);
+        assert!(curve.over_time(500).draw().svg.contains("time at 500 Hz"));
     }
 
     #[test]

@@ -1086,6 +1086,11 @@ typedef struct chaincell_output {
      * Sweeps made: 0 where the sample was late, and in the safe state.
      */
     uint32_t sweeps;
+    /**
+     * Energy that a body that relaxes has lost by relaxation since its reset, 0 for another one: the work of the
+     * tools that neither the body holds nor a sweep took [J].
+     */
+    float relaxed_j;
 } chaincell_output;
 
 /**

@@ -217,6 +217,7 @@ pub unsafe extern "C" fn chaincell_stage_output(
             };
             if let Some(tissue) = &tissue {
                 output.tool.torque_n_m = torque(stage, tissue, output.tool.flags);
+                output.relaxed_j = tissue.relaxed_j;
             }
         }
         Ok(())

@@ -67,10 +67,13 @@ pub struct Output {
     pub stiffness_n_per_m: f32,
     /// Sweeps made: 0 where the sample was late, and in the safe state.
     pub sweeps: u32,
+    /// Energy that a body that relaxes has lost by relaxation since its reset, 0 for another one: the work of the
+    /// tools that neither the body holds nor a sweep took \[J\].
+    pub relaxed_j: f32,
 }
 
 impl Output {
-    /// The kernel's answer, which knows no torque.
+    /// The kernel's answer, which knows neither torque nor relaxation.
     pub(crate) fn of(answer: &TickOutput) -> Self {
         let (contacts, flags) = (answer.contacts, answer.flags.0);
         Self {
@@ -84,6 +87,7 @@ impl Output {
             work_j: answer.work_j,
             stiffness_n_per_m: answer.stiffness_n_per_m,
             sweeps: answer.sweeps.into(),
+            relaxed_j: 0.0,
         }
     }
 }
@@ -100,6 +104,7 @@ pub(crate) const SAFE: Output = Output {
     work_j: 0.0,
     stiffness_n_per_m: 0.0,
     sweeps: 0,
+    relaxed_j: 0.0,
 };
 
 /// Asked after each sweep but the last, with the number of sweeps done and the caller's pointer;
@@ -193,9 +198,11 @@ unsafe fn tick(
         // SAFETY: a tissue of this scheme stands there, and the caller says that it is ours.
         let Parts { network, tissue: mut body, .. } = unsafe { layout::parts::<D>(tissue, sizes) };
         // SAFETY: the caller's promise is handed on.
-        unsafe { with_budget(budget.as_ref(), |budget| body.tick(network, poses, budget)) }
+        let answer =
+            unsafe { with_budget(budget.as_ref(), |budget| body.tick(network, poses, budget)) };
+        Output { relaxed_j: body.relaxed_j(network), ..Output::of(&answer) }
     });
-    outputs.fill(Output::of(&answer));
+    outputs.fill(answer);
     if cfg!(feature = "surface") && !sizes.touch.is_none() {
         by_touching_scheme!(scheme, D => {
             // SAFETY: as above.

@@ -10,7 +10,7 @@
 //! - `CHAINCELL_TOOL`: a tool that meets the body's surface in place of held cells, empty for
 //!   none. A sphere: radius, friction, x, y, z where it begins (bits of `f32`, \[m\]), slots for triangles
 //!   and for samples that friction holds, with commas. Or the tool of a golden scene: its name, and the slots
-//! - `CHAINCELL_CUT_WORDS`, with the feature `cut`: words of memory for cuts
+//! - `CHAINCELL_WORDS`, with the feature `words`: words of memory for cuts or strain
 //! - `CHAINCELL_SWEEPS`, `CHAINCELL_UNLOADING` (a variant's name), `CHAINCELL_MAX_FORCE_BITS`:
 //!   settings
 //! - `CHAINCELL_TRACE`, `CHAINCELL_ALTERED`, with the feature `checks`: paths of a trace of the scene
@@ -111,8 +111,8 @@ fn scene() -> Result<(String, u32), Box<dyn Error>> {
     writeln!(text, "{}", tool(&variable("CHAINCELL_TOOL")?)?)?;
     writeln!(text, "pub type Scheme = {};", scheme(count)?)?;
     writeln!(text, "pub static IMAGE: &[u8] = chaincell_kernel::include_model!({model:?});")?;
-    if env::var_os("CARGO_FEATURE_CUT").is_some() {
-        writeln!(text, "pub const CUT_WORDS: usize = {};", variable("CHAINCELL_CUT_WORDS")?)?;
+    if env::var_os("CARGO_FEATURE_WORDS").is_some() {
+        writeln!(text, "pub const WORDS: usize = {};", variable("CHAINCELL_WORDS")?)?;
     }
     if env::var_os("CARGO_FEATURE_CHECKS").is_some() {
         for name in ["TRACE", "ALTERED"] {

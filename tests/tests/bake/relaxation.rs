@@ -183,14 +183,23 @@ fn the_command_refuses_by_option() {
     let session = folder.path().join("session");
     let motion = ["--motion=press", "--seconds=0.1", "--picture=off", "--out", text(&session)];
     for (command, options) in
-        [("run", &motion[..]), ("serve", &[]), ("cosim", &[]), ("latency", &[])]
+        [("run", &motion[..]), ("serve", &[]), ("cosim", &[]), ("latency", &[]), ("view", &[])]
     {
         let why = run([&[command, text(&model)], options].concat()).with(2).err;
         for part in ["1000 ticks a second", "baked for 500", "--device-hz 500"] {
             assert!(why.contains(part), "{command}: {why}");
         }
     }
-    run([&["run", text(&model), "--device-hz=500"], &motion[..]].concat()).with(0);
+    let asked = ["run", text(&model), "--device-hz=500", "--snapshot-ticks=40", "--json"];
+    let found = run([&asked[..], &motion[..]].concat()).with(0).json();
+    assert_eq!(found["ticks"], 50, "a tenth of a second");
+    let read = |name: &str| std::fs::read_to_string(session.join(name)).unwrap();
+    assert!(read("force.svg").contains("time at 500 Hz [s]"));
+    assert!(read("series.pvd").contains("timestep=\"0.08\""));
+    let why = run(["serve", text(&model), "--device-hz=5000"]).with(2).err;
+    assert!(why.contains("--device-hz 5000") && why.contains("--max-pose-hz 10000"), "{why}");
+    let why = run(["cosim", text(&model), "--device-hz=500"]).with(2).err;
+    assert!(why.contains("--device-hz 500") && why.contains("sends 1000 poses a second"), "{why}");
     run(["replay", text(&session)]).with(0);
     // Bands are said to stay elastic.
     let bands = [young, "--branch=1,1", "--stiffening=0.1=5000"];

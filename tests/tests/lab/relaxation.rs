@@ -32,7 +32,7 @@ fn the_printed_options_bake_the_tissue_of_the_curve() {
     std::fs::write(&file, curve()).unwrap();
     let said = run(["relaxation", text(&file)]).with(0).out;
     let options = said.split_once("bake ").unwrap().1.lines().next().unwrap();
-    let wanted = "--young-pa 1500.0 --branch 2.0000,0.4000 --branch 1.0000,10.0000";
+    let wanted = "--young-pa 1500 --branch 2,0.4 --branch 1,10";
     assert_eq!(options, wanted, "{said}");
     let model = folder.path().join("model.chaincell");
     let bake = ["bake", "box:4x4x3x0.01", "-o", text(&model)];
@@ -41,6 +41,32 @@ fn the_printed_options_bake_the_tissue_of_the_curve() {
     let values = found["values"].as_array().unwrap();
     assert_eq!(values.len(), 7);
     assert!(values.iter().any(|value| value["is_identified"] == false), "{found}");
+}
+
+/// A branch that fades within a tick.
+#[test]
+fn values_that_a_bake_refuses_are_no_options() {
+    let folder = scratch();
+    let file = folder.path().join("fast.csv");
+    let strip = Prony { modulus: 1500.0, branches: vec![Branch { ratio: 2.0, time_s: 3e-4 }] };
+    let points: Vec<[f64; 2]> = (0..200)
+        .map(|at| f64::from(at) * 1e-5)
+        .map(|time_s| [time_s, 0.1_f64.min(1e3 * time_s)])
+        .collect();
+    let rows = points.iter().zip(strip.path(&points)).skip(1);
+    let rows: String =
+        rows.map(|([time_s, strain], pa)| format!("{time_s},{strain},{pa}\n")).collect();
+    std::fs::write(&file, format!("time_s,strain,stress_pa\n{rows}")).unwrap();
+    let args = ["relaxation", text(&file), "--branches", "1"];
+    let said = run(args).with(0);
+    let why = "a bake refuses these values: branches 2,0.0003: the second number, the time, must be from 0.001 to";
+    assert!(said.out.contains(why) && !said.out.contains("--branch"), "{}", said.out);
+    assert!(said.err.contains("take fewer branches"), "{}", said.err);
+    let found = run([&args[..], &["--json"]].concat()).with(0).json();
+    assert!(
+        found["bake"].is_null() && found["refusal"].as_str().unwrap().contains("2,0.0003"),
+        "{found}"
+    );
 }
 
 /// Presses are fitted in equilibrium.

@@ -77,18 +77,14 @@ fn print(args: &Args, found: &Found) -> Result<()> {
     }
     let rise = 100.0 * found.rise_error;
     terminal::say(format_args!("  before it: error {rise:.2} % rms of the largest response"))?;
-    // The options of a bake.
-    let branches: String =
-        found.branches.iter().map(|[g, time_s]| format!(" --branch {g:.4},{time_s:.4}")).collect();
-    let bands: Vec<String> =
-        found.stiffening.iter().map(|[width, modulus]| format!("{width}={modulus:.1}")).collect();
-    let bands =
-        if bands.is_empty() { String::new() } else { format!(" --stiffening {}", bands.join(",")) };
-    if *unit == "Pa" {
-        let young = format!("--young-pa {:.1}", found.modulus);
-        terminal::say(format_args!("  bake {young}{branches}{bands}"))?;
-    } else {
-        terminal::say(format_args!("  bake{branches}"))?;
+    if let Some(options) = &found.bake {
+        terminal::say(format_args!("  bake {options}"))?;
+    }
+    if let Some(why) = &found.refusal {
+        terminal::say(format_args!("  a bake refuses these values: {why}"))?;
+        terminal::note(
+            "note: take fewer branches or bands, or a curve that has points within the time of each branch",
+        );
     }
     if found.values.iter().any(|value| !value.is_identified) {
         terminal::note(

@@ -251,6 +251,12 @@ class Tissue:
         >>> tissue.cuts is None
         True"""
     @property
+    def relaxed_j(self) -> float | None:
+        """Energy that its branches have relaxed since it was at rest [J]; None for a model baked without branches.
+
+        >>> tissue.relaxed_j is None
+        True"""
+    @property
     def positions_m(self) -> _F32:
         """Positions of the nodes [m], float32 (nodes, 3), in the order of `Model.node_ids`, a copy."""
 

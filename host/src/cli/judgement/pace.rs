@@ -6,15 +6,16 @@ use std::time::{Duration, Instant};
 use chaincell_kernel::{Model, ToolPose};
 use serde::Serialize;
 
+use crate::bake::tissue::DEVICE_HZ;
 use crate::cli::offline::Offline;
 use crate::engine::place::place;
 use crate::engine::staged::Staged;
 use crate::engine::tissue::TissueEngine;
 use crate::error::Result;
 use crate::session::loops::serve::ServeReport;
-use crate::session::timing::clock::PERIOD_NS;
+use crate::session::timing::clock::SECOND_NS;
 use crate::session::timing::histogram::Summary;
-use crate::words::counted;
+use crate::words::{counted, rate};
 
 /// Ticks that are timed of a body without a run, and the time in which they are begun.
 const TICKS: u32 = 20;
@@ -33,6 +34,9 @@ pub struct Pace {
     pub sweeps_max: u64,
     /// Number of cells for which all sweeps would take 80 % of the period.
     pub cells_fitting: u64,
+    /// Poses in a second.
+    #[serde(skip)]
+    hz: u32,
 }
 
 /// Fewer cells are no body.
@@ -42,25 +46,26 @@ const USABLE: f64 = 0.8;
 
 impl Pace {
     /// Of ticks of which each made all its sweeps; `None` without any.
-    pub fn of_all_sweeps(step: &Summary, sweeps: u16, cells: usize) -> Option<Self> {
-        Self::new(step, [sweeps.into(); 3], cells)
+    pub fn of_all_sweeps(step: &Summary, sweeps: u16, cells: usize, hz: u32) -> Option<Self> {
+        Self::new(step, [sweeps.into(); 3], cells, hz)
     }
 
     /// Of a served session whose ticks make at most `sweeps_max` sweeps; `None` without a pose.
-    pub fn of_served(report: &ServeReport, sweeps_max: u16, cells: usize) -> Option<Self> {
+    pub fn of_served(report: &ServeReport, sweeps_max: u16, cells: usize, hz: u32) -> Option<Self> {
         let sweeps = [report.sweeps.p50, report.sweeps.p1, sweeps_max.into()];
-        Self::new(&report.step_ns, sweeps, cells)
+        Self::new(&report.step_ns, sweeps, cells, hz)
     }
 
-    fn new(step: &Summary, [p50, p1, most]: [u64; 3], cells: usize) -> Option<Self> {
+    fn new(step: &Summary, [p50, p1, most]: [u64; 3], cells: usize, hz: u32) -> Option<Self> {
         if step.max == 0 {
             return None;
         }
-        let [load_p50, load_p99] = [step.p50, step.p99].map(|ns| ns as f64 / PERIOD_NS as f64);
+        let [load_p50, load_p99] =
+            [step.p50, step.p99].map(|ns| ns as f64 * f64::from(hz) / SECOND_NS as f64);
         let of_all = load_p50 * most as f64 / p50.max(1) as f64;
         let cells_fitting = (cells as f64 * USABLE / of_all.max(1e-9)) as u64;
         let (sweeps_p50, sweeps_p1, sweeps_max) = (p50, p1, most);
-        Some(Self { load_p50, load_p99, sweeps_p50, sweeps_p1, sweeps_max, cells_fitting })
+        Some(Self { load_p50, load_p99, sweeps_p50, sweeps_p1, sweeps_max, cells_fitting, hz })
     }
 
     /// Times some ticks of a sphere that presses into a model; `None` where there is no place for one.
@@ -71,14 +76,16 @@ impl Pace {
             return None;
         }
         let radius_m = 2.0 * f64::from(model.unit_m());
-        let tissue = Offline::parse([format!("--contact=probe:{radius_m}")]);
+        let hz = model.branches().next().map_or(DEVICE_HZ, |of| (1.0 / of.tick_s).round() as u32);
+        let contact = format!("--contact=probe:{radius_m}");
+        let tissue = Offline::parse([contact, format!("--device-hz={hz}")]);
         let mut tissue = tissue.and_then(|of| of.staged(*model)).ok()?;
         let steps = timed(&mut tissue, radius_m).ok()?;
         let at = |share: usize| steps.get(share * steps.len().saturating_sub(1) / 100).copied();
         let (p50, p99) = (at(50)?, at(99)?);
         let step = Summary { p50, p99, max: p99, ..Summary::default() };
         let sweeps = tissue.engine().network().settings().sweeps;
-        Self::of_all_sweeps(&step, sweeps, model.body_cells())
+        Self::of_all_sweeps(&step, sweeps, model.body_cells(), hz)
     }
 }
 
@@ -104,7 +111,13 @@ fn timed(tissue: &mut Staged<'_>, radius_m: f64) -> Result<Vec<u64>> {
 
 impl fmt::Display for Pace {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { load_p50, load_p99, sweeps_p50, sweeps_p1, sweeps_max, cells_fitting } = *self;
+        let Self { load_p50, load_p99, sweeps_p50, sweeps_p1, sweeps_max, cells_fitting, hz } =
+            *self;
+        let period = match hz {
+            DEVICE_HZ => "millisecond".to_owned(),
+            _ => format!("{} ms", 1e3 / f64::from(hz)),
+        };
+        let rate = rate(hz);
         let of = |sweeps: u64| counted(sweeps, "sweep");
         let remedy = if cells_fitting < CELLS_MIN {
             "no body is small enough for this core: take a faster one, or fewer --sweeps".to_owned()
@@ -114,7 +127,7 @@ impl fmt::Display for Pace {
         if sweeps_p50 < sweeps_max {
             return write!(
                 f,
-                "does NOT fit 1 kHz on this machine: time for {sweeps_p50} of {} in the median tick; {remedy}",
+                "does NOT fit {rate} on this machine: time for {sweeps_p50} of {} in the median tick; {remedy}",
                 of(sweeps_max)
             );
         }
@@ -122,13 +135,13 @@ impl fmt::Display for Pace {
         if load_p50 > 1.0 {
             return write!(
                 f,
-                "does NOT fit 1 kHz on this machine: {tick} {load_p50:.1} times its millisecond; {remedy}"
+                "does NOT fit {rate} on this machine: {tick} {load_p50:.1} times its {period}; {remedy}"
             );
         }
         let [median, most] = [load_p50, load_p99].map(|load| 100.0 * load);
         write!(
             f,
-            "fits 1 kHz on this machine: {tick} {median:.0} % of its millisecond, 99 of 100 ticks at most \
+            "fits {rate} on this machine: {tick} {median:.0} % of its {period}, 99 of 100 ticks at most \
              {most:.0} %"
         )?;
         if sweeps_p1 < sweeps_max {
@@ -137,7 +150,7 @@ impl fmt::Display for Pace {
         if load_p99 > 1.0 {
             write!(
                 f,
-                "; one in 100 takes longer than its millisecond, by the body or by other programs: end those \
+                "; one in 100 takes longer than its {period}, by the body or by other programs: end those \
                  and run it again"
             )?;
         }
@@ -150,9 +163,13 @@ mod tests {
     use super::*;
 
     fn pace(step_us: [u64; 2], sweeps: [u64; 3]) -> String {
+        pace_at(1000, step_us, sweeps)
+    }
+
+    fn pace_at(hz: u32, step_us: [u64; 2], sweeps: [u64; 3]) -> String {
         let [p50, p99] = step_us.map(|us| 1000 * us);
         let step = Summary { p50, p99, max: p99, ..Summary::default() };
-        Pace::new(&step, sweeps, 5000).unwrap().to_string()
+        Pace::new(&step, sweeps, 5000, hz).unwrap().to_string()
     }
 
     #[test]
@@ -168,6 +185,8 @@ mod tests {
             "{text}"
         );
         assert!(text.contains("bake some 1538 cells"), "{text}");
+        let text = pace_at(500, [260, 370], [4, 4, 4]);
+        assert!(text.starts_with("fits 500 Hz") && text.contains("13 % of its 2 ms"), "{text}");
         let text = pace([900_000, 990_000], [4, 4, 4]);
         assert!(text.contains("no body is small enough"), "{text}");
         let text = pace([800, 990], [1, 1, 4]);
@@ -177,6 +196,6 @@ mod tests {
         assert!(text.ends_with("one in 100 ticks had time for 1 sweep or fewer"), "{text}");
         let text = pace([260, 4400], [4, 4, 4]);
         assert!(text.contains("at most 440 %; one in 100 takes longer"), "{text}");
-        assert_eq!(Pace::of_all_sweeps(&Summary::default(), 4, 100), None);
+        assert_eq!(Pace::of_all_sweeps(&Summary::default(), 4, 100, 1000), None);
     }
 }

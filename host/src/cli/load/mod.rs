@@ -10,6 +10,7 @@ use std::ops::RangeInclusive;
 use std::time::Duration;
 
 use super::press::ticks;
+use crate::bake::tissue::DEVICE_HZ;
 use crate::error::{Error, Result};
 use crate::session::supervise::Underway;
 use crate::session::timing::memory::{Growth, Memory, Watch};
@@ -50,7 +51,7 @@ impl Lengths {
     /// As [`ticks`].
     pub fn of_press(seconds: f64) -> Result<Self> {
         Ok(Self {
-            press_ticks: ticks(seconds)?,
+            press_ticks: ticks(seconds, DEVICE_HZ)?,
             presses: 1,
             floor_ticks: FLOOR_TICKS,
             is_recorded: true,
@@ -73,7 +74,7 @@ impl Lengths {
         let presses = (seconds / PRESS_S).ceil().max(PRESSES_MIN);
         let press_s = seconds / presses;
         let lengths = Self {
-            floor_ticks: ticks((0.1 * seconds).clamp(FLOOR_S[0], FLOOR_S[1]))?,
+            floor_ticks: ticks((0.1 * seconds).clamp(FLOOR_S[0], FLOOR_S[1]), DEVICE_HZ)?,
             warm_up: Duration::from_secs_f64((press_s + WARM_UP_S).min(0.5 * seconds)),
             presses: presses as u64,
             ..Self::of_press(press_s)?

@@ -6,6 +6,7 @@ mod contacts;
 mod cuts;
 mod images;
 mod pointers;
+mod relaxed;
 mod settings;
 mod shapes;
 mod sizes;
@@ -185,6 +186,7 @@ const NO_OUTPUT: Output = Output {
     work_j: f32::NAN,
     stiffness_n_per_m: f32::NAN,
     sweeps: 99,
+    relaxed_j: f32::NAN,
 };
 
 fn tick(tissue: *mut Tissue, sample: ToolPose) -> Output {

@@ -29,6 +29,7 @@ fn answer(tool: [f32; 3]) -> Output {
         work_j: 0.0,
         stiffness_n_per_m: 900.0,
         sweeps: 4,
+        relaxed_j: 0.002,
     }
 }
 
@@ -82,7 +83,8 @@ fn a_stage_is_the_kernels() {
             let torque_n_m = output.tool.torque_n_m;
             assert!(torque_n_m[0] <= 0.5 * own.share(), "{device:?} {tick}: {torque_n_m:?}");
             output.tool.torque_n_m = [0.0; 3];
-            assert_eq!(output, Output::of(&wanted), "{device:?} {tick}");
+            let wanted = Output { relaxed_j: tissue.relaxed_j, ..Output::of(&wanted) };
+            assert_eq!(output, wanted, "{device:?} {tick}");
         }
     }
 }

@@ -1,14 +1,14 @@
 //! The body's memory: one static, all zeros, so that none of it takes up flash.
 
-#[cfg(feature = "cut")]
+#[cfg(feature = "words")]
 use chaincell_kernel::CutRoom;
 #[cfg(feature = "surface")]
 use chaincell_kernel::TouchStore;
 use chaincell_kernel::{Tissue, TissueMut};
 use static_cell::ConstStaticCell;
 
-#[cfg(feature = "cut")]
-use crate::scene::CUT_WORDS;
+#[cfg(feature = "words")]
+use crate::scene::WORDS;
 #[cfg(feature = "surface")]
 use crate::scene::{ANCHORS, NEAR};
 use crate::scene::{CELLS, HELD, STATES, Scheme};
@@ -20,8 +20,8 @@ static TISSUE: ConstStaticCell<Tissue<CELLS, Scheme, { HELD.len() }, STATES>> =
 static TOUCH: ConstStaticCell<TouchStore<CELLS, NEAR, ANCHORS>> =
     ConstStaticCell::new(TouchStore::new());
 
-#[cfg(feature = "cut")]
-static CUT: ConstStaticCell<[u32; CUT_WORDS]> = ConstStaticCell::new([0; CUT_WORDS]);
+#[cfg(feature = "words")]
+static MEMORY: ConstStaticCell<[u32; WORDS]> = ConstStaticCell::new([0; WORDS]);
 
 /// The tissue; `None` the second time.
 #[cfg(not(feature = "surface"))]
@@ -30,14 +30,14 @@ pub fn take() -> Option<TissueMut<'static, Scheme>> {
 }
 
 /// The tissue with its memory for contact on the surface; `None` the second time.
-#[cfg(all(feature = "surface", not(feature = "cut")))]
+#[cfg(all(feature = "surface", not(feature = "words")))]
 pub fn take() -> Option<TissueMut<'static, Scheme>> {
     Some(TISSUE.try_take()?.touching(TOUCH.try_take()?.room()))
 }
 
-/// The tissue with its memory for contact on the surface and for cuts; `None` the second time.
-#[cfg(feature = "cut")]
+/// The tissue with its memory for contact on the surface and for cuts or strain; `None` the second time.
+#[cfg(feature = "words")]
 pub fn take() -> Option<TissueMut<'static, Scheme>> {
     let tissue = TISSUE.try_take()?.touching(TOUCH.try_take()?.room());
-    Some(TissueMut { cut: CutRoom::new(CUT.try_take()?), ..tissue })
+    Some(TissueMut { cut: CutRoom::new(MEMORY.try_take()?), ..tissue })
 }

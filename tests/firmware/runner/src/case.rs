@@ -45,8 +45,8 @@ pub struct Tool {
 pub enum Shape {
     /// A sphere with friction.
     Sphere { radius_m: f32, friction: f32 },
-    /// The blade of the golden scene: the body can be cut.
-    Blade,
+    /// That of the golden scene.
+    Golden,
 }
 
 /// A case that every core plays to its end, four sweeps a tick.
@@ -69,7 +69,7 @@ const OF_SIZE: Case = Case { sweeps: 1, of_size: true, ..PLAIN };
 pub const STATES: [(&str, f32); 3] = [("LONG", 1.5), ("SHORT", 0.5), ("REST", 1.0)];
 
 /// All of them.
-pub const CASES: [Case; 12] = [
+pub const CASES: [Case; 13] = [
     Case {
         name: "plane8_track",
         bake: &["plane:21x21x0.01", "--diagonals", "--alpha=0.02", "--coarse=none", "--lean"],
@@ -125,8 +125,24 @@ pub const CASES: [Case; 12] = [
             "--cut-spare=0.3",
             "--toughness-j-per-m2=10",
         ],
-        tool: Some(Tool { shape: Shape::Blade, near: 128, anchors: 64 }),
+        tool: Some(Tool { shape: Shape::Golden, near: 128, anchors: 64 }),
         golden: Some("blade5_track"),
+        needs_fpu: true,
+        ..PLAIN
+    },
+    Case {
+        name: "relax6_track",
+        bake: &[
+            "box:6x6x4x0.01",
+            "--young-pa=5000",
+            "--poisson=0.4",
+            "--coarse=2.5",
+            "--contact-surface=yes",
+            "--branch=1,0.02",
+            "--branch=0.5,12",
+        ],
+        tool: Some(Tool { shape: Shape::Golden, near: 256, anchors: 256 }),
+        golden: Some("relax6_track"),
         needs_fpu: true,
         ..PLAIN
     },
@@ -188,6 +204,11 @@ impl Ready {
     /// The settings in force.
     pub fn settings(&self) -> Settings {
         (self.scene.settings)(&self.model)
+    }
+
+    /// Returns true if the body can be cut.
+    pub fn is_cut(&self) -> bool {
+        self.model.tetrahedra_to_cut() > 0
     }
 
     /// States that the image has, by name.
@@ -265,7 +286,7 @@ fn aligned(bytes: &[u8]) -> &'static [u8] {
     room
 }
 
-/// The sphere on the highest cell; `None` for a blade, whose place a golden scene says.
+/// The sphere on the highest cell; `None` for the tool of a golden scene.
 fn above(model: &Model<'_>, shape: Shape) -> Option<Tools> {
     let Shape::Sphere { radius_m, friction } = shape else { return None };
     let cells = (0..model.cells()).map(|cell| model.rest_position(cell));

@@ -79,9 +79,9 @@ impl Touch {
     }
 
     fn of(ready: &Ready, said: &Said) -> Result<Option<Self>> {
-        if !matches!(ready.case.tool, Some(tool) if matches!(tool.shape, Shape::Sphere { .. })) {
+        let Some(tool) = ready.case.tool.filter(|_| !ready.is_cut()) else {
             return Ok(None);
-        }
+        };
         let contacts = said.number("contacts_touch")?;
         ensure!(contacts > 0, "the press touches nothing");
         ensure!(said.number("contacts_without_tool")? == 0, "a tool that let go is in contact");
@@ -89,7 +89,9 @@ impl Touch {
         let [gripped, forces, after] = grips.map(|name| said.number(name));
         let grips_well = gripped? > 0 && forces? > 0 && after? == 0;
         ensure!(grips_well, "the tool does not grip and let go");
-        ensure!(said.number("slots_full")? == 1, "not all slots for triangles are taken");
+        // A golden scene has slots to spare.
+        let is_full = said.number("slots_full")? == 1 || matches!(tool.shape, Shape::Golden);
+        ensure!(is_full, "not all slots for triangles are taken");
         Ok(Some(Self {
             instructions_per_tick_touch: said.number("instructions_per_tick_touch")?,
             instructions_per_sweep_touch: said.number("instructions_per_sweep_touch")?,
@@ -126,7 +128,7 @@ impl Cut {
     }
 
     fn of(ready: &Ready, said: &Said) -> Result<Option<Self>> {
-        if !matches!(ready.case.tool, Some(tool) if matches!(tool.shape, Shape::Blade)) {
+        if !ready.is_cut() {
             return Ok(None);
         }
         let copies = said.number("copies")?;

@@ -92,9 +92,10 @@ impl Workshop {
         let mut cargo = self.cargo("build", target, ready, tier);
         let feature = with.map_or("", |with| with.feature);
         cargo.args(with.map(|with| format!("--features={}", with.feature)));
-        cargo.args(match ready.case.tool.map(|tool| tool.shape) {
-            Some(Shape::Blade) => Some("--features=cut"),
-            Some(Shape::Sphere { .. }) => Some("--features=surface"),
+        cargo.args(match ready.case.tool {
+            Some(_) if ready.is_cut() => Some("--features=cut"),
+            Some(_) if ready.model.relaxes() => Some("--features=relax"),
+            Some(_) => Some("--features=surface"),
             None => Some("--features=nodal").filter(|_| ready.model.is_nodal()),
         });
         if let Some(traces) = with.and_then(|with| with.traces) {
@@ -149,7 +150,7 @@ fn constants(ready: &Ready, tier: Tier) -> [(&'static str, String); 15] {
         ("CHAINCELL_SCHEME", ready.scene.scheme.into()),
         ("CHAINCELL_TIER", tier.name().into()),
         ("CHAINCELL_HELD", held.join(",")),
-        ("CHAINCELL_CUT_WORDS", cut_words(model).to_string()),
+        ("CHAINCELL_WORDS", cut_words(model).to_string()),
         ("CHAINCELL_TOOL", ready.case.tool.map_or_else(String::new, |its| tool(ready, its))),
         ("CHAINCELL_SWEEPS", settings.sweeps.to_string()),
         ("CHAINCELL_UNLOADING", format!("{:?}", settings.unloading)),

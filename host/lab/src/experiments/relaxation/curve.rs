@@ -103,6 +103,18 @@ pub fn parse(text: &str, name: &str) -> Result<Curve> {
         points.push([time_s, number(columns.strain.0)? - columns.strain.1]);
         response.push(number(columns.response.0)? * columns.response.1);
     }
+    if response.len() == 1 {
+        return Err(Error::input(format!(
+            "{name}: no rows under the header; give one for each time, from the start of the press to the end of the \
+             hold"
+        )));
+    }
+    if points.iter().all(|point| point[1] == 0.0) {
+        return Err(Error::input(format!(
+            "{name}: the strain is 0 in all rows; give in each row how far the tissue is strained then, also while it \
+             is held"
+        )));
+    }
     forward(&mut points, &mut response, name)?;
     let last = points.last().map_or(0.0, |point| point[1]);
     let is_held = |point: &&[f64; 2]| (point[1] - last).abs() <= HOLD * last.abs();
@@ -118,7 +130,8 @@ fn forward(points: &mut [[f64; 2]], response: &mut [f64], name: &str) -> Result<
     let (strain, felt) = largest.map_or((0.0, 0.0), |([_, strain], felt)| (strain, felt));
     if strain * felt <= 0.0 {
         return Err(Error::input(format!(
-            "{name}: the response to the largest strain, {strain}, is {felt}: both must have one sign, and be not 0"
+            "{name}: the response to the largest strain, {strain}, is {felt}: both must have one sign, and be not 0; \
+             turn the sign of one column, or take a part of the curve that begins at rest"
         )));
     }
     if strain < 0.0 {
@@ -155,7 +168,9 @@ mod tests {
             ("time_s,strain,force_n\n1,0.1,1\n1,0.2,1\n", "x:3: time_s 1: must ascend"),
             ("time_s,strain,force_n\n-1,0.1,1\n", "x:2: time_s -1"),
             ("time_s,strain,force_n\n1,0.1,-1\n", "both must have one sign"),
-            ("time_s,strain,force_n\n", "both must have one sign"),
+            ("time_s,strain,force_n\n", "x: no rows under the header; give one"),
+            ("time_s,strain,force_n\n\n0,0,0\n1,0,2\n", "x: the strain is 0 in all rows; give"),
+            ("time_s,stretch,force_n\n0,1,0\n1,1,2\n", "x: the strain is 0 in all rows; give"),
         ] {
             let why = parse(text, "x").unwrap_err().to_string();
             assert!(why.contains(part), "{why}");

@@ -5,6 +5,7 @@
 //! Marquardt in the logarithms of all values, from several starts.
 
 pub mod curve;
+mod options;
 
 use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
 use nalgebra_034::storage::Owned;
@@ -15,6 +16,7 @@ use crate::reference::prony::Prony;
 use chaincell_host::bake::tissue::Branch;
 use chaincell_host::error::{Error, Result};
 use curve::Curve;
+use options::options;
 
 /// Response below which errors are shares of this much of the largest one.
 const FLOOR: f64 = 0.1;
@@ -61,6 +63,10 @@ pub struct Found {
     pub hold_errors: Option<[f64; 2]>,
     /// Root mean square error before the hold, as a share of the largest response.
     pub rise_error: f64,
+    /// Options of a bake of this tissue; `None` if a bake refuses them.
+    pub bake: Option<String>,
+    /// Why a bake refuses them.
+    pub refusal: Option<String>,
 }
 
 /// A law whose values are logarithms: modulus, bands over it, ratios, times.
@@ -91,7 +97,12 @@ pub fn identify(curve: &Curve, branches: usize, half_widths: &[f64]) -> Result<F
         }
     }
     let (_, x) = best.ok_or_else(|| Error::check("the fit found no end; check units and signs"))?;
-    Ok(Descent { curve, half_widths, x }.found())
+    let mut found = Descent { curve, half_widths, x }.found();
+    match options(&found) {
+        Ok(options) => found.bake = Some(options),
+        Err(why) => found.refusal = Some(why.to_string().replace('`', "")),
+    }
+    Ok(found)
 }
 
 /// Values to begin with: times spread over a range, branches as stiff as the rest.
@@ -214,6 +225,8 @@ impl Descent<'_> {
             values: names.into_iter().map(value).collect(),
             hold_errors: self.hold_errors(),
             rise_error: self.rise_error(),
+            bake: None,
+            refusal: None,
         }
     }
 
