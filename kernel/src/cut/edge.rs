@@ -64,19 +64,19 @@ struct Move {
 
 impl CutBody<'_, '_> {
     /// Moves the fronts of an edge on and opens the faces that they pass; in the last tick the blade has moved by
-    /// `moved` mean link lengths, `ahead` of them not against the direction of cutting. Returns true if a front has
-    /// moved, begun or ended.
+    /// `moved` mean link lengths, `ahead` of them not against the direction of cutting. Returns the energy with which
+    /// fronts have begun, `None` if no front has moved, begun or ended.
     pub fn draw(
         &mut self,
         edge: &mut Edge,
         moved: f32,
         ahead: f32,
         at: &impl Fn(usize) -> [f32; 3],
-    ) -> bool {
+    ) -> Option<f32> {
         if moved > BEHIND {
             let was_in = edge.fronts().next().is_some();
             edge.leave();
-            return was_in;
+            return was_in.then_some(0.0);
         }
         let mut moves = [None; EDGE_SAMPLES];
         // Move the fronts on.
@@ -99,11 +99,13 @@ impl CutBody<'_, '_> {
             }
         }
         // Let samples in.
+        let before = edge.energy(at);
         if edge.samples().iter().any(|sample| !sample.is_in()) {
             is_changed |= self.enter(edge, ahead, at);
         }
-        let is_freed = self.free(edge, at);
-        is_changed || is_freed
+        is_changed |= self.free(edge, at);
+        let begun = edge.energy(at) - before;
+        is_changed.then_some(if begun > 0.0 { begun } else { 0.0 })
     }
 
     /// Lets samples in that have entered the tissue. Returns true if one has.
