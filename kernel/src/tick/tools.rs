@@ -64,9 +64,10 @@ impl<D: Dynamics> TissueMut<'_, D> {
     /// motion before the sweeps let the tissue give way, and that with which the fronts of a blade begin \[J\]. Below 0
     /// where the tissue pushes them back; 0 for held cells, whose work is the change of the energy itself.
     ///
-    /// Elastic energy and the work of cutting never exceed the sum of it over all ticks. They may exceed the sum of
+    /// Elastic energy and the work of cutting stay within the sum of it over all ticks: what the offsets of split cells
+    /// add as they decay is a quarter at most of what the sweeps take. They may exceed the sum of
     /// [`TickOutput::work_j`](crate::TickOutput), which is that of the published forces, where the body lags behind a
-    /// fast tool: by half in cuts with one sweep a tick.
+    /// fast tool: in cuts with one sweep a tick by up to half, with more sweeps not at all.
     ///
     /// ```
     #[doc = include_str!("../contact/example.txt")]
