@@ -171,14 +171,14 @@ fn restored<'a, D: Dynamics<Number = f32>>(
 }
 
 /// The energy of a state is no more than its level: a copy whose tool is released with closing bands computes it
-/// anew, and a pass lowers it.
+/// anew, and a pass lowers it. Its tick begins with the decay of the offsets, which adds up to a fiftieth.
 fn check_level<D: Dynamics<Number = f32>>(bench: &mut Bench<'_, D>, half_m: f32, level_j: f32) {
     let settings = Settings { unloading: Unloading::Release, ..*bench.network.settings() };
     let network = Network::new(bench.model(), settings).unwrap();
     let mut copy = restored(bench, network, half_m);
     let output = tick(&mut copy, [away(), away()]);
     assert!(output.flags.contains(Flags::BAND_CLOSED), "{output:?}");
-    assert!(output.energy_j <= 1.0001 * level_j + 1e-9, "{output:?} above {level_j} J");
+    assert!(output.energy_j <= 1.02 * level_j + 1e-9, "{output:?} above {level_j} J");
 }
 
 /// What a case has come to.
