@@ -44,6 +44,8 @@ pub(crate) struct Context<'a, 'm, D: Dynamics> {
     pub is_late: bool,
     /// Work of the tool's motion on the tissue, the change of E.
     pub work: TwoFloat,
+    /// Energy that the tools give the body in this tick, see [`given_j`](crate::TissueMut::given_j).
+    pub given: &'a mut f32,
     /// True if a limit shortened the tool's motion.
     pub is_clamped: bool,
     /// True if triangles or samples found no memory.

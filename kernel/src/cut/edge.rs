@@ -33,6 +33,8 @@ const BACK: f32 = 4.0;
 const ASIDE: f32 = 1.0;
 /// Most by which a front falls back in a step, for the rounding [mean link lengths].
 const FALL_BACK: f32 = 1.0e-5;
+/// Most by which a front begins farther behind its sample than the blade has moved [mean link lengths].
+const NEARLY: f32 = 1.0e-3;
 /// Stiffness of a sample over Young's modulus times its length.
 const STIFFNESS: f32 = 8.0;
 /// Most that a sample presses in before its front moves on [mean link lengths].
@@ -64,19 +66,19 @@ struct Move {
 
 impl CutBody<'_, '_> {
     /// Moves the fronts of an edge on and opens the faces that they pass; in the last tick the blade has moved by
-    /// `moved` mean link lengths, `ahead` of them not against the direction of cutting. Returns true if a front has
-    /// moved, begun or ended.
+    /// `moved` mean link lengths, `ahead` of them not against the direction of cutting. Returns the energy with which
+    /// fronts have begun, `None` if no front has moved, begun or ended.
     pub fn draw(
         &mut self,
         edge: &mut Edge,
         moved: f32,
         ahead: f32,
         at: &impl Fn(usize) -> [f32; 3],
-    ) -> bool {
+    ) -> Option<f32> {
         if moved > BEHIND {
             let was_in = edge.fronts().next().is_some();
             edge.leave();
-            return was_in;
+            return was_in.then_some(0.0);
         }
         let mut moves = [None; EDGE_SAMPLES];
         // Move the fronts on.
@@ -99,11 +101,13 @@ impl CutBody<'_, '_> {
             }
         }
         // Let samples in.
+        let before = edge.energy(at);
         if edge.samples().iter().any(|sample| !sample.is_in()) {
             is_changed |= self.enter(edge, ahead, at);
         }
-        let is_freed = self.free(edge, at);
-        is_changed || is_freed
+        is_changed |= self.free(edge, at);
+        let begun = edge.energy(at) - before;
+        is_changed.then_some(if begun > 0.0 { begun } else { 0.0 })
     }
 
     /// Lets samples in that have entered the tissue. Returns true if one has.
@@ -115,10 +119,37 @@ impl CutBody<'_, '_> {
                 entry.and_then(|entry| self.door(sample, forward, entry.within(ahead), at))
             {
                 self.begin(sample, door);
-                is_any = true;
+                is_any |= self.follow(sample, ahead, forward, at);
             }
         }
         is_any
+    }
+
+    /// Moves a front that has begun on to its sample, where it is more than `most` behind it. Returns false if it does
+    /// not come so near: the sample is outside then.
+    fn follow(
+        &self,
+        sample: &mut EdgeSample,
+        most: f32,
+        forward: [f32; 3],
+        at: &impl Fn(usize) -> [f32; 3],
+    ) -> bool {
+        let mut left = dot(forward, sub(sample.place, sample.front(at)));
+        for _ in 0..STEPS {
+            if left <= most + NEARLY {
+                break;
+            }
+            let from = Point::of(sample);
+            let step = self.way_at_rest(from.tetrahedron, scale(left - most, forward), at);
+            let Some(step) = step else { break };
+            let Some(next) = self.go(sample, add(from.rest, step), forward, at) else { break };
+            left = next;
+        }
+        let is_near = left <= most + NEARLY && sample.is_in();
+        if !is_near {
+            sample.leave();
+        }
+        is_near
     }
 
     /// Gives a sample its first front.

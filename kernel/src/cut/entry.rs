@@ -3,8 +3,9 @@
 //! The edge comes first and the blade behind it, so a sample is in the tissue if the line from it against the
 //! direction of cutting leaves the tissue within [`BEHIND`] mean link lengths: through an outer face, or
 //! through one that was opened before. There its front begins, but no farther behind the sample than the blade
-//! has moved, so that no force begins without a motion of the hand. A blade that meets tissue with its back does
-//! not enter, nor does one deeper inside: it has to be drawn out first.
+//! has moved, so that no force begins without a motion of the hand: a front that begins deeper is in the tetrahedron
+//! to which the way from the face leads. A blade that meets tissue with its back does not enter, nor does one deeper
+//! inside: it has to be drawn out first.
 //!
 //! Cost: one look at each outer triangle and at each opened face.
 
@@ -23,8 +24,10 @@ const NEAR: f32 = 3.0;
 /// A way into the tissue.
 #[derive(Clone, Copy)]
 pub(super) struct Entry {
-    /// Distance from the sample back to the front [mean link lengths].
+    /// Distance from the sample back to the face [mean link lengths].
     depth: f32,
+    /// The same to the front.
+    behind: f32,
     face: Face,
 }
 
@@ -40,7 +43,7 @@ enum Face {
 impl Entry {
     /// The same with the front at most this far behind the sample.
     pub fn within(self, most: f32) -> Self {
-        Self { depth: if self.depth < most { self.depth } else { most }, ..self }
+        Self { behind: if self.behind < most { self.behind } else { most }, ..self }
     }
 }
 
@@ -107,7 +110,7 @@ impl CutBody<'_, '_> {
             for (sample, slot) in outside.filter(|(sample, _)| !sample.is_in()) {
                 let Some(depth) = facing.depth_under(sample.place) else { continue };
                 if slot.is_none_or(|known| depth < known.depth) {
-                    *slot = Some(Entry { depth, face });
+                    *slot = Some(Entry { depth, behind: depth, face });
                 }
             }
         };
@@ -139,7 +142,8 @@ impl CutBody<'_, '_> {
         })
     }
 
-    /// The place at rest where the front of a sample that has entered begins; `None` if the tissue there is flat.
+    /// The place at rest where the front of a sample that has entered begins; `None` if the tissue there is flat, and
+    /// if the body ends between the face and the front.
     pub(super) fn door(
         &self,
         sample: &EdgeSample,
@@ -150,9 +154,12 @@ impl CutBody<'_, '_> {
         let tetrahedron = self.owner(entry.face)?;
         let [cell, ..] = *self.arrays.corners.get(tetrahedron)?;
         let [corner, ..] = self.corners_at_rest(tetrahedron)?;
-        let door = sub(sample.place, scale(entry.depth, forward));
-        let way = self.way_at_rest(tetrahedron, sub(door, at(cell.into())), at)?;
-        Some(Point { tetrahedron, rest: add(corner, way) })
+        let at_rest = |back: f32| {
+            let place = sub(sample.place, scale(back, forward));
+            Some(add(corner, self.way_at_rest(tetrahedron, sub(place, at(cell.into())), at)?))
+        };
+        let door = Point { tetrahedron, rest: at_rest(entry.depth)? };
+        self.walk(door, at_rest(entry.behind)?, |_| ())
     }
 }
 

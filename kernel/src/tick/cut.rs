@@ -261,9 +261,8 @@ impl<D: Dynamics> TissueMut<'_, D> {
             let ahead = if is_back { turned } else { moved };
             // A blade that moves too far leaves its fronts and cuts nothing.
             let moved = if is_off { f32::INFINITY } else { moved };
-            if !body.draw(edge, moved, ahead, &at) {
-                continue;
-            }
+            let Some(begun) = body.draw(edge, moved, ahead, &at) else { continue };
+            self.head.given += begun;
             let after = edge.energy(&at);
             let rounding = ROUNDING * (before + after);
             self.head.level.shift(TwoFloat::from(after).minus(before.into()).plus(rounding.into()));

@@ -66,6 +66,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
         poses: &[ToolPose],
         mut budget: Budget<'_>,
     ) -> TickOutput {
+        self.head.given = 0.0;
         // Check network and sample; stop in the safe state if one is unusable.
         let mut flags = Flags::default();
         if self.head.model != Some(network.model().checksum()) {
@@ -199,6 +200,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
             is_engaged: head.engaged,
             is_late,
             work: TwoFloat::ZERO,
+            given: &mut head.given,
             is_clamped: false,
             is_full: false,
         };

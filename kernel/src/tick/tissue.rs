@@ -69,6 +69,8 @@ kept! {
     } not stored {
         /// Energy of nodal shapes at the held cells, and the force on them, since the last tick's sweeps.
         pub(crate) touched: Option<Touched> = None,
+        /// Energy that the tools gave the body in the last tick, in internal units.
+        pub(crate) given: f32 = 0.0,
         /// The vector unit found at the reset.
         pub(crate) vectors: Option<VectorUnit> = None,
     }
@@ -89,6 +91,7 @@ impl<D: Dynamics> Head<D> {
         deepest: 0.0,
         outer_weight: 0.0,
         touched: None,
+        given: 0.0,
         released: false,
         closed: false,
         awake: Awake::NONE,

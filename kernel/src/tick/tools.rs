@@ -60,6 +60,31 @@ impl<D: Dynamics> TissueMut<'_, D> {
         output
     }
 
+    /// Energy that the tools on the surface gave the body in the last tick: the change of the contact energy by their
+    /// motion before the sweeps let the tissue give way, and that with which the fronts of a blade begin \[J\]. Below 0
+    /// where the tissue pushes them back; 0 for held cells, whose work is the change of the energy itself.
+    ///
+    /// Elastic energy and the work of cutting stay within the sum of it over all ticks: what the offsets of split cells
+    /// add as they decay is a quarter at most of what the sweeps take. They may exceed the sum of
+    /// [`TickOutput::work_j`](crate::TickOutput), which is that of the published forces, where the body lags behind a
+    /// fast tool: in cuts with one sweep a tick by up to half, with more sweeps not at all.
+    ///
+    /// ```
+    #[doc = include_str!("../contact/example.txt")]
+    /// let (mut given_j, mut energy_j) = (0.0, 0.0);
+    /// for step in 0..=6 {
+    ///     let pose = ToolPose::at([0.0, 0.0, 0.036 - 0.001 * step as f32].into(), 1);
+    ///     energy_j = tissue.tick(&network, &[pose], Budget::All).energy_j;
+    ///     given_j += tissue.given_j(&network);
+    /// }
+    /// assert!(0.0 < energy_j && energy_j < 1.001 * given_j);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    #[must_use]
+    pub fn given_j(&self, network: &Network<'_>) -> f32 {
+        finite(self.head.given * network.model().energy_unit_j())
+    }
+
     /// Torque of the tissue on the handles of a tool's scissors about their pivot, in the last tick with a sweep
     /// \[N m\]: the force on the edge in the direction of cutting times the change of its place with the opening.
     /// Above 0 it resists closing. 0 for a tool without scissors. It is not clamped by the largest force.

@@ -152,6 +152,12 @@ impl<'a, D: Dynamics<Number = f32>> Bench<'a, D> {
         self.view().tool_output(&network, tool)
     }
 
+    /// Energy that the tools gave the body in the last tick \[J\].
+    pub fn given_j(&mut self) -> f32 {
+        let network = self.network;
+        self.view().given_j(&network)
+    }
+
     pub fn open(&mut self, (tetrahedron, corner): (usize, usize)) -> Result<bool, CutError> {
         let network = self.network;
         self.view().open_face(&network, tetrahedron, corner)

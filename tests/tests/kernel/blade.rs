@@ -404,6 +404,30 @@ fn random_cuts_stay_within_the_hands_work() {
     assert!(output.energy_j < 1e-6, "{output:?}");
 }
 
+/// Blades that engage up to 1 mm below the surface and do not move: fronts begin, where the blade is.
+#[test]
+fn a_blade_that_engages_in_the_tissue_gives_no_energy() {
+    let image = image(&mesh(), 4.0, BasisSpacing::BySize);
+    let mut random = Pcg64::seed_from_u64(7);
+    let mut draw = move |most: f32| most * ((random.next_u32() >> 8) as f32 / 8_388_608.0 - 1.0);
+    let (mut area_m2, ahead) = (0.0, [0.0, 0.0, -1.0e-4]);
+    for place in 0..20 {
+        let mut bench = under(&image, 2, &[ToolPart::edge(0.012)]);
+        let from = [draw(0.012), draw(0.012), 0.0155 + draw(0.0005)];
+        for _ in 0..5 {
+            let output = bench.tick(from);
+            let given_j = bench.given_j();
+            assert!(output.energy_j < 1e-10 && given_j < 1e-10, "{place}: {output:?} {given_j} J");
+        }
+        // It cuts from there on.
+        for tick in 1..=30_u16 {
+            bench.tick([0, 1, 2].map(|axis| from[axis] + f32::from(tick) * ahead[axis]));
+        }
+        area_m2 += bench.cuts().area_m2;
+    }
+    assert!(area_m2 > 20.0 * 0.024 * 0.001, "{area_m2} m^2");
+}
+
 #[test]
 fn edges_that_cannot_be_are_refused() {
     let mesh = mesh();

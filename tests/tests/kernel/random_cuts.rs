@@ -1,6 +1,6 @@
 //! A generated organ under a blade that cuts across random planes at random speeds, is lifted, drawn back and rests:
-//! the state stays finite, the energy within the hand's work, a replay and a restored session come to the same bits,
-//! and tools still touch the body. Each cut has its seed. A thousand of them:
+//! the state stays finite, the energy and the work of cutting within what the blade gave, a replay and a restored
+//! session come to the same bits, and tools still touch the body. Each cut has its seed. A thousand of them:
 //!
 //! ```text
 //! CHAINCELL_CUTS=1000 cargo test --release -p chaincell-tests --test kernel random_cuts_ -- --nocapture
@@ -22,6 +22,9 @@ use rand_pcg::rand_core::{Rng, SeedableRng};
 use crate::bench::Bench;
 
 const CUTS: u64 = 20;
+/// Further cuts of every run: the blade engages inside the tissue, or moves fast with one sweep a tick, so that the
+/// energy exceeds the work of the published forces.
+const ALSO: [u64; 4] = [52, 194, 370, 472];
 /// Cuts of a body of links.
 const CUTS_OF_LINKS: u64 = 8;
 /// Ticks of a cut.
@@ -168,14 +171,14 @@ fn restored<'a, D: Dynamics<Number = f32>>(
 }
 
 /// The energy of a state is no more than its level: a copy whose tool is released with closing bands computes it
-/// anew, and a pass lowers it.
+/// anew, and a pass lowers it. Its tick begins with the decay of the offsets, which adds up to a fiftieth.
 fn check_level<D: Dynamics<Number = f32>>(bench: &mut Bench<'_, D>, half_m: f32, level_j: f32) {
     let settings = Settings { unloading: Unloading::Release, ..*bench.network.settings() };
     let network = Network::new(bench.model(), settings).unwrap();
     let mut copy = restored(bench, network, half_m);
     let output = tick(&mut copy, [away(), away()]);
     assert!(output.flags.contains(Flags::BAND_CLOSED), "{output:?}");
-    assert!(output.energy_j <= 1.0001 * level_j + 1e-9, "{output:?} above {level_j} J");
+    assert!(output.energy_j <= 1.02 * level_j + 1e-9, "{output:?} above {level_j} J");
 }
 
 /// What a case has come to.
@@ -221,24 +224,14 @@ fn case<D: Dynamics<Number = f32>>(image: &ImageBytes, seed: u64) -> Found {
     let network = Network::new(model, settings).unwrap();
     let (half_m, poses) = (draw.between(0.005, 0.06), cut(&network, &mut draw));
     let (mut bench, mut found) = (under::<D>(network, half_m), Found::default());
-    // The work of a tick is that of the mean of two forces, so it may be off by half of their change. An edge that enters
-    // begins as far behind its place as it moved in the tick before, and presses until the tissue gives way.
-    let limit_n = 2.0 * half_m * TOUGHNESS_J_PER_M2 as f32;
-    let (mut work_j, mut off_j, mut last) = (0.0, 0.0, (poses[0].position_m, Vector3::zeros()));
-    let mut before_m = 0.0;
+    let mut given_j = 0.0;
     for (at, pose) in poses.iter().enumerate() {
         let output = tick(&mut bench, [*pose, away()]);
-        work_j += f64::from(output.work_j);
-        let (way_m, change_n) = (pose.position_m - last.0, output.force_n - last.1);
-        let enters = last.1.norm() == 0.0 && change_n.norm() > 0.0;
-        let most_n = if enters { limit_n } else { change_n.norm() };
-        off_j += f64::from(most_n * (way_m.norm() + before_m));
-        before_m = way_m.norm();
-        last = (pose.position_m, output.force_n);
+        given_j += f64::from(bench.given_j());
         found.rolled_back += usize::from(output.flags.contains(Flags::ROLLED_BACK));
         assert!(output.force_n.iter().all(|x| x.is_finite()), "{at}: {output:?}");
         let used_j = f64::from(output.energy_j) + f64::from(bench.cuts().work_j);
-        assert!(used_j <= 1.1 * work_j + off_j + 1e-5, "{at}: {used_j} of {work_j} + {off_j} J");
+        assert!(used_j <= 1.0001 * given_j + 1e-8, "{at}: {used_j} of {given_j} J");
         if at % LOOK == 0 {
             assert!(bench.is_finite(), "{at}");
             if pose.engaged == 1 {
@@ -268,19 +261,20 @@ fn case<D: Dynamics<Number = f32>>(image: &ImageBytes, seed: u64) -> Found {
 #[test]
 fn random_cuts_leave_a_body_that_goes_on() {
     let tissue = Material::new(PerCell::Uniform(5000.0), PerCell::Uniform(0.4));
-    all(&image(Some(tissue)), CUTS);
+    all(&image(Some(tissue)), CUTS, &ALSO);
 }
 
 #[test]
 fn random_cuts_of_links_leave_a_body_that_goes_on() {
-    all(&image(None), CUTS_OF_LINKS);
+    all(&image(None), CUTS_OF_LINKS, &[]);
 }
 
 /// Runs these cuts, or as many as the environment asks for.
-fn all(image: &ImageBytes, cuts: u64) {
+fn all(image: &ImageBytes, cuts: u64, also: &[u64]) {
     let asked = std::env::var("CHAINCELL_CUTS").ok().map(|count| count.parse().unwrap());
     let cuts = asked.unwrap_or(cuts);
-    let all = (0..cuts).map(|seed| {
+    let also = also.iter().copied().filter(|&seed| seed >= cuts);
+    let all = (0..cuts).chain(also).map(|seed| {
         println!("case {seed}");
         if seed % 2 == 0 { case::<Track>(image, seed) } else { case::<Predict>(image, seed) }
     });
@@ -288,7 +282,8 @@ fn all(image: &ImageBytes, cuts: u64) {
     let sum = |of: fn(&Found) -> usize| all.iter().map(of).sum::<usize>();
     let faces = sum(|found| found.faces as usize);
     println!(
-        "{cuts} cuts: {faces} faces, {} copies, {} refused, {} of {} ticks discarded a pass, {} levels",
+        "{} cuts: {faces} faces, {} copies, {} refused, {} of {} ticks discarded a pass, {} levels",
+        all.len(),
         sum(|found| found.copies as usize),
         sum(|found| found.refused as usize),
         sum(|found| found.rolled_back),

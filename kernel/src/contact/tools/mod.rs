@@ -22,6 +22,11 @@
 //! is the mean of the published forces before and after times the displacement, plus the same of the torques
 //! times the rotation, plus the same of an edge's force times the motion of the crossing of scissors.
 //!
+//! The sweeps remove all of that rest only where the body keeps up with the tool. Where it lags, as with one sweep a
+//! tick under a fast tool, the tissue is pushed by the force before it gives way, and the hand feels the one after: the
+//! energy may then exceed the work of the device. It never exceeds what the moves gave,
+//! [`given_j`](crate::TissueMut::given_j).
+//!
 //! **Late ticks** move nothing: the proxies move in the next tick with a sweep.
 //!
 //! Cost per tick while engaged: one look at each triangle of the surface for each part of a tool, up to
@@ -151,7 +156,9 @@ impl Tools<'_> {
         let after = anchors::loaded(&mut arrays, most, &at);
         if before != TwoFloat::ZERO || after != TwoFloat::ZERO {
             if before != after {
-                context.level.shift(rise(before, after));
+                let rise = rise(before, after);
+                *context.given += rise.hi;
+                context.level.shift(rise);
             }
             context.awake.wake_all(model);
             if moved || !stays {
