@@ -29,7 +29,7 @@ use crate::engine::course::{ToolCourse, largest_n};
 use crate::engine::cut::report::CutReport;
 use crate::engine::flag_ticks::FlagTicks;
 use crate::engine::motion::Pose;
-use crate::engine::staged::Staged;
+use crate::engine::staged::{Staged, check_tick};
 use crate::engine::tissue::TissueEngine;
 use crate::engine::untouched::Untouched;
 use crate::error::{Error, Result};
@@ -159,6 +159,13 @@ pub fn execute(args: &Args) -> Result<()> {
         None => (organ()?, scratch.path().join("organ.chaincell")),
     };
     let model = model_file::parse(&image, &model_path)?;
+    check_tick(&model, None).map_err(|_| {
+        Error::input(format!(
+            "{}: its branches of relaxation were not baked for the {DEVICE_HZ} poses a second that the controller of cosim \
+             sends; bake it without `device_hz`, or take `run`, or `serve` with a device of its rate",
+            model_path.display()
+        ))
+    })?;
     let mut tissue = args.tissue.staged(model, args.stage.settings()?)?;
     let poses = session::press(tissue.engine(), args.depth.depth_m, lengths.press_ticks)?;
     let out = args.folder.out.clone().unwrap_or_else(|| scratch.path().join("out"));

@@ -183,7 +183,7 @@ fn the_command_refuses_by_option() {
     let session = folder.path().join("session");
     let motion = ["--motion=press", "--seconds=0.1", "--picture=off", "--out", text(&session)];
     for (command, options) in
-        [("run", &motion[..]), ("serve", &[]), ("cosim", &[]), ("latency", &[]), ("view", &[])]
+        [("run", &motion[..]), ("serve", &[]), ("latency", &[]), ("view", &[])]
     {
         let why = run([&[command, text(&model)], options].concat()).with(2).err;
         for part in ["1000 ticks a second", "baked for 500", "--device-hz 500"] {
@@ -200,6 +200,11 @@ fn the_command_refuses_by_option() {
     assert!(why.contains("--device-hz 5000") && why.contains("--max-pose-hz 10000"), "{why}");
     let why = run(["cosim", text(&model), "--device-hz=500"]).with(2).err;
     assert!(why.contains("--device-hz 500") && why.contains("sends 1000 poses a second"), "{why}");
+    let why = run(["cosim", text(&model)]).with(2).err;
+    assert!(
+        why.contains("not baked for the 1000 poses") && why.contains("without --device-hz"),
+        "{why}"
+    );
     run(["replay", text(&session)]).with(0);
     // Bands are said to stay elastic.
     let bands = [young, "--branch=1,1", "--stiffening=0.1=5000"];
