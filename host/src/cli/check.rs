@@ -37,8 +37,8 @@ const BOUND: f64 = 0.01;
 /// on the mesh cut once.
 ///
 /// Takes what `bake` takes, but for bodies that relax; one that can be cut is checked uncut. The estimate is right
-/// within a factor of 1.3 for a patch that is held, and under tools at smooth places; at an edge or a corner of the
-/// body it may be three times too large. Seconds for some hundred cells, minutes for some thousand.
+/// within a factor of 1.3 for a patch that is held; under a small tool on a coarse mesh it may be three times too
+/// large. Seconds for some hundred cells, minutes for some thousand.
 #[derive(Debug, clap::Args)]
 #[command(
     after_help = "Examples:\n  chaincell check organ:300 --young-pa 5000 --tool sphere:0.01\n  \
@@ -186,7 +186,7 @@ fn check(args: &Args) -> Result<Printed> {
             "every node is fixed or held, and none shows how the body deforms; give a finer mesh",
         ));
     }
-    // What the contact is refused for is no matter of a place.
+    // First the solver: what it refuses is no matter of a place.
     let first =
         places.first().copied().unwrap_or(Place { touch_m: [0.0; 3], direction: [0.0, 0.0, -1.0] });
     let solver = Solver::of(&model, contact, &first, depth_m, args.sweeps)?;
