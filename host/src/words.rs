@@ -39,7 +39,8 @@ pub fn volume(cubic_metres: f64) -> String {
 }
 
 /// A number with three digits that count, never in powers of ten below a million.
-fn three_digits(number: f64) -> String {
+#[must_use]
+pub fn three_digits(number: f64) -> String {
     if !number.is_finite() || number.abs() >= 1e6 {
         return format!("{number:.2e}");
     }

@@ -57,7 +57,7 @@ pub fn resting(
     if is_held || output.force_n.norm() <= 0.0 {
         let place = place.touch_m.map(length).join(", ");
         let why = if is_held {
-            "the body holds the tool back; press less deep"
+            "the body holds the tool back; press less deep, or bake with a larger `energy_max_j`"
         } else {
             "nothing touches the tool: it slid off, or the triangles are too large for it; press deeper, or take a \
              larger tool"

@@ -137,7 +137,7 @@ pub fn check_tick(model: &Model<'_>, settings: Option<StageSettings>) -> Result<
     let [baked_hz, hz] = [baked_hz, hz].map(f64::round);
     Err(Error::input(format!(
         "`device_hz`: the session has {hz} ticks a second, and the model's branches of relaxation were baked for \
-         {baked_hz}; run it with `device_hz` {baked_hz}, or bake it with `device_hz` {hz}"
+         {baked_hz}; take `run` or `serve` with `device_hz` {baked_hz}, or bake it with `device_hz` {hz}"
     )))
 }
 

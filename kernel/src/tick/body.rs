@@ -58,6 +58,19 @@ impl<D: Dynamics> TissueMut<'_, D> {
         #[cfg(not(any(feature = "cut", feature = "relax")))]
         cut_state(&[], model)
     }
+
+    /// Energy that the branches of a body have relaxed since the reset \[J\]: work that the hand did and that neither
+    /// the body holds nor a sweep took. 0 for an elastic body, and in a kernel without the feature `relax`.
+    #[must_use]
+    pub fn relaxed_j(&mut self, network: &Network<'_>) -> f32 {
+        #[cfg(feature = "relax")]
+        if let Some(body) = RelaxingBody::of(self.cut.words_mut(), network.model()) {
+            return (body.relaxed() * f64::from(network.model().energy_unit_j())) as f32;
+        }
+        #[cfg(not(feature = "relax"))]
+        let _ = network;
+        0.0
+    }
 }
 
 /// The body as these words have it; `None` for one that is as in its image.

@@ -58,16 +58,6 @@ impl<D: Dynamics> TissueMut<'_, D> {
         change.any.then_some(change.rise)
     }
 
-    /// Energy that the branches of a body have relaxed since the reset \[J\]: work that the hand did and that neither
-    /// the body holds nor a sweep took. 0 for an elastic body.
-    #[must_use]
-    pub fn relaxed_j(&mut self, network: &Network<'_>) -> f32 {
-        let model = network.model();
-        let relaxed =
-            RelaxingBody::of(self.cut.words_mut(), model).map_or(0.0, |body| body.relaxed());
-        (relaxed * f64::from(model.energy_unit_j())) as f32
-    }
-
     /// Forgets all strain.
     pub(super) fn forget_strain(&mut self, model: &Model<'_>) {
         if let Some(mut body) = RelaxingBody::of(self.cut.words_mut(), model) {
