@@ -345,12 +345,12 @@ fn recorder(
     Ok((Some(folder), Recorder::with_capacity(ticks).with_tools(tools).with_trace(trace)))
 }
 
-/// Refuses a device that sends more poses than are executed.
+/// Refuses a device whose given rate is above that of the poses that are executed.
 fn check_rate(args: &Args) -> Result<()> {
-    let (hz, most_hz) = (args.stage.hz(), args.max_pose_hz);
-    if most_hz == 0 || hz <= most_hz {
+    let most_hz = args.max_pose_hz;
+    let Some(hz) = args.stage.given_hz().filter(|&hz| most_hz > 0 && hz > most_hz) else {
         return Ok(());
-    }
+    };
     Err(Error::input(format!(
         "`device_hz` {hz}: of its poses `max_pose_hz` {most_hz} would leave some out; pass `max_pose_hz` {}",
         hz.saturating_mul(2)

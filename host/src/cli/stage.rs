@@ -227,7 +227,13 @@ impl StageArgs {
     /// Ticks in a second.
     #[must_use]
     pub fn hz(&self) -> u32 {
-        self.device_hz.unwrap_or(DEVICE_HZ)
+        self.given_hz().unwrap_or(DEVICE_HZ)
+    }
+
+    /// Ticks in a second, where they are given.
+    #[must_use]
+    pub fn given_hz(&self) -> Option<u32> {
+        self.device_hz
     }
 
     /// Largest speed of the hand, infinite for any [m/s].
