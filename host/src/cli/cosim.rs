@@ -3,8 +3,8 @@
 use std::convert::Infallible;
 use std::path::{Path, PathBuf};
 
-use chaincell_kernel::Budget;
 use chaincell_kernel::trace::{Entry, Reader};
+use chaincell_kernel::{Budget, Model};
 use serde::Serialize;
 
 use super::budget::BudgetArgs;
@@ -159,13 +159,7 @@ pub fn execute(args: &Args) -> Result<()> {
         None => (organ()?, scratch.path().join("organ.chaincell")),
     };
     let model = model_file::parse(&image, &model_path)?;
-    check_tick(&model, None).map_err(|_| {
-        Error::input(format!(
-            "{}: its branches of relaxation were not baked for the {DEVICE_HZ} poses a second that the controller of cosim \
-             sends; bake it without `device_hz`, or take `run`, or `serve` with a device of its rate",
-            model_path.display()
-        ))
-    })?;
+    check_body_rate(&model, &model_path)?;
     let mut tissue = args.tissue.staged(model, args.stage.settings()?)?;
     let poses = session::press(tissue.engine(), args.depth.depth_m, lengths.press_ticks)?;
     let out = args.folder.out.clone().unwrap_or_else(|| scratch.path().join("out"));
@@ -242,6 +236,17 @@ fn check_rate(stage: &StageArgs) -> Result<()> {
         "`device_hz` {hz}: the controller of cosim sends {DEVICE_HZ} poses a second; take `run`, or `serve` with a device \
          of that rate"
     )))
+}
+
+/// Refuses a body that was baked for another rate than that of the controller.
+fn check_body_rate(model: &Model<'_>, path: &Path) -> Result<()> {
+    check_tick(model, None).map_err(|_| {
+        Error::input(format!(
+            "{}: its branches of relaxation were not baked for the {DEVICE_HZ} poses a second that the controller of cosim \
+             sends; bake it without `device_hz`, or take `run`, or `serve` with a device of its rate",
+            path.display()
+        ))
+    })
 }
 
 /// Number of answered ticks in words.
