@@ -150,7 +150,7 @@ fn check(args: &Args) -> Result<Printed> {
     let image = bake(&mesh, &fixed, &options)?;
     let finer_fixed = refined.with_middles(&mesh, &fixed);
     let finer_image = bake(&refined.mesh, &finer_fixed, &options.refined(&refined))?;
-    let model = parse(&image)?;
+    let (model, finer) = (parse(&image)?, parse(&finer_image)?);
     // The contact of both, and the places.
     let edge_m = f64::from(model.unit_m());
     let held_nodes = args
@@ -164,7 +164,7 @@ fn check(args: &Args) -> Result<Printed> {
             let finer_nodes = refined.with_middles(&mesh, nodes);
             [
                 Contact::Cells(held(&model, nodes).map_err(of_hold)?),
-                Contact::Cells(held(&parse(&finer_image)?, &finer_nodes).map_err(of_hold)?),
+                Contact::Cells(held(&finer, &finer_nodes).map_err(of_hold)?),
             ]
         }
         None => {
@@ -176,10 +176,7 @@ fn check(args: &Args) -> Result<Printed> {
     let places = places(&model, contact, args.direction.map(|of| of.0), PLACES)?;
     let depth_m = depth_m(args, contact, edge_m)?;
     // Press them.
-    let bodies = [
-        Pressed { image: &image, contact },
-        Pressed { image: &finer_image, contact: finer_contact },
-    ];
+    let bodies = [Pressed { model, contact }, Pressed { model: finer, contact: finer_contact }];
     let volumes_m3 = free_volumes_m3(&mesh, fixed.iter().chain(held_nodes.iter().flatten()));
     if volumes_m3.iter().sum::<f64>() <= 0.0 {
         return Err(Error::input(
@@ -187,12 +184,10 @@ fn check(args: &Args) -> Result<Printed> {
         ));
     }
     // First the solver: what it refuses is no matter of a place.
-    let first =
-        places.first().copied().unwrap_or(Place { touch_m: [0.0; 3], direction: [0.0, 0.0, -1.0] });
-    let solver = Solver::of(&model, contact, &first, depth_m, args.sweeps)?;
+    let solver = Solver::of(&model, contact, &places[0], depth_m, args.sweeps)?;
     let errors = at_places(&places, |place| place_error(bodies, place, depth_m, &volumes_m3))?;
     let largest = |of: fn(&PlaceError) -> f64| errors.iter().map(of).fold(0.0, f64::max);
-    let cells = [model.body_cells(), parse(&finer_image)?.body_cells()];
+    let cells = [model, finer].map(|model| model.body_cells());
     // Half the edge makes the cells those of the cut mesh.
     let halvings = 1.0 / FALL.log2();
     let growth = (cells[1] as f64 / cells[0] as f64).powf(halvings);

@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use super::shared::PrintArgs;
+use super::values::tissue_options;
 use crate::bake::tissue::KnownTissue;
 use crate::error::Result;
 use crate::terminal;
@@ -66,17 +67,11 @@ impl From<KnownTissue> for Listed {
 impl Listed {
     /// Its values as the options of a bake.
     fn options(&self) -> String {
-        let pairs = |pairs: &[[f64; 2]], option: &str, sign: char, between: &str| {
-            let pairs: Vec<String> = pairs.iter().map(|[a, b]| format!("{a}{sign}{b}")).collect();
-            if pairs.is_empty() { String::new() } else { option.to_owned() + &pairs.join(between) }
-        };
         let number = |option: &str, value: Option<f64>| {
             value.map_or_else(String::new, |value| format!("{option}{value}"))
         };
         [
-            pairs(&self.branches, " --branch ", ',', " --branch "),
-            if self.modulus == "instant" { " --instant".to_owned() } else { String::new() },
-            pairs(&self.stiffening, " --stiffening ", '=', ","),
+            tissue_options(&self.branches, self.modulus == "instant", &self.stiffening),
             number(" --toughness-j-per-m2 ", self.toughness_j_per_m2),
             number(", run --friction ", self.friction),
         ]

@@ -34,6 +34,22 @@ pub fn per_cell(option: &str, text: &str, mesh: &Mesh) -> Result<PerCell> {
     }
 }
 
+/// The options of a bake for branches, each a ratio of moduli and a time \[s\], and for bands, each a half-width and a
+/// modulus \[Pa\]: ` --branch 2,0.1 --stiffening 0.1=10000`; empty without any.
+#[must_use]
+pub fn tissue_options(branches: &[[f64; 2]], is_instant: bool, bands: &[[f64; 2]]) -> String {
+    let mut text: String =
+        branches.iter().map(|[ratio, time_s]| format!(" --branch {ratio},{time_s}")).collect();
+    if is_instant {
+        text += " --instant";
+    }
+    let bands: Vec<String> = bands.iter().map(|[width, pa]| format!("{width}={pa}")).collect();
+    if !bands.is_empty() {
+        text += &format!(" --stiffening {}", bands.join(","));
+    }
+    text
+}
+
 /// The material of a group, `--material group:NAME,young-pa=E,poisson=NU`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Material<'a> {

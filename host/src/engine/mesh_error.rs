@@ -1,19 +1,18 @@
 //! The error of a body that comes from its mesh, by the same presses on the mesh cut once.
 //!
-//! The difference between the two is the estimate: on livers of 161 to 5,773 nodes it is within a factor of 1.25 of the
-//! distance to quadratic elements on the cut mesh. Differences fall by [`FALL`] when a mesh is cut twice, so what all
-//! finer meshes come to lies half as far again.
+//! The difference between the two is the estimate: under a held patch, on livers of 161 and 423 nodes, it is within a
+//! factor of 1.3 of the distance to quadratic elements on the cut mesh (`tests/MEASURED.md`). Differences fall by
+//! [`FALL`] when a mesh is cut twice, so the limit of finer meshes lies half as far again.
 
 use chaincell_kernel::Model;
-use nalgebra::Vector3;
 use serde::Serialize;
 
 use super::Contact;
 use super::place::Place;
-use super::resting::{Resting, resting};
-use crate::bake::ImageBytes;
-use crate::error::{Error, Result};
+use super::resting::resting;
+use crate::error::Result;
 use crate::mesh::Mesh;
+use crate::mesh::geometry::volume6;
 
 /// Factor by which differences fall when the edges are cut in half once more.
 pub const FALL: f64 = 3.1;
@@ -37,16 +36,9 @@ pub struct PlaceError {
 #[derive(Debug, Clone, Copy)]
 pub struct Pressed<'a> {
     /// The baked body.
-    pub image: &'a ImageBytes,
+    pub model: Model<'a>,
     /// The tool, or the held cells.
     pub contact: &'a Contact,
-}
-
-impl Pressed<'_> {
-    fn resting(&self, place: &Place, depth_m: f64) -> Result<Resting> {
-        let model = Model::from_bytes(self.image.as_bytes()).map_err(Error::check)?;
-        resting(&model, self.contact, place, depth_m)
-    }
 }
 
 /// Compares a press on a mesh with that on the mesh cut once. `volumes_m3` are those of the given mesh's nodes, which
@@ -60,7 +52,8 @@ pub fn place_error(
     depth_m: f64,
     volumes_m3: &[f64],
 ) -> Result<PlaceError> {
-    let (given, finer) = (given.resting(place, depth_m)?, finer.resting(place, depth_m)?);
+    let press = |body: Pressed<'_>| resting(&body.model, body.contact, place, depth_m);
+    let (given, finer) = (press(given)?, press(finer)?);
     let (mut apart, mut size) = (0.0, 0.0);
     let pairs = given.displacements_m.iter().zip(&finer.displacements_m);
     for ((one, other), volume) in pairs.zip(volumes_m3) {
@@ -81,8 +74,8 @@ pub fn place_error(
 pub fn free_volumes_m3<'a>(mesh: &Mesh, others: impl IntoIterator<Item = &'a u32>) -> Vec<f64> {
     let mut volumes_m3 = vec![0.0; mesh.nodes_m.len()];
     for tetrahedron in &mesh.tetrahedra {
-        let [a, b, c, d] = tetrahedron.map(|node| Vector3::from(mesh.nodes_m[node as usize]));
-        let quarter_m3 = (b - a).cross(&(c - a)).dot(&(d - a)).abs() / 24.0;
+        let corners_m = tetrahedron.map(|node| mesh.nodes_m[node as usize]);
+        let quarter_m3 = volume6(corners_m).abs() / 24.0;
         for &node in tetrahedron {
             volumes_m3[node as usize] += quarter_m3;
         }

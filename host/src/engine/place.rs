@@ -75,7 +75,7 @@ fn place_at(
 
 /// Places of presses apart from each other: the first is that of [`place`], each further one is as far as can be from
 /// the fixed cells and from the places before. Those after the first lie where the surface bends by at most 30 degrees.
-/// Fewer of a body that has no more such cells; one of held cells.
+/// At least one: fewer than `count` of a body that has no more such cells, one of held cells.
 ///
 /// # Errors
 /// As [`place`] for the first one.

@@ -121,16 +121,19 @@ impl<'m> Staged<'m> {
     }
 }
 
+/// Ticks in a second for which the branches of relaxation of a model were baked \[Hz\]; `None` of an elastic one.
+#[must_use]
+pub fn baked_hz(model: &Model<'_>) -> Option<f64> {
+    model.branches().next().map(|branch| 1.0 / f64::from(branch.tick_s))
+}
+
 /// Checks that the branches of relaxation of a model were baked for the ticks of a session.
 ///
 /// # Errors
 /// Another rate, with both.
 pub fn check_tick(model: &Model<'_>, settings: Option<StageSettings>) -> Result<()> {
-    let Some(branch) = model.branches().next() else { return Ok(()) };
-    let (baked_hz, hz) = (
-        1.0 / f64::from(branch.tick_s),
-        settings.map_or(f64::from(DEVICE_HZ), |stage| 1.0 / f64::from(stage.tick_s)),
-    );
+    let Some(baked_hz) = baked_hz(model) else { return Ok(()) };
+    let hz = settings.map_or(f64::from(DEVICE_HZ), |stage| 1.0 / f64::from(stage.tick_s));
     if (baked_hz - hz).abs() <= RATE_ROUNDING * hz {
         return Ok(());
     }

@@ -72,10 +72,9 @@ impl Refined {
     pub fn with_middles(&self, mesh: &Mesh, nodes: &[u32]) -> Vec<u32> {
         let has = |node: &u32| nodes.binary_search(node).is_ok();
         let surface = mesh.triangles.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
-        let full = mesh.tetrahedra.iter().filter(|corners| corners.iter().all(has));
-        let inside =
-            full.flat_map(|&[a, b, c, d]| [[a, b], [a, c], [a, d], [b, c], [b, d], [c, d]]);
-        let held = surface.chain(inside).filter(|edge| edge.iter().all(has));
+        let surface = surface.filter(|edge| edge.iter().all(has));
+        let full = mesh.tetrahedra.iter().copied().filter(|corners| corners.iter().all(has));
+        let held = surface.chain(edges(&full.collect::<Vec<_>>()));
         let mut middles: Vec<u32> = held
             .filter_map(|[i, j]| self.edges.binary_search(&[i.min(j), i.max(j)]).ok())
             .map(|edge| self.first_middle + edge as u32)

@@ -9,7 +9,7 @@ use serde::Serialize;
 use crate::bake::tissue::DEVICE_HZ;
 use crate::cli::offline::Offline;
 use crate::engine::place::place;
-use crate::engine::staged::Staged;
+use crate::engine::staged::{Staged, baked_hz};
 use crate::engine::tissue::TissueEngine;
 use crate::error::Result;
 use crate::session::loops::serve::ServeReport;
@@ -76,7 +76,7 @@ impl Pace {
             return None;
         }
         let radius_m = 2.0 * f64::from(model.unit_m());
-        let hz = model.branches().next().map_or(DEVICE_HZ, |of| (1.0 / of.tick_s).round() as u32);
+        let hz = baked_hz(model).map_or(DEVICE_HZ, |hz| hz.round() as u32);
         let contact = format!("--contact=probe:{radius_m}");
         let tissue = Offline::parse([contact, format!("--device-hz={hz}")]);
         let mut tissue = tissue.and_then(|of| of.staged(*model)).ok()?;

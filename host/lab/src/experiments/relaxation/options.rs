@@ -3,6 +3,7 @@
 use super::Found;
 use chaincell_host::bake::tissue::{Band, Branch, DEVICE_HZ, Relaxation, Tissue};
 use chaincell_host::bake::{BakeOptions, PerCell, bake};
+use chaincell_host::cli::values::tissue_options;
 use chaincell_host::error::Result;
 use chaincell_host::mesh::{MeshOptions, load};
 
@@ -15,26 +16,21 @@ const YOUNG_PA: f64 = 1000.0;
 /// What a bake refuses of them: a small body is baked. Cost: milliseconds.
 pub fn options(found: &Found) -> Result<String> {
     let is_stress = found.unit == "Pa";
-    let branches: Vec<Branch> = (found.branches.iter())
-        .map(|&[ratio, time_s]| Branch { ratio: rounded(ratio), time_s: rounded(time_s) })
-        .collect();
-    let bands: Vec<Band> = (found.stiffening.iter().filter(|_| is_stress))
-        .map(|&[half_width, modulus]| Band { half_width, modulus_pa: rounded(modulus) })
-        .collect();
+    let branches: Vec<[f64; 2]> = found.branches.iter().map(|of| of.map(rounded)).collect();
+    let bands = found.stiffening.iter().filter(|_| is_stress);
+    let bands: Vec<[f64; 2]> = bands.map(|&[width, pa]| [width, rounded(pa)]).collect();
     let young_pa = if is_stress { rounded(found.modulus) } else { YOUNG_PA };
+    let young = if is_stress { format!("--young-pa {young_pa}") } else { String::new() };
+    let text = young + &tissue_options(&branches, false, &bands);
     // A bake of a small body.
-    let mut text = if is_stress { format!("--young-pa {young_pa}") } else { String::new() };
-    for Branch { ratio, time_s } in &branches {
-        text += &format!(" --branch {ratio},{time_s}");
-    }
-    let of_bands = bands.iter().map(|band| format!("{}={}", band.half_width, band.modulus_pa));
-    let of_bands: Vec<String> = of_bands.collect();
-    if !bands.is_empty() {
-        text += &format!(" --stiffening {}", of_bands.join(","));
-    }
+    let branches = branches.into_iter().map(|[ratio, time_s]| Branch { ratio, time_s }).collect();
     let relaxation = Relaxation { branches, is_instant: false, device_hz: DEVICE_HZ };
-    let uniform = Tissue::new(PerCell::Uniform(young_pa), PerCell::Uniform(0.45));
-    let tissue = Tissue { stiffening: bands, relaxation: Some(relaxation), ..uniform };
+    let band = |[half_width, modulus_pa]: [f64; 2]| Band { half_width, modulus_pa };
+    let tissue = Tissue {
+        stiffening: bands.into_iter().map(band).collect(),
+        relaxation: Some(relaxation),
+        ..Tissue::new(PerCell::Uniform(young_pa), PerCell::Uniform(0.45))
+    };
     let mesh = load("box:3x3x3x0.01", &MeshOptions::default())?;
     let tried = BakeOptions { tissue: Some(tissue), ..BakeOptions::default() };
     bake(&mesh, &mesh.default_fixed, &tried)?;

@@ -188,7 +188,7 @@ impl Server {
         let snapshots = self.snapshots.take().map(Snapshots::new).unzip();
         let mut run = Run::new(&self, &shared, beside, engine, recorder)?;
         let (answers, leftovers) = (&self.ports.answers, self.scene.leftovers());
-        // Run the loop, with a thread for files and one for the watcher.
+        // Run the loop, with threads for snapshots' files, for the falling force and for leftovers.
         let (ended_by, refused) = std::thread::scope(|scope| {
             let (taken, files) = snapshots;
             run.snapshots = taken;
@@ -197,7 +197,8 @@ impl Server {
             }
             // Started before the loop requests its privileges, which a thread would inherit: on the loop's
             // core and at its priority it would not run while the loop is in a tick.
-            scope.spawn(|| shared.watch(answers, || _ = leftovers.clear()));
+            scope.spawn(|| shared.watch(answers));
+            scope.spawn(|| shared.clear_when_it_stands(|| _ = leftovers.clear()));
             let ended = self.ask_and_loop(&mut run);
             shared.end();
             run.end_snapshots();

@@ -2,6 +2,9 @@
 //!
 //! It checks every [`LOOK_NS`], and every millisecond while the force falls. It publishes only while the loop
 //! is in a tick: between ticks the loop itself is the watchdog.
+//!
+//! Leftovers of killed programs have a thread of their own: it waits for the file system, which a falling
+//! force must not.
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -62,12 +65,9 @@ impl Shared {
         self.has_ended.store(true, Ordering::Release);
     }
 
-    /// Checks until the loop has ended. If the loop stands still, a program may have been killed while it
-    /// connected: `clear` then removes its leftovers, every 100 ms.
-    pub(super) fn watch(&self, answers: &AnswerPublisher, clear: impl Fn()) {
-        let (mut rounds, mut since_ns) = (0, now_ns());
+    /// Lowers the force while a tick does not end, until the loop has ended.
+    pub(super) fn watch(&self, answers: &AnswerPublisher) {
         while !self.has_ended.load(Ordering::Acquire) {
-            // In a tick: publish the falling force.
             let mut span_ns = LOOK_NS;
             if self.in_tick.load(Ordering::Acquire) {
                 let mut voice = self.voice();
@@ -82,7 +82,15 @@ impl Shared {
                     span_ns = PERIOD_NS;
                 }
             }
-            // A loop that stands still: clear leftovers.
+            sleep_until_ns(now_ns() + span_ns);
+        }
+    }
+
+    /// Calls `clear` every 100 ms in which the loop stands still, until it has ended: a program may have been
+    /// killed while it connected, and the loop then waits for its leftovers to go.
+    pub(super) fn clear_when_it_stands(&self, clear: impl Fn()) {
+        let (mut rounds, mut since_ns) = (0, now_ns());
+        while !self.has_ended.load(Ordering::Acquire) {
             let now_ns = now_ns();
             let reached = self.rounds.load(Ordering::Relaxed);
             if reached != rounds {
@@ -91,7 +99,7 @@ impl Shared {
                 since_ns = now_ns;
                 clear();
             }
-            sleep_until_ns(now_ns + span_ns);
+            sleep_until_ns(now_ns + LOOK_NS);
         }
     }
 }
