@@ -139,7 +139,7 @@ fn one_publisher_is_in_charge_and_the_next_one_feels_no_jump() {
 fn the_force_falls_in_a_tick_that_does_not_end() {
     let _turn = turn();
     let place = Place::new("falling");
-    let server = place.serve(&["--inject", "sweep:2000@40", "--json"]);
+    let server = place.serve(&["--inject", "sweep:1000@40", "--json"]);
     let outsider = ToolsOutsider::join(&place.scene);
     let last = loop_of_answers(&outsider);
     outsider.send(poses(TICKS));
