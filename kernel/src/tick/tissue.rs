@@ -464,8 +464,10 @@ impl<D: Dynamics> TissueMut<'_, D> {
     }
 
     /// Strain and stress of the tissue around a cell at the published positions; `None` beyond the last cell and
-    /// in a body of links, whose stress no law gives. Stiffening takes no part. Cost: the cell's half-links and
-    /// a few hundred operations; a tick does none of it.
+    /// in a body of links, whose stress no law gives. It has the parts of the shape, of the least stretch, of
+    /// stiffening, and of what a body that relaxes has not yet relaxed; a cut is in it from the tick in which it
+    /// parts the cell. The mean stress is that of the cell and of those linked to it, by volume. Cost: some
+    /// thousand operations and the half-links of each of these cells; a tick does none of it.
     ///
     /// ```
     /// # use chaincell_kernel::*;
