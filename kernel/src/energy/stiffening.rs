@@ -248,6 +248,7 @@ impl<N: LinkNumber> Term<N> for Stiffening<'_> {
         at: &impl Fn(usize) -> [N; 3],
         _: StatesOf<'_>,
         unit_pa: f32,
+        _: &mut [f32],
         sum: Option<Stress>,
     ) -> Option<Stress> {
         let stress = sum?;

@@ -482,10 +482,21 @@ impl<D: Dynamics> TissueMut<'_, D> {
     /// ```
     #[must_use]
     pub fn stress(&mut self, model: &Model<'_>, cell: usize) -> Option<Stress> {
+        self.stress_with(model, cell, &mut [])
+    }
+
+    /// The same for many cells: `means_pa` has a number for each cell, NaN before the first call at these
+    /// positions, and later calls take from it the mean stress of cells that earlier ones met.
+    pub fn stress_with(
+        &mut self,
+        model: &Model<'_>,
+        cell: usize,
+        means_pa: &mut [f32],
+    ) -> Option<Stress> {
         self.with_body_model(model, |tissue, model| {
             let (limit, state) = (D::Number::from_single(model.saturation()), &*tissue.state);
             let at = |cell: usize| output(state.get(cell).unwrap_or(&Cell::ZERO).xyz(), limit);
-            Terms::of(model, tissue.states.shared(model.kept_states())).stress(cell, &at)
+            Terms::of(model, tissue.states.shared(model.kept_states())).stress(cell, &at, means_pa)
         })
     }
 

@@ -13,7 +13,7 @@ use crate::model::image::nodal;
 use crate::model::nodal::Nodal;
 use crate::number::sqrt::sqrt;
 
-/// Steps from the states of the last pass to the rotation and to the shape of unit volume that are nearest.
+/// Most steps from the states of the last pass to the rotation and to the shape of unit volume that are nearest.
 const STEPS: usize = 16;
 
 impl Nodal<'_> {
@@ -29,6 +29,7 @@ impl Nodal<'_> {
         at: &impl Fn(usize) -> [f32; 3],
         turn_of: &impl Fn(usize) -> [f32; 4],
         unit_pa: f32,
+        means_pa: &mut [f32],
     ) -> Stress {
         let alone = self.stressed_alone(cell, at, turn_of(cell), unit_pa);
         // The mean stress of the cell and of its neighbours.
@@ -37,7 +38,14 @@ impl Nodal<'_> {
         for other in self.others(cell) {
             let share = self.number(other, nodal::VOLUME);
             volume += share;
-            sum += share * self.stressed_alone(other, at, turn_of(other), unit_pa).mean_pa();
+            let known = means_pa.get(other).copied().filter(|mean| !mean.is_nan());
+            let mean = known.unwrap_or_else(|| {
+                self.stressed_alone(other, at, turn_of(other), unit_pa).mean_pa()
+            });
+            if let Some(slot) = means_pa.get_mut(other) {
+                *slot = mean;
+            }
+            sum += share * mean;
         }
         let change = sum / volume - alone.mean_pa();
         let [[a, p, q], [_, e, r], [.., j]] = alone.cauchy_pa;
@@ -83,12 +91,22 @@ impl Nodal<'_> {
 /// The nearest rotation to a shape, and the nearest shape of unit volume.
 fn nearest(f: Matrix<f32>, own: &Own<f32>, mut turn: Turn<f32>) -> (Matrix<f32>, Matrix<f32>) {
     for _ in 0..STEPS {
-        turn = step_turn(0.0, f, own, turn);
+        let next = step_turn(0.0, f, own, turn);
+        let is_there = next.map(|x| x.0) == turn.map(|x| x.0);
+        turn = next;
+        if is_there {
+            break;
+        }
     }
     let turn = rotation(turn);
     let mut unit = turn;
     for _ in 0..STEPS {
-        unit = of_unit_volume(f, unit).0;
+        let next = of_unit_volume(f, unit).0;
+        let is_there = each(next, |x| x.0) == each(unit, |x| x.0);
+        unit = next;
+        if is_there {
+            break;
+        }
     }
     (turn, unit)
 }
