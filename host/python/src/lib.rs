@@ -7,6 +7,7 @@
 //! - `arrays`, `given`: numpy arrays and keyword arguments in.
 //! - `mesh`, `bake`, `model`: from arrays, meshio objects and files to a model.
 //! - `poses`, `contacts`, `output`: where tools are, what they touch and feel.
+//! - `stress`: strain and stress of tissue.
 //! - `tissue`, `run`: ticks without a server.
 //! - `answer`, `state`, `session`: the client of `chaincell serve`.
 //! - `rate`: a loop at a fixed rate.
@@ -30,6 +31,7 @@ mod run;
 mod session;
 mod signals;
 mod state;
+mod stress;
 mod tissue;
 mod turns;
 
@@ -47,6 +49,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<output::Output>()?;
     module.add_class::<run::Run>()?;
     module.add_class::<contacts::Contacts>()?;
+    module.add_class::<stress::Stress>()?;
     module.add_class::<session::Session>()?;
     module.add_class::<session::Reply>()?;
     module.add_class::<answer::Answer>()?;

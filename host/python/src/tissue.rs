@@ -26,6 +26,7 @@ use crate::model::{Body, Model, rows};
 use crate::numbers::{Arg, bytes, object, whole};
 use crate::output::Output;
 use crate::poses::{Engaged, Tick};
+use crate::stress::Stress;
 use crate::turns::{Turn, Turns};
 
 /// Numbers of tools.
@@ -382,6 +383,20 @@ impl Tissue {
     fn positions_m<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f32>>> {
         let positions_m = py.detach(|| PyResult::Ok(self.live()?.positions_m()))?;
         Ok(rows(positions_m).into_pyarray(py))
+    }
+
+    /// Returns strain and stress at the nodes, as `Stress`; None for a body of links.
+    ///
+    /// A tick computes none of it; the call takes as long as some twenty ticks.
+    ///
+    /// >>> tissue.stress().stretches.shape == tissue.positions_m.shape
+    /// True
+    fn stress(&self, py: Python<'_>) -> PyResult<Option<Stress>> {
+        py.detach(|| {
+            let mut live = self.live()?;
+            let stresses = live.with(|staged| staged.engine_mut().node_stresses());
+            Ok(stresses.map(|stresses| Stress { stresses, tick: live.ticks }))
+        })
     }
 
     /// Returns what the tools touch, as `Contacts`; nothing for held cells.

@@ -362,3 +362,25 @@ def test_a_body_that_relaxes_is_for_one_rate_of_ticks() -> None:
             bake(spec, **wrong)
     with pytest.raises(TypeError, match="branches.*pairs"):
         bake(spec, young_pa=1000, branches=[(1, 2, 3)])
+
+
+def test_pressed_tissue_has_its_stress_at_every_node(box: Model, plane: Model) -> None:
+    tissue = Tissue(box, tools=["sphere:0.01"], sweeps=2)
+    at_rest = tissue.stress()
+    assert at_rest is not None and len(at_rest) == len(box.node_ids)
+    assert np.abs(at_rest.cauchy_pa).max() < 1e-3 and np.allclose(at_rest.stretches, 1)
+    for tick in range(200):
+        tissue.tick([0, 0, 0.051 - 4e-5 * tick])
+    stress = tissue.stress()
+    assert stress is not None and stress.tick == 200
+    xx, yy, zz, xy, yz, xz = stress.cauchy_pa.T
+    normal = (xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2
+    von_mises = np.sqrt(normal / 2 + 3 * (xy**2 + yz**2 + xz**2))
+    assert np.allclose(stress.von_mises_pa, von_mises, rtol=1e-3, atol=1e-2)
+    assert np.allclose(stress.mean_pa, (xx + yy + zz) / 3, rtol=1e-3, atol=1e-2)
+    assert (np.diff(stress.stretches) <= 0).all()
+    # It is where the node is: below the ball the tissue is shortest, and pressed.
+    lowest = np.argmin(tissue.positions_m[:, 2] - box.rest_m[:, 2])
+    assert stress.mean_pa[lowest] < 0 and stress.stretches[lowest, 2] < 0.95
+    links = Tissue(plane, contact=[40])
+    assert links.stress() is None

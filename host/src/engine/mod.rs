@@ -111,7 +111,7 @@ trait AnyTissue: AnyTools + AnyCut + AnySaved {
     fn is_anytime(&self) -> bool;
     fn state_hash(&mut self, model: &Model<'_>) -> u64;
     fn position(&mut self, model: &Model<'_>, cell: usize) -> [f64; 3];
-    fn stress(&mut self, model: &Model<'_>, cell: usize) -> Option<Stress>;
+    fn stress(&mut self, model: &Model<'_>, cell: usize, means_pa: &mut [f32]) -> Option<Stress>;
     fn nodes(&mut self, model: &Model<'_>, shown: &[u32], to: &mut [Node]);
     fn set_positions(&mut self, network: &Network<'_>, positions: &[[f32; 3]]) -> Result<()>;
     fn go_scalar(&mut self);
@@ -164,8 +164,8 @@ impl<D: Dynamics> AnyTissue for Memory<D> {
         self.view().position(model, cell).map_or([0.0; 3], |position| position.map(Number::double))
     }
 
-    fn stress(&mut self, model: &Model<'_>, cell: usize) -> Option<Stress> {
-        self.view().stress(model, cell)
+    fn stress(&mut self, model: &Model<'_>, cell: usize, means_pa: &mut [f32]) -> Option<Stress> {
+        self.view().stress_with(model, cell, means_pa)
     }
 
     fn nodes(&mut self, model: &Model<'_>, shown: &[u32], to: &mut [Node]) {
@@ -429,7 +429,20 @@ impl<'m> Engine<'m> {
     /// Strain and stress at a cell, at the published positions; `None` beyond the last cell and in a body of
     /// links.
     pub fn stress(&mut self, cell: usize) -> Option<Stress> {
-        self.tissue.stress(self.network.model(), cell)
+        self.tissue.stress(self.network.model(), cell, &mut [])
+    }
+
+    /// Strain and stress of these cells; `None` in a body of links, and for a cell beyond the last.
+    pub fn stresses(&mut self, cells: impl Iterator<Item = usize>) -> Option<Vec<Stress>> {
+        let model = self.network.model();
+        let mut means_pa = vec![f32::NAN; model.cells()];
+        cells.map(|cell| self.tissue.stress(model, cell, &mut means_pa)).collect()
+    }
+
+    /// Strain and stress at each node, in the order of [`Self::read_nodes`]; `None` in a body of links.
+    pub fn node_stresses(&mut self) -> Option<Vec<Stress>> {
+        let shown = self.shown.get_or_init(|| shown(self.network.model())).clone();
+        self.stresses(shown.into_iter().map(|cell| cell as usize))
     }
 
     /// Every node of the input with its published position: the cells in the model's order, or the nodes of

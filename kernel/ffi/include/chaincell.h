@@ -187,6 +187,10 @@ enum chaincell_code
      */
     CHAINCELL_CODE_UNKNOWN_ID = -7,
     /**
+     * A body of links has no stress.
+     */
+    CHAINCELL_CODE_NO_STRESS = -8,
+    /**
      * The image does not start at a multiple of 16.
      */
     CHAINCELL_CODE_MODEL_MISALIGNED = -20,
@@ -1126,6 +1130,28 @@ typedef struct chaincell_room {
 } chaincell_room;
 
 /**
+ * Strain and stress of the tissue around a cell.
+ */
+typedef struct chaincell_cell_stress {
+    /**
+     * Principal stretches, the largest first.
+     */
+    float stretches[3];
+    /**
+     * Cauchy stress xx, yy, zz, xy, yz, xz, above 0 where the tissue is pulled [Pa].
+     */
+    float cauchy_pa[6];
+    /**
+     * Stress after von Mises: that of a bar under tension is its tension [Pa].
+     */
+    float von_mises_pa;
+    /**
+     * Mean stress, a third of the trace: below 0 where the tissue is pressed from all sides [Pa].
+     */
+    float mean_pa;
+} chaincell_cell_stress;
+
+/**
  * Asked after each sweep but the last, with the number of sweeps done and the caller's pointer;
  * other than 0 for a further one.
  */
@@ -1482,6 +1508,18 @@ chaincell_code chaincell_choose_contacts(struct chaincell_tissue *tissue,
                                          const uint32_t *input_ids,
                                          size_t count,
                                          struct chaincell_detail *detail);
+
+/**
+ * Strain and stress at the cell of a node of the input mesh, by its id, at the published positions. The mean stress is
+ * that of the cell and of those linked to it. A body of links has none: `CHAINCELL_CODE_NO_STRESS`. A tick computes
+ * nothing of it. Cost: some thousand operations for each of these cells, and a look through all cells for the id.
+ *
+ * Safety
+ * `tissue` was made by `chaincell_tissue_init` and no other thread uses it; `stress` is storage for the answer.
+ */
+chaincell_code chaincell_stress(struct chaincell_tissue *tissue,
+                                uint32_t input_id,
+                                struct chaincell_cell_stress *stress);
 
 /**
  * One tick with a pose for each tool, and an answer to each in `outputs`: infallible with good pointers,

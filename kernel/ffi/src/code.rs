@@ -24,6 +24,8 @@ chaincell_kernel::codes! {
         Range = -6, c"a number is out of its range: cells bound it, or what the header says there";
         /// No cell has this input id: `position` in the list.
         UnknownId = -7, c"no cell has this input id: take one of the input mesh's nodes";
+        /// A body of links has no stress.
+        NoStress = -8, c"a body of links has no stress: bake it with --young-pa";
         /// The image does not start at a multiple of 16.
         ModelMisaligned = -20,
             c"the image does not start at a multiple of 16 bytes: place it with CHAINCELL_ALIGNED";

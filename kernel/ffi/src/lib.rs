@@ -39,6 +39,7 @@ mod refusal;
 mod settings;
 mod stage;
 mod storage;
+mod stress;
 #[cfg(test)]
 mod tests;
 mod tick;
@@ -66,6 +67,7 @@ pub use storage::{
     chaincell_change_settings, chaincell_choose_contacts, chaincell_model_size,
     chaincell_tissue_init, chaincell_tissue_reset, chaincell_tissue_restore, chaincell_tissue_save,
 };
+pub use stress::{CellStress, chaincell_stress};
 pub use tick::{
     Budget, More, Output, ToolOutput, ToolPose, chaincell_position, chaincell_positions,
     chaincell_set_positions, chaincell_state_hash, chaincell_tick,

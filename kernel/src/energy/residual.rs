@@ -102,9 +102,15 @@ impl<'a, 'm, N: LinkNumber> Terms<'a, 'm, N> {
     }
 
     /// Strain and stress of a cell with the cells at these positions \[mean link lengths\]; `None` where no term
-    /// has them.
-    pub fn stress(&self, cell: usize, at: &impl Fn(usize) -> [N; 3]) -> Option<Stress> {
-        self.list().stress(cell, at, self.states.all(), self.model.stress_unit_pa())
+    /// has them. `means_pa` is as of [`TissueMut::stress_with`](crate::TissueMut::stress_with).
+    pub fn stress(
+        &self,
+        cell: usize,
+        at: &impl Fn(usize) -> [N; 3],
+        means_pa: &mut [f32],
+    ) -> Option<Stress> {
+        let (states, unit_pa) = (self.states.all(), self.model.stress_unit_pa());
+        self.list().stress(cell, at, states, unit_pa, means_pa, None)
     }
 
     /// Starts a tick: applies the terms' corrections and calls `changed` for each cell whose state changed.

@@ -25,6 +25,7 @@ use super::links::law::COINCIDENT;
 use super::links::number::LinkNumber;
 use super::nodal::places;
 use super::state::StatesOf;
+use super::stress::{Stress, bounded_volume};
 use super::term::{Here, Pass, Term, change_lane};
 use crate::backend::f32x8::{Chunk, F32x8};
 use crate::backend::lane::{Lane, Real};
@@ -32,6 +33,7 @@ use crate::model::range;
 use crate::model::stiffening::Stiffening;
 use crate::number::cell::{Cell, add, dot, scale, single, sub};
 use crate::number::sqrt::sqrt;
+use crate::number::turn::cross;
 use crate::number::two_float::LANES;
 
 /// Narrows the innermost band by the rounding error, so that a skipped link has no force.
@@ -101,6 +103,51 @@ impl Stiffening<'_> {
     #[inline(never)]
     fn one_by_one(self, cell: usize, at: &[Cell], sum: Cell) -> Cell {
         self.residual(cell, &|cell| at.get(cell).map_or([0.0; 3], |cell| cell.xyz()), sum)
+    }
+}
+
+/// Volumes at a link that a cell's own one makes up: each of its tetrahedra gives it a quarter, and three of its links the
+/// whole.
+const VOLUMES_EACH: f32 = 12.0;
+
+/// Stress of the bands, for reports.
+impl Stiffening<'_> {
+    /// Volume at rest of a cell.
+    fn volume(self, cell: usize) -> f32 {
+        let of_links = self.slots_of(cell).map(|(group, _)| {
+            let length = Self::at(self.lengths, group, cell);
+            0.5 * Self::at(self.volumes, group, cell) * length * length
+        });
+        of_links.fold(0.0, |sum, volume| sum + volume) / VOLUMES_EACH
+    }
+
+    /// Adds the stress of a cell's links: V sigma is the sum of the forces on the cell times the vectors to the other
+    /// ends (the virial of R. Clausius), of each link the part of the cell's volume V in those of its two ends, so that
+    /// cells with few links have the stress of their neighbours.
+    fn add_stress(
+        self,
+        cell: usize,
+        at: &impl Fn(usize) -> [f32; 3],
+        unit_pa: f32,
+        sum: Stress,
+    ) -> Stress {
+        // The links' stress, as by volume of both ends.
+        let (volume, mut links) = (self.volume(cell), [[0.0; 3]; 3]);
+        for (group, other) in self.slots_of(cell) {
+            let Some((force, _)) = self.force((group, cell, other), at) else { continue };
+            let (way, both) = (sub(at(other), at(cell)), volume + self.volume(other));
+            for (row, force) in links.iter_mut().zip(force) {
+                *row = add(*row, scale(force / both, way));
+            }
+        }
+        // The volume is that of now: times det F.
+        let [first, second, third] = sum.gradient;
+        let unit_pa = unit_pa / bounded_volume(dot(first, cross(second, third)));
+        let mut cauchy_pa = sum.cauchy_pa;
+        for (row, links) in cauchy_pa.iter_mut().zip(links) {
+            *row = add(*row, scale(unit_pa, links));
+        }
+        Stress { cauchy_pa, ..sum }
     }
 }
 
@@ -193,5 +240,21 @@ impl<N: LinkNumber> Term<N> for Stiffening<'_> {
                 }
             }
         }
+    }
+
+    fn stress(
+        self,
+        cell: usize,
+        at: &impl Fn(usize) -> [N; 3],
+        _: StatesOf<'_>,
+        unit_pa: f32,
+        _: &mut [f32],
+        sum: Option<Stress>,
+    ) -> Option<Stress> {
+        let stress = sum?;
+        if !self.is_any() {
+            return sum;
+        }
+        Some(self.add_stress(cell, &|cell| single(at(cell)), unit_pa, stress))
     }
 }

@@ -21,7 +21,24 @@ pub struct Stress {
     pub cauchy_pa: [[f32; 3]; 3],
 }
 
+/// Least volume of a shape in volumes at rest that a stress is divided by.
+#[cfg(feature = "nodal")]
+const VOLUME_MIN: f32 = 0.05;
+
+/// The volume of a shape in volumes at rest, bounded below, so that the stress of a flat or inverted shape is finite.
+#[cfg(feature = "nodal")]
+pub(crate) fn bounded_volume(volume: f32) -> f32 {
+    if volume > VOLUME_MIN { volume } else { VOLUME_MIN }
+}
+
 impl Stress {
+    /// The elements of the Cauchy stress xx, yy, zz, xy, yz, xz \[Pa\].
+    #[must_use]
+    pub fn elements_pa(&self) -> [f32; 6] {
+        let [[xx, xy, xz], [_, yy, yz], [.., zz]] = self.cauchy_pa;
+        [xx, yy, zz, xy, yz, xz]
+    }
+
     /// Mean stress \[Pa\], a third of the trace: below 0 where the tissue is pressed from all sides.
     #[must_use]
     pub fn mean_pa(&self) -> f32 {

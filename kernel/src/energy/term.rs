@@ -177,15 +177,18 @@ pub(crate) trait Term<N: LinkNumber>: Keeps {
         None
     }
 
-    /// Strain and stress of a cell for a report, with the unit of the moduli \[Pa\].
+    /// Strain and stress of a cell for a report, with the unit of the moduli \[Pa\]: those of the terms before, `sum`,
+    /// with this term's part. `means_pa` is as of [`TissueMut::stress_with`](crate::TissueMut::stress_with).
     fn stress(
         self,
         _cell: usize,
         _at: &impl Fn(usize) -> [N; 3],
         _states: StatesOf<'_>,
         _unit_pa: f32,
+        _means_pa: &mut [f32],
+        sum: Option<Stress>,
     ) -> Option<Stress> {
-        None
+        sum
     }
 }
 
@@ -310,9 +313,11 @@ impl<N: LinkNumber, A: Term<N>, B: Term<N>> Term<N> for (A, B) {
         at: &impl Fn(usize) -> [N; 3],
         states: StatesOf<'_>,
         unit_pa: f32,
+        means_pa: &mut [f32],
+        sum: Option<Stress>,
     ) -> Option<Stress> {
-        let rest = || self.1.stress(cell, at, states.after::<A>(), unit_pa);
-        self.0.stress(cell, at, states, unit_pa).or_else(rest)
+        let sum = self.0.stress(cell, at, states, unit_pa, means_pa, sum);
+        self.1.stress(cell, at, states.after::<A>(), unit_pa, means_pa, sum)
     }
 }
 

@@ -464,8 +464,10 @@ impl<D: Dynamics> TissueMut<'_, D> {
     }
 
     /// Strain and stress of the tissue around a cell at the published positions; `None` beyond the last cell and
-    /// in a body of links, whose stress no law gives. Stiffening takes no part. Cost: the cell's half-links and
-    /// a few hundred operations; a tick does none of it.
+    /// in a body of links, whose stress no law gives. It has the parts of the shape, of the least stretch, of
+    /// stiffening, and of what a body that relaxes has not yet relaxed; a cut is in it from the tick in which it
+    /// parts the cell. The mean stress is that of the cell and of those linked to it, by volume. Cost: some
+    /// thousand operations and the half-links of each of these cells; a tick does none of it.
     ///
     /// ```
     /// # use chaincell_kernel::*;
@@ -480,10 +482,21 @@ impl<D: Dynamics> TissueMut<'_, D> {
     /// ```
     #[must_use]
     pub fn stress(&mut self, model: &Model<'_>, cell: usize) -> Option<Stress> {
+        self.stress_with(model, cell, &mut [])
+    }
+
+    /// The same for many cells: `means_pa` has a number for each cell, NaN before the first call at these
+    /// positions, and later calls take from it the mean stress of cells that earlier ones met.
+    pub fn stress_with(
+        &mut self,
+        model: &Model<'_>,
+        cell: usize,
+        means_pa: &mut [f32],
+    ) -> Option<Stress> {
         self.with_body_model(model, |tissue, model| {
             let (limit, state) = (D::Number::from_single(model.saturation()), &*tissue.state);
             let at = |cell: usize| output(state.get(cell).unwrap_or(&Cell::ZERO).xyz(), limit);
-            Terms::of(model, tissue.states.shared(model.kept_states())).stress(cell, &at)
+            Terms::of(model, tissue.states.shared(model.kept_states())).stress(cell, &at, means_pa)
         })
     }
 

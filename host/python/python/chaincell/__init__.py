@@ -48,6 +48,7 @@ client for C, would take the sessions of this one for those of a dead program.
 from chaincell._native import (
     Answer,
     Contacts,
+    Stress,
     Model,
     Output,
     Rate,
@@ -82,6 +83,7 @@ __all__ = [
     "ArgumentError",
     "Closed",
     "Contacts",
+    "Stress",
     "Error",
     "Flags",
     "Full",

@@ -17,6 +17,7 @@ __all__ = [
     "Output",
     "Run",
     "Contacts",
+    "Stress",
     "Session",
     "Reply",
     "Answer",
@@ -217,6 +218,13 @@ class Tissue:
         Raises `SnapshotError` where it is damaged, or of another model, options or release.
 
         >>> tissue.restore(tissue.snapshot())"""
+    def stress(self) -> Stress | None:
+        """Returns strain and stress at the nodes, as `Stress`; None for a body of links.
+
+        A tick computes none of it; the call takes as long as some twenty ticks.
+
+        >>> tissue.stress().stretches.shape == tissue.positions_m.shape
+        True"""
     def contacts(self) -> Contacts:
         """Returns what the tools touch, as `Contacts`; nothing for held cells.
 
@@ -381,6 +389,30 @@ def run(
     >>> result = chaincell.run(model, path_m, contact="probe:0.012", sweeps=2)
     >>> bool(np.linalg.norm(result.force_n, axis=1).max() > 0.01)
     True"""
+
+@final
+class Stress:
+    """Strain and stress of tissue at its nodes after a tick, in the order of `Model.node_ids`. Arrays are copies.
+
+    >>> stress = tissue.stress()
+    >>> stress.von_mises_pa.shape == model.node_ids.shape
+    True"""
+    def __len__(self) -> int: ...
+    @property
+    def tick(self) -> int:
+        """Number of the tick."""
+    @property
+    def stretches(self) -> _F32:
+        """Principal stretches, the largest first, float32 (nodes, 3)."""
+    @property
+    def cauchy_pa(self) -> _F32:
+        """Cauchy stress xx, yy, zz, xy, yz, xz [Pa], above 0 where the tissue is pulled, float32 (nodes, 6)."""
+    @property
+    def von_mises_pa(self) -> _F32:
+        """Stress after von Mises [Pa]: that of a bar under tension is its tension, float32 (nodes,)."""
+    @property
+    def mean_pa(self) -> _F32:
+        """Mean stress [Pa], below 0 where the tissue is pressed from all sides, float32 (nodes,)."""
 
 @final
 class Contacts:

@@ -8,11 +8,5 @@ use crate::engine::Engine;
 /// of links. Tissue has no embedded mesh: its nodes are its cells.
 pub(super) fn stresses(engine: &mut Engine<'_>, copies: usize) -> Option<Vec<Stress>> {
     let cells = engine.network().model().body_cells() + copies;
-    (0..cells).map(|cell| engine.stress(cell)).collect()
-}
-
-/// The elements of the Cauchy stress in VTK's order \[Pa\]: xx, yy, zz, xy, yz, xz.
-pub(super) fn elements_pa(stress: &Stress) -> [f64; 6] {
-    let [[xx, xy, xz], [_, yy, yz], [.., zz]] = stress.cauchy_pa;
-    [xx, yy, zz, xy, yz, xz].map(f64::from)
+    engine.stresses(0..cells)
 }

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use chaincell_kernel::{Model, Stress};
 
 use super::pressure::contact_pressure_pa;
-use super::stress::{elements_pa, stresses};
+use super::stress::stresses;
 use crate::engine::{Engine, Nodes, to_m};
 
 /// VTK's cell types of a point, a line, a triangle and a tetrahedron.
@@ -119,17 +119,17 @@ fn point_data(
     ]
 }
 
-/// Returns strain and stress at the points: the largest and the least principal stretch, the Cauchy stress,
-/// that after von Mises, and the mean stress \[Pa\].
+/// Returns strain and stress at the points: the principal stretches, the largest first, the Cauchy stress, that after
+/// von Mises, and the mean stress \[Pa\].
 fn stress_data(stresses: &[Stress]) -> Vec<PointArray> {
     let of = |name, number: fn(&Stress) -> f32| {
         let numbers = stresses.iter().map(|stress| f64::from(number(stress))).collect();
         PointArray { name, values: Values::Numbers(numbers) }
     };
-    let elements_pa = stresses.iter().map(elements_pa).collect();
+    let elements_pa = stresses.iter().map(|stress| stress.elements_pa().map(f64::from)).collect();
+    let stretches = stresses.iter().map(|stress| stress.stretches.map(f64::from)).collect();
     vec![
-        of("stretch_max", |stress| stress.stretches[0]),
-        of("stretch_min", |stress| stress.stretches[2]),
+        PointArray { name: "stretches", values: Values::Vectors(stretches) },
         PointArray { name: "stress_pa", values: Values::Tensors(elements_pa) },
         of("von_mises_pa", Stress::von_mises_pa),
         of("mean_stress_pa", Stress::mean_pa),

@@ -12,6 +12,7 @@ mod shapes;
 mod sizes;
 mod snapshot;
 mod stage;
+mod stress;
 mod tool_storage;
 mod tools;
 

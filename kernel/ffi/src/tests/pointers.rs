@@ -8,7 +8,7 @@ use super::{
 use crate::{Budget, Code, Detail, Info, ModelStorage, Room, Scheme, Settings, Tissue, ToolPose};
 
 /// Null and, inside aligned memory, one byte beyond.
-fn bad<T>(good: *const T) -> [(*mut T, Code); 2] {
+pub fn bad<T>(good: *const T) -> [(*mut T, Code); 2] {
     let beyond = good.cast_mut().wrapping_byte_add(1);
     [(core::ptr::null_mut(), Code::Null), (beyond, Code::Misaligned)]
 }

@@ -228,8 +228,13 @@ impl<N: LinkNumber> Term<N> for Nodal<'_> {
         at: &impl Fn(usize) -> [N; 3],
         states: StatesOf<'_>,
         unit_pa: f32,
+        means_pa: &mut [f32],
+        sum: Option<Stress>,
     ) -> Option<Stress> {
+        if cell >= self.count {
+            return sum;
+        }
         let at = |cell| single(at(cell));
-        (cell < self.count).then(|| self.stressed(cell, &at, states.shape(cell).turn, unit_pa))
+        Some(self.stressed(cell, &at, &|cell| states.shape(cell).turn, unit_pa, means_pa))
     }
 }

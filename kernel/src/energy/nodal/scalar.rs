@@ -21,7 +21,7 @@ use crate::number::two_float::LANES;
 
 impl Nodal<'_> {
     /// The cells linked to a cell, ascending.
-    fn others(self, cell: usize) -> impl Iterator<Item = usize> {
+    pub(super) fn others(self, cell: usize) -> impl Iterator<Item = usize> {
         self.slots_of(cell).map(|(other, _)| other).filter(move |&other| other != cell)
     }
 

@@ -1,0 +1,65 @@
+//! `Stress`: strain and stress of tissue, a row for each node.
+
+use numpy::{IntoPyArray, PyArray1, PyArray2};
+use pyo3::prelude::*;
+
+use crate::model::rows;
+
+/// Strain and stress of tissue at its nodes after a tick, in the order of `Model.node_ids`. Arrays are copies.
+///
+/// >>> stress = tissue.stress()
+/// >>> stress.von_mises_pa.shape == model.node_ids.shape
+/// True
+#[pyclass(frozen, module = "chaincell")]
+pub(crate) struct Stress {
+    pub(crate) stresses: Vec<chaincell_kernel::Stress>,
+    /// Number of the tick.
+    #[pyo3(get)]
+    pub(crate) tick: u64,
+}
+
+impl Stress {
+    fn numbers<'py>(
+        &self,
+        py: Python<'py>,
+        of: fn(&chaincell_kernel::Stress) -> f32,
+    ) -> Bound<'py, PyArray1<f32>> {
+        self.stresses.iter().map(of).collect::<Vec<f32>>().into_pyarray(py)
+    }
+}
+
+#[pymethods]
+impl Stress {
+    fn __len__(&self) -> usize {
+        self.stresses.len()
+    }
+
+    /// Principal stretches, the largest first, float32 (nodes, 3).
+    #[getter]
+    fn stretches<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f32>> {
+        rows(self.stresses.iter().map(|of| of.stretches).collect()).into_pyarray(py)
+    }
+
+    /// Cauchy stress xx, yy, zz, xy, yz, xz [Pa], above 0 where the tissue is pulled, float32 (nodes, 6).
+    #[getter]
+    fn cauchy_pa<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f32>> {
+        let elements = self.stresses.iter().map(chaincell_kernel::Stress::elements_pa);
+        rows(elements.collect()).into_pyarray(py)
+    }
+
+    /// Stress after von Mises [Pa]: that of a bar under tension is its tension, float32 (nodes,).
+    #[getter]
+    fn von_mises_pa<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f32>> {
+        self.numbers(py, chaincell_kernel::Stress::von_mises_pa)
+    }
+
+    /// Mean stress [Pa], below 0 where the tissue is pressed from all sides, float32 (nodes,).
+    #[getter]
+    fn mean_pa<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f32>> {
+        self.numbers(py, chaincell_kernel::Stress::mean_pa)
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<chaincell.Stress: of {} nodes after tick {}>", self.stresses.len(), self.tick)
+    }
+}
