@@ -59,8 +59,8 @@ pub fn resting(
         let why = if is_held {
             "the body holds the tool back; press less deep, or bake with a larger `energy_max_j`"
         } else {
-            "nothing touches the tool: it slid off, or the triangles are too large for it; press deeper, or take a \
-             larger tool"
+            "nothing touches the tool: it slid off, the body turned away from it, or the triangles are too large for \
+             it; fix more of the body, press deeper, or take a larger tool"
         };
         return Err(Error::input(format!("pressed {} deep at ({place}), {why}", length(depth_m))));
     }

@@ -37,6 +37,8 @@ use std::collections::BTreeMap;
 use std::io::Read;
 use std::path::Path;
 
+use chaincell_kernel::image::MAGIC;
+
 use crate::error::{Error, Result};
 use crate::input;
 use crate::text::{BYTE_ORDER_MARK, gzip};
@@ -354,6 +356,11 @@ pub fn parse(path: &Path, bytes: &[u8], unit_m: f64) -> Result<RawMesh> {
     match format::of(path, bytes)? {
         Some(Format::Volume(reader)) => reader.read(path, bytes, unit_m),
         Some(Format::Surface(_)) => Err(Error::file("read mesh", path, A_SURFACE)),
+        None if bytes.starts_with(&MAGIC) => Err(Error::file(
+            "read mesh",
+            path,
+            "this is a baked body, not a mesh; give the mesh it was baked from",
+        )),
         None => {
             let names: Vec<_> =
                 READERS.iter().map(|reader| reader.name()).chain(solid::names()).collect();

@@ -1,6 +1,7 @@
 //! `chaincell check`: its estimate of the mesh's error beside quadratic elements, and what it refuses.
 #![allow(clippy::unwrap_used)]
 
+use chaincell_tests::files::{bake, scratch, text};
 use chaincell_tests::run;
 
 /// A mesh of the reference data with a patch of nodes pushed by 1 mm, and its true errors: the distance of nodal shapes
@@ -102,4 +103,7 @@ fn what_cannot_be_checked_is_refused_with_a_remedy() {
         "finer mesh",
     );
     refused(&["box:4x4x3x0.01", "--young-pa", "5000", "--hold", "nodes:999"], "--hold");
+    let folder = scratch();
+    let baked = bake(folder.path(), "box:4x4x3x0.01", &["--young-pa", "5000"]);
+    refused(&[text(&baked), "--young-pa", "5000"], "give the mesh it was baked from");
 }
