@@ -17,6 +17,7 @@ pub mod resting;
 pub mod slow_press;
 pub mod snapshot;
 pub mod staged;
+mod stress;
 pub mod threads;
 pub mod tissue;
 pub mod tools;
@@ -424,25 +425,6 @@ impl<'m> Engine<'m> {
     #[must_use]
     pub fn ram_bytes(&self) -> usize {
         self.tissue.ram_bytes()
-    }
-
-    /// Strain and stress at a cell, at the published positions; `None` beyond the last cell and in a body of
-    /// links.
-    pub fn stress(&mut self, cell: usize) -> Option<Stress> {
-        self.tissue.stress(self.network.model(), cell, &mut [])
-    }
-
-    /// Strain and stress of these cells; `None` in a body of links, and for a cell beyond the last.
-    pub fn stresses(&mut self, cells: impl Iterator<Item = usize>) -> Option<Vec<Stress>> {
-        let model = self.network.model();
-        let mut means_pa = vec![f32::NAN; model.cells()];
-        cells.map(|cell| self.tissue.stress(model, cell, &mut means_pa)).collect()
-    }
-
-    /// Strain and stress at each node, in the order of [`Self::read_nodes`]; `None` in a body of links.
-    pub fn node_stresses(&mut self) -> Option<Vec<Stress>> {
-        let shown = self.shown.get_or_init(|| shown(self.network.model())).clone();
-        self.stresses(shown.into_iter().map(|cell| cell as usize))
     }
 
     /// Every node of the input with its published position: the cells in the model's order, or the nodes of

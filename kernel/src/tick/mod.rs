@@ -42,6 +42,7 @@ pub mod hash;
 mod relax;
 pub mod sample;
 pub mod settings;
+mod stress;
 pub mod tables;
 #[cfg(test)]
 mod tests;

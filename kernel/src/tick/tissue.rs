@@ -16,9 +16,7 @@ use crate::contact::pose::ToolPose;
 use crate::cut::memory::CutRoom;
 use crate::energy::held::{Contact, Touched};
 use crate::energy::links::number::LinkNumber;
-use crate::energy::residual::Terms;
 use crate::energy::state::{TermState, TermStates};
-use crate::energy::stress::Stress;
 use crate::model::image::CELLS_MAX;
 use crate::model::terms::TermData;
 use crate::model::{COORDINATE_MAX, Model};
@@ -461,43 +459,6 @@ impl<D: Dynamics> TissueMut<'_, D> {
     pub fn position(&self, model: &Model<'_>, cell: usize) -> Option<[D::Number; 3]> {
         let v = self.state.get(..model.cells())?.get(cell)?;
         Some(output(v.xyz(), D::Number::from_single(model.saturation())))
-    }
-
-    /// Strain and stress of the tissue around a cell at the published positions; `None` beyond the last cell and
-    /// in a body of links, whose stress no law gives. It has the parts of the shape, of the least stretch, of
-    /// stiffening, and of what a body that relaxes has not yet relaxed; a cut is in it from the tick in which it
-    /// parts the cell. The mean stress is that of the cell and of those linked to it, by volume. Cost: some
-    /// thousand operations and the half-links of each of these cells; a tick does none of it.
-    ///
-    /// ```
-    /// # use chaincell_kernel::*;
-    /// # let image = include_model!(concat!(env!("CARGO_MANIFEST_DIR"), "/data/plane9.chaincell"));
-    /// # let model = Model::from_bytes(image)?;
-    /// # let network = Network::new(model, Settings::for_model(&model))?;
-    /// # let mut tissue = Tissue::<128, Track>::new();
-    /// # tissue.reset(&network)?;
-    /// let stress = tissue.view().stress(&model, 47);
-    /// assert_eq!(stress, None); // the plane is made of links
-    /// # Ok::<(), Box<dyn std::error::Error>>(())
-    /// ```
-    #[must_use]
-    pub fn stress(&mut self, model: &Model<'_>, cell: usize) -> Option<Stress> {
-        self.stress_with(model, cell, &mut [])
-    }
-
-    /// The same for many cells: `means_pa` has a number for each cell, NaN before the first call at these
-    /// positions, and later calls take from it the mean stress of cells that earlier ones met.
-    pub fn stress_with(
-        &mut self,
-        model: &Model<'_>,
-        cell: usize,
-        means_pa: &mut [f32],
-    ) -> Option<Stress> {
-        self.with_body_model(model, |tissue, model| {
-            let (limit, state) = (D::Number::from_single(model.saturation()), &*tissue.state);
-            let at = |cell: usize| output(state.get(cell).unwrap_or(&Cell::ZERO).xyz(), limit);
-            Terms::of(model, tissue.states.shared(model.kept_states())).stress(cell, &at, means_pa)
-        })
     }
 
     /// The state hash, see [`state_hash`]; of a body with opened faces it covers the state of the cuts too.

@@ -5,7 +5,6 @@ mod contacts;
 mod force;
 mod pressure;
 mod series;
-mod stress;
 mod tools;
 mod vtu;
 

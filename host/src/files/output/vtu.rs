@@ -5,7 +5,6 @@ use std::fmt::Write as _;
 use chaincell_kernel::{Model, Stress};
 
 use super::pressure::contact_pressure_pa;
-use super::stress::stresses;
 use crate::engine::{Engine, Nodes, to_m};
 
 /// VTK's cell types of a point, a line, a triangle and a tetrahedron.
@@ -26,7 +25,9 @@ pub fn vtu(engine: &mut Engine<'_>, nodes: &Nodes) -> String {
     let nodes = with_copies.as_ref().unwrap_or(nodes);
     // The forces are shared to the cells of the whole body.
     pressure_pa.iter_mut().for_each(|values| values.resize(nodes.ids.len(), 0.0));
-    let stresses = stresses(engine, cut.as_ref().map_or(0, |cut| cut.origins.len()));
+    // Tissue has no embedded mesh: its points are its cells, the body's and the first of the spare ones.
+    let copies = cut.as_ref().map_or(0, |cut| cut.origins.len());
+    let stresses = engine.stresses(0..engine.network().model().body_cells() + copies);
     let (model, contacts) = (engine.network().model(), engine.contacts());
     let (fine, positions_m) = (model.fine_nodes() > 0, &nodes.positions_m);
     let elements = match &cut {

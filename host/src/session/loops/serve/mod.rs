@@ -198,9 +198,11 @@ impl Server {
             // Started before the loop requests its privileges, which a thread would inherit: on the loop's
             // core and at its priority it would not run while the loop is in a tick.
             scope.spawn(|| shared.watch(answers));
-            scope.spawn(|| shared.clear_when_it_stands(|| _ = leftovers.clear()));
+            let of_leftovers =
+                scope.spawn(|| shared.clear_when_it_stands(|| _ = leftovers.clear()));
             let ended = self.ask_and_loop(&mut run);
             shared.end();
+            of_leftovers.thread().unpark();
             run.end_snapshots();
             ended
         });

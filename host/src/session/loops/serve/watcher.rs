@@ -8,6 +8,8 @@
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::thread::park_timeout;
+use std::time::Duration;
 
 use super::voice::Voice;
 use crate::session::ipc::serving::AnswerPublisher;
@@ -15,8 +17,8 @@ use crate::session::timing::clock::{MILLISECOND_NS, PERIOD_NS, now_ns, sleep_unt
 
 /// Time between checks while there is nothing to publish \[ns\].
 const LOOK_NS: u64 = 4 * MILLISECOND_NS;
-/// Time after which the loop counts as stopped: it makes a round at least every 5 ms \[ns\].
-const STANDS_NS: u64 = 100 * MILLISECOND_NS;
+/// Time after which the loop counts as stopped: it makes a round at least every 5 ms.
+const STANDS: Duration = Duration::from_millis(100);
 
 /// State shared by the loop and the watcher.
 #[derive(Debug)]
@@ -86,20 +88,17 @@ impl Shared {
         }
     }
 
-    /// Calls `clear` every 100 ms in which the loop stands still, until it has ended: a program may have been
-    /// killed while it connected, and the loop then waits for its leftovers to go.
+    /// Calls `clear` every 100 ms in which the loop makes no round, until it has ended and wakes this thread: a
+    /// program may have been killed while it connected, and the loop then waits for its leftovers to go.
     pub(super) fn clear_when_it_stands(&self, clear: impl Fn()) {
-        let (mut rounds, mut since_ns) = (0, now_ns());
+        let mut last_rounds = None;
         while !self.has_ended.load(Ordering::Acquire) {
-            let now_ns = now_ns();
-            let reached = self.rounds.load(Ordering::Relaxed);
-            if reached != rounds {
-                (rounds, since_ns) = (reached, now_ns);
-            } else if now_ns > since_ns + STANDS_NS {
-                since_ns = now_ns;
+            let rounds = Some(self.rounds.load(Ordering::Relaxed));
+            if rounds == last_rounds {
                 clear();
             }
-            sleep_until_ns(now_ns + LOOK_NS);
+            last_rounds = rounds;
+            park_timeout(STANDS);
         }
     }
 }
