@@ -14,6 +14,7 @@
 //! - [`picture`]: bodies as PNG, curves as SVG.
 //! - [`files`]: traces, path files and output folders.
 //! - [`session`]: the 1 kHz loop over shared memory, both sides and their supervisor.
+//! - [`remote`]: a session in another place, from its records.
 //! - [`view`]: the page that shows a body, its server, and the bridge to a running scene.
 //! - [`cli`]: the command line.
 
@@ -28,6 +29,7 @@ pub mod input;
 pub mod interrupt;
 pub mod mesh;
 pub mod picture;
+pub mod remote;
 pub mod session;
 pub mod terminal;
 pub mod text;

@@ -14,6 +14,7 @@ mod convert;
 mod cosim;
 mod cosim_view;
 mod filled;
+mod follow;
 mod info;
 mod inject;
 mod judgement;
@@ -22,6 +23,7 @@ mod latency;
 mod load;
 pub mod man;
 mod mesh_file;
+mod mirror;
 pub mod model_file;
 pub mod offline;
 pub mod options;
@@ -114,6 +116,8 @@ enum Work {
     Command(command::Args),
     Cosim(cosim::Args),
     Latency(latency::Args),
+    Mirror(mirror::Args),
+    Follow(follow::Args),
     View(view::Args),
     Completions(completions::Args),
     Man(man::Args),
@@ -154,6 +158,8 @@ impl Cli {
             Work::Command(args) => command::execute(&args),
             Work::Cosim(args) => cosim::execute(&args),
             Work::Latency(args) => latency::execute(&args),
+            Work::Mirror(args) => mirror::execute(&args),
+            Work::Follow(args) => follow::execute(&args),
             Work::View(args) => view::execute(&args),
             Work::Completions(args) => completions::execute(lab::listed(Self::command()), &args),
             Work::Man(args) => man::execute(lab::listed(Self::command()), &args),

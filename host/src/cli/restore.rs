@@ -57,7 +57,7 @@ pub fn start(
         return Err(Error::file("replay", &file, why));
     }
     tissue.restore(&snapshot.saved).map_err(|why| Error::file("replay", &file, why))?;
-    Ok(Start { behind: Some(mark.record), is_paused: snapshot.is_paused })
+    Ok(Start::behind(&mark, first, snapshot.is_paused))
 }
 
 /// The last snapshot after a tick.

@@ -118,6 +118,8 @@
 //! ```
 
 mod command;
+mod decoder;
+mod end;
 mod error;
 mod header;
 mod order;
@@ -129,9 +131,11 @@ mod tests;
 mod writer;
 
 pub use command::{Command, CommandError};
+pub use decoder::Decoder;
+pub use end::End;
 pub use error::{Origin, TraceError};
 pub use header::{Header, RecordedTools, header_bytes};
-pub use reader::{End, Played, Reader};
+pub use reader::{Played, Reader};
 pub use record::{CommandRecord, Entry, PartRecord, PoseRecord, Record, ReplayError};
 pub use writer::Writer;
 

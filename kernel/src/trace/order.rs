@@ -7,7 +7,7 @@ use crate::contact::pose::ToolPart;
 use crate::energy::surface::PARTS_MAX;
 
 /// Checks the order of the records of a trace.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Order {
     /// Tools of the trace.
     tools: u32,
@@ -23,6 +23,11 @@ impl Order {
     pub(super) fn new(tools: Option<RecordedTools>) -> Self {
         let tools = tools.map_or(0, |tools| tools.count);
         Self { tools, next: 0, has_begun: false, size: None }
+    }
+
+    /// Goes on behind a whole tick or a command.
+    pub(super) fn skip(&mut self) {
+        (self.next, self.has_begun, self.size) = (0, true, None);
     }
 
     /// Returns true if the last tick or the last part is incomplete.

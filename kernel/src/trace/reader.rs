@@ -1,55 +1,12 @@
 //! Reading and replay of a trace.
 
-use core::fmt;
-
+use super::decoder::Decoder;
+use super::end::End;
 use super::error::TraceError;
 use super::header::{Header, Read};
-use super::order::Order;
-use super::record::{
-    Entry, RAMP_RESTARTED, Record, ReplayError, WITH_DELAY, WITH_HASH, WITH_SWEEPS, WORDS,
-    checksum, sample,
-};
-use super::{KIND_COMMAND, KIND_PART, KIND_POSE, KIND_SAMPLE, KIND_TOOL_COMMAND, RECORD_BYTES};
+use super::record::{Entry, Record, ReplayError, sample};
+use super::{KIND_SAMPLE, RECORD_BYTES};
 use crate::model::Model;
-use crate::stage::DELAY_TICKS_MAX;
-
-/// The end of the records of a trace.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum End {
-    /// The records end with the trace.
-    Complete,
-    /// The trace ends within this record: it was cut, or its writer was stopped.
-    Cut(u32),
-    /// This record's bytes were changed, or belong to another trace.
-    Damaged(u32),
-    /// This record is of a kind that is not known here.
-    Kind(u32, u16),
-}
-
-impl fmt::Display for End {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match *self {
-            Self::Complete => f.write_str("complete"),
-            Self::Cut(record) => write!(f, "cut within record {record}"),
-            Self::Damaged(record) => {
-                write!(f, "record {record} is damaged (its checksum does not match): copy it again")
-            }
-            Self::Kind(record, KIND_COMMAND | KIND_TOOL_COMMAND) => {
-                write!(f, "record {record} is a command, which only a host's replay carries out")
-            }
-            Self::Kind(record, KIND_PART | KIND_POSE) => write!(
-                f,
-                "record {record} is of tools that were chosen by their parts: it stands in no order \
-                 that is known here, or is for a host's replay alone"
-            ),
-            Self::Kind(record, kind) => write!(
-                f,
-                "record {record} of kind {kind} holds what is unknown here: take the release that \
-                 wrote it"
-            ),
-        }
-    }
-}
 
 /// The result of a replay.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -115,6 +72,12 @@ impl<'t> Reader<'t> {
         Ok(cells)
     }
 
+    /// Returns a decoder of the records, at the first one.
+    #[must_use]
+    pub fn decoder(&self) -> Decoder {
+        Decoder::new(self.header.tools, self.seed)
+    }
+
     /// Calls `each` with the index of each sound record, in order, and the record; an error of `each` stops
     /// the loop. Returns the end of the records. A command ends them, see [`Self::entries`].
     ///
@@ -124,7 +87,8 @@ impl<'t> Reader<'t> {
         &self,
         mut each: impl FnMut(u32, &Record) -> Result<(), E>,
     ) -> Result<End, E> {
-        self.walk(|index, bytes| match self.sound(index, bytes)? {
+        let decoder = self.decoder();
+        self.walk(|index, bytes| match decoder.sound(index, bytes)? {
             (KIND_SAMPLE, words) => Ok(each(index, &sample(&words))),
             (kind, _) => Err(End::Kind(index, kind)),
         })
@@ -136,29 +100,26 @@ impl<'t> Reader<'t> {
     /// # Errors
     /// The error of `each`.
     pub fn entries<E>(&self, mut each: impl FnMut(u32, &Entry) -> Result<(), E>) -> Result<End, E> {
-        let (mut order, mut records) = (Order::new(self.header.tools), 0);
-        let end = self.walk(|index, bytes| {
-            let (kind, words) = self.sound(index, bytes)?;
-            records = index.saturating_add(1);
-            match order.entry(kind, &words).ok_or(End::Kind(index, kind))? {
-                Some(entry) => Ok(each(index, &entry)),
-                None => Ok(Ok(())),
-            }
+        let mut decoder = self.decoder();
+        let end = self.walk(|index, bytes| match decoder.next(bytes)? {
+            Some(entry) => Ok(each(index, &entry)),
+            None => Ok(Ok(())),
         })?;
         // Poses without their tick, or half of a part, count as a cut.
-        Ok(if end == End::Complete && order.is_within() { End::Cut(records) } else { end })
+        let is_cut = end == End::Complete && decoder.is_within();
+        Ok(if is_cut { End::Cut(decoder.index()) } else { end })
     }
 
     fn walk<E>(
         &self,
-        mut each: impl FnMut(u32, &[u8]) -> Result<Result<(), E>, End>,
+        mut each: impl FnMut(u32, &[u8; RECORD_BYTES]) -> Result<Result<(), E>, End>,
     ) -> Result<End, E> {
         let mut rest = self.records;
         for index in 0_u32.. {
             if rest.iter().all(|&byte| byte == 0) {
                 break;
             }
-            let Some((bytes, behind)) = rest.split_at_checked(RECORD_BYTES) else {
+            let Some((bytes, behind)) = rest.split_first_chunk() else {
                 return Ok(End::Cut(index));
             };
             match each(index, bytes) {
@@ -171,34 +132,6 @@ impl<'t> Reader<'t> {
             rest = behind;
         }
         Ok(End::Complete)
-    }
-
-    /// Returns kind and words of a record whose checksum matches.
-    fn sound(&self, index: u32, bytes: &[u8]) -> Result<(u16, [u32; WORDS]), End> {
-        let (body, stored) = bytes.split_last_chunk().ok_or(End::Cut(index))?;
-        if checksum(self.seed, index, body) != u32::from_le_bytes(*stored) {
-            return Err(End::Damaged(index));
-        }
-        let mut words = [0; WORDS];
-        for (word, bytes) in words.iter_mut().zip(body.chunks_exact(4)) {
-            *word = bytes.first_chunk().map_or(0, |bytes| u32::from_le_bytes(*bytes));
-        }
-        let [.., kind, more, last] = words;
-        let [kind, bits]: [u16; 2] = bytemuck::cast(kind);
-        let [sweeps, delay]: [u16; 2] = bytemuck::cast(more);
-        let known = match kind {
-            KIND_SAMPLE => WITH_HASH | WITH_SWEEPS | RAMP_RESTARTED | WITH_DELAY,
-            KIND_COMMAND | KIND_TOOL_COMMAND => WITH_HASH,
-            KIND_PART | KIND_POSE if self.header.tools.is_some() => return Ok((kind, words)),
-            _ => return Err(End::Kind(index, kind)),
-        };
-        let counted = sweeps == 0 || bits & WITH_SWEEPS != 0;
-        let delayed = delay == 0 || (bits & WITH_DELAY != 0 && delay <= DELAY_TICKS_MAX);
-        if bits & !known == 0 && counted && delayed && last == 0 {
-            Ok((kind, words))
-        } else {
-            Err(End::Kind(index, kind))
-        }
     }
 
     /// Replays the trace: `tick` plays each record in a tissue that begins as that of the recording, reset

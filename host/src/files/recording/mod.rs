@@ -2,7 +2,9 @@
 
 mod file;
 mod map;
+mod play;
 mod room;
+mod tail;
 #[cfg(test)]
 pub(crate) mod tests;
 
@@ -12,22 +14,21 @@ use std::path::Path;
 
 use chaincell_kernel::stage::StageSettings;
 use chaincell_kernel::trace::{
-    Command, CommandRecord, End, Entry, Header, MAGIC, PartRecord, Reader, Record, RecordedTools,
-    ReplayError, TraceError, Writer,
+    Command, CommandRecord, Entry, Header, MAGIC, PartRecord, Reader, Record, RecordedTools,
+    TraceError, Writer,
 };
-use chaincell_kernel::{Budget, Model, TickOutput, ToolPart, ToolPose};
+use chaincell_kernel::{Model, ToolPart};
 
-use crate::engine::order::skipped;
 use crate::engine::staged::Staged;
-use crate::engine::tissue::TissueEngine;
-use crate::engine::tools::Poses;
 use crate::engine::{Arithmetic, Contact, Engine, Scheme};
 use crate::error::{Error, Result};
 use crate::files::whole::folder_of;
 use crate::input;
 
 pub use file::{TraceFile, check_idle};
+pub use play::{Played, Player, Start, Step, Stop, play, play_by, play_steps};
 pub use room::{check as check_room, taken};
+pub use tail::{Tail, seal_of};
 
 /// Largest trace that is read: more than a day at 1 kHz.
 const BYTES_MAX: u64 = 1 << 32;
@@ -80,10 +81,13 @@ impl Recording {
     fn add_parts(&mut self, tools: &[Vec<ToolPart>]) {
         for (tool, parts) in (0_u8..).zip(tools) {
             for (part, &shape) in (0_u8..).zip(parts) {
-                let records = self.writer.part(&PartRecord { tool, part, shape });
-                self.bytes.extend(records.as_flattened());
+                self.add_part(&PartRecord { tool, part, shape });
             }
         }
+    }
+
+    fn add_part(&mut self, part: &PartRecord) {
+        self.bytes.extend(self.writer.part(part).as_flattened());
     }
 
     /// Begins a trace with a header and the input ids of the contact cells, in the model's order. Returns
@@ -93,6 +97,22 @@ impl Recording {
         let mut bytes = vec![0; header.bytes(contacts.len())];
         let (writer, _) = Writer::begin(header, contacts, &mut bytes)?;
         Some(Self { writer, bytes })
+    }
+
+    /// Begins a trace like another one: with its header and the parts of its tools. Returns `None` if they do
+    /// not fit together.
+    #[must_use]
+    pub fn again(trace: &Reader<'_>) -> Option<Self> {
+        let ids: Vec<u32> = trace.contacts().collect();
+        let mut begun = Self::of(trace.header(), &ids)?;
+        let _ = trace.entries(|_, entry| match entry {
+            Entry::Part(part) => {
+                begun.add_part(part);
+                Ok(())
+            }
+            _ => Err(()),
+        });
+        Some(begun)
     }
 
     /// Adds an executed tick.
@@ -105,30 +125,6 @@ impl Recording {
     pub fn bytes(&self) -> &[u8] {
         &self.bytes
     }
-}
-
-/// The cause of a replay that stopped before the end of the trace.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Stop {
-    /// The state after an entry differs from the recorded one.
-    Differs(ReplayError),
-    /// The command of this record cannot be executed.
-    Command(u32),
-    /// The caller has seen enough.
-    Enough,
-}
-
-/// Numbers of played entries.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Played {
-    /// Ticks, including those that were answered during a pause.
-    pub ticks: u32,
-    /// Commands.
-    pub commands: u32,
-    /// Entries whose hash was compared.
-    pub compared: u32,
-    /// True if the first tool had a contact.
-    pub has_touched: bool,
 }
 
 /// A record of a trace that refers to a snapshot.
@@ -145,6 +141,14 @@ pub struct Mark {
 }
 
 impl Mark {
+    /// Returns the last tick of the trace before it; `None` where there is none, as behind the snapshot `first`
+    /// from which the trace begins.
+    #[must_use]
+    pub fn last_tick(&self, first: Option<Self>) -> Option<u64> {
+        let before = first.map_or(0, |first| first.tick);
+        Some(self.tick).filter(|&tick| tick != before)
+    }
+
     fn of(record: u32, entry: &Entry) -> Option<Self> {
         let Entry::Command(CommandRecord { tick, command, state_hash }) = *entry else {
             return None;
@@ -178,130 +182,6 @@ pub fn start_mark(trace: &Reader<'_>) -> Option<Mark> {
         }
     });
     mark
-}
-
-/// Point from which a trace is played.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Start {
-    /// The replay starts after this record; `None` for the beginning.
-    pub behind: Option<u32>,
-    /// True if the session was paused there.
-    pub is_paused: bool,
-}
-
-/// Plays a trace with its commands and pauses, and compares the states. The tissue has to be in the recorded
-/// state of the start. During a pause neither tissue nor stage ticks; a reset resets both.
-///
-/// # Errors
-/// The cause of the stop; `played` then counts the entries before it.
-pub fn play(
-    trace: &Reader<'_>,
-    tissue: &mut Staged<'_>,
-    start: Start,
-    played: &mut Played,
-) -> std::result::Result<End, Stop> {
-    play_by(trace, tissue, start, played, |tissue, poses, budget| tissue.tick_by(poses, budget))
-}
-
-/// As [`play`], with `tick` in place of [`TissueEngine::tick_by`]: it leaves the same state.
-///
-/// # Errors
-/// As [`play`].
-pub fn play_by<'m>(
-    trace: &Reader<'_>,
-    tissue: &mut Staged<'m>,
-    start: Start,
-    played: &mut Played,
-    tick: impl FnMut(&mut Staged<'m>, &[ToolPose], Budget<'_>) -> TickOutput,
-) -> std::result::Result<End, Stop> {
-    play_steps(trace, tissue, start, played, tick, |_, _| true)
-}
-
-/// A tick or command that has been played.
-#[derive(Debug, Clone, Copy)]
-pub enum Step<'a> {
-    /// A tick.
-    Tick {
-        /// Its record.
-        record: &'a Record,
-        /// The device's poses of all tools.
-        poses: &'a [ToolPose],
-        /// Its output; `None` in a pause, where nothing ticks.
-        output: Option<TickOutput>,
-    },
-    /// A command.
-    Command(&'a CommandRecord),
-}
-
-/// As [`play_by`], with a call of `after` after every step; it returns false to end there, with
-/// [`Stop::Enough`].
-///
-/// # Errors
-/// As [`play`].
-pub fn play_steps<'m>(
-    trace: &Reader<'_>,
-    tissue: &mut Staged<'m>,
-    start: Start,
-    played: &mut Played,
-    mut tick: impl FnMut(&mut Staged<'m>, &[ToolPose], Budget<'_>) -> TickOutput,
-    mut after: impl FnMut(&mut Staged<'m>, Step<'_>) -> bool,
-) -> std::result::Result<End, Stop> {
-    let mut paused = start.is_paused;
-    let mut poses = Poses::away(tissue.tools());
-    let mut last = None;
-    trace.entries(|index, entry| {
-        // Skip the entries before the start.
-        if start.behind.is_some_and(|behind| index <= behind) {
-            return Ok(());
-        }
-        let one;
-        let step = match entry {
-            // The tissue already has its parts.
-            Entry::Part(_) => return Ok(()),
-            // Poses of tools precede their tick.
-            Entry::Pose(record) => {
-                if let Some(place) = poses.each_mut().get_mut(usize::from(record.tool)) {
-                    *place = record.pose;
-                }
-                return Ok(());
-            }
-            Entry::Tick(record) => {
-                one = [record.sample];
-                let poses = if tissue.tools() > 0 { poses.each() } else { &one };
-                let mut output = None;
-                if !paused {
-                    // Repeat the tick with all that the clock decided.
-                    if record.ramp_restarted {
-                        tissue.restart_ramp();
-                    }
-                    tissue.skipped(last.map_or(0, |last| skipped(last, record.tick)));
-                    if let Some(ticks) = record.delay_ticks {
-                        tissue.delayed(ticks);
-                    }
-                    let answer = tick(tissue, poses, Budget::again(record.sweeps));
-                    played.has_touched |= answer.contacts > 0;
-                    output = Some(answer);
-                }
-                last = Some(record.tick);
-                played.ticks += 1;
-                Step::Tick { record, poses, output }
-            }
-            Entry::Command(record) => {
-                match record.command {
-                    Command::Pause => paused = true,
-                    Command::Resume => paused = false,
-                    Command::Snapshot { .. } => {}
-                    command => tissue.command(&command).map_err(|_| Stop::Command(index))?,
-                }
-                played.commands += 1;
-                Step::Command(record)
-            }
-        };
-        // Compare the state with the recorded hash.
-        let found = entry.compare(index, tissue.state_hash()).map_err(Stop::Differs)?;
-        played.compared += u32::from(found);
-        if after(tissue, step) { Ok(()) } else { Err(Stop::Enough) }
-    })
 }
 
 /// Refuses a path for a new trace if its file has content, except an earlier trace if `force` is set.

@@ -11,6 +11,7 @@ pub(crate) mod complain;
 pub mod contacts;
 mod pace;
 pub mod serving;
+pub mod shown;
 pub mod state;
 pub mod tools;
 pub mod viewed;

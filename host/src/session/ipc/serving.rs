@@ -16,7 +16,7 @@ use crate::engine::tools::Poses;
 use crate::error;
 
 /// Name of the ports of `serve`, which identifies a second one.
-const SERVE_PORT: &str = "chaincell.serve";
+pub(super) const SERVE_PORT: &str = "chaincell.serve";
 
 /// Ports for poses and answers.
 #[derive(Debug)]

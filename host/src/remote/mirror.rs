@@ -1,0 +1,219 @@
+//! Sends a trace while it grows: the file is read, and the session knows nothing of it.
+//!
+//! Records are sent in batches of 10 ms, 52 bytes a tick with their frames; a follower that was cut off names
+//! the record that it needs next.
+
+use std::fs;
+use std::io::{self, Write};
+use std::path::PathBuf;
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+
+use chaincell_kernel::trace::{RECORD_BYTES, Reader};
+
+use super::frame::{Ask, Frame, write_head};
+use crate::error::{Error, Result};
+use crate::files::recording::{MODEL, Mark, Tail, seal_of};
+use crate::files::snapshot::{SessionSnapshot, place, start_place};
+use crate::interrupt;
+
+/// Time between looks for new records.
+const LOOK: Duration = Duration::from_millis(10);
+/// Most records of a frame while no more are waiting, and while a follower catches up.
+const FEW_RECORDS: usize = 128;
+const MANY_RECORDS: usize = 4096;
+/// Time after which a frame is sent although there is no record.
+const ALIVE: Duration = Duration::from_millis(100);
+/// Time without a record after which the writer is looked for.
+const QUIET: Duration = Duration::from_millis(200);
+
+/// Where a session is recorded.
+#[derive(Debug, Clone)]
+pub struct Place {
+    /// The trace.
+    pub trace: PathBuf,
+    /// The model; `None` for that beside the trace.
+    pub model: Option<PathBuf>,
+}
+
+/// A trace that is sent to one follower.
+#[derive(Debug)]
+pub struct Mirror {
+    tail: Tail,
+    place: Place,
+}
+
+/// Why a mirror stopped.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Stopped {
+    /// The recording has ended, and all of it was sent.
+    Ended,
+    /// The follower has gone.
+    Gone,
+    /// The user asked to stop.
+    Asked,
+}
+
+impl Mirror {
+    /// Opens a trace.
+    ///
+    /// # Errors
+    /// As [`Tail::open`].
+    pub fn open(place: &Place) -> Result<Self> {
+        Ok(Self { tail: Tail::open(&place.trace)?, place: place.clone() })
+    }
+
+    /// Sends what is asked, then every record as it comes, until the recording ends. A follower is told of an
+    /// error too.
+    ///
+    /// # Errors
+    /// A follower of another session; a damaged trace; a missing model.
+    pub fn send(&self, to: &mut impl Write, ask: &Ask) -> Result<Stopped> {
+        match self.send_all(to, ask) {
+            Ok(stopped) => Ok(stopped),
+            Err(Failed::Stream) => Ok(Stopped::Gone),
+            Err(Failed::Refused(why)) => {
+                let _ = Frame::Refused(why.to_string()).write(to).and_then(|()| to.flush());
+                Err(why)
+            }
+        }
+    }
+
+    fn send_all(&self, to: &mut impl Write, ask: &Ask) -> std::result::Result<Stopped, Failed> {
+        // The session, and its model unless the follower has it.
+        write_head(to)?;
+        let begun = self.tail.begun();
+        let trace =
+            Reader::open(begun).map_err(|why| Error::file("read", self.tail.path(), why))?;
+        if let Some((seal, next)) = ask.goes_on {
+            self.check_same(seal, next)?;
+        }
+        Frame::Begun(begun.to_vec()).write(to)?;
+        if ask.goes_on.is_none() && ask.model != Some(trace.header().model) {
+            Frame::Model(self.model()?).write(to)?;
+        }
+        // The place from which the follower begins or goes on.
+        let next = match ask.goes_on {
+            Some((_, record)) => record,
+            None => self.send_start(to)?,
+        };
+        to.flush()?;
+        self.send_records(to, next)
+    }
+
+    /// Sends the newest snapshot; returns the index of the record after it.
+    fn send_start(&self, to: &mut impl Write) -> std::result::Result<u32, Failed> {
+        let marks = self.tail.marks()?;
+        let first = self.tail.first_record();
+        let begins_from = marks.first().copied().filter(|mark| mark.record == first);
+        for mark in marks.iter().rev() {
+            if let Some(snapshot) = self.snapshot(mark, first) {
+                let records = mark.record + 1;
+                let last_tick = mark.last_tick(begins_from).unwrap_or(0);
+                Frame::Start { records, last_tick, snapshot }.write(to)?;
+                return Ok(records);
+            }
+        }
+        if begins_from.is_some_and(|mark| mark.tick > 0) {
+            let why = "the snapshot that it begins from is missing: copy it to the trace";
+            return Err(Error::file("mirror", self.tail.path(), why).into());
+        }
+        Ok(first)
+    }
+
+    /// The bytes of a snapshot, if its file is there.
+    fn snapshot(&self, mark: &Mark, first: u32) -> Option<Vec<u8>> {
+        let trace = self.tail.path();
+        let start = (mark.record == first).then(|| start_place(trace));
+        start.into_iter().chain([place(trace, mark.tick)]).find_map(|file| {
+            let bytes = fs::read(file).ok()?;
+            let (_, checksum) = SessionSnapshot::of(&bytes).ok()?;
+            (checksum == mark.checksum).then_some(bytes)
+        })
+    }
+
+    /// Sends records from an index on, until the recording ends.
+    fn send_records(
+        &self,
+        to: &mut impl Write,
+        mut next: u32,
+    ) -> std::result::Result<Stopped, Failed> {
+        let (mut said, mut came, mut most) = (Instant::now(), Instant::now(), MANY_RECORDS);
+        let mut seal = self.tail.seal(next)?;
+        while !interrupt::asked() {
+            let bytes = self.tail.records(next, most)?;
+            if let Some(last) = bytes.last_chunk() {
+                seal = seal_of(last);
+            }
+            let records = (bytes.len() / RECORD_BYTES) as u32;
+            if records > 0 {
+                let first = next;
+                next += records;
+                let is_behind = records as usize == most;
+                let newest = if is_behind { self.tail.count()?.max(next) } else { next };
+                Frame::Records { first, newest, bytes }.write(to)?;
+                to.flush()?;
+                (said, came) = (Instant::now(), Instant::now());
+                most = if is_behind { MANY_RECORDS } else { FEW_RECORDS };
+                if is_behind {
+                    continue;
+                }
+            } else if came.elapsed() >= QUIET && !self.tail.is_written() {
+                // The last records may have come since the look.
+                if self.tail.records(next, 1)?.is_empty() {
+                    Frame::End { newest: next }.write(to)?;
+                    to.flush()?;
+                    return Ok(Stopped::Ended);
+                }
+            } else if said.elapsed() >= ALIVE {
+                self.check_same(seal, next)?;
+                Frame::Alive { newest: next }.write(to)?;
+                to.flush()?;
+                said = Instant::now();
+            }
+            sleep(LOOK);
+        }
+        Ok(Stopped::Asked)
+    }
+
+    /// The model's image.
+    fn model(&self) -> Result<Vec<u8>> {
+        let beside = self.place.trace.with_file_name(MODEL);
+        let path = self.place.model.as_ref().unwrap_or(&beside);
+        fs::read(path).map_err(|why| {
+            let remedy = "name the model with --model, here or at the follower";
+            Error::file("read model", path, format_args!("{why}; {remedy}"))
+        })
+    }
+
+    /// Checks that the file holds the session that is followed, see [`Tail::seal`].
+    fn check_same(&self, seal: u32, next: u32) -> Result<()> {
+        if self.tail.seal(next)? == seal {
+            return Ok(());
+        }
+        let why =
+            "it holds another session than the one that is followed: start the follower again";
+        Err(Error::file("mirror", self.tail.path(), why))
+    }
+}
+
+/// Why sending failed.
+#[derive(Debug)]
+enum Failed {
+    /// The stream: the follower has gone.
+    Stream,
+    /// The session.
+    Refused(Error),
+}
+
+impl From<io::Error> for Failed {
+    fn from(_: io::Error) -> Self {
+        Self::Stream
+    }
+}
+
+impl From<Error> for Failed {
+    fn from(why: Error) -> Self {
+        Self::Refused(why)
+    }
+}

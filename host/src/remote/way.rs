@@ -1,0 +1,157 @@
+//! How the bytes of a mirror come to its follower.
+
+use std::fmt;
+use std::io::{self, Read, Write};
+use std::net::{Shutdown, SocketAddr, TcpStream};
+use std::process::{Child, Command, Stdio};
+use std::time::Duration;
+
+use super::frame::{Ask, Frame};
+use super::mirror::{Mirror, Place};
+use crate::error::{Error, Result};
+
+/// Longest wait for a connection.
+const CONNECT: Duration = Duration::from_secs(1);
+
+/// A stream of bytes from a mirror, opened anew after each cut.
+pub trait Way: fmt::Debug + Send {
+    /// Opens the stream for what is asked.
+    ///
+    /// # Errors
+    /// Why there is none, with what was tried.
+    fn open(&mut self, ask: &Ask) -> Result<Box<dyn Read + Send>>;
+
+    /// Lets the stream go, so that a reader that waits for it ends.
+    fn close(&mut self);
+
+    /// True where it can be opened anew.
+    fn opens_again(&self) -> bool {
+        true
+    }
+}
+
+/// Standard input: all of a session, once.
+#[derive(Debug)]
+pub struct Input;
+
+impl Way for Input {
+    fn open(&mut self, _ask: &Ask) -> Result<Box<dyn Read + Send>> {
+        Ok(Box::new(io::stdin()))
+    }
+
+    fn close(&mut self) {}
+
+    fn opens_again(&self) -> bool {
+        false
+    }
+}
+
+/// A program whose standard output is the stream, such as `ssh HOST chaincell mirror TRACE`. It is started with
+/// the words of [`Ask::words`] behind its own.
+#[derive(Debug)]
+pub struct Program {
+    words: Vec<String>,
+    child: Option<Child>,
+}
+
+impl Program {
+    /// A program and its arguments.
+    #[must_use]
+    pub fn new(words: Vec<String>) -> Self {
+        Self { words, child: None }
+    }
+}
+
+impl Way for Program {
+    fn open(&mut self, ask: &Ask) -> Result<Box<dyn Read + Send>> {
+        let refused = |why: io::Error| Error::input(format!("`{}`: {why}", self.words.join(" ")));
+        let (name, words) = self.words.split_first().ok_or_else(|| Error::input("no program"))?;
+        let mut command = Command::new(name);
+        command.args(words).args(ask.words()).stdin(Stdio::null()).stdout(Stdio::piped());
+        let mut child = command.spawn().map_err(refused)?;
+        let out = child.stdout.take();
+        self.child = Some(child);
+        out.map(|out| Box::new(out) as Box<dyn Read + Send>)
+            .ok_or_else(|| Error::check("a program without its output"))
+    }
+
+    fn close(&mut self) {
+        if let Some(mut child) = self.child.take() {
+            let _ = child.kill();
+            let _ = child.wait();
+        }
+    }
+}
+
+impl Drop for Program {
+    fn drop(&mut self) {
+        self.close();
+    }
+}
+
+/// A connection to a mirror that listens.
+#[derive(Debug)]
+pub struct Tcp {
+    address: SocketAddr,
+    stream: Option<TcpStream>,
+}
+
+impl Tcp {
+    /// A mirror at this address.
+    #[must_use]
+    pub fn new(address: SocketAddr) -> Self {
+        Self { address, stream: None }
+    }
+}
+
+impl Way for Tcp {
+    fn open(&mut self, ask: &Ask) -> Result<Box<dyn Read + Send>> {
+        let opened = TcpStream::connect_timeout(&self.address, CONNECT).and_then(|mut stream| {
+            let mut asked = Vec::new();
+            Frame::Ask(*ask).write(&mut asked)?;
+            stream.write_all(&asked)?;
+            Ok((stream.try_clone()?, stream))
+        });
+        let (stream, read) =
+            opened.map_err(|why| Error::input(format!("tcp:{}: {why}", self.address)))?;
+        self.stream = Some(stream);
+        Ok(Box::new(read))
+    }
+
+    fn close(&mut self) {
+        if let Some(stream) = self.stream.take() {
+            let _ = stream.shutdown(Shutdown::Both);
+        }
+    }
+}
+
+/// A trace on this machine.
+#[derive(Debug)]
+pub struct Local {
+    place: Place,
+}
+
+impl Local {
+    /// A trace and its model.
+    #[must_use]
+    pub fn new(place: Place) -> Self {
+        Self { place }
+    }
+}
+
+impl Way for Local {
+    fn open(&mut self, ask: &Ask) -> Result<Box<dyn Read + Send>> {
+        let mirror = Mirror::open(&self.place)?;
+        let (read, mut write) = io::pipe().map_err(Error::check)?;
+        let ask = *ask;
+        let work = move || {
+            // The follower reads from the stream why it ended.
+            let _ = mirror.send(&mut write, &ask);
+        };
+        let thread = std::thread::Builder::new().name("mirror".into()).spawn(work);
+        thread.map_err(|why| Error::check(format!("cannot begin a thread: {why}")))?;
+        Ok(Box::new(read))
+    }
+
+    fn close(&mut self) {}
+}

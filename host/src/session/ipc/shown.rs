@@ -1,0 +1,83 @@
+//! The ports of a program that shows a session of another place on a scene: viewers find states, contacts and
+//! poses. It answers no pose and sends no force.
+
+use chaincell_kernel::ToolPose;
+use iceoryx2::port::publisher::Publisher;
+
+use super::contacts::{ContactPublisher, ContactsHeader};
+use super::payload::StateHeader;
+use super::services::{Ipc, SceneServices};
+use super::serving::SERVE_PORT;
+use super::state::StatePublisher;
+use super::tools::{ToolForces, ToolPoses};
+use crate::engine::Engine;
+use crate::engine::tissue::TissueEngine;
+use crate::error::Result;
+
+/// Name of the port for poses.
+const SHOW_PORT: &str = "chaincell.follow";
+
+/// What viewers of a session read.
+#[derive(Debug)]
+pub struct ShowPorts {
+    state: Option<StatePublisher>,
+    contacts: Option<ContactPublisher>,
+    poses: Publisher<Ipc, ToolPoses, ()>,
+    /// Holds the scene, so that no server runs on it; nothing is sent.
+    _held: Publisher<Ipc, ToolForces, ()>,
+}
+
+impl ShowPorts {
+    /// Opens the ports for the states and contacts of a tissue, sent at most `hz` times a second, 0 for never.
+    ///
+    /// # Errors
+    /// A server or another follower on the scene; a rate out of range; too little memory.
+    pub fn open(scene: &SceneServices, engine: &Engine<'_>, hz: u32) -> Result<Self> {
+        scene.refuse_second(&scene.forces, SERVE_PORT, None, "serve or follow")?;
+        let held = scene.publisher(&scene.forces, SERVE_PORT, "serve or follow")?;
+        let id = held.id();
+        let poses = scene.publisher(&scene.tools, SHOW_PORT, "follow")?;
+        let nodes = engine.node_count();
+        let state = (hz > 0).then(|| StatePublisher::open(scene, nodes, hz)).transpose()?;
+        let with_contacts = hz > 0 && engine.contact().tools() > 0;
+        let contacts = with_contacts.then(|| ContactPublisher::open(scene, hz)).transpose()?;
+        // Two that started at the same time see each other now.
+        scene.refuse_second(&scene.forces, SERVE_PORT, Some(id), "serve or follow")?;
+        scene.take_memory()?;
+        Ok(Self { state, contacts, poses, _held: held })
+    }
+
+    /// Notes that the tissue has changed.
+    pub fn changed(&mut self) {
+        if let Some(state) = &mut self.state {
+            state.feed.changed();
+        }
+        if let Some(contacts) = &mut self.contacts {
+            contacts.feed.changed();
+        }
+    }
+
+    /// Sends what is due: the poses of the tick, its state, its contacts.
+    pub fn show(
+        &mut self,
+        now_ns: u64,
+        header: StateHeader,
+        poses: &[ToolPose],
+        tissue: &mut dyn TissueEngine,
+    ) {
+        let StateHeader { tick, ticks_answered, flags, .. } = header;
+        if let Some(state) = &mut self.state
+            && state.feed.is_due(now_ns, true)
+        {
+            // A viewer looks for the poses of a state when it has come. One that misses them shows no tool.
+            let _ = self.poses.send_copy(ToolPoses::of(tick, 0, poses));
+            let header = StateHeader { state_hash: tissue.state_hash(), ..header };
+            state.send(header, tissue);
+        }
+        if let Some(contacts) = &mut self.contacts
+            && contacts.feed.is_due(now_ns, true)
+        {
+            contacts.send(ContactsHeader { tick, ticks_answered, contacts: 0, flags }, tissue);
+        }
+    }
+}
