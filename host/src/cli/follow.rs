@@ -8,6 +8,7 @@ use chaincell_kernel::trace::{Command, CommandRecord, Reader};
 use super::model_file;
 use super::recorded::trace_path;
 use super::shared::PrintArgs;
+use super::watch::ServerWait;
 use crate::bake::ImageBytes;
 use crate::engine::staged::Staged;
 use crate::engine::tissue::TissueEngine;
@@ -22,10 +23,12 @@ use crate::remote::way::{Input, Local, Program, Tcp, Way};
 use crate::session::ipc;
 use crate::session::ipc::services::Domain;
 use crate::session::ipc::shown::ShowPorts;
-use crate::session::timing::clock::{SECOND_NS, now_ns};
+use crate::session::timing::clock::{SECOND_NS, now_ns, span_ns};
 use crate::terminal;
 use crate::words::counted;
 
+/// Begins the address of a mirror that listens.
+const TCP: &str = "tcp:";
 /// Ticks that --record has room for: ten minutes.
 const RECORD_TICKS: usize = 600_000;
 
@@ -73,10 +76,13 @@ pub struct Args {
     #[arg(long, value_name = "N", default_value_t = RECORD_TICKS, requires = "record")]
     record_ticks: usize,
     #[command(flatten)]
+    server: ServerWait,
+    #[command(flatten)]
     print: PrintArgs,
 }
 
 pub fn execute(args: &Args) -> Result<()> {
+    args.server.check()?;
     // Open what is here before anything is asked for.
     let own = args.model.as_deref().map(model_file::read).transpose()?;
     let own_path = args.model.clone().unwrap_or_default();
@@ -89,7 +95,9 @@ pub fn execute(args: &Args) -> Result<()> {
     }
     // Join, and build the tissue where the session begins.
     let mut intake = Intake::new(way(args)?);
-    let mut joined = join(&mut intake, own_checksum)?;
+    let waits_s = if is_tcp(args) { args.server.wait_for_server_s } else { 0.0 };
+    let end_ns = now_ns().saturating_add(span_ns("`wait_for_server_s`", waits_s)?);
+    let mut joined = join(&mut intake, own_checksum, end_ns)?;
     let label = PathBuf::from(args.source.clone().unwrap_or_else(|| args.program.join(" ")));
     let (image, model_path) = match (own, joined.image.take()) {
         (Some(image), _) => (image, own_path),
@@ -130,6 +138,11 @@ pub fn execute(args: &Args) -> Result<()> {
     }
 }
 
+/// True where a mirror listens, which may come later.
+fn is_tcp(args: &Args) -> bool {
+    args.source.as_ref().is_some_and(|source| source.starts_with(TCP))
+}
+
 /// How the bytes come.
 fn way(args: &Args) -> Result<Box<dyn Way>> {
     let Some(source) = &args.source else {
@@ -138,7 +151,7 @@ fn way(args: &Args) -> Result<Box<dyn Way>> {
     if source == "-" {
         return Ok(Box::new(Input));
     }
-    let Some(address) = source.strip_prefix("tcp:") else {
+    let Some(address) = source.strip_prefix(TCP) else {
         let place = Place { trace: trace_path(Path::new(source)), model: args.model.clone() };
         return Ok(Box::new(Local::new(place)));
     };
@@ -212,9 +225,8 @@ impl Teller {
                 if !self.json && now_ns() >= self.line_ns {
                     self.line_ns = now_ns() + SECOND_NS;
                     terminal::say(format_args!(
-                        "tick {tick}, {} behind, {} equal",
+                        "tick {tick}, {} behind, {hashes_compared} state hashes equal",
                         counted(lag_records, "record"),
-                        counted(hashes_compared, "state hash"),
                     ))?;
                 }
             }
@@ -249,9 +261,9 @@ fn print(args: &Args, report: &FollowReport, left_out: u64) -> Result<()> {
     }
     let cuts = counted(report.cuts, "cut");
     terminal::say(format_args!(
-        "{} followed, {} equal, {cuts}, at most {} behind",
+        "{} followed, {} state hashes equal, {cuts}, at most {} behind",
         counted(report.ticks, "tick"),
-        counted(report.hashes_compared, "state hash"),
+        report.hashes_compared,
         counted(report.largest_lag_records, "record"),
     ))?;
     terminal::say(format_args!("  {:<14}{}", "state hash", report.state_hash))

@@ -1,6 +1,6 @@
 //! `chaincell mirror`: sends a session's trace to followers while it grows.
 
-use std::io::{self, BufWriter, IsTerminal, Write};
+use std::io::{self, BufWriter, IsTerminal};
 use std::net::{IpAddr, SocketAddr, TcpListener, TcpStream};
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -96,6 +96,7 @@ fn listen(address: SocketAddr, is_open: bool, place: &Place) -> Result<()> {
     listener.set_nonblocking(true).map_err(failed)?;
     let bound = listener.local_addr().map_err(failed)?;
     terminal::say(format_args!("listening on {bound}; follow with chaincell follow tcp:{bound}"))?;
+    terminal::say("ready")?;
     let followers = Arc::new(AtomicUsize::new(0));
     while !interrupt::asked() {
         match listener.accept() {
@@ -132,7 +133,5 @@ fn answer(stream: TcpStream, place: &Place) -> Result<()> {
         Frame::Ask(ask) => ask,
         _ => return Err(Error::check("it is no follower")),
     };
-    let mut out = BufWriter::new(&stream);
-    Mirror::open(place)?.send(&mut out, &ask)?;
-    out.flush().map_err(failed)
+    Mirror::open(place)?.send(&mut BufWriter::new(&stream), &ask).map(|_| ())
 }

@@ -1,5 +1,6 @@
 //! Runs the tissue of a session from its records, in lock step, and compares every recorded hash.
 
+use std::thread::sleep;
 use std::time::Duration;
 
 use chaincell_kernel::trace::{Decoder, End, RECORD_BYTES, Reader};
@@ -23,6 +24,8 @@ use crate::session::timing::clock::now_ns;
 
 /// Time between looks for viewers while no record comes.
 const LOOK: Duration = Duration::from_millis(5);
+/// Pause before a stream is opened again.
+const AGAIN: Duration = Duration::from_millis(250);
 
 /// A session as a follower joined it.
 #[derive(Debug)]
@@ -48,12 +51,21 @@ pub struct Begin {
     last_tick: u64,
 }
 
-/// Opens the stream, and receives all that the tissue is built from; `model` is the checksum of a model that is
-/// here.
+/// Opens the stream, for which it waits at most until `end_ns`, and receives all that the tissue is built from;
+/// `model` is the checksum of a model that is here.
 ///
 /// # Errors
 /// No stream; a mirror that refuses; a stream that ends before the first record.
-pub fn join(intake: &mut Intake, model: Option<u32>) -> Result<Joined> {
+pub fn join(intake: &mut Intake, model: Option<u32>, end_ns: u64) -> Result<Joined> {
+    loop {
+        match try_to_join(intake, model) {
+            Err(_) if now_ns() < end_ns && !interrupt::asked() => sleep(AGAIN),
+            joined => return joined,
+        }
+    }
+}
+
+fn try_to_join(intake: &mut Intake, model: Option<u32>) -> Result<Joined> {
     intake.open(&Ask { goes_on: None, model })?;
     let mut joined = Joined { begun: Vec::new(), image: None, start: None, first: None };
     loop {
@@ -242,7 +254,7 @@ impl<'a, 'm> Follower<'a, 'm> {
         self.is_behind_cut = true;
         told(self.tissue, Told::Cut(why))?;
         let goes_on = Some((self.seal, self.decoder.index()));
-        self.intake.open_again(&Ask { goes_on, model: None }, |_| {})?;
+        self.intake.open_again(&Ask { goes_on, model: None }, AGAIN)?;
         told(self.tissue, Told::Again)
     }
 

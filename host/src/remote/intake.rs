@@ -16,8 +16,6 @@ const WAITING_FRAMES: usize = 16;
 const SILENCE: Duration = Duration::from_secs(2);
 /// The same before the first frame: a program may have to connect, and a mirror to look through a long trace.
 const FIRST_SILENCE: Duration = Duration::from_secs(30);
-/// Pause before a stream is opened again.
-const AGAIN: Duration = Duration::from_millis(250);
 /// Time between looks for Ctrl-C.
 const LOOK: Duration = Duration::from_millis(50);
 
@@ -66,11 +64,11 @@ impl Intake {
         Ok(())
     }
 
-    /// Opens the stream again after a cut, as often as it takes; `told` hears of every attempt that failed.
+    /// Opens the stream again after a cut, as often as it takes, with this pause before each time.
     ///
     /// # Errors
     /// A stream that comes once; Ctrl-C.
-    pub fn open_again(&mut self, ask: &Ask, mut told: impl FnMut(&Error)) -> Result<()> {
+    pub fn open_again(&mut self, ask: &Ask, pause: Duration) -> Result<()> {
         self.close();
         if !self.way.opens_again() {
             return Err(Error::check(
@@ -79,11 +77,11 @@ impl Intake {
             ));
         }
         loop {
-            sleep(AGAIN);
+            sleep(pause);
             interrupt::check()?;
             match self.open(ask) {
                 Ok(()) => return Ok(()),
-                Err(why) => told(&why),
+                Err(why) => log::info!("not connected: {why}"),
             }
         }
     }

@@ -14,6 +14,7 @@ mod kill;
 mod killed_at_start;
 mod load;
 mod messages;
+mod mirror;
 mod motion;
 mod permissions;
 mod poses;

@@ -1,0 +1,279 @@
+//! Sessions that are followed in another place, over streams that are cut, damaged or late.
+
+#![allow(clippy::unwrap_used, reason = "a failing helper fails its test")]
+
+use std::io::{Read, Write};
+use std::net::{Shutdown, TcpListener, TcpStream};
+use std::path::{Path, PathBuf};
+use std::process::Stdio;
+use std::thread;
+use std::time::{Duration, Instant};
+
+use chaincell_tests::files::text;
+use chaincell_tests::outsider::{Outsider, Pose, Viewer};
+use chaincell_tests::place::Place;
+use chaincell_tests::process::SHORT;
+use chaincell_tests::{Ended, Running, chaincell, run, scene, turn};
+
+/// Ticks that are played at a time.
+const TICKS: u64 = 150;
+
+fn pose(tick: u64) -> Pose {
+    let depth_m = 0.004 * (0.05 * tick as f32).sin().abs();
+    Pose { tick, position_m: [0.0002, 0.001, -depth_m], engaged: u32::from(tick > 0) }
+}
+
+/// A server that records to `session`, and a hand.
+fn session(place: &Place) -> (Running, PathBuf, Outsider) {
+    let out = place.file("session");
+    let options = ["--watchdog-ms", "0", "--device", "touch", "--json", "--out", text(&out)];
+    let server = place.serve(&options);
+    (server, out, Outsider::join(&place.scene, true))
+}
+
+/// A mirror that listens, and its address.
+fn listening(session: &Path) -> (Running, String) {
+    let listen = ["mirror", text(session), "--listen", "127.0.0.1:0"];
+    let mut mirror = Running::chaincell(listen);
+    mirror.wait_for_line("ready");
+    let first = mirror.lines().next().unwrap().to_owned();
+    let address = first.rsplit_once("tcp:").unwrap().1.to_owned();
+    (mirror, address)
+}
+
+fn follower(source: &str, options: &[&str]) -> Running {
+    let mut follower = Running::chaincell([&["follow", source, "--json"], options].concat());
+    follower.wait_for_line("ready");
+    follower
+}
+
+/// The ticks of a follower's report, whose last state is that of the server's.
+#[track_caller]
+fn same(followed: Ended, served: &serde_json::Value) -> u64 {
+    let report = followed.with(0).json();
+    assert_eq!(report["state_hash"], served["state_hash"], "{report}");
+    assert_eq!(report["has_ended"], true, "{report}");
+    assert!(report["hashes_compared"].as_u64().unwrap() > 0, "{report}");
+    report["ticks"].as_u64().unwrap()
+}
+
+#[test]
+fn a_session_is_followed_in_three_ways_to_the_same_bits() {
+    let _turn = turn();
+    let place = Place::new("mirror");
+    let (server, out, outsider) = session(&place);
+    let (mirror, address) = listening(&out);
+    // One shows it to viewers, one records, one gets it from a program.
+    let (far, trace) = (scene("mirror-far"), place.file("followed.trace"));
+    let shown = follower(&format!("tcp:{address}"), &["--scene", &far]);
+    let recorded = follower(text(&out), &["--record", text(&trace)]);
+    let chaincell_path = chaincell().get_program().to_owned();
+    let words = ["follow", "--json", "--", text(Path::new(&chaincell_path)), "mirror", text(&out)];
+    let mut by_program = Running::chaincell(words);
+    by_program.wait_for_line("ready");
+    // The tissue moves, a command sets it, and viewers of the other scene see the same state.
+    let viewer = Viewer::join(&far);
+    outsider.play(0..TICKS, pose);
+    place.command(&["set", "sweeps=3"]).with(0);
+    let told = outsider.play(TICKS..2 * TICKS, pose);
+    let start = Instant::now();
+    let (header, nodes) = loop {
+        let state = viewer.after(0);
+        if state.0.tick == 2 * TICKS - 1 {
+            break state;
+        }
+        assert!(start.elapsed() < SHORT, "{:?}", state.0);
+    };
+    assert_eq!(header.state_hash, told.last().unwrap().state_hash);
+    assert_eq!(nodes.len(), 81);
+    // All end with the session.
+    let served = server.interrupt().with(130).json();
+    for followed in [shown, recorded, by_program] {
+        assert_eq!(same(followed.end(SHORT), &served), 2 * TICKS);
+    }
+    mirror.interrupt().with(130);
+    let replayed = run(["replay", text(&trace), "--model", text(&place.model), "--json"]).with(0);
+    assert_eq!(replayed.json()["state_hash"], served["state_hash"]);
+    assert_eq!(replayed.json()["commands"], 1);
+}
+
+/// Passes a mirror's bytes on, and cuts the connection after so many each time; then it holds. Returns its
+/// address.
+fn relay(to: String, cuts: Vec<usize>) -> String {
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let address = listener.local_addr().unwrap().to_string();
+    thread::spawn(move || {
+        let mut cuts = cuts.into_iter();
+        for follower in listener.incoming() {
+            let (mut follower, mut mirror) = (follower.unwrap(), TcpStream::connect(&to).unwrap());
+            let (mut asked, mut asks) =
+                (follower.try_clone().unwrap(), mirror.try_clone().unwrap());
+            thread::spawn(move || std::io::copy(&mut asked, &mut asks));
+            let mut left = cuts.next().unwrap_or(usize::MAX);
+            let mut bytes = [0; 512];
+            while let Ok(read @ 1..) = mirror.read(&mut bytes) {
+                let passed = read.min(left);
+                if follower.write_all(&bytes[..passed]).is_err() || passed < read {
+                    break;
+                }
+                left -= passed;
+            }
+            let _ = (follower.shutdown(Shutdown::Both), mirror.shutdown(Shutdown::Both));
+        }
+    });
+    address
+}
+
+#[test]
+fn whatever_is_cut_is_asked_for_again() {
+    let _turn = turn();
+    let place = Place::new("mirror-cut");
+    let (server, out, outsider) = session(&place);
+    let (_mirror, address) = listening(&out);
+    let model_bytes = place.model.metadata().unwrap().len() as usize;
+    // Within the head, within a record, at a frame's checksum.
+    let cuts = vec![model_bytes + 3_000, 5, 700, 1_203];
+    let followed = follower(&format!("tcp:{}", relay(address, cuts)), &[]);
+    outsider.play(0..TICKS, pose);
+    thread::sleep(Duration::from_millis(300));
+    outsider.play(TICKS..3 * TICKS, pose);
+    let served = server.interrupt().with(130).json();
+    let ended = followed.end(SHORT);
+    assert_eq!(ended.json()["cuts"], 4, "{ended:#?}");
+    assert_eq!(same(ended, &served), 3 * TICKS);
+}
+
+#[test]
+fn one_that_comes_late_begins_from_the_newest_snapshot_in_a_pause_too() {
+    let _turn = turn();
+    let place = Place::new("mirror-late");
+    let (server, out, outsider) = session(&place);
+    outsider.play(0..TICKS, pose);
+    place.command(&["snapshot"]).with(0);
+    outsider.play(TICKS..TICKS + 20, pose);
+    place.command(&["pause"]).with(0);
+    outsider.play(TICKS + 20..TICKS + 30, pose);
+    place.command(&["snapshot"]).with(0);
+    let trace = place.file("late.trace");
+    let late = follower(text(&out), &["--record", text(&trace)]);
+    // Five poses are lost, which the output stage hears of.
+    outsider.play(TICKS + 35..TICKS + 45, pose);
+    place.command(&["resume"]).with(0);
+    outsider.play(TICKS + 45..2 * TICKS, pose);
+    // Its trace is followed too.
+    let next = follower(text(&trace), &["--model", text(&place.model)]);
+    let served = server.interrupt().with(130).json();
+    let ticks = same(late.end(SHORT), &served);
+    assert_eq!(ticks, TICKS - 35);
+    assert_eq!(same(next.end(SHORT), &served), ticks);
+    let replayed = run(["replay", text(&trace), "--model", text(&place.model), "--json"]).with(0);
+    assert_eq!(replayed.json()["state_hash"], served["state_hash"]);
+}
+
+#[test]
+fn of_a_killed_server_all_whole_records_are_followed() {
+    let _turn = turn();
+    let place = Place::new("mirror-killed");
+    let (mut server, out, outsider) = session(&place);
+    let followed = follower(text(&out), &[]);
+    let told = outsider.play(0..TICKS, pose);
+    server.kill();
+    let report = followed.end(SHORT).with(0).json();
+    assert_eq!(report["ticks"], TICKS);
+    assert_eq!(report["state_hash"], format!("{:016x}", told.last().unwrap().state_hash));
+}
+
+#[test]
+fn the_first_tick_that_differs_is_named() {
+    let _turn = turn();
+    let place = Place::new("mirror-differs");
+    let (server, out, outsider) = session(&place);
+    outsider.play(0..TICKS, pose);
+    server.interrupt().with(130);
+    // The same records under a header of other settings, each sealed anew.
+    let trace = std::fs::read(out.join("session.trace")).unwrap();
+    let forged = forged(&trace);
+    let place_of = place.file("forged.trace");
+    std::fs::write(&place_of, forged).unwrap();
+    let model = text(&place.model);
+    let ended = run(["follow", text(&place_of), "--model", model, "--json"]).with(1);
+    let report = ended.json();
+    assert_eq!(report["first_difference"]["tick"], 40, "{report}");
+    assert_eq!(report["ticks"], 41);
+    assert!(ended.err.contains("tick 40 (record 40) is the first that differs"), "{}", ended.err);
+}
+
+/// The trace with another hash in tick 40.
+fn forged(trace: &[u8]) -> Vec<u8> {
+    use chaincell_kernel::trace::{Entry, Reader, Record};
+    let reader = Reader::open(trace).unwrap();
+    let mut forged = chaincell_host::files::recording::Recording::again(&reader).unwrap();
+    let _ = reader.entries(|_, entry| {
+        if let Entry::Tick(record) = entry {
+            let state_hash = if record.tick == 40 { Some(1) } else { record.state_hash };
+            forged.add(&Record { state_hash, ..*record });
+        }
+        Ok::<(), ()>(())
+    });
+    forged.bytes().to_vec()
+}
+
+#[test]
+fn what_cannot_be_followed_is_named() {
+    let _turn = turn();
+    let place = Place::new("mirror-bad");
+    let (server, out, outsider) = session(&place);
+    outsider.play(0..TICKS, pose);
+    // A second one on the scene of a server or of a follower.
+    let far = scene("mirror-twice");
+    let first = follower(text(&out), &["--scene", &far]);
+    for taken in [&far, &place.scene] {
+        let ended = run(["follow", text(&out), "--scene", taken]).with(2);
+        assert!(ended.err.contains("serve or follow"), "{}", ended.err);
+    }
+    let served = server.interrupt().with(130).json();
+    same(first.end(SHORT), &served);
+    // Streams that are none, or end too early.
+    let sent = Running::start(chaincell().args(["mirror", text(&out)])).end(SHORT);
+    assert_eq!(sent.code, Some(0));
+    for (bytes, part) in [
+        (b"".to_vec(), "the stream ended"),
+        (b"HTTP/1.1 404 Not Found".to_vec(), "no stream of chaincell mirror"),
+        (b"CHAINMIR\x01\0\0\0\xff\xff\xff\xff\xff".to_vec(), "damaged"),
+    ] {
+        let ended = piped(&["follow", "-"], &bytes).with(2);
+        assert!(ended.err.contains(part), "{}", ended.err);
+    }
+    // Files, sources, addresses.
+    let none = place.file("none.trace");
+    let other = place.file("alone").join("session.trace");
+    std::fs::create_dir(place.file("alone")).unwrap();
+    std::fs::copy(out.join("session.trace"), &other).unwrap();
+    for (args, part) in [
+        (vec!["follow", text(&none)], "none.trace"),
+        (vec!["follow", text(&place.model)], "trace"),
+        (vec!["follow", text(&other)], "name the model with --model"),
+        (vec!["follow", "tcp:127.0.0.1:1", "--wait-for-server-s", "0"], "refused"),
+        (vec!["follow", "--", "false"], "the stream ended"),
+        (vec!["follow", "--", "/no/such/program"], "/no/such/program"),
+        (vec!["follow"], "SOURCE"),
+        (vec!["mirror", text(&none)], "none.trace"),
+        (vec!["mirror", text(&out), "--listen", "0.0.0.0:0"], "--open-to-network"),
+        (vec!["mirror", text(&out), "--goes-on", "1:3"], "another session"),
+    ] {
+        let ended = run(&args).with(2);
+        assert!(ended.err.contains(part), "{args:?}: {}", ended.err);
+    }
+}
+
+/// `chaincell` with these bytes on its standard input.
+fn piped(args: &[&str], bytes: &[u8]) -> Ended {
+    let mut command = chaincell();
+    let command =
+        command.args(args).stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    let mut child = command.spawn().unwrap();
+    let _ = child.stdin.take().unwrap().write_all(bytes);
+    let output = child.wait_with_output().unwrap();
+    let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap();
+    Ended { code: output.status.code(), out: text(output.stdout), err: text(output.stderr) }
+}
