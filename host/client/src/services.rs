@@ -265,6 +265,19 @@ impl SceneServices {
         self.tools.dynamic_config().number_of_publishers() > 1
     }
 
+    /// Returns the id of the publisher of poses, if there is one alone.
+    #[must_use]
+    pub fn only_pose_publisher(&self) -> Option<u128> {
+        let (mut count, mut id) = (0, 0);
+        self.tools.dynamic_config().list_publishers(|publisher| {
+            if self.is_alive(publisher.node_id) {
+                (count, id) = (count + 1, publisher.publisher_id.value());
+            }
+            CallbackProgression::Continue
+        });
+        (count == 1).then_some(id)
+    }
+
     /// Returns the number of ports on the services of poses and answers, including those of this process.
     #[must_use]
     pub fn ports_count(&self) -> usize {

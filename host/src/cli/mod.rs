@@ -43,6 +43,7 @@ mod shared;
 mod sides;
 mod snapshots;
 mod stage;
+mod stand_by;
 mod state;
 pub mod tissue;
 mod tissues;

@@ -9,26 +9,22 @@ use crate::files::recording::{Mark, Start, marks, start_mark};
 use crate::files::snapshot::{SessionSnapshot, place, start_place};
 use chaincell_kernel::trace::Reader;
 
+/// Why a session does not go on in this one.
+pub const OTHER: &str =
+    "its session was started with another model, other options or another release: take those";
+
 /// Puts a tissue at rest where a snapshot was taken; `begun` is what a trace of it begins with. Gives
-/// the snapshot and its number.
+/// the snapshot.
 ///
 /// # Errors
 /// A file that is none, or of a session that was started otherwise, with its path.
-pub fn restore(
-    path: &Path,
-    begun: &[u8],
-    tissue: &mut Staged<'_>,
-) -> Result<(SessionSnapshot, u32)> {
-    let (snapshot, checksum) = SessionSnapshot::read(path)?;
+pub fn restore(path: &Path, begun: &[u8], tissue: &mut Staged<'_>) -> Result<SessionSnapshot> {
+    let (snapshot, _) = SessionSnapshot::read(path)?;
     if snapshot.begun != begun {
-        return Err(Error::file(
-            "restore",
-            path,
-            "its session was started with another model, other options or another release: take those",
-        ));
+        return Err(Error::file("restore", path, OTHER));
     }
     tissue.restore(&snapshot.saved).map_err(|why| Error::file("restore", path, why))?;
-    Ok((snapshot, checksum))
+    Ok(snapshot)
 }
 
 /// Puts the tissue of a trace where it is to be played from: behind the last snapshot after the tick

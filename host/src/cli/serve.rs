@@ -16,6 +16,7 @@ use super::shared::{
     FolderArgs, PrintArgs, SilenceArgs, note_cut, tell_cut, tell_relaxed, tell_view,
 };
 use super::stage::{StageArgs, StageReport};
+use super::stand_by::stand_by;
 use super::tissue::{TissueArgs, TissueReport};
 use super::verdict::{Counts, Verdict, VerdictArgs};
 use crate::bake::ImageBytes;
@@ -90,6 +91,11 @@ pub struct Args {
     /// controller needs to release no tool first
     #[arg(long, value_name = "FILE")]
     pub restore: Option<PathBuf>,
+    /// Stand by for the server that records this trace or folder: follow it, and go on in its place if it is
+    /// killed; with the options of its session. Its controller keeps its place, and feels no force before it
+    /// has released its tools
+    #[arg(long, value_name = "SESSION", conflicts_with = "restore")]
+    pub stand_by: Option<PathBuf>,
     /// Ticks that --out and --record have room for, 48 bytes of the disk each, and as many for each
     /// --tool
     /// [default: --ticks or --seconds at 1 kHz, at most an hour; else ten minutes]
@@ -145,13 +151,16 @@ pub fn execute(args: &Args) -> Result<()> {
     let mut tissue = args.tissue.staged(model, args.stage.settings()?)?;
     let faults = faults(args)?;
     let options = options(args, &tissue, &faults)?;
+    let (scheme, precision) = (tissue.engine().scheme(), args.tissue.precision);
+    let begun = Recording::begin(tissue.engine(), scheme, precision, tissue.settings())?;
+    let Some(from) = origin(args, &begun, &mut tissue)? else {
+        return terminal::say("the other server has ended by itself: nothing to take over");
+    };
     // A scene that is refused leaves the folder as it was.
     let server = open(&options, tissue.engine(), args.state_hz)?;
     // Commands may set parameters: what is written is what the session began with.
     let settings = args.tissue.report(tissue.engine());
-    let (scheme, precision) = (tissue.engine().scheme(), args.tissue.precision);
-    let begun = Recording::begin(tissue.engine(), scheme, precision, tissue.settings())?;
-    let (folder, mut recorder, server) = recorded(args, begun, &image, server, &mut tissue)?;
+    let (folder, mut recorder, server) = recorded(args, begun, &image, server, from, &mut tissue)?;
     server.say_ready()?;
     let report = server.run(&mut tissue, &mut recorder)?;
     let verdict = args.verdict.judge(counts(&report, tissue.engine()));
@@ -227,6 +236,28 @@ fn open(options: &ServeOptions, engine: &Engine<'_>, state_hz: u32) -> Result<Se
     server.with_contacts(tools, state_hz)?.with_commands()
 }
 
+/// Where the session goes on from: a snapshot, the end of a killed server, or rest (the inner `None`). The outer
+/// `None` for a server that has ended by itself, for which this one stood by.
+fn origin(
+    args: &Args,
+    begun: &Recording,
+    tissue: &mut Staged<'_>,
+) -> Result<Option<Option<SessionSnapshot>>> {
+    if let Some(session) = &args.stand_by {
+        // What could not be recorded later is refused here.
+        if let Some(record) = &args.record {
+            recording::check_place(record, args.folder.force)?;
+        }
+        if let Some(out) = &args.folder.out {
+            Folder::open(out, args.folder.force)?;
+        }
+        let taken = stand_by(session, begun.bytes(), args.common.scene.as_deref(), tissue)?;
+        return Ok(taken.map(Some));
+    }
+    let restored = args.restore.as_ref().map(|path| restore(path, begun.bytes(), tissue));
+    restored.transpose().map(Some)
+}
+
 /// Where the session is recorded and takes snapshots, at rest or where it goes on from: then its trace
 /// begins with that snapshot, and a copy of it stands beside.
 fn recorded(
@@ -234,10 +265,9 @@ fn recorded(
     begun: Recording,
     image: &ImageBytes,
     mut server: Server,
+    from: Option<SessionSnapshot>,
     tissue: &mut Staged<'_>,
 ) -> Result<(Option<Folder>, Recorder, Server)> {
-    let from =
-        args.restore.as_ref().map(|path| restore(path, begun.bytes(), tissue)).transpose()?;
     let places =
         [args.record.clone(), args.folder.out.as_ref().map(|out| out.join(recording::TRACE))];
     // Before anything is replaced.
@@ -246,10 +276,11 @@ fn recorded(
     let (folder, mut recorder) = recorder(args, begun, image, tissue.tools())?;
     let of_folder = folder.as_ref().map(|folder| folder.file(recording::TRACE));
     let trace = args.record.clone().or(of_folder);
-    if let Some((snapshot, checksum)) = from {
+    if let Some(snapshot) = from {
         let SessionSnapshot { tick, publisher, released, is_paused, .. } = snapshot;
+        let (bytes, checksum) = snapshot.to_bytes();
         if let Some(trace) = &trace {
-            write_whole(&snapshot::start_place(trace), &snapshot.to_bytes().0)?;
+            write_whole(&snapshot::start_place(trace), &bytes)?;
         }
         let (command, hash) = (Command::Snapshot { checksum }, tissue.state_hash());
         recorder.command(CommandRecord { tick, command, state_hash: Some(hash) });

@@ -4,7 +4,7 @@ use std::thread::sleep;
 use std::time::Duration;
 
 use chaincell_kernel::trace::{Decoder, End, RECORD_BYTES, Reader};
-use chaincell_kernel::{Flags, TickOutput};
+use chaincell_kernel::{Flags, TOOLS_MAX, TickOutput};
 use serde::Serialize;
 
 use super::frame::{Ask, Frame};
@@ -113,6 +113,8 @@ pub struct FollowReport {
     pub largest_lag_records: u32,
     /// True if the recording has ended, and all of it was followed.
     pub has_ended: bool,
+    /// True if it ended since its program was killed.
+    pub was_killed: bool,
     /// The first tick that came out otherwise.
     pub first_difference: Option<Difference>,
 }
@@ -273,8 +275,8 @@ impl<'a, 'm> Follower<'a, 'm> {
                 self.note_newest(newest);
                 Ok(false)
             }
-            Frame::End { .. } => {
-                self.report.has_ended = true;
+            Frame::End { is_whole, .. } => {
+                (self.report.has_ended, self.report.was_killed) = (true, !is_whole);
                 Ok(true)
             }
             Frame::Refused(why) => Err(Error::input(format!("the mirror says: {why}"))),
@@ -384,6 +386,28 @@ impl<'a, 'm> Follower<'a, 'm> {
             ..StateHeader::default()
         };
         show.show(now_ns(), header, self.last.poses.each(), self.tissue);
+    }
+
+    /// The session between its last tick and the next one, with its tissue; `begun` is what its trace begins
+    /// with, and `publisher` the id of the one in charge, 0 if that is unknown. A tool counts as released if it
+    /// was engaged in the last tick.
+    ///
+    /// # Errors
+    /// A tissue that cannot be saved.
+    pub fn snapshot(&mut self, begun: &[u8], publisher: u128) -> Result<SessionSnapshot> {
+        let mut released = [false; TOOLS_MAX];
+        for (released, pose) in released.iter_mut().zip(self.last.poses.each()) {
+            *released = pose.engaged == 1;
+        }
+        let saved = self.tissue.saved();
+        Ok(SessionSnapshot {
+            tick: self.last.tick,
+            publisher,
+            released,
+            is_paused: self.player.is_paused(),
+            begun: begun.to_vec(),
+            saved: saved.ok_or_else(|| Error::check("the tissue cannot be saved"))?,
+        })
     }
 
     /// What was followed so far.

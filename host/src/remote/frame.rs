@@ -9,7 +9,7 @@
 //!            a snapshot of the session
 //! 4 records  4 bytes index of the first one, 4 bytes number of records that the trace has, then whole records
 //! 5 alive    4 bytes number of records that the trace has
-//! 6 end      4 bytes number of records that the trace has: nothing is recorded to it any more
+//! 6 end      4 bytes number of records that the trace has, 4 bytes 1 if its writer has ended it, 0 if it was killed
 //! 7 refused  a sentence
 //! 8 ask      sent to a mirror that listens: see [`Ask`]
 //! ```
@@ -62,6 +62,8 @@ pub enum Frame {
     End {
         /// Number of records that the trace has.
         newest: u32,
+        /// True if its writer has ended it, false if that was killed.
+        is_whole: bool,
     },
     /// Why the mirror sends nothing further.
     Refused(String),
@@ -148,7 +150,7 @@ impl Frame {
             }
             Self::Records { first, newest, bytes } => (4, vec![*first, *newest], bytes),
             Self::Alive { newest } => (5, vec![*newest], &[]),
-            Self::End { newest } => (6, vec![*newest], &[]),
+            Self::End { newest, is_whole } => (6, vec![*newest, u32::from(*is_whole)], &[]),
             Self::Refused(why) => (7, vec![], why.as_bytes()),
             Self::Ask(Ask { goes_on, model }) => {
                 let (seal, record) = goes_on.unwrap_or_default();
@@ -205,7 +207,7 @@ impl Frame {
             }
             4 => Self::Records { first: number(0)?, newest: number(1)?, bytes: behind(2)? },
             5 => Self::Alive { newest: number(0)? },
-            6 => Self::End { newest: number(0)? },
+            6 => Self::End { newest: number(0)?, is_whole: number(1)? != 0 },
             7 => Self::Refused(String::from_utf8_lossy(content).into_owned()),
             8 => {
                 let (has, goes_on) = (number(0)?, (number(1)?, number(2)?));
@@ -228,7 +230,7 @@ mod tests {
             Frame::Start { records: 40, last_tick: 1 << 40 | 7, snapshot: vec![4; 100] },
             Frame::Records { first: 3, newest: 5, bytes: vec![5; 96] },
             Frame::Alive { newest: 5 },
-            Frame::End { newest: 6 },
+            Frame::End { newest: 6, is_whole: true },
             Frame::Refused("no".into()),
             Frame::Ask(Ask::default()),
             Frame::Ask(Ask { goes_on: Some((0, 0)), model: None }),

@@ -25,7 +25,7 @@ const MANY_RECORDS: usize = 4096;
 /// Time after which a frame is sent although there is no record.
 const ALIVE: Duration = Duration::from_millis(100);
 /// Time without a record after which the writer is looked for.
-const QUIET: Duration = Duration::from_millis(200);
+const QUIET: Duration = Duration::from_millis(20);
 
 /// Where a session is recorded.
 #[derive(Debug, Clone)]
@@ -161,7 +161,8 @@ impl Mirror {
             } else if came.elapsed() >= QUIET && !self.tail.is_written() {
                 // The last records may have come since the look.
                 if self.tail.records(next, 1)?.is_empty() {
-                    Frame::End { newest: next }.write(to)?;
+                    let is_whole = self.tail.is_whole(next)?;
+                    Frame::End { newest: next, is_whole }.write(to)?;
                     to.flush()?;
                     return Ok(Stopped::Ended);
                 }

@@ -23,5 +23,6 @@ mod processes;
 mod replayed;
 mod snapshot;
 mod stage;
+mod stand_by;
 mod tools;
 mod view;

@@ -91,6 +91,12 @@ impl Player {
         Self { is_paused, poses, one, last, played: Played::default() }
     }
 
+    /// True while the session is paused.
+    #[must_use]
+    pub fn is_paused(&self) -> bool {
+        self.is_paused
+    }
+
     /// Numbers of what has been played.
     #[must_use]
     pub fn played(&self) -> Played {

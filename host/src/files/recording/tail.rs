@@ -107,9 +107,7 @@ impl Tail {
     /// # Errors
     /// The system's error.
     pub fn count(&self) -> Result<u32> {
-        let length =
-            self.file.metadata().map_err(|why| Error::file("read", &self.path, why))?.len();
-        let places = length.saturating_sub(self.header_bytes as u64) / RECORD_BYTES as u64;
+        let places = self.bytes()?.saturating_sub(self.header_bytes as u64) / RECORD_BYTES as u64;
         let (mut written, mut end) =
             (self.first_record(), u32::try_from(places).unwrap_or(u32::MAX));
         while written < end {
@@ -143,6 +141,22 @@ impl Tail {
             }
             from += records.len() as u32;
         }
+    }
+
+    /// Length of the file \[bytes\].
+    fn bytes(&self) -> Result<u64> {
+        let details = self.file.metadata();
+        details.map(|of| of.len()).map_err(|why| Error::file("read", &self.path, why))
+    }
+
+    /// Returns true if the file ends with its `count` records: its writer has ended it. That of a killed one has
+    /// room for more.
+    ///
+    /// # Errors
+    /// The system's error.
+    pub fn is_whole(&self, count: u32) -> Result<bool> {
+        let bytes = self.header_bytes as u64 + u64::from(count) * RECORD_BYTES as u64;
+        Ok(self.bytes()? <= bytes)
     }
 
     /// Returns true while a program records to the file.

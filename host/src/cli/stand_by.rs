@@ -1,0 +1,66 @@
+//! Standing by for a server on the same machine: its session is followed, and goes on here if it is killed.
+
+use std::path::Path;
+
+use super::recorded::trace_path;
+use super::restore::OTHER;
+use crate::engine::staged::Staged;
+use crate::engine::tissue::TissueEngine;
+use crate::error::{Error, Result};
+use crate::files::snapshot::SessionSnapshot;
+use crate::remote::follow::{Follower, join};
+use crate::remote::intake::Intake;
+use crate::remote::mirror::Place;
+use crate::remote::way::Local;
+use crate::session::ipc;
+use crate::session::ipc::services::Domain;
+use crate::terminal;
+
+/// Follows the session that another server records, with a tissue at rest that was set up like its own; `begun`
+/// is what a trace of it begins with. Returns the session at its last record once that server is killed, `None`
+/// if it ends by itself.
+///
+/// # Errors
+/// A session that cannot be followed, or that was started otherwise; a tick that differs; Ctrl-C.
+pub fn stand_by(
+    session: &Path,
+    begun: &[u8],
+    scene: Option<&str>,
+    tissue: &mut Staged<'_>,
+) -> Result<Option<SessionSnapshot>> {
+    // Join, from the newest snapshot.
+    let place = Place { trace: trace_path(session), model: None };
+    let mut intake = Intake::new(Box::new(Local::new(place)));
+    let joined = join(&mut intake, Some(tissue.model_checksum()), 0)?;
+    if joined.begun != begun {
+        return Err(Error::file("stand by for", session, OTHER));
+    }
+    if let Some(begin) = &joined.start {
+        tissue.restore(&begin.snapshot.saved)?;
+    }
+    let scene = ipc::open(scene, &Domain::default())?;
+    terminal::say("standing by")?;
+    // Follow to the end.
+    let mut follower = Follower::new(intake, &joined, tissue, None)?;
+    follower.run(joined, |_, _| Ok(()))?;
+    let report = follower.report();
+    if let Some(of) = report.first_difference {
+        return Err(Error::check(format!(
+            "tick {} (record {}) is the first that differs from the session of {}",
+            of.tick,
+            of.record,
+            session.display()
+        )));
+    }
+    if !report.was_killed {
+        return Ok(None);
+    }
+    // Its controller goes on if no other program could have been it.
+    let publisher = scene.only_pose_publisher().unwrap_or(0);
+    terminal::note(format_args!(
+        "note: the server of {} was killed after tick {}: taking over",
+        session.display(),
+        report.last_tick
+    ));
+    follower.snapshot(begun, publisher).map(Some)
+}
