@@ -33,6 +33,8 @@ use crate::files::recording::{self, Recording, TraceFile};
 use crate::files::snapshot::{self, SessionSnapshot};
 use crate::files::whole::write_whole;
 use crate::input;
+use crate::session::ipc;
+use crate::session::ipc::services::SceneServices;
 use crate::session::loops::inject::Faults;
 use crate::session::loops::record::{Recorder, Row};
 use crate::session::loops::serve::{
@@ -153,14 +155,12 @@ pub fn execute(args: &Args) -> Result<()> {
     let options = options(args, &tissue, &faults)?;
     let (scheme, precision) = (tissue.engine().scheme(), args.tissue.precision);
     let begun = Recording::begin(tissue.engine(), scheme, precision, tissue.settings())?;
-    let Some(from) = origin(args, &begun, &mut tissue)? else {
-        return terminal::say("the other server has ended by itself: nothing to take over");
-    };
-    // A scene that is refused leaves the folder as it was.
-    let server = open(&options, tissue.engine(), args.state_hz)?;
     // Commands may set parameters: what is written is what the session began with.
     let settings = args.tissue.report(tissue.engine());
-    let (folder, mut recorder, server) = recorded(args, begun, &image, server, from, &mut tissue)?;
+    let begins = begin(args, &options, begun, &image, &mut tissue)?;
+    let Some(Begins { server, folder, mut recorder }) = begins else {
+        return terminal::say("the other server has ended by itself: nothing to take over");
+    };
     server.say_ready()?;
     let report = server.run(&mut tissue, &mut recorder)?;
     let verdict = args.verdict.judge(counts(&report, tissue.engine()));
@@ -229,67 +229,102 @@ fn options(args: &Args, tissue: &Staged<'_>, faults: &Faults) -> Result<ServeOpt
     })
 }
 
+/// A server that is ready, and where it records.
+struct Begins {
+    server: Server,
+    folder: Option<Folder>,
+    recorder: Recorder,
+}
+
+/// Begins at rest, from a snapshot, or in the place of a killed server; `None` where that has ended by itself.
+fn begin(
+    args: &Args,
+    options: &ServeOptions,
+    begun: Recording,
+    image: &ImageBytes,
+    tissue: &mut Staged<'_>,
+) -> Result<Option<Begins>> {
+    let scene = ipc::open(args.common.scene.as_deref(), &options.domain)?;
+    let header = begun.bytes().to_vec();
+    let (server, from, mut recorded) = match &args.stand_by {
+        None => {
+            // A scene that is refused leaves the folder as it was.
+            let server = open(scene, options, tissue.engine(), args.state_hz)?;
+            let from = args.restore.as_ref().map(|path| restore(path, &header, tissue));
+            let from = from.transpose()?;
+            (server, from, recorded(args, begun, image, tissue.tools())?)
+        }
+        Some(session) => {
+            // What takes time is done before there is something to take over.
+            let mut recorded = recorded(args, begun, image, tissue.tools())?;
+            let Some(from) = stand_by(session, &header, &scene, tissue)? else {
+                recorded.recorder.finish_trace()?;
+                return Ok(None);
+            };
+            let server = open(scene, options, tissue.engine(), args.state_hz)?;
+            (server, Some(from), recorded)
+        }
+    };
+    let server = recorded.go_on(server, from, &header, tissue)?;
+    let Recorded { folder, recorder, .. } = recorded;
+    Ok(Some(Begins { server, folder, recorder }))
+}
+
 /// The server with all that it sends and takes.
-fn open(options: &ServeOptions, engine: &Engine<'_>, state_hz: u32) -> Result<Server> {
+fn open(
+    scene: SceneServices,
+    options: &ServeOptions,
+    engine: &Engine<'_>,
+    state_hz: u32,
+) -> Result<Server> {
     let (nodes, tools) = (engine.node_count(), engine.contact().tools());
-    let server = Server::open(options)?.with_state(nodes, state_hz)?;
+    let server = Server::on(scene, options)?.with_state(nodes, state_hz)?;
     server.with_contacts(tools, state_hz)?.with_commands()
 }
 
-/// Where the session goes on from: a snapshot, the end of a killed server, or rest (the inner `None`). The outer
-/// `None` for a server that has ended by itself, for which this one stood by.
-fn origin(
-    args: &Args,
-    begun: &Recording,
-    tissue: &mut Staged<'_>,
-) -> Result<Option<Option<SessionSnapshot>>> {
-    if let Some(session) = &args.stand_by {
-        // What could not be recorded later is refused here.
-        if let Some(record) = &args.record {
-            recording::check_place(record, args.folder.force)?;
-        }
-        if let Some(out) = &args.folder.out {
-            Folder::open(out, args.folder.force)?;
-        }
-        let taken = stand_by(session, begun.bytes(), args.common.scene.as_deref(), tissue)?;
-        return Ok(taken.map(Some));
-    }
-    let restored = args.restore.as_ref().map(|path| restore(path, begun.bytes(), tissue));
-    restored.transpose().map(Some)
+/// Where a session is recorded.
+struct Recorded {
+    folder: Option<Folder>,
+    recorder: Recorder,
+    trace: Option<PathBuf>,
 }
 
-/// Where the session is recorded and takes snapshots, at rest or where it goes on from: then its trace
-/// begins with that snapshot, and a copy of it stands beside.
-fn recorded(
-    args: &Args,
-    begun: Recording,
-    image: &ImageBytes,
-    mut server: Server,
-    from: Option<SessionSnapshot>,
-    tissue: &mut Staged<'_>,
-) -> Result<(Option<Folder>, Recorder, Server)> {
+/// Makes room for the session's trace; nothing that is an input is replaced.
+fn recorded(args: &Args, begun: Recording, image: &ImageBytes, tools: usize) -> Result<Recorded> {
     let places =
         [args.record.clone(), args.folder.out.as_ref().map(|out| out.join(recording::TRACE))];
-    // Before anything is replaced.
     places.iter().flatten().try_for_each(|trace| input::keep(&snapshot::start_place(trace)))?;
-    let header = begun.bytes().to_vec();
-    let (folder, mut recorder) = recorder(args, begun, image, tissue.tools())?;
+    let (folder, recorder) = recorder(args, begun, image, tools)?;
     let of_folder = folder.as_ref().map(|folder| folder.file(recording::TRACE));
     let trace = args.record.clone().or(of_folder);
-    if let Some(snapshot) = from {
-        let SessionSnapshot { tick, publisher, released, is_paused, .. } = snapshot;
-        let (bytes, checksum) = snapshot.to_bytes();
-        if let Some(trace) = &trace {
-            write_whole(&snapshot::start_place(trace), &bytes)?;
+    Ok(Recorded { folder, recorder, trace })
+}
+
+impl Recorded {
+    /// Lets a server go on from a snapshot, if there is one: the trace then begins with it, and a copy stands
+    /// beside. `header` is what the trace begins with.
+    fn go_on(
+        &mut self,
+        mut server: Server,
+        from: Option<SessionSnapshot>,
+        header: &[u8],
+        tissue: &mut Staged<'_>,
+    ) -> Result<Server> {
+        if let Some(snapshot) = from {
+            let SessionSnapshot { tick, publisher, released, is_paused, .. } = snapshot;
+            let (bytes, checksum) = snapshot.to_bytes();
+            if let Some(trace) = &self.trace {
+                write_whole(&snapshot::start_place(trace), &bytes)?;
+            }
+            let (command, hash) = (Command::Snapshot { checksum }, tissue.state_hash());
+            self.recorder.command(CommandRecord { tick, command, state_hash: Some(hash) });
+            server = server.resuming(Resumed { tick, publisher, released, is_paused });
         }
-        let (command, hash) = (Command::Snapshot { checksum }, tissue.state_hash());
-        recorder.command(CommandRecord { tick, command, state_hash: Some(hash) });
-        server = server.resuming(Resumed { tick, publisher, released, is_paused });
+        Ok(match self.trace.clone() {
+            Some(trace) => server.with_snapshots(SnapshotPlace { trace, begun: header.to_vec() }),
+            None => server,
+        })
     }
-    if let Some(trace) = trace {
-        server = server.with_snapshots(SnapshotPlace { trace, begun: header });
-    }
-    Ok((folder, recorder, server))
 }
 
 /// The poses as executed; of several tools also what each felt.

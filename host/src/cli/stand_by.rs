@@ -12,8 +12,7 @@ use crate::remote::follow::{Follower, join};
 use crate::remote::intake::Intake;
 use crate::remote::mirror::Place;
 use crate::remote::way::Local;
-use crate::session::ipc;
-use crate::session::ipc::services::Domain;
+use crate::session::ipc::services::SceneServices;
 use crate::terminal;
 
 /// Follows the session that another server records, with a tissue at rest that was set up like its own; `begun`
@@ -25,7 +24,7 @@ use crate::terminal;
 pub fn stand_by(
     session: &Path,
     begun: &[u8],
-    scene: Option<&str>,
+    scene: &SceneServices,
     tissue: &mut Staged<'_>,
 ) -> Result<Option<SessionSnapshot>> {
     // Join, from the newest snapshot.
@@ -38,7 +37,6 @@ pub fn stand_by(
     if let Some(begin) = &joined.start {
         tissue.restore(&begin.snapshot.saved)?;
     }
-    let scene = ipc::open(scene, &Domain::default())?;
     terminal::say("standing by")?;
     // Follow to the end.
     let mut follower = Follower::new(intake, &joined, tissue, None)?;

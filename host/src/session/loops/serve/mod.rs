@@ -98,6 +98,14 @@ pub fn serve(
 impl Server {
     /// Opens the scene's services; refused while another server is alive on the scene.
     pub fn open(options: &ServeOptions) -> Result<Self> {
+        Self::on(ipc::open(options.scene.as_deref(), &options.domain)?, options)
+    }
+
+    /// Like [`Self::open`], on an open scene.
+    ///
+    /// # Errors
+    /// Another server that is alive on it; a length or a rate out of range.
+    pub fn on(scene: SceneServices, options: &ServeOptions) -> Result<Self> {
         let length_ns = match options.seconds {
             Some(seconds) => span_ns("`seconds`", seconds)?,
             None => u64::MAX,
@@ -106,7 +114,6 @@ impl Server {
         if options.ends_with_parent {
             realtime::end_with_parent()?;
         }
-        let scene = ipc::open(options.scene.as_deref(), &options.domain)?;
         let ports = ServePorts::open(&scene, options.wait == Wait::Event)?;
         Ok(Self {
             options: options.clone(),
