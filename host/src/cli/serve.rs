@@ -16,7 +16,7 @@ use super::shared::{
     FolderArgs, PrintArgs, SilenceArgs, note_cut, tell_cut, tell_relaxed, tell_view,
 };
 use super::stage::{StageArgs, StageReport};
-use super::stand_by::stand_by;
+use super::stand_by::StandBy;
 use super::tissue::{TissueArgs, TissueReport};
 use super::verdict::{Counts, Verdict, VerdictArgs};
 use crate::bake::ImageBytes;
@@ -256,8 +256,9 @@ fn begin(
         }
         Some(session) => {
             // What takes time is done before there is something to take over.
+            let stand_by = StandBy::join(session, &header, tissue)?;
             let mut recorded = recorded(args, begun, image, tissue.tools())?;
-            let Some(from) = stand_by(session, &header, &scene, tissue)? else {
+            let Some(from) = stand_by.wait(&scene, tissue)? else {
                 recorded.recorder.finish_trace()?;
                 return Ok(None);
             };

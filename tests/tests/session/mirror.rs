@@ -156,18 +156,33 @@ fn one_that_comes_late_begins_from_the_newest_snapshot_in_a_pause_too() {
     place.command(&["snapshot"]).with(0);
     let trace = place.file("late.trace");
     let late = follower(text(&out), &["--record", text(&trace)]);
-    // Five poses are lost, which the output stage hears of.
-    outsider.play(TICKS + 35..TICKS + 45, pose);
+    outsider.play(TICKS + 30..TICKS + 40, pose);
     place.command(&["resume"]).with(0);
-    outsider.play(TICKS + 45..2 * TICKS, pose);
+    outsider.play(TICKS + 40..2 * TICKS, pose);
     // Its trace is followed too.
     let next = follower(text(&trace), &["--model", text(&place.model)]);
     let served = server.interrupt().with(130).json();
     let ticks = same(late.end(SHORT), &served);
-    assert_eq!(ticks, TICKS - 35);
+    assert_eq!(ticks, TICKS - 30);
     assert_eq!(same(next.end(SHORT), &served), ticks);
     let replayed = run(["replay", text(&trace), "--model", text(&place.model), "--json"]).with(0);
     assert_eq!(replayed.json()["state_hash"], served["state_hash"]);
+}
+
+/// The output stage hears of them, whatever the trace is played from.
+#[test]
+fn poses_that_are_lost_right_behind_a_snapshot_count() {
+    let _turn = turn();
+    let place = Place::stiff("mirror-lost");
+    let (server, out, outsider) = session(&place);
+    outsider.play(0..20, pose);
+    place.command(&["snapshot"]).with(0);
+    outsider.play(50..TICKS, pose);
+    let served = server.interrupt().with(130).json();
+    let followed = run(["follow", text(&out), "--json"]);
+    assert_eq!(same(followed, &served), TICKS - 50);
+    let replayed = run(["replay", text(&out), "--from", "19", "--json"]).with(0).json();
+    assert_eq!(replayed["state_hash"], served["state_hash"]);
 }
 
 #[test]

@@ -90,7 +90,7 @@ fn start(session: &Path) -> (String, u64) {
     (format!("{:016x}", mark.state_hash.unwrap()), mark.tick)
 }
 
-// REQ-COS-29
+// REQ-COS-13
 #[test]
 fn a_killed_servers_session_goes_on_without_a_jump() {
     let _turn = turn();

@@ -1,0 +1,61 @@
+"""How far a followed trace is behind the one that it follows, while both are written.
+
+    lag.py TRACE FOLLOWED SECONDS [CUT_AT_S,CUT_S ...]
+
+Both have the same header. Prints the lag in records outside of the cuts and of two seconds after each, and how
+long after the end of each cut it took to be within 50 records.
+"""
+
+import struct
+import sys
+import time
+
+RECORD_BYTES = 48
+STEP_S = 0.005
+WITHIN_RECORDS = 50
+MADE_UP_S = 2.0
+
+
+class Count:
+    """Counts the records of a growing trace."""
+
+    def __init__(self, path):
+        self.file = open(path, "rb")
+        (self.header_bytes,) = struct.unpack("<I", self.file.read(16)[12:])
+        self.count = 0
+
+    def now(self):
+        while True:
+            self.file.seek(self.header_bytes + self.count * RECORD_BYTES + RECORD_BYTES - 4)
+            seal = self.file.read(4)
+            if len(seal) < 4 or seal == bytes(4):
+                return self.count
+            self.count += 1
+
+
+def main():
+    source, followed = Count(sys.argv[1]), Count(sys.argv[2])
+    seconds = float(sys.argv[3])
+    cuts = [tuple(map(float, cut.split(","))) for cut in sys.argv[4:]]
+    begin, lags, made_up = time.monotonic(), [], {}
+    while (now_s := time.monotonic() - begin) < seconds:
+        behind = followed.now()
+        lag = source.now() - behind
+        for at_s, length_s in cuts:
+            end_s = at_s + length_s
+            if end_s <= now_s and at_s not in made_up and lag <= WITHIN_RECORDS:
+                made_up[at_s] = now_s - end_s
+        if not any(at_s <= now_s <= at_s + length_s + MADE_UP_S for at_s, length_s in cuts):
+            lags.append(lag)
+        time.sleep(STEP_S)
+    lags.sort()
+    at = lambda share: lags[min(len(lags) - 1, int(share * len(lags)))]
+    print(f"lag p50 {at(0.5)}, p99 {at(0.99)}, max {lags[-1]} records of {source.now()}")
+    for at_s, span_s in made_up.items():
+        print(f"cut at {at_s:.0f} s made up {span_s:.2f} s after its end")
+    if len(made_up) < len(cuts):
+        print(f"{len(cuts) - len(made_up)} cuts were not made up")
+
+
+if __name__ == "__main__":
+    main()
