@@ -20,7 +20,7 @@ class Count:
     """Counts the records of a growing trace."""
 
     def __init__(self, path):
-        self.file = open(path, "rb")
+        self.file = open(path, "rb", buffering=0)  # it grows
         (self.header_bytes,) = struct.unpack("<I", self.file.read(16)[12:])
         self.count = 0
 

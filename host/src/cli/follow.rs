@@ -152,7 +152,7 @@ fn way(args: &Args) -> Result<Box<dyn Way>> {
         return Ok(Box::new(Input));
     }
     let Some(address) = source.strip_prefix(TCP) else {
-        let place = Place { trace: trace_path(Path::new(source)), model: args.model.clone() };
+        let place = Place::of(trace_path(Path::new(source)));
         return Ok(Box::new(Local::new(place)));
     };
     let addresses = address.to_socket_addrs();
@@ -198,7 +198,7 @@ fn record(args: &Args, path: &Path, joined: &Joined, tissue: &mut Staged<'_>) ->
     Ok(trace)
 }
 
-/// Hears what the follower tells: records it, and prints a line a second.
+/// Records the steps of the follower, and prints a line a second.
 struct Teller {
     json: bool,
     trace: Option<TraceFile>,

@@ -38,6 +38,10 @@ pub struct Args {
     /// Model file of the session, for followers that have none [default: model.chaincell beside the trace]
     #[arg(long, value_name = "MODEL")]
     model: Option<PathBuf>,
+    /// Scene of the server that records: for a follower that joins two seconds or more behind the newest snapshot
+    /// it takes one between two ticks
+    #[arg(long, value_name = "NAME")]
+    scene: Option<String>,
     /// Listen here for any number of followers, up to 64 at a time, until Ctrl-C
     #[arg(long, value_name = "ADDRESS:PORT", conflicts_with_all = ["goes_on", "has_model"])]
     listen: Option<SocketAddr>,
@@ -45,7 +49,7 @@ pub struct Args {
     /// nothing is encrypted
     #[arg(long, requires = "listen")]
     open_to_network: bool,
-    /// What a follower asks for that goes on after a cut; `follow` adds it
+    /// The request of a follower that goes on after a cut; `follow` adds it
     #[arg(long, value_name = "SEAL:RECORD", hide = true, value_parser = goes_on)]
     goes_on: Option<(u32, u32)>,
     /// Checksum of the model that a follower has; `follow` adds it
@@ -63,7 +67,11 @@ fn goes_on(text: &str) -> std::result::Result<(u32, u32), String> {
 }
 
 pub fn execute(args: &Args) -> Result<()> {
-    let place = Place { trace: trace_path(&args.trace), model: args.model.clone() };
+    let place = Place {
+        trace: trace_path(&args.trace),
+        model: args.model.clone(),
+        scene: args.scene.clone(),
+    };
     let mirror = Mirror::open(&place)?;
     if let Some(address) = args.listen {
         return listen(address, args.open_to_network, &place);

@@ -255,7 +255,7 @@ fn begin(
             (server, from, recorded(args, begun, image, tissue.tools())?)
         }
         Some(session) => {
-            // What takes time is done before there is something to take over.
+            // Join, and make room for the trace, before there is something to take over.
             let stand_by = StandBy::join(session, &header, tissue)?;
             let mut recorded = recorded(args, begun, image, tissue.tools())?;
             let Some(from) = stand_by.wait(&scene, tissue)? else {

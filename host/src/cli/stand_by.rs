@@ -29,7 +29,7 @@ impl<'a> StandBy<'a> {
     /// # Errors
     /// A session that cannot be followed, or that was started otherwise.
     pub fn join(session: &'a Path, begun: &[u8], tissue: &Staged<'_>) -> Result<Self> {
-        let place = Place { trace: trace_path(session), model: None };
+        let place = Place::of(trace_path(session));
         let mut intake = Intake::new(Box::new(Local::new(place)));
         let joined = join(&mut intake, Some(tissue.model_checksum()), 0)?;
         match joined.begun == begun {

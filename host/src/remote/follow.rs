@@ -25,7 +25,7 @@ use crate::session::timing::clock::now_ns;
 /// Time between looks for viewers while no record comes.
 const LOOK: Duration = Duration::from_millis(5);
 /// Pause before a stream is opened again.
-const AGAIN: Duration = Duration::from_millis(250);
+const AGAIN: Duration = Duration::from_millis(100);
 
 /// A session as a follower joined it.
 #[derive(Debug)]

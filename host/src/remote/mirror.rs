@@ -9,13 +9,18 @@ use std::path::PathBuf;
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-use chaincell_kernel::trace::{RECORD_BYTES, Reader};
+use chaincell_kernel::trace::{Command, RECORD_BYTES, Reader};
 
 use super::frame::{Ask, Frame, write_head};
 use crate::error::{Error, Result};
 use crate::files::recording::{MODEL, Mark, Tail, seal_of};
 use crate::files::snapshot::{SessionSnapshot, place, start_place};
 use crate::interrupt;
+use crate::session::ipc;
+use crate::session::ipc::command::{CommandClient, refusal_text};
+use crate::session::ipc::payload::CommandMessage;
+use crate::session::ipc::services::Domain;
+use crate::session::timing::clock::SECOND_NS;
 
 /// Time between looks for new records.
 const LOOK: Duration = Duration::from_millis(10);
@@ -27,6 +32,11 @@ const ALIVE: Duration = Duration::from_millis(100);
 /// Time without a record after which the writer is looked for.
 const QUIET: Duration = Duration::from_millis(20);
 
+/// Records behind the newest snapshot that make a follower late.
+const LATE_RECORDS: u32 = 2000;
+/// Longest wait for a snapshot \[ns\].
+const REPLY_NS: u64 = 5 * SECOND_NS;
+
 /// Where a session is recorded.
 #[derive(Debug, Clone)]
 pub struct Place {
@@ -34,6 +44,16 @@ pub struct Place {
     pub trace: PathBuf,
     /// The model; `None` for that beside the trace.
     pub model: Option<PathBuf>,
+    /// Scene of the server that records, which then takes a snapshot for a late follower.
+    pub scene: Option<String>,
+}
+
+impl Place {
+    /// A trace with the model beside it.
+    #[must_use]
+    pub fn of(trace: PathBuf) -> Self {
+        Self { trace, model: None, scene: None }
+    }
 }
 
 /// A trace that is sent to one follower.
@@ -103,7 +123,16 @@ impl Mirror {
 
     /// Sends the newest snapshot; returns the index of the record after it.
     fn send_start(&self, to: &mut impl Write) -> std::result::Result<u32, Failed> {
-        let marks = self.tail.marks()?;
+        let mut marks = self.tail.marks()?;
+        let newest = marks.last().map_or(0, |mark| mark.record);
+        if let Some(scene) = &self.place.scene
+            && self.tail.count()?.saturating_sub(newest) > LATE_RECORDS
+        {
+            match take_snapshot(scene) {
+                Ok(()) => marks = self.tail.marks()?,
+                Err(why) => log::warn!("no snapshot of {scene} for a late follower: {why}"),
+            }
+        }
         let first = self.tail.first_record();
         let begins_from = marks.first().copied().filter(|mark| mark.record == first);
         for mark in marks.iter().rev() {
@@ -195,6 +224,21 @@ impl Mirror {
         let why =
             "it holds another session than the one that is followed: start the follower again";
         Err(Error::file("mirror", self.tail.path(), why))
+    }
+}
+
+/// Lets the server of a scene take a snapshot, and waits until it is written.
+fn take_snapshot(scene: &str) -> Result<()> {
+    let scene = ipc::open(Some(scene), &Domain::default())?;
+    let client = CommandClient::open(&scene)?;
+    if !client.is_served() {
+        return Err(Error::input("no server is there"));
+    }
+    let command = CommandMessage::new(&Command::Snapshot { checksum: 0 });
+    let reply = client.send(command, REPLY_NS, interrupt::asked)?;
+    match reply.result {
+        0 => Ok(()),
+        _ => Err(Error::input(refusal_text(reply.reason))),
     }
 }
 

@@ -4,14 +4,17 @@ use std::fmt;
 use std::io::{self, Read, Write};
 use std::net::{Shutdown, SocketAddr, TcpStream};
 use std::process::{Child, Command, Stdio};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use super::frame::{Ask, Frame};
 use super::mirror::{Mirror, Place};
 use crate::error::{Error, Result};
 
-/// Longest wait for a connection.
-const CONNECT: Duration = Duration::from_secs(1);
+/// Longest wait for the first connection.
+const CONNECT: Duration = Duration::from_secs(5);
+/// Bounds of that for later ones, which is four times the last one's. The system repeats a lost request after a
+/// second, so that a new one comes sooner.
+const CONNECT_AGAIN: [Duration; 2] = [Duration::from_millis(200), CONNECT];
 
 /// A stream of bytes from a mirror, opened anew after each cut.
 pub trait Way: fmt::Debug + Send {
@@ -94,19 +97,23 @@ impl Drop for Program {
 pub struct Tcp {
     address: SocketAddr,
     stream: Option<TcpStream>,
+    /// Longest wait for the next connection.
+    connect: Duration,
 }
 
 impl Tcp {
     /// A mirror at this address.
     #[must_use]
     pub fn new(address: SocketAddr) -> Self {
-        Self { address, stream: None }
+        Self { address, stream: None, connect: CONNECT }
     }
 }
 
 impl Way for Tcp {
     fn open(&mut self, ask: &Ask) -> Result<Box<dyn Read + Send>> {
-        let opened = TcpStream::connect_timeout(&self.address, CONNECT).and_then(|mut stream| {
+        let start = Instant::now();
+        let opened = TcpStream::connect_timeout(&self.address, self.connect);
+        let opened = opened.and_then(|mut stream| {
             let mut asked = Vec::new();
             Frame::Ask(*ask).write(&mut asked)?;
             stream.write_all(&asked)?;
@@ -114,6 +121,8 @@ impl Way for Tcp {
         });
         let (stream, read) =
             opened.map_err(|why| Error::input(format!("tcp:{}: {why}", self.address)))?;
+        let [least, most] = CONNECT_AGAIN;
+        self.connect = (4 * start.elapsed()).clamp(least, most);
         self.stream = Some(stream);
         Ok(Box::new(read))
     }

@@ -5,6 +5,13 @@ use core::fmt;
 use super::{KIND_COMMAND, KIND_PART, KIND_POSE, KIND_TOOL_COMMAND};
 
 /// The end of the records of a trace.
+///
+/// ```
+/// use chaincell_kernel::trace::End;
+///
+/// assert_eq!(End::Cut(7).to_string(), "cut within record 7"); // the records before it are sound
+/// assert!(End::Damaged(7).to_string().ends_with("copy it again"));
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum End {
     /// The records end with the trace.

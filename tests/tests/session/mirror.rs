@@ -169,6 +169,22 @@ fn one_that_comes_late_begins_from_the_newest_snapshot_in_a_pause_too() {
     assert_eq!(replayed.json()["state_hash"], served["state_hash"]);
 }
 
+#[test]
+fn a_late_follower_gets_a_snapshot_from_the_server_of_the_scene() {
+    let _turn = turn();
+    let place = Place::new("mirror-later");
+    let (server, out, outsider) = session(&place);
+    let ticks = 2_100;
+    outsider.play(0..ticks, pose);
+    let program = chaincell().get_program().to_owned();
+    let mirror = [text(Path::new(&program)), "mirror", text(&out), "--scene", &place.scene];
+    let mut late = Running::chaincell([&["follow", "--json", "--"], &mirror[..]].concat());
+    late.wait_for_line("ready");
+    outsider.play(ticks..ticks + 50, pose);
+    let served = server.interrupt().with(130).json();
+    assert_eq!(same(late.end(SHORT), &served), 50);
+}
+
 /// The output stage hears of them, whatever the trace is played from.
 #[test]
 fn poses_that_are_lost_right_behind_a_snapshot_count() {

@@ -38,7 +38,7 @@ pub struct Played {
 pub struct Start {
     /// The replay starts after this record; `None` for the beginning.
     pub behind: Option<u32>,
-    /// Last tick before it in the same trace; the next one tells how many samples were lost between them.
+    /// Last tick before it in the same trace; the number of the next one says how many samples were lost.
     pub last_tick: Option<u64>,
     /// True if the session was paused there.
     pub is_paused: bool,
@@ -83,7 +83,7 @@ pub struct Player {
 }
 
 impl Player {
-    /// A player from `start` on, for a tissue of so many tools, 0 with held cells.
+    /// A player from `start` on, for a tissue of this number of tools, 0 with held cells.
     #[must_use]
     pub fn new(tools: usize, start: Start) -> Self {
         let Start { last_tick: last, is_paused, .. } = start;

@@ -17,7 +17,7 @@ use crate::error::Result;
 /// Name of the port for poses.
 const SHOW_PORT: &str = "chaincell.follow";
 
-/// What viewers of a session read.
+/// Publishers of the data that viewers of a session read.
 #[derive(Debug)]
 pub struct ShowPorts {
     state: Option<StatePublisher>,
