@@ -185,22 +185,6 @@ fn a_late_follower_gets_a_snapshot_from_the_server_of_the_scene() {
     assert_eq!(same(late.end(SHORT), &served), 50);
 }
 
-/// The output stage hears of them, whatever the trace is played from.
-#[test]
-fn poses_that_are_lost_right_behind_a_snapshot_count() {
-    let _turn = turn();
-    let place = Place::stiff("mirror-lost");
-    let (server, out, outsider) = session(&place);
-    outsider.play(0..20, pose);
-    place.command(&["snapshot"]).with(0);
-    outsider.play(50..TICKS, pose);
-    let served = server.interrupt().with(130).json();
-    let followed = run(["follow", text(&out), "--json"]);
-    assert_eq!(same(followed, &served), TICKS - 50);
-    let replayed = run(["replay", text(&out), "--from", "19", "--json"]).with(0).json();
-    assert_eq!(replayed["state_hash"], served["state_hash"]);
-}
-
 #[test]
 fn of_a_killed_server_all_whole_records_are_followed() {
     let _turn = turn();
