@@ -109,7 +109,8 @@ pub struct FollowReport {
     pub state_hash: String,
     /// Times that the stream was cut.
     pub cuts: u32,
-    /// Records by which the tissue was behind the trace when a frame came, outside of a cut: the most.
+    /// Most records by which the tissue was behind the trace when a frame came, besides those that it made up when
+    /// it joined and after a cut.
     pub largest_lag_records: u32,
     /// True if the recording has ended, and all of it was followed.
     pub has_ended: bool,
@@ -162,7 +163,8 @@ pub struct Follower<'a, 'm> {
     seal: u32,
     newest: u32,
     last: Last,
-    is_behind_cut: bool,
+    /// True until the first records and those of a cut are made up.
+    is_catching_up: bool,
     report: FollowReport,
 }
 
@@ -212,7 +214,7 @@ impl<'a, 'm> Follower<'a, 'm> {
             decoder,
             seal: CRC_32.checksum(&joined.begun),
             last: Last { tick, ticks: 0, output: TickOutput::NONE, poses },
-            is_behind_cut: false,
+            is_catching_up: true,
             report: FollowReport::default(),
         })
     }
@@ -253,7 +255,7 @@ impl<'a, 'm> Follower<'a, 'm> {
         told: &mut impl FnMut(&mut Staged<'m>, Told<'_>) -> Result<()>,
     ) -> Result<()> {
         self.report.cuts += 1;
-        self.is_behind_cut = true;
+        self.is_catching_up = true;
         told(self.tissue, Told::Cut(why))?;
         let goes_on = Some((self.seal, self.decoder.index()));
         self.intake.open_again(&Ask { goes_on, model: None }, AGAIN)?;
@@ -291,7 +293,7 @@ impl<'a, 'm> Follower<'a, 'm> {
     /// Notes how many records the trace has: outside of a cut, how far the tissue was behind.
     fn note_newest(&mut self, newest: u32) {
         let lag = self.newest.saturating_sub(self.decoder.index());
-        if !self.is_behind_cut {
+        if !self.is_catching_up {
             self.report.largest_lag_records = self.report.largest_lag_records.max(lag);
         }
         self.newest = newest;
@@ -319,7 +321,7 @@ impl<'a, 'm> Follower<'a, 'm> {
             }
         }
         if self.decoder.index() >= self.newest {
-            self.is_behind_cut = false;
+            self.is_catching_up = false;
         }
         Ok(false)
     }
