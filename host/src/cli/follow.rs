@@ -39,7 +39,8 @@ const RECORD_TICKS: usize = 600_000;
     chaincell follow tcp:127.0.0.1:7100 --scene far\n  \
     chaincell follow session --json\n\n\
     With --scene, `view`, `state`, `contacts` and any other viewer see the tissue as that of a server. After a cut of\n\
-    any length it asks for what it missed. It runs beside the session, never ahead of it.\n\n\
+    any length it asks for what it missed. It runs beside the session, never ahead of it. `serve --stand-by SESSION`\n\
+    follows too, and takes over from a server that is killed.\n\n\
     Exit code 0 when the recording has ended and every tick gave the recorded bits, 1 when one differs (the first\n\
     is named), 2 when the session cannot be followed."
 )]
