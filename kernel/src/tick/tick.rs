@@ -66,7 +66,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
         poses: &[ToolPose],
         mut budget: Budget<'_>,
     ) -> TickOutput {
-        self.head.given = 0.0;
+        (self.head.given, self.head.settled) = (0.0, 0);
         // Check network and sample; stop in the safe state if one is unusable.
         let mut flags = Flags::default();
         if self.head.model != Some(network.model().checksum()) {
@@ -149,7 +149,11 @@ impl<D: Dynamics> TissueMut<'_, D> {
             fallen = tick.context.level.fallen(&before);
             tick.settle();
         }
-        (tick.output(flags, sweeps), fallen)
+        let output = tick.output(flags, sweeps);
+        // Beyond a limit the body follows another motion than the tool's.
+        let is_clamped = output.flags.contains(Flags::MOTION_CLAMPED);
+        self.head.settled = if is_clamped { 0 } else { sweeps };
+        (output, fallen)
     }
 
     /// Collects the tick's data: the arrays cut to the model's size, and the contact. `None` if they are too
@@ -190,6 +194,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
             coarse_memory: self.room,
             dynamics: &mut head.dynamics,
             level: &mut head.level,
+            off_balance: &mut head.off_balance,
             awake: &mut head.awake,
             position_m: sample.position_m.into(),
             origin_m: head.tool_origin_m,
@@ -326,6 +331,7 @@ impl<D: Dynamics> Tick<'_, '_, D> {
             room: context.coarse_memory,
             awake: context.awake,
             level: context.level,
+            off_balance: context.off_balance,
         };
         // Sweep until the settings or the budget end it.
         context.dynamics.begin(&mut body);
