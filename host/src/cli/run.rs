@@ -19,6 +19,7 @@ use super::stage::{StageArgs, StageReport};
 use super::tissue::{TissueArgs, TissueReport};
 use crate::engine::course::{Course, ToolCourse, largest_n};
 use crate::engine::cut::report::CutReport;
+use crate::engine::estimates::{Estimates, ForceEstimate};
 use crate::engine::far::Far;
 use crate::engine::flag_ticks::FlagTicks;
 use crate::engine::motion::Pose;
@@ -120,6 +121,9 @@ struct RunSummary {
     /// Largest torque of the tissue on the handles of scissors, above 0 where it resists closing \[N m\].
     #[serde(skip_serializing_if = "Option::is_none")]
     opening_torque_n_m: Option<f32>,
+    /// Errors of the forces as the kernel estimates them; `None` where it knows none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    force_error_estimate: Option<ForceEstimate>,
     /// Flags seen, each with the number of ticks it was set on.
     flag_ticks: FlagTicks,
     interrupted: bool,
@@ -194,6 +198,7 @@ pub fn execute(args: &Args) -> Result<()> {
         judgement,
         tool_courses,
         opening_torque_n_m: rows.opening_torque_n_m,
+        force_error_estimate: rows.estimates.result(),
         flag_ticks: played.flag_ticks,
         interrupted: interrupt::asked(),
         cut: tissue.engine_mut().cut(),
@@ -308,6 +313,7 @@ struct Rows {
     largest: Largest,
     /// Of scissors, the largest so far.
     opening_torque_n_m: Option<f32>,
+    estimates: Estimates,
 }
 
 impl Rows {
@@ -323,11 +329,14 @@ impl Rows {
         self.courses.resize(tissue.tools().max(1), Course::default());
         if let ([only], 0) = (&mut self.courses[..], tissue.tools()) {
             only.add(force_n, output.contacts, None);
+            self.estimates.add(force_n, output.contacts, tissue.engine_mut().force_error_n(0));
         }
         for tool in 0..tissue.tools() {
             let felt = tissue.felt(tool);
             self.courses[tool].add(felt.force_n, felt.contacts, tissue.places_m(tool));
             self.tools.add(pose.tick, tool, &felt, output.flags.0);
+            let error_n = tissue.engine_mut().force_error_n(tool);
+            self.estimates.add(felt.force_n, felt.contacts, error_n);
             let torque_n_m = tissue.engine_mut().opening_torque_n_m(tool).map(|x| x + 0.0);
             self.opening_torque_n_m = larger(self.opening_torque_n_m, torque_n_m);
         }
@@ -464,7 +473,8 @@ impl Played {
         self.step.record(u64::try_from(span.as_nanos()).unwrap_or(u64::MAX));
         self.flag_ticks.add(output.flags);
         let cut_area_m2 = tissue.engine_mut().cut_area_m2();
-        self.answers.push(Answer { tick: pose.tick, output, cut_area_m2 });
+        let force_error_n = tissue.engine_mut().force_error_n(0);
+        self.answers.push(Answer { tick: pose.tick, output, cut_area_m2, force_error_n });
         output
     }
 }
@@ -491,6 +501,9 @@ fn report(args: &Args, summary: &RunSummary, far: Option<Far>, drawn: Option<&st
         counted(summary.links, "link")
     ))?;
     terminal::say(format_args!("  {:<14}{peak:.4} N", "largest force"))?;
+    if let Some(estimate) = &summary.force_error_estimate {
+        terminal::say(format_args!("  {:<14}{estimate}", "force error"))?;
+    }
     if let Some(torque_n_m) = summary.opening_torque_n_m {
         terminal::say(format_args!("  {:<14}{torque_n_m:.5} N m, largest", "handles"))?;
     }

@@ -178,11 +178,13 @@ fn check(name: &str, touches: &[Touch], [least, most]: [f64; 2]) {
     assert!(ticks > 300 && covered >= least && width < most, "{name}: {covered} {width}");
 }
 
+// REQ-FOR-09
 #[test]
 fn the_estimate_covers_the_force_of_held_cells_in_99_of_100_ticks() {
     check("held cells", &[Touch::Held(1), Touch::Held(5)], [0.985, 5.0]);
 }
 
+// REQ-FOR-09
 #[test]
 fn the_estimate_covers_the_force_of_tools_in_99_of_100_ticks() {
     let ball = |count, radius, friction| Touch::Balls { count, radius, friction };
@@ -190,6 +192,7 @@ fn the_estimate_covers_the_force_of_tools_in_99_of_100_ticks() {
     check("tools", &touches, [0.985, 7.0]);
 }
 
+// REQ-FOR-09
 #[test]
 fn nothing_is_said_where_nothing_is_known() {
     let image = image("organ:300", 0.45);
