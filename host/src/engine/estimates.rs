@@ -1,4 +1,4 @@
-//! What the kernel's estimates say of the forces of a run.
+//! The estimated errors of the forces of a run.
 
 use std::fmt;
 

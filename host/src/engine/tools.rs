@@ -103,6 +103,7 @@ impl Felt {
 pub(super) trait AnyTools {
     fn tool_output(&mut self, network: &Network<'_>, tool: usize) -> ToolOutput;
     fn force_error_n(&mut self, network: &Network<'_>, tool: usize) -> Option<f32>;
+    fn tells_force_error(&mut self, network: &Network<'_>) -> bool;
     fn opening_torque_n_m(&mut self, network: &Network<'_>, tool: usize) -> f32;
     fn proxy_pose(&mut self, network: &Network<'_>, tool: usize) -> Option<ProxyPose>;
     fn contact_position(&mut self, network: &Network<'_>, tool: usize, cell: usize) -> [f64; 3];
@@ -119,6 +120,10 @@ impl<D: Dynamics> AnyTools for Memory<D> {
 
     fn force_error_n(&mut self, network: &Network<'_>, tool: usize) -> Option<f32> {
         self.view().force_error_n(network, tool)
+    }
+
+    fn tells_force_error(&mut self, network: &Network<'_>) -> bool {
+        self.view().tells_force_error(network)
     }
 
     fn opening_torque_n_m(&mut self, network: &Network<'_>, tool: usize) -> f32 {
@@ -162,6 +167,11 @@ impl Engine<'_> {
     /// [`TissueMut::force_error_n`](chaincell_kernel::TissueMut::force_error_n) \[N\].
     pub fn force_error_n(&mut self, tool: usize) -> Option<f32> {
         self.tissue.force_error_n(&self.network, tool)
+    }
+
+    /// Returns true if the error of a force can be known of this tissue.
+    pub fn tells_force_error(&mut self) -> bool {
+        self.tissue.tells_force_error(&self.network)
     }
 
     /// Torque of the tissue on the handles of a tool's scissors in the last tick with a sweep, above 0 where it

@@ -17,7 +17,11 @@
 
 use super::settings::Network;
 use super::tissue::TissueMut;
+use crate::contact::ToolContact;
+use crate::contact::context::Context;
 use crate::contact::output::ToolOutput;
+use crate::energy::surface::TOOLS_MAX;
+use crate::model::Model;
 use crate::number::cell::dot;
 use crate::number::clamp::finite;
 use crate::number::sqrt::sqrt;
@@ -69,28 +73,93 @@ impl<D: Dynamics> TissueMut<'_, D> {
     #[must_use]
     pub fn force_error_n(&self, network: &Network<'_>, tool: usize) -> Option<f32> {
         let (model, head) = (network.model(), &*self.head);
-        // Leave out what the experiment did not have.
-        let is_told = D::TELLS_ERROR && head.settled > 0 && head.off_balance >= 0.0;
-        let is_other = model.relaxes() || model.cuttable().is_any() || head.level.is_driven();
-        if !is_told || is_other || !head.engaged {
+        let is_known = head.settled > 0 && head.off_balance >= 0.0 && !head.level.is_driven();
+        if !is_known || !head.engaged || !self.tells_force_error(network) {
             return None;
         }
-        // Take force, stiffness and factor by the kind of contact.
-        let (output, factor) = if head.has_tools {
-            (self.touch.output(model, tool), OF_TOOLS)
+        let scale = if head.has_tools {
+            Scale::of_tool(&self.touch.output(model, tool), model)
         } else {
-            let stiffness_n_per_m = finite(model.stiffness_n_per_m() * head.outer_weight);
-            let contacts = if tool == 0 { head.chosen as u32 } else { 0 };
-            let force_n = head.force_n.into();
-            (ToolOutput { force_n, stiffness_n_per_m, contacts, ..ToolOutput::NONE }, OF_HELD)
+            let is_held = tool == 0 && head.chosen > 0;
+            is_held.then(|| Scale::of_held(head.force_n, head.outer_weight, model))
         };
-        if output.contacts == 0 {
-            return None;
-        }
-        let force_n: [f32; 3] = output.force_n.into();
-        let stiffness = sqrt(output.stiffness_n_per_m * model.stiffness_n_per_m());
         let energy_j = head.off_balance * model.energy_unit_j() / f32::from(head.settled);
-        let floor_n = FLOOR * sqrt(dot(force_n, force_n));
-        Some(finite(factor * sqrt(stiffness * energy_j) + floor_n))
+        scale.map(|scale| finite(scale.error_n(energy_j)))
     }
+
+    /// Returns true if the error of a force can be known of this body: nodal shapes with a coarse level, which neither
+    /// relax nor can be cut, under [`Predict`](crate::Predict).
+    #[must_use]
+    pub fn tells_force_error(&self, network: &Network<'_>) -> bool {
+        is_told::<D>(network.model())
+    }
+}
+
+/// True if the experiment had bodies and schemes like these.
+fn is_told<D: Dynamics>(model: &Model<'_>) -> bool {
+    let is_like = model.is_nodal() && model.coarse_functions() > 0;
+    D::TELLS_ERROR && is_like && !model.relaxes() && !model.cuttable().is_any()
+}
+
+/// Turns the energy r . z / n into the error of a force, and back.
+struct Scale {
+    /// sqrt(k l) \[N/m\].
+    stiffness_n_per_m: f32,
+    factor: f32,
+    /// Size of the force \[N\].
+    force_n: f32,
+}
+
+impl Scale {
+    /// For a tool with this output; `None` without contact.
+    fn of_tool(output: &ToolOutput, model: &Model<'_>) -> Option<Self> {
+        let force_n: [f32; 3] = output.force_n.into();
+        let stiffness_n_per_m = sqrt(output.stiffness_n_per_m * model.stiffness_n_per_m());
+        let force_n = sqrt(dot(force_n, force_n));
+        (output.contacts > 0).then_some(Self { stiffness_n_per_m, factor: OF_TOOLS, force_n })
+    }
+
+    /// For held cells with this weight of the links around them.
+    fn of_held(force_n: [f32; 3], outer_weight: f32, model: &Model<'_>) -> Self {
+        let stiffness_n_per_m = model.stiffness_n_per_m() * sqrt(outer_weight);
+        Self { stiffness_n_per_m, factor: OF_HELD, force_n: sqrt(dot(force_n, force_n)) }
+    }
+
+    fn error_n(&self, energy_j: f32) -> f32 {
+        self.factor * sqrt(self.stiffness_n_per_m * energy_j) + FLOOR * self.force_n
+    }
+
+    /// The energy at which the error is this share of the force \[J\]; below 0 for a share that is never reached.
+    fn energy_j(&self, share: f32) -> f32 {
+        let within_n = (share - FLOOR) * self.force_n / self.factor;
+        let energy_j = within_n * within_n / self.stiffness_n_per_m;
+        if share > FLOOR { energy_j } else { -1.0 }
+    }
+}
+
+/// r . z over the number of sweeps at which the error of the force on every tool in contact is this share of its last
+/// force, `force_n` of held cells; `None` where the error is not known.
+pub(super) fn enough<D: Dynamics>(
+    share: f32,
+    context: &Context<'_, '_, D>,
+    contact: &ToolContact<'_, D>,
+    force_n: [f32; 3],
+) -> Option<f32> {
+    let model = context.model();
+    if !context.was_engaged || !is_told::<D>(model) {
+        return None;
+    }
+    // The tool whose force asks for the most counts.
+    let energy_j = match contact {
+        ToolContact::Held(held) => {
+            Some(Scale::of_held(force_n, *held.outer_weight, model).energy_j(share))
+        }
+        ToolContact::Tools(_) => {
+            let outputs = (0..TOOLS_MAX).map(|tool| contact.output(context, tool));
+            let scales = outputs.filter_map(|output| Scale::of_tool(&output, model));
+            scales.map(|scale| scale.energy_j(share)).reduce(f32::min)
+        }
+        ToolContact::Load(_) => None,
+    };
+    energy_j.map(|energy_j| energy_j / model.energy_unit_j())
 }

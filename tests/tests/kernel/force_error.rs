@@ -228,3 +228,42 @@ fn nothing_is_said_where_nothing_is_known() {
         assert_eq!(engine.force_error_n(0), None);
     }
 }
+
+/// Mean sweeps of a motion in contact, and the 99th percentile of the error over the largest force.
+fn sweeps_and_error(
+    scene: &Scene<'_>,
+    budget: impl Fn() -> Budget<'static>,
+    most: u16,
+) -> [f64; 2] {
+    let (mut few, mut many) = (scene.engine(most), scene.engine(MANY));
+    let (mut sweeps, mut errors, mut largest_n) = (Vec::new(), Vec::new(), 0.0_f32);
+    for tick in 0..600 {
+        let poses = scene.poses(2.2, tick);
+        let truth = (tick % 5 == 0).then(|| {
+            many.restore(&few.save().unwrap()).unwrap();
+            many.tick_by(&poses, Budget::All).force_n
+        });
+        let output = few.tick_by(&poses, budget());
+        if output.contacts > 0 && output.force_n.norm() > 0.0 {
+            sweeps.push(f64::from(output.sweeps));
+            largest_n = largest_n.max(output.force_n.norm());
+            errors.extend(truth.map(|truth| (output.force_n - truth).norm()));
+        }
+    }
+    errors.sort_by(f32::total_cmp);
+    let mean = sweeps.iter().sum::<f64>() / sweeps.len() as f64;
+    [mean, (errors[errors.len() * 99 / 100] / largest_n).into()]
+}
+
+#[test]
+fn a_tick_that_ends_by_its_error_saves_sweeps() {
+    let image = image("organ:420", 0.42);
+    let scene = Scene::new(&image, Touch::Balls { count: 1, radius: 2.0, friction: 0.0 });
+    let [mean, error] = sweeps_and_error(&scene, || Budget::Within(0.03), 8);
+    let fixed: Vec<[f64; 2]> =
+        (1..=4).map(|most| sweeps_and_error(&scene, || Budget::All, most)).collect();
+    println!("within 3 %: {mean:.2} sweeps, {:.2} %; fixed {fixed:?}", 100.0 * error);
+    // As many fixed sweeps as reach that error.
+    let enough = fixed.iter().find(|[_, of_fixed]| *of_fixed <= error).map_or(5.0, |[of, _]| *of);
+    assert!(mean > 1.0 && mean < 0.85 * enough, "{mean} {error} {fixed:?}");
+}
