@@ -18,6 +18,8 @@ pub(crate) struct Output {
     pub(crate) of: TickOutput,
     /// What each tool felt.
     pub(crate) felt: Vec<Felt>,
+    /// Estimated error of the force on each tool; `None` where it is not known \[N\].
+    pub(crate) force_error_n: Vec<Option<f32>>,
     pub(crate) is_several: bool,
     /// Number of the tick, from 1.
     #[pyo3(get)]
@@ -36,6 +38,15 @@ impl Output {
     #[getter]
     fn torque_n_m<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         vectors(py, self.felt.iter().map(|of| of.torque_n_m).collect(), self.is_several)
+    }
+
+    /// Estimated distance of each tool's force, of held cells one, from that of the body in equilibrium [N]: within it
+    /// are 99 of 100 errors. None where it is not known: away from the tissue, in a late tick or one whose motion is
+    /// shortened, under another scheme than predict, and for a model of links, with branches, that can be cut, or
+    /// without a coarse level.
+    #[getter]
+    fn force_error_n(&self) -> Vec<Option<f32>> {
+        self.force_error_n.clone()
     }
 
     /// Certified upper bound of the elastic energy [J].

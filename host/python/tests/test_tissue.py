@@ -69,6 +69,16 @@ def test_ticks_give_the_bits_of_the_command(
     assert np.array_equal(forces, result.force_n)
 
 
+def test_a_force_has_an_error_where_it_is_known(box: Model, plane: Model) -> None:
+    tissue = Tissue(box, contact="probe:0.012")
+    outputs = [tissue.tick([0.0, 0.0, 0.053 - 0.0001 * tick]) for tick in range(60)]
+    assert outputs[0].force_error_n == [None]
+    (error_n,) = outputs[-1].force_error_n
+    assert error_n is not None and 0 < error_n < 0.3 * np.linalg.norm(outputs[-1].force_n)
+    links = Tissue(plane, contact=[40])
+    assert [links.tick([0.0, 0.0, -0.0001 * tick]).force_error_n for tick in range(9)] == [[None]] * 9
+
+
 def test_several_tools_give_the_bits_of_the_command(
     command: Path, box: Model, tmp_path: Path
 ) -> None:

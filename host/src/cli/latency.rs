@@ -121,7 +121,7 @@ fn alone(
     let mut tissue = args.tissue.staged(model, None)?;
     let poses = session::press(tissue.engine(), args.depth.depth_m, ticks)?;
     let paths = Paths::of(vec![poses]);
-    let alone = play(&mut tissue, &paths, |_, _, _, _| Ok(()))?;
+    let alone = play(&mut tissue, &paths, None, |_, _, _, _| Ok(()))?;
     let poses = paths.poses.concat();
     interrupt::check()?;
     let cold =

@@ -19,6 +19,7 @@ use super::stage::{StageArgs, StageReport};
 use super::tissue::{TissueArgs, TissueReport};
 use crate::engine::course::{Course, ToolCourse, largest_n};
 use crate::engine::cut::report::CutReport;
+use crate::engine::estimates::{Estimates, ForceEstimate};
 use crate::engine::far::Far;
 use crate::engine::flag_ticks::FlagTicks;
 use crate::engine::motion::Pose;
@@ -73,6 +74,10 @@ pub struct Args {
     /// Overwrite the results of an earlier run in --out, and an earlier --trace
     #[arg(long)]
     force: bool,
+    /// Sweep until the estimated error of each force is this share of it, at most --sweeps times; ticks for which
+    /// the path has a number of sweeps make those. The trace has the sweeps that were made
+    #[arg(long, value_name = "SHARE", value_parser = share)]
+    force_error: Option<f32>,
     #[command(flatten)]
     snapshots: SnapshotArgs,
     /// Replay a recorded session, lost and bad poses included, by the rules of `serve`
@@ -84,6 +89,12 @@ pub struct Args {
     stage: StageArgs,
     #[command(flatten)]
     print: PrintArgs,
+}
+
+/// A share of a force above the error of a body at rest.
+fn share(text: &str) -> std::result::Result<f32, String> {
+    let share = text.parse().ok().filter(|share| (0.001..=1.0).contains(share));
+    share.ok_or_else(|| "a number from 0.001 to 1, as 0.01 for a hundredth of the force".into())
 }
 
 /// Where the poses come from.
@@ -120,6 +131,12 @@ struct RunSummary {
     /// Largest torque of the tissue on the handles of scissors, above 0 where it resists closing \[N m\].
     #[serde(skip_serializing_if = "Option::is_none")]
     opening_torque_n_m: Option<f32>,
+    /// Errors of the forces as the kernel estimates them; `None` where it knows none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    force_error_estimate: Option<ForceEstimate>,
+    /// Sweeps a tick, with `--force-error`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    sweeps_mean: Option<f64>,
     /// Flags seen, each with the number of ticks it was set on.
     flag_ticks: FlagTicks,
     interrupted: bool,
@@ -142,6 +159,12 @@ pub fn execute(args: &Args) -> Result<()> {
     let poses = &paths.poses;
     let snapshot_ticks = args.snapshots.of(poses)?;
     check_sweeps(args, &tissue, poses)?;
+    if args.force_error.is_some() && !tissue.engine_mut().tells_force_error() {
+        return Err(Error::input(
+            "--force-error: an error of the force is known under --scheme predict, of bodies of \
+             --young-pa with a coarse level and without --branch and --cuttable; leave it out",
+        ));
+    }
     let records = poses.iter().map(Vec::len).sum::<usize>() * (1 + tissue.tools());
     check_places(args, records)?;
     let folder = Folder::open(&args.out, args.force)?;
@@ -161,8 +184,9 @@ pub fn execute(args: &Args) -> Result<()> {
     let (mut snapshots, mut executed) = (Snapshots::new(&snapshot_ticks, &folder, hz), Vec::new());
     let picture = args.picture();
     let mut rows = Rows { draws: picture.is_some(), ..Rows::default() };
-    let played = play(&mut tissue, &paths, |pose, of_tools, output, tissue| {
-        trace.add_tools(&record(pose, tissue), of_tools.each());
+    let played = play(&mut tissue, &paths, args.force_error, |pose, of_tools, output, tissue| {
+        let sweeps = pose.sweeps.or(args.force_error.map(|_| output.sweeps));
+        trace.add_tools(&Record { sweeps, ..record(pose, tissue) }, of_tools.each());
         executed.push(*pose);
         rows.after(pose, of_tools, output, tissue);
         snapshots.after(pose.tick, tissue.engine_mut())
@@ -194,6 +218,8 @@ pub fn execute(args: &Args) -> Result<()> {
         judgement,
         tool_courses,
         opening_torque_n_m: rows.opening_torque_n_m,
+        force_error_estimate: rows.estimates.result(),
+        sweeps_mean: args.force_error.map(|_| played.sweeps_mean()),
         flag_ticks: played.flag_ticks,
         interrupted: interrupt::asked(),
         cut: tissue.engine_mut().cut(),
@@ -258,7 +284,8 @@ fn write_nodes(folder: &Folder, tissue: &mut Staged<'_>) -> Result<usize> {
 fn judgement(args: &Args, tissue: &Staged<'_>, played: &Played, poses: &[Vec<Pose>]) -> Judgement {
     let network = tissue.engine().network();
     let (sweeps, cells) = (network.settings().sweeps, network.model().body_cells());
-    let makes_all = poses.iter().flatten().all(|pose| pose.sweeps.is_none());
+    let are_fixed = poses.iter().flatten().all(|pose| pose.sweeps.is_none());
+    let makes_all = are_fixed && args.force_error.is_none();
     let (step, hz) = (played.step.summary(), args.stage.hz());
     let pace = Pace::of_all_sweeps(&step, sweeps, cells, hz).filter(|_| makes_all);
     let is_default = args.press_is_default();
@@ -308,6 +335,7 @@ struct Rows {
     largest: Largest,
     /// Of scissors, the largest so far.
     opening_torque_n_m: Option<f32>,
+    estimates: Estimates,
 }
 
 impl Rows {
@@ -323,11 +351,14 @@ impl Rows {
         self.courses.resize(tissue.tools().max(1), Course::default());
         if let ([only], 0) = (&mut self.courses[..], tissue.tools()) {
             only.add(force_n, output.contacts, None);
+            self.estimates.add(force_n, output.contacts, tissue.engine_mut().force_error_n(0));
         }
         for tool in 0..tissue.tools() {
             let felt = tissue.felt(tool);
             self.courses[tool].add(felt.force_n, felt.contacts, tissue.places_m(tool));
             self.tools.add(pose.tick, tool, &felt, output.flags.0);
+            let error_n = tissue.engine_mut().force_error_n(tool);
+            self.estimates.add(felt.force_n, felt.contacts, error_n);
             let torque_n_m = tissue.engine_mut().opening_torque_n_m(tool).map(|x| x + 0.0);
             self.opening_torque_n_m = larger(self.opening_torque_n_m, torque_n_m);
         }
@@ -412,10 +443,12 @@ pub struct Played {
 
 /// Plays sequences of poses, each from another controller, through a tissue as `serve` would,
 /// `after` being called behind each tick, with the poses of all tools. A path of one tool moves the
-/// first alone. Ends early, with what it has, when the user asks to stop.
+/// first alone. A tick ends early where the estimated errors of the forces are within `share` of them, if one is
+/// given. Ends early, with what it has, when the user asks to stop.
 pub fn play(
     tissue: &mut Staged<'_>,
     paths: &Paths,
+    share: Option<f32>,
     mut after: impl FnMut(&Pose, &Poses, &TickOutput, &mut Staged<'_>) -> Result<()>,
 ) -> Result<Played> {
     let poses: usize = paths.poses.iter().map(Vec::len).sum();
@@ -442,7 +475,11 @@ pub fn play(
                 [] => &first,
                 each => each,
             };
-            let output = played.tick(tissue, pose, poses);
+            let budget = match (pose.sweeps, share) {
+                (None, Some(share)) => Budget::Within(share),
+                (sweeps, _) => Budget::again(sweeps),
+            };
+            let output = played.tick(tissue, pose.tick, poses, budget);
             after(pose, &Poses::of_tools(tissue.tools(), poses), &output, tissue)?;
         }
     }
@@ -451,20 +488,33 @@ pub fn play(
 }
 
 impl Played {
+    /// Mean number of sweeps in a tick.
+    fn sweeps_mean(&self) -> f64 {
+        let sweeps: u64 = self.answers.iter().map(|answer| u64::from(answer.output.sweeps)).sum();
+        sweeps as f64 / self.answers.len().max(1) as f64
+    }
+
     /// Whether the tool had a contact in some tick.
     pub fn has_touched(&self) -> bool {
         self.answers.iter().any(|answer| answer.output.contacts > 0)
     }
 
     /// One timed tick.
-    fn tick(&mut self, tissue: &mut Staged<'_>, pose: &Pose, poses: &[ToolPose]) -> TickOutput {
+    fn tick(
+        &mut self,
+        tissue: &mut Staged<'_>,
+        tick: u64,
+        poses: &[ToolPose],
+        budget: Budget<'_>,
+    ) -> TickOutput {
         let start = Instant::now();
-        let output = tissue.tick_by(poses, Budget::again(pose.sweeps));
+        let output = tissue.tick_by(poses, budget);
         let span = start.elapsed();
         self.step.record(u64::try_from(span.as_nanos()).unwrap_or(u64::MAX));
         self.flag_ticks.add(output.flags);
         let cut_area_m2 = tissue.engine_mut().cut_area_m2();
-        self.answers.push(Answer { tick: pose.tick, output, cut_area_m2 });
+        let force_error_n = tissue.engine_mut().force_error_n(0);
+        self.answers.push(Answer { tick, output, cut_area_m2, force_error_n });
         output
     }
 }
@@ -491,6 +541,12 @@ fn report(args: &Args, summary: &RunSummary, far: Option<Far>, drawn: Option<&st
         counted(summary.links, "link")
     ))?;
     terminal::say(format_args!("  {:<14}{peak:.4} N", "largest force"))?;
+    if let Some(estimate) = &summary.force_error_estimate {
+        terminal::say(format_args!("  {:<14}{estimate}", "force error"))?;
+    }
+    if let Some(mean) = summary.sweeps_mean {
+        terminal::say(format_args!("  {:<14}{mean:.2} a tick", "sweeps"))?;
+    }
     if let Some(torque_n_m) = summary.opening_torque_n_m {
         terminal::say(format_args!("  {:<14}{torque_n_m:.5} N m, largest", "handles"))?;
     }

@@ -84,7 +84,7 @@ fn answer(force: &TickForce) -> Answer {
         flags: Flags(force.flags),
         ..TickOutput::NONE
     };
-    Answer { tick: force.tick, output, cut_area_m2: None }
+    Answer { tick: force.tick, output, cut_area_m2: None, force_error_n: None }
 }
 
 /// Names the real-time privileges that were refused.

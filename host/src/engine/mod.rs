@@ -4,6 +4,7 @@ pub mod contact;
 pub mod convergence;
 pub mod course;
 pub mod cut;
+pub mod estimates;
 pub mod far;
 #[cfg(test)]
 pub(crate) mod fixture;

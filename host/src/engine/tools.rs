@@ -102,6 +102,8 @@ impl Felt {
 /// Interface to the tools of a tissue of any scheme.
 pub(super) trait AnyTools {
     fn tool_output(&mut self, network: &Network<'_>, tool: usize) -> ToolOutput;
+    fn force_error_n(&mut self, network: &Network<'_>, tool: usize) -> Option<f32>;
+    fn tells_force_error(&mut self, network: &Network<'_>) -> bool;
     fn opening_torque_n_m(&mut self, network: &Network<'_>, tool: usize) -> f32;
     fn proxy_pose(&mut self, network: &Network<'_>, tool: usize) -> Option<ProxyPose>;
     fn contact_position(&mut self, network: &Network<'_>, tool: usize, cell: usize) -> [f64; 3];
@@ -114,6 +116,14 @@ pub(super) trait AnyTools {
 impl<D: Dynamics> AnyTools for Memory<D> {
     fn tool_output(&mut self, network: &Network<'_>, tool: usize) -> ToolOutput {
         self.view().tool_output(network, tool)
+    }
+
+    fn force_error_n(&mut self, network: &Network<'_>, tool: usize) -> Option<f32> {
+        self.view().force_error_n(network, tool)
+    }
+
+    fn tells_force_error(&mut self, network: &Network<'_>) -> bool {
+        self.view().tells_force_error(network)
     }
 
     fn opening_torque_n_m(&mut self, network: &Network<'_>, tool: usize) -> f32 {
@@ -151,6 +161,17 @@ impl Engine<'_> {
     /// [`TissueMut::tool_output`](chaincell_kernel::TissueMut::tool_output).
     pub fn tool_output(&mut self, tool: usize) -> ToolOutput {
         self.tissue.tool_output(&self.network, tool)
+    }
+
+    /// Estimate of the error of a tool's force in the last tick, see
+    /// [`TissueMut::force_error_n`](chaincell_kernel::TissueMut::force_error_n) \[N\].
+    pub fn force_error_n(&mut self, tool: usize) -> Option<f32> {
+        self.tissue.force_error_n(&self.network, tool)
+    }
+
+    /// Returns true if the error of a force can be known of this tissue.
+    pub fn tells_force_error(&mut self) -> bool {
+        self.tissue.tells_force_error(&self.network)
     }
 
     /// Torque of the tissue on the handles of a tool's scissors in the last tick with a sweep, above 0 where it

@@ -1095,6 +1095,13 @@ typedef struct chaincell_output {
      * tools that neither the body holds nor a sweep took [J].
      */
     float relaxed_j;
+    /**
+     * Estimate of the distance between the force, before its limit, and that of the body in equilibrium with the
+     * tools where they are: within it are 99 of 100 errors. Below 0 where none is known: away from the tissue, after a
+     * late tick or a shortened motion, under another scheme than `predict`, and of bodies of links, that relax, that
+     * can be cut, or without a coarse level [N].
+     */
+    float force_error_n;
 } chaincell_output;
 
 /**

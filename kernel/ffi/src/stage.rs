@@ -217,7 +217,7 @@ pub unsafe extern "C" fn chaincell_stage_output(
             };
             if let Some(tissue) = &tissue {
                 output.tool.torque_n_m = torque(stage, tissue, output.tool.flags);
-                output.relaxed_j = tissue.relaxed_j;
+                (output.relaxed_j, output.force_error_n) = (tissue.relaxed_j, tissue.force_error_n);
             }
         }
         Ok(())

@@ -70,10 +70,23 @@ pub struct Output {
     /// Energy that a body that relaxes has lost by relaxation since its reset, 0 for another one: the work of the
     /// tools that neither the body holds nor a sweep took \[J\].
     pub relaxed_j: f32,
+    /// Estimate of the distance between the force, before its limit, and that of the body in equilibrium with the
+    /// tools where they are: within it are 99 of 100 errors. Below 0 where none is known: away from the tissue, after a
+    /// late tick or a shortened motion, under another scheme than `predict`, and of bodies of links, that relax, that
+    /// can be cut, or without a coarse level \[N\].
+    pub force_error_n: f32,
+}
+
+/// Stands for a force's error that is not known \[N\].
+const UNKNOWN_N: f32 = -1.0;
+
+/// A force's error, or what stands for one that is not known \[N\].
+pub(crate) fn told(force_error_n: Option<f32>) -> f32 {
+    force_error_n.unwrap_or(UNKNOWN_N)
 }
 
 impl Output {
-    /// The kernel's answer, which knows neither torque nor relaxation.
+    /// The kernel's answer, which knows neither torque nor relaxation nor the force's error.
     pub(crate) fn of(answer: &TickOutput) -> Self {
         let (contacts, flags) = (answer.contacts, answer.flags.0);
         Self {
@@ -88,6 +101,7 @@ impl Output {
             stiffness_n_per_m: answer.stiffness_n_per_m,
             sweeps: answer.sweeps.into(),
             relaxed_j: 0.0,
+            force_error_n: UNKNOWN_N,
         }
     }
 }
@@ -105,6 +119,7 @@ pub(crate) const SAFE: Output = Output {
     stiffness_n_per_m: 0.0,
     sweeps: 0,
     relaxed_j: 0.0,
+    force_error_n: UNKNOWN_N,
 };
 
 /// Asked after each sweep but the last, with the number of sweeps done and the caller's pointer;
@@ -200,7 +215,8 @@ unsafe fn tick(
         // SAFETY: the caller's promise is handed on.
         let answer =
             unsafe { with_budget(budget.as_ref(), |budget| body.tick(network, poses, budget)) };
-        Output { relaxed_j: body.relaxed_j(network), ..Output::of(&answer) }
+        let force_error_n = told(body.force_error_n(network, 0));
+        Output { relaxed_j: body.relaxed_j(network), force_error_n, ..Output::of(&answer) }
     });
     outputs.fill(answer);
     if cfg!(feature = "surface") && !sizes.touch.is_none() {
@@ -208,6 +224,9 @@ unsafe fn tick(
             // SAFETY: as above.
             let Parts { network, tissue: body, .. } = unsafe { layout::parts::<D>(tissue, sizes) };
             give_each_its_own(outputs, poses, |tool| body.tool_output(network, tool));
+            for (tool, output) in outputs.iter_mut().enumerate().skip(1) {
+                output.force_error_n = told(body.force_error_n(network, tool));
+            }
         });
     }
     Ok(())

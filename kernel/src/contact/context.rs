@@ -25,6 +25,8 @@ pub(crate) struct Context<'a, 'm, D: Dynamics> {
     pub coarse_memory: &'a mut [Eight],
     pub dynamics: &'a mut D,
     pub level: &'a mut Level,
+    /// r . z of the last pass, see [`Body::off_balance`](crate::solver::scheme::Body).
+    pub off_balance: &'a mut f32,
     pub awake: &'a mut Awake,
     /// Position of the first tool, the last good one \[m\].
     pub position_m: [f32; 3],

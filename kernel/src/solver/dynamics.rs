@@ -29,6 +29,9 @@ pub trait Dynamics: Scheme {
     const TAKES_SHAPES: bool = false;
     /// True if it supports tools on a contact surface.
     const TAKES_SURFACES: bool = false;
+    /// True if the error of its forces has been measured, see
+    /// [`TissueMut::force_error_n`](crate::TissueMut::force_error_n).
+    const TELLS_ERROR: bool = false;
     /// Number of cell arrays that the scheme needs besides state and residual.
     const ARRAYS: usize;
     /// Number of those that hold positions; the others hold prepared data for the chosen cells.

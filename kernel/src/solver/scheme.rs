@@ -24,6 +24,9 @@ pub struct Pace {
     pub tick_time: f32,
 }
 
+/// Stands for an r . z that is not known.
+pub(crate) const UNKNOWN: f32 = -1.0;
+
 /// Data of a scheme during one sweep.
 pub(crate) struct Body<'a, 'm, N = f32> {
     pub terms: Terms<'a, 'm, N>,
@@ -46,6 +49,9 @@ pub(crate) struct Body<'a, 'm, N = f32> {
     /// The slices that a sweep updates.
     pub awake: &'a mut Awake,
     pub level: &'a mut Level,
+    /// r . z of the last pass that was accepted, z the preconditioned residual of both levels; [`UNKNOWN`] without an
+    /// elastic level, and beyond K.
+    pub off_balance: &'a mut f32,
 }
 
 impl<N: Loops> Body<'_, '_, N> {

@@ -47,7 +47,7 @@ use super::coarse::{Coarse, CoarseTouch};
 use super::conjugate::{BOUNDED, Guess, Last, OF_SPHERE, PUSHED, PUSHED_BY_SPHERE, Products};
 use super::guard::{Pass, discards};
 use super::loops::{Loops, Moved, Points, coarse_basis};
-use super::scheme::{Body, Memory, Scheme};
+use super::scheme::{Body, Memory, Scheme, UNKNOWN};
 use crate::backend::slices::copy;
 use crate::energy::held::Contact;
 use crate::energy::residual::Terms;
@@ -202,6 +202,7 @@ impl<const ROOM: usize, N: Loops> Track<ROOM, N> {
         };
         // Beyond K: return to the point of this pass.
         self.restore_held(body);
+        *body.off_balance = if beyond { UNKNOWN } else { step.off_balance };
         if !beyond {
             return false;
         }
@@ -249,7 +250,8 @@ impl<const ROOM: usize, N: Loops> Track<ROOM, N> {
                 None => self.last.choose(products, guess, PUSHED),
             };
             let certain = decrease(fine, TwoFloat::ZERO);
-            return Chosen { certain, factors, is_coarse: rz > 0.0 };
+            let off_balance = if is_finite && rz >= 0.0 { rz } else { UNKNOWN };
+            return Chosen { certain, factors, is_coarse: rz > 0.0, off_balance };
         }
         // A coarse level of links, or none: the direction is certified.
         let coarse = match coarse {
@@ -262,7 +264,10 @@ impl<const ROOM: usize, N: Loops> Track<ROOM, N> {
         let coarse = if coarse.hi.is_finite() { coarse } else { TwoFloat::ZERO };
         let products = Products { rz: fine.plus(coarse).hi, rs, rz_last: direction.hi };
         let factors = self.last.choose(products, BOUNDED, PUSHED);
-        Chosen { certain: decrease(fine, coarse), factors, is_coarse: coarse.hi > 0.0 }
+        // A sleeping body is in balance.
+        let off_balance = if fine.hi > 0.0 { UNKNOWN } else { 0.0 };
+        let certain = decrease(fine, coarse);
+        Chosen { certain, factors, is_coarse: coarse.hi > 0.0, off_balance }
     }
 
     /// Restores the held cells to the tool's displacement, in all arrays.
@@ -334,6 +339,8 @@ struct Chosen {
     factors: [f32; 2],
     /// True if the direction has a coarse part, stored in the coarse memory.
     is_coarse: bool,
+    /// r . z, see [`Body::off_balance`].
+    off_balance: f32,
 }
 
 /// The elastic level of a model, if the number type uses it.
@@ -368,6 +375,7 @@ impl<const ROOM: usize, N: Loops> Scheme for Track<ROOM, N> {
     #[allow(private_interfaces)]
     fn sweep(&mut self, body: &mut Body<'_, '_, N>) -> bool {
         if self.saturated {
+            *body.off_balance = UNKNOWN;
             self.plain(body);
             false
         } else {

@@ -31,6 +31,9 @@ pub enum Budget<'a> {
     /// At least one, then as long as the function returns true: it is called after each sweep but the last,
     /// with the number of sweeps done.
     While(&'a mut dyn FnMut(u16) -> bool),
+    /// At least one, then until the [estimated error](crate::TissueMut::force_error_n) of the force on each tool in
+    /// contact is at most this share of its last force. All sweeps where it is not known, and as contact begins.
+    Within(f32),
 }
 
 impl Budget<'_> {
@@ -55,10 +58,15 @@ impl Budget<'_> {
     /// Returns true if another sweep is wanted after `done`.
     pub(super) fn goes_on(&mut self, done: u16) -> bool {
         match self {
-            Self::All => true,
+            Self::All | Self::Within(_) => true,
             Self::Sweeps(sweeps) => done < *sweeps,
             Self::While(more) => more(done),
         }
+    }
+
+    /// The share of the force at which its error is small enough, if one is named.
+    pub(super) fn within(&self) -> Option<f32> {
+        if let Self::Within(share) = self { Some(*share) } else { None }
     }
 
     pub(super) fn is_late(&self) -> bool {

@@ -25,6 +25,7 @@
 //! - [`mod@tick`]: one tick; `unloading`: the rule of its bands.
 //! - `body`: the body as it is now; `relax`: the memory of its strain.
 //! - [`cut`]: opened faces and the cells that split.
+//! - `force_error`: how far a force is from that of the body in equilibrium.
 //! - [`tools`]: tools on a model with a contact surface.
 //! - [`hash`]: the state hash.
 //! - [`handover`]: samples from an interrupt to the tick.
@@ -36,6 +37,7 @@ pub mod choices;
 pub mod cut;
 pub mod error;
 pub mod fit;
+mod force_error;
 pub mod handover;
 pub mod hash;
 #[cfg(feature = "relax")]

@@ -3,6 +3,7 @@
 
 use super::budget::Budget;
 use super::choices::Drive;
+use super::force_error;
 use super::sample::{Flags, TickOutput, ToolSample};
 use super::settings::{Network, Settings};
 use super::tissue::{Head, TissueMut};
@@ -66,7 +67,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
         poses: &[ToolPose],
         mut budget: Budget<'_>,
     ) -> TickOutput {
-        self.head.given = 0.0;
+        (self.head.given, self.head.settled) = (0.0, 0);
         // Check network and sample; stop in the safe state if one is unusable.
         let mut flags = Flags::default();
         if self.head.model != Some(network.model().checksum()) {
@@ -136,6 +137,9 @@ impl<D: Dynamics> TissueMut<'_, D> {
             return (self.safe(network, flags), 0.0);
         };
         // Apply the terms' corrections and move the tools.
+        let enough = budget.within().and_then(|share| {
+            force_error::enough(share, &tick.context, &tick.contact, *tick.force_n)
+        });
         if !is_late {
             tick.correct();
         }
@@ -145,11 +149,15 @@ impl<D: Dynamics> TissueMut<'_, D> {
         if !is_late {
             tick.unload();
             let before = *tick.context.level;
-            sweeps = tick.sweep(budget, &mut flags);
+            sweeps = tick.sweep(budget, enough, &mut flags);
             fallen = tick.context.level.fallen(&before);
             tick.settle();
         }
-        (tick.output(flags, sweeps), fallen)
+        let output = tick.output(flags, sweeps);
+        // Beyond a limit the body follows another motion than the tool's.
+        let is_clamped = output.flags.contains(Flags::MOTION_CLAMPED);
+        self.head.settled = if is_clamped { 0 } else { sweeps };
+        (output, fallen)
     }
 
     /// Collects the tick's data: the arrays cut to the model's size, and the contact. `None` if they are too
@@ -190,6 +198,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
             coarse_memory: self.room,
             dynamics: &mut head.dynamics,
             level: &mut head.level,
+            off_balance: &mut head.off_balance,
             awake: &mut head.awake,
             position_m: sample.position_m.into(),
             origin_m: head.tool_origin_m,
@@ -305,10 +314,10 @@ impl<D: Dynamics> Tick<'_, '_, D> {
         }
     }
 
-    /// Makes the link passes of the tick; returns their number.
+    /// Makes the link passes of the tick, until r . z over their number is `enough`; returns their number.
     // Not inlined: its frame is off the stack while the tools move.
     #[inline(never)]
-    fn sweep(&mut self, budget: &mut Budget<'_>, flags: &mut Flags) -> u16 {
+    fn sweep(&mut self, budget: &mut Budget<'_>, enough: Option<f32>, flags: &mut Flags) -> u16 {
         // Collect all that the scheme reads and writes.
         let &Settings { sweeps, step, tick_time, .. } = self.network.settings();
         let context = &mut self.context;
@@ -326,6 +335,7 @@ impl<D: Dynamics> Tick<'_, '_, D> {
             room: context.coarse_memory,
             awake: context.awake,
             level: context.level,
+            off_balance: context.off_balance,
         };
         // Sweep until the settings or the budget end it.
         context.dynamics.begin(&mut body);
@@ -333,7 +343,9 @@ impl<D: Dynamics> Tick<'_, '_, D> {
             if context.dynamics.sweep(&mut body) {
                 flags.insert(Flags::ROLLED_BACK);
             }
-            if D::IS_ANYTIME && done < sweeps && !budget.goes_on(done) {
+            let wanted = 0.0..=enough.unwrap_or(-1.0) * f32::from(done);
+            let is_enough = wanted.contains(body.off_balance);
+            if D::IS_ANYTIME && done < sweeps && (is_enough || !budget.goes_on(done)) {
                 return done;
             }
         }

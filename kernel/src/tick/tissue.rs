@@ -26,7 +26,7 @@ use crate::number::two_float::Eight;
 use crate::number::{Number, float_env};
 use crate::solver::awake::Awake;
 use crate::solver::level::Level;
-use crate::solver::scheme::Memory;
+use crate::solver::scheme::{Memory, UNKNOWN};
 use crate::solver::{Blocks, CellArrays, Dynamics};
 
 kept! {
@@ -69,6 +69,10 @@ kept! {
         pub(crate) touched: Option<Touched> = None,
         /// Energy that the tools gave the body in the last tick, in internal units.
         pub(crate) given: f32 = 0.0,
+        /// r . z of the last accepted pass, in internal units; below 0 if it is not known.
+        pub(crate) off_balance: f32 = UNKNOWN,
+        /// Sweeps of the last tick; 0 if it made none, and if a limit shortened the tool's motion in it.
+        pub(crate) settled: u16 = 0,
         /// The vector unit found at the reset.
         pub(crate) vectors: Option<VectorUnit> = None,
     }
@@ -90,6 +94,8 @@ impl<D: Dynamics> Head<D> {
         outer_weight: 0.0,
         touched: None,
         given: 0.0,
+        off_balance: UNKNOWN,
+        settled: 0,
         released: false,
         closed: false,
         awake: Awake::NONE,

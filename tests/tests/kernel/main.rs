@@ -12,6 +12,7 @@ mod cut_surface;
 mod cutting;
 mod energy;
 mod float_environment;
+mod force_error;
 mod held_back;
 mod hostile_images;
 mod inside;

@@ -284,6 +284,12 @@ class Output:
     def torque_n_m(self) -> _F32:
         """Torque on the tool about its position [N m], float32 (3,), or on each of several, (tools, 3)."""
     @property
+    def force_error_n(self) -> list[float | None]:
+        """Estimated distance of each tool's force, of held cells one, from that of the body in equilibrium [N]: within it
+        are 99 of 100 errors. None where it is not known: away from the tissue, in a late tick or one whose motion is
+        shortened, under another scheme than predict, and for a model of links, with branches, that can be cut, or
+        without a coarse level."""
+    @property
     def energy_j(self) -> float:
         """Certified upper bound of the elastic energy [J]."""
     @property

@@ -188,6 +188,7 @@ const NO_OUTPUT: Output = Output {
     stiffness_n_per_m: f32::NAN,
     sweeps: 99,
     relaxed_j: f32::NAN,
+    force_error_n: f32::NAN,
 };
 
 fn tick(tissue: *mut Tissue, sample: ToolPose) -> Output {

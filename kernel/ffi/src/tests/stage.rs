@@ -30,6 +30,7 @@ fn answer(tool: [f32; 3]) -> Output {
         stiffness_n_per_m: 900.0,
         sweeps: 4,
         relaxed_j: 0.002,
+        force_error_n: 0.01,
     }
 }
 
@@ -83,7 +84,8 @@ fn a_stage_is_the_kernels() {
             let torque_n_m = output.tool.torque_n_m;
             assert!(torque_n_m[0] <= 0.5 * own.share(), "{device:?} {tick}: {torque_n_m:?}");
             output.tool.torque_n_m = [0.0; 3];
-            let wanted = Output { relaxed_j: tissue.relaxed_j, ..Output::of(&wanted) };
+            let Output { relaxed_j, force_error_n, .. } = tissue;
+            let wanted = Output { relaxed_j, force_error_n, ..Output::of(&wanted) };
             assert_eq!(output, wanted, "{device:?} {tick}");
         }
     }

@@ -4,12 +4,13 @@ use core::ptr::{null, null_mut};
 use std::vec::Vec;
 
 use chaincell_kernel::{
-    Flags, Model, NOT_TURNED, Network, Settings as KernelSettings, TickOutput, Tissue as Own,
-    ToolPart as KernelPart, TouchStore, Track, elastic_room, term_states,
+    Flags, Model, NOT_TURNED, Network, Predict, Settings as KernelSettings, TickOutput,
+    Tissue as Own, ToolPart as KernelPart, TouchStore, elastic_room, term_states,
 };
 
 use super::tool_storage::{ROOM, SURFACE, placed};
 use super::{BOX, NO_OUTPUT, call, hash, make, of_kernel};
+use crate::tick::told;
 use crate::{
     Budget, Code, ContactForce, Detail, Output, Room, Scheme, Tissue, ToolOutput, ToolPart,
     ToolPose,
@@ -87,12 +88,12 @@ fn contacts(tissue: *mut Tissue, room: usize) -> (Vec<ContactForce>, usize) {
 /// Two tools, one of two parts, with friction and a grip; now and then a bad pose, and too many at the end.
 #[test]
 fn tools_are_the_kernels_to_the_last_bit() {
-    let made = placed(Scheme::Track, &ROOM);
+    let made = placed(Scheme::Predict, &ROOM);
     assert_eq!(choose(made.tissue, 0.3), Code::Ok);
     let model = Model::from_bytes(SURFACE).unwrap();
     let settings = KernelSettings { max_tool_step_m: 0.01, ..KernelSettings::for_model(&model) };
     let network = Network::new(model, settings).unwrap();
-    let mut own = Own::<144, Track<{ elastic_room(24) }>, 2, { term_states(144) }>::new();
+    let mut own = Own::<144, Predict<{ elastic_room(24) }>, 2, { term_states(144) }>::new();
     let mut store = TouchStore::<144, 256, 300, 2>::new();
     own.touching(store.room()).reset(&network).unwrap();
     let [a, b, c] = PARTS.map(|of| KernelPart {
@@ -102,7 +103,7 @@ fn tools_are_the_kernels_to_the_last_bit() {
         radius_m: of.radius_m,
     });
     own.touching(store.room()).choose_tools(&network, &[&[a], &[b, c]], 0.3).unwrap();
-    let mut pressed = 0;
+    let (mut pressed, mut told_ticks) = (0, 0);
     for at in 0..115 {
         if at == 60 {
             let mut samples = 0;
@@ -134,6 +135,8 @@ fn tools_are_the_kernels_to_the_last_bit() {
                 assert_eq!(*output, Output::of(&there));
                 continue;
             }
+            let error_n = own.touching(store.room()).force_error_n(&network, tool);
+            told_ticks += u32::from(error_n.is_some_and(|error_n| error_n > 0.0));
             let felt = own.touching(store.room()).tool_output(&network, tool);
             let wanted = Output::of(&TickOutput {
                 force_n: felt.force_n,
@@ -144,7 +147,8 @@ fn tools_are_the_kernels_to_the_last_bit() {
             });
             let torque_n_m = felt.torque_n_m.into();
             let tool = ToolOutput { torque_n_m, ..wanted.tool };
-            assert_eq!(*output, Output { tool, ..wanted }, "tick {at}");
+            let force_error_n = told(error_n);
+            assert_eq!(*output, Output { tool, force_error_n, ..wanted }, "tick {at}");
         }
         let mut samples = 0;
         assert_eq!(call!(chaincell_gripped(made.tissue, 1, &mut samples)), Code::Ok);
@@ -154,7 +158,7 @@ fn tools_are_the_kernels_to_the_last_bit() {
             u32::from([first, second].iter().all(|of| of.contacts > 0 && of.force_n[2] > 0.0));
         assert!(at < 20 || (first == NOTHING) == (at >= 80), "tick {at}");
     }
-    assert!(pressed > 40, "{pressed}");
+    assert!(pressed > 40 && told_ticks > 40, "{pressed} {told_ticks}");
     assert_eq!(hash(made.tissue), own.touching(store.room()).state_hash(&model));
 }
 

@@ -107,6 +107,7 @@ impl<const ROOM: usize> Dynamics for Predict<ROOM> {
     const IS_ANYTIME: bool = true;
     const TAKES_SHAPES: bool = true;
     const TAKES_SURFACES: bool = true;
+    const TELLS_ERROR: bool = true;
     const ARRAYS: usize = ARRAYS;
     const POINTS: usize = TRACK;
     type Arrays<const CELLS: usize> = [[Cell; CELLS]; ARRAYS];
