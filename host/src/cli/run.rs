@@ -43,12 +43,15 @@ use crate::words::counted;
 #[command(after_help = "Examples:\n  chaincell run liver.chaincell --path press.csv --out press \
     --contact cells:file:liver.sets.json#patch --snapshot-ticks 100,200\n  \
     chaincell run liver.chaincell --motion press --contact probe:0.012 --seconds 2 \
-    --snapshot-every 20 --out press\n\n\
+    --snapshot-every 20 --out press\n  \
+    chaincell run --batch jobs.jsonl --results results.jsonl\n\n\
     A path has the header tick,x_m,y_m,z_m,engaged and a row for each consecutive tick.\n\
     --out gets force.csv with its curves in force.svg and force_depth.svg, picture.png, cells_final.csv, final.vtu,\n\
     summary.json, the model and session.trace, which\n\
     `chaincell replay` plays; path.csv of a motion; of snapshots cells_<tick>.csv, state_<tick>.vtu\n\
-    and series.pvd, which ParaView opens.")]
+    and series.pvd, which ParaView opens.\n\
+    A job of a batch is a line such as {\"model\":\"liver.chaincell\",\"path\":\"press.csv\",\"sweeps\":2}; its result is\n\
+    a line with the keys of summary.json, or with `error`.")]
 pub struct Args {
     /// Model file from `chaincell bake`
     pub model: PathBuf,

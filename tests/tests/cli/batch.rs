@@ -302,7 +302,6 @@ fn a_job_that_was_done_is_passed_over_until_its_inputs_change() {
     again("1 done, 5 done before");
     let model = place.file("links");
     run(["bake", "plane:9x9x0.01", "--alpha", "0.03", "-o", text(&model)]).with(0);
-    place.file("out/job.json").try_exists().unwrap();
     let ended = place.batch(&[]).with(1);
     // The folder of the earlier inputs stays until it may go.
     assert!(ended.err.contains("2 done, 3 done before, 1 failed"), "{}", ended.err);
@@ -411,7 +410,8 @@ fn what_is_no_list_and_where_no_results_can_be() {
     refused(&[text(&list), "--out", "x"], &["--batch", "--out"]);
     refused(&[text(&list), "--jobs", "0"], &["--jobs"]);
     let alone = ["run", "m", "--motion", "press", "--out", "x", "--jobs", "2"];
-    assert!(run(alone).with(2).err.contains("--batch"));
+    assert!(run(alone).with(2).err.contains("--jobs <N>"));
+    assert!(run(["run", "--results", "x"]).with(2).err.contains("--batch"));
     assert!(run(["run", "m", "--motion", "press"]).with(2).err.contains("--out"));
     let full = fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
     let mut command = chaincell();

@@ -53,9 +53,13 @@ impl<'a> Reader<'a> {
         read.map_err(|why| Error::input(options::in_a_line(&why)))
     }
 
-    /// The definition, for messages.
-    pub fn command(&self) -> &Command {
-        &self.command
+    /// An error of a run, whose fields are named as its options.
+    pub fn named(&self, why: Error) -> Error {
+        let commands = [Command::new("chaincell").subcommand(self.command.clone())];
+        match why {
+            Error::Interrupted => why,
+            why => Error::input(options::named(&why.to_string(), &commands)),
+        }
     }
 
     /// The option that a key names.

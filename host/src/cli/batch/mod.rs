@@ -18,8 +18,8 @@ use self::job::Reader;
 use self::list::{List, Listed};
 use self::models::Models;
 use self::results::Results;
+use super::model_file;
 use super::run::{self, Follower, RunSummary};
-use super::{model_file, options};
 use crate::error::{Error, Result};
 use crate::files::output::Job;
 use crate::interrupt;
@@ -54,6 +54,9 @@ pub struct BatchArgs {
     results: Option<PathBuf>,
 }
 
+/// Both uses of the command.
+const USAGE: &str = "chaincell run [OPTIONS] --out <DIR> <--path <PATH.csv>|--motion <MOTION>> <MODEL>\n       \
+                     chaincell run --batch <FILE> [--jobs <N>] [--results <FILE>]";
 /// The ids of these arguments.
 const OWN: [&str; 3] = ["batch", "jobs", "results"];
 
@@ -62,7 +65,11 @@ impl clap::Args for Args {
         let command = run::Args::augment_args(BatchArgs::augment_args(command));
         let ids = command.get_arguments().map(|option| option.get_id().clone());
         let others: Vec<Id> = ids.filter(|id| !OWN.contains(&id.as_str())).collect();
-        command.mut_arg("batch", |batch| batch.conflicts_with_all(others))
+        // Required arguments are not asked for where one that excludes them is given.
+        let command = OWN.iter().fold(command, |command, own| {
+            command.mut_arg(own, |option| option.conflicts_with_all(others.clone()))
+        });
+        command.override_usage(USAGE)
     }
 
     fn augment_args_for_update(command: Command) -> Command {
@@ -182,10 +189,9 @@ impl Batch {
             let Some(job) = self.list.jobs.get(self.next.fetch_add(1, Ordering::Relaxed)) else {
                 return;
             };
-            let outcome = self.apart(job, &mut reader).unwrap_or_else(|why| {
-                let command = Command::new("chaincell").subcommand(reader.command().clone());
-                let why = options::named(&why.to_string(), &[command]);
-                Outcome::Failed { error: format!("{}:{}: {why}", self.list.name, job.line) }
+            let outcome = self.apart(job, &mut reader).unwrap_or_else(|why| match why {
+                Error::Interrupted => Outcome::Stopped,
+                why => Outcome::Failed { error: format!("{}:{}: {why}", self.list.name, job.line) },
             });
             self.tally.add(job.line, &outcome);
             self.progress.step();
@@ -237,7 +243,8 @@ impl Batch {
         args.inputs_hash = Some(inputs_hash.clone());
         let mut notes = Vec::new();
         let model = model_file::parse(&loaded.image, &args.model)?;
-        let ended = args.carry_out(&loaded.image, model, Follower::Batch(&mut notes))?;
+        let ended = args.carry_out(&loaded.image, model, Follower::Batch(&mut notes));
+        let ended = ended.map_err(|why| reader.named(why))?;
         if ended.summary.interrupted {
             return Ok(Outcome::Stopped);
         }
