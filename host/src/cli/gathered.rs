@@ -47,7 +47,7 @@ impl<'a> Tables<'a> {
         let trace = TraceFile::create("--out", &place, force, begun, records)?;
         let copy = copy.filter(|copy| !is_same(copy, &place));
         if let Some(path) = copy {
-            // A place that cannot be written is told before the run, not after it.
+            // Report a place that cannot be written before the run, not after it.
             write_whole(path, &front)?;
         }
         let (contacts, tools) = (ContactRows::default(), ToolRows::default());

@@ -95,7 +95,7 @@ fn range_in_words(text: &str) -> Option<String> {
 /// A refusal in one line, without the help behind it.
 pub(super) fn in_a_line(why: &clap::Error) -> String {
     let text = numbers_in_words(&why.to_string());
-    // Behind the first paragraph it tells how to ask for help.
+    // After the first paragraph it says how to ask for help.
     let text = text.split("\n\n").next().unwrap_or_default();
     let text = text.strip_prefix("error: ").unwrap_or(text);
     text.split_whitespace().collect::<Vec<_>>().join(" ")

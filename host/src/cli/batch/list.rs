@@ -43,7 +43,7 @@ impl List {
     /// Reads a list, `-` for standard input; empty lines are passed over.
     ///
     /// # Errors
-    /// A file that cannot be read, or is no list of lines. A line that is no job is told in its place.
+    /// A file that cannot be read, or is no list of lines. A line that is no job stands in the list with the reason.
     pub fn read(path: &Path) -> Result<Self> {
         let (name, text) = if path == Path::new("-") {
             ("standard input".to_owned(), text::of(std::io::stdin().lock(), BYTES_MAX))
@@ -56,7 +56,9 @@ impl List {
                 "{name}: it is a JSON array: give one JSON object a line, as `jq -c '.[]'` writes them"
             )));
         }
-        let base = path.parent().unwrap_or(Path::new("")).to_owned();
+        // A pipe has no folder.
+        let folder = path.parent().filter(|_| !path.starts_with("/dev"));
+        let base = folder.unwrap_or(Path::new("")).to_owned();
         let mut taken = Taken { base: &base, names: BTreeMap::new(), places: BTreeMap::new() };
         let lines = (1..).zip(text.lines()).filter(|(_, text)| !text.trim().is_empty());
         let jobs = lines.map(|(line, text)| taken.job(line, text)).collect();

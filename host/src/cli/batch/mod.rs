@@ -110,7 +110,7 @@ struct Line<'a> {
     outcome: Outcome,
 }
 
-/// What came of a job.
+/// The outcome of a job.
 #[derive(Serialize)]
 #[serde(untagged)]
 enum Outcome {

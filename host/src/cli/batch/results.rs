@@ -15,7 +15,7 @@ use crate::terminal;
 /// The first letters of every line.
 const FRONT: &str = "{\"job\":";
 
-/// The part of a line that says which job was done.
+/// The part of a line that names its job.
 #[derive(Debug, Deserialize)]
 struct Done {
     job: u64,
@@ -56,13 +56,13 @@ impl Results {
         }
         let mut options = OpenOptions::new();
         let mut file = options.read(true).append(true).create(true).open(path).map_err(failed)?;
-        file.try_lock().map_err(|why| match why {
-            TryLockError::WouldBlock => Error::input(format!(
+        // Some file systems of clusters have no locks.
+        if matches!(file.try_lock(), Err(TryLockError::WouldBlock)) {
+            return Err(Error::input(format!(
                 "--results {}: another run writes to it: give each run its own",
                 path.display()
-            )),
-            TryLockError::Error(why) => failed(why),
-        })?;
+            )));
+        }
         // Read what is there.
         let mut bytes = Vec::new();
         file.read_to_end(&mut bytes).map_err(failed)?;
@@ -116,8 +116,8 @@ fn id(line: u64, name: Option<&str>) -> String {
     name.map_or_else(|| format!("line {line}"), |name| format!("name {name}"))
 }
 
-/// The jobs that whole lines tell were done, of which the last one of a job counts, and the bytes of these lines.
-/// Else the first line that tells none.
+/// The jobs that were done, by the last line of each, and the bytes of all whole lines. Else the number of the first
+/// line that is no result.
 fn done(bytes: &[u8]) -> std::result::Result<(BTreeMap<String, String>, usize), usize> {
     let (mut all, mut whole) = (BTreeMap::new(), 0);
     for (line, text) in (1..).zip(bytes.split_inclusive(|byte| *byte == b'\n')) {
