@@ -84,6 +84,8 @@ impl Taken<'_> {
     fn options(&mut self, text: &str, job: &mut Listed) -> std::result::Result<Options, String> {
         // Read the line.
         let Pairs(mut options) = serde_json::from_str(text).map_err(|why| {
+            // It counts the lines of this text, which is one.
+            let why = why.to_string().replace(" at line 1 column", " at column");
             format!(
                 "no JSON object: {why}: give each job a line of its own, such as \
                  {{\"model\":\"liver.chaincell\",\"path\":\"press.csv\"}}"
