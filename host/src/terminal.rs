@@ -49,6 +49,12 @@ impl Progress {
         Self { what, length, begin: Instant::now(), done: AtomicU64::new(0), drawn_ms }
     }
 
+    /// Progress that nobody sees.
+    #[must_use]
+    pub fn unseen() -> Self {
+        Self { what: "", length: 0, begin: Instant::now(), done: AtomicU64::new(0), drawn_ms: None }
+    }
+
     /// Counts one step.
     pub fn step(&self) {
         self.draw(self.done.fetch_add(1, Ordering::Relaxed) + 1);

@@ -20,9 +20,17 @@ pub fn gzip(front: &[u8]) -> Option<&'static str> {
 /// # Errors
 /// Why it cannot be read.
 pub fn read(path: &Path, bytes_max: u64) -> Result<String, String> {
+    of(input::open(path).map_err(|why| why.to_string())?, bytes_max)
+}
+
+/// The text of at most so many bytes that comes from a file or a pipe.
+///
+/// # Errors
+/// Why it cannot be read.
+pub fn of(from: impl Read, bytes_max: u64) -> Result<String, String> {
     let mut bytes = Vec::new();
-    input::open(path)
-        .and_then(|file| file.take(bytes_max.saturating_add(1)).read_to_end(&mut bytes))
+    from.take(bytes_max.saturating_add(1))
+        .read_to_end(&mut bytes)
         .map_err(|why| why.to_string())?;
     if let Some(why) = gzip(&bytes) {
         return Err(why.into());

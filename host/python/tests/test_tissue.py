@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import subprocess
 import threading
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -322,6 +323,37 @@ def test_threads_take_turns(plane: Model) -> None:
     for thread in threads:
         thread.join()
     assert found == [expected, expected] and shared.ticks == 400
+
+
+def test_runs_side_by_side_have_the_bits_of_one_alone(plane: Model, box: Model) -> None:
+    path = press(300)
+    jobs = [(plane, {"contact": [40], "sweeps": of}) for of in (1, 2, 3)]
+    jobs += [(box, {"contact": "probe:0.01", "sweeps": of}) for of in (1, 2, 3)]
+
+    def hash_of(job: tuple[Model, dict[str, object]]) -> str:
+        return chaincell.run(job[0], path, **job[1]).state_hash
+
+    alone = [hash_of(job) for job in jobs]
+    with ThreadPoolExecutor(2) as threads:
+        assert list(threads.map(hash_of, jobs[::-1])) == alone[::-1]
+
+
+def test_a_run_ends_while_another_one_goes_on() -> None:
+    program = """
+import os, threading
+import numpy as np
+import chaincell
+model = chaincell.Model.bake_mesh("plane:9x9x0.01")
+path = np.zeros((2_000_000, 3))
+long = threading.Thread(target=chaincell.run, args=[model, path], kwargs=dict(sweeps=64), daemon=True)
+long.start()
+for _ in range(20):
+    chaincell.run(model, path[:100], sweeps=64)
+print("both run", long.is_alive(), flush=True)
+os._exit(0)
+"""
+    found = ran(program)
+    assert found.stdout == "both run True\n", found
 
 
 def test_a_long_run_lets_other_threads_and_ctrl_c_through(plane: Model) -> None:

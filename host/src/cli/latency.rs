@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use super::load::Lengths;
 use super::model_file;
-use super::run::play;
+use super::run::{play, progress};
 use super::session::{self, LoopArgs, tell_refused};
 use super::shared::{DepthArgs, PrintArgs};
 use super::sides::{self, Files, Sides};
@@ -121,7 +121,7 @@ fn alone(
     let mut tissue = args.tissue.staged(model, None)?;
     let poses = session::press(tissue.engine(), args.depth.depth_m, ticks)?;
     let paths = Paths::of(vec![poses]);
-    let alone = play(&mut tissue, &paths, None, |_, _, _, _| Ok(()))?;
+    let alone = play(&mut tissue, &paths, None, progress(&paths), |_, _, _, _| Ok(()))?;
     let poses = paths.poses.concat();
     interrupt::check()?;
     let cold =

@@ -2,6 +2,7 @@
 
 mod admits;
 mod bake;
+mod batch;
 mod browser;
 mod budget;
 mod check;
@@ -15,6 +16,7 @@ mod cosim;
 mod cosim_view;
 mod filled;
 mod follow;
+mod gathered;
 mod info;
 mod inject;
 mod judgement;
@@ -107,7 +109,7 @@ enum Work {
     Check(check::Args),
     Convert(convert::Args),
     Info(info::Args),
-    Run(run::Args),
+    Run(batch::Args),
     Picture(picture::Args),
     Replay(replay::Args),
     Serve(serve::Args),
@@ -149,7 +151,7 @@ impl Cli {
             Work::Check(args) => check::execute(&args),
             Work::Convert(args) => convert::execute(&args),
             Work::Info(args) => info::execute(&args),
-            Work::Run(args) => run::execute(&args),
+            Work::Run(args) => batch::execute(&args),
             Work::Picture(args) => picture::execute(&args),
             Work::Replay(args) => replay::execute(&args),
             Work::Serve(args) => serve::execute(&args),

@@ -3,6 +3,7 @@
 use chaincell_kernel::Model;
 use clap::{CommandFactory, FromArgMatches, Parser};
 
+use super::options::in_a_line;
 use super::stage::StageArgs;
 use super::tissue::TissueArgs;
 use crate::engine::Arithmetic;
@@ -26,13 +27,9 @@ impl Offline {
     /// An option that there is not, a value that is none of it, two that exclude each other.
     pub fn parse(options: impl IntoIterator<Item = String>) -> Result<Self> {
         let matches = Self::command().try_get_matches_from(options);
-        matches.and_then(|found| Self::from_arg_matches(&found)).map_err(|why| {
-            let text = why.to_string();
-            // Behind the first paragraph it tells how to ask for help.
-            let text = text.split("\n\n").next().unwrap_or_default();
-            let text = text.strip_prefix("error: ").unwrap_or(text);
-            Error::input(text.split_whitespace().collect::<Vec<_>>().join(" "))
-        })
+        matches
+            .and_then(|found| Self::from_arg_matches(&found))
+            .map_err(|why| Error::input(in_a_line(&why)))
     }
 
     /// The tissue of a model, at rest.

@@ -92,6 +92,15 @@ fn range_in_words(text: &str) -> Option<String> {
     Some(format!("{before}: must be {range}\n{after}"))
 }
 
+/// A refusal in one line, without the help behind it.
+pub(super) fn in_a_line(why: &clap::Error) -> String {
+    let text = numbers_in_words(&why.to_string());
+    // After the first paragraph it says how to ask for help.
+    let text = text.split("\n\n").next().unwrap_or_default();
+    let text = text.strip_prefix("error: ").unwrap_or(text);
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
 /// A message of the library, which names fields in backticks, with every field that an option of these
 /// commands sets named as that option.
 pub(super) fn named(message: &str, commands: &[Command]) -> String {

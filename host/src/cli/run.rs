@@ -4,22 +4,22 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use chaincell_kernel::trace::Record;
-use chaincell_kernel::{Budget, Choice, TickOutput, ToolPose};
+use chaincell_kernel::{Budget, Choice, Model, TickOutput, ToolPose};
 use serde::Serialize;
 
+use super::gathered::{Gathered, Tables};
 use super::judgement::{Judgement, Pace};
 use super::mesh_file::Units;
 use super::model_file;
-use super::picture;
 use super::press::{Motion, PressArgs};
 use super::shared::{PrintArgs, note_cut, tell_cut, tell_relaxed, tell_view};
 use super::snapshots::{SnapshotArgs, Snapshots};
 use super::stage::{StageArgs, StageReport};
 use super::tissue::{TissueArgs, TissueReport};
-use crate::engine::course::{Course, ToolCourse, largest_n};
+use crate::bake::ImageBytes;
+use crate::engine::course::{ToolCourse, largest_n};
 use crate::engine::cut::report::CutReport;
-use crate::engine::estimates::{Estimates, ForceEstimate};
+use crate::engine::estimates::ForceEstimate;
 use crate::engine::far::Far;
 use crate::engine::flag_ticks::FlagTicks;
 use crate::engine::motion::Pose;
@@ -29,13 +29,12 @@ use crate::engine::tissue::TissueEngine;
 use crate::engine::tools::Poses;
 use crate::engine::untouched::Untouched;
 use crate::error::{Error, Result};
-use crate::files::output::{Answer, ContactRows, Folder, ToolRows, cells_csv, force_csv, vtu};
+use crate::files::output::{Answer, Folder, JOB, Job};
 use crate::files::path::{self, Paths, Rules};
 use crate::files::recording;
-use crate::files::recording::{Recording, TraceFile};
-use crate::files::whole::{check_writable, folder_of, write_whole};
+use crate::files::recording::Recording;
+use crate::files::whole::{check_writable, folder_of};
 use crate::interrupt;
-use crate::picture::{ForceCurve, Largest};
 use crate::session::timing::histogram::{Latencies, Summary};
 use crate::terminal::{self, Progress};
 use crate::words::counted;
@@ -45,15 +44,18 @@ use crate::words::counted;
 #[command(after_help = "Examples:\n  chaincell run liver.chaincell --path press.csv --out press \
     --contact cells:file:liver.sets.json#patch --snapshot-ticks 100,200\n  \
     chaincell run liver.chaincell --motion press --contact probe:0.012 --seconds 2 \
-    --snapshot-every 20 --out press\n\n\
+    --snapshot-every 20 --out press\n  \
+    chaincell run --batch jobs.jsonl --results results.jsonl\n\n\
     A path has the header tick,x_m,y_m,z_m,engaged and a row for each consecutive tick.\n\
     --out gets force.csv with its curves in force.svg and force_depth.svg, picture.png, cells_final.csv, final.vtu,\n\
     summary.json, the model and session.trace, which\n\
     `chaincell replay` plays; path.csv of a motion; of snapshots cells_<tick>.csv, state_<tick>.vtu\n\
-    and series.pvd, which ParaView opens.")]
+    and series.pvd, which ParaView opens.\n\
+    A job of a batch is a line such as {\"model\":\"liver.chaincell\",\"path\":\"press.csv\",\"sweeps\":2}; its result is\n\
+    a line with the keys of summary.json, or with `error`.")]
 pub struct Args {
     /// Model file from `chaincell bake`
-    model: PathBuf,
+    pub model: PathBuf,
     #[command(flatten)]
     source: Source,
     /// Unit of the coordinates of --path
@@ -62,10 +64,11 @@ pub struct Args {
     #[command(flatten)]
     press: PressArgs,
     /// Folder for the results
-    #[arg(long, value_name = "DIR")]
-    out: PathBuf,
+    // A job of a batch may do without.
+    #[arg(long, value_name = "DIR", required = true)]
+    pub out: Option<PathBuf>,
     /// A copy of the trace in this file
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", requires = "out")]
     trace: Option<PathBuf>,
     /// A picture (PNG) of the tick with the largest force: the body, coloured by displacement, and the tools;
     /// off for none [default: picture.png in --out]
@@ -73,7 +76,7 @@ pub struct Args {
     picture: Option<PathBuf>,
     /// Overwrite the results of an earlier run in --out, and an earlier --trace
     #[arg(long)]
-    force: bool,
+    pub force: bool,
     /// Sweep until the estimated error of each force is this share of it, at most --sweeps times; ticks for which
     /// the path has a number of sweeps make those. The trace has the sweeps that were made
     #[arg(long, value_name = "SHARE", value_parser = share)]
@@ -89,6 +92,9 @@ pub struct Args {
     stage: StageArgs,
     #[command(flatten)]
     print: PrintArgs,
+    /// Of a job of a batch, the hash of its inputs: the folder keeps it.
+    #[arg(skip)]
+    pub inputs_hash: Option<String>,
 }
 
 /// A share of a force above the error of a body at rest.
@@ -112,7 +118,7 @@ struct Source {
 
 /// summary.json
 #[derive(Debug, Serialize)]
-struct RunSummary {
+pub struct RunSummary {
     cells: usize,
     nodes: usize,
     links: usize,
@@ -139,7 +145,7 @@ struct RunSummary {
     sweeps_mean: Option<f64>,
     /// Flags seen, each with the number of ticks it was set on.
     flag_ticks: FlagTicks,
-    interrupted: bool,
+    pub interrupted: bool,
     /// Of a body that can be cut.
     #[serde(flatten)]
     cut: Option<CutReport>,
@@ -151,95 +157,171 @@ struct RunSummary {
     stage: Option<StageReport>,
 }
 
+/// What a run came to.
+#[derive(Debug)]
+pub struct Ended {
+    pub summary: RunSummary,
+    /// The picture that was drawn, in words.
+    drawn: Option<String>,
+}
+
+/// Who follows a run.
+#[derive(Debug)]
+pub enum Follower<'a> {
+    /// The terminal, which sees its progress too.
+    Terminal,
+    /// A batch, which keeps its notes.
+    Batch(&'a mut Vec<String>),
+}
+
+impl Follower<'_> {
+    fn note(&mut self, text: impl ToString) {
+        match self {
+            Self::Terminal => terminal::note(format_args!("note: {}", text.to_string())),
+            Self::Batch(notes) => notes.push(text.to_string()),
+        }
+    }
+
+    fn progress(&self, paths: &Paths) -> Progress {
+        match self {
+            Self::Terminal => progress(paths),
+            Self::Batch(_) => Progress::unseen(),
+        }
+    }
+}
+
+/// The progress of playing paths.
+pub fn progress(paths: &Paths) -> Progress {
+    Progress::new(paths.poses.iter().map(Vec::len).sum::<usize>() as u64, "run")
+}
+
 pub fn execute(args: &Args) -> Result<()> {
     let image = model_file::read(&args.model)?;
     let model = model_file::parse(&image, &args.model)?;
-    let mut tissue = args.tissue.staged(model, args.stage.timeless()?)?;
-    let paths = paths(args, &tissue)?;
-    let poses = &paths.poses;
-    let snapshot_ticks = args.snapshots.of(poses)?;
-    check_sweeps(args, &tissue, poses)?;
-    if args.force_error.is_some() && !tissue.engine_mut().tells_force_error() {
-        return Err(Error::input(
-            "--force-error: an error of the force is known under --scheme predict, of bodies of \
-             --young-pa with a coarse level and without --branch and --cuttable; leave it out",
-        ));
+    let ended = args.carry_out(&image, model, Follower::Terminal)?;
+    report(args, &ended)?;
+    if ended.summary.interrupted { Err(Error::interrupted(args.out.as_deref())) } else { Ok(()) }
+}
+
+impl Args {
+    /// Runs a model, which these are the bytes of, and writes the results.
+    ///
+    /// # Errors
+    /// Arguments that do not go with the model or with each other; a path that is none; a place that cannot be
+    /// written. A run that the user stopped is none: its summary says so.
+    pub fn carry_out(
+        &self,
+        image: &ImageBytes,
+        model: Model<'_>,
+        mut follower: Follower<'_>,
+    ) -> Result<Ended> {
+        // Refuse what cannot be done before anything is written.
+        let mut tissue = self.tissue.staged(model, self.stage.timeless()?)?;
+        let paths = paths(self, &tissue, &mut follower)?;
+        let poses = &paths.poses;
+        let snapshot_ticks = self.snapshots.of(poses)?;
+        check_sweeps(self, &tissue, poses)?;
+        check_force_error(self, &mut tissue)?;
+        let records = poses.iter().map(Vec::len).sum::<usize>() * (1 + tissue.tools());
+        check_places(self, records)?;
+        // Play the path; keep what is asked for.
+        let folder = self.out.as_deref().map(|out| Folder::open(out, self.force)).transpose()?;
+        let of_folder = |folder| self.tables(folder, image, &tissue, &snapshot_ticks, poses);
+        let tables = folder.as_ref().map(of_folder).transpose()?;
+        let picture = self.picture();
+        let is_adaptive = self.force_error.is_some();
+        let mut gathered = Gathered::new(tables, picture.is_some(), is_adaptive);
+        let mut executed = Vec::new();
+        let progress = follower.progress(&paths);
+        let mut after =
+            |pose: &Pose, of_tools: &Poses, output: &TickOutput, tissue: &mut Staged<'_>| {
+                executed.push(*pose);
+                gathered.after(pose, of_tools, output, tissue)
+            };
+        let played = play(&mut tissue, &paths, self.force_error, progress, &mut after)?;
+        gathered.finish(&mut tissue, &played.answers, self.stage.hz())?;
+        // Judge it, and sum it up.
+        let tool_courses = gathered.courses();
+        let never_touched = Untouched::of(tissue.engine(), &executed, played.has_touched());
+        let judgement = judgement(self, &tissue, &played, poses);
+        let judgement = judgement.with_tools(tissue.engine(), &tool_courses, never_touched);
+        let far = self.source.path.as_ref().and_then(|_| Far::of(tissue.engine(), &executed));
+        self.note_far(far, largest_n(&tool_courses), &mut follower);
+        let summary = RunSummary {
+            cells: model.body_cells(),
+            nodes: tissue.engine().node_count(),
+            links: model.links(),
+            ticks: played.answers.len() as u64,
+            state_hash: format!("{:016x}", tissue.state_hash()),
+            step_ns: played.step.summary(),
+            ram_bytes: tissue.engine().ram_bytes(),
+            poses_repeated: played.poses_repeated,
+            recorded: self.recorded,
+            snapshot_ticks: snapshot_ticks.clone(),
+            never_touched,
+            judgement,
+            tool_courses,
+            opening_torque_n_m: gathered.opening_torque_n_m,
+            force_error_estimate: gathered.estimates.result(),
+            sweeps_mean: self.force_error.map(|_| played.sweeps_mean()),
+            flag_ticks: played.flag_ticks,
+            interrupted: interrupt::asked(),
+            cut: tissue.engine_mut().cut(),
+            relaxed_j: tissue.engine_mut().relaxed_j(),
+            tissue: self.tissue.report(tissue.engine()),
+            stage: self.stage.report()?,
+        };
+        if let Some(folder) = &folder {
+            folder.write_json("summary.json", &summary)?;
+        }
+        let drawn = gathered.picture(picture.as_deref(), &tissue)?;
+        Ok(Ended { summary, drawn })
     }
-    let records = poses.iter().map(Vec::len).sum::<usize>() * (1 + tissue.tools());
-    check_places(args, records)?;
-    let folder = Folder::open(&args.out, args.force)?;
-    let (scheme, precision) = (tissue.engine().scheme(), args.tissue.precision);
-    let begun = Recording::begin(tissue.engine(), scheme, precision, tissue.settings())?;
-    let front = begun.bytes().to_vec();
-    let place = folder.file(recording::TRACE);
-    let mut trace = TraceFile::create("--out", &place, args.force, begun, records)?;
-    let copy = args.trace.as_ref().filter(|copy| !is_same(copy, &place));
-    if let Some(path) = copy {
-        // A place that cannot be written is told before the run, not after it.
-        write_whole(path, &front)?;
+
+    /// The folder with model, trace and path, to which the ticks are added.
+    fn tables<'a>(
+        &'a self,
+        folder: &'a Folder,
+        image: &ImageBytes,
+        tissue: &Staged<'_>,
+        snapshot_ticks: &'a BTreeSet<u64>,
+        poses: &[Vec<Pose>],
+    ) -> Result<Tables<'a>> {
+        if let Some(hash) = &self.inputs_hash {
+            folder.write_json(JOB, &Job { inputs_hash: hash.into() })?;
+        }
+        let (scheme, precision) = (tissue.engine().scheme(), self.tissue.precision);
+        let begun = Recording::begin(tissue.engine(), scheme, precision, tissue.settings())?;
+        let records = poses.iter().map(Vec::len).sum::<usize>() * (1 + tissue.tools());
+        let snapshots = Snapshots::new(snapshot_ticks, folder, self.stage.hz());
+        let copy = self.trace.as_deref();
+        let tables = Tables::begin(folder, begun, records, snapshots, copy, self.force)?;
+        folder.write(recording::MODEL, image.as_bytes())?;
+        // The path of a built-in motion can be played again.
+        if self.source.motion.is_some() {
+            folder.write("path.csv", path::to_text(poses.concat()).as_bytes())?;
+        }
+        Ok(tables)
     }
-    folder.write(recording::MODEL, image.as_bytes())?;
-    write_motion(args, &folder, poses)?;
-    let hz = args.stage.hz();
-    let (mut snapshots, mut executed) = (Snapshots::new(&snapshot_ticks, &folder, hz), Vec::new());
-    let picture = args.picture();
-    let mut rows = Rows { draws: picture.is_some(), ..Rows::default() };
-    let played = play(&mut tissue, &paths, args.force_error, |pose, of_tools, output, tissue| {
-        let sweeps = pose.sweeps.or(args.force_error.map(|_| output.sweeps));
-        trace.add_tools(&Record { sweeps, ..record(pose, tissue) }, of_tools.each());
-        executed.push(*pose);
-        rows.after(pose, of_tools, output, tissue);
-        snapshots.after(pose.tick, tissue.engine_mut())
-    })?;
-    trace.finish()?;
-    if let Some(path) = copy {
-        write_whole(path, &recording::read(&place)?)?;
+
+    /// Notes that a path leads far beyond the body.
+    fn note_far(&self, far: Option<Far>, peak_n: f32, follower: &mut Follower<'_>) {
+        let Some(far) = far else { return };
+        let remedy = match self.path_units {
+            Units::M => "where the path is in millimetres, pass --path-units mm",
+            Units::Mm => "where the path is in metres, leave --path-units out",
+        };
+        follower.note(format_args!("{far}: the largest force is {peak_n:.3} N; {remedy}"));
     }
-    snapshots.finish()?;
-    let nodes = write_nodes(&folder, &mut tissue)?;
-    folder.write("force.csv", force_csv(&played.answers).as_bytes())?;
-    rows.write(&folder, &tissue, hz)?;
-    let tool_courses: Vec<ToolCourse> = rows.courses.iter().map(Course::result).collect();
-    let never_touched = Untouched::of(tissue.engine(), &executed, played.has_touched());
-    let judgement = judgement(args, &tissue, &played, poses);
-    let judgement = judgement.with_tools(tissue.engine(), &tool_courses, never_touched);
-    let summary = RunSummary {
-        cells: model.body_cells(),
-        nodes,
-        links: model.links(),
-        ticks: played.answers.len() as u64,
-        state_hash: format!("{:016x}", tissue.state_hash()),
-        step_ns: played.step.summary(),
-        ram_bytes: tissue.engine().ram_bytes(),
-        poses_repeated: played.poses_repeated,
-        recorded: args.recorded,
-        snapshot_ticks,
-        never_touched,
-        judgement,
-        tool_courses,
-        opening_torque_n_m: rows.opening_torque_n_m,
-        force_error_estimate: rows.estimates.result(),
-        sweeps_mean: args.force_error.map(|_| played.sweeps_mean()),
-        flag_ticks: played.flag_ticks,
-        interrupted: interrupt::asked(),
-        cut: tissue.engine_mut().cut(),
-        relaxed_j: tissue.engine_mut().relaxed_j(),
-        tissue: args.tissue.report(tissue.engine()),
-        stage: args.stage.report()?,
-    };
-    folder.write_json("summary.json", &summary)?;
-    let drawn = rows.picture(picture.as_deref(), &tissue)?;
-    report(args, &summary, far(args, &tissue, &executed), drawn.as_deref())?;
-    if summary.interrupted { Err(Error::interrupted(Some(&args.out))) } else { Ok(()) }
 }
 
 /// The poses of the path or of the built-in motion.
-fn paths(args: &Args, tissue: &Staged<'_>) -> Result<Paths> {
+fn paths(args: &Args, tissue: &Staged<'_>, follower: &mut Follower<'_>) -> Result<Paths> {
     let engine = tissue.engine();
     let has_scissors = (0..tissue.tools()).any(|tool| engine.has_scissors(tool));
     let Some(file) = &args.source.path else {
         if has_scissors {
-            terminal::note("note: the built-in motion leaves scissors closed; --path opens them");
+            follower.note("the built-in motion leaves scissors closed; --path opens them");
         }
         let (model, hz) = (engine.network().model(), args.stage.hz());
         return Ok(Paths::of(vec![args.press.on(model, engine.contact(), hz)?]));
@@ -255,29 +337,13 @@ fn paths(args: &Args, tissue: &Staged<'_>) -> Result<Paths> {
         )));
     }
     if has_scissors && !paths.opens() {
-        terminal::note(format_args!(
-            "note: {}: the scissors stay closed, as no row opens them: give the opening in a column \
+        follower.note(format_args!(
+            "{}: the scissors stay closed, as no row opens them: give the opening in a column \
              `opening_rad` behind `engaged`, 0 to 3.14159",
             file.display()
         ));
     }
     Ok(paths)
-}
-
-/// Writes the path of a built-in motion, which can be played again.
-fn write_motion(args: &Args, folder: &Folder, poses: &[Vec<Pose>]) -> Result<()> {
-    if args.source.motion.is_none() {
-        return Ok(());
-    }
-    folder.write("path.csv", path::to_text(poses.concat()).as_bytes())
-}
-
-/// Writes the positions after the last tick; returns the number of nodes.
-fn write_nodes(folder: &Folder, tissue: &mut Staged<'_>) -> Result<usize> {
-    let nodes = tissue.engine_mut().nodes();
-    folder.write("cells_final.csv", cells_csv(&nodes).as_bytes())?;
-    folder.write("final.vtu", vtu(tissue.engine_mut(), &nodes).as_bytes())?;
-    Ok(nodes.ids.len())
 }
 
 /// What a run says of its body and its pace.
@@ -298,7 +364,7 @@ impl Args {
         match &self.picture {
             Some(off) if off == Path::new("off") => None,
             Some(file) => Some(file.clone()),
-            None => Some(self.out.join("picture.png")),
+            None => self.out.as_ref().map(|out| out.join("picture.png")),
         }
     }
 
@@ -311,103 +377,34 @@ impl Args {
     }
 }
 
-/// How far a path leads beyond the body.
-fn far(args: &Args, tissue: &Staged<'_>, executed: &[Pose]) -> Option<Far> {
-    args.source.path.as_ref().and_then(|_| Far::of(tissue.engine(), executed))
-}
-
-/// The record of a tick that has been made.
-fn record(pose: &Pose, tissue: &mut Staged<'_>) -> Record {
-    let state_hash = Some(tissue.state_hash());
-    Record { sweeps: pose.sweeps, state_hash, ..Record::of(pose.tick, ToolPose::from(*pose)) }
-}
-
-/// What is collected tick by tick for the results.
-#[derive(Default)]
-struct Rows {
-    contacts: ContactRows,
-    tools: ToolRows,
-    curve: ForceCurve,
-    /// One for each tool; of held cells one.
-    courses: Vec<Course>,
-    /// True if a picture is wanted.
-    draws: bool,
-    largest: Largest,
-    /// Of scissors, the largest so far.
-    opening_torque_n_m: Option<f32>,
-    estimates: Estimates,
-}
-
-impl Rows {
-    /// Adds a tick that has been made.
-    fn after(
-        &mut self,
-        pose: &Pose,
-        of_tools: &Poses,
-        output: &TickOutput,
-        tissue: &mut Staged<'_>,
-    ) {
-        let force_n = output.force_n.into();
-        self.courses.resize(tissue.tools().max(1), Course::default());
-        if let ([only], 0) = (&mut self.courses[..], tissue.tools()) {
-            only.add(force_n, output.contacts, None);
-            self.estimates.add(force_n, output.contacts, tissue.engine_mut().force_error_n(0));
-        }
-        for tool in 0..tissue.tools() {
-            let felt = tissue.felt(tool);
-            self.courses[tool].add(felt.force_n, felt.contacts, tissue.places_m(tool));
-            self.tools.add(pose.tick, tool, &felt, output.flags.0);
-            let error_n = tissue.engine_mut().force_error_n(tool);
-            self.estimates.add(felt.force_n, felt.contacts, error_n);
-            let torque_n_m = tissue.engine_mut().opening_torque_n_m(tool).map(|x| x + 0.0);
-            self.opening_torque_n_m = larger(self.opening_torque_n_m, torque_n_m);
-        }
-        self.contacts.after(pose.tick, tissue.engine_mut());
-        self.curve.add(pose.tick, pose.position_m, force_n, output.contacts > 0);
-        if self.draws {
-            self.largest.after(tissue.engine_mut(), pose.tick, of_tools.each(), force_n);
-        }
+/// Refuses a share of the force where no error of it is known.
+fn check_force_error(args: &Args, tissue: &mut Staged<'_>) -> Result<()> {
+    if args.force_error.is_none() || tissue.engine_mut().tells_force_error() {
+        return Ok(());
     }
-
-    /// Writes tables and curves.
-    fn write(&self, folder: &Folder, tissue: &Staged<'_>, hz: u32) -> Result<()> {
-        picture::write_curves(&self.curve, folder, hz)?;
-        self.contacts.write(folder, tissue.engine())?;
-        self.tools.write(folder, tissue.tools())
-    }
-
-    /// Draws the tick of the largest force where a picture is wanted, and says so.
-    fn picture(&self, out: Option<&Path>, tissue: &Staged<'_>) -> Result<Option<String>> {
-        let Some(out) = out else { return Ok(None) };
-        picture::of_run(&self.largest, tissue.engine(), out)
-    }
-}
-
-/// The larger of two numbers, of which there may be none.
-fn larger(one: Option<f32>, other: Option<f32>) -> Option<f32> {
-    let both = one.zip(other).map(|(one, other)| one.max(other));
-    both.or(one).or(other)
+    Err(Error::input(
+        "--force-error: an error of the force is known under --scheme predict, of bodies of --young-pa with a \
+         coarse level and without --branch and --cuttable; leave it out",
+    ))
 }
 
 /// Refuses places that cannot be written, before anything is removed or made.
 fn check_places(args: &Args, records: usize) -> Result<()> {
+    let Some(out) = &args.out else {
+        return args.picture().map_or(Ok(()), |picture| check_writable(&picture));
+    };
     if let Some(trace) = &args.trace
-        && (args.out.exists() || folder_of(trace).exists())
+        && (out.exists() || folder_of(trace).exists())
     {
         recording::check_place(trace, args.force)?;
     }
     // A picture may go into the folder that the run makes.
     if let Some(picture) = args.picture()
-        && picture.parent() != Some(&args.out)
+        && picture.parent() != Some(out)
     {
         check_writable(&picture)?;
     }
-    Folder::check_room(&args.out, records)
-}
-
-/// Whether both are the same file.
-fn is_same(one: &Path, other: &Path) -> bool {
-    one.canonicalize().ok().zip(other.canonicalize().ok()).is_some_and(|(one, other)| one == other)
+    Folder::check_room(out, records)
 }
 
 /// A path may ask for the sweeps of a tick where a tick may end after any, up to `--sweeps`.
@@ -449,6 +446,7 @@ pub fn play(
     tissue: &mut Staged<'_>,
     paths: &Paths,
     share: Option<f32>,
+    progress: Progress,
     mut after: impl FnMut(&Pose, &Poses, &TickOutput, &mut Staged<'_>) -> Result<()>,
 ) -> Result<Played> {
     let poses: usize = paths.poses.iter().map(Vec::len).sum();
@@ -458,7 +456,6 @@ pub fn play(
         step: Latencies::new()?,
         poses_repeated: 0,
     };
-    let progress = Progress::new(poses as u64, "run");
     'session: for (sequence, poses) in paths.poses.iter().enumerate() {
         let mut order = TickOrder::default();
         for (at, pose) in poses.iter().enumerate() {
@@ -519,15 +516,9 @@ impl Played {
     }
 }
 
-fn report(args: &Args, summary: &RunSummary, far: Option<Far>, drawn: Option<&str>) -> Result<()> {
+fn report(args: &Args, ended: &Ended) -> Result<()> {
+    let summary = &ended.summary;
     let peak = largest_n(&summary.tool_courses);
-    if let Some(far) = far {
-        let remedy = match args.path_units {
-            Units::M => "where the path is in millimetres, pass --path-units mm",
-            Units::Mm => "where the path is in metres, leave --path-units out",
-        };
-        terminal::note(format_args!("note: {far}: the largest force is {peak:.3} N; {remedy}"));
-    }
     let cut = summary.cut.as_ref();
     note_cut(cut);
     if args.print.json {
@@ -562,9 +553,10 @@ fn report(args: &Args, summary: &RunSummary, far: Option<Far>, drawn: Option<&st
     tell_cut(14, cut)?;
     tell_relaxed(14, summary.relaxed_j)?;
     summary.judgement.print(14)?;
-    if let Some(drawn) = drawn {
+    if let Some(drawn) = &ended.drawn {
         terminal::say(format_args!("  {:<14}{drawn}", "picture"))?;
     }
-    terminal::say(format_args!("  {:<14}{}", "results", args.out.display()))?;
-    if args.tissue.is_shown(cut) { tell_view(14, &[&args.out]) } else { Ok(()) }
+    let Some(out) = &args.out else { return Ok(()) };
+    terminal::say(format_args!("  {:<14}{}", "results", out.display()))?;
+    if args.tissue.is_shown(cut) { tell_view(14, &[out]) } else { Ok(()) }
 }

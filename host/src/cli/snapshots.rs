@@ -15,10 +15,16 @@ const SNAPSHOTS_MAX: usize = 1000;
 pub struct SnapshotArgs {
     /// Also write the positions after these ticks: cells_<tick>.csv, state_<tick>.vtu, and series.pvd
     /// of all for ParaView
-    #[arg(long, value_name = "TICKS", value_delimiter = ',', allow_negative_numbers = true)]
+    #[arg(
+        long,
+        value_name = "TICKS",
+        value_delimiter = ',',
+        allow_negative_numbers = true,
+        requires = "out"
+    )]
     snapshot_ticks: Vec<u64>,
     /// The same after every tick whose number N divides; at most 1,000 snapshots in all
-    #[arg(long, value_name = "N", allow_negative_numbers = true,
+    #[arg(long, value_name = "N", allow_negative_numbers = true, requires = "out",
         value_parser = clap::value_parser!(u64).range(1..))]
     snapshot_every: Option<u64>,
 }

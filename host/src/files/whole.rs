@@ -7,6 +7,9 @@ use std::path::Path;
 use crate::error::{Error, Result};
 use crate::input;
 
+/// The first letters of a file's name until it is whole.
+pub const UNFINISHED: &str = ".chaincell-";
+
 /// Returns the folder that contains a file.
 #[must_use]
 pub fn folder_of(path: &Path) -> &Path {
@@ -69,7 +72,7 @@ pub fn write_whole(path: &Path, content: &[u8]) -> Result<()> {
         // Like any new file: rw for all, reduced by the user's mask.
         builder.permissions(fs::Permissions::from_mode(0o666));
     }
-    let mut file = builder.prefix(".chaincell-").tempfile_in(folder_of(&target)).map_err(failed)?;
+    let mut file = builder.prefix(UNFINISHED).tempfile_in(folder_of(&target)).map_err(failed)?;
     file.write_all(content).and_then(|()| file.flush()).map_err(failed)?;
     file.persist(&target).map_err(|why| failed(why.error))?;
     Ok(())

@@ -1,6 +1,7 @@
 //! The command from outside: its files, its refusals, its traces, and the pages that describe it.
 
 mod bad_input;
+mod batch;
 mod cut;
 mod docs;
 mod far;

@@ -11,11 +11,11 @@ mod vtu;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result};
 use crate::files::recording::{self, check_idle};
-use crate::files::whole::write_whole;
+use crate::files::whole::{UNFINISHED, write_whole};
 use crate::input;
 
 pub use cells::cells_csv;
@@ -25,6 +25,24 @@ pub use series::{SERIES, pvd, state_name};
 pub use tools::ToolRows;
 pub use vtu::vtu;
 
+/// Name of the file that says which job of a batch fills a folder.
+pub const JOB: &str = "job.json";
+
+/// The file of that name.
+#[derive(Debug, Serialize, Deserialize)]
+pub struct Job {
+    /// Hash of all that the job's results depend on.
+    pub inputs_hash: String,
+}
+
+impl Job {
+    /// Reads it from a folder; `None` where it is missing or damaged.
+    #[must_use]
+    pub fn of_folder(path: &Path) -> Option<Self> {
+        serde_json::from_slice(&fs::read(path.join(JOB)).ok()?).ok()
+    }
+}
+
 /// An output folder.
 #[derive(Debug)]
 pub struct Folder {
@@ -32,7 +50,7 @@ pub struct Folder {
 }
 
 impl Folder {
-    /// Creates the folder, or accepts an empty one. A folder with content is accepted only with `force`; the
+    /// Creates the folder, or accepts one that is empty, files aside that a killed run did not finish. A folder with content is accepted only with `force`; the
     /// files of an earlier run in it are then removed, everything else stays.
     ///
     /// # Errors
@@ -48,7 +66,8 @@ impl Folder {
         let mut earlier = Vec::new();
         for entry in entries {
             let entry = entry.map_err(|why| Error::file("read folder", path, why))?;
-            if !force {
+            let is_leftover = entry.file_name().to_string_lossy().starts_with(UNFINISHED);
+            if !force && !is_leftover {
                 return Err(Error::input(format!(
                     "`out` {}: the folder is not empty (it has {}): name another one, or pass \
                      `force` to overwrite the files of an earlier run",
@@ -126,6 +145,7 @@ fn is_ours(name: &str) -> bool {
         recording::TRACE,
         "final.vtu",
         "summary.json",
+        JOB,
         recording::MODEL,
         "identified.json",
         "residuals.csv",
@@ -133,7 +153,8 @@ fn is_ours(name: &str) -> bool {
         "stress.json",
         "stress.txt",
     ];
-    snapshot || report || paper || chart || fixed.contains(&name)
+    let is_leftover = name.starts_with(UNFINISHED);
+    snapshot || report || paper || chart || is_leftover || fixed.contains(&name)
 }
 
 #[cfg(test)]
