@@ -4,6 +4,7 @@ mod bad_input;
 mod cut;
 mod docs;
 mod far;
+mod force_error;
 mod graded;
 mod handout;
 mod inputs;
