@@ -81,7 +81,7 @@ pub struct Output {
 const UNKNOWN_N: f32 = -1.0;
 
 /// A force's error, or what stands for one that is not known \[N\].
-pub(crate) fn told(force_error_n: Option<f32>) -> f32 {
+fn told(force_error_n: Option<f32>) -> f32 {
     force_error_n.unwrap_or(UNKNOWN_N)
 }
 

@@ -5,6 +5,7 @@ mod batch;
 mod cut;
 mod docs;
 mod far;
+mod force_error;
 mod graded;
 mod handout;
 mod inputs;

@@ -10,7 +10,6 @@ use chaincell_kernel::{
 
 use super::tool_storage::{ROOM, SURFACE, placed};
 use super::{BOX, NO_OUTPUT, call, hash, make, of_kernel};
-use crate::tick::told;
 use crate::{
     Budget, Code, ContactForce, Detail, Output, Room, Scheme, Tissue, ToolOutput, ToolPart,
     ToolPose,
@@ -147,7 +146,7 @@ fn tools_are_the_kernels_to_the_last_bit() {
             });
             let torque_n_m = felt.torque_n_m.into();
             let tool = ToolOutput { torque_n_m, ..wanted.tool };
-            let force_error_n = told(error_n);
+            let force_error_n = error_n.unwrap_or(-1.0);
             assert_eq!(*output, Output { tool, force_error_n, ..wanted }, "tick {at}");
         }
         let mut samples = 0;
