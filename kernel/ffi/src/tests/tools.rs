@@ -5,7 +5,8 @@ use std::vec::Vec;
 
 use chaincell_kernel::{
     Flags, Model, NOT_TURNED, Network, Predict, Settings as KernelSettings, TickOutput,
-    Tissue as Own, ToolPart as KernelPart, TouchStore, elastic_room, term_states,
+    Tissue as Own, ToolOutput as KernelOutput, ToolPart as KernelPart, TouchStore, elastic_room,
+    term_states,
 };
 
 use super::tool_storage::{ROOM, SURFACE, placed};
@@ -84,6 +85,19 @@ fn contacts(tissue: *mut Tissue, room: usize) -> (Vec<ContactForce>, usize) {
     (all, count)
 }
 
+/// The output of one of several tools in a tick.
+fn of_tool(tick: &TickOutput, felt: &KernelOutput, error_n: Option<f32>) -> Output {
+    let wanted = Output::of(&TickOutput {
+        force_n: felt.force_n,
+        work_j: felt.work_j,
+        stiffness_n_per_m: felt.stiffness_n_per_m,
+        contacts: felt.contacts,
+        ..*tick
+    });
+    let tool = ToolOutput { torque_n_m: felt.torque_n_m.into(), ..wanted.tool };
+    Output { tool, force_error_n: error_n.unwrap_or(-1.0), ..wanted }
+}
+
 /// Two tools, one of two parts, with friction and a grip; now and then a bad pose, and too many at the end.
 #[test]
 fn tools_are_the_kernels_to_the_last_bit() {
@@ -137,17 +151,7 @@ fn tools_are_the_kernels_to_the_last_bit() {
             let error_n = own.touching(store.room()).force_error_n(&network, tool);
             told_ticks += u32::from(error_n.is_some_and(|error_n| error_n > 0.0));
             let felt = own.touching(store.room()).tool_output(&network, tool);
-            let wanted = Output::of(&TickOutput {
-                force_n: felt.force_n,
-                work_j: felt.work_j,
-                stiffness_n_per_m: felt.stiffness_n_per_m,
-                contacts: felt.contacts,
-                ..there
-            });
-            let torque_n_m = felt.torque_n_m.into();
-            let tool = ToolOutput { torque_n_m, ..wanted.tool };
-            let force_error_n = error_n.unwrap_or(-1.0);
-            assert_eq!(*output, Output { tool, force_error_n, ..wanted }, "tick {at}");
+            assert_eq!(*output, of_tool(&there, &felt, error_n), "tick {at}");
         }
         let mut samples = 0;
         assert_eq!(call!(chaincell_gripped(made.tissue, 1, &mut samples)), Code::Ok);
