@@ -158,13 +158,7 @@ pub fn execute(args: &Args) -> Result<()> {
     let paths = paths(args, &tissue)?;
     let poses = &paths.poses;
     let snapshot_ticks = args.snapshots.of(poses)?;
-    check_sweeps(args, &tissue, poses)?;
-    if args.force_error.is_some() && !tissue.engine_mut().tells_force_error() {
-        return Err(Error::input(
-            "--force-error: an error of the force is known under --scheme predict, of bodies of \
-             --young-pa with a coarse level and without --branch and --cuttable; leave it out",
-        ));
-    }
+    check_sweeps(args, &mut tissue, poses)?;
     let records = poses.iter().map(Vec::len).sum::<usize>() * (1 + tissue.tools());
     check_places(args, records)?;
     let folder = Folder::open(&args.out, args.force)?;
@@ -182,11 +176,9 @@ pub fn execute(args: &Args) -> Result<()> {
     write_motion(args, &folder, poses)?;
     let hz = args.stage.hz();
     let (mut snapshots, mut executed) = (Snapshots::new(&snapshot_ticks, &folder, hz), Vec::new());
-    let picture = args.picture();
-    let mut rows = Rows { draws: picture.is_some(), ..Rows::default() };
+    let mut rows = Rows { draws: args.picture().is_some(), ..Rows::default() };
     let played = play(&mut tissue, &paths, args.force_error, |pose, of_tools, output, tissue| {
-        let sweeps = pose.sweeps.or(args.force_error.map(|_| output.sweeps));
-        trace.add_tools(&Record { sweeps, ..record(pose, tissue) }, of_tools.each());
+        trace.add_tools(&record(args, pose, output, tissue), of_tools.each());
         executed.push(*pose);
         rows.after(pose, of_tools, output, tissue);
         snapshots.after(pose.tick, tissue.engine_mut())
@@ -228,7 +220,7 @@ pub fn execute(args: &Args) -> Result<()> {
         stage: args.stage.report()?,
     };
     folder.write_json("summary.json", &summary)?;
-    let drawn = rows.picture(picture.as_deref(), &tissue)?;
+    let drawn = rows.picture(args.picture().as_deref(), &tissue)?;
     report(args, &summary, far(args, &tissue, &executed), drawn.as_deref())?;
     if summary.interrupted { Err(Error::interrupted(Some(&args.out))) } else { Ok(()) }
 }
@@ -316,10 +308,11 @@ fn far(args: &Args, tissue: &Staged<'_>, executed: &[Pose]) -> Option<Far> {
     args.source.path.as_ref().and_then(|_| Far::of(tissue.engine(), executed))
 }
 
-/// The record of a tick that has been made.
-fn record(pose: &Pose, tissue: &mut Staged<'_>) -> Record {
+/// The record of a tick that has been made, with its sweeps where the path or the force's error chose them.
+fn record(args: &Args, pose: &Pose, output: &TickOutput, tissue: &mut Staged<'_>) -> Record {
     let state_hash = Some(tissue.state_hash());
-    Record { sweeps: pose.sweeps, state_hash, ..Record::of(pose.tick, ToolPose::from(*pose)) }
+    let sweeps = pose.sweeps.or(args.force_error.map(|_| output.sweeps));
+    Record { sweeps, state_hash, ..Record::of(pose.tick, ToolPose::from(*pose)) }
 }
 
 /// What is collected tick by tick for the results.
@@ -410,8 +403,14 @@ fn is_same(one: &Path, other: &Path) -> bool {
     one.canonicalize().ok().zip(other.canonicalize().ok()).is_some_and(|(one, other)| one == other)
 }
 
-/// A path may ask for the sweeps of a tick where a tick may end after any, up to `--sweeps`.
-fn check_sweeps(args: &Args, tissue: &Staged<'_>, poses: &[Vec<Pose>]) -> Result<()> {
+/// Ticks may end by an error where one is known. A path may ask for the sweeps of a tick where a tick may end after any, up to `--sweeps`.
+fn check_sweeps(args: &Args, tissue: &mut Staged<'_>, poses: &[Vec<Pose>]) -> Result<()> {
+    if args.force_error.is_some() && !tissue.engine_mut().tells_force_error() {
+        return Err(Error::input(
+            "--force-error: an error of the force is known under --scheme predict, of bodies of \
+             --young-pa with a coarse level and without --branch and --cuttable; leave it out",
+        ));
+    }
     let most = poses.iter().flatten().filter_map(|pose| pose.sweeps).max();
     let path = args.source.path.as_deref().unwrap_or(Path::new("path")).display();
     let sweeps = tissue.engine().network().settings().sweeps;
