@@ -403,7 +403,8 @@ fn is_same(one: &Path, other: &Path) -> bool {
     one.canonicalize().ok().zip(other.canonicalize().ok()).is_some_and(|(one, other)| one == other)
 }
 
-/// Ticks may end by an error where one is known. A path may ask for the sweeps of a tick where a tick may end after any, up to `--sweeps`.
+/// Ticks may end by an error where one is known. A path may ask for the sweeps of a tick where a tick may end after any,
+/// up to `--sweeps`.
 fn check_sweeps(args: &Args, tissue: &mut Staged<'_>, poses: &[Vec<Pose>]) -> Result<()> {
     if args.force_error.is_some() && !tissue.engine_mut().tells_force_error() {
         return Err(Error::input(

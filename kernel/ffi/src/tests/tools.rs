@@ -120,22 +120,19 @@ fn tools_are_the_kernels_to_the_last_bit() {
         }
         let to = outputs.as_mut_ptr();
         assert_eq!(call!(chaincell_tick(made.tissue, poses.as_ptr(), 2, null(), to)), Code::Ok);
-        let there = own.touching(store.room()).tick(
-            &network,
-            &poses.map(|pose| of_kernel(&pose)),
-            chaincell_kernel::Budget::All,
-        );
-        let is_safe = outputs.map(|of| of.tool.flags & Flags::SAFE_STATE.0 != 0);
-        assert_eq!(is_safe, [at >= 110; 2], "tick {at}");
-        let first = outputs[0].tool;
-        assert_eq!((first.force_n, first.contacts), (there.force_n.into(), there.contacts));
+        let (own_poses, all) = (poses.map(|pose| of_kernel(&pose)), chaincell_kernel::Budget::All);
+        let there = own.touching(store.room()).tick(&network, &own_poses, all);
+        let is_safe = at >= 110;
+        assert!(outputs.iter().all(|of| (of.tool.flags & Flags::SAFE_STATE.0 != 0) == is_safe));
+        let ToolOutput { force_n, contacts, .. } = outputs[0].tool;
+        assert_eq!((force_n, contacts), (there.force_n.into(), there.contacts));
         for (tool, output) in outputs.iter().enumerate() {
-            if is_safe[tool] {
+            if is_safe {
                 assert_eq!(*output, Output::of(&there));
                 continue;
             }
             let error_n = own.touching(store.room()).force_error_n(&network, tool);
-            told_ticks += u32::from(error_n.is_some_and(|error_n| error_n > 0.0));
+            told_ticks += u32::from(error_n > Some(0.0));
             let felt = own.touching(store.room()).tool_output(&network, tool);
             let wanted = Output::of(&TickOutput {
                 force_n: felt.force_n,
@@ -144,10 +141,9 @@ fn tools_are_the_kernels_to_the_last_bit() {
                 contacts: felt.contacts,
                 ..there
             });
-            let torque_n_m = felt.torque_n_m.into();
-            let tool = ToolOutput { torque_n_m, ..wanted.tool };
-            let force_error_n = error_n.unwrap_or(-1.0);
-            assert_eq!(*output, Output { tool, force_error_n, ..wanted }, "tick {at}");
+            let tool = ToolOutput { torque_n_m: felt.torque_n_m.into(), ..wanted.tool };
+            let wanted = Output { tool, force_error_n: error_n.unwrap_or(-1.0), ..wanted };
+            assert_eq!(*output, wanted, "tick {at}");
         }
         let mut samples = 0;
         assert_eq!(call!(chaincell_gripped(made.tissue, 1, &mut samples)), Code::Ok);
