@@ -92,14 +92,17 @@ pub fn execute(args: &Args) -> Result<()> {
         None => None,
     };
     if let Some(path) = &args.record {
-        recording::check_place(path, args.force)?;
+        recording::check_place("--record", path, args.force)?;
     }
     // Join, and build the tissue where the session begins.
     let mut intake = Intake::new(way(args)?);
-    let waits_s = if is_tcp(args) { args.server.wait_for_server_s } else { 0.0 };
+    let waits_s = if comes_later(args) { args.server.wait_for_server_s } else { 0.0 };
     let end_ns = now_ns().saturating_add(span_ns("`wait_for_server_s`", waits_s)?);
-    let mut joined = join(&mut intake, own_checksum, end_ns)?;
     let label = PathBuf::from(args.source.clone().unwrap_or_else(|| args.program.join(" ")));
+    let mut joined = join(&mut intake, own_checksum, end_ns).map_err(|why| match why {
+        Error::Input(why) => Error::input(format!("cannot follow {}: {why}", label.display())),
+        other => other,
+    })?;
     let (image, model_path) = match (own, joined.image.take()) {
         (Some(image), _) => (image, own_path),
         (None, Some(image)) => (image, label.clone()),
@@ -123,11 +126,12 @@ pub fn execute(args: &Args) -> Result<()> {
     };
     let mut follower = Follower::new(intake, &joined, &mut tissue, show.transpose()?)?;
     let ended = follower.run(joined, |_, told| tell.hear(told));
-    let report = follower.report();
+    let mut report = follower.report();
     drop(follower);
     let finished = tell.trace.take().map_or(Ok(()), TraceFile::finish);
     // Report and judge.
-    print(args, &report, tell.left_out)?;
+    report.ticks_unrecorded = tell.left_out;
+    print(args, &report)?;
     finished?;
     ended?;
     match &report.first_difference {
@@ -139,9 +143,9 @@ pub fn execute(args: &Args) -> Result<()> {
     }
 }
 
-/// True where a mirror listens, which may come later.
-fn is_tcp(args: &Args) -> bool {
-    args.source.as_ref().is_some_and(|source| source.starts_with(TCP))
+/// True for a mirror that listens and for a file, which may come later.
+fn comes_later(args: &Args) -> bool {
+    args.source.as_ref().is_some_and(|source| source != "-")
 }
 
 /// How the bytes come.
@@ -251,7 +255,8 @@ impl Teller {
     }
 }
 
-fn print(args: &Args, report: &FollowReport, left_out: u64) -> Result<()> {
+fn print(args: &Args, report: &FollowReport) -> Result<()> {
+    let left_out = report.ticks_unrecorded;
     if left_out > 0 {
         terminal::note(format_args!(
             "note: {left_out} ticks and commands did not fit into the trace; pass a larger --record-ticks"

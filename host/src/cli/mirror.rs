@@ -49,11 +49,11 @@ pub struct Args {
     /// nothing is encrypted
     #[arg(long, requires = "listen")]
     open_to_network: bool,
-    /// The request of a follower that goes on after a cut; `follow` adds it
-    #[arg(long, value_name = "SEAL:RECORD", hide = true, value_parser = goes_on)]
+    /// The place where a follower goes on after a cut; `follow` adds it to the words of its program
+    #[arg(long, value_name = "SEAL:RECORD", value_parser = goes_on)]
     goes_on: Option<(u32, u32)>,
-    /// Checksum of the model that a follower has; `follow` adds it
-    #[arg(long, value_name = "CHECKSUM", hide = true, value_parser = hex)]
+    /// Checksum of the model that a follower has; `follow` adds it to the words of its program
+    #[arg(long, value_name = "CHECKSUM", value_parser = hex)]
     has_model: Option<u32>,
 }
 
@@ -113,7 +113,7 @@ fn listen(address: SocketAddr, is_open: bool, place: &Place) -> Result<()> {
                 let (place, count) = (place.clone(), Arc::clone(&followers));
                 thread::spawn(move || {
                     if let Err(why) = answer(stream, &place) {
-                        log::warn!("a follower got nothing: {why}");
+                        log::warn!("a follower that connected got nothing: {why}");
                     }
                     count.fetch_sub(1, Ordering::Relaxed);
                 });

@@ -396,7 +396,7 @@ fn check_places(args: &Args, records: usize) -> Result<()> {
     if let Some(trace) = &args.trace
         && (out.exists() || folder_of(trace).exists())
     {
-        recording::check_place(trace, args.force)?;
+        recording::check_place("`trace`", trace, args.force)?;
     }
     // A picture may go into the folder that the run makes.
     if let Some(picture) = args.picture()

@@ -1,6 +1,7 @@
 //! `chaincell serve`: the tissue's process of a co-simulation.
 
-use std::path::PathBuf;
+use std::fs;
+use std::path::{Path, PathBuf};
 
 use chaincell_kernel::trace::{Command, CommandRecord};
 use chaincell_kernel::{Flags, ToolPose};
@@ -256,11 +257,14 @@ fn begin(
         }
         Some(session) => {
             // Join, and make room for the trace, before there is something to take over.
-            let stand_by = StandBy::join(session, &header, tissue)?;
-            let mut recorded = recorded(args, begun, image, tissue.tools())?;
-            let Some(from) = stand_by.wait(&scene, tissue)? else {
-                recorded.recorder.finish_trace()?;
-                return Ok(None);
+            let stand_by = StandBy::join(session, &header, &scene, tissue)?;
+            let recorded = recorded(args, begun, image, tissue.tools())?;
+            let from = match stand_by.wait(&scene, tissue) {
+                Ok(Some(from)) => from,
+                other => {
+                    recorded.forget();
+                    return other.map(|_| None);
+                }
             };
             let server = open(scene, options, tissue.engine(), args.state_hz)?;
             (server, Some(from), recorded)
@@ -288,6 +292,8 @@ struct Recorded {
     folder: Option<Folder>,
     recorder: Recorder,
     trace: Option<PathBuf>,
+    /// Where the trace stands while nothing is recorded, so that nobody takes it for one of a session.
+    waiting: Option<PathBuf>,
 }
 
 /// Makes room for the session's trace; nothing that is an input is replaced.
@@ -295,13 +301,23 @@ fn recorded(args: &Args, begun: Recording, image: &ImageBytes, tools: usize) -> 
     let places =
         [args.record.clone(), args.folder.out.as_ref().map(|out| out.join(recording::TRACE))];
     places.iter().flatten().try_for_each(|trace| input::keep(&snapshot::start_place(trace)))?;
-    let (folder, recorder) = recorder(args, begun, image, tools)?;
+    let (folder, recorder, waiting) = recorder(args, begun, image, tools)?;
     let of_folder = folder.as_ref().map(|folder| folder.file(recording::TRACE));
     let trace = args.record.clone().or(of_folder);
-    Ok(Recorded { folder, recorder, trace })
+    Ok(Recorded { folder, recorder, trace, waiting })
 }
 
 impl Recorded {
+    /// Removes what was made for a session that does not come.
+    fn forget(self) {
+        drop(self.recorder);
+        // What cannot be removed stays, and is named where it is in the way.
+        let _ = self.waiting.map(fs::remove_file);
+        if let Some(folder) = &self.folder {
+            let _ = fs::remove_file(folder.file(recording::MODEL));
+        }
+    }
+
     /// Lets a server go on from a snapshot, if there is one: the trace then begins with it, and a copy stands
     /// beside. `header` is what the trace begins with.
     fn go_on(
@@ -316,6 +332,9 @@ impl Recorded {
             let (bytes, checksum) = snapshot.to_bytes();
             if let Some(trace) = &self.trace {
                 write_whole(&snapshot::start_place(trace), &bytes)?;
+            }
+            if let Some((waiting, trace)) = self.waiting.take().zip(self.trace.as_ref()) {
+                fs::rename(&waiting, trace).map_err(|why| Error::file("write", trace, why))?;
             }
             let (command, hash) = (Command::Snapshot { checksum }, tissue.state_hash());
             self.recorder.command(CommandRecord { tick, command, state_hash: Some(hash) });
@@ -395,21 +414,36 @@ fn recorder(
     begun: Recording,
     image: &ImageBytes,
     tools: usize,
-) -> Result<(Option<Folder>, Recorder)> {
+) -> Result<(Option<Folder>, Recorder, Option<PathBuf>)> {
     let ticks = record_ticks(args)?;
     let records = Recorder::trace_records(ticks, tools);
+    let waiting = |trace: &Path| args.stand_by.is_some().then(|| waiting_place(trace));
+    let force = args.folder.force;
     if let Some(path) = &args.record {
-        let trace = TraceFile::create("--record", path, args.folder.force, begun, records)?;
-        return Ok((None, Recorder::on_disk(ticks, trace)));
+        recording::check_place("--record", path, force)?;
+        let waiting = waiting(path);
+        let place = waiting.as_ref().unwrap_or(path);
+        let trace = TraceFile::create("--record", place, force, begun, records)?;
+        return Ok((None, Recorder::on_disk(ticks, trace), waiting));
     }
-    let Some(out) = &args.folder.out else { return Ok((None, Recorder::default())) };
+    let Some(out) = &args.folder.out else { return Ok((None, Recorder::default(), None)) };
     // Earlier results are not removed for a session that has no room.
     Folder::check_room(out, records)?;
-    let folder = Folder::open(out, args.folder.force)?;
+    let folder = Folder::open(out, force)?;
     let place = folder.file(recording::TRACE);
-    let trace = TraceFile::create("--out", &place, args.folder.force, begun, records)?;
+    let waiting = waiting(&place);
+    let trace =
+        TraceFile::create("--out", waiting.as_ref().unwrap_or(&place), force, begun, records)?;
     folder.write(recording::MODEL, image.as_bytes())?;
-    Ok((Some(folder), Recorder::with_capacity(ticks).with_tools(tools).with_trace(trace)))
+    let recorder = Recorder::with_capacity(ticks).with_tools(tools).with_trace(trace);
+    Ok((Some(folder), recorder, waiting))
+}
+
+/// The place of a trace while its server stands by.
+fn waiting_place(trace: &Path) -> PathBuf {
+    let mut name = trace.as_os_str().to_owned();
+    name.push(".waiting");
+    name.into()
 }
 
 /// Refuses a device whose given rate is above that of the poses that are executed.

@@ -73,15 +73,18 @@ fn try_to_join(intake: &mut Intake, model: Option<u32>) -> Result<Joined> {
         let frame = match intake.next(LOOK) {
             Come::Frame(frame) => frame,
             Come::Nothing => continue,
-            Come::Cut(why) => return Err(Error::input(format!("cannot follow: {why}"))),
+            Come::Cut(why) => {
+                return Err(Error::input(format!(
+                    "{why} before the session began: look for what the mirror says, and start again"
+                )));
+            }
         };
         match frame {
             Frame::Begun(begun) => joined.begun = begun,
             Frame::Model(image) => joined.image = Some(ImageBytes::copy(&image)),
             Frame::Start { records, last_tick, snapshot } => {
-                let (snapshot, checksum) = SessionSnapshot::of(&snapshot).map_err(|why| {
-                    Error::input(format!("cannot follow from its snapshot: {why}"))
-                })?;
+                let (snapshot, checksum) = SessionSnapshot::of(&snapshot)
+                    .map_err(|why| Error::input(format!("its snapshot: {why}")))?;
                 joined.start = Some(Begin { snapshot, checksum, records, last_tick });
             }
             Frame::Refused(why) => return Err(Error::input(format!("the mirror says: {why}"))),
@@ -89,7 +92,7 @@ fn try_to_join(intake: &mut Intake, model: Option<u32>) -> Result<Joined> {
                 joined.first = Some(frame);
                 return Ok(joined);
             }
-            Frame::Ask(_) => return Err(Error::input("cannot follow: it is another follower")),
+            Frame::Ask(_) => return Err(Error::input("it is another follower, and no mirror")),
         }
     }
 }
@@ -112,6 +115,8 @@ pub struct FollowReport {
     /// Most records by which the tissue was behind the trace when a frame came, besides those that it made up when
     /// it joined and after a cut.
     pub largest_lag_records: u32,
+    /// Ticks and commands for which the follower's own trace had no room.
+    pub ticks_unrecorded: u64,
     /// True if the recording has ended, and all of it was followed.
     pub has_ended: bool,
     /// True if it ended since its program was killed.
@@ -258,7 +263,7 @@ impl<'a, 'm> Follower<'a, 'm> {
         self.is_catching_up = true;
         told(self.tissue, Told::Cut(why))?;
         let goes_on = Some((self.seal, self.decoder.index()));
-        self.intake.open_again(&Ask { goes_on, model: None }, AGAIN)?;
+        self.intake.open_again(&Ask { goes_on, model: None }, why, AGAIN)?;
         told(self.tissue, Told::Again)
     }
 
@@ -284,9 +289,10 @@ impl<'a, 'm> Follower<'a, 'm> {
             Frame::Refused(why) => Err(Error::input(format!("the mirror says: {why}"))),
             // A mirror begins anew after a cut.
             Frame::Begun(_) => Ok(false),
-            Frame::Model(_) | Frame::Start { .. } | Frame::Ask(_) => {
-                Err(Error::input("the mirror sent the session anew: start the follower again"))
-            }
+            Frame::Model(_) | Frame::Start { .. } | Frame::Ask(_) => Err(Error::input(
+                "the mirror sent the session from its beginning: a program between them has to hand on the \
+                     words that `follow` adds, as \"$@\" does in a script; start the follower again",
+            )),
         }
     }
 

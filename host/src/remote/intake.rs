@@ -64,17 +64,18 @@ impl Intake {
         Ok(())
     }
 
-    /// Opens the stream again after a cut, as often as it takes, with this pause before each time.
+    /// Opens the stream again after a cut, as often as it takes, with this pause before each time; `why`
+    /// it was cut.
     ///
     /// # Errors
     /// A stream that comes once; Ctrl-C.
-    pub fn open_again(&mut self, ask: &Ask, pause: Duration) -> Result<()> {
+    pub fn open_again(&mut self, ask: &Ask, why: &str, pause: Duration) -> Result<()> {
         self.close();
         if !self.way.opens_again() {
-            return Err(Error::check(
-                "the stream ended before the session did, and standard input comes once: give a program, \
-                 an address or a file to follow on after a cut",
-            ));
+            return Err(Error::input(format!(
+                "the session is cut off ({why}), and standard input comes once: give a program, an address or a \
+                 file to go on after a cut"
+            )));
         }
         loop {
             sleep(pause);

@@ -6,6 +6,7 @@
 use std::fs;
 use std::io::{self, Write};
 use std::path::PathBuf;
+use std::sync::{Mutex, PoisonError};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
@@ -36,6 +37,9 @@ const QUIET: Duration = Duration::from_millis(20);
 const LATE_RECORDS: u32 = 2000;
 /// Longest wait for a snapshot \[ns\].
 const REPLY_NS: u64 = 5 * SECOND_NS;
+
+/// Held by the one that asks for a snapshot.
+static ASKING: Mutex<()> = Mutex::new(());
 
 /// Where a session is recorded.
 #[derive(Debug, Clone)]
@@ -123,16 +127,8 @@ impl Mirror {
 
     /// Sends the newest snapshot; returns the index of the record after it.
     fn send_start(&self, to: &mut impl Write) -> std::result::Result<u32, Failed> {
-        let mut marks = self.tail.marks()?;
-        let newest = marks.last().map_or(0, |mark| mark.record);
-        if let Some(scene) = &self.place.scene
-            && self.tail.count()?.saturating_sub(newest) > LATE_RECORDS
-        {
-            match take_snapshot(scene) {
-                Ok(()) => marks = self.tail.marks()?,
-                Err(why) => log::warn!("no snapshot of {scene} for a late follower: {why}"),
-            }
-        }
+        self.let_late_ones_begin_later();
+        let marks = self.tail.marks()?;
         let first = self.tail.first_record();
         let begins_from = marks.first().copied().filter(|mark| mark.record == first);
         for mark in marks.iter().rev() {
@@ -148,6 +144,26 @@ impl Mirror {
             return Err(Error::file("mirror", self.tail.path(), why).into());
         }
         Ok(first)
+    }
+
+    /// Lets the server of the scene take a snapshot if the newest one is far behind; without one a follower runs
+    /// all ticks since then. Of several late followers one asks for all.
+    fn let_late_ones_begin_later(&self) {
+        let Some(scene) = &self.place.scene else { return };
+        let _asking = ASKING.lock().unwrap_or_else(PoisonError::into_inner);
+        let asked = self.is_late().and_then(|is_late| match is_late {
+            true => take_snapshot(scene),
+            false => Ok(()),
+        });
+        if let Err(why) = asked {
+            log::warn!("no snapshot of {scene} for a late follower: {why}");
+        }
+    }
+
+    /// Returns true if the newest snapshot is far behind the trace.
+    fn is_late(&self) -> Result<bool> {
+        let newest = self.tail.marks()?.last().map_or(0, |mark| mark.record);
+        Ok(self.tail.count()?.saturating_sub(newest) > LATE_RECORDS)
     }
 
     /// The bytes of a snapshot, if its file is there.

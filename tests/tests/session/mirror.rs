@@ -242,10 +242,17 @@ fn what_cannot_be_followed_is_named() {
     // A second one on the scene of a server or of a follower.
     let far = scene("mirror-twice");
     let first = follower(text(&out), &["--scene", &far]);
-    for taken in [&far, &place.scene] {
+    for (taken, by) in [(&far, "chaincell follow"), (&place.scene, "chaincell serve")] {
         let ended = run(["follow", text(&out), "--scene", taken]).with(2);
-        assert!(ended.err.contains("serve or follow"), "{}", ended.err);
+        assert!(ended.err.contains(by), "{}", ended.err);
     }
+    // No server begins on its scene, and a controller finds none, even where viewers look.
+    let _viewer = Viewer::join(&far);
+    let serve = ["serve", text(&place.model), "--contact", "40", "--scene", &far];
+    assert!(run(serve).with(2).err.contains("chaincell follow"));
+    let control = ["control", "--scene", &far, "--model", text(&place.model), "--contact", "40"];
+    let alone = run([&control[..], &["--wait-for-server-s", "0"]].concat()).with(2);
+    assert!(alone.err.contains("no server"), "{}", alone.err);
     let served = server.interrupt().with(130).json();
     same(first.end(SHORT), &served);
     // Streams that are none, or end too early.

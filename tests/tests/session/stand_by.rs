@@ -159,4 +159,31 @@ fn a_server_that_ends_by_itself_is_not_replaced() {
     server.interrupt().with(130);
     let ended = other.end(SHORT).with(0);
     assert!(ended.out.contains("nothing to take over"), "{}", ended.out);
+    assert_eq!(std::fs::read_dir(&second).unwrap().count(), 0);
 }
+
+#[test]
+fn a_session_whose_record_was_full_is_not_taken_over() {
+    let _turn = turn();
+    let place = Place::stiff("stand-by-full");
+    let [first, second] = ["first", "second"].map(|name| place.file(name));
+    let mut server = served(&place, &first, &["--record-ticks", "30"]);
+    server.wait_for_line("ready");
+    // Only on the scene of its server.
+    let elsewhere =
+        ["serve", text(&place.model), "--scene", "stand-by-elsewhere", "--contact", "40"];
+    let options = ["--device", "omega", "--max-force-n", "4", "--stand-by", text(&first)];
+    let ended = run([&elsewhere[..], &options].concat()).with(2);
+    assert!(ended.err.contains("--scene of that server"), "{}", ended.err);
+    let mut other = served(&place, &second, &["--stand-by", text(&first)]);
+    other.wait_for_line("standing by");
+    let mut holder = Holder::new(&place);
+    assert!(holder.ticks(60, 0.0, false) > 40);
+    server.notes_until(FULL);
+    server.kill();
+    let ended = other.end(SHORT).with(1);
+    assert!(ended.err.contains("its record was full after tick"), "{}", ended.err);
+}
+
+/// Said by a server whose record is full.
+const FULL: &str = "note: the record is full; the session goes on without, and nobody can follow it or take it over";

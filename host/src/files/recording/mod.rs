@@ -184,20 +184,21 @@ pub fn start_mark(trace: &Reader<'_>) -> Option<Mark> {
     mark
 }
 
-/// Refuses a path for a new trace if its file has content, except an earlier trace if `force` is set.
+/// Refuses a path for a new trace if its file has content, except an earlier trace if `force` is set; `option`
+/// names it in errors.
 ///
 /// # Errors
 /// An existing file, with the remedy; a folder that cannot be written.
-pub fn check_place(path: &Path, force: bool) -> Result<()> {
-    file::check_kind("`trace`", path)?;
+pub fn check_place(option: &str, path: &Path, force: bool) -> Result<()> {
+    file::check_kind(option, path)?;
     input::keep(path)?;
     if path.is_file() {
         let file = File::open(path).map_err(|why| Error::file("read", path, why))?;
-        file::check_content("`trace`", path, &file, force)?;
+        file::check_content(option, path, &file, force)?;
     }
     let folder = folder_of(path);
     tempfile::tempfile_in(folder).map_err(|why| Error::file("write", path, why))?;
-    check_idle("`trace`", path)
+    check_idle(option, path)
 }
 
 /// Returns true if a regular file begins like a trace.

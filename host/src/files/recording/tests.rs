@@ -73,7 +73,7 @@ fn a_file_that_is_recorded_to_is_left_alone() {
         let refused = create(&path, force, 4).unwrap_err().to_string();
         assert!(refused.contains("another run is recording to it"), "{refused}");
     }
-    assert!(check_idle("`out`", &path).is_err() && check_place(&path, true).is_err());
+    assert!(check_idle("`out`", &path).is_err() && check_place("`out`", &path, true).is_err());
     let session = folder.path().join(TRACE);
     fs::rename(&path, &session).unwrap();
     let refused = Folder::open(folder.path(), true).unwrap_err().to_string();

@@ -18,6 +18,9 @@ use crate::error;
 /// Name of the ports of `serve`, which identifies a second one.
 pub(super) const SERVE_PORT: &str = "chaincell.serve";
 
+/// Name of the port of one that shows a session of another place, whose poses no server executes.
+pub(super) const SHOW_PORT: &str = "chaincell.follow";
+
 /// Ports for poses and answers.
 #[derive(Debug)]
 pub struct ServePorts {
@@ -47,6 +50,7 @@ impl ServePorts {
     /// Another server; no free port, or too little memory.
     pub fn open(scene: &SceneServices, woken: bool) -> error::Result<Self> {
         scene.refuse_second(&scene.forces, SERVE_PORT, None, "serve")?;
+        scene.refuse_second(&scene.tools, SHOW_PORT, None, "follow")?;
         scene.check_room_to_serve()?;
         // Before the publisher, by which a controller sees a server: viewers may read poses too.
         let poses = subscriber(&scene.tools, SERVE_PORT)?;
@@ -56,6 +60,7 @@ impl ServePorts {
         let ports = Self { poses, answers: AnswerPublisher::new(publisher), ring, wake };
         // Check again: two that started at the same time see each other now.
         scene.refuse_second(&scene.forces, SERVE_PORT, Some(id), "serve")?;
+        scene.refuse_second(&scene.tools, SHOW_PORT, None, "follow")?;
         scene.take_memory()?;
         Ok(ports)
     }

@@ -7,24 +7,20 @@ use iceoryx2::port::publisher::Publisher;
 use super::contacts::{ContactPublisher, ContactsHeader};
 use super::payload::StateHeader;
 use super::services::{Ipc, SceneServices};
-use super::serving::SERVE_PORT;
+use super::serving::{SERVE_PORT, SHOW_PORT};
 use super::state::StatePublisher;
-use super::tools::{ToolForces, ToolPoses};
+use super::tools::ToolPoses;
 use crate::engine::Engine;
 use crate::engine::tissue::TissueEngine;
 use crate::error::Result;
-
-/// Name of the port for poses.
-const SHOW_PORT: &str = "chaincell.follow";
 
 /// Publishers of the data that viewers of a session read.
 #[derive(Debug)]
 pub struct ShowPorts {
     state: Option<StatePublisher>,
     contacts: Option<ContactPublisher>,
+    /// Holds the scene too: no server begins on it.
     poses: Publisher<Ipc, ToolPoses, ()>,
-    /// Holds the scene, so that no server runs on it; nothing is sent.
-    _held: Publisher<Ipc, ToolForces, ()>,
 }
 
 impl ShowPorts {
@@ -33,18 +29,19 @@ impl ShowPorts {
     /// # Errors
     /// A server or another follower on the scene; a rate out of range; too little memory.
     pub fn open(scene: &SceneServices, engine: &Engine<'_>, hz: u32) -> Result<Self> {
-        scene.refuse_second(&scene.forces, SERVE_PORT, None, "serve or follow")?;
-        let held = scene.publisher(&scene.forces, SERVE_PORT, "serve or follow")?;
-        let id = held.id();
+        scene.refuse_second(&scene.forces, SERVE_PORT, None, "serve")?;
+        scene.refuse_second(&scene.tools, SHOW_PORT, None, "follow")?;
         let poses = scene.publisher(&scene.tools, SHOW_PORT, "follow")?;
+        let id = poses.id();
         let nodes = engine.node_count();
         let state = (hz > 0).then(|| StatePublisher::open(scene, nodes, hz)).transpose()?;
         let with_contacts = hz > 0 && engine.contact().tools() > 0;
         let contacts = with_contacts.then(|| ContactPublisher::open(scene, hz)).transpose()?;
         // Two that started at the same time see each other now.
-        scene.refuse_second(&scene.forces, SERVE_PORT, Some(id), "serve or follow")?;
+        scene.refuse_second(&scene.tools, SHOW_PORT, Some(id), "follow")?;
+        scene.refuse_second(&scene.forces, SERVE_PORT, None, "serve")?;
         scene.take_memory()?;
-        Ok(Self { state, contacts, poses, _held: held })
+        Ok(Self { state, contacts, poses })
     }
 
     /// Notes that the tissue has changed.

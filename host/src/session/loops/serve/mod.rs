@@ -266,6 +266,8 @@ struct Run<'a> {
     paused_ticks: u64,
     obeyed: u64,
     disobeyed: u64,
+    /// True once the user has been told that the record is full.
+    is_full_told: bool,
 }
 
 impl<'a> Run<'a> {
@@ -324,6 +326,7 @@ impl<'a> Run<'a> {
             paused_ticks: 0,
             obeyed: 0,
             disobeyed: 0,
+            is_full_told: false,
         })
     }
 
@@ -369,6 +372,12 @@ impl<'a> Run<'a> {
     }
 
     fn wait(&mut self) {
+        if self.recorder.left_out_ticks() > 0 && !self.is_full_told {
+            self.is_full_told = true;
+            terminal::note(
+                "note: the record is full; the session goes on without, and nobody can follow it or take it over",
+            );
+        }
         self.connect_peers();
         let deadline_ns = (now_ns() + LOOK_NS).min(self.end_ns);
         let deadline_ns = self
