@@ -311,7 +311,7 @@ impl Recorded {
     /// Removes what was made for a session that does not come.
     fn forget(self) {
         drop(self.recorder);
-        // What cannot be removed stays, and is named where it is in the way.
+        // A file that cannot be removed stays, and is named where it is in the way.
         let _ = self.waiting.map(fs::remove_file);
         if let Some(folder) = &self.folder {
             let _ = fs::remove_file(folder.file(recording::MODEL));
