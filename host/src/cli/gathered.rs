@@ -124,9 +124,13 @@ pub struct Gathered<'a> {
 impl<'a> Gathered<'a> {
     /// Nothing yet. `draws` is true if a picture is wanted, `is_adaptive` if ticks end when their force is exact
     /// enough.
-    pub fn new(tables: Option<Tables<'a>>, draws: bool, is_adaptive: bool) -> Self {
-        let (courses, largest, estimates) = (Vec::new(), Largest::default(), Estimates::default());
-        Self { tables, courses, draws, is_adaptive, estimates, largest, opening_torque_n_m: None }
+    ///
+    /// # Errors
+    /// Too little memory.
+    pub fn new(tables: Option<Tables<'a>>, draws: bool, is_adaptive: bool) -> Result<Self> {
+        let (courses, largest, estimates) = (Vec::new(), Largest::default(), Estimates::new()?);
+        let opening_torque_n_m = None;
+        Ok(Self { tables, courses, draws, is_adaptive, estimates, largest, opening_torque_n_m })
     }
 
     /// Adds a tick that has been made.

@@ -230,7 +230,7 @@ impl Args {
         let tables = folder.as_ref().map(of_folder).transpose()?;
         let picture = self.picture();
         let is_adaptive = self.force_error.is_some();
-        let mut gathered = Gathered::new(tables, picture.is_some(), is_adaptive);
+        let mut gathered = Gathered::new(tables, picture.is_some(), is_adaptive)?;
         let mut executed = Vec::new();
         let progress = follower.progress(&paths);
         let mut after =

@@ -199,6 +199,10 @@ impl TissueEngine for Staged<'_> {
         Some([asked_m.into(), proxy.position_m])
     }
 
+    fn force_error_n(&mut self, tool: usize) -> Option<f32> {
+        self.engine.force_error_n(tool)
+    }
+
     fn has_stage(&self) -> bool {
         !self.stages.is_empty()
     }

@@ -61,6 +61,12 @@ pub trait TissueEngine {
         None
     }
 
+    /// Estimated error of a tool's force in the last tick, before its limit and an output stage, see
+    /// [`TissueMut::force_error_n`](chaincell_kernel::TissueMut::force_error_n) \[N\]; `None` if it is not known.
+    fn force_error_n(&mut self, _tool: usize) -> Option<f32> {
+        None
+    }
+
     /// Returns true if the tissue has an output stage.
     fn has_stage(&self) -> bool {
         false

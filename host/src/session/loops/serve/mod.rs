@@ -31,6 +31,7 @@ use std::collections::VecDeque;
 
 use iceoryx2::identifiers::UniquePublisherId;
 
+use crate::engine::estimates::Estimates;
 use crate::engine::flag_ticks::FlagTicks;
 use crate::engine::tissue::TissueEngine;
 use crate::error::Result;
@@ -259,6 +260,7 @@ struct Run<'a> {
     behind_gap: bool,
     flag_ticks: FlagTicks,
     sweeps: Latencies,
+    estimates: Estimates,
     repeated: u64,
     refused: u64,
     throttled: u64,
@@ -319,6 +321,7 @@ impl<'a> Run<'a> {
             behind_gap: false,
             flag_ticks: FlagTicks::default(),
             sweeps: Latencies::new()?,
+            estimates: Estimates::new()?,
             repeated: 0,
             refused: 0,
             throttled: 0,
@@ -432,6 +435,7 @@ impl<'a> Run<'a> {
             ticks_unrecorded: self.recorder.left_out_ticks(),
             flag_ticks: self.flag_ticks,
             tool_courses: self.session.courses(),
+            force_error_estimate: self.estimates.result(),
             cut: self.session.engine.cut(),
             relaxed_j: self.session.engine.relaxed_j(),
             ticks_paused: self.paused_ticks,

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::{POSE_HZ, SweepBudget};
 use crate::engine::course::ToolCourse;
 use crate::engine::cut::report::CutReport;
+use crate::engine::estimates::ForceEstimate;
 use crate::engine::flag_ticks::FlagTicks;
 use crate::session::ipc::services::Domain;
 use crate::session::loops::peers::PeerCost;
@@ -141,6 +142,9 @@ pub struct ServeReport {
     pub flag_ticks: FlagTicks,
     /// Course of each tool; of held cells one entry.
     pub tool_courses: Vec<ToolCourse>,
+    /// Estimated errors of the forces; `None` where none is known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub force_error_estimate: Option<ForceEstimate>,
     /// The cut of a body that can be cut, since the last reset.
     #[serde(flatten)]
     pub cut: Option<CutReport>,
