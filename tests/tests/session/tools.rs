@@ -136,10 +136,10 @@ fn each_tool_feels_its_own_force_and_torque_and_the_session_replays() {
     let (path, folder) = (out.join("path.csv"), text(&again));
     let args = ["run", text(&block.model), "--path", text(&path), "--recorded", "--out", folder];
     let args = [&args[..], &TOOLS, &["--json"]].concat();
-    let again = run(args).with(0).json();
-    assert_eq!(again["state_hash"], served["state_hash"]);
+    let recorded = run(args).with(0).json();
+    assert_eq!(recorded["state_hash"], served["state_hash"]);
     // Both estimate the errors of the same forces.
-    assert_eq!(again["force_error_estimate"], served["force_error_estimate"]);
+    assert_eq!(recorded["force_error_estimate"], served["force_error_estimate"]);
     assert!(served["force_error_estimate"]["ticks"].as_u64() > Some(TICKS), "{served}");
     for name in ["tools.csv", "force.csv"] {
         let read = |folder: &PathBuf| std::fs::read_to_string(folder.join(name)).unwrap();
