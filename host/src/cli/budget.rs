@@ -17,9 +17,49 @@ pub struct BudgetArgs {
     /// off]
     #[arg(long, value_name = "US|auto|off", allow_hyphen_values = true)]
     budget_us: Option<SweepBudget>,
+    /// Sweep until the estimated error of each force is this share of it, as far as the time and --sweeps allow
+    #[arg(long, value_name = "SHARE", value_parser = share)]
+    force_error: Option<f32>,
+}
+
+/// A share of a force above the error of a body at rest.
+///
+/// # Errors
+/// A text that is none.
+pub fn share(text: &str) -> std::result::Result<f32, String> {
+    let share = text.parse().ok().filter(|share| (0.001..=1.0).contains(share));
+    share.ok_or_else(|| "a number from 0.001 to 1, as 0.01 for a hundredth of the force".into())
+}
+
+/// Refuses a share of the force where no error of it is known.
+///
+/// # Errors
+/// That there is none, with the bodies that have one.
+pub fn check_force_error(share: Option<f32>, engine: &mut Engine<'_>) -> Result<()> {
+    if share.is_none() || engine.tells_force_error() {
+        return Ok(());
+    }
+    Err(Error::input(
+        "--force-error: an error of the force is known under --scheme predict, of bodies of --young-pa with a \
+         coarse level and without --branch and --cuttable; leave it out",
+    ))
 }
 
 impl BudgetArgs {
+    /// Share of the force to which its error is brought, in an engine that knows one.
+    ///
+    /// # Errors
+    /// An engine that does not; ticks that make all sweeps.
+    pub fn force_error(self, engine: &mut Engine<'_>) -> Result<Option<f32>> {
+        check_force_error(self.force_error, engine)?;
+        if self.force_error.is_some() && self.budget_us == Some(SweepBudget::Off) {
+            return Err(Error::input(
+                "--force-error: with --budget-us off a tick makes all its sweeps; leave one of them out",
+            ));
+        }
+        Ok(self.force_error)
+    }
+
     /// The budget for an engine.
     ///
     /// # Errors

@@ -7,6 +7,7 @@ use std::time::Instant;
 use chaincell_kernel::{Budget, Choice, Model, TickOutput, ToolPose};
 use serde::Serialize;
 
+use super::budget::{check_force_error, share};
 use super::gathered::{Gathered, Tables};
 use super::judgement::{Judgement, Pace};
 use super::mesh_file::Units;
@@ -95,12 +96,6 @@ pub struct Args {
     /// Of a job of a batch, the hash of its inputs: the folder keeps it.
     #[arg(skip)]
     pub inputs_hash: Option<String>,
-}
-
-/// A share of a force above the error of a body at rest.
-fn share(text: &str) -> std::result::Result<f32, String> {
-    let share = text.parse().ok().filter(|share| (0.001..=1.0).contains(share));
-    share.ok_or_else(|| "a number from 0.001 to 1, as 0.01 for a hundredth of the force".into())
 }
 
 /// Where the poses come from.
@@ -221,7 +216,7 @@ impl Args {
         let poses = &paths.poses;
         let snapshot_ticks = self.snapshots.of(poses)?;
         check_sweeps(self, &tissue, poses)?;
-        check_force_error(self, &mut tissue)?;
+        check_force_error(self.force_error, tissue.engine_mut())?;
         let records = poses.iter().map(Vec::len).sum::<usize>() * (1 + tissue.tools());
         check_places(self, records)?;
         // Play the path; keep what is asked for.
@@ -377,17 +372,6 @@ impl Args {
     }
 }
 
-/// Refuses a share of the force where no error of it is known.
-fn check_force_error(args: &Args, tissue: &mut Staged<'_>) -> Result<()> {
-    if args.force_error.is_none() || tissue.engine_mut().tells_force_error() {
-        return Ok(());
-    }
-    Err(Error::input(
-        "--force-error: an error of the force is known under --scheme predict, of bodies of --young-pa with a \
-         coarse level and without --branch and --cuttable; leave it out",
-    ))
-}
-
 /// Refuses places that cannot be written, before anything is removed or made.
 fn check_places(args: &Args, records: usize) -> Result<()> {
     let Some(out) = &args.out else {
@@ -473,7 +457,7 @@ pub fn play(
                 each => each,
             };
             let budget = match (pose.sweeps, share) {
-                (None, Some(share)) => Budget::Within(share),
+                (None, Some(share)) => Budget::Within { share, more: None },
                 (sweeps, _) => Budget::again(sweeps),
             };
             let output = played.tick(tissue, pose.tick, poses, budget);

@@ -153,7 +153,10 @@ pub fn execute(args: &Args) -> Result<()> {
     let model = model_file::parse(&image, &args.model)?;
     let mut tissue = args.tissue.staged(model, args.stage.settings()?)?;
     let faults = faults(args)?;
-    let options = options(args, &tissue, &faults)?;
+    let options = ServeOptions {
+        force_error: args.budget.force_error(tissue.engine_mut())?,
+        ..options(args, &tissue, &faults)?
+    };
     let (scheme, precision) = (tissue.engine().scheme(), args.tissue.precision);
     let begun = Recording::begin(tissue.engine(), scheme, precision, tissue.settings())?;
     // Commands may set parameters: what is written is what the session began with.

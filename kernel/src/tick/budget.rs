@@ -32,8 +32,14 @@ pub enum Budget<'a> {
     /// with the number of sweeps done.
     While(&'a mut dyn FnMut(u16) -> bool),
     /// At least one, then until the [estimated error](crate::TissueMut::force_error_n) of the force on each tool in
-    /// contact is at most this share of its last force. All sweeps where it is not known, and as contact begins.
-    Within(f32),
+    /// contact is at most `share` of its last force, and as long as `more` returns true, if it is given, as in
+    /// [`Self::While`]. Where the error is not known, and as contact begins, `more` alone counts.
+    Within {
+        /// Share of the force.
+        share: f32,
+        /// Returns true if another sweep fits.
+        more: Option<&'a mut dyn FnMut(u16) -> bool>,
+    },
 }
 
 impl Budget<'_> {
@@ -58,15 +64,15 @@ impl Budget<'_> {
     /// Returns true if another sweep is wanted after `done`.
     pub(super) fn goes_on(&mut self, done: u16) -> bool {
         match self {
-            Self::All | Self::Within(_) => true,
+            Self::All | Self::Within { more: None, .. } => true,
             Self::Sweeps(sweeps) => done < *sweeps,
-            Self::While(more) => more(done),
+            Self::While(more) | Self::Within { more: Some(more), .. } => more(done),
         }
     }
 
     /// The share of the force at which its error is small enough, if one is named.
     pub(super) fn within(&self) -> Option<f32> {
-        if let Self::Within(share) = self { Some(*share) } else { None }
+        if let Self::Within { share, .. } = self { Some(*share) } else { None }
     }
 
     pub(super) fn is_late(&self) -> bool {

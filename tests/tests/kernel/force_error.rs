@@ -259,7 +259,7 @@ fn sweeps_and_error(
 fn a_tick_that_ends_by_its_error_saves_sweeps() {
     let image = image("organ:420", 0.42);
     let scene = Scene::new(&image, Touch::Balls { count: 1, radius: 2.0, friction: 0.0 });
-    let [mean, error] = sweeps_and_error(&scene, || Budget::Within(0.03), 8);
+    let [mean, error] = sweeps_and_error(&scene, || Budget::Within { share: 0.03, more: None }, 8);
     let fixed: Vec<[f64; 2]> =
         (1..=4).map(|most| sweeps_and_error(&scene, || Budget::All, most)).collect();
     println!("within 3 %: {mean:.2} sweeps, {:.2} %; fixed {fixed:?}", 100.0 * error);

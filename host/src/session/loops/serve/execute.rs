@@ -73,7 +73,11 @@ impl Run<'_> {
             done_ns = stretched(done);
             budget.more(done_ns)
         };
-        let output = self.session.tick(arrived, Budget::While(&mut more));
+        let budget_of_tick = match self.server.options.force_error {
+            Some(share) => Budget::Within { share, more: Some(&mut more) },
+            None => Budget::While(&mut more),
+        };
+        let output = self.session.tick(arrived, budget_of_tick);
         let end_ns = stretched(output.sweeps);
         budget.end(end_ns, output.sweeps);
         output

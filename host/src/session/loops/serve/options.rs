@@ -36,6 +36,8 @@ pub struct ServeOptions {
     pub max_pose_hz: u32,
     /// Time limit for the sweeps of a tick, for a tissue whose ticks may end after any sweep.
     pub budget: SweepBudget,
+    /// Share of the force at which its estimated error is small enough to end a tick.
+    pub force_error: Option<f32>,
     /// A tick of the device, if the delay of the loop is measured \[ns\].
     pub delay_period_ns: Option<u64>,
     /// Fault on purpose: least duration of a sweep, 0 for none \[ns\].
@@ -67,6 +69,7 @@ impl Default for ServeOptions {
             hash_every: 1,
             max_pose_hz: POSE_HZ,
             budget: SweepBudget::default(),
+            force_error: None,
             delay_period_ns: None,
             sweep_ns: 0,
             sweep_after: 0,
