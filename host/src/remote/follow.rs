@@ -48,6 +48,7 @@ pub struct Begin {
     /// Its checksum.
     pub checksum: u32,
     records: u32,
+    seal: u32,
     last_tick: u64,
 }
 
@@ -82,10 +83,10 @@ fn try_to_join(intake: &mut Intake, model: Option<u32>) -> Result<Joined> {
         match frame {
             Frame::Begun(begun) => joined.begun = begun,
             Frame::Model(image) => joined.image = Some(ImageBytes::copy(&image)),
-            Frame::Start { records, last_tick, snapshot } => {
+            Frame::Start { records, seal, last_tick, snapshot } => {
                 let (snapshot, checksum) = SessionSnapshot::of(&snapshot)
                     .map_err(|why| Error::input(format!("its snapshot: {why}")))?;
-                joined.start = Some(Begin { snapshot, checksum, records, last_tick });
+                joined.start = Some(Begin { snapshot, checksum, records, seal, last_tick });
             }
             Frame::Refused(why) => return Err(Error::input(format!("the mirror says: {why}"))),
             Frame::Records { .. } | Frame::Alive { .. } | Frame::End { .. } => {
@@ -217,7 +218,7 @@ impl<'a, 'm> Follower<'a, 'm> {
             show,
             newest: decoder.index(),
             decoder,
-            seal: CRC_32.checksum(&joined.begun),
+            seal: joined.start.as_ref().map_or(CRC_32.checksum(&joined.begun), |begin| begin.seal),
             last: Last { tick, ticks: 0, output: TickOutput::NONE, poses },
             is_catching_up: true,
             report: FollowReport::default(),

@@ -5,8 +5,8 @@
 //! frame      1 byte kind, 4 bytes length n, n bytes content, 4 bytes CRC-32 of all before
 //! 1 begun    header and parts of the trace
 //! 2 model    the model's image
-//! 3 start    4 bytes number of records before it, 8 bytes last tick of the trace before it, 0 for none, then
-//!            a snapshot of the session
+//! 3 start    4 bytes number of records before it, 4 bytes what identifies the session up to there, 8 bytes last
+//!            tick of the trace before it, 0 for none, then a snapshot of the session
 //! 4 records  4 bytes index of the first one, 4 bytes number of records that the trace has, then whole records
 //! 5 alive    4 bytes number of records that the trace has
 //! 6 end      4 bytes number of records that the trace has, 4 bytes 1 if its writer has ended it, 0 if it was killed
@@ -39,6 +39,9 @@ pub enum Frame {
     Start {
         /// Number of records before it.
         records: u32,
+        /// What identifies the session up to there, see
+        /// [`Tail::seal`](crate::files::recording::Tail::seal).
+        seal: u32,
         /// Last tick of the trace before it, 0 for none.
         last_tick: u64,
         /// Bytes of the snapshot's file.
@@ -145,8 +148,9 @@ impl Frame {
         match self {
             Self::Begun(begun) => (1, vec![], begun),
             Self::Model(image) => (2, vec![], image),
-            Self::Start { records, last_tick, snapshot } => {
-                (3, vec![*records, *last_tick as u32, (*last_tick >> 32) as u32], snapshot)
+            Self::Start { records, seal, last_tick, snapshot } => {
+                let [low, high] = [*last_tick as u32, (*last_tick >> 32) as u32];
+                (3, vec![*records, *seal, low, high], snapshot)
             }
             Self::Records { first, newest, bytes } => (4, vec![*first, *newest], bytes),
             Self::Alive { newest } => (5, vec![*newest], &[]),
@@ -202,8 +206,9 @@ impl Frame {
             1 => Self::Begun(content.to_vec()),
             2 => Self::Model(content.to_vec()),
             3 => {
-                let last_tick = u64::from(number(1)?) | u64::from(number(2)?) << 32;
-                Self::Start { records: number(0)?, last_tick, snapshot: behind(3)? }
+                let last_tick = u64::from(number(2)?) | u64::from(number(3)?) << 32;
+                let (records, seal) = (number(0)?, number(1)?);
+                Self::Start { records, seal, last_tick, snapshot: behind(4)? }
             }
             4 => Self::Records { first: number(0)?, newest: number(1)?, bytes: behind(2)? },
             5 => Self::Alive { newest: number(0)? },
@@ -227,7 +232,7 @@ mod tests {
         vec![
             Frame::Begun(vec![1, 2, 3]),
             Frame::Model(vec![9; 3 << 20]),
-            Frame::Start { records: 40, last_tick: 1 << 40 | 7, snapshot: vec![4; 100] },
+            Frame::Start { records: 40, seal: 3, last_tick: 1 << 40 | 7, snapshot: vec![4; 100] },
             Frame::Records { first: 3, newest: 5, bytes: vec![5; 96] },
             Frame::Alive { newest: 5 },
             Frame::End { newest: 6, is_whole: true },

@@ -135,7 +135,8 @@ impl Mirror {
             if let Some(snapshot) = self.snapshot(mark, first) {
                 let records = mark.record + 1;
                 let last_tick = mark.last_tick(begins_from).unwrap_or(0);
-                Frame::Start { records, last_tick, snapshot }.write(to)?;
+                let seal = self.tail.seal(records)?;
+                Frame::Start { records, seal, last_tick, snapshot }.write(to)?;
                 return Ok(records);
             }
         }

@@ -180,9 +180,18 @@ fn a_late_follower_gets_a_snapshot_from_the_server_of_the_scene() {
     let mirror = [text(Path::new(&program)), "mirror", text(&out), "--scene", &place.scene];
     let mut late = Running::chaincell([&["follow", "--json", "--"], &mirror[..]].concat());
     late.wait_for_line("ready");
+    // Cut off before the first record behind the snapshot, it goes on there.
+    let (mirror, address) = listening(&out);
+    let mut cut = follower(&format!("tcp:{address}"), &[]);
+    drop(mirror);
+    let again = Running::chaincell(["mirror", text(&out), "--listen", &address]);
+    cut.notes_until("note: connected again");
     outsider.play(ticks..ticks + 50, pose);
     let served = server.interrupt().with(130).json();
-    assert_eq!(same(late.end(SHORT), &served), 50);
+    for followed in [late, cut] {
+        assert_eq!(same(followed.end(SHORT), &served), 50);
+    }
+    again.interrupt().with(130);
 }
 
 #[test]
