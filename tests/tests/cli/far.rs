@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a failing helper fails its test")]
 
-use chaincell_tests::files::{Table, bake, play, scratch, text, write_path};
+use chaincell_tests::files::{bake, play, scratch, text, write_path};
 use chaincell_tests::run;
 
 /// A tool that moves up by 8 of a unit, which is given in metres.
