@@ -94,7 +94,8 @@ impl<D: Dynamics> Head<D> {
         outer_weight: 0.0,
         touched: None,
         given: 0.0,
-        off_balance: UNKNOWN,
+        // All bits of a new body are zero, so that a static one takes no room in flash; a reset sets it.
+        off_balance: 0.0,
         settled: 0,
         released: false,
         closed: false,
@@ -268,6 +269,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
         let dynamics = if is_same { self.head.dynamics.stilled() } else { D::REST };
         *self.head = Head::NEW;
         self.head.dynamics = dynamics;
+        self.head.off_balance = UNKNOWN;
         self.head.model = Some(network.model().checksum());
         self.head.vectors = VectorUnit::find();
         // Reset tools and arrays.
