@@ -137,7 +137,8 @@ impl<D: Dynamics> TissueMut<'_, D> {
             return (self.safe(network, flags), 0.0);
         };
         // Apply the terms' corrections and move the tools.
-        let enough = budget.within().and_then(|share| {
+        let share = if D::TELLS_ERROR { budget.within() } else { None };
+        let enough = share.and_then(|share| {
             force_error::enough(share, &tick.context, &tick.contact, *tick.force_n)
         });
         if !is_late {
@@ -343,8 +344,10 @@ impl<D: Dynamics> Tick<'_, '_, D> {
             if context.dynamics.sweep(&mut body) {
                 flags.insert(Flags::ROLLED_BACK);
             }
-            let wanted = 0.0..=enough.unwrap_or(-1.0) * f32::from(done);
-            let is_enough = wanted.contains(body.off_balance);
+            let is_enough = D::TELLS_ERROR
+                && enough.is_some_and(|enough| {
+                    (0.0..=enough * f32::from(done)).contains(body.off_balance)
+                });
             if D::IS_ANYTIME && done < sweeps && (is_enough || !budget.goes_on(done)) {
                 return done;
             }
