@@ -127,6 +127,7 @@ pub fn execute(args: &Args) -> Result<()> {
     let mut follower = Follower::new(intake, &joined, &mut tissue, show.transpose()?)?;
     let ended = follower.run(joined, |_, told| tell.hear(told));
     let mut report = follower.report();
+    let same = follower.check_same(&label);
     drop(follower);
     let finished = tell.trace.take().map_or(Ok(()), TraceFile::finish);
     // Report and judge.
@@ -134,13 +135,7 @@ pub fn execute(args: &Args) -> Result<()> {
     print(args, &report)?;
     finished?;
     ended?;
-    match &report.first_difference {
-        None => Ok(()),
-        Some(of) => Err(Error::check(format!(
-            "tick {} (record {}) is the first that differs: state hash {} in the session, {} here",
-            of.tick, of.record, of.recorded_state_hash, of.followed_state_hash
-        ))),
-    }
+    same
 }
 
 /// True for a mirror that listens and for a file, which may come later.

@@ -148,12 +148,12 @@ impl<'a> Gathered<'a> {
         self.courses.resize(tissue.tools().max(1), Course::default());
         if let ([only], 0) = (&mut self.courses[..], tissue.tools()) {
             only.add(force_n, output.contacts, None);
-            self.estimates.add(force_n, output.contacts, tissue.engine_mut().force_error_n(0));
+            self.estimates.add(force_n, output.contacts, tissue.force_error_n(0));
         }
         for tool in 0..tissue.tools() {
             let felt = tissue.felt(tool);
             self.courses[tool].add(felt.force_n, felt.contacts, tissue.places_m(tool));
-            let error_n = tissue.engine_mut().force_error_n(tool);
+            let error_n = tissue.force_error_n(tool);
             self.estimates.add(felt.force_n, felt.contacts, error_n);
             let torque_n_m = tissue.engine_mut().opening_torque_n_m(tool).map(|x| x + 0.0);
             self.opening_torque_n_m = larger(self.opening_torque_n_m, torque_n_m);

@@ -494,7 +494,7 @@ impl Played {
         self.step.record(u64::try_from(span.as_nanos()).unwrap_or(u64::MAX));
         self.flag_ticks.add(output.flags);
         let cut_area_m2 = tissue.engine_mut().cut_area_m2();
-        let force_error_n = tissue.engine_mut().force_error_n(0);
+        let force_error_n = tissue.force_error_n(0);
         self.answers.push(Answer { tick, output, cut_area_m2, force_error_n });
         output
     }

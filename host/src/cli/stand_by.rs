@@ -80,14 +80,7 @@ impl<'a> StandBy<'a> {
             _ => Ok(()),
         })?;
         let report = follower.report();
-        if let Some(of) = report.first_difference {
-            return Err(Error::check(format!(
-                "tick {} (record {}) is the first that differs from the session of {}",
-                of.tick,
-                of.record,
-                session.display()
-            )));
-        }
+        follower.check_same(session)?;
         if !report.was_killed {
             return Ok(None);
         }

@@ -1,9 +1,10 @@
 //! Runs the tissue of a session from its records, in lock step, and compares every recorded hash.
 
+use std::path::Path;
 use std::thread::sleep;
 use std::time::Duration;
 
-use chaincell_kernel::trace::{Decoder, End, RECORD_BYTES, Reader};
+use chaincell_kernel::trace::{Decoder, End, RECORD_BYTES, Reader, ReplayError};
 use chaincell_kernel::{Flags, TOOLS_MAX, TickOutput};
 use serde::Serialize;
 
@@ -172,6 +173,7 @@ pub struct Follower<'a, 'm> {
     /// True until the first records and those of a cut are made up.
     is_catching_up: bool,
     report: FollowReport,
+    differs: Option<ReplayError>,
 }
 
 /// The last tick, for viewers.
@@ -222,6 +224,7 @@ impl<'a, 'm> Follower<'a, 'm> {
             last: Last { tick, ticks: 0, output: TickOutput::NONE, poses },
             is_catching_up: true,
             report: FollowReport::default(),
+            differs: None,
         })
     }
 
@@ -352,6 +355,7 @@ impl<'a, 'm> Follower<'a, 'm> {
         let step = match step {
             Ok(step) => step,
             Err(Stop::Differs(why)) => {
+                self.differs = Some(why);
                 self.report.first_difference = Some(Difference {
                     record: why.record,
                     tick: why.tick,
@@ -417,6 +421,17 @@ impl<'a, 'm> Follower<'a, 'm> {
             begun: begun.to_vec(),
             saved: saved.ok_or_else(|| Error::check("the tissue cannot be saved"))?,
         })
+    }
+
+    /// Checks that no tick has come out otherwise; `session` names what is followed.
+    ///
+    /// # Errors
+    /// The first tick that differs.
+    pub fn check_same(&self, session: &Path) -> Result<()> {
+        match self.differs {
+            None => Ok(()),
+            Some(why) => Err(Error::check(format!("{}: {why}", session.display()))),
+        }
     }
 
     /// What was followed so far.

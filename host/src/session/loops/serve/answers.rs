@@ -28,6 +28,22 @@ impl Run<'_> {
         let shown = self.session.publish(answer, now_ns());
         self.flag_ticks.add(Flags(answer.force.flags | shown.force.flags & Flags::LATE.0));
         self.send(&shown);
+        // Behind the answer, which does not wait for it.
+        if !self.session.is_paused() {
+            self.estimate(&answer, output);
+        }
+    }
+
+    /// Adds the estimated error of each tool's force.
+    fn estimate(&mut self, answer: &Answer, output: &TickOutput) {
+        let engine = &mut *self.session.engine;
+        if answer.chosen == 0 {
+            let (force_n, contacts) = (output.force_n.into(), output.contacts);
+            self.estimates.add(force_n, contacts, engine.force_error_n(0));
+        }
+        for (tool, felt) in answer.tools().iter().enumerate() {
+            self.estimates.add(felt.force_n, felt.contacts, engine.force_error_n(tool));
+        }
     }
 
     /// Lets the published force fall to 0 when poses stop coming.

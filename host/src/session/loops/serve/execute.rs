@@ -27,7 +27,6 @@ impl Run<'_> {
         }
         self.step.record(step_ns);
         self.sweeps.record(u64::from(output.sweeps));
-        self.estimate(&output);
         self.changed();
         // Check for poses that arrived meanwhile, and judge the load.
         let sent_ns = now_ns();
@@ -101,21 +100,5 @@ impl Run<'_> {
         self.late += late;
         self.late_behind_gaps += if self.behind_gap { late } else { 0 };
         self.publish(&arrived, &output, now_ns() - start_ns);
-        if !self.session.is_paused() {
-            self.estimate(&output);
-        }
-    }
-
-    /// Adds the estimated error of each tool's force.
-    fn estimate(&mut self, output: &TickOutput) {
-        let Some(answer) = self.shared.voice().answer else { return };
-        let engine = &mut *self.session.engine;
-        if answer.chosen == 0 {
-            let (force_n, contacts) = (output.force_n.into(), output.contacts);
-            self.estimates.add(force_n, contacts, engine.force_error_n(0));
-        }
-        for (tool, felt) in answer.tools().iter().enumerate() {
-            self.estimates.add(felt.force_n, felt.contacts, engine.force_error_n(tool));
-        }
     }
 }
