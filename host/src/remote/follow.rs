@@ -22,6 +22,7 @@ use crate::interrupt;
 use crate::session::ipc::payload::StateHeader;
 use crate::session::ipc::shown::ShowPorts;
 use crate::session::timing::clock::now_ns;
+use crate::terminal;
 
 /// Time between looks for viewers while no record comes.
 const LOOK: Duration = Duration::from_millis(5);
@@ -59,9 +60,18 @@ pub struct Begin {
 /// # Errors
 /// No stream; a mirror that refuses; a stream that ends before the first record.
 pub fn join(intake: &mut Intake, model: Option<u32>, end_ns: u64) -> Result<Joined> {
+    let mut is_told = false;
     loop {
-        match try_to_join(intake, model) {
-            Err(_) if now_ns() < end_ns && !interrupt::asked() => sleep(AGAIN),
+        let joined = try_to_join(intake, model);
+        interrupt::check()?;
+        match joined {
+            Err(why) if now_ns() < end_ns => {
+                if !is_told {
+                    terminal::note(format_args!("note: {why}; waiting for it"));
+                }
+                is_told = true;
+                sleep(AGAIN);
+            }
             joined => return joined,
         }
     }

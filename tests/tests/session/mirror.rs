@@ -275,6 +275,12 @@ fn what_cannot_be_followed_is_named() {
         let ended = piped(&["follow", "-"], &bytes).with(2);
         assert!(ended.err.contains(part), "{}", ended.err);
     }
+    // One that waits for a mirror ends by Ctrl-C.
+    let wait = ["follow", "tcp:127.0.0.1:1", "--wait-for-server-s", "600"];
+    let mut waiting = Running::chaincell(wait);
+    let refused = "tcp:127.0.0.1:1: Connection refused (os error 111)";
+    waiting.notes_until(&format!("note: {refused}; waiting for it"));
+    assert!(waiting.interrupt().with(130).err.contains("interrupted"));
     // Files, sources, addresses.
     let none = place.file("none.trace");
     let other = place.file("alone").join("session.trace");

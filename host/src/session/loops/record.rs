@@ -154,6 +154,12 @@ impl Recorder {
         self.has_ended() || (self.commands < COMMANDS_MAX && has_room)
     }
 
+    /// Returns true if ticks go on that the trace, if there is one, has no room for.
+    #[must_use]
+    pub fn is_full(&self) -> bool {
+        self.trace.is_some() && self.left_out_ticks > 0
+    }
+
     fn has_ended(&self) -> bool {
         self.left_out_ticks > 0 || self.ticks == self.capacity_ticks
     }
@@ -202,6 +208,7 @@ mod tests {
         let ticks: Vec<u64> = recorder.rows().iter().map(|row| row.pose.tick).collect();
         assert_eq!(ticks, [0, 1]);
         assert_eq!((recorder.ticks(), recorder.left_out_ticks()), (2, 3));
+        assert!(!recorder.is_full(), "it has no trace");
         assert!(recorder.has_room_for_command());
     }
 
@@ -269,8 +276,10 @@ mod tests {
         assert!(command(&mut recorder, 1));
         tick(&mut recorder, 2);
         assert!(!command(&mut recorder, 2), "no place left");
+        assert!(!recorder.is_full());
         tick(&mut recorder, 3);
         tick(&mut recorder, 4);
+        assert!(recorder.is_full());
         assert!(command(&mut recorder, 4), "nothing is kept any more");
         recorder.finish_trace().unwrap();
         assert_eq!(entries(&path), (vec![1, 0, 2], End::Complete));

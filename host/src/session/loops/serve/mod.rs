@@ -375,7 +375,7 @@ impl<'a> Run<'a> {
     }
 
     fn wait(&mut self) {
-        if self.recorder.left_out_ticks() > 0 && !self.is_full_told {
+        if self.recorder.is_full() && !self.is_full_told {
             self.is_full_told = true;
             terminal::note(
                 "note: the record is full; the session goes on without, and nobody can follow it or take it over",
