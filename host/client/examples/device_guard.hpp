@@ -27,7 +27,9 @@ public:
             std::copy(position_m, position_m + 3, last_m);
             has_last = true;
         }
-        return judge(is_near && !is_jump);
+        const bool is_good = judge(is_near && !is_jump);
+        is_engaged = is_engaged || (is_good && !is_stopped && share == 0 && calm >= CALM);
+        return is_good;
     }
 
     // Takes what a call of the client came to, once a period.
@@ -35,9 +37,6 @@ public:
     {
         const unsigned old = CHAINCELL_CLIENT_NOTE_NOTHING_YET | CHAINCELL_CLIENT_NOTE_SILENT | CHAINCELL_CLIENT_NOTE_NEW_SESSION;
         judge(code >= 0 && (answer.notes & old) == 0);
-        if (!is_stopped && calm >= CALM_PERIODS) {
-            is_engaged = true;
-        }
     }
 
     // True while the tool acts on the tissue.
@@ -73,14 +72,14 @@ public:
     double largest_n = 0.0;
 
 private:
-    static constexpr double REACH_M = 1.0;     // farther from its zero is no device
-    static constexpr double JUMP_M = 0.008;    // in a period: 8 m/s, faster than a hand
-    static constexpr int CALM_PERIODS = 200;   // good positions and answers before the tool engages
+    static constexpr double REACH_M = 1.0;  // farther from its zero is no device
+    static constexpr double JUMP_M = 0.008; // in a period: 8 m/s, faster than a hand
+    static constexpr int CALM = 200;        // good positions and answers in a row before the tool engages
     static constexpr int RAMP_PERIODS = 10;
 
     bool judge(bool is_good)
     {
-        calm = is_good ? std::min(calm + 1, CALM_PERIODS) : 0;
+        calm = is_good ? std::min(calm + 1, CALM) : 0;
         doubts += !is_good && is_engaged;
         is_engaged = is_engaged && is_good;
         return is_good;

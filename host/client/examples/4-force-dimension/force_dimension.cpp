@@ -13,7 +13,7 @@
 #include "chaincell_client.h"
 #include "dhdc.h"
 
-constexpr double MAX_FORCE_N = 4.0;
+constexpr double MAX_FORCE_N = 2.0;
 constexpr std::uint64_t WAIT_NS = 700'000;
 
 static volatile std::sig_atomic_t is_asked = 0;

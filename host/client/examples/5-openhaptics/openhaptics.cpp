@@ -40,6 +40,7 @@ static HDCallbackCode HDCALLBACK period(void *data)
     HDint buttons = 0;
     hdGetDoublev(HD_CURRENT_POSITION, device_mm);
     hdGetIntegerv(HD_CURRENT_BUTTONS, &buttons);
+    // An error of the end of the last frame, too.
     const bool is_read = hdGetError().errorCode == HD_SUCCESS;
     if (is_asked != 0 || (is_read && (buttons & HD_DEVICE_BUTTON_1) != 0)) {
         loop.guard.stop();
@@ -66,9 +67,6 @@ static HDCallbackCode HDCALLBACK period(void *data)
     loop.guard.force({felt_n[0], felt_n[2], -felt_n[1]}, shown_n);
     hdSetDoublev(HD_CURRENT_FORCE, shown_n);
     hdEndFrame(loop.device);
-    if (hdGetError().errorCode != HD_SUCCESS) {
-        loop.guard.stop();
-    }
     loop.has_ended = loop.guard.is_off();
     return loop.has_ended ? HD_CALLBACK_DONE : HD_CALLBACK_CONTINUE;
 }

@@ -9,35 +9,42 @@
 
 namespace stub {
 
-constexpr int PERIODS = 1000;       // then its button is pressed
-constexpr int FAULT = 700;          // first period of STUB_FAULT: nan, jump or error
+constexpr int PERIODS = 900; // then its button is pressed
+constexpr int FAULT = 750;   // first period of STUB_FAULT: nan, jump or error; the device is down
 constexpr int FAULT_PERIODS = 5;
-constexpr int OFF_PERIODS = 20;     // after so many the force is off
-constexpr double LIMIT_N = 4.0;
+constexpr int OFF_PERIODS = 20; // after these the force is off
+constexpr double LIMIT_N = 2.0;
+constexpr double JUMP_N = 0.15;
 
 inline int reads = 0, forces = 0;
 inline double last_n = 0.0, largest_n = 0.0;
 
-inline bool has_fault(const char *fault)
+// The fault that is asked for, or "none".
+inline const char *fault()
 {
-    const char *wanted = std::getenv("STUB_FAULT");
-    return wanted != nullptr && std::strcmp(wanted, fault) == 0 && reads >= FAULT && reads < FAULT + FAULT_PERIODS;
+    const char *asked = std::getenv("STUB_FAULT");
+    return asked == nullptr ? "none" : asked;
 }
 
-// Height of the device in this period, 4 mm down and up again every half second [m].
+inline bool has_fault(const char *name)
+{
+    return std::strcmp(fault(), name) == 0 && reads >= FAULT && reads < FAULT + FAULT_PERIODS;
+}
+
+// Height of the device in this period, 12 mm down and up again every half second [m].
 inline double height_m()
 {
     ++reads;
     if (has_fault("nan")) {
         return std::nan("");
     }
-    return 0.002 * (std::cos(reads * 3.14159265358979 / 250.0) - 1.0) + (has_fault("jump") ? 0.05 : 0.0);
+    return 0.006 * (std::cos(reads * 3.14159265358979 / 250.0) - 1.0) + (has_fault("jump") ? 0.05 : 0.0);
 }
 
 [[noreturn]] inline void fail(const char *what)
 {
     std::fprintf(stderr, "stub: %s in period %d\n", what, reads);
-    std::exit(3);
+    std::_Exit(3);
 }
 
 inline void take(const double x, const double y, const double z)
@@ -47,10 +54,10 @@ inline void take(const double x, const double y, const double z)
     if (!(size_n <= LIMIT_N)) {
         fail("a force above the limit");
     }
-    if (std::abs(size_n - last_n) > LIMIT_N / 4) {
+    if (std::abs(size_n - last_n) > JUMP_N) {
         fail("a jump of the force");
     }
-    if (std::getenv("STUB_FAULT") != nullptr && reads >= FAULT + OFF_PERIODS && reads < FAULT + 150 && size_n != 0.0) {
+    if (std::strcmp(fault(), "none") != 0 && reads >= FAULT + OFF_PERIODS && reads < FAULT + 100 && size_n != 0.0) {
         fail("a force after a fault");
     }
     last_n = size_n;
