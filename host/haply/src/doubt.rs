@@ -1,13 +1,6 @@
 //! Doubts: causes for which the force goes off, and comes again when they are over.
 
 /// A cause for which the force goes off.
-///
-/// ```
-/// use chaincell_haply::doubt::Doubt;
-///
-/// let text = Doubt::ServiceSilent.to_string(); // as it is printed
-/// assert!(text.contains("force off"));
-/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Doubt {
     /// A message of the service is no state.
@@ -29,37 +22,22 @@ pub enum Doubt {
 }
 
 impl Doubt {
-    /// All of them.
-    pub const ALL: [Self; 8] = [
-        Self::Malformed,
-        Self::NoDevice,
-        Self::NotReady,
-        Self::OutOfReach,
-        Self::Jump,
-        Self::ServiceSilent,
-        Self::TissueSilent,
-        Self::NewSession,
+    /// All of them, with their names in the JSON of a report.
+    pub const ALL: [(Self, &str); 8] = [
+        (Self::Malformed, "malformed"),
+        (Self::NoDevice, "no_device"),
+        (Self::NotReady, "not_ready"),
+        (Self::OutOfReach, "out_of_reach"),
+        (Self::Jump, "jump"),
+        (Self::ServiceSilent, "service_silent"),
+        (Self::TissueSilent, "tissue_silent"),
+        (Self::NewSession, "new_session"),
     ];
 
     /// Returns true for a fault in what the service sends.
     #[must_use]
     pub fn is_of_states(self) -> bool {
         matches!(self, Self::Malformed | Self::NoDevice | Self::NotReady | Self::OutOfReach)
-    }
-
-    /// Returns the name in the JSON of a report.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Malformed => "malformed",
-            Self::NoDevice => "no_device",
-            Self::NotReady => "not_ready",
-            Self::OutOfReach => "out_of_reach",
-            Self::Jump => "jump",
-            Self::ServiceSilent => "service_silent",
-            Self::TissueSilent => "tissue_silent",
-            Self::NewSession => "new_session",
-        }
     }
 }
 

@@ -111,10 +111,8 @@ pub enum Ended {
 }
 
 /// Counts of a session.
-#[derive(Debug, Clone)]
-pub struct Report {
-    /// How it ended.
-    pub ended: Ended,
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Counts {
     /// Messages sent to the service.
     pub forces_sent: u64,
     /// Messages of the service that were looked at, the newest of each period.
@@ -123,6 +121,15 @@ pub struct Report {
     pub poses: u64,
     /// Poses answered within their period.
     pub answered: u64,
+}
+
+/// A session that has ended.
+#[derive(Debug, Clone)]
+pub struct Report {
+    /// How it ended.
+    pub ended: Ended,
+    /// Its counts.
+    pub counts: Counts,
     /// How often each doubt began.
     pub doubts: [u64; Doubt::ALL.len()],
     /// Largest force sent \[N\].
@@ -144,10 +151,7 @@ pub fn drive<S: Service, T: Tissue, C: Clock>(
     hand.let_go();
     Report {
         ended: ended.unwrap_or(Ended::Panicked),
-        forces_sent: hand.forces_sent,
-        states: hand.states,
-        poses: hand.poses,
-        answered: hand.answered,
+        counts: hand.counts,
         doubts: hand.guard.counts(),
         largest_force_n: hand.guard.largest_n(),
     }
@@ -167,10 +171,7 @@ struct Hand<'a, S, C> {
     is_zero_sent: bool,
     wanted_n: [f32; 3],
     pose: ToolPose,
-    forces_sent: u64,
-    states: u64,
-    poses: u64,
-    answered: u64,
+    counts: Counts,
 }
 
 impl<'a, S: Service, C: Clock> Hand<'a, S, C> {
@@ -187,10 +188,7 @@ impl<'a, S: Service, C: Clock> Hand<'a, S, C> {
             is_zero_sent: false,
             wanted_n: [0.0; 3],
             pose: ToolPose::AWAY,
-            forces_sent: 0,
-            states: 0,
-            poses: 0,
-            answered: 0,
+            counts: Counts::default(),
         }
     }
 
@@ -232,7 +230,7 @@ impl<'a, S: Service, C: Clock> Hand<'a, S, C> {
             return Err(Ended::ServiceGone(self.guard.present_doubt()));
         }
         let Some(text) = text else { return Ok(()) };
-        self.states += 1;
+        self.counts.states += 1;
         // On a doubt the tool lets go where it was last.
         let read = message::position(&text, &self.options.device_id);
         let read = read.map_err(|doubt| self.guard.doubt(doubt));
@@ -248,12 +246,12 @@ impl<'a, S: Service, C: Clock> Hand<'a, S, C> {
     /// The pose goes out, and its answer comes in.
     fn ask(&mut self, tissue: &mut impl Tissue, begin_ns: u64) -> Result<(), Ended> {
         let felt = tissue.step(&self.pose, begin_ns + ANSWER_NS).map_err(Ended::TissueFailed)?;
-        self.poses += 1;
+        self.counts.poses += 1;
         self.guard.answer(felt.notes);
         self.wanted_n = self.options.frame.to_device(felt.force_n);
         let now_ns = self.clock.now_ns();
         if felt.is_answered {
-            self.answered += 1;
+            self.counts.answered += 1;
             self.unanswered_ns = None;
         } else if felt.notes.contains(Notes::SILENT) && !tissue.is_served() {
             return Err(Ended::SessionEnded);
@@ -280,7 +278,7 @@ impl<'a, S: Service, C: Clock> Hand<'a, S, C> {
             message["session"] = profile;
         }
         (self.sent_ns, self.is_zero_sent) = (now_ns, force_n == [0.0; 3]);
-        self.forces_sent += 1;
+        self.counts.forces_sent += 1;
         self.service.send(&message.to_string())
     }
 

@@ -41,21 +41,6 @@ struct LastState {
 }
 
 /// Decides on the force that the device gets.
-///
-/// ```
-/// use chaincell_client::Notes;
-/// use chaincell_client::clock::MILLISECOND_NS as MS;
-/// use chaincell_haply::guard::Guard;
-///
-/// let mut guard = Guard::new(2.0, 3.0, 0); // 2 N and 3 m/s at most
-/// for ms in 1..=200 {
-///     guard.state([0.0; 3], ms * MS).unwrap();
-///     guard.answer(Notes::default());
-///     let force_n = guard.force([0.0, 0.0, 5.0], ms * MS);
-///     assert!(force_n[2] <= 2.0 && (ms >= 100 || force_n == [0.0; 3]));
-/// }
-/// assert_eq!(guard.force([0.0, 0.0, 5.0], 220 * MS), [0.0; 3]); // 20 ms without a state
-/// ```
 #[derive(Debug)]
 pub struct Guard {
     shaper: ForceShaper,

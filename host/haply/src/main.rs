@@ -86,7 +86,14 @@ fn run(args: &Args) -> Result<u8, String> {
     let stop = || asked.load(Ordering::Relaxed);
     // Options first, then the service, then the tissue.
     let mut options = options(args)?;
-    let client_options = client_options(args)?;
+    let wait_ns = span_ns("--wait-for-server-s", args.wait_for_server_s);
+    let client_options = ClientOptions {
+        scene: args.scene.clone(),
+        server_wait_ns: wait_ns.map_err(|why| why.to_string())?,
+        watchdog_ms: ANSWER_MS,
+        ramp_ms: ANSWER_MS,
+        ..ClientOptions::default()
+    };
     let mut link = Link::open(&args.service)?;
     options.device_id = device(&mut link, args)?;
     let mut client =
@@ -122,17 +129,6 @@ fn options(args: &Args) -> Result<Options, String> {
         max_force_n: args.max_force_n,
         max_speed_m_per_s: args.max_speed_m_per_s,
         end_ns: seconds.map_err(|why| why.to_string())?,
-    })
-}
-
-fn client_options(args: &Args) -> Result<ClientOptions, String> {
-    let wait_ns = span_ns("--wait-for-server-s", args.wait_for_server_s);
-    Ok(ClientOptions {
-        scene: args.scene.clone(),
-        server_wait_ns: wait_ns.map_err(|why| why.to_string())?,
-        watchdog_ms: ANSWER_MS,
-        ramp_ms: ANSWER_MS,
-        ..ClientOptions::default()
     })
 }
 

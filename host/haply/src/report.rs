@@ -1,9 +1,9 @@
 //! The report of a session, for people and for programs.
 
-use serde_json::{Value, json};
+use serde_json::{Map, Value, json};
 
 use crate::doubt::Doubt;
-use crate::drive::{Ended, Report};
+use crate::drive::{Counts, Ended, Report};
 
 impl Ended {
     /// Returns the exit code: 0 for an end that was asked for, 1 for one that was not.
@@ -20,10 +20,7 @@ impl std::fmt::Display for Ended {
             Self::TimeUp => write!(f, "time up"),
             Self::SessionEnded => write!(f, "the tissue's session has ended"),
             Self::ServiceClosed(why) => {
-                write!(
-                    f,
-                    "the connection to the Haply service has ended ({why}): is it still running?"
-                )
+                write!(f, "the Haply service has gone ({why}): is it still running?")
             }
             Self::ServiceGone(Some(doubt)) => write!(f, "2 s without a good state: {doubt}"),
             Self::ServiceGone(None) => write!(f, "2 s without a state: is a device plugged in?"),
@@ -40,42 +37,37 @@ impl Report {
     /// Returns the object that `--json` prints.
     #[must_use]
     pub fn to_json(&self) -> Value {
-        let doubts = Doubt::ALL.iter().zip(self.doubts).filter(|(_, count)| *count > 0);
-        let doubts: serde_json::Map<String, Value> =
-            doubts.map(|(doubt, count)| (doubt.name().to_owned(), count.into())).collect();
+        let counts = self.counts;
         json!({
             "ended_by": self.ended.to_string(),
-            "forces_sent": self.forces_sent,
-            "states": self.states,
-            "poses": self.poses,
-            "answered": self.answered,
-            "late": self.poses - self.answered,
-            "doubts": doubts,
+            "forces_sent": counts.forces_sent,
+            "states": counts.states,
+            "poses": counts.poses,
+            "answered": counts.answered,
+            "late": counts.poses - counts.answered,
+            "doubts": self.doubts(),
             "largest_force_n": self.largest_force_n,
         })
+    }
+
+    /// Returns the doubts that occurred, with their counts.
+    fn doubts(&self) -> Map<String, Value> {
+        let named = Doubt::ALL.iter().zip(self.doubts).filter(|(_, count)| *count > 0);
+        named.map(|((_, name), count)| ((*name).to_owned(), count.into())).collect()
     }
 }
 
 impl std::fmt::Display for Report {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Counts { forces_sent, states, poses, answered } = self.counts;
+        let late = poses - answered;
         writeln!(
             f,
-            "{} poses sent, {} answered within their period, {} later or not",
-            self.poses,
-            self.answered,
-            self.poses - self.answered
+            "{poses} poses sent, {answered} answered within their period, {late} later or not"
         )?;
-        writeln!(f, "  service   {} forces sent, {} states", self.forces_sent, self.states)?;
-        write!(f, "  doubts   ")?;
-        let mut doubts =
-            Doubt::ALL.iter().zip(self.doubts).filter(|(_, count)| *count > 0).peekable();
-        if doubts.peek().is_none() {
-            write!(f, " none")?;
-        }
-        for (doubt, count) in doubts {
-            write!(f, " {} {count}", doubt.name())?;
-        }
-        writeln!(f, "\n  force     largest {:.4} N", self.largest_force_n)?;
-        write!(f, "  ended     {}", self.ended)
+        writeln!(f, "  service     {forces_sent} forces sent, {states} states")?;
+        writeln!(f, "  doubts      {}", Value::Object(self.doubts()))?;
+        writeln!(f, "  force       largest {:.4} N", self.largest_force_n)?;
+        write!(f, "  ended       {}", self.ended)
     }
 }

@@ -133,7 +133,7 @@ fn session(
     let forces_n = world.forces_n();
     assert_eq!(forces_n.last(), Some(&0.0), "{report:?}");
     assert_eq!(world.closed_at.get(), Some(forces_n.len()));
-    assert_eq!(report.forces_sent as usize, forces_n.len());
+    assert_eq!(report.counts.forces_sent as usize, forces_n.len());
     for (at, pair) in forces_n.windows(2).enumerate() {
         assert!((pair[1] - pair[0]).abs() < 0.11, "message {at}: a jump, {pair:?}");
     }
@@ -148,7 +148,10 @@ fn calm(_: usize) -> Notes {
 fn ten_seconds_at_1_khz_every_pose_answered() {
     let (world, report) = session(10, |n| Ok(Some(good(n))), calm, true);
     assert_eq!(report.ended, Ended::TimeUp);
-    assert_eq!((report.states, report.poses, report.answered), (10_000, 10_000, 10_000));
+    assert_eq!(
+        (report.counts.states, report.counts.poses, report.counts.answered),
+        (10_000, 10_000, 10_000)
+    );
     assert_eq!((report.doubts, report.ended.exit_code()), ([0; 8], 0));
     assert!((report.largest_force_n - 0.8).abs() < 1e-6, "up to its limit: {report:?}");
     let sent = world.sent.borrow();
@@ -204,7 +207,7 @@ fn a_bad_message_lets_the_tool_go_and_a_stream_of_them_ends_the_session() {
         assert_eq!(report.doubts[doubt as usize], 1, "{doubt:?} {report:?}");
         let forces_n = &world.forces_n()[250..350];
         assert!(forces_n[10..].iter().all(|force_n| *force_n == 0.0), "{doubt:?} {forces_n:?}");
-        assert_eq!(report.poses, report.answered);
+        assert_eq!(report.counts.poses, report.counts.answered);
     }
     let answers = |n| Ok(Some(if n >= 250 { "null".to_owned() } else { good(n) }));
     let (_, report) = session(9, answers, calm, true);
@@ -228,13 +231,13 @@ fn an_old_answer_of_the_tissue_is_a_doubt_and_its_end_is_told_from_a_silence() {
     {
         let (world, report) = session(9, |n| Ok(Some(good(n))), notes, is_served);
         assert_eq!((&report.ended, report.ended.exit_code()), (&ended, exit_code));
-        assert_eq!(report.answered, 250);
+        assert_eq!(report.counts.answered, 250);
         let forces_n = &world.forces_n()[250..];
         assert!(forces_n[17..].iter().all(|force_n| *force_n == 0.0), "{forces_n:?}");
     }
     let nothing_yet = |_| Notes::NOTHING_YET;
     let (world, report) = session(1, |n| Ok(Some(good(n))), nothing_yet, true);
-    assert!(world.forces_n().iter().all(|force_n| *force_n == 0.0) && report.answered == 0);
+    assert!(world.forces_n().iter().all(|force_n| *force_n == 0.0) && report.counts.answered == 0);
 }
 
 #[test]

@@ -33,8 +33,6 @@ pub enum Act {
 pub struct Seen {
     /// Size of the force of each message \[N\].
     pub forces_n: Vec<f64>,
-    /// Number of states sent.
-    pub states: usize,
     /// True if the client closed the connection by a message.
     pub was_closed: bool,
 }
@@ -47,17 +45,11 @@ pub struct Mock {
 }
 
 impl Mock {
-    /// Waits for one client, lists the device, and answers message n, from 1, by `act(n)`.
+    /// Waits for one client and answers message n, from 1, by `act(n)`; `act(0)` is said first.
     pub fn start(act: impl Fn(usize) -> Act + Send + 'static) -> Self {
-        Self::start_with(&state(0.0), act)
-    }
-
-    /// As [`Self::start`], with another first message.
-    pub fn start_with(first: &str, act: impl Fn(usize) -> Act + Send + 'static) -> Self {
         let listener = TcpListener::bind("127.0.0.1:0").unwrap();
         let address = format!("ws://{}", listener.local_addr().unwrap());
-        let first = first.to_owned();
-        let thread = std::thread::spawn(move || serve(&listener, first, act));
+        let thread = std::thread::spawn(move || serve(&listener, act));
         Self { address, thread }
     }
 
@@ -75,33 +67,29 @@ fn state(z_m: f32) -> String {
     )
 }
 
-fn serve(listener: &TcpListener, first: String, act: impl Fn(usize) -> Act) -> Seen {
+fn serve(listener: &TcpListener, act: impl Fn(usize) -> Act) -> Seen {
     let (mut stream, _) = listener.accept().unwrap();
     stream.set_read_timeout(Some(LIMIT)).unwrap();
     stream.set_nodelay(true).unwrap();
     shake_hands(&mut stream);
     let mut socket = WebSocket::from_raw_socket(stream, Role::Server, None);
-    socket.send(Message::text(first)).unwrap();
     let mut seen = Seen::default();
     loop {
-        match socket.read() {
-            Ok(Message::Text(text)) => seen.forces_n.push(force_n(text.as_str())),
-            Ok(Message::Close(_)) => {
-                seen.was_closed = true;
-                continue;
-            }
-            Err(Error::ConnectionClosed | Error::Io(_) | Error::Protocol(_)) => return seen,
-            other => panic!("{other:?}"),
-        }
-        let text = match act(seen.forces_n.len()) {
-            Act::At(z_m) => state(z_m),
-            Act::Say(text) => text.to_owned(),
-            Act::Silence => continue,
+        // A client that is about to end may be gone.
+        let _ = match act(seen.forces_n.len()) {
+            Act::At(z_m) => socket.send(Message::text(state(z_m))),
+            Act::Say(text) => socket.send(Message::text(text)),
+            Act::Silence => Ok(()),
             Act::Cut => return seen,
         };
-        seen.states += 1;
-        // A client that is about to end may be gone.
-        let _ = socket.send(Message::text(text));
+        loop {
+            match socket.read() {
+                Ok(Message::Text(text)) => break seen.forces_n.push(force_n(text.as_str())),
+                Ok(Message::Close(_)) => seen.was_closed = true,
+                Err(Error::ConnectionClosed | Error::Io(_) | Error::Protocol(_)) => return seen,
+                other => panic!("{other:?}"),
+            }
+        }
     }
 }
 
