@@ -184,7 +184,7 @@ typedef int32_t chaincell_client_code;
 /**
  * Version of this interface: major 65,536, minor 256, patch 1.
  */
-#define CHAINCELL_CLIENT_VERSION 512
+#define CHAINCELL_CLIENT_VERSION 768
 
 /**
  * The body takes its rest shape.
@@ -476,7 +476,7 @@ typedef struct chaincell_client_options {
 } chaincell_client_options;
 
 /**
- * What to show at a moment: 336 bytes. Every force is finite, whatever has come.
+ * What to show at a moment: 368 bytes. Every force is finite, whatever has come.
  */
 typedef struct chaincell_client_answer {
     /**
@@ -535,6 +535,11 @@ typedef struct chaincell_client_answer {
      * What each tool feels, by its number.
      */
     chaincell_tool_output tools[CHAINCELL_CLIENT_TOOLS_MAX];
+    /**
+     * Estimated error of each tool's force, before its limit and an output stage [N]; below 0 where it is not
+     * known, and while the client shows another force than the server's.
+     */
+    float force_error_n[CHAINCELL_CLIENT_TOOLS_MAX];
 } chaincell_client_answer;
 
 #ifdef __cplusplus
