@@ -18,6 +18,7 @@ int main(void)
     AT(client_answer, tick), AT(client_answer, session_id), AT(client_answer, force_tick), AT(client_answer, state_hash);
     AT(client_answer, round_trip_ns), AT(client_answer, age_ns), AT(client_answer, answers), AT(client_answer, energy_j);
     AT(client_answer, flags), AT(client_answer, notes), AT(client_answer, step_ns), AT(client_answer, sweeps);
-    AT(client_answer, tools[0]), AT(client_answer, tools[1]);
+    AT(client_answer, tools[0]), AT(client_answer, tools[1]), AT(client_answer, force_error_n[0]);
+    AT(client_answer, force_error_n[7]);
     return puts("") < 0;
 }

@@ -22,7 +22,7 @@ static class Program
         Print<ToolOutput>("output", "ForceX", "TorqueX", "Contacts", "Flags");
         Print<Options>("options", "Role", "Wait", "ServerWaitNs", "WatchdogMs", "RampMs");
         Print<Answer>("answer", "Tick", "SessionId", "ForceTick", "StateHash", "RoundTripNs", "AgeNs", "Answers",
-            "EnergyJ", "Flags", "Notes", "StepNs", "Sweeps", "Tool0", "Tool1");
+            "EnergyJ", "Flags", "Notes", "StepNs", "Sweeps", "Tool0", "Tool1", "ForceError0N", "ForceError7N");
         if (words.Length == 0)
         {
             return;
