@@ -15,6 +15,8 @@ struct World {
     sent: RefCell<Vec<(u64, Value)>>,
     pending: Cell<usize>,
     closed_at: Cell<Option<usize>>,
+    /// True once the clock stands still.
+    stands: Cell<bool>,
 }
 
 impl Clock for World {
@@ -23,7 +25,8 @@ impl Clock for World {
     }
 
     fn sleep_until_ns(&self, moment_ns: u64) {
-        self.now_ns.set(self.now_ns.get().max(moment_ns));
+        let to_ns = if self.stands.get() { 0 } else { moment_ns };
+        self.now_ns.set(self.now_ns.get().max(to_ns));
     }
 }
 
@@ -250,12 +253,18 @@ fn a_panic_or_a_stop_lets_the_force_fall() {
     assert_eq!((&report.ended, report.ended.exit_code()), (&Ended::Panicked, 1));
     let forces_n = world.forces_n();
     assert!(forces_n[249] > 0.7 && forces_n.len() > 250 + 7, "along a ramp");
-    // Stopped in the middle of a press.
-    let world = World::default();
-    let mut service = FakeService { world: &world, answer: |n| Ok(Some(good(n))) };
-    let mut tissue = FakeTissue { world: &world, notes: calm, poses: 0, is_served: true };
-    let stop = || world.sent.borrow().len() >= 250;
-    let report = drive(&mut service, &mut tissue, &world, &options(9), stop, |_| ());
-    assert_eq!((report.ended, world.forces_n().last()), (Ended::Stopped, Some(&0.0)));
-    assert!(world.forces_n().len() > 250 + 7);
+    // Stopped in the middle of a press, once with a clock that stands still from there on.
+    for stands in [false, true] {
+        let world = World::default();
+        let mut service = FakeService { world: &world, answer: |n| Ok(Some(good(n))) };
+        let mut tissue = FakeTissue { world: &world, notes: calm, poses: 0, is_served: true };
+        let stop = || {
+            let is_asked = world.sent.borrow().len() >= 250;
+            world.stands.set(is_asked && stands);
+            is_asked
+        };
+        let report = drive(&mut service, &mut tissue, &world, &options(9), stop, |_| ());
+        assert_eq!((report.ended, world.forces_n().last()), (Ended::Stopped, Some(&0.0)));
+        assert!(world.forces_n().len() > 250 + 7);
+    }
 }
