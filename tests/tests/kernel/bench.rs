@@ -44,6 +44,7 @@ impl Surface {
             pulls: &mut self.pulls,
             near: &mut self.near,
             anchors: &mut self.anchors,
+            pins: &mut [],
             coarse: &mut self.coarse,
             tools: &mut self.tools,
             state: &mut self.state,
