@@ -103,7 +103,8 @@ pub use energy::rounding::Rounding;
 pub use energy::state::{TermState, TermStates, term_states};
 pub use energy::stress::Stress;
 pub use energy::surface::{
-    Anchor, EDGE_BYTES, NearTriangle, PARTS_MAX, PinSample, Scissors, TOOLS_MAX, ToolState,
+    Anchor, EDGE_BYTES, NearTriangle, PARTS_MAX, PINS_ARE_BUILT, PinSample, Scissors, TOOLS_MAX,
+    ToolState,
 };
 pub use fixed::types::I8F24;
 pub use model::branches::Branch;

@@ -355,6 +355,9 @@ impl<'m> Engine<'m> {
             Command::Pause | Command::Resume => Err(Refusal::Unsupported),
             Command::Reset => self.reset().map_err(|_| Refusal::Reset),
             Command::Grip { .. } | Command::LetGo { .. } => self.obey_hold(command),
+            Command::Pin { .. } | Command::PinAt { .. } | Command::Unpin { .. } => {
+                self.obey_pin(command)
+            }
             // Under this scheme sweeps and the time per tick depend on each other.
             Command::Sweeps(_) if self.scheme.goes_by_tick() => Err(Refusal::Fixed),
             _ => {

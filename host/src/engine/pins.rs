@@ -1,5 +1,7 @@
 //! Pins: points and regions of the surface that are held to the world.
 
+use chaincell_client::command::Refusal;
+use chaincell_kernel::trace::Command;
 use chaincell_kernel::{Dynamics, Network, PinError, PinOutput};
 
 use super::{Engine, Memory};
@@ -97,5 +99,32 @@ impl Engine<'_> {
     /// The numbers of the pins, in the order in which they were set.
     pub fn pins(&mut self) -> Vec<u16> {
         self.tissue.pins()
+    }
+
+    /// Sets or releases a pin. A refused command changes nothing.
+    pub(super) fn obey_pin(&mut self, command: &Command) -> Result<(), Refusal> {
+        let done = match *command {
+            Command::Pin { tool, stiffness_n_per_m } => {
+                let tools = self.contact.tools();
+                if tools > 0 && tool as usize >= tools {
+                    return Err(Refusal::NoTool);
+                }
+                self.pin_held(tool as usize, stiffness_n_per_m).map(drop)
+            }
+            Command::PinAt { point_m, radius_m, stiffness_n_per_m } => {
+                self.pin_at(point_m, radius_m, stiffness_n_per_m).map(drop)
+            }
+            Command::Unpin { pin, ticks } => self.unpin(pin, ticks),
+            _ => return Err(Refusal::Unsupported),
+        };
+        done.map_err(|why| match why {
+            PinError::NoTools => Refusal::NoSurface,
+            PinError::NothingHeld(_) => Refusal::NothingHeld,
+            PinError::Unknown(_) => Refusal::NoPin,
+            PinError::Room { .. } => Refusal::PinRoom,
+            PinError::Reach { .. } => Refusal::PinReach,
+            PinError::Value => Refusal::Value,
+            PinError::Model | PinError::Unbuilt => Refusal::Unsupported,
+        })
     }
 }

@@ -320,6 +320,12 @@ impl<'a> TouchRoom<'a> {
         self.0.iter_mut().flat_map(|arrays| &mut *arrays.state).for_each(|state| state.pins = 0);
     }
 
+    /// The state shared by all tools, and the memory of pins.
+    pub(crate) fn state(&self) -> Option<(&TouchState, &[PinSample])> {
+        let arrays = self.0.first()?;
+        Some((arrays.state.first()?, arrays.pins))
+    }
+
     /// The pinned samples.
     pub(crate) fn pins(&self) -> &[PinSample] {
         self.0.first().map_or(&[], TouchArrays::pins)

@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 use super::budget::Budget;
 use super::error::{ResetError, StateError};
-use super::hash::{and_words, state_hash};
+use super::hash::{and_pins, and_words, state_hash};
 use super::sample::{TickOutput, ToolSample};
 use super::settings::Network;
 use crate::backend::VectorUnit;
@@ -477,6 +477,6 @@ impl<D: Dynamics> TissueMut<'_, D> {
         let state = self.state.get(..model.cells()).unwrap_or(self.state);
         let hash = state_hash(state, self.states.cells(model.kept_states()), model.saturation());
         let hash = self.body_state(model).map_or(hash, |words| and_words(hash, words));
-        self.touch.pins().iter().fold(hash, |hash, pin| and_words(hash, &pin.words()))
+        self.touch.state().map_or(hash, |(state, pins)| and_pins(hash, state, pins))
     }
 }

@@ -60,7 +60,7 @@ pub(crate) use edge::{Edge, EdgeSample};
 pub use friction::Anchor;
 pub(crate) use meeting::Meeting;
 pub use near::NearTriangle;
-pub(crate) use pins::ARE_BUILT as PINS_ARE_BUILT;
+pub use pins::PINS_ARE_BUILT;
 pub use pins::PinSample;
 pub(crate) use press::each_met;
 pub(crate) use proxy::Proxy;

@@ -19,7 +19,7 @@ use crate::number::cell::{add, dot, scale, sub};
 use crate::number::kept::kept;
 
 /// True if this kernel is built with pins.
-pub(crate) const ARE_BUILT: bool = cfg!(feature = "pins");
+pub const PINS_ARE_BUILT: bool = cfg!(feature = "pins");
 
 kept! {
     /// A sample of the surface that a pin holds.
