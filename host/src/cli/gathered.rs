@@ -193,7 +193,7 @@ impl<'a> Gathered<'a> {
         tables.finish(tissue, answers, hz)
     }
 
-    /// What each pin did.
+    /// The course of each pin.
     pub fn pin_courses(&self) -> Vec<PinCourse> {
         self.pins.courses().to_vec()
     }

@@ -133,7 +133,7 @@ pub struct RunSummary {
     /// What each tool did; of held cells one entry.
     tool_courses: Vec<ToolCourse>,
     judgement: Judgement,
-    /// What each pin did.
+    /// The course of each pin.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pins: Vec<PinCourse>,
     /// Largest torque of the tissue on the handles of scissors, above 0 where it resists closing \[N m\].

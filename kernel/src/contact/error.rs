@@ -153,6 +153,9 @@ pub enum ContactError {
 ///
 /// ```
 #[doc = include_str!("example.txt")]
+/// # if !FEATURES.contains(&"pins") {
+/// #     return Ok(());
+/// # }
 /// use chaincell_kernel::PinError;
 ///
 /// let far = tissue.pin_at(&network, [0.0, 0.0, 0.1], 0.005, f32::INFINITY);

@@ -26,6 +26,9 @@ impl<D: Dynamics> TissueMut<'_, D> {
     ///
     /// ```
     #[doc = include_str!("../contact/example.txt")]
+    /// # if !FEATURES.contains(&"pins") {
+    /// #     return Ok(());
+    /// # }
     /// let pin = tissue.pin_at(&network, [0.0, 0.0, 0.030], 0.006, f32::INFINITY)?; // [m], on the top; rigid
     /// for step in 0..=6 {
     ///     let pose = ToolPose::at([0.0, 0.0, 0.036 - 0.001 * step as f32].into(), 1);
@@ -66,7 +69,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
             };
             let mut pin = NewPin::of(&mut arrays).ok_or(PinError::Unbuilt)?;
             let at = places(model, state);
-            let nearest = pin.around(&surface, (middle, radius_m / unit_m), &at);
+            let nearest = pin.around(&surface, middle, radius_m / unit_m, &at);
             if pin.is_empty() {
                 return Err(PinError::Reach { nearest_m: finite(nearest * unit_m) });
             }
@@ -79,6 +82,9 @@ impl<D: Dynamics> TissueMut<'_, D> {
     ///
     /// ```
     #[doc = include_str!("../contact/example.txt")]
+    /// # if !FEATURES.contains(&"pins") {
+    /// #     return Ok(());
+    /// # }
     /// # for step in 0..=6 {
     /// #     let pose = ToolPose::at([0.0, 0.0, 0.036 - 0.001 * step as f32].into(), 1);
     /// #     tissue.tick(&network, &[pose], Budget::All);
@@ -219,7 +225,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
             Err(PinError::Model)
         } else if !self.head.has_tools {
             Err(PinError::NoTools)
-        } else if !(stiffness_n_per_m > 0.0) {
+        } else if stiffness_n_per_m.is_nan() || stiffness_n_per_m <= 0.0 {
             Err(PinError::Value)
         } else {
             Ok(())

@@ -57,21 +57,21 @@ pub enum Command {
         /// Ticks in which the pull falls to 0, at least 1.
         ticks: u16,
     },
-    /// What a tool grips or touches is pinned where it is, see [`TissueMut::pin_held`](crate::TissueMut::pin_held).
+    /// Pins the tissue that a tool grips or touches, see [`TissueMut::pin_held`](crate::TissueMut::pin_held).
     Pin {
         /// Number of the tool.
         tool: u32,
         /// Stiffness of the pin; infinite is rigid [N/m].
         stiffness_n_per_m: f32,
     },
-    /// A pin is released, see [`TissueMut::unpin`](crate::TissueMut::unpin).
+    /// Releases a pin, see [`TissueMut::unpin`](crate::TissueMut::unpin).
     Unpin {
         /// Number of the pin.
         pin: u16,
         /// Ticks in which its force falls to 0, at least 1.
         ticks: u16,
     },
-    /// The surface around a point is pinned where it is, see [`TissueMut::pin_at`](crate::TissueMut::pin_at). Its
+    /// Pins the surface around a point, see [`TissueMut::pin_at`](crate::TissueMut::pin_at). Its
     /// five numbers go into a trace; a message has no place for them.
     PinAt {
         /// The point in the frame of the input mesh \[m\].

@@ -3,12 +3,16 @@
 
 use std::sync::LazyLock;
 
-use chaincell_host::bake::{BakeOptions, BasisSpacing, ImageBytes};
+use chaincell_host::bake::tissue::Tissue;
+use chaincell_host::bake::{BakeOptions, BasisSpacing, Cuttable, ImageBytes, PerCell, bake};
 use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
-use chaincell_kernel::{Budget, PinError, ToolPose};
+use chaincell_host::mesh::{MeshOptions, load};
+use chaincell_kernel::{Budget, Network, PinError, Settings, ToolPart, ToolPose};
 use chaincell_lab::monitor::Monitor;
-use chaincell_tests::bodies::{baked, nodal, under};
+use chaincell_tests::bodies::{baked, model, nodal, under};
 use nalgebra::Vector3;
+
+use crate::bench::Bench;
 
 /// Height of the top of the block \[m\].
 const TOP_M: f32 = 0.04;
@@ -182,6 +186,81 @@ fn a_pin_passes_a_pull_on_and_ends_it_without_a_jump() {
         println!("{body}: largest step {largest} of the release");
         assert!(largest < 0.1 * pulled.norm() && last[1].norm() < 0.1 * pulled.norm(), "{body}");
     }
+}
+
+/// A tissue goes on from a snapshot with its pins; one without pins has no words of them.
+#[test]
+fn a_snapshot_has_the_pins() {
+    let image = &BLOCKS[0].1;
+    let mut one = engine(image, (Scheme::Predict, 2));
+    for step in 0..40_u8 {
+        one.tick_by(&[ball(0.0, 1.0e-4 * f32::from(step))], Budget::All);
+    }
+    let before = one.save().unwrap();
+    let pin = one.pin_at([0.012, 0.0, TOP_M], 0.006, RIGID).unwrap();
+    let other = one.pin_held(0, 50.0).unwrap();
+    one.unpin(other, 30).unwrap();
+    let samples = one.pin_output(pin).unwrap().samples + one.pin_output(other).unwrap().samples;
+    let after = one.save().unwrap();
+    // Three words, and fourteen for each sample; the body is the same.
+    assert_eq!(after.len() - before.len(), 4 * (3 + 14 * samples as usize));
+    let mut two = engine(image, (Scheme::Predict, 2));
+    two.restore(&after).unwrap();
+    assert_eq!(two.pins(), [pin, other]);
+    for step in 40..100_u8 {
+        let at = ball(0.0, 1.0e-4 * f32::from(step.min(60)));
+        assert_eq!(one.tick_by(&[at], Budget::All), two.tick_by(&[at], Budget::All));
+        assert_eq!(one.state_hash(), two.state_hash(), "{step}");
+        assert_eq!(one.pin_output(pin), two.pin_output(pin));
+    }
+    // Without pins again.
+    two.restore(&before).unwrap();
+    assert_eq!((two.pins(), two.save().unwrap()), (vec![], before));
+}
+
+/// The energy of body and pins stays within what the blade gave, while cells split under the pinned triangles.
+#[test]
+fn pins_stay_on_their_sides_of_a_cut() {
+    let mesh = load("box:16x10x5x0.004", &MeshOptions::default()).unwrap();
+    let tissue = Some(Tissue::new(PerCell::Uniform(5000.0), PerCell::Uniform(0.3)));
+    let cuttable =
+        Some(Cuttable { spare_share: 0.5, toughness_j_per_m2: 4.0, ..Cuttable::default() });
+    let options = BakeOptions { tissue, cuttable, ..BakeOptions::default() };
+    let image = bake(&mesh, &mesh.default_fixed, &options).unwrap();
+    let model = model(&image);
+    let settings = Settings { sweeps: 3, ..Settings::for_model(&model) };
+    let network = Network::new(model, settings).unwrap();
+    let mut bench: Bench<'_> = Bench::under(network, &[&[ToolPart::edge(0.032)]], 0.0);
+    let pins = [[-0.01, 0.004, 0.016], [0.0, 0.0003, 0.016], [0.015, -0.003, 0.016]]
+        .map(|point_m| bench.view().pin_at(&network, point_m, 0.005, RIGID).unwrap());
+    let (mut given_j, mut most_n) = (0.0, 0.0_f32);
+    for tick in 0..700_u16 {
+        let at = [0.0007, 0.0003, 0.017 - 2.0e-5 * f32::from(tick)];
+        let mut view = bench.view();
+        let output = view.tick(&network, &[ToolPose::at(at.into(), 1)], Budget::All);
+        given_j += f64::from(view.given_j(&network));
+        let energy_j = f64::from(output.energy_j);
+        assert!(energy_j <= 1.001 * given_j, "{tick}: {energy_j} J of {given_j} J");
+        for pin in pins {
+            let of_pin = view.pin_output(&network, pin).unwrap();
+            most_n = most_n.max(of_pin.force_n.norm());
+            let given_m = Vector3::from(of_pin.given_m).norm();
+            assert!(given_m < 5.0e-4, "{tick}: pin {pin} gives {given_m} m");
+        }
+    }
+    let cuts = bench.view().cut_output(&network);
+    println!("{cuts:?}, {given_j} J, {most_n} N");
+    assert!(cuts.copies > 100 && most_n > 1.0e-3, "{cuts:?} {most_n}");
+    // Away, the level only falls; released, the pins are gone.
+    let mut last_j = f32::MAX;
+    pins.map(|pin| bench.view().unpin(pin, 20).unwrap());
+    for _ in 0..100 {
+        let pose = ToolPose { engaged: 0, ..ToolPose::at([0.0, 0.0, 0.05].into(), 0) };
+        let output = bench.view().tick(&network, &[pose], Budget::All);
+        assert!(output.energy_j <= last_j * 1.00001, "{output:?} after {last_j} J");
+        last_j = output.energy_j;
+    }
+    assert_eq!(bench.view().pins().count(), 0);
 }
 
 /// Pinned at rest a body stays at rest to the last bit; pinned and pulled it comes to rest, and with it its hash.

@@ -1,4 +1,4 @@
-//! Forces of pins as CSV, and what each did in a run.
+//! Forces of pins as CSV, and the course of each.
 
 use std::fmt::Write as _;
 
@@ -11,7 +11,7 @@ use crate::error::Result;
 /// Columns, as the contract defines them.
 const HEADER: &str = "tick,pin,fx_n,fy_n,fz_n,given_m\n";
 
-/// What a pin did in a run.
+/// The course of a pin in a run.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PinCourse {
     /// Number of the pin.
@@ -61,7 +61,7 @@ impl PinRows {
         course.largest_given_m = course.largest_given_m.max(given_m);
     }
 
-    /// What each pin did, in the order in which they were set.
+    /// The course of each pin, in the order in which they were set.
     #[must_use]
     pub fn courses(&self) -> &[PinCourse] {
         &self.courses

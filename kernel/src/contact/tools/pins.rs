@@ -95,7 +95,8 @@ impl<'a> NewPin<'a> {
     pub fn around(
         &mut self,
         surface: &ContactSurface<'_>,
-        (middle, radius): ([f32; 3], f32),
+        middle: [f32; 3],
+        radius: f32,
         at: &impl Fn(usize) -> [f32; 3],
     ) -> f32 {
         let mut nearest = f32::MAX;
