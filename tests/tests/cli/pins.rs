@@ -11,7 +11,7 @@ use chaincell_tests::{Ended, run};
 fn press(model: &Path, out: &Path, options: &[&str]) -> Ended {
     let args = ["run", text(model), "--motion", "press", "--seconds", "0.1", "--out", text(out)];
     let always = ["--depth-m", "0.004", "--force", "--json", "--picture", "off"];
-    let place = ["--touch-m=0,0,0.0301", "--direction=0,0,-1"];
+    let place = ["--touch-m=0,0,0.0381", "--direction=0,0,-1"];
     run([&args[..], &always, &place, options].concat())
 }
 
