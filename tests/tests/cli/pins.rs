@@ -47,7 +47,7 @@ fn a_pinned_run_has_the_forces_of_its_pins_and_is_replayed() {
         (&["--pin", "0,0,0.03,0"], "must be above 0"),
         (&["--pin", "0,0,0.03,0.01,-3"], "above 0 in N/m"),
         (&["--pin", "0,0,0.3,0.01"], "move the point, or take a larger radius"),
-        (&["--pin", "0,0,0.03,9"], "take a smaller radius"),
+        (&["--pin", "0,0,0.03,9", "--pin", "0,0,0.03,9"], "take a smaller radius"),
     ] {
         let err = press(&model, &out, &[&tool[..], options].concat()).with(2).err;
         assert!(err.contains(wanted), "{options:?}: {err}");
