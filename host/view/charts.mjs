@@ -71,6 +71,7 @@ export class Charts {
     pen.beginPath();
     pen.rect(left, 0, right - left + 6, height);
     pen.clip();
+    this.#band(pen, chart, points, { x, y, fill: colour("--force") });
     pen.strokeStyle = colour("--force");
     pen.lineWidth = chart.line;
     pen.lineJoin = "round";
@@ -81,6 +82,25 @@ export class Charts {
     if (last) this.#dot(pen, x(chart.x(last)), y(last.forceN), colour("--force"));
     pen.restore();
     if (chart.pointer != null && points.length) this.#cursor(pen, chart, points, { x, y, top, bottom, left, right, ink: colour("--ink"), paper: colour("--panel") });
+  }
+
+  /** The estimated error around the curve: a piece between two points next to each other that both have one. */
+  #band(pen, chart, points, { x, y, fill }) {
+    pen.fillStyle = fill;
+    pen.globalAlpha = 0.22;
+    pen.beginPath();
+    points.forEach((point, index) => {
+      const before = points[index - 1];
+      if (!before || !(before.errorN >= 0 && point.errorN >= 0) || isGap(points, index)) return;
+      const [left, right] = [x(chart.x(before)), x(chart.x(point))];
+      pen.moveTo(left, y(before.forceN + before.errorN));
+      pen.lineTo(right, y(point.forceN + point.errorN));
+      pen.lineTo(right, y(Math.max(0, point.forceN - point.errorN)));
+      pen.lineTo(left, y(Math.max(0, before.forceN - before.errorN)));
+      pen.closePath();
+    });
+    pen.fill();
+    pen.globalAlpha = 1;
   }
 
   #grid(pen, { left, right, top, bottom, from, to, most, unit, ink, line }) {
@@ -123,7 +143,8 @@ export class Charts {
     pen.lineTo(px, bottom);
     pen.stroke();
     this.#dot(pen, px, py, ink);
-    const text = `${nearest.forceN.toFixed(3)} N at ${chart.x(nearest).toFixed(chart.digits)} ${chart.unit}`;
+    const error = nearest.errorN >= 0 ? ` ± ${nearest.errorN.toFixed(3)}` : "";
+    const text = `${nearest.forceN.toFixed(3)}${error} N at ${chart.x(nearest).toFixed(chart.digits)} ${chart.unit}`;
     const width = pen.measureText(text).width + 10;
     const start = Math.max(left, Math.min(px - width / 2, right - width));
     pen.fillStyle = paper;

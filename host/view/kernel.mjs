@@ -9,7 +9,7 @@ const PAGE_BYTES = 65536;
 export const TRIANGLES = 1024;
 export const SAMPLES = 2048;
 /** Bytes of the interface's structs; `model` is CHAINCELL_MODEL_BYTES. */
-export const BYTES = { model: 656, detail: 20, info: 64, settings: 32, room: 20, budget: 12, pose: 32, output: 52, part: 44, contact: 56 };
+export const BYTES = { model: 656, detail: 20, info: 64, settings: 32, room: 20, budget: 12, pose: 32, output: 56, part: 44, contact: 56 };
 /** Most parts of a tool. */
 const PARTS_MAX = 8;
 /** Most sweeps that a tick may be asked for. */
@@ -113,7 +113,7 @@ export class Tissue {
     const whole = (word) => view.getUint32(output + 4 * word, true);
     return {
       forceN: [real(0), real(1), real(2)], torqueNM: [real(3), real(4), real(5)],
-      contacts: whole(6), flags: whole(7), energyJ: real(8), sweeps: whole(11),
+      contacts: whole(6), flags: whole(7), energyJ: real(8), sweeps: whole(11), errorN: real(13),
     };
   }
 

@@ -4,8 +4,8 @@ import { bodyOf } from "./image.mjs";
 import { bytesOf, token } from "./own.mjs";
 import { COUNT_MS, TRAIL_TICKS } from "./pace.mjs";
 
-const VERSION = 2;
-const BYTES = { head: 64, tool: 68, point: 32, contact: 20, cell: 12 };
+const VERSION = 3;
+const BYTES = { head: 64, tool: 72, point: 36, contact: 20, cell: 12 };
 /** Time between two attempts to connect [ms]. */
 const AGAIN_MS = 1000;
 /** How long a refusal is shown [ms]. */
@@ -36,9 +36,9 @@ export function frameOf(buffer) {
     ...head,
     tools: Array.from({ length: tools }, () => ({
       number: whole(), ...acting(whole()), positionM: reals(3), orientation: reals(4), forceN: reals(3),
-      torqueNM: reals(3), contacts: whole(), flags: whole(),
+      torqueNM: reals(3), contacts: whole(), flags: whole(), errorN: real(),
     })),
-    points: Array.from({ length: points }, () => ({ tick: Number(long()), forceN: reals(3), positionM: reals(3) })),
+    points: Array.from({ length: points }, () => ({ tick: Number(long()), forceN: reals(3), errorN: real(), positionM: reals(3) })),
     contacts: Array.from({ length: contacts }, () => ({ cell: whole(), positionM: reals(3), pressurePa: real() })),
     positionsM: new Float32Array(buffer.slice(at)),
   };
@@ -65,13 +65,13 @@ export class Trail {
     return fresh.map((point) => this.#point(point, isTouching)).filter(({ tick }) => tick % TRAIL_TICKS === 0);
   }
 
-  #point({ tick, forceN: force, positionM }, isTouching) {
+  #point({ tick, forceN: force, errorN, positionM }, isTouching) {
     const forceN = Math.hypot(...force);
     if (forceN === 0 && !isTouching) this.touched = null;
     else if (!this.touched && forceN > 0) this.touched = { positionM, against: force.map((part) => part / forceN) };
     const { touched } = this;
     const depthM = touched ? touched.against.reduce((sum, part, axis) => sum + part * (touched.positionM[axis] - positionM[axis]), 0) : 0;
-    return { tick, timeS: tick * 1e-3, forceN, depthM };
+    return { tick, timeS: tick * 1e-3, forceN, errorN, depthM };
   }
 }
 

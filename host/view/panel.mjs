@@ -116,6 +116,7 @@ export class Panel {
   show(state, depthM, chosen) {
     const tool = state.tools[chosen];
     $("force").textContent = tool ? Math.hypot(...tool.forceN).toFixed(3) : "";
+    $("error").textContent = tool?.contacts ? errorText(tool.errorN) : "";
     $("depth").textContent = (1e3 * depthM).toFixed(1);
     $("energy").textContent = `${(1e3 * state.energyJ).toFixed(3)} mJ`;
     $("torque").textContent = tool ? `${(1e3 * Math.hypot(...tool.torqueNM)).toFixed(2)} mN m` : "";
@@ -152,4 +153,9 @@ export class Panel {
     $("low").textContent = text(from);
     $("high").textContent = text(end);
   }
+}
+
+/** The estimated error of a force, which is below 0 where it is not known. */
+function errorText(errorN) {
+  return errorN >= 0 ? `± ${errorN.toFixed(3)} N` : "not known";
 }

@@ -156,7 +156,7 @@ export class Player extends Tissue {
       const isEngaged = new Uint16Array(poses.buffer, poses.byteOffset + 32 * index + 28, 1)[0] === 1;
       return {
         ...shape, positionM: held ?? [...pose.slice(0, 3)], orientation: held ? [0, 0, 0, 1] : [...pose.slice(3, 7)], engaged: isEngaged,
-        forceN: output.forceN, torqueNM: output.torqueNM, contacts: output.contacts, flags: output.flags,
+        forceN: output.forceN, torqueNM: output.torqueNM, contacts: output.contacts, flags: output.flags, errorN: output.errorN,
       };
     });
   }

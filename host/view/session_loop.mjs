@@ -42,7 +42,7 @@ class SessionLoop {
     }
     const depth = (sum, against, axis) => sum + against * (this.touched.positionM[axis] - tool.positionM[axis]);
     const depthM = this.touched ? this.touched.against.reduce(depth, 0) : 0;
-    this.trail.push({ timeS: this.player.tick * 1e-3, forceN, depthM });
+    this.trail.push({ timeS: this.player.tick * 1e-3, forceN, errorN: tool.errorN, depthM });
   }
 
   get touched() {

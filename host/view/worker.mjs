@@ -32,7 +32,7 @@ class Loop {
     this.tick = 0;
     this.poses = Float32Array.from(tools.flatMap(({ startPose }) => startPose));
     this.targets = this.poses.slice();
-    this.out = tools.map(() => ({ forceN: [0, 0, 0], torqueNM: [0, 0, 0], contacts: 0, flags: 0, energyJ: 0, sweeps: 0 }));
+    this.out = tools.map(() => ({ forceN: [0, 0, 0], torqueNM: [0, 0, 0], contacts: 0, flags: 0, energyJ: 0, sweeps: 0, errorN: -1 }));
     this.path = new Float32Array(this.rowLength * 4096);
     this.touched = tools.map(() => null);
     this.trail = [];
@@ -92,7 +92,8 @@ class Loop {
     const [touched, positionM] = [this.touched[chosen], this.positionM(chosen)];
     const depth = (sum, against, axis) => sum + against * (touched.positionM[axis] - positionM[axis]);
     const depthM = touched ? touched.against.reduce(depth, 0) : 0;
-    this.trail.push({ timeS: this.tick * 1e-3, forceN: Math.hypot(...this.out[chosen].forceN), depthM });
+    const { forceN, errorN } = this.out[chosen];
+    this.trail.push({ timeS: this.tick * 1e-3, forceN: Math.hypot(...forceN), errorN, depthM });
   }
 
   positionM(tool) {
@@ -122,9 +123,9 @@ class Loop {
     const positionsM = this.tissue.positionsM();
     const { energyJ, sweeps } = this.out[0];
     const tools = this.setup.tools.map(({ kind, radiusM }, tool) => {
-      const { forceN, torqueNM, contacts, flags } = this.out[tool];
+      const { forceN, torqueNM, contacts, flags, errorN } = this.out[tool];
       const orientation = [...this.poses.subarray(7 * tool + 3, 7 * tool + 7)];
-      return { kind, radiusM, positionM: this.positionM(tool), orientation, engaged: true, forceN, torqueNM, contacts, flags };
+      return { kind, radiusM, positionM: this.positionM(tool), orientation, engaged: true, forceN, torqueNM, contacts, flags, errorN };
     });
     const state = {
       tick: this.tick, timeS: this.tick * 1e-3, hash: this.tissue.hash(), positionsM, tools, sweeps, energyJ,

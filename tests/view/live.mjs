@@ -58,6 +58,8 @@ try {
   assert.equal(await browser.evaluate('document.getElementById("status").textContent'), "");
   assert.match(await browser.evaluate("chaincell.state.hash"), /^[0-9a-f]{16}$/);
   assert.ok(await browser.evaluate("chaincell.state.positionsM.every(Number.isFinite)"));
+  // The error of the force is shown beside it.
+  await browser.until("chaincell.state.tools[0].errorN > 0 && /^± 0\\.\\d+ N$/.test(document.getElementById('error').textContent)");
   // The body gives way under the tool.
   const moved = "Math.max(...chaincell.state.positionsM.map((x, i) => Math.abs(x - chaincell.body.restM[i])))";
   await browser.until(`${moved} > 1e-3 && chaincell.state.tick > 1000`);

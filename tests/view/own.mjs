@@ -104,6 +104,11 @@ async function playedNatively(browser, name) {
   const said = execFileSync(resolve(chaincell), [...words, "--force", "--json"], { cwd: place, encoding: "utf8", stdio: ["ignore", "pipe", "inherit"] });
   const native = JSON.parse(said.trim().split("\n").pop()).state_hash;
   assert.equal(hash, native, `${name}: the page's hash and that of chaincell run`);
+  // The forces of all tools, and their errors, are those of the last tick.
+  const shown = await browser.evaluate("chaincell.state.tools.map(({ forceN, errorN }) => [...forceN, errorN])");
+  const rows = readFileSync(join(place, "organ", "tools.csv"), "utf8").trim().split("\n").slice(-kinds.length);
+  const wanted = rows.map((row) => row.split(",").map(Number)).map((row) => [...row.slice(2, 5), row[10]]);
+  assert.deepEqual(shown.map((each) => each.map(Math.fround)), wanted.map((each) => each.map((of) => Math.fround(Number.isNaN(of) ? -1 : of))));
   return { path, image, kinds, ticks, hash };
 }
 

@@ -95,6 +95,9 @@ pub struct Answer {
     pub sweeps: u32,
     /// Force and torque on each tool, by its number.
     pub tools: [ToolOutput; TOOLS_MAX],
+    /// Estimated error of each tool's force, before its limit and an output stage \[N\]; `None` where it is not
+    /// known, and while the client shows another force than the server's.
+    pub force_error_n: [Option<f32>; TOOLS_MAX],
 }
 
 /// The last answer received, and the forces shown.
@@ -141,8 +144,14 @@ impl Hearing {
             (told.force_n[at], told.torque_n_m[at]) = (of.force_n, of.torque_n_m);
             (tools[at].contacts, tools[at].flags) = (of.contacts, of.flags);
         }
-        // Shape them, and keep the rest of the message.
+        // Shape them. The error of a force that is not the server's is not known.
         self.shown = self.shaper.shape(&told, now_ns);
+        let mut force_error_n = [None; TOOLS_MAX];
+        for (at, of) in forces.each_tool().filter(|(at, of)| self.shown.force_n[*at] == of.force_n)
+        {
+            force_error_n[at] = of.error_n();
+        }
+        // Keep the rest of the message.
         let is_stale = Flags(forces.flags).contains(Flags::STALE);
         self.last = Answer {
             tick: forces.tick,
@@ -161,6 +170,7 @@ impl Hearing {
             step_ns: forces.step_ns,
             sweeps: forces.sweeps,
             tools,
+            force_error_n,
         };
         !is_stale
     }
@@ -169,6 +179,7 @@ impl Hearing {
     pub(crate) fn wait(&mut self, now_ns: u64) {
         if let Some(fall) = self.shaper.wait(now_ns) {
             (self.shown, self.is_silent) = (fall.shown, true);
+            self.last.force_error_n = [None; TOOLS_MAX];
         }
     }
 
@@ -212,7 +223,7 @@ impl Hearing {
 mod tests {
     use super::*;
     use crate::clock::MILLISECOND_NS;
-    use crate::tools::OneToolForce;
+    use crate::tools::{OneToolForce, UNKNOWN_N};
 
     const MS: u64 = MILLISECOND_NS;
 
@@ -223,6 +234,25 @@ mod tests {
         let torque_n_m = [0.0, force_n / 10.0, 0.0];
         forces.each[1] = OneToolForce { number: 3, contacts: 5, torque_n_m, ..Default::default() };
         forces
+    }
+
+    #[test]
+    fn an_error_belongs_to_the_force_of_the_server() {
+        let mut hearing = Hearing::new(50, 10, 0);
+        let told = |tick| {
+            let mut forces = forces(tick, 1, 2.0);
+            (forces.each[0].force_error_n, forces.each[1].force_error_n) = (0.25, UNKNOWN_N);
+            forces
+        };
+        // On the ramp of a new session, and behind it.
+        hearing.hear(&told(1), 5 * MS);
+        assert_eq!(hearing.answer(5 * MS).force_error_n, [None; TOOLS_MAX]);
+        (6..=20).for_each(|ms| _ = hearing.hear(&told(ms), ms * MS));
+        let known = hearing.answer(20 * MS).force_error_n;
+        assert_eq!((known[0], known[3]), (Some(0.25), None));
+        // In a silence.
+        hearing.wait(75 * MS);
+        assert_eq!(hearing.answer(75 * MS).force_error_n[0], None);
     }
 
     fn size_n(answer: &Answer) -> f32 {

@@ -15,6 +15,9 @@ pub const TOOLS_MAX: usize = 8;
 /// Largest difference of an orientation's length from 1.
 const UNIT_TOLERANCE: f64 = 1e-3;
 
+/// The error of a force of which none is known \[N\].
+pub const UNKNOWN_N: f32 = -1.0;
+
 /// Length of a quaternion.
 #[must_use]
 pub fn length_of(quaternion: [f32; 4]) -> f64 {
@@ -99,8 +102,17 @@ pub struct OneToolForce {
     pub torque_n_m: [f32; 3],
     /// Limits and events of the tool, a sum: see [`chaincell_kernel::Flags`].
     pub flags: u32,
-    /// Zero.
-    pub reserved: u32,
+    /// Estimated error of the tissue's force, before its limit and an output stage; [`UNKNOWN_N`] where it is not
+    /// known \[N\].
+    pub force_error_n: f32,
+}
+
+impl OneToolForce {
+    /// Estimated error of the force, if it is known \[N\].
+    #[must_use]
+    pub fn error_n(&self) -> Option<f32> {
+        (self.force_error_n >= 0.0).then_some(self.force_error_n)
+    }
 }
 
 /// The answer to a [`ToolPoses`]: 384 bytes.

@@ -18,8 +18,6 @@ pub(crate) struct Output {
     pub(crate) of: TickOutput,
     /// What each tool felt.
     pub(crate) felt: Vec<Felt>,
-    /// Estimated error of the force on each tool; `None` where it is not known \[N\].
-    pub(crate) force_error_n: Vec<Option<f32>>,
     pub(crate) is_several: bool,
     /// Number of the tick, from 1.
     #[pyo3(get)]
@@ -46,7 +44,7 @@ impl Output {
     /// without a coarse level.
     #[getter]
     fn force_error_n(&self) -> Vec<Option<f32>> {
-        self.force_error_n.clone()
+        self.felt.iter().map(|of| of.force_error_n).collect()
     }
 
     /// Certified upper bound of the elastic energy [J].

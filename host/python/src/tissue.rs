@@ -101,17 +101,16 @@ impl Live {
         self.with(|staged| {
             let tools = staged.tools();
             let of = staged.tick_by(&tick.poses, Budget::again(sweeps));
-            let each = 0..tools.max(1);
-            let force_error_n = each.map(|tool| staged.engine_mut().force_error_n(tool)).collect();
             if tools == 0 {
                 let (force_n, contacts) = (of.force_n.into(), of.contacts);
-                let felt = Felt { force_n, torque_n_m: [0.0; 3], contacts, flags: of.flags };
-                let felt = vec![felt];
-                return Output { of, felt, force_error_n, is_several: false, tick: number };
+                let force_error_n = staged.force_error_n(0);
+                let felt =
+                    Felt { force_n, contacts, flags: of.flags, force_error_n, ..Felt::default() };
+                return Output { of, felt: vec![felt], is_several: false, tick: number };
             }
             let felt = (0..tools).map(|tool| staged.felt(tool)).collect();
             let is_several = tools > 1 || tick.is_several;
-            Output { of, felt, force_error_n, is_several, tick: number }
+            Output { of, felt, is_several, tick: number }
         })
     }
 

@@ -116,6 +116,7 @@ def test_several_tools_feel_force_and_torque(serve: Serve, box: Model) -> None:
         assert answer is not None and answer.state_hash == offline.state_hash
         assert np.array_equal(answer.torque_n_m, output.torque_n_m) and force.shape == (2, 3)
         assert np.abs(answer.torque_n_m[1]).max() > 0
+        assert answer.force_error_n == output.force_error_n
         with Session(server.scene, role="viewer") as viewer:
             viewer.contacts(0)
             session.step(pose, timeout_s=SHORT_S)

@@ -542,9 +542,6 @@ fn print(
         largest_n(&report.tool_courses),
         report.largest_force_step_n
     ))?;
-    if let Some(estimate) = &report.force_error_estimate {
-        terminal::say(format_args!("  force error {estimate}"))?;
-    }
     terminal::say(format_args!(
         "  peers       {} joined, {} left; longest call meanwhile {:.1} us",
         report.peers.joins,

@@ -84,7 +84,8 @@ fn answer(force: &TickForce) -> Answer {
         flags: Flags(force.flags),
         ..TickOutput::NONE
     };
-    Answer { tick: force.tick, output, cut_area_m2: None, force_error_n: None }
+    let force_error_n = force.force_error_n;
+    Answer { tick: force.tick, output, cut_area_m2: None, force_error_n }
 }
 
 /// Names the real-time privileges that were refused.

@@ -1,4 +1,5 @@
-//! The last line of a session: whether 1 kHz was held, and what to change where it was not.
+//! The last line of a session: whether 1 kHz was held, what to change where it was not, and how far the forces are
+//! off.
 
 use std::fmt;
 use std::str::FromStr;
@@ -7,6 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::choice::by_text;
 use crate::engine::Engine;
+use crate::engine::estimates::ForceEstimate;
 use crate::error::{Error, Result};
 use crate::session::loops::serve::{ServeReport, SweepBudget};
 use crate::terminal;
@@ -96,6 +98,8 @@ pub struct Counts {
     pub is_fixed: bool,
     /// Whether it could do with fewer.
     pub is_anytime: bool,
+    /// Estimated errors of the forces, if they are known.
+    pub force_error: Option<ForceEstimate>,
 }
 
 impl Counts {
@@ -105,6 +109,7 @@ impl Counts {
             overloads: report.overloads,
             is_fixed: report.budget_us == SweepBudget::Off,
             is_anytime: engine.is_anytime(),
+            force_error: report.force_error_estimate,
             ..Self::default()
         }
     }
@@ -145,8 +150,11 @@ impl fmt::Display for Verdict {
         if self.counts.unanswered > 0 {
             write!(f, ", {} without an answer", counted(self.counts.unanswered, "pose"))?;
         }
-        match self.remedy() {
-            Some(remedy) => write!(f, "; {remedy}"),
+        if let Some(remedy) = self.remedy() {
+            write!(f, "; {remedy}")?;
+        }
+        match self.counts.force_error {
+            Some(error) => write!(f, "; the force {error}"),
             None => Ok(()),
         }
     }
@@ -230,6 +238,13 @@ mod tests {
             verdict("1%", 30, 0).to_string(),
             "1 kHz held, though this machine itself makes 2.00 % of the answers late (3.00 % in all): give \
              each process a free core"
+        );
+        let known = ForceEstimate { ticks: 9, unknown_ticks: 0, median: 0.004, p99: 0.021 };
+        let counts = Counts { answers: 1000, force_error: Some(known), ..Counts::default() };
+        assert_eq!(
+            VerdictArgs::off().judge(counts).to_string(),
+            "1 kHz held: 0.00 % of the answers late, 0.00 % by the machine itself; the force within 0.4 % of the \
+             largest (median), 2.1 % (99 of 100 ticks), by estimate"
         );
         let text = verdict("1%", 0, 3).to_string();
         assert!(text.contains("longer than a pose period") && text.contains("--cells"), "{text}");

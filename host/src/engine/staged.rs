@@ -190,7 +190,8 @@ impl TissueEngine for Staged<'_> {
         if is_short {
             flags.insert(Flags::FORCE_CLAMPED);
         }
-        Felt { force_n: force_n.into(), torque_n_m: torque_n_m.into(), contacts, flags }
+        let (force_n, torque_n_m) = (force_n.into(), torque_n_m.into());
+        Felt { force_n, torque_n_m, contacts, flags, force_error_n: self.force_error_n(tool) }
     }
 
     fn places_m(&mut self, tool: usize) -> Option<[[f32; 3]; 2]> {

@@ -82,6 +82,9 @@ pub struct Felt {
     /// Flags of this tool: [`Flags::FORCE_CLAMPED`], [`Flags::FORCE_WITHHELD`], [`Flags::RELEASE_FIRST`] and
     /// [`Flags::STARTS_INSIDE`].
     pub flags: Flags,
+    /// Estimated error of the tissue's force, before its limit and an output stage; `None` where it is not known
+    /// \[N\].
+    pub force_error_n: Option<f32>,
 }
 
 impl Felt {

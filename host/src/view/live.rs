@@ -4,13 +4,13 @@
 //!
 //! | part | each |
 //! |---|---|
-//! | head, 64 bytes | version u32 = 2, model checksum u32, tick u64, ticks answered u64, state hash u64, flags u32, sweeps u32, step u32 \[ns\], energy f32 \[J\], numbers of tools, points, cells and contacts u32 |
-//! | tools, 68 bytes each | number u32, engaged u16, opening of scissors u16 \[2^-16 turn\], position 3 f32 \[m\], orientation x, y, z, w f32, force 3 f32 \[N\], torque 3 f32 \[N m\], contacts u32, flags u32 |
-//! | points, 32 bytes each | tick u64, force 3 f32 \[N\] and position 3 f32 \[m\] of tool 0, oldest first |
+//! | head, 64 bytes | version u32 = 3, model checksum u32, tick u64, ticks answered u64, state hash u64, flags u32, sweeps u32, step u32 \[ns\], energy f32 \[J\], numbers of tools, points, cells and contacts u32 |
+//! | tools, 72 bytes each | number u32, engaged u16, opening of scissors u16 \[2^-16 turn\], position 3 f32 \[m\], orientation x, y, z, w f32, force 3 f32 \[N\], torque 3 f32 \[N m\], contacts u32, flags u32, error of the force f32 \[N\] |
+//! | points, 36 bytes each | tick u64, force 3 f32 \[N\], its error f32 \[N\] and position 3 f32 \[m\] of tool 0, oldest first |
 //! | contacts, 20 bytes each | cell u32, position 3 f32 \[m\], pressure f32 \[Pa\]: one for each triangle and part of a tool, at the cell of the corner with the largest share |
 //! | cells, 12 bytes each | position 3 f32 \[m\], in the order of the model image |
 //!
-//! Points are the last ticks, up to 64: a page that skips frames has the curves without gaps.
+//! An error that is not known is below 0. Points are the last ticks, up to 64: a page that skips frames has the curves without gaps.
 //!
 //! Positions are of the head's tick, tools too while states come. Contacts are the newest ones: the server sends
 //! them apart from the positions, so they are of the same tick or at most two periods of its `--state-hz` from it.
@@ -20,11 +20,11 @@ use chaincell_kernel::{Model, ToolPose};
 use crate::error::{Error, Result};
 use crate::session::ipc::contacts::Contact;
 use crate::session::ipc::payload::{NodePosition, StateHeader};
-use crate::session::ipc::tools::{OneToolForce, OneToolPose, ToolForces, ToolPoses};
+use crate::session::ipc::tools::{OneToolForce, OneToolPose, ToolForces, ToolPoses, UNKNOWN_N};
 use crate::session::ipc::watching::WatchPorts;
 
 /// Version of the layout.
-const VERSION: u32 = 2;
+const VERSION: u32 = 3;
 
 /// The body and the tools that a page shows.
 #[derive(Debug, Clone)]
@@ -96,7 +96,7 @@ impl Subject {
         points: &[Point],
     ) -> Vec<u8> {
         let presses: Vec<Press> = contacts.iter().filter_map(|of| self.press(of)).collect();
-        let rows = 68 * self.tools + 32 * points.len() + 20 * presses.len() + 12 * nodes.len();
+        let rows = 72 * self.tools + 36 * points.len() + 20 * presses.len() + 12 * nodes.len();
         let mut frame = Frame(Vec::with_capacity(64 + rows));
         // The head.
         frame.whole(VERSION).whole(header.model_checksum);
@@ -111,16 +111,17 @@ impl Subject {
             let pose =
                 pose.unwrap_or(OneToolPose { orientation: away.orientation, ..Default::default() });
             let force = answer.each_tool().find(|(of, _)| *of == number);
-            let force = force.map_or_else(OneToolForce::default, |(_, force)| *force);
+            let none = OneToolForce { force_error_n: UNKNOWN_N, ..OneToolForce::default() };
+            let force = force.map_or(none, |(_, force)| *force);
             let opening = u32::from(pose.opening_turns_q16) << 16;
             frame.count(number).whole(u32::from(pose.engaged) | opening);
             frame.reals(&pose.position_m).reals(&pose.orientation);
             frame.reals(&force.force_n).reals(&force.torque_n_m);
-            frame.whole(force.contacts).whole(force.flags);
+            frame.whole(force.contacts).whole(force.flags).real(force.force_error_n);
         }
         // The points, the contacts and the cells.
-        for Point { tick, force_n, position_m } in points {
-            frame.long(*tick).reals(force_n).reals(position_m);
+        for Point { tick, force_n, force_error_n, position_m } in points {
+            frame.long(*tick).reals(force_n).real(*force_error_n).reals(position_m);
         }
         for Press { cell, position_m, pressure_pa } in &presses {
             frame.whole(*cell).reals(position_m).real(*pressure_pa);
@@ -155,6 +156,7 @@ struct Press {
 struct Point {
     tick: u64,
     force_n: [f32; 3],
+    force_error_n: f32,
     position_m: [f32; 3],
 }
 
@@ -164,7 +166,8 @@ impl Point {
         let (_, force) = answer.each_tool().find(|(number, _)| *number == 0)?;
         let poses = poses?;
         let pose = poses.each.iter().take(poses.tools as usize).find(|of| of.number == 0)?;
-        Some(Self { tick: answer.tick, force_n: force.force_n, position_m: pose.position_m })
+        let OneToolForce { force_n, force_error_n, .. } = *force;
+        Some(Self { tick: answer.tick, force_n, force_error_n, position_m: pose.position_m })
     }
 }
 
@@ -278,9 +281,9 @@ mod tests {
             force_n: [0.1, 0.2, 0.3],
             torque_n_m: [4.0, 5.0, 6.0],
             flags: 16,
-            reserved: 0,
+            force_error_n: 0.03,
         };
-        let point = Point { tick: 9, force_n: [1.5; 3], position_m: [2.5; 3] };
+        let point = Point { tick: 9, force_n: [1.5; 3], force_error_n: 0.75, position_m: [2.5; 3] };
         let contact = Contact {
             node: 30,
             position_m: [7.0, 8.0, 9.0],
@@ -294,7 +297,7 @@ mod tests {
             [Contact { node: 31, ..contact }, contact, Contact { area_m2: 0.0, ..contact }];
         let sent = Sent { header: &header, nodes: &nodes, contacts: &contacts };
         let frame = subject.encode(sent, &poses, &answer, &[point]);
-        assert_eq!(frame.len(), 64 + 2 * 68 + 32 + 20 + 3 * 12);
+        assert_eq!(frame.len(), 64 + 2 * 72 + 36 + 20 + 3 * 12);
         let mut words = Words(&frame);
         assert_eq!([words.whole(), words.whole()], [VERSION, 0xC4EC]);
         assert_eq!([words.long(), words.long(), words.long()], [1 << 40, 7, 0xFEDC_BA98_7654_3210]);
@@ -306,12 +309,14 @@ mod tests {
         assert_eq!(words.reals(), [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]);
         assert_eq!(words.reals(), [0.0; 6]);
         assert_eq!([words.whole(), words.whole()], [0, 0]);
+        assert_eq!(words.reals(), [UNKNOWN_N]);
         assert_eq!([words.whole(), words.whole()], [1, 1]);
         assert_eq!(words.reals(), [1.0, 2.0, 3.0, 0.0, 0.6, 0.0, 0.8]);
         assert_eq!(words.reals(), [0.1, 0.2, 0.3, 4.0, 5.0, 6.0]);
         assert_eq!([words.whole(), words.whole()], [6, 16]);
+        assert_eq!(words.reals(), [0.03]);
         assert_eq!(words.long(), 9);
-        assert_eq!(words.reals(), [1.5, 1.5, 1.5, 2.5, 2.5, 2.5]);
+        assert_eq!(words.reals(), [1.5, 1.5, 1.5, 0.75, 2.5, 2.5, 2.5]);
         assert_eq!(words.whole(), 0);
         assert_eq!(words.reals(), [7.0, 8.0, 9.0, 2.0]);
         assert_eq!(words.reals(), [30.0, 30.0, 30.0, 10.0, 10.0, 10.0, 20.0, 20.0, 20.0]);

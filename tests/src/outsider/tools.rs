@@ -2,7 +2,7 @@
 
 pub use chaincell_client::tools::{
     OneToolForce as ToolForce, OneToolPose as ToolPose, TOOLS_MAX as PLACES, ToolForces as Forces,
-    ToolPoses as Poses,
+    ToolPoses as Poses, UNKNOWN_N,
 };
 use iceoryx2::node::Node;
 use iceoryx2::port::publisher::Publisher;

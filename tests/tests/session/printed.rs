@@ -45,6 +45,11 @@ fn cosim_counts_flags_by_name() {
     assert!(line(&printed, "flags").starts_with(&counted), "{counted} in {printed}");
     let error = line(&printed, "force error");
     assert!(error.starts_with("within ") && error.ends_with(" of 64 sweeps"), "{error}");
+    let verdict = line(&printed, "verdict");
+    assert!(
+        verdict.contains("; the force within ") && verdict.contains(" % (99 of 100"),
+        "{verdict}"
+    );
 }
 
 #[test]

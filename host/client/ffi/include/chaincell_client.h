@@ -6,7 +6,7 @@
  *   chaincell_client_step     every millisecond: poses of 1 to 8 tools out, forces and torques back
  *   chaincell_client_send, chaincell_client_try_receive    the two apart
  *   chaincell_client_state, chaincell_client_contacts      for viewers, where they lie
- *   chaincell_client_command  pause, resume, reset, set, grip, let go
+ *   chaincell_client_command  pause, resume, reset, set, grip, let go, pin
  *   chaincell_client_close    leaves the scene
  *
  * Every call answers with a chaincell_client_code: 0 when all is well, negative when it was refused;
@@ -184,7 +184,7 @@ typedef int32_t chaincell_client_code;
 /**
  * Version of this interface: major 65,536, minor 256, patch 1.
  */
-#define CHAINCELL_CLIENT_VERSION 512
+#define CHAINCELL_CLIENT_VERSION 768
 
 /**
  * The body takes its rest shape.
@@ -220,6 +220,17 @@ typedef int32_t chaincell_client_code;
  * The session is saved beside its trace.
  */
 #define CHAINCELL_CLIENT_COMMAND_SNAPSHOT 7
+
+/**
+ * What the tool that is the parameter grips, or touches, is held to the world where it is, by springs of the stiffness
+ * that is the value [N/m]; infinity for a rigid pin. It takes the lowest free number, from 0.
+ */
+#define CHAINCELL_CLIENT_COMMAND_PIN 8
+
+/**
+ * The pin that is the parameter is released within so many ticks as the value says.
+ */
+#define CHAINCELL_CLIENT_COMMAND_UNPIN 9
 
 /**
  * Sweeps a tick, 1 to 1,000.
@@ -476,7 +487,7 @@ typedef struct chaincell_client_options {
 } chaincell_client_options;
 
 /**
- * What to show at a moment: 336 bytes. Every force is finite, whatever has come.
+ * What to show at a moment: 368 bytes. Every force is finite, whatever has come.
  */
 typedef struct chaincell_client_answer {
     /**
@@ -535,6 +546,11 @@ typedef struct chaincell_client_answer {
      * What each tool feels, by its number.
      */
     chaincell_tool_output tools[CHAINCELL_CLIENT_TOOLS_MAX];
+    /**
+     * Estimated error of each tool's force, before its limit and an output stage [N]; below 0 where it is not
+     * known, and while the client shows another force than the server's.
+     */
+    float force_error_n[CHAINCELL_CLIENT_TOOLS_MAX];
 } chaincell_client_answer;
 
 #ifdef __cplusplus
@@ -576,7 +592,7 @@ chaincell_client_code chaincell_client_release(chaincell_client client);
 
 /**
  * Sends a command and waits for its reply at most `wait_ns`: `kind` is one of CHAINCELL_CLIENT_COMMAND_,
- * `parameter` one of CHAINCELL_CLIENT_PARAMETER_ or the tool, both and `value` 0 where the kind has none.
+ * `parameter` one of CHAINCELL_CLIENT_PARAMETER_, the tool or the pin, both and `value` 0 where the kind has none.
  * `reply` may be null. Not for the loop of a device.
  *
  * Safety

@@ -31,10 +31,10 @@ mod tests;
 mod types;
 
 pub use beside::{
-    COMMAND_GRIP, COMMAND_LET_GO, COMMAND_PAUSE, COMMAND_RESET, COMMAND_RESUME, COMMAND_SET,
-    COMMAND_SNAPSHOT, PARAMETER_CUT, PARAMETER_MAX_FORCE, PARAMETER_MAX_TOOL_STEP,
-    PARAMETER_SWEEPS, PARAMETER_UNLOADING, chaincell_client_command, chaincell_client_contacts,
-    chaincell_client_release, chaincell_client_state,
+    COMMAND_GRIP, COMMAND_LET_GO, COMMAND_PAUSE, COMMAND_PIN, COMMAND_RESET, COMMAND_RESUME,
+    COMMAND_SET, COMMAND_SNAPSHOT, COMMAND_UNPIN, PARAMETER_CUT, PARAMETER_MAX_FORCE,
+    PARAMETER_MAX_TOOL_STEP, PARAMETER_SWEEPS, PARAMETER_UNLOADING, chaincell_client_command,
+    chaincell_client_contacts, chaincell_client_release, chaincell_client_state,
 };
 pub use code::Code;
 pub use step::{
@@ -46,7 +46,7 @@ pub use types::{Contact, Contacts, Node, Options, Reply, Role, Shown, State, TOO
 use std::ffi::c_char;
 
 /// Version of this interface: major 65,536, minor 256, patch 1.
-pub const VERSION: u32 = 0x0200;
+pub const VERSION: u32 = 0x0300;
 
 /// A code in words, for logs: never null, whatever the number. Of what this thread's last refused call has
 /// answered it says the place and the remedy too, until the next one that is refused.

@@ -3,6 +3,7 @@
 use std::mem::{offset_of, size_of};
 
 use chaincell_client::payload::{NodePosition, ReplyMessage, StateHeader};
+use chaincell_client::tools::UNKNOWN_N;
 use chaincell_client::wait::Wait;
 use chaincell_client::{Answer, ToolOutput, ToolPose, contacts};
 
@@ -98,7 +99,7 @@ fn none_of(name: &str, value: i32) -> Code {
     Code::Argument
 }
 
-/// What to show at a moment: 336 bytes. Every force is finite, whatever has come.
+/// What to show at a moment: 368 bytes. Every force is finite, whatever has come.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 #[repr(C)]
 pub struct Shown {
@@ -130,6 +131,9 @@ pub struct Shown {
     pub reserved: u32,
     /// What each tool feels, by its number.
     pub tools: [ToolOutput; TOOLS_MAX],
+    /// Estimated error of each tool's force, before its limit and an output stage \[N\]; below 0 where it is not
+    /// known, and while the client shows another force than the server's.
+    pub force_error_n: [f32; TOOLS_MAX],
 }
 
 impl From<Answer> for Shown {
@@ -149,6 +153,7 @@ impl From<Answer> for Shown {
             sweeps: of.sweeps,
             reserved: 0,
             tools: of.tools,
+            force_error_n: of.force_error_n.map(|known| known.unwrap_or(UNKNOWN_N)),
         }
     }
 }
@@ -295,7 +300,7 @@ const _: () = {
     assert!(offset_of!(ToolOutput, torque_n_m) == 12);
     assert!(offset_of!(ToolOutput, contacts) == 24);
     assert!(offset_of!(ToolOutput, flags) == 28);
-    assert!(size_of::<Shown>() == 336);
+    assert!(size_of::<Shown>() == 368);
     assert!(offset_of!(Shown, energy_j) == 56);
     assert!(offset_of!(Shown, tools) == 80);
     assert!(size_of::<Reply>() == 32);

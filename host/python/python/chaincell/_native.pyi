@@ -738,6 +738,10 @@ class Answer:
     def torque_n_m(self) -> _F32:
         """Torque on the tool about its position [N m], float32 (3,), or on each of several, (tools, 3)."""
     @property
+    def force_error_n(self) -> list[float | None]:
+        """Estimated error of the force on each tool [N], before its limit and an output stage; None where it is not
+        known, and while another force than the server's is shown."""
+    @property
     def contacts(self) -> int:
         """Number of held cells, or of triangles in contact with a tool."""
     @property

@@ -11,7 +11,7 @@ use crate::error::Result;
 pub struct ToolRows(String);
 
 /// Columns, as the contract defines them.
-const HEADER: &str = "tick,tool,fx_n,fy_n,fz_n,tx_n_m,ty_n_m,tz_n_m,contacts,flags\n";
+const HEADER: &str = "tick,tool,fx_n,fy_n,fz_n,tx_n_m,ty_n_m,tz_n_m,contacts,flags,force_error_n\n";
 
 impl ToolRows {
     /// Adds the output of a tool in a tick; decimals read back as the same numbers. `flags` are those of the
@@ -21,7 +21,8 @@ impl ToolRows {
         for value in [felt.force_n, felt.torque_n_m].as_flattened() {
             let _ = write!(self.0, ",{value:e}");
         }
-        let _ = writeln!(self.0, ",{},{}", felt.contacts, felt.all_flags(flags));
+        let error_n = felt.force_error_n.unwrap_or(f32::NAN);
+        let _ = writeln!(self.0, ",{},{},{error_n:e}", felt.contacts, felt.all_flags(flags));
     }
 
     /// Writes `tools.csv`, if there are tools that are defined by their parts.
@@ -45,15 +46,16 @@ mod tests {
     #[test]
     fn a_row_has_a_value_for_each_column() {
         let (force_n, torque_n_m) = ([0.1, -1.0e-30, 0.0], [0.25, 0.5, 2.0]);
-        let felt = Felt { force_n, torque_n_m, contacts: 7, flags: Flags::FORCE_CLAMPED };
+        let flags = Flags::FORCE_CLAMPED;
+        let felt = Felt { force_n, torque_n_m, contacts: 7, flags, force_error_n: Some(0.5) };
         let mut rows = ToolRows::default();
         rows.add(12, 1, &felt, 32);
         // The force limit was reached at another tool.
         rows.add(12, 2, &Felt::default(), 32 + 8);
         assert_eq!(
             rows.0,
-            "12,1,1e-1,-1e-30,0e0,2.5e-1,5e-1,2e0,7,40\n12,2,0e0,0e0,0e0,0e0,0e0,0e0,0,32\n"
+            "12,1,1e-1,-1e-30,0e0,2.5e-1,5e-1,2e0,7,40,5e-1\n12,2,0e0,0e0,0e0,0e0,0e0,0e0,0,32,NaN\n"
         );
-        assert_eq!(HEADER.split(',').count(), 10);
+        assert_eq!(HEADER.split(',').count(), 11);
     }
 }

@@ -3,7 +3,9 @@
 //! A message moves only the tools that `serve` knows: those defined by their parts (the chosen tools), or
 //! else tool 0. The others get no force in the answer.
 
-pub use chaincell_client::tools::{OneToolForce, OneToolPose, TOOLS_MAX, ToolForces, ToolPoses};
+pub use chaincell_client::tools::{
+    OneToolForce, OneToolPose, TOOLS_MAX, ToolForces, ToolPoses, UNKNOWN_N,
+};
 use chaincell_kernel::Flags;
 
 use crate::engine::tools::{Felt, Poses, is_unit};
@@ -34,6 +36,9 @@ pub struct TickForce {
     pub step_ns: u32,
     /// Hash of the state after the tick, 0 for none.
     pub state_hash: u64,
+    /// Estimated error of the tissue's force, before its limit and an output stage; `None` where it is not known
+    /// \[N\].
+    pub force_error_n: Option<f32>,
 }
 
 /// An answer of the tissue.
@@ -68,16 +73,17 @@ impl Answer {
 
     /// Returns the part of the message for tool `precision`.
     fn of(&self, number: u32) -> OneToolForce {
-        let TickForce { force_n, contacts, flags, .. } = self.force;
+        let TickForce { force_n, contacts, flags, force_error_n, .. } = self.force;
         let felt = match self.tools().get(number as usize) {
             Some(felt) => Felt { flags: Flags(felt.all_flags(flags)), ..*felt },
             None if number == 0 => {
-                Felt { force_n, contacts, flags: Flags(flags), ..Felt::default() }
+                Felt { force_n, contacts, flags: Flags(flags), force_error_n, ..Felt::default() }
             }
             None => Felt { flags: Flags::SAFE_STATE, ..Felt::default() },
         };
-        let Felt { force_n, torque_n_m, contacts, flags } = felt;
-        OneToolForce { number, contacts, force_n, torque_n_m, flags: flags.0, reserved: 0 }
+        let Felt { force_n, torque_n_m, contacts, flags, force_error_n } = felt;
+        let force_error_n = force_error_n.unwrap_or(UNKNOWN_N);
+        OneToolForce { number, contacts, force_n, torque_n_m, flags: flags.0, force_error_n }
     }
 }
 
@@ -266,9 +272,15 @@ mod tests {
         let mut answer = Answer { force, asked, chosen: 2, ..Answer::default() };
         let torque_n_m = [0.1, 0.2, 0.3];
         answer.felt[0] = Felt { force_n: [9.0; 3], flags: Flags(8), ..Felt::default() };
-        answer.felt[1] =
-            Felt { force_n: [1.0; 3], torque_n_m, contacts: 6, flags: Flags::RELEASE_FIRST };
+        answer.felt[1] = Felt {
+            force_n: [1.0; 3],
+            torque_n_m,
+            contacts: 6,
+            flags: Flags::RELEASE_FIRST,
+            force_error_n: Some(0.5),
+        };
         let [second, other, first, ..] = answer.message(1).each;
+        assert_eq!([second, other, first].map(|of| of.error_n()), [Some(0.5), None, None]);
         assert_eq!((first.number, first.force_n, first.flags), (0, [9.0; 3], 8 + 32));
         assert_eq!((second.torque_n_m, second.contacts, second.flags), (torque_n_m, 6, 512 + 32));
         assert_eq!((other.number, other.force_n, other.flags), (5, [0.0; 3], 16));
@@ -284,16 +296,23 @@ mod tests {
             flags: 32,
             step_ns: 6,
             state_hash: 11,
+            force_error_n: Some(0.25),
         };
         // Answer a message of two tools.
         let asked = sound().asked(0);
         let answer = Answer { force, force_tick: 3, sweeps: 8, asked, ..Answer::default() };
         let found = answer.message(12);
         // Each tool has its place, and the one that is not chosen no force.
-        let none = OneToolForce::default();
-        let mut each = [none; TOOLS_MAX];
+        let none = OneToolForce { force_error_n: UNKNOWN_N, ..OneToolForce::default() };
+        let mut each = [OneToolForce::default(); TOOLS_MAX];
         each[0] = OneToolForce { number: 5, flags: 16, ..none };
-        each[1] = OneToolForce { contacts: 4, force_n: [1.0, 2.0, 3.0], flags: 32, ..none };
+        each[1] = OneToolForce {
+            contacts: 4,
+            force_n: [1.0, 2.0, 3.0],
+            flags: 32,
+            force_error_n: 0.25,
+            ..none
+        };
         let wanted = ToolForces {
             tick: 7,
             session_id: 12,
@@ -312,6 +331,9 @@ mod tests {
         // If the number of tools is out of range, the answer has only tool 0.
         let lost = ToolPoses { tools: 9, ..sound() };
         let found = Answer { asked: lost.asked(0), ..answer }.message(12);
-        assert_eq!((found.tools, found.each[0], found.each[1]), (1, each[1], none));
+        assert_eq!(
+            (found.tools, found.each[0], found.each[1]),
+            (1, each[1], OneToolForce::default())
+        );
     }
 }

@@ -30,6 +30,7 @@ pub(crate) fn tick_force(forces: &ToolForces) -> TickForce {
     for (number, of) in forces.each_tool() {
         if number == 0 {
             force.force_n = of.force_n;
+            force.force_error_n = of.error_n();
         }
         force.contacts = force.contacts.saturating_add(of.contacts);
     }

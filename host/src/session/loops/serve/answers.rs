@@ -6,7 +6,7 @@ use super::Run;
 use super::arrived::Arrived;
 use crate::engine::motion::Pose;
 use crate::session::ipc::complain::complain;
-use crate::session::ipc::tools::Answer;
+use crate::session::ipc::tools::{Answer, TickForce};
 use crate::session::loops::peers::Call;
 use crate::session::loops::record::Row;
 use crate::session::timing::clock::now_ns;
@@ -30,19 +30,18 @@ impl Run<'_> {
         self.send(&shown);
         // Behind the answer, which does not wait for it.
         if !self.session.is_paused() {
-            self.estimate(&answer, output);
+            self.estimate(&answer);
         }
     }
 
     /// Adds the estimated error of each tool's force.
-    fn estimate(&mut self, answer: &Answer, output: &TickOutput) {
-        let engine = &mut *self.session.engine;
+    fn estimate(&mut self, answer: &Answer) {
         if answer.chosen == 0 {
-            let (force_n, contacts) = (output.force_n.into(), output.contacts);
-            self.estimates.add(force_n, contacts, engine.force_error_n(0));
+            let TickForce { force_n, contacts, force_error_n, .. } = answer.force;
+            self.estimates.add(force_n, contacts, force_error_n);
         }
-        for (tool, felt) in answer.tools().iter().enumerate() {
-            self.estimates.add(felt.force_n, felt.contacts, engine.force_error_n(tool));
+        for felt in answer.tools() {
+            self.estimates.add(felt.force_n, felt.contacts, felt.force_error_n);
         }
     }
 

@@ -205,6 +205,7 @@ impl<'a> Session<'a> {
             flags: flags.0,
             step_ns: u32::try_from(step_ns).unwrap_or(u32::MAX),
             state_hash,
+            force_error_n: if self.paused { None } else { self.engine.force_error_n(0) },
         };
         if output.sweeps > 0 {
             self.force_tick = arrived.tick;

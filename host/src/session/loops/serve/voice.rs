@@ -180,10 +180,14 @@ fn felt(answer: &Answer) -> Shown {
     felt
 }
 
-/// An answer with other forces, torques and flags.
+/// An answer with other forces, torques and flags. The error of a force that is not the computed one is not known.
 fn with(mut answer: Answer, shown: &Shown, flags: u32) -> Answer {
-    answer.force = TickForce { force_n: shown.force_n[0], flags, ..answer.force };
+    let error =
+        |of: Option<f32>, force_n, tool: usize| of.filter(|_| force_n == shown.force_n[tool]);
+    let force_error_n = error(answer.force.force_error_n, answer.force.force_n, 0);
+    answer.force = TickForce { force_n: shown.force_n[0], flags, force_error_n, ..answer.force };
     for (tool, of) in answer.tools_mut().iter_mut().enumerate() {
+        of.force_error_n = error(of.force_error_n, of.force_n, tool);
         (of.force_n, of.torque_n_m) = (shown.force_n[tool], shown.torque_n_m[tool]);
     }
     answer
