@@ -81,6 +81,8 @@ pub const FEATURES: &[&str] = &[
     "cut",
     #[cfg(feature = "nodal")]
     "nodal",
+    #[cfg(feature = "pins")]
+    "pins",
     #[cfg(feature = "relax")]
     "relax",
     #[cfg(feature = "surface")]
@@ -89,9 +91,9 @@ pub const FEATURES: &[&str] = &[
 
 pub use backend::VectorUnit;
 pub use backend::team::{Job, Team, Workers};
-pub use contact::error::ContactError;
+pub use contact::error::{ContactError, PinError};
 pub use contact::memory::{TouchArrays, TouchRoom, TouchState, TouchStore};
-pub use contact::output::{ProxyPose, ToolOutput};
+pub use contact::output::{PinOutput, ProxyPose, ToolOutput};
 pub use contact::pose::{NOT_TURNED, OPENING_MAX, ToolPart, ToolPose};
 pub use contact::tools::{ContactForce, FRICTION_MAX};
 pub use cut::memory::{CutRoom, cut_state, cut_words};
@@ -101,7 +103,8 @@ pub use energy::rounding::Rounding;
 pub use energy::state::{TermState, TermStates, term_states};
 pub use energy::stress::Stress;
 pub use energy::surface::{
-    Anchor, EDGE_BYTES, NearTriangle, PARTS_MAX, Scissors, TOOLS_MAX, ToolState,
+    Anchor, EDGE_BYTES, NearTriangle, PARTS_MAX, PINS_ARE_BUILT, PinSample, Scissors, TOOLS_MAX,
+    ToolState,
 };
 pub use fixed::types::I8F24;
 pub use model::branches::Branch;

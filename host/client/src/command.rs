@@ -44,8 +44,8 @@ chaincell_kernel::codes! {
         /// The value is out of the parameter's range.
         Value = 3,
             "the value is out of range; sweeps are a whole number from 1 to 1000, limits above 0, unloading \
-                0 to 2, cut 0 or 1, the ticks of letting go a whole number from 1 to 65535, and 0 where there is nothing \
-                to set";
+                0 to 2, cut 0 or 1, the ticks of letting go and of unpin a whole number from 1 to 65535, the stiffness of a \
+                pin above 0, and 0 where there is nothing to set";
         /// The parameter is fixed for a run, or under this scheme.
         Fixed = 4, "fixed for a run: start chaincell serve again with another value";
         /// The recording has no capacity for a further command.
@@ -56,11 +56,11 @@ chaincell_kernel::codes! {
         Unsupported = 7, "this server takes no commands";
         /// The contact is not one of tools on a surface: nothing can be gripped.
         NoSurface = 8,
-            "nothing can be gripped here: start chaincell serve with a tool (--contact probe:RADIUS or --tool)";
+            "nothing can be gripped or pinned here: start chaincell serve with a tool (--contact probe:RADIUS or --tool)";
         /// There is no tool of this number.
         NoTool = 9, "there is no tool of this number; they count from 0";
         /// The tool is in contact with nothing, or grips nothing.
-        NothingHeld = 10, "the tool is in contact with nothing to grip, or has no grip to let go";
+        NothingHeld = 10, "the tool is in contact with nothing to grip or pin, or has no grip to let go";
         /// The session is not recorded: a snapshot is stored next to its trace.
         NoTrace = 11,
             "a snapshot stands beside the trace of the session: start chaincell serve with --record or --out";
@@ -73,6 +73,13 @@ chaincell_kernel::codes! {
         /// The session has taken as many snapshots as it may.
         Snapshots = 14,
             "a session takes at most 1000 snapshots: start chaincell serve again, with --restore to go on";
+        /// There is no pin of this number.
+        NoPin = 15, "there is no pin of this number; a new pin takes the lowest free one, from 0";
+        /// Pins hold as many samples as they may.
+        PinRoom = 16, "pins hold at most 2048 samples of the surface in all: release one, or pin a smaller region";
+        /// No sample of the surface is near enough to the point.
+        PinReach = 17,
+            "no sample of the surface lies within the radius of the point: move the point, or take a larger radius";
     }
 }
 

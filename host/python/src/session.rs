@@ -18,7 +18,7 @@ use crate::poses::{Engaged, Tick};
 use crate::process::{self, Owned};
 use crate::signals::{LOOK, Signals, span_ns};
 use crate::state::State;
-use crate::tissue::{LET_GO_TICKS, TOOL};
+use crate::tissue::{LET_GO_TICKS, PIN, TOOL, stiffness};
 use crate::turns::{Turn, Turns};
 
 /// A handle on a running scene of `chaincell serve`: its controller, or a viewer. Threads may share it:
@@ -386,6 +386,62 @@ impl Session {
     ) -> PyResult<Reply> {
         let (tool, ticks) = (tool.whole("tool", TOOL)?, ticks.whole("ticks", LET_GO_TICKS)?);
         self.command(py, &Command::LetGo { tool, ticks }, timeout_s)
+    }
+
+    /// Pins what a tool grips, or what it touches, where it is now: it is held in the world.
+    ///
+    /// - `tool`: its number from 0.
+    /// - `stiffness_n_per_m`: stiffness of the pin [N/m]; rigid by default.
+    ///
+    /// The pin takes the lowest free number, from 0.
+    /// Raises `Refused` where the server does not, `NoReply` without a reply within `timeout_s` [s].
+    ///
+    /// >>> try:
+    /// ...     session.pin(tool=0)
+    /// ... except chaincell.Refused:
+    /// ...     print("it touches nothing")
+    /// it touches nothing
+    #[pyo3(
+        signature = (tool=Arg::Default(0), stiffness_n_per_m=None, *, timeout_s=Arg::Default(5.0)),
+        text_signature = "($self, tool=0, stiffness_n_per_m=None, *, timeout_s=5.0)"
+    )]
+    fn pin(
+        &self,
+        py: Python<'_>,
+        tool: Arg<'_, u32>,
+        stiffness_n_per_m: Option<&Bound<'_, PyAny>>,
+        timeout_s: Arg<'_, f64>,
+    ) -> PyResult<Reply> {
+        let tool = tool.whole("tool", TOOL)?;
+        let stiffness_n_per_m = stiffness(stiffness_n_per_m)?;
+        self.command(py, &Command::Pin { tool, stiffness_n_per_m }, timeout_s)
+    }
+
+    /// Releases a pin; its force falls to 0, and it is gone.
+    ///
+    /// - `pin`: its number.
+    /// - `ticks`: length of the fall in ticks, 1 to 65,535.
+    ///
+    /// Raises `Refused` where the server does not, `NoReply` without a reply within `timeout_s` [s].
+    ///
+    /// >>> try:
+    /// ...     session.unpin(0, ticks=20)
+    /// ... except chaincell.Refused:
+    /// ...     print("there is no such pin")
+    /// there is no such pin
+    #[pyo3(
+        signature = (pin, ticks=Arg::Default(20), *, timeout_s=Arg::Default(5.0)),
+        text_signature = "($self, pin, ticks=20, *, timeout_s=5.0)"
+    )]
+    fn unpin(
+        &self,
+        py: Python<'_>,
+        pin: &Bound<'_, PyAny>,
+        ticks: Arg<'_, u16>,
+        timeout_s: Arg<'_, f64>,
+    ) -> PyResult<Reply> {
+        let (pin, ticks) = (whole("pin", pin, PIN)?, ticks.whole("ticks", LET_GO_TICKS)?);
+        self.command(py, &Command::Unpin { pin, ticks }, timeout_s)
     }
 
     /// Sets one parameter of the tissue.

@@ -14,16 +14,17 @@ use chaincell_host::files::recording::Recording;
 use chaincell_host::files::snapshot::SessionSnapshot;
 use chaincell_kernel::trace::Command;
 use chaincell_kernel::{Budget, TOOLS_MAX};
-use numpy::{IntoPyArray, PyArray2};
+use numpy::{IntoPyArray, PyArray1, PyArray2};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 use self_cell::self_cell;
 
+use crate::arrays::reals;
 use crate::contacts::Contacts;
 use crate::errors::Class;
 use crate::given::offline;
 use crate::model::{Body, Model, rows};
-use crate::numbers::{Arg, bytes, object, whole};
+use crate::numbers::{Arg, bytes, object, real, whole};
 use crate::output::Output;
 use crate::poses::{Engaged, Tick};
 use crate::stress::Stress;
@@ -33,6 +34,8 @@ use crate::turns::{Turn, Turns};
 pub(crate) const TOOL: RangeInclusive<u32> = 0..=TOOLS_MAX as u32 - 1;
 /// Ticks in which a tool lets go.
 pub(crate) const LET_GO_TICKS: RangeInclusive<u16> = 1..=u16::MAX;
+/// Numbers of pins.
+pub(crate) const PIN: RangeInclusive<u16> = 0..=u16::MAX;
 
 self_cell!(
     /// A tissue with the body that it reads.
@@ -42,6 +45,11 @@ self_cell!(
         dependent: Staged,
     }
 );
+
+/// The stiffness of a pin \[N/m\], infinite for a rigid one.
+pub(crate) fn stiffness(given: Option<&Bound<'_, PyAny>>) -> PyResult<f32> {
+    given.map_or(Ok(f32::INFINITY), |given| Ok(real("stiffness_n_per_m", given)? as f32))
+}
 
 /// A tissue between two ticks.
 pub(crate) struct Live {
@@ -292,6 +300,125 @@ impl Tissue {
     fn let_go(&self, py: Python<'_>, tool: Arg<'_, u32>, ticks: Arg<'_, u16>) -> PyResult<()> {
         let (tool, ticks) = (tool.whole("tool", TOOL)?, ticks.whole("ticks", LET_GO_TICKS)?);
         py.detach(|| self.live()?.command(&Command::LetGo { tool, ticks }))
+    }
+
+    /// Pins the surface around a point where it is now: it is held in the world. Returns the pin's number.
+    ///
+    /// - `point_m`: the point [m], (3,).
+    /// - `radius_m`: radius around it [m].
+    /// - `stiffness_n_per_m`: stiffness of the pin [N/m]; rigid by default.
+    ///
+    /// Pinning makes no force. Raises `Refused` where no surface is near enough, or without tools.
+    ///
+    /// >>> pin = tissue.pin_at([0.0, 0.0, 0.05], 0.02)
+    /// >>> pin in tissue.pins
+    /// True
+    #[pyo3(
+        signature = (point_m, radius_m, stiffness_n_per_m=None),
+        text_signature = "($self, point_m, radius_m, stiffness_n_per_m=None)"
+    )]
+    fn pin_at(
+        &self,
+        py: Python<'_>,
+        point_m: &Bound<'_, PyAny>,
+        radius_m: &Bound<'_, PyAny>,
+        stiffness_n_per_m: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<u16> {
+        let stiffness_n_per_m = stiffness(stiffness_n_per_m)?;
+        let given = reals("point_m", point_m)?;
+        let [x, y, z] = given.values[..] else {
+            return Err(given.wrong_shape("point_m", "(3,): x, y, z [m]"));
+        };
+        let point_m = [x, y, z].map(|x| x as f32);
+        let radius_m = real("radius_m", radius_m)? as f32;
+        py.detach(|| {
+            let mut live = self.live()?;
+            let done = live.with(|staged| {
+                staged.engine_mut().pin_at(point_m, radius_m, stiffness_n_per_m)
+            });
+            done.map_err(|why| Class::Refused.error(why.to_string()))
+        })
+    }
+
+    /// Pins what a tool grips, or what it touches, where it is now. Returns the pin's number.
+    ///
+    /// - `tool`: its number from 0. It keeps its grip: `let_go` passes its pull to the pin.
+    /// - `stiffness_n_per_m`: stiffness of the pin [N/m]; rigid by default.
+    ///
+    /// Raises `Refused` where it touches nothing.
+    ///
+    /// >>> pin = tissue.pin(tool=0)
+    #[pyo3(
+        signature = (tool=Arg::Default(0), stiffness_n_per_m=None),
+        text_signature = "($self, tool=0, stiffness_n_per_m=None)"
+    )]
+    fn pin(
+        &self,
+        py: Python<'_>,
+        tool: Arg<'_, u32>,
+        stiffness_n_per_m: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<u16> {
+        let tool = tool.whole("tool", TOOL)? as usize;
+        let stiffness_n_per_m = stiffness(stiffness_n_per_m)?;
+        py.detach(|| {
+            let mut live = self.live()?;
+            let done = live.with(|staged| staged.engine_mut().pin_held(tool, stiffness_n_per_m));
+            done.map_err(|why| Class::Refused.error(why.to_string()))
+        })
+    }
+
+    /// Releases a pin; its force falls to 0, and it is gone.
+    ///
+    /// - `pin`: its number.
+    /// - `ticks`: length of the fall in ticks, 1 to 65,535.
+    ///
+    /// Raises `Refused` where no pin has this number.
+    ///
+    /// >>> tissue.unpin(tissue.pin(), ticks=20)
+    #[pyo3(
+        signature = (pin, ticks=Arg::Default(20)),
+        text_signature = "($self, pin, ticks=20)"
+    )]
+    fn unpin(
+        &self,
+        py: Python<'_>,
+        pin: &Bound<'_, PyAny>,
+        ticks: Arg<'_, u16>,
+    ) -> PyResult<()> {
+        let pin = whole("pin", pin, PIN)?;
+        let ticks = ticks.whole("ticks", LET_GO_TICKS)?;
+        py.detach(|| {
+            let done = self.live()?.with(|staged| staged.engine_mut().unpin(pin, ticks));
+            done.map_err(|why| Class::Refused.error(why.to_string()))
+        })
+    }
+
+    /// Force of the tissue on a pin [N], float64 (3,); None without such a pin.
+    ///
+    /// `pin` is its number.
+    ///
+    /// >>> tissue.pin_force_n(tissue.pin())
+    /// array([0., 0., 0.])
+    fn pin_force_n<'py>(
+        &self,
+        py: Python<'py>,
+        pin: &Bound<'_, PyAny>,
+    ) -> PyResult<Option<Bound<'py, PyArray1<f64>>>> {
+        let pin = whole("pin", pin, PIN)?;
+        let output = py.detach(|| {
+            PyResult::Ok(self.live()?.with(|staged| staged.engine_mut().pin_output(pin)))
+        })?;
+        // -0.0 becomes 0.0.
+        let force_n = output.map(|of| <[f32; 3]>::from(of.force_n).map(|x| f64::from(x) + 0.0));
+        Ok(force_n.map(|force_n| PyArray1::from_slice(py, &force_n)))
+    }
+
+    /// The numbers of the pins, in the order in which they were set.
+    ///
+    /// >>> pins = tissue.pins
+    #[getter]
+    fn pins(&self, py: Python<'_>) -> PyResult<Vec<u16>> {
+        py.detach(|| Ok(self.live()?.with(|staged| staged.engine_mut().pins())))
     }
 
     /// Returns the whole state as bytes, for `restore`.

@@ -288,6 +288,37 @@ def test_a_grip_holds_until_it_is_let_go(box: Model) -> None:
         tissue.grip(7)
 
 
+def test_a_pin_holds_the_surface_until_it_is_released(box: Model) -> None:
+    tissue = Tissue(box, tools=["sphere:0.006"])
+    with pytest.raises(chaincell.Refused, match="neither grips nor touches"):
+        tissue.pin()
+    with pytest.raises(chaincell.Refused, match="no sample of the surface lies within the radius"):
+        tissue.pin_at([0, 0, 1.0], 0.005)
+    for depth in np.arange(0.050, 0.040, -0.0002):
+        tissue.tick([0, 0, depth])
+    pin = tissue.pin()
+    assert tissue.pins == [pin] and np.array_equal(tissue.pin_force_n(pin), [0, 0, 0])
+    other = tissue.pin_at(np.array([0.01, 0.0, 0.04]), 0.004, stiffness_n_per_m=20.0)
+    assert (pin, other) == (0, 1)
+    for _ in range(100):
+        tissue.tick([0, 0, 0.08], False)
+    force_n = tissue.pin_force_n(pin)
+    assert force_n is not None and force_n[2] > 0.001, "it holds the tissue down"
+    saved = tissue.snapshot()
+    tissue.unpin(pin, ticks=5)
+    for _ in range(6):
+        tissue.tick([0, 0, 0.08], False)
+    assert tissue.pins == [other] and tissue.pin_force_n(pin) is None
+    tissue.restore(saved)
+    assert tissue.pins == [pin, other] and np.array_equal(tissue.pin_force_n(pin), force_n)
+    tissue.reset()
+    assert tissue.pins == []
+    with pytest.raises(chaincell.Refused, match="there is no pin 0"):
+        tissue.unpin(0)
+    with pytest.raises(chaincell.Refused, match="choose tools first"):
+        Tissue(box, contact=[0]).pin_at([0, 0, 0.04], 0.01)
+
+
 def test_sweeps_of_a_tick_can_be_told(plane: Model) -> None:
     made = np.arange(100) % 4
     whole = chaincell.run(plane, press(100), contact=[40], sweeps=4, sweeps_made=made)

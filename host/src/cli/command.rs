@@ -4,6 +4,7 @@ use chaincell_kernel::trace::Command;
 use chaincell_kernel::{Choice, Cutting, Unloading};
 use serde::Serialize;
 
+use super::pins::stiffness;
 use crate::choice;
 use crate::error::{Error, Result};
 use crate::interrupt;
@@ -18,11 +19,12 @@ use crate::words::counted;
 /// Longest wait for the reply \[ns\].
 const REPLY_NS: u64 = 5 * SECOND_NS;
 
-/// Reset, pause, set or save a running `serve`, or let its tool grip, between two of its ticks.
+/// Reset, pause, set or save a running `serve`, or let its tool grip or pin, between two of its ticks.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:\n  chaincell command --scene left reset\n  \
     chaincell command --scene left set sweeps=6\n  chaincell command set max_force_n=off\n  \
     chaincell command --scene left grip\n  chaincell command --scene left let-go --ticks 50\n  \
+    chaincell command --scene left pin --tool 0\n  chaincell command --scene left unpin 0 --ticks 50\n  \
     chaincell command --scene left snapshot\n\n\
     Exit code 0 when it was done, 1 when no reply came, 2 when it was refused or nobody\n    serves the scene.")]
 pub struct Args {
@@ -69,6 +71,25 @@ enum Action {
             value_parser = clap::value_parser!(u16).range(1..))]
         ticks: u16,
     },
+    /// Pin what the tool grips, or what it touches, where it is now: it is held in the world, and the tool may let
+    /// go. A new pin takes the lowest free number, from 0
+    Pin {
+        #[command(flatten)]
+        of: ToolArgs,
+        /// Stiffness of the pin [N/m] [default: rigid]
+        #[arg(long, value_name = "N_PER_M", allow_negative_numbers = true, value_parser = stiffness)]
+        stiffness: Option<f32>,
+    },
+    /// Release a pin
+    Unpin {
+        /// Number of the pin
+        #[arg(value_name = "PIN")]
+        pin: u16,
+        /// Ticks in which its force falls to 0
+        #[arg(long, default_value_t = LET_GO_TICKS, value_name = "T", allow_negative_numbers = true,
+            value_parser = clap::value_parser!(u16).range(1..))]
+        ticks: u16,
+    },
 }
 
 #[derive(Debug, clap::Args)]
@@ -98,6 +119,11 @@ pub fn execute(args: &Args) -> Result<()> {
         Action::Grip { of } => Command::Grip { tool: of.tool },
         Action::Snapshot => Command::Snapshot { checksum: 0 },
         Action::LetGo { of, ticks } => Command::LetGo { tool: of.tool, ticks: *ticks },
+        Action::Pin { of, stiffness } => {
+            let stiffness_n_per_m = stiffness.unwrap_or(f32::INFINITY);
+            Command::Pin { tool: of.tool, stiffness_n_per_m }
+        }
+        Action::Unpin { pin, ticks } => Command::Unpin { pin: *pin, ticks: *ticks },
     };
     // Send it to the server and wait for the reply.
     let scene = ipc::open(args.scene.as_deref(), &Domain::default())?;

@@ -14,7 +14,9 @@ use crate::engine::staged::Staged;
 use crate::engine::tissue::TissueEngine;
 use crate::engine::tools::Poses;
 use crate::error::Result;
-use crate::files::output::{Answer, ContactRows, Folder, ToolRows, cells_csv, force_csv, vtu};
+use crate::files::output::{
+    Answer, ContactRows, Folder, PinCourse, PinRows, ToolRows, cells_csv, force_csv, vtu,
+};
 use crate::files::recording::{self, Recording, TraceFile};
 use crate::files::whole::write_whole;
 use crate::picture::{ForceCurve, Largest};
@@ -117,6 +119,7 @@ pub struct Gathered<'a> {
     /// Estimated errors of the forces.
     pub estimates: Estimates,
     largest: Largest,
+    pins: PinRows,
     /// Of scissors, the largest so far.
     pub opening_torque_n_m: Option<f32>,
 }
@@ -129,8 +132,17 @@ impl<'a> Gathered<'a> {
     /// Too little memory.
     pub fn new(tables: Option<Tables<'a>>, draws: bool, is_adaptive: bool) -> Result<Self> {
         let (courses, largest, estimates) = (Vec::new(), Largest::default(), Estimates::new()?);
-        let opening_torque_n_m = None;
-        Ok(Self { tables, courses, draws, is_adaptive, estimates, largest, opening_torque_n_m })
+        let (pins, opening_torque_n_m) = (PinRows::default(), None);
+        Ok(Self {
+            tables,
+            courses,
+            draws,
+            is_adaptive,
+            estimates,
+            largest,
+            pins,
+            opening_torque_n_m,
+        })
     }
 
     /// Adds a tick that has been made.
@@ -158,6 +170,12 @@ impl<'a> Gathered<'a> {
             let torque_n_m = tissue.engine_mut().opening_torque_n_m(tool).map(|x| x + 0.0);
             self.opening_torque_n_m = larger(self.opening_torque_n_m, torque_n_m);
         }
+        let engine = tissue.engine_mut();
+        for pin in engine.pins() {
+            if let Some(output) = engine.pin_output(pin) {
+                self.pins.add(pose.tick, pin, &output);
+            }
+        }
         if self.draws {
             self.largest.after(tissue.engine_mut(), pose.tick, of_tools.each(), force_n);
         }
@@ -170,7 +188,14 @@ impl<'a> Gathered<'a> {
     /// # Errors
     /// A file that cannot be written.
     pub fn finish(&mut self, tissue: &mut Staged<'_>, answers: &[Answer], hz: u32) -> Result<()> {
-        self.tables.take().map_or(Ok(()), |tables| tables.finish(tissue, answers, hz))
+        let Some(tables) = self.tables.take() else { return Ok(()) };
+        self.pins.write(tables.folder)?;
+        tables.finish(tissue, answers, hz)
+    }
+
+    /// The course of each pin.
+    pub fn pin_courses(&self) -> Vec<PinCourse> {
+        self.pins.courses().to_vec()
     }
 
     /// The course of each tool.

@@ -30,6 +30,7 @@ pub mod model_file;
 pub mod offline;
 pub mod options;
 mod picture;
+mod pins;
 mod press;
 mod probe;
 mod recorded;

@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+use chaincell_kernel::trace::CommandRecord;
 use chaincell_kernel::{Budget, Choice, Model, TickOutput, ToolPose};
 use serde::Serialize;
 
@@ -12,6 +13,7 @@ use super::gathered::{Gathered, Tables};
 use super::judgement::{Judgement, Pace};
 use super::mesh_file::Units;
 use super::model_file;
+use super::pins::{PinArgs, Pinned};
 use super::press::{Motion, PressArgs};
 use super::shared::{PrintArgs, note_cut, tell_cut, tell_relaxed, tell_view};
 use super::snapshots::{SnapshotArgs, Snapshots};
@@ -30,7 +32,7 @@ use crate::engine::tissue::TissueEngine;
 use crate::engine::tools::Poses;
 use crate::engine::untouched::Untouched;
 use crate::error::{Error, Result};
-use crate::files::output::{Answer, Folder, JOB, Job};
+use crate::files::output::{Answer, Folder, JOB, Job, PinCourse};
 use crate::files::path::{self, Paths, Rules};
 use crate::files::recording;
 use crate::files::recording::Recording;
@@ -88,6 +90,8 @@ pub struct Args {
     #[arg(long, conflicts_with = "motion")]
     recorded: bool,
     #[command(flatten)]
+    pins: PinArgs,
+    #[command(flatten)]
     tissue: TissueArgs,
     #[command(flatten)]
     stage: StageArgs,
@@ -129,6 +133,9 @@ pub struct RunSummary {
     /// What each tool did; of held cells one entry.
     tool_courses: Vec<ToolCourse>,
     judgement: Judgement,
+    /// The course of each pin.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pins: Vec<PinCourse>,
     /// Largest torque of the tissue on the handles of scissors, above 0 where it resists closing \[N m\].
     #[serde(skip_serializing_if = "Option::is_none")]
     opening_torque_n_m: Option<f32>,
@@ -213,6 +220,7 @@ impl Args {
         // Refuse what cannot be done before anything is written.
         let mut tissue = self.tissue.staged(model, self.stage.timeless()?)?;
         let paths = paths(self, &tissue, &mut follower)?;
+        let pinned = self.pins.set(tissue.engine_mut())?;
         let poses = &paths.poses;
         let snapshot_ticks = self.snapshots.of(poses)?;
         check_sweeps(self, &tissue, poses)?;
@@ -221,7 +229,8 @@ impl Args {
         check_places(self, records)?;
         // Play the path; keep what is asked for.
         let folder = self.out.as_deref().map(|out| Folder::open(out, self.force)).transpose()?;
-        let of_folder = |folder| self.tables(folder, image, &tissue, &snapshot_ticks, poses);
+        let of_folder =
+            |folder| self.tables(folder, image, &tissue, &snapshot_ticks, poses, &pinned);
         let tables = folder.as_ref().map(of_folder).transpose()?;
         let picture = self.picture();
         let is_adaptive = self.force_error.is_some();
@@ -256,6 +265,7 @@ impl Args {
             never_touched,
             judgement,
             tool_courses,
+            pins: gathered.pin_courses(),
             opening_torque_n_m: gathered.opening_torque_n_m,
             force_error_estimate: gathered.estimates.result(),
             sweeps_mean: self.force_error.map(|_| played.sweeps_mean()),
@@ -281,12 +291,16 @@ impl Args {
         tissue: &Staged<'_>,
         snapshot_ticks: &'a BTreeSet<u64>,
         poses: &[Vec<Pose>],
+        pinned: &[Pinned],
     ) -> Result<Tables<'a>> {
         if let Some(hash) = &self.inputs_hash {
             folder.write_json(JOB, &Job { inputs_hash: hash.into() })?;
         }
         let (scheme, precision) = (tissue.engine().scheme(), self.tissue.precision);
-        let begun = Recording::begin(tissue.engine(), scheme, precision, tissue.settings())?;
+        let mut begun = Recording::begin(tissue.engine(), scheme, precision, tissue.settings())?;
+        for &(command, hash) in pinned {
+            begun.add_command(&CommandRecord { tick: 0, command, state_hash: Some(hash) });
+        }
         let records = poses.iter().map(Vec::len).sum::<usize>() * (1 + tissue.tools());
         let snapshots = Snapshots::new(snapshot_ticks, folder, self.stage.hz());
         let copy = self.trace.as_deref();
@@ -522,6 +536,13 @@ fn report(args: &Args, ended: &Ended) -> Result<()> {
     if let Some(mean) = summary.sweeps_mean {
         terminal::say(format_args!("  {:<14}{mean:.2} a tick", "sweeps"))?;
     }
+    for course in &summary.pins {
+        let (given_mm, force_n) = (1e3 * course.largest_given_m, course.largest_force_n);
+        terminal::say(format_args!(
+            "  {:<14}{force_n:.4} N, largest; gives {given_mm:.4} mm",
+            format!("pin {}", course.pin)
+        ))?;
+    }
     if let Some(torque_n_m) = summary.opening_torque_n_m {
         terminal::say(format_args!("  {:<14}{torque_n_m:.5} N m, largest", "handles"))?;
     }
@@ -542,5 +563,6 @@ fn report(args: &Args, ended: &Ended) -> Result<()> {
     }
     let Some(out) = &args.out else { return Ok(()) };
     terminal::say(format_args!("  {:<14}{}", "results", out.display()))?;
-    if args.tissue.is_shown(cut) { tell_view(14, &[out]) } else { Ok(()) }
+    let is_shown = args.tissue.is_shown(cut) && summary.pins.is_empty();
+    if is_shown { tell_view(14, &[out]) } else { Ok(()) }
 }

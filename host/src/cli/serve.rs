@@ -11,6 +11,7 @@ use super::budget::BudgetArgs;
 use super::inject::InjectArgs;
 use super::judgement::{Judgement, Pace};
 use super::model_file;
+use super::pins::PinArgs;
 use super::restore::restore;
 use super::session::{LoopArgs, tell_refused, write_forces};
 use super::shared::{
@@ -90,6 +91,8 @@ pub struct Args {
     /// Only a trace, in this file, for `chaincell replay`
     #[arg(long, value_name = "FILE", conflicts_with = "out")]
     pub record: Option<PathBuf>,
+    #[command(flatten)]
+    pub pins: PinArgs,
     /// Go on from a snapshot of `chaincell command snapshot`, with the options of its session; its
     /// controller needs to release no tool first
     #[arg(long, value_name = "FILE")]
@@ -157,6 +160,13 @@ pub fn execute(args: &Args) -> Result<()> {
         force_error: args.budget.force_error(tissue.engine_mut())?,
         ..options(args, &tissue, &faults)?
     };
+    let begins_anew = args.restore.is_none() && args.stand_by.is_none();
+    if !begins_anew && !args.pins.is_empty() {
+        return Err(Error::input(
+            "--pin: a session that goes on has its pins: leave the option out",
+        ));
+    }
+    let pins = args.pins.set(tissue.engine_mut())?;
     let (scheme, precision) = (tissue.engine().scheme(), args.tissue.precision);
     let begun = Recording::begin(tissue.engine(), scheme, precision, tissue.settings())?;
     // Commands may set parameters: what is written is what the session began with.
@@ -165,6 +175,9 @@ pub fn execute(args: &Args) -> Result<()> {
     let Some(Begins { server, folder, mut recorder }) = begins else {
         return terminal::say("the other server has ended by itself: nothing to take over");
     };
+    for (command, hash) in pins {
+        recorder.command(CommandRecord { tick: 0, command, state_hash: Some(hash) });
+    }
     server.say_ready()?;
     let report = server.run(&mut tissue, &mut recorder)?;
     let verdict = args.verdict.judge(counts(&report, tissue.engine()));

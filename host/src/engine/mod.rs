@@ -12,6 +12,7 @@ pub mod flag_ticks;
 pub mod mesh_error;
 pub mod motion;
 pub mod order;
+mod pins;
 pub mod place;
 pub mod reach;
 pub mod resting;
@@ -39,6 +40,7 @@ pub use cut::CutCells;
 
 use crate::error::{Error, Result};
 use cut::{AnyCut, CutMemory};
+use pins::AnyPins;
 use snapshot::AnySaved;
 use tissue::{Node, Refusal};
 use tools::AnyTools;
@@ -101,7 +103,7 @@ impl<D: Dynamics> Memory<D> {
 }
 
 /// A tissue of any scheme.
-trait AnyTissue: AnyTools + AnyCut + AnySaved {
+trait AnyTissue: AnyTools + AnyPins + AnyCut + AnySaved {
     fn reset(&mut self, network: &Network<'_>) -> Result<()>;
     fn choose(
         &mut self,
@@ -353,6 +355,9 @@ impl<'m> Engine<'m> {
             Command::Pause | Command::Resume => Err(Refusal::Unsupported),
             Command::Reset => self.reset().map_err(|_| Refusal::Reset),
             Command::Grip { .. } | Command::LetGo { .. } => self.obey_hold(command),
+            Command::Pin { .. } | Command::PinAt { .. } | Command::Unpin { .. } => {
+                self.obey_pin(command)
+            }
             // Under this scheme sweeps and the time per tick depend on each other.
             Command::Sweeps(_) if self.scheme.goes_by_tick() => Err(Refusal::Fixed),
             _ => {

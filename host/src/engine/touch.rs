@@ -1,8 +1,8 @@
 //! The tool's contact, and memory for tools on a model with a contact surface.
 
 use chaincell_kernel::{
-    Anchor, Cell, CoarseTouch, Model, NearTriangle, TOOLS_MAX, ToolPart, ToolState, TouchArrays,
-    TouchRoom, TouchState,
+    Anchor, Cell, CoarseTouch, Model, NearTriangle, PinSample, TOOLS_MAX, ToolPart, ToolState,
+    TouchArrays, TouchRoom, TouchState,
 };
 
 /// Contact of the tool while engaged.
@@ -78,6 +78,8 @@ pub fn only_sphere(tools: &[Vec<ToolPart>]) -> Option<f32> {
 pub const TRIANGLES: usize = 1024;
 /// Largest number of samples that friction or grips hold.
 const SAMPLES: usize = 2048;
+/// Largest number of samples that pins hold.
+const PINNED: usize = 2048;
 
 /// The arrays; empty if no tool touches a surface.
 #[derive(Default)]
@@ -88,6 +90,7 @@ pub struct TouchMemory {
     near: Vec<NearTriangle>,
     coarse: Vec<CoarseTouch>,
     anchors: Vec<Anchor>,
+    pins: Vec<PinSample>,
     tools: Vec<ToolState>,
     state: Vec<TouchState>,
 }
@@ -106,6 +109,7 @@ impl TouchMemory {
             near: vec![NearTriangle::NONE; TRIANGLES],
             coarse: vec![CoarseTouch::NONE],
             anchors: vec![Anchor::NONE; 2 * SAMPLES],
+            pins: vec![PinSample::NONE; PINNED],
             tools: vec![ToolState::NONE; TOOLS_MAX],
             state: vec![TouchState::AWAY],
         }
@@ -119,6 +123,7 @@ impl TouchMemory {
             near: &mut self.near,
             coarse: &mut self.coarse,
             anchors: &mut self.anchors,
+            pins: &mut self.pins,
             tools: &mut self.tools,
             state: &mut self.state,
         })
@@ -131,6 +136,7 @@ impl TouchMemory {
             + size_of_val(&*self.near)
             + size_of_val(&*self.coarse)
             + size_of_val(&*self.anchors)
+            + size_of_val(&*self.pins)
             + size_of_val(&*self.tools)
             + size_of_val(&*self.state)
     }

@@ -150,6 +150,11 @@ impl Session {
                 Command::Reset => self.words.push(RESET),
                 Command::Grip { tool } => self.words.extend([GRIP, tool]),
                 Command::LetGo { tool, ticks } => self.words.extend([LET_GO, tool, ticks.into()]),
+                Command::Pin { .. } | Command::PinAt { .. } | Command::Unpin { .. } => {
+                    return Err(Error::input(
+                        "the session sets pins, which a page does not play: chaincell replay plays it",
+                    ));
+                }
                 Command::Sweeps(_)
                 | Command::MaxForceN(_)
                 | Command::MaxToolStepM(_)

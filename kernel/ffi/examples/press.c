@@ -95,7 +95,7 @@ static int press(chaincell_tissue *tissue)
 /* Puts a body into storage of its own, and presses it. */
 static int run(const chaincell_model *model, const uint32_t *ids, uint32_t count)
 {
-    chaincell_room room = {0, 0, 0, 0, 0};
+    chaincell_room room = {0, 0, 0, 0, 0, 0};
     chaincell_detail detail;
     chaincell_settings settings;
     chaincell_info info;

@@ -72,6 +72,9 @@
      (size_t)CHAINCELL_TRIANGLE_BYTES * (size_t)(triangles) + \
      (size_t)CHAINCELL_SAMPLE_BYTES * (size_t)(samples))
 
+/* Bytes that so many samples that pins hold take on top of that. */
+#define CHAINCELL_PIN_ROOM_BYTES(samples) ((size_t)CHAINCELL_PIN_BYTES * (size_t)(samples) + 16)
+
 /* Bytes that memory for cuts takes on top of that, for so many words (`cut_words` of chaincell_info; a
  * quarter of the bytes of RAM that `chaincell info` prints for cutting) and tools; 0 words for a body
  * that stays whole, in a library that cuts. */
@@ -458,6 +461,30 @@ enum chaincell_code
      * The model has no such face: `position` in the list.
      */
     CHAINCELL_CODE_CUT_FACE = -162,
+    /**
+     * Pins hold the surface that tools touch, and no tools are chosen.
+     */
+    CHAINCELL_CODE_PIN_TOOLS = -180,
+    /**
+     * Point, radius or stiffness of a pin cannot be.
+     */
+    CHAINCELL_CODE_PIN_VALUE = -181,
+    /**
+     * No sample of the surface lies within the radius; `limit` is the distance of the nearest one [m].
+     */
+    CHAINCELL_CODE_PIN_REACH = -182,
+    /**
+     * Too little room for the samples of the pin: `needed`, `available`.
+     */
+    CHAINCELL_CODE_PIN_ROOM = -183,
+    /**
+     * The tool neither grips nor touches the tissue: `position`.
+     */
+    CHAINCELL_CODE_PIN_NOTHING_HELD = -184,
+    /**
+     * No pin has this number.
+     */
+    CHAINCELL_CODE_PIN_UNKNOWN = -185,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L
@@ -758,7 +785,7 @@ typedef struct chaincell_stage_settings {
 #define CHAINCELL_STAGE_WORDS 160
 
 /**
- * At most so many bytes the room for contact on surfaces takes beside those of the four numbers
+ * At most so many bytes the room for contact on surfaces takes beside those of the five numbers
  * below: what `CHAINCELL_TOUCH_BYTES` goes by.
  */
 #define CHAINCELL_TOUCH_BYTES_FIXED 20480
@@ -777,6 +804,11 @@ typedef struct chaincell_stage_settings {
  * Bytes for each sample that friction or grips hold.
  */
 #define CHAINCELL_SAMPLE_BYTES 104
+
+/**
+ * Bytes for each sample that pins hold.
+ */
+#define CHAINCELL_PIN_BYTES 48
 
 /**
  * At most so many bytes for each tool; `CHAINCELL_CUT_BYTES` has what a blade takes more.
@@ -987,6 +1019,36 @@ typedef struct chaincell_info {
 } chaincell_info;
 
 /**
+ * What a pin bears.
+ */
+typedef struct chaincell_pin_output {
+    /**
+     * Force of the tissue on the pin; no limit clamps it [N].
+     */
+    float force_n[3];
+    /**
+     * The mean of the places at which its samples are pinned, in the frame of the input mesh [m].
+     */
+    float position_m[3];
+    /**
+     * How far the tissue has moved from there, the mean of its samples [m].
+     */
+    float given_m[3];
+    /**
+     * Its present stiffness, which falls to 0 while it is released [N/m].
+     */
+    float stiffness_n_per_m;
+    /**
+     * Energy of its springs [J].
+     */
+    float energy_j;
+    /**
+     * Samples of the surface that it holds.
+     */
+    uint32_t samples;
+} chaincell_pin_output;
+
+/**
  * Storage of an output stage. Its content is nobody's business; it may be copied, and refers to
  * nothing.
  */
@@ -1113,8 +1175,8 @@ typedef struct chaincell_room {
      */
     uint32_t contacts;
     /**
-     * Tools on a surface, at most 8; 0 for no contact on surfaces, and then the two below are 0
-     * too.
+     * Tools on a surface, at most 8; 0 for no contact on surfaces, and then the two below and `pins`
+     * are 0 too.
      */
     uint32_t tools;
     /**
@@ -1134,6 +1196,11 @@ typedef struct chaincell_room {
      * room for its tool.
      */
     uint32_t cuts;
+    /**
+     * Samples of triangles that all pins together hold at a time, at most 65,535, in a library with the feature
+     * `pins`; 0 for no pins.
+     */
+    uint32_t pins;
 } chaincell_room;
 
 /**
@@ -1317,6 +1384,61 @@ chaincell_code chaincell_model_info(const struct chaincell_model *model,
 chaincell_code chaincell_model_input_id(const struct chaincell_model *model,
                                         uint32_t cell,
                                         uint32_t *input_id);
+
+/**
+ * Pins the surface within `radius_m` of a point, 3 numbers, where it is now: its samples there are held in the world
+ * by springs of this stiffness in all [N/m]; `INFINITY` makes a rigid pin, 200 times as stiff as tissue of one edge
+ * length in depth. `pin` is its number, the lowest free one.
+ *
+ * Pinning makes no force. Between two ticks. A pin holds until `chaincell_unpin`, and until a reset or a choice of
+ * cells. Tools must have been chosen, on a tissue with room for `pins`; none needs to be engaged. `detail` may be
+ * null.
+ *
+ * Safety
+ * `tissue` was made by `chaincell_tissue_init` and no other thread uses it; `point_m` are three numbers, `pin` is
+ * storage for the answer, `detail` is null or storage.
+ */
+chaincell_code chaincell_pin_at(struct chaincell_tissue *tissue,
+                                const float *point_m,
+                                float radius_m,
+                                float stiffness_n_per_m,
+                                uint32_t *pin,
+                                struct chaincell_detail *detail);
+
+/**
+ * Pins what a tool, from 0, grips, or what it touches if it grips nothing; else as `chaincell_pin_at`. The tool keeps
+ * its grip: `chaincell_let_go` frees it, and its pull passes to the pin along that ramp.
+ *
+ * Safety
+ * `tissue` was made by `chaincell_tissue_init` and no other thread uses it; `pin` is storage for the answer, `detail`
+ * is null or storage.
+ */
+chaincell_code chaincell_pin_held(struct chaincell_tissue *tissue,
+                                  uint32_t tool,
+                                  float stiffness_n_per_m,
+                                  uint32_t *pin,
+                                  struct chaincell_detail *detail);
+
+/**
+ * Releases a pin within so many ticks, at most 65,535: its force falls to 0 without a jump, and then it is gone. 0 is
+ * as 1.
+ *
+ * Safety
+ * `tissue` was made by `chaincell_tissue_init` and no other thread uses it.
+ */
+chaincell_code chaincell_unpin(struct chaincell_tissue *tissue,
+                               uint32_t pin,
+                               uint32_t ticks);
+
+/**
+ * What a pin bears in the published state; `CHAINCELL_CODE_PIN_UNKNOWN` where no pin has this number.
+ *
+ * Safety
+ * `tissue` was made by `chaincell_tissue_init` and no other thread uses it; `output` is storage for the answer.
+ */
+chaincell_code chaincell_pin_force(struct chaincell_tissue *tissue,
+                                   uint32_t pin,
+                                   struct chaincell_pin_output *output);
 
 /**
  * The defaults for a model and a scheme (one of `chaincell_scheme`): 4 sweeps, nine tenths of the

@@ -167,6 +167,18 @@ chaincell_kernel::codes! {
         CutRoom = -161, c"no memory for cuts: initialise with `cuts` in the chaincell_room";
         /// The model has no such face: `position` in the list.
         CutFace = -162, c"no such face: take a tetrahedron of the input mesh and a corner from 0 to 3";
+        /// Pins hold the surface that tools touch, and no tools are chosen.
+        PinTools = -180, c"pins hold the surface that tools touch: choose tools first";
+        /// Point, radius or stiffness of a pin cannot be.
+        PinValue = -181, c"a pin's point must be finite, its radius finite and above 0, its stiffness above 0";
+        /// No sample of the surface lies within the radius; `limit` is the distance of the nearest one \[m\].
+        PinReach = -182, c"no sample of the surface within the radius: move the point, or take a larger radius";
+        /// Too little room for the samples of the pin: `needed`, `available`.
+        PinRoom = -183, c"too little room for the pin: release another, or initialise with more `pins`";
+        /// The tool neither grips nor touches the tissue: `position`.
+        PinNothingHeld = -184, c"the tool neither grips nor touches the tissue: press it on first";
+        /// No pin has this number.
+        PinUnknown = -185, c"no pin has this number: take that which the pin got when it was set";
     }
 }
 

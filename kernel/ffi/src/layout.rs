@@ -21,8 +21,8 @@ use chaincell_kernel::Cell;
 use chaincell_kernel::Contact;
 use chaincell_kernel::Team;
 use chaincell_kernel::{
-    CutRoom, Dynamics, Head, I8F24, Model, Network, Number, NumberOf, TermState, TermStates,
-    TissueMut, TouchRoom, array_bytes, term_states,
+    CutRoom, Dynamics, Head, I8F24, Model, Network, Number, NumberOf, PinSample, TermState,
+    TermStates, TissueMut, TouchRoom, TouchState, array_bytes, term_states,
 };
 
 use crate::code::Code;
@@ -359,6 +359,8 @@ pub(crate) struct Published<'a, N: Number> {
     pub terms: &'a [TermState],
     /// Memory for cuts.
     pub words: &'a [u32],
+    /// State of the tools and memory of pins; `None` without contact on surfaces.
+    pub pins: Option<(&'a TouchState, &'a [PinSample])>,
 }
 
 /// Network and states of a tissue, for reading.
@@ -383,6 +385,12 @@ pub(crate) unsafe fn published<'a, D: Dynamics>(
                     let start = tissue.cast::<u8>().add(sizes.cut_at::<D>());
                     core::slice::from_raw_parts(start.cast(), words)
                 }
+            },
+            pins: match D::TAKES_SURFACES {
+                true => {
+                    sizes.touch.pinned(tissue.cast::<u8>().add(sizes.touch_at::<D>()), sizes.cells)
+                }
+                false => None,
             },
         }
     }

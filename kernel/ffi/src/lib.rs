@@ -35,6 +35,7 @@ mod cut;
 mod layout;
 mod memory;
 mod model;
+mod pins;
 mod refusal;
 mod settings;
 mod stage;
@@ -57,6 +58,9 @@ pub use model::{
     Info, MODEL_WORDS, ModelStorage, chaincell_model_info, chaincell_model_init,
     chaincell_model_input_id,
 };
+pub use pins::{
+    PinOutput, chaincell_pin_at, chaincell_pin_force, chaincell_pin_held, chaincell_unpin,
+};
 pub use settings::{Scheme, Settings, chaincell_settings_default};
 pub use stage::{
     STAGE_WORDS, StageNews, StageSettings, StageStorage, chaincell_stage_default,
@@ -76,7 +80,9 @@ pub use tools::{
     ContactForce, ToolPart, chaincell_choose_tools, chaincell_contact_forces, chaincell_grip,
     chaincell_gripped, chaincell_let_go, chaincell_opening_torque,
 };
-pub use touch::{CELL_BYTES_TOUCH, Room, SAMPLE_BYTES, TOOL_BYTES, TOUCH_BYTES, TRIANGLE_BYTES};
+pub use touch::{
+    CELL_BYTES_TOUCH, PIN_BYTES, Room, SAMPLE_BYTES, TOOL_BYTES, TOUCH_BYTES, TRIANGLE_BYTES,
+};
 
 use code::Refusal;
 

@@ -1,10 +1,10 @@
 //! The kernel's errors as result codes.
 
-use chaincell_kernel::ContactError;
 use chaincell_kernel::float_env::FloatEnvironmentError;
 use chaincell_kernel::image::{FORMAT_VERSION, kind};
 use chaincell_kernel::snapshot::{SNAPSHOT_VERSION, SnapshotError};
 use chaincell_kernel::stage::StageError;
+use chaincell_kernel::{ContactError, PinError};
 use chaincell_kernel::{ModelError, ResetError, SettingsError, StateError};
 
 use crate::code::{Code, Refusal};
@@ -127,6 +127,21 @@ impl From<ContactError> for Refusal {
                 Refusal::sizes(Code::ContactRoom, needed, capacity)
             }
             ContactError::RadiusMin { min_m } => Refusal::limit(Code::ContactRadiusMin, min_m),
+        }
+    }
+}
+
+impl From<PinError> for Refusal {
+    fn from(why: PinError) -> Self {
+        match why {
+            PinError::Model => Code::ContactModel.into(),
+            PinError::Unbuilt => Refusal::sizes(Code::PinRoom, 1, 0),
+            PinError::NoTools => Code::PinTools.into(),
+            PinError::Value => Code::PinValue.into(),
+            PinError::Reach { nearest_m } => Refusal::limit(Code::PinReach, nearest_m),
+            PinError::Room { needed, capacity } => Refusal::sizes(Code::PinRoom, needed, capacity),
+            PinError::NothingHeld(tool) => Refusal::position(Code::PinNothingHeld, tool),
+            PinError::Unknown(_) => Code::PinUnknown.into(),
         }
     }
 }

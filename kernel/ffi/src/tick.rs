@@ -3,7 +3,7 @@
 use core::mem::offset_of;
 
 use chaincell_kernel::number::cell::{Cell, output, single};
-use chaincell_kernel::tick::hash::{and_words, state_hash};
+use chaincell_kernel::tick::hash::{and_pins, and_words, state_hash};
 use chaincell_kernel::{Flags, Network, Number, TOOLS_MAX, TickOutput, cut_state};
 
 use crate::code::{Code, Detail, Refusal};
@@ -312,7 +312,8 @@ pub unsafe extern "C" fn chaincell_state_hash(tissue: *const Tissue, hash: *mut 
                 let of = layout::published::<D>(tissue, sizes);
                 let model = of.network.model();
                 let hash = state_hash(of.state, of.terms, model.saturation());
-                cut_state(of.words, model).map_or(hash, |words| and_words(hash, words))
+                let hash = cut_state(of.words, model).map_or(hash, |words| and_words(hash, words));
+                of.pins.map_or(hash, |(state, pins)| and_pins(hash, state, pins))
             })
         };
         // SAFETY: the caller's promises are handed on.

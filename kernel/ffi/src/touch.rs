@@ -1,4 +1,4 @@
-//! Room for contact on surfaces in a tissue's storage: eight arrays, one after the other, each at a
+//! Room for contact on surfaces in a tissue's storage: nine arrays, one after the other, each at a
 //! multiple of [`ALIGN`] from the start of the room.
 //!
 //! ```text
@@ -10,11 +10,12 @@
 //! factors    one a cell
 //! near       triangles in reach
 //! anchors    samples that friction or grips hold: two each
+//! pins       samples that pins hold
 //! ```
 
 use chaincell_kernel::{
-    Anchor, Cell, CoarseTouch, EDGE_BYTES, NearTriangle, TOOLS_MAX, ToolState, TouchArrays,
-    TouchRoom, TouchState,
+    Anchor, Cell, CoarseTouch, EDGE_BYTES, NearTriangle, PINS_ARE_BUILT, PinSample, TOOLS_MAX,
+    ToolState, TouchArrays, TouchRoom, TouchState,
 };
 
 use crate::code::{Code, Refusal};
@@ -25,7 +26,10 @@ const TRIANGLES_MAX: u32 = 65_535;
 /// Most samples that are held: of two lists in one.
 const SAMPLES_MAX: u32 = 32_767;
 
-/// At most so many bytes the room for contact on surfaces takes beside those of the four numbers
+/// Most samples that pins hold.
+const PINNED_MAX: u32 = 65_535;
+
+/// At most so many bytes the room for contact on surfaces takes beside those of the five numbers
 /// below: what `CHAINCELL_TOUCH_BYTES` goes by.
 pub const TOUCH_BYTES: usize = 20_480;
 /// Bytes of that room for each cell of the model.
@@ -34,6 +38,8 @@ pub const CELL_BYTES_TOUCH: usize = 24;
 pub const TRIANGLE_BYTES: usize = 28;
 /// Bytes for each sample that friction or grips hold.
 pub const SAMPLE_BYTES: usize = 104;
+/// Bytes for each sample that pins hold.
+pub const PIN_BYTES: usize = 48;
 /// At most so many bytes for each tool; `CHAINCELL_CUT_BYTES` has what a blade takes more.
 pub const TOOL_BYTES: usize = 1208;
 
@@ -43,8 +49,8 @@ pub const TOOL_BYTES: usize = 1208;
 pub struct Room {
     /// Contact cells, at most those of the model; tools on a surface need none.
     pub contacts: u32,
-    /// Tools on a surface, at most 8; 0 for no contact on surfaces, and then the two below are 0
-    /// too.
+    /// Tools on a surface, at most 8; 0 for no contact on surfaces, and then the two below and `pins`
+    /// are 0 too.
     pub tools: u32,
     /// Triangles in reach of tools at a time, 1 to 65,535; 1,024 are enough for most. A triangle
     /// counts once for each part of a tool. Where more are in reach those deepest in the tools are
@@ -57,6 +63,9 @@ pub struct Room {
     /// 1 for memory with which the model's body can be cut, 0 for a body that stays whole. A blade needs it, with
     /// room for its tool.
     pub cuts: u32,
+    /// Samples of triangles that all pins together hold at a time, at most 65,535, in a library with the feature
+    /// `pins`; 0 for no pins.
+    pub pins: u32,
 }
 
 /// How much room there is; all 0 without contact on surfaces.
@@ -65,6 +74,7 @@ pub(crate) struct Touch {
     tools: u16,
     triangles: u16,
     samples: u16,
+    pins: u16,
 }
 
 /// Where each array starts, and where the last one ends.
@@ -76,6 +86,7 @@ struct Places {
     factors: usize,
     near: usize,
     anchors: usize,
+    pins: usize,
     end: usize,
 }
 
@@ -86,12 +97,12 @@ const fn behind<T>(at: usize, count: usize) -> usize {
 
 impl Touch {
     /// No room.
-    pub(crate) const NONE: Self = Self { tools: 0, triangles: 0, samples: 0 };
+    pub(crate) const NONE: Self = Self { tools: 0, triangles: 0, samples: 0, pins: 0 };
 
     /// The room of a wish, where it can be.
     pub fn of(wish: &Room) -> Result<Self, Refusal> {
-        let &Room { tools, triangles, samples, .. } = wish;
-        if (tools, triangles, samples) == (0, 0, 0) {
+        let &Room { tools, triangles, samples, pins, .. } = wish;
+        if (tools, triangles, samples, pins) == (0, 0, 0, 0) {
             return Ok(Self::NONE);
         }
         let within = |asked: u32, least: u32, most: u32| match u16::try_from(asked) {
@@ -102,6 +113,7 @@ impl Touch {
             tools: within(tools, 1, TOOLS_MAX as u32)?,
             triangles: within(triangles, 1, TRIANGLES_MAX)?,
             samples: within(samples, 0, SAMPLES_MAX)?,
+            pins: within(pins, 0, if PINS_ARE_BUILT { PINNED_MAX } else { 0 })?,
         })
     }
 
@@ -120,6 +132,11 @@ impl Touch {
         (self.triangles as usize, 2 * self.samples as usize)
     }
 
+    /// Samples that pins may hold.
+    pub const fn pins(&self) -> usize {
+        self.pins as usize
+    }
+
     pub const fn is_none(&self) -> bool {
         self.tools == 0
     }
@@ -133,8 +150,9 @@ impl Touch {
         let near = behind::<f32>(factors, cells);
         let (triangles, slots) = self.lists();
         let anchors = behind::<NearTriangle>(near, triangles);
-        let end = behind::<Anchor>(anchors, slots);
-        Places { coarse, state, pulls, mobility, factors, near, anchors, end }
+        let pins = behind::<Anchor>(anchors, slots);
+        let end = behind::<PinSample>(pins, self.pins());
+        Places { coarse, state, pulls, mobility, factors, near, anchors, pins, end }
     }
 
     /// Bytes, for a body of so many cells.
@@ -158,6 +176,7 @@ impl Touch {
             start.add(at.pulls).write_bytes(0, at.near - at.pulls);
             fill(start.add(at.near), NearTriangle::NONE, triangles);
             fill(start.add(at.anchors), Anchor::NONE, slots);
+            fill(start.add(at.pins), PinSample::NONE, self.pins());
         }
     }
 
@@ -181,7 +200,30 @@ impl Touch {
                 factors: array(start.add(at.factors), cells),
                 near: array(start.add(at.near), triangles),
                 anchors: array(start.add(at.anchors), slots),
+                pins: array(start.add(at.pins), self.pins()),
             })
+        }
+    }
+}
+
+impl Touch {
+    /// The state of the tools and the memory of pins, for reading; `None` without contact on surfaces.
+    ///
+    /// # Safety
+    /// [`Self::create`] has written them there, and nobody writes them for `'a`.
+    pub unsafe fn pinned<'a>(
+        &self,
+        start: *const u8,
+        cells: usize,
+    ) -> Option<(&'a TouchState, &'a [PinSample])> {
+        if self.is_none() || !cfg!(feature = "surface") {
+            return None;
+        }
+        let at = self.places(cells);
+        // SAFETY: create() has written valid elements there.
+        unsafe {
+            let state = &*start.add(at.state).cast::<TouchState>();
+            Some((state, core::slice::from_raw_parts(start.add(at.pins).cast(), self.pins())))
         }
     }
 }
@@ -203,7 +245,7 @@ unsafe fn array<'a, T>(start: *mut u8, count: usize) -> &'a mut [T] {
 }
 
 /// Roundings of the arrays' ends.
-const ROUNDINGS: usize = 8 * ALIGN;
+const ROUNDINGS: usize = 9 * ALIGN;
 
 const _: () = assert!(align_of::<ToolState>() <= ALIGN && align_of::<CoarseTouch>() <= ALIGN);
 const _: () = assert!(align_of::<TouchState>() <= ALIGN && align_of::<Cell>() <= ALIGN);
@@ -213,5 +255,6 @@ const _: () =
 const _: () = assert!(size_of::<Cell>() + 2 * size_of::<f32>() == CELL_BYTES_TOUCH);
 const _: () = assert!(size_of::<NearTriangle>() == TRIANGLE_BYTES);
 const _: () = assert!(2 * size_of::<Anchor>() == SAMPLE_BYTES);
+const _: () = assert!(size_of::<PinSample>() == PIN_BYTES && align_of::<PinSample>() <= ALIGN);
 // A kernel that cuts has an edge in each tool, see `cut`.
 const _: () = assert!(size_of::<ToolState>() - EDGE_BYTES <= TOOL_BYTES);

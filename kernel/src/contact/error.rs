@@ -148,3 +148,62 @@ pub enum ContactError {
         capacity: usize,
     },
 }
+
+/// Why a pin is refused; nothing has changed.
+///
+/// ```
+#[doc = include_str!("example.txt")]
+/// # if !FEATURES.contains(&"pins") {
+/// #     return Ok(());
+/// # }
+/// use chaincell_kernel::PinError;
+///
+/// let far = tissue.pin_at(&network, [0.0, 0.0, 0.1], 0.005, f32::INFINITY);
+/// assert!(matches!(far, Err(PinError::Reach { .. }))); // the surface ends 66 mm below
+/// assert_eq!(tissue.pin_held(&network, 0, f32::INFINITY), Err(PinError::NothingHeld(0)));
+/// assert_eq!(tissue.unpin(3, 20), Err(PinError::Unknown(3)));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+pub enum PinError {
+    /// The tissue was not reset to this network.
+    #[error("the tissue belongs to another network: reset it first")]
+    Model,
+    /// This kernel is built without the feature `pins`.
+    #[error("this program has no pins: build it with the feature `pins`")]
+    Unbuilt,
+    /// No tools are chosen: a pin holds the surface that tools touch.
+    #[error(
+        "pins hold the surface that tools touch: choose tools first, on a model with a contact surface"
+    )]
+    NoTools,
+    /// Point, radius or stiffness cannot be.
+    #[error(
+        "the point of a pin must be finite, its radius finite and above 0, its stiffness above 0; infinite is rigid"
+    )]
+    Value,
+    /// No sample of the surface lies within the radius.
+    #[error(
+        "no sample of the surface lies within the radius, the nearest is {nearest_m} m away: move the point, or take a larger radius"
+    )]
+    Reach {
+        /// Distance of the nearest sample from the point \[m\].
+        nearest_m: f32,
+    },
+    /// The memory for pinned samples is full.
+    #[error(
+        "the pin holds {needed} samples, there is room for {capacity} more: take a smaller radius, release another pin, or raise the capacity"
+    )]
+    Room {
+        /// Samples of the pin.
+        needed: usize,
+        /// Samples for which there is room.
+        capacity: usize,
+    },
+    /// The tool does not exist, or neither grips nor touches anything.
+    #[error("tool {0} neither grips nor touches the tissue: press it on first")]
+    NothingHeld(usize),
+    /// No pin has this number.
+    #[error("there is no pin {0}: pins have the numbers that they got when they were set")]
+    Unknown(u16),
+}

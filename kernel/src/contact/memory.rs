@@ -2,7 +2,8 @@
 
 use crate::backend::slice_set::SliceSet;
 use crate::energy::surface::{
-    Anchor, BUILT, NearTriangle, Proxies, TOOLS_MAX, ToolState, Touch, Touching,
+    Anchor, BUILT, NearTriangle, PINS_ARE_BUILT, PinSample, Proxies, TOOLS_MAX, ToolState, Touch,
+    Touching,
 };
 use crate::model::Model;
 use crate::number::cell::Cell;
@@ -13,20 +14,23 @@ use crate::solver::coarse::CoarseTouch;
 ///
 /// ```
 /// use chaincell_kernel::{
-///     Anchor, Cell, CoarseTouch, NearTriangle, ToolState, TouchArrays, TouchRoom, TouchState,
+///     Anchor, Cell, CoarseTouch, NearTriangle, PinSample, ToolState, TouchArrays, TouchRoom,
+///     TouchState,
 /// };
 ///
-/// // Up to 160 cells, 64 triangles in reach, 16 held samples and two tools, sized at run time.
+/// // Up to 160 cells, 64 triangles in reach, 16 held samples, 32 pinned ones and two tools, sized at run time.
 /// let mut numbers = vec![[0.0; 160]; 2];
 /// let [mobility, factors] = &mut numbers[..] else { unreachable!() };
 /// let (mut pulls, mut near) = (vec![Cell::ZERO; 160], vec![NearTriangle::NONE; 64]);
-/// let (mut anchors, mut tools) = (vec![Anchor::NONE; 2 * 16], vec![ToolState::NONE; 2]);
+/// let (mut anchors, mut pins) = (vec![Anchor::NONE; 2 * 16], vec![PinSample::NONE; 32]);
+/// let mut tools = vec![ToolState::NONE; 2];
 /// let memory = TouchRoom::new(TouchArrays {
 ///     mobility,
 ///     factors,
 ///     pulls: &mut pulls,
 ///     near: &mut near,
 ///     anchors: &mut anchors,
+///     pins: &mut pins,
 ///     coarse: &mut [CoarseTouch::NONE],
 ///     tools: &mut tools,
 ///     state: &mut [TouchState::AWAY],
@@ -46,6 +50,8 @@ pub struct TouchArrays<'a> {
     pub near: &'a mut [NearTriangle],
     /// Anchors of friction and grips: two per sample; empty without friction and grips.
     pub anchors: &'a mut [Anchor],
+    /// Samples that pins hold; the length is the capacity of all pins together. Empty without pins.
+    pub pins: &'a mut [PinSample],
     /// The coarse level under the tools: one element.
     pub coarse: &'a mut [CoarseTouch],
     /// The tools; the length is the capacity, at most [`TOOLS_MAX`].
@@ -55,7 +61,8 @@ pub struct TouchArrays<'a> {
 }
 
 /// Statically sized arrays for contact on surfaces: of a body of up to `CELLS` cells, `NEAR`
-/// triangles in reach, `HELD` samples that friction or grips hold, and `TOOLS` tools.
+/// triangles in reach, `HELD` samples that friction or grips hold, `TOOLS` tools, and `PINNED` samples that pins
+/// hold.
 ///
 /// `const` constructible, so it can be a `static`. [`Tissue::touching`](crate::Tissue::touching)
 /// joins it with a tissue.
@@ -89,19 +96,26 @@ pub struct TouchStore<
     const NEAR: usize,
     const HELD: usize = 0,
     const TOOLS: usize = 1,
+    const PINNED: usize = 0,
 > {
     mobility: [f32; CELLS],
     factors: [f32; CELLS],
     pulls: [Cell; CELLS],
     near: [NearTriangle; NEAR],
     anchors: [[Anchor; HELD]; 2],
+    pins: [PinSample; PINNED],
     coarse: [CoarseTouch; 1],
     tools: [ToolState; TOOLS],
     state: [TouchState; 1],
 }
 
-impl<const CELLS: usize, const NEAR: usize, const HELD: usize, const TOOLS: usize>
-    TouchStore<CELLS, NEAR, HELD, TOOLS>
+impl<
+    const CELLS: usize,
+    const NEAR: usize,
+    const HELD: usize,
+    const TOOLS: usize,
+    const PINNED: usize,
+> TouchStore<CELLS, NEAR, HELD, TOOLS, PINNED>
 {
     /// RAM \[bytes\].
     pub const RAM_BYTES: usize = size_of::<Self>();
@@ -118,6 +132,7 @@ impl<const CELLS: usize, const NEAR: usize, const HELD: usize, const TOOLS: usiz
             pulls: [Cell::ZERO; CELLS],
             near: [NearTriangle::NONE; NEAR],
             anchors: [[Anchor::EMPTY; HELD]; 2],
+            pins: [PinSample::NONE; PINNED],
             coarse: [CoarseTouch::NONE],
             tools: [ToolState::EMPTY; TOOLS],
             state: [TouchState::AWAY],
@@ -133,6 +148,7 @@ impl<const CELLS: usize, const NEAR: usize, const HELD: usize, const TOOLS: usiz
             pulls: &mut self.pulls,
             near: &mut self.near,
             anchors: self.anchors.as_flattened_mut(),
+            pins: &mut self.pins,
             coarse: &mut self.coarse,
             tools: &mut self.tools,
             state: &mut self.state,
@@ -140,8 +156,13 @@ impl<const CELLS: usize, const NEAR: usize, const HELD: usize, const TOOLS: usiz
     }
 }
 
-impl<const CELLS: usize, const NEAR: usize, const HELD: usize, const TOOLS: usize> Default
-    for TouchStore<CELLS, NEAR, HELD, TOOLS>
+impl<
+    const CELLS: usize,
+    const NEAR: usize,
+    const HELD: usize,
+    const TOOLS: usize,
+    const PINNED: usize,
+> Default for TouchStore<CELLS, NEAR, HELD, TOOLS, PINNED>
 {
     fn default() -> Self {
         Self::new()
@@ -174,6 +195,7 @@ impl<'a> TouchRoom<'a> {
             pulls: arrays.pulls,
             near: arrays.near,
             anchors: arrays.anchors,
+            pins: arrays.pins,
             coarse: arrays.coarse,
             tools: arrays.tools,
             state: arrays.state,
@@ -264,6 +286,51 @@ impl<'a> TouchRoom<'a> {
         }
     }
 
+    /// One pass over the pins: a snapshot of a body without pins has no words of them.
+    pub(crate) fn keep_pins(&mut self, pass: &mut Pass<'_>) {
+        let Some(arrays) = self.0.first_mut() else { return };
+        let Some(state) = arrays.state.first_mut() else { return };
+        let (mut count, mut changed) = (state.pins, state.pins_changed);
+        if pass.has_more(count > 0 || changed) {
+            if pass.word(PinSample::LAYOUT) != PinSample::LAYOUT {
+                pass.refuse();
+            }
+            count.keep(pass);
+            changed.keep(pass);
+        } else {
+            (count, changed) = (0, false);
+        }
+        pass.slice(arrays.pins, count);
+        if pass.is_reading() {
+            (state.pins, state.pins_changed) = (count, changed);
+        }
+    }
+
+    /// Makes the next tick with a sweep find bounds and coarse level anew, if there are pins.
+    pub(crate) fn note_pins(&mut self) {
+        for arrays in &mut self.0 {
+            let holds = !arrays.pins().is_empty();
+            arrays.state.iter_mut().for_each(|state| state.pins_changed |= holds);
+        }
+    }
+
+    /// Drops all pins.
+    pub(crate) fn drop_pins(&mut self) {
+        self.note_pins();
+        self.0.iter_mut().flat_map(|arrays| &mut *arrays.state).for_each(|state| state.pins = 0);
+    }
+
+    /// The state shared by all tools, and the memory of pins.
+    pub(crate) fn state(&self) -> Option<(&TouchState, &[PinSample])> {
+        let arrays = self.0.first()?;
+        Some((arrays.state.first()?, arrays.pins))
+    }
+
+    /// The pinned samples.
+    pub(crate) fn pins(&self) -> &[PinSample] {
+        self.0.first().map_or(&[], TouchArrays::pins)
+    }
+
     /// The whole arrays.
     pub(crate) fn whole(&mut self) -> Option<&mut TouchArrays<'a>> {
         self.0.first_mut()
@@ -279,6 +346,7 @@ impl<'a> TouchRoom<'a> {
             pulls: arrays.pulls.get_mut(..cells)?,
             near: arrays.near,
             anchors: arrays.anchors,
+            pins: arrays.pins,
             coarse: arrays.coarse,
             tools: arrays.tools.get_mut(..count)?,
             state: arrays.state,
@@ -298,13 +366,36 @@ impl<'a> TouchArrays<'a> {
         self.state.first().map_or(&[][..], |state| state.present(self.anchors))
     }
 
+    /// The pinned samples.
+    pub(crate) fn pins(&self) -> &[PinSample] {
+        self.pins.get(..self.pinned()).unwrap_or(&[])
+    }
+
+    /// The same to be changed.
+    pub(crate) fn pins_mut(&mut self) -> &mut [PinSample] {
+        let count = self.pinned();
+        self.pins.get_mut(..count).unwrap_or_default()
+    }
+
+    /// Number of pinned samples: none in a kernel that is built without pins.
+    fn pinned(&self) -> usize {
+        if !PINS_ARE_BUILT {
+            return 0;
+        }
+        self.state.first().map_or(0, |state| state.pins)
+    }
+
     /// The tools and their effect on a coarse level, for the sweeps of a tick; nothing while no tool is
-    /// engaged.
+    /// engaged and no pin holds.
     pub(crate) fn touching(self, model: &Model<'_>) -> (Touch<'a>, Option<&'a CoarseTouch>) {
         let none = (Touch::NONE, None);
         let Some(state) = self.state.first() else { return none };
         let cuts = Proxies(self.tools).fronts().next().is_some();
-        if !cuts && (state.count == 0 || !self.tools.iter().any(|tool| tool.is_in)) {
+        let pins = self.pins.get(..self.pinned()).unwrap_or(&[]);
+        if !cuts
+            && pins.is_empty()
+            && (state.count == 0 || !self.tools.iter().any(|tool| tool.is_in))
+        {
             return none;
         }
         let is_elastic = model.coarse_basis.is_some_and(|basis| basis.elastic().is_some());
@@ -312,6 +403,7 @@ impl<'a> TouchArrays<'a> {
             tools: Proxies(self.tools),
             near: self.near.get(..state.count).unwrap_or(&[]),
             anchors: state.present(self.anchors),
+            pins,
             slices: &state.slices,
             mobility: self.mobility,
             factors: if is_elastic { self.factors } else { &[] },
@@ -339,6 +431,11 @@ kept! {
         pub(crate) anchors: usize,
         /// True if that is the second half.
         pub(crate) is_second: bool,
+    } not stored {
+        /// Number of pinned samples; snapshots of bodies with pins have it.
+        pub(crate) pins: usize = 0,
+        /// True if pins changed, so that bounds and coarse level have to be found anew.
+        pub(crate) pins_changed: bool = false,
     }
 }
 
@@ -352,6 +449,8 @@ impl TouchState {
         is_filled: false,
         anchors: 0,
         is_second: false,
+        pins: 0,
+        pins_changed: false,
     };
 
     /// The anchors of this tick among those in both halves of the list.

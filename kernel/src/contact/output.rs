@@ -75,3 +75,34 @@ pub struct ProxyPose {
     /// tissue.
     pub share: f32,
 }
+
+/// Output of a pin.
+///
+/// ```
+#[doc = include_str!("example.txt")]
+/// # if !FEATURES.contains(&"pins") {
+/// #     return Ok(());
+/// # }
+/// use chaincell_kernel::PinOutput;
+///
+/// let pin = tissue.pin_at(&network, [0.0, 0.0, 0.030], 0.004, f32::INFINITY)?; // on the surface
+/// let PinOutput { position_m, force_n, samples, .. } = tissue.pin_output(&network, pin).ok_or("no pin")?;
+/// assert!((position_m[2] - 0.030).abs() < 1e-3 && samples > 0); // [m]
+/// assert_eq!(<[f32; 3]>::from(force_n), [0.0; 3]); // [N], nothing pulls yet
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PinOutput {
+    /// Force of the tissue on the pin \[N\]. It is not clamped by the largest force.
+    pub force_n: Vector3<f32>,
+    /// The mean of the places at which its samples are pinned, in the frame of the input mesh \[m\].
+    pub position_m: [f32; 3],
+    /// Mean displacement of its samples from there \[m\].
+    pub given_m: [f32; 3],
+    /// Its present stiffness [N/m]; it falls to 0 while the pin is released.
+    pub stiffness_n_per_m: f32,
+    /// Energy of its springs \[J\].
+    pub energy_j: f32,
+    /// Number of samples that it holds.
+    pub samples: u32,
+}

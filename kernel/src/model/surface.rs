@@ -10,6 +10,8 @@ const NUMBERS: core::ops::RangeInclusive<f32> = 1.0e-12..=1.0e12;
 const STIFFNESS: [f32; 2] = [6.0, 20.0];
 /// Relative contact stiffness per ratio of radius to edge length.
 const OF_RADIUS: f32 = 8.0;
+/// Stiffness of a rigid pin, relative to tissue as deep as an edge is long.
+const RIGID: f32 = 200.0;
 /// Largest distance between samples, in radii.
 const SPACING: f32 = 0.45;
 /// Most triangles per cell, far above the two of a closed surface: a tick visits each.
@@ -46,6 +48,11 @@ impl Triangle {
         // Not by `clamp`, which may panic.
         let times = if times < least { least } else { times };
         self.stiffness * if times > most { most } else { times }
+    }
+
+    /// Returns the total stiffness of all samples under a rigid pin [2 `k_ref`].
+    pub fn rigid(&self) -> f32 {
+        RIGID * self.stiffness
     }
 
     /// Returns the number of subdivisions of an edge. There is a sample at the centre of each part.
@@ -110,13 +117,13 @@ impl<'a> ContactSurface<'a> {
         opened.unwrap_or(index as u32)
     }
 
-    /// Area of the triangle with this name [mean link lengths squared]; `None` if there is none.
-    pub fn area_of(&self, name: u32) -> Option<f32> {
+    /// Returns the corners and the numbers of the triangle with this name; `None` if there is none.
+    pub fn named(&self, name: u32) -> Option<([u16; 3], Triangle)> {
         let index = match self.opened_place(name as usize) {
             None => name as usize,
             Some(_) => self.opened.place(name)? + self.numbers.len(),
         };
-        self.triangle(index).map(|(_, of)| of.area)
+        self.triangle(index)
     }
 
     /// Share of its stiffness with which tools touch a triangle; 0 for one of a dropped piece, whose corners are one cell.

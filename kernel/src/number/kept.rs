@@ -139,6 +139,15 @@ impl<'a> Pass<'a> {
         self.lack = self.lack.or(Some(PassError::Room { needed, room }));
     }
 
+    /// Returns true if a part follows that not every state has: words are left to be read, or the state to be
+    /// written `has` it.
+    pub(crate) fn has_more(&self, has: bool) -> bool {
+        match &self.way {
+            Way::Count | Way::Write(_) => has,
+            Way::Check(bytes) | Way::Read(bytes) => 4 * self.words < bytes.len(),
+        }
+    }
+
     /// Returns true if the items of arrays take the values that are read.
     pub(crate) fn is_reading(&self) -> bool {
         matches!(self.way, Way::Read(_))

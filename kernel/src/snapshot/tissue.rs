@@ -150,6 +150,9 @@ impl<D: Dynamics> TissueMut<'_, D> {
         if model.relaxes() {
             kept::keep(self.cut.words_mut(), model, pass);
         }
+        if model.has_contact_surface() {
+            self.touch.keep_pins(pass);
+        }
         head
     }
 }

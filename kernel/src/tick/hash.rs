@@ -18,7 +18,9 @@
 //! is a bijection of the lane, so a difference in a single word always shows. Cost: one 64-bit multiplication
 //! for two words, in eight independent chains.
 
+use crate::contact::memory::TouchState;
 use crate::energy::state::{TermState, lasting};
+use crate::energy::surface::{PINS_ARE_BUILT, PinSample};
 use crate::number::Number;
 use crate::number::cell::{Cell, output};
 use crate::number::two_float::LANES;
@@ -133,6 +135,14 @@ pub fn and_words(hash: u64, words: &[u32]) -> u64 {
     let count = words.len() as u64;
     let hash = absorb(lanes.0.iter().fold(START + 8, |hash, &lane| absorb(hash, lane)), count);
     hash ^ hash >> 32
+}
+
+/// Hash of the pins of a tissue after that of its state and cuts: the words of each pinned sample follow, as those of
+/// [`and_words`], those of the first one first. Without pins it is the hash as it was.
+#[must_use]
+pub fn and_pins(hash: u64, state: &TouchState, pins: &[PinSample]) -> u64 {
+    let count = if PINS_ARE_BUILT { state.pins } else { 0 };
+    pins.iter().take(count).fold(hash, |hash, pin| and_words(hash, &pin.words()))
 }
 
 /// The longs of a row.

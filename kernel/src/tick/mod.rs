@@ -26,7 +26,7 @@
 //! - `body`: the body as it is now; `relax`: the memory of its strain.
 //! - [`cut`]: opened faces and the cells that split.
 //! - `force_error`: how far a force is from that of the body in equilibrium.
-//! - [`tools`]: tools on a model with a contact surface.
+//! - [`tools`]: tools on a model with a contact surface; `pins`: what is held to the world.
 //! - [`hash`]: the state hash.
 //! - [`handover`]: samples from an interrupt to the tick.
 
@@ -40,6 +40,7 @@ pub mod fit;
 mod force_error;
 pub mod handover;
 pub mod hash;
+mod pins;
 #[cfg(feature = "relax")]
 mod relax;
 pub mod sample;

@@ -104,7 +104,9 @@ impl<D: Dynamics> TissueMut<'_, D> {
     ) -> TickOutput {
         #[cfg(feature = "cut")]
         if !is_late {
+            let of_pins = self.energy_of_pins(network.model());
             self.part(network);
+            self.rename_pins(network, of_pins);
         }
         #[cfg(feature = "relax")]
         self.relax(network, is_late);

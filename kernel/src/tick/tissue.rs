@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 use super::budget::Budget;
 use super::error::{ResetError, StateError};
-use super::hash::{and_words, state_hash};
+use super::hash::{and_pins, and_words, state_hash};
 use super::sample::{TickOutput, ToolSample};
 use super::settings::Network;
 use crate::backend::VectorUnit;
@@ -399,6 +399,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
         }
         self.head.chosen = cells.len();
         self.head.has_tools = false;
+        self.touch.drop_pins();
         if !is_prepared {
             self.prepare(model);
         }
@@ -469,11 +470,13 @@ impl<D: Dynamics> TissueMut<'_, D> {
         Some(output(v.xyz(), D::Number::from_single(model.saturation())))
     }
 
-    /// The state hash, see [`state_hash`]; of a body with opened faces it covers the state of the cuts too.
+    /// The state hash, see [`state_hash`]; of a body with opened faces it covers the state of the cuts too, and
+    /// after that the pins.
     #[must_use]
     pub fn state_hash(&self, model: &Model<'_>) -> u64 {
         let state = self.state.get(..model.cells()).unwrap_or(self.state);
         let hash = state_hash(state, self.states.cells(model.kept_states()), model.saturation());
-        self.body_state(model).map_or(hash, |words| and_words(hash, words))
+        let hash = self.body_state(model).map_or(hash, |words| and_words(hash, words));
+        self.touch.state().map_or(hash, |(state, pins)| and_pins(hash, state, pins))
     }
 }

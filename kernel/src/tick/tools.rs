@@ -159,12 +159,13 @@ impl<D: Dynamics> TissueMut<'_, D> {
         let (unit_m, unit_n) = (model.unit_m(), model.force_unit_n());
         for contact in tools::forces(among.0, among.1, among.2, &points) {
             let surface = model.contact_surface();
-            let area = surface.and_then(|surface| surface.area_of(contact.triangle));
+            let named = surface.and_then(|surface| surface.named(contact.triangle));
+            let area = named.map_or(0.0, |(_, of)| of.area);
             each(&ContactForce {
                 position_m: add(model.centre_m(), scale(unit_m, contact.position_m)),
                 normal_n: scale(unit_n, contact.normal_n).map(finite),
                 tangential_n: scale(unit_n, contact.tangential_n).map(finite),
-                area_m2: finite(contact.area_m2 * area.unwrap_or(0.0) * (unit_m * unit_m)),
+                area_m2: finite(contact.area_m2 * area * (unit_m * unit_m)),
                 ..contact
             });
         }

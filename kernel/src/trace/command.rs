@@ -1,7 +1,8 @@
 //! Commands: the changes of a run between two ticks.
 //!
-//! In a record of kind 2, or 5 for grip and let go, the eight bytes from 0 hold the number of the last tick
-//! before the command, 8 the command, 12 the parameter, 16 the value (f32 bits), 20 zero; the hash, the flag
+//! In a record of kind 2, or 5 for those of a tool and of pins, the eight bytes from 0 hold the number of the last tick
+//! before the command, 8 the command, 12 the parameter, 16 the value (f32 bits), 20 zero. That of a pin at a point has
+//! there its command, the point (f32 bits x 3), and at 36 its radius and at 40 its stiffness (f32 bits). The hash, the flag
 //! for it and the checksum are those of a sample's record.
 
 use core::fmt;
@@ -56,6 +57,30 @@ pub enum Command {
         /// Ticks in which the pull falls to 0, at least 1.
         ticks: u16,
     },
+    /// Pins the tissue that a tool grips or touches, see [`TissueMut::pin_held`](crate::TissueMut::pin_held).
+    Pin {
+        /// Number of the tool.
+        tool: u32,
+        /// Stiffness of the pin; infinite is rigid [N/m].
+        stiffness_n_per_m: f32,
+    },
+    /// Releases a pin, see [`TissueMut::unpin`](crate::TissueMut::unpin).
+    Unpin {
+        /// Number of the pin.
+        pin: u16,
+        /// Ticks in which its force falls to 0, at least 1.
+        ticks: u16,
+    },
+    /// Pins the surface around a point, see [`TissueMut::pin_at`](crate::TissueMut::pin_at). Its
+    /// five numbers go into a trace; a message has no place for them.
+    PinAt {
+        /// The point in the frame of the input mesh \[m\].
+        point_m: [f32; 3],
+        /// Radius around it \[m\].
+        radius_m: f32,
+        /// Stiffness of the pin; infinite is rigid [N/m].
+        stiffness_n_per_m: f32,
+    },
     /// A snapshot was taken here. Before all ticks of a trace: the trace begins from this snapshot.
     Snapshot {
         /// CRC-32 of the snapshot's file; 0 in a request for a snapshot.
@@ -80,7 +105,7 @@ impl fmt::Display for CommandError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Kind => {
-                "unknown command: reset, pause, resume, set, grip, let-go and snapshot are known"
+                "unknown command: reset, pause, resume, set, grip, let-go, snapshot, pin and unpin are known"
             }
             Self::Parameter => {
                 "unknown parameter: sweeps, max_force_n, max_tool_step_m, unloading and cut may be set"
@@ -100,10 +125,14 @@ const MAX_TOOL_STEP: u32 = 3;
 const UNLOADING: u32 = 4;
 const CUT: u32 = 7;
 
+/// Number of the command that pins around a point.
+const PIN_AT: u32 = 10;
+
 impl Command {
-    /// Returns the number of the command (1 reset, 2 pause, 3 resume, 4 set, 5 grip, 6 let go, 7 snapshot),
-    /// the parameter (0 none; for set 1 sweeps, 2 largest force, 3 largest tool step, 4 unloading,
-    /// 7 cut; for grip and let go the tool, for a snapshot its checksum) and the bits of the value (for let go the ticks).
+    /// Returns the number of the command (1 reset, 2 pause, 3 resume, 4 set, 5 grip, 6 let go, 7 snapshot, 8 pin,
+    /// 9 unpin, 10 pin at a point), the parameter (0 none; for set 1 sweeps, 2 largest force, 3 largest tool step, 4
+    /// unloading, 7 cut; for grip, let go and pin the tool, for unpin the pin, for a snapshot its checksum) and the bits
+    /// of the value (for let go and unpin the ticks, for pin the stiffness). Of a pin at a point only a record has all.
     #[must_use]
     pub fn words(&self) -> [u32; 3] {
         let (parameter, value) = match *self {
@@ -113,6 +142,9 @@ impl Command {
             Self::Grip { tool } => return [5, tool, 0],
             Self::LetGo { tool, ticks } => return [6, tool, f32::from(ticks).to_bits()],
             Self::Snapshot { checksum } => return [7, checksum, 0],
+            Self::Pin { tool, stiffness_n_per_m } => return [8, tool, stiffness_n_per_m.to_bits()],
+            Self::Unpin { pin, ticks } => return [9, pin.into(), f32::from(ticks).to_bits()],
+            Self::PinAt { point_m: [x, y, _], .. } => return [PIN_AT, x.to_bits(), y.to_bits()],
             Self::Sweeps(sweeps) => (SWEEPS, f32::from(sweeps)),
             Self::MaxForceN(force_n) => (MAX_FORCE, force_n),
             Self::MaxToolStepM(step_m) => (MAX_TOOL_STEP, step_m),
@@ -146,6 +178,15 @@ impl Command {
             },
             7 if value == 0 => Ok(Self::Snapshot { checksum: parameter }),
             7 => Err(CommandError::Value),
+            8 if f32::from_bits(value) > 0.0 => {
+                Ok(Self::Pin { tool: parameter, stiffness_n_per_m: f32::from_bits(value) })
+            }
+            8 => Err(CommandError::Value),
+            9 => match (u16::try_from(parameter), whole(f32::from_bits(value))) {
+                (Err(_), _) => Err(CommandError::Parameter),
+                (Ok(pin), Some(ticks @ 1..)) => Ok(Self::Unpin { pin, ticks }),
+                _ => Err(CommandError::Value),
+            },
             _ => Err(CommandError::Kind),
         }
     }
@@ -171,9 +212,33 @@ impl Command {
     /// Returns the kind of the command's record.
     pub(super) fn record_kind(&self) -> u16 {
         match self {
-            Self::Grip { .. } | Self::LetGo { .. } => KIND_TOOL_COMMAND,
+            Self::Grip { .. }
+            | Self::LetGo { .. }
+            | Self::Pin { .. }
+            | Self::Unpin { .. }
+            | Self::PinAt { .. } => KIND_TOOL_COMMAND,
             _ => KIND_COMMAND,
         }
+    }
+
+    /// Returns the words of its record after [`Self::words`]: 0 but for a pin at a point.
+    pub(super) fn further_words(&self) -> [u32; 3] {
+        match *self {
+            Self::PinAt { point_m: [.., z], radius_m, stiffness_n_per_m } => {
+                [z, radius_m, stiffness_n_per_m].map(f32::to_bits)
+            }
+            _ => [0; 3],
+        }
+    }
+
+    /// Returns the command of these words of a record; `None` if they are none.
+    pub(super) fn of_record(words: [u32; 3], further: [u32; 3]) -> Option<Self> {
+        if let [PIN_AT, x, y] = words {
+            let [z, radius_m, stiffness_n_per_m] = further.map(f32::from_bits);
+            let point_m = [f32::from_bits(x), f32::from_bits(y), z];
+            return Some(Self::PinAt { point_m, radius_m, stiffness_n_per_m });
+        }
+        Self::from_words(words).ok().filter(|_| further == [0; 3])
     }
 
     /// Returns the settings after the command.
@@ -185,6 +250,9 @@ impl Command {
             | Self::Resume
             | Self::Grip { .. }
             | Self::LetGo { .. }
+            | Self::Pin { .. }
+            | Self::Unpin { .. }
+            | Self::PinAt { .. }
             | Self::Snapshot { .. } => before,
             Self::Sweeps(sweeps) => Settings { sweeps, ..before },
             Self::MaxForceN(max_force_n) => Settings { max_force_n, ..before },
@@ -223,6 +291,9 @@ mod tests {
             Command::Grip { tool: 7 },
             Command::LetGo { tool: 3, ticks: 1 },
             Command::LetGo { tool: 0, ticks: 65_535 },
+            Command::Pin { tool: 1, stiffness_n_per_m: f32::INFINITY },
+            Command::Pin { tool: 0, stiffness_n_per_m: 20.0 },
+            Command::Unpin { pin: 65_535, ticks: 20 },
             Command::Snapshot { checksum: 0 },
             Command::Snapshot { checksum: 0x7fa0_0001 },
         ] {
@@ -235,7 +306,12 @@ mod tests {
         let bits = f32::to_bits;
         for (words, why) in [
             ([0, 0, 0], CommandError::Kind),
-            ([8, 0, 0], CommandError::Kind),
+            ([11, 0, 0], CommandError::Kind),
+            ([10, 0, 0], CommandError::Kind),
+            ([8, 0, 0], CommandError::Value),
+            ([8, 0, bits(f32::NAN)], CommandError::Value),
+            ([9, 65_536, bits(1.0)], CommandError::Parameter),
+            ([9, 0, 0], CommandError::Value),
             ([7, 1, 1], CommandError::Value),
             ([5, 0, 1], CommandError::Value),
             ([6, 0, 0], CommandError::Value),

@@ -109,7 +109,9 @@ impl Decoder {
         let [sweeps, delay]: [u16; 2] = bytemuck::cast(more);
         let known = match kind {
             KIND_SAMPLE => WITH_HASH | WITH_SWEEPS | RAMP_RESTARTED | WITH_DELAY,
-            KIND_COMMAND | KIND_TOOL_COMMAND => WITH_HASH,
+            KIND_COMMAND => WITH_HASH,
+            // Its other words are those of the command.
+            KIND_TOOL_COMMAND if bits & !WITH_HASH == 0 => return Ok((kind, words)),
             KIND_PART | KIND_POSE if self.tools.is_some() => return Ok((kind, words)),
             _ => return Err(End::Kind(index, kind)),
         };

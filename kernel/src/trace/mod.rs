@@ -30,7 +30,7 @@
 //!     20      2  engaged
 //!     22      2  opening of scissors [2^-16 turn]
 //!     24      8  hash of the state after the tick, 0 where none was taken
-//!     32      2  kind: 1 = sample; 2 = command, 5 = command to a tool (grip, let go), whose bytes
+//!     32      2  kind: 1 = sample; 2 = command, 5 = command to a tool (grip, let go) or pins, whose bytes
 //!                from 0 to 24 are described at [`Command`]; with tools also 3 = part, 4 = pose, see below
 //!     34      2  bit 0: a hash was taken; bit 1: the sweeps were counted; bit 2: the output
 //!                stage's ramp restarted before the tick; bit 3: the delay was measured

@@ -230,10 +230,10 @@ pub(super) fn sample(words: &[u32; WORDS]) -> Record {
 
 /// Returns the command in a record; `None` if the words are no command of the record's kind.
 pub(super) fn command(words: &[u32; WORDS]) -> Option<CommandRecord> {
-    let [t0, t1, command, parameter, value, zero, .., kind, _, _] = *words;
-    let command = Command::from_words([command, parameter, value]).ok()?;
+    let [t0, t1, command, parameter, value, first, .., kind, second, third] = *words;
+    let command = Command::of_record([command, parameter, value], [first, second, third])?;
     let record = CommandRecord { tick: long(t0, t1), command, state_hash: state_hash(words) };
-    (zero == 0 && kind as u16 == command.record_kind()).then_some(record)
+    (kind as u16 == command.record_kind()).then_some(record)
 }
 
 /// Returns the pose in a record; `None` if the words are none.

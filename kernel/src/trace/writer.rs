@@ -62,21 +62,19 @@ impl Writer {
         let mut bits = if sweeps.is_some() { WITH_SWEEPS } else { 0 };
         bits |= if *ramp_restarted { RAMP_RESTARTED } else { 0 };
         bits |= if delay_ticks.is_some() { WITH_DELAY } else { 0 };
-        let of_kind = [KIND_SAMPLE, bits, sweeps.unwrap_or(0), delay_ticks.unwrap_or(0)];
         // The orientation is not stored; an invalid one makes the recorded sample a bad one too.
         let engaged = if sample.turn().is_some() { sample.acting() } else { u32::MAX };
-        self.encode(*tick, [x, y, z, engaged], *state_hash, of_kind)
+        let more = u32::from(sweeps.unwrap_or(0)) | u32::from(delay_ticks.unwrap_or(0)) << 16;
+        self.encode(*tick, [x, y, z, engaged], *state_hash, [KIND_SAMPLE, bits], [more, 0])
     }
 
     /// Returns the bytes of the next record, for a command.
     pub fn command(&mut self, record: &CommandRecord) -> [u8; RECORD_BYTES] {
         let [command, parameter, value] = record.command.words();
-        self.encode(
-            record.tick,
-            [command, parameter, value, 0],
-            record.state_hash,
-            [record.command.record_kind(), 0, 0, 0],
-        )
+        let [first, second, third] = record.command.further_words();
+        let kind = record.command.record_kind();
+        let of_command = [command, parameter, value, first];
+        self.encode(record.tick, of_command, record.state_hash, [kind, 0], [second, third])
     }
 
     fn encode(
@@ -84,14 +82,14 @@ impl Writer {
         tick: u64,
         [a, b, c, d]: [u32; 4],
         state_hash: Option<u64>,
-        [kind, bits, sweeps, delay]: [u16; 4],
+        [kind, bits]: [u16; 2],
+        [more, last]: [u32; 2],
     ) -> [u8; RECORD_BYTES] {
         let low_high = |value: u64| [value as u32, (value >> 32) as u32];
         let [tick, hash] = [low_high(tick), low_high(state_hash.unwrap_or(0))];
         let bits = bits | if state_hash.is_some() { WITH_HASH } else { 0 };
         let kind = u32::from(kind) | u32::from(bits) << 16;
-        let more = u32::from(sweeps) | u32::from(delay) << 16;
-        self.seal([tick[0], tick[1], a, b, c, d, hash[0], hash[1], kind, more, 0])
+        self.seal([tick[0], tick[1], a, b, c, d, hash[0], hash[1], kind, more, last])
     }
 
     /// Returns the bytes of the next record, with these words.

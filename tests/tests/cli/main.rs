@@ -14,6 +14,7 @@ mod latency;
 mod motion;
 mod output;
 mod path_files;
+mod pins;
 mod place;
 mod pressure;
 mod probe;

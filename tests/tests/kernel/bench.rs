@@ -3,14 +3,16 @@
 
 use chaincell_kernel::{
     Anchor, Budget, Cell, CoarseTouch, Contact, CutError, CutOutput, CutRoom, Dynamics, Head,
-    Model, NearTriangle, Network, Team, TermState, TermStates, TickOutput, TissueMut, ToolOutput,
-    ToolPart, ToolPose, ToolState, TouchArrays, TouchRoom, TouchState, Track, cut_words,
-    term_states,
+    Model, NearTriangle, Network, PinSample, Team, TermState, TermStates, TickOutput, TissueMut,
+    ToolOutput, ToolPart, ToolPose, ToolState, TouchArrays, TouchRoom, TouchState, Track,
+    cut_words, term_states,
 };
 
 /// Slots for triangles in reach of tools, and for samples that friction holds.
 const NEAR: usize = 512;
 const ANCHORS: usize = 2 * 2048;
+/// Samples that pins hold.
+const PINNED: usize = 512;
 
 /// Memory for contact on the surface.
 struct Surface {
@@ -18,6 +20,7 @@ struct Surface {
     pulls: Vec<Cell>,
     near: Vec<NearTriangle>,
     anchors: Vec<Anchor>,
+    pins: Vec<PinSample>,
     coarse: [CoarseTouch; 1],
     tools: Vec<ToolState>,
     state: [TouchState; 1],
@@ -30,6 +33,7 @@ impl Surface {
             pulls: vec![Cell::ZERO; cells],
             near: vec![NearTriangle::NONE; NEAR],
             anchors: vec![Anchor::NONE; ANCHORS],
+            pins: vec![PinSample::NONE; PINNED],
             coarse: [CoarseTouch::NONE],
             tools: vec![ToolState::NONE; tools],
             state: [TouchState::AWAY],
@@ -44,6 +48,7 @@ impl Surface {
             pulls: &mut self.pulls,
             near: &mut self.near,
             anchors: &mut self.anchors,
+            pins: &mut self.pins,
             coarse: &mut self.coarse,
             tools: &mut self.tools,
             state: &mut self.state,

@@ -22,6 +22,7 @@ mod model_image;
 mod never_through;
 mod numbers;
 mod one_sweep;
+mod pins;
 mod plane;
 mod properties;
 mod random_cuts;

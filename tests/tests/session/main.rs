@@ -17,6 +17,7 @@ mod messages;
 mod mirror;
 mod motion;
 mod permissions;
+mod pins;
 mod poses;
 mod printed;
 mod processes;

@@ -6,7 +6,7 @@
  *   chaincell_client_step     every millisecond: poses of 1 to 8 tools out, forces and torques back
  *   chaincell_client_send, chaincell_client_try_receive    the two apart
  *   chaincell_client_state, chaincell_client_contacts      for viewers, where they lie
- *   chaincell_client_command  pause, resume, reset, set, grip, let go
+ *   chaincell_client_command  pause, resume, reset, set, grip, let go, pin
  *   chaincell_client_close    leaves the scene
  *
  * Every call answers with a chaincell_client_code: 0 when all is well, negative when it was refused;
@@ -220,6 +220,17 @@ typedef int32_t chaincell_client_code;
  * The session is saved beside its trace.
  */
 #define CHAINCELL_CLIENT_COMMAND_SNAPSHOT 7
+
+/**
+ * What the tool that is the parameter grips, or touches, is held to the world where it is, by springs of the stiffness
+ * that is the value [N/m]; infinity for a rigid pin. It takes the lowest free number, from 0.
+ */
+#define CHAINCELL_CLIENT_COMMAND_PIN 8
+
+/**
+ * The pin that is the parameter is released within so many ticks as the value says.
+ */
+#define CHAINCELL_CLIENT_COMMAND_UNPIN 9
 
 /**
  * Sweeps a tick, 1 to 1,000.
@@ -581,7 +592,7 @@ chaincell_client_code chaincell_client_release(chaincell_client client);
 
 /**
  * Sends a command and waits for its reply at most `wait_ns`: `kind` is one of CHAINCELL_CLIENT_COMMAND_,
- * `parameter` one of CHAINCELL_CLIENT_PARAMETER_ or the tool, both and `value` 0 where the kind has none.
+ * `parameter` one of CHAINCELL_CLIENT_PARAMETER_, the tool or the pin, both and `value` 0 where the kind has none.
  * `reply` may be null. Not for the loop of a device.
  *
  * Safety

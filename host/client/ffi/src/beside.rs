@@ -23,6 +23,11 @@ pub const COMMAND_GRIP: u32 = 5;
 pub const COMMAND_LET_GO: u32 = 6;
 /// The session is saved beside its trace.
 pub const COMMAND_SNAPSHOT: u32 = 7;
+/// What the tool that is the parameter grips, or touches, is held to the world where it is, by springs of the stiffness
+/// that is the value \[N/m\]; infinity for a rigid pin. It takes the lowest free number, from 0.
+pub const COMMAND_PIN: u32 = 8;
+/// The pin that is the parameter is released within so many ticks as the value says.
+pub const COMMAND_UNPIN: u32 = 9;
 /// Sweeps a tick, 1 to 1,000.
 pub const PARAMETER_SWEEPS: u32 = 1;
 /// Largest force \[N\]; infinity for no limit.
@@ -97,7 +102,7 @@ pub extern "C" fn chaincell_client_release(client: Handle) -> Code {
 }
 
 /// Sends a command and waits for its reply at most `wait_ns`: `kind` is one of CHAINCELL_CLIENT_COMMAND_,
-/// `parameter` one of CHAINCELL_CLIENT_PARAMETER_ or the tool, both and `value` 0 where the kind has none.
+/// `parameter` one of CHAINCELL_CLIENT_PARAMETER_, the tool or the pin, both and `value` 0 where the kind has none.
 /// `reply` may be null. Not for the loop of a device.
 ///
 /// # Safety

@@ -1,7 +1,8 @@
 //! Follows an engine tick by tick.
 
 use chaincell_kernel::{
-    Budget, Flags, HELD_TICKS_MAX, Model, ProxyPose, TickOutput, ToolPart, ToolPose, Unloading,
+    Budget, Flags, HELD_TICKS_MAX, Model, PinError, ProxyPose, TickOutput, ToolPart, ToolPose,
+    Unloading,
 };
 
 use super::acting::{Before, Held, Tools, outer_weight};
@@ -16,6 +17,9 @@ const LEVEL: f64 = 8.0 * f32::EPSILON as f64;
 const CLAMPED: f32 = 8.0 * f32::EPSILON;
 /// Rounding of the sum of the forces of all triangles [part of the sum of their lengths].
 const SUM: f64 = 1e-4;
+
+/// Rounding of the energy of all pins [its part].
+const SUM_OF_PINS: f64 = 64.0 * f32::EPSILON as f64;
 
 /// Ticks an engine and checks each tick.
 #[derive(Debug, Clone)]
@@ -104,6 +108,21 @@ impl<'m> Monitor<'m> {
         held
     }
 
+    /// Pins the surface around a point, see [`Engine::pin_at`]; a body at rest stays so.
+    ///
+    /// # Errors
+    /// The kernel's refusal.
+    pub fn pin_at(
+        &mut self,
+        engine: &mut Engine<'m>,
+        (point_m, radius_m): ([f32; 3], f32),
+        stiffness_n_per_m: f32,
+    ) -> Result<u16, PinError> {
+        let pin = engine.pin_at(point_m, radius_m, stiffness_n_per_m)?;
+        self.rest = self.rest.map(|_| engine.state_hash());
+        Ok(pin)
+    }
+
     /// One tick with this number of sweeps, 0 for a late one, `None` for the settings' number; checked.
     pub fn tick(
         &mut self,
@@ -155,6 +174,12 @@ impl<'m> Monitor<'m> {
                 self.tools.nearest(engine, &self.exact, met, &output)
             }
         };
+        // The pins' energy is the kernel's own, of the positions that are checked.
+        let of_pins = engine.pins().into_iter().filter_map(|pin| engine.pin_output(pin));
+        let pins_j: f64 = of_pins.map(|pin| f64::from(pin.energy_j)).sum();
+        self.last.tissue_j += pins_j;
+        self.last.energy_j += pins_j;
+        self.last.allowance_j += SUM_OF_PINS * pins_j;
         let Stored { tissue_j, energy_j, allowance_j, .. } = self.last;
         self.checks.look(&Seen {
             level_j: output.energy_j.into(),

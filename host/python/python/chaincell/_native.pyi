@@ -208,6 +208,50 @@ class Tissue:
 
         >>> tissue.grip()
         >>> tissue.let_go(ticks=20)"""
+    def pin_at(
+        self, point_m: npt.ArrayLike, radius_m: float, stiffness_n_per_m: float | None = None
+    ) -> int:
+        """Pins the surface around a point where it is now: it is held in the world. Returns the pin's number.
+
+        - `point_m`: the point [m], (3,).
+        - `radius_m`: radius around it [m].
+        - `stiffness_n_per_m`: stiffness of the pin [N/m]; rigid by default.
+
+        Pinning makes no force. Raises `Refused` where no surface is near enough, or without tools.
+
+        >>> pin = tissue.pin_at([0.0, 0.0, 0.05], 0.02)
+        >>> pin in tissue.pins
+        True"""
+    def pin(self, tool: int = 0, stiffness_n_per_m: float | None = None) -> int:
+        """Pins what a tool grips, or what it touches, where it is now. Returns the pin's number.
+
+        - `tool`: its number from 0. It keeps its grip: `let_go` passes its pull to the pin.
+        - `stiffness_n_per_m`: stiffness of the pin [N/m]; rigid by default.
+
+        Raises `Refused` where it touches nothing.
+
+        >>> pin = tissue.pin(tool=0)"""
+    def unpin(self, pin: int, ticks: int = 20) -> None:
+        """Releases a pin; its force falls to 0, and it is gone.
+
+        - `pin`: its number.
+        - `ticks`: length of the fall in ticks, 1 to 65,535.
+
+        Raises `Refused` where no pin has this number.
+
+        >>> tissue.unpin(tissue.pin(), ticks=20)"""
+    def pin_force_n(self, pin: int) -> npt.NDArray[np.float64] | None:
+        """Force of the tissue on a pin [N], float64 (3,); None without such a pin.
+
+        `pin` is its number.
+
+        >>> tissue.pin_force_n(tissue.pin())
+        array([0., 0., 0.])"""
+    @property
+    def pins(self) -> list[int]:
+        """The numbers of the pins, in the order in which they were set.
+
+        >>> pins = tissue.pins"""
     def snapshot(self) -> bytes:
         """Returns the whole state as bytes, for `restore`.
 
@@ -602,6 +646,39 @@ class Session:
         ... except chaincell.Refused:
         ...     print("it holds nothing")
         it holds nothing"""
+    def pin(
+        self,
+        tool: int = 0,
+        stiffness_n_per_m: float | None = None,
+        *,
+        timeout_s: float = 5.0,
+    ) -> Reply:
+        """Pins what a tool grips, or what it touches, where it is now: it is held in the world.
+
+        - `tool`: its number from 0.
+        - `stiffness_n_per_m`: stiffness of the pin [N/m]; rigid by default.
+
+        The pin takes the lowest free number, from 0.
+        Raises `Refused` where the server does not, `NoReply` without a reply within `timeout_s` [s].
+
+        >>> try:
+        ...     session.pin(tool=0)
+        ... except chaincell.Refused:
+        ...     print("it touches nothing")
+        it touches nothing"""
+    def unpin(self, pin: int, ticks: int = 20, *, timeout_s: float = 5.0) -> Reply:
+        """Releases a pin; its force falls to 0, and it is gone.
+
+        - `pin`: its number.
+        - `ticks`: length of the fall in ticks, 1 to 65,535.
+
+        Raises `Refused` where the server does not, `NoReply` without a reply within `timeout_s` [s].
+
+        >>> try:
+        ...     session.unpin(0, ticks=20)
+        ... except chaincell.Refused:
+        ...     print("there is no such pin")
+        there is no such pin"""
     def set(
         self,
         *,

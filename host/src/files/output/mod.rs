@@ -3,6 +3,7 @@
 mod cells;
 mod contacts;
 mod force;
+mod pins;
 mod pressure;
 mod series;
 mod tools;
@@ -21,6 +22,7 @@ use crate::input;
 pub use cells::cells_csv;
 pub use contacts::ContactRows;
 pub use force::{Answer, force_csv};
+pub use pins::{PinCourse, PinRows};
 pub use series::{SERIES, pvd, state_name};
 pub use tools::ToolRows;
 pub use vtu::vtu;
@@ -141,6 +143,7 @@ fn is_ours(name: &str) -> bool {
         "picture.png",
         "contacts.csv",
         "tools.csv",
+        "pins.csv",
         "path.csv",
         recording::TRACE,
         "final.vtu",

@@ -115,6 +115,11 @@ impl Recording {
         Some(begun)
     }
 
+    /// Adds an executed command.
+    pub fn add_command(&mut self, record: &CommandRecord) {
+        self.bytes.extend(self.writer.command(record));
+    }
+
     /// Adds an executed tick.
     pub fn add(&mut self, record: &Record) {
         self.bytes.extend(self.writer.record(record));

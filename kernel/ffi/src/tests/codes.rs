@@ -7,7 +7,7 @@ use std::vec::Vec;
 
 use chaincell_kernel::ContactError;
 use chaincell_kernel::float_env::FloatEnvironmentError;
-use chaincell_kernel::{ModelError, RangeError, ResetError, SettingsError, StateError};
+use chaincell_kernel::{ModelError, PinError, RangeError, ResetError, SettingsError, StateError};
 
 use super::call;
 use crate::code::Refusal;
@@ -36,6 +36,7 @@ fn numbers_do_not_change() {
         .chain(120..=127)
         .chain(140..=148)
         .chain(160..=162)
+        .chain(180..=185)
         .map(|number: i32| -number)
         .collect();
     assert_eq!(numbers, promised);
@@ -65,6 +66,12 @@ fn numbers_do_not_change() {
         (Code::SnapshotRoom, -148),
         (Code::CutModel, -160),
         (Code::CutFace, -162),
+        (Code::PinTools, -180),
+        (Code::PinValue, -181),
+        (Code::PinReach, -182),
+        (Code::PinRoom, -183),
+        (Code::PinNothingHeld, -184),
+        (Code::PinUnknown, -185),
     ];
     assert!(named.iter().all(|&(code, number)| code as i32 == number));
 }
@@ -87,7 +94,7 @@ fn the_version_names_the_layout() {
     let sizes = [size_of::<Budget>(), size_of::<Output>(), size_of::<Settings>()];
     assert_eq!((chaincell_version(), sizes), (0x0a00, [3 * size_of::<usize>(), 56, 32]));
     let of_tools = [size_of::<ToolPart>(), size_of::<ToolPose>(), size_of::<ToolOutput>()];
-    assert_eq!((of_tools, size_of::<ContactForce>(), size_of::<Room>()), ([44, 32, 32], 56, 20));
+    assert_eq!((of_tools, size_of::<ContactForce>(), size_of::<Room>()), ([44, 32, 32], 56, 24));
     assert_eq!(chaincell_version(), VERSION);
 }
 
@@ -161,6 +168,14 @@ fn every_error_of_the_kernel_keeps_what_it_names() {
     let least = Detail { limit: 0.5, ..none };
     becomes(ContactError::RadiusMin { min_m: 0.5 }, Code::ContactRadiusMin, least);
     becomes(ContactError::CannotCut, Code::CutRoom, none);
+    becomes(PinError::Model, Code::ContactModel, none);
+    becomes(PinError::Unbuilt, Code::PinRoom, sizes(1, 0));
+    becomes(PinError::NoTools, Code::PinTools, none);
+    becomes(PinError::Value, Code::PinValue, none);
+    becomes(PinError::Reach { nearest_m: 0.25 }, Code::PinReach, limit);
+    becomes(PinError::Room { needed: 9, capacity: 8 }, Code::PinRoom, sizes(9, 8));
+    becomes(PinError::NothingHeld(3), Code::PinNothingHeld, at(0, 3));
+    becomes(PinError::Unknown(3), Code::PinUnknown, none);
     becomes(StateError::Model, Code::StateModel, none);
     becomes(StateError::Count { needed: 81, given: 8 }, Code::StateCount, sizes(81, 8));
     becomes(StateError::Position(80), Code::StatePosition, at(0, 80));

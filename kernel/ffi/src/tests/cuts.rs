@@ -11,7 +11,7 @@ use crate::{CUT_TOOL_BYTES, Code, Cuts, Detail, Face, Room, Scheme, ToolPart, To
 /// --cut-spare 0.3 --toughness-j-per-m2 10`.
 static BLADE: &[u8] = include_model!("../../../../tests/data/blade5.chaincell");
 
-const ROOM: Room = Room { contacts: 0, tools: 1, triangles: 64, samples: 0, cuts: 1 };
+const ROOM: Room = Room { contacts: 0, tools: 1, triangles: 64, samples: 0, cuts: 1, pins: 0 };
 
 /// A body at rest.
 fn placed(room: &Room) -> Made {

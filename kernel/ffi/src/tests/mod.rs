@@ -5,6 +5,7 @@ mod codes;
 mod contacts;
 mod cuts;
 mod images;
+mod pins;
 mod pointers;
 mod relaxed;
 mod settings;

@@ -12,7 +12,8 @@ use crate::{Code, Room, SHAPE_ALIGN, Scheme, Settings, TOOL_BYTES, TOUCH_BYTES};
 pub(super) static SURFACE: &[u8] = include_model!("../../../../tests/data/touch6.chaincell");
 
 /// What the tests of tools have room for.
-pub(super) const ROOM: Room = Room { contacts: 2, tools: 2, triangles: 256, samples: 300, cuts: 0 };
+pub(super) const ROOM: Room =
+    Room { contacts: 2, tools: 2, triangles: 256, samples: 300, cuts: 0, pins: 0 };
 
 /// Bytes of a tool.
 const TOOL: usize = TOOL_BYTES + EDGE_BYTES;
@@ -38,7 +39,7 @@ pub(super) fn placed(scheme: Scheme, room: &Room) -> Made {
 fn every_count_takes_its_bytes() {
     let of = |room: Room| size_of_body(SURFACE, Scheme::Track as i32, &room).1;
     let plain = of(holding(2));
-    let one = Room { contacts: 2, tools: 1, triangles: 4, samples: 4, cuts: 0 };
+    let one = Room { contacts: 2, tools: 1, triangles: 4, samples: 4, cuts: 0, pins: 0 };
     let fixed = of(one) - plain - 144 * 24 - TOOL - 4 * (28 + 104);
     assert!(fixed <= TOUCH_BYTES && TOUCH_BYTES - fixed < 512, "{fixed}");
     // Sizes are rounded to multiples of 16.
@@ -54,7 +55,14 @@ fn every_count_takes_its_bytes() {
 
 #[test]
 fn room_that_cannot_be_is_refused() {
-    let room = |tools, triangles, samples| Room { contacts: 2, tools, triangles, samples, cuts: 0 };
+    let room = |tools, triangles, samples| Room {
+        contacts: 2,
+        tools,
+        triangles,
+        samples,
+        cuts: 0,
+        pins: 0,
+    };
     let mut storage = std::vec![Block([0; BLOCK]); 4096];
     let mut code = |scheme: Scheme, room: Room| {
         let there = (storage.as_mut_ptr(), 4096 * 64);

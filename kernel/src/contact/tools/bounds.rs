@@ -3,7 +3,7 @@
 use crate::backend::slice_set::SliceSet;
 use crate::backend::slices::cells_of;
 use crate::contact::memory::{TouchArrays, TouchState};
-use crate::energy::surface::{NearTriangle, Proxies};
+use crate::energy::surface::{NearTriangle, PinSample, Proxies};
 use crate::model::Model;
 use crate::number::two_float::LANES;
 
@@ -16,14 +16,16 @@ fn factors<'m>(model: &Model<'m>) -> &'m [f32] {
     elastic.map_or(&[][..], |level| level.factors)
 }
 
-/// Adds the tools' part to the bounds of the cells at the triangles in reach.
+/// Adds the part of tools and pins to the bounds of the cells at the triangles in reach and at pinned samples.
 pub(super) fn enclose(model: &Model<'_>, arrays: &mut TouchArrays<'_>, count: usize) {
+    let pinned = arrays.pins().len();
     let Some(state) = arrays.state.first_mut() else { return };
+    let pins = arrays.pins.get(..pinned).unwrap_or(&[]);
     // Start from the model's bounds.
     let slices = model.slice_count();
     if state.is_filled {
         restore(model, state, arrays.mobility, arrays.factors);
-    } else if count > 0 || Proxies(arrays.tools).fronts().next().is_some() {
+    } else if count > 0 || Proxies(arrays.tools).fronts().next().is_some() || pinned > 0 {
         arrays.mobility.copy_from(model.mobility);
         arrays.factors.copy_from(factors(model));
         state.is_filled = true;
@@ -37,6 +39,9 @@ pub(super) fn enclose(model: &Model<'_>, arrays: &mut TouchArrays<'_>, count: us
     }
     for sample in Proxies(arrays.tools).fronts() {
         sample.corners.iter().for_each(|&cell| state.slices.insert(usize::from(cell) / LANES));
+    }
+    for cell in pins.iter().flat_map(|pin| pin.corners) {
+        state.slices.insert(usize::from(cell) / LANES);
     }
     for cell in state.slices.iter(slices).flat_map(|slice| cells_of(slice, model.cells())) {
         if let Some(bound) = arrays.mobility.get_mut(cell) {
@@ -57,6 +62,11 @@ pub(super) fn enclose(model: &Model<'_>, arrays: &mut TouchArrays<'_>, count: us
             if let Some(bound) = arrays.mobility.get_mut(usize::from(cell)) {
                 *bound += weight * sample.stiffness;
             }
+        }
+    }
+    for (cell, weight) in pins.iter().flat_map(PinSample::bounds) {
+        if let Some(bound) = arrays.mobility.get_mut(cell) {
+            *bound += weight;
         }
     }
     // Combine them with the cells' bounds in the model.
@@ -81,9 +91,14 @@ fn bound(near: &NearTriangle) -> f32 {
     if near.held > 0 { third + third } else { third }
 }
 
-/// Corners of triangles, each with its part in the bound.
-pub(super) fn of_corners(near: &[NearTriangle]) -> impl Iterator<Item = (usize, f32)> {
-    near.iter().flat_map(|near| near.corners.map(|cell| (cell.into(), ROUNDED_UP * bound(near))))
+/// Corners of triangles and of pinned samples, each with its part in the bound.
+pub(super) fn of_corners(
+    near: &[NearTriangle],
+    pins: &[PinSample],
+) -> impl Iterator<Item = (usize, f32)> {
+    let of_near = near.iter().flat_map(|near| near.corners.map(|cell| (cell.into(), bound(near))));
+    let all = of_near.chain(pins.iter().flat_map(PinSample::bounds));
+    all.map(|(cell, part)| (cell, ROUNDED_UP * part))
 }
 
 /// Restores the model's bounds at the cells of the last tick's triangles.

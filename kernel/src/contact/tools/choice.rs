@@ -83,7 +83,9 @@ pub(crate) fn choose(
         let proxy = Proxy::with_edge(parts, edge.unwrap_or(Edge::NONE));
         *slot = ToolState { proxy, ..ToolState::NONE };
     }
+    let holds_pins = !arrays.pins().is_empty();
     for state in &mut *arrays.state {
+        state.pins_changed |= holds_pins;
         (state.tools, state.friction) = (tools.len(), friction);
         (state.count, state.anchors) = (0, 0);
     }

@@ -38,6 +38,7 @@
 //! - `energies`, `bounds`: contact energy of the tools, and stability bounds of the cells under them.
 //! - `anchors`: friction and grips from tick to tick.
 //! - `felt`: the contact whose force is published; `forces`: the contacts of each triangle.
+//! - `pins`: pins from tick to tick.
 //! - `choice`: tools are chosen.
 
 mod anchors;
@@ -49,6 +50,7 @@ mod engagement;
 mod felt;
 mod forces;
 mod hold_back;
+mod pins;
 mod proxy_step;
 mod search;
 mod sieve;
@@ -60,7 +62,7 @@ use super::memory::{TouchArrays, TouchRoom};
 use super::output::ToolOutput;
 use super::pose::ToolPose;
 use crate::energy::residual::{Terms, places};
-use crate::energy::surface::{Proxies, TOOLS_MAX, ToolState};
+use crate::energy::surface::{PINS_ARE_BUILT, Proxies, TOOLS_MAX, ToolState};
 use crate::model::Model;
 use crate::number::cell::{add, dot, scale, sub};
 use crate::number::clamp::finite;
@@ -79,6 +81,9 @@ pub use choice::FRICTION_MAX;
 pub(crate) use choice::{check, choose};
 pub use forces::ContactForce;
 pub(crate) use forces::forces;
+pub(crate) use pins::{NewPin, pin_held};
+#[cfg(feature = "cut")]
+pub(crate) use pins::{drop_empty, energy_of_pins, rise_of_pins};
 
 /// Tools on the surface.
 pub(crate) struct Tools<'a> {
@@ -97,10 +102,36 @@ impl Tools<'_> {
                 self.leave(context);
             }
             *self.resisted = Some(0);
+            self.memory.note_pins();
         }
-        if context.is_engaged && self.press(context, poses) {
+        let is_held = self.hold(context);
+        let is_moved = context.is_engaged && self.press(context, poses);
+        if is_held
+            && !is_moved
+            && let Some(mut arrays) = self.memory.arrays(context.state.len())
+        {
+            let count = arrays.near().len();
+            bounds::enclose(context.terms.model, &mut arrays, count);
+        }
+        if is_moved || is_held {
             self.prepare(context);
         }
+    }
+
+    /// Fades the released pins. Returns true if bounds and coarse level have to be found anew for the pins.
+    fn hold<D: Dynamics>(&mut self, context: &mut Context<'_, '_, D>) -> bool {
+        if !PINS_ARE_BUILT || context.is_late {
+            return false;
+        }
+        let Some(mut arrays) = self.memory.arrays(context.state.len()) else { return false };
+        let change = pins::fade(&mut arrays, &places(context.terms.model, context.state));
+        let holds = !arrays.pins().is_empty();
+        let Some(state) = arrays.state.first_mut() else { return false };
+        let is_new = core::mem::take(&mut state.pins_changed) || (holds && !state.is_filled);
+        if let Some(change) = change.filter(|change| *change != TwoFloat::ZERO) {
+            context.disturb(change);
+        }
+        is_new || change.is_some()
     }
 
     pub fn acting<D: Dynamics>(&mut self, context: &Context<'_, '_, D>) -> Acting<'_, D::Number> {
@@ -175,12 +206,13 @@ impl Tools<'_> {
         let model = context.terms.model;
         let at = places(model, context.state);
         let Some(mut arrays) = self.memory.arrays(context.state.len()) else { return };
-        let bounds = bounds::of_corners(arrays.near());
+        let bounds = bounds::of_corners(arrays.near(), arrays.pins());
         *self.resisted = D::resist(model, context.coarse_memory, bounds);
         let [coarse, ..] = core::mem::take(&mut arrays.coarse) else { return };
-        let (near, anchors) = (arrays.near(), arrays.anchors());
+        let (near, anchors, pins) = (arrays.near(), arrays.anchors(), arrays.pins());
         let terms = Terms::of(model, context.terms.states);
-        coarse.prepare(terms, Under { tools: Proxies(arrays.tools), near, anchors }, &at);
+        let under = Under { tools: Proxies(arrays.tools), near, anchors, pins };
+        coarse.prepare(terms, under, &at);
     }
 
     /// Releases all tools and removes their contact energy from the level.

@@ -33,6 +33,7 @@
 //! - `solid`, `proxy`: the parts of a tool, and the tool as the tissue meets it.
 //! - `edge`: the edge of a blade; `scissors`: where it lies between the blades of scissors.
 //! - `friction`: anchors of samples in contact, and grips.
+//! - `pins`: samples that are held to the world.
 //! - `near`: a triangle in reach; [`contact`](crate::contact) finds them.
 //! - `press`: force of a part on the samples of a triangle.
 //! - `meeting`: energy, force, torque and stiffness of a tool over its triangles.
@@ -43,6 +44,7 @@ mod edge;
 mod friction;
 mod meeting;
 mod near;
+mod pins;
 mod press;
 mod proxy;
 mod samples;
@@ -58,10 +60,12 @@ pub(crate) use edge::{Edge, EdgeSample};
 pub use friction::Anchor;
 pub(crate) use meeting::Meeting;
 pub use near::NearTriangle;
+pub use pins::PINS_ARE_BUILT;
+pub use pins::PinSample;
 pub(crate) use press::each_met;
 pub(crate) use proxy::Proxy;
 pub use proxy::{PARTS_MAX, TOOLS_MAX};
-pub(crate) use samples::Sample;
+pub(crate) use samples::{Sample, each as each_sample};
 pub use scissors::Scissors;
 pub(crate) use scissors::{COUNT_RAD, Crossing};
 pub(crate) use solid::Solid;

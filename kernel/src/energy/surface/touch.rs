@@ -6,6 +6,7 @@ use core::cell;
 use super::BUILT;
 use super::friction::Anchor;
 use super::near::NearTriangle;
+use super::pins::PinSample;
 use super::press::at_corners;
 use super::tool::Proxies;
 use crate::backend::f32x8::{Chunk, F32x8};
@@ -18,12 +19,13 @@ use crate::model::terms::Keeps;
 use crate::number::cell::Cell;
 use crate::number::two_float::LANES;
 
-/// The tools and their triangles in a tick.
+/// The tools, their triangles and the pins in a tick.
 #[derive(Clone, Copy)]
 pub(crate) struct Touching<'a> {
     pub tools: Proxies<'a>,
     pub near: &'a [NearTriangle],
     pub anchors: &'a [Anchor],
+    pub pins: &'a [PinSample],
     /// The slices that contain corners of these triangles.
     pub slices: &'a SliceSet,
     /// 1 / W of every cell with the tools' part.
@@ -52,6 +54,31 @@ impl Touching<'_> {
             }
         }
         self.pull_edges(at);
+        self.pull_pins(at);
+    }
+
+    /// Adds the pins.
+    fn pull_pins(&self, at: &impl Fn(usize) -> [f32; 3]) {
+        for pin in self.pins {
+            let pulled = pin.pull(at);
+            self.spread(pin.corners.iter().zip(pin.weights), pulled.force, pulled.energy);
+        }
+    }
+
+    /// Adds a force and an energy to cells with these weights.
+    #[inline(always)]
+    fn spread<'c>(
+        &self,
+        cells: impl Iterator<Item = (&'c u16, f32)>,
+        [x, y, z]: [f32; 3],
+        energy: f32,
+    ) {
+        let all = Cell([x, y, z, 8.0 * energy]);
+        for (&cell, weight) in cells {
+            if let Some(pull) = self.pulls.get(usize::from(cell)) {
+                pull.set(pull.get().plus(Cell(all.0.map(|part| weight * part))));
+            }
+        }
     }
 
     /// Adds the edges of blades.
@@ -59,13 +86,8 @@ impl Touching<'_> {
         for edge in self.tools.edges() {
             for sample in edge.fronts() {
                 let Some(pressed) = sample.press(edge.forward(), at) else { continue };
-                let [x, y, z] = pressed.force;
-                let all = Cell([x, y, z, 8.0 * pressed.energy]);
-                for (&cell, weight) in sample.corners.iter().zip(sample.weights) {
-                    if let Some(pull) = self.pulls.get(usize::from(cell)) {
-                        pull.set(pull.get().plus(Cell(all.0.map(|part| weight * part))));
-                    }
-                }
+                let cells = sample.corners.iter().zip(sample.weights);
+                self.spread(cells, pressed.force, pressed.energy);
             }
         }
     }

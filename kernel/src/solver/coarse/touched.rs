@@ -29,7 +29,7 @@ use super::turns::turned_with;
 use super::under::{Mean, OF_SAMPLE, OneSample, Under};
 use crate::backend::f32x8::F32x8;
 use crate::energy::residual::Terms;
-use crate::energy::surface::NearTriangle;
+use crate::energy::surface::{NearTriangle, PinSample};
 use crate::model::coarse_basis::CoarseBasis;
 use crate::number::cell::{add, dot, scale};
 use crate::number::kept::{Kept, Pass};
@@ -91,7 +91,7 @@ impl CoarseTouch {
             return;
         };
         // Take the samples of each triangle as one.
-        let mut holds = false;
+        let mut holds = !under.pins.is_empty();
         for (index, near) in under.near.iter().enumerate() {
             let mean = Mean::of(under, near, place).unwrap_or(Mean::NONE);
             holds |= mean.stiffness[1] > 0.0;
@@ -106,6 +106,7 @@ impl CoarseTouch {
             }
         }
         of_edges(&basis, under, place, |sample| self.take_in(sample, holds));
+        of_pins(&basis, under, |sample| self.take_in(sample, holds));
         let count = self.count;
         if !holds {
             for way in self.ways.iter_mut().take(count) {
@@ -121,6 +122,7 @@ impl CoarseTouch {
             }
         }
         of_edges(&basis, under, place, |sample| self.stiffen(sample));
+        of_pins(&basis, under, |sample| self.stiffen(sample));
         cholesky(&mut self.lower, count);
         let functions = self.functions;
         for (way, &function) in self.ways.iter_mut().zip(&functions).take(count) {
@@ -379,6 +381,13 @@ fn of_edges(
     for edge in under.tools.edges() {
         let pressing = edge.fronts().filter(|sample| sample.press(edge.forward(), place).is_some());
         pressing.for_each(|sample| each(&OneSample::of_edge(basis, sample, edge.forward())));
+    }
+}
+
+/// Calls `each` for the pinned samples, those of a triangle as one.
+fn of_pins(basis: &CoarseBasis<'_>, under: Under<'_>, mut each: impl FnMut(&OneSample)) {
+    for pins in under.pins.chunk_by(PinSample::is_with) {
+        each(&OneSample::of_pins(basis, pins));
     }
 }
 

@@ -1,6 +1,8 @@
 //! The samples of a triangle under a tool, taken as one, for an elastic coarse level.
 
-use crate::energy::surface::{Anchor, EdgeSample, NearTriangle, Proxies, Solid, each_met};
+use crate::energy::surface::{
+    Anchor, EdgeSample, NearTriangle, PinSample, Proxies, Solid, each_met,
+};
 use crate::model::coarse_basis::CoarseBasis;
 use crate::number::cell::{add, dot, scale, sub};
 use crate::number::sqrt::sqrt;
@@ -30,12 +32,13 @@ pub(super) struct OneSample {
     count: usize,
 }
 
-/// The contacts of tools in a tick.
+/// The contacts of tools in a tick, and the pins.
 #[derive(Clone, Copy)]
 pub(crate) struct Under<'a> {
     pub tools: Proxies<'a>,
     pub near: &'a [NearTriangle],
     pub anchors: &'a [Anchor],
+    pub pins: &'a [PinSample],
 }
 
 fn sum(shares: [f32; 3]) -> f32 {
@@ -105,6 +108,17 @@ impl OneSample {
     pub fn of_edge(basis: &CoarseBasis<'_>, sample: &EdgeSample, forward: [f32; 3]) -> Self {
         let mean = Mean { stiffness: [sample.stiffness, 0.0], normal: forward, ..Mean::NONE };
         Self::at(basis, sample.corners.iter().zip(sample.weights), 1.0, mean)
+    }
+
+    /// The pinned samples of one triangle.
+    pub fn of_pins(basis: &CoarseBasis<'_>, pins: &[PinSample]) -> Self {
+        let (mut shares, corners) = ([0.0; 3], pins.first().map_or([0; 3], |pin| pin.corners));
+        for pin in pins {
+            shares = add(shares, scale(pin.stiffness(), pin.weights));
+        }
+        let whole = sum(shares);
+        let mean = Mean { stiffness: [whole; 2], shares, ..Mean::NONE };
+        Self::at(basis, corners.iter().zip(shares), whole, mean)
     }
 
     /// A sample between cells, with the share of each in the whole.

@@ -56,7 +56,7 @@ pub(super) fn balance(body: &mut Body<'_, '_>, own: &mut [Cell]) -> bool {
     // passes.
     let slices = model.slice_count();
     let Awake { set: core, spread: around, .. } = &mut *body.awake;
-    in_contact(&touching, slices, at, core);
+    in_contact(&Touching { pins: &[], ..touching }, slices, at, core);
     with_neighbours(model, core, around);
     let count = around.iter(slices).count();
     if count == 0 || 3 * PASSES * count > 2 * slices {

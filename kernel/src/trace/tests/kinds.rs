@@ -116,11 +116,18 @@ fn a_record_that_was_not_finished_is_a_cut() {
     }
 }
 
-/// A release without grips does not know kind 5, and takes no such record for another command.
+/// A release without grips and pins does not know kind 5, and takes no such record for another command.
 #[test]
 fn commands_to_a_tool_are_of_a_kind_of_their_own() {
-    let grips = [Command::Grip { tool: 3 }, Command::LetGo { tool: 3, ticks: 40 }];
-    for command in [grips[0], grips[1], Command::Reset] {
+    let stiffness_n_per_m = f32::INFINITY;
+    let grips = [
+        Command::Grip { tool: 3 },
+        Command::LetGo { tool: 3, ticks: 40 },
+        Command::Pin { tool: 3, stiffness_n_per_m: 20.0 },
+        Command::Unpin { pin: 7, ticks: 20 },
+        Command::PinAt { point_m: [0.1, -0.2, 0.3], radius_m: 0.01, stiffness_n_per_m },
+    ];
+    for command in grips.into_iter().chain([Command::Reset]) {
         let mut trace = vec![0; header_bytes(HELD.len())];
         let (mut writer, _) = Writer::begin(&header(), &held().0, &mut trace).unwrap();
         let record = CommandRecord { tick: 1000, command, state_hash: Some(9) };

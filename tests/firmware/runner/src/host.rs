@@ -151,6 +151,7 @@ fn with<D: Dynamics, A: Act>(ready: &Ready, act: A) -> A::Output {
         pulls: &mut pulls,
         near: &mut near,
         anchors: &mut anchors,
+        pins: &mut [],
         coarse: &mut coarse,
         tools: &mut tools,
         state: &mut state,
