@@ -16,7 +16,7 @@ const CONNECT: Duration = Duration::from_secs(2);
 /// Key of the handshake and its answer: the example of RFC 6455, section 1.3. A key protects caches between
 /// both ends, and there are none on one machine.
 const KEY: &str = "dGhlIHNhbXBsZSBub25jZQ==";
-/// The answer to [`KEY`].
+/// The answer to that key.
 pub const ACCEPT: &str = "s3pPLMBiTxaQ9kYGzzhZRbK+xOo=";
 /// Largest head of an answer, and largest message \[bytes\].
 const HEAD_BYTES_MAX: usize = 8 << 10;
