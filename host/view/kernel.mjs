@@ -9,7 +9,7 @@ const PAGE_BYTES = 65536;
 export const TRIANGLES = 1024;
 export const SAMPLES = 2048;
 /** Bytes of the interface's structs; `model` is CHAINCELL_MODEL_BYTES. */
-export const BYTES = { model: 656, detail: 20, info: 64, settings: 32, room: 20, budget: 12, pose: 32, output: 56, part: 44, contact: 56 };
+export const BYTES = { model: 656, detail: 20, info: 64, settings: 32, room: 24, budget: 12, pose: 32, output: 56, part: 44, contact: 56 };
 /** Most parts of a tool. */
 const PARTS_MAX = 8;
 /** Most sweeps that a tick may be asked for. */
@@ -54,13 +54,13 @@ export class Tissue {
     const settings = this.take(BYTES.settings, 16);
     this.check(this.exports.chaincell_settings_default(this.model, scheme, settings));
     this.view().setUint32(settings, SWEEPS_MAX, true);
-    this.make({ scheme, settings, room: heldCells ? [heldCells, 0, 0, 0, 0] : [0, TOOLS_MAX, TRIANGLES, SAMPLES, 0] });
+    this.make({ scheme, settings, room: heldCells ? [heldCells, 0, 0, 0, 0, 0] : [0, TOOLS_MAX, TRIANGLES, SAMPLES, 0, 0] });
   }
 
-  /** Makes the tissue, with settings at an address and the five numbers of a chaincell_room. */
+  /** Makes the tissue, with settings at an address and the six numbers of a chaincell_room. */
   make({ scheme, settings, room }) {
     const roomAt = this.take(BYTES.room, 16);
-    new Uint32Array(this.memory.buffer, roomAt, 5).set(room);
+    new Uint32Array(this.memory.buffer, roomAt, 6).set(room);
     this.check(this.exports.chaincell_model_size(this.model, scheme, roomAt, this.result, this.result + 4));
     const [bytes, align] = new Uint32Array(this.memory.buffer, this.result, 2);
     const storage = this.take(bytes, align);

@@ -14,7 +14,7 @@ export class Player extends Tissue {
     const tools = recording.tools;
     this.words = this.take(BYTES.settings, 16);
     this.lists = this.take(4 * Math.max(recording.parts.length, recording.held.length, 1), 16);
-    const room = tools ? [0, tools, TRIANGLES, SAMPLES, 0] : [recording.held.length, 0, 0, 0, 0];
+    const room = tools ? [0, tools, TRIANGLES, SAMPLES, 0, 0] : [recording.held.length, 0, 0, 0, 0, 0];
     this.#put(this.words, recording.settings);
     this.make({ scheme: recording.scheme, settings: this.words, room });
     this.choose();

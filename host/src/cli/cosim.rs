@@ -27,6 +27,7 @@ use crate::bake::{ORGAN_POISSON, ORGAN_SIZE, ORGAN_YOUNG_PA, organ};
 use crate::engine::convergence::{Convergence, ForceError};
 use crate::engine::course::{ToolCourse, largest_n};
 use crate::engine::cut::report::CutReport;
+use crate::engine::estimates::ForceEstimate;
 use crate::engine::flag_ticks::FlagTicks;
 use crate::engine::motion::Pose;
 use crate::engine::staged::{Staged, check_tick};
@@ -137,6 +138,9 @@ struct CosimSummary {
     stage: Option<StageReport>,
     /// None for a session that was not recorded, or without a force.
     force_error: Option<ForceError>,
+    /// The tissue's own estimate, if it is known.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    force_error_estimate: Option<ForceEstimate>,
     /// How near the tool came that never touched the body.
     never_touched: Option<Untouched>,
     load: Option<LoadReport>,
@@ -399,6 +403,7 @@ fn summary(
         tissue: args.tissue.report(tissue.engine()),
         stage: args.stage.report()?,
         force_error: replayed.force_error,
+        force_error_estimate: serve.force_error_estimate,
         never_touched: replayed.never_touched,
         load: None,
         judgement,

@@ -260,6 +260,11 @@ fn print(args: &Args, report: &FollowReport) -> Result<()> {
     if args.print.json {
         return terminal::say_json(report);
     }
+    if report.was_killed {
+        terminal::note(
+            "note: the session has no end: its server was killed, or the trace is a part of it",
+        );
+    }
     let cuts = counted(report.cuts, "cut");
     terminal::say(format_args!(
         "{} followed, {} state hashes equal, {cuts}, at most {} behind",

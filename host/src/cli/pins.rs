@@ -60,8 +60,9 @@ impl PinArgs {
 
 /// Reads a stiffness \[N/m\].
 pub fn stiffness(text: &str) -> std::result::Result<f32, String> {
-    let number = text.parse::<f32>().ok().filter(|x| *x > 0.0);
-    number.ok_or_else(|| "give a stiffness above 0 in N/m, or none for a rigid pin".to_owned())
+    let number = text.parse::<f32>().ok().filter(|x| *x >= 1e-6);
+    number
+        .ok_or_else(|| "give a stiffness of at least 1e-6 N/m, or none for a rigid pin".to_owned())
 }
 
 /// Reads a pin.
@@ -107,8 +108,9 @@ mod tests {
             ("0,0,x,0.006", "as in 0,0,0.04,0.006"),
             ("0,0,nan,0.006", "as in 0,0,0.04,0.006"),
             ("0,0,0.04,0", "above 0"),
-            ("0,0,0.04,0.006,0", "above 0 in N/m"),
-            ("0,0,0.04,0.006,nan", "above 0 in N/m"),
+            ("0,0,0.04,0.006,0", "at least 1e-6 N/m"),
+            ("0,0,0.04,0.006,1e-9", "at least 1e-6 N/m"),
+            ("0,0,0.04,0.006,nan", "at least 1e-6 N/m"),
             ("0,0,0.04,0.006,2,3", "as in 0,0,0.04,0.006"),
         ] {
             let why = place(bad).unwrap_err();

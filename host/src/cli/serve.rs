@@ -93,12 +93,12 @@ pub struct Args {
     pub record: Option<PathBuf>,
     #[command(flatten)]
     pub pins: PinArgs,
-    /// Go on from a snapshot of `chaincell command snapshot`, with the options of its session; its
+    /// Go on from a snapshot of `chaincell command snapshot`, with the options of its session but --pin; its
     /// controller needs to release no tool first
     #[arg(long, value_name = "FILE")]
     pub restore: Option<PathBuf>,
     /// Stand by for the server that records this trace or folder: follow it, and go on in its place if it is
-    /// killed; with the options of its session. Its controller keeps its place, and feels no force before it
+    /// killed; with the options of its session but --pin. Its controller keeps its place, and feels no force before it
     /// has released its tools
     #[arg(long, value_name = "SESSION", conflicts_with = "restore")]
     pub stand_by: Option<PathBuf>,

@@ -228,7 +228,7 @@ impl Mirror {
         let beside = self.place.trace.with_file_name(MODEL);
         let path = self.place.model.as_ref().unwrap_or(&beside);
         fs::read(path).map_err(|why| {
-            let remedy = "name the model with --model, here or at the follower";
+            let remedy = "name the model with --model of `chaincell mirror`";
             Error::file("read model", path, format_args!("{why}; {remedy}"))
         })
     }

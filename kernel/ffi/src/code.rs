@@ -170,7 +170,7 @@ chaincell_kernel::codes! {
         /// Pins hold the surface that tools touch, and no tools are chosen.
         PinTools = -180, c"pins hold the surface that tools touch: choose tools first";
         /// Point, radius or stiffness of a pin cannot be.
-        PinValue = -181, c"a pin's point must be finite, its radius finite and above 0, its stiffness above 0";
+        PinValue = -181, c"a pin's point must be finite, its radius finite and above 0, its stiffness at least 1e-6 N/m";
         /// No sample of the surface lies within the radius; `limit` is the distance of the nearest one \[m\].
         PinReach = -182, c"no sample of the surface within the radius: move the point, or take a larger radius";
         /// Too little room for the samples of the pin: `needed`, `available`.

@@ -179,7 +179,7 @@ pub enum PinError {
     NoTools,
     /// Point, radius or stiffness cannot be.
     #[error(
-        "the point of a pin must be finite, its radius finite and above 0, its stiffness above 0; infinite is rigid"
+        "the point of a pin must be finite, its radius finite and above 0, its stiffness at least 1e-6 N/m; infinite is rigid"
     )]
     Value,
     /// No sample of the surface lies within the radius.
@@ -192,7 +192,7 @@ pub enum PinError {
     },
     /// The memory for pinned samples is full.
     #[error(
-        "the pin holds {needed} samples, there is room for {capacity} more: take a smaller radius, release another pin, or raise the capacity"
+        "the pin holds {needed} samples, there is room for {capacity} more: take a smaller radius, or release another pin"
     )]
     Room {
         /// Samples of the pin.

@@ -10,8 +10,10 @@ const NUMBERS: core::ops::RangeInclusive<f32> = 1.0e-12..=1.0e12;
 const STIFFNESS: [f32; 2] = [6.0, 20.0];
 /// Relative contact stiffness per ratio of radius to edge length.
 const OF_RADIUS: f32 = 8.0;
-/// Stiffness of a rigid pin, relative to tissue as deep as an edge is long.
+/// Stiffness of a rigid pin on shapes, relative to tissue as deep as an edge is long; and on links, whose guard would
+/// discard most passes of a body with a stiffer one.
 const RIGID: f32 = 200.0;
+const RIGID_ON_LINKS: f32 = 10.0;
 /// Largest distance between samples, in radii.
 const SPACING: f32 = 0.45;
 /// Most triangles per cell, far above the two of a closed surface: a tick visits each.
@@ -51,8 +53,8 @@ impl Triangle {
     }
 
     /// Returns the total stiffness of all samples under a rigid pin [2 `k_ref`].
-    pub fn rigid(&self) -> f32 {
-        RIGID * self.stiffness
+    pub fn rigid(&self, is_nodal: bool) -> f32 {
+        self.stiffness * if is_nodal { RIGID } else { RIGID_ON_LINKS }
     }
 
     /// Returns the number of subdivisions of an edge. There is a sample at the centre of each part.

@@ -14,11 +14,14 @@ use crate::number::clamp::finite;
 use crate::number::two_float::TwoFloat;
 use crate::solver::Dynamics;
 
+/// Least stiffness of a pin, far from the smallest numbers [N/m].
+const STIFFNESS_MIN_N_PER_M: f32 = 1.0e-6;
+
 impl<D: Dynamics> TissueMut<'_, D> {
     /// Pins the surface within `radius_m` of a point where it is now: its samples there are held in the world, by
     /// springs of this stiffness in all [N/m]. An infinite stiffness, or one above that of a rigid pin, makes a rigid
-    /// one: 200 times as stiff as tissue of one edge length in depth. Returns the number of the pin, the lowest free
-    /// one.
+    /// one: 200 times as stiff as tissue of one edge length in depth, of a body of links 10 times. Returns the number of
+    /// the pin, the lowest free one.
     ///
     /// Pinning makes no force: the springs begin unloaded. Call it between two ticks. A pin holds until
     /// [`Self::unpin`], and until a reset or another choice of cells. Tools must have been chosen; none needs to be
@@ -62,14 +65,10 @@ impl<D: Dynamics> TissueMut<'_, D> {
         self.pin(network, stiffness_n_per_m, |tissue, model, stiffness| {
             let unit_m = model.unit_m();
             let middle = scale(1.0 / unit_m, sub(point_m, model.centre_m()));
-            let (state, surface) = (&*tissue.state, model.contact_surface());
-            let arrays = tissue.touch.arrays(model.cells());
-            let (Some(mut arrays), Some(surface)) = (arrays, surface) else {
-                return Err(PinError::NoTools);
-            };
+            let at = places(model, &*tissue.state);
+            let mut arrays = tissue.touch.arrays(model.cells()).ok_or(PinError::NoTools)?;
             let mut pin = NewPin::of(&mut arrays).ok_or(PinError::Unbuilt)?;
-            let at = places(model, state);
-            let nearest = pin.around(&surface, middle, radius_m / unit_m, &at);
+            let nearest = pin.around(model, middle, radius_m / unit_m, &at);
             if pin.is_empty() {
                 return Err(PinError::Reach { nearest_m: finite(nearest * unit_m) });
             }
@@ -105,12 +104,9 @@ impl<D: Dynamics> TissueMut<'_, D> {
     ) -> Result<u16, PinError> {
         self.may_pin(network, stiffness_n_per_m)?;
         self.pin(network, stiffness_n_per_m, |tissue, model, stiffness| {
-            let (state, surface) = (&*tissue.state, model.contact_surface());
-            let arrays = tissue.touch.arrays(model.cells());
-            let (Some(mut arrays), Some(surface)) = (arrays, surface) else {
-                return Err(PinError::NoTools);
-            };
-            tools::pin_held(&mut arrays, &surface, tool, stiffness, &places(model, state))
+            let at = places(model, &*tissue.state);
+            let mut arrays = tissue.touch.arrays(model.cells()).ok_or(PinError::NoTools)?;
+            tools::pin_held(&mut arrays, model, tool, stiffness, &at)
         })
     }
 
@@ -225,7 +221,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
             Err(PinError::Model)
         } else if !self.head.has_tools {
             Err(PinError::NoTools)
-        } else if stiffness_n_per_m.is_nan() || stiffness_n_per_m <= 0.0 {
+        } else if stiffness_n_per_m.is_nan() || stiffness_n_per_m < STIFFNESS_MIN_N_PER_M {
             Err(PinError::Value)
         } else {
             Ok(())

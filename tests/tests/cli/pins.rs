@@ -45,7 +45,7 @@ fn a_pinned_run_has_the_forces_of_its_pins_and_is_replayed() {
     for (options, wanted) in [
         (&["--pin", "0,0,0.03"][..], "as in 0,0,0.04,0.006"),
         (&["--pin", "0,0,0.03,0"], "must be above 0"),
-        (&["--pin", "0,0,0.03,0.01,-3"], "above 0 in N/m"),
+        (&["--pin", "0,0,0.03,0.01,-3"], "at least 1e-6 N/m"),
         (&["--pin", "0,0,0.3,0.01"], "move the point, or take a larger radius"),
         (&["--pin", "0,0,0.03,9", "--pin", "0,0,0.03,9"], "take a smaller radius"),
     ] {

@@ -50,7 +50,10 @@ impl List {
         } else {
             (path.display().to_string(), text::read(path, BYTES_MAX))
         };
-        let text = text.map_err(|why| Error::input(format!("{name}: {why}")))?;
+        let text = text.map_err(|why| {
+            let remedy = "give a file with one JSON object a line, or - for standard input";
+            Error::input(format!("--batch {name}: {why}; {remedy}"))
+        })?;
         if text.trim_start().starts_with('[') {
             return Err(Error::input(format!(
                 "{name}: it is a JSON array: give one JSON object a line, as `jq -c '.[]'` writes them"

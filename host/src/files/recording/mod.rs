@@ -9,7 +9,7 @@ mod tail;
 pub(crate) mod tests;
 
 use std::fs::File;
-use std::io::Read;
+use std::io::{ErrorKind, Read};
 use std::path::Path;
 
 use chaincell_kernel::stage::StageSettings;
@@ -214,13 +214,19 @@ pub fn begins_like_a_trace(path: &Path) -> bool {
     path.is_file() && File::open(path).is_ok_and(read) && front == MAGIC
 }
 
+/// Stands for a trace that is not there.
+const NO_TRACE: &str = "there is no such file; name a trace, or a folder that `serve --out` or `run --out` has written";
+
 /// Returns the bytes of a trace file. Stops reading a file that does not begin like a trace.
 ///
 /// # Errors
 /// The system's error, or that it is no trace, with the path.
 pub fn read(path: &Path) -> Result<Vec<u8>> {
     let failed = |why: std::io::Error| Error::file("read trace", path, why);
-    let file = input::open(path).map_err(failed)?;
+    let file = input::open(path).map_err(|why| match why.kind() {
+        ErrorKind::NotFound => Error::file("read trace", path, NO_TRACE),
+        _ => failed(why),
+    })?;
     let mut bytes = Vec::new();
     let magic_bytes = MAGIC.len() as u64;
     (&file).take(magic_bytes).read_to_end(&mut bytes).map_err(failed)?;

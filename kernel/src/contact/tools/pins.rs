@@ -4,7 +4,7 @@ use super::energies::rise;
 use crate::contact::error::PinError;
 use crate::contact::memory::{TouchArrays, TouchState};
 use crate::energy::surface::{PinSample, Proxies, each_met, each_sample};
-use crate::model::surface::ContactSurface;
+use crate::model::Model;
 use crate::number::cell::{dot, sub};
 use crate::number::sqrt::sqrt;
 use crate::number::two_float::TwoFloat;
@@ -94,12 +94,13 @@ impl<'a> NewPin<'a> {
     /// Takes the samples of the surface within a ball. Returns the distance of the nearest sample from its middle.
     pub fn around(
         &mut self,
-        surface: &ContactSurface<'_>,
+        model: &Model<'_>,
         middle: [f32; 3],
         radius: f32,
         at: &impl Fn(usize) -> [f32; 3],
     ) -> f32 {
         let mut nearest = f32::MAX;
+        let Some(surface) = model.contact_surface() else { return nearest };
         for index in 0..surface.triangles.len() {
             let Some((corners, sampling)) = surface.triangle(index) else { continue };
             let share = surface.share(index, sampling.edge, at);
@@ -107,7 +108,8 @@ impl<'a> NewPin<'a> {
                 continue;
             }
             let parts = sampling.parts(radius);
-            let full = share * sampling.rigid() / (f32::from(parts) * f32::from(parts));
+            let full =
+                share * sampling.rigid(model.is_nodal()) / (f32::from(parts) * f32::from(parts));
             let triangle = surface.name(index);
             each_sample(parts, corners.map(|cell| at(cell.into())), |weights, point| {
                 let way = sub(point, middle);
@@ -146,11 +148,12 @@ impl<'a> NewPin<'a> {
 /// Pins what a tool grips, or what it touches if it grips nothing. Returns the number of the pin.
 pub(crate) fn pin_held(
     arrays: &mut TouchArrays<'_>,
-    surface: &ContactSurface<'_>,
+    model: &Model<'_>,
     tool: usize,
     stiffness: f32,
     at: &impl Fn(usize) -> [f32; 3],
 ) -> Result<u16, PinError> {
+    let Some(surface) = model.contact_surface() else { return Err(PinError::NoTools) };
     let grips = super::held_by(arrays, tool) > 0;
     let (near_count, anchors) = (arrays.near().len(), arrays.state.first());
     let anchors = anchors.map_or(&[][..], |state| state.present(arrays.anchors));
@@ -176,7 +179,7 @@ pub(crate) fn pin_held(
                         corners: near.corners,
                         weights: sample.weights,
                         triangle: near.index,
-                        full: sampling.rigid() / all,
+                        full: sampling.rigid(model.is_nodal()) / all,
                         ..PinSample::NONE
                     },
                     at,
