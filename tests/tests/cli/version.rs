@@ -93,7 +93,7 @@ fn the_version_tells_what_was_built() {
     let commit = value("commit");
     let is_debug = cfg!(debug_assertions) && commit == "not asked for in a debug build";
     assert!(is_debug || commit == "unknown" || is_commit(&commit), "{commit}");
-    assert_eq!(value("kernel features"), "cut, nodal, relax, surface");
+    assert_eq!(value("kernel features"), "cut, nodal, pins, relax, surface");
     let memory = value("shared memory");
     assert!(memory.starts_with("iceoryx2 ") && memory.contains('.'), "{memory}");
     assert!(value("target").contains(std::env::consts::ARCH));
