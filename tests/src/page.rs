@@ -108,10 +108,10 @@ impl Frame {
         let long = |at: usize| u64::from_le_bytes(bytes[at..at + 8].try_into().unwrap());
         let vector = |at: usize| [0, 4, 8].map(|axis| f32::from_bits(whole(at + axis)));
         let [tools, points, cells, contacts] = [48, 52, 56, 60].map(|at| whole(at) as usize);
-        let first_point = 64 + 68 * tools;
-        let first_contact = first_point + 32 * points;
+        let first_point = 64 + 72 * tools;
+        let first_contact = first_point + 36 * points;
         let first_cell = first_contact + 20 * contacts;
-        assert!(whole(0) == 2 && bytes.len() == first_cell + 12 * cells);
+        assert!(whole(0) == 3 && bytes.len() == first_cell + 12 * cells);
         for contact in 0..contacts {
             assert!((whole(first_contact + 20 * contact) as usize) < cells);
         }
@@ -121,7 +121,7 @@ impl Frame {
             hash: long(24),
             sweeps: whole(36),
             tool: (vector(72), vector(100)),
-            points: (0..points).map(|point| long(first_point + 32 * point)).collect(),
+            points: (0..points).map(|point| long(first_point + 36 * point)).collect(),
             positions_m: (0..cells).map(|cell| vector(first_cell + 12 * cell)).collect(),
         }
     }

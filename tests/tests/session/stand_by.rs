@@ -11,6 +11,7 @@ use std::time::Duration;
 use chaincell_client::clock::{PERIOD_NS, now_ns, sleep_until_ns};
 use chaincell_client::{Client, Options, Outcome, ToolPose};
 use chaincell_host::files::recording::start_mark;
+use chaincell_kernel::Flags;
 use chaincell_kernel::trace::Reader;
 use chaincell_loops::handle::{Hand, Handle, Moving};
 use chaincell_tests::files::text;
@@ -34,6 +35,11 @@ struct Holder {
     hand: Hand,
     next_ns: u64,
     largest_n: f32,
+    /// The last force, and whether it was that of a late tick.
+    last: (Vector3<f32>, bool),
+    /// Largest step of the force between two ticks \[N\]. Behind a late tick, of which a busy machine makes some, the
+    /// force goes back to the tissue's at once.
+    step_n: f32,
 }
 
 impl Holder {
@@ -54,6 +60,8 @@ impl Holder {
             hand,
             next_ns: now_ns(),
             largest_n: 0.0,
+            last: (Vector3::zeros(), false),
+            step_n: 0.0,
         }
     }
 
@@ -66,6 +74,11 @@ impl Holder {
         let (outcome, answer) = self.client.step(&[sample], PERIOD_NS * 9 / 10).unwrap();
         let force_n = Vector3::from(answer.tools[0].force_n);
         self.largest_n = self.largest_n.max(force_n.norm());
+        let is_late = Flags(answer.flags).contains(Flags::LATE);
+        let (before_n, was_late) = std::mem::replace(&mut self.last, (force_n, is_late));
+        if !is_late && !was_late {
+            self.step_n = self.step_n.max((force_n - before_n).norm());
+        }
         self.moving.tick(force_n, &self.hand);
         outcome == Outcome::Answered
     }
@@ -123,8 +136,7 @@ fn a_killed_servers_session_goes_on_without_a_jump() {
         holder.largest_n = 0.0;
         holder.ticks(150, DEPTH_M, true);
         assert!(holder.largest_n > 0.2, "{} N", holder.largest_n);
-        let step_n = holder.client.counts().unwrap().2;
-        let ramp_n = MAX_N / RAMP_MS;
+        let (step_n, ramp_n) = (holder.step_n, MAX_N / RAMP_MS);
         assert!(step_n <= (1.0 + OWN) * ramp_n, "{step_n} N");
         worst_step_n = worst_step_n.max(step_n);
         worst_j = worst_j.max(holder.moving.got_j());

@@ -67,13 +67,14 @@ fn assert_no_jump(
     let lost = of("ticks_executed").checked_sub(count(report, "ticks_answered"));
     assert!(lost.is_some_and(|lost| lost <= sent / 50), "{report}");
     let forces: Vec<Force> = seen.iter().map(|(_, _, force)| *force).collect();
-    assert_gentle(&forces);
+    let fault = format!("SIGSTOP of {side:?} for {ms} ms");
+    gentle(&forces)?;
     let most_n = largest_n(&forces);
     let step_n = report["largest_force_step_n"].as_f64().unwrap();
     assert!(step_n <= STEP_PART * most_n, "{step_n} N of {most_n} N at the device");
     // A reader that the machine keeps waiting sees the messages of several milliseconds at once.
     let within_ms = largest_in_a_millisecond_n(seen);
-    let (executed, fault) = (of("ticks_executed"), format!("SIGSTOP of {side:?} for {ms} ms"));
+    let executed = of("ticks_executed");
     tell(&fault, executed, sent - executed, within_ms, most_n);
     if within_ms <= STEP_PART * most_n {
         return Ok(());
