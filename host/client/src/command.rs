@@ -56,7 +56,7 @@ chaincell_kernel::codes! {
         Unsupported = 7, "this server takes no commands";
         /// The contact is not one of tools on a surface: nothing can be gripped.
         NoSurface = 8,
-            "nothing can be gripped or pinned here: start chaincell serve with a tool (--contact probe:RADIUS or --tool)";
+            "nothing can be gripped here, nor pinned: start chaincell serve with a tool (--contact probe:RADIUS or --tool)";
         /// There is no tool of this number.
         NoTool = 9, "there is no tool of this number; they count from 0";
         /// The tool is in contact with nothing, or grips nothing.
