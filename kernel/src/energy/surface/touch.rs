@@ -6,7 +6,7 @@ use core::cell;
 use super::BUILT;
 use super::friction::Anchor;
 use super::near::NearTriangle;
-use super::pins::PinSample;
+use super::pins::{PINS_ARE_BUILT, PinSample};
 use super::press::at_corners;
 use super::tool::Proxies;
 use crate::backend::f32x8::{Chunk, F32x8};
@@ -54,7 +54,9 @@ impl Touching<'_> {
             }
         }
         self.pull_edges(at);
-        self.pull_pins(at);
+        if PINS_ARE_BUILT {
+            self.pull_pins(at);
+        }
     }
 
     /// Adds the pins.

@@ -29,7 +29,7 @@ use super::turns::turned_with;
 use super::under::{Mean, OF_SAMPLE, OneSample, Under};
 use crate::backend::f32x8::F32x8;
 use crate::energy::residual::Terms;
-use crate::energy::surface::{NearTriangle, PinSample};
+use crate::energy::surface::{NearTriangle, PINS_ARE_BUILT, PinSample};
 use crate::model::coarse_basis::CoarseBasis;
 use crate::number::cell::{add, dot, scale};
 use crate::number::kept::{Kept, Pass};
@@ -91,7 +91,7 @@ impl CoarseTouch {
             return;
         };
         // Take the samples of each triangle as one.
-        let mut holds = !under.pins.is_empty();
+        let mut holds = PINS_ARE_BUILT && !under.pins.is_empty();
         for (index, near) in under.near.iter().enumerate() {
             let mean = Mean::of(under, near, place).unwrap_or(Mean::NONE);
             holds |= mean.stiffness[1] > 0.0;
@@ -386,7 +386,8 @@ fn of_edges(
 
 /// Calls `each` for the pinned samples, those of a triangle as one.
 fn of_pins(basis: &CoarseBasis<'_>, under: Under<'_>, mut each: impl FnMut(&OneSample)) {
-    for pins in under.pins.chunk_by(PinSample::is_with) {
+    let pins = if PINS_ARE_BUILT { under.pins } else { &[] };
+    for pins in pins.chunk_by(PinSample::is_with) {
         each(&OneSample::of_pins(basis, pins));
     }
 }
