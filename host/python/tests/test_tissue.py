@@ -316,7 +316,7 @@ def test_a_pin_holds_the_surface_until_it_is_released(box: Model) -> None:
     with pytest.raises(chaincell.Refused, match="there is no pin 0"):
         tissue.unpin(0)
     with pytest.raises(chaincell.Refused, match="choose tools first"):
-        Tissue(box, contact=[0]).pin_at([0, 0, 0.04], 0.01)
+        Tissue(box, contact=[12]).pin_at([0, 0, 0.04], 0.01)
 
 
 def test_sweeps_of_a_tick_can_be_told(plane: Model) -> None:
