@@ -333,9 +333,8 @@ impl Tissue {
         let radius_m = real("radius_m", radius_m)? as f32;
         py.detach(|| {
             let mut live = self.live()?;
-            let done = live.with(|staged| {
-                staged.engine_mut().pin_at(point_m, radius_m, stiffness_n_per_m)
-            });
+            let done = live
+                .with(|staged| staged.engine_mut().pin_at(point_m, radius_m, stiffness_n_per_m));
             done.map_err(|why| Class::Refused.error(why.to_string()))
         })
     }
@@ -379,12 +378,7 @@ impl Tissue {
         signature = (pin, ticks=Arg::Default(20)),
         text_signature = "($self, pin, ticks=20)"
     )]
-    fn unpin(
-        &self,
-        py: Python<'_>,
-        pin: &Bound<'_, PyAny>,
-        ticks: Arg<'_, u16>,
-    ) -> PyResult<()> {
+    fn unpin(&self, py: Python<'_>, pin: &Bound<'_, PyAny>, ticks: Arg<'_, u16>) -> PyResult<()> {
         let pin = whole("pin", pin, PIN)?;
         let ticks = ticks.whole("ticks", LET_GO_TICKS)?;
         py.detach(|| {
