@@ -43,11 +43,11 @@ pub struct StateHeader {
 pub struct CommandMessage {
     /// 1 reset, 2 pause, 3 resume, 4 set, 5 grip, 6 let go, 7 snapshot, 8 pin, 9 unpin.
     pub kind: u32,
-    /// 0 none; of set: 1 sweeps, 2 max_force_n, 3 max_tool_step_m, 4 unloading, 7 cut; of grip and
+    /// 0 none; of set: 1 sweeps, 2 max_force_n, 3 max_tool_step_m, 4 unloading, 7 cut; of grip,
     /// let go and pin: the tool; of unpin: the pin.
     pub parameter: u32,
-    /// Of set: the value; of unloading 0 off, 1 release, 2 retreat; of cut 0 on, 1 off. Of let go and unpin: the ticks. Of pin: the
-    /// stiffness, infinite for a rigid one [N/m].
+    /// Of set: the value; of unloading 0 off, 1 release, 2 retreat; of cut 0 on, 1 off. Of let go and unpin: the
+    /// ticks. Of pin: the stiffness \[N/m\], infinite for a rigid one.
     pub value: f32,
     /// Zero.
     pub reserved: u32,

@@ -24,7 +24,7 @@ pub struct PinOutput {
 
 /// Pins the surface within `radius_m` of a point, 3 numbers, where it is now: its samples there are held in the world
 /// by springs of this stiffness in all \[N/m\]; `INFINITY` makes a rigid pin, 200 times as stiff as tissue of one edge
-/// length in depth. `pin` is its number, the lowest free one.
+/// length in depth, on a body of links 10 times. `pin` is its number, the lowest free one.
 ///
 /// Pinning makes no force. Between two ticks. A pin holds until `chaincell_unpin`, and until a reset or a choice of
 /// cells. Tools must have been chosen, on a tissue with room for `pins`; none needs to be engaged. `detail` may be

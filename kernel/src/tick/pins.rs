@@ -66,8 +66,9 @@ impl<D: Dynamics> TissueMut<'_, D> {
             let unit_m = model.unit_m();
             let middle = scale(1.0 / unit_m, sub(point_m, model.centre_m()));
             let at = places(model, &*tissue.state);
-            let mut arrays = tissue.touch.arrays(model.cells()).ok_or(PinError::NoTools)?;
-            let mut pin = NewPin::of(&mut arrays).ok_or(PinError::Unbuilt)?;
+            let arrays = tissue.touch.arrays(model.cells()).ok_or(PinError::NoTools)?;
+            let state = arrays.state.first_mut().ok_or(PinError::NoTools)?;
+            let mut pin = NewPin::behind(arrays.pins, state).ok_or(PinError::Unbuilt)?;
             let nearest = pin.around(model, middle, radius_m / unit_m, &at);
             if pin.is_empty() {
                 return Err(PinError::Reach { nearest_m: finite(nearest * unit_m) });
@@ -176,11 +177,14 @@ impl<D: Dynamics> TissueMut<'_, D> {
         Ok(pin)
     }
 
-    /// Energy of all pins.
+    /// Energy of all pins; `None` without one.
     #[cfg(feature = "cut")]
-    pub(super) fn energy_of_pins(&self, model: &Model<'_>) -> TwoFloat {
+    pub(super) fn energy_of_pins(&self, model: &Model<'_>) -> Option<TwoFloat> {
+        if !PINS_ARE_BUILT || self.touch.pins().is_empty() {
+            return None;
+        }
         let at = places(model, self.state.get(..model.cells()).unwrap_or(&[]));
-        tools::energy_of_pins(self.touch.pins().iter(), &at)
+        Some(tools::energy_of_pins(self.touch.pins().iter(), &at))
     }
 
     /// Names the corners of the pinned samples anew after cells have split; the pins had this energy before. Samples
@@ -206,8 +210,8 @@ impl<D: Dynamics> TissueMut<'_, D> {
             is_changed
         });
         if is_changed {
-            let after = self.energy_of_pins(network.model());
-            self.head.level.shift(tools::rise_of_pins(before, after));
+            let after = self.energy_of_pins(network.model()).unwrap_or(TwoFloat::ZERO);
+            self.head.level.shift(tools::rise(before, after));
             self.head.awake.wake_all(network.model());
             self.head.dynamics.pushed();
         }

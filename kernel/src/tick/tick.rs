@@ -15,7 +15,7 @@ use crate::contact::pose::ToolPose;
 use crate::contact::tools::Tools;
 use crate::contact::{Acting, ToolContact};
 use crate::energy::residual::Terms;
-use crate::energy::surface::{IS_BUILT, PINS_ARE_BUILT};
+use crate::energy::surface::IS_BUILT;
 use crate::number::cell::{Cell, dot};
 use crate::number::clamp::finite;
 use crate::number::sqrt::sqrt;
@@ -104,8 +104,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
     ) -> TickOutput {
         #[cfg(feature = "cut")]
         if !is_late {
-            let has_pins = PINS_ARE_BUILT && !self.touch.pins().is_empty();
-            let of_pins = has_pins.then(|| self.energy_of_pins(network.model()));
+            let of_pins = self.energy_of_pins(network.model());
             self.part(network);
             if let Some(of_pins) = of_pins {
                 self.rename_pins(network, of_pins);

@@ -6,23 +6,9 @@ use chaincell_tests::files::text;
 use chaincell_tests::outsider::{Commander, Order, Outsider, Pose, Reply, Watcher, largest_step_n};
 use chaincell_tests::place::Place;
 use chaincell_tests::process::SHORT;
-use chaincell_tests::{Running, run, turn};
+use chaincell_tests::{run, turn};
 
-/// A tick at which the sphere is 2 mm deep.
-const DEEP: u64 = 40;
-
-/// Its sphere has no friction: what drags the tissue along is the grip.
-fn serve(place: &Place, options: &[&str]) -> Running {
-    let always = ["--watchdog-ms", "0", "--ramp-ms", "0", "--json", "--contact", "probe:0.006"];
-    place.serve(&[&always[..], options].concat())
-}
-
-/// Down to 2 mm, then along by 0.05 mm a tick to 4 mm, then at rest.
-fn pose(tick: u64) -> Pose {
-    let down = 0.0001 * tick.min(DEEP) as f32;
-    let along = 0.00005 * tick.saturating_sub(DEEP).min(80) as f32;
-    Pose { tick, position_m: [along, 0.002, 0.048 - down], engaged: u32::from(tick > 0) }
-}
+use crate::dragging::{DEEP, pose, serve};
 
 #[test]
 fn a_grip_by_command_drags_the_tissue_along_and_is_replayed_to_the_same_bits() {

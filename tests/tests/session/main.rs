@@ -6,6 +6,7 @@ mod contacts;
 mod cosim;
 mod cut;
 mod delay;
+mod dragging;
 mod faults;
 mod grip;
 mod inject;

@@ -3,25 +3,12 @@
 #![allow(clippy::unwrap_used, reason = "a failing helper fails its test")]
 
 use chaincell_tests::files::text;
-use chaincell_tests::outsider::{Commander, Order, Outsider, Pose, largest_step_n};
+use chaincell_tests::outsider::{Commander, Order, Outsider, largest_step_n};
 use chaincell_tests::place::Place;
 use chaincell_tests::process::SHORT;
-use chaincell_tests::{Running, run, turn};
+use chaincell_tests::{run, turn};
 
-/// A tick at which the sphere is 2 mm deep.
-const DEEP: u64 = 40;
-
-fn serve(place: &Place, options: &[&str]) -> Running {
-    let always = ["--watchdog-ms", "0", "--ramp-ms", "0", "--json", "--contact", "probe:0.006"];
-    place.serve(&[&always[..], options].concat())
-}
-
-/// Down to 2 mm, then along by 0.05 mm a tick to 4 mm, then at rest.
-fn pose(tick: u64) -> Pose {
-    let down = 0.0001 * tick.min(DEEP) as f32;
-    let along = 0.00005 * tick.saturating_sub(DEEP).min(80) as f32;
-    Pose { tick, position_m: [along, 0.002, 0.048 - down], engaged: u32::from(tick > 0) }
-}
+use crate::dragging::{DEEP, pose, serve};
 
 /// A grip drags the tissue along, a pin takes the place of the grip, and is released: replayed to the same bits.
 #[test]

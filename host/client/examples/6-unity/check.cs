@@ -1,6 +1,7 @@
 // Prints sizes and offsets as check.c does; with a scene it presses, too.
 using System;
 using System.Runtime.InteropServices;
+using System.Threading;
 using Chaincell;
 
 static class Program
@@ -37,6 +38,7 @@ static class Program
                 answer = session.Step(new[] { pose }, 1000000000);
                 answer.Tool0.ForceToUnity(out var x, out var y, out var z);
                 largest = Math.Max(largest, y);
+                Thread.Sleep(1);  // a hand has a clock of its own, and the server drops poses that come too fast
             }
             Console.WriteLine($"tick {answer.Tick}: state hash {answer.StateHash:x16}");
             Console.WriteLine($"{answer.Answers} answers, largest force {largest:F9} N");

@@ -26,7 +26,7 @@ pub(super) fn energy_of(arrays: &TouchArrays<'_>, at: &impl Fn(usize) -> [f32; 3
 }
 
 /// Change of the energy, rounded up.
-pub(super) fn rise(before: TwoFloat, after: TwoFloat) -> TwoFloat {
+pub(crate) fn rise(before: TwoFloat, after: TwoFloat) -> TwoFloat {
     let rounding = f32::EPSILON * (before.hi + after.hi);
     after.minus(before).plus(rounding.into())
 }

@@ -70,7 +70,8 @@ use crate::number::two_float::TwoFloat;
 use crate::solver::Dynamics;
 use crate::solver::coarse::{Coarse, Under};
 use candidates::Near;
-use energies::{energies_of, energy_of, rise};
+pub(crate) use energies::rise;
+use energies::{energies_of, energy_of};
 use engagement::{Edge, internal};
 use proxy_step::{COMING, HALF, ProxyStep};
 use search::search;
@@ -83,7 +84,7 @@ pub use forces::ContactForce;
 pub(crate) use forces::forces;
 pub(crate) use pins::{NewPin, pin_held};
 #[cfg(feature = "cut")]
-pub(crate) use pins::{drop_empty, energy_of_pins, rise_of_pins};
+pub(crate) use pins::{drop_empty, energy_of_pins};
 
 /// Tools on the surface.
 pub(crate) struct Tools<'a> {

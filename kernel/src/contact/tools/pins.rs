@@ -17,12 +17,6 @@ pub(crate) fn energy_of_pins<'a>(
     pins.fold(TwoFloat::ZERO, |sum, pin| sum.plus(pin.pull(at).energy.into()))
 }
 
-/// Change of that energy, rounded up.
-#[cfg(feature = "cut")]
-pub(crate) fn rise_of_pins(before: TwoFloat, after: TwoFloat) -> TwoFloat {
-    rise(before, after)
-}
-
 /// Fades the released pins, and drops those that hold nothing any more. Returns the change of the energy; `None`
 /// if no pin fades.
 pub(super) fn fade(
@@ -76,10 +70,10 @@ pub(crate) struct NewPin<'a> {
 }
 
 impl<'a> NewPin<'a> {
-    pub fn of(arrays: &'a mut TouchArrays<'_>) -> Option<Self> {
-        let number = free_number(arrays.pins());
-        let state = arrays.state.first_mut()?;
-        Some(Self { slots: arrays.pins.get_mut(state.pins..)?, state, number, found: 0 })
+    /// In the memory of all pins, behind those that are set.
+    pub fn behind(all: &'a mut [PinSample], state: &'a mut TouchState) -> Option<Self> {
+        let (pins, slots) = all.split_at_mut_checked(state.pins)?;
+        Some(Self { slots, state, number: free_number(pins), found: 0 })
     }
 
     fn put(&mut self, sample: PinSample, at: &impl Fn(usize) -> [f32; 3]) {
@@ -158,11 +152,8 @@ pub(crate) fn pin_held(
     let (near_count, anchors) = (arrays.near().len(), arrays.state.first());
     let anchors = anchors.map_or(&[][..], |state| state.present(arrays.anchors));
     let (tools, near) = (Proxies(arrays.tools), arrays.near.get(..near_count).unwrap_or(&[]));
-    let Some(state) = arrays.state.first_mut() else { return Err(PinError::NothingHeld(tool)) };
-    let placed = arrays.pins.get(..state.pins).unwrap_or(&[]);
-    let number = free_number(placed);
-    let slots = arrays.pins.get_mut(state.pins..).unwrap_or_default();
-    let mut pin = NewPin { slots, state, number, found: 0 };
+    let state = arrays.state.first_mut().ok_or(PinError::NothingHeld(tool))?;
+    let mut pin = NewPin::behind(arrays.pins, state).ok_or(PinError::Unbuilt)?;
     for near in near.iter().filter(|near| near.tool() == tool) {
         let Some((solid, (_, sampling))) = tools.part(near.of).zip(surface.named(near.index))
         else {

@@ -197,6 +197,9 @@ impl<'a> Session<'a> {
             flags.insert(Flags::RELEASE_FIRST);
         }
         felt.iter().for_each(|felt| flags.insert(felt.flags));
+        let is_of_held = self.chosen == 0 && !self.paused;
+        let force_error_n =
+            if is_of_held { self.engine.force_error_n(0) } else { felt[0].force_error_n };
         let force = TickForce {
             tick: arrived.tick,
             force_n: output.force_n.into(),
@@ -205,7 +208,7 @@ impl<'a> Session<'a> {
             flags: flags.0,
             step_ns: u32::try_from(step_ns).unwrap_or(u32::MAX),
             state_hash,
-            force_error_n: if self.paused { None } else { self.engine.force_error_n(0) },
+            force_error_n,
         };
         if output.sweeps > 0 {
             self.force_tick = arrived.tick;
