@@ -48,6 +48,7 @@ mod snapshots;
 mod stage;
 mod stand_by;
 mod state;
+mod stress;
 pub mod tissue;
 mod tissues;
 pub mod tool;

@@ -19,6 +19,7 @@ use super::shared::{
 };
 use super::stage::{StageArgs, StageReport};
 use super::stand_by::StandBy;
+use super::stress::{StressArgs, tell_stress};
 use super::tissue::{TissueArgs, TissueReport};
 use super::verdict::{Counts, Verdict, VerdictArgs};
 use crate::bake::ImageBytes;
@@ -93,6 +94,8 @@ pub struct Args {
     pub record: Option<PathBuf>,
     #[command(flatten)]
     pub pins: PinArgs,
+    #[command(flatten)]
+    pub stress: StressArgs,
     /// Go on from a snapshot of `chaincell command snapshot`, with the options of its session but --pin; its
     /// controller needs to release no tool first
     #[arg(long, value_name = "FILE")]
@@ -160,6 +163,8 @@ pub fn execute(args: &Args) -> Result<()> {
         force_error: args.budget.force_error(tissue.engine_mut())?,
         ..options(args, &tissue, &faults)?
     };
+    // Refused before another server is waited for.
+    args.stress.limit(tissue.engine_mut())?;
     let begins_anew = args.restore.is_none() && args.stand_by.is_none();
     if !begins_anew && !args.pins.is_empty() {
         return Err(Error::input(
@@ -266,7 +271,7 @@ fn begin(
     let (server, from, mut recorded) = match &args.stand_by {
         None => {
             // A scene that is refused leaves the folder as it was.
-            let server = open(scene, options, tissue.engine(), args.state_hz)?;
+            let server = open(args, scene, options, tissue.engine_mut())?;
             let from = args.restore.as_ref().map(|path| restore(path, &header, tissue));
             let from = from.transpose()?;
             (server, from, recorded(args, begun, image, tissue.tools())?)
@@ -282,7 +287,7 @@ fn begin(
                     return other.map(|_| None);
                 }
             };
-            let server = open(scene, options, tissue.engine(), args.state_hz)?;
+            let server = open(args, scene, options, tissue.engine_mut())?;
             (server, Some(from), recorded)
         }
     };
@@ -293,14 +298,21 @@ fn begin(
 
 /// The server with all that it sends and takes.
 fn open(
+    args: &Args,
     scene: SceneServices,
     options: &ServeOptions,
-    engine: &Engine<'_>,
-    state_hz: u32,
+    engine: &mut Engine<'_>,
 ) -> Result<Server> {
-    let (nodes, tools) = (engine.node_count(), engine.contact().tools());
-    let server = Server::on(scene, options)?.with_state(nodes, state_hz)?;
-    server.with_contacts(tools, state_hz)?.with_commands()
+    let (nodes, tools, hz) = (engine.node_count(), engine.contact().tools(), args.state_hz);
+    let limit = args.stress.limit(engine)?;
+    let mut server = Server::on(scene, options)?.with_state(nodes, hz)?;
+    if let Some(cells) = engine.stressed_cells() {
+        server = server.with_stress((nodes, cells), hz)?;
+    }
+    if let Some(limit) = limit {
+        server = server.with_stress_limit(limit)?;
+    }
+    server.with_contacts(tools, hz)?.with_commands()
 }
 
 /// Where a session is recorded.
@@ -556,6 +568,14 @@ fn print(
             report.state_ns.in_us()
         ))?;
     }
+    if report.stresses_sent > 0 {
+        terminal::say(format_args!(
+            "  stresses    {} sent, {}",
+            report.stresses_sent,
+            report.stress_ns.in_us()
+        ))?;
+    }
+    tell_stress(12, report.stress.as_ref())?;
     if report.contacts_sent > 0 {
         terminal::say(format_args!(
             "  contacts    {} sent, {}",

@@ -6,8 +6,10 @@ use super::Run;
 use crate::engine::tissue::Refusal;
 use crate::session::ipc::contacts::ContactsHeader;
 use crate::session::ipc::payload::{CommandMessage, ReplyMessage, StateHeader};
+use crate::session::ipc::stress::StressHeader;
 use crate::session::ipc::tools::TickForce;
 use crate::session::timing::clock::now_ns;
+use crate::terminal;
 
 impl Run<'_> {
     /// The tissue's last answer.
@@ -15,19 +17,23 @@ impl Run<'_> {
         self.shared.voice().answer.map(|answer| answer.force)
     }
 
-    /// Marks state and contacts as changed since they were last sent.
+    /// Marks state, stress and contacts as changed since they were last sent.
     pub(super) fn changed(&mut self) {
         if let Some(state) = &mut self.state {
             state.feed.changed();
+        }
+        if let Some(stress) = &mut self.stress {
+            stress.changed();
         }
         if let Some(contacts) = &mut self.contacts {
             contacts.feed.changed();
         }
     }
 
-    /// Handles commands, then publishes states and contacts, between two ticks; `idle` if no pose waits.
+    /// Handles commands, then publishes states, stresses and contacts, between two ticks; `idle` if no pose waits.
     pub(super) fn beside(&mut self, idle: bool) {
-        if self.commands.is_none() && self.state.is_none() && self.contacts.is_none() {
+        let has_viewers = self.state.is_some() || self.stress.is_some() || self.contacts.is_some();
+        if self.commands.is_none() && !has_viewers {
             return;
         }
         let now_ns = now_ns();
@@ -54,6 +60,17 @@ impl Run<'_> {
             };
             if let Some(state) = &mut self.state {
                 state.send(header, self.session.engine);
+            }
+        }
+        // The next stresses.
+        if idle && let Some(stress) = &mut self.stress {
+            let header = StressHeader {
+                tick: self.session.last_tick(),
+                model_checksum: self.session.engine.model_checksum(),
+                ..StressHeader::default()
+            };
+            if let Some(warning) = stress.step(header, self.session.engine) {
+                terminal::note(warning);
             }
         }
         // The contacts, if they are due.

@@ -33,8 +33,9 @@ use iceoryx2::identifiers::UniquePublisherId;
 
 use crate::engine::estimates::Estimates;
 use crate::engine::flag_ticks::FlagTicks;
+use crate::engine::stress_limit::StressLimit;
 use crate::engine::tissue::TissueEngine;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::interrupt;
 use crate::session::ipc;
 use crate::session::ipc::command::CommandServer;
@@ -42,6 +43,7 @@ use crate::session::ipc::contacts::ContactPublisher;
 use crate::session::ipc::services::{QUEUE_MESSAGES, SceneServices};
 use crate::session::ipc::serving::ServePorts;
 use crate::session::ipc::state::StatePublisher;
+use crate::session::ipc::stress::StressPublisher;
 use crate::session::loops::peers::{Call, PeerWatch};
 use crate::session::loops::realtime::{self, Role};
 use crate::session::loops::record::Recorder;
@@ -79,6 +81,7 @@ pub struct Server {
     length_ns: u64,
     rate: PoseRate,
     state: Option<StatePublisher>,
+    stress: Option<StressPublisher>,
     contacts: Option<ContactPublisher>,
     commands: Option<CommandServer>,
     snapshots: Option<SnapshotPlace>,
@@ -123,6 +126,7 @@ impl Server {
             length_ns,
             rate,
             state: None,
+            stress: None,
             contacts: None,
             commands: None,
             snapshots: None,
@@ -139,6 +143,32 @@ impl Server {
             self.state = Some(StatePublisher::open(&self.scene, nodes, hz)?);
             self.scene.take_memory()?;
         }
+        Ok(self)
+    }
+
+    /// Publishes strain and stress of a body of so many nodes and cells, at most `hz` times a second, 0 for never.
+    ///
+    /// # Errors
+    /// As [`Self::with_state`].
+    pub fn with_stress(mut self, size: (usize, usize), hz: u32) -> Result<Self> {
+        if hz > 0 {
+            self.stress = Some(StressPublisher::open(&self.scene, size, hz)?);
+            self.scene.take_memory()?;
+        }
+        Ok(self)
+    }
+
+    /// Watches a limit of the stress that is published, with or without a reader.
+    ///
+    /// # Errors
+    /// No stress is published.
+    pub fn with_stress_limit(mut self, limit: StressLimit) -> Result<Self> {
+        let stress = self.stress.as_mut().ok_or_else(|| {
+            Error::input(
+                "--stress-limit-pa: needs a --state-hz above 0, at which stress is computed",
+            )
+        })?;
+        stress.limit = Some(limit);
         Ok(self)
     }
 
@@ -191,7 +221,12 @@ impl Server {
         recorder: &mut Recorder,
     ) -> Result<ServeReport> {
         // Share the voice with the watcher, and prepare the run.
-        let beside = (self.state.take(), self.contacts.take(), self.commands.take());
+        let beside = Beside {
+            state: self.state.take(),
+            stress: self.stress.take(),
+            contacts: self.contacts.take(),
+            commands: self.commands.take(),
+        };
         let shared = Shared::new(Voice::new(&self.options, now_ns()));
         let snapshots = self.snapshots.take().map(Snapshots::new).unzip();
         let mut run = Run::new(&self, &shared, beside, engine, recorder)?;
@@ -230,12 +265,18 @@ impl Server {
 }
 
 /// Publishers and commands that are handled between ticks.
-type Beside = (Option<StatePublisher>, Option<ContactPublisher>, Option<CommandServer>);
+struct Beside {
+    state: Option<StatePublisher>,
+    stress: Option<StressPublisher>,
+    contacts: Option<ContactPublisher>,
+    commands: Option<CommandServer>,
+}
 
 struct Run<'a> {
     server: &'a Server,
     shared: &'a Shared,
     state: Option<StatePublisher>,
+    stress: Option<StressPublisher>,
     contacts: Option<ContactPublisher>,
     commands: Option<CommandServer>,
     snapshots: Option<Snapshots>,
@@ -276,7 +317,7 @@ impl<'a> Run<'a> {
     fn new(
         server: &'a Server,
         shared: &'a Shared,
-        (state, contacts, commands): Beside,
+        Beside { state, stress, contacts, commands }: Beside,
         engine: &'a mut dyn TissueEngine,
         recorder: &'a mut Recorder,
     ) -> Result<Self> {
@@ -299,6 +340,7 @@ impl<'a> Run<'a> {
             server,
             shared,
             state,
+            stress,
             contacts,
             commands,
             snapshots: None,
@@ -408,6 +450,8 @@ impl<'a> Run<'a> {
         // Costs of the readers.
         let (states_sent, state_ns) =
             self.state.as_ref().map_or_else(Default::default, |state| state.feed.cost());
+        let (stresses_sent, stress_ns) =
+            self.stress.as_ref().map_or_else(Default::default, |stress| stress.feed.cost());
         let (contacts_sent, contacts_ns) =
             self.contacts.as_ref().map_or_else(Default::default, |contacts| contacts.feed.cost());
         // Silences and steps of the published forces.
@@ -443,6 +487,9 @@ impl<'a> Run<'a> {
             commands_refused: self.disobeyed,
             states_sent,
             state_ns,
+            stresses_sent,
+            stress_ns,
+            stress: self.stress.as_ref().and_then(|of| Some(of.limit.as_ref()?.report())),
             contacts_sent,
             contacts_ns,
             step_ns: self.step.summary(),
