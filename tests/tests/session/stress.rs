@@ -28,7 +28,8 @@ fn an_outside_reader_sees_the_stress_of_an_offline_run_and_the_limit_warns_witho
     let outsider = Outsider::join(&place.scene, true);
     outsider.play(0..80, pose);
     // A whole pass after the last tick.
-    let (header, nodes) = reader.after(StressHeader { first_tick: 79, ..Default::default() }.ticks_answered());
+    let (header, nodes) =
+        reader.after(StressHeader { first_tick: 79, ..Default::default() }.ticks_answered());
     assert_eq!((header.tick, header.first_tick, header.nodes as usize), (79, 79, nodes.len()));
     assert!(nodes.is_sorted_by_key(|of| of.node));
     // What an offline run of the same poses comes to.
@@ -48,7 +49,8 @@ fn an_outside_reader_sees_the_stress_of_an_offline_run_and_the_limit_warns_witho
     }
     // The command shows the same.
     let csv = place.file("stress.csv");
-    let args = ["state", "--stress", "--scene", &place.scene, "--once", "--json", "--csv", text(&csv)];
+    let args =
+        ["state", "--stress", "--scene", &place.scene, "--once", "--json", "--csv", text(&csv)];
     let shown = run(args).with(0).json();
     let most = nodes.iter().max_by(|a, b| a.von_mises_pa.total_cmp(&b.von_mises_pa)).unwrap();
     assert_eq!((&shown["tick"], &shown["node"]), (&79.into(), &most.node.into()));
