@@ -249,6 +249,10 @@ impl TissueEngine for Staged<'_> {
         self.engine.read_contacts(each);
     }
 
+    fn newest_pin(&mut self) -> Option<u16> {
+        self.engine.newest_pin()
+    }
+
     fn saved(&mut self) -> Option<Saved> {
         let settings = *self.engine.network().settings();
         let tissue = self.engine.save().ok()?;

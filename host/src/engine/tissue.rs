@@ -124,6 +124,11 @@ pub trait TissueEngine {
         None
     }
 
+    /// The number of the pin that was set last, of those that hold. Allocates nothing.
+    fn newest_pin(&mut self) -> Option<u16> {
+        None
+    }
+
     /// Executes a command other than pause and resume. Allocates nothing.
     ///
     /// # Errors

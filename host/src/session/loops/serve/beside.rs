@@ -98,12 +98,16 @@ impl Run<'_> {
     /// Executes a command. Returns the reply, and whether it has to wait until a snapshot is written.
     fn carry_out(&mut self, message: &CommandMessage) -> (ReplyMessage, bool) {
         let done = message.command().and_then(|command| self.obey(&command));
+        let pin = match done {
+            Ok(Command::Pin { .. } | Command::PinAt { .. }) => self.session.engine.newest_pin(),
+            _ => None,
+        };
         let reply = ReplyMessage {
             tick: self.session.last_tick(),
             ticks_answered: self.session.executed,
             state_hash: self.session.engine.state_hash(),
             result: u32::from(done.is_err()),
-            reason: done.err().map_or(0, |why| why as u32),
+            reason: done.err().map_or_else(|| pin.unwrap_or_default().into(), |why| why as u32),
         };
         match done {
             Err(_) => self.disobeyed += 1,
