@@ -33,6 +33,7 @@ mod picture;
 mod pins;
 mod press;
 mod probe;
+mod record;
 mod recorded;
 mod relaxation;
 mod replay;
