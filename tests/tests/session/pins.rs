@@ -24,7 +24,7 @@ fn a_pin_by_command_takes_over_from_a_grip() {
     place.command(&["grip"]).with(0);
     let dragged = outsider.play(DEEP + 1..160, pose);
     let set = place.command(&["pin"]).with(0);
-    assert!(set.out.contains("pin 1"), "{set:?}");
+    assert_eq!(set.json()["pin"], 1);
     place.command(&["let-go", "--ticks", "40"]).with(0);
     let passed = outsider.play(160..220, pose);
     let commander = Commander::join(&place.scene);

@@ -38,13 +38,21 @@ fn an_outside_reader_sees_the_stress_of_an_offline_run_and_the_limit_warns_witho
     let offline = place.file("offline");
     play(&place.model, &path, &offline, &TOOL).with(0);
     let vtu = std::fs::read_to_string(offline.join("final.vtu")).unwrap();
-    for (name, mine) in [
-        ("node", nodes.iter().map(|of| of.node as f32).collect::<Vec<_>>()),
-        ("von_mises_pa", nodes.iter().map(|of| of.von_mises_pa).collect()),
-        ("mean_stress_pa", nodes.iter().map(|of| of.mean_pa).collect()),
-        ("stretches", nodes.iter().flat_map(|of| of.stretches).collect()),
+    let order: Vec<usize> = {
+        let ids = array(&vtu, "node");
+        let mut order: Vec<usize> = (0..ids.len()).collect();
+        order.sort_by(|&a, &b| ids[a].total_cmp(&ids[b]));
+        order
+    };
+    for (name, width, mine) in [
+        ("node", 1, nodes.iter().map(|of| of.node as f32).collect::<Vec<_>>()),
+        ("von_mises_pa", 1, nodes.iter().map(|of| of.von_mises_pa).collect()),
+        ("mean_stress_pa", 1, nodes.iter().map(|of| of.mean_pa).collect()),
+        ("stretches", 3, nodes.iter().flat_map(|of| of.stretches).collect()),
     ] {
-        let wanted: Vec<f32> = array(&vtu, name).into_iter().map(|number| number as f32).collect();
+        let written = array(&vtu, name);
+        let of_node = |&at: &usize| &written[width * at..width * (at + 1)];
+        let wanted: Vec<f32> = order.iter().flat_map(of_node).map(|of| *of as f32).collect();
         assert_eq!(mine, wanted, "{name}");
     }
     // The command shows the same.
