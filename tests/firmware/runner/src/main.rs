@@ -9,6 +9,7 @@ mod figures;
 mod fit;
 mod host;
 mod image;
+mod stand_by;
 mod target;
 mod tier;
 mod trace;
@@ -153,8 +154,13 @@ fn run(args: Args) -> Result<()> {
         broken.extend(verdict.broken);
         Ok(())
     })?;
-    ensure!(images > 0, "--only {}: no such image", bench.args.only.join(","));
-    if bench.args.only.is_empty() {
+    let all = bench.args.only.is_empty();
+    let stands_by = all || bench.args.only.iter().any(|part| stand_by::NAME.contains(&**part));
+    ensure!(stands_by || images > 0, "--only {}: no such image", bench.args.only.join(","));
+    if stands_by {
+        bench.stand_by()?;
+    }
+    if all {
         bench.canaries()?;
     }
     if bench.args.write_budgets {
@@ -323,6 +329,16 @@ impl Bench {
         Ok(())
     }
 
+    /// A board that takes a session over a serial line.
+    fn stand_by(&self) -> Result<()> {
+        let session = stand_by::Session::record(&self.args.chaincell, &self.models)?;
+        let image = self.workshop.build_stand_by(&TARGETS[0], session.model())?;
+        for line in session.prove(&TARGETS[0], &image, self.seconds())? {
+            self.say(&format!("  {}: {line}", stand_by::NAME));
+        }
+        Ok(())
+    }
+
     /// Sees the gates fail: on an image that can panic, on one that links `alloc`, and on a program
     /// that has an allocator.
     fn canaries(&self) -> Result<()> {
@@ -356,6 +372,7 @@ impl Bench {
                 return Ok(());
             }
         }
+        self.workshop.lint_stand_by(&TARGETS[0], &ready.model_path)?;
         Ok(())
     }
 

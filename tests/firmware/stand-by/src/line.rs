@@ -46,39 +46,49 @@ fn write(register: usize, value: u32) {
     unsafe { UART.add(register).write_volatile(value) }
 }
 
-/// Starts UART and clock. Their interrupts only wake the core: no handler runs.
-pub fn begin() {
-    interrupt::disable();
-    write(DIVIDER, 16);
-    write(CONTROL, RECEIVE);
-    // SAFETY: nobody else in this program uses the core's peripherals.
-    let mut clock = unsafe { Peripherals::steal() }.SYST;
-    clock.set_clock_source(SystClkSource::Core);
-    clock.set_reload(CLOCKS_PER_TICK - 1);
-    clock.clear_current();
-    clock.enable_counter();
-    clock.enable_interrupt();
-    // SAFETY: all interrupts are masked.
-    unsafe { NVIC::unmask(Received) };
+/// The line.
+pub struct Line {
+    /// True once a byte has come: until then there is no silence.
+    has_begun: bool,
 }
 
-/// The next byte; `None` once the line has been silent for [`SILENT_TICKS`].
-pub fn next() -> Option<u8> {
-    let mut ticks = 0;
-    loop {
-        if read(STATE) & RECEIVED != 0 {
-            return Some(read(DATA) as u8);
-        }
-        if SCB::is_pendst_pending() {
-            SCB::clear_pendst();
-            ticks += 1;
-            if ticks > SILENT_TICKS {
-                return None;
+impl Line {
+    /// Starts UART and clock. Their interrupts only wake the core: no handler runs.
+    pub fn begin() -> Self {
+        interrupt::disable();
+        write(DIVIDER, 16);
+        write(CONTROL, RECEIVE);
+        // SAFETY: nobody else in this program uses the core's peripherals.
+        let mut clock = unsafe { Peripherals::steal() }.SYST;
+        clock.set_clock_source(SystClkSource::Core);
+        clock.set_reload(CLOCKS_PER_TICK - 1);
+        clock.clear_current();
+        clock.enable_counter();
+        clock.enable_interrupt();
+        // SAFETY: all interrupts are masked.
+        unsafe { NVIC::unmask(Received) };
+        Self { has_begun: false }
+    }
+
+    /// The next byte; `None` once the line has been silent for [`SILENT_TICKS`].
+    pub fn next(&mut self) -> Option<u8> {
+        let mut ticks = 0;
+        loop {
+            if read(STATE) & RECEIVED != 0 {
+                self.has_begun = true;
+                return Some(read(DATA) as u8);
             }
+            if SCB::is_pendst_pending() {
+                SCB::clear_pendst();
+                ticks += u32::from(self.has_begun);
+                if ticks > SILENT_TICKS {
+                    return None;
+                }
+            }
+            // A byte that has come since the look is pending, and ends the sleep at once.
+            wfi();
+            write(INTERRUPT, RECEIVED);
+            NVIC::unpend(Received);
         }
-        // A byte that has come since the look is pending, and ends the sleep at once.
-        wfi();
-        write(INTERRUPT, RECEIVED);
-        NVIC::unpend(Received);
     }
 }

@@ -22,12 +22,14 @@ use cortex_m_rt::entry;
 use semihosting::process;
 use static_cell::ConstStaticCell;
 
+use line::Line;
 use session::{CELLS, HELD, Scheme, Session};
 use snapshot::Snapshot;
 use stream::{Stop, Stream};
 
 /// The model, in flash: the board takes it from no line.
-static IMAGE: &[u8] = include_model!(env!("CHAINCELL_MODEL"));
+static IMAGE: &[u8] =
+    include_model!(env!("CHAINCELL_MODEL", "set it to the path of the session's model"));
 static TISSUE: ConstStaticCell<Tissue<CELLS, Scheme, HELD>> = ConstStaticCell::new(Tissue::new());
 /// Memory for a snapshot.
 static SNAPSHOT: ConstStaticCell<[u8; 48 << 10]> = ConstStaticCell::new([0; 48 << 10]);
@@ -42,12 +44,12 @@ const END: u8 = 6;
 const REFUSED: u8 = 7;
 
 /// Follows to the end of the stream, and goes on if it has none. `None` where nothing can be followed.
-fn stand_by() -> Option<()> {
+fn stand_by(mut line: Line) -> Option<()> {
     let tissue = TISSUE.try_take()?.view();
     let snapshot = SNAPSHOT.try_take()?;
     let model = Model::from_bytes(IMAGE).ok()?;
     let mut begun = [0; 512];
-    let joined = Stream::begin(line::next).and_then(|mut stream| {
+    let joined = Stream::begin(|| line.next()).and_then(|mut stream| {
         let begun = match stream.frame()? {
             BEGUN => stream.rest(&mut begun)?,
             _ => return Err(Stop::Refused("no header comes first")),
@@ -138,6 +140,5 @@ fn take(
 #[entry]
 fn main() -> ! {
     console::log_here();
-    line::begin();
-    process::exit(i32::from(stand_by().is_none()))
+    process::exit(i32::from(stand_by(Line::begin()).is_none()))
 }
