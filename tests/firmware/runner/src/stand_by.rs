@@ -21,6 +21,8 @@ const CUT: usize = 120;
 /// Tissue and stage of the sessions.
 const OPTIONS: [&str; 8] =
     ["--contact", "cells:122", "--scheme", "track", "--device", "omega", "--max-force-n", "4"];
+/// Asks a server for a snapshot.
+const SNAPSHOT: [&str; 2] = ["snapshot", "--json"];
 /// Bytes of a frame's kind and length, and of its checksum.
 const HEAD: usize = 5;
 const SUM: usize = 4;
@@ -65,27 +67,34 @@ impl<'a> Session<'a> {
         &self.model
     }
 
-    /// Serves two presses with a snapshot between them, and kills the server.
+    /// Serves a press by a tissue that has not the time for all sweeps, with a snapshot and a command in it, and kills
+    /// the server.
     fn serve(&self) -> Result<()> {
         let out = self.folder.join("served");
         let _ = fs::remove_dir_all(&out);
         let scene = format!("board-{}", std::process::id());
         let mut serve = Command::new(self.chaincell);
         serve.arg("serve").arg(&self.model).args(OPTIONS).args(["--scene", &scene]);
-        serve.arg("--out").arg(&out).args(["--late-share", "off"]);
+        serve.arg("--out").arg(&out).args(["--late-share", "off", "--inject", "sweep:0.3@1"]);
         serve.stdout(Stdio::piped()).stderr(Stdio::null());
-        let mut server = Server(serve.spawn().context("serve")?);
+        let mut server = Killed(serve.spawn().context("serve")?);
         let lines = server.0.stdout.take().context("its output")?;
         let mut lines = BufReader::new(lines).lines();
         ensure!(lines.any(|line| line.is_ok_and(|line| line == "ready")), "serve is not ready");
-        let press = |seconds| {
-            let words = ["--depth-m", "0.006", "--contact", "cells:122", "--scene", &scene];
-            let words = [&words[..], &["--late-share", "off", "--seconds", seconds]].concat();
-            self.call(["control", "--model"], &self.model, &words)
-        };
-        press("0.3")?;
-        self.call(["command", "--scene"], Path::new(&scene), &["snapshot"])?;
-        press("0.2")?;
+        let mut control = Command::new(self.chaincell);
+        control.args(["control", "--scene", &scene, "--depth-m", "0.006", "--seconds", "1.5"]);
+        control.args(["--late-share", "off", "--contact", "cells:122", "--model"]);
+        let control = control.arg(&self.model).stdout(Stdio::null()).stderr(Stdio::null());
+        let mut control = Killed(control.spawn().context("control")?);
+        // The tool is well inside by then.
+        let mut tick = 0;
+        while tick < 400 {
+            ensure!(control.0.try_wait()?.is_none(), "the press has ended after tick {tick}");
+            let said = self.call(["command", "--scene"], Path::new(&scene), &SNAPSHOT);
+            tick = said.map_or(0, |said| tick_of(&said).unwrap_or(0));
+        }
+        self.call(["command", "--scene"], Path::new(&scene), &["set", "max_force_n=1"])?;
+        control.0.wait()?;
         Ok(())
     }
 
@@ -188,10 +197,15 @@ impl<'a> Session<'a> {
     }
 }
 
-/// A server that is killed when it is no longer needed.
-struct Server(Child);
+/// The tick after which a command was carried out.
+fn tick_of(reply: &[u8]) -> Option<u64> {
+    serde_json::from_slice::<serde_json::Value>(reply).ok()?.get("tick")?.as_u64()
+}
 
-impl Drop for Server {
+/// A program that is killed when it is no longer needed.
+struct Killed(Child);
+
+impl Drop for Killed {
     fn drop(&mut self) {
         // One that has ended cannot be killed.
         let _ = self.0.kill();
