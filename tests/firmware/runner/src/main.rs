@@ -44,7 +44,8 @@ struct Args {
     /// Print one JSON object a line, one for each image and scene
     #[arg(long)]
     json: bool,
-    /// Images whose TARGET-SCENE-NUMBER contains one of these: m7, organ500, m3-plane8_euler, fixed
+    /// Images whose TARGET-SCENE-NUMBER contains one of these: m7, organ500, m3-plane8_euler, fixed; stand-by for the
+    /// board that takes a session over a serial line
     #[arg(long, value_delimiter = ',')]
     only: Vec<String>,
     /// All 2,000 ticks of the scenes; CHAINCELL_SLOW=1 does the same

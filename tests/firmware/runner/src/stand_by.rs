@@ -21,8 +21,8 @@ const CUT: usize = 120;
 /// Tissue and stage of the sessions.
 const OPTIONS: [&str; 8] =
     ["--contact", "cells:122", "--scheme", "track", "--device", "omega", "--max-force-n", "4"];
-/// Asks a server for a snapshot.
-const SNAPSHOT: [&str; 2] = ["snapshot", "--json"];
+/// A tick in which the tool is well inside, of 10,000 of a press.
+const INSIDE: u64 = 2500;
 /// Bytes of a frame's kind and length, and of its checksum.
 const HEAD: usize = 5;
 const SUM: usize = 4;
@@ -82,19 +82,22 @@ impl<'a> Session<'a> {
         let mut lines = BufReader::new(lines).lines();
         ensure!(lines.any(|line| line.is_ok_and(|line| line == "ready")), "serve is not ready");
         let mut control = Command::new(self.chaincell);
-        control.args(["control", "--scene", &scene, "--depth-m", "0.006", "--seconds", "1.5"]);
+        control.args(["control", "--scene", &scene, "--depth-m", "0.006", "--seconds", "10"]);
         control.args(["--late-share", "off", "--contact", "cells:122", "--model"]);
         let control = control.arg(&self.model).stdout(Stdio::null()).stderr(Stdio::null());
         let mut control = Killed(control.spawn().context("control")?);
-        // The tool is well inside by then.
+        // A snapshot where the tool is well inside, then a command, some time after which the server is killed.
+        let limit = &["set", "max_force_n=1", "--json"][..];
         let mut tick = 0;
-        while tick < 400 {
-            ensure!(control.0.try_wait()?.is_none(), "the press has ended after tick {tick}");
-            let said = self.call(["command", "--scene"], Path::new(&scene), &SNAPSHOT);
-            tick = said.map_or(0, |said| tick_of(&said).unwrap_or(0));
+        for (words, until) in [(&["snapshot", "--json"][..], INSIDE), (limit, INSIDE + 300)] {
+            while tick < until {
+                ensure!(control.0.try_wait()?.is_none(), "the press has ended after tick {tick}");
+                let said = self.call(["command", "--scene"], Path::new(&scene), words);
+                // One that is refused, as it came too soon, is sent again.
+                tick = said.map_or(tick, |said| tick_of(&said).unwrap_or(tick));
+            }
         }
-        self.call(["command", "--scene"], Path::new(&scene), &["set", "max_force_n=1"])?;
-        control.0.wait()?;
+        drop(server);
         Ok(())
     }
 
@@ -155,6 +158,7 @@ impl<'a> Session<'a> {
         ensure!((1..all).contains(&compared), "late: {compared} hashes compared of {all}");
         let (here, there) = (said.text("hash")?, &replayed.state_hash);
         ensure!(here == there, "late: hash {here}, that of the session {there}");
+        ensure!(said.number("withheld_un")? == 0, "late: {}", said.all());
         lines.push(format!("from a snapshot, {compared} of {all} hashes compared; goes on"));
         // A stream that ends in the middle of a press, within a record.
         let first = first_record(&stream)?;
