@@ -334,7 +334,7 @@ impl Bench {
     fn stand_by(&self) -> Result<()> {
         let session = stand_by::Session::record(&self.args.chaincell, &self.models)?;
         let image = self.workshop.build_stand_by(&TARGETS[0], session.model())?;
-        for line in session.prove(&TARGETS[0], &image, self.seconds())? {
+        for line in session.prove(&TARGETS[0], &image)? {
             self.say(&format!("  {}: {line}", stand_by::NAME));
         }
         Ok(())
