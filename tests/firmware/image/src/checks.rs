@@ -56,7 +56,7 @@ fn record(tissue: &mut Tissue) -> Option<()> {
     let mut run = Run::new(&SCENE, part(tissue)).ok()?;
     let mut header = [0; header_bytes(HELD.len())];
     let (mut writer, _) = run.begin_trace(&mut header)?;
-    header.chunks(LINE_BYTES).for_each(|bytes| send(bytes));
+    header.chunks(LINE_BYTES).for_each(send);
     for _ in 0..TRACE_TICKS {
         send(&writer.record(&run.record()));
     }
