@@ -1,5 +1,5 @@
 //! A board that stands by: it follows a session over a serial line, compares every hash, and goes on with the session
-//! when the line falls silent. `host/BOARD.md` runs it in an emulator.
+//! when the line falls silent. `host/GUIDE.md` runs it in an emulator.
 //!
 //! It says on the debugger's channel, one `name value` a line, how far it came. A stream that is damaged, or a tick
 //! that differs, ends it: there is no force, and nothing is taken over, as the session may go on elsewhere.

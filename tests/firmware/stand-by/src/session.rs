@@ -104,7 +104,8 @@ impl Session {
             if of.ramp_restarted {
                 self.stage.restart_ramp();
             }
-            let between = self.last_tick.and_then(|last| of.tick.checked_sub(last + 1));
+            let between =
+                self.last_tick.and_then(|last| of.tick.checked_sub(last.saturating_add(1)));
             self.stage.skipped(between.filter(|&ticks| ticks < HOUR_TICKS).map_or(0, whole));
             if let Some(ticks) = of.delay_ticks {
                 self.stage.delayed(ticks);
