@@ -11,6 +11,8 @@ const BYTES = { head: 68, tool: 72, point: 36, contact: 20, stress: 4, cell: 12 
 const AGAIN_MS = 1000;
 /** How long a refusal is shown [ms]. */
 const REFUSAL_MS = 5000;
+/** Time between two words that the stress is shown [ms]. */
+const STRESS_MS = 500;
 /** The server's word for too many pages, and for its end. */
 const FULL = 1013;
 const ENDED = 1001;
@@ -134,7 +136,6 @@ export class Live {
   /** Takes a frame, and says so; why one cannot be read is shown until another one can. */
   #receive(buffer) {
     this.socket.send("seen");
-    if (this.showsStress) this.socket.send("stress");
     try {
       this.#take(frameOf(buffer));
       if (this.hasRefused) this.onstatus(this.notice);
@@ -147,6 +148,7 @@ export class Live {
 
   #take(frame) {
     this.frames += 1;
+    if (this.showsStress && !this.notice) this.onstatus(frame.stressesPa.length ? "" : "The scene has sent no stress yet");
     this.#followSweeps(frame.sweeps);
     const now = performance.now();
     if (now - this.counted.ms > COUNT_MS) {
@@ -177,8 +179,15 @@ export class Live {
 
   /** The server computes the stress while a page says that it shows it. */
   show(colour) {
+    clearInterval(this.asking);
+    if (this.showsStress && colour !== "stress") this.onstatus(this.notice);
     this.showsStress = colour === "stress";
-    if (this.showsStress && this.socket?.readyState === WebSocket.OPEN) this.socket.send("stress");
+    const ask = () => {
+      if (this.socket?.readyState === WebSocket.OPEN) this.socket.send("stress");
+    };
+    if (!this.showsStress) return;
+    ask();
+    this.asking = setInterval(ask, STRESS_MS);
   }
 
   #ask(order) {

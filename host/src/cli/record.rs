@@ -54,7 +54,7 @@ pub struct Recorded {
     waiting: Option<PathBuf>,
 }
 
-/// What is recorded.
+/// The session to record.
 pub struct Begun<'a> {
     /// The trace's header.
     pub recording: Recording,

@@ -142,7 +142,11 @@ pub fn execute(args: &Args) -> Result<()> {
         ..options(args, &tissue, &faults)?
     };
     // Refused before another server is waited for.
-    args.stress.limit(tissue.engine_mut())?;
+    if args.stress.limit(tissue.engine_mut())?.is_some() && args.state_hz == 0 {
+        return Err(Error::input(
+            "--stress-limit-pa: needs a --state-hz above 0, at which stress is computed",
+        ));
+    }
     let begins_anew = args.restore.is_none() && args.stand_by.is_none();
     if !begins_anew && !args.pins.is_empty() {
         return Err(Error::input(
@@ -302,7 +306,7 @@ fn open(
         server = server.with_stress((nodes, cells), hz)?;
     }
     if let Some(limit) = limit {
-        server = server.with_stress_limit(limit)?;
+        server = server.with_stress_limit(limit);
     }
     server.with_contacts(tools, hz)?.with_commands()
 }

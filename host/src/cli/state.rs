@@ -19,7 +19,8 @@ use crate::words::counted;
 /// Look at the states that a running `serve` sends: a line a second, until it ends or Ctrl-C.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example:\n  chaincell state --scene left --once --csv now.csv\n\n\
-    Any program may read them: service chaincell/left/state, see chaincell_host::session::ipc::payload.")]
+    Any program may read them: services chaincell/left/state and chaincell/left/stress,\n\
+    see chaincell_client::state and chaincell_client::stress.")]
 pub struct Args {
     #[command(flatten)]
     watch: WatchArgs,
@@ -98,7 +99,7 @@ fn stresses(args: &Args, scene: &SceneServices) -> Result<()> {
     if !args.watch.server.wait(scene, &reader)? {
         return Err(Error::input(format!(
             "no stresses on {}; start chaincell serve with the same --scene, a --state-hz above 0, and a body of \
-             chaincell bake with --young-pa or --tissue, and without --cells",
+             chaincell bake with --young-pa or --tissue",
             scene.label()
         )));
     }

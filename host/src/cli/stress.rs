@@ -12,7 +12,8 @@ use crate::words::counted;
 /// A limit of the stress.
 #[derive(Debug, Clone, Default, Serialize, Deserialize, clap::Args)]
 pub struct StressArgs {
-    /// Warn of the first node whose stress after von Mises is above this, and count all [Pa]
+    /// Warn once a node's stress after von Mises is above this, and count all such nodes [Pa]. `run` looks at all
+    /// after every tick, `serve` at some between two ticks and at all at its end; copies that a cut makes are left out
     #[arg(long, value_name = "PA", allow_negative_numbers = true)]
     stress_limit_pa: Option<f32>,
 }
@@ -26,8 +27,7 @@ impl StressArgs {
         let Some(limit_pa) = self.stress_limit_pa else { return Ok(None) };
         if engine.stressed_cells().is_none() {
             return Err(Error::input(
-                "--stress-limit-pa: this body has no stress: take one of chaincell bake with --young-pa or --tissue, \
-                 and without --cells",
+                "--stress-limit-pa: this body has no stress: take one of chaincell bake with --young-pa or --tissue",
             ));
         }
         StressLimit::new(limit_pa, engine.node_count()).map(Some)
@@ -57,7 +57,7 @@ impl StressWatch {
         Some(self.limit.warning(&met, tick))
     }
 
-    /// What it has seen.
+    /// The report so far.
     pub fn report(&self) -> StressReport {
         self.limit.report()
     }

@@ -13,7 +13,7 @@ pub struct StressLimit {
     above: Vec<bool>,
 }
 
-/// What a limit has seen.
+/// The report of a limit.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct StressReport {
     /// The limit of the stress after von Mises \[Pa\].
@@ -29,7 +29,7 @@ pub struct StressReport {
 }
 
 impl StressLimit {
-    /// A limit for a body of so many nodes.
+    /// A limit for a body with this number of nodes.
     ///
     /// # Errors
     /// A limit that is no stress.
@@ -44,11 +44,11 @@ impl StressLimit {
         Ok(Self { report: none, above: vec![false; nodes] })
     }
 
-    /// Takes the stresses of the nodes from the `first` one on, after a tick; the first node ever above the limit,
-    /// where it is one of them. Allocates nothing.
+    /// Takes the stresses of the nodes from the `first` one on, after a tick; where none was above
+    /// the limit before, the most stressed of those that are. Allocates nothing.
     pub fn take(&mut self, first: usize, rows: &[NodeStress], tick: u64) -> Option<NodeStress> {
         let had_none = self.report.nodes_above == 0;
-        let mut met = None;
+        let mut met: Option<NodeStress> = None;
         for (row, was_above) in rows.iter().zip(self.above.iter_mut().skip(first)) {
             if row.von_mises_pa > self.report.largest_von_mises_pa {
                 self.report.largest_von_mises_pa = row.von_mises_pa;
@@ -57,7 +57,7 @@ impl StressLimit {
             if row.von_mises_pa > self.report.limit_pa && !*was_above {
                 *was_above = true;
                 self.report.nodes_above += 1;
-                met = met.or(Some(*row));
+                met = met.filter(|met| met.von_mises_pa >= row.von_mises_pa).or(Some(*row));
             }
         }
         met.filter(|_| had_none)
@@ -67,12 +67,12 @@ impl StressLimit {
     #[must_use]
     pub fn warning(&self, first: &NodeStress, tick: u64) -> String {
         format!(
-            "WARNING: tick {tick}: the stress after von Mises at node {} is {:.0} Pa, above --stress-limit-pa {}",
+            "tick {tick}: the stress after von Mises at node {} is {:.0} Pa, above --stress-limit-pa {}",
             first.node, first.von_mises_pa, self.report.limit_pa
         )
     }
 
-    /// What it has seen.
+    /// The report so far.
     #[must_use]
     pub fn report(&self) -> StressReport {
         self.report

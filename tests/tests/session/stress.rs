@@ -81,6 +81,10 @@ fn without_readers_and_limit_no_stress_is_computed_and_links_have_none() {
     Outsider::join(&place.scene, true).play(0..30, pose);
     let served = serve.end(SHORT).with(0).json();
     assert_eq!((&served["stresses_sent"], &served["stress_ns"]["max"]), (&0.into(), &0.into()));
+    // Refused before a scene is joined or another server waited for.
+    let limit = ["--state-hz", "0", "--stress-limit-pa", "5", "--scene", &place.scene];
+    let refused = run([&["serve", text(&place.model)][..], &TOOL, &limit].concat()).with(2).err;
+    assert!(refused.contains("--state-hz above 0"), "{refused}");
     let links = Place::new("stress-links");
     let server = links.serve(&["--json"]);
     let args = ["state", "--stress", "--scene", &links.scene, "--once"];

@@ -83,7 +83,7 @@ impl ShowPorts {
             let model_checksum = tissue.model_checksum();
             let header = StressHeader { tick, model_checksum, ..StressHeader::default() };
             // No limit is watched here, so there is no warning.
-            let _ = stress.step(header, tissue);
+            let _ = stress.step(header, tissue, true);
         }
         if let Some(contacts) = &mut self.contacts
             && contacts.feed.is_due(now_ns, true)

@@ -8,10 +8,12 @@ use crate::engine::tissue::TissueEngine;
 use crate::error::Result;
 use crate::session::ipc::services::SceneServices;
 use crate::session::ipc::viewed::Feed;
-use crate::session::timing::clock::now_ns;
+use crate::session::timing::clock::{MILLISECOND_NS, now_ns};
 
-/// Nodes between two ticks: some 3 us each.
+/// Nodes at a time: some 3 us each.
 const STEP_NODES: usize = 24;
+/// Time without a step after which one is made although a pose may be waiting \[ns\].
+const OVERDUE_NS: u64 = 4 * MILLISECOND_NS;
 
 /// The server's side.
 #[derive(Debug)]
@@ -22,6 +24,7 @@ pub(crate) struct StressPublisher {
     rows: Vec<NodeStress>,
     means_pa: Vec<f32>,
     pass: Pass,
+    stepped_ns: u64,
 }
 
 /// A pass over the body.
@@ -39,7 +42,7 @@ struct Pass {
 }
 
 impl StressPublisher {
-    /// Opens a publisher for a body of so many nodes and cells, sent at most `hz` times per second.
+    /// Opens a publisher for a body with these numbers of nodes and cells, sent at most `hz` times per second.
     pub(crate) fn open(
         scene: &SceneServices,
         (nodes, cells): (usize, usize),
@@ -47,7 +50,9 @@ impl StressPublisher {
     ) -> Result<Self> {
         let feed = Feed::open(scene, nodes, hz)?;
         let (rows, means_pa) = (vec![NodeStress::default(); nodes], vec![f32::NAN; cells]);
-        Ok(Self { feed, limit: None, rows, means_pa, pass: Pass::default() })
+        // A body that goes on from a snapshot is looked at although nothing has changed.
+        let pass = Pass { is_old: true, ..Pass::default() };
+        Ok(Self { feed, limit: None, rows, means_pa, pass, stepped_ns: 0 })
     }
 
     /// Notes that the body has changed.
@@ -56,16 +61,39 @@ impl StressPublisher {
         self.feed.changed();
     }
 
-    /// Computes the next nodes, if somebody reads or a limit is watched, and sends the body behind the last of them.
-    /// Returns a warning for the first node ever above the limit. `header` is that of now. Does not allocate itself,
-    /// but for the warning.
-    pub(crate) fn step(
+    /// Returns true within a pass.
+    pub(crate) fn is_in_pass(&self) -> bool {
+        self.pass.next > 0
+    }
+
+    /// Looks at the whole body once more, if a limit is watched: the session has ended. Returns as [`Self::step`].
+    pub(crate) fn finish(
         &mut self,
         header: StressHeader,
         engine: &mut dyn TissueEngine,
     ) -> Option<String> {
+        let limit = self.limit.as_mut()?;
+        self.means_pa.fill(f32::NAN);
+        engine.read_stresses(0, &mut self.rows, &mut self.means_pa);
+        let met = limit.take(0, &self.rows, header.tick)?;
+        Some(limit.warning(&met, header.tick))
+    }
+
+    /// Computes the next nodes, if somebody reads or a limit is watched, and sends the body behind the last of them.
+    /// While a pose may be waiting (`idle` is false) a step has to be overdue. Returns a warning for the first nodes
+    /// ever above the limit. `header` is that of now. Does not allocate itself, but for the warning.
+    pub(crate) fn step(
+        &mut self,
+        header: StressHeader,
+        engine: &mut dyn TissueEngine,
+        idle: bool,
+    ) -> Option<String> {
         let start_ns = now_ns();
-        let (Self { feed, limit, rows, means_pa, pass }, tick) = (self, header.tick);
+        if !idle && start_ns < self.stepped_ns + OVERDUE_NS {
+            return None;
+        }
+        self.stepped_ns = start_ns;
+        let (Self { feed, limit, rows, means_pa, pass, .. }, tick) = (self, header.tick);
         // Begin a pass.
         if pass.next == 0 {
             let is_read = feed.is_due(start_ns, true);

@@ -63,15 +63,11 @@ impl Run<'_> {
             }
         }
         // The next stresses.
-        if idle && let Some(stress) = &mut self.stress {
-            let header = StressHeader {
-                tick: self.session.last_tick(),
-                model_checksum: self.session.engine.model_checksum(),
-                ..StressHeader::default()
-            };
-            if let Some(warning) = stress.step(header, self.session.engine) {
-                terminal::note(warning);
-            }
+        let header = self.stress_header();
+        if let Some(stress) = &mut self.stress
+            && let Some(warning) = stress.step(header, self.session.engine, idle)
+        {
+            terminal::note(format_args!("WARNING: {warning}"));
         }
         // The contacts, if they are due.
         if self.contacts.as_mut().is_some_and(|contacts| contacts.feed.is_due(now_ns, idle)) {
@@ -84,6 +80,24 @@ impl Run<'_> {
             if let Some(contacts) = &mut self.contacts {
                 contacts.send(header, self.session.engine);
             }
+        }
+    }
+
+    fn stress_header(&self) -> StressHeader {
+        StressHeader {
+            tick: self.session.last_tick(),
+            model_checksum: self.session.engine.model_checksum(),
+            ..StressHeader::default()
+        }
+    }
+
+    /// Looks at the stress of the last tick, if a limit is watched.
+    pub(super) fn finish_stress(&mut self) {
+        let header = self.stress_header();
+        if let Some(stress) = &mut self.stress
+            && let Some(warning) = stress.finish(header, self.session.engine)
+        {
+            terminal::note(format_args!("WARNING: {warning}"));
         }
     }
 

@@ -35,7 +35,7 @@ use crate::engine::estimates::Estimates;
 use crate::engine::flag_ticks::FlagTicks;
 use crate::engine::stress_limit::StressLimit;
 use crate::engine::tissue::TissueEngine;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::interrupt;
 use crate::session::ipc;
 use crate::session::ipc::command::CommandServer;
@@ -69,6 +69,8 @@ pub use watcher::Shared;
 
 /// Longest pause between checks for Ctrl-C and for the end of the run \[ns\].
 const LOOK_NS: u64 = 5 * MILLISECOND_NS;
+/// Waits without a pose after which a scene rests.
+const RESTS: u32 = 4;
 /// Time for readers to receive the last answer \[ns\].
 const LINGER_NS: u64 = 10 * MILLISECOND_NS;
 
@@ -146,7 +148,7 @@ impl Server {
         Ok(self)
     }
 
-    /// Publishes strain and stress of a body of so many nodes and cells, at most `hz` times a second, 0 for never.
+    /// Publishes strain and stress of a body with these numbers of nodes and cells, at most `hz` times a second, 0 for never.
     ///
     /// # Errors
     /// As [`Self::with_state`].
@@ -158,18 +160,13 @@ impl Server {
         Ok(self)
     }
 
-    /// Watches a limit of the stress that is published, with or without a reader.
-    ///
-    /// # Errors
-    /// No stress is published.
-    pub fn with_stress_limit(mut self, limit: StressLimit) -> Result<Self> {
-        let stress = self.stress.as_mut().ok_or_else(|| {
-            Error::input(
-                "--stress-limit-pa: needs a --state-hz above 0, at which stress is computed",
-            )
-        })?;
-        stress.limit = Some(limit);
-        Ok(self)
+    /// Watches a limit of the stress, if it is published, with or without a reader.
+    #[must_use]
+    pub fn with_stress_limit(mut self, limit: StressLimit) -> Self {
+        if let Some(stress) = &mut self.stress {
+            stress.limit = Some(limit);
+        }
+        self
     }
 
     /// Publishes contacts at most `hz` times a second, 0 for none, if there are `tools` on a contact surface.
@@ -247,6 +244,7 @@ impl Server {
             shared.end();
             of_leftovers.thread().unpark();
             run.end_snapshots();
+            run.finish_stress();
             ended
         });
         // A reader that has just joined misses messages that a publisher sends right before its end.
@@ -288,6 +286,8 @@ struct Run<'a> {
     /// Poses accepted and not yet executed, oldest first.
     inbox: VecDeque<Arrived>,
     in_charge: Option<UniquePublisherId>,
+    /// Waits since the last pose.
+    idle_rounds: u32,
     rate: PoseRate,
     alive_until_ns: u64,
     budget: TimeBudget,
@@ -351,6 +351,7 @@ impl<'a> Run<'a> {
             step: Latencies::new()?,
             inbox,
             in_charge: None,
+            idle_rounds: 0,
             rate: server.rate,
             alive_until_ns: 0,
             budget,
@@ -390,6 +391,9 @@ impl<'a> Run<'a> {
             }
             // Execute the oldest pose, or wait for one.
             let has_come = self.take_in();
+            if has_come {
+                self.idle_rounds = 0;
+            }
             if let Some(arrived) = self.inbox.pop_front() {
                 if self.is_anytime() && !self.inbox.is_empty() {
                     self.execute_late(arrived);
@@ -424,7 +428,11 @@ impl<'a> Run<'a> {
             );
         }
         self.connect_peers();
-        let deadline_ns = (now_ns() + LOOK_NS).min(self.end_ns);
+        // Nobody waits for an answer while a scene rests: the stress goes on without a pause.
+        self.idle_rounds = self.idle_rounds.saturating_add(1);
+        let is_in_pass = self.stress.as_ref().is_some_and(StressPublisher::is_in_pass);
+        let look_ns = if is_in_pass && self.idle_rounds > RESTS { 0 } else { LOOK_NS };
+        let deadline_ns = (now_ns() + look_ns).min(self.end_ns);
         let deadline_ns = self
             .shared
             .voice()
