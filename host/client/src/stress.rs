@@ -34,6 +34,13 @@ pub struct NodeStress {
 }
 
 /// The pass over the body that the stresses are of: 24 bytes, the user header of a slice of [`NodeStress`].
+///
+/// ```
+/// use chaincell_client::stress::StressHeader;
+///
+/// let header = StressHeader { first_tick: 400, tick: 422, nodes: 995, ..StressHeader::default() };
+/// assert_eq!(header.tick - header.first_tick, 22); // a pass of 23 ms at 1 kHz
+/// ```
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ZeroCopySend)]
 #[type_name("chaincell.Stress.v1")]
 #[repr(C)]
