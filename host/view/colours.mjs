@@ -4,6 +4,7 @@
 export const QUANTITIES = {
   displacement: { title: "Displacement", unit: "mm", factor: 1e3, from: 0, leastEnd: 1e-3 },
   stretch: { title: "Largest surface stretch", unit: "", factor: 1, from: 1, leastEnd: 1.02 },
+  stress: { title: "Stress (von Mises)", unit: "kPa", factor: 1e-3, from: 0, leastEnd: 10 },
   pressure: { title: "Contact pressure", unit: "kPa", factor: 1e-3, from: 0, leastEnd: 100 },
 };
 

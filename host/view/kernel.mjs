@@ -9,7 +9,7 @@ const PAGE_BYTES = 65536;
 export const TRIANGLES = 1024;
 export const SAMPLES = 2048;
 /** Bytes of the interface's structs; `model` is CHAINCELL_MODEL_BYTES. */
-export const BYTES = { model: 656, detail: 20, info: 64, settings: 32, room: 24, budget: 12, pose: 32, output: 56, part: 44, contact: 56 };
+export const BYTES = { model: 656, detail: 20, info: 64, settings: 32, room: 24, budget: 12, pose: 32, output: 56, part: 44, contact: 56, stress: 44 };
 /** Most parts of a tool. */
 const PARTS_MAX = 8;
 /** Most sweeps that a tick may be asked for. */
@@ -136,6 +136,13 @@ export class Tissue {
       const real = (word) => view.getFloat32(at + 4 * word, true);
       return [view.getUint32(at + 40, true), Math.hypot(real(3), real(4), real(5)) / real(9)];
     });
+  }
+
+  /** Returns the stress after von Mises at the node of an input id [Pa]. */
+  stressPa(inputId) {
+    const stress = (this.stress ??= this.take(BYTES.stress, 16));
+    this.check(this.exports.chaincell_stress(this.tissue, inputId, stress));
+    return this.view().getFloat32(stress + 36, true);
   }
 
   /** Returns the state hash as 16 hexadecimal digits. */

@@ -3,13 +3,16 @@ import { pressuresOf, trianglesAround } from "./contacts.mjs";
 import { bodyOf } from "./image.mjs";
 import { bytesOf, token } from "./own.mjs";
 import { COUNT_MS, TRAIL_TICKS } from "./pace.mjs";
+import { surfaceCells } from "./surface.mjs";
 
-const VERSION = 3;
-const BYTES = { head: 64, tool: 72, point: 36, contact: 20, cell: 12 };
+const VERSION = 4;
+const BYTES = { head: 68, tool: 72, point: 36, contact: 20, stress: 4, cell: 12 };
 /** Time between two attempts to connect [ms]. */
 const AGAIN_MS = 1000;
 /** How long a refusal is shown [ms]. */
 const REFUSAL_MS = 5000;
+/** Time between two words that the stress is shown [ms]. */
+const STRESS_MS = 500;
 /** The server's word for too many pages, and for its end. */
 const FULL = 1013;
 const ENDED = 1001;
@@ -29,8 +32,8 @@ export function frameOf(buffer) {
     checksum: whole().toString(16).padStart(8, "0"), tick: Number(long()), ticksAnswered: Number(long()),
     hash: long().toString(16).padStart(16, "0"), flags: whole(), sweeps: whole(), stepUs: whole() / 1000, energyJ: real(),
   };
-  const [tools, points, cells, contacts] = [whole(), whole(), whole(), whole()];
-  const bytes = tools * BYTES.tool + points * BYTES.point + contacts * BYTES.contact + cells * BYTES.cell;
+  const [tools, points, cells, contacts, stresses] = [whole(), whole(), whole(), whole(), whole()];
+  const bytes = tools * BYTES.tool + points * BYTES.point + contacts * BYTES.contact + stresses * BYTES.stress + cells * BYTES.cell;
   if (buffer.byteLength !== BYTES.head + bytes) throw new Error("a frame of the server has another length than its parts");
   return {
     ...head,
@@ -40,6 +43,7 @@ export function frameOf(buffer) {
     })),
     points: Array.from({ length: points }, () => ({ tick: Number(long()), forceN: reals(3), errorN: real(), positionM: reals(3) })),
     contacts: Array.from({ length: contacts }, () => ({ cell: whole(), positionM: reals(3), pressurePa: real() })),
+    stressesPa: reals(stresses),
     positionsM: new Float32Array(buffer.slice(at)),
   };
 }
@@ -95,6 +99,7 @@ export class Live {
     const info = { cells: rest.length / 3, links: links.length / 2, unitM, centreM, checksum: this.config.checksum, hasShapes, hasTools: this.config.tools.length > 0 };
     this.triangles = triangles;
     this.around = trianglesAround(triangles);
+    this.surface = surfaceCells(triangles);
     this.onready({ restM, triangles, links, fixed, info: { ...info, name: this.config.name } });
     this.#connect();
   }
@@ -143,6 +148,7 @@ export class Live {
 
   #take(frame) {
     this.frames += 1;
+    if (this.showsStress && !this.notice) this.onstatus(frame.stressesPa.length ? "" : "The scene has sent no stress yet");
     this.#followSweeps(frame.sweeps);
     const now = performance.now();
     if (now - this.counted.ms > COUNT_MS) {
@@ -159,7 +165,7 @@ export class Live {
     this.onstate({
       tick: frame.tick, timeS: frame.tick * 1e-3, hash: frame.hash, positionsM: frame.positionsM, tools,
       pressuresPa: pressuresOf(frame.contacts, frame.positionsM, this.triangles, this.around),
-      sweeps: frame.sweeps, energyJ: frame.energyJ, stepUs: frame.stepUs, ticksPerS: this.counted.ticksPerS,
+      stressesPa: this.surface.map((cell) => frame.stressesPa[cell] ?? 0), sweeps: frame.sweeps, energyJ: frame.energyJ, stepUs: frame.stepUs, ticksPerS: this.counted.ticksPerS,
       trail: this.trail.take(frame.points, frame.tools.some((tool) => tool.contacts > 0)),
     });
   }
@@ -169,6 +175,19 @@ export class Live {
     if (this.hasSetSweeps || sweeps <= this.setup.sweeps) return;
     this.setup.sweeps = sweeps;
     if (this.can.has("sweeps")) this.onsetup();
+  }
+
+  /** The server computes the stress while a page says that it shows it. */
+  show(colour) {
+    clearInterval(this.asking);
+    if (this.showsStress && colour !== "stress") this.onstatus(this.notice);
+    this.showsStress = colour === "stress";
+    const ask = () => {
+      if (this.socket?.readyState === WebSocket.OPEN) this.socket.send("stress");
+    };
+    if (!this.showsStress) return;
+    ask();
+    this.asking = setInterval(ask, STRESS_MS);
   }
 
   #ask(order) {

@@ -49,6 +49,7 @@ class View {
     this.state = null;
     $("stage").classList.remove("is-shown");
     this.isAwaited = true;
+    this.source.show($("colour").value);
     this.scene.ready(body);
     this.panel.ready(body.info, this.source.can);
     if (["settings", "sweeps"].some((verb) => this.source.can.has(verb))) {
@@ -122,7 +123,10 @@ class View {
       size: () => this.scene.size, normal: () => this.#normal(),
       move: (pose) => this.source.tool(this.chosen, pose), touched: () => ($("hint").hidden = true),
     });
-    $("colour").onchange = () => this.scene.setLook({ colour: $("colour").value });
+    $("colour").onchange = () => {
+      this.scene.setLook({ colour: $("colour").value });
+      this.source.show($("colour").value);
+    };
     for (const id of ["wires", "links", "fixed"]) $(id).onchange = () => this.scene.setLook({ [id]: $(id).checked });
     $("beside").onchange = () => this.#compare($("beside").checked);
     $("pause").onclick = () => this.#pause(!this.isPaused);

@@ -1,7 +1,7 @@
 // States from the kernel in the page itself, in a worker.
 import { bodyOf, fromBase64, inflate } from "./image.mjs";
 import { partsOf, reachM } from "./parts.mjs";
-import { nearestAtRest } from "./surface.mjs";
+import { nearestAtRest, surfaceCells } from "./surface.mjs";
 import { add, at, scale, turnTo } from "./vectors.mjs";
 
 /** Reads what the configuration holds itself or where it is to be fetched. */
@@ -125,6 +125,13 @@ export class Own {
 
   tool(index, { positionM, orientation }) {
     this.worker.postMessage({ kind: "tool", index, pose: [...positionM, ...orientation] });
+  }
+
+  /** The worker computes what the colours show. */
+  show(colour) {
+    const { triangles, inputIds } = this.body;
+    const ids = colour === "stress" ? surfaceCells(triangles).map((cell) => inputIds[cell]) : null;
+    this.worker.postMessage({ kind: "show", ids });
   }
 
   pause(on) {

@@ -46,14 +46,15 @@ export class Panel {
     $("material").hidden = !(can.has("bake") && material);
     if (material) [$("young").value, $("poisson").value] = [material.young_pa / 1e3, material.poisson];
     $("beside-label").hidden = !info.hasTools;
-    this.#pressure(info);
+    this.#without("pressure", !info.hasTools, "held cells have none");
+    this.#without("stress", !info.hasShapes, "links have none");
   }
 
-  /** Greys out the pressure where there is none to show, and says why. */
-  #pressure({ hasTools }) {
-    const option = $("colour").querySelector("[value=pressure]");
-    option.disabled = !hasTools;
-    option.textContent = `${QUANTITIES.pressure.title}${hasTools ? "" : ": held cells have none"}`;
+  /** Greys out what a body does not have, and says why. */
+  #without(quantity, lacks, why) {
+    const option = $("colour").querySelector(`[value=${quantity}]`);
+    option.disabled = lacks;
+    option.textContent = `${QUANTITIES[quantity].title}${lacks ? `: ${why}` : ""}`;
   }
 
   /** Buttons that choose a tool, add one and take the chosen one away. */

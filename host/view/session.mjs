@@ -1,6 +1,7 @@
 // States from a recorded session, which the kernel in the page plays.
 import { bodyOf } from "./image.mjs";
 import { bytesOf } from "./own.mjs";
+import { surfaceCells } from "./surface.mjs";
 
 export class Session {
   /** Set `onready(body)`, `onstate(state)`, `onstatus(text)` and then call `start()`. */
@@ -31,6 +32,13 @@ export class Session {
     this.first = info.session.first;
     this.onready({ restM, triangles, links, fixed, info: { ...info, hasShapes, name: this.config.name } });
     this.worker.postMessage({ kind: "session begin" });
+  }
+
+  /** The worker computes what the colours show. */
+  show(colour) {
+    const { triangles, inputIds } = this.body;
+    const ids = colour === "stress" ? surfaceCells(triangles).map((cell) => inputIds[cell]) : null;
+    this.worker.postMessage({ kind: "session show", ids });
   }
 
   pause(on) {

@@ -2,6 +2,7 @@
 import { CATCH_UP_MS, Rate, STATE_MS, TICK_MS, TRAIL_TICKS, WORK_MS } from "./pace.mjs";
 import { Player } from "./player.mjs";
 import { Recording } from "./recording.mjs";
+import { Stresses } from "./stresses.mjs";
 
 class SessionLoop {
   constructor(player) {
@@ -15,6 +16,7 @@ class SessionLoop {
     this.owedMs = 0;
     this.lastMs = this.sentMs = performance.now();
     this.rate = new Rate();
+    this.stresses = new Stresses(player);
     const channel = new MessageChannel();
     channel.port1.onmessage = () => this.run();
     this.again = () => channel.port2.postMessage(0);
@@ -117,7 +119,7 @@ class SessionLoop {
     const { first, last, tools } = player.recording;
     const state = {
       tick: player.tick, timeS: player.tick * 1e-3, hash: player.hash(), positionsM, tools: player.tools(), sweeps, energyJ,
-      pressuresPa: tools ? player.pressuresPa() : [], stepUs: this.rate.stepUs, ticksPerS: this.isPaused ? 0 : this.rate.ticksPerS, trail: this.trail,
+      pressuresPa: tools ? player.pressuresPa() : [], stressesPa: this.stresses.take(this.isPaused || player.isAtEnd), stepUs: this.rate.stepUs, ticksPerS: this.isPaused ? 0 : this.rate.ticksPerS, trail: this.trail,
       session: { first, last, compared: player.compared.size, differs: player.differs, isAtEnd: player.isAtEnd, isSeeking: this.target !== null },
     };
     this.trail = [];
@@ -128,6 +130,8 @@ class SessionLoop {
 }
 
 let sessionLoop = null;
+/** Input ids of the cells whose stress is shown. */
+let stressedIds = null;
 
 /** What a page with a recorded session asks of the worker. */
 export const sessionOrders = {
@@ -137,8 +141,16 @@ export const sessionOrders = {
     const { first, last, tools } = sessionOrders.player.recording;
     postMessage({ kind: "info", info: { ...sessionOrders.player.info, hasTools: tools > 0, session: { first, last } } });
   },
-  "session begin": () => (sessionLoop = new SessionLoop(sessionOrders.player)),
+  "session begin"() {
+    sessionLoop = new SessionLoop(sessionOrders.player);
+    sessionLoop.stresses.show(stressedIds);
+  },
   "session pause": ({ on }) => sessionLoop.pause(on),
+  "session show"({ ids }) {
+    stressedIds = ids;
+    sessionLoop?.stresses.show(ids);
+    sessionLoop?.send();
+  },
   "session step": () => sessionLoop.step(),
   "session seek": ({ tick }) => sessionLoop.seek(tick),
   "session speed": ({ factor }) => (sessionLoop.speed = factor),

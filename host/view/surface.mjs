@@ -13,7 +13,7 @@ export class Surface {
   constructor({ restM, triangles }) {
     this.restM = restM;
     this.triangles = triangles;
-    this.cells = [...new Set(triangles)].sort((a, b) => a - b);
+    this.cells = surfaceCells(triangles);
     this.#group();
     this.rest = this.#restShapes();
     this.#cut();
@@ -98,7 +98,7 @@ export class Surface {
     return shapes;
   }
 
-  /** Takes over a state; `what` is displacement [m], stretch [1] or pressure [Pa]. */
+  /** Takes over a state; `what` is displacement [m], stretch [1], stress [Pa] or pressure [Pa]. */
   update(state, what) {
     const positions = state.positionsM;
     this.#updateNormals(positions);
@@ -108,7 +108,8 @@ export class Surface {
       const pressures = new Map();
       for (const [face, pressurePa] of state.pressuresPa ?? []) pressures.set(face, (pressures.get(face) ?? 0) + pressurePa);
       this.#spread((face) => pressures.get(face) ?? 0, 0);
-    } else this.#displacements(positions);
+    } else if (what === "stress") this.cells.forEach((cell, index) => (this.values[cell] = state.stressesPa?.[index] ?? 0));
+    else this.#displacements(positions);
     for (let face = 0; face < this.triangles.length / 3; face++) this.#fill(positions, face);
   }
 
@@ -185,6 +186,11 @@ export class Surface {
   most() {
     return this.cells.reduce((most, cell) => Math.max(most, this.values[cell]), 0);
   }
+}
+
+/** Returns the cells of a surface, ascending. */
+export function surfaceCells(triangles) {
+  return [...new Set(triangles)].sort((a, b) => a - b);
 }
 
 /** Returns the cell of the surface nearest to a place at rest, and the outward normal there. */

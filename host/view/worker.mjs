@@ -3,6 +3,7 @@
 import { Tissue } from "./kernel.mjs";
 import { CATCH_UP_MS, Rate, STATE_MS, TICK_MS, TRAIL_TICKS, WORK_MS } from "./pace.mjs";
 import { sessionOrders } from "./session_loop.mjs";
+import { Stresses } from "./stresses.mjs";
 
 /** Farthest that a tool moves in a tick [m]. */
 const TOOL_STEP_M = 0.0004;
@@ -17,6 +18,7 @@ class Loop {
     this.owedMs = 0;
     this.lastMs = this.sentMs = performance.now();
     this.rate = new Rate();
+    this.stresses = new Stresses(tissue);
     this.reset();
     const channel = new MessageChannel();
     channel.port1.onmessage = () => this.run();
@@ -130,7 +132,7 @@ class Loop {
     const state = {
       tick: this.tick, timeS: this.tick * 1e-3, hash: this.tissue.hash(), positionsM, tools, sweeps, energyJ,
       pressuresPa: this.setup.held.length ? [] : this.tissue.pressuresPa(),
-      stepUs: this.rate.stepUs, ticksPerS: this.isPaused ? 0 : this.rate.ticksPerS, trail: this.trail,
+      stressesPa: this.stresses.take(this.isPaused), stepUs: this.rate.stepUs, ticksPerS: this.isPaused ? 0 : this.rate.ticksPerS, trail: this.trail,
     };
     this.trail = [];
     postMessage({ kind: "state", state }, [positionsM.buffer]);
@@ -147,6 +149,8 @@ function demoOf({ startPose, direction, depthM, periodTicks }) {
 }
 
 let loop = null;
+/** Input ids of the cells whose stress is shown. */
+let stressed = null;
 
 const orders = {
   ...sessionOrders,
@@ -157,7 +161,10 @@ const orders = {
     orders.tissue = tissue;
     postMessage({ kind: "info", info: tissue.info });
   },
-  begin: ({ setup }) => (loop = new Loop(orders.tissue, setup)),
+  begin({ setup }) {
+    loop = new Loop(orders.tissue, setup);
+    loop.stresses.show(stressed);
+  },
   go() {
     loop.lastMs = performance.now();
     loop.run();
@@ -171,6 +178,11 @@ const orders = {
     loop.isPaused = on;
     loop.owedMs = 0;
     loop.send();
+  },
+  show({ ids }) {
+    stressed = ids;
+    loop?.stresses.show(ids);
+    if (loop?.isPaused) loop.send();
   },
   step() {
     loop.oneTick();

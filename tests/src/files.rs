@@ -61,6 +61,14 @@ pub fn play(model: &Path, path: &Path, out: &Path, options: &[&str]) -> Ended {
     run([&args, options].concat())
 }
 
+/// Numbers of a named array of a VTU file.
+pub fn array(vtu: &str, name: &str) -> Vec<f64> {
+    let start = vtu.find(&format!("Name=\"{name}\"")).unwrap();
+    let body = &vtu[start..];
+    let body = &body[body.find('>').unwrap() + 1..body.find("</DataArray>").unwrap()];
+    body.split_whitespace().map(|number| number.parse().unwrap()).collect()
+}
+
 /// One row of a path: tick, position \[m\], engaged.
 pub type Row = (u64, [f32; 3], u32);
 

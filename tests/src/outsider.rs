@@ -9,6 +9,7 @@ use chaincell_client::contacts::{Contact, ContactsHeader};
 pub use chaincell_client::payload::{
     CommandMessage as Order, NodePosition as Row, ReplyMessage as Reply, StateHeader as Stamp,
 };
+use chaincell_client::stress::StressHeader;
 use iceoryx2::node::{Node, NodeView};
 use iceoryx2::port::client::Client;
 use iceoryx2::port::subscriber::Subscriber;
@@ -98,6 +99,15 @@ impl Header for ContactsHeader {
 
     fn ticks_answered(&self) -> u64 {
         self.ticks_answered
+    }
+}
+
+impl Header for StressHeader {
+    const TOPIC: &'static str = "stress";
+
+    /// Those before the pass, where the first tick is number 0.
+    fn ticks_answered(&self) -> u64 {
+        self.first_tick + 1
     }
 }
 

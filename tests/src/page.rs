@@ -107,11 +107,12 @@ impl Frame {
         let whole = |at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().unwrap());
         let long = |at: usize| u64::from_le_bytes(bytes[at..at + 8].try_into().unwrap());
         let vector = |at: usize| [0, 4, 8].map(|axis| f32::from_bits(whole(at + axis)));
-        let [tools, points, cells, contacts] = [48, 52, 56, 60].map(|at| whole(at) as usize);
-        let first_point = 64 + 72 * tools;
+        let [tools, points, cells, contacts, stresses] =
+            [48, 52, 56, 60, 64].map(|at| whole(at) as usize);
+        let first_point = 68 + 72 * tools;
         let first_contact = first_point + 36 * points;
-        let first_cell = first_contact + 20 * contacts;
-        assert!(whole(0) == 3 && bytes.len() == first_cell + 12 * cells);
+        let first_cell = first_contact + 20 * contacts + 4 * stresses;
+        assert!(whole(0) == 4 && bytes.len() == first_cell + 12 * cells);
         for contact in 0..contacts {
             assert!((whole(first_contact + 20 * contact) as usize) < cells);
         }
@@ -120,7 +121,7 @@ impl Frame {
             tick: long(8),
             hash: long(24),
             sweeps: whole(36),
-            tool: (vector(72), vector(100)),
+            tool: (vector(76), vector(104)),
             points: (0..points).map(|point| long(first_point + 36 * point)).collect(),
             positions_m: (0..cells).map(|cell| vector(first_cell + 12 * cell)).collect(),
         }

@@ -71,6 +71,12 @@ try {
   const { farM, reachM } = await browser.evaluate(PRESSED);
   assert.ok(farM < reachM, `pressure ${farM} m from the ball's centre`);
   await browser.picture(join(folder, "pressure.png"));
+  // The server computes the stress while a page shows it.
+  await browser.evaluate(`(() => { const e = document.getElementById("colour"); e.value = "stress"; e.onchange(); })()`);
+  await browser.until("Math.max(...chaincell.state.stressesPa) > 100 && chaincell.scene.figure.surface.most() > 100");
+  await browser.picture(join(folder, "stress.png"));
+  await browser.evaluate(`(() => { const e = document.getElementById("colour"); e.value = "displacement"; e.onchange(); })()`);
+  await browser.until("Math.max(...chaincell.state.stressesPa) === 0");
   // A frame of another version is refused in words.
   const refused = `(() => { chaincell.source.socket.onmessage({ data: new ArrayBuffer(70) }); return document.getElementById("status").textContent; })()`;
   assert.match(await browser.evaluate(refused), /another release/);

@@ -112,6 +112,13 @@ async function playedNatively(browser, name) {
   return { path, image, kinds, ticks, hash };
 }
 
+/** The stress after von Mises by node in a VTU file [Pa]. */
+function stressesOf(file) {
+  const vtu = readFileSync(file, "utf8");
+  const [nodes, stressesPa] = ["node", "von_mises_pa"].map((name) => vtu.match(new RegExp(`Name="${name}"[^>]*>([^<]*)<`))[1].trim().split(/\s+/).map(Number));
+  return new Map(nodes.map((node, index) => [node, Math.fround(stressesPa[index])]));
+}
+
 /** Processor seconds of a browser from its start until a page has drawn its first picture. */
 async function costS(file, isDrawn) {
   const browser = await Browser.start({ width: 960, height: 640 });
@@ -161,9 +168,17 @@ try {
   if (scalar) assert.equal(await played(scalar, image, path, kinds), hash, "without vector units");
 
   // Every quantity, and a tick by hand.
-  for (const colour of ["stretch", "pressure", "displacement"]) {
+  for (const colour of ["stretch", "stress", "pressure", "displacement"]) {
     await browser.evaluate(`(() => { const e = document.getElementById("colour"); e.value = "${colour}"; e.onchange(); })()`);
     await browser.until(`chaincell.scene.look.colour === "${colour}" && !chaincell.scene.isNew`);
+    if (colour === "stress") {
+      // Of the surface it is what the command has written, to the bit.
+      await browser.until("Math.max(...chaincell.state.stressesPa) > 0 && !chaincell.scene.isNew");
+      const written = stressesOf(join(folder, "one", "organ", "final.vtu"));
+      const shown = await browser.evaluate("chaincell.scene.figure.surface.cells.map((cell, index) => [chaincell.source.body.inputIds[cell], chaincell.state.stressesPa[index]])");
+      assert.ok(shown.length > 100 && shown.every(([, stressPa]) => stressPa > 0), `${shown.length} stresses`);
+      assert.deepEqual(shown.map(([node]) => written.get(node)), shown.map(([, stressPa]) => stressPa));
+    }
     await browser.picture(join(folder, `${colour}.png`));
   }
   assert.equal(await browser.evaluate("document.getElementById('replay').hidden"), false);

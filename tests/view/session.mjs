@@ -57,6 +57,12 @@ try {
   assert.equal(end.session.differs, null);
   assert.ok(end.session.compared >= TICKS / 20, `${end.session.compared} hashes compared`);
   assert.equal(await browser.evaluate(`document.getElementById("pause").textContent`), "Go on", "it stops at the end");
+  // The stress is there in a pause too.
+  const show = (colour) => browser.evaluate(`(() => { const e = document.getElementById("colour"); e.value = "${colour}"; e.onchange(); })()`);
+  await show("stress");
+  await browser.until("chaincell.state.stressesPa.length > 100 && Math.max(...chaincell.state.stressesPa) > 0");
+  await show("displacement");
+  await browser.until("chaincell.state.stressesPa.length === 0");
   // Backwards, one tick on, and to the end once more.
   const look = await go(LOOK_TICK);
   assert.equal(look.hash, hashOf(trace, LOOK_TICK), `tick ${LOOK_TICK}`);

@@ -14,6 +14,7 @@ use crate::payload::{CommandMessage, NodePosition, ReplyMessage};
 use crate::pose;
 use crate::services::{QUEUE_MESSAGES, SceneServices};
 use crate::state::StateReader;
+use crate::stress::{NodeStress, StressReader};
 use crate::viewed::View;
 
 /// Upper limit of every wait \[ns\]: an hour.
@@ -37,6 +38,7 @@ pub enum Outcome {
 pub struct Client {
     control: Option<Control>,
     state: Option<StateReader>,
+    stress: Option<StressReader>,
     contacts: Option<ContactReader>,
     commands: Option<CommandClient>,
     // After its ports: fields are dropped in order.
@@ -86,7 +88,7 @@ impl Client {
                 Some(Control::new(Exchange::open(&scene, &options, stop)?))
             }
         };
-        Ok(Self { control, state: None, contacts: None, commands: None, scene })
+        Ok(Self { control, state: None, stress: None, contacts: None, commands: None, scene })
     }
 
     /// Sends the poses of tools 0, 1 and so on, and waits at most `wait_ns` for the answer to them.
@@ -157,6 +159,15 @@ impl Client {
     /// No place for a further reader, or two states are held already.
     pub fn state(&mut self) -> Result<Option<View<NodePosition>>> {
         joined(&mut self.state, || StateReader::open(&self.scene))?.borrow()
+    }
+
+    /// Returns the newest strain and stress of all nodes that were not taken yet, without a copy; as [`Self::state`]. The
+    /// server computes them from the first call on.
+    ///
+    /// # Errors
+    /// No place for a further reader, or two messages are held already.
+    pub fn stress(&mut self) -> Result<Option<View<NodeStress>>> {
+        joined(&mut self.stress, || StressReader::open(&self.scene))?.borrow()
     }
 
     /// Returns the newest contacts that were not taken yet, without a copy; as [`Self::state`].

@@ -66,6 +66,7 @@ pub mod ramp;
 pub mod services;
 pub mod shaper;
 pub mod state;
+pub mod stress;
 pub mod tools;
 pub mod viewed;
 pub mod wait;

@@ -13,7 +13,7 @@ pub type Ipc = ipc_threadsafe::Service;
 pub const SCENE_BYTES_MAX: usize = 64;
 
 /// The last parts of service names, which can't name a scene.
-const RESERVED: [&str; 5] = ["state", "contacts", "command", "tools", "forces"];
+const RESERVED: [&str; 6] = ["state", "stress", "contacts", "command", "tools", "forces"];
 
 /// The services of one scene.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -24,6 +24,8 @@ pub struct SceneNames {
     pub forces: ServiceName,
     /// States for viewers.
     pub state: ServiceName,
+    /// Strain and stress for viewers.
+    pub stress: ServiceName,
     /// Contacts for viewers.
     pub contacts: ServiceName,
     /// Commands to the tissue's process.
@@ -46,6 +48,7 @@ impl SceneNames {
             tools: service(&format!("{prefix}/tools"), scene)?,
             forces: service(&format!("{prefix}/forces"), scene)?,
             state: service(&format!("{prefix}/state"), scene)?,
+            stress: service(&format!("{prefix}/stress"), scene)?,
             contacts: service(&format!("{prefix}/contacts"), scene)?,
             command: service(&format!("{prefix}/command"), scene)?,
             label,
@@ -56,8 +59,8 @@ impl SceneNames {
 impl SceneNames {
     /// Returns the names of all services.
     pub(crate) fn services(&self) -> Vec<String> {
-        let Self { tools, forces, state, contacts, command, .. } = self;
-        let all = [tools, forces, state, contacts, command];
+        let Self { tools, forces, state, stress, contacts, command, .. } = self;
+        let all = [tools, forces, state, stress, contacts, command];
         all.map(|name| name.as_str().to_owned()).into()
     }
 }
@@ -116,6 +119,7 @@ mod tests {
         assert_eq!(named.tools.as_str(), "chaincell/left-hand/tools");
         assert_eq!(named.forces.as_str(), "chaincell/left-hand/forces");
         assert_eq!(named.state.as_str(), "chaincell/left-hand/state");
+        assert_eq!(named.stress.as_str(), "chaincell/left-hand/stress");
         assert_eq!(named.contacts.as_str(), "chaincell/left-hand/contacts");
         assert_eq!(named.command.as_str(), "chaincell/left-hand/command");
         assert!(SceneNames::new(Some(&"x".repeat(SCENE_BYTES_MAX))).is_ok());
@@ -131,7 +135,7 @@ mod tests {
     #[test]
     fn refusals_name_the_option_and_the_remedy() {
         let long = "x".repeat(SCENE_BYTES_MAX + 1);
-        let reserved = ["tools", "forces", "state", "contacts", "command"];
+        let reserved = RESERVED;
         let bad = ["", &long, "a/b", "a\\b", "a\nb", "a b", "käfer"];
         for name in bad.into_iter().chain(reserved) {
             let error = SceneNames::new(Some(name)).unwrap_err();

@@ -66,7 +66,7 @@ pub struct ReplyMessage {
     pub state_hash: u64,
     /// 0 done, 1 refused: nothing has changed.
     pub result: u32,
-    /// Reason of a refusal, see [`Refusal`](crate::command::Refusal); 0 when done.
+    /// Reason of a refusal, see [`Refusal`](crate::command::Refusal). When done, of a pin its number, else 0.
     pub reason: u32,
 }
 

@@ -68,6 +68,8 @@ pub struct SceneServices {
     opening: Opening,
     /// Service of states.
     pub state_name: ServiceName,
+    /// Service of strain and stress.
+    pub stress_name: ServiceName,
     /// Service of contacts.
     pub contacts_name: ServiceName,
     /// Service of commands.
@@ -176,6 +178,7 @@ impl SceneServices {
             tools_wake: wake_topic(&node, &names.tools)?,
             forces_wake: wake_topic(&node, &names.forces)?,
             state_name: names.state,
+            stress_name: names.stress,
             contacts_name: names.contacts,
             command_name: names.command,
             opening,

@@ -108,6 +108,9 @@ struct Printed {
     tick: u64,
     ticks_answered: u64,
     state_hash: String,
+    /// The number of a pin that was set.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pin: Option<u32>,
 }
 
 pub fn execute(args: &Args) -> Result<()> {
@@ -147,6 +150,7 @@ pub fn execute(args: &Args) -> Result<()> {
         tick: reply.tick,
         ticks_answered: reply.ticks_answered,
         state_hash: format!("{:016x}", reply.state_hash),
+        pin: matches!(command, Command::Pin { .. }).then_some(reply.reason),
     };
     if args.json {
         return terminal::say_json(&report);
@@ -156,7 +160,8 @@ pub fn execute(args: &Args) -> Result<()> {
         report.tick,
         counted(report.ticks_answered, "tick"),
         report.state_hash
-    ))
+    ))?;
+    report.pin.map_or(Ok(()), |pin| terminal::say(format_args!("pin {pin}")))
 }
 
 /// The command of `NAME=VALUE`.

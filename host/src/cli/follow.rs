@@ -113,7 +113,7 @@ pub fn execute(args: &Args) -> Result<()> {
         args.record.as_deref().map(|path| record(args, path, &joined, &mut tissue)).transpose()?;
     let show = args.scene.as_deref().map(|scene| {
         let scene = ipc::open(Some(scene), &Domain::default())?;
-        ShowPorts::open(&scene, tissue.engine(), args.state_hz)
+        ShowPorts::open(&scene, tissue.engine_mut(), args.state_hz)
     });
     // Follow.
     let mut tell = Teller {

@@ -18,6 +18,7 @@ use super::press::{Motion, PressArgs};
 use super::shared::{PrintArgs, note_cut, tell_cut, tell_relaxed, tell_view};
 use super::snapshots::{SnapshotArgs, Snapshots};
 use super::stage::{StageArgs, StageReport};
+use super::stress::{StressArgs, StressWatch, tell_stress};
 use super::tissue::{TissueArgs, TissueReport};
 use crate::bake::ImageBytes;
 use crate::engine::course::{ToolCourse, largest_n};
@@ -28,6 +29,7 @@ use crate::engine::flag_ticks::FlagTicks;
 use crate::engine::motion::Pose;
 use crate::engine::order::{TickOrder, TickPlace};
 use crate::engine::staged::Staged;
+use crate::engine::stress_limit::StressReport;
 use crate::engine::tissue::TissueEngine;
 use crate::engine::tools::Poses;
 use crate::engine::untouched::Untouched;
@@ -92,6 +94,8 @@ pub struct Args {
     #[command(flatten)]
     pins: PinArgs,
     #[command(flatten)]
+    stress: StressArgs,
+    #[command(flatten)]
     tissue: TissueArgs,
     #[command(flatten)]
     stage: StageArgs,
@@ -136,6 +140,9 @@ pub struct RunSummary {
     /// The course of each pin.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pins: Vec<PinCourse>,
+    /// The limit of the stress, where one was given.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    stress: Option<StressReport>,
     /// Largest torque of the tissue on the handles of scissors, above 0 where it resists closing \[N m\].
     #[serde(skip_serializing_if = "Option::is_none")]
     opening_torque_n_m: Option<f32>,
@@ -225,6 +232,8 @@ impl Args {
         let snapshot_ticks = self.snapshots.of(poses)?;
         check_sweeps(self, &tissue, poses)?;
         check_force_error(self.force_error, tissue.engine_mut())?;
+        let limit = self.stress.limit(tissue.engine_mut())?;
+        let mut watch = limit.map(|limit| StressWatch::new(limit, tissue.engine()));
         let records = poses.iter().map(Vec::len).sum::<usize>() * (1 + tissue.tools());
         check_places(self, records)?;
         // Play the path; keep what is asked for.
@@ -240,6 +249,10 @@ impl Args {
         let mut after =
             |pose: &Pose, of_tools: &Poses, output: &TickOutput, tissue: &mut Staged<'_>| {
                 executed.push(*pose);
+                let over = watch.as_mut().and_then(|of| of.after(pose.tick, tissue.engine_mut()));
+                if let Some(warning) = over {
+                    follower.note(warning);
+                }
                 gathered.after(pose, of_tools, output, tissue)
             };
         let played = play(&mut tissue, &paths, self.force_error, progress, &mut after)?;
@@ -266,6 +279,7 @@ impl Args {
             judgement,
             tool_courses,
             pins: gathered.pin_courses(),
+            stress: watch.as_ref().map(StressWatch::report),
             opening_torque_n_m: gathered.opening_torque_n_m,
             force_error_estimate: gathered.estimates.result(),
             sweeps_mean: self.force_error.map(|_| played.sweeps_mean()),
@@ -543,6 +557,7 @@ fn report(args: &Args, ended: &Ended) -> Result<()> {
             format!("pin {}", course.pin)
         ))?;
     }
+    tell_stress(14, summary.stress.as_ref())?;
     if let Some(torque_n_m) = summary.opening_torque_n_m {
         terminal::say(format_args!("  {:<14}{torque_n_m:.5} N m, largest", "handles"))?;
     }

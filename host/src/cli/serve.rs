@@ -1,9 +1,8 @@
 //! `chaincell serve`: the tissue's process of a co-simulation.
 
-use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use chaincell_kernel::trace::{Command, CommandRecord};
+use chaincell_kernel::trace::CommandRecord;
 use chaincell_kernel::{Flags, ToolPose};
 use serde::{Deserialize, Serialize};
 
@@ -12,13 +11,13 @@ use super::inject::InjectArgs;
 use super::judgement::{Judgement, Pace};
 use super::model_file;
 use super::pins::PinArgs;
+use super::record::{Begun, RecordArgs, Recorded, tell_unrecorded};
 use super::restore::restore;
 use super::session::{LoopArgs, tell_refused, write_forces};
-use super::shared::{
-    FolderArgs, PrintArgs, SilenceArgs, note_cut, tell_cut, tell_relaxed, tell_view,
-};
+use super::shared::{PrintArgs, SilenceArgs, note_cut, tell_cut, tell_relaxed, tell_view};
 use super::stage::{StageArgs, StageReport};
 use super::stand_by::StandBy;
+use super::stress::{StressArgs, tell_stress};
 use super::tissue::{TissueArgs, TissueReport};
 use super::verdict::{Counts, Verdict, VerdictArgs};
 use crate::bake::ImageBytes;
@@ -31,26 +30,14 @@ use crate::engine::untouched::Untouched;
 use crate::error::{Error, Result};
 use crate::files::output::{Folder, ToolRows};
 use crate::files::path;
-use crate::files::recording::{self, Recording, TraceFile};
-use crate::files::snapshot::{self, SessionSnapshot};
-use crate::files::whole::write_whole;
-use crate::input;
+use crate::files::recording::Recording;
 use crate::session::ipc;
 use crate::session::ipc::services::SceneServices;
 use crate::session::loops::inject::Faults;
 use crate::session::loops::record::{Recorder, Row};
-use crate::session::loops::serve::{
-    Ending, POSE_HZ, Resumed, ServeOptions, ServeReport, Server, SnapshotPlace,
-};
+use crate::session::loops::serve::{Ending, POSE_HZ, ServeOptions, ServeReport, Server};
 use crate::terminal;
 use crate::words::counted;
-
-/// Ticks that are recorded unless the run's length is known: ten minutes.
-const RECORD_TICKS: usize = 600_000;
-/// Most ticks that are recorded unless asked for by number: an hour.
-const KNOWN_TICKS_MAX: usize = 6 * RECORD_TICKS;
-/// Most ticks that are recorded at all: two thirds of a day.
-const RECORD_TICKS_MAX: usize = 100 * RECORD_TICKS;
 
 /// Serve a model over shared memory: each pose is one tick and one answer.
 #[derive(Debug, Serialize, Deserialize, clap::Args)]
@@ -87,12 +74,11 @@ pub struct Args {
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
     pub seconds: Option<f64>,
     #[command(flatten)]
-    pub folder: FolderArgs,
-    /// Only a trace, in this file, for `chaincell replay`
-    #[arg(long, value_name = "FILE", conflicts_with = "out")]
-    pub record: Option<PathBuf>,
+    pub record: RecordArgs,
     #[command(flatten)]
     pub pins: PinArgs,
+    #[command(flatten)]
+    pub stress: StressArgs,
     /// Go on from a snapshot of `chaincell command snapshot`, with the options of its session but --pin; its
     /// controller needs to release no tool first
     #[arg(long, value_name = "FILE")]
@@ -102,11 +88,6 @@ pub struct Args {
     /// has released its tools
     #[arg(long, value_name = "SESSION", conflicts_with = "restore")]
     pub stand_by: Option<PathBuf>,
-    /// Ticks that --out and --record have room for, 48 bytes of the disk each, and as many for each
-    /// --tool
-    /// [default: --ticks or --seconds at 1 kHz, at most an hour; else ten minutes]
-    #[arg(long, value_name = "N", allow_negative_numbers = true)]
-    pub record_ticks: Option<usize>,
     #[command(flatten)]
     pub budget: BudgetArgs,
     #[command(flatten)]
@@ -160,6 +141,12 @@ pub fn execute(args: &Args) -> Result<()> {
         force_error: args.budget.force_error(tissue.engine_mut())?,
         ..options(args, &tissue, &faults)?
     };
+    // Refused before another server is waited for.
+    if args.stress.limit(tissue.engine_mut())?.is_some() && args.state_hz == 0 {
+        return Err(Error::input(
+            "--stress-limit-pa: needs a --state-hz above 0, at which stress is computed",
+        ));
+    }
     let begins_anew = args.restore.is_none() && args.stand_by.is_none();
     if !begins_anew && !args.pins.is_empty() {
         return Err(Error::input(
@@ -206,14 +193,14 @@ pub fn execute(args: &Args) -> Result<()> {
         };
         folder.write_json("summary.json", &summary)?;
     }
-    if args.folder.out.is_some() || args.record.is_some() {
+    if args.record.is_given() {
         tell_unrecorded(&report);
     }
     print(args, &report, &judgement, &verdict)?;
     finished?;
     let interrupted = report.ended_by == Ending::Interrupt;
     args.common.after_report(if interrupted {
-        Err(Error::interrupted(args.folder.out.as_deref()))
+        Err(Error::interrupted(args.record.folder.out.as_deref()))
     } else {
         verdict.check(!args.print.json)
     })
@@ -263,18 +250,25 @@ fn begin(
 ) -> Result<Option<Begins>> {
     let scene = ipc::open(args.common.scene.as_deref(), &options.domain)?;
     let header = begun.bytes().to_vec();
+    let begun = Begun {
+        recording: begun,
+        image,
+        tools: tissue.tools(),
+        ticks: known_ticks(args),
+        stands_by: args.stand_by.is_some(),
+    };
     let (server, from, mut recorded) = match &args.stand_by {
         None => {
             // A scene that is refused leaves the folder as it was.
-            let server = open(scene, options, tissue.engine(), args.state_hz)?;
+            let server = open(args, scene, options, tissue.engine_mut())?;
             let from = args.restore.as_ref().map(|path| restore(path, &header, tissue));
             let from = from.transpose()?;
-            (server, from, recorded(args, begun, image, tissue.tools())?)
+            (server, from, args.record.begin(begun)?)
         }
         Some(session) => {
             // Join, and make room for the trace, before there is something to take over.
             let stand_by = StandBy::join(session, &header, &scene, tissue)?;
-            let recorded = recorded(args, begun, image, tissue.tools())?;
+            let recorded = args.record.begin(begun)?;
             let from = match stand_by.wait(&scene, tissue) {
                 Ok(Some(from)) => from,
                 other => {
@@ -282,7 +276,7 @@ fn begin(
                     return other.map(|_| None);
                 }
             };
-            let server = open(scene, options, tissue.engine(), args.state_hz)?;
+            let server = open(args, scene, options, tissue.engine_mut())?;
             (server, Some(from), recorded)
         }
     };
@@ -291,76 +285,30 @@ fn begin(
     Ok(Some(Begins { server, folder, recorder }))
 }
 
+/// Ticks of the run, if they are known.
+fn known_ticks(args: &Args) -> Option<usize> {
+    let of_seconds = |seconds: f64| (seconds * f64::from(args.stage.hz())).ceil() as usize;
+    let ticks = args.ticks.map(|ticks| usize::try_from(ticks).unwrap_or(usize::MAX));
+    ticks.or(args.seconds.map(of_seconds))
+}
+
 /// The server with all that it sends and takes.
 fn open(
+    args: &Args,
     scene: SceneServices,
     options: &ServeOptions,
-    engine: &Engine<'_>,
-    state_hz: u32,
+    engine: &mut Engine<'_>,
 ) -> Result<Server> {
-    let (nodes, tools) = (engine.node_count(), engine.contact().tools());
-    let server = Server::on(scene, options)?.with_state(nodes, state_hz)?;
-    server.with_contacts(tools, state_hz)?.with_commands()
-}
-
-/// Where a session is recorded.
-struct Recorded {
-    folder: Option<Folder>,
-    recorder: Recorder,
-    trace: Option<PathBuf>,
-    /// Where the trace stands while nothing is recorded, so that nobody takes it for one of a session.
-    waiting: Option<PathBuf>,
-}
-
-/// Makes room for the session's trace; nothing that is an input is replaced.
-fn recorded(args: &Args, begun: Recording, image: &ImageBytes, tools: usize) -> Result<Recorded> {
-    let places =
-        [args.record.clone(), args.folder.out.as_ref().map(|out| out.join(recording::TRACE))];
-    places.iter().flatten().try_for_each(|trace| input::keep(&snapshot::start_place(trace)))?;
-    let (folder, recorder, waiting) = recorder(args, begun, image, tools)?;
-    let of_folder = folder.as_ref().map(|folder| folder.file(recording::TRACE));
-    let trace = args.record.clone().or(of_folder);
-    Ok(Recorded { folder, recorder, trace, waiting })
-}
-
-impl Recorded {
-    /// Removes what was made for a session that does not come.
-    fn forget(self) {
-        drop(self.recorder);
-        // A file that cannot be removed stays, and is named where it is in the way.
-        let _ = self.waiting.map(fs::remove_file);
-        if let Some(folder) = &self.folder {
-            let _ = fs::remove_file(folder.file(recording::MODEL));
-        }
+    let (nodes, tools, hz) = (engine.node_count(), engine.contact().tools(), args.state_hz);
+    let limit = args.stress.limit(engine)?;
+    let mut server = Server::on(scene, options)?.with_state(nodes, hz)?;
+    if let Some(cells) = engine.stressed_cells() {
+        server = server.with_stress((nodes, cells), hz)?;
     }
-
-    /// Lets a server go on from a snapshot, if there is one: the trace then begins with it, and a copy stands
-    /// beside. `header` is what the trace begins with.
-    fn go_on(
-        &mut self,
-        mut server: Server,
-        from: Option<SessionSnapshot>,
-        header: &[u8],
-        tissue: &mut Staged<'_>,
-    ) -> Result<Server> {
-        if let Some(snapshot) = from {
-            let SessionSnapshot { tick, publisher, released, is_paused, .. } = snapshot;
-            let (bytes, checksum) = snapshot.to_bytes();
-            if let Some(trace) = &self.trace {
-                write_whole(&snapshot::start_place(trace), &bytes)?;
-            }
-            if let Some((waiting, trace)) = self.waiting.take().zip(self.trace.as_ref()) {
-                fs::rename(&waiting, trace).map_err(|why| Error::file("write", trace, why))?;
-            }
-            let (command, hash) = (Command::Snapshot { checksum }, tissue.state_hash());
-            self.recorder.command(CommandRecord { tick, command, state_hash: Some(hash) });
-            server = server.resuming(Resumed { tick, publisher, released, is_paused });
-        }
-        Ok(match self.trace.clone() {
-            Some(trace) => server.with_snapshots(SnapshotPlace { trace, begun: header.to_vec() }),
-            None => server,
-        })
+    if let Some(limit) = limit {
+        server = server.with_stress_limit(limit);
     }
+    server.with_contacts(tools, hz)?.with_commands()
 }
 
 /// The poses as executed; of several tools also what each felt.
@@ -424,44 +372,6 @@ fn judgement(
     )
 }
 
-/// Where the session is recorded; a killed one leaves the trace and the model beside it.
-fn recorder(
-    args: &Args,
-    begun: Recording,
-    image: &ImageBytes,
-    tools: usize,
-) -> Result<(Option<Folder>, Recorder, Option<PathBuf>)> {
-    let ticks = record_ticks(args)?;
-    let records = Recorder::trace_records(ticks, tools);
-    let waiting = |trace: &Path| args.stand_by.is_some().then(|| waiting_place(trace));
-    let force = args.folder.force;
-    if let Some(path) = &args.record {
-        recording::check_place("--record", path, force)?;
-        let waiting = waiting(path);
-        let place = waiting.as_ref().unwrap_or(path);
-        let trace = TraceFile::create("--record", place, force, begun, records)?;
-        return Ok((None, Recorder::on_disk(ticks, trace), waiting));
-    }
-    let Some(out) = &args.folder.out else { return Ok((None, Recorder::default(), None)) };
-    // Earlier results are not removed for a session that has no room.
-    Folder::check_room(out, records)?;
-    let folder = Folder::open(out, force)?;
-    let place = folder.file(recording::TRACE);
-    let waiting = waiting(&place);
-    let trace =
-        TraceFile::create("--out", waiting.as_ref().unwrap_or(&place), force, begun, records)?;
-    folder.write(recording::MODEL, image.as_bytes())?;
-    let recorder = Recorder::with_capacity(ticks).with_tools(tools).with_trace(trace);
-    Ok((Some(folder), recorder, waiting))
-}
-
-/// The place of a trace while its server stands by.
-fn waiting_place(trace: &Path) -> PathBuf {
-    let mut name = trace.as_os_str().to_owned();
-    name.push(".waiting");
-    name.into()
-}
-
 /// Refuses a device whose given rate is above that of the poses that are executed.
 fn check_rate(args: &Args) -> Result<()> {
     let most_hz = args.max_pose_hz;
@@ -472,33 +382,6 @@ fn check_rate(args: &Args) -> Result<()> {
         "`device_hz` {hz}: of its poses `max_pose_hz` {most_hz} would leave some out; pass `max_pose_hz` {}",
         hz.saturating_mul(2)
     )))
-}
-
-/// Ticks that there is room for.
-fn record_ticks(args: &Args) -> Result<usize> {
-    if let Some(asked) = args.record_ticks {
-        if args.record.is_none() && args.folder.out.is_none() {
-            return Err(Error::input(format!(
-                "--record-ticks {asked}: nothing is recorded: give --record or --out, or leave it out"
-            )));
-        }
-        let remedy = format!("--record-ticks {asked}: must be at most {RECORD_TICKS_MAX}");
-        return if asked <= RECORD_TICKS_MAX { Ok(asked) } else { Err(Error::input(remedy)) };
-    }
-    let seconds =
-        args.seconds.map(|seconds| (seconds * f64::from(args.stage.hz())).ceil() as usize);
-    let ticks = args.ticks.map(|ticks| usize::try_from(ticks).unwrap_or(usize::MAX));
-    Ok(ticks.or(seconds).unwrap_or(RECORD_TICKS).min(KNOWN_TICKS_MAX))
-}
-
-fn tell_unrecorded(report: &ServeReport) {
-    if report.ticks_unrecorded > 0 {
-        terminal::note(format_args!(
-            "WARNING: the last {} of {} ticks are NOT recorded, the record was full: raise \
-             --record-ticks",
-            report.ticks_unrecorded, report.ticks_executed
-        ));
-    }
 }
 
 /// How near the tool came that never touched, where all of the session is recorded.
@@ -556,6 +439,14 @@ fn print(
             report.state_ns.in_us()
         ))?;
     }
+    if report.stresses_sent > 0 {
+        terminal::say(format_args!(
+            "  stresses    {} sent, {}",
+            report.stresses_sent,
+            report.stress_ns.in_us()
+        ))?;
+    }
+    tell_stress(12, report.stress.as_ref())?;
     if report.contacts_sent > 0 {
         terminal::say(format_args!(
             "  contacts    {} sent, {}",
@@ -575,7 +466,7 @@ fn print(
     tell_cut(12, cut)?;
     tell_relaxed(12, report.relaxed_j)?;
     terminal::say(format_args!("  state hash  {}", report.state_hash))?;
-    match (&args.folder.out, &args.record) {
+    match (&args.record.folder.out, &args.record.record) {
         _ if !args.tissue.is_shown(cut) => {}
         (Some(session), _) => tell_view(12, &[session])?,
         (None, Some(trace)) => tell_view(12, &[trace, "--model".as_ref(), &args.model])?,

@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::budget::BudgetArgs;
 use super::inject::InjectArgs;
 use super::load::Lengths;
+use super::record::RecordArgs;
 use super::session::LoopArgs;
 use super::shared::{FolderArgs, PrintArgs};
 use super::stage::StageArgs;
@@ -130,8 +131,11 @@ impl<'a> Sides<'a> {
             // Poses that are sent faster on purpose have to be executed.
             max_pose_hz: faults.map_or(POSE_HZ, |(faults, _)| faults.rate_hz.max(POSE_HZ)),
             ticks: Some(answers),
-            folder: FolderArgs { out: files.out.map(Path::to_owned), force: true },
-            record_ticks: files.out.and(usize::try_from(answers).ok()),
+            record: RecordArgs {
+                folder: FolderArgs { out: files.out.map(Path::to_owned), force: true },
+                record_ticks: files.out.and(usize::try_from(answers).ok()),
+                record: None,
+            },
             budget: self.budget,
             verdict: VerdictArgs::off(),
             stage: self.stage.clone(),

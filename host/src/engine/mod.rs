@@ -20,6 +20,7 @@ pub mod slow_press;
 pub mod snapshot;
 pub mod staged;
 mod stress;
+pub mod stress_limit;
 pub mod threads;
 pub mod tissue;
 pub mod tools;

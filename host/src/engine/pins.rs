@@ -24,6 +24,7 @@ pub(super) trait AnyPins {
     fn unpin(&mut self, pin: u16, ticks: u16) -> Result<(), PinError>;
     fn pin_output(&mut self, network: &Network<'_>, pin: u16) -> Option<PinOutput>;
     fn pins(&mut self) -> Vec<u16>;
+    fn newest_pin(&mut self) -> Option<u16>;
 }
 
 impl<D: Dynamics> AnyPins for Memory<D> {
@@ -56,6 +57,10 @@ impl<D: Dynamics> AnyPins for Memory<D> {
 
     fn pins(&mut self) -> Vec<u16> {
         self.view().pins().collect()
+    }
+
+    fn newest_pin(&mut self) -> Option<u16> {
+        self.view().pins().last()
     }
 }
 
@@ -99,6 +104,11 @@ impl Engine<'_> {
     /// The numbers of the pins, in the order in which they were set.
     pub fn pins(&mut self) -> Vec<u16> {
         self.tissue.pins()
+    }
+
+    /// The number of the pin that was set last, of those that hold. Allocates nothing.
+    pub fn newest_pin(&mut self) -> Option<u16> {
+        self.tissue.newest_pin()
     }
 
     /// Sets or releases a pin. A refused command changes nothing.

@@ -1,5 +1,6 @@
 //! A tissue with an output stage: the device's samples in, the device's forces out.
 
+use chaincell_client::stress::NodeStress;
 use chaincell_kernel::stage::{Stage, StageSettings};
 use chaincell_kernel::trace::Command;
 use chaincell_kernel::{
@@ -240,8 +241,16 @@ impl TissueEngine for Staged<'_> {
         self.engine.read_nodes(to);
     }
 
+    fn read_stresses(&mut self, first: usize, to: &mut [NodeStress], means_pa: &mut [f32]) -> bool {
+        self.engine.read_stresses(first, to, means_pa)
+    }
+
     fn read_contacts(&mut self, each: &mut dyn FnMut(u32, &ContactForce)) {
         self.engine.read_contacts(each);
+    }
+
+    fn newest_pin(&mut self) -> Option<u16> {
+        self.engine.newest_pin()
     }
 
     fn saved(&mut self) -> Option<Saved> {

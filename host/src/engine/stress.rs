@@ -1,5 +1,6 @@
-//! Strain and stress of a tissue, for reports.
+//! Strain and stress of a tissue, for reports and for viewers.
 
+use chaincell_client::stress::NodeStress;
 use chaincell_kernel::Stress;
 
 use super::{Engine, shown};
@@ -22,5 +23,36 @@ impl Engine<'_> {
     pub fn node_stresses(&mut self) -> Option<Vec<Stress>> {
         let shown = self.shown.get_or_init(|| shown(self.network.model())).clone();
         self.stresses(shown.into_iter().map(|cell| cell as usize))
+    }
+
+    /// Number of cells whose stress [`Self::read_stresses`] meets; `None` where it has none to write.
+    pub fn stressed_cells(&mut self) -> Option<usize> {
+        let model = self.network.model();
+        let has_stress = model.fine_nodes() == 0 && self.tissue.stress(model, 0, &mut []).is_some();
+        has_stress.then(|| model.cells())
+    }
+
+    /// Writes strain and stress of the nodes from the `first` one on, in the order of [`Self::read_nodes`], as many as
+    /// fit; false in a body of links and in one that stands for a finer mesh. `means_pa` has a number for each cell,
+    /// NaN at first, in which later calls find mean stresses that earlier ones met. Allocates nothing once the nodes
+    /// have been read.
+    pub fn read_stresses(
+        &mut self,
+        first: usize,
+        to: &mut [NodeStress],
+        means_pa: &mut [f32],
+    ) -> bool {
+        let model = self.network.model();
+        if model.fine_nodes() > 0 {
+            return false;
+        }
+        let cells = self.shown.get_or_init(|| shown(model)).iter().skip(first);
+        for (place, &cell) in to.iter_mut().zip(cells) {
+            let Some(of) = self.tissue.stress(model, cell as usize, means_pa) else { return false };
+            let node = model.input_id().get(cell as usize).copied().unwrap_or_default();
+            let (von_mises_pa, mean_pa) = (of.von_mises_pa(), of.mean_pa());
+            *place = NodeStress { node, stretches: of.stretches, von_mises_pa, mean_pa };
+        }
+        true
     }
 }

@@ -2,6 +2,7 @@
 
 pub use chaincell_client::command::Refusal;
 use chaincell_client::payload::NodePosition;
+use chaincell_client::stress::NodeStress;
 use chaincell_kernel::trace::Command;
 use chaincell_kernel::{Budget, ContactForce, TickOutput, ToolPose};
 
@@ -103,12 +104,28 @@ pub trait TissueEngine {
     /// Writes the nodes by ascending id, as many as fit. Allocates nothing.
     fn read_nodes(&mut self, _to: &mut [Node]) {}
 
+    /// Writes strain and stress of the nodes by ascending id from the `first` one on, see
+    /// [`Engine::read_stresses`](super::Engine::read_stresses); false if the tissue has none. Allocates nothing.
+    fn read_stresses(
+        &mut self,
+        _first: usize,
+        _to: &mut [NodeStress],
+        _means_pa: &mut [f32],
+    ) -> bool {
+        false
+    }
+
     /// Calls `each` for every contact of a tool on a contact surface, with the input id of its node: at most
     /// [`CONTACTS_MAX`](super::tools::CONTACTS_MAX). Allocates nothing.
     fn read_contacts(&mut self, _each: &mut dyn FnMut(u32, &ContactForce)) {}
 
     /// The whole state of tissue and output stage; `None` if it cannot be saved. Allocates memory.
     fn saved(&mut self) -> Option<Saved> {
+        None
+    }
+
+    /// The number of the pin that was set last, of those that hold. Allocates nothing.
+    fn newest_pin(&mut self) -> Option<u16> {
         None
     }
 

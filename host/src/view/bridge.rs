@@ -19,6 +19,7 @@ use crate::session::ipc::contacts::{Contact, ContactReader};
 use crate::session::ipc::payload::{CommandMessage, NodePosition, StateHeader};
 use crate::session::ipc::services::{Domain, SceneServices};
 use crate::session::ipc::state::StateReader;
+use crate::session::ipc::stress::{NodeStress, StressReader};
 use crate::session::ipc::watching::WatchPorts;
 use crate::session::timing::clock::{MILLISECOND_NS, SECOND_NS, now_ns};
 use crate::view::live::{Sent, Subject};
@@ -96,6 +97,7 @@ impl Bridge {
             ports: WatchPorts::open(&scene)?,
             states: StateReader::open(&scene)?,
             contacts: Contacts { reader: ContactReader::open(&scene)?, newest: Vec::new() },
+            stresses: Stresses::default(),
             feed: Arc::default(),
             status: None,
             looked_ns: 0,
@@ -212,12 +214,47 @@ impl Contacts {
     }
 }
 
+/// The newest stresses of the scene, while a page asks for them: a reader makes the server compute.
+#[derive(Debug, Default)]
+struct Stresses {
+    reader: Option<StressReader>,
+    newest: Vec<NodeStress>,
+    /// When a reader was asked for last \[ns\].
+    refused_ns: u64,
+}
+
+impl Stresses {
+    /// Takes what has come of this body; true if something has.
+    fn take(&mut self, is_asked_for: bool, scene: &SceneServices, checksum: u32) -> Result<bool> {
+        if !is_asked_for {
+            *self = Self::default();
+            return Ok(false);
+        }
+        // A scene that has no place for a reader is asked again later; the page shows all else.
+        if self.reader.is_none() && now_ns() >= self.refused_ns + SERVER_NS {
+            self.reader = StressReader::open(scene).ok();
+            self.refused_ns = now_ns();
+        }
+        let Some(reader) = &self.reader else { return Ok(false) };
+        let mut has_come = false;
+        while let Some(view) = reader.borrow()? {
+            self.newest.clear();
+            if view.header().model_checksum == checksum {
+                self.newest.extend(view.rows());
+            }
+            has_come = true;
+        }
+        Ok(has_come)
+    }
+}
+
 /// Reads the scene's messages in a thread of its own.
 #[derive(Debug)]
 struct Follower {
     ports: WatchPorts,
     states: StateReader,
     contacts: Contacts,
+    stresses: Stresses,
     feed: Arc<Feed>,
     status: Option<Status>,
     looked_ns: u64,
@@ -231,11 +268,13 @@ impl Follower {
     /// Takes what has come; returns true if a state has.
     fn look(&mut self) -> Result<bool> {
         self.ports.take()?;
+        let is_asked_for = self.feed.wants_stress();
+        let has_stress = self.stresses.take(is_asked_for, &self.scene, self.subject.checksum)?;
         let Some(view) = self.states.borrow()? else {
             if now_ns() >= self.looked_ns + SERVER_NS {
                 self.look_for_server();
             }
-            self.show_tools();
+            self.show_again(has_stress);
             return Ok(false);
         };
         // The answer that belongs to the state was sent before it; the contacts follow it.
@@ -244,7 +283,8 @@ impl Follower {
         let last = self.last.as_ref().map_or(0, |last| last.header.ticks_answered);
         self.contacts.take(header.ticks_answered < last)?;
         if self.subject.is_of(&header, nodes) {
-            let sent = Sent { header: &header, nodes, contacts: &self.contacts.newest };
+            let (contacts, stresses) = (&self.contacts.newest[..], &self.stresses.newest[..]);
+            let sent = Sent { header: &header, nodes, contacts, stresses };
             self.feed.publish(self.subject.frame(sent, header.tick, &self.ports));
             let (nodes, tick) = (nodes.to_vec(), header.tick);
             self.last = Some(Last { header, nodes, tick, shown_ns: now_ns() });
@@ -256,14 +296,15 @@ impl Follower {
         Ok(true)
     }
 
-    /// Shows the tools of the newest answer on the last state, if no state comes.
-    fn show_tools(&mut self) {
+    /// Shows the tools of the newest answer and new stresses on the last state, if no state comes.
+    fn show_again(&mut self, has_stress: bool) {
         let newest = self.ports.answers().back().map(|answer| answer.tick);
-        let (Some(last), Some(tick)) = (&mut self.last, newest) else { return };
-        if tick != last.tick && now_ns() >= last.shown_ns + TOOLS_NS {
+        let Some(last) = &mut self.last else { return };
+        let tick = newest.unwrap_or(last.tick);
+        if has_stress || (tick != last.tick && now_ns() >= last.shown_ns + TOOLS_NS) {
             (last.tick, last.shown_ns) = (tick, now_ns());
-            let contacts = &self.contacts.newest;
-            let sent = Sent { header: &last.header, nodes: &last.nodes, contacts };
+            let (contacts, stresses) = (&self.contacts.newest[..], &self.stresses.newest[..]);
+            let sent = Sent { header: &last.header, nodes: &last.nodes, contacts, stresses };
             self.feed.publish(self.subject.frame(sent, tick, &self.ports));
         }
     }

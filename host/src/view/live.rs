@@ -4,27 +4,30 @@
 //!
 //! | part | each |
 //! |---|---|
-//! | head, 64 bytes | version u32 = 3, model checksum u32, tick u64, ticks answered u64, state hash u64, flags u32, sweeps u32, step u32 \[ns\], energy f32 \[J\], numbers of tools, points, cells and contacts u32 |
+//! | head, 68 bytes | version u32 = 4, model checksum u32, tick u64, ticks answered u64, state hash u64, flags u32, sweeps u32, step u32 \[ns\], energy f32 \[J\], numbers of tools, points, cells, contacts and stresses u32 |
 //! | tools, 72 bytes each | number u32, engaged u16, opening of scissors u16 \[2^-16 turn\], position 3 f32 \[m\], orientation x, y, z, w f32, force 3 f32 \[N\], torque 3 f32 \[N m\], contacts u32, flags u32, error of the force f32 \[N\] |
 //! | points, 36 bytes each | tick u64, force 3 f32 \[N\], its error f32 \[N\] and position 3 f32 \[m\] of tool 0, oldest first |
 //! | contacts, 20 bytes each | cell u32, position 3 f32 \[m\], pressure f32 \[Pa\]: one for each triangle and part of a tool, at the cell of the corner with the largest share |
+//! | stresses, 4 bytes each | stress after von Mises f32 \[Pa\] of each cell, or none |
 //! | cells, 12 bytes each | position 3 f32 \[m\], in the order of the model image |
 //!
 //! An error that is not known is below 0. Points are the last ticks, up to 64: a page that skips frames has the curves without gaps.
 //!
 //! Positions are of the head's tick, tools too while states come. Contacts are the newest ones: the server sends
 //! them apart from the positions, so they are of the same tick or at most two periods of its `--state-hz` from it.
+//! Stresses are there while a page asks for them, of the newest pass of the server over the body.
 
 use chaincell_kernel::{Model, ToolPose};
 
 use crate::error::{Error, Result};
 use crate::session::ipc::contacts::Contact;
 use crate::session::ipc::payload::{NodePosition, StateHeader};
+use crate::session::ipc::stress::NodeStress;
 use crate::session::ipc::tools::{OneToolForce, OneToolPose, ToolForces, ToolPoses, UNKNOWN_N};
 use crate::session::ipc::watching::WatchPorts;
 
 /// Version of the layout.
-const VERSION: u32 = 3;
+const VERSION: u32 = 4;
 
 /// The body and the tools that a page shows.
 #[derive(Debug, Clone)]
@@ -47,6 +50,8 @@ pub struct Sent<'a> {
     pub nodes: &'a [NodePosition],
     /// The newest contacts.
     pub contacts: &'a [Contact],
+    /// The newest stresses; none of another number than the nodes are shown.
+    pub stresses: &'a [NodeStress],
 }
 
 impl Subject {
@@ -90,19 +95,21 @@ impl Subject {
 
     fn encode(
         &self,
-        Sent { header, nodes, contacts }: Sent<'_>,
+        Sent { header, nodes, contacts, stresses }: Sent<'_>,
         poses: &ToolPoses,
         answer: &ToolForces,
         points: &[Point],
     ) -> Vec<u8> {
         let presses: Vec<Press> = contacts.iter().filter_map(|of| self.press(of)).collect();
-        let rows = 72 * self.tools + 36 * points.len() + 20 * presses.len() + 12 * nodes.len();
-        let mut frame = Frame(Vec::with_capacity(64 + rows));
+        let stresses = if stresses.len() == self.rows.len() { stresses } else { &[] };
+        let rows = 72 * self.tools + 36 * points.len() + 20 * presses.len() + 16 * nodes.len();
+        let mut frame = Frame(Vec::with_capacity(68 + rows));
         // The head.
         frame.whole(VERSION).whole(header.model_checksum);
         frame.long(header.tick).long(header.ticks_answered).long(header.state_hash);
         frame.whole(header.flags).whole(answer.sweeps).whole(answer.step_ns).real(answer.energy_j);
         frame.count(self.tools).count(points.len()).count(self.rows.len()).count(presses.len());
+        frame.count(stresses.len());
         // The tools: one that no message has is away.
         for number in 0..self.tools {
             let in_use = poses.each.iter().take(poses.tools as usize);
@@ -119,12 +126,15 @@ impl Subject {
             frame.reals(&force.force_n).reals(&force.torque_n_m);
             frame.whole(force.contacts).whole(force.flags).real(force.force_error_n);
         }
-        // The points, the contacts and the cells.
+        // The points, the contacts, the stresses and the cells.
         for Point { tick, force_n, force_error_n, position_m } in points {
             frame.long(*tick).reals(force_n).real(*force_error_n).reals(position_m);
         }
         for Press { cell, position_m, pressure_pa } in &presses {
             frame.whole(*cell).reals(position_m).real(*pressure_pa);
+        }
+        for &row in self.rows.iter().take(stresses.len()) {
+            frame.real(stresses.get(row as usize).map_or(0.0, |of| of.von_mises_pa));
         }
         for &row in &self.rows {
             frame.reals(&nodes.get(row as usize).copied().unwrap_or_default().position_m);
@@ -295,15 +305,22 @@ mod tests {
         // One at another node and one without an area are left out.
         let contacts =
             [Contact { node: 31, ..contact }, contact, Contact { area_m2: 0.0, ..contact }];
-        let sent = Sent { header: &header, nodes: &nodes, contacts: &contacts };
+        let stresses = [10, 20, 30].map(|node| NodeStress {
+            node,
+            von_mises_pa: 100.0 * node as f32,
+            ..Default::default()
+        });
+        let sent =
+            Sent { header: &header, nodes: &nodes, contacts: &contacts, stresses: &stresses };
         let frame = subject.encode(sent, &poses, &answer, &[point]);
-        assert_eq!(frame.len(), 64 + 2 * 72 + 36 + 20 + 3 * 12);
+        assert_eq!(frame.len(), 68 + 2 * 72 + 36 + 20 + 3 * 16);
         let mut words = Words(&frame);
         assert_eq!([words.whole(), words.whole()], [VERSION, 0xC4EC]);
         assert_eq!([words.long(), words.long(), words.long()], [1 << 40, 7, 0xFEDC_BA98_7654_3210]);
         assert_eq!([words.whole(), words.whole(), words.whole()], [8, 4, 260_000]);
         assert_eq!(words.reals(), [0.5]);
         assert_eq!([words.whole(), words.whole(), words.whole(), words.whole()], [2, 1, 3, 1]);
+        assert_eq!(words.whole(), 3);
         // No message has tool 0.
         assert_eq!([words.whole(), words.whole()], [0, 0]);
         assert_eq!(words.reals(), [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]);
@@ -319,8 +336,12 @@ mod tests {
         assert_eq!(words.reals(), [1.5, 1.5, 1.5, 0.75, 2.5, 2.5, 2.5]);
         assert_eq!(words.whole(), 0);
         assert_eq!(words.reals(), [7.0, 8.0, 9.0, 2.0]);
+        assert_eq!(words.reals(), [3000.0, 1000.0, 2000.0]);
         assert_eq!(words.reals(), [30.0, 30.0, 30.0, 10.0, 10.0, 10.0, 20.0, 20.0, 20.0]);
         assert!(words.0.is_empty());
+        // Stresses of another body are left out.
+        let fewer = Sent { stresses: &stresses[..2], ..sent };
+        assert_eq!(subject.encode(fewer, &poses, &answer, &[point]).len(), frame.len() - 12);
     }
 
     #[test]

@@ -28,6 +28,7 @@ const WORKER: &[&str] = &[
     include_str!("../../view/pace.mjs"),
     include_str!("../../view/limits.mjs"),
     include_str!("../../view/kernel.mjs"),
+    include_str!("../../view/stresses.mjs"),
     include_str!("../../view/recording.mjs"),
     include_str!("../../view/player.mjs"),
     include_str!("../../view/session_loop.mjs"),

@@ -10,6 +10,7 @@ use chaincell_host::session::ipc::contacts::ContactReader;
 use chaincell_host::session::ipc::names::unique_scene;
 use chaincell_host::session::ipc::services::{Domain, SceneServices};
 use chaincell_host::session::ipc::state::StateReader;
+use chaincell_host::session::ipc::stress::{NodeStress, StressReader};
 use chaincell_host::session::loops::control::{ControlOptions, control};
 use chaincell_host::session::loops::record::Recorder;
 use chaincell_host::session::loops::serve::{ServeOptions, Server};
@@ -70,6 +71,11 @@ impl TissueEngine for Counter {
         self.ticks
     }
 
+    fn read_stresses(&mut self, first: usize, _to: &mut [NodeStress], _means: &mut [f32]) -> bool {
+        self.sent += u64::from(first == 0);
+        true
+    }
+
     fn read_nodes(&mut self, _to: &mut [Node]) {
         self.sent += 1;
     }
@@ -96,13 +102,14 @@ const CONTACT: ContactForce = ContactForce {
 enum Viewed {
     Nothing,
     States,
+    Stresses,
     Contacts,
 }
 
 #[test]
 fn one_small_allocation_of_iceoryx2_a_message_and_none_of_ours() {
     let _turn = turn();
-    for of in [Viewed::Nothing, Viewed::States, Viewed::Contacts] {
+    for of in [Viewed::Nothing, Viewed::States, Viewed::Stresses, Viewed::Contacts] {
         let viewed = of != Viewed::Nothing;
         let is_long = |counter: &Counter| counter.span > VIEWED_SPAN || !viewed;
         let Some(counter) = (0..ATTEMPTS).map(|_| served(of)).find(is_long) else {
@@ -157,7 +164,7 @@ fn served(viewed: Viewed) -> Counter {
         let mut recorder = Recorder::with_capacity(1000).with_trace(trace);
         let server = Server::open(&options).unwrap();
         let server = server.with_state(1000, 200).unwrap().with_contacts(1, 200).unwrap();
-        let server = server.with_commands().unwrap();
+        let server = server.with_stress((1000, 1000), 200).unwrap().with_commands().unwrap();
         server.run(&mut counter, &mut recorder).unwrap();
         assert_eq!(recorder.ticks(), WARM_UP_TICKS + COUNTED_TICKS);
         counter
@@ -165,11 +172,12 @@ fn served(viewed: Viewed) -> Counter {
     let scene =
         SceneServices::open(control_options.scene.as_deref(), &control_options.domain).unwrap();
     let states = (viewed == Viewed::States).then(|| StateReader::open(&scene).unwrap());
+    let stresses = (viewed == Viewed::Stresses).then(|| StressReader::open(&scene).unwrap());
     let contacts = (viewed == Viewed::Contacts).then(|| ContactReader::open(&scene).unwrap());
     let poses: Vec<Pose> =
         (0..WARM_UP_TICKS + COUNTED_TICKS).map(|tick| Pose { tick, ..Pose::default() }).collect();
     control(&poses, &control_options).unwrap();
     let counter = server.join().unwrap();
-    drop((states, contacts));
+    drop((states, stresses, contacts));
     counter
 }

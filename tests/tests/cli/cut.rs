@@ -5,7 +5,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use chaincell_tests::files::{Table, bake, scratch, summary, text};
+use chaincell_tests::files::{Table, array, bake, scratch, summary, text};
 use chaincell_tests::{Ended, run};
 
 const BOX: &str = "box:7x5x4x0.005";
@@ -30,14 +30,6 @@ fn press(model: &Path, out: &Path, options: &[&str]) -> Ended {
     let args = ["run", text(model), "--motion", "press", "--seconds", "0.8", "--out", text(out)];
     let place = ["--touch-m", "0,0,0.01501", "--direction", "0,0,-1", "--depth-m", "0.009"];
     run([&args[..], &place, &["--force", "--picture", "off"], options].concat())
-}
-
-/// Numbers of an array of a VTU file.
-fn array(file: &str, name: &str) -> Vec<f64> {
-    let begin = file.find(&format!("Name=\"{name}\"")).unwrap();
-    let body = file[begin..].split_once('>').unwrap().1;
-    let body = body.split_once("</DataArray>").unwrap().0;
-    body.split_whitespace().map(|number| number.parse().unwrap()).collect()
 }
 
 #[test]

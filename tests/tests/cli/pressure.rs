@@ -5,10 +5,10 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use chaincell_tests::files::{Table, bake, scratch, text};
+use chaincell_tests::files::{Table, array, bake, scratch, text};
 use chaincell_tests::run;
 
-use super::run::{array, check_vtu};
+use super::run::check_vtu;
 
 /// Each point with a third of the area at rest of the triangles around it \[m2\].
 fn areas_m2(vtu: &str) -> Vec<f64> {

@@ -8,7 +8,7 @@ use chaincell_host::bake::ImageBytes;
 use chaincell_kernel::Model;
 use chaincell_lab::reference::vectors::{farthest, norm};
 use chaincell_tests::files::{
-    Row, Table, bake, is_hash, names, play, scratch, summary, write_path,
+    Row, Table, array, bake, is_hash, names, play, scratch, summary, write_path,
 };
 use chaincell_tests::lattice::positions;
 
@@ -237,14 +237,6 @@ fn the_same_path_gives_the_same_bytes() {
         assert!(short.bytes("cells_final.csv") == one.bytes("cells_50.csv"), "{dynamics}");
         assert_ne!(short.hash(), one.hash());
     }
-}
-
-/// Numbers of a named array.
-pub(super) fn array(vtu: &str, name: &str) -> Vec<f64> {
-    let start = vtu.find(&format!("Name=\"{name}\"")).unwrap();
-    let body = &vtu[start..];
-    let body = &body[body.find('>').unwrap() + 1..body.find("</DataArray>").unwrap()];
-    body.split_whitespace().map(|number| number.parse().unwrap()).collect()
 }
 
 pub(super) fn check_vtu(file: &Path, elements: usize, corners: usize) {

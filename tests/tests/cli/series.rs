@@ -4,11 +4,11 @@
 
 use std::path::Path;
 
-use chaincell_tests::files::{bake, names, scratch, summary, text};
+use chaincell_tests::files::{array, bake, names, scratch, summary, text};
 use chaincell_tests::lattice::positions;
 use chaincell_tests::run;
 
-use super::run::{array, check_vtu};
+use super::run::check_vtu;
 
 /// Time \[s\] and file of each row of a collection.
 fn rows(file: &Path) -> Vec<(f64, String)> {

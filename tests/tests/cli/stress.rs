@@ -4,10 +4,8 @@
 
 use std::path::Path;
 
-use chaincell_tests::files::{bake, scratch, text};
+use chaincell_tests::files::{array, bake, scratch, summary, text};
 use chaincell_tests::run;
-
-use super::run::array;
 
 /// The body at the deepest point of a press.
 fn pressed(folder: &Path, model: &Path) -> String {
@@ -51,4 +49,42 @@ fn a_body_of_links_has_no_stress() {
     let folder = scratch();
     let vtu = pressed(folder.path(), &bake(folder.path(), "box:7x7x5x0.01", &[]));
     assert!(!vtu.contains("stress") && !vtu.contains("stretch"));
+}
+
+#[test]
+fn a_limit_warns_of_the_first_node_above_it_and_counts_all() {
+    let folder = scratch();
+    let model = bake(folder.path(), "box:7x7x5x0.01", &["--young-pa", "5000"]);
+    let out = folder.path().join("out");
+    let press = |limit_pa: &str| {
+        let args =
+            ["run", text(&model), "--motion", "press", "--seconds", "1", "--out", text(&out)];
+        let how =
+            ["--contact", "probe:0.006", "--snapshot-ticks", "500", "--force", "--stress-limit-pa"];
+        run([&args[..], &how, &[limit_pa]].concat())
+    };
+    // No node comes to this one.
+    let quiet = press("1e9").with(0);
+    assert!(!quiet.err.contains("--stress-limit-pa"), "{quiet:?}");
+    let most = summary(&out)["stress"].clone();
+    let largest_pa = most["largest_von_mises_pa"].as_f64().unwrap();
+    assert_eq!((most["nodes_above"].as_u64(), most["tick"].as_u64().unwrap() > 0), (Some(0), true));
+    // It saw what the snapshot at the deepest point has.
+    let vtu = std::fs::read_to_string(out.join("state_500.vtu")).unwrap();
+    let deepest_pa = array(&vtu, "von_mises_pa").into_iter().fold(0.0, f64::max);
+    assert!(deepest_pa > 100.0 && deepest_pa <= largest_pa, "{deepest_pa} {largest_pa}");
+    // Half of that is passed before, by some nodes.
+    let warned = press(&(0.5 * largest_pa).to_string()).with(0);
+    assert_eq!(warned.err.matches("above --stress-limit-pa").count(), 1, "{warned:?}");
+    assert!(warned.out.contains("above the limit of"), "{warned:?}");
+    let report = summary(&out)["stress"].clone();
+    let above = report["nodes_above"].as_u64().unwrap();
+    assert!((1..200).contains(&above), "{report}");
+    assert_eq!(report["node"], most["node"]);
+    // Links have none, and no limit is below 0.
+    assert!(press("-1").with(2).err.contains("--stress-limit-pa -1: must be above 0"));
+    let links = bake(folder.path(), "box:7x7x5x0.01", &[]);
+    let args = ["run", text(&links), "--motion", "press", "--out", text(&out), "--force"];
+    let refused = run([&args[..], &["--stress-limit-pa", "5"]].concat()).with(2);
+    assert!(refused.err.contains("--young-pa"), "{refused:?}");
 }

@@ -26,5 +26,6 @@ mod replayed;
 mod snapshot;
 mod stage;
 mod stand_by;
+mod stress;
 mod tools;
 mod view;

@@ -23,7 +23,8 @@ fn a_pin_by_command_takes_over_from_a_grip() {
     outsider.play(0..DEEP + 1, pose);
     place.command(&["grip"]).with(0);
     let dragged = outsider.play(DEEP + 1..160, pose);
-    place.command(&["pin"]).with(0);
+    let set = place.command(&["pin"]).with(0);
+    assert_eq!(set.json()["pin"], 1);
     place.command(&["let-go", "--ticks", "40"]).with(0);
     let passed = outsider.play(160..220, pose);
     let commander = Commander::join(&place.scene);

@@ -454,7 +454,7 @@ typedef struct chaincell_client_reply {
      */
     uint32_t result;
     /**
-     * Why it was refused, the number of the contract; 0 when done.
+     * Why it was refused, the number of the contract; when done, of a pin its number, else 0.
      */
     uint32_t reason;
 } chaincell_client_reply;

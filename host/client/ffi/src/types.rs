@@ -275,7 +275,7 @@ pub struct Reply {
     pub state_hash: u64,
     /// 0 done, 1 refused: nothing has changed.
     pub result: u32,
-    /// Why it was refused, the number of the contract; 0 when done.
+    /// Why it was refused, the number of the contract; when done, of a pin its number, else 0.
     pub reason: u32,
 }
 

@@ -13,6 +13,7 @@ mod pace;
 pub mod serving;
 pub mod shown;
 pub mod state;
+pub mod stress;
 pub mod tools;
 pub mod viewed;
 pub mod watching;

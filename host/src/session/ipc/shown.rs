@@ -9,6 +9,7 @@ use super::payload::StateHeader;
 use super::services::{Ipc, SceneServices};
 use super::serving::{SERVE_PORT, SHOW_PORT};
 use super::state::StatePublisher;
+use super::stress::{StressHeader, StressPublisher};
 use super::tools::ToolPoses;
 use crate::engine::Engine;
 use crate::engine::tissue::TissueEngine;
@@ -18,30 +19,34 @@ use crate::error::Result;
 #[derive(Debug)]
 pub struct ShowPorts {
     state: Option<StatePublisher>,
+    stress: Option<StressPublisher>,
     contacts: Option<ContactPublisher>,
     /// Holds the scene too: no server begins on it.
     poses: Publisher<Ipc, ToolPoses, ()>,
 }
 
 impl ShowPorts {
-    /// Opens the ports for the states and contacts of a tissue, sent at most `hz` times a second, 0 for never.
+    /// Opens the ports for the states, stresses and contacts of a tissue, sent at most `hz` times a second, 0 for never.
     ///
     /// # Errors
     /// A server or another follower on the scene; a rate out of range; too little memory.
-    pub fn open(scene: &SceneServices, engine: &Engine<'_>, hz: u32) -> Result<Self> {
+    pub fn open(scene: &SceneServices, engine: &mut Engine<'_>, hz: u32) -> Result<Self> {
         scene.refuse_second(&scene.forces, SERVE_PORT, None, "serve")?;
         scene.refuse_second(&scene.tools, SHOW_PORT, None, "follow")?;
         let poses = scene.publisher(&scene.tools, SHOW_PORT, "follow")?;
         let id = poses.id();
         let nodes = engine.node_count();
         let state = (hz > 0).then(|| StatePublisher::open(scene, nodes, hz)).transpose()?;
+        let stressed = engine.stressed_cells().filter(|_| hz > 0);
+        let stress =
+            stressed.map(|cells| StressPublisher::open(scene, (nodes, cells), hz)).transpose()?;
         let with_contacts = hz > 0 && engine.contact().tools() > 0;
         let contacts = with_contacts.then(|| ContactPublisher::open(scene, hz)).transpose()?;
         // Two that started at the same time see each other now.
         scene.refuse_second(&scene.tools, SHOW_PORT, Some(id), "follow")?;
         scene.refuse_second(&scene.forces, SERVE_PORT, None, "serve")?;
         scene.take_memory()?;
-        Ok(Self { state, contacts, poses })
+        Ok(Self { state, stress, contacts, poses })
     }
 
     /// Notes that the tissue has changed.
@@ -49,12 +54,15 @@ impl ShowPorts {
         if let Some(state) = &mut self.state {
             state.feed.changed();
         }
+        if let Some(stress) = &mut self.stress {
+            stress.changed();
+        }
         if let Some(contacts) = &mut self.contacts {
             contacts.feed.changed();
         }
     }
 
-    /// Sends what is due: the poses of the tick, its state, its contacts.
+    /// Sends what is due: the poses of the tick, its state, its contacts; and the stresses, after some calls.
     pub fn show(
         &mut self,
         now_ns: u64,
@@ -70,6 +78,12 @@ impl ShowPorts {
             let _ = self.poses.send_copy(ToolPoses::of(tick, 0, poses));
             let header = StateHeader { state_hash: tissue.state_hash(), ..header };
             state.send(header, tissue);
+        }
+        if let Some(stress) = &mut self.stress {
+            let model_checksum = tissue.model_checksum();
+            let header = StressHeader { tick, model_checksum, ..StressHeader::default() };
+            // No limit is watched here, so there is no warning.
+            let _ = stress.step(header, tissue, true);
         }
         if let Some(contacts) = &mut self.contacts
             && contacts.feed.is_due(now_ns, true)

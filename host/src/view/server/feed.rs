@@ -2,6 +2,7 @@
 
 use std::io;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
 
 use tungstenite::{Bytes, Utf8Bytes};
 
@@ -10,12 +11,17 @@ use super::bell::Bell;
 /// Pages that may be open at a time.
 pub const PAGES_MAX: usize = 8;
 
+/// Time for which a page that asks for the stress gets it.
+const STRESS_TIME: Duration = Duration::from_secs(2);
+
 /// The newest frame and notice. One side publishes, each page takes what it has not seen; frames in between
 /// are skipped.
 #[derive(Debug, Default)]
 pub struct Feed {
     newest: Mutex<Newest>,
     pages: Mutex<Vec<Arc<Bell>>>,
+    /// When the last page that asked for the stress has had it for its time.
+    stress_until: Mutex<Option<Instant>>,
 }
 
 /// A frame and a notice, each with its number from 1; 0 before the first.
@@ -46,6 +52,17 @@ impl Feed {
                 newest.notice = (newest.notice.0 + 1, notice.into());
             }
         });
+    }
+
+    /// Returns true while a page asks for the stress of the body.
+    #[must_use]
+    pub fn wants_stress(&self) -> bool {
+        locked(&self.stress_until).is_some_and(|until| Instant::now() < until)
+    }
+
+    /// Notes that a page asks for the stress.
+    pub(super) fn ask_for_stress(&self) {
+        *locked(&self.stress_until) = Some(Instant::now() + STRESS_TIME);
     }
 
     /// Number of open pages.

@@ -26,6 +26,8 @@ const MESSAGE_BYTES_MAX: usize = 4 << 10;
 const UNSEEN_MAX: u64 = 2;
 /// Message of a page that has taken a frame.
 const SEEN: &str = "seen";
+/// The word of a page that shows the stress, at least once a second.
+const STRESS: &str = "stress";
 /// The fixed text of the handshake, RFC 6455.
 const HANDSHAKE: &str = "258EAFA5-E914-47DA-95CA-C5AB0DC85B11";
 /// The text for a page without a place.
@@ -110,6 +112,9 @@ impl Page<'_> {
             match self.socket.read() {
                 Ok(Message::Text(text)) if text.as_str() == SEEN => {
                     self.unseen = self.unseen.saturating_sub(1);
+                }
+                Ok(Message::Text(text)) if text.as_str() == STRESS => {
+                    self.live.feed.ask_for_stress();
                 }
                 Ok(Message::Text(text)) => {
                     if let Some(reply) = (self.live.reply)(text.as_str()) {

@@ -3,7 +3,7 @@
 
 use chaincell_kernel::Budget;
 use chaincell_kernel::Model;
-use chaincell_kernel::trace::{Reader, header_bytes};
+use chaincell_kernel::trace::{RECORD_BYTES, Reader, header_bytes};
 use chaincell_scenes::Run;
 use chaincell_scenes::adverse::endure;
 use static_cell::ConstStaticCell;
@@ -56,11 +56,21 @@ fn record(tissue: &mut Tissue) -> Option<()> {
     let mut run = Run::new(&SCENE, part(tissue)).ok()?;
     let mut header = [0; header_bytes(HELD.len())];
     let (mut writer, _) = run.begin_trace(&mut header)?;
-    header.chunks(LINE_BYTES).for_each(|bytes| console::bytes("trace", bytes));
+    header.chunks(LINE_BYTES).for_each(send);
     for _ in 0..TRACE_TICKS {
-        console::bytes("trace", &writer.record(&run.record()));
+        send(&writer.record(&run.record()));
     }
     Some(())
+}
+
+/// Sends bytes of the trace as a line.
+fn send(bytes: &[u8]) {
+    let mut digits = heapless::Vec::<u8, { 2 * RECORD_BYTES }>::new();
+    for &byte in bytes {
+        // No line has more bytes than a record.
+        let _ = digits.extend_from_slice(&console::digits_of(byte));
+    }
+    console::put_line("trace", &digits);
 }
 
 /// Endures all hard states; says the digest after each, or what went wrong.

@@ -50,25 +50,17 @@ pub fn number(name: &str, value: u32) {
 
 /// `name value`, 16 hexadecimal digits.
 pub fn bits(name: &str, value: u64) {
-    let digits = value.to_be_bytes().map(|byte| [hexadecimal(byte >> 4), hexadecimal(byte & 15)]);
+    let digits = value.to_be_bytes().map(digits_of);
     put_line(name, digits.as_flattened());
 }
 
-/// `name value`, two hexadecimal digits a byte.
-#[cfg(feature = "checks")]
-pub fn bytes(name: &str, value: &[u8]) {
-    let mut digits = Line::new();
-    for byte in value {
-        put(&mut digits, &[hexadecimal(byte >> 4), hexadecimal(byte & 15)]);
-    }
-    put_line(name, &digits);
+/// The two hexadecimal digits of a byte.
+pub fn digits_of(byte: u8) -> [u8; 2] {
+    [byte >> 4, byte & 15].map(|digit| if digit < 10 { b'0' + digit } else { b'a' - 10 + digit })
 }
 
-fn hexadecimal(digit: u8) -> u8 {
-    if digit < 10 { b'0' + digit } else { b'a' - 10 + digit }
-}
-
-fn put_line(name: &str, digits: &[u8]) {
+/// `name digits`.
+pub fn put_line(name: &str, digits: &[u8]) {
     let mut line = Line::new();
     put(&mut line, name.as_bytes());
     put(&mut line, b" ");

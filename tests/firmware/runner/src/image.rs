@@ -17,6 +17,9 @@ use crate::trace::Traces;
 const ALLOCATOR: [&str; 5] =
     ["__rust_alloc", "__rust_realloc", "__rdl_alloc", "__rg_alloc", "GlobalAlloc"];
 
+/// Package of the board that stands by.
+const STAND_BY: &str = "chaincell-stand-by";
+
 /// Initial values that an image may have in RAM \[bytes\]: the kernel has none, so a body of any size
 /// lies in `.bss`.
 const DATA_BYTES_MAX: u64 = 64;
@@ -56,9 +59,16 @@ impl Workshop {
 
     /// Cargo for the image of a scene.
     fn cargo(&self, what: &str, target: &Target, ready: &Ready, tier: Tier) -> Command {
+        let mut cargo = self.cargo_of(what, "chaincell-firmware", target);
+        cargo.envs(environment(ready, tier));
+        cargo
+    }
+
+    /// Cargo for a package of images.
+    fn cargo_of(&self, what: &str, package: &str, target: &Target) -> Command {
         let mut cargo = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
         cargo.current_dir(&self.workspace).args([what, "--locked", "--profile=image"]);
-        cargo.args(["--package=chaincell-firmware", "--target", target.triple]);
+        cargo.args(["--package", package, "--target", target.triple]);
         cargo.arg("--target-dir").arg(self.folder(target));
         let mut flags = format!("-Ctarget-cpu={}", target.cpu);
         if let Some((rustc, libraries)) = &self.packages {
@@ -71,7 +81,6 @@ impl Workshop {
         let triple = target.triple.to_uppercase().replace('-', "_");
         cargo.env(format!("CARGO_TARGET_{triple}_RUSTFLAGS"), flags);
         cargo.env_remove("RUSTFLAGS").env_remove("CARGO_ENCODED_RUSTFLAGS");
-        cargo.envs(environment(ready, tier));
         cargo
     }
 
@@ -111,6 +120,25 @@ impl Workshop {
         let to = self.folder(target).join(name).with_extension("elf");
         std::fs::copy(&from, &to).with_context(|| format!("{}", from.display()))?;
         Ok(Ok(Image::read(&to, target, ready)?))
+    }
+
+    /// Builds the board that stands by, with a model; returns the path of its image.
+    pub fn build_stand_by(&self, target: &Target, model: &Path) -> Result<PathBuf> {
+        let mut cargo = self.cargo_of("build", STAND_BY, target);
+        let built = cargo.env("CHAINCELL_MODEL", model).output().context("cargo")?;
+        ensure!(built.status.success(), "{STAND_BY}: {}", String::from_utf8_lossy(&built.stderr));
+        Ok(self.folder(target).join(target.triple).join("image").join(STAND_BY))
+    }
+
+    /// Holds its source against the lints; `false` where the compiler has none.
+    pub fn lint_stand_by(&self, target: &Target, model: &Path) -> Result<bool> {
+        if self.packages.is_some() {
+            return Ok(false);
+        }
+        let mut cargo = self.cargo_of("clippy", STAND_BY, target);
+        cargo.env("CHAINCELL_MODEL", model).args(["--", "-Dwarnings"]);
+        ensure!(cargo.status().context("cargo")?.success(), "{STAND_BY}: lints");
+        Ok(true)
     }
 
     /// Holds the image's source against the lints; `false` where the compiler has none.

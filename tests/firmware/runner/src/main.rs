@@ -9,6 +9,7 @@ mod figures;
 mod fit;
 mod host;
 mod image;
+mod stand_by;
 mod target;
 mod tier;
 mod trace;
@@ -43,7 +44,8 @@ struct Args {
     /// Print one JSON object a line, one for each image and scene
     #[arg(long)]
     json: bool,
-    /// Images whose TARGET-SCENE-NUMBER contains one of these: m7, organ500, m3-plane8_euler, fixed
+    /// Images whose TARGET-SCENE-NUMBER contains one of these: m7, organ500, m3-plane8_euler, fixed; stand-by for the
+    /// board that takes a session over a serial line
     #[arg(long, value_delimiter = ',')]
     only: Vec<String>,
     /// All 2,000 ticks of the scenes; CHAINCELL_SLOW=1 does the same
@@ -153,8 +155,13 @@ fn run(args: Args) -> Result<()> {
         broken.extend(verdict.broken);
         Ok(())
     })?;
-    ensure!(images > 0, "--only {}: no such image", bench.args.only.join(","));
-    if bench.args.only.is_empty() {
+    let all = bench.args.only.is_empty();
+    let stands_by = all || bench.args.only.iter().any(|part| stand_by::NAME.contains(&**part));
+    ensure!(stands_by || images > 0, "--only {}: no such image", bench.args.only.join(","));
+    if stands_by {
+        bench.stand_by()?;
+    }
+    if all {
         bench.canaries()?;
     }
     if bench.args.write_budgets {
@@ -323,6 +330,16 @@ impl Bench {
         Ok(())
     }
 
+    /// A board that takes a session over a serial line.
+    fn stand_by(&self) -> Result<()> {
+        let session = stand_by::Session::record(&self.args.chaincell, &self.models)?;
+        let image = self.workshop.build_stand_by(&TARGETS[0], session.model())?;
+        for line in session.prove(&TARGETS[0], &image)? {
+            self.say(&format!("  {}: {line}", stand_by::NAME));
+        }
+        Ok(())
+    }
+
     /// Sees the gates fail: on an image that can panic, on one that links `alloc`, and on a program
     /// that has an allocator.
     fn canaries(&self) -> Result<()> {
@@ -356,6 +373,7 @@ impl Bench {
                 return Ok(());
             }
         }
+        self.workshop.lint_stand_by(&TARGETS[0], &ready.model_path)?;
         Ok(())
     }
 

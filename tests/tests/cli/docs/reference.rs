@@ -7,6 +7,7 @@ use std::fmt::Debug;
 use chaincell_client::Notes;
 use chaincell_client::contacts::{Contact, ContactsHeader};
 use chaincell_client::payload::{CommandMessage, NodePosition, ReplyMessage, StateHeader};
+use chaincell_client::stress::{NodeStress, StressHeader};
 use chaincell_client::tools::{OneToolForce, OneToolPose, ToolForces, ToolPoses};
 use chaincell_kernel::{Flags, SettingField, SettingKind, Settings};
 
@@ -187,7 +188,8 @@ fn fault<Message: Default + Debug>(name: &str, row: &str) -> Option<String> {
     }
     let own = std::any::type_name::<Message>().rsplit("::").next().unwrap();
     let sent = format!("#[type_name(\"{name}\")]\n#[repr(C)]\npub struct {own} {{");
-    let sources = ["contacts", "payload", "tools"].map(|name| format!("host/client/src/{name}.rs"));
+    let sources =
+        ["contacts", "payload", "stress", "tools"].map(|name| format!("host/client/src/{name}.rs"));
     let mut texts = sources.iter().map(|path| std::fs::read_to_string(top().join(path)).unwrap());
     let is_sent = !name.starts_with("chaincell.") || texts.any(|text| text.contains(&sent));
     (!is_sent).then(|| format!("{own} is not sent by this name"))
@@ -203,6 +205,8 @@ fn the_reference_has_every_layout() {
         ("one of these tools", fault::<OneToolForce>),
         ("chaincell.State.v2", fault::<StateHeader>),
         ("chaincell.NodePosition.v1", fault::<NodePosition>),
+        ("chaincell.Stress.v1", fault::<StressHeader>),
+        ("chaincell.NodeStress.v1", fault::<NodeStress>),
         ("chaincell.Contacts.v1", fault::<ContactsHeader>),
         ("chaincell.Contact.v1", fault::<Contact>),
         ("chaincell.Command.v1", fault::<CommandMessage>),

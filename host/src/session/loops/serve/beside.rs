@@ -6,8 +6,10 @@ use super::Run;
 use crate::engine::tissue::Refusal;
 use crate::session::ipc::contacts::ContactsHeader;
 use crate::session::ipc::payload::{CommandMessage, ReplyMessage, StateHeader};
+use crate::session::ipc::stress::StressHeader;
 use crate::session::ipc::tools::TickForce;
 use crate::session::timing::clock::now_ns;
+use crate::terminal;
 
 impl Run<'_> {
     /// The tissue's last answer.
@@ -15,19 +17,23 @@ impl Run<'_> {
         self.shared.voice().answer.map(|answer| answer.force)
     }
 
-    /// Marks state and contacts as changed since they were last sent.
+    /// Marks state, stress and contacts as changed since they were last sent.
     pub(super) fn changed(&mut self) {
         if let Some(state) = &mut self.state {
             state.feed.changed();
+        }
+        if let Some(stress) = &mut self.stress {
+            stress.changed();
         }
         if let Some(contacts) = &mut self.contacts {
             contacts.feed.changed();
         }
     }
 
-    /// Handles commands, then publishes states and contacts, between two ticks; `idle` if no pose waits.
+    /// Handles commands, then publishes states, stresses and contacts, between two ticks; `idle` if no pose waits.
     pub(super) fn beside(&mut self, idle: bool) {
-        if self.commands.is_none() && self.state.is_none() && self.contacts.is_none() {
+        let has_viewers = self.state.is_some() || self.stress.is_some() || self.contacts.is_some();
+        if self.commands.is_none() && !has_viewers {
             return;
         }
         let now_ns = now_ns();
@@ -56,6 +62,13 @@ impl Run<'_> {
                 state.send(header, self.session.engine);
             }
         }
+        // The next stresses.
+        let header = self.stress_header();
+        if let Some(stress) = &mut self.stress
+            && let Some(warning) = stress.step(header, self.session.engine, idle)
+        {
+            terminal::note(format_args!("WARNING: {warning}"));
+        }
         // The contacts, if they are due.
         if self.contacts.as_mut().is_some_and(|contacts| contacts.feed.is_due(now_ns, idle)) {
             let header = ContactsHeader {
@@ -70,6 +83,24 @@ impl Run<'_> {
         }
     }
 
+    fn stress_header(&self) -> StressHeader {
+        StressHeader {
+            tick: self.session.last_tick(),
+            model_checksum: self.session.engine.model_checksum(),
+            ..StressHeader::default()
+        }
+    }
+
+    /// Looks at the stress of the last tick, if a limit is watched.
+    pub(super) fn finish_stress(&mut self) {
+        let header = self.stress_header();
+        if let Some(stress) = &mut self.stress
+            && let Some(warning) = stress.finish(header, self.session.engine)
+        {
+            terminal::note(format_args!("WARNING: {warning}"));
+        }
+    }
+
     /// The hash of the last answer, or a new one if it has none.
     fn state_hash(&mut self) -> u64 {
         match self.answer() {
@@ -81,12 +112,16 @@ impl Run<'_> {
     /// Executes a command. Returns the reply, and whether it has to wait until a snapshot is written.
     fn carry_out(&mut self, message: &CommandMessage) -> (ReplyMessage, bool) {
         let done = message.command().and_then(|command| self.obey(&command));
+        let pin = match done {
+            Ok(Command::Pin { .. } | Command::PinAt { .. }) => self.session.engine.newest_pin(),
+            _ => None,
+        };
         let reply = ReplyMessage {
             tick: self.session.last_tick(),
             ticks_answered: self.session.executed,
             state_hash: self.session.engine.state_hash(),
             result: u32::from(done.is_err()),
-            reason: done.err().map_or(0, |why| why as u32),
+            reason: done.err().map_or_else(|| pin.unwrap_or_default().into(), |why| why as u32),
         };
         match done {
             Err(_) => self.disobeyed += 1,

@@ -33,6 +33,7 @@ use iceoryx2::identifiers::UniquePublisherId;
 
 use crate::engine::estimates::Estimates;
 use crate::engine::flag_ticks::FlagTicks;
+use crate::engine::stress_limit::StressLimit;
 use crate::engine::tissue::TissueEngine;
 use crate::error::Result;
 use crate::interrupt;
@@ -42,6 +43,7 @@ use crate::session::ipc::contacts::ContactPublisher;
 use crate::session::ipc::services::{QUEUE_MESSAGES, SceneServices};
 use crate::session::ipc::serving::ServePorts;
 use crate::session::ipc::state::StatePublisher;
+use crate::session::ipc::stress::StressPublisher;
 use crate::session::loops::peers::{Call, PeerWatch};
 use crate::session::loops::realtime::{self, Role};
 use crate::session::loops::record::Recorder;
@@ -67,6 +69,8 @@ pub use watcher::Shared;
 
 /// Longest pause between checks for Ctrl-C and for the end of the run \[ns\].
 const LOOK_NS: u64 = 5 * MILLISECOND_NS;
+/// Waits without a pose after which a scene rests.
+const RESTS: u32 = 4;
 /// Time for readers to receive the last answer \[ns\].
 const LINGER_NS: u64 = 10 * MILLISECOND_NS;
 
@@ -79,6 +83,7 @@ pub struct Server {
     length_ns: u64,
     rate: PoseRate,
     state: Option<StatePublisher>,
+    stress: Option<StressPublisher>,
     contacts: Option<ContactPublisher>,
     commands: Option<CommandServer>,
     snapshots: Option<SnapshotPlace>,
@@ -123,6 +128,7 @@ impl Server {
             length_ns,
             rate,
             state: None,
+            stress: None,
             contacts: None,
             commands: None,
             snapshots: None,
@@ -140,6 +146,27 @@ impl Server {
             self.scene.take_memory()?;
         }
         Ok(self)
+    }
+
+    /// Publishes strain and stress of a body with these numbers of nodes and cells, at most `hz` times a second, 0 for never.
+    ///
+    /// # Errors
+    /// As [`Self::with_state`].
+    pub fn with_stress(mut self, size: (usize, usize), hz: u32) -> Result<Self> {
+        if hz > 0 {
+            self.stress = Some(StressPublisher::open(&self.scene, size, hz)?);
+            self.scene.take_memory()?;
+        }
+        Ok(self)
+    }
+
+    /// Watches a limit of the stress, if it is published, with or without a reader.
+    #[must_use]
+    pub fn with_stress_limit(mut self, limit: StressLimit) -> Self {
+        if let Some(stress) = &mut self.stress {
+            stress.limit = Some(limit);
+        }
+        self
     }
 
     /// Publishes contacts at most `hz` times a second, 0 for none, if there are `tools` on a contact surface.
@@ -191,7 +218,12 @@ impl Server {
         recorder: &mut Recorder,
     ) -> Result<ServeReport> {
         // Share the voice with the watcher, and prepare the run.
-        let beside = (self.state.take(), self.contacts.take(), self.commands.take());
+        let beside = Beside {
+            state: self.state.take(),
+            stress: self.stress.take(),
+            contacts: self.contacts.take(),
+            commands: self.commands.take(),
+        };
         let shared = Shared::new(Voice::new(&self.options, now_ns()));
         let snapshots = self.snapshots.take().map(Snapshots::new).unzip();
         let mut run = Run::new(&self, &shared, beside, engine, recorder)?;
@@ -212,6 +244,7 @@ impl Server {
             shared.end();
             of_leftovers.thread().unpark();
             run.end_snapshots();
+            run.finish_stress();
             ended
         });
         // A reader that has just joined misses messages that a publisher sends right before its end.
@@ -230,12 +263,18 @@ impl Server {
 }
 
 /// Publishers and commands that are handled between ticks.
-type Beside = (Option<StatePublisher>, Option<ContactPublisher>, Option<CommandServer>);
+struct Beside {
+    state: Option<StatePublisher>,
+    stress: Option<StressPublisher>,
+    contacts: Option<ContactPublisher>,
+    commands: Option<CommandServer>,
+}
 
 struct Run<'a> {
     server: &'a Server,
     shared: &'a Shared,
     state: Option<StatePublisher>,
+    stress: Option<StressPublisher>,
     contacts: Option<ContactPublisher>,
     commands: Option<CommandServer>,
     snapshots: Option<Snapshots>,
@@ -247,6 +286,8 @@ struct Run<'a> {
     /// Poses accepted and not yet executed, oldest first.
     inbox: VecDeque<Arrived>,
     in_charge: Option<UniquePublisherId>,
+    /// Waits since the last pose.
+    idle_rounds: u32,
     rate: PoseRate,
     alive_until_ns: u64,
     budget: TimeBudget,
@@ -276,7 +317,7 @@ impl<'a> Run<'a> {
     fn new(
         server: &'a Server,
         shared: &'a Shared,
-        (state, contacts, commands): Beside,
+        Beside { state, stress, contacts, commands }: Beside,
         engine: &'a mut dyn TissueEngine,
         recorder: &'a mut Recorder,
     ) -> Result<Self> {
@@ -299,6 +340,7 @@ impl<'a> Run<'a> {
             server,
             shared,
             state,
+            stress,
             contacts,
             commands,
             snapshots: None,
@@ -309,6 +351,7 @@ impl<'a> Run<'a> {
             step: Latencies::new()?,
             inbox,
             in_charge: None,
+            idle_rounds: 0,
             rate: server.rate,
             alive_until_ns: 0,
             budget,
@@ -348,6 +391,9 @@ impl<'a> Run<'a> {
             }
             // Execute the oldest pose, or wait for one.
             let has_come = self.take_in();
+            if has_come {
+                self.idle_rounds = 0;
+            }
             if let Some(arrived) = self.inbox.pop_front() {
                 if self.is_anytime() && !self.inbox.is_empty() {
                     self.execute_late(arrived);
@@ -382,7 +428,11 @@ impl<'a> Run<'a> {
             );
         }
         self.connect_peers();
-        let deadline_ns = (now_ns() + LOOK_NS).min(self.end_ns);
+        // Nobody waits for an answer while a scene rests: the stress goes on without a pause.
+        self.idle_rounds = self.idle_rounds.saturating_add(1);
+        let is_in_pass = self.stress.as_ref().is_some_and(StressPublisher::is_in_pass);
+        let look_ns = if is_in_pass && self.idle_rounds > RESTS { 0 } else { LOOK_NS };
+        let deadline_ns = (now_ns() + look_ns).min(self.end_ns);
         let deadline_ns = self
             .shared
             .voice()
@@ -408,6 +458,8 @@ impl<'a> Run<'a> {
         // Costs of the readers.
         let (states_sent, state_ns) =
             self.state.as_ref().map_or_else(Default::default, |state| state.feed.cost());
+        let (stresses_sent, stress_ns) =
+            self.stress.as_ref().map_or_else(Default::default, |stress| stress.feed.cost());
         let (contacts_sent, contacts_ns) =
             self.contacts.as_ref().map_or_else(Default::default, |contacts| contacts.feed.cost());
         // Silences and steps of the published forces.
@@ -443,6 +495,9 @@ impl<'a> Run<'a> {
             commands_refused: self.disobeyed,
             states_sent,
             state_ns,
+            stresses_sent,
+            stress_ns,
+            stress: self.stress.as_ref().and_then(|of| Some(of.limit.as_ref()?.report())),
             contacts_sent,
             contacts_ns,
             step_ns: self.step.summary(),

@@ -7,6 +7,7 @@ use crate::engine::course::ToolCourse;
 use crate::engine::cut::report::CutReport;
 use crate::engine::estimates::ForceEstimate;
 use crate::engine::flag_ticks::FlagTicks;
+use crate::engine::stress_limit::StressReport;
 use crate::session::ipc::services::Domain;
 use crate::session::loops::peers::PeerCost;
 use crate::session::loops::wait::Wait;
@@ -164,6 +165,15 @@ pub struct ServeReport {
     pub states_sent: u64,
     /// Time to send a state, between ticks \[ns\].
     pub state_ns: Summary,
+    /// Messages of strain and stress sent to viewers.
+    #[serde(default)]
+    pub stresses_sent: u64,
+    /// Time to compute and send one, in parts between ticks \[ns\].
+    #[serde(default)]
+    pub stress_ns: Summary,
+    /// The limit of the stress, where one was given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stress: Option<StressReport>,
     /// Messages of contacts sent to viewers.
     pub contacts_sent: u64,
     /// Time to send one, between ticks \[ns\].

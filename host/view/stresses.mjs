@@ -1,0 +1,28 @@
+// The stress that the colours show, in the worker: some cells of the surface for each state, so that no tick waits for all.
+
+/** Cells between two states while time goes on. */
+const CELLS = 64;
+
+export class Stresses {
+  constructor(tissue) {
+    this.tissue = tissue;
+    this.show(null);
+  }
+
+  /** Shows the stress of the cells of these input ids, or none for null. */
+  show(inputIds) {
+    this.inputIds = inputIds ?? [];
+    this.valuesPa = new Float32Array(this.inputIds.length);
+    this.next = 0;
+  }
+
+  /** Computes the next cells, or all where time stands still; returns the newest of all [Pa], in the order of the ids. */
+  take(standsStill) {
+    const count = standsStill ? this.inputIds.length : Math.min(CELLS, this.inputIds.length);
+    for (let done = 0; done < count; done++) {
+      this.valuesPa[this.next] = this.tissue.stressPa(this.inputIds[this.next]);
+      this.next = (this.next + 1) % this.inputIds.length;
+    }
+    return this.valuesPa.slice();
+  }
+}
