@@ -134,7 +134,7 @@ static int cut(chaincell_tissue *tissue, float top_m)
 /* Puts a body into storage of its own, with memory for cuts. */
 static int run(const chaincell_model *model, float top_m)
 {
-    static const chaincell_room room = {0, 1, 64, 0, 1, 0};
+    static const chaincell_room room = {.tools = 1, .triangles = 64, .cuts = 1};
     chaincell_settings settings;
     chaincell_tissue *tissue;
     void *whole = NULL, *storage;

@@ -188,7 +188,7 @@ static int grasp(chaincell_tissue *tissue, float top_m)
 /* Puts a body into storage of its own, with room for the tools. */
 static int run(const chaincell_model *model, float top_m)
 {
-    static const chaincell_room room = {0, TOOLS, 256, 512, 0, 0};
+    static const chaincell_room room = {.tools = TOOLS, .triangles = 256, .samples = 512};
     chaincell_settings settings;
     chaincell_tissue *tissue;
     void *whole = NULL, *storage;

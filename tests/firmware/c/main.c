@@ -49,7 +49,7 @@ static int is_done(const char *what, chaincell_code code)
 
 static chaincell_tissue *begin(void)
 {
-    static const chaincell_room room = {CONTACTS, 0, 0, 0, 0};
+    static const chaincell_room room = {.contacts = CONTACTS};
     const size_t bytes = (size_t)(model_end - model_begin);
     chaincell_settings settings;
     chaincell_tissue *tissue = NULL;

@@ -32,7 +32,7 @@ static void print_hash(uint64_t hash)
 int press(void)
 {
     static const uint32_t held[1] = {HELD};
-    static const chaincell_room room = {1, 0, 0, 0, 0};
+    static const chaincell_room room = {.contacts = 1};
     const size_t bytes = (size_t)(model_end - model_begin);
     chaincell_settings settings;
     chaincell_tissue *tissue;
