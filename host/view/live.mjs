@@ -87,6 +87,7 @@ export class Live {
     this.setup = { tools: config.tools, chosen: 0, sweeps: config.sweeps, friction: 0 };
     this.trail = new Trail();
     this.notice = "";
+    this.lacksStress = false;
     this.frames = 0;
     this.counted = { ms: performance.now(), ticks: 0, ticksPerS: 0 };
   }
@@ -148,7 +149,7 @@ export class Live {
 
   #take(frame) {
     this.frames += 1;
-    if (this.showsStress && !this.notice) this.onstatus(frame.stressesPa.length ? "" : "The scene has sent no stress yet");
+    this.#tellOfStress(this.showsStress && frame.stressesPa.length === 0);
     this.#followSweeps(frame.sweeps);
     const now = performance.now();
     if (now - this.counted.ms > COUNT_MS) {
@@ -180,14 +181,20 @@ export class Live {
   /** The server computes the stress while a page says that it shows it. */
   show(colour) {
     clearInterval(this.asking);
-    if (this.showsStress && colour !== "stress") this.onstatus(this.notice);
     this.showsStress = colour === "stress";
+    this.#tellOfStress(false);
     const ask = () => {
       if (this.socket?.readyState === WebSocket.OPEN) this.socket.send("stress");
     };
     if (!this.showsStress) return;
     ask();
     this.asking = setInterval(ask, STRESS_MS);
+  }
+
+  /** Says that there is no stress yet, as soon as that is so and until it is no more. */
+  #tellOfStress(lacks) {
+    if (lacks !== this.lacksStress) this.onstatus(lacks && !this.notice ? "The scene has sent no stress yet" : this.notice);
+    this.lacksStress = lacks;
   }
 
   #ask(order) {
