@@ -23,8 +23,11 @@ const OPTIONS: [&str; 8] =
     ["--contact", "cells:122", "--scheme", "track", "--device", "omega", "--max-force-n", "4"];
 /// Longest run of the board, also where this machine is busy with others \[s\]; it takes one.
 const SECONDS: u32 = 300;
-/// A tick in which the tool is well inside, of 10,000 of a press.
-const INSIDE: u64 = 2500;
+/// Ticks of a served press, and how often it is played: ten minutes, in which a busy machine finds time for two commands.
+const SERVED_TICKS: u32 = 2000;
+const PRESSES: &str = "300";
+/// A tick in which the tool is well inside.
+const INSIDE: u64 = 500;
 /// Bytes of a frame's kind and length, and of its checksum.
 const HEAD: usize = 5;
 const SUM: usize = 4;
@@ -34,6 +37,8 @@ pub struct Session<'a> {
     chaincell: &'a Path,
     folder: PathBuf,
     model: PathBuf,
+    /// False if this machine was too busy to save the served session in mid-press.
+    is_served: bool,
 }
 
 /// What `chaincell replay` reports.
@@ -49,18 +54,14 @@ impl<'a> Session<'a> {
         let folder = models.join("stand-by");
         fs::create_dir_all(&folder)?;
         let model = folder.join("body.chaincell");
-        let session = Self { chaincell, folder, model };
+        let mut session = Self { chaincell, folder, model, is_served: false };
         let stiff = ["--coarse", "none", "--lean", "--stiffness-n-per-m", "400"];
         session.call(["bake", "box:6x6x4x0.01", "-o"], &session.model, &stiff)?;
-        let mut rows = String::from("tick,x_m,y_m,z_m,engaged\n");
-        for tick in 0..TICKS {
-            writeln!(rows, "{tick},0,0,{},1", -f64::from(tick) / 32768.0)?;
-        }
         let (path, out) = (session.folder.join("press.csv"), session.folder.join("press"));
-        fs::write(&path, rows)?;
+        write_path(&path, TICKS, |tick| -f64::from(tick) / 32768.0)?;
         let words = ["--path", text(&path)?, "--out", text(&out)?, "--force", "--picture", "off"];
         session.call(["run"], &session.model, &[&words[..], &OPTIONS].concat())?;
-        session.serve()?;
+        session.is_served = session.serve()?;
         Ok(session)
     }
 
@@ -69,9 +70,9 @@ impl<'a> Session<'a> {
         &self.model
     }
 
-    /// Serves a press by a tissue that has not the time for all sweeps, with a snapshot and a command in it, and kills
-    /// the server.
-    fn serve(&self) -> Result<()> {
+    /// Serves presses by a tissue that has not the time for all sweeps, with a snapshot and a command in them, and kills
+    /// the server. Returns false if the presses ended before that.
+    fn serve(&self) -> Result<bool> {
         let out = self.folder.join("served");
         let _ = fs::remove_dir_all(&out);
         let scene = format!("board-{}", std::process::id());
@@ -83,24 +84,29 @@ impl<'a> Session<'a> {
         let lines = server.0.stdout.take().context("its output")?;
         let mut lines = BufReader::new(lines).lines();
         ensure!(lines.any(|line| line.is_ok_and(|line| line == "ready")), "serve is not ready");
+        let path = self.folder.join("served.csv");
+        let depth_m = |tick: u32| 1.2e-5 * f64::from(tick.min(SERVED_TICKS - tick).min(500));
+        write_path(&path, SERVED_TICKS, |tick| -depth_m(tick))?;
         let mut control = Command::new(self.chaincell);
-        control.args(["control", "--scene", &scene, "--depth-m", "0.006", "--seconds", "10"]);
-        control.args(["--late-share", "off", "--contact", "cells:122", "--model"]);
-        let control = control.arg(&self.model).stdout(Stdio::null()).stderr(Stdio::null());
+        control.args(["control", "--scene", &scene, "--late-share", "off", "--repeat", PRESSES]);
+        let control = control.arg("--path").arg(&path);
+        let control = control.stdout(Stdio::null()).stderr(Stdio::null());
         let mut control = Killed(control.spawn().context("control")?);
         // A snapshot where the tool is well inside, then a command, some time after which the server is killed.
         let limit = &["set", "max_force_n=1", "--json"][..];
         let mut tick = 0;
         for (words, until) in [(&["snapshot", "--json"][..], INSIDE), (limit, INSIDE + 300)] {
             while tick < until {
-                ensure!(control.0.try_wait()?.is_none(), "the press has ended after tick {tick}");
+                if control.0.try_wait()?.is_some() {
+                    return Ok(false);
+                }
                 let said = self.call(["command", "--scene"], Path::new(&scene), words);
                 // One that is refused, as it came too soon, is sent again.
                 tick = said.map_or(tick, |said| tick_of(&said).unwrap_or(tick));
             }
         }
         drop(server);
-        Ok(())
+        Ok(true)
     }
 
     /// Standard output of a command of chaincell.
@@ -152,16 +158,12 @@ impl<'a> Session<'a> {
         let (here, there) = (said.text("hash")?, self.replayed("press")?.state_hash);
         ensure!(here == there, "whole: hash {here}, that of the session {there}");
         lines.push(format!("a whole session, {compared} hashes compared"));
-        // A late joiner's stream, of a server that was killed.
-        let (said, is_well) = on_line("late", &self.mirrored("served")?)?;
-        let replayed = self.replayed("served")?;
-        ensure!(is_well && said.text("goes_on").is_ok(), "late: {}", said.all());
-        let (compared, all) = (said.number("compared")?, replayed.hashes_compared);
-        ensure!((1..all).contains(&compared), "late: {compared} hashes compared of {all}");
-        let (here, there) = (said.text("hash")?, &replayed.state_hash);
-        ensure!(here == there, "late: hash {here}, that of the session {there}");
-        ensure!(said.number("withheld_un")? == 0, "late: {}", said.all());
-        lines.push(format!("from a snapshot, {compared} of {all} hashes compared; goes on"));
+        lines.push(match self.is_served {
+            true => self.late(on_line)?,
+            false => {
+                "SKIPPED a snapshot: the presses ended before this busy machine saved one".into()
+            }
+        });
         // A stream that ends in the middle of a press, within a record.
         let first = first_record(&stream)?;
         let (said, is_well) = on_line("cut", &stream[..first + CUT * RECORD_BYTES + 20])?;
@@ -170,6 +172,19 @@ impl<'a> Session<'a> {
         lines.push(format!("cut, {}", force(&said)?));
         lines.push(self.damage(&stream, &hashes, on_line)?);
         Ok(lines)
+    }
+
+    /// A late joiner's stream, of a server that was killed.
+    fn late(&self, on_line: impl Fn(&str, &[u8]) -> Result<(Said, bool)>) -> Result<String> {
+        let (said, is_well) = on_line("late", &self.mirrored("served")?)?;
+        let replayed = self.replayed("served")?;
+        ensure!(is_well && said.text("goes_on").is_ok(), "late: {}", said.all());
+        let (compared, all) = (said.number("compared")?, replayed.hashes_compared);
+        ensure!((1..all).contains(&compared), "late: {compared} hashes compared of {all}");
+        let (here, there) = (said.text("hash")?, &replayed.state_hash);
+        ensure!(here == there, "late: hash {here}, that of the session {there}");
+        ensure!(said.number("withheld_un")? == 0, "late: {}", said.all());
+        Ok(format!("from a snapshot, {compared} of {all} hashes compared; goes on"))
     }
 
     /// Flips a bit of the stream in many places: each is seen, and nothing is taken over.
@@ -201,6 +216,15 @@ impl<'a> Session<'a> {
         }
         Ok(format!("{count} damaged streams refused, nothing taken over"))
     }
+}
+
+/// Writes a path along z of a tool that is engaged.
+fn write_path(path: &Path, ticks: u32, z_m: impl Fn(u32) -> f64) -> Result<()> {
+    let mut rows = String::from("tick,x_m,y_m,z_m,engaged\n");
+    for tick in 0..ticks {
+        writeln!(rows, "{tick},0,0,{},1", z_m(tick))?;
+    }
+    Ok(fs::write(path, rows)?)
 }
 
 /// The tick after which a command was carried out.
