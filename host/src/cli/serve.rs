@@ -141,12 +141,7 @@ pub fn execute(args: &Args) -> Result<()> {
         force_error: args.budget.force_error(tissue.engine_mut())?,
         ..options(args, &tissue, &faults)?
     };
-    // Refused before another server is waited for.
-    if args.stress.limit(tissue.engine_mut())?.is_some() && args.state_hz == 0 {
-        return Err(Error::input(
-            "--stress-limit-pa: needs a --state-hz above 0, at which stress is computed",
-        ));
-    }
+    check_stress(args, tissue.engine_mut())?;
     let begins_anew = args.restore.is_none() && args.stand_by.is_none();
     if !begins_anew && !args.pins.is_empty() {
         return Err(Error::input(
@@ -283,6 +278,16 @@ fn begin(
     let server = recorded.go_on(server, from, &header, tissue)?;
     let Recorded { folder, recorder, .. } = recorded;
     Ok(Some(Begins { server, folder, recorder }))
+}
+
+/// Refuses a limit of the stress that cannot be watched, before another server is waited for.
+fn check_stress(args: &Args, engine: &mut Engine<'_>) -> Result<()> {
+    match args.stress.limit(engine)? {
+        Some(_) if args.state_hz == 0 => Err(Error::input(
+            "--stress-limit-pa: needs a --state-hz above 0, at which stress is computed",
+        )),
+        _ => Ok(()),
+    }
 }
 
 /// Ticks of the run, if they are known.

@@ -339,9 +339,17 @@ mod tests {
         assert_eq!(words.reals(), [3000.0, 1000.0, 2000.0]);
         assert_eq!(words.reals(), [30.0, 30.0, 30.0, 10.0, 10.0, 10.0, 20.0, 20.0, 20.0]);
         assert!(words.0.is_empty());
-        // Stresses of another body are left out.
-        let fewer = Sent { stresses: &stresses[..2], ..sent };
-        assert_eq!(subject.encode(fewer, &poses, &answer, &[point]).len(), frame.len() - 12);
+    }
+
+    #[test]
+    fn stresses_of_another_body_are_left_out() {
+        let (subject, header, nodes) = (subject(), header(), [NodePosition::default(); 3]);
+        let stresses = [NodeStress::default(); 3];
+        let bytes = |stresses| {
+            let sent = Sent { header: &header, nodes: &nodes, contacts: &[], stresses };
+            subject.encode(sent, &ToolPoses::default(), &ToolForces::default(), &[]).len()
+        };
+        assert_eq!(bytes(&stresses), bytes(&stresses[..2]) + 12);
     }
 
     #[test]

@@ -97,7 +97,8 @@ impl StressPublisher {
         // Begin a pass.
         if pass.next == 0 {
             let is_read = feed.is_due(start_ns, true);
-            if !is_read && !(limit.is_some() && pass.is_old) {
+            let is_watched = limit.is_some() && pass.is_old;
+            if !is_read && !is_watched {
                 return None;
             }
             means_pa.fill(f32::NAN);
