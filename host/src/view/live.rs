@@ -319,8 +319,7 @@ mod tests {
         assert_eq!([words.long(), words.long(), words.long()], [1 << 40, 7, 0xFEDC_BA98_7654_3210]);
         assert_eq!([words.whole(), words.whole(), words.whole()], [8, 4, 260_000]);
         assert_eq!(words.reals(), [0.5]);
-        assert_eq!([words.whole(), words.whole(), words.whole(), words.whole()], [2, 1, 3, 1]);
-        assert_eq!(words.whole(), 3);
+        assert_eq!(std::array::from_fn(|_| words.whole()), [2, 1, 3, 1, 3]);
         // No message has tool 0.
         assert_eq!([words.whole(), words.whole()], [0, 0]);
         assert_eq!(words.reals(), [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]);
