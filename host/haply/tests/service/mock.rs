@@ -3,7 +3,7 @@
 use std::io::{Read, Write};
 use std::net::{TcpListener, TcpStream};
 use std::thread::JoinHandle;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use chaincell_haply::link::ACCEPT;
 use serde_json::Value;
@@ -33,6 +33,8 @@ pub enum Act {
 pub struct Seen {
     /// Size of the force of each message \[N\].
     pub forces_n: Vec<f64>,
+    /// Time from each message to the one before.
+    pub gaps: Vec<Duration>,
     /// True if the client closed the connection by a message.
     pub was_closed: bool,
 }
@@ -74,6 +76,7 @@ fn serve(listener: &TcpListener, act: impl Fn(usize) -> Act) -> Seen {
     shake_hands(&mut stream);
     let mut socket = WebSocket::from_raw_socket(stream, Role::Server, None);
     let mut seen = Seen::default();
+    let mut last = Instant::now();
     loop {
         // A client that is about to end may be gone.
         let _ = match act(seen.forces_n.len()) {
@@ -84,7 +87,12 @@ fn serve(listener: &TcpListener, act: impl Fn(usize) -> Act) -> Seen {
         };
         loop {
             match socket.read() {
-                Ok(Message::Text(text)) => break seen.forces_n.push(force_n(text.as_str())),
+                Ok(Message::Text(text)) => {
+                    let now = Instant::now();
+                    seen.gaps.push(now - last);
+                    last = now;
+                    break seen.forces_n.push(force_n(text.as_str()));
+                }
                 Ok(Message::Close(_)) => seen.was_closed = true,
                 Err(Error::ConnectionClosed | Error::Io(_) | Error::Protocol(_)) => return seen,
                 other => panic!("{other:?}"),
