@@ -13,23 +13,23 @@ import { partsOf } from "../../host/view/parts.mjs";
 const [wasm, chaincell, folder] = process.argv.slice(2);
 mkdirSync(folder, { recursive: true });
 
-/** A frame of one contact and two cells, without tools and points. */
-function frame(version = 3, contacts = 1) {
-  const view = new DataView(new ArrayBuffer(64 + 20 + 24));
-  const words = [[0, version], [4, 0xc4ec], [56, 2], [60, contacts], [64, 1]];
+/** A frame of one contact, two stresses and two cells, without tools and points. */
+function frame(version = 4, contacts = 1) {
+  const view = new DataView(new ArrayBuffer(68 + 20 + 8 + 24));
+  const words = [[0, version], [4, 0xc4ec], [56, 2], [60, contacts], [64, 2], [68, 1]];
   for (const [place, word] of words) view.setUint32(place, word, true);
-  [7, 8, 9, 2500].forEach((number, index) => view.setFloat32(68 + 4 * index, number, true));
-  view.setFloat32(84, 0.5, true);
+  [7, 8, 9, 2500, 300, 400, 0.5].forEach((number, index) => view.setFloat32(72 + 4 * index, number, true));
   return view.buffer;
 }
 
 const read = frameOf(frame());
 assert.deepEqual(read.contacts, [{ cell: 1, positionM: [7, 8, 9], pressurePa: 2500 }]);
+assert.deepEqual(read.stressesPa, [300, 400]);
 assert.deepEqual([...read.positionsM], [0.5, 0, 0, 0, 0, 0]);
-for (const version of [0, 1, 2]) assert.throws(() => frameOf(frame(version)), /another release/);
-for (const bytes of [0, 3, 63]) assert.throws(() => frameOf(frame().slice(0, bytes)), /another release/);
-for (const bytes of [64, 84, 107]) assert.throws(() => frameOf(frame().slice(0, bytes)), /another length/);
-for (const contacts of [0, 2, 0xffff_ffff]) assert.throws(() => frameOf(frame(3, contacts)), /another length/);
+for (const version of [0, 1, 2, 3]) assert.throws(() => frameOf(frame(version)), /another release/);
+for (const bytes of [0, 3, 67]) assert.throws(() => frameOf(frame().slice(0, bytes)), /another release/);
+for (const bytes of [68, 88, 119]) assert.throws(() => frameOf(frame().slice(0, bytes)), /another length/);
+for (const contacts of [0, 2, 0xffff_ffff]) assert.throws(() => frameOf(frame(4, contacts)), /another length/);
 
 const model = join(folder, "organ.chaincell");
 execFileSync(chaincell, ["bake", "organ:1000", "-o", model], { stdio: ["ignore", "ignore", "inherit"] });
