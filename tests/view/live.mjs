@@ -36,7 +36,7 @@ async function started(args, beginning) {
 const addressOf = (child) => child.text.split("\n").find((line) => line.startsWith("http://"));
 const serve = (model) => started(["serve", model, "--scene", scene, "--contact", "probe:0.012", "--late-share", "off"], "ready");
 const press = (model) =>
-  started(["control", "--scene", scene, "--model", model, "--contact", "probe:0.012", "--depth-m", "0.01", "--seconds", "60"]);
+  started(["control", "--scene", scene, "--model", model, "--contact", "probe:0.012", "--depth-m", "0.01", "--seconds", "60", "--repeat", "10"]);
 
 const [organ, other] = ["organ", "other"].map((name) => join(folder, `${name}.chaincell`));
 execFileSync(chaincell, ["bake", "organ:1000", "-o", organ, "--young-pa", "5000", "--poisson", "0.45"]);
