@@ -45,8 +45,8 @@ impl StressLimit {
     }
 
     /// Takes the stresses of the nodes from the `first` one on, after a tick; where none was above
-    /// the limit before, the most stressed of those that are. Allocates nothing.
-    pub fn take(&mut self, first: usize, rows: &[NodeStress], tick: u64) -> Option<NodeStress> {
+    /// the limit before, a sentence on the most stressed of those that are. Allocates nothing but that.
+    pub fn take(&mut self, first: usize, rows: &[NodeStress], tick: u64) -> Option<String> {
         let had_none = self.report.nodes_above == 0;
         let mut met: Option<NodeStress> = None;
         for (row, was_above) in rows.iter().zip(self.above.iter_mut().skip(first)) {
@@ -60,12 +60,11 @@ impl StressLimit {
                 met = met.filter(|met| met.von_mises_pa >= row.von_mises_pa).or(Some(*row));
             }
         }
-        met.filter(|_| had_none)
+        met.filter(|_| had_none).map(|of| self.warning(&of, tick))
     }
 
     /// The sentence for the first node above the limit.
-    #[must_use]
-    pub fn warning(&self, first: &NodeStress, tick: u64) -> String {
+    fn warning(&self, first: &NodeStress, tick: u64) -> String {
         format!(
             "tick {tick}: the stress after von Mises at node {} is {:.0} Pa, above --stress-limit-pa {}",
             first.node, first.von_mises_pa, self.report.limit_pa
@@ -88,12 +87,8 @@ mod tests {
         let mut limit = StressLimit::new(100.0, 4).unwrap();
         let row = |node, von_mises_pa| NodeStress { node, von_mises_pa, ..NodeStress::default() };
         assert_eq!(limit.take(0, &[row(10, 40.0), row(11, 100.0)], 3), None);
-        let met = limit.take(2, &[row(12, 90.0), row(13, 101.0)], 4).unwrap();
-        assert!(
-            limit
-                .warning(&met, 4)
-                .contains("tick 4: the stress after von Mises at node 13 is 101 Pa")
-        );
+        let warning = limit.take(2, &[row(12, 90.0), row(13, 101.0)], 4).unwrap();
+        assert!(warning.contains("tick 4: the stress after von Mises at node 13 is 101 Pa"));
         assert_eq!(limit.take(0, &[row(10, 300.0), row(11, 5.0)], 5), None);
         assert_eq!(limit.take(0, &[row(10, 200.0), row(11, f32::NAN)], 6), None);
         let report = limit.report();

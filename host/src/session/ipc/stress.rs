@@ -75,8 +75,7 @@ impl StressPublisher {
         let limit = self.limit.as_mut()?;
         self.means_pa.fill(f32::NAN);
         engine.read_stresses(0, &mut self.rows, &mut self.means_pa);
-        let met = limit.take(0, &self.rows, header.tick)?;
-        Some(limit.warning(&met, header.tick))
+        limit.take(0, &self.rows, header.tick)
     }
 
     /// Computes the next nodes, if somebody reads or a limit is watched, and sends the body behind the last of them.
@@ -112,10 +111,7 @@ impl StressPublisher {
             pass.next = 0;
             return None;
         }
-        let warning = limit.as_mut().and_then(|limit| {
-            let met = limit.take(first, some, tick)?;
-            Some(limit.warning(&met, tick))
-        });
+        let warning = limit.as_mut().and_then(|limit| limit.take(first, some, tick));
         pass.work_ns += now_ns() - start_ns;
         // End the pass.
         if pass.next >= rows.len() {

@@ -3,10 +3,10 @@
 use chaincell_kernel::trace::{Command, CommandRecord};
 
 use super::Run;
-use crate::engine::tissue::Refusal;
+use crate::engine::tissue::{Refusal, TissueEngine};
 use crate::session::ipc::contacts::ContactsHeader;
 use crate::session::ipc::payload::{CommandMessage, ReplyMessage, StateHeader};
-use crate::session::ipc::stress::StressHeader;
+use crate::session::ipc::stress::{StressHeader, StressPublisher};
 use crate::session::ipc::tools::TickForce;
 use crate::session::timing::clock::now_ns;
 use crate::terminal;
@@ -63,12 +63,7 @@ impl Run<'_> {
             }
         }
         // The next stresses.
-        let header = self.stress_header();
-        if let Some(stress) = &mut self.stress
-            && let Some(warning) = stress.step(header, self.session.engine, idle)
-        {
-            terminal::note(format_args!("WARNING: {warning}"));
-        }
+        self.look_at_stress(|stress, header, engine| stress.step(header, engine, idle));
         // The contacts, if they are due.
         if self.contacts.as_mut().is_some_and(|contacts| contacts.feed.is_due(now_ns, idle)) {
             let header = ContactsHeader {
@@ -83,20 +78,18 @@ impl Run<'_> {
         }
     }
 
-    fn stress_header(&self) -> StressHeader {
-        StressHeader {
+    /// Prints the warning of `look`, which is called if stress is published.
+    pub(super) fn look_at_stress(
+        &mut self,
+        look: impl FnOnce(&mut StressPublisher, StressHeader, &mut dyn TissueEngine) -> Option<String>,
+    ) {
+        let Some(stress) = &mut self.stress else { return };
+        let header = StressHeader {
             tick: self.session.last_tick(),
             model_checksum: self.session.engine.model_checksum(),
             ..StressHeader::default()
-        }
-    }
-
-    /// Looks at the stress of the last tick, if a limit is watched.
-    pub(super) fn finish_stress(&mut self) {
-        let header = self.stress_header();
-        if let Some(stress) = &mut self.stress
-            && let Some(warning) = stress.finish(header, self.session.engine)
-        {
+        };
+        if let Some(warning) = look(stress, header, self.session.engine) {
             terminal::note(format_args!("WARNING: {warning}"));
         }
     }

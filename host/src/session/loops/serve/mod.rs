@@ -244,7 +244,7 @@ impl Server {
             shared.end();
             of_leftovers.thread().unpark();
             run.end_snapshots();
-            run.finish_stress();
+            run.look_at_stress(StressPublisher::finish);
             ended
         });
         // A reader that has just joined misses messages that a publisher sends right before its end.
