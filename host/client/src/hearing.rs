@@ -98,6 +98,8 @@ pub struct Answer {
     /// Estimated error of each tool's force, before its limit and an output stage \[N\]; `None` where it is not
     /// known, and while the client shows another force than the server's.
     pub force_error_n: [Option<f32>; TOOLS_MAX],
+    /// Estimated error of each tool's torque likewise, `None` for held cells too \[N m\].
+    pub torque_error_n_m: [Option<f32>; TOOLS_MAX],
 }
 
 /// The last answer received, and the forces shown.
@@ -146,10 +148,10 @@ impl Hearing {
         }
         // Shape them. The error of a force that is not the server's is not known.
         self.shown = self.shaper.shape(&told, now_ns);
-        let mut force_error_n = [None; TOOLS_MAX];
+        let (mut force_error_n, mut torque_error_n_m) = ([None; TOOLS_MAX], [None; TOOLS_MAX]);
         for (at, of) in forces.each_tool().filter(|(at, of)| self.shown.force_n[*at] == of.force_n)
         {
-            force_error_n[at] = of.error_n();
+            (force_error_n[at], torque_error_n_m[at]) = (of.error_n(), of.torque_error_n_m());
         }
         // Keep the rest of the message.
         let is_stale = Flags(forces.flags).contains(Flags::STALE);
@@ -171,6 +173,7 @@ impl Hearing {
             sweeps: forces.sweeps,
             tools,
             force_error_n,
+            torque_error_n_m,
         };
         !is_stale
     }
@@ -180,6 +183,7 @@ impl Hearing {
         if let Some(fall) = self.shaper.wait(now_ns) {
             (self.shown, self.is_silent) = (fall.shown, true);
             self.last.force_error_n = [None; TOOLS_MAX];
+            self.last.torque_error_n_m = [None; TOOLS_MAX];
         }
     }
 
@@ -242,6 +246,7 @@ mod tests {
         let told = |tick| {
             let mut forces = forces(tick, 1, 2.0);
             (forces.each[0].force_error_n, forces.each[1].force_error_n) = (0.25, UNKNOWN_N);
+            (forces.each[0].torque_error_n_m, forces.each[1].torque_error_n_m) = (0.125, UNKNOWN_N);
             forces
         };
         // On the ramp of a new session, and behind it.
@@ -250,9 +255,12 @@ mod tests {
         (6..=20).for_each(|ms| _ = hearing.hear(&told(ms), ms * MS));
         let known = hearing.answer(20 * MS).force_error_n;
         assert_eq!((known[0], known[3]), (Some(0.25), None));
+        let known = hearing.answer(20 * MS).torque_error_n_m;
+        assert_eq!((known[0], known[3]), (Some(0.125), None));
         // In a silence.
         hearing.wait(75 * MS);
-        assert_eq!(hearing.answer(75 * MS).force_error_n[0], None);
+        let answer = hearing.answer(75 * MS);
+        assert_eq!((answer.force_error_n[0], answer.torque_error_n_m[0]), (None, None));
     }
 
     fn size_n(answer: &Answer) -> f32 {

@@ -87,7 +87,7 @@ impl ToolPoses {
     }
 }
 
-/// One tool of a [`ToolForces`]: 40 bytes.
+/// One tool of a [`ToolForces`]: 44 bytes.
 #[derive(Debug, Clone, Copy, Default, PartialEq, ZeroCopySend)]
 #[type_name("chaincell.OneToolForce.v2")]
 #[repr(C)]
@@ -105,6 +105,8 @@ pub struct OneToolForce {
     /// Estimated error of the tissue's force, before its limit and an output stage; [`UNKNOWN_N`] where it is not
     /// known \[N\].
     pub force_error_n: f32,
+    /// Estimated error of its torque likewise, also [`UNKNOWN_N`] for held cells \[N m\].
+    pub torque_error_n_m: f32,
 }
 
 impl OneToolForce {
@@ -113,9 +115,15 @@ impl OneToolForce {
     pub fn error_n(&self) -> Option<f32> {
         (self.force_error_n >= 0.0).then_some(self.force_error_n)
     }
+
+    /// Estimated error of the torque, if it is known \[N m\].
+    #[must_use]
+    pub fn torque_error_n_m(&self) -> Option<f32> {
+        (self.torque_error_n_m >= 0.0).then_some(self.torque_error_n_m)
+    }
 }
 
-/// The answer to a [`ToolPoses`]: 384 bytes.
+/// The answer to a [`ToolPoses`]: 416 bytes.
 #[derive(Debug, Clone, Copy, Default, PartialEq, ZeroCopySend)]
 #[type_name("chaincell.ToolForces.v2")]
 #[repr(C)]
@@ -158,6 +166,6 @@ impl ToolForces {
 const _: () = {
     assert!(size_of::<OneToolPose>() == 40);
     assert!(size_of::<ToolPoses>() == 344);
-    assert!(size_of::<OneToolForce>() == 40);
-    assert!(size_of::<ToolForces>() == 384);
+    assert!(size_of::<OneToolForce>() == 44);
+    assert!(size_of::<ToolForces>() == 416);
 };

@@ -59,6 +59,12 @@ impl Answer {
         self.of.force_error_n.iter().take(self.tools).copied().collect()
     }
 
+    /// Estimated error of the torque on each tool [N m], likewise; None for held cells too.
+    #[getter]
+    fn torque_error_n_m(&self) -> Vec<Option<f32>> {
+        self.of.torque_error_n_m.iter().take(self.tools).copied().collect()
+    }
+
     /// Number of held cells, or of triangles in contact with a tool.
     #[getter]
     fn contacts(&self) -> u32 {

@@ -47,6 +47,13 @@ impl Output {
         self.felt.iter().map(|of| of.force_error_n).collect()
     }
 
+    /// Estimated distance of each tool's torque from that of the body in equilibrium [N m], likewise; None for held
+    /// cells too.
+    #[getter]
+    fn torque_error_n_m(&self) -> Vec<Option<f32>> {
+        self.felt.iter().map(|of| of.torque_error_n_m).collect()
+    }
+
     /// Certified upper bound of the elastic energy [J].
     #[getter]
     fn energy_j(&self) -> f32 {

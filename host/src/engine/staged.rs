@@ -192,7 +192,9 @@ impl TissueEngine for Staged<'_> {
             flags.insert(Flags::FORCE_CLAMPED);
         }
         let (force_n, torque_n_m) = (force_n.into(), torque_n_m.into());
-        Felt { force_n, torque_n_m, contacts, flags, force_error_n: self.force_error_n(tool) }
+        let [force_error_n, torque_error_n_m] =
+            [self.force_error_n(tool), self.torque_error_n_m(tool)];
+        Felt { force_n, torque_n_m, contacts, flags, force_error_n, torque_error_n_m }
     }
 
     fn places_m(&mut self, tool: usize) -> Option<[[f32; 3]; 2]> {
@@ -203,6 +205,10 @@ impl TissueEngine for Staged<'_> {
 
     fn force_error_n(&mut self, tool: usize) -> Option<f32> {
         self.engine.force_error_n(tool)
+    }
+
+    fn torque_error_n_m(&mut self, tool: usize) -> Option<f32> {
+        self.engine.torque_error_n_m(tool)
     }
 
     fn has_stage(&self) -> bool {

@@ -68,6 +68,12 @@ pub trait TissueEngine {
         None
     }
 
+    /// Estimated error of a tool's torque likewise, see
+    /// [`TissueMut::torque_error_n_m`](chaincell_kernel::TissueMut::torque_error_n_m) \[N m\].
+    fn torque_error_n_m(&mut self, _tool: usize) -> Option<f32> {
+        None
+    }
+
     /// Returns true if the tissue has an output stage.
     fn has_stage(&self) -> bool {
         false

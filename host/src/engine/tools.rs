@@ -85,6 +85,8 @@ pub struct Felt {
     /// Estimated error of the tissue's force, before its limit and an output stage; `None` where it is not known
     /// \[N\].
     pub force_error_n: Option<f32>,
+    /// Estimated error of the torque likewise, `None` for held cells too \[N m\].
+    pub torque_error_n_m: Option<f32>,
 }
 
 impl Felt {
@@ -106,6 +108,7 @@ impl Felt {
 pub(super) trait AnyTools {
     fn tool_output(&mut self, network: &Network<'_>, tool: usize) -> ToolOutput;
     fn force_error_n(&mut self, network: &Network<'_>, tool: usize) -> Option<f32>;
+    fn torque_error_n_m(&mut self, network: &Network<'_>, tool: usize) -> Option<f32>;
     fn tells_force_error(&mut self, network: &Network<'_>) -> bool;
     fn opening_torque_n_m(&mut self, network: &Network<'_>, tool: usize) -> f32;
     fn proxy_pose(&mut self, network: &Network<'_>, tool: usize) -> Option<ProxyPose>;
@@ -123,6 +126,10 @@ impl<D: Dynamics> AnyTools for Memory<D> {
 
     fn force_error_n(&mut self, network: &Network<'_>, tool: usize) -> Option<f32> {
         self.view().force_error_n(network, tool)
+    }
+
+    fn torque_error_n_m(&mut self, network: &Network<'_>, tool: usize) -> Option<f32> {
+        self.view().torque_error_n_m(network, tool)
     }
 
     fn tells_force_error(&mut self, network: &Network<'_>) -> bool {
@@ -170,6 +177,12 @@ impl Engine<'_> {
     /// [`TissueMut::force_error_n`](chaincell_kernel::TissueMut::force_error_n) \[N\].
     pub fn force_error_n(&mut self, tool: usize) -> Option<f32> {
         self.tissue.force_error_n(&self.network, tool)
+    }
+
+    /// Estimate of the error of a tool's torque in the last tick, see
+    /// [`TissueMut::torque_error_n_m`](chaincell_kernel::TissueMut::torque_error_n_m) \[N m\].
+    pub fn torque_error_n_m(&mut self, tool: usize) -> Option<f32> {
+        self.tissue.torque_error_n_m(&self.network, tool)
     }
 
     /// Returns true if the error of a force can be known of this tissue.

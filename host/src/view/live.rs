@@ -118,7 +118,11 @@ impl Subject {
             let pose =
                 pose.unwrap_or(OneToolPose { orientation: away.orientation, ..Default::default() });
             let force = answer.each_tool().find(|(of, _)| *of == number);
-            let none = OneToolForce { force_error_n: UNKNOWN_N, ..OneToolForce::default() };
+            let none = OneToolForce {
+                force_error_n: UNKNOWN_N,
+                torque_error_n_m: UNKNOWN_N,
+                ..OneToolForce::default()
+            };
             let force = force.map_or(none, |(_, force)| *force);
             let opening = u32::from(pose.opening_turns_q16) << 16;
             frame.count(number).whole(u32::from(pose.engaged) | opening);
@@ -292,6 +296,7 @@ mod tests {
             torque_n_m: [4.0, 5.0, 6.0],
             flags: 16,
             force_error_n: 0.03,
+            torque_error_n_m: 0.003,
         };
         let point = Point { tick: 9, force_n: [1.5; 3], force_error_n: 0.75, position_m: [2.5; 3] };
         let contact = Contact {

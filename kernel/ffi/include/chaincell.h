@@ -721,7 +721,7 @@ typedef struct chaincell_stage_settings {
 /**
  * Version of this interface: major 65,536, minor 256, patch 1.
  */
-#define CHAINCELL_VERSION 2560
+#define CHAINCELL_VERSION 2816
 
 /**
  * Bytes that a blade takes in each tool, in a library that cuts.
@@ -813,7 +813,7 @@ typedef struct chaincell_stage_settings {
 /**
  * At most so many bytes for each tool; `CHAINCELL_CUT_BYTES` has what a blade takes more.
  */
-#define CHAINCELL_TOOL_BYTES 1208
+#define CHAINCELL_TOOL_BYTES 1216
 
 /**
  * The scheme that moves the network.
@@ -1164,6 +1164,10 @@ typedef struct chaincell_output {
      * can be cut, or without a coarse level [N].
      */
     float force_error_n;
+    /**
+     * Estimate of the error of the torque on the tool likewise, below 0 for held cells too [N m].
+     */
+    float torque_error_n_m;
 } chaincell_output;
 
 /**
@@ -1250,6 +1254,11 @@ typedef struct chaincell_budget {
      * What `more` is called with.
      */
     void *context;
+    /**
+     * 0, or the share of each force at which its estimated error, `force_error_n`, is small enough: no sweep follows.
+     * Where the error is not known, and as contact begins, the other limits alone count.
+     */
+    float force_error_share;
 } chaincell_budget;
 
 /**

@@ -87,7 +87,7 @@ pub use touch::{
 use code::Refusal;
 
 /// Version of this interface: major 65,536, minor 256, patch 1.
-pub const VERSION: u32 = 0x0a00;
+pub const VERSION: u32 = 0x0b00;
 
 /// Version of the library, to compare with `CHAINCELL_VERSION` of the header.
 #[unsafe(no_mangle)]

@@ -218,6 +218,7 @@ pub unsafe extern "C" fn chaincell_stage_output(
             if let Some(tissue) = &tissue {
                 output.tool.torque_n_m = torque(stage, tissue, output.tool.flags);
                 (output.relaxed_j, output.force_error_n) = (tissue.relaxed_j, tissue.force_error_n);
+                output.torque_error_n_m = tissue.torque_error_n_m;
             }
         }
         Ok(())

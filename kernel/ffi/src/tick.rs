@@ -75,14 +75,16 @@ pub struct Output {
     /// late tick or a shortened motion, under another scheme than `predict`, and of bodies of links, that relax, that
     /// can be cut, or without a coarse level \[N\].
     pub force_error_n: f32,
+    /// Estimate of the error of the torque on the tool likewise, below 0 for held cells too \[N m\].
+    pub torque_error_n_m: f32,
 }
 
-/// Stands for a force's error that is not known \[N\].
+/// Stands for an error that is not known \[N, N m\].
 const UNKNOWN_N: f32 = -1.0;
 
-/// A force's error, or what stands for one that is not known \[N\].
-fn told(force_error_n: Option<f32>) -> f32 {
-    force_error_n.unwrap_or(UNKNOWN_N)
+/// The error of a force or a torque, or what stands for one that is not known.
+fn told(error: Option<f32>) -> f32 {
+    error.unwrap_or(UNKNOWN_N)
 }
 
 impl Output {
@@ -102,6 +104,7 @@ impl Output {
             sweeps: answer.sweeps.into(),
             relaxed_j: 0.0,
             force_error_n: UNKNOWN_N,
+            torque_error_n_m: UNKNOWN_N,
         }
     }
 }
@@ -120,6 +123,7 @@ pub(crate) const SAFE: Output = Output {
     sweeps: 0,
     relaxed_j: 0.0,
     force_error_n: UNKNOWN_N,
+    torque_error_n_m: UNKNOWN_N,
 };
 
 /// Asked after each sweep but the last, with the number of sweeps done and the caller's pointer;
@@ -139,6 +143,9 @@ pub struct Budget {
     pub more: More,
     /// What `more` is called with.
     pub context: *mut core::ffi::c_void,
+    /// 0, or the share of each force at which its estimated error, `force_error_n`, is small enough: no sweep follows.
+    /// Where the error is not known, and as contact begins, the other limits alone count.
+    pub force_error_share: f32,
 }
 
 /// A tick of the kernel's with the caller's budget.
@@ -150,7 +157,7 @@ unsafe fn with_budget(
     budget: Option<&Budget>,
     tick: impl FnOnce(chaincell_kernel::Budget<'_>) -> TickOutput,
 ) -> TickOutput {
-    let Some(&Budget { sweeps, more, context }) = budget else {
+    let Some(&Budget { sweeps, more, context, force_error_share }) = budget else {
         return tick(chaincell_kernel::Budget::All);
     };
     let mut goes_on = |done: u16| {
@@ -160,6 +167,9 @@ unsafe fn with_budget(
     };
     tick(match sweeps {
         0 => chaincell_kernel::Budget::LATE,
+        _ if force_error_share > 0.0 => {
+            chaincell_kernel::Budget::Within { share: force_error_share, more: Some(&mut goes_on) }
+        }
         _ => chaincell_kernel::Budget::While(&mut goes_on),
     })
 }
@@ -226,6 +236,9 @@ unsafe fn tick(
             give_each_its_own(outputs, poses, |tool| body.tool_output(network, tool));
             for (tool, output) in outputs.iter_mut().enumerate().skip(1) {
                 output.force_error_n = told(body.force_error_n(network, tool));
+            }
+            for (tool, output) in outputs.iter_mut().enumerate() {
+                output.torque_error_n_m = told(body.torque_error_n_m(network, tool));
             }
         });
     }

@@ -41,7 +41,7 @@ pub const SAMPLE_BYTES: usize = 104;
 /// Bytes for each sample that pins hold.
 pub const PIN_BYTES: usize = 48;
 /// At most so many bytes for each tool; `CHAINCELL_CUT_BYTES` has what a blade takes more.
-pub const TOOL_BYTES: usize = 1208;
+pub const TOOL_BYTES: usize = 1216;
 
 /// How much a tissue has room for, beside the cells of its model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

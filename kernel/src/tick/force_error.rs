@@ -72,19 +72,45 @@ impl<D: Dynamics> TissueMut<'_, D> {
     /// ```
     #[must_use]
     pub fn force_error_n(&self, network: &Network<'_>, tool: usize) -> Option<f32> {
-        let (model, head) = (network.model(), &*self.head);
-        let is_known = head.settled > 0 && head.off_balance >= 0.0 && !head.level.is_driven();
-        if !is_known || !head.engaged || !self.tells_force_error(network) {
-            return None;
-        }
+        let (model, head, energy_j) = (network.model(), &*self.head, self.off_balance_j(network)?);
         let scale = if head.has_tools {
             Scale::of_tool(&self.touch.output(model, tool), model)
         } else {
             let is_held = tool == 0 && head.chosen > 0;
             is_held.then(|| Scale::of_held(head.force_n, head.outer_weight, model))
         };
-        let energy_j = head.off_balance * model.energy_unit_j() / f32::from(head.settled);
         scale.map(|scale| finite(scale.error_n(energy_j)))
+    }
+
+    /// Estimate of the distance between the torque on a tool, about its position, and that of the body in equilibrium
+    /// \[N m\]: that of [`force_error_n`](Self::force_error_n), with the root mean square of the levers at which the
+    /// contact resists a rotation. `None` where that is, and for held cells.
+    ///
+    /// Cost: four square roots.
+    #[must_use]
+    pub fn torque_error_n_m(&self, network: &Network<'_>, tool: usize) -> Option<f32> {
+        let (model, energy_j) = (network.model(), self.off_balance_j(network)?);
+        let output = self.head.has_tools.then(|| self.touch.output(model, tool))?;
+        let scale = Scale::of_tool(&output, model)?;
+        let turning_n_m = self.touch.turning_n_m(model, tool);
+        // The stiffness of a tool in contact is above 0; one that is not is divided by nothing.
+        let lever_m = match output.stiffness_n_per_m > 0.0 {
+            true => sqrt(turning_n_m / output.stiffness_n_per_m),
+            false => 0.0,
+        };
+        let torque_n_m: [f32; 3] = output.torque_n_m.into();
+        let floor_n_m = FLOOR * sqrt(dot(torque_n_m, torque_n_m));
+        Some(finite(lever_m * scale.off_balance_n(energy_j) + floor_n_m))
+    }
+
+    /// r . z over the number of sweeps \[J\]; `None` where no error is known.
+    fn off_balance_j(&self, network: &Network<'_>) -> Option<f32> {
+        let (model, head) = (network.model(), &*self.head);
+        let is_known = head.settled > 0 && head.off_balance >= 0.0 && !head.level.is_driven();
+        if !is_known || !head.engaged || !self.tells_force_error(network) {
+            return None;
+        }
+        Some(head.off_balance * model.energy_unit_j() / f32::from(head.settled))
     }
 
     /// Returns true if the error of a force can be known of this body: nodal shapes with a coarse level, which neither
@@ -126,7 +152,12 @@ impl Scale {
     }
 
     fn error_n(&self, energy_j: f32) -> f32 {
-        self.factor * sqrt(self.stiffness_n_per_m * energy_j) + FLOOR * self.force_n
+        self.off_balance_n(energy_j) + FLOOR * self.force_n
+    }
+
+    /// Without the share of the force.
+    fn off_balance_n(&self, energy_j: f32) -> f32 {
+        self.factor * sqrt(self.stiffness_n_per_m * energy_j)
     }
 
     /// The energy at which the error is this share of the force \[J\]; below 0 for a share that is never reached.

@@ -60,6 +60,7 @@ fn a_tool_that_was_not_chosen_changes_no_bit() {
                     number: 3,
                     flags: SAFE,
                     force_error_n: UNKNOWN_N,
+                    torque_error_n_m: UNKNOWN_N,
                     ..ToolForce::default()
                 };
                 assert_eq!((found.tools, found.each[0]), (2, none));

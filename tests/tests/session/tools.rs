@@ -148,7 +148,7 @@ fn each_tool_feels_its_own_force_and_torque_and_the_session_replays() {
     let table = Table::read(&out.join("tools.csv"));
     assert_eq!(
         table.header,
-        "tick,tool,fx_n,fy_n,fz_n,tx_n_m,ty_n_m,tz_n_m,contacts,flags,force_error_n"
+        "tick,tool,fx_n,fy_n,fz_n,tx_n_m,ty_n_m,tz_n_m,contacts,flags,force_error_n,torque_error_n_m"
     );
     assert_eq!(table.whole("tool")[..4], [0, 1, 0, 1]);
     assert_eq!(table.vectors("fx_n").len(), 2 * ALL as usize);

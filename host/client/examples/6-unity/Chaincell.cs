@@ -62,13 +62,14 @@ namespace Chaincell
         public uint Flags, Notes, StepNs, Sweeps, Reserved;
         public ToolOutput Tool0, Tool1, Tool2, Tool3, Tool4, Tool5, Tool6, Tool7;
         public float ForceError0N, ForceError1N, ForceError2N, ForceError3N, ForceError4N, ForceError5N, ForceError6N, ForceError7N;
+        public float TorqueError0NM, TorqueError1NM, TorqueError2NM, TorqueError3NM, TorqueError4NM, TorqueError5NM, TorqueError6NM, TorqueError7NM;
     }
 
     /// A scene, as its controller.
     public sealed class Session : IDisposable
     {
         const string Library = "libchaincell_client.so.0";
-        public const uint Version = 768;
+        public const uint Version = 1024;
 
         [DllImport(Library)]
         static extern int chaincell_client_open(uint version, string scene, ref Options options, out ulong client);

@@ -19,6 +19,6 @@ int main(void)
     AT(client_answer, round_trip_ns), AT(client_answer, age_ns), AT(client_answer, answers), AT(client_answer, energy_j);
     AT(client_answer, flags), AT(client_answer, notes), AT(client_answer, step_ns), AT(client_answer, sweeps);
     AT(client_answer, tools[0]), AT(client_answer, tools[1]), AT(client_answer, force_error_n[0]);
-    AT(client_answer, force_error_n[7]);
+    AT(client_answer, force_error_n[7]), AT(client_answer, torque_error_n_m[0]), AT(client_answer, torque_error_n_m[7]);
     return puts("") < 0;
 }

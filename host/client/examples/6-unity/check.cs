@@ -23,7 +23,8 @@ static class Program
         Print<ToolOutput>("output", "ForceX", "TorqueX", "Contacts", "Flags");
         Print<Options>("options", "Role", "Wait", "ServerWaitNs", "WatchdogMs", "RampMs");
         Print<Answer>("answer", "Tick", "SessionId", "ForceTick", "StateHash", "RoundTripNs", "AgeNs", "Answers",
-            "EnergyJ", "Flags", "Notes", "StepNs", "Sweeps", "Tool0", "Tool1", "ForceError0N", "ForceError7N");
+            "EnergyJ", "Flags", "Notes", "StepNs", "Sweeps", "Tool0", "Tool1", "ForceError0N", "ForceError7N",
+            "TorqueError0NM", "TorqueError7NM");
         if (words.Length == 0)
         {
             return;

@@ -184,7 +184,7 @@ typedef int32_t chaincell_client_code;
 /**
  * Version of this interface: major 65,536, minor 256, patch 1.
  */
-#define CHAINCELL_CLIENT_VERSION 768
+#define CHAINCELL_CLIENT_VERSION 1024
 
 /**
  * The body takes its rest shape.
@@ -487,7 +487,7 @@ typedef struct chaincell_client_options {
 } chaincell_client_options;
 
 /**
- * What to show at a moment: 368 bytes. Every force is finite, whatever has come.
+ * What to show at a moment: 400 bytes. Every force is finite, whatever has come.
  */
 typedef struct chaincell_client_answer {
     /**
@@ -551,6 +551,10 @@ typedef struct chaincell_client_answer {
      * known, and while the client shows another force than the server's.
      */
     float force_error_n[CHAINCELL_CLIENT_TOOLS_MAX];
+    /**
+     * Estimated error of each tool's torque likewise, below 0 for held cells too [N m].
+     */
+    float torque_error_n_m[CHAINCELL_CLIENT_TOOLS_MAX];
 } chaincell_client_answer;
 
 #ifdef __cplusplus

@@ -46,7 +46,7 @@ pub use types::{Contact, Contacts, Node, Options, Reply, Role, Shown, State, TOO
 use std::ffi::c_char;
 
 /// Version of this interface: major 65,536, minor 256, patch 1.
-pub const VERSION: u32 = 0x0300;
+pub const VERSION: u32 = 0x0400;
 
 /// A code in words, for logs: never null, whatever the number. Of what this thread's last refused call has
 /// answered it says the place and the remedy too, until the next one that is refused.

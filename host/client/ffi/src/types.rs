@@ -99,7 +99,7 @@ fn none_of(name: &str, value: i32) -> Code {
     Code::Argument
 }
 
-/// What to show at a moment: 368 bytes. Every force is finite, whatever has come.
+/// What to show at a moment: 400 bytes. Every force is finite, whatever has come.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 #[repr(C)]
 pub struct Shown {
@@ -134,6 +134,8 @@ pub struct Shown {
     /// Estimated error of each tool's force, before its limit and an output stage \[N\]; below 0 where it is not
     /// known, and while the client shows another force than the server's.
     pub force_error_n: [f32; TOOLS_MAX],
+    /// Estimated error of each tool's torque likewise, below 0 for held cells too \[N m\].
+    pub torque_error_n_m: [f32; TOOLS_MAX],
 }
 
 impl From<Answer> for Shown {
@@ -154,6 +156,7 @@ impl From<Answer> for Shown {
             reserved: 0,
             tools: of.tools,
             force_error_n: of.force_error_n.map(|known| known.unwrap_or(UNKNOWN_N)),
+            torque_error_n_m: of.torque_error_n_m.map(|known| known.unwrap_or(UNKNOWN_N)),
         }
     }
 }
@@ -300,7 +303,7 @@ const _: () = {
     assert!(offset_of!(ToolOutput, torque_n_m) == 12);
     assert!(offset_of!(ToolOutput, contacts) == 24);
     assert!(offset_of!(ToolOutput, flags) == 28);
-    assert!(size_of::<Shown>() == 368);
+    assert!(size_of::<Shown>() == 400);
     assert!(offset_of!(Shown, energy_j) == 56);
     assert!(offset_of!(Shown, tools) == 80);
     assert!(size_of::<Reply>() == 32);

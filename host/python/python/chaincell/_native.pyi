@@ -334,6 +334,10 @@ class Output:
         shortened, under another scheme than predict, and for a model of links, with branches, that can be cut, or
         without a coarse level."""
     @property
+    def torque_error_n_m(self) -> list[float | None]:
+        """Estimated distance of each tool's torque from that of the body in equilibrium [N m], likewise; None for held
+        cells too."""
+    @property
     def energy_j(self) -> float:
         """Certified upper bound of the elastic energy [J]."""
     @property
@@ -741,6 +745,9 @@ class Answer:
     def force_error_n(self) -> list[float | None]:
         """Estimated error of the force on each tool [N], before its limit and an output stage; None where it is not
         known, and while another force than the server's is shown."""
+    @property
+    def torque_error_n_m(self) -> list[float | None]:
+        """Estimated error of the torque on each tool [N m], likewise; None for held cells too."""
     @property
     def contacts(self) -> int:
         """Number of held cells, or of triangles in contact with a tool."""

@@ -11,7 +11,8 @@ use crate::error::Result;
 pub struct ToolRows(String);
 
 /// Columns, as the contract defines them.
-const HEADER: &str = "tick,tool,fx_n,fy_n,fz_n,tx_n_m,ty_n_m,tz_n_m,contacts,flags,force_error_n\n";
+const HEADER: &str =
+    "tick,tool,fx_n,fy_n,fz_n,tx_n_m,ty_n_m,tz_n_m,contacts,flags,force_error_n,torque_error_n_m\n";
 
 impl ToolRows {
     /// Adds the output of a tool in a tick; decimals read back as the same numbers. `flags` are those of the
@@ -22,7 +23,9 @@ impl ToolRows {
             let _ = write!(self.0, ",{value:e}");
         }
         let error_n = felt.force_error_n.unwrap_or(f32::NAN);
-        let _ = writeln!(self.0, ",{},{},{error_n:e}", felt.contacts, felt.all_flags(flags));
+        let error_n_m = felt.torque_error_n_m.unwrap_or(f32::NAN);
+        let (contacts, flags) = (felt.contacts, felt.all_flags(flags));
+        let _ = writeln!(self.0, ",{contacts},{flags},{error_n:e},{error_n_m:e}");
     }
 
     /// Writes `tools.csv`, if there are tools that are defined by their parts.
@@ -47,7 +50,9 @@ mod tests {
     fn a_row_has_a_value_for_each_column() {
         let (force_n, torque_n_m) = ([0.1, -1.0e-30, 0.0], [0.25, 0.5, 2.0]);
         let flags = Flags::FORCE_CLAMPED;
-        let felt = Felt { force_n, torque_n_m, contacts: 7, flags, force_error_n: Some(0.5) };
+        let (force_error_n, torque_error_n_m) = (Some(0.5), Some(0.25));
+        let felt =
+            Felt { force_n, torque_n_m, contacts: 7, flags, force_error_n, torque_error_n_m };
         let mut rows = ToolRows::default();
         rows.add(12, 1, &felt, 32);
         // The force limit was reached at another tool.

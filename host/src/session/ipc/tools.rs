@@ -81,9 +81,16 @@ impl Answer {
             }
             None => Felt { flags: Flags::SAFE_STATE, ..Felt::default() },
         };
-        let Felt { force_n, torque_n_m, contacts, flags, force_error_n } = felt;
-        let force_error_n = force_error_n.unwrap_or(UNKNOWN_N);
-        OneToolForce { number, contacts, force_n, torque_n_m, flags: flags.0, force_error_n }
+        let Felt { force_n, torque_n_m, contacts, flags, force_error_n, torque_error_n_m } = felt;
+        OneToolForce {
+            number,
+            contacts,
+            force_n,
+            torque_n_m,
+            flags: flags.0,
+            force_error_n: force_error_n.unwrap_or(UNKNOWN_N),
+            torque_error_n_m: torque_error_n_m.unwrap_or(UNKNOWN_N),
+        }
     }
 }
 
@@ -303,7 +310,11 @@ mod tests {
         let answer = Answer { force, force_tick: 3, sweeps: 8, asked, ..Answer::default() };
         let found = answer.message(12);
         // Each tool has its place, and the one that is not chosen no force.
-        let none = OneToolForce { force_error_n: UNKNOWN_N, ..OneToolForce::default() };
+        let none = OneToolForce {
+            force_error_n: UNKNOWN_N,
+            torque_error_n_m: UNKNOWN_N,
+            ..OneToolForce::default()
+        };
         let mut each = [OneToolForce::default(); TOOLS_MAX];
         each[0] = OneToolForce { number: 5, flags: 16, ..none };
         each[1] = OneToolForce {

@@ -290,7 +290,8 @@ fn a_tick_ends_where_the_callback_says_and_a_late_one_repeats_the_force() {
         let bodies = [(); 2].map(|()| body(image, Scheme::Track, &[id]));
         let [some, none] = [0, 1].map(|one: usize| bodies[one].tissue);
         let (mut output, mut wanted) = (NO_OUTPUT, NO_OUTPUT);
-        let without_end = Budget { sweeps: u32::MAX, more: None, context: null_mut() };
+        let without_end =
+            Budget { sweeps: u32::MAX, more: None, context: null_mut(), force_error_share: 0.0 };
         let as_asked = Budget { more: Some(two), ..without_end };
         let late = Budget { sweeps: 0, ..as_asked };
         ASKED.store(0, Ordering::Relaxed);

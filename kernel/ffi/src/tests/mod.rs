@@ -190,6 +190,7 @@ const NO_OUTPUT: Output = Output {
     sweeps: 99,
     relaxed_j: f32::NAN,
     force_error_n: f32::NAN,
+    torque_error_n_m: f32::NAN,
 };
 
 fn tick(tissue: *mut Tissue, sample: ToolPose) -> Output {

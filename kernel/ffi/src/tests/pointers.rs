@@ -207,7 +207,12 @@ fn of_the_tick() {
         for (bad, code) in bad(&output) {
             assert_eq!(call!(chaincell_tick(made.tissue, &good, 1, core::ptr::null(), bad)), code);
         }
-        let budget = Budget { sweeps: 1, more: None, context: core::ptr::null_mut() };
+        let budget = Budget {
+            sweeps: 1,
+            more: None,
+            context: core::ptr::null_mut(),
+            force_error_share: 0.0,
+        };
         let beyond = (&raw const budget).wrapping_byte_add(1);
         let mut output = NO_OUTPUT;
         let code = call!(chaincell_tick(made.tissue, &good, 1, beyond, &mut output));

@@ -31,6 +31,7 @@ fn answer(tool: [f32; 3]) -> Output {
         sweeps: 4,
         relaxed_j: 0.002,
         force_error_n: 0.01,
+        torque_error_n_m: 0.001,
     }
 }
 
@@ -84,8 +85,9 @@ fn a_stage_is_the_kernels() {
             let torque_n_m = output.tool.torque_n_m;
             assert!(torque_n_m[0] <= 0.5 * own.share(), "{device:?} {tick}: {torque_n_m:?}");
             output.tool.torque_n_m = [0.0; 3];
-            let Output { relaxed_j, force_error_n, .. } = tissue;
-            let wanted = Output { relaxed_j, force_error_n, ..Output::of(&wanted) };
+            let Output { relaxed_j, force_error_n, torque_error_n_m, .. } = tissue;
+            let of = Output::of(&wanted);
+            let wanted = Output { relaxed_j, force_error_n, torque_error_n_m, ..of };
             assert_eq!(output, wanted, "{device:?} {tick}");
         }
     }

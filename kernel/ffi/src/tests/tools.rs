@@ -86,7 +86,7 @@ fn contacts(tissue: *mut Tissue, room: usize) -> (Vec<ContactForce>, usize) {
 }
 
 /// The output of one of several tools in a tick.
-fn of_tool(tick: &TickOutput, felt: &KernelOutput, error_n: Option<f32>) -> Output {
+fn of_tool(tick: &TickOutput, felt: &KernelOutput, errors: [Option<f32>; 2]) -> Output {
     let wanted = Output::of(&TickOutput {
         force_n: felt.force_n,
         work_j: felt.work_j,
@@ -95,7 +95,8 @@ fn of_tool(tick: &TickOutput, felt: &KernelOutput, error_n: Option<f32>) -> Outp
         ..*tick
     });
     let tool = ToolOutput { torque_n_m: felt.torque_n_m.into(), ..wanted.tool };
-    Output { tool, force_error_n: error_n.unwrap_or(-1.0), ..wanted }
+    let [force_error_n, torque_error_n_m] = errors.map(|error| error.unwrap_or(-1.0));
+    Output { tool, force_error_n, torque_error_n_m, ..wanted }
 }
 
 /// Two tools, one of two parts, with friction and a grip; now and then a bad pose, and too many at the end.
@@ -148,10 +149,12 @@ fn tools_are_the_kernels_to_the_last_bit() {
                 assert_eq!(*output, Output::of(&there));
                 continue;
             }
-            let error_n = own.touching(store.room()).force_error_n(&network, tool);
-            told_ticks += u32::from(error_n.is_some_and(|error_n| error_n > 0.0));
+            let body = own.touching(store.room());
+            let errors =
+                [body.force_error_n(&network, tool), body.torque_error_n_m(&network, tool)];
+            told_ticks += u32::from(errors.iter().all(|of| of.is_some_and(|error| error > 0.0)));
             let felt = own.touching(store.room()).tool_output(&network, tool);
-            assert_eq!(*output, of_tool(&there, &felt, error_n), "tick {at}");
+            assert_eq!(*output, of_tool(&there, &felt, errors), "tick {at}");
         }
         let mut samples = 0;
         assert_eq!(call!(chaincell_gripped(made.tissue, 1, &mut samples)), Code::Ok);
@@ -209,7 +212,7 @@ fn a_late_tick_and_one_that_ends_early_take_poses() {
         assert_eq!(code, Code::Ok);
         outputs
     };
-    let all = Budget { sweeps: 4, more: None, context: null_mut() };
+    let all = Budget { sweeps: 4, more: None, context: null_mut(), force_error_share: 0.0 };
     let late = Budget { sweeps: 0, ..all };
     for (output, before) in tick(&poses, &late).iter().zip(&before) {
         let tool = ToolOutput { flags: before.tool.flags, ..output.tool };
@@ -226,6 +229,29 @@ fn a_late_tick_and_one_that_ends_early_take_poses() {
     poses[1].engaged = 0;
     let [first, second] = tick(&poses, &late).map(|of| of.tool);
     assert!(first.force_n[2] > 0.0 && second.force_n == [0.0; 3] && second.torque_n_m == [0.0; 3]);
+}
+
+/// A tick that ends by its error ends where the kernel's own does.
+#[test]
+fn a_tick_ends_at_its_share_of_the_force() {
+    let sweeps = [0.0, 1.0e-6, 0.05, f32::NAN].map(|force_error_share| {
+        let made = placed(Scheme::Predict, &ROOM);
+        assert_eq!(choose(made.tissue, 0.0), Code::Ok);
+        let budget = Budget { sweeps: 4, more: None, context: null_mut(), force_error_share };
+        let mut outputs = [NO_OUTPUT; 2];
+        let mut all = [0; 60];
+        for (at, sweeps) in (0..).zip(all.iter_mut()) {
+            let (poses, there) = (poses(at), outputs.as_mut_ptr());
+            let code =
+                call!(chaincell_tick(made.tissue, poses.as_ptr(), 2, &raw const budget, there));
+            assert_eq!(code, Code::Ok);
+            *sweeps = outputs[0].sweeps;
+        }
+        all
+    });
+    // No share, or one that is never reached or no number, leaves all sweeps.
+    assert!([0, 1, 3].iter().all(|&of| sweeps[of] == [4; 60]), "{sweeps:?}");
+    assert!(sweeps[2].contains(&4) && sweeps[2].iter().any(|made| *made < 4), "{sweeps:?}");
 }
 
 /// Held cells are the first tool's, whatever poses there are besides.

@@ -27,7 +27,7 @@ int main(void)
     /* Half a turn about z, so that each order of the quaternion shows. */
     const chaincell_tool_pose pose = {{1, 2, 3}, {0, 0, 1, 0}, 1, 9};
     const chaincell_tool_pose back = sent_by_client(&pose);
-    chaincell_output output = {{{0, 0, 3}, {0, 0.5f, 0}, 7, CHAINCELL_FLAG_LATE}, 0, 0, 0, 4, 0, 0};
+    chaincell_output output = {{{0, 0, 3}, {0, 0.5f, 0}, 7, CHAINCELL_FLAG_LATE}, 0, 0, 0, 4, 0, 0, 0};
     chaincell_client_answer answer = {0};
 
     answer.tools[1] = output.tool;

@@ -300,6 +300,15 @@ impl TouchRoom<'_> {
     }
 }
 
+impl TouchRoom<'_> {
+    /// Stiffness against the rotation of a tool within its last tick with a sweep \[N m\].
+    pub(crate) fn turning_n_m(&self, model: &Model<'_>, tool: usize) -> f32 {
+        let unit_m = model.unit_m();
+        let turning = self.tool(tool).map_or(0.0, |tool| tool.met.turning);
+        finite(2.0 * model.stiffness_n_per_m() * turning * (unit_m * unit_m))
+    }
+}
+
 /// Moves the proxies towards their tools, within an energy of all contacts. Returns whether a proxy changed,
 /// and this tick's motion along the last one's, 0 to 1.
 fn move_proxies(

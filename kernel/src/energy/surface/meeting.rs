@@ -4,7 +4,7 @@ use super::friction::Anchor;
 use super::near::NearTriangle;
 use super::press::each_met;
 use super::proxy::Proxy;
-use crate::number::cell::{add, sub};
+use crate::number::cell::{add, dot, sub};
 use crate::number::kept::kept;
 use crate::number::sqrt::sqrt;
 use crate::number::turn::cross;
@@ -21,6 +21,8 @@ kept! {
         pub torque: [f32; 3],
         /// Stiffness of the samples inside [2 `k_ref`].
         pub stiffness: f32,
+        /// Stiffness against rotation about the pivot [2 `k_ref`, lengths squared].
+        pub turning: f32,
         /// Smallest distance of a sample from a part's core, over the part's full radius.
         pub nearest: f32,
         /// Number of triangles with a sample inside the tool or held by it.
@@ -35,6 +37,7 @@ impl Meeting {
         force: [0.0; 3],
         torque: [0.0; 3],
         stiffness: 0.0,
+        turning: 0.0,
         nearest: f32::MAX,
         touched: 0,
     };
@@ -50,17 +53,21 @@ impl Meeting {
             let Some(solid) = proxy.parts().get(near.part()) else { continue };
             let corners = near.corners.map(|cell| at(cell.into()));
             // Sum the triangle's samples first, then add the triangle.
-            let (mut energy, mut stiffness, mut is_met) = (0.0, 0.0, false);
+            let (mut energy, mut stiffness, mut turning, mut is_met) = (0.0, 0.0, 0.0, false);
             let (mut force, mut torque) = ([0.0; 3], [0.0; 3]);
             let nearest = each_met(solid, near, anchors, corners, |sample| {
                 is_met = true;
                 energy += sample.energy;
                 let on_tissue = add(sample.push, sample.drag);
                 force = sub(force, on_tissue);
-                torque = sub(torque, cross(sub(sample.point, proxy.pivot), on_tissue));
+                let arm = sub(sample.point, proxy.pivot);
+                torque = sub(torque, cross(arm, on_tissue));
                 let of_contact = if sample.depth > 0.0 { sample.stiffness } else { 0.0 };
                 let of_anchor = if sample.is_stuck { sample.stiffness } else { 0.0 };
                 stiffness += if of_contact > of_anchor { of_contact } else { of_anchor };
+                // A sample that slides resists along its normal, one that sticks in all directions.
+                let lever = if sample.is_stuck { arm } else { cross(arm, sample.normal) };
+                turning += sample.stiffness * dot(lever, lever);
             });
             let nearest = sqrt(nearest) / solid.whole;
             sum.nearest = if nearest < sum.nearest { nearest } else { sum.nearest };
@@ -69,6 +76,7 @@ impl Meeting {
                 sum.force = add(sum.force, force);
                 sum.torque = add(sum.torque, torque);
                 sum.stiffness += stiffness;
+                sum.turning += turning;
                 sum.touched += 1;
             }
         }
@@ -83,6 +91,7 @@ impl Meeting {
             self.force = sub(self.force, pressed.force);
             let arm = sub(sample.place, proxy.pivot);
             self.torque = sub(self.torque, cross(arm, pressed.force));
+            self.turning += sample.stiffness * dot(arm, arm);
             // Drawn back a sample above its limit resists as one below it.
             self.stiffness += sample.stiffness;
             self.touched += 1;
@@ -96,7 +105,6 @@ mod tests {
     use super::*;
     use crate::energy::surface::Solid;
     use crate::energy::surface::press::at_corners;
-    use crate::number::cell::dot;
     use crate::number::turn::Turn;
 
     const CORNERS: [[f32; 3]; 3] = [[0.0, 0.0, 0.0], [2.0, 0.0, 0.1], [0.0, 2.0, -0.2]];

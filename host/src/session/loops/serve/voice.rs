@@ -188,6 +188,7 @@ fn with(mut answer: Answer, shown: &Shown, flags: u32) -> Answer {
     answer.force = TickForce { force_n: shown.force_n[0], flags, force_error_n, ..answer.force };
     for (tool, of) in answer.tools_mut().iter_mut().enumerate() {
         of.force_error_n = error(of.force_error_n, of.force_n, tool);
+        of.torque_error_n_m = error(of.torque_error_n_m, of.force_n, tool);
         (of.force_n, of.torque_n_m) = (shown.force_n[tool], shown.torque_n_m[tool]);
     }
     answer
