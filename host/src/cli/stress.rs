@@ -13,7 +13,7 @@ use crate::words::counted;
 #[derive(Debug, Clone, Default, Serialize, Deserialize, clap::Args)]
 pub struct StressArgs {
     /// Warn once a node's stress after von Mises is above this, and count all such nodes [Pa]. `run` looks at all
-    /// after every tick, `serve` at some between two ticks and at all at its end; copies that a cut makes are left out
+    /// after every tick, `serve` at some between two ticks and at all at its end; of a node that is cut the side with more counts
     #[arg(long, value_name = "PA", allow_negative_numbers = true)]
     stress_limit_pa: Option<f32>,
 }
@@ -53,7 +53,8 @@ impl StressWatch {
     pub fn after(&mut self, tick: u64, engine: &mut Engine<'_>) -> Option<String> {
         self.means_pa.fill(f32::NAN);
         engine.read_stresses(0, &mut self.rows, &mut self.means_pa);
-        self.limit.take(0, &self.rows, tick)
+        engine.add_copies(0, usize::MAX, &mut self.rows, &mut self.means_pa);
+        self.limit.take(&self.rows, tick)
     }
 
     /// The report so far.

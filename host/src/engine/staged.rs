@@ -251,6 +251,16 @@ impl TissueEngine for Staged<'_> {
         self.engine.read_stresses(first, to, means_pa)
     }
 
+    fn add_copies(
+        &mut self,
+        first: usize,
+        most: usize,
+        to: &mut [NodeStress],
+        means_pa: &mut [f32],
+    ) -> usize {
+        self.engine.add_copies(first, most, to, means_pa)
+    }
+
     fn read_contacts(&mut self, each: &mut dyn FnMut(u32, &ContactForce)) {
         self.engine.read_contacts(each);
     }

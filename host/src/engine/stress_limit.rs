@@ -44,12 +44,12 @@ impl StressLimit {
         Ok(Self { report: none, above: vec![false; nodes] })
     }
 
-    /// Takes the stresses of the nodes from the `first` one on, after a tick; where none was above
-    /// the limit before, a sentence on the most stressed of those that are. Allocates nothing but that.
-    pub fn take(&mut self, first: usize, rows: &[NodeStress], tick: u64) -> Option<String> {
+    /// Takes the stresses of all nodes after a tick; where none was above the limit before, a sentence on the most
+    /// stressed of those that are. Allocates nothing but that.
+    pub fn take(&mut self, rows: &[NodeStress], tick: u64) -> Option<String> {
         let had_none = self.report.nodes_above == 0;
         let mut met: Option<NodeStress> = None;
-        for (row, was_above) in rows.iter().zip(self.above.iter_mut().skip(first)) {
+        for (row, was_above) in rows.iter().zip(&mut self.above) {
             if row.von_mises_pa > self.report.largest_von_mises_pa {
                 self.report.largest_von_mises_pa = row.von_mises_pa;
                 (self.report.node, self.report.tick) = (row.node, tick);
@@ -86,11 +86,11 @@ mod tests {
     fn the_first_node_above_is_told_once_and_each_is_counted_once() {
         let mut limit = StressLimit::new(100.0, 4).unwrap();
         let row = |node, von_mises_pa| NodeStress { node, von_mises_pa, ..NodeStress::default() };
-        assert_eq!(limit.take(0, &[row(10, 40.0), row(11, 100.0)], 3), None);
-        let warning = limit.take(2, &[row(12, 90.0), row(13, 101.0)], 4).unwrap();
-        assert!(warning.contains("tick 4: the stress after von Mises at node 13 is 101 Pa"));
-        assert_eq!(limit.take(0, &[row(10, 300.0), row(11, 5.0)], 5), None);
-        assert_eq!(limit.take(0, &[row(10, 200.0), row(11, f32::NAN)], 6), None);
+        assert_eq!(limit.take(&[row(10, 40.0), row(11, 100.0)], 3), None);
+        let warning = limit.take(&[row(10, 90.0), row(11, 101.0)], 4).unwrap();
+        assert!(warning.contains("tick 4: the stress after von Mises at node 11 is 101 Pa"));
+        assert_eq!(limit.take(&[row(10, 300.0), row(11, 5.0)], 5), None);
+        assert_eq!(limit.take(&[row(10, 200.0), row(11, f32::NAN)], 6), None);
         let report = limit.report();
         assert_eq!((report.nodes_above, report.node, report.tick), (2, 10, 5));
         assert_eq!(report.largest_von_mises_pa, 300.0);

@@ -121,6 +121,18 @@ pub trait TissueEngine {
         false
     }
 
+    /// Gives the nodes of split cells the stress of those copies, from the `first` one on, that have more, see
+    /// [`Engine::add_copies`](super::Engine::add_copies); the number of copies that it has looked at. Allocates nothing.
+    fn add_copies(
+        &mut self,
+        _first: usize,
+        _most: usize,
+        _to: &mut [NodeStress],
+        _means_pa: &mut [f32],
+    ) -> usize {
+        0
+    }
+
     /// Calls `each` for every contact of a tool on a contact surface, with the input id of its node: at most
     /// [`CONTACTS_MAX`](super::tools::CONTACTS_MAX). Allocates nothing.
     fn read_contacts(&mut self, _each: &mut dyn FnMut(u32, &ContactForce)) {}

@@ -156,6 +156,14 @@ impl<D: Dynamics> TissueMut<'_, D> {
         body.arrays.corners.get(tetrahedron)?.get(corner).copied()
     }
 
+    /// The cell that copy number `copy`, from 0, was made from; `None` beyond the last copy. A copy is the cell
+    /// behind the [`body_cells`](crate::Model::body_cells) with its number.
+    #[must_use]
+    pub fn origin_of_copy(&mut self, network: &Network<'_>, copy: usize) -> Option<u16> {
+        let body = CutBody::of(&mut self.cut, network.model()).filter(|body| copy < body.used())?;
+        body.arrays.origins.get(copy).copied()
+    }
+
     /// Returns true for a cell of a piece that has come loose and is gone, see [`Loose::Drop`](crate::Loose).
     #[must_use]
     pub fn is_dropped(&mut self, network: &Network<'_>, cell: u16) -> bool {

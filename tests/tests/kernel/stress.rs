@@ -2,11 +2,14 @@
 
 #![allow(clippy::unwrap_used, reason = "a failing helper fails its test")]
 
+use chaincell_client::stress::NodeStress;
 use chaincell_host::bake::tissue::{Band, Branch, DEVICE_HZ, Relaxation, Tissue};
 use chaincell_host::bake::{BakeOptions, Cuttable, ImageBytes, PerCell, bake};
 use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme, rest_m};
 use chaincell_host::mesh::{MeshOptions, load};
-use chaincell_kernel::{Drive, Model, Network, Predict, Settings, Stress, Unloading};
+use chaincell_kernel::{
+    Drive, Model, Network, Predict, Settings, Stress, ToolPart, ToolPose, Unloading,
+};
 use chaincell_tests::bodies::{baked, model, nodal, under};
 use chaincell_tests::graph::sample;
 use nalgebra::{Matrix3, Rotation3, Vector3};
@@ -331,4 +334,48 @@ fn a_cut_leaves_the_stress_as_it_is_in_the_tick_that_parts() {
     let change = before.iter().zip(&after).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
     println!("{parted} copies, {change} of {largest} Pa");
     assert!(parted > 5 && change < 0.005 * largest, "{parted} copies: {change} of {largest} Pa");
+}
+
+/// A node that a blade has parted has the stress of the side with more of it.
+#[test]
+fn a_parted_node_has_the_stress_of_its_more_stressed_side() {
+    let cuttable = Cuttable { toughness_j_per_m2: 4.0, spare_share: 0.5, ..Cuttable::default() };
+    let options = BakeOptions {
+        tissue: Some(tissue(0.3)),
+        cuttable: Some(cuttable),
+        ..BakeOptions::default()
+    };
+    let image = baked("box:9x5x4x0.005", &options);
+    let edge = ToolPart { orientation: [0.0, 0.0, 0.7071068, 0.7071068], ..ToolPart::edge(0.03) };
+    let contact = Contact::Tools { tools: vec![vec![edge]], friction: 0.0 };
+    let mut engine = under(&image, contact, (Scheme::Predict, 4), 0.01).unwrap();
+    let top_m = 0.01501;
+    for tick in 0..500_u16 {
+        let down_m = 2.0e-5 * f32::from(tick);
+        engine.tick(&ToolPose::at([0.0, 0.0, top_m - down_m].into(), 1));
+    }
+    let copies = engine.cut_output().copies as usize;
+    let cells = engine.network().model().body_cells();
+    let origins = engine.cut_cells().unwrap().origins;
+    // Rows without the copies, and with them.
+    let mut means_pa = vec![f32::NAN; engine.network().model().cells()];
+    let mut rows = vec![NodeStress::default(); engine.node_count()];
+    assert!(engine.read_stresses(0, &mut rows, &mut means_pa));
+    let alone = rows.clone();
+    // In two steps, as between two ticks.
+    assert_eq!(engine.add_copies(0, 3, &mut rows, &mut means_pa), 3);
+    assert_eq!(engine.add_copies(3, usize::MAX, &mut rows, &mut means_pa), copies - 3);
+    let ids = engine.network().model().input_id().to_vec();
+    let (mut risen, mut is_all) = (0, true);
+    for (row, alone) in rows.iter().zip(&alone) {
+        let of_node = |(_, origin): &(usize, &u16)| ids[usize::from(**origin)] == row.node;
+        let sides: Vec<f32> = (origins.iter().enumerate().filter(of_node))
+            .map(|(copy, _)| engine.stress(cells + copy).unwrap().von_mises_pa())
+            .collect();
+        let most_pa = sides.iter().fold(alone.von_mises_pa, |most, side| most.max(*side));
+        is_all &= (row.von_mises_pa - most_pa).abs() <= 1e-3 * most_pa;
+        risen += u32::from(row.von_mises_pa > 1.01 * alone.von_mises_pa);
+    }
+    println!("{copies} copies, {risen} nodes with more stress on another side");
+    assert!(copies > 4 && risen > 0 && is_all, "{copies} copies, {risen} risen");
 }

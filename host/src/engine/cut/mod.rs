@@ -35,6 +35,7 @@ pub(super) trait AnyCut {
         tetrahedron: usize,
         corner: usize,
     ) -> Option<u16>;
+    fn origin_of_copy(&mut self, network: &Network<'_>, copy: usize) -> Option<u16>;
     fn is_dropped(&mut self, network: &Network<'_>, cell: u16) -> bool;
     fn relaxed_j(&mut self, network: &Network<'_>) -> f32;
 }
@@ -51,6 +52,10 @@ impl<D: Dynamics> AnyCut for Memory<D> {
         corner: usize,
     ) -> Option<u16> {
         self.view().cell_of_corner(network, tetrahedron, corner)
+    }
+
+    fn origin_of_copy(&mut self, network: &Network<'_>, copy: usize) -> Option<u16> {
+        self.view().origin_of_copy(network, copy)
     }
 
     fn is_dropped(&mut self, network: &Network<'_>, cell: u16) -> bool {

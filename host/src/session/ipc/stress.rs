@@ -75,7 +75,8 @@ impl StressPublisher {
         let limit = self.limit.as_mut()?;
         self.means_pa.fill(f32::NAN);
         engine.read_stresses(0, &mut self.rows, &mut self.means_pa);
-        limit.take(0, &self.rows, header.tick)
+        engine.add_copies(0, usize::MAX, &mut self.rows, &mut self.means_pa);
+        limit.take(&self.rows, header.tick)
     }
 
     /// Computes the next nodes, if somebody reads or a limit is watched, and sends the body behind the last of them.
@@ -103,19 +104,29 @@ impl StressPublisher {
             means_pa.fill(f32::NAN);
             *pass = Pass { first_tick: tick, is_read, ..Pass::default() };
         }
-        // Compute the next nodes.
+        // Compute the next nodes, and behind them the copies of split ones.
         let first = pass.next;
-        pass.next = (first + STEP_NODES).min(rows.len());
-        let some = rows.get_mut(first..pass.next)?;
-        if !engine.read_stresses(first, some, means_pa) {
-            pass.next = 0;
-            return None;
+        if first < rows.len() {
+            pass.next = (first + STEP_NODES).min(rows.len());
+            let some = rows.get_mut(first..pass.next)?;
+            if !engine.read_stresses(first, some, means_pa) {
+                pass.next = 0;
+                return None;
+            }
         }
-        let warning = limit.as_mut().and_then(|limit| limit.take(first, some, tick));
+        let mut is_last = false;
+        if let Some(copy) = pass.next.checked_sub(rows.len()) {
+            let most = first + STEP_NODES - pass.next;
+            let looked = engine.add_copies(copy, most, rows, means_pa);
+            pass.next += looked;
+            is_last = looked < most;
+        }
         pass.work_ns += now_ns() - start_ns;
         // End the pass.
-        if pass.next >= rows.len() {
+        let mut warning = None;
+        if is_last {
             pass.next = 0;
+            warning = limit.as_mut().and_then(|limit| limit.take(rows, tick));
             if pass.is_read {
                 let (first_tick, work_ns) = (pass.first_tick, pass.work_ns);
                 let nodes = u32::try_from(rows.len()).unwrap_or(u32::MAX);

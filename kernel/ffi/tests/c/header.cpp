@@ -3,7 +3,7 @@
 
 CHAINCELL_ALIGNED static unsigned char storage[CHAINCELL_TISSUE_BYTES(8, 1, 0)];
 
-static_assert(sizeof(chaincell_output) == 56, "an output is fourteen words");
+static_assert(sizeof(chaincell_output) == 60, "an output is fifteen words");
 static_assert(sizeof(chaincell_tool_part) == 44, "a part is eleven words");
 static_assert(sizeof(chaincell_tool_pose) == 32, "a pose is eight words");
 static_assert(sizeof(chaincell_tool_output) == 32, "what a tool feels is eight words");
