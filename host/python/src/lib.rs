@@ -50,6 +50,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<run::Run>()?;
     module.add_class::<contacts::Contacts>()?;
     module.add_class::<stress::Stress>()?;
+    module.add_class::<stress::SessionStress>()?;
     module.add_class::<session::Session>()?;
     module.add_class::<session::Reply>()?;
     module.add_class::<answer::Answer>()?;

@@ -4,6 +4,7 @@ use chaincell_client::clock::{MILLISECOND_NS, now_ns, sleep_until_ns};
 use chaincell_client::command::SWEEPS_MAX;
 use chaincell_client::payload::ReplyMessage;
 use chaincell_client::services::Domain;
+use chaincell_client::stress::StressHeader;
 use chaincell_client::wait::Wait;
 use chaincell_client::{Client, Command, MS_MAX, Options, Outcome, Role};
 use chaincell_kernel::{Choice, Cutting, Unloading};
@@ -18,6 +19,7 @@ use crate::poses::{Engaged, Tick};
 use crate::process::{self, Owned};
 use crate::signals::{LOOK, Signals, span_ns};
 use crate::state::State;
+use crate::stress::SessionStress;
 use crate::tissue::{LET_GO_TICKS, PIN, TOOL, stiffness};
 use crate::turns::{Turn, Turns};
 
@@ -301,6 +303,21 @@ impl Session {
             Ok(view.map(|view| (view.header().tick, view.rows().to_vec())))
         })?;
         Ok(found.map(|(tick, contacts)| Contacts { contacts, tick }))
+    }
+
+    /// Returns the newest `SessionStress` that was not taken yet; None where none comes within `timeout_s` [s]. The
+    /// server computes it only while it is read, and not of a body of links. Raises `Closed`.
+    ///
+    /// >>> stress = session.stress(timeout_s=1.0)
+    #[pyo3(signature = (timeout_s=Arg::Default(1.0)), text_signature = "($self, timeout_s=1.0)")]
+    fn stress(&self, py: Python<'_>, timeout_s: Arg<'_, f64>) -> PyResult<Option<SessionStress>> {
+        self.look(py, timeout_s, |client| {
+            let view = client.stress()?;
+            Ok(view.map(|view| {
+                let StressHeader { tick, first_tick, .. } = view.header();
+                SessionStress { rows: view.rows().to_vec(), tick, first_tick }
+            }))
+        })
     }
 
     /// Pauses: poses are answered with force 0 from here on, and no cell moves.

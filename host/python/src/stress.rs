@@ -1,5 +1,6 @@
-//! `Stress`: strain and stress of tissue, a row for each node.
+//! `Stress`, `SessionStress`: strain and stress of tissue, a row for each node.
 
+use chaincell_client::stress::NodeStress;
 use numpy::{IntoPyArray, PyArray1, PyArray2};
 use pyo3::prelude::*;
 
@@ -61,5 +62,69 @@ impl Stress {
 
     fn __repr__(&self) -> String {
         format!("<chaincell.Stress: of {} nodes after tick {}>", self.stresses.len(), self.tick)
+    }
+}
+
+/// Strain and stress of the tissue of a running scene, from `Session.stress`, a row for each node by ascending id: of one
+/// pass over the body, in `first_tick` to `tick`. A node that a cut has parted has the values of the side with the
+/// largest stress after von Mises. Arrays are copies.
+///
+/// >>> stress = session.stress()
+/// >>> stress.von_mises_pa.shape == stress.node_ids.shape
+/// True
+#[pyclass(frozen, module = "chaincell")]
+pub(crate) struct SessionStress {
+    pub(crate) rows: Vec<NodeStress>,
+    /// Number of the last answered tick at the end of the pass, 0 before the first.
+    #[pyo3(get)]
+    pub(crate) tick: u64,
+    /// Number of the last answered tick at its begin.
+    #[pyo3(get)]
+    pub(crate) first_tick: u64,
+}
+
+impl SessionStress {
+    fn numbers<'py>(
+        &self,
+        py: Python<'py>,
+        of: fn(&NodeStress) -> f32,
+    ) -> Bound<'py, PyArray1<f32>> {
+        self.rows.iter().map(of).collect::<Vec<f32>>().into_pyarray(py)
+    }
+}
+
+#[pymethods]
+impl SessionStress {
+    fn __len__(&self) -> usize {
+        self.rows.len()
+    }
+
+    /// Ids of the nodes, ascending, uint32 (nodes,).
+    #[getter]
+    fn node_ids<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<u32>> {
+        self.rows.iter().map(|of| of.node).collect::<Vec<u32>>().into_pyarray(py)
+    }
+
+    /// Principal stretches, the largest first, float32 (nodes, 3).
+    #[getter]
+    fn stretches<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f32>> {
+        rows(self.rows.iter().map(|of| of.stretches).collect()).into_pyarray(py)
+    }
+
+    /// Stress after von Mises [Pa]: that of a bar under tension is its tension, float32 (nodes,).
+    #[getter]
+    fn von_mises_pa<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f32>> {
+        self.numbers(py, |of| of.von_mises_pa)
+    }
+
+    /// Mean stress [Pa], below 0 where the tissue is pressed from all sides, float32 (nodes,).
+    #[getter]
+    fn mean_pa<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f32>> {
+        self.numbers(py, |of| of.mean_pa)
+    }
+
+    fn __repr__(&self) -> String {
+        let (nodes, first, last) = (self.rows.len(), self.first_tick, self.tick);
+        format!("<chaincell.SessionStress: of {nodes} nodes in ticks {first} to {last}>")
     }
 }

@@ -170,7 +170,7 @@ def ran(name: str, text: str, names: dict[str, Any]) -> None:
 
 
 def is_of_a_session(name: str) -> bool:
-    return name.split(".")[0] in ("Session", "State", "Answer", "Reply")
+    return name.split(".")[0] in ("Session", "SessionStress", "State", "Answer", "Reply")
 
 
 def test_the_examples_run(names: dict[str, Any]) -> None:

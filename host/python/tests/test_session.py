@@ -117,17 +117,27 @@ def test_several_tools_feel_force_and_torque(serve: Serve, box: Model) -> None:
         assert np.array_equal(answer.torque_n_m, output.torque_n_m) and force.shape == (2, 3)
         assert np.abs(answer.torque_n_m[1]).max() > 0
         assert answer.force_error_n == output.force_error_n
+        assert answer.torque_error_n_m == output.torque_error_n_m
         with Session(server.scene, role="viewer") as viewer:
             viewer.contacts(0)
+            viewer.stress(0)
             session.step(pose, timeout_s=SHORT_S)
             found = viewer.contacts(SHORT_S)
             while found is not None and found.tick < 61:
                 found = viewer.contacts(SHORT_S)
+            stress = viewer.stress(SHORT_S)
+            while stress is not None and stress.first_tick < 61:
+                stress = viewer.stress(SHORT_S)
         offline.tick(pose)
         expected = offline.contacts()
         assert found is not None and len(found) == len(expected) > 0
         for column in ("tools", "parts", "node_ids", "positions_m", "normal_n", "tangential_n", "area_m2"):
             assert np.array_equal(getattr(found, column), getattr(expected, column)), column
+        computed, order = offline.stress(), np.argsort(box.node_ids)
+        assert stress is not None and computed is not None and stress.tick == 61
+        assert np.array_equal(stress.node_ids, box.node_ids[order])
+        for column in ("stretches", "von_mises_pa", "mean_pa"):
+            assert np.array_equal(getattr(stress, column), getattr(computed, column)[order]), column
 
 
 def test_states_are_views_that_outlive_their_session(serve: Serve, plane: Model) -> None:
@@ -299,6 +309,7 @@ def test_a_closed_session_says_so(serve: Serve) -> None:
         lambda: session.step([0, 0, 0]),
         lambda: session.state(0),
         lambda: session.contacts(0),
+        lambda: session.stress(0),
         lambda: session.reset(),
         lambda: session.is_served,
         lambda: session.silences,

@@ -76,8 +76,15 @@ def test_a_force_has_an_error_where_it_is_known(box: Model, plane: Model) -> Non
     assert outputs[0].force_error_n == [None]
     (error_n,) = outputs[-1].force_error_n
     assert error_n is not None and 0 < error_n < 0.3 * np.linalg.norm(outputs[-1].force_n)
+    # Of a bar on its side, off the middle, the torque has one too; held cells have none.
+    bar, lying = Tissue(box, tools=["capsule:0.01,0.012"]), [0.0, 0.7071068, 0.0, 0.7071068]
+    outputs = [bar.tick([0.004, 0.0, 0.053 - 0.0001 * tick, *lying]) for tick in range(60)]
+    assert outputs[0].torque_error_n_m == [None]
+    (error_n_m,) = outputs[-1].torque_error_n_m
+    assert error_n_m is not None and 0 < error_n_m < 0.02 * np.linalg.norm(outputs[-1].force_n)
     links = Tissue(plane, contact=[40])
     assert [links.tick([0.0, 0.0, -0.0001 * tick]).force_error_n for tick in range(9)] == [[None]] * 9
+    assert links.tick([0.0, 0.0, -0.001]).torque_error_n_m == [None]
 
 
 def test_several_tools_give_the_bits_of_the_command(

@@ -19,6 +19,7 @@ __all__ = [
     "Contacts",
     "Stress",
     "Session",
+    "SessionStress",
     "Reply",
     "Answer",
     "State",
@@ -469,6 +470,35 @@ class Stress:
         """Mean stress [Pa], below 0 where the tissue is pressed from all sides, float32 (nodes,)."""
 
 @final
+class SessionStress:
+    """Strain and stress of the tissue of a running scene, from `Session.stress`, a row for each node by ascending id: of one
+    pass over the body, in `first_tick` to `tick`. A node that a cut has parted has the values of the side with the
+    largest stress after von Mises. Arrays are copies.
+
+    >>> stress = session.stress()
+    >>> stress.von_mises_pa.shape == stress.node_ids.shape
+    True"""
+    def __len__(self) -> int: ...
+    @property
+    def tick(self) -> int:
+        """Number of the last answered tick at the end of the pass, 0 before the first."""
+    @property
+    def first_tick(self) -> int:
+        """Number of the last answered tick at its begin."""
+    @property
+    def node_ids(self) -> _U32:
+        """Ids of the nodes, ascending, uint32 (nodes,)."""
+    @property
+    def stretches(self) -> _F32:
+        """Principal stretches, the largest first, float32 (nodes, 3)."""
+    @property
+    def von_mises_pa(self) -> _F32:
+        """Stress after von Mises [Pa]: that of a bar under tension is its tension, float32 (nodes,)."""
+    @property
+    def mean_pa(self) -> _F32:
+        """Mean stress [Pa], below 0 where the tissue is pressed from all sides, float32 (nodes,)."""
+
+@final
 class Contacts:
     """What tools touched in a tick, a row for each triangle and part of a tool. Arrays are copies.
 
@@ -601,6 +631,11 @@ class Session:
         [s]. Raises `Closed`.
 
         >>> contacts = session.contacts(timeout_s=1.0)"""
+    def stress(self, timeout_s: float = 1.0) -> SessionStress | None:
+        """Returns the newest `SessionStress` that was not taken yet; None where none comes within `timeout_s` [s]. The
+        server computes it only while it is read, and not of a body of links. Raises `Closed`.
+
+        >>> stress = session.stress(timeout_s=1.0)"""
     def pause(self, *, timeout_s: float = 5.0) -> Reply:
         """Pauses: poses are answered with force 0 from here on, and no cell moves.
 
