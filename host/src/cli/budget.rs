@@ -46,6 +46,11 @@ pub fn check_force_error(share: Option<f32>, engine: &mut Engine<'_>) -> Result<
 }
 
 impl BudgetArgs {
+    /// The sweeps that each tick makes where the time is enough; `None` where the force's error ends it.
+    pub fn all_sweeps(self, most: u16) -> Option<u16> {
+        self.force_error.is_none().then_some(most)
+    }
+
     /// Share of the force to which its error is brought, in an engine that knows one.
     ///
     /// # Errors

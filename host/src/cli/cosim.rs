@@ -355,7 +355,8 @@ fn summary(
     });
     // Judge the figures.
     let sweeps_max = args.tissue.given(model).sweeps;
-    let pace = Pace::of_served(&reports.serve, sweeps_max, model.body_cells(), DEVICE_HZ);
+    let all = args.budget.all_sweeps(sweeps_max);
+    let pace = Pace::of_served(&reports.serve, all, model.body_cells(), DEVICE_HZ);
     let body = Judgement::of_body(tissue.engine(), args.tissue.is_place_default(), pace);
     let judgement =
         body.with_tools(tissue.engine(), &reports.serve.tool_courses, replayed.never_touched);

@@ -369,6 +369,7 @@ fn judgement(
     }
     let model = engine.network().model();
     let (sweeps, cells) = (args.tissue.given(model).sweeps, model.body_cells());
+    let sweeps = args.budget.all_sweeps(sweeps);
     let pace = Pace::of_served(report, sweeps, cells, args.stage.hz());
     Judgement::of_body(engine, args.tissue.holds_default(), pace).with_tools(
         engine,
@@ -472,7 +473,7 @@ fn print(
     tell_relaxed(12, report.relaxed_j)?;
     terminal::say(format_args!("  state hash  {}", report.state_hash))?;
     match (&args.record.folder.out, &args.record.record) {
-        _ if !args.tissue.is_shown(cut) => {}
+        _ if !args.tissue.is_shown(cut) || report.has_pins => {}
         (Some(session), _) => tell_view(12, &[session])?,
         (None, Some(trace)) => tell_view(12, &[trace, "--model".as_ref(), &args.model])?,
         (None, None) => tell_view(12, &[&args.model])?,

@@ -47,6 +47,10 @@ impl<'a> StandBy<'a> {
             );
             return Err(Error::file("stand by for", session, why));
         }
+        if !is_written {
+            let why = "its server has ended or was killed already: go on with its newest snapshot by --restore";
+            return Err(Error::file("stand by for", session, why));
+        }
         let place = Place::of(trace_path(session));
         let mut intake = Intake::new(Box::new(Local::new(place)));
         let joined = join(&mut intake, Some(tissue.model_checksum()), 0)?;

@@ -20,6 +20,8 @@ struct Moment {
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Course {
     has_touched: bool,
+    /// True from its first tick without a contact on: one that begins in a press has no first contact yet.
+    was_free: bool,
     touch_m: Option<[f32; 3]>,
     largest_force_n: f32,
     /// The moment of the largest force.
@@ -52,9 +54,13 @@ impl Course {
         let is_largest = size_n > self.largest_force_n;
         self.largest_force_n = self.largest_force_n.max(size_n);
         if contacts == 0 {
+            self.was_free = true;
             return;
         }
         self.has_touched = true;
+        if !self.was_free {
+            return;
+        }
         let Some([asked_m, reached_m]) = places_m else { return };
         if !asked_m.iter().chain(&reached_m).all(|x| x.is_finite()) {
             return;

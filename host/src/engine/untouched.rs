@@ -30,8 +30,11 @@ pub struct Untouched {
     pub nearest_m: Option<f64>,
     /// Tick of that distance.
     pub tick: Option<u64>,
-    /// True if all or a part of it was inside the body then: a tool has no contact there before it was outside.
+    /// True if all or a part of it was inside the body then.
     pub is_inside: bool,
+    /// True if its first position was inside too: a tool has no contact there before it was outside. One that began
+    /// outside went less deep than the points of the surface lie apart.
+    pub began_inside: bool,
 }
 
 impl Untouched {
@@ -53,12 +56,15 @@ impl Untouched {
         let reach = Reach::of(engine.network().model());
         let found = nearest(&engaged, |point| reach.distance_m(point.into()));
         let radius_m = f64::from(radius_m);
+        let is_in =
+            |at: Vector3<f64>, distance_m: f64| distance_m < radius_m || reach.is_around(at.into());
+        let first =
+            engaged.first().and_then(|(_, at)| Some((*at, reach.distance_m((*at).into())?)));
         Some(Self {
             nearest_m: found.map(|(_, _, distance_m)| (distance_m - radius_m).max(0.0)),
             tick: found.map(|(tick, ..)| tick),
-            is_inside: found.is_some_and(|(_, at, distance_m)| {
-                distance_m < radius_m || reach.is_around(at.into())
-            }),
+            is_inside: found.is_some_and(|(_, at, distance_m)| is_in(at, distance_m)),
+            began_inside: first.is_some_and(|(at, distance_m)| is_in(at, distance_m)),
         })
     }
 }
@@ -70,7 +76,11 @@ impl fmt::Display for Untouched {
             return write!(f, "it was never engaged");
         };
         write!(f, "nearest {:.1} mm at tick {tick}", 1e3 * nearest_m)?;
-        if self.is_inside { write!(f, ", inside the body") } else { Ok(()) }
+        match (self.is_inside, self.began_inside) {
+            (false, _) => Ok(()),
+            (true, true) => write!(f, ", inside the body"),
+            (true, false) => write!(f, ", between the points at which its surface is felt"),
+        }
     }
 }
 
@@ -139,13 +149,22 @@ mod tests {
 
     #[test]
     fn it_is_said_in_one_line() {
-        let of =
-            |nearest_m, is_inside| Untouched { nearest_m, tick: Some(120), is_inside }.to_string();
+        let of = |nearest_m, is_inside| {
+            let (tick, began_inside) = (Some(120), is_inside);
+            Untouched { nearest_m, tick, is_inside, began_inside }.to_string()
+        };
         assert_eq!(
             of(Some(0.0041), false),
             "the tool never touched the body: nearest 4.1 mm at tick 120"
         );
         assert!(of(Some(0.0041), true).ends_with("at tick 120, inside the body"));
         assert!(of(None, false).ends_with("it was never engaged"));
+        let shallow = Untouched {
+            nearest_m: Some(0.0),
+            tick: Some(120),
+            is_inside: true,
+            began_inside: false,
+        };
+        assert!(shallow.to_string().ends_with("between the points at which its surface is felt"));
     }
 }

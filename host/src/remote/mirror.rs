@@ -78,6 +78,12 @@ pub enum Stopped {
     Asked,
 }
 
+/// True for what a stream says whose other end has gone, or does not read.
+fn is_gone(why: io::ErrorKind) -> bool {
+    use io::ErrorKind::{BrokenPipe, ConnectionAborted, ConnectionReset, TimedOut, WouldBlock};
+    matches!(why, BrokenPipe | ConnectionAborted | ConnectionReset | TimedOut | WouldBlock)
+}
+
 impl Mirror {
     /// Opens a trace.
     ///
@@ -91,11 +97,15 @@ impl Mirror {
     /// error too.
     ///
     /// # Errors
-    /// A follower of another session; a damaged trace; a missing model.
+    /// A follower of another session; a damaged trace; a missing model; a stream that cannot be written, such as a
+    /// file on a full disk.
     pub fn send(&self, to: &mut impl Write, ask: &Ask) -> Result<Stopped> {
         match self.send_all(to, ask) {
             Ok(stopped) => Ok(stopped),
-            Err(Failed::Stream) => Ok(Stopped::Gone),
+            Err(Failed::Stream(why)) if is_gone(why.kind()) => Ok(Stopped::Gone),
+            Err(Failed::Stream(why)) => {
+                Err(Error::input(format!("the stream to the follower cannot be written: {why}")))
+            }
             Err(Failed::Refused(why)) => {
                 let _ = Frame::Refused(why.to_string()).write(to).and_then(|()| to.flush());
                 Err(why)
@@ -262,15 +272,15 @@ fn take_snapshot(scene: &str) -> Result<()> {
 /// Why sending failed.
 #[derive(Debug)]
 enum Failed {
-    /// The stream: the follower has gone.
-    Stream,
+    /// The stream.
+    Stream(io::Error),
     /// The session.
     Refused(Error),
 }
 
 impl From<io::Error> for Failed {
-    fn from(_: io::Error) -> Self {
-        Self::Stream
+    fn from(why: io::Error) -> Self {
+        Self::Stream(why)
     }
 }
 

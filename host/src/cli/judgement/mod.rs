@@ -169,7 +169,11 @@ impl Judgement {
             (None, Some(Untouched { nearest_m: None, .. })) => {
                 "a pose that acts on the body has `engaged` 1"
             }
-            (None, Some(Untouched { is_inside: true, .. })) => "begin outside of the body",
+            (None, Some(Untouched { began_inside: true, .. })) => "begin outside of the body",
+            (None, Some(Untouched { is_inside: true, .. })) => {
+                "press deeper, or bake a finer mesh: a tool is felt at points of the triangles, which it can pass \
+                 between by a share of an edge"
+            }
             _ => "bring it nearer: `chaincell info MODEL` has the extent of the body",
         }
     }
@@ -230,7 +234,12 @@ mod tests {
         assert_eq!(said(&[touched, never]), words("tool 1"));
         assert_eq!(said(&[never, touched, never]), words("tools 0, 2"));
         assert_eq!(said(&[touched]), "");
-        let nearest = Some(Untouched { nearest_m: Some(0.0041), tick: Some(7), is_inside: false });
+        let nearest = Some(Untouched {
+            nearest_m: Some(0.0041),
+            tick: Some(7),
+            is_inside: false,
+            began_inside: false,
+        });
         let rows = Judgement::default().with_courses(&[never], nearest).rows();
         assert!(rows[0].1.contains("nearest 4.1 mm at tick 7"), "{rows:?}");
     }

@@ -3,7 +3,7 @@
 use std::fmt;
 use std::time::{Duration, Instant};
 
-use chaincell_kernel::{Model, ToolPose};
+use chaincell_kernel::{Flags, Model, ToolPose};
 use serde::Serialize;
 
 use crate::bake::tissue::DEVICE_HZ;
@@ -50,10 +50,17 @@ impl Pace {
         Self::new(step, [sweeps.into(); 3], cells, hz)
     }
 
-    /// Of a served session whose ticks make at most `sweeps_max` sweeps; `None` without a pose.
-    pub fn of_served(report: &ServeReport, sweeps_max: u16, cells: usize, hz: u32) -> Option<Self> {
-        let sweeps = [report.sweeps.p50, report.sweeps.p1, sweeps_max.into()];
-        Self::new(&report.step_ns, sweeps, cells, hz)
+    /// Of a served session whose ticks make at most `sweeps_max` sweeps, `None` where they end by the force's error:
+    /// then the median tick counts. `None` without a pose.
+    pub fn of_served(
+        report: &ServeReport,
+        sweeps_max: Option<u16>,
+        cells: usize,
+        hz: u32,
+    ) -> Option<Self> {
+        let p50 = report.sweeps.p50;
+        let [p1, most] = sweeps_max.map_or([p50; 2], |most| [report.sweeps.p1, most.into()]);
+        Self::new(&report.step_ns, [p50, p1, most], cells, hz)
     }
 
     fn new(step: &Summary, [p50, p1, most]: [u64; 3], cells: usize, hz: u32) -> Option<Self> {
@@ -89,7 +96,8 @@ impl Pace {
     }
 }
 
-/// Times of ticks in which a sphere presses in by half its radius, ascending \[ns\].
+/// Times of ticks in which a sphere presses in by half its radius, ascending \[ns\]; none where the tissue takes no
+/// such pose.
 fn timed(tissue: &mut Staged<'_>, radius_m: f64) -> Result<Vec<u64>> {
     let way = place(tissue.engine().network().model(), tissue.engine().contact(), None)?;
     let begin = Instant::now();
@@ -99,7 +107,10 @@ fn timed(tissue: &mut Staged<'_>, radius_m: f64) -> Result<Vec<u64>> {
         let position_m: [f32; 3] =
             std::array::from_fn(|axis| (way.touch_m[axis] + depth_m * way.direction[axis]) as f32);
         let start = Instant::now();
-        tissue.tick(&ToolPose::at(position_m.into(), 1));
+        let output = tissue.tick(&ToolPose::at(position_m.into(), 1));
+        if output.flags.contains(Flags::BAD_SAMPLE) {
+            return Ok(Vec::new());
+        }
         steps.push(u64::try_from(start.elapsed().as_nanos()).unwrap_or(u64::MAX));
         if begin.elapsed() > LONGEST {
             break;

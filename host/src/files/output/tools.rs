@@ -59,8 +59,9 @@ mod tests {
         rows.add(12, 2, &Felt::default(), 32 + 8);
         assert_eq!(
             rows.0,
-            "12,1,1e-1,-1e-30,0e0,2.5e-1,5e-1,2e0,7,40,5e-1\n12,2,0e0,0e0,0e0,0e0,0e0,0e0,0,32,NaN\n"
+            "12,1,1e-1,-1e-30,0e0,2.5e-1,5e-1,2e0,7,40,5e-1,2.5e-1\n\
+             12,2,0e0,0e0,0e0,0e0,0e0,0e0,0,32,NaN,NaN\n"
         );
-        assert_eq!(HEADER.split(',').count(), 11);
+        assert_eq!(HEADER.split(',').count(), 12);
     }
 }

@@ -285,9 +285,12 @@ mod tests {
             contacts: 6,
             flags: Flags::RELEASE_FIRST,
             force_error_n: Some(0.5),
+            torque_error_n_m: Some(0.25),
         };
         let [second, other, first, ..] = answer.message(1).each;
         assert_eq!([second, other, first].map(|of| of.error_n()), [Some(0.5), None, None]);
+        let of_torques = [second, other, first].map(|of| of.torque_error_n_m());
+        assert_eq!(of_torques, [Some(0.25), None, None]);
         assert_eq!((first.number, first.force_n, first.flags), (0, [9.0; 3], 8 + 32));
         assert_eq!((second.torque_n_m, second.contacts, second.flags), (torque_n_m, 6, 512 + 32));
         assert_eq!((other.number, other.force_n, other.flags), (5, [0.0; 3], 16));
@@ -322,6 +325,7 @@ mod tests {
             force_n: [1.0, 2.0, 3.0],
             flags: 32,
             force_error_n: 0.25,
+            torque_error_n_m: UNKNOWN_N,
             ..none
         };
         let wanted = ToolForces {

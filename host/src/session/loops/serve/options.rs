@@ -159,6 +159,9 @@ pub struct ServeReport {
     pub ticks_paused: u64,
     /// Commands carried out.
     pub commands_done: u64,
+    /// True if one of them set a pin.
+    #[serde(skip)]
+    pub has_pins: bool,
     /// Commands refused.
     pub commands_refused: u64,
     /// States sent to viewers.
