@@ -27,6 +27,8 @@ pub const LATE_NS: u64 = 20 * MILLISECOND_NS;
 pub const FREE_NS: u64 = SECOND_NS;
 /// Poses under way in the tissue whose answers are known again.
 const UNDER_WAY: usize = 64;
+/// Largest gap between the numbers of two poses: an hour at 1 kHz, as the server takes it.
+const GAP_MAX: u64 = 3_600_000;
 /// The random number of no agent.
 const NOBODY: Nonce = [0; 16];
 
@@ -269,13 +271,14 @@ impl Agent {
         let mut handed_on = Vec::new();
         for (back, pose) in waiting.last.each.iter().take(waiting.last.poses).enumerate().rev() {
             let number = waiting.last.newest.saturating_sub(back as u64);
-            let Some(tick) = session.offset.checked_add(number).filter(|_| number > session.handed)
-            else {
+            let gap = number.saturating_sub(session.handed);
+            if gap == 0 || gap > GAP_MAX {
                 continue;
-            };
+            }
+            let tick = session.offset.saturating_add(number);
             self.counts.poses += 1;
             self.counts.recovered += u64::from(back > 0);
-            self.counts.lost += number - session.handed - 1;
+            self.counts.lost += gap - 1;
             handed_on.push(session.hand_on(number, tick, pose, &waiting));
             self.tick = tick;
         }

@@ -226,3 +226,6 @@ impl Controller {
         seal(&self.key, &head, message)
     }
 }
+
+#[cfg(test)]
+mod tests;
