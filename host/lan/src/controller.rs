@@ -67,6 +67,8 @@ pub struct Controller {
     number: u64,
     recent: [AgedPose; POSES_MAX],
     hearing: Hearing,
+    watchdog_ms: u32,
+    ramp_ms: u32,
     dropped: Dropped,
 }
 
@@ -86,6 +88,8 @@ impl Controller {
             number: 0,
             recent: [AgedPose::AWAY; POSES_MAX],
             hearing: Hearing::new(watchdog_ms, ramp_ms, now_ns),
+            watchdog_ms,
+            ramp_ms,
             dropped: Dropped::default(),
         }
     }
@@ -118,6 +122,10 @@ impl Controller {
                  `engaged` that is neither 0 nor 1; nothing was sent"
             );
             return Err(Error::new(Kind::Pose, text));
+        }
+        if self.number == 0 {
+            // No silence was one before the first pose.
+            self.hearing = Hearing::new(self.watchdog_ms, self.ramp_ms, now_ns);
         }
         self.number += 1;
         self.recent.rotate_right(1);
@@ -185,7 +193,9 @@ impl Controller {
 
     /// Returns the answer to show now: without a newer one its force falls to 0 along a ramp.
     pub fn shown(&mut self, now_ns: u64) -> Answer {
-        self.hearing.wait(now_ns);
+        if self.number > 0 {
+            self.hearing.wait(now_ns);
+        }
         self.hearing.answer(now_ns)
     }
 

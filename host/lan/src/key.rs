@@ -56,7 +56,7 @@ impl Key {
     /// No such file, one that others may read, or one without a key.
     pub fn read(path: &Path) -> Result<Self> {
         let place = path.display();
-        let mut file = File::open(path).map_err(|why| {
+        let file = File::open(path).map_err(|why| {
             let text = format!("--key {place}: {why}; `chaincell-lan key {place}` makes one");
             Error::new(Kind::Argument, text)
         })?;
@@ -71,7 +71,7 @@ impl Key {
             return Err(Error::new(Kind::Permission, text));
         }
         let mut text = String::new();
-        file.by_ref().take(TEXT_BYTES_MAX).read_to_string(&mut text).map_err(unreadable)?;
+        file.take(TEXT_BYTES_MAX).read_to_string(&mut text).map_err(unreadable)?;
         Self::from_hex(&text).map_err(|why| {
             let text = format!("--key {place}: {why}; `chaincell-lan key FILE` makes one");
             Error::new(Kind::Argument, text)

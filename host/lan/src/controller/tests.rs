@@ -345,7 +345,9 @@ fn one_hand_at_a_time() {
 #[test]
 fn a_replay_moves_nothing() {
     let mut world = World::pressed(MS);
-    let (before, recorded) = (world.agent.counts(), world.recorded.clone());
+    // Without those under way, which have not come once.
+    let recorded = world.recorded[..world.recorded.len() - 2].to_vec();
+    let before = world.agent.counts();
     let replay = |agent: &mut Agent, now_ns: u64| {
         let replies = recorded.iter().filter_map(|bytes| agent.take(bytes, address(7), now_ns));
         // A first word alone is answered, by a number that fits no other.

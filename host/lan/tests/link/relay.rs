@@ -33,7 +33,7 @@ impl Relay {
     pub fn start(agent: &str, delay_us: u64) -> Self {
         let [front, rear] = [(); 2].map(|()| UdpSocket::bind("127.0.0.1:0").unwrap());
         rear.connect(agent).unwrap();
-        [&front, &rear].map(|socket| socket.set_nonblocking(true).unwrap());
+        [&front, &rear].iter().for_each(|socket| socket.set_nonblocking(true).unwrap());
         let address = front.local_addr().unwrap().to_string();
         let weather = Arc::new(Weather { delay_us: delay_us.into(), ..Weather::default() });
         let seen = Arc::clone(&weather);
