@@ -95,7 +95,8 @@ mod tests {
             let mut window = all[all.len().saturating_sub(WINDOW)..].to_vec();
             window.sort_unstable();
             assert_eq!(trips.is_known(), all.len() >= FIRST);
-            if trips.is_known() {
+            // Around each change, and now and then between.
+            if trips.is_known() && (at % 97 == 0 || at % 1700 < 6 || at % 1000 < 6) {
                 assert_eq!(trips.is_slow(), quantile_ns(&window, 999) > LIMIT_NS, "{at}");
             }
         }
