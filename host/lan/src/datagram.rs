@@ -400,8 +400,17 @@ mod tests {
 
     #[test]
     fn counts_beyond_their_limits_are_refused_with_the_right_key_too() {
-        for (at, count) in [(5, 0), (5, 9), (6, 0), (6, 5), (4, 0), (4, 9), (5, 1)] {
-            let bytes = seal(&key("5a"), &head(), &poses(2, 2));
+        let counts = |tools, poses| {
+            let each = [AgedPose::AWAY; POSES_MAX];
+            Message::Poses(Box::new(LastPoses { newest: 9, poses, tools, each }))
+        };
+        for (tools, count) in [(0, 1), (9, 1), (1, 0), (1, 5)] {
+            let bytes = seal(&key("5a"), &head(), &counts(tools, count));
+            assert_eq!(open(&key("5a"), &bytes), Err(Fault::Foreign), "{tools} {count}");
+        }
+        // Unknown kinds, and counts of a kind that has none.
+        for (at, count) in [(4, 0), (4, 9), (5, 1), (6, 1)] {
+            let bytes = seal(&key("5a"), &head(), &Message::Hello);
             let mut text = bytes[..bytes.len() - CODE_BYTES].to_vec();
             text[at] = count;
             text.extend(key("5a").code(&text));

@@ -300,6 +300,16 @@ fn what_a_link_held_back_is_neither_handed_on_nor_shown() {
     world.run(50);
     assert_eq!(world.tissue.len(), handed_on);
     assert!(matches!(world.hand.state(), State::Refused(_)));
+    // One that is 40 ms late, among good ones.
+    let mut world = World::pressed(MS);
+    world.there.delay_ns = 40 * MS;
+    world.run(1);
+    world.there.is_cut = true;
+    world.run(5);
+    let handed_on = world.tissue.len();
+    world.run(37);
+    assert_eq!((world.agent.counts().late, world.tissue.len()), (1, handed_on));
+    assert_eq!(world.hand.state(), State::Open);
     // Forces: none older than 20 ms is shown.
     let mut world = World::pressed(MS);
     world.back.is_held = true;
