@@ -403,6 +403,12 @@ fn strangers_get_no_answer() {
     let bytes = world.back.under_way.front().unwrap().1.clone();
     other.take(&bytes, 1);
     assert_eq!(other.dropped().foreign, 1);
+    let mut third = Controller::new(key("5a"), fresh(), 20, 20, 0);
+    let reply = world.agent.take(&third.hello(1), address(9), world.now_ns).unwrap();
+    other.take(&reply, 1);
+    assert_eq!((other.dropped().foreign, other.state()), (2, State::Greeting));
+    third.take(&reply, 1);
+    assert_eq!(third.state(), State::Occupied);
     assert!(other.shown(2).notes.contains(Notes::NOTHING_YET));
     let now_ns = world.now_ns + CLOCK_NS;
     world.hand.take(&bytes, now_ns);
