@@ -94,7 +94,7 @@ impl Lenient {
             let mut scene = Scene::open(Some(&scene), 10 * SECOND_NS, || false).unwrap();
             let mut agent = Agent::new(key, LENIENT_NS, || random().unwrap());
             let stop = || asked.load(Relaxed);
-            run(&mut agent, &socket, &mut scene, stop, |news| say.send(news).unwrap()).unwrap()
+            run(&mut agent, &socket, &mut scene, stop, |news| _ = say.send(news)).unwrap()
         });
         Self { address, stop, news, thread }
     }
