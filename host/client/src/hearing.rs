@@ -102,9 +102,24 @@ pub struct Answer {
     pub torque_error_n_m: [Option<f32>; TOOLS_MAX],
 }
 
-/// The last answer received, and the forces shown.
+/// The last answer received, and the forces shown: for a transport of its own.
+///
+/// ```
+/// use chaincell_client::clock::MILLISECOND_NS as MS;
+/// use chaincell_client::{Hearing, tools::ToolForces};
+///
+/// let mut hearing = Hearing::new(20, 0, 0); // watchdog 20 ms, no ramp
+/// let mut forces = ToolForces { tick: 1, session_id: 7, tools: 1, ..ToolForces::default() };
+/// forces.each[0].force_n = [0.0, 0.0, 2.0];
+/// assert!(hearing.hear(&forces, MS)); // an answer
+/// hearing.wait(20 * MS);
+/// assert_eq!(hearing.answer(20 * MS).tools[0].force_n[2], 2.0); // [N], the last force holds
+/// hearing.wait(21 * MS);
+/// assert_eq!(hearing.answer(21 * MS).tools[0].force_n[2], 0.0);
+/// assert!(hearing.is_silent());
+/// ```
 #[derive(Debug)]
-pub(crate) struct Hearing {
+pub struct Hearing {
     shaper: ForceShaper,
     shown: Shown,
     last: Answer,
@@ -114,8 +129,9 @@ pub(crate) struct Hearing {
 }
 
 impl Hearing {
-    /// Starts without an answer and with no force shown.
-    pub(crate) fn new(watchdog_ms: u32, ramp_ms: u32, now_ns: u64) -> Self {
+    /// Starts without an answer and with no force shown; watchdog and ramp as in [`Options`](crate::Options).
+    #[must_use]
+    pub fn new(watchdog_ms: u32, ramp_ms: u32, now_ns: u64) -> Self {
         let mut shaper = ForceShaper::new(watchdog_ms, ramp_ms, f32::INFINITY, now_ns);
         shaper.begin_at_zero();
         Self {
@@ -130,7 +146,7 @@ impl Hearing {
 
     /// Takes a message. Returns true if it is an answer, false if it is the server's falling force in a
     /// silence.
-    pub(crate) fn hear(&mut self, forces: &ToolForces, now_ns: u64) -> bool {
+    pub fn hear(&mut self, forces: &ToolForces, now_ns: u64) -> bool {
         // Another session: ramp from the force shown to its force.
         if self.last.session_id != 0 && forces.session_id != self.last.session_id {
             self.is_new_session = true;
@@ -179,7 +195,7 @@ impl Hearing {
     }
 
     /// Notes that no message has come up to `now_ns`.
-    pub(crate) fn wait(&mut self, now_ns: u64) {
+    pub fn wait(&mut self, now_ns: u64) {
         if let Some(fall) = self.shaper.wait(now_ns) {
             (self.shown, self.is_silent) = (fall.shown, true);
             self.last.force_error_n = [None; TOOLS_MAX];
@@ -188,12 +204,13 @@ impl Hearing {
     }
 
     /// Returns true if the watchdog has expired.
-    pub(crate) fn is_silent(&self) -> bool {
+    #[must_use]
+    pub fn is_silent(&self) -> bool {
         self.is_silent
     }
 
     /// Returns the answer to show now. It reports a new session once, or until its tools were released.
-    pub(crate) fn answer(&mut self, now_ns: u64) -> Answer {
+    pub fn answer(&mut self, now_ns: u64) -> Answer {
         let mut answer = self.last;
         answer.age_ns = now_ns.saturating_sub(self.heard_ns);
         for (at, felt) in answer.tools.iter_mut().enumerate() {
@@ -213,12 +230,14 @@ impl Hearing {
     }
 
     /// Returns the largest change between two forces of a tool shown one after the other \[N\].
-    pub(crate) fn largest_step_n(&self) -> f32 {
+    #[must_use]
+    pub fn largest_step_n(&self) -> f32 {
         self.shaper.largest_step_n()
     }
 
     /// Returns the number of silences longer than the watchdog's time.
-    pub(crate) fn silences(&self) -> u64 {
+    #[must_use]
+    pub fn silences(&self) -> u64 {
         self.shaper.silences()
     }
 }

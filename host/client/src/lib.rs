@@ -76,5 +76,5 @@ pub use chaincell_kernel::{Flags, Scissors, ToolPose};
 pub use client::{Client, Outcome};
 pub use error::{Error, Kind, Result};
 pub use exchange::Exchange;
-pub use hearing::{Answer, Notes, ToolOutput};
+pub use hearing::{Answer, Hearing, Notes, ToolOutput};
 pub use options::{MS_MAX, Options, Role};
