@@ -193,7 +193,12 @@ fn put_forces(bytes: &mut Vec<u8>, forces: &ToolForces) {
         for word in [tool.number, tool.contacts, tool.flags] {
             bytes.extend(word.to_le_bytes());
         }
-        for number in tool.force_n.iter().chain(&tool.torque_n_m).chain([&tool.force_error_n]) {
+        for number in tool
+            .force_n
+            .iter()
+            .chain(&tool.torque_n_m)
+            .chain([&tool.force_error_n, &tool.torque_error_n_m])
+        {
             bytes.extend(number.to_le_bytes());
         }
     }
@@ -315,6 +320,7 @@ impl Reader<'_> {
                 force_n: self.floats()?,
                 torque_n_m: self.floats()?,
                 force_error_n: self.floats::<1>()?[0],
+                torque_error_n_m: self.floats::<1>()?[0],
             };
         }
         Some(forces)
@@ -362,6 +368,7 @@ mod tests {
                 torque_n_m: [0.5; 3],
                 flags: 8,
                 force_error_n: -1.0,
+                torque_error_n_m: 0.25,
             };
         }
         Message::Forces(Box::new(forces))

@@ -346,7 +346,8 @@ fn a_parted_node_has_the_stress_of_its_more_stressed_side() {
         ..BakeOptions::default()
     };
     let image = baked("box:9x5x4x0.005", &options);
-    let edge = ToolPart { orientation: [0.0, 0.0, 0.7071068, 0.7071068], ..ToolPart::edge(0.03) };
+    let half = core::f32::consts::FRAC_1_SQRT_2;
+    let edge = ToolPart { orientation: [0.0, 0.0, half, half], ..ToolPart::edge(0.03) };
     let contact = Contact::Tools { tools: vec![vec![edge]], friction: 0.0 };
     let mut engine = under(&image, contact, (Scheme::Predict, 4), 0.01).unwrap();
     let top_m = 0.01501;
