@@ -66,7 +66,7 @@ fn decks(found: &Value) {
     }
     for row in found["decks"]["beam"].as_array().unwrap() {
         let ratio = real(row, "/shapes_m") / real(row, "/expected_m");
-        assert!((0.8..1.2).contains(&ratio), "{row}");
+        assert!((0.6..1.02).contains(&ratio), "{row}");
     }
     let steps = found["decks"]["steps"].as_array().unwrap();
     assert!(steps.len() == 4 && steps.iter().all(|row| real(row, "/steps") >= 1.0), "{steps:?}");

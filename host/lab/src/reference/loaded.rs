@@ -71,7 +71,8 @@ impl<B: Elastic> Elastic for Loaded<'_, B> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Links, minimum};
+    use super::super::links::Links;
+    use super::super::minimum::minimum;
     use super::*;
 
     /// Two springs in a row along x, the far end drawn: its way is that of both, and the middle keeps its z.

@@ -28,7 +28,7 @@ const CYLINDER: usize = 9;
 /// Nodes across the bar.
 const BAR: usize = 3;
 /// Grids of the cantilever; the second is SOFA's own.
-const BEAMS: [[usize; 3]; 3] = [[3, 3, 15], [5, 5, 30], [7, 7, 45]];
+const BEAMS: [[usize; 3]; 2] = [[3, 3, 15], [5, 5, 30]];
 /// Cells of the generated organs.
 const ORGANS: [usize; 2] = [1000, 5000];
 /// Points of a curve.
@@ -43,7 +43,7 @@ const TEXT: [&str; 4] = [
      resists less than a neo-Hookean one in compression, more in tension. Links have a Poisson's ratio of 1/4 and are \
      not isotropic on a regular grid.",
     "The cantilever's expected sag is the beam's: Timoshenko's at 1/100 of its weight, the elastica's at all of it. \
-     The held end is stiffer than a beam's, by about half of its height in length. Linear tetrahedra are SOFA's element at small \
+     Linear tetrahedra are SOFA's element at small \
      displacements, by our own code.",
     "DJTLED is the explicit method that the first author of the paper published in 2021. Its cube was drawn by its own \
      program on its own mesh of linear tetrahedra, nearly incompressible and neo-Hookean; here the same mesh is drawn \
