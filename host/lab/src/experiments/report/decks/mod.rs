@@ -35,16 +35,15 @@ const ORGANS: [usize; 2] = [1000, 5000];
 const POINTS: usize = 60;
 
 const TEXT: [&str; 4] = [
-    "Dimensions, loads and expected values are those of the programs named; their code is neither built here nor \
-     copied. Bodies are in equilibrium, in double precision, on meshes of this program unless said otherwise; all \
-     have the band that a bake adds.",
+    "Dimensions, loads and expected values are those of the programs named; none of their code is in this \
+     one. Bodies are in equilibrium, in double precision, on meshes of this program unless said otherwise; nodal \
+     shapes have the band that a bake adds.",
     "A uniform state does not depend on the mesh: in traction the nodal shapes are the closed form of their own \
      material to 1e-7, and the difference is that of two materials. That of nodal shapes is linear in stretch and \
      resists less than a neo-Hookean one in compression, more in tension. Links have a Poisson's ratio of 1/4 and are \
      not isotropic on a regular grid.",
     "The cantilever's expected sag is the beam's: Timoshenko's at 1/100 of its weight, the elastica's at all of it. \
-     Linear tetrahedra are SOFA's element at small \
-     displacements, by our own code.",
+     Linear tetrahedra are SOFA's element at small displacements, by our own code.",
     "DJTLED is the explicit method that the first author of the paper published in 2021. Its cube was drawn by its own \
      program on its own mesh of linear tetrahedra, nearly incompressible and neo-Hookean; here the same mesh is drawn \
      with our material. A longest step is h / c, h the least height of a tetrahedron, c the speed of a pressure wave: \
