@@ -202,7 +202,7 @@ fn cube_table(rows: &[CubeRow]) -> (String, Table) {
 
 fn steps_table(rows: &[StepRow]) -> (String, Table) {
     let table = Table::of(rows)
-        .column("body", |row| &row.body)
+        .column("body", |row| row.body.clone())
         .column("cells", |row| row.cells)
         .column("least height [mm]", |row| format!("{:.2}", 1e3 * row.height_m))
         .column("pressure wave [m/s]", |row| format!("{:.1}", row.wave_m_per_s))

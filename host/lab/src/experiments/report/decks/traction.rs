@@ -82,7 +82,8 @@ impl Push {
         }
     }
 
-    /// A body's strains from a bar of another material, means over its upper end and over the nodes of its side at mid-height.
+    /// A body's strains, means over its upper end and over the nodes of its side at mid-height. The search begins at
+    /// the bar of another material.
     fn body(self, grid: &Grid, elements: Elements, start: Material, of: Moduli) -> Result<Drawn> {
         let start = self.bar(start)?;
         let mut load = grid.guided(matches!(self, Self::Stretch(_)));
