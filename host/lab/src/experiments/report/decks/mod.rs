@@ -131,18 +131,24 @@ fn of_deck<'r>(rows: &'r [TractionRow], name: &str) -> Vec<&'r TractionRow> {
     rows.iter().filter(|row| row.deck.contains(name)).collect()
 }
 
+/// A strain in percent, to a hundred-thousandth; `-` where there is none.
+fn strain(of: f64) -> String {
+    // The sum takes the sign from a zero.
+    if of.is_nan() { "-".to_owned() } else { format!("{:.3}", (1e5 * of).round() / 1e3 + 0.0) }
+}
+
 fn cylinder_table(rows: &[TractionRow]) -> (String, Table) {
     let rows = of_deck(rows, "cylinder");
     let cells = rows.first().map_or(0, |row| row.cells);
     let table = Table::of(rows)
         .column("Poisson's ratio", |row| row.poisson)
         .column("traction [E]", |row| format!("{:.3}", row.expected.stress))
-        .column("strain expected [%]", |row| percent(row.expected.along))
-        .column("nodal shapes [%]", |row| percent(row.shapes.along))
-        .column("links [%]", |row| percent(row.links.along))
-        .column("across expected [%]", |row| percent(row.expected.across))
-        .column("nodal shapes [%]", |row| percent(row.shapes.across))
-        .column("links [%]", |row| percent(row.links.across));
+        .column("strain expected [%]", |row| strain(row.expected.along))
+        .column("nodal shapes [%]", |row| strain(row.shapes.along))
+        .column("links [%]", |row| strain(row.links.along))
+        .column("across, expected [%]", |row| strain(row.expected.across))
+        .column("across, nodal shapes [%]", |row| strain(row.shapes.across))
+        .column("across, links [%]", |row| strain(row.links.across));
     let caption = format!(
         "SOFA's cylinder of linear elements in traction, 0.2 x 1 (LinearElasticity_test.cpp), {cells} cells: strains \
          along and across it; SOFA expects Hooke's at every load"
@@ -158,8 +164,8 @@ fn bar_table(rows: &[TractionRow]) -> (String, Table) {
         .column("force by area, neo-Hookean [E]", |row| format!("{:.4}", row.expected.stress))
         .column("nodal shapes [E]", |row| format!("{:.4}", row.shapes.stress))
         .column("off by [%]", |row| percent(row.shapes.stress / row.expected.stress - 1.0))
-        .column("across, neo-Hookean [%]", |row| percent(row.expected.across))
-        .column("nodal shapes [%]", |row| percent(row.shapes.across));
+        .column("across, neo-Hookean [%]", |row| strain(row.expected.across))
+        .column("across, nodal shapes [%]", |row| strain(row.shapes.across));
     let caption = format!(
         "SOFA's bar of NeoHookean, 1 x 1 x 2.7, 10 kPa, Poisson's ratio 0.45 \
          (TetrahedronHyperelasticityFEMForceField.scn), {cells} cells, drawn and pressed: beside the closed form"
