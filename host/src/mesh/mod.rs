@@ -95,7 +95,8 @@ pub struct Mesh {
 
 impl Mesh {
     /// Makes a body that is linked along the edges of its tetrahedra.
-    fn from_tetrahedra(
+    #[must_use]
+    pub fn from_tetrahedra(
         nodes_m: Vec<[f64; 3]>,
         tetrahedra: &[[u32; 4]],
         groups: BTreeMap<String, Vec<u32>>,

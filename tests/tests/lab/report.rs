@@ -49,6 +49,29 @@ fn hand(found: &Value) {
     }
 }
 
+/// Verification cases of others: each body is near what the deck expects.
+fn decks(found: &Value) {
+    let rows = found["decks"]["traction"].as_array().unwrap();
+    let small = |row: &&Value| real(row, "/expected/stress").abs() < 0.01;
+    assert_eq!(rows.iter().filter(small).count(), 3);
+    for row in rows {
+        for strain in ["along", "across"] {
+            let [shapes, closed] =
+                ["shapes", "closed"].map(|of| real(row, &format!("/{of}/{strain}")));
+            assert!((shapes - closed).abs() < 1e-7, "{row}");
+        }
+        // SOFA's own tolerance.
+        let off = real(row, "/shapes/along") - real(row, "/expected/along");
+        assert!(!small(&row) || off.abs() < 1e-4, "{row}");
+    }
+    for row in found["decks"]["beam"].as_array().unwrap() {
+        let ratio = real(row, "/shapes_m") / real(row, "/expected_m");
+        assert!((0.6..1.02).contains(&ratio), "{row}");
+    }
+    let steps = found["decks"]["steps"].as_array().unwrap();
+    assert!(steps.len() == 4 && steps.iter().all(|row| real(row, "/steps") >= 1.0), "{steps:?}");
+}
+
 #[test]
 fn a_quick_report_has_its_figures_and_files() {
     let place = files::scratch();
@@ -72,6 +95,7 @@ fn a_quick_report_has_its_figures_and_files() {
     let budget = found["budget"].as_array().unwrap();
     assert!(budget.len() == 5 && budget.iter().all(|row| real(row, "/p90") > 0.0), "{budget:?}");
     hand(&found);
+    decks(&found);
     // A ratio without a base is no number.
     finite(&found, "");
     let text = std::fs::read_to_string(out.join("report.html")).unwrap();
@@ -82,14 +106,27 @@ fn a_quick_report_has_its_figures_and_files() {
     let first = text.find("<h2>What a budget buys</h2>").unwrap();
     assert!(first < text.find("<h2>What a sweep buys</h2>").unwrap());
     assert!(text.contains("On this machine a millisecond"), "{text}");
-    for head in ["<h2>A hand that moves<", "left out as snaps [%]", "largest in snaps [%]"] {
+    for head in [
+        "<h2>Verification cases of others<",
+        "<h2>A hand that moves<",
+        "left out as snaps [%]",
+        "largest in snaps [%]",
+    ] {
         assert!(text.contains(head), "{head} in {text}");
     }
     for tool in ["<h2>What a sweep buys<", "<td>held cells, 10 mm in 300 ms", "<td>ball, 10 mm"] {
         assert!(text.contains(tool), "{tool} in {text}");
     }
     assert!(text.contains("Computed in ") && !text.contains(" 1 sweeps"), "{text}");
-    for name in ["hand.csv", "sweeps.csv", "hand_1.png", "hand_1.svg", "sweeps_1.png"] {
+    for name in [
+        "decks.csv",
+        "hand.csv",
+        "sweeps.csv",
+        "decks.png",
+        "hand_1.png",
+        "hand_1.svg",
+        "sweeps_1.png",
+    ] {
         assert!(std::fs::metadata(out.join(format!("report_{name}"))).unwrap().len() > 100);
     }
     let again = quick("report", &out).with(2);

@@ -97,7 +97,7 @@ impl<'a, E: Elastic> Descent<'a, E> {
             let length = self.length(&step.way);
             let trial = fields(&self.positions, 1.0, &step.way);
             let (energy, residual) = self.evaluate(&trial);
-            let quality = if step.decrease > ROUNDING * self.energy {
+            let quality = if step.decrease > ROUNDING * self.energy.abs() {
                 (self.energy - energy) / step.decrease
             } else if largest(&residual) < largest(&self.residual) {
                 1.0

@@ -9,19 +9,23 @@ mod elastic;
 #[cfg(test)]
 mod grouped;
 mod links;
+mod loaded;
 mod minimum;
 pub mod nodal;
 mod npz;
 pub mod profile;
 pub mod prony;
 mod stiffening;
+mod tetrahedra;
 mod trajectory;
 pub mod vectors;
 
 pub use elastic::{Elastic, Held};
 pub use links::Links;
+pub use loaded::Loaded;
 pub use minimum::{Minimum, minimum};
 pub use nodal::Nodal;
 pub use npz::Npz;
 pub use stiffening::Stiffening;
+pub use tetrahedra::Tetrahedra;
 pub use trajectory::trajectory;

@@ -8,6 +8,7 @@
 //! | What a budget buys | sweeps and error that the time of a tick leaves under the default press | `report_budget.csv` |
 //! | What a sweep buys | error of the force at few sweeps a tick against many, and time a tick, for held cells and a ball that moves, shapes and links | `report_sweeps.csv` |
 //! | A hand that moves | time a tick and error of the force for held cells under a hand's motions, every scheme of a list, two bodies | `report_hand.csv` |
+//! | Verification cases of others | SOFA's cylinder, bar and cantilever, and DJTLED's cube on its own mesh, beside nodal shapes and links; steps of an explicit method | `report_decks.csv`, `report_decks_beam.csv`, `report_decks_cube.csv`, `report_decks_steps.csv` |
 //!
 //! An error of the force is relative: to the largest force of the motion in the first section, to the
 //! exact force under a hand. Which ticks count under a hand, and which are left out because the body
@@ -15,6 +16,7 @@
 //! the CSV files the rows of the tables.
 
 mod budget;
+mod decks;
 pub mod embedded;
 mod hand;
 mod motions;
@@ -33,7 +35,7 @@ pub(crate) static PAGE: Page = Page {
     title: "Speed against error",
     intro: "Time of a tick and error of the force on this machine: one thread, numbers in f32. Compare \
             ratios within one report, not times of two.",
-    experiments: &[budget::section, sweeps::section, hand::section, others],
+    experiments: &[budget::section, sweeps::section, hand::section, decks::section, others],
 };
 
 /// Figures that other commands measure.

@@ -28,6 +28,22 @@ pub struct Law {
 }
 
 impl Law {
+    /// Returns the principal stresses, force by area at rest \[Pa\], at principal stretches above 0 in any order.
+    ///
+    /// # Errors
+    /// Moduli out of their range.
+    pub fn stress_pa(self, stretches: [f64; 3]) -> Result<[f64; 3]> {
+        let moduli = self.moduli()?;
+        let mut order = [0, 1, 2];
+        order.sort_by(|&a, &b| stretches[b].total_cmp(&stretches[a]));
+        let slope = moduli.response(order.map(|axis| stretches[axis])).slope;
+        let mut stress_pa = [0.0; 3];
+        for (place, axis) in order.into_iter().enumerate() {
+            stress_pa[axis] = slope[place];
+        }
+        Ok(stress_pa)
+    }
+
     /// # Errors
     /// Moduli out of their range.
     pub(super) fn moduli(self) -> Result<Moduli> {
