@@ -56,59 +56,55 @@ impl Sequence {
     /// Takes a published message.
     pub fn hear(&mut self, message: Message) -> Heard {
         let Some(position) = self.position else { return Heard::Missing };
-        match message.frame {
-            Frame::Records { first, newest, bytes } => {
-                let end = u64::from(first) + (bytes.len() / RECORD_BYTES) as u64;
-                if first > position.next {
-                    return Heard::Missing;
-                }
-                if end <= u64::from(position.next) {
-                    return Heard::Old;
-                }
-                match self.add(message.seal, first, newest, &bytes) {
-                    Some(frame) => Heard::Next(frame),
-                    None => Heard::Missing,
-                }
-            }
-            frame @ (Frame::Alive { newest } | Frame::End { newest, .. }) => {
-                match (Position { next: newest, seal: message.seal }) == position {
-                    true => Heard::Next(frame),
-                    false => Heard::Missing,
-                }
-            }
-            // Published by somebody else.
-            _ => Heard::Old,
+        let Message { seal, frame } = message;
+        if let Some(next) = stated(&frame) {
+            let is_here = Position { next, seal } == position;
+            return if is_here { Heard::Next(frame) } else { Heard::Missing };
         }
+        // Somebody else published another frame.
+        let Frame::Records { first, newest, bytes } = frame else { return Heard::Old };
+        let end = u64::from(first) + (bytes.len() / RECORD_BYTES) as u64;
+        if first <= position.next && end <= u64::from(position.next) {
+            return Heard::Old;
+        }
+        self.add(seal, first, newest, &bytes).map_or(Heard::Missing, Heard::Next)
     }
 
     /// Takes a frame of an answer, in the order in which it was sent; returns what comes next.
     pub fn answer(&mut self, frame: Frame) -> Vec<Frame> {
-        match (frame, self.position) {
-            // Before the first record all is held: an answer may break off.
-            (frame @ (Frame::Begun(_) | Frame::Model(_) | Frame::Start { .. }), None) => {
-                if let Frame::Begun(begun) = &frame {
-                    self.begun_seal = seal_of_begun(begun);
-                }
+        let Some(position) = self.position else { return self.begin(frame) };
+        match frame {
+            Frame::Records { first, newest, bytes } => {
+                self.add(position.seal, first, newest, &bytes).into_iter().collect()
+            }
+            Frame::Refused(_) => vec![frame],
+            _ if stated(&frame) == Some(position.next) => vec![frame],
+            // The session's beginning is there.
+            _ => Vec::new(),
+        }
+    }
+
+    /// Takes a frame of an answer before the first record: all is held, since the answer may break off.
+    fn begin(&mut self, frame: Frame) -> Vec<Frame> {
+        if let Frame::Begun(begun) = &frame {
+            self.begun_seal = seal_of_begun(begun);
+        }
+        match frame {
+            Frame::Begun(_) | Frame::Model(_) | Frame::Start { .. } => {
                 self.held.push(frame);
                 Vec::new()
             }
-            (frame @ (Frame::Records { .. } | Frame::Alive { .. } | Frame::End { .. }), None) => {
-                let Some(position) = self.start(&frame) else { return Vec::new() };
-                self.position = Some(position);
+            Frame::Records { .. } | Frame::Alive { .. } | Frame::End { .. } => {
+                self.position = self.start(&frame);
+                if self.position.is_none() {
+                    return Vec::new();
+                }
                 let mut frames = std::mem::take(&mut self.held);
                 frames.extend(self.answer(frame));
                 frames
             }
-            (Frame::Records { first, newest, bytes }, Some(position)) => {
-                let seal = position.seal;
-                self.add(seal, first, newest, &bytes).into_iter().collect()
-            }
-            (frame @ (Frame::Alive { newest } | Frame::End { newest, .. }), Some(position)) => {
-                Some(frame).filter(|_| newest == position.next).into_iter().collect()
-            }
-            (frame @ Frame::Refused(_), _) => vec![frame],
-            // The session's beginning is there.
-            (_, Some(_)) | (Frame::Ask(_), None) => Vec::new(),
+            Frame::Refused(_) => vec![frame],
+            Frame::Ask(_) => Vec::new(),
         }
     }
 
@@ -119,11 +115,10 @@ impl Sequence {
             return Some(Position { next: records, seal });
         }
         let next = match *first_frame {
-            Frame::Records { first, .. } => first,
-            Frame::Alive { newest } | Frame::End { newest, .. } => newest,
-            _ => return None,
+            Frame::Records { first, .. } => Some(first),
+            _ => stated(first_frame),
         };
-        Some(Position { next, seal: self.begun_seal }).filter(|_| has_begun)
+        next.filter(|_| has_begun).map(|next| Position { next, seal: self.begun_seal })
     }
 
     /// Adds records from `first` on, before which `seal` identifies the session, without those that are there.
@@ -145,6 +140,14 @@ impl Sequence {
         let next = position.next.checked_add(u32::try_from(fresh.len()).ok()?)?;
         self.position = Some(Position { next, seal: fresh.last().map_or(seal, seal_of) });
         Some(Frame::Records { first: position.next, newest, bytes: fresh.concat() })
+    }
+}
+
+/// The number of records that a frame states which has none of them.
+fn stated(frame: &Frame) -> Option<u32> {
+    match *frame {
+        Frame::Alive { newest } | Frame::End { newest, .. } => Some(newest),
+        _ => None,
     }
 }
 

@@ -72,7 +72,7 @@ impl Network {
             command.args(options).stdin(Stdio::null()).stdout(Stdio::piped()).spawn().unwrap();
         let out = BufReader::new(child.stdout.take().unwrap());
         let sender = Process { child };
-        let said: Vec<String> = out.lines().map_while(|line| line.ok()).take(1).collect();
+        let said: Vec<String> = out.lines().map_while(Result::ok).take(1).collect();
         assert_eq!(said, ["ready"]);
         sender
     }
@@ -92,7 +92,7 @@ impl Network {
         let asked = Arc::new(AtomicUsize::new(0));
         let count = Arc::clone(&asked);
         spawn(move || {
-            for line in err.lines().map_while(|line| line.ok()) {
+            for line in err.lines().map_while(Result::ok) {
                 count.fetch_add(usize::from(line.contains("asks for")), Ordering::SeqCst);
             }
         });
