@@ -104,7 +104,7 @@ impl Session {
 pub fn fake(records: u64) -> (TempDir, Vec<u8>) {
     let (_, mut recording) = plane();
     for tick in 0..records {
-        recording.add(&Record::of(tick, ToolPose::at([0.0; 3].into(), 0)));
+        recording.add(&Record::of(tick, ToolPose::at([0.0_f32; 3].into(), 0)));
     }
     let folder = tempfile::tempdir().unwrap();
     let trace = recording.bytes().to_vec();
