@@ -9,8 +9,7 @@ use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 use std::thread::{JoinHandle, sleep, spawn};
 use std::time::{Duration, Instant};
 
-use chaincell_host::engine::tissue::TissueEngine;
-use chaincell_host::error::{Error, Result};
+use chaincell_host::error::{self, Error};
 use chaincell_host::files::recording;
 use chaincell_host::files::recording::Step;
 use chaincell_host::remote::follow::{FollowReport, Follower as Tissue, Told, join};
@@ -26,7 +25,7 @@ const LONG: Duration = Duration::from_secs(180);
 const PROGRAM: &str = env!("CARGO_BIN_EXE_chaincell-link");
 
 /// What came of a follower.
-pub type Followed = std::result::Result<FollowReport, String>;
+pub type Followed = Result<FollowReport, String>;
 
 /// Waits until something is so. Returns false if it never is.
 pub fn until(what: &str, mut is_so: impl FnMut() -> bool) -> bool {
@@ -150,7 +149,7 @@ fn frames(mut out: ChildStdout) -> Vec<Frame> {
 /// A follower behind a receiver, in a thread.
 pub struct Follower {
     ticks: Arc<AtomicU64>,
-    thread: JoinHandle<Result<FollowReport>>,
+    thread: JoinHandle<error::Result<FollowReport>>,
 }
 
 impl Follower {
@@ -176,7 +175,7 @@ impl Follower {
 }
 
 /// `chaincell follow -- WORDS`, in this process.
-fn follow(words: Vec<String>, ticks: &AtomicU64) -> Result<FollowReport> {
+fn follow(words: Vec<String>, ticks: &AtomicU64) -> error::Result<FollowReport> {
     let label = Path::new("link");
     let mut intake = Intake::new(Box::new(Program::new(words)));
     let mut joined = join(&mut intake, None, now_ns() + LONG.as_secs() * SECOND_NS)?;
