@@ -108,7 +108,7 @@ fn execute_send(args: &SendArgs) -> Result<()> {
         config: args.config.clone(),
         is_open: args.open_to_network,
     };
-    send(&place, &Keys::new(&args.name)?, settings.sender()?)
+    send(&place, &Keys::new(&args.name)?, &settings.sender()?)
 }
 
 fn execute_receive(args: &ReceiveArgs) -> Result<()> {

@@ -15,6 +15,7 @@ use zenoh::{Config, Session, Wait};
 use crate::message::{Keys, Message, frame_of, to_bytes};
 use crate::page::is_up_to_date;
 use crate::sequence::{Heard, Sequence};
+use crate::settings;
 
 /// Messages that may wait for a reader, ten seconds of them; further ones are asked for later.
 const WAITING_MESSAGES: usize = 1024;
@@ -91,7 +92,7 @@ impl<'a, W: Write, G: Fn() -> bool> Intake<'a, W, G> {
     ) -> std::result::Result<Self, Stopped> {
         let mut is_told = false;
         let session = loop {
-            match zenoh::open(config.clone()).wait() {
+            match settings::open(config) {
                 Ok(session) => break session,
                 Err(why) if !is_told => log::info!("not connected: {why}"),
                 Err(_) => {}

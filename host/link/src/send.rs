@@ -18,7 +18,7 @@ use zenoh::query::Query;
 use zenoh::{Config, Session, Wait};
 
 use crate::message::{Keys, Message, frame_of, to_bytes};
-use crate::page;
+use crate::{page, settings};
 
 /// Most answers at a time; a receiver that gets none asks again.
 const ANSWERS_MAX: usize = 64;
@@ -29,9 +29,9 @@ const END_AGAIN: Duration = Duration::from_millis(100);
 ///
 /// # Errors
 /// A trace that cannot be read, or in which another session has begun; no place to listen; Ctrl-C.
-pub fn send(place: &Place, keys: &Keys, config: Config) -> Result<()> {
+pub fn send(place: &Place, keys: &Keys, config: &Config) -> Result<()> {
     let tail = Tail::open(&place.trace)?;
-    let session = zenoh::open(config).wait().map_err(Error::input)?;
+    let session = settings::open(config)?;
     answer_each(&session, place, keys)?;
     terminal::say("ready")?;
     publish(&session, place, keys, &tail)

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 use chaincell_host::error::{Error, Result};
 use serde_json::{Value, json};
-use zenoh::Config;
+use zenoh::{Config, Session, Wait};
 
 /// Endpoint of a sender, and of a receiver that is told no other one.
 pub const ENDPOINT: &str = "tcp/127.0.0.1:7447";
@@ -83,6 +83,24 @@ impl Settings {
         Config::from_json5(&all.to_string())
             .map_err(|why| Error::input(format!("zenoh's configuration: {why}")))
     }
+}
+
+/// Opens zenoh.
+///
+/// # Errors
+/// Endpoints that cannot be opened or reached, with their names.
+pub fn open(config: &Config) -> Result<Session> {
+    zenoh::open(config.clone()).wait().map_err(|why| {
+        let named = |key| config.get_json(key).unwrap_or_default();
+        // Its text names the line of its sources, which nobody here has.
+        let why = why.to_string();
+        let why = why.split(" at /").next().unwrap_or_default();
+        Error::input(format!(
+            "zenoh with listen {}, connect {}: {why}",
+            named("listen/endpoints"),
+            named("connect/endpoints")
+        ))
+    })
 }
 
 /// Reads a configuration.
