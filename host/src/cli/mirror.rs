@@ -50,20 +50,11 @@ pub struct Args {
     #[arg(long, requires = "listen")]
     open_to_network: bool,
     /// The place where a follower goes on after a cut; `follow` adds it to the words of its program
-    #[arg(long, value_name = "SEAL:RECORD", value_parser = goes_on)]
+    #[arg(long, value_name = "SEAL:RECORD", value_parser = Ask::goes_on_of)]
     goes_on: Option<(u32, u32)>,
     /// Checksum of the model that a follower has; `follow` adds it to the words of its program
-    #[arg(long, value_name = "CHECKSUM", value_parser = hex)]
+    #[arg(long, value_name = "CHECKSUM", value_parser = Ask::model_of)]
     has_model: Option<u32>,
-}
-
-fn hex(text: &str) -> std::result::Result<u32, String> {
-    u32::from_str_radix(text, 16).map_err(|why| why.to_string())
-}
-
-fn goes_on(text: &str) -> std::result::Result<(u32, u32), String> {
-    let (seal, record) = text.split_once(':').ok_or("it is SEAL:RECORD")?;
-    Ok((hex(seal)?, record.parse().map_err(|why| format!("{why}"))?))
 }
 
 pub fn execute(args: &Args) -> Result<()> {

@@ -11,12 +11,11 @@ use serde::Serialize;
 use super::frame::{Ask, Frame};
 use super::intake::{Come, Intake};
 use crate::bake::ImageBytes;
-use crate::checksum::CRC_32;
 use crate::engine::staged::Staged;
 use crate::engine::tissue::TissueEngine;
 use crate::engine::tools::Poses;
 use crate::error::{Error, Result};
-use crate::files::recording::{Player, Start, Step, Stop, seal_of};
+use crate::files::recording::{Player, Start, Step, Stop, seal_of, seal_of_begun};
 use crate::files::snapshot::SessionSnapshot;
 use crate::interrupt;
 use crate::session::ipc::payload::StateHeader;
@@ -230,7 +229,7 @@ impl<'a, 'm> Follower<'a, 'm> {
             show,
             newest: decoder.index(),
             decoder,
-            seal: joined.start.as_ref().map_or(CRC_32.checksum(&joined.begun), |begin| begin.seal),
+            seal: joined.start.as_ref().map_or(seal_of_begun(&joined.begun), |begin| begin.seal),
             last: Last { tick, ticks: 0, output: TickOutput::NONE, poses },
             is_catching_up: true,
             report: FollowReport::default(),

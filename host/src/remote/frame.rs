@@ -95,6 +95,23 @@ impl Ask {
         words.extend(self.model.map(|model| format!("--has-model={model:08x}")));
         words
     }
+
+    /// Reads the value of `--goes-on`.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    pub fn goes_on_of(text: &str) -> Result<(u32, u32), String> {
+        let (seal, record) = text.split_once(':').ok_or("it is SEAL:RECORD")?;
+        Ok((Self::model_of(seal)?, record.parse().map_err(|why| format!("{why}"))?))
+    }
+
+    /// Reads the value of `--has-model`.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    pub fn model_of(text: &str) -> Result<u32, String> {
+        u32::from_str_radix(text, 16).map_err(|why| why.to_string())
+    }
 }
 
 /// Writes what every stream begins with.
@@ -286,5 +303,10 @@ mod tests {
         let ask = Ask { goes_on: Some((0xab, 12)), model: Some(3) };
         assert_eq!(ask.words(), ["--goes-on=000000ab:12", "--has-model=00000003"]);
         assert!(Ask::default().words().is_empty());
+        assert_eq!(Ask::goes_on_of("000000ab:12"), Ok((0xab, 12)));
+        assert_eq!(Ask::model_of("00000003"), Ok(3));
+        for bad in ["ab", "x:1", "1:x", ""] {
+            assert!(Ask::goes_on_of(bad).is_err(), "{bad}");
+        }
     }
 }

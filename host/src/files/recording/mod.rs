@@ -28,7 +28,7 @@ use crate::input;
 pub use file::{TraceFile, check_idle};
 pub use play::{Played, Player, Start, Step, Stop, play, play_by, play_steps};
 pub use room::{check as check_room, taken};
-pub use tail::{Tail, seal_of};
+pub use tail::{Tail, seal_of, seal_of_begun};
 
 /// Largest trace that is read: more than a day at 1 kHz.
 const BYTES_MAX: u64 = 1 << 32;

@@ -184,7 +184,7 @@ impl Tail {
             None => {
                 let front = read_at(&self.file, 0, self.begun.len());
                 let front = front.map_err(|why| Error::file("read trace", &self.path, why))?;
-                Ok(CRC_32.checksum(&front))
+                Ok(seal_of_begun(&front))
             }
         }
     }
@@ -194,6 +194,13 @@ impl Tail {
 #[must_use]
 pub fn seal_of(record: &[u8; RECORD_BYTES]) -> u32 {
     record.last_chunk().map_or(0, |bytes| u32::from_le_bytes(*bytes))
+}
+
+/// Returns what identifies a session before its first record, from the bytes that its trace begins with: see
+/// [`Tail::seal`].
+#[must_use]
+pub fn seal_of_begun(begun: &[u8]) -> u32 {
+    CRC_32.checksum(begun)
 }
 
 /// Returns true if a record's writer has not stored its checksum.

@@ -1,0 +1,194 @@
+//! Configurations of zenoh that reach nothing but what they name.
+//!
+//! Discovery by multicast and gossip is off, a link that is silent for two seconds is closed and opened again. A
+//! file in zenoh's own format is laid over that: it may turn on discovery, name certificates, limit access.
+
+use std::net::IpAddr;
+use std::path::{Path, PathBuf};
+
+use chaincell_host::error::{Error, Result};
+use serde_json::{Value, json};
+use zenoh::{Config, Session, Wait};
+
+/// Endpoint of a sender, and of a receiver that is told no other one.
+pub const ENDPOINT: &str = "tcp/127.0.0.1:7447";
+/// Silence after which a link counts as cut \[ms\].
+const LEASE_MS: u32 = 2000;
+/// Longest wait for a connection, after which the next attempt begins \[ms\]. The system repeats a lost request
+/// later than that.
+const CONNECT_MS: u32 = 1000;
+/// First and largest pause between attempts of a link that was open \[ms\].
+const AGAIN_MS: [u32; 2] = [200, 1000];
+
+/// Endpoints and further settings of one side.
+#[derive(Debug, Clone, Default)]
+pub struct Settings {
+    /// Endpoints at which it listens.
+    pub listen: Vec<String>,
+    /// Endpoints to which it connects.
+    pub connect: Vec<String>,
+    /// A configuration of zenoh, whose values come before those of this module.
+    pub config: Option<PathBuf>,
+    /// True if it may listen at other addresses than those of this machine.
+    pub is_open: bool,
+}
+
+impl Settings {
+    /// The configuration of a sender: a peer that listens on this machine, or connects to a router.
+    ///
+    /// # Errors
+    /// An address that others reach; a file that cannot be read or is none.
+    pub fn sender(&self) -> Result<Config> {
+        for endpoint in &self.listen {
+            if !self.is_open && !is_loopback(endpoint) {
+                return Err(Error::input(format!(
+                    "--listen {endpoint}: anyone who reaches this address could read the session; take {ENDPOINT}, \
+                     and ssh to get there, or pass --open-to-network"
+                )));
+            }
+        }
+        let listen = if self.connect.is_empty() { vec![ENDPOINT] } else { vec![] };
+        self.over(json!({ "mode": "peer", "listen": { "endpoints": listen } }))
+    }
+
+    /// The configuration of a receiver: a client, which connects and never listens.
+    ///
+    /// # Errors
+    /// A file that cannot be read or is none.
+    pub fn receiver(&self) -> Result<Config> {
+        self.over(json!({
+            "mode": "client",
+            "listen": { "endpoints": [] },
+            "connect": { "endpoints": [ENDPOINT], "timeout_ms": CONNECT_MS, "exit_on_failure": true },
+        }))
+    }
+
+    /// Lays all that was told over the values of one side.
+    fn over(&self, side: Value) -> Result<Config> {
+        let [first_ms, most_ms] = AGAIN_MS;
+        let mut all = json!({
+            "connect": { "retry": { "period_init_ms": first_ms, "period_max_ms": most_ms } },
+            "scouting": { "multicast": { "enabled": false }, "gossip": { "enabled": false } },
+            "transport": { "link": { "tx": { "lease": LEASE_MS } } },
+        });
+        lay_over(&mut all, side);
+        if let Some(path) = &self.config {
+            lay_over(&mut all, read(path)?);
+        }
+        for (part, endpoints) in [("listen", &self.listen), ("connect", &self.connect)] {
+            if !endpoints.is_empty() {
+                lay_over(&mut all, json!({ part: { "endpoints": endpoints } }));
+            }
+        }
+        Config::from_json5(&all.to_string())
+            .map_err(|why| Error::input(format!("zenoh's configuration: {why}")))
+    }
+}
+
+/// Opens zenoh.
+///
+/// # Errors
+/// Endpoints that cannot be opened or reached, with their names.
+pub fn open(config: &Config) -> Result<Session> {
+    zenoh::open(config.clone()).wait().map_err(|why| {
+        let named = |key| config.get_json(key).unwrap_or_default();
+        // Its text names the line of its sources, which nobody here has.
+        let why = why.to_string();
+        let why = why.split(" at /").next().unwrap_or_default();
+        Error::input(format!(
+            "zenoh with listen {}, connect {}: {why}",
+            named("listen/endpoints"),
+            named("connect/endpoints")
+        ))
+    })
+}
+
+/// Reads a configuration.
+fn read(path: &Path) -> Result<Value> {
+    let text = std::fs::read_to_string(path).map_err(|why| Error::file("read", path, why))?;
+    json5::from_str(&text).map_err(|why| Error::file("read", path, why))
+}
+
+/// Lays one value over another: of objects each field, of all else the whole.
+fn lay_over(under: &mut Value, over: Value) {
+    match (under, over) {
+        (Value::Object(under), Value::Object(over)) => {
+            for (name, value) in over {
+                lay_over(under.entry(name).or_insert(Value::Null), value);
+            }
+        }
+        (under, over) => *under = over,
+    }
+}
+
+/// Returns true for an endpoint that only this machine reaches, as `tcp/127.0.0.1:7447`.
+fn is_loopback(endpoint: &str) -> bool {
+    let address = endpoint.split_once('/').map_or("", |(_, address)| address);
+    let address = address.split(['?', '#']).next().unwrap_or_default();
+    let host = address.rsplit_once(':').map_or("", |(host, _)| host);
+    let host = host.trim_start_matches('[').trim_end_matches(']');
+    host == "localhost" || host.parse::<IpAddr>().is_ok_and(|ip| ip.is_loopback())
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a failing helper fails its test")]
+
+    use super::*;
+
+    fn listening(endpoint: &str) -> Settings {
+        Settings { listen: vec![endpoint.into()], ..Settings::default() }
+    }
+
+    #[test]
+    fn nothing_but_this_machine_is_reached_unless_told() {
+        for near in
+            ["tcp/127.0.0.1:0", "tcp/[::1]:7447", "tcp/localhost:1", "tcp/127.0.0.1:1#iface=lo"]
+        {
+            assert!(listening(near).sender().is_ok(), "{near}");
+        }
+        for far in [
+            "tcp/0.0.0.0:7447",
+            "tcp/[::]:0",
+            "tcp/theatre:7447",
+            "tcp/10.0.0.1:7447",
+            "tcp",
+            "udp/:1",
+        ] {
+            let why = listening(far).sender().unwrap_err().to_string();
+            assert!(why.contains("--open-to-network"), "{far}: {why}");
+        }
+        assert!(Settings { is_open: true, ..listening("tcp/0.0.0.0:7447") }.sender().is_ok());
+        for config in [Settings::default().sender(), Settings::default().receiver()] {
+            let config = config.unwrap();
+            for discovery in ["scouting/multicast/enabled", "scouting/gossip/enabled"] {
+                assert_eq!(config.get_json(discovery).unwrap(), "false");
+            }
+            assert_eq!(config.get_json("transport/link/tx/lease").unwrap(), "2000");
+        }
+        let receiver = Settings::default().receiver().unwrap();
+        assert_eq!(receiver.get_json("listen/endpoints").unwrap(), "[]");
+        assert_eq!(receiver.get_json("mode").unwrap(), "\"client\"");
+    }
+
+    #[test]
+    fn a_file_is_laid_over_and_options_over_that() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("link.json5");
+        let text = "{ scouting: { multicast: { enabled: true } }, // told
+            connect: { endpoints: ['tcp/10.0.0.1:7447'] } }";
+        std::fs::write(&path, text).unwrap();
+        let told = Settings { config: Some(path.clone()), ..Settings::default() };
+        let config = told.receiver().unwrap();
+        assert_eq!(config.get_json("scouting/multicast/enabled").unwrap(), "true");
+        assert_eq!(config.get_json("scouting/gossip/enabled").unwrap(), "false");
+        assert!(config.get_json("connect/endpoints").unwrap().contains("10.0.0.1"));
+        let told = Settings { connect: vec!["tcp/10.0.0.2:1".into()], ..told };
+        let endpoints = told.receiver().unwrap().get_json("connect/endpoints").unwrap();
+        assert!(endpoints.contains("10.0.0.2") && !endpoints.contains("10.0.0.1"), "{endpoints}");
+        for bad in ["{", "{ mood: 'peer' }"] {
+            std::fs::write(&path, bad).unwrap();
+            assert!(told.receiver().is_err(), "{bad}");
+        }
+    }
+}
