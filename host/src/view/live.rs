@@ -270,8 +270,7 @@ mod tests {
 
     #[test]
     fn a_frame_holds_the_state_in_the_order_of_the_cells() {
-        let subject = subject();
-        let header = header();
+        let (subject, header) = (subject(), header());
         let nodes = [10, 20, 30].map(|node| NodePosition { node, position_m: [node as f32; 3] });
         let mut poses = ToolPoses { tick: 1 << 40, tools: 1, ..ToolPoses::default() };
         poses.each[0] = OneToolPose {
@@ -296,7 +295,7 @@ mod tests {
             torque_n_m: [4.0, 5.0, 6.0],
             flags: 16,
             force_error_n: 0.03,
-            torque_error_n_m: 0.003,
+            ..OneToolForce::default()
         };
         let point = Point { tick: 9, force_n: [1.5; 3], force_error_n: 0.75, position_m: [2.5; 3] };
         let contact = Contact {

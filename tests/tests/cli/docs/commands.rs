@@ -72,7 +72,9 @@ impl Known {
             return (command.bytes().all(|b| b.is_ascii_lowercase()))
                 .then(|| format!("chaincell has no command {command}"));
         };
-        let rest = rest.join(" ");
+        // Behind `--` is another program.
+        let own = rest.iter().position(|word| *word == "--").unwrap_or(rest.len());
+        let rest = rest[..own].join(" ");
         let mut named = options(&rest);
         named
             .find(|option| !known.contains(*option))
