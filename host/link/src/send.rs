@@ -18,7 +18,8 @@ use zenoh::query::Query;
 use zenoh::{Config, Session, Wait};
 
 use crate::message::{Keys, Message, frame_of, to_bytes};
-use crate::{page, settings};
+use crate::page;
+use crate::settings;
 
 /// Most answers at a time; a receiver that gets none asks again.
 const ANSWERS_MAX: usize = 64;
