@@ -43,10 +43,10 @@ const SNAPSHOTS: &[(&str, Tier, usize, u32)] = &[
     ("tissue6_track", Tier::F32, 33100, 0x13223999),
     ("varied300_track", Tier::F32, 22364, 0xe1cd8f3e),
     ("varied300_track", Tier::Fixed, 21404, 0x869f4844),
-    ("touch6_predict", Tier::F32, 55904, 0xcdaa9428),
-    ("touch6_tools", Tier::F32, 50168, 0x331f77d6),
-    ("relax6_track", Tier::F32, 59392, 0x28c186f1),
-    ("blade5_track", Tier::F32, 51248, 0x23a84f45),
+    ("touch6_predict", Tier::F32, 55908, 0x57ceee4c),
+    ("touch6_tools", Tier::F32, 50176, 0xdf414f6b),
+    ("relax6_track", Tier::F32, 59396, 0x0026f8c5),
+    ("blade5_track", Tier::F32, 51252, 0x4c351ef4),
 ];
 
 // REQ-BIT-09
