@@ -9,7 +9,7 @@ const PAGE_BYTES = 65536;
 export const TRIANGLES = 1024;
 export const SAMPLES = 2048;
 /** Bytes of the interface's structs; `model` is CHAINCELL_MODEL_BYTES. */
-export const BYTES = { model: 656, detail: 20, info: 64, settings: 32, room: 24, budget: 12, pose: 32, output: 56, part: 44, contact: 56, stress: 44 };
+export const BYTES = { model: 656, detail: 20, info: 64, settings: 32, room: 24, budget: 16, pose: 32, output: 60, part: 44, contact: 56, stress: 44 };
 /** Most parts of a tool. */
 const PARTS_MAX = 8;
 /** Most sweeps that a tick may be asked for. */
