@@ -17,6 +17,7 @@ use chaincell_client::{Flags, ToolPose};
 
 use crate::datagram::{AgedPose, Fault, Head, LastPoses, Message, Nonce, open, seal};
 use crate::key::Key;
+use crate::side::Side;
 use crate::trips::Trips;
 
 /// Longest round trip, up to the p99.9: six ticks at 1 kHz \[ns\].
@@ -101,15 +102,8 @@ struct Waiting {
 #[derive(Debug)]
 struct Session {
     address: SocketAddr,
-    hand: Nonce,
-    agent: Nonce,
+    side: Side,
     phase: Phase,
-    /// Number of the newest datagram of the hand, and of the last one to it.
-    newest: u64,
-    sequence: u64,
-    /// Send time in the newest datagram, and its arrival \[ns\].
-    stamp_ns: u64,
-    heard_ns: u64,
     trips: Trips,
     /// Last round trip without the tissue, and last time of the tissue \[ns\].
     link_ns: u64,
@@ -173,15 +167,15 @@ impl Agent {
             self.begin(&head, from, now_ns);
         }
         let is_of = |session: &&mut Session| {
-            (session.address, session.hand, session.agent) == (from, head.hand, head.agent)
+            (session.address, session.side.hand, session.side.agent)
+                == (from, head.hand, head.agent)
         };
         let Some(session) = self.session.as_mut().filter(is_of) else {
             return self.drop_as(|counts| &mut counts.foreign);
         };
-        if head.sequence <= session.newest {
+        if !session.hear(&head, now_ns) {
             return self.drop_as(|counts| &mut counts.old);
         }
-        session.hear(&head, now_ns);
         let before = session.phase;
         session.judge();
         if session.phase != before {
@@ -221,8 +215,8 @@ impl Agent {
         let session = self.session.as_ref().filter(|_| self.is_held(now_ns));
         let (said, agent) = match session {
             None => (Message::Challenge, self.challenge),
-            Some(session) if (session.address, session.hand) == (from, head.hand) => {
-                (Message::Challenge, session.agent)
+            Some(session) if (session.address, session.side.hand) == (from, head.hand) => {
+                (Message::Challenge, session.side.agent)
             }
             Some(_) => (Message::Occupied, NOBODY),
         };
@@ -242,15 +236,11 @@ impl Agent {
     }
 
     fn begin(&mut self, head: &Head, address: SocketAddr, now_ns: u64) {
+        let agent = std::mem::replace(&mut self.challenge, (self.fresh)());
         self.session = Some(Session {
             address,
-            hand: head.hand,
-            agent: std::mem::replace(&mut self.challenge, (self.fresh)()),
+            side: Side::new(head.hand, agent, now_ns),
             phase: Phase::Measuring,
-            newest: 0,
-            sequence: 0,
-            stamp_ns: head.stamp_ns,
-            heard_ns: now_ns,
             trips: Trips::new(self.limit_ns),
             link_ns: 0,
             answering_ns: 0,
@@ -343,18 +333,19 @@ impl Agent {
 }
 
 impl Session {
-    /// Takes the head of a datagram, and the round trip in it.
-    fn hear(&mut self, head: &Head, now_ns: u64) {
-        (self.newest, self.stamp_ns, self.heard_ns) = (head.sequence, head.stamp_ns, now_ns);
-        if head.echo_ns != 0 {
+    /// Takes the head of a datagram, and the round trip in it; returns false for one that is old.
+    fn hear(&mut self, head: &Head, now_ns: u64) -> bool {
+        let is_new = self.side.hear(head, now_ns);
+        if is_new && head.echo_ns != 0 {
             let away_ns = now_ns.saturating_sub(head.echo_ns);
             self.link_ns = away_ns.saturating_sub(head.hold_ns);
             self.trips.push(self.link_ns.saturating_add(self.answering_ns));
         }
+        is_new
     }
 
     fn is_silent(&self, now_ns: u64) -> bool {
-        now_ns.saturating_sub(self.heard_ns) >= FREE_NS
+        now_ns.saturating_sub(self.side.heard_ns) >= FREE_NS
     }
 
     fn judge(&mut self) {
@@ -392,15 +383,6 @@ impl Session {
     }
 
     fn seal(&mut self, key: &Key, message: &Message, now_ns: u64) -> Vec<u8> {
-        self.sequence += 1;
-        let head = Head {
-            hand: self.hand,
-            agent: self.agent,
-            sequence: self.sequence,
-            stamp_ns: now_ns,
-            echo_ns: self.stamp_ns,
-            hold_ns: now_ns.saturating_sub(self.heard_ns),
-        };
-        seal(key, &head, message)
+        seal(key, &self.side.head(now_ns), message)
     }
 }

@@ -4,8 +4,9 @@ use chaincell_client::tools::TOOLS_MAX;
 use chaincell_client::{Answer, Error, Hearing, Kind, Result, ToolPose};
 
 use crate::agent::LATE_NS;
-use crate::datagram::{AgedPose, Fault, Head, LastPoses, Message, Nonce, POSES_MAX, open, seal};
+use crate::datagram::{AgedPose, Fault, LastPoses, Message, Nonce, POSES_MAX, open, seal};
 use crate::key::Key;
+use crate::side::Side;
 
 /// Stage of a session.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -53,16 +54,9 @@ pub struct Dropped {
 #[derive(Debug)]
 pub struct Controller {
     key: Key,
-    hand: Nonce,
-    /// The agent's number, zero before it is known.
-    agent: Nonce,
+    /// The agent's number is zero before it is known.
+    side: Side,
     state: State,
-    /// Number of the last datagram to the agent, and of the newest of it.
-    sequence: u64,
-    newest: u64,
-    /// Send time and arrival of the newest datagram of the agent \[ns\].
-    echo_ns: u64,
-    heard_ns: u64,
     /// The last poses, the newest first; the age is the time at which each was sent.
     number: u64,
     recent: [AgedPose; POSES_MAX],
@@ -78,13 +72,8 @@ impl Controller {
     pub fn new(key: Key, hand: Nonce, watchdog_ms: u32, ramp_ms: u32, now_ns: u64) -> Self {
         Self {
             key,
-            hand,
-            agent: Nonce::default(),
+            side: Side::new(hand, Nonce::default(), now_ns),
             state: State::Greeting,
-            sequence: 0,
-            newest: 0,
-            echo_ns: 0,
-            heard_ns: now_ns,
             number: 0,
             recent: [AgedPose::AWAY; POSES_MAX],
             hearing: Hearing::new(watchdog_ms, ramp_ms, now_ns),
@@ -96,14 +85,14 @@ impl Controller {
 
     /// Returns the datagram of a hand that sends no pose.
     pub fn hello(&mut self, now_ns: u64) -> Vec<u8> {
-        let agent = self.agent;
+        let agent = self.side.agent;
         // The number may be of an agent that is gone: every second time it is asked for again.
         let is_greeting = matches!(self.state, State::Greeting | State::Occupied);
-        if is_greeting && self.sequence % 2 == 1 {
-            self.agent = Nonce::default();
+        if is_greeting && self.side.sequence % 2 == 1 {
+            self.side.agent = Nonce::default();
         }
         let bytes = self.seal(&Message::Hello, now_ns);
-        self.agent = agent;
+        self.side.agent = agent;
         bytes
     }
 
@@ -147,27 +136,28 @@ impl Controller {
             Err(Fault::Forged) => return self.drop_as(|dropped| &mut dropped.forged),
             Err(Fault::Foreign) => return self.drop_as(|dropped| &mut dropped.foreign),
         };
-        if message.is_of_hand() || head.hand != self.hand {
+        if message.is_of_hand() || head.hand != self.side.hand {
             return self.drop_as(|dropped| &mut dropped.foreign);
         }
         // Before the session the agent knows nothing of this hand.
         match message {
             Message::Challenge | Message::Occupied => {
                 if matches!(self.state, State::Greeting | State::Occupied) {
-                    self.agent = head.agent;
+                    self.side.agent = head.agent;
                     if message == Message::Occupied {
                         self.state = State::Occupied;
                     }
                 }
                 return Came::Word;
             }
-            _ if head.agent != self.agent || self.agent == Nonce::default() => {
+            _ if head.agent != self.side.agent || self.side.agent == Nonce::default() => {
                 return self.drop_as(|dropped| &mut dropped.foreign);
             }
-            _ if head.sequence <= self.newest => return self.drop_as(|dropped| &mut dropped.old),
+            _ if !self.side.hear(&head, now_ns) => {
+                return self.drop_as(|dropped| &mut dropped.old);
+            }
             _ => {}
         }
-        (self.newest, self.echo_ns, self.heard_ns) = (head.sequence, head.stamp_ns, now_ns);
         match message {
             Message::Measuring => self.state = State::Measuring,
             Message::Open => self.state = State::Open,
@@ -208,7 +198,7 @@ impl Controller {
     /// Returns the arrival of the newest datagram of the agent, that of the start before the first \[ns\].
     #[must_use]
     pub fn heard_ns(&self) -> u64 {
-        self.heard_ns
+        self.side.heard_ns
     }
 
     /// Returns the number of silences of the watchdog's length.
@@ -224,16 +214,7 @@ impl Controller {
     }
 
     fn seal(&mut self, message: &Message, now_ns: u64) -> Vec<u8> {
-        self.sequence += 1;
-        let head = Head {
-            hand: self.hand,
-            agent: self.agent,
-            sequence: self.sequence,
-            stamp_ns: now_ns,
-            echo_ns: self.echo_ns,
-            hold_ns: if self.echo_ns == 0 { 0 } else { now_ns.saturating_sub(self.heard_ns) },
-        };
-        seal(&self.key, &head, message)
+        seal(&self.key, &self.side.head(now_ns), message)
     }
 }
 

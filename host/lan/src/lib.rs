@@ -18,6 +18,7 @@
 pub mod datagram;
 pub mod key;
 
+mod side;
 pub mod trips;
 
 pub mod agent;
