@@ -249,7 +249,7 @@ impl Args {
         let mut after =
             |pose: &Pose, of_tools: &Poses, output: &TickOutput, tissue: &mut Staged<'_>| {
                 executed.push(*pose);
-                let over = watch.as_mut().and_then(|of| of.after(pose.tick, tissue.engine_mut()));
+                let over = watch.as_mut().and_then(|of| of.after(pose.tick, tissue));
                 if let Some(warning) = over {
                     follower.note(warning);
                 }

@@ -1,10 +1,11 @@
 //! The limit of the stress that `run` and `serve` watch.
 
-use chaincell_client::stress::NodeStress;
 use serde::{Deserialize, Serialize};
 
 use crate::engine::Engine;
 use crate::engine::stress_limit::{StressLimit, StressReport};
+use crate::engine::stress_rows::StressRows;
+use crate::engine::tissue::TissueEngine;
 use crate::error::{Error, Result};
 use crate::terminal;
 use crate::words::counted;
@@ -13,7 +14,8 @@ use crate::words::counted;
 #[derive(Debug, Clone, Default, Serialize, Deserialize, clap::Args)]
 pub struct StressArgs {
     /// Warn once a node's stress after von Mises is above this, and count all such nodes [Pa]. `run` looks at all
-    /// after every tick, `serve` at some between two ticks and at all at its end; of a node that is cut the side with more counts
+    /// after every tick, `serve` at some between two ticks and at all at its end; of a node that is cut the side
+    /// with more counts
     #[arg(long, value_name = "PA", allow_negative_numbers = true)]
     stress_limit_pa: Option<f32>,
 }
@@ -37,24 +39,19 @@ impl StressArgs {
 /// Watches the limit at every node after every tick.
 pub struct StressWatch {
     limit: StressLimit,
-    rows: Vec<NodeStress>,
-    means_pa: Vec<f32>,
+    rows: StressRows,
 }
 
 impl StressWatch {
     /// A watch over the body of an engine.
     pub fn new(limit: StressLimit, engine: &Engine<'_>) -> Self {
-        let rows = vec![NodeStress::default(); engine.node_count()];
-        let means_pa = vec![f32::NAN; engine.network().model().cells()];
-        Self { limit, rows, means_pa }
+        Self { limit, rows: StressRows::new(engine.node_count(), engine.network().model().cells()) }
     }
 
     /// Computes and judges the stresses after a tick, and returns the warning for the first node above the limit.
-    pub fn after(&mut self, tick: u64, engine: &mut Engine<'_>) -> Option<String> {
-        self.means_pa.fill(f32::NAN);
-        engine.read_stresses(0, &mut self.rows, &mut self.means_pa);
-        engine.add_copies(0, usize::MAX, &mut self.rows, &mut self.means_pa);
-        self.limit.take(&self.rows, tick)
+    pub fn after(&mut self, tick: u64, engine: &mut dyn TissueEngine) -> Option<String> {
+        self.rows.read_all(engine);
+        self.limit.take(self.rows.rows(), tick)
     }
 
     /// The report so far.

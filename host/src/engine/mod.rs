@@ -21,6 +21,7 @@ pub mod snapshot;
 pub mod staged;
 mod stress;
 pub mod stress_limit;
+pub mod stress_rows;
 pub mod threads;
 pub mod tissue;
 pub mod tools;

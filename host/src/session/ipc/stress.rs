@@ -4,6 +4,7 @@
 pub use chaincell_client::stress::{NodeStress, StressHeader, StressReader};
 
 use crate::engine::stress_limit::StressLimit;
+use crate::engine::stress_rows::StressRows;
 use crate::engine::tissue::TissueEngine;
 use crate::error::Result;
 use crate::session::ipc::services::SceneServices;
@@ -21,8 +22,7 @@ pub(crate) struct StressPublisher {
     pub feed: Feed<NodeStress>,
     /// Watched in every pass, and then also without a reader.
     pub limit: Option<StressLimit>,
-    rows: Vec<NodeStress>,
-    means_pa: Vec<f32>,
+    rows: StressRows,
     pass: Pass,
     stepped_ns: u64,
 }
@@ -30,8 +30,6 @@ pub(crate) struct StressPublisher {
 /// A pass over the body.
 #[derive(Debug, Default)]
 struct Pass {
-    /// The node that comes next.
-    next: usize,
     first_tick: u64,
     /// Time spent on it \[ns\].
     work_ns: u64,
@@ -49,10 +47,10 @@ impl StressPublisher {
         hz: u32,
     ) -> Result<Self> {
         let feed = Feed::open(scene, nodes, hz)?;
-        let (rows, means_pa) = (vec![NodeStress::default(); nodes], vec![f32::NAN; cells]);
+        let rows = StressRows::new(nodes, cells);
         // A body that goes on from a snapshot is looked at although nothing has changed.
         let pass = Pass { is_old: true, ..Pass::default() };
-        Ok(Self { feed, limit: None, rows, means_pa, pass, stepped_ns: 0 })
+        Ok(Self { feed, limit: None, rows, pass, stepped_ns: 0 })
     }
 
     /// Notes that the body has changed.
@@ -63,7 +61,7 @@ impl StressPublisher {
 
     /// Returns true within a pass.
     pub(crate) fn is_in_pass(&self) -> bool {
-        self.pass.next > 0
+        self.rows.is_in_pass()
     }
 
     /// Looks at the whole body once more, if a limit is watched: the session has ended. Returns as [`Self::step`].
@@ -73,10 +71,8 @@ impl StressPublisher {
         engine: &mut dyn TissueEngine,
     ) -> Option<String> {
         let limit = self.limit.as_mut()?;
-        self.means_pa.fill(f32::NAN);
-        engine.read_stresses(0, &mut self.rows, &mut self.means_pa);
-        engine.add_copies(0, usize::MAX, &mut self.rows, &mut self.means_pa);
-        limit.take(&self.rows, header.tick)
+        self.rows.read_all(engine);
+        limit.take(self.rows.rows(), header.tick)
     }
 
     /// Computes the next nodes, if somebody reads or a limit is watched, and sends the body behind the last of them.
@@ -93,50 +89,33 @@ impl StressPublisher {
             return None;
         }
         self.stepped_ns = start_ns;
-        let (Self { feed, limit, rows, means_pa, pass, .. }, tick) = (self, header.tick);
+        let (Self { feed, limit, rows, pass, .. }, tick) = (self, header.tick);
         // Begin a pass.
-        if pass.next == 0 {
+        if !rows.is_in_pass() {
             let is_read = feed.is_due(start_ns, true);
             let is_watched = limit.is_some() && pass.is_old;
             if !is_read && !is_watched {
                 return None;
             }
-            means_pa.fill(f32::NAN);
             *pass = Pass { first_tick: tick, is_read, ..Pass::default() };
         }
-        // Compute the next nodes, and behind them the copies of split ones.
-        let first = pass.next;
-        if first < rows.len() {
-            pass.next = (first + STEP_NODES).min(rows.len());
-            let some = rows.get_mut(first..pass.next)?;
-            if !engine.read_stresses(first, some, means_pa) {
-                pass.next = 0;
-                return None;
-            }
-        }
-        let mut is_last = false;
-        if let Some(copy) = pass.next.checked_sub(rows.len()) {
-            let most = first + STEP_NODES - pass.next;
-            let looked = engine.add_copies(copy, most, rows, means_pa);
-            pass.next += looked;
-            is_last = looked < most;
-        }
+        // Compute the next nodes.
+        let is_last = rows.step(STEP_NODES, engine)?;
         pass.work_ns += now_ns() - start_ns;
+        if !is_last {
+            return None;
+        }
         // End the pass.
-        let mut warning = None;
-        if is_last {
-            pass.next = 0;
-            warning = limit.as_mut().and_then(|limit| limit.take(rows, tick));
-            if pass.is_read {
-                let (first_tick, work_ns) = (pass.first_tick, pass.work_ns);
-                let nodes = u32::try_from(rows.len()).unwrap_or(u32::MAX);
-                let header = StressHeader { first_tick, nodes, ..header };
-                feed.send(now_ns().saturating_sub(work_ns), header, (rows.len(), |at| rows[at]));
-                if pass.is_old {
-                    feed.changed();
-                }
+        let rows = rows.rows();
+        if pass.is_read {
+            let (first_tick, work_ns) = (pass.first_tick, pass.work_ns);
+            let nodes = u32::try_from(rows.len()).unwrap_or(u32::MAX);
+            let header = StressHeader { first_tick, nodes, ..header };
+            feed.send(now_ns().saturating_sub(work_ns), header, (rows.len(), |at| rows[at]));
+            if pass.is_old {
+                feed.changed();
             }
         }
-        warning
+        limit.as_mut().and_then(|limit| limit.take(rows, tick))
     }
 }
