@@ -4,7 +4,7 @@ use chaincell_client::contacts::Contact;
 use numpy::{IntoPyArray, PyArray1, PyArray2};
 use pyo3::prelude::*;
 
-use crate::model::rows;
+use crate::model::{column, rows};
 
 /// What tools touched in a tick, a row for each triangle and part of a tool. Arrays are copies.
 ///
@@ -20,10 +20,6 @@ pub(crate) struct Contacts {
 }
 
 impl Contacts {
-    fn numbers<'py>(&self, py: Python<'py>, of: fn(&Contact) -> u32) -> Bound<'py, PyArray1<u32>> {
-        self.contacts.iter().map(of).collect::<Vec<u32>>().into_pyarray(py)
-    }
-
     fn vectors<'py>(
         &self,
         py: Python<'py>,
@@ -42,19 +38,19 @@ impl Contacts {
     /// Number of the tool, uint32 (contacts,).
     #[getter]
     fn tools<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<u32>> {
-        self.numbers(py, |of| of.tool)
+        column(py, &self.contacts, |of| of.tool)
     }
 
     /// Number of its part, uint32 (contacts,).
     #[getter]
     fn parts<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<u32>> {
-        self.numbers(py, |of| of.part)
+        column(py, &self.contacts, |of| of.part)
     }
 
     /// Id of the triangle's corner that takes the largest share, uint32 (contacts,).
     #[getter]
     fn node_ids<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<u32>> {
-        self.numbers(py, |of| of.node)
+        column(py, &self.contacts, |of| of.node)
     }
 
     /// Position at which the force acts [m], float32 (contacts, 3).
@@ -78,7 +74,7 @@ impl Contacts {
     /// Area of the triangle at rest, as far as it is in contact [m2], float32 (contacts,).
     #[getter]
     fn area_m2<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f32>> {
-        self.contacts.iter().map(|of| of.area_m2).collect::<Vec<f32>>().into_pyarray(py)
+        column(py, &self.contacts, |of| of.area_m2)
     }
 
     fn __repr__(&self) -> String {

@@ -322,3 +322,12 @@ pub(crate) fn rows<T: Copy + Default, const N: usize>(rows: Vec<[T; N]>) -> Arra
     let shape = (rows.len(), N);
     Array2::from_shape_vec(shape, rows.into_flattened()).unwrap_or_default()
 }
+
+/// A number of each row, as an array.
+pub(crate) fn column<'py, R, T: numpy::Element>(
+    py: Python<'py>,
+    rows: &[R],
+    of: impl Fn(&R) -> T,
+) -> Bound<'py, PyArray1<T>> {
+    rows.iter().map(of).collect::<Vec<T>>().into_pyarray(py)
+}

@@ -8,7 +8,7 @@ use pyo3::types::PyDict;
 use crate::arrays;
 use crate::errors::Class;
 use crate::given::offline;
-use crate::model::{Model, rows};
+use crate::model::{Model, column, rows};
 use crate::numbers::{object, text};
 use crate::output::Output;
 use crate::poses::Tick;
@@ -61,14 +61,6 @@ impl Run {
         let array = Array3::from_shape_vec(shape, each.into_flattened()).unwrap_or_default();
         array.into_pyarray(py).into_any()
     }
-
-    fn column<'py, T: numpy::Element>(
-        &self,
-        py: Python<'py>,
-        of: fn(&Output) -> T,
-    ) -> Bound<'py, PyArray1<T>> {
-        self.ticks.iter().map(of).collect::<Vec<T>>().into_pyarray(py)
-    }
 }
 
 #[pymethods]
@@ -92,31 +84,31 @@ impl Run {
     /// Certified upper bounds of the elastic energy [J], float32 (ticks,).
     #[getter]
     fn energy_j<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f32>> {
-        self.column(py, |of| of.of.energy_j)
+        column(py, &self.ticks, |of| of.of.energy_j)
     }
 
     /// Work of the tool's motion on the tissue in each tick [J], float32 (ticks,).
     #[getter]
     fn work_j<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f32>> {
-        self.column(py, |of| of.of.work_j)
+        column(py, &self.ticks, |of| of.of.work_j)
     }
 
     /// Numbers of held cells, or of triangles in contact with a tool, uint32 (ticks,).
     #[getter]
     fn contacts<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<u32>> {
-        self.column(py, Output::contacts)
+        column(py, &self.ticks, Output::contacts)
     }
 
     /// Numbers of sweeps made, uint16 (ticks,).
     #[getter]
     fn sweeps<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<u16>> {
-        self.column(py, |of| of.of.sweeps)
+        column(py, &self.ticks, |of| of.of.sweeps)
     }
 
     /// Limits and faults that acted, sums of `Flags`, uint32 (ticks,).
     #[getter]
     fn flags<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<u32>> {
-        self.column(py, |of| of.of.flags.0)
+        column(py, &self.ticks, |of| of.of.flags.0)
     }
 
     /// Positions of the tool [m], float32 (ticks, 3), or of the tools of the path, (ticks, tools, 3).

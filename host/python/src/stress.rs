@@ -4,7 +4,7 @@ use chaincell_client::stress::NodeStress;
 use numpy::{IntoPyArray, PyArray1, PyArray2};
 use pyo3::prelude::*;
 
-use crate::model::rows;
+use crate::model::{column, rows};
 
 /// Strain and stress of tissue at its nodes after a tick, in the order of `Model.node_ids`. Arrays are copies.
 ///
@@ -17,16 +17,6 @@ pub(crate) struct Stress {
     /// Number of the tick.
     #[pyo3(get)]
     pub(crate) tick: u64,
-}
-
-impl Stress {
-    fn numbers<'py>(
-        &self,
-        py: Python<'py>,
-        of: fn(&chaincell_kernel::Stress) -> f32,
-    ) -> Bound<'py, PyArray1<f32>> {
-        self.stresses.iter().map(of).collect::<Vec<f32>>().into_pyarray(py)
-    }
 }
 
 #[pymethods]
@@ -51,13 +41,13 @@ impl Stress {
     /// Stress after von Mises [Pa]: that of a bar under tension is its tension, float32 (nodes,).
     #[getter]
     fn von_mises_pa<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f32>> {
-        self.numbers(py, chaincell_kernel::Stress::von_mises_pa)
+        column(py, &self.stresses, chaincell_kernel::Stress::von_mises_pa)
     }
 
     /// Mean stress [Pa], below 0 where the tissue is pressed from all sides, float32 (nodes,).
     #[getter]
     fn mean_pa<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f32>> {
-        self.numbers(py, chaincell_kernel::Stress::mean_pa)
+        column(py, &self.stresses, chaincell_kernel::Stress::mean_pa)
     }
 
     fn __repr__(&self) -> String {
@@ -83,16 +73,6 @@ pub(crate) struct SessionStress {
     pub(crate) first_tick: u64,
 }
 
-impl SessionStress {
-    fn numbers<'py>(
-        &self,
-        py: Python<'py>,
-        of: fn(&NodeStress) -> f32,
-    ) -> Bound<'py, PyArray1<f32>> {
-        self.rows.iter().map(of).collect::<Vec<f32>>().into_pyarray(py)
-    }
-}
-
 #[pymethods]
 impl SessionStress {
     fn __len__(&self) -> usize {
@@ -102,7 +82,7 @@ impl SessionStress {
     /// Ids of the nodes, ascending, uint32 (nodes,).
     #[getter]
     fn node_ids<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<u32>> {
-        self.rows.iter().map(|of| of.node).collect::<Vec<u32>>().into_pyarray(py)
+        column(py, &self.rows, |of| of.node)
     }
 
     /// Principal stretches, the largest first, float32 (nodes, 3).
@@ -114,13 +94,13 @@ impl SessionStress {
     /// Stress after von Mises [Pa]: that of a bar under tension is its tension, float32 (nodes,).
     #[getter]
     fn von_mises_pa<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f32>> {
-        self.numbers(py, |of| of.von_mises_pa)
+        column(py, &self.rows, |of| of.von_mises_pa)
     }
 
     /// Mean stress [Pa], below 0 where the tissue is pressed from all sides, float32 (nodes,).
     #[getter]
     fn mean_pa<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f32>> {
-        self.numbers(py, |of| of.mean_pa)
+        column(py, &self.rows, |of| of.mean_pa)
     }
 
     fn __repr__(&self) -> String {
