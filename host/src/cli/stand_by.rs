@@ -39,16 +39,15 @@ impl<'a> StandBy<'a> {
         scene: &SceneServices,
         tissue: &Staged<'_>,
     ) -> Result<Self> {
-        let is_written = Tail::open(&trace_path(session))?.is_written();
-        if is_written && !scene.is_served() {
+        if !Tail::open(&trace_path(session))?.is_written() {
+            let why = "its server has ended or was killed already: go on with its newest snapshot by --restore";
+            return Err(Error::file("stand by for", session, why));
+        }
+        if !scene.is_served() {
             let why = format_args!(
                 "its server is not on {}: pass the --scene of that server",
                 scene.label()
             );
-            return Err(Error::file("stand by for", session, why));
-        }
-        if !is_written {
-            let why = "its server has ended or was killed already: go on with its newest snapshot by --restore";
             return Err(Error::file("stand by for", session, why));
         }
         let place = Place::of(trace_path(session));

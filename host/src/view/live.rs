@@ -118,11 +118,7 @@ impl Subject {
             let pose =
                 pose.unwrap_or(OneToolPose { orientation: away.orientation, ..Default::default() });
             let force = answer.each_tool().find(|(of, _)| *of == number);
-            let none = OneToolForce {
-                force_error_n: UNKNOWN_N,
-                torque_error_n_m: UNKNOWN_N,
-                ..OneToolForce::default()
-            };
+            let none = OneToolForce { force_error_n: UNKNOWN_N, ..OneToolForce::default() };
             let force = force.map_or(none, |(_, force)| *force);
             let opening = u32::from(pose.opening_turns_q16) << 16;
             frame.count(number).whole(u32::from(pose.engaged) | opening);

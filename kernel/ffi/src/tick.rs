@@ -234,10 +234,8 @@ unsafe fn tick(
             // SAFETY: as above.
             let Parts { network, tissue: body, .. } = unsafe { layout::parts::<D>(tissue, sizes) };
             give_each_its_own(outputs, poses, |tool| body.tool_output(network, tool));
-            for (tool, output) in outputs.iter_mut().enumerate().skip(1) {
-                output.force_error_n = told(body.force_error_n(network, tool));
-            }
             for (tool, output) in outputs.iter_mut().enumerate() {
+                output.force_error_n = told(body.force_error_n(network, tool));
                 output.torque_error_n_m = told(body.torque_error_n_m(network, tool));
             }
         });

@@ -298,9 +298,7 @@ impl TouchRoom<'_> {
             contacts: tool.met.touched,
         }
     }
-}
 
-impl TouchRoom<'_> {
     /// Stiffness against the rotation of a tool within its last tick with a sweep \[N m\].
     pub(crate) fn turning_n_m(&self, model: &Model<'_>, tool: usize) -> f32 {
         let unit_m = model.unit_m();

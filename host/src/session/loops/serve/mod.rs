@@ -308,9 +308,9 @@ struct Run<'a> {
     failed: u64,
     paused_ticks: u64,
     obeyed: u64,
+    disobeyed: u64,
     /// True once a pin was set.
     has_pins: bool,
-    disobeyed: u64,
     /// True once the user has been told that the record is full.
     is_full_told: bool,
 }
@@ -373,8 +373,8 @@ impl<'a> Run<'a> {
             failed: 0,
             paused_ticks: 0,
             obeyed: 0,
-            has_pins: false,
             disobeyed: 0,
+            has_pins: false,
             is_full_told: false,
         })
     }
@@ -495,8 +495,8 @@ impl<'a> Run<'a> {
             relaxed_j: self.session.engine.relaxed_j(),
             ticks_paused: self.paused_ticks,
             commands_done: self.obeyed,
-            has_pins: self.has_pins,
             commands_refused: self.disobeyed,
+            has_pins: self.has_pins,
             states_sent,
             state_ns,
             stresses_sent,

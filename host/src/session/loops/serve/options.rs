@@ -159,11 +159,11 @@ pub struct ServeReport {
     pub ticks_paused: u64,
     /// Commands carried out.
     pub commands_done: u64,
-    /// True if one of them set a pin.
-    #[serde(skip)]
-    pub has_pins: bool,
     /// Commands refused.
     pub commands_refused: u64,
+    /// True if a command set a pin.
+    #[serde(skip)]
+    pub has_pins: bool,
     /// States sent to viewers.
     pub states_sent: u64,
     /// Time to send a state, between ticks \[ns\].
