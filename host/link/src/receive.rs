@@ -8,6 +8,7 @@ use std::time::Duration;
 use chaincell_host::error::{Error, Result};
 use chaincell_host::interrupt;
 use chaincell_host::remote::frame::{Ask, Frame, write_head};
+use chaincell_host::remote::mirror::unwritten;
 use zenoh::query::{ConsolidationMode, Reply};
 use zenoh::sample::Sample;
 use zenoh::{Config, Session, Wait};
@@ -44,8 +45,8 @@ impl From<Error> for Stopped {
 }
 
 impl From<io::Error> for Stopped {
-    fn from(_: io::Error) -> Self {
-        Self::Gone
+    fn from(why: io::Error) -> Self {
+        unwritten(&why).map_or(Self::Gone, Self::Failed)
     }
 }
 
@@ -200,4 +201,16 @@ impl<'a, W: Write, G: Fn() -> bool> Intake<'a, W, G> {
 fn look(is_gone: &impl Fn() -> bool) -> std::result::Result<(), Stopped> {
     interrupt::check()?;
     if is_gone() { Err(Stopped::Gone) } else { Ok(()) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_full_disk_is_an_error_and_a_reader_that_has_gone_is_none() {
+        let of = |kind: io::ErrorKind| Stopped::from(io::Error::from(kind));
+        assert!(matches!(of(io::ErrorKind::StorageFull), Stopped::Failed(_)));
+        assert!(matches!(of(io::ErrorKind::BrokenPipe), Stopped::Gone));
+    }
 }

@@ -152,6 +152,22 @@ mod tests {
         assert!((free.asked_m.unwrap() - 0.01).abs() < 1e-6, "{free:?}");
     }
 
+    /// A body that goes on from a snapshot may be in a press: the place of that is no first contact.
+    #[test]
+    fn one_that_begins_in_a_press_first_touches_after_it() {
+        let mut course = Course::default();
+        let at = |depth_m: f32| Some([[0.0, 0.0, -depth_m]; 2]);
+        course.add([0.0, 0.0, 0.05], 1, at(0.005));
+        let of = course.result();
+        assert!(of.has_touched && of.touch_m.is_none() && of.asked_m.is_none());
+        course.add([0.0; 3], 0, at(-0.001));
+        course.add([0.0, 0.0, 0.01], 1, at(0.001));
+        course.add([0.0, 0.0, 0.1], 1, at(0.01));
+        let of = course.result();
+        assert_eq!(of.touch_m, Some([0.0, 0.0, -0.001]));
+        assert!((of.asked_m.unwrap() - 0.009).abs() < 1e-6, "{of:?}");
+    }
+
     #[test]
     fn without_contact_or_places_there_is_no_depth() {
         let mut course = Course::default();

@@ -78,10 +78,15 @@ pub enum Stopped {
     Asked,
 }
 
-/// True for what a stream says whose other end has gone, or does not read.
-fn is_gone(why: io::ErrorKind) -> bool {
+/// The error of a stream that cannot be written, such as a file on a full disk; `None` where its other end has gone, or
+/// does not read.
+#[must_use]
+pub fn unwritten(why: &io::Error) -> Option<Error> {
     use io::ErrorKind::{BrokenPipe, ConnectionAborted, ConnectionReset, TimedOut, WouldBlock};
-    matches!(why, BrokenPipe | ConnectionAborted | ConnectionReset | TimedOut | WouldBlock)
+    match why.kind() {
+        BrokenPipe | ConnectionAborted | ConnectionReset | TimedOut | WouldBlock => None,
+        _ => Some(Error::input(format!("the stream to the follower cannot be written: {why}"))),
+    }
 }
 
 impl Mirror {
@@ -102,10 +107,7 @@ impl Mirror {
     pub fn send(&self, to: &mut impl Write, ask: &Ask) -> Result<Stopped> {
         match self.send_all(to, ask) {
             Ok(stopped) => Ok(stopped),
-            Err(Failed::Stream(why)) if is_gone(why.kind()) => Ok(Stopped::Gone),
-            Err(Failed::Stream(why)) => {
-                Err(Error::input(format!("the stream to the follower cannot be written: {why}")))
-            }
+            Err(Failed::Stream(why)) => unwritten(&why).map_or(Ok(Stopped::Gone), Err),
             Err(Failed::Refused(why)) => {
                 let _ = Frame::Refused(why.to_string()).write(to).and_then(|()| to.flush());
                 Err(why)

@@ -2,6 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a failing helper fails its test")]
 
+use std::fs::OpenOptions;
 use std::io::{Read, Write};
 use std::net::{Shutdown, TcpListener, TcpStream};
 use std::path::{Path, PathBuf};
@@ -313,4 +314,26 @@ fn piped(args: &[&str], bytes: &[u8]) -> Ended {
     let output = child.wait_with_output().unwrap();
     let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap();
     Ended { code: output.status.code(), out: text(output.stdout), err: text(output.stderr) }
+}
+
+#[test]
+fn a_stream_that_cannot_be_written_is_an_error_and_one_that_nobody_reads_is_none() {
+    let place = Place::new("mirror-full");
+    let out = place.file("session");
+    let press = ["run", text(&place.model), "--motion", "press", "--seconds", "0.2"];
+    run([&press[..], &["--picture", "off", "--out", text(&out)]].concat()).with(0);
+    let mirror = || {
+        let mut command = chaincell();
+        command.args(["mirror", text(&out)]);
+        command
+    };
+    let full = OpenOptions::new().write(true).open("/dev/full").unwrap();
+    let said = mirror().stdout(full).output().unwrap();
+    let err = String::from_utf8(said.stderr).unwrap();
+    assert_eq!(said.status.code(), Some(2), "{err}");
+    assert!(err.contains("cannot be written"), "{err}");
+    // The reading end of a pipe is closed.
+    let mut ended = mirror().stdout(Stdio::piped()).spawn().unwrap();
+    drop(ended.stdout.take());
+    assert_eq!(ended.wait().unwrap().code(), Some(0));
 }

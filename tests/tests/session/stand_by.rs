@@ -172,6 +172,9 @@ fn a_server_that_ends_by_itself_is_not_replaced() {
     let ended = other.end(SHORT).with(0);
     assert!(ended.out.contains("nothing to take over"), "{}", ended.out);
     assert_eq!(std::fs::read_dir(&second).unwrap().count(), 0);
+    // One that comes afterwards has no server to stand by for.
+    let late = served(&place, &second, &["--stand-by", text(&first)]).end(SHORT).with(2);
+    assert!(late.err.contains("has ended or was killed already"), "{}", late.err);
 }
 
 #[test]
