@@ -52,6 +52,17 @@ pub fn chaincell() -> Command {
     command
 }
 
+/// A copy of `chaincell` in a folder. Another process makes it: in this one it could still be open for writing
+/// in a child that another test starts, and does not run then.
+#[track_caller]
+#[must_use]
+pub fn copied(folder: &Path) -> PathBuf {
+    let copy = folder.join("chaincell");
+    let made = Command::new("cp").arg(binary()).arg(&copy).status().unwrap();
+    assert!(made.success(), "no copy {}", copy.display());
+    copy
+}
+
 /// A shell with a mount namespace of its own in a folder: it runs `lines`, where `$chaincell` is the command
 /// and `$@` are the arguments to come. `None`, with a line that says so, where this user may not.
 #[must_use]

@@ -8,8 +8,8 @@ use std::io::Write;
 use std::process::{Command, Stdio};
 
 use chaincell_tests::files::{scratch, text};
-use chaincell_tests::process::SHORT;
-use chaincell_tests::{Running, chaincell, run};
+use chaincell_tests::process::{SHORT, copied};
+use chaincell_tests::{Running, run};
 
 /// The commands that the help lists.
 pub(super) fn commands() -> BTreeSet<String> {
@@ -86,11 +86,7 @@ fn every_command_has_a_manual_page() {
 #[test]
 fn without_the_laboratory_its_commands_are_named_too() {
     let folder = scratch();
-    let alone = folder.path().join("chaincell");
-    // A program that is copied here could still be open for writing in a process that another test starts.
-    let copied = Command::new("cp").arg(chaincell().get_program()).arg(&alone).status().unwrap();
-    assert!(copied.success());
-    let mut command = Command::new(&alone);
+    let mut command = Command::new(copied(folder.path()));
     let said = Running::start(command.args(["completions", "bash"]).env("PATH", folder.path()));
     let said = said.end(SHORT).with(0).out;
     for name in commands() {

@@ -14,7 +14,7 @@ use chaincell_tests::files::{content, text};
 use chaincell_tests::outsider::tools::Poses;
 use chaincell_tests::outsider::{Commander, Order, Outsider, Pose, Reply, Viewer};
 use chaincell_tests::place::Place;
-use chaincell_tests::process::SHORT;
+use chaincell_tests::process::{SHORT, copied};
 use chaincell_tests::{Running, chaincell, run, turn};
 use iceoryx2::prelude::*;
 
@@ -94,8 +94,7 @@ fn every_file_of_a_scene_is_its_owners_alone() {
 
 /// A copy of the command and of the model that everybody may read.
 fn readable_by_all(place: &Place) -> (PathBuf, PathBuf) {
-    let (program, model) = (place.folder.path().join("chaincell"), place.model.clone());
-    fs::copy(chaincell().get_program(), &program).unwrap();
+    let (program, model) = (copied(place.folder.path()), place.model.clone());
     for (path, mode) in [(place.folder.path(), 0o755), (&program, 0o755), (&model, 0o644)] {
         fs::set_permissions(path, fs::Permissions::from_mode(mode)).unwrap();
     }
