@@ -2,8 +2,9 @@
 
     lag.py TRACE FOLLOWED SECONDS [CUT_AT_S,CUT_S ...]
 
-Both have the same header. Prints the lag in records outside of the cuts and of two seconds after each, and how
-long after the end of each cut it took to be within 50 records.
+Both have the same header, and no tools, so that a tick is a record. Prints the lag in ticks outside of the cuts and
+of two seconds after each, and how long after the end of each cut it took to be within 50 ticks. Exits with 1 where
+that was more than two seconds.
 """
 
 import struct
@@ -12,7 +13,7 @@ import time
 
 RECORD_BYTES = 48
 STEP_S = 0.005
-WITHIN_RECORDS = 50
+WITHIN_TICKS = 50
 MADE_UP_S = 2.0
 
 
@@ -43,18 +44,19 @@ def main():
         lag = source.now() - behind
         for at_s, length_s in cuts:
             end_s = at_s + length_s
-            if end_s <= now_s and at_s not in made_up and lag <= WITHIN_RECORDS:
+            if end_s <= now_s and at_s not in made_up and lag <= WITHIN_TICKS:
                 made_up[at_s] = now_s - end_s
         if not any(at_s <= now_s <= at_s + length_s + MADE_UP_S for at_s, length_s in cuts):
             lags.append(lag)
         time.sleep(STEP_S)
     lags.sort()
     at = lambda share: lags[min(len(lags) - 1, int(share * len(lags)))]
-    print(f"lag p50 {at(0.5)}, p99 {at(0.99)}, max {lags[-1]} records of {source.now()}")
+    print(f"lag p50 {at(0.5)}, p99 {at(0.99)}, max {lags[-1]} ticks of {source.now()}")
     for at_s, span_s in made_up.items():
         print(f"cut at {at_s:.0f} s made up {span_s:.2f} s after its end")
-    if len(made_up) < len(cuts):
-        print(f"{len(cuts) - len(made_up)} cuts were not made up")
+    late = [span_s for span_s in made_up.values() if span_s > MADE_UP_S]
+    if late or len(made_up) < len(cuts):
+        sys.exit(f"lag: of {len(cuts)} cuts {len(cuts) - len(made_up)} were not made up, {len(late)} late: {late} s")
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
 //! Bodies that a tool presses straight down, of links and of nodal shapes, each with three tools.
 
-use chaincell_host::bake::tissue::Tissue;
+use chaincell_host::bake::tissue::{Branch, DEVICE_HZ, Relaxation, Tissue};
 use chaincell_host::bake::{BakeOptions, BasisSpacing, ImageBytes, PerCell, bake};
 use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme, rest_m};
 use chaincell_host::error::Error;
@@ -119,6 +119,18 @@ impl Body {
             Self::new("box of 20 kPa", nodal("box:7x7x6x0.008", 2.0e4), on),
             Self::new("organ of 5 kPa", nodal("organ:500", 5.0e3), on),
         ]
+    }
+
+    /// A box of nodal shapes that relaxes to a third of its instantaneous modulus, in 0.1 s and in 2 s.
+    #[must_use]
+    pub fn relaxing() -> Self {
+        let branches = [0.1, 2.0].map(|time_s| Branch { ratio: 1.0, time_s }).to_vec();
+        let relaxation = Relaxation { branches, is_instant: true, device_hz: DEVICE_HZ };
+        let tissue = Tissue::new(PerCell::Uniform(2.0e4), PerCell::Uniform(0.45));
+        let tissue = Some(Tissue { relaxation: Some(relaxation), ..tissue });
+        let image = baked("box:7x7x6x0.008", &BakeOptions { tissue, ..BakeOptions::default() });
+        let on = [Shape::Sphere(0.008), Shape::Sphere(0.014), Shape::Capsule(0.012, 0.008)];
+        Self::new("box that relaxes from 20 kPa", image, on)
     }
 
     /// One of its tools.

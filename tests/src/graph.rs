@@ -1,7 +1,7 @@
 //! Random bodies of 4 to 40 cells for property tests, with and without a coarse level: of links, with
 //! stiffness over six decades and alpha from 0 to 0.99, and of nodal shapes, with moduli over three.
 
-use chaincell_host::bake::tissue::{Band, STRETCH_MIN, Tissue};
+use chaincell_host::bake::tissue::{Band, BandSide, STRETCH_MIN, Tissue};
 use chaincell_host::bake::{BakeOptions, BasisSpacing, ImageBytes, PerCell};
 use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
 use chaincell_host::error::Error;
@@ -85,17 +85,17 @@ fn tissue(nodes: usize) -> impl Strategy<Value = Tissue> {
         prop::collection::vec(0.0_f64..0.49, nodes),
     ];
     let stretch_min = prop::option::of(Just(STRETCH_MIN));
-    let bands = prop::collection::vec((0.01_f64..0.3, 0.1_f64..20.0), 0..3);
+    let side = prop::sample::select(vec![BandSide::Both, BandSide::Short, BandSide::Long]);
+    let bands = prop::collection::vec((0.01_f64..0.3, 0.1_f64..20.0, side), 0..3);
     (2.0_f64..6.0, decades, ratios, stretch_min, bands).prop_map(
         |(mean, decades, ratios, stretch_min, bands)| {
             let young_pa = decades.iter().map(|decade| 10.0_f64.powf(mean + decade)).collect();
-            let mut widths: Vec<f64> = bands.iter().map(|(width, _)| *width).collect();
-            widths.sort_by(f64::total_cmp);
-            let band = |(half_width, (_, part)): (f64, &(f64, f64))| Band {
+            let band = |(half_width, part, side)| Band {
                 half_width,
                 modulus_pa: part * 10.0_f64.powf(mean),
+                side,
             };
-            let stiffening = widths.into_iter().zip(&bands).map(band).collect();
+            let stiffening = bands.into_iter().map(band).collect();
             let tissue = Tissue::new(of_cells(young_pa), of_cells(ratios));
             Tissue { stretch_min, stiffening, ..tissue }
         },

@@ -26,8 +26,9 @@ chaincell_kernel::flags! {
         SILENT = 2;
         /// The force is on a ramp, and not yet the force of the tissue.
         RAMP = 4;
-        /// A new session has answered: its tissue is at rest, and its tools count as not engaged until they were
-        /// released. The note stays until the first answer in which no tool must be released.
+        /// A new session has answered, of another server: its tissue is at rest, or where `serve --restore` or
+        /// `serve --stand-by` took it up. Tools get no force until they were released. The note stays until the first
+        /// answer in which no tool must be released.
         NEW_SESSION = 8;
     }
 }
@@ -95,8 +96,8 @@ pub struct Answer {
     pub sweeps: u32,
     /// Force and torque on each tool, by its number.
     pub tools: [ToolOutput; TOOLS_MAX],
-    /// Estimated error of each tool's force, before its limit and an output stage \[N\]; `None` where it is not
-    /// known, and while the client shows another force than the server's.
+    /// Estimated error of each tool's force, before its limit \[N\]; `None` where it is not known, where an output
+    /// stage answers another force than the tissue's, and while the client shows another force than the server's.
     pub force_error_n: [Option<f32>; TOOLS_MAX],
     /// Estimated error of each tool's torque likewise, `None` for held cells too \[N m\].
     pub torque_error_n_m: [Option<f32>; TOOLS_MAX],

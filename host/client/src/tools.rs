@@ -102,8 +102,8 @@ pub struct OneToolForce {
     pub torque_n_m: [f32; 3],
     /// Limits and events of the tool, a sum: see [`chaincell_kernel::Flags`].
     pub flags: u32,
-    /// Estimated error of the tissue's force, before its limit and an output stage; [`UNKNOWN_N`] where it is not
-    /// known \[N\].
+    /// Estimated error of the tissue's force, before its limit; [`UNKNOWN_N`] where it is not known, and where an
+    /// output stage answers another force \[N\].
     pub force_error_n: f32,
     /// Estimated error of its torque likewise, also [`UNKNOWN_N`] for held cells \[N m\].
     pub torque_error_n_m: f32,

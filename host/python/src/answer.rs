@@ -52,8 +52,8 @@ impl Answer {
         vectors(py, each.map(|felt| felt.torque_n_m).collect(), self.is_several)
     }
 
-    /// Estimated error of the force on each tool [N], before its limit and an output stage; None where it is not
-    /// known, and while another force than the server's is shown.
+    /// Estimated error of the force on each tool [N], before its limit; None where it is not known, where an output
+    /// stage answers another force than the tissue's, and while another force than the server's is shown.
     #[getter]
     fn force_error_n(&self) -> Vec<Option<f32>> {
         self.of.force_error_n.iter().take(self.tools).copied().collect()

@@ -270,13 +270,22 @@ fn finite(name: &str, value: &Bound<'_, PyAny>) -> PyResult<f64> {
 
 /// Half-widths with their moduli \[Pa\].
 fn stiffening(given: &Given<'_, '_>) -> PyResult<Option<Vec<Band>>> {
-    let wanted = "a dict of half-widths and moduli, as {0.15: 1700.0}";
+    let wanted = "a dict of half-widths and moduli, as {0.15: 1700.0} or {'short:0.035': 22000.0}";
     let Some(bands) = given.get::<Bound<'_, PyDict>>("stiffening", wanted)? else {
         return Ok(None);
     };
     let band = |(half_width, modulus_pa): (Bound<'_, PyAny>, Bound<'_, PyAny>)| {
         let number = |of: &Bound<'_, PyAny>| real_or("stiffening", "numbers", of);
-        Ok(Band { half_width: number(&half_width)?, modulus_pa: number(&modulus_pa)? })
+        let modulus_pa = number(&modulus_pa)?;
+        // A half-width with its side is text.
+        match half_width.extract::<String>() {
+            Ok(text) => format!("{text}={modulus_pa}").parse().map_err(|_| {
+                let remedy =
+                    "give a half-width as 0.1, or as 'short:0.1' or 'long:0.1' for one side";
+                Class::Model.error(format!("`stiffening` {text}: {remedy}"))
+            }),
+            Err(_) => Ok(Band::new(number(&half_width)?, modulus_pa)),
+        }
     };
     bands.iter().map(band).collect::<PyResult<_>>().map(Some)
 }

@@ -78,13 +78,14 @@ pub(crate) fn client(why: chaincell_client::Error) -> PyErr {
 }
 
 /// Arguments that have another name here than the library's field or the command's option.
-const RENAMED: [(&str, &str); 6] = [
+const RENAMED: [(&str, &str); 7] = [
     ("`saturation_m`", "`k_m`"),
     ("`resistance`", "`r_x`"),
     ("`coarse_basis`", "`coarse`"),
     ("`fix`", "`fixed`"),
     ("`material`", "`materials`"),
     ("`tool`", "`tools`"),
+    ("`branch`", "`branches`"),
 ];
 
 /// A text of the command line with its options named as arguments: `--young-pa` is `young_pa`, and

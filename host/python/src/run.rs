@@ -178,7 +178,7 @@ impl Run {
 ///   tools (ticks, tools, 3) or (ticks, tools, 7). A row is a millisecond.
 /// - `engaged`: whether the tool acts on the tissue, (ticks,) or (ticks, tools); True by default.
 /// - `opening_rad`: opening angle of scissors [rad], (ticks,) or (ticks, tools); closed by default.
-/// - `sweeps_made`: numbers of sweeps of a session that ended ticks early, (ticks,).
+/// - `sweeps_made`: numbers of sweeps of a session that ended ticks early, (ticks,); they go before `force_error`.
 /// - `options`: as of `chaincell run`, with their units, see `chaincell.options.TissueOptions`.
 ///
 /// Raises `PoseError` for a path that is none, `ArgumentError` for other wrong values.

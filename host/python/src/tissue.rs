@@ -55,13 +55,16 @@ pub(crate) fn stiffness(given: Option<&Bound<'_, PyAny>>) -> PyResult<f32> {
 pub(crate) struct Live {
     cell: Cell,
     ticks: u64,
+    /// Share of each force at which its estimated error ends a tick.
+    force_error: Option<f32>,
 }
 
 impl Live {
     /// At rest, as `run` would begin.
     pub(crate) fn new(body: &Arc<Body>, options: &Offline) -> PyResult<Self> {
         let cell = Cell::try_new(Arc::clone(body), |body| options.staged(body.model()));
-        Ok(Self { cell: cell.map_err(|why| Class::Argument.host(why))?, ticks: 0 })
+        let cell = cell.map_err(|why| Class::Argument.host(why))?;
+        Ok(Self { cell, ticks: 0, force_error: options.force_error() })
     }
 
     fn with<R>(&mut self, act: impl FnOnce(&mut Staged<'_>) -> R) -> R {
@@ -98,9 +101,13 @@ impl Live {
     pub(crate) fn tick(&mut self, tick: &Tick, sweeps: Option<u16>) -> Output {
         self.ticks += 1;
         let number = self.ticks;
+        let budget = match (sweeps, self.force_error) {
+            (None, Some(share)) => Budget::Within { share, more: None },
+            (sweeps, _) => Budget::again(sweeps),
+        };
         self.with(|staged| {
             let tools = staged.tools();
-            let of = staged.tick_by(&tick.poses, Budget::again(sweeps));
+            let of = staged.tick_by(&tick.poses, budget);
             if tools == 0 {
                 let (force_n, contacts) = (of.force_n.into(), of.contacts);
                 let force_error_n = staged.force_error_n(0);
@@ -177,7 +184,8 @@ impl Live {
 /// - `model`: a `Model`.
 /// - `options`: as of `chaincell run`, with their units, see `chaincell.options.TissueOptions`.
 ///
-/// Raises `ArgumentError` for a wrong value, or a contact that the model does not have.
+/// Raises `ArgumentError` for a wrong value, a contact that the model does not have, or `force_error` where no error
+/// of a force is known.
 ///
 /// >>> tissue = chaincell.Tissue(model, contact="probe:0.012", sweeps=2)
 /// >>> output = tissue.tick([0.0, 0.0, 0.07])

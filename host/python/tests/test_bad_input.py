@@ -67,7 +67,8 @@ BAKES: list[tuple[Callable[[], object], type[Exception], str]] = [
     (bake(young_pa=5000, alpha=0.1), ModelError, "`alpha` is for links"),
     (bake(young_pa=5000, stretch_min=2.0), ModelError, "`stretch_min` 2: must be"),
     (bake(young_pa=5000, stiffening=[1]), TypeError, "`stiffening`: give a dict"),
-    (bake(young_pa=5000, stiffening={"a": 1}), TypeError, "`stiffening`: give numbers"),
+    (bake(young_pa=5000, stiffening={(1,): 1}), TypeError, "`stiffening`: give numbers"),
+    (bake(young_pa=5000, stiffening={"a": 1}), ModelError, "`stiffening` a: give a half-width"),
     (bake(poisson=0.4), ModelError, "`poisson` goes with `young_pa`"),
     (bake(unit_m=0), ModelError, "`unit_m` 0: must be above 0"),
     (bake(k_m=1e-9), ModelError, "`k_m`"),
@@ -160,6 +161,9 @@ TISSUES: list[tuple[dict[str, object], type[Exception], str]] = [
     ({"device": "hammer"}, ArgumentError, "'hammer' for `device`"),
     ({"delay_ticks": "auto", "device": "touch"}, ArgumentError, "`delay_ticks` auto"),
     ({"threads": 2}, ArgumentError, "`threads` 2"),
+    ({"force_error": 0.01}, ArgumentError, "`force_error`: an error of the force is known under `scheme` predict"),
+    ({"force_error": 2}, ArgumentError, "'2.0' for `force_error`.*0.001"),
+    ({"force_error": True}, TypeError, "`force_error`: give a number or a word, not bool"),
     ({"young_pa": 1}, TypeError, "unexpected keyword argument 'young_pa'; there are contact"),
 ]
 

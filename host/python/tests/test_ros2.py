@@ -1,16 +1,22 @@
-"""The ROS 2 node against a stub of rclpy, whose clock is simulated, and a tissue that is a spring."""
+"""The ROS 2 node against a stub of rclpy, whose clock is simulated, and a tissue that is a spring; and on a served
+scene with ROS itself, where that is installed."""
 
 from __future__ import annotations
 
 import importlib.util
 import math
+import os
+import signal
+import subprocess
 import sys
+import time
 from collections.abc import Callable
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
 from typing import Any
 
 import pytest
+from conftest import SHORT_S, Server
 
 import chaincell
 
@@ -149,3 +155,49 @@ def test_poses_that_stay_out_and_the_end_let_it_fall(node: Any) -> None:
     node.let_go()
     falls(node, since)
     assert force(node.published[-1]) == 0
+
+
+def to_and_fro_m(time_s: float) -> float:
+    """Height of the ball's middle in a press every two seconds: from 4 mm above the box to 4 mm in it [m]."""
+    return 0.052 + 0.004 * math.cos(math.pi * time_s)
+
+
+def test_a_node_of_ros_itself_has_the_force_of_a_served_scene(
+    serve: Callable[..., Server], box: chaincell.Model, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    rclpy = pytest.importorskip("rclpy")
+    messages = pytest.importorskip("geometry_msgs.msg")
+    # Nobody else is in this domain.
+    monkeypatch.setenv("ROS_DOMAIN_ID", str(1 + os.getpid() % 100))
+    monkeypatch.setenv("ROS_LOCALHOST_ONLY", "1")
+    server = serve("--tool=sphere:0.012", model=box)
+    program = subprocess.Popen([sys.executable, FILE, server.scene])
+    rclpy.init()
+    hand = rclpy.create_node("hand")
+    try:
+        wrenches: list[Any] = []
+        hand.create_subscription(messages.WrenchStamped, "measured_cf", wrenches.append, 1)
+        poses = hand.create_publisher(messages.PoseStamped, "servo_cp", 1)
+        message = messages.PoseStamped()
+        message.header.frame_id, message.pose.orientation.w = "tool", 1.0
+
+        def until(is_there: Callable[[], bool], sends: bool) -> None:
+            start = time.monotonic()
+            while not is_there():
+                assert program.poll() is None and time.monotonic() - start < SHORT_S, wrenches[-1:]
+                if sends:
+                    message.pose.position.z = to_and_fro_m(time.monotonic() - start)
+                    poses.publish(message)
+                rclpy.spin_once(hand, timeout_sec=0.001)
+
+        # The box pushes up, and along its axis.
+        until(lambda: bool(wrenches) and wrenches[-1].wrench.force.z > 0.05, sends=True)
+        found = wrenches[-1]
+        assert math.hypot(found.wrench.force.x, found.wrench.force.y) < 0.2 * found.wrench.force.z
+        # Without poses it falls to 0.
+        until(lambda: force(wrenches[-1]) == 0, sends=False)
+    finally:
+        hand.destroy_node()
+        rclpy.shutdown()
+        program.send_signal(signal.SIGINT)
+        program.wait(SHORT_S)

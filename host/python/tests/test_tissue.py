@@ -87,6 +87,28 @@ def test_a_force_has_an_error_where_it_is_known(box: Model, plane: Model) -> Non
     assert links.tick([0.0, 0.0, -0.001]).torque_error_n_m == [None]
 
 
+def test_ticks_end_by_the_error_of_their_forces(command: Path, box: Model, tmp_path: Path) -> None:
+    # A press that stays: few sweeps are enough then.
+    path = np.array([[0.0, 0.0, 0.053 - 0.0001 * min(tick, 60)] for tick in range(180)])
+    line = ["--contact", "probe:0.012", "--sweeps", "8", "--force-error", "0.05"]
+    expected = by_command(command, box, path, tmp_path, *line)
+    tissue = Tissue(box, contact="probe:0.012", sweeps=8, force_error=0.05)
+    outputs = [tissue.tick(pose) for pose in path]
+    result = chaincell.run(box, path, contact="probe:0.012", sweeps=8, force_error=0.05)
+    assert tissue.state_hash == result.state_hash == expected
+    assert [of.sweeps for of in outputs] == result.sweeps.tolist()
+    assert result.sweeps.max() == 8 and result.sweeps[100:].mean() < 6
+    # In a press that stays the last force is that of the tick.
+    known = [of for of in outputs[100:] if of.force_error_n != [None] and of.sweeps < 8]
+    assert len(known) > 40
+    assert all(of.force_error_n[0] < 0.06 * np.linalg.norm(of.force_n) for of in known)
+    # A number of sweeps goes before the error.
+    again = chaincell.run(
+        box, path, contact="probe:0.012", sweeps=8, sweeps_made=result.sweeps, force_error=0.001
+    )
+    assert again.state_hash == expected
+
+
 def test_several_tools_give_the_bits_of_the_command(
     command: Path, box: Model, tmp_path: Path
 ) -> None:

@@ -48,7 +48,7 @@ use network::Plan;
 pub use notes::Notes;
 pub use options::{BakeOptions, ContactSurface};
 pub use per_cell::PerCell;
-use tissue::Tissue;
+use tissue::{KnownTissue, Tissue, relaxation};
 
 use crate::error::{Error, Result};
 use crate::mesh::{Mesh, MeshOptions, load};
@@ -80,10 +80,30 @@ pub fn organ() -> Result<ImageBytes> {
 /// # Errors
 /// As [`bake`].
 pub fn organ_of(young_pa: f64, poisson: f64) -> Result<ImageBytes> {
-    let mesh = load(&format!("organ:{ORGAN_SIZE}"), &MeshOptions::default())?;
+    organ_made_of(Tissue::new(PerCell::Uniform(young_pa), PerCell::Uniform(poisson)))
+}
+
+/// Bakes the default body of a tissue known by name, with its branches and bands, for sessions of 1,000 ticks a
+/// second.
+///
+/// # Errors
+/// As [`bake`].
+pub fn organ_of_known(known: &KnownTissue) -> Result<ImageBytes> {
+    let relaxation = relaxation(Some(known), None, false, false, None)?;
+    let stiffening = known.stiffening.clone();
     let of = PerCell::Uniform;
-    let tissue = Some(Tissue::new(of(young_pa), of(poisson)));
-    bake(&mesh, &mesh.default_fixed, &BakeOptions { tissue, ..BakeOptions::default() })
+    organ_made_of(Tissue {
+        stiffening,
+        relaxation,
+        ..Tissue::new(of(known.young_pa), of(known.poisson))
+    })
+}
+
+/// Bakes the default body of a tissue.
+fn organ_made_of(tissue: Tissue) -> Result<ImageBytes> {
+    let mesh = load(&format!("organ:{ORGAN_SIZE}"), &MeshOptions::default())?;
+    let options = BakeOptions { tissue: Some(tissue), ..BakeOptions::default() };
+    bake(&mesh, &mesh.default_fixed, &options)
 }
 
 /// Bakes a checked mesh with the nodes `fixed` (input ids) held for ever.

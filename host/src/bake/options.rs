@@ -154,14 +154,14 @@ pub(super) fn check(mesh: &Mesh, options: &BakeOptions) -> Result<()> {
     Ok(())
 }
 
-/// Checks that there are at most three bands, each with a different width.
+/// Checks that there are at most six bands, each with a different width on its side.
 fn check_stiffening(bands: &[Band]) -> Result<()> {
     if bands.len() > STIFFENING_MAX {
         let (given, most) = (bands.len(), STIFFENING_MAX);
         return Err(Error::input(format!("`stiffening`: {given} bands, at most {most}")));
     }
     for (at, band) in bands.iter().enumerate() {
-        let Band { half_width, modulus_pa } = *band;
+        let Band { half_width, modulus_pa, .. } = *band;
         if !(0.01..1.0).contains(&(half_width as f32)) {
             return Err(Error::input(format!(
                 "`stiffening`: half-width {half_width}: must be from 0.01 to below 1"
@@ -173,7 +173,7 @@ fn check_stiffening(bands: &[Band]) -> Result<()> {
                  1e12 [Pa]"
             )));
         }
-        if bands[..at].iter().any(|other| other.half_width as f32 == half_width as f32) {
+        if bands[..at].iter().any(|other| other.repeats(band)) {
             return Err(Error::input(format!(
                 "`stiffening`: half-width {half_width} twice: add up the moduli"
             )));

@@ -64,7 +64,8 @@ pub struct BodyArgs {
     /// Stiffness of a link [N/m]; as --alpha
     #[arg(long, default_value = "20", value_name = "K", allow_negative_numbers = true)]
     stiffness_n_per_m: String,
-    /// Tissue by name, of those that `chaincell tissues` lists: its modulus, Poisson's ratio, branches and
+    /// Tissue by name, of those that `chaincell tissues` lists, or FILE.csv:NAME of a table as `chaincell
+    /// relaxation` writes it (FILE.csv if it has one tissue): its modulus, Poisson's ratio, branches and
     /// bands, and its toughness with --cuttable; options given beside it go before
     #[arg(long, value_name = "NAME", conflicts_with_all = ["alpha", "stiffness_n_per_m"])]
     tissue: Option<String>,
@@ -90,8 +91,9 @@ pub struct BodyArgs {
     /// folding them; none for no such band [default: 0.7]
     #[arg(long, value_name = "STRETCH", requires = "shapes")]
     stretch_min: Option<String>,
-    /// Bands on the links of nodal shapes, up to three: HALF_WIDTH=PASCAL,HALF_WIDTH=PASCAL; what is
-    /// strained beyond a half-width resists with that modulus more, as 0.1=10000,0.25=60000; they
+    /// Bands on the links of nodal shapes, up to six: HALF_WIDTH=PASCAL,HALF_WIDTH=PASCAL; what is
+    /// strained beyond a half-width resists with that modulus more, as 0.1=10000,0.25=60000, and
+    /// with short: or long: before it only what is shortened or lengthened, as short:0.035=22000; they
     /// stay elastic beside --branch; none leaves out those of --tissue
     #[arg(long, value_name = "BANDS", requires = "shapes", value_parser = stiffening)]
     stiffening: Option<Bands>,
@@ -489,17 +491,11 @@ struct BranchOrNone(Option<Branch>);
 #[derive(Debug, Clone, Default)]
 struct Bands(Vec<Band>);
 
-fn stiffening(text: &str) -> std::result::Result<Bands, &'static str> {
+fn stiffening(text: &str) -> std::result::Result<Bands, String> {
     if text == "none" {
         return Ok(Bands::default());
     }
-    let bands = text.split(',').map(|part| {
-        let (half_width, modulus_pa) = part.split_once('=')?;
-        let [half_width, modulus_pa] = [half_width, modulus_pa].map(|x| x.trim().parse().ok());
-        Some(Band { half_width: half_width?, modulus_pa: modulus_pa? })
-    });
-    let bands: Option<Vec<Band>> = bands.collect();
-    bands.map(Bands).ok_or("give HALF_WIDTH=PASCAL, as 0.1=10000, several with commas")
+    text.split(',').map(str::parse).collect::<std::result::Result<_, _>>().map(Bands)
 }
 
 fn branch(text: &str) -> std::result::Result<BranchOrNone, &'static str> {

@@ -1,13 +1,14 @@
 //! `chaincell cosim`: the main job, both processes side by side and the replay that checks them.
 
 use std::convert::Infallible;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use chaincell_kernel::trace::{Entry, Reader};
 use chaincell_kernel::{Budget, Model};
 use serde::Serialize;
 
 use super::budget::BudgetArgs;
+use super::cosim_body::CosimBodyArgs;
 use super::cosim_view::{Shown, ViewArgs};
 use super::inject::{InjectArgs, tell_injected};
 use super::judgement::{Judgement, Pace};
@@ -23,7 +24,6 @@ use super::stage::{StageArgs, StageReport};
 use super::tissue::{TissueArgs, TissueReport};
 use super::verdict::{Counts, Verdict, VerdictArgs};
 use crate::bake::tissue::DEVICE_HZ;
-use crate::bake::{ORGAN_POISSON, ORGAN_SIZE, ORGAN_YOUNG_PA, organ};
 use crate::engine::convergence::{Convergence, ForceError};
 use crate::engine::course::{ToolCourse, largest_n};
 use crate::engine::cut::report::CutReport;
@@ -53,6 +53,7 @@ use crate::words::counted;
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:\n  chaincell cosim --view\n  \
     chaincell cosim liver.chaincell --contact cells:file:liver.sets.json#patch --out session\n  \
+    chaincell cosim --tissue muscle --out session\n  \
     chaincell cosim --load 1 --seconds 28800 --out night\n\n\
     Exit code 0 when every tick was answered, the replay gave the same state hash and the verdict is\n  \
     held, else 1.\n\n\
@@ -61,11 +62,8 @@ use crate::words::counted;
     machine's own. --out gets histogram.csv too. Exit code 1 also when a process took more memory at\n\
     the end than after the warm-up. A session of more than an hour is then neither recorded nor replayed.")]
 pub struct Args {
-    #[arg(help = format!(
-        "Model file from `chaincell bake` [default: organ:{ORGAN_SIZE}, {} kPa, Poisson's ratio \
-         {ORGAN_POISSON}]", 1e-3 * ORGAN_YOUNG_PA
-    ))]
-    model: Option<PathBuf>,
+    #[command(flatten)]
+    body: CosimBodyArgs,
     /// Length of the press, with --load of the session, 3 s to 31 days [s]
     #[arg(long, default_value_t = 10.0, value_name = "S", allow_negative_numbers = true)]
     seconds: f64,
@@ -158,10 +156,7 @@ pub fn execute(args: &Args) -> Result<()> {
     args.common.check()?;
     // Prepare the body and its press.
     let scratch = session::scratch()?;
-    let (image, model_path) = match &args.model {
-        Some(path) => (model_file::read(path)?, path.clone()),
-        None => (organ()?, scratch.path().join("organ.chaincell")),
-    };
+    let (image, model_path) = args.body.image(scratch.path())?;
     let model = model_file::parse(&image, &model_path)?;
     check_body_rate(&model, &model_path)?;
     let mut tissue = args.tissue.staged(model, args.stage.settings()?)?;
@@ -174,13 +169,13 @@ pub fn execute(args: &Args) -> Result<()> {
         Folder::check_room(&out, Recorder::trace_records(ticks, tissue.tools()))?;
     }
     let folder = Folder::open(&out, args.folder.force)?;
-    if args.model.is_none() {
+    if args.body.model.is_none() {
         write_whole(&model_path, image.as_bytes())?;
     }
     if !args.print.json {
         terminal::say(format_args!(
             "{}: {}, {} s at 1 kHz",
-            args.model.as_ref().map_or("organ".into(), |path| path.display().to_string()),
+            args.body.name(),
             session::describe(&model),
             args.seconds
         ))?;
@@ -196,7 +191,7 @@ pub fn execute(args: &Args) -> Result<()> {
         ..Sides::of(lengths, &args.tissue, &args.common)
     };
     let page = args.view.open(Shown {
-        path: args.model.as_deref(),
+        path: args.body.shown(&model_path),
         image: image.as_bytes(),
         model: &model,
         tools: args.tissue.tool_texts()?,
@@ -465,14 +460,16 @@ fn print(args: &Args, summary: &CosimSummary) -> Result<()> {
     if let Some(load) = &summary.load {
         load.print()?;
     }
-    match (&args.folder.out, &args.model) {
+    let body = &args.body;
+    match (&args.folder.out, &body.model) {
         (Some(out), _) => {
             terminal::say(format_args!("  {:<18}{}", "results", out.display()))?;
             if args.tissue.is_shown(cut) {
                 tell_view(18, &[out])?;
             }
         }
-        (None, _) if args.view.is_wanted() => {}
+        // `view` makes no organ of another tissue.
+        (None, _) if args.view.is_wanted() || body.tissue.is_some() => {}
         (None, Some(model)) => tell_view(18, &[model])?,
         // Without a model it shows the same organ.
         (None, None) => tell_view(18, &[])?,

@@ -32,7 +32,7 @@ pub struct ViewArgs {
 
 /// The body of a session as its page shows it.
 pub struct Shown<'a> {
-    /// Model file that was given.
+    /// Model file, given or made of a tissue by name; `None` for the default organ.
     pub path: Option<&'a Path>,
     /// Its image.
     pub image: &'a [u8],

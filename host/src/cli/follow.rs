@@ -217,7 +217,7 @@ impl Teller {
                 terminal::note(format_args!("note: cut off from the session: {why}; trying again"));
             }
             Told::Again => terminal::note("note: connected again"),
-            Told::Look { tick, lag_records, hashes_compared } => {
+            Told::Look { tick, lag_ticks, hashes_compared } => {
                 if !self.begun {
                     self.begun = true;
                     terminal::say("ready")?;
@@ -226,7 +226,7 @@ impl Teller {
                     self.line_ns = now_ns() + SECOND_NS;
                     terminal::say(format_args!(
                         "tick {tick}, {} behind, {hashes_compared} state hashes equal",
-                        counted(lag_records, "record"),
+                        counted(lag_ticks, "tick"),
                     ))?;
                 }
             }
@@ -270,7 +270,7 @@ fn print(args: &Args, report: &FollowReport) -> Result<()> {
         "{} followed, {} state hashes equal, {cuts}, at most {} behind",
         counted(report.ticks, "tick"),
         report.hashes_compared,
-        counted(report.largest_lag_records, "record"),
+        counted(report.largest_lag_ticks, "tick"),
     ))?;
     terminal::say(format_args!("  {:<14}{}", "state hash", report.state_hash))
 }

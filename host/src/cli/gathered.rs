@@ -5,6 +5,7 @@ use std::path::Path;
 use chaincell_kernel::trace::Record;
 use chaincell_kernel::{TickOutput, ToolPose};
 
+use super::account::Account;
 use super::picture;
 use super::snapshots::Snapshots;
 use crate::engine::course::{Course, ToolCourse};
@@ -120,6 +121,8 @@ pub struct Gathered<'a> {
     pub estimates: Estimates,
     largest: Largest,
     pins: PinRows,
+    /// Energy of the tools on a surface.
+    pub account: Account,
     /// Of scissors, the largest so far.
     pub opening_torque_n_m: Option<f32>,
 }
@@ -133,6 +136,7 @@ impl<'a> Gathered<'a> {
     pub fn new(tables: Option<Tables<'a>>, draws: bool, is_adaptive: bool) -> Result<Self> {
         let (courses, largest, estimates) = (Vec::new(), Largest::default(), Estimates::new()?);
         let (pins, opening_torque_n_m) = (PinRows::default(), None);
+        let account = Account::default();
         Ok(Self {
             tables,
             courses,
@@ -141,6 +145,7 @@ impl<'a> Gathered<'a> {
             estimates,
             largest,
             pins,
+            account,
             opening_torque_n_m,
         })
     }
@@ -157,6 +162,7 @@ impl<'a> Gathered<'a> {
         tissue: &mut Staged<'_>,
     ) -> Result<()> {
         let force_n = output.force_n.into();
+        self.account.add(output.energy_j, tissue);
         self.courses.resize(tissue.tools().max(1), Course::default());
         if let ([only], 0) = (&mut self.courses[..], tissue.tools()) {
             only.add(force_n, output.contacts, None);

@@ -7,7 +7,8 @@ use serde::Serialize;
 
 use super::load::Lengths;
 use super::model_file;
-use super::run::{play, progress};
+use super::played::play;
+use super::run::progress;
 use super::session::{self, LoopArgs, tell_refused};
 use super::shared::{DepthArgs, PrintArgs};
 use super::sides::{self, Files, Sides};

@@ -1,5 +1,6 @@
 //! The command line: one file a command, shared arguments beside them.
 
+mod account;
 mod admits;
 mod bake;
 mod batch;
@@ -13,6 +14,7 @@ mod contacts;
 mod control;
 mod convert;
 mod cosim;
+mod cosim_body;
 mod cosim_view;
 mod filled;
 mod follow;
@@ -31,6 +33,7 @@ pub mod offline;
 pub mod options;
 mod picture;
 mod pins;
+mod played;
 mod press;
 mod probe;
 mod record;

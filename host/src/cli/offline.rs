@@ -3,6 +3,7 @@
 use chaincell_kernel::Model;
 use clap::{CommandFactory, FromArgMatches, Parser};
 
+use super::budget::{check_force_error, share};
 use super::options::in_a_line;
 use super::stage::StageArgs;
 use super::tissue::TissueArgs;
@@ -18,6 +19,8 @@ pub struct Offline {
     tissue: TissueArgs,
     #[command(flatten)]
     stage: StageArgs,
+    #[arg(long, value_name = "SHARE", value_parser = share)]
+    force_error: Option<f32>,
 }
 
 impl Offline {
@@ -35,9 +38,19 @@ impl Offline {
     /// The tissue of a model, at rest.
     ///
     /// # Errors
-    /// What does not go with the model, a value out of its range, a delay that is to be measured.
+    /// What does not go with the model, a value out of its range, a delay that is to be measured, a share of the force
+    /// for its error where no error is known.
     pub fn staged<'m>(&self, model: Model<'m>) -> Result<Staged<'m>> {
-        self.tissue.staged(model, self.stage.timeless()?)
+        let mut tissue = self.tissue.staged(model, self.stage.timeless()?)?;
+        check_force_error(self.force_error, tissue.engine_mut())?;
+        Ok(tissue)
+    }
+
+    /// Share of each force at which its estimated error ends a tick, see
+    /// [`Budget::Within`](chaincell_kernel::Budget::Within); `None` for ticks that make all sweeps.
+    #[must_use]
+    pub fn force_error(&self) -> Option<f32> {
+        self.force_error
     }
 
     /// What cells and links are computed in.
@@ -69,6 +82,7 @@ mod tests {
             ("--scheme=none", "--scheme"),
             ("--device=hammer", "--device"),
             ("--colour=1", "--colour"),
+            ("--force-error=2", "--force-error"),
             ("--help", "--help"),
         ] {
             let text = refusal(option);

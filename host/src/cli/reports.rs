@@ -12,6 +12,7 @@ use chaincell_kernel::{
 use serde::Serialize;
 
 use super::relaxation::RelaxationReport;
+use crate::bake::tissue::{Band, BandSide};
 use crate::bake::{Equivalent, Notes};
 use crate::error::Result;
 use crate::terminal;
@@ -78,9 +79,9 @@ pub struct ModelReport {
     /// The stretch below which shapes resist more.
     #[serde(skip_serializing_if = "Option::is_none")]
     stretch_min: Option<f32>,
-    /// Half-width and modulus \[Pa\] of each stiffening band.
+    /// The stiffening bands.
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    stiffening: Vec<[f32; 2]>,
+    stiffening: Vec<Band>,
     /// A body whose stress relaxes.
     #[serde(skip_serializing_if = "Option::is_none")]
     relaxation: Option<RelaxationReport>,
@@ -218,12 +219,7 @@ impl ModelReport {
                 max: of.cells_pa.iter().copied().fold(0.0, f64::max),
             }),
             stretch_min: model.stretch_min().filter(|least| *least > 0.0),
-            stiffening: {
-                let mut bands = Vec::new();
-                model
-                    .each_stiffening(|half_width, modulus_pa| bands.push([half_width, modulus_pa]));
-                bands
-            },
+            stiffening: Band::of_model(model),
             groups: Notes::read(model).groups.into_iter().map(|(k, ids)| (k, ids.len())).collect(),
             relaxation: RelaxationReport::of(model),
             cutting: Cutting::of(model),
@@ -303,9 +299,7 @@ impl ModelReport {
             };
             row("shapes", band)?;
             self.relaxation.as_ref().map_or(Ok(()), |of| of.print())?;
-            for [half_width, modulus_pa] in &self.stiffening {
-                row("stiffening", format!("{modulus_pa:.0} Pa beyond a strain of {half_width}"))?;
-            }
+            self.stiffening.iter().try_for_each(|band| row("stiffening", stiffening(band)))?;
         } else {
             row(
                 "stiffness",
@@ -369,4 +363,13 @@ fn ram_bytes<D: Dynamics>(model: &Model<'_>) -> usize {
     let arrays = array_bytes::<D>(cells, contacts, D::room_blocks(model, contacts));
     let states = term_states(model.kept_states()) * size_of::<TermState>();
     size_of::<Head<D>>().next_multiple_of(16) + arrays + states
+}
+/// A band in words.
+fn stiffening(band: &Band) -> String {
+    let strain = match band.side {
+        BandSide::Both => "a strain",
+        BandSide::Short => "a compression",
+        BandSide::Long => "an extension",
+    };
+    format!("{:.0} Pa beyond {strain} of {}", band.modulus_pa, band.half_width)
 }

@@ -2,18 +2,19 @@
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
-use std::time::Instant;
 
 use chaincell_kernel::trace::CommandRecord;
-use chaincell_kernel::{Budget, Choice, Model, TickOutput, ToolPose};
+use chaincell_kernel::{Choice, Model, TickOutput};
 use serde::Serialize;
 
+use super::account::{AccountReport, tell_account};
 use super::budget::{check_force_error, share};
 use super::gathered::{Gathered, Tables};
 use super::judgement::{Judgement, Pace};
 use super::mesh_file::Units;
 use super::model_file;
 use super::pins::{PinArgs, Pinned};
+use super::played::{Played, play};
 use super::press::{Motion, PressArgs};
 use super::shared::{PrintArgs, note_cut, tell_cut, tell_relaxed, tell_view};
 use super::snapshots::{SnapshotArgs, Snapshots};
@@ -27,20 +28,19 @@ use crate::engine::estimates::ForceEstimate;
 use crate::engine::far::Far;
 use crate::engine::flag_ticks::FlagTicks;
 use crate::engine::motion::Pose;
-use crate::engine::order::{TickOrder, TickPlace};
 use crate::engine::staged::Staged;
 use crate::engine::stress_limit::StressReport;
 use crate::engine::tissue::TissueEngine;
 use crate::engine::tools::Poses;
 use crate::engine::untouched::Untouched;
 use crate::error::{Error, Result};
-use crate::files::output::{Answer, Folder, JOB, Job, PinCourse};
+use crate::files::output::{Folder, JOB, Job, PinCourse};
 use crate::files::path::{self, Paths, Rules};
 use crate::files::recording;
 use crate::files::recording::Recording;
 use crate::files::whole::{check_writable, folder_of};
 use crate::interrupt;
-use crate::session::timing::histogram::{Latencies, Summary};
+use crate::session::timing::histogram::Summary;
 use crate::terminal::{self, Progress};
 use crate::words::counted;
 
@@ -161,6 +161,9 @@ pub struct RunSummary {
     /// Energy that a body with branches has relaxed since the last reset \[J\].
     #[serde(skip_serializing_if = "Option::is_none")]
     relaxed_j: Option<f32>,
+    /// Where the energy of tools went; of a body that can be cut or that relaxes.
+    #[serde(flatten)]
+    account: Option<AccountReport>,
     #[serde(flatten)]
     tissue: TissueReport,
     stage: Option<StageReport>,
@@ -287,6 +290,7 @@ impl Args {
             interrupted: interrupt::asked(),
             cut: tissue.engine_mut().cut(),
             relaxed_j: tissue.engine_mut().relaxed_j(),
+            account: gathered.account.report(&mut tissue),
             tissue: self.tissue.report(tissue.engine()),
             stage: self.stage.report()?,
         };
@@ -438,96 +442,6 @@ fn check_sweeps(args: &Args, tissue: &Staged<'_>, poses: &[Vec<Pose>]) -> Result
     }
 }
 
-/// What a path played through an engine gave.
-pub struct Played {
-    /// One answer a tick that was executed.
-    pub answers: Vec<Answer>,
-    /// On how many ticks each flag was set.
-    pub flag_ticks: FlagTicks,
-    /// Time of each tick.
-    pub step: Latencies,
-    /// Poses whose tick was not above the last one, or was bad: not executed.
-    pub poses_repeated: u64,
-}
-
-/// Plays sequences of poses, each from another controller, through a tissue as `serve` would,
-/// `after` being called behind each tick, with the poses of all tools. A path of one tool moves the
-/// first alone. A tick ends early where the estimated errors of the forces are within `share` of them, if one is
-/// given. Ends early, with what it has, when the user asks to stop.
-pub fn play(
-    tissue: &mut Staged<'_>,
-    paths: &Paths,
-    share: Option<f32>,
-    progress: Progress,
-    mut after: impl FnMut(&Pose, &Poses, &TickOutput, &mut Staged<'_>) -> Result<()>,
-) -> Result<Played> {
-    let poses: usize = paths.poses.iter().map(Vec::len).sum();
-    let mut played = Played {
-        answers: Vec::with_capacity(poses),
-        flag_ticks: FlagTicks::default(),
-        step: Latencies::new()?,
-        poses_repeated: 0,
-    };
-    'session: for (sequence, poses) in paths.poses.iter().enumerate() {
-        let mut order = TickOrder::default();
-        for (at, pose) in poses.iter().enumerate() {
-            if interrupt::asked() {
-                break 'session;
-            }
-            progress.step();
-            if order.take(pose.tick) != TickPlace::Next {
-                played.poses_repeated += 1;
-                continue;
-            }
-            let first = [ToolPose::from(*pose)];
-            let poses = match paths.each(sequence, at) {
-                [] => &first,
-                each => each,
-            };
-            let budget = match (pose.sweeps, share) {
-                (None, Some(share)) => Budget::Within { share, more: None },
-                (sweeps, _) => Budget::again(sweeps),
-            };
-            let output = played.tick(tissue, pose.tick, poses, budget);
-            after(pose, &Poses::of_tools(tissue.tools(), poses), &output, tissue)?;
-        }
-    }
-    drop(progress);
-    Ok(played)
-}
-
-impl Played {
-    /// Mean number of sweeps in a tick.
-    fn sweeps_mean(&self) -> f64 {
-        let sweeps: u64 = self.answers.iter().map(|answer| u64::from(answer.output.sweeps)).sum();
-        sweeps as f64 / self.answers.len().max(1) as f64
-    }
-
-    /// Whether the tool had a contact in some tick.
-    pub fn has_touched(&self) -> bool {
-        self.answers.iter().any(|answer| answer.output.contacts > 0)
-    }
-
-    /// One timed tick.
-    fn tick(
-        &mut self,
-        tissue: &mut Staged<'_>,
-        tick: u64,
-        poses: &[ToolPose],
-        budget: Budget<'_>,
-    ) -> TickOutput {
-        let start = Instant::now();
-        let output = tissue.tick_by(poses, budget);
-        let span = start.elapsed();
-        self.step.record(u64::try_from(span.as_nanos()).unwrap_or(u64::MAX));
-        self.flag_ticks.add(output.flags);
-        let cut_area_m2 = tissue.engine_mut().cut_area_m2();
-        let force_error_n = tissue.force_error_n(0);
-        self.answers.push(Answer { tick, output, cut_area_m2, force_error_n });
-        output
-    }
-}
-
 fn report(args: &Args, ended: &Ended) -> Result<()> {
     let summary = &ended.summary;
     let peak = largest_n(&summary.tool_courses);
@@ -572,6 +486,7 @@ fn report(args: &Args, ended: &Ended) -> Result<()> {
     terminal::say(format_args!("  {:<14}{}", "flags", summary.flag_ticks))?;
     tell_cut(14, cut)?;
     tell_relaxed(14, summary.relaxed_j)?;
+    tell_account(14, summary.account.as_ref())?;
     summary.judgement.print(14)?;
     if let Some(drawn) = &ended.drawn {
         terminal::say(format_args!("  {:<14}{drawn}", "picture"))?;

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::shared::PrintArgs;
 use super::values::tissue_options;
-use crate::bake::tissue::KnownTissue;
+use crate::bake::tissue::{Band, KnownTissue};
 use crate::error::Result;
 use crate::terminal;
 
@@ -12,6 +12,7 @@ use crate::terminal;
 ///
 /// A tissue is read in a publication, derived from what was read there, or fitted to published curves. Poisson's
 /// ratio is assumed where the source has none; it and a modulus said to be instant hold before anything has relaxed.
+/// Toughness is printed as the options of a body that can be cut, friction as that of `run`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example:\n  chaincell bake organ --tissue cervix -o cervix.chaincell")]
 pub struct Args {
@@ -22,21 +23,20 @@ pub struct Args {
 /// A tissue of the list.
 #[derive(Serialize)]
 struct Listed {
-    name: &'static str,
-    tissue: &'static str,
+    name: String,
+    tissue: String,
     young_pa: f64,
     /// `long-term` or `instant`.
     modulus: &'static str,
     poisson: f64,
     /// Shear modulus over the long-term one, and time \[s\].
     branches: Vec<[f64; 2]>,
-    /// Half-width and modulus \[Pa\].
-    stiffening: Vec<[f64; 2]>,
+    stiffening: Vec<Band>,
     toughness_j_per_m2: Option<f64>,
     friction: Option<f64>,
-    status: &'static str,
-    source: &'static str,
-    note: &'static str,
+    status: String,
+    source: String,
+    note: String,
 }
 
 /// The output of `--json`.
@@ -54,7 +54,7 @@ impl From<KnownTissue> for Listed {
             modulus: if known.is_instant { "instant" } else { "long-term" },
             poisson: known.poisson,
             branches: known.branches.iter().map(|of| [of.ratio, of.time_s]).collect(),
-            stiffening: known.stiffening.iter().map(|of| [of.half_width, of.modulus_pa]).collect(),
+            stiffening: known.stiffening,
             toughness_j_per_m2: known.toughness_j_per_m2,
             friction: known.friction,
             status: known.status,
@@ -72,7 +72,7 @@ impl Listed {
         };
         [
             tissue_options(&self.branches, self.modulus == "instant", &self.stiffening),
-            number(" --toughness-j-per-m2 ", self.toughness_j_per_m2),
+            number(", --cuttable --toughness-j-per-m2 ", self.toughness_j_per_m2),
             number(", run --friction ", self.friction),
         ]
         .concat()

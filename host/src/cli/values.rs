@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use crate::bake::PerCell;
+use crate::bake::tissue::Band;
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
 use crate::text;
@@ -34,16 +35,16 @@ pub fn per_cell(option: &str, text: &str, mesh: &Mesh) -> Result<PerCell> {
     }
 }
 
-/// The options of a bake for branches, each a ratio of moduli and a time \[s\], and for bands, each a half-width and a
-/// modulus \[Pa\]: ` --branch 2,0.1 --stiffening 0.1=10000`; empty without any.
+/// The options of a bake for branches, each a ratio of moduli and a time \[s\], and for bands:
+/// ` --branch 2,0.1 --stiffening 0.1=10000`; empty without any.
 #[must_use]
-pub fn tissue_options(branches: &[[f64; 2]], is_instant: bool, bands: &[[f64; 2]]) -> String {
+pub fn tissue_options(branches: &[[f64; 2]], is_instant: bool, bands: &[Band]) -> String {
     let mut text: String =
         branches.iter().map(|[ratio, time_s]| format!(" --branch {ratio},{time_s}")).collect();
     if is_instant {
         text += " --instant";
     }
-    let bands: Vec<String> = bands.iter().map(|[width, pa]| format!("{width}={pa}")).collect();
+    let bands: Vec<String> = bands.iter().map(Band::to_string).collect();
     if !bands.is_empty() {
         text += &format!(" --stiffening {}", bands.join(","));
     }

@@ -269,8 +269,8 @@ fn tools(args: &Args, model: &Model<'_>) -> Result<Vec<String>> {
         let contact = super::tool::tools(&args.tool, None, model)?;
         if contact.has_blade() {
             return Err(Error::input(
-                "--tool blade: the page's own kernel does not cut; run serve with the blade, and show it with \
-                 --scene",
+                "--tool blade: the page neither cuts nor shows a wound; cut with run, and look at its VTU files \
+                 and pictures",
             ));
         }
         return Ok(args.tool.iter().map(|tool| tool.text.clone()).collect());

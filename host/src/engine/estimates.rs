@@ -15,7 +15,8 @@ const LARGEST: u64 = 1 << 32;
 const DIGITS: u8 = 3;
 
 /// Estimated errors of the forces of a run or a session, see
-/// [`TissueMut::force_error_n`](chaincell_kernel::TissueMut::force_error_n), as shares of the largest force.
+/// [`TissueMut::force_error_n`](chaincell_kernel::TissueMut::force_error_n), as shares of the largest force whose error
+/// is known.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct ForceEstimate {
     /// Ticks of which the error is known; of several tools each counts.
@@ -64,12 +65,13 @@ impl Estimates {
         if contacts == 0 {
             return;
         }
+        let Some(error_n) = error_n else {
+            self.unknown_ticks += 1;
+            return;
+        };
         let squares = force_n.map(|of| of * of);
         self.largest_n = self.largest_n.max(squares.iter().sum::<f32>().sqrt());
-        match error_n {
-            Some(error_n) => self.known.saturating_record((f64::from(error_n) / UNIT_N) as u64),
-            None => self.unknown_ticks += 1,
-        }
+        self.known.saturating_record((f64::from(error_n) / UNIT_N) as u64);
     }
 
     /// The estimates by size; `None` if none is known, or if no force acted.
@@ -101,7 +103,9 @@ mod tests {
         assert!((result.median - 0.01).abs() < 1e-5 && (result.p99 - 0.02).abs() < 2e-5);
         let text = "within 1.0 % of the largest (median), 2.0 % (99 of 100 ticks), by estimate";
         assert_eq!(result.to_string(), text);
-        estimates.add([1.0, 0.0, 0.0], 1, None);
+        // A force whose error is not known sets no scale.
+        estimates.add([50.0, 0.0, 0.0], 1, None);
+        assert_eq!(estimates.result().unwrap().p99, result.p99);
         assert!(estimates.result().unwrap().to_string().ends_with("; not known in 1 tick"));
     }
 }

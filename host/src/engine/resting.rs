@@ -57,7 +57,7 @@ pub fn resting(
     if is_held || output.force_n.norm() <= 0.0 {
         let place = place.touch_m.map(length).join(", ");
         let why = if is_held {
-            "the body holds the tool back; press less deep, or bake with a larger `energy_max_j`"
+            "the body holds the tool back; press less deep, or bake with a larger energy bound (`--energy-max-j`)"
         } else {
             "nothing touches the tool: it slid off, the body turned away from it, or the triangles are too large for \
              it; fix more of the body, press deeper, or take a larger tool"

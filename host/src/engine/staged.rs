@@ -35,6 +35,9 @@ pub struct Staged<'m> {
     engaged: [bool; TOOLS_MAX],
     /// The last output of each tool; without stages only that of the first.
     last: [TickOutput; TOOLS_MAX],
+    /// True for each tool, and for held cells in the first place, whose answered force is not the tissue's in the
+    /// last tick: its stage was on a ramp, or coupling, control, clamp or slew limit changed the force.
+    is_shaped: [bool; TOOLS_MAX],
     /// Poses that the tissue got in the last tick.
     passed: Poses,
 }
@@ -60,9 +63,10 @@ impl<'m> Staged<'m> {
             let stage = stage.map_err(|why| Error::input(format!("output stage: {why}")))?;
             stages.resize(engine.contact().tools().max(1), stage);
         }
-        let (max_torque_n_m, engaged) = (f32::INFINITY, [false; TOOLS_MAX]);
-        let last = [TickOutput::NONE; TOOLS_MAX];
-        Ok(Self { engine, stages, max_torque_n_m, engaged, last, passed: Poses::NONE })
+        let max_torque_n_m = f32::INFINITY;
+        let [engaged, is_shaped] = [[false; TOOLS_MAX]; 2];
+        let (last, passed) = ([TickOutput::NONE; TOOLS_MAX], Poses::NONE);
+        Ok(Self { engine, stages, max_torque_n_m, engaged, last, is_shaped, passed })
     }
 
     /// Limits the torques of tools from now on \[N m\]. It changes no bit of the tissue.
@@ -105,7 +109,7 @@ impl<'m> Staged<'m> {
         // Take over the stages only when everything fits.
         self.stages = stages;
         self.engaged = saved.engaged;
-        self.last = [TickOutput::NONE; TOOLS_MAX];
+        (self.last, self.is_shaped) = ([TickOutput::NONE; TOOLS_MAX], [false; TOOLS_MAX]);
         Ok(())
     }
 
@@ -204,11 +208,14 @@ impl TissueEngine for Staged<'_> {
     }
 
     fn force_error_n(&mut self, tool: usize) -> Option<f32> {
-        self.engine.force_error_n(tool)
+        let is_shaped = self.is_shaped.get(tool).is_some_and(|is_shaped| *is_shaped);
+        self.engine.force_error_n(tool).filter(|_| !is_shaped)
     }
 
     fn torque_error_n_m(&mut self, tool: usize) -> Option<f32> {
-        self.engine.torque_error_n_m(tool)
+        // The stage changes a torque by its ramp alone.
+        let is_whole = self.stages.get(tool).is_none_or(|stage| stage.share() == 1.0);
+        self.engine.torque_error_n_m(tool).filter(|_| is_whole)
     }
 
     fn has_stage(&self) -> bool {
@@ -285,6 +292,7 @@ impl TissueEngine for Staged<'_> {
         self.engine.obey(command)?;
         if *command == Command::Reset {
             (self.engaged, self.last) = ([false; TOOLS_MAX], [TickOutput::NONE; TOOLS_MAX]);
+            self.is_shaped = [false; TOOLS_MAX];
             for stage in &mut self.stages {
                 // Valid settings stay valid.
                 *stage = Stage::new(*stage.settings()).map_err(|_| Refusal::Reset)?;
@@ -316,7 +324,9 @@ impl Staged<'_> {
         let tool = stage.sample(&device);
         self.passed = Poses::of(&[tool]);
         let output = self.engine.tick_by(&[tool], budget);
-        stage.output(&output)
+        let answer = stage.output(&output);
+        self.is_shaped[0] = answer.force_n != output.force_n;
+        answer
     }
 
     /// Notes which tools are engaged, where all poses are good.
@@ -358,12 +368,13 @@ impl Staged<'_> {
         for tool in 0..tools {
             // With one tool the tick's output is the tool's.
             let answer = if tools == 1 { output } else { self.answer_of(tool, &output) };
-            let places = (self.stages.get_mut(tool), self.last.get_mut(tool));
-            if let (Some(stage), Some(last)) = places {
+            let each = self.stages.get_mut(tool).zip(self.last.get_mut(tool));
+            if let Some(((stage, last), is_shaped)) = each.zip(self.is_shaped.get_mut(tool)) {
                 let is_bad_alone = behind.each().get(tool).is_some_and(|pose| !pose.is_good());
                 // A bad sample of another tool has cost this one its output.
                 *last =
                     if is_bad && !is_bad_alone { stage.missed() } else { stage.output(&answer) };
+                *is_shaped = last.force_n != answer.force_n;
             }
         }
         let [first, ..] = self.last;
@@ -413,81 +424,4 @@ fn shortened(torque: Vector3<f32>, most: f32) -> (Vector3<f32>, bool) {
 }
 
 #[cfg(test)]
-mod tests {
-    use chaincell_kernel::stage::Device;
-    use nalgebra::Vector3;
-
-    use super::*;
-    use crate::bake::tissue::{Branch, Relaxation, Tissue};
-    use crate::bake::{BakeOptions, PerCell, bake};
-    use crate::engine::fixture::{engine, plane};
-    use crate::mesh::{MeshOptions, load};
-
-    /// A press of 40 mm, 1 mm per tick.
-    fn press(staged: &mut Staged<'_>) -> Vec<TickOutput> {
-        let tick = |tick: u8| {
-            let position_m = Vector3::new(0.0, 0.0, -1.0e-3 * f32::from(tick));
-            staged.tick(&ToolPose::at(position_m, 1))
-        };
-        (0..=40).map(tick).collect()
-    }
-
-    #[test]
-    fn branches_baked_for_other_ticks_are_refused_with_both_rates() {
-        let mesh = load("box:4x4x3x0.01", &MeshOptions::default()).unwrap();
-        let of = PerCell::Uniform;
-        let image = |device_hz| {
-            let branches = vec![Branch { ratio: 1.0, time_s: 0.5 }];
-            let relaxation = Some(Relaxation { branches, is_instant: false, device_hz });
-            let tissue = Tissue { relaxation, ..Tissue::new(of(1000.0), of(0.45)) };
-            let options = BakeOptions { tissue: Some(tissue), ..BakeOptions::default() };
-            bake(&mesh, &mesh.default_fixed, &options).unwrap()
-        };
-        for baked_hz in [300, 1000, 3000] {
-            let image = image(baked_hz);
-            for hz in [None, Some(300), Some(1000), Some(3000)] {
-                let stage = hz.map(|hz: u16| StageSettings {
-                    tick_s: 1.0 / f32::from(hz),
-                    ..StageSettings::NONE
-                });
-                let begun = Staged::new(engine(&image), stage);
-                let hz = hz.unwrap_or(1000);
-                if u32::from(hz) == baked_hz {
-                    assert!(begun.is_ok(), "{hz}");
-                    continue;
-                }
-                let why = begun.err().unwrap().to_string();
-                let remedy = format!("`device_hz` {baked_hz}, or bake it with `device_hz` {hz}");
-                assert!(why.contains(&remedy), "{why}");
-            }
-        }
-    }
-
-    #[test]
-    fn a_reset_is_one_of_the_stage_too() {
-        let image = plane();
-        let settings = StageSettings { ramp_ticks: 50, ..StageSettings::for_device(Device::Omega) };
-        let begin = || Staged::new(engine(&image), Some(settings)).unwrap();
-        let mut staged = begin();
-        let first = press(&mut staged);
-        assert!(first[40].force_n.norm() > 0.0 && first != press(&mut staged));
-        staged.command(&Command::Reset).unwrap();
-        assert_eq!(press(&mut staged), first);
-        assert_eq!(press(&mut begin()), first);
-    }
-
-    #[test]
-    fn what_the_device_gets_is_the_stages() {
-        let image = plane();
-        let mut plain = Staged::new(engine(&image), None).unwrap();
-        let own = press(&mut plain);
-        let largest_n = own[40].force_n.norm();
-        let settings = StageSettings { max_force_n: 0.5 * largest_n, ..StageSettings::NONE };
-        let mut staged = Staged::new(engine(&image), Some(settings)).unwrap();
-        let shown = press(&mut staged);
-        assert!(largest_n > 0.0 && shown.iter().all(|of| of.force_n.norm() <= 0.5 * largest_n));
-        let tissue = |of: &TickOutput| (of.energy_j, of.work_j, of.contacts);
-        assert!(shown.iter().map(tissue).eq(own.iter().map(tissue)));
-        assert_eq!(staged.state_hash(), plain.state_hash());
-    }
-}
+mod tests;

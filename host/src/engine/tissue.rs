@@ -62,8 +62,9 @@ pub trait TissueEngine {
         None
     }
 
-    /// Estimated error of a tool's force in the last tick, before its limit and an output stage, see
-    /// [`TissueMut::force_error_n`](chaincell_kernel::TissueMut::force_error_n) \[N\]; `None` if it is not known.
+    /// Estimated error of a tool's force in the last tick, before its limit, see
+    /// [`TissueMut::force_error_n`](chaincell_kernel::TissueMut::force_error_n) \[N\]; `None` if it is not known, and
+    /// if an output stage answers another force.
     fn force_error_n(&mut self, _tool: usize) -> Option<f32> {
         None
     }

@@ -82,8 +82,8 @@ pub struct Felt {
     /// Flags of this tool: [`Flags::FORCE_CLAMPED`], [`Flags::FORCE_WITHHELD`], [`Flags::RELEASE_FIRST`] and
     /// [`Flags::STARTS_INSIDE`].
     pub flags: Flags,
-    /// Estimated error of the tissue's force, before its limit and an output stage; `None` where it is not known
-    /// \[N\].
+    /// Estimated error of the tissue's force, before its limit; `None` where it is not known, and where an output
+    /// stage answers another force \[N\].
     pub force_error_n: Option<f32>,
     /// Estimated error of the torque likewise, `None` for held cells too \[N m\].
     pub torque_error_n_m: Option<f32>,
@@ -111,6 +111,7 @@ pub(super) trait AnyTools {
     fn torque_error_n_m(&mut self, network: &Network<'_>, tool: usize) -> Option<f32>;
     fn tells_force_error(&mut self, network: &Network<'_>) -> bool;
     fn opening_torque_n_m(&mut self, network: &Network<'_>, tool: usize) -> f32;
+    fn given_j(&mut self, network: &Network<'_>) -> f32;
     fn proxy_pose(&mut self, network: &Network<'_>, tool: usize) -> Option<ProxyPose>;
     fn contact_position(&mut self, network: &Network<'_>, tool: usize, cell: usize) -> [f64; 3];
     fn contact_forces(&mut self, network: &Network<'_>, each: &mut dyn FnMut(&ContactForce));
@@ -138,6 +139,10 @@ impl<D: Dynamics> AnyTools for Memory<D> {
 
     fn opening_torque_n_m(&mut self, network: &Network<'_>, tool: usize) -> f32 {
         self.view().opening_torque_n_m(network, tool)
+    }
+
+    fn given_j(&mut self, network: &Network<'_>) -> f32 {
+        self.view().given_j(network)
     }
 
     fn proxy_pose(&mut self, network: &Network<'_>, tool: usize) -> Option<ProxyPose> {
@@ -194,6 +199,12 @@ impl Engine<'_> {
     /// resists closing \[N m\]; `None` for a tool without scissors.
     pub fn opening_torque_n_m(&mut self, tool: usize) -> Option<f32> {
         self.has_scissors(tool).then(|| self.tissue.opening_torque_n_m(&self.network, tool))
+    }
+
+    /// Energy that the tools on the surface gave the body in the last tick, see
+    /// [`TissueMut::given_j`](chaincell_kernel::TissueMut::given_j) \[J\].
+    pub fn given_j(&mut self) -> f32 {
+        self.tissue.given_j(&self.network)
     }
 
     /// Returns true for a tool with scissors.

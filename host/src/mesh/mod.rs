@@ -51,7 +51,7 @@ pub use refined::Refined;
 pub use scale::UnlikelySize;
 pub use selector::{select, select_among};
 pub use solid::Filled;
-pub use surface::{boundary, vertex_normals};
+pub use surface::{boundary, corner_normals, vertex_normals};
 pub use write::{Written, write};
 
 /// Most cells a body may have: a cell's number has 16 bits and one value is kept back.

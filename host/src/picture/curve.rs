@@ -56,7 +56,7 @@ impl ForceCurve {
         let Some((deepest, _)) = points.iter().enumerate().max_by(by_depth) else { return chart };
         chart.series("pressing", Style::Line, &thin(&points[..=deepest])).series(
             "retreating",
-            Style::Line,
+            Style::Dashed,
             &thin(&points[deepest..]),
         )
     }

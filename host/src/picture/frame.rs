@@ -3,17 +3,19 @@
 use super::body::{Body, Paint};
 use super::camera::View;
 use super::palette;
-use crate::mesh::vertex_normals;
+use crate::mesh::corner_normals;
 
 /// Lines lie this much nearer than the surface that they are drawn on \[px\].
 const WIRE_LIFT: f32 = 4.0;
+/// Least cosine between planes across whose edge light is smoothed.
+const SMOOTH: f64 = 0.6;
 
 /// What is seen at a pixel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Seen {
     /// Towards the eye \[px\]; minus infinity where nothing is.
     pub depth: f32,
-    /// Unit normal on the side of the eye: right, up, towards the eye.
+    /// Unit normal of the side that is seen: right, up, towards the eye.
     pub normal: [f32; 3],
     /// Amounts of light that the surface gives back.
     pub colour: [f32; 3],
@@ -35,7 +37,6 @@ const NOTHING: Seen = Seen {
 #[derive(Clone, Copy)]
 struct Vertex {
     at: [f32; 3],
-    normal: [f32; 3],
     part: f32,
 }
 
@@ -57,7 +58,6 @@ impl Frame {
     /// Draws a body; values from `range[0]` to `range[1]` take the colours from end to end. Lines
     /// are `wire_px` wide.
     pub fn draw(&mut self, view: &View, body: &Body, range: [f64; 2], wire_px: f32) {
-        let normals = vertex_normals(&body.points_m, &body.triangles);
         let part = |at: usize| match &body.paint {
             Paint::Plain(_) => 0.0,
             Paint::Values(values) => {
@@ -65,23 +65,20 @@ impl Frame {
                 ((value - range[0]) / (range[1] - range[0])) as f32
             }
         };
-        let points = body.points_m.iter().zip(normals).enumerate();
+        let points = body.points_m.iter().enumerate();
         let vertices: Vec<Vertex> = points
-            .map(|(at, (&point, normal))| Vertex {
-                at: view.place(point).map(|x| x as f32),
-                normal: view.turn(normal.unwrap_or_default()).map(|x| x as f32),
-                part: part(at),
-            })
+            .map(|(at, &point)| Vertex { at: view.place(point).map(|x| x as f32), part: part(at) })
             .collect();
         let plain = match body.paint {
             Paint::Plain(colour) => Some(palette::linear(colour)),
             Paint::Values(_) => None,
         };
-        for triangle in &body.triangles {
-            let [a, b, c] = triangle.map(|id| vertices.get(id as usize));
-            if let (Some(a), Some(b), Some(c)) = (a, b, c) {
-                self.triangle([*a, *b, *c], plain, body.unlit);
-            }
+        let normals = corner_normals(&body.points_m, &body.triangles, SMOOTH);
+        for (triangle, normals) in body.triangles.iter().zip(normals) {
+            let Some(normals) = normals else { continue };
+            let normals = normals.map(|normal| view.turn(normal).map(|x| x as f32));
+            let corners = triangle.map(|id| vertices[id as usize]);
+            self.triangle(corners, normals, plain, body.unlit);
         }
         for [a, b] in &body.wires {
             if let (Some(a), Some(b)) = (vertices.get(*a as usize), vertices.get(*b as usize)) {
@@ -90,11 +87,19 @@ impl Frame {
         }
     }
 
-    fn triangle(&mut self, [a, b, c]: [Vertex; 3], plain: Option<[f32; 3]>, unlit: bool) {
+    fn triangle(
+        &mut self,
+        [a, b, c]: [Vertex; 3],
+        normals: [[f32; 3]; 3],
+        plain: Option<[f32; 3]>,
+        unlit: bool,
+    ) {
+        // Rows count downwards: a side that turns counter-clockwise, the normals' own, has a negative area.
         let area = edge(a.at, b.at, c.at);
         if !area.is_normal() {
             return;
         }
+        let side = if area < 0.0 { 1.0 } else { -1.0 };
         let span = |axis: usize, room: usize| {
             let [a, b, c] = [a.at[axis], b.at[axis], c.at[axis]];
             let (from, to) = (a.min(b).min(c).max(0.0), a.max(b).max(c).min(room as f32));
@@ -114,12 +119,10 @@ impl Frame {
                 if depth <= pixel.depth {
                     continue;
                 }
-                let normal = std::array::from_fn(|axis| {
-                    mix([a.normal[axis], b.normal[axis], c.normal[axis]])
-                });
+                let normal = std::array::from_fn(|axis| side * mix(normals.map(|of| of[axis])));
                 let part = mix([a.part, b.part, c.part]);
                 let colour = plain.unwrap_or_else(|| palette::light(part.into()));
-                *pixel = Seen { depth, normal: facing(normal), colour, wire: false, unlit };
+                *pixel = Seen { depth, normal: unit(normal), colour, wire: false, unlit };
             }
         }
     }
@@ -150,14 +153,10 @@ fn edge(a: [f32; 3], b: [f32; 3], c: [f32; 3]) -> f32 {
     (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 }
 
-/// Of length one, on the side of the eye.
-fn facing(normal: [f32; 3]) -> [f32; 3] {
+/// Of length one.
+fn unit(normal: [f32; 3]) -> [f32; 3] {
     let length = normal.iter().map(|x| x * x).sum::<f32>().sqrt();
-    if length < 1e-6 {
-        return [0.0, 0.0, 1.0];
-    }
-    let scale = if normal[2] < 0.0 { -1.0 / length } else { 1.0 / length };
-    normal.map(|x| scale * x)
+    if length < 1e-6 { [0.0, 0.0, 1.0] } else { normal.map(|x| x / length) }
 }
 
 #[cfg(test)]
@@ -199,6 +198,28 @@ mod tests {
         for order in [[near.clone(), far.clone()], [far, near]] {
             assert_eq!(drawn(&order).pixels[10 * 6 + 2].colour, [1.0, 0.0, 0.0]);
         }
+    }
+
+    /// The sides of a box have the light of their own plane up to its edges, however many triangles meet there.
+    #[test]
+    fn sides_that_meet_at_an_edge_are_not_smoothed() {
+        let points_m: Vec<[f64; 3]> =
+            (0..8).map(|at| [1, 2, 4].map(|bit| f64::from(u8::from(at & bit != 0)))).collect();
+        let sides =
+            [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+        let triangles = sides.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
+        let paint = Paint::Plain([200; 3]);
+        let cube = Body { points_m, triangles, paint, wires: vec![], unlit: false };
+        let view = View::fit(cube.points_m.iter(), [1.0, 0.6, 0.8], [0.0, 0.0, 1.0], (60, 60), 2.0);
+        let mut frame = Frame::new(&view);
+        frame.draw(&view, &cube, [0.0, 1.0], 0.0);
+        let mut seen: Vec<[i32; 3]> = (frame.pixels.iter().filter(|pixel| pixel.depth.is_finite()))
+            .map(|pixel| pixel.normal.map(|x| (1e3 * x).round() as i32))
+            .collect();
+        seen.sort_unstable();
+        seen.dedup();
+        assert_eq!(seen.len(), 3, "the first: {:?}", &seen[..seen.len().min(9)]);
+        assert!(seen.iter().all(|normal| normal[2] > 0), "{seen:?}");
     }
 
     #[test]

@@ -123,9 +123,9 @@ pub struct FollowReport {
     pub state_hash: String,
     /// Times that the stream was cut.
     pub cuts: u32,
-    /// Most records by which the tissue was behind the trace when a frame came, besides those that it made up when
-    /// it joined and after a cut.
-    pub largest_lag_records: u32,
+    /// Most ticks by which the tissue was behind the trace when a frame came, besides those that it made up when it
+    /// joined and after a cut.
+    pub largest_lag_ticks: u32,
     /// Ticks and commands for which the follower's own trace had no room.
     pub ticks_unrecorded: u64,
     /// True if the recording has ended, and all of it was followed.
@@ -162,8 +162,8 @@ pub enum Told<'a> {
     Look {
         /// Number of the last tick.
         tick: u64,
-        /// Records that the mirror has told of and that have not been run.
-        lag_records: u32,
+        /// Ticks that the mirror has named and that have not been run.
+        lag_ticks: u32,
         /// Hashes that were compared.
         hashes_compared: u32,
     },
@@ -255,9 +255,9 @@ impl<'a, 'm> Follower<'a, 'm> {
                 return Ok(());
             }
             self.show();
-            let lag_records = self.newest.saturating_sub(self.decoder.index());
-            let (tick, hashes_compared) = (self.last.tick, self.player.played().compared);
-            told(self.tissue, Told::Look { tick, lag_records, hashes_compared })?;
+            let (lag_ticks, tick) = (self.lag_ticks(), self.last.tick);
+            let hashes_compared = self.player.played().compared;
+            told(self.tissue, Told::Look { tick, lag_ticks, hashes_compared })?;
             match self.intake.next(LOOK) {
                 Come::Frame(come) => frame = Some(come),
                 Come::Nothing => {}
@@ -311,11 +311,15 @@ impl<'a, 'm> Follower<'a, 'm> {
 
     /// Notes how many records the trace has: outside of a cut, how far the tissue was behind.
     fn note_newest(&mut self, newest: u32) {
-        let lag = self.newest.saturating_sub(self.decoder.index());
         if !self.is_catching_up {
-            self.report.largest_lag_records = self.report.largest_lag_records.max(lag);
+            self.report.largest_lag_ticks = self.report.largest_lag_ticks.max(self.lag_ticks());
         }
         self.newest = newest;
+    }
+
+    /// Ticks that the trace has and that have not been run, see [`lag_ticks`].
+    fn lag_ticks(&self) -> u32 {
+        lag_ticks(self.newest.saturating_sub(self.decoder.index()), self.tissue.tools())
     }
 
     /// Runs records, without those that have been run. Returns true if a tick differs.
@@ -457,6 +461,11 @@ impl<'a, 'm> Follower<'a, 'm> {
     }
 }
 
+/// Ticks of a number of records, rounded up: a tick has one record, and another one for each tool.
+fn lag_ticks(records: u32, tools: usize) -> u32 {
+    records.div_ceil(1 + tools as u32)
+}
+
 /// The output in a pause: nothing ticks.
 fn rest(last: &TickOutput) -> TickOutput {
     TickOutput {
@@ -464,5 +473,16 @@ fn rest(last: &TickOutput) -> TickOutput {
         energy_j: last.energy_j,
         contacts: last.contacts,
         ..TickOutput::NONE
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_tick_of_two_tools_is_three_records() {
+        assert_eq!([0, 1, 3, 4, 12].map(|records| lag_ticks(records, 2)), [0, 1, 1, 2, 4]);
+        assert_eq!([0, 1, 12].map(|records| lag_ticks(records, 0)), [0, 1, 12]);
     }
 }

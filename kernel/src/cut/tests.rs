@@ -23,6 +23,16 @@ static IMAGE: &[u8] = crate::include_model!("../../../tests/data/cut4.chaincell"
 
 type Matrix = [[f64; 3]; 3];
 
+/// Bodies that are cut at random.
+const BODIES: usize = 60;
+/// The same with `CHAINCELL_SLOW=1`.
+const BODIES_SLOW: usize = 360;
+
+/// Number of bodies to cut.
+fn bodies() -> usize {
+    if std::env::var_os("CHAINCELL_SLOW").is_some() { BODIES_SLOW } else { BODIES }
+}
+
 fn rotation([w, x, y, z]: [f64; 4]) -> Matrix {
     [
         [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)],
@@ -96,7 +106,7 @@ fn cut_at_random(mut each: impl FnMut(&mut CutBody<'_, '_>, Look, [f64; 2])) {
     let model = Model::from_bytes(IMAGE).unwrap();
     let (cells, tetrahedra) = (model.cells(), model.tetrahedra_to_cut());
     let mut random = Random(7);
-    for _ in 0..60 {
+    for _ in 0..bodies() {
         let mut words = std::vec![0xAAAA_AAAA; cut_words(&model)];
         let mut memory = CutRoom::new(&mut words);
         let mut body = CutBody::of(&mut memory, &model).unwrap();
@@ -148,7 +158,8 @@ fn no_split_raises_the_energy() {
         }
     });
     std::println!("{splits} splits, of which {falls} lower the energy; {refused} refused");
-    assert!(splits > 2000 && falls > splits / 2 && refused > 100, "{splits} {falls} {refused}");
+    let least = if bodies() == BODIES { 2000 } else { 10_000 };
+    assert!(splits > least && falls > splits / 2 && refused > 100, "{splits} {falls} {refused}");
 }
 
 /// Lowering offsets changes the energy by no more than it reports, and ends.

@@ -1,8 +1,9 @@
 //! Stiffening: sets of bands on the links of a body of nodal shapes.
 //!
 //! Tissue is soft at small strain and stiff beyond. A link of rest length l0 and length u is a spring outside
-//! a band, and there may be several bands, one inside the other. With `h_s` half the width of band s, `E_s`
-//! its modulus and V the volume of the tetrahedra around the link
+//! a band, and there may be several bands, one inside the other. A band may resist links that are too short alone, or
+//! those that are too long alone. With `h_s` half the width of band s, `E_s` its modulus and V the volume of the
+//! tetrahedra around the link
 //!
 //! ```text
 //! d_s = u - (1 + h_s) l0 above the band, u - (1 - h_s) l0 below it, 0 inside
@@ -14,7 +15,8 @@
 //! tissue strained beyond `h_s`.
 //!
 //! **The bound.** Each set is half the squared distance of a linear map to a shell, like the paper's link
-//! (Eq. 5 to 13): L is the Laplacian of weights sum of `w_s` / 2, W the sum of the weights, in every state. A
+//! (Eq. 5 to 13): L is the Laplacian of weights sum of `w_s` / 2, W the sum of the weights, in every state. Two bands
+//! of one side each and one modulus are a band with two half-widths, so the sums are those of the side with more. A
 //! link of zero length takes the direction of the rest shape.
 //!
 //! Cost: a gather and two comparisons for a link inside all of its bands; one root and two divisions for
@@ -61,10 +63,11 @@ impl Stiffening<'_> {
         // Sum over the bands.
         let (u, mut wd, mut wd2) = (u2.root(), zero, zero);
         for set in self.sets() {
-            let (half_width, modulus) = (Lane::of(set.half_width), Lane::of(set.modulus));
+            let (half_width, moduli) = (Lane::of(set.half_width), set.moduli.map(Lane::of));
             let (over, under) = (u - l0 * (one + half_width), u - l0 * (one - half_width));
             let short = Lane::select(zero.above(under), under, zero);
             let d = Lane::select(over.above(zero), over, short);
+            let modulus = Lane::select(over.above(zero), moduli[1], moduli[0]);
             wd = wd + modulus * d;
             wd2 = wd2 + modulus * d * d;
         }

@@ -282,7 +282,8 @@ impl<'a> Model<'a> {
     }
 
     /// Calls `visit(half_width, modulus_pa)` for each set of stiffening bands, the narrowest first: half its
-    /// width in rest lengths, and Young's modulus of only this set \[Pa\].
+    /// width in rest lengths, and Young's modulus of only this set \[Pa\]. A half-width below 0 stands for a set that
+    /// resists links shorter than its band alone, a modulus below 0 for one that resists longer ones alone.
     pub fn each_stiffening(&self, mut visit: impl FnMut(f32, f32)) {
         self.others.stiffening(self.stress_unit_pa(), &mut visit);
     }

@@ -16,13 +16,25 @@ const VOLUME_MAX: f32 = 1.0e6;
 pub(crate) struct Set {
     /// Half the width of the band in rest lengths.
     pub half_width: f32,
-    /// Young's modulus of only this set [2 `k_ref` / l].
-    pub modulus: f32,
+    /// Young's modulus of only this set, of links shorter than their band and of longer ones [2 `k_ref` / l].
+    pub moduli: [f32; 2],
 }
 
 impl Set {
-    fn of([half_width, modulus]: [u32; 2]) -> Self {
-        Self { half_width: f32::from_bits(half_width), modulus: f32::from_bits(modulus) }
+    /// Of the numbers in the image, whose signs leave a side out.
+    #[inline(always)]
+    fn of(numbers: [u32; 2]) -> Self {
+        let [half_width, modulus] = numbers.map(f32::from_bits);
+        let size = modulus.abs();
+        let short = if modulus < 0.0 { 0.0 } else { size };
+        let long = if half_width < 0.0 { 0.0 } else { size };
+        Self { half_width: half_width.abs(), moduli: [short, long] }
+    }
+
+    /// True if a set of the same band resists links on the same side.
+    fn repeats(self, other: Self) -> bool {
+        let mut sides = self.moduli.iter().zip(&other.moduli);
+        self.half_width == other.half_width && sides.any(|(one, two)| *one > 0.0 && *two > 0.0)
     }
 }
 
@@ -59,10 +71,14 @@ impl<'a> Stiffening<'a> {
         self.sets.iter().copied().map(Set::of)
     }
 
-    /// Returns the sum of the moduli of all sets.
+    /// Returns the sum of the moduli of all sets that resist a link on the same side, the larger one of both sides: no
+    /// link is shorter and longer at once.
     #[inline(always)]
     pub fn modulus(&self) -> f32 {
-        self.sets().fold(0.0, |sum, set| sum + set.modulus)
+        let [short, long] = self
+            .sets()
+            .fold([0.0_f32; 2], |[short, long], set| [short + set.moduli[0], long + set.moduli[1]]);
+        if short > long { short } else { long }
     }
 
     /// Returns the slots of a cell without padding: group and other end.
@@ -87,11 +103,14 @@ impl<'a> Stiffening<'a> {
     }
 
     fn check_sets(self) -> Result<(), ModelError> {
-        let mut last = 0.0;
+        let mut last: Option<Set> = None;
         for (position, set) in self.sets().enumerate() {
-            let ascends = set.half_width > last;
-            last = set.half_width;
-            if !(ascends && HALF_WIDTHS.contains(&last) && MODULI.contains(&set.modulus)) {
+            let Set { half_width, moduli: [short, long] } = set;
+            let ascends =
+                last.is_none_or(|last| half_width >= last.half_width && !set.repeats(last));
+            last = Some(set);
+            let modulus = if short > 0.0 { short } else { long };
+            if !(ascends && HALF_WIDTHS.contains(&half_width) && MODULI.contains(&modulus)) {
                 return Err(ModelError::Value(kind::STIFFENING, position as u32));
             }
         }
@@ -171,8 +190,8 @@ impl<'a> TermData<'a> for Stiffening<'a> {
     }
 
     fn stiffening(&self, unit_pa: f32, visit: &mut impl FnMut(f32, f32)) {
-        for set in self.sets() {
-            visit(set.half_width, set.modulus * unit_pa);
+        for [half_width, modulus] in self.sets.iter().map(|numbers| numbers.map(f32::from_bits)) {
+            visit(half_width, modulus * unit_pa);
         }
     }
 }

@@ -70,4 +70,6 @@ pub static GOLDENS: &[Golden] = &[
     of("relax6_track", Tier::F32, 2000, 0xcb8f347fa2e4de2e, 64000),
     of("blade5_track", Tier::F32, 100, 0xbf1d796ec447d60d, 3200),
     of("blade5_track", Tier::F32, 2000, 0x2e5e36e616400354, 64000),
+    of("tear4_track", Tier::F32, 100, 0xcc8ec498d6482f55, 3200),
+    of("tear4_track", Tier::F32, 2000, 0x294d413e4f66dd5d, 64000),
 ];

@@ -38,6 +38,10 @@ pub static RELAX6: &[u8] = include_model!("../../data/relax6.chaincell");
 /// --cut-spare 0.3 --toughness-j-per-m2 10`: nodal shapes, coarse functions, spare cells for a blade.
 pub static BLADE5: &[u8] = include_model!("../../data/blade5.chaincell");
 
+/// `chaincell bake box:4x4x6x0.01 --young-pa 5000 --poisson 0.4 --coarse none --contact-surface no --cuttable
+/// --cut-spare 0.1 --tear-stretch 1.2`: a bar of nodal shapes that tears by itself.
+pub static TEAR4: &[u8] = include_model!("../../data/tear4.chaincell");
+
 /// A scissor of two capsules with a ball at their end, and a rounded box beside a sphere.
 const SCISSOR: [ToolPart; 3] = [
     ToolPart {
@@ -80,6 +84,9 @@ macro_rules! act_in {
     ($act:ident, $scene:expr, $body:expr) => {
         $act.act($scene, $body.view())
     };
+    ($act:ident, $scene:expr, $body:expr, words $words:literal) => {
+        $act.act($scene, TissueMut { cut: CutRoom::new(&mut [0; $words]), ..$body.view() })
+    };
     ($act:ident, $scene:expr, $body:expr, $touch:ty) => {
         $act.act($scene, $body.touching(<$touch>::new().room()))
     };
@@ -107,7 +114,7 @@ macro_rules! option {
 macro_rules! scenes {
     ($($(#[$doc:meta])* $name:ident {
         image: $image:ident, cells: $cells:literal, $(states: $states:literal,)?
-        held: $held:expr,
+        held: $held:expr, $(held_words: $held_words:literal,)?
         $(tools: $tools:expr, near: $near:literal, anchors: $anchors:literal, $(words: $words:literal,)?)?
         reach_m: $reach:literal,
         scheme: $scheme:ty, also: [$($tier:ident $other:ty),*], sweeps: $sweeps:literal, unloading: $unloading:ident,
@@ -148,6 +155,7 @@ macro_rules! scenes {
             match (name, tier) {
                 $((stringify!($name), Tier::F32) => {
                     Some(act_in!(act, &$name::SCENE, $name::Body::new()
+                        $(, words $held_words)?
                         $(, TouchStore<$cells, $near, $anchors, { crate::TOOLS_MAX }> $(, $words)?)?))
                 }
                 $((stringify!($name), Tier::$tier) => {
@@ -255,6 +263,14 @@ scenes! {
         },
         near: 128, anchors: 64, words: 14878, reach_m: 0.024,
         scheme: Track<{ elastic_room(8) }>, also: [], sweeps: 3, unloading: Release,
+        max_force_n: f32::INFINITY,
+    }
+    /// A bar whose held end is pushed, drawn and bent until its spare cells are torn off; the kernel needs its feature
+    /// `cut`.
+    tear4_track {
+        image: TEAR4, cells: 106, states: 106,
+        held: [5, 11, 17, 23, 29, 35, 41, 47, 53, 59, 65, 71, 77, 83, 89, 95], held_words: 9006, reach_m: 0.03,
+        scheme: Track, also: [], sweeps: 3, unloading: Release,
         max_force_n: f32::INFINITY,
     }
 }

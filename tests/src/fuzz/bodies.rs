@@ -88,7 +88,7 @@ fn tissues() -> &'static [ImageBytes] {
     static IMAGES: OnceLock<Vec<ImageBytes>> = OnceLock::new();
     IMAGES.get_or_init(|| {
         let of = |poisson| Tissue::new(PerCell::Uniform(5000.0), PerCell::Uniform(poisson));
-        let stiffening = vec![Band { half_width: 0.05, modulus_pa: 12_000.0 }];
+        let stiffening = vec![Band::new(0.05, 12_000.0)];
         let liver = BakeOptions {
             tissue: Some(of(0.45)),
             coarse_basis: BasisSpacing::Links(2.0),

@@ -107,7 +107,7 @@ fn what_cannot_be_cut_is_refused_by_name() {
     let tearing = Cuttable { tear_limit: Some(TearLimit::Toughness), ..given };
     let tearing = BakeOptions { cuttable: Some(tearing), ..links.clone() };
     let mut bands = of(given);
-    bands.tissue.as_mut().unwrap().stiffening = vec![Band { half_width: 0.1, modulus_pa: 1e4 }];
+    bands.tissue.as_mut().unwrap().stiffening = vec![Band::new(0.1, 1e4)];
     for (options, parts) in [
         (lean, ["`lean` with `cuttable`", "leave one out"]),
         (grouped, ["`cells` with `cuttable`", "leave one out"]),

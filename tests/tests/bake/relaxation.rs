@@ -64,7 +64,7 @@ fn cells_of_other_moduli_relax_alike() {
 fn what_does_not_relax_is_refused_by_name() {
     let mesh = load(SPEC, &Default::default()).unwrap();
     let mut bands = options(&[(1.0, 1.0)]);
-    bands.tissue.as_mut().unwrap().stiffening = vec![Band { half_width: 0.1, modulus_pa: 1e4 }];
+    bands.tissue.as_mut().unwrap().stiffening = vec![Band::new(0.1, 1e4)];
     assert!(bake(&mesh, &mesh.default_fixed, &bands).is_ok());
     let good = || options(&[(1.0, 1.0)]);
     for (options, parts) in [

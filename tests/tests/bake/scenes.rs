@@ -6,8 +6,9 @@ use std::path::Path;
 use chaincell_host::bake::tissue::{Branch, DEVICE_HZ, Relaxation, Tissue};
 use chaincell_host::bake::{BakeOptions, BasisSpacing, ContactSurface, Cuttable, PerCell, bake};
 use chaincell_host::mesh::{MeshOptions, load};
+use chaincell_kernel::TearLimit;
 use chaincell_scenes::{
-    BLADE5, BOX7, ORGAN500, PLANE4, PLANE8, RELAX6, SCENES, TISSUE6, TOUCH6, VARIED300,
+    BLADE5, BOX7, ORGAN500, PLANE4, PLANE8, RELAX6, SCENES, TEAR4, TISSUE6, TOUCH6, VARIED300,
 };
 
 /// One value a node.
@@ -101,6 +102,23 @@ fn the_linked_images_are_what_the_bake_gives() {
         ..plain
     };
     check("varied300.chaincell", VARIED300, &baked("organ:300", false, &varied));
+}
+
+#[test]
+fn the_linked_bar_that_tears_is_what_the_bake_gives() {
+    let cuttable = Cuttable {
+        spare_share: 0.1,
+        tear_limit: Some(TearLimit::Stretch(1.2)),
+        ..Cuttable::default()
+    };
+    let tears = BakeOptions {
+        tissue: Some(Tissue::new(PerCell::Uniform(5000.0), PerCell::Uniform(0.4))),
+        coarse_basis: BasisSpacing::None,
+        contact_surface: ContactSurface::No,
+        cuttable: Some(cuttable),
+        ..BakeOptions::default()
+    };
+    check("tear4.chaincell", TEAR4, &baked("box:4x4x6x0.01", false, &tears));
 }
 
 #[test]

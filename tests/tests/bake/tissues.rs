@@ -1,6 +1,8 @@
 //! Tissues by name: the list, a bake of each, and what goes before a tissue's values.
 #![allow(clippy::unwrap_used)]
 
+use chaincell_host::bake::TOUGHNESS_J_PER_M2;
+use chaincell_host::bake::tissue::KnownTissue;
 use chaincell_tests::files::{bake, scratch, text};
 use chaincell_tests::run;
 use serde_json::Value;
@@ -50,6 +52,61 @@ fn the_printed_options_are_the_tissue() {
     let by_hand: Vec<&str> = printed.split_whitespace().collect();
     let model = |options: &[&str]| std::fs::read(bake(folder.path(), SPEC, options)).unwrap();
     assert_eq!(model(&by_hand), model(&["--tissue", "muscle"]));
+}
+
+/// A body that can be cut takes the toughness of its tissue, also where it is printed as an option.
+#[test]
+fn a_cuttable_body_has_the_toughness_of_its_tissue() {
+    let toughness = |options: &[&str]| {
+        let report = info(&[&["--cuttable"], options].concat());
+        report["cutting"]["toughness_j_per_m2"].as_f64().unwrap()
+    };
+    assert_eq!(toughness(&["--tissue", "liver"]), 164.0);
+    assert_eq!(toughness(&["--tissue", "liver", "--toughness-j-per-m2", "90"]), 90.0);
+    // Where the table has none it is the default.
+    assert_eq!(toughness(&["--tissue", "brain_in_vivo"]), TOUGHNESS_J_PER_M2);
+    // The printed options.
+    let folder = scratch();
+    let said = run(["tissues"]).with(0).out;
+    let printed = said.split_once("liver: ").unwrap().1.lines().nth(1).unwrap();
+    let by_hand: Vec<&str> = printed.split([' ', ',']).filter(|word| !word.is_empty()).collect();
+    assert!(by_hand.contains(&"--cuttable"), "{printed}");
+    let model = |options: &[&str]| std::fs::read(bake(folder.path(), SPEC, options)).unwrap();
+    assert_eq!(model(&by_hand), model(&["--tissue", "liver", "--cuttable"]));
+    // Without --cuttable nothing of it is in the model.
+    let elastic = ["--young-pa", "5000", "--poisson", "0.45"];
+    assert_eq!(model(&["--tissue", "liver"]), model(&elastic));
+}
+
+/// A table of two tissues, of which a name chooses one; the same table with a fault.
+#[test]
+fn a_tissue_is_taken_from_a_table_of_the_user() {
+    let folder = scratch();
+    let table = folder.path().join("own.csv");
+    let [muscle, cervix] = ["muscle", "cervix"].map(|name| KnownTissue::find(name).unwrap());
+    let (muscle, cervix) = (muscle.table(), cervix.table());
+    let both = format!("{muscle}{}\n", cervix.lines().nth(1).unwrap());
+    std::fs::write(&table, &both).unwrap();
+    let table_name = |name: &str| format!("{}{name}", text(&table));
+    let model =
+        |tissue: &str| std::fs::read(bake(folder.path(), SPEC, &["--tissue", tissue])).unwrap();
+    assert_eq!(model(&table_name(":muscle")), model("muscle"));
+    assert_eq!(model(&table_name(":cervix")), model("cervix"));
+    let out = folder.path().join("none.chaincell");
+    let refused =
+        |tissue: &str| run(["bake", SPEC, "-o", text(&out), "--tissue", tissue]).with(2).err;
+    let why = refused(&table_name(""));
+    assert!(why.contains("own.csv: there are several tissues, muscle, cervix; name one"), "{why}");
+    let why = refused(&table_name(":liver"));
+    assert!(why.contains("own.csv: there is no tissue liver; there are muscle, cervix"), "{why}");
+    // A table is no place for a model.
+    let why = run(["bake", SPEC, "-o", text(&table), "--tissue", &table_name(":muscle")]);
+    assert!(why.with(2).err.contains("own.csv"));
+    assert_eq!(std::fs::read_to_string(&table).unwrap(), both);
+    std::fs::write(&table, both.replace("3197,", "soft,")).unwrap();
+    let why = refused(&table_name(":muscle"));
+    assert!(why.contains("own.csv:3: young_pa is \"soft\"; give a number above 0"), "{why}");
+    assert!(!out.exists());
 }
 
 #[test]

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 
 use chaincell_tests::files::{Table, array, bake, scratch, summary, text};
 use chaincell_tests::{Ended, run};
+use serde_json::Value;
 
 const BOX: &str = "box:7x5x4x0.005";
 /// Nodes of the box, and its width along the blade \[m\].
@@ -57,6 +58,59 @@ fn a_blade_cuts_and_its_trace_replays_to_the_same_bits() {
     press(&model, &out, &["--tool", BLADE]).with(0);
     assert_eq!(summary(&out)["state_hash"], report["state_hash"]);
     assert_eq!(summary(&out)["cut_area_m2"], report["cut_area_m2"]);
+}
+
+/// Energy that the tools gave \[J\], of an account that closes.
+#[track_caller]
+fn given_j(report: &Value) -> f64 {
+    let number = |name: &str| report[name].as_f64().unwrap_or(0.0);
+    let (given_j, dissipated_j) = (report["given_j"].as_f64().unwrap(), number("dissipated_j"));
+    let used_j = number("stored_j") + number("cut_work_j") + number("relaxed_j");
+    assert!((used_j + dissipated_j - given_j).abs() < 1e-6 * given_j, "{report}");
+    assert!(dissipated_j >= -0.01 * given_j && dissipated_j < given_j, "{report}");
+    given_j
+}
+
+/// What a blade gives is stored, parts the tissue or is dissipated, and it is the work of its force.
+#[test]
+fn the_account_of_a_cut_closes() {
+    let folder = scratch();
+    let (model, out) = (block(folder.path(), BOX, "0.5"), folder.path().join("out"));
+    let said = press(&model, &out, &["--tool", BLADE, "--sweeps", "4"]).with(0).out;
+    let report = summary(&out);
+    let given_j = given_j(&report);
+    let number = |name: &str| report[name].as_f64().unwrap();
+    assert!(number("cut_work_j") > 0.3 * given_j, "{report}");
+    // The blade has left: the body stores next to nothing.
+    assert!((0.0..0.05 * given_j).contains(&number("stored_j")), "{report}");
+    let forces_n = Table::read(&out.join("force.csv")).column("fz_n");
+    let places_m = Table::read(&out.join("path.csv")).column("z_m");
+    let mean_n = forces_n.windows(2).map(|pair| 0.5 * (pair[0] + pair[1]));
+    let ways_m = places_m.windows(2).map(|pair| pair[0] - pair[1]);
+    let work_j: f64 = mean_n.zip(ways_m).map(|(force_n, way_m)| force_n * way_m).sum();
+    assert!((0.95..1.5).contains(&(given_j / work_j)), "{work_j} J of the force, {report}");
+    let line = format!("  energy        {:.3} mJ of the tools: ", 1e3 * given_j);
+    assert!(said.contains(&line) && said.contains(" parted the tissue, "), "{said}");
+}
+
+/// Relaxed energy is a part of the account. Bodies that neither relax nor can be cut have none, nor have held cells.
+#[test]
+fn the_account_of_a_body_that_relaxes_closes() {
+    let folder = scratch();
+    let out = folder.path().join("out");
+    let tissue = ["--young-pa", "5000", "--poisson", "0.3"];
+    let relaxing = bake(folder.path(), BOX, &[&tissue[..], &["--branch", "1,0.05"]].concat());
+    let said = press(&relaxing, &out, &["--tool", "sphere:0.008"]).with(0).out;
+    let report = summary(&out);
+    assert!(report["relaxed_j"].as_f64().unwrap() > 0.01 * given_j(&report), "{report}");
+    assert!(said.contains(" relaxed, ") && !said.contains("parted"), "{said}");
+    let plain = bake(folder.path(), BOX, &tissue);
+    let said = press(&plain, &out, &["--tool", "sphere:0.008"]).with(0).out;
+    assert_eq!((summary(&out).get("given_j"), said.contains("  energy  ")), (None, false));
+    let cuttable = block(folder.path(), BOX, "0.1");
+    let said =
+        press(&cuttable, &out, &["--contact", "cells:box:-0.006,0.006,-1,1,0.0149,1"]).with(0).out;
+    assert_eq!((summary(&out).get("given_j"), said.contains("  energy  ")), (None, false));
 }
 
 /// Scissors in front of the box's side; their blades open along z.
@@ -313,7 +367,7 @@ fn a_blade_that_cannot_cut_is_refused_with_the_remedy() {
         run([&["view", text(of), "--html", text(&page)], options].concat()).with(2).err
     };
     let why = view(&model, &["--tool", "blade:0.01"]);
-    assert!(why.contains("does not cut") && why.contains("--scene"), "{why}");
+    assert!(why.contains("neither cuts") && why.contains("VTU files"), "{why}");
     press(&model, &out, &["--tool", BLADE]).with(0);
     let why = view(&out, &[]);
     assert!(why.contains("it has a blade") && why.contains("replay"), "{why}");

@@ -20,11 +20,12 @@ use crate::bench::Bench;
 const SLAB: &str = "box:16x10x5x0.004";
 const CELLS: usize = 1400;
 
-fn mesh() -> Mesh {
+pub fn mesh() -> Mesh {
     load(SLAB, &MeshOptions::default()).unwrap()
 }
 
-fn image(mesh: &Mesh, toughness_j_per_m2: f64, coarse_basis: BasisSpacing) -> ImageBytes {
+/// The slab, fixed at its ground.
+pub fn image(mesh: &Mesh, toughness_j_per_m2: f64, coarse_basis: BasisSpacing) -> ImageBytes {
     image_of(mesh, &mesh.default_fixed, toughness_j_per_m2, coarse_basis)
 }
 

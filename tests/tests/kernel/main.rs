@@ -11,6 +11,7 @@ mod cut_sides;
 mod cut_surface;
 mod cutting;
 mod energy;
+mod far_tool;
 mod float_environment;
 mod force_error;
 mod held_back;

@@ -28,7 +28,7 @@ fn links(alpha: f64, coarse_functions: bool) -> ImageBytes {
 
 /// Nodal shapes with a contact surface, that stiffen.
 fn shapes() -> ImageBytes {
-    let stiffening = vec![Band { half_width: 0.05, modulus_pa: 12_000.0 }];
+    let stiffening = vec![Band::new(0.05, 12_000.0)];
     let tissue = Tissue::new(PerCell::Uniform(5000.0), PerCell::Uniform(0.45));
     let options = BakeOptions {
         tissue: Some(Tissue { stiffening, ..tissue }),

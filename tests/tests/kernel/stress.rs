@@ -176,7 +176,7 @@ fn carried(image: &ImageBytes, step_m: f32) -> (f64, f64) {
 /// too. A slender bar is free to grow and shrink across: its stress is along it alone.
 #[test]
 fn the_stress_over_a_bar_carries_the_force_at_its_end() {
-    let stiffening = vec![Band { half_width: 0.02, modulus_pa: 2.0e4 }];
+    let stiffening = vec![Band::new(0.02, 2.0e4)];
     let relaxation = Some(Relaxation {
         branches: vec![Branch { ratio: 2.0, time_s: 0.5 }],
         is_instant: false,

@@ -1,5 +1,6 @@
 //! The laboratory's commands, and its references against data computed elsewhere.
 
+mod brain;
 mod identify;
 mod paper;
 mod quick;

@@ -3,13 +3,18 @@
 
 use std::fmt::Write as _;
 
-use chaincell_host::bake::tissue::Branch;
+use chaincell_host::bake::tissue::{Branch, KnownTissue};
 use chaincell_lab::reference::prony::Prony;
-use chaincell_tests::files::{scratch, text};
+use chaincell_tests::files::{bake, scratch, text};
 use chaincell_tests::run;
 
-/// A press in a second and a hold of a minute.
+/// A press in a second and a hold of a minute, of linear tissue.
 fn curve() -> String {
+    curve_of(|strain| strain)
+}
+
+/// The same of tissue whose elastic response to a strain has this size.
+fn curve_of(elastic: fn(f64) -> f64) -> String {
     let branches = [(2.0, 0.4), (1.0, 10.0)].map(|(ratio, time_s)| Branch { ratio, time_s });
     let strip = Prony { modulus: 1500.0, branches: branches.to_vec() };
     let times = (1..=40).map(|at| 0.05 * f64::from(at)).chain((3..60).map(f64::from));
@@ -19,7 +24,9 @@ fn curve() -> String {
         .map(|time_s| [time_s, 0.1 * f64::min(time_s, 1.0)])
         .collect();
     let mut text = String::from("time_s,stretch,stress_kpa\n");
-    for ([time_s, strain], stress) in points.iter().zip(strip.path(&points)).skip(1) {
+    let elastic: Vec<[f64; 2]> =
+        points.iter().map(|&[time_s, strain]| [time_s, elastic(strain)]).collect();
+    for ([time_s, strain], stress) in points.iter().zip(strip.path(&elastic)).skip(1) {
         let _ = writeln!(text, "{time_s},{},{}", 1.0 - strain, -1e-3 * stress);
     }
     text
@@ -43,6 +50,58 @@ fn the_printed_options_bake_the_tissue_of_the_curve() {
     assert!(values.iter().any(|value| value["is_identified"] == false), "{found}");
 }
 
+/// The table that is written makes the same model as the printed options, with a name or without one.
+#[test]
+fn the_written_table_bakes_the_tissue_of_the_curve() {
+    let folder = scratch();
+    let [file, table] = ["hold.csv", "own.csv"].map(|name| folder.path().join(name));
+    let stiffening = curve_of(|strain| strain + 2.0 * f64::max(strain - 0.05, 0.0));
+    std::fs::write(&file, stiffening).unwrap();
+    let args = ["relaxation", text(&file), "--out", text(&table), "--half-widths", "0.05"];
+    let said = run([&args[..], &["--name", "soft_2"]].concat()).with(0).out;
+    assert!(said.contains(&format!("bake --tissue {}", text(&table))), "{said}");
+    let options = said.split_once("bake ").unwrap().1.lines().next().unwrap();
+    let by_hand: Vec<&str> = options.split(' ').collect();
+    let model =
+        |options: &[&str]| std::fs::read(bake(folder.path(), "box:4x4x3x0.01", options)).unwrap();
+    let wanted = model(&by_hand);
+    assert_eq!(model(&["--tissue", text(&table)]), wanted);
+    assert_eq!(model(&["--tissue", &format!("{}:soft_2", text(&table))]), wanted);
+    let found = KnownTissue::find(text(&table)).unwrap();
+    assert_eq!((found.name.as_str(), found.status.as_str()), ("soft_2", "fitted"));
+    assert!(found.source.contains("hold.csv") && found.note.contains("% rms"), "{found:?}");
+    assert_eq!((found.branches.len(), found.stiffening.len()), (2, 1));
+    // Another table in its place, with the name that stands for none.
+    std::fs::write(&file, curve()).unwrap();
+    run(["relaxation", text(&file), "--out", text(&table), "--json"]).with(0);
+    let found = KnownTissue::find(&format!("{}:found", text(&table))).unwrap();
+    assert_eq!((found.young_pa, found.stiffening.len()), (1500.0, 0));
+}
+
+#[test]
+fn a_table_that_could_not_be_used_is_refused() {
+    let folder = scratch();
+    let [file, force, table] =
+        ["hold.csv", "force.csv", "own.csv"].map(|name| folder.path().join(name));
+    std::fs::write(&file, curve()).unwrap();
+    std::fs::write(&force, curve().replace("stress_kpa", "force_n")).unwrap();
+    let text_file = folder.path().join("own.txt");
+    for (curve, out, name, part) in [
+        (&file, &text_file, "soft", "give a file whose name ends with .csv"),
+        (&file, &table, "Soft", "--name Soft: give small letters"),
+        (&file, &table, "", "--name : give small letters"),
+        (&force, &table, "soft", "give strain or stretch, and stress_pa"),
+        (&file, &file, "soft", "hold.csv"),
+    ] {
+        let args = ["relaxation", text(curve), "--out", text(out), "--name", name];
+        let why = run(args).with(2).err;
+        assert!(why.contains(part), "{out:?}: {why}");
+    }
+    assert!(!table.exists() && !text_file.exists());
+    let why = run(["relaxation", text(&file), "--name", "soft"]).with(2).err;
+    assert!(why.contains("--out"), "{why}");
+}
+
 /// A branch that fades within a tick.
 #[test]
 fn values_that_a_bake_refuses_are_no_options() {
@@ -62,6 +121,9 @@ fn values_that_a_bake_refuses_are_no_options() {
     let why = "a bake refuses these values: branches 2,0.0003: the second number, the time, must be from 0.001 to";
     assert!(said.out.contains(why) && !said.out.contains("--branch"), "{}", said.out);
     assert!(said.err.contains("take fewer branches"), "{}", said.err);
+    let table = folder.path().join("own.csv");
+    let why = run([&args[..], &["--out", text(&table)]].concat()).with(1).err;
+    assert!(why.contains("own.csv: not written") && !table.exists(), "{why}");
     let found = run([&args[..], &["--json"]].concat()).with(0).json();
     assert!(
         found["bake"].is_null() && found["refusal"].as_str().unwrap().contains("2,0.0003"),

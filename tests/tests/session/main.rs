@@ -4,6 +4,7 @@ mod client;
 mod commands;
 mod contacts;
 mod cosim;
+mod cosim_tissue;
 mod cut;
 mod delay;
 mod dragging;

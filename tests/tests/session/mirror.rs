@@ -55,6 +55,7 @@ fn same(followed: Ended, served: &serde_json::Value) -> u64 {
     assert_eq!(report["state_hash"], served["state_hash"], "{report}");
     assert_eq!(report["has_ended"], true, "{report}");
     assert!(report["hashes_compared"].as_u64().unwrap() > 0, "{report}");
+    assert!(report["largest_lag_ticks"].is_u64(), "{report}");
     report["ticks"].as_u64().unwrap()
 }
 

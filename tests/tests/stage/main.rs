@@ -3,6 +3,7 @@
 mod bodies;
 mod deep;
 mod delay;
+mod estimate;
 mod events;
 mod holds;
 mod long;

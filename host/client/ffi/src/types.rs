@@ -131,8 +131,8 @@ pub struct Shown {
     pub reserved: u32,
     /// What each tool feels, by its number.
     pub tools: [ToolOutput; TOOLS_MAX],
-    /// Estimated error of each tool's force, before its limit and an output stage \[N\]; below 0 where it is not
-    /// known, and while the client shows another force than the server's.
+    /// Estimated error of each tool's force, before its limit \[N\]; below 0 where it is not known, where an output
+    /// stage answers another force than the tissue's, and while the client shows another force than the server's.
     pub force_error_n: [f32; TOOLS_MAX],
     /// Estimated error of each tool's torque likewise, below 0 for held cells too \[N m\].
     pub torque_error_n_m: [f32; TOOLS_MAX],

@@ -1,17 +1,24 @@
 //! `chaincell relaxation`: branches from a measured curve.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use crate::experiments::relaxation::{Found, curve, identify};
+use crate::experiments::relaxation::curve::Curve;
+use crate::experiments::relaxation::{Found, curve, identify, rounded};
+use chaincell_host::bake::tissue::{Band, Branch, KnownTissue};
 use chaincell_host::error::{Error, Result};
+use chaincell_host::files::whole::{check_writable, write_whole};
 use chaincell_host::terminal;
+
+/// Poisson's ratio in a table: that of soft tissue, since a curve in one dimension has none.
+const POISSON: f64 = 0.45;
 
 /// Find the branches of tissue that relaxes from a measured curve of stress or force in time.
 ///
 /// The law is one of a strip: an elastic response, linear with bands that stiffen it, fades as a whole by a Prony
 /// series. In a baked body bands do not fade: beyond their half-widths it resists a fast press less than the strip.
 #[derive(Debug, clap::Args)]
-#[command(after_help = "Example:\n  chaincell relaxation hold.csv --branches 2\n\n\
+#[command(after_help = "Examples:\n  chaincell relaxation hold.csv --branches 2\n  \
+    chaincell relaxation hold.csv --out own.csv --name liver_2\n\n\
     A curve is a CSV file with a line of names: time_s, from rest at 0; strain, stretch or displacement_m;\n\
     and force_n, stress_pa or stress_kpa, also with a word before it, as cauchy_stress_kpa. Further columns are left\n\
     alone. A value that the curve does not determine within a factor of two is said not to be identified; where \
@@ -27,6 +34,12 @@ pub struct Args {
     /// or none
     #[arg(long, default_value = "none", value_name = "W,W")]
     half_widths: String,
+    /// Write the values as a table with one tissue, for `bake --tissue FILE.csv`; it takes a curve of stress
+    #[arg(long, value_name = "FILE.csv")]
+    out: Option<PathBuf>,
+    /// Name of the tissue in the table
+    #[arg(long, default_value = "found", requires = "out")]
+    name: String,
     /// Print one JSON object
     #[arg(long)]
     json: bool,
@@ -35,8 +48,84 @@ pub struct Args {
 pub fn execute(args: &Args) -> Result<()> {
     let half_widths = half_widths(&args.half_widths)?;
     let curve = curve::read(&args.curve)?;
+    if let Some(out) = &args.out {
+        check_table(args, out, &curve)?;
+    }
     let found = identify(&curve, args.branches.into(), &half_widths)?;
-    if args.json { terminal::say_json(&found) } else { print(args, &found) }
+    // Write the table, unless no body can be baked of it.
+    let table = args.out.as_ref().filter(|_| found.refusal.is_none());
+    if let Some(out) = table {
+        write_whole(out, tissue(args, &found).table().as_bytes())?;
+    }
+    let said = if args.json { terminal::say_json(&found) } else { print(args, &found) };
+    said?;
+    match (&args.out, table) {
+        (Some(out), None) => Err(Error::check(format!(
+            "--out {}: not written, since a bake refuses these values; take fewer --branches or --half-widths",
+            out.display()
+        ))),
+        _ => Ok(()),
+    }
+}
+
+/// Refuses a table that could not be written or named afterwards, before the fit.
+fn check_table(args: &Args, out: &Path, curve: &Curve) -> Result<()> {
+    let refused = |why: &str| Err(Error::input(format!("--out {}: {why}", out.display())));
+    if out.extension().is_none_or(|end| end != "csv") {
+        return refused(
+            "bake --tissue knows a table by its end; give a file whose name ends with .csv",
+        );
+    }
+    if curve.unit != "Pa" {
+        return refused(
+            "the curve is one of forces, which have no modulus in Pa; give strain or stretch, and stress_pa or \
+             stress_kpa, or leave it out and bake the branches beside a --young-pa of your own",
+        );
+    }
+    let is_plain = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_';
+    if args.name.is_empty() || !args.name.chars().all(is_plain) {
+        return Err(Error::input(format!(
+            "--name {}: give small letters, digits and _, as liver_2",
+            args.name
+        )));
+    }
+    check_writable(out)
+}
+
+/// Returns the tissue of a fit, with the numbers that the options of a bake have.
+fn tissue(args: &Args, found: &Found) -> KnownTissue {
+    // How well the curve is met, and what it leaves open.
+    let mut note = match found.hold_errors {
+        Some([mean, _]) => format!("the hold within {:.2} % rms", 100.0 * mean),
+        None => {
+            format!(
+                "the curve within {:.2} % rms of the largest response",
+                100.0 * found.rise_error
+            )
+        }
+    };
+    note += "; Poisson's ratio assumed";
+    let open = found.values.iter().filter(|value| !value.is_identified);
+    let open: Vec<&str> = open.map(|value| value.name.as_str()).collect();
+    if !open.is_empty() {
+        note += &format!("; not identified: {}", open.join("; "));
+    }
+    let branches = found.branches.iter().map(|of| of.map(rounded));
+    let bands = found.stiffening.iter();
+    KnownTissue {
+        name: args.name.clone(),
+        tissue: format!("fit of {}", args.curve.display()),
+        young_pa: rounded(found.modulus),
+        is_instant: false,
+        poisson: POISSON,
+        branches: branches.map(|[ratio, time_s]| Branch { ratio, time_s }).collect(),
+        stiffening: bands.map(|&[width, pa]| Band::new(width, rounded(pa))).collect(),
+        toughness_j_per_m2: None,
+        friction: None,
+        status: "fitted".to_owned(),
+        source: args.curve.display().to_string(),
+        note,
+    }
 }
 
 /// The half-widths of an option, in ascending order.
@@ -79,6 +168,9 @@ fn print(args: &Args, found: &Found) -> Result<()> {
     terminal::say(format_args!("  before it: error {rise:.2} % rms of the largest response"))?;
     if let Some(options) = &found.bake {
         terminal::say(format_args!("  bake {options}"))?;
+        if let Some(out) = args.out.as_deref().map(Path::display) {
+            terminal::say(format_args!("  wrote {out}: bake --tissue {out}"))?;
+        }
     }
     if let Some(why) = &found.refusal {
         terminal::say(format_args!("  a bake refuses these values: {why}"))?;
@@ -93,4 +185,47 @@ fn print(args: &Args, found: &Found) -> Result<()> {
         );
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::experiments::relaxation::Value;
+
+    #[test]
+    fn a_tissue_has_the_rounded_numbers_and_says_what_is_open() {
+        let args = Args {
+            curve: "hold.csv".into(),
+            branches: 1,
+            half_widths: "0.1".into(),
+            out: Some("own.csv".into()),
+            name: "soft".into(),
+            json: false,
+        };
+        let open = Value {
+            name: "branch 1, time_s".into(),
+            value: 0.4,
+            interval: [0.01, 9.0],
+            is_identified: false,
+        };
+        let modulus = Value { name: "modulus".into(), is_identified: true, ..open.clone() };
+        let found = Found {
+            modulus: 1234.567,
+            unit: "Pa",
+            stiffening: vec![[0.1, 5000.123]],
+            branches: vec![[2.000_01, 0.4]],
+            values: vec![modulus, open],
+            hold_errors: None,
+            rise_error: 0.012,
+            bake: None,
+            refusal: None,
+        };
+        let made = tissue(&args, &found);
+        assert_eq!((made.young_pa, made.is_instant), (1234.6, false));
+        assert_eq!(made.branches, [Branch { ratio: 2.0, time_s: 0.4 }]);
+        assert_eq!(made.stiffening, [Band::new(0.1, 5000.1)]);
+        let note = "the curve within 1.20 % rms of the largest response; Poisson's ratio assumed; not identified: \
+                    branch 1, time_s";
+        assert_eq!(made.note, note);
+    }
 }

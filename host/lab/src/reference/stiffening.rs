@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use super::nodal::volume_m3;
 use super::vectors::{minus, norm};
+use chaincell_host::bake::tissue::{Band, BandSide};
 use chaincell_kernel::Model;
 
 /// A link: its ends, its rest length, and the volume of the tetrahedra around it.
@@ -17,8 +18,8 @@ struct Link {
 /// The bands of a model, in its own units.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Stiffening {
-    /// Half-width and modulus.
-    bands: Vec<[f64; 2]>,
+    /// With moduli in the model's unit of stress.
+    bands: Vec<Band>,
     links: Vec<Link>,
 }
 
@@ -27,10 +28,8 @@ impl Stiffening {
     #[must_use]
     pub fn of_model(model: &Model<'_>) -> Self {
         let unit_pa = 2.0 * f64::from(model.stiffness_n_per_m()) / f64::from(model.unit_m());
-        let mut bands = Vec::new();
-        model.each_stiffening(|half_width, modulus_pa| {
-            bands.push([f64::from(half_width), f64::from(modulus_pa) / unit_pa]);
-        });
+        let in_units = |band: Band| Band { modulus_pa: band.modulus_pa / unit_pa, ..band };
+        let bands: Vec<Band> = Band::of_model(model).into_iter().map(in_units).collect();
         if bands.is_empty() {
             return Self::default();
         }
@@ -59,9 +58,11 @@ impl Stiffening {
         for Link { ends, rest_length, volume } in &self.links {
             let [i, j] = ends.map(usize::from);
             let strain = norm(minus(positions[j], positions[i])) / rest_length - 1.0;
-            let squares = self.bands.iter().map(|[half_width, modulus]| {
-                let beyond = (strain.abs() - half_width).max(0.0);
-                modulus * beyond * beyond
+            let left_out = if strain > 0.0 { BandSide::Short } else { BandSide::Long };
+            let bands = self.bands.iter().filter(|band| band.side != left_out);
+            let squares = bands.map(|band| {
+                let beyond = (strain.abs() - band.half_width).max(0.0);
+                band.modulus_pa * beyond * beyond
             });
             let half = 0.25 * volume * squares.sum::<f64>();
             energies[i] += half;
@@ -81,13 +82,22 @@ mod tests {
     use chaincell_host::mesh::{MeshOptions, load};
     use chaincell_kernel::{Network, Settings, ToolPose};
 
-    /// A block pulled until its bands are taut: the kernel's energy is that of the positions, and
-    /// its force what the energy rises by.
     #[test]
     fn the_kernel_stores_what_the_bands_store() {
+        let long = |half_width, modulus_pa| Band {
+            side: BandSide::Long,
+            ..Band::new(half_width, modulus_pa)
+        };
+        let short = Band { side: BandSide::Short, ..Band::new(0.02, 30_000.0) };
+        stores(&[Band::new(0.05, 10_000.0), Band::new(0.15, 40_000.0)], 1.0);
+        stores(&[short, long(0.02, 4_000.0), long(0.1, 40_000.0)], 1.0);
+        stores(&[short, long(0.02, 4_000.0), long(0.1, 40_000.0)], -1.0);
+    }
+
+    /// A block pulled or pressed until its bands are taut: the kernel's energy is that of the positions, and
+    /// its force what the energy rises by.
+    fn stores(stiffening: &[Band], way: f64) {
         let mesh = load("box:5x5x5x0.01", &MeshOptions::default()).unwrap();
-        let bands = [(0.05, 10_000.0), (0.15, 40_000.0)];
-        let stiffening = bands.map(|(half_width, modulus_pa)| Band { half_width, modulus_pa });
         let of = PerCell::Uniform;
         let tissue = Tissue { stiffening: stiffening.to_vec(), ..Tissue::new(of(5000.0), of(0.3)) };
         let options = BakeOptions { tissue: Some(tissue), ..BakeOptions::default() };
@@ -103,11 +113,11 @@ mod tests {
         let network = Network::new(model, settings).unwrap();
         let mut engine = Engine::new(network, Scheme::Track, &held).unwrap();
         let mut settled = |by_m: f64| {
-            let position_m = [0.0, 0.0, by_m as f32].into();
+            let position_m = [0.0, 0.0, (way * by_m) as f32].into();
             (0..400).map(|_| engine.tick(&ToolPose::at(position_m, 1))).last().unwrap();
             let output = engine.tick(&ToolPose::at(position_m, 1));
             let own: Vec<[f64; 3]> = engine.positions_m().into_iter().collect();
-            (f64::from(output.energy_j), -f64::from(output.force_n[2]), own)
+            (f64::from(output.energy_j), -way * f64::from(output.force_n[2]), own)
         };
         let (unit_m, centre_m) = (f64::from(model.unit_m()), model.centre_m().map(f64::from));
         let mut last: Option<[f64; 3]> = None;

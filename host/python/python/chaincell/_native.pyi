@@ -160,7 +160,8 @@ class Tissue:
     - `model`: a `Model`.
     - `options`: as of `chaincell run`, with their units, see `chaincell.options.TissueOptions`.
 
-    Raises `ArgumentError` for a wrong value, or a contact that the model does not have.
+    Raises `ArgumentError` for a wrong value, a contact that the model does not have, or `force_error` where no error
+    of a force is known.
 
     >>> tissue = chaincell.Tissue(model, contact="probe:0.012", sweeps=2)
     >>> output = tissue.tick([0.0, 0.0, 0.07])
@@ -332,8 +333,8 @@ class Output:
     def force_error_n(self) -> list[float | None]:
         """Estimated distance of each tool's force, of held cells one, from that of the body in equilibrium [N]: within it
         are 99 of 100 errors. None where it is not known: away from the tissue, in a late tick or one whose motion is
-        shortened, under another scheme than predict, and for a model of links, with branches, that can be cut, or
-        without a coarse level."""
+        shortened, where an output stage changes the force, under another scheme than predict, and for a model of
+        links, with branches, that can be cut, or without a coarse level."""
     @property
     def torque_error_n_m(self) -> list[float | None]:
         """Estimated distance of each tool's torque from that of the body in equilibrium [N m], likewise; None for held
@@ -435,7 +436,7 @@ def run(
       tools (ticks, tools, 3) or (ticks, tools, 7). A row is a millisecond.
     - `engaged`: whether the tool acts on the tissue, (ticks,) or (ticks, tools); True by default.
     - `opening_rad`: opening angle of scissors [rad], (ticks,) or (ticks, tools); closed by default.
-    - `sweeps_made`: numbers of sweeps of a session that ended ticks early, (ticks,).
+    - `sweeps_made`: numbers of sweeps of a session that ended ticks early, (ticks,); they go before `force_error`.
     - `options`: as of `chaincell run`, with their units, see `chaincell.options.TissueOptions`.
 
     Raises `PoseError` for a path that is none, `ArgumentError` for other wrong values.
@@ -778,8 +779,8 @@ class Answer:
         """Torque on the tool about its position [N m], float32 (3,), or on each of several, (tools, 3)."""
     @property
     def force_error_n(self) -> list[float | None]:
-        """Estimated error of the force on each tool [N], before its limit and an output stage; None where it is not
-        known, and while another force than the server's is shown."""
+        """Estimated error of the force on each tool [N], before its limit; None where it is not known, where an output
+        stage answers another force than the tissue's, and while another force than the server's is shown."""
     @property
     def torque_error_n_m(self) -> list[float | None]:
         """Estimated error of the torque on each tool [N m], likewise; None for held cells too."""

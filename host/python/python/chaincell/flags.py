@@ -48,5 +48,6 @@ class Notes(IntFlag):
     RAMP = 4
     """The force is on a ramp, and not yet the force of the tissue."""
     NEW_SESSION = 8
-    """A new session has answered: its tissue is at rest, and its tools count as not engaged until they were
-    released. The note stays until the first answer in which no tool must be released."""
+    """A new session has answered, of another server: its tissue is at rest, or where `serve --restore` or
+    `serve --stand-by` took it up. Tools get no force until they were released. The note stays until the first
+    answer in which no tool must be released."""

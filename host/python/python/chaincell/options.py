@@ -15,7 +15,8 @@ class BakeOptions(TypedDict, total=False):
     """Those of `Model.bake` and `Model.bake_mesh`: the options of `chaincell bake`."""
 
     tissue: str | None
-    """Tissue by name, of those that `chaincell tissues` lists; what is given beside it goes before."""
+    """Tissue by name, of those that `chaincell tissues` lists, or "FILE.csv:NAME" of a table as `chaincell
+    relaxation` writes it; what is given beside it goes before."""
     young_pa: PerNode | None
     """Young's modulus [Pa]; without it, `materials` and `tissue` the body is made of links."""
     poisson: PerNode | None
@@ -30,8 +31,9 @@ class BakeOptions(TypedDict, total=False):
     stiffness_n_per_m: PerNode | None
     """Stiffness of a link [N/m]."""
     stretch_min: float | Literal["none"] | None
-    stiffening: Mapping[float, float] | None
-    """Half-widths of bands with the moduli [Pa] that they add; they do not relax."""
+    stiffening: Mapping[float | str, float] | None
+    """Half-widths of bands with the moduli [Pa] that they add; they do not relax. "short:0.035" resists what is
+    shortened alone, "long:0.1" what is lengthened alone."""
     branches: Sequence[tuple[float, float]] | None
     """Branches of stress that relaxes, up to four: the shear modulus over the long-term one, and the time
     [s] in which the stress falls to 1 / e, one tick to 1,600,000. `poisson` is the instantaneous ratio
@@ -86,6 +88,9 @@ class TissueOptions(TypedDict, total=False):
     precision: Literal["f32", "fixed"] | None
     sweeps: int | None
     """Sweeps per tick, 1 to 65,535. Default: 4."""
+    force_error: float | None
+    """Sweep until the estimated error of each force is this share of it, 0.001 to 1, at most `sweeps` times a tick.
+    `Output.sweeps` and `Run.sweeps` are those that were made. By default a tick makes all sweeps."""
     step: float | None
     """Time that `euler` advances per sweep, at most the model's bound `step_max`; on the command
     line and in Python also the time that `rkl2` advances per tick [dimensionless]. Default: 0.9

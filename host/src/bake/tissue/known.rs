@@ -1,24 +1,26 @@
 //! Tissues by name: a table of measured ones with their sources.
 //!
 //! A row says how it was got: `read` in a source, `derived` from what was read, or `fitted` to measured curves.
-//! Poisson's ratio is that of nearly incompressible tissue where the source has none.
+//! Poisson's ratio is that of nearly incompressible tissue where the source has none. A file of the same form has
+//! tissues of the user's own.
+
+use std::path::Path;
 
 use super::relaxation::{Branch, DEVICE_HZ, Relaxation};
 use super::stiffening::Band;
+use super::table::{BRANCHES, fields, file_and_name, header, line, number, positive, read};
 use crate::error::{Error, Result};
 
 /// The table: a line of names, then a tissue a line.
 const TABLE: &str = include_str!("known.csv");
-/// Number of columns.
-const COLUMNS: usize = 17;
 
-/// A tissue of the table.
+/// A tissue of the table, or of a file of its form.
 #[derive(Debug, Clone, PartialEq)]
 pub struct KnownTissue {
     /// Its name.
-    pub name: &'static str,
+    pub name: String,
     /// The tissue in words.
-    pub tissue: &'static str,
+    pub tissue: String,
     /// Young's modulus \[Pa\].
     pub young_pa: f64,
     /// It is the instantaneous one, not the long-term one.
@@ -34,15 +36,15 @@ pub struct KnownTissue {
     /// Coefficient of friction with a tool, where it was measured.
     pub friction: Option<f64>,
     /// How the values were got: `read`, `derived`, `fitted`, or several of them.
-    pub status: &'static str,
+    pub status: String,
     /// The publication.
-    pub source: &'static str,
+    pub source: String,
     /// Conversions, error of the fit, limits.
-    pub note: &'static str,
+    pub note: String,
 }
 
 impl KnownTissue {
-    /// Returns the tissue of this name.
+    /// Returns the tissue of this name; of `FILE.csv:NAME` the one of a file, of `FILE.csv` its only one.
     ///
     /// ```
     /// # use chaincell_host::bake::tissue::KnownTissue;
@@ -52,58 +54,181 @@ impl KnownTissue {
     /// ```
     ///
     /// # Errors
-    /// A name that is not in the table; the error lists those that are.
+    /// A name that is not in the table or the file; the error lists those that are. A file that cannot be read or is
+    /// no table of tissues, with its line and the remedy.
     pub fn find(name: &str) -> Result<Self> {
+        if let Some((path, name)) = file_and_name(name) {
+            return Self::of_file(path, name);
+        }
         let all = Self::all();
-        let names: Vec<&str> = all.iter().map(|tissue| tissue.name).collect();
-        let why = format!("`tissue` {name}: there is none; known are {}", names.join(", "));
+        let why = format!(
+            "`tissue` {name}: there is none; known are {}; or give a table of your own, as FILE.csv:NAME",
+            names(&all)
+        );
         all.into_iter().find(|tissue| tissue.name == name).ok_or_else(|| Error::input(why))
     }
 
     /// Returns all tissues, in the order of the table.
     #[must_use]
     pub fn all() -> Vec<Self> {
-        TABLE.lines().skip(1).filter_map(Self::read).collect()
+        TABLE.lines().skip(1).filter_map(|line| Self::parse(line).ok()).collect()
     }
 
-    /// Reads a line; `None` for one that is no tissue.
-    fn read(line: &'static str) -> Option<Self> {
-        let fields: [&'static str; COLUMNS] = fields(line).try_into().ok()?;
-        let [name, tissue, young_pa, modulus, poisson, branches @ .., _, _, _, _, _, _] = fields;
-        let [.., stiffening, toughness, friction, status, source, note] = fields;
-        let branches = branches.chunks(2).filter(|pair| pair.iter().any(|text| !text.is_empty()));
-        let branch = |pair: &[&str]| match *pair {
-            [ratio, time_s] => {
-                Some(Branch { ratio: ratio.parse().ok()?, time_s: time_s.parse().ok()? })
+    /// Returns a table of this tissue alone, which [`Self::find`] reads from a file.
+    ///
+    /// ```
+    /// # use chaincell_host::bake::tissue::KnownTissue;
+    /// let table = KnownTissue::find("cervix")?.table();
+    /// assert!(table.lines().nth(1).is_some_and(|row| row.starts_with("cervix,")));
+    /// # Ok::<(), chaincell_host::error::Error>(())
+    /// ```
+    #[must_use]
+    pub fn table(&self) -> String {
+        let modulus = if self.is_instant { "instant" } else { "long-term" };
+        let [young_pa, poisson] = [self.young_pa, self.poisson].map(|number| number.to_string());
+        let mut fields =
+            vec![self.name.clone(), self.tissue.clone(), young_pa, modulus.to_owned(), poisson];
+        // The branches, and empty columns up to the usual number of them.
+        let columns = self.branches.len().max(BRANCHES);
+        for branch in &self.branches {
+            fields.extend([branch.ratio, branch.time_s].map(|number| number.to_string()));
+        }
+        fields.resize(fields.len() + 2 * (columns - self.branches.len()), String::new());
+        // The columns after them.
+        let bands: Vec<String> = self.stiffening.iter().map(Band::to_string).collect();
+        let optional = |value: Option<f64>| value.map_or_else(String::new, |x| x.to_string());
+        fields.extend([
+            bands.join(" "),
+            optional(self.toughness_j_per_m2),
+            optional(self.friction),
+            self.status.clone(),
+            self.source.clone(),
+            self.note.clone(),
+        ]);
+        format!("{}\n{}\n", header(columns), line(&fields))
+    }
+
+    /// Returns the tissue of this name in a file, or the only one of the file.
+    fn of_file(path: &Path, name: Option<&str>) -> Result<Self> {
+        let text = read(path)?;
+        let file = path.display();
+        let columns = text.lines().next().map_or(0, |header| fields(header).len());
+        // Read every line.
+        let mut all: Vec<Self> = Vec::new();
+        let rows = (1..).zip(text.lines()).skip(1).filter(|(_, row)| !row.trim().is_empty());
+        for (number, row) in rows {
+            let refuse = |why: String| Error::input(format!("{file}:{number}: {why}"));
+            let found = fields(row).len();
+            if found != columns {
+                return Err(refuse(format!(
+                    "{found} columns, and the header has {columns}; give each column its comma, and a text with a \
+                     comma its quotes"
+                )));
             }
-            _ => None,
-        };
-        let band = |text: &str| {
-            let (half_width, modulus_pa) = text.split_once('=')?;
-            Some(Band {
-                half_width: half_width.parse().ok()?,
-                modulus_pa: modulus_pa.parse().ok()?,
-            })
-        };
-        Some(Self {
+            let tissue = Self::parse(row).map_err(refuse)?;
+            if all.iter().any(|other| other.name == tissue.name) {
+                return Err(refuse(format!(
+                    "the name {} stands twice; give each tissue a name of its own",
+                    tissue.name
+                )));
+            }
+            all.push(tissue);
+        }
+        // Choose one.
+        let names = names(&all);
+        match (name, all.len()) {
+            (_, 0) => Err(Error::input(format!(
+                "{file}: there is no tissue under the header; give a line for each"
+            ))),
+            (None, 2..) => Err(Error::input(format!(
+                "{file}: there are several tissues, {names}; name one, as {file}:NAME"
+            ))),
+            (name, _) => all
+                .into_iter()
+                .find(|tissue| name.is_none_or(|name| tissue.name == name))
+                .ok_or_else(|| {
+                    let name = name.unwrap_or_default();
+                    Error::input(format!("{file}: there is no tissue {name}; there are {names}"))
+                }),
+        }
+    }
+
+    /// Reads a line; the error names the column and the remedy.
+    fn parse(row: &str) -> std::result::Result<Self, String> {
+        let fields = fields(row);
+        let [
             name,
             tissue,
-            young_pa: young_pa.parse().ok()?,
-            is_instant: match modulus {
-                "instant" => true,
-                "long-term" => false,
-                _ => return None,
-            },
-            poisson: poisson.parse().ok()?,
-            branches: branches.map(branch).collect::<Option<_>>()?,
-            stiffening: stiffening.split_whitespace().map(band).collect::<Option<_>>()?,
-            toughness_j_per_m2: optional(toughness)?,
-            friction: optional(friction)?,
+            young_pa,
+            modulus,
+            poisson,
+            pairs @ ..,
+            bands,
+            toughness,
+            friction,
             status,
             source,
             note,
+        ] = &fields[..]
+        else {
+            return Err(format!("{} columns; give all of the header", fields.len()));
+        };
+        if name.is_empty() {
+            return Err("name is empty; give the tissue a name".to_owned());
+        }
+        let is_ratio = |ratio: f64| (0.0..=0.495).contains(&ratio);
+        let is_coefficient = |friction: f64| friction >= 0.0;
+        let friction = (!friction.is_empty()).then(|| {
+            number("friction", friction, is_coefficient, "a number of 0 or above, or nothing")
+        });
+        let toughness = (!toughness.is_empty()).then(|| positive("toughness_j_per_m2", toughness));
+        let band = |text: &str| text.parse::<Band>().map_err(|why| format!("stiffening_pa {why}"));
+        Ok(Self {
+            name: (*name).to_owned(),
+            tissue: (*tissue).to_owned(),
+            young_pa: positive("young_pa", young_pa)?,
+            is_instant: match *modulus {
+                "instant" => true,
+                "long-term" => false,
+                other => {
+                    return Err(format!("modulus is \"{other}\"; give long-term or instant"));
+                }
+            },
+            poisson: number("poisson", poisson, is_ratio, "a number from 0 to 0.495")?,
+            branches: branches(pairs)?,
+            stiffening: bands
+                .split_whitespace()
+                .map(band)
+                .collect::<std::result::Result<_, _>>()?,
+            toughness_j_per_m2: toughness.transpose()?,
+            friction: friction.transpose()?,
+            status: (*status).to_owned(),
+            source: (*source).to_owned(),
+            note: (*note).to_owned(),
         })
     }
+}
+
+/// Returns the branches of these columns, a ratio and a time each; a pair of empty ones is none.
+fn branches(columns: &[&str]) -> std::result::Result<Vec<Branch>, String> {
+    let mut branches = Vec::new();
+    for (at, pair) in (1..).zip(columns.chunks(2)) {
+        match *pair {
+            ["", ""] => {}
+            [ratio, time_s] => branches.push(Branch {
+                ratio: positive(&format!("g{at}"), ratio)?,
+                time_s: positive(&format!("tau{at}_s"), time_s)?,
+            }),
+            _ => return Err(format!("g{at} has no column tau{at}_s; give both")),
+        }
+    }
+    Ok(branches)
+}
+
+/// Returns the names of tissues with commas.
+fn names(tissues: &[KnownTissue]) -> String {
+    let names: Vec<&str> = tissues.iter().map(|tissue| tissue.name.as_str()).collect();
+    names.join(", ")
 }
 
 /// Relaxation as the options have it: `branches` given by hand replace those of the tissue, and a modulus given by
@@ -143,32 +268,13 @@ pub fn relaxation(
     }))
 }
 
-/// Splits a line at its commas; a field in quotes may have some.
-fn fields(line: &str) -> Vec<&str> {
-    let (mut fields, mut rest) = (Vec::new(), Some(line));
-    while let Some(line) = rest {
-        let quoted = line.strip_prefix('"').and_then(|line| line.split_once('"'));
-        let (field, after) = match (quoted, line.split_once(',')) {
-            (Some((field, after)), _) => (field, after.strip_prefix(',')),
-            (None, Some((field, after))) => (field, Some(after)),
-            (None, None) => (line, None),
-        };
-        fields.push(field);
-        rest = after;
-    }
-    fields
-}
-
-/// Reads a number that may be missing; `None` for what is no number.
-fn optional(text: &str) -> Option<Option<f64>> {
-    if text.is_empty() { Some(None) } else { text.parse().ok().map(Some) }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::bake::tissue::{Moduli, Tissue};
-    use crate::bake::{BakeOptions, PerCell, bake};
+    use crate::bake::{
+        BakeOptions, ORGAN_POISSON, ORGAN_YOUNG_PA, PerCell, bake, organ, organ_of_known,
+    };
     use crate::mesh::{MeshOptions, load};
 
     #[test]
@@ -182,12 +288,99 @@ mod tests {
             assert!(!all[..at].iter().any(|other| other.name == *name), "{name} twice");
             let known = ["read", "derived", "fitted"];
             assert!(status.split(" + ").all(|word| known.contains(&word)), "{name}: {status}");
-            let words = [tissue.tissue, tissue.source, tissue.note];
+            let words = [&tissue.tissue, &tissue.source, &tissue.note];
             assert!(words.iter().all(|text| text.len() > 5), "{name}");
         }
         let names = "name,tissue,young_pa,modulus,poisson,g1,tau1_s,g2,tau2_s,g3,tau3_s,stiffening_pa,\
                      toughness_j_per_m2,friction,status,source,note";
         assert_eq!(TABLE.lines().next(), Some(names));
+        assert_eq!(header(BRANCHES), names);
+    }
+
+    /// A liver has the values of the default body, and the default toughness comes from the same publication.
+    #[test]
+    fn a_liver_is_the_default_body() {
+        let liver = KnownTissue::find("liver").unwrap();
+        assert_eq!((liver.young_pa, liver.poisson), (ORGAN_YOUNG_PA, ORGAN_POISSON));
+        assert_eq!(liver.toughness_j_per_m2, Some(164.0));
+        assert!(liver.branches.is_empty() && liver.stiffening.is_empty());
+        assert_eq!(organ_of_known(&liver).unwrap(), organ().unwrap());
+    }
+
+    /// Also tissue with four branches, bands and all that may be missing.
+    #[test]
+    fn a_tissue_is_found_in_its_own_table() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("own.csv");
+        let file = file.to_str().unwrap();
+        let mut all = KnownTissue::all();
+        let branches = [0.1, 1.0, 10.0, 100.0].map(|time_s| Branch { ratio: 0.125, time_s });
+        all.push(KnownTissue {
+            name: "own".to_owned(),
+            branches: branches.to_vec(),
+            stiffening: vec!["short:0.035=22000".parse().unwrap(), Band::new(0.1, 500.5)],
+            toughness_j_per_m2: Some(90.0),
+            friction: Some(0.0),
+            ..all[0].clone()
+        });
+        for tissue in all {
+            std::fs::write(file, tissue.table()).unwrap();
+            assert_eq!(KnownTissue::find(file).unwrap(), tissue);
+            assert_eq!(KnownTissue::find(&format!("{file}:{}", tissue.name)).unwrap(), tissue);
+        }
+    }
+
+    #[test]
+    fn what_is_no_table_is_refused_by_line() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("own.csv");
+        let file = file.to_str().unwrap();
+        let top = header(1);
+        let row = "soft,some tissue,900,long-term,0.45,2,0.5,0.1=500,,,fitted,own,none";
+        let why = |text: &str, name: &str| {
+            std::fs::write(file, text).unwrap();
+            let why = KnownTissue::find(&format!("{file}{name}")).unwrap_err().to_string();
+            why.replace(file, "FILE")
+        };
+        let other = row.replace("soft,", "other,");
+        for (text, name, part) in [
+            (
+                "time_s,strain\n1,2\n".to_owned(),
+                "",
+                "FILE:1: the header is \"time_s,strain\"; a table",
+            ),
+            (top.clone(), "", "FILE: there is no tissue under the header"),
+            (
+                format!("{top}\n{row}\n{other}\n"),
+                "",
+                "several tissues, soft, other; name one, as FILE:",
+            ),
+            (format!("{top}\n{row}\n"), ":hard", "FILE: there is no tissue hard; there are soft"),
+            (format!("{top}\n{row}\n\n{row}\n"), ":soft", "FILE:4: the name soft stands twice"),
+            (format!("{top}\n{row},more\n"), "", "FILE:2: 14 columns, and the header has 13"),
+        ] {
+            let why = why(&text, name);
+            assert!(why.contains(part), "{why}");
+        }
+        for (good, bad, part) in [
+            ("soft,", ",", "FILE:2: name is empty"),
+            ("900", "-900", "FILE:2: young_pa is \"-900\"; give a number above 0"),
+            ("900", "inf", "young_pa is \"inf\""),
+            ("long-term", "late", "modulus is \"late\"; give long-term or instant"),
+            ("0.45", "0.5", "poisson is \"0.5\"; give a number from 0 to 0.495"),
+            ("2,0.5", ",0.5", "g1 is \"\"; give a number above 0"),
+            ("2,0.5", "2,x", "tau1_s is \"x\""),
+            ("0.1=500", "0.1", "stiffening_pa 0.1: give HALF_WIDTH=PASCAL"),
+            (",,,fitted", ",0,,fitted", "toughness_j_per_m2 is \"0\""),
+            (",,,fitted", ",,-1,fitted", "friction is \"-1\"; give a number of 0 or above"),
+        ] {
+            let changed = row.replacen(good, bad, 1);
+            assert_ne!(changed, row);
+            let why = why(&format!("{top}\n{changed}\n"), ":soft");
+            assert!(why.contains(part), "{why}");
+        }
+        let why = KnownTissue::find("none/own.csv:soft").unwrap_err().to_string();
+        assert!(why.contains("cannot read tissues none/own.csv"), "{why}");
     }
 
     /// Units by what soft tissue has: pascals, seconds, J/m^2.
@@ -201,7 +394,7 @@ mod tests {
                 assert!((0.1..20.0).contains(&ratio), "{name}: {ratio}");
                 assert!((1e-3..=1600.0).contains(&time_s), "{name}: {time_s} s");
             }
-            for Band { half_width, modulus_pa } in stiffening {
+            for Band { half_width, modulus_pa, .. } in stiffening {
                 assert!((0.01..0.5).contains(&half_width), "{name}: {half_width}");
                 assert!((100.0..1e6).contains(&modulus_pa), "{name}: {modulus_pa} Pa");
             }

@@ -3,7 +3,7 @@
 //! The kernel's module of that name describes the use of the numbers; this module computes them, with
 //! the bound L of the energy's curvature (`curvature`) and the elasticity of the rest shape
 //! (`elasticity`). `stiffening` adds bands to them, `relaxation` branches whose stress fades, `known`
-//! has tissues by name.
+//! has tissues by name, `table` reads and writes tables of them.
 
 pub mod shape;
 
@@ -12,6 +12,7 @@ mod elasticity;
 mod known;
 mod relaxation;
 mod stiffening;
+mod table;
 #[cfg(test)]
 mod tests;
 
@@ -26,8 +27,8 @@ use crate::mesh::Mesh;
 pub use known::{KnownTissue, relaxation};
 pub use relaxation::{Branch, DEVICE_HZ, Moduli, Relaxation};
 use shape::{Fault, Shape};
-pub use stiffening::Band;
 use stiffening::Stiffening;
+pub use stiffening::{Band, BandSide};
 
 /// Beta in double precision.
 const BETA: f64 = nodal::BETA as f64;
@@ -104,7 +105,7 @@ const STIFFENING: std::ops::RangeInclusive<f32> = 1.0e-6..=1.0e6;
 /// Checks that the kernel accepts these bands on a body of this mean shear modulus \[Pa\].
 fn check_stiffening(bands: &[Band], unit_pa: f64) -> Result<()> {
     let is_beyond = |band: &&Band| !STIFFENING.contains(&((band.modulus_pa / unit_pa) as f32));
-    let Some(&Band { half_width, modulus_pa }) = bands.iter().find(is_beyond) else {
+    let Some(&Band { half_width, modulus_pa, .. }) = bands.iter().find(is_beyond) else {
         return Ok(());
     };
     let [least, most] = [STIFFENING.start(), STIFFENING.end()].map(|x| f64::from(*x) * unit_pa);

@@ -1,25 +1,146 @@
 //! Sets of bands on the links of nodal shapes, which resist large strain.
 
 use std::collections::BTreeMap;
+use std::fmt;
+use std::str::FromStr;
 
+use chaincell_kernel::Model;
 use chaincell_kernel::image::kind;
 use chaincell_kernel::number::two_float::LANES;
+use serde::{Serialize, Serializer};
 
 use super::shape::volume_m3;
 use crate::bake::image::Sections;
 
-/// A set of bands: links are springs while their length is outside the band.
+/// The links that a band resists.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum BandSide {
+    /// Shorter and longer ones.
+    #[default]
+    Both,
+    /// Shorter ones alone.
+    Short,
+    /// Longer ones alone.
+    Long,
+}
+
+impl BandSide {
+    /// Its name; none for both sides.
+    fn name(self) -> Option<&'static str> {
+        match self {
+            Self::Both => None,
+            Self::Short => Some("short"),
+            Self::Long => Some("long"),
+        }
+    }
+}
+
+/// A set of bands: links are springs while their length is outside the band. As text, `0.1=10000`, or
+/// `short:0.035=22000` and `long:0.1=5000` of one side.
+///
+/// ```
+/// # use chaincell_host::bake::tissue::{Band, BandSide};
+/// let band: Band = "short:0.035=22000".parse()?;
+/// assert_eq!((band.half_width, band.modulus_pa, band.side), (0.035, 22000.0, BandSide::Short));
+/// # Ok::<(), String>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Band {
     /// Half its width in rest lengths, from 0.01 to below 1.
     pub half_width: f64,
     /// Young's modulus that the set adds beyond it \[Pa\].
     pub modulus_pa: f64,
+    /// The side on which it does.
+    pub side: BandSide,
+}
+
+impl Band {
+    /// Resists shorter and longer links.
+    #[must_use]
+    pub const fn new(half_width: f64, modulus_pa: f64) -> Self {
+        Self { half_width, modulus_pa, side: BandSide::Both }
+    }
+
+    /// Returns the bands of a model, the narrowest first.
+    #[must_use]
+    pub fn of_model(model: &Model<'_>) -> Vec<Self> {
+        // Single precision as it prints.
+        let number = |x: f32| x.abs().to_string().parse().unwrap_or_default();
+        let mut bands = Vec::new();
+        model.each_stiffening(|half_width, modulus_pa| {
+            let side = match (half_width < 0.0, modulus_pa < 0.0) {
+                (true, _) => BandSide::Short,
+                (_, true) => BandSide::Long,
+                _ => BandSide::Both,
+            };
+            bands.push(Self { side, ..Self::new(number(half_width), number(modulus_pa)) });
+        });
+        bands
+    }
+
+    /// True if both resist the same links beyond the same half-width.
+    #[must_use]
+    pub fn repeats(&self, other: &Self) -> bool {
+        let [one, two] = [self, other].map(|band| band.side);
+        let is_shared = one == two || [one, two].contains(&BandSide::Both);
+        is_shared && self.half_width as f32 == other.half_width as f32
+    }
+
+    /// Its numbers in the image: signs leave a side out.
+    fn numbers(&self, unit_pa: f64) -> [f32; 2] {
+        let (half_width, modulus) = (self.half_width as f32, (self.modulus_pa / unit_pa) as f32);
+        match self.side {
+            BandSide::Both => [half_width, modulus],
+            BandSide::Short => [-half_width, modulus],
+            BandSide::Long => [half_width, -modulus],
+        }
+    }
+}
+
+impl FromStr for Band {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let wrong = || {
+            format!(
+                "{text}: give HALF_WIDTH=PASCAL, as 0.1=10000, before it short: or long: for one side"
+            )
+        };
+        let (side, numbers) = match text.trim().split_once(':') {
+            Some(("short", rest)) => (BandSide::Short, rest),
+            Some(("long", rest)) => (BandSide::Long, rest),
+            Some(_) => return Err(wrong()),
+            None => (BandSide::Both, text),
+        };
+        let (half_width, modulus_pa) = numbers.split_once('=').ok_or_else(wrong)?;
+        let number = |text: &str| text.trim().parse().map_err(|_| wrong());
+        Ok(Self { side, ..Self::new(number(half_width)?, number(modulus_pa)?) })
+    }
+}
+
+impl fmt::Display for Band {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let Some(side) = self.side.name() {
+            write!(f, "{side}:")?;
+        }
+        write!(f, "{}={}", self.half_width, self.modulus_pa)
+    }
+}
+
+/// Half-width and modulus, and the side of those that have one.
+impl Serialize for Band {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let numbers = (self.half_width, self.modulus_pa);
+        match self.side.name() {
+            None => numbers.serialize(serializer),
+            Some(side) => (numbers.0, numbers.1, side).serialize(serializer),
+        }
+    }
 }
 
 /// The bands of a body in the form of its image.
 pub(super) struct Stiffening {
-    /// Half-width and modulus \[units of stress\] of each set, the narrowest first.
+    /// Half-width and modulus \[units of stress\] of each set as the image has them, the narrowest first.
     sets: Vec<[f32; 2]>,
     /// 2 V / l0^2 of each link, in both directions.
     volumes: BTreeMap<[u32; 2], f32>,
@@ -30,7 +151,7 @@ impl Stiffening {
     pub fn new(bands: &[Band], unit_pa: f64, rest: &[[f64; 3]], tetrahedra: &[[u32; 4]]) -> Self {
         let mut bands = bands.to_vec();
         bands.sort_by(|a, b| a.half_width.total_cmp(&b.half_width));
-        let sets = bands.iter().map(|band| [band.half_width, band.modulus_pa / unit_pa]);
+        let sets = bands.iter().map(|band| band.numbers(unit_pa)).collect();
         let mut around: BTreeMap<[u32; 2], f64> = BTreeMap::new();
         for nodes in tetrahedra.iter().filter(|_| !bands.is_empty()) {
             let volume = volume_m3(rest, *nodes);
@@ -48,7 +169,7 @@ impl Stiffening {
             let value = (2.0 * volume / squared) as f32;
             volumes.extend([([i, j], value), ([j, i], value)]);
         }
-        Self { sets: sets.map(|set| set.map(|x| x as f32)).collect(), volumes }
+        Self { sets, volumes }
     }
 
     /// Adds the weights of each cell's links to `sums`, by the kernel's arithmetic.
@@ -56,7 +177,12 @@ impl Stiffening {
         if self.sets.is_empty() {
             return;
         }
-        let modulus = self.sets.iter().fold(0.0_f32, |sum, [_, modulus]| sum + modulus);
+        let of = |leaves_out: fn(&[f32; 2]) -> bool| {
+            let sets = self.sets.iter().filter(|set| !leaves_out(set));
+            sets.fold(0.0_f32, |sum, [_, modulus]| sum + modulus.abs())
+        };
+        let modulus =
+            of(|[_, modulus]| *modulus < 0.0).max(of(|[half_width, _]| *half_width < 0.0));
         let mut around = vec![0.0_f32; sums.len()];
         for ([cell, _], volume) in &self.volumes {
             around[*cell as usize] += volume;

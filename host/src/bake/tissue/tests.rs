@@ -195,15 +195,18 @@ fn the_elasticity_is_hookes() {
 #[test]
 fn bands_that_are_none_are_refused_by_name() {
     let mesh = load("box:4x4x3x0.01", &MeshOptions::default()).unwrap();
-    let band = |half_width, modulus_pa| Band { half_width, modulus_pa };
+    let band = Band::new;
     let why = |stiffening: &[Band]| {
         let tissue = Tissue { stiffening: stiffening.to_vec(), ..tissue(5000.0, 0.3) };
         refused(&mesh, &BakeOptions { tissue: Some(tissue), ..BakeOptions::default() })
     };
     let good = band(0.1, 1000.0);
     assert!(why(&[good, good]).contains("half-width 0.1 twice"));
-    let four = [0.1, 0.2, 0.3, 0.4].map(|half_width| band(half_width, 1000.0));
-    assert!(why(&four).contains("4 bands, at most 3"));
+    for side in [BandSide::Short, BandSide::Long] {
+        assert!(why(&[good, Band { side, ..good }]).contains("half-width 0.1 twice"));
+    }
+    let seven = [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7].map(|half_width| band(half_width, 1000.0));
+    assert!(why(&seven).contains("7 bands, at most 6"));
     for half_width in [0.0, 1.0, -0.1, f64::NAN] {
         assert!(why(&[band(half_width, 1000.0)]).contains("half-width"), "{half_width}");
     }
@@ -224,7 +227,7 @@ fn the_bound_counts_the_bands() {
     let of = |stiffening: &[(f64, f64)]| {
         let bands = stiffening.iter();
         let stiffening =
-            bands.map(|&(half_width, modulus_pa)| Band { half_width, modulus_pa }).collect();
+            bands.map(|&(half_width, modulus_pa)| Band::new(half_width, modulus_pa)).collect();
         let tissue = Tissue { stiffening, ..tissue(5000.0, 0.3) };
         let options = BakeOptions { tissue: Some(tissue), ..BakeOptions::default() };
         bake(&mesh, &mesh.default_fixed, &options).unwrap()

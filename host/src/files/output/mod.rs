@@ -156,8 +156,10 @@ fn is_ours(name: &str) -> bool {
         "stress.json",
         "stress.txt",
     ];
+    // States of a session whose trace is replaced belong to no session any more.
+    let beside = [".snapshot", ".waiting"].iter().any(|end| is(recording::TRACE, end));
     let is_leftover = name.starts_with(UNFINISHED);
-    snapshot || report || paper || chart || is_leftover || fixed.contains(&name)
+    snapshot || beside || report || paper || chart || is_leftover || fixed.contains(&name)
 }
 
 #[cfg(test)]
@@ -173,12 +175,14 @@ mod tests {
         folder.write("paper_plane.svg", b"old").unwrap();
         folder.write("state_9.vtu", b"old").unwrap();
         folder.write(SERIES, b"old").unwrap();
+        folder.write("session.trace.40.snapshot", b"old").unwrap();
         folder.write("notes.txt", b"mine").unwrap();
         let refused = Folder::open(&path, false).unwrap_err().to_string();
         assert!(refused.contains("not empty") && refused.contains("`force`"), "{refused}");
         Folder::open(&path, true).unwrap();
         assert!(!path.join("cells_9.csv").exists() && !path.join("paper_plane.svg").exists());
         assert!(!path.join("state_9.vtu").exists() && !path.join(SERIES).exists());
+        assert!(!path.join("session.trace.40.snapshot").exists());
         assert_eq!(fs::read(path.join("notes.txt")).unwrap(), b"mine");
     }
 }

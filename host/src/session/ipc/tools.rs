@@ -36,8 +36,8 @@ pub struct TickForce {
     pub step_ns: u32,
     /// Hash of the state after the tick, 0 for none.
     pub state_hash: u64,
-    /// Estimated error of the tissue's force, before its limit and an output stage; `None` where it is not known
-    /// \[N\].
+    /// Estimated error of the tissue's force, before its limit; `None` where it is not known, and where an output
+    /// stage answers another force \[N\].
     pub force_error_n: Option<f32>,
 }
 

@@ -40,7 +40,7 @@ pub const CELLS_MAX: usize = 65_535;
 /// Most coarse functions.
 pub const COARSE_MAX: usize = 1024;
 /// Most sets of stiffening bands.
-pub const STIFFENING_MAX: usize = 3;
+pub const STIFFENING_MAX: usize = 6;
 /// Most branches of relaxation.
 pub const BRANCHES_MAX: usize = 4;
 /// Corner without a coarse function, and cell without an entry.
@@ -152,7 +152,8 @@ pub mod kind {
     pub const COARSE_FACTORS: u32 = 42;
     /// With `NODAL`, optional: sets of bands on the links, the narrowest first, at most
     /// [`super::STIFFENING_MAX`]; the bits of half the width in rest lengths and of the modulus
-    /// [2 `k_ref` / l] ([u32; 2]).
+    /// [2 `k_ref` / l] ([u32; 2]). With a half width below 0 a set resists links that are shorter than its band
+    /// alone, with a modulus below 0 those that are longer alone.
     pub const STIFFENING: u32 = 43;
     /// With `STIFFENING`: 2 V / l0^2 of each slot of `SLICE_ROWS`, V the volume of the tetrahedra
     /// around its link; 0 for padding (f32, 8 a group).

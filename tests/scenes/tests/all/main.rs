@@ -5,5 +5,6 @@ mod blade;
 mod goldens;
 mod report;
 mod snapshot;
+mod tear;
 mod touch;
 mod trace;

@@ -47,6 +47,7 @@ const SNAPSHOTS: &[(&str, Tier, usize, u32)] = &[
     ("touch6_tools", Tier::F32, 50176, 0xdf414f6b),
     ("relax6_track", Tier::F32, 59396, 0x0026f8c5),
     ("blade5_track", Tier::F32, 51252, 0x4c351ef4),
+    ("tear4_track", Tier::F32, 34800, 0x4c407f5c),
 ];
 
 // REQ-BIT-09

@@ -13,7 +13,7 @@ struct Probed {
 }
 
 /// One band, where the fit begins.
-const BAND: Band = Band { half_width: 0.05, modulus_pa: 4000.0 };
+const BAND: Band = Band::new(0.05, 4000.0);
 
 impl Probed {
     fn new() -> Self {

@@ -15,8 +15,10 @@ use serde::Serialize;
 use crate::reference::prony::Prony;
 use chaincell_host::bake::tissue::Branch;
 use chaincell_host::error::{Error, Result};
+use chaincell_host::interrupt;
 use curve::Curve;
 use options::options;
+pub use options::rounded;
 
 /// Response below which errors are shares of this much of the largest one.
 const FLOOR: f64 = 0.1;
@@ -79,7 +81,7 @@ struct Descent<'a> {
 /// Finds so many branches, and the modulus of bands of these half-widths, of a curve. Cost: milliseconds.
 ///
 /// # Errors
-/// More values than the curve has rows, a fit without an end.
+/// More values than the curve has rows, a fit without an end, an interruption.
 pub fn identify(curve: &Curve, branches: usize, half_widths: &[f64]) -> Result<Found> {
     let (rows, values) = (curve.points.len() - 1, 1 + half_widths.len() + 2 * branches);
     if rows <= values {
@@ -91,6 +93,7 @@ pub fn identify(curve: &Curve, branches: usize, half_widths: &[f64]) -> Result<F
     for range in STARTS {
         let x = start(curve, branches, half_widths, range);
         let (end, report) = LevenbergMarquardt::new().minimize(Descent { curve, half_widths, x });
+        interrupt::check()?;
         let cost = report.objective_function;
         if cost.is_finite() && best.as_ref().is_none_or(|(least, _)| cost < *least) {
             best = Some((cost, end.x));
@@ -261,8 +264,9 @@ impl LeastSquaresProblem<f64, Dyn, Dyn> for Descent<'_> {
         self.x.clone()
     }
 
+    /// None ends the search.
     fn residuals(&self) -> Option<DVector<f64>> {
-        Some(self.residuals_at(&self.x))
+        (!interrupt::asked()).then(|| self.residuals_at(&self.x))
     }
 
     fn jacobian(&self) -> Option<DMatrix<f64>> {

@@ -18,16 +18,15 @@ pub fn options(found: &Found) -> Result<String> {
     let is_stress = found.unit == "Pa";
     let branches: Vec<[f64; 2]> = found.branches.iter().map(|of| of.map(rounded)).collect();
     let bands = found.stiffening.iter().filter(|_| is_stress);
-    let bands: Vec<[f64; 2]> = bands.map(|&[width, pa]| [width, rounded(pa)]).collect();
+    let bands: Vec<Band> = bands.map(|&[width, pa]| Band::new(width, rounded(pa))).collect();
     let young_pa = if is_stress { rounded(found.modulus) } else { YOUNG_PA };
     let young = if is_stress { format!("--young-pa {young_pa}") } else { String::new() };
     let text = young + &tissue_options(&branches, false, &bands);
     // A bake of a small body.
     let branches = branches.into_iter().map(|[ratio, time_s]| Branch { ratio, time_s }).collect();
     let relaxation = Relaxation { branches, is_instant: false, device_hz: DEVICE_HZ };
-    let band = |[half_width, modulus_pa]: [f64; 2]| Band { half_width, modulus_pa };
     let tissue = Tissue {
-        stiffening: bands.into_iter().map(band).collect(),
+        stiffening: bands,
         relaxation: Some(relaxation),
         ..Tissue::new(PerCell::Uniform(young_pa), PerCell::Uniform(0.45))
     };
@@ -37,7 +36,8 @@ pub fn options(found: &Found) -> Result<String> {
     Ok(text.trim_start().to_owned())
 }
 
-/// A number of five digits.
-fn rounded(number: f64) -> f64 {
+/// Returns a number with five digits, as the options have it.
+#[must_use]
+pub fn rounded(number: f64) -> f64 {
     format!("{number:.4e}").parse().unwrap_or(number)
 }

@@ -153,10 +153,7 @@ const SHAPE_TICKS: u32 = 40;
 
 /// Two sets of bands that stiffen a body.
 pub fn stiffening() -> Vec<Band> {
-    vec![
-        Band { half_width: 0.05, modulus_pa: 12_000.0 },
-        Band { half_width: 0.2, modulus_pa: 70_000.0 },
-    ]
+    vec![Band::new(0.05, 12_000.0), Band::new(0.2, 70_000.0)]
 }
 
 /// Boxes of nodal shapes.

@@ -1,14 +1,19 @@
 //! Bodies that relax: exact in time, as quadratic elements do, with an account that closes, the same bits everywhere.
+//!
+//! - `time`: branches against the analytic series, with few sweeps and under a ball.
+//! - `account`: the energy that a hand puts in, and what it gets back.
+//! - `rest`: nothing changes any more after a press and after a release.
 #![allow(clippy::unwrap_used)]
 
-use std::f64::consts::TAU;
+mod account;
+mod rest;
+mod time;
 
 use chaincell_host::bake::tissue::{Branch, DEVICE_HZ, Relaxation, Tissue};
 use chaincell_host::bake::{BakeOptions, ImageBytes, PerCell};
 use chaincell_host::engine::rest_m;
 use chaincell_kernel::{
-    Budget, Dynamics, Model, Network, Predict, ResetError, Settings, Tissue as Storage, ToolPart,
-    ToolPose, Track, term_states,
+    Model, Network, Predict, ResetError, Settings, Tissue as Storage, ToolPart, Track, term_states,
 };
 use chaincell_tests::bodies::{baked, model};
 
@@ -19,11 +24,21 @@ type Branches<'b> = &'b [(f64, f64)];
 
 /// A body with these instantaneous numbers \[Pa\], elastic without branches.
 fn image(spec: &str, young_pa: f64, poisson: f64, branches: Branches<'_>) -> ImageBytes {
+    image_at(DEVICE_HZ, spec, (young_pa, poisson), branches)
+}
+
+/// The same for sessions of this many ticks a second; Young's modulus \[Pa\] and Poisson's ratio are instantaneous.
+fn image_at(
+    device_hz: u32,
+    spec: &str,
+    (young_pa, poisson): (f64, f64),
+    branches: Branches<'_>,
+) -> ImageBytes {
     let of_each = |&(ratio, time_s)| Branch { ratio, time_s };
     let relaxation = (!branches.is_empty()).then(|| Relaxation {
         branches: branches.iter().map(of_each).collect(),
         is_instant: true,
-        device_hz: DEVICE_HZ,
+        device_hz,
     });
     let tissue = Tissue::new(PerCell::Uniform(young_pa), PerCell::Uniform(poisson));
     baked(
@@ -38,120 +53,26 @@ fn network(image: &ImageBytes, sweeps: u16) -> Network<'_> {
     Network::new(model, settings).unwrap()
 }
 
-/// Nodes of the upper face within this distance of its middle \[m\].
-fn upper(model: &Model<'_>, radius_m: f64) -> Vec<u32> {
+/// Middle of the upper face \[m\].
+fn middle_m(model: &Model<'_>) -> [f64; 3] {
     let places: Vec<_> = (0..model.cells()).map(|cell| rest_m(model, cell)).collect();
     let top = places.iter().map(|place| place[2]).fold(f64::MIN, f64::max);
-    let middle = [0, 1].map(|axis| {
+    let [x, y] = [0, 1].map(|axis| {
         let each = places.iter().map(|place| place[axis]);
         0.5 * (each.clone().fold(f64::MAX, f64::min) + each.fold(f64::MIN, f64::max))
     });
-    let is_near = |place: &[f64; 3]| {
-        place[2] > top - 1e-4 && (place[0] - middle[0]).hypot(place[1] - middle[1]) < radius_m
+    [x, y, top]
+}
+
+/// Nodes of the upper face within this distance of its middle \[m\].
+fn upper(model: &Model<'_>, radius_m: f64) -> Vec<u32> {
+    let [x, y, top] = middle_m(model);
+    let is_near = |cell: &usize| {
+        let place = rest_m(model, *cell);
+        place[2] > top - 1e-4 && (place[0] - x).hypot(place[1] - y) < radius_m
     };
-    let cells = (0..places.len()).filter(|&cell| is_near(&places[cell]));
+    let cells = (0..model.cells()).filter(is_near);
     cells.map(|cell| model.input_id()[cell]).collect()
-}
-
-/// Motions of a hand, 0 before its time begins.
-#[derive(Debug, Clone, Copy)]
-enum Motion {
-    /// In one tick.
-    Step,
-    /// In 0.1 s.
-    Ramp,
-    /// At this frequency.
-    Sine(f64),
-}
-
-impl Motion {
-    fn at(self, time_s: f64) -> f64 {
-        match self {
-            Self::Step => (time_s / 1e-3).clamp(0.0, 1.0),
-            Self::Ramp => (time_s / 0.1).clamp(0.0, 1.0),
-            Self::Sine(hz) => (TAU * hz * time_s).sin(),
-        }
-    }
-
-    /// The integral of exp(-(t - s) / tau) over the motion.
-    fn remembered(self, tau_s: f64, time_s: f64) -> f64 {
-        let ramp = |length_s: f64| {
-            let done_s = time_s.min(length_s);
-            let at = |s: f64| (-(time_s - s) / tau_s).exp();
-            tau_s / length_s * (at(done_s) - at(0.0))
-        };
-        match self {
-            Self::Step => ramp(1e-3),
-            Self::Ramp => ramp(0.1),
-            Self::Sine(hz) => {
-                let (w, fade) = (TAU * hz, (-time_s / tau_s).exp());
-                let (sin, cos) = (w * time_s).sin_cos();
-                w * tau_s / (1.0 + (w * tau_s).powi(2)) * (cos + w * tau_s * sin - fade)
-            }
-        }
-    }
-}
-
-/// Force of a cube without lateral stress, pressed by its upper face: late in every third tick, or never.
-fn pressed_n(image: &ImageBytes, motion: Motion, ticks: usize, is_often_late: bool) -> Vec<f64> {
-    let network = network(image, 12);
-    let nodes = upper(network.model(), 1.0);
-    let mut body = Bench::<Predict>::holding(network, &nodes);
-    body.tick([0.0; 3]);
-    let each = (1..=ticks).map(|tick| {
-        let way_m = [0.0, 0.0, (-1e-3 * motion.at(1e-3 * tick as f64)) as f32];
-        if is_often_late && tick % 3 == 2 {
-            body.late(way_m);
-            return f64::NAN;
-        }
-        f64::from(body.tick(way_m).force_n.z)
-    });
-    each.collect()
-}
-
-/// Largest error of the force in shares of the branch's largest force.
-fn time_error(tau_s: f64, motion: Motion, is_often_late: bool) -> f64 {
-    let ticks = ((5e3 * tau_s) as usize).clamp(300, 1500);
-    let elastic = image("box:4x4x4x0.005", 15e3, 0.0, &[]);
-    let relaxing = image("box:4x4x4x0.005", 15e3, 0.0, &[(1.0, tau_s)]);
-    let stiff = pressed_n(&elastic, motion, ticks, is_often_late);
-    let force = pressed_n(&relaxing, motion, ticks, is_often_late);
-    let (mut error, mut largest) = (0.0_f64, 0.0_f64);
-    for (tick, (stiff, force)) in stiff.iter().zip(&force).enumerate() {
-        let time_s = 1e-3 * (tick + 1) as f64;
-        let at = motion.at(time_s);
-        if stiff.is_nan() || at.abs() < 0.05 {
-            continue;
-        }
-        let branch = 0.5 * stiff / at * motion.remembered(tau_s, time_s);
-        largest = largest.max(branch.abs());
-        error = error.max((force - (0.5 * stiff + branch)).abs());
-    }
-    error / largest
-}
-
-const MOTIONS: [Motion; 5] =
-    [Motion::Step, Motion::Ramp, Motion::Sine(1.0), Motion::Sine(3.0), Motion::Sine(10.0)];
-
-/// Checks the largest error of branches of these times \[s\] under all motions, in shares of the branch's peak.
-fn check_times(times_s: &[f64], is_often_late: bool, most: f64) {
-    for &tau_s in times_s {
-        for motion in MOTIONS {
-            let error = time_error(tau_s, motion, is_often_late);
-            println!("tau {tau_s} s, {motion:?}: {:.3} % of the branch's peak", 100.0 * error);
-            assert!(error < most, "{tau_s} {motion:?}: {error}");
-        }
-    }
-}
-
-#[test]
-fn branches_are_exact_in_time() {
-    check_times(&[0.005, 0.02, 0.1, 2.0, 12.0], false, 2e-3);
-}
-
-#[test]
-fn late_ticks_take_their_time() {
-    check_times(&[0.005, 0.02], true, 5e-3);
 }
 
 /// A patch of 8.1 mm pressed 4 mm into a slab of 40 x 40 x 20 mm, beside quadratic elements with neo-Hookean branches
@@ -193,43 +114,6 @@ fn hand_m(tick: usize) -> [f32; 3] {
     [3e-3 * (0.02 * time).sin(), jump, -4e-3 * (0.013 * time).sin().abs()]
 }
 
-/// The hand's exact work is held, relaxed or taken by the sweeps; a still hand's energy falls; a closed motion pays.
-fn account<D: Dynamics<Number = f32>>(sweeps: u16) {
-    let image = image("box:5x5x4x0.005", 15e3, 0.45, &[(1.0, 0.03), (2.0, 0.4)]);
-    let network = network(&image, sweeps);
-    let nodes = upper(network.model(), 8e-3);
-    let mut body = Bench::<D>::holding(network, &nodes);
-    let (mut work_j, mut last_j, mut relaxed_j) = (0.0_f64, 0.0, 0.0);
-    for tick in 0..900 {
-        let is_late = tick % 7 == 3;
-        let still = tick > 500;
-        let place = if still { [0.0; 3] } else { hand_m(tick) };
-        let output = if is_late { body.late(place) } else { body.tick(place) };
-        work_j += f64::from(output.work_j);
-        let energy_j = f64::from(output.energy_j);
-        let now_j = f64::from(body.view().relaxed_j(&network));
-        assert!(now_j >= relaxed_j - 1e-9, "{tick}: {now_j} after {relaxed_j}");
-        // The sweeps only take.
-        let lost_j = work_j - energy_j - now_j;
-        assert!(lost_j >= -1e-6 * (work_j + energy_j), "{tick}: {work_j} {energy_j} {now_j}");
-        if tick > 502 {
-            assert!(energy_j <= last_j, "{tick}: {energy_j} after {last_j}");
-        }
-        (last_j, relaxed_j) = (energy_j, now_j);
-    }
-    assert!(
-        work_j > 0.0 && relaxed_j > 0.01 * work_j && last_j < 0.05 * work_j,
-        "{work_j} {last_j}"
-    );
-}
-
-#[test]
-fn the_account_of_energy_closes() {
-    account::<Predict>(1);
-    account::<Track>(1);
-    account::<Predict>(4);
-}
-
 /// The same bits with and without a vector unit, with sleep and without, restored in the middle; out of the band too.
 #[test]
 fn the_bits_are_the_same_by_every_way() {
@@ -265,26 +149,6 @@ fn the_bits_are_the_same_by_every_way() {
     scalar.view().set_positions(&network, &places).unwrap();
     fresh.view().set_positions(&network, &places).unwrap();
     assert_eq!(scalar.hash(), fresh.hash());
-}
-
-/// In the rest shape a body remembers nothing, 15 (1 + G) tau after its release.
-#[test]
-fn a_released_body_forgets() {
-    let image = image("box:5x5x4x0.005", 15e3, 0.45, &[(1.0, 0.02), (1.0, 0.1)]);
-    let network = network(&image, 2);
-    let nodes = upper(network.model(), 8e-3);
-    let mut body = Bench::<Predict>::holding(network, &nodes);
-    for tick in 0..300 {
-        body.tick([0.0, 0.0, -1e-3 * (tick as f32 / 50.0).min(1.0)]);
-    }
-    let free = [ToolPose::at([0.0, 0.0, 0.0].into(), 0)];
-    for _ in 0..6000 {
-        body.view().tick(&network, &free, Budget::All);
-    }
-    // The clock and what has relaxed are left.
-    let rows = &body.words[18..];
-    assert!(rows.iter().all(|&word| word == 0), "{:?}", rows.iter().find(|&&word| word != 0));
-    assert!(body.view().relaxed_j(&network) > 0.0);
 }
 
 /// A ball in a relaxing organ: its force falls to that of the long-term body, and the energy of a still hand too.

@@ -1,0 +1,79 @@
+//! Rest: a body that relaxes changes no bit any more, some time after a press and after its release.
+
+use chaincell_kernel::{Budget, Dynamics, Predict, ToolPose, Track};
+
+use super::{image, network, upper};
+use crate::bench::Bench;
+
+/// Times of the slowest branch after which all rests; 1 + G times as many of a body that is let go.
+const REST: f64 = 15.0;
+
+/// In the rest shape a body remembers nothing, 15 (1 + G) tau after its release.
+#[test]
+fn a_released_body_forgets() {
+    let image = image("box:5x5x4x0.005", 15e3, 0.45, &[(1.0, 0.02), (1.0, 0.1)]);
+    let network = network(&image, 2);
+    let nodes = upper(network.model(), 8e-3);
+    let mut body = Bench::<Predict>::holding(network, &nodes);
+    for tick in 0..300 {
+        body.tick([0.0, 0.0, -1e-3 * (tick as f32 / 50.0).min(1.0)]);
+    }
+    let free = [ToolPose::at([0.0, 0.0, 0.0].into(), 0)];
+    for _ in 0..6000 {
+        body.view().tick(&network, &free, Budget::All);
+    }
+    // The clock and what has relaxed are left.
+    let rows = &body.words[18..];
+    assert!(rows.iter().all(|&word| word == 0), "{:?}", rows.iter().find(|&&word| word != 0));
+    assert!(body.view().relaxed_j(&network) > 0.0);
+}
+
+/// Returns the number of values after which all are equal.
+fn rests_after<T: PartialEq>(values: &[T]) -> usize {
+    let last = values.last();
+    values.len() - values.iter().rev().take_while(|value| Some(*value) == last).count()
+}
+
+/// A body is pressed, held and released: from some time on force and state hash stay, bit for bit.
+///
+/// The branches are fast. A branch of 10,000 ticks and more counts the 16 ticks between two updates; the count is part
+/// of the state, so that the hash of a body with such a branch repeats every 16 ticks at rest.
+fn rest<D: Dynamics<Number = f32>>(name: &str, sweeps: u16) {
+    let (first, slow) = ((1.0, 0.02), (0.5, 0.06));
+    let image = image("box:5x5x4x0.005", 15e3, 0.45, &[first, slow]);
+    let network = network(&image, sweeps);
+    let nodes = upper(network.model(), 8e-3);
+    let mut body = Bench::<D>::holding(network, &nodes);
+    for tick in 0..=50 {
+        body.tick([0.0, 0.0, -1e-3 * tick as f32 / 50.0]);
+    }
+    let tau_ticks = 1e3 * slow.1;
+    let let_go = 1.0 + first.0 + slow.0;
+    let held = ToolPose::at([0.0, 0.0, -1e-3].into(), 1);
+    let free = ToolPose::at([0.0, 0.0, 0.0].into(), 0);
+    for (state, pose, factor) in [("held", held, 1.0), ("released", free, let_go)] {
+        let most_ticks = REST * factor * tau_ticks;
+        let ticks = 2 * most_ticks as usize;
+        let each = (0..ticks).map(|_| {
+            let output = body.view().tick(&network, &[pose], Budget::All);
+            (<[u32; 3]>::from(output.force_n.map(f32::to_bits)), body.hash())
+        });
+        let (forces, hashes): (Vec<_>, Vec<_>) = each.unzip();
+        let force = forces[ticks - 1].map(f32::from_bits);
+        assert!((force[2] > 0.0) == (pose.engaged == 1), "{name}, {state}: {force:?}");
+        let rests = [rests_after(&forces), rests_after(&hashes)];
+        let [of_force, of_hash] = rests.map(|ticks| ticks as f64 / (factor * tau_ticks));
+        println!(
+            "{name}, {sweeps} sweeps, {state}: the force rests after {of_force:.1}, the hash after {of_hash:.1} times \
+             {:.0} ticks",
+            factor * tau_ticks
+        );
+        assert!(of_force <= REST && of_hash <= REST, "{name}, {state}: {of_force} {of_hash}");
+    }
+}
+
+#[test]
+fn force_and_state_rest_bit_for_bit() {
+    rest::<Predict>("predict", 2);
+    rest::<Track>("track", 4);
+}
