@@ -56,9 +56,9 @@ impl<'a, 'm> RelaxingBody<'a, 'm> {
         self.arrays.numbers.fill([[0.0; LANES]; _]);
     }
 
-    /// Counts a tick.
+    /// Counts a tick. Places without a branch stay 0, so that a body at rest keeps its hash.
     pub fn count(&mut self) {
-        for since in &mut *self.arrays.since {
+        for since in self.arrays.since.iter_mut().take(self.branches.len()) {
             *since = since.saturating_add(1);
         }
     }

@@ -51,8 +51,9 @@
 #define CHAINCELL_CLIENT_NOTE_RAMP 4
 
 /**
- * A new session has answered: its tissue is at rest, and its tools count as not engaged until they were
- * released. The note stays until the first answer in which no tool must be released.
+ * A new session has answered, of another server: its tissue is at rest, or where `serve --restore` or
+ * `serve --stand-by` took it up. Tools get no force until they were released. The note stays until the first
+ * answer in which no tool must be released.
  */
 #define CHAINCELL_CLIENT_NOTE_NEW_SESSION 8
 
@@ -547,8 +548,8 @@ typedef struct chaincell_client_answer {
      */
     chaincell_tool_output tools[CHAINCELL_CLIENT_TOOLS_MAX];
     /**
-     * Estimated error of each tool's force, before its limit and an output stage [N]; below 0 where it is not
-     * known, and while the client shows another force than the server's.
+     * Estimated error of each tool's force, before its limit [N]; below 0 where it is not known, where an output
+     * stage answers another force than the tissue's, and while the client shows another force than the server's.
      */
     float force_error_n[CHAINCELL_CLIENT_TOOLS_MAX];
     /**

@@ -45,7 +45,7 @@ const SNAPSHOTS: &[(&str, Tier, usize, u32)] = &[
     ("varied300_track", Tier::Fixed, 21404, 0x869f4844),
     ("touch6_predict", Tier::F32, 55908, 0x57ceee4c),
     ("touch6_tools", Tier::F32, 50176, 0xdf414f6b),
-    ("relax6_track", Tier::F32, 59396, 0x0026f8c5),
+    ("relax6_track", Tier::F32, 59396, 0x21c80597),
     ("blade5_track", Tier::F32, 51252, 0x4c351ef4),
     ("tear4_track", Tier::F32, 34800, 0x4c407f5c),
 ];
