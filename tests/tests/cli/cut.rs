@@ -28,8 +28,13 @@ fn block(folder: &Path, spec: &str, spare: &str) -> PathBuf {
 
 /// A press of the built-in motion at the middle of the top.
 fn press(model: &Path, out: &Path, options: &[&str]) -> Ended {
+    press_from("0,0,0.01501", model, out, options)
+}
+
+/// A press that begins at a place of the tool.
+fn press_from(touch_m: &str, model: &Path, out: &Path, options: &[&str]) -> Ended {
     let args = ["run", text(model), "--motion", "press", "--seconds", "0.8", "--out", text(out)];
-    let place = ["--touch-m", "0,0,0.01501", "--direction", "0,0,-1", "--depth-m", "0.009"];
+    let place = ["--touch-m", touch_m, "--direction", "0,0,-1", "--depth-m", "0.009"];
     run([&args[..], &place, &["--force", "--picture", "off"], options].concat())
 }
 
@@ -100,12 +105,13 @@ fn the_account_of_a_body_that_relaxes_closes() {
     let out = folder.path().join("out");
     let tissue = ["--young-pa", "5000", "--poisson", "0.3"];
     let relaxing = bake(folder.path(), BOX, &[&tissue[..], &["--branch", "1,0.05"]].concat());
-    let said = press(&relaxing, &out, &["--tool", "sphere:0.008"]).with(0).out;
+    let ball = |model: &Path| press_from("0,0,0.02301", model, &out, &["--tool", "sphere:0.008"]);
+    let said = ball(&relaxing).with(0).out;
     let report = summary(&out);
     assert!(report["relaxed_j"].as_f64().unwrap() > 0.01 * given_j(&report), "{report}");
     assert!(said.contains(" relaxed, ") && !said.contains("parted"), "{said}");
     let plain = bake(folder.path(), BOX, &tissue);
-    let said = press(&plain, &out, &["--tool", "sphere:0.008"]).with(0).out;
+    let said = ball(&plain).with(0).out;
     assert_eq!((summary(&out).get("given_j"), said.contains("  energy  ")), (None, false));
     let cuttable = block(folder.path(), BOX, "0.1");
     let said =

@@ -59,7 +59,7 @@ fn what_the_judgement_proposes_is_fine_enough() {
     baked(&stl, "0.008", &model, &[]).with(0);
     let coarse = pressed(&model, &folder.path().join("coarse"), &["--picture", "off"]).with(0);
     let mesh = coarse.out.lines().find(|line| line.trim_start().starts_with("mesh ")).unwrap();
-    let proposed = mesh.split_once("(--fill ").unwrap().1.split(", some ").next().unwrap();
+    let proposed = mesh.split_once("(--fill ").unwrap().1.split(" of a closed").next().unwrap();
     assert!(proposed.contains(",0.0025@") && proposed.ends_with(",0.0075"), "{mesh}");
     let cells: f64 =
         mesh.split_once(", some ").unwrap().1.split(' ').next().unwrap().parse().unwrap();

@@ -86,11 +86,11 @@ class TissueOptions(TypedDict, total=False):
     friction: float | None
     scheme: Literal["track", "predict", "euler", "rkl2"] | None
     precision: Literal["f32", "fixed"] | None
-    sweeps: int | None
-    """Sweeps per tick, 1 to 65,535. Default: 4."""
     force_error: float | None
     """Sweep until the estimated error of each force is this share of it, 0.001 to 1, at most `sweeps` times a tick.
     `Output.sweeps` and `Run.sweeps` are those that were made. By default a tick makes all sweeps."""
+    sweeps: int | None
+    """Sweeps per tick, 1 to 65,535. Default: 4."""
     step: float | None
     """Time that `euler` advances per sweep, at most the model's bound `step_max`; on the command
     line and in Python also the time that `rkl2` advances per tick [dimensionless]. Default: 0.9

@@ -197,7 +197,7 @@ impl fmt::Display for MeshFit {
         }
         write!(
             f,
-            "; edges of half the radius at the contact (of a closed surface {}, some {cells:.0} cells)",
+            "; edges of half the radius at the contact ({} of a closed surface, some {cells:.0} cells)",
             finer.option()
         )?;
         match self.force_error {
@@ -228,7 +228,7 @@ mod tests {
         assert_eq!(
             fit(0.005, 0.0058, 1.0).to_string(),
             "edges of 5.80 mm for a radius of 5.00 mm: the force is up to 32 % off; edges of half the \
-             radius at the contact (of a closed surface --fill 0.005,0.0025@0.0123,0,0.04,0.0075, some 1923 cells) make that 14 %"
+             radius at the contact (--fill 0.005,0.0025@0.0123,0,0.04,0.0075 of a closed surface, some 1923 cells) make that 14 %"
         );
         let many = Finer { cells: 7e4, ..fit(0.005, 0.0058, 1.0).finer.unwrap() };
         let text = MeshFit { finer: Some(many), ..fit(0.005, 0.0058, 1.0) }.to_string();
