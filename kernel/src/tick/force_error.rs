@@ -36,7 +36,7 @@ const FLOOR: f32 = 2.0e-4;
 impl<D: Dynamics> TissueMut<'_, D> {
     /// Estimate of the distance between a tool's force in the last tick and the force of the body in equilibrium with
     /// the tools where they are \[N\]. In the experiment behind it the error was below it in 99 of 100 ticks, and in
-    /// half of them below a quarter of it. It is an estimate, no proven bound. Of held cells `tool` is 0; the force is
+    /// half of those that count below 0.3 of it. It is an estimate, no proven bound. Of held cells `tool` is 0; the force is
     /// that before its limit and before an output stage.
     ///
     /// `None` where none is known: under another scheme than [`Predict`](crate::Predict), and of bodies of links, which
