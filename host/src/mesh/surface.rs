@@ -25,14 +25,19 @@ pub fn boundary(tetrahedra: &[[u32; 4]]) -> Vec<[u32; 3]> {
     single.map(|same| same[0].1).collect()
 }
 
+/// Vector along a triangle's normal, twice as long as its area.
+fn twice_area(nodes_m: &[[f64; 3]], triangle: [u32; 3]) -> [f64; 3] {
+    let [a, b, c] = triangle.map(|id| nodes_m[id as usize]);
+    cross(minus(b, a), minus(c, a))
+}
+
 /// Returns unit normals `[node]`, each the sum over the node's triangles weighted with their areas;
 /// none if a node has no triangle or its triangles cancel. `nodes_m` and the normals are `[axis]`.
 #[must_use]
 pub fn vertex_normals(nodes_m: &[[f64; 3]], triangles: &[[u32; 3]]) -> Vec<Option<[f64; 3]>> {
     let mut sums = vec![[0.0f64; 3]; nodes_m.len()];
     for triangle in triangles {
-        let [a, b, c] = triangle.map(|id| nodes_m[id as usize]);
-        let twice_area = cross(minus(b, a), minus(c, a));
+        let twice_area = twice_area(nodes_m, *triangle);
         for id in triangle {
             for (sum, part) in sums[*id as usize].iter_mut().zip(twice_area) {
                 *sum += part;
@@ -54,8 +59,7 @@ pub fn corner_normals(
 ) -> Vec<Option<[[f64; 3]; 3]>> {
     let planes: Vec<Option<([f64; 3], [f64; 3])>> = (triangles.iter())
         .map(|triangle| {
-            let [a, b, c] = triangle.map(|id| nodes_m[id as usize]);
-            let twice_area = cross(minus(b, a), minus(c, a));
+            let twice_area = twice_area(nodes_m, *triangle);
             let normal = unit(twice_area);
             normal.iter().all(|x| x.is_finite()).then_some((twice_area, normal))
         })
@@ -91,8 +95,8 @@ mod tests {
         assert_eq!(triangles.len(), 6);
         let inside = [0.4; 3];
         for ids in &triangles {
-            let [a, b, c] = ids.map(|id| NODES[id as usize]);
-            assert!(dot(cross(minus(b, a), minus(c, a)), minus(a, inside)) > 0.0, "{ids:?}");
+            let corner = NODES[ids[0] as usize];
+            assert!(dot(twice_area(&NODES, *ids), minus(corner, inside)) > 0.0, "{ids:?}");
         }
         assert!(!triangles.iter().any(|t| !t.contains(&0) && !t.contains(&4)));
     }

@@ -13,10 +13,9 @@ use super::shape::volume_m3;
 use crate::bake::image::Sections;
 
 /// The links that a band resists.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum BandSide {
     /// Shorter and longer ones.
-    #[default]
     Both,
     /// Shorter ones alone.
     Short,
@@ -142,6 +141,8 @@ impl Serialize for Band {
 pub(super) struct Stiffening {
     /// Half-width and modulus \[units of stress\] of each set as the image has them, the narrowest first.
     sets: Vec<[f32; 2]>,
+    /// Sum of the moduli of all sets that resist a link on the same side, the larger one of both sides.
+    modulus: f32,
     /// 2 V / l0^2 of each link, in both directions.
     volumes: BTreeMap<[u32; 2], f32>,
 }
@@ -152,6 +153,11 @@ impl Stiffening {
         let mut bands = bands.to_vec();
         bands.sort_by(|a, b| a.half_width.total_cmp(&b.half_width));
         let sets = bands.iter().map(|band| band.numbers(unit_pa)).collect();
+        let all_but = |side: BandSide| {
+            let moduli = bands.iter().filter(|band| band.side != side);
+            moduli.fold(0.0, |sum, band| sum + (band.modulus_pa / unit_pa) as f32)
+        };
+        let modulus = all_but(BandSide::Long).max(all_but(BandSide::Short));
         let mut around: BTreeMap<[u32; 2], f64> = BTreeMap::new();
         for nodes in tetrahedra.iter().filter(|_| !bands.is_empty()) {
             let volume = volume_m3(rest, *nodes);
@@ -169,7 +175,7 @@ impl Stiffening {
             let value = (2.0 * volume / squared) as f32;
             volumes.extend([([i, j], value), ([j, i], value)]);
         }
-        Self { sets, volumes }
+        Self { sets, modulus, volumes }
     }
 
     /// Adds the weights of each cell's links to `sums`, by the kernel's arithmetic.
@@ -177,18 +183,12 @@ impl Stiffening {
         if self.sets.is_empty() {
             return;
         }
-        let of = |leaves_out: fn(&[f32; 2]) -> bool| {
-            let sets = self.sets.iter().filter(|set| !leaves_out(set));
-            sets.fold(0.0_f32, |sum, [_, modulus]| sum + modulus.abs())
-        };
-        let modulus =
-            of(|[_, modulus]| *modulus < 0.0).max(of(|[half_width, _]| *half_width < 0.0));
         let mut around = vec![0.0_f32; sums.len()];
         for ([cell, _], volume) in &self.volumes {
             around[*cell as usize] += volume;
         }
         for (sum, around) in sums.iter_mut().zip(around) {
-            *sum += modulus * around;
+            *sum += self.modulus * around;
         }
     }
 
