@@ -8,7 +8,7 @@
 //! - `mesh`, `bake`, `model`: from arrays, meshio objects and files to a model.
 //! - `poses`, `contacts`, `output`: where tools are, what they touch and feel.
 //! - `stress`: strain and stress of tissue.
-//! - `tissue`, `run`: ticks without a server.
+//! - `live`, `tissue`, `run`: ticks without a server.
 //! - `answer`, `state`, `session`: the client of `chaincell serve`.
 //! - `rate`: a loop at a fixed rate.
 
@@ -20,6 +20,7 @@ mod bake;
 mod contacts;
 mod errors;
 mod given;
+mod live;
 mod mesh;
 mod model;
 mod numbers;

@@ -8,12 +8,12 @@ use pyo3::types::PyDict;
 use crate::arrays;
 use crate::errors::Class;
 use crate::given::offline;
+use crate::live::Live;
 use crate::model::{Model, column, rows};
 use crate::numbers::{object, text};
 use crate::output::Output;
 use crate::poses::Tick;
 use crate::signals::Signals;
-use crate::tissue::Live;
 
 /// The result of `run`: a row for each tick. A tick is a millisecond; arrays are copies.
 ///

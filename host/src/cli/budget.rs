@@ -1,6 +1,6 @@
 //! Arguments of the time that a tick may take: `serve`, `cosim`.
 
-use chaincell_kernel::Choice;
+use chaincell_kernel::{Budget, Choice};
 use serde::{Deserialize, Serialize};
 
 use crate::engine::Engine;
@@ -29,6 +29,16 @@ pub struct BudgetArgs {
 pub fn share(text: &str) -> std::result::Result<f32, String> {
     let share = text.parse().ok().filter(|share| (0.001..=1.0).contains(share));
     share.ok_or_else(|| "a number from 0.001 to 1, as 0.01 for a hundredth of the force".into())
+}
+
+/// Budget of a tick without a clock: the recorded sweeps, else until the errors of the forces are within a share of
+/// them, if one is given, else all sweeps.
+#[must_use]
+pub fn timeless(sweeps: Option<u16>, share: Option<f32>) -> Budget<'static> {
+    match (sweeps, share) {
+        (None, Some(share)) => Budget::Within { share, more: None },
+        (sweeps, _) => Budget::again(sweeps),
+    }
 }
 
 /// Refuses a share of the force where no error of it is known.

@@ -1,9 +1,9 @@
 //! A tissue from the options of `run`, for programs that have no command line.
 
-use chaincell_kernel::Model;
+use chaincell_kernel::{Budget, Model};
 use clap::{CommandFactory, FromArgMatches, Parser};
 
-use super::budget::{check_force_error, share};
+use super::budget::{check_force_error, share, timeless};
 use super::options::in_a_line;
 use super::stage::StageArgs;
 use super::tissue::TissueArgs;
@@ -46,11 +46,10 @@ impl Offline {
         Ok(tissue)
     }
 
-    /// Share of each force at which its estimated error ends a tick, see
-    /// [`Budget::Within`](chaincell_kernel::Budget::Within); `None` for ticks that make all sweeps.
+    /// Budget of a tick, with the sweeps that it shall make if they are known.
     #[must_use]
-    pub fn force_error(&self) -> Option<f32> {
-        self.force_error
+    pub fn budget(&self, sweeps: Option<u16>) -> Budget<'static> {
+        timeless(sweeps, self.force_error)
     }
 
     /// What cells and links are computed in.

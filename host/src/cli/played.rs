@@ -4,6 +4,7 @@ use std::time::Instant;
 
 use chaincell_kernel::{Budget, TickOutput, ToolPose};
 
+use super::budget::timeless;
 use crate::engine::flag_ticks::FlagTicks;
 use crate::engine::motion::Pose;
 use crate::engine::order::{TickOrder, TickPlace};
@@ -63,10 +64,7 @@ pub fn play(
                 [] => &first,
                 each => each,
             };
-            let budget = match (pose.sweeps, share) {
-                (None, Some(share)) => Budget::Within { share, more: None },
-                (sweeps, _) => Budget::again(sweeps),
-            };
+            let budget = timeless(pose.sweeps, share);
             let output = played.tick(tissue, pose.tick, poses, budget);
             after(pose, &Poses::of_tools(tissue.tools(), poses), &output, tissue)?;
         }
