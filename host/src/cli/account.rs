@@ -9,15 +9,6 @@ use crate::engine::tissue::TissueEngine;
 use crate::error::Result;
 use crate::terminal;
 
-/// Adds up what tools give a body, tick by tick.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct Account {
-    /// Energy that the tools have given, see [`TissueMut::given_j`](chaincell_kernel::TissueMut::given_j) \[J\].
-    given_j: f64,
-    /// Energy that the body stores after the last tick, an upper bound \[J\].
-    stored_j: f32,
-}
-
 /// Where the energy went that tools gave a body.
 #[derive(Debug, Clone, Copy, Serialize)]
 pub struct AccountReport {
@@ -35,24 +26,19 @@ pub struct AccountReport {
     relaxed_j: Option<f64>,
 }
 
-impl Account {
-    /// Adds a tick after which the body stores `stored_j`.
-    pub fn add(&mut self, stored_j: f32, tissue: &mut Staged<'_>) {
-        self.given_j += f64::from(tissue.engine_mut().given_j());
-        self.stored_j = stored_j;
-    }
-
-    /// The account at the end; `None` for a run that holds cells, and for a body that neither can be cut nor relaxes.
-    pub fn report(&self, tissue: &mut Staged<'_>) -> Option<AccountReport> {
+impl AccountReport {
+    /// The account at the end, of the energy that the tools have given in all ticks, see
+    /// [`TissueMut::given_j`](chaincell_kernel::TissueMut::given_j), and of that which the body stores; `None` for a run
+    /// that holds cells, and for a body that neither can be cut nor relaxes.
+    pub fn of([given_j, stored_j]: [f64; 2], tissue: &mut Staged<'_>) -> Option<Self> {
         let is_of_tools = tissue.tools() > 0;
         let engine = tissue.engine_mut();
         let cut_j = engine.can_be_cut().then(|| f64::from(engine.cut_output().work_j));
         let relaxed_j = engine.relaxed_j().map(f64::from);
         let is_kept = is_of_tools && (cut_j.is_some() || relaxed_j.is_some());
-        let (given_j, stored_j) = (self.given_j, f64::from(self.stored_j));
         let used_j = cut_j.unwrap_or(0.0) + relaxed_j.unwrap_or(0.0);
         let dissipated_j = given_j - stored_j - used_j;
-        is_kept.then_some(AccountReport { given_j, stored_j, dissipated_j, cut_j, relaxed_j })
+        is_kept.then_some(Self { given_j, stored_j, dissipated_j, cut_j, relaxed_j })
     }
 }
 

@@ -5,7 +5,6 @@ use std::path::Path;
 use chaincell_kernel::trace::Record;
 use chaincell_kernel::{TickOutput, ToolPose};
 
-use super::account::Account;
 use super::picture;
 use super::snapshots::Snapshots;
 use crate::engine::course::{Course, ToolCourse};
@@ -121,8 +120,8 @@ pub struct Gathered<'a> {
     pub estimates: Estimates,
     largest: Largest,
     pins: PinRows,
-    /// Energy of the tools on a surface.
-    pub account: Account,
+    /// Energy that tools on a surface gave the body \[J\].
+    pub given_j: f64,
     /// Of scissors, the largest so far.
     pub opening_torque_n_m: Option<f32>,
 }
@@ -136,7 +135,6 @@ impl<'a> Gathered<'a> {
     pub fn new(tables: Option<Tables<'a>>, draws: bool, is_adaptive: bool) -> Result<Self> {
         let (courses, largest, estimates) = (Vec::new(), Largest::default(), Estimates::new()?);
         let (pins, opening_torque_n_m) = (PinRows::default(), None);
-        let account = Account::default();
         Ok(Self {
             tables,
             courses,
@@ -145,7 +143,7 @@ impl<'a> Gathered<'a> {
             estimates,
             largest,
             pins,
-            account,
+            given_j: 0.0,
             opening_torque_n_m,
         })
     }
@@ -162,7 +160,7 @@ impl<'a> Gathered<'a> {
         tissue: &mut Staged<'_>,
     ) -> Result<()> {
         let force_n = output.force_n.into();
-        self.account.add(output.energy_j, tissue);
+        self.given_j += f64::from(tissue.engine_mut().given_j());
         self.courses.resize(tissue.tools().max(1), Course::default());
         if let ([only], 0) = (&mut self.courses[..], tissue.tools()) {
             only.add(force_n, output.contacts, None);

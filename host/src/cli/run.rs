@@ -267,6 +267,7 @@ impl Args {
         let judgement = judgement.with_tools(tissue.engine(), &tool_courses, never_touched);
         let far = self.source.path.as_ref().and_then(|_| Far::of(tissue.engine(), &executed));
         self.note_far(far, largest_n(&tool_courses), &mut follower);
+        let stored_j = played.answers.last().map_or(0.0, |answer| answer.output.energy_j);
         let summary = RunSummary {
             cells: model.body_cells(),
             nodes: tissue.engine().node_count(),
@@ -290,7 +291,7 @@ impl Args {
             interrupted: interrupt::asked(),
             cut: tissue.engine_mut().cut(),
             relaxed_j: tissue.engine_mut().relaxed_j(),
-            account: gathered.account.report(&mut tissue),
+            account: AccountReport::of([gathered.given_j, stored_j.into()], &mut tissue),
             tissue: self.tissue.report(tissue.engine()),
             stage: self.stage.report()?,
         };
