@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use crate::experiments::relaxation::curve::Curve;
-use crate::experiments::relaxation::{Found, curve, identify, rounded};
-use chaincell_host::bake::tissue::{Band, Branch, KnownTissue};
+use crate::experiments::relaxation::{Found, curve, identify, rounded, rounded_parts};
+use chaincell_host::bake::tissue::KnownTissue;
 use chaincell_host::error::{Error, Result};
 use chaincell_host::files::whole::{check_writable, write_whole};
 use chaincell_host::terminal;
@@ -110,16 +110,15 @@ fn tissue(args: &Args, found: &Found) -> KnownTissue {
     if !open.is_empty() {
         note += &format!("; not identified: {}", open.join("; "));
     }
-    let branches = found.branches.iter().map(|of| of.map(rounded));
-    let bands = found.stiffening.iter();
+    let (branches, stiffening) = rounded_parts(found);
     KnownTissue {
         name: args.name.clone(),
         tissue: format!("fit of {}", args.curve.display()),
         young_pa: rounded(found.modulus),
         is_instant: false,
         poisson: POISSON,
-        branches: branches.map(|[ratio, time_s]| Branch { ratio, time_s }).collect(),
-        stiffening: bands.map(|&[width, pa]| Band::new(width, rounded(pa))).collect(),
+        branches,
+        stiffening,
         toughness_j_per_m2: None,
         friction: None,
         status: "fitted".to_owned(),
@@ -191,6 +190,7 @@ fn print(args: &Args, found: &Found) -> Result<()> {
 mod tests {
     use super::*;
     use crate::experiments::relaxation::Value;
+    use chaincell_host::bake::tissue::{Band, Branch};
 
     #[test]
     fn a_tissue_has_the_rounded_numbers_and_says_what_is_open() {

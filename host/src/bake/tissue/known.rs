@@ -71,7 +71,7 @@ impl KnownTissue {
     /// Returns all tissues, in the order of the table.
     #[must_use]
     pub fn all() -> Vec<Self> {
-        TABLE.lines().skip(1).filter_map(|line| Self::parse(line).ok()).collect()
+        TABLE.lines().skip(1).filter_map(|line| Self::parse(&fields(line)).ok()).collect()
     }
 
     /// Returns a table of this tissue alone, which [`Self::find`] reads from a file.
@@ -118,14 +118,15 @@ impl KnownTissue {
         let rows = (1..).zip(text.lines()).skip(1).filter(|(_, row)| !row.trim().is_empty());
         for (number, row) in rows {
             let refuse = |why: String| Error::input(format!("{file}:{number}: {why}"));
-            let found = fields(row).len();
-            if found != columns {
+            let fields = fields(row);
+            if fields.len() != columns {
+                let found = fields.len();
                 return Err(refuse(format!(
                     "{found} columns, and the header has {columns}; give each column its comma, and a text with a \
                      comma its quotes"
                 )));
             }
-            let tissue = Self::parse(row).map_err(refuse)?;
+            let tissue = Self::parse(&fields).map_err(refuse)?;
             if all.iter().any(|other| other.name == tissue.name) {
                 return Err(refuse(format!(
                     "the name {} stands twice; give each tissue a name of its own",
@@ -153,9 +154,8 @@ impl KnownTissue {
         }
     }
 
-    /// Reads a line; the error names the column and the remedy.
-    fn parse(row: &str) -> std::result::Result<Self, String> {
-        let fields = fields(row);
+    /// Reads the fields of a line; the error names the column and the remedy.
+    fn parse(fields: &[&str]) -> std::result::Result<Self, String> {
         let [
             name,
             tissue,
@@ -169,7 +169,7 @@ impl KnownTissue {
             status,
             source,
             note,
-        ] = &fields[..]
+        ] = fields
         else {
             return Err(format!("{} columns; give all of the header", fields.len()));
         };

@@ -18,7 +18,7 @@ use chaincell_host::error::{Error, Result};
 use chaincell_host::interrupt;
 use curve::Curve;
 use options::options;
-pub use options::rounded;
+pub use options::{rounded, rounded_parts};
 
 /// Response below which errors are shares of this much of the largest one.
 const FLOOR: f64 = 0.1;

@@ -16,14 +16,15 @@ const YOUNG_PA: f64 = 1000.0;
 /// What a bake refuses of them: a small body is baked. Cost: milliseconds.
 pub fn options(found: &Found) -> Result<String> {
     let is_stress = found.unit == "Pa";
-    let branches: Vec<[f64; 2]> = found.branches.iter().map(|of| of.map(rounded)).collect();
-    let bands = found.stiffening.iter().filter(|_| is_stress);
-    let bands: Vec<Band> = bands.map(|&[width, pa]| Band::new(width, rounded(pa))).collect();
+    let (branches, mut bands) = rounded_parts(found);
+    if !is_stress {
+        bands.clear();
+    }
     let young_pa = if is_stress { rounded(found.modulus) } else { YOUNG_PA };
     let young = if is_stress { format!("--young-pa {young_pa}") } else { String::new() };
-    let text = young + &tissue_options(&branches, false, &bands);
+    let pairs: Vec<[f64; 2]> = branches.iter().map(|of| [of.ratio, of.time_s]).collect();
+    let text = young + &tissue_options(&pairs, false, &bands);
     // A bake of a small body.
-    let branches = branches.into_iter().map(|[ratio, time_s]| Branch { ratio, time_s }).collect();
     let relaxation = Relaxation { branches, is_instant: false, device_hz: DEVICE_HZ };
     let tissue = Tissue {
         stiffening: bands,
@@ -34,6 +35,15 @@ pub fn options(found: &Found) -> Result<String> {
     let tried = BakeOptions { tissue: Some(tissue), ..BakeOptions::default() };
     bake(&mesh, &mesh.default_fixed, &tried)?;
     Ok(text.trim_start().to_owned())
+}
+
+/// Returns the branches and the bands that were found, with numbers of five digits.
+#[must_use]
+pub fn rounded_parts(found: &Found) -> (Vec<Branch>, Vec<Band>) {
+    let branches = found.branches.iter().map(|of| of.map(rounded));
+    let branches = branches.map(|[ratio, time_s]| Branch { ratio, time_s }).collect();
+    let bands = found.stiffening.iter();
+    (branches, bands.map(|&[width, pa]| Band::new(width, rounded(pa))).collect())
 }
 
 /// Returns a number with five digits, as the options have it.
