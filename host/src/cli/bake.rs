@@ -12,8 +12,9 @@ use super::mesh_file::MeshFileArgs;
 use super::model_file;
 use super::reports::ModelReport;
 use super::shared::{PrintArgs, tell_view};
+use super::tissue_texts::{Bands, BranchOrNone, branch, stiffening};
 use super::values::{Material, per_cell, with_materials};
-use crate::bake::tissue::{Band, Branch, KnownTissue, Relaxation, STRETCH_MIN, Tissue, relaxation};
+use crate::bake::tissue::{Branch, KnownTissue, Relaxation, STRETCH_MIN, Tissue, relaxation};
 use crate::bake::{
     BakeOptions, BasisSpacing, CUT_SPARE, ContactSurface, Cuttable, Equivalent, PerCell,
     TOUGHNESS_J_PER_M2, bake,
@@ -480,34 +481,6 @@ impl BodyArgs {
         }
         let branches = (!self.branch.is_empty()).then_some(branches);
         relaxation(known, branches, self.young_pa.is_some(), self.instant, self.device_hz)
-    }
-}
-
-/// What `--branch` gives.
-#[derive(Debug, Clone, Copy)]
-struct BranchOrNone(Option<Branch>);
-
-/// What `--stiffening` gives.
-#[derive(Debug, Clone, Default)]
-struct Bands(Vec<Band>);
-
-fn stiffening(text: &str) -> std::result::Result<Bands, String> {
-    if text == "none" {
-        return Ok(Bands::default());
-    }
-    text.split(',').map(str::parse).collect::<std::result::Result<_, _>>().map(Bands)
-}
-
-fn branch(text: &str) -> std::result::Result<BranchOrNone, &'static str> {
-    if text == "none" {
-        return Ok(BranchOrNone(None));
-    }
-    let numbers = text.split_once(',').map(|(ratio, time_s)| {
-        [ratio, time_s].map(|number| number.trim().parse::<f64>().ok().filter(|x| x.is_finite()))
-    });
-    match numbers {
-        Some([Some(ratio), Some(time_s)]) => Ok(BranchOrNone(Some(Branch { ratio, time_s }))),
-        _ => Err("give G,TAU, a ratio of shear moduli and a time in seconds, as 2,0.1; or none"),
     }
 }
 

@@ -1,14 +1,13 @@
 //! `chaincell cosim`: the main job, both processes side by side and the replay that checks them.
 
-use std::convert::Infallible;
 use std::path::Path;
 
-use chaincell_kernel::trace::{Entry, Reader};
-use chaincell_kernel::{Budget, Model};
+use chaincell_kernel::Model;
 use serde::Serialize;
 
 use super::budget::BudgetArgs;
 use super::cosim_body::CosimBodyArgs;
+use super::cosim_replay::{Replayed, replay};
 use super::cosim_view::{Shown, ViewArgs};
 use super::inject::{InjectArgs, tell_injected};
 use super::judgement::{Judgement, Pace};
@@ -24,7 +23,7 @@ use super::stage::{StageArgs, StageReport};
 use super::tissue::{TissueArgs, TissueReport};
 use super::verdict::{Counts, Verdict, VerdictArgs};
 use crate::bake::tissue::DEVICE_HZ;
-use crate::engine::convergence::{Convergence, ForceError};
+use crate::engine::convergence::ForceError;
 use crate::engine::course::{ToolCourse, largest_n};
 use crate::engine::cut::report::CutReport;
 use crate::engine::estimates::ForceEstimate;
@@ -35,7 +34,7 @@ use crate::engine::tissue::TissueEngine;
 use crate::engine::untouched::Untouched;
 use crate::error::{Error, Result};
 use crate::files::output::Folder;
-use crate::files::recording::{self, Played, Start, Stop};
+use crate::files::recording;
 use crate::files::whole::write_whole;
 use crate::session::ipc::services::Domain;
 use crate::session::loops::floor;
@@ -290,46 +289,6 @@ fn under_load(
     report.histograms.step = serve.step_histogram.clone().unwrap_or_default();
     [report.memory_serve, report.memory_control] = watch.growth();
     Ok((session, Some(report)))
-}
-
-/// Results of the replay of a session; none for a session that was not recorded.
-#[derive(Default)]
-struct Replayed {
-    state_hash: Option<String>,
-    force_error: Option<ForceError>,
-    never_touched: Option<Untouched>,
-}
-
-/// Plays the recorded session of at most that many ticks once more without shared memory. Only the trace has all of
-/// a session: the sweeps and the delay of each tick, the commands, and the poses of all tools bit by bit.
-fn replay(tissue: &mut Staged<'_>, place: &Path, ticks: u64) -> Result<Replayed> {
-    let bytes = recording::read(place)?;
-    let trace = Reader::open(&bytes).map_err(|why| Error::file("replay", place, why))?;
-    let mut played = Played::default();
-    let mut convergence = Convergence::new(ticks, tissue.engine().network().model().body_cells());
-    let tick = |tissue: &mut Staged<'_>, poses: &[_], budget: Budget<'_>| {
-        convergence.tick(tissue, poses, budget)
-    };
-    match recording::play_by(&trace, tissue, Start::default(), &mut played, tick) {
-        Ok(_) => {}
-        Err(Stop::Differs(why)) => {
-            return Err(Error::check(format!("{}: {why}", place.display())));
-        }
-        Err(why @ (Stop::Command(_) | Stop::Enough)) => {
-            return Err(Error::check(format!("{}: {why:?}", place.display())));
-        }
-    }
-    // The poses of the first tool.
-    let mut poses = Vec::new();
-    let Ok(_) = trace.entries(|_, entry| {
-        if let Entry::Tick(record) = entry {
-            poses.push(Pose::of(record.tick, &record.sample));
-        }
-        Ok::<(), Infallible>(())
-    });
-    let never_touched = Untouched::of(tissue.engine(), &poses, played.has_touched);
-    let state_hash = Some(format!("{:016x}", tissue.state_hash()));
-    Ok(Replayed { state_hash, force_error: convergence.error(), never_touched })
 }
 
 fn summary(
