@@ -80,7 +80,7 @@ impl Client {
         let server_wait_ns = options.server_wait_ns.min(WAIT_NS_MAX);
         let control = match options.role {
             Role::Viewer => {
-                wait_for_server(&scene, server_wait_ns, stop)?;
+                wait_for_server(&scene, options.role, server_wait_ns, stop)?;
                 None
             }
             Role::Controller => {

@@ -6,7 +6,7 @@ use iceoryx2::port::update_connections::UpdateConnections;
 use crate::clock::{MILLISECOND_NS, now_ns, sleep_until_ns};
 use crate::error::{Error, Kind, Result};
 use crate::hearing::{Answer, Hearing};
-use crate::options::Options;
+use crate::options::{Options, Role};
 use crate::services::{Ports, SceneServices};
 use crate::tools::{ToolForces, ToolPoses};
 use crate::wait::{Wait, Waiter};
@@ -56,7 +56,7 @@ impl Exchange {
         stop: impl FnMut() -> bool,
     ) -> Result<Self> {
         let ports = scene.control_ports(options.wait == Wait::Event)?;
-        wait_for_server(scene, options.server_wait_ns, stop)?;
+        wait_for_server(scene, options.role, options.server_wait_ns, stop)?;
         // Without a history, a pose sent before the connection exists would be lost.
         ports.publisher.update_connections().map_err(|why| {
             let text = format!("cannot connect to the server ({why:?}): start it again");
@@ -140,14 +140,15 @@ impl Exchange {
     }
 }
 
-/// Waits until a server is registered on the scene.
+/// Waits until a server is registered on the scene, or for a viewer one that shows a session of another place.
 pub(crate) fn wait_for_server(
     scene: &SceneServices,
+    role: Role,
     at_most_ns: u64,
     mut stop: impl FnMut() -> bool,
 ) -> Result<()> {
     let end_ns = now_ns().saturating_add(at_most_ns);
-    while !scene.is_served() {
+    while !scene.is_served() && !(role == Role::Viewer && scene.is_shown()) {
         if stop() {
             return Err(Error::new(Kind::Stopped, "asked to stop before a server came"));
         }

@@ -57,6 +57,9 @@ const CLEAR_UP_LIMIT: Duration = Duration::from_millis(500);
 /// Name of the ports of `control`, by which a second one is recognised.
 const CONTROL_PORT: &str = "chaincell.control";
 
+/// Name of the port of one that shows a session of another place, whose poses no server executes.
+pub const SHOW_PORT: &str = "chaincell.follow";
+
 /// Factory of the ports of one publish-subscribe service.
 pub type Topic<Payload> = publish_subscribe::PortFactory<Ipc, Payload, ()>;
 
@@ -261,6 +264,12 @@ impl SceneServices {
             && self.forces.dynamic_config().number_of_publishers() > 0
     }
 
+    /// Returns true if a program shows a session of another place, as `chaincell follow --scene` does.
+    #[must_use]
+    pub fn is_shown(&self) -> bool {
+        self.owner_of(&self.tools, SHOW_PORT, None).is_some()
+    }
+
     /// Returns true if a program besides this controller could publish poses: a bridge, or another
     /// controller.
     #[must_use]
@@ -320,19 +329,29 @@ impl SceneServices {
         own: Option<UniquePublisherId>,
         program: &str,
     ) -> Result<()> {
-        let mut other = None;
+        match self.owner_of(topic, port, own) {
+            None => Ok(()),
+            Some(node) => Err(self.second(program, node.pid::<Ipc>().ok())),
+        }
+    }
+
+    /// Returns a live node with a publisher of this name other than `own`.
+    fn owner_of<Payload: ZeroCopySend + Debug>(
+        &self,
+        topic: &Topic<Payload>,
+        port: &str,
+        own: Option<UniquePublisherId>,
+    ) -> Option<UniqueNodeId> {
+        let mut owner = None;
         topic.dynamic_config().list_publishers(|details| {
             let is_other = details.publisher_name == port && Some(details.publisher_id) != own;
             if is_other && self.is_alive(details.node_id) {
-                other = Some(details.node_id);
+                owner = Some(details.node_id);
                 return CallbackProgression::Stop;
             }
             CallbackProgression::Continue
         });
-        match other {
-            None => Ok(()),
-            Some(node) => Err(self.second(program, node.pid::<Ipc>().ok())),
-        }
+        owner
     }
 
     fn second(&self, program: &str, pid: Option<ProcessId>) -> Error {

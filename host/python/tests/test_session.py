@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import subprocess
 import sys
@@ -167,6 +168,35 @@ def test_states_are_views_that_outlive_their_session(serve: Serve, plane: Model)
     session.close()
     server.interrupt()
     assert np.array_equal(positions, kept) and kept[40, 2] < -0.005
+
+
+def test_a_viewer_of_a_follower_sees_the_same_states(
+    serve: Serve, command: Path, tmp_path: Path
+) -> None:
+    out = tmp_path / "session"
+    server = serve("--out", str(out), *WHOLE)
+    far = f"{server.scene}-far"
+    follow = subprocess.Popen(
+        [command, "follow", out, "--scene", far, "--json"], stdout=subprocess.PIPE, text=True
+    )
+    try:
+        assert follow.stdout is not None and follow.stdout.readline() == "ready\n"
+        with Session(server.scene) as session, Session(far, role="viewer") as viewer:
+            viewer.state(0)
+            play(session, press(30))
+            assert session.answer is not None
+            state = viewer.state(SHORT_S)
+            while state is not None and state.tick < 30:
+                state = viewer.state(SHORT_S)
+            assert state is not None and len(state) == 81
+            assert state.state_hash == session.answer.state_hash
+            del state
+        server.interrupt()
+        followed = json.loads(follow.communicate(timeout=SHORT_S)[0])
+        assert followed["has_ended"] and followed["hashes_compared"] > 0
+    finally:
+        follow.kill()
+        follow.wait(SHORT_S)
 
 
 def test_states_that_are_held_are_told_of(serve: Serve) -> None:

@@ -10,11 +10,15 @@ use std::process::Stdio;
 use std::thread;
 use std::time::{Duration, Instant};
 
+use chaincell_client::{Client, Options, Role};
 use chaincell_tests::files::text;
 use chaincell_tests::outsider::{Outsider, Pose, Viewer};
+use chaincell_tests::page::Page;
 use chaincell_tests::place::Place;
 use chaincell_tests::process::SHORT;
 use chaincell_tests::{Ended, Running, chaincell, run, scene, turn};
+
+use super::view::view_of;
 
 /// Ticks that are played at a time.
 const TICKS: u64 = 150;
@@ -75,6 +79,12 @@ fn a_session_is_followed_in_three_ways_to_the_same_bits() {
     by_program.wait_for_line("ready");
     // The tissue moves, a command sets it, and viewers of the other scene see the same state.
     let viewer = Viewer::join(&far);
+    let (view, page) = view_of(&place.model, &far, &[]);
+    let mut page = Page::open(&page);
+    page.status("live");
+    let by_client = Options { role: Role::Viewer, scene: Some(far.clone()), ..Options::default() };
+    let mut by_client = Client::open(&by_client).unwrap();
+    by_client.state().unwrap();
     outsider.play(0..TICKS, pose);
     place.command(&["set", "sweeps=3"]).with(0);
     let told = outsider.play(TICKS..2 * TICKS, pose);
@@ -86,8 +96,14 @@ fn a_session_is_followed_in_three_ways_to_the_same_bits() {
         }
         assert!(start.elapsed() < SHORT, "{:?}", state.0);
     };
-    assert_eq!(header.state_hash, told.last().unwrap().state_hash);
-    assert_eq!(nodes.len(), 81);
+    let state_hash = told.last().unwrap().state_hash;
+    assert_eq!((header.state_hash, nodes.len()), (state_hash, 81));
+    assert_eq!(page.frame(|frame| frame.tick == 2 * TICKS - 1).hash, state_hash);
+    while by_client.state().unwrap().is_none_or(|view| view.header().state_hash != state_hash) {
+        assert!(start.elapsed() < SHORT, "the client saw another last state");
+        thread::sleep(Duration::from_millis(1));
+    }
+    view.interrupt().with(0);
     // All end with the session.
     let served = server.interrupt().with(130).json();
     for followed in [shown, recorded, by_program] {

@@ -22,7 +22,12 @@ const PATIENT: [&str; 3] = ["--watchdog-ms", "0", "--json"];
 
 /// `chaincell view` on a place's scene, and its address.
 fn view(place: &Place, options: &[&str]) -> (Running, String) {
-    let args = ["view", text(&place.model), "--scene", &place.scene, "--no-open"];
+    view_of(&place.model, &place.scene, options)
+}
+
+/// `chaincell view` of a model on a scene, and its address.
+pub(super) fn view_of(model: &Path, scene: &str, options: &[&str]) -> (Running, String) {
+    let args = ["view", text(model), "--scene", scene, "--no-open"];
     let mut view = Running::chaincell([&args, options].concat());
     view.wait_for_line("Ctrl-C ends it");
     let address = view.lines().find(|line| line.starts_with("http://")).unwrap().to_owned();

@@ -10,16 +10,13 @@ use iceoryx2::port::publisher::Publisher;
 use iceoryx2::port::subscriber::Subscriber;
 use iceoryx2::port::update_connections::UpdateConnections;
 
-use super::services::{Ipc, Ring, SceneServices, Wake, subscriber};
+use super::services::{Ipc, Ring, SHOW_PORT, SceneServices, Wake, subscriber};
 use super::tools::{Answer, Asked, Asking as _, ToolForces, ToolPoses};
 use crate::engine::tools::Poses;
 use crate::error;
 
 /// Name of the ports of `serve`, which identifies a second one.
 pub(super) const SERVE_PORT: &str = "chaincell.serve";
-
-/// Name of the port of one that shows a session of another place, whose poses no server executes.
-pub(super) const SHOW_PORT: &str = "chaincell.follow";
 
 /// Ports for poses and answers.
 #[derive(Debug)]

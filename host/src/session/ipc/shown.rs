@@ -6,8 +6,8 @@ use iceoryx2::port::publisher::Publisher;
 
 use super::contacts::{ContactPublisher, ContactsHeader};
 use super::payload::StateHeader;
-use super::services::{Ipc, SceneServices};
-use super::serving::{SERVE_PORT, SHOW_PORT};
+use super::services::{Ipc, SHOW_PORT, SceneServices};
+use super::serving::SERVE_PORT;
 use super::state::StatePublisher;
 use super::stress::{StressHeader, StressPublisher};
 use super::tools::ToolPoses;

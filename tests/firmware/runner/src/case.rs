@@ -278,7 +278,7 @@ fn settings(model: &Model<'_>, sweeps: u16) -> Settings {
 }
 
 /// A copy of the image where the kernel may read it, for as long as the program runs.
-fn aligned(bytes: &[u8]) -> &'static [u8] {
+pub fn aligned(bytes: &[u8]) -> &'static [u8] {
     let words = Box::leak(vec![0_u128; bytes.len().div_ceil(16)].into_boxed_slice());
     let room: &'static mut [u8] = bytemuck::cast_slice_mut(words);
     let (room, _) = room.split_at_mut(bytes.len());

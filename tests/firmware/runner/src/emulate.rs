@@ -11,9 +11,14 @@ use crate::image::Image;
 use crate::target::Target;
 
 /// What an image said: values by name, those of a name said more than once one after the other.
+#[derive(Debug, Default)]
 pub struct Said(BTreeMap<String, String>);
 
 impl Said {
+    pub fn add(&mut self, name: &str, value: &str) {
+        self.0.entry(name.to_owned()).or_default().push_str(value);
+    }
+
     pub fn number(&self, name: &str) -> Result<u64> {
         Ok(self.text(name)?.parse()?)
     }
@@ -80,9 +85,9 @@ fn emulate(
     // 1 is the image's own word.
     let is_ended = matches!(run.status.code(), Some(0 | 1));
     ensure!(is_ended, "{path}: {}; it said:\n{stdout}{stderr}", run.status);
-    let mut said = BTreeMap::<String, String>::new();
+    let mut said = Said::default();
     for (name, value) in stdout.lines().filter_map(|line| line.split_once(' ')) {
-        said.entry(name.to_owned()).or_default().push_str(value);
+        said.add(name, value);
     }
-    Ok((Said(said), run.status.success()))
+    Ok((said, run.status.success()))
 }

@@ -1,6 +1,7 @@
 //! Builds firmware images of the kernel, runs them on emulated microcontrollers, compares their
 //! bits with this machine's and holds them against their budgets.
 
+mod board;
 mod budget;
 mod case;
 mod checks;

@@ -10,6 +10,7 @@ use anyhow::{Context, Result, ensure};
 use chaincell_kernel::trace::{RECORD_BYTES, Reader};
 use serde::Deserialize;
 
+use crate::board;
 use crate::emulate::{Said, run_on_line};
 use crate::target::Target;
 
@@ -166,9 +167,11 @@ impl<'a> Session<'a> {
         });
         // A stream that ends in the middle of a press, within a record.
         let first = first_record(&stream)?;
-        let (said, is_well) = on_line("cut", &stream[..first + CUT * RECORD_BYTES + 20])?;
+        let cut = &stream[..first + CUT * RECORD_BYTES + 20];
+        let (said, is_well) = on_line("cut", cut)?;
         ensure!(is_well && said.text("goes_on").is_ok(), "cut: {}", said.all());
         same(&said, hashes.get(CUT - 1))?;
+        self.goes_on_as_here(&said, cut).context("cut")?;
         lines.push(format!("cut, {}", force(&said)?));
         lines.push(self.damage(&stream, &hashes, on_line)?);
         Ok(lines)
@@ -176,7 +179,8 @@ impl<'a> Session<'a> {
 
     /// A late joiner's stream, of a server that was killed.
     fn late(&self, on_line: impl Fn(&str, &[u8]) -> Result<(Said, bool)>) -> Result<String> {
-        let (said, is_well) = on_line("late", &self.mirrored("served")?)?;
+        let stream = self.mirrored("served")?;
+        let (said, is_well) = on_line("late", &stream)?;
         let replayed = self.replayed("served")?;
         ensure!(is_well && said.text("goes_on").is_ok(), "late: {}", said.all());
         let (compared, all) = (said.number("compared")?, replayed.hashes_compared);
@@ -184,7 +188,19 @@ impl<'a> Session<'a> {
         let (here, there) = (said.text("hash")?, &replayed.state_hash);
         ensure!(here == there, "late: hash {here}, that of the session {there}");
         ensure!(said.number("withheld_un")? == 0, "late: {}", said.all());
-        Ok(format!("from a snapshot, {compared} of {all} hashes compared; goes on"))
+        self.goes_on_as_here(&said, &stream).context("late")?;
+        Ok(format!("from a snapshot, {compared} of {all} hashes compared; goes on as this machine"))
+    }
+
+    /// After the takeover the board has the bits and the forces that its program has on this machine.
+    fn goes_on_as_here(&self, said: &Said, stream: &[u8]) -> Result<()> {
+        let here = board::follow(&self.model, stream)?;
+        for name in ["hash", "hash_after", "withheld_un", "largest_un", "step_un"] {
+            let (there, here) = (said.text(name)?, here.text(name)?);
+            ensure!(there == here, "{name} is {there} on the board, {here} on this machine");
+        }
+        ensure!(said.text("hash")? != said.text("hash_after")?, "the tissue has not moved");
+        Ok(())
     }
 
     /// Flips a bit of the stream in many places: each is seen, and nothing is taken over.

@@ -6,8 +6,8 @@
 use chaincell_kernel::number::sqrt::sqrt;
 use chaincell_kernel::{Budget, ToolPose};
 
-use crate::console;
-use crate::session::Session;
+use super::console;
+use super::session::Session;
 
 /// Ticks in which the hand holds on; until which it has let go; until which it presses in, and all.
 const HOLDS: u16 = 100;

@@ -6,9 +6,9 @@ use chaincell_kernel::trace::{Command, Decoder, Entry, RECORD_BYTES, Reader, Rec
 use chaincell_kernel::{Budget, Model, Network, TickOutput, TissueMut, ToolPose, Track};
 use heapless::Vec;
 
-use crate::console;
-use crate::snapshot::Snapshot;
-use crate::stream::Stop;
+use super::console;
+use super::snapshot::Snapshot;
+use super::stream::Stop;
 
 /// Most cells of the body, and most of them that the tool holds.
 pub const CELLS: usize = 256;

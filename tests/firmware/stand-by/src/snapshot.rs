@@ -2,7 +2,7 @@
 
 use chaincell_kernel::Settings;
 
-use crate::stream::CRC;
+use super::stream::CRC;
 
 const HEAD: [u8; 12] = *b"CHAINSES\x01\0\0\0";
 
