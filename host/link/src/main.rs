@@ -88,6 +88,9 @@ struct ReceiveArgs {
     /// Checksum of the model that a follower has; `chaincell follow` adds it
     #[arg(long, value_name = "CHECKSUM", value_parser = Ask::model_of)]
     has_model: Option<u32>,
+    /// Write records packed, half as long; `chaincell follow` adds it
+    #[arg(long)]
+    packed: bool,
 }
 
 fn main() -> ExitCode {
@@ -121,7 +124,7 @@ fn execute_receive(args: &ReceiveArgs) -> Result<()> {
              behind --",
         ));
     }
-    let ask = Ask { goes_on: args.goes_on, model: args.has_model };
+    let ask = Ask { goes_on: args.goes_on, model: args.has_model, packed: args.packed };
     let mut buffered = BufWriter::new(out.lock());
     receive(&Keys::new(&args.name)?, &settings.receiver()?, &ask, &mut buffered, is_gone)
 }

@@ -61,12 +61,12 @@ impl Message {
     }
 }
 
-/// The bytes of a frame.
+/// The bytes of a frame, records packed.
 #[must_use]
 pub fn to_bytes(frame: &Frame) -> Vec<u8> {
     let mut bytes = Vec::new();
     // A vector takes all.
-    let _ = frame.write(&mut bytes);
+    let _ = frame.write_packed(&mut bytes);
     bytes
 }
 

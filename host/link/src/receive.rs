@@ -22,6 +22,9 @@ use crate::settings;
 const WAITING_MESSAGES: usize = 1024;
 /// Pause before the next attempt to connect, and before the same question.
 const AGAIN: Duration = Duration::from_millis(100);
+/// One attempt to connect of so many may take long, as over a slow link; the others end soon, as the next one after a
+/// cut begins the sooner.
+const LONG_EACH: u32 = 7;
 /// Longest wait for an answer: that with a large model over a slow link.
 const ANSWER: Duration = Duration::from_secs(120);
 /// Time between looks for Ctrl-C and for a reader that has gone.
@@ -78,6 +81,8 @@ struct Intake<'a, W, G> {
     messages: Receiver<Message>,
     keys: &'a Keys,
     sequence: Sequence,
+    /// What the reader asks for.
+    first: Ask,
     out: &'a mut W,
     is_gone: G,
 }
@@ -91,14 +96,16 @@ impl<'a, W: Write, G: Fn() -> bool> Intake<'a, W, G> {
         out: &'a mut W,
         is_gone: G,
     ) -> std::result::Result<Self, Stopped> {
-        let mut is_told = false;
+        let short = settings::hasty(config).map_err(Error::check)?;
+        let mut attempts = 0_u32;
         let session = loop {
-            match settings::open(config) {
+            let is_long = attempts.is_multiple_of(LONG_EACH);
+            match settings::open(if is_long { config } else { &short }) {
                 Ok(session) => break session,
-                Err(why) if !is_told => log::info!("not connected: {why}"),
+                Err(why) if attempts == 0 => log::info!("not connected: {why}"),
                 Err(_) => {}
             }
-            is_told = true;
+            attempts = attempts.wrapping_add(1);
             look(&is_gone)?;
             sleep(AGAIN);
         };
@@ -115,7 +122,8 @@ impl<'a, W: Write, G: Fn() -> bool> Intake<'a, W, G> {
             .background()
             .wait()
             .map_err(Error::check)?;
-        Ok(Self { session, messages, keys, sequence: Sequence::new(ask), out, is_gone })
+        let (sequence, first) = (Sequence::new(ask), *ask);
+        Ok(Self { session, messages, keys, sequence, first, out, is_gone })
     }
 
     /// Writes what comes and asks for what is missing.
@@ -187,7 +195,7 @@ impl<'a, W: Write, G: Fn() -> bool> Intake<'a, W, G> {
 
     /// Writes a frame; the last one ends the stream.
     fn write(&mut self, frame: Frame) -> std::result::Result<(), Stopped> {
-        frame.write(self.out)?;
+        self.first.write(&frame, self.out)?;
         self.out.flush()?;
         match frame {
             Frame::End { .. } => Err(Stopped::Ended),

@@ -89,8 +89,8 @@ fn publish(session: &Session, place: &Place, keys: &Keys, tail: &Tail) -> Result
     // What was recorded before is asked for.
     let next = tail.count()?;
     let mut seal = tail.seal(next)?;
-    let mut stream =
-        Local::new(place.clone()).open(&Ask { goes_on: Some((seal, next)), model: None })?;
+    let ask = Ask { goes_on: Some((seal, next)), ..Ask::default() };
+    let mut stream = Local::new(place.clone()).open(&ask)?;
     let broken = |why: io::Error| match interrupt::check() {
         Ok(()) => Error::check(format!("cannot read the session: {why}")),
         Err(interrupted) => interrupted,

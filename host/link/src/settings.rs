@@ -17,6 +17,8 @@ const LEASE_MS: u32 = 2000;
 /// Longest wait for a connection, after which the next attempt begins \[ms\]. The system repeats a lost request
 /// later than that.
 const CONNECT_MS: u32 = 1000;
+/// The same of an attempt that ends soon \[ms\].
+const HASTY_MS: u32 = 250;
 /// First and largest pause between attempts of a link that was open \[ms\].
 const AGAIN_MS: [u32; 2] = [200, 1000];
 
@@ -83,6 +85,16 @@ impl Settings {
         Config::from_json5(&all.to_string())
             .map_err(|why| Error::input(format!("zenoh's configuration: {why}")))
     }
+}
+
+/// The same configuration for an attempt to connect that ends soon.
+///
+/// # Errors
+/// zenoh's, of a value that it does not take.
+pub fn hasty(config: &Config) -> zenoh::Result<Config> {
+    let mut hasty = config.clone();
+    hasty.insert_json5("connect/timeout_ms", &HASTY_MS.to_string())?;
+    Ok(hasty)
 }
 
 /// Opens zenoh.

@@ -43,7 +43,7 @@ pub struct Args {
     #[arg(long, value_name = "NAME")]
     scene: Option<String>,
     /// Listen here for any number of followers, up to 64 at a time, until Ctrl-C
-    #[arg(long, value_name = "ADDRESS:PORT", conflicts_with_all = ["goes_on", "has_model"])]
+    #[arg(long, value_name = "ADDRESS:PORT", conflicts_with_all = ["goes_on", "has_model", "packed"])]
     listen: Option<SocketAddr>,
     /// Let it be another address than this machine's own: anyone who reaches it may read the session,
     /// nothing is encrypted
@@ -55,6 +55,9 @@ pub struct Args {
     /// Checksum of the model that a follower has; `follow` adds it to the words of its program
     #[arg(long, value_name = "CHECKSUM", value_parser = Ask::model_of)]
     has_model: Option<u32>,
+    /// Send records packed, half as long; `follow` adds it to the words of its program
+    #[arg(long)]
+    packed: bool,
 }
 
 pub fn execute(args: &Args) -> Result<()> {
@@ -74,7 +77,7 @@ pub fn execute(args: &Args) -> Result<()> {
              --listen",
         ));
     }
-    let ask = Ask { goes_on: args.goes_on, model: args.has_model };
+    let ask = Ask { goes_on: args.goes_on, model: args.has_model, packed: args.packed };
     match mirror.send(&mut BufWriter::new(out.lock()), &ask)? {
         Stopped::Ended | Stopped::Gone => Ok(()),
         Stopped::Asked => Err(Error::Interrupted),

@@ -77,7 +77,7 @@ pub fn join(intake: &mut Intake, model: Option<u32>, end_ns: u64) -> Result<Join
 }
 
 fn try_to_join(intake: &mut Intake, model: Option<u32>) -> Result<Joined> {
-    intake.open(&Ask { goes_on: None, model })?;
+    intake.open(&Ask { goes_on: None, model, packed: true })?;
     let mut joined = Joined { begun: Vec::new(), image: None, start: None, first: None };
     loop {
         interrupt::check()?;
@@ -276,7 +276,7 @@ impl<'a, 'm> Follower<'a, 'm> {
         self.is_catching_up = true;
         told(self.tissue, Told::Cut(why))?;
         let goes_on = Some((self.seal, self.decoder.index()));
-        self.intake.open_again(&Ask { goes_on, model: None }, why, AGAIN)?;
+        self.intake.open_again(&Ask { goes_on, model: None, packed: true }, why, AGAIN)?;
         told(self.tissue, Told::Again)
     }
 

@@ -12,6 +12,8 @@
 //! 6 end      4 bytes number of records that the trace has, 4 bytes 1 if its writer has ended it, 0 if it was killed
 //! 7 refused  a sentence
 //! 8 ask      sent to a mirror that listens: see [`Ask`]
+//! 9 packed   4 bytes index of the first record, 4 bytes number of records that the trace has, then records as
+//!            [`pack`] packs them, for a follower that asks for it
 //! ```
 //!
 //! All numbers are little-endian. A record is the trace's: 48 bytes with its own checksum, which counts its
@@ -19,8 +21,11 @@
 
 use std::io::{self, Read, Write};
 
+use super::pack::{pack, unpack};
 use crate::checksum::CRC_32;
 
+/// Kind of packed records.
+const PACKED: u8 = 9;
 const MAGIC: [u8; 8] = *b"CHAINMIR";
 const VERSION: u32 = 1;
 /// Largest content of a frame \[bytes\]: that of a model.
@@ -82,6 +87,8 @@ pub struct Ask {
     pub goes_on: Option<(u32, u32)>,
     /// Checksum of the model that the follower has.
     pub model: Option<u32>,
+    /// True for packed records, which are half as long.
+    pub packed: bool,
 }
 
 impl Ask {
@@ -93,7 +100,16 @@ impl Ask {
             words.push(format!("--goes-on={seal:08x}:{record}"));
         }
         words.extend(self.model.map(|model| format!("--has-model={model:08x}")));
+        words.extend(self.packed.then(|| "--packed".to_owned()));
         words
+    }
+
+    /// Writes a frame, its records packed where that is asked for.
+    ///
+    /// # Errors
+    /// The stream's error.
+    pub fn write(&self, frame: &Frame, to: &mut impl Write) -> io::Result<()> {
+        if self.packed { frame.write_packed(to) } else { frame.write(to) }
     }
 
     /// Reads the value of `--goes-on`.
@@ -140,6 +156,17 @@ pub fn read_head(from: &mut impl Read) -> io::Result<()> {
     Ok(())
 }
 
+/// Writes a frame of its parts.
+fn write(to: &mut impl Write, kind: u8, numbers: &[u32], content: &[u8]) -> io::Result<()> {
+    let length = (4 * numbers.len() + content.len()) as u32;
+    let mut bytes = vec![kind];
+    bytes.extend(length.to_le_bytes());
+    bytes.extend(numbers.iter().flat_map(|number| number.to_le_bytes()));
+    bytes.extend(content);
+    bytes.extend(CRC_32.checksum(&bytes).to_le_bytes());
+    to.write_all(&bytes)
+}
+
 fn bad(why: &str) -> io::Error {
     io::Error::new(io::ErrorKind::InvalidData, why)
 }
@@ -151,13 +178,20 @@ impl Frame {
     /// The stream's error.
     pub fn write(&self, to: &mut impl Write) -> io::Result<()> {
         let (kind, numbers, content) = self.parts();
-        let length = (4 * numbers.len() + content.len()) as u32;
-        let mut bytes = vec![kind];
-        bytes.extend(length.to_le_bytes());
-        bytes.extend(numbers.iter().flat_map(|number| number.to_le_bytes()));
-        bytes.extend(content);
-        bytes.extend(CRC_32.checksum(&bytes).to_le_bytes());
-        to.write_all(&bytes)
+        write(to, kind, &numbers, content)
+    }
+
+    /// Writes the frame, records packed.
+    ///
+    /// # Errors
+    /// The stream's error.
+    pub fn write_packed(&self, to: &mut impl Write) -> io::Result<()> {
+        match self {
+            Self::Records { first, newest, bytes } => {
+                write(to, PACKED, &[*first, *newest], &pack(bytes))
+            }
+            other => other.write(to),
+        }
     }
 
     /// Kind, numbers and content.
@@ -173,9 +207,10 @@ impl Frame {
             Self::Alive { newest } => (5, vec![*newest], &[]),
             Self::End { newest, is_whole } => (6, vec![*newest, u32::from(*is_whole)], &[]),
             Self::Refused(why) => (7, vec![], why.as_bytes()),
-            Self::Ask(Ask { goes_on, model }) => {
+            Self::Ask(Ask { goes_on, model, packed }) => {
                 let (seal, record) = goes_on.unwrap_or_default();
-                let has = u32::from(goes_on.is_some()) | u32::from(model.is_some()) << 1;
+                let has = [goes_on.is_some(), model.is_some(), *packed].map(u32::from);
+                let has = has[0] | has[1] << 1 | has[2] << 2;
                 (8, vec![has, seal, record, model.unwrap_or_default()], &[])
             }
         }
@@ -234,7 +269,12 @@ impl Frame {
             8 => {
                 let (has, goes_on) = (number(0)?, (number(1)?, number(2)?));
                 let model = number(3).filter(|_| has & 2 != 0);
-                Self::Ask(Ask { goes_on: Some(goes_on).filter(|_| has & 1 != 0), model })
+                let goes_on = Some(goes_on).filter(|_| has & 1 != 0);
+                Self::Ask(Ask { goes_on, model, packed: has & 4 != 0 })
+            }
+            PACKED => {
+                let bytes = unpack(content.get(8..)?)?;
+                Self::Records { first: number(0)?, newest: number(1)?, bytes }
             }
             _ => return None,
         })
@@ -255,8 +295,9 @@ mod tests {
             Frame::End { newest: 6, is_whole: true },
             Frame::Refused("no".into()),
             Frame::Ask(Ask::default()),
-            Frame::Ask(Ask { goes_on: Some((0, 0)), model: None }),
-            Frame::Ask(Ask { goes_on: Some((0xab, 12)), model: Some(3) }),
+            Frame::Ask(Ask { goes_on: Some((0, 0)), ..Ask::default() }),
+            Frame::Ask(Ask { packed: true, ..Ask::default() }),
+            Frame::Ask(Ask { goes_on: Some((0xab, 12)), model: Some(3), packed: true }),
         ]
     }
 
@@ -275,22 +316,26 @@ mod tests {
         let mut bytes = Vec::new();
         write_head(&mut bytes).unwrap();
         frames().iter().for_each(|frame| frame.write(&mut bytes).unwrap());
+        frames().iter().for_each(|frame| frame.write_packed(&mut bytes).unwrap());
         let mut rest = &bytes[..];
         read_head(&mut rest).unwrap();
         let (read, why) = read_all(rest);
-        assert!(read == frames());
+        assert!(read == [frames(), frames()].concat());
         assert_eq!(why.kind(), io::ErrorKind::UnexpectedEof);
     }
 
     #[test]
     fn a_damaged_stream_is_named() {
-        let mut bytes = Vec::new();
         let sent = Frame::Records { first: 3, newest: 5, bytes: vec![5; 96] };
-        sent.write(&mut bytes).unwrap();
-        for at in 0..bytes.len() {
-            let mut flipped = bytes.clone();
-            flipped[at] ^= 1 << (at % 8);
-            assert!(read_all(&flipped).0.is_empty(), "byte {at}");
+        let (mut plain, mut packed) = (Vec::new(), Vec::new());
+        sent.write(&mut plain).unwrap();
+        sent.write_packed(&mut packed).unwrap();
+        for bytes in [plain, packed] {
+            for at in 0..bytes.len() {
+                let mut flipped = bytes.clone();
+                flipped[at] ^= 1 << (at % 8);
+                assert!(read_all(&flipped).0.is_empty(), "byte {at}");
+            }
         }
         for (head, part) in [(*b"CHAINMIR\x02\0\0\0", "version"), (*b"HTTP/1.1 200", "no stream")] {
             let why = read_head(&mut &head[..]).unwrap_err().to_string();
@@ -300,8 +345,8 @@ mod tests {
 
     #[test]
     fn words_ask_for_the_same() {
-        let ask = Ask { goes_on: Some((0xab, 12)), model: Some(3) };
-        assert_eq!(ask.words(), ["--goes-on=000000ab:12", "--has-model=00000003"]);
+        let ask = Ask { goes_on: Some((0xab, 12)), model: Some(3), packed: true };
+        assert_eq!(ask.words(), ["--goes-on=000000ab:12", "--has-model=00000003", "--packed"]);
         assert!(Ask::default().words().is_empty());
         assert_eq!(Ask::goes_on_of("000000ab:12"), Ok((0xab, 12)));
         assert_eq!(Ask::model_of("00000003"), Ok(3));

@@ -1,7 +1,7 @@
 //! Sends a trace while it grows: the file is read, and the session knows nothing of it.
 //!
 //! Records are sent in batches of 10 ms. A record has 48 bytes, and a tick one record and another one for each tool;
-//! frames add some 4 bytes a tick. A follower that was cut off names the record that it needs next.
+//! packed it is some half of that. A follower that was cut off names the record that it needs next.
 
 use std::fs;
 use std::io::{self, Write};
@@ -134,7 +134,7 @@ impl Mirror {
             None => self.send_start(to)?,
         };
         to.flush()?;
-        self.send_records(to, next)
+        self.send_records(to, next, ask)
     }
 
     /// Sends the newest snapshot; returns the index of the record after it.
@@ -195,6 +195,7 @@ impl Mirror {
         &self,
         to: &mut impl Write,
         mut next: u32,
+        ask: &Ask,
     ) -> std::result::Result<Stopped, Failed> {
         let (mut said, mut came, mut most) = (Instant::now(), Instant::now(), MANY_RECORDS);
         let mut seal = self.tail.seal(next)?;
@@ -209,7 +210,7 @@ impl Mirror {
                 next += records;
                 let is_behind = records as usize == most;
                 let newest = if is_behind { self.tail.count()?.max(next) } else { next };
-                Frame::Records { first, newest, bytes }.write(to)?;
+                ask.write(&Frame::Records { first, newest, bytes }, to)?;
                 to.flush()?;
                 (said, came) = (Instant::now(), Instant::now());
                 most = if is_behind { MANY_RECORDS } else { FEW_RECORDS };

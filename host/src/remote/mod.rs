@@ -5,6 +5,7 @@
 //! hash.
 //!
 //! - [`frame`]: the messages from mirror to follower, on any stream of bytes.
+//! - [`pack`]: records packed for the wire.
 //! - [`way`]: how a follower gets that stream: standard input, a program such as `ssh`, a TCP connection, or a
 //!   file of the same machine.
 //! - [`mirror`]: sends a trace while it grows.
@@ -15,4 +16,5 @@ pub mod follow;
 pub mod frame;
 pub mod intake;
 pub mod mirror;
+pub mod pack;
 pub mod way;

@@ -11,6 +11,8 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use chaincell_client::{Client, Options, Role};
+use chaincell_host::remote::frame::{Ask, Frame};
+use chaincell_kernel::trace::RECORD_BYTES;
 use chaincell_tests::files::text;
 use chaincell_tests::outsider::{Outsider, Pose, Viewer};
 use chaincell_tests::page::Page;
@@ -22,6 +24,8 @@ use super::view::view_of;
 
 /// Ticks that are played at a time.
 const TICKS: u64 = 150;
+/// Headers of TCP and IP with time stamps, for each frame of ten ticks \[bytes a tick\].
+const TCP_BYTES: f64 = 5.2;
 
 fn pose(tick: u64) -> Pose {
     let depth_m = 0.004 * (0.05 * tick as f32).sin().abs();
@@ -353,4 +357,39 @@ fn a_stream_that_cannot_be_written_is_an_error_and_one_that_nobody_reads_is_none
     let mut ended = mirror().stdout(Stdio::piped()).spawn().unwrap();
     drop(ended.stdout.take());
     assert_eq!(ended.wait().unwrap().code(), Some(0));
+}
+
+/// A tool that moves and turns in every tick, every hash recorded, sent every 10 ms.
+#[test]
+fn a_tick_of_a_tool_takes_at_most_60_bytes_packed() {
+    use std::fmt::Write as _;
+    let place = Place::new("mirror-packed");
+    let (path, out) = (place.file("turns.csv"), place.file("turned"));
+    let mut rows = String::from("tick,tool,x_m,y_m,z_m,qx,qy,qz,qw,engaged\n");
+    for tick in 0..TICKS {
+        let (of, turn) = (pose(tick), 0.003 * tick as f32);
+        let ([x, y, z], [sin, cos]) = (of.position_m, [turn.sin(), turn.cos()]);
+        writeln!(rows, "{tick},0,{x},{y},{z},{},{sin},0,{},{}", 0.7 * cos, 0.714 * cos, of.engaged)
+            .unwrap();
+    }
+    std::fs::write(&path, rows).unwrap();
+    let model = place.file("box.chaincell");
+    run(["bake", "box:7x7x5x0.01", "--young-pa", "5000", "-o", text(&model)]).with(0);
+    let tool = ["--tool", "capsule:0.005,0.004", "--path", text(&path), "--out", text(&out)];
+    run([&["run", text(&model), "--picture", "off"][..], &tool].concat()).with(0);
+    // The records of each 10 ticks in a frame: the pose and the tick.
+    let trace = std::fs::read(out.join("session.trace")).unwrap();
+    let sent = |packed: bool| {
+        let ask = Ask { packed, ..Ask::default() };
+        let records = &trace[trace.len() - (2 * TICKS as usize) * RECORD_BYTES..];
+        let mut bytes = Vec::new();
+        for (first, ticks) in (0..).step_by(20).zip(records.chunks(20 * RECORD_BYTES)) {
+            let frame = Frame::Records { first, newest: first + 20, bytes: ticks.to_vec() };
+            ask.write(&frame, &mut bytes).unwrap();
+        }
+        bytes.len() as f64 / TICKS as f64
+    };
+    let (packed, plain) = (sent(true), sent(false));
+    println!("bytes a tick of a tool that turns: {packed:.1} packed, {plain:.1} plain");
+    assert!(packed <= 60.0 - TCP_BYTES && plain > 96.0, "{packed} packed, {plain} plain");
 }

@@ -34,7 +34,7 @@ fn alive(session: u32, newest: u32) -> Message {
 
 /// A receiver that has the first four records of session 1.
 fn at_four() -> Sequence {
-    Sequence::new(&Ask { goes_on: Some((seal(1, 4), 4)), model: None })
+    Sequence::new(&Ask { goes_on: Some((seal(1, 4), 4)), ..Ask::default() })
 }
 
 #[test]
@@ -80,7 +80,7 @@ fn another_session_is_noticed_wherever_it_stands() {
 fn one_that_begins_holds_all_until_it_knows_its_place() {
     let (begun, model) = (Frame::Begun(BEGUN.into()), Frame::Model(vec![1; 10]));
     let start = Frame::Start { records: 3, seal: seal(1, 3), last_tick: 2, snapshot: vec![2; 10] };
-    let ask = Ask { goes_on: None, model: Some(7) };
+    let ask = Ask { model: Some(7), ..Ask::default() };
     let mut sequence = Sequence::new(&ask);
     assert_eq!(sequence.hear(message(1, 0, 3)), Heard::Missing);
     // An answer breaks off, and is asked for anew.

@@ -157,7 +157,7 @@ fn another_session_of_the_same_name_is_refused() {
 fn an_answer_has_a_bounded_length() {
     let (folder, trace) = fake(40_000);
     let place = Place::of(folder.path().join("session.trace"));
-    let mut sequence = Sequence::new(&Ask { goes_on: None, model: Some(0) });
+    let mut sequence = Sequence::new(&Ask { model: Some(0), ..Ask::default() });
     let (mut pages, mut bytes, mut is_whole) = (0, 0, false);
     while !is_whole {
         pages += 1;
