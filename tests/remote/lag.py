@@ -25,13 +25,23 @@ class Count:
         (self.header_bytes,) = struct.unpack("<I", self.file.read(16)[12:])
         self.count = 0
 
+    def has(self, index):
+        """True once the record is there."""
+        self.file.seek(self.header_bytes + index * RECORD_BYTES + RECORD_BYTES - 4)
+        seal = self.file.read(4)
+        return len(seal) == 4 and seal != bytes(4)
+
     def now(self):
-        while True:
-            self.file.seek(self.header_bytes + self.count * RECORD_BYTES + RECORD_BYTES - 4)
-            seal = self.file.read(4)
-            if len(seal) < 4 or seal == bytes(4):
-                return self.count
-            self.count += 1
+        # Steps that double while the records are there, then halve.
+        step = 1
+        while self.has(self.count + step - 1):
+            self.count += step
+            step *= 2
+        while step > 1:
+            step //= 2
+            if self.has(self.count + step - 1):
+                self.count += step
+        return self.count
 
 
 def main():

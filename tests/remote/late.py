@@ -2,8 +2,9 @@
 
     late.py TRACE FOLLOWED COMMAND ...
 
-Starts the command, which follows TRACE, writes FOLLOWED, and goes on when this program ends; what it prints is in
-FOLLOWED.said. Both traces have no tools, so that a tick is a record. Exits with 1 after more than two seconds.
+Starts the command, which follows TRACE, writes FOLLOWED, and goes on until the session ends; what it prints is in
+FOLLOWED.said. Both traces have no tools, so that a tick is a record. Prints how long it took, and exits with 1 after
+more than two seconds, where the session stood still meanwhile, or where the command fails.
 """
 
 import struct
@@ -25,22 +26,31 @@ def tick(trace):
     return struct.unpack("<Q", trace.file.read(8))[0]
 
 
+def opened(path):
+    """A trace, once its header is written."""
+    try:
+        count = Count(path)
+    except (FileNotFoundError, struct.error):
+        return None
+    return count if count.header_bytes else None
+
+
 def main():
     source, followed = Count(sys.argv[1]), None
-    print(f"joins {source.now()} records late")
-    begin = time.monotonic()
-    subprocess.Popen(sys.argv[3:], stdout=open(f"{sys.argv[2]}.said", "wb"), start_new_session=True)
+    began_at, begin = source.now(), time.monotonic()
+    print(f"joins {began_at} records late", flush=True)
+    with open(f"{sys.argv[2]}.said", "wb") as said:
+        follower = subprocess.Popen(sys.argv[3:], stdout=said)
     while (now_s := time.monotonic() - begin) < LIMIT_S:
         if followed is None:
-            try:
-                followed = Count(sys.argv[2])
-            except (FileNotFoundError, struct.error):
-                pass
+            followed = opened(sys.argv[2])
         elif tick(source) - tick(followed) <= WITHIN_TICKS:
             break
         time.sleep(0.002)
-    print(f"within {WITHIN_TICKS} ticks {now_s:.2f} s after its start")
-    sys.exit(now_s > MADE_UP_S)
+    went_on = source.now() - began_at
+    print(f"within {WITHIN_TICKS} ticks {now_s:.2f} s after its start; the session made {went_on} meanwhile", flush=True)
+    code = follower.wait(LIMIT_S)
+    sys.exit(now_s > MADE_UP_S or went_on < 0.5 * 1000 * now_s or code)
 
 
 if __name__ == "__main__":

@@ -153,8 +153,12 @@ pub(crate) fn wait_for_server(
             return Err(Error::new(Kind::Stopped, "asked to stop before a server came"));
         }
         if now_ns() >= end_ns {
+            let program = match role {
+                Role::Controller => "`chaincell serve`",
+                Role::Viewer => "`chaincell serve` or `chaincell follow`",
+            };
             let text = format!(
-                "no server on {}: start `chaincell serve` with the same `scene`, or wait longer for it",
+                "no server on {}: start {program} with the same `scene`, or wait longer for it",
                 scene.label()
             );
             return Err(Error::new(Kind::NoServer, text));

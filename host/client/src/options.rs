@@ -27,7 +27,7 @@ pub struct Options {
     pub role: Role,
     /// How to wait for answers.
     pub wait: Wait,
-    /// Longest wait for a server \[ns\].
+    /// Longest wait for a server, or for a viewer one that shows a session of another place \[ns\].
     pub server_wait_ns: u64,
     /// Time without an answer after which the force falls to 0; 0 for never; at most [`MS_MAX`] \[ms\].
     pub watchdog_ms: u32,

@@ -264,7 +264,8 @@ impl SceneServices {
             && self.forces.dynamic_config().number_of_publishers() > 0
     }
 
-    /// Returns true if a program shows a session of another place, as `chaincell follow --scene` does.
+    /// Returns true if a program shows a session of another place, as `chaincell follow --scene` does. Reads files: not
+    /// for every tick.
     #[must_use]
     pub fn is_shown(&self) -> bool {
         self.owner_of(&self.tools, SHOW_PORT, None).is_some()

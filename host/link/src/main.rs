@@ -52,7 +52,7 @@ struct SendArgs {
     /// Model file of the session, for receivers that have none [default: model.chaincell beside the trace]
     #[arg(long, value_name = "MODEL")]
     model: Option<PathBuf>,
-    /// Scene of the server that records: for a receiver that joins two seconds or more behind the newest snapshot
+    /// Scene of the server that records: for a receiver that joins more than 2,000 records behind the newest snapshot
     /// it takes one between two ticks
     #[arg(long, value_name = "NAME")]
     scene: Option<String>,
@@ -88,7 +88,7 @@ struct ReceiveArgs {
     /// Checksum of the model that a follower has; `chaincell follow` adds it
     #[arg(long, value_name = "CHECKSUM", value_parser = Ask::model_of)]
     has_model: Option<u32>,
-    /// Write records packed, half as long; `chaincell follow` adds it
+    /// Write records packed; `chaincell follow` adds it
     #[arg(long)]
     packed: bool,
 }

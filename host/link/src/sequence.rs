@@ -50,7 +50,7 @@ impl Sequence {
         Ask {
             goes_on: self.position.map(|Position { next, seal }| (seal, next)),
             model: self.model,
-            packed: true,
+            packed: false,
         }
     }
 

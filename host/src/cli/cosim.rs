@@ -6,7 +6,7 @@ use chaincell_kernel::Model;
 use serde::Serialize;
 
 use super::budget::BudgetArgs;
-use super::cosim_body::CosimBodyArgs;
+use super::cosim_body::{CosimBodyArgs, check_body_rate};
 use super::cosim_replay::{Replayed, replay};
 use super::cosim_view::{Shown, ViewArgs};
 use super::inject::{InjectArgs, tell_injected};
@@ -14,12 +14,14 @@ use super::judgement::{Judgement, Pace};
 use super::load::report::LoadReport;
 use super::load::{Lengths, MemoryWatch, histogram};
 use super::model_file;
+use super::pins::PinArgs;
 use super::session::{self, LoopArgs, tell_refused};
 use super::shared::{
     DepthArgs, FolderArgs, PrintArgs, note_cut, tell_cut, tell_relaxed, tell_view,
 };
 use super::sides::{self, Files, Session, Sides};
 use super::stage::{StageArgs, StageReport};
+use super::stress::{StressArgs, tell_stress};
 use super::tissue::{TissueArgs, TissueReport};
 use super::verdict::{Counts, Verdict, VerdictArgs};
 use crate::bake::tissue::DEVICE_HZ;
@@ -29,7 +31,8 @@ use crate::engine::cut::report::CutReport;
 use crate::engine::estimates::ForceEstimate;
 use crate::engine::flag_ticks::FlagTicks;
 use crate::engine::motion::Pose;
-use crate::engine::staged::{Staged, check_tick};
+use crate::engine::staged::Staged;
+use crate::engine::stress_limit::StressReport;
 use crate::engine::tissue::TissueEngine;
 use crate::engine::untouched::Untouched;
 use crate::error::{Error, Result};
@@ -77,6 +80,10 @@ pub struct Args {
     #[command(flatten)]
     common: LoopArgs,
     #[command(flatten)]
+    pins: PinArgs,
+    #[command(flatten)]
+    stress: StressArgs,
+    #[command(flatten)]
     budget: BudgetArgs,
     #[command(flatten)]
     verdict: VerdictArgs,
@@ -122,10 +129,15 @@ struct CosimSummary {
     /// Energy that a body with branches has relaxed since the last reset \[J\].
     #[serde(skip_serializing_if = "Option::is_none")]
     relaxed_j: Option<f32>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    stress: Option<StressReport>,
     injected: Option<Injected>,
     state_hash: String,
     /// None for a session that was not recorded.
     replay_state_hash: Option<String>,
+    /// True for a recorded session without pins: a page plays no other.
+    #[serde(skip)]
+    is_viewable: bool,
     interrupted: bool,
     /// Sides that did not end by themselves in time and were stopped, though nobody interrupted.
     stopped: Vec<&'static str>,
@@ -163,6 +175,7 @@ pub fn execute(args: &Args) -> Result<()> {
     let out = args.folder.out.clone().unwrap_or_else(|| scratch.path().join("out"));
     // Earlier results are not removed for a session that is refused or has no room.
     args.budget.of(tissue.engine())?;
+    check_pins_and_limit(args, model, &mut tissue)?;
     if lengths.is_recorded {
         let ticks = poses.len() * lengths.presses as usize;
         Folder::check_room(&out, Recorder::trace_records(ticks, tissue.tools()))?;
@@ -185,6 +198,8 @@ pub fn execute(args: &Args) -> Result<()> {
     let sides = Sides {
         histogram: args.load.is_some(),
         stage: args.stage.clone(),
+        pins: args.pins.clone(),
+        stress: args.stress.clone(),
         budget: args.budget,
         inject: args.inject.clone(),
         ..Sides::of(lengths, &args.tissue, &args.common)
@@ -236,15 +251,14 @@ fn check_rate(stage: &StageArgs) -> Result<()> {
     )))
 }
 
-/// Refuses a body that was baked for another rate than that of the controller.
-fn check_body_rate(model: &Model<'_>, path: &Path) -> Result<()> {
-    check_tick(model, None).map_err(|_| {
-        Error::input(format!(
-            "{}: its branches of relaxation were not baked for the {DEVICE_HZ} poses a second that the controller of cosim \
-             sends; bake it without `device_hz`, or take `run`, or `serve` with a device of its rate",
-            path.display()
-        ))
-    })
+/// Refuses pins and a limit of the stress that the body does not take. It pins a tissue apart: the replay pins `tissue`.
+fn check_pins_and_limit(args: &Args, model: Model<'_>, tissue: &mut Staged<'_>) -> Result<()> {
+    args.stress.limit(tissue.engine_mut())?;
+    if args.pins.is_empty() {
+        return Ok(());
+    }
+    let mut apart = args.tissue.staged(model, args.stage.settings()?)?;
+    args.pins.set(apart.engine_mut()).map(drop)
 }
 
 /// Number of answered ticks in words.
@@ -349,9 +363,11 @@ fn summary(
         tool_courses: serve.tool_courses,
         cut: serve.cut,
         relaxed_j: serve.relaxed_j,
+        stress: serve.stress,
         injected: control.injected,
         state_hash: serve.state_hash,
         replay_state_hash: replayed.state_hash,
+        is_viewable: replayed.is_viewable,
         interrupted: reports.interrupted,
         stopped: stopped.collect(),
         refused,
@@ -395,7 +411,7 @@ fn print(args: &Args, summary: &CosimSummary) -> Result<()> {
         summary.peers.leaves,
         summary.peers.longest_ns() as f64 * 1e-3
     ))?;
-    // Print forces, their error and injected faults.
+    // Print forces, their error, the largest stress and injected faults.
     terminal::say(format_args!(
         "  {:<18}largest {:.4} N, largest step {} N",
         "force",
@@ -405,6 +421,7 @@ fn print(args: &Args, summary: &CosimSummary) -> Result<()> {
     if let Some(error) = &summary.force_error {
         terminal::say(format_args!("  {:<18}{error}", "force error"))?;
     }
+    tell_stress(18, summary.stress.as_ref())?;
     tell_injected(summary.injected.as_ref())?;
     // Print the cut, and compare the state hash with that of the replay.
     tell_cut(18, cut)?;
@@ -423,7 +440,7 @@ fn print(args: &Args, summary: &CosimSummary) -> Result<()> {
     match (&args.folder.out, &body.model) {
         (Some(out), _) => {
             terminal::say(format_args!("  {:<18}{}", "results", out.display()))?;
-            if args.tissue.is_shown(cut) {
+            if args.tissue.is_shown(cut) && summary.is_viewable {
                 tell_view(18, &[out])?;
             }
         }

@@ -2,9 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
+use chaincell_kernel::Model;
+
 use super::model_file;
-use crate::bake::tissue::KnownTissue;
+use crate::bake::tissue::{DEVICE_HZ, KnownTissue};
 use crate::bake::{ImageBytes, ORGAN_POISSON, ORGAN_SIZE, ORGAN_YOUNG_PA, organ, organ_of_known};
+use crate::engine::staged::check_tick;
 use crate::error::{Error, Result};
 
 /// Options of the body of a session.
@@ -54,4 +57,18 @@ impl CosimBodyArgs {
     pub fn shown<'a>(&self, model_path: &'a Path) -> Option<&'a Path> {
         (self.model.is_some() || self.tissue.is_some()).then_some(model_path)
     }
+}
+
+/// Refuses a body that was baked for another rate than that of the controller.
+///
+/// # Errors
+/// That it was, with the remedy.
+pub fn check_body_rate(model: &Model<'_>, path: &Path) -> Result<()> {
+    check_tick(model, None).map_err(|_| {
+        Error::input(format!(
+            "{}: its branches of relaxation were not baked for the {DEVICE_HZ} poses a second that the controller of cosim \
+             sends; bake it without `device_hz`, or take `run`, or `serve` with a device of its rate",
+            path.display()
+        ))
+    })
 }

@@ -38,7 +38,7 @@ pub struct Args {
     /// Model file of the session, for followers that have none [default: model.chaincell beside the trace]
     #[arg(long, value_name = "MODEL")]
     model: Option<PathBuf>,
-    /// Scene of the server that records: for a follower that joins two seconds or more behind the newest snapshot
+    /// Scene of the server that records: for a follower that joins more than 2,000 records behind the newest snapshot
     /// it takes one between two ticks
     #[arg(long, value_name = "NAME")]
     scene: Option<String>,
@@ -55,7 +55,7 @@ pub struct Args {
     /// Checksum of the model that a follower has; `follow` adds it to the words of its program
     #[arg(long, value_name = "CHECKSUM", value_parser = Ask::model_of)]
     has_model: Option<u32>,
-    /// Send records packed, half as long; `follow` adds it to the words of its program
+    /// Send records packed; `follow` adds it to the words of its program
     #[arg(long)]
     packed: bool,
 }

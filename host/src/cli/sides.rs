@@ -9,10 +9,12 @@ use serde::{Deserialize, Serialize};
 use super::budget::BudgetArgs;
 use super::inject::InjectArgs;
 use super::load::Lengths;
+use super::pins::PinArgs;
 use super::record::RecordArgs;
 use super::session::LoopArgs;
 use super::shared::{FolderArgs, PrintArgs};
 use super::stage::StageArgs;
+use super::stress::StressArgs;
 use super::tissue::TissueArgs;
 use super::verdict::VerdictArgs;
 use super::{control, serve};
@@ -103,6 +105,10 @@ pub struct Sides<'a> {
     pub common: &'a LoopArgs,
     /// Options of the output stage.
     pub stage: StageArgs,
+    /// Pins of the first tick.
+    pub pins: PinArgs,
+    /// Limit of the stress.
+    pub stress: StressArgs,
     /// Time of a tick.
     pub budget: BudgetArgs,
     /// Deliberate faults.
@@ -110,11 +116,12 @@ pub struct Sides<'a> {
 }
 
 impl<'a> Sides<'a> {
-    /// The options of these, without an output stage, a budget and faults.
+    /// The options of these, without an output stage, pins, a limit of the stress, a budget and faults.
     pub fn of(lengths: Lengths, tissue: &'a TissueArgs, common: &'a LoopArgs) -> Self {
         let (stage, budget, inject) =
             (StageArgs::default(), BudgetArgs::default(), InjectArgs::default());
-        Self { lengths, histogram: false, tissue, common, stage, budget, inject }
+        let (pins, stress) = (PinArgs::default(), StressArgs::default());
+        Self { lengths, histogram: false, tissue, common, stage, pins, stress, budget, inject }
     }
 
     fn common(&self) -> LoopArgs {
@@ -136,6 +143,8 @@ impl<'a> Sides<'a> {
                 record_ticks: files.out.and(usize::try_from(answers).ok()),
                 record: None,
             },
+            pins: self.pins.clone(),
+            stress: self.stress.clone(),
             budget: self.budget,
             verdict: VerdictArgs::off(),
             stage: self.stage.clone(),
@@ -244,6 +253,12 @@ mod tests {
             "off",
             "--delay-ticks",
             "auto",
+            "--pin",
+            "-0.01,0.02,0.04,0.006",
+            "--pin",
+            "0.01,0.02,0.04,0.006,2.7",
+            "--stress-limit-pa",
+            "0.1",
             "--inject",
             "sweep:0.8@9",
             "--inject-seed",

@@ -11,7 +11,8 @@
 //! 5 alive    4 bytes number of records that the trace has
 //! 6 end      4 bytes number of records that the trace has, 4 bytes 1 if its writer has ended it, 0 if it was killed
 //! 7 refused  a sentence
-//! 8 ask      sent to a mirror that listens: see [`Ask`]
+//! 8 ask      sent to a mirror that listens, see [`Ask`]: 4 bytes what it names (the sum of 1 a place, 2 a model,
+//!            4 packed records), 4 bytes seal, 4 bytes index of the next record, 4 bytes checksum of the model
 //! 9 packed   4 bytes index of the first record, 4 bytes number of records that the trace has, then records as
 //!            [`pack`] packs them, for a follower that asks for it
 //! ```
@@ -87,7 +88,7 @@ pub struct Ask {
     pub goes_on: Option<(u32, u32)>,
     /// Checksum of the model that the follower has.
     pub model: Option<u32>,
-    /// True for packed records, which are half as long.
+    /// True for packed records.
     pub packed: bool,
 }
 

@@ -14,7 +14,8 @@ const LEVEL: u8 = 6;
 /// Bytes of a record that tell its kind.
 const KIND: Range<usize> = 32..34;
 
-/// Packs whole records: one byte, the distance to the record that each is compared with, then the differences.
+/// Packs whole records: one byte, the distance to the record that each is compared with, then the differences. The
+/// first ones are compared with zeros.
 #[must_use]
 pub fn pack(records: &[u8]) -> Vec<u8> {
     let (rows, _) = records.as_chunks::<RECORD_BYTES>();
@@ -56,11 +57,17 @@ mod tests {
 
     #[test]
     fn records_are_unpacked_as_they_were_packed() {
-        let row =
-            |at: u8| array::from_fn::<u8, RECORD_BYTES, _>(|byte| at.wrapping_mul(byte as u8));
-        for count in [0, 1, 2, 7, 200] {
+        // Three kinds in turn, as two poses and a tick.
+        let row = |at: u8| {
+            let mut row: [u8; RECORD_BYTES] = array::from_fn(|byte| at.wrapping_mul(byte as u8));
+            row[KIND].copy_from_slice(&[at % 3, 0]);
+            row
+        };
+        for (count, distance) in [(0, 1), (1, 1), (2, 1), (7, 3), (200, 3)] {
             let records: Vec<u8> = (0..count).flat_map(row).collect();
-            assert_eq!(unpack(&pack(&records)), Some(records), "{count}");
+            let packed = pack(&records);
+            assert_eq!(packed[0], distance, "{count}");
+            assert_eq!(unpack(&packed), Some(records), "{count}");
         }
     }
 

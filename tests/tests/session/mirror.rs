@@ -153,7 +153,7 @@ fn whatever_is_cut_is_asked_for_again() {
     let (server, out, outsider) = session(&place);
     let (_mirror, address) = listening(&out);
     let model_bytes = place.model.metadata().unwrap().len() as usize;
-    // Within the head, within a record, at a frame's checksum.
+    // Wherever a cut falls: within the head, within frames.
     let cuts = vec![model_bytes + 3_000, 5, 700, 1_203];
     let followed = follower(&format!("tcp:{}", relay(address, cuts)), &[]);
     outsider.play(0..TICKS, pose);
@@ -379,13 +379,15 @@ fn a_tick_of_a_tool_takes_at_most_60_bytes_packed() {
     run([&["run", text(&model), "--picture", "off"][..], &tool].concat()).with(0);
     // The records of each 10 ticks in a frame: the pose and the tick.
     let trace = std::fs::read(out.join("session.trace")).unwrap();
+    let records = &trace[trace.len() - (2 * TICKS as usize) * RECORD_BYTES..];
     let sent = |packed: bool| {
         let ask = Ask { packed, ..Ask::default() };
-        let records = &trace[trace.len() - (2 * TICKS as usize) * RECORD_BYTES..];
         let mut bytes = Vec::new();
         for (first, ticks) in (0..).step_by(20).zip(records.chunks(20 * RECORD_BYTES)) {
             let frame = Frame::Records { first, newest: first + 20, bytes: ticks.to_vec() };
+            let begin = bytes.len();
             ask.write(&frame, &mut bytes).unwrap();
+            assert_eq!(Frame::read(&mut &bytes[begin..]).unwrap(), frame);
         }
         bytes.len() as f64 / TICKS as f64
     };

@@ -41,9 +41,6 @@ thread_local! {
     static SAID: RefCell<Said> = RefCell::default();
 }
 
-/// Room for a snapshot \[bytes\].
-const SNAPSHOT_BYTES: usize = 48 << 10;
-
 /// What the board's program says of these bytes on its line.
 pub fn follow(model: &Path, stream: &[u8]) -> Result<Said> {
     let image = std::fs::read(model).with_context(|| format!("{}", model.display()))?;
@@ -52,7 +49,7 @@ pub fn follow(model: &Path, stream: &[u8]) -> Result<Said> {
             Box::new(Tissue::<{ session::CELLS }, session::Scheme, { session::HELD }>::new()),
         );
     let mut bytes = stream.iter().copied();
-    let mut memory = vec![0; SNAPSHOT_BYTES];
+    let mut memory = vec![0; snapshot::ROOM_BYTES];
     follow::stand_by(|| bytes.next(), aligned(&image), tissue.view(), &mut memory);
     Ok(SAID.take())
 }

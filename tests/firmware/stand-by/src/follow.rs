@@ -17,6 +17,7 @@ const RECORDS: u8 = 4;
 const ALIVE: u8 = 5;
 const END: u8 = 6;
 const REFUSED: u8 = 7;
+const PACKED: u8 = 9;
 
 /// Follows the line `next` to its end, and goes on if the session has none, with the model of `image` in `tissue`.
 /// `memory` has room for a snapshot. `None` where nothing can be followed.
@@ -113,6 +114,7 @@ fn take(
             Err(if is_whole != 0 { Stop::Ended } else { Stop::Killed })
         }
         REFUSED => Err(Stop::Refused("the mirror sends nothing further")),
+        PACKED => Err(Stop::Refused("records are packed: start the mirror without --packed")),
         _ => Err(Stop::Refused("a frame is unknown here, or damaged")),
     }
 }

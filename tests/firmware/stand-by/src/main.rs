@@ -24,13 +24,14 @@ use static_cell::ConstStaticCell;
 
 use line::Line;
 use session::{CELLS, HELD, Scheme};
+use snapshot::ROOM_BYTES;
 
 /// The model, in flash: the board takes it from no line.
 static IMAGE: &[u8] =
     include_model!(env!("CHAINCELL_MODEL", "set it to the path of the session's model"));
 static TISSUE: ConstStaticCell<Tissue<CELLS, Scheme, HELD>> = ConstStaticCell::new(Tissue::new());
 /// Memory for a snapshot.
-static SNAPSHOT: ConstStaticCell<[u8; 48 << 10]> = ConstStaticCell::new([0; 48 << 10]);
+static SNAPSHOT: ConstStaticCell<[u8; ROOM_BYTES]> = ConstStaticCell::new([0; ROOM_BYTES]);
 
 /// The board's only run. `None` where nothing can be followed.
 fn stand_by() -> Option<()> {

@@ -4,6 +4,9 @@ use chaincell_kernel::Settings;
 
 use super::stream::CRC;
 
+/// Room for a snapshot of this board's body \[bytes\].
+pub const ROOM_BYTES: usize = 48 << 10;
+
 const HEAD: [u8; 12] = *b"CHAINSES\x01\0\0\0";
 
 /// The part of a snapshot that a board needs.
