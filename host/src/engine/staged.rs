@@ -209,7 +209,8 @@ impl TissueEngine for Staged<'_> {
 
     fn force_error_n(&mut self, tool: usize) -> Option<f32> {
         let is_shaped = self.is_shaped.get(tool).is_some_and(|is_shaped| *is_shaped);
-        self.engine.force_error_n(tool).filter(|_| !is_shaped)
+        let is_known = self.feels(tool) && !is_shaped;
+        self.engine.force_error_n(tool).filter(|_| is_known)
     }
 
     fn torque_error_n_m(&mut self, tool: usize) -> Option<f32> {

@@ -72,8 +72,8 @@ pub struct Output {
     pub relaxed_j: f32,
     /// Estimate of the distance between the force, before its limit, and that of the body in equilibrium with the
     /// tools where they are: within it are 99 of 100 errors. Below 0 where none is known: away from the tissue, after a
-    /// late tick or a shortened motion, under another scheme than `predict`, and of bodies of links, that relax, that
-    /// can be cut, or without a coarse level \[N\].
+    /// shortened motion, in late ticks after one or after a restore, under another scheme than `predict`, and of bodies
+    /// of links, that relax, that can be cut, or without a coarse level \[N\].
     pub force_error_n: f32,
     /// Estimate of the error of the torque on the tool likewise, below 0 for held cells too \[N m\].
     pub torque_error_n_m: f32,
@@ -233,11 +233,11 @@ unsafe fn tick(
         by_touching_scheme!(scheme, D => {
             // SAFETY: as above.
             let Parts { network, tissue: body, .. } = unsafe { layout::parts::<D>(tissue, sizes) };
-            give_each_its_own(outputs, poses, |tool| body.tool_output(network, tool));
             for (tool, output) in outputs.iter_mut().enumerate() {
                 output.force_error_n = told(body.force_error_n(network, tool));
                 output.torque_error_n_m = told(body.torque_error_n_m(network, tool));
             }
+            give_each_its_own(outputs, poses, |tool| body.tool_output(network, tool));
         });
     }
     Ok(())
@@ -269,6 +269,7 @@ fn give_each_its_own(
         output.tool.torque_n_m = felt.torque_n_m.into();
         if is_late && pose.is_good() && pose.engaged == 0 {
             (output.tool.force_n, output.tool.torque_n_m) = ([0.0; 3], [0.0; 3]);
+            (output.force_error_n, output.torque_error_n_m) = (UNKNOWN_N, UNKNOWN_N);
         }
     }
 }

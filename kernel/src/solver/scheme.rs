@@ -116,6 +116,11 @@ pub trait Scheme: Kept {
         let _ = way;
     }
 
+    /// Way of the held cells since the last pass [mean link lengths]; 0 under a scheme that does not keep it.
+    fn ahead(&self) -> [f32; 3] {
+        [0.0; 3]
+    }
+
     /// Notes that tools moved on the surface, by this share of their last tick's motion.
     fn goes_on(&mut self, share: f32) {
         let _ = share;

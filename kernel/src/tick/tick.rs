@@ -67,7 +67,8 @@ impl<D: Dynamics> TissueMut<'_, D> {
         poses: &[ToolPose],
         mut budget: Budget<'_>,
     ) -> TickOutput {
-        (self.head.given, self.head.settled) = (0.0, 0);
+        self.head.given = 0.0;
+        let settled = core::mem::take(&mut self.head.settled);
         // Check network and sample; stop in the safe state if one is unusable.
         let mut flags = Flags::default();
         if self.head.model != Some(network.model().checksum()) {
@@ -80,6 +81,9 @@ impl<D: Dynamics> TissueMut<'_, D> {
             return self.safe(network, flags);
         };
         let is_late = D::IS_ANYTIME && budget.is_late() && !self.head.level.is_forgotten();
+        if is_late {
+            self.head.settled = settled;
+        }
         #[cfg(any(feature = "cut", feature = "relax"))]
         if network.model().cuttable().is_any() || network.model().relaxes() {
             return self.run_changed(network, &sample, poses, &mut budget, flags, is_late);
@@ -138,6 +142,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
         is_late: bool,
     ) -> (TickOutput, f32) {
         let Some(mut tick) = self.start(network, sample, is_late) else {
+            self.head.settled = 0;
             return (self.safe(network, flags), 0.0);
         };
         // Apply the terms' corrections and move the tools.
@@ -160,8 +165,12 @@ impl<D: Dynamics> TissueMut<'_, D> {
         }
         let output = tick.output(flags, sweeps);
         // Beyond a limit the body follows another motion than the tool's.
-        let is_clamped = output.flags.contains(Flags::MOTION_CLAMPED);
-        self.head.settled = if is_clamped { 0 } else { sweeps };
+        if !is_late {
+            self.head.settled = sweeps;
+        }
+        if output.flags.contains(Flags::MOTION_CLAMPED) || !self.head.engaged {
+            self.head.settled = 0;
+        }
         (output, fallen)
     }
 

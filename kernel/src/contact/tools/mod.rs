@@ -66,6 +66,7 @@ use crate::energy::surface::{PINS_ARE_BUILT, Proxies, TOOLS_MAX, ToolState};
 use crate::model::Model;
 use crate::number::cell::{add, dot, scale, sub};
 use crate::number::clamp::finite;
+use crate::number::sqrt::sqrt;
 use crate::number::two_float::TwoFloat;
 use crate::solver::Dynamics;
 use crate::solver::coarse::{Coarse, Under};
@@ -304,6 +305,14 @@ impl TouchRoom<'_> {
         let unit_m = model.unit_m();
         let turning = self.tool(tool).map_or(0.0, |tool| tool.met.turning);
         finite(2.0 * model.stiffness_n_per_m() * turning * (unit_m * unit_m))
+    }
+
+    /// Way of a tool since its last tick with a sweep \[m\], and the angle by which it has turned.
+    pub(crate) fn since(&self, model: &Model<'_>, tool: usize) -> [f32; 2] {
+        let Some(tool) = self.tool(tool) else { return [0.0; 2] };
+        let way = sub(tool.target, tool.proxy.pivot);
+        let turn = tool.target_turn.after(tool.proxy.turn.back()).small();
+        [model.unit_m() * sqrt(dot(way, way)), sqrt(dot(turn, turn))]
     }
 }
 

@@ -179,6 +179,10 @@ impl<const ROOM: usize> Scheme for Predict<ROOM> {
         self.ahead = add(self.ahead, way);
     }
 
+    fn ahead(&self) -> [f32; 3] {
+        self.ahead
+    }
+
     fn interrupt(&mut self) {
         self.track.interrupt();
     }
