@@ -148,7 +148,8 @@ pub(crate) fn wait_for_server(
     mut stop: impl FnMut() -> bool,
 ) -> Result<()> {
     let end_ns = now_ns().saturating_add(at_most_ns);
-    while !scene.is_served() && !(role == Role::Viewer && scene.is_shown()) {
+    let is_there = || scene.is_served() || role == Role::Viewer && scene.is_shown();
+    while !is_there() {
         if stop() {
             return Err(Error::new(Kind::Stopped, "asked to stop before a server came"));
         }
