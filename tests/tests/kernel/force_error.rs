@@ -234,7 +234,10 @@ fn check(name: &str, (of, late): (Of, u32), touches: &[Touch], [least, most]: [f
         100.0 * covered
     );
     assert!(found.unknown * 50 < ticks, "{name}: unknown in {} of {ticks}", found.unknown);
-    assert!(ticks > 300 / (1 + late as usize) && covered >= least && width < most, "{name}: {covered} {width}");
+    assert!(
+        ticks > 300 / (1 + late as usize) && covered >= least && width < most,
+        "{name}: {covered} {width}"
+    );
 }
 
 // REQ-FOR-09
