@@ -19,6 +19,9 @@ const LEASE_MS: u32 = 2000;
 const CONNECT_MS: u32 = 1000;
 /// The same of an attempt that ends soon \[ms\].
 const HASTY_MS: u32 = 250;
+/// Bytes that a link may hold back, four seconds of a session: a cut link ends before it is full, since zenoh then stands
+/// still until the system has closed it.
+const SEND_BYTES: u32 = 262_144;
 /// First and largest pause between attempts of a link that was open \[ms\].
 const AGAIN_MS: [u32; 2] = [200, 1000];
 
@@ -71,7 +74,7 @@ impl Settings {
         let mut all = json!({
             "connect": { "retry": { "period_init_ms": first_ms, "period_max_ms": most_ms } },
             "scouting": { "multicast": { "enabled": false }, "gossip": { "enabled": false } },
-            "transport": { "link": { "tx": { "lease": LEASE_MS } } },
+            "transport": { "link": { "tx": { "lease": LEASE_MS }, "tcp": { "so_sndbuf": SEND_BYTES } } },
         });
         lay_over(&mut all, side);
         if let Some(path) = &self.config {

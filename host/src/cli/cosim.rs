@@ -445,7 +445,7 @@ fn print(args: &Args, summary: &CosimSummary) -> Result<()> {
             }
         }
         // `view` makes no organ of another tissue.
-        (None, _) if args.view.is_wanted() || body.tissue.is_some() => {}
+        (None, _) if args.view.is_wanted() || body.tissue.is_some() || !args.pins.is_empty() => {}
         (None, Some(model)) => tell_view(18, &[model])?,
         // Without a model it shows the same organ.
         (None, None) => tell_view(18, &[])?,

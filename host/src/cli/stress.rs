@@ -1,4 +1,4 @@
-//! The limit of the stress that `run` and `serve` watch.
+//! The limit of the stress that `run`, `serve` and `cosim` watch.
 
 use serde::{Deserialize, Serialize};
 
@@ -14,7 +14,7 @@ use crate::words::counted;
 #[derive(Debug, Clone, Default, Serialize, Deserialize, clap::Args)]
 pub struct StressArgs {
     /// Warn once a node's stress after von Mises is above this, and count all such nodes [Pa]. `run` looks at all
-    /// after every tick, `serve` at some between two ticks and at all at its end; of a node that is cut the side
+    /// after every tick, sessions at some between two ticks and at all at their end; of a node that is cut the side
     /// with more counts
     #[arg(long, value_name = "PA", allow_negative_numbers = true)]
     stress_limit_pa: Option<f32>,

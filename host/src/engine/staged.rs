@@ -209,14 +209,16 @@ impl TissueEngine for Staged<'_> {
 
     fn force_error_n(&mut self, tool: usize) -> Option<f32> {
         let is_shaped = self.is_shaped.get(tool).is_some_and(|is_shaped| *is_shaped);
-        let is_known = self.feels(tool) && !is_shaped;
+        // The kernel knows the release of held cells, but in a late tick not that of one of several tools.
+        let is_known = (self.engine.contact().tools() == 0 || self.feels(tool)) && !is_shaped;
         self.engine.force_error_n(tool).filter(|_| is_known)
     }
 
     fn torque_error_n_m(&mut self, tool: usize) -> Option<f32> {
         // The stage changes a torque by its ramp alone.
         let is_whole = self.stages.get(tool).is_none_or(|stage| stage.share() == 1.0);
-        self.engine.torque_error_n_m(tool).filter(|_| is_whole)
+        let is_known = is_whole && self.feels(tool);
+        self.engine.torque_error_n_m(tool).filter(|_| is_known)
     }
 
     fn has_stage(&self) -> bool {

@@ -13,6 +13,7 @@ use crate::number::float_env;
 use crate::number::kept::{Kept, Pass, joined, named};
 #[cfg(feature = "relax")]
 use crate::relax::kept;
+use crate::solver::scheme::UNKNOWN;
 use crate::solver::{Dynamics, NumberOf};
 use crate::tick::error::ResetError;
 use crate::tick::settings::Network;
@@ -111,7 +112,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
                 return Err(SnapshotError::Model(head.model.unwrap_or(0)));
             }
         }
-        *self.head = Head { vectors: VectorUnit::find(), ..head };
+        *self.head = Head { vectors: VectorUnit::find(), off_balance: UNKNOWN, ..head };
         Ok(())
     }
 

@@ -10,11 +10,13 @@
 //!
 //! k is the tool's stiffness, l that of a link, n the number of sweeps in the tick and A a factor for held cells or for
 //! tools. d is the tool's way since the last sweep, in late ticks, which repeat its force; B sqrt(k l) is above the
-//! stiffness of the body under the tool, as k alone is many times. The form and both factors are from an experiment, not from a theorem: 14 blocks, organs and real livers of
-//! nodal shapes, 160 to 860 cells, Poisson's ratio 0.1 to 0.49; presses, slides, circles, taps, tremor, jumps and
-//! random motions at two speeds, with 1, 2 and 4 sweeps under `predict`; one or seven held cells, balls of 1.1 to 4
-//! edges, one with friction, two at once. The true error is the distance to the force of 100 sweeps in the same tick.
-//! The factor A covers 99.3 % of these ticks; `tests/MEASURED.md` has what they cover of bodies and motions kept out.
+//! stiffness of the body under the tool, as k alone is many times.
+//!
+//! The form and the factors A are from an experiment, not from a theorem: 14 blocks, organs and real livers of nodal
+//! shapes, 160 to 860 cells, Poisson's ratio 0.1 to 0.49; presses, slides, circles, taps, tremor, jumps and random
+//! motions at two speeds, with 1, 2 and 4 sweeps under `predict`; one or seven held cells, balls of 1.1 to 4 edges, one
+//! with friction, two at once. The true error is the distance to the force of 100 sweeps in the same tick. They cover
+//! 99.3 % of these ticks; `tests/MEASURED.md` has what they cover of bodies and motions kept out, two of which gave B.
 
 use super::settings::Network;
 use super::tissue::TissueMut;
@@ -39,13 +41,14 @@ const FLOOR: f32 = 2.0e-4;
 impl<D: Dynamics> TissueMut<'_, D> {
     /// Estimate of the distance between a tool's force in the last tick and the force of the body in equilibrium with
     /// the tools where they are \[N\]. In the experiment behind it the error was below it in 99 of 100 ticks, and in
-    /// half of those that count below 0.3 of it. It is an estimate, no proven bound. Of held cells `tool` is 0; the force is
-    /// that before its limit and before an output stage.
+    /// half of those that count below 0.3 of it. It is an estimate, no proven bound. Of held cells `tool` is 0; the
+    /// force is that before its limit and before an output stage.
     ///
     /// `None` where none is known: under another scheme than [`Predict`](crate::Predict), and of bodies of links, which
     /// snap, that relax, that can be cut, or without a coarse level; after a tick in the safe state, or one in which a
     /// limit shortened the motion; in late ticks after them, after a restore or a release; without contact, under a
-    /// current, beyond K.
+    /// current, beyond K. In a late tick the caller has to know which of several tools was released, and the motion of
+    /// another tool is not counted.
     ///
     /// Cost: seven square roots at most; a tick keeps two numbers for it.
     ///
@@ -94,7 +97,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
     /// \[N m\]: that of [`force_error_n`](Self::force_error_n), with the root mean square of the levers at which the
     /// contact resists a rotation. `None` where that is, and for held cells.
     ///
-    /// Cost: seven square roots.
+    /// Cost: eight square roots.
     #[must_use]
     pub fn torque_error_n_m(&self, network: &Network<'_>, tool: usize) -> Option<f32> {
         let (model, energy_j) = (network.model(), self.off_balance_j(network)?);

@@ -326,6 +326,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
         // Reset the scalars except the chosen contacts.
         let kept = *self.head;
         *self.head = Head::NEW;
+        self.head.off_balance = UNKNOWN;
         self.head.vectors = kept.vectors;
         self.head.dynamics = kept.dynamics.stilled();
         self.head.model = kept.model;

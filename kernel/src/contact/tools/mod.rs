@@ -309,7 +309,9 @@ impl TouchRoom<'_> {
 
     /// Way of a tool since its last tick with a sweep \[m\], and the angle by which it has turned.
     pub(crate) fn since(&self, model: &Model<'_>, tool: usize) -> [f32; 2] {
-        let Some(tool) = self.tool(tool) else { return [0.0; 2] };
+        let Some(tool) = self.tool(tool).filter(|tool| !tool.is_at_target()) else {
+            return [0.0; 2];
+        };
         let way = sub(tool.target, tool.proxy.pivot);
         let turn = tool.target_turn.after(tool.proxy.turn.back()).small();
         [model.unit_m() * sqrt(dot(way, way)), sqrt(dot(turn, turn))]
