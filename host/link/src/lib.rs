@@ -5,9 +5,9 @@
 //! chaincell/NAME/ask       queryable: asked with a frame `ask`, answers with the frames of a mirror, each a reply
 //! ```
 //!
-//! Frames are those of [`chaincell_host::remote::frame`], records packed. A message may be lost on its way: a receiver sees by the
-//! number of the next record that some are missing, and asks for them; the answer comes from the trace. The same
-//! question brings the session to a late receiver. An answer has a bounded length, and a receiver asks until it has
+//! Frames are those of [`chaincell_host::remote::frame`], records packed. A message may be lost on its way: a receiver
+//! sees by the number of the next record that some are missing, and asks for them; the answer comes from the trace. The
+//! same question brings the session to a late receiver. An answer has a bounded length, and a receiver asks until it has
 //! all: how fast it reads is no matter of the network.
 //!
 //! Each module uses only those above it:

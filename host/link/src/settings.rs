@@ -19,8 +19,8 @@ const LEASE_MS: u32 = 2000;
 const CONNECT_MS: u32 = 1000;
 /// The same of an attempt that ends soon \[ms\].
 const HASTY_MS: u32 = 250;
-/// Bytes that a link may hold back, four seconds of a session: a cut link ends before it is full, since zenoh then stands
-/// still until the system has closed it.
+/// Bytes that a link may hold back, four seconds of a session: a cut link ends before it is full, since zenoh then
+/// stands still until the system has closed it.
 const SEND_BYTES: u32 = 262_144;
 /// First and largest pause between attempts of a link that was open \[ms\].
 const AGAIN_MS: [u32; 2] = [200, 1000];
@@ -90,13 +90,15 @@ impl Settings {
     }
 }
 
-/// The same configuration for an attempt to connect that ends soon.
+/// The same configuration for an attempt to connect that ends soon, unless it has a limit of the user's.
 ///
 /// # Errors
 /// zenoh's, of a value that it does not take.
 pub fn hasty(config: &Config) -> zenoh::Result<Config> {
     let mut hasty = config.clone();
-    hasty.insert_json5("connect/timeout_ms", &HASTY_MS.to_string())?;
+    if config.get_json("connect/timeout_ms")? == CONNECT_MS.to_string() {
+        hasty.insert_json5("connect/timeout_ms", &HASTY_MS.to_string())?;
+    }
     Ok(hasty)
 }
 
@@ -184,6 +186,15 @@ mod tests {
         let receiver = Settings::default().receiver().unwrap();
         assert_eq!(receiver.get_json("listen/endpoints").unwrap(), "[]");
         assert_eq!(receiver.get_json("mode").unwrap(), "\"client\"");
+    }
+
+    #[test]
+    fn a_limit_of_the_user_stays_in_a_hasty_attempt() {
+        let limit = |config: &Config| config.get_json("connect/timeout_ms").unwrap();
+        let mut config = Settings::default().receiver().unwrap();
+        assert_eq!(limit(&hasty(&config).unwrap()), "250");
+        config.insert_json5("connect/timeout_ms", "5000").unwrap();
+        assert_eq!(limit(&hasty(&config).unwrap()), "5000");
     }
 
     #[test]

@@ -1,7 +1,8 @@
 //! Sends a trace while it grows: the file is read, and the session knows nothing of it.
 //!
 //! Records are sent in batches of 10 ms. A record has 48 bytes, and a tick one record and another one for each tool;
-//! packed, a tick of one tool takes less than half of its 96. A follower that was cut off names the record that it needs next.
+//! packed, a tick of one tool takes less than half of its 96. A follower that was cut off names the record that it needs
+//! next.
 
 use std::fs;
 use std::io::{self, Write};

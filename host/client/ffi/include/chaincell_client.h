@@ -473,7 +473,8 @@ typedef struct chaincell_client_options {
      */
     int32_t wait;
     /**
-     * Longest wait for a server, or of a viewer for one that shows a session of another place [ns], of which an hour is waited at most; 10 s.
+     * Longest wait for a server, or of a viewer for one that shows a session of another place [ns], of which an hour
+     * is waited at most; 10 s.
      */
     uint64_t server_wait_ns;
     /**

@@ -42,7 +42,8 @@ pub struct Options {
     pub role: i32,
     /// One of `chaincell_client_wait`.
     pub wait: i32,
-    /// Longest wait for a server, or of a viewer for one that shows a session of another place \[ns\], of which an hour is waited at most; 10 s.
+    /// Longest wait for a server, or of a viewer for one that shows a session of another place \[ns\], of which an hour
+    /// is waited at most; 10 s.
     pub server_wait_ns: u64,
     /// Time without an answer after which the force falls to 0, 0 for never \[ms\]; 20, at most 60,000.
     pub watchdog_ms: u32,

@@ -334,6 +334,7 @@ impl<'a> Run<'a> {
         let resumed = server.resumed;
         let charge = resumed.map_or_else(Charge::new, Charge::resuming);
         let paused = resumed.is_some_and(|of| of.is_paused);
+        let has_pins = engine.newest_pin().is_some();
         // Prepare the time budget and the session.
         let least = engine.least_sweeps();
         let budget = TimeBudget::new(server.options.budget, least, server.options.max_pose_hz);
@@ -374,7 +375,7 @@ impl<'a> Run<'a> {
             paused_ticks: 0,
             obeyed: 0,
             disobeyed: 0,
-            has_pins: false,
+            has_pins,
             is_full_told: false,
         })
     }

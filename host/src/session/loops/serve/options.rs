@@ -161,7 +161,7 @@ pub struct ServeReport {
     pub commands_done: u64,
     /// Commands refused.
     pub commands_refused: u64,
-    /// True if a command set a pin.
+    /// True if the session began with a pin, or a command set one.
     #[serde(skip)]
     pub has_pins: bool,
     /// States sent to viewers.
