@@ -106,6 +106,28 @@ fn what_is_lost_on_the_way_is_asked_for() {
 }
 
 #[test]
+fn a_router_stands_between_and_is_started_again() {
+    let Some(mut network) = Network::new("a_router_stands_between_and_is_started_again") else {
+        return;
+    };
+    network.start_router();
+    let mut session = Session::begin();
+    let _sender = network.send(session.folder(), "left", &[]);
+    let followers = [(); 2].map(|()| Follower::of(&network, "left"));
+    session.play(TICKS);
+    followers.iter().for_each(|follower| follower.wait_for_ticks(TICKS));
+    network.end_router();
+    session.play(TICKS);
+    network.start_router();
+    followers.iter().for_each(|follower| follower.wait_for_ticks(2 * TICKS));
+    session.play(TICKS);
+    let (_folder, state_hash) = session.end();
+    for follower in followers {
+        assert_eq!(same(follower.end(), &state_hash), 3 * TICKS);
+    }
+}
+
+#[test]
 fn ten_follow_at_a_time() {
     let Some(network) = Network::new("ten_follow_at_a_time") else { return };
     let mut session = Session::begin();

@@ -19,6 +19,7 @@ use chaincell_host::remote::way::Program;
 use chaincell_host::session::timing::clock::{SECOND_NS, now_ns};
 use chaincell_kernel::Model;
 use chaincell_kernel::trace::Reader;
+use zenoh::{Config, Session, Wait};
 
 /// A wait that no machine needs.
 const LONG: Duration = Duration::from_secs(180);
@@ -46,16 +47,17 @@ pub fn ended(args: &[&str]) -> (Option<i32>, String) {
     (output.status.code(), String::from_utf8(output.stderr).unwrap())
 }
 
-/// An endpoint of this machine that nobody else has.
+/// An endpoint of this machine that nobody else has: of the sender, or of a router.
 pub struct Network {
     endpoint: String,
+    router: Option<Session>,
 }
 
 impl Network {
     /// `None`, with a line that says so, where there is no loopback.
     pub fn new(test: &str) -> Option<Self> {
         match TcpListener::bind("127.0.0.1:0").and_then(|listener| listener.local_addr()) {
-            Ok(address) => Some(Self { endpoint: format!("tcp/{address}") }),
+            Ok(address) => Some(Self { endpoint: format!("tcp/{address}"), router: None }),
             Err(why) => {
                 println!("SKIPPED {test}: no loopback: {why}");
                 None
@@ -63,10 +65,27 @@ impl Network {
         }
     }
 
+    /// Starts a router at the endpoint, to which both sides connect from then on.
+    pub fn start_router(&mut self) {
+        let config = serde_json::json!({
+            "mode": "router",
+            "listen": { "endpoints": [self.endpoint], "timeout_ms": LONG.as_millis() as u64 },
+            "scouting": { "multicast": { "enabled": false } },
+        });
+        let config = Config::from_json5(&config.to_string()).unwrap();
+        self.router = Some(zenoh::open(config).wait().unwrap());
+    }
+
+    /// Ends the router.
+    pub fn end_router(&mut self) {
+        self.router.take().expect("a router").close().wait().unwrap();
+    }
+
     /// A sender that is ready.
     pub fn send(&self, session: &Path, name: &str, options: &[&str]) -> Process {
         let mut command = Command::new(PROGRAM);
-        command.arg("send").arg(session).args(["--name", name, "--listen", &self.endpoint]);
+        let way = if self.router.is_some() { "--connect" } else { "--listen" };
+        command.arg("send").arg(session).args(["--name", name, way, &self.endpoint]);
         let mut child =
             command.args(options).stdin(Stdio::null()).stdout(Stdio::piped()).spawn().unwrap();
         let out = BufReader::new(child.stdout.take().unwrap());
