@@ -2,8 +2,8 @@
 //!
 //! The service is iceoryx2's request and response: a reply belongs to its command and never waits for
 //! a reader, and a request whose sender has ended is dropped. At most one command is carried out
-//! every 10 ms; commands that overflow the queue get no reply. A command is three numbers and names
-//! no file.
+//! every 10 ms; commands that overflow the queue get no reply. A command is a few numbers and
+//! names no file.
 
 use iceoryx2::port::client::Client;
 use iceoryx2::prelude::*;
@@ -13,7 +13,8 @@ use chaincell_kernel::trace::{Command, CommandError};
 
 use crate::clock::{MILLISECOND_NS, now_ns, sleep_until_ns};
 use crate::error::{Error, Kind, Result};
-use crate::payload::{CommandMessage, ReplyMessage};
+use crate::foreign;
+use crate::payload::{COMMAND, CommandMessage, ReplyMessage};
 use crate::services::{Ipc, NODES_MAX, SceneServices, port_error, service_error};
 
 /// Polling period for a reply \[ns\].
@@ -26,6 +27,8 @@ const SERVERS_MAX: usize = 2;
 const CLIENTS_MAX: usize = 8;
 /// Pending commands of one program.
 const ACTIVE_MAX: usize = 4;
+/// Number of the command that pins at a place.
+const PIN_AT: u32 = 10;
 
 chaincell_kernel::codes! {
     /// The reason for which a command was refused, by the number in its reply.
@@ -80,6 +83,10 @@ chaincell_kernel::codes! {
         /// No sample of the surface is near enough to the point.
         PinReach = 17,
             "no sample of the surface lies within the radius of the point: move the point, or take a larger radius";
+        /// The point of a pin is not finite.
+        PinPoint = 18, "point_m: give the point of a pin as three finite numbers, in metres in the frame of the mesh";
+        /// The radius of a pin is not a finite length above 0.
+        PinRadius = 19, "radius_m: give the radius of a pin as a finite number above 0, in metres";
     }
 }
 
@@ -108,7 +115,7 @@ pub fn refusal_text(reason: u32) -> &'static str {
 }
 
 impl CommandMessage {
-    /// Returns the message of a command, 16 bytes.
+    /// Returns the message of a command, 32 bytes.
     ///
     /// ```
     /// use chaincell_client::{Command, command::Refusal, payload::CommandMessage};
@@ -118,11 +125,21 @@ impl CommandMessage {
     /// assert_eq!(message.command(), Ok(Command::MaxForceN(3.0)));
     /// let too_many = CommandMessage::new(&Command::Sweeps(1001));
     /// assert_eq!(too_many.command(), Err(Refusal::Value));
+    ///
+    /// let (point_m, stiffness_n_per_m) = ([0.0, 0.0, 0.04], f32::INFINITY);
+    /// let pin = Command::PinAt { point_m, radius_m: 0.006, stiffness_n_per_m };
+    /// let message = CommandMessage::new(&pin);
+    /// assert_eq!((message.kind, message.point_m, message.radius_m), (10, point_m, 0.006));
+    /// assert_eq!(message.command(), Ok(pin));
     /// ```
     #[must_use]
     pub fn new(command: &Command) -> Self {
+        if let Command::PinAt { point_m, radius_m, stiffness_n_per_m } = *command {
+            let value = stiffness_n_per_m;
+            return Self { kind: PIN_AT, value, point_m, radius_m, ..Self::default() };
+        }
         let [kind, parameter, value] = command.words();
-        Self { kind, parameter, value: f32::from_bits(value), reserved: 0 }
+        Self { kind, parameter, value: f32::from_bits(value), ..Self::default() }
     }
 
     /// Returns the command of the message.
@@ -133,10 +150,35 @@ impl CommandMessage {
         if self.reserved != 0 {
             return Err(Refusal::Unknown);
         }
-        match Command::from_words([self.kind, self.parameter, self.value.to_bits()])? {
+        if self.kind == PIN_AT {
+            return self.pin_at();
+        }
+        let command = Command::from_words([self.kind, self.parameter, self.value.to_bits()])?;
+        // The place is that of a pin alone.
+        let [x, y, z] = self.point_m;
+        if [x, y, z, self.radius_m].iter().any(|number| number.to_bits() != 0) {
+            return Err(Refusal::Value);
+        }
+        match command {
             Command::Sweeps(sweeps) if sweeps > SWEEPS_MAX => Err(Refusal::Value),
             Command::Snapshot { checksum: 1.. } => Err(Refusal::Parameter),
             command => Ok(command),
+        }
+    }
+
+    /// Returns the pin at the place of the message, or the refusal of the first field that cannot be.
+    fn pin_at(&self) -> std::result::Result<Command, Refusal> {
+        let Self { parameter, value: stiffness_n_per_m, point_m, radius_m, .. } = *self;
+        if parameter != 0 {
+            Err(Refusal::Parameter)
+        } else if !point_m.iter().all(|number| number.is_finite()) {
+            Err(Refusal::PinPoint)
+        } else if !radius_m.is_finite() || radius_m <= 0.0 {
+            Err(Refusal::PinRadius)
+        } else if stiffness_n_per_m.is_nan() || stiffness_n_per_m <= 0.0 {
+            Err(Refusal::Value)
+        } else {
+            Ok(Command::PinAt { point_m, radius_m, stiffness_n_per_m })
         }
     }
 }
@@ -165,7 +207,10 @@ fn opened(node: &Node<Ipc>, name: &ServiceName) -> Result<Service> {
         .max_clients(CLIENTS_MAX)
         .max_nodes(NODES_MAX)
         .open_or_create()
-        .map_err(|why| service_error(name, why))
+        .map_err(|why| {
+            foreign::request_refusal::<CommandMessage>(node.config(), name, COMMAND)
+                .unwrap_or_else(|| service_error(name, why))
+        })
 }
 
 /// Sends commands.
@@ -244,6 +289,48 @@ impl CommandClient {
                 ));
             }
             sleep_until_ns(now_ns() + LOOK_NS);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const PIN: Command =
+        Command::PinAt { point_m: [-0.01, 0.0, 0.04], radius_m: 0.006, stiffness_n_per_m: 50.0 };
+
+    #[test]
+    fn a_pin_at_a_place_arrives_as_it_was_sent() {
+        let Command::PinAt { point_m, radius_m, .. } = PIN else { panic!("{PIN:?}") };
+        let rigid = Command::PinAt { point_m, radius_m, stiffness_n_per_m: f32::INFINITY };
+        for pin in [PIN, rigid] {
+            assert_eq!(CommandMessage::new(&pin).command(), Ok(pin));
+        }
+    }
+
+    #[test]
+    fn a_place_that_cannot_be_is_refused_by_its_field() {
+        let sent = CommandMessage::new(&PIN);
+        let at = |z| CommandMessage { point_m: [0.0, 0.0, z], ..sent };
+        let radius = |radius_m| CommandMessage { radius_m, ..sent };
+        let stiffness = |value| CommandMessage { value, ..sent };
+        for (message, why) in [
+            (at(f32::NAN), Refusal::PinPoint),
+            (at(f32::NEG_INFINITY), Refusal::PinPoint),
+            (radius(0.0), Refusal::PinRadius),
+            (radius(-0.006), Refusal::PinRadius),
+            (radius(f32::NAN), Refusal::PinRadius),
+            (radius(f32::INFINITY), Refusal::PinRadius),
+            (stiffness(f32::NAN), Refusal::Value),
+            (stiffness(0.0), Refusal::Value),
+            (CommandMessage { parameter: 1, ..sent }, Refusal::Parameter),
+            (CommandMessage { reserved: 1, ..sent }, Refusal::Unknown),
+            // Another command has no place.
+            (CommandMessage { kind: 8, ..sent }, Refusal::Value),
+            (CommandMessage { kind: 11, ..sent }, Refusal::Unknown),
+        ] {
+            assert_eq!(message.command(), Err(why), "{message:?}");
         }
     }
 }

@@ -5,6 +5,7 @@ use std::mem::size_of;
 use iceoryx2::prelude::{Config, ServiceName};
 use iceoryx2::service::Service as _;
 use iceoryx2::service::messaging_pattern::MessagingPattern;
+use iceoryx2::service::static_config::message_type_details::TypeDetail;
 use iceoryx2::service::static_config::messaging_pattern::MessagingPattern as Found;
 
 use crate::error::{Error, Kind};
@@ -22,8 +23,26 @@ pub(crate) fn refusal<Payload>(
     let Found::PublishSubscribe(found) = details.static_details.messaging_pattern() else {
         return None;
     };
-    let payload = &found.message_type_details().payload;
-    let (theirs, bytes) = (payload.type_name().to_string(), payload.size());
+    differs::<Payload>(name, &found.message_type_details().payload, type_name)
+}
+
+/// As [`refusal`], of a request-response service by the type of its requests.
+pub(crate) fn request_refusal<Request>(
+    config: &Config,
+    name: &ServiceName,
+    type_name: &str,
+) -> Option<Error> {
+    let details = Ipc::details(name, config, MessagingPattern::RequestResponse);
+    let details = details.ok().flatten()?;
+    let Found::RequestResponse(found) = details.static_details.messaging_pattern() else {
+        return None;
+    };
+    differs::<Request>(name, &found.request_message_type_details().payload, type_name)
+}
+
+/// Returns the refusal if the type that was found differs by its name or size.
+fn differs<Payload>(name: &ServiceName, found: &TypeDetail, type_name: &str) -> Option<Error> {
+    let (theirs, bytes) = (found.type_name().to_string(), found.size());
     if theirs == type_name && bytes == size_of::<Payload>() {
         return None;
     }

@@ -36,21 +36,28 @@ pub struct StateHeader {
     pub reserved: u32,
 }
 
-/// A command to the server: 16 bytes; numbers as in [`chaincell_kernel::trace::Command::words`].
+/// The type name of [`CommandMessage`].
+pub const COMMAND: &str = "chaincell.Command.v2";
+
+/// A command to the server: 32 bytes; numbers as in [`chaincell_kernel::trace::Command::words`].
 #[derive(Debug, Clone, Copy, Default, PartialEq, ZeroCopySend)]
-#[type_name("chaincell.Command.v1")]
+#[type_name("chaincell.Command.v2")]
 #[repr(C)]
 pub struct CommandMessage {
-    /// 1 reset, 2 pause, 3 resume, 4 set, 5 grip, 6 let go, 7 snapshot, 8 pin, 9 unpin.
+    /// 1 reset, 2 pause, 3 resume, 4 set, 5 grip, 6 let go, 7 snapshot, 8 pin, 9 unpin, 10 pin at a place.
     pub kind: u32,
     /// 0 none; of set: 1 sweeps, 2 max_force_n, 3 max_tool_step_m, 4 unloading, 7 cut; of grip,
     /// let go and pin: the tool; of unpin: the pin.
     pub parameter: u32,
     /// Of set: the value; of unloading 0 off, 1 release, 2 retreat; of cut 0 on, 1 off. Of let go and unpin: the
-    /// ticks. Of pin: the stiffness \[N/m\], infinite for a rigid one.
+    /// ticks. Of pin and of pin at a place: the stiffness \[N/m\], infinite for a rigid one.
     pub value: f32,
     /// Zero.
     pub reserved: u32,
+    /// Of pin at a place: the point in the frame of the input mesh \[m\]; of all others zeros.
+    pub point_m: [f32; 3],
+    /// Of pin at a place: the radius around it, above 0 \[m\]; of all others zero.
+    pub radius_m: f32,
 }
 
 /// The reply to a command: 32 bytes.
@@ -74,6 +81,6 @@ pub struct ReplyMessage {
 const _: () = {
     assert!(size_of::<NodePosition>() == 16);
     assert!(size_of::<StateHeader>() == 40);
-    assert!(size_of::<CommandMessage>() == 16);
+    assert!(size_of::<CommandMessage>() == 32);
     assert!(size_of::<ReplyMessage>() == 32);
 };

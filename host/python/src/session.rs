@@ -20,7 +20,7 @@ use crate::process::{self, Owned};
 use crate::signals::{LOOK, Signals, span_ns};
 use crate::state::State;
 use crate::stress::SessionStress;
-use crate::tissue::{LET_GO_TICKS, PIN, TOOL, stiffness};
+use crate::tissue::{LET_GO_TICKS, PIN, TOOL, point, stiffness};
 use crate::turns::{Turn, Turns};
 
 /// A handle on a running scene of `chaincell serve`: its controller, or a viewer. Threads may share it:
@@ -432,6 +432,39 @@ impl Session {
         let tool = tool.whole("tool", TOOL)?;
         let stiffness_n_per_m = stiffness(stiffness_n_per_m)?;
         self.command(py, &Command::Pin { tool, stiffness_n_per_m }, timeout_s)
+    }
+
+    /// Pins the surface around a point where it is now: it is held in the world.
+    ///
+    /// - `point_m`: the point [m], (3,).
+    /// - `radius_m`: radius around it [m].
+    /// - `stiffness_n_per_m`: stiffness of the pin [N/m]; rigid by default.
+    ///
+    /// The pin takes the lowest free number, from 0.
+    /// Raises `Refused` where no surface is near enough, or the server has no tools, `NoReply` without a reply within
+    /// `timeout_s` [s].
+    ///
+    /// >>> try:
+    /// ...     session.pin_at([0.0, 0.0, 1.0], 0.005)
+    /// ... except chaincell.Refused:
+    /// ...     print("no surface is near")
+    /// no surface is near
+    #[pyo3(
+        signature = (point_m, radius_m, stiffness_n_per_m=None, *, timeout_s=Arg::Default(5.0)),
+        text_signature = "($self, point_m, radius_m, stiffness_n_per_m=None, *, timeout_s=5.0)"
+    )]
+    fn pin_at(
+        &self,
+        py: Python<'_>,
+        point_m: &Bound<'_, PyAny>,
+        radius_m: &Bound<'_, PyAny>,
+        stiffness_n_per_m: Option<&Bound<'_, PyAny>>,
+        timeout_s: Arg<'_, f64>,
+    ) -> PyResult<Reply> {
+        let point_m = point(point_m)?;
+        let radius_m = real("radius_m", radius_m)? as f32;
+        let stiffness_n_per_m = stiffness(stiffness_n_per_m)?;
+        self.command(py, &Command::PinAt { point_m, radius_m, stiffness_n_per_m }, timeout_s)
     }
 
     /// Releases a pin; its force falls to 0, and it is gone.

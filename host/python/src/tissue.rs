@@ -36,6 +36,15 @@ pub(crate) fn stiffness(given: Option<&Bound<'_, PyAny>>) -> PyResult<f32> {
     given.map_or(Ok(f32::INFINITY), |given| Ok(real("stiffness_n_per_m", given)? as f32))
 }
 
+/// The point of a pin \[m\].
+pub(crate) fn point(given: &Bound<'_, PyAny>) -> PyResult<[f32; 3]> {
+    let given = reals("point_m", given)?;
+    let [x, y, z] = given.values[..] else {
+        return Err(given.wrong_shape("point_m", "(3,): x, y, z [m]"));
+    };
+    Ok([x, y, z].map(|x| x as f32))
+}
+
 /// A body with its tools, advanced by `tick` without a server. Threads may share it: each call
 /// waits for its turn.
 ///
@@ -191,11 +200,7 @@ impl Tissue {
         stiffness_n_per_m: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<u16> {
         let stiffness_n_per_m = stiffness(stiffness_n_per_m)?;
-        let given = reals("point_m", point_m)?;
-        let [x, y, z] = given.values[..] else {
-            return Err(given.wrong_shape("point_m", "(3,): x, y, z [m]"));
-        };
-        let point_m = [x, y, z].map(|x| x as f32);
+        let point_m = point(point_m)?;
         let radius_m = real("radius_m", radius_m)? as f32;
         py.detach(|| {
             let mut live = self.live()?;

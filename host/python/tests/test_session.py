@@ -243,6 +243,25 @@ def test_commands_are_carried_out_or_refused(serve: Serve, tmp_path: Path, plane
             session.grip()
         with pytest.raises(chaincell.Refused):
             session.let_go(3, 10)
+        with pytest.raises(chaincell.Refused, match="nothing can be gripped here, nor pinned"):
+            session.pin_at([0, 0, 0], 0.01)
+    server.interrupt()
+
+
+def test_a_place_is_pinned_until_it_is_released(serve: Serve, box: Model) -> None:
+    server = serve("--contact", "probe:0.006", *WHOLE, model=box)
+    with Session(server.scene, watchdog_ms=0, ramp_ms=0) as session:
+        session.step([0, 0, 0.08], False, timeout_s=SHORT_S)
+        with pytest.raises(chaincell.Refused, match="move the point, or take a larger radius"):
+            session.pin_at([0, 0, 1.0], 0.005)
+        rest = session.answer
+        reply = session.pin_at(np.array([0.0, 0.0, 0.04]), 0.008, stiffness_n_per_m=50.0)
+        assert rest is not None and reply.state_hash != rest.state_hash
+        session.unpin(0, ticks=5)
+        for _ in range(6):
+            session.step([0, 0, 0.08], False, timeout_s=SHORT_S)
+        with pytest.raises(chaincell.Refused, match="there is no pin of this number"):
+            session.unpin(0)
     server.interrupt()
 
 
@@ -263,6 +282,9 @@ def test_bad_arguments_of_a_session_harm_nobody(serve: Serve, plane: Model) -> N
         (lambda s: s.set(max_force_n=np.nan), wrong, "`max_force_n` NaN: must be above 0"),
         (lambda s: s.set(max_tool_step_m=np.inf), wrong, "`max_tool_step_m` inf"),
         (lambda s: s.set(cut="release"), wrong, '`cut` "release": give on, off'),
+        (lambda s: s.pin_at([0, 0], 0.01), wrong, r"`point_m`: its shape is \(2,\), it must be"),
+        (lambda s: s.pin_at([0, np.nan, 0], 0.01), chaincell.Refused, "point_m: give the point"),
+        (lambda s: s.pin_at([0, 0, 0], -0.01), chaincell.Refused, "radius_m: give the radius"),
         (lambda s: s.set(unloading="on"), wrong, '`unloading` "on": give off, release, retreat'),
         (lambda s: Session(s.scene, server_wait_s=0.1), chaincell.Taken, "close it, or take another scene"),
         (lambda s: s.state(-1), wrong, "`timeout_s` -1"),

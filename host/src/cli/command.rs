@@ -4,7 +4,7 @@ use chaincell_kernel::trace::Command;
 use chaincell_kernel::{Choice, Cutting, Unloading};
 use serde::Serialize;
 
-use super::pins::stiffness;
+use super::pins::{Place, place, stiffness};
 use crate::choice;
 use crate::error::{Error, Result};
 use crate::interrupt;
@@ -24,7 +24,8 @@ const REPLY_NS: u64 = 5 * SECOND_NS;
 #[command(after_help = "Examples:\n  chaincell command --scene left reset\n  \
     chaincell command --scene left set sweeps=6\n  chaincell command set max_force_n=off\n  \
     chaincell command --scene left grip\n  chaincell command --scene left let-go --ticks 50\n  \
-    chaincell command --scene left pin --tool 0\n  chaincell command --scene left unpin 0 --ticks 50\n  \
+    chaincell command --scene left pin --tool 0\n  chaincell command --scene left pin --at 0,0,0.04,0.006\n  \
+    chaincell command --scene left unpin 0 --ticks 50\n  \
     chaincell command --scene left snapshot\n\n\
     Exit code 0 when it was done, 1 when no reply came, 2 when it was refused or nobody\n    serves the scene.")]
 pub struct Args {
@@ -71,11 +72,16 @@ enum Action {
             value_parser = clap::value_parser!(u16).range(1..))]
         ticks: u16,
     },
-    /// Pin what the tool grips, or what it touches, where it is now: it is held in the world, and the tool may let
-    /// go. A new pin takes the lowest free number, from 0
+    /// Pin what the tool grips, or what it touches, or with --at the surface around a place, where it is now: it is
+    /// held in the world, and the tool may let go. A new pin takes the lowest free number, from 0
     Pin {
         #[command(flatten)]
         of: ToolArgs,
+        /// Pin the surface within RADIUS of a point where it is now, rigidly or with a stiffness [N/m] in all, as
+        /// --pin of `serve` does at the beginning; metres
+        #[arg(long, value_name = "X,Y,Z,RADIUS[,N_PER_M]", allow_hyphen_values = true, value_parser = place,
+            conflicts_with_all = ["tool", "stiffness"])]
+        at: Option<Place>,
         /// Stiffness of the pin [N/m] [default: rigid]
         #[arg(long, value_name = "N_PER_M", allow_negative_numbers = true, value_parser = stiffness)]
         stiffness: Option<f32>,
@@ -122,7 +128,8 @@ pub fn execute(args: &Args) -> Result<()> {
         Action::Grip { of } => Command::Grip { tool: of.tool },
         Action::Snapshot => Command::Snapshot { checksum: 0 },
         Action::LetGo { of, ticks } => Command::LetGo { tool: of.tool, ticks: *ticks },
-        Action::Pin { of, stiffness } => {
+        Action::Pin { at: Some(place), .. } => place.command(),
+        Action::Pin { of, stiffness, at: None } => {
             let stiffness_n_per_m = stiffness.unwrap_or(f32::INFINITY);
             Command::Pin { tool: of.tool, stiffness_n_per_m }
         }
@@ -150,7 +157,7 @@ pub fn execute(args: &Args) -> Result<()> {
         tick: reply.tick,
         ticks_answered: reply.ticks_answered,
         state_hash: format!("{:016x}", reply.state_hash),
-        pin: matches!(command, Command::Pin { .. }).then_some(reply.reason),
+        pin: matches!(command, Command::Pin { .. } | Command::PinAt { .. }).then_some(reply.reason),
     };
     if args.json {
         return terminal::say_json(&report);

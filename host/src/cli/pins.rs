@@ -17,13 +17,22 @@ pub struct PinArgs {
     pins: Vec<Place>,
 }
 
-/// A pin.
+/// A place at which the surface is pinned.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-struct Place {
+pub struct Place {
     point_m: [f32; 3],
     radius_m: f32,
     /// `None` for a rigid one [N/m].
     stiffness_n_per_m: Option<f32>,
+}
+
+impl Place {
+    /// Returns the command that pins the surface there.
+    pub fn command(&self) -> Command {
+        let Self { point_m, radius_m, stiffness_n_per_m } = *self;
+        let stiffness_n_per_m = stiffness_n_per_m.unwrap_or(f32::INFINITY);
+        Command::PinAt { point_m, radius_m, stiffness_n_per_m }
+    }
 }
 
 /// A pin that was set, and the hash of the state after it.
@@ -51,8 +60,7 @@ impl PinArgs {
                 };
                 Error::input(format!("--pin {x},{y},{z},{radius_m}: {why}{remedy}"))
             })?;
-            let command = Command::PinAt { point_m, radius_m, stiffness_n_per_m };
-            Ok((command, engine.state_hash()))
+            Ok((place.command(), engine.state_hash()))
         });
         each.collect()
     }
@@ -65,8 +73,8 @@ pub fn stiffness(text: &str) -> std::result::Result<f32, String> {
         .ok_or_else(|| "give a stiffness of at least 1e-6 N/m, or none for a rigid pin".to_owned())
 }
 
-/// Reads a pin.
-fn place(text: &str) -> std::result::Result<Place, String> {
+/// Reads a place.
+pub fn place(text: &str) -> std::result::Result<Place, String> {
     let wrong = || {
         "give the point and the radius in metres, as in 0,0,0.04,0.006, and a stiffness in N/m behind them if the \
          pin is not to be rigid"

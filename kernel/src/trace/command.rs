@@ -71,8 +71,8 @@ pub enum Command {
         /// Ticks in which its force falls to 0, at least 1.
         ticks: u16,
     },
-    /// Pins the surface around a point, see [`TissueMut::pin_at`](crate::TissueMut::pin_at). Its
-    /// five numbers go into a trace; a message has no place for them.
+    /// Pins the surface around a point, see [`TissueMut::pin_at`](crate::TissueMut::pin_at). Its five
+    /// numbers are more than [`Self::words`] returns.
     PinAt {
         /// The point in the frame of the input mesh \[m\].
         point_m: [f32; 3],
@@ -132,7 +132,7 @@ impl Command {
     /// Returns the number of the command (1 reset, 2 pause, 3 resume, 4 set, 5 grip, 6 let go, 7 snapshot, 8 pin,
     /// 9 unpin, 10 pin at a point), the parameter (0 none; for set 1 sweeps, 2 largest force, 3 largest tool step, 4
     /// unloading, 7 cut; for grip, let go and pin the tool, for unpin the pin, for a snapshot its checksum) and the bits
-    /// of the value (for let go and unpin the ticks, for pin the stiffness). Of a pin at a point only a record has all.
+    /// of the value (for let go and unpin the ticks, for pin the stiffness). Those of a pin at a point are not all.
     #[must_use]
     pub fn words(&self) -> [u32; 3] {
         let (parameter, value) = match *self {

@@ -14,12 +14,14 @@ use super::{bodies, tick};
 const POSE_BYTES: usize = 24;
 const POSES_BYTES: usize = size_of::<ToolPoses>();
 const COMMAND_BYTES: usize = size_of::<CommandMessage>();
+/// Of a command in the short form of these inputs, without a place.
+const SHORT_COMMAND_BYTES: usize = 16;
 /// Most messages of a session, and most sweeps a tick.
 const MESSAGES_MAX: usize = 64;
 const SWEEPS_MAX: u16 = 16;
 
 /// Two bytes choose body and scheme; then messages, each behind a byte whose lowest bits
-/// tell a command of 16 bytes (01, 11) from a pose of 24 (00) and poses of 344 (10).
+/// tell a command of 16 bytes (01) and one of 32 (11) from a pose of 24 (00) and poses of 344 (10).
 pub fn payload(data: &[u8]) {
     let Some((&[body, scheme], mut rest)) = data.split_first_chunk() else { return };
     let model = bodies::model(body);
@@ -33,9 +35,8 @@ pub fn payload(data: &[u8]) {
     for _ in 0..MESSAGES_MAX {
         let Some((&kind, behind)) = rest.split_first() else { return };
         if kind & 1 == 1 {
-            let Some((message, behind)) = behind.split_first_chunk::<COMMAND_BYTES>() else {
-                return;
-            };
+            let bytes = if kind & 2 == 0 { SHORT_COMMAND_BYTES } else { COMMAND_BYTES };
+            let Some((message, behind)) = behind.split_at_checked(bytes) else { return };
             rest = behind;
             monitor.interfere();
             match command(message).command() {
@@ -114,7 +115,10 @@ fn answered(poses: &ToolPoses) -> ToolPose {
     poses.poses(0).each().first().copied().unwrap()
 }
 
-fn command(bytes: &[u8; COMMAND_BYTES]) -> CommandMessage {
-    let [kind, parameter, value, reserved] = words(bytes);
-    CommandMessage { kind, parameter, value: f32::from_bits(value), reserved }
+/// The words that a short form leaves out are zeros.
+fn command(bytes: &[u8]) -> CommandMessage {
+    let [kind, parameter, value, reserved, place @ ..] = words::<8>(bytes);
+    let [x, y, z, radius_m] = place.map(f32::from_bits);
+    let value = f32::from_bits(value);
+    CommandMessage { kind, parameter, value, reserved, point_m: [x, y, z], radius_m }
 }

@@ -123,7 +123,7 @@ fn commands_that_mean_nothing_change_nothing_and_say_why() {
     let commander = Commander::join(&place.scene);
     let rest = commander.order(Order { kind: 1, ..Order::default() });
     assert_eq!((rest.result, rest.reason), (0, 0));
-    let set = |parameter, value| Order { kind: 4, parameter, value, reserved: 0 };
+    let set = |parameter, value| Order { kind: 4, parameter, value, ..Order::default() };
     for (order, reason) in [
         (Order::default(), 1),
         (Order { kind: 77, ..Order::default() }, 1),

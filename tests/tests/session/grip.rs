@@ -56,7 +56,7 @@ fn a_grip_by_command_drags_the_tissue_along_and_is_replayed_to_the_same_bits() {
 fn what_cannot_be_gripped_is_refused_and_changes_nothing() {
     let _turn = turn();
     let grip = |tool| Order { kind: 5, parameter: tool, ..Order::default() };
-    let let_go = |tool, ticks| Order { kind: 6, parameter: tool, value: ticks, reserved: 0 };
+    let let_go = |tool, ticks| Order { kind: 6, parameter: tool, value: ticks, ..Order::default() };
     let place = Place::on_surface("grip-refused");
     let out = place.file("out");
     let serve = serve(&place, &["--ticks", "120", "--out", text(&out)]);

@@ -193,10 +193,30 @@ struct LongPoses {
 
 /// A command with more behind it, under the same type name.
 #[derive(Debug, Clone, Copy, ZeroCopySend)]
-#[type_name("chaincell.Command.v1")]
+#[type_name("chaincell.Command.v2")]
 #[repr(C)]
 struct LongOrder {
     words: [u32; 1024],
+}
+
+/// The command of the releases before, without a place.
+#[derive(Debug, Clone, Copy, ZeroCopySend)]
+#[type_name("chaincell.Command.v1")]
+#[repr(C)]
+struct OldOrder {
+    words: [u32; 4],
+}
+
+fn node() -> Node<ipc::Service> {
+    NodeBuilder::new()
+        .config(&Config::default())
+        .signal_handling_mode(SignalHandlingMode::Disabled)
+        .create::<ipc::Service>()
+        .unwrap()
+}
+
+fn service_name(place: &Place, topic: &str) -> ServiceName {
+    format!("chaincell/{}/{topic}", place.scene).as_str().try_into().unwrap()
 }
 
 // REQ-COS-07
@@ -205,32 +225,50 @@ fn messages_of_other_sizes_are_refused() {
     let _turn = turn();
     let place = Place::new("sizes");
     let serve = place.serve(&["--ticks", "1", "--json"]);
-    let node = NodeBuilder::new()
-        .config(&Config::default())
-        .signal_handling_mode(SignalHandlingMode::Disabled)
-        .create::<ipc::Service>()
-        .unwrap();
-    let name = |topic: &str| -> ServiceName {
-        format!("chaincell/{}/{topic}", place.scene).as_str().try_into().unwrap()
-    };
+    let node = node();
     for topic in ["tools", "forces", "state"] {
-        let service = || node.service_builder(&name(topic));
+        let service = || node.service_builder(&service_name(&place, topic));
         assert_eq!(service().publish_subscribe::<Poses>().open().is_ok(), topic == "tools");
         assert!(service().publish_subscribe::<LongPoses>().open().is_err(), "{topic}");
         assert!(service().publish_subscribe::<[Poses]>().open().is_err(), "{topic}");
         assert!(service().publish_subscribe::<[u8]>().open().is_err(), "{topic}");
         assert!(service().publish_subscribe::<u64>().open().is_err(), "{topic}");
     }
-    let command = || node.service_builder(&name("command"));
+    let command = || node.service_builder(&service_name(&place, "command"));
     assert!(command().request_response::<Order, Reply>().open().is_ok());
     assert!(command().request_response::<Order, LongOrder>().open().is_err());
     assert!(command().request_response::<LongOrder, Reply>().open().is_err());
+    assert!(command().request_response::<OldOrder, Reply>().open().is_err());
     assert!(command().request_response::<[Order], [u64]>().open().is_err());
     assert!(command().request_response::<[u8], [u8]>().open().is_err());
     let outsider = Outsider::join(&place.scene, true);
     outsider.send(Pose { tick: 1, ..Pose::default() });
     assert_eq!(outsider.receive().tick, 1);
     assert_eq!(serve.end(SHORT).with(0).json()["ticks_executed"], 1);
+}
+
+/// A program of a release before holds the service of commands: the refusal names both types and what to end.
+// REQ-COS-07
+#[test]
+fn commands_of_another_release_are_refused_with_both_names() {
+    let place = Place::new("old-command");
+    let node = node();
+    let old = node.service_builder(&service_name(&place, "command"));
+    let _old = old.request_response::<OldOrder, Reply>().create().unwrap();
+    let scene = ["--scene", &place.scene];
+    let serve = ["serve", text(&place.model), "--contact", "40"];
+    for refused in [
+        run([&["command"], &scene[..], &["reset"]].concat()).with(2).err,
+        run([&serve[..], &scene].concat()).with(2).err,
+    ] {
+        for part in [
+            "carries chaincell.Command.v1 of 16 bytes",
+            "speaks chaincell.Command.v2 of 32 bytes",
+            "of another release",
+        ] {
+            assert!(refused.contains(part), "no {part}: {refused}");
+        }
+    }
 }
 
 // REQ-COS-07
@@ -272,13 +310,16 @@ fn hostile_session(scene: &str) {
     let commander = Commander::join(scene);
     let outsider = Outsider::join(scene, true);
     let path = u32::from_le_bytes(*b"/etc");
-    for kind in [0, 1, 2, 3, 4, 5, path, u32::MAX] {
+    for kind in [0, 1, 2, 3, 4, 5, 10, path, u32::MAX] {
         for (parameter, value) in
             [(0, 0.0), (1, f32::NAN), (2, f32::INFINITY), (4, -1.0), (path, f32::from_bits(path))]
         {
-            let _ = commander.order(Order { kind, parameter, value, reserved: 0 });
+            let order = Order { kind, parameter, value, ..Order::default() };
+            let _ = commander.order(order);
+            let _ = commander.order(Order { point_m: [value; 3], radius_m: value, ..order });
         }
-        let _ = commander.order(Order { kind, parameter: 1, value: 3.0, reserved: path });
+        let order = Order { kind, parameter: 1, value: 3.0, reserved: path, ..Order::default() };
+        let _ = commander.order(order);
     }
     let _ = commander.order(Order { kind: 3, ..Order::default() });
     let bits = f32::from_bits(path);

@@ -90,8 +90,17 @@ fn order(chance: &mut Chance) -> Order {
         (5, 1, 0.0),
         (6, 1, 4.0e-45),
         (9, 0, f32::NAN),
+        (9, 0, 20.0),
+        (10, 0, f32::INFINITY),
     ]);
-    Order { kind, parameter, value, reserved: 0 }
+    let order = Order { kind, parameter, value, ..Order::default() };
+    if kind != 10 {
+        return order;
+    }
+    // On the top of the body, or beside it.
+    let [x, y] = [0.03 * chance.share(), 0.03 * chance.share()];
+    let z = if chance.once_in(4) { chance.one_of(&WRONG) } else { 0.04 };
+    Order { point_m: [x, y, z], radius_m: 0.006 + 0.003 * chance.share(), ..order }
 }
 
 /// Sends a session's messages, in bursts now and then, with commands and silences between them.

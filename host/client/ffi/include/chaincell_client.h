@@ -7,6 +7,7 @@
  *   chaincell_client_send, chaincell_client_try_receive    the two apart
  *   chaincell_client_state, chaincell_client_contacts      for viewers, where they lie
  *   chaincell_client_command  pause, resume, reset, set, grip, let go, pin
+ *   chaincell_client_pin_at   holds the surface around a place
  *   chaincell_client_close    leaves the scene
  *
  * Every call answers with a chaincell_client_code: 0 when all is well, negative when it was refused;
@@ -224,7 +225,8 @@ typedef int32_t chaincell_client_code;
 
 /**
  * What the tool that is the parameter grips, or touches, is held to the world where it is, by springs of the stiffness
- * that is the value [N/m]; infinity for a rigid pin. It takes the lowest free number, from 0.
+ * that is the value [N/m]; infinity for a rigid pin. It takes the lowest free number, from 0. At a place
+ * `chaincell_client_pin_at` sets one.
  */
 #define CHAINCELL_CLIENT_COMMAND_PIN 8
 
@@ -610,6 +612,22 @@ chaincell_client_code chaincell_client_command(chaincell_client client,
                                                float value,
                                                uint64_t wait_ns,
                                                struct chaincell_client_reply *reply);
+
+/**
+ * Pins the surface within `radius_m` of a point, 3 numbers in the frame of the input mesh [m], where it is now:
+ * it is held to the world by springs of `stiffness_n_per_m` in all, infinity for a rigid pin. Waits for the reply at
+ * most `wait_ns`; `reply` may be null, its `reason` is the pin's number, the lowest free one. The command
+ * CHAINCELL_CLIENT_COMMAND_UNPIN releases the pin. Not for the loop of a device.
+ *
+ * Safety
+ * `point_m` is null or, where aligned, three numbers; `reply` is null or, where aligned, storage for one.
+ */
+chaincell_client_code chaincell_client_pin_at(chaincell_client client,
+                                              const float *point_m,
+                                              float radius_m,
+                                              float stiffness_n_per_m,
+                                              uint64_t wait_ns,
+                                              struct chaincell_client_reply *reply);
 
 /**
  * Opens a scene by its name, null for the unnamed one; without `options` by default. `version` is

@@ -1,5 +1,6 @@
 //! What is beside the loop: states, contacts, commands.
 
+use chaincell_client::Command;
 use chaincell_client::command::refusal_text;
 use chaincell_client::payload::CommandMessage;
 
@@ -24,7 +25,8 @@ pub const COMMAND_LET_GO: u32 = 6;
 /// The session is saved beside its trace.
 pub const COMMAND_SNAPSHOT: u32 = 7;
 /// What the tool that is the parameter grips, or touches, is held to the world where it is, by springs of the stiffness
-/// that is the value \[N/m\]; infinity for a rigid pin. It takes the lowest free number, from 0.
+/// that is the value \[N/m\]; infinity for a rigid pin. It takes the lowest free number, from 0. At a place
+/// `chaincell_client_pin_at` sets one.
 pub const COMMAND_PIN: u32 = 8;
 /// The pin that is the parameter is released within so many ticks as the value says.
 pub const COMMAND_UNPIN: u32 = 9;
@@ -118,16 +120,55 @@ pub unsafe extern "C" fn chaincell_client_command(
 ) -> Code {
     // SAFETY: the caller's promise is handed on.
     guarded(|| unsafe {
+        let message = CommandMessage { kind, parameter, value, ..CommandMessage::default() };
         memory::write_if_asked(reply, Reply::default())?;
-        with(client, |open| {
-            let message = CommandMessage { kind, parameter, value, reserved: 0 };
-            let found = open.client.ask(message, wait_ns)?;
-            memory::write_if_asked(reply, found.into())?;
-            if found.result != 0 {
-                keep(refusal_text(found.reason));
-                return Err(Code::Refused);
-            }
-            Ok(Code::Ok)
-        })
+        ask(client, message, wait_ns, reply)
+    })
+}
+
+/// Pins the surface within `radius_m` of a point, 3 numbers in the frame of the input mesh \[m\], where it is now:
+/// it is held to the world by springs of `stiffness_n_per_m` in all, infinity for a rigid pin. Waits for the reply at
+/// most `wait_ns`; `reply` may be null, its `reason` is the pin's number, the lowest free one. The command
+/// CHAINCELL_CLIENT_COMMAND_UNPIN releases the pin. Not for the loop of a device.
+///
+/// # Safety
+/// `point_m` is null or, where aligned, three numbers; `reply` is null or, where aligned, storage for one.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn chaincell_client_pin_at(
+    client: Handle,
+    point_m: *const f32,
+    radius_m: f32,
+    stiffness_n_per_m: f32,
+    wait_ns: u64,
+    reply: *mut Reply,
+) -> Code {
+    // SAFETY: the caller's promises are handed on.
+    guarded(|| unsafe {
+        memory::write_if_asked(reply, Reply::default())?;
+        let point_m = memory::read(point_m.cast::<[f32; 3]>())?;
+        let pin = Command::PinAt { point_m, radius_m, stiffness_n_per_m };
+        ask(client, CommandMessage::new(&pin), wait_ns, reply)
+    })
+}
+
+/// Sends a command, waits for its reply and gives it.
+///
+/// # Safety
+/// `reply` is null or, where aligned, storage for one.
+unsafe fn ask(
+    client: Handle,
+    message: CommandMessage,
+    wait_ns: u64,
+    reply: *mut Reply,
+) -> Result<Code, Code> {
+    with(client, |open| {
+        let found = open.client.ask(message, wait_ns)?;
+        // SAFETY: the caller's promise is handed on.
+        unsafe { memory::write_if_asked(reply, found.into()) }?;
+        if found.result != 0 {
+            keep(refusal_text(found.reason));
+            return Err(Code::Refused);
+        }
+        Ok(Code::Ok)
     })
 }

@@ -34,7 +34,8 @@ pub use beside::{
     COMMAND_GRIP, COMMAND_LET_GO, COMMAND_PAUSE, COMMAND_PIN, COMMAND_RESET, COMMAND_RESUME,
     COMMAND_SET, COMMAND_SNAPSHOT, COMMAND_UNPIN, PARAMETER_CUT, PARAMETER_MAX_FORCE,
     PARAMETER_MAX_TOOL_STEP, PARAMETER_SWEEPS, PARAMETER_UNLOADING, chaincell_client_command,
-    chaincell_client_contacts, chaincell_client_release, chaincell_client_state,
+    chaincell_client_contacts, chaincell_client_pin_at, chaincell_client_release,
+    chaincell_client_state,
 };
 pub use code::Code;
 pub use step::{

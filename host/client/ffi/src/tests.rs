@@ -57,6 +57,11 @@ fn pointers_are_checked_before_anything_else() {
         assert_eq!(chaincell_client_try_receive(1, null_mut()), Code::Null);
         assert_eq!(chaincell_client_state(1, null_mut()), Code::Null);
         assert_eq!(chaincell_client_contacts(1, null_mut()), Code::Null);
+        let pin =
+            |point_m: *const f32| chaincell_client_pin_at(1, point_m, 0.006, 50.0, 0, null_mut());
+        assert_eq!(pin(null()), Code::Null);
+        let mut point_m = [0.0_f32; 3];
+        assert_eq!(pin(misaligned(&mut point_m[0])), Code::Misaligned);
     }
 }
 
@@ -76,6 +81,7 @@ fn a_handle_that_is_none_is_refused_everywhere_and_nothing_is_felt() {
     let mut shown = Shown { tick: 7, ..Shown::default() };
     shown.tools[0].force_n = [1.0; 3];
     let (mut state, mut contacts, mut tick) = (State::NONE, Contacts::NONE, 9);
+    let point_m = [0.0_f32; 3];
     for handle in [0, 1, 64, 65, u64::MAX] {
         // SAFETY: pointers are good.
         unsafe {
@@ -87,6 +93,8 @@ fn a_handle_that_is_none_is_refused_everywhere_and_nothing_is_felt() {
             assert_eq!(chaincell_client_state(handle, &mut state), Code::Closed);
             assert_eq!(chaincell_client_contacts(handle, &mut contacts), Code::Closed);
             assert_eq!(chaincell_client_command(handle, 1, 0, 0.0, 0, null_mut()), Code::Closed);
+            let pin = chaincell_client_pin_at(handle, point_m.as_ptr(), 1.0, 1.0, 0, null_mut());
+            assert_eq!(pin, Code::Closed);
         }
         assert_eq!(chaincell_client_release(handle), Code::Closed);
         assert_eq!(chaincell_client_close(handle), Code::Closed);

@@ -706,6 +706,29 @@ class Session:
         ... except chaincell.Refused:
         ...     print("it touches nothing")
         it touches nothing"""
+    def pin_at(
+        self,
+        point_m: npt.ArrayLike,
+        radius_m: float,
+        stiffness_n_per_m: float | None = None,
+        *,
+        timeout_s: float = 5.0,
+    ) -> Reply:
+        """Pins the surface around a point where it is now: it is held in the world.
+
+        - `point_m`: the point [m], (3,).
+        - `radius_m`: radius around it [m].
+        - `stiffness_n_per_m`: stiffness of the pin [N/m]; rigid by default.
+
+        The pin takes the lowest free number, from 0.
+        Raises `Refused` where no surface is near enough, or the server has no tools, `NoReply` without a reply within
+        `timeout_s` [s].
+
+        >>> try:
+        ...     session.pin_at([0.0, 0.0, 1.0], 0.005)
+        ... except chaincell.Refused:
+        ...     print("no surface is near")
+        no surface is near"""
     def unpin(self, pin: int, ticks: int = 20, *, timeout_s: float = 5.0) -> Reply:
         """Releases a pin; its force falls to 0, and it is gone.
 

@@ -209,7 +209,7 @@ fn the_reference_has_every_layout() {
         ("chaincell.NodeStress.v1", fault::<NodeStress>),
         ("chaincell.Contacts.v1", fault::<ContactsHeader>),
         ("chaincell.Contact.v1", fault::<Contact>),
-        ("chaincell.Command.v1", fault::<CommandMessage>),
+        ("chaincell.Command.v2", fault::<CommandMessage>),
         ("chaincell.Reply.v1", fault::<ReplyMessage>),
     ];
     assert_eq!(rows.len(), faults.len());
