@@ -51,7 +51,7 @@ pub fn check_force_error(share: Option<f32>, engine: &mut Engine<'_>) -> Result<
     }
     Err(Error::input(
         "--force-error: an error of the force is known under --scheme predict, of bodies of --young-pa with a \
-         coarse level and without --branch and --cuttable; leave it out",
+         coarse level; leave it out",
     ))
 }
 

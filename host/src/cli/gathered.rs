@@ -6,6 +6,7 @@ use chaincell_kernel::trace::Record;
 use chaincell_kernel::{TickOutput, ToolPose};
 
 use super::picture;
+use super::pins::add_pins;
 use super::snapshots::Snapshots;
 use crate::engine::course::{Course, ToolCourse};
 use crate::engine::estimates::Estimates;
@@ -174,12 +175,7 @@ impl<'a> Gathered<'a> {
             let torque_n_m = tissue.engine_mut().opening_torque_n_m(tool).map(|x| x + 0.0);
             self.opening_torque_n_m = larger(self.opening_torque_n_m, torque_n_m);
         }
-        let engine = tissue.engine_mut();
-        for pin in engine.pins() {
-            if let Some(output) = engine.pin_output(pin) {
-                self.pins.add(pose.tick, pin, &output);
-            }
-        }
+        add_pins(&mut self.pins, pose.tick, tissue.engine_mut());
         if self.draws {
             self.largest.after(tissue.engine_mut(), pose.tick, of_tools.each(), force_n);
         }

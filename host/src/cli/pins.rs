@@ -7,6 +7,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::engine::Engine;
 use crate::error::{Error, Result};
+use crate::files::output::{PinCourse, PinRows};
+use crate::terminal;
 
 /// Pins of the first tick.
 #[derive(Debug, Clone, Default, Serialize, Deserialize, clap::Args)]
@@ -33,6 +35,30 @@ impl Place {
         let stiffness_n_per_m = stiffness_n_per_m.unwrap_or(f32::INFINITY);
         Command::PinAt { point_m, radius_m, stiffness_n_per_m }
     }
+}
+
+/// Adds the output of each pin after a tick.
+pub fn add_pins(rows: &mut PinRows, tick: u64, engine: &mut Engine<'_>) {
+    for pin in engine.pins() {
+        if let Some(output) = engine.pin_output(pin) {
+            rows.add(tick, pin, &output);
+        }
+    }
+}
+
+/// Prints the largest force of each pin; names have this width.
+///
+/// # Errors
+/// Standard output that cannot be written.
+pub fn tell_pins(width: usize, courses: &[PinCourse]) -> Result<()> {
+    for course in courses {
+        let (given_mm, force_n) = (1e3 * course.largest_given_m, course.largest_force_n);
+        terminal::say(format_args!(
+            "  {:<width$}{force_n:.4} N, largest; gives {given_mm:.4} mm",
+            format!("pin {}", course.pin)
+        ))?;
+    }
+    Ok(())
 }
 
 /// A pin that was set, and the hash of the state after it.

@@ -1,17 +1,22 @@
 //! `chaincell replay`: a trace once more, to the same bits.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
+use chaincell_kernel::Budget;
 use chaincell_kernel::trace::{End, ReplayError};
 use serde::Serialize;
 
+use super::pins::{add_pins, tell_pins};
 use super::recorded::{Begun, RecordedArgs};
 use super::shared::PrintArgs;
 use crate::choice;
+use crate::engine::staged::Staged;
 use crate::engine::tissue::TissueEngine;
 use crate::engine::{Arithmetic, Scheme};
 use crate::error::{Error, Result};
-use crate::files::recording::{self, Played, Stop};
+use crate::files::output::{PinCourse, PinRows};
+use crate::files::recording::{self, Played, Step, Stop};
+use crate::files::whole::{check_writable, keep_input, write_whole};
 use crate::interrupt;
 use crate::terminal;
 use crate::words::counted;
@@ -29,6 +34,9 @@ pub struct Args {
     /// Begin behind the snapshot after this tick, from TRACE.TICK.snapshot
     #[arg(long, value_name = "TICK", allow_negative_numbers = true)]
     from: Option<u64>,
+    /// Write the force on each pin in every tick to this file, with the columns of `pins.csv`
+    #[arg(long, value_name = "FILE")]
+    pins: Option<PathBuf>,
     #[command(flatten)]
     print: PrintArgs,
 }
@@ -48,6 +56,9 @@ struct ReplayReport {
     hashes_compared: u32,
     state_hash: String,
     end: String,
+    /// The course of each pin, with `--pins`.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pins: Vec<PinCourse>,
     first_difference: Option<Difference>,
 }
 
@@ -61,15 +72,30 @@ struct Difference {
 }
 
 pub fn execute(args: &Args) -> Result<()> {
-    // Nothing is written, and a single tick may take long.
+    // Nothing is written before the end, and a single tick may take long.
     interrupt::end_at_once()?;
     // Open the trace and its model.
     let session = args.session.read()?;
+    if let Some(file) = &args.pins {
+        keep_input(&session.path.to_string_lossy(), file)?;
+        check_writable(file)?;
+    }
     let Begun { trace, model, mut tissue, scheme, precision, start } = session.begin(args.from)?;
     let path = &session.path;
     // Play the records.
-    let mut played = Played::default();
-    let (end, differs) = match recording::play(&trace, &mut tissue, start, &mut played) {
+    let (mut played, mut pins) = (Played::default(), PinRows::default());
+    let tick =
+        |tissue: &mut Staged<'_>, poses: &[_], budget: Budget<'_>| tissue.tick_by(poses, budget);
+    let after = |tissue: &mut Staged<'_>, step: Step<'_>| {
+        if let Step::Tick { record, .. } = step
+            && args.pins.is_some()
+        {
+            add_pins(&mut pins, record.tick, tissue.engine_mut());
+        }
+        true
+    };
+    let outcome = recording::play_steps(&trace, &mut tissue, start, &mut played, tick, after);
+    let (end, differs) = match outcome {
         Ok(end) => (Some(end), None),
         Err(Stop::Differs(why)) => (None, Some(why)),
         Err(Stop::Command(record)) => return Err(session.bad_command(record)),
@@ -88,6 +114,7 @@ pub fn execute(args: &Args) -> Result<()> {
         hashes_compared: compared,
         state_hash: format!("{:016x}", tissue.state_hash()),
         end: end.map_or("not reached".into(), |end| end.to_string()),
+        pins: pins.courses().to_vec(),
         first_difference: differs.map(|why| Difference {
             record: why.record,
             tick: why.tick,
@@ -99,6 +126,9 @@ pub fn execute(args: &Args) -> Result<()> {
         terminal::say_json(&report)?;
     }
     judge(path, &report, end, differs, args.from.is_some())?;
+    if let Some(file) = &args.pins {
+        write_pins(file, &pins)?;
+    }
     if args.print.json {
         return Ok(());
     }
@@ -110,7 +140,19 @@ pub fn execute(args: &Args) -> Result<()> {
     if commands > 0 {
         terminal::say(format_args!("  {:<14}{commands}", "commands"))?;
     }
+    tell_pins(14, &report.pins)?;
     terminal::say(format_args!("  {:<14}{}", "state hash", report.state_hash))
+}
+
+/// Writes the forces of pins.
+fn write_pins(file: &Path, pins: &PinRows) -> Result<()> {
+    if pins.courses().is_empty() {
+        return Err(Error::input(format!(
+            "--pins {}: the session has no pins; leave it out",
+            file.display()
+        )));
+    }
+    write_whole(file, pins.table().as_bytes())
 }
 
 /// Judges the outcome; `is_named`: a snapshot was named to begin from.

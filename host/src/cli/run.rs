@@ -13,7 +13,7 @@ use super::gathered::{Gathered, Tables};
 use super::judgement::{Judgement, Pace};
 use super::mesh_file::Units;
 use super::model_file;
-use super::pins::{PinArgs, Pinned};
+use super::pins::{PinArgs, Pinned, tell_pins};
 use super::played::{Played, play};
 use super::press::{Motion, PressArgs};
 use super::shared::{PrintArgs, note_cut, tell_cut, tell_relaxed, tell_view};
@@ -465,13 +465,7 @@ fn report(args: &Args, ended: &Ended) -> Result<()> {
     if let Some(mean) = summary.sweeps_mean {
         terminal::say(format_args!("  {:<14}{mean:.2} a tick", "sweeps"))?;
     }
-    for course in &summary.pins {
-        let (given_mm, force_n) = (1e3 * course.largest_given_m, course.largest_force_n);
-        terminal::say(format_args!(
-            "  {:<14}{force_n:.4} N, largest; gives {given_mm:.4} mm",
-            format!("pin {}", course.pin)
-        ))?;
-    }
+    tell_pins(14, &summary.pins)?;
     tell_stress(14, summary.stress.as_ref())?;
     if let Some(torque_n_m) = summary.opening_torque_n_m {
         terminal::say(format_args!("  {:<14}{torque_n_m:.5} N m, largest", "handles"))?;

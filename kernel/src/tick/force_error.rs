@@ -45,9 +45,9 @@ impl<D: Dynamics> TissueMut<'_, D> {
     /// force is that before its limit and before an output stage.
     ///
     /// `None` where none is known: under another scheme than [`Predict`](crate::Predict), and of bodies of links, which
-    /// snap, that relax, that can be cut, or without a coarse level; after a tick in the safe state, or one in which a
-    /// limit shortened the motion; in late ticks after them, after a restore or a release; without contact, under a
-    /// current, beyond K. In a late tick the caller has to know which of several tools was released, and the motion of
+    /// snap, or without a coarse level; once a face is open; after a tick in the safe state, or one in which a limit
+    /// shortened the motion; in late ticks after them, after a restore or a release, and in all late ticks of cells held
+    /// in a body that relaxes; without contact, under a current, beyond K. In a late tick the caller has to know which of several tools was released, and the motion of
     /// another tool is not counted.
     ///
     /// Cost: seven square roots at most; a tick keeps two numbers for it.
@@ -129,14 +129,19 @@ impl<D: Dynamics> TissueMut<'_, D> {
     fn off_balance_j(&self, network: &Network<'_>) -> Option<f32> {
         let (model, head) = (network.model(), &*self.head);
         let is_known = head.settled > 0 && head.off_balance >= 0.0 && !head.level.is_driven();
-        if !is_known || !head.engaged || !self.tells_force_error(network) {
+        if !is_known || !head.engaged || !self.tells_force_error(network) || self.is_open(model) {
             return None;
         }
         Some(head.off_balance * model.energy_unit_j() / f32::from(head.settled))
     }
 
-    /// Returns true if the error of a force can be known of this body: nodal shapes with a coarse level, which neither
-    /// relax nor can be cut, under [`Predict`](crate::Predict).
+    /// True once a face is open.
+    fn is_open(&self, model: &Model<'_>) -> bool {
+        model.cuttable().is_any() && self.body_state(model).is_some()
+    }
+
+    /// Returns true if the error of a force can be known of this body: nodal shapes with a coarse level, under
+    /// [`Predict`](crate::Predict).
     #[must_use]
     pub fn tells_force_error(&self, network: &Network<'_>) -> bool {
         is_told::<D>(network.model())
@@ -145,8 +150,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
 
 /// True if the experiment had bodies and schemes like these.
 fn is_told<D: Dynamics>(model: &Model<'_>) -> bool {
-    let is_like = model.is_nodal() && model.coarse_functions() > 0;
-    D::TELLS_ERROR && is_like && !model.relaxes() && !model.cuttable().is_any()
+    D::TELLS_ERROR && model.is_nodal() && model.coarse_functions() > 0
 }
 
 /// Turns the energy r . z / n into the error of a force, and back.
@@ -204,7 +208,7 @@ pub(super) fn enough<D: Dynamics>(
     force_n: [f32; 3],
 ) -> Option<f32> {
     let model = context.model();
-    if !context.was_engaged || !is_told::<D>(model) {
+    if !context.was_engaged || !is_told::<D>(model) || model.opened.is_any() {
         return None;
     }
     // The tool whose force asks for the most counts.

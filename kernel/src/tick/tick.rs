@@ -81,7 +81,8 @@ impl<D: Dynamics> TissueMut<'_, D> {
             return self.safe(network, flags);
         };
         let is_late = D::IS_ANYTIME && budget.is_late() && !self.head.level.is_forgotten();
-        if is_late {
+        // The cells that are held in a body that relaxes wait in late ticks.
+        if is_late && (self.head.has_tools || !network.model().relaxes()) {
             self.head.settled = settled;
         }
         #[cfg(any(feature = "cut", feature = "relax"))]

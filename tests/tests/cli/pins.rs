@@ -23,6 +23,9 @@ fn a_pinned_run_has_the_forces_of_its_pins_and_is_replayed() {
     let tool = ["--tool", "sphere:0.008"];
     let free = press(&model, &out, &tool).with(0).json();
     assert!(free.get("pins").is_none() && !out.join("pins.csv").exists(), "{free}");
+    let again = folder.path().join("again.csv");
+    let replay = ["replay", text(&out), "--pins", text(&again), "--json"];
+    assert!(run(replay).with(2).err.contains("the session has no pins") && !again.exists());
     let pins = ["--pin", "0.012,0,0.03,0.006", "--pin", "-0.02,0,0.03,0.006,30"];
     let pinned = press(&model, &out, &[&tool[..], &pins].concat()).with(0).json();
     assert_ne!(pinned["state_hash"], free["state_hash"]);
@@ -36,8 +39,15 @@ fn a_pinned_run_has_the_forces_of_its_pins_and_is_replayed() {
     let norm = |force: &[f64; 3]| force.iter().map(|x| x * x).sum::<f64>().sqrt();
     let largest = forces.iter().step_by(2).map(norm).fold(0.0, f64::max);
     assert!((largest - largest_n(0)).abs() < 1e-5 * largest, "{largest} {pinned}");
-    let replayed = run(["replay", text(&out), "--json"]).with(0).json();
+    let replayed = run(replay).with(0).json();
     assert_eq!(replayed["state_hash"], pinned["state_hash"]);
+    // A replay has the same forces, bit for bit.
+    assert_eq!(replayed["pins"], pinned["pins"]);
+    let read = |path: &Path| std::fs::read(path).unwrap();
+    assert!(read(&again) == read(&out.join("pins.csv")), "the forces of pins differ");
+    let own = out.join("session.trace");
+    let refused = run(["replay", text(&out), "--pins", text(&own)]).with(2).err;
+    assert!(refused.contains("it is the input"), "{refused}");
     assert_eq!(replayed["commands"], 2);
     let page = out.join("page.html");
     let err = run(["view", text(&out), "--html", text(&page)]).with(2).err;

@@ -5,7 +5,7 @@
 use std::array;
 use std::path::Path;
 
-use chaincell_tests::files::{is_hash, summary, text};
+use chaincell_tests::files::{Table, is_hash, summary, text};
 use chaincell_tests::outsider::{
     Commander, Order, Outsider, Pose, Row, Viewer, largest_step_n, size,
 };
@@ -164,8 +164,16 @@ fn pins_and_a_stress_limit_of_cosim_are_those_of_its_session() {
     let found = summary(&out);
     assert!(is_hash(&found["state_hash"]), "{found}");
     assert_eq!(found["state_hash"], found["replay_state_hash"]);
-    let replayed = run(["replay", text(&out), "--json"]).with(0).json();
+    let forces = place.file("forces.csv");
+    let again = ["replay", text(&out), "--pins", text(&forces), "--json"];
+    let replayed = run(again).with(0).json();
     assert_eq!((&replayed["state_hash"], &replayed["commands"]), (&found["state_hash"], &2.into()));
+    // Of each tick the force on both; the tool touches between them.
+    let rows = Table::read(&forces);
+    assert_eq!(rows.rows.len() as u64, 2 * found["ticks_answered"].as_u64().unwrap());
+    for pin in &replayed["pins"].as_array().unwrap()[..] {
+        assert!(pin["largest_force_n"].as_f64().unwrap() > 1.0e-4, "{replayed}");
+    }
     // The limit is watched at the tissue's side, and no page is named that would not play the pins.
     says(&ended.out, "stress", &["after von Mises", "above the limit of 1 Pa"]);
     assert!(found["stress"]["nodes_above"].as_u64().unwrap() > 0, "{found}");

@@ -75,7 +75,13 @@ impl PinRows {
         if self.courses.is_empty() {
             return Ok(());
         }
-        folder.write("pins.csv", format!("{HEADER}{}", self.text).as_bytes())
+        folder.write("pins.csv", self.table().as_bytes())
+    }
+
+    /// The whole table, with its heading.
+    #[must_use]
+    pub fn table(&self) -> String {
+        format!("{HEADER}{}", self.text)
     }
 }
 
