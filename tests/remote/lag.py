@@ -1,12 +1,14 @@
 """How far a followed trace is behind the one that it follows, while both are written.
 
-    lag.py TRACE FOLLOWED SECONDS [CUT_AT_S,CUT_S ...]
+    lag.py TRACE FOLLOWED SECONDS LINK [CUT_AT_S,CUT_S ...]
 
-Both have the same header, and no tools, so that a tick is a record. Prints the lag in ticks outside of the cuts and
-of two seconds after each, and how long after the end of each cut it took to be within 50 ticks. Exits with 1 where
-that was more than two seconds.
+Both have the same header, and no tools, so that a tick is a record. Cuts the link of the process LINK, a `link.py`, at
+these times. Prints the lag in ticks outside of the cuts and of two seconds after each, and how long after the end of
+each cut it took to be within 50 ticks. Exits with 1 where that was more than two seconds.
 """
 
+import os
+import signal
 import struct
 import sys
 import time
@@ -46,10 +48,13 @@ class Count:
 
 def main():
     source, followed = Count(sys.argv[1]), Count(sys.argv[2])
-    seconds = float(sys.argv[3])
-    cuts = [tuple(map(float, cut.split(","))) for cut in sys.argv[4:]]
-    begin, lags, made_up = time.monotonic(), [], {}
+    seconds, link = float(sys.argv[3]), int(sys.argv[4])
+    cuts = [tuple(map(float, cut.split(","))) for cut in sys.argv[5:]]
+    begin, lags, made_up, is_cut = time.monotonic(), [], {}, False
     while (now_s := time.monotonic() - begin) < seconds:
+        if is_cut != any(at_s <= now_s < at_s + length_s for at_s, length_s in cuts):
+            is_cut = not is_cut
+            os.kill(link, signal.SIGUSR1 if is_cut else signal.SIGUSR2)
         behind = followed.now()
         lag = source.now() - behind
         for at_s, length_s in cuts:
