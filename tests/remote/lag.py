@@ -50,26 +50,30 @@ def main():
     source, followed = Count(sys.argv[1]), Count(sys.argv[2])
     seconds, link = float(sys.argv[3]), int(sys.argv[4])
     cuts = [tuple(map(float, cut.split(","))) for cut in sys.argv[5:]]
-    begin, lags, made_up, is_cut = time.monotonic(), [], {}, False
-    while (now_s := time.monotonic() - begin) < seconds:
-        if is_cut != any(at_s <= now_s < at_s + length_s for at_s, length_s in cuts):
-            is_cut = not is_cut
-            os.kill(link, signal.SIGUSR1 if is_cut else signal.SIGUSR2)
-        behind = followed.now()
-        lag = source.now() - behind
-        for at_s, length_s in cuts:
-            end_s = at_s + length_s
-            if end_s <= now_s and at_s not in made_up and lag <= WITHIN_TICKS:
-                made_up[at_s] = now_s - end_s
-        if not any(at_s <= now_s <= at_s + length_s + MADE_UP_S for at_s, length_s in cuts):
-            lags.append(lag)
-        time.sleep(STEP_S)
+    begin, lags, made_up, is_cut = time.monotonic(), [], [], False
+    # Cuts that have begun, and the time since the last one was mended.
+    begun, mended_s = 0, float("-inf")
+    try:
+        while (now_s := time.monotonic() - begin) < seconds:
+            if is_cut != any(at_s <= now_s < at_s + length_s for at_s, length_s in cuts):
+                is_cut = not is_cut
+                os.kill(link, signal.SIGUSR1 if is_cut else signal.SIGUSR2)
+                begun, mended_s = (begun + 1, mended_s) if is_cut else (begun, now_s)
+            behind = followed.now()
+            lag = source.now() - behind
+            if not is_cut and len(made_up) < begun and lag <= WITHIN_TICKS:
+                made_up.append(now_s - mended_s)
+            if not is_cut and now_s > mended_s + MADE_UP_S:
+                lags.append(lag)
+            time.sleep(STEP_S)
+    finally:
+        os.kill(link, signal.SIGUSR2)
     lags.sort()
     at = lambda share: lags[min(len(lags) - 1, int(share * len(lags)))]
     print(f"lag p50 {at(0.5)}, p99 {at(0.99)}, max {lags[-1]} ticks of {source.now()}")
-    for at_s, span_s in made_up.items():
-        print(f"cut at {at_s:.0f} s made up {span_s:.2f} s after its end")
-    late = [span_s for span_s in made_up.values() if span_s > MADE_UP_S]
+    for number, span_s in enumerate(made_up, 1):
+        print(f"cut {number} made up {span_s:.2f} s after its end")
+    late = [span_s for span_s in made_up if span_s > MADE_UP_S]
     if late or len(made_up) < len(cuts):
         sys.exit(f"lag: of {len(cuts)} cuts {len(cuts) - len(made_up)} were not made up, {len(late)} late: {late} s")
 

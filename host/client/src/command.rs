@@ -48,7 +48,7 @@ chaincell_kernel::codes! {
         Value = 3,
             "the value is out of range; sweeps are a whole number from 1 to 1000, limits above 0, unloading \
                 0 to 2, cut 0 or 1, the ticks of letting go and of unpin a whole number from 1 to 65535, the stiffness of a \
-                pin above 0, and 0 where there is nothing to set";
+                pin at least 1e-6 N/m, and 0 where there is nothing to set; a place only for a pin at a place";
         /// The parameter is fixed for a run, or under this scheme.
         Fixed = 4, "fixed for a run: start chaincell serve again with another value";
         /// The recording has no capacity for a further command.

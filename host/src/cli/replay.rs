@@ -1,5 +1,6 @@
 //! `chaincell replay`: a trace once more, to the same bits.
 
+use std::fs;
 use std::path::{Path, PathBuf};
 
 use chaincell_kernel::Budget;
@@ -78,7 +79,7 @@ pub fn execute(args: &Args) -> Result<()> {
     let session = args.session.read()?;
     if let Some(file) = &args.pins {
         keep_input(&session.path.to_string_lossy(), file)?;
-        check_writable(file)?;
+        check_pins_file(file)?;
     }
     let Begun { trace, model, mut tissue, scheme, precision, start } = session.begin(args.from)?;
     let path = &session.path;
@@ -127,7 +128,10 @@ pub fn execute(args: &Args) -> Result<()> {
     }
     judge(path, &report, end, differs, args.from.is_some())?;
     if let Some(file) = &args.pins {
-        write_pins(file, &pins)?;
+        write_whole(file, pins.table().as_bytes())?;
+        if report.pins.is_empty() {
+            terminal::note("note: no tick that was played has a pin: the table of --pins is empty");
+        }
     }
     if args.print.json {
         return Ok(());
@@ -144,15 +148,16 @@ pub fn execute(args: &Args) -> Result<()> {
     terminal::say(format_args!("  {:<14}{}", "state hash", report.state_hash))
 }
 
-/// Writes the forces of pins.
-fn write_pins(file: &Path, pins: &PinRows) -> Result<()> {
-    if pins.courses().is_empty() {
-        return Err(Error::input(format!(
-            "--pins {}: the session has no pins; leave it out",
-            file.display()
-        )));
+/// Refuses to replace a file that is not an earlier table of pins.
+fn check_pins_file(file: &Path) -> Result<()> {
+    if file.is_file() {
+        let text = fs::read(file).map_err(|why| Error::file("read", file, why))?;
+        if !text.starts_with(PinRows::default().table().as_bytes()) {
+            let why = "it is there, and no table of pins: name another file";
+            return Err(Error::file("write", file, why));
+        }
     }
-    write_whole(file, pins.table().as_bytes())
+    check_writable(file)
 }
 
 /// Judges the outcome; `is_named`: a snapshot was named to begin from.

@@ -1160,8 +1160,8 @@ typedef struct chaincell_output {
     /**
      * Estimate of the distance between the force, before its limit, and that of the body in equilibrium with the
      * tools where they are: within it are 99 of 100 errors. Below 0 where none is known: away from the tissue, after a
-     * shortened motion, in late ticks after one, a release or a restore, under another scheme than `predict`, and of bodies
-     * of links, without a coarse level, or cut [N].
+     * shortened motion, in late ticks after one, a release or a restore and of cells held in a body that relaxes, under
+     * another scheme than `predict`, and of bodies of links, without a coarse level, or cut [N].
      */
     float force_error_n;
     /**

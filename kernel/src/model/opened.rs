@@ -42,11 +42,6 @@ impl<'a> Opened<'a> {
     /// No face.
     pub const NONE: Self = Self { names: &[], numbers: &[] };
 
-    /// True if there is one.
-    pub fn is_any(&self) -> bool {
-        !self.names.is_empty()
-    }
-
     /// Contact numbers of a triangle.
     #[inline(always)]
     pub fn numbers(&self, place: usize) -> Option<&'a [f32; 3]> {

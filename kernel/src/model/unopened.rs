@@ -9,10 +9,6 @@ pub(crate) struct Opened<'a>(PhantomData<&'a ()>);
 impl<'a> Opened<'a> {
     pub const NONE: Self = Self(PhantomData);
 
-    pub fn is_any(&self) -> bool {
-        false
-    }
-
     #[inline(always)]
     pub fn numbers(&self, _: usize) -> Option<&'a [f32; 3]> {
         None

@@ -75,6 +75,14 @@ impl Budget<'_> {
         if let Self::Within { share, .. } = self { Some(*share) } else { None }
     }
 
+    /// Lets the error end no tick.
+    #[cfg(feature = "cut")]
+    pub(super) fn forget_error(&mut self) {
+        if let Self::Within { share, .. } = self {
+            *share = 0.0;
+        }
+    }
+
     pub(super) fn is_late(&self) -> bool {
         matches!(self, Self::Sweeps(0))
     }

@@ -136,7 +136,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
     }
 
     /// True once a face is open.
-    fn is_open(&self, model: &Model<'_>) -> bool {
+    pub(super) fn is_open(&self, model: &Model<'_>) -> bool {
         model.cuttable().is_any() && self.body_state(model).is_some()
     }
 
@@ -208,7 +208,7 @@ pub(super) fn enough<D: Dynamics>(
     force_n: [f32; 3],
 ) -> Option<f32> {
     let model = context.model();
-    if !context.was_engaged || !is_told::<D>(model) || model.opened.is_any() {
+    if !context.was_engaged || !is_told::<D>(model) {
         return None;
     }
     // The tool whose force asks for the most counts.

@@ -114,6 +114,9 @@ impl<D: Dynamics> TissueMut<'_, D> {
             if let Some(of_pins) = of_pins {
                 self.rename_pins(network, of_pins);
             }
+            if self.is_open(network.model()) {
+                budget.forget_error();
+            }
         }
         #[cfg(feature = "relax")]
         self.relax(network, is_late);

@@ -315,7 +315,8 @@ fn the_estimate_covers_the_force_of_bodies_that_relax() {
         let held = [Touch::Held(1), Touch::Held(5)];
         check_kind("held cells", kind, (Of::Force, 0), &held, [0.985, 5.0]);
         for &late in late {
-            check_kind("tools", kind, (Of::Force, late), &balls, [0.98, 9.0]);
+            let least = if late == 0 { 0.985 } else { 0.98 };
+            check_kind("tools", kind, (Of::Force, late), &balls, [least, 9.0]);
         }
     }
 }
@@ -418,7 +419,7 @@ fn nothing_is_said_of_held_cells_that_wait_and_of_a_cut_body() {
         tools.push(vec![ToolPart::edge((2.0 * scene.unit_m) as f32)]);
     }
     let mut engine = scene.engine(2);
-    let mut copies = 0;
+    let mut opened = 0;
     for tick in 0..400 {
         let below_m = scene.unit_m * (1.0 - 0.01 * f64::from(tick));
         let blade_m = scene.top_m + Vector3::new(2.5 * scene.unit_m, 0.0, below_m);
@@ -429,12 +430,11 @@ fn nothing_is_said_of_held_cells_that_wait_and_of_a_cut_body() {
         let cut = engine.cut().unwrap();
         if tick > 60 {
             assert_eq!(engine.force_error_n(0).is_some(), cut.opened_faces == 0, "tick {tick}");
-            // A face parts the body where a cell splits.
-            assert!(copies == 0 || output.sweeps == 2, "tick {tick}: {} sweeps", output.sweeps);
+            assert!(opened == 0 || output.sweeps == 2, "tick {tick}: {} sweeps", output.sweeps);
         }
-        copies = cut.copied_cells;
+        opened = cut.opened_faces;
     }
-    assert!(copies > 0);
+    assert!(opened > 0);
 }
 
 /// Mean sweeps of a motion in contact, and the 99th percentile of the error over the largest force.

@@ -313,6 +313,9 @@ fn pins_that_cannot_be_are_refused_by_name() {
         panic!("the surface ends 60 mm below");
     };
     assert!((nearest_m - 0.06).abs() < 1e-3, "{nearest_m}");
+    // Distances whose squares are beyond f32 are within no radius.
+    let far = engine.pin_at([1.0e30, 0.0, 0.0], 1.0e25, RIGID);
+    assert!(matches!(far, Err(PinError::Reach { .. })), "{far:?}");
     assert_eq!(engine.pin_held(0, RIGID), Err(PinError::NothingHeld(0)));
     assert_eq!(engine.pin_held(7, RIGID), Err(PinError::NothingHeld(7)));
     assert_eq!(engine.unpin(0, 1), Err(PinError::Unknown(0)));

@@ -333,8 +333,8 @@ class Output:
     def force_error_n(self) -> list[float | None]:
         """Estimated distance of each tool's force, of held cells one, from that of the body in equilibrium [N]: within it
         are 99 of 100 errors. None where it is not known: away from the tissue, in a tick whose motion is shortened, in
-        late ticks after one, a release or a restore, where an output stage changes the force, under another scheme than
-        predict, and for a model of links, with branches, that can be cut, or without a coarse level."""
+        late ticks after one, a release or a restore and of cells held in a body that relaxes, where an output stage changes
+        the force, under another scheme than predict, and for a model of links, cut, or without a coarse level."""
     @property
     def torque_error_n_m(self) -> list[float | None]:
         """Estimated distance of each tool's torque from that of the body in equilibrium [N m], likewise; None for held

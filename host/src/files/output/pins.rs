@@ -42,7 +42,10 @@ impl PinRows {
         let length = |[x, y, z]: [f32; 3]| x.hypot(y).hypot(z);
         let (force_n, given_m) = (length([x, y, z]), length(output.given_m));
         let _ = writeln!(self.text, "{tick},{pin},{x:e},{y:e},{z:e},{given_m:e}");
-        let place = self.courses.iter().position(|course| course.pin == pin);
+        // A number that was released may be that of another pin.
+        let is_same =
+            |course: &PinCourse| course.pin == pin && course.position_m == output.position_m;
+        let place = self.courses.iter().rposition(is_same);
         let place = place.unwrap_or_else(|| {
             let &PinOutput { samples, stiffness_n_per_m, position_m, .. } = output;
             let (largest_force_n, largest_given_m) = (0.0, 0.0);

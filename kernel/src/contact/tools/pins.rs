@@ -94,6 +94,8 @@ impl<'a> NewPin<'a> {
         at: &impl Fn(usize) -> [f32; 3],
     ) -> f32 {
         let mut nearest = f32::MAX;
+        // A square beyond f32 is within no radius.
+        let most = (radius * radius).min(f32::MAX);
         let Some(surface) = model.contact_surface() else { return nearest };
         for index in 0..surface.triangles.len() {
             let Some((corners, sampling)) = surface.triangle(index) else { continue };
@@ -109,7 +111,7 @@ impl<'a> NewPin<'a> {
                 let way = sub(point, middle);
                 let squared = dot(way, way);
                 nearest = if squared < nearest { squared } else { nearest };
-                if squared <= radius * radius {
+                if squared <= most {
                     let sample = PinSample { corners, weights, triangle, full, ..PinSample::NONE };
                     self.put(sample, at);
                 }
