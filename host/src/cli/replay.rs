@@ -37,7 +37,7 @@ pub struct Args {
     from: Option<u64>,
     /// Write the force on each pin in every tick to this file, with the columns of `pins.csv`
     #[arg(long, value_name = "FILE")]
-    pins: Option<PathBuf>,
+    pin_forces: Option<PathBuf>,
     #[command(flatten)]
     print: PrintArgs,
 }
@@ -57,7 +57,7 @@ struct ReplayReport {
     hashes_compared: u32,
     state_hash: String,
     end: String,
-    /// The course of each pin, with `--pins`.
+    /// The course of each pin, with `--pin-forces`.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pins: Vec<PinCourse>,
     first_difference: Option<Difference>,
@@ -77,7 +77,7 @@ pub fn execute(args: &Args) -> Result<()> {
     interrupt::end_at_once()?;
     // Open the trace and its model.
     let session = args.session.read()?;
-    if let Some(file) = &args.pins {
+    if let Some(file) = &args.pin_forces {
         keep_input(&session.path.to_string_lossy(), file)?;
         check_pins_file(file)?;
     }
@@ -89,7 +89,7 @@ pub fn execute(args: &Args) -> Result<()> {
         |tissue: &mut Staged<'_>, poses: &[_], budget: Budget<'_>| tissue.tick_by(poses, budget);
     let after = |tissue: &mut Staged<'_>, step: Step<'_>| {
         if let Step::Tick { record, .. } = step
-            && args.pins.is_some()
+            && args.pin_forces.is_some()
         {
             add_pins(&mut pins, record.tick, tissue.engine_mut());
         }
@@ -127,10 +127,12 @@ pub fn execute(args: &Args) -> Result<()> {
         terminal::say_json(&report)?;
     }
     judge(path, &report, end, differs, args.from.is_some())?;
-    if let Some(file) = &args.pins {
+    if let Some(file) = &args.pin_forces {
         write_whole(file, pins.table().as_bytes())?;
         if report.pins.is_empty() {
-            terminal::note("note: no tick that was played has a pin: the table of --pins is empty");
+            terminal::note(
+                "note: no tick that was played has a pin: the table of --pin-forces is empty",
+            );
         }
     }
     if args.print.json {

@@ -24,8 +24,8 @@ fn a_pinned_run_has_the_forces_of_its_pins_and_is_replayed() {
     let free = press(&model, &out, &tool).with(0).json();
     assert!(free.get("pins").is_none() && !out.join("pins.csv").exists(), "{free}");
     let again = folder.path().join("again.csv");
-    let replay = ["replay", text(&out), "--pins", text(&again), "--json"];
-    assert!(run(replay).with(0).err.contains("the table of --pins is empty"));
+    let replay = ["replay", text(&out), "--pin-forces", text(&again), "--json"];
+    assert!(run(replay).with(0).err.contains("the table of --pin-forces is empty"));
     assert!(Table::read(&again).rows.is_empty());
     let pins = ["--pin", "0.012,0,0.03,0.006", "--pin", "-0.02,0,0.03,0.006,30"];
     let pinned = press(&model, &out, &[&tool[..], &pins].concat()).with(0).json();
@@ -47,10 +47,10 @@ fn a_pinned_run_has_the_forces_of_its_pins_and_is_replayed() {
     let read = |path: &Path| std::fs::read(path).unwrap();
     assert!(read(&again) == read(&out.join("pins.csv")), "the forces of pins differ");
     let own = out.join("session.trace");
-    let refused = run(["replay", text(&out), "--pins", text(&own)]).with(2).err;
+    let refused = run(["replay", text(&out), "--pin-forces", text(&own)]).with(2).err;
     assert!(refused.contains("it is the input"), "{refused}");
     let other = out.join("summary.json");
-    let refused = run(["replay", text(&out), "--pins", text(&other)]).with(2).err;
+    let refused = run(["replay", text(&out), "--pin-forces", text(&other)]).with(2).err;
     assert!(refused.contains("no table of pins"), "{refused}");
     assert_eq!(replayed["commands"], 2);
     let page = out.join("page.html");

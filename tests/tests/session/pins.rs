@@ -165,7 +165,7 @@ fn pins_and_a_stress_limit_of_cosim_are_those_of_its_session() {
     assert!(is_hash(&found["state_hash"]), "{found}");
     assert_eq!(found["state_hash"], found["replay_state_hash"]);
     let forces = place.file("forces.csv");
-    let again = ["replay", text(&out), "--pins", text(&forces), "--json"];
+    let again = ["replay", text(&out), "--pin-forces", text(&forces), "--json"];
     let replayed = run(again).with(0).json();
     assert_eq!((&replayed["state_hash"], &replayed["commands"]), (&found["state_hash"], &2.into()));
     // Of each tick the force on both; the tool touches between them.
