@@ -128,12 +128,7 @@ pub fn execute(args: &Args) -> Result<()> {
     }
     judge(path, &report, end, differs, args.from.is_some())?;
     if let Some(file) = &args.pin_forces {
-        write_whole(file, pins.table().as_bytes())?;
-        if report.pins.is_empty() {
-            terminal::note(
-                "note: no tick that was played has a pin: the table of --pin-forces is empty",
-            );
-        }
+        write_pins(file, &pins)?;
     }
     if args.print.json {
         return Ok(());
@@ -148,6 +143,17 @@ pub fn execute(args: &Args) -> Result<()> {
     }
     tell_pins(14, &report.pins)?;
     terminal::say(format_args!("  {:<14}{}", "state hash", report.state_hash))
+}
+
+/// Writes the table of the pins, with its heading alone where there were none.
+fn write_pins(file: &Path, pins: &PinRows) -> Result<()> {
+    write_whole(file, pins.table().as_bytes())?;
+    if pins.courses().is_empty() {
+        terminal::note(
+            "note: no tick that was played has a pin: the table of --pin-forces is empty",
+        );
+    }
+    Ok(())
 }
 
 /// Refuses to replace a file that is not an earlier table of pins.
