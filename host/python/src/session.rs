@@ -20,7 +20,7 @@ use crate::process::{self, Owned};
 use crate::signals::{LOOK, Signals, span_ns};
 use crate::state::State;
 use crate::stress::SessionStress;
-use crate::tissue::{LET_GO_TICKS, PIN, TOOL, point, stiffness};
+use crate::tissue::{LET_GO_TICKS, PIN, TOOL, place, stiffness};
 use crate::turns::{Turn, Turns};
 
 /// A handle on a running scene of `chaincell serve`: its controller, or a viewer. Threads may share it:
@@ -461,9 +461,7 @@ impl Session {
         stiffness_n_per_m: Option<&Bound<'_, PyAny>>,
         timeout_s: Arg<'_, f64>,
     ) -> PyResult<Reply> {
-        let point_m = point(point_m)?;
-        let radius_m = real("radius_m", radius_m)? as f32;
-        let stiffness_n_per_m = stiffness(stiffness_n_per_m)?;
+        let (point_m, radius_m, stiffness_n_per_m) = place(point_m, radius_m, stiffness_n_per_m)?;
         self.command(py, &Command::PinAt { point_m, radius_m, stiffness_n_per_m }, timeout_s)
     }
 

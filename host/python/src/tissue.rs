@@ -36,13 +36,20 @@ pub(crate) fn stiffness(given: Option<&Bound<'_, PyAny>>) -> PyResult<f32> {
     given.map_or(Ok(f32::INFINITY), |given| Ok(real("stiffness_n_per_m", given)? as f32))
 }
 
-/// The point of a pin \[m\].
-pub(crate) fn point(given: &Bound<'_, PyAny>) -> PyResult<[f32; 3]> {
-    let given = reals("point_m", given)?;
+/// The point \[m\], the radius \[m\] and the stiffness \[N/m\] of a pin at a place.
+pub(crate) fn place(
+    point_m: &Bound<'_, PyAny>,
+    radius_m: &Bound<'_, PyAny>,
+    stiffness_n_per_m: Option<&Bound<'_, PyAny>>,
+) -> PyResult<([f32; 3], f32, f32)> {
+    let stiffness_n_per_m = stiffness(stiffness_n_per_m)?;
+    let given = reals("point_m", point_m)?;
     let [x, y, z] = given.values[..] else {
         return Err(given.wrong_shape("point_m", "(3,): x, y, z [m]"));
     };
-    Ok([x, y, z].map(|x| x as f32))
+    let point_m = [x, y, z].map(|x| x as f32);
+    let radius_m = real("radius_m", radius_m)? as f32;
+    Ok((point_m, radius_m, stiffness_n_per_m))
 }
 
 /// A body with its tools, advanced by `tick` without a server. Threads may share it: each call
@@ -199,9 +206,7 @@ impl Tissue {
         radius_m: &Bound<'_, PyAny>,
         stiffness_n_per_m: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<u16> {
-        let stiffness_n_per_m = stiffness(stiffness_n_per_m)?;
-        let point_m = point(point_m)?;
-        let radius_m = real("radius_m", radius_m)? as f32;
+        let (point_m, radius_m, stiffness_n_per_m) = place(point_m, radius_m, stiffness_n_per_m)?;
         py.detach(|| {
             let mut live = self.live()?;
             let done = live

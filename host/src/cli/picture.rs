@@ -8,10 +8,9 @@ use serde::Serialize;
 use super::recorded::{Begun, Recorded, RecordedArgs};
 use super::shared::PrintArgs;
 use crate::engine::Engine;
-use crate::engine::tissue::TissueEngine;
 use crate::error::{Error, Result};
 use crate::files::output::Folder;
-use crate::files::recording::{Played, Step, Stop, play_steps};
+use crate::files::recording::{self, Played, Step, Stop};
 use crate::files::whole::{check_writable, write_whole};
 use crate::interrupt;
 use crate::picture::chart::Chart;
@@ -113,26 +112,19 @@ fn play(args: &Args, session: &Recorded, begun: &mut Begun<'_>) -> Result<Moment
     let Begun { trace, tissue, start, .. } = begun;
     let (mut played, mut largest, mut named) = (Played::default(), Largest::default(), None);
     // Play; keep the tick that is asked for.
-    let ended = play_steps(
-        trace,
-        tissue,
-        *start,
-        &mut played,
-        |tissue, poses, budget| tissue.tick_by(poses, budget),
-        |tissue, step| {
-            let Step::Tick { record, poses, output } = step else { return true };
-            // In a pause no cell moves.
-            let force_n = output.map_or([0.0; 3], |output| output.force_n.into());
-            match args.tick {
-                None => largest.after(tissue.engine_mut(), record.tick, poses, force_n),
-                Some(tick) if tick == record.tick => {
-                    named = Some(Moment::of(tissue.engine_mut(), tick, poses, force_n));
-                }
-                Some(_) => {}
+    let ended = recording::play(trace, tissue, *start, &mut played, |tissue, step| {
+        let Step::Tick { record, poses, output } = step else { return true };
+        // In a pause no cell moves.
+        let force_n = output.map_or([0.0; 3], |output| output.force_n.into());
+        match args.tick {
+            None => largest.after(tissue.engine_mut(), record.tick, poses, force_n),
+            Some(tick) if tick == record.tick => {
+                named = Some(Moment::of(tissue.engine_mut(), tick, poses, force_n));
             }
-            named.is_none()
-        },
-    );
+            Some(_) => {}
+        }
+        named.is_none()
+    });
     // Refuse a session that cannot be played; a cut one counts as far as it goes.
     match ended {
         Err(Stop::Enough) => {}

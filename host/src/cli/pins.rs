@@ -31,9 +31,13 @@ pub struct Place {
 impl Place {
     /// Returns the command that pins the surface there.
     pub fn command(&self) -> Command {
-        let Self { point_m, radius_m, stiffness_n_per_m } = *self;
-        let stiffness_n_per_m = stiffness_n_per_m.unwrap_or(f32::INFINITY);
-        Command::PinAt { point_m, radius_m, stiffness_n_per_m }
+        let Self { point_m, radius_m, .. } = *self;
+        Command::PinAt { point_m, radius_m, stiffness_n_per_m: self.stiffness_n_per_m() }
+    }
+
+    /// Infinite for a rigid pin.
+    fn stiffness_n_per_m(&self) -> f32 {
+        self.stiffness_n_per_m.unwrap_or(f32::INFINITY)
     }
 }
 
@@ -76,9 +80,8 @@ impl PinArgs {
     /// A pin that the tissue refuses, with the remedy.
     pub fn set(&self, engine: &mut Engine<'_>) -> Result<Vec<Pinned>> {
         let each = self.pins.iter().map(|place| {
-            let &Place { point_m, radius_m, stiffness_n_per_m } = place;
-            let stiffness_n_per_m = stiffness_n_per_m.unwrap_or(f32::INFINITY);
-            engine.pin_at(point_m, radius_m, stiffness_n_per_m).map_err(|why| {
+            let &Place { point_m, radius_m, .. } = place;
+            engine.pin_at(point_m, radius_m, place.stiffness_n_per_m()).map_err(|why| {
                 let [x, y, z] = point_m;
                 let remedy = match why {
                     PinError::NoTools => "; pass --contact probe:RADIUS or --tool",

@@ -3,7 +3,6 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use chaincell_kernel::Budget;
 use chaincell_kernel::trace::{End, ReplayError};
 use serde::Serialize;
 
@@ -85,8 +84,6 @@ pub fn execute(args: &Args) -> Result<()> {
     let path = &session.path;
     // Play the records.
     let (mut played, mut pins) = (Played::default(), PinRows::default());
-    let tick =
-        |tissue: &mut Staged<'_>, poses: &[_], budget: Budget<'_>| tissue.tick_by(poses, budget);
     let after = |tissue: &mut Staged<'_>, step: Step<'_>| {
         if let Step::Tick { record, .. } = step
             && args.pin_forces.is_some()
@@ -95,8 +92,7 @@ pub fn execute(args: &Args) -> Result<()> {
         }
         true
     };
-    let outcome = recording::play_steps(&trace, &mut tissue, start, &mut played, tick, after);
-    let (end, differs) = match outcome {
+    let (end, differs) = match recording::play(&trace, &mut tissue, start, &mut played, after) {
         Ok(end) => (Some(end), None),
         Err(Stop::Differs(why)) => (None, Some(why)),
         Err(Stop::Command(record)) => return Err(session.bad_command(record)),

@@ -37,7 +37,7 @@ use crate::engine::staged::Staged;
 use crate::engine::tissue::TissueEngine;
 use crate::engine::{Contact, Engine};
 use crate::error::{Error, Result};
-use crate::files::recording::{Played, Start, Step, Stop, play_steps};
+use crate::files::recording::{self, Played, Start, Step, Stop};
 
 const MAGIC: u32 = u32::from_le_bytes(*b"CSES");
 const VERSION: u32 = 1;
@@ -69,17 +69,10 @@ pub fn packed(
     let mut session = Session::begin(tissue, c_scheme(scheme, precision)?, start)?;
     let mut played = Played::default();
     let mut problem = None;
-    let ended = play_steps(
-        trace,
-        tissue,
-        start,
-        &mut played,
-        |tissue, poses, budget| tissue.tick_by(poses, budget),
-        |tissue, step| {
-            problem = session.add(tissue, step).err();
-            problem.is_none()
-        },
-    );
+    let ended = recording::play(trace, tissue, start, &mut played, |tissue, step| {
+        problem = session.add(tissue, step).err();
+        problem.is_none()
+    });
     match (ended, problem) {
         (_, Some(why)) => Err(why),
         (Err(Stop::Differs(why)), None) => Err(Error::check(why)),

@@ -127,6 +127,7 @@ fn play(trace: &Reader<'_>) {
         return;
     };
     let mut played = recording::Played::default();
-    let _ = recording::play(trace, &mut tissue, recording::Start::default(), &mut played);
+    let _ =
+        recording::play(trace, &mut tissue, recording::Start::default(), &mut played, |_, _| true);
     assert!(played.compared <= played.ticks + played.commands);
 }

@@ -59,6 +59,13 @@ impl Touch {
     }
 }
 
+/// Balls: small, with friction, two at once.
+const BALLS: [Touch; 3] = [
+    Touch::Balls { count: 1, radius: 1.6, friction: 0.0 },
+    Touch::Balls { count: 1, radius: 2.2, friction: 0.4 },
+    Touch::Balls { count: 2, radius: 2.0, friction: 0.0 },
+];
+
 /// A body with its contact, at rest.
 struct Scene<'a> {
     image: &'a ImageBytes,
@@ -305,8 +312,6 @@ fn the_estimate_covers_force_and_torque_of_a_bar_that_turns() {
 // REQ-FOR-09
 #[test]
 fn the_estimate_covers_the_force_of_bodies_that_relax() {
-    let ball = |count, radius, friction| Touch::Balls { count, radius, friction };
-    let balls = [ball(1, 1.6, 0.0), ball(1, 2.2, 0.4), ball(2, 2.0, 0.0)];
     let all = [[[3.0, 0.02], [2.0, 0.3]], [[1.0, 0.1], [1.0, 2.0]], [[0.3, 0.005], [0.5, 1.0]]];
     let (count, late): (_, &[u32]) = if is_slow() { (3, &[0, 1, 3, 10]) } else { (1, &[0, 3]) };
     for branches in all[..count].iter().copied() {
@@ -316,7 +321,7 @@ fn the_estimate_covers_the_force_of_bodies_that_relax() {
         check_kind("held cells", kind, (Of::Force, 0), &held, [0.985, 5.0]);
         for &late in late {
             let least = if late == 0 { 0.985 } else { 0.98 };
-            check_kind("tools", kind, (Of::Force, late), &balls, [least, 9.0]);
+            check_kind("tools", kind, (Of::Force, late), &BALLS, [least, 9.0]);
         }
     }
 }
@@ -324,21 +329,17 @@ fn the_estimate_covers_the_force_of_bodies_that_relax() {
 // REQ-FOR-09
 #[test]
 fn the_estimate_covers_the_force_of_bodies_that_are_not_cut_yet() {
-    let ball = |count, radius, friction| Touch::Balls { count, radius, friction };
-    let balls = [ball(1, 1.6, 0.0), ball(1, 2.2, 0.4), ball(2, 2.0, 0.0)];
-    check_kind("tools", Kind::Cuttable, (Of::Force, 0), &balls, [0.985, 7.0]);
+    check_kind("tools", Kind::Cuttable, (Of::Force, 0), &BALLS, [0.985, 7.0]);
     check_kind("held cells", Kind::Cuttable, (Of::Force, 0), &[Touch::Held(5)], [0.985, 5.0]);
 }
 
 // REQ-FOR-09
 #[test]
 fn the_estimate_covers_the_repeated_forces_of_late_ticks() {
-    let ball = |count, radius, friction| Touch::Balls { count, radius, friction };
     let bar = [Touch::Bar { half: 1.5, radius: 1.2, friction: 0.0 }];
     for late in [1, 3, 10] {
         check("held cells", (Of::Force, late), &[Touch::Held(1), Touch::Held(5)], [0.985, 5.0]);
-        let balls = [ball(1, 1.6, 0.0), ball(1, 2.2, 0.4), ball(2, 2.0, 0.0)];
-        check("tools", (Of::Force, late), &balls, [0.985, 9.0]);
+        check("tools", (Of::Force, late), &BALLS, [0.985, 9.0]);
         check("force of bars", (Of::Force, late), &bar, [0.985, 9.0]);
         check("torque of bars", (Of::Torque, late), &bar, [0.985, 9.0]);
     }

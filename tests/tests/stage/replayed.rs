@@ -152,7 +152,7 @@ fn plays_again(image: &ImageBytes, device: Device, events: &[Event]) -> Result<(
     let model = Model::from_bytes(image.as_bytes()).unwrap();
     let (mut again, ..) = tissue(&trace, Path::new("a.trace"), model).unwrap();
     let mut played = Played::default();
-    let end = play(&trace, &mut again, Start::default(), &mut played);
+    let end = play(&trace, &mut again, Start::default(), &mut played, |_, _| true);
     prop_assert_eq!(end, Ok(End::Complete));
     prop_assert_eq!(u64::from(played.ticks), recorder.ticks());
     prop_assert_eq!(played.compared, played.ticks + played.commands);

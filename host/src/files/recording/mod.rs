@@ -26,7 +26,7 @@ use crate::files::whole::folder_of;
 use crate::input;
 
 pub use file::{TraceFile, check_idle};
-pub use play::{Played, Player, Start, Step, Stop, play, play_by, play_steps};
+pub use play::{Played, Player, Start, Step, Stop, play, play_by};
 pub use room::{check as check_room, taken};
 pub use tail::{Tail, seal_of, seal_of_begun};
 

@@ -180,20 +180,25 @@ impl Player {
 }
 
 /// Plays a trace with its commands and pauses, and compares the states. The tissue has to be in the recorded
-/// state of the start. During a pause neither tissue nor stage ticks; a reset resets both.
+/// state of the start. During a pause neither tissue nor stage ticks; a reset resets both. `after` is called after every
+/// step, and returns false to end there, with [`Stop::Enough`].
 ///
 /// # Errors
 /// The cause of the stop; `played` then counts the entries before it.
-pub fn play(
+pub fn play<'m>(
     trace: &Reader<'_>,
-    tissue: &mut Staged<'_>,
+    tissue: &mut Staged<'m>,
     start: Start,
     played: &mut Played,
+    after: impl FnMut(&mut Staged<'m>, Step<'_>) -> bool,
 ) -> Result<End, Stop> {
-    play_by(trace, tissue, start, played, |tissue, poses, budget| tissue.tick_by(poses, budget))
+    let tick = |tissue: &mut Staged<'m>, poses: &[ToolPose], budget: Budget<'_>| {
+        tissue.tick_by(poses, budget)
+    };
+    play_steps(trace, tissue, start, played, tick, after)
 }
 
-/// As [`play`], with `tick` in place of [`TissueEngine::tick_by`]: it leaves the same state.
+/// As [`play`] to the end, with `tick` in place of [`TissueEngine::tick_by`]: it leaves the same state.
 ///
 /// # Errors
 /// As [`play`].
@@ -207,12 +212,8 @@ pub fn play_by<'m>(
     play_steps(trace, tissue, start, played, tick, |_, _| true)
 }
 
-/// As [`play_by`], with a call of `after` after every step; it returns false to end there, with
-/// [`Stop::Enough`].
-///
-/// # Errors
-/// As [`play`].
-pub fn play_steps<'m>(
+/// As [`play`], by `tick`.
+fn play_steps<'m>(
     trace: &Reader<'_>,
     tissue: &mut Staged<'m>,
     start: Start,
