@@ -63,6 +63,7 @@ mod owner;
 pub mod payload;
 mod pose;
 pub mod ramp;
+pub mod recording;
 pub mod services;
 pub mod shaper;
 pub mod state;

@@ -13,7 +13,8 @@ pub type Ipc = ipc_threadsafe::Service;
 pub const SCENE_BYTES_MAX: usize = 64;
 
 /// The last parts of service names, which can't name a scene.
-const RESERVED: [&str; 6] = ["state", "stress", "contacts", "command", "tools", "forces"];
+const RESERVED: [&str; 7] =
+    ["state", "stress", "contacts", "command", "recording", "tools", "forces"];
 
 /// The services of one scene.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -30,6 +31,8 @@ pub struct SceneNames {
     pub contacts: ServiceName,
     /// Commands to the tissue's process.
     pub command: ServiceName,
+    /// Where the tissue's process records.
+    pub recording: ServiceName,
     /// The scene's name in error messages.
     pub label: String,
 }
@@ -51,6 +54,7 @@ impl SceneNames {
             stress: service(&format!("{prefix}/stress"), scene)?,
             contacts: service(&format!("{prefix}/contacts"), scene)?,
             command: service(&format!("{prefix}/command"), scene)?,
+            recording: service(&format!("{prefix}/recording"), scene)?,
             label,
         })
     }
@@ -59,8 +63,8 @@ impl SceneNames {
 impl SceneNames {
     /// Returns the names of all services.
     pub(crate) fn services(&self) -> Vec<String> {
-        let Self { tools, forces, state, stress, contacts, command, .. } = self;
-        let all = [tools, forces, state, stress, contacts, command];
+        let Self { tools, forces, state, stress, contacts, command, recording, .. } = self;
+        let all = [tools, forces, state, stress, contacts, command, recording];
         all.map(|name| name.as_str().to_owned()).into()
     }
 }
@@ -71,6 +75,16 @@ pub fn unique_scene(what: &str) -> String {
     let since_1970 = SystemTime::now().duration_since(UNIX_EPOCH);
     let nanoseconds = since_1970.map_or(0, |span| span.as_nanos());
     format!("{what}-{}-{nanoseconds:x}", std::process::id())
+}
+
+/// The scene of a service that shows where it is recorded, `Some(None)` for the unnamed one; `None` for any other service.
+pub(crate) fn recorded_scene(service: &str) -> Option<Option<String>> {
+    let scene = service.strip_prefix("chaincell")?.strip_suffix("/recording")?;
+    if scene.is_empty() {
+        Some(None)
+    } else {
+        scene.strip_prefix('/').map(|name| Some(name.to_owned()))
+    }
 }
 
 fn check(name: &str) -> Result<()> {

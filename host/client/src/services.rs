@@ -52,7 +52,7 @@ use crate::owner;
 use crate::tools::{TOOL_FORCES, TOOL_POSES, ToolForces, ToolPoses};
 
 /// Longest wait for another process that clears up after a killed one.
-const CLEAR_UP_LIMIT: Duration = Duration::from_millis(500);
+pub(crate) const CLEAR_UP_LIMIT: Duration = Duration::from_millis(500);
 
 /// Name of the ports of `control`, by which a second one is recognised.
 const CONTROL_PORT: &str = "chaincell.control";
@@ -77,6 +77,8 @@ pub struct SceneServices {
     pub contacts_name: ServiceName,
     /// Service of commands.
     pub command_name: ServiceName,
+    /// Service that shows where it is recorded.
+    pub(crate) recording_name: ServiceName,
     /// Poses, from the controller to the tissue.
     pub tools: Topic<ToolPoses>,
     /// Answers, from the tissue to the controller.
@@ -184,6 +186,7 @@ impl SceneServices {
             stress_name: names.stress,
             contacts_name: names.contacts,
             command_name: names.command,
+            recording_name: names.recording,
             opening,
             node: Arc::new(node),
         })

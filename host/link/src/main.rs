@@ -6,9 +6,8 @@ use std::process::ExitCode;
 
 use chaincell_host::cli::process;
 use chaincell_host::error::{Error, Result};
-use chaincell_host::files::recording::TRACE;
 use chaincell_host::remote::frame::Ask;
-use chaincell_host::remote::mirror::Place;
+use chaincell_host::remote::place::Place;
 use chaincell_link::message::Keys;
 use chaincell_link::receive::receive;
 use chaincell_link::send::send;
@@ -43,19 +42,16 @@ enum Work {
 /// Publish a session while it is recorded, and answer receivers until Ctrl-C
 #[derive(Debug, clap::Args)]
 struct SendArgs {
-    /// Trace of `serve`, `cosim` or `run`, which may still be written, or the folder of such a run
+    /// Trace of `serve`, `cosim` or `run`, which may still be written, the folder of such a run, or the scene of a
+    /// server that records
     #[arg(value_name = "SESSION")]
-    trace: PathBuf,
+    session: PathBuf,
     /// Name by which receivers ask for the session
     #[arg(long, value_name = "NAME")]
     name: String,
     /// Model file of the session, for receivers that have none [default: model.chaincell beside the trace]
     #[arg(long, value_name = "MODEL")]
     model: Option<PathBuf>,
-    /// Scene of the server that records: for a receiver that joins more than 2,000 records behind the newest snapshot
-    /// it takes one between two ticks
-    #[arg(long, value_name = "NAME")]
-    scene: Option<String>,
     /// Listen here; may stand several times [default: tcp/127.0.0.1:7447, or nowhere with --connect]
     #[arg(long, value_name = "ENDPOINT")]
     listen: Vec<String>,
@@ -102,9 +98,7 @@ fn main() -> ExitCode {
 }
 
 fn execute_send(args: &SendArgs) -> Result<()> {
-    let is_folder = args.trace.is_dir();
-    let trace = if is_folder { args.trace.join(TRACE) } else { args.trace.clone() };
-    let place = Place { trace, model: args.model.clone(), scene: args.scene.clone() };
+    let place = Place::find(&args.session, args.model.clone())?;
     let settings = Settings {
         listen: args.listen.clone(),
         connect: args.connect.clone(),

@@ -4,7 +4,7 @@ use std::io;
 
 use chaincell_host::error::{Error, Result};
 use chaincell_host::remote::frame::{Ask, Frame, read_head};
-use chaincell_host::remote::mirror::Place;
+use chaincell_host::remote::place::Place;
 use chaincell_host::remote::way::{Local, Way};
 use chaincell_kernel::trace::RECORD_BYTES;
 
@@ -17,7 +17,7 @@ const RECORD_FRAMES_MAX: usize = 8;
 /// # Errors
 /// Those of `reply`; a stream that breaks off.
 pub fn answer(place: &Place, ask: &Ask, mut reply: impl FnMut(&Frame) -> Result<()>) -> Result<()> {
-    let mut stream = match Local::new(place.clone()).open(ask) {
+    let mut stream = match Local::Found(place.clone()).open(ask) {
         Ok(stream) => stream,
         Err(why) => return reply(&Frame::Refused(why.to_string())),
     };

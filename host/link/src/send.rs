@@ -9,7 +9,7 @@ use std::time::Duration;
 use chaincell_host::error::{Error, Result};
 use chaincell_host::files::recording::{Tail, seal_of};
 use chaincell_host::remote::frame::{Ask, Frame, read_head};
-use chaincell_host::remote::mirror::Place;
+use chaincell_host::remote::place::Place;
 use chaincell_host::remote::way::{Local, Way};
 use chaincell_host::{interrupt, terminal};
 use chaincell_kernel::trace::RECORD_BYTES;
@@ -90,7 +90,7 @@ fn publish(session: &Session, place: &Place, keys: &Keys, tail: &Tail) -> Result
     let next = tail.count()?;
     let mut seal = tail.seal(next)?;
     let ask = Ask { goes_on: Some((seal, next)), ..Ask::default() };
-    let mut stream = Local::new(place.clone()).open(&ask)?;
+    let mut stream = Local::Found(place.clone()).open(&ask)?;
     let broken = |why: io::Error| match interrupt::check() {
         Ok(()) => Error::check(format!("cannot read the session: {why}")),
         Err(interrupted) => interrupted,

@@ -27,10 +27,25 @@ def test_the_page_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert (tmp_path / "corner.chaincell").exists()
 
 
+def host_page(name: str) -> Path:
+    """A page of the host: copied next to the tests, or in the tree."""
+    return next(page for page in (HERE / name, HERE.parent / name) if page.exists())
+
+
+def test_the_batch_of_the_guide_runs(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (block,) = blocks(host_page("GUIDE.md"))
+    monkeypatch.chdir(tmp_path)
+    chaincell.Model.bake_mesh("organ:500", young_pa=5000).save("liver.chaincell")
+    exec(block, {})
+    forces_n = [float(line.split()[0]) for line in capsys.readouterr().out.splitlines()]
+    assert len(forces_n) == 3
+    assert 0 < forces_n[0] < forces_n[1] < forces_n[2]
+
+
 def test_the_page_of_simulators_runs(serve: Callable[..., Server]) -> None:
-    # Copied next to the tests, or in the tree.
-    page = next(page for page in (HERE / "SIMULATOR.md", HERE.parent / "SIMULATOR.md") if page.exists())
-    (block,) = blocks(page)
+    (block,) = blocks(host_page("SIMULATOR.md"))
     model = chaincell.Model.bake_mesh("organ:500", young_pa=5000)
     server = serve("--tool", "sphere:0.012", model=model)
     names: dict[str, Any] = {}

@@ -6,7 +6,6 @@ use std::path::{Path, PathBuf};
 use chaincell_kernel::trace::{Command, CommandRecord, Reader};
 
 use super::model_file;
-use super::recorded::trace_path;
 use super::shared::PrintArgs;
 use super::watch::ServerWait;
 use crate::bake::ImageBytes;
@@ -18,7 +17,6 @@ use crate::files::snapshot::start_place;
 use crate::files::whole::write_whole;
 use crate::remote::follow::{FollowReport, Follower, Joined, Told, join};
 use crate::remote::intake::Intake;
-use crate::remote::mirror::Place;
 use crate::remote::way::{Input, Local, Program, Tcp, Way};
 use crate::session::ipc;
 use crate::session::ipc::services::Domain;
@@ -45,7 +43,7 @@ const RECORD_TICKS: usize = 600_000;
     is named), 2 when the session cannot be followed."
 )]
 pub struct Args {
-    /// Trace or folder of a session on this machine, `tcp:ADDRESS:PORT` of a mirror that listens, or `-`
+    /// Trace, folder or scene of a session on this machine, `tcp:ADDRESS:PORT` of a mirror that listens, or `-`
     /// for standard input
     #[arg(value_name = "SOURCE", required_unless_present = "program", conflicts_with = "program")]
     source: Option<String>,
@@ -152,8 +150,7 @@ fn way(args: &Args) -> Result<Box<dyn Way>> {
         return Ok(Box::new(Input));
     }
     let Some(address) = source.strip_prefix(TCP) else {
-        let place = Place::of(trace_path(Path::new(source)));
-        return Ok(Box::new(Local::new(place)));
+        return Ok(Box::new(Local::Named(source.into())));
     };
     let addresses = address.to_socket_addrs();
     let first = addresses.map_err(|why| Error::input(format!("{source}: {why}")))?.next();

@@ -8,11 +8,11 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 use std::time::Duration;
 
-use super::recorded::trace_path;
 use crate::error::{Error, Result};
 use crate::interrupt;
 use crate::remote::frame::{Ask, Frame};
-use crate::remote::mirror::{Mirror, Place, Stopped};
+use crate::remote::mirror::{Mirror, Stopped};
+use crate::remote::place::Place;
 use crate::terminal;
 
 /// Most followers of one mirror that listens.
@@ -29,19 +29,17 @@ const LOOK: Duration = Duration::from_millis(20);
     chaincell mirror session | chaincell follow -\n  \
     chaincell mirror session --listen 127.0.0.1:7100\n\n\
     Reads the trace that `serve --out session` or `--record` writes; the session does not notice.\n\
+    A server takes a snapshot for a follower that joins more than 2,000 records behind the newest one.\n\
     Ends when the recording has ended and all of it is sent."
 )]
 pub struct Args {
-    /// Trace of `serve`, `cosim` or `run`, which may still be written, or the folder of such a run
+    /// Trace of `serve`, `cosim` or `run`, which may still be written, the folder of such a run, or the scene of a
+    /// server that records
     #[arg(value_name = "SESSION")]
-    trace: PathBuf,
+    session: PathBuf,
     /// Model file of the session, for followers that have none [default: model.chaincell beside the trace]
     #[arg(long, value_name = "MODEL")]
     model: Option<PathBuf>,
-    /// Scene of the server that records: for a follower that joins more than 2,000 records behind the newest snapshot
-    /// it takes one between two ticks
-    #[arg(long, value_name = "NAME")]
-    scene: Option<String>,
     /// Listen here for any number of followers, up to 64 at a time, until Ctrl-C
     #[arg(long, value_name = "ADDRESS:PORT", conflicts_with_all = ["goes_on", "has_model", "packed"])]
     listen: Option<SocketAddr>,
@@ -61,11 +59,7 @@ pub struct Args {
 }
 
 pub fn execute(args: &Args) -> Result<()> {
-    let place = Place {
-        trace: trace_path(&args.trace),
-        model: args.model.clone(),
-        scene: args.scene.clone(),
-    };
+    let place = Place::find(&args.session, args.model.clone())?;
     let mirror = Mirror::open(&place)?;
     if let Some(address) = args.listen {
         return listen(address, args.open_to_network, &place);

@@ -43,11 +43,6 @@ pub struct Begun<'a> {
     pub start: Start,
 }
 
-/// The trace of a session that is named by its trace or by the folder of its run.
-pub fn trace_path(session: &Path) -> PathBuf {
-    if session.is_dir() { session.join(recording::TRACE) } else { session.to_owned() }
-}
-
 impl RecordedArgs {
     /// The session of a trace or of the folder of a run.
     pub fn of(trace: PathBuf, model: Option<PathBuf>) -> Self {
@@ -64,7 +59,7 @@ impl RecordedArgs {
     /// # Errors
     /// A file that is not there or another one, with its path.
     pub fn read(&self) -> Result<Recorded> {
-        let path = trace_path(&self.trace);
+        let path = recording::trace_of(&self.trace);
         let bytes = recording::read(&path)?;
         // A trace that is none is named before a model that is missing.
         Reader::open(&bytes).map_err(|why| Error::file("replay", &path, why))?;

@@ -83,7 +83,7 @@ pub struct Args {
     /// controller needs to release no tool first
     #[arg(long, value_name = "FILE")]
     pub restore: Option<PathBuf>,
-    /// Stand by for the server that records this trace or folder: follow it, and go on in its place if it is
+    /// Stand by for the server that records this trace, folder or scene: follow it, and go on in its place if it is
     /// killed; with the options of its session but --pin. Its controller keeps its place, and feels no force before it
     /// has released its tools
     #[arg(long, value_name = "SESSION", conflicts_with = "restore")]

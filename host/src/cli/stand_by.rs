@@ -2,7 +2,6 @@
 
 use std::path::Path;
 
-use super::recorded::trace_path;
 use super::restore::OTHER;
 use crate::engine::staged::Staged;
 use crate::engine::tissue::TissueEngine;
@@ -11,7 +10,7 @@ use crate::files::recording::Tail;
 use crate::files::snapshot::SessionSnapshot;
 use crate::remote::follow::{Follower, Joined, Told, join};
 use crate::remote::intake::Intake;
-use crate::remote::mirror::Place;
+use crate::remote::place::Place;
 use crate::remote::way::Local;
 use crate::session::ipc::services::SceneServices;
 use crate::session::ipc::watching::WatchPorts;
@@ -39,7 +38,8 @@ impl<'a> StandBy<'a> {
         scene: &SceneServices,
         tissue: &Staged<'_>,
     ) -> Result<Self> {
-        if !Tail::open(&trace_path(session))?.is_written() {
+        let place = Place::find(session, None)?;
+        if !Tail::open(&place.trace)?.is_written() {
             let why = "its server has ended or was killed already: go on with its newest snapshot by --restore";
             return Err(Error::file("stand by for", session, why));
         }
@@ -50,8 +50,7 @@ impl<'a> StandBy<'a> {
             );
             return Err(Error::file("stand by for", session, why));
         }
-        let place = Place::of(trace_path(session));
-        let mut intake = Intake::new(Box::new(Local::new(place)));
+        let mut intake = Intake::new(Box::new(Local::Found(place)));
         let joined = join(&mut intake, Some(tissue.model_checksum()), 0)?;
         match joined.begun == begun {
             true => Ok(Self { session, intake, joined }),

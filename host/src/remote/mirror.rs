@@ -6,14 +6,16 @@
 
 use std::fs;
 use std::io::{self, Write};
-use std::path::PathBuf;
+use std::path::Path;
 use std::sync::{Mutex, PoisonError};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
+use chaincell_client::recording;
 use chaincell_kernel::trace::{Command, RECORD_BYTES, Reader};
 
 use super::frame::{Ask, Frame, write_head};
+use super::place::Place;
 use crate::error::{Error, Result};
 use crate::files::recording::{MODEL, Mark, Tail, seal_of};
 use crate::files::snapshot::{SessionSnapshot, place, start_place};
@@ -41,25 +43,6 @@ const REPLY_NS: u64 = 5 * SECOND_NS;
 
 /// Held by the one that asks for a snapshot.
 static ASKING: Mutex<()> = Mutex::new(());
-
-/// Where a session is recorded.
-#[derive(Debug, Clone)]
-pub struct Place {
-    /// The trace.
-    pub trace: PathBuf,
-    /// The model; `None` for that beside the trace.
-    pub model: Option<PathBuf>,
-    /// Scene of the server that records, which then takes a snapshot for a late follower.
-    pub scene: Option<String>,
-}
-
-impl Place {
-    /// A trace with the model beside it.
-    #[must_use]
-    pub fn of(trace: PathBuf) -> Self {
-        Self { trace, model: None, scene: None }
-    }
-}
 
 /// A trace that is sent to one follower.
 #[derive(Debug)]
@@ -160,17 +143,16 @@ impl Mirror {
         Ok(first)
     }
 
-    /// Lets the server of the scene take a snapshot if the newest one is far behind; without one a follower runs
+    /// Lets the server that writes the trace take a snapshot if the newest one is far behind; without one a follower runs
     /// all ticks since then. Of several late followers one asks for all.
     fn let_late_ones_begin_later(&self) {
-        let Some(scene) = &self.place.scene else { return };
         let _asking = ASKING.lock().unwrap_or_else(PoisonError::into_inner);
         let asked = self.is_late().and_then(|is_late| match is_late {
-            true => take_snapshot(scene),
+            true => take_snapshot(&self.place.trace),
             false => Ok(()),
         });
         if let Err(why) = asked {
-            log::warn!("no snapshot of {scene} for a late follower: {why}");
+            log::warn!("no snapshot for a late follower: {why}");
         }
     }
 
@@ -258,12 +240,15 @@ impl Mirror {
     }
 }
 
-/// Lets the server of a scene take a snapshot, and waits until it is written.
-fn take_snapshot(scene: &str) -> Result<()> {
-    let scene = ipc::open(Some(scene), &Domain::default())?;
+/// Lets the server that writes a trace take a snapshot, and waits until it is written.
+fn take_snapshot(trace: &Path) -> Result<()> {
+    let domain = Domain::default();
+    let Some(scene) = recording::scene_of(trace, &domain)? else { return Ok(()) };
+    let scene = ipc::open(scene.as_deref(), &domain)?;
     let client = CommandClient::open(&scene)?;
+    // One that was killed has left its name.
     if !client.is_served() {
-        return Err(Error::input("no server is there"));
+        return Ok(());
     }
     let command = CommandMessage::new(&Command::Snapshot { checksum: 0 });
     let reply = client.send(command, REPLY_NS, interrupt::asked)?;

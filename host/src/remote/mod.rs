@@ -8,6 +8,7 @@
 //! - [`pack`]: records packed for the wire.
 //! - [`way`]: how a follower gets that stream: standard input, a program such as `ssh`, a TCP connection, or a
 //!   file of the same machine.
+//! - [`place`]: where a session is recorded.
 //! - [`mirror`]: sends a trace while it grows.
 //! - [`intake`]: receives it, and connects again after a cut.
 //! - [`follow`]: runs the tissue from it.
@@ -17,4 +18,5 @@ pub mod frame;
 pub mod intake;
 pub mod mirror;
 pub mod pack;
+pub mod place;
 pub mod way;

@@ -3,11 +3,13 @@
 use std::fmt;
 use std::io::{self, Read, Write};
 use std::net::{Shutdown, SocketAddr, TcpStream};
+use std::path::PathBuf;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
 use super::frame::{Ask, Frame};
-use super::mirror::{Mirror, Place};
+use super::mirror::Mirror;
+use super::place::Place;
 use crate::error::{Error, Result};
 
 /// Longest wait for the first connection.
@@ -134,23 +136,22 @@ impl Way for Tcp {
     }
 }
 
-/// A trace on this machine.
+/// A session that is recorded on this machine.
 #[derive(Debug)]
-pub struct Local {
-    place: Place,
-}
-
-impl Local {
-    /// A trace and its model.
-    #[must_use]
-    pub fn new(place: Place) -> Self {
-        Self { place }
-    }
+pub enum Local {
+    /// As its user names it, which may come later: see [`Place::find`].
+    Named(PathBuf),
+    /// Where it was found.
+    Found(Place),
 }
 
 impl Way for Local {
     fn open(&mut self, ask: &Ask) -> Result<Box<dyn Read + Send>> {
-        let mirror = Mirror::open(&self.place)?;
+        let place = match self {
+            Self::Named(session) => Place::find(session, None)?,
+            Self::Found(place) => place.clone(),
+        };
+        let mirror = Mirror::open(&place)?;
         let (read, mut write) = io::pipe().map_err(Error::check)?;
         // Nothing travels.
         let ask = Ask { packed: false, ..*ask };

@@ -199,7 +199,7 @@ fn a_late_follower_gets_a_snapshot_from_the_server_of_the_scene() {
     let ticks = 2_100;
     outsider.play(0..ticks, pose);
     let program = chaincell().get_program().to_owned();
-    let mirror = [text(Path::new(&program)), "mirror", text(&out), "--scene", &place.scene];
+    let mirror = [text(Path::new(&program)), "mirror", &place.scene];
     let mut late = Running::chaincell([&["follow", "--json", "--"], &mirror[..]].concat());
     late.wait_for_line("ready");
     // Cut off before the first record behind the snapshot, it goes on there.
@@ -214,6 +214,28 @@ fn a_late_follower_gets_a_snapshot_from_the_server_of_the_scene() {
         assert_eq!(same(followed.end(SHORT), &served), 50);
     }
     again.interrupt().with(130);
+}
+
+#[test]
+fn a_session_is_named_by_the_scene_of_its_server() {
+    let _turn = turn();
+    let place = Place::new("mirror-named");
+    let (server, _, outsider) = session(&place);
+    let scene = Path::new(&place.scene);
+    let (mirror, address) = listening(scene);
+    let by_mirror = follower(&format!("tcp:{address}"), &[]);
+    let at_once = follower(&place.scene, &[]);
+    outsider.play(0..TICKS, pose);
+    let served = server.interrupt().with(130).json();
+    for followed in [by_mirror, at_once] {
+        assert_eq!(same(followed.end(SHORT), &served), TICKS);
+    }
+    mirror.interrupt().with(130);
+    // The name goes with the server; one that records nothing has none.
+    let unrecorded = place.serve(&["--watchdog-ms", "0"]);
+    let ended = run(["mirror", &place.scene]).with(2);
+    assert!(ended.err.contains("no server records on a scene of this name"), "{}", ended.err);
+    unrecorded.interrupt().with(130);
 }
 
 #[test]

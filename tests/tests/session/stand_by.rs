@@ -9,7 +9,8 @@ use std::path::Path;
 use std::time::Duration;
 
 use chaincell_client::clock::{PERIOD_NS, now_ns, sleep_until_ns};
-use chaincell_client::{Client, Options, Outcome, ToolPose};
+use chaincell_client::services::Domain;
+use chaincell_client::{Client, Options, Outcome, ToolPose, recording};
 use chaincell_host::files::recording::start_mark;
 use chaincell_kernel::Flags;
 use chaincell_kernel::trace::Reader;
@@ -116,7 +117,9 @@ fn a_killed_servers_session_goes_on_without_a_jump() {
         let [first, second] = ["first", "second"].map(|name| place.file(name));
         let mut server = served(&place, &first, &[]);
         server.wait_for_line("ready");
-        let mut other = served(&place, &second, &["--stand-by", text(&first)]);
+        // By its folder, and by its scene.
+        let session = if round % 2 == 0 { text(&first) } else { &place.scene };
+        let mut other = served(&place, &second, &["--stand-by", session]);
         other.wait_for_line("standing by");
         // A press; the server is killed in it.
         let mut holder = Holder::new(&place);
@@ -132,6 +135,8 @@ fn a_killed_servers_session_goes_on_without_a_jump() {
         }
         longest = longest.max(silent);
         holder.ticks(100, DEPTH_M, true);
+        let recorded = recording::of(Some(&place.scene), &Domain::default()).unwrap();
+        assert_eq!(recorded, Some(second.join("session.trace")));
         // The force comes back after a release alone.
         assert_eq!(holder.client.shown().unwrap().tools[0].force_n, [0.0; 3]);
         holder.ticks(40, 0.0, false);

@@ -10,7 +10,7 @@ pub(crate) mod tests;
 
 use std::fs::File;
 use std::io::{ErrorKind, Read};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use chaincell_kernel::stage::StageSettings;
 use chaincell_kernel::trace::{
@@ -36,6 +36,12 @@ const BYTES_MAX: u64 = 1 << 32;
 pub const TRACE: &str = "session.trace";
 /// Name of the model in the same folder.
 pub const MODEL: &str = "model.chaincell";
+
+/// The trace of a session that is named by its trace or by the folder of its run.
+#[must_use]
+pub fn trace_of(session: &Path) -> PathBuf {
+    if session.is_dir() { session.join(TRACE) } else { session.to_owned() }
+}
 
 /// A trace in memory, to which ticks are added.
 #[derive(Debug, Clone)]

@@ -29,6 +29,7 @@ mod watcher;
 
 use std::collections::VecDeque;
 
+use chaincell_client::recording;
 use iceoryx2::identifiers::UniquePublisherId;
 
 use crate::engine::estimates::Estimates;
@@ -87,6 +88,7 @@ pub struct Server {
     contacts: Option<ContactPublisher>,
     commands: Option<CommandServer>,
     snapshots: Option<SnapshotPlace>,
+    _recording: Option<recording::Shown>,
     resumed: Option<Resumed>,
 }
 
@@ -132,6 +134,7 @@ impl Server {
             contacts: None,
             commands: None,
             snapshots: None,
+            _recording: None,
             resumed: None,
         })
     }
@@ -190,10 +193,16 @@ impl Server {
         Ok(self)
     }
 
-    /// Accepts snapshot commands.
+    /// Accepts snapshot commands, and shows mirrors where the session is recorded.
     #[must_use]
     pub fn with_snapshots(self, place: SnapshotPlace) -> Self {
-        Self { snapshots: Some(place), ..self }
+        let recording = recording::show(&self.scene, &place.trace);
+        if let Err(why) = &recording {
+            log::warn!(
+                "mirrors find this session by its folder alone, and not by its scene: {why}"
+            );
+        }
+        Self { snapshots: Some(place), _recording: recording.ok(), ..self }
     }
 
     /// Resumes a session from a snapshot, from which the tissue has been restored.
