@@ -74,7 +74,14 @@ fn every_pose_of_ten_seconds_is_answered_or_said() {
     assert!(seen.forces_n[..100].iter().all(|force_n| *force_n == 0.0));
     assert!(seen.forces_n.iter().all(|force_n| *force_n <= 1.5 + 1e-6));
     assert!(seen.was_closed && seen.forces_n.last() == Some(&0.0));
+    let poses = count(&ended, "poses");
+    println!(
+        "{poses} poses in 10 s, {} answered, {} late",
+        count(&ended, "answered"),
+        count(&ended, "late")
+    );
     if was_calm("every_pose_of_ten_seconds_is_answered_or_said", &ended) {
+        assert!(poses > 9_000, "{poses}");
         let largest_n = seen.forces_n.iter().fold(0.0f64, |a, b| a.max(*b));
         assert!(largest_n > SOME_N, "{largest_n} N: {ended:?}");
     }

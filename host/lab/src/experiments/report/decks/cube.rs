@@ -142,6 +142,7 @@ impl Cube {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use nalgebra::{Matrix3, Vector3};
 
     #[test]
     fn the_data_are_the_decks() {
@@ -155,6 +156,42 @@ mod tests {
             let expected = if x[2] > 0.05 { DRAWN_M } else { 0.0 };
             assert!((by[2] - expected).abs() < UNIT_M && by[0].abs() < UNIT_M, "{x:?} {by:?}");
         }
+    }
+
+    /// The force by DJTLED's own field and law: mu J^(-2/3) (F - I1 / 3 F^-T) + K (J - 1) J F^-T in each tetrahedron.
+    #[test]
+    fn the_expected_force_is_that_of_their_field() {
+        let cube = Cube::read().unwrap();
+        let edges = |of: &[[f64; 3]], [a, b, c, d]: [u32; 4]| {
+            let from = Vector3::from(of[a as usize]);
+            Matrix3::from_columns(&[b, c, d].map(|node| Vector3::from(of[node as usize]) - from))
+        };
+        let (mut above_n, mut below_n) = (0.0, 0.0);
+        for &nodes in &cube.mesh.tetrahedra {
+            let rest_m = edges(&cube.mesh.nodes_m, nodes);
+            let inverse = rest_m.try_inverse().unwrap();
+            let f = Matrix3::identity() + edges(&cube.by_m, nodes) * inverse;
+            let (volume, turned) = (f.determinant(), f.try_inverse().unwrap().transpose());
+            let stress_pa =
+                MU_PA * volume.powf(-2.0 / 3.0) * (f - turned * (f.norm_squared() / 3.0))
+                    + turned * (BULK_PA * (volume - 1.0) * volume);
+            // Forces on the last three corners, and their opposite on the first.
+            let forces_n = stress_pa * inverse.transpose() * (rest_m.determinant().abs() / 6.0);
+            let first_n = -forces_n.column_sum();
+            let columns = (0..3).map(|corner| forces_n.column(corner)[2]);
+            let each_n = std::iter::once(first_n[2]).chain(columns);
+            for (node, force_n) in nodes.into_iter().zip(each_n) {
+                match cube.mesh.nodes_m[node as usize][2] / SIDE_M {
+                    z if z > 1.0 - 1e-5 => above_n += force_n,
+                    z if z < 1e-5 => below_n -= force_n,
+                    _ => {}
+                }
+            }
+        }
+        // The data round the displacements to 2 um, which is 0.06 N above.
+        println!("{above_n} N above, {below_n} N below");
+        assert!((above_n - 76.50).abs() < 0.1 && (below_n - 76.26).abs() < 0.1);
+        assert!((0.5 * (above_n + below_n) - FORCE_N).abs() < 0.1);
     }
 
     /// On their own mesh, half as long again: another law, other elements, and this near.
