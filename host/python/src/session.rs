@@ -64,30 +64,43 @@ struct Held {
 /// >>> len(reply.state_hash)
 /// 16
 #[pyclass(frozen, module = "chaincell")]
-pub(crate) struct Reply(ReplyMessage);
+pub(crate) struct Reply {
+    message: ReplyMessage,
+    pin: Option<u32>,
+}
 
 #[pymethods]
 impl Reply {
     /// Number of the last tick answered before the command, 0 before the first.
     #[getter]
     fn tick(&self) -> u64 {
-        self.0.tick
+        self.message.tick
     }
 
     /// Number of ticks answered before the command since the server began.
     #[getter]
     fn ticks_answered(&self) -> u64 {
-        self.0.ticks_answered
+        self.message.ticks_answered
     }
 
     /// Hash of the state after the command, 16 hexadecimal digits.
     #[getter]
     fn state_hash(&self) -> String {
-        format!("{:016x}", self.0.state_hash)
+        format!("{:016x}", self.message.state_hash)
+    }
+
+    /// Number of the pin that the command set; `None` for other commands.
+    #[getter]
+    fn pin(&self) -> Option<u32> {
+        self.pin
     }
 
     fn __repr__(&self) -> String {
-        format!("<chaincell.Reply: after tick {}, state hash {}>", self.0.tick, self.state_hash())
+        format!(
+            "<chaincell.Reply: after tick {}, state hash {}>",
+            self.message.tick,
+            self.state_hash()
+        )
     }
 }
 
@@ -139,7 +152,9 @@ impl Session {
             let client = held.client.get()?;
             let reply = client.command_unless(command, wait_ns, || signals.stop());
             signals.raised()?;
-            reply.map(Reply).map_err(errors::client)
+            let message = reply.map_err(errors::client)?;
+            let sets_pin = matches!(command, Command::Pin { .. } | Command::PinAt { .. });
+            Ok(Reply { message, pin: sets_pin.then_some(message.reason) })
         })
     }
 
@@ -410,7 +425,7 @@ impl Session {
     /// - `tool`: its number from 0.
     /// - `stiffness_n_per_m`: stiffness of the pin [N/m]; rigid by default.
     ///
-    /// The pin takes the lowest free number, from 0.
+    /// The pin takes the lowest free number, from 0, which `pin` of the reply is.
     /// Raises `Refused` where the server does not, `NoReply` without a reply within `timeout_s` [s].
     ///
     /// >>> try:
@@ -440,7 +455,7 @@ impl Session {
     /// - `radius_m`: radius around it [m].
     /// - `stiffness_n_per_m`: stiffness of the pin [N/m]; rigid by default.
     ///
-    /// The pin takes the lowest free number, from 0.
+    /// The pin takes the lowest free number, from 0, which `pin` of the reply is.
     /// Raises `Refused` where no surface is near enough, or the server has no tools, `NoReply` without a reply within
     /// `timeout_s` [s].
     ///

@@ -257,6 +257,10 @@ def test_a_place_is_pinned_until_it_is_released(serve: Serve, box: Model) -> Non
         rest = session.answer
         reply = session.pin_at(np.array([0.0, 0.0, 0.04]), 0.008, stiffness_n_per_m=50.0)
         assert rest is not None and reply.state_hash != rest.state_hash
+        second = session.pin_at([0.0, 0.0, 0.04], 0.008)
+        assert (reply.pin, second.pin, session.pause().pin) == (0, 1, None)
+        session.resume()
+        session.unpin(1, ticks=5)
         session.unpin(0, ticks=5)
         for _ in range(6):
             session.step([0, 0, 0.08], False, timeout_s=SHORT_S)

@@ -698,7 +698,7 @@ class Session:
         - `tool`: its number from 0.
         - `stiffness_n_per_m`: stiffness of the pin [N/m]; rigid by default.
 
-        The pin takes the lowest free number, from 0.
+        The pin takes the lowest free number, from 0, which `pin` of the reply is.
         Raises `Refused` where the server does not, `NoReply` without a reply within `timeout_s` [s].
 
         >>> try:
@@ -720,7 +720,7 @@ class Session:
         - `radius_m`: radius around it [m].
         - `stiffness_n_per_m`: stiffness of the pin [N/m]; rigid by default.
 
-        The pin takes the lowest free number, from 0.
+        The pin takes the lowest free number, from 0, which `pin` of the reply is.
         Raises `Refused` where no surface is near enough, or the server has no tools, `NoReply` without a reply within
         `timeout_s` [s].
 
@@ -866,6 +866,9 @@ class Reply:
     @property
     def state_hash(self) -> str:
         """Hash of the state after the command, 16 hexadecimal digits."""
+    @property
+    def pin(self) -> int | None:
+        """Number of the pin that the command set; `None` for other commands."""
 
 @final
 class Rate:
