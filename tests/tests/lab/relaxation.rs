@@ -50,6 +50,45 @@ fn the_printed_options_bake_the_tissue_of_the_curve() {
     assert!(values.iter().any(|value| value["is_identified"] == false), "{found}");
 }
 
+/// A law that was found from one press meets one of another rate and depth, and is drawn beside it.
+#[test]
+fn a_curve_of_another_rate_is_predicted() {
+    let folder = scratch();
+    let [file, other, force, chart] =
+        ["hold.csv", "slower.csv", "force.csv", "curves.svg"].map(|name| folder.path().join(name));
+    std::fs::write(&file, curve()).unwrap();
+    // Ten times slower, to half the depth, and a fifth stiffer.
+    let branches = [(2.0, 0.4), (1.0, 10.0)].map(|(ratio, time_s)| Branch { ratio, time_s });
+    let strip = Prony { modulus: 1800.0, branches: branches.to_vec() };
+    let points: Vec<[f64; 2]> = (0..=30)
+        .map(f64::from)
+        .map(|time_s| [time_s, 0.05 * f64::min(0.1 * time_s, 1.0)])
+        .collect();
+    let mut text_of = String::from("time_s,strain,stress_pa\n");
+    for ([time_s, strain], stress) in points.iter().zip(strip.path(&points)).skip(1) {
+        let _ = writeln!(text_of, "{time_s},{strain},{stress}");
+    }
+    std::fs::write(&other, &text_of).unwrap();
+    std::fs::write(&force, text_of.replace("stress_pa", "force_n")).unwrap();
+    let args = ["relaxation", text(&file), "--predict"];
+    let found =
+        run([&args[..], &[text(&other), "--draw", text(&chart), "--json"]].concat()).with(0).json();
+    let predicted = &found["predicted"][0];
+    for (value, wanted) in [
+        (&predicted["peak_error"], 1500.0 / 1800.0 - 1.0),
+        (&predicted["hold_errors"][0], 1.0 - 1500.0 / 1800.0),
+        (&predicted["hold_errors"][1], 1.0 - 1500.0 / 1800.0),
+    ] {
+        assert!((value.as_f64().unwrap() - wanted).abs() < 1e-3, "{predicted}");
+    }
+    let svg = std::fs::read_to_string(&chart).unwrap();
+    assert!(svg.contains("slower,") && svg.contains("hold,"), "{svg}");
+    // Another unit, and a file that is missing.
+    let refused = run([&args[..], &[text(&force)]].concat()).with(2).err;
+    assert!(refused.contains("force.csv") && refused.contains("same columns"), "{refused}");
+    run([&args[..], &["none.csv"]].concat()).with(2);
+}
+
 /// The table that is written makes the same model as the printed options, with a name or without one.
 #[test]
 fn the_written_table_bakes_the_tissue_of_the_curve() {

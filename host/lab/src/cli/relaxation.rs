@@ -3,11 +3,13 @@
 use std::path::{Path, PathBuf};
 
 use crate::experiments::relaxation::curve::Curve;
-use crate::experiments::relaxation::{Found, curve, identify, rounded, rounded_parts};
+use crate::experiments::relaxation::{Found, Predicted, curve, identify, rounded, rounded_parts};
 use chaincell_host::bake::tissue::KnownTissue;
 use chaincell_host::error::{Error, Result};
 use chaincell_host::files::whole::{check_writable, write_whole};
+use chaincell_host::picture::chart::{Axis, Chart, Style};
 use chaincell_host::terminal;
+use serde::Serialize;
 
 /// Poisson's ratio in a table: that of soft tissue, since a curve in one dimension has none.
 const POISSON: f64 = 0.45;
@@ -18,7 +20,8 @@ const POISSON: f64 = 0.45;
 /// series. In a baked body bands do not fade: beyond their half-widths it resists a fast press less than the strip.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:\n  chaincell relaxation hold.csv --branches 2\n  \
-    chaincell relaxation hold.csv --out own.csv --name liver_2\n\n\
+    chaincell relaxation hold.csv --out own.csv --name liver_2\n  \
+    chaincell relaxation hold.csv --predict slower.csv --predict deeper.csv\n\n\
     A curve is a CSV file with a line of names: time_s, from rest at 0; strain, stretch or displacement_m;\n\
     and force_n, stress_pa or stress_kpa, also with a word before it, as cauchy_stress_kpa. Further columns are left\n\
     alone. A value that the curve does not determine within a factor of two is said not to be identified; where \
@@ -34,6 +37,12 @@ pub struct Args {
     /// or none
     #[arg(long, default_value = "none", value_name = "W,W")]
     half_widths: String,
+    /// Another curve, of another rate or depth, to compare the law with; may stand several times
+    #[arg(long, value_name = "CURVE")]
+    predict: Vec<PathBuf>,
+    /// Draw the curves and the law over the logarithm of time in this file
+    #[arg(long, value_name = "FILE.svg")]
+    draw: Option<PathBuf>,
     /// Write the values as a table with one tissue, for `bake --tissue FILE.csv`; it takes a curve of stress
     #[arg(long, value_name = "FILE.csv")]
     out: Option<PathBuf>,
@@ -45,20 +54,55 @@ pub struct Args {
     json: bool,
 }
 
+/// A curve that is compared with the law of the first one.
+#[derive(Serialize)]
+struct Compared<'a> {
+    curve: &'a Path,
+    #[serde(flatten)]
+    predicted: Predicted,
+}
+
+/// The object that `--json` prints.
+#[derive(Serialize)]
+struct Printed<'a> {
+    #[serde(flatten)]
+    found: &'a Found,
+    predicted: &'a [Compared<'a>],
+}
+
 pub fn execute(args: &Args) -> Result<()> {
     let half_widths = half_widths(&args.half_widths)?;
     let curve = curve::read(&args.curve)?;
+    let others: Vec<Curve> =
+        args.predict.iter().map(|path| curve::read(path)).collect::<Result<_>>()?;
     if let Some(out) = &args.out {
         check_table(args, out, &curve)?;
     }
+    args.draw.as_deref().map_or(Ok(()), check_writable)?;
     let found = identify(&curve, args.branches.into(), &half_widths)?;
     // Write the table, unless no body can be baked of it.
     let table = args.out.as_ref().filter(|_| found.refusal.is_none());
     if let Some(out) = table {
         write_whole(out, tissue(args, &found).table().as_bytes())?;
     }
-    let said = if args.json { terminal::say_json(&found) } else { print(args, &found) };
-    said?;
+    let compared = args.predict.iter().zip(&others).map(|(path, other)| {
+        let failed = |why: Error| Error::input(format!("--predict {}: {why}", path.display()));
+        Ok(Compared { curve: path, predicted: found.predict(other).map_err(failed)? })
+    });
+    let compared: Vec<Compared<'_>> = compared.collect::<Result<_>>()?;
+    if let Some(path) = &args.draw {
+        let curves =
+            std::iter::once((args.curve.as_path(), &curve, found.predict(&curve)?.response));
+        let others = compared
+            .iter()
+            .zip(&others)
+            .map(|(of, other)| (of.curve, other, of.predicted.response.clone()));
+        write_whole(path, chart(&found, curves.chain(others)).as_bytes())?;
+    }
+    match args.json {
+        true => terminal::say_json(&Printed { found: &found, predicted: &compared })?,
+        false => print(args, &found).and_then(|()| print_compared(&compared))?,
+    }
     match (&args.out, table) {
         (Some(out), None) => Err(Error::check(format!(
             "--out {}: not written, since a bake refuses these values; take fewer --branches or --half-widths",
@@ -186,6 +230,44 @@ fn print(args: &Args, found: &Found) -> Result<()> {
     Ok(())
 }
 
+/// The curves as markers, and the law as lines.
+fn chart<'a>(
+    found: &Found,
+    curves: impl Iterator<Item = (&'a Path, &'a Curve, Vec<f64>)>,
+) -> String {
+    let response = if found.unit == "Pa" { "stress [Pa]" } else { "force [N]" };
+    let axes = (Axis::log10("time [s]"), Axis::linear(response));
+    let mut chart =
+        Chart::new("Relaxation: measured, and the law of the first curve", axes.0, axes.1);
+    for (path, curve, law) in curves {
+        let points = |y: &[f64]| -> Vec<[f64; 2]> {
+            // Rest is at no place of a logarithm.
+            curve.points.iter().zip(y).skip(1).map(|(point, y)| [point[0], *y]).collect()
+        };
+        let name = path.file_stem().unwrap_or_default().to_string_lossy();
+        chart = chart.series(&format!("{name}, law"), Style::Line, &points(&law)).series(
+            &format!("{name}, measured"),
+            Style::Markers,
+            &points(&curve.response),
+        );
+    }
+    chart.draw().in_both_lights()
+}
+
+fn print_compared(compared: &[Compared<'_>]) -> Result<()> {
+    for Compared { curve, predicted } in compared {
+        let (error, peak) = (100.0 * predicted.error, 100.0 * predicted.peak_error);
+        let hold = predicted.hold_errors.map_or(String::new(), |[mean, worst]| {
+            format!("; hold {:.2} % rms, {:.2} % at worst", 100.0 * mean, 100.0 * worst)
+        });
+        let curve = curve.display();
+        terminal::say(format_args!(
+            "  predicted {curve}: error {error:.2} % rms of the largest response, which is {peak:+.2} % off{hold}"
+        ))?;
+    }
+    Ok(())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -198,6 +280,8 @@ mod tests {
             curve: "hold.csv".into(),
             branches: 1,
             half_widths: "0.1".into(),
+            predict: Vec::new(),
+            draw: None,
             out: Some("own.csv".into()),
             name: "soft".into(),
             json: false,

@@ -71,6 +71,72 @@ pub struct Found {
     pub refusal: Option<String>,
 }
 
+/// How a law that was found meets a curve.
+#[derive(Debug, Clone, Serialize)]
+pub struct Predicted {
+    /// The law's stress or force at each point, in the curve's unit.
+    #[serde(skip)]
+    pub response: Vec<f64>,
+    /// Root mean square error, as a share of the largest response.
+    pub error: f64,
+    /// The largest response of the law over that of the curve, less 1.
+    pub peak_error: f64,
+    /// Root mean square error of the hold at the end, and the largest one, as shares of the response.
+    pub hold_errors: Option<[f64; 2]>,
+}
+
+impl Found {
+    /// Compares the law with a curve, of another rate or depth for instance.
+    ///
+    /// # Errors
+    /// A curve of another unit.
+    pub fn predict(&self, curve: &Curve) -> Result<Predicted> {
+        if curve.unit != self.unit {
+            return Err(Error::input(format!(
+                "its modulus is in {}, that of the first curve in {}; give curves of the same columns",
+                curve.unit, self.unit
+            )));
+        }
+        let bands: Vec<[f64; 2]> = self
+            .stiffening
+            .iter()
+            .map(|[width, modulus]| [*width, modulus / self.modulus])
+            .collect();
+        let branches =
+            self.branches.iter().map(|&[ratio, time_s]| Branch { ratio, time_s }).collect();
+        let found = response(curve, Prony { modulus: self.modulus, branches }, &bands);
+        let peak = |of: &[f64]| of.iter().fold(0.0_f64, |most, felt| most.max(felt.abs()));
+        let felt = &curve.response;
+        let errors: Vec<f64> = found.iter().zip(felt).map(|(found, felt)| found - felt).collect();
+        Ok(Predicted {
+            error: root_mean_square(&errors) / peak(felt),
+            peak_error: peak(&found) / peak(felt) - 1.0,
+            hold_errors: hold_errors(curve, &found),
+            response: found,
+        })
+    }
+}
+
+/// The response of a strip at every point of a curve; each band has its half-width and its modulus over the strip's.
+fn response(curve: &Curve, strip: Prony, bands: &[[f64; 2]]) -> Vec<f64> {
+    let elastic = |strain: f64| {
+        let beyond = bands.iter().map(|[width, modulus]| modulus * (strain.abs() - width).max(0.0));
+        strain + beyond.sum::<f64>().copysign(strain)
+    };
+    let points: Vec<[f64; 2]> =
+        curve.points.iter().map(|&[time_s, strain]| [time_s, elastic(strain)]).collect();
+    strip.path(&points)
+}
+
+/// Root mean square and largest error of the hold at the end of a curve, as shares of its response.
+fn hold_errors(curve: &Curve, found: &[f64]) -> Option<[f64; 2]> {
+    let from = curve.points.len() - curve.held;
+    let pairs = found.iter().zip(&curve.response).skip(from);
+    let shares: Vec<f64> = pairs.map(|(found, felt)| (found / felt - 1.0).abs()).collect();
+    let worst = shares.iter().copied().fold(0.0, f64::max);
+    (shares.len() > 1).then(|| [root_mean_square(&shares), worst])
+}
+
 /// A law whose values are logarithms: modulus, bands over it, ratios, times.
 struct Descent<'a> {
     curve: &'a Curve,
@@ -144,15 +210,14 @@ impl Descent<'_> {
     /// The response of the law at every point.
     fn response(&self, x: &DVector<f64>) -> Vec<f64> {
         let values = Self::values(x);
-        let bands = || self.half_widths.iter().zip(&values[1..]);
-        let elastic = |strain: f64| {
-            let beyond = bands().map(|(width, modulus)| modulus * (strain.abs() - width).max(0.0));
-            strain + beyond.sum::<f64>().copysign(strain)
-        };
-        let points: Vec<[f64; 2]> =
-            self.curve.points.iter().map(|&[time_s, strain]| [time_s, elastic(strain)]).collect();
+        let bands: Vec<[f64; 2]> = self
+            .half_widths
+            .iter()
+            .zip(&values[1..])
+            .map(|(&width, &modulus)| [width, modulus])
+            .collect();
         let strip = Prony { modulus: values[0], branches: self.branches(&values) };
-        strip.path(&points)
+        response(self.curve, strip, &bands)
     }
 
     /// Differences as shares of the response; the point of rest has none.
@@ -226,21 +291,11 @@ impl Descent<'_> {
                 .collect(),
             branches: order.iter().map(|&at| [branches[at].ratio, branches[at].time_s]).collect(),
             values: names.into_iter().map(value).collect(),
-            hold_errors: self.hold_errors(),
+            hold_errors: hold_errors(self.curve, &self.response(&self.x)),
             rise_error: self.rise_error(),
             bake: None,
             refusal: None,
         }
-    }
-
-    fn hold_errors(&self) -> Option<[f64; 2]> {
-        let shares = self.response(&self.x).into_iter().zip(&self.curve.response);
-        let shares: Vec<f64> = shares
-            .skip(self.curve.points.len() - self.curve.held)
-            .map(|(found, felt)| (found / felt - 1.0).abs())
-            .collect();
-        let worst = shares.iter().copied().fold(0.0, f64::max);
-        (shares.len() > 1).then(|| [root_mean_square(&shares), worst])
     }
 
     fn rise_error(&self) -> f64 {
