@@ -3,12 +3,12 @@
 use std::io::{self, Write};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel, sync_channel};
 use std::thread::sleep;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use chaincell_host::error::{Error, Result};
-use chaincell_host::interrupt;
 use chaincell_host::remote::frame::{Ask, Frame, write_head};
 use chaincell_host::remote::mirror::unwritten;
+use chaincell_host::{interrupt, terminal};
 use zenoh::query::{ConsolidationMode, Reply};
 use zenoh::sample::Sample;
 use zenoh::{Config, Session, Wait};
@@ -27,6 +27,8 @@ const AGAIN: Duration = Duration::from_millis(100);
 const LONG_EACH: u32 = 7;
 /// Longest wait for an answer: that with a large model over a slow link.
 const ANSWER: Duration = Duration::from_secs(120);
+/// Wait for a sender after which the user hears of it. `chaincell follow` ends one of 30 s.
+const SILENCE: Duration = Duration::from_secs(10);
 /// Time between looks for Ctrl-C and for a reader that has gone.
 const LOOK: Duration = Duration::from_millis(50);
 
@@ -57,7 +59,7 @@ impl From<io::Error> for Stopped {
 /// each record as it comes. Returns early if nobody reads any more, which `is_gone` says while nothing is written.
 ///
 /// # Errors
-/// A sender that refuses; a configuration that fits no network here; Ctrl-C.
+/// A sender that refuses, or that is not trusted; a configuration that fits no network here; Ctrl-C.
 pub fn receive(
     keys: &Keys,
     config: &Config,
@@ -75,6 +77,26 @@ pub fn receive(
 /// What does not return.
 enum Never {}
 
+/// A wait for a sender.
+struct Silence {
+    begin: Instant,
+    is_noted: bool,
+}
+
+impl Silence {
+    fn begin() -> Self {
+        Self { begin: Instant::now(), is_noted: false }
+    }
+
+    /// Writes once that it is long.
+    fn look(&mut self, text: impl FnOnce() -> String) {
+        if !self.is_noted && self.begin.elapsed() >= SILENCE {
+            self.is_noted = true;
+            terminal::note(format_args!("note: for {} s {}", SILENCE.as_secs(), text()));
+        }
+    }
+}
+
 /// A receiver and its reader.
 struct Intake<'a, W, G> {
     session: Session,
@@ -83,6 +105,7 @@ struct Intake<'a, W, G> {
     sequence: Sequence,
     /// What the reader asks for.
     first: Ask,
+    silence: Silence,
     out: &'a mut W,
     is_gone: G,
 }
@@ -97,13 +120,20 @@ impl<'a, W: Write, G: Fn() -> bool> Intake<'a, W, G> {
         is_gone: G,
     ) -> std::result::Result<Self, Stopped> {
         let short = settings::hasty(config).map_err(Error::check)?;
-        let mut attempts = 0_u32;
+        let (mut attempts, mut silence) = (0_u32, Silence::begin());
         let session = loop {
             let is_long = attempts.is_multiple_of(LONG_EACH);
             match settings::open(if is_long { config } else { &short }) {
                 Ok(session) => break session,
-                Err(why) if attempts == 0 => log::info!("not connected: {why}"),
-                Err(_) => {}
+                Err(why) => {
+                    if attempts == 0 {
+                        log::info!("not connected: {why}");
+                    }
+                    silence.look(|| format!("there was no connection: {why}; trying again"));
+                }
+            }
+            if is_long {
+                settings::check_connect(config)?;
             }
             attempts = attempts.wrapping_add(1);
             look(&is_gone)?;
@@ -122,8 +152,8 @@ impl<'a, W: Write, G: Fn() -> bool> Intake<'a, W, G> {
             .background()
             .wait()
             .map_err(Error::check)?;
-        let (sequence, first) = (Sequence::new(ask), *ask);
-        Ok(Self { session, messages, keys, sequence, first, out, is_gone })
+        let (sequence, first, silence) = (Sequence::new(ask), *ask, Silence::begin());
+        Ok(Self { session, messages, keys, sequence, first, silence, out, is_gone })
     }
 
     /// Writes what comes and asks for what is missing.
@@ -132,11 +162,11 @@ impl<'a, W: Write, G: Fn() -> bool> Intake<'a, W, G> {
         self.out.flush()?;
         let mut is_missing = true;
         loop {
-            look(&self.is_gone)?;
+            self.look()?;
             while is_missing {
                 is_missing = !self.ask()?;
                 if is_missing {
-                    look(&self.is_gone)?;
+                    self.look()?;
                 }
             }
             match self.messages.recv_timeout(LOOK) {
@@ -171,7 +201,7 @@ impl<'a, W: Write, G: Fn() -> bool> Intake<'a, W, G> {
             let reply = match replies.recv_timeout(LOOK) {
                 Ok(reply) => reply,
                 Err(RecvTimeoutError::Timeout) => {
-                    look(&self.is_gone)?;
+                    self.look()?;
                     continue;
                 }
                 Err(RecvTimeoutError::Disconnected) => break,
@@ -193,10 +223,23 @@ impl<'a, W: Write, G: Fn() -> bool> Intake<'a, W, G> {
         Ok(is_complete)
     }
 
+    /// Stops where the user asks to, or nobody reads; a long silence is noted.
+    fn look(&mut self) -> std::result::Result<(), Stopped> {
+        let Keys { records, ask } = self.keys;
+        self.silence.look(|| {
+            format!(
+                "nothing came from {records} and {ask}: no sender is there, or an access rule (`access_control`) of \
+                 it or of a router denies this receiver; asking again"
+            )
+        });
+        look(&self.is_gone)
+    }
+
     /// Writes a frame; the last one ends the stream.
     fn write(&mut self, frame: Frame) -> std::result::Result<(), Stopped> {
         self.first.write(&frame, self.out)?;
         self.out.flush()?;
+        self.silence = Silence::begin();
         match frame {
             Frame::End { .. } => Err(Stopped::Ended),
             Frame::Refused(why) => Err(Error::input(format!("the sender says: {why}")).into()),

@@ -29,9 +29,11 @@ const END_AGAIN: Duration = Duration::from_millis(100);
 /// Publishes a session under `keys` and answers questions until Ctrl-C, also after the recording has ended.
 ///
 /// # Errors
-/// A trace that cannot be read, or in which another session has begun; no place to listen; Ctrl-C.
+/// A trace that cannot be read, or in which another session has begun; no place to listen; a router that refuses this
+/// side's certificate, or has one that is not trusted here; Ctrl-C.
 pub fn send(place: &Place, keys: &Keys, config: &Config) -> Result<()> {
     let tail = Tail::open(&place.trace)?;
+    settings::check_connect(config)?;
     let session = settings::open(config)?;
     answer_each(&session, place, keys)?;
     terminal::say("ready")?;

@@ -17,6 +17,8 @@ const LEASE_MS: u32 = 2000;
 /// Longest wait for a connection, after which the next attempt begins \[ms\]. The system repeats a lost request
 /// later than that.
 const CONNECT_MS: u32 = 1000;
+/// The same of one attempt before a sender begins, which has no limit of its own \[ms\].
+const FIRST_MS: u32 = 10_000;
 /// The same of an attempt that ends soon \[ms\].
 const HASTY_MS: u32 = 250;
 /// Bytes that a link may hold back, four seconds of a session: a cut link ends before it is full, since zenoh then
@@ -24,6 +26,27 @@ const HASTY_MS: u32 = 250;
 const SEND_BYTES: u32 = 262_144;
 /// First and largest pause between attempts of a link that was open \[ms\].
 const AGAIN_MS: [u32; 2] = [200, 1000];
+/// The last one of the settings that zenoh puts before the reason why certificates of this side are of no use; there
+/// may be keys among them.
+const LAST_SETTING: &str = "verify_name_on_connect=";
+/// Parts of zenoh's reasons that waiting does not cure, with remedies.
+const LASTING: [(&str, &str); 4] = [
+    (
+        "invalid peer certificate",
+        "let `transport/link/tls/root_ca_certificate` of --config name the authority that signed it, and connect to a \
+         name that stands in it",
+    ),
+    (
+        "received fatal alert",
+        "the other side wants a certificate that it trusts: let `connect_certificate`, `connect_private_key` and \
+         `enable_mtls` of `transport/link/tls` in --config name one",
+    ),
+    ("Cannot create a new TLS", "look at `transport/link/tls` of --config"),
+    (
+        "not supported",
+        "take tcp/HOST:PORT, or tls/HOST:PORT of a program that was built with --features tls",
+    ),
+];
 
 /// Endpoints and further settings of one side.
 #[derive(Debug, Clone, Default)]
@@ -74,7 +97,11 @@ impl Settings {
         let mut all = json!({
             "connect": { "retry": { "period_init_ms": first_ms, "period_max_ms": most_ms } },
             "scouting": { "multicast": { "enabled": false }, "gossip": { "enabled": false } },
-            "transport": { "link": { "tx": { "lease": LEASE_MS }, "tcp": { "so_sndbuf": SEND_BYTES } } },
+            "transport": { "link": {
+                "tx": { "lease": LEASE_MS },
+                "tcp": { "so_sndbuf": SEND_BYTES },
+                "tls": { "so_sndbuf": SEND_BYTES },
+            } },
         });
         lay_over(&mut all, side);
         if let Some(path) = &self.config {
@@ -102,6 +129,52 @@ pub fn hasty(config: &Config) -> zenoh::Result<Config> {
     Ok(hasty)
 }
 
+/// Tries each endpoint that is to be connected to once, those of TCP aside: who refuses a certificate refuses it
+/// again. zenoh gives the reason to a peer, not to a client, which waits for a sender.
+///
+/// # Errors
+/// Endpoints none of which a later attempt reaches, with the remedy.
+pub fn check_connect(config: &Config) -> Result<()> {
+    let listed = config.get_json("connect/endpoints").unwrap_or_default();
+    // A list by modes or by groups of endpoints is not looked into.
+    let endpoints: Vec<String> = serde_json::from_str(&listed).unwrap_or_default();
+    let mut refused = Ok(());
+    for endpoint in &endpoints {
+        match refusal(config, endpoint).map_err(Error::check)? {
+            Some(why) => refused = refused.and(Err(why)),
+            None => return Ok(()),
+        }
+    }
+    refused
+}
+
+/// Why no attempt reaches an endpoint; `None` if one does, or a later one may.
+fn refusal(config: &Config, endpoint: &str) -> zenoh::Result<Option<Error>> {
+    if endpoint.starts_with("tcp/") {
+        return Ok(None);
+    }
+    let limit_ms = config.get_json("connect/timeout_ms")?.parse().ok().filter(|&ms| ms > 0);
+    let mut once = config.clone();
+    for (key, value) in [
+        ("mode", json!("peer")),
+        ("listen/endpoints", json!([])),
+        ("scouting/multicast/enabled", json!(false)),
+        ("connect/endpoints", json!([endpoint])),
+        ("connect/timeout_ms", json!(limit_ms.unwrap_or(FIRST_MS))),
+        ("connect/exit_on_failure", json!(true)),
+        // Without a pause there is one attempt, whose reason is given.
+        ("connect/retry", json!({ "period_init_ms": 0 })),
+    ] {
+        once.insert_json5(key, &value.to_string())?;
+    }
+    let why = match zenoh::open(once).wait() {
+        Ok(session) => return session.close().wait().map(|()| None),
+        Err(why) => reason(&why),
+    };
+    let refused = |remedy| Error::input(format!("cannot connect to {endpoint}: {why}: {remedy}"));
+    Ok(remedy(&why).map(refused))
+}
+
 /// Opens zenoh.
 ///
 /// # Errors
@@ -109,15 +182,30 @@ pub fn hasty(config: &Config) -> zenoh::Result<Config> {
 pub fn open(config: &Config) -> Result<Session> {
     zenoh::open(config.clone()).wait().map_err(|why| {
         let named = |key| config.get_json(key).unwrap_or_default();
-        // Its text names the line of its sources, which nobody here has.
-        let why = why.to_string();
-        let why = why.split(" at /").next().unwrap_or_default();
+        let why = reason(&why);
+        let remedy = remedy(&why).map(|remedy| format!(": {remedy}")).unwrap_or_default();
         Error::input(format!(
-            "zenoh with listen {}, connect {}: {why}",
+            "zenoh with listen {}, connect {}: {why}{remedy}",
             named("listen/endpoints"),
             named("connect/endpoints")
         ))
     })
+}
+
+/// zenoh's reason in its own words.
+fn reason(why: &zenoh::Error) -> String {
+    let why = why.to_string();
+    let why = match why.rsplit_once(LAST_SETTING).and_then(|(_, why)| why.split_once(": ")) {
+        Some((_, why)) => format!("Cannot create a new TLS link: {why}"),
+        None => why,
+    };
+    // It names the line of its sources, which nobody here has.
+    why.split(" at /").next().unwrap_or_default().to_owned()
+}
+
+/// The remedy of a reason that a later attempt has too.
+fn remedy(why: &str) -> Option<&'static str> {
+    LASTING.iter().find(|(part, _)| why.contains(part)).map(|(_, remedy)| *remedy)
 }
 
 /// Reads a configuration.
@@ -182,6 +270,9 @@ mod tests {
                 assert_eq!(config.get_json(discovery).unwrap(), "false");
             }
             assert_eq!(config.get_json("transport/link/tx/lease").unwrap(), "2000");
+            for link in ["transport/link/tcp/so_sndbuf", "transport/link/tls/so_sndbuf"] {
+                assert_eq!(config.get_json(link).unwrap(), SEND_BYTES.to_string());
+            }
         }
         let receiver = Settings::default().receiver().unwrap();
         assert_eq!(receiver.get_json("listen/endpoints").unwrap(), "[]");
@@ -195,6 +286,19 @@ mod tests {
         assert_eq!(limit(&hasty(&config).unwrap()), "250");
         config.insert_json5("connect/timeout_ms", "5000").unwrap();
         assert_eq!(limit(&hasty(&config).unwrap()), "5000");
+    }
+
+    #[test]
+    fn an_endpoint_that_may_come_is_waited_for() {
+        let checked = |connect: &[&str]| {
+            let connect = connect.iter().map(|&endpoint| endpoint.into()).collect();
+            let settings = Settings { connect, ..Settings::default() };
+            check_connect(&settings.receiver().unwrap()).map_err(|why| why.to_string())
+        };
+        assert_eq!(checked(&["tcp/127.0.0.1:1"]), Ok(()));
+        assert_eq!(checked(&["udp/127.0.0.1:1", "tcp/127.0.0.1:1"]), Ok(()));
+        let why = checked(&["udp/127.0.0.1:1", "udp/127.0.0.1:2"]).unwrap_err();
+        assert!(why.contains("udp/127.0.0.1:1") && why.contains("--features tls"), "{why}");
     }
 
     #[test]

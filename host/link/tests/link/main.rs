@@ -7,13 +7,18 @@
     reason = "a failing helper fails its test"
 )]
 
+#[cfg(feature = "tls")]
+mod certificates;
 mod session;
 mod sides;
+#[cfg(feature = "tls")]
+mod tls;
 
+use std::path::Path;
 use std::time::Duration;
 
 use chaincell_host::remote::frame::{Ask, Frame};
-use chaincell_host::remote::mirror::Place;
+use chaincell_host::remote::place::Place;
 use chaincell_kernel::trace::RECORD_BYTES;
 use chaincell_link::page;
 use chaincell_link::sequence::Sequence;
@@ -32,6 +37,23 @@ fn same(followed: Followed, state_hash: &str) -> u64 {
     assert!(report.has_ended && !report.was_killed, "{report:?}");
     assert!(report.first_difference.is_none(), "{report:?}");
     u64::from(report.ticks)
+}
+
+/// Every record stands in the frames of a receiver once, as it stands in the trace, and then its end.
+#[track_caller]
+fn whole(frames: &[Frame], session: &Path) {
+    let mut records = Vec::new();
+    for frame in frames {
+        if let Frame::Records { first, bytes, .. } = frame {
+            assert_eq!(*first as usize, records.len() / RECORD_BYTES);
+            records.extend(bytes);
+        }
+    }
+    let trace = std::fs::read(session.join("session.trace")).unwrap();
+    assert!(trace.ends_with(&records) && !records.is_empty());
+    let Frame::Begun(begun) = &frames[0] else { panic!("{:?}", frames[0]) };
+    assert_eq!(begun.len() + records.len(), trace.len());
+    assert!(matches!(frames.last(), Some(Frame::End { is_whole: true, .. })));
 }
 
 #[test]
@@ -81,7 +103,7 @@ fn what_is_lost_on_the_way_is_asked_for() {
     std::fs::write(&lossy, format!("{{ downsampling: [{rule}] }}")).unwrap();
     let config = lossy.to_str().unwrap();
     let _sender = network.send(session.folder(), "left", &["--config", config]);
-    let receiver = network.receive("left");
+    let receiver = network.receive("left", &[]);
     let asked = until("it asks five times", || {
         session.play(2);
         std::thread::sleep(Duration::from_millis(20));
@@ -89,20 +111,7 @@ fn what_is_lost_on_the_way_is_asked_for() {
     });
     let (folder, _) = session.end();
     assert!(asked);
-    // Every record stands in the stream once, as it stands in the trace.
-    let frames = receiver.frames();
-    let mut records = Vec::new();
-    for frame in &frames {
-        if let Frame::Records { first, bytes, .. } = frame {
-            assert_eq!(*first as usize, records.len() / RECORD_BYTES);
-            records.extend(bytes);
-        }
-    }
-    let trace = std::fs::read(folder.path().join("session.trace")).unwrap();
-    assert!(trace.ends_with(&records) && !records.is_empty());
-    let Frame::Begun(begun) = &frames[0] else { panic!("{:?}", frames[0]) };
-    assert_eq!(begun.len() + records.len(), trace.len());
-    assert!(matches!(frames.last(), Some(Frame::End { is_whole: true, .. })));
+    whole(&receiver.frames(), folder.path());
 }
 
 #[test]
@@ -178,7 +187,7 @@ fn another_session_of_the_same_name_is_refused() {
 #[test]
 fn an_answer_has_a_bounded_length() {
     let (folder, trace) = fake(40_000);
-    let place = Place::of(folder.path().join("session.trace"));
+    let place = Place::find(folder.path(), None).unwrap();
     let mut sequence = Sequence::new(&Ask { model: Some(0), ..Ask::default() });
     let (mut pages, mut bytes, mut is_whole) = (0, 0, false);
     while !is_whole {
@@ -210,6 +219,9 @@ fn what_cannot_be_sent_or_received_is_named() {
         (vec!["send", "/no/such/session", "--name", "a"], "/no/such/session"),
         (vec!["send", session, "--name", "a", "--config", "/no/such/config"], "/no/such/config"),
         (vec!["send", session, "--name", "a", "--listen", "tcp/127.0.0.1:nowhere"], "nowhere"),
+        (vec!["send", session, "--name", "a", "--listen", "udp/127.0.0.1:1"], "--features tls"),
+        (vec!["send", session, "--name", "a", "--connect", "udp/127.0.0.1:1"], "--features tls"),
+        (vec!["receive", "a", "--connect", "udp/127.0.0.1:1"], "udp/127.0.0.1:1"),
         (vec!["receive", "a b"], "the name `a b`"),
         (vec!["receive", "a", "--goes-on", "3"], "SEAL:RECORD"),
     ] {

@@ -4,8 +4,8 @@ use std::io::{BufRead, BufReader, Read};
 use std::net::TcpListener;
 use std::path::Path;
 use std::process::{Child, ChildStdout, Command, Stdio};
-use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex};
 use std::thread::{JoinHandle, sleep, spawn};
 use std::time::{Duration, Instant};
 
@@ -22,7 +22,7 @@ use chaincell_kernel::trace::Reader;
 use zenoh::{Config, Session, Wait};
 
 /// A wait that no machine needs.
-const LONG: Duration = Duration::from_secs(180);
+pub const LONG: Duration = Duration::from_secs(180);
 const PROGRAM: &str = env!("CARGO_BIN_EXE_chaincell-link");
 
 /// What came of a follower.
@@ -41,10 +41,17 @@ pub fn until(what: &str, mut is_so: impl FnMut() -> bool) -> bool {
     true
 }
 
-/// How a command ended that does not get far, and what it said.
+/// How a command ended that does not get far, and what it said; it writes nothing else.
 pub fn ended(args: &[&str]) -> (Option<i32>, String) {
-    let output = Command::new(PROGRAM).args(args).stdin(Stdio::null()).output().unwrap();
-    (output.status.code(), String::from_utf8(output.stderr).unwrap())
+    let mut command = Command::new(PROGRAM);
+    command.args(args).stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    let mut process = Process { child: command.spawn().unwrap() };
+    assert!(until("the command ends", || process.child.try_wait().unwrap().is_some()), "{args:?}");
+    let (mut out, mut err) = (Vec::new(), String::new());
+    process.child.stdout.take().unwrap().read_to_end(&mut out).unwrap();
+    process.child.stderr.take().unwrap().read_to_string(&mut err).unwrap();
+    assert!(out.is_empty(), "{args:?}");
+    (process.child.wait().unwrap().code(), err)
 }
 
 /// An endpoint of this machine that nobody else has: of the sender, or of a router.
@@ -56,8 +63,13 @@ pub struct Network {
 impl Network {
     /// `None`, with a line that says so, where there is no loopback.
     pub fn new(test: &str) -> Option<Self> {
+        Self::of("tcp", test)
+    }
+
+    /// The same by another protocol.
+    pub fn of(protocol: &str, test: &str) -> Option<Self> {
         match TcpListener::bind("127.0.0.1:0").and_then(|listener| listener.local_addr()) {
-            Ok(address) => Some(Self { endpoint: format!("tcp/{address}"), router: None }),
+            Ok(address) => Some(Self { endpoint: format!("{protocol}/{address}"), router: None }),
             Err(why) => {
                 println!("SKIPPED {test}: no loopback: {why}");
                 None
@@ -95,10 +107,16 @@ impl Network {
         sender
     }
 
+    #[cfg(feature = "tls")]
+    pub fn endpoint(&self) -> &str {
+        &self.endpoint
+    }
+
     /// A receiver without a follower.
-    pub fn receive(&self, name: &str) -> Stream {
+    pub fn receive(&self, name: &str, options: &[&str]) -> Stream {
         let mut child = Command::new(PROGRAM)
             .args(["receive", name, "--connect", &self.endpoint])
+            .args(options)
             .env("CHAINCELL_LOG", "chaincell_link=debug")
             .stdin(Stdio::null())
             .stdout(Stdio::piped())
@@ -107,18 +125,17 @@ impl Network {
             .unwrap();
         let out = child.stdout.take().unwrap();
         let err = BufReader::new(child.stderr.take().unwrap());
-        let asked = Arc::new(AtomicUsize::new(0));
-        let count = Arc::clone(&asked);
+        let said = Arc::new(Mutex::new(Vec::new()));
+        let lines = Arc::clone(&said);
         spawn(move || {
-            for line in err.lines().map_while(Result::ok) {
-                count.fetch_add(usize::from(line.contains("asks for")), Ordering::SeqCst);
-            }
+            err.lines().map_while(Result::ok).for_each(|line| lines.lock().unwrap().push(line));
         });
-        Stream { frames: spawn(move || frames(out)), asked, process: Process { child } }
+        Stream { frames: spawn(move || frames(out)), said, process: Process { child } }
     }
 
-    fn words(&self, name: &str) -> Vec<String> {
-        [PROGRAM, "receive", name, "--connect", &self.endpoint].map(str::to_owned).into()
+    fn words(&self, name: &str, options: &[&str]) -> Vec<String> {
+        let words = [PROGRAM, "receive", name, "--connect", &self.endpoint];
+        words.iter().chain(options).copied().map(str::to_owned).collect()
     }
 }
 
@@ -137,19 +154,32 @@ impl Drop for Process {
 /// What a receiver writes.
 pub struct Stream {
     frames: JoinHandle<Vec<Frame>>,
-    asked: Arc<AtomicUsize>,
+    said: Arc<Mutex<Vec<String>>>,
     process: Process,
 }
 
 impl Stream {
     pub fn times_asked(&self) -> usize {
-        self.asked.load(Ordering::SeqCst)
+        self.times_said(&["asks for"])
+    }
+
+    /// Lines on standard error with all these parts.
+    pub fn times_said(&self, parts: &[&str]) -> usize {
+        let has_all = |line: &&String| parts.iter().all(|part| line.contains(part));
+        self.said.lock().unwrap().iter().filter(has_all).count()
     }
 
     /// All frames until the receiver ends, which it has to do well.
     pub fn frames(mut self) -> Vec<Frame> {
         assert!(until("the receiver ends", || self.process.child.try_wait().unwrap().is_some()));
         assert!(self.process.child.wait().unwrap().success());
+        self.frames.join().unwrap()
+    }
+
+    /// All frames until now.
+    #[cfg(feature = "tls")]
+    pub fn stop(self) -> Vec<Frame> {
+        drop(self.process);
         self.frames.join().unwrap()
     }
 }
@@ -173,9 +203,14 @@ pub struct Follower {
 
 impl Follower {
     pub fn of(network: &Network, name: &str) -> Self {
-        let (words, ticks) = (network.words(name), Arc::new(AtomicU64::new(0)));
+        Self::with(network, name, &[], LONG)
+    }
+
+    /// The same with options of the receiver; it waits at most this long for a stream that begins.
+    pub fn with(network: &Network, name: &str, options: &[&str], wait: Duration) -> Self {
+        let (words, ticks) = (network.words(name, options), Arc::new(AtomicU64::new(0)));
         let count = Arc::clone(&ticks);
-        Self { ticks, thread: spawn(move || follow(words, &count)) }
+        Self { ticks, thread: spawn(move || follow(words, wait, &count)) }
     }
 
     /// Waits until it has run this many ticks.
@@ -193,11 +228,11 @@ impl Follower {
     }
 }
 
-/// `chaincell follow -- WORDS`, in this process.
-fn follow(words: Vec<String>, ticks: &AtomicU64) -> error::Result<FollowReport> {
+/// `chaincell follow -- WORDS`, in this process, which without a wait ends with the receiver, or after 30 s.
+fn follow(words: Vec<String>, wait: Duration, ticks: &AtomicU64) -> error::Result<FollowReport> {
     let label = Path::new("link");
     let mut intake = Intake::new(Box::new(Program::new(words)));
-    let mut joined = join(&mut intake, None, now_ns() + LONG.as_secs() * SECOND_NS)?;
+    let mut joined = join(&mut intake, None, now_ns() + wait.as_secs() * SECOND_NS)?;
     let image = joined.image.take().ok_or_else(|| Error::input("no model"))?;
     let trace = Reader::open(&joined.begun).map_err(Error::input)?;
     let model = Model::from_bytes(image.as_bytes()).map_err(Error::input)?;
