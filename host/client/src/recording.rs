@@ -1,7 +1,8 @@
-//! Where the server of a scene records: an attribute of a service that has no ports.
+//! Where the server of a scene records: attributes of a service that has no ports.
 
-use std::ffi::OsStr;
-use std::os::unix::ffi::OsStrExt;
+use std::ffi::{OsStr, OsString};
+use std::fmt::Debug;
+use std::os::unix::ffi::{OsStrExt, OsStringExt};
 use std::path::{Path, PathBuf};
 
 use iceoryx2::prelude::*;
@@ -11,12 +12,15 @@ use iceoryx2::service::port_factory::event;
 
 use crate::error::{Error, Kind, Result};
 use crate::names::{Ipc, SceneNames, recorded_scene};
+use crate::owner;
 use crate::services::{CLEAR_UP_LIMIT, Domain, SceneServices, service_error};
 
-/// Key of the attribute.
-const KEY: &str = "trace";
-/// Longest path of a trace \[bytes\].
-const PATH_BYTES_MAX: usize = 256;
+/// Keys of the attributes, each a part of the path in hexadecimal: iceoryx2 takes ASCII alone.
+const KEYS: [&str; 8] =
+    ["trace0", "trace1", "trace2", "trace3", "trace4", "trace5", "trace6", "trace7"];
+/// Bytes of the path in one attribute, and in all.
+const PART_BYTES: usize = 128;
+const PATH_BYTES_MAX: usize = KEYS.len() * PART_BYTES;
 
 /// A trace is shown while this lives.
 ///
@@ -43,21 +47,10 @@ pub struct Shown {
 /// Shows other processes the trace that the server of a scene writes.
 ///
 /// # Errors
-/// A path of more than 256 bytes; a service that cannot be made.
+/// A path of more than 1,024 bytes; a trace that is not there; a service that cannot be made.
 pub fn show(scene: &SceneServices, trace: &Path) -> Result<Shown> {
-    let name = scene.recording_name;
-    let failed = |why: &dyn std::fmt::Debug| Error::new(Kind::Service, format!("{name}: {why:?}"));
-    let path = std::fs::canonicalize(trace).map_err(|why| failed(&why))?;
-    let bytes = path.as_os_str().as_bytes();
-    if bytes.len() > PATH_BYTES_MAX {
-        let text = format!("{}: a path of more than {PATH_BYTES_MAX} bytes", path.display());
-        return Err(Error::new(Kind::Service, text));
-    }
-    let value = AttributeValue::new(bytes).map_err(|why| failed(&why))?;
-    let key = AttributeKey::new(KEY.as_bytes()).map_err(|why| failed(&why))?;
+    let (name, attributes) = (scene.recording_name, attributes(trace)?);
     scene.further(move |node| {
-        let attributes = AttributeSpecifier::new().define(&key, &value);
-        let attributes = attributes.map_err(|why| Error::new(Kind::Service, format!("{why}")))?;
         let create = || node.service_builder(&name).event().create_with_attributes(&attributes);
         // That of a killed server, whose place this one takes, is still there.
         let created = create().or_else(|why| match why {
@@ -71,7 +64,28 @@ pub fn show(scene: &SceneServices, trace: &Path) -> Result<Shown> {
     })
 }
 
-/// The trace that the server of this scene writes, if it records. A killed server's may still be found.
+/// The attributes that show a trace.
+fn attributes(trace: &Path) -> Result<AttributeSpecifier> {
+    let path = std::fs::canonicalize(trace).map_err(|why| Error::file("look at", trace, why))?;
+    let bytes = path.as_os_str().as_bytes();
+    if bytes.len() > PATH_BYTES_MAX {
+        let text = format!("{}: a path of more than {PATH_BYTES_MAX} bytes", path.display());
+        return Err(Error::new(Kind::Argument, text));
+    }
+    let failed =
+        |why: &dyn Debug| Error::new(Kind::Service, format!("{}: {why:?}", path.display()));
+    let mut all = AttributeSpecifier::new();
+    for (key, part) in KEYS.iter().zip(bytes.chunks(PART_BYTES)) {
+        let digits: String = part.iter().map(|byte| format!("{byte:02x}")).collect();
+        let key = AttributeKey::new(key.as_bytes()).map_err(|why| failed(&why))?;
+        let value = AttributeValue::new(digits.as_bytes()).map_err(|why| failed(&why))?;
+        all = all.define(&key, &value).map_err(|why| failed(&why))?;
+    }
+    Ok(all)
+}
+
+/// The trace that the server of this scene writes, if it records. That of a killed server may be found until a program
+/// opens a scene, which clears up after it.
 ///
 /// # Errors
 /// A scene name that is none; files of another user.
@@ -85,9 +99,8 @@ pub fn show(scene: &SceneServices, trace: &Path) -> Result<Shown> {
 /// # Ok::<(), chaincell_client::Error>(())
 /// ```
 pub fn of(scene: Option<&str>, domain: &Domain) -> Result<Option<PathBuf>> {
-    set_log_level_from_env_or(LogLevel::Fatal);
-    let name = SceneNames::new(scene)?.recording;
-    let details = Ipc::details(&name, &domain.config()?, MessagingPattern::Event);
+    let (name, config) = (SceneNames::new(scene)?.recording, looked_at(domain)?);
+    let details = Ipc::details(&name, &config, MessagingPattern::Event);
     let details = details.map_err(|why| service_error(&name, why))?;
     Ok(details.and_then(|details| shown(&details)))
 }
@@ -97,10 +110,10 @@ pub fn of(scene: Option<&str>, domain: &Domain) -> Result<Option<PathBuf>> {
 /// # Errors
 /// Files of another user.
 pub fn scene_of(trace: &Path, domain: &Domain) -> Result<Option<Option<String>>> {
-    set_log_level_from_env_or(LogLevel::Fatal);
+    let config = looked_at(domain)?;
     let Ok(trace) = std::fs::canonicalize(trace) else { return Ok(None) };
     let mut found = None;
-    let listed = Ipc::list(&domain.config()?, |details| {
+    let listed = Ipc::list(&config, |details| {
         let name = details.static_details.name().as_str();
         if let Some(scene) = recorded_scene(name)
             && shown(&details).as_ref() == Some(&trace)
@@ -114,9 +127,25 @@ pub fn scene_of(trace: &Path, domain: &Domain) -> Result<Option<Option<String>>>
     listed.map_err(failed).map(|()| found)
 }
 
+/// The configuration of a domain whose folder is this user's own.
+fn looked_at(domain: &Domain) -> Result<Config> {
+    set_log_level_from_env_or(LogLevel::Fatal);
+    let config = domain.config()?;
+    owner::take(OsStr::from_bytes(config.global.root_path().as_bytes()).as_ref())?;
+    Ok(config)
+}
+
 /// The trace that a service shows.
 fn shown(details: &ServiceDetails<Ipc>) -> Option<PathBuf> {
-    let key = AttributeKey::new(KEY.as_bytes()).ok()?;
-    let value = details.static_details.attributes().key_value(&key, 0)?;
-    Some(PathBuf::from(OsStr::from_bytes(value.as_bytes())))
+    let attributes = details.static_details.attributes();
+    let mut path = Vec::new();
+    for key in KEYS {
+        let key = AttributeKey::new(key.as_bytes()).ok()?;
+        let Some(part) = attributes.key_value(&key, 0) else { break };
+        let digits = str::from_utf8(part.as_bytes()).ok()?;
+        for at in (0..digits.len()).step_by(2) {
+            path.push(u8::from_str_radix(digits.get(at..at + 2)?, 16).ok()?);
+        }
+    }
+    (!path.is_empty()).then(|| PathBuf::from(OsString::from_vec(path)))
 }

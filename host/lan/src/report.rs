@@ -115,7 +115,7 @@ impl std::fmt::Display for PlayReport {
         writeln!(f, "  round trip  {}", self.round_trips)?;
         writeln!(
             f,
-            "  force       largest {:.4} N, {} silences",
+            "  force       largest {:.4} N; silences {}",
             self.largest_force_n, self.silences
         )?;
         writeln!(f, "  dropped     {late} late, {old} old, {forged} forged, {foreign} foreign")?;

@@ -25,7 +25,7 @@ use rustix::event::{PollFd, PollFlags, Timespec, poll};
     chaincell-link send session --name left\n  \
     chaincell follow --scene far -- chaincell-link receive left\n\n\
     A receiver writes the stream of `chaincell mirror` to standard output. Of what was lost on the way it asks the\n\
-    sender, which reads the trace; the session does not notice. Nothing but this machine is reached unless --listen,\n\
+    sender, which reads the trace; the session does not wait for it. Nothing but this machine is reached unless --listen,\n\
     --connect or --config says so: discovery is off, and nothing is encrypted. --config has both, in zenoh's format."
 )]
 struct Cli {

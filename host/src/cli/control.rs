@@ -254,9 +254,9 @@ fn print(
     ))?;
     // Print flags, times and forces.
     terminal::say(format_args!(
-        "  flags       {}; watchdog of the tissue in {}",
+        "  flags       {}; the server's watchdog acted on {}",
         report.flag_ticks,
-        counted(report.stale_answers, "message")
+        counted(report.stale_answers, "answer")
     ))?;
     terminal::say(format_args!("  round trip  {}", report.round_trip_ns.in_us()))?;
     terminal::say(format_args!("  sent late   {}", report.send_late_ns.in_us()))?;

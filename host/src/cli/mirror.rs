@@ -28,7 +28,7 @@ const LOOK: Duration = Duration::from_millis(20);
     after_help = "Examples:\n  chaincell follow --scene far -- ssh theatre chaincell mirror session\n  \
     chaincell mirror session | chaincell follow -\n  \
     chaincell mirror session --listen 127.0.0.1:7100\n\n\
-    Reads the trace that `serve --out session` or `--record` writes; the session does not notice.\n\
+    Reads the trace that `serve --out session` or `--record` writes; the session does not wait for it.\n\
     A server takes a snapshot for a follower that joins more than 2,000 records behind the newest one.\n\
     Ends when the recording has ended and all of it is sent."
 )]

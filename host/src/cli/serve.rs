@@ -271,8 +271,14 @@ fn begin(
                     return other.map(|_| None);
                 }
             };
-            let server = open(args, scene, options, tissue.engine_mut())?;
-            (server, Some(from), recorded)
+            match open(args, scene, options, tissue.engine_mut()) {
+                Ok(server) => (server, Some(from), recorded),
+                // Another one that stood by was faster.
+                Err(why) => {
+                    recorded.forget();
+                    return Err(why);
+                }
+            }
         }
     };
     let server = recorded.go_on(server, from, &header, tissue)?;

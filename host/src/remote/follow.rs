@@ -261,7 +261,11 @@ impl<'a, 'm> Follower<'a, 'm> {
             match self.intake.next(LOOK) {
                 Come::Frame(come) => frame = Some(come),
                 Come::Nothing => {}
-                Come::Cut(why) => self.connect(&why, &mut told)?,
+                Come::Cut(why) => {
+                    // The mirror in this process ends by the same Ctrl-C.
+                    interrupt::check()?;
+                    self.connect(&why, &mut told)?;
+                }
             }
         }
     }

@@ -68,7 +68,7 @@ impl Intake {
     /// it was cut.
     ///
     /// # Errors
-    /// A stream that comes once; Ctrl-C.
+    /// A stream that comes once; a program that has refused; Ctrl-C.
     pub fn open_again(&mut self, ask: &Ask, why: &str, pause: Duration) -> Result<()> {
         self.close();
         if !self.way.opens_again() {
@@ -80,6 +80,9 @@ impl Intake {
         loop {
             sleep(pause);
             interrupt::check()?;
+            if let Some(why) = self.way.refusal() {
+                return Err(why);
+            }
             match self.open(ask) {
                 Ok(()) => return Ok(()),
                 Err(why) => log::info!("not connected: {why}"),

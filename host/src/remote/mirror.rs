@@ -1,13 +1,13 @@
-//! Sends a trace while it grows: the file is read, and the session knows nothing of it.
+//! Sends a trace while it grows: the file is read, and the session does not wait for it. For a follower that comes late
+//! its server is asked for a snapshot, by a command like any other.
 //!
 //! Records are sent in batches of 10 ms. A record has 48 bytes, and a tick one record and another one for each tool;
 //! packed, a tick of one tool takes less than half of its 96. A follower that was cut off names the record that it needs
 //! next.
 
-use std::fs;
+use std::fs::{self, File, TryLockError};
 use std::io::{self, Write};
 use std::path::Path;
-use std::sync::{Mutex, PoisonError};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
@@ -19,6 +19,7 @@ use super::place::Place;
 use crate::error::{Error, Result};
 use crate::files::recording::{MODEL, Mark, Tail, seal_of};
 use crate::files::snapshot::{SessionSnapshot, place, start_place};
+use crate::files::whole::folder_of;
 use crate::interrupt;
 use crate::session::ipc;
 use crate::session::ipc::command::{CommandClient, refusal_text};
@@ -38,11 +39,9 @@ const QUIET: Duration = Duration::from_millis(20);
 
 /// Records behind the newest snapshot that make a follower late.
 const LATE_RECORDS: u32 = 2000;
-/// Longest wait for a snapshot \[ns\].
-const REPLY_NS: u64 = 5 * SECOND_NS;
-
-/// Held by the one that asks for a snapshot.
-static ASKING: Mutex<()> = Mutex::new(());
+/// Longest wait for a snapshot \[ns\], and for the one that another mirror asks for.
+const REPLY_NS: u64 = SECOND_NS;
+const TURN: Duration = Duration::from_millis(1500);
 
 /// A trace that is sent to one follower.
 #[derive(Debug)]
@@ -100,6 +99,10 @@ impl Mirror {
     }
 
     fn send_all(&self, to: &mut impl Write, ask: &Ask) -> std::result::Result<Stopped, Failed> {
+        // What takes time comes before the first frame, for which a follower waits longer than for the next ones.
+        if ask.goes_on.is_none() {
+            self.let_late_ones_begin_later();
+        }
         // The session, and its model unless the follower has it.
         write_head(to)?;
         let begun = self.tail.begun();
@@ -123,7 +126,6 @@ impl Mirror {
 
     /// Sends the newest snapshot; returns the index of the record after it.
     fn send_start(&self, to: &mut impl Write) -> std::result::Result<u32, Failed> {
-        self.let_late_ones_begin_later();
         let marks = self.tail.marks()?;
         let first = self.tail.first_record();
         let begins_from = marks.first().copied().filter(|mark| mark.record == first);
@@ -144,15 +146,27 @@ impl Mirror {
     }
 
     /// Lets the server that writes the trace take a snapshot if the newest one is far behind; without one a follower runs
-    /// all ticks since then. Of several late followers one asks for all.
+    /// all ticks since then. Of several late followers on this machine one asks for all.
     fn let_late_ones_begin_later(&self) {
-        let _asking = ASKING.lock().unwrap_or_else(PoisonError::into_inner);
-        let asked = self.is_late().and_then(|is_late| match is_late {
+        if let Err(why) = self.ask_if_late() {
+            log::warn!("no snapshot for a late follower, which runs all ticks: {why}");
+        }
+    }
+
+    fn ask_if_late(&self) -> Result<()> {
+        if !self.is_late()? || !self.tail.is_written() {
+            return Ok(());
+        }
+        // A folder that cannot be locked keeps nobody from asking.
+        let folder = File::open(folder_of(&self.place.trace)).map_err(Error::check)?;
+        let begun = Instant::now();
+        while matches!(folder.try_lock(), Err(TryLockError::WouldBlock)) && begun.elapsed() < TURN {
+            interrupt::check()?;
+            sleep(LOOK);
+        }
+        match self.is_late()? {
             true => take_snapshot(&self.place.trace),
             false => Ok(()),
-        });
-        if let Err(why) = asked {
-            log::warn!("no snapshot for a late follower: {why}");
         }
     }
 
@@ -224,7 +238,7 @@ impl Mirror {
         let beside = self.place.trace.with_file_name(MODEL);
         let path = self.place.model.as_ref().unwrap_or(&beside);
         fs::read(path).map_err(|why| {
-            let remedy = "name the model with --model of `chaincell mirror`";
+            let remedy = "name the model with --model";
             Error::file("read model", path, format_args!("{why}; {remedy}"))
         })
     }
@@ -243,12 +257,13 @@ impl Mirror {
 /// Lets the server that writes a trace take a snapshot, and waits until it is written.
 fn take_snapshot(trace: &Path) -> Result<()> {
     let domain = Domain::default();
-    let Some(scene) = recording::scene_of(trace, &domain)? else { return Ok(()) };
+    let scene = recording::scene_of(trace, &domain)?;
+    let scene =
+        scene.ok_or_else(|| Error::input("no server on this machine shows that it writes it"))?;
     let scene = ipc::open(scene.as_deref(), &domain)?;
     let client = CommandClient::open(&scene)?;
-    // One that was killed has left its name.
     if !client.is_served() {
-        return Ok(());
+        return Err(Error::input("its server was killed"));
     }
     let command = CommandMessage::new(&Command::Snapshot { checksum: 0 });
     let reply = client.send(command, REPLY_NS, interrupt::asked)?;

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use chaincell_client::error::Kind;
 use chaincell_client::recording;
 
 use crate::error::{Error, Result};
@@ -29,10 +30,14 @@ impl Place {
         let Some(name) = name else {
             return Ok(Self { trace: trace_of(session), model });
         };
-        // One that cannot name a scene either gets the same answer.
-        let trace = recording::of(Some(name), &Domain::default()).ok().flatten();
+        let trace = match recording::of(Some(name), &Domain::default()) {
+            // It cannot name a scene either.
+            Err(why) if why.kind() == Kind::Argument => None,
+            found => found?,
+        };
         let trace = trace.ok_or_else(|| {
-            let why = "no such file, and no server records on a scene of this name: give serve --out or --record";
+            let why = "no such file, and no server records on a scene of this name: start serve with --out or \
+                       --record; a session that has ended goes by its folder";
             Error::file("read trace", session, why)
         })?;
         Ok(Self { trace, model })

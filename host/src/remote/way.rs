@@ -5,6 +5,7 @@ use std::io::{self, Read, Write};
 use std::net::{Shutdown, SocketAddr, TcpStream};
 use std::path::PathBuf;
 use std::process::{Child, Command, Stdio};
+use std::thread::sleep;
 use std::time::{Duration, Instant};
 
 use super::frame::{Ask, Frame};
@@ -17,6 +18,12 @@ const CONNECT: Duration = Duration::from_secs(5);
 /// Bounds of that for later ones, which is four times the last one's. The system repeats a lost request after a
 /// second, so that a new one comes sooner.
 const CONNECT_AGAIN: [Duration; 2] = [Duration::from_millis(200), CONNECT];
+
+/// Exit code of `chaincell mirror` where it cannot do what it was asked.
+const REFUSED: i32 = 2;
+/// Longest wait for the end of a program whose stream has ended, and time between looks for it.
+const ENDS: Duration = Duration::from_millis(200);
+const LOOK: Duration = Duration::from_millis(5);
 
 /// A stream of bytes from a mirror, opened anew after each cut.
 pub trait Way: fmt::Debug + Send {
@@ -32,6 +39,11 @@ pub trait Way: fmt::Debug + Send {
     /// True where it can be opened anew.
     fn opens_again(&self) -> bool {
         true
+    }
+
+    /// Why it never comes again, if the last stream said so.
+    fn refusal(&self) -> Option<Error> {
+        None
     }
 }
 
@@ -57,13 +69,14 @@ impl Way for Input {
 pub struct Program {
     words: Vec<String>,
     child: Option<Child>,
+    has_refused: bool,
 }
 
 impl Program {
     /// A program and its arguments.
     #[must_use]
     pub fn new(words: Vec<String>) -> Self {
-        Self { words, child: None }
+        Self { words, child: None, has_refused: false }
     }
 }
 
@@ -81,10 +94,26 @@ impl Way for Program {
     }
 
     fn close(&mut self) {
-        if let Some(mut child) = self.child.take() {
-            let _ = child.kill();
-            let _ = child.wait();
+        let Some(mut child) = self.child.take() else { return };
+        // One whose stream has ended is about to end itself.
+        let begun = Instant::now();
+        let mut ended = child.try_wait();
+        while matches!(ended, Ok(None)) && begun.elapsed() < ENDS {
+            sleep(LOOK);
+            ended = child.try_wait();
         }
+        self.has_refused |= matches!(ended, Ok(Some(status)) if status.code() == Some(REFUSED));
+        let _ = child.kill();
+        let _ = child.wait();
+    }
+
+    fn refusal(&self) -> Option<Error> {
+        let why = format!(
+            "`{}` ended with exit code {REFUSED}, so it has no session to go on with: it has said why; start the \
+             follower again with what it needs",
+            self.words.join(" ")
+        );
+        self.has_refused.then(|| Error::input(why))
     }
 }
 

@@ -13,6 +13,8 @@ use crate::tick::sample::{Flags, TickOutput};
 
 /// Raises [`Flags::FORCE_WITHHELD`] above this removed share, in presses that began inside the ramp.
 const OFF_SAID: f32 = 0.5;
+/// Largest energy of a spring that counts as slack: about that of a micrometre at 2 kN/m \[J\].
+const SLACK_J: f32 = 1.0e-9;
 /// Below this ramp share slew lag is ignored.
 const SHARE_MIN: f32 = 0.01;
 
@@ -50,6 +52,9 @@ impl Stage {
             answer.flags.contains(Flags::MOTION_CLAMPED),
         );
         self.observe(&answer);
+        if force == [0.0; 3] && self.is_slack() {
+            self.delay.release();
+        }
         if self.engaged && !is_safe {
             // A late answer's force is old: keep the present one.
             if !answer.flags.contains(Flags::LATE) {
@@ -68,6 +73,12 @@ impl Stage {
             self.mark_safe(&mut answer);
         }
         answer
+    }
+
+    /// Returns true if even the stiffest coupling would store no energy.
+    fn is_slack(&self) -> bool {
+        let stored = |of| self.proxy.stored(of, self.device);
+        self.settings.coupling.as_ref().is_none_or(|of| stored(of) <= SLACK_J)
     }
 
     /// Returns true if coupling or passivity control need a stiffness that the answer does not report: the

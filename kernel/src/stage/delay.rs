@@ -20,7 +20,8 @@
 //! interpolated.
 //!
 //! A measured delay counts by its mean over about [`MEMORY`] ticks: the sum is linear in it, and one late
-//! answer is no reason to show less stiffness.
+//! answer is no reason to show less stiffness. A longer mean softens the coupling at once, a shorter one stiffens it
+//! out of contact alone: a spring that stiffens while it is stretched has energy that no hand has put in.
 //!
 //! Source: J. E. Colgate, G. Schenkel, Passivity of a class of sampled-data systems (1997).
 
@@ -49,18 +50,28 @@ kept! {
     /// The delay, from the settings or as a running mean.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub(super) struct Delay {
+        /// The mean, and the longest one since the tool was last out of contact \[ticks\].
         ticks: f32,
+        longest: f32,
     }
 }
 
 impl Delay {
     pub(super) fn new(ticks: u8) -> Self {
-        Self { ticks: ticks.into() }
+        Self { ticks: ticks.into(), longest: ticks.into() }
     }
 
     /// Adds a measured delay to the mean.
     pub(super) fn hear(&mut self, ticks: f32) {
         self.ticks += (ticks - self.ticks) / MEMORY;
+        if self.ticks > self.longest {
+            self.longest = self.ticks;
+        }
+    }
+
+    /// Notes that the tool is out of contact, where the coupling's spring is not stretched.
+    pub(super) fn release(&mut self) {
+        self.longest = self.ticks;
     }
 
     /// The mean \[ticks\].
@@ -81,16 +92,17 @@ impl Delay {
 
     /// The coupling that a device with the damping `damping` may show at this delay.
     pub(super) fn admits(&self, of: &Coupling, damping: f32, tick_s: f32) -> Coupling {
-        if self.ticks <= FREE {
+        if self.longest <= FREE {
             return *of;
         }
-        let late = if self.ticks > BOUND { self.ticks } else { BOUND };
+        let late = if self.longest > BOUND { self.longest } else { BOUND };
         let bound = SHARE * passive_stiffness_n_per_m(damping, late, tick_s);
         let wished = of.stiffness_n_per_m;
         if bound >= wished {
             return *of;
         }
-        let share = if self.is_long() { 1.0 } else { (self.ticks - FREE) / (BOUND - FREE) };
+        let is_long = self.longest >= BOUND;
+        let share = if is_long { 1.0 } else { (self.longest - FREE) / (BOUND - FREE) };
         Coupling {
             stiffness_n_per_m: wished * bound / (bound + share * (wished - bound)),
             damping_n_s_per_m: (1.0 - share) * of.damping_n_s_per_m,

@@ -258,6 +258,11 @@ fn two_jobs_share_neither_a_name_nor_a_place() {
         job(json!({"out": "./x"})),
         job(json!({"out": "y", "picture": "off"})),
         job(json!({"out": "z", "picture": "off"})),
+        job(json!({"out": "z/../x/."})),
+        job(json!({"out": 7})),
+        job(json!({"out": "7"})),
+        job(json!({"out": ["w"]})),
+        job(json!({"contact": ["cells:file:ids.txt"]})),
     ]);
     place.batch(&["--jobs", "2"]).with(1);
     let mut results = place.results();
@@ -265,7 +270,12 @@ fn two_jobs_share_neither_a_name_nor_a_place() {
     let error = |line: usize| results[line - 1]["error"].as_str().unwrap_or_default().to_owned();
     assert!(error(2).contains("line 1 has it: give each job its own"), "{}", error(2));
     assert!(error(3).contains("line 1 writes there: name another place"), "{}", error(3));
-    assert_eq!([1, 4, 5].map(error), [const { String::new() }; 3]);
+    assert!(error(6).contains("line 1 writes there"), "{}", error(6));
+    assert!(error(8).contains("line 7 writes there"), "{}", error(8));
+    // An array stands for an option that may stand several times.
+    assert!(error(9).contains("`out` [\"w\"]: it stands once"), "{}", error(9));
+    assert!(error(10).contains("it stands once"), "{}", error(10));
+    assert_eq!([1, 4, 5, 7].map(error), [const { String::new() }; 4]);
     assert!(!place.file("y/picture.png").exists() && place.file("x/picture.png").exists());
 }
 

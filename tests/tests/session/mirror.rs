@@ -20,6 +20,8 @@ use chaincell_tests::place::Place;
 use chaincell_tests::process::SHORT;
 use chaincell_tests::{Ended, Running, chaincell, run, scene, turn};
 
+use rustix::process::{Pid, Signal, kill_process};
+
 use super::view::view_of;
 
 /// Ticks that are played at a time.
@@ -231,11 +233,64 @@ fn a_session_is_named_by_the_scene_of_its_server() {
         assert_eq!(same(followed.end(SHORT), &served), TICKS);
     }
     mirror.interrupt().with(130);
+    // A program that finds it no more ends its follower, which does not ask for ever.
+    let program = chaincell().get_program().to_owned();
+    let alone = ["follow", "--", text(Path::new(&program)), "mirror", &place.scene];
+    run(alone).with(2);
     // The name goes with the server; one that records nothing has none.
     let unrecorded = place.serve(&["--watchdog-ms", "0"]);
     let ended = run(["mirror", &place.scene]).with(2);
     assert!(ended.err.contains("no server records on a scene of this name"), "{}", ended.err);
     unrecorded.interrupt().with(130);
+}
+
+/// A follower whose connection breaks does not ask for ever where its program says that there is no session.
+#[test]
+fn a_program_that_has_no_session_any_more_ends_its_follower() {
+    let _turn = turn();
+    let place = Place::new("mirror-gone");
+    let (server, _, outsider) = session(&place);
+    let script = place.file("once");
+    let once = format!(
+        "#!/bin/sh\nif [ -e {0}.pid ]; then exit 2; fi\necho $$ > {0}.pid\nexec {1} mirror {2} \"$@\"\n",
+        text(&script),
+        text(Path::new(&chaincell().get_program())),
+        place.scene
+    );
+    std::fs::write(&script, once).unwrap();
+    let mut follower = Running::chaincell(["follow", "--", "sh", text(&script)]);
+    follower.wait_for_line("ready");
+    outsider.play(0..TICKS, pose);
+    let pid = std::fs::read_to_string(script.with_extension("pid")).unwrap();
+    kill_process(Pid::from_raw(pid.trim().parse().unwrap()).unwrap(), Signal::KILL).unwrap();
+    let ended = follower.end(SHORT).with(2);
+    assert!(ended.err.contains("ended with exit code 2"), "{}", ended.err);
+    server.interrupt().with(130);
+}
+
+/// Letters of any language in a path, and a server that stands still while late followers come.
+#[test]
+fn a_late_follower_of_a_server_that_stands_begins_without_a_snapshot() {
+    let _turn = turn();
+    let place = Place::new("mirror-stands");
+    let out = place.file("sitzung ä\n2");
+    let options = ["--watchdog-ms", "0", "--device", "touch", "--json", "--out", text(&out)];
+    let server = place.serve(&options);
+    let outsider = Outsider::join(&place.scene, true);
+    let ticks = 2_100;
+    outsider.play(0..ticks, pose);
+    server.signal(Signal::STOP);
+    let mut followers: Vec<Running> =
+        (0..3).map(|_| Running::chaincell(["follow", &place.scene, "--json"])).collect();
+    for follower in &mut followers {
+        follower.wait_for_line("ready");
+    }
+    server.signal(Signal::CONT);
+    outsider.play(ticks..ticks + 50, pose);
+    let served = server.interrupt().with(130).json();
+    for follower in followers {
+        same(follower.end(SHORT), &served);
+    }
 }
 
 #[test]

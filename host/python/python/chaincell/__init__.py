@@ -45,6 +45,7 @@ has no session: its calls raise `Closed`. A process has one copy of iceoryx2: it
 client for C, would take the sessions of this one for those of a dead program.
 """
 
+from chaincell import options as options
 from chaincell._native import (
     Answer,
     Contacts,

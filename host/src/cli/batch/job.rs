@@ -11,7 +11,7 @@ use sha1_smol::Sha1;
 
 use super::super::options;
 use super::super::run;
-use super::list::Options;
+use super::list::{Options, text_of};
 use crate::error::{Error, Result};
 use crate::input;
 
@@ -88,8 +88,10 @@ impl<'a> Reader<'a> {
             };
         }
         let text = match value {
-            Value::String(text) => text.clone(),
-            Value::Number(number) => number.to_string(),
+            Value::String(_) | Value::Number(_) => text_of(value),
+            Value::Array(_) if !matches!(option.get_action(), ArgAction::Append) => {
+                return refused("it stands once: give a text or a number");
+            }
             Value::Array(each) => {
                 let words = each.iter().map(|one| match one {
                     Value::Array(_) => refused("give texts or numbers in it"),
@@ -142,7 +144,7 @@ impl<'a> Reader<'a> {
     pub fn inputs_hash(&self, options: &Options, model_sha1: &str) -> Result<String> {
         let mut inputs: Vec<String> = vec![format!("release {}", env!("CARGO_PKG_VERSION"))];
         for (key, value) in options {
-            let text = value.as_str().unwrap_or_default();
+            let text = &text_of(value);
             inputs.push(match key.as_str() {
                 _ if NO_INPUTS.contains(&key.as_str()) => continue,
                 "model" => format!("model {model_sha1}"),

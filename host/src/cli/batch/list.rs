@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::fmt;
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 
 use serde::de::{Deserialize, Deserializer, MapAccess, Visitor};
 use serde_json::Value;
@@ -111,10 +111,11 @@ impl Taken<'_> {
         self.names.extend(job.name.iter().map(|name| (name.clone(), job.line)));
         // Refuse to write where an earlier job writes.
         for (key, value) in &options {
-            let Some(place) = value.as_str().filter(|_| WRITTEN.contains(&key.as_str())) else {
+            if !WRITTEN.contains(&key.as_str()) {
                 continue;
-            };
-            let path = std::path::absolute(self.base.join(place)).unwrap_or_default();
+            }
+            let place = text_of(value);
+            let path = plain(&std::path::absolute(self.base.join(&place)).unwrap_or_default());
             match self.places.get(&path) {
                 _ if key == "picture" && place == "off" => {}
                 Some(earlier) if *earlier != job.line => {
@@ -127,6 +128,27 @@ impl Taken<'_> {
         }
         Ok(options)
     }
+}
+
+/// The text of a value that stands for one word; that of any other is empty.
+pub fn text_of(value: &Value) -> String {
+    match value {
+        Value::String(text) => text.clone(),
+        Value::Number(number) => number.to_string(),
+        _ => String::new(),
+    }
+}
+
+/// A path without its steps up, which are taken by name.
+fn plain(path: &Path) -> PathBuf {
+    let mut plain = PathBuf::new();
+    for part in path.components() {
+        match part {
+            Component::ParentDir => _ = plain.pop(),
+            part => plain.push(part),
+        }
+    }
+    plain
 }
 
 /// An object with its keys as they stand: [`Value`] would pass over the first of two equal ones.

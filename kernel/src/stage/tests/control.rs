@@ -57,6 +57,44 @@ fn in_free_air_a_coupling_shows_nothing_after_a_touch_either() {
     }
 }
 
+/// The coupling of a delay that turns out to be short stiffens between two presses: in a press nobody would have paid
+/// for it, and the force would be taken off on the way out.
+// REQ-STG-11
+#[test]
+fn a_coupling_stiffens_out_of_contact_alone() {
+    for device in DEVICES {
+        let passivity = Passivity { device_damping_n_s_per_m: 0.5, delay_ticks: 16 };
+        let settings =
+            StageSettings { passivity: Some(passivity), ..StageSettings::for_device(device) };
+        let (mut stage, mut wall) = (Stage::new(settings).unwrap(), Wall::new(60.0));
+        let mut stiffest = Vec::new();
+        for press in 0..2 {
+            let (mut before_n, mut largest_n, mut step_n) = (0.0_f32, 0.0_f32, 0.0_f32);
+            let mut couplings = Vec::new();
+            for tick in 0..2400_u16 {
+                // From 1 mm above the wall 11 mm down and up, with the ramp over before.
+                let after = tick.saturating_sub(200);
+                let way = f32::from(after.min(2000_u16.saturating_sub(after))) / 1000.0;
+                stage.delayed(1);
+                let tool = stage.sample(&at_height(0.001 - 0.011 * way));
+                let output = stage.output(&wall.tick(&tool));
+                let force_n = output.force_n.z;
+                step_n = step_n.max((force_n - before_n).abs());
+                largest_n = largest_n.max(force_n);
+                before_n = force_n;
+                if output.force_n.z > 0.0 && tool.position_m.z < 0.0 {
+                    couplings.push(stage.coupling().unwrap().stiffness_n_per_m);
+                }
+            }
+            assert!(largest_n > 0.1, "{device:?}: {largest_n} N");
+            assert!(step_n < 0.04 * largest_n, "{device:?} {press}: {step_n} of {largest_n} N");
+            assert!(couplings.iter().all(|k| *k == couplings[0]), "{device:?} {press}");
+            stiffest.push(couplings[0]);
+        }
+        assert!(stiffest[1] > 3.0 * stiffest[0], "{device:?}: {stiffest:?}");
+    }
+}
+
 /// The ledger's debt fades, so a withheld force returns to a hand at rest.
 // REQ-STG-09
 #[test]
