@@ -212,7 +212,7 @@ fn a_bad_line_names_its_place_and_the_remedy_and_stops_no_other() {
             r#"{"model":"links","path":"press.csv","path":"press.csv"}"#,
             "cannot be used multiple times",
         ),
-        (r#"{"model":["links","links"],"path":"press.csv"}"#, "unexpected argument"),
+        (r#"{"model":["links","links"],"path":"press.csv"}"#, "it stands once"),
         (r#"{"model":"links","path":"press.csv","name":7}"#, "`name`: give one text"),
         (r#"{"model":"links","path":"press.csv","trace":"t"}"#, "--out"),
         (r#"{"model":"links","path":"press.csv","snapshot-every":2}"#, "--out"),
