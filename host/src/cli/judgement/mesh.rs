@@ -34,6 +34,9 @@ pub struct MeshFit {
     pub edge_m: f64,
     /// Smallest radius of the tool's parts \[m\].
     pub radius_m: Option<f64>,
+    /// Depth to which the tool came \[m\].
+    #[serde(skip)]
+    depth_m: f64,
     /// Largest measured error of the force for such a mesh, as a share; `None` for links, for tools that are
     /// no sphere, and where the tool is not known.
     pub force_error: Option<f64>,
@@ -139,7 +142,8 @@ impl MeshFit {
         let centre = rest_m(model, 0);
         let edge_m = Reach::of(model).edge_near_m(centre, f64::INFINITY)?;
         let is_nodal = model.is_nodal();
-        Some(Self { edge_m, radius_m: None, force_error: None, finer: None, is_nodal })
+        let depth_m = 0.0;
+        Some(Self { edge_m, radius_m: None, depth_m, force_error: None, finer: None, is_nodal })
     }
 
     fn with(
@@ -158,6 +162,7 @@ impl MeshFit {
         Self {
             edge_m,
             radius_m: Some(radius_m),
+            depth_m: depth * radius_m,
             force_error: is_judged.then(|| error(radius_m / edge_m, depth)),
             finer: (edge_m > fine_m).then(finer),
             is_nodal,
@@ -179,7 +184,12 @@ impl fmt::Display for MeshFit {
             let [fine, coarse] = [error(FINE, 0.5), error(0.0, 0.5)].map(percent);
             return write!(f, "the force is within {fine}, below {edges} up to {coarse} off");
         };
-        write!(f, "edges of {edges} for a radius of {}: ", length(radius_m))?;
+        write!(f, "edges of {edges} for a radius of {}", length(radius_m))?;
+        // The error depends on it.
+        if self.depth_m > 0.0 {
+            write!(f, ", {} deep", length(self.depth_m))?;
+        }
+        write!(f, ": ")?;
         match (self.force_error, &self.finer) {
             (Some(error), None) => return write!(f, "the force is within {}", percent(error)),
             (None, None) => return write!(f, "fine enough"),
@@ -217,6 +227,7 @@ mod tests {
         MeshFit {
             edge_m,
             radius_m: Some(radius_m),
+            depth_m: depth * radius_m,
             force_error: Some(error(radius_m / edge_m, depth)),
             finer: (edge_m > fine_m).then_some(finer),
             is_nodal: true,
@@ -227,7 +238,7 @@ mod tests {
     fn a_coarse_mesh_is_said_with_its_error_and_a_remedy() {
         assert_eq!(
             fit(0.005, 0.0058, 1.0).to_string(),
-            "edges of 5.80 mm for a radius of 5.00 mm: the force is up to 32 % off; edges of half the \
+            "edges of 5.80 mm for a radius of 5.00 mm, 5.00 mm deep: the force is up to 32 % off; edges of half the \
              radius at the contact (--fill 0.005,0.0025@0.0123,0,0.04,0.0075 of a closed surface, some 1923 cells) make that 14 %"
         );
         let many = Finer { cells: 7e4, ..fit(0.005, 0.0058, 1.0).finer.unwrap() };

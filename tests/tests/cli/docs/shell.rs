@@ -137,8 +137,8 @@ fn the_first_page_leads_from_an_stl_to_a_force_curve() {
         "distance ",
         "tissue        5000 Pa",
         "graded ",
-        "radius of 12.0 mm: the force is up to 32 % off",
-        "radius of 12.0 mm: the force is within 14 %",
+        "radius of 12.0 mm, 9.12 mm deep: the force is up to 32 % off",
+        "radius of 12.0 mm, 10.0 mm deep: the force is within 14 %",
     ] {
         assert!(said.contains(wanted), "{wanted}: {said}");
     }
