@@ -152,9 +152,11 @@ impl Guard {
         // The watchdog goes before: what it returns falls already.
         let shown = match self.shaper.wait(now_ns) {
             Some(fall) => {
+                // A service without a good state says why. While the force falls anyway, as at the end of the program,
+                // nobody asks for states.
+                let is_falling = self.phase == Phase::Falling;
                 self.phase = Phase::Falling;
-                // A service without a good state says why.
-                if !self.doubt.is_some_and(Doubt::is_of_states) {
+                if !is_falling && !self.doubt.is_some_and(Doubt::is_of_states) {
                     self.doubt(Doubt::ServiceSilent);
                 }
                 self.calm_states = 0;

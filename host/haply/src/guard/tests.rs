@@ -120,6 +120,16 @@ fn within_20_ms_of_a_silent_service_the_force_is_0() {
     assert!(guard.is_engaged());
 }
 
+/// While the program lets go at its end it reads no states: that is no doubt in the service.
+#[test]
+fn the_fall_at_the_end_is_no_doubt() {
+    let (mut guard, now_ns) = engaged();
+    guard.let_go();
+    let zero_ms = (1..=30).find(|ms| guard.force(WANTED_N, now_ns + ms * MS) == [0.0; 3]);
+    assert!(zero_ms.is_some_and(|ms| ms <= 2 * u64::from(RAMP_MS)), "{zero_ms:?}");
+    assert_eq!(guard.counts(), [0; Doubt::ALL.len()]);
+}
+
 #[test]
 fn a_force_is_shortened_to_its_limit_and_one_that_is_no_number_is_none() {
     let (mut guard, now_ns) = engaged();

@@ -81,7 +81,8 @@ fn every_pose_of_ten_seconds_is_answered_or_said() {
         count(&ended, "late")
     );
     if was_calm("every_pose_of_ten_seconds_is_answered_or_said", &ended) {
-        assert!(poses > 9_000, "{poses}");
+        // One in a millisecond, and half of it on a machine with other work.
+        assert!(poses > 5_000, "{poses}");
         let largest_n = seen.forces_n.iter().fold(0.0f64, |a, b| a.max(*b));
         assert!(largest_n > SOME_N, "{largest_n} N: {ended:?}");
     }
