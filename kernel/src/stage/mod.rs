@@ -204,7 +204,7 @@ impl Stage {
 
     /// Reports a measured delay: the ticks from a sample until the device applies the force computed for it,
     /// clamped to [`DELAY_TICKS_MAX`]. Call it before [`Self::sample`]. The stage uses a running mean over
-    /// about 256 ticks.
+    /// about 256 ticks. A longer one softens the coupling at once, a shorter one stiffens it out of contact alone.
     pub fn delayed(&mut self, ticks: u16) {
         self.delay.hear(ticks.min(DELAY_TICKS_MAX).into());
     }
