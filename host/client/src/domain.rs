@@ -1,10 +1,13 @@
 //! The place of iceoryx2's files.
 
+use std::ffi::OsStr;
+use std::os::unix::ffi::OsStrExt;
 use std::path::PathBuf;
 
 use iceoryx2::prelude::*;
 
 use crate::error::{Error, Kind, Result};
+use crate::owner;
 
 /// Prefix and folder of the files of iceoryx2; programs with different ones never meet.
 ///
@@ -24,7 +27,11 @@ pub struct Domain {
 }
 
 impl Domain {
-    /// Returns iceoryx2's built-in configuration with this prefix and folder: no configuration file is read.
+    /// Returns iceoryx2's built-in configuration with this prefix and folder: no configuration file is read. The folder is
+    /// made if it is missing.
+    ///
+    /// # Errors
+    /// A prefix or folder that it does not accept; a folder of another user.
     pub(crate) fn config(&self) -> Result<Config> {
         let mut config = Config::default();
         if let Some(prefix) = &self.prefix {
@@ -44,6 +51,7 @@ impl Domain {
             })?;
             config.global.set_root_path(&path);
         }
+        owner::take(OsStr::from_bytes(config.global.root_path().as_bytes()).as_ref())?;
         Ok(config)
     }
 }

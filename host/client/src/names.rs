@@ -77,7 +77,8 @@ pub fn unique_scene(what: &str) -> String {
     format!("{what}-{}-{nanoseconds:x}", std::process::id())
 }
 
-/// The scene of a service that shows where it is recorded, `Some(None)` for the unnamed one; `None` for any other service.
+/// The scene of a service that shows where it is recorded, `Some(None)` for the unnamed one; `None` for any other
+/// service.
 pub(crate) fn recorded_scene(service: &str) -> Option<Option<String>> {
     let scene = service.strip_prefix("chaincell")?.strip_suffix("/recording")?;
     if scene.is_empty() {

@@ -25,7 +25,6 @@
 //! writes; a message can only become a row in them, up to `--record-ticks`.
 
 use std::fmt::Debug;
-use std::os::unix::ffi::OsStrExt;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -48,7 +47,6 @@ use crate::memory;
 pub use crate::names::Ipc;
 use crate::names::SceneNames;
 use crate::opening::Opening;
-use crate::owner;
 use crate::tools::{TOOL_FORCES, TOOL_POSES, ToolForces, ToolPoses};
 
 /// Longest wait for another process that clears up after a killed one.
@@ -148,8 +146,6 @@ impl SceneServices {
         set_log_level_from_env_or(LogLevel::Fatal);
         let names = SceneNames::new(scene)?;
         let config = domain.config()?;
-        let root = std::ffi::OsStr::from_bytes(config.global.root_path().as_bytes());
-        owner::take(root.as_ref())?;
         memory::check("joining a scene", memory::JOIN_BYTES)?;
         memory::take_files("joining a scene", memory::JOIN_FILES)?;
         let opening = Opening {

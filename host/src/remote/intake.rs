@@ -70,6 +70,9 @@ impl Intake {
     /// # Errors
     /// A stream that comes once; a program that has refused; Ctrl-C.
     pub fn open_again(&mut self, ask: &Ask, why: &str, pause: Duration) -> Result<()> {
+        if let Some(why) = self.way.refusal() {
+            return Err(why);
+        }
         self.close();
         if !self.way.opens_again() {
             return Err(Error::input(format!(
@@ -80,9 +83,6 @@ impl Intake {
         loop {
             sleep(pause);
             interrupt::check()?;
-            if let Some(why) = self.way.refusal() {
-                return Err(why);
-            }
             match self.open(ask) {
                 Ok(()) => return Ok(()),
                 Err(why) => log::info!("not connected: {why}"),

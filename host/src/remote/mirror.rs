@@ -145,8 +145,8 @@ impl Mirror {
         Ok(first)
     }
 
-    /// Lets the server that writes the trace take a snapshot if the newest one is far behind; without one a follower runs
-    /// all ticks since then. Of several late followers on this machine one asks for all.
+    /// Lets the server that writes the trace take a snapshot if the newest one is far behind; without one a follower
+    /// runs all ticks since then. Of several late followers on this machine one asks for all.
     fn let_late_ones_begin_later(&self) {
         if let Err(why) = self.ask_if_late() {
             log::warn!("no snapshot for a late follower, which runs all ticks: {why}");
@@ -154,20 +154,22 @@ impl Mirror {
     }
 
     fn ask_if_late(&self) -> Result<()> {
-        if !self.is_late()? || !self.tail.is_written() {
+        // To look for the newest snapshot reads the whole trace.
+        if !self.tail.is_written() || !self.is_late()? {
             return Ok(());
         }
-        // A folder that cannot be locked keeps nobody from asking.
+        // The folder is locked by the one that asks; the others look again when it has asked.
         let folder = File::open(folder_of(&self.place.trace)).map_err(Error::check)?;
-        let begun = Instant::now();
+        let (begun, mut has_waited) = (Instant::now(), false);
         while matches!(folder.try_lock(), Err(TryLockError::WouldBlock)) && begun.elapsed() < TURN {
             interrupt::check()?;
             sleep(LOOK);
+            has_waited = true;
         }
-        match self.is_late()? {
-            true => take_snapshot(&self.place.trace),
-            false => Ok(()),
+        if has_waited && !self.is_late()? {
+            return Ok(());
         }
+        take_snapshot(&self.place.trace)
     }
 
     /// Returns true if the newest snapshot is far behind the trace.

@@ -41,8 +41,8 @@ pub trait Way: fmt::Debug + Send {
         true
     }
 
-    /// Why it never comes again, if the last stream said so.
-    fn refusal(&self) -> Option<Error> {
+    /// Why it never comes again, if the stream that has just ended said so.
+    fn refusal(&mut self) -> Option<Error> {
         None
     }
 }
@@ -69,14 +69,13 @@ impl Way for Input {
 pub struct Program {
     words: Vec<String>,
     child: Option<Child>,
-    has_refused: bool,
 }
 
 impl Program {
     /// A program and its arguments.
     #[must_use]
     pub fn new(words: Vec<String>) -> Self {
-        Self { words, child: None, has_refused: false }
+        Self { words, child: None }
     }
 }
 
@@ -94,26 +93,29 @@ impl Way for Program {
     }
 
     fn close(&mut self) {
-        let Some(mut child) = self.child.take() else { return };
+        if let Some(mut child) = self.child.take() {
+            let _ = child.kill();
+            let _ = child.wait();
+        }
+    }
+
+    fn refusal(&mut self) -> Option<Error> {
         // One whose stream has ended is about to end itself.
+        let child = self.child.as_mut()?;
         let begun = Instant::now();
         let mut ended = child.try_wait();
         while matches!(ended, Ok(None)) && begun.elapsed() < ENDS {
             sleep(LOOK);
             ended = child.try_wait();
         }
-        self.has_refused |= matches!(ended, Ok(Some(status)) if status.code() == Some(REFUSED));
-        let _ = child.kill();
-        let _ = child.wait();
-    }
-
-    fn refusal(&self) -> Option<Error> {
-        let why = format!(
-            "`{}` ended with exit code {REFUSED}, so it has no session to go on with: it has said why; start the \
-             follower again with what it needs",
-            self.words.join(" ")
-        );
-        self.has_refused.then(|| Error::input(why))
+        let has_refused = matches!(ended, Ok(Some(status)) if status.code() == Some(REFUSED));
+        has_refused.then(|| {
+            Error::input(format!(
+                "`{}` ended with exit code {REFUSED}, so it has no session to go on with: it has said why; start the \
+                 follower again with what it needs",
+                self.words.join(" ")
+            ))
+        })
     }
 }
 

@@ -8,6 +8,12 @@ use chaincell_lab::reference::prony::Prony;
 use chaincell_tests::files::{bake, scratch, text};
 use chaincell_tests::run;
 
+/// A strip of this long-term modulus \[Pa\] with two branches.
+fn strip(modulus: f64) -> Prony {
+    let branches = [(2.0, 0.4), (1.0, 10.0)].map(|(ratio, time_s)| Branch { ratio, time_s });
+    Prony { modulus, branches: branches.to_vec() }
+}
+
 /// A press in a second and a hold of a minute, of linear tissue.
 fn curve() -> String {
     curve_of(|strain| strain)
@@ -15,8 +21,7 @@ fn curve() -> String {
 
 /// The same of tissue whose elastic response to a strain has this size.
 fn curve_of(elastic: fn(f64) -> f64) -> String {
-    let branches = [(2.0, 0.4), (1.0, 10.0)].map(|(ratio, time_s)| Branch { ratio, time_s });
-    let strip = Prony { modulus: 1500.0, branches: branches.to_vec() };
+    let strip = strip(1500.0);
     let times = (1..=40).map(|at| 0.05 * f64::from(at)).chain((3..60).map(f64::from));
     let points: Vec<[f64; 2]> = [0.0]
         .into_iter()
@@ -58,8 +63,7 @@ fn a_curve_of_another_rate_is_predicted() {
         ["hold.csv", "slower.csv", "force.csv", "curves.svg"].map(|name| folder.path().join(name));
     std::fs::write(&file, curve()).unwrap();
     // Ten times slower, to half the depth, and a fifth stiffer.
-    let branches = [(2.0, 0.4), (1.0, 10.0)].map(|(ratio, time_s)| Branch { ratio, time_s });
-    let strip = Prony { modulus: 1800.0, branches: branches.to_vec() };
+    let strip = strip(1800.0);
     let points: Vec<[f64; 2]> = (0..=30)
         .map(f64::from)
         .map(|time_s| [time_s, 0.05 * f64::min(0.1 * time_s, 1.0)])

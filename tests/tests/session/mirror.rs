@@ -36,7 +36,12 @@ fn pose(tick: u64) -> Pose {
 
 /// A server that records to `session`, and a hand.
 fn session(place: &Place) -> (Running, PathBuf, Outsider) {
-    let out = place.file("session");
+    session_in(place, "session")
+}
+
+/// The same with a folder of this name.
+fn session_in(place: &Place, name: &str) -> (Running, PathBuf, Outsider) {
+    let out = place.file(name);
     let options = ["--watchdog-ms", "0", "--device", "touch", "--json", "--out", text(&out)];
     let server = place.serve(&options);
     (server, out, Outsider::join(&place.scene, true))
@@ -233,7 +238,7 @@ fn a_session_is_named_by_the_scene_of_its_server() {
         assert_eq!(same(followed.end(SHORT), &served), TICKS);
     }
     mirror.interrupt().with(130);
-    // A program that finds it no more ends its follower, which does not ask for ever.
+    // A program that finds none ends its follower.
     let program = chaincell().get_program().to_owned();
     let alone = ["follow", "--", text(Path::new(&program)), "mirror", &place.scene];
     run(alone).with(2);
@@ -273,10 +278,7 @@ fn a_program_that_has_no_session_any_more_ends_its_follower() {
 fn a_late_follower_of_a_server_that_stands_begins_without_a_snapshot() {
     let _turn = turn();
     let place = Place::new("mirror-stands");
-    let out = place.file("sitzung ä\n2");
-    let options = ["--watchdog-ms", "0", "--device", "touch", "--json", "--out", text(&out)];
-    let server = place.serve(&options);
-    let outsider = Outsider::join(&place.scene, true);
+    let (server, _, outsider) = session_in(&place, "sitzung ä\n2");
     let ticks = 2_100;
     outsider.play(0..ticks, pose);
     server.signal(Signal::STOP);

@@ -91,13 +91,9 @@ pub fn execute(args: &Args) -> Result<()> {
     });
     let compared: Vec<Compared<'_>> = compared.collect::<Result<_>>()?;
     if let Some(path) = &args.draw {
-        let curves =
-            std::iter::once((args.curve.as_path(), &curve, found.predict(&curve)?.response));
-        let others = compared
-            .iter()
-            .zip(&others)
-            .map(|(of, other)| (of.curve, other, of.predicted.response.clone()));
-        write_whole(path, chart(&found, curves.chain(others)).as_bytes())?;
+        let own = Compared { curve: &args.curve, predicted: found.predict(&curve)? };
+        let all = std::iter::once((&own, &curve)).chain(compared.iter().zip(&others));
+        write_whole(path, chart(found.unit, all).as_bytes())?;
     }
     match args.json {
         true => terminal::say_json(&Printed { found: &found, predicted: &compared })?,
@@ -231,25 +227,20 @@ fn print(args: &Args, found: &Found) -> Result<()> {
 }
 
 /// The curves as markers, and the law as lines.
-fn chart<'a>(
-    found: &Found,
-    curves: impl Iterator<Item = (&'a Path, &'a Curve, Vec<f64>)>,
-) -> String {
-    let response = if found.unit == "Pa" { "stress [Pa]" } else { "force [N]" };
+fn chart<'a>(unit: &str, curves: impl Iterator<Item = (&'a Compared<'a>, &'a Curve)>) -> String {
+    let response = if unit == "Pa" { "stress [Pa]" } else { "force [N]" };
     let axes = (Axis::log10("time [s]"), Axis::linear(response));
     let mut chart =
         Chart::new("Relaxation: measured, and the law of the first curve", axes.0, axes.1);
-    for (path, curve, law) in curves {
+    for (of, curve) in curves {
         let points = |y: &[f64]| -> Vec<[f64; 2]> {
             // Rest is at no place of a logarithm.
             curve.points.iter().zip(y).skip(1).map(|(point, y)| [point[0], *y]).collect()
         };
-        let name = path.file_stem().unwrap_or_default().to_string_lossy();
-        chart = chart.series(&format!("{name}, law"), Style::Line, &points(&law)).series(
-            &format!("{name}, measured"),
-            Style::Markers,
-            &points(&curve.response),
-        );
+        let name = of.curve.file_stem().unwrap_or_default().to_string_lossy();
+        chart = chart
+            .series(&format!("{name}, law"), Style::Line, &points(&of.predicted.response))
+            .series(&format!("{name}, measured"), Style::Markers, &points(&curve.response));
     }
     chart.draw().in_both_lights()
 }

@@ -87,19 +87,18 @@ impl<'a> Reader<'a> {
                 _ => refused("give true or false"),
             };
         }
-        let text = match value {
-            Value::String(_) | Value::Number(_) => text_of(value),
-            Value::Array(_) if !matches!(option.get_action(), ArgAction::Append) => {
+        if let Value::Array(each) = value {
+            if !matches!(option.get_action(), ArgAction::Append) {
                 return refused("it stands once: give a text or a number");
             }
-            Value::Array(each) => {
-                let words = each.iter().map(|one| match one {
-                    Value::Array(_) => refused("give texts or numbers in it"),
-                    one => self.words(option, key, one),
-                });
-                return Ok(words.collect::<Result<Vec<_>>>()?.concat());
-            }
-            _ => return refused("give a text, a number or an array of them"),
+            let words = each.iter().map(|one| match one {
+                Value::Array(_) => refused("give texts or numbers in it"),
+                one => self.words(option, key, one),
+            });
+            return Ok(words.collect::<Result<Vec<_>>>()?.concat());
+        }
+        let Some(text) = text_of(value) else {
+            return refused("give a text, a number or an array of them");
         };
         let value = self.value(option, key, &text);
         if option.is_positional() {
@@ -144,7 +143,7 @@ impl<'a> Reader<'a> {
     pub fn inputs_hash(&self, options: &Options, model_sha1: &str) -> Result<String> {
         let mut inputs: Vec<String> = vec![format!("release {}", env!("CARGO_PKG_VERSION"))];
         for (key, value) in options {
-            let text = &text_of(value);
+            let text = &text_of(value).unwrap_or_default();
             inputs.push(match key.as_str() {
                 _ if NO_INPUTS.contains(&key.as_str()) => continue,
                 "model" => format!("model {model_sha1}"),

@@ -111,10 +111,8 @@ impl Taken<'_> {
         self.names.extend(job.name.iter().map(|name| (name.clone(), job.line)));
         // Refuse to write where an earlier job writes.
         for (key, value) in &options {
-            if !WRITTEN.contains(&key.as_str()) {
-                continue;
-            }
-            let place = text_of(value);
+            let place = text_of(value).filter(|_| WRITTEN.contains(&key.as_str()));
+            let Some(place) = place else { continue };
             let path = plain(&std::path::absolute(self.base.join(&place)).unwrap_or_default());
             match self.places.get(&path) {
                 _ if key == "picture" && place == "off" => {}
@@ -130,12 +128,12 @@ impl Taken<'_> {
     }
 }
 
-/// The text of a value that stands for one word; that of any other is empty.
-pub fn text_of(value: &Value) -> String {
+/// The text of a value that stands for one word.
+pub fn text_of(value: &Value) -> Option<String> {
     match value {
-        Value::String(text) => text.clone(),
-        Value::Number(number) => number.to_string(),
-        _ => String::new(),
+        Value::String(text) => Some(text.clone()),
+        Value::Number(number) => Some(number.to_string()),
+        _ => None,
     }
 }
 

@@ -17,7 +17,8 @@ const BEGUN_BYTES_MAX: usize = 1 << 19;
 /// Most records that are read at once.
 const RECORDS_MAX: usize = 4096;
 
-/// A trace that is read while it grows. The writer is not involved: the file is read, and locked by nobody for longer than a look.
+/// A trace that is read while it grows. The writer is not involved: the file is read, and locked by nobody for longer
+/// than a look.
 #[derive(Debug)]
 pub struct Tail {
     path: PathBuf,

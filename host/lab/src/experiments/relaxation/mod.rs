@@ -105,7 +105,6 @@ impl Found {
         let branches =
             self.branches.iter().map(|&[ratio, time_s]| Branch { ratio, time_s }).collect();
         let found = response(curve, Prony { modulus: self.modulus, branches }, &bands);
-        let peak = |of: &[f64]| of.iter().fold(0.0_f64, |most, felt| most.max(felt.abs()));
         let felt = &curve.response;
         let errors: Vec<f64> = found.iter().zip(felt).map(|(found, felt)| found - felt).collect();
         Ok(Predicted {
@@ -229,7 +228,7 @@ impl Descent<'_> {
     }
 
     fn peak(&self) -> f64 {
-        self.curve.response.iter().fold(0.0_f64, |most, felt| most.max(felt.abs()))
+        peak(&self.curve.response)
     }
 
     fn slopes(&self) -> DMatrix<f64> {
@@ -327,6 +326,11 @@ impl LeastSquaresProblem<f64, Dyn, Dyn> for Descent<'_> {
     fn jacobian(&self) -> Option<DMatrix<f64>> {
         Some(self.slopes())
     }
+}
+
+/// The largest size.
+fn peak(values: &[f64]) -> f64 {
+    values.iter().fold(0.0_f64, |most, value| most.max(value.abs()))
 }
 
 fn root_mean_square(values: &[f64]) -> f64 {
