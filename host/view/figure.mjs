@@ -15,6 +15,12 @@ export class Figure {
     this.network = painter.network(body.restM.length / 3, { links: body.links, wires: new Uint32Array(wires), fixed });
   }
 
+  /** Gives its memory back. */
+  free() {
+    this.mesh.free();
+    this.network.free();
+  }
+
   /** Takes over positions and pressures; returns the largest of the numbers that the colours show. */
   update(state, colour) {
     this.surface.update(state, colour);

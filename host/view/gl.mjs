@@ -135,8 +135,10 @@ export class Painter {
 
   #indices(corners) {
     const gl = this.gl;
-    gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, gl.createBuffer());
+    const buffer = gl.createBuffer();
+    gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, buffer);
     gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, corners, gl.STATIC_DRAW);
+    return buffer;
   }
 
   /** Makes the mesh of a body: points of position, normal and number, which `fill` renews. */
@@ -150,8 +152,12 @@ export class Painter {
     this.#attach(this.body.attribute("point"), 3, 28, 0);
     this.#attach(this.body.attribute("direction"), 3, 28, 12);
     this.#attach(this.body.attribute("value"), 1, 28, 24);
-    this.#indices(corners);
+    const ends = this.#indices(corners);
     return {
+      free() {
+        gl.deleteVertexArray(array);
+        for (const one of [buffer, ends]) gl.deleteBuffer(one);
+      },
       fill() {
         gl.bindBuffer(gl.ARRAY_BUFFER, buffer);
         gl.bufferSubData(gl.ARRAY_BUFFER, 0, points);
@@ -192,10 +198,17 @@ export class Painter {
       gl.bindVertexArray(array);
       gl.bindBuffer(gl.ARRAY_BUFFER, places);
       this.#attach(this.line.attribute("point"), 3, 0, 0);
-      this.#indices(indices);
-      return [name, { array, count: indices.length }];
+      const ends = this.#indices(indices);
+      return [name, { array, ends, count: indices.length }];
     }));
     return {
+      free() {
+        gl.deleteBuffer(places);
+        for (const { array, ends } of Object.values(arrays)) {
+          gl.deleteVertexArray(array);
+          gl.deleteBuffer(ends);
+        }
+      },
       fill(positionsM) {
         gl.bindBuffer(gl.ARRAY_BUFFER, places);
         gl.bufferSubData(gl.ARRAY_BUFFER, 0, positionsM);

@@ -1,6 +1,6 @@
 // Reads from a model image what a picture needs. The kernel checks the image; layout: kernel/src/model/image.
 
-const SECTION = { params: 1, rest: 2, rows: 3, upper: 4, fixed: 10, inputId: 11, triangles: 16, nodal: 38, contact: 45 };
+const SECTION = { params: 1, rest: 2, rows: 3, upper: 4, fixed: 10, inputId: 11, triangles: 16, nodal: 38, contact: 45, corners: 46, cutting: 49 };
 
 /** Unpacks gzip: a Uint8Array to a Uint8Array. */
 export async function inflate(bytes) {
@@ -33,7 +33,7 @@ function sectionsOf(bytes) {
 /**
  * Returns the body of an image: rest positions in mean link lengths from its centre, and as indices of cells
  * the corners of its surface triangles, the ends of its links, its fixed cells; input ids by cell; the mean link
- * length and the centre [m].
+ * length and the centre [m]; whether it can be cut, and the number of its spare cells, which are the last.
  */
 export function bodyOf(bytes) {
   const sections = sectionsOf(bytes);
@@ -55,5 +55,7 @@ export function bodyOf(bytes) {
     inputIds: array(SECTION.inputId, Uint32Array),
     hasShapes: sections.has(SECTION.nodal),
     hasContactSurface: sections.has(SECTION.contact),
+    canBeCut: sections.has(SECTION.corners),
+    spareCells: array(SECTION.cutting, Uint32Array)[1] ?? 0,
   };
 }

@@ -9,15 +9,16 @@ const PAGE_BYTES = 65536;
 export const TRIANGLES = 1024;
 export const SAMPLES = 2048;
 /** Bytes of the interface's structs; `model` is CHAINCELL_MODEL_BYTES. */
-export const BYTES = { model: 656, detail: 20, info: 64, settings: 32, room: 24, budget: 16, pose: 32, output: 60, part: 44, contact: 56, stress: 44 };
+export const BYTES = { model: 656, detail: 20, info: 64, settings: 32, room: 24, budget: 16, pose: 32, output: 60, part: 44, contact: 56, stress: 44, cuts: 32, triangle: 24 };
 /** Most parts of a tool. */
 const PARTS_MAX = 8;
 /** Most sweeps that a tick may be asked for. */
 const SWEEPS_MAX = 64;
 
 export class Tissue {
-  /** A body at rest of an image's bytes. Throws an Error that says what was refused. */
-  constructor(instance, image) {
+  /** A body at rest of an image's bytes, with memory for cuts if it can be cut. Throws an Error that says what was refused. */
+  constructor(instance, image, canBeCut) {
+    this.canBeCut = canBeCut;
     this.exports = instance.exports;
     this.memory = this.exports.memory;
     this.free = this.exports.__heap_base.value;
@@ -54,13 +55,13 @@ export class Tissue {
     const settings = this.take(BYTES.settings, 16);
     this.check(this.exports.chaincell_settings_default(this.model, scheme, settings));
     this.view().setUint32(settings, SWEEPS_MAX, true);
-    this.make({ scheme, settings, room: heldCells ? [heldCells, 0, 0, 0, 0, 0] : [0, TOOLS_MAX, TRIANGLES, SAMPLES, 0, 0] });
+    this.make({ scheme, settings, room: heldCells ? [heldCells, 0, 0, 0] : [0, TOOLS_MAX, TRIANGLES, SAMPLES] });
   }
 
-  /** Makes the tissue, with settings at an address and the six numbers of a chaincell_room. */
+  /** Makes the tissue, with settings at an address and the first four numbers of a chaincell_room. */
   make({ scheme, settings, room }) {
     const roomAt = this.take(BYTES.room, 16);
-    new Uint32Array(this.memory.buffer, roomAt, 6).set(room);
+    new Uint32Array(this.memory.buffer, roomAt, 6).set([...room, this.canBeCut ? 1 : 0, 0]);
     this.check(this.exports.chaincell_model_size(this.model, scheme, roomAt, this.result, this.result + 4));
     const [bytes, align] = new Uint32Array(this.memory.buffer, this.result, 2);
     const storage = this.take(bytes, align);
@@ -75,7 +76,8 @@ export class Tissue {
     const parts = tools.flat();
     const words = new Float32Array(this.memory.buffer, this.parts, 11 * parts.length);
     parts.forEach((part, index) => {
-      words.set([...part.centreM, ...part.orientation, ...part.halfM, part.radiusM], 11 * index);
+      const { centreM, orientation, halfM, radiusM } = part.edge ?? part;
+      words.set([...centreM, ...orientation, ...halfM, radiusM], 11 * index);
     });
     new Uint32Array(this.memory.buffer, this.counts, tools.length).set(tools.map((tool) => tool.length));
     this.check(this.exports.chaincell_choose_tools(this.tissue, this.parts, this.counts, tools.length, friction, this.detail));
@@ -136,6 +138,29 @@ export class Tissue {
       const real = (word) => view.getFloat32(at + 4 * word, true);
       return [view.getUint32(at + 40, true), Math.hypot(real(3), real(4), real(5)) / real(9)];
     });
+  }
+
+  /** Returns the state of the cuts of a body that can be cut. */
+  cuts() {
+    const cuts = (this.cutsAt ??= this.take(BYTES.cuts, 16));
+    this.check(this.exports.chaincell_cut(this.tissue, 0, 0, cuts, this.detail));
+    const view = this.view();
+    const whole = (word) => view.getUint32(cuts + 4 * word, true);
+    const real = (word) => view.getFloat32(cuts + 4 * word, true);
+    return { openedFaces: whole(0), copies: whole(1), waiting: whole(2), areaM2: real(4), workJ: real(5), torn: whole(7) };
+  }
+
+  /** Returns the triangles of the surface as it is now, in a new array: of each three cells, and the three of the whole body that these were made from. */
+  triangles() {
+    const count = this.result;
+    this.trianglesRoom ??= 0;
+    for (;;) {
+      this.check(this.exports.chaincell_triangles(this.tissue, this.trianglesAt ?? 0, this.trianglesRoom, count));
+      const found = this.view().getUint32(count, true);
+      if (found <= this.trianglesRoom) return new Uint32Array(this.memory.buffer, this.trianglesAt, 6 * found).slice();
+      this.trianglesRoom = 2 * found;
+      this.trianglesAt = this.take(BYTES.triangle * this.trianglesRoom, 16);
+    }
   }
 
   /** Returns the stress after von Mises at the node of an input id [Pa]. */

@@ -49,8 +49,8 @@ class View {
     this.state = null;
     $("stage").classList.remove("is-shown");
     this.isAwaited = true;
-    this.source.show($("colour").value);
     this.scene.ready(body);
+    this.#showColour();
     this.panel.ready(body.info, this.source.can);
     if (["settings", "sweeps"].some((verb) => this.source.can.has(verb))) {
       this.#showSettings();
@@ -104,6 +104,11 @@ class View {
     if (state.session?.isAtEnd && !this.isPaused) this.#pause(true);
   }
 
+  /** The source computes what the colours show, of the cells of the surface. */
+  #showColour() {
+    this.source.show($("colour").value, this.scene.figure.surface.stressed);
+  }
+
   /** The tools that can be moved, with how far each reaches. */
   #tools() {
     if (!this.state || !this.source.can.has("tool")) return [];
@@ -125,7 +130,7 @@ class View {
     });
     $("colour").onchange = () => {
       this.scene.setLook({ colour: $("colour").value });
-      this.source.show($("colour").value);
+      this.#showColour();
     };
     for (const id of ["wires", "links", "fixed"]) $(id).onchange = () => this.scene.setLook({ [id]: $(id).checked });
     $("beside").onchange = () => this.#compare($("beside").checked);
@@ -238,6 +243,7 @@ class View {
     requestAnimationFrame(() => this.#frame());
     if (!this.state) return;
     if (this.held) this.hand.hold(this.held);
+    if (this.scene.renew()) this.#showColour();
     const isDrawn = this.scene.draw();
     // The body comes first.
     if (!this.isAwaited) this.charts.draw();

@@ -1,7 +1,7 @@
 // States from the kernel in the page itself, in a worker.
 import { bodyOf, fromBase64, inflate } from "./image.mjs";
 import { partsOf, reachM } from "./parts.mjs";
-import { nearestAtRest, surfaceCells } from "./surface.mjs";
+import { nearestAtRest } from "./surface.mjs";
 import { add, at, scale, turnTo } from "./vectors.mjs";
 
 /** Reads what the configuration holds itself or where it is to be fetched. */
@@ -45,7 +45,7 @@ export class Own {
     this.worker = new Worker(URL.createObjectURL(new Blob([text], { type: "text/javascript" })));
     this.worker.onmessage = ({ data }) => this.#heard(data);
     this.worker.onerror = (event) => this.onstatus(event.message);
-    this.worker.postMessage({ kind: "init", wasm: this.wasm, image, held: this.setup.held.length });
+    this.worker.postMessage({ kind: "init", wasm: this.wasm, image, canBeCut: this.body.canBeCut, held: this.setup.held.length });
   }
 
   #heard(data) {
@@ -56,11 +56,11 @@ export class Own {
   }
 
   #begin(info) {
-    const { rest, triangles, links, fixed, hasShapes } = this.body;
+    const { rest, triangles, links, fixed, hasShapes, canBeCut, spareCells } = this.body;
     const restM = rest.map((length, index) => length * info.unitM + info.centreM[index % 3]);
     this.info = info;
     this.place = { restM, triangles };
-    this.onready({ restM, triangles, links, fixed, info: { ...info, hasShapes, hasTools: this.config.tools.length > 0, name: this.config.name } });
+    this.onready({ restM, triangles, links, fixed, info: { ...info, hasShapes, canBeCut, spareCells, hasTools: this.config.tools.length > 0, name: this.config.name } });
     this.worker.postMessage({ kind: "begin", setup: this.#prepared() });
     this.#play();
   }
@@ -83,7 +83,8 @@ export class Own {
     const { normal } = nearestAtRest(this.place, place);
     const isHalfSpace = parts.some((part) => part.kind === "half-space");
     const isRound = parts.length === 1 && parts[0].kind === "sphere";
-    const gap = (isHalfSpace ? 0 : reachM(parts)) + 0.3 * this.info.unitM;
+    const isBlade = parts.every(({ edge }) => edge);
+    const gap = (isHalfSpace || isBlade ? 0 : reachM(parts)) + 0.3 * this.info.unitM;
     const orientation = isRound ? [0, 0, 0, 1] : turnTo(scale(normal, isHalfSpace ? -1 : 1));
     return { kind, parts, radiusM: parts[0].radiusM, startPose: [...add(place, normal, gap), ...orientation], direction: scale(normal, -1) };
   }
@@ -113,7 +114,9 @@ export class Own {
   /** A press that plays until somebody takes the tool. */
   #play() {
     const depthM = 1.1 * this.info.unitM;
-    const [{ startPose, direction }] = this.#prepared().tools;
+    const [{ parts, startPose, direction }] = this.#prepared().tools;
+    // A blade waits for a hand.
+    if (parts?.some(({ edge }) => edge)) return;
     const motion = { startPose, direction, depthM, periodTicks: 4000 };
     this.worker.postMessage({ kind: "demo", motion });
   }
@@ -127,10 +130,9 @@ export class Own {
     this.worker.postMessage({ kind: "tool", index, pose: [...positionM, ...orientation] });
   }
 
-  /** The worker computes what the colours show. */
-  show(colour) {
-    const { triangles, inputIds } = this.body;
-    const ids = colour === "stress" ? surfaceCells(triangles).map((cell) => inputIds[cell]) : null;
+  /** The worker computes what the colours show, of these cells. */
+  show(colour, cells) {
+    const ids = colour === "stress" ? Array.from(cells, (cell) => this.body.inputIds[cell]) : null;
     this.worker.postMessage({ kind: "show", ids });
   }
 

@@ -12,6 +12,7 @@ const KINDS = {
   capsule: { title: "Rod", text: (radius) => `capsule:${round(3 * radius)},${radius}` },
   box: { title: "Block", text: (radius) => `box:${round(radius)},${round(radius)},${round(0.5 * radius)},${round(0.4 * radius)}` },
   "half-space": { title: "Plate", text: (radius) => `half-space:${radius}` },
+  blade: { title: "Blade", text: (radius) => `blade:${round(4 * radius)}`, radiusM: ({ edge }) => 0.5 * edge.halfM[0] },
 };
 /** How long a flag is shown after its last tick [ms]. */
 const FLAG_MS = 2500;
@@ -33,7 +34,9 @@ export class Panel {
     $("name").textContent = document.title = name;
     const stuff = material ? `, ${Number((material.young_pa / 1e3).toPrecision(3))} kPa, ν ${material.poisson}` : "";
     const where = this.config.mode === "live" ? "; a running scene moves the tool" : "";
-    $("about").textContent = `${grouped(info.cells)} cells, ${grouped(info.links)} links${stuff}${where}`;
+    this.canBeCut = info.canBeCut;
+    $("cut-row").hidden = !info.canBeCut;
+    $("about").textContent = `${grouped(info.cells - (info.spareCells ?? 0))} cells, ${grouped(info.links)} links${stuff}${where}`;
     for (const [id, verb] of [["pause", "pause"], ["step", "step"], ["reset", "reset"], ["save-path", "path"], ["save-model", "path"]]) {
       $(id).hidden = !can.has(verb);
     }
@@ -86,14 +89,15 @@ export class Panel {
     $("friction").value = setup.friction;
     $("kind").replaceChildren();
     const parts = kind ? partsOf(kind) : [];
-    const known = parts.length === 1 && kind in this.#texts(parts[0].radiusM) ? parts[0].kind : "own";
+    const radiusM = parts.length ? (KINDS[parts[0].kind]?.radiusM?.(parts[0]) ?? parts[0].radiusM) : 0.01;
+    const known = parts.length === 1 && kind in this.#texts(radiusM) ? parts[0].kind : "own";
     if (known === "own") $("kind").add(new Option(kind ?? "Held cells", "own"));
-    if (kind) for (const [name, { title }] of Object.entries(KINDS)) $("kind").add(new Option(title, name));
+    const kinds = Object.entries(KINDS).filter(([name]) => name !== "blade" || this.canBeCut);
+    if (kind) for (const [name, { title }] of kinds) $("kind").add(new Option(title, name));
     $("kind").value = known;
-    const radiusMm = parts.length ? 1e3 * parts[0].radiusM : 10;
     const step = unitM > 0.004 ? 0.5 : 0.1;
     Object.assign($("radius"), { min: step * Math.ceil((400 * unitM) / step), max: step * Math.ceil((2500 * unitM) / step), step });
-    $("radius").value = radiusMm;
+    $("radius").value = 1e3 * radiusM;
     const tell = () => {
       $("sweeps-text").textContent = $("sweeps").value;
       $("friction-text").textContent = Number($("friction").value).toFixed(2);
@@ -123,6 +127,7 @@ export class Panel {
     $("torque").textContent = tool ? `${(1e3 * Math.hypot(...tool.torqueNM)).toFixed(2)} mN m` : "";
     $("contacts").textContent = tool?.contacts ?? "";
     $("made").textContent = state.sweeps;
+    if (state.cuts) $("cut").textContent = cutText(state.cuts);
     $("step-us").textContent = state.stepUs > 0 ? `${grouped(state.stepUs)} of 1,000 µs` : "";
     $("budget").value = state.stepUs;
     $("rate").textContent = `${grouped(state.ticksPerS)} ticks a second`;
@@ -154,6 +159,13 @@ export class Panel {
     $("low").textContent = text(from);
     $("high").textContent = text(end);
   }
+}
+
+/** How far a body is cut. */
+function cutText({ areaM2, workJ, openedFaces, torn }) {
+  if (openedFaces === 0) return "whole";
+  const cut = areaM2 > 0 || torn === 0 ? [`${(1e6 * areaM2).toFixed(0)} mm², ${Number((1e3 * workJ).toPrecision(2))} mJ`] : [];
+  return [...cut, ...(torn > 0 ? [`torn at ${grouped(torn)} cells`] : [])].join(", ");
 }
 
 /** The estimated error of a force, which is below 0 where it is not known. */

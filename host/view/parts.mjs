@@ -25,11 +25,12 @@ function listed(words, otherwise) {
   return words ? words.split(",").map(Number) : otherwise;
 }
 
-/** A blade as it is drawn: a thin plate that stands on its edge, which is along x. */
+/** A blade as it is drawn: a thin plate that stands on its edge, which is along x. `edge` is what the kernel takes. */
 function bladePart(halfM, place, orientation) {
   const [heightM, radiusM] = [0.4 * halfM, 0.02 * halfM];
   const centreM = add(place, turned(orientation, [0, 0, heightM]));
-  return { kind: "blade", halfM: [halfM - radiusM, 0, heightM - radiusM], radiusM, centreM, orientation };
+  const edge = { centreM: place, orientation, halfM: [halfM, 0, 0], radiusM: 0 };
+  return { kind: "blade", halfM: [halfM - radiusM, 0, heightM - radiusM], radiusM, centreM, orientation, edge };
 }
 
 /** Scissors as they are drawn: two plates side by side, from the pivot along -z. */

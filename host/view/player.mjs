@@ -8,13 +8,14 @@ const SNAPSHOT_BYTES = 64e6;
 
 export class Player extends Tissue {
   /** A tissue where a session starts. */
-  constructor(instance, image, recording) {
-    super(instance, image);
+  constructor(instance, image, canBeCut, recording) {
+    super(instance, image, canBeCut);
+    this.restores = 0;
     this.recording = recording;
     const tools = recording.tools;
     this.words = this.take(BYTES.settings, 16);
     this.lists = this.take(4 * Math.max(recording.parts.length, recording.held.length, 1), 16);
-    const room = tools ? [0, tools, TRIANGLES, SAMPLES, 0, 0] : [recording.held.length, 0, 0, 0, 0, 0];
+    const room = tools ? [0, tools, TRIANGLES, SAMPLES] : [recording.held.length, 0, 0, 0];
     this.#put(this.words, recording.settings);
     this.make({ scheme: recording.scheme, settings: this.words, room });
     this.choose();
@@ -130,6 +131,7 @@ export class Player extends Tissue {
     const at = this.#copyRoom(bytes.length);
     new Uint8Array(this.memory.buffer, at, bytes.length).set(bytes);
     this.check(this.exports.chaincell_tissue_restore(this.tissue, at, bytes.length, this.detail));
+    this.restores += 1;
   }
 
   /** Memory through which snapshots go. */
@@ -153,9 +155,10 @@ export class Player extends Tissue {
       const pose = poses.subarray(8 * index, 8 * index + 8);
       const shape = tools ? { kind: kinds[index], radiusM: parts[11 * part + 10] } : { kind: `sphere:${radiusM}`, radiusM };
       part += this.recording.counts[index] ?? 0;
-      const isEngaged = new Uint16Array(poses.buffer, poses.byteOffset + 32 * index + 28, 1)[0] === 1;
+      const [engaged, openingTurnsQ16] = new Uint16Array(poses.buffer, poses.byteOffset + 32 * index + 28, 2);
       return {
-        ...shape, positionM: held ?? [...pose.slice(0, 3)], orientation: held ? [0, 0, 0, 1] : [...pose.slice(3, 7)], engaged: isEngaged,
+        ...shape, positionM: held ?? [...pose.slice(0, 3)], orientation: held ? [0, 0, 0, 1] : [...pose.slice(3, 7)], engaged: engaged === 1,
+        openingRad: (openingTurnsQ16 / 65536) * 2 * Math.PI,
         forceN: output.forceN, torqueNM: output.torqueNM, contacts: output.contacts, flags: output.flags, errorN: output.errorN,
       };
     });

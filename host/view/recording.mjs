@@ -1,11 +1,11 @@
 // A recorded session: its words, and where its events stand in them. host/src/view/session.rs describes the layout.
 
 const MAGIC = 0x53455343;
-const VERSION = 1;
-const HEAD_WORDS = 18;
+const VERSION = 2;
+const HEAD_WORDS = 19;
 const PART_WORDS = 11;
 const POSE_WORDS = 8;
-const SETTINGS_WORDS = 7;
+const SETTINGS_WORDS = 8;
 export const EVENT = { tick: 1, still: 2, settings: 3, reset: 4, grip: 5, letGo: 6 };
 const HAS_HASH = 1 << 8;
 const HAS_SWEEPS = 1 << 9;
@@ -16,13 +16,13 @@ export class Recording {
     const words = (this.words = new Uint32Array(bytes.buffer, bytes.byteOffset, bytes.byteLength >> 2));
     if (words[0] !== MAGIC || words[1] !== VERSION) throw new Error("this is no recorded session of this page's version");
     const reals = new Float32Array(words.buffer, words.byteOffset, words.length);
-    const [tools, parts, held, snapshotBytes] = words.subarray(11, 15);
+    const [tools, parts, held, snapshotBytes] = words.subarray(12, 16);
     this.scheme = words[2];
-    this.settings = words.subarray(3, 10);
-    this.friction = reals[10];
+    this.settings = words.subarray(3, 11);
+    this.friction = reals[11];
     this.tools = tools;
-    this.first = words[15] + words[16] * 2 ** 32;
-    this.last = this.first + words[17];
+    this.first = words[16] + words[17] * 2 ** 32;
+    this.last = this.first + words[18];
     let at = HEAD_WORDS;
     const take = (count, of = words) => of.subarray(at, (at += count));
     this.counts = take(tools);
@@ -82,6 +82,8 @@ function kindOf(part) {
   const [x, y, z, i, j, k, w, a, b, c, radiusM] = part;
   const place = x || y || z ? `@${x},${y},${z}` : "";
   const turn = w === 1 ? "" : `/${i},${j},${k},${w}`;
+  if (radiusM < 0) return `scissors:${c},${-radiusM}${place}${turn}`;
+  if (radiusM === 0) return `blade:${2 * a}${place}${turn}`;
   if (!Number.isFinite(c)) return `half-space:${radiusM}${place}${turn}`;
   if (a || b) return `box:${a},${b},${c},${radiusM}${place}${turn}`;
   return c ? `capsule:${c},${radiusM}${place}${turn}` : `sphere:${radiusM}${place}${turn}`;

@@ -6,10 +6,13 @@ import { Painter } from "./gl.mjs";
 import { opened, partsOf } from "./parts.mjs";
 import { arrow, disc, roundedBox } from "./shapes.mjs";
 import { add, length, placed, times, turnTo, turned, unit } from "./vectors.mjs";
+import { cutBody } from "./wound.mjs";
 
 const PAINT = { tool: [0.24, 0.47, 0.78], other: [0.5, 0.54, 0.6], force: [0.13, 0.62, 0.36], torque: [0.62, 0.36, 0.8], fixed: [0.13, 0.2, 0.32] };
 /** Forces [N] and torques [N m] below these have no arrow. */
 const LEAST = { force: 5e-3, torque: 2e-4 };
+/** A new surface is made after so many times what the last one took. */
+const REST = 3;
 
 export class Scene {
   /** `ramp` are the colours of numbers, red, green and blue from 0 to 255. */
@@ -34,7 +37,9 @@ export class Scene {
   ready(body) {
     this.body = body;
     this.state = null;
-    this.figure = new Figure(this.painter, body);
+    this.triangles = undefined;
+    this.surfaceTook = { ms: 0, atMs: 0 };
+    this.#show(body);
     this.compare(this.chain !== null);
     const cells = body.restM.length / 3;
     let [low, high] = [[Infinity, Infinity, Infinity], [-Infinity, -Infinity, -Infinity]];
@@ -48,10 +53,29 @@ export class Scene {
     this.scale = new Scale();
   }
 
-  /** Takes over a state. */
+  /** Takes over a state, of a body that is cut with its triangles where they are new; null for a whole one. */
   take(state) {
     this.state = state;
+    if (state.triangles !== undefined) this.triangles = state.triangles;
     this.isNew = true;
+  }
+
+  /** Draws another body from now on: whole or cut. */
+  #show(body) {
+    this.figure?.free();
+    this.figure = new Figure(this.painter, body);
+  }
+
+  /** Makes the surface of a body that was cut since. Returns whether it did: it takes its time, so it pauses in between. */
+  renew() {
+    const now = performance.now();
+    if (this.triangles === undefined || now < this.surfaceTook.atMs + REST * this.surfaceTook.ms) return false;
+    this.#show(this.triangles ? cutBody(this.body, this.triangles) : this.body);
+    this.triangles = undefined;
+    const endMs = performance.now();
+    this.surfaceTook = { ms: endMs - now, atMs: endMs };
+    this.isNew = true;
+    return true;
   }
 
   /** Shows another tool as the chosen one. */

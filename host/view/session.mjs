@@ -1,7 +1,6 @@
 // States from a recorded session, which the kernel in the page plays.
 import { bodyOf } from "./image.mjs";
 import { bytesOf } from "./own.mjs";
-import { surfaceCells } from "./surface.mjs";
 
 export class Session {
   /** Set `onready(body)`, `onstate(state)`, `onstatus(text)` and then call `start()`. */
@@ -17,7 +16,7 @@ export class Session {
     this.worker = new Worker(URL.createObjectURL(new Blob([text], { type: "text/javascript" })));
     this.worker.onmessage = ({ data }) => this.#heard(data);
     this.worker.onerror = (event) => this.onstatus(event.message);
-    this.worker.postMessage({ kind: "session init", wasm, image, session });
+    this.worker.postMessage({ kind: "session init", wasm, image, canBeCut: this.body.canBeCut, session });
   }
 
   #heard(data) {
@@ -27,17 +26,16 @@ export class Session {
   }
 
   #begin(info) {
-    const { rest, triangles, links, fixed, hasShapes } = this.body;
+    const { rest, triangles, links, fixed, hasShapes, canBeCut, spareCells } = this.body;
     const restM = rest.map((length, index) => length * info.unitM + info.centreM[index % 3]);
     this.first = info.session.first;
-    this.onready({ restM, triangles, links, fixed, info: { ...info, hasShapes, name: this.config.name } });
+    this.onready({ restM, triangles, links, fixed, info: { ...info, hasShapes, canBeCut, spareCells, name: this.config.name } });
     this.worker.postMessage({ kind: "session begin" });
   }
 
-  /** The worker computes what the colours show. */
-  show(colour) {
-    const { triangles, inputIds } = this.body;
-    const ids = colour === "stress" ? surfaceCells(triangles).map((cell) => inputIds[cell]) : null;
+  /** The worker computes what the colours show, of these cells. */
+  show(colour, cells) {
+    const ids = colour === "stress" ? Array.from(cells, (cell) => this.body.inputIds[cell]) : null;
     this.worker.postMessage({ kind: "session show", ids });
   }
 

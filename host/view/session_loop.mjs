@@ -1,4 +1,5 @@
 // Plays a session at its speed, in the worker, and goes to the ticks that are asked for.
+import { Cuts } from "./cuts.mjs";
 import { CATCH_UP_MS, Rate, STATE_MS, TICK_MS, TRAIL_TICKS, WORK_MS } from "./pace.mjs";
 import { Player } from "./player.mjs";
 import { Recording } from "./recording.mjs";
@@ -17,6 +18,7 @@ class SessionLoop {
     this.lastMs = this.sentMs = performance.now();
     this.rate = new Rate();
     this.stresses = new Stresses(player);
+    this.cuts = new Cuts(player);
     const channel = new MessageChannel();
     channel.port1.onmessage = () => this.run();
     this.again = () => channel.port2.postMessage(0);
@@ -120,6 +122,7 @@ class SessionLoop {
     const state = {
       tick: player.tick, timeS: player.tick * 1e-3, hash: player.hash(), positionsM, tools: player.tools(), sweeps, energyJ,
       pressuresPa: tools ? player.pressuresPa() : [], stressesPa: this.stresses.take(this.isPaused || player.isAtEnd), stepUs: this.rate.stepUs, ticksPerS: this.isPaused ? 0 : this.rate.ticksPerS, trail: this.trail,
+      ...this.cuts.take(),
       session: { first, last, compared: player.compared.size, differs: player.differs, isAtEnd: player.isAtEnd, isSeeking: this.target !== null },
     };
     this.trail = [];
@@ -135,9 +138,9 @@ let stressedIds = null;
 
 /** What a page with a recorded session asks of the worker. */
 export const sessionOrders = {
-  async "session init"({ wasm, image, session }) {
+  async "session init"({ wasm, image, canBeCut, session }) {
     const { instance } = await WebAssembly.instantiate(wasm);
-    sessionOrders.player = new Player(instance, image, new Recording(session));
+    sessionOrders.player = new Player(instance, image, canBeCut, new Recording(session));
     const { first, last, tools } = sessionOrders.player.recording;
     postMessage({ kind: "info", info: { ...sessionOrders.player.info, hasTools: tools > 0, session: { first, last } } });
   },

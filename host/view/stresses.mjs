@@ -11,8 +11,9 @@ export class Stresses {
 
   /** Shows the stress of the cells of these input ids, or none for null. */
   show(inputIds) {
+    const known = new Map(this.inputIds?.map((id, index) => [id, this.valuesPa[index]]));
     this.inputIds = inputIds ?? [];
-    this.valuesPa = new Float32Array(this.inputIds.length);
+    this.valuesPa = Float32Array.from(this.inputIds, (id) => known.get(id) ?? 0);
     this.next = 0;
   }
 

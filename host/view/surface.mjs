@@ -10,10 +10,15 @@ const CURVED = 0.75;
 const SHARP = Math.cos((50 * Math.PI) / 180);
 
 export class Surface {
-  constructor({ restM, triangles }) {
+  /** `origins` are the cells of the whole body that those of the triangles were made from, if it is cut. */
+  constructor({ restM, triangles, origins = triangles }) {
     this.restM = restM;
     this.triangles = triangles;
     this.cells = surfaceCells(triangles);
+    /** The cells whose stress the colours show, and which of them each cell has. */
+    this.stressed = surfaceCells(origins);
+    const places = new Map(this.stressed.map((cell, place) => [cell, place]));
+    this.stressOf = new Map(Array.from(triangles, (cell, corner) => [cell, places.get(origins[corner])]));
     this.#group();
     this.rest = this.#restShapes();
     this.#cut();
@@ -91,6 +96,8 @@ export class Surface {
       const [a, b, c] = [0, 1, 2].map((k) => at(this.restM, this.triangles[3 * face + k]));
       const [first, second] = [add(b, a, -1), add(c, a, -1)];
       const along = length(first);
+      // One of a piece that is gone.
+      if (!(along > 0)) continue;
       const shift = dot(first, second) / along;
       const height = length(cross(first, second)) / along;
       shapes.set([1 / along, -shift / (along * height), 1 / height], 3 * face);
@@ -108,9 +115,15 @@ export class Surface {
       const pressures = new Map();
       for (const [face, pressurePa] of state.pressuresPa ?? []) pressures.set(face, (pressures.get(face) ?? 0) + pressurePa);
       this.#spread((face) => pressures.get(face) ?? 0, 0);
-    } else if (what === "stress") this.cells.forEach((cell, index) => (this.values[cell] = state.stressesPa?.[index] ?? 0));
+    } else if (what === "stress") this.#takeStresses(state.stressesPa ?? []);
     else this.#displacements(positions);
     for (let face = 0; face < this.triangles.length / 3; face++) this.#fill(positions, face);
+  }
+
+  /** Takes over stresses [Pa]; those of another list of cells, which was asked for before a cut, are passed over. */
+  #takeStresses(stressesPa) {
+    if (stressesPa.length !== this.stressed.length) return;
+    for (const cell of this.cells) this.values[cell] = stressesPa[this.stressOf.get(cell)];
   }
 
   /** Writes the points of a face: each as far from the flat triangle as the planes at its corners say. */

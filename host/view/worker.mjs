@@ -1,5 +1,6 @@
 // The kernel's loop, in a worker: ticks at 1 kHz as far as the machine allows, the newest state some 60 times a
 // second. The tools walk to where the hand has them.
+import { Cuts } from "./cuts.mjs";
 import { Tissue } from "./kernel.mjs";
 import { CATCH_UP_MS, Rate, STATE_MS, TICK_MS, TRAIL_TICKS, WORK_MS } from "./pace.mjs";
 import { sessionOrders } from "./session_loop.mjs";
@@ -19,6 +20,7 @@ class Loop {
     this.lastMs = this.sentMs = performance.now();
     this.rate = new Rate();
     this.stresses = new Stresses(tissue);
+    this.cuts = new Cuts(tissue);
     this.reset();
     const channel = new MessageChannel();
     channel.port1.onmessage = () => this.run();
@@ -133,6 +135,7 @@ class Loop {
       tick: this.tick, timeS: this.tick * 1e-3, hash: this.tissue.hash(), positionsM, tools, sweeps, energyJ,
       pressuresPa: this.setup.held.length ? [] : this.tissue.pressuresPa(),
       stressesPa: this.stresses.take(this.isPaused), stepUs: this.rate.stepUs, ticksPerS: this.isPaused ? 0 : this.rate.ticksPerS, trail: this.trail,
+      ...this.cuts.take(),
     };
     this.trail = [];
     postMessage({ kind: "state", state }, [positionsM.buffer]);
@@ -154,9 +157,9 @@ let stressed = null;
 
 const orders = {
   ...sessionOrders,
-  async init({ wasm, image, held }) {
+  async init({ wasm, image, canBeCut, held }) {
     const { instance } = await WebAssembly.instantiate(wasm);
-    const tissue = new Tissue(instance, image);
+    const tissue = new Tissue(instance, image, canBeCut);
     tissue.init(held);
     orders.tissue = tissue;
     postMessage({ kind: "info", info: tissue.info });

@@ -1,12 +1,12 @@
 // The page with its own kernel: loads from a file, is pressed by a drag, and comes to the same state as `chaincell
 // run`, with and without vector units. node own.mjs PAGE.html CHAINCELL VECTOR.wasm FOLDER [SCALAR.wasm]
 import assert from "node:assert/strict";
-import { execFileSync } from "node:child_process";
-import { mkdirSync, readFileSync, writeFileSync } from "node:fs";
+import { mkdirSync, readFileSync } from "node:fs";
 import { join, resolve } from "node:path";
 import { Tissue } from "../../host/view/kernel.mjs";
 import { partsOf } from "../../host/view/parts.mjs";
 import { Browser } from "./browser.mjs";
+import { playedNatively } from "./native.mjs";
 
 const [page, chaincell, vector, folder, scalar] = process.argv.slice(2);
 /** Ticks of the drag that is played natively. */
@@ -63,7 +63,7 @@ const CHAIN = `(() => { const { mail } = chaincell.scene.chain; const [{ positio
 /** Plays a saved path in a module and returns the hash. */
 async function played(wasm, image, path, kinds) {
   const { instance } = await WebAssembly.instantiate(readFileSync(wasm));
-  const tissue = new Tissue(instance, image);
+  const tissue = new Tissue(instance, image, false);
   tissue.init(0);
   tissue.resetWithTools(kinds.map(partsOf), 0);
   const rows = path.trim().split("\n").slice(1).map((row) => row.split(",").map(Number));
@@ -82,34 +82,6 @@ async function drag(browser, tool, ticks) {
   for (let step = 1; step <= 4; step++) await browser.mouse("mouseMoved", x + 2 * step, y + 14 * step);
   await browser.until(`chaincell.state.tick >= ${ticks} && chaincell.state.tools[${tool}].contacts > 0`);
   await browser.mouse("mouseReleased", x + 8, y + 56);
-}
-
-/** Saves path and model, plays them by the command that the page shows, in a folder with what it saved. */
-async function playedNatively(browser, name) {
-  browser.forgetDownloads();
-  await browser.click("save-path");
-  const path = (await browser.downloaded(".csv")).toString();
-  await browser.click("save-model");
-  const image = await browser.downloaded(".chaincell");
-  const { hash, kinds, ticks } = await browser.evaluate(
-    "({ hash: chaincell.state.hash, kinds: chaincell.source.setup.tools, ticks: chaincell.state.tick })");
-  assert.equal(path.trim().split("\n").length - 1, ticks * kinds.length);
-  const command = await browser.evaluate("document.getElementById('command').textContent");
-  assert.ok(command.includes(hash), command);
-  const place = join(folder, name);
-  mkdirSync(place, { recursive: true });
-  writeFileSync(join(place, "organ.csv"), path);
-  writeFileSync(join(place, "organ.chaincell"), image);
-  const words = command.split("#")[0].trim().split(/\s+/).slice(1);
-  const said = execFileSync(resolve(chaincell), [...words, "--force", "--json"], { cwd: place, encoding: "utf8", stdio: ["ignore", "pipe", "inherit"] });
-  const native = JSON.parse(said.trim().split("\n").pop()).state_hash;
-  assert.equal(hash, native, `${name}: the page's hash and that of chaincell run`);
-  // The forces of all tools, and their errors, are those of the last tick.
-  const shown = await browser.evaluate("chaincell.state.tools.map(({ forceN, errorN }) => [...forceN, errorN])");
-  const rows = readFileSync(join(place, "organ", "tools.csv"), "utf8").trim().split("\n").slice(-kinds.length);
-  const wanted = rows.map((row) => row.split(",").map(Number)).map((row) => [...row.slice(2, 5), row[10]]);
-  assert.deepEqual(shown.map((each) => each.map(Math.fround)), wanted.map((each) => each.map((of) => Math.fround(Number.isNaN(of) ? -1 : of))));
-  return { path, image, kinds, ticks, hash };
 }
 
 /** The stress after von Mises by node in a VTU file [Pa]. */
@@ -163,7 +135,7 @@ try {
   const forceN = await browser.evaluate("Math.hypot(...chaincell.state.tools[0].forceN)");
   assert.ok(forceN > 0.02, `force ${forceN} N`);
 
-  const { path, image, kinds, ticks, hash } = await playedNatively(browser, "one");
+  const { path, image, kinds, ticks, hash } = await playedNatively(browser, chaincell, "organ", join(folder, "one"));
   assert.equal(await played(vector, image, path, kinds), hash, "with vector units, in Node.js");
   if (scalar) assert.equal(await played(scalar, image, path, kinds), hash, "without vector units");
 
@@ -214,7 +186,7 @@ try {
   await browser.picture(join(folder, "two.png"));
   const forces = await browser.evaluate("chaincell.state.tools.map(({ forceN }) => Math.hypot(...forceN))");
   assert.ok(forces.every((force) => force > 0.01), `forces ${forces} N`);
-  const two = await playedNatively(browser, "two");
+  const two = await playedNatively(browser, chaincell, "organ", join(folder, "two"));
   assert.equal(two.kinds.length, 2);
   assert.equal(await played(vector, two.image, two.path, two.kinds), two.hash, "two balls, in Node.js");
   await browser.click("remove-tool");

@@ -440,7 +440,7 @@ fn print(args: &Args, summary: &CosimSummary) -> Result<()> {
     match (&args.folder.out, &body.model) {
         (Some(out), _) => {
             terminal::say(format_args!("  {:<18}{}", "results", out.display()))?;
-            if args.tissue.is_shown(cut) && summary.is_viewable {
+            if summary.is_viewable {
                 tell_view(18, &[out])?;
             }
         }

@@ -488,6 +488,5 @@ fn report(args: &Args, ended: &Ended) -> Result<()> {
     }
     let Some(out) = &args.out else { return Ok(()) };
     terminal::say(format_args!("  {:<14}{}", "results", out.display()))?;
-    let is_shown = args.tissue.is_shown(cut) && summary.pins.is_empty();
-    if is_shown { tell_view(14, &[out]) } else { Ok(()) }
+    if summary.pins.is_empty() { tell_view(14, &[out]) } else { Ok(()) }
 }

@@ -14,7 +14,6 @@ use super::settings::{SettingArgs, SettingReport};
 use super::tool::{self, ToolSpec};
 use crate::choice;
 use crate::engine::contact::contact_cells;
-use crate::engine::cut::report::CutReport;
 use crate::engine::staged::Staged;
 use crate::engine::threads::{ThreadCount, Threads};
 use crate::engine::{Arithmetic, Contact, Engine, Scheme};
@@ -115,11 +114,6 @@ impl TissueArgs {
     /// Returns true if it holds the cells that no option chose.
     pub fn holds_default(&self) -> bool {
         self.contact == "auto" && self.tool.is_empty()
-    }
-
-    /// Returns true if the page can play a session with this cut: no tool has a blade, and the body does not tear.
-    pub fn is_shown(&self, cut: Option<&CutReport>) -> bool {
-        !self.tool.iter().any(ToolSpec::is_blade) && !cut.is_some_and(CutReport::tears)
     }
 
     /// The engine for a model.

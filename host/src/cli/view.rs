@@ -115,11 +115,6 @@ impl Shown {
         // The page ticks each millisecond.
         check_tick(&model, None)?;
         let config = config(args, &model)?;
-        if model.tear_limit().is_some() {
-            terminal::note(format_args!(
-                "note: this body tears, and the page's own kernel does not: nothing tears there; tear it with run"
-            ));
-        }
         Ok(Self { config, image, session: None })
     }
 
@@ -131,14 +126,6 @@ impl Shown {
         interrupt::end_at_once()?;
         let recorded = RecordedArgs::of(path.to_owned(), args.session_model.clone()).read()?;
         let mut begun = recorded.begin(None)?;
-        if begun.tissue.engine().contact().has_blade() {
-            let why = "it has a blade, and the page's own kernel does not cut: play it with replay";
-            return Err(Error::file("view", &recorded.path, why));
-        }
-        if begun.tissue.engine().network().model().tear_limit().is_some() {
-            let why = "its body tears, and the page's own kernel does not: play it with replay";
-            return Err(Error::file("view", &recorded.path, why));
-        }
         let numbers = (begun.scheme, begun.precision);
         let packed = session::packed(&begun.trace, &mut begun.tissue, numbers, begun.start);
         let (bytes, _) = packed.map_err(|why| Error::file("view", &recorded.path, why))?;
@@ -266,12 +253,12 @@ fn base_config(path: Option<&Path>, model: &Model<'_>) -> Config {
 /// The tools; none for a body without a contact surface, of which cells are held.
 fn tools(args: &Args, model: &Model<'_>) -> Result<Vec<String>> {
     if !args.tool.is_empty() {
-        let contact = super::tool::tools(&args.tool, None, model)?;
-        if contact.has_blade() {
-            return Err(Error::input(
-                "--tool blade: the page neither cuts nor shows a wound; cut with run, and look at its VTU files \
-                 and pictures",
-            ));
+        super::tool::tools(&args.tool, None, model)?;
+        if let Some(scissors) = args.tool.iter().find(|tool| tool.has_scissors()) {
+            return Err(Error::input(format!(
+                "--tool {scissors}: the page has no handles that close scissors; cut with a blade there, or with \
+                 scissors in run, and show the session"
+            )));
         }
         return Ok(args.tool.iter().map(|tool| tool.text.clone()).collect());
     }

@@ -5,16 +5,16 @@
 //!
 //! ```text
 //! 0        1    magic "CSES"
-//! 1        1    version of this layout: 1
+//! 1        1    version of this layout: 2
 //! 2        1    scheme, a code of `chaincell_scheme`
-//! 3        7    settings, a `chaincell_settings`
-//! 10       1    coefficient of friction (f32 bits)
-//! 11       1    T = number of tools, 0 with held cells
-//! 12       1    P = number of their parts
-//! 13       1    H = number of held cells
-//! 14       1    S = bytes of the snapshot that the session begins from, 0 at rest
-//! 15       2    number of the first tick: low word, high word
-//! 17       1    number of the last tick less the first
+//! 3        8    settings, a `chaincell_settings`
+//! 11       1    coefficient of friction (f32 bits)
+//! 12       1    T = number of tools, 0 with held cells
+//! 13       1    P = number of their parts
+//! 14       1    H = number of held cells
+//! 15       1    S = bytes of the snapshot that the session begins from, 0 at rest
+//! 16       2    number of the first tick: low word, high word
+//! 18       1    number of the last tick less the first
 //!          T    number of parts of each tool
 //!     11 * P    parts, each a `chaincell_tool_part`
 //!          H    input ids of the held cells
@@ -24,7 +24,7 @@
 //!               two words of the state hash after it, low and high. Sweeps count with flag 2: 0 for a late tick,
 //!               else at most so many; without flag 2 all of the settings
 //! 2 still tick  number less that of the first tick: answered in a pause, nothing moved
-//! 3 settings    7 words, a `chaincell_settings` without `cut` from here on
+//! 3 settings    8 words, a `chaincell_settings` from here on
 //! 4 reset       the body at rest, the tools let go
 //! 5 grip        number of the tool
 //! 6 let go      number of the tool, ticks in which the pull falls to 0
@@ -40,10 +40,10 @@ use crate::error::{Error, Result};
 use crate::files::recording::{self, Played, Start, Step, Stop};
 
 const MAGIC: u32 = u32::from_le_bytes(*b"CSES");
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 /// Words before the lists, and the place of the two numbers that are known at the end.
-const HEAD_WORDS: usize = 18;
-const FIRST_TICK_WORD: usize = 15;
+const HEAD_WORDS: usize = 19;
+const FIRST_TICK_WORD: usize = 16;
 /// A state hash goes along with every tick whose number this divides, and with the last.
 const HASH_TICKS: u64 = 20;
 const TICK: u32 = 1;
@@ -84,9 +84,11 @@ pub fn packed(
     }
 }
 
-/// The words of settings without `cut`: on the page nothing is cut.
-fn page_words(settings: Settings) -> [u32; Settings::WORDS] {
-    Settings { cut: Cutting::On, ..settings }.words()
+/// A `chaincell_settings`: there `cut` has a word of its own, behind the others.
+fn page_words(settings: Settings) -> [u32; Settings::WORDS + 1] {
+    let mut words = [u32::from(settings.cut.code()); Settings::WORDS + 1];
+    words[..Settings::WORDS].copy_from_slice(&Settings { cut: Cutting::On, ..settings }.words());
+    words
 }
 
 /// The words under way.

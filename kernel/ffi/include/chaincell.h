@@ -944,6 +944,21 @@ typedef struct chaincell_detail {
 } chaincell_detail;
 
 /**
+ * A triangle of the surface of a body as it is cut now, outward.
+ */
+typedef struct chaincell_triangle {
+    /**
+     * Its three cells, as `chaincell_positions` numbers them; a cell behind those of the body is a copy that a split
+     * has made.
+     */
+    uint32_t cells[3];
+    /**
+     * The cells of the whole body that these are or were made from: for colours, textures and positions at rest.
+     */
+    uint32_t origins[3];
+} chaincell_triangle;
+
+/**
  * Storage of a validated model. Its content is nobody's business; it may be copied.
  *
  * The model refers to its image, which stays where it is, unchanged, for as long as the model or
@@ -1359,6 +1374,21 @@ chaincell_code chaincell_cut(struct chaincell_tissue *tissue,
                              size_t count,
                              struct chaincell_cuts *cuts,
                              struct chaincell_detail *detail);
+
+/**
+ * The triangles of the surface as it is now: those of the model in its order, at split cells with the copies on which
+ * they hang, and behind them the sides of open faces that can part. A triangle of a piece that is gone has three times
+ * the same cell. Writes the first `room` of them and says in `count` how many there are; `triangles` may be null where
+ * `room` is 0. They change in ticks that open a face or split a cell, and by a restore or a reset.
+ *
+ * Safety
+ * `tissue` was made by `chaincell_tissue_init` and no other thread uses it; `triangles` has room for `room` of them,
+ * `count` is storage for the answer.
+ */
+chaincell_code chaincell_triangles(struct chaincell_tissue *tissue,
+                                   struct chaincell_triangle *triangles,
+                                   size_t room,
+                                   size_t *count);
 
 /**
  * Validates a model image in place. Cost: a checksum and about two sweeps, once; no memory.

@@ -1,9 +1,11 @@
 //! Cuts: memory for them, faces that are opened, and their state.
 
-use chaincell_kernel::{CutError, CutOutput, EDGE_BYTES, Model, cut_words};
+use chaincell_kernel::{
+    CutError, CutOutput, Dynamics, EDGE_BYTES, Model, Network, TissueMut, cut_words,
+};
 
 use crate::code::{Code, Detail, Refusal};
-use crate::layout::{self, Parts, Tissue, by_touching_scheme};
+use crate::layout::{self, Parts, Tissue, by_scheme, by_touching_scheme};
 use crate::memory;
 
 /// Bytes that a blade takes in each tool, in a library that cuts.
@@ -41,6 +43,17 @@ pub struct Cuts {
     pub untouched: u32,
     /// Number of cells at which a body that tears has torn by itself.
     pub torn: u32,
+}
+
+/// A triangle of the surface of a body as it is cut now, outward.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[repr(C)]
+pub struct Triangle {
+    /// Its three cells, as `chaincell_positions` numbers them; a cell behind those of the body is a copy that a split
+    /// has made.
+    pub cells: [u32; 3],
+    /// The cells of the whole body that these are or were made from: for colours, textures and positions at rest.
+    pub origins: [u32; 3],
 }
 
 /// Words of memory for a wish, 0 or 1; a body that relaxes has its memory unasked.
@@ -130,4 +143,49 @@ pub unsafe extern "C" fn chaincell_cut(
 ) -> Code {
     // SAFETY: the caller's promises are handed on.
     unsafe { crate::answer(detail, || cut(tissue, faces, count, cuts)) }
+}
+
+/// The triangles of the surface as it is now: those of the model in its order, at split cells with the copies on which
+/// they hang, and behind them the sides of open faces that can part. A triangle of a piece that is gone has three times
+/// the same cell. Writes the first `room` of them and says in `count` how many there are; `triangles` may be null where
+/// `room` is 0. They change in ticks that open a face or split a cell, and by a restore or a reset.
+///
+/// # Safety
+/// `tissue` was made by `chaincell_tissue_init` and no other thread uses it; `triangles` has room for `room` of them,
+/// `count` is storage for the answer.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn chaincell_triangles(
+    tissue: *mut Tissue,
+    triangles: *mut Triangle,
+    room: usize,
+    count: *mut usize,
+) -> Code {
+    // SAFETY: the caller's promises are handed on.
+    Code::of(unsafe { layout::front(tissue) }.and_then(|(scheme, sizes)| {
+        memory::check(count)?;
+        if room > 0 {
+            memory::check(triangles)?;
+        }
+        let found = by_scheme!(scheme, D => {
+            // SAFETY: a tissue of this scheme stands there, and the caller says that it is ours.
+            let Parts { network, tissue: mut body, .. } =
+                unsafe { layout::parts::<D>(tissue, sizes) };
+            for at in 0..room {
+                let Some(cells) = body.triangles(network).nth(at) else { break };
+                let origins = cells.map(|cell| u32::from(origin(&mut body, network, cell)));
+                let triangle = Triangle { cells: cells.map(u32::from), origins };
+                // SAFETY: checked above, and the caller says that there is room for it.
+                unsafe { triangles.add(at).write(triangle) };
+            }
+            body.triangles(network).len()
+        });
+        // SAFETY: the caller's promises are handed on.
+        unsafe { memory::write(count, found) }
+    }))
+}
+
+/// The cell of the whole body that a cell is or was made from.
+fn origin<D: Dynamics>(body: &mut TissueMut<'_, D>, network: &Network<'_>, cell: u16) -> u16 {
+    let copy = usize::from(cell).checked_sub(network.model().body_cells());
+    copy.and_then(|copy| body.origin_of_copy(network, copy)).unwrap_or(cell)
 }

@@ -48,7 +48,7 @@ mod tools;
 mod touch;
 
 pub use code::{Code, Detail};
-pub use cut::{CUT_TOOL_BYTES, Cuts, Face, chaincell_cut};
+pub use cut::{CUT_TOOL_BYTES, Cuts, Face, Triangle, chaincell_cut, chaincell_triangles};
 pub use layout::{
     CELL_BYTES_EULER, CELL_BYTES_PREDICT, CELL_BYTES_RKL2, CELL_BYTES_SHAPE, CELL_BYTES_TRACK,
     TISSUE_BYTES, TISSUE_WORDS, Tissue,

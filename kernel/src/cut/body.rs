@@ -200,6 +200,13 @@ impl<'a, 'm> CutBody<'a, 'm> {
         }
     }
 
+    /// The triangles of the surface as it is now.
+    pub fn into_triangles(self) -> Option<&'a [[u16; 3]]> {
+        let [count, _] = self.arrays.listed.map(|listed| listed as usize);
+        let triangles: &'a [[u16; 3]] = self.arrays.triangles;
+        triangles.get(..self.model.triangles.len() + count)
+    }
+
     /// The model as it is now.
     pub fn into_model(self) -> Model<'a>
     where

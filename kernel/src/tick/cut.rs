@@ -164,6 +164,20 @@ impl<D: Dynamics> TissueMut<'_, D> {
         body.arrays.origins.get(copy).copied()
     }
 
+    /// The triangles of the surface as it is now, three cells of each: those of the model in its order, at a split cell
+    /// with the copies that they hang on now, and behind them the sides of open faces that can part. A triangle of a piece
+    /// that is gone ([`Loose::Drop`](crate::Loose)) has three times the same cell. Of a body without memory for cuts they
+    /// are those of the [model](crate::Model::triangles).
+    pub fn triangles<'a>(
+        &'a mut self,
+        network: &'a Network<'_>,
+    ) -> impl ExactSizeIterator<Item = [u16; 3]> + use<'a, D> {
+        let model = network.model();
+        let body = CutBody::of(&mut self.cut, model);
+        let triangles = body.and_then(CutBody::into_triangles).unwrap_or(model.triangles);
+        triangles.iter().copied()
+    }
+
     /// Returns true for a cell of a piece that has come loose and is gone, see [`Loose::Drop`](crate::Loose).
     #[must_use]
     pub fn is_dropped(&mut self, network: &Network<'_>, cell: u16) -> bool {
@@ -414,6 +428,20 @@ impl<D: Dynamics> TissueMut<'_, D> {
     #[must_use]
     pub fn cut_output(&mut self, _: &Network<'_>) -> CutOutput {
         CutOutput::default()
+    }
+
+    /// The cell that a copy was made from: this kernel makes none.
+    #[must_use]
+    pub fn origin_of_copy(&mut self, _: &Network<'_>, _: usize) -> Option<u16> {
+        None
+    }
+
+    /// The triangles of the surface: those of the [model](crate::Model::triangles).
+    pub fn triangles<'a>(
+        &'a mut self,
+        network: &'a Network<'_>,
+    ) -> impl ExactSizeIterator<Item = [u16; 3]> + use<'a, D> {
+        network.model().triangles.iter().copied()
     }
 
     pub(super) fn has_cut_memory(&mut self, _: &Model<'_>) -> bool {

@@ -48,12 +48,6 @@ impl CutReport {
         }
     }
 
-    /// Returns true for a body that tears: the page cannot play its sessions.
-    #[must_use]
-    pub fn tears(&self) -> bool {
-        self.torn_cells.is_some()
-    }
-
     /// The remedy where cells could not split.
     #[must_use]
     pub fn remedy(&self) -> Option<String> {

@@ -5,7 +5,8 @@ use chaincell_kernel::{CutOutput, EDGE_BYTES, Scissors, cut_words, include_model
 use super::{
     Made, call, hash, info_of, init, model_of, pose_at, settings_of, size_of_body, storage,
 };
-use crate::{CUT_TOOL_BYTES, Code, Cuts, Detail, Face, Room, Scheme, ToolPart, ToolPose};
+use crate::{CUT_TOOL_BYTES, Code, Cuts, Detail, Face, Room, Scheme, ToolPart, ToolPose, Triangle};
+use std::vec::Vec;
 
 /// `chaincell bake box:5x5x4x0.01 --young-pa 5000 --poisson 0.4 --coarse 2.5 --contact-surface yes --cuttable
 /// --cut-spare 0.3 --toughness-j-per-m2 10`.
@@ -169,4 +170,60 @@ fn the_state_of_the_cuts_is_the_kernels() {
         CutOutput { opened_faces, copies, waiting, refused, untouched, torn, area_m2, work_j };
     let given = Cuts { opened_faces, copies, waiting, refused, untouched, torn, area_m2, work_j };
     assert_eq!(Cuts::from(counted), given);
+}
+
+/// The triangles of the surface, and how many there are.
+fn triangles(made: &Made, room: usize) -> (Vec<Triangle>, usize) {
+    let (mut list, mut count) = (std::vec![Triangle::default(); room], 0);
+    let code = call!(chaincell_triangles(made.tissue, list.as_mut_ptr(), room, &mut count));
+    assert_eq!(code, Code::Ok);
+    list.truncate(count);
+    (list, count)
+}
+
+/// The surface stays closed while a blade opens it: each edge of two triangles runs once in each direction.
+#[test]
+fn the_surface_of_a_cut_body_is_closed() {
+    let kernel = chaincell_kernel::Model::from_bytes(BLADE).unwrap();
+    let made = placed(&ROOM);
+    assert_eq!(choose(&made), Code::Ok);
+    let whole = kernel.triangles().iter().map(|cells| {
+        let cells = cells.map(u32::from);
+        Triangle { cells, origins: cells }
+    });
+    let whole: Vec<_> = whole.collect();
+    assert_eq!(triangles(&made, 400), (whole.clone(), whole.len()));
+    draw(&made, 0..160);
+    let (_, _, cuts) = cut(&made, &[]);
+    let (now, count) = triangles(&made, 400);
+    assert!(count > whole.len() && cuts.copies > 2, "{count} {cuts:?}");
+    // A list that is too short says how long it has to be.
+    assert_eq!(triangles(&made, 3), (now[..3].to_vec(), count));
+    assert_eq!(triangles(&made, 0), (Vec::new(), count));
+    // The model's triangles are where they were, some at a copy.
+    let origins = |of: &Triangle| of.origins;
+    assert_eq!(
+        now[..whole.len()].iter().map(origins).collect::<Vec<_>>(),
+        whole.iter().map(origins).collect::<Vec<_>>()
+    );
+    let copies = kernel.body_cells() as u32..kernel.body_cells() as u32 + cuts.copies;
+    let is_copy = |cell: &u32| copies.contains(cell);
+    assert!(now[..whole.len()].iter().any(|of| of.cells.iter().any(is_copy)));
+    for of in &now {
+        for (cell, origin) in of.cells.iter().zip(of.origins) {
+            assert!(*cell == origin || is_copy(cell) && !is_copy(&origin), "{of:?}");
+        }
+    }
+    let mut edges = std::collections::BTreeMap::new();
+    for [a, b, c] in now.iter().map(|of| of.cells) {
+        for (from, to) in [(a, b), (b, c), (c, a)] {
+            *edges.entry((from, to)).or_insert(0) += 1;
+        }
+    }
+    let is_paired = |&(from, to): &(u32, u32)| edges.get(&(to, from)) == edges.get(&(from, to));
+    assert!(edges.keys().all(is_paired), "{edges:?}");
+    // At rest again it is that of the model.
+    let none = core::ptr::null_mut();
+    assert_eq!(call!(chaincell_tissue_reset(made.tissue, none)), Code::Ok);
+    assert_eq!(triangles(&made, 400).0, whole);
 }

@@ -1,0 +1,81 @@
+// A body that is cut in the page: a blade of the page's own opens it as chaincell run does, and a recorded session shows its
+// wound, forwards and backwards. node wound.mjs CHAINCELL FOLDER
+import assert from "node:assert/strict";
+import { execFileSync } from "node:child_process";
+import { mkdirSync } from "node:fs";
+import { join, resolve } from "node:path";
+import { Browser } from "./browser.mjs";
+import { playedNatively } from "./native.mjs";
+
+const [chaincell, folder] = process.argv.slice(2);
+const at = (name) => join(folder, name);
+const command = (...words) => execFileSync(chaincell, words, { encoding: "utf8" });
+const BLADE = "blade:0.06/0,0,0.7071068,0.7071068";
+/** Number of triangles that the page draws. */
+const DRAWN = "chaincell.scene.figure.surface.triangles.length / 3";
+/** The surface is that of the state. */
+const IS_SHOWN = "chaincell.scene.triangles === undefined && !chaincell.scene.isNew";
+/** Edges of two triangles that do not run once in each direction: 0 of a closed surface. */
+const LOOSE_EDGES = `(() => { const { triangles } = chaincell.scene.figure.surface; const edges = new Map();
+  triangles.forEach((cell, corner) => { const to = triangles[corner % 3 === 2 ? corner - 2 : corner + 1];
+    const [key, way] = cell < to ? [cell * 65536 + to, 1] : [to * 65536 + cell, -1]; edges.set(key, (edges.get(key) ?? 0) + way); });
+  return [...edges.values()].filter((sum) => sum !== 0).length; })()`;
+
+mkdirSync(folder, { recursive: true });
+command("bake", "box:9x7x5x0.005", "--young-pa", "5000", "--poisson", "0.3", "--cuttable", "--toughness-j-per-m2", "4",
+  "--cut-spare", "0.5", "-o", at("slab.chaincell"));
+command("run", at("slab.chaincell"), "--motion", "press", "--touch-m", "0,0,0.0201", "--direction=0,0,-1", "--depth-m", "0.012",
+  "--seconds", "1", "--tool", BLADE, "--out", at("cut"), "--force", "--json");
+const replayed = JSON.parse(command("replay", at("cut"), "--json"));
+command("view", at("cut"), "--html", at("cut.html"));
+command("view", at("slab.chaincell"), "--tool", BLADE, "--html", at("own.html"));
+
+const browser = await Browser.start();
+try {
+  // The session: whole at first, a closed surface with a wound at the end, whole again at its start.
+  await browser.goto(`file://${resolve(at("cut.html"))}`);
+  await browser.until("globalThis.chaincell?.state");
+  await browser.evaluate(`document.getElementById("speed").value = "1000"; document.getElementById("speed").onchange()`);
+  const { first, last } = await browser.evaluate("chaincell.state.session");
+  const go = async (tick) => {
+    await browser.evaluate(`(() => { chaincell.state.session.isSeeking = true; const scrub = document.getElementById("scrub"); scrub.value = ${tick}; scrub.oninput(); })()`);
+    await browser.until(`chaincell.state.tick === ${tick} && !chaincell.state.session.isSeeking && ${IS_SHOWN}`);
+    return browser.evaluate(`({ hash: chaincell.state.hash, cuts: chaincell.state.cuts, session: chaincell.state.session, drawn: ${DRAWN}, loose: ${LOOSE_EDGES} })`);
+  };
+  await browser.until(`chaincell.state.tick === ${last}`);
+  const end = await go(last);
+  assert.equal(end.hash, replayed.state_hash, "the end");
+  assert.equal(end.session.differs, null);
+  assert.ok(end.cuts.openedFaces > 10 && end.cuts.copies > 5, JSON.stringify(end.cuts));
+  await browser.picture(at("wound.png"));
+  // The stress of all cells of the surface is asked for, those inside the wound among them; fixed corners have none.
+  await browser.evaluate(`(() => { const e = document.getElementById("colour"); e.value = "stress"; e.onchange(); })()`);
+  await browser.until("chaincell.state.stressesPa.length === chaincell.scene.figure.surface.stressed.length && chaincell.state.stressesPa.filter((stressPa) => stressPa > 0).length > 0.9 * chaincell.state.stressesPa.length");
+  const start = await go(first);
+  assert.ok(start.cuts.openedFaces === 0 && start.drawn < end.drawn, `${start.drawn} triangles, cut ${end.drawn}`);
+  assert.deepEqual([start.loose, end.loose], [0, 0], "edges at which the surface is open");
+  assert.equal((await go(last)).hash, replayed.state_hash, "the end once more");
+
+  // The page's own blade, lowered by keys.
+  await browser.goto(`file://${resolve(at("own.html"))}`);
+  await browser.until("globalThis.chaincell?.frames > 0");
+  assert.equal(await browser.evaluate("document.getElementById('cut').textContent"), "whole");
+  for (let step = 0; step < 80 && (await browser.evaluate("chaincell.state.cuts.copies")) < 4; step++) {
+    const tick = await browser.evaluate(`(() => { document.getElementById("stage").dispatchEvent(new KeyboardEvent("keydown", { key: "PageDown", bubbles: true })); return chaincell.state.tick; })()`);
+    await browser.until(`chaincell.state.tick > ${tick} + 4`);
+  }
+  await browser.click("pause");
+  await browser.until(`chaincell.state.ticksPerS === 0 && ${IS_SHOWN}`);
+  const own = await browser.evaluate(`({ cuts: chaincell.state.cuts, drawn: ${DRAWN}, loose: ${LOOSE_EDGES}, said: document.getElementById("cut").textContent })`);
+  await browser.picture(at("own.png"));
+  assert.ok(own.cuts.copies >= 4 && own.drawn > start.drawn && own.loose === 0, JSON.stringify(own));
+  assert.match(own.said, /^\d+ mm², [\d.]+ mJ$/);
+  const { hash, ticks } = await playedNatively(browser, chaincell, "slab", at("own"));
+  await browser.click("reset");
+  await browser.until(`chaincell.state.tick === 0 && ${IS_SHOWN}`);
+  assert.equal(await browser.evaluate(DRAWN), start.drawn, "whole after a reset");
+  assert.deepEqual(browser.console, []);
+  console.log(`ok: ${end.cuts.openedFaces} faces open in the session, ${own.cuts.openedFaces} under the page's blade, ${ticks} ticks, hash ${hash} as natively`);
+} finally {
+  await browser.stop();
+}
