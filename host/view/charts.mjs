@@ -45,9 +45,10 @@ export class Charts {
     const end = this.points.length ? this.points[this.points.length - 1].timeS : 0;
     const recent = this.points.filter((point) => point.timeS > end - SPAN_S);
     const most = roundUp(Math.max(0.1, ...recent.map((point) => point.forceN)));
-    const deepest = roundUp(Math.max(2, ...recent.map((point) => 1e3 * point.depthM)));
+    const known = recent.filter((point) => !Number.isNaN(point.depthM));
+    const deepest = roundUp(Math.max(2, ...known.map((point) => 1e3 * point.depthM)));
     this.#chart(this.charts[0], recent, [end - SPAN_S, end], most);
-    const touching = recent.filter((point) => point.depthM !== 0 || point.forceN > 0);
+    const touching = known.filter((point) => point.depthM !== 0 || point.forceN > 0);
     this.#chart(this.charts[1], touching, [0, deepest], most);
   }
 

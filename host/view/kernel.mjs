@@ -8,8 +8,10 @@ const PAGE_BYTES = 65536;
 /** Triangles in reach and samples that friction holds: those of the command. */
 export const TRIANGLES = 1024;
 export const SAMPLES = 2048;
+/** Samples that all pins together hold: those of the command. */
+export const PINNED = 2048;
 /** Bytes of the interface's structs; `model` is CHAINCELL_MODEL_BYTES. */
-export const BYTES = { model: 656, detail: 20, info: 64, settings: 32, room: 24, budget: 16, pose: 32, output: 60, part: 44, contact: 56, stress: 44, cuts: 32, triangle: 24 };
+export const BYTES = { model: 656, detail: 20, info: 64, settings: 32, room: 24, budget: 16, pose: 32, output: 60, part: 44, contact: 56, stress: 44, cuts: 32, triangle: 24, pin: 48 };
 /** Most parts of a tool. */
 const PARTS_MAX = 8;
 /** Most sweeps that a tick may be asked for. */
@@ -55,13 +57,14 @@ export class Tissue {
     const settings = this.take(BYTES.settings, 16);
     this.check(this.exports.chaincell_settings_default(this.model, scheme, settings));
     this.view().setUint32(settings, SWEEPS_MAX, true);
-    this.make({ scheme, settings, room: heldCells ? [heldCells, 0, 0, 0] : [0, TOOLS_MAX, TRIANGLES, SAMPLES] });
+    this.make({ scheme, settings, room: heldCells ? { contacts: heldCells } : { tools: TOOLS_MAX } });
   }
 
-  /** Makes the tissue, with settings at an address and the first four numbers of a chaincell_room. */
+  /** Makes the tissue, with settings at an address and memory for so many held cells, or tools and samples of pins. */
   make({ scheme, settings, room }) {
+    const { contacts = 0, tools = 0, pins = 0 } = room;
     const roomAt = this.take(BYTES.room, 16);
-    new Uint32Array(this.memory.buffer, roomAt, 6).set([...room, this.canBeCut ? 1 : 0, 0]);
+    new Uint32Array(this.memory.buffer, roomAt, 6).set([contacts, tools, tools ? TRIANGLES : 0, tools ? SAMPLES : 0, this.canBeCut ? 1 : 0, pins]);
     this.check(this.exports.chaincell_model_size(this.model, scheme, roomAt, this.result, this.result + 4));
     const [bytes, align] = new Uint32Array(this.memory.buffer, this.result, 2);
     const storage = this.take(bytes, align);

@@ -1,5 +1,6 @@
 // States of a running scene, from the server of this page: frames as host/src/view/live.rs describes them.
 import { pressuresOf, trianglesAround } from "./contacts.mjs";
+import { depthOf, touchOf, UNSEEN } from "./depth.mjs";
 import { bodyOf } from "./image.mjs";
 import { bytesOf, token } from "./own.mjs";
 import { COUNT_MS, TRAIL_TICKS } from "./pace.mjs";
@@ -57,10 +58,10 @@ function acting(word) {
 export class Trail {
   constructor() {
     this.last = -1;
-    this.touched = null;
+    this.touched = UNSEEN;
   }
 
-  /** Returns the new points; depth counts from the first force, against it. */
+  /** Returns the new points. */
   take(points, isTouching) {
     const newest = points.length ? points[points.length - 1].tick : this.last;
     if (newest < this.last) Object.assign(this, new Trail());
@@ -71,10 +72,8 @@ export class Trail {
 
   #point({ tick, forceN: force, errorN, positionM }, isTouching) {
     const forceN = Math.hypot(...force);
-    if (forceN === 0 && !isTouching) this.touched = null;
-    else if (!this.touched && forceN > 0) this.touched = { positionM, against: force.map((part) => part / forceN) };
-    const { touched } = this;
-    const depthM = touched ? touched.against.reduce((sum, part, axis) => sum + part * (touched.positionM[axis] - positionM[axis]), 0) : 0;
+    this.touched = touchOf(this.touched, { isTouching: isTouching || forceN > 0, forceN: force, positionM });
+    const depthM = depthOf(this.touched, positionM);
     return { tick, timeS: tick * 1e-3, forceN, errorN, depthM };
   }
 }

@@ -35,7 +35,7 @@ export class Panel {
     const stuff = material ? `, ${Number((material.young_pa / 1e3).toPrecision(3))} kPa, ν ${material.poisson}` : "";
     const where = this.config.mode === "live" ? "; a running scene moves the tool" : "";
     this.canBeCut = info.canBeCut;
-    $("cut-row").hidden = !info.canBeCut;
+    for (const row of document.querySelectorAll(".cuts")) row.hidden = !info.canBeCut;
     $("about").textContent = `${grouped(info.cells - (info.spareCells ?? 0))} cells, ${grouped(info.links)} links${stuff}${where}`;
     for (const [id, verb] of [["pause", "pause"], ["step", "step"], ["reset", "reset"], ["save-path", "path"], ["save-model", "path"]]) {
       $(id).hidden = !can.has(verb);
@@ -122,12 +122,12 @@ export class Panel {
     const tool = state.tools[chosen];
     $("force").textContent = tool ? Math.hypot(...tool.forceN).toFixed(3) : "";
     $("error").textContent = tool?.contacts ? errorText(tool.errorN) : "";
-    $("depth").textContent = (1e3 * depthM).toFixed(1);
+    $("depth").textContent = Number.isNaN(depthM) ? "–" : (1e3 * depthM).toFixed(1);
     $("energy").textContent = `${(1e3 * state.energyJ).toFixed(3)} mJ`;
     $("torque").textContent = tool ? `${(1e3 * Math.hypot(...tool.torqueNM)).toFixed(2)} mN m` : "";
     $("contacts").textContent = tool?.contacts ?? "";
     $("made").textContent = state.sweeps;
-    if (state.cuts) $("cut").textContent = cutText(state.cuts);
+    if (state.cuts) [$("cut").textContent, $("cut-work").textContent] = [cutText(state.cuts), `${(1e3 * state.cuts.workJ).toFixed(3)} mJ`];
     $("step-us").textContent = state.stepUs > 0 ? `${grouped(state.stepUs)} of 1,000 µs` : "";
     $("budget").value = state.stepUs;
     $("rate").textContent = `${grouped(state.ticksPerS)} ticks a second`;
@@ -162,10 +162,9 @@ export class Panel {
 }
 
 /** How far a body is cut. */
-function cutText({ areaM2, workJ, openedFaces, torn }) {
+function cutText({ areaM2, openedFaces, torn }) {
   if (openedFaces === 0) return "whole";
-  const cut = areaM2 > 0 || torn === 0 ? [`${(1e6 * areaM2).toFixed(0)} mm², ${Number((1e3 * workJ).toPrecision(2))} mJ`] : [];
-  return [...cut, ...(torn > 0 ? [`torn at ${grouped(torn)} cells`] : [])].join(", ");
+  return torn > 0 ? `torn at ${grouped(torn)} cells` : `${(1e6 * areaM2).toFixed(0)} mm²`;
 }
 
 /** The estimated error of a force, which is below 0 where it is not known. */

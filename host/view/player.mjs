@@ -1,21 +1,25 @@
 // A recorded session played by the kernel, to any tick: forwards by its ticks, backwards from a snapshot.
-import { BYTES, SAMPLES, Tissue, TRIANGLES } from "./kernel.mjs";
+import { BYTES, PINNED, Tissue } from "./kernel.mjs";
 import { EVENT } from "./recording.mjs";
 
 /** Ticks between two snapshots at first, and the memory that all may take; beyond it every other one goes. */
 const SNAPSHOT_TICKS = 250;
 const SNAPSHOT_BYTES = 64e6;
+/** Numbers of pins that are looked at where a session begins from a snapshot. */
+const PINS = 64;
 
 export class Player extends Tissue {
   /** A tissue where a session starts. */
   constructor(instance, image, canBeCut, recording) {
     super(instance, image, canBeCut);
     this.restores = 0;
+    /** Above the numbers of all pins so far; those of a snapshot that a session begins from are not known. */
+    this.pinned = recording.snapshot.length && recording.tools ? PINS : 0;
     this.recording = recording;
     const tools = recording.tools;
     this.words = this.take(BYTES.settings, 16);
     this.lists = this.take(4 * Math.max(recording.parts.length, recording.held.length, 1), 16);
-    const room = tools ? [0, tools, TRIANGLES, SAMPLES] : [recording.held.length, 0, 0, 0];
+    const room = tools ? { tools, pins: PINNED } : { contacts: recording.held.length };
     this.#put(this.words, recording.settings);
     this.make({ scheme: recording.scheme, settings: this.words, room });
     this.choose();
@@ -72,10 +76,35 @@ export class Player extends Tissue {
     else if (event.kind === EVENT.settings) this.change(event.words);
     else if (event.kind === EVENT.grip) this.check(exports.chaincell_grip(tissue, first, 0));
     else if (event.kind === EVENT.letGo) this.check(exports.chaincell_let_go(tissue, first, second));
+    else if (event.kind >= EVENT.pin) this.#pin(event);
     else if (event.kind === EVENT.reset) {
       this.check(exports.chaincell_tissue_reset(tissue, detail));
       this.choose();
     }
+  }
+
+  /** Sets or releases a pin. */
+  #pin({ kind, words }) {
+    const { exports, tissue, result, detail } = this;
+    const reals = new Float32Array(words.slice().buffer);
+    if (kind === EVENT.unpin) this.check(exports.chaincell_unpin(tissue, words[0], words[1]));
+    else if (kind === EVENT.pin) this.check(exports.chaincell_pin_held(tissue, words[0], reals[1], result, detail));
+    else {
+      this.pointAt ??= this.take(12, 16);
+      new Float32Array(this.memory.buffer, this.pointAt, 3).set(reals.subarray(0, 3));
+      this.check(exports.chaincell_pin_at(tissue, this.pointAt, reals[3], reals[4], result, detail));
+    }
+    this.pinned = Math.max(this.pinned, kind === EVENT.unpin ? 0 : this.view().getUint32(result, true) + 1);
+  }
+
+  /** The pins: where each is in the tissue, and the force on it. */
+  pins() {
+    const pin = (this.pinAt ??= this.take(BYTES.pin, 16));
+    return Array.from({ length: this.pinned }, (_, number) => number).flatMap((number) => {
+      if (this.exports.chaincell_pin_force(this.tissue, number, pin) !== 0) return [];
+      const reals = new Float32Array(this.memory.buffer, pin, 9);
+      return [{ positionM: [3, 4, 5].map((place) => reals[place] + reals[place + 3]), forceN: [...reals.subarray(0, 3)] }];
+    });
   }
 
   #tick({ tick, poses, sweeps, hash }) {

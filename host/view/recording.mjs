@@ -6,7 +6,7 @@ const HEAD_WORDS = 19;
 const PART_WORDS = 11;
 const POSE_WORDS = 8;
 const SETTINGS_WORDS = 8;
-export const EVENT = { tick: 1, still: 2, settings: 3, reset: 4, grip: 5, letGo: 6 };
+export const EVENT = { tick: 1, still: 2, settings: 3, reset: 4, grip: 5, letGo: 6, pin: 7, pinAt: 8, unpin: 9 };
 const HAS_HASH = 1 << 8;
 const HAS_SWEEPS = 1 << 9;
 
@@ -52,7 +52,7 @@ export class Recording {
       const head = this.words[at];
       const kind = head & 0xff;
       const hash = head & HAS_HASH ? 2 : 0;
-      const lengths = [0, 2 + poses + hash, 2, 1 + SETTINGS_WORDS, 1, 2, 3];
+      const lengths = [0, 2 + poses + hash, 2, 1 + SETTINGS_WORDS, 1, 2, 3, 3, 6, 3];
       if (!(kind in lengths) || kind === 0) throw new Error(`the session has an event of the unknown kind ${kind}`);
       this.events.push(at);
       this.numbers.push(kind <= EVENT.still ? this.first + this.words[at + 1] : null);

@@ -126,7 +126,7 @@ export class Scene {
     if (this.isNew) this.#update();
     this.view = { ...this.camera.axes(), matrix: this.camera.matrix(), ratio };
     gl.viewport(0, 0, width, height);
-    this.#drawFigure(this.figure, this.state.tools);
+    this.#drawFigure(this.figure, this.state.tools, this.state.pins);
     if (this.chain && pictures > 1) {
       gl.viewport(width, 0, width, height);
       const withoutForce = this.state.tools.map((tool) => ({ ...tool, forceN: [0, 0, 0], torqueNM: [0, 0, 0] }));
@@ -147,12 +147,12 @@ export class Scene {
     this.isNew = false;
   }
 
-  #drawFigure(figure, tools) {
+  #drawFigure(figure, tools, pins = []) {
     if (this.look.links) this.#drawLines(figure, "links", [0.55, 0.3, 0.28, 0.5]);
     else this.#drawBody(figure, tools[0]);
     if (this.look.wires && !this.look.links) this.#drawLines(figure, "wires", [0.1, 0.05, 0.05, 0.45]);
     if (this.look.fixed) this.#drawLines(figure, "fixed", [...PAINT.fixed, 0.85], 5);
-    this.#drawShapes(tools);
+    this.#drawShapes(tools, pins);
   }
 
   #use(program) {
@@ -184,9 +184,10 @@ export class Scene {
   }
 
   /** Tools and arrows: first pale what lies behind the body, then what lies before it. */
-  #drawShapes(tools) {
+  #drawShapes(tools, pins) {
     const { gl, solid } = this.painter;
     const shapes = tools.flatMap((tool, index) => [...this.#toolShapes(tool, index), ...this.#arrows(tool)]);
+    shapes.push(...pins.flatMap((pin) => [this.#pinShape(pin), ...this.#arrows({ ...pin, torqueNM: [0, 0, 0] })]));
     this.#use(solid);
     const draw = ({ mesh, model, paint }, alpha) => {
       gl.uniformMatrix4fv(solid.uniform("model"), false, model);
@@ -215,6 +216,13 @@ export class Scene {
         isPale: part.isHalfSpace,
       };
     });
+  }
+
+  /** A small ball where a pin holds the tissue. */
+  #pinShape({ positionM }) {
+    this.pin ??= this.painter.solidMesh(roundedBox([0, 0, 0], 1));
+    const radiusM = 0.025 * this.size;
+    return { mesh: this.pin, model: placed(positionM, [0, 0, 0, 1], [radiusM, radiusM, radiusM]), paint: PAINT.fixed };
   }
 
   #arrows(tool) {

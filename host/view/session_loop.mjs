@@ -1,5 +1,6 @@
 // Plays a session at its speed, in the worker, and goes to the ticks that are asked for.
 import { Cuts } from "./cuts.mjs";
+import { depthOf, touchOf, UNSEEN } from "./depth.mjs";
 import { CATCH_UP_MS, Rate, STATE_MS, TICK_MS, TRAIL_TICKS, WORK_MS } from "./pace.mjs";
 import { Player } from "./player.mjs";
 import { Recording } from "./recording.mjs";
@@ -13,7 +14,7 @@ class SessionLoop {
     this.target = null;
     this.trail = [];
     /** First touches and releases, by their ticks. */
-    this.touches = [{ tick: -1, touched: null }];
+    this.touches = [this.first];
     this.owedMs = 0;
     this.lastMs = this.sentMs = performance.now();
     this.rate = new Rate();
@@ -35,18 +36,17 @@ class SessionLoop {
     return isDone;
   }
 
-  /** Adds to the curves; depth counts from the first touch, against the force that was felt there. */
+  /** Adds to the curves. */
   follow() {
     const [tool] = this.player.tools();
-    const forceN = Math.hypot(...tool.forceN);
-    const isTouching = tool.contacts > 0 && tool.engaged;
-    if (!isTouching) this.#note(null);
-    else if (!this.touched && forceN > 0) {
-      this.#note({ positionM: tool.positionM, against: tool.forceN.map((force) => force / forceN) });
-    }
-    const depth = (sum, against, axis) => sum + against * (this.touched.positionM[axis] - tool.positionM[axis]);
-    const depthM = this.touched ? this.touched.against.reduce(depth, 0) : 0;
-    this.trail.push({ timeS: this.player.tick * 1e-3, forceN, errorN: tool.errorN, depthM });
+    this.#note(touchOf(this.touched, { ...tool, isTouching: tool.contacts > 0 && tool.engaged }));
+    const depthM = depthOf(this.touched, tool.positionM);
+    this.trail.push({ timeS: this.player.tick * 1e-3, forceN: Math.hypot(...tool.forceN), errorN: tool.errorN, depthM });
+  }
+
+  /** The touch before the first tick: a session from a snapshot may begin in one. */
+  get first() {
+    return { tick: -1, touched: this.player.recording.snapshot.length ? UNSEEN : null };
   }
 
   get touched() {
@@ -61,7 +61,7 @@ class SessionLoop {
   rewind(tick) {
     if (!this.player.rewind(tick)) return;
     this.touches = this.touches.filter((touch) => touch.tick <= this.player.tick);
-    if (!this.touches.length) this.touches.push({ tick: -1, touched: null });
+    if (!this.touches.length) this.touches.push(this.first);
   }
 
   seek(tick) {
@@ -122,7 +122,7 @@ class SessionLoop {
     const state = {
       tick: player.tick, timeS: player.tick * 1e-3, hash: player.hash(), positionsM, tools: player.tools(), sweeps, energyJ,
       pressuresPa: tools ? player.pressuresPa() : [], stressesPa: this.stresses.take(this.isPaused || player.isAtEnd), stepUs: this.rate.stepUs, ticksPerS: this.isPaused ? 0 : this.rate.ticksPerS, trail: this.trail,
-      ...this.cuts.take(),
+      ...this.cuts.take(), pins: player.pins(),
       session: { first, last, compared: player.compared.size, differs: player.differs, isAtEnd: player.isAtEnd, isSeeking: this.target !== null },
     };
     this.trail = [];

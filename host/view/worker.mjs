@@ -1,6 +1,7 @@
 // The kernel's loop, in a worker: ticks at 1 kHz as far as the machine allows, the newest state some 60 times a
 // second. The tools walk to where the hand has them.
 import { Cuts } from "./cuts.mjs";
+import { depthOf, touchOf } from "./depth.mjs";
 import { Tissue } from "./kernel.mjs";
 import { CATCH_UP_MS, Rate, STATE_MS, TICK_MS, TRAIL_TICKS, WORK_MS } from "./pace.mjs";
 import { sessionOrders } from "./session_loop.mjs";
@@ -82,20 +83,13 @@ class Loop {
     this.path[start + this.rowLength - 1] = this.setup.sweeps;
   }
 
-  /** Adds to the curves of the chosen tool; depth counts from the first touch, against the force that was felt there. */
+  /** Adds to the curves of the chosen tool. */
   follow() {
-    this.out.forEach((out, tool) => {
-      const forceN = Math.hypot(...out.forceN);
-      if (out.contacts === 0) this.touched[tool] = null;
-      else if (!this.touched[tool] && forceN > 0) {
-        this.touched[tool] = { positionM: this.positionM(tool), against: out.forceN.map((force) => force / forceN) };
-      }
-    });
+    this.touched = this.out.map(({ contacts, forceN }, tool) =>
+      touchOf(this.touched[tool], { isTouching: contacts > 0, forceN, positionM: this.positionM(tool) }));
     if (this.tick % TRAIL_TICKS !== 0) return;
     const { chosen } = this.setup;
-    const [touched, positionM] = [this.touched[chosen], this.positionM(chosen)];
-    const depth = (sum, against, axis) => sum + against * (touched.positionM[axis] - positionM[axis]);
-    const depthM = touched ? touched.against.reduce(depth, 0) : 0;
+    const depthM = depthOf(this.touched[chosen], this.positionM(chosen));
     const { forceN, errorN } = this.out[chosen];
     this.trail.push({ timeS: this.tick * 1e-3, forceN: Math.hypot(...forceN), errorN, depthM });
   }

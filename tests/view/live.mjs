@@ -62,7 +62,7 @@ try {
   await browser.until("chaincell.state.tools[0].errorN > 0 && /^± 0\\.\\d+ N$/.test(document.getElementById('error').textContent)");
   // The body gives way under the tool.
   const moved = "Math.max(...chaincell.state.positionsM.map((x, i) => Math.abs(x - chaincell.body.restM[i])))";
-  await browser.until(`${moved} > 1e-3 && chaincell.state.tick > 1000`);
+  await browser.until(`${moved} > 1e-3 && chaincell.state.tick > 1000 && chaincell.depthM > 1e-3`);
   await browser.picture(join(folder, "live.png"));
   // Pressure is where the ball presses.
   assert.equal(await browser.evaluate("document.querySelector('#colour [value=pressure]').disabled"), false);

@@ -1,4 +1,4 @@
-// A recorded session in the page: some hundred ticks with late ones and a change of settings come to the hash of
+// A recorded session in the page: some hundred ticks with late ones, a pin and a change of settings come to the hash of
 // `chaincell replay`, forwards and backwards. node session.mjs CHAINCELL FOLDER
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
@@ -28,13 +28,13 @@ function path([x, y, z]) {
 mkdirSync(at("changed"), { recursive: true });
 command("bake", "box:9x7x4x0.01", "--young-pa", "5000", "-o", at("box.chaincell"));
 writeFileSync(at("path.csv"), path([0, 0, 0.03]));
-command("run", at("box.chaincell"), "--path", at("path.csv"), "--recorded", "--tool", "sphere:0.012", "--out", at("run"), "--force", "--json");
+command("run", at("box.chaincell"), "--path", at("path.csv"), "--recorded", "--tool", "sphere:0.012", "--pin", "0.02,0,0.03,0.012", "--out", at("run"), "--force", "--json");
 const trace = readFileSync(at("run/session.trace"));
 writeFileSync(at("changed/session.trace"), withSweeps(trace, CHANGE_TICK, 9));
 copyFileSync(at("run/model.chaincell"), at("changed/model.chaincell"));
 const replayed = JSON.parse(command("replay", at("changed"), "--json"));
 assert.equal(replayed.ticks, TICKS);
-assert.equal(replayed.commands, 1);
+assert.equal(replayed.commands, 2);
 const unchanged = JSON.parse(readFileSync(at("run/summary.json"), "utf8"));
 assert.notEqual(replayed.state_hash, unchanged.state_hash, "the change has no effect");
 command("view", at("changed"), "--html", at("session.html"));
@@ -67,6 +67,8 @@ try {
   const look = await go(LOOK_TICK);
   assert.equal(look.hash, hashOf(trace, LOOK_TICK), `tick ${LOOK_TICK}`);
   assert.ok(look.force > 0.05, `${look.force} N`);
+  const pinN = await browser.evaluate("chaincell.state.pins.map(({ forceN }) => Math.hypot(...forceN))");
+  assert.ok(pinN.length === 1 && pinN[0] > 1e-3, `forces on pins ${pinN} N`);
   await browser.picture(at("session.png"));
   await browser.click("step");
   await browser.until(isThere(LOOK_TICK + 1));

@@ -135,9 +135,6 @@ struct CosimSummary {
     state_hash: String,
     /// None for a session that was not recorded.
     replay_state_hash: Option<String>,
-    /// True for a recorded session without pins: a page plays no other.
-    #[serde(skip)]
-    is_viewable: bool,
     interrupted: bool,
     /// Sides that did not end by themselves in time and were stopped, though nobody interrupted.
     stopped: Vec<&'static str>,
@@ -367,7 +364,6 @@ fn summary(
         injected: control.injected,
         state_hash: serve.state_hash,
         replay_state_hash: replayed.state_hash,
-        is_viewable: replayed.is_viewable,
         interrupted: reports.interrupted,
         stopped: stopped.collect(),
         refused,
@@ -440,9 +436,7 @@ fn print(args: &Args, summary: &CosimSummary) -> Result<()> {
     match (&args.folder.out, &body.model) {
         (Some(out), _) => {
             terminal::say(format_args!("  {:<18}{}", "results", out.display()))?;
-            if summary.is_viewable {
-                tell_view(18, &[out])?;
-            }
+            tell_view(18, &[out])?;
         }
         // `view` makes no organ of another tissue.
         (None, _) if args.view.is_wanted() || body.tissue.is_some() || !args.pins.is_empty() => {}

@@ -4,7 +4,7 @@ use std::convert::Infallible;
 use std::path::Path;
 
 use chaincell_kernel::Budget;
-use chaincell_kernel::trace::{Command, Entry, Reader};
+use chaincell_kernel::trace::{Entry, Reader};
 
 use crate::engine::convergence::{Convergence, ForceError};
 use crate::engine::motion::Pose;
@@ -20,8 +20,6 @@ pub struct Replayed {
     pub state_hash: Option<String>,
     pub force_error: Option<ForceError>,
     pub never_touched: Option<Untouched>,
-    /// True for a session without pins, which a page can play.
-    pub is_viewable: bool,
 }
 
 /// Plays the recorded session of at most that many ticks once more without shared memory. Only the trace has all of
@@ -43,20 +41,16 @@ pub fn replay(tissue: &mut Staged<'_>, place: &Path, ticks: u64) -> Result<Repla
             return Err(Error::check(format!("{}: {why:?}", place.display())));
         }
     }
-    // The poses of the first tool, and the pins of options and commands.
-    let (mut poses, mut has_pins) = (Vec::new(), false);
+    // The poses of the first tool.
+    let mut poses = Vec::new();
     let Ok(_) = trace.entries(|_, entry| {
-        match entry {
-            Entry::Tick(record) => poses.push(Pose::of(record.tick, &record.sample)),
-            Entry::Command(record) => {
-                has_pins |= matches!(record.command, Command::Pin { .. } | Command::PinAt { .. });
-            }
-            Entry::Part(_) | Entry::Pose(_) => {}
+        if let Entry::Tick(record) = entry {
+            poses.push(Pose::of(record.tick, &record.sample));
         }
         Ok::<(), Infallible>(())
     });
     let never_touched = Untouched::of(tissue.engine(), &poses, played.has_touched);
     let state_hash = Some(format!("{:016x}", tissue.state_hash()));
     let force_error = convergence.error();
-    Ok(Replayed { state_hash, force_error, never_touched, is_viewable: !has_pins })
+    Ok(Replayed { state_hash, force_error, never_touched })
 }

@@ -479,7 +479,6 @@ fn print(
     tell_relaxed(12, report.relaxed_j)?;
     terminal::say(format_args!("  state hash  {}", report.state_hash))?;
     match (&args.record.folder.out, &args.record.record) {
-        _ if report.has_pins => {}
         (Some(session), _) => tell_view(12, &[session])?,
         (None, Some(trace)) => tell_view(12, &[trace, "--model".as_ref(), &args.model])?,
         (None, None) => tell_view(12, &[&args.model])?,

@@ -28,6 +28,9 @@
 //! 4 reset       the body at rest, the tools let go
 //! 5 grip        number of the tool
 //! 6 let go      number of the tool, ticks in which the pull falls to 0
+//! 7 pin         number of the tool that holds the tissue, stiffness (f32 bits), infinite for a rigid pin
+//! 8 pin at      x, y, z, radius and stiffness (f32 bits)
+//! 9 unpin       number of the pin, ticks in which its force falls to 0
 //! ```
 
 use chaincell_kernel::trace::{Command, Reader, Record};
@@ -52,6 +55,9 @@ const SETTINGS: u32 = 3;
 const RESET: u32 = 4;
 const GRIP: u32 = 5;
 const LET_GO: u32 = 6;
+const PIN: u32 = 7;
+const PIN_AT: u32 = 8;
+const UNPIN: u32 = 9;
 const HAS_HASH: u32 = 1 << 8;
 const HAS_SWEEPS: u32 = 1 << 9;
 
@@ -145,10 +151,15 @@ impl Session {
                 Command::Reset => self.words.push(RESET),
                 Command::Grip { tool } => self.words.extend([GRIP, tool]),
                 Command::LetGo { tool, ticks } => self.words.extend([LET_GO, tool, ticks.into()]),
-                Command::Pin { .. } | Command::PinAt { .. } | Command::Unpin { .. } => {
-                    return Err(Error::input(
-                        "the session sets pins, which a page does not play: chaincell replay plays it",
-                    ));
+                Command::Pin { tool, stiffness_n_per_m } => {
+                    self.words.extend([PIN, tool, stiffness_n_per_m.to_bits()]);
+                }
+                Command::PinAt { point_m: [x, y, z], radius_m, stiffness_n_per_m } => {
+                    self.words.push(PIN_AT);
+                    self.words.extend([x, y, z, radius_m, stiffness_n_per_m].map(f32::to_bits));
+                }
+                Command::Unpin { pin, ticks } => {
+                    self.words.extend([UNPIN, pin.into(), ticks.into()])
                 }
                 Command::Sweeps(_)
                 | Command::MaxForceN(_)

@@ -119,7 +119,6 @@ impl Run<'_> {
         match done {
             Err(_) => self.disobeyed += 1,
             Ok(command) => {
-                self.has_pins |= pin.is_some();
                 self.obeyed += 1;
                 let state_hash = Some(reply.state_hash);
                 self.recorder.command(CommandRecord { tick: reply.tick, command, state_hash });

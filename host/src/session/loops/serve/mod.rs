@@ -318,8 +318,6 @@ struct Run<'a> {
     paused_ticks: u64,
     obeyed: u64,
     disobeyed: u64,
-    /// True once a pin was set.
-    has_pins: bool,
     /// True once the user has been told that the record is full.
     is_full_told: bool,
 }
@@ -343,7 +341,6 @@ impl<'a> Run<'a> {
         let resumed = server.resumed;
         let charge = resumed.map_or_else(Charge::new, Charge::resuming);
         let paused = resumed.is_some_and(|of| of.is_paused);
-        let has_pins = engine.newest_pin().is_some();
         // Prepare the time budget and the session.
         let least = engine.least_sweeps();
         let budget = TimeBudget::new(server.options.budget, least, server.options.max_pose_hz);
@@ -384,7 +381,6 @@ impl<'a> Run<'a> {
             paused_ticks: 0,
             obeyed: 0,
             disobeyed: 0,
-            has_pins,
             is_full_told: false,
         })
     }
@@ -506,7 +502,6 @@ impl<'a> Run<'a> {
             ticks_paused: self.paused_ticks,
             commands_done: self.obeyed,
             commands_refused: self.disobeyed,
-            has_pins: self.has_pins,
             states_sent,
             state_ns,
             stresses_sent,

@@ -161,9 +161,6 @@ pub struct ServeReport {
     pub commands_done: u64,
     /// Commands refused.
     pub commands_refused: u64,
-    /// True if the session began with a pin, or a command set one.
-    #[serde(skip)]
-    pub has_pins: bool,
     /// States sent to viewers.
     pub states_sent: u64,
     /// Time to send a state, between ticks \[ns\].
