@@ -1,8 +1,12 @@
 //! One pass over slices: eight cells side by side.
 
+#[cfg(feature = "relax")]
+use core::marker::PhantomData;
 use core::ops::Range;
 
 use super::held::Contact;
+#[cfg(feature = "relax")]
+use super::links::number::LinkNumber;
 use super::residual::{Terms, places};
 use super::state::{States, StatesOf};
 use super::surface::Pulled;
@@ -121,6 +125,26 @@ pub(crate) fn displace(terms: Terms<'_, '_>, cells: &[Cell]) {
     }
 }
 
+/// Stores the displacements of the cells in slices at the outputs of all states, as [`Terms::displace`] does.
+#[cfg(feature = "relax")]
+pub(crate) fn displace_outputs<N: LinkNumber>(
+    terms: Terms<'_, '_, N>,
+    slices: impl Iterator<Item = usize>,
+    v: &[Cell<N>],
+) {
+    let Some(cells) = N::singles(v).filter(|_| terms.vectors.is_some()) else {
+        return terms.displace(slices, v);
+    };
+    if terms.states.any() {
+        let (list, states) = (terms.list(), terms.states);
+        let saturation = terms.model.saturation();
+        run(
+            terms.vectors,
+            DisplaceOutputs { slices, cells, saturation, list, states, numbers: PhantomData::<N> },
+        );
+    }
+}
+
 /// Returns true if unit and model support slices of these cells.
 fn takes_slices(terms: Terms<'_, '_>, at: &[Cell]) -> bool {
     terms.vectors.is_some() && terms.model.slices.is_some() && at.len() == terms.model.cells()
@@ -143,6 +167,37 @@ impl<'a, S: Iterator<Item = usize>, T: Term<f32>, L: Fn() -> (T, States<'a>)> Wo
         let ((list, states), cells) = ((self.list)(), Chunks::new(self.cells, Cell::ZERO));
         for slice in self.slices {
             list.displace(slice, cells.at(slice), states.all());
+        }
+    }
+}
+
+/// Stores the displacements of the cells in slices, at the outputs of their states.
+#[cfg(feature = "relax")]
+struct DisplaceOutputs<'a, S, T, N> {
+    slices: S,
+    cells: &'a [Cell],
+    saturation: f32,
+    list: T,
+    states: States<'a>,
+    numbers: PhantomData<N>,
+}
+
+#[cfg(feature = "relax")]
+impl<S: Iterator<Item = usize>, N: LinkNumber, T: Term<N>> Work for DisplaceOutputs<'_, S, T, N> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<V: F32x8>(self) {
+        let (high, low) = (V::splat(self.saturation), V::splat(-self.saturation));
+        let cells = Chunks::new(self.cells, Cell::ZERO);
+        for slice in self.slices {
+            let mut here = *cells.at(slice);
+            for pair in 0..LANES / 2 {
+                let lanes = V::pair(&here, pair);
+                let lanes = V::select(lanes.below(low), low, lanes);
+                V::select(lanes.above(high), high, lanes).put_pair(&mut here, pair);
+            }
+            self.list.displace(slice, &here, self.states.all());
         }
     }
 }

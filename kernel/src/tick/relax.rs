@@ -6,6 +6,7 @@ use crate::backend::run;
 use crate::energy::current::rounded_up;
 use crate::energy::nodal::follow::{Follow, Parts, Sums};
 use crate::energy::residual::Terms;
+use crate::energy::sliced::displace_outputs;
 use crate::model::{Model, others};
 use crate::relax::body::RelaxingBody;
 use crate::solver::Dynamics;
@@ -38,8 +39,9 @@ impl<D: Dynamics> TissueMut<'_, D> {
         let (cells, slices) = (model.cells(), model.slice_count());
         let state = self.state.get(..cells)?;
         let terms = Terms::<D::Number>::of(model, self.states.shared(model.kept_states()));
+        let terms = Terms { vectors: self.head.vectors, ..terms };
         let awake = &self.head.awake.set;
-        terms.displace(awake.iter(slices), state);
+        displace_outputs(terms, awake.iter(slices), state);
         // Follow them.
         let mut sums = Sums::NONE;
         let of_body = courses.get(..body.branches())?;
