@@ -8,12 +8,14 @@ use core::mem::MaybeUninit;
 use super::half_links_vfp;
 use super::matrix::{Matrix, each, times};
 use super::memory::Memory;
-use super::sums::{Gathered, Own, rows};
+use super::sums::{Gathered, Kept, Own, rows};
 use crate::backend::f32x8::{Chunk, F32x8, chunk};
 use crate::backend::lane::Lane;
 use crate::energy::state::Quad;
 use crate::model::image::nodal;
-use crate::model::nodal::{CellNumbers, Nodal, OffsetNumbers, SliceMemoryOf, SlotNumbers};
+use crate::model::nodal::{
+    CellNumbers, MemoryNumbers, Nodal, OffsetNumbers, Relaxing, SlotNumbers,
+};
 use crate::model::range;
 use crate::number::cell::{Cell, sub};
 use crate::number::two_float::LANES;
@@ -26,33 +28,32 @@ fn load<V: F32x8>(rows: &[[f32; LANES]], row: usize) -> Lane<V> {
 
 /// Numbers of eight cells.
 #[inline(always)]
-pub(super) fn own<V: F32x8>(numbers: &CellNumbers) -> Own<V> {
+pub(super) fn own<'k, V: F32x8>(numbers: &CellNumbers) -> Own<'k, V> {
     Own::of(|row| load(numbers, row))
 }
 
-impl<V: F32x8> Own<V> {
-    /// The same with what the cells remember; their displacements are `here`.
-    #[inline(always)]
-    pub fn remembering(self, memory: SliceMemoryOf<'_>, here: Option<&[Quad; LANES]>) -> Self {
-        let Some(((numbers, part, proof), here)) = memory.zip(here) else { return self };
-        let here = displacements(here.each_ref());
-        let memory = Memory::of(|row| load(numbers, row), here, part, proof);
-        Self { mu: self.mu * memory.part, memory: Some(memory), ..self }
-    }
+/// What the cells of a slice remember; their displacements are `here`.
+#[inline(always)]
+pub(super) fn memory_at<V: F32x8>(
+    (numbers, part, proof): (&MemoryNumbers, f32, Relaxing),
+    here: &[Quad; LANES],
+) -> Memory<V> {
+    Memory::of(|row| load(numbers, row), displacements(here.each_ref()), part, proof)
 }
 
-impl Own<f32> {
-    /// The same for a lane with the displacement `here`.
+impl Kept {
+    /// What a cell keeps whose displacement is `here`.
     #[inline(always)]
-    pub fn remembering_lane(
-        self,
-        memory: SliceMemoryOf<'_>,
-        lane: usize,
-        here: [Lane<f32>; 3],
-    ) -> Self {
-        let Some((numbers, part, proof)) = memory else { return self };
-        let memory = Memory::of(|row| Lane(number(numbers, row, lane)), here, part, proof);
-        Self { mu: self.mu * memory.part, memory: Some(memory), ..self }
+    pub fn of_cell(shapes: Nodal<'_>, cell: usize, here: [Lane<f32>; 3]) -> Self {
+        let (slice, lane) = (cell / LANES, cell % LANES);
+        let offset = shapes.offset_of(slice).map(|numbers| {
+            let row = |row| Lane(number(numbers, row, lane));
+            [rows(row, 0), rows(row, 3), rows(row, 6)]
+        });
+        let memory = shapes.memory_of(slice).map(|(numbers, part, proof)| {
+            Memory::of(|row| Lane(number(numbers, row, lane)), here, part, proof)
+        });
+        Self { offset, memory }
     }
 }
 

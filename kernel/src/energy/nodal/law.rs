@@ -15,7 +15,7 @@ use crate::model::image::nodal::BETA;
 
 /// `F_i` - I.
 #[inline(always)]
-pub(super) fn slope<V: Real>(sums: &Gathered<V>, own: &Own<V>) -> Matrix<V> {
+pub(super) fn slope<V: Real>(sums: &Gathered<V>, own: &Own<'_, V>) -> Matrix<V> {
     let share = Lane::of(1.0) / own.volume;
     each(sums.slope, |x| x * share)
 }
@@ -29,16 +29,16 @@ pub(super) fn and_unit<V: Real>([[a, b, c], [d, e, f], [g, h, i]]: Matrix<V>) ->
 
 /// `F_i`.
 #[inline(always)]
-pub(super) fn shape<V: Real>(sums: &Gathered<V>, own: &Own<V>) -> Matrix<V> {
+pub(super) fn shape<V: Real>(sums: &Gathered<V>, own: &Own<'_, V>) -> Matrix<V> {
     and_unit(slope(sums, own))
 }
 
 /// `F_i` plus the cell's offset, if it has one.
 #[inline(always)]
-pub(super) fn shifted<V: Real>(f: Matrix<V>, own: &Own<V>) -> Matrix<V> {
+pub(super) fn shifted<V: Real>(f: Matrix<V>, own: &Own<'_, V>) -> Matrix<V> {
     match own.offset {
         None => f,
-        Some(offset) => both(f, offset, |f, offset| f + offset),
+        Some(offset) => both(f, *offset, |f, offset| f + offset),
     }
 }
 
@@ -47,7 +47,7 @@ pub(super) fn shifted<V: Real>(f: Matrix<V>, own: &Own<V>) -> Matrix<V> {
 pub(super) fn step<V: Eigen>(
     stretch_min: f32,
     sums: &Gathered<V>,
-    own: &Own<V>,
+    own: &Own<'_, V>,
     turn: Turn<V>,
     unit: Matrix<V>,
 ) -> Step<V> {
@@ -62,7 +62,7 @@ pub(super) fn step<V: Eigen>(
 pub(super) fn respond<V: Eigen>(
     stretch_min: f32,
     sums: &Gathered<V>,
-    own: &Own<V>,
+    own: &Own<'_, V>,
     turn: Turn<V>,
     unit: Matrix<V>,
     squared: Lane<V>,
@@ -79,7 +79,7 @@ pub(super) fn respond<V: Eigen>(
     let mut stress = both(pressed, slope, |pressed, slope| pressed - of_spread * slope);
     let strained = inner(strain, strain);
     let mut shape = two_mu * strained + volume - of_spread * inner(slope, slope);
-    if let Some(memory) = &own.memory {
+    if let Some(memory) = own.memory {
         shape = shape + memory.constant;
     }
     // Add the band of stretches.
@@ -95,7 +95,7 @@ pub(super) fn respond<V: Eigen>(
     // Four times twice the energy of the cell and of its halves of the links.
     let energy = Lane::of(4.0) * (own.volume * shape) + Lane::of(2.0) * halves;
     let mut pull = [x - a, y - b, z - c, energy];
-    if let Some(memory) = &own.memory {
+    if let Some(memory) = own.memory {
         pull = memory.push(pull);
     }
     // -0.0 becomes +0.0.

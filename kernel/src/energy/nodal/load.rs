@@ -12,7 +12,7 @@ impl Nodal<'_> {
     /// The shape F of a cell at these positions, with its offset.
     fn shifted_at(self, cell: usize, at: &impl Fn(usize) -> [f32; 3]) -> Matrix<f32> {
         let f = three(self.shape_at(cell, at), |row| three(row, Lane));
-        super::law::shifted(f, &self.own(cell, [0.0; 3]))
+        super::law::shifted(f, &self.own(cell).keeping(&self.kept(cell, [0.0; 3])))
     }
 
     /// Energy of a cell's shape for each volume, mu |F - R|^2 + (3 lambda / 2) |F - Q|^2, for its present R and Q, in
@@ -23,8 +23,9 @@ impl Nodal<'_> {
         at: &impl Fn(usize) -> [f32; 3],
         states: StatesOf<'_>,
     ) -> f32 {
-        let (f, own, state) =
-            (self.shifted_at(cell, at), self.own(cell, [0.0; 3]), states.shape(cell));
+        let (f, kept, state) =
+            (self.shifted_at(cell, at), self.kept(cell, [0.0; 3]), states.shape(cell));
+        let own = self.own(cell).keeping(&kept);
         let strain = minus(f, rotation(state.turn.map(Lane)));
         let swollen = minus(f, three(state.unit, |row| three(row, Lane)));
         let twice =

@@ -99,8 +99,8 @@ use crate::model::nodal::Nodal;
 use crate::number::cell::{Cell, single};
 #[cfg(feature = "relax")]
 use crate::number::two_float::TwoFloat;
-use gather::{Ends, Offsets, own};
-use sums::{Gathered, Own};
+use gather::{Ends, Offsets, memory_at, offset, own};
+use sums::Gathered;
 
 impl<N: LinkNumber> Term<N> for Nodal<'_> {
     #[inline(always)]
@@ -146,9 +146,17 @@ impl<N: LinkNumber> Term<N> for Nodal<'_> {
             return self.stepped(cells, from, to);
         };
         let Some(sums) = Gathered::<V>::of_slice(displacements, slice, groups) else { return };
-        let offset = self.offset_of(slice).map(gather::offset);
-        let own = own(numbers).remembering(self.memory_of(slice), displacements.own(slice));
-        let own = Own { offset, ..own };
+        // Initialised where they are: an option that owns them would be copied.
+        let (stored_offset, stored_memory);
+        let mut own = own(numbers);
+        if let Some(numbers) = self.offset_of(slice) {
+            stored_offset = offset(numbers);
+            own.offset = Some(&stored_offset);
+        }
+        if let (Some(memory), Some(here)) = (self.memory_of(slice), displacements.own(slice)) {
+            stored_memory = memory_at(memory, here);
+            own = own.remembering(&stored_memory);
+        }
         let step = law::step(self.stretch_min, &sums, &own, turn, unit);
         state::store(&step, to, cells.len());
         forces.push(slice, step.stress, step.pull, groups);

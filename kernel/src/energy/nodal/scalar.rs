@@ -8,7 +8,7 @@ use super::matrix::{Matrix, each, inner, minus, three, times};
 use super::nearest::{self, Turn};
 use super::state::ShapeState;
 use super::strain::step_turn;
-use super::sums::{Gathered, Own, rows};
+use super::sums::{Gathered, Kept, Own};
 use crate::backend::lane::Lane;
 use crate::energy::held::Touched;
 use crate::energy::state::{Quads, SliceMemory, StatesOf};
@@ -25,20 +25,16 @@ impl Nodal<'_> {
         self.slots_of(cell).map(|(other, _)| other).filter(move |&other| other != cell)
     }
 
-    /// Numbers of a cell with this displacement.
-    pub(super) fn own(self, cell: usize, displacement: [f32; 3]) -> Own<f32> {
+    /// Material numbers of a cell.
+    pub(super) fn own(self, cell: usize) -> Own<'static, f32> {
         let (slice, lane) = (cell / LANES, cell % LANES);
-        let offset = self.offset(slice, lane);
-        let own = Own::of(|row| Lane(self.number(cell, row)));
-        let memory = self.memory_of(slice);
-        Own { offset, ..own.remembering_lane(memory, lane, displacement.map(Lane)) }
+        let numbers = self.cells.get(slice);
+        Own::of(|row| Lane(numbers.map_or(0.0, |numbers| number(numbers, row, lane))))
     }
 
-    /// The offset of a lane of a slice that has offsets.
-    fn offset(self, slice: usize, lane: usize) -> Option<Matrix<f32>> {
-        let numbers = self.offset_of(slice)?;
-        let row = |row| Lane(number(numbers, row, lane));
-        Some([rows(row, 0), rows(row, 3), rows(row, 6)])
+    /// What a cell keeps besides, with this displacement.
+    pub(super) fn kept(self, cell: usize, displacement: [f32; 3]) -> Kept {
+        Kept::of_cell(self, cell, displacement.map(Lane))
     }
 
     /// The shape F of a cell at these positions, without its offset.
@@ -48,7 +44,7 @@ impl Nodal<'_> {
         for (other, slot) in self.slots_of(cell) {
             sums.add(here, displaced(other), |row| Lane(slot.number(row)));
         }
-        each(shape(&sums, &self.own(cell, [0.0; 3])), |x| x.0)
+        each(shape(&sums, &self.own(cell)), |x| x.0)
     }
 
     /// Four times the energy of these cells at these positions, with a bound of its rounding error: that of
@@ -64,7 +60,8 @@ impl Nodal<'_> {
         for cell in cells {
             let before = sums.wd2;
             self.add_stored(cell, &|_| false, at, states, &mut sums);
-            let own = self.own(cell, [0.0; 3]);
+            let kept = self.kept(cell, [0.0; 3]);
+            let own = self.own(cell).keeping(&kept);
             let stiffness = own.volume.0 * (2.0 * own.mu.0 + own.lambda_3.0 + own.band.0);
             sums.scale += 8.0 * sqrt(0.5 * sums.wd2.minus(before).hi.abs() * stiffness);
         }
@@ -86,12 +83,11 @@ impl Nodal<'_> {
         let each_lane = stresses.iter_mut().zip(&mut pulls).enumerate().take(cells.len());
         for (lane, (stress, pull)) in each_lane {
             let Some(sums) = Gathered::of_lane(displacements, slice, lane) else { return };
-            let offset = self.offset(slice, lane);
             let own = Own::of(|row| Lane(number(numbers, row, lane)));
             let here = displacements.own(slice).and_then(|own| own.get(lane));
             let here = here.map_or([zero; 3], |here| here.get().xyz().map(Lane));
-            let own = own.remembering_lane(self.memory_of(slice), lane, here);
-            let own = Own { offset, ..own };
+            let kept = Kept::of_cell(self, slice * LANES + lane, here);
+            let own = own.keeping(&kept);
             let (mut turn, mut unit) = variables(ShapeState::load(lane, from));
             let f = shifted(shape(&sums, &own), &own);
             turned(self.stretch_min, &f, &own, &mut turn);
@@ -118,12 +114,13 @@ impl Nodal<'_> {
         states: StatesOf<'_>,
         sums: &mut Touched,
     ) {
-        for cell in held {
+        for (index, cell) in held.enumerate() {
             self.add_stored(cell, is_held, at, states, sums);
             for other in self.others(cell) {
                 // A cell that is linked to several held ones counts with the first of them.
                 let is_earlier = |next: usize| next < cell && is_held(next);
-                if !is_held(other) && !self.others(other).any(is_earlier) {
+                let is_known = || index > 0 && self.others(other).any(is_earlier);
+                if !is_held(other) && !is_known() {
                     self.add_stored(other, is_held, at, states, sums);
                 }
             }
@@ -154,7 +151,8 @@ impl Nodal<'_> {
             of_spread += far * slot.number(nodal::SPREAD).abs() * sum(sub(there, here));
         }
         // Stress and energy.
-        let ((turn, unit), own) = (variables(states.shape(cell)), self.own(cell, here));
+        let ((turn, unit), kept) = (variables(states.shape(cell)), self.kept(cell, here));
+        let own = self.own(cell).keeping(&kept);
         let off = minus(shifted(shape(&gathered, &own), &own), unit);
         let (mut stress, squared) = ([[Lane(0.0); 3]; 3], inner(off, off));
         let pull = respond(&mut stress, self.stretch_min, &gathered, &own, &turn, &unit, squared);
@@ -178,7 +176,7 @@ impl Nodal<'_> {
 // The steps of one shape, not inlined and in place: each has the registers for itself.
 
 #[inline(never)]
-fn turned(stretch_min: f32, f: &Matrix<f32>, own: &Own<f32>, turn: &mut Turn<f32>) {
+fn turned(stretch_min: f32, f: &Matrix<f32>, own: &Own<'_, f32>, turn: &mut Turn<f32>) {
     *turn = step_turn(stretch_min, *f, own, *turn);
 }
 
@@ -195,7 +193,7 @@ fn respond(
     stress: &mut Matrix<f32>,
     stretch_min: f32,
     sums: &Gathered<f32>,
-    own: &Own<f32>,
+    own: &Own<'_, f32>,
     turn: &Turn<f32>,
     unit: &Matrix<f32>,
     squared: Lane<f32>,

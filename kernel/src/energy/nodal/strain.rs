@@ -9,8 +9,8 @@ use crate::backend::lane::{Lane, Real};
 
 /// F - R A.
 #[inline(always)]
-pub(super) fn strain<V: Real>(f: Matrix<V>, rotation: Matrix<V>, own: &Own<V>) -> Matrix<V> {
-    match &own.memory {
+pub(super) fn strain<V: Real>(f: Matrix<V>, rotation: Matrix<V>, own: &Own<'_, V>) -> Matrix<V> {
+    match own.memory {
         None => minus(f, rotation),
         Some(memory) => minus(f, memory.stretched(rotation)),
     }
@@ -21,14 +21,13 @@ pub(super) fn strain<V: Real>(f: Matrix<V>, rotation: Matrix<V>, own: &Own<V>) -
 pub(super) fn distance<V: Real>(
     f: Matrix<V>,
     rotation: Matrix<V>,
-    own: &Own<V>,
+    own: &Own<'_, V>,
     strained: Lane<V>,
 ) -> Lane<V> {
     if own.memory.is_none() {
         return strained;
     }
-    let from = minus(f, rotation);
-    inner(from, from)
+    apart(f, rotation)
 }
 
 /// A step of R that does not raise the energy of the shape: towards F A. Where the band of stretches acts, R stays if
@@ -37,21 +36,23 @@ pub(super) fn distance<V: Real>(
 pub(super) fn step_turn<V: Eigen>(
     stretch_min: f32,
     f: Matrix<V>,
-    own: &Own<V>,
+    own: &Own<'_, V>,
     turn: Turn<V>,
 ) -> Turn<V> {
-    let Some(memory) = &own.memory else { return turned(f, turn) };
+    let Some(memory) = own.memory else { return turned(f, turn) };
     let next = turned(memory.stretched(f), turn);
     if stretch_min <= 0.0 {
         return next;
     }
     let (old, new) = (rotation(turn), rotation(next));
-    // Lanes whose shape may be out of the band.
-    let is_far = larger(far(f, old, stretch_min), far(f, new, stretch_min));
-    let zero = Lane::of(0.0);
-    if !V::any(is_far.above(zero)) {
+    // Lanes whose shape may be out of the band: 1 there, else 0.
+    let (zero, one) = (Lane::of(0.0), Lane::of(1.0));
+    let farthest = larger(apart(f, old), apart(f, new));
+    let is_far = farthest.above(least_short(stretch_min));
+    if !V::any(is_far) {
         return next;
     }
+    let is_far = Lane::select(is_far, one, zero);
     // In a loop: without optimisation each copy of the band's code would take a third of a megabyte of stack.
     let mut energies = [zero; 2];
     for (slot, rotation) in energies.iter_mut().zip([old, new]) {
@@ -68,11 +69,11 @@ pub(super) fn step_turn<V: Eigen>(
     ]
 }
 
-/// 1 in lanes that are so far from a rotation that the band may act, else 0.
+/// The squared distance of two matrices.
 #[inline(always)]
-fn far<V: Real>(f: Matrix<V>, rotation: Matrix<V>, stretch_min: f32) -> Lane<V> {
+fn apart<V: Real>(f: Matrix<V>, rotation: Matrix<V>) -> Lane<V> {
     let from = minus(f, rotation);
-    Lane::select(inner(from, from).above(least_short(stretch_min)), Lane::of(1.0), Lane::of(0.0))
+    inner(from, from)
 }
 
 #[inline(always)]
@@ -82,7 +83,12 @@ fn larger<V: Real>(a: Lane<V>, b: Lane<V>) -> Lane<V> {
 
 /// Twice the energy density of shape and band.
 #[inline(always)]
-fn energy<V: Eigen>(stretch_min: f32, f: Matrix<V>, own: &Own<V>, rotation: Matrix<V>) -> Lane<V> {
+fn energy<V: Eigen>(
+    stretch_min: f32,
+    f: Matrix<V>,
+    own: &Own<'_, V>,
+    rotation: Matrix<V>,
+) -> Lane<V> {
     let strain = strain(f, rotation, own);
     let shape = Lane::of(2.0) * own.mu * inner(strain, strain);
     match short(f, rotation, stretch_min) {
@@ -96,9 +102,9 @@ fn energy<V: Eigen>(stretch_min: f32, f: Matrix<V>, own: &Own<V>, rotation: Matr
 pub(super) fn spread<V: Real>(
     pull: [Lane<V>; 3],
     energy: Lane<V>,
-    own: &Own<V>,
+    own: &Own<'_, V>,
 ) -> ([Lane<V>; 3], Lane<V>) {
-    match &own.memory {
+    match own.memory {
         None => (pull, energy),
         Some(memory) => {
             (pairs(pull, [memory.part; 3], |pull, part| pull * part), energy * memory.part)

@@ -62,7 +62,8 @@ impl Nodal<'_> {
         unit_pa: f32,
     ) -> Stress {
         let f = three(self.shape_at(cell, at), |row| three(row, Lane));
-        let own = self.own(cell, [0.0; 3]);
+        let kept = self.kept(cell, [0.0; 3]);
+        let own = self.own(cell).keeping(&kept);
         let of_stress = shifted(f, &own);
         // P = 2 mu (F - R A) + 3 lambda (F - Q) + b S- R.
         let (turn, unit) = nearest(of_stress, &own, turn.map(Lane));
@@ -89,7 +90,7 @@ impl Nodal<'_> {
 }
 
 /// The nearest rotation to a shape, and the nearest shape of unit volume.
-fn nearest(f: Matrix<f32>, own: &Own<f32>, mut turn: Turn<f32>) -> (Matrix<f32>, Matrix<f32>) {
+fn nearest(f: Matrix<f32>, own: &Own<'_, f32>, mut turn: Turn<f32>) -> (Matrix<f32>, Matrix<f32>) {
     for _ in 0..STEPS {
         let next = step_turn(0.0, f, own, turn);
         let is_there = next.map(|x| x.0) == turn.map(|x| x.0);

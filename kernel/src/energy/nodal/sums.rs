@@ -5,21 +5,28 @@ use super::memory::Memory;
 use crate::backend::lane::{Lane, Real};
 use crate::model::image::nodal;
 
-/// Material numbers of a cell, the offset of its shape, and its memory.
+/// Material numbers of a cell, the offset of its shape, and its memory. The last two are borrowed: copies of the
+/// numbers do not copy them.
 #[derive(Clone, Copy)]
-pub(super) struct Own<V> {
+pub(super) struct Own<'k, V> {
     pub volume: Lane<V>,
     pub mu: Lane<V>,
     pub lambda_3: Lane<V>,
     pub band: Lane<V>,
     pub area: [Lane<V>; 3],
     /// C, if a cell has one.
-    pub offset: Option<Matrix<V>>,
+    pub offset: Option<&'k Matrix<V>>,
     /// The memory of a cell of a body that relaxes.
-    pub memory: Option<Memory<V>>,
+    pub memory: Option<&'k Memory<V>>,
 }
 
-impl<V: Real> Own<V> {
+/// What one cell keeps besides its material numbers.
+pub(super) struct Kept {
+    pub offset: Option<Matrix<f32>>,
+    pub memory: Option<Memory<f32>>,
+}
+
+impl<'k, V: Real> Own<'k, V> {
     #[inline(always)]
     pub fn of(row: impl Fn(usize) -> Lane<V>) -> Self {
         Self {
@@ -31,6 +38,21 @@ impl<V: Real> Own<V> {
             offset: None,
             memory: None,
         }
+    }
+
+    /// The same with this memory.
+    #[inline(always)]
+    pub fn remembering(self, memory: &'k Memory<V>) -> Self {
+        Self { mu: self.mu * memory.part, memory: Some(memory), ..self }
+    }
+}
+
+impl<'k> Own<'k, f32> {
+    /// The same with what the cell keeps.
+    #[inline(always)]
+    pub fn keeping(self, kept: &'k Kept) -> Self {
+        let own = Self { offset: kept.offset.as_ref(), ..self };
+        kept.memory.as_ref().map_or(own, |memory| own.remembering(memory))
     }
 }
 
