@@ -60,12 +60,21 @@ pub trait F32x8: Copy {
     fn over(self, other: Self) -> Self;
     /// Square root.
     fn root(self) -> Self;
+    /// |self|.
+    #[cfg_attr(not(any(test, feature = "relax")), expect(dead_code, reason = "no body remembers"))]
+    fn magnitude(self) -> Self;
+    /// |self| with the sign of `other`.
+    #[cfg_attr(not(any(test, feature = "relax")), expect(dead_code, reason = "no body remembers"))]
+    fn signed_as(self, other: Self) -> Self;
     /// The larger of `self` and |other|, `self` where they do not compare.
     fn larger_magnitude(self, other: Self) -> Self;
     /// True in lanes where `self > other`.
     fn above(self, other: Self) -> Self::Mask;
     /// True in lanes where `self < other`.
     fn below(self, other: Self) -> Self::Mask;
+    /// True in lanes where `self == other`.
+    #[cfg_attr(not(any(test, feature = "relax")), expect(dead_code, reason = "no body remembers"))]
+    fn equals(self, other: Self) -> Self::Mask;
     /// True in lanes where `a` or `b` holds.
     fn either(a: Self::Mask, b: Self::Mask) -> Self::Mask;
     /// Returns true if the mask holds in any lane.
@@ -217,6 +226,16 @@ impl F32x8 for Lanes8 {
     }
 
     #[inline(always)]
+    fn magnitude(self) -> Self {
+        self.each(self, |a, _| a.abs())
+    }
+
+    #[inline(always)]
+    fn signed_as(self, other: Self) -> Self {
+        self.each(other, f32::copysign)
+    }
+
+    #[inline(always)]
     fn larger_magnitude(self, other: Self) -> Self {
         self.each(other, |a, b| {
             let b = f32::from_bits(b.to_bits() & 0x7fff_ffff);
@@ -232,6 +251,11 @@ impl F32x8 for Lanes8 {
     #[inline(always)]
     fn below(self, other: Self) -> Self::Mask {
         self.compare(other, |a, b| a < b)
+    }
+
+    #[inline(always)]
+    fn equals(self, other: Self) -> Self::Mask {
+        self.compare(other, |a, b| a == b)
     }
 
     #[inline(always)]

@@ -16,8 +16,17 @@ pub(crate) trait Real: Copy {
     fn times(self, other: Self) -> Self;
     fn over(self, other: Self) -> Self;
     fn root(self) -> Self;
+    /// |self|.
+    #[cfg(feature = "relax")]
+    fn magnitude(self) -> Self;
+    /// |self| with the sign of `other`.
+    #[cfg(feature = "relax")]
+    fn signed_as(self, other: Self) -> Self;
     /// True in lanes where `self > other`.
     fn above(self, other: Self) -> Self::Mask;
+    /// True in lanes where `self == other`.
+    #[cfg(feature = "relax")]
+    fn equals(self, other: Self) -> Self::Mask;
     /// Returns true if the mask holds in any lane.
     fn any(mask: Self::Mask) -> bool;
     /// `yes` where the mask holds, `no` elsewhere.
@@ -57,9 +66,27 @@ impl Real for f32 {
         sqrt(self)
     }
 
+    #[cfg(feature = "relax")]
+    #[inline(always)]
+    fn magnitude(self) -> Self {
+        self.abs()
+    }
+
+    #[cfg(feature = "relax")]
+    #[inline(always)]
+    fn signed_as(self, other: Self) -> Self {
+        self.copysign(other)
+    }
+
     #[inline(always)]
     fn above(self, other: Self) -> bool {
         self > other
+    }
+
+    #[cfg(feature = "relax")]
+    #[inline(always)]
+    fn equals(self, other: Self) -> bool {
+        self == other
     }
 
     #[inline(always)]
@@ -106,9 +133,27 @@ impl<V: F32x8> Real for V {
         F32x8::root(self)
     }
 
+    #[cfg(feature = "relax")]
+    #[inline(always)]
+    fn magnitude(self) -> Self {
+        F32x8::magnitude(self)
+    }
+
+    #[cfg(feature = "relax")]
+    #[inline(always)]
+    fn signed_as(self, other: Self) -> Self {
+        F32x8::signed_as(self, other)
+    }
+
     #[inline(always)]
     fn above(self, other: Self) -> V::Mask {
         F32x8::above(self, other)
+    }
+
+    #[cfg(feature = "relax")]
+    #[inline(always)]
+    fn equals(self, other: Self) -> V::Mask {
+        F32x8::equals(self, other)
     }
 
     #[inline(always)]
@@ -138,9 +183,27 @@ impl<V: Real> Lane<V> {
         Self(self.0.root())
     }
 
+    #[cfg(feature = "relax")]
+    #[inline(always)]
+    pub fn magnitude(self) -> Self {
+        Self(self.0.magnitude())
+    }
+
+    #[cfg(feature = "relax")]
+    #[inline(always)]
+    pub fn signed_as(self, other: Self) -> Self {
+        Self(self.0.signed_as(other.0))
+    }
+
     #[inline(always)]
     pub fn above(self, other: Self) -> V::Mask {
         self.0.above(other.0)
+    }
+
+    #[cfg(feature = "relax")]
+    #[inline(always)]
+    pub fn equals(self, other: Self) -> V::Mask {
+        self.0.equals(other.0)
     }
 
     #[inline(always)]

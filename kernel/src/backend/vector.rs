@@ -138,6 +138,16 @@ impl F32x8 for Vector {
     }
 
     #[inline(always)]
+    fn magnitude(self) -> Self {
+        Self(self.0.abs())
+    }
+
+    #[inline(always)]
+    fn signed_as(self, other: Self) -> Self {
+        Self(self.0.copysign(other.0))
+    }
+
+    #[inline(always)]
     fn larger_magnitude(self, other: Self) -> Self {
         let magnitude = Self(other.0.abs());
         Self::select(magnitude.above(self), magnitude, self)
@@ -151,6 +161,11 @@ impl F32x8 for Vector {
     #[inline(always)]
     fn below(self, other: Self) -> Self::Mask {
         self.0.simd_lt(other.0)
+    }
+
+    #[inline(always)]
+    fn equals(self, other: Self) -> Self::Mask {
+        self.0.simd_eq(other.0)
     }
 
     #[inline(always)]

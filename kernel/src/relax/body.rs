@@ -102,8 +102,7 @@ impl<'a, 'm> RelaxingBody<'a, 'm> {
     /// Books what the memory has changed by, from the sums over all cells.
     pub fn book(&mut self, courses: &Courses, sums: &Sums) -> Change {
         let spread = f64::from(sums.spread.total());
-        let is_forgotten = sums.forces.total() <= 0.0;
-        let (mut change, mut any) = (f64::from(sums.rise.total()), sums.moved.total() > 0.0);
+        let (mut change, mut any) = (f64::from(sums.rise.total()), sums.moved);
         let remembered = self.arrays.remembered.iter_mut().zip(&sums.remembered);
         for (course, (square, [before, after])) in courses.iter().zip(remembered) {
             // k <- a^2 k - 2 a b u . f + b^2 u . S u.
@@ -111,7 +110,7 @@ impl<'a, 'm> RelaxingBody<'a, 'm> {
                 (number(*square), [before, after].map(|sum| f64::from(sum.total())));
             let (a, b) = (1.0 - f64::from(course.faded), f64::from(course.faded));
             let new = a * a * old - 2.0 * a * b * before + b * b * spread;
-            let new = if is_forgotten || new < 0.0 { 0.0 } else { new };
+            let new = if !sums.pushes || new < 0.0 { 0.0 } else { new };
             *square = words(new);
             // The energy share c / 2 (u . S u + 2 u . f + k).
             let energy = |weight: f32, work: f64, square: f64| {

@@ -106,13 +106,19 @@ impl Operands {
     #[inline(always)]
     fn choices<V: F32x8>(&self, a: V, b: V, seen: &mut Outcomes) {
         let one = V::splat(1.0);
+        seen.exact("magnitude", &lanes(a.magnitude()));
+        seen.exact("signed_as", &lanes(a.signed_as(b)));
         seen.exact("larger_magnitude", &lanes(a.larger_magnitude(b)));
-        let (above, below) = (a.above(b), a.below(b));
+        let (above, below, equal) = (a.above(b), a.below(b), a.equals(b));
         let either = V::either(above, below);
         let twice = V::either(above, above);
-        for (name, mask) in
-            [("above", above), ("below", below), ("either", either), ("itself", twice)]
-        {
+        for (name, mask) in [
+            ("above", above),
+            ("below", below),
+            ("equals", equal),
+            ("either", either),
+            ("itself", twice),
+        ] {
             seen.exact(name, &lanes(one.keep(mask)));
             seen.exact(name, &[f32::from(u8::from(V::any(mask)))]);
             seen.exact("keep", &lanes(a.keep(mask)));

@@ -82,10 +82,10 @@ pub(crate) struct Sums {
     pub remembered: [[Lanes; 2]; BRANCHES_MAX],
     /// Magnitudes of the sums' terms.
     pub scale: Plain,
-    /// By how much the memory has moved.
-    pub moved: Plain,
-    /// Magnitudes of f.
-    pub forces: Plain,
+    /// True if any memory has moved.
+    pub moved: bool,
+    /// True if any f is not 0.
+    pub pushes: bool,
 }
 
 impl Sums {
@@ -94,8 +94,8 @@ impl Sums {
         spread: Lanes::ZERO,
         remembered: [[Lanes::ZERO; 2]; BRANCHES_MAX],
         scale: Plain::ZERO,
-        moved: Plain::ZERO,
-        forces: Plain::ZERO,
+        moved: false,
+        pushes: false,
     };
 }
 
@@ -119,11 +119,41 @@ impl<S: Iterator<Item = usize> + Clone> Work for Follow<'_, '_, S> {
     #[inline(always)]
     fn run<V: F32x8>(mut self) {
         for slice in self.slices.clone() {
-            self.strains::<V>(slice);
+            V::apart(Strains { follow: &mut self, slice });
         }
         for slice in self.slices.clone() {
-            self.forces::<V>(slice);
+            V::apart(Forces { follow: &mut self, slice });
         }
+    }
+}
+
+/// The first loop's work at a slice.
+struct Strains<'f, F> {
+    follow: &'f mut F,
+    slice: usize,
+}
+
+impl<S> Work for Strains<'_, Follow<'_, '_, S>> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<V: F32x8>(self) {
+        self.follow.strains::<V>(self.slice);
+    }
+}
+
+/// The second loop's work at a slice.
+struct Forces<'f, F> {
+    follow: &'f mut F,
+    slice: usize,
+}
+
+impl<S> Work for Forces<'_, Follow<'_, '_, S>> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<V: F32x8>(self) {
+        self.follow.forces::<V>(self.slice);
     }
 }
 
@@ -155,29 +185,34 @@ impl<S> Follow<'_, '_, S> {
             return;
         };
         let slope = slope(&sums, &own);
-        let (stress, pull) = spread_of(&sums, slope, &own);
-        forces.push_any(slice, stress, pull, groups);
+        let (tension, pull) = spread_of(&sums, slope, &own);
+        forces.pull_any(slice, tension, pull, groups);
         // The strain in the frame of R.
         let turn = self.states.all().slice(slice).and_then(|memory| state::load::<V>(memory));
         let Some((turn, _)) = turn else { return };
         let (strain, skew2) = in_frame(and_unit(slope), rotation(turn));
         // Follow it, branch by branch.
         let near = Near::of(Lane::of(NEAR), self.parts.lasting);
-        let (mut rise, mut scale, mut moved) = (Lane::of(0.0), Lane::of(0.0), Lane::of(0.0));
+        let (zero, stiffness) = (Lane::of(0.0), own.volume * own.mu);
+        let (mut rise, mut scale, mut has_moved) = (zero, zero, self.sums.moved);
         for (course, rows) in self.branches(slice) {
             let old = shape_of(rows);
-            let next = followed(strain, old, course.faded, near);
-            let before = Lane::of(course.before) * (squared(strain, old) + skew2);
-            let after = Lane::of(course.weight) * (squared(strain, next) + skew2);
-            let stiffness = Lane::of(course.share) * (own.volume * own.mu);
+            let distance = squared(strain, old) + skew2;
+            let before = Lane::of(course.before) * distance;
+            let stiffness = Lane::of(course.share) * stiffness;
+            let mut after = Lane::of(course.weight) * distance;
+            if course.faded > 0.0 {
+                let next = followed(strain, old, course.faded, near);
+                after = Lane::of(course.weight) * (squared(strain, next) + skew2);
+                has_moved = has_moved || V::any(way(next, old).above(zero));
+                store_shape(next, rows);
+            }
             rise = rise + stiffness * (after - before);
             scale = scale + stiffness * (after + before);
-            moved = moved + way(next, old);
-            store_shape(next, rows);
         }
+        self.sums.moved = has_moved;
         self.sums.rise.add(rise.0);
         self.sums.scale.add(scale.0);
-        self.sums.moved.add(moved.0);
     }
 
     /// f of a slice follows the forces of the spread; the slice's numbers for this tick.
@@ -197,36 +232,35 @@ impl<S> Follow<'_, '_, S> {
         let near = Near::of(Lane::of(NEAR_FORCE) * (own.mu * own.volume), self.parts.lasting);
         // Follow them, branch by branch.
         let zero = Lane::of(0.0);
-        let (mut remembered, mut moved, mut sizes) = ([[zero; 2]; BRANCHES_MAX], zero, zero);
-        let mut scale = size(here, force);
-        for ((course, rows), works) in self.branches(slice).zip(&mut remembered) {
-            let ([s, t, u], [a, b, c]) = (force, force_of(rows));
-            let next @ [g, h, i] = [
-                follow(s, a, course.faded, near),
-                follow(t, b, course.faded, near),
-                follow(u, c, course.faded, near),
-            ];
-            store_force(next, rows);
-            *works = [dot(here, [a, b, c]), dot(here, next)];
-            moved = moved + (away(g, a) + away(h, b) + away(i, c));
-            sizes = sizes + (magnitude(g) + magnitude(h) + magnitude(i));
-            scale = scale + size(here, [a, b, c]) + size(here, next);
+        let (courses, count) = (self.courses, self.courses.len());
+        let rows = self.rows.get_mut(slice * count..(slice + 1) * count).unwrap_or_default();
+        let (sums, mut scale) = (&mut *self.sums, size(here, force));
+        for ((course, rows), works) in courses.iter().zip(&mut *rows).zip(&mut sums.remembered) {
+            let old = force_of(rows);
+            let (work, of_old) = (dot(here, old), size(here, old));
+            let (mut next, mut next_work, mut of_next) = (old, work, of_old);
+            if course.faded > 0.0 {
+                let ([s, t, u], [a, b, c]) = (force, old);
+                next = [
+                    follow(s, a, course.faded, near),
+                    follow(t, b, course.faded, near),
+                    follow(u, c, course.faded, near),
+                ];
+                (next_work, of_next) = (dot(here, next), size(here, next));
+                sums.moved = sums.moved || V::any(length(next, old).above(zero));
+                store_force(next, rows);
+            }
+            let [before, after] = works;
+            before.add(work.0);
+            after.add(next_work.0);
+            sums.pushes = sums.pushes || V::any(length(next, [zero; 3]).above(zero));
+            scale = scale + of_old + of_next;
         }
         // Store the sums and the numbers.
-        let sums = &mut *self.sums;
         sums.spread.add((zero - dot(here, force)).0);
-        for (sums, [before, after]) in sums.remembered.iter_mut().zip(remembered) {
-            let [of_before, of_after] = sums;
-            of_before.add(before.0);
-            of_after.add(after.0);
-        }
         sums.scale.add(scale.0);
-        sums.moved.add(moved.0);
-        sums.forces.add(sizes.0);
-        let (courses, count) = (self.courses, self.courses.len());
-        let rows = self.rows.get(slice * count..(slice + 1) * count).unwrap_or_default();
         if let Some(numbers) = self.numbers.get_mut(slice) {
-            derive(own.mu, self.parts, courses.iter().zip(rows), numbers);
+            derive(own.mu, self.parts, courses.iter().zip(&*rows), numbers);
         }
     }
 }
@@ -274,7 +308,7 @@ fn derive<'r, V: F32x8>(
     let mut rest = Lane::of(parts.lasting) * squared(stretch, [zero; 6]);
     for (course, rows) in branches {
         let weight = Lane::of(course.share * course.weight);
-        rest = rest + weight * squared(shape_of(rows), stretch);
+        rest = rest + weight * squared(stretch, shape_of(rows));
     }
     let constant = (mu + mu) * rest;
     let ([a, b, c, d, e, f], [x, y, z]) = (stretch, push);
@@ -291,17 +325,17 @@ fn derive<'r, V: F32x8>(
     (z + zero).0.store(m);
 }
 
-/// Stress and force of the elastic spread.
+/// The elastic spread: minus its stress, and its force.
 #[inline(always)]
 fn spread_of<V: Real>(
     sums: &Gathered<V>,
     slope: Matrix<V>,
-    own: &Own<V>,
+    own: &Own<'_, V>,
 ) -> (Matrix<V>, [Lane<V>; 4]) {
-    let (zero, factor) = (Lane::of(0.0), Lane::of(2.0 * BETA) * own.mu);
-    let stress = each(slope, |x| zero - factor * x);
-    let [x, y, z] = pairs(sums.pull, times(stress, own.area), |pull, own| pull - own);
-    (stress, [x, y, z, zero])
+    let factor = Lane::of(2.0 * BETA) * own.mu;
+    let tension = each(slope, |x| factor * x);
+    let [x, y, z] = pairs(sums.pull, times(tension, own.area), |pull, own| pull + own);
+    (tension, [x, y, z, Lane::of(0.0)])
 }
 
 /// sym(R' F) - I in the order xx, yy, zz, xy, xz, yz, and the square of the rest of R' F.
@@ -413,38 +447,33 @@ impl<V: Real> Near<V> {
     }
 }
 
-/// A memory one step nearer to what it follows.
+/// A memory one step nearer to what it follows; `faded` is above 0.
 #[inline(always)]
 fn follow<V: Real>(target: Lane<V>, memory: Lane<V>, faded: f32, near: Near<V>) -> Lane<V> {
-    // A branch that waits.
-    if faded <= 0.0 {
-        return memory;
-    }
     let (zero, way) = (Lane::of(0.0), target - memory);
     let next = memory + Lane::of(faded) * way;
     // At least a unit in the last place.
-    let nudge = Lane::of(NUDGE) * magnitude(memory);
-    let nudged = Lane::select(way.above(zero), memory + nudge, memory - nudge);
-    let next = Lane::select(away(next, memory).above(zero), next, nudged);
+    let nudged = memory + (Lane::of(NUDGE) * memory).signed_as(way);
+    let next = Lane::select(next.equals(memory), nudged, next);
     // Near its target it stays as it is, and near the rest shape it forgets all.
-    let rest = Lane::select(magnitude(target).above(near.rest), memory, zero);
+    let rest = Lane::select(target.magnitude().above(near.rest), memory, zero);
     // -0.0 becomes +0.0.
-    Lane::select(magnitude(way).above(near.target), next, rest) + zero
-}
-
-#[inline(always)]
-fn magnitude<V: Real>(x: Lane<V>) -> Lane<V> {
-    let zero = Lane::of(0.0);
-    Lane::select(zero.above(x), zero - x, x)
+    Lane::select(way.magnitude().above(near.target), next, rest) + zero
 }
 
 #[inline(always)]
 fn away<V: Real>(a: Lane<V>, b: Lane<V>) -> Lane<V> {
-    magnitude(a - b)
+    (a - b).magnitude()
+}
+
+/// Sum of the distances of the coordinates.
+#[inline(always)]
+fn length<V: Real>([a, b, c]: [Lane<V>; 3], [d, e, f]: [Lane<V>; 3]) -> Lane<V> {
+    away(a, d) + away(b, e) + away(c, f)
 }
 
 /// Sum of the magnitudes of products.
 #[inline(always)]
 fn size<V: Real>([a, b, c]: [Lane<V>; 3], [d, e, f]: [Lane<V>; 3]) -> Lane<V> {
-    magnitude(a * d) + magnitude(b * e) + magnitude(c * f)
+    (a * d).magnitude() + (b * e).magnitude() + (c * f).magnitude()
 }

@@ -187,10 +187,21 @@ impl<'a> Ends<'a> {
         groups: Groups<'_>,
     ) {
         let zero = Lane::of(0.0);
-        let opposite = each(stress, |x| zero - x);
+        self.pull(slice, each(stress, |x| zero - x), pull, groups);
+    }
+
+    /// The same with T = -P: adds the forces T `a_ij` to the neighbours'.
+    #[inline(always)]
+    fn pull<V: F32x8>(
+        self,
+        slice: usize,
+        tension: Matrix<V>,
+        pull: [Lane<V>; 4],
+        groups: Groups<'_>,
+    ) {
         for (slots, cells) in self.each(groups) {
-            let [x, y, z] = times(opposite, rows(|row| load(slots, row), nodal::AREA));
-            V::add_to([x.0, y.0, z.0, zero.0], cells);
+            let [x, y, z] = times(tension, rows(|row| load(slots, row), nodal::AREA));
+            V::add_to([x.0, y.0, z.0, V::splat(0.0)], cells);
         }
         let [x, y, z, energy] = pull;
         if let Some(own) = self.own(slice) {
@@ -312,24 +323,24 @@ impl<V: F32x8> Gathered<V> {
 
 #[cfg(feature = "relax")]
 impl Ends<'_> {
-    /// Takes the forces of a slice from its neighbours as [`Self::push`] does, lane by lane without groups.
+    /// Adds the forces T `a_ij` of a slice to its neighbours' as [`Self::pull`] does, lane by lane without groups.
     #[inline(always)]
-    pub fn push_any<V: F32x8>(
+    pub fn pull_any<V: F32x8>(
         self,
         slice: usize,
-        stress: Matrix<V>,
+        tension: Matrix<V>,
         pull: [Lane<V>; 4],
         groups: Option<Groups<'_>>,
     ) {
         if let Some(groups) = groups {
-            return self.push(slice, stress, pull, groups);
+            return self.pull(slice, tension, pull, groups);
         }
         let zero = [[Lane(0.0); 3]; 3];
         let mut stresses = [zero; LANES];
-        for (row, lanes) in stress.into_iter().enumerate() {
+        for (row, lanes) in tension.into_iter().enumerate() {
             for (column, element) in lanes.into_iter().enumerate() {
                 let mut numbers = [0.0; LANES];
-                element.0.store(&mut numbers);
+                (Lane::of(0.0) - element).0.store(&mut numbers);
                 for (stress, number) in stresses.iter_mut().zip(numbers) {
                     if let Some(slot) = stress.get_mut(row).and_then(|row| row.get_mut(column)) {
                         *slot = Lane(number);
