@@ -161,8 +161,8 @@ impl Client {
         joined(&mut self.state, || StateReader::open(&self.scene))?.borrow()
     }
 
-    /// Returns the newest strain and stress of all nodes that were not taken yet, without a copy; as [`Self::state`]. The
-    /// server computes them from the first call on.
+    /// Returns the newest strain and stress of all nodes that were not taken yet, without a copy; as [`Self::state`].
+    /// The server computes them from the first call on.
     ///
     /// # Errors
     /// No place for a further reader, or two messages are held already.

@@ -27,8 +27,8 @@ pub struct Domain {
 }
 
 impl Domain {
-    /// Returns iceoryx2's built-in configuration with this prefix and folder: no configuration file is read. The folder is
-    /// made if it is missing.
+    /// Returns iceoryx2's built-in configuration with this prefix and folder: no configuration file is read. The
+    /// folder is made if it is missing.
     ///
     /// # Errors
     /// A prefix or folder that it does not accept; a folder of another user.

@@ -1,10 +1,10 @@
 //! Strain and stress for viewers: of every node, at the rate of states.
 //!
-//! A message is a slice of [`NodeStress`], one for every node by ascending input id, as in a state. A server computes it
-//! only while somebody reads, some nodes between two ticks, so that a message holds the ticks of one pass over the body:
-//! [`StressHeader::first_tick`] to [`StressHeader::tick`]. A node that a cut has parted has the values of the side with
-//! the largest stress after von Mises. Readers keep only the newest. Servers of tissue with a modulus send it; a body
-//! of links has no stress.
+//! A message is a slice of [`NodeStress`], one for every node by ascending input id, as in a state. A server computes
+//! it only while somebody reads, some nodes between two ticks, so that a message holds the ticks of one pass over the
+//! body: [`StressHeader::first_tick`] to [`StressHeader::tick`]. A node that a cut has parted has the values of the
+//! side with the largest stress after von Mises. Readers keep only the newest. Servers of tissue with a modulus send
+//! it; a body of links has no stress.
 
 use iceoryx2::prelude::*;
 

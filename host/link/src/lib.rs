@@ -7,8 +7,8 @@
 //!
 //! Frames are those of [`chaincell_host::remote::frame`], records packed. A message may be lost on its way: a receiver
 //! sees by the number of the next record that some are missing, and asks for them; the answer comes from the trace. The
-//! same question brings the session to a late receiver. An answer has a bounded length, and a receiver asks until it has
-//! all: how fast it reads is no matter of the network.
+//! same question brings the session to a late receiver. An answer has a bounded length, and a receiver asks until it
+//! has all: how fast it reads is no matter of the network.
 //!
 //! Each module uses only those above it:
 //!

@@ -40,8 +40,9 @@ impl Output {
 
     /// Estimated distance of each tool's force, of held cells one, from that of the body in equilibrium [N]: within it
     /// are 99 of 100 errors. None where it is not known: away from the tissue, in a tick whose motion is shortened, in
-    /// late ticks after one, a release or a restore and of cells held in a body that relaxes, where an output stage changes
-    /// the force, under another scheme than predict, and for a model of links, cut, or without a coarse level.
+    /// late ticks after one, a release or a restore and of cells held in a body that relaxes, where an output stage
+    /// changes the force, under another scheme than predict, and for a model of links, cut, or without a coarse
+    /// level.
     #[getter]
     fn force_error_n(&self) -> Vec<Option<f32>> {
         self.felt.iter().map(|of| of.force_error_n).collect()

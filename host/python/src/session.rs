@@ -377,7 +377,8 @@ impl Session {
 
     /// Makes a tool, by its number from 0, hold what it touches.
     ///
-    /// `tool` is the number. Raises `Refused` where the server does not, `NoReply` without a reply within `timeout_s` [s].
+    /// `tool` is the number. Raises `Refused` where the server does not, `NoReply` without a reply within `timeout_s`
+    /// [s].
     ///
     /// >>> try:
     /// ...     session.grip(tool=0)

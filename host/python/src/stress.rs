@@ -55,9 +55,9 @@ impl Stress {
     }
 }
 
-/// Strain and stress of the tissue of a running scene, from `Session.stress`, a row for each node by ascending id: of one
-/// pass over the body, in `first_tick` to `tick`. A node that a cut has parted has the values of the side with the
-/// largest stress after von Mises. Arrays are copies.
+/// Strain and stress of the tissue of a running scene, from `Session.stress`, a row for each node by ascending id: of
+/// one pass over the body, in `first_tick` to `tick`. A node that a cut has parted has the values of the side with
+/// the largest stress after von Mises. Arrays are copies.
 ///
 /// >>> stress = session.stress()
 /// >>> stress.von_mises_pa.shape == stress.node_ids.shape

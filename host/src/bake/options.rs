@@ -182,7 +182,8 @@ fn check_stiffening(bands: &[Band]) -> Result<()> {
     Ok(())
 }
 
-/// Checks that a body that can be cut has no bands on the links of shapes and does not relax, or is made of the links of its tetrahedra.
+/// Checks that a body that can be cut has no bands on the links of shapes and does not relax, or is made of the links
+/// of its tetrahedra.
 fn check_cuttable(mesh: &Mesh, options: &BakeOptions, cuttable: &Cuttable) -> Result<()> {
     cuttable.check()?;
     let why = match &options.tissue {

@@ -28,8 +28,8 @@ pub struct AccountReport {
 
 impl AccountReport {
     /// The account at the end, of the energy that the tools have given in all ticks, see
-    /// [`TissueMut::given_j`](chaincell_kernel::TissueMut::given_j), and of that which the body stores; `None` for a run
-    /// that holds cells, and for a body that neither can be cut nor relaxes.
+    /// [`TissueMut::given_j`](chaincell_kernel::TissueMut::given_j), and of that which the body stores; `None` for a
+    /// run that holds cells, and for a body that neither can be cut nor relaxes.
     pub fn of([given_j, stored_j]: [f64; 2], tissue: &mut Staged<'_>) -> Option<Self> {
         let is_of_tools = tissue.tools() > 0;
         let engine = tissue.engine_mut();

@@ -248,7 +248,8 @@ fn check_rate(stage: &StageArgs) -> Result<()> {
     )))
 }
 
-/// Refuses pins and a limit of the stress that the body does not take. It pins a tissue apart: the replay pins `tissue`.
+/// Refuses pins and a limit of the stress that the body does not take. It pins a tissue apart: the replay pins
+/// `tissue`.
 fn check_pins_and_limit(args: &Args, model: Model<'_>, tissue: &mut Staged<'_>) -> Result<()> {
     args.stress.limit(tissue.engine_mut())?;
     if args.pins.is_empty() {

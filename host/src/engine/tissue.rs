@@ -123,7 +123,8 @@ pub trait TissueEngine {
     }
 
     /// Gives the nodes of split cells the stress of those copies, from the `first` one on, that have more, see
-    /// [`Engine::add_copies`](super::Engine::add_copies); the number of copies that it has looked at. Allocates nothing.
+    /// [`Engine::add_copies`](super::Engine::add_copies); the number of copies that it has looked at. Allocates
+    /// nothing.
     fn add_copies(
         &mut self,
         _first: usize,

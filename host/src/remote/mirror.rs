@@ -2,8 +2,8 @@
 //! its server is asked for a snapshot, by a command like any other.
 //!
 //! Records are sent in batches of 10 ms. A record has 48 bytes, and a tick one record and another one for each tool;
-//! packed, a tick of one tool takes less than half of its 96. A follower that was cut off names the record that it needs
-//! next.
+//! packed, a tick of one tool takes less than half of its 96. A follower that was cut off names the record that it
+//! needs next.
 
 use std::fs::{self, File, TryLockError};
 use std::io::{self, Write};

@@ -11,7 +11,8 @@
 //! | stresses, 4 bytes each | stress after von Mises f32 \[Pa\] of each cell, or none |
 //! | cells, 12 bytes each | position 3 f32 \[m\], in the order of the model image |
 //!
-//! An error that is not known is below 0. Points are the last ticks, up to 64: a page that skips frames has the curves without gaps.
+//! An error that is not known is below 0. Points are the last ticks, up to 64: a page that skips frames has the
+//! curves without gaps.
 //!
 //! Positions are of the head's tick, tools too while states come. Contacts are the newest ones: the server sends
 //! them apart from the positions, so they are of the same tick or at most two periods of its `--state-hz` from it.

@@ -1175,8 +1175,8 @@ typedef struct chaincell_output {
     /**
      * Estimate of the distance between the force, before its limit, and that of the body in equilibrium with the
      * tools where they are: within it are 99 of 100 errors. Below 0 where none is known: away from the tissue, after a
-     * shortened motion, in late ticks after one, a release or a restore and of cells held in a body that relaxes, under
-     * another scheme than `predict`, and of bodies of links, without a coarse level, or cut [N].
+     * shortened motion, in late ticks after one, a release or a restore and of cells held in a body that relaxes,
+     * under another scheme than `predict`, and of bodies of links, without a coarse level, or cut [N].
      */
     float force_error_n;
     /**
@@ -1774,8 +1774,8 @@ chaincell_code chaincell_set_positions(struct chaincell_tissue *tissue,
  * may be null.
  *
  * Safety
- * `tissue` was made by `chaincell_tissue_init` and no other thread uses it; `counts` are `tools` numbers, `parts` as many parts as they say, `detail` is null or
- * storage.
+ * `tissue` was made by `chaincell_tissue_init` and no other thread uses it; `counts` are `tools` numbers, `parts` as
+ * many parts as they say, `detail` is null or storage.
  */
 chaincell_code chaincell_choose_tools(struct chaincell_tissue *tissue,
                                       const struct chaincell_tool_part *parts,

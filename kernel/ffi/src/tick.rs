@@ -72,8 +72,8 @@ pub struct Output {
     pub relaxed_j: f32,
     /// Estimate of the distance between the force, before its limit, and that of the body in equilibrium with the
     /// tools where they are: within it are 99 of 100 errors. Below 0 where none is known: away from the tissue, after a
-    /// shortened motion, in late ticks after one, a release or a restore and of cells held in a body that relaxes, under
-    /// another scheme than `predict`, and of bodies of links, without a coarse level, or cut \[N\].
+    /// shortened motion, in late ticks after one, a release or a restore and of cells held in a body that relaxes,
+    /// under another scheme than `predict`, and of bodies of links, without a coarse level, or cut \[N\].
     pub force_error_n: f32,
     /// Estimate of the error of the torque on the tool likewise, below 0 for held cells too \[N m\].
     pub torque_error_n_m: f32,

@@ -164,8 +164,8 @@ unsafe fn choose(
 /// may be null.
 ///
 /// # Safety
-/// `tissue` was made by `chaincell_tissue_init` and no other thread uses it; `counts` are `tools` numbers, `parts` as many parts as they say, `detail` is null or
-/// storage.
+/// `tissue` was made by `chaincell_tissue_init` and no other thread uses it; `counts` are `tools` numbers, `parts` as
+/// many parts as they say, `detail` is null or storage.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn chaincell_choose_tools(
     tissue: *mut Tissue,

@@ -68,7 +68,8 @@ pub struct TouchArrays<'a> {
 /// joins it with a tissue.
 ///
 /// ```
-/// # use chaincell_kernel::{Budget, FEATURES, Model, Network, Settings, Tissue, ToolPart, ToolPose, Track, elastic_room, include_model, term_states};
+/// # use chaincell_kernel::{Budget, FEATURES, Model, Network, Settings, Tissue, ToolPart, ToolPose, Track};
+/// # use chaincell_kernel::{elastic_room, include_model, term_states};
 /// use chaincell_kernel::TouchStore;
 /// # if FEATURES != ["nodal", "surface"] {
 /// #     return Ok(());

@@ -18,8 +18,8 @@ pub(super) const NEW: u8 = 0x80;
 pub(super) const SIDE: u8 = 0x3F;
 
 impl CutBody<'_, '_> {
-    /// Labels the split cells with the side of the cut on which they lie. Returns the sides that keep the hats of the image
-    /// alone, a bit each.
+    /// Labels the split cells with the side of the cut on which they lie. Returns the sides that keep the hats of the
+    /// image alone, a bit each.
     pub(super) fn find_sides(&mut self) -> u32 {
         // Mark the split cells, each as a side of its own.
         self.arrays.labels.fill(0);
@@ -122,8 +122,8 @@ impl CutBody<'_, '_> {
         }
     }
 
-    /// The sides that hang on something, a bit each. A piece that hangs on nothing has motions without energy, so a step
-    /// of a function of its own could be of any length.
+    /// The sides that hang on something, a bit each. A piece that hangs on nothing has motions without energy, so a
+    /// step of a function of its own could be of any length.
     pub(super) fn hanging(&self) -> u32 {
         let mut hanging = 0_u32;
         for cell in 0..self.bodily + self.used() {

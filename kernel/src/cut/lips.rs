@@ -8,9 +8,9 @@
 //! At the start of a tick the normals turn with the cells' rotations, in a body of links with the faces themselves,
 //! see `facing`. Where the cells of a lip are far from each other
 //! its sides meet other parts of the cut, or nothing: a lip counts in full up to a mean edge, and not at all from two
-//! on. No turn raises the energy: a lip that would press harder gets a shorter normal, so one whose sides have slid away
-//! and come back overlapping presses only after they have parted. What the energy falls by is booked. The bounds of the cells have the lips that count: else a piece that
-//! is drawn away would lag behind its tool.
+//! on. No turn raises the energy: a lip that would press harder gets a shorter normal, so one whose sides have slid
+//! away and come back overlapping presses only after they have parted. What the energy falls by is booked. The bounds
+//! of the cells have the lips that count: else a piece that is drawn away would lag behind its tool.
 
 use core::cmp::Ordering;
 use core::ops::Range;

@@ -1,11 +1,11 @@
 //! Pieces of a cut body that hang on nothing, and what the image says becomes of them, see [`Loose`].
 //!
-//! Tetrahedra that share a cell are of one piece, so one that hangs on a single cell or an edge is part of what it hangs
-//! on. A piece hangs if it has a fixed cell, or one that a tool holds; in a body without any the largest one does, of
-//! two the one with the lowest cell. Its cells then have mobility 0 and no weight in the coarse level, so a piece stays
-//! where it was. Without it the motions that the others can make are fewer, so all bounds hold, and the energy is what
-//! it was. A dropped piece besides has no triangles and no lips. This is done at once after the splits of a tick, and where
-//! the tool takes hold of other cells.
+//! Tetrahedra that share a cell are of one piece, so one that hangs on a single cell or an edge is part of what it
+//! hangs on. A piece hangs if it has a fixed cell, or one that a tool holds; in a body without any the largest one
+//! does, of two the one with the lowest cell. Its cells then have mobility 0 and no weight in the coarse level, so a
+//! piece stays where it was. Without it the motions that the others can make are fewer, so all bounds hold, and the
+//! energy is what it was. A dropped piece besides has no triangles and no lips. This is done at once after the splits
+//! of a tick, and where the tool takes hold of other cells.
 //!
 //! Cost: in a tick with splits a look at each tetrahedron and at each cell, some 60 instructions for a tetrahedron. A
 //! body whose image says nothing of loose pieces pays nothing.

@@ -63,10 +63,10 @@ impl Default for CutRoom<'_> {
 
 /// Number of words of [`CutRoom`] with which a body can be cut, or relaxes; 0 for one that does neither.
 ///
-/// A body that relaxes takes 40 bytes a cell, and 36 for each branch. One that can be cut takes 360 to 430 bytes a cell,
-/// in a body of links too: the half-links, a copy of which changes, are most of it. Each spare cell takes 88 bytes more
-/// for lips, and with a contact surface 208 more. A coarse level of n functions, 24 or more, takes 1,200 n + 40,000 bytes
-/// and 29 a cell for up to 32 functions on one side of a cut.
+/// A body that relaxes takes 40 bytes a cell, and 36 for each branch. One that can be cut takes 360 to 430 bytes a
+/// cell, in a body of links too: the half-links, a copy of which changes, are most of it. Each spare cell takes 88
+/// bytes more for lips, and with a contact surface 208 more. A coarse level of n functions, 24 or more, takes
+/// 1,200 n + 40,000 bytes and 29 a cell for up to 32 functions on one side of a cut.
 #[must_use]
 pub fn cut_words(model: &Model<'_>) -> usize {
     #[cfg(feature = "relax")]
@@ -185,7 +185,8 @@ pub(crate) struct Arrays<'a> {
     /// Displacements of the cells, and pushes on them, for one column.
     pub lengths: &'a mut [f32],
     pub pushes: &'a mut [[f32; 3]],
-    /// The cell that stands for each one's piece, and the number of cells of a loose piece at that, while pieces are found.
+    /// The cell that stands for each one's piece, and the number of cells of a loose piece at that, while pieces are
+    /// found.
     pub roots: &'a mut [u16],
     pub sizes: &'a mut [u16],
     pub links: LinkArrays<'a>,

@@ -29,9 +29,9 @@
 //!
 //! **Links.** In a body of links a link lies in the tetrahedra at its edge. Where these fall apart, each piece has a
 //! link with the share of the weight that its volume has in theirs; see `links`. Rest lengths and bands stay, so the
-//! shares store what the whole link stores, and no offset is needed: a split changes the energy by rounding alone, which
-//! the level takes. A share is rounded down, so no cell's weights exceed those of the cell from which it was copied,
-//! whose bound it inherits. Its coarse level has no two-sided functions. Such a body does not tear by itself.
+//! shares store what the whole link stores, and no offset is needed: a split changes the energy by rounding alone,
+//! which the level takes. A share is rounded down, so no cell's weights exceed those of the cell from which it was
+//! copied, whose bound it inherits. Its coarse level has no two-sided functions. Such a body does not tear by itself.
 //!
 //! **The surface.** An opened face gives two triangles, one for each side, behind those of the surface: tools touch
 //! them as any other. In a cut that lies closed the two lie on each other beneath the surface, and a sphere that is

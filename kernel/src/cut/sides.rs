@@ -49,7 +49,8 @@ const SUPPORT: f32 = 0.3;
 /// Share of e' K e that is added to it, for the rounding of B.
 const MARGIN: f32 = 0.01;
 /// Share of the stiffness between sides that lie on each other with which it counts in K: they press, or they part.
-/// Without it one tick in some two hundred is off by a third of the force where they slide, with all of it no cut opens.
+/// Without it one tick in some two hundred is off by a third of the force where they slide, with all of it no cut
+/// opens.
 const PRESSING: f32 = 0.03;
 /// Least share of e' K e that a further column must add.
 const ADDS: f32 = 0.05;

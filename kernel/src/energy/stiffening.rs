@@ -109,8 +109,8 @@ impl Stiffening<'_> {
     }
 }
 
-/// Volumes at a link that a cell's own one makes up: each of its tetrahedra gives it a quarter, and three of its links the
-/// whole.
+/// Volumes at a link that a cell's own one makes up: each of its tetrahedra gives it a quarter, and three of its
+/// links the whole.
 const VOLUMES_EACH: f32 = 12.0;
 
 /// Stress of the bands, for reports.

@@ -180,8 +180,8 @@ impl<'a> Model<'a> {
         self.notes
     }
 
-    /// Input id of each cell but the spare ones, in the order of the cells; in a model with an embedded mesh, the node at which
-    /// the cell lies.
+    /// Input id of each cell but the spare ones, in the order of the cells; in a model with an embedded mesh, the
+    /// node at which the cell lies.
     #[must_use]
     pub fn input_id(&self) -> &'a [u32] {
         self.input_id

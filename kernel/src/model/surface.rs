@@ -128,7 +128,8 @@ impl<'a> ContactSurface<'a> {
         self.triangle(index)
     }
 
-    /// Share of its stiffness with which tools touch a triangle; 0 for one of a dropped piece, whose corners are one cell.
+    /// Share of its stiffness with which tools touch a triangle; 0 for one of a dropped piece, whose corners are one
+    /// cell.
     #[inline(always)]
     pub fn share(&self, index: usize, edge: f32, at: &impl Fn(usize) -> [f32; 3]) -> f32 {
         let Some(place) = self.opened_place(index) else {

@@ -45,7 +45,8 @@ choices! {
     /// Unloading: when the links' bands close to their rest lengths (the paper's Fig. 5b).
     ///
     /// ```
-    /// # use chaincell_kernel::{Budget, Flags, Model, Network, Settings, Tissue, ToolPose, Track, coarse_room, include_model};
+    /// # use chaincell_kernel::{Budget, Flags, Model, Network, Settings, Tissue, ToolPose, Track};
+    /// # use chaincell_kernel::{coarse_room, include_model};
     /// use chaincell_kernel::Unloading;
     /// # let image = include_model!(concat!(env!("CARGO_MANIFEST_DIR"), "/data/box5.chaincell"));
     /// # let model = Model::from_bytes(image)?;
@@ -90,7 +91,8 @@ choices! {
         /// held. As a force it is a load of 2 `k_ref` I per cell \[N\]. At equilibrium the links exert the
         /// opposite force; the settled positions depend on the links' stiffness, and a body without fixed
         /// cells drifts up to K. On release I becomes 0 at once. The guarded quantity is E less the load's
-        /// work; a current that may raise the energy above [`Model::energy_max`](crate::Model::energy_max) is cut (flag 1).
+        /// work; a current that may raise the energy above [`Model::energy_max`](crate::Model::energy_max) is cut
+        /// (flag 1).
         ///
         /// ```
         /// # use chaincell_kernel::{Budget, Model, Network, Settings, Tissue, ToolPose, Track, include_model};

@@ -46,9 +46,9 @@ impl<D: Dynamics> TissueMut<'_, D> {
     ///
     /// `None` where none is known: under another scheme than [`Predict`](crate::Predict), and of bodies of links, which
     /// snap, or without a coarse level; once a face is open; after a tick in the safe state, or one in which a limit
-    /// shortened the motion; in late ticks after them, after a restore or a release, and in all late ticks of cells held
-    /// in a body that relaxes; without contact, under a current, beyond K. In a late tick the caller has to know which of
-    /// several tools was released, and the motion of another tool is not counted.
+    /// shortened the motion; in late ticks after them, after a restore or a release, and in all late ticks of cells
+    /// held in a body that relaxes; without contact, under a current, beyond K. In a late tick the caller has to know
+    /// which of several tools was released, and the motion of another tool is not counted.
     ///
     /// Cost: seven square roots at most; a tick keeps two numbers for it.
     ///

@@ -20,8 +20,8 @@ const STIFFNESS_MIN_N_PER_M: f32 = 1.0e-6;
 impl<D: Dynamics> TissueMut<'_, D> {
     /// Pins the surface within `radius_m` of a point where it is now: its samples there are held in the world, by
     /// springs of this stiffness in all [N/m]. An infinite stiffness, or one above that of a rigid pin, makes a rigid
-    /// one: 200 times as stiff as tissue of one edge length in depth, of a body of links 10 times. Returns the number of
-    /// the pin, the lowest free one.
+    /// one: 200 times as stiff as tissue of one edge length in depth, of a body of links 10 times. Returns the number
+    /// of the pin, the lowest free one.
     ///
     /// Pinning makes no force: the springs begin unloaded. Call it between two ticks. A pin holds until
     /// [`Self::unpin`], and until a reset or another choice of cells. Tools must have been chosen; none needs to be

@@ -71,8 +71,8 @@ kept! {
         pub(crate) given: f32 = 0.0,
         /// r . z of the last accepted pass, in internal units; below 0 if it is not known.
         pub(crate) off_balance: f32 = UNKNOWN,
-        /// Sweeps of the last tick with sweeps, as long as the force is that of it and the tool's motion since is known:
-        /// 0 in the safe state, after a release, and if a limit shortened the motion.
+        /// Sweeps of the last tick with sweeps, as long as the force is that of it and the tool's motion since is
+        /// known: 0 in the safe state, after a release, and if a limit shortened the motion.
         pub(crate) settled: u16 = 0,
         /// The vector unit found at the reset.
         pub(crate) vectors: Option<VectorUnit> = None,

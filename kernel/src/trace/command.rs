@@ -2,8 +2,8 @@
 //!
 //! In a record of kind 2, or 5 for those of a tool and of pins, the eight bytes from 0 hold the number of the last tick
 //! before the command, 8 the command, 12 the parameter, 16 the value (f32 bits), 20 zero. That of a pin at a point has
-//! there its command, the point (f32 bits x 3), and at 36 its radius and at 40 its stiffness (f32 bits). The hash, the flag
-//! for it and the checksum are those of a sample's record.
+//! there its command, the point (f32 bits x 3), and at 36 its radius and at 40 its stiffness (f32 bits). The hash,
+//! the flag for it and the checksum are those of a sample's record.
 
 use core::fmt;
 
@@ -131,8 +131,9 @@ const PIN_AT: u32 = 10;
 impl Command {
     /// Returns the number of the command (1 reset, 2 pause, 3 resume, 4 set, 5 grip, 6 let go, 7 snapshot, 8 pin,
     /// 9 unpin, 10 pin at a point), the parameter (0 none; for set 1 sweeps, 2 largest force, 3 largest tool step, 4
-    /// unloading, 7 cut; for grip, let go and pin the tool, for unpin the pin, for a snapshot its checksum) and the bits
-    /// of the value (for let go and unpin the ticks, for pin the stiffness). Those of a pin at a point are not all.
+    /// unloading, 7 cut; for grip, let go and pin the tool, for unpin the pin, for a snapshot its checksum) and the
+    /// bits of the value (for let go and unpin the ticks, for pin the stiffness). Those of a pin at a point are not
+    /// all.
     #[must_use]
     pub fn words(&self) -> [u32; 3] {
         let (parameter, value) = match *self {

@@ -201,7 +201,8 @@ fn with_cut_off_a_blade_cuts_nothing() {
     assert_ne!(summary(&out)["state_hash"], report["state_hash"]);
 }
 
-/// Behind the coupling of a device an edge that cuts has its force too: its stiffness is that with which it springs back.
+/// Behind the coupling of a device an edge that cuts has its force too: its stiffness is that with which it springs
+/// back.
 #[test]
 fn a_device_feels_the_blade_while_it_cuts() {
     let folder = scratch();

@@ -3,8 +3,8 @@
 //! The bar is 40 x 20 x 20 mm, 5 kPa; one end is moved by 0.4 mm. The cuts go down through its upper half: one at 20
 //! degrees, a curved one, two that cross, and one that goes on along the bar's middle, beneath a flap.
 //! The elements follow the cut: 2 x 12 x 12 x 12 cubes of six quadratic tetrahedra, small strain. With half as many
-//! their force is 1.8 % (nu 0.3) and 2.2 % (0.45) larger and the gauge 1.0 % smaller for the oblique cut; 1.6 and 1.9 %,
-//! 1.0 % for the curved one and those that cross, 0.6 and 1.1 %, nothing for the flap.
+//! their force is 1.8 % (nu 0.3) and 2.2 % (0.45) larger and the gauge 1.0 % smaller for the oblique cut; 1.6 and
+//! 1.9 %, 1.0 % for the curved one and those that cross, 0.6 and 1.1 %, nothing for the flap.
 //!
 //! Some meshes for each Poisson's ratio, the finest one for the larger; more with `CHAINCELL_SLOW=1`.
 #![allow(clippy::unwrap_used)]
@@ -224,8 +224,8 @@ fn pulled(
     (force_n, gauge_m, body.cuts().copies)
 }
 
-/// Compares a cut on so many meshes of each number of edges with the elements; `within` are the shares by which force and
-/// gauge may be off. Returns those that are beyond.
+/// Compares a cut on so many meshes of each number of edges with the elements; `within` are the shares by which force
+/// and gauge may be off. Returns those that are beyond.
 fn beside_elements(form: &Form, meshes: [(usize, u64, [f64; 2]); 3]) -> Vec<String> {
     let is_slow = std::env::var_os("CHAINCELL_SLOW").is_some();
     let mut beyond = Vec::new();

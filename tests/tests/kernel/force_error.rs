@@ -246,8 +246,8 @@ fn is_slow() -> bool {
     std::env::var_os("CHAINCELL_SLOW").is_some()
 }
 
-/// Asks an estimate for the contacts `touches`, after so many late ticks in a row: at least `least` of the errors within
-/// it, and not wider than `most`.
+/// Asks an estimate for the contacts `touches`, after so many late ticks in a row: at least `least` of the errors
+/// within it, and not wider than `most`.
 fn check(name: &str, what: (Of, u32), touches: &[Touch], bounds: [f64; 2]) {
     check_kind(name, Kind::Elastic, what, touches, bounds);
 }
@@ -399,7 +399,8 @@ fn nothing_is_said_where_nothing_is_known() {
     }
 }
 
-/// Cells held in a body that relaxes wait in late ticks; of a body that can be cut nothing is known once a face is open.
+/// Cells held in a body that relaxes wait in late ticks; of a body that can be cut nothing is known once a face is
+/// open.
 // REQ-FOR-09
 #[test]
 fn nothing_is_said_of_held_cells_that_wait_and_of_a_cut_body() {

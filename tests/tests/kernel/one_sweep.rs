@@ -18,8 +18,8 @@ fn image(poisson: f64) -> ImageBytes {
     baked("organ:3000", &options)
 }
 
-/// Where the ball is after a tick, seen from the highest cell: it comes down at 0.1 m/s for 0.12 s, then slides at 0.1 m/s for
-/// 0.15 s with a tremor of 0.3 mm at 9 Hz, and half of that way back \[m\].
+/// Where the ball is after a tick, seen from the highest cell: it comes down at 0.1 m/s for 0.12 s, then slides at
+/// 0.1 m/s for 0.15 s with a tremor of 0.3 mm at 9 Hz, and half of that way back \[m\].
 fn place_m(tick: u16, top_m: Vector3<f64>) -> Vector3<f64> {
     let time_s = 1.0e-3 * f64::from(tick);
     let depth_m = 0.1 * time_s.min(0.12) - 0.002;

@@ -72,7 +72,8 @@ fn a_pin_bears_what_a_tool_presses_on_it() {
     }
 }
 
-/// Presses 6 mm deep and stays. Returns how far the pinned place, or that of a pin set and at once released, moves \[m\].
+/// Presses 6 mm deep and stays. Returns how far the pinned place, or that of a pin set and at once released, moves
+/// \[m\].
 fn press(engine: &mut Engine<'_>, pin: Option<u16>) -> f32 {
     let soft = pin.unwrap_or_else(|| engine.pin_at([0.012, 0.0, TOP_M], 0.006, 1.0e-6).unwrap());
     for step in 0..200_u16 {

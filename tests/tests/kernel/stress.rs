@@ -172,8 +172,8 @@ fn carried(image: &ImageBytes, step_m: f32) -> (f64, f64) {
     (along_pa * 0.02 * 0.02 * across / -force_n.z, mises_pa / along_pa.abs())
 }
 
-/// A bar pulled and pressed by its end: the stress over its middle carries the force, with stiffening and while it relaxes
-/// too. A slender bar is free to grow and shrink across: its stress is along it alone.
+/// A bar pulled and pressed by its end: the stress over its middle carries the force, with stiffening and while it
+/// relaxes too. A slender bar is free to grow and shrink across: its stress is along it alone.
 #[test]
 fn the_stress_over_a_bar_carries_the_force_at_its_end() {
     let stiffening = vec![Band::new(0.02, 2.0e4)];
@@ -198,7 +198,8 @@ fn the_stress_over_a_bar_carries_the_force_at_its_end() {
     }
 }
 
-/// Stress \[Pa\] at a place below and beside a force of 1 N down on the face z = 0 of half of space (J. Boussinesq 1885).
+/// Stress \[Pa\] at a place below and beside a force of 1 N down on the face z = 0 of half of space (J. Boussinesq
+/// 1885).
 fn of_a_point_load(poisson: f64, place: Vector3<f64>) -> Matrix3<f64> {
     let (depth, away) = (-place.z, place.xy().norm());
     let far = place.norm();

@@ -180,8 +180,8 @@ const ASK: &str = r#"for request in "${@:2}"; do
     cat <&3
     exec 3<&- 3>&-
 done"#;
-/// Bash: sends noise, halves of requests and nothing to the port, hundreds of times, also where the other end has closed
-/// already.
+/// Bash: sends noise, halves of requests and nothing to the port, hundreds of times, also where the other end has
+/// closed already.
 const DISTURB: &str = r#"trap '' PIPE; for ((at = 0; at < 300; at++)); do
     exec 3<>"/dev/tcp/127.0.0.1/$1" || continue
     printf '%b' "${@:2 + at % 4:1}" >&3

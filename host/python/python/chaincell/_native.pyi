@@ -333,8 +333,9 @@ class Output:
     def force_error_n(self) -> list[float | None]:
         """Estimated distance of each tool's force, of held cells one, from that of the body in equilibrium [N]: within it
         are 99 of 100 errors. None where it is not known: away from the tissue, in a tick whose motion is shortened, in
-        late ticks after one, a release or a restore and of cells held in a body that relaxes, where an output stage changes
-        the force, under another scheme than predict, and for a model of links, cut, or without a coarse level."""
+        late ticks after one, a release or a restore and of cells held in a body that relaxes, where an output stage
+        changes the force, under another scheme than predict, and for a model of links, cut, or without a coarse
+        level."""
     @property
     def torque_error_n_m(self) -> list[float | None]:
         """Estimated distance of each tool's torque from that of the body in equilibrium [N m], likewise; None for held
@@ -472,9 +473,9 @@ class Stress:
 
 @final
 class SessionStress:
-    """Strain and stress of the tissue of a running scene, from `Session.stress`, a row for each node by ascending id: of one
-    pass over the body, in `first_tick` to `tick`. A node that a cut has parted has the values of the side with the
-    largest stress after von Mises. Arrays are copies.
+    """Strain and stress of the tissue of a running scene, from `Session.stress`, a row for each node by ascending id: of
+    one pass over the body, in `first_tick` to `tick`. A node that a cut has parted has the values of the side with
+    the largest stress after von Mises. Arrays are copies.
 
     >>> stress = session.stress()
     >>> stress.von_mises_pa.shape == stress.node_ids.shape
@@ -664,7 +665,8 @@ class Session:
     def grip(self, tool: int = 0, *, timeout_s: float = 5.0) -> Reply:
         """Makes a tool, by its number from 0, hold what it touches.
 
-        `tool` is the number. Raises `Refused` where the server does not, `NoReply` without a reply within `timeout_s` [s].
+        `tool` is the number. Raises `Refused` where the server does not, `NoReply` without a reply within `timeout_s`
+        [s].
 
         >>> try:
         ...     session.grip(tool=0)

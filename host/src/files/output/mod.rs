@@ -52,8 +52,9 @@ pub struct Folder {
 }
 
 impl Folder {
-    /// Creates the folder, or accepts one that is empty, files aside that a killed run did not finish. A folder with content is accepted only with `force`; the
-    /// files of an earlier run in it are then removed, everything else stays.
+    /// Creates the folder, or accepts one that is empty, files aside that a killed run did not finish. A folder with
+    /// content is accepted only with `force`; the files of an earlier run in it are then removed, everything else
+    /// stays.
     ///
     /// # Errors
     /// A folder that cannot be created or written, that has content or an input of this command, or to which

@@ -180,8 +180,8 @@ impl Player {
 }
 
 /// Plays a trace with its commands and pauses, and compares the states. The tissue has to be in the recorded
-/// state of the start. During a pause neither tissue nor stage ticks; a reset resets both. `after` is called after every
-/// step, and returns false to end there, with [`Stop::Enough`].
+/// state of the start. During a pause neither tissue nor stage ticks; a reset resets both. `after` is called after
+/// every step, and returns false to end there, with [`Stop::Enough`].
 ///
 /// # Errors
 /// The cause of the stop; `played` then counts the entries before it.

@@ -26,7 +26,8 @@ pub struct ShowPorts {
 }
 
 impl ShowPorts {
-    /// Opens the ports for the states, stresses and contacts of a tissue, sent at most `hz` times a second, 0 for never.
+    /// Opens the ports for the states, stresses and contacts of a tissue, sent at most `hz` times a second, 0 for
+    /// never.
     ///
     /// # Errors
     /// A server or another follower on the scene; a rate out of range; too little memory.

@@ -11,10 +11,11 @@
 //! This is the exact solution of q' + q / tau = g mu z' for a z that changes evenly in a tick, whatever the sweeps do.
 //! The energy of a branch is half a squared distance to what it remembers, so it falls to the part a^2.
 //!
-//! **Rest.** Where a step changes no bit of Y though z differs, Y moves by a unit in the last place. Within 2^-20 of z it
-//! stays as it is, and if z is as small, 1 + G times that with the sum G of the branches over what lasts, it becomes 0:
-//! memory comes to rest, bit by bit, after some 8 to 15 tau of a held body, 1 + G times that of one that is let go, and a
-//! body in its rest shape has none. The stress is off by at most 2 mu 2^-20. For f that distance is 2^-18 mu V.
+//! **Rest.** Where a step changes no bit of Y though z differs, Y moves by a unit in the last place. Within 2^-20 of
+//! z it stays as it is, and if z is as small, 1 + G times that with the sum G of the branches over what lasts, it
+//! becomes 0: memory comes to rest, bit by bit, after some 8 to 15 tau of a held body, 1 + G times that of one that
+//! is let go, and a body in its rest shape has none. The stress is off by at most 2 mu 2^-20. For f that distance is
+//! 2^-18 mu V.
 //!
 //! Cost: a gather and a scatter of the half-links and some 70 operations for each branch and cell. In two loops: the
 //! force s of a cell needs the shapes of its neighbours.

@@ -21,8 +21,9 @@
 //! cells under the tools are brought into balance with their neighbours ([`near`]), which covers what no
 //! extrapolation foresees: new contacts, and a tool that turns back.
 //!
-//! There are no fields, and the scheme is `track` bit for bit, under a current, and on a body with slack (alpha above 0): there the response is local and changes with every link that
-//! becomes taut. A prediction moves every free cell, so it wakes the whole body.
+//! There are no fields, and the scheme is `track` bit for bit, under a current, and on a body with slack (alpha above
+//! 0): there the response is local and changes with every link that becomes taut. A prediction moves every free cell,
+//! so it wakes the whole body.
 //!
 //! Cost: three more arrays of cells than `track`; nine multiplications per cell in a tick in which the tool
 //! moves. No sweep, no inner product. Under tools that move, at most two thirds of a pass more. Choosing

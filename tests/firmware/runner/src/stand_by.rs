@@ -24,7 +24,8 @@ const OPTIONS: [&str; 8] =
     ["--contact", "cells:122", "--scheme", "track", "--device", "omega", "--max-force-n", "4"];
 /// Longest run of the board, also where this machine is busy with others \[s\]; it takes one.
 const SECONDS: u32 = 300;
-/// Ticks of a served press, and how often it is played: ten minutes, in which a busy machine finds time for two commands.
+/// Ticks of a served press, and how often it is played: ten minutes, in which a busy machine finds time for two
+/// commands.
 const SERVED_TICKS: u32 = 2000;
 const PRESSES: &str = "300";
 /// A tick in which the tool is well inside.
@@ -71,8 +72,8 @@ impl<'a> Session<'a> {
         &self.model
     }
 
-    /// Serves presses by a tissue that has not the time for all sweeps, with a snapshot and a command in them, and kills
-    /// the server. Returns false if the presses ended before that.
+    /// Serves presses by a tissue that has not the time for all sweeps, with a snapshot and a command in them, and
+    /// kills the server. Returns false if the presses ended before that.
     fn serve(&self) -> Result<bool> {
         let out = self.folder.join("served");
         let _ = fs::remove_dir_all(&out);

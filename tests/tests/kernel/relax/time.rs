@@ -168,8 +168,8 @@ impl Errors {
     }
 
     /// Prints the errors in shares of the branch's peak, and adds them to the faults if in 98 of 100 ticks more is left
-    /// than the twin's own error and a share of both peaks. In the others a pass may have been discarded, of the twin in
-    /// other ticks.
+    /// than the twin's own error and a share of both peaks. In the others a pass may have been discarded, of the twin
+    /// in other ticks.
     fn check(self, name: String, faults: &mut Vec<String>) {
         let [relaxing, elastic] = [self.relaxing_n, self.elastic_n].map(|mut errors_n| {
             errors_n.sort_by(f64::total_cmp);

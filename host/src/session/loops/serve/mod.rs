@@ -151,7 +151,8 @@ impl Server {
         Ok(self)
     }
 
-    /// Publishes strain and stress of a body with these numbers of nodes and cells, at most `hz` times a second, 0 for never.
+    /// Publishes strain and stress of a body with these numbers of nodes and cells, at most `hz` times a second, 0
+    /// for never.
     ///
     /// # Errors
     /// As [`Self::with_state`].

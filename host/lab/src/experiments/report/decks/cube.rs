@@ -2,8 +2,9 @@
 //!
 //! J. Zhang, *A direct Jacobian total Lagrangian explicit dynamics finite element algorithm for real-time simulation
 //! of hyperelastic materials*, 2021, doi:10.1002/nme.6772; `models/NH.txt` of jinaojakezhang/DJTLED at 8f3b989, MIT:
-//! the licence is beside the data. A cube of 0.1 m of 1,695 nodes and 7,726 linear tetrahedra, mu 6567 Pa, K 326,210 Pa,
-//! 1,060 kg/m^3, its lower side held, its upper one moved by 0.05 m in 1 s, damping 5 /s, steps of 0.2 ms.
+//! the licence is beside the data. A cube of 0.1 m of 1,695 nodes and 7,726 linear tetrahedra, mu 6567 Pa,
+//! K 326,210 Pa, 1,060 kg/m^3, its lower side held, its upper one moved by 0.05 m in 1 s, damping 5 /s, steps of
+//! 0.2 ms.
 //!
 //! `data/djtled.bin` has the deck's mesh and the displacement with which DJTLED itself ends, built from that
 //! revision by g++ 12 and run for its 5,000 steps: two numbers of 32 bits, nodes and tetrahedra; six of 16 bits a
