@@ -28,7 +28,7 @@ pub(crate) type Quad = Cell<cell::Cell>;
 pub(crate) const LASTING: usize = <Others<'static> as Keeps>::LASTING;
 
 /// 0 if no term keeps a state, so that arrays of this length have no size.
-const IS_KEPT: usize = (LASTING > 0) as usize;
+const IS_KEPT: usize = (LASTING != 0) as usize;
 /// Rows of a slice: both banks and their flags; an even number.
 const ROWS: usize = (2 * LASTING + 1).next_multiple_of(2);
 /// Lines of the displacements of a slice, and of its forces.
