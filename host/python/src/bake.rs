@@ -163,7 +163,7 @@ fn tissue(mesh: &Mesh, given: &Given<'_, '_>) -> PyResult<Option<Tissue>> {
         }
     }
     // What is given goes before what the table has.
-    let is_modulus_given = young_pa.is_some();
+    let (is_modulus_given, has_materials) = (young_pa.is_some(), materials.is_some());
     let of_known = |value: fn(&KnownTissue) -> f64| known.as_ref().map(value);
     let young_pa = young_pa.or(of_known(|of| of.young_pa).map(PerCell::Uniform));
     let poisson = per_node("poisson", mesh, given)?;
@@ -182,7 +182,17 @@ fn tissue(mesh: &Mesh, given: &Given<'_, '_>) -> PyResult<Option<Tissue>> {
     let of_known = known.as_ref().map(|tissue| tissue.stiffening.clone());
     let stiffening = stiffening(given)?.or(of_known).unwrap_or_default();
     let relaxation = relaxation(given, known.as_ref(), is_modulus_given)?;
-    Ok(Some(Tissue { young_pa, poisson, stretch_min, stiffening, relaxation }))
+    let mut options = Vec::new();
+    for name in ["young_pa", "poisson", "stiffening", "branches", "toughness_j_per_m2"] {
+        if given.any(name)?.is_some() {
+            options.push(name);
+        }
+    }
+    if has_materials {
+        options.extend(["young_pa", "poisson"]);
+    }
+    let row = known.as_ref().and_then(|tissue| tissue.row(|option| options.contains(&option)));
+    Ok(Some(Tissue { young_pa, poisson, stretch_min, stiffening, relaxation, row }))
 }
 
 /// Branches of stress that relaxes.

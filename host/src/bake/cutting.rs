@@ -53,12 +53,12 @@ impl Default for Cuttable {
 }
 
 impl Cuttable {
-    /// Checks the ranges; an error names the option.
-    pub(super) fn check(&self) -> Result<()> {
+    /// Checks the ranges; an error names the option, and calls the toughness `name`.
+    pub(super) fn check(&self, name: &str) -> Result<()> {
         let Self { toughness_j_per_m2: toughness, spare_share: share, tear_limit, .. } = *self;
         if !TOUGHNESS.contains(&toughness) {
             let why = "must be from 0.01 to 1e6 [J/m^2]; livers measure 76 to 225";
-            return Err(Error::input(format!("`toughness_j_per_m2` {toughness}: {why}")));
+            return Err(Error::input(format!("{name} {toughness}: {why}")));
         }
         if !(0.0..=SPARE_MAX).contains(&share) {
             let why = "must be from 0 to 4, a share of the cells";

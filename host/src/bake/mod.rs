@@ -95,6 +95,7 @@ pub fn organ_of_known(known: &KnownTissue) -> Result<ImageBytes> {
     organ_made_of(Tissue {
         stiffening,
         relaxation,
+        row: known.row(|_| false),
         ..Tissue::new(of(known.young_pa), of(known.poisson))
     })
 }

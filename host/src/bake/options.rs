@@ -116,14 +116,14 @@ pub(super) fn check(mesh: &Mesh, options: &BakeOptions) -> Result<()> {
     each("`stiffness_n_per_m`", &options.stiffness_n_per_m, positive, stiffness)?;
     // Tissue.
     if let Some(tissue) = &options.tissue {
-        each("`young_pa`", &tissue.young_pa, positive, "above 0 and finite [Pa]")?;
+        each(&tissue.name("young_pa"), &tissue.young_pa, positive, "above 0 and finite [Pa]")?;
         let ratios = |nu: f64| (0.0..=POISSON_MAX).contains(&nu);
-        each("`poisson`", &tissue.poisson, ratios, "from 0 to 0.495")?;
+        each(&tissue.name("poisson"), &tissue.poisson, ratios, "from 0 to 0.495")?;
         let stretch = PerCell::Uniform(tissue.stretch_min.unwrap_or(STRETCH_MIN));
         let stretches = |least: f64| (0.01..=0.95).contains(&least);
         each("`stretch_min`", &stretch, stretches, "from 0.01 to 0.95, or none")?;
-        check_stiffening(&tissue.stiffening)?;
-        tissue.relaxation.as_ref().map_or(Ok(()), |of| of.check())?;
+        check_stiffening(tissue)?;
+        tissue.relaxation.as_ref().map_or(Ok(()), |of| of.check(&tissue.name("branches")))?;
         check_shapes(options)?;
     }
     if let Some(cuttable) = &options.cuttable {
@@ -155,27 +155,28 @@ pub(super) fn check(mesh: &Mesh, options: &BakeOptions) -> Result<()> {
 }
 
 /// Checks that there are at most six bands, each with a different width on its side.
-fn check_stiffening(bands: &[Band]) -> Result<()> {
+fn check_stiffening(tissue: &Tissue) -> Result<()> {
+    let (bands, name) = (&tissue.stiffening, tissue.name("stiffening"));
     if bands.len() > STIFFENING_MAX {
         let (given, most) = (bands.len(), STIFFENING_MAX);
-        return Err(Error::input(format!("`stiffening`: {given} bands, at most {most}")));
+        return Err(Error::input(format!("{name}: {given} bands, at most {most}")));
     }
     for (at, band) in bands.iter().enumerate() {
         let Band { half_width, modulus_pa, .. } = *band;
         if !(0.01..1.0).contains(&(half_width as f32)) {
             return Err(Error::input(format!(
-                "`stiffening`: half-width {half_width}: must be from 0.01 to below 1"
+                "{name}: half-width {half_width}: must be from 0.01 to below 1"
             )));
         }
         if !(1e-3..=1e12).contains(&modulus_pa) {
             return Err(Error::input(format!(
-                "`stiffening`: modulus {modulus_pa} of half-width {half_width}: must be from 1e-3 to \
+                "{name}: modulus {modulus_pa} of half-width {half_width}: must be from 1e-3 to \
                  1e12 [Pa]"
             )));
         }
         if bands[..at].iter().any(|other| other.repeats(band)) {
             return Err(Error::input(format!(
-                "`stiffening`: half-width {half_width} twice: add up the moduli"
+                "{name}: half-width {half_width} twice: add up the moduli"
             )));
         }
     }
@@ -185,7 +186,9 @@ fn check_stiffening(bands: &[Band]) -> Result<()> {
 /// Checks that a body that can be cut has no bands on the links of shapes and does not relax, or is made of the links
 /// of its tetrahedra.
 fn check_cuttable(mesh: &Mesh, options: &BakeOptions, cuttable: &Cuttable) -> Result<()> {
-    cuttable.check()?;
+    const TOUGHNESS: &str = "toughness_j_per_m2";
+    let of_tissue = options.tissue.as_ref().map(|tissue| tissue.name(TOUGHNESS));
+    cuttable.check(&of_tissue.unwrap_or_else(|| format!("`{TOUGHNESS}`")))?;
     let why = match &options.tissue {
         Some(Tissue { relaxation: Some(_), .. }) => {
             "`branches` with `cuttable`: a body that can be cut keeps no memory of its strain; leave one \

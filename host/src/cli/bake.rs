@@ -465,7 +465,21 @@ impl BodyArgs {
         let stiffening = self.stiffening.clone().map(|bands| bands.0).or(of_known);
         let (stiffening, relaxation) =
             (stiffening.unwrap_or_default(), self.relaxation(known.as_ref())?);
-        Ok(Some(Tissue { young_pa, poisson, stretch_min, stiffening, relaxation }))
+        let row = known.as_ref().and_then(|tissue| tissue.row(|option| self.gives(option)));
+        Ok(Some(Tissue { young_pa, poisson, stretch_min, stiffening, relaxation, row }))
+    }
+
+    /// True if the value of an option is given, which a table of tissues has too.
+    fn gives(&self, option: &str) -> bool {
+        let has_material = !self.material.is_empty();
+        match option {
+            "young_pa" => self.young_pa.is_some() || has_material,
+            "poisson" => self.poisson.is_some() || has_material,
+            "stiffening" => self.stiffening.is_some(),
+            "branches" => !self.branch.is_empty(),
+            "toughness_j_per_m2" => self.toughness_j_per_m2.is_some(),
+            _ => false,
+        }
     }
 
     /// The tissue of the table that is asked for.

@@ -104,13 +104,8 @@ mod tests {
     fn a_block_under_a_flat_press_has_the_force_of_its_modulus() {
         // The whole upper side is held: between a bar without and one with blocked sides.
         let mesh = load("box:5x5x4x0.01", &MeshOptions::default()).unwrap();
-        let tissue = Tissue {
-            young_pa: PerCell::Uniform(5000.0),
-            poisson: PerCell::Uniform(0.0),
-            stretch_min: None,
-            stiffening: Vec::new(),
-            relaxation: None,
-        };
+        let of = PerCell::Uniform;
+        let tissue = Tissue { stretch_min: None, ..Tissue::new(of(5000.0), of(0.0)) };
         let options = BakeOptions { tissue: Some(tissue), ..BakeOptions::default() };
         let image = bake(&mesh, &mesh.default_fixed, &options).unwrap();
         let model = Model::from_bytes(image.as_bytes()).unwrap();

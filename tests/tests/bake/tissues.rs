@@ -109,6 +109,54 @@ fn a_tissue_is_taken_from_a_table_of_the_user() {
     assert!(!out.exists());
 }
 
+/// Whatever shows that a value cannot be, the refusal names its row and column, and an option only where that is given.
+#[test]
+fn a_bad_value_of_a_table_is_refused_by_its_line() {
+    let folder = scratch();
+    let (table, out) = (folder.path().join("own.csv"), folder.path().join("none.chaincell"));
+    let top = "name,tissue,young_pa,modulus,poisson,g1,tau1_s,stiffening_pa,toughness_j_per_m2,friction,status,\
+               source,note";
+    let bake = |values: &str, options: &[&str]| {
+        let row = format!("bad,some tissue,{values},,fitted,own,none");
+        std::fs::write(&table, format!("{top}\n{}\n{row}\n", row.replace("bad,", "next,")))
+            .unwrap();
+        let tissue = format!("{}:bad", text(&table));
+        run([&["bake", SPEC, "-o", text(&out), "--tissue", &tissue], options].concat())
+    };
+    let bands = "900,long-term,0.45,,,0.1=500 ";
+    for (values, options, column) in [
+        (format!("{bands}2=500,"), &[][..], "stiffening_pa: half-width 2: must be from 0.01"),
+        (format!("{bands}0.2=-5,"), &[], "stiffening_pa: modulus -5 of half-width 0.2: must be"),
+        (format!("{bands}0.1=9,"), &[], "stiffening_pa: half-width 0.1 twice"),
+        (format!("{bands}0.2=5e11,"), &[], "stiffening_pa: modulus 500000000000 of half-width 0.2"),
+        (format!("{bands}0.2=5e11,"), &["--young-pa", "800"], "stiffening_pa: modulus 5000000000"),
+        ("900,long-term,0.45,2,0.0005,,".into(), &[], "g,tau_s 2,0.0005: the second number"),
+        ("900,long-term,0.45,200,0.5,,".into(), &[], "g,tau_s: 200 times the long-term modulus"),
+        ("1e25,long-term,0.45,,,,".into(), &[], "young_pa 1e25 with links of"),
+        ("1e60,long-term,0.45,,,,".into(), &[], "young_pa 1"),
+        ("900,long-term,0.45,,,,1e7".into(), &["--cuttable"], "toughness_j_per_m2 10000000: must"),
+    ] {
+        let why = bake(&values, options).with(2).err;
+        assert!(why.contains(&format!("own.csv:3: {column}")), "{values}: {why}");
+    }
+    // A value that is given is that of its option.
+    for (options, part) in [
+        (&["--stiffening", "3=5"][..], "chaincell: --stiffening: half-width 3"),
+        (&["--branch", "1,1e9"], "chaincell: --branch 1,1000000000: the second number"),
+        (&["--young-pa", "1e25"], "chaincell: --young-pa 1e25 with links"),
+        (&["--poisson", "0.6"], "chaincell: --poisson 0.6: must be"),
+        (
+            &["--cuttable", "--toughness-j-per-m2", "1e8"],
+            "chaincell: --toughness-j-per-m2 100000000: must",
+        ),
+    ] {
+        let why = bake("900,long-term,0.45,,,,", options).with(2).err;
+        assert!(why.contains(part), "{options:?}: {why}");
+    }
+    // And a bad one of the table is no matter where it is given.
+    bake(&format!("{bands}2=500,"), &["--stiffening", "none"]).with(0);
+}
+
 #[test]
 fn options_by_hand_go_before_the_tissue() {
     let number = |value: &Value| (value.as_f64().unwrap() * 1e3).round() / 1e3;

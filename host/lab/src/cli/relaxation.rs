@@ -164,6 +164,7 @@ fn tissue(args: &Args, found: &Found) -> KnownTissue {
         status: "fitted".to_owned(),
         source: args.curve.display().to_string(),
         note,
+        place: None,
     }
 }
 

@@ -8,7 +8,9 @@ use std::path::Path;
 
 use super::relaxation::{Branch, DEVICE_HZ, Relaxation};
 use super::stiffening::Band;
-use super::table::{BRANCHES, fields, file_and_name, header, line, number, positive, read};
+use super::table::{
+    BRANCHES, TableRow, fields, file_and_name, header, line, number, positive, read,
+};
 use crate::error::{Error, Result};
 
 /// The table: a line of names, then a tissue a line.
@@ -41,6 +43,8 @@ pub struct KnownTissue {
     pub source: String,
     /// Conversions, error of the fit, limits.
     pub note: String,
+    /// File and line that it was read from, as FILE:LINE; `None` for a tissue of the list.
+    pub place: Option<String>,
 }
 
 impl KnownTissue {
@@ -126,7 +130,8 @@ impl KnownTissue {
                      comma its quotes"
                 )));
             }
-            let tissue = Self::parse(&fields).map_err(refuse)?;
+            let place = Some(format!("{file}:{number}"));
+            let tissue = Self { place, ..Self::parse(&fields).map_err(refuse)? };
             if all.iter().any(|other| other.name == tissue.name) {
                 return Err(refuse(format!(
                     "the name {} stands twice; give each tissue a name of its own",
@@ -152,6 +157,11 @@ impl KnownTissue {
                     Error::input(format!("{file}: there is no tissue {name}; there are {names}"))
                 }),
         }
+    }
+
+    /// Returns the row of a file that has the values, but those of options for which `is_given` is true.
+    pub fn row(&self, is_given: impl Fn(&str) -> bool) -> Option<TableRow> {
+        self.place.as_deref().map(|place| TableRow::new(place, is_given))
     }
 
     /// Reads the fields of a line; the error names the column and the remedy.
@@ -205,6 +215,7 @@ impl KnownTissue {
             status: (*status).to_owned(),
             source: (*source).to_owned(),
             note: (*note).to_owned(),
+            place: None,
         })
     }
 }
@@ -325,8 +336,13 @@ mod tests {
         });
         for tissue in all {
             std::fs::write(file, tissue.table()).unwrap();
-            assert_eq!(KnownTissue::find(file).unwrap(), tissue);
-            assert_eq!(KnownTissue::find(&format!("{file}:{}", tissue.name)).unwrap(), tissue);
+            let found = |name: &str| {
+                let found = KnownTissue::find(name).unwrap();
+                assert_eq!(found.place.as_deref(), Some(&*format!("{file}:2")));
+                KnownTissue { place: None, ..found }
+            };
+            assert_eq!(found(file), tissue);
+            assert_eq!(found(&format!("{file}:{}", tissue.name)), tissue);
         }
     }
 

@@ -29,6 +29,7 @@ pub use relaxation::{Branch, DEVICE_HZ, Moduli, Relaxation};
 use shape::{Fault, Shape};
 use stiffening::Stiffening;
 pub use stiffening::{Band, BandSide};
+pub use table::TableRow;
 
 /// Beta in double precision.
 const BETA: f64 = nodal::BETA as f64;
@@ -51,6 +52,8 @@ pub struct Tissue {
     pub stiffening: Vec<Band>,
     /// Branches whose stress fades; `None` for elastic tissue.
     pub relaxation: Option<Relaxation>,
+    /// The row of a file from which values are, for refusals; `None` where there is none.
+    pub row: Option<TableRow>,
 }
 
 impl Tissue {
@@ -58,7 +61,13 @@ impl Tissue {
     #[must_use]
     pub fn new(young_pa: PerCell, poisson: PerCell) -> Self {
         let (stretch_min, stiffening) = (Some(STRETCH_MIN), Vec::new());
-        Self { young_pa, poisson, stretch_min, stiffening, relaxation: None }
+        Self { young_pa, poisson, stretch_min, stiffening, relaxation: None, row: None }
+    }
+
+    /// Returns the name of an option for a refusal of its value; of a value from a file its place and column.
+    pub(super) fn name(&self, option: &str) -> String {
+        let of_row = self.row.as_ref().and_then(|row| row.name(option));
+        of_row.unwrap_or_else(|| format!("`{option}`"))
     }
 
     /// Returns the instantaneous Young's modulus of each cell \[Pa\].
@@ -103,15 +112,17 @@ fn each(value: &PerCell, body: &OrderedCells) -> Vec<f64> {
 const STIFFENING: std::ops::RangeInclusive<f32> = 1.0e-6..=1.0e6;
 
 /// Checks that the kernel accepts these bands on a body of this mean shear modulus \[Pa\].
-fn check_stiffening(bands: &[Band], unit_pa: f64) -> Result<()> {
+fn check_stiffening(tissue: &Tissue, unit_pa: f64) -> Result<()> {
     let is_beyond = |band: &&Band| !STIFFENING.contains(&((band.modulus_pa / unit_pa) as f32));
-    let Some(&Band { half_width, modulus_pa, .. }) = bands.iter().find(is_beyond) else {
+    let Some(&Band { half_width, modulus_pa, .. }) = tissue.stiffening.iter().find(is_beyond)
+    else {
         return Ok(());
     };
     let [least, most] = [STIFFENING.start(), STIFFENING.end()].map(|x| f64::from(*x) * unit_pa);
     Err(Error::input(format!(
-        "`stiffening`: modulus {modulus_pa} of half-width {half_width}: must be from {least:.3e} to \
-         {most:.3e} [Pa] on this body, 1e-6 to 1e6 times its mean shear modulus"
+        "{}: modulus {modulus_pa} of half-width {half_width}: must be from {least:.3e} to \
+         {most:.3e} [Pa] on this body, 1e-6 to 1e6 times its mean shear modulus",
+        tissue.name("stiffening")
     )))
 }
 
@@ -169,8 +180,9 @@ impl Shapes {
             let pick = if stiffness_n_per_m > 1.0 { f64::max } else { f64::min };
             let young_pa = young.iter().copied().fold(young[0], pick);
             return Err(Error::input(format!(
-                "`young_pa` {young_pa:e} with links of {} m: forces or energies leave the range of single \
+                "{} {young_pa:e} with links of {} m: forces or energies leave the range of single \
                  precision; soft tissue has 1e2 to 1e6 Pa; check `unit_m` too",
+                tissue.name("young_pa"),
                 body.unit_m
             )));
         }
@@ -180,7 +192,7 @@ impl Shapes {
         let mean = |nodes: [u32; 4]| nodes.iter().map(|&i| mu[i as usize]).sum::<f64>() / 4.0;
         let shape = Shape::weighted(&rest, &tetrahedra, mean)
             .map_err(|fault| refused(fault, mesh, body))?;
-        check_stiffening(&tissue.stiffening, stored_pa)?;
+        check_stiffening(tissue, stored_pa)?;
         let stiffening = Stiffening::new(&tissue.stiffening, stored_pa, &rest, &tetrahedra);
         let (bound, weights) = (Vec::new(), Vec::new());
         let stretch_min = tissue.stretch_min.unwrap_or(0.0) as f32;

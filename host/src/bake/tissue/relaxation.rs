@@ -90,16 +90,15 @@ impl Relaxation {
         self.sorted().iter().map(|branch| branch.ratio).sum()
     }
 
-    /// Checks the ranges; an error names the option.
-    pub(in crate::bake) fn check(&self) -> Result<()> {
+    /// Checks the ranges; an error calls the branches `name`.
+    pub(in crate::bake) fn check(&self, name: &str) -> Result<()> {
         if !RATES.contains(&self.device_hz) {
             let why = "must be from 10 to 100000, the ticks in a second";
             return Err(Error::input(format!("`device_hz` {}: {why}", self.device_hz)));
         }
         let (hz, sorted) = (f64::from(self.device_hz), self.sorted());
         for &Branch { ratio, time_s } in &sorted {
-            let wrong =
-                |why: String| Err(Error::input(format!("`branches` {ratio},{time_s}: {why}")));
+            let wrong = |why: String| Err(Error::input(format!("{name} {ratio},{time_s}: {why}")));
             if !(ratio > 0.0 && (ratio as f32).is_normal()) {
                 return wrong(
                     "the first number, the shear modulus over the long-term one, must be above 0 and finite"
@@ -118,12 +117,12 @@ impl Relaxation {
         if !(1..=BRANCHES_MAX).contains(&sorted.len()) {
             let given = sorted.len();
             return Err(Error::input(format!(
-                "`branches`: {given} of different times, must be 1 to {BRANCHES_MAX}; one a decade follows real tissue"
+                "{name}: {given} of different times, must be 1 to {BRANCHES_MAX}; one a decade follows real tissue"
             )));
         }
         if self.ratio() > RATIOS_MAX {
             return Err(Error::input(format!(
-                "`branches`: {} times the long-term modulus together, at most {RATIOS_MAX}; give a larger long-term \
+                "{name}: {} times the long-term modulus together, at most {RATIOS_MAX}; give a larger long-term \
                  modulus and smaller branches",
                 self.ratio()
             )));

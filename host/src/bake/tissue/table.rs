@@ -17,6 +17,38 @@ const LAST: [&str; 6] =
 /// Number of branches for which a table has columns, unless a tissue has more.
 pub(super) const BRANCHES: usize = 3;
 
+/// Options whose values a row has, and their columns.
+const COLUMNS: [(&str, &str); 5] = [
+    ("young_pa", "young_pa"),
+    ("poisson", "poisson"),
+    ("branches", "g,tau_s"),
+    ("stiffening", "stiffening_pa"),
+    ("toughness_j_per_m2", "toughness_j_per_m2"),
+];
+
+/// A row of a file from which a tissue has values: a refusal of one of them names the file, the line and the column.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct TableRow {
+    /// File and line, as FILE:LINE.
+    place: String,
+    /// Options whose values are from elsewhere.
+    given: Vec<&'static str>,
+}
+
+impl TableRow {
+    /// A row of a line; `is_given` is true for an option whose value is from elsewhere.
+    pub(super) fn new(place: &str, is_given: impl Fn(&str) -> bool) -> Self {
+        let options = COLUMNS.iter().map(|&(option, _)| option);
+        Self { place: place.to_owned(), given: options.filter(|option| is_given(option)).collect() }
+    }
+
+    /// Returns the place and the column of an option's value; `None` for one from elsewhere.
+    pub(super) fn name(&self, option: &str) -> Option<String> {
+        let column = COLUMNS.iter().find(|(known, _)| *known == option)?.1;
+        (!self.given.contains(&option)).then(|| format!("{}: {column}", self.place))
+    }
+}
+
 /// Returns the line of names of a table with columns for this number of branches.
 pub(super) fn header(branches: usize) -> String {
     let [first, last] = [FIRST.join(","), LAST.join(",")];
