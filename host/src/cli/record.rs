@@ -135,7 +135,7 @@ impl Recorded {
     pub fn forget(self) {
         drop(self.recorder);
         // A file that cannot be removed stays, and is named where it is in the way.
-        let _ = self.waiting.map(fs::remove_file);
+        let _ = self.waiting.or(self.trace).map(fs::remove_file);
         if let Some(folder) = &self.folder {
             let _ = fs::remove_file(folder.file(recording::MODEL));
         }
@@ -145,7 +145,7 @@ impl Recorded {
     /// beside. `header` is what the trace begins with.
     ///
     /// # Errors
-    /// A file that cannot be written.
+    /// A file that cannot be written; what was made is then to be forgotten.
     pub fn go_on(
         &mut self,
         mut server: Server,
@@ -159,8 +159,12 @@ impl Recorded {
             if let Some(trace) = &self.trace {
                 write_whole(&snapshot::start_place(trace), &bytes)?;
             }
-            if let Some((waiting, trace)) = self.waiting.take().zip(self.trace.as_ref()) {
-                fs::rename(&waiting, trace).map_err(|why| Error::file("write", trace, why))?;
+            if let Some((waiting, trace)) = self.waiting.as_ref().zip(self.trace.as_ref()) {
+                fs::rename(waiting, trace).map_err(|why| {
+                    let _ = fs::remove_file(snapshot::start_place(trace));
+                    Error::file("write", trace, why)
+                })?;
+                self.waiting = None;
             }
             let (command, hash) = (Command::Snapshot { checksum }, tissue.state_hash());
             self.recorder.command(CommandRecord { tick, command, state_hash: Some(hash) });

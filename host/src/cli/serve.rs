@@ -281,9 +281,16 @@ fn begin(
             }
         }
     };
-    let server = recorded.go_on(server, from, &header, tissue)?;
-    let Recorded { folder, recorder, .. } = recorded;
-    Ok(Some(Begins { server, folder, recorder }))
+    match recorded.go_on(server, from, &header, tissue) {
+        Ok(server) => {
+            let Recorded { folder, recorder, .. } = recorded;
+            Ok(Some(Begins { server, folder, recorder }))
+        }
+        Err(why) => {
+            recorded.forget();
+            Err(why)
+        }
+    }
 }
 
 /// Refuses a limit of the stress that cannot be watched, before another server is waited for.

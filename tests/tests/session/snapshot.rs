@@ -185,6 +185,13 @@ fn what_cannot_go_on_is_told_and_nothing_is_lost() {
     assert!(start(&["--budget-us", "off"]).contains("other options"), "another stage");
     let [budget, stage] = [["--budget-us", "off"], ["--device", "omega"]];
     assert!(start(&[budget, stage].concat()).contains("other options"), "another device");
+    // A folder is in the place of the copy that stands beside its trace.
+    let unwritten = place.file("unwritten.trace");
+    std::fs::create_dir(place.file("unwritten.trace.start.snapshot")).unwrap();
+    let same = ["--watchdog-ms", "0", "--ramp-ms", "0", "--budget-us", "off", "--device", "touch"];
+    let told = start(&[&same[..], &["--record", text(&unwritten)]].concat());
+    assert!(told.contains("unwritten.trace.start.snapshot: it is there and no file"), "{told}");
+    assert!(!unwritten.exists());
     let from = |tick: &str| run(["replay", text(&out), "--from", tick]).with(2).err;
     assert!(from("3").contains("snapshots after the ticks 5"), "{}", from("3"));
     std::fs::write(&file, b"CHAINSES but nothing else").unwrap();

@@ -185,6 +185,27 @@ fn a_server_that_ends_by_itself_is_not_replaced() {
 }
 
 #[test]
+fn one_that_cannot_write_its_record_leaves_nothing_of_it() {
+    let _turn = turn();
+    for name in ["session.trace.start.snapshot", "session.trace"] {
+        let place = Place::stiff("stand-by-unwritten");
+        let [first, second] = ["first", "second"].map(|name| place.file(name));
+        let mut server = served(&place, &first, &[]);
+        server.wait_for_line("ready");
+        let mut other = served(&place, &second, &["--stand-by", text(&first)]);
+        other.wait_for_line("standing by");
+        // A folder is in the place of the file.
+        let blocked = second.join(name);
+        std::fs::create_dir(&blocked).unwrap();
+        server.kill();
+        let ended = other.end(SHORT).with(2);
+        assert!(ended.err.contains(&format!("cannot write {}", text(&blocked))), "{}", ended.err);
+        let left = std::fs::read_dir(&second).unwrap().map(|entry| entry.unwrap().path());
+        assert_eq!(left.collect::<Vec<_>>(), [blocked]);
+    }
+}
+
+#[test]
 fn a_session_whose_record_was_full_is_not_taken_over() {
     let _turn = turn();
     let place = Place::stiff("stand-by-full");
