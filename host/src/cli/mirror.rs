@@ -61,6 +61,9 @@ pub struct Args {
 pub fn execute(args: &Args) -> Result<()> {
     let place = Place::find(&args.session, args.model.clone())?;
     let mirror = Mirror::open(&place)?;
+    if args.model.is_some() {
+        mirror.check_model()?;
+    }
     if let Some(address) = args.listen {
         return listen(address, args.open_to_network, &place);
     }

@@ -5,6 +5,7 @@
 //! packed, a tick of one tool takes less than half of its 96. A follower that was cut off names the record that it
 //! needs next.
 
+use std::fmt;
 use std::fs::{self, File, TryLockError};
 use std::io::{self, Write};
 use std::path::Path;
@@ -12,10 +13,12 @@ use std::thread::sleep;
 use std::time::{Duration, Instant};
 
 use chaincell_client::recording;
-use chaincell_kernel::trace::{Command, RECORD_BYTES, Reader};
+use chaincell_kernel::Model;
+use chaincell_kernel::trace::{Command, RECORD_BYTES, Reader, TraceError};
 
 use super::frame::{Ask, Frame, write_head};
 use super::place::Place;
+use crate::bake::ImageBytes;
 use crate::error::{Error, Result};
 use crate::files::recording::{MODEL, Mark, Tail, seal_of};
 use crate::files::snapshot::{SessionSnapshot, place, start_place};
@@ -81,12 +84,20 @@ impl Mirror {
         Ok(Self { tail: Tail::open(&place.trace)?, place: place.clone() })
     }
 
+    /// Refuses a model that is not that of the session.
+    ///
+    /// # Errors
+    /// That it is another one; a file that cannot be read or is no model.
+    pub fn check_model(&self) -> Result<()> {
+        self.model().map(|_| ())
+    }
+
     /// Sends what is asked, then every record as it comes, until the recording ends. A follower is told of an
     /// error too.
     ///
     /// # Errors
-    /// A follower of another session; a damaged trace; a missing model; a stream that cannot be written, such as a
-    /// file on a full disk.
+    /// A follower of another session; a damaged trace; a missing model, or another one; a stream that cannot be
+    /// written, such as a file on a full disk.
     pub fn send(&self, to: &mut impl Write, ask: &Ask) -> Result<Stopped> {
         match self.send_all(to, ask) {
             Ok(stopped) => Ok(stopped),
@@ -239,10 +250,22 @@ impl Mirror {
     fn model(&self) -> Result<Vec<u8>> {
         let beside = self.place.trace.with_file_name(MODEL);
         let path = self.place.model.as_ref().unwrap_or(&beside);
-        fs::read(path).map_err(|why| {
+        let bytes = fs::read(path).map_err(|why| {
             let remedy = "name the model with --model";
             Error::file("read model", path, format_args!("{why}; {remedy}"))
-        })
+        })?;
+        // A follower would refuse another one, and cannot name its file.
+        let refused = |why: &dyn fmt::Display| Error::file("send model", path, why);
+        let image = ImageBytes::copy(&bytes);
+        let given = Model::from_bytes(image.as_bytes()).map_err(|why| refused(&why))?.checksum();
+        let trace = Reader::open(self.tail.begun());
+        let recorded =
+            trace.map_err(|why| Error::file("read", self.tail.path(), why))?.header().model;
+        if recorded != given {
+            let why = TraceError::Model { recorded, given };
+            return Err(refused(&format_args!("the session was {why}")));
+        }
+        Ok(bytes)
     }
 
     /// Checks that the file holds the session that is followed, see [`Tail::seal`].

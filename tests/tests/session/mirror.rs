@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 use chaincell_client::{Client, Options, Role};
 use chaincell_host::remote::frame::{Ask, Frame};
 use chaincell_kernel::trace::RECORD_BYTES;
-use chaincell_tests::files::text;
+use chaincell_tests::files::{bake, text};
 use chaincell_tests::outsider::{Outsider, Pose, Viewer};
 use chaincell_tests::page::Page;
 use chaincell_tests::place::Place;
@@ -387,10 +387,24 @@ fn what_cannot_be_followed_is_named() {
     let other = place.file("alone").join("session.trace");
     std::fs::create_dir(place.file("alone")).unwrap();
     std::fs::copy(out.join("session.trace"), &other).unwrap();
+    for name in ["foreign", "beside"] {
+        std::fs::create_dir(place.file(name)).unwrap();
+    }
+    let foreign = bake(&place.file("foreign"), "plane:7x7x0.01", &[]);
+    let beside = place.file("beside").join("session.trace");
+    std::fs::copy(&other, &beside).unwrap();
+    std::fs::copy(&foreign, beside.with_file_name("model.chaincell")).unwrap();
+    let another = format!("{}: the session was recorded with the model of", text(&foreign));
+    let at_once = ["mirror", text(&out), "--listen", "127.0.0.1:0", "--model"];
     for (args, part) in [
         (vec!["follow", text(&none)], "none.trace"),
         (vec!["follow", text(&place.model)], "trace"),
         (vec!["follow", text(&other)], "name the model with --model"),
+        (vec!["follow", text(&beside)], "model.chaincell: the session was recorded with the model"),
+        (vec!["mirror", text(&out), "--model", text(&foreign)], &another),
+        ([&at_once[..], &[text(&foreign)]].concat(), &another),
+        ([&at_once[..], &[text(&none)]].concat(), "none.trace: No such file"),
+        ([&at_once[..], &[text(&other)]].concat(), "cannot send model"),
         (vec!["follow", "tcp:127.0.0.1:1", "--wait-for-server-s", "0"], "refused"),
         (vec!["follow", "--", "false"], "the stream ended"),
         (vec!["follow", "--", "/no/such/program"], "/no/such/program"),
