@@ -57,7 +57,7 @@ pub struct Args {
     /// Contact that the server has: probe:RADIUS, cells:SELECTOR or auto [default: auto]
     #[arg(long, value_name = "CONTACT", requires = "model")]
     pub contact: Option<String>,
-    /// Play the path or the motion N times; the ticks count on
+    /// Play the path or the motion N times; the ticks count on. Not with --out, which keeps the forces of one play
     #[arg(long, default_value_t = 1, value_name = "N", allow_negative_numbers = true)]
     pub repeat: u64,
     /// Folder for the poses, the forces, their curves and a summary
