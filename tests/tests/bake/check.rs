@@ -1,6 +1,13 @@
 //! `chaincell check`: its estimate of the mesh's error beside quadratic elements, and what it refuses.
 #![allow(clippy::unwrap_used)]
 
+use chaincell_host::bake::tissue::Tissue;
+use chaincell_host::bake::{BakeOptions, PerCell, bake as baked};
+use chaincell_host::engine::Contact;
+use chaincell_host::engine::mesh_error::{Pressed, free_volumes_m3, place_error};
+use chaincell_host::engine::place::places;
+use chaincell_host::mesh::{MeshOptions, Refined, load};
+use chaincell_kernel::Model;
 use chaincell_tests::files::{bake, scratch, text};
 use chaincell_tests::run;
 
@@ -53,6 +60,53 @@ fn the_estimate_is_within_a_factor_of_quadratic_elements_on_the_cut_mesh() {
                 .map(|(name, truth)| report[name].as_f64().unwrap() / truth);
             println!("{} {poisson}: estimate / truth {ratios:.2?}", case.mesh);
             assert!(ratios.iter().all(|of| (1.0 / 1.3..1.3).contains(of)), "{ratios:?}");
+        }
+    }
+}
+
+/// A block of 48 nodes 8 mm apart under balls, half their radius deep, beside the same press on the mesh cut
+/// three times.
+#[test]
+fn the_estimate_under_a_ball_is_a_third_to_twice_the_distance_to_a_mesh_cut_three_times() {
+    if std::env::var_os("CHAINCELL_SLOW").is_none() {
+        println!("SKIPPED check beside a mesh cut three times: CHAINCELL_SLOW is not set");
+        return;
+    }
+    // The meshes, each the cut one of that before it.
+    const EDGE_M: f64 = 0.008;
+    let mut mesh = load(&format!("box:4x4x3x{EDGE_M}"), &MeshOptions::default()).unwrap();
+    let mut fixed = mesh.default_fixed.clone();
+    let volumes_m3 = free_volumes_m3(&mesh, &fixed);
+    let tissue = Tissue::new(PerCell::Uniform(5000.0), PerCell::Uniform(0.45));
+    let options = BakeOptions { tissue: Some(tissue), ..BakeOptions::default() };
+    let mut images = vec![baked(&mesh, &fixed, &options).unwrap()];
+    for _ in 0..3 {
+        let refined = Refined::of(&mesh).unwrap();
+        fixed = refined.with_middles(&mesh, &fixed);
+        mesh = refined.mesh;
+        images.push(baked(&mesh, &fixed, &options).unwrap());
+    }
+    let models = images.iter().map(|image| Model::from_bytes(image.as_bytes()).unwrap());
+    let models: Vec<_> = models.collect();
+    // Estimate and truth at three places.
+    for edges in [0.5, 1.0, 2.0] {
+        let radius_m = edges * EDGE_M;
+        let contact = Contact::sphere(radius_m as f32, 0.0);
+        let body = |cuts: usize| Pressed { model: models[cuts], contact: &contact };
+        for place in places(&models[0], &contact, None, 3).unwrap() {
+            let [estimate, truth] = [1, 3].map(|cuts| {
+                place_error([body(0), body(cuts)], &place, 0.5 * radius_m, &volumes_m3).unwrap()
+            });
+            println!(
+                "radius of {edges} edges at {:.4?} m: force {:.5} N of {:.5}, estimate {:.3}, truth {:.3}",
+                place.touch_m,
+                truth.force_n,
+                truth.finer_force_n,
+                estimate.force_error,
+                truth.force_error
+            );
+            let ratio = estimate.force_error / truth.force_error;
+            assert!((0.33..2.0).contains(&ratio), "{ratio}");
         }
     }
 }
