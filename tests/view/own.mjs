@@ -1,7 +1,7 @@
 // The page with its own kernel: loads from a file, is pressed by a drag, and comes to the same state as `chaincell
 // run`, with and without vector units. node own.mjs PAGE.html CHAINCELL VECTOR.wasm FOLDER [SCALAR.wasm]
 import assert from "node:assert/strict";
-import { mkdirSync, readFileSync } from "node:fs";
+import { mkdirSync, readFileSync, writeFileSync } from "node:fs";
 import { join, resolve } from "node:path";
 import { Tissue } from "../../host/view/kernel.mjs";
 import { partsOf } from "../../host/view/parts.mjs";
