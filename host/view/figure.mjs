@@ -12,7 +12,7 @@ export class Figure {
     }
     const onSurface = new Set(body.triangles);
     const fixed = body.fixed.filter((cell) => onSurface.size === 0 || onSurface.has(cell));
-    this.network = painter.network(body.restM.length / 3, { links: body.links, wires: new Uint32Array(wires), fixed });
+    this.network = painter.network(body.restM.length / 3, { links: body.links ?? new Uint32Array(wires), wires: new Uint32Array(wires), fixed });
   }
 
   /** Gives its memory back. */

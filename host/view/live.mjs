@@ -92,11 +92,11 @@ export class Live {
   }
 
   async start() {
-    const { rest, triangles, links, fixed, hasShapes, unitM, centreM } = bodyOf(await bytesOf(this.config.model));
+    const { rest, triangles, links, fixed, hasShapes, spareCells, unitM, centreM } = bodyOf(await bytesOf(this.config.model));
     const restM = rest.map((length, index) => length * unitM + centreM[index % 3]);
     // Held cells are shown by a small ball where the tool is.
     this.kinds = this.config.tools.length ? this.config.tools : [`sphere:${0.4 * unitM}`];
-    const info = { cells: rest.length / 3, links: links.length / 2, unitM, centreM, checksum: this.config.checksum, hasShapes, hasTools: this.config.tools.length > 0 };
+    const info = { cells: rest.length / 3, links: links.length / 2, unitM, centreM, checksum: this.config.checksum, hasShapes, spareCells, hasTools: this.config.tools.length > 0 };
     this.triangles = triangles;
     this.around = trianglesAround(triangles);
     this.surface = surfaceCells(triangles);
@@ -166,7 +166,7 @@ export class Live {
       tick: frame.tick, timeS: frame.tick * 1e-3, hash: frame.hash, positionsM: frame.positionsM, tools,
       pressuresPa: pressuresOf(frame.contacts, frame.positionsM, this.triangles, this.around),
       stressesPa: this.surface.map((cell) => frame.stressesPa[cell] ?? 0), sweeps: frame.sweeps, energyJ: frame.energyJ, stepUs: frame.stepUs, ticksPerS: this.counted.ticksPerS,
-      trail: this.trail.take(frame.points, frame.tools.some((tool) => tool.contacts > 0)),
+      trail: this.trail.take(frame.points, frame.tools.some((tool) => tool.number === 0 && tool.contacts > 0)),
     });
   }
 

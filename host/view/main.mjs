@@ -106,7 +106,7 @@ class View {
 
   /** The source computes what the colours show, of the cells of the surface. */
   #showColour() {
-    this.source.show($("colour").value, this.scene.figure.surface.stressed);
+    this.source.show($("colour").value, this.scene.figure.surface);
   }
 
   /** The tools that can be moved, with how far each reaches. */
@@ -187,6 +187,7 @@ class View {
     $("hint").hidden = true;
     this.#showCommand(null);
     this.charts.clear();
+    this.depthM = 0;
     this.source.reset();
   }
 

@@ -130,10 +130,10 @@ export class Own {
     this.worker.postMessage({ kind: "tool", index, pose: [...positionM, ...orientation] });
   }
 
-  /** The worker computes what the colours show, of these cells. */
-  show(colour, cells) {
-    const ids = colour === "stress" ? Array.from(cells, (cell) => this.body.inputIds[cell]) : null;
-    this.worker.postMessage({ kind: "show", ids });
+  /** The worker computes what the colours show, of this surface. */
+  show(colour, { stressed, list }) {
+    const ids = colour === "stress" ? stressed.map((cell) => this.body.inputIds[cell]) : null;
+    this.worker.postMessage({ kind: "show", ids, list });
   }
 
   pause(on) {

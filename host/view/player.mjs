@@ -12,6 +12,7 @@ export class Player extends Tissue {
   /** A tissue where a session starts. */
   constructor(instance, image, canBeCut, recording) {
     super(instance, image, canBeCut);
+    /** Number of restores and resets: after one the cuts may be others. */
     this.restores = 0;
     /** Above the numbers of all pins so far; those of a snapshot that a session begins from are not known. */
     this.pinned = recording.snapshot.length && recording.tools ? PINS : 0;
@@ -79,6 +80,7 @@ export class Player extends Tissue {
     else if (event.kind >= EVENT.pin) this.#pin(event);
     else if (event.kind === EVENT.reset) {
       this.check(exports.chaincell_tissue_reset(tissue, detail));
+      this.restores += 1;
       this.choose();
     }
   }

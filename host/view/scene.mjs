@@ -70,7 +70,9 @@ export class Scene {
   renew() {
     const now = performance.now();
     if (this.triangles === undefined || now < this.surfaceTook.atMs + REST * this.surfaceTook.ms) return false;
+    const { surface } = this.figure;
     this.#show(this.triangles ? cutBody(this.body, this.triangles) : this.body);
+    this.figure.surface.inherit(surface);
     this.triangles = undefined;
     const endMs = performance.now();
     this.surfaceTook = { ms: endMs - now, atMs: endMs };
@@ -105,6 +107,7 @@ export class Scene {
 
   /** Shows ChainMail under the same tools beside the body, or no more. */
   compare(on) {
+    this.chain?.figure.free();
     this.chain = on ? { mail: new ChainMail(this.body), figure: new Figure(this.painter, this.body) } : null;
     this.isNew = true;
   }

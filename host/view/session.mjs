@@ -33,10 +33,10 @@ export class Session {
     this.worker.postMessage({ kind: "session begin" });
   }
 
-  /** The worker computes what the colours show, of these cells. */
-  show(colour, cells) {
-    const ids = colour === "stress" ? Array.from(cells, (cell) => this.body.inputIds[cell]) : null;
-    this.worker.postMessage({ kind: "session show", ids });
+  /** The worker computes what the colours show, of this surface. */
+  show(colour, { stressed, list }) {
+    const ids = colour === "stress" ? stressed.map((cell) => this.body.inputIds[cell]) : null;
+    this.worker.postMessage({ kind: "session show", ids, list });
   }
 
   pause(on) {

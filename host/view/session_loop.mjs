@@ -121,7 +121,7 @@ class SessionLoop {
     const { first, last, tools } = player.recording;
     const state = {
       tick: player.tick, timeS: player.tick * 1e-3, hash: player.hash(), positionsM, tools: player.tools(), sweeps, energyJ,
-      pressuresPa: tools ? player.pressuresPa() : [], stressesPa: this.stresses.take(this.isPaused || player.isAtEnd), stepUs: this.rate.stepUs, ticksPerS: this.isPaused ? 0 : this.rate.ticksPerS, trail: this.trail,
+      pressuresPa: tools ? player.pressuresPa() : [], stressesPa: this.stresses.take(this.isPaused || player.isAtEnd), stressList: this.stresses.list, stepUs: this.rate.stepUs, ticksPerS: this.isPaused ? 0 : this.rate.ticksPerS, trail: this.trail,
       ...this.cuts.take(), pins: player.pins(),
       session: { first, last, compared: player.compared.size, differs: player.differs, isAtEnd: player.isAtEnd, isSeeking: this.target !== null },
     };
@@ -133,8 +133,8 @@ class SessionLoop {
 }
 
 let sessionLoop = null;
-/** Input ids of the cells whose stress is shown. */
-let stressedIds = null;
+/** The cells whose stress is shown. */
+let askedStress = null;
 
 /** What a page with a recorded session asks of the worker. */
 export const sessionOrders = {
@@ -146,12 +146,12 @@ export const sessionOrders = {
   },
   "session begin"() {
     sessionLoop = new SessionLoop(sessionOrders.player);
-    sessionLoop.stresses.show(stressedIds);
+    sessionLoop.stresses.show(askedStress);
   },
   "session pause": ({ on }) => sessionLoop.pause(on),
-  "session show"({ ids }) {
-    stressedIds = ids;
-    sessionLoop?.stresses.show(ids);
+  "session show"(asked) {
+    askedStress = asked;
+    sessionLoop?.stresses.show(asked);
     sessionLoop?.send();
   },
   "session step": () => sessionLoop.step(),

@@ -9,8 +9,10 @@ export class Stresses {
     this.show(null);
   }
 
-  /** Shows the stress of the cells of these input ids, or none for null. */
-  show(inputIds) {
+  /** Shows the stress of the cells of these input ids, a list with this number, or none for null. */
+  show(asked) {
+    const { ids: inputIds, list } = asked ?? {};
+    this.list = list;
     const known = new Map(this.inputIds?.map((id, index) => [id, this.valuesPa[index]]));
     this.inputIds = inputIds ?? [];
     this.valuesPa = Float32Array.from(this.inputIds, (id) => known.get(id) ?? 0);

@@ -14,11 +14,14 @@ export class Surface {
   constructor({ restM, triangles, origins = triangles }) {
     this.restM = restM;
     this.triangles = triangles;
-    this.cells = surfaceCells(triangles);
-    /** The cells whose stress the colours show, and which of them each cell has. */
-    this.stressed = surfaceCells(origins);
-    const places = new Map(this.stressed.map((cell, place) => [cell, place]));
-    this.stressOf = new Map(Array.from(triangles, (cell, corner) => [cell, places.get(origins[corner])]));
+    // A triangle of a piece that is gone lies in one cell.
+    const isThere = (_, corner) => triangles[corner - (corner % 3)] !== triangles[corner - (corner % 3) + 1];
+    this.cells = surfaceCells(triangles.filter(isThere));
+    this.originOf = new Map(Array.from(triangles, (cell, corner) => [cell, origins[corner]]));
+    /** The cells whose stress the colours show, with a number of its own for this list. */
+    this.stressed = surfaceCells(origins.filter(isThere));
+    this.list = Surface.lists = (Surface.lists ?? 0) + 1;
+    this.placeOf = new Map(this.stressed.map((cell, place) => [cell, place]));
     this.#group();
     this.rest = this.#restShapes();
     this.#cut();
@@ -115,15 +118,21 @@ export class Surface {
       const pressures = new Map();
       for (const [face, pressurePa] of state.pressuresPa ?? []) pressures.set(face, (pressures.get(face) ?? 0) + pressurePa);
       this.#spread((face) => pressures.get(face) ?? 0, 0);
-    } else if (what === "stress") this.#takeStresses(state.stressesPa ?? []);
+    } else if (what === "stress") this.#takeStresses(state);
     else this.#displacements(positions);
     for (let face = 0; face < this.triangles.length / 3; face++) this.#fill(positions, face);
   }
 
   /** Takes over stresses [Pa]; those of another list of cells, which was asked for before a cut, are passed over. */
-  #takeStresses(stressesPa) {
-    if (stressesPa.length !== this.stressed.length) return;
-    for (const cell of this.cells) this.values[cell] = stressesPa[this.stressOf.get(cell)];
+  #takeStresses({ stressesPa = [], stressList = this.list }) {
+    if (stressList !== this.list) return;
+    for (const cell of this.cells) this.values[cell] = stressesPa[this.placeOf.get(this.originOf.get(cell))] ?? 0;
+  }
+
+  /** Begins with the numbers of another surface of the same body: a copy with that of its origin. */
+  inherit({ values, cells }) {
+    const known = new Set(cells);
+    for (const cell of this.cells) this.values[cell] = values[known.has(cell) ? cell : this.originOf.get(cell)];
   }
 
   /** Writes the points of a face: each as far from the flat triangle as the planes at its corners say. */

@@ -7,8 +7,9 @@ import { CATCH_UP_MS, Rate, STATE_MS, TICK_MS, TRAIL_TICKS, WORK_MS } from "./pa
 import { sessionOrders } from "./session_loop.mjs";
 import { Stresses } from "./stresses.mjs";
 
-/** Farthest that a tool moves in a tick [m]. */
+/** Farthest that a tool moves in a tick [m], and a blade in mean link lengths: beyond a quarter of one it cuts nothing. */
 const TOOL_STEP_M = 0.0004;
+const BLADE_STEP = 0.2;
 /** Ticks that are remembered for a path: ten minutes. */
 const PATH_TICKS = 600_000;
 
@@ -54,7 +55,9 @@ class Loop {
     for (let start = 0; start < this.poses.length; start += 7) {
       const away = [0, 1, 2].map((axis) => this.targets[start + axis] - this.poses[start + axis]);
       const length = Math.hypot(...away);
-      const share = length > TOOL_STEP_M ? TOOL_STEP_M / length : 1;
+      const isBlade = this.setup.tools[start / 7].parts?.some(({ edge }) => edge);
+      const stepM = isBlade ? Math.min(TOOL_STEP_M, BLADE_STEP * this.tissue.info.unitM) : TOOL_STEP_M;
+      const share = length > stepM ? stepM / length : 1;
       for (let axis = 0; axis < 3; axis++) this.poses[start + axis] += share * away[axis];
       this.poses.set(this.targets.subarray(start + 3, start + 7), start + 3);
     }
@@ -128,7 +131,7 @@ class Loop {
     const state = {
       tick: this.tick, timeS: this.tick * 1e-3, hash: this.tissue.hash(), positionsM, tools, sweeps, energyJ,
       pressuresPa: this.setup.held.length ? [] : this.tissue.pressuresPa(),
-      stressesPa: this.stresses.take(this.isPaused), stepUs: this.rate.stepUs, ticksPerS: this.isPaused ? 0 : this.rate.ticksPerS, trail: this.trail,
+      stressesPa: this.stresses.take(this.isPaused), stressList: this.stresses.list, stepUs: this.rate.stepUs, ticksPerS: this.isPaused ? 0 : this.rate.ticksPerS, trail: this.trail,
       ...this.cuts.take(),
     };
     this.trail = [];
@@ -146,7 +149,7 @@ function demoOf({ startPose, direction, depthM, periodTicks }) {
 }
 
 let loop = null;
-/** Input ids of the cells whose stress is shown. */
+/** The cells whose stress is shown. */
 let stressed = null;
 
 const orders = {
@@ -176,9 +179,9 @@ const orders = {
     loop.owedMs = 0;
     loop.send();
   },
-  show({ ids }) {
-    stressed = ids;
-    loop?.stresses.show(ids);
+  show(asked) {
+    stressed = asked;
+    loop?.stresses.show(asked);
     if (loop?.isPaused) loop.send();
   },
   step() {

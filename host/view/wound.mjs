@@ -3,7 +3,8 @@ import { at } from "./vectors.mjs";
 
 /**
  * Returns the body of triangles as the worker sends them, six cells of each: the three of now, and those of the whole
- * body that they were made from. Copies lie at rest where their origins do; pieces that are gone have no triangles.
+ * body that they were made from. Copies lie at rest where their origins do. Its links are the edges of its surface: which
+ * of the others a cut has left is not known here.
  */
 export function cutBody(body, words) {
   const restM = body.restM.slice();
@@ -15,5 +16,5 @@ export function cutBody(body, words) {
     triangles.push(...cells);
     origins.push(...from);
   }
-  return { ...body, restM, triangles: Uint32Array.from(triangles), origins: Uint32Array.from(origins) };
+  return { ...body, links: null, restM, triangles: Uint32Array.from(triangles), origins: Uint32Array.from(origins) };
 }

@@ -101,6 +101,8 @@ impl Shown {
     fn of(args: &Args) -> Result<Self> {
         match &args.model {
             Some(path) if RecordedArgs::is_session(path) => Self::session(args, path),
+            // One that cannot be read is said to be so.
+            Some(path) if !path.exists() => Self::model(args),
             _ if args.session_model.is_some() => {
                 Err(Error::input("--model: it goes with a recorded session, name the model alone"))
             }

@@ -14,7 +14,7 @@ use crate::backend::lane::Lane;
 use crate::energy::state::Quad;
 use crate::model::image::nodal;
 use crate::model::nodal::{
-    CellNumbers, MemoryNumbers, Nodal, OffsetNumbers, Relaxing, SlotNumbers,
+    CellNumbers, MemoryNumbers, Nodal, OffsetNumbers, Relaxing, SliceMemoryOf, SlotNumbers,
 };
 use crate::model::range;
 use crate::number::cell::{Cell, sub};
@@ -46,11 +46,22 @@ impl Kept {
     #[inline(always)]
     pub fn of_cell(shapes: Nodal<'_>, cell: usize, here: [Lane<f32>; 3]) -> Self {
         let (slice, lane) = (cell / LANES, cell % LANES);
-        let offset = shapes.offset_of(slice).map(|numbers| {
+        Self::of_lane(lane, shapes.offset_of(slice), shapes.memory_of(slice), here)
+    }
+
+    /// The same of a lane of a slice with these numbers.
+    #[inline(always)]
+    pub fn of_lane(
+        lane: usize,
+        offset: Option<&OffsetNumbers>,
+        memory: SliceMemoryOf<'_>,
+        here: [Lane<f32>; 3],
+    ) -> Self {
+        let offset = offset.map(|numbers| {
             let row = |row| Lane(number(numbers, row, lane));
             [rows(row, 0), rows(row, 3), rows(row, 6)]
         });
-        let memory = shapes.memory_of(slice).map(|(numbers, part, proof)| {
+        let memory = memory.map(|(numbers, part, proof)| {
             Memory::of(|row| Lane(number(numbers, row, lane)), here, part, proof)
         });
         Self { offset, memory }

@@ -60,8 +60,7 @@ impl Nodal<'_> {
         for cell in cells {
             let before = sums.wd2;
             self.add_stored(cell, &|_| false, at, states, &mut sums);
-            let kept = self.kept(cell, [0.0; 3]);
-            let own = self.own(cell).keeping(&kept);
+            let own = self.own(cell);
             let stiffness = own.volume.0 * (2.0 * own.mu.0 + own.lambda_3.0 + own.band.0);
             sums.scale += 8.0 * sqrt(0.5 * sums.wd2.minus(before).hi.abs() * stiffness);
         }
@@ -77,17 +76,21 @@ impl Nodal<'_> {
         let (Some(numbers), Some((displacements, forces))) = (self.cells.get(slice), ends) else {
             return;
         };
+        let (offset, memory) = (self.offset_of(slice), self.memory_of(slice));
         // The states and the stresses.
         let zero = Lane(0.0);
         let (mut stresses, mut pulls) = ([[[zero; 3]; 3]; LANES], [[zero; 4]; LANES]);
         let each_lane = stresses.iter_mut().zip(&mut pulls).enumerate().take(cells.len());
         for (lane, (stress, pull)) in each_lane {
             let Some(sums) = Gathered::of_lane(displacements, slice, lane) else { return };
-            let own = Own::of(|row| Lane(number(numbers, row, lane)));
-            let here = displacements.own(slice).and_then(|own| own.get(lane));
-            let here = here.map_or([zero; 3], |here| here.get().xyz().map(Lane));
-            let kept = Kept::of_cell(self, slice * LANES + lane, here);
-            let own = own.keeping(&kept);
+            let kept;
+            let mut own = Own::of(|row| Lane(number(numbers, row, lane)));
+            if offset.is_some() || memory.is_some() {
+                let here = displacements.own(slice).and_then(|own| own.get(lane));
+                let here = here.map_or([zero; 3], |here| here.get().xyz().map(Lane));
+                kept = Kept::of_lane(lane, offset, memory, here);
+                own = own.keeping(&kept);
+            }
             let (mut turn, mut unit) = variables(ShapeState::load(lane, from));
             let f = shifted(shape(&sums, &own), &own);
             turned(self.stretch_min, &f, &own, &mut turn);
