@@ -164,10 +164,10 @@ impl<D: Dynamics> TissueMut<'_, D> {
         body.arrays.origins.get(copy).copied()
     }
 
-    /// The triangles of the surface as it is now, three cells of each: those of the model in its order, at a split cell
-    /// with the copies that they hang on now, and behind them the sides of open faces that can part. A triangle of a piece
-    /// that is gone ([`Loose::Drop`](crate::Loose)) has three times the same cell. Of a body without memory for cuts they
-    /// are those of the [model](crate::Model::triangles).
+    /// The triangles of the surface as it is now, three cells of each: those of the model in its order, at a split
+    /// cell with the copies that they hang on now, and behind them the sides of open faces that can part. A triangle
+    /// of a piece that is gone ([`Loose::Drop`](crate::Loose)) has three times the same cell. Of a body without memory
+    /// for cuts they are those of the [model](crate::Model::triangles).
     pub fn triangles<'a>(
         &'a mut self,
         network: &'a Network<'_>,

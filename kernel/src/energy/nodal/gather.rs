@@ -32,17 +32,18 @@ pub(super) fn own<'k, V: F32x8>(numbers: &CellNumbers) -> Own<'k, V> {
     Own::of(|row| load(numbers, row))
 }
 
-/// What the cells of a slice remember; their displacements are `here`.
+/// The memory of the cells of a slice; their displacements are `here`.
 #[inline(always)]
 pub(super) fn memory_at<V: F32x8>(
-    (numbers, part, proof): (&MemoryNumbers, f32, Relaxing),
+    memory: (&MemoryNumbers, f32, Relaxing),
     here: &[Quad; LANES],
 ) -> Memory<V> {
+    let (numbers, part, proof) = memory;
     Memory::of(|row| load(numbers, row), displacements(here.each_ref()), part, proof)
 }
 
 impl Kept {
-    /// What a cell keeps whose displacement is `here`.
+    /// Offset and memory of a cell whose displacement is `here`.
     #[inline(always)]
     pub fn of_cell(shapes: Nodal<'_>, cell: usize, here: [Lane<f32>; 3]) -> Self {
         let (slice, lane) = (cell / LANES, cell % LANES);

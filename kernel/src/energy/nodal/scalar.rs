@@ -32,7 +32,7 @@ impl Nodal<'_> {
         Own::of(|row| Lane(numbers.map_or(0.0, |numbers| number(numbers, row, lane))))
     }
 
-    /// What a cell keeps besides, with this displacement.
+    /// Offset and memory of a cell with this displacement.
     pub(super) fn kept(self, cell: usize, displacement: [f32; 3]) -> Kept {
         Kept::of_cell(self, cell, displacement.map(Lane))
     }

@@ -20,7 +20,7 @@ pub(super) struct Own<'k, V> {
     pub memory: Option<&'k Memory<V>>,
 }
 
-/// What one cell keeps besides its material numbers.
+/// Offset and memory of one cell.
 pub(super) struct Kept {
     pub offset: Option<Matrix<f32>>,
     pub memory: Option<Memory<f32>>,
