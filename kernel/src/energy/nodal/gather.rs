@@ -35,10 +35,11 @@ pub(super) fn own<'k, V: F32x8>(numbers: &CellNumbers) -> Own<'k, V> {
 /// The memory of the cells of a slice; their displacements are `here`.
 #[inline(always)]
 pub(super) fn memory_at<V: F32x8>(
-    memory: (&MemoryNumbers, f32, Relaxing),
+    numbers: &MemoryNumbers,
+    part: f32,
+    proof: Relaxing,
     here: &[Quad; LANES],
 ) -> Memory<V> {
-    let (numbers, part, proof) = memory;
     Memory::of(|row| load(numbers, row), displacements(here.each_ref()), part, proof)
 }
 

@@ -153,8 +153,9 @@ impl<N: LinkNumber> Term<N> for Nodal<'_> {
             stored_offset = offset(numbers);
             own.offset = Some(&stored_offset);
         }
-        if let (Some(memory), Some(here)) = (self.memory_of(slice), displacements.own(slice)) {
-            stored_memory = memory_at(memory, here);
+        let memory = self.memory_of(slice).zip(displacements.own(slice));
+        if let Some(((numbers, part, proof), here)) = memory {
+            stored_memory = memory_at(numbers, part, proof, here);
             own = own.remembering(&stored_memory);
         }
         let step = law::step(self.stretch_min, &sums, &own, turn, unit);
