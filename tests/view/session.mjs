@@ -5,7 +5,7 @@ import { execFileSync } from "node:child_process";
 import { copyFileSync, mkdirSync, readFileSync, writeFileSync } from "node:fs";
 import { join, resolve } from "node:path";
 import { Browser } from "./browser.mjs";
-import { hashOf, withSweeps } from "./trace.mjs";
+import { hashOf, sweepsOf, withCommand } from "./trace.mjs";
 
 const [chaincell, folder] = process.argv.slice(2);
 const at = (name) => join(folder, name);
@@ -30,7 +30,7 @@ command("bake", "box:9x7x4x0.01", "--young-pa", "5000", "-o", at("box.chaincell"
 writeFileSync(at("path.csv"), path([0, 0, 0.03]));
 command("run", at("box.chaincell"), "--path", at("path.csv"), "--recorded", "--tool", "sphere:0.012", "--pin", "0.02,0,0.03,0.012", "--out", at("run"), "--force", "--json");
 const trace = readFileSync(at("run/session.trace"));
-writeFileSync(at("changed/session.trace"), withSweeps(trace, CHANGE_TICK, 9));
+writeFileSync(at("changed/session.trace"), withCommand(trace, CHANGE_TICK, sweepsOf(9)));
 copyFileSync(at("run/model.chaincell"), at("changed/model.chaincell"));
 const replayed = JSON.parse(command("replay", at("changed"), "--json"));
 assert.equal(replayed.ticks, TICKS);

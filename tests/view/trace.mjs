@@ -24,8 +24,12 @@ export function hashOf(trace, tick) {
   throw new Error(`the trace has no tick ${tick}`);
 }
 
-/** Returns the trace with other sweeps after a tick. What was recorded after it has no hashes: its states are others. */
-export function withSweeps(trace, tick, sweeps) {
+/** Commands: other sweeps, and the body at rest. */
+export const sweepsOf = (sweeps) => ({ kind: 4, parameter: 1, value: sweeps });
+export const RESET = { kind: 1, parameter: 0, value: 0 };
+
+/** Returns the trace with a command after a tick. What was recorded after it has no hashes: its states are others. */
+export function withCommand(trace, tick, { kind, parameter, value }) {
   const start = trace.readUInt32LE(AT.headerBytes);
   const records = [];
   let isChanged = false;
@@ -40,10 +44,9 @@ export function withSweeps(trace, tick, sweeps) {
     if (!isTick || record.readBigUInt64LE(0) !== BigInt(tick)) continue;
     const command = Buffer.alloc(RECORD_BYTES);
     command.writeBigUInt64LE(BigInt(tick), 0);
-    // Set the parameter 1 to this value.
-    command.writeUInt32LE(4, 8);
-    command.writeUInt32LE(1, 12);
-    command.writeFloatLE(sweeps, 16);
+    command.writeUInt32LE(kind, 8);
+    command.writeUInt32LE(parameter, 12);
+    command.writeFloatLE(value, 16);
     command.writeUInt16LE(KIND.command, AT.kind);
     records.push(command);
     isChanged = true;

@@ -2,15 +2,18 @@
 // wound, forwards and backwards. node wound.mjs CHAINCELL FOLDER
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
-import { mkdirSync } from "node:fs";
+import { copyFileSync, mkdirSync, readFileSync, writeFileSync } from "node:fs";
 import { join, resolve } from "node:path";
 import { Browser } from "./browser.mjs";
 import { playedNatively } from "./native.mjs";
+import { RESET, withCommand } from "./trace.mjs";
 
 const [chaincell, folder] = process.argv.slice(2);
 const at = (name) => join(folder, name);
 const command = (...words) => execFileSync(chaincell, words, { encoding: "utf8" });
 const BLADE = "blade:0.06/0,0,0.7071068,0.7071068";
+/** Ticks of each of two cuts, between which the body is put to rest. */
+const CUT_TICKS = 400;
 /** Number of triangles that the page draws. */
 const DRAWN = "chaincell.scene.figure.surface.triangles.length / 3";
 /** The surface is that of the state. */
@@ -28,14 +31,25 @@ command("run", at("slab.chaincell"), "--motion", "press", "--touch-m", "0,0,0.02
   "--seconds", "1", "--tool", BLADE, "--out", at("cut"), "--force", "--json");
 const replayed = JSON.parse(command("replay", at("cut"), "--json"));
 command("view", at("cut"), "--html", at("cut.html"));
+const cutsOf = [-0.0101, 0.0101].flatMap((x, cut) =>
+  Array.from({ length: CUT_TICKS }, (_, tick) => `${cut * CUT_TICKS + tick},${x},0,${0.0205 - 2e-5 * tick},1`));
+writeFileSync(at("two.csv"), `tick,x_m,y_m,z_m,engaged\n${cutsOf.join("\n")}\n`);
+command("run", at("slab.chaincell"), "--path", at("two.csv"), "--tool", BLADE, "--out", at("two"), "--force", "--json");
+mkdirSync(at("reset"), { recursive: true });
+writeFileSync(at("reset/session.trace"), withCommand(readFileSync(at("two/session.trace")), CUT_TICKS - 1, RESET));
+copyFileSync(at("two/model.chaincell"), at("reset/model.chaincell"));
+command("view", at("reset"), "--html", at("reset.html"));
 command("view", at("slab.chaincell"), "--tool", BLADE, "--html", at("own.html"));
 
 const browser = await Browser.start();
 try {
+  const open = async (page) => {
+    await browser.goto(`file://${resolve(at(page))}`);
+    await browser.until("globalThis.chaincell?.state");
+    await browser.evaluate(`document.getElementById("speed").value = "1000"; document.getElementById("speed").onchange()`);
+  };
   // The session: whole at first, a closed surface with a wound at the end, whole again at its start.
-  await browser.goto(`file://${resolve(at("cut.html"))}`);
-  await browser.until("globalThis.chaincell?.state");
-  await browser.evaluate(`document.getElementById("speed").value = "1000"; document.getElementById("speed").onchange()`);
+  await open("cut.html");
   const { first, last } = await browser.evaluate("chaincell.state.session");
   const go = async (tick) => {
     await browser.evaluate(`(() => { chaincell.state.session.isSeeking = true; const scrub = document.getElementById("scrub"); scrub.value = ${tick}; scrub.oninput(); })()`);
@@ -55,6 +69,19 @@ try {
   assert.ok(start.cuts.openedFaces === 0 && start.drawn < end.drawn, `${start.drawn} triangles, cut ${end.drawn}`);
   assert.deepEqual([start.loose, end.loose], [0, 0], "edges at which the surface is open");
   assert.equal((await go(last)).hash, replayed.state_hash, "the end once more");
+
+  // Another cut after a reset is drawn as what it is, also where no state in between was drawn.
+  await open("reset.html");
+  await browser.until(`chaincell.state.tick === ${2 * CUT_TICKS - 1}`);
+  const drawn = "Array.from(chaincell.scene.figure.surface.triangles)";
+  await go(CUT_TICKS - 1);
+  const before = await browser.evaluate(drawn);
+  await go(2 * CUT_TICKS - 1);
+  const after = await browser.evaluate(drawn);
+  await go(0);
+  await go(2 * CUT_TICKS - 1);
+  assert.deepEqual(after, await browser.evaluate(drawn));
+  assert.notDeepEqual(after, before);
 
   // The page's own blade, lowered by keys.
   await browser.goto(`file://${resolve(at("own.html"))}`);
