@@ -6,8 +6,8 @@ const SCHEME_TRACK = 0;
 const SCHEME_PREDICT = 7;
 const PAGE_BYTES = 65536;
 /** Triangles in reach and samples that friction holds: those of the command. */
-export const TRIANGLES = 1024;
-export const SAMPLES = 2048;
+const TRIANGLES = 1024;
+const SAMPLES = 2048;
 /** Samples that all pins together hold: those of the command. */
 export const PINNED = 2048;
 /** Bytes of the interface's structs; `model` is CHAINCELL_MODEL_BYTES. */

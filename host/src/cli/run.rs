@@ -488,5 +488,5 @@ fn report(args: &Args, ended: &Ended) -> Result<()> {
     }
     let Some(out) = &args.out else { return Ok(()) };
     terminal::say(format_args!("  {:<14}{}", "results", out.display()))?;
-    if summary.pins.is_empty() { tell_view(14, &[out]) } else { Ok(()) }
+    tell_view(14, &[out])
 }
