@@ -66,10 +66,15 @@ fn options(mesh: &Mesh, given: &Given<'_, '_>) -> PyResult<BakeOptions> {
     let tissue = tissue(mesh, given)?;
     let defaults = BakeOptions::default();
     let lean = given.truth("lean")?;
+    let link_relaxation = match tissue {
+        None => relaxation(given, None, false)?,
+        Some(_) => None,
+    };
     Ok(BakeOptions {
         alpha: per_node("alpha", mesh, given)?.unwrap_or(defaults.alpha),
         stiffness_n_per_m: per_node("stiffness_n_per_m", mesh, given)?
             .unwrap_or(defaults.stiffness_n_per_m),
+        link_relaxation,
         tissue,
         saturation_m: given.real("k_m")?,
         resistance: given.real("r_x")?.unwrap_or(defaults.resistance),
@@ -143,7 +148,7 @@ fn tissue(mesh: &Mesh, given: &Given<'_, '_>) -> PyResult<Option<Tissue>> {
     let (young_pa, materials) = (per_node("young_pa", mesh, given)?, given.any("materials")?);
     let known = known(given)?;
     if young_pa.is_none() && materials.is_none() && known.is_none() {
-        let options = ["poisson", "stretch_min", "stiffening", "branches", "instant", "device_hz"];
+        let options = ["poisson", "stretch_min", "stiffening"];
         for name in options {
             if given.any(name)?.is_some() {
                 let text = format!(

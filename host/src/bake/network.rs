@@ -101,7 +101,13 @@ impl<'a> Plan<'a> {
         let given = &self.options.stiffness_n_per_m;
         let is_of_links = self.options.tissue.is_none();
         let varies = is_of_links && (coarse.is_some() || matches!(given, PerCell::Each(_)));
-        self.of_links(links, given, coarse, varies)
+        let mut stiffness = self.of_links(links, given, coarse, varies);
+        // That of links which relax is the instantaneous one.
+        if let Some(relaxation) = &self.options.link_relaxation {
+            let rise = relaxation.instant_rise();
+            stiffness.each.iter_mut().for_each(|stiffness| *stiffness *= rise);
+        }
+        stiffness
     }
 
     fn of_links(

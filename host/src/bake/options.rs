@@ -6,7 +6,7 @@ use chaincell_kernel::image::STIFFENING_MAX;
 use super::coarse_basis::BasisSpacing;
 use super::cutting::{Cuttable, check_links};
 use super::per_cell::PerCell;
-use super::tissue::{Band, STRETCH_MIN, Tissue};
+use super::tissue::{Band, Relaxation, STRETCH_MIN, Tissue};
 use crate::error::{Error, Result};
 use crate::mesh::{Mesh, Refined};
 
@@ -32,6 +32,9 @@ pub struct BakeOptions {
     pub alpha: PerCell,
     /// Stiffness of a link \[N/m\].
     pub stiffness_n_per_m: PerCell,
+    /// Branches of the links' tension, which fade: the stiffness is the long-term one, unless they say otherwise.
+    /// Shapes have those of their tissue.
+    pub link_relaxation: Option<Relaxation>,
     /// Nodal shapes in place of links; then alpha is 0, and the stiffness is not used.
     pub tissue: Option<Tissue>,
     /// Saturation K from the body's centre \[m\]; 4 times the largest coordinate if absent.
@@ -77,6 +80,7 @@ impl Default for BakeOptions {
         Self {
             alpha: PerCell::Uniform(0.0),
             stiffness_n_per_m: PerCell::Uniform(20.0),
+            link_relaxation: None,
             tissue: None,
             saturation_m: None,
             resistance: 1.0,
@@ -125,6 +129,10 @@ pub(super) fn check(mesh: &Mesh, options: &BakeOptions) -> Result<()> {
         check_stiffening(tissue)?;
         tissue.relaxation.as_ref().map_or(Ok(()), |of| of.check(&tissue.name("branches")))?;
         check_shapes(options)?;
+    }
+    if let Some(relaxation) = &options.link_relaxation {
+        relaxation.check("`branches`")?;
+        check_relaxing_links(options)?;
     }
     if let Some(cuttable) = &options.cuttable {
         check_cuttable(mesh, options, cuttable)?;
@@ -219,6 +227,25 @@ fn check_cuttable(mesh: &Mesh, options: &BakeOptions, cuttable: &Cuttable) -> Re
         None => return check_links(mesh),
     };
     Err(Error::input(why))
+}
+
+/// Checks the options that links which relax exclude.
+fn check_relaxing_links(options: &BakeOptions) -> Result<()> {
+    for (name, is_asked, why) in [
+        ("young_pa", options.tissue.is_some(), "shapes have the branches of their tissue"),
+        ("lean", options.lean, "links that relax need their slices"),
+        ("cells", options.cells.is_some(), "links of groups do not relax"),
+        (
+            "cuttable",
+            options.cuttable.is_some(),
+            "a body that can be cut keeps no memory of its strain",
+        ),
+    ] {
+        if is_asked {
+            return Err(Error::input(format!("`{name}` with `branches`: {why}; leave one out")));
+        }
+    }
+    Ok(())
 }
 
 /// Checks the options that nodal shapes exclude.

@@ -76,6 +76,9 @@ pub(super) fn write(
         if let Some(shapes) = &shapes {
             shapes.push(&mut sections, cells, &rows, &ids);
         }
+        if let Some(relaxation) = &options.link_relaxation {
+            relaxation.push(&mut sections);
+        }
         if let Some(cuttable) = &options.cuttable {
             cuttable.push(&mut sections, plan.mesh(), body, &rows)?;
         }

@@ -62,7 +62,8 @@ pub struct BodyArgs {
     /// link takes the mean of its two nodes
     #[arg(long, default_value = "0", value_name = "ALPHA", allow_negative_numbers = true)]
     alpha: String,
-    /// Stiffness of a link [N/m]; as --alpha
+    /// Stiffness of a link [N/m]; as --alpha. With --branch it is the long-term one, unless --instant
+    /// says otherwise
     #[arg(long, default_value = "20", value_name = "K", allow_negative_numbers = true)]
     stiffness_n_per_m: String,
     /// Tissue by name, of those that `chaincell tissues` lists, or FILE.csv:NAME of a table as `chaincell
@@ -98,14 +99,16 @@ pub struct BodyArgs {
     /// stay elastic beside --branch; none leaves out those of --tissue
     #[arg(long, value_name = "BANDS", requires = "shapes", value_parser = stiffening)]
     stiffening: Option<Bands>,
-    /// A branch of stress that relaxes: its shear modulus over the long-term one, and the time [s] in
-    /// which its stress falls to 1 / e, as 2,0.1; once a branch, up to four of different times, one tick
-    /// to 1,600,000 ticks. The first Lame constant, lambda, does not relax. It takes track or predict in
-    /// single precision, and goes without --cuttable; none leaves out those of --tissue
-    #[arg(id = "branches", long = "branch", value_name = "G,TAU", requires = "shapes",
+    /// A branch of stress that relaxes: its shear modulus, or the stiffness of links, over the long-term
+    /// one, and the time [s] in which its stress falls to 1 / e, as 2,0.1; once a branch, up to four of
+    /// different times, one tick to 1,600,000 ticks. The first Lame constant, lambda, does not relax. It
+    /// takes track or predict in single precision, and goes without --cuttable; none leaves out those of
+    /// --tissue
+    #[arg(id = "branches", long = "branch", value_name = "G,TAU",
         value_parser = branch, allow_hyphen_values = true)]
     branch: Vec<BranchOrNone>,
-    /// Young's modulus, that of materials too, is the one before anything has relaxed
+    /// Young's modulus, that of materials and the stiffness of links too, is the one before anything has
+    /// relaxed
     #[arg(long, requires = "relaxing")]
     instant: bool,
     /// Ticks of a session in a second, for which branches are baked: run, serve and cosim refuse
@@ -385,10 +388,15 @@ impl BodyArgs {
     pub fn choices(&self, mesh: &Mesh) -> Result<(Vec<u32>, BakeOptions)> {
         let fixed = self.fixed(mesh)?;
         let toughness = self.known()?.and_then(|tissue| tissue.toughness_j_per_m2);
+        let tissue = self.tissue(mesh)?;
         let options = BakeOptions {
             alpha: per_cell("--alpha", &self.alpha, mesh)?,
             stiffness_n_per_m: per_cell("--stiffness-n-per-m", &self.stiffness_n_per_m, mesh)?,
-            tissue: self.tissue(mesh)?,
+            link_relaxation: match tissue {
+                None => self.relaxation(None)?,
+                Some(_) => None,
+            },
+            tissue,
             saturation_m: self.k_m,
             resistance: self.r_x,
             capacitance: self.capacitance,

@@ -1,4 +1,4 @@
-//! The report on tissue that relaxes: its branches, its moduli in the end, and the memory that they take.
+//! The report on a body that relaxes: its branches, its moduli in the end, and the memory that they take.
 
 use chaincell_kernel::{Model, cut_words};
 use serde::Serialize;
@@ -10,10 +10,10 @@ use crate::terminal;
 /// A branch in the image.
 #[derive(Debug, Serialize)]
 struct BranchReport {
-    /// Shear modulus over the long-term one.
+    /// Shear modulus, or the stiffness of links, over the long-term one.
     ratio: f32,
     time_s: f32,
-    /// Share of the instantaneous shear modulus.
+    /// Share of the instantaneous one.
     share: f32,
 }
 
@@ -23,9 +23,11 @@ pub(super) struct RelaxationReport {
     branches: Vec<BranchReport>,
     /// Length of a tick for which they were baked \[s\].
     tick_s: f32,
-    /// Means of the cells when all branches have relaxed.
-    long_term_young_pa: f64,
-    long_term_poisson: f64,
+    /// Means of the cells when all branches have relaxed; none in a body of links.
+    long_term_young_pa: Option<f64>,
+    long_term_poisson: Option<f64>,
+    /// The part that is then left of the stiffness that the body has at once.
+    left: f32,
     /// Bytes that a tissue needs for its memory beside the model's `ram_bytes`.
     ram_bytes: usize,
 }
@@ -57,8 +59,9 @@ impl RelaxationReport {
         Some(Self {
             branches,
             tick_s,
-            long_term_young_pa: young_pa,
-            long_term_poisson: poisson,
+            long_term_young_pa: model.is_nodal().then_some(young_pa),
+            long_term_poisson: model.is_nodal().then_some(poisson),
+            left: 1.0 - fading,
             ram_bytes: cut_words(model) * size_of::<u32>(),
         })
     }
@@ -66,19 +69,17 @@ impl RelaxationReport {
     /// Rows of a table on standard output.
     pub fn print(&self) -> Result<()> {
         let row = |name: &str, value: String| terminal::say(format_args!("  {name:<14}{value}"));
-        row(
-            "relaxed",
-            format!(
-                "{:.0} Pa, Poisson's ratio {:.3}; {} bytes of RAM, ticks of {} ms",
-                self.long_term_young_pa,
-                self.long_term_poisson,
-                self.ram_bytes,
-                1e3 * self.tick_s
-            ),
-        )?;
+        let (in_the_end, of) = match self.long_term_young_pa.zip(self.long_term_poisson) {
+            Some((young_pa, poisson)) => {
+                (format!("{young_pa:.0} Pa, Poisson's ratio {poisson:.3}"), "shear modulus")
+            }
+            None => (format!("{:.1} % of the first stiffness", 100.0 * self.left), "stiffness"),
+        };
+        let (ram_bytes, tick_ms) = (self.ram_bytes, 1e3 * self.tick_s);
+        row("relaxed", format!("{in_the_end}; {ram_bytes} bytes of RAM, ticks of {tick_ms} ms"))?;
         for BranchReport { ratio, time_s, share } in &self.branches {
             let share = 100.0 * share;
-            let relative = format!("{ratio:.3} times the relaxed shear modulus");
+            let relative = format!("{ratio:.3} times the relaxed {of}");
             row(
                 "branch",
                 format!("{relative}, {share:.1} % of the first one, fades in {time_s} s"),

@@ -61,8 +61,8 @@ chaincell_kernel::codes! {
         SettingsMaxToolStep = -43, c"max_tool_step_m must be positive and finite";
         /// `max_force_n` is not positive.
         SettingsMaxForce = -44, c"max_force_n must be positive";
-        /// `unloading` is none of its three values.
-        SettingsUnloading = -45, c"unloading is none of chaincell_unloading";
+        /// `unloading` is none of its three values, or not off where links relax.
+        SettingsUnloading = -45, c"unloading is none of chaincell_unloading, or not off where links relax";
         /// `drive` is neither of its two values.
         SettingsDrive = -46, c"drive is none of chaincell_drive";
         /// `cut` is neither of its two values.

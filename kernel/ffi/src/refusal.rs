@@ -57,6 +57,7 @@ impl From<SettingsError> for Refusal {
             SettingsError::Step { max } => Refusal::limit(Code::SettingsStep, max),
             SettingsError::TickTime { min } => Refusal::limit(Code::SettingsTickTime, min),
             SettingsError::MaxToolStep => Code::SettingsMaxToolStep.into(),
+            SettingsError::Unloading => Code::SettingsUnloading.into(),
             SettingsError::MaxForce => Code::SettingsMaxForce.into(),
         }
     }

@@ -11,6 +11,7 @@
 //! - `lips`: sides of a cut that press on each other, while a body is cut.
 //! - `surface`: tools in contact with the triangles of the surface; [`contact`](crate::contact) moves them.
 //! - [`stress`]: strain and stress at a cell, for reports.
+//! - `following`: memory in branches that forget, of shapes and of links.
 //! - `current`: a load, the current into the contact cells.
 //! - [`state`]: the terms' state of each cell.
 //! - `residual`, `sliced`: the list of the terms, and one pass over it, cell by cell and eight cells side by
@@ -45,6 +46,8 @@
 //! that has no state, takes no memory and no time.
 
 pub(crate) mod current;
+#[cfg(feature = "relax")]
+pub(crate) mod following;
 pub mod held;
 pub mod links;
 #[cfg(feature = "cut")]

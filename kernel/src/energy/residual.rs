@@ -19,6 +19,8 @@ use crate::backend::slice_set::SliceSet;
 use crate::backend::slices::{cells_of, clear};
 use crate::backend::team::Team;
 use crate::model::Model;
+#[cfg(feature = "relax")]
+use crate::model::relaxing_links::RelaxingLinks;
 use crate::number::Sum;
 use crate::number::cell::{Cell, output, single};
 use crate::number::two_float::{LANES, TwoFloat};
@@ -60,7 +62,10 @@ impl<'a, 'm, N: LinkNumber> Terms<'a, 'm, N> {
     #[inline(always)]
     pub fn list_with<T: Term<N>>(&self, tools: T) -> impl Term<N> + use<'a, 'm, N, T> {
         let load = Load { current: self.current, cells: self.contacts };
-        (Links::of(self.model, self.closed), (self.model.others, (tools, load)))
+        let links = Links::of(self.model, self.closed);
+        #[cfg(feature = "relax")]
+        let links = (links, RelaxingLinks::of(self.model));
+        (links, (self.model.others, (tools, load)))
     }
 
     /// Cells that the tool holds: they do not move in a sweep.

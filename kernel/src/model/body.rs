@@ -22,6 +22,12 @@ pub(crate) struct Slices<'a> {
     pub weights: Option<&'a [[f32; LANES]]>,
 }
 
+#[cfg(feature = "relax")]
+impl Slices<'_> {
+    pub const NONE: Self =
+        Self { rows: &[], neighbours: &[], lengths: &[], alphas: None, weights: None };
+}
+
 /// A validated body: mesh, links, bands, weights and bounds, borrowed from the image's bytes.
 ///
 /// A value exists only if every index is in range and every number is fit for the tick.

@@ -1,8 +1,8 @@
-//! Branches of relaxation in an image: a Prony series of the shear modulus.
+//! Branches of relaxation in an image: a Prony series of the shear modulus, or of the links' stiffness.
 //!
-//! A branch k carries the share g' of the instantaneous shear modulus and forgets with the time tau. With the
-//! tick dt, b = 1 - exp(-dt / tau) and c = b tau / dt, see [`nodal`](crate::energy::nodal). The moduli in the
-//! sections of nodal shapes are the instantaneous ones.
+//! A branch k carries the share g' of the instantaneous modulus and forgets with the time tau. With the tick dt,
+//! b = 1 - exp(-dt / tau) and c = b tau / dt, see [`following`](crate::energy). The moduli in the sections of nodal
+//! shapes, and the stiffness of links, are the instantaneous ones.
 
 use super::image::{BRANCHES_MAX, ModelError, Sections, branch, kind};
 
@@ -18,7 +18,7 @@ const TICKS_S: core::ops::RangeInclusive<f32> = 1.0e-5..=0.1;
 /// Error of a number that follows from others, relative to it.
 const ROUNDING: f32 = 1.0e-4;
 
-/// A branch of relaxation: a share of the shear modulus that fades.
+/// A branch of relaxation: a share of the shear modulus, or of the links' stiffness, that fades.
 ///
 /// ```
 /// # use chaincell_kernel::{Model, include_model};
@@ -29,7 +29,7 @@ const ROUNDING: f32 = 1.0e-4;
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Branch {
-    /// Share of the instantaneous shear modulus.
+    /// Share of the instantaneous modulus.
     pub share: f32,
     /// Time in which a constant strain's stress in the branch falls by 1 / e \[s\].
     pub time_s: f32,
@@ -44,7 +44,7 @@ impl Branch {
     }
 }
 
-/// Reads the section of a body of shapes; empty for one that does not relax.
+/// Reads the section; empty for a body that does not relax.
 pub(crate) fn read<'a>(sections: &Sections<'a>) -> Result<&'a [BranchNumbers], ModelError> {
     let Some(branches) = sections.optional::<BranchNumbers>(kind::BRANCHES)? else {
         return Ok(&[]);

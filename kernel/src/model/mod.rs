@@ -7,6 +7,7 @@
 //! - `sides`: two-sided basis functions of a body that is cut.
 //! - `parts`: the division of a large body among threads.
 //! - `nodal`: the numbers of nodal shapes.
+//! - `relaxing_links`: links that relax.
 //! - `stiffening`: sets of bands on the links of nodal shapes.
 //! - `branches`: the part of a body's stiffness that fades with time.
 //! - `cuttable`: the tetrahedra that a blade may part, and the spare cells.
@@ -17,7 +18,6 @@
 //! - `embedded_mesh`: nodes of a finer mesh that move with the cells.
 
 mod body;
-#[cfg_attr(not(feature = "nodal"), expect(dead_code, reason = "links do not relax"))]
 pub(crate) mod branches;
 pub(crate) mod coarse_basis;
 #[cfg_attr(not(feature = "cut"), path = "uncuttable.rs")]
@@ -39,6 +39,8 @@ pub(crate) mod pin;
 mod query;
 mod query_cut;
 mod read;
+#[cfg(feature = "relax")]
+pub(crate) mod relaxing_links;
 pub(crate) mod sides;
 #[cfg(feature = "nodal")]
 pub(crate) mod stiffening;

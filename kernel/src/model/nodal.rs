@@ -1,8 +1,7 @@
 //! Nodal shapes in an image: the numbers of every cell and every half-link.
 
-use super::branches;
 #[cfg(feature = "relax")]
-use super::branches::BranchNumbers;
+use super::branches::{self, BranchNumbers};
 use super::image::{LAW_DET1, ModelError, Sections, kind, nodal, params};
 use super::layout::Layout;
 use super::range;
@@ -80,7 +79,7 @@ pub(crate) struct Nodal<'a> {
     /// 1 for each slice in which a cell has an offset.
     #[cfg(feature = "cut")]
     pub is_offset: &'a [u8],
-    /// Branches of relaxation; none in an elastic body.
+    /// Branches of relaxation, of a body of links too; none in an elastic body.
     #[cfg(feature = "relax")]
     pub branches: &'a [BranchNumbers],
     /// How the body remembers its strain in this tick; none outside a tick.
@@ -101,13 +100,20 @@ pub(crate) type SliceMemoryOf<'a> = Option<(&'a MemoryNumbers, f32, Relaxing)>;
 /// twice the energy density that R does not change, and the force of the spread.
 pub(crate) type MemoryNumbers = [[f32; LANES]; 10];
 
+/// Numbers by which eight half-links of a body of links remember their tension, by number and lane, see
+/// [`memory`](crate::energy::links).
+#[cfg(feature = "relax")]
+pub(crate) type HalfLinkMemory = [[f32; LANES]; 2];
+
 /// The memory of a body that relaxes, constant in a tick, see [`memory`](crate::energy::nodal).
 #[cfg(feature = "relax")]
 #[derive(Clone, Copy)]
 pub(crate) struct Remembered<'a> {
     /// Numbers by slice.
     pub numbers: &'a [MemoryNumbers],
-    /// The part of the instantaneous shear modulus that acts in this tick.
+    /// Those of a body of links, by group of half-links.
+    pub links: &'a [HalfLinkMemory],
+    /// The part of the instantaneous modulus that acts in this tick.
     pub part: f32,
     /// Energy of the spread that no cell's number has, in internal units.
     pub energy: TwoFloat,
@@ -115,7 +121,7 @@ pub(crate) struct Remembered<'a> {
 
 #[cfg(feature = "relax")]
 impl Remembered<'_> {
-    pub const NONE: Self = Self { numbers: &[], part: 1.0, energy: TwoFloat::ZERO };
+    pub const NONE: Self = Self { numbers: &[], links: &[], part: 1.0, energy: TwoFloat::ZERO };
 }
 
 impl<'a> Nodal<'a> {
@@ -178,17 +184,22 @@ impl<'a> Nodal<'a> {
         lanes.and_then(|lanes| lanes.get(cell % LANES)).copied().unwrap_or(0.0)
     }
 
-    /// Returns the slot of a lane in a group: its other end and its numbers.
-    #[inline(always)]
-    pub fn slot(self, group: usize, lane: usize) -> Option<(usize, Slot<'a>)> {
-        let (numbers, ids) = (self.slots.get(group)?, self.ids.get(group)?);
-        Some((usize::from(*ids.get(lane)?), Slot { numbers, lane }))
-    }
-
-    /// Returns the slots of a cell, including padding.
+    /// Returns the slots of a cell, their other ends and their numbers, including padding.
     #[inline(always)]
     pub fn slots_of(self, cell: usize) -> impl Iterator<Item = (usize, Slot<'a>)> {
-        range(self.rows, cell / LANES).filter_map(move |group| self.slot(group, cell % LANES))
+        let (groups, lane) = (range(self.rows, cell / LANES), cell % LANES);
+        let rows = self.slots.get(groups.clone()).zip(self.ids.get(groups));
+        let (slots, ids) = rows.unwrap_or_default();
+        slots.iter().zip(ids).map(move |(numbers, ids)| {
+            let other = ids.get(lane).copied().unwrap_or_default();
+            (usize::from(other), Slot { numbers, lane })
+        })
+    }
+
+    /// Returns the half-links of a cell: their other ends, ascending, and their numbers.
+    #[inline(always)]
+    pub fn half_links_of(self, cell: usize) -> impl Iterator<Item = (usize, Slot<'a>)> {
+        self.slots_of(cell).filter(move |&(other, _)| other != cell)
     }
 
     /// Returns `a_ii`.
@@ -297,10 +308,18 @@ impl Keeps for Nodal<'_> {
 
 impl<'a> TermData<'a> for Nodal<'a> {
     fn read(sections: &Sections<'a>) -> Result<Self, ModelError> {
-        let branches = branches::read(sections)?;
+        let none = Self {
+            #[cfg(feature = "relax")]
+            branches: branches::read(sections)?,
+            ..Self::NONE
+        };
         let Some(words) = sections.optional::<u32>(kind::NODAL)? else {
-            // Links do not relax.
-            return if branches.is_empty() { Ok(Self::NONE) } else { Err(ModelError::Layout) };
+            // Links that relax do so by their slices.
+            #[cfg(feature = "relax")]
+            if !none.branches.is_empty() {
+                sections.required::<[u16; LANES]>(kind::SLICE_NEIGHBOURS)?;
+            }
+            return Ok(none);
         };
         let stretch_min = match *words {
             [LAW_DET1, stretch] => f32::from_bits(stretch),
@@ -316,18 +335,7 @@ impl<'a> TermData<'a> for Nodal<'a> {
         let count = rest.len();
         let cells = sections.sized(kind::NODAL_CELLS, count.div_ceil(LANES))?;
         let slots = sections.sized(kind::NODAL_SLOTS, ids.len())?;
-        Ok(Self {
-            cells,
-            slots,
-            rows,
-            ids,
-            rest,
-            count,
-            stretch_min,
-            #[cfg(feature = "relax")]
-            branches,
-            ..Self::NONE
-        })
+        Ok(Self { cells, slots, rows, ids, rest, count, stretch_min, ..none })
     }
 
     fn check(&self, layout: &Layout<'_>) -> Result<(), ModelError> {
@@ -375,7 +383,7 @@ impl<'a> TermData<'a> for Nodal<'a> {
             return;
         }
         self.through(cell, self.own_area(cell), visit);
-        for (other, slot) in self.slots_of(cell).filter(|(other, _)| *other != cell) {
+        for (other, slot) in self.half_links_of(cell) {
             self.through(other, self.back_area(cell, other), visit);
             visit(cell, slot.number(nodal::SPREAD));
             visit(other, -slot.number(nodal::SPREAD));

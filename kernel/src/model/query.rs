@@ -276,6 +276,11 @@ impl<'a> Model<'a> {
         !self.others.branches().is_empty()
     }
 
+    /// Returns true if the body's links relax: their bands do not close.
+    pub(crate) fn keeps_bands(&self) -> bool {
+        self.relaxes() && !self.is_nodal()
+    }
+
     /// The branches of relaxation in ascending time; none in an elastic body. See [`Branch`].
     pub fn branches(&self) -> impl Iterator<Item = Branch> + use<'a> {
         self.others.branches().iter().map(Branch::of)

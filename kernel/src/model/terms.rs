@@ -89,7 +89,9 @@ impl<'a> TermData<'a> for NoTerm {
         if sections.optional::<u32>(super::image::kind::NODAL)?.is_some() {
             return Err(ModelError::Unbuilt(super::image::kind::NODAL));
         }
-        #[cfg(feature = "nodal")]
+        #[cfg(not(feature = "relax"))]
+        super::branches::read(sections)?;
+        #[cfg(feature = "relax")]
         let _ = sections;
         Ok(Self)
     }

@@ -1,10 +1,13 @@
 //! A body that relaxes, as it is in a tick.
 
 use super::memory::{Arrays, arrays};
-use crate::energy::nodal::follow::{Course, Parts, Sums, remember};
+use crate::energy::following::{Course, Parts, Sums};
+use crate::energy::links::follow as links;
+use crate::energy::nodal::follow::remember;
 use crate::model::branches::BranchNumbers;
 use crate::model::image::{BRANCHES_MAX, branch};
 use crate::model::nodal::{Nodal, Remembered};
+use crate::model::relaxing_links::RelaxingLinks;
 use crate::model::terms::TermData;
 use crate::model::{Model, others};
 use crate::number::two_float::{LANES, TwoFloat};
@@ -54,6 +57,8 @@ impl<'a, 'm> RelaxingBody<'a, 'm> {
         *self.arrays.relaxed = [0; 2];
         self.arrays.rows.fill([[0.0; LANES]; _]);
         self.arrays.numbers.fill([[0.0; LANES]; _]);
+        self.arrays.link_rows.fill([0.0; LANES]);
+        self.arrays.link_numbers.fill([[0.0; LANES]; _]);
     }
 
     /// Counts a tick. Places without a branch stay 0, so that a body at rest keeps its hash.
@@ -140,6 +145,11 @@ impl<'a, 'm> RelaxingBody<'a, 'm> {
         for (slice, (rows, numbers)) in slices.enumerate() {
             remember(shapes, slice, courses, rows, numbers);
         }
+        let of_links = RelaxingLinks::of(self.model);
+        let groups = self.arrays.link_rows.chunks(count.max(1)).zip(&mut *self.arrays.link_numbers);
+        for (group, (rows, numbers)) in groups.enumerate() {
+            links::remember(of_links, group, courses, rows, numbers);
+        }
     }
 
     /// The body as it is in this tick.
@@ -155,7 +165,8 @@ impl<'a, 'm> RelaxingBody<'a, 'm> {
             });
         let hi = energy as f32;
         let energy = TwoFloat { hi, lo: (energy - f64::from(hi)) as f32 };
-        let memory = Remembered { numbers: self.arrays.numbers, part, energy };
+        let (numbers, links) = (&*self.arrays.numbers, &*self.arrays.link_numbers);
+        let memory = Remembered { numbers, links, part, energy };
         let shapes = Nodal { memory, ..others::shapes(&self.model.others) };
         Model { others: others::with_shapes(self.model.others, shapes), ..*self.model }
     }

@@ -19,9 +19,10 @@ pub(crate) fn keep(words: &mut [u32], model: &Model<'_>, pass: &mut Pass<'_>) {
     let is_energy = |&words: &Double| number(words).is_finite();
     pass.slice_if(body.arrays.remembered, |_, words| is_energy(words));
     pass.slice_if(core::slice::from_mut(body.arrays.relaxed), |_, words| is_energy(words));
-    // Strains and forces are finite.
+    // Strains, forces and tensions are finite.
     let numbers = body.arrays.rows.as_flattened_mut().as_flattened_mut();
     pass.slice_if(numbers, |_, number| number.is_finite());
+    pass.slice_if(body.arrays.link_rows.as_flattened_mut(), |_, number| number.is_finite());
     if pass.is_reading() {
         body.derive();
     }

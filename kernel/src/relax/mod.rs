@@ -1,8 +1,9 @@
 //! Relaxation: the memory of a body whose stress fades, between its ticks.
 //!
-//! A body that is baked with branches remembers its strain; [`nodal::follow`](crate::energy) has the law and its
-//! source. The memory is in the words of the caller ([`CutRoom`](crate::CutRoom)): a clock, the memory of each slice,
-//! and the numbers that a tick takes from it.
+//! A body that is baked with branches remembers its strain: one of shapes as [`nodal::follow`](crate::energy) says, one
+//! of links as [`links::follow`](crate::energy::links). The memory is in the words of the caller
+//! ([`CutRoom`](crate::CutRoom)): a clock, the memory of each slice or half-link, and the numbers that a tick takes
+//! from it.
 //!
 //! **Time.** A branch counts the ticks since it last followed the strain, late ticks too. In a tick with sweeps it
 //! follows for all of them at once: with m of them it forgets b = 1 - exp(-m dt / tau), and carries c = b tau / (m dt)

@@ -63,7 +63,7 @@ pub enum ResetError {
     /// The scheme supports neither nodal shapes nor a body that can be cut.
     #[error(
         "a body of nodal shapes moves under track or predict in single precision alone, and so does one that \
-         can be cut: take one of these"
+         can be cut or relaxes: take one of these"
     )]
     Shapes,
     /// The model is outside the range of the number type.

@@ -4,9 +4,12 @@ use super::settings::Network;
 use super::tissue::TissueMut;
 use crate::backend::run;
 use crate::energy::current::rounded_up;
-use crate::energy::nodal::follow::{Follow, Parts, Sums};
-use crate::energy::residual::Terms;
+use crate::energy::following::{Course, Parts, Sums};
+use crate::energy::links::follow::FollowLinks;
+use crate::energy::nodal::follow::Follow;
+use crate::energy::residual::{Terms, places};
 use crate::energy::sliced::displace_outputs;
+use crate::model::relaxing_links::RelaxingLinks;
 use crate::model::{Model, others};
 use crate::relax::body::RelaxingBody;
 use crate::solver::Dynamics;
@@ -35,6 +38,23 @@ impl<D: Dynamics> TissueMut<'_, D> {
         if courses.iter().all(|course| course.faded <= 0.0) {
             return None;
         }
+        let of_body = courses.get(..body.branches())?;
+        let sums = if model.is_nodal() {
+            self.follow_shapes(model, of_body, body)?
+        } else {
+            self.follow_links(model, of_body, body)?
+        };
+        let change = body.book(&courses, &sums);
+        change.any.then_some(change.rise)
+    }
+
+    /// The memory of shapes follows their strain.
+    fn follow_shapes(
+        &mut self,
+        model: &Model<'_>,
+        courses: &[Course],
+        body: &mut RelaxingBody<'_, '_>,
+    ) -> Option<Sums> {
         // Displacements of the awake slices; others lie in their rest shape and remember nothing.
         let (cells, slices) = (model.cells(), model.slice_count());
         let state = self.state.get(..cells)?;
@@ -44,20 +64,39 @@ impl<D: Dynamics> TissueMut<'_, D> {
         displace_outputs(terms, awake.iter(slices), state);
         // Follow them.
         let mut sums = Sums::NONE;
-        let of_body = courses.get(..body.branches())?;
         let work = Follow {
             shapes: others::shapes(&model.others),
             states: terms.states,
             slices: awake.iter(slices),
-            courses: of_body,
-            parts: Parts::of(of_body),
+            courses,
+            parts: Parts::of(courses),
             rows: body.arrays.rows,
             numbers: body.arrays.numbers,
             sums: &mut sums,
         };
         run(self.head.vectors, work);
-        let change = body.book(&courses, &sums);
-        change.any.then_some(change.rise)
+        Some(sums)
+    }
+
+    /// The memory of links follows their tension.
+    fn follow_links(
+        &self,
+        model: &Model<'_>,
+        courses: &[Course],
+        body: &mut RelaxingBody<'_, '_>,
+    ) -> Option<Sums> {
+        let mut sums = Sums::NONE;
+        let work = FollowLinks {
+            links: RelaxingLinks::of(model),
+            at: places(model, self.state.get(..model.cells())?),
+            courses,
+            parts: Parts::of(courses),
+            rows: body.arrays.link_rows,
+            numbers: body.arrays.link_numbers,
+            sums: &mut sums,
+        };
+        run(self.head.vectors, work);
+        Some(sums)
     }
 
     /// Forgets all strain.

@@ -135,8 +135,13 @@ settings! {
         max_force_n: f32, "F", "no limit" = |_| f32::INFINITY, |force_n, _| {
             unless(force_n > 0.0, SettingsError::MaxForce)
         };
-        /// When the links' bands close to their rest lengths.
-        unloading: Unloading, "UNLOADING", "release" = |_| Unloading::default(), |_, _| Ok(());
+        /// When the links' bands close to their rest lengths. Those of links that relax stay open: unloading lies
+        /// below loading by itself.
+        unloading: Unloading, "UNLOADING", "release, of links that relax off"
+            = |model| if model.keeps_bands() { Unloading::Off } else { Unloading::default() },
+            |unloading, model| {
+                unless(!model.keeps_bands() || unloading == Unloading::Off, SettingsError::Unloading)
+            };
         /// How the tool's displacement acts on chosen cells, from the next time that the tool engages.
         drive: Drive, "DRIVE", "position" = |_| Drive::default(), |_, _| Ok(());
         /// Cutting by blades and tearing; off, a blade feels nothing and no body tears.
@@ -377,6 +382,11 @@ pub enum SettingsError {
     /// The tool's largest step is not positive and finite.
     #[error("max_tool_step_m must be above 0 and finite")]
     MaxToolStep,
+    /// The bands of links that relax do not close.
+    #[error(
+        "unloading must be off: the body's links relax, so unloading lies below loading by itself"
+    )]
+    Unloading,
     /// The largest force is not positive.
     #[error("max_force_n must be above 0")]
     MaxForce,

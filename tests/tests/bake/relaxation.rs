@@ -165,14 +165,16 @@ fn the_command_refuses_by_option() {
     let out = folder.path().join("none.chaincell");
     let young = "--young-pa=1000";
     for (options, part) in [
-        (&["--branch=1,1"][..], "--young-pa"),
+        (&["--branch=1,1", "--lean"][..], "--lean with --branch"),
+        (&["--branch=1,1", "--cells=9"], "--cells with --branch"),
+        (&["--branch=1,1", "--cuttable"], "--cuttable with --branch"),
+        (&["--instant"], "--branch"),
         (&[young, "--instant"], "--branch"),
         (&[young, "--branch=1"], "give G,TAU"),
         (&[young, "--branch=-1,1"], "--branch -1,1"),
         (&[young, "--branch=1,2000"], "from 0.001 to 1600 s"),
         (&[young, "--branch=1,1", "--cuttable"], "--branch with --cuttable"),
         (&[young, "--branch=1,1", "--device-hz=9"], "from 10 to 100000"),
-        (&["--branch=1,1", "--links"], "--young-pa"),
     ] {
         let why = run([&["bake", SPEC, "-o", text(&out)], options].concat()).with(2).err;
         assert!(why.contains(part), "{options:?}: {why}");

@@ -29,17 +29,17 @@ class BakeOptions(TypedDict, total=False):
     alpha: PerNode | None
     """Half-width of a link's band in rest lengths, in [0, 1)."""
     stiffness_n_per_m: PerNode | None
-    """Stiffness of a link [N/m]."""
+    """Stiffness of a link [N/m]; with `branches` the long-term one, unless `instant` says otherwise."""
     stretch_min: float | Literal["none"] | None
     stiffening: Mapping[float | str, float] | None
     """Half-widths of bands with the moduli [Pa] that they add; they do not relax. "short:0.035" resists what is
     shortened alone, "long:0.1" what is lengthened alone."""
     branches: Sequence[tuple[float, float]] | None
-    """Branches of stress that relaxes, up to four: the shear modulus over the long-term one, and the time
-    [s] in which the stress falls to 1 / e, one tick to 1,600,000. `poisson` is the instantaneous ratio
-    then, since only shear relaxes. An empty list leaves out those of `tissue`."""
+    """Branches of stress that relaxes, up to four: the shear modulus, or the stiffness of links, over the
+    long-term one, and the time [s] in which the stress falls to 1 / e, one tick to 1,600,000. `poisson` is the
+    instantaneous ratio then, since only shear relaxes. An empty list leaves out those of `tissue`."""
     instant: bool | None
-    """`young_pa` is the modulus before anything has relaxed, not the long-term one."""
+    """`young_pa`, or `stiffness_n_per_m`, is the value before anything has relaxed, not the long-term one."""
     device_hz: int | None
     """Ticks in a second for which branches are baked, from 10 to 100000; 1000 by default. `Tissue` and
     `run` refuse another `device_hz`."""

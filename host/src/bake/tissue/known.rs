@@ -266,7 +266,7 @@ pub fn relaxation(
     if branches.is_empty() {
         for (name, is_asked) in [("instant", is_instant), ("device_hz", device_hz.is_some())] {
             if is_asked {
-                let why = "the tissue has no branches that relax; give `branches`, or leave it out";
+                let why = "the body has no branches that relax; give `branches`, or leave it out";
                 return Err(Error::input(format!("`{name}`: {why}")));
             }
         }

@@ -101,7 +101,7 @@ impl Relaxation {
             let wrong = |why: String| Err(Error::input(format!("{name} {ratio},{time_s}: {why}")));
             if !(ratio > 0.0 && (ratio as f32).is_normal()) {
                 return wrong(
-                    "the first number, the shear modulus over the long-term one, must be above 0 and finite"
+                    "the first number, the modulus over the long-term one, must be above 0 and finite"
                         .into(),
                 );
             }
@@ -130,6 +130,11 @@ impl Relaxation {
         Ok(())
     }
 
+    /// Returns the instantaneous stiffness over the given one.
+    pub(in crate::bake) fn instant_rise(&self) -> f64 {
+        if self.is_instant { 1.0 } else { 1.0 + self.ratio() }
+    }
+
     /// Returns the instantaneous Young's modulus \[Pa\] of tissue whose given modulus is `young_pa`; Poisson's ratio
     /// is the instantaneous one.
     #[must_use]
@@ -146,7 +151,7 @@ impl Relaxation {
     }
 
     /// Adds the section.
-    pub(super) fn push(&self, sections: &mut Sections) {
+    pub(in crate::bake) fn push(&self, sections: &mut Sections) {
         let sum = 1.0 + self.ratio();
         let tick_s = 1.0 / f64::from(self.device_hz);
         let numbers = |Branch { ratio, time_s }: Branch| {

@@ -132,6 +132,7 @@ fn every_error_of_the_kernel_keeps_what_it_names() {
     becomes(SettingsError::Step { max: 0.25 }, Code::SettingsStep, limit);
     becomes(SettingsError::TickTime { min: 0.25 }, Code::SettingsTickTime, limit);
     becomes(SettingsError::MaxToolStep, Code::SettingsMaxToolStep, none);
+    becomes(SettingsError::Unloading, Code::SettingsUnloading, none);
     becomes(SettingsError::MaxForce, Code::SettingsMaxForce, none);
     let capacity = ResetError::Capacity { needed: 81, capacity: 80 };
     becomes(capacity, Code::ResetCapacity, sizes(81, 80));

@@ -11,11 +11,8 @@
 //! This is the exact solution of q' + q / tau = g mu z' for a z that changes evenly in a tick, whatever the sweeps do.
 //! The energy of a branch is half a squared distance to what it remembers, so it falls to the part a^2.
 //!
-//! **Rest.** Where a step changes no bit of Y though z differs, Y moves by a unit in the last place. Within 2^-20 of
-//! z it stays as it is, and if z is as small, 1 + G times that with the sum G of the branches over what lasts, it
-//! becomes 0: memory comes to rest, bit by bit, after some 8 to 15 tau of a held body, 1 + G times that of one that
-//! is let go, and a body in its rest shape has none. The stress is off by at most 2 mu 2^-20. For f that distance is
-//! 2^-18 mu V.
+//! It comes to rest as [`following`](crate::energy) says: the stress is then off by at most 2 mu 2^-20. For f that
+//! distance is 2^-18 mu V.
 //!
 //! Cost: a gather and a scatter of the half-links and some 70 operations for each branch and cell. In two loops: the
 //! force s of a cell needs the shapes of its neighbours.
@@ -29,77 +26,17 @@ use super::sums::{Gathered, Own};
 use crate::backend::Work;
 use crate::backend::f32x8::{F32x8, Lanes8};
 use crate::backend::lane::{Lane, Real};
+use crate::energy::following::{Course, NEAR, Near, Parts, Sums, follow};
 use crate::energy::state::States;
-use crate::model::image::BRANCHES_MAX;
 use crate::model::image::nodal::BETA;
 use crate::model::nodal::{MemoryNumbers, Nodal};
-use crate::number::two_float::{LANES, Lanes, Plain};
+use crate::number::two_float::LANES;
 
 /// The memory of eight cells in a branch, by number and lane: Y in the order xx, yy, zz, xy, xz, yz, then f.
 pub(crate) type BranchRows = [[f32; LANES]; 9];
 
-/// Distance at which a memory stays as it is.
-const NEAR: f32 = 1.0 / (1 << 20) as f32;
 /// The same for a force of the spread, as a share of mu V.
 const NEAR_FORCE: f32 = 4.0 * NEAR;
-/// Three quarters of the spacing of `f32`: added to a number, it moves it by a unit in the last place.
-const NUDGE: f32 = 0.75 * f32::EPSILON;
-
-/// A branch at the start of a tick.
-#[derive(Clone, Copy)]
-pub(crate) struct Course {
-    /// Share of the instantaneous shear modulus.
-    pub share: f32,
-    /// The part b that it forgets, 0 for one that waits.
-    pub faded: f32,
-    /// c until this tick, and from this tick on.
-    pub before: f32,
-    pub weight: f32,
-}
-
-/// Parts of the instantaneous shear modulus: the one that acts in a tick, and the one that lasts.
-#[derive(Clone, Copy)]
-pub(crate) struct Parts {
-    pub acting: f32,
-    lasting: f32,
-}
-
-impl Parts {
-    pub fn of(courses: &[Course]) -> Self {
-        let lasting = courses.iter().fold(1.0, |rest, course| rest - course.share);
-        let add = |sum, course: &Course| sum + course.share * course.weight;
-        Self { acting: courses.iter().fold(lasting, add), lasting }
-    }
-}
-
-/// Sums over the cells, in internal units.
-#[derive(Clone, Copy)]
-pub(crate) struct Sums {
-    /// Change of the energy of the shapes.
-    pub rise: Lanes,
-    /// u . S u.
-    pub spread: Lanes,
-    /// u . f of each branch, before and after.
-    pub remembered: [[Lanes; 2]; BRANCHES_MAX],
-    /// Magnitudes of the sums' terms.
-    pub scale: Plain,
-    /// True if any memory has moved.
-    pub moved: bool,
-    /// True if any f is not 0.
-    pub pushes: bool,
-}
-
-impl Sums {
-    pub const NONE: Self = Self {
-        rise: Lanes::ZERO,
-        spread: Lanes::ZERO,
-        remembered: [[Lanes::ZERO; 2]; BRANCHES_MAX],
-        scale: Plain::ZERO,
-        moved: false,
-        pushes: false,
-    };
-}
-
 /// The memory of a body follows the strain in some slices, whose displacements are stored and whose forces are 0.
 pub(crate) struct Follow<'a, 's, S> {
     pub shapes: Nodal<'a>,
@@ -431,35 +368,6 @@ fn squared<V: Real>([a, b, c, d, e, f]: [Lane<V>; 6], other: [Lane<V>; 6]) -> La
 #[inline(always)]
 fn square<V: Real>(x: Lane<V>) -> Lane<V> {
     x * x
-}
-
-/// Distances at which a memory stays as it is: from its target, and of the target from rest.
-#[derive(Clone, Copy)]
-struct Near<V> {
-    target: Lane<V>,
-    rest: Lane<V>,
-}
-
-impl<V: Real> Near<V> {
-    /// A body that is let go follows its memory: the target is then at up to `distance` over the part that lasts.
-    #[inline(always)]
-    fn of(distance: Lane<V>, lasting: f32) -> Self {
-        Self { target: distance, rest: distance / Lane::of(lasting) }
-    }
-}
-
-/// A memory one step nearer to what it follows; `faded` is above 0.
-#[inline(always)]
-fn follow<V: Real>(target: Lane<V>, memory: Lane<V>, faded: f32, near: Near<V>) -> Lane<V> {
-    let (zero, way) = (Lane::of(0.0), target - memory);
-    let next = memory + Lane::of(faded) * way;
-    // At least a unit in the last place.
-    let nudged = memory + (Lane::of(NUDGE) * memory).signed_as(way);
-    let next = Lane::select(next.equals(memory), nudged, next);
-    // Near its target it stays as it is, and near the rest shape it forgets all.
-    let rest = Lane::select(target.magnitude().above(near.rest), memory, zero);
-    // -0.0 becomes +0.0.
-    Lane::select(way.magnitude().above(near.target), next, rest) + zero
 }
 
 #[inline(always)]

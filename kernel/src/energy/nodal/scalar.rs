@@ -22,7 +22,7 @@ use crate::number::two_float::LANES;
 impl Nodal<'_> {
     /// The cells linked to a cell, ascending.
     pub(super) fn others(self, cell: usize) -> impl Iterator<Item = usize> {
-        self.slots_of(cell).map(|(other, _)| other).filter(move |&other| other != cell)
+        self.half_links_of(cell).map(|(other, _)| other)
     }
 
     /// Material numbers of a cell.
@@ -146,7 +146,7 @@ impl Nodal<'_> {
         let here = displaced(cell);
         let (far, mut gathered, mut of_areas, mut of_spread) =
             (sum(here), Gathered::none(), 0.0, 0.0);
-        for (other, slot) in self.slots_of(cell) {
+        for (other, slot) in self.half_links_of(cell) {
             let there = displaced(other);
             gathered.add(here.map(Lane), there.map(Lane), |row| Lane(slot.number(row)));
             let far = sum(there) + far;
@@ -168,8 +168,7 @@ impl Nodal<'_> {
         if is_held(cell) {
             sums.force = add(sums.force, [x, y, z]);
         }
-        for (_, slot) in self.slots_of(cell).filter(|(other, _)| *other != cell && is_held(*other))
-        {
+        for (_, slot) in self.half_links_of(cell).filter(|&(other, _)| is_held(other)) {
             let push = times(stress, three(slot.three(nodal::AREA), Lane));
             sums.force = sub(sums.force, push.map(|x| x.0));
         }

@@ -170,9 +170,9 @@ pub mod kind {
     /// With `NODAL`, optional: the body can be cut, see [`super::cutting`] (u32 or f32, 4 words, 6 if it tears). Its
     /// last cells are spare: they have no links, no input id and mobility 0, rest at the centre and exert no force.
     pub const CUTTING: u32 = 49;
-    /// With `NODAL` and without `CUTTING`, optional: branches of relaxation in ascending time, at most
-    /// [`super::BRANCHES_MAX`], see [`super::branch`] ([f32; 10] a branch). The moduli of `NODAL_CELLS` and
-    /// `NODAL_SLOTS` are then the instantaneous ones.
+    /// Without `CUTTING`, optional: branches of relaxation in ascending time, at most [`super::BRANCHES_MAX`], see
+    /// [`super::branch`] ([f32; 10] a branch). The moduli of `NODAL_CELLS` and `NODAL_SLOTS` are then the
+    /// instantaneous ones; without `NODAL` the stiffness of the links is, and the image has their slices.
     pub const BRANCHES: u32 = 50;
 }
 
@@ -218,7 +218,7 @@ pub mod nodal {
 pub mod branch {
     /// Number of numbers of a branch.
     pub const WORDS: usize = 10;
-    /// Share of the instantaneous shear modulus; 0.99 in all at most.
+    /// Share of the instantaneous modulus; 0.99 in all at most.
     pub const SHARE: usize = 0;
     /// Time tau in which it fades to 1 / e \[ticks\], 1 to 1,600,000.
     pub const TIME_TICKS: usize = 1;

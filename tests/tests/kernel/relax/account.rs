@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::{Rng, SeedableRng};
 
-use super::{hand_m, image, network, upper};
+use super::{blocks, hand_m, network, upper};
 use crate::bench::Bench;
 
 type V = Vector3<f64>;
@@ -21,8 +21,12 @@ const SEEDS: u64 = 4;
 
 /// The hand's exact work is held, relaxed or taken by the sweeps; a still hand's energy falls; a closed motion pays.
 fn account<D: Dynamics<Number = f32>>(sweeps: u16) {
-    let image = image("box:5x5x4x0.005", 15e3, 0.45, &[(1.0, 0.03), (2.0, 0.4)]);
-    let network = network(&image, sweeps);
+    for (name, image) in &blocks(&[(1.0, 0.03), (2.0, 0.4)]) {
+        account_of::<D>(name, network(image, sweeps));
+    }
+}
+
+fn account_of<D: Dynamics<Number = f32>>(name: &str, network: Network<'_>) {
     let nodes = upper(network.model(), 8e-3);
     let mut body = Bench::<D>::holding(network, &nodes);
     let (mut work_j, mut last_j, mut relaxed_j) = (0.0_f64, 0.0, 0.0);
@@ -34,18 +38,21 @@ fn account<D: Dynamics<Number = f32>>(sweeps: u16) {
         work_j += f64::from(output.work_j);
         let energy_j = f64::from(output.energy_j);
         let now_j = f64::from(body.view().relaxed_j(&network));
-        assert!(now_j >= relaxed_j - 1e-9, "{tick}: {now_j} after {relaxed_j}");
+        assert!(now_j >= relaxed_j - 1e-9, "{name}, {tick}: {now_j} after {relaxed_j}");
         // The sweeps only take.
         let lost_j = work_j - energy_j - now_j;
-        assert!(lost_j >= -1e-6 * (work_j + energy_j), "{tick}: {work_j} {energy_j} {now_j}");
+        assert!(
+            lost_j >= -1e-6 * (work_j + energy_j),
+            "{name}, {tick}: {work_j} {energy_j} {now_j}"
+        );
         if tick > 502 {
-            assert!(energy_j <= last_j, "{tick}: {energy_j} after {last_j}");
+            assert!(energy_j <= last_j, "{name}, {tick}: {energy_j} after {last_j}");
         }
         (last_j, relaxed_j) = (energy_j, now_j);
     }
     assert!(
         work_j > 0.0 && relaxed_j > 0.01 * work_j && last_j < 0.05 * work_j,
-        "{work_j} {last_j}"
+        "{name}: {work_j} {last_j} {relaxed_j}"
     );
 }
 
@@ -151,8 +158,13 @@ fn closed_j<D: Dynamics<Number = f32>>(
 
 /// Checks closed motions of all hands with this number of sweeps.
 fn closed<D: Dynamics<Number = f32>>(name: &str, sweeps: u16) {
-    let image = image("box:5x5x4x0.005", 15e3, 0.45, &[(1.0, 0.03), (2.0, 0.4)]);
-    let network = network(&image, sweeps);
+    for (body, image) in &blocks(&[(1.0, 0.03), (2.0, 0.4)]) {
+        closed_of::<D>(&format!("{body}, {name}"), network(image, sweeps));
+    }
+}
+
+fn closed_of<D: Dynamics<Number = f32>>(name: &str, network: Network<'_>) {
+    let sweeps = network.settings().sweeps;
     let nodes = upper(network.model(), 8e-3);
     for hand in Hand::ALL {
         let mut least_j = [f64::INFINITY; 2];

@@ -1,8 +1,8 @@
 //! Rest: a body that relaxes changes no bit any more, some time after a press and after its release.
 
-use chaincell_kernel::{Budget, Dynamics, Predict, ToolPose, Track};
+use chaincell_kernel::{Budget, Dynamics, Network, Predict, ToolPose, Track};
 
-use super::{image, network, upper};
+use super::{blocks, image, network, upper};
 use crate::bench::Bench;
 
 /// Times of the slowest branch after which all rests; 1 + G times as many of a body that is let go.
@@ -38,8 +38,21 @@ fn rests_after<T: PartialEq>(values: &[T]) -> usize {
 /// does bit for bit. A branch of 10,000 ticks and more counts the 16 ticks between two updates: its count goes on.
 fn rest<D: Dynamics<Number = f32>>(name: &str, sweeps: u16) {
     let (first, slow) = ((1.0, 0.02), (0.5, 0.06));
-    let image = image("box:5x5x4x0.005", 15e3, 0.45, &[first, slow]);
-    let network = network(&image, sweeps);
+    for (body, image) in &blocks(&[first, slow]) {
+        // Slack links creep back to their bands for longer, as those of an elastic body do.
+        let forgets = *body != "slack links";
+        let name = format!("{body}, {name}");
+        rest_of::<D>(&name, network(image, sweeps), [first, slow], forgets);
+    }
+}
+
+fn rest_of<D: Dynamics<Number = f32>>(
+    name: &str,
+    network: Network<'_>,
+    [first, slow]: [(f64, f64); 2],
+    forgets: bool,
+) {
+    let sweeps = network.settings().sweeps;
     let nodes = upper(network.model(), 8e-3);
     let mut body = Bench::<D>::holding(network, &nodes);
     for tick in 0..=50 {
@@ -70,7 +83,7 @@ fn rest<D: Dynamics<Number = f32>>(name: &str, sweeps: u16) {
             factor * tau_ticks
         );
         assert!(off < 1e-4, "{name}, {state}: {off}");
-        assert!(pose.engaged == 1 || of_memory <= REST, "{name}, {state}: {of_memory}");
+        assert!(pose.engaged == 1 || !forgets || of_memory <= REST, "{name}, {state}: {of_memory}");
     }
 }
 

@@ -6,11 +6,13 @@ use chaincell_host::bake::ImageBytes;
 use chaincell_host::bake::tissue::DEVICE_HZ;
 use chaincell_kernel::{Network, Predict, ToolPart};
 
-use super::{image, image_at, middle_m, network, upper};
+use super::{image, image_at, links, middle_m, network, upper};
 use crate::bench::Bench;
 
 /// Most error that time may make, as a share of the branch's peak.
 const ERROR_MAX: f64 = 2e-3;
+/// The same of links pressed by 1.3 %, which also turn on the way.
+const LINK_ERROR_MAX: f64 = 1e-2;
 /// Sweeps a tick that are compared, and those of a reference.
 const FEW: [u16; 3] = [1, 2, 4];
 const MANY: u16 = 24;
@@ -78,6 +80,11 @@ fn cube(branches: &[(f64, f64)]) -> ImageBytes {
     image("box:4x4x4x0.005", 15e3, 0.0, branches)
 }
 
+/// The same of links.
+fn cube_of_links(branches: &[(f64, f64)]) -> ImageBytes {
+    links("box:4x4x4x0.005", 0.0, branches)
+}
+
 /// Time at the end of a tick after the first one \[s\].
 fn time_s(tick: usize) -> f64 {
     1e-3 * (tick + 1) as f64
@@ -90,11 +97,22 @@ fn ticks_of(tau_s: f64) -> usize {
 
 /// Force of a cube, pressed by its upper face \[N\]: late in every third tick, or never.
 fn pressed_n(network: Network<'_>, motion: Motion, ticks: usize, is_often_late: bool) -> Vec<f64> {
+    pressed_by_n(1e-3, network, motion, ticks, is_often_late)
+}
+
+/// The same, pressed so deep \[m\].
+fn pressed_by_n(
+    depth_m: f64,
+    network: Network<'_>,
+    motion: Motion,
+    ticks: usize,
+    is_often_late: bool,
+) -> Vec<f64> {
     let nodes = upper(network.model(), 1.0);
     let mut body = Bench::<Predict>::holding(network, &nodes);
     body.tick([0.0; 3]);
     let each = (0..ticks).map(|tick| {
-        let place_m = [0.0, 0.0, (-1e-3 * motion.at(time_s(tick))) as f32];
+        let place_m = [0.0, 0.0, (-depth_m * motion.at(time_s(tick))) as f32];
         if is_often_late && tick % 3 == 1 {
             body.late(place_m);
             return f64::NAN;
@@ -112,8 +130,7 @@ fn branch_n(stiff_n: f64, motion: Motion, tau_s: f64, time_s: f64) -> Option<f64
 
 /// Largest error of the force in shares of the branch's largest force.
 fn time_error(tau_s: f64, motion: Motion, is_often_late: bool) -> f64 {
-    let (elastic, relaxing) = (cube(&[]), cube(&[(1.0, tau_s)]));
-    let [stiff_n, force_n] = [&elastic, &relaxing]
+    let [stiff_n, force_n] = [&cube(&[]), &cube(&[(1.0, tau_s)])]
         .map(|image| pressed_n(network(image, 12), motion, ticks_of(tau_s), is_often_late));
     let (mut error, mut largest) = (0.0_f64, 0.0_f64);
     for (tick, (stiff_n, force_n)) in stiff_n.iter().zip(&force_n).enumerate() {
@@ -139,6 +156,34 @@ fn check_times(times_s: &[f64], is_often_late: bool, most: f64) {
 #[test]
 fn branches_are_exact_in_time() {
     check_times(&TIMES_S, false, ERROR_MAX);
+}
+
+/// Links relax by Fung's law: the force of a branch is that of the elastic body, whose changes fade one by one. It is
+/// no line in the depth, so the sum goes over the elastic body's own forces.
+#[test]
+fn tensions_of_links_fade_in_proportion() {
+    for tau_s in TIMES_S {
+        for motion in MOTIONS {
+            let [elastic, relaxing] = [cube_of_links(&[]), cube_of_links(&[(1.0, tau_s)])];
+            let [stiff_n, force_n] = [&elastic, &relaxing].map(|image| {
+                pressed_by_n(2e-4, network(image, 12), motion, ticks_of(tau_s), false)
+            });
+            let left = (-1e-3 / tau_s).exp();
+            let in_a_tick = (1.0 - left) * tau_s / 1e-3;
+            let (mut error, mut largest, mut branch_n, mut last_n) = (0.0_f64, 0.0_f64, 0.0, 0.0);
+            for (stiff_n, force_n) in stiff_n.iter().zip(&force_n) {
+                branch_n = left * branch_n + in_a_tick * (0.5 * stiff_n - last_n);
+                last_n = 0.5 * stiff_n;
+                largest = largest.max(f64::abs(branch_n));
+                error = error.max((force_n - (0.5 * stiff_n + branch_n)).abs());
+            }
+            println!(
+                "links, tau {tau_s} s, {motion:?}: {:.3} % of the peak",
+                100.0 * error / largest
+            );
+            assert!(error < LINK_ERROR_MAX * largest, "{tau_s} {motion:?}: {error} {largest}");
+        }
+    }
 }
 
 #[test]
