@@ -79,7 +79,8 @@ fn a_quick_paper_is_whole_and_its_files_agree() {
     for entry in std::fs::read_dir(&out).unwrap() {
         let path = entry.unwrap().path();
         let name = path.file_name().unwrap().to_str().unwrap().to_owned();
-        assert!(name.starts_with("paper_") || ["paper.html", "paper.json"].contains(&&*name));
+        let pages = ["paper.html", "paper.json", "paper.md"];
+        assert!(name.starts_with("paper_") || pages.contains(&&*name), "{name}");
         match path.extension().unwrap().to_str().unwrap() {
             "csv" => drop(columns(&path)),
             "svg" => {

@@ -19,7 +19,7 @@ use chaincell_host::terminal::{self, Progress};
     longer for held cells. After an interruption the sections that are done are written.\n\
     --quick takes no reference data.\n\n\
     --out gets report.html, which shows everything and fetches nothing, report.json with the figures,\n\
-    every picture as SVG and PNG, and the numbers behind them as CSV.\n\
+    report.md with the tables, every picture as SVG and PNG, and the numbers behind them as CSV.\n\
     With --json alone nothing is written.")]
 pub struct Report {
     /// Cells of the generated organ that shows what a sweep buys [default: 1000]
@@ -35,7 +35,7 @@ pub struct Report {
 #[command(after_help = "Examples:\n  chaincell paper --out paper\n  \
     chaincell paper --quick --json\n\n\
     --out gets paper.html, which shows everything and fetches nothing, paper.json with the figures,\n\
-    every picture as SVG and PNG, and the numbers behind them as CSV.\n\
+    paper.md with the tables, every picture as SVG and PNG, and the numbers behind them as CSV.\n\
     With --json alone nothing is written.")]
 pub struct Paper {
     #[command(flatten)]

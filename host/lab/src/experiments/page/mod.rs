@@ -4,6 +4,7 @@
 //! [`Page`].
 
 mod html;
+mod markdown;
 mod section;
 pub mod table;
 
@@ -30,7 +31,7 @@ pub fn collect(findings: &mut Findings, bar: &Progress) -> Result<()> {
     Ok(())
 }
 
-/// Writes the page, its figures as JSON, pictures and CSV files.
+/// Writes the page, its figures as JSON, its tables as Markdown, pictures and CSV files.
 pub fn write(findings: &Findings, folder: &Folder) -> Result<()> {
     let page = findings.page;
     for section in &findings.sections {
@@ -43,5 +44,6 @@ pub fn write(findings: &Findings, folder: &Folder) -> Result<()> {
         }
     }
     folder.write_json(&format!("{}.json", page.name), &findings.json())?;
+    folder.write(&format!("{}.md", page.name), markdown::tables(findings).as_bytes())?;
     folder.write(&format!("{}.html", page.name), html::page(findings).as_bytes())
 }

@@ -129,7 +129,7 @@ impl Findings {
 }
 
 /// The date in UTC, year-month-day.
-fn today() -> String {
+pub fn today() -> String {
     let since_1970 = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
     date((since_1970.as_secs() / 86_400) as i64)
 }

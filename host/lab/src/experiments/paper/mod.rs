@@ -4,6 +4,7 @@
 //! |---|---|---|
 //! | [`plane`] | Fig. 4: the shape of a plane whose centre is displaced | `plane`, `profile_4`, `profile_8` |
 //! | [`mechanics`] | Fig. 5: force over displacement, unloading, stress relaxation | one picture and one CSV file a curve and body |
+//! | [`tissue`] | Fig. 5b and 5c for tissue that relaxes, beside measured curves | `fig5b_tissue`, `fig5c_tissue`, `tissue*` |
 //! | [`liver`] | Fig. 6: the liver under a probe | `liver`, `liver_force`, `liver_press` |
 //! | [`scaling`] | left open there: many elements to one cell | `scaling` |
 //! | [`identified`] | left open there: the material parameters | `identified*` |
@@ -21,6 +22,7 @@ pub mod mechanics;
 pub mod plane;
 mod press;
 pub mod scaling;
+pub mod tissue;
 
 use super::page::Page;
 
@@ -36,6 +38,7 @@ pub static PAGE: Page = Page {
     experiments: &[
         plane::section,
         mechanics::section,
+        tissue::section,
         liver::section,
         scaling::section,
         identified::section,
