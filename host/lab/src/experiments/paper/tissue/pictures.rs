@@ -35,7 +35,7 @@ pub fn relaxation(hold: &Hold) -> Result<(Figure, f64)> {
     }
     for body in &hold.bodies {
         let label = short(&body.options);
-        chart = chart.series(label, Style::Line, &shares(&body.pressure_pa));
+        chart = chart.series(&label, Style::Line, &shares(&body.pressure_pa));
     }
     // Links, their time stretched so that they meet the first of these curves best.
     let meant = measured.or_else(|| hold.bodies.first().map(|body| shares(&body.pressure_pa)));
@@ -72,8 +72,11 @@ fn links(meant: &[[f64; 2]]) -> Result<(Vec<[f64; 2]>, f64)> {
 }
 
 /// The options of a body as a legend has room for them.
-fn short(options: &str) -> &str {
-    if options.starts_with("--young-pa") { "fitted to the hold" } else { options }
+fn short(options: &str) -> String {
+    match options.matches("--branch").count() {
+        0 => options.to_owned(),
+        branches => format!("{branches} branches, fitted to the hold"),
+    }
 }
 
 /// The hold of a muscle as it was measured.
@@ -87,7 +90,7 @@ pub fn muscle(hold: &Hold) -> Result<Figure> {
         chart = chart.series("measured", Style::Markers, &line(measured));
     }
     for body in &hold.bodies {
-        chart = chart.series(short(&body.options), Style::Line, &line(&body.pressure_pa));
+        chart = chart.series(&short(&body.options), Style::Line, &line(&body.pressure_pa));
     }
     let caption = "Pig muscle (Van Loocke and others, as tabled in LivingMatterLab/CANN) beside blocks in the kernel's \
                    ticks. Bands do not relax, and begin at other strains along other links: the tissues of the table \
@@ -113,8 +116,9 @@ pub fn loops(hold: &Hold, cycles: &[Cycle]) -> Result<Figure> {
         let points: Vec<[f64; 2]> = rise.map(|(point, pa)| [point[1], *pa]).collect();
         chart = chart.series("measured, 6 s, loading", Style::Markers, &percent(&points));
     }
-    let caption = "The way back lies below the way in, as in living tissue, by the branches alone: no link is restored. \
-                   Measured is the loading of a pig muscle in 6 s; no unloading was found to compare with.";
+    let caption = "The way back lies below the way in, as in living tissue, by the branches alone: no link is \
+                   restored. At the end the clamps pull, since the block has not come back yet. Measured is the loading \
+                   of a pig muscle in 6 s; no unloading was found to compare with.";
     Ok(Figure::new("paper_fig5b_tissue", caption, Picture::of(&chart)?))
 }
 
