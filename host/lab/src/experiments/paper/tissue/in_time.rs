@@ -23,8 +23,8 @@ const END_S: f64 = 300.0;
 /// A slower one, and the share of the peak that is published to fade in it, about.
 pub const SLOW_RATE_PER_S: f64 = 0.005;
 pub const SLOW_FADED: f64 = 0.5;
-/// Moments in a decade of time where nothing was measured.
-const A_DECADE: f64 = 12.0;
+/// Moments of lines in a decade of time.
+const A_DECADE: f64 = 16.0;
 /// Ticks of a way of a loop, about.
 const WAY_TICKS: f64 = 200.0;
 /// Times of a way \[s\]: of a muscle to its strain, of a cervix to a strain.
@@ -94,8 +94,11 @@ fn linear(points: &[[f64; 2]], time_s: f64) -> f64 {
 pub struct Hold {
     /// Times \[s\] and strains of the motion, from rest.
     pub motion: Vec<[f64; 2]>,
-    /// The moments \[s\] that are compared, and the one from which the strain is held.
+    /// The moments that are compared \[s\].
     pub times_s: Vec<f64>,
+    /// The moments of lines, those that are compared among them \[s\].
+    pub drawn_s: Vec<f64>,
+    /// The moment from which the strain is held \[s\].
     pub held_from_s: f64,
     /// The measured pressure at each moment \[Pa\]; none without reference data.
     pub measured_pa: Option<Vec<f64>>,
@@ -109,8 +112,10 @@ pub struct Held {
     pub options: String,
     /// Number of its cells.
     pub cells: usize,
-    /// Its pressure at each moment \[Pa\].
+    /// Its pressure at each moment that is compared \[Pa\].
     pub pressure_pa: Vec<f64>,
+    /// The same at each moment of lines \[Pa\].
+    pub drawn_pa: Vec<f64>,
     /// Share of its peak that fades at the slower rate.
     pub slow_faded: Option<f64>,
 }
@@ -127,21 +132,28 @@ impl Hold {
             Some(of) => of.points.clone(),
             None => vec![[0.0; 2], [held_from_s, STRAIN]],
         };
-        let times_s: Vec<f64> = match &measured {
-            Some(of) => of.points[1..].iter().map(|point| point[0]).collect(),
-            None => {
-                let since = (0..).map(|at| 0.1 * 10_f64.powf(f64::from(at) / A_DECADE));
-                let held = since.map(|since_s| held_from_s + since_s);
-                let rise = (1..=12).map(|at| held_from_s * f64::from(at) / 12.0);
-                rise.chain(held.take_while(|time_s| *time_s < END_S)).collect()
-            }
+        // Moments in even shares of time, on the way in from its twentieth part on.
+        let even = |from_s: f64, first_s: f64, last_s: f64| -> Vec<f64> {
+            let since_s = (0..).map(|at| first_s * 10_f64.powf(f64::from(at) / A_DECADE));
+            since_s.map(|since_s| from_s + since_s).take_while(|time_s| *time_s < last_s).collect()
         };
-        let times_s: Vec<f64> = times_s
-            .into_iter()
-            .filter(|time_s| end_s.is_none_or(|end_s| *time_s < end_s))
-            .collect();
+        let mut drawn_s = even(0.0, 0.05 * held_from_s, held_from_s);
+        drawn_s.push(held_from_s);
+        drawn_s.extend(even(held_from_s, 0.1, END_S));
+        let mut times_s: Vec<f64> = match &measured {
+            Some(of) => of.points[1..].iter().map(|point| point[0]).collect(),
+            None => drawn_s.clone(),
+        };
+        // Both up to the end that was asked for, in ascending order.
+        times_s.retain(|time_s| end_s.is_none_or(|end_s| *time_s < end_s));
+        let last_s = times_s.last().copied().unwrap_or_default();
+        drawn_s.extend(&times_s);
+        drawn_s.retain(|time_s| *time_s <= last_s);
+        drawn_s.sort_by(f64::total_cmp);
+        drawn_s.dedup();
         let measured_pa = measured.map(|of| of.response[1..=times_s.len()].to_vec());
-        Ok(Self { motion, times_s, held_from_s, measured_pa, bodies: Vec::new() })
+        let bodies = Vec::new();
+        Ok(Self { motion, times_s, drawn_s, held_from_s, measured_pa, bodies })
     }
 
     /// Adds a body of a tissue of the table.
@@ -180,7 +192,8 @@ impl Hold {
         };
         let product: f64 = answers().zip(pairs()).map(|(answer, (_, pa))| answer * pa).sum();
         let factor = product / answers().map(|answer| answer * answer).sum::<f64>();
-        body.pressure_pa.iter_mut().for_each(|pa| *pa *= factor);
+        let both = body.pressure_pa.iter_mut().chain(&mut body.drawn_pa);
+        both.for_each(|pa| *pa *= factor);
         body.options = format!("--young-pa {:.0}", factor * of.young_pa);
         for Branch { ratio, time_s } in &of.branches {
             body.options += &format!(" --branch {ratio:.3},{time_s:.3}");
@@ -192,7 +205,10 @@ impl Hold {
     fn body(&self, of: &KnownTissue, options: String, is_slow_too: bool) -> Result<Held> {
         let specimen = Specimen::new(BAR, of, SLOW_HZ)?;
         let strain = |time_s| linear(&self.motion, time_s);
-        let pressure_pa = follow(&specimen, SLOW_HZ, strain, &self.times_s)?;
+        let drawn_pa = follow(&specimen, SLOW_HZ, strain, &self.drawn_s)?;
+        let line: Vec<[f64; 2]> =
+            self.drawn_s.iter().zip(&drawn_pa).map(|(time_s, pa)| [*time_s, *pa]).collect();
+        let pressure_pa = self.times_s.iter().map(|time_s| linear(&line, *time_s)).collect();
         let slow_faded = if is_slow_too {
             let rise_s = STRAIN / SLOW_RATE_PER_S;
             let strain = |time_s: f64| (SLOW_RATE_PER_S * time_s).min(STRAIN);
@@ -201,7 +217,7 @@ impl Hold {
         } else {
             None
         };
-        Ok(Held { options, cells: specimen.cells, pressure_pa, slow_faded })
+        Ok(Held { options, cells: specimen.cells, pressure_pa, drawn_pa, slow_faded })
     }
 
     /// Share of the peak that has faded at the end.
@@ -238,8 +254,9 @@ impl Hold {
 pub struct Cycle {
     /// The tissue of the table.
     pub tissue: &'static str,
-    /// Time of a way \[s\] and largest strain.
+    /// Time of a way \[s\].
     pub way_s: f64,
+    /// Largest strain.
     pub strain: f64,
     /// Strain and force by area at rest \[Pa\].
     pub turn: Loop,

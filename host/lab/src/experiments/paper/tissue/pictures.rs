@@ -22,23 +22,24 @@ pub fn relaxation(hold: &Hold) -> Result<(Figure, f64)> {
         Axis::linear("force, share of the first"),
     );
     let mut chart = Chart::new("5c: tissue beside links and a measured muscle", axes.0, axes.1);
-    let shares = |pa: &[f64]| -> Vec<[f64; 2]> {
-        let held = hold.times_s.iter().zip(pa).filter(|(time_s, _)| **time_s >= hold.held_from_s);
+    let shares = |times_s: &[f64], pa: &[f64]| -> Vec<[f64; 2]> {
+        let held = times_s.iter().zip(pa).filter(|(time_s, _)| **time_s >= hold.held_from_s);
         let held: Vec<[f64; 2]> =
             held.map(|(time_s, pa)| [time_s - hold.held_from_s, *pa]).collect();
         let first = held.first().map_or(1.0, |point| point[1]);
         held.iter().skip(1).map(|point| [point[0], point[1] / first]).collect()
     };
-    let measured = hold.measured_pa.as_deref().map(shares);
+    let measured = hold.measured_pa.as_deref().map(|pa| shares(&hold.times_s, pa));
     if let Some(measured) = &measured {
         chart = chart.series("pig muscle, measured", Style::Markers, measured);
     }
     for body in &hold.bodies {
         let label = short(&body.options);
-        chart = chart.series(&label, Style::Line, &shares(&body.pressure_pa));
+        chart = chart.series(&label, Style::Line, &shares(&hold.drawn_s, &body.drawn_pa));
     }
     // Links, their time stretched so that they meet the first of these curves best.
-    let meant = measured.or_else(|| hold.bodies.first().map(|body| shares(&body.pressure_pa)));
+    let meant =
+        measured.or_else(|| hold.bodies.first().map(|body| shares(&hold.drawn_s, &body.drawn_pa)));
     let (links, misfit) = links(&meant.unwrap_or_default())?;
     let chart = chart.series("links, time stretched", Style::Dashed, &links);
     let caption = format!(
@@ -83,14 +84,15 @@ fn short(options: &str) -> String {
 pub fn muscle(hold: &Hold) -> Result<Figure> {
     let axes = (Axis::log10("time [s]"), Axis::linear("Cauchy stress, compression [Pa]"));
     let mut chart = Chart::new("Pig muscle: 5 %/s to 30 %, then held", axes.0, axes.1);
-    let line = |pa: &[f64]| -> Vec<[f64; 2]> {
-        hold.times_s.iter().zip(pa).map(|(time_s, pa)| [*time_s, *pa]).collect()
+    let line = |times_s: &[f64], pa: &[f64]| -> Vec<[f64; 2]> {
+        times_s.iter().zip(pa).map(|(time_s, pa)| [*time_s, *pa]).collect()
     };
     if let Some(measured) = &hold.measured_pa {
-        chart = chart.series("measured", Style::Markers, &line(measured));
+        chart = chart.series("measured", Style::Markers, &line(&hold.times_s, measured));
     }
     for body in &hold.bodies {
-        chart = chart.series(&short(&body.options), Style::Line, &line(&body.pressure_pa));
+        chart =
+            chart.series(&short(&body.options), Style::Line, &line(&hold.drawn_s, &body.drawn_pa));
     }
     let caption = "Pig muscle (Van Loocke and others, as tabled in LivingMatterLab/CANN) beside blocks in the kernel's \
                    ticks. Bands do not relax, and begin at other strains along other links: the tissues of the table \
