@@ -60,9 +60,9 @@ pub const ORGAN_SIZE: usize = 1000;
 /// See [`ORGAN_SIZE`].
 pub const ORGAN_TICK_INSTRUCTIONS: f64 = 3.3e6;
 
-/// Young's modulus \[Pa\] and Poisson's ratio of the default body: those of a liver. Healthy ones have 4 to
-/// 6 kPa by transient elastography (L. Sandrin and others, Ultrasound in Medicine and Biology 29, 2003, 1705 to
-/// 1713), and are nearly incompressible.
+/// Tissue of the default body, by its name in the table of known ones, which has its source.
+pub const ORGAN_TISSUE: &str = "liver";
+/// Young's modulus \[Pa\] of that tissue; a test holds it and Poisson's ratio equal to the table's.
 pub const ORGAN_YOUNG_PA: f64 = 5000.0;
 /// See [`ORGAN_YOUNG_PA`].
 pub const ORGAN_POISSON: f64 = 0.45;

@@ -6,7 +6,9 @@ use chaincell_kernel::Model;
 
 use super::model_file;
 use crate::bake::tissue::{DEVICE_HZ, KnownTissue};
-use crate::bake::{ImageBytes, ORGAN_POISSON, ORGAN_SIZE, ORGAN_YOUNG_PA, organ, organ_of_known};
+use crate::bake::{
+    ImageBytes, ORGAN_POISSON, ORGAN_SIZE, ORGAN_TISSUE, ORGAN_YOUNG_PA, organ, organ_of_known,
+};
 use crate::engine::staged::check_tick;
 use crate::error::{Error, Result};
 
@@ -14,8 +16,8 @@ use crate::error::{Error, Result};
 #[derive(Debug, clap::Args)]
 pub struct CosimBodyArgs {
     #[arg(help = format!(
-        "Model file from `chaincell bake` [default: organ:{ORGAN_SIZE}, {} kPa, Poisson's ratio \
-         {ORGAN_POISSON}]", 1e-3 * ORGAN_YOUNG_PA
+        "Model file from `chaincell bake` [default: organ:{ORGAN_SIZE} of the tissue {ORGAN_TISSUE}, \
+         {} kPa, Poisson's ratio {ORGAN_POISSON}]", 1e-3 * ORGAN_YOUNG_PA
     ))]
     pub model: Option<PathBuf>,
     /// Tissue of the default body, by name or from a table, as --tissue of `bake`: modulus, Poisson's

@@ -9,7 +9,9 @@ use super::browser::{self, BrowserArgs};
 use super::model_file;
 use super::recorded::RecordedArgs;
 use super::tool::ToolSpec;
-use crate::bake::{ImageBytes, ORGAN_POISSON, ORGAN_SIZE, ORGAN_YOUNG_PA, organ, organ_of};
+use crate::bake::{
+    ImageBytes, ORGAN_POISSON, ORGAN_SIZE, ORGAN_TISSUE, ORGAN_YOUNG_PA, organ, organ_of,
+};
 use crate::engine::contact::contact_cells;
 use crate::engine::staged::check_tick;
 use crate::error::{Error, Result};
@@ -44,8 +46,8 @@ const NOT_BAKED: &str = "this body is a baked file: bake its mesh with another m
 )]
 pub struct Args {
     #[arg(help = format!(
-        "Model file from `chaincell bake`, or a recorded session: a trace or the folder of a run [default: organ:{ORGAN_SIZE}, {} kPa, Poisson's ratio \
-         {ORGAN_POISSON}]", 1e-3 * ORGAN_YOUNG_PA
+        "Model file from `chaincell bake`, or a recorded session: a trace or the folder of a run [default: organ:{ORGAN_SIZE} of the tissue {ORGAN_TISSUE}, \
+         {} kPa, Poisson's ratio {ORGAN_POISSON}]", 1e-3 * ORGAN_YOUNG_PA
     ))]
     model: Option<PathBuf>,
     /// Write the page into one file, which works from the disk

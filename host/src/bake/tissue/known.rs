@@ -284,7 +284,8 @@ mod tests {
     use super::*;
     use crate::bake::tissue::{Moduli, Tissue};
     use crate::bake::{
-        BakeOptions, ORGAN_POISSON, ORGAN_YOUNG_PA, PerCell, bake, organ, organ_of_known,
+        BakeOptions, ORGAN_POISSON, ORGAN_TISSUE, ORGAN_YOUNG_PA, PerCell, bake, organ,
+        organ_of_known,
     };
     use crate::mesh::{MeshOptions, load};
 
@@ -311,7 +312,7 @@ mod tests {
     /// A liver has the values of the default body, and the default toughness comes from the same publication.
     #[test]
     fn a_liver_is_the_default_body() {
-        let liver = KnownTissue::find("liver").unwrap();
+        let liver = KnownTissue::find(ORGAN_TISSUE).unwrap();
         assert_eq!((liver.young_pa, liver.poisson), (ORGAN_YOUNG_PA, ORGAN_POISSON));
         assert_eq!(liver.toughness_j_per_m2, Some(164.0));
         assert!(liver.branches.is_empty() && liver.stiffening.is_empty());
