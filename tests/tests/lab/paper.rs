@@ -93,6 +93,7 @@ fn a_quick_paper_is_whole_and_its_files_agree() {
     assert!(seen >= 6, "{seen} pictures");
     overview(&out);
     plane(&found, &out);
+    tissue(&found, &out);
     liver(&found, &out);
     identified(&found, &out);
     // Refused with content, taken with --force.
@@ -138,6 +139,26 @@ fn plane(found: &Value, out: &Path) {
     }
     let four = |key: &str| real(found, &format!("/plane/neighbours_4/{key}/nonlinearity"));
     assert!(four("chainmail") < 1e-12 && four("network") > 0.1, "{found}");
+}
+
+/// Tissue that relaxes keeps work in every loop, and is drawn without reference data too.
+fn tissue(found: &Value, out: &Path) {
+    let cycles = found["tissue"]["cycles"].as_array().unwrap();
+    assert_eq!(cycles.len(), 6);
+    for cycle in cycles {
+        assert!((0.2..0.8).contains(&real(cycle, "/loop_area_of_loading_work")), "{cycle}");
+    }
+    let points = columns(&out.join("paper_tissue.csv"));
+    assert_eq!(numbers(&points, "measured").len(), 4);
+    for name in ["fig5b_tissue", "fig5c_tissue", "tissue_muscle", "tissue_cervix"] {
+        assert!(out.join(format!("paper_{name}.svg")).is_file(), "{name}");
+    }
+    let tables = std::fs::read_to_string(out.join("paper.md")).unwrap();
+    let date = found["date"].as_str().unwrap();
+    assert!(
+        tables.contains(date) && tables.contains("| human cervix | storage modulus"),
+        "{tables}"
+    );
 }
 
 /// The press in CSV is the one of the figures.

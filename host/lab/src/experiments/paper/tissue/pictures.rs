@@ -21,7 +21,7 @@ pub fn relaxation(hold: &Hold) -> Result<(Figure, f64)> {
         Axis::log10("time since the strain is held [s]"),
         Axis::linear("force, share of the first"),
     );
-    let mut chart = Chart::new("5c: tissue beside links and a measured muscle", axes.0, axes.1);
+    let mut chart = Chart::new("5c: tissue that relaxes, beside links", axes.0, axes.1);
     let shares = |times_s: &[f64], pa: &[f64]| -> Vec<[f64; 2]> {
         let held = times_s.iter().zip(pa).filter(|(time_s, _)| **time_s >= hold.held_from_s);
         let held: Vec<[f64; 2]> =
@@ -43,10 +43,10 @@ pub fn relaxation(hold: &Hold) -> Result<(Figure, f64)> {
     let (links, misfit) = links(&meant.unwrap_or_default())?;
     let chart = chart.series("links, time stretched", Style::Dashed, &links);
     let caption = format!(
-        "Compression to 30 % at 5 %/s, then held: shares of the force at the beginning of the hold. Points are \
-         measured (Van Loocke and others). Blocks of tissue relax by their branches in the kernel's ticks. Links as the \
+        "Compression to 30 % at 5 %/s, then held: shares of the force at the beginning of the hold. Points, \
+         where the reference data were given, are measured (Van Loocke and others). Blocks of tissue relax by their branches in the kernel's ticks. Links as the \
          paper has them, an organ of {ORGAN} cells after a jump, relax by diffusion; the paper leaves their time \
-         constant open, here it is the one that meets the muscle best."
+         constant open, here it is the one that meets the first curve best."
     );
     Ok((Figure::new("paper_fig5c_tissue", caption, Picture::of(&chart)?), misfit))
 }
