@@ -92,7 +92,6 @@ pub fn section(context: &Context) -> Result<Section> {
             "links_misfit": links_misfit,
             "liver_young_pa": modulus_pa,
         }),
-        ..Section::default()
     })
 }
 
@@ -110,10 +109,10 @@ fn result(hold: &Hold, cycles: &[Cycle]) -> String {
     let muscle = cycles.iter().filter(|of| of.tissue == "muscle");
     let (ways, kept): (Vec<String>, Vec<String>) =
         muscle.map(|of| (of.way_s.to_string(), percent(of.turn.relative()))).unzip();
-    let fits = hold.bodies.iter().filter(|body| body.options.contains("--branch"));
-    let fitted = fits.last().map_or_else(String::new, |body| {
-        let of_body = hold.compared().into_iter().filter(|of| of.body == body.options);
-        let misfit = of_body.last().map(|of| of.misfit());
+    let mut fits = hold.bodies.iter().filter(|body| body.options.contains("--branch"));
+    let fitted = fits.next_back().map_or_else(String::new, |body| {
+        let mut of_body = hold.compared().into_iter().filter(|of| of.body == body.options);
+        let misfit = of_body.next_back().map(|of| of.misfit());
         format!(
             " A body that is fitted to a measured hold meets it within {} % rms.",
             percent(misfit)
