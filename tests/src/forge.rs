@@ -66,6 +66,11 @@ impl Forged {
         self.sections.iter_mut().find(|of| of.0 == kind).unwrap().1 = bytes;
     }
 
+    /// Takes a section out.
+    pub fn remove(&mut self, kind: u32) {
+        self.sections.retain(|of| of.0 != kind);
+    }
+
     /// The image, with its length, its table and its checksum right.
     #[must_use]
     pub fn sealed(&self) -> ImageBytes {

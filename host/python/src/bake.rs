@@ -8,7 +8,7 @@ use chaincell_host::bake::tissue::{
 use chaincell_host::bake::{
     self, BakeOptions, BasisSpacing, ContactSurface, Cuttable, ImageBytes, PerCell,
 };
-use chaincell_host::cli::values::{Material, per_cell, with_materials};
+use chaincell_host::cli::values::{Material, per_cell, toughness_with_materials, with_materials};
 use chaincell_host::mesh::{self, CELLS_MAX, Filling, Mesh, MeshOptions, NODES_MAX};
 use chaincell_kernel::{Loose, TearLimit};
 use pyo3::prelude::*;
@@ -23,7 +23,8 @@ use crate::signals::aside;
 /// Poisson's ratio of soft tissue, where none is given.
 const POISSON: f64 = 0.45;
 /// What `materials` is, for errors.
-const MATERIALS: &str = "{\"GROUP\": {\"young_pa\": E, \"poisson\": NU}}, one of both at least";
+const MATERIALS: &str = "{\"GROUP\": {\"young_pa\": E, \"poisson\": NU, \"toughness_j_per_m2\": J}}, one of \
+                         these at least";
 
 /// How a mesh is read.
 pub(crate) fn mesh_options(given: &Given<'_, '_>) -> PyResult<MeshOptions> {
@@ -87,13 +88,14 @@ fn options(mesh: &Mesh, given: &Given<'_, '_>) -> PyResult<BakeOptions> {
             Some("no") => ContactSurface::No,
             _ => ContactSurface::Auto,
         },
-        cuttable: cuttable(given)?,
+        cuttable: cuttable(mesh, given)?,
         cells: cells(given)?,
     })
 }
 
 /// Preparations for cuts, of a body that can be cut.
-fn cuttable(given: &Given<'_, '_>) -> PyResult<Option<Cuttable>> {
+fn cuttable(mesh: &Mesh, given: &Given<'_, '_>) -> PyResult<Option<Cuttable>> {
+    let groups = GroupMaterial::all(given)?;
     if !given.truth("cuttable")? {
         for name in ["cut_spare", "toughness_j_per_m2", "tears", "tear_stretch", "loose"] {
             if given.any(name)?.is_some() {
@@ -102,12 +104,23 @@ fn cuttable(given: &Given<'_, '_>) -> PyResult<Option<Cuttable>> {
                 return Err(Class::Model.error(text));
             }
         }
+        if let Some(group) = groups.iter().find(|group| group.toughness_j_per_m2.is_some()) {
+            let text = format!(
+                "`materials: {}: toughness_j_per_m2` goes with `cuttable=True`: give it, or leave this out",
+                group.name
+            );
+            return Err(Class::Model.error(text));
+        }
         return Ok(None);
     }
     let defaults = Cuttable::default();
     let of_known = known(given)?.and_then(|tissue| tissue.toughness_j_per_m2);
-    let toughness_j_per_m2 =
-        given.real("toughness_j_per_m2")?.or(of_known).unwrap_or(defaults.toughness_j_per_m2);
+    let toughness = per_node("toughness_j_per_m2", mesh, given)?;
+    let toughness =
+        toughness.or(of_known.map(PerCell::Uniform)).unwrap_or(defaults.toughness_j_per_m2);
+    let materials: Vec<Material<'_>> = groups.iter().map(GroupMaterial::material).collect();
+    let toughness_j_per_m2 = toughness_with_materials(toughness, &materials, mesh)
+        .map_err(|why| Class::Model.host(why))?;
     let spare_share = given.real("cut_spare")?.unwrap_or(defaults.spare_share);
     let loose = match word(given, "loose", &["leave", "freeze", "drop"])? {
         Some("freeze") => Loose::Freeze,
@@ -145,9 +158,9 @@ fn word(
 
 /// Nodal shapes, where the tissue has a stiffness.
 fn tissue(mesh: &Mesh, given: &Given<'_, '_>) -> PyResult<Option<Tissue>> {
-    let (young_pa, materials) = (per_node("young_pa", mesh, given)?, given.any("materials")?);
+    let (young_pa, groups) = (per_node("young_pa", mesh, given)?, GroupMaterial::all(given)?);
     let known = known(given)?;
-    if young_pa.is_none() && materials.is_none() && known.is_none() {
+    if young_pa.is_none() && groups.is_empty() && known.is_none() {
         let options = ["poisson", "stretch_min", "stiffening"];
         for name in options {
             if given.any(name)?.is_some() {
@@ -168,15 +181,19 @@ fn tissue(mesh: &Mesh, given: &Given<'_, '_>) -> PyResult<Option<Tissue>> {
         }
     }
     // What is given goes before what the table has.
-    let (is_modulus_given, has_materials) = (young_pa.is_some(), materials.is_some());
+    let is_modulus_given = young_pa.is_some();
     let of_known = |value: fn(&KnownTissue) -> f64| known.as_ref().map(value);
     let young_pa = young_pa.or(of_known(|of| of.young_pa).map(PerCell::Uniform));
     let poisson = per_node("poisson", mesh, given)?;
     let poisson =
         poisson.unwrap_or_else(|| PerCell::Uniform(of_known(|of| of.poisson).unwrap_or(POISSON)));
-    let (young_pa, poisson) = match (young_pa, materials) {
-        (Some(young_pa), None) => (young_pa, poisson),
-        (young_pa, materials) => of_groups(young_pa, poisson, materials, mesh)?,
+    let (young_pa, poisson) = match young_pa {
+        Some(young_pa) if groups.is_empty() => (young_pa, poisson),
+        young_pa => {
+            let materials: Vec<Material<'_>> = groups.iter().map(GroupMaterial::material).collect();
+            let found = with_materials(young_pa, poisson, &materials, mesh);
+            found.map_err(|why| Class::Model.host(why))?
+        }
     };
     let stretch_min = number_or(given, "stretch_min", &["none"])?;
     let stretch_min = match stretch_min {
@@ -193,8 +210,8 @@ fn tissue(mesh: &Mesh, given: &Given<'_, '_>) -> PyResult<Option<Tissue>> {
             options.push(name);
         }
     }
-    if has_materials {
-        options.extend(["young_pa", "poisson"]);
+    if !groups.is_empty() {
+        options.extend(["young_pa", "poisson", "toughness_j_per_m2"]);
     }
     let row = known.as_ref().and_then(|tissue| tissue.row(|option| options.contains(&option)));
     Ok(Some(Tissue { young_pa, poisson, stretch_min, stiffening, relaxation, row }))
@@ -224,53 +241,68 @@ fn known(given: &Given<'_, '_>) -> PyResult<Option<KnownTissue>> {
     KnownTissue::find(&name).map(Some).map_err(|why| Class::Model.host(why))
 }
 
-/// What materials say of their groups, in their order, over the values of all nodes.
-fn of_groups(
-    young_pa: Option<PerCell>,
-    poisson: PerCell,
-    materials: Option<Bound<'_, PyAny>>,
-    mesh: &Mesh,
-) -> PyResult<(PerCell, PerCell)> {
-    let wrong = |value: &Bound<'_, PyAny>| wrong_type("materials", MATERIALS, value);
-    let mut named = Vec::new();
-    for (group, values) in dict(materials.as_ref(), &wrong)? {
-        let group: String = group.extract().map_err(|_| wrong(&group))?;
-        let (mut young_pa, mut poisson) = (None, None);
-        for (key, value) in dict(Some(&values), &wrong)? {
-            let key: String = key.extract().map_err(|_| wrong(&key))?;
-            let name = format!("materials: {group}: {key}");
-            match key.as_str() {
-                "young_pa" => young_pa = Some(finite(&name, &value)?),
-                "poisson" => poisson = Some(finite(&name, &value)?),
-                _ => {
-                    let text = format!("`{name}`: there are young_pa and poisson");
-                    return Err(Class::Model.error(text));
-                }
+/// The material of a group.
+struct GroupMaterial {
+    name: String,
+    young_pa: Option<f64>,
+    poisson: Option<f64>,
+    toughness_j_per_m2: Option<f64>,
+}
+
+impl GroupMaterial {
+    /// All of `materials`, in their order; none where it is not given.
+    fn all(given: &Given<'_, '_>) -> PyResult<Vec<Self>> {
+        let Some(materials) = given.any("materials")? else { return Ok(Vec::new()) };
+        let wrong = |value: &Bound<'_, PyAny>| wrong_type("materials", MATERIALS, value);
+        let mut groups = Vec::new();
+        for (group, values) in dict(&materials, &wrong)? {
+            let name: String = group.extract().map_err(|_| wrong(&group))?;
+            let mut of_group =
+                Self { name, young_pa: None, poisson: None, toughness_j_per_m2: None };
+            for (key, value) in dict(&values, &wrong)? {
+                let key: String = key.extract().map_err(|_| wrong(&key))?;
+                let name = format!("materials: {}: {key}", of_group.name);
+                let slot = match key.as_str() {
+                    "young_pa" => &mut of_group.young_pa,
+                    "poisson" => &mut of_group.poisson,
+                    "toughness_j_per_m2" => &mut of_group.toughness_j_per_m2,
+                    _ => {
+                        let there = "there are young_pa, poisson and toughness_j_per_m2";
+                        return Err(Class::Model.error(format!("`{name}`: {there}")));
+                    }
+                };
+                *slot = Some(finite(&name, &value)?);
             }
+            let Self { young_pa, poisson, toughness_j_per_m2, .. } = of_group;
+            if [young_pa, poisson, toughness_j_per_m2] == [None; 3] {
+                let text = format!("`materials: {}` is empty: give {MATERIALS}", of_group.name);
+                return Err(Class::Model.error(text));
+            }
+            groups.push(of_group);
         }
-        if young_pa.is_none() && poisson.is_none() {
-            let text = format!("`materials: {group}` is empty: give {MATERIALS}");
-            return Err(Class::Model.error(text));
+        if groups.is_empty() {
+            return Err(Class::Model.error(format!("`materials` is empty: give {MATERIALS}")));
         }
-        named.push((group, young_pa, poisson));
+        Ok(groups)
     }
-    if named.is_empty() {
-        return Err(Class::Model.error(format!("`materials` is empty: give {MATERIALS}")));
+
+    /// The same as the command line has it.
+    fn material(&self) -> Material<'_> {
+        let Self { name, young_pa, poisson, toughness_j_per_m2 } = self;
+        Material {
+            name,
+            young_pa: *young_pa,
+            poisson: *poisson,
+            toughness_j_per_m2: *toughness_j_per_m2,
+        }
     }
-    let materials: Vec<Material<'_>> = named
-        .iter()
-        .map(|&(ref name, young_pa, poisson)| Material { name, young_pa, poisson })
-        .collect();
-    let found = with_materials(young_pa, poisson, &materials, mesh);
-    found.map_err(|why| Class::Model.host(why))
 }
 
 /// Keys and values of a dictionary.
 fn dict<'py>(
-    given: Option<&Bound<'py, PyAny>>,
+    given: &Bound<'py, PyAny>,
     wrong: &dyn Fn(&Bound<'py, PyAny>) -> PyErr,
 ) -> PyResult<Vec<(Bound<'py, PyAny>, Bound<'py, PyAny>)>> {
-    let Some(given) = given else { return Ok(Vec::new()) };
     Ok(given.cast::<PyDict>().map_err(|_| wrong(given))?.iter().collect())
 }
 

@@ -251,18 +251,20 @@ def test_materials_are_those_of_the_command(command: Path, tmp_path: Path) -> No
          {"materials": {"hard": hard, "soft": {"young_pa": np.float32(3000)}}}),
         (["--young-pa", "5000", "--poisson", "0.3", "--material", "group:hard,poisson=0.45"],
          {"young_pa": 5000, "poisson": 0.3, "materials": {"hard": {"poisson": 0.45}}}),
+        (["--young-pa", "5000", "--cuttable", "--material", "group:hard,toughness-j-per-m2=300"],
+         {"young_pa": 5000, "cuttable": True, "materials": {"hard": {"toughness_j_per_m2": 300}}}),
     ]
     seen = set()
     for line, given in cases:
         subprocess.run([command, "bake", file, *line, "-o", str(out)], check=True, capture_output=True)
         assert bytes(Model.bake_mesh(file, **given)) == bytes(Model.bake_mesh(mesh, **given)) == out.read_bytes()
         seen.add(out.read_bytes())
-    assert len(seen) == 3
+    assert len(seen) == 4
     wrongs: list[tuple[object, type[Exception], str]] = [
         ({"hard": hard}, chaincell.ModelError, "`materials`: node .* is in no group of a material; give `young_pa`"),
         ({"bone": hard}, chaincell.ModelError, "`materials`: the mesh has no group 'bone'; its groups: hard, soft"),
         ({"hard": {}}, chaincell.ModelError, "`materials: hard` is empty: give"),
-        ({"hard": {"young": 1}}, chaincell.ModelError, "`materials: hard: young`: there are young_pa and poisson"),
+        ({"hard": {"young": 1}}, chaincell.ModelError, "`materials: hard: young`: there are young_pa, poisson"),
         ({"hard": {"young_pa": "soft"}}, TypeError, "`materials: hard: young_pa`: give a number, not str"),
         ({"hard": {"young_pa": True}}, TypeError, "`materials: hard: young_pa`: give a number, not bool"),
         ({"hard": {"young_pa": np.nan}}, chaincell.ModelError, "`materials: hard: young_pa` NaN: must be finite"),
@@ -277,5 +279,11 @@ def test_materials_are_those_of_the_command(command: Path, tmp_path: Path) -> No
             Model.bake_mesh(mesh, materials=materials)
     with pytest.raises(chaincell.ModelError, match="`young_pa`: value -1 of node"):
         Model.bake_mesh(mesh, young_pa=5000, materials={"hard": {"young_pa": -1}})
+    with pytest.raises(chaincell.ModelError, match="`materials: hard: toughness_j_per_m2` goes with `cuttable=True`"):
+        Model.bake_mesh(mesh, young_pa=5000, materials={"hard": {"toughness_j_per_m2": 9}})
+    tough = np.where(mesh.points[:, 0] > 0, 8.0, 2.0)
+    several = bytes(Model.bake_mesh(mesh, young_pa=5000, cuttable=True, toughness_j_per_m2=tough))
+    one = bytes(Model.bake_mesh(mesh, young_pa=5000, cuttable=True, toughness_j_per_m2=8))
+    assert len(several) > len(one) == len(bytes(Model.bake_mesh(mesh, young_pa=5000, cuttable=True)))
     with pytest.raises(chaincell.ModelError, match="`alpha` is for links: .*`materials`"):
         Model.bake_mesh(mesh, alpha=0.1, materials={"hard": hard, "soft": hard})

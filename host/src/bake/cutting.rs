@@ -10,6 +10,7 @@ use chaincell_kernel::{Loose, TEAR_STRETCH, TearLimit};
 
 use super::image::Sections;
 use super::layout::OrderedCells;
+use super::per_cell::PerCell;
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
 
@@ -24,15 +25,15 @@ const SPARE_MIN: usize = 8;
 /// Most spare cells for each cell.
 const SPARE_MAX: f64 = 4.0;
 /// The toughness that the kernel accepts \[J/m^2\].
-const TOUGHNESS: std::ops::RangeInclusive<f64> = 0.01..=1.0e6;
+pub(super) const TOUGHNESS: std::ops::RangeInclusive<f64> = 0.01..=1.0e6;
 /// Smallest volume of a tetrahedron that a split divides by, above the kernel's own [mean link lengths^3].
 const VOLUME_MIN: f64 = 1.0e-9;
 
 /// Choice of a body that can be cut.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Cuttable {
-    /// Energy that a cut takes for each area \[J/m^2\], from 0.01 to 1e6.
-    pub toughness_j_per_m2: f64,
+    /// Energy that a cut takes for each area \[J/m^2\], from 0.01 to 1e6; between nodes it changes along lines.
+    pub toughness_j_per_m2: PerCell,
     /// Number of spare cells for each cell, from 0 to 4; there are eight at least.
     pub spare_share: f64,
     /// Limit at which the body tears by itself; a stretch is from 1.01 to 10. `None`: it does not.
@@ -44,7 +45,7 @@ pub struct Cuttable {
 impl Default for Cuttable {
     fn default() -> Self {
         Self {
-            toughness_j_per_m2: TOUGHNESS_J_PER_M2,
+            toughness_j_per_m2: PerCell::Uniform(TOUGHNESS_J_PER_M2),
             spare_share: CUT_SPARE,
             tear_limit: None,
             loose: Loose::Leave,
@@ -53,13 +54,9 @@ impl Default for Cuttable {
 }
 
 impl Cuttable {
-    /// Checks the ranges; an error names the option, and calls the toughness `name`.
-    pub(super) fn check(&self, name: &str) -> Result<()> {
-        let Self { toughness_j_per_m2: toughness, spare_share: share, tear_limit, .. } = *self;
-        if !TOUGHNESS.contains(&toughness) {
-            let why = "must be from 0.01 to 1e6 [J/m^2]; livers measure 76 to 225";
-            return Err(Error::input(format!("{name} {toughness}: {why}")));
-        }
+    /// Checks the ranges but that of the toughness; an error names the option.
+    pub(super) fn check(&self) -> Result<()> {
+        let Self { spare_share: share, tear_limit, .. } = *self;
         if !(0.0..=SPARE_MAX).contains(&share) {
             let why = "must be from 0 to 4, a share of the cells";
             return Err(Error::input(format!("`cut_spare` {share}: {why}")));
@@ -114,7 +111,11 @@ impl Cuttable {
         words[cutting::VERSION] = CUTTING_VERSION;
         words[cutting::SPARE_CELLS] = body.spare as u32;
         words[cutting::SPARE_GROUPS] = spare_slices * longest + slices.len() as u32 - 1;
-        words[cutting::TOUGHNESS_J_PER_M2] = (self.toughness_j_per_m2 as f32).to_bits();
+        // The toughness of each cell where they differ, and the largest.
+        let each = |&node: &u32| self.toughness_j_per_m2.of_node(node) as f32;
+        let toughness: Vec<f32> = body.node.iter().map(each).collect();
+        let largest = toughness.iter().copied().fold(0.0, f32::max);
+        words[cutting::TOUGHNESS_J_PER_M2] = largest.to_bits();
         if let Some(limit) = self.tear_limit {
             words[cutting::VERSION] = TEARING_VERSION;
             words.extend(match limit {
@@ -124,6 +125,9 @@ impl Cuttable {
         }
         words[cutting::VERSION] |= self.loose.word() << 16;
         sections.push(kind::CUTTING, &words);
+        if toughness.iter().any(|&toughness| toughness != largest) {
+            sections.push(kind::CUT_TOUGHNESS, &toughness);
+        }
         Ok(())
     }
 }

@@ -4,7 +4,7 @@ use chaincell_kernel::Loose;
 use chaincell_kernel::image::STIFFENING_MAX;
 
 use super::coarse_basis::BasisSpacing;
-use super::cutting::{Cuttable, check_links};
+use super::cutting::{Cuttable, TOUGHNESS, check_links};
 use super::per_cell::PerCell;
 use super::tissue::{Band, Relaxation, STRETCH_MIN, Tissue};
 use crate::error::{Error, Result};
@@ -12,6 +12,8 @@ use crate::mesh::{Mesh, Refined};
 
 /// Largest Poisson's ratio: above it, the rounding of the volume's stress hides that of the shear.
 const POISSON_MAX: f64 = 0.495;
+/// Name of the toughness as a table of tissues has it.
+const TOUGHNESS_OPTION: &str = "toughness_j_per_m2";
 
 /// Choice of a contact surface, which tools touch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -66,10 +68,15 @@ impl BakeOptions {
             poisson: tissue.poisson.refined(refined),
             ..tissue.clone()
         });
+        let cuttable = self.cuttable.as_ref().map(|cuttable| Cuttable {
+            toughness_j_per_m2: cuttable.toughness_j_per_m2.refined(refined),
+            ..cuttable.clone()
+        });
         Self {
             alpha: self.alpha.refined(refined),
             stiffness_n_per_m: self.stiffness_n_per_m.refined(refined),
             tissue,
+            cuttable,
             ..self.clone()
         }
     }
@@ -135,6 +142,11 @@ pub(super) fn check(mesh: &Mesh, options: &BakeOptions) -> Result<()> {
         check_relaxing_links(options)?;
     }
     if let Some(cuttable) = &options.cuttable {
+        let of_tissue = options.tissue.as_ref().map(|tissue| tissue.name(TOUGHNESS_OPTION));
+        let name = of_tissue.unwrap_or_else(|| format!("`{TOUGHNESS_OPTION}`"));
+        let range = "from 0.01 to 1e6 [J/m^2]; livers measure 76 to 225";
+        each(&name, &cuttable.toughness_j_per_m2, |of| TOUGHNESS.contains(&of), range)?;
+        cuttable.check()?;
         check_cuttable(mesh, options, cuttable)?;
     }
     // The coarse level and the scalars of the body.
@@ -194,9 +206,6 @@ fn check_stiffening(tissue: &Tissue) -> Result<()> {
 /// Checks that a body that can be cut has no bands on the links of shapes and does not relax, or is made of the links
 /// of its tetrahedra.
 fn check_cuttable(mesh: &Mesh, options: &BakeOptions, cuttable: &Cuttable) -> Result<()> {
-    const TOUGHNESS: &str = "toughness_j_per_m2";
-    let of_tissue = options.tissue.as_ref().map(|tissue| tissue.name(TOUGHNESS));
-    cuttable.check(&of_tissue.unwrap_or_else(|| format!("`{TOUGHNESS}`")))?;
     let why = match &options.tissue {
         Some(Tissue { relaxation: Some(_), .. }) => {
             "`branches` with `cuttable`: a body that can be cut keeps no memory of its strain; leave one \

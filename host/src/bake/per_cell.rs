@@ -23,13 +23,17 @@ impl PerCell {
         }
     }
 
+    pub(super) fn of_node(&self, node: u32) -> f64 {
+        match self {
+            Self::Uniform(value) => *value,
+            Self::Each(values) => values.get(node as usize).copied().unwrap_or(f64::NAN),
+        }
+    }
+
     pub(super) fn of_link(&self, [i, j]: [u32; 2]) -> f64 {
         match self {
             Self::Uniform(value) => *value,
-            Self::Each(values) => {
-                let at = |node: u32| values.get(node as usize).copied().unwrap_or(f64::NAN);
-                0.5 * (at(i) + at(j))
-            }
+            Self::Each(_) => 0.5 * (self.of_node(i) + self.of_node(j)),
         }
     }
 }

@@ -13,7 +13,7 @@ use super::model_file;
 use super::reports::ModelReport;
 use super::shared::{PrintArgs, tell_view};
 use super::tissue_texts::{Bands, BranchOrNone, branch, stiffening};
-use super::values::{Material, per_cell, with_materials};
+use super::values::{Material, per_cell, toughness_with_materials, with_materials};
 use crate::bake::tissue::{Branch, KnownTissue, Relaxation, STRETCH_MIN, Tissue, relaxation};
 use crate::bake::{
     BakeOptions, BasisSpacing, CUT_SPARE, ContactSurface, Cuttable, Equivalent, PerCell,
@@ -85,8 +85,8 @@ pub struct BodyArgs {
     /// time, since only shear relaxes [default: 0.45]
     #[arg(long, value_name = "NU", allow_negative_numbers = true, requires = "shapes")]
     poisson: Option<String>,
-    /// What a group of the mesh is made of: group:NAME,young-pa=E,poisson=NU; once per group, a
-    /// later one counts where groups share nodes
+    /// What a group of the mesh is made of: group:NAME,young-pa=E,poisson=NU, and with --cuttable
+    /// toughness-j-per-m2=J; once per group, a later one counts where groups share nodes
     #[arg(long, value_name = "MATERIAL", conflicts_with_all = ["alpha", "stiffness_n_per_m"])]
     material: Vec<String>,
     /// The stretch below which shapes resist five times as much, which keeps deep presses from
@@ -180,9 +180,10 @@ pub struct BodyArgs {
     /// The body can be cut: spare cells take the further sides of a cut. It needs tetrahedra
     #[arg(long)]
     cuttable: bool,
-    /// Energy that a cut takes for each area [J/m^2] [default: 160, that of liver]
+    /// Energy that a cut takes for each area [J/m^2]; a value of each node, as --alpha; between nodes it
+    /// changes along lines [default: 160, that of liver]
     #[arg(long, value_name = "J", allow_negative_numbers = true, requires = "cuttable")]
-    toughness_j_per_m2: Option<f64>,
+    toughness_j_per_m2: Option<String>,
     /// Number of spare cells for each cell, eight in all at least [default: 0.1]
     #[arg(long, value_name = "SHARE", allow_negative_numbers = true, requires = "cuttable")]
     cut_spare: Option<f64>,
@@ -387,7 +388,6 @@ impl BodyArgs {
     /// The fixed nodes of a mesh, and what the bake may choose.
     pub fn choices(&self, mesh: &Mesh) -> Result<(Vec<u32>, BakeOptions)> {
         let fixed = self.fixed(mesh)?;
-        let toughness = self.known()?.and_then(|tissue| tissue.toughness_j_per_m2);
         let tissue = self.tissue(mesh)?;
         let options = BakeOptions {
             alpha: per_cell("--alpha", &self.alpha, mesh)?,
@@ -404,21 +404,45 @@ impl BodyArgs {
             coarse_basis: spacing(&self.coarse)?,
             lean: self.lean,
             contact_surface: self.contact_surface.into(),
-            cuttable: self.cuttable.then(|| Cuttable {
-                toughness_j_per_m2: self
-                    .toughness_j_per_m2
-                    .or(toughness)
-                    .unwrap_or(TOUGHNESS_J_PER_M2),
-                spare_share: self.cut_spare.unwrap_or(CUT_SPARE),
-                tear_limit: match self.tear_stretch {
-                    Some(stretch) => Some(TearLimit::Stretch(stretch)),
-                    None => self.tears.then_some(TearLimit::Toughness),
-                },
-                loose: self.loose.into(),
-            }),
+            cuttable: self.cuttable(mesh)?,
             cells: self.cells,
         };
         Ok((fixed, options))
+    }
+
+    /// What a body that can be cut has besides its tetrahedra.
+    fn cuttable(&self, mesh: &Mesh) -> Result<Option<Cuttable>> {
+        let materials = self.materials()?;
+        if !self.cuttable {
+            let tough = materials.iter().find(|material| material.toughness_j_per_m2.is_some());
+            let Some(Material { name, .. }) = tough else { return Ok(None) };
+            return Err(Error::input(format!(
+                "--material group:{name}: toughness-j-per-m2 is of a body that can be cut; add --cuttable, or leave \
+                 it out"
+            )));
+        }
+        // What is given goes before what the table has.
+        let toughness = match self.toughness_j_per_m2.as_deref() {
+            Some(text) => per_cell("--toughness-j-per-m2", text, mesh)?,
+            None => {
+                let known = self.known()?.and_then(|tissue| tissue.toughness_j_per_m2);
+                PerCell::Uniform(known.unwrap_or(TOUGHNESS_J_PER_M2))
+            }
+        };
+        Ok(Some(Cuttable {
+            toughness_j_per_m2: toughness_with_materials(toughness, &materials, mesh)?,
+            spare_share: self.cut_spare.unwrap_or(CUT_SPARE),
+            tear_limit: match self.tear_stretch {
+                Some(stretch) => Some(TearLimit::Stretch(stretch)),
+                None => self.tears.then_some(TearLimit::Toughness),
+            },
+            loose: self.loose.into(),
+        }))
+    }
+
+    /// The materials of groups.
+    fn materials(&self) -> Result<Vec<Material<'_>>> {
+        self.material.iter().map(|text| Material::parse(text)).collect()
     }
 }
 
@@ -456,11 +480,9 @@ impl BodyArgs {
             Some(poisson) => per_cell("--poisson", poisson, mesh)?,
             None => PerCell::Uniform(of_known(|of| of.poisson).unwrap_or(POISSON)),
         };
-        let materials: Result<Vec<_>> =
-            self.material.iter().map(|text| Material::parse(text)).collect();
         let (young_pa, poisson) = match young {
             Some(young) if self.material.is_empty() => (young, poisson),
-            young => with_materials(young, poisson, &materials?, mesh)?,
+            young => with_materials(young, poisson, &self.materials()?, mesh)?,
         };
         let stretch_min = match self.stretch_min.as_deref() {
             None => Some(STRETCH_MIN),
@@ -485,7 +507,7 @@ impl BodyArgs {
             "poisson" => self.poisson.is_some() || has_material,
             "stiffening" => self.stiffening.is_some(),
             "branches" => !self.branch.is_empty(),
-            "toughness_j_per_m2" => self.toughness_j_per_m2.is_some(),
+            "toughness_j_per_m2" => self.toughness_j_per_m2.is_some() || has_material,
             _ => false,
         }
     }

@@ -119,7 +119,11 @@ enum Tears {
 struct Cutting {
     tetrahedra: usize,
     spare_cells: usize,
+    /// The largest of all cells'.
     toughness_j_per_m2: f32,
+    /// The smallest, where cells differ.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    toughness_min_j_per_m2: Option<f32>,
     /// The limit at which the body tears by itself: `toughness`, or the stretch.
     tears: Option<Tears>,
     /// The fate of loose pieces: `leave`, `freeze` or `drop`.
@@ -143,10 +147,16 @@ impl Cutting {
         // Rest position, two row starts, mobility, coarse entry and factor, and the numbers of a cell.
         let coarse = if model.coarse_functions() > 0 { 6 } else { 0 };
         let spare = spare_cells * (12 + 8 + 4 + coarse + nodal::CELL_ROWS * size_of::<f32>());
+        // The toughness of each cell, where they differ.
+        let largest = model.toughness_j_per_m2()?;
+        let each = (0..model.body_cells()).filter_map(|cell| model.cell_toughness_j_per_m2(cell));
+        let smallest = Some(each.fold(largest, f32::min)).filter(|&smallest| smallest < largest);
+        let of_cells = smallest.map_or(0, |_| model.body_cells() * size_of::<f32>());
         Some(Self {
             tetrahedra,
             spare_cells,
-            toughness_j_per_m2: model.toughness_j_per_m2()?,
+            toughness_j_per_m2: largest,
+            toughness_min_j_per_m2: smallest,
             tears: limit.map(|limit| match limit {
                 TearLimit::Toughness => Tears::Toughness,
                 TearLimit::Stretch(stretch) => Tears::Stretch(stretch),
@@ -156,7 +166,7 @@ impl Cutting {
                 Loose::Freeze => "freeze",
                 Loose::Drop => "drop",
             },
-            image_bytes: sections + spare,
+            image_bytes: sections + spare + of_cells,
             ram_bytes: cut_words(model) * size_of::<u32>(),
         })
     }
@@ -168,15 +178,19 @@ impl fmt::Display for Cutting {
             tetrahedra,
             spare_cells,
             toughness_j_per_m2,
+            toughness_min_j_per_m2,
             tears,
             loose,
             image_bytes,
             ram_bytes,
         } = self;
+        write!(f, "{tetrahedra} tetrahedra at ")?;
+        if let Some(smallest) = toughness_min_j_per_m2 {
+            write!(f, "{smallest} to ")?;
+        }
         write!(
             f,
-            "{tetrahedra} tetrahedra at {toughness_j_per_m2} J/m^2, {spare_cells} spare cells, {image_bytes} bytes \
-             of flash, {ram_bytes} of RAM"
+            "{toughness_j_per_m2} J/m^2, {spare_cells} spare cells, {image_bytes} bytes of flash, {ram_bytes} of RAM"
         )?;
         match tears {
             None => {}

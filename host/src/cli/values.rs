@@ -51,7 +51,7 @@ pub fn tissue_options(branches: &[[f64; 2]], is_instant: bool, bands: &[Band]) -
     text
 }
 
-/// The material of a group, `--material group:NAME,young-pa=E,poisson=NU`.
+/// The material of a group, `--material group:NAME,young-pa=E,poisson=NU,toughness-j-per-m2=J`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Material<'a> {
     /// The group.
@@ -60,6 +60,8 @@ pub struct Material<'a> {
     pub young_pa: Option<f64>,
     /// The same of Poisson's ratio.
     pub poisson: Option<f64>,
+    /// The same of the energy that a cut takes for each area \[J/m^2\].
+    pub toughness_j_per_m2: Option<f64>,
 }
 
 impl<'a> Material<'a> {
@@ -67,24 +69,26 @@ impl<'a> Material<'a> {
     pub fn parse(text: &'a str) -> Result<Self> {
         let wrong = |why: String| {
             Error::input(format!(
-                "--material {text}: {why}; give group:NAME,young-pa=E,poisson=NU, one of both at \
-                 least"
+                "--material {text}: {why}; give group:NAME,young-pa=E,poisson=NU,toughness-j-per-m2=J, \
+                 one of these at least"
             ))
         };
         let mut parts = text.split(',');
         let name = parts.next().and_then(|part| part.strip_prefix("group:"));
         let name = name.ok_or_else(|| wrong("it begins with group:NAME".to_owned()))?;
-        let mut material = Self { name, young_pa: None, poisson: None };
+        let mut material = Self { name, young_pa: None, poisson: None, toughness_j_per_m2: None };
         for part in parts {
             let slot = match part.split_once('=') {
                 Some(("young-pa", _)) => &mut material.young_pa,
                 Some(("poisson", _)) => &mut material.poisson,
+                Some(("toughness-j-per-m2", _)) => &mut material.toughness_j_per_m2,
                 _ => return Err(wrong(format!("`{part}` is no value of it"))),
             };
             let value = part.split_once('=').map_or("", |(_, value)| value);
             *slot = Some(number("--material", &format!(" group:{name}"), value)?);
         }
-        if material.young_pa.is_none() && material.poisson.is_none() {
+        let Self { young_pa, poisson, toughness_j_per_m2, .. } = material;
+        if [young_pa, poisson, toughness_j_per_m2] == [None; 3] {
             return Err(wrong("it says nothing of the group".to_owned()));
         }
         Ok(material)
@@ -99,18 +103,9 @@ pub fn with_materials(
     materials: &[Material<'_>],
     mesh: &Mesh,
 ) -> Result<(PerCell, PerCell)> {
-    let nodes = mesh.nodes_m.len();
-    let mut young = spread(young_pa.unwrap_or(PerCell::Uniform(f64::NAN)), nodes);
-    let mut ratio = spread(poisson, nodes);
-    for &Material { name, young_pa, poisson } in materials {
-        for &node in group("--material", name, mesh)? {
-            for (values, value) in [(&mut young, young_pa), (&mut ratio, poisson)] {
-                if let (Some(slot), Some(value)) = (values.get_mut(node as usize), value) {
-                    *slot = value;
-                }
-            }
-        }
-    }
+    let young = young_pa.unwrap_or(PerCell::Uniform(f64::NAN));
+    let young = of_materials(young, materials, |material| material.young_pa, mesh)?;
+    let ratio = of_materials(poisson, materials, |material| material.poisson, mesh)?;
     let unused = |node: usize| mesh.unused.contains(&(node as u32));
     let bare = |&(node, value): &(usize, &f64)| value.is_nan() && !unused(node);
     if let Some((node, _)) = young.iter().enumerate().find(bare) {
@@ -121,11 +116,38 @@ pub fn with_materials(
     Ok((PerCell::Each(young), PerCell::Each(ratio)))
 }
 
-fn spread(values: PerCell, nodes: usize) -> Vec<f64> {
-    match values {
-        PerCell::Uniform(value) => vec![value; nodes],
-        PerCell::Each(values) => values,
+/// The toughness \[J/m^2\] of the options, and of each material that has one in its group.
+pub fn toughness_with_materials(
+    toughness_j_per_m2: PerCell,
+    materials: &[Material<'_>],
+    mesh: &Mesh,
+) -> Result<PerCell> {
+    let value = |material: &Material<'_>| material.toughness_j_per_m2;
+    if materials.iter().all(|material| value(material).is_none()) {
+        return Ok(toughness_j_per_m2);
     }
+    of_materials(toughness_j_per_m2, materials, value, mesh).map(PerCell::Each)
+}
+
+/// A value of each node: that of the options, or of the last material with one in a group of the node.
+fn of_materials(
+    values: PerCell,
+    materials: &[Material<'_>],
+    value: impl Fn(&Material<'_>) -> Option<f64>,
+    mesh: &Mesh,
+) -> Result<Vec<f64>> {
+    let mut each = match values {
+        PerCell::Uniform(value) => vec![value; mesh.nodes_m.len()],
+        PerCell::Each(values) => values,
+    };
+    for material in materials {
+        for &node in group("--material", material.name, mesh)? {
+            if let (Some(slot), Some(value)) = (each.get_mut(node as usize), value(material)) {
+                *slot = value;
+            }
+        }
+    }
+    Ok(each)
 }
 
 fn by_group(
@@ -199,6 +221,13 @@ mod tests {
     fn materials_stand_for_their_groups() {
         let mesh = mesh();
         let stiff = Material::parse("group:left,young-pa=2000,poisson=0.4").unwrap();
+        assert_eq!(stiff.toughness_j_per_m2, None);
+        let tough = Material::parse("group:right,toughness-j-per-m2=9").unwrap();
+        let of = |materials: &[Material<'_>]| {
+            toughness_with_materials(PerCell::Uniform(4.0), materials, &mesh).unwrap()
+        };
+        assert_eq!(of(std::slice::from_ref(&stiff)), PerCell::Uniform(4.0));
+        assert_eq!(of(&[stiff.clone(), tough]), PerCell::Each(vec![4.0, 4.0, 9.0, 9.0, 4.0]));
         let even = PerCell::Uniform(0.45);
         let base = Some(PerCell::Uniform(500.0));
         let (young, poisson) = with_materials(base, even.clone(), &[stiff], &mesh).unwrap();

@@ -37,7 +37,7 @@ pub struct Cuts {
     pub refused: u32,
     /// Area that the edges of blades have swept \[m2\].
     pub area_m2: f32,
-    /// Work that it took to part it: toughness times area \[J\].
+    /// Work that it took to part it: toughness times area, each area by the toughness there \[J\].
     pub work_j: f32,
     /// Number of open faces that tools do not touch, for want of places.
     pub untouched: u32,

@@ -71,7 +71,8 @@ impl CutBody<'_, '_> {
         for (index, (sample, slot)) in edge.samples().iter().zip(&mut limits).enumerate() {
             if sample.is_in() {
                 let is_open = self.is_open_ahead(edge, index, sample, at);
-                *slot = is_open.map(|is_open| if is_open { 0.0 } else { self.limit(sample) });
+                let is_open = is_open.unwrap_or(sample.limit == 0.0);
+                *slot = Some(if is_open { 0.0 } else { self.limit(sample) });
             }
         }
         let mut is_changed = false;

@@ -9,6 +9,7 @@ use crate::model::opened::Opened;
 use crate::model::sides::NO_SIDE;
 use crate::model::{Model, others};
 use crate::number::two_float::LANES;
+use crate::number::words::Double;
 
 /// A body that is cut.
 pub(crate) struct CutBody<'a, 'm> {
@@ -40,6 +41,7 @@ impl<'a, 'm> CutBody<'a, 'm> {
         self.arrays.tear.fill(0);
         self.arrays.renewal.fill(Renewal::default());
         self.arrays.loose.fill(0);
+        self.arrays.work.fill(Double::default());
         self.arrays.labels.fill(0);
         self.arrays.side_rows.fill([NO_SIDE; LANES]);
         self.derive_whole();

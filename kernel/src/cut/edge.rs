@@ -4,7 +4,14 @@
 //! is at its limit, k q > J w, moves on by q - J w / k in that direction, in the material as it is deformed. A
 //! front that presses also follows its sample along the edge, and across the blade's plane by at most the
 //! progress of the cut, at no force. The energy of the edge falls by what the hand paid: J w times the progress.
-//! The swept area is the sum of w times the progress. Where tissue gapes, a front that passes from one side to the
+//! The swept area is the sum of w times the progress.
+//!
+//! J is the toughness at the front: that of the tetrahedron's cells by their weights there, so that it changes along a
+//! way without a jump. The limit of a front follows it after each move. Where it rises the force rises from where it
+//! was; where it falls the front moves on by the difference, and the energy of that is lost. Fronts are as stiff as
+//! the toughest cell of the body asks for.
+//!
+//! Where tissue gapes, a front that passes from one side to the
 //! other leaps: ahead, it has no more progress than its slip; back, it has less than none, as it moves on from there
 //! once more. So no area counts for which nobody paid. A front that would fall back on its way aside goes straight on.
 //!
@@ -83,17 +90,19 @@ impl CutBody<'_, '_> {
         let mut moves = [None; EDGE_SAMPLES];
         // Move the fronts on.
         let axes = Axes::of(edge);
-        let (mut is_changed, mut area) = (false, 0.0);
+        let (mut is_changed, mut area, mut work) = (false, 0.0, 0.0);
         for (sample, slot) in edge.samples_mut().iter_mut().zip(&mut moves) {
             if sample.is_in() {
                 let before = Point::of(sample);
                 let (after, progress) = self.advance(sample, &axes, at);
                 area += if sample.limit > 0.0 { sample.length * progress } else { 0.0 };
+                work += sample.limit * progress;
                 is_changed |= before.rest != after.rest || !sample.is_in();
                 *slot = Some(Move { before, after });
             }
         }
         self.add_area(area);
+        self.add_work(work);
         // Open the faces between neighbouring samples.
         for (pair, moves) in edge.samples().windows(2).zip(moves.windows(2)) {
             if let ([a, b], [one, other]) = (pair, moves) {
@@ -158,19 +167,31 @@ impl CutBody<'_, '_> {
         let young_pa = self.model.elasticity(cell.into()).map_or(1.0, |[young_pa, _]| young_pa);
         let (unit_m, unit_n) = (self.model.unit_m(), self.model.force_unit_n());
         // Both forces over the unit of force [N], lengths in links.
-        sample.limit = self.limit(sample);
         let (soft, short) = (
             STIFFNESS * young_pa * unit_m * unit_m / unit_n * sample.length,
-            sample.limit / PRESSED,
+            self.limit_of(self.cut.toughness_j_per_m2, sample) / PRESSED,
         );
         sample.stiffness = if soft > short { soft } else { short };
         self.set_front(sample, front);
+        sample.limit = self.limit(sample);
     }
 
-    /// Largest force of a sample that cuts.
+    /// Largest force of a sample that cuts at its front.
     pub(super) fn limit(&self, sample: &EdgeSample) -> f32 {
+        let corners = self.cut.corners.get(sample.tetrahedron as usize);
+        let toughness = match corners.filter(|_| !self.cut.cell_toughness.is_empty()) {
+            None => self.cut.toughness_j_per_m2,
+            Some(cells) => cells.iter().zip(sample.weights).fold(0.0, |sum, (&cell, weight)| {
+                sum + weight * self.cut.cell_toughness_j_per_m2(cell.into())
+            }),
+        };
+        self.limit_of(toughness, sample)
+    }
+
+    /// Largest force of a sample in tissue of a toughness \[J/m^2\].
+    fn limit_of(&self, toughness: f32, sample: &EdgeSample) -> f32 {
         let (unit_m, unit_n) = (self.model.unit_m(), self.model.force_unit_n());
-        self.cut.toughness_j_per_m2 * unit_m / unit_n * sample.length
+        toughness * unit_m / unit_n * sample.length
     }
 
     /// Sets the front of a sample.
@@ -291,6 +312,21 @@ impl CutBody<'_, '_> {
         let sum = self.area() + f64::from(more);
         let [.., low, high] = &mut *self.arrays.counts;
         [*low, *high] = words(sum);
+    }
+
+    /// Adds to the work of the blades, in internal units.
+    fn add_work(&mut self, more: f32) {
+        for sum in &mut *self.arrays.work {
+            *sum = words(number(*sum) + f64::from(more));
+        }
+    }
+
+    /// Work of the blades that has swept an area \[J\].
+    pub fn work_j(&self, area_m2: f32) -> f32 {
+        match self.arrays.work.first() {
+            Some(&work) => (number(work) * f64::from(self.model.energy_unit_j())) as f32,
+            None => area_m2 * self.cut.toughness_j_per_m2,
+        }
     }
 
     /// The swept area [mean link lengths^2].

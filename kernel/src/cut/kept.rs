@@ -8,6 +8,7 @@ use crate::model::Model;
 use crate::model::nodal::OffsetNumbers;
 use crate::model::sides::NO_SIDE;
 use crate::number::kept::Pass;
+use crate::number::words::number;
 
 /// Largest square of a normal's length.
 const NORMAL_MAX: f32 = 1.001;
@@ -102,6 +103,7 @@ impl CutBody<'_, '_> {
         let basis = self.model.coarse_basis;
         let column = basis.map_or(0, |basis| basis.row_blocks() + basis.side_blocks());
         pass.slice_if(self.arrays.loose, |_, &flag| flag <= 1);
+        pass.slice_if(self.arrays.work, |_, &work| number(work).is_finite());
         let cells = self.arrays.labels.len();
         for renewal in &mut *self.arrays.renewal {
             let mut words = *renewal;

@@ -12,7 +12,7 @@ use crate::model::nodal::{CellNumbers, OffsetNumbers, SlotNumbers};
 #[cfg(feature = "cut")]
 use crate::number::two_float::{Eight, LANES};
 #[cfg(feature = "cut")]
-use crate::number::words::take;
+use crate::number::words::{Double, take};
 #[cfg(feature = "relax")]
 use crate::relax::memory;
 
@@ -133,6 +133,8 @@ pub(crate) struct Arrays<'a> {
     pub renewal: &'a mut [Renewal],
     /// 1 for each cell of a loose piece; none in a body whose image leaves them.
     pub loose: &'a mut [u8],
+    /// Work of the blades in internal units; none in a body of one toughness, where it is that times the swept area.
+    pub work: &'a mut [Double],
     /// Numbers of the cells, by slice.
     pub cells: &'a mut [CellNumbers],
     /// Numbers of the half-links, by group.
@@ -300,11 +302,11 @@ pub(super) fn image_groups<'m>(model: &Model<'m>) -> ImageGroups<'m> {
 
 /// Arrays of the state: those before this index.
 #[cfg(feature = "cut")]
-const STATE: usize = 12;
+const STATE: usize = 13;
 
 /// Words of each array, in their order.
 #[cfg(feature = "cut")]
-struct Sizes([usize; 54]);
+struct Sizes([usize; 55]);
 
 #[cfg(feature = "cut")]
 impl Sizes {
@@ -338,6 +340,7 @@ impl Sizes {
             of_tears(TEAR_WORDS),
             of_sides(size_of::<Renewal>() / 4),
             of_loose(cells.div_ceil(4)),
+            if cut.cell_toughness.is_empty() { 0 } else { size_of::<Double>() / 4 },
             of_shapes(slices * size_of::<CellNumbers>() / 4),
             of_shapes(groups * size_of::<SlotNumbers>() / 4),
             groups * LANES / 2,
@@ -433,6 +436,7 @@ impl<'a> CutRoom<'a> {
             tear: take(rest, sizes.next()?)?,
             renewal: take(rest, sizes.next()?)?,
             loose: take(rest, sizes.next()?)?.get_mut(..of_loose)?,
+            work: take(rest, sizes.next()?)?,
             cells: take(rest, sizes.next()?)?,
             slots: take(rest, sizes.next()?)?,
             ids: take(rest, sizes.next()?)?,

@@ -160,7 +160,7 @@ impl CutBody<'_, '_> {
     /// Sets the strengths of the cells: energies in the unit of the moduli, or strains.
     pub(super) fn derive_strengths(&mut self) {
         let Some(limit) = self.cut.tear_limit else { return };
-        let (model, toughness) = (self.model, self.cut.toughness_j_per_m2);
+        let model = self.model;
         for (cell, slot) in self.arrays.strengths.iter_mut().enumerate() {
             let here = model.rest_position(cell);
             let (mut sum, mut count) = (0.0, 0.0);
@@ -170,6 +170,7 @@ impl CutBody<'_, '_> {
             }
             // Every cell has a tetrahedron, so links.
             let edge = if count > 0.0 { sum / count } else { 1.0 };
+            let toughness = self.cut.cell_toughness_j_per_m2(cell);
             let strength = limit.strength(toughness, edge * model.unit_m());
             *slot = match limit {
                 TearLimit::Toughness => strength / model.stress_unit_pa(),

@@ -36,8 +36,10 @@ pub(crate) struct Cuttable<'a> {
     pub spare_cells: usize,
     /// Number of groups of eight half-links to keep in reserve.
     pub spare_groups: usize,
-    /// Energy that a cut takes for each area \[J/m^2\].
+    /// Energy that a cut takes for each area, the largest of all cells' \[J/m^2\].
     pub toughness_j_per_m2: f32,
+    /// The same of each cell but the spare ones; empty where all have the same.
+    pub cell_toughness: &'a [f32],
     /// The limit at which the body tears by itself; `None` for one that does not.
     pub tear_limit: Option<TearLimit>,
     /// The fate of loose pieces.
@@ -53,6 +55,7 @@ impl<'a> Cuttable<'a> {
         spare_cells: 0,
         spare_groups: 0,
         toughness_j_per_m2: 0.0,
+        cell_toughness: &[],
         tear_limit: None,
         loose: Loose::Leave,
     };
@@ -73,9 +76,14 @@ impl<'a> Cuttable<'a> {
         self.spare_cells
     }
 
-    /// Returns the energy that a cut takes for each area \[J/m^2\].
+    /// Returns the energy that a cut takes for each area, the largest of all cells' \[J/m^2\].
     pub fn toughness_j_per_m2(&self) -> f32 {
         self.toughness_j_per_m2
+    }
+
+    /// Returns the energy that a cut takes for each area at a cell of the image \[J/m^2\].
+    pub fn cell_toughness_j_per_m2(&self, cell: usize) -> f32 {
+        self.cell_toughness.get(cell).copied().unwrap_or(self.toughness_j_per_m2)
     }
 
     /// Returns the limit at which the body tears by itself.
@@ -113,6 +121,7 @@ impl<'a> Cuttable<'a> {
         let corners: &[[u16; 4]] = sections.required(kind::CUT_CORNERS)?;
         let ends = corners.len().checked_mul(4).ok_or(ModelError::Layout)?;
         let rows = cells.checked_add(1).ok_or(ModelError::Layout)?;
+        let cell_toughness = sections.optional::<f32>(kind::CUT_TOUGHNESS)?.unwrap_or(&[]);
         Ok(Self {
             corners,
             star_rows: sections.sized(kind::CUT_STAR_ROWS, rows)?,
@@ -120,6 +129,7 @@ impl<'a> Cuttable<'a> {
             spare_cells: *spare_cells as usize,
             spare_groups: *spare_groups as usize,
             toughness_j_per_m2: f32::from_bits(*toughness),
+            cell_toughness,
             tear_limit,
             loose,
         })
@@ -138,6 +148,7 @@ impl<'a> Cuttable<'a> {
         }
         self.check_words(rest.len())?;
         let bodily = rest.len() - self.spare_cells;
+        self.check_cell_toughness(bodily)?;
         for (number, corners) in self.corners.iter().enumerate() {
             check_tetrahedron(rest.get(..bodily).unwrap_or(&[]), number, *corners)?;
         }
@@ -158,6 +169,28 @@ impl<'a> Cuttable<'a> {
             return bad(cutting::TOUGHNESS_J_PER_M2);
         }
         Ok(())
+    }
+
+    /// Checks the toughness of each cell, and that the largest is that of `CUTTING`.
+    fn check_cell_toughness(&self, bodily: usize) -> Result<(), ModelError> {
+        if self.cell_toughness.is_empty() {
+            return Ok(());
+        }
+        if self.cell_toughness.len() != bodily {
+            return Err(ModelError::SectionSize(kind::CUT_TOUGHNESS));
+        }
+        let mut largest = 0.0;
+        for (cell, &toughness) in self.cell_toughness.iter().enumerate() {
+            if !TOUGHNESS.contains(&toughness) {
+                return Err(ModelError::Value(kind::CUT_TOUGHNESS, cell as u32));
+            }
+            largest = if toughness > largest { toughness } else { largest };
+        }
+        if largest == self.toughness_j_per_m2 {
+            Ok(())
+        } else {
+            Err(ModelError::Value(kind::CUTTING, cutting::TOUGHNESS_J_PER_M2 as u32))
+        }
     }
 
     /// Checks that the rows start at 0, never descend, end with the last one, and leave spare cells without a

@@ -42,11 +42,19 @@ impl<'a> Model<'a> {
         self.cuttable.corners().len()
     }
 
-    /// Returns the energy that a cut takes for each area \[J/m^2\], `None` for a body that cannot be cut. See
-    /// [`Self::spare_cells`].
+    /// Returns the energy that a cut takes for each area \[J/m^2\], the largest of all cells' where they differ; `None`
+    /// for a body that cannot be cut. See [`Self::spare_cells`].
     #[must_use]
     pub fn toughness_j_per_m2(&self) -> Option<f32> {
         self.cuttable.is_any().then_some(self.cuttable.toughness_j_per_m2())
+    }
+
+    /// Returns the energy that a cut takes for each area at a cell \[J/m^2\]; `None` for a spare cell and for a body
+    /// that cannot be cut. See [`Self::spare_cells`].
+    #[must_use]
+    pub fn cell_toughness_j_per_m2(&self, cell: usize) -> Option<f32> {
+        let is_there = self.cuttable.is_any() && cell < self.body_cells();
+        is_there.then(|| self.cuttable.cell_toughness_j_per_m2(cell))
     }
 
     /// Returns the limit at which the body tears by itself, `None` for one that does not tear. See

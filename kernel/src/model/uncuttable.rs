@@ -34,6 +34,10 @@ impl<'a> Cuttable<'a> {
         0.0
     }
 
+    pub fn cell_toughness_j_per_m2(&self, _: usize) -> f32 {
+        0.0
+    }
+
     pub fn tear_limit(&self) -> Option<TearLimit> {
         None
     }

@@ -86,7 +86,7 @@ pub struct CutOutput {
     pub refused: u32,
     /// Area that the edges of blades have swept since the reset \[m2\].
     pub area_m2: f32,
-    /// Work that it took to part it: toughness times area \[J\].
+    /// Work that it took to part it: toughness times area, each area by the toughness there \[J\].
     pub work_j: f32,
     /// Number of faces that tools do not touch, for want of places: they are open all the same.
     pub untouched: u32,
@@ -137,7 +137,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
             waiting: count(WAITING),
             refused: count(REFUSED),
             area_m2,
-            work_j: area_m2 * body.cut.toughness_j_per_m2,
+            work_j: body.work_j(area_m2),
             untouched: body.arrays.listed[1],
             torn: body.arrays.tear.get(TORN).copied().unwrap_or(0),
         }

@@ -101,23 +101,31 @@ fn what_cannot_be_cut_is_refused_by_name() {
     let mesh = load("box:5x5x4x0.01", &Default::default()).unwrap();
     let of = |cuttable: Cuttable| BakeOptions { cuttable: Some(cuttable), ..options() };
     let given = Cuttable::default();
-    let links = BakeOptions { tissue: None, ..of(given) };
+    let links = BakeOptions { tissue: None, ..of(given.clone()) };
     let lean = BakeOptions { lean: true, ..links.clone() };
     let grouped = BakeOptions { cells: Some(20), ..links.clone() };
-    let tearing = Cuttable { tear_limit: Some(TearLimit::Toughness), ..given };
+    let tearing = Cuttable { tear_limit: Some(TearLimit::Toughness), ..given.clone() };
     let tearing = BakeOptions { cuttable: Some(tearing), ..links.clone() };
-    let mut bands = of(given);
+    let mut bands = of(given.clone());
+    let tough = |toughness_j_per_m2| of(Cuttable { toughness_j_per_m2, ..given.clone() });
+    let mut one_bad = vec![160.0; CELLS];
+    one_bad[7] = 1e7;
     bands.tissue.as_mut().unwrap().stiffening = vec![Band::new(0.1, 1e4)];
     for (options, parts) in [
         (lean, ["`lean` with `cuttable`", "leave one out"]),
         (grouped, ["`cells` with `cuttable`", "leave one out"]),
         (tearing, ["`tears`", "with `young_pa`"]),
         (bands, ["`stiffening`", "`cuttable`"]),
-        (of(Cuttable { toughness_j_per_m2: 0.0, ..given }), ["`toughness_j_per_m2` 0", "0.01 to"]),
-        (of(Cuttable { toughness_j_per_m2: f64::NAN, ..given }), ["`toughness", "0.01 to 1e6"]),
-        (of(Cuttable { spare_share: -0.1, ..given }), ["`cut_spare` -0.1", "from 0 to 4"]),
+        (tough(PerCell::Uniform(0.0)), ["`toughness_j_per_m2` 0", "0.01 to"]),
+        (tough(PerCell::Uniform(f64::NAN)), ["`toughness", "0.01 to 1e6"]),
+        (tough(PerCell::Each(one_bad)), ["`toughness_j_per_m2`: value 10000000 of node 7", "1e6"]),
         (
-            of(Cuttable { tear_limit: Some(TearLimit::Stretch(1.0)), ..given }),
+            tough(PerCell::Each(vec![1.0])),
+            ["`toughness_j_per_m2`: 1 values for 100 nodes", "one per"],
+        ),
+        (of(Cuttable { spare_share: -0.1, ..given.clone() }), ["`cut_spare` -0.1", "from 0 to 4"]),
+        (
+            of(Cuttable { tear_limit: Some(TearLimit::Stretch(1.0)), ..given.clone() }),
             ["`tear_stretch` 1", "from 1.01 to 10"],
         ),
     ] {
@@ -403,4 +411,127 @@ fn a_limit_of_tears_is_two_words_more() {
             assert_eq!(why, ModelError::Value(kind::CUTTING, word as u32), "{limit:?} {value}");
         }
     }
+}
+
+/// Toughness of the nodes of the box, half of it tough.
+fn halves() -> Vec<f64> {
+    (0..CELLS).map(|node| if node < CELLS / 2 { 2.0 } else { 8.0 }).collect()
+}
+
+fn of_toughness(toughness_j_per_m2: PerCell) -> ImageBytes {
+    let given = Cuttable { toughness_j_per_m2, ..Cuttable::default() };
+    baked(&BakeOptions { cuttable: Some(given), ..options() })
+}
+
+/// Cells of one toughness have the image of a body that was given one; others a section more.
+#[test]
+fn a_toughness_of_each_cell_is_a_section_more() {
+    let uniform = of_toughness(PerCell::Uniform(8.0));
+    let each = of_toughness(PerCell::Each(vec![8.0; CELLS]));
+    assert_eq!(each.as_bytes(), uniform.as_bytes());
+    assert_eq!(model(&uniform).cell_toughness_j_per_m2(0), Some(8.0));
+    let halves = halves();
+    let image = of_toughness(PerCell::Each(halves.clone()));
+    let read = model(&image);
+    assert_eq!(read.toughness_j_per_m2(), Some(8.0));
+    for cell in 0..CELLS {
+        let wanted = halves[read.input_id()[cell] as usize] as f32;
+        assert_eq!(read.cell_toughness_j_per_m2(cell), Some(wanted), "{cell}");
+    }
+    assert_eq!(read.cell_toughness_j_per_m2(CELLS), None);
+    assert_eq!(model(plain()).cell_toughness_j_per_m2(0), None);
+    // All else is as in the body of the largest.
+    let mut forged = Forged::of(image.as_bytes());
+    forged.remove(kind::CUT_TOUGHNESS);
+    assert_eq!(forged.sealed().as_bytes(), Forged::of(uniform.as_bytes()).sealed().as_bytes());
+    // The sum of the work takes two words.
+    assert_eq!(cut_words(&read), cut_words(&model(&uniform)) + 2);
+}
+
+// REQ-MOD-02
+#[test]
+fn errors_name_a_bad_toughness_of_a_cell() {
+    let image = of_toughness(PerCell::Each(halves()));
+    let error = |kind: u32, change: &dyn Fn(&mut Vec<f32>)| {
+        let mut forged = Forged::of(image.as_bytes());
+        forged.change(kind, |of: &mut Vec<f32>| change(of));
+        Model::from_bytes(forged.sealed().as_bytes()).unwrap_err()
+    };
+    for toughness in [0.0, -1.0, 1.0e-3, 2.0e6, f32::NAN, f32::INFINITY] {
+        let why = error(kind::CUT_TOUGHNESS, &|of| of[5] = toughness);
+        assert_eq!(why, ModelError::Value(kind::CUT_TOUGHNESS, 5), "{toughness}");
+    }
+    for count in [CELLS - 1, CELLS + 1, CELLS + SPARE] {
+        let why = error(kind::CUT_TOUGHNESS, &|of| of.resize(count, 2.0));
+        assert_eq!(why, ModelError::SectionSize(kind::CUT_TOUGHNESS), "{count}");
+    }
+    // That of the body is the largest.
+    let word = cutting::TOUGHNESS_J_PER_M2;
+    for (kind, at, toughness) in
+        [(kind::CUTTING, word, 7.0), (kind::CUTTING, word, 9.0), (kind::CUT_TOUGHNESS, 5, 9.0)]
+    {
+        let why = error(kind, &|of| of[at] = toughness);
+        assert_eq!(why, ModelError::Value(kind::CUTTING, word as u32), "{toughness}");
+    }
+}
+
+#[test]
+fn the_command_takes_a_toughness_of_nodes_and_of_groups() {
+    let folder = scratch();
+    let file = folder.path().join("model.chaincell");
+    let bake = |mesh: &str, options: &[&str]| {
+        run([&["bake", mesh, "-o", text(&file), "--json"], options].concat())
+    };
+    let values = folder.path().join("toughness.txt");
+    let lines: Vec<String> = halves().iter().map(f64::to_string).collect();
+    std::fs::write(&values, lines.join("\n")).unwrap();
+    let from_file = format!("file:{}", text(&values));
+    let tissue = ["--young-pa", "5000", "--cuttable", "--toughness-j-per-m2"];
+    let report = bake("box:5x5x4x0.01", &[&tissue[..], &[&from_file]].concat()).with(0).json();
+    let range = |report: &serde_json::Value| {
+        let of = |name: &str| report["cutting"][name].as_f64();
+        [of("toughness_min_j_per_m2"), of("toughness_j_per_m2")]
+    };
+    assert_eq!(range(&report), [Some(2.0), Some(8.0)]);
+    let said = run(["info", text(&file)]).with(0).out;
+    assert!(said.contains("240 tetrahedra at 2 to 8 J/m^2, 10 spare cells"), "{said}");
+    let image = ImageBytes::copy(&std::fs::read(&file).unwrap());
+    assert_eq!(report["cutting"]["ram_bytes"], 4 * cut_words(&model(&image)));
+    // Groups, of shapes and of links, by the option and by the material.
+    let organ = |options: &[&str]| bake("organ:300", &[&["--cuttable"], options].concat());
+    let bytes = || std::fs::read(&file).unwrap();
+    let shapes = ["--young-pa", "5000"];
+    let by_option = ["--toughness-j-per-m2", "100,group:back=300"];
+    let report = organ(&[&shapes[..], &by_option].concat()).with(0).json();
+    assert_eq!(range(&report), [Some(100.0), Some(300.0)]);
+    let first = bytes();
+    let by_material = "group:back,toughness-j-per-m2=300";
+    let by_material = ["--toughness-j-per-m2", "100", "--material", by_material];
+    organ(&[&shapes[..], &by_material].concat()).with(0);
+    assert!(bytes() == first);
+    assert_eq!(range(&organ(&by_option).with(0).json()), [Some(100.0), Some(300.0)]);
+    // The tissue's, but in the group.
+    let tissue = ["--tissue", "liver", "--material", "group:back,toughness-j-per-m2=300"];
+    assert_eq!(range(&organ(&tissue).with(0).json()), [Some(164.0), Some(300.0)]);
+    let of_one = organ(&["--tissue", "liver"]).with(0).json();
+    assert_eq!(range(&of_one), [None, Some(164.0)]);
+    // Refusals name the option.
+    for (options, parts) in [
+        (
+            &["--young-pa", "5000", "--toughness-j-per-m2", "100,group:front=1"][..],
+            ["--toughness-j-per-m2: the mesh has no group 'front'", "back"],
+        ),
+        (
+            &["--young-pa", "5000", "--material", "group:back,toughness-j-per-m2=1e9"],
+            ["--toughness-j-per-m2: value 1000000000 of node", "from 0.01 to 1e6"],
+        ),
+    ] {
+        let why = organ(options).with(2).err;
+        assert!(parts.iter().all(|part| why.contains(part)), "{why}");
+    }
+    let whole = [&shapes[..], &["--material", "group:back,toughness-j-per-m2=300"]].concat();
+    let why = bake("organ:300", &whole).with(2).err;
+    assert!(
+        why.contains("--material group:back: toughness-j-per-m2") && why.contains("--cuttable")
+    );
 }

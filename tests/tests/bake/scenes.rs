@@ -82,7 +82,7 @@ fn the_linked_images_are_what_the_bake_gives() {
     let blade = BakeOptions {
         cuttable: Some(Cuttable {
             spare_share: 0.3,
-            toughness_j_per_m2: 10.0,
+            toughness_j_per_m2: PerCell::Uniform(10.0),
             ..Cuttable::default()
         }),
         ..touch.clone()

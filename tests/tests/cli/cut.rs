@@ -65,6 +65,28 @@ fn a_blade_cuts_and_its_trace_replays_to_the_same_bits() {
     assert_eq!(summary(&out)["cut_area_m2"], report["cut_area_m2"]);
 }
 
+/// The upper half of a box tougher than its lower one: the work is summed where the blade cuts, and the trace replays.
+#[test]
+fn a_body_of_two_toughnesses_replays_to_the_same_bits() {
+    let folder = scratch();
+    let values = folder.path().join("toughness.txt");
+    // Ids ascend along z first, four layers.
+    let lines: Vec<&str> = (0..NODES).map(|node| if node % 4 < 2 { "1" } else { "4" }).collect();
+    std::fs::write(&values, lines.join(" ")).unwrap();
+    let toughness = format!("file:{}", text(&values));
+    let cuttable = ["--cuttable", "--cut-spare", "0.5", "--toughness-j-per-m2", &toughness];
+    let options = [&["--young-pa", "5000", "--poisson", "0.3"][..], &cuttable].concat();
+    let (model, out) = (bake(folder.path(), BOX, &options), folder.path().join("out"));
+    press(&model, &out, &["--tool", BLADE]).with(0);
+    let report = summary(&out);
+    let number = |name: &str| report[name].as_f64().unwrap();
+    let mean = number("cut_work_j") / number("cut_area_m2");
+    assert!((1.5..3.9).contains(&mean), "{mean} J/m^2, {report}");
+    given_j(&report);
+    let replayed = run(["replay", text(&out), "--json"]).with(0).json();
+    assert_eq!(replayed["state_hash"], report["state_hash"]);
+}
+
 /// Energy that the tools gave \[J\], of an account that closes.
 #[track_caller]
 fn given_j(report: &Value) -> f64 {

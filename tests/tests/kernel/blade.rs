@@ -36,15 +36,15 @@ fn image_of(
     coarse_basis: BasisSpacing,
 ) -> ImageBytes {
     let tissue = Some(Material::new(PerCell::Uniform(5000.0), PerCell::Uniform(0.3)));
-    made_of(tissue, mesh, fixed, toughness_j_per_m2, coarse_basis)
+    made_of(tissue, mesh, fixed, PerCell::Uniform(toughness_j_per_m2), coarse_basis)
 }
 
 /// A body of tissue, or else of links, which make one of about 6 kPa here.
-fn made_of(
+pub fn made_of(
     tissue: Option<Material>,
     mesh: &Mesh,
     fixed: &[u32],
-    toughness_j_per_m2: f64,
+    toughness_j_per_m2: PerCell,
     coarse_basis: BasisSpacing,
 ) -> ImageBytes {
     let cuttable = Cuttable { spare_share: 0.5, toughness_j_per_m2, ..Cuttable::default() };
@@ -54,7 +54,7 @@ fn made_of(
 }
 
 /// A body under a blade.
-fn under<'a>(image: &'a ImageBytes, sweeps: u16, tool: &[ToolPart]) -> Bench<'a> {
+pub fn under<'a>(image: &'a ImageBytes, sweeps: u16, tool: &[ToolPart]) -> Bench<'a> {
     let model = model(image);
     let settings = Settings { sweeps, max_force_n: 100.0, ..Settings::for_model(&model) };
     Bench::under(Network::new(model, settings).unwrap(), &[tool], 0.0)
@@ -123,7 +123,11 @@ fn a_blade_drawn_through_the_slab_parts_it() {
 fn a_blade_drawn_through_links_parts_them() {
     let mesh = mesh();
     for (coarse, largest_step) in [(BasisSpacing::None, 0.2), (BasisSpacing::Links(3.0), 0.15)] {
-        is_parted(&mesh, &made_of(None, &mesh, &mesh.default_fixed, 4.0, coarse), largest_step);
+        is_parted(
+            &mesh,
+            &made_of(None, &mesh, &mesh.default_fixed, PerCell::Uniform(4.0), coarse),
+            largest_step,
+        );
     }
 }
 
@@ -319,7 +323,8 @@ fn a_blade_in_an_open_wound_has_no_force() {
     for is_of_links in [false, true] {
         let tissue = Material::new(PerCell::Uniform(5000.0), PerCell::Uniform(0.3));
         let tissue = (!is_of_links).then_some(tissue);
-        let image = made_of(tissue, &mesh, &mesh.default_fixed, 4.0, BasisSpacing::None);
+        let image =
+            made_of(tissue, &mesh, &mesh.default_fixed, PerCell::Uniform(4.0), BasisSpacing::None);
         let edge_m = model(&image).unit_m();
         for (beside, shares) in [(0.0, 0.0..0.1), (0.1, 0.0..0.1), (1.0, 0.95..1.1)] {
             let mut bench = under(&image, 4, &[BLADE]);
@@ -450,13 +455,27 @@ fn edges_that_cannot_be_are_refused() {
     assert_eq!(refused, Err(ContactError::CannotCut));
 }
 
-/// The edge stands across a slab of 40 x 27 x 10 mm that is held at both ends, and is drawn through it at 0.1 m/s.
-#[test]
-fn a_drawn_blade_has_the_force_of_the_toughness() {
+/// A slab of 40 x 27 x 10 mm, and its nodes at both ends.
+pub fn sheet() -> (Mesh, Vec<u32>) {
     let mesh = load("box:13x9x4x0.00333333", &MeshOptions::default()).unwrap();
     let nodes = (0..).zip(&mesh.nodes_m);
-    let ends: Vec<u32> =
-        nodes.filter(|(_, place)| place[0].abs() > 0.0199).map(|(node, _)| node).collect();
+    let ends = nodes.filter(|(_, place)| place[0].abs() > 0.0199).map(|(node, _)| node).collect();
+    (mesh, ends)
+}
+
+/// An edge along z that cuts towards y.
+pub const ACROSS: ToolPart =
+    ToolPart { orientation: [0.5, -0.5, 0.5, 0.5], ..ToolPart::edge(0.008) };
+
+/// The way of that edge through the slab at 0.1 m/s.
+pub fn drawn(tick: usize) -> [f32; 3] {
+    [0.0003, -0.0140 + 1.0e-4 * tick as f32, 0.005]
+}
+
+/// The edge stands across a slab that is held at both ends, and is drawn through it.
+#[test]
+fn a_drawn_blade_has_the_force_of_the_toughness() {
+    let (mesh, ends) = sheet();
     for (sweeps, coarse, is_of_links) in [
         (1, BasisSpacing::BySize, false),
         (4, BasisSpacing::None, false),
@@ -465,13 +484,11 @@ fn a_drawn_blade_has_the_force_of_the_toughness() {
     ] {
         let tissue = Material::new(PerCell::Uniform(5000.0), PerCell::Uniform(0.3));
         let tissue = (!is_of_links).then_some(tissue);
-        let image = made_of(tissue, &mesh, &ends, 4.0, coarse);
-        // Its edge along z, it cuts towards y.
-        let edge = ToolPart { orientation: [0.5, -0.5, 0.5, 0.5], ..ToolPart::edge(0.008) };
-        let mut bench = under(&image, sweeps, &[edge]);
+        let image = made_of(tissue, &mesh, &ends, PerCell::Uniform(4.0), coarse);
+        let mut bench = under(&image, sweeps, &[ACROSS]);
         let (mut work_j, mut stored_j, mut forces_n, mut rolled_back) = (0.0, 0.0, Vec::new(), 0);
         for tick in 0..260 {
-            let output = bench.tick([0.0003, -0.0140 + 1.0e-4 * tick as f32, 0.005]);
+            let output = bench.tick(drawn(tick));
             work_j += f64::from(output.work_j);
             stored_j = f64::from(output.energy_j);
             rolled_back += u32::from(output.flags.contains(Flags::ROLLED_BACK));

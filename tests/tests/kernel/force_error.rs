@@ -32,8 +32,11 @@ fn image(spec: &str, poisson: f64, kind: Kind) -> ImageBytes {
         }
         Kind::Cuttable => {
             let toughness_j_per_m2 = 10.0;
-            cuttable =
-                Some(Cuttable { toughness_j_per_m2, spare_share: 0.5, ..Cuttable::default() });
+            cuttable = Some(Cuttable {
+                toughness_j_per_m2: PerCell::Uniform(toughness_j_per_m2),
+                spare_share: 0.5,
+                ..Cuttable::default()
+            });
         }
     }
     baked(spec, &BakeOptions { tissue: Some(tissue), cuttable, ..BakeOptions::default() })

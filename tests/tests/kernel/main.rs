@@ -37,3 +37,4 @@ mod surface;
 mod surface_links;
 mod tear;
 mod tools;
+mod toughness;

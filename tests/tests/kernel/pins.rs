@@ -229,8 +229,11 @@ fn a_snapshot_has_the_pins() {
 fn pins_stay_on_their_sides_of_a_cut() {
     let mesh = load("box:16x10x5x0.004", &MeshOptions::default()).unwrap();
     let tissue = Some(Tissue::new(PerCell::Uniform(5000.0), PerCell::Uniform(0.3)));
-    let cuttable =
-        Some(Cuttable { spare_share: 0.5, toughness_j_per_m2: 4.0, ..Cuttable::default() });
+    let cuttable = Some(Cuttable {
+        spare_share: 0.5,
+        toughness_j_per_m2: PerCell::Uniform(4.0),
+        ..Cuttable::default()
+    });
     let options = BakeOptions { tissue, cuttable, ..BakeOptions::default() };
     let image = bake(&mesh, &mesh.default_fixed, &options).unwrap();
     let model = model(&image);

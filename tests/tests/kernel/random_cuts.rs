@@ -40,7 +40,7 @@ fn image(tissue: Option<Material>) -> ImageBytes {
     let mesh = load("organ:1000", &MeshOptions::default()).unwrap();
     let cuttable = Cuttable {
         spare_share: 1.0,
-        toughness_j_per_m2: TOUGHNESS_J_PER_M2,
+        toughness_j_per_m2: PerCell::Uniform(TOUGHNESS_J_PER_M2),
         ..Cuttable::default()
     };
     let options = BakeOptions { tissue, cuttable: Some(cuttable), ..BakeOptions::default() };

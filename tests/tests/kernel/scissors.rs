@@ -33,7 +33,11 @@ fn image(mesh: &Mesh) -> ImageBytes {
     let ends: Vec<u32> =
         nodes.filter(|(_, place)| place[0].abs() > 0.0199).map(|(node, _)| node).collect();
     let toughness_j_per_m2 = TOUGHNESS_J_PER_M2.into();
-    let cuttable = Some(Cuttable { spare_share: 0.5, toughness_j_per_m2, ..Cuttable::default() });
+    let cuttable = Some(Cuttable {
+        spare_share: 0.5,
+        toughness_j_per_m2: PerCell::Uniform(toughness_j_per_m2),
+        ..Cuttable::default()
+    });
     let tissue = Some(Material::new(PerCell::Uniform(5000.0), PerCell::Uniform(0.3)));
     let coarse_basis = BasisSpacing::BySize;
     let options = BakeOptions { tissue, cuttable, coarse_basis, ..BakeOptions::default() };

@@ -340,7 +340,11 @@ fn a_cut_leaves_the_stress_as_it_is_in_the_tick_that_parts() {
 /// A node that a blade has parted has the stress of the side with more of it.
 #[test]
 fn a_parted_node_has_the_stress_of_its_more_stressed_side() {
-    let cuttable = Cuttable { toughness_j_per_m2: 4.0, spare_share: 0.5, ..Cuttable::default() };
+    let cuttable = Cuttable {
+        toughness_j_per_m2: PerCell::Uniform(4.0),
+        spare_share: 0.5,
+        ..Cuttable::default()
+    };
     let options = BakeOptions {
         tissue: Some(tissue(0.3)),
         cuttable: Some(cuttable),

@@ -39,6 +39,7 @@ fn end_of(mesh: &Mesh, sign: f64) -> Vec<u32> {
 }
 
 fn image(mesh: &Mesh, tear_limit: Option<TearLimit>, toughness_j_per_m2: f64) -> ImageBytes {
+    let toughness_j_per_m2 = PerCell::Uniform(toughness_j_per_m2);
     image_of(mesh, &end_of(mesh, -1.0), tear_limit, toughness_j_per_m2)
 }
 
@@ -46,7 +47,7 @@ fn image_of(
     mesh: &Mesh,
     fixed: &[u32],
     tear_limit: Option<TearLimit>,
-    toughness_j_per_m2: f64,
+    toughness_j_per_m2: PerCell,
 ) -> ImageBytes {
     let cuttable =
         Some(Cuttable { spare_share: 1.0, toughness_j_per_m2, tear_limit, ..Cuttable::default() });
@@ -307,6 +308,28 @@ fn a_restored_tear_goes_on_with_the_same_bits() {
     assert_eq!(go_on(&mut other), expected);
 }
 
+/// A bar without a notch tears first on the side where its cells are weak.
+#[test]
+fn a_tear_begins_in_the_weak_group() {
+    let mesh = mesh(2, 0);
+    for side in [-1.0, 1.0] {
+        let is_weak = |place: &[f64; 3]| (0.0049..0.0151).contains(&(side * place[0]));
+        let toughness = |place| if is_weak(place) { 2.0 } else { 8.0 };
+        let toughness = PerCell::Each(mesh.nodes_m.iter().map(toughness).collect());
+        let limit = Some(TearLimit::Toughness);
+        let image = image_of(&mesh, &end_of(&mesh, -1.0), limit, toughness);
+        let mut bar = Bar::new(&image, &mesh, 8);
+        let corners = bar.corners();
+        while bar.bench.cuts().torn == 0 {
+            bar.pull();
+            assert!(bar.ticks < 1000, "{side}: no tear");
+        }
+        let torn = bar.split_places(&corners);
+        println!("{side}: {} ticks, {torn:?}", bar.ticks);
+        assert!(!torn.is_empty() && torn.iter().all(is_weak), "{side}: {torn:?}");
+    }
+}
+
 /// Below the limit the body has the bits of one that does not tear.
 #[test]
 fn below_the_limit_nothing_changes() {
@@ -355,7 +378,7 @@ fn a_grip_tears_what_it_pulls_at() {
     type Scheme = Predict<{ elastic_room(160) }>;
     let mesh = load("box:7x7x5x0.005", &MeshOptions::default()).unwrap();
     let limit = Some(TearLimit::Stretch(1.5));
-    let image = image_of(&mesh, &mesh.default_fixed, limit, 2.0);
+    let image = image_of(&mesh, &mesh.default_fixed, limit, PerCell::Uniform(2.0));
     let model = model(&image);
     let settings = Settings { sweeps: 4, max_force_n: 100.0, ..Settings::for_model(&model) };
     let network = Network::new(model, settings).unwrap();

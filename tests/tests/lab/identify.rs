@@ -168,6 +168,12 @@ fn bad_input_is_named_and_nothing_is_written() {
     refused(good, &with(&["--bounds", "young_pa=5,1"]), "--bounds young_pa=5,1");
     refused(good, &with(&["--fit", "toughness"]), "--fit: toughness is what a blade feels");
     refused(good, &with(&["--contact", "blade:0.06"]), "a blade cuts: add --cuttable");
+    let values = place.path().join("toughness.txt");
+    std::fs::write(&values, format!("2 {}", "8 ".repeat(99))).unwrap();
+    let toughness = format!("file:{}", files::text(&values));
+    let blade = ["--cuttable", "--contact", "blade:0.06", "--fit", "toughness"];
+    let each = [&shapes[..], &blade, &["--toughness-j-per-m2", &toughness]].concat();
+    refused(good, &each, "--fit: toughness is looked for as one value of the whole body");
     let two = "blade:0.06+sphere:0.01";
     refused(good, &with(&["--cuttable", "--contact", two]), "part 1 is a blade");
     refused(good, &["--direction", "0,0,1", "--direction", "0,1,0"], "2 of them for 1 targets");

@@ -48,7 +48,7 @@ class BakeOptions(TypedDict, total=False):
     """Prepares a body of tetrahedra for the cuts of tools with a blade, "blade:LENGTH" or "scissors:LENGTH"."""
     cut_spare: float | None
     """Number of spare cells for each cell, from 0 to 4."""
-    toughness_j_per_m2: float | None
+    toughness_j_per_m2: PerNode | None
     """Energy that a cut takes for each area [J/m^2]."""
     tears: bool | None
     """The body tears by itself where its energy reaches a fifth of the toughness for each mean edge."""

@@ -2,7 +2,7 @@
 //!
 //! A sample in the tissue has a front: the point of the material up to which it has cut. With q the distance
 //! of the sample beyond its front, along the direction in which the blade cuts, w the length of edge that it
-//! stands for and J the tissue's toughness, the term is
+//! stands for and J the tissue's toughness at the front, the term is
 //!
 //! ```text
 //! E_b = 0                              where q <= 0: the edge is drawn back in its cut

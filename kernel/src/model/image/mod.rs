@@ -174,6 +174,9 @@ pub mod kind {
     /// [`super::branch`] ([f32; 10] a branch). The moduli of `NODAL_CELLS` and `NODAL_SLOTS` are then the
     /// instantaneous ones; without `NODAL` the stiffness of the links is, and the image has their slices.
     pub const BRANCHES: u32 = 50;
+    /// With `CUTTING`, optional: toughness of each cell but the spare ones (f32) \[J/m^2\]; without it all cells have
+    /// that of `CUTTING`.
+    pub const CUT_TOUGHNESS: u32 = 51;
 }
 
 /// The law of `NODAL` that holds the volume by the distance to the shapes of determinant 1.
@@ -246,7 +249,7 @@ pub mod cutting {
     pub const SPARE_CELLS: usize = 1;
     /// Groups of eight half-links to keep in reserve, in all (u32).
     pub const SPARE_GROUPS: usize = 2;
-    /// Energy that a cut takes for each area (f32) \[J/m^2\].
+    /// Energy that a cut takes for each area, the largest of all cells' (f32) \[J/m^2\].
     pub const TOUGHNESS_J_PER_M2: usize = 3;
     /// Limit at which the body tears: [`BY_TOUGHNESS`] or [`BY_STRETCH`] (u32).
     pub const TEAR_RULE: usize = 4;

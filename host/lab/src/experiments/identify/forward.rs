@@ -74,7 +74,7 @@ pub fn image(bench: &Bench<'_>, parameters: &Parameters) -> Result<ImageBytes> {
         tissue.young_pa = per_cell(&bench.base(&tissue.young_pa), &parameters.young_pa);
         tissue.stiffening.clone_from(&parameters.stiffening);
         if let Some(cuttable) = options.cuttable.as_mut().filter(|_| bench.wanted.toughness) {
-            cuttable.toughness_j_per_m2 = parameters.toughness_j_per_m2;
+            cuttable.toughness_j_per_m2 = PerCell::Uniform(parameters.toughness_j_per_m2);
         }
     } else {
         let stiffness = bench.base(&options.stiffness_n_per_m);

@@ -40,7 +40,7 @@ pub mod write;
 use std::borrow::Cow;
 
 use chaincell_host::bake::tissue::Band;
-use chaincell_host::bake::{BakeOptions, PerCell};
+use chaincell_host::bake::{BakeOptions, Cuttable, PerCell};
 use chaincell_host::error::{Error, Result};
 use chaincell_host::mesh::{self, Mesh};
 use slab::Slab;
@@ -126,7 +126,7 @@ impl Bench<'_> {
         let young_pa = vec![mean(&tissue.young_pa); groups];
         let stiffening = tissue.stiffening.clone();
         let toughness_j_per_m2 =
-            self.options.cuttable.as_ref().map_or(0.0, |cut| cut.toughness_j_per_m2);
+            self.options.cuttable.as_ref().map_or(0.0, |cut| mean(&cut.toughness_j_per_m2));
         Parameters {
             young_pa,
             stiffening,
@@ -197,6 +197,9 @@ impl Bench<'_> {
         let Wanted { stiffening, half_width, thickness, offset, toughness } = self.wanted;
         let tissue = self.options.tissue.as_ref();
         let bands = tissue.map_or(0, |tissue| tissue.stiffening.len());
+        let cuttable = self.options.cuttable.as_ref();
+        let is_one =
+            |cuttable: &Cuttable| matches!(cuttable.toughness_j_per_m2, PerCell::Uniform(_));
         let is_field = |target: &Target| target.kind == Kind::Field;
         let why = if self.wanted != Wanted::default() && tissue.is_none() {
             "all that it names is looked for on nodal shapes: add --young-pa"
@@ -204,6 +207,9 @@ impl Bench<'_> {
             "offset is where a probe met the surface: give --contact probe:RADIUS"
         } else if toughness && !matches!(self.tool, Tool::Blade(..)) {
             "toughness is what a blade feels: give --contact blade:LENGTH"
+        } else if toughness && !cuttable.is_none_or(is_one) {
+            "toughness is looked for as one value of the whole body: give one --toughness-j-per-m2 and none to \
+             --material, or fit the press into each part by itself"
         } else if (stiffening || half_width) && bands == 0 {
             "there is no band; say where to begin, as --stiffening 0.1=5000"
         } else if thickness && self.slab.is_none() {
