@@ -8,7 +8,7 @@
 //!
 //! J is the toughness at the front: that of the tetrahedron's cells by their weights there, so that it changes along a
 //! way without a jump. The limit of a front follows it after each move. Where it rises the force rises from where it
-//! was; where it falls the front moves on by the difference, and the energy of that is lost. Fronts are as stiff as
+//! was; where it falls the front moves on, and the energy that springs back is lost. Fronts are as stiff as
 //! the toughest cell of the body asks for.
 //!
 //! Where tissue gapes, a front that passes from one side to the

@@ -18,8 +18,11 @@ const WITHIN: [Range<usize>; 2] = [60..100, 190..250];
 const THICKNESS_M: f32 = 0.01;
 /// A sample at the slab's side stands for all of its length: one spacing more at most, as in a slab of one toughness.
 const SAMPLE_M: f32 = 4.0 * 0.0011;
-/// Largest step of the force from tick to tick over its limit in the tougher half, where faces open.
-const STEP: f32 = 0.078;
+/// Largest step of the force from tick to tick over its limit in the tougher half, where faces open: on the way into
+/// that half, and out of it, where the slab springs back.
+const STEPS: [f32; 2] = [0.078, 0.15];
+/// Largest share of the hand's work that is neither cut nor stored, on the same ways.
+const LOST: [f64; 2] = [0.12, 0.16];
 
 /// The slab of two halves, in the way of an edge that is drawn towards y.
 fn slab(halves_j_per_m2: [f32; 2], is_of_links: bool) -> ImageBytes {
@@ -66,8 +69,9 @@ fn a_drawn_blade_has_the_force_of_each_half() {
             assert!(range.contains(&mean_n), "{means_n:?}");
         }
         // Within a row of elements the limit goes from one to the other, 2 % of the larger in a tenth of a millimetre.
-        assert!(step_n < STEP * means_n[0].max(means_n[1]), "{step_n} {means_n:?}");
-        assert!((-0.003..0.12).contains(&lost), "{lost}");
+        let is_out = usize::from(halves_j_per_m2 == TOUGH_FIRST);
+        assert!(step_n < STEPS[is_out] * means_n[0].max(means_n[1]), "{step_n} {means_n:?}");
+        assert!((-0.003..LOST[is_out]).contains(&lost), "{lost}");
         assert!(cuts.opened_faces > 30 && cuts.copies > 20, "{cuts:?}");
     }
 }
