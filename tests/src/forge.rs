@@ -88,8 +88,9 @@ impl Forged {
             image.extend(bytes);
         }
         image.resize(image.len().next_multiple_of(ALIGNMENT), 0);
-        let length = (image.len() as u32).to_le_bytes();
-        image[12..16].copy_from_slice(&length);
+        for (at, number) in [(12, image.len()), (16, self.sections.len())] {
+            image[at..at + 4].copy_from_slice(&(number as u32).to_le_bytes());
+        }
         resealed(image)
     }
 }

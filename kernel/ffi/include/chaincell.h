@@ -903,7 +903,7 @@ typedef struct chaincell_cuts {
      */
     float area_m2;
     /**
-     * Work that it took to part it: toughness times area [J].
+     * Work that it took to part it: toughness times area, each area by the toughness there [J].
      */
     float work_j;
     /**
