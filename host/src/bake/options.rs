@@ -203,18 +203,14 @@ fn check_stiffening(tissue: &Tissue) -> Result<()> {
     Ok(())
 }
 
-/// Checks that a body that can be cut has no bands on the links of shapes and does not relax, or is made of the links
-/// of its tetrahedra.
+/// Checks that a body that can be cut does not relax, or is made of the links of its tetrahedra.
 fn check_cuttable(mesh: &Mesh, options: &BakeOptions, cuttable: &Cuttable) -> Result<()> {
     let why = match &options.tissue {
         Some(Tissue { relaxation: Some(_), .. }) => {
             "`branches` with `cuttable`: a body that can be cut keeps no memory of its strain; leave one \
              out, of a `tissue` by giving none"
         }
-        Some(tissue) if tissue.stiffening.is_empty() => return Ok(()),
-        Some(_) => {
-            "`stiffening` with `cuttable`: a cut does not part bands on links; leave one out"
-        }
+        Some(_) => return Ok(()),
         None if mesh.tetrahedra.is_empty() => {
             "`cuttable`: the mesh has no tetrahedra, between which a cut opens faces; take a mesh that has, or leave \
              it out"

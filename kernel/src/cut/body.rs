@@ -7,6 +7,7 @@ use crate::model::lips::Lips;
 use crate::model::nodal::Nodal;
 use crate::model::opened::Opened;
 use crate::model::sides::NO_SIDE;
+use crate::model::stiffening::Stiffening;
 use crate::model::{Model, others};
 use crate::number::two_float::LANES;
 use crate::number::words::Double;
@@ -67,6 +68,7 @@ impl<'a, 'm> CutBody<'a, 'm> {
         self.arrays.lip_numbers.fill([0.0; 5]);
         self.arrays.lip_rows.fill(0);
         self.derive_strengths();
+        self.derive_bands();
         if self.is_of_links() {
             self.derive_links();
         }
@@ -218,11 +220,17 @@ impl<'a, 'm> CutBody<'a, 'm> {
         let (model, arrays): (Model<'a>, _) = (*self.model, self.arrays);
         let Arrays { cells, slots, rows, ids, rest, offsets, is_offset, .. } = arrays;
         let (rows, ids): (&[u32], &[[u16; LANES]]) = (rows, ids);
-        let shapes = others::shapes(&model.others);
+        let (shapes, bands) = (others::shapes(&model.others), others::bands(&model.others));
         let shapes = if shapes.is_any() {
             Nodal { cells, slots, rows, ids, rest, offsets, is_offset, ..shapes }
         } else {
             shapes
+        };
+        let bands = if bands.is_any() {
+            let (volumes, lengths) = (&*arrays.bands.volumes, &*arrays.bands.lengths);
+            Stiffening { volumes, lengths, rows, ids, rest, ..bands }
+        } else {
+            bands
         };
         let coarse_basis = model.coarse_basis.map(|basis| {
             let (pairs, weights) = (&*arrays.pairs, &*arrays.weights);
@@ -243,7 +251,7 @@ impl<'a, 'm> CutBody<'a, 'm> {
             rows: arrays.lip_rows,
             ends: arrays.ends.get(..ends).unwrap_or(&[]),
         };
-        let others = others::cut(model.others, shapes, lips);
+        let others = others::cut(model.others, shapes, bands, lips);
         let [count, _] = arrays.listed.map(|listed| listed as usize);
         let all = model.triangles.len() + count;
         let triangles = arrays.triangles.get(..all).unwrap_or(model.triangles);

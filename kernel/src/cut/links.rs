@@ -1,19 +1,11 @@
 //! The half-links of a cell of a body of links, from its tetrahedra.
 //!
 //! A link of the image lies in the tetrahedra at its edge. Where these have fallen apart, each piece has a link with
-//! a share of the weight:
-//!
-//! ```text
-//! w' = w V' / V,   V' the volume of the piece's tetrahedra at the edge, V that of all of them
-//! ```
-//!
-//! Rest length and band are those of the link. Copies lie where their cell lies, so the shares store V' / V of what
-//! the link stores, and a split leaves the energy as it is. **The bound.** w' is computed in double precision and
-//! rounded down, so the shares of a link add up to at most its weight, and a copy has at most the weights of its
-//! cell: twice the diagonal of L, the sum of the weights, never grows at a cell, and a copy may keep the mobility of
-//! the cell from which it was copied. Both half-links of a link go over the same tetrahedra in the same order, so
-//! their weights are equal bit by bit. Half-links are in ascending order of their other ends, as in the image: the
-//! sums of a pass follow this order.
+//! its share of the weight, see `shares`. Rest length and band are those of the link. Copies lie where their cell lies,
+//! so the shares store what the link stores, and a split leaves the energy as it is. **The bound.** The shares of a
+//! link add up to at most its weight, and a copy has at most the weights of its cell: twice the diagonal of L, the sum
+//! of the weights, never grows at a cell, and a copy may keep the mobility of the cell from which it was copied.
+//! Half-links are in ascending order of their other ends, as in the image: the sums of a pass follow this order.
 //!
 //! Young's modulus, for the sides of opened faces, is that of the tissue to which the image's links are equivalent:
 //! E = sum of k l^2 / (12 V_i) over the links at cell i, V_i a quarter of the volume of its tetrahedra.
@@ -22,7 +14,8 @@
 
 use super::body::CutBody;
 use super::hats::gradients;
-use super::memory::{image_groups, inherit};
+use super::memory::inherit;
+use super::shares::{lane_of, put_lane};
 use crate::energy::links::law::{Band, link_force};
 use crate::model::range;
 use crate::number::cell::sub;
@@ -39,11 +32,6 @@ pub(super) struct LinkNumbers {
 impl LinkNumbers {
     /// Those of a place without a half-link.
     pub const PADDING: Self = Self { length: 0.0, weight: 1.0, alpha: 0.0 };
-}
-
-/// A number of a lane in a group, if these numbers are stored.
-fn lane_of<T: Copy>(groups: &[[T; LANES]], group: usize, lane: usize) -> Option<T> {
-    groups.get(group).and_then(|lanes| lanes.get(lane)).copied()
 }
 
 impl CutBody<'_, '_> {
@@ -107,44 +95,13 @@ impl CutBody<'_, '_> {
     fn link_numbers(&self, cell: usize, other: usize) -> LinkNumbers {
         let (here, there) = (self.origin(cell), self.origin(other));
         let whole = self.image_link(here, there).unwrap_or(LinkNumbers::PADDING);
-        // The tetrahedra at the edge, and among them those of this link.
-        let edge = |visit: &mut dyn FnMut(usize, bool)| {
-            for &tetrahedron in self.cut.star(here) {
-                let tetrahedron = tetrahedron as usize;
-                let corners = self.cut.corners.get(tetrahedron);
-                let is_at_edge =
-                    |corners: &[u16; 4]| corners.iter().any(|&id| usize::from(id) == there);
-                if corners.is_some_and(is_at_edge) {
-                    let names = self.arrays.corners.get(tetrahedron).copied().unwrap_or_default();
-                    let is_named = |of: usize| names.iter().any(|&id| usize::from(id) == of);
-                    visit(tetrahedron, is_named(cell) && is_named(other));
-                }
-            }
-        };
-        let mut is_whole = true;
-        edge(&mut |_, is_own| is_whole &= is_own);
-        if is_whole {
-            return whole;
-        }
-        let (mut own, mut all) = (0.0, 0.0);
-        edge(&mut |tetrahedron, is_own| {
-            let corners = self.cut.corners.get(tetrahedron).copied().unwrap_or_default();
-            let (volume, _) = gradients(corners.map(|id| self.rest_position(id)));
-            all += volume;
-            own += if is_own { volume } else { 0.0 };
-        });
-        let exact = f64::from(whole.weight) * (own / all);
-        let rounded = exact as f32;
-        let weight = if f64::from(rounded) > exact { rounded.next_down() } else { rounded };
-        LinkNumbers { weight, ..whole }
+        LinkNumbers { weight: self.weight_share(cell, other, whole.weight), ..whole }
     }
 
     /// Numbers of a link of the image, if these cells are linked.
     fn image_link(&self, cell: usize, other: usize) -> Option<LinkNumbers> {
         let (slices, lane) = (self.model.slices?, cell % LANES);
-        let groups = image_groups(self.model);
-        let group = range(groups.rows, cell / LANES)
-            .find(|&group| lane_of(groups.ids, group, lane).map(usize::from) == Some(other))?;
+        let group = self.image_group(cell, other)?;
         let number = |of: Option<&[[f32; LANES]]>, otherwise: f32| {
             of.and_then(|groups| lane_of(groups, group, lane)).unwrap_or(otherwise)
         };
@@ -216,9 +173,7 @@ impl CutBody<'_, '_> {
     }
 
     fn name_end(&mut self, group: usize, lane: usize, end: u16) {
-        if let Some(slot) = self.arrays.ids.get_mut(group).and_then(|ids| ids.get_mut(lane)) {
-            *slot = end;
-        }
+        put_lane(self.arrays.ids, group, lane, end);
     }
 
     /// Numbers of the half-link in a place.
@@ -239,13 +194,9 @@ impl CutBody<'_, '_> {
         self.name_end(group, lane, end);
         let LinkNumbers { length, weight, alpha } = numbers;
         let links = &mut self.arrays.links;
-        let arrays =
-            [(&mut *links.lengths, length), (links.weights, weight), (links.alphas, alpha)];
-        for (array, number) in arrays {
-            if let Some(slot) = array.get_mut(group).and_then(|lanes| lanes.get_mut(lane)) {
-                *slot = number;
-            }
-        }
+        put_lane(links.lengths, group, lane, length);
+        put_lane(links.weights, group, lane, weight);
+        put_lane(links.alphas, group, lane, alpha);
     }
 }
 

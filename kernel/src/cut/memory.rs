@@ -10,6 +10,8 @@ use crate::model::loose::Loose;
 #[cfg(feature = "cut")]
 use crate::model::nodal::{CellNumbers, OffsetNumbers, SlotNumbers};
 #[cfg(feature = "cut")]
+use crate::model::others;
+#[cfg(feature = "cut")]
 use crate::number::two_float::{Eight, LANES};
 #[cfg(feature = "cut")]
 use crate::number::words::{Double, take};
@@ -193,6 +195,17 @@ pub(crate) struct Arrays<'a> {
     pub roots: &'a mut [u16],
     pub sizes: &'a mut [u16],
     pub links: LinkArrays<'a>,
+    pub bands: BandArrays<'a>,
+}
+
+/// The stiffening bands of the half-links, by group and lane, which follow from state and image; empty in a body
+/// without bands.
+#[cfg(feature = "cut")]
+pub(crate) struct BandArrays<'a> {
+    /// 2 V / l0^2, V the volume of the tetrahedra around the link; 0 for padding.
+    pub volumes: &'a mut [Eight],
+    /// Rest lengths; 0 for padding.
+    pub lengths: &'a mut [Eight],
 }
 
 /// Arrays of a body of links, all of which follow from state and image; empty in a body of shapes.
@@ -306,7 +319,7 @@ const STATE: usize = 13;
 
 /// Words of each array, in their order.
 #[cfg(feature = "cut")]
-struct Sizes([usize; 55]);
+struct Sizes([usize; 57]);
 
 #[cfg(feature = "cut")]
 impl Sizes {
@@ -324,6 +337,8 @@ impl Sizes {
         let of_loose = |words: usize| if cut.loose == Loose::Leave { 0 } else { words };
         let of_shapes = |words: usize| if model.is_nodal() { words } else { 0 };
         let of_links = |words: usize| if model.is_nodal() { 0 } else { words };
+        let has_bands = others::bands(&model.others).is_any();
+        let of_bands = |words: usize| if has_bands { words } else { 0 };
         let of_alphas = |words: usize| if model.alpha_varies() { of_links(words) } else { 0 };
         // Every link takes two of the half-links.
         let (halves, links) = (groups * LANES, groups * LANES / 2);
@@ -383,6 +398,8 @@ impl Sizes {
             of_links(links),
             of_links(cells - cut.spare_cells),
             of_links(3 * lips(model)),
+            of_bands(halves),
+            of_bands(halves),
         ]))
     }
 }
@@ -480,6 +497,10 @@ impl<'a> CutRoom<'a> {
                 back_link: take(rest, sizes.next()?)?,
                 young: take(rest, sizes.next()?)?,
                 lip_areas: take(rest, sizes.next()?)?,
+            },
+            bands: BandArrays {
+                volumes: take(rest, sizes.next()?)?,
+                lengths: take(rest, sizes.next()?)?,
             },
         })
     }

@@ -85,6 +85,10 @@
 
 #[cfg(feature = "cut")]
 mod ahead;
+#[cfg(all(test, feature = "cut"))]
+mod band_tests;
+#[cfg(feature = "cut")]
+mod bands;
 #[cfg(feature = "cut")]
 pub(crate) mod body;
 #[cfg(feature = "cut")]
@@ -128,6 +132,8 @@ mod place;
 mod random;
 #[cfg(feature = "cut")]
 mod renewal;
+#[cfg(feature = "cut")]
+mod shares;
 #[cfg(feature = "cut")]
 mod sides;
 #[cfg(feature = "cut")]

@@ -50,6 +50,7 @@ impl CutBody<'_, '_> {
         for (axis, own) in own.into_iter().enumerate() {
             self.set_number(cell, nodal::OWN + axis, own + 0.0);
         }
+        self.renumber_bands(cell);
     }
 
     /// Adds a tetrahedron to the numbers of one of its cells.
@@ -150,6 +151,7 @@ impl CutBody<'_, '_> {
                 let cell = (slice * LANES + lane).min(last);
                 self.put(group, lane, cell as u16, [0.0; nodal::SLOT_ROWS]);
                 self.put_link(group, lane, cell as u16, LinkNumbers::PADDING);
+                self.arrays.bands.put(group, lane, [0.0; 2]);
             }
         }
     }
@@ -158,5 +160,6 @@ impl CutBody<'_, '_> {
         inherit(self.arrays.slots, from, to);
         inherit(self.arrays.ids, from, to);
         self.arrays.links.move_group(from, to);
+        self.arrays.bands.move_group(from, to);
     }
 }

@@ -82,8 +82,8 @@ impl CutBody<'_, '_> {
             let Some(_) = self.part(cell, &pieces, torn, states) else { return self.refuse() };
             return Look::Split(at_most(TwoFloat::ZERO, stored + stored));
         }
-        // Note energy and shape before.
-        let shapes = of_shapes(states);
+        // Note energy and shape before. The shares of a link's bands store what it did, but for their rounding.
+        let (shapes, banded) = (of_shapes(states), self.bands().stored_at_most(cell, at));
         let before = self.shapes().stored(torn.iter(), at, shapes);
         let (whole, offset) = (self.shapes().shape_at(cell, at), self.offset(cell));
         let first = self.bodily + self.used();
@@ -101,7 +101,7 @@ impl CutBody<'_, '_> {
             self.set_offset(piece, shift);
         }
         let after = self.shapes().stored(all.iter(), &place, shapes);
-        Look::Split(at_most(after.wd2.minus(before.wd2), before.scale + after.scale))
+        Look::Split(at_most(after.wd2.minus(before.wd2), before.scale + after.scale + 2.0 * banded))
     }
 
     /// Gives each piece of a cell but the first one a copy, and the numbers that follow to all cells. Returns the cells

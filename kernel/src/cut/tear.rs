@@ -22,7 +22,9 @@
 use super::body::CutBody;
 use super::memory::{CREDIT, TORN, TURN};
 use super::offset::of_shapes;
+use super::shares::rounded_down;
 use crate::energy::state::States;
+use crate::model::image::nodal;
 use crate::model::rest_length;
 use crate::model::tearing::TearLimit;
 use crate::number::cell::{dot, sub};
@@ -112,7 +114,11 @@ impl CutBody<'_, '_> {
         let shapes = self.shapes();
         // An upper bound that takes no eigenvalues.
         let bound = match limit {
-            TearLimit::Toughness => shapes.energy_density(cell, at, of_shapes(states)),
+            TearLimit::Toughness => {
+                let volume = self.number(cell, nodal::VOLUME);
+                shapes.energy_density(cell, at, of_shapes(states))
+                    + self.bands().energy_density(cell, volume, at)
+            }
             TearLimit::Stretch(_) => shapes.stretch_bound(cell, at) - 1.0,
         };
         if bound < least * strength {
@@ -190,10 +196,8 @@ impl CutBody<'_, '_> {
     pub fn pay(&mut self, rise: f64) {
         let Some(slot) = self.arrays.tear.get_mut(CREDIT) else { return };
         let exact = f64::from(f32::from_bits(*slot)) - if rise > 0.0 { rise } else { 0.0 };
-        let rounded = exact as f32;
-        let credit = if f64::from(rounded) > exact { rounded.next_down() } else { rounded };
         // -0.0 becomes +0.0.
-        *slot = (credit + 0.0).to_bits();
+        *slot = (rounded_down(exact) + 0.0).to_bits();
     }
 
     /// Replaces the credit by the energy by which sweeps have lowered the level, less a debt.

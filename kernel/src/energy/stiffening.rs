@@ -109,6 +109,31 @@ impl Stiffening<'_> {
     }
 }
 
+/// Energy of the bands of a cell, for cuts and tears.
+#[cfg(feature = "cut")]
+impl Stiffening<'_> {
+    /// Energy that the bands at a cell store for each volume of its links, half of each link's, in the unit of the
+    /// moduli; `volume` is that of the cell.
+    pub(crate) fn energy_density(
+        self,
+        cell: usize,
+        volume: f32,
+        at: &impl Fn(usize) -> [f32; 3],
+    ) -> f32 {
+        self.residual(cell, at, Cell::ZERO).w() / (8.0 * volume)
+    }
+
+    /// Four times the energy that the links at a cell store at most, also with closed bands.
+    pub(crate) fn stored_at_most(self, cell: usize, at: &impl Fn(usize) -> [f32; 3]) -> f32 {
+        let stored = self.slots_of(cell).map(|(group, other)| {
+            let way = sub(at(other), at(cell));
+            let d = sqrt(dot(way, way)) - Self::at(self.lengths, group, cell);
+            Self::at(self.volumes, group, cell) * d * d
+        });
+        self.modulus() * stored.fold(0.0, |sum, stored| sum + stored)
+    }
+}
+
 /// Volumes at a link that a cell's own one makes up: each of its tetrahedra gives it a quarter, and three of its
 /// links the whole.
 const VOLUMES_EACH: f32 = 12.0;

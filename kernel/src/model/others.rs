@@ -35,6 +35,16 @@ pub(crate) fn shapes<'a>(of: &Others<'a>) -> Nodal<'a> {
     of.1.0
 }
 
+/// The stiffening bands of a body.
+#[cfg(all(not(test), feature = "cut"))]
+pub(crate) fn bands<'a>(of: &Others<'a>) -> Stiffening<'a> {
+    of.1.0
+}
+#[cfg(all(test, feature = "cut"))]
+pub(crate) fn bands<'a>(of: &Others<'a>) -> Stiffening<'a> {
+    of.1.1.0
+}
+
 /// The same terms with these nodal shapes.
 #[cfg(all(not(test), feature = "relax"))]
 pub(crate) fn with_shapes<'a>(of: Others<'a>, shapes: Nodal<'a>) -> Others<'a> {
@@ -47,15 +57,23 @@ pub(crate) fn with_shapes<'a>(of: Others<'a>, shapes: Nodal<'a>) -> Others<'a> {
     (pins, (shapes, rest))
 }
 
-/// The same terms with these nodal shapes and lips.
+/// The same terms with these nodal shapes, bands and lips.
 #[cfg(all(not(test), feature = "cut"))]
-pub(crate) fn cut<'a>(of: Others<'a>, shapes: Nodal<'a>, lips: Lips<'a>) -> Others<'a> {
-    let (_, (bands, _)) = of;
+pub(crate) fn cut<'a>(
+    _: Others<'a>,
+    shapes: Nodal<'a>,
+    bands: Stiffening<'a>,
+    lips: Lips<'a>,
+) -> Others<'a> {
     (shapes, (bands, (lips, NoTerm)))
 }
 #[cfg(all(test, feature = "cut"))]
-pub(crate) fn cut<'a>(of: Others<'a>, shapes: Nodal<'a>, lips: Lips<'a>) -> Others<'a> {
-    let (pins, (_, (bands, _))) = of;
+pub(crate) fn cut<'a>(
+    (pins, _): Others<'a>,
+    shapes: Nodal<'a>,
+    bands: Stiffening<'a>,
+    lips: Lips<'a>,
+) -> Others<'a> {
     (pins, (shapes, (bands, (lips, NoTerm))))
 }
 

@@ -41,7 +41,8 @@ impl Set {
 /// The sets of a body, the narrowest band first. Most bodies have none.
 #[derive(Clone, Copy)]
 pub(crate) struct Stiffening<'a> {
-    sets: &'a [[u32; 2]],
+    /// Bits of the half-width and the modulus of each set as the image has them.
+    pub sets: &'a [[u32; 2]],
     /// 2 V / l0^2 of each slot, with V the volume of the tetrahedra around its link. Times the modulus of a
     /// set it is the link's weight in that set.
     pub volumes: &'a [[f32; LANES]],

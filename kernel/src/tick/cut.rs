@@ -115,7 +115,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
         if self.head.model != Some(model.checksum()) {
             return Err(CutError::Model);
         }
-        if !is_cut(model) {
+        if !model.cuttable().is_any() {
             return Err(CutError::NotCuttable);
         }
         let mut body = CutBody::of(&mut self.cut, model).ok_or(CutError::Room)?;
@@ -204,7 +204,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
 
     /// Returns true if there is memory to cut this body.
     pub(super) fn has_cut_memory(&mut self, model: &Model<'_>) -> bool {
-        CutBody::of(&mut self.cut, model).is_some() && is_cut(model)
+        CutBody::of(&mut self.cut, model).is_some()
     }
 
     /// Closes all cuts.
@@ -219,7 +219,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
     pub(super) fn part(&mut self, network: &Network<'_>) {
         let model = network.model();
         let mut memory = core::mem::take(&mut self.cut);
-        let parted = CutBody::of(&mut memory, model).filter(|_| is_cut(model)).map(|mut body| {
+        let parted = CutBody::of(&mut memory, model).map(|mut body| {
             let is_off = network.settings().cut == Cutting::Off;
             self.draw(&mut body, is_off);
             let pressed = self.energy_of_lips(&body);
@@ -401,14 +401,6 @@ impl<D: Dynamics> TissueMut<'_, D> {
         body.pay(change.unwrap_or(0.0));
         change
     }
-}
-
-/// Returns true if a body can be cut: one with stiffening bands cannot.
-#[cfg(feature = "cut")]
-fn is_cut(model: &Model<'_>) -> bool {
-    let mut bands = 0;
-    model.each_stiffening(|_, _| bands += 1);
-    model.cuttable().is_any() && bands == 0
 }
 
 /// In a kernel without the feature `cut` nothing is cut.

@@ -3,7 +3,7 @@
 
 use std::sync::OnceLock;
 
-use chaincell_host::bake::tissue::{Band, Tissue};
+use chaincell_host::bake::tissue::Tissue;
 use chaincell_host::bake::{BakeOptions, BasisSpacing, Cuttable, ImageBytes, PerCell, bake};
 use chaincell_host::engine::{Contact, Engine, Scheme, contact};
 use chaincell_host::files::output::vtu;
@@ -106,16 +106,13 @@ fn what_cannot_be_cut_is_refused_by_name() {
     let grouped = BakeOptions { cells: Some(20), ..links.clone() };
     let tearing = Cuttable { tear_limit: Some(TearLimit::Toughness), ..given.clone() };
     let tearing = BakeOptions { cuttable: Some(tearing), ..links.clone() };
-    let mut bands = of(given.clone());
     let tough = |toughness_j_per_m2| of(Cuttable { toughness_j_per_m2, ..given.clone() });
     let mut one_bad = vec![160.0; CELLS];
     one_bad[7] = 1e7;
-    bands.tissue.as_mut().unwrap().stiffening = vec![Band::new(0.1, 1e4)];
     for (options, parts) in [
         (lean, ["`lean` with `cuttable`", "leave one out"]),
         (grouped, ["`cells` with `cuttable`", "leave one out"]),
         (tearing, ["`tears`", "with `young_pa`"]),
-        (bands, ["`stiffening`", "`cuttable`"]),
         (tough(PerCell::Uniform(0.0)), ["`toughness_j_per_m2` 0", "0.01 to"]),
         (tough(PerCell::Uniform(f64::NAN)), ["`toughness", "0.01 to 1e6"]),
         (tough(PerCell::Each(one_bad)), ["`toughness_j_per_m2`: value 10000000 of node 7", "1e6"]),

@@ -70,6 +70,12 @@ fn the_linked_images_are_what_the_bake_gives() {
     };
     let linked = include_bytes!("../../data/cut4.chaincell");
     check("cut4.chaincell", linked, &baked("box:4x4x3x0.01", false, &cut));
+    let stiffening = ["0.05=4000", "short:0.1=8000", "long:0.2=20000"];
+    let stiffening = stiffening.map(|band| band.parse().unwrap()).to_vec();
+    let stiff = cut.tissue.clone().map(|of| Tissue { stiffening, ..of });
+    let bands = BakeOptions { tissue: stiff, ..cut.clone() };
+    let linked = include_bytes!("../../data/bands4.chaincell");
+    check("bands4.chaincell", linked, &baked("box:4x4x3x0.01", false, &bands));
     let links = BakeOptions {
         tissue: None,
         alpha: each(48, |node| node * 7 % 31, 0.002),

@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use chaincell_host::bake::tissue::Tissue as Material;
+use chaincell_host::bake::tissue::{Band, Tissue as Material};
 use chaincell_host::bake::{BakeOptions, BasisSpacing, Cuttable, ImageBytes, PerCell, bake};
 use chaincell_host::mesh::{Mesh, MeshOptions, load};
 use chaincell_kernel::snapshot::SnapshotError;
@@ -34,6 +34,18 @@ fn image(mesh: &Mesh, spare_share: Option<f64>) -> ImageBytes {
     bake(mesh, &mesh.default_fixed, &options).unwrap()
 }
 
+/// The body of shapes that stiffen when they are strained.
+fn banded(mesh: &Mesh, spare_share: Option<f64>) -> ImageBytes {
+    let mut options = options(spare_share, BasisSpacing::Links(2.0));
+    options.tissue.as_mut().unwrap().stiffening = stiffening();
+    bake(mesh, &mesh.default_fixed, &options).unwrap()
+}
+
+/// Bands far stiffer than the tissue, one of them on one side.
+pub fn stiffening() -> Vec<Band> {
+    ["0.02=10000", "long:0.1=20000"].map(|band| band.parse().unwrap()).to_vec()
+}
+
 /// The body made of links with bands in place of shapes.
 fn linked(mesh: &Mesh) -> ImageBytes {
     let (tissue, alpha) = (None, PerCell::Uniform(0.02));
@@ -41,10 +53,10 @@ fn linked(mesh: &Mesh) -> ImageBytes {
     bake(mesh, &mesh.default_fixed, &BakeOptions { tissue, alpha, ..shapes }).unwrap()
 }
 
-/// The body of shapes, and that of links.
-fn both() -> [ImageBytes; 2] {
+/// The body of shapes, that with stiffening bands, and that of links.
+fn all() -> [ImageBytes; 3] {
     let mesh = mesh();
-    [image(&mesh, Some(0.5)), linked(&mesh)]
+    [image(&mesh, Some(0.5)), banded(&mesh, Some(0.5)), linked(&mesh)]
 }
 
 pub fn network<'a>(image: &'a ImageBytes, sweeps: u16) -> Network<'a> {
@@ -146,9 +158,16 @@ fn settled<D: Dynamics<Number = f32>>(body: &mut Bench<'_, D>) -> [f64; 3] {
 }
 
 /// Opens the faces one after another while the tool pulls: the body is then that of the mesh with doubled
-/// nodes.
+/// nodes. It is stiffer with bands.
 #[test]
 fn a_body_cut_face_by_face_is_that_baked_in_pieces() {
+    let [plain_n, banded_n] = [image, banded].map(|baked| cut_face_by_face(&baked));
+    println!("{plain_n} N, with bands {banded_n} N");
+    assert!(banded_n > 1.5 * plain_n, "{plain_n} {banded_n}");
+}
+
+/// The force that cutting a bar face by face leaves, beside that of the bar baked in pieces \[N\].
+fn cut_face_by_face(image: &dyn Fn(&Mesh, Option<f64>) -> ImageBytes) -> f64 {
     let mesh = mesh();
     let (whole, held, open) = (image(&mesh, Some(0.5)), end(&mesh), cut(&mesh, 0.005));
     let doubled = parted(&mesh, &open);
@@ -174,6 +193,7 @@ fn a_body_cut_face_by_face_is_that_baked_in_pieces() {
     assert!(off < 1e-3 * size, "{force:?} {expected:?}");
     let lost = uncut.iter().zip(expected).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt();
     assert!(lost > 0.05 * size, "{uncut:?} {expected:?}");
+    size
 }
 
 /// The tool pulls while the cut goes on: three faces in each of the first ticks.
@@ -208,7 +228,7 @@ fn a_cut_has_the_same_bits_with_and_without_vector_units() {
         assert!(body.cuts().copies > 5);
         hashes
     }
-    for image in both() {
+    for image in all() {
         assert_eq!(hashes::<Track>(&image, true), hashes::<Track>(&image, false));
         assert_eq!(hashes::<Predict>(&image, true), hashes::<Predict>(&image, false));
     }
@@ -216,7 +236,7 @@ fn a_cut_has_the_same_bits_with_and_without_vector_units() {
 
 #[test]
 fn a_restored_cut_goes_on_with_the_same_bits() {
-    both().iter().for_each(goes_on);
+    all().iter().for_each(goes_on);
 }
 
 fn goes_on(image: &ImageBytes) {
@@ -255,7 +275,7 @@ fn goes_on(image: &ImageBytes) {
 /// Counts of open faces and of waiting cells that do not match the body are refused.
 #[test]
 fn a_snapshot_with_other_counts_is_refused() {
-    both().iter().for_each(refuses_other_counts);
+    all().iter().for_each(refuses_other_counts);
 }
 
 fn refuses_other_counts(image: &ImageBytes) {
@@ -288,7 +308,7 @@ fn refuses_other_counts(image: &ImageBytes) {
 
 #[test]
 fn a_reset_closes_all_cuts() {
-    both().iter().for_each(is_closed_by_a_reset);
+    all().iter().for_each(is_closed_by_a_reset);
 }
 
 fn is_closed_by_a_reset(image: &ImageBytes) {

@@ -20,13 +20,14 @@ use rand_pcg::Pcg64;
 use rand_pcg::rand_core::{Rng, SeedableRng};
 
 use crate::bench::Bench;
+use crate::cutting::stiffening;
 
 const CUTS: u64 = 20;
 /// Further cuts of every run: the blade engages inside the tissue, or moves fast with one sweep a tick, so that the
 /// energy exceeds the work of the published forces.
 const ALSO: [u64; 4] = [52, 194, 370, 472];
-/// Cuts of a body of links.
-const CUTS_OF_LINKS: u64 = 8;
+/// Cuts of a body of links, and of one that stiffens.
+const CUTS_OF_OTHERS: u64 = 8;
 /// Ticks of a cut.
 const TICKS: usize = 700;
 /// Energy that a cut takes for each area \[J/m^2\].
@@ -265,8 +266,15 @@ fn random_cuts_leave_a_body_that_goes_on() {
 }
 
 #[test]
+fn random_cuts_of_tissue_that_stiffens_leave_a_body_that_goes_on() {
+    let tissue = Material::new(PerCell::Uniform(2000.0), PerCell::Uniform(0.4));
+    let tissue = Material { stiffening: stiffening(), ..tissue };
+    all(&image(Some(tissue)), CUTS_OF_OTHERS, &[]);
+}
+
+#[test]
 fn random_cuts_of_links_leave_a_body_that_goes_on() {
-    all(&image(None), CUTS_OF_LINKS, &[]);
+    all(&image(None), CUTS_OF_OTHERS, &[]);
 }
 
 /// Runs these cuts, or as many as the environment asks for.

@@ -40,19 +40,28 @@ fn end_of(mesh: &Mesh, sign: f64) -> Vec<u32> {
 
 fn image(mesh: &Mesh, tear_limit: Option<TearLimit>, toughness_j_per_m2: f64) -> ImageBytes {
     let toughness_j_per_m2 = PerCell::Uniform(toughness_j_per_m2);
-    image_of(mesh, &end_of(mesh, -1.0), tear_limit, toughness_j_per_m2)
+    image_of(mesh, &end_of(mesh, -1.0), &material(), tear_limit, toughness_j_per_m2)
+}
+
+fn material() -> Material {
+    Material::new(PerCell::Uniform(5000.0), PerCell::Uniform(0.3))
+}
+
+/// Tissue whose links resist ten times as much when they are longer by a tenth.
+fn stiffening() -> Material {
+    Material { stiffening: vec!["long:0.1=50000".parse().unwrap()], ..material() }
 }
 
 fn image_of(
     mesh: &Mesh,
     fixed: &[u32],
+    tissue: &Material,
     tear_limit: Option<TearLimit>,
     toughness_j_per_m2: PerCell,
 ) -> ImageBytes {
     let cuttable =
         Some(Cuttable { spare_share: 1.0, toughness_j_per_m2, tear_limit, ..Cuttable::default() });
-    let tissue = Some(Material::new(PerCell::Uniform(5000.0), PerCell::Uniform(0.3)));
-    let coarse_basis = BasisSpacing::Links(2.0);
+    let (tissue, coarse_basis) = (Some(tissue.clone()), BasisSpacing::Links(2.0));
     let options = BakeOptions { tissue, cuttable, coarse_basis, ..BakeOptions::default() };
     bake(mesh, fixed, &options).unwrap()
 }
@@ -128,10 +137,10 @@ struct First {
     off: f64,
 }
 
-/// Pulls a bar until it tears.
-fn first(across: usize, seed: u64, limit: TearLimit) -> First {
+/// Pulls a bar of this tissue until it tears.
+fn first(tissue: &Material, across: usize, seed: u64, limit: TearLimit) -> First {
     let mesh = mesh(across, seed);
-    let image = image(&mesh, Some(limit), 2.0);
+    let image = image_of(&mesh, &end_of(&mesh, -1.0), tissue, Some(limit), PerCell::Uniform(2.0));
     let mut bar = Bar::new(&image, &mesh, 8);
     bar.notch();
     let corners = bar.corners();
@@ -150,11 +159,22 @@ fn first(across: usize, seed: u64, limit: TearLimit) -> First {
 /// with `CHAINCELL_SLOW=1`.
 #[test]
 fn a_notched_bar_tears_at_the_notch_at_a_load_that_hardly_depends_on_the_mesh() {
+    hardly_depends_on_the_mesh(&material(), &[TearLimit::Toughness, TearLimit::Stretch(1.3)]);
+}
+
+/// So does one of tissue that stiffens, with the energy of its bands in its load.
+#[test]
+fn so_does_a_bar_that_stiffens() {
+    hardly_depends_on_the_mesh(&stiffening(), &[TearLimit::Toughness]);
+}
+
+fn hardly_depends_on_the_mesh(tissue: &Material, limits: &[TearLimit]) {
     let seeds: u64 = if std::env::var_os("CHAINCELL_SLOW").is_some() { 10 } else { 4 };
-    for limit in [TearLimit::Toughness, TearLimit::Stretch(1.3)] {
+    for &limit in limits {
         let (mut regular, mut means, mut at_front) = (Vec::new(), Vec::new(), 0);
         for across in [2, 3, 4] {
-            let all: Vec<First> = (0..=seeds).map(|seed| first(across, seed, limit)).collect();
+            let all: Vec<First> =
+                (0..=seeds).map(|seed| first(tissue, across, seed, limit)).collect();
             let forces: Vec<f64> = all[1..].iter().map(|first| first.force_n).collect();
             let mean = forces.iter().sum::<f64>() / seeds as f64;
             let scatter = forces.iter().map(|x| (x / mean - 1.0).powi(2)).sum::<f64>();
@@ -317,7 +337,7 @@ fn a_tear_begins_in_the_weak_group() {
         let toughness = |place| if is_weak(place) { 2.0 } else { 8.0 };
         let toughness = PerCell::Each(mesh.nodes_m.iter().map(toughness).collect());
         let limit = Some(TearLimit::Toughness);
-        let image = image_of(&mesh, &end_of(&mesh, -1.0), limit, toughness);
+        let image = image_of(&mesh, &end_of(&mesh, -1.0), &material(), limit, toughness);
         let mut bar = Bar::new(&image, &mesh, 8);
         let corners = bar.corners();
         while bar.bench.cuts().torn == 0 {
@@ -378,7 +398,7 @@ fn a_grip_tears_what_it_pulls_at() {
     type Scheme = Predict<{ elastic_room(160) }>;
     let mesh = load("box:7x7x5x0.005", &MeshOptions::default()).unwrap();
     let limit = Some(TearLimit::Stretch(1.5));
-    let image = image_of(&mesh, &mesh.default_fixed, limit, PerCell::Uniform(2.0));
+    let image = image_of(&mesh, &mesh.default_fixed, &material(), limit, PerCell::Uniform(2.0));
     let model = model(&image);
     let settings = Settings { sweeps: 4, max_force_n: 100.0, ..Settings::for_model(&model) };
     let network = Network::new(model, settings).unwrap();
