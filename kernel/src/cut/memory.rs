@@ -67,9 +67,9 @@ impl Default for CutRoom<'_> {
 ///
 /// One of shapes that relaxes takes 40 bytes a cell, and 36 for each branch; one of links 8 bytes a half-link, and 4
 /// for each branch. One that can be cut takes 360 to 430 bytes a cell, in a body of links too: the half-links, a copy
-/// of which changes, are most of it. Each spare cell takes 88 bytes more for lips, and with a contact surface 208
-/// more. A coarse level of n functions, 24 or more, takes 1,200 n + 40,000 bytes and 29 a cell for up to 32 functions
-/// on one side of a cut.
+/// of which changes, are most of it. Stiffening bands take 100 to 130 bytes a cell more. Each spare cell takes 88
+/// bytes more for lips, and with a contact surface 208 more. A coarse level of n functions, 24 or more, takes
+/// 1,200 n + 40,000 bytes and 29 a cell for up to 32 functions on one side of a cut.
 #[must_use]
 pub fn cut_words(model: &Model<'_>) -> usize {
     #[cfg(feature = "relax")]

@@ -33,6 +33,10 @@
 //! which the level takes. A share is rounded down, so no cell's weights exceed those of the cell from which it was
 //! copied, whose bound it inherits. Its coarse level has no two-sided functions. Such a body does not tear by itself.
 //!
+//! **Stiffening.** The bands on the links of a body of shapes are parted in the same way: each piece of a link has them
+//! with its share of the volume around the link; see `bands`. The offsets of copies are those of their shapes alone, and
+//! the load of a tear includes the bands.
+//!
 //! **The surface.** An opened face gives two triangles, one for each side, behind those of the surface: tools touch
 //! them as any other. In a cut that lies closed the two lie on each other beneath the surface, and a sphere that is
 //! pressed on the body above them would push them too. So a side counts as far as the other one has moved away from
@@ -58,8 +62,8 @@
 //! counted, and the cell stays whole until a further face opens there. A late tick splits nothing. There are places for
 //! the triangles of four faces for each spare cell; a face without a place opens all the same, tools pass its sides,
 //! and [`CutOutput::untouched`](crate::CutOutput) counts it. A tool does not touch the sides of a cut whose lips lie
-//! on each other or overlap, also where they have slid by less than an edge. A body with stiffening bands is not cut. A
-//! loose piece that a tool carries lags behind it: one of six cells drags with 0.15 N at 50 mm/s and 4 sweeps, and with
+//! on each other or overlap, also where they have slid by less than an edge. A loose
+//! piece that a tool carries lags behind it: one of six cells drags with 0.15 N at 50 mm/s and 4 sweeps, and with
 //! nothing once the tool stands still.
 //!
 //! Cost: a split goes over the tetrahedra of the cell and of its neighbours; where a list of half-links outgrows
@@ -69,7 +73,8 @@
 //! - [`memory`]: memory of the caller, divided into arrays.
 //! - `body`: the arrays with their image: tetrahedra, faces, and the model that a tick reads.
 //! - `numbers`: volumes and half-links of a cell from its tetrahedra; in a body of links `links`: its half-links,
-//!   and `ends`: the links by their ends. `hats`: volume and gradients of a tetrahedron.
+//!   and `ends`: the links by their ends. `bands`: the stiffening bands of half-links. `shares`: the share of a piece
+//!   in a link's weight. `hats`: volume and gradients of a tetrahedron.
 //! - `coarse`: a copy in the boxes of the coarse level; `labels`: the sides of a cut;
 //!   `sides`: two-sided functions beside it, and `renewal`: where their renewal is.
 //! - `pieces`: the tetrahedra at a cell, by the faces that are closed.

@@ -15,9 +15,9 @@
 //! decay as far as the credit allows; what is left lapses with the next sweeps. The level of a body that is left
 //! alone therefore never exceeds that before the last sweeps, except for a debt of one tick's rounding.
 //!
-//! Cost: a look at a cell goes over its half-links once, 1,700 instructions; eigenvalues are computed only near the
-//! strength. A tick of a body of 364 cells takes 0.08 million, a sixth of a sweep, and while offsets decay 0.14 million
-//! more. RAM: twelve bytes, and four for each cell.
+//! Cost: a look at a cell goes over its half-links once, 1,700 instructions, with stiffening bands twice; eigenvalues
+//! are computed only near the strength. A tick of a body of 364 cells takes 0.08 million, a sixth of a sweep, and while
+//! offsets decay 0.14 million more. RAM: twelve bytes, and four for each cell.
 
 use super::body::CutBody;
 use super::memory::{CREDIT, TORN, TURN};

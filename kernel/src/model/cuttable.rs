@@ -9,6 +9,7 @@
 //! functions, mu and lambda the means of a tetrahedron's cells and b that of their bands, it is the sum over a
 //! cell's tetrahedra of (2 mu + 3 lambda + b) V times the sum of |`g_i` . `g_j`| over the corners j. In a body of links
 //! the sum of a cell's weights holds: the tetrahedra at a link's edge share its weight, and every link is such an edge.
+//! So does that of stiffening bands, which is added to the bound of the shapes.
 
 use super::image::{CUTTING_VERSION, ModelError, Sections, TEARING_VERSION, cutting, kind};
 use super::loose::Loose;

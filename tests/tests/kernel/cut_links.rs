@@ -1,6 +1,7 @@
-//! A body of links under cuts at random, and asleep beside one.
+//! A body of links under cuts at random, and asleep beside one; the latter of tissue that stiffens too.
 #![allow(clippy::unwrap_used)]
 
+use chaincell_host::bake::tissue::Tissue;
 use chaincell_host::bake::{BakeOptions, BasisSpacing, Cuttable, ImageBytes, PerCell, bake};
 use chaincell_host::mesh::{Mesh, MeshOptions, load};
 use chaincell_kernel::{
@@ -12,7 +13,7 @@ use rand_pcg::rand_core::{Rng, SeedableRng};
 
 use crate::bench::Bench;
 use crate::cut_bar::{bar, end, move_inner_nodes};
-use crate::cutting::{centre, faces, network};
+use crate::cutting::{centre, faces, network, stiffening};
 
 const EDGE_M: f64 = 0.006;
 
@@ -160,9 +161,21 @@ fn links_that_are_not_cut_have_the_bits_of_a_plain_body() {
 /// Sleep changes no bit while the sides of a cut are drawn apart, rest, and are pressed on each other.
 #[test]
 fn sleep_beside_a_cut_changes_no_bit() {
+    sleeps(None);
+}
+
+/// Nor in tissue that stiffens.
+#[test]
+fn sleep_beside_a_cut_of_tissue_changes_no_bit() {
+    let tissue = Tissue::new(PerCell::Uniform(2000.0), PerCell::Uniform(0.3));
+    sleeps(Some(Tissue { stiffening: stiffening(), ..tissue }));
+}
+
+fn sleeps(tissue: Option<Tissue>) {
     let mesh = bar(8, 1);
     let options = BakeOptions {
-        alpha: PerCell::Uniform(0.02),
+        alpha: if tissue.is_some() { BakeOptions::default().alpha } else { PerCell::Uniform(0.02) },
+        tissue,
         cuttable: Some(Cuttable { spare_share: 0.5, ..Cuttable::default() }),
         coarse_basis: BasisSpacing::None,
         ..BakeOptions::default()

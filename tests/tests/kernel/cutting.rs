@@ -191,9 +191,22 @@ fn cut_face_by_face(image: &dyn Fn(&Mesh, Option<f64>) -> ImageBytes) -> f64 {
     let off = force.iter().zip(expected).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt();
     println!("uncut {uncut:?}, cut {force:?}, baked in pieces {expected:?}: {:.2e}", off / size);
     assert!(off < 1e-3 * size, "{force:?} {expected:?}");
+    // So are the stresses at the nodes of the mesh.
+    let [now, baked] = [&mut body, &mut reference].map(|body| mises_pa(body, &mesh));
+    let largest = baked.iter().fold(0.0_f32, |a, b| a.max(*b));
+    let off = now.iter().zip(&baked).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+    println!("stresses up to {largest} Pa, at most {off} Pa off");
+    assert!(largest > 100.0 && off < 0.01 * largest, "{off} of {largest} Pa");
     let lost = uncut.iter().zip(expected).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt();
     assert!(lost > 0.05 * size, "{uncut:?} {expected:?}");
     size
+}
+
+/// The stress after von Mises at each node \[Pa\].
+fn mises_pa<D: Dynamics<Number = f32>>(body: &mut Bench<'_, D>, mesh: &Mesh) -> Vec<f32> {
+    let model = body.model();
+    let cells = (0..mesh.nodes_m.len() as u32).map(|node| model.cell_of_input(node).unwrap());
+    cells.map(|cell| body.view().stress(&model, cell.into()).unwrap().von_mises_pa()).collect()
 }
 
 /// The tool pulls while the cut goes on: three faces in each of the first ticks.

@@ -226,9 +226,13 @@ fn with_cutting_off_nothing_tears() {
 /// The crack runs through the bar; the body never has more energy than the tool gave it.
 #[test]
 fn a_crack_runs_on_from_the_notch_and_gains_no_energy() {
-    for limit in [TearLimit::Toughness, TearLimit::Stretch(1.3)] {
+    for (tissue, limit) in [
+        (material(), TearLimit::Toughness),
+        (material(), TearLimit::Stretch(1.3)),
+        (stiffening(), TearLimit::Toughness),
+    ] {
         let mesh = mesh(3, 1);
-        let image = image(&mesh, Some(limit), 2.0);
+        let image = image_of(&mesh, &end_of(&mesh, -1.0), &tissue, Some(limit), 2.0);
         let mut bar = Bar::new(&image, &mesh, 4);
         bar.notch();
         let corners = bar.corners();
@@ -306,8 +310,12 @@ fn a_torn_body_at_rest_is_the_one_cut_at_the_same_faces() {
 
 #[test]
 fn a_restored_tear_goes_on_with_the_same_bits() {
+    [material(), stiffening()].iter().for_each(goes_on_when_restored);
+}
+
+fn goes_on_when_restored(tissue: &Material) {
     let mesh = mesh(3, 2);
-    let image = image(&mesh, Some(TearLimit::Toughness), 2.0);
+    let image = image_of(&mesh, &end_of(&mesh, -1.0), tissue, Some(TearLimit::Toughness), 2.0);
     let mut bar = Bar::new(&image, &mesh, 2);
     bar.notch();
     while bar.bench.cuts().torn < 3 {

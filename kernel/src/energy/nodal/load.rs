@@ -16,7 +16,7 @@ impl Nodal<'_> {
     }
 
     /// Energy of a cell's shape for each volume, mu |F - R|^2 + (3 lambda / 2) |F - Q|^2, for its present R and Q, in
-    /// the unit of the moduli. The spread of the tetrahedra and the band take no part.
+    /// the unit of the moduli. The spread of the tetrahedra and the band of stretches take no part.
     pub(crate) fn energy_density(
         self,
         cell: usize,
