@@ -41,7 +41,8 @@ impl CutBody<'_, '_> {
                 let volume = Stiffening::at(baked.volumes, whole, here);
                 [self.weight_share(cell, end, volume), Stiffening::at(baked.lengths, whole, here)]
             });
-            self.arrays.bands.put(group, lane, numbers.unwrap_or_default());
+            let [volume, length] = numbers.unwrap_or_default();
+            self.arrays.bands.put(group, lane, volume, length);
         }
     }
 
@@ -61,7 +62,7 @@ impl CutBody<'_, '_> {
 
 impl BandArrays<'_> {
     /// Sets the numbers of a half-link: its volume by its squared rest length, and its rest length.
-    pub(super) fn put(&mut self, group: usize, lane: usize, [volume, length]: [f32; 2]) {
+    pub(super) fn put(&mut self, group: usize, lane: usize, volume: f32, length: f32) {
         put_lane(self.volumes, group, lane, volume);
         put_lane(self.lengths, group, lane, length);
     }

@@ -34,8 +34,8 @@
 //! copied, whose bound it inherits. Its coarse level has no two-sided functions. Such a body does not tear by itself.
 //!
 //! **Stiffening.** The bands on the links of a body of shapes are parted in the same way: each piece of a link has them
-//! with its share of the volume around the link; see `bands`. The offsets of copies are those of their shapes alone, and
-//! the load of a tear includes the bands.
+//! with its share of the volume around the link; see `bands`. The offsets of copies are those of their shapes alone.
+//! The load of a tear includes the bands.
 //!
 //! **The surface.** An opened face gives two triangles, one for each side, behind those of the surface: tools touch
 //! them as any other. In a cut that lies closed the two lie on each other beneath the surface, and a sphere that is

@@ -151,7 +151,7 @@ impl CutBody<'_, '_> {
                 let cell = (slice * LANES + lane).min(last);
                 self.put(group, lane, cell as u16, [0.0; nodal::SLOT_ROWS]);
                 self.put_link(group, lane, cell as u16, LinkNumbers::PADDING);
-                self.arrays.bands.put(group, lane, [0.0; 2]);
+                self.arrays.bands.put(group, lane, 0.0, 0.0);
             }
         }
     }
