@@ -317,9 +317,15 @@ pub(super) fn image_groups<'m>(model: &Model<'m>) -> ImageGroups<'m> {
 #[cfg(feature = "cut")]
 const STATE: usize = 13;
 
+/// Arrays of every body, and those of links and bands after them.
+#[cfg(feature = "cut")]
+const BODY_ARRAYS: usize = 42;
+#[cfg(feature = "cut")]
+const LINK_ARRAYS: usize = 15;
+
 /// Words of each array, in their order.
 #[cfg(feature = "cut")]
-struct Sizes([usize; 57]);
+struct Sizes([usize; BODY_ARRAYS + LINK_ARRAYS]);
 
 #[cfg(feature = "cut")]
 impl Sizes {
@@ -336,13 +342,7 @@ impl Sizes {
         let column = basis.map_or(0, |basis| basis.row_blocks() + basis.side_blocks());
         let of_loose = |words: usize| if cut.loose == Loose::Leave { 0 } else { words };
         let of_shapes = |words: usize| if model.is_nodal() { words } else { 0 };
-        let of_links = |words: usize| if model.is_nodal() { 0 } else { words };
-        let has_bands = others::bands(&model.others).is_any();
-        let of_bands = |words: usize| if has_bands { words } else { 0 };
-        let of_alphas = |words: usize| if model.alpha_varies() { of_links(words) } else { 0 };
-        // Every link takes two of the half-links.
-        let (halves, links) = (groups * LANES, groups * LANES / 2);
-        Some(Self([
+        let body: [usize; BODY_ARRAYS] = [
             COUNTS,
             2 * cut.corners.len(),
             cut.corners.len().div_ceil(4),
@@ -385,6 +385,22 @@ impl Sizes {
             of_sides(3 * cells),
             of_loose(cells.div_ceil(2)),
             of_loose(cells.div_ceil(2)),
+        ];
+        let links = Self::of_links(model, groups);
+        let mut sizes = body.into_iter().chain(links);
+        Some(Self(core::array::from_fn(|_| sizes.next().unwrap_or(0))))
+    }
+
+    /// Those of the arrays of links and bands in this many groups of half-links.
+    fn of_links(model: &Model<'_>, groups: usize) -> [usize; LINK_ARRAYS] {
+        let cells = model.cells();
+        let of_links = |words: usize| if model.is_nodal() { 0 } else { words };
+        let of_alphas = |words: usize| if model.alpha_varies() { of_links(words) } else { 0 };
+        let has_bands = others::bands(&model.others).is_any();
+        let of_bands = |words: usize| if has_bands { words } else { 0 };
+        // Every link takes two of the half-links.
+        let (halves, links) = (groups * LANES, groups * LANES / 2);
+        [
             of_links(halves),
             of_links(halves),
             of_alphas(halves),
@@ -396,11 +412,11 @@ impl Sizes {
             of_links(cells + 1),
             of_links(links.div_ceil(2)),
             of_links(links),
-            of_links(cells - cut.spare_cells),
+            of_links(model.body_cells()),
             of_links(3 * lips(model)),
             of_bands(halves),
             of_bands(halves),
-        ]))
+        ]
     }
 }
 
@@ -483,25 +499,33 @@ impl<'a> CutRoom<'a> {
             pushes: take(rest, sizes.next()?)?,
             roots: take(rest, sizes.next()?)?.get_mut(..of_loose)?,
             sizes: take(rest, sizes.next()?)?.get_mut(..of_loose)?,
-            links: LinkArrays {
-                lengths: take(rest, sizes.next()?)?,
-                weights: take(rest, sizes.next()?)?,
-                alphas: take(rest, sizes.next()?)?,
-                rows: take(rest, sizes.next()?)?,
-                upper: take(rest, sizes.next()?)?,
-                link_lengths: take(rest, sizes.next()?)?,
-                link_weights: take(rest, sizes.next()?)?,
-                link_alphas: take(rest, sizes.next()?)?,
-                back_rows: take(rest, sizes.next()?)?,
-                lower: take(rest, sizes.next()?)?,
-                back_link: take(rest, sizes.next()?)?,
-                young: take(rest, sizes.next()?)?,
-                lip_areas: take(rest, sizes.next()?)?,
-            },
+            links: LinkArrays::take(rest, &mut sizes)?,
             bands: BandArrays {
                 volumes: take(rest, sizes.next()?)?,
                 lengths: take(rest, sizes.next()?)?,
             },
+        })
+    }
+}
+
+#[cfg(feature = "cut")]
+impl<'a> LinkArrays<'a> {
+    /// The arrays of these sizes from the front of the memory.
+    fn take(memory: &mut &'a mut [u32], sizes: &mut impl Iterator<Item = usize>) -> Option<Self> {
+        Some(Self {
+            lengths: take(memory, sizes.next()?)?,
+            weights: take(memory, sizes.next()?)?,
+            alphas: take(memory, sizes.next()?)?,
+            rows: take(memory, sizes.next()?)?,
+            upper: take(memory, sizes.next()?)?,
+            link_lengths: take(memory, sizes.next()?)?,
+            link_weights: take(memory, sizes.next()?)?,
+            link_alphas: take(memory, sizes.next()?)?,
+            back_rows: take(memory, sizes.next()?)?,
+            lower: take(memory, sizes.next()?)?,
+            back_link: take(memory, sizes.next()?)?,
+            young: take(memory, sizes.next()?)?,
+            lip_areas: take(memory, sizes.next()?)?,
         })
     }
 }
