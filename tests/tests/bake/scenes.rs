@@ -61,29 +61,6 @@ fn the_linked_images_are_what_the_bake_gives() {
         ..plain.clone()
     };
     check("tissue6.chaincell", TISSUE6, &baked("box:6x6x4x0.01", false, &tissue));
-    let soft = Tissue::new(PerCell::Uniform(5000.0), PerCell::Uniform(0.3));
-    let cut = BakeOptions {
-        tissue: Some(Tissue { stretch_min: None, ..soft }),
-        coarse_basis: BasisSpacing::Links(2.0),
-        cuttable: Some(Cuttable { spare_share: 1.0, ..Cuttable::default() }),
-        ..BakeOptions::default()
-    };
-    let linked = include_bytes!("../../data/cut4.chaincell");
-    check("cut4.chaincell", linked, &baked("box:4x4x3x0.01", false, &cut));
-    let stiffening = ["0.05=4000", "short:0.1=8000", "long:0.2=20000"];
-    let stiffening = stiffening.map(|band| band.parse().unwrap()).to_vec();
-    let stiff = cut.tissue.clone().map(|of| Tissue { stiffening, ..of });
-    let bands = BakeOptions { tissue: stiff, ..cut.clone() };
-    let linked = include_bytes!("../../data/bands4.chaincell");
-    check("bands4.chaincell", linked, &baked("box:4x4x3x0.01", false, &bands));
-    let links = BakeOptions {
-        tissue: None,
-        alpha: each(48, |node| node * 7 % 31, 0.002),
-        stiffness_n_per_m: each(48, |node| 1 + node * 13 % 17, 5.0),
-        ..cut
-    };
-    let linked = include_bytes!("../../data/links4.chaincell");
-    check("links4.chaincell", linked, &baked("box:4x4x3x0.01", false, &links));
     let touch = BakeOptions { contact_surface: ContactSurface::Yes, ..tissue };
     let blade = BakeOptions {
         cuttable: Some(Cuttable {
@@ -108,6 +85,33 @@ fn the_linked_images_are_what_the_bake_gives() {
         ..plain
     };
     check("varied300.chaincell", VARIED300, &baked("organ:300", false, &varied));
+}
+
+#[test]
+fn the_linked_bodies_that_are_cut_are_what_the_bake_gives() {
+    let soft = Tissue::new(PerCell::Uniform(5000.0), PerCell::Uniform(0.3));
+    let cut = BakeOptions {
+        tissue: Some(Tissue { stretch_min: None, ..soft }),
+        coarse_basis: BasisSpacing::Links(2.0),
+        cuttable: Some(Cuttable { spare_share: 1.0, ..Cuttable::default() }),
+        ..BakeOptions::default()
+    };
+    let linked = include_bytes!("../../data/cut4.chaincell");
+    check("cut4.chaincell", linked, &baked("box:4x4x3x0.01", false, &cut));
+    let stiffening = ["0.05=4000", "short:0.1=8000", "long:0.2=20000"];
+    let stiffening = stiffening.map(|band| band.parse().unwrap()).to_vec();
+    let stiff = cut.tissue.clone().map(|of| Tissue { stiffening, ..of });
+    let bands = BakeOptions { tissue: stiff, ..cut.clone() };
+    let linked = include_bytes!("../../data/bands4.chaincell");
+    check("bands4.chaincell", linked, &baked("box:4x4x3x0.01", false, &bands));
+    let links = BakeOptions {
+        tissue: None,
+        alpha: each(48, |node| node * 7 % 31, 0.002),
+        stiffness_n_per_m: each(48, |node| 1 + node * 13 % 17, 5.0),
+        ..cut
+    };
+    let linked = include_bytes!("../../data/links4.chaincell");
+    check("links4.chaincell", linked, &baked("box:4x4x3x0.01", false, &links));
 }
 
 #[test]
