@@ -4,7 +4,6 @@ import { depthOf, touchOf, UNSEEN } from "./depth.mjs";
 import { bodyOf } from "./image.mjs";
 import { bytesOf, token } from "./own.mjs";
 import { COUNT_MS, TRAIL_TICKS } from "./pace.mjs";
-import { surfaceCells } from "./surface.mjs";
 
 const VERSION = 4;
 const BYTES = { head: 68, tool: 72, point: 36, contact: 20, stress: 4, cell: 12 };
@@ -17,6 +16,9 @@ const STRESS_MS = 500;
 /** The server's word for too many pages, and for its end. */
 const FULL = 1013;
 const ENDED = 1001;
+
+/** Words of a triangle: three cells, and three of the whole body that they were made from. */
+const TRIANGLE_WORDS = 6;
 
 /** Reads a frame; throws an Error for one of another version or length. */
 export function frameOf(buffer) {
@@ -35,7 +37,8 @@ export function frameOf(buffer) {
   };
   const [tools, points, cells, contacts, stresses] = [whole(), whole(), whole(), whole(), whole()];
   const bytes = tools * BYTES.tool + points * BYTES.point + contacts * BYTES.contact + stresses * BYTES.stress + cells * BYTES.cell;
-  if (buffer.byteLength !== BYTES.head + bytes) throw new Error("a frame of the server has another length than its parts");
+  const words = (buffer.byteLength - BYTES.head - bytes) / 4;
+  if (words < 0 || words % TRIANGLE_WORDS !== 0) throw new Error("a frame of the server has another length than its parts");
   return {
     ...head,
     tools: Array.from({ length: tools }, () => ({
@@ -45,9 +48,13 @@ export function frameOf(buffer) {
     points: Array.from({ length: points }, () => ({ tick: Number(long()), forceN: reals(3), errorN: real(), positionM: reals(3) })),
     contacts: Array.from({ length: contacts }, () => ({ cell: whole(), positionM: reals(3), pressurePa: real() })),
     stressesPa: reals(stresses),
-    positionsM: new Float32Array(buffer.slice(at)),
+    positionsM: new Float32Array(buffer.slice(at, (at += cells * BYTES.cell))),
+    triangles: new Uint32Array(buffer.slice(at)),
   };
 }
+
+/** Whether two arrays hold the same. */
+const isSame = (one, other) => one.length === other.length && one.every((word, place) => word === other[place]);
 
 /** Whether a tool acts, and the opening of scissors [rad]: the halves of a word. */
 function acting(word) {
@@ -97,9 +104,9 @@ export class Live {
     // Held cells are shown by a small ball where the tool is.
     this.kinds = this.config.tools.length ? this.config.tools : [`sphere:${0.4 * unitM}`];
     const info = { cells: rest.length / 3, links: links.length / 2, unitM, centreM, checksum: this.config.checksum, hasShapes, spareCells, hasTools: this.config.tools.length > 0 };
-    this.triangles = triangles;
-    this.around = trianglesAround(triangles);
-    this.surface = surfaceCells(triangles);
+    this.whole = triangles;
+    this.cut = new Uint32Array(0);
+    this.#showTriangles(triangles, triangles);
     this.onready({ restM, triangles, links, fixed, info: { ...info, name: this.config.name } });
     this.#connect();
   }
@@ -146,8 +153,25 @@ export class Live {
     }
   }
 
+  /** Contacts are on these triangles, whose cells are or were made from those of `origins`. */
+  #showTriangles(triangles, origins) {
+    this.triangles = triangles;
+    this.around = trianglesAround(origins);
+  }
+
+  /** Returns the triangles of a body that is cut where they are new, null for one that is whole again, else nothing. */
+  #takeTriangles(words) {
+    if (isSame(words, this.cut)) return {};
+    this.cut = words;
+    const part = (first) => words.filter((_, place) => Math.floor((place % TRIANGLE_WORDS) / 3) === first);
+    if (words.length) this.#showTriangles(part(0), part(1));
+    else this.#showTriangles(this.whole, this.whole);
+    return { triangles: words.length ? words : null };
+  }
+
   #take(frame) {
     this.frames += 1;
+    const triangles = this.#takeTriangles(frame.triangles);
     this.#tellOfStress(this.showsStress && frame.stressesPa.length === 0);
     this.#followSweeps(frame.sweeps);
     const now = performance.now();
@@ -165,7 +189,7 @@ export class Live {
     this.onstate({
       tick: frame.tick, timeS: frame.tick * 1e-3, hash: frame.hash, positionsM: frame.positionsM, tools,
       pressuresPa: pressuresOf(frame.contacts, frame.positionsM, this.triangles, this.around),
-      stressesPa: this.surface.map((cell) => frame.stressesPa[cell] ?? 0), sweeps: frame.sweeps, energyJ: frame.energyJ, stepUs: frame.stepUs, ticksPerS: this.counted.ticksPerS,
+      stressesPa: this.stressed.map((cell) => frame.stressesPa[cell] ?? 0), stressList: this.stressList, ...triangles, sweeps: frame.sweeps, energyJ: frame.energyJ, stepUs: frame.stepUs, ticksPerS: this.counted.ticksPerS,
       trail: this.trail.take(frame.points, frame.tools.some((tool) => tool.number === 0 && tool.contacts > 0)),
     });
   }
@@ -177,8 +201,9 @@ export class Live {
     if (this.can.has("sweeps")) this.onsetup();
   }
 
-  /** The server computes the stress while a page says that it shows it. */
-  show(colour) {
+  /** The server computes the stress while a page says that it shows it, which is of this surface. */
+  show(colour, { stressed, list }) {
+    [this.stressed, this.stressList] = [stressed, list];
     clearInterval(this.asking);
     this.showsStress = colour === "stress";
     this.#tellOfStress(false);

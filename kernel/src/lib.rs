@@ -96,7 +96,7 @@ pub use contact::memory::{TouchArrays, TouchRoom, TouchState, TouchStore};
 pub use contact::output::{PinOutput, ProxyPose, ToolOutput};
 pub use contact::pose::{NOT_TURNED, OPENING_MAX, ToolPart, ToolPose};
 pub use contact::tools::{ContactForce, FRICTION_MAX};
-pub use cut::memory::{CutRoom, cut_state, cut_words};
+pub use cut::memory::{CutRoom, cut_state, cut_words, triangles_max};
 pub use energy::held::Contact;
 pub use energy::links::range::RangeError;
 pub use energy::rounding::Rounding;

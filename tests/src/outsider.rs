@@ -10,6 +10,7 @@ pub use chaincell_client::payload::{
     CommandMessage as Order, NodePosition as Row, ReplyMessage as Reply, StateHeader as Stamp,
 };
 use chaincell_client::stress::StressHeader;
+use chaincell_client::surface::SurfaceHeader;
 use iceoryx2::node::{Node, NodeView};
 use iceoryx2::port::client::Client;
 use iceoryx2::port::subscriber::Subscriber;
@@ -96,6 +97,14 @@ impl Header for Stamp {
 
 impl Header for ContactsHeader {
     const TOPIC: &'static str = "contacts";
+
+    fn ticks_answered(&self) -> u64 {
+        self.ticks_answered
+    }
+}
+
+impl Header for SurfaceHeader {
+    const TOPIC: &'static str = "surface";
 
     fn ticks_answered(&self) -> u64 {
         self.ticks_answered

@@ -30,8 +30,10 @@ pub struct Frame {
     pub tool: ([f32; 3], [f32; 3]),
     /// Ticks of the points of the curves.
     pub points: Vec<u64>,
-    /// Positions of the cells \[m\].
+    /// Positions of the cells \[m\], and of the copies after them.
     pub positions_m: Vec<[f32; 3]>,
+    /// Of a body with copies the triangles of its surface: three cells, and those of the whole body they were made from.
+    pub triangles: Vec<[u32; 6]>,
 }
 
 impl Page {
@@ -112,7 +114,9 @@ impl Frame {
         let first_point = 68 + 72 * tools;
         let first_contact = first_point + 36 * points;
         let first_cell = first_contact + 20 * contacts + 4 * stresses;
-        assert!(whole(0) == 4 && bytes.len() == first_cell + 12 * cells);
+        let first_triangle = first_cell + 12 * cells;
+        let triangles = bytes.len().checked_sub(first_triangle).unwrap();
+        assert!(whole(0) == 4 && triangles.is_multiple_of(24));
         for contact in 0..contacts {
             assert!((whole(first_contact + 20 * contact) as usize) < cells);
         }
@@ -124,6 +128,10 @@ impl Frame {
             tool: (vector(76), vector(104)),
             points: (0..points).map(|point| long(first_point + 36 * point)).collect(),
             positions_m: (0..cells).map(|cell| vector(first_cell + 12 * cell)).collect(),
+            triangles: (first_triangle..bytes.len())
+                .step_by(24)
+                .map(|at| [0, 4, 8, 12, 16, 20].map(|word| whole(at + word)))
+                .collect(),
         }
     }
 }

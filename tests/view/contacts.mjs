@@ -22,10 +22,22 @@ function frame(version = 4, contacts = 1) {
   return view.buffer;
 }
 
+/** A frame with bytes after it. */
+function longer(bytes, words = []) {
+  const long = new Uint8Array(frame().byteLength + bytes);
+  long.set(new Uint8Array(frame()));
+  new Uint32Array(long.buffer, frame().byteLength).set(words);
+  return long.buffer;
+}
+
 const read = frameOf(frame());
 assert.deepEqual(read.contacts, [{ cell: 1, positionM: [7, 8, 9], pressurePa: 2500 }]);
 assert.deepEqual(read.stressesPa, [300, 400]);
 assert.deepEqual([...read.positionsM], [0.5, 0, 0, 0, 0, 0]);
+assert.equal(read.triangles.length, 0);
+const cut = frameOf(longer(24, [2, 1, 0, 1, 1, 0]));
+assert.deepEqual([cut.positionsM, [...cut.triangles]], [read.positionsM, [2, 1, 0, 1, 1, 0]]);
+for (const bytes of [4, 20, 28]) assert.throws(() => frameOf(longer(bytes)), /another length/);
 for (const version of [0, 1, 2, 3]) assert.throws(() => frameOf(frame(version)), /another release/);
 for (const bytes of [0, 3, 67]) assert.throws(() => frameOf(frame().slice(0, bytes)), /another release/);
 for (const bytes of [68, 88, 119]) assert.throws(() => frameOf(frame().slice(0, bytes)), /another length/);

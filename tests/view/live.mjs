@@ -1,39 +1,17 @@
 // The page on a running scene: shows its states, says that a killed server is gone and another model no match, and
 // comes back. node live.mjs CHAINCELL FOLDER
 import assert from "node:assert/strict";
-import { execFileSync, spawn } from "node:child_process";
+import { execFileSync } from "node:child_process";
 import { mkdirSync } from "node:fs";
 import { join } from "node:path";
 import { Browser } from "./browser.mjs";
+import { addressOf, endAll, starter } from "./programs.mjs";
 
 const [chaincell, folder] = process.argv.slice(2);
+const started = starter(chaincell);
 const scene = `view-${process.pid}`;
-/** Longest wait for a line of a program [ms]. */
-const LIMIT_MS = 120_000;
-const running = new Set();
 mkdirSync(folder, { recursive: true });
 
-/** Starts the command; returns it with its output, once a line begins so if one has to. */
-async function started(args, beginning) {
-  const child = spawn(chaincell, args, { stdio: ["ignore", "pipe", "pipe"] });
-  running.add(child);
-  child.ended = new Promise((end) => child.once("exit", (code) => (running.delete(child), end(code))));
-  child.text = "";
-  if (!beginning) return child;
-  const found = new Promise((give, fail) => {
-    const look = (piece) => {
-      child.text += piece;
-      if (child.text.split("\n").some((line) => line.startsWith(beginning))) give();
-    };
-    for (const stream of [child.stdout, child.stderr]) stream.setEncoding("utf8").on("data", look);
-    child.ended.then((code) => fail(new Error(`${args[0]} ended with ${code}: ${child.text}`)));
-    setTimeout(() => fail(new Error(`${args[0]} does not say ${beginning}: ${child.text}`)), LIMIT_MS).unref();
-  });
-  await found;
-  return child;
-}
-
-const addressOf = (child) => child.text.split("\n").find((line) => line.startsWith("http://"));
 const serve = (model) => started(["serve", model, "--scene", scene, "--contact", "probe:0.012", "--late-share", "off"], "ready");
 const press = (model) =>
   started(["control", "--scene", scene, "--model", model, "--contact", "probe:0.012", "--depth-m", "0.01", "--seconds", "60", "--repeat", "10"]);
@@ -124,6 +102,6 @@ try {
   assert.equal(await cosim.ended, 0);
   console.log("live: ok");
 } finally {
-  for (const child of running) child.kill("SIGKILL");
+  endAll();
   await browser.stop();
 }

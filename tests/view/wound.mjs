@@ -1,14 +1,17 @@
-// A body that is cut in the page: a blade of the page's own opens it as chaincell run does, and a recorded session shows its
-// wound, forwards and backwards. node wound.mjs CHAINCELL FOLDER
+// A body that is cut in the page: a blade of the page's own opens it as chaincell run does, a recorded session shows its
+// wound, forwards and backwards, and a running scene shows it to a page that comes late too, until a reset and after a
+// restart. node wound.mjs CHAINCELL FOLDER
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
-import { copyFileSync, mkdirSync, readFileSync, writeFileSync } from "node:fs";
+import { copyFileSync, mkdirSync, readFileSync, readdirSync, writeFileSync } from "node:fs";
 import { join, resolve } from "node:path";
 import { Browser } from "./browser.mjs";
 import { playedNatively } from "./native.mjs";
+import { addressOf, endAll, starter } from "./programs.mjs";
 import { RESET, withCommand } from "./trace.mjs";
 
 const [chaincell, folder] = process.argv.slice(2);
+const started = starter(chaincell);
 const at = (name) => join(folder, name);
 const command = (...words) => execFileSync(chaincell, words, { encoding: "utf8" });
 const BLADE = "blade:0.06/0,0,0.7071068,0.7071068";
@@ -34,6 +37,8 @@ command("view", at("cut"), "--html", at("cut.html"));
 const cutsOf = [-0.0101, 0.0101].flatMap((x, cut) =>
   Array.from({ length: CUT_TICKS }, (_, tick) => `${cut * CUT_TICKS + tick},${x},0,${0.0205 - 2e-5 * tick},1`));
 writeFileSync(at("two.csv"), `tick,x_m,y_m,z_m,engaged\n${cutsOf.join("\n")}\n`);
+// The first of them by a controller, whose tool is released before.
+writeFileSync(at("one.csv"), `tick,x_m,y_m,z_m,engaged\n${[cutsOf[0].replace(/1$/, "0"), ...cutsOf.slice(1, CUT_TICKS)].join("\n")}\n`);
 command("run", at("slab.chaincell"), "--path", at("two.csv"), "--tool", BLADE, "--out", at("two"), "--force", "--json");
 mkdirSync(at("reset"), { recursive: true });
 writeFileSync(at("reset/session.trace"), withCommand(readFileSync(at("two/session.trace")), CUT_TICKS - 1, RESET));
@@ -101,8 +106,50 @@ try {
   await browser.click("reset");
   await browser.until(`chaincell.state.tick === 0 && ${IS_SHOWN}`);
   assert.equal(await browser.evaluate(DRAWN), start.drawn, "whole after a reset");
+
+  // A running scene: whole at first, then with its wound.
+  const scene = `wound-${process.pid}`;
+  const options = [at("slab.chaincell"), "--scene", scene, "--tool", BLADE];
+  const serve = (...more) => started(["serve", ...options, "--late-share", "off", "--watchdog-ms", "0", ...more], "ready");
+  let server = await serve("--out", at("served"), "--force");
+  const view = await started(["view", ...options, "--commands", "--no-open"], "http://");
+  const attach = async () => {
+    await browser.goto("about:blank");
+    await browser.goto(addressOf(view));
+    await browser.until(`globalThis.chaincell?.state && ${IS_SHOWN}`);
+  };
+  const surface = () => browser.evaluate(`({ triangles: ${DRAWN}, loose: ${LOOSE_EDGES} })`);
+  await attach();
+  assert.deepEqual(await surface(), { triangles: start.drawn, loose: 0 });
+  const hand = await started(["control", "--scene", scene, "--path", at("one.csv"), "--late-share", "off"]);
+  assert.equal(await hand.ended, 0, hand.text);
+  await browser.until(`chaincell.state.tick === ${CUT_TICKS - 1} && ${IS_SHOWN}`);
+  const live = await surface();
+  assert.ok(live.triangles > start.drawn && live.loose === 0, JSON.stringify(live));
+  await browser.picture(at("live.png"));
+  const stresses = `(() => { const e = document.getElementById("colour"); e.value = "stress"; e.onchange(); })()`;
+  await browser.evaluate(stresses);
+  await browser.until("chaincell.state.stressesPa.length === chaincell.scene.figure.surface.stressed.length && chaincell.scene.figure.surface.most() > 100");
+  // A page that comes late has the same surface, and so has one after the server was killed and goes on from a snapshot.
+  const copies = await browser.evaluate("chaincell.state.positionsM.length");
+  await attach();
+  assert.deepEqual(await surface(), live);
+  command("command", "--scene", scene, "snapshot");
+  const snapshot = at(join("served", readdirSync(at("served")).find((name) => name.endsWith(".snapshot"))));
+  server.kill("SIGKILL");
+  await browser.until('document.getElementById("status").textContent.includes("was killed")');
+  server = await serve("--restore", snapshot);
+  await browser.until('document.getElementById("status").textContent === ""');
+  await attach();
+  assert.deepEqual([await surface(), await browser.evaluate("chaincell.state.positionsM.length")], [live, copies]);
+  // After a reset it is whole.
+  await browser.click("reset");
+  await browser.until(`chaincell.state.positionsM.length < ${copies} && ${IS_SHOWN}`);
+  assert.deepEqual(await surface(), { triangles: start.drawn, loose: 0 });
+
   assert.deepEqual(browser.console, []);
   console.log(`ok: ${end.cuts.openedFaces} faces open in the session, ${own.cuts.openedFaces} under the page's blade, ${ticks} ticks, hash ${hash} as natively`);
 } finally {
+  endAll();
   await browser.stop();
 }

@@ -68,6 +68,7 @@ pub mod services;
 pub mod shaper;
 pub mod state;
 pub mod stress;
+pub mod surface;
 pub mod tools;
 pub mod viewed;
 pub mod wait;

@@ -13,8 +13,8 @@ pub type Ipc = ipc_threadsafe::Service;
 pub const SCENE_BYTES_MAX: usize = 64;
 
 /// The last parts of service names, which can't name a scene.
-const RESERVED: [&str; 7] =
-    ["state", "stress", "contacts", "command", "recording", "tools", "forces"];
+const RESERVED: [&str; 8] =
+    ["state", "stress", "surface", "contacts", "command", "recording", "tools", "forces"];
 
 /// The services of one scene.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -27,6 +27,8 @@ pub struct SceneNames {
     pub state: ServiceName,
     /// Strain and stress for viewers.
     pub stress: ServiceName,
+    /// The surface of a body that can be cut, for viewers.
+    pub surface: ServiceName,
     /// Contacts for viewers.
     pub contacts: ServiceName,
     /// Commands to the tissue's process.
@@ -52,6 +54,7 @@ impl SceneNames {
             forces: service(&format!("{prefix}/forces"), scene)?,
             state: service(&format!("{prefix}/state"), scene)?,
             stress: service(&format!("{prefix}/stress"), scene)?,
+            surface: service(&format!("{prefix}/surface"), scene)?,
             contacts: service(&format!("{prefix}/contacts"), scene)?,
             command: service(&format!("{prefix}/command"), scene)?,
             recording: service(&format!("{prefix}/recording"), scene)?,
@@ -63,8 +66,8 @@ impl SceneNames {
 impl SceneNames {
     /// Returns the names of all services.
     pub(crate) fn services(&self) -> Vec<String> {
-        let Self { tools, forces, state, stress, contacts, command, recording, .. } = self;
-        let all = [tools, forces, state, stress, contacts, command, recording];
+        let Self { tools, forces, state, stress, surface, contacts, command, recording, .. } = self;
+        let all = [tools, forces, state, stress, surface, contacts, command, recording];
         all.map(|name| name.as_str().to_owned()).into()
     }
 }
@@ -135,6 +138,7 @@ mod tests {
         assert_eq!(named.forces.as_str(), "chaincell/left-hand/forces");
         assert_eq!(named.state.as_str(), "chaincell/left-hand/state");
         assert_eq!(named.stress.as_str(), "chaincell/left-hand/stress");
+        assert_eq!(named.surface.as_str(), "chaincell/left-hand/surface");
         assert_eq!(named.contacts.as_str(), "chaincell/left-hand/contacts");
         assert_eq!(named.command.as_str(), "chaincell/left-hand/command");
         assert!(SceneNames::new(Some(&"x".repeat(SCENE_BYTES_MAX))).is_ok());

@@ -71,6 +71,8 @@ pub struct SceneServices {
     pub state_name: ServiceName,
     /// Service of strain and stress.
     pub stress_name: ServiceName,
+    /// Service of surfaces.
+    pub surface_name: ServiceName,
     /// Service of contacts.
     pub contacts_name: ServiceName,
     /// Service of commands.
@@ -180,6 +182,7 @@ impl SceneServices {
             forces_wake: wake_topic(&node, &names.forces)?,
             state_name: names.state,
             stress_name: names.stress,
+            surface_name: names.surface,
             contacts_name: names.contacts,
             command_name: names.command,
             recording_name: names.recording,

@@ -8,6 +8,7 @@
 //! - `mesh`, `bake`, `model`: from arrays, meshio objects and files to a model.
 //! - `poses`, `contacts`, `output`: where tools are, what they touch and feel.
 //! - `stress`: strain and stress of tissue.
+//! - `surface`: the surface of a body as it is cut.
 //! - `live`, `tissue`, `run`: ticks without a server.
 //! - `answer`, `state`, `session`: the client of `chaincell serve`.
 //! - `rate`: a loop at a fixed rate.
@@ -33,6 +34,7 @@ mod session;
 mod signals;
 mod state;
 mod stress;
+mod surface;
 mod tissue;
 mod turns;
 
@@ -52,6 +54,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<contacts::Contacts>()?;
     module.add_class::<stress::Stress>()?;
     module.add_class::<stress::SessionStress>()?;
+    module.add_class::<surface::Surface>()?;
     module.add_class::<session::Session>()?;
     module.add_class::<session::Reply>()?;
     module.add_class::<answer::Answer>()?;

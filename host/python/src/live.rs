@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use chaincell_client::command::refusal_text;
+use chaincell_client::surface::SurfaceRow;
 use chaincell_host::cli::offline::Offline;
 use chaincell_host::engine::cut::report::CutReport;
 use chaincell_host::engine::staged::Staged;
@@ -18,6 +19,7 @@ use crate::errors::Class;
 use crate::model::Body;
 use crate::output::Output;
 use crate::poses::Tick;
+use crate::surface::Surface;
 
 self_cell!(
     /// A tissue with the body that it reads.
@@ -118,6 +120,16 @@ impl Live {
     /// The cut; `None` for a body that cannot be cut.
     pub(crate) fn cuts(&mut self) -> Option<CutReport> {
         self.with(|staged| staged.cut())
+    }
+
+    /// The surface as it is cut now; `None` for a body that cannot be cut.
+    pub(crate) fn surface(&mut self) -> Option<Surface> {
+        let tick = self.ticks;
+        self.with(|staged| {
+            let mut rows = vec![SurfaceRow::default(); staged.engine().surface_rows()?];
+            let header = staged.read_surface(&mut rows);
+            Some(Surface::new(header, &rows, tick))
+        })
     }
 
     /// Carries out a command.

@@ -22,6 +22,7 @@ use crate::numbers::{Arg, bytes, object, real, whole};
 use crate::output::Output;
 use crate::poses::{Engaged, Tick};
 use crate::stress::Stress;
+use crate::surface::Surface;
 use crate::turns::{Turn, Turns};
 
 /// Numbers of tools.
@@ -397,6 +398,14 @@ impl Tissue {
             let stresses = live.with(|staged| staged.engine_mut().node_stresses());
             Ok(stresses.map(|stresses| Stress { stresses, tick: live.ticks }))
         })
+    }
+
+    /// Returns the surface as it is cut now, as `Surface`; None for a model that cannot be cut.
+    ///
+    /// >>> tissue.surface() is None
+    /// True
+    fn surface(&self, py: Python<'_>) -> PyResult<Option<Surface>> {
+        py.detach(|| Ok(self.live()?.surface()))
     }
 
     /// Returns what the tools touch, as `Contacts`; nothing for held cells.

@@ -171,14 +171,32 @@ def test_a_blade_cuts_a_body_that_is_baked_for_it(tmp_path: Path, command: Path)
     assert cuts["opened_faces"] == said["opened_faces"]
     assert cuts["copied_cells"] == said["copied_cells"] and cuts["refused_splits"] == 0
     assert np.float32(cuts["cut_area_m2"]) == np.float32(said["cut_area_m2"]) > 0
+    check_surface(tissue, int(cuts["copied_cells"]))
     tissue.reset()
     assert tissue.cuts is not None and tissue.cuts["opened_faces"] == 0
+    check_surface(tissue, 0)
     with pytest.raises(chaincell.ModelError, match="cut_spare.*cuttable"):
         Model.bake_mesh("box:5x5x4x0.01", young_pa=5000, cut_spare=0.3)
     assert "torn_cells" not in tissue.cuts
     off = Tissue(model, tools=["blade:0.032"], cut="off")
     assert all(off.tick(pose).force_n[2] == 0 for pose in path)
     assert off.cuts is not None and off.cuts["opened_faces"] == 0
+
+
+def check_surface(tissue: Tissue, copies: int) -> None:
+    """The surface is closed, and begins with the nodes and triangles of the model; copies lie beside their nodes."""
+    surface, model = tissue.surface(), tissue.model
+    assert surface is not None and surface.tick == tissue.ticks
+    assert surface.positions_m.shape == (model.nodes + copies, 3) and surface.origins.shape == (model.nodes + copies,)
+    assert np.array_equal(surface.positions_m[: model.nodes], tissue.positions_m)
+    assert np.array_equal(surface.origins[: model.nodes], np.arange(model.nodes))
+    apart_m = np.linalg.norm(surface.positions_m - surface.positions_m[surface.origins], axis=1)
+    assert apart_m.max() < 0.01 and (apart_m[model.nodes :] > 0).all()
+    begin = model.node_ids[surface.origins[surface.triangles]][: len(model.triangles)]
+    assert np.array_equal(begin, model.triangles)
+    assert (len(surface.triangles) > len(model.triangles)) == (copies > 0)
+    edges = [tuple(edge) for row in surface.triangles.tolist() for edge in zip(row, row[1:] + row[:1], strict=True)]
+    assert len(set(edges)) == len(edges) and {(end, start) for start, end in edges} == set(edges)
 
 
 def test_a_body_tears_that_is_baked_for_it() -> None:

@@ -36,6 +36,7 @@ use crate::session::ipc::services::SceneServices;
 use crate::session::loops::inject::Faults;
 use crate::session::loops::record::{Recorder, Row};
 use crate::session::loops::serve::{Ending, POSE_HZ, ServeOptions, ServeReport, Server};
+use crate::session::timing::histogram::Summary;
 use crate::terminal;
 use crate::words::counted;
 
@@ -326,6 +327,9 @@ fn open(
     if let Some(limit) = limit {
         server = server.with_stress_limit(limit);
     }
+    if let Some(rows) = engine.surface_rows() {
+        server = server.with_surface(rows, hz)?;
+    }
     server.with_contacts(tools, hz)?.with_commands()
 }
 
@@ -411,6 +415,14 @@ fn untouched(tissue: &Staged<'_>, rows: &[Row], report: &ServeReport) -> Option<
     untouched.filter(|_| report.ticks_unrecorded == 0)
 }
 
+/// Says how many messages of a kind viewers got, and how long each took.
+fn tell_sent(name: &str, sent: u64, took: &Summary) -> Result<()> {
+    if sent == 0 {
+        return Ok(());
+    }
+    terminal::say(format_args!("  {name}{sent} sent, {}", took.in_us()))
+}
+
 fn print(
     args: &Args,
     report: &ServeReport,
@@ -451,28 +463,11 @@ fn print(
         report.peers.longest_ns() as f64 * 1e-3
     ))?;
     // Print states, contacts and commands, where there were any.
-    if report.states_sent > 0 {
-        terminal::say(format_args!(
-            "  states      {} sent, {}",
-            report.states_sent,
-            report.state_ns.in_us()
-        ))?;
-    }
-    if report.stresses_sent > 0 {
-        terminal::say(format_args!(
-            "  stresses    {} sent, {}",
-            report.stresses_sent,
-            report.stress_ns.in_us()
-        ))?;
-    }
+    tell_sent("states      ", report.states_sent, &report.state_ns)?;
+    tell_sent("stresses    ", report.stresses_sent, &report.stress_ns)?;
+    tell_sent("surfaces    ", report.surfaces_sent, &report.surface_ns)?;
     tell_stress(12, report.stress.as_ref())?;
-    if report.contacts_sent > 0 {
-        terminal::say(format_args!(
-            "  contacts    {} sent, {}",
-            report.contacts_sent,
-            report.contacts_ns.in_us()
-        ))?;
-    }
+    tell_sent("contacts    ", report.contacts_sent, &report.contacts_ns)?;
     if report.commands_done + report.commands_refused > 0 {
         terminal::say(format_args!(
             "  commands    {} done, {} refused; {} while paused",

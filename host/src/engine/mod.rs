@@ -222,6 +222,8 @@ pub struct Engine<'m> {
     scheme: Scheme,
     /// See [`shown`]; computed at the first use.
     shown: OnceCell<Vec<u32>>,
+    /// The place of each cell in `shown`; computed at the first use.
+    rows: OnceCell<Vec<u32>>,
 }
 
 impl<'m> Engine<'m> {
@@ -273,7 +275,14 @@ impl<'m> Engine<'m> {
             }
             (Scheme::Rkl2, Arithmetic::F32) => Box::new(Memory::<Rkl2>::new(model, held)),
         };
-        let mut engine = Self { network, tissue, contact, scheme, shown: OnceCell::new() };
+        let mut engine = Self {
+            network,
+            tissue,
+            contact,
+            scheme,
+            shown: OnceCell::new(),
+            rows: OnceCell::new(),
+        };
         engine.reset()?;
         Ok(engine)
     }

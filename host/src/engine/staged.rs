@@ -1,6 +1,7 @@
 //! A tissue with an output stage: the device's samples in, the device's forces out.
 
 use chaincell_client::stress::NodeStress;
+use chaincell_client::surface::{SurfaceHeader, SurfaceRow};
 use chaincell_kernel::stage::{Stage, StageSettings};
 use chaincell_kernel::trace::Command;
 use chaincell_kernel::{
@@ -269,6 +270,10 @@ impl TissueEngine for Staged<'_> {
         means_pa: &mut [f32],
     ) -> usize {
         self.engine.add_copies(first, most, to, means_pa)
+    }
+
+    fn read_surface(&mut self, to: &mut [SurfaceRow]) -> SurfaceHeader {
+        self.engine.read_surface(to)
     }
 
     fn read_contacts(&mut self, each: &mut dyn FnMut(u32, &ContactForce)) {

@@ -3,6 +3,7 @@
 pub use chaincell_client::command::Refusal;
 use chaincell_client::payload::NodePosition;
 use chaincell_client::stress::NodeStress;
+use chaincell_client::surface::{SurfaceHeader, SurfaceRow};
 use chaincell_kernel::trace::Command;
 use chaincell_kernel::{Budget, ContactForce, TickOutput, ToolPose};
 
@@ -133,6 +134,12 @@ pub trait TissueEngine {
         _means_pa: &mut [f32],
     ) -> usize {
         0
+    }
+
+    /// Writes the surface of a body that can be cut, see [`Engine::read_surface`](super::Engine::read_surface). Allocates
+    /// nothing after its first call.
+    fn read_surface(&mut self, _to: &mut [SurfaceRow]) -> SurfaceHeader {
+        SurfaceHeader::default()
     }
 
     /// Calls `each` for every contact of a tool on a contact surface, with the input id of its node: at most

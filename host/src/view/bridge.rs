@@ -16,13 +16,15 @@ use crate::interrupt;
 use crate::session::ipc;
 use crate::session::ipc::command::{CommandClient, refusal_text};
 use crate::session::ipc::contacts::{Contact, ContactReader};
-use crate::session::ipc::payload::{CommandMessage, NodePosition, StateHeader};
+use crate::session::ipc::payload::{CommandMessage, NodePosition};
 use crate::session::ipc::services::{Domain, SceneServices};
 use crate::session::ipc::state::StateReader;
 use crate::session::ipc::stress::{NodeStress, StressReader};
+use crate::session::ipc::surface::SurfaceReader;
+use crate::session::ipc::viewed::{Reader, Viewed};
 use crate::session::ipc::watching::WatchPorts;
 use crate::session::timing::clock::{MILLISECOND_NS, SECOND_NS, now_ns};
-use crate::view::live::{Sent, Subject};
+use crate::view::live::{Body, Sent, Subject};
 use crate::view::server::{Feed, Live};
 
 /// Period at which messages are looked for.
@@ -95,7 +97,7 @@ impl Bridge {
         let scene = Arc::new(ipc::open(scene, domain)?);
         let follower = Follower {
             ports: WatchPorts::open(&scene)?,
-            states: StateReader::open(&scene)?,
+            bodies: Bodies::open(&scene, &subject)?,
             contacts: Contacts { reader: ContactReader::open(&scene)?, newest: Vec::new() },
             stresses: Stresses::default(),
             feed: Arc::default(),
@@ -184,13 +186,71 @@ impl Drop for Bridge {
     }
 }
 
-/// The last state, the tick whose tools were shown with it, and when \[ns\].
+/// The last body, the tick whose tools were shown with it, and when \[ns\].
 #[derive(Debug)]
 struct Last {
-    header: StateHeader,
-    nodes: Vec<NodePosition>,
+    body: Body,
     tick: u64,
     shown_ns: u64,
+}
+
+/// The reader of the body: of its states, or of one that can be cut of its surfaces, which are states with copies and
+/// triangles.
+#[derive(Debug)]
+enum Bodies {
+    States(StateReader),
+    Surfaces(SurfaceReader),
+}
+
+impl Bodies {
+    fn open(scene: &SceneServices, subject: &Subject) -> Result<Self> {
+        Ok(match subject.can_be_cut() {
+            true => Self::Surfaces(SurfaceReader::open(scene)?),
+            false => Self::States(StateReader::open(scene)?),
+        })
+    }
+
+    /// Takes the newest body, if one has come.
+    fn take(&self) -> Result<Option<Body>> {
+        match self {
+            Self::States(reader) => {
+                Ok(reader.take()?.map(|(header, nodes)| Body { header, nodes, ..Body::default() }))
+            }
+            Self::Surfaces(reader) => {
+                let Some(view) = reader.borrow()? else { return Ok(None) };
+                let (header, rows) = (view.header(), view.rows());
+                let [nodes, copies, triangles] =
+                    [header.nodes, header.copies, header.triangles].map(|count| count as usize);
+                let mut places =
+                    rows.iter().map(|of| NodePosition { node: of.node, position_m: of.position_m });
+                Ok(Some(Body {
+                    header: header.into(),
+                    nodes: places.by_ref().take(nodes).collect(),
+                    copies: places.take(copies).collect(),
+                    triangles: rows.iter().take(triangles).map(|of| of.corners).collect(),
+                }))
+            }
+        }
+    }
+
+    /// Returns true if a program that is alive sends bodies. A killed one may still be registered.
+    fn is_served(&self, scene: &SceneServices) -> bool {
+        match self {
+            Self::States(reader) => has_sender(reader, scene),
+            Self::Surfaces(reader) => has_sender(reader, scene),
+        }
+    }
+}
+
+fn has_sender<T: Viewed>(reader: &Reader<T>, scene: &SceneServices) -> bool {
+    let mut is_alive = false;
+    if reader.is_served() {
+        reader.topic().dynamic_config().list_publishers(|publisher| {
+            is_alive |= scene.is_alive(publisher.node_id);
+            CallbackProgression::Continue
+        });
+    }
+    is_alive
 }
 
 /// The newest contacts of the scene; none where its tool holds cells.
@@ -252,7 +312,7 @@ impl Stresses {
 #[derive(Debug)]
 struct Follower {
     ports: WatchPorts,
-    states: StateReader,
+    bodies: Bodies,
     contacts: Contacts,
     stresses: Stresses,
     feed: Arc<Feed>,
@@ -270,24 +330,21 @@ impl Follower {
         self.ports.take()?;
         let is_asked_for = self.feed.wants_stress();
         let has_stress = self.stresses.take(is_asked_for, &self.scene, self.subject.checksum)?;
-        let Some(view) = self.states.borrow()? else {
+        let Some(body) = self.bodies.take()? else {
             if now_ns() >= self.looked_ns + SERVER_NS {
                 self.look_for_server();
             }
             self.show_again(has_stress);
             return Ok(false);
         };
-        // The answer that belongs to the state was sent before it; the contacts follow it.
+        // The answer that belongs to the body was sent before it; the contacts follow it.
         self.ports.take()?;
-        let (header, nodes) = (view.header(), view.rows());
-        let last = self.last.as_ref().map_or(0, |last| last.header.ticks_answered);
-        self.contacts.take(header.ticks_answered < last)?;
-        if self.subject.is_of(&header, nodes) {
-            let (contacts, stresses) = (&self.contacts.newest[..], &self.stresses.newest[..]);
-            let sent = Sent { header: &header, nodes, contacts, stresses };
-            self.feed.publish(self.subject.frame(sent, header.tick, &self.ports));
-            let (nodes, tick) = (nodes.to_vec(), header.tick);
-            self.last = Some(Last { header, nodes, tick, shown_ns: now_ns() });
+        let last = self.last.as_ref().map_or(0, |last| last.body.header.ticks_answered);
+        self.contacts.take(body.header.ticks_answered < last)?;
+        if self.subject.is_of(&body) {
+            let last = Last { tick: body.header.tick, body, shown_ns: now_ns() };
+            self.publish(&last);
+            self.last = Some(last);
             self.note(Status::Live);
         } else {
             self.note(Status::OtherModel);
@@ -296,30 +353,32 @@ impl Follower {
         Ok(true)
     }
 
+    /// Sends a body to the pages, with the newest contacts and stresses.
+    fn publish(&self, Last { body, tick, .. }: &Last) {
+        let (contacts, stresses) = (&self.contacts.newest[..], &self.stresses.newest[..]);
+        self.feed.publish(self.subject.frame(
+            Sent { body, contacts, stresses },
+            *tick,
+            &self.ports,
+        ));
+    }
+
     /// Shows the tools of the newest answer and new stresses on the last state, if no state comes.
     fn show_again(&mut self, has_stress: bool) {
         let newest = self.ports.answers().back().map(|answer| answer.tick);
-        let Some(last) = &mut self.last else { return };
+        let Some(mut last) = self.last.take() else { return };
         let tick = newest.unwrap_or(last.tick);
         if has_stress || (tick != last.tick && now_ns() >= last.shown_ns + TOOLS_NS) {
             (last.tick, last.shown_ns) = (tick, now_ns());
-            let (contacts, stresses) = (&self.contacts.newest[..], &self.stresses.newest[..]);
-            let sent = Sent { header: &last.header, nodes: &last.nodes, contacts, stresses };
-            self.feed.publish(self.subject.frame(sent, tick, &self.ports));
+            self.publish(&last);
         }
+        self.last = Some(last);
     }
 
-    /// Notes whether a server runs. A killed one may still be registered.
+    /// Notes whether a server runs.
     fn look_for_server(&mut self) {
         self.looked_ns = now_ns();
-        let mut is_alive = false;
-        if self.states.is_served() {
-            self.states.topic().dynamic_config().list_publishers(|publisher| {
-                is_alive |= self.scene.is_alive(publisher.node_id);
-                CallbackProgression::Continue
-            });
-        }
-        let status = match (is_alive, self.status) {
+        let status = match (self.bodies.is_served(&self.scene), self.status) {
             (true, Some(Status::OtherModel)) => Status::OtherModel,
             (true, _) => Status::Live,
             (false, None | Some(Status::Waiting)) => Status::Waiting,

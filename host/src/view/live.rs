@@ -9,7 +9,8 @@
 //! | points, 36 bytes each | tick u64, force 3 f32 \[N\], its error f32 \[N\] and position 3 f32 \[m\] of tool 0, oldest first |
 //! | contacts, 20 bytes each | cell u32, position 3 f32 \[m\], pressure f32 \[Pa\]: one for each triangle and part of a tool, at the cell of the corner with the largest share |
 //! | stresses, 4 bytes each | stress after von Mises f32 \[Pa\] of each cell, or none |
-//! | cells, 12 bytes each | position 3 f32 \[m\], in the order of the model image |
+//! | cells, 12 bytes each | position 3 f32 \[m\], in the order of the model image; copies of split cells after them |
+//! | triangles, 24 bytes each, up to the end | cells 3 u32, and 3 u32 the cells of the whole body that these are or were made from: of a body with copies the surface as it is cut, else none |
 //!
 //! An error that is not known is below 0. Points are the last ticks, up to 64: a page that skips frames has the
 //! curves without gaps.
@@ -40,15 +41,29 @@ pub struct Subject {
     /// Input id and cell of each row.
     ids: Vec<(u32, u32)>,
     tools: usize,
+    /// True for a body whose server sends its surface.
+    can_be_cut: bool,
 }
 
 /// The body as its server has sent it.
+#[derive(Debug, Clone, Default)]
+pub struct Body {
+    /// Header of the state.
+    pub header: StateHeader,
+    /// Its nodes.
+    pub nodes: Vec<NodePosition>,
+    /// Copies of those that a cut has split.
+    pub copies: Vec<NodePosition>,
+    /// Corners of the surface's triangles, by their rows in `nodes` and the `copies` after them; none of a body that
+    /// cannot be cut.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+/// All that the server has sent of a body.
 #[derive(Debug, Clone, Copy)]
 pub struct Sent<'a> {
-    /// Header of the state.
-    pub header: &'a StateHeader,
-    /// Its nodes.
-    pub nodes: &'a [NodePosition],
+    /// The body.
+    pub body: &'a Body,
     /// The newest contacts.
     pub contacts: &'a [Contact],
     /// The newest stresses; none of another number than the nodes are shown.
@@ -73,13 +88,20 @@ impl Subject {
         for (row, (_, cell)) in (0..).zip(&ids) {
             rows[*cell as usize] = row;
         }
-        Ok(Self { checksum: model.checksum(), rows, ids, tools: tools.max(1) })
+        let can_be_cut = model.tetrahedra_to_cut() > 0;
+        Ok(Self { checksum: model.checksum(), rows, ids, tools: tools.max(1), can_be_cut })
     }
 
-    /// Returns true if a state is one of this body.
+    /// Returns true if the server of this body sends its surface.
     #[must_use]
-    pub fn is_of(&self, header: &StateHeader, nodes: &[NodePosition]) -> bool {
-        header.model_checksum == self.checksum && nodes.len() == self.rows.len()
+    pub fn can_be_cut(&self) -> bool {
+        self.can_be_cut
+    }
+
+    /// Returns true if a body is this one.
+    #[must_use]
+    pub fn is_of(&self, body: &Body) -> bool {
+        body.header.model_checksum == self.checksum && body.nodes.len() == self.rows.len()
     }
 
     /// The frame of a state of this body, with the tools of a tick and the curves of the last ones.
@@ -96,21 +118,25 @@ impl Subject {
 
     fn encode(
         &self,
-        Sent { header, nodes, contacts, stresses }: Sent<'_>,
+        Sent { body, contacts, stresses }: Sent<'_>,
         poses: &ToolPoses,
         answer: &ToolForces,
         points: &[Point],
     ) -> Vec<u8> {
+        let Body { header, nodes, copies, triangles } = body;
         let presses: Vec<Press> = contacts.iter().filter_map(|of| self.press(of)).collect();
         let stresses = if stresses.len() == self.rows.len() { stresses } else { &[] };
+        // A body without copies has the triangles of its model.
+        let triangles = if copies.is_empty() { &[] } else { &triangles[..] };
         let rows = 72 * self.tools + 36 * points.len() + 20 * presses.len() + 16 * nodes.len();
-        let mut frame = Frame(Vec::with_capacity(68 + rows));
+        let rows_of_cuts = 12 * copies.len() + 24 * triangles.len();
+        let mut frame = Frame(Vec::with_capacity(68 + rows + rows_of_cuts));
         // The head.
         frame.whole(VERSION).whole(header.model_checksum);
         frame.long(header.tick).long(header.ticks_answered).long(header.state_hash);
         frame.whole(header.flags).whole(answer.sweeps).whole(answer.step_ns).real(answer.energy_j);
-        frame.count(self.tools).count(points.len()).count(self.rows.len()).count(presses.len());
-        frame.count(stresses.len());
+        frame.count(self.tools).count(points.len()).count(self.rows.len() + copies.len());
+        frame.count(presses.len()).count(stresses.len());
         // The tools: one that no message has is away.
         for number in 0..self.tools {
             let in_use = poses.each.iter().take(poses.tools as usize);
@@ -127,7 +153,7 @@ impl Subject {
             frame.reals(&force.force_n).reals(&force.torque_n_m);
             frame.whole(force.contacts).whole(force.flags).real(force.force_error_n);
         }
-        // The points, the contacts, the stresses and the cells.
+        // The points, the contacts, the stresses, the cells and the triangles.
         for Point { tick, force_n, force_error_n, position_m } in points {
             frame.long(*tick).reals(force_n).real(*force_error_n).reals(position_m);
         }
@@ -140,13 +166,36 @@ impl Subject {
         for &row in &self.rows {
             frame.reals(&nodes.get(row as usize).copied().unwrap_or_default().position_m);
         }
+        copies.iter().for_each(|copy| _ = frame.reals(&copy.position_m));
+        for corners in triangles {
+            let [a, b, c] = corners.map(|row| self.cell(copies, row));
+            [a, b, c].iter().for_each(|(cell, _)| _ = frame.whole(*cell));
+            [a, b, c].iter().for_each(|(_, origin)| _ = frame.whole(*origin));
+        }
         frame.0
+    }
+
+    /// The cell at a row of nodes and copies, and the one of the whole body that it is or was made from. Copies have
+    /// the numbers of their rows.
+    fn cell(&self, copies: &[NodePosition], row: u32) -> (u32, u32) {
+        if let Some(&(_, cell)) = self.ids.get(row as usize) {
+            return (cell, cell);
+        }
+        let copy = (row as usize).checked_sub(self.ids.len()).and_then(|copy| copies.get(copy));
+        let origin = copy.and_then(|copy| self.cell_of(copy.node));
+        // A row that is none is at the first cell.
+        origin.map_or((0, 0), |origin| (row, origin))
+    }
+
+    /// The cell of a node.
+    fn cell_of(&self, node: u32) -> Option<u32> {
+        let row = self.ids.binary_search_by_key(&node, |(id, _)| *id).ok()?;
+        self.ids.get(row).map(|(_, cell)| *cell)
     }
 
     /// A contact at a cell of this body; `None` at another node, and without an area.
     fn press(&self, contact: &Contact) -> Option<Press> {
-        let row = self.ids.binary_search_by_key(&contact.node, |(id, _)| *id).ok()?;
-        let &(_, cell) = self.ids.get(row)?;
+        let cell = self.cell_of(contact.node)?;
         let normal_n = contact.normal_n.map(|part| part * part).iter().sum::<f32>().sqrt();
         let pressure_pa = normal_n / contact.area_m2;
         let press = Press { cell, position_m: contact.position_m, pressure_pa };
@@ -250,7 +299,13 @@ mod tests {
 
     fn subject() -> Subject {
         let ids = vec![(10, 1), (20, 2), (30, 0)];
-        Subject { checksum: 0xC4EC, rows: vec![2, 0, 1], ids, tools: 2 }
+        Subject { checksum: 0xC4EC, rows: vec![2, 0, 1], ids, tools: 2, can_be_cut: true }
+    }
+
+    /// Three nodes, each at its number.
+    fn body() -> Body {
+        let nodes = [10, 20, 30].map(|node| NodePosition { node, position_m: [node as f32; 3] });
+        Body { header: header(), nodes: nodes.to_vec(), ..Body::default() }
     }
 
     fn header() -> StateHeader {
@@ -267,8 +322,7 @@ mod tests {
 
     #[test]
     fn a_frame_holds_the_state_in_the_order_of_the_cells() {
-        let (subject, header) = (subject(), header());
-        let nodes = [10, 20, 30].map(|node| NodePosition { node, position_m: [node as f32; 3] });
+        let (subject, body) = (subject(), body());
         let mut poses = ToolPoses { tick: 1 << 40, tools: 1, ..ToolPoses::default() };
         poses.each[0] = OneToolPose {
             number: 1,
@@ -311,8 +365,7 @@ mod tests {
             von_mises_pa: 100.0 * node as f32,
             ..Default::default()
         });
-        let sent =
-            Sent { header: &header, nodes: &nodes, contacts: &contacts, stresses: &stresses };
+        let sent = Sent { body: &body, contacts: &contacts, stresses: &stresses };
         let frame = subject.encode(sent, &poses, &answer, &[point]);
         assert_eq!(frame.len(), 68 + 2 * 72 + 36 + 20 + 3 * 16);
         let mut words = Words(&frame);
@@ -343,23 +396,52 @@ mod tests {
 
     #[test]
     fn stresses_of_another_body_are_left_out() {
-        let (subject, header, nodes) = (subject(), header(), [NodePosition::default(); 3]);
+        let (subject, body) = (subject(), body());
         let stresses = [NodeStress::default(); 3];
         let bytes = |stresses| {
-            let sent = Sent { header: &header, nodes: &nodes, contacts: &[], stresses };
+            let sent = Sent { body: &body, contacts: &[], stresses };
             subject.encode(sent, &ToolPoses::default(), &ToolForces::default(), &[]).len()
         };
         assert_eq!(bytes(&stresses), bytes(&stresses[..2]) + 12);
     }
 
     #[test]
+    fn a_body_with_copies_has_its_triangles_behind_the_cells() {
+        let (subject, whole) = (subject(), body());
+        let copies = vec![NodePosition { node: 20, position_m: [0.5; 3] }];
+        let triangles = vec![[0, 1, 2], [3, 2, 0], [0, 9, 1]];
+        let frame = |body: &Body| {
+            let sent = Sent { body, contacts: &[], stresses: &[] };
+            subject.encode(sent, &ToolPoses::default(), &ToolForces::default(), &[])
+        };
+        let bytes = frame(&whole);
+        let without_copies = Body { triangles: triangles.clone(), ..whole.clone() };
+        assert_eq!(frame(&without_copies), bytes, "a whole body has the triangles of its model");
+        let cut = frame(&Body { copies, triangles, ..whole });
+        // The number of cells is one more; all up to the last cell is the same.
+        let number = 68 - 12;
+        assert_eq!([bytes[number], cut[number]], [3, 4]);
+        assert_eq!(cut[number + 4..bytes.len()], bytes[number + 4..]);
+        let mut words = Words(&cut[bytes.len()..]);
+        assert_eq!(words.reals(), [0.5; 3]);
+        // Nodes 10, 20, 30 are the cells 1, 2, 0; the copy of node 20 is cell 3; row 9 is none.
+        let mut triangle = || -> [u32; 6] { std::array::from_fn(|_| words.whole()) };
+        assert_eq!(triangle(), [1, 2, 0, 1, 2, 0]);
+        assert_eq!(triangle(), [3, 0, 1, 2, 0, 1]);
+        assert_eq!(triangle(), [1, 0, 2, 1, 0, 2]);
+        assert!(words.0.is_empty());
+    }
+
+    #[test]
     fn a_state_of_another_model_or_length_is_none_of_the_body() {
-        let (subject, header, nodes) = (subject(), header(), [NodePosition::default(); 3]);
-        let other = StateHeader { model_checksum: 1, ..header };
-        assert!(subject.is_of(&header, &nodes) && !subject.is_of(&other, &nodes));
-        assert!(!subject.is_of(&header, &nodes[..2]));
-        let longer = [&nodes[..], &nodes[..1]].concat();
-        assert!(!subject.is_of(&header, &longer) && !subject.is_of(&header, &[]));
+        let (subject, body) = (subject(), body());
+        let header = StateHeader { model_checksum: 1, ..body.header };
+        let other = Body { header, ..body.clone() };
+        assert!(subject.is_of(&body) && !subject.is_of(&other));
+        let with = |nodes: &[NodePosition]| Body { nodes: nodes.to_vec(), ..body.clone() };
+        assert!(!subject.is_of(&with(&body.nodes[..2])) && !subject.is_of(&with(&[])));
+        let longer = [&body.nodes[..], &body.nodes[..1]].concat();
+        assert!(!subject.is_of(&with(&longer)));
     }
 
     /// Rows of states are in the order of the ids, those of a frame in the order of the cells.

@@ -84,6 +84,25 @@ pub fn cut_words(model: &Model<'_>) -> usize {
     0
 }
 
+/// Most triangles that the surface of a body can have, however it is cut: capacity for those of
+/// [`TissueMut::triangles`](crate::TissueMut::triangles).
+///
+/// ```
+/// use chaincell_kernel::{Model, include_model, triangles_max};
+/// # let image = include_model!(concat!(env!("CARGO_MANIFEST_DIR"), "/data/plane9.chaincell"));
+/// let model = Model::from_bytes(image)?;
+/// assert_eq!(triangles_max(&model), model.triangles().len()); // this body cannot be cut
+/// # Ok::<(), chaincell_kernel::ModelError>(())
+/// ```
+#[must_use]
+pub fn triangles_max(model: &Model<'_>) -> usize {
+    #[cfg(feature = "cut")]
+    let of_faces = places(model);
+    #[cfg(not(feature = "cut"))]
+    let of_faces = 0;
+    model.triangles.len() + of_faces
+}
+
 /// Words of the state of the cuts or of the remembered strain in memory for them; `None` for a body that is whole and
 /// elastic.
 ///

@@ -11,6 +11,7 @@ use chaincell_host::session::ipc::names::unique_scene;
 use chaincell_host::session::ipc::services::{Domain, SceneServices};
 use chaincell_host::session::ipc::state::StateReader;
 use chaincell_host::session::ipc::stress::{NodeStress, StressReader};
+use chaincell_host::session::ipc::surface::{SurfaceHeader, SurfaceReader, SurfaceRow};
 use chaincell_host::session::loops::control::{ControlOptions, control};
 use chaincell_host::session::loops::record::Recorder;
 use chaincell_host::session::loops::serve::{ServeOptions, Server};
@@ -83,6 +84,12 @@ impl TissueEngine for Counter {
         self.sent += 1;
     }
 
+    fn read_surface(&mut self, _to: &mut [SurfaceRow]) -> SurfaceHeader {
+        self.sent += 1;
+        let copies = self.ticks as u32 % 100;
+        SurfaceHeader { nodes: NODES as u32, copies, ..SurfaceHeader::default() }
+    }
+
     fn read_contacts(&mut self, each: &mut dyn FnMut(u32, &ContactForce)) {
         self.sent += 1;
         (0..self.ticks as u32 % 100).for_each(|node| each(node, &CONTACT));
@@ -106,13 +113,19 @@ enum Viewed {
     Nothing,
     States,
     Stresses,
+    Surfaces,
     Contacts,
+}
+
+impl Viewed {
+    const ALL: [Self; 5] =
+        [Self::Nothing, Self::States, Self::Stresses, Self::Surfaces, Self::Contacts];
 }
 
 #[test]
 fn one_small_allocation_of_iceoryx2_a_message_and_none_of_ours() {
     let _turn = turn();
-    for of in [Viewed::Nothing, Viewed::States, Viewed::Stresses, Viewed::Contacts] {
+    for of in Viewed::ALL {
         let viewed = of != Viewed::Nothing;
         let is_long = |counter: &Counter| counter.span > VIEWED_SPAN || !viewed;
         let Some(counter) = (0..ATTEMPTS).map(|_| served(of)).find(is_long) else {
@@ -167,7 +180,8 @@ fn served(viewed: Viewed) -> Counter {
         let mut recorder = Recorder::with_capacity(1000).with_trace(trace);
         let server = Server::open(&options).unwrap();
         let server = server.with_state(NODES, 200).unwrap().with_contacts(1, 200).unwrap();
-        let server = server.with_stress((NODES, NODES), 200).unwrap().with_commands().unwrap();
+        let server = server.with_stress((NODES, NODES), 200).unwrap();
+        let server = server.with_surface(2 * NODES, 200).unwrap().with_commands().unwrap();
         server.run(&mut counter, &mut recorder).unwrap();
         assert_eq!(recorder.ticks(), WARM_UP_TICKS + COUNTED_TICKS);
         counter
@@ -176,11 +190,12 @@ fn served(viewed: Viewed) -> Counter {
         SceneServices::open(control_options.scene.as_deref(), &control_options.domain).unwrap();
     let states = (viewed == Viewed::States).then(|| StateReader::open(&scene).unwrap());
     let stresses = (viewed == Viewed::Stresses).then(|| StressReader::open(&scene).unwrap());
+    let surfaces = (viewed == Viewed::Surfaces).then(|| SurfaceReader::open(&scene).unwrap());
     let contacts = (viewed == Viewed::Contacts).then(|| ContactReader::open(&scene).unwrap());
     let poses: Vec<Pose> =
         (0..WARM_UP_TICKS + COUNTED_TICKS).map(|tick| Pose { tick, ..Pose::default() }).collect();
     control(&poses, &control_options).unwrap();
     let counter = server.join().unwrap();
-    drop((states, stresses, contacts));
+    drop((states, stresses, surfaces, contacts));
     counter
 }

@@ -2,11 +2,18 @@
 
 #![allow(clippy::unwrap_used, reason = "a failing helper fails its test")]
 
-use chaincell_tests::files::{bake, scratch, summary, text};
+use std::collections::BTreeSet;
+
+use chaincell_client::surface::{SurfaceHeader, SurfaceRow};
+use chaincell_tests::files::{array, bake, play, scratch, summary, text, write_path};
+use chaincell_tests::outsider::{Outsider, Pose, Reader};
+use chaincell_tests::page::Page;
 use chaincell_tests::place::Place;
 use chaincell_tests::process::SHORT;
 use chaincell_tests::{Running, run, turn};
 use serde_json::Value;
+
+use super::view::view_of;
 
 /// A body that tears soon, with too few spare cells.
 const BODY: &[&str] =
@@ -61,4 +68,90 @@ fn serve_says_how_far_the_body_is_torn() {
             check(&said.json());
         }
     }
+}
+
+/// A body for a blade across its top at 30 mm, and the blade.
+const SLAB: &[&str] = &[
+    "--young-pa",
+    "5000",
+    "--poisson",
+    "0.4",
+    "--cuttable",
+    "--toughness-j-per-m2",
+    "10",
+    "--cut-spare",
+    "0.3",
+];
+const BLADE: [&str; 2] = ["--tool", "blade:0.032"];
+
+/// Down by 0.1 mm a tick.
+fn lowered(tick: u64) -> Pose {
+    let down = 0.0001 * tick as f32;
+    Pose { tick, position_m: [0.0, 0.0, 0.0305 - down], engaged: u32::from(tick > 0) }
+}
+
+/// Refuses a surface of which two triangles do not meet at each edge, once in each direction.
+#[track_caller]
+fn check_closed(triangles: impl Iterator<Item = [u32; 3]>) {
+    let edges: Vec<_> = triangles.flat_map(|[a, b, c]| [(a, b), (b, c), (c, a)]).collect();
+    let all: BTreeSet<_> = edges.iter().copied().collect();
+    assert!(all.len() == edges.len() && edges.iter().all(|&(from, to)| all.contains(&(to, from))));
+}
+
+#[test]
+fn outside_readers_and_late_pages_see_the_wound_until_a_reset() {
+    let _turn = turn();
+    let place = Place::of("wound", "box:5x5x4x0.01", SLAB);
+    let options = ["--watchdog-ms", "0", "--ramp-ms", "0", "--json", "--budget-us", "off"];
+    let serve = place.serve(&[&options[..], &BLADE, &["--state-hz", "1000"]].concat());
+    let reader = Reader::<SurfaceRow, SurfaceHeader>::join(&place.scene);
+    let outsider = Outsider::join(&place.scene, true);
+    let (whole, rows) = reader.after(0);
+    assert_eq!((whole.nodes, whole.copies, rows.len()), (100, 0, whole.triangles as usize));
+    outsider.play(0..150, lowered);
+    // What an offline run of the same poses comes to: nodes by cell, and the copies after them.
+    let (path, offline) = (place.file("path.csv"), place.file("offline"));
+    write_path(&path, (0..150).map(|tick| (tick, lowered(tick).position_m, lowered(tick).engaged)));
+    play(&place.model, &path, &offline, &BLADE).with(0);
+    let vtu = std::fs::read_to_string(offline.join("final.vtu")).unwrap();
+    let (header, rows) = reader.after(150);
+    let cells = (header.nodes + header.copies) as usize;
+    assert!(header.copies > 1 && header.triangles > whole.triangles + 4, "{header:?}");
+    assert_eq!((header.nodes, rows.len()), (100, cells.max(header.triangles as usize)));
+    let (ids, at_m) = (array(&vtu, "node"), array(&vtu, "position_m"));
+    let written = ids.iter().zip(at_m.chunks(3)).map(|(&id, at)| (id as u32, at));
+    let bits =
+        |(node, at): (u32, &[f64])| (node, [0, 1, 2].map(|axis| (at[axis] as f32).to_bits()));
+    let (mut wanted, of_copies): (Vec<_>, Vec<_>) =
+        (written.clone().take(100).map(bits).collect(), written.skip(100).map(bits).collect());
+    wanted.sort_unstable();
+    wanted.extend(of_copies);
+    let sent = rows[..cells].iter().map(|of| (of.node, of.position_m.map(f32::to_bits)));
+    assert_eq!(sent.collect::<Vec<_>>(), wanted);
+    let corners = || rows[..header.triangles as usize].iter().map(|of| of.corners);
+    check_closed(corners());
+    // A page that comes now has the same surface: cells lie where the rows say.
+    let (view, address) = view_of(&place.model, &place.scene, &[BLADE[0], BLADE[1]]);
+    let frame = Page::open(&address).frame(|_| true);
+    assert_eq!((frame.hash, frame.positions_m.len()), (header.state_hash, cells));
+    let drawn =
+        frame.triangles.iter().map(|of| [0, 1, 2].map(|k| frame.positions_m[of[k] as usize]));
+    assert!(drawn.eq(corners().map(|of| of.map(|row| rows[row as usize].position_m))));
+    let origins = frame.triangles.iter().flat_map(|of| of[3..].to_vec());
+    assert!(origins.max() == Some(99));
+    // After a reset it is whole, also for who comes then.
+    place.command(&["reset"]).with(0);
+    let (reset, _) = loop {
+        let (header, rows) = reader.after(150);
+        if header.copies == 0 {
+            break (header, rows);
+        }
+    };
+    assert_eq!(reset.triangles, whole.triangles);
+    let mut page = Page::open(&address);
+    let frame = page.frame(|frame| frame.triangles.is_empty());
+    assert_eq!(frame.positions_m.len(), 100);
+    view.interrupt().with(0);
+    let served = serve.interrupt().with(130).json();
+    assert!(served["surfaces_sent"].as_u64().unwrap() > 2, "{served}");
 }

@@ -271,6 +271,11 @@ class Tissue:
 
         >>> tissue.stress().stretches.shape == tissue.positions_m.shape
         True"""
+    def surface(self) -> Surface | None:
+        """Returns the surface as it is cut now, as `Surface`; None for a model that cannot be cut.
+
+        >>> tissue.surface() is None
+        True"""
     def contacts(self) -> Contacts:
         """Returns what the tools touch, as `Contacts`; nothing for held cells.
 
@@ -470,6 +475,40 @@ class Stress:
     @property
     def mean_pa(self) -> _F32:
         """Mean stress [Pa], below 0 where the tissue is pressed from all sides, float32 (nodes,)."""
+
+@final
+class Surface:
+    """The surface of a body as it is cut after a tick, from `Tissue.surface`: the nodes, the copies of those that cuts
+    have split, and triangles between them. Arrays are copies.
+
+    >>> options = dict(young_pa=5000, poisson=0.4, cuttable=True, cut_spare=0.3, toughness_j_per_m2=10)
+    >>> slab = chaincell.Model.bake_mesh("box:5x5x4x0.01", **options)
+    >>> cutter = chaincell.Tissue(slab, tools=["blade:0.032"])
+    >>> for z_m in np.linspace(0.0305, 0.0155, 150):
+    ...     output = cutter.tick([0.0, 0.0, z_m])
+    >>> surface = cutter.surface()
+    >>> len(surface.triangles) > len(slab.triangles)
+    True
+    >>> corners_m = surface.positions_m[surface.triangles]  # to draw
+    >>> height_m = slab.rest_m[surface.origins, 2]  # at rest, for colours
+    >>> height_m.shape == (slab.nodes + cutter.cuts["copied_cells"],) == surface.positions_m.shape[:1]
+    True"""
+    @property
+    def tick(self) -> int:
+        """Number of the tick."""
+    @property
+    def positions_m(self) -> _F32:
+        """Positions of the nodes [m] in the order of `Model.node_ids`, and of the copies after them, float32
+        (nodes + copies, 3)."""
+    @property
+    def origins(self) -> _U32:
+        """The node that each node is and each copy was made from: its place in `Model.node_ids`, uint32
+        (nodes + copies,)."""
+    @property
+    def triangles(self) -> _U32:
+        """Corners of the triangles, counter-clockwise from outside: rows of `positions_m`, uint32 (triangles, 3). They
+        begin with those of `Model.triangles`, in its order. One of a piece that is gone (`loose="drop"`) has three
+        times the same corner."""
 
 @final
 class SessionStress:

@@ -2,6 +2,7 @@
 
 mod loose;
 pub mod report;
+mod surface;
 
 use chaincell_kernel::{CutOutput, CutRoom, Dynamics, Model, Network, cut_words};
 
@@ -36,6 +37,7 @@ pub(super) trait AnyCut {
         corner: usize,
     ) -> Option<u16>;
     fn origin_of_copy(&mut self, network: &Network<'_>, copy: usize) -> Option<u16>;
+    fn each_triangle(&mut self, network: &Network<'_>, each: &mut dyn FnMut([u16; 3]));
     fn is_dropped(&mut self, network: &Network<'_>, cell: u16) -> bool;
     fn relaxed_j(&mut self, network: &Network<'_>) -> f32;
 }
@@ -56,6 +58,10 @@ impl<D: Dynamics> AnyCut for Memory<D> {
 
     fn origin_of_copy(&mut self, network: &Network<'_>, copy: usize) -> Option<u16> {
         self.view().origin_of_copy(network, copy)
+    }
+
+    fn each_triangle(&mut self, network: &Network<'_>, each: &mut dyn FnMut([u16; 3])) {
+        self.view().triangles(network).for_each(each);
     }
 
     fn is_dropped(&mut self, network: &Network<'_>, cell: u16) -> bool {

@@ -14,6 +14,7 @@ pub mod serving;
 pub mod shown;
 pub mod state;
 pub mod stress;
+pub mod surface;
 pub mod tools;
 pub mod viewed;
 pub mod watching;

@@ -10,6 +10,7 @@ use super::services::{Ipc, SHOW_PORT, SceneServices};
 use super::serving::SERVE_PORT;
 use super::state::StatePublisher;
 use super::stress::{StressHeader, StressPublisher};
+use super::surface::SurfacePublisher;
 use super::tools::ToolPoses;
 use crate::engine::Engine;
 use crate::engine::tissue::TissueEngine;
@@ -20,14 +21,15 @@ use crate::error::Result;
 pub struct ShowPorts {
     state: Option<StatePublisher>,
     stress: Option<StressPublisher>,
+    surface: Option<SurfacePublisher>,
     contacts: Option<ContactPublisher>,
     /// Holds the scene too: no server begins on it.
     poses: Publisher<Ipc, ToolPoses, ()>,
 }
 
 impl ShowPorts {
-    /// Opens the ports for the states, stresses and contacts of a tissue, sent at most `hz` times a second, 0 for
-    /// never.
+    /// Opens the ports for the states, stresses, surfaces and contacts of a tissue, sent at most `hz` times a second,
+    /// 0 for never.
     ///
     /// # Errors
     /// A server or another follower on the scene; a rate out of range; too little memory.
@@ -41,13 +43,15 @@ impl ShowPorts {
         let stressed = engine.stressed_cells().filter(|_| hz > 0);
         let stress =
             stressed.map(|cells| StressPublisher::open(scene, (nodes, cells), hz)).transpose()?;
+        let surface = engine.surface_rows().filter(|_| hz > 0);
+        let surface = surface.map(|most| SurfacePublisher::open(scene, most, hz)).transpose()?;
         let with_contacts = hz > 0 && engine.contact().tools() > 0;
         let contacts = with_contacts.then(|| ContactPublisher::open(scene, hz)).transpose()?;
         // Two that started at the same time see each other now.
         scene.refuse_second(&scene.tools, SHOW_PORT, Some(id), "follow")?;
         scene.refuse_second(&scene.forces, SERVE_PORT, None, "serve")?;
         scene.take_memory()?;
-        Ok(Self { state, stress, contacts, poses })
+        Ok(Self { state, stress, surface, contacts, poses })
     }
 
     /// Notes that the tissue has changed.
@@ -57,6 +61,9 @@ impl ShowPorts {
         }
         if let Some(stress) = &mut self.stress {
             stress.changed();
+        }
+        if let Some(surface) = &mut self.surface {
+            surface.feed.changed();
         }
         if let Some(contacts) = &mut self.contacts {
             contacts.feed.changed();
@@ -72,13 +79,20 @@ impl ShowPorts {
         tissue: &mut dyn TissueEngine,
     ) {
         let StateHeader { tick, ticks_answered, flags, .. } = header;
-        if let Some(state) = &mut self.state
-            && state.feed.is_due(now_ns, true)
-        {
+        // The state, and of a body that can be cut the surface.
+        let Self { state, surface, .. } = self;
+        let has_state = state.as_mut().is_some_and(|state| state.feed.is_due(now_ns, true));
+        let has_surface = surface.as_mut().is_some_and(|of| of.feed.is_due(now_ns, true));
+        if has_state || has_surface {
             // A viewer looks for the poses of a state when it has come. One that misses them shows no tool.
             let _ = self.poses.send_copy(ToolPoses::of(tick, 0, poses));
             let header = StateHeader { state_hash: tissue.state_hash(), ..header };
-            state.send(header, tissue);
+            if let Some(state) = state.as_mut().filter(|_| has_state) {
+                state.send(header, tissue);
+            }
+            if let Some(surface) = surface.as_mut().filter(|_| has_surface) {
+                surface.send(header, tissue);
+            }
         }
         if let Some(stress) = &mut self.stress {
             let model_checksum = tissue.model_checksum();

@@ -8,6 +8,7 @@ use chaincell_client::Notes;
 use chaincell_client::contacts::{Contact, ContactsHeader};
 use chaincell_client::payload::{CommandMessage, NodePosition, ReplyMessage, StateHeader};
 use chaincell_client::stress::{NodeStress, StressHeader};
+use chaincell_client::surface::{SurfaceHeader, SurfaceRow};
 use chaincell_client::tools::{OneToolForce, OneToolPose, ToolForces, ToolPoses};
 use chaincell_kernel::{Flags, SettingField, SettingKind, Settings};
 
@@ -188,8 +189,8 @@ fn fault<Message: Default + Debug>(name: &str, row: &str) -> Option<String> {
     }
     let own = std::any::type_name::<Message>().rsplit("::").next().unwrap();
     let sent = format!("#[type_name(\"{name}\")]\n#[repr(C)]\npub struct {own} {{");
-    let sources =
-        ["contacts", "payload", "stress", "tools"].map(|name| format!("host/client/src/{name}.rs"));
+    let sources = ["contacts", "payload", "stress", "surface", "tools"]
+        .map(|name| format!("host/client/src/{name}.rs"));
     let mut texts = sources.iter().map(|path| std::fs::read_to_string(top().join(path)).unwrap());
     let is_sent = !name.starts_with("chaincell.") || texts.any(|text| text.contains(&sent));
     (!is_sent).then(|| format!("{own} is not sent by this name"))
@@ -207,6 +208,8 @@ fn the_reference_has_every_layout() {
         ("chaincell.NodePosition.v1", fault::<NodePosition>),
         ("chaincell.Stress.v1", fault::<StressHeader>),
         ("chaincell.NodeStress.v1", fault::<NodeStress>),
+        ("chaincell.Surface.v1", fault::<SurfaceHeader>),
+        ("chaincell.SurfaceRow.v1", fault::<SurfaceRow>),
         ("chaincell.Contacts.v1", fault::<ContactsHeader>),
         ("chaincell.Contact.v1", fault::<Contact>),
         ("chaincell.Command.v2", fault::<CommandMessage>),

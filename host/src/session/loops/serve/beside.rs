@@ -17,7 +17,7 @@ impl Run<'_> {
         self.shared.voice().answer.map(|answer| answer.force)
     }
 
-    /// Marks state, stress and contacts as changed since they were last sent.
+    /// Marks state, stress, surface and contacts as changed since they were last sent.
     pub(super) fn changed(&mut self) {
         if let Some(state) = &mut self.state {
             state.feed.changed();
@@ -25,12 +25,16 @@ impl Run<'_> {
         if let Some(stress) = &mut self.stress {
             stress.changed();
         }
+        if let Some(surface) = &mut self.surface {
+            surface.feed.changed();
+        }
         if let Some(contacts) = &mut self.contacts {
             contacts.feed.changed();
         }
     }
 
-    /// Handles commands, then publishes states, stresses and contacts, between two ticks; `idle` if no pose waits.
+    /// Handles commands, then publishes states, surfaces, stresses and contacts, between two ticks; `idle` if no pose
+    /// waits.
     pub(super) fn beside(&mut self, idle: bool) {
         let has_viewers = self.state.is_some() || self.stress.is_some() || self.contacts.is_some();
         if self.commands.is_none() && !has_viewers {
@@ -47,19 +51,17 @@ impl Run<'_> {
                 commands.reply(request, reply, is_later);
             }
         }
-        // The state, if it is due.
+        // The state, and of a body that can be cut its surface, if they are due.
         if self.state.as_mut().is_some_and(|state| state.feed.is_due(now_ns, idle)) {
-            let header = StateHeader {
-                tick: self.session.last_tick(),
-                ticks_answered: self.session.executed,
-                state_hash: self.state_hash(),
-                nodes: 0,
-                flags: self.answer().map_or(0, |last| last.flags),
-                model_checksum: self.session.engine.model_checksum(),
-                reserved: 0,
-            };
+            let header = self.state_header();
             if let Some(state) = &mut self.state {
                 state.send(header, self.session.engine);
+            }
+        }
+        if self.surface.as_mut().is_some_and(|surface| surface.feed.is_due(now_ns, idle)) {
+            let header = self.state_header();
+            if let Some(surface) = &mut self.surface {
+                surface.send(header, self.session.engine);
             }
         }
         // The next stresses.
@@ -91,6 +93,19 @@ impl Run<'_> {
         };
         if let Some(warning) = look(stress, header, self.session.engine) {
             terminal::note(format_args!("WARNING: {warning}"));
+        }
+    }
+
+    /// The header of the state of now.
+    fn state_header(&mut self) -> StateHeader {
+        StateHeader {
+            tick: self.session.last_tick(),
+            ticks_answered: self.session.executed,
+            state_hash: self.state_hash(),
+            nodes: 0,
+            flags: self.answer().map_or(0, |last| last.flags),
+            model_checksum: self.session.engine.model_checksum(),
+            reserved: 0,
         }
     }
 

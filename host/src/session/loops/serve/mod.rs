@@ -45,6 +45,7 @@ use crate::session::ipc::services::{QUEUE_MESSAGES, SceneServices};
 use crate::session::ipc::serving::ServePorts;
 use crate::session::ipc::state::StatePublisher;
 use crate::session::ipc::stress::StressPublisher;
+use crate::session::ipc::surface::SurfacePublisher;
 use crate::session::loops::peers::{Call, PeerWatch};
 use crate::session::loops::realtime::{self, Role};
 use crate::session::loops::record::Recorder;
@@ -85,6 +86,7 @@ pub struct Server {
     rate: PoseRate,
     state: Option<StatePublisher>,
     stress: Option<StressPublisher>,
+    surface: Option<SurfacePublisher>,
     contacts: Option<ContactPublisher>,
     commands: Option<CommandServer>,
     snapshots: Option<SnapshotPlace>,
@@ -131,6 +133,7 @@ impl Server {
             rate,
             state: None,
             stress: None,
+            surface: None,
             contacts: None,
             commands: None,
             snapshots: None,
@@ -159,6 +162,19 @@ impl Server {
     pub fn with_stress(mut self, size: (usize, usize), hz: u32) -> Result<Self> {
         if hz > 0 {
             self.stress = Some(StressPublisher::open(&self.scene, size, hz)?);
+            self.scene.take_memory()?;
+        }
+        Ok(self)
+    }
+
+    /// Publishes the surface of a body that can be cut, in messages of at most `rows` rows, at most `hz` times a
+    /// second, 0 for never.
+    ///
+    /// # Errors
+    /// As [`Self::with_state`].
+    pub fn with_surface(mut self, rows: usize, hz: u32) -> Result<Self> {
+        if hz > 0 {
+            self.surface = Some(SurfacePublisher::open(&self.scene, rows, hz)?);
             self.scene.take_memory()?;
         }
         Ok(self)
@@ -231,6 +247,7 @@ impl Server {
         let beside = Beside {
             state: self.state.take(),
             stress: self.stress.take(),
+            surface: self.surface.take(),
             contacts: self.contacts.take(),
             commands: self.commands.take(),
         };
@@ -276,6 +293,7 @@ impl Server {
 struct Beside {
     state: Option<StatePublisher>,
     stress: Option<StressPublisher>,
+    surface: Option<SurfacePublisher>,
     contacts: Option<ContactPublisher>,
     commands: Option<CommandServer>,
 }
@@ -285,6 +303,7 @@ struct Run<'a> {
     shared: &'a Shared,
     state: Option<StatePublisher>,
     stress: Option<StressPublisher>,
+    surface: Option<SurfacePublisher>,
     contacts: Option<ContactPublisher>,
     commands: Option<CommandServer>,
     snapshots: Option<Snapshots>,
@@ -327,7 +346,7 @@ impl<'a> Run<'a> {
     fn new(
         server: &'a Server,
         shared: &'a Shared,
-        Beside { state, stress, contacts, commands }: Beside,
+        Beside { state, stress, surface, contacts, commands }: Beside,
         engine: &'a mut dyn TissueEngine,
         recorder: &'a mut Recorder,
     ) -> Result<Self> {
@@ -351,6 +370,7 @@ impl<'a> Run<'a> {
             shared,
             state,
             stress,
+            surface,
             contacts,
             commands,
             snapshots: None,
@@ -470,6 +490,8 @@ impl<'a> Run<'a> {
             self.state.as_ref().map_or_else(Default::default, |state| state.feed.cost());
         let (stresses_sent, stress_ns) =
             self.stress.as_ref().map_or_else(Default::default, |stress| stress.feed.cost());
+        let (surfaces_sent, surface_ns) =
+            self.surface.as_ref().map_or_else(Default::default, |surface| surface.feed.cost());
         let (contacts_sent, contacts_ns) =
             self.contacts.as_ref().map_or_else(Default::default, |contacts| contacts.feed.cost());
         // Silences and steps of the published forces.
@@ -507,6 +529,8 @@ impl<'a> Run<'a> {
             state_ns,
             stresses_sent,
             stress_ns,
+            surfaces_sent,
+            surface_ns,
             stress: self.stress.as_ref().and_then(|of| Some(of.limit.as_ref()?.report())),
             contacts_sent,
             contacts_ns,

@@ -171,6 +171,12 @@ pub struct ServeReport {
     /// Time to compute and send one, in parts between ticks \[ns\].
     #[serde(default)]
     pub stress_ns: Summary,
+    /// Surfaces of a body that can be cut sent to viewers.
+    #[serde(default)]
+    pub surfaces_sent: u64,
+    /// Time to send one, between ticks \[ns\].
+    #[serde(default)]
+    pub surface_ns: Summary,
     /// The limit of the stress, where one was given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stress: Option<StressReport>,
