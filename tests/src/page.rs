@@ -32,7 +32,7 @@ pub struct Frame {
     pub points: Vec<u64>,
     /// Positions of the cells \[m\], and of the copies after them.
     pub positions_m: Vec<[f32; 3]>,
-    /// Of a body with copies the triangles of its surface: three cells, and those of the whole body they were made from.
+    /// Of a body with copies the triangles of its surface: three cells, and those that these were made from.
     pub triangles: Vec<[u32; 6]>,
 }
 

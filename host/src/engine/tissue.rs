@@ -136,8 +136,8 @@ pub trait TissueEngine {
         0
     }
 
-    /// Writes the surface of a body that can be cut, see [`Engine::read_surface`](super::Engine::read_surface). Allocates
-    /// nothing after its first call.
+    /// Writes the surface of a body that can be cut, see [`Engine::read_surface`](super::Engine::read_surface).
+    /// Allocates nothing after its first call.
     fn read_surface(&mut self, _to: &mut [SurfaceRow]) -> SurfaceHeader {
         SurfaceHeader::default()
     }
