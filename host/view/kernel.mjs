@@ -76,13 +76,15 @@ export class Tissue {
   /** Back to rest, with tools, each of its parts, and this friction. */
   resetWithTools(tools, friction) {
     this.check(this.exports.chaincell_tissue_reset(this.tissue, this.detail));
-    const parts = tools.flat();
+    // The second blade of scissors is drawn alone.
+    const taken = tools.map((tool) => tool.filter(({ side }) => side !== -1));
+    const parts = taken.flat();
     const words = new Float32Array(this.memory.buffer, this.parts, 11 * parts.length);
     parts.forEach((part, index) => {
       const { centreM, orientation, halfM, radiusM } = part.edge ?? part;
       words.set([...centreM, ...orientation, ...halfM, radiusM], 11 * index);
     });
-    new Uint32Array(this.memory.buffer, this.counts, tools.length).set(tools.map((tool) => tool.length));
+    new Uint32Array(this.memory.buffer, this.counts, tools.length).set(taken.map((tool) => tool.length));
     this.check(this.exports.chaincell_choose_tools(this.tissue, this.parts, this.counts, tools.length, friction, this.detail));
   }
 
@@ -96,15 +98,15 @@ export class Tissue {
 
   /**
    * One tick of so many sweeps with every tool engaged at its pose: in an array of seven numbers a tool, position
-   * x, y, z [m], orientation x, y, z, w. Returns what each felt.
+   * x, y, z [m], orientation x, y, z, w. `openings` are those of scissors [2^-16 turn]. Returns what each felt.
    */
-  tick(poses, sweeps) {
+  tick(poses, sweeps, openings = []) {
     const view = this.view();
     const count = poses.length / 7;
     for (let tool = 0; tool < count; tool++) {
       const start = this.poses + BYTES.pose * tool;
       for (let word = 0; word < 7; word++) view.setFloat32(start + 4 * word, poses[7 * tool + word], true);
-      view.setUint32(start + 28, 1, true);
+      view.setUint32(start + 28, 1 | ((openings[tool] ?? 0) << 16), true);
     }
     view.setUint32(this.budget, sweeps, true);
     this.exports.chaincell_tick(this.tissue, this.poses, count, this.budget, this.outputs);

@@ -2,3 +2,5 @@
 
 /** Most tools in a body. */
 export const TOOLS_MAX = 8;
+/** Unit of the opening of scissors: 2^-16 turn [rad]. */
+export const OPENING_RAD = (2 * Math.PI) / 65536;

@@ -158,10 +158,18 @@ class View {
 
   #key(event) {
     if (event.target.closest("input, select, button") || event.ctrlKey || event.metaKey || event.altKey) return;
-    const verbs = { " ": () => this.#pause(!this.isPaused), ".": () => $("step").click(), r: () => this.#reset() };
+    const verbs = { o: () => this.#open(1), c: () => this.#open(-1), " ": () => this.#pause(!this.isPaused), ".": () => $("step").click(), r: () => this.#reset() };
     if (verbs[event.key]) verbs[event.key]();
     else if (!this.hand.key(event.key)) return;
     event.preventDefault();
+  }
+
+  /** Opens scissors by a notch of their slider, below 0 closes them. */
+  #open(notches) {
+    const slider = $("opening");
+    if (slider.hidden) return;
+    slider.stepUp(notches);
+    slider.oninput();
   }
 
   /** ChainMail beside the body, or the body alone. */
@@ -226,8 +234,8 @@ class View {
     this.#pause(true);
     const { poses, ticks, hash } = await this.source.path();
     const tools = Math.max(this.source.setup.tools.length, 1);
-    keep(`${this.fileName()}.csv`, pathText(poses, tools), "text/csv");
-    const isWhole = (7 * tools + 1) * ticks === poses.length;
+    keep(`${this.fileName()}.csv`, pathText(poses, this.source.setup.tools), "text/csv");
+    const isWhole = (8 * tools + 1) * ticks === poses.length;
     const end = isWhole ? `   # ${ticks} ticks, state hash ${hash}` : "   # the first ten minutes";
     this.#showCommand({ tick: ticks, text: commandOf(this.fileName(), this.source.setup, this.body.info.sweepsMax) + end });
     $("replay").scrollIntoView({ block: "nearest" });

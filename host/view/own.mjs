@@ -27,7 +27,7 @@ export class Own {
   constructor(config) {
     this.config = config;
     this.can = new Set(["tool", "pause", "step", "reset", "settings", "path", ...(config.tools.length ? ["tools"] : []), ...(config.can_bake ? ["bake"] : [])]);
-    this.setup = { tools: config.tools, chosen: 0, friction: 0, sweeps: config.sweeps, held: config.contact_nodes };
+    this.setup = { tools: config.tools, chosen: 0, friction: 0, sweeps: config.sweeps, held: config.contact_nodes, openingRad: 1 };
     this.waiting = [];
   }
 
@@ -148,7 +148,7 @@ export class Own {
     this.worker.postMessage({ kind: "setup", setup: this.#prepared(), resets: true });
   }
 
-  /** Sweeps act from the next tick on; other tools or friction begin anew, with the body at rest. */
+  /** Sweeps and the opening of scissors act from the next tick on; other tools or friction begin anew, with the body at rest. */
   settings(settings) {
     this.setup = { ...this.setup, ...settings };
     const resets = "tools" in settings || "friction" in settings;

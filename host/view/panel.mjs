@@ -98,7 +98,10 @@ export class Panel {
     const step = unitM > 0.004 ? 0.5 : 0.1;
     Object.assign($("radius"), { min: step * Math.ceil((400 * unitM) / step), max: step * Math.ceil((2500 * unitM) / step), step });
     $("radius").value = 1e3 * radiusM;
+    for (const part of document.querySelectorAll(".scissors")) part.hidden = !setup.tools.some((tool) => tool.includes("scissors"));
+    if (setup.openingRad) $("opening").value = Math.round((180 / Math.PI) * setup.openingRad);
     const tell = () => {
+      $("opening-text").textContent = `${$("opening").value}°`;
       $("sweeps-text").textContent = $("sweeps").value;
       $("friction-text").textContent = Number($("friction").value).toFixed(2);
       $("radius-text").textContent = `${Number($("radius").value)} mm`;
@@ -109,6 +112,10 @@ export class Panel {
     $("kind").onchange = $("radius").onchange = () => change({ tools: setup.tools.with(setup.chosen, wanted()) });
     $("friction").onchange = () => change({ friction: Number($("friction").value) });
     $("sweeps").onchange = () => change({ sweeps: Number($("sweeps").value) });
+    $("opening").oninput = () => {
+      tell();
+      change({ openingRad: (Math.PI / 180) * Number($("opening").value) });
+    };
     $("settings").oninput = tell;
     tell();
   }

@@ -1,5 +1,5 @@
 // Tools by their parts, in the words of the command's option --tool: sphere:R, capsule:HALF,R, box:X,Y,Z,R,
-// half-space:R, blade:LENGTH, scissors:LENGTH,OFFSET, joined by +, each with @X,Y,Z for its place and /X,Y,Z,W for its turn.
+// half-space:R, blade:LENGTH, scissors:LENGTH,OFFSET,MOUTH, joined by +, each with @X,Y,Z for its place and /X,Y,Z,W for its turn.
 import { add, times, turned } from "./vectors.mjs";
 
 /** Reads a tool; throws an Error with the remedy. */
@@ -33,14 +33,19 @@ function bladePart(halfM, place, orientation) {
   return { kind: "blade", halfM: [halfM - radiusM, 0, heightM - radiusM], radiusM, centreM, orientation, edge };
 }
 
-/** Scissors as they are drawn: two plates side by side, from the pivot along -z. */
-function scissorParts([lengthM, offsetM = 0.1 * lengthM], placeM, orientation) {
+/**
+ * Scissors as they are drawn: two plates side by side, from the pivot along -z. `edge` of the first is what the kernel
+ * takes for both.
+ */
+function scissorParts([lengthM, offsetM = 0.1 * lengthM, mouthM = 0.5 * lengthM], placeM, orientation) {
   const radiusM = 0.1 * offsetM;
   const halfM = [0, offsetM - radiusM, 0.5 * lengthM - radiusM];
+  const edge = { centreM: placeM, orientation, halfM: [0.5 * mouthM, 0, lengthM], radiusM: -offsetM };
   return [1, -1].map((side) => {
     const middleM = [side * radiusM, 0, -0.5 * lengthM];
     const centreM = add(placeM, turned(orientation, middleM));
-    return { kind: "scissors", halfM, radiusM, centreM, orientation, side, placeM, middleM };
+    const part = { kind: "scissors", halfM, radiusM, centreM, orientation, side, placeM, middleM };
+    return side === 1 ? { ...part, edge } : part;
   });
 }
 

@@ -3,13 +3,18 @@
 import { Cuts } from "./cuts.mjs";
 import { depthOf, touchOf } from "./depth.mjs";
 import { Tissue } from "./kernel.mjs";
+import { OPENING_RAD } from "./limits.mjs";
 import { CATCH_UP_MS, Rate, STATE_MS, TICK_MS, TRAIL_TICKS, WORK_MS } from "./pace.mjs";
 import { sessionOrders } from "./session_loop.mjs";
 import { Stresses } from "./stresses.mjs";
 
-/** Farthest that a tool moves in a tick [m], and a blade in mean link lengths: beyond a quarter of one it cuts nothing. */
+/**
+ * Farthest that a tool moves in a tick [m], and in mean link lengths a blade, and the pivot and the crossing of scissors:
+ * beyond a quarter of one they cut nothing.
+ */
 const TOOL_STEP_M = 0.0004;
 const BLADE_STEP = 0.2;
+const SCISSORS_STEP = 0.1;
 /** Ticks that are remembered for a path: ten minutes. */
 const PATH_TICKS = 600_000;
 
@@ -38,15 +43,39 @@ class Loop {
     this.tick = 0;
     this.poses = Float32Array.from(tools.flatMap(({ startPose }) => startPose));
     this.targets = this.poses.slice();
+    this.openings = tools.map((_, tool) => (this.scissors(tool) ? this.opening : 0));
     this.out = tools.map(() => ({ forceN: [0, 0, 0], torqueNM: [0, 0, 0], contacts: 0, flags: 0, energyJ: 0, sweeps: 0, errorN: -1 }));
     this.path = new Float32Array(this.rowLength * 4096);
     this.touched = tools.map(() => null);
     this.trail = [];
   }
 
-  /** Numbers of a tick in the path: seven for each tool, and the sweeps. */
+  /** Numbers of a tick in the path: seven for each tool, their openings, and the sweeps. */
   get rowLength() {
-    return 7 * this.setup.tools.length + 1;
+    return 8 * this.setup.tools.length + 1;
+  }
+
+  /** The edge of a tool that has scissors. */
+  scissors(tool) {
+    return this.setup.tools[tool].parts?.find(({ side }) => side)?.edge;
+  }
+
+  /** How far scissors shall be open [2^-16 turn]. */
+  get opening() {
+    return Math.round(this.setup.openingRad / OPENING_RAD);
+  }
+
+  /** Opens or closes scissors by what a tick may: the crossing of their blades moves as far as the pivot does. */
+  turn(tool) {
+    const edge = this.scissors(tool);
+    if (!edge || this.openings[tool] === this.opening) return;
+    const [lengthM, offsetM] = [edge.halfM[2], -edge.radiusM];
+    const crossingM = (opening) => Math.min(lengthM, offsetM / Math.sin((opening * OPENING_RAD) / 2));
+    const nowM = crossingM(this.openings[tool]);
+    const awayM = crossingM(this.opening) - nowM;
+    const stepM = Math.sign(awayM) * SCISSORS_STEP * this.tissue.info.unitM;
+    const isThere = Math.abs(awayM) <= Math.abs(stepM);
+    this.openings[tool] = isThere ? this.opening : Math.round((2 * Math.asin(offsetM / (nowM + stepM))) / OPENING_RAD);
   }
 
   /** Moves the tools towards their targets by what a hand does in a tick, turns them at once. */
@@ -56,17 +85,19 @@ class Loop {
       const away = [0, 1, 2].map((axis) => this.targets[start + axis] - this.poses[start + axis]);
       const length = Math.hypot(...away);
       const isBlade = this.setup.tools[start / 7].parts?.some(({ edge }) => edge);
-      const stepM = isBlade ? Math.min(TOOL_STEP_M, BLADE_STEP * this.tissue.info.unitM) : TOOL_STEP_M;
+      const step = this.scissors(start / 7) ? SCISSORS_STEP : BLADE_STEP;
+      const stepM = isBlade ? Math.min(TOOL_STEP_M, step * this.tissue.info.unitM) : TOOL_STEP_M;
       const share = length > stepM ? stepM / length : 1;
       for (let axis = 0; axis < 3; axis++) this.poses[start + axis] += share * away[axis];
       this.poses.set(this.targets.subarray(start + 3, start + 7), start + 3);
+      this.turn(start / 7);
     }
   }
 
   oneTick() {
     this.walk();
     const begun = performance.now();
-    this.out = this.tissue.tick(this.poses, this.setup.sweeps);
+    this.out = this.tissue.tick(this.poses, this.setup.sweeps, this.openings);
     this.rate.count(begun);
     this.remember();
     this.tick += 1;
@@ -83,6 +114,7 @@ class Loop {
       this.path = longer;
     }
     this.path.set(this.poses, start);
+    this.path.set(this.openings, start + this.poses.length);
     this.path[start + this.rowLength - 1] = this.setup.sweeps;
   }
 
@@ -126,7 +158,8 @@ class Loop {
     const tools = this.setup.tools.map(({ kind, radiusM }, tool) => {
       const { forceN, torqueNM, contacts, flags, errorN } = this.out[tool];
       const orientation = [...this.poses.subarray(7 * tool + 3, 7 * tool + 7)];
-      return { kind, radiusM, positionM: this.positionM(tool), orientation, engaged: true, forceN, torqueNM, contacts, flags, errorN };
+      const openingRad = this.openings[tool] * OPENING_RAD;
+      return { kind, radiusM, positionM: this.positionM(tool), orientation, openingRad, engaged: true, forceN, torqueNM, contacts, flags, errorN };
     });
     const state = {
       tick: this.tick, timeS: this.tick * 1e-3, hash: this.tissue.hash(), positionsM, tools, sweeps, energyJ,

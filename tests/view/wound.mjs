@@ -1,4 +1,4 @@
-// A body that is cut in the page: a blade of the page's own opens it as chaincell run does, a recorded session shows its
+// A body that is cut in the page: a blade and scissors of the page's own open it as chaincell run does, a recorded session shows its
 // wound, forwards and backwards, and a running scene shows it to a page that comes late too, until a reset and after a
 // restart. node wound.mjs CHAINCELL FOLDER
 import assert from "node:assert/strict";
@@ -45,6 +45,7 @@ writeFileSync(at("reset/session.trace"), withCommand(readFileSync(at("two/sessio
 copyFileSync(at("two/model.chaincell"), at("reset/model.chaincell"));
 command("view", at("reset"), "--html", at("reset.html"));
 command("view", at("slab.chaincell"), "--tool", BLADE, "--html", at("own.html"));
+command("view", at("slab.chaincell"), "--tool", "scissors:0.04", "--html", at("scissors.html"));
 
 const browser = await Browser.start();
 try {
@@ -106,6 +107,27 @@ try {
   await browser.click("reset");
   await browser.until(`chaincell.state.tick === 0 && ${IS_SHOWN}`);
   assert.equal(await browser.evaluate(DRAWN), start.drawn, "whole after a reset");
+
+  // The page's own scissors, whose crossing is lowered close above the body: they cut as keys close them.
+  await browser.goto(`file://${resolve(at("scissors.html"))}`);
+  await browser.until("globalThis.chaincell?.frames > 0 && chaincell.state.tick > 0");
+  const key = (name) => browser.evaluate(`document.getElementById("stage").dispatchEvent(new KeyboardEvent("keydown", { key: "${name}", bubbles: true }))`);
+  await browser.evaluate("chaincell.hand.along(-1.1)");
+  await browser.until("Math.abs(chaincell.state.tools[0].positionM[2] - chaincell.hand.goal.positionM[2]) < 1e-6");
+  const ajar = await browser.evaluate("({ cuts: chaincell.state.cuts, openingRad: chaincell.state.tools[0].openingRad })");
+  assert.ok(ajar.cuts.openedFaces === 0 && Math.abs(ajar.openingRad - 1) < 1e-4, JSON.stringify(ajar));
+  for (let step = 0; step < 40 && (await browser.evaluate("chaincell.state.cuts.copies")) < 4; step++) {
+    const tick = await browser.evaluate("chaincell.state.tick");
+    await key("c");
+    await browser.until(`chaincell.state.tick > ${tick} + 20`);
+  }
+  await browser.click("pause");
+  await browser.until(`chaincell.state.ticksPerS === 0 && ${IS_SHOWN}`);
+  const snipped = await browser.evaluate("({ cuts: chaincell.state.cuts, openingRad: chaincell.state.tools[0].openingRad, said: document.getElementById('opening-text').textContent })");
+  await browser.picture(at("scissors.png"));
+  assert.ok(snipped.cuts.copies >= 4 && snipped.openingRad < 0.8 && /^\d+°$/.test(snipped.said), JSON.stringify(snipped));
+  await playedNatively(browser, chaincell, "slab", at("snipped"));
+  assert.match(readFileSync(at("snipped/slab.csv"), "utf8"), /,engaged,opening_rad,sweeps\n/);
 
   // A running scene: whole at first, then with its wound.
   const scene = `wound-${process.pid}`;

@@ -48,11 +48,6 @@ impl ToolSpec {
         &self.parts
     }
 
-    /// Returns true if it has scissors.
-    pub fn has_scissors(&self) -> bool {
-        self.parts.iter().any(|part| part.radius_m < 0.0)
-    }
-
     /// Returns true if it has a blade or scissors.
     pub fn is_blade(&self) -> bool {
         self.parts.iter().any(ToolPart::is_edge)

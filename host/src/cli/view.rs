@@ -258,12 +258,6 @@ fn base_config(path: Option<&Path>, model: &Model<'_>) -> Config {
 fn tools(args: &Args, model: &Model<'_>) -> Result<Vec<String>> {
     if !args.tool.is_empty() {
         super::tool::tools(&args.tool, None, model)?;
-        if let Some(scissors) = args.tool.iter().find(|tool| tool.has_scissors()) {
-            return Err(Error::input(format!(
-                "--tool {scissors}: the page has no handles that close scissors; cut with a blade there, or with \
-                 scissors in run, and show the session"
-            )));
-        }
         return Ok(args.tool.iter().map(|tool| tool.text.clone()).collect());
     }
     if !model.has_contact_surface() {
