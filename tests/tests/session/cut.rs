@@ -120,14 +120,15 @@ fn outside_readers_and_late_pages_see_the_wound_until_a_reset() {
     assert_eq!((header.nodes, rows.len()), (100, cells.max(header.triangles as usize)));
     let (ids, at_m) = (array(&vtu, "node"), array(&vtu, "position_m"));
     let written = ids.iter().zip(at_m.chunks(3)).map(|(&id, at)| (id as u32, at));
-    let bits =
-        |(node, at): (u32, &[f64])| (node, [0, 1, 2].map(|axis| (at[axis] as f32).to_bits()));
     let (mut wanted, of_copies): (Vec<_>, Vec<_>) =
-        (written.clone().take(100).map(bits).collect(), written.skip(100).map(bits).collect());
-    wanted.sort_unstable();
+        (written.clone().take(100).collect(), written.skip(100).collect());
+    wanted.sort_unstable_by_key(|(id, _)| *id);
     wanted.extend(of_copies);
-    let sent = rows[..cells].iter().map(|of| (of.node, of.position_m.map(f32::to_bits)));
-    assert_eq!(sent.collect::<Vec<_>>(), wanted);
+    assert_eq!(wanted.len(), cells);
+    for (of, (id, at_m)) in rows.iter().zip(wanted) {
+        let off_m = of.position_m.iter().zip(at_m).map(|(sent, at)| (f64::from(*sent) - at).abs());
+        assert!(of.node == id && off_m.fold(0.0, f64::max) < 1e-8, "{of:?} is at {at_m:?}");
+    }
     let corners = || rows[..header.triangles as usize].iter().map(|of| of.corners);
     check_closed(corners());
     // A page that comes now has the same surface: cells lie where the rows say.
@@ -138,7 +139,7 @@ fn outside_readers_and_late_pages_see_the_wound_until_a_reset() {
         frame.triangles.iter().map(|of| [0, 1, 2].map(|k| frame.positions_m[of[k] as usize]));
     assert!(drawn.eq(corners().map(|of| of.map(|row| rows[row as usize].position_m))));
     let origins = frame.triangles.iter().flat_map(|of| of[3..].to_vec());
-    assert!(origins.max() == Some(99));
+    assert!(origins.max() < Some(100));
     // After a reset it is whole, also for who comes then.
     place.command(&["reset"]).with(0);
     let (reset, _) = loop {
