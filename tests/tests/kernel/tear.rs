@@ -232,7 +232,8 @@ fn a_crack_runs_on_from_the_notch_and_gains_no_energy() {
         (stiffening(), TearLimit::Toughness),
     ] {
         let mesh = mesh(3, 1);
-        let image = image_of(&mesh, &end_of(&mesh, -1.0), &tissue, Some(limit), 2.0);
+        let image =
+            image_of(&mesh, &end_of(&mesh, -1.0), &tissue, Some(limit), PerCell::Uniform(2.0));
         let mut bar = Bar::new(&image, &mesh, 4);
         bar.notch();
         let corners = bar.corners();
@@ -315,7 +316,13 @@ fn a_restored_tear_goes_on_with_the_same_bits() {
 
 fn goes_on_when_restored(tissue: &Material) {
     let mesh = mesh(3, 2);
-    let image = image_of(&mesh, &end_of(&mesh, -1.0), tissue, Some(TearLimit::Toughness), 2.0);
+    let image = image_of(
+        &mesh,
+        &end_of(&mesh, -1.0),
+        tissue,
+        Some(TearLimit::Toughness),
+        PerCell::Uniform(2.0),
+    );
     let mut bar = Bar::new(&image, &mesh, 2);
     bar.notch();
     while bar.bench.cuts().torn < 3 {
