@@ -262,7 +262,7 @@ enum chaincell_code
      */
     CHAINCELL_CODE_SETTINGS_MAX_FORCE = -44,
     /**
-     * `unloading` is none of its three values.
+     * `unloading` is none of its three values, or not off where links relax.
      */
     CHAINCELL_CODE_SETTINGS_UNLOADING = -45,
     /**
@@ -640,7 +640,8 @@ typedef struct chaincell_settings {
      */
     float max_force_n;
     /**
-     * When the links' bands close to their rest lengths.
+     * When the links' bands close to their rest lengths. Those of links that relax stay open: unloading lies
+     * below loading by itself.
      * One of `chaincell_unloading`.
      */
     int32_t unloading;
