@@ -314,6 +314,12 @@ fn sides(model: &Model<'_>) -> usize {
     model.coarse_basis.map_or(0, |basis| basis.side_blocks() / 3 * LANES)
 }
 
+/// Blocks of a column of Y.
+#[cfg(feature = "cut")]
+fn column(model: &Model<'_>) -> usize {
+    model.coarse_basis.map_or(0, |basis| basis.row_blocks() + basis.side_blocks())
+}
+
 /// Groups of half-links in the image.
 #[cfg(feature = "cut")]
 #[derive(Clone, Copy)]
@@ -358,7 +364,6 @@ impl Sizes {
         let of_tears = |words: usize| if cut.tear_limit.is_some() { words } else { 0 };
         let (sides, of_sides) =
             (sides(model), |words: usize| if sides(model) > 0 { words } else { 0 });
-        let column = basis.map_or(0, |basis| basis.row_blocks() + basis.side_blocks());
         let of_loose = |words: usize| if cut.loose == Loose::Leave { 0 } else { words };
         let of_shapes = |words: usize| if model.is_nodal() { words } else { 0 };
         let body: [usize; BODY_ARRAYS] = [
@@ -398,7 +403,7 @@ impl Sizes {
             of_sides(cells.div_ceil(4)),
             of_sides(2 * cells),
             of_sides(cells.div_ceil(2)),
-            of_sides((3 * sides + 1) * column * LANES),
+            of_sides((3 * sides + 1) * column(model) * LANES),
             of_sides(cells.div_ceil(2)),
             of_sides(cells),
             of_sides(3 * cells),

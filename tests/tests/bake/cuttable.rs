@@ -495,40 +495,42 @@ fn the_command_takes_a_toughness_of_nodes_and_of_groups() {
     let image = ImageBytes::copy(&std::fs::read(&file).unwrap());
     assert_eq!(report["cutting"]["ram_bytes"], 4 * cut_words(&model(&image)));
     // Groups, of shapes and of links, by the option and by the material.
-    let organ = |options: &[&str]| bake("organ:300", &[&["--cuttable"], options].concat());
+    let mesh = super::readers::data("box.msh41.ascii.msh");
+    let grouped = |options: &[&str]| bake(text(&mesh), &[&["--cuttable"], options].concat());
     let bytes = || std::fs::read(&file).unwrap();
     let shapes = ["--young-pa", "5000"];
-    let by_option = ["--toughness-j-per-m2", "100,group:back=300"];
-    let report = organ(&[&shapes[..], &by_option].concat()).with(0).json();
+    let by_option = ["--toughness-j-per-m2", "100,group:held below=300"];
+    let report = grouped(&[&shapes[..], &by_option].concat()).with(0).json();
     assert_eq!(range(&report), [Some(100.0), Some(300.0)]);
     let first = bytes();
-    let by_material = "group:back,toughness-j-per-m2=300";
+    let by_material = "group:held below,toughness-j-per-m2=300";
     let by_material = ["--toughness-j-per-m2", "100", "--material", by_material];
-    organ(&[&shapes[..], &by_material].concat()).with(0);
+    grouped(&[&shapes[..], &by_material].concat()).with(0);
     assert!(bytes() == first);
-    assert_eq!(range(&organ(&by_option).with(0).json()), [Some(100.0), Some(300.0)]);
+    assert_eq!(range(&grouped(&by_option).with(0).json()), [Some(100.0), Some(300.0)]);
     // The tissue's, but in the group.
-    let tissue = ["--tissue", "liver", "--material", "group:back,toughness-j-per-m2=300"];
-    assert_eq!(range(&organ(&tissue).with(0).json()), [Some(164.0), Some(300.0)]);
-    let of_one = organ(&["--tissue", "liver"]).with(0).json();
+    let tissue = ["--tissue", "liver", "--material", "group:held below,toughness-j-per-m2=300"];
+    assert_eq!(range(&grouped(&tissue).with(0).json()), [Some(164.0), Some(300.0)]);
+    let of_one = grouped(&["--tissue", "liver"]).with(0).json();
     assert_eq!(range(&of_one), [None, Some(164.0)]);
     // Refusals name the option.
     for (options, parts) in [
         (
             &["--young-pa", "5000", "--toughness-j-per-m2", "100,group:front=1"][..],
-            ["--toughness-j-per-m2: the mesh has no group 'front'", "back"],
+            ["--toughness-j-per-m2: the mesh has no group 'front'", "held below"],
         ),
         (
-            &["--young-pa", "5000", "--material", "group:back,toughness-j-per-m2=1e9"],
+            &["--young-pa", "5000", "--material", "group:held below,toughness-j-per-m2=1e9"],
             ["--toughness-j-per-m2: value 1000000000 of node", "from 0.01 to 1e6"],
         ),
     ] {
-        let why = organ(options).with(2).err;
+        let why = grouped(options).with(2).err;
         assert!(parts.iter().all(|part| why.contains(part)), "{why}");
     }
-    let whole = [&shapes[..], &["--material", "group:back,toughness-j-per-m2=300"]].concat();
-    let why = bake("organ:300", &whole).with(2).err;
+    let whole = [&shapes[..], &["--material", "group:held below,toughness-j-per-m2=300"]].concat();
+    let why = bake(text(&mesh), &whole).with(2).err;
     assert!(
-        why.contains("--material group:back: toughness-j-per-m2") && why.contains("--cuttable")
+        why.contains("--material group:held below: toughness-j-per-m2")
+            && why.contains("--cuttable")
     );
 }
