@@ -172,9 +172,9 @@ fn options_by_hand_go_before_the_tissue() {
     assert_eq!(number(&other["relaxation"]["branches"][0]["time_s"]), 3.0);
     let elastic = muscle(&["--branch", "none", "--stiffening", "none", "--cuttable"]);
     assert!(elastic["relaxation"].is_null() && elastic["cutting"].is_object());
-    assert!(elastic["stiffening"].as_array().unwrap().is_empty());
+    assert!(elastic["stiffening"].is_null());
     let stiffening = muscle(&["--branch", "none", "--cuttable"]);
-    assert!(stiffening["cutting"].is_object() && stiffening["stiffening"].is_array());
+    assert!(stiffening["cutting"].is_object());
     assert!(!stiffening["stiffening"].as_array().unwrap().is_empty());
     assert_eq!(number(&elastic["young_pa"]), 636.0);
 }
