@@ -34,7 +34,7 @@ use crate::touch::Touch;
 /// address (the next number): what `CHAINCELL_TISSUE_BYTES` goes by.
 pub const TISSUE_BYTES: usize = 2496;
 /// Those words.
-pub const TISSUE_WORDS: usize = 138;
+pub const TISSUE_WORDS: usize = 142;
 /// Bytes a cell under track.
 pub const CELL_BYTES_TRACK: usize = 64;
 /// Bytes a cell under euler.

@@ -6,7 +6,7 @@ use crate::code::{Code, Detail, Refusal};
 use crate::memory;
 
 /// Words of a `chaincell_model`.
-pub const MODEL_WORDS: usize = 164;
+pub const MODEL_WORDS: usize = 168;
 
 /// Storage of a validated model. Its content is nobody's business; it may be copied.
 ///
