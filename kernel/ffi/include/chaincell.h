@@ -738,7 +738,7 @@ typedef struct chaincell_stage_settings {
 /**
  * Those words.
  */
-#define CHAINCELL_TISSUE_WORDS_FIXED 138
+#define CHAINCELL_TISSUE_WORDS_FIXED 142
 
 /**
  * Bytes a cell under track.
@@ -778,7 +778,7 @@ typedef struct chaincell_stage_settings {
 /**
  * Words of a `chaincell_model`.
  */
-#define CHAINCELL_MODEL_WORDS 164
+#define CHAINCELL_MODEL_WORDS 168
 
 /**
  * Words of a `chaincell_stage`.
