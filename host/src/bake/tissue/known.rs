@@ -465,8 +465,8 @@ mod tests {
         assert!(of(&muscle, None, true, true).unwrap().is_instant);
         for (known, is_modulus_given, is_instant, device_hz, part) in [
             (Some(&muscle), false, true, None, "give `young_pa` too"),
-            (Some(&brain), true, true, None, "`instant`: the tissue has no branches"),
-            (None, true, false, Some(1000), "`device_hz`: the tissue has no branches"),
+            (Some(&brain), true, true, None, "`instant`: the body has no branches"),
+            (None, true, false, Some(1000), "`device_hz`: the body has no branches"),
         ] {
             let why = relaxation(known, None, is_modulus_given, is_instant, device_hz);
             let why = why.unwrap_err().to_string();
