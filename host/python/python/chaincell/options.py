@@ -102,7 +102,8 @@ class TissueOptions(TypedDict, total=False):
     """Largest magnitude of the force; a larger one is shortened and flagged. A limit below 1e-15
     N admits no force, an infinite one is none [N]. Default: no limit."""
     unloading: Literal["off", "release", "retreat"] | None
-    """When the links' bands close to their rest lengths. Default: release."""
+    """When the links' bands close to their rest lengths. Those of links that relax stay open:
+    unloading lies below loading by itself. Default: release, of links that relax off."""
     drive: Literal["position", "current"] | None
     """How the tool's displacement acts on chosen cells, from the next time that the tool
     engages. Default: position."""
