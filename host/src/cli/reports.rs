@@ -319,6 +319,7 @@ impl ModelReport {
                 "stiffness",
                 format!("{} N/m{}", self.stiffness_n_per_m, varies(self.stiffness_varies)),
             )?;
+            self.relaxation.as_ref().map_or(Ok(()), |of| of.print())?;
         }
         if let Some(of) = &self.equivalent_young_pa {
             row("equivalent", of.of_links())?;

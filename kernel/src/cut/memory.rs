@@ -366,7 +366,10 @@ impl Sizes {
             (sides(model), |words: usize| if sides(model) > 0 { words } else { 0 });
         let of_loose = |words: usize| if cut.loose == Loose::Leave { 0 } else { words };
         let of_shapes = |words: usize| if model.is_nodal() { words } else { 0 };
-        let body: [usize; BODY_ARRAYS] = [
+        let mut sizes = [0; BODY_ARRAYS + LINK_ARRAYS];
+        let (body, links) = sizes.split_first_chunk_mut::<BODY_ARRAYS>()?;
+        *links.first_chunk_mut()? = Self::of_links(model, groups);
+        *body = [
             COUNTS,
             2 * cut.corners.len(),
             cut.corners.len().div_ceil(4),
@@ -410,9 +413,7 @@ impl Sizes {
             of_loose(cells.div_ceil(2)),
             of_loose(cells.div_ceil(2)),
         ];
-        let links = Self::of_links(model, groups);
-        let mut sizes = body.into_iter().chain(links);
-        Some(Self(core::array::from_fn(|_| sizes.next().unwrap_or(0))))
+        Some(Self(sizes))
     }
 
     /// Those of the arrays of links and bands in this many groups of half-links.

@@ -154,6 +154,12 @@ fn info_shows_branches_and_moduli() {
     {
         assert!(said.contains(part), "{part}: {said}");
     }
+    // Links have a stiffness.
+    let links = bake_file(folder.path(), SPEC, &["--branch", "2,0.1", "--branch", "1,4"]);
+    let said = run(["info", text(&links)]).with(0).out;
+    for part in ["stiffness     80 N/m", "25.0 % of the first stiffness", "50.0 % of", "in 4 s"] {
+        assert!(said.contains(part), "{part}: {said}");
+    }
     let elastic = bake_file(folder.path(), SPEC, &["--young-pa", "1000"]);
     assert!(!run(["info", text(&elastic), "--json"]).with(0).out.contains("relaxation"));
 }
