@@ -18,6 +18,7 @@ __all__ = [
     "Run",
     "Contacts",
     "Stress",
+    "Surface",
     "Session",
     "SessionStress",
     "Reply",
