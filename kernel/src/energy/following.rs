@@ -21,7 +21,7 @@ const NUDGE: f32 = 0.75 * f32::EPSILON;
 /// A branch at the start of a tick.
 #[derive(Clone, Copy)]
 pub(crate) struct Course {
-    /// Share of the instantaneous shear modulus.
+    /// Share of the instantaneous modulus.
     pub share: f32,
     /// The part b that it forgets, 0 for one that waits.
     pub faded: f32,
@@ -30,7 +30,7 @@ pub(crate) struct Course {
     pub weight: f32,
 }
 
-/// Parts of the instantaneous shear modulus: the one that acts in a tick, and the one that lasts.
+/// Parts of the instantaneous modulus: the one that acts in a tick, and the one that lasts.
 #[derive(Clone, Copy)]
 pub(crate) struct Parts {
     pub acting: f32,
@@ -45,10 +45,10 @@ impl Parts {
     }
 }
 
-/// Sums over the cells, in internal units.
+/// Sums over the cells or the half-links, in internal units; those of the spread are 0 in a body of links.
 #[derive(Clone, Copy)]
 pub(crate) struct Sums {
-    /// Change of the energy of the shapes.
+    /// Change of the energy of shapes or links.
     pub rise: Lanes,
     /// u . S u.
     pub spread: Lanes,

@@ -70,8 +70,9 @@ impl<A: Fn(usize) -> [f32; 3]> FollowLinks<'_, '_, A> {
             let rows = self.rows.get_mut(group * count..(group + 1) * count).unwrap_or_default();
             for (course, row) in self.courses.iter().zip(&mut *rows) {
                 let old = Lane(V::load(row));
-                let before = Lane::of(course.before) * gap(&stretch, old);
-                let mut after = Lane::of(course.weight) * gap(&stretch, old);
+                let stored = gap(&stretch, old);
+                let before = Lane::of(course.before) * stored;
+                let mut after = Lane::of(course.weight) * stored;
                 if course.faded > 0.0 {
                     let next = follow(stretch.distance, old, course.faded, near);
                     after = Lane::of(course.weight) * gap(&stretch, next);
