@@ -225,10 +225,6 @@ fn check_cuttable(mesh: &Mesh, options: &BakeOptions, cuttable: &Cuttable) -> Re
             "`loose` with `cuttable`: a body of links leaves its loose pieces; leave it out, or make it of tissue, with \
              `young_pa`"
         }
-        None if cuttable.tear_limit.is_some() => {
-            "`tears`, `tear_stretch`: a body of links does not tear by itself; make it of tissue, with `young_pa`, or \
-             leave them out"
-        }
         None => return check_links(mesh),
     };
     Err(Error::input(why))

@@ -67,11 +67,11 @@ impl<'a, 'm> CutBody<'a, 'm> {
         *self.arrays.listed = [0; 2];
         self.arrays.lip_numbers.fill([0.0; 5]);
         self.arrays.lip_rows.fill(0);
-        self.derive_strengths();
         self.derive_bands();
         if self.is_of_links() {
             self.derive_links();
         }
+        self.derive_strengths();
     }
 
     /// Returns true for a body of links, not of shapes.

@@ -129,14 +129,7 @@ impl CutBody<'_, '_> {
         }
         // The moduli: sums over the links and over the tetrahedra of each cell.
         for cell in 0..self.bodily {
-            let (mut sum, mut volume) = (0.0, 0.0);
-            for group in range(slices.rows, cell / LANES) {
-                let link = lane_of(slices.neighbours, group, cell % LANES);
-                let link = link.and_then(|other| self.image_link(cell, other.into()));
-                if let Some(LinkNumbers { length, weight, .. }) = link {
-                    sum += weight * length * length;
-                }
-            }
+            let (sum, mut volume) = (self.wl2_of_image(cell), 0.0);
             for &tetrahedron in self.cut.star(cell) {
                 let corners = self.cut.corners.get(tetrahedron as usize).copied();
                 let corners = corners.unwrap_or_default().map(|id| self.rest_position(id));
@@ -148,19 +141,47 @@ impl CutBody<'_, '_> {
         }
     }
 
-    /// Energy that the links at a cell store at most, four times, also with closed bands.
-    pub(super) fn stored_by_links(&self, cell: usize, at: &impl Fn(usize) -> [f32; 3]) -> f32 {
-        let lane = cell % LANES;
-        let groups = range(self.arrays.rows, cell / LANES);
-        let ends = groups.filter_map(|group| Some((group, usize::from(self.end_of(group, lane)?))));
-        let stored = ends.filter(|&(_, other)| other != cell).map(|(group, other)| {
-            let LinkNumbers { length, weight, .. } = self.link_in(group, lane);
+    /// Sum of w d^2 over the half-links of a cell: four times the energy of its links, with their own bands or with
+    /// bands of one half-width.
+    pub(super) fn wd2_of_links(
+        &self,
+        cell: usize,
+        half_width: Option<f32>,
+        at: &impl Fn(usize) -> [f32; 3],
+    ) -> f32 {
+        let stored = self.links_at(cell).map(|(other, link)| {
+            let LinkNumbers { length, weight, alpha } = link;
             let rest = |cell: usize| self.model.rest_position(self.origin(cell));
             let apart = || sub(rest(other), rest(cell));
-            link_force(at(cell), at(other), length, weight, Band::new(0.0), apart)
+            let band = Band::new(half_width.unwrap_or(alpha));
+            link_force(at(cell), at(other), length, weight, band, apart)
                 .map_or(0.0, |force| force.wd2)
         });
         stored.sum()
+    }
+
+    /// Sum of w l^2 over the half-links of a cell of the image, l their rest lengths.
+    pub(super) fn wl2_of_image(&self, cell: usize) -> f32 {
+        let Some(slices) = self.model.slices else { return 0.0 };
+        let links = range(slices.rows, cell / LANES).filter_map(|group| {
+            let other = lane_of(slices.neighbours, group, cell % LANES)?;
+            self.image_link(cell, other.into())
+        });
+        links.fold(0.0, |sum, link| sum + link.weight * link.length * link.length)
+    }
+
+    /// The same of a cell as it is now.
+    pub(super) fn wl2_of_links(&self, cell: usize) -> f32 {
+        self.links_at(cell).map(|(_, link)| link.weight * link.length * link.length).sum()
+    }
+
+    /// The half-links of a cell: their other ends and numbers.
+    fn links_at(&self, cell: usize) -> impl Iterator<Item = (usize, LinkNumbers)> {
+        let (lane, groups) = (cell % LANES, range(self.arrays.rows, cell / LANES));
+        let ends = groups.filter_map(move |group| {
+            Some((usize::from(self.end_of(group, lane)?), self.link_in(group, lane)))
+        });
+        ends.filter(move |&(other, _)| other != cell)
     }
 
     /// Young's modulus of a cell.

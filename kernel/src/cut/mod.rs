@@ -31,7 +31,7 @@
 //! link with the share of the weight that its volume has in theirs; see `links`. Rest lengths and bands stay, so the
 //! shares store what the whole link stores, and no offset is needed: a split changes the energy by rounding alone,
 //! which the level takes. A share is rounded down, so no cell's weights exceed those of the cell from which it was
-//! copied, whose bound it inherits. Its coarse level has no two-sided functions. Such a body does not tear by itself.
+//! copied, whose bound it inherits. Its coarse level has no two-sided functions.
 //!
 //! **Stiffening.** The bands on the links of a body of shapes are parted in the same way: each piece of a link has them
 //! with its share of the volume around the link; see `bands`. The offsets of copies are those of their shapes alone.
@@ -85,7 +85,7 @@
 //! - `edge`: the fronts of a blade's edge; `entry`: how it enters; `ahead`: where the tissue is open before it;
 //!   `strip`: the faces that it opens; `place`: points of tetrahedra.
 //! - `loose`: pieces that hang on nothing; `joined`: sets of cells, for these and for the sides.
-//! - `tear`: the cell that tears, and the account of a tear.
+//! - `load`: shape and energy of a cell that may tear; `tear`: the cell that does, and the account of a tear.
 //! - `kept`: what a snapshot and a state hash contain.
 
 #[cfg(feature = "cut")]
@@ -120,6 +120,8 @@ mod link_tests;
 mod links;
 #[cfg(feature = "cut")]
 mod lips;
+#[cfg(feature = "cut")]
+mod load;
 #[cfg(feature = "cut")]
 mod loose;
 pub mod memory;

@@ -34,7 +34,7 @@ fn volume(edges: [[f32; 3]; 3]) -> f32 {
 }
 
 /// The edges from the first corner.
-fn edges([a, b, c, d]: [[f32; 3]; 4]) -> [[f32; 3]; 3] {
+pub(super) fn edges([a, b, c, d]: [[f32; 3]; 4]) -> [[f32; 3]; 3] {
     [sub(b, a), sub(c, a), sub(d, a)]
 }
 

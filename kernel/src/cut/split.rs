@@ -77,8 +77,9 @@ impl CutBody<'_, '_> {
         }
         let Some(torn) = self.torn(cell, &pieces) else { return self.refuse() };
         if self.is_of_links() {
-            // The shares of a link store what it did, but for their rounding, a unit in the last place at most.
-            let stored = self.stored_by_links(cell, at);
+            // The shares of a link store what it did, but for their rounding, a unit in the last place at most: of the
+            // energy with closed bands, which is the larger.
+            let stored = self.wd2_of_links(cell, Some(0.0), at);
             let Some(_) = self.part(cell, &pieces, torn, states) else { return self.refuse() };
             return Look::Split(at_most(TwoFloat::ZERO, stored + stored));
         }

@@ -15,16 +15,16 @@
 //! decay as far as the credit allows; what is left lapses with the next sweeps. The level of a body that is left
 //! alone therefore never exceeds that before the last sweeps, except for a debt of one tick's rounding.
 //!
-//! Cost: a look at a cell goes over its half-links once, 1,700 instructions, with stiffening bands twice; eigenvalues
-//! are computed only near the strength. A tick of a body of 364 cells takes 0.08 million, a sixth of a sweep, and while
-//! offsets decay 0.14 million more. RAM: twelve bytes, and four for each cell.
+//! Cost: a look at a cell goes over its half-links once, 1,700 instructions, with stiffening bands twice, of a body of
+//! links also over its tetrahedra ([`load`](super::load)); eigenvalues are computed only near the strength. A tick of a
+//! body of 364 cells takes 0.08 million, a sixth of a sweep, and while offsets decay 0.14 million more. RAM: twelve
+//! bytes, and four for each cell.
 
 use super::body::CutBody;
 use super::memory::{CREDIT, TORN, TURN};
-use super::offset::of_shapes;
 use super::shares::rounded_down;
+use crate::energy::nodal::{largest_stretch, stretch_bound};
 use crate::energy::state::States;
-use crate::model::image::nodal;
 use crate::model::rest_length;
 use crate::model::tearing::TearLimit;
 use crate::number::cell::{dot, sub};
@@ -111,20 +111,16 @@ impl CutBody<'_, '_> {
         states: States<'_>,
     ) -> Option<Tear> {
         let strength = *self.arrays.strengths.get(self.origin(cell))?;
-        let shapes = self.shapes();
-        // An upper bound that takes no eigenvalues.
+        // A bound of the load that takes no eigenvalues.
+        let shape = || self.shape_of(cell, at);
         let bound = match limit {
-            TearLimit::Toughness => {
-                let volume = self.number(cell, nodal::VOLUME);
-                shapes.energy_density(cell, at, of_shapes(states))
-                    + self.bands().energy_density(cell, volume, at)
-            }
-            TearLimit::Stretch(_) => shapes.stretch_bound(cell, at) - 1.0,
+            TearLimit::Toughness => self.energy_density(cell, at, states),
+            TearLimit::Stretch(_) => stretch_bound(shape()) - 1.0,
         };
         if bound < least * strength {
             return None;
         }
-        let (stretch, line) = shapes.largest_stretch(cell, at);
+        let (stretch, line) = largest_stretch(shape());
         let load = match limit {
             TearLimit::Toughness => bound,
             TearLimit::Stretch(_) => stretch - 1.0,
@@ -163,11 +159,11 @@ impl CutBody<'_, '_> {
         a + b + (c + d) > 0.0
     }
 
-    /// Sets the strengths of the cells: energies in the unit of the moduli, or strains.
+    /// Sets the strengths of the cells: those of the loads of [`load`](super::load), or strains.
     pub(super) fn derive_strengths(&mut self) {
         let Some(limit) = self.cut.tear_limit else { return };
         let model = self.model;
-        for (cell, slot) in self.arrays.strengths.iter_mut().enumerate() {
+        for cell in 0..self.arrays.strengths.len() {
             let here = model.rest_position(cell);
             let (mut sum, mut count) = (0.0, 0.0);
             for (_, other) in model.neighbours(cell) {
@@ -178,10 +174,16 @@ impl CutBody<'_, '_> {
             let edge = if count > 0.0 { sum / count } else { 1.0 };
             let toughness = self.cut.cell_toughness_j_per_m2(cell);
             let strength = limit.strength(toughness, edge * model.unit_m());
-            *slot = match limit {
-                TearLimit::Toughness => strength / model.stress_unit_pa(),
-                TearLimit::Stretch(_) => strength,
+            let unit = match limit {
+                TearLimit::Toughness if self.is_of_links() => {
+                    model.stress_unit_pa() * self.thrice_young_around(cell)
+                }
+                TearLimit::Toughness => model.stress_unit_pa(),
+                TearLimit::Stretch(_) => 1.0,
             };
+            if let Some(slot) = self.arrays.strengths.get_mut(cell) {
+                *slot = strength / unit;
+            }
         }
     }
 

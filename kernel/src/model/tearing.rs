@@ -16,8 +16,8 @@ use super::image::{ModelError, cutting, kind};
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum TearLimit {
-    /// The energy of a cell's shape and stiffening bands for each volume, times the mean edge, reaches [`TEAR_SHARE`]
-    /// of the toughness, and the cell is stretched.
+    /// The energy of a cell's shape and stiffening bands for each volume, or of its links, times the mean edge, reaches
+    /// [`TEAR_SHARE`] of the toughness, and the cell is stretched.
     Toughness,
     /// The largest principal stretch of a cell reaches 1 + (S - 1) sqrt([`TEAR_EDGE_M`] / h), S this number, in
     /// [`TEAR_STRETCH`].

@@ -332,13 +332,13 @@ fn mobilities(model: &Model<'_>) -> Result<(), ModelError> {
 
 /// Checks that spare cells have no link, rest at the centre and exert no force, and that the edges of tetrahedra
 /// are links: a split takes its numbers to their slots. Links are then shared by the tetrahedra at their edges: each
-/// has some, in slices, and none tears.
+/// has some, in slices.
 fn dormant(model: &Model<'_>) -> Result<(), ModelError> {
     let cuttable = model.cuttable();
     if !cuttable.is_any() {
         return Ok(());
     }
-    if !model.is_nodal() && (model.slices.is_none() || cuttable.tear_limit().is_some()) {
+    if !model.is_nodal() && model.slices.is_none() {
         return Err(ModelError::Layout);
     }
     for cell in model.body_cells()..model.cells() {

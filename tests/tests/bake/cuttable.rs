@@ -104,15 +104,12 @@ fn what_cannot_be_cut_is_refused_by_name() {
     let links = BakeOptions { tissue: None, ..of(given.clone()) };
     let lean = BakeOptions { lean: true, ..links.clone() };
     let grouped = BakeOptions { cells: Some(20), ..links.clone() };
-    let tearing = Cuttable { tear_limit: Some(TearLimit::Toughness), ..given.clone() };
-    let tearing = BakeOptions { cuttable: Some(tearing), ..links.clone() };
     let tough = |toughness_j_per_m2| of(Cuttable { toughness_j_per_m2, ..given.clone() });
     let mut one_bad = vec![160.0; CELLS];
     one_bad[7] = 1e7;
     for (options, parts) in [
         (lean, ["`lean` with `cuttable`", "leave one out"]),
         (grouped, ["`cells` with `cuttable`", "leave one out"]),
-        (tearing, ["`tears`", "with `young_pa`"]),
         (tough(PerCell::Uniform(0.0)), ["`toughness_j_per_m2` 0", "0.01 to"]),
         (tough(PerCell::Uniform(f64::NAN)), ["`toughness", "0.01 to 1e6"]),
         (tough(PerCell::Each(one_bad)), ["`toughness_j_per_m2`: value 10000000 of node 7", "1e6"]),
@@ -163,7 +160,7 @@ fn links_to_be_cut_move_under_two_laws() {
     }
 }
 
-/// A link that no tetrahedron has, and a limit of tears, are refused in an image of links.
+/// A link that no tetrahedron has is refused in an image of links.
 // REQ-MOD-02
 #[test]
 fn errors_name_what_is_wrong_with_links_to_be_cut() {
@@ -175,13 +172,6 @@ fn errors_name_what_is_wrong_with_links_to_be_cut() {
         Model::from_bytes(forged.sealed().as_bytes()).unwrap_err()
     };
     assert!(model(&image).elasticity(0).is_none() && model(&image).spare_cells() == SPARE);
-    let torn = error(&|image| {
-        image.change(kind::CUTTING, |of: &mut Vec<u32>| {
-            of[cutting::VERSION] = 2;
-            of.extend([cutting::BY_TOUGHNESS, 0]);
-        });
-    });
-    assert_eq!(torn, ModelError::Layout);
     // Without a tetrahedron that alone has an edge.
     let whole: Vec<[u16; 4]> = Forged::of(image.as_bytes()).get(kind::CUT_CORNERS);
     let count = |of: &[u16]| whole.iter().filter(|at| of.iter().all(|id| at.contains(id))).count();
@@ -364,11 +354,11 @@ fn the_command_bakes_it_and_info_says_what_it_costs() {
     assert!((grown / said - 1.0).abs() < 0.1, "{grown} {said}");
     let said = run(["info", text(&file)]).with(0).out;
     assert!(said.contains("240 tetrahedra at 80 J/m^2, 25 spare cells"), "{said}");
-    // Options that need each other.
-    let why = bake(&["--cuttable", "--tears"]).with(2).err;
-    assert!(why.contains("tears") && why.contains("young"), "{why}");
-    let report = bake(&["--cuttable"]).with(0).json();
+    // A body of links, which tears too.
+    let report = bake(&["--cuttable", "--tears"]).with(0).json();
     assert_eq!(report["cutting"]["tetrahedra"], 240);
+    assert_eq!(report["cutting"]["tears"], "toughness");
+    // Options that need each other.
     for option in [["--toughness-j-per-m2", "80"], ["--cut-spare", "0.1"]] {
         let why = bake(&[&tissue[..], &option].concat()).with(2).err;
         assert!(why.contains("--cuttable"), "{why}");

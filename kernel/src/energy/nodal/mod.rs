@@ -85,6 +85,8 @@ mod sums;
 mod tests;
 
 pub(crate) use gather::places;
+#[cfg(feature = "cut")]
+pub(crate) use load::{largest_stretch, stretch_bound};
 
 use core::ops::Range;
 

@@ -167,8 +167,8 @@ pub mod kind {
     pub const CUT_STAR_ROWS: u32 = 47;
     /// With `CUTTING`: the tetrahedra at each cell, ascending (u32, 4 a tetrahedron).
     pub const CUT_STARS: u32 = 48;
-    /// With `NODAL`, optional: the body can be cut, see [`super::cutting`] (u32 or f32, 4 words, 6 if it tears). Its
-    /// last cells are spare: they have no links, no input id and mobility 0, rest at the centre and exert no force.
+    /// Optional: the body can be cut, see [`super::cutting`] (u32 or f32, 4 words, 6 if it tears). Its last cells are
+    /// spare: they have no links, no input id and mobility 0, rest at the centre and exert no force.
     pub const CUTTING: u32 = 49;
     /// Without `CUTTING`, optional: branches of relaxation in ascending time, at most [`super::BRANCHES_MAX`], see
     /// [`super::branch`] ([f32; 10] a branch). The moduli of `NODAL_CELLS` and `NODAL_SLOTS` are then the
