@@ -100,8 +100,11 @@ pub struct ModelReport {
     energy_max_j: f32,
     image_bytes: usize,
     ram_bytes: usize,
-    ram_bytes_euler: usize,
-    ram_bytes_rkl2: usize,
+    /// None where the body's cells move singly, which `euler` and `rkl2` refuse.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    ram_bytes_euler: Option<usize>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    ram_bytes_rkl2: Option<usize>,
     ram_bytes_predict: usize,
     checksum: String,
 }
@@ -206,6 +209,7 @@ impl ModelReport {
     pub fn new(model: &Model<'_>, image_bytes: usize) -> Self {
         let valence = |cell| model.neighbours(cell).count();
         let valences = || (0..model.body_cells()).map(valence);
+        let through_time = !model.moves_singly();
         Self {
             cells: model.body_cells(),
             nodes: nodes(model),
@@ -246,8 +250,8 @@ impl ModelReport {
             energy_max_j: model.energy_max() * model.energy_unit_j(),
             image_bytes,
             ram_bytes: ram_bytes::<Track>(model),
-            ram_bytes_euler: ram_bytes::<Euler>(model),
-            ram_bytes_rkl2: ram_bytes::<Rkl2>(model),
+            ram_bytes_euler: through_time.then(|| ram_bytes::<Euler>(model)),
+            ram_bytes_rkl2: through_time.then(|| ram_bytes::<Rkl2>(model)),
             ram_bytes_predict: ram_bytes::<Predict>(model),
             checksum: format!("{:08x}", model.checksum()),
         }
@@ -330,17 +334,13 @@ impl ModelReport {
         rare("energy bound", format!("{:.4} J", self.energy_max_j))?;
         self.cutting.as_ref().map_or(Ok(()), |of| row("cutting", of.to_string()))?;
         row("flash", format!("{} bytes", self.image_bytes))?;
-        let schemes = if self.young_pa.is_some() { 2 } else { 4 };
         for (name, bytes) in [
-            ("track", self.ram_bytes),
-            ("predict", self.ram_bytes_predict),
+            ("track", Some(self.ram_bytes)),
+            ("predict", Some(self.ram_bytes_predict)),
             ("euler", self.ram_bytes_euler),
             ("rkl2", self.ram_bytes_rkl2),
-        ]
-        .into_iter()
-        .take(schemes)
-        {
-            rare("RAM", format!("{bytes} bytes ({name})"))?;
+        ] {
+            bytes.map_or(Ok(()), |bytes| rare("RAM", format!("{bytes} bytes ({name})")))?;
         }
         row("checksum", self.checksum.clone())
     }

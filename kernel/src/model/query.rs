@@ -276,6 +276,13 @@ impl<'a> Model<'a> {
         !self.others.branches().is_empty()
     }
 
+    /// Returns true for a body that only [`Track`](crate::Track) and [`Predict`](crate::Predict) in single precision
+    /// support: one of shapes, one that can be cut, and one whose stress relaxes.
+    #[must_use]
+    pub fn moves_singly(&self) -> bool {
+        self.is_nodal() || self.cuttable().is_any() || self.relaxes()
+    }
+
     /// Returns true if the body's links relax: their bands do not close.
     pub(crate) fn keeps_bands(&self) -> bool {
         self.relaxes() && !self.is_nodal()

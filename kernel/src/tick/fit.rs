@@ -69,8 +69,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
                 return Err(ResetError::Memory { needed, room });
             }
         }
-        let moves_singly = model.is_nodal() || model.cuttable().is_any() || model.relaxes();
-        if moves_singly && !D::TAKES_SHAPES {
+        if model.moves_singly() && !D::TAKES_SHAPES {
             return Err(ResetError::Shapes);
         }
         let (needed, room) = (D::room(model, 0), self.room.len());

@@ -154,9 +154,15 @@ fn info_shows_branches_and_moduli() {
     {
         assert!(said.contains(part), "{part}: {said}");
     }
+    assert!(report.get("ram_bytes_euler").is_none(), "{report}");
     // Links have a stiffness.
     let links = bake_file(folder.path(), SPEC, &["--branch", "2,0.1", "--branch", "1,4"]);
     let said = run(["info", text(&links)]).with(0).out;
+    // Schemes that refuse links that relax have no row.
+    let all = run(["info", text(&links), "--verbose"]).with(0).out;
+    for (scheme, is_listed) in [("predict", true), ("euler", false), ("rkl2", false)] {
+        assert_eq!(all.contains(&format!("bytes ({scheme})")), is_listed, "{scheme}: {all}");
+    }
     for part in ["stiffness     80 N/m", "25.0 % of the first stiffness", "50.0 % of", "in 4 s"] {
         assert!(said.contains(part), "{part}: {said}");
     }
