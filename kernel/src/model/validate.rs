@@ -4,7 +4,7 @@
 //! the checksum.
 
 use super::coarse_basis::CoarseBasis;
-use super::image::{CELLS_MAX, ModelError, NO_CELL, NO_FUNCTION, kind, params};
+use super::image::{CELLS_MAX, COARSE_FACTOR_MAX, ModelError, NO_CELL, NO_FUNCTION, kind, params};
 use super::terms::TermData;
 use super::{Model, range, rest_length};
 use crate::number::two_float::LANES;
@@ -20,8 +20,6 @@ const CIRCUIT_RANGE: f32 = 1.0e12;
 const UNIT_RANGE: f32 = 1.0e18;
 /// Largest element of the inverse of the coarse level: far above that of weights in their range.
 const INVERSE_MAX: f32 = 1.0e24;
-/// Largest factor of the local part of a cell's direction: far above that of a mesh.
-const FACTOR_MAX: f32 = 1.0e4;
 /// Largest weight of a cell at a node of the embedded mesh, of either sign.
 const EMBEDDING_WEIGHT_MAX: f32 = 16.0;
 /// Largest difference between the sum of a node's weights and 1.
@@ -271,7 +269,7 @@ fn basis(model: &Model<'_>) -> Result<(), ModelError> {
     inverse(&basis)?;
     let Some(elastic) = basis.elastic() else { return Ok(()) };
     corners(kind::COARSE_TURNS, elastic.turns, model.body_cells())?;
-    let is_factor = |factor: &f32| (1.0..=FACTOR_MAX).contains(factor);
+    let is_factor = |factor: &f32| (1.0..=COARSE_FACTOR_MAX).contains(factor);
     let bad = elastic.factors.iter().position(|factor| !is_factor(factor));
     bad.map_or(Ok(()), |cell| Err(ModelError::Value(kind::COARSE_FACTORS, at(cell))))
 }

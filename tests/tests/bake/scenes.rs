@@ -3,7 +3,7 @@
 
 use std::path::Path;
 
-use chaincell_host::bake::tissue::{Branch, DEVICE_HZ, Relaxation, Tissue};
+use chaincell_host::bake::tissue::{Band, Branch, DEVICE_HZ, Relaxation, Tissue};
 use chaincell_host::bake::{BakeOptions, BasisSpacing, ContactSurface, Cuttable, PerCell, bake};
 use chaincell_host::mesh::{MeshOptions, load};
 use chaincell_kernel::TearLimit;
@@ -112,6 +112,20 @@ fn the_linked_bodies_that_are_cut_are_what_the_bake_gives() {
     };
     let linked = include_bytes!("../../data/links4.chaincell");
     check("links4.chaincell", linked, &baked("box:4x4x3x0.01", false, &links));
+}
+
+/// Bands a thousand times as stiff as their tissue: the coarse level is within its range.
+#[test]
+fn bands_of_any_modulus_are_baked() {
+    for modulus_pa in [3e5, 5e7] {
+        let soft = Tissue::new(PerCell::Uniform(300.0), PerCell::Uniform(0.3));
+        let options = BakeOptions {
+            tissue: Some(Tissue { stiffening: vec![Band::new(0.01, modulus_pa)], ..soft }),
+            coarse_basis: BasisSpacing::Links(2.0),
+            ..BakeOptions::default()
+        };
+        baked("box:5x3x7x0.1", false, &options);
+    }
 }
 
 #[test]

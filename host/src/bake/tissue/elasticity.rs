@@ -4,6 +4,7 @@
 //! then mu (G + G') + lambda tr G - 2 beta mu G. K is the sum over the cells of the stress times each
 //! `a_kj`, and of the links' spread.
 
+use chaincell_kernel::image::COARSE_FACTOR_MAX;
 use nalgebra::{DMatrix, Matrix3, Vector3};
 
 use super::{BETA, Shapes};
@@ -77,7 +78,7 @@ impl Shapes {
         matrix
     }
 
-    /// Returns the local part of each cell's direction over r / W, at least 1.
+    /// Returns the local part of each cell's direction over r / W, at least 1 and at most what an image takes.
     pub fn factors(&self) -> Vec<f32> {
         let mut trace = vec![0.0; self.mu.len()];
         self.each_gradient(|k, map| {
@@ -91,6 +92,7 @@ impl Shapes {
         });
         let factor = |(trace, bound): (f64, &f32)| 3.0 * OWN_PART * f64::from(*bound) / trace;
         let factors = trace.into_iter().zip(&self.weights).map(factor);
-        factors.map(|factor| if factor > 1.0 { factor as f32 } else { 1.0 }).collect()
+        let most = |factor: f64| (factor as f32).min(COARSE_FACTOR_MAX);
+        factors.map(|factor| if factor > 1.0 { most(factor) } else { 1.0 }).collect()
     }
 }

@@ -39,6 +39,8 @@ pub const ALIGNMENT: usize = 16;
 pub const CELLS_MAX: usize = 65_535;
 /// Most coarse functions.
 pub const COARSE_MAX: usize = 1024;
+/// Largest factor of the local part of a cell's direction.
+pub const COARSE_FACTOR_MAX: f32 = 1.0e4;
 /// Most sets of stiffening bands.
 pub const STIFFENING_MAX: usize = 6;
 /// Most branches of relaxation.
