@@ -2,9 +2,9 @@
 
 use std::sync::OnceLock;
 
-use chaincell_host::bake::tissue::{Band, Tissue};
-use chaincell_host::bake::{BakeOptions, BasisSpacing, ImageBytes, PerCell};
-use chaincell_kernel::{Model, include_model};
+use chaincell_host::bake::tissue::{Band, Branch, Relaxation, Tissue};
+use chaincell_host::bake::{BakeOptions, BasisSpacing, Cuttable, ImageBytes, PerCell};
+use chaincell_kernel::{Loose, Model, TearLimit, include_model};
 use chaincell_lab::bodies::Shape;
 
 use crate::graph::shape;
@@ -55,6 +55,25 @@ fn saturating() -> ImageBytes {
     grid("box:2x2x3x0.01", true, options)
 }
 
+/// Branches from a tick to hours, one of nearly nothing.
+fn branches() -> Relaxation {
+    let of = |(ratio, time_s)| Branch { ratio, time_s };
+    let branches = [(2.0, 0.001), (20.0, 0.02), (1e-9, 0.5), (0.5, 1600.0)].map(of).to_vec();
+    Relaxation { branches, is_instant: false, device_hz: 1000 }
+}
+
+/// Links that relax, some with slack.
+fn relaxing() -> ImageBytes {
+    let alphas = (0..27).map(|i| 0.1 * f64::from(i % 3)).collect();
+    let options = BakeOptions {
+        link_relaxation: Some(branches()),
+        alpha: PerCell::Each(alphas),
+        coarse_basis: BasisSpacing::Links(2.0),
+        ..BakeOptions::default()
+    };
+    grid("box:3x3x3x0.01", true, options)
+}
+
 /// The images, those of files first.
 pub fn images() -> &'static [ImageBytes] {
     static IMAGES: OnceLock<Vec<ImageBytes>> = OnceLock::new();
@@ -71,6 +90,7 @@ pub fn images() -> &'static [ImageBytes] {
             loose(),
             contrasts(),
             saturating(),
+            relaxing(),
         ];
         committed.into_iter().chain(baked).collect()
     })
@@ -83,7 +103,8 @@ pub fn model(choice: u8) -> Model<'static> {
 }
 
 /// Nodal shapes with a contact surface: liver; floating, nearly of constant volume, stiffening, into
-/// which a tool may load little; without a coarse level and without the band of stretches.
+/// which a tool may load little; without a coarse level and without the band of stretches; one that relaxes; bodies
+/// that can be cut, of a toughness by place: one that stiffens and tears, and one of links.
 fn tissues() -> &'static [ImageBytes] {
     static IMAGES: OnceLock<Vec<ImageBytes>> = OnceLock::new();
     IMAGES.get_or_init(|| {
@@ -104,10 +125,37 @@ fn tissues() -> &'static [ImageBytes] {
             coarse_basis: BasisSpacing::None,
             ..BakeOptions::default()
         };
+        let relaxing = BakeOptions {
+            tissue: Some(Tissue { relaxation: Some(branches()), ..of(0.45) }),
+            ..BakeOptions::default()
+        };
+        let cuttable = |nodes: i32| {
+            let toughness = (0..nodes).map(|i| 10_f64.powi(i % 4 - 2)).collect();
+            Cuttable { toughness_j_per_m2: PerCell::Each(toughness), ..Cuttable::default() }
+        };
+        let stiffening = vec![Band::new(0.02, 20_000.0), Band::new(0.3, 5000.0)];
+        let tears = Cuttable {
+            spare_share: 0.5,
+            tear_limit: Some(TearLimit::Stretch(1.4)),
+            loose: Loose::Drop,
+            ..cuttable(36)
+        };
+        let tearing = BakeOptions {
+            tissue: Some(Tissue { stiffening, ..of(0.3) }),
+            cuttable: Some(tears),
+            ..BakeOptions::default()
+        };
+        let links = BakeOptions {
+            cuttable: Some(Cuttable { spare_share: 1.0, ..cuttable(36) }),
+            ..BakeOptions::default()
+        };
         vec![
             grid("box:4x3x3x0.01", true, liver),
             grid("box:2x3x3x0.01", false, loose),
             grid("box:3x3x2x0.01", true, bare),
+            grid("box:3x3x3x0.01", true, relaxing),
+            grid("box:4x3x3x0.01", true, tearing),
+            grid("box:4x3x3x0.01", true, links),
         ]
     })
 }

@@ -32,7 +32,11 @@ fn session(bytes: &mut Unstructured<'_>) -> Result<()> {
     let mut tools = Vec::new();
     for _ in 0..bytes.int_in_range(1..=3)? {
         let parts = bytes.int_in_range(1..=3)?;
-        tools.push((0..parts).map(|_| part(bytes, &model)).collect::<Result<Vec<_>>>()?);
+        let mut parts = (0..parts).map(|_| part(bytes, &model)).collect::<Result<Vec<_>>>()?;
+        if model.tetrahedra_to_cut() > 0 {
+            parts.extend(edge(bytes, &model)?);
+        }
+        tools.push(parts);
     }
     let Ok(network) = Network::new(model, settings) else { return Ok(()) };
     let contact = Contact::Tools { tools: tools.clone(), friction };
@@ -87,6 +91,17 @@ fn part(bytes: &mut Unstructured<'_>, model: &Model<'_>) -> Result<ToolPart> {
     Ok(part)
 }
 
+/// The edge of a blade, scissors, or neither.
+fn edge(bytes: &mut Unstructured<'_>, model: &Model<'_>) -> Result<Option<ToolPart>> {
+    let [kind, length] = bytes.arbitrary::<[u8; 2]>()?;
+    let length_m = model.unit_m() * (0.1 + f32::from(length) / 64.0);
+    Ok(match kind % 4 {
+        0 | 1 => Some(ToolPart::edge(length_m)),
+        2 => Some(ToolPart::scissors(length_m, 0.1 * length_m, 0.5 * length_m)),
+        _ => None,
+    })
+}
+
 /// Nearly a unit quaternion, or none.
 fn orientation(bytes: &mut Unstructured<'_>) -> Result<[f32; 4]> {
     Ok(bytes.arbitrary::<[i8; 4]>()?.map(|x| f32::from(x) / 64.0))
@@ -120,6 +135,9 @@ impl Session<'_> {
                 let way = bytes.arbitrary::<[i8; 3]>()?;
                 let at = |axis: usize| centre_m[axis] + unit_m * f32::from(way[axis]);
                 (pose.position_m, pose.engaged) = ([0, 1, 2].map(at).into(), 1);
+                // Scissors open and close along the way.
+                pose.opening_turns_q16 =
+                    pose.opening_turns_q16.wrapping_add(u16::from(way[0] as u8) << 5);
                 // A half space that turns meets triangles that no search has seen.
                 if bytes.arbitrary()? && !is_endless {
                     pose.orientation = orientation(bytes)?;
