@@ -11,7 +11,7 @@ const SAMPLES = 2048;
 /** Samples that all pins together hold: those of the command. */
 export const PINNED = 2048;
 /** Bytes of the interface's structs; `model` is CHAINCELL_MODEL_BYTES. */
-export const BYTES = { model: 656, detail: 20, info: 64, settings: 32, room: 24, budget: 16, pose: 32, output: 60, part: 44, contact: 56, stress: 44, cuts: 32, triangle: 24, pin: 48 };
+export const BYTES = { model: 656, detail: 20, info: 64, settings: 32, room: 24, budget: 16, pose: 32, output: 60, part: 44, contact: 60, stress: 44, cuts: 32, triangle: 24, pin: 48 };
 /** Most parts of a tool. */
 const PARTS_MAX = 8;
 /** Most sweeps that a tick may be asked for. */

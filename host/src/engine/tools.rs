@@ -230,12 +230,12 @@ impl Engine<'_> {
         cells.map(|cell| self.tissue.contact_position(&self.network, tool, cell)).collect()
     }
 
-    /// Calls `each` for every contact of [`Self::contact_forces`], with the input id of its node. Allocates
-    /// nothing.
+    /// Calls `each` for every contact of [`Self::contact_forces`], with the input id of its node; of a copy in a
+    /// wound that of the node it was made from. Allocates nothing.
     pub fn read_contacts(&mut self, each: &mut dyn FnMut(u32, &ContactForce)) {
         let ids = self.network.model().input_id();
         self.tissue.contact_forces(&self.network, &mut |of| {
-            each(ids.get(usize::from(of.cell)).copied().unwrap_or(u32::MAX), of);
+            each(ids.get(usize::from(of.origin)).copied().unwrap_or(u32::MAX), of);
         });
     }
 

@@ -1331,9 +1331,13 @@ typedef struct chaincell_contact {
      */
     uint32_t triangle;
     /**
-     * The cell at the corner that takes the largest share; `chaincell_model_input_id` has its id.
+     * The cell at the corner that takes the largest share; a copy in a wound.
      */
     uint32_t cell;
+    /**
+     * The cell of the whole body that it is or was made from; `chaincell_model_input_id` has its id.
+     */
+    uint32_t origin;
     /**
      * The tool, from 0.
      */

@@ -45,8 +45,10 @@ pub struct ContactForce {
     pub area_m2: f32,
     /// The triangle, in the model's order; beyond the last one for the side of a cut.
     pub triangle: u32,
-    /// The cell at the corner that takes the largest share; `chaincell_model_input_id` has its id.
+    /// The cell at the corner that takes the largest share; a copy in a wound.
     pub cell: u32,
+    /// The cell of the whole body that it is or was made from; `chaincell_model_input_id` has its id.
+    pub origin: u32,
     /// The tool, from 0.
     pub tool: u32,
     /// Which of its parts, from 0.
@@ -227,6 +229,7 @@ impl ContactForce {
             area_m2: kernel.area_m2,
             triangle: kernel.triangle,
             cell: kernel.cell.into(),
+            origin: kernel.origin.into(),
             tool: kernel.tool.into(),
             part: kernel.part.into(),
         }

@@ -8,22 +8,15 @@
 //! Cost: a look at each tetrahedron, and at the tetrahedra of a cell for each side of an opened face.
 
 use super::body::CutBody;
+use crate::model::cuttable::of_face;
 use crate::model::image::{contact, nodal};
 use crate::model::opened::ALONE;
 use crate::number::cell::{dot, sub};
 use crate::number::sqrt::sqrt;
 use crate::number::turn::cross;
 
-/// Corners of the face opposite to each corner of a tetrahedron of positive volume, outward.
-const FACES: [[usize; 3]; 4] = [[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]];
 /// Least contact number, as in the bake.
 const LEAST: f32 = 1.0e-9;
-
-/// The cells of a face, outward.
-fn of_face(corners: [u16; 4], opposite: usize) -> [u16; 3] {
-    let face = FACES.get(opposite).copied().unwrap_or_default();
-    face.map(|corner| corners.get(corner).copied().unwrap_or_default())
-}
 
 /// Young's modulus of Lamé's parameters, the first one three times.
 fn young(mu: f32, lambda_3: f32) -> f32 {

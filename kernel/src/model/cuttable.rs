@@ -24,6 +24,15 @@ const VOLUME_MIN: f32 = 1.0e-12;
 /// Most groups of half-links in reserve.
 const SPARE_GROUPS_MAX: usize = 1 << 20;
 
+/// Corners of the face opposite to each corner of a tetrahedron of positive volume, outward.
+const FACES: [[usize; 3]; 4] = [[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]];
+
+/// The cells of the face opposite to a corner of a tetrahedron, outward.
+pub(crate) fn of_face(corners: [u16; 4], opposite: usize) -> [u16; 3] {
+    let face = FACES.get(opposite).copied().unwrap_or_default();
+    face.map(|corner| corners.get(corner).copied().unwrap_or_default())
+}
+
 /// The tetrahedra of a body that a blade may part.
 #[derive(Clone, Copy)]
 pub(crate) struct Cuttable<'a> {
@@ -90,6 +99,11 @@ impl<'a> Cuttable<'a> {
     /// Returns the limit at which the body tears by itself.
     pub fn tear_limit(&self) -> Option<TearLimit> {
         self.tear_limit
+    }
+
+    /// Returns the cells of the face opposite to a corner of a tetrahedron, outward.
+    pub fn face(&self, tetrahedron: usize, corner: usize) -> Option<[u16; 3]> {
+        self.corners.get(tetrahedron).map(|corners| of_face(*corners, corner))
     }
 
     /// Returns the tetrahedra at a cell, ascending; none at a spare cell and beyond the last one.

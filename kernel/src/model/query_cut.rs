@@ -88,6 +88,15 @@ impl<'a> Model<'a> {
         self.cuttable.loose()
     }
 
+    /// Cells of a triangle of this name in the whole body, see [`Opened`](super::opened::Opened).
+    pub(crate) fn whole_triangle(&self, name: u32) -> Option<[u16; 3]> {
+        let name = name as usize;
+        let Some(side) = name.checked_sub(self.triangles.len()) else {
+            return self.triangles.get(name).copied();
+        };
+        self.cuttable.face(side / 4, side % 4)
+    }
+
     /// Returns the tetrahedra that a blade may part.
     pub(crate) fn cuttable(&self) -> Cuttable<'a> {
         self.cuttable

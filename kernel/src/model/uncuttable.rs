@@ -26,6 +26,10 @@ impl<'a> Cuttable<'a> {
         &[]
     }
 
+    pub fn face(&self, _: usize, _: usize) -> Option<[u16; 3]> {
+        None
+    }
+
     pub fn spare_cells(&self) -> usize {
         0
     }

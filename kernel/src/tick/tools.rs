@@ -146,18 +146,24 @@ impl<D: Dynamics> TissueMut<'_, D> {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn contact_forces(&mut self, network: &Network<'_>, each: impl FnMut(&ContactForce)) {
-        self.with_body_model(network.model(), |tissue, model| tissue.contacts_of(model, each));
+        let whole = network.model();
+        self.with_body_model(whole, |tissue, model| tissue.contacts_of(whole, model, each));
     }
 
-    /// Calls `each` for the contacts on a body as it is.
-    fn contacts_of(&mut self, model: &Model<'_>, mut each: impl FnMut(&ContactForce)) {
+    /// Calls `each` for the contacts on a body as it is; `whole` is the body as its image has it.
+    fn contacts_of(
+        &mut self,
+        whole: &Model<'_>,
+        model: &Model<'_>,
+        mut each: impl FnMut(&ContactForce),
+    ) {
         let Some(state) = self.state.get(..model.cells()) else { return };
         let next = self.head.dynamics.next_points(self.own, model.cells()).unwrap_or(state);
         let points = [places(model, state), places(model, next)];
         let Some(arrays) = self.touch.arrays(model.cells()) else { return };
         let among = (Proxies(arrays.tools), arrays.near(), arrays.anchors());
         let (unit_m, unit_n) = (model.unit_m(), model.force_unit_n());
-        for contact in tools::forces(among.0, among.1, among.2, &points) {
+        for contact in tools::forces(whole, among.0, among.1, among.2, &points) {
             let surface = model.contact_surface();
             let named = surface.and_then(|surface| surface.named(contact.triangle));
             let area = named.map_or(0.0, |(_, of)| of.area);

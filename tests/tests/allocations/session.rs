@@ -102,6 +102,7 @@ const CONTACT: ContactForce = ContactForce {
     tangential_n: [0.0; 3],
     area_m2: 0.0,
     cell: 0,
+    origin: 0,
     tool: 0,
     part: 0,
     triangle: 0,

@@ -42,19 +42,27 @@ fn under<'a>(network: Network<'a>, radii_m: &[f32], friction: f32) -> Bench<'a> 
     Bench::under(network, &tools, friction)
 }
 
-/// Number of opened faces that a tool touches; each has an area, and forces make the tool's.
+/// Number of opened faces that a tool touches; each has an area and names the cell that a copy was made from, and
+/// forces make the tool's.
 fn bare_touched(body: &mut Bench<'_>, tool: u8) -> usize {
     let network = body.network;
     let surface = network.model().triangles().len();
-    let (mut count, mut sum_n) = (0, [0.0; 3]);
+    let cells = network.model().body_cells();
+    let (mut count, mut sum_n, mut origins) = (0, [0.0; 3], Vec::new());
     body.view().contact_forces(&network, |contact| {
         if contact.tool == tool {
             count += usize::from(contact.triangle as usize >= surface);
             assert!(contact.area_m2 > 0.0);
+            let copy = usize::from(contact.cell).checked_sub(cells);
+            origins.push((copy, contact.cell, contact.origin));
             let force_n = contact.normal_n.iter().zip(contact.tangential_n);
             sum_n.iter_mut().zip(force_n).for_each(|(sum, (a, b)): (&mut f32, _)| *sum += a + b);
         }
     });
+    for (copy, cell, origin) in origins {
+        let known = copy.map_or(Some(cell), |copy| body.view().origin_of_copy(&network, copy));
+        assert_eq!(Some(origin), known, "{cell}");
+    }
     let force_n = body.tool(tool.into()).force_n;
     let off_n = (sum_n[0] - force_n.x).hypot(sum_n[1] - force_n.y).hypot(sum_n[2] - force_n.z);
     assert!(off_n <= 1e-3 * force_n.norm(), "{sum_n:?} {force_n:?}");

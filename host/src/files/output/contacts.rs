@@ -25,7 +25,7 @@ impl ContactRows {
 
     fn add(&mut self, model: &Model<'_>, tick: u64, contacts: &[ContactForce]) {
         for of in contacts {
-            let node = model.input_id().get(usize::from(of.cell)).copied().unwrap_or(u32::MAX);
+            let node = model.input_id().get(usize::from(of.origin)).copied().unwrap_or(u32::MAX);
             let _ = write!(self.0, "{tick},{},{},{node}", of.tool, of.part);
             for value in [of.position_m, of.normal_n, of.tangential_n].as_flattened() {
                 let _ = write!(self.0, ",{value:e}");
@@ -63,6 +63,7 @@ mod tests {
             tangential_n: [0.25, 0.0, 0.0],
             area_m2: 1.0e-6,
             cell: 0,
+            origin: 0,
             tool: 1,
             part: 2,
             triangle: 7,

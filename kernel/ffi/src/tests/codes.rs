@@ -94,7 +94,7 @@ fn the_version_names_the_layout() {
     let sizes = [size_of::<Budget>(), size_of::<Output>(), size_of::<Settings>()];
     assert_eq!((chaincell_version(), sizes), (0x0b00, [4 * size_of::<usize>(), 60, 32]));
     let of_tools = [size_of::<ToolPart>(), size_of::<ToolPose>(), size_of::<ToolOutput>()];
-    assert_eq!((of_tools, size_of::<ContactForce>(), size_of::<Room>()), ([44, 32, 32], 56, 24));
+    assert_eq!((of_tools, size_of::<ContactForce>(), size_of::<Room>()), ([44, 32, 32], 60, 24));
     assert_eq!(chaincell_version(), VERSION);
 }
 

@@ -74,6 +74,7 @@ fn contacts(tissue: *mut Tissue, room: usize) -> (Vec<ContactForce>, usize) {
         area_m2: 7.0,
         triangle: 7,
         cell: 7,
+        origin: 7,
         tool: 7,
         part: 7,
     };

@@ -1,6 +1,7 @@
 //! Contact force of each triangle in contact on its tool.
 
 use crate::energy::surface::{Anchor, NearTriangle, Proxies, each_met};
+use crate::model::Model;
 use crate::number::cell::{add, scale, sub};
 
 /// The contact of one triangle with one part of a tool, at the points where the tool's force is taken, in the
@@ -16,8 +17,10 @@ pub struct ContactForce {
     pub tangential_n: [f32; 3],
     /// Area of the triangle at rest that its samples in contact represent \[m2\].
     pub area_m2: f32,
-    /// The cell of the corner with the largest share.
+    /// The cell of the corner with the largest share; a copy in a wound.
     pub cell: u16,
+    /// The cell of the whole body that it is or was made from, which has an input id.
+    pub origin: u16,
     /// The tool, from 0.
     pub tool: u8,
     /// Index of the part in the tool.
@@ -28,9 +31,10 @@ pub struct ContactForce {
 }
 
 /// Contacts of all tools in the model's units: lengths in mean link lengths, forces in 2 `k_ref` times
-/// that, areas in shares of the triangle's. `points` are the published points and those of the next pass: each
-/// tool's contacts are where its force is taken.
+/// that, areas in shares of the triangle's. `body` is the body as its image has it, `points` are
+/// the published points and those of the next pass: each tool's contacts are where its force is taken.
 pub(crate) fn forces<'a, At: Fn(usize) -> [f32; 3]>(
+    body: &'a Model<'_>,
     tools: Proxies<'a>,
     near: &'a [NearTriangle],
     anchors: &'a [Anchor],
@@ -57,17 +61,22 @@ pub(crate) fn forces<'a, At: Fn(usize) -> [f32; 3]>(
             return None;
         }
         // The corner with the largest share.
-        let most = corners.iter().copied().zip(near.corners).fold(
-            (0.0, near.corners[0]),
-            |most, corner| if corner.0 > most.0 { corner } else { most },
-        );
+        let origins = body.whole_triangle(near.index).unwrap_or(near.corners);
+        let cells = near.corners.into_iter().zip(origins);
+        let (_, (cell, origin)) = corners
+            .into_iter()
+            .zip(cells)
+            .fold((0.0, (near.corners[0], origins[0])), |most, corner| {
+                if corner.0 > most.0 { corner } else { most }
+            });
         let all = f32::from(near.parts) * f32::from(near.parts);
         Some(ContactForce {
             position_m: scale(1.0 / whole, place),
             normal_n: normal,
             tangential_n: drag,
             area_m2: samples / all,
-            cell: most.1,
+            cell,
+            origin,
             tool: near.tool() as u8,
             part: near.part() as u8,
             triangle: near.index,
