@@ -104,7 +104,7 @@ pub fn model(choice: u8) -> Model<'static> {
 
 /// Nodal shapes with a contact surface: liver; floating, nearly of constant volume, stiffening, into
 /// which a tool may load little; without a coarse level and without the band of stretches; one that relaxes; bodies
-/// that can be cut, of a toughness by place: one that stiffens and tears, and one of links.
+/// that can be cut and tear, of a toughness by place: one that stiffens, and one of links.
 fn tissues() -> &'static [ImageBytes] {
     static IMAGES: OnceLock<Vec<ImageBytes>> = OnceLock::new();
     IMAGES.get_or_init(|| {
@@ -145,10 +145,9 @@ fn tissues() -> &'static [ImageBytes] {
             cuttable: Some(tears),
             ..BakeOptions::default()
         };
-        let links = BakeOptions {
-            cuttable: Some(Cuttable { spare_share: 1.0, ..cuttable(36) }),
-            ..BakeOptions::default()
-        };
+        let tears =
+            Cuttable { spare_share: 1.0, tear_limit: Some(TearLimit::Toughness), ..cuttable(36) };
+        let links = BakeOptions { cuttable: Some(tears), ..BakeOptions::default() };
         vec![
             grid("box:4x3x3x0.01", true, liver),
             grid("box:2x3x3x0.01", false, loose),

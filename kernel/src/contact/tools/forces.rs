@@ -63,12 +63,12 @@ pub(crate) fn forces<'a, At: Fn(usize) -> [f32; 3]>(
         // The corner with the largest share.
         let origins = body.whole_triangle(near.index).unwrap_or(near.corners);
         let cells = near.corners.into_iter().zip(origins);
-        let (_, (cell, origin)) = corners
-            .into_iter()
-            .zip(cells)
-            .fold((0.0, (near.corners[0], origins[0])), |most, corner| {
+        let (_, (cell, origin)) = corners.into_iter().zip(cells).fold(
+            (0.0, (near.corners[0], origins[0])),
+            |most, corner| {
                 if corner.0 > most.0 { corner } else { most }
-            });
+            },
+        );
         let all = f32::from(near.parts) * f32::from(near.parts);
         Some(ContactForce {
             position_m: scale(1.0 / whole, place),
