@@ -58,12 +58,15 @@ pub struct ExactContact<'m> {
 enum Tissue {
     Shapes(Box<(Nodal, Stiffening)>),
     Links(Links),
-    /// Shapes that the reference does not know.
+    /// Shapes that the reference does not know, and bodies that can be cut or relax.
     Unknown,
 }
 
 impl Tissue {
     fn of(model: &Model<'_>) -> Self {
+        if model.tetrahedra_to_cut() > 0 || model.relaxes() {
+            return Self::Unknown;
+        }
         if !model.is_nodal() {
             return Self::Links(Links::of_model(model));
         }
