@@ -7,6 +7,7 @@
 //! - `term`: the interface of a term, and lists of terms.
 //! - [`links`]: the links' bands (Eq. 5 to 13).
 //! - `nodal`: shapes of the tissue around each cell, instead of links.
+//! - `half_links`: one walk over links for all terms that add to them, with a law for each.
 //! - `stiffening`: bands on the links of such a body, which resist large strain.
 //! - `lips`: sides of a cut that press on each other, while a body is cut.
 //! - `surface`: tools in contact with the triangles of the surface; [`contact`](crate::contact) moves them.
@@ -48,6 +49,8 @@
 pub(crate) mod current;
 #[cfg(feature = "relax")]
 pub(crate) mod following;
+#[cfg(feature = "nodal")]
+pub(crate) mod half_links;
 pub mod held;
 pub mod links;
 #[cfg(feature = "cut")]

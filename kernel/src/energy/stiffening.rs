@@ -22,36 +22,43 @@
 //! Cost: a gather and two comparisons for a link inside all of its bands; one root and two divisions for
 //! others, for any number of sets. No state. `f32` only.
 
-use super::held::{Contact, Touched, is_among};
-use super::links::law::COINCIDENT;
+use super::half_links::{Groups, Law, Pull, Row};
+use super::held::{Contact, Touched};
 use super::links::number::LinkNumber;
-use super::nodal::places;
 use super::state::StatesOf;
 use super::stress::{Stress, bounded_volume};
-use super::term::{Here, Pass, Term, change_lane};
+use super::term::{Here, Pass, Term};
 use crate::backend::f32x8::{Chunk, F32x8};
 use crate::backend::lane::{Lane, Real};
-use crate::model::range;
 use crate::model::stiffening::Stiffening;
 use crate::number::cell::{Cell, add, dot, scale, single, sub};
+#[cfg(feature = "cut")]
 use crate::number::sqrt::sqrt;
 use crate::number::turn::cross;
-use crate::number::two_float::LANES;
 
 /// Narrows the innermost band by the rounding error, so that a skipped link has no force.
 const RIM: f32 = 1.0e-6;
 
-/// Force of links: the factor of the vector between the ends, and the sum of w d^2.
-struct Pull<V> {
-    factor: Lane<V>,
-    wd2: Lane<V>,
-}
-
-impl Stiffening<'_> {
-    /// Links of these squared lengths, rest lengths and volumes; `None` if all are inside their bands.
+impl Law for Stiffening<'_> {
     #[inline(always)]
-    fn pull<V: Real>(self, u2: Lane<V>, l0: Lane<V>, volume: Lane<V>) -> Option<Pull<V>> {
-        let (zero, one) = (Lane::of(0.0), Lane::of(1.0));
+    fn is_there(self) -> bool {
+        self.is_any()
+    }
+
+    #[inline(always)]
+    fn groups(&self) -> Groups<'_> {
+        Groups { rows: self.rows, ids: self.ids, rest: self.rest }
+    }
+
+    /// `None` if all links of the group are inside their bands.
+    #[inline(always)]
+    fn pull<V: Real>(
+        self,
+        group: usize,
+        u2: Lane<V>,
+        lanes: impl Fn(&Row) -> Lane<V>,
+    ) -> Option<Pull<V>> {
+        let (l0, zero, one) = (lanes(self.lengths.get(group)?), Lane::of(0.0), Lane::of(1.0));
         let narrowest = Lane::of(self.sets().next()?.half_width);
         let (high, low, l02) = (one + narrowest, one - narrowest, l0 * l0);
         let is_long = u2.above(l02 * (high * high * Lane::of(1.0 - RIM)));
@@ -61,51 +68,19 @@ impl Stiffening<'_> {
             return None;
         }
         // Sum over the bands.
-        let (u, mut wd, mut wd2) = (u2.root(), zero, zero);
+        let (length, mut wd, mut wd2) = (u2.root(), zero, zero);
         for set in self.sets() {
             let (half_width, moduli) = (Lane::of(set.half_width), set.moduli.map(Lane::of));
-            let (over, under) = (u - l0 * (one + half_width), u - l0 * (one - half_width));
+            let (over, under) =
+                (length - l0 * (one + half_width), length - l0 * (one - half_width));
             let short = Lane::select(zero.above(under), under, zero);
             let d = Lane::select(over.above(zero), over, short);
             let modulus = Lane::select(over.above(zero), moduli[1], moduli[0]);
             wd = wd + modulus * d;
             wd2 = wd2 + modulus * d * d;
         }
-        // A link of zero length takes the rest shape's vector, which is l0 long.
-        let is_void = (l02 * Lane::of(COINCIDENT)).above(u2);
-        let along = Lane::select(is_void, l0 + l0, u + u);
-        let along = Lane::select(along.above(zero), along, one);
-        Some(Pull { factor: volume * wd / along, wd2: volume * wd2 })
-    }
-
-    /// Force of one link on `cell`, and w d^2.
-    fn force(
-        self,
-        (group, cell, other): (usize, usize, usize),
-        at: &impl Fn(usize) -> [f32; 3],
-    ) -> Option<([f32; 3], f32)> {
-        let way = sub(at(other), at(cell));
-        let (u2, l0) = (dot(way, way), Self::at(self.lengths, group, cell));
-        let volume = Self::at(self.volumes, group, cell);
-        let Pull { factor, wd2 } = self.pull(Lane(u2), Lane(l0), Lane(volume))?;
-        let place = |cell: usize| self.rest.get(cell).copied().unwrap_or([0.0; 3]);
-        let is_void = u2 < COINCIDENT * (l0 * l0);
-        let way = if is_void { sub(place(other), place(cell)) } else { way };
-        Some((scale(factor.0, way), wd2.0))
-    }
-
-    /// Adds the forces of a cell's links to its residual.
-    fn residual(self, cell: usize, at: &impl Fn(usize) -> [f32; 3], sum: Cell) -> Cell {
-        let slots = self.slots_of(cell);
-        let forces = slots.filter_map(|(group, other)| self.force((group, cell, other), at));
-        forces.fold(sum, |sum, ([x, y, z], wd2)| sum.plus(Cell([x, y, z, wd2])))
-    }
-
-    /// The same in a slice that has a link of zero length.
-    #[cold]
-    #[inline(never)]
-    fn one_by_one(self, cell: usize, at: &[Cell], sum: Cell) -> Cell {
-        self.residual(cell, &|cell| at.get(cell).map_or([0.0; 3], |cell| cell.xyz()), sum)
+        let volume = lanes(self.volumes.get(group)?);
+        Some(Pull { l0, length, wd: volume * wd, wd2: volume * wd2 })
     }
 }
 
@@ -162,7 +137,7 @@ impl Stiffening<'_> {
         // The links' stress, as by volume of both ends.
         let (volume, mut links) = (self.volume(cell), [[0.0; 3]; 3]);
         for (group, other) in self.slots_of(cell) {
-            let Some((force, _)) = self.force((group, cell, other), at) else { continue };
+            let Some((force, _)) = self.force(group, cell, other, at) else { continue };
             let (way, both) = (sub(at(other), at(cell)), volume + self.volume(other));
             for (row, force) in links.iter_mut().zip(force) {
                 *row = add(*row, scale(force / both, way));
@@ -187,15 +162,7 @@ impl<N: LinkNumber> Term<N> for Stiffening<'_> {
         _: &mut N::Tally,
         _: StatesOf<'_>,
     ) {
-        if !self.is_any() {
-            return;
-        }
-        let place = |cell: usize| single(pass.at(cell));
-        for cell in pass.cells() {
-            let Some(r) = residual.get_mut(cell) else { continue };
-            let before = Cell(r.0.map(N::single));
-            *r = Cell(self.residual(cell, &place, before).0.map(N::from_single));
-        }
+        self.add_to_cells(pass, residual);
     }
 
     #[inline(always)]
@@ -206,37 +173,7 @@ impl<N: LinkNumber> Term<N> for Stiffening<'_> {
         sum: &mut [V; 4],
         _: StatesOf<'_>,
     ) {
-        if !self.is_any() {
-            return;
-        }
-        let (before, Here { slice, at, .. }) = (*sum, here);
-        let place = |cell: usize| at.get(cell).map_or([0.0; 4], |cell| cell.0);
-        let here = here.cells.map(Lane);
-        let mut is_void = V::splat(0.0).below(V::splat(0.0));
-        // Add the groups of links.
-        for group in range(self.rows, slice) {
-            let slots = self.ids.get(group).zip(self.lengths.get(group));
-            let Some(((ids, lengths), volumes)) = slots.zip(self.volumes.get(group)) else {
-                continue;
-            };
-            let there = places::<V>(|lane| place(ids.get(lane).copied().map_or(0, usize::from)));
-            let ([a, b, c], [p, q, r]) = (here, there);
-            let [x, y, z] = [p - a, q - b, r - c];
-            let (u2, l0) = (x * x + y * y + z * z, Lane(V::load(lengths)));
-            let Some(pull) = self.pull(u2, l0, Lane(V::load(volumes))) else { continue };
-            let void = (Lane::of(COINCIDENT) * (l0 * l0)).above(u2);
-            is_void = V::either(is_void, void);
-            let [sx, sy, sz, wd2] = *sum;
-            let [fx, fy, fz] = [pull.factor * x, pull.factor * y, pull.factor * z];
-            *sum = [sx.plus(fx.0), sy.plus(fy.0), sz.plus(fz.0), wd2.plus(pull.wd2.0)];
-        }
-        // A link of zero length: compute the slice cell by cell.
-        if V::any(is_void) {
-            *sum = before;
-            for lane in 0..LANES {
-                change_lane(sum, lane, |r| self.one_by_one(slice * LANES + lane, at, r));
-            }
-        }
+        self.add_to_slice(here, sum);
     }
 
     fn cell(
@@ -257,17 +194,7 @@ impl<N: LinkNumber> Term<N> for Stiffening<'_> {
         _: StatesOf<'_>,
         sums: &mut Touched,
     ) {
-        let at = |cell: usize| single(at(cell));
-        for cell in held.iter().map(Contact::cell) {
-            for (group, other) in self.slots_of(cell) {
-                let counted = other < cell && is_among(held, other);
-                if !counted && let Some((force, wd2)) = self.force((group, cell, other), &at) {
-                    let (wd, way) = (2.0 * sqrt(dot(force, force)), sub(at(other), at(cell)));
-                    sums.wd2 = sums.wd2.plus(wd2.into());
-                    sums.scale += wd2 + wd * sqrt(dot(way, way));
-                }
-            }
-        }
+        self.add_touched(held, at, sums);
     }
 
     fn stress(

@@ -56,6 +56,8 @@ pub(crate) use body::Slices;
 
 use crate::number::cell::{dot, sub};
 use crate::number::sqrt::sqrt;
+#[cfg(feature = "nodal")]
+use crate::number::two_float::LANES;
 
 /// Largest coordinate of a position that a state may have [mean link lengths].
 pub const COORDINATE_MAX: f32 = 1.0e6;
@@ -74,6 +76,20 @@ pub(crate) fn range(rows: &[u32], at: usize) -> Range<usize> {
         Some(&[start, end]) => start as usize..end as usize,
         None => 0..0,
     }
+}
+
+/// Returns the half-links of a cell without padding: group and other end.
+#[cfg(feature = "nodal")]
+#[inline(always)]
+pub(crate) fn slots_of<'a>(
+    rows: &[u32],
+    ids: &'a [[u16; LANES]],
+    cell: usize,
+) -> impl Iterator<Item = (usize, usize)> + use<'a> {
+    range(rows, cell / LANES).filter_map(move |group| {
+        let other = usize::from(*ids.get(group)?.get(cell % LANES)?);
+        (other != cell).then_some((group, other))
+    })
 }
 
 /// Links a model image into flash with the alignment that [`Model::from_bytes`] asks for.

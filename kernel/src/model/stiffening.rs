@@ -2,8 +2,8 @@
 
 use super::image::{ModelError, STIFFENING_MAX, Sections, kind};
 use super::layout::Layout;
-use super::range;
 use super::terms::{Keeps, TermData};
+use super::{range, slots_of};
 use crate::number::two_float::LANES;
 
 /// Ranges far beyond those of tissue.
@@ -85,10 +85,7 @@ impl<'a> Stiffening<'a> {
     /// Returns the slots of a cell without padding: group and other end.
     #[inline(always)]
     pub fn slots_of(self, cell: usize) -> impl Iterator<Item = (usize, usize)> + use<'a> {
-        range(self.rows, cell / LANES).filter_map(move |group| {
-            let other = usize::from(*self.ids.get(group)?.get(cell % LANES)?);
-            (other != cell).then_some((group, other))
-        })
+        slots_of(self.rows, self.ids, cell)
     }
 
     /// Returns a cell's value in a group.

@@ -61,7 +61,8 @@ impl<A: Fn(usize) -> [f32; 3]> FollowLinks<'_, '_, A> {
             // The links as they are.
             let [p, q, r] =
                 places::<V>(|lane| place(ids.get(lane).copied().map_or(0, usize::from)));
-            let ([x, y, z], half) = ([p - a, q - b, r - c], self.links.group(group));
+            let ([x, y, z], half) =
+                ([p - a, q - b, r - c], self.links.half_links(group, |row| Lane(V::load(row))));
             let stretch = Stretch::of(x * x + y * y + z * z, half.l0, half.alpha);
             let near = Near::of(Lane::of(NEAR) * half.l0, self.parts.lasting);
             // Follow them, branch by branch.
@@ -129,7 +130,7 @@ fn derive<'r, V: F32x8>(
     branches: impl Iterator<Item = (&'r Course, &'r HalfLinkRow)>,
     numbers: &mut HalfLinkMemory,
 ) {
-    let (half, zero) = (links.group::<V>(group), Lane::of(0.0));
+    let (half, zero) = (links.half_links(group, |row| Lane(V::load(row))), Lane::of(0.0));
     let slack = half.alpha * half.l0;
     let (mut sum, mut constant) = (zero, zero);
     for (course, row) in branches {
