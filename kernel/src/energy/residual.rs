@@ -64,7 +64,7 @@ impl<'a, 'm, N: LinkNumber> Terms<'a, 'm, N> {
         let load = Load { current: self.current, cells: self.contacts };
         let links = Links::of(self.model, self.closed);
         #[cfg(feature = "relax")]
-        let links = (links, RelaxingLinks::of(self.model));
+        let links = (links, RelaxingLinks(self.model));
         (links, (self.model.others, (tools, load)))
     }
 

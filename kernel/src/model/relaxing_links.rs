@@ -4,31 +4,38 @@ use super::nodal::HalfLinkMemory;
 use super::{Model, Slices};
 use crate::model::others;
 
-/// The links of a body of links that relaxes.
+/// The links of a body of links that relaxes. It borrows the whole body, so that another one copies nothing for it.
 #[derive(Clone, Copy)]
-pub(crate) struct RelaxingLinks<'a> {
-    pub slices: Option<Slices<'a>>,
-    /// Alpha of all links that have none of their own.
-    pub alpha: f32,
-    /// Rest positions of the cells.
-    pub rest: &'a [[f32; 3]],
-    /// The memory by group of half-links, constant in a tick; none outside a tick, and in another body.
-    pub memory: &'a [HalfLinkMemory],
-    /// The part of the stiffness that does not act in this tick.
-    pub faded: f32,
-}
+pub(crate) struct RelaxingLinks<'a, 'm>(pub &'a Model<'m>);
 
-impl<'a> RelaxingLinks<'a> {
-    /// The links of a body.
+impl<'m> RelaxingLinks<'_, 'm> {
+    /// The body's half-links.
     #[inline(always)]
-    pub fn of(model: &Model<'a>) -> Self {
-        let memory = others::shapes(&model.others).memory;
-        Self {
-            slices: model.slices,
-            alpha: model.alpha,
-            rest: model.rest,
-            memory: memory.links,
-            faded: 1.0 - memory.part,
-        }
+    pub fn slices(self) -> Slices<'m> {
+        self.0.slices.unwrap_or(Slices::NONE)
+    }
+
+    /// Alpha of all links that have none of their own.
+    #[inline(always)]
+    pub fn alpha(self) -> f32 {
+        self.0.alpha
+    }
+
+    /// Rest positions of the cells.
+    #[inline(always)]
+    pub fn rest(self) -> &'m [[f32; 3]] {
+        self.0.rest
+    }
+
+    /// The memory by group of half-links, constant in a tick; none outside a tick, and in another body.
+    #[inline(always)]
+    pub fn memory(self) -> &'m [HalfLinkMemory] {
+        others::shapes(&self.0.others).memory.links
+    }
+
+    /// The part of the stiffness that does not act in this tick.
+    #[inline(always)]
+    pub fn faded(self) -> f32 {
+        1.0 - others::shapes(&self.0.others).memory.part
     }
 }

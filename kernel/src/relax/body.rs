@@ -145,7 +145,7 @@ impl<'a, 'm> RelaxingBody<'a, 'm> {
         for (slice, (rows, numbers)) in slices.enumerate() {
             remember(shapes, slice, courses, rows, numbers);
         }
-        let of_links = RelaxingLinks::of(self.model);
+        let of_links = RelaxingLinks(self.model);
         let groups = self.arrays.link_rows.chunks(count.max(1)).zip(&mut *self.arrays.link_numbers);
         for (group, (rows, numbers)) in groups.enumerate() {
             links::remember(of_links, group, courses, rows, numbers);

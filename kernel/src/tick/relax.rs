@@ -87,7 +87,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
     ) -> Option<Sums> {
         let mut sums = Sums::NONE;
         let work = FollowLinks {
-            links: RelaxingLinks::of(model),
+            links: RelaxingLinks(model),
             at: places(model, self.state.get(..model.cells())?),
             courses,
             parts: Parts::of(courses),

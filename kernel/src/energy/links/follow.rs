@@ -22,8 +22,8 @@ use crate::number::two_float::LANES;
 pub(crate) type HalfLinkRow = [f32; LANES];
 
 /// The memory of all links follows their tension; the cells are `at` these positions.
-pub(crate) struct FollowLinks<'a, 's, A> {
-    pub links: RelaxingLinks<'a>,
+pub(crate) struct FollowLinks<'a, 'm, 's, A> {
+    pub links: RelaxingLinks<'a, 'm>,
     pub at: A,
     pub courses: &'s [Course],
     pub parts: Parts,
@@ -34,23 +34,23 @@ pub(crate) struct FollowLinks<'a, 's, A> {
     pub sums: &'s mut Sums,
 }
 
-impl<A: Fn(usize) -> [f32; 3]> Work for FollowLinks<'_, '_, A> {
+impl<A: Fn(usize) -> [f32; 3]> Work for FollowLinks<'_, '_, '_, A> {
     type Output = ();
 
     #[inline(always)]
     fn run<V: F32x8>(mut self) {
-        for slice in 0..self.links.rest.len().div_ceil(LANES) {
+        for slice in 0..self.links.rest().len().div_ceil(LANES) {
             self.slice::<V>(slice);
         }
     }
 }
 
-impl<A: Fn(usize) -> [f32; 3]> FollowLinks<'_, '_, A> {
+impl<A: Fn(usize) -> [f32; 3]> FollowLinks<'_, '_, '_, A> {
     #[inline(always)]
     fn slice<V: F32x8>(&mut self, slice: usize) {
         // Padding repeats the last cell.
-        let Slices { rows, neighbours, .. } = self.links.slices.unwrap_or(Slices::NONE);
-        let (cells, count) = (self.links.rest.len(), self.courses.len());
+        let Slices { rows, neighbours, .. } = self.links.slices();
+        let (cells, count) = (self.links.rest().len(), self.courses.len());
         let place = |cell: usize| {
             let [x, y, z] = (self.at)(cell.min(cells.saturating_sub(1)));
             [x, y, z, 0.0]
@@ -98,7 +98,7 @@ impl<A: Fn(usize) -> [f32; 3]> FollowLinks<'_, '_, A> {
 
 /// The numbers of a group for a tick, from what its branches remember; of a restored body.
 pub(crate) fn remember(
-    links: RelaxingLinks<'_>,
+    links: RelaxingLinks<'_, '_>,
     group: usize,
     courses: &[Course],
     rows: &[HalfLinkRow],
@@ -125,7 +125,7 @@ fn size<V: F32x8>(stretch: &Stretch<V>, memory: Lane<V>) -> Lane<V> {
 /// Stores M and K of eight half-links.
 #[inline(always)]
 fn derive<'r, V: F32x8>(
-    links: RelaxingLinks<'_>,
+    links: RelaxingLinks<'_, '_>,
     group: usize,
     branches: impl Iterator<Item = (&'r Course, &'r HalfLinkRow)>,
     numbers: &mut HalfLinkMemory,

@@ -69,7 +69,7 @@ pub(super) struct HalfLinks<V> {
     pub weight: Lane<V>,
 }
 
-impl RelaxingLinks<'_> {
+impl RelaxingLinks<'_, '_> {
     /// The half-links of a group.
     #[inline(always)]
     pub(super) fn half_links<V: Real>(
@@ -77,29 +77,29 @@ impl RelaxingLinks<'_> {
         group: usize,
         lanes: impl Fn(&Row) -> Lane<V>,
     ) -> HalfLinks<V> {
-        let Slices { lengths, alphas, weights, .. } = self.slices.unwrap_or(Slices::NONE);
+        let Slices { lengths, alphas, weights, .. } = self.slices();
         let of = |rows: Option<&[Row]>, otherwise: f32| {
             rows.and_then(|rows| rows.get(group)).map_or(Lane::of(otherwise), &lanes)
         };
         HalfLinks {
             l0: of(Some(lengths), 0.0),
-            alpha: of(alphas, self.alpha),
+            alpha: of(alphas, self.alpha()),
             weight: of(weights, 1.0),
         }
     }
 }
 
-impl Law for RelaxingLinks<'_> {
+impl Law for RelaxingLinks<'_, '_> {
     /// True if the body is one of links that relaxes, in a tick.
     #[inline(always)]
     fn is_there(self) -> bool {
-        !self.memory.is_empty()
+        !self.memory().is_empty()
     }
 
     #[inline(always)]
     fn groups(&self) -> Groups<'_> {
-        let Slices { rows, neighbours, .. } = self.slices.unwrap_or(Slices::NONE);
-        Groups { rows, ids: neighbours, rest: self.rest }
+        let Slices { rows, neighbours, .. } = self.slices();
+        Groups { rows, ids: neighbours, rest: self.rest() }
     }
 
     /// The change by the memory, M and K.
@@ -110,10 +110,10 @@ impl Law for RelaxingLinks<'_> {
         u2: Lane<V>,
         lanes: impl Fn(&Row) -> Lane<V>,
     ) -> Option<Pull<V>> {
-        let [sum, constant] = self.memory.get(group)?.each_ref().map(&lanes);
+        let [sum, constant] = self.memory().get(group)?.each_ref().map(&lanes);
         let HalfLinks { l0, alpha, weight } = self.half_links(group, lanes);
         let Stretch { length, distance, .. } = Stretch::of(u2, l0, alpha);
-        let (zero, faded) = (Lane::of(0.0), Lane::of(self.faded));
+        let (zero, faded) = (Lane::of(0.0), Lane::of(self.faded()));
         let tension = faded * distance + sum;
         let stored =
             (constant + constant) - (sum + sum) * (length - l0) - faded * distance * distance;
@@ -121,9 +121,9 @@ impl Law for RelaxingLinks<'_> {
     }
 }
 
-impl Keeps for RelaxingLinks<'_> {}
+impl Keeps for RelaxingLinks<'_, '_> {}
 
-impl<N: LinkNumber> Term<N> for RelaxingLinks<'_> {
+impl<N: LinkNumber> Term<N> for RelaxingLinks<'_, '_> {
     fn accumulate<const CLAMPED: bool>(
         self,
         pass: &Pass<'_, N, CLAMPED>,
