@@ -6,6 +6,7 @@ use crate::energy::surface::{
     Touching,
 };
 use crate::model::Model;
+use crate::model::surface::SUBDIVISIONS_MAX;
 use crate::number::cell::Cell;
 use crate::number::kept::{Kept, Pass, kept};
 use crate::solver::coarse::CoarseTouch;
@@ -257,7 +258,11 @@ impl<'a> TouchRoom<'a> {
         pass.slice(arrays.mobility, cells);
         pass.slice(arrays.factors, cells);
         pass.slice(arrays.pulls, cells);
-        pass.slice(arrays.near, state.count);
+        match arrays.near.get_mut(..state.count) {
+            // More subdivisions would be more samples than a tick can look at.
+            Some(near) => pass.slice_if(near, |_, near| near.parts <= SUBDIVISIONS_MAX),
+            None => pass.slice(arrays.near, state.count),
+        }
         let (first, second) = arrays.anchors.split_at_mut(arrays.anchors.len() / 2);
         pass.slice(if state.is_second { second } else { first }, state.anchors);
         pass.slice(arrays.tools, state.tools);

@@ -67,7 +67,7 @@ impl CutBody<'_, '_> {
             waiting += u32::from(mark);
             mark < 2
         });
-        if sides != 2 * count(OPENED) || waiting != count(WAITING) {
+        if sides != count(OPENED).saturating_mul(2) || waiting != count(WAITING) {
             pass.refuse();
         }
         // The groups of each slice: never fewer than in the image.
@@ -76,7 +76,8 @@ impl CutBody<'_, '_> {
         pass.slice_if(self.arrays.rows, |slice, &row| {
             let before = image.get(slice.saturating_sub(1)).copied().unwrap_or(0);
             let groups = image.get(slice).map_or(0, |&row| row - before);
-            let is_fit = row as usize <= most && row >= last + groups && (slice > 0 || row == 0);
+            let has_groups = row.checked_sub(last).is_some_and(|of_slice| of_slice >= groups);
+            let is_fit = row as usize <= most && has_groups && (slice > 0 || row == 0);
             last = row;
             is_fit
         });

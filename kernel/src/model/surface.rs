@@ -18,8 +18,10 @@ const RIGID_ON_LINKS: f32 = 10.0;
 const SPACING: f32 = 0.45;
 /// Most triangles per cell, far above the two of a closed surface: a tick visits each.
 const TRIANGLES_MAX: usize = 16;
+/// Most subdivisions of an edge.
+pub(crate) const SUBDIVISIONS_MAX: u16 = 32;
 /// Most samples along an edge.
-const PARTS_MAX: f32 = 32.0;
+const PARTS_MAX: f32 = SUBDIVISIONS_MAX as f32;
 
 /// The triangles that tools touch, with their contact numbers.
 #[derive(Clone, Copy)]

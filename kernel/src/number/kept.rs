@@ -116,7 +116,6 @@ impl<'a> Pass<'a> {
     }
 
     /// Passes over an array, whose items must each be fit at their place.
-    #[cfg(any(feature = "cut", feature = "relax"))]
     pub(crate) fn slice_if<T: Kept>(
         &mut self,
         items: &mut [T],

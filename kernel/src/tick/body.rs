@@ -9,6 +9,8 @@ use crate::cut::memory::CutRoom;
 use crate::cut::memory::cut_state;
 use crate::model::Model;
 #[cfg(feature = "relax")]
+use crate::number::clamp::finite;
+#[cfg(feature = "relax")]
 use crate::relax::body::RelaxingBody;
 use crate::solver::Dynamics;
 
@@ -65,7 +67,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
     pub fn relaxed_j(&mut self, network: &Network<'_>) -> f32 {
         #[cfg(feature = "relax")]
         if let Some(body) = RelaxingBody::of(self.cut.words_mut(), network.model()) {
-            return (body.relaxed() * f64::from(network.model().energy_unit_j())) as f32;
+            return finite((body.relaxed() * f64::from(network.model().energy_unit_j())) as f32);
         }
         #[cfg(not(feature = "relax"))]
         let _ = network;

@@ -1,8 +1,8 @@
 //! Snapshots: a tissue or a stage that goes on from one gives the bits of that which was saved.
 #![allow(clippy::unwrap_used)]
 
-use chaincell_host::bake::tissue::{Band, Tissue};
-use chaincell_host::bake::{BakeOptions, BasisSpacing, ImageBytes, PerCell};
+use chaincell_host::bake::tissue::{Band, Branch, Relaxation, Tissue};
+use chaincell_host::bake::{BakeOptions, BasisSpacing, Cuttable, ImageBytes, PerCell};
 use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
 use chaincell_kernel::stage::{Device, Stage, StageSettings};
 use chaincell_kernel::trace::Command;
@@ -366,6 +366,53 @@ fn forged_snapshots_are_refused_or_harmless() {
             }
         }
         assert!(refused > least && taken > least, "{refused}, {taken}");
+    }
+}
+
+/// Links that relax, and links that can be cut: counts far beyond theirs and numbers far beyond those of a body.
+fn lasting() -> [ImageBytes; 2] {
+    let shape = Shape::generated("box:3x3x3x0.01").unwrap();
+    let branches = vec![Branch { ratio: 2.0, time_s: 0.1 }];
+    let relaxes = BakeOptions {
+        link_relaxation: Some(Relaxation { branches, is_instant: false, device_hz: 1000 }),
+        ..BakeOptions::default()
+    };
+    let cuttable = Some(Cuttable { spare_share: 1.0, ..Cuttable::default() });
+    let parts = BakeOptions { cuttable, ..BakeOptions::default() };
+    [relaxes, parts].map(|options| shape.bake(&options).unwrap())
+}
+
+// REQ-BIT-10
+#[test]
+fn forged_counts_are_refused_or_harmless() {
+    for image in lasting() {
+        let case = Case::new(&image, Scheme::Predict, Contact::sphere(0.012, 0.0));
+        let case = Case { unloading: Unloading::Off, ..case };
+        let (mut engine, bytes) = pressed(&case);
+        let (mut refused, mut taken) = (0, 0);
+        for at in (32..bytes.len()).step_by(4) {
+            let word = u32::from_le_bytes(*bytes[at..].first_chunk().unwrap());
+            // Counts are small; other words of the state are forged here and there.
+            let is_count = (1..=64).contains(&word);
+            if !is_count && at % 20 != 0 {
+                continue;
+            }
+            for wild in [word.wrapping_add(1 << 15), u32::MAX, 1e30_f32.to_bits()] {
+                let mut forged = bytes.clone();
+                forged[at..at + 4].copy_from_slice(&wild.to_le_bytes());
+                check(&mut forged);
+                if engine.restore(&forged).is_err() {
+                    refused += 1;
+                    continue;
+                }
+                taken += 1;
+                let (output, _) = case.tick(&mut engine, 140);
+                let relaxed_j = engine.relaxed_j().unwrap_or_default();
+                let is_finite = output.force_n.iter().chain([&relaxed_j]).all(|x| x.is_finite());
+                assert!(is_finite, "word {}: {output:?}, {relaxed_j} J relaxed", at / 4);
+            }
+        }
+        assert!(refused > 100 && taken > 100, "{refused}, {taken}");
     }
 }
 
