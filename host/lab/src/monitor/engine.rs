@@ -283,7 +283,8 @@ impl<'m> Monitor<'m> {
         let touches = force_n == 0.0 || (!safe && (late || output.contacts > 0));
         self.hold(Check::Answer, is_of_tissue(output.flags) && touches, || format!("{output:?}"));
         if self.exact.tools() > 0 {
-            let is_whole = !late && !safe && most_n.is_infinite();
+            // An edge has no contacts.
+            let is_whole = !late && !safe && most_n.is_infinite() && !has_edge(engine.contact());
             return self.contacts_add_up(engine, is_whole);
         }
         let away = self.good.is_some_and(|(pose, _)| pose.engaged == 0);
@@ -367,6 +368,12 @@ impl<'m> Monitor<'m> {
         let most_j = start_j.max(f64::from(self.model.energy_max()) * unit_j);
         (most_j.sqrt() + slack_root).powi(2)
     }
+}
+
+/// Returns true if a tool has an edge that cuts.
+fn has_edge(contact: &Contact) -> bool {
+    let Contact::Tools { tools, .. } = contact else { return false };
+    tools.iter().flatten().any(ToolPart::is_edge)
 }
 
 #[cfg(test)]
