@@ -15,7 +15,7 @@ mod trace;
 mod twins;
 mod words;
 
-use chaincell_host::engine::{Arithmetic, Engine};
+use chaincell_host::engine::Engine;
 use chaincell_kernel::{TickOutput, ToolPose};
 use chaincell_lab::monitor::Monitor;
 
@@ -28,15 +28,6 @@ pub use ticks::ticks;
 pub use tools::tools;
 pub use trace::trace;
 pub use words::words;
-
-/// Follows an engine. The energy of a body that is cut or that relaxes is more than that of its image, which the
-/// certificate is computed from.
-fn monitor<'m>(engine: &Engine<'m>, numbers: Arithmetic) -> Monitor<'m> {
-    let model = *engine.network().model();
-    let monitor = Monitor::new(engine, numbers);
-    let is_as_baked = model.tetrahedra_to_cut() == 0 && !model.relaxes();
-    if is_as_baked { monitor } else { monitor.without_certificate() }
-}
 
 /// A tick that must keep every promise, with this number of sweeps, 0 for a late one, `None` for all.
 fn tick<'m>(

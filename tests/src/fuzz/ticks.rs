@@ -7,7 +7,7 @@ use chaincell_kernel::{Budget, Choice, Drive, Model, Network, Settings, ToolPose
 use chaincell_lab::monitor::Monitor;
 
 use super::twins::Twins;
-use super::{bodies, monitor, tick};
+use super::{bodies, tick};
 use crate::graph::sample;
 
 /// Most ticks of a session, and most sweeps of a tick.
@@ -30,7 +30,7 @@ fn session(bytes: &mut Unstructured<'_>) -> Result<()> {
     let new = || Engine::with_contact(network, scheme, numbers, contact.clone());
     let (Ok(engine), Ok(twin)) = (new(), new()) else { return Ok(()) };
     let mut session = Session {
-        monitor: monitor(&engine, numbers),
+        monitor: Monitor::new(&engine, numbers),
         twins: Twins::new(engine, twin, bytes)?,
         tool: sample(model.centre_m(), 0),
         left: TICKS_MAX,

@@ -8,8 +8,8 @@ use chaincell_kernel::{Model, Network, Settings, ToolPart, ToolPose, Unloading};
 use chaincell_lab::monitor::Monitor;
 
 use super::bodies::tissue;
+use super::tick;
 use super::twins::Twins;
-use super::{monitor, tick};
 
 /// Most ticks of a session, and most sweeps of a tick.
 const TICKS_MAX: usize = 60;
@@ -42,7 +42,7 @@ fn session(bytes: &mut Unstructured<'_>) -> Result<()> {
     let contact = Contact::Tools { tools: tools.clone(), friction };
     let new = || Engine::with_contact(network, scheme, Arithmetic::F32, contact.clone());
     let (Ok(engine), Ok(twin)) = (new(), new()) else { return Ok(()) };
-    let monitor = monitor(&engine, Arithmetic::F32);
+    let monitor = Monitor::new(&engine, Arithmetic::F32);
     let (twins, left) = (Twins::new(engine, twin, bytes)?, TICKS_MAX);
     let poses = vec![ToolPose::at(model.centre_m().into(), 0); tools.len()];
     let is_endless = tools.iter().flatten().any(ToolPart::is_half_space);

@@ -165,8 +165,7 @@ impl<'m> Monitor<'m> {
         };
         self.stays(engine, &output, acts);
         let (force_n, force_bound_n) = match self.exact.tools() {
-            // The energy of a body that relaxes is not that of its image.
-            0 if self.model.relaxes() => {
+            0 if !self.exact.is_known() => {
                 (<[f32; 3]>::from(output.force_n).map(f64::from), f64::INFINITY)
             }
             0 => {
