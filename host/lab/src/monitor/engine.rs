@@ -164,10 +164,7 @@ impl<'m> Monitor<'m> {
             }
         };
         self.stays(engine, &output, acts);
-        let (force_n, force_bound_n) = match self.exact.tools() {
-            0 if !self.exact.is_known() => {
-                (<[f32; 3]>::from(output.force_n).map(f64::from), f64::INFINITY)
-            }
+        let (force_n, bound_n) = match self.exact.tools() {
             0 => {
                 let bound_n = self.held.force_bound_n(&self.model, &self.last, &output);
                 (<[f32; 3]>::from(output.force_n).map(f64::from), bound_n)
@@ -177,6 +174,7 @@ impl<'m> Monitor<'m> {
                 self.tools.nearest(engine, &self.exact, met, &output)
             }
         };
+        let force_bound_n = if self.exact.is_known() { bound_n } else { f64::INFINITY };
         // The pins' energy is the kernel's own, of the positions that are checked.
         let of_pins = engine.pins().into_iter().filter_map(|pin| engine.pin_output(pin));
         let pins_j: f64 = of_pins.map(|pin| f64::from(pin.energy_j)).sum();
