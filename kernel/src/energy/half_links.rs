@@ -34,7 +34,7 @@ pub(crate) struct Groups<'a> {
     pub rest: &'a [[f32; 3]],
 }
 
-/// How much half-links pull.
+/// The pull of half-links.
 pub(crate) struct Pull<V> {
     /// Rest length, and length.
     pub l0: Lane<V>,
