@@ -210,8 +210,9 @@ impl<L: Law> Work for Slice<'_, L> {
         // A link of zero length: compute the slice cell by cell.
         if V::any(is_void) {
             sum = before.each_ref().map(V::load);
-            for lane in 0..LANES {
-                change_lane(&mut sum, lane, |r| law.one_by_one(slice * LANES + lane, at, r));
+            let cells = slice * LANES..groups.rest.len();
+            for (lane, cell) in cells.take(LANES).enumerate() {
+                change_lane(&mut sum, lane, |r| law.one_by_one(cell, at, r));
             }
         }
         stored(sum)
