@@ -85,7 +85,12 @@ pub(super) fn begun(
     }
     let begun = with(begins(nearest));
     let meets = met(&begun);
-    if meets.energy.hi <= energy_max { (begun, meets) } else { (with(nearest), Meeting::NONE) }
+    if meets.energy.hi <= energy_max {
+        return (begun, meets);
+    }
+    // At most as far as the surface: a tool that is clear of it has its full size.
+    let touching = if nearest < 1.0 { nearest } else { 1.0 };
+    (with(touching), Meeting::NONE)
 }
 
 /// Makes growing tools wait if the tissue has closed over them. Returns the change of the energy, `None` if
