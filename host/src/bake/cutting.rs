@@ -2,8 +2,6 @@
 //!
 //! The kernel's module `cuttable` describes the use of the sections, and of the bound that goes with them.
 
-use std::collections::BTreeSet;
-
 use chaincell_kernel::image::{CELLS_MAX, CUTTING_VERSION, TEARING_VERSION, cutting, kind};
 use chaincell_kernel::number::two_float::LANES;
 use chaincell_kernel::{Loose, TEAR_STRETCH, TearLimit};
@@ -13,6 +11,7 @@ use super::layout::OrderedCells;
 use super::per_cell::PerCell;
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
+use crate::mesh::geometry::edges;
 
 /// Default toughness \[J/m^2\]: livers measure 76 to 225, bovine ones 164 (C. Gokgol, C. Basdogan and D. Canadinc,
 /// Medical Engineering and Physics 34, 2012, 882 to 891).
@@ -134,13 +133,9 @@ impl Cuttable {
 
 /// Checks that the links of a body are the edges of its tetrahedra: the pieces of a cut share them by volume.
 pub(super) fn check_links(mesh: &Mesh) -> Result<()> {
-    let edges: BTreeSet<[u32; 2]> = mesh
-        .tetrahedra
-        .iter()
-        .flat_map(|&[a, b, c, d]| [[a, b], [a, c], [a, d], [b, c], [b, d], [c, d]])
-        .map(|[one, other]| [one.min(other), one.max(other)])
-        .collect();
-    let Some([one, other]) = mesh.links.iter().find(|link| !edges.contains(*link)) else {
+    let edges = edges(&mesh.tetrahedra);
+    let Some([one, other]) = mesh.links.iter().find(|link| edges.binary_search(link).is_err())
+    else {
         return Ok(());
     };
     Err(Error::input(format!(

@@ -83,7 +83,7 @@ pub(super) fn orient(nodes: &[[f64; 3]], mut tetrahedra: Vec<[u32; 4]>) -> (Vec<
 pub(super) const EDGES: [[usize; 2]; 6] = [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]];
 
 /// Edges `[i, j]` of the tetrahedra, i < j, unique and sorted.
-pub(super) fn edges(tetrahedra: &[[u32; 4]]) -> Vec<[u32; 2]> {
+pub(crate) fn edges(tetrahedra: &[[u32; 4]]) -> Vec<[u32; 2]> {
     let pairs =
         tetrahedra.iter().flat_map(|t| EDGES.map(|[i, j]| [t[i].min(t[j]), t[i].max(t[j])]));
     let mut all: Vec<_> = pairs.collect();

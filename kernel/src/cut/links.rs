@@ -14,10 +14,10 @@
 
 use super::body::CutBody;
 use super::hats::gradients;
-use super::memory::inherit;
+use super::memory::{ImageGroups, image_groups, inherit};
 use super::shares::{lane_of, put_lane};
 use crate::energy::links::law::{Band, link_force};
-use crate::model::range;
+use crate::model::{range, slots_of};
 use crate::number::cell::sub;
 use crate::number::two_float::LANES;
 
@@ -32,6 +32,11 @@ pub(super) struct LinkNumbers {
 impl LinkNumbers {
     /// Those of a place without a half-link.
     pub const PADDING: Self = Self { length: 0.0, weight: 1.0, alpha: 0.0 };
+}
+
+/// Sum of w l^2.
+fn wl2(links: impl Iterator<Item = LinkNumbers>) -> f32 {
+    links.fold(0.0, |sum, link| sum + link.weight * link.length * link.length)
 }
 
 impl CutBody<'_, '_> {
@@ -100,8 +105,12 @@ impl CutBody<'_, '_> {
 
     /// Numbers of a link of the image, if these cells are linked.
     fn image_link(&self, cell: usize, other: usize) -> Option<LinkNumbers> {
-        let (slices, lane) = (self.model.slices?, cell % LANES);
-        let group = self.image_group(cell, other)?;
+        self.image_link_in(self.image_group(cell, other)?, cell % LANES)
+    }
+
+    /// Numbers of the half-link of the image in a place.
+    fn image_link_in(&self, group: usize, lane: usize) -> Option<LinkNumbers> {
+        let slices = self.model.slices?;
         let number = |of: Option<&[[f32; LANES]]>, otherwise: f32| {
             of.and_then(|groups| lane_of(groups, group, lane)).unwrap_or(otherwise)
         };
@@ -162,26 +171,20 @@ impl CutBody<'_, '_> {
 
     /// Sum of w l^2 over the half-links of a cell of the image, l their rest lengths.
     pub(super) fn wl2_of_image(&self, cell: usize) -> f32 {
-        let Some(slices) = self.model.slices else { return 0.0 };
-        let links = range(slices.rows, cell / LANES).filter_map(|group| {
-            let other = lane_of(slices.neighbours, group, cell % LANES)?;
-            self.image_link(cell, other.into())
-        });
-        links.fold(0.0, |sum, link| sum + link.weight * link.length * link.length)
+        let ImageGroups { rows, ids } = image_groups(self.model);
+        let slots = slots_of(rows, ids, cell);
+        wl2(slots.filter_map(|(group, _)| self.image_link_in(group, cell % LANES)))
     }
 
     /// The same of a cell as it is now.
     pub(super) fn wl2_of_links(&self, cell: usize) -> f32 {
-        self.links_at(cell).map(|(_, link)| link.weight * link.length * link.length).sum()
+        wl2(self.links_at(cell).map(|(_, link)| link))
     }
 
     /// The half-links of a cell: their other ends and numbers.
     fn links_at(&self, cell: usize) -> impl Iterator<Item = (usize, LinkNumbers)> {
-        let (lane, groups) = (cell % LANES, range(self.arrays.rows, cell / LANES));
-        let ends = groups.filter_map(move |group| {
-            Some((usize::from(self.end_of(group, lane)?), self.link_in(group, lane)))
-        });
-        ends.filter(move |&(other, _)| other != cell)
+        let slots = slots_of(self.arrays.rows, self.arrays.ids, cell);
+        slots.map(move |(group, other)| (other, self.link_in(group, cell % LANES)))
     }
 
     /// Young's modulus of a cell.

@@ -1,8 +1,6 @@
 //! Tearing: a bar with a notch, pulled apart, tears at the notch, at a load that hardly depends on the mesh.
 #![allow(clippy::unwrap_used)]
 
-use std::collections::BTreeSet;
-
 use chaincell_host::bake::tissue::Tissue as OfTissue;
 use chaincell_host::bake::{BakeOptions, BasisSpacing, Cuttable, ImageBytes, PerCell, bake};
 use chaincell_host::mesh::{Mesh, MeshOptions, load};
@@ -72,17 +70,11 @@ fn stiffening() -> Material {
 
 /// Stiffness of the links of a bar for which it is as stiff as tissue on the whole: E V = sum of k l^2 / 6.
 fn stiffness_n_per_m(mesh: &Mesh) -> f64 {
-    let edges: BTreeSet<[u32; 2]> = mesh
-        .tetrahedra
-        .iter()
-        .flat_map(|&[a, b, c, d]| [[a, b], [a, c], [a, d], [b, c], [b, d], [c, d]])
-        .map(|[a, b]| [a.min(b), a.max(b)])
-        .collect();
     let squared = |[a, b]: &[u32; 2]| {
         let [a, b] = [a, b].map(|&node| mesh.nodes_m[node as usize]);
         a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum::<f64>()
     };
-    let sum_m2: f64 = edges.iter().map(squared).sum();
+    let sum_m2: f64 = mesh.links.iter().map(squared).sum();
     6.0 * YOUNG_PA * SIZE_M.iter().product::<f64>() / sum_m2
 }
 
